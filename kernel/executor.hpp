@@ -1,0 +1,69 @@
+// Running a set of logical processes to an end time: what all executors share.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "kernel/logical_process.hpp"
+#include "kernel/virtual_time.hpp"
+
+namespace soda::kernel {
+
+// Work of a run. Counts of executed (LP, time) bags, not of messages, unless said otherwise.
+struct Counters {
+  std::uint64_t executed = 0;       // bags executed, including those rolled back later
+  std::uint64_t rolled_back = 0;    // executed bags that were undone
+  std::uint64_t committed = 0;      // executed - rolled_back at the end
+  std::uint64_t rollbacks = 0;      // calls of rewind
+  std::uint64_t stragglers = 0;     // messages (or anti-messages) at or before the last executed time
+  std::uint64_t messages = 0;       // positive messages sent
+  std::uint64_t anti_messages = 0;  // empty incarnations sent
+  std::uint64_t adopted = 0;        // re-sends equal to what was already sent (lazy cancellation)
+  std::uint64_t gvt_rounds = 0;
+  std::uint64_t lead_sum = 0;  // sum over executed bags of t - GVT.t, for the mean lead
+  std::uint64_t lead_max = 0;
+};
+
+// A fault that GVT passed: the run's outcome.
+struct CommittedFault {
+  VirtualTime when;
+  LpId lp{};
+  Fault fault;
+};
+
+struct RunResult {
+  Counters counters;
+  // The first fault in (time, LP) order. Everything before its time has been committed, nothing at
+  // or after it.
+  std::optional<CommittedFault> fault;
+};
+
+// Seen from the thread that advanced GVT, after everything before `gvt` has been committed. For
+// progress displays; must be cheap.
+using ProgressFn = std::function<void(VirtualTime gvt, const Counters& so_far)>;
+
+// Executes every time < end of every LP, in increasing (time, LP) order, from one queue: no
+// checkpoint, no rollback, nothing shared with the Time Warp executors but the LP interface.
+// The oracle that the others are compared with.
+RunResult run_sequential(std::span<const std::unique_ptr<LogicalProcess>> lps, VirtualTime end,
+                         const ProgressFn& progress = {});
+
+struct ThreadsOptions {
+  unsigned threads = 1;  // >= 1; LP i belongs to worker i * threads / number of LPs
+  // An LP may execute times with t < GVT.t + window (>= 1). Bounds memory: see README.
+  std::int64_t window = 1;
+  // 0: each worker takes its lowest time first. Otherwise the seed of a scheduler that picks
+  // eligible LPs, message intake and GVT rounds at random, to exercise rollbacks.
+  std::uint64_t scheduling_seed = 0;
+};
+
+// Optimistic (Time Warp) execution of every time < end, over worker threads. Same committed
+// outcome as run_sequential, for any options.
+RunResult run_threads(std::span<const std::unique_ptr<LogicalProcess>> lps, VirtualTime end,
+                      const ThreadsOptions& options, const ProgressFn& progress = {});
+
+}  // namespace soda::kernel

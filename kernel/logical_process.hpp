@@ -1,0 +1,73 @@
+// What a model implements to be simulated: the logical process (LP) and the outbox it writes to.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "kernel/virtual_time.hpp"
+
+namespace soda::kernel {
+
+using Bytes = std::vector<std::byte>;
+// Payloads are immutable once sent, so executors of one process share them instead of copying.
+using Payload = std::shared_ptr<const Bytes>;
+
+// One message as its receiver sees it. Within a bag, messages are sorted by (source, kind, slot).
+struct MessageView {
+  LpId source;
+  std::uint32_t kind;  // the model's message type
+  std::uint32_t slot;  // 0, 1, ... among the messages of one (source, destination, time, kind)
+  std::span<const std::byte> payload;
+};
+
+// A speculative fault: an absurd state that a handler met. With inputs missing it may be a mere
+// artefact of optimism, so it is data; it becomes an error only when GVT passes its event.
+struct Fault {
+  std::uint64_t subject = 0;  // the model's identification of what failed (SODA: the body id)
+  std::string what;           // one line for the user, with the offending value
+};
+
+// The only way a handler affects anything but its own state. Handlers may run speculatively, any
+// number of times: no I/O, clock, random source or global state.
+class Outbox {
+ public:
+  virtual ~Outbox() = default;
+  // Sends to `destination` (itself allowed) at `when`, which must be strictly later than the time
+  // being executed; anything else is a broken model and aborts with both times, in release too.
+  virtual void send(LpId destination, VirtualTime when, std::uint32_t kind, Payload payload) = 0;
+  // Records a fault of the event being executed.
+  virtual void fault(Fault fault) = 0;
+};
+
+// A logical process. All messages of one time arrive together, as one bag in canonical order;
+// besides messages, an LP has an agenda: times at which it wants to run by itself.
+//
+// Contract: `execute` is a pure function of (state, now, bag). An optimistic executor calls
+//   mark(now)      before execute(now, ...): the LP may save its state here (it need not at every
+//                  time: it saves where its own restart points lie);
+//   rewind(to)     restore the newest saved state with time <= to, drop later ones, return its
+//                  time: execution resumes there, with the inputs from that time on;
+//   forget(horizon) no rewind(to) with to < horizon will follow: drop what that makes unreachable
+//                  and return the time of the oldest state kept (the newest with time <= horizon);
+//   commit(now)    exactly once for every executed time, in increasing order, when it can no
+//                  longer be undone. Effects leave the program here and nowhere else. The state
+//                  may already be far ahead: what commit needs, the LP keeps by time until then.
+// The sequential executor calls execute and commit only: an LP whose mark was never called keeps
+// no history.
+class LogicalProcess {
+ public:
+  virtual ~LogicalProcess() = default;
+  // The next time on the agenda, > the last executed time; kNever if only messages wake the LP.
+  virtual VirtualTime next_time() const = 0;
+  virtual void execute(VirtualTime now, std::span<const MessageView> bag, Outbox& outbox) = 0;
+  virtual void mark(VirtualTime now) = 0;
+  virtual VirtualTime rewind(VirtualTime to) = 0;
+  virtual VirtualTime forget(VirtualTime horizon) = 0;
+  virtual void commit(VirtualTime now) = 0;
+};
+
+}  // namespace soda::kernel

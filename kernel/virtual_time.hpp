@@ -1,0 +1,30 @@
+// Virtual time: the integer, totally ordered clock of a simulation.
+#pragma once
+
+#include <compare>
+#include <cstdint>
+#include <limits>
+
+namespace soda::kernel {
+
+// A point of virtual time, ordered lexicographically. `t` is the model's coarse clock (for SODA the
+// physics step, for PHOLD a tick); `round` orders what happens within one `t` (superdense time), so
+// that every effect comes strictly after its cause even where no coarse time passes. Integers only:
+// a sum of floating-point delays would depend on the path that led there.
+struct VirtualTime {
+  std::int64_t t = 0;
+  std::uint32_t round = 0;
+
+  friend constexpr auto operator<=>(const VirtualTime&, const VirtualTime&) = default;
+};
+
+// Later than every time a model can use: "nothing to do", and the GVT of a finished run.
+inline constexpr VirtualTime kNever{std::numeric_limits<std::int64_t>::max(),
+                                    std::numeric_limits<std::uint32_t>::max()};
+
+// Index of a logical process, 0 .. number of processes - 1.
+enum class LpId : std::uint32_t {};
+
+constexpr std::uint32_t index_of(LpId id) { return static_cast<std::uint32_t>(id); }
+
+}  // namespace soda::kernel

@@ -1,0 +1,89 @@
+// Building the worlds of a scene and running them: what the layers above see of SODA.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "kernel/executor.hpp"
+#include "models/territory.hpp"
+#include "physics/advance.hpp"
+#include "physics/body_state.hpp"
+#include "physics/scene.hpp"
+#include "physics/stage_counters.hpp"
+
+namespace soda::models {
+
+enum class ExecutorKind { kSequential, kThreads };
+
+struct RunOptions {
+  ExecutorKind executor = ExecutorKind::kSequential;
+  unsigned threads = 1;               // kThreads only, >= 1
+  std::int64_t steps = 0;             // >= 0
+  std::int64_t buffer = 48;           // entries of each world's transform buffer, >= 1
+  std::uint64_t scheduling_seed = 0;  // see kernel::ThreadsOptions
+};
+
+// Work that only divided scenes have; sums over all worlds, speculative work included.
+struct WorldCounters {
+  std::uint64_t border_tests = 0;     // own bodies tested against the territory map
+  std::uint64_t ghosts_sent = 0;      // body copies
+  std::uint64_t fragments_sent = 0;   // cross-owner contacts sent to an owner
+  std::uint64_t records_sent = 0;     // island records sent in merge rounds
+  std::uint64_t merge_rounds = 0;     // sync executions that received records
+  std::uint64_t migrations = 0;       // bodies sent to a new owner
+  std::uint64_t mixed_islands = 0;    // solves (or shares) of islands with several owners
+  std::uint64_t islands_reused = 0;   // mixed islands taken from another world's solve
+  std::uint64_t entries_saved = 0;    // transform-buffer entries kept for rollback
+  std::uint64_t bytes_sent = 0;       // payload bytes
+};
+
+// The state after `step` steps, complete over all worlds and final.
+struct CommittedStep {
+  std::int64_t step = 0;                        // 1 .. steps
+  std::span<const physics::BodyId> ids;         // ascending; empty unless states are wanted
+  std::span<const physics::BodyState> states;
+  std::span<const WorldId> owners;              // of each body during this step
+  std::span<const physics::IslandReport> islands;  // ascending by label, each island once
+};
+
+struct CommitObserver {
+  // Whether on_step needs ids, states and owners; what nobody wants is not gathered.
+  bool wants_states = false;
+  // Called in order of steps, one call at a time, from any worker thread.
+  std::function<void(const CommittedStep&)> on_step;
+};
+
+struct SimulationFault {
+  std::int64_t step = 0;  // the step whose execution failed
+  WorldId world{};
+  std::uint32_t body_label = 0;
+  std::string what;
+};
+
+struct SimulationResult {
+  std::int64_t committed_steps = 0;  // == options.steps unless there was a fault
+  std::vector<physics::BodyState> final_states;  // after committed_steps; index == BodyId
+  kernel::Counters events;
+  physics::StageCounters stages;
+  WorldCounters worlds;
+  std::uint64_t islands_committed = 0;
+  std::optional<SimulationFault> fault;
+};
+
+struct Progress {
+  std::int64_t committed_step = 0;
+  double efficiency = 1.0;  // 1 - rolled back / executed, so far
+};
+
+// Runs options.steps steps of the scene divided by `map`. The committed steps are the same bits for
+// every map and every option. `initial[i]` is the state of BodyId{i} at step 0.
+SimulationResult simulate(const physics::SceneDescription& scene,
+                          std::span<const physics::BodyState> initial, const TerritoryMap& map,
+                          const RunOptions& options, const CommitObserver& observer = {},
+                          const std::function<void(const Progress&)>& progress = {});
+
+}  // namespace soda::models

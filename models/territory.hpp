@@ -1,0 +1,64 @@
+// Territories: the uniform grid of cells that divides space, and which world owns which cell.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "physics/ids.hpp"
+
+namespace soda::models {
+
+enum class WorldId : std::uint32_t {};
+constexpr std::uint32_t index_of(WorldId id) { return static_cast<std::uint32_t>(id); }
+
+// A box of cells x cells y cells z cubic cells. Cells are half-open; what lies outside the box
+// belongs to the nearest cell, so the grid covers all of space.
+struct Grid {
+  physics::Vec3 origin_m = physics::Vec3::Zero();  // the corner of cell (0, 0, 0)
+  double cell_size_m = 1.0;                        // > 0
+  std::array<std::int32_t, 3> cells{1, 1, 1};      // each >= 1
+
+  std::size_t cell_count() const;
+  // Clamped to the grid; x, y and z independently monotone in the point's coordinates.
+  std::array<std::int32_t, 3> cell_of(const physics::Vec3& point) const;
+  std::size_t index_of_cell(const std::array<std::int32_t, 3>& cell) const;
+};
+
+enum class MapKind {
+  kBlocks,  // recursive bisection of the grid into boxes of nearly equal cell counts
+  kKMeans,  // equal-size k-means on the bodies' columns, as in the paper: ragged borders
+};
+
+struct TerritoryOptions {
+  Grid grid;
+  std::uint32_t worlds = 1;  // 1 .. grid.cell_count()
+  MapKind map = MapKind::kBlocks;
+  std::uint64_t seed = 1;  // k-means only
+};
+
+// Owner of every cell.
+class TerritoryMap {
+ public:
+  TerritoryMap(Grid grid, std::uint32_t worlds, std::vector<WorldId> owner_of_cell);
+
+  const Grid& grid() const { return grid_; }
+  std::uint32_t worlds() const { return worlds_; }
+  std::span<const WorldId> owners() const { return owner_of_cell_; }
+  WorldId owner_at(const physics::Vec3& point) const;
+  // The worlds that own a cell which the box overlaps, ascending; overwrites `out`.
+  void owners_of(const physics::Aabb& box, std::vector<WorldId>& out) const;
+
+ private:
+  Grid grid_;
+  std::uint32_t worlds_;
+  std::vector<WorldId> owner_of_cell_;
+};
+
+// `body_positions_m`: initial centres, for k-means (blocks ignore them).
+TerritoryMap make_territory_map(const TerritoryOptions& options,
+                                std::span<const physics::Vec3> body_positions_m);
+
+}  // namespace soda::models

@@ -1,0 +1,90 @@
+// What does not change during a run: shapes, materials, bodies' parameters, static environment.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "physics/ids.hpp"
+
+namespace soda::physics {
+
+struct Material {
+  double friction = 0.5;     // Coulomb coefficient, >= 0; a pair takes the geometric mean
+  double restitution = 0.0;  // in [0, 1]; a pair takes the maximum
+};
+
+// Shapes are given in a local frame whose origin is the centre of mass.
+struct Sphere {
+  double radius_m = 0.5;
+};
+struct Box {
+  Vec3 half_extents_m = Vec3(0.5, 0.5, 0.5);
+};
+struct Capsule {  // around the local z axis
+  double radius_m = 0.5;
+  double length_m = 1.0;  // of the cylindrical part
+};
+struct Cylinder {  // around the local z axis
+  double radius_m = 0.5;
+  double length_m = 1.0;
+};
+struct ConvexHull {  // made by make_convex_hull (convex_hull.hpp)
+  std::vector<Vec3> vertices_m;
+  // Each face: vertex indices in order, counter-clockwise seen from outside.
+  std::vector<std::vector<std::uint32_t>> faces;
+};
+struct TriangleMesh {  // static only; hollow, triangles counter-clockwise seen from outside
+  std::vector<Vec3> vertices_m;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+};
+struct HalfSpace {  // static only; solid where normal . x <= offset, in the static's frame
+  Vec3 normal = Vec3::UnitZ();
+  double offset_m = 0.0;
+};
+using Shape =
+    std::variant<Sphere, Box, Capsule, Cylinder, ConvexHull, TriangleMesh, HalfSpace>;
+
+// A dynamic body's constants.
+struct BodyParams {
+  std::uint32_t label = 0;  // the id by which the user knows the body; ascending with BodyId
+  std::uint32_t shape = 0;  // index into SceneDescription::shapes
+  Material material;
+  double mass_kg = 1.0;
+  Mat3 inertia_local_kg_m2 = Mat3::Identity();  // about the centre of mass
+  Mat3 inverse_inertia_local = Mat3::Identity();
+};
+
+// Immovable environment. Never part of an island.
+struct StaticBody {
+  std::string name;
+  std::uint32_t shape = 0;
+  Material material;
+  Vec3 position_m = Vec3::Zero();
+  Quat orientation = Quat::Identity();
+};
+
+enum class Broadphase { kGrid, kAllPairs };  // kAllPairs: the paper's Figure 8 experiment
+
+// Settings of the contact solver. Lengths are relative to body size, see README.
+struct SolverSettings {
+  int iterations = 30;                      // sweeps, 1 .. 1000
+  double restitution_threshold_m_s = 0.05;  // slower impacts do not bounce, >= 0
+  bool contact_response = true;             // false: detection only, bodies pass through each other
+  bool warm_starting = true;
+};
+
+// Everything constant that a step needs.
+struct SceneDescription {
+  Vec3 gravity_m_s2 = Vec3::Zero();
+  double dt_s = 1.0 / 60.0;
+  Broadphase broadphase = Broadphase::kGrid;
+  SolverSettings solver;
+  std::vector<Shape> shapes;
+  std::vector<BodyParams> bodies;    // index == BodyId
+  std::vector<StaticBody> statics;   // index == static_index_of(BodyId)
+};
+
+}  // namespace soda::physics

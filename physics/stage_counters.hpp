@@ -1,0 +1,38 @@
+// Work done by each stage of a step. A stage that a scene does not need must stay at zero.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+namespace soda::physics {
+
+// Narrowphase kernels, by the shapes they take.
+enum class ShapeKernel : std::uint32_t {
+  kAnalytic,      // sphere against sphere, box, capsule, cylinder, halfspace; capsule-capsule
+  kBoxBox,
+  kHalfSpace,     // vertices, rims or end spheres against a halfspace
+  kPolytopeClip,  // boxes and hulls: reference face clipping
+  kCore,          // GJK on a shrunk core: capsules, cylinders against polytopes
+  kMesh,          // BVH traversal and triangle contacts
+  kCount
+};
+const char* name_of(ShapeKernel kernel);
+
+struct StageCounters {
+  std::uint64_t boxes = 0;            // swept AABBs computed
+  std::uint64_t candidate_pairs = 0;  // out of the broadphase
+  std::array<std::uint64_t, static_cast<std::size_t>(ShapeKernel::kCount)> narrowphase_tests{};
+  std::uint64_t manifolds = 0;
+  std::uint64_t contact_points = 0;
+  std::uint64_t free_bodies_advanced = 0;  // bodies without contact
+  std::uint64_t islands_solved = 0;
+  std::uint64_t solver_iterations = 0;     // summed over islands
+  std::uint64_t normal_rows = 0;
+  std::uint64_t friction_rows = 0;
+  std::uint64_t restitution_rows = 0;
+  std::uint64_t warm_started_rows = 0;
+};
+
+StageCounters& operator+=(StageCounters& a, const StageCounters& b);
+
+}  // namespace soda::physics

@@ -1,0 +1,50 @@
+// Reading scenario files: strict, and listing every fault of a file at once.
+#pragma once
+
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "scenarios/scenario.hpp"
+
+namespace soda::scenarios {
+
+// One thing wrong with a file.
+struct InputFault {
+  std::size_t line = 0, column = 0;  // 1-based; 0 if the fault is the file's as a whole
+  std::string pointer;               // JSON pointer, e.g. /bodies/3/mass_kg; "" is the document
+  std::string found;                 // what stands there
+  std::string allowed;               // what may stand there
+  std::string hint;                  // nearest known name, or what to do; may be empty
+};
+
+// All faults of one file, in the order of their place. what() is the whole message, a line a fault:
+// "FILE:LINE:COLUMN: POINTER: found F; allowed: A (did you mean ...?)".
+class InputError : public std::runtime_error {
+ public:
+  InputError(std::string file, std::vector<InputFault> faults);
+  const std::vector<InputFault>& faults() const { return faults_; }
+
+ private:
+  std::vector<InputFault> faults_;
+};
+
+// The file cannot be opened or read (missing, a directory, no permission): exit code 3.
+class FileError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+// Reads a scenario. `file` names it in messages; mesh files are looked up relative to its folder.
+// `seed`, if given, replaces every seed in the file (generators, territory map).
+// Throws InputError or FileError; nothing else, whatever the bytes.
+Scenario read_scenario_file(const std::string& file, std::optional<std::uint64_t> seed = {});
+Scenario read_scenario_text(std::string_view text, const std::string& file,
+                            std::optional<std::uint64_t> seed = {});
+
+// The JSON Schema (draft-07) of the format, made from the reader's own field table.
+std::string scenario_schema();
+
+}  // namespace soda::scenarios

@@ -1,0 +1,25 @@
+// A scenario: everything a JSON scenario file says, checked and expanded.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "models/simulation.hpp"
+#include "models/territory.hpp"
+#include "physics/body_state.hpp"
+#include "physics/scene.hpp"
+
+namespace soda::scenarios {
+
+// An aggregate that is taken apart where a run is built; no function below takes a whole one.
+struct Scenario {
+  std::string name;         // of the file, without folder and ending, unless the file gives one
+  std::string description;  // one paragraph, may be empty
+  physics::SceneDescription scene;
+  std::vector<physics::BodyState> initial;  // index == BodyId
+  models::TerritoryOptions territory;
+  models::RunOptions run;  // steps, buffer and executor defaults
+};
+
+}  // namespace soda::scenarios
