@@ -1,4 +1,5 @@
-// One whole step of an undivided scene: the bare physics loop, against which worlds are measured.
+// One whole step of an undivided scene, and the stages it is made of. Worlds call the same stages:
+// what a step costs beyond them is the cost of dividing space.
 #pragma once
 
 #include <span>
@@ -10,7 +11,7 @@
 
 namespace soda::physics {
 
-// Memory of a step that is worth keeping between steps; carries no meaning from one to the next.
+// Memory that is worth keeping between steps; carries no meaning from one to the next.
 struct StepScratch {
   std::vector<Aabb> boxes;
   std::vector<IndexPair> pairs, static_pairs;
@@ -27,8 +28,27 @@ struct StepReport {
   std::vector<AdvanceFault> faults;
 };
 
-// Advances states[i] (of body BodyId{i}) by one step. Same bits as any division into worlds.
-void step(const SceneDescription& scene, const Geometry& geometry, std::span<BodyState> states,
-          StepScratch& scratch, StepReport& report, StageCounters& counters);
+// Stage 1: the swept box of each body. `ids` ascending, states[i] of ids[i]; `boxes` is overwritten.
+void compute_boxes(const SceneDescription& scene, const Geometry& geometry,
+                   std::span<const BodyId> ids, std::span<const BodyState> states,
+                   std::vector<Aabb>& boxes, StageCounters& counters);
+
+// Stage 2: all contacts among these bodies and with statics, in canonical order. Reads
+// scratch.boxes, overwrites scratch.manifolds.
+void find_contacts(const SceneDescription& scene, const Geometry& geometry,
+                   std::span<const BodyId> ids, std::span<const BodyState> states,
+                   StepScratch& scratch, StageCounters& counters);
+
+// Stage 3: islands from the manifolds, each advanced by itself, then the bodies without contact.
+// Reads scratch.manifolds; `report` is appended to.
+void advance_bodies(const SceneDescription& scene, std::span<const BodyId> ids,
+                    std::span<BodyState> states, StepScratch& scratch, StepReport& report,
+                    StageCounters& counters);
+
+// Advances states[i] (of body BodyId{i}) by one step: the three stages. `report` is overwritten.
+// Same bits as any division into worlds.
+void step(const SceneDescription& scene, const Geometry& geometry, std::span<const BodyId> ids,
+          std::span<BodyState> states, StepScratch& scratch, StepReport& report,
+          StageCounters& counters);
 
 }  // namespace soda::physics
