@@ -3,36 +3,6 @@
 #include <utility>
 
 namespace soda::physics {
-namespace {
-
-// States move into the scratch and back (their impulse lists change hands, nothing is allocated).
-void advance_one(const SceneDescription& scene, std::size_t island, std::span<const BodyId> ids,
-                 std::span<BodyState> states, StepScratch& scratch, StepReport& report,
-                 StageCounters& counters) {
-  const Islands& islands = scratch.islands;
-  const std::span<const std::uint32_t> members(
-      islands.bodies.data() + islands.body_begin[island],
-      islands.body_begin[island + 1] - islands.body_begin[island]);
-  scratch.island_ids.clear();
-  scratch.island_manifolds.clear();
-  scratch.island_states.resize(members.size());
-  for (std::size_t i = 0; i < members.size(); ++i) {
-    scratch.island_ids.push_back(ids[members[i]]);
-    std::swap(scratch.island_states[i], states[members[i]]);
-  }
-  for (std::uint32_t m = islands.manifold_begin[island]; m < islands.manifold_begin[island + 1];
-       ++m) {
-    scratch.island_manifolds.push_back(scratch.manifolds[islands.manifolds[m]]);
-  }
-  report.islands.push_back(advance_island(scene, scratch.island_ids, scratch.island_manifolds,
-                                          scratch.island_states, counters, report.faults));
-  for (std::size_t i = 0; i < members.size(); ++i) {
-    std::swap(scratch.island_states[i], states[members[i]]);
-  }
-}
-
-}  // namespace
-
 void compute_boxes(const SceneDescription& scene, const Geometry& geometry,
                    std::span<const BodyId> ids, std::span<const BodyState> states,
                    std::vector<Aabb>& boxes, StageCounters& counters) {
@@ -62,12 +32,40 @@ void find_contacts(const SceneDescription& scene, const Geometry& geometry,
   }
 }
 
+// States move into the scratch and back: their impulse lists change hands, nothing is allocated.
+void gather_island(std::size_t island, std::span<const BodyId> ids, std::span<BodyState> states,
+                   StepScratch& scratch) {
+  const Islands& islands = scratch.islands;
+  scratch.island_ids.clear();
+  scratch.island_manifolds.clear();
+  scratch.island_states.resize(islands.body_begin[island + 1] - islands.body_begin[island]);
+  for (std::uint32_t i = islands.body_begin[island]; i < islands.body_begin[island + 1]; ++i) {
+    const std::uint32_t body = islands.bodies[i];
+    scratch.island_ids.push_back(ids[body]);
+    std::swap(scratch.island_states[i - islands.body_begin[island]], states[body]);
+  }
+  for (std::uint32_t i = islands.manifold_begin[island]; i < islands.manifold_begin[island + 1];
+       ++i) {
+    scratch.island_manifolds.push_back(scratch.manifolds[islands.manifolds[i]]);
+  }
+}
+
+void scatter_island(std::size_t island, std::span<BodyState> states, StepScratch& scratch) {
+  const Islands& islands = scratch.islands;
+  for (std::uint32_t i = islands.body_begin[island]; i < islands.body_begin[island + 1]; ++i) {
+    std::swap(scratch.island_states[i - islands.body_begin[island]], states[islands.bodies[i]]);
+  }
+}
+
 void advance_bodies(const SceneDescription& scene, std::span<const BodyId> ids,
                     std::span<BodyState> states, StepScratch& scratch, StepReport& report,
                     StageCounters& counters) {
   build_islands(ids, scratch.manifolds, scratch.islands);
   for (std::size_t island = 0; island < scratch.islands.count(); ++island) {
-    advance_one(scene, island, ids, states, scratch, report, counters);
+    gather_island(island, ids, states, scratch);
+    report.islands.push_back(advance_island(scene, scratch.island_ids, scratch.island_manifolds,
+                                            scratch.island_states, counters, report.faults));
+    scatter_island(island, states, scratch);
   }
   for (const std::uint32_t body : scratch.islands.free_bodies) {
     advance_free_body(scene, ids[body], states[body], counters, report.faults);

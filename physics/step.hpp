@@ -39,6 +39,12 @@ void find_contacts(const SceneDescription& scene, const Geometry& geometry,
                    std::span<const BodyId> ids, std::span<const BodyState> states,
                    StepScratch& scratch, StageCounters& counters);
 
+// Gathers island `island` of scratch.islands into scratch.island_ids, island_states and
+// island_manifolds; scatter moves the states back. Between the two, states[] of its bodies are void.
+void gather_island(std::size_t island, std::span<const BodyId> ids, std::span<BodyState> states,
+                   StepScratch& scratch);
+void scatter_island(std::size_t island, std::span<BodyState> states, StepScratch& scratch);
+
 // Stage 3: islands from the manifolds, each advanced by itself, then the bodies without contact.
 // Reads scratch.manifolds; `report` is appended to.
 void advance_bodies(const SceneDescription& scene, std::span<const BodyId> ids,
