@@ -48,6 +48,9 @@ void find_pairs(Broadphase broadphase, std::span<const Aabb> boxes, std::vector<
 void find_static_pairs(const Geometry& geometry, std::span<const Aabb> boxes,
                        std::vector<IndexPair>& pairs, StageCounters& counters);
 
+// Which kernel collide uses for a pair of shapes, in either order.
+ShapeKernel kernel_for(const Shape& a, const Shape& b);
+
 // Tests one pair and appends its manifolds (none if apart by more than the margin). `a` is dynamic
 // and lower; for a static `b`, `state_b` is null. A function of ids, states and the scene only.
 // Speculative: never throws or hangs for finite states, however absurd; what FCL returns is
