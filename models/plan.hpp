@@ -10,7 +10,7 @@
 namespace soda::models {
 
 struct PlanLine {
-  std::string stage;   // e.g. "friction rows", "ghosts", "box-box kernel"
+  std::string stage;  // e.g. "friction rows", "ghosts", "box-box kernel"
   bool needed = false;
   std::string reason;  // one clause, e.g. "no material has friction > 0"
 };

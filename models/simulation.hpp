@@ -29,24 +29,24 @@ struct RunOptions {
 
 // Work that only divided scenes have; sums over all worlds, speculative work included.
 struct WorldCounters {
-  std::uint64_t border_tests = 0;     // own bodies tested against the territory map
-  std::uint64_t ghosts_sent = 0;      // body copies
-  std::uint64_t fragments_sent = 0;   // cross-owner contacts sent to an owner
-  std::uint64_t records_sent = 0;     // island records sent in merge rounds
-  std::uint64_t merge_rounds = 0;     // sync executions that received records
-  std::uint64_t migrations = 0;       // bodies sent to a new owner
-  std::uint64_t mixed_islands = 0;    // solves (or shares) of islands with several owners
-  std::uint64_t islands_reused = 0;   // mixed islands taken from another world's solve
-  std::uint64_t entries_saved = 0;    // transform-buffer entries kept for rollback
-  std::uint64_t bytes_sent = 0;       // payload bytes
+  std::uint64_t border_tests = 0;    // own bodies tested against the territory map
+  std::uint64_t ghosts_sent = 0;     // body copies
+  std::uint64_t fragments_sent = 0;  // cross-owner contacts sent to an owner
+  std::uint64_t records_sent = 0;    // island records sent in merge rounds
+  std::uint64_t merge_rounds = 0;    // sync executions that received records
+  std::uint64_t migrations = 0;      // bodies sent to a new owner
+  std::uint64_t mixed_islands = 0;   // solves (or shares) of islands with several owners
+  std::uint64_t islands_reused = 0;  // mixed islands taken from another world's solve
+  std::uint64_t entries_saved = 0;   // transform-buffer entries kept for rollback
+  std::uint64_t bytes_sent = 0;      // payload bytes
 };
 
 // The state after `step` steps, complete over all worlds and final.
 struct CommittedStep {
-  std::int64_t step = 0;                        // 1 .. steps
-  std::span<const physics::BodyId> ids;         // ascending; empty unless states are wanted
+  std::int64_t step = 0;                 // 1 .. steps
+  std::span<const physics::BodyId> ids;  // ascending; empty unless states are wanted
   std::span<const physics::BodyState> states;
-  std::span<const WorldId> owners;              // of each body during this step
+  std::span<const WorldId> owners;                 // of each body during this step
   std::span<const physics::IslandReport> islands;  // ascending by label, each island once
 };
 
@@ -65,7 +65,7 @@ struct SimulationFault {
 };
 
 struct SimulationResult {
-  std::int64_t committed_steps = 0;  // == options.steps unless there was a fault
+  std::int64_t committed_steps = 0;              // == options.steps unless there was a fault
   std::vector<physics::BodyState> final_states;  // after committed_steps; index == BodyId
   kernel::Counters events;
   physics::StageCounters stages;

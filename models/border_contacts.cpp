@@ -1,0 +1,105 @@
+#include "models/border_contacts.hpp"
+
+#include <algorithm>
+
+#include "models/island_merge.hpp"
+
+namespace soda::models {
+namespace {
+
+using physics::BodyState;
+using physics::ContactManifold;
+
+// Own bodies and ghosts as one ascending list.
+struct Present {
+  std::vector<physics::BodyId> ids;
+  std::vector<WorldId> owners;
+  std::vector<const BodyState*> states;
+  std::vector<physics::Aabb> boxes;
+};
+
+Present everybody(WorldId self, std::span<const physics::BodyId> ids,
+                  std::span<const BodyState> states, std::span<const physics::Aabb> boxes,
+                  std::span<const Ghost> ghosts) {
+  Present all;
+  std::size_t own = 0, ghost = 0;
+  while (own < ids.size() || ghost < ghosts.size()) {
+    if (ghost == ghosts.size() || (own < ids.size() && ids[own] < ghosts[ghost].id)) {
+      all.ids.push_back(ids[own]);
+      all.owners.push_back(self);
+      all.states.push_back(&states[own]);
+      all.boxes.push_back(boxes[own++]);
+    } else {
+      all.ids.push_back(ghosts[ghost].id);
+      all.owners.push_back(ghosts[ghost].owner);
+      all.states.push_back(&ghosts[ghost].state);
+      all.boxes.push_back(ghosts[ghost++].box);
+    }
+  }
+  return all;
+}
+
+bool tests(const TerritoryMap& map, WorldId self, const Present& all, physics::IndexPair pair) {
+  const WorldId a = all.owners[pair.first], b = all.owners[pair.second];
+  if (a == b) return a == self;
+  const physics::Vec3 corner = all.boxes[pair.first].min.cwiseMax(all.boxes[pair.second].min);
+  return map.owner_at(corner) == self;
+}
+
+// The other owner hears of the contact and of the body that it does not own.
+void add_fragment(const Present& all, std::uint32_t body, WorldId target,
+                  std::span<const ContactManifold> found, std::map<WorldId, Records>& fragments) {
+  Records& records = fragments[target];
+  records.nodes.push_back({all.ids[body], all.owners[body], *all.states[body]});
+  records.manifolds.insert(records.manifolds.end(), found.begin(), found.end());
+}
+
+void sort_unique(std::vector<Node>& nodes) {
+  std::stable_sort(nodes.begin(), nodes.end(),
+                   [](const Node& x, const Node& y) { return x.id < y.id; });
+  nodes.erase(std::unique(nodes.begin(), nodes.end(),
+                          [](const Node& x, const Node& y) { return x.id == y.id; }),
+              nodes.end());
+}
+
+}  // namespace
+
+BorderContacts find_border_contacts(const physics::SceneDescription& scene,
+                                    const physics::Geometry& geometry, const TerritoryMap& map,
+                                    WorldId self, std::span<const physics::BodyId> ids,
+                                    std::span<const BodyState> states,
+                                    std::span<const physics::Aabb> boxes,
+                                    std::span<const Ghost> ghosts,
+                                    physics::StageCounters& counters) {
+  const Present all = everybody(self, ids, states, boxes, ghosts);
+  BorderContacts out;
+  std::vector<physics::IndexPair> pairs;
+  std::vector<ContactManifold> found;
+  physics::find_pairs(scene.broadphase, all.boxes, pairs, counters);
+  for (const physics::IndexPair pair : pairs) {
+    if (!tests(map, self, all, pair)) continue;
+    found.clear();
+    physics::collide(scene, geometry, all.ids[pair.first], *all.states[pair.first],
+                     all.ids[pair.second], all.states[pair.second], found, counters);
+    if (found.empty()) continue;
+    const WorldId a = all.owners[pair.first], b = all.owners[pair.second];
+    if (a == self || b == self) {
+      out.manifolds.insert(out.manifolds.end(), found.begin(), found.end());
+      const std::uint32_t other = a == self ? pair.second : pair.first;
+      if (a != b) out.foreign.push_back({all.ids[other], all.owners[other], *all.states[other]});
+    }
+    if (a != b && b != self) add_fragment(all, pair.first, b, found, out.fragments);
+    if (a != b && a != self) add_fragment(all, pair.second, a, found, out.fragments);
+  }
+  physics::find_static_pairs(geometry, boxes, pairs, counters);
+  for (const physics::IndexPair pair : pairs) {
+    physics::collide(scene, geometry, ids[pair.first], states[pair.first],
+                     physics::static_id(pair.second), nullptr, out.manifolds, counters);
+  }
+  std::sort(out.manifolds.begin(), out.manifolds.end(), canonical_before);
+  sort_unique(out.foreign);
+  for (auto& [target, records] : out.fragments) sort_unique(records.nodes);
+  return out;
+}
+
+}  // namespace soda::models

@@ -1,0 +1,34 @@
+// Contacts in a world that holds ghosts: who tests which pair, and who has to hear of it.
+#pragma once
+
+#include <map>
+#include <span>
+#include <vector>
+
+#include "models/messages.hpp"
+#include "models/territory.hpp"
+#include "physics/geometry.hpp"
+
+namespace soda::models {
+
+struct BorderContacts {
+  // All contacts of own bodies that this world tests, in canonical order.
+  std::vector<physics::ContactManifold> manifolds;
+  std::vector<Node> foreign;  // foreign bodies in these contacts, ascending, unique
+  // Cross-owner contacts by the foreign owner who must hear of them; two ghosts can be such a pair.
+  std::map<WorldId, Records> fragments;
+};
+
+// Pairs with one owner are tested by that owner; others by the world that owns the cell with the
+// min corner of the intersection of the two swept boxes. That point lies in both boxes, so this
+// world has both bodies and no other world tests them: every pair is tested exactly once.
+// `ids` ascending with their states and boxes; `ghosts` ascending by id, none of them own.
+BorderContacts find_border_contacts(const physics::SceneDescription& scene,
+                                    const physics::Geometry& geometry, const TerritoryMap& map,
+                                    WorldId self, std::span<const physics::BodyId> ids,
+                                    std::span<const physics::BodyState> states,
+                                    std::span<const physics::Aabb> boxes,
+                                    std::span<const Ghost> ghosts,
+                                    physics::StageCounters& counters);
+
+}  // namespace soda::models

@@ -1,0 +1,48 @@
+// Joining the committed parts of all worlds into whole steps, in order.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <mutex>
+#include <vector>
+
+#include "models/simulation.hpp"
+#include "models/transform_buffer.hpp"
+
+namespace soda::models {
+
+// Called by worlds as GVT passes their steps, from any worker thread; hands whole steps to the
+// observer in increasing order.
+class CommitMerge {
+ public:
+  // `observer` outlives this object.
+  CommitMerge(const CommitObserver& observer, std::uint32_t worlds);
+
+  void add(WorldId world, const BufferEntry& entry);
+
+  std::int64_t committed_steps() const { return committed_steps_; }
+  std::uint64_t islands() const { return islands_; }
+
+ private:
+  struct Part {
+    WorldId world;
+    std::vector<physics::BodyId> ids;
+    std::vector<physics::BodyState> states;
+  };
+  struct Pending {
+    std::uint32_t worlds = 0;
+    std::vector<Part> parts;  // only if the observer wants states
+    std::vector<physics::IslandReport> islands;
+  };
+
+  void deliver(std::int64_t step, Pending pending);
+
+  const CommitObserver& observer_;
+  const std::uint32_t worlds_;
+  std::mutex mutex_;
+  std::map<std::int64_t, Pending> pending_;
+  std::int64_t committed_steps_ = 0;
+  std::uint64_t islands_ = 0;
+};
+
+}  // namespace soda::models

@@ -1,0 +1,54 @@
+// Message payloads and their encoding: named fields, little-endian, no padding.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "kernel/logical_process.hpp"
+#include "models/territory.hpp"
+#include "physics/body_state.hpp"
+#include "physics/contact_manifold.hpp"
+
+namespace soda::models {
+
+// A body on its way to a new owner.
+struct Migrant {
+  physics::BodyId id{};
+  physics::BodyState state;
+};
+
+// A read-only copy of a foreign body. The owner travels with it: derived from the map it would be
+// wrong while the body changes hands.
+struct Ghost {
+  physics::BodyId id{};
+  WorldId owner{};
+  physics::Aabb box;  // swept; what the owner's border test used
+  physics::BodyState state;
+};
+
+// Records of islands: foreign bodies and contacts, in fragments as in merge rounds.
+struct Node {
+  physics::BodyId id{};
+  WorldId owner{};
+  physics::BodyState state;
+};
+struct Records {
+  std::vector<Node> nodes;                          // ascending by id
+  std::vector<physics::ContactManifold> manifolds;  // canonical order
+};
+
+kernel::Payload encode_migrants(std::span<const Migrant> migrants);
+kernel::Payload encode_ghosts(std::span<const Ghost> ghosts);
+kernel::Payload encode_records(const Records& records);
+
+// Append what the payload holds. A payload that does not decode is a broken program: aborts.
+void decode_migrants(std::span<const std::byte> payload, std::vector<Migrant>& out);
+void decode_ghosts(std::span<const std::byte> payload, std::vector<Ghost>& out);
+Records decode_records(std::span<const std::byte> payload);
+
+// The encoding of an island's whole input, as an exact key for shared solves.
+void encode_island(std::span<const physics::BodyId> ids,
+                   std::span<const physics::ContactManifold> manifolds,
+                   std::span<const physics::BodyState> states, kernel::Bytes& out);
+
+}  // namespace soda::models

@@ -1,0 +1,157 @@
+#include "models/plan.hpp"
+
+#include <array>
+#include <cstddef>
+
+#include "physics/geometry.hpp"
+
+namespace soda::models {
+namespace {
+
+using physics::SceneDescription;
+using physics::ShapeKernel;
+
+// What a plan line counts: one function per stage, so that plan and proof cannot drift apart.
+struct Stage {
+  const char* name;
+  std::uint64_t (*count)(const SimulationResult&);
+};
+
+constexpr Stage kBoxes{"swept boxes", [](const SimulationResult& r) { return r.stages.boxes; }};
+constexpr Stage kPairs{"broadphase pairs",
+                       [](const SimulationResult& r) { return r.stages.candidate_pairs; }};
+constexpr Stage kSolver{"contact solver",
+                        [](const SimulationResult& r) { return r.stages.islands_solved; }};
+constexpr Stage kFriction{"friction rows",
+                          [](const SimulationResult& r) { return r.stages.friction_rows; }};
+constexpr Stage kRestitution{"restitution rows",
+                             [](const SimulationResult& r) { return r.stages.restitution_rows; }};
+constexpr Stage kWarmStart{"warm starting",
+                           [](const SimulationResult& r) { return r.stages.warm_started_rows; }};
+constexpr Stage kBorderTests{"border tests",
+                             [](const SimulationResult& r) { return r.worlds.border_tests; }};
+constexpr Stage kGhosts{"ghost messages",
+                        [](const SimulationResult& r) { return r.worlds.ghosts_sent; }};
+constexpr Stage kFragments{"fragment messages",
+                           [](const SimulationResult& r) { return r.worlds.fragments_sent; }};
+constexpr Stage kMerge{"island merging",
+                       [](const SimulationResult& r) { return r.worlds.records_sent; }};
+constexpr Stage kMigration{"migration messages",
+                           [](const SimulationResult& r) { return r.worlds.migrations; }};
+constexpr Stage kHistory{"buffer entries for rollback",
+                         [](const SimulationResult& r) { return r.worlds.entries_saved; }};
+constexpr Stage kRollback{"rollback", [](const SimulationResult& r) { return r.events.rollbacks; }};
+
+constexpr std::array kStages{kBoxes,     kPairs,       kSolver,  kFriction,  kRestitution,
+                             kWarmStart, kBorderTests, kGhosts,  kFragments, kMerge,
+                             kMigration, kHistory,     kRollback};
+
+constexpr std::size_t kKernels = static_cast<std::size_t>(ShapeKernel::kCount);
+
+std::string kernel_line(std::size_t kernel) {
+  return std::string(physics::name_of(static_cast<ShapeKernel>(kernel))) + " kernel";
+}
+
+// Which kernels some pair of the scene may need: shapes by use, not by body.
+std::array<bool, kKernels> kernels_needed(const SceneDescription& scene) {
+  std::vector<std::size_t> bodies_with(scene.shapes.size(), 0);
+  std::vector<bool> is_static(scene.shapes.size(), false);
+  for (const physics::BodyParams& body : scene.bodies) ++bodies_with[body.shape];
+  for (const physics::StaticBody& fixed : scene.statics) is_static[fixed.shape] = true;
+  std::array<bool, kKernels> needed{};
+  for (std::size_t a = 0; a < scene.shapes.size(); ++a) {
+    if (bodies_with[a] == 0) continue;
+    for (std::size_t b = 0; b < scene.shapes.size(); ++b) {
+      const bool dynamic_pair = b == a ? bodies_with[a] > 1 : bodies_with[b] > 0;
+      if (!dynamic_pair && !is_static[b]) continue;
+      needed[static_cast<std::size_t>(physics::kernel_for(scene.shapes[a], scene.shapes[b]))] =
+          true;
+    }
+  }
+  return needed;
+}
+
+bool any_pair_has_friction(const SceneDescription& scene) {
+  std::size_t rough_bodies = 0, rough_statics = 0;
+  for (const physics::BodyParams& body : scene.bodies) rough_bodies += body.material.friction > 0;
+  for (const physics::StaticBody& fixed : scene.statics)
+    rough_statics += fixed.material.friction > 0;
+  return rough_bodies > 1 || (rough_bodies == 1 && rough_statics > 0);
+}
+
+bool anything_bounces(const SceneDescription& scene) {
+  for (const physics::BodyParams& body : scene.bodies)
+    if (body.material.restitution > 0) return true;
+  for (const physics::StaticBody& fixed : scene.statics)
+    if (fixed.material.restitution > 0) return true;
+  return false;
+}
+
+void add(std::vector<PlanLine>& plan, const Stage& stage, bool needed, const char* why,
+         const char* why_not) {
+  plan.push_back({stage.name, needed, needed ? why : why_not});
+}
+
+void add_physics(const SceneDescription& scene, std::vector<PlanLine>& plan) {
+  const bool bodies = !scene.bodies.empty();
+  const bool pairs = scene.bodies.size() > 1 || (bodies && !scene.statics.empty());
+  const bool response = pairs && scene.solver.contact_response;
+  const char* no_response =
+      pairs ? "detection only: contacts have no response" : "nothing can touch";
+  add(plan, kBoxes, bodies, "bodies move", "the scene has no dynamic body");
+  add(plan, kPairs, pairs, "bodies can meet bodies or statics", "nothing can touch");
+  const std::array<bool, kKernels> kernels = kernels_needed(scene);
+  for (std::size_t kernel = 0; kernel < kKernels; ++kernel) {
+    plan.push_back(
+        {kernel_line(kernel), kernels[kernel],
+         kernels[kernel] ? "a pair of these shapes can meet" : "no such pair of shapes"});
+  }
+  add(plan, kSolver, response, "contacts push back", no_response);
+  const bool friction = any_pair_has_friction(scene);
+  add(plan, kFriction, response && friction, "two materials in contact can have friction > 0",
+      response ? "no pair of materials has friction > 0" : no_response);
+  add(plan, kRestitution, response && anything_bounces(scene), "a material has restitution > 0",
+      response ? "no material has restitution > 0" : no_response);
+  add(plan, kWarmStart, response && scene.solver.warm_starting, "contacts last over steps",
+      response ? "switched off in the solver settings" : no_response);
+}
+
+void add_division(std::uint32_t worlds, const RunOptions& options, std::vector<PlanLine>& plan) {
+  const bool divided = worlds > 1;
+  const char* one = "one world has no borders";
+  add(plan, kBorderTests, divided, "space is divided", one);
+  add(plan, kGhosts, divided, "bodies can reach over borders", one);
+  add(plan, kFragments, divided, "contacts can have two owners", one);
+  add(plan, kMerge, divided, "islands can span worlds", one);
+  add(plan, kMigration, divided, "bodies can change owners", one);
+  const bool optimistic = divided && options.executor != ExecutorKind::kSequential;
+  const char* never = divided ? "the sequential executor never rolls back" : one;
+  add(plan, kHistory, optimistic, "worlds run ahead of their neighbours", never);
+  add(plan, kRollback, optimistic, "a neighbour's body can turn out to have mattered", never);
+}
+
+}  // namespace
+
+std::vector<PlanLine> make_plan(const SceneDescription& scene, std::uint32_t worlds,
+                                const RunOptions& options) {
+  std::vector<PlanLine> plan;
+  add_physics(scene, plan);
+  add_division(worlds, options, plan);
+  return plan;
+}
+
+std::vector<std::uint64_t> plan_counters(const std::vector<PlanLine>& plan,
+                                         const SimulationResult& result) {
+  std::vector<std::uint64_t> counts;
+  for (const PlanLine& line : plan) {
+    std::uint64_t count = 0;
+    for (const Stage& stage : kStages)
+      if (line.stage == stage.name) count = stage.count(result);
+    for (std::size_t kernel = 0; kernel < kKernels; ++kernel)
+      if (line.stage == kernel_line(kernel)) count = result.stages.narrowphase_tests[kernel];
+    counts.push_back(count);
+  }
+  return counts;
+}
+
+}  // namespace soda::models

@@ -1,0 +1,41 @@
+// The phases of a physics step and their places in virtual time: the only file that knows both.
+#pragma once
+
+#include <cstdint>
+
+#include "kernel/virtual_time.hpp"
+
+namespace soda::models {
+
+// In this order within step k. See README for what happens in each and who sends what.
+enum class Phase : std::uint32_t {
+  kBegin = 0,
+  kDetect = 1,
+  kBorderTraversal = 2,
+  kPairs = 3,
+  kSync = 4,  // has merge rounds 0, 1, 2, ...
+  kFinish = 5,
+};
+
+// Message types; each arrives in one phase only.
+enum class MessageKind : std::uint32_t {
+  kMigrants = 0,   // at kBegin: bodies whose centre entered the receiver's territory
+  kGhosts = 1,     // at kBorderTraversal: bodies whose swept box covers a cell of the receiver
+  kFragments = 2,  // at kSync round 0: cross-owner contacts, from the world that tested the pair
+  kRecords = 3,    // at kSync round >= 1: records of a mixed island
+};
+
+inline constexpr std::uint32_t kPhaseShift = 24;
+
+constexpr kernel::VirtualTime time_of(std::int64_t step, Phase phase,
+                                      std::uint32_t merge_round = 0) {
+  return {step, (static_cast<std::uint32_t>(phase) << kPhaseShift) | merge_round};
+}
+constexpr Phase phase_of(kernel::VirtualTime time) {
+  return static_cast<Phase>(time.round >> kPhaseShift);
+}
+constexpr std::uint32_t merge_round_of(kernel::VirtualTime time) {
+  return time.round & ((1u << kPhaseShift) - 1);
+}
+
+}  // namespace soda::models

@@ -1,0 +1,47 @@
+// The circular transform buffer of a world: one entry a step, its checkpoint store.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "physics/advance.hpp"
+#include "physics/body_state.hpp"
+
+namespace soda::models {
+
+// What a world has at the start of step `step`: the bodies that it advanced in step - 1, those
+// about to leave included.
+struct BufferEntry {
+  std::int64_t step = -1;            // -1: empty
+  std::vector<physics::BodyId> ids;  // ascending
+  std::vector<physics::BodyState> states;
+  std::vector<physics::IslandReport> islands;  // solved in step - 1, whose label is an own body
+};
+
+// Entries of consecutive steps oldest .. newest, at most `capacity` of them.
+class TransformBuffer {
+ public:
+  // Holds `initial` as its only entry. `capacity` >= 2.
+  TransformBuffer(std::size_t capacity, BufferEntry initial);
+
+  std::int64_t oldest() const { return oldest_; }
+  std::int64_t newest() const { return newest_; }
+  bool holds(std::int64_t step) const { return oldest_ <= step && step <= newest_; }
+  // `step` must be held.
+  BufferEntry& at(std::int64_t step);
+  // The slot for entry newest() + 1. Aborts when the buffer is full. All fields but `step` hold
+  // what was there before: the caller swaps its own vectors in, and so their memory circulates.
+  BufferEntry& append();
+  // Drops every entry after `step`, which must be held.
+  void truncate(std::int64_t step);
+  // Drops entries before `step`, but never the newest.
+  void forget(std::int64_t step);
+
+ private:
+  BufferEntry& slot(std::int64_t step);
+
+  std::vector<BufferEntry> ring_;
+  std::int64_t oldest_, newest_;
+};
+
+}  // namespace soda::models

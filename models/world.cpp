@@ -1,0 +1,302 @@
+#include "models/world.hpp"
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "models/border_contacts.hpp"
+
+namespace soda::models {
+namespace {
+
+using physics::BodyId;
+using physics::BodyState;
+using physics::ContactManifold;
+
+// Migrants join the own bodies. While a migration is being rolled back an id can arrive twice or be
+// here still: the body that is here wins, then the one from the lowest source, whatever the order
+// of arrival.
+void merge_migrants(std::vector<Migrant> migrants, std::vector<BodyId>& ids,
+                    std::vector<BodyState>& states) {
+  std::stable_sort(migrants.begin(), migrants.end(),
+                   [](const Migrant& a, const Migrant& b) { return a.id < b.id; });
+  for (Migrant& migrant : migrants) {
+    const auto place = std::lower_bound(ids.begin(), ids.end(), migrant.id);
+    if (place != ids.end() && *place == migrant.id) continue;
+    states.insert(states.begin() + (place - ids.begin()), std::move(migrant.state));
+    ids.insert(place, migrant.id);
+  }
+}
+
+}  // namespace
+
+World::World(const WorldSurroundings& surroundings, WorldId id, std::int64_t buffer,
+             BufferEntry initial)
+    : around_(surroundings),
+      id_(id),
+      // `buffer` entries ahead and the one at GVT.
+      buffer_(static_cast<std::size_t>(buffer) + 1, std::move(initial)) {}
+
+void World::execute(kernel::VirtualTime now, Bag bag, kernel::Outbox& outbox) {
+  switch (phase_of(now)) {
+    case Phase::kBegin:
+      return begin(now.t, bag);
+    case Phase::kDetect:
+      return detect(now.t, outbox);
+    case Phase::kBorderTraversal:
+      return border_traversal(bag);
+    case Phase::kPairs:
+      return pairs(now.t, outbox);
+    case Phase::kSync:
+      return sync(now, bag, outbox);
+    case Phase::kFinish:
+      return finish(now.t, outbox);
+  }
+}
+
+// Own bodies: those of the entry that did not leave, and those that migrate in.
+void World::begin(std::int64_t step, Bag bag) {
+  BufferEntry& entry = buffer_.at(step);
+  ghosts_.clear();
+  merge_ = {};
+  scratch_.manifolds.clear();
+  report_.islands.clear();
+  report_.faults.clear();
+  if (keeps_history_) {
+    ids_ = entry.ids;
+    states_ = entry.states;
+    ++counters_.entries_saved;
+  } else {
+    std::swap(ids_, entry.ids);
+    std::swap(states_, entry.states);
+  }
+  if (divided()) {
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < ids_.size(); ++i) {
+      if (around_.map.owner_at(states_[i].position_m) != id_) continue;
+      if (kept != i) {
+        ids_[kept] = ids_[i];
+        states_[kept] = std::move(states_[i]);
+      }
+      ++kept;
+    }
+    ids_.resize(kept);
+    states_.resize(kept);
+  }
+  std::vector<Migrant> migrants;
+  for (const kernel::MessageView& message : bag) decode_migrants(message.payload, migrants);
+  merge_migrants(std::move(migrants), ids_, states_);
+  next_ = time_of(step, Phase::kDetect);
+}
+
+// Swept boxes; own bodies go as ghosts to every other world whose cells their box covers.
+void World::detect(std::int64_t step, kernel::Outbox& outbox) {
+  physics::compute_boxes(around_.scene, around_.geometry, ids_, states_, scratch_.boxes, stages_);
+  next_ = time_of(step, Phase::kPairs);
+  if (!divided()) return;
+  std::map<WorldId, std::vector<Ghost>> ghosts;
+  std::vector<WorldId> owners;
+  for (std::size_t i = 0; i < ids_.size(); ++i) {
+    around_.map.owners_of(scratch_.boxes[i], owners);
+    for (const WorldId owner : owners) {
+      if (owner != id_) ghosts[owner].push_back({ids_[i], id_, scratch_.boxes[i], states_[i]});
+    }
+  }
+  counters_.border_tests += ids_.size();
+  for (const auto& [owner, bodies] : ghosts) {
+    counters_.ghosts_sent += bodies.size();
+    send(owner, time_of(step, Phase::kBorderTraversal), MessageKind::kGhosts, encode_ghosts(bodies),
+         outbox);
+  }
+}
+
+void World::border_traversal(Bag bag) {
+  for (const kernel::MessageView& message : bag) decode_ghosts(message.payload, ghosts_);
+  std::stable_sort(ghosts_.begin(), ghosts_.end(),
+                   [](const Ghost& a, const Ghost& b) { return a.id < b.id; });
+  // A body on its way between owners can be here twice, or be own already, until it is repaired.
+  const auto unwanted = [this, last = -1L](const Ghost& ghost) mutable {
+    const long id = physics::index_of(ghost.id);
+    const bool repeated = id == last;
+    last = id;
+    return repeated || std::binary_search(ids_.begin(), ids_.end(), ghost.id);
+  };
+  ghosts_.erase(std::remove_if(ghosts_.begin(), ghosts_.end(), unwanted), ghosts_.end());
+}
+
+// Contacts; those with a foreign body go to its owner.
+void World::pairs(std::int64_t step, kernel::Outbox& outbox) {
+  next_ = time_of(step, Phase::kFinish);
+  if (ghosts_.empty()) {
+    physics::find_contacts(around_.scene, around_.geometry, ids_, states_, scratch_, stages_);
+    return;
+  }
+  BorderContacts contacts = find_border_contacts(around_.scene, around_.geometry, around_.map, id_,
+                                                 ids_, states_, scratch_.boxes, ghosts_, stages_);
+  scratch_.manifolds = std::move(contacts.manifolds);
+  merge_.nodes = std::move(contacts.foreign);
+  send_fragments(step, contacts.fragments, outbox);
+  if (!merge_.nodes.empty()) next_ = time_of(step, Phase::kSync);
+}
+
+void World::send_fragments(std::int64_t step, const std::map<WorldId, Records>& fragments,
+                           kernel::Outbox& outbox) {
+  for (const auto& [target, records] : fragments) {
+    std::set<RecordKey>& exchanged = merge_.exchanged[target];
+    for (const Node& node : records.nodes) exchanged.insert({node.id, node.id});
+    for (const ContactManifold& manifold : records.manifolds) {
+      exchanged.insert({manifold.a, manifold.b});
+    }
+    counters_.fragments_sent += records.manifolds.size();
+    send(target, time_of(step, Phase::kSync), MessageKind::kFragments, encode_records(records),
+         outbox);
+  }
+}
+
+// One merge round: take in records, pass on what others lack. Round 0 takes in fragments.
+void World::sync(kernel::VirtualTime now, Bag bag, kernel::Outbox& outbox) {
+  for (const kernel::MessageView& message : bag) {
+    add_records(ids_, WorldId{kernel::index_of(message.source)}, decode_records(message.payload),
+                merge_, scratch_.manifolds);
+  }
+  counters_.merge_rounds += !bag.empty();
+  const std::uint32_t round = merge_round_of(now);
+  const KnownBodies known = known_bodies(ids_, id_, merge_);
+  for (const auto& [partner, records] :
+       outgoing_records(round, id_, known, states_, scratch_.manifolds, merge_)) {
+    counters_.records_sent += records.nodes.size() + records.manifolds.size();
+    send(partner, time_of(now.t, Phase::kSync, round + 1), MessageKind::kRecords,
+         encode_records(records), outbox);
+  }
+  next_ = time_of(now.t, Phase::kFinish);
+}
+
+// Solve, integrate, write the entry of the next step. Does not wait for foreign news: what comes
+// later is a straggler.
+void World::finish(std::int64_t step, kernel::Outbox& outbox) {
+  if (merge_.nodes.empty()) {
+    physics::advance_bodies(around_.scene, ids_, states_, scratch_, report_, stages_);
+  } else {
+    advance_known_islands(step);
+  }
+  report_faults(outbox);
+  if (divided()) send_migrants(step, outbox);
+  if (!keeps_history_) buffer_.forget(step);
+  BufferEntry& entry = buffer_.append();
+  std::swap(entry.ids, ids_);
+  std::swap(entry.states, states_);
+  std::swap(entry.islands, report_.islands);
+  next_ = time_of(step + 1, Phase::kBegin);
+}
+
+// Own bodies and foreign nodes side by side. Every participating world solves the whole of a mixed
+// island in canonical order and keeps its own bodies: same bits, no message back.
+void World::advance_known_islands(std::int64_t step) {
+  const KnownBodies known = known_bodies(ids_, id_, merge_);
+  std::vector<BodyState> states;
+  states.reserve(known.ids.size());
+  for (const std::int32_t place : known.place) {
+    states.push_back(place >= 0 ? std::move(states_[place]) : merge_.nodes[-1 - place].state);
+  }
+  const auto is_own = [&](std::uint32_t body) { return known.place[body] >= 0; };
+  const physics::Islands& islands = scratch_.islands;
+  physics::build_islands(known.ids, scratch_.manifolds, scratch_.islands);
+  for (std::size_t island = 0; island < islands.count(); ++island) {
+    const auto first = islands.bodies.begin() + islands.body_begin[island];
+    const auto last = islands.bodies.begin() + islands.body_begin[island + 1];
+    const auto own = std::count_if(first, last, is_own);
+    if (own == 0) continue;
+    physics::gather_island(island, known.ids, states, scratch_);
+    if (own == last - first) {
+      report_.islands.push_back(
+          physics::advance_island(around_.scene, scratch_.island_ids, scratch_.island_manifolds,
+                                  scratch_.island_states, stages_, report_.faults));
+    } else {
+      advance_mixed_island(step, is_own(*first));
+    }
+    physics::scatter_island(island, states, scratch_);
+  }
+  for (const std::uint32_t body : islands.free_bodies) {
+    if (!is_own(body)) continue;
+    physics::advance_free_body(around_.scene, known.ids[body], states[body], stages_,
+                               report_.faults);
+  }
+  for (std::size_t body = 0; body < known.ids.size(); ++body) {
+    if (known.place[body] >= 0) states_[known.place[body]] = std::move(states[body]);
+  }
+}
+
+// Of the worlds in one process, the first to come solves; the others find its solution. The owner
+// of the label reports the island.
+void World::advance_mixed_island(std::int64_t step, bool reports) {
+  ++counters_.mixed_islands;
+  kernel::Bytes input;
+  encode_island(scratch_.island_ids, scratch_.island_manifolds, scratch_.island_states, input);
+  std::shared_ptr<const SolvedIsland> solved = around_.solves.find(input);
+  if (solved) {
+    ++counters_.islands_reused;
+  } else {
+    auto fresh = std::make_shared<SolvedIsland>();
+    fresh->report =
+        physics::advance_island(around_.scene, scratch_.island_ids, scratch_.island_manifolds,
+                                scratch_.island_states, stages_, fresh->faults);
+    fresh->states = scratch_.island_states;
+    solved = fresh;
+    around_.solves.store(step, std::move(input), std::move(fresh));
+  }
+  scratch_.island_states = solved->states;
+  if (reports) report_.islands.push_back(solved->report);
+  report_.faults.insert(report_.faults.end(), solved->faults.begin(), solved->faults.end());
+}
+
+// Speculation can produce absurd states: a fault is data until GVT passes this event. One fault an
+// event is told, the lowest own body's.
+void World::report_faults(kernel::Outbox& outbox) const {
+  const physics::AdvanceFault* lowest = nullptr;
+  for (const physics::AdvanceFault& fault : report_.faults) {
+    if (!std::binary_search(ids_.begin(), ids_.end(), fault.body)) continue;
+    if (lowest == nullptr || fault.body < lowest->body) lowest = &fault;
+  }
+  if (lowest != nullptr) outbox.fault({physics::index_of(lowest->body), lowest->what});
+}
+
+void World::send_migrants(std::int64_t step, kernel::Outbox& outbox) {
+  std::map<WorldId, std::vector<Migrant>> leaving;
+  for (std::size_t i = 0; i < ids_.size(); ++i) {
+    const WorldId owner = around_.map.owner_at(states_[i].position_m);
+    if (owner != id_) leaving[owner].push_back({ids_[i], states_[i]});
+  }
+  for (const auto& [owner, migrants] : leaving) {
+    counters_.migrations += migrants.size();
+    send(owner, time_of(step + 1, Phase::kBegin), MessageKind::kMigrants, encode_migrants(migrants),
+         outbox);
+  }
+}
+
+void World::send(WorldId to, kernel::VirtualTime when, MessageKind kind, kernel::Payload payload,
+                 kernel::Outbox& outbox) {
+  counters_.bytes_sent += payload->size();
+  outbox.send(kernel::LpId{index_of(to)}, when, static_cast<std::uint32_t>(kind),
+              std::move(payload));
+}
+
+void World::mark(kernel::VirtualTime) { keeps_history_ = true; }
+
+// Entries after the restart point are void: their steps are executed again.
+kernel::VirtualTime World::rewind(kernel::VirtualTime to) {
+  buffer_.truncate(to.t);
+  next_ = time_of(to.t, Phase::kBegin);
+  return next_;
+}
+
+kernel::VirtualTime World::forget(kernel::VirtualTime horizon) {
+  buffer_.forget(horizon.t);
+  return time_of(buffer_.oldest(), Phase::kBegin);
+}
+
+void World::commit(kernel::VirtualTime now) {
+  if (phase_of(now) == Phase::kFinish) around_.commits.add(id_, buffer_.at(now.t + 1));
+}
+
+}  // namespace soda::models

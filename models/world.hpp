@@ -1,0 +1,91 @@
+// A world: the logical process that simulates the bodies of one territory.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <span>
+#include <vector>
+
+#include "kernel/logical_process.hpp"
+#include "models/commit_merge.hpp"
+#include "models/island_merge.hpp"
+#include "models/messages.hpp"
+#include "models/schedule.hpp"
+#include "models/simulation.hpp"
+#include "models/solve_share.hpp"
+#include "models/transform_buffer.hpp"
+#include "physics/step.hpp"
+
+namespace soda::models {
+
+// What all worlds of a run share: read-only, but for the two that are safe to use concurrently and
+// cannot change a result (the memory of solves, the gathering of committed steps).
+struct WorldSurroundings {
+  const physics::SceneDescription& scene;
+  const physics::Geometry& geometry;
+  const TerritoryMap& map;
+  SolveShare& solves;
+  CommitMerge& commits;
+};
+
+// The events of one step are in README.md ("The step protocol"). Between steps a world's state is
+// its newest buffer entry, so only step starts are restart points: a rollback to any time of step k
+// restarts at (k, kBegin) from entry k.
+class World final : public kernel::LogicalProcess {
+ public:
+  // `initial`: the entry of step 0. `buffer` >= 1: entries that the world may run ahead.
+  World(const WorldSurroundings& surroundings, WorldId id, std::int64_t buffer,
+        BufferEntry initial);
+
+  kernel::VirtualTime next_time() const override { return next_; }
+  void execute(kernel::VirtualTime now, std::span<const kernel::MessageView> bag,
+               kernel::Outbox& outbox) override;
+  void mark(kernel::VirtualTime now) override;
+  kernel::VirtualTime rewind(kernel::VirtualTime to) override;
+  kernel::VirtualTime forget(kernel::VirtualTime horizon) override;
+  void commit(kernel::VirtualTime now) override;
+
+  const physics::StageCounters& stages() const { return stages_; }
+  const WorldCounters& counters() const { return counters_; }
+  // The newest entry: after a run, the state after its last step.
+  const BufferEntry& newest_entry() { return buffer_.at(buffer_.newest()); }
+
+ private:
+  using Bag = std::span<const kernel::MessageView>;
+
+  void begin(std::int64_t step, Bag bag);
+  void detect(std::int64_t step, kernel::Outbox& outbox);
+  void border_traversal(Bag bag);
+  void pairs(std::int64_t step, kernel::Outbox& outbox);
+  void sync(kernel::VirtualTime now, Bag bag, kernel::Outbox& outbox);
+  void finish(std::int64_t step, kernel::Outbox& outbox);
+
+  bool divided() const { return around_.map.worlds() > 1; }
+  void send_fragments(std::int64_t step, const std::map<WorldId, Records>& fragments,
+                      kernel::Outbox& outbox);
+  void advance_known_islands(std::int64_t step);
+  void advance_mixed_island(std::int64_t step, bool reports);
+  void report_faults(kernel::Outbox& outbox) const;
+  void send_migrants(std::int64_t step, kernel::Outbox& outbox);
+  void send(WorldId to, kernel::VirtualTime when, MessageKind kind, kernel::Payload payload,
+            kernel::Outbox& outbox);
+
+  const WorldSurroundings around_;
+  const WorldId id_;
+  kernel::VirtualTime next_ = time_of(0, Phase::kBegin);
+  TransformBuffer buffer_;
+  bool keeps_history_ = false;  // an executor that may roll back calls mark
+
+  // The step in progress; all of it is rebuilt from an entry when the step restarts.
+  std::vector<physics::BodyId> ids_;  // own bodies, ascending
+  std::vector<physics::BodyState> states_;
+  std::vector<Ghost> ghosts_;  // ascending by id, none of them own
+  IslandMerge merge_;
+  physics::StepScratch scratch_;
+  physics::StepReport report_;
+
+  physics::StageCounters stages_;
+  WorldCounters counters_;
+};
+
+}  // namespace soda::models
