@@ -15,12 +15,12 @@ namespace soda::kernel {
 
 // Work of a run. Counts of executed (LP, time) bags, not of messages, unless said otherwise.
 struct Counters {
-  std::uint64_t executed = 0;       // bags executed, including those rolled back later
-  std::uint64_t rolled_back = 0;    // executed bags that were undone
-  std::uint64_t committed = 0;      // executed - rolled_back at the end
-  std::uint64_t rollbacks = 0;      // calls of rewind
-  std::uint64_t stragglers = 0;     // messages (or anti-messages) at or before the last executed time
-  std::uint64_t messages = 0;       // positive messages sent
+  std::uint64_t executed = 0;     // bags executed, including those rolled back later
+  std::uint64_t rolled_back = 0;  // executed bags that were undone
+  std::uint64_t committed = 0;    // calls of commit: executed - rolled_back if nothing failed
+  std::uint64_t rollbacks = 0;    // calls of rewind
+  std::uint64_t stragglers = 0;   // messages (or anti-messages) at or before the last executed time
+  std::uint64_t messages = 0;     // positive messages sent
   std::uint64_t anti_messages = 0;  // empty incarnations sent
   std::uint64_t adopted = 0;        // re-sends equal to what was already sent (lazy cancellation)
   std::uint64_t gvt_rounds = 0;
@@ -42,18 +42,20 @@ struct RunResult {
   std::optional<CommittedFault> fault;
 };
 
-// Seen from the thread that advanced GVT, after everything before `gvt` has been committed. For
-// progress displays; must be cheap.
+// Called after everything before `gvt` (<= end) has been committed, one call at a time, from any
+// worker thread. For progress displays; must be cheap.
 using ProgressFn = std::function<void(VirtualTime gvt, const Counters& so_far)>;
 
 // Executes every time < end of every LP, in increasing (time, LP) order, from one queue: no
 // checkpoint, no rollback, nothing shared with the Time Warp executors but the LP interface.
-// The oracle that the others are compared with.
+// The oracle that the others are compared with. A time is committed when all LPs have executed it.
+// LP i of the span is LpId{i}.
 RunResult run_sequential(std::span<const std::unique_ptr<LogicalProcess>> lps, VirtualTime end,
                          const ProgressFn& progress = {});
 
 struct ThreadsOptions {
-  unsigned threads = 1;  // >= 1; LP i belongs to worker i * threads / number of LPs
+  unsigned threads = 1;  // >= 1, not more than LPs are used; LP i belongs to worker
+                         // i * threads / number of LPs
   // An LP may execute times with t < GVT.t + window (>= 1). Bounds memory: see README.
   std::int64_t window = 1;
   // 0: each worker takes its lowest time first. Otherwise the seed of a scheduler that picks
@@ -62,7 +64,8 @@ struct ThreadsOptions {
 };
 
 // Optimistic (Time Warp) execution of every time < end, over worker threads. Same committed
-// outcome as run_sequential, for any options.
+// outcome as run_sequential, for any options. An exception that leaves a handler stops all workers
+// and is thrown again here.
 RunResult run_threads(std::span<const std::unique_ptr<LogicalProcess>> lps, VirtualTime end,
                       const ThreadsOptions& options, const ProgressFn& progress = {});
 

@@ -38,8 +38,9 @@ class Outbox {
   virtual ~Outbox() = default;
   // Sends to `destination` (itself allowed) at `when`, which must be strictly later than the time
   // being executed; anything else is a broken model and aborts with both times, in release too.
+  // No payload (null) is an empty one. What is sent to the end of the run or later is dropped.
   virtual void send(LpId destination, VirtualTime when, std::uint32_t kind, Payload payload) = 0;
-  // Records a fault of the event being executed.
+  // Records a fault of the event being executed; the first one counts.
   virtual void fault(Fault fault) = 0;
 };
 
@@ -49,13 +50,18 @@ class Outbox {
 // Contract: `execute` is a pure function of (state, now, bag). An optimistic executor calls
 //   mark(now)      before execute(now, ...): the LP may save its state here (it need not at every
 //                  time: it saves where its own restart points lie);
+//                  The first call comes before the first execute and must save, and that state
+//                  also serves a rewind to an earlier time than its own. After a rewind that
+//                  returned `now`, the call may find that time saved already;
 //   rewind(to)     restore the newest saved state with time <= to, drop later ones, return its
-//                  time: execution resumes there, with the inputs from that time on;
+//                  time (or any earlier one after which nothing was executed): execution resumes
+//                  there, with the inputs from that time on;
 //   forget(horizon) no rewind(to) with to < horizon will follow: drop what that makes unreachable
 //                  and return the time of the oldest state kept (the newest with time <= horizon);
 //   commit(now)    exactly once for every executed time, in increasing order, when it can no
 //                  longer be undone. Effects leave the program here and nowhere else. The state
 //                  may already be far ahead: what commit needs, the LP keeps by time until then.
+// Between two calls an LP may be moved from one thread to another, never used by two at once.
 // The sequential executor calls execute and commit only: an LP whose mark was never called keeps
 // no history.
 class LogicalProcess {

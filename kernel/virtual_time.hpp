@@ -4,6 +4,7 @@
 #include <compare>
 #include <cstdint>
 #include <limits>
+#include <ostream>
 
 namespace soda::kernel {
 
@@ -21,6 +22,14 @@ struct VirtualTime {
 // Later than every time a model can use: "nothing to do", and the GVT of a finished run.
 inline constexpr VirtualTime kNever{std::numeric_limits<std::int64_t>::max(),
                                     std::numeric_limits<std::uint32_t>::max()};
+
+// Earlier than every time a model can use: "from the very beginning".
+inline constexpr VirtualTime kBeginning{std::numeric_limits<std::int64_t>::min(), 0};
+
+// As "(t, round)", for messages to people.
+inline std::ostream& operator<<(std::ostream& out, const VirtualTime& time) {
+  return out << '(' << time.t << ", " << time.round << ')';
+}
 
 // Index of a logical process, 0 .. number of processes - 1.
 enum class LpId : std::uint32_t {};

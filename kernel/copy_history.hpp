@@ -1,0 +1,60 @@
+// Checkpoints by copying: mark, rewind and forget for an LP whose state is one copyable value.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+
+#include "kernel/invariant.hpp"
+#include "kernel/sliding_vector.hpp"
+#include "kernel/virtual_time.hpp"
+
+namespace soda::kernel {
+
+// An LP holds one beside its state and forwards the three calls, at every time or only at those
+// that are to be its restart points (the first mark must be forwarded).
+template <class State>
+class CopyHistory {
+ public:
+  void mark(VirtualTime now, const State& state) {
+    if (!saved_.empty() && saved_.back().time == now) return;
+    SODA_ASSERT(saved_.empty() || saved_.back().time < now, "mark at ", now, " after ",
+                saved_.back().time);
+    // Nothing has been executed before the first mark: it holds from the beginning of time.
+    saved_.push_back({saved_.empty() ? kBeginning : now, state});
+  }
+
+  VirtualTime rewind(VirtualTime to, State& state) {
+    const std::size_t kept = saved_until(to);
+    SODA_ASSERT(kept > 0, "rewind to ", to, ", which has been forgotten");
+    saved_.truncate(kept);
+    state = saved_.back().state;
+    return saved_.back().time;
+  }
+
+  VirtualTime forget(VirtualTime horizon) {
+    const std::size_t reachable = saved_until(horizon);
+    if (reachable == 0) return kBeginning;
+    saved_.drop_front(reachable - 1);
+    return saved_.front().time;
+  }
+
+  std::size_t size() const { return saved_.size(); }
+
+ private:
+  struct Saved {
+    VirtualTime time;
+    State state;
+  };
+
+  // How many saved states have a time <= `time`.
+  std::size_t saved_until(VirtualTime time) const {
+    const Saved* const end =
+        std::upper_bound(saved_.begin(), saved_.end(), time,
+                         [](VirtualTime t, const Saved& saved) { return t < saved.time; });
+    return static_cast<std::size_t>(end - saved_.begin());
+  }
+
+  SlidingVector<Saved> saved_;
+};
+
+}  // namespace soda::kernel

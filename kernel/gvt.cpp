@@ -1,0 +1,84 @@
+#include "kernel/gvt.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "kernel/invariant.hpp"
+
+namespace soda::kernel {
+namespace {
+
+bool comes_first(const CommittedFault& a, const CommittedFault& b) {
+  return std::pair(a.when, a.lp) < std::pair(b.when, b.lp);
+}
+
+}  // namespace
+
+template <class Conclude>
+void GvtRounds::meet(std::unique_lock<std::mutex>& lock, const Conclude& conclude) {
+  const std::uint64_t meeting = meetings_;
+  if (++arrived_ == workers_) {
+    conclude();
+    arrived_ = 0;
+    ++meetings_;
+    meeting_over_.notify_all();
+  }
+  meeting_over_.wait(lock, [&] { return meetings_ != meeting || run_stopped(); });
+}
+
+bool GvtRounds::stop_all() {
+  std::unique_lock lock(mutex_);
+  meet(lock, [&] { least_ = {}; });
+  return !run_stopped();
+}
+
+GvtOutcome GvtRounds::report(const GvtReport& report) {
+  std::unique_lock lock(mutex_);
+  least_.floor = std::min(least_.floor, report.floor);
+  if (report.fault && (!least_.fault || comes_first(*report.fault, *least_.fault)))
+    least_.fault = report.fault;
+  meet(lock, [&] {
+    SODA_ASSERT(least_.floor >= outcome_.gvt, "GVT went back from ", outcome_.gvt, " to ",
+                least_.floor);
+    outcome_.gvt = least_.floor;
+    if (least_.fault && least_.fault->when < outcome_.gvt) outcome_.fault = least_.fault;
+    ++rounds_;
+    requested_.store(false, std::memory_order_release);
+  });
+  GvtOutcome outcome = outcome_;
+  outcome.stopped = run_stopped();
+  return outcome;
+}
+
+std::optional<Counters> GvtRounds::finish(const Counters& counters) {
+  const std::lock_guard lock(mutex_);
+  sum_ += counters;
+  if (++finished_ < workers_) return std::nullopt;
+  finished_ = 0;
+  Counters sum = std::exchange(sum_, {});
+  sum.gvt_rounds = rounds_;
+  return sum;
+}
+
+void GvtRounds::stop_run() {
+  const std::lock_guard lock(mutex_);
+  run_stopped_.store(true, std::memory_order_release);
+  meeting_over_.notify_all();
+}
+
+Counters& operator+=(Counters& sum, const Counters& more) {
+  sum.executed += more.executed;
+  sum.rolled_back += more.rolled_back;
+  sum.committed += more.committed;
+  sum.rollbacks += more.rollbacks;
+  sum.stragglers += more.stragglers;
+  sum.messages += more.messages;
+  sum.anti_messages += more.anti_messages;
+  sum.adopted += more.adopted;
+  sum.gvt_rounds += more.gvt_rounds;
+  sum.lead_sum += more.lead_sum;
+  sum.lead_max = std::max(sum.lead_max, more.lead_max);
+  return sum;
+}
+
+}  // namespace soda::kernel

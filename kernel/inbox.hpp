@@ -1,0 +1,67 @@
+// Where a worker finds the messages of the other workers, and where it sleeps while there are none.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <iterator>
+#include <mutex>
+#include <vector>
+
+#include "kernel/message.hpp"
+
+namespace soda::kernel {
+
+// put() and wake() from any thread, the rest by the owner. Own cache lines: inboxes lie in an
+// array.
+class alignas(64) Inbox {
+ public:
+  // Moves `messages` in and leaves it empty; one lock for all of them.
+  void put(std::vector<Message>& messages) {
+    const std::lock_guard lock(mutex_);
+    if (messages_.empty())
+      messages_.swap(messages);
+    else
+      messages_.insert(messages_.end(), std::make_move_iterator(messages.begin()),
+                       std::make_move_iterator(messages.end()));
+    messages.clear();
+    filled_.store(true, std::memory_order_release);
+    if (sleeping_) wake_.notify_one();
+  }
+
+  // Appends everything to `messages`.
+  void take(std::vector<Message>& messages) {
+    if (!filled()) return;
+    const std::lock_guard lock(mutex_);
+    messages.insert(messages.end(), std::make_move_iterator(messages_.begin()),
+                    std::make_move_iterator(messages_.end()));
+    messages_.clear();
+    filled_.store(false, std::memory_order_release);
+  }
+
+  bool filled() const { return filled_.load(std::memory_order_acquire); }
+
+  // Lets the owner look at its condition again.
+  void wake() {
+    const std::lock_guard lock(mutex_);
+    wake_.notify_one();
+  }
+
+  // Sleeps until a message is here or `condition` holds, at most for `time`.
+  template <class Condition>
+  void sleep(std::chrono::microseconds time, const Condition& condition) {
+    std::unique_lock lock(mutex_);
+    sleeping_ = true;
+    wake_.wait_for(lock, time, [&] { return !messages_.empty() || condition(); });
+    sleeping_ = false;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  std::vector<Message> messages_;
+  bool sleeping_ = false;
+  std::atomic<bool> filled_{false};  // lets take() pass without the lock
+};
+
+}  // namespace soda::kernel

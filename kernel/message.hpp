@@ -1,0 +1,49 @@
+// What travels between the processes of a Time Warp executor.
+#pragma once
+
+#include <compare>
+#include <cstdint>
+#include <tuple>
+
+#include "kernel/logical_process.hpp"
+#include "kernel/virtual_time.hpp"
+
+namespace soda::kernel {
+
+// A message is the content of a register, named by (source, destination, time, kind, slot). The
+// newest incarnation of a register wins, in whatever order they arrive; an anti-message is a newer,
+// empty one. So channels need no order, and an anti-message may overtake what it annihilates.
+struct Message {
+  VirtualTime time;  // of reception
+  LpId source{};
+  LpId destination{};
+  std::uint32_t kind = 0;
+  std::uint32_t slot = 0;
+  std::uint64_t incarnation = 0;  // rises with every message of the source, also over rollbacks
+  bool anti = false;
+  Payload payload;  // null: no bytes
+};
+
+// Canonical order of the registers of one destination: bags are runs of equal time.
+inline auto register_key(const Message& message) {
+  return std::tuple(message.time, message.source, message.kind, message.slot);
+}
+
+// A register as its sender names it.
+struct OutputId {
+  VirtualTime time;
+  LpId destination{};
+  std::uint32_t kind = 0;
+  std::uint32_t slot = 0;
+
+  friend constexpr auto operator<=>(const OutputId&, const OutputId&) = default;
+};
+
+inline bool same_bytes(const Payload& a, const Payload& b) {
+  const bool a_empty = a == nullptr || a->empty();
+  const bool b_empty = b == nullptr || b->empty();
+  if (a_empty || b_empty) return a_empty == b_empty;
+  return a == b || *a == *b;
+}
+
+}  // namespace soda::kernel

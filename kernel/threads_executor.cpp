@@ -1,0 +1,60 @@
+#include <algorithm>
+#include <exception>
+#include <mutex>
+#include <thread>
+
+#include "kernel/executor.hpp"
+#include "kernel/invariant.hpp"
+#include "kernel/worker.hpp"
+
+namespace soda::kernel {
+namespace {
+
+// The first exception that left a handler.
+struct FirstError {
+  std::mutex mutex;
+  std::exception_ptr error;
+};
+
+void run_worker(Worker& worker, Team& team, FirstError& first) {
+  try {
+    worker.run();
+  } catch (...) {
+    {
+      const std::lock_guard lock(first.mutex);
+      if (!first.error) first.error = std::current_exception();
+    }
+    team.rounds.stop_run();
+    for (Inbox& inbox : team.inboxes) inbox.wake();
+  }
+}
+
+}  // namespace
+
+RunResult run_threads(std::span<const std::unique_ptr<LogicalProcess>> lps, VirtualTime end,
+                      const ThreadsOptions& options, const ProgressFn& progress) {
+  SODA_ASSERT(options.threads >= 1 && options.window >= 1, "threads ", options.threads, ", window ",
+              options.window);
+  if (lps.empty()) return {};
+  Team team(std::min<std::size_t>(options.threads, lps.size()), lps.size());
+  std::deque<Worker> workers;
+  for (std::size_t i = 0; i < team.partition.workers; ++i)
+    workers.emplace_back(i, team, lps, end, options, progress);
+
+  FirstError first;
+  {
+    std::vector<std::jthread> threads;
+    for (std::size_t i = 1; i < workers.size(); ++i)
+      threads.emplace_back([&, i] { run_worker(workers[i], team, first); });
+    run_worker(workers[0], team, first);
+  }
+  if (first.error) std::rethrow_exception(first.error);
+
+  RunResult result;
+  for (const Worker& worker : workers) result.counters += worker.counters();
+  result.counters.gvt_rounds = team.rounds.rounds();
+  result.fault = workers.front().fault();
+  return result;
+}
+
+}  // namespace soda::kernel

@@ -1,0 +1,150 @@
+// One logical process under Time Warp: its inputs, history and outputs, rollback and lazy
+// cancellation. Knows neither threads nor GVT computation: an executor drives it.
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <optional>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "kernel/executor.hpp"
+#include "kernel/logical_process.hpp"
+#include "kernel/message.hpp"
+#include "kernel/sliding_vector.hpp"
+#include "kernel/virtual_time.hpp"
+
+namespace soda::kernel {
+
+// What the calls of one worker's processes write to.
+struct WorkerEffects {
+  std::vector<Message> outgoing;  // to be delivered by the executor, in any order
+  Counters counters;
+  std::vector<MessageView> bag;  // scratch
+};
+
+// Driving: deliver() any number of messages, then settle(); execute() while next_time() is within
+// the window; after every GVT, commit() and then forget(). All other methods need a settled
+// process.
+//
+// Jefferson's Time Warp (ACM TOPLAS 7, 1985) with lazy cancellation, message registers
+// (message.hpp) and restart points that the LP chooses. What is true between calls:
+//  1. Every input before coast_until is as it was when the times before it were last executed. So
+//     where the LP is behind coast_until (it coasts), its outputs up to there will come out as they
+//     were, and the floor is coast_until, not next_time.
+//  2. Pending outputs (sent by executions that were undone) have send time >= next_time. Those that
+//     an anti-message may still be needed for have send time >= floor, so receive time > floor.
+class TimeWarpProcess {
+ public:
+  // `lp` must outlive the process. Times >= end are never executed nor sent to.
+  TimeWarpProcess(LpId id, std::size_t lp_count, LogicalProcess& lp, VirtualTime end);
+
+  LpId id() const { return id_; }
+
+  // The earliest time it has something to execute at: its agenda or a bag. >= end if nothing.
+  VirtualTime next_time() const { return next_time_; }
+
+  // Lower bound of the times of all messages it may still send, less one; what GVT is the minimum
+  // of.
+  VirtualTime floor() const { return next_time_ > coast_until_ ? next_time_ : coast_until_; }
+
+  // Takes in a message, of time >= the last GVT. True if settle() must follow before anything else.
+  bool deliver(Message message, Counters& counters);
+
+  // Rolls back if what was delivered since the last call changed a time that has been executed;
+  // cancels what thereby can no longer be sent again.
+  void settle(WorkerEffects& effects);
+
+  // Executes next_time(), which must be < end.
+  void execute(WorkerEffects& effects);
+
+  // The earliest fault of an execution that stands, or that will come out again after coasting.
+  std::optional<CommittedFault> first_fault() const;
+
+  bool has_fault() const { return !faults_.empty(); }
+
+  // Executes again what is undone before `limit`, which is <= floor(). Sends nothing new.
+  void coast_to(VirtualTime limit, WorkerEffects& effects);
+
+  // Commits what has been executed before `limit` (<= GVT) and not been committed yet.
+  void commit(VirtualTime limit, Counters& counters);
+
+  // Fossil collection: drops what no rollback to `gvt` or later needs.
+  void forget(VirtualTime gvt);
+
+  // Entries held, for the bound on memory: registers of inputs, executed times, outputs.
+  struct HistorySize {
+    std::size_t inputs = 0;
+    std::size_t executed = 0;
+    std::size_t outputs = 0;
+  };
+  HistorySize history_size() const;
+
+ private:
+  class Sender;  // the outbox of one execution
+  struct Output {
+    VirtualTime send_time;
+    OutputId id;
+    Payload payload;
+  };
+  struct PendingOutput {
+    VirtualTime send_time;
+    Payload payload;
+  };
+  // How many slots of one (time, destination, kind) are in use by outputs that are not pending.
+  struct SlotCount {
+    VirtualTime time;
+    LpId destination{};
+    std::uint32_t kind = 0;
+    std::uint32_t count = 0;
+  };
+  struct FaultRecord {
+    VirtualTime time;
+    Fault fault;
+  };
+
+  // Whether a change at `time` makes the LP's state wrong: it has executed that time, or it stands
+  // at a restart point later than that and would execute `time` from there.
+  bool needs_rollback(VirtualTime time) const {
+    return time < restart_ || (!executed_.empty() && time <= executed_.back());
+  }
+  bool write_register(Message&& message);
+  void roll_back(VirtualTime to, Counters& counters);
+  void undo_outputs(VirtualTime from);
+  void refresh_next_time();
+  void gather_bag(std::vector<MessageView>& bag) const;
+  std::size_t slot_count_index(const OutputId& id) const;
+  std::uint32_t take_slot(const OutputId& id);
+  void release_slot(const OutputId& id);
+  void send(VirtualTime now, OutputId id, Payload payload, WorkerEffects& effects);
+  bool adopt(VirtualTime now, const OutputId& id, const Payload& payload);
+  void flush_pending(WorkerEffects& effects);
+  void drop_annihilated();
+
+  const LpId id_;
+  const std::size_t lp_count_;
+  LogicalProcess& lp_;
+  const VirtualTime end_;
+
+  VirtualTime next_time_;
+  VirtualTime coast_until_ = kBeginning;
+  VirtualTime restart_ = kBeginning;           // what rewind() of the LP returned last
+  std::optional<VirtualTime> changed_from_;    // earliest change delivered since settle()
+  std::optional<VirtualTime> last_committed_;  // outlives rollbacks behind it
+  VirtualTime gvt_ = kBeginning;
+  VirtualTime kept_ = kBeginning;  // what forget() of the LP returned last
+
+  SlidingVector<Message> inputs_;        // by register_key, executed ones included
+  std::size_t next_input_ = 0;           // the first that has not been executed
+  SlidingVector<VirtualTime> executed_;  // ascending
+  std::vector<FaultRecord> faults_;      // ascending; see first_fault()
+
+  SlidingVector<Output> outputs_;  // standing; by send time
+  std::map<OutputId, PendingOutput> pending_;
+  std::set<std::pair<VirtualTime, OutputId>> pending_by_send_time_;  // the same ones
+  SlidingVector<SlotCount> slots_;  // by (time, destination, kind); times > kept_ only
+  std::uint64_t next_incarnation_ = 1;
+};
+
+}  // namespace soda::kernel

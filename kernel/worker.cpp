@@ -1,0 +1,237 @@
+#include "kernel/worker.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "kernel/invariant.hpp"
+
+namespace soda::kernel {
+namespace {
+
+using std::chrono::microseconds;
+
+// Bags between two looks at the inbox: many tiny ones (the look costs as much as one), or a single
+// one of a heavy model, whose messages must not wait for the next.
+constexpr std::size_t kLongestBatch = 64;
+constexpr microseconds kShortBatch{10};
+constexpr microseconds kLongBatch{40};
+
+// A worker that has used up its window needs a round to go on, but each round stops those who are
+// busy: it waits a little, and longer while GVT does not move.
+constexpr microseconds kLeastPatience{50};
+constexpr microseconds kMostPatience{2000};
+
+// A round touches each LP, so it should come after several bags of each.
+constexpr std::size_t kLeastBagsPerRound = 1024;
+constexpr std::size_t kBagsPerLpAndRound = 4;
+
+}  // namespace
+
+Worker::Worker(std::size_t index, Team& team, std::span<const std::unique_ptr<LogicalProcess>> lps,
+               VirtualTime end, const ThreadsOptions& options, const ProgressFn& progress)
+    : index_(index),
+      team_(team),
+      end_(end),
+      options_(options),
+      progress_(progress),
+      first_lp_(static_cast<std::uint32_t>(team.partition.first_of(index))),
+      schedule_(team.partition.first_of(index + 1) - first_lp_),
+      remote_(team.partition.workers),
+      patience_(kLeastPatience),
+      random_(append(options.scheduling_seed, index)) {
+  processes_.reserve(schedule_.size());
+  for (std::uint32_t own = 0; own < schedule_.size(); ++own) {
+    const LpId id{first_lp_ + own};
+    processes_.emplace_back(id, lps.size(), *lps[index_of(id)], end);
+    refresh(own);
+  }
+}
+
+void Worker::run() {
+  advance_gvt();
+  while (!finished_) {
+    take_in_messages();
+    execute_batch();
+    hand_over_messages();
+    if (team_.rounds.requested())
+      advance_gvt();
+    else if (!can_execute())
+      wait_for_work();
+  }
+}
+
+void Worker::take_in_messages() {
+  if (!held_back_.empty()) release_held_back();
+  team_.inboxes[index_].take(arrived_);
+  deliver_arrived();
+}
+
+// All of a batch is delivered before any of its receivers settles: an anti-message and what
+// replaces it, or two stragglers, cost one rollback. Settling may send to own LPs again.
+void Worker::deliver_arrived() {
+  while (!arrived_.empty()) {
+    delivering_.swap(arrived_);
+    for (Message& message : delivering_) {
+      if (shuffles() && random_.below(4) == 0) {
+        held_back_.push_back(std::move(message));
+        continue;
+      }
+      const std::uint32_t own = index_of(message.destination) - first_lp_;
+      if (processes_[own].deliver(std::move(message), effects_.counters)) touched_.push_back(own);
+    }
+    delivering_.clear();
+    for (const std::uint32_t own : touched_) {
+      processes_[own].settle(effects_);
+      refresh(own);
+    }
+    touched_.clear();
+    route_outgoing();
+  }
+}
+
+void Worker::release_held_back() {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < held_back_.size(); ++i) {
+    if (random_.below(2) == 0)
+      arrived_.push_back(std::move(held_back_[i]));
+    else if (kept != i)
+      held_back_[kept++] = std::move(held_back_[i]);
+    else
+      ++kept;
+  }
+  held_back_.resize(kept);
+}
+
+void Worker::route_outgoing() {
+  for (Message& message : effects_.outgoing) {
+    const std::size_t receiver = team_.partition.owner_of(message.destination);
+    (receiver == index_ ? arrived_ : remote_[receiver]).push_back(std::move(message));
+  }
+  effects_.outgoing.clear();
+}
+
+void Worker::refresh(std::uint32_t own) {
+  schedule_.update(own, processes_[own].floor());
+  if (processes_[own].has_fault()) may_be_faulty_.push_back(own);
+}
+
+void Worker::execute_batch() {
+  const auto start = std::chrono::steady_clock::now();
+  std::size_t executed = 0;
+  for (; executed < batch_size_ && can_execute(); ++executed) execute_one(pick());
+  executed_since_round_ += executed;
+  adapt_batch(std::chrono::steady_clock::now() - start, executed);
+  const std::size_t bags_per_round =
+      std::max(kLeastBagsPerRound, kBagsPerLpAndRound * processes_.size());
+  if (executed_since_round_ >= bags_per_round || (shuffles() && random_.below(32) == 0))
+    request_round();
+}
+
+// Lowest floor first: what is furthest behind is least likely to be undone, and holds GVT back.
+std::uint32_t Worker::pick() {
+  if (shuffles()) {
+    for (int attempt = 0; attempt < 4; ++attempt) {
+      const auto own = static_cast<std::uint32_t>(random_.below(schedule_.size()));
+      if (within_window(schedule_.time_of(own))) return own;
+    }
+  }
+  return schedule_.top();
+}
+
+void Worker::execute_one(std::uint32_t own) {
+  TimeWarpProcess& process = processes_[own];
+  const std::int64_t t = process.next_time().t;
+  if (t > gvt_.t) {
+    const auto lead = static_cast<std::uint64_t>(t) - static_cast<std::uint64_t>(gvt_.t);
+    effects_.counters.lead_sum += lead;
+    effects_.counters.lead_max = std::max(effects_.counters.lead_max, lead);
+  }
+  process.execute(effects_);
+  refresh(own);
+  route_outgoing();
+  deliver_arrived();
+}
+
+void Worker::adapt_batch(std::chrono::steady_clock::duration took, std::size_t executed) {
+  if (shuffles())
+    batch_size_ = 1 + random_.below(8);
+  else if (took > kLongBatch)
+    batch_size_ = std::max<std::size_t>(batch_size_ / 2, 1);
+  else if (took < kShortBatch && executed == batch_size_)
+    batch_size_ = std::min(batch_size_ * 2, kLongestBatch);
+}
+
+void Worker::hand_over_messages() {
+  for (std::size_t receiver = 0; receiver < remote_.size(); ++receiver)
+    if (!remote_[receiver].empty()) team_.inboxes[receiver].put(remote_[receiver]);
+}
+
+// Entered with nothing left in remote_.
+void Worker::advance_gvt() {
+  finished_ = !team_.rounds.stop_all();
+  if (finished_) return;
+  const GvtOutcome outcome = team_.rounds.report(make_report());
+  finished_ = outcome.stopped || outcome.fault || outcome.gvt >= end_;
+  if (outcome.stopped) return;
+  note_gvt(outcome.gvt);
+  commit(outcome);
+  const std::optional<Counters> sum = team_.rounds.finish(effects_.counters);
+  if (sum && progress_) progress_(std::min(gvt_, end_), *sum);
+}
+
+GvtReport Worker::make_report() {
+  team_.inboxes[index_].take(arrived_);
+  GvtReport report{schedule_.top_time(), std::nullopt};
+  for (const Message& message : arrived_) report.floor = std::min(report.floor, message.time);
+  for (const Message& message : held_back_) report.floor = std::min(report.floor, message.time);
+  std::erase_if(may_be_faulty_, [&](std::uint32_t own) { return !processes_[own].has_fault(); });
+  std::sort(may_be_faulty_.begin(), may_be_faulty_.end());
+  may_be_faulty_.erase(std::unique(may_be_faulty_.begin(), may_be_faulty_.end()),
+                       may_be_faulty_.end());
+  for (const std::uint32_t own : may_be_faulty_) {
+    const std::optional<CommittedFault> fault = processes_[own].first_fault();
+    if (!report.fault ||
+        std::pair(fault->when, fault->lp) < std::pair(report.fault->when, report.fault->lp))
+      report.fault = fault;
+  }
+  return report;
+}
+
+void Worker::note_gvt(VirtualTime gvt) {
+  patience_ = gvt > gvt_ ? kLeastPatience : std::min(2 * patience_, kMostPatience);
+  gvt_ = gvt;
+  executed_since_round_ = 0;
+}
+
+void Worker::commit(const GvtOutcome& outcome) {
+  fault_ = outcome.fault;
+  const VirtualTime limit = fault_ ? fault_->when : gvt_;
+  for (TimeWarpProcess& process : processes_) {
+    if (finished_) process.coast_to(std::min(limit, end_), effects_);
+    process.commit(limit, effects_.counters);
+    if (!finished_) process.forget(gvt_);
+  }
+}
+
+void Worker::wait_for_work() {
+  if (!held_back_.empty()) return;
+  if (team_.idle.fetch_add(1) + 1 == team_.partition.workers) request_round();
+  team_.inboxes[index_].sleep(patience_, [&] { return team_.rounds.requested(); });
+  team_.idle.fetch_sub(1);
+  if (!team_.inboxes[index_].filled()) request_round();
+}
+
+void Worker::request_round() {
+  if (!team_.rounds.request()) return;
+  for (std::size_t other = 0; other < team_.inboxes.size(); ++other)
+    if (other != index_) team_.inboxes[other].wake();
+}
+
+// Differences as unsigned numbers: the window may be as large as time itself.
+bool Worker::within_window(VirtualTime time) const {
+  if (time >= end_) return false;
+  const auto lead = static_cast<std::uint64_t>(time.t) - static_cast<std::uint64_t>(gvt_.t);
+  return lead < static_cast<std::uint64_t>(options_.window);
+}
+
+}  // namespace soda::kernel

@@ -1,0 +1,101 @@
+// One worker thread of the threads executor: the LPs it owns and the loop that drives them.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "kernel/executor.hpp"
+#include "kernel/gvt.hpp"
+#include "kernel/hash_mix.hpp"
+#include "kernel/inbox.hpp"
+#include "kernel/lp_heap.hpp"
+#include "kernel/time_warp_process.hpp"
+
+namespace soda::kernel {
+
+// Which worker owns which LP: contiguous ranges of nearly equal length.
+struct Partition {
+  std::size_t lps = 0;
+  std::size_t workers = 1;  // 1 .. lps
+
+  std::size_t owner_of(LpId lp) const { return index_of(lp) * workers / lps; }
+  std::size_t first_of(std::size_t worker) const { return (worker * lps + workers - 1) / workers; }
+};
+
+// What the workers of one run share.
+struct Team {
+  Team(std::size_t workers, std::size_t lps)
+      : partition{lps, workers}, inboxes(workers), rounds(static_cast<unsigned>(workers)) {}
+
+  const Partition partition;
+  std::vector<Inbox> inboxes;  // of each worker
+  GvtRounds rounds;
+  std::atomic<std::size_t> idle{0};  // how many workers sleep; a hint, never a reason to end
+};
+
+class Worker {
+ public:
+  // LP i of the whole run is lps[i].
+  Worker(std::size_t index, Team& team, std::span<const std::unique_ptr<LogicalProcess>> lps,
+         VirtualTime end, const ThreadsOptions& options, const ProgressFn& progress);
+
+  // Returns when GVT has reached the end or a fault, or the run was given up.
+  void run();
+
+  const Counters& counters() const { return effects_.counters; }
+  const std::optional<CommittedFault>& fault() const { return fault_; }
+
+ private:
+  void take_in_messages();
+  void execute_batch();
+  void hand_over_messages();
+  void advance_gvt();
+  void wait_for_work();
+
+  void deliver_arrived();
+  void release_held_back();
+  void route_outgoing();
+  void refresh(std::uint32_t own);
+  std::uint32_t pick();
+  void execute_one(std::uint32_t own);
+  void adapt_batch(std::chrono::steady_clock::duration took, std::size_t executed);
+  GvtReport make_report();
+  void note_gvt(VirtualTime gvt);
+  void commit(const GvtOutcome& outcome);
+  void request_round();
+  bool within_window(VirtualTime time) const;
+  bool can_execute() const { return within_window(schedule_.top_time()); }
+  bool shuffles() const { return options_.scheduling_seed != 0; }
+
+  const std::size_t index_;
+  Team& team_;
+  const VirtualTime end_;
+  const ThreadsOptions options_;
+  const ProgressFn& progress_;
+  const std::uint32_t first_lp_;
+
+  std::vector<TimeWarpProcess> processes_;  // the own LPs
+  LpHeap schedule_;                         // by floor
+  std::vector<std::uint32_t> may_be_faulty_;
+  WorkerEffects effects_;
+  std::vector<Message> arrived_;              // to be delivered next
+  std::vector<Message> delivering_;           // scratch
+  std::vector<Message> held_back_;            // only if it shuffles
+  std::vector<std::uint32_t> touched_;        // scratch
+  std::vector<std::vector<Message>> remote_;  // by receiving worker
+
+  VirtualTime gvt_ = kBeginning;
+  std::optional<CommittedFault> fault_;
+  bool finished_ = false;
+  std::size_t batch_size_ = 1;
+  std::size_t executed_since_round_ = 0;
+  std::chrono::microseconds patience_;  // how long it sleeps before it asks for a round
+  SplitMix64 random_;
+};
+
+}  // namespace soda::kernel
