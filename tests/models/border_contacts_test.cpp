@@ -1,0 +1,136 @@
+#include "models/border_contacts.hpp"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <utility>
+
+#include "models/island_merge.hpp"
+#include "physics/step.hpp"
+#include "tests/support/scenes.hpp"
+
+namespace soda::models {
+namespace {
+
+using physics::BodyId;
+using physics::Vec3;
+using PairKey = std::pair<BodyId, BodyId>;
+
+// A dense cloud of spheres and boxes, some larger than a cell, some fast enough for their swept box
+// to cover many cells.
+test::Scene cloud(std::uint64_t seed) {
+  test::Choices choices(seed);
+  test::Scene scene;
+  const std::uint32_t shapes[] = {
+      scene.shape(physics::Sphere{0.4}), scene.shape(physics::Box{Vec3(0.3, 0.4, 0.5)}),
+      scene.shape(physics::Sphere{1.7}), scene.shape(physics::Box{Vec3(1.6, 0.2, 0.2)})};
+  for (int i = 0; i < 60; ++i) {
+    const double speed = choices.below(8) == 0 ? 200.0 : 1.0;
+    scene.body(shapes[choices.below(4)], choices.vector(0, 8), choices.vector(-speed, speed));
+  }
+  scene.ground();
+  return scene;
+}
+
+struct Owned {
+  std::vector<BodyId> ids;
+  std::vector<physics::BodyState> states;
+  std::vector<physics::Aabb> boxes;
+  std::vector<Ghost> ghosts;
+};
+
+std::vector<Owned> distribute(const test::Scene& scene, const physics::Geometry& geometry,
+                              const TerritoryMap& map) {
+  std::vector<Owned> worlds(map.worlds());
+  std::vector<WorldId> covered;
+  for (std::uint32_t i = 0; i < scene.states.size(); ++i) {
+    const physics::BodyState& state = scene.states[i];
+    const physics::Aabb box = physics::swept_aabb(scene.description, geometry, BodyId{i}, state);
+    const WorldId owner = map.owner_at(state.position_m);
+    Owned& own = worlds[index_of(owner)];
+    own.ids.push_back(BodyId{i});
+    own.states.push_back(state);
+    own.boxes.push_back(box);
+    map.owners_of(box, covered);
+    for (const WorldId other : covered) {
+      if (other != owner) worlds[index_of(other)].ghosts.push_back({BodyId{i}, owner, box, state});
+    }
+  }
+  return worlds;
+}
+
+TEST(BorderContacts, EveryTouchingPairIsTestedByExactlyOneWorldWithTheUndividedResult) {
+  std::size_t third_world_pairs = 0;
+  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+    const test::Scene scene = cloud(seed);
+    const physics::Geometry geometry(scene.description);
+    physics::StageCounters counters;
+
+    std::vector<BodyId> ids;
+    for (std::uint32_t i = 0; i < scene.states.size(); ++i) ids.push_back(BodyId{i});
+    physics::StepScratch undivided;
+    physics::compute_boxes(scene.description, geometry, ids, scene.states, undivided.boxes,
+                           counters);
+    physics::find_contacts(scene.description, geometry, ids, scene.states, undivided, counters);
+    ASSERT_GT(undivided.manifolds.size(), 20u);
+
+    test::Choices choices(seed);
+    const Grid grid{Vec3::Zero(), 2.0, {4, 4, 4}};
+    std::vector<WorldId> owner_of_cell;
+    for (std::size_t cell = 0; cell < grid.cell_count(); ++cell)
+      owner_of_cell.push_back(WorldId{static_cast<std::uint32_t>(choices.below(12))});
+    const TerritoryMap map(grid, 12, owner_of_cell);
+
+    std::map<PairKey, int> tested;
+    std::vector<physics::ContactManifold> all;
+    const std::vector<Owned> worlds = distribute(scene, geometry, map);
+    for (std::uint32_t w = 0; w < worlds.size(); ++w) {
+      const Owned& world = worlds[w];
+      const BorderContacts contacts =
+          find_border_contacts(scene.description, geometry, map, WorldId{w}, world.ids,
+                               world.states, world.boxes, world.ghosts, counters);
+      std::map<PairKey, std::vector<physics::ContactManifold>> found;
+      for (const auto& manifold : contacts.manifolds)
+        found[{manifold.a, manifold.b}].push_back(manifold);
+      for (const auto& [target, records] : contacts.fragments) {
+        std::map<PairKey, std::vector<physics::ContactManifold>> told;
+        for (const auto& manifold : records.manifolds)
+          told[{manifold.a, manifold.b}].push_back(manifold);
+        for (const auto& [pair, manifolds] : told) {
+          third_world_pairs += !found.contains(pair);
+          found.try_emplace(pair, manifolds);
+        }
+      }
+      for (const auto& [pair, manifolds] : found) {
+        ++tested[pair];
+        all.insert(all.end(), manifolds.begin(), manifolds.end());
+      }
+    }
+    for (const auto& [pair, times] : tested) {
+      ASSERT_EQ(times, 1) << "seed " << seed << " pair " << index_of(pair.first) << ","
+                          << index_of(pair.second);
+    }
+    std::sort(all.begin(), all.end(), canonical_before);
+    kernel::Bytes divided_bytes = *encode_records({{}, all});
+    EXPECT_EQ(divided_bytes, *encode_records({{}, undivided.manifolds})) << "seed " << seed;
+  }
+  EXPECT_GT(third_world_pairs, 0u)
+      << "no pair was tested by a third world: the scenes are too tame";
+}
+
+TEST(BorderContacts, WithoutGhostsThereIsNothingToTell) {
+  const test::Scene scene = cloud(3);
+  const physics::Geometry geometry(scene.description);
+  const TerritoryMap map = make_territory_map({Grid{}, 1, MapKind::kBlocks, 1}, {});
+  const std::vector<Owned> worlds = distribute(scene, geometry, map);
+  physics::StageCounters counters;
+  const BorderContacts contacts =
+      find_border_contacts(scene.description, geometry, map, WorldId{0}, worlds[0].ids,
+                           worlds[0].states, worlds[0].boxes, worlds[0].ghosts, counters);
+  EXPECT_FALSE(contacts.manifolds.empty());
+  EXPECT_TRUE(contacts.fragments.empty());
+  EXPECT_TRUE(contacts.foreign.empty());
+}
+
+}  // namespace
+}  // namespace soda::models

@@ -1,0 +1,86 @@
+#include "models/plan.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/scenes.hpp"
+
+namespace soda::models {
+namespace {
+
+using physics::Vec3;
+
+bool needs(const std::vector<PlanLine>& plan, const std::string& stage) {
+  for (const PlanLine& line : plan)
+    if (line.stage == stage) return line.needed;
+  ADD_FAILURE() << "no line for " << stage;
+  return false;
+}
+
+SimulationResult run_scene(const test::Scene& scene, std::uint32_t worlds,
+                           const RunOptions& options) {
+  const TerritoryMap map =
+      make_territory_map({Grid{Vec3(-4, -4, -4), 1.0, {8, 8, 8}}, worlds, MapKind::kBlocks, 1}, {});
+  return simulate(scene.description, scene.states, map, options);
+}
+
+void expect_unneeded_stages_cost_nothing(const std::vector<PlanLine>& plan,
+                                         const SimulationResult& result) {
+  const std::vector<std::uint64_t> counts = plan_counters(plan, result);
+  ASSERT_EQ(counts.size(), plan.size());
+  for (std::size_t i = 0; i < plan.size(); ++i) {
+    if (plan[i].needed) continue;
+    EXPECT_EQ(counts[i], 0u) << plan[i].stage << ": " << plan[i].reason;
+  }
+}
+
+TEST(Plan, SmoothSpheresInOneWorldNeedNeitherFrictionNorBorders) {
+  test::Scene scene(Vec3(0, 0, -9.81));
+  const physics::Material smooth{0.0, 0.5};
+  scene.ground(smooth);
+  const std::uint32_t ball = scene.shape(physics::Sphere{0.5});
+  for (int i = 0; i < 4; ++i)
+    scene.body(ball, Vec3(0.1 * i, 0, 0.6 + 0.95 * i), Vec3::Zero(), smooth);
+  const RunOptions options{.steps = 60};
+  const std::vector<PlanLine> plan = make_plan(scene.description, 1, options);
+  EXPECT_FALSE(needs(plan, "friction rows"));
+  EXPECT_TRUE(needs(plan, "restitution rows"));
+  EXPECT_TRUE(needs(plan, "analytic kernel"));
+  EXPECT_FALSE(needs(plan, "box-box kernel"));
+  EXPECT_FALSE(needs(plan, "ghost messages"));
+  EXPECT_FALSE(needs(plan, "buffer entries for rollback"));
+  const SimulationResult result = run_scene(scene, 1, options);
+  EXPECT_GT(result.stages.normal_rows, 0u);
+  expect_unneeded_stages_cost_nothing(plan, result);
+}
+
+TEST(Plan, DetectionOnlySceneHasNoSolverButFindsContacts) {
+  test::Scene scene;
+  scene.description.solver.contact_response = false;
+  const std::uint32_t box = scene.shape(physics::Box{});
+  scene.body(box, Vec3(0, 0, 0));
+  scene.body(box, Vec3(0.5, 0, 0));
+  const RunOptions options{.steps = 5};
+  const std::vector<PlanLine> plan = make_plan(scene.description, 4, options);
+  EXPECT_FALSE(needs(plan, "contact solver"));
+  EXPECT_TRUE(needs(plan, "box-box kernel"));
+  EXPECT_TRUE(needs(plan, "ghost messages"));
+  const SimulationResult result = run_scene(scene, 4, options);
+  EXPECT_GT(result.stages.contact_points, 0u);
+  expect_unneeded_stages_cost_nothing(plan, result);
+}
+
+TEST(Plan, OptimisticWorldsNeedHistory) {
+  test::Scene scene;
+  scene.body(scene.shape(physics::Sphere{0.5}), Vec3::Zero(), Vec3(1, 0, 0));
+  const RunOptions options{.executor = ExecutorKind::kThreads, .threads = 2, .steps = 30};
+  const std::vector<PlanLine> plan = make_plan(scene.description, 8, options);
+  EXPECT_TRUE(needs(plan, "buffer entries for rollback"));
+  EXPECT_FALSE(needs(plan, "broadphase pairs"));
+  const SimulationResult result = run_scene(scene, 8, options);
+  EXPECT_GT(result.worlds.entries_saved, 0u);
+  expect_unneeded_stages_cost_nothing(plan, result);
+  EXPECT_FALSE(needs(make_plan(scene.description, 1, options), "buffer entries for rollback"));
+}
+
+}  // namespace
+}  // namespace soda::models

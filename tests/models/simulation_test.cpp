@@ -1,0 +1,167 @@
+#include "models/simulation.hpp"
+
+#include <gtest/gtest.h>
+
+#include "physics/geometry.hpp"
+#include "physics/measures.hpp"
+#include "physics/step.hpp"
+#include "tests/support/scenes.hpp"
+
+namespace soda::models {
+namespace {
+
+using physics::BodyId;
+using physics::Vec3;
+
+TerritoryMap blocks(std::uint32_t worlds) {
+  return make_territory_map({Grid{Vec3(-4, -4, 0), 1.0, {8, 8, 4}}, worlds, MapKind::kBlocks, 1},
+                            {});
+}
+
+// A stack that leans over a corner of territories, boxes that slide across borders, a fast ball.
+test::Scene busy_scene(std::uint64_t seed) {
+  test::Choices choices(seed);
+  test::Scene scene(Vec3(0, 0, -9.81));
+  scene.ground();
+  const std::uint32_t box = scene.shape(physics::Box{Vec3(0.3, 0.3, 0.3)});
+  const std::uint32_t ball = scene.shape(physics::Sphere{0.25});
+  for (int i = 0; i < 5; ++i) scene.body(box, Vec3(0.02 * i, 0.01 * i, 0.3 + 0.6 * i));
+  for (int i = 0; i < 10; ++i) {
+    scene.body(i % 2 == 0 ? box : ball, choices.vector(-3.5, 3.5) + Vec3(0, 0, 4),
+               choices.vector(-4, 4));
+  }
+  scene.body(ball, Vec3(-3.5, 0.1, 0.8), Vec3(120, 0, 0));
+  return scene;
+}
+
+std::vector<std::uint64_t> step_digests(const test::Scene& scene, const TerritoryMap& map,
+                                        const RunOptions& options,
+                                        SimulationResult* result = nullptr) {
+  std::vector<std::uint64_t> digests;
+  const CommitObserver observer{.wants_states = true, .on_step = [&](const CommittedStep& step) {
+                                  EXPECT_EQ(step.step,
+                                            static_cast<std::int64_t>(digests.size()) + 1);
+                                  digests.push_back(physics::digest(step.ids, step.states));
+                                }};
+  SimulationResult outcome = simulate(scene.description, scene.states, map, options, observer);
+  if (result != nullptr) *result = std::move(outcome);
+  return digests;
+}
+
+// What no executor is involved in: a bare loop over physics::step.
+std::vector<std::uint64_t> bare_digests(const test::Scene& scene, std::int64_t steps) {
+  const physics::Geometry geometry(scene.description);
+  std::vector<BodyId> ids;
+  for (std::uint32_t i = 0; i < scene.states.size(); ++i) ids.push_back(BodyId{i});
+  std::vector<physics::BodyState> states = scene.states;
+  physics::StepScratch scratch;
+  physics::StepReport report;
+  physics::StageCounters counters;
+  std::vector<std::uint64_t> digests;
+  for (std::int64_t step = 0; step < steps; ++step) {
+    physics::step(scene.description, geometry, ids, states, scratch, report, counters);
+    digests.push_back(physics::digest(ids, states));
+  }
+  return digests;
+}
+
+constexpr std::int64_t kSteps = 90;
+
+TEST(Simulation, OneWorldGivesTheBitsOfTheBarePhysicsLoop) {
+  const test::Scene scene = busy_scene(1);
+  EXPECT_EQ(step_digests(scene, blocks(1), {.steps = kSteps}), bare_digests(scene, kSteps));
+}
+
+TEST(Simulation, AnyDivisionInSequenceGivesTheBitsOfTheBarePhysicsLoop) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    const test::Scene scene = busy_scene(seed);
+    const std::vector<std::uint64_t> expected = bare_digests(scene, kSteps);
+    for (const std::uint32_t worlds : {2u, 3u, 8u, 64u, 256u}) {
+      SimulationResult result;
+      EXPECT_EQ(step_digests(scene, blocks(worlds), {.steps = kSteps}, &result), expected)
+          << "seed " << seed << ", " << worlds << " worlds";
+      EXPECT_GT(result.worlds.migrations, 0u);
+      EXPECT_GT(result.worlds.mixed_islands, 0u);
+      EXPECT_GT(result.worlds.islands_reused, 0u);
+    }
+  }
+}
+
+TEST(Simulation, OptimisticWorldsRollBackAndStillGiveTheBitsOfTheBarePhysicsLoop) {
+  const test::Scene scene = busy_scene(4);
+  const std::vector<std::uint64_t> expected = bare_digests(scene, kSteps);
+  std::uint64_t rollbacks = 0;
+  for (const std::uint32_t worlds : {2u, 8u, 64u}) {
+    for (const std::int64_t buffer : {1, 4, 48}) {
+      for (const unsigned threads : {1u, 2u, 4u}) {
+        for (const std::uint64_t seed : {1u, 2u}) {
+          SimulationResult result;
+          ASSERT_EQ(step_digests(scene, blocks(worlds),
+                                 {.executor = ExecutorKind::kThreads,
+                                  .threads = threads,
+                                  .steps = kSteps,
+                                  .buffer = buffer,
+                                  .scheduling_seed = seed},
+                                 &result),
+                    expected)
+              << worlds << " worlds, buffer " << buffer << ", " << threads << " threads";
+          rollbacks += result.events.rollbacks;
+          EXPECT_LT(result.events.lead_max, static_cast<std::uint64_t>(buffer));
+        }
+      }
+    }
+  }
+  EXPECT_GT(rollbacks, 0u);
+}
+
+TEST(Simulation, FinalStatesAndIslandsAreTheSameForAllExecutors) {
+  const test::Scene scene = busy_scene(2);
+  std::vector<BodyId> ids;
+  for (std::uint32_t i = 0; i < scene.states.size(); ++i) ids.push_back(BodyId{i});
+  const SimulationResult one =
+      simulate(scene.description, scene.states, blocks(1), {.steps = kSteps});
+  const SimulationResult many =
+      simulate(scene.description, scene.states, blocks(16),
+               {.executor = ExecutorKind::kThreads, .threads = 2, .steps = kSteps, .buffer = 8});
+  EXPECT_EQ(physics::digest(ids, many.final_states), physics::digest(ids, one.final_states));
+  EXPECT_EQ(many.islands_committed, one.islands_committed);
+  EXPECT_EQ(many.committed_steps, kSteps);
+}
+
+// A body thrown out of all bounds faults in a definite step, and everything before it is committed.
+TEST(Simulation, ANumericalFaultIsTheSameForAllExecutorsAndKeepsWhatCameBefore) {
+  test::Scene scene = busy_scene(3);
+  scene.body(scene.shape(physics::Sphere{0.1}), Vec3(2, 2, 3), Vec3(0, 0, 1e11));
+  SimulationResult sequential, optimistic;
+  const auto expected = step_digests(scene, blocks(1), {.steps = 2000}, &sequential);
+  ASSERT_TRUE(sequential.fault.has_value());
+  EXPECT_EQ(sequential.fault->body_label, scene.description.bodies.back().label);
+  EXPECT_EQ(sequential.committed_steps, sequential.fault->step);
+  const auto digests = step_digests(scene, blocks(8),
+                                    {.executor = ExecutorKind::kThreads,
+                                     .threads = 2,
+                                     .steps = 2000,
+                                     .buffer = 4,
+                                     .scheduling_seed = 3},
+                                    &optimistic);
+  ASSERT_TRUE(optimistic.fault.has_value());
+  EXPECT_EQ(optimistic.fault->step, sequential.fault->step);
+  EXPECT_EQ(optimistic.fault->body_label, sequential.fault->body_label);
+  EXPECT_EQ(optimistic.fault->what, sequential.fault->what);
+  EXPECT_EQ(digests, expected);
+  EXPECT_EQ(static_cast<std::int64_t>(digests.size()), sequential.committed_steps);
+}
+
+TEST(Simulation, NoStepsMeansTheInitialStates) {
+  const test::Scene scene = busy_scene(1);
+  const SimulationResult result =
+      simulate(scene.description, scene.states, blocks(4), {.steps = 0});
+  EXPECT_EQ(result.committed_steps, 0);
+  ASSERT_EQ(result.final_states.size(), scene.states.size());
+  for (std::size_t i = 0; i < scene.states.size(); ++i) {
+    EXPECT_TRUE(identical(result.final_states[i], scene.states[i]));
+  }
+}
+
+}  // namespace
+}  // namespace soda::models
