@@ -1,0 +1,211 @@
+#include "analysis/verify_command.hpp"
+
+#include <algorithm>
+#include <ostream>
+#include <utility>
+
+#include "analysis/error_measures.hpp"
+#include "analysis/exit_codes.hpp"
+#include "analysis/json_output.hpp"
+#include "analysis/overrides.hpp"
+#include "analysis/text_table.hpp"
+#include "physics/geometry.hpp"
+#include "physics/measures.hpp"
+#include "physics/step.hpp"
+
+namespace soda::analysis {
+namespace {
+
+using physics::BodyId;
+using physics::BodyState;
+
+// The plain loop over physics::step: no worlds, no kernel, nothing shared with what it judges.
+class Oracle {
+ public:
+  explicit Oracle(const scenarios::Scenario& scenario)
+      : scene_(scenario.scene),
+        initial_(scenario.initial),
+        geometry_(scenario.scene),
+        ids_(all_ids(scenario.initial.size())) {
+    std::vector<BodyState> states = initial_;
+    for (std::int64_t step = 0; step < scenario.run.steps; ++step) {
+      advance(states);
+      digests_.push_back(physics::digest(ids_, states));
+    }
+  }
+
+  std::uint64_t digest_after(std::int64_t steps) const {
+    return steps == 0 ? physics::digest(ids_, initial_)
+                      : digests_[static_cast<std::size_t>(steps - 1)];
+  }
+
+  std::vector<BodyState> states_after(std::int64_t steps) {
+    std::vector<BodyState> states = initial_;
+    for (std::int64_t step = 0; step < steps; ++step) advance(states);
+    return states;
+  }
+
+ private:
+  void advance(std::vector<BodyState>& states) {
+    physics::step(scene_, geometry_, ids_, states, scratch_, report_, counters_);
+  }
+
+  const physics::SceneDescription& scene_;
+  const std::vector<BodyState>& initial_;
+  const physics::Geometry geometry_;
+  const std::vector<BodyId> ids_;
+  physics::StepScratch scratch_;
+  physics::StepReport report_;
+  physics::StageCounters counters_;
+  std::vector<std::uint64_t> digests_;
+};
+
+// Ends a run at its first wrong step: what follows would only repeat it.
+struct WrongStep {
+  std::int64_t step;
+  std::vector<BodyId> ids;
+  std::vector<BodyState> states;
+};
+
+Divergence first_divergence(const physics::SceneDescription& scene, const WrongStep& wrong,
+                            const std::vector<BodyState>& expected) {
+  if (wrong.ids.size() != expected.size()) {
+    return {wrong.step, 0, "number of bodies", static_cast<double>(expected.size()),
+            static_cast<double>(wrong.ids.size())};
+  }
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    const std::uint32_t label = scene.bodies[i].label;
+    if (physics::index_of(wrong.ids[i]) != i) {
+      return {wrong.step, label, "body id", static_cast<double>(i),
+              static_cast<double>(physics::index_of(wrong.ids[i]))};
+    }
+    const physics::FieldDifference difference =
+        physics::first_difference(expected[i], wrong.states[i]);
+    if (difference.field[0] != '\0') {
+      return {wrong.step, label, difference.field, difference.a, difference.b};
+    }
+  }
+  return {wrong.step, 0, "digest", 0.0, 0.0};
+}
+
+void verify_run(const scenarios::Scenario& scenario, const models::TerritoryMap& map,
+                Oracle& oracle, VerifiedRun& run) {
+  const models::CommitObserver observer{
+      .wants_states = true, .on_step = [&](const models::CommittedStep& step) {
+        if (physics::digest(step.ids, step.states) == oracle.digest_after(step.step)) return;
+        throw WrongStep{step.step,
+                        {step.ids.begin(), step.ids.end()},
+                        {step.states.begin(), step.states.end()}};
+      }};
+  try {
+    run.events = models::simulate(scenario.scene, scenario.initial, map,
+                                  {.executor = run.executor,
+                                   .threads = run.threads,
+                                   .steps = scenario.run.steps,
+                                   .buffer = run.buffer,
+                                   .scheduling_seed = run.scheduling_seed},
+                                  observer)
+                     .events;
+  } catch (const WrongStep& wrong) {
+    run.divergence = first_divergence(scenario.scene, wrong, oracle.states_after(wrong.step));
+  }
+}
+
+// All cells of the matrix: each division once in sequence, then under Time Warp.
+std::vector<VerifiedRun> matrix(const VerifyRequest& request, std::size_t cells) {
+  std::vector<VerifiedRun> runs;
+  for (const std::uint32_t wanted : request.worlds) {
+    const auto worlds = static_cast<std::uint32_t>(std::min<std::size_t>(wanted, cells));
+    runs.push_back({.worlds = worlds});
+    for (const unsigned threads : request.threads)
+      for (const std::int64_t buffer : request.buffers)
+        for (std::uint64_t seed = 1; seed <= request.seeds; ++seed)
+          runs.push_back({.executor = models::ExecutorKind::kThreads,
+                          .threads = threads,
+                          .worlds = worlds,
+                          .buffer = buffer,
+                          .scheduling_seed = seed});
+  }
+  return runs;
+}
+
+std::string describe(const VerifiedRun& run) {
+  std::string text = std::string(name_of(run.executor)) + ", " + std::to_string(run.worlds) +
+                     (run.worlds == 1 ? " world" : " worlds");
+  if (run.executor == models::ExecutorKind::kSequential) return text;
+  return text + ", " + std::to_string(run.threads) + " threads, buffer " +
+         std::to_string(run.buffer) + ", scheduling seed " + std::to_string(run.scheduling_seed);
+}
+
+void print(const Verification& verification, std::ostream& out) {
+  std::uint64_t executed = 0, rolled_back = 0;
+  for (const VerifiedRun& run : verification.runs) {
+    executed += run.events.executed;
+    rolled_back += run.events.rolled_back;
+  }
+  out << verification.scenario << ": " << verification.runs.size() << " runs of "
+      << verification.steps << " steps, " << verification.rollbacks() << " rollbacks, "
+      << rolled_back << " of " << executed << " events rolled back\n";
+  if (!verification.diverged()) {
+    out << "every committed step has the digest of the plain loop; the last one is "
+        << format_digest(verification.digest) << "\n";
+    return;
+  }
+  const VerifiedRun& run = verification.runs.back();
+  const Divergence& at = *run.divergence;
+  out << "DIVERGED: " << describe(run) << "\n  step " << at.step << ", body " << at.body_label
+      << ", " << at.field << ": expected " << format_exact(at.expected) << " ("
+      << format_bits(at.expected) << "), found " << format_exact(at.found) << " ("
+      << format_bits(at.found) << ")\n";
+}
+
+}  // namespace
+
+std::uint64_t Verification::rollbacks() const {
+  std::uint64_t sum = 0;
+  for (const VerifiedRun& run : runs) sum += run.events.rollbacks;
+  return sum;
+}
+
+Verification verify(const VerifyRequest& request) {
+  Overrides overrides;
+  overrides.steps = request.steps;
+  const scenarios::Scenario scenario = load_scenario(request.file, overrides);
+  Oracle oracle(scenario);
+  std::vector<physics::Vec3> positions;
+  for (const BodyState& state : scenario.initial) positions.push_back(state.position_m);
+
+  Verification verification{.scenario = scenario.name,
+                            .steps = scenario.run.steps,
+                            .digest = oracle.digest_after(scenario.run.steps),
+                            .runs = {}};
+  models::TerritoryOptions territory = scenario.territory;
+  std::optional<models::TerritoryMap> map;
+  for (VerifiedRun run : matrix(request, territory.grid.cell_count())) {
+    if (!map || map->worlds() != run.worlds) {
+      territory.worlds = run.worlds;
+      map = models::make_territory_map(territory, positions);
+    }
+    verify_run(scenario, *map, oracle, run);
+    verification.runs.push_back(std::move(run));
+    if (verification.diverged()) break;
+  }
+  return verification;
+}
+
+int verify_command(const VerifyRequest& request, std::ostream& out) {
+  const Verification verification = verify(request);
+  if (request.json) {
+    out << verification_json(verification);
+  } else {
+    print(verification, out);
+  }
+  if (verification.diverged()) return kExitCheckFailed;
+  if (request.require_rollbacks && verification.rollbacks() == 0) {
+    if (!request.json) out << "FAILED: no run rolled back, so nothing was proved\n";
+    return kExitCheckFailed;
+  }
+  return kExitOk;
+}
+
+}  // namespace soda::analysis

@@ -1,0 +1,63 @@
+// `soda verify`: one trajectory, checked. A scenario runs under a matrix of executors, threads,
+// worlds, buffers and scheduling seeds; every committed step must have the digest of the plain
+// sequential run of one world.
+#pragma once
+
+#include <cstdint>
+#include <iosfwd>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "models/simulation.hpp"
+#include "models/territory.hpp"
+
+namespace soda::analysis {
+
+struct VerifyRequest {
+  std::string file;
+  std::optional<std::int64_t> steps;  // shortens the scenario
+  std::vector<unsigned> threads{1, 2, 4};
+  std::vector<std::uint32_t> worlds{1, 2, 4, 12, 48};
+  std::vector<std::int64_t> buffers{1, 4, 48};
+  unsigned seeds = 5;              // scheduling seeds 1 .. seeds
+  bool require_rollbacks = false;  // fail if no run rolled back: then nothing was proved
+  bool json = false;
+};
+
+// A body's field that differs from the oracle's, at the first step where any does.
+struct Divergence {
+  std::int64_t step = 0;
+  std::uint32_t body_label = 0;
+  std::string field;
+  double expected = 0.0, found = 0.0;
+};
+
+struct VerifiedRun {
+  models::ExecutorKind executor = models::ExecutorKind::kSequential;
+  unsigned threads = 1;
+  std::uint32_t worlds = 1;
+  std::int64_t buffer = 1;
+  std::uint64_t scheduling_seed = 0;
+  kernel::Counters events;
+  std::optional<Divergence> divergence;
+};
+
+// The result of a matrix; `runs` ends with the first that diverged.
+struct Verification {
+  std::string scenario;
+  std::int64_t steps = 0;
+  std::uint64_t digest = 0;  // of the oracle's last step
+  std::vector<VerifiedRun> runs;
+
+  bool diverged() const { return !runs.empty() && runs.back().divergence.has_value(); }
+  std::uint64_t rollbacks() const;
+};
+
+// Throws what load_scenario throws.
+Verification verify(const VerifyRequest& request);
+
+// Returns kExitOk, or kExitCheckFailed after naming the first divergence.
+int verify_command(const VerifyRequest& request, std::ostream& out);
+
+}  // namespace soda::analysis
