@@ -1,0 +1,174 @@
+#include "analysis/command_line.hpp"
+
+#include <CLI/CLI.hpp>
+
+#include "analysis/anticipation_command.hpp"
+#include "analysis/exit_codes.hpp"
+#include "analysis/nearest_name.hpp"
+#include "analysis/plan_command.hpp"
+#include "analysis/replay_command.hpp"
+#include "analysis/run_command.hpp"
+#include "analysis/version.hpp"
+#include "scenarios/read_scenario.hpp"
+
+namespace soda::analysis {
+namespace {
+
+using Executor = models::ExecutorKind;
+
+void add_execution_options(CLI::App& command, Overrides& overrides) {
+  const std::map<std::string, Executor> executors = {{"sequential", Executor::kSequential},
+                                                     {"threads", Executor::kThreads}};
+  command
+      .add_option_function<std::string>(
+          "--executor",
+          [&overrides, executors](const std::string& name) {
+            overrides.executor = executors.at(name);
+          },
+          "sequential or threads (default: the scenario's)")
+      ->check(CLI::IsMember(executors));
+  command
+      .add_option("--threads", overrides.threads,
+                  "worker threads, at least 1; selects the threads executor")
+      ->check(CLI::Range(1u, 1024u));
+  command.add_option("--worlds", overrides.worlds, "territories, 1 to the number of cells");
+  command.add_option("--buffer", overrides.buffer, "entries of each world's transform buffer");
+}
+
+void add_run_options(CLI::App& command, Overrides& overrides) {
+  add_execution_options(command, overrides);
+  command.add_option("--steps", overrides.steps, "number of steps");
+  command.add_option("--seed", overrides.seed, "replaces every seed of the scenario");
+  command.add_option("--scheduling-seed", overrides.scheduling_seed,
+                     "threads executor: shuffle its scheduling (0: do not)");
+}
+
+CLI::App* add_run(CLI::App& app, RunRequest& request) {
+  CLI::App* run = app.add_subcommand("run", "run a scenario; report error against run time");
+  run->add_option("FILE", request.file, "scenario")->required();
+  add_run_options(*run, request.overrides);
+  run->add_option("--log", request.log_file, "write an event log for soda replay");
+  run->add_flag("--json", request.json, "print one JSON object");
+  run->add_flag("--step-digests", request.step_digests, "digest of every step");
+  run->add_flag("--quiet", request.quiet, "no progress line");
+  run->footer(
+      "examples:\n"
+      "  soda run scenarios/library/twelve-worlds.json\n"
+      "  soda run scenarios/library/border-stack.json --threads 2 --worlds 4 --buffer 8\n"
+      "  soda run scenarios/library/pyramid.json --steps 100 --json --log run.sodalog");
+  return run;
+}
+
+CLI::App* add_plan(CLI::App& app, PlanRequest& request) {
+  CLI::App* plan = app.add_subcommand("plan", "show what a run will use, and why");
+  plan->add_option("FILE", request.file, "scenario")->required();
+  add_run_options(*plan, request.overrides);
+  plan->add_flag("--json", request.json, "print one JSON object");
+  plan->footer("example:\n  soda plan scenarios/library/mixed-shapes.json --worlds 1");
+  return plan;
+}
+
+CLI::App* add_replay(CLI::App& app, ReplayRequest& request) {
+  CLI::App* replay =
+      app.add_subcommand("replay", "re-run an event log and compare every step, or show a state");
+  replay->add_option("LOG", request.file, "log written by soda run --log")->required();
+  add_execution_options(*replay, request.overrides);
+  replay->add_option("--scheduling-seed", request.overrides.scheduling_seed,
+                     "threads executor: shuffle its scheduling (0: do not)");
+  CLI::Option* step = replay->add_option("--step", request.step, "show the state after this step");
+  replay->add_option("--body", request.body, "with --step: only this body, all digits")
+      ->needs(step);
+  replay->add_flag("--quiet", request.quiet, "no progress line");
+  replay->footer(
+      "examples:\n"
+      "  soda replay run.sodalog\n"
+      "  soda replay run.sodalog --threads 2 --worlds 48\n"
+      "  soda replay run.sodalog --step 100 --body 7");
+  return replay;
+}
+
+CLI::App* add_anticipation(CLI::App& app, AnticipationRequest& request) {
+  AnticipationOptions& options = request.options;
+  options.buffers = {12, 24, 48};
+  options.overloads = {0.1, 0.25, 0.5, 1.0, 1.5};
+  CLI::App* command = app.add_subcommand(
+      "anticipation", "measure how long a transform buffer hides an overload (the paper's Fig. 8)");
+  command->add_option("--buffers", options.buffers, "entries (default 12,24,48)")->delimiter(',');
+  command
+      ->add_option("--overloads", options.overloads,
+                   "additional cost as a fraction (default 0.1,0.25,0.5,1,1.5)")
+      ->delimiter(',');
+  command->add_option("--utilisation", options.utilisation,
+                      "base step cost over frame time (default 1)");
+  command->add_option("--max-steps", options.max_steps, "give up after this many (default 2000)");
+  command->add_flag("--json", request.json, "print one JSON object");
+  command->add_option("-o,--output", request.svg_file, "draw the figure into this SVG file");
+  command->footer("example:\n  soda anticipation --buffers 1,48 --overloads 0.5,1.5 -o fig8.svg");
+  return command;
+}
+
+std::vector<std::string> known_names(const CLI::App& app, const CLI::App* command) {
+  std::vector<std::string> names;
+  if (command == nullptr) {
+    for (const CLI::App* subcommand : app.get_subcommands({})) {
+      names.push_back(subcommand->get_name());
+    }
+  }
+  for (const CLI::Option* option : (command == nullptr ? app : *command).get_options()) {
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  }
+  return names;
+}
+
+// CLI11's message, and the nearest known name if an argument is unknown.
+std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
+  const std::vector<CLI::App*> chosen = app.get_subcommands();
+  const CLI::App* command = chosen.empty() ? nullptr : chosen.front();
+  const std::string help =
+      command == nullptr ? "soda --help" : "soda " + command->get_name() + " --help";
+  const std::vector<std::string> unknown = app.remaining(true);
+  if (unknown.empty()) return std::string(error.what()) + "\nsee " + help;
+  const std::string name = unknown.front().substr(0, unknown.front().find('='));
+  const std::string nearest = nearest_name(name, known_names(app, command));
+  const char* kind =
+      command == nullptr && name.rfind('-', 0) != 0 ? "unknown command " : "unknown argument ";
+  return kind + name + (nearest.empty() ? "" : " (did you mean " + nearest + "?)") + "\nsee " +
+         help;
+}
+
+}  // namespace
+
+int run_command_line(int argc, const char* const* argv, std::ostream& out, std::ostream& err) {
+  CLI::App app("Distributed, anticipative simulation of rigid bodies: SODA on Time Warp.", "soda");
+  app.set_version_flag("--version", std::string("soda ") + kVersion);
+  app.require_subcommand(1);
+  app.footer(
+      "exit codes: 0 ok, 1 a check failed, 2 usage or scenario, 3 files, 4 numerical "
+      "failure\nsoda COMMAND --help shows options and examples");
+  RunRequest run;
+  PlanRequest plan;
+  ReplayRequest replay;
+  AnticipationRequest anticipation;
+  const CLI::App* run_app = add_run(app, run);
+  const CLI::App* plan_app = add_plan(app, plan);
+  const CLI::App* replay_app = add_replay(app, replay);
+  const CLI::App* anticipation_app = add_anticipation(app, anticipation);
+  CLI::App* schema_app = app.add_subcommand("schema", "print the JSON Schema of scenario files");
+  schema_app->footer("example:\n  soda schema > soda-scenario.schema.json");
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& request) {  // --help, --version
+    return app.exit(request, out, err);
+  } catch (const CLI::ParseError& error) {
+    throw UsageError(usage_message(app, error));
+  }
+  if (run_app->parsed()) return run_command(run, out, err);
+  if (plan_app->parsed()) return plan_command(plan, out);
+  if (replay_app->parsed()) return replay_command(replay, out, err);
+  if (anticipation_app->parsed()) return anticipation_command(anticipation, out);
+  out << scenarios::scenario_schema();
+  return kExitOk;
+}
+
+}  // namespace soda::analysis

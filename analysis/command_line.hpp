@@ -1,0 +1,13 @@
+// The command line of `soda`: options, help, and which command they call.
+#pragma once
+
+#include <iosfwd>
+
+namespace soda::analysis {
+
+// Parses and runs one command; returns its exit code. What a command reports goes to `out`, what
+// the user should know about it to `err`. Throws UsageError (with "did you mean" where a known name
+// is near) and what the commands throw.
+int run_command_line(int argc, const char* const* argv, std::ostream& out, std::ostream& err);
+
+}  // namespace soda::analysis

@@ -1,0 +1,78 @@
+#include "analysis/error_measures.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "physics/mass_properties.hpp"
+
+namespace soda::analysis {
+namespace {
+
+double relative(double value, double scale) { return scale > 0.0 ? value / scale : 0.0; }
+
+double total_mass_kg(const physics::SceneDescription& scene) {
+  double mass = 0.0;
+  for (const physics::BodyParams& body : scene.bodies) mass += body.mass_kg;
+  return mass;
+}
+
+// Energy to lift every body by its own size (cube root of its volume). Without it, the scale of a
+// scene at rest would be its own noise.
+double lifting_energy_joule(const physics::SceneDescription& scene) {
+  std::vector<double> size_m;
+  for (const physics::Shape& shape : scene.shapes) {
+    size_m.push_back(std::cbrt(physics::mass_properties(shape).volume_m3));
+  }
+  const double gravity = scene.gravity_m_s2.norm();
+  double energy = 0.0;
+  for (const physics::BodyParams& body : scene.bodies) {
+    energy += body.mass_kg * gravity * size_m[body.shape];
+  }
+  return energy;
+}
+
+}  // namespace
+
+void add_islands(std::span<const physics::IslandReport> islands, IslandTotals& totals) {
+  for (const physics::IslandReport& island : islands) {
+    totals.static_impulse_newton_s += island.static_impulse_newton_s;
+    totals.static_impulse_scale_newton_s += island.static_impulse_newton_s.norm();
+    totals.max_penetration_m = std::max(totals.max_penetration_m, island.max_penetration_m);
+    totals.constraint_residual_m_s =
+        std::max(totals.constraint_residual_m_s, island.constraint_residual_m_s);
+  }
+}
+
+ErrorMeasures measure_errors(const physics::SceneDescription& scene,
+                             std::span<const physics::BodyState> initial,
+                             std::span<const physics::BodyState> final_states, double steps,
+                             const IslandTotals& totals) {
+  const std::vector<physics::BodyId> ids = all_ids(initial.size());
+  const physics::Mechanics start = physics::measure(scene, ids, initial);
+  const physics::Mechanics end = physics::measure(scene, ids, final_states);
+
+  const double kinetic_change = end.kinetic_energy_joule - start.kinetic_energy_joule;
+  const double potential_change = end.potential_energy_joule - start.potential_energy_joule;
+  const double energy_scale = std::max({start.kinetic_energy_joule, end.kinetic_energy_joule,
+                                        std::fabs(potential_change), lifting_energy_joule(scene)});
+
+  const physics::Vec3 gravity_impulse =
+      scene.gravity_m_s2 * (total_mass_kg(scene) * steps * scene.dt_s);
+  const physics::Vec3 unexplained = end.linear_momentum_newton_s - start.linear_momentum_newton_s -
+                                    gravity_impulse - totals.static_impulse_newton_s;
+  const double momentum_scale =
+      std::max({start.momentum_scale_newton_s, end.momentum_scale_newton_s, gravity_impulse.norm(),
+                totals.static_impulse_scale_newton_s});
+
+  return {relative(kinetic_change + potential_change, energy_scale),
+          relative(unexplained.norm(), momentum_scale), totals.max_penetration_m,
+          totals.constraint_residual_m_s};
+}
+
+std::vector<physics::BodyId> all_ids(std::size_t count) {
+  std::vector<physics::BodyId> ids(count);
+  for (std::size_t i = 0; i < count; ++i) ids[i] = static_cast<physics::BodyId>(i);
+  return ids;
+}
+
+}  // namespace soda::analysis

@@ -1,0 +1,40 @@
+// How wrong a run is: measured on committed data only, so equal for every way to execute it.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "models/simulation.hpp"
+#include "physics/measures.hpp"
+
+namespace soda::analysis {
+
+// The scales are defined in README.md, "Error measures". A scale of 0 gives an error of 0.
+struct ErrorMeasures {
+  double energy_drift_rel = 0.0;         // < 0 where contacts dissipate
+  double momentum_drift_rel = 0.0;       // >= 0; a conservation check: rounding only
+  double max_penetration_m = 0.0;        // deepest at the start of any step
+  double constraint_residual_m_s = 0.0;  // largest of all islands and steps
+};
+
+// What must be gathered while steps are committed; O(1) memory.
+struct IslandTotals {
+  physics::Vec3 static_impulse_newton_s = physics::Vec3::Zero();  // summed in (step, label) order
+  double static_impulse_scale_newton_s = 0.0;                     // sum of the magnitudes
+  double max_penetration_m = 0.0;
+  double constraint_residual_m_s = 0.0;
+};
+
+// `islands` of one committed step, ascending by label; call in the order of steps.
+void add_islands(std::span<const physics::IslandReport> islands, IslandTotals& totals);
+
+// Over a run from `initial` to `final_states` (index == BodyId) in `steps` steps.
+ErrorMeasures measure_errors(const physics::SceneDescription& scene,
+                             std::span<const physics::BodyState> initial,
+                             std::span<const physics::BodyState> final_states, double steps,
+                             const IslandTotals& totals);
+
+// BodyId{0} .. BodyId{count - 1}.
+std::vector<physics::BodyId> all_ids(std::size_t count);
+
+}  // namespace soda::analysis

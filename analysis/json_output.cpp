@@ -1,0 +1,106 @@
+#include "analysis/json_output.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include "analysis/overrides.hpp"
+#include "analysis/text_table.hpp"
+
+namespace soda::analysis {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json plan_lines(const std::vector<models::PlanLine>& plan,
+                const std::vector<std::uint64_t>* counters) {
+  Json lines = Json::array();
+  for (std::size_t i = 0; i < plan.size(); ++i) {
+    Json line = {{"stage", plan[i].stage}, {"needed", plan[i].needed}, {"reason", plan[i].reason}};
+    if (counters != nullptr) line["counted"] = (*counters)[i];
+    lines.push_back(std::move(line));
+  }
+  return lines;
+}
+
+Json events(const kernel::Counters& counters) {
+  return {{"executed", counters.executed},           {"rolled_back", counters.rolled_back},
+          {"committed", counters.committed},         {"rollbacks", counters.rollbacks},
+          {"stragglers", counters.stragglers},       {"messages", counters.messages},
+          {"anti_messages", counters.anti_messages}, {"adopted", counters.adopted},
+          {"gvt_rounds", counters.gvt_rounds},       {"efficiency", efficiency(counters)}};
+}
+
+Json errors(const ErrorMeasures& error) {
+  return {{"energy_drift_rel", error.energy_drift_rel},
+          {"momentum_drift_rel", error.momentum_drift_rel},
+          {"max_penetration_m", error.max_penetration_m},
+          {"constraint_residual", error.constraint_residual_m_s}};
+}
+
+// Text from a file may hold anything: bytes that are not UTF-8 are replaced, not thrown upon.
+std::string dumped(const Json& json) {
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace
+
+std::string run_json(const RunReport& report) {
+  const MeasuredRun& run = report.run;
+  const models::SimulationResult& result = run.result;
+  const bool threads = report.options.executor == models::ExecutorKind::kThreads;
+  Json json = {{"scenario", report.scenario},
+               {"digest", format_digest(run.digest)},
+               {"steps", result.committed_steps},
+               {"bodies", report.bodies},
+               {"worlds", report.worlds},
+               {"executor", name_of(report.options.executor)},
+               {"threads", threads ? report.options.threads : 1u},
+               {"ranks", 1},
+               {"buffer", report.options.buffer},
+               {"dt_s", report.dt_s},
+               {"wall_s", run.cost.wall_s},
+               {"cpu_s", run.cost.cpu_s},
+               {"steps_per_s", steps_per_second(run)},
+               {"real_time_factor", real_time_factor(run, report.dt_s)}};
+  json["events"] = events(result.events);
+  json["islands"] = {{"committed", result.islands_committed},
+                     {"solved", result.stages.islands_solved},
+                     {"reused", result.worlds.islands_reused}};
+  json["lead"] = {{"mean_steps", mean_lead_steps(result.events)},
+                  {"max_steps", result.events.lead_max}};
+  json["error"] = errors(run.error);
+  json["stages"] = Json::object();
+  for (const auto& [name, count] : stage_counts(result)) json["stages"][name] = count;
+  json["plan"] = plan_lines(run.plan, &run.plan_counters);
+  if (report.with_step_digests) {
+    json["step_digests"] = Json::array();
+    for (const std::uint64_t digest : report.step_digests) {
+      json["step_digests"].push_back(format_digest(digest));
+    }
+  }
+  return dumped(json);
+}
+
+std::string plan_json(const std::string& scenario, const std::vector<models::PlanLine>& plan) {
+  return dumped({{"scenario", scenario}, {"plan", plan_lines(plan, nullptr)}});
+}
+
+std::string anticipation_json(const AnticipationReport& report) {
+  Json points = Json::array();
+  for (const AnticipationPoint& point : report.points) {
+    points.push_back({{"buffer", point.buffer},
+                      {"overload", point.overload},
+                      {"bodies", point.bodies},
+                      {"measured_overload", point.measured_overload},
+                      {"ratio", point.ratio},
+                      {"filled", point.filled},
+                      {"steps_until_late", point.late ? Json(point.steps_until_late) : Json()},
+                      {"closed_form_steps", point.closed_form_steps}});
+  }
+  return dumped({{"base_bodies", report.base_bodies},
+                 {"base_step_s", report.base_step_s},
+                 {"frame_s", report.frame_s},
+                 {"utilisation", report.utilisation},
+                 {"points", points}});
+}
+
+}  // namespace soda::analysis

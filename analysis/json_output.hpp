@@ -1,0 +1,19 @@
+// All JSON that `soda` prints. Keys are documented in README.md, "JSON output".
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "analysis/anticipation.hpp"
+#include "analysis/run_report.hpp"
+#include "models/plan.hpp"
+
+namespace soda::analysis {
+
+// Each returns one object, indented by two, with a final line break. Doubles read back as the same
+// bits; what is not finite becomes null.
+std::string run_json(const RunReport& report);
+std::string plan_json(const std::string& scenario, const std::vector<models::PlanLine>& plan);
+std::string anticipation_json(const AnticipationReport& report);
+
+}  // namespace soda::analysis

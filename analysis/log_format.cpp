@@ -1,0 +1,221 @@
+#include "analysis/log_format.hpp"
+
+#include <xxhash.h>
+
+#include <algorithm>
+
+namespace soda::analysis {
+namespace {
+
+// Bytes of one contact impulse and of a body without any; see put_state.
+constexpr std::size_t kImpulseBytes = 3 * 4 + 4 * 8;
+constexpr std::size_t kStateBytes = 13 * 8 + 8;
+
+void put_vec3(ByteBuffer& out, const physics::Vec3& v) {
+  for (int i = 0; i < 3; ++i) put(out, v[i]);
+}
+
+physics::Vec3 take_vec3(ByteReader& in) {
+  physics::Vec3 v;
+  for (int i = 0; i < 3; ++i) v[i] = in.take_double();
+  return v;
+}
+
+void put_state(ByteBuffer& out, const physics::BodyState& state) {
+  put_vec3(out, state.position_m);
+  put(out, state.orientation.w());
+  put(out, state.orientation.x());
+  put(out, state.orientation.y());
+  put(out, state.orientation.z());
+  put_vec3(out, state.linear_velocity_m_s);
+  put_vec3(out, state.angular_velocity_rad_s);
+  put(out, static_cast<std::uint64_t>(state.impulses.size()));
+  for (const physics::ContactImpulse& impulse : state.impulses) {
+    put(out, physics::index_of(impulse.other));
+    put(out, impulse.part);
+    put(out, impulse.feature);
+    put(out, impulse.normal_newton_s);
+    put_vec3(out, impulse.friction_newton_s);
+  }
+}
+
+physics::BodyState take_state(ByteReader& in) {
+  physics::BodyState state;
+  state.position_m = take_vec3(in);
+  state.orientation.w() = in.take_double();
+  state.orientation.x() = in.take_double();
+  state.orientation.y() = in.take_double();
+  state.orientation.z() = in.take_double();
+  state.linear_velocity_m_s = take_vec3(in);
+  state.angular_velocity_rad_s = take_vec3(in);
+  state.impulses.resize(in.take_count(kImpulseBytes));
+  for (physics::ContactImpulse& impulse : state.impulses) {
+    impulse.other = static_cast<physics::BodyId>(in.take<std::uint32_t>());
+    impulse.part = in.take<std::uint32_t>();
+    impulse.feature = in.take<std::uint32_t>();
+    impulse.normal_newton_s = in.take_double();
+    impulse.friction_newton_s = take_vec3(in);
+  }
+  return state;
+}
+
+template <class T>
+void put_optional(ByteBuffer& out, const std::optional<T>& value) {
+  put(out, static_cast<std::uint8_t>(value.has_value()));
+  put(out, value ? static_cast<std::uint64_t>(*value) : std::uint64_t{0});
+}
+
+template <class T>
+void take_optional(ByteReader& in, std::optional<T>& value) {
+  const bool present = in.take<std::uint8_t>() != 0;
+  const auto bits = in.take<std::uint64_t>();
+  if (present) value = static_cast<T>(bits);
+}
+
+}  // namespace
+
+std::uint64_t checksum(std::span<const unsigned char> bytes) {
+  return XXH3_64bits(bytes.data(), bytes.size());
+}
+
+ByteBuffer encode_file_header() {
+  ByteBuffer out(kLogMagic.begin(), kLogMagic.end());
+  put(out, kLogVersion);
+  put(out, std::uint32_t{0});
+  put(out, checksum(out));
+  return out;
+}
+
+void decode_file_header(std::span<const unsigned char> bytes) {
+  if (bytes.size() < kFileHeaderBytes ||
+      !std::equal(kLogMagic.begin(), kLogMagic.end(), bytes.begin())) {
+    throw DecodeError("is no soda log");
+  }
+  ByteReader in(bytes.subspan(kLogMagic.size()));
+  const auto version = in.take<std::uint32_t>();
+  in.take<std::uint32_t>();
+  if (in.take<std::uint64_t>() != checksum(bytes.first(kFileHeaderBytes - 8))) {
+    throw DecodeError("has a damaged file header");
+  }
+  if (version != kLogVersion) {
+    throw DecodeError("has log format version " + std::to_string(version) +
+                      "; this soda reads version " + std::to_string(kLogVersion));
+  }
+}
+
+ByteBuffer encode(const BlockHeader& header) {
+  ByteBuffer out;
+  put(out, static_cast<std::uint32_t>(header.type));
+  put(out, header.index);
+  put(out, header.raw_bytes);
+  put(out, header.stored_bytes);
+  put(out, header.stored_checksum);
+  put(out, checksum(out));
+  return out;
+}
+
+BlockHeader decode_block_header(std::span<const unsigned char> bytes) {
+  ByteReader in(bytes);
+  BlockHeader header;
+  header.type = static_cast<BlockType>(in.take<std::uint32_t>());
+  header.index = in.take<std::uint32_t>();
+  header.raw_bytes = in.take<std::uint64_t>();
+  header.stored_bytes = in.take<std::uint64_t>();
+  header.stored_checksum = in.take<std::uint64_t>();
+  if (in.take<std::uint64_t>() != checksum(bytes.first(kBlockHeaderBytes - 8))) {
+    throw DecodeError("block header does not match its checksum");
+  }
+  in.expect_end();
+  return header;
+}
+
+ByteBuffer encode(const LoggedScenario& scenario) {
+  ByteBuffer out;
+  put(out, scenario.program_version);
+  put(out, scenario.file);
+  put(out, scenario.text);
+  return out;
+}
+
+LoggedScenario decode_scenario(std::span<const unsigned char> bytes) {
+  ByteReader in(bytes);
+  LoggedScenario scenario;
+  scenario.program_version = in.take_string();
+  scenario.file = in.take_string();
+  scenario.text = in.take_string();
+  in.expect_end();
+  return scenario;
+}
+
+ByteBuffer encode(const Overrides& overrides) {
+  ByteBuffer out;
+  put_optional(out, overrides.executor);
+  put_optional(out, overrides.threads);
+  put_optional(out, overrides.worlds);
+  put_optional(out, overrides.buffer);
+  put_optional(out, overrides.steps);
+  put_optional(out, overrides.seed);
+  put_optional(out, overrides.scheduling_seed);
+  return out;
+}
+
+Overrides decode_overrides(std::span<const unsigned char> bytes) {
+  ByteReader in(bytes);
+  Overrides overrides;
+  take_optional(in, overrides.executor);
+  take_optional(in, overrides.threads);
+  take_optional(in, overrides.worlds);
+  take_optional(in, overrides.buffer);
+  take_optional(in, overrides.steps);
+  take_optional(in, overrides.seed);
+  take_optional(in, overrides.scheduling_seed);
+  in.expect_end();
+  return overrides;
+}
+
+ByteBuffer encode_labels(std::span<const std::uint32_t> labels) {
+  ByteBuffer out;
+  put(out, static_cast<std::uint64_t>(labels.size()));
+  for (const std::uint32_t label : labels) put(out, label);
+  return out;
+}
+
+std::vector<std::uint32_t> decode_labels(std::span<const unsigned char> bytes) {
+  ByteReader in(bytes);
+  std::vector<std::uint32_t> labels(in.take_count(sizeof(std::uint32_t)));
+  for (std::uint32_t& label : labels) label = in.take<std::uint32_t>();
+  in.expect_end();
+  return labels;
+}
+
+ByteBuffer encode_step(std::int64_t step, std::uint64_t digest,
+                       std::span<const physics::BodyState> states) {
+  ByteBuffer out;
+  out.reserve(24 + states.size() * (kStateBytes + 4 * kImpulseBytes));
+  put(out, step);
+  put(out, digest);
+  put(out, static_cast<std::uint64_t>(states.size()));
+  for (const physics::BodyState& state : states) put_state(out, state);
+  return out;
+}
+
+LoggedStep decode_step(std::span<const unsigned char> bytes) {
+  ByteReader in(bytes);
+  LoggedStep logged;
+  logged.step = in.take<std::int64_t>();
+  logged.digest = in.take<std::uint64_t>();
+  const std::size_t bodies = in.take_count(kStateBytes);
+  logged.states.reserve(bodies);
+  for (std::size_t i = 0; i < bodies; ++i) logged.states.push_back(take_state(in));
+  in.expect_end();
+  return logged;
+}
+
+ByteBuffer encode_end(std::int64_t steps, std::uint64_t digest) {
+  ByteBuffer out;
+  put(out, steps);
+  put(out, digest);
+  return out;
+}
+
+}  // namespace soda::analysis

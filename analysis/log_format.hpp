@@ -1,0 +1,72 @@
+// The event log: block layout and payloads, shared by writer and reader. The format is documented
+// in README.md, "Log format".
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "analysis/byte_codec.hpp"
+#include "analysis/overrides.hpp"
+#include "physics/body_state.hpp"
+
+namespace soda::analysis {
+
+inline constexpr std::array<unsigned char, 8> kLogMagic{'S', 'O', 'D', 'A', 'L', 'O', 'G', 0};
+inline constexpr std::uint32_t kLogVersion = 1;
+
+enum class BlockType : std::uint32_t {
+  kScenario = 1,  // first block
+  kOverrides = 2,
+  kBodies = 3,
+  kStep = 4,  // one for each of the steps 0, 1, 2, ...
+  kEnd = 5,   // last block of a run that came to its end
+};
+
+inline constexpr std::size_t kFileHeaderBytes = 24;   // magic, version, 0, checksum
+inline constexpr std::size_t kBlockHeaderBytes = 40;  // the fields below and a checksum of them
+inline constexpr std::uint64_t kMaxRawBytes = std::uint64_t{1} << 33;
+
+struct BlockHeader {
+  BlockType type{};
+  std::uint32_t index = 0;            // 0, 1, ... in the file
+  std::uint64_t raw_bytes = 0;        // of the payload before compression
+  std::uint64_t stored_bytes = 0;     // of the payload in the file
+  std::uint64_t stored_checksum = 0;  // XXH3-64 of the stored bytes
+};
+
+struct LoggedScenario {
+  std::string program_version;  // of the soda that wrote the log
+  std::string file;             // absolute path; mesh files are found relative to its folder
+  std::string text;
+};
+
+struct LoggedStep {
+  std::int64_t step = 0;
+  std::uint64_t digest = 0;
+  std::vector<physics::BodyState> states;  // index == BodyId
+};
+
+std::uint64_t checksum(std::span<const unsigned char> bytes);
+
+ByteBuffer encode_file_header();
+ByteBuffer encode(const BlockHeader& header);
+ByteBuffer encode(const LoggedScenario& scenario);
+ByteBuffer encode(const Overrides& overrides);
+ByteBuffer encode_labels(std::span<const std::uint32_t> labels);
+ByteBuffer encode_step(std::int64_t step, std::uint64_t digest,
+                       std::span<const physics::BodyState> states);
+ByteBuffer encode_end(std::int64_t steps, std::uint64_t digest);
+
+// Each throws DecodeError if the bytes are not what encode makes. The two headers also check their
+// checksum.
+void decode_file_header(std::span<const unsigned char> bytes);
+BlockHeader decode_block_header(std::span<const unsigned char> bytes);
+LoggedScenario decode_scenario(std::span<const unsigned char> bytes);
+Overrides decode_overrides(std::span<const unsigned char> bytes);
+std::vector<std::uint32_t> decode_labels(std::span<const unsigned char> bytes);
+LoggedStep decode_step(std::span<const unsigned char> bytes);
+
+}  // namespace soda::analysis

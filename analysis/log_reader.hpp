@@ -1,0 +1,61 @@
+// Reading an event log.
+#pragma once
+
+#include <cstdint>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "analysis/log_format.hpp"
+
+namespace soda::analysis {
+
+// Opening scans the whole file and checks every checksum; steps are decoded when asked for, so
+// memory does not grow with what a log holds.
+class LogReader {
+ public:
+  // Throws FileError if `file` cannot be read, is no log of this version, or is cut off or damaged
+  // before its first step is whole.
+  explicit LogReader(const std::string& file);
+
+  const LoggedScenario& scenario() const { return scenario_; }
+  const Overrides& overrides() const { return overrides_; }
+  const std::vector<std::uint32_t>& labels() const { return labels_; }
+  // The last step whose block is whole and sound; all before it are too.
+  std::int64_t last_step() const { return static_cast<std::int64_t>(step_offsets_.size()) - 1; }
+  // Whether the log ends with its end block.
+  bool complete() const { return complete_; }
+  // Where and how the log is cut off; empty if it is not.
+  const std::string& cut() const { return cut_; }
+  // The first block whose bytes are not what was written, with its step; empty if all are sound.
+  // What follows it is not read.
+  const std::string& damage() const { return damage_; }
+
+  // 0 <= step <= last_step(). Throws CheckFailed if the payload does not decode to that step.
+  LoggedStep read_step(std::int64_t step);
+
+ private:
+  struct Block {
+    BlockHeader header;
+    ByteBuffer stored;
+  };
+  enum class Next { kBlock, kEnd };
+
+  Next next_block(Block& block);
+  bool keep(const Block& block, std::streamoff offset);
+  std::string place(std::streamoff offset) const;
+  ByteBuffer raw_payload(const Block& block) const;
+
+  std::string file_;
+  std::ifstream in_;
+  std::uint64_t file_bytes_ = 0;
+  LoggedScenario scenario_;
+  Overrides overrides_;
+  std::vector<std::uint32_t> labels_;
+  std::vector<std::streamoff> step_offsets_;
+  std::uint32_t blocks_ = 0;
+  bool complete_ = false;
+  std::string cut_, damage_;
+};
+
+}  // namespace soda::analysis

@@ -1,0 +1,115 @@
+#include "analysis/measured_run.hpp"
+
+#include <algorithm>
+
+#include "analysis/exit_codes.hpp"
+
+namespace soda::analysis {
+namespace {
+
+std::string describe(const models::SimulationFault& fault) {
+  return "step " + std::to_string(fault.step) + ", world " +
+         std::to_string(models::index_of(fault.world)) + ", body " +
+         std::to_string(fault.body_label) + ": " + fault.what;
+}
+
+std::vector<physics::Vec3> centres(const std::vector<physics::BodyState>& states) {
+  std::vector<physics::Vec3> positions;
+  for (const physics::BodyState& state : states) positions.push_back(state.position_m);
+  return positions;
+}
+
+// "shape pair" -> "shape_pair": names of counters are keys of the JSON output.
+std::string as_key(std::string name) {
+  std::replace_if(
+      name.begin(), name.end(), [](char c) { return c == ' ' || c == '-'; }, '_');
+  return name;
+}
+
+}  // namespace
+
+MeasuredRun measure_run(const physics::SceneDescription& scene,
+                        const std::vector<physics::BodyState>& initial,
+                        const models::TerritoryOptions& territory,
+                        const models::RunOptions& options, const models::CommitObserver& observer,
+                        const std::function<void(const models::Progress&)>& progress) {
+  const models::TerritoryMap map = models::make_territory_map(territory, centres(initial));
+  MeasuredRun run;
+  run.plan = models::make_plan(scene, map.worlds(), options);
+
+  IslandTotals totals;
+  models::CommitObserver both = observer;
+  both.on_step = [&](const models::CommittedStep& step) {
+    add_islands(step.islands, totals);
+    if (observer.on_step) observer.on_step(step);
+  };
+
+  const Stopwatch stopwatch;
+  run.result = models::simulate(scene, initial, map, options, both, progress);
+  run.cost = stopwatch.elapsed();
+
+  if (run.result.fault) throw NumericalFailure(describe(*run.result.fault));
+  run.error = measure_errors(scene, initial, run.result.final_states,
+                             static_cast<double>(run.result.committed_steps), totals);
+  run.digest = physics::digest(all_ids(initial.size()), run.result.final_states);
+  run.plan_counters = models::plan_counters(run.plan, run.result);
+  return run;
+}
+
+std::vector<std::string> broken_plan_lines(const MeasuredRun& run) {
+  std::vector<std::string> broken;
+  for (std::size_t i = 0; i < run.plan.size(); ++i) {
+    if (run.plan[i].needed || run.plan_counters[i] == 0) continue;
+    broken.push_back(run.plan[i].stage + ": not needed (" + run.plan[i].reason + "), but counted " +
+                     std::to_string(run.plan_counters[i]));
+  }
+  return broken;
+}
+
+std::vector<std::pair<std::string, std::uint64_t>> stage_counts(
+    const models::SimulationResult& result) {
+  const physics::StageCounters& stages = result.stages;
+  const models::WorldCounters& worlds = result.worlds;
+  std::vector<std::pair<std::string, std::uint64_t>> counts = {
+      {"boxes", stages.boxes}, {"candidate_pairs", stages.candidate_pairs}};
+  for (std::size_t kernel = 0; kernel < stages.narrowphase_tests.size(); ++kernel) {
+    counts.emplace_back(
+        "narrowphase_" + as_key(physics::name_of(static_cast<physics::ShapeKernel>(kernel))),
+        stages.narrowphase_tests[kernel]);
+  }
+  const std::vector<std::pair<std::string, std::uint64_t>> rest = {
+      {"manifolds", stages.manifolds},
+      {"contact_points", stages.contact_points},
+      {"free_bodies_advanced", stages.free_bodies_advanced},
+      {"islands_solved", stages.islands_solved},
+      {"solver_iterations", stages.solver_iterations},
+      {"normal_rows", stages.normal_rows},
+      {"friction_rows", stages.friction_rows},
+      {"restitution_rows", stages.restitution_rows},
+      {"warm_started_rows", stages.warm_started_rows},
+      {"border_tests", worlds.border_tests},
+      {"ghosts_sent", worlds.ghosts_sent},
+      {"fragments_sent", worlds.fragments_sent},
+      {"records_sent", worlds.records_sent},
+      {"merge_rounds", worlds.merge_rounds},
+      {"migrations", worlds.migrations},
+      {"mixed_islands", worlds.mixed_islands},
+      {"islands_reused", worlds.islands_reused},
+      {"entries_saved", worlds.entries_saved},
+      {"bytes_sent", worlds.bytes_sent},
+  };
+  counts.insert(counts.end(), rest.begin(), rest.end());
+  return counts;
+}
+
+double efficiency(const kernel::Counters& events) {
+  if (events.executed == 0) return 0.0;
+  return 1.0 - static_cast<double>(events.rolled_back) / static_cast<double>(events.executed);
+}
+
+double mean_lead_steps(const kernel::Counters& events) {
+  if (events.executed == 0) return 0.0;
+  return static_cast<double>(events.lead_sum) / static_cast<double>(events.executed);
+}
+
+}  // namespace soda::analysis

@@ -1,0 +1,44 @@
+// One run of a scenario with everything that is reported of it.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "analysis/error_measures.hpp"
+#include "analysis/stopwatch.hpp"
+#include "models/plan.hpp"
+#include "models/simulation.hpp"
+
+namespace soda::analysis {
+
+struct MeasuredRun {
+  Cost cost;  // of the simulation, without reading and reporting
+  ErrorMeasures error;
+  std::uint64_t digest = 0;  // of the state after the last step
+  models::SimulationResult result;
+  std::vector<models::PlanLine> plan;
+  std::vector<std::uint64_t> plan_counters;  // one per plan line
+};
+
+// Runs the scene divided by `territory` and measures. `observer` gets every committed step.
+// Throws NumericalFailure if a fault was committed.
+MeasuredRun measure_run(const physics::SceneDescription& scene,
+                        const std::vector<physics::BodyState>& initial,
+                        const models::TerritoryOptions& territory,
+                        const models::RunOptions& options, const models::CommitObserver& observer,
+                        const std::function<void(const models::Progress&)>& progress);
+
+// Plan lines that promised no work, yet counted some: a defect, or an untrue plan.
+std::vector<std::string> broken_plan_lines(const MeasuredRun& run);
+
+// The per-stage work of a run by name, physics stages first; the order is fixed.
+std::vector<std::pair<std::string, std::uint64_t>> stage_counts(
+    const models::SimulationResult& result);
+
+// Fractions and means that reports share; 0 where nothing was executed.
+double efficiency(const kernel::Counters& events);  // 1 - rolled back / executed
+double mean_lead_steps(const kernel::Counters& events);
+
+}  // namespace soda::analysis

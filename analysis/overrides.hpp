@@ -1,0 +1,39 @@
+// What a command line changes of a scenario.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "scenarios/scenario.hpp"
+
+namespace soda::analysis {
+
+// Nothing given: the scenario's own value.
+struct Overrides {
+  std::optional<models::ExecutorKind> executor;
+  std::optional<unsigned> threads;  // alone, it also selects the threads executor
+  std::optional<std::uint32_t> worlds;
+  std::optional<std::int64_t> buffer;
+  std::optional<std::int64_t> steps;
+  std::optional<std::uint64_t> seed;  // replaces every seed of the scenario
+  std::optional<std::uint64_t> scheduling_seed;
+};
+
+const char* name_of(models::ExecutorKind executor);
+
+// `over` where it says something, else `base`.
+Overrides combined(const Overrides& base, const Overrides& over);
+
+// Applies all but the seed, which acts while a scenario is read. Throws UsageError for values out
+// of range: worlds beyond the number of cells, threads with the sequential executor, and so on.
+void apply_overrides(const Overrides& overrides, models::TerritoryOptions& territory,
+                     models::RunOptions& run);
+
+// The bytes of a file. Throws scenarios::FileError.
+std::string read_whole_file(const std::string& file);
+
+// Read and overridden. Throws InputError, FileError, UsageError.
+scenarios::Scenario load_scenario(const std::string& file, const Overrides& overrides);
+
+}  // namespace soda::analysis

@@ -1,0 +1,26 @@
+#include "analysis/plan_command.hpp"
+
+#include <ostream>
+
+#include "analysis/exit_codes.hpp"
+#include "analysis/json_output.hpp"
+#include "analysis/run_report.hpp"
+
+namespace soda::analysis {
+
+int plan_command(const PlanRequest& request, std::ostream& out) {
+  const scenarios::Scenario scenario = load_scenario(request.file, request.overrides);
+  const std::vector<models::PlanLine> plan =
+      models::make_plan(scenario.scene, scenario.territory.worlds, scenario.run);
+  if (request.json) {
+    out << plan_json(scenario.name, plan);
+  } else {
+    out << scenario.name << ": " << scenario.initial.size() << " bodies, "
+        << scenario.territory.worlds << (scenario.territory.worlds == 1 ? " world" : " worlds")
+        << ", " << name_of(scenario.run.executor) << " executor\n\n"
+        << plan_text(plan, nullptr);
+  }
+  return kExitOk;
+}
+
+}  // namespace soda::analysis

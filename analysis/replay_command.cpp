@@ -1,0 +1,156 @@
+#include "analysis/replay_command.hpp"
+
+#include <algorithm>
+#include <ostream>
+
+#include "analysis/exit_codes.hpp"
+#include "analysis/log_reader.hpp"
+#include "analysis/measured_run.hpp"
+#include "analysis/progress.hpp"
+#include "analysis/step_comparison.hpp"
+#include "analysis/text_table.hpp"
+#include "scenarios/read_scenario.hpp"
+
+namespace soda::analysis {
+namespace {
+
+std::vector<std::string> state_row(std::uint32_t label, const physics::BodyState& state) {
+  std::vector<std::string> row = {std::to_string(label)};
+  const auto add = [&row](double number) { row.push_back(format_number(number, 9)); };
+  for (int i = 0; i < 3; ++i) add(state.position_m[i]);
+  add(state.orientation.w());
+  add(state.orientation.x());
+  add(state.orientation.y());
+  add(state.orientation.z());
+  for (int i = 0; i < 3; ++i) add(state.linear_velocity_m_s[i]);
+  for (int i = 0; i < 3; ++i) add(state.angular_velocity_rad_s[i]);
+  row.push_back(std::to_string(state.impulses.size()));
+  return row;
+}
+
+std::string states_text(const LoggedStep& logged, const std::vector<std::uint32_t>& labels) {
+  std::vector<Column> columns;
+  for (const char* title : {"body", "x m", "y m", "z m", "qw", "qx", "qy", "qz", "vx m/s", "vy m/s",
+                            "vz m/s", "wx rad/s", "wy rad/s", "wz rad/s", "impulses"}) {
+    columns.push_back({title, Align::kRight});
+  }
+  std::vector<std::vector<std::string>> rows;
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    rows.push_back(state_row(labels[i], logged.states[i]));
+  }
+  return format_table(columns, rows);
+}
+
+// One body in full: every value exact, with its bits.
+std::string body_text(const physics::BodyState& state) {
+  std::vector<std::vector<std::string>> rows;
+  const auto add = [&rows](const std::string& name, double number) {
+    rows.push_back({name, format_exact(number), format_bits(number)});
+  };
+  const auto add_vec3 = [&add](const std::string& name, const physics::Vec3& v) {
+    add(name + ".x", v.x());
+    add(name + ".y", v.y());
+    add(name + ".z", v.z());
+  };
+  add_vec3("position_m", state.position_m);
+  add("orientation.w", state.orientation.w());
+  add("orientation.x", state.orientation.x());
+  add("orientation.y", state.orientation.y());
+  add("orientation.z", state.orientation.z());
+  add_vec3("linear_velocity_m_s", state.linear_velocity_m_s);
+  add_vec3("angular_velocity_rad_s", state.angular_velocity_rad_s);
+  for (std::size_t i = 0; i < state.impulses.size(); ++i) {
+    const std::string name = "impulses[" + std::to_string(i) + "].";
+    add(name + "normal_newton_s", state.impulses[i].normal_newton_s);
+    add_vec3(name + "friction_newton_s", state.impulses[i].friction_newton_s);
+  }
+  return format_table({{"field"}, {"value", Align::kRight}, {"bits"}}, rows);
+}
+
+int show_state(const ReplayRequest& request, LogReader& log, std::ostream& out) {
+  if (*request.step < 0 || *request.step > log.last_step()) {
+    throw UsageError("--step: found " + std::to_string(*request.step) + "; allowed: 0 to " +
+                     std::to_string(log.last_step()) + ", the last whole step of " + request.file);
+  }
+  const std::vector<std::uint32_t>& labels = log.labels();
+  const LoggedStep logged = log.read_step(*request.step);
+  std::string text =
+      "step " + std::to_string(logged.step) + ", digest " + format_digest(logged.digest);
+  if (request.body) {
+    const auto found = std::find(labels.begin(), labels.end(), *request.body);
+    if (found == labels.end()) {
+      throw UsageError("--body: " + request.file + " has no body " + std::to_string(*request.body));
+    }
+    const auto index = static_cast<std::size_t>(found - labels.begin());
+    text += ", body " + std::to_string(*request.body) + "\n\n" + body_text(logged.states[index]);
+  } else {
+    text += "\n\n" + states_text(logged, labels);
+  }
+  out << text;
+  return kExitOk;
+}
+
+// Remembers the first difference. Called from worker threads: what reading the log throws is a
+// difference too.
+struct Comparison {
+  LogReader& log;
+  std::string first_difference;
+
+  void compare(std::int64_t step, std::span<const physics::BodyState> states) {
+    if (!first_difference.empty()) return;
+    try {
+      first_difference = divergence(log.read_step(step), states, log.labels());
+    } catch (const CheckFailed& fault) {
+      first_difference = fault.what();
+    }
+  }
+};
+
+// The scenario as logged, to be run as far as the log goes.
+scenarios::Scenario logged_scenario(const ReplayRequest& request, const LogReader& log) {
+  const Overrides overrides = combined(log.overrides(), request.overrides);
+  scenarios::Scenario scenario =
+      scenarios::read_scenario_text(log.scenario().text, log.scenario().file, overrides.seed);
+  apply_overrides(overrides, scenario.territory, scenario.run);
+  if (!log.complete()) scenario.run.steps = std::min(scenario.run.steps, log.last_step());
+  return scenario;
+}
+
+int rerun(const ReplayRequest& request, LogReader& log, std::ostream& out, std::ostream& err) {
+  const scenarios::Scenario scenario = logged_scenario(request, log);
+  Comparison comparison{log, {}};
+  comparison.compare(0, scenario.initial);
+  models::CommitObserver observer;
+  observer.wants_states = true;
+  observer.on_step = [&](const models::CommittedStep& step) {
+    comparison.compare(step.step, step.states);
+  };
+  const MeasuredRun run =
+      measure_run(scenario.scene, scenario.initial, scenario.territory, scenario.run, observer,
+                  terminal_progress(scenario.run.steps, request.quiet));
+  if (!comparison.first_difference.empty()) {
+    err << "soda: " << request.file << ": divergence at " << comparison.first_difference << "\n";
+    return kExitCheckFailed;
+  }
+  out << request.file << ": " << run.result.committed_steps
+      << " steps replayed without divergence; " << name_of(scenario.run.executor) << " executor, "
+      << scenario.territory.worlds << " worlds, digest " << format_digest(run.digest) << "\n";
+  return kExitOk;
+}
+
+}  // namespace
+
+int replay_command(const ReplayRequest& request, std::ostream& out, std::ostream& err) {
+  LogReader log(request.file);
+  if (!log.cut().empty()) {
+    err << "soda: " << request.file << ": " << log.cut() << "; read up to step " << log.last_step()
+        << "\n";
+  }
+  if (!log.damage().empty()) {
+    err << "soda: " << request.file << ": damaged: " << log.damage() << "\n";
+  }
+  const int outcome = request.step ? show_state(request, log, out) : rerun(request, log, out, err);
+  return log.damage().empty() ? outcome : kExitCheckFailed;
+}
+
+}  // namespace soda::analysis

@@ -1,0 +1,25 @@
+// `soda replay`: re-run an event log and compare every step, or show a state that it holds.
+#pragma once
+
+#include <cstdint>
+#include <iosfwd>
+#include <optional>
+#include <string>
+
+#include "analysis/overrides.hpp"
+
+namespace soda::analysis {
+
+struct ReplayRequest {
+  std::string file;
+  Overrides overrides;                // executor, threads, worlds, buffer, scheduling seed
+  std::optional<std::int64_t> step;   // show this step instead of re-running
+  std::optional<std::uint32_t> body;  // only this body, by label
+  bool quiet = false;
+};
+
+// kExitCheckFailed if a step diverges or a block is damaged; a log that is merely cut off is read
+// up to its last whole block and said to be cut off.
+int replay_command(const ReplayRequest& request, std::ostream& out, std::ostream& err);
+
+}  // namespace soda::analysis

@@ -1,0 +1,85 @@
+#include "analysis/run_command.hpp"
+
+#include <filesystem>
+#include <memory>
+#include <ostream>
+
+#include "analysis/exit_codes.hpp"
+#include "analysis/json_output.hpp"
+#include "analysis/log_writer.hpp"
+#include "analysis/progress.hpp"
+#include "analysis/run_report.hpp"
+#include "analysis/text_table.hpp"
+#include "analysis/version.hpp"
+#include "scenarios/read_scenario.hpp"
+
+namespace soda::analysis {
+namespace {
+
+// A log must hold exactly the text that is run, so that is read first.
+scenarios::Scenario load_for_log(const RunRequest& request, std::string& text) {
+  text = read_whole_file(request.file);
+  scenarios::Scenario scenario =
+      scenarios::read_scenario_text(text, request.file, request.overrides.seed);
+  apply_overrides(request.overrides, scenario.territory, scenario.run);
+  return scenario;
+}
+
+std::unique_ptr<LogWriter> open_log(const RunRequest& request, const std::string& text,
+                                    const scenarios::Scenario& scenario) {
+  std::vector<std::uint32_t> labels;
+  for (const physics::BodyParams& body : scenario.scene.bodies) labels.push_back(body.label);
+  auto log = std::make_unique<LogWriter>(request.log_file);
+  log->begin({kVersion, std::filesystem::absolute(request.file).string(), text}, request.overrides,
+             labels);
+  log->add_step(0, physics::digest(all_ids(labels.size()), scenario.initial), scenario.initial);
+  return log;
+}
+
+MeasuredRun run_observed(const RunRequest& request, const scenarios::Scenario& scenario,
+                         LogWriter* log, std::vector<std::uint64_t>& step_digests) {
+  models::CommitObserver observer;
+  observer.wants_states = log != nullptr || request.step_digests;
+  if (observer.wants_states) {
+    observer.on_step = [&](const models::CommittedStep& step) {
+      const std::uint64_t digest = physics::digest(step.ids, step.states);
+      if (request.step_digests) step_digests.push_back(digest);
+      if (log != nullptr) log->add_step(step.step, digest, step.states);
+    };
+  }
+  return measure_run(scenario.scene, scenario.initial, scenario.territory, scenario.run, observer,
+                     terminal_progress(scenario.run.steps, request.quiet));
+}
+
+}  // namespace
+
+int run_command(const RunRequest& request, std::ostream& out, std::ostream& err) {
+  const bool logged = !request.log_file.empty();
+  std::string text;
+  const scenarios::Scenario scenario =
+      logged ? load_for_log(request, text) : load_scenario(request.file, request.overrides);
+  const std::unique_ptr<LogWriter> log = logged ? open_log(request, text, scenario) : nullptr;
+
+  RunReport report;
+  report.run = run_observed(request, scenario, log.get(), report.step_digests);
+  if (log) log->finish(report.run.result.committed_steps, report.run.digest);
+
+  report.scenario = scenario.name;
+  report.bodies = scenario.initial.size();
+  report.worlds = scenario.territory.worlds;
+  report.dt_s = scenario.scene.dt_s;
+  report.options = scenario.run;
+  report.with_step_digests = request.step_digests;
+  out << (request.json ? run_json(report) : run_text(report));
+  if (!request.json) {
+    for (std::size_t i = 0; i < report.step_digests.size(); ++i) {
+      out << "step " << i + 1 << " " << format_digest(report.step_digests[i]) << "\n";
+    }
+  }
+
+  const std::vector<std::string> broken = broken_plan_lines(report.run);
+  for (const std::string& line : broken) err << "soda: plan broken: " << line << "\n";
+  return broken.empty() ? kExitOk : kExitCheckFailed;
+}
+
+}  // namespace soda::analysis

@@ -1,0 +1,23 @@
+// `soda run`: one run of a scenario, reported.
+#pragma once
+
+#include <iosfwd>
+#include <string>
+
+#include "analysis/overrides.hpp"
+
+namespace soda::analysis {
+
+struct RunRequest {
+  std::string file;
+  Overrides overrides;
+  std::string log_file;  // empty: no log
+  bool json = false;
+  bool step_digests = false;
+  bool quiet = false;  // no progress line
+};
+
+// Returns an exit code. Errors as exceptions; nothing has been written to `out` then.
+int run_command(const RunRequest& request, std::ostream& out, std::ostream& err);
+
+}  // namespace soda::analysis

@@ -1,0 +1,96 @@
+#include "analysis/run_report.hpp"
+
+#include "analysis/overrides.hpp"
+#include "analysis/text_table.hpp"
+
+namespace soda::analysis {
+namespace {
+
+std::string heading_text(const RunReport& report) {
+  const std::int64_t steps = report.run.result.committed_steps;
+  std::string text = report.scenario + ": " + std::to_string(report.bodies) + " bodies, " +
+                     std::to_string(report.worlds) +
+                     (report.worlds == 1 ? " world, " : " worlds, ") + std::to_string(steps) +
+                     " steps of " + format_number(report.dt_s) + " s; " +
+                     name_of(report.options.executor) + " executor";
+  if (report.options.executor == models::ExecutorKind::kThreads) {
+    text += ", " + std::to_string(report.options.threads) + " threads, buffer of " +
+            std::to_string(report.options.buffer) + " entries";
+  }
+  return text + "\n  digest of the state after the last step  " + format_digest(report.run.digest) +
+         "\n";
+}
+
+std::string error_text(const RunReport& report) {
+  const MeasuredRun& run = report.run;
+  const ErrorMeasures& error = run.error;
+  const std::vector<std::vector<std::string>> rows = {
+      {"energy drift", format_number(error.energy_drift_rel, 3), "of the energy scale", "wall time",
+       format_number(run.cost.wall_s), "s"},
+      {"momentum drift", format_number(error.momentum_drift_rel, 3), "of the momentum scale",
+       "CPU time", format_number(run.cost.cpu_s), "s"},
+      {"deepest penetration", format_number(error.max_penetration_m, 3), "m", "rate",
+       format_number(steps_per_second(run)), "steps/s"},
+      {"constraint residual", format_number(error.constraint_residual_m_s, 3), "m/s",
+       "real-time factor", format_number(real_time_factor(run, report.dt_s)), ""},
+  };
+  return format_table(
+      {{"error"}, {"", Align::kRight}, {""}, {"run time"}, {"", Align::kRight}, {""}}, rows);
+}
+
+std::string events_text(const RunReport& report) {
+  const kernel::Counters& events = report.run.result.events;
+  const auto count = [](std::uint64_t value) { return std::to_string(value); };
+  const std::vector<std::vector<std::string>> rows = {
+      {"executed", count(events.executed), "committed", count(report.run.result.islands_committed),
+       "mean", format_number(mean_lead_steps(events), 3) + " steps"},
+      {"rolled back", count(events.rolled_back), "solved",
+       count(report.run.result.stages.islands_solved), "largest",
+       count(events.lead_max) + " steps"},
+      {"committed", count(events.committed), "reused",
+       count(report.run.result.worlds.islands_reused), "", ""},
+      {"stragglers", count(events.stragglers), "", "", "", ""},
+      {"anti-messages", count(events.anti_messages), "", "", "", ""},
+      {"efficiency", format_number(100.0 * efficiency(events)) + " %", "", "", "", ""},
+  };
+  return format_table({{"events"},
+                       {"", Align::kRight},
+                       {"islands"},
+                       {"", Align::kRight},
+                       {"lead over GVT"},
+                       {"", Align::kRight}},
+                      rows);
+}
+
+}  // namespace
+
+double steps_per_second(const MeasuredRun& run) {
+  return run.cost.wall_s > 0.0 ? static_cast<double>(run.result.committed_steps) / run.cost.wall_s
+                               : 0.0;
+}
+
+double real_time_factor(const MeasuredRun& run, double dt_s) {
+  return steps_per_second(run) * dt_s;
+}
+
+std::string plan_text(const std::vector<models::PlanLine>& plan,
+                      const std::vector<std::uint64_t>* counters) {
+  std::vector<Column> columns = {{"stage"}, {"needed"}};
+  if (counters != nullptr) columns.push_back({"counted", Align::kRight});
+  columns.push_back({"because"});
+  std::vector<std::vector<std::string>> rows;
+  for (std::size_t i = 0; i < plan.size(); ++i) {
+    std::vector<std::string> row = {plan[i].stage, plan[i].needed ? "yes" : "no"};
+    if (counters != nullptr) row.push_back(std::to_string((*counters)[i]));
+    row.push_back(plan[i].reason);
+    rows.push_back(row);
+  }
+  return format_table(columns, rows);
+}
+
+std::string run_text(const RunReport& report) {
+  return heading_text(report) + "\n" + error_text(report) + "\n" + events_text(report) + "\n" +
+         plan_text(report.run.plan, &report.run.plan_counters);
+}
+
+}  // namespace soda::analysis

@@ -1,0 +1,34 @@
+// What `soda run` reports, and its readable form.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "analysis/measured_run.hpp"
+
+namespace soda::analysis {
+
+struct RunReport {
+  std::string scenario;
+  std::size_t bodies = 0;
+  std::uint32_t worlds = 1;
+  double dt_s = 0.0;
+  models::RunOptions options;
+  MeasuredRun run;
+  bool with_step_digests = false;
+  std::vector<std::uint64_t> step_digests;  // of the states after step 1, 2, ...
+};
+
+// Several tables; every figure with its unit.
+std::string run_text(const RunReport& report);
+
+// A plan as a table; with `counters` (one per line) a column of what was counted.
+std::string plan_text(const std::vector<models::PlanLine>& plan,
+                      const std::vector<std::uint64_t>* counters);
+
+// Rates that reports share; 0 for a run that took no time.
+double steps_per_second(const MeasuredRun& run);
+double real_time_factor(const MeasuredRun& run, double dt_s);  // simulated time over wall time
+
+}  // namespace soda::analysis
