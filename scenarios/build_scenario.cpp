@@ -1,0 +1,229 @@
+#include "scenarios/build_scenario.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "physics/mass_properties.hpp"
+#include "scenarios/cross_checks.hpp"
+#include "scenarios/format.hpp"
+#include "scenarios/generators.hpp"
+#include "scenarios/orientation.hpp"
+#include "scenarios/shapes.hpp"
+
+namespace soda::scenarios {
+namespace {
+
+using physics::BodyParams;
+using physics::BodyState;
+using physics::Mat3;
+
+struct BuiltBody {
+  BodyParams params;
+  BodyState state;
+};
+
+// The bodies found so far, in the order of the file.
+struct Bodies {
+  std::vector<BuiltBody> built;
+  std::vector<BoundingSphere> spheres;
+};
+
+// What bodies are made from besides the document.
+struct Parts {
+  std::vector<physics::Shape>& shapes;
+  ShapeIndex& index;
+  const MaterialIndex& materials;
+};
+
+std::string folder_of(const std::string& file) {
+  const std::size_t slash = file.rfind('/');
+  return slash == std::string::npos ? "" : file.substr(0, slash + 1);
+}
+
+std::string stem_of(const std::string& file) {
+  std::string name = file.substr(folder_of(file).size());
+  const std::size_t dot = name.rfind('.');
+  return dot == std::string::npos || dot == 0 ? name : name.substr(0, dot);
+}
+
+// By cofactors. Inertia tensors are symmetric and positive definite.
+Mat3 inverse_of_symmetric(const Mat3& m) {
+  const double a = m(0, 0), b = m(0, 1), c = m(0, 2), d = m(1, 1), e = m(1, 2), f = m(2, 2);
+  const double aa = d * f - e * e, bb = c * e - b * f, cc = b * e - c * d;
+  const double determinant = a * aa + b * bb + c * cc;
+  const double dd = a * f - c * c, ee = b * c - a * e, ff = a * d - b * b;
+  Mat3 inverse;
+  inverse << aa, bb, cc, bb, dd, ee, cc, ee, ff;
+  for (int i = 0; i < 9; ++i) inverse.data()[i] /= determinant;
+  return inverse;
+}
+
+// Everything of a body but its id; nothing if it has a fault.
+std::optional<BodyParams> params_of(const SolidSpec& spec, const PlacedShape& shape,
+                                    const MaterialIndex& materials, FaultList& faults) {
+  const physics::Material* material = find_material(materials, spec.material, *spec.json, faults);
+  if (!spec.sound || !material) return std::nullopt;
+  BodyParams params;
+  params.shape = shape.index;
+  params.material = *material;
+  const double volume_m3 = shape.mass.volume_m3;
+  params.mass_kg = spec.mass_kg ? *spec.mass_kg : *spec.density_kg_m3 * volume_m3;
+  if (!(params.mass_kg >= kMinMass_kg && params.mass_kg <= kMaxMass_kg)) {
+    add_fault(
+        faults, *find_member(*spec.json, "density_kg_m3"),
+        {"a density that makes a mass of " + number_text(params.mass_kg) + " kg",
+         "a mass from " + number_text(kMinMass_kg) + " to " + number_text(kMaxMass_kg) + " kg",
+         ""});
+    return std::nullopt;
+  }
+  const double density = params.mass_kg / volume_m3;
+  for (int i = 0; i < 9; ++i) {
+    params.inertia_local_kg_m2.data()[i] = density * shape.mass.inertia_per_density_m5.data()[i];
+  }
+  params.inverse_inertia_local = inverse_of_symmetric(params.inertia_local_kg_m2);
+  return params;
+}
+
+bool within_limits(const Vec3& position_m) {
+  for (int i = 0; i < 3; ++i) {
+    if (!(std::abs(position_m[i]) <= kMaxPosition_m)) return false;
+  }
+  return true;
+}
+
+void add_body(Bodies& bodies, const BodyParams& params, const BodyState& state,
+              const PlacedShape& shape) {
+  bodies.built.push_back({params, state});
+  bodies.spheres.push_back({state.position_m, shape.bounding_radius_m});
+}
+
+void build_body(const BodySpec& spec, Parts parts, Bodies& bodies, FaultList& faults) {
+  if (!spec.json) return;
+  const auto shape = place_shape(spec.shape, parts.shapes, parts.index, faults);
+  const physics::Quat orientation = orientation_of(spec.orientation, faults);
+  auto params = params_of(spec, shape.value_or(PlacedShape{}), parts.materials, faults);
+  if (!shape || !params) return;
+  params->label = static_cast<std::uint32_t>(spec.id);
+  BodyState state;
+  const Vec3 center = orientation._transformVector(shape->center_m);
+  state.position_m = Vec3(spec.position_m.x() + center.x(), spec.position_m.y() + center.y(),
+                          spec.position_m.z() + center.z());
+  state.orientation = orientation;
+  state.linear_velocity_m_s = spec.velocity_m_s;
+  state.angular_velocity_rad_s = spec.angular_velocity_rad_s;
+  add_body(bodies, *params, state, *shape);
+}
+
+void build_generated(const GeneratorSpec& generator, Parts parts, std::optional<std::uint64_t> seed,
+                     Bodies& bodies, FaultList& faults) {
+  const GeneratorBase& base =
+      std::visit([](const auto& s) -> const GeneratorBase& { return s; }, generator);
+  if (!base.json) return;
+  const auto shape = place_shape(base.shape, parts.shapes, parts.index, faults);
+  auto params = params_of(base, shape.value_or(PlacedShape{}), parts.materials, faults);
+  const auto room = static_cast<std::int64_t>(kMaxBodies - bodies.built.size());
+  if (!shape || !params || count_of(generator) > room) return;
+  params->label = static_cast<std::uint32_t>(base.first_id);
+  for (const BodyState& state : generate(generator, *shape, bodies.spheres, seed, faults)) {
+    if (!within_limits(state.position_m)) {
+      add_fault(faults, *base.json,
+                {"body " + std::to_string(params->label) + " placed beyond 1e9 m",
+                 "positions within 1e9 m in each component", ""});
+      return;
+    }
+    add_body(bodies, *params, state, *shape);
+    ++params->label;
+  }
+}
+
+void build_static(const StaticSpec& spec, const std::string& folder, Parts parts,
+                  std::vector<physics::StaticBody>& statics, FaultList& faults) {
+  if (!spec.json) return;
+  const auto shape = place_shape(spec.shape, folder, parts.shapes, parts.index, faults);
+  const physics::Quat orientation = orientation_of(spec.orientation, faults);
+  const physics::Material* material =
+      find_material(parts.materials, spec.material, *spec.json, faults);
+  if (!spec.sound || !shape || !material) return;
+  const Vec3 center = orientation._transformVector(shape->center_m);
+  const Vec3 position(spec.position_m.x() + center.x(), spec.position_m.y() + center.y(),
+                      spec.position_m.z() + center.z());
+  statics.push_back({.name = spec.name,
+                     .shape = shape->index,
+                     .material = *material,
+                     .position_m = position,
+                     .orientation = orientation});
+}
+
+// Bodies by id: the index of each becomes its BodyId.
+void order_bodies(Bodies bodies, Scenario& scenario) {
+  std::sort(bodies.built.begin(), bodies.built.end(),
+            [](const BuiltBody& a, const BuiltBody& b) { return a.params.label < b.params.label; });
+  for (BuiltBody& body : bodies.built) {
+    scenario.scene.bodies.push_back(body.params);
+    scenario.initial.push_back(std::move(body.state));
+  }
+}
+
+models::TerritoryOptions territory_of(const TerritorySpec& spec,
+                                      std::optional<std::uint64_t> seed) {
+  models::TerritoryOptions options;
+  options.grid.origin_m = spec.origin_m;
+  options.grid.cell_size_m = spec.cell_size_m;
+  for (int i = 0; i < 3; ++i) options.grid.cells[i] = static_cast<std::int32_t>(spec.cells[i]);
+  options.worlds = static_cast<std::uint32_t>(spec.worlds);
+  options.map = spec.map;
+  options.seed = seed.value_or(static_cast<std::uint64_t>(spec.seed));
+  return options;
+}
+
+physics::SolverSettings solver_of(const SolverSpec& spec) {
+  return {.iterations = static_cast<int>(spec.iterations),
+          .restitution_threshold_m_s = spec.restitution_threshold_m_s,
+          .contact_response = spec.contact_response,
+          .warm_starting = spec.warm_starting};
+}
+
+models::RunOptions run_of(const DocumentSpec& document, FaultList& faults) {
+  models::RunOptions run;
+  run.executor = document.executor.kind;
+  run.threads = static_cast<unsigned>(document.executor.threads);
+  run.steps = steps_of(document, faults);
+  run.buffer = document.buffer_entries;
+  run.scheduling_seed = static_cast<std::uint64_t>(document.executor.scheduling_seed);
+  return run;
+}
+
+}  // namespace
+
+Scenario build_scenario(const DocumentSpec& document, const std::string& file,
+                        std::optional<std::uint64_t> seed, FaultList& faults) {
+  check_ids(document, faults);
+  check_static_names(document.statics, faults);
+  check_territory(document.territory, faults);
+
+  Scenario scenario;
+  scenario.name = document.name.empty() ? stem_of(file) : document.name;
+  scenario.description = document.description;
+  scenario.scene.gravity_m_s2 = document.gravity_m_s2;
+  scenario.scene.dt_s = document.time_step_s;
+  scenario.scene.broadphase = document.solver.broadphase;
+  scenario.scene.solver = solver_of(document.solver);
+  scenario.territory = territory_of(document.territory, seed);
+  scenario.run = run_of(document, faults);
+
+  const MaterialIndex materials = index_materials(document.materials, faults);
+  ShapeIndex index;
+  const Parts parts{scenario.scene.shapes, index, materials};
+  Bodies bodies;
+  for (const BodySpec& body : document.bodies) build_body(body, parts, bodies, faults);
+  for (const GeneratorSpec& generator : document.generators) {
+    build_generated(generator, parts, seed, bodies, faults);
+  }
+  for (const StaticSpec& spec : document.statics) {
+    build_static(spec, folder_of(file), parts, scenario.scene.statics, faults);
+  }
+  if (faults.empty()) order_bodies(std::move(bodies), scenario);
+  return scenario;
+}
+
+}  // namespace soda::scenarios

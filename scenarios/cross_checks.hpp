@@ -1,0 +1,32 @@
+// Checks that look at more than one place of a document.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string_view>
+#include <vector>
+
+#include "scenarios/document.hpp"
+#include "scenarios/faults.hpp"
+
+namespace soda::scenarios {
+
+using MaterialIndex = std::map<std::string_view, physics::Material, std::less<>>;
+
+// By name; a name given twice is a fault.
+MaterialIndex index_materials(const std::vector<MaterialSpec>& materials, FaultList& faults);
+
+// The material called `name` by the member "material" of `user`, or null. An unknown name is a
+// fault, unless the member itself was faulty (and the name therefore empty).
+const physics::Material* find_material(const MaterialIndex& materials, std::string_view name,
+                                       const JsonValue& user, FaultList& faults);
+
+// Ids and counts of bodies and generators: unique, within range, not too many.
+void check_ids(const DocumentSpec& document, FaultList& faults);
+void check_static_names(const std::vector<StaticSpec>& statics, FaultList& faults);
+void check_territory(const TerritorySpec& territory, FaultList& faults);
+
+// Steps of the run; 0 if there is none that is allowed.
+std::int64_t steps_of(const DocumentSpec& document, FaultList& faults);
+
+}  // namespace soda::scenarios

@@ -1,0 +1,179 @@
+// What a scenario file says, key by key, before anything is looked up, computed or generated.
+// Member initialisers are the defaults of the format; its tables (format.cpp) read them from here.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "models/simulation.hpp"
+#include "models/territory.hpp"
+#include "physics/scene.hpp"
+#include "scenarios/json_tree.hpp"
+
+namespace soda::scenarios {
+
+using physics::Vec3;
+using IntVec3 = std::array<std::int64_t, 3>;
+
+// Every object of a file: where it stands, and whether it has no fault inside. The values of an
+// unsound object are defaults where the file's were faulty.
+struct Located {
+  const JsonValue* json = nullptr;
+  bool sound = false;
+};
+
+struct SphereSpec : Located {
+  double radius_m = 0.0;
+};
+struct BoxSpec : Located {
+  Vec3 size_m = Vec3::Zero();
+};
+struct CapsuleSpec : Located {
+  double radius_m = 0.0, length_m = 0.0;
+};
+struct CylinderSpec : Located {
+  double radius_m = 0.0, length_m = 0.0;
+};
+struct HullSpec : Located {
+  std::vector<Vec3> points_m;
+};
+struct MeshSpec : Located {
+  std::optional<std::string> file;
+  double unit_m = 1.0;
+  std::vector<Vec3> vertices_m;
+  std::vector<IntVec3> triangles;
+};
+struct HalfSpaceSpec : Located {
+  Vec3 normal = Vec3::UnitZ();
+  double offset_m = 0.0;
+};
+using SolidShapeSpec = std::variant<SphereSpec, BoxSpec, CapsuleSpec, CylinderSpec, HullSpec>;
+using StaticShapeSpec =
+    std::variant<SphereSpec, BoxSpec, CapsuleSpec, CylinderSpec, HullSpec, MeshSpec, HalfSpaceSpec>;
+
+struct QuaternionSpec : Located {
+  double w = 1.0, x = 0.0, y = 0.0, z = 0.0;
+};
+struct AxisAngleSpec : Located {
+  Vec3 axis = Vec3::UnitZ();
+  double angle_deg = 0.0;
+};
+using OrientationSpec = std::variant<QuaternionSpec, AxisAngleSpec>;
+
+struct MaterialSpec : Located {
+  std::string name;
+  double friction = 0.0, restitution = 0.0;
+};
+
+// What a body and the bodies of a generator have in common.
+struct SolidSpec : Located {
+  SolidShapeSpec shape;
+  std::optional<double> mass_kg, density_kg_m3;
+  std::string material;
+};
+
+struct BodySpec : SolidSpec {
+  std::int64_t id = -1;
+  Vec3 position_m = Vec3::Zero();
+  OrientationSpec orientation;
+  Vec3 velocity_m_s = Vec3::Zero();
+  Vec3 angular_velocity_rad_s = Vec3::Zero();
+};
+
+struct StaticSpec : Located {
+  std::string name;
+  StaticShapeSpec shape;
+  std::string material;
+  Vec3 position_m = Vec3::Zero();
+  OrientationSpec orientation;
+};
+
+struct GeneratorBase : SolidSpec {
+  std::int64_t first_id = -1;
+};
+// Generators whose bodies start alike.
+struct RegularBase : GeneratorBase {
+  Vec3 position_m = Vec3::Zero();
+  OrientationSpec orientation;
+  Vec3 velocity_m_s = Vec3::Zero();
+  Vec3 angular_velocity_rad_s = Vec3::Zero();
+};
+struct GridSpec : RegularBase {
+  IntVec3 count{1, 1, 1};
+  Vec3 spacing_m = Vec3::Zero();
+};
+struct StackSpec : RegularBase {
+  std::int64_t count = 1;
+  double gap_m = 0.0;
+};
+struct PyramidSpec : RegularBase {
+  std::int64_t rows = 1;
+  double side_gap_m = 0.0, gap_m = 0.0;
+};
+enum class Axis { kX, kY, kZ };
+struct ChainSpec : RegularBase {
+  std::int64_t count = 1;
+  Axis axis = Axis::kX;
+  double gap_m = 0.0;
+};
+struct ScatterBase : GeneratorBase {
+  std::int64_t count = 1;
+  Vec3 region_min_m = Vec3::Zero(), region_max_m = Vec3::Zero();
+  double min_gap_m = 0.0;
+  bool random_orientation = true;
+  std::int64_t seed = 1;
+};
+struct RandomSpec : ScatterBase {};
+struct GasSpec : ScatterBase {
+  double max_speed_m_s = 0.0;
+  double max_spin_rad_s = 0.0;
+};
+using GeneratorSpec =
+    std::variant<GridSpec, StackSpec, PyramidSpec, ChainSpec, RandomSpec, GasSpec>;
+
+struct SolverSpec : Located {
+  std::int64_t iterations = physics::SolverSettings{}.iterations;
+  double restitution_threshold_m_s = physics::SolverSettings{}.restitution_threshold_m_s;
+  bool contact_response = physics::SolverSettings{}.contact_response;
+  bool warm_starting = physics::SolverSettings{}.warm_starting;
+  physics::Broadphase broadphase = physics::Broadphase::kGrid;
+};
+
+struct TerritorySpec : Located {
+  Vec3 origin_m = Vec3::Zero();
+  double cell_size_m = 1.0;
+  IntVec3 cells{1, 1, 1};
+  std::int64_t worlds = 1;
+  models::MapKind map = models::MapKind::kBlocks;
+  std::int64_t seed = 1;
+};
+
+struct ExecutorSpec : Located {
+  models::ExecutorKind kind = models::ExecutorKind::kSequential;
+  std::int64_t threads = 1;
+  std::int64_t scheduling_seed = 0;
+};
+
+struct DocumentSpec : Located {
+  std::string schema;
+  std::int64_t format = 0;
+  std::string name, description;
+  Vec3 gravity_m_s2 = Vec3::Zero();
+  double time_step_s = 0.0;
+  std::optional<double> duration_s;
+  std::optional<std::int64_t> steps;
+  SolverSpec solver;
+  std::vector<MaterialSpec> materials;
+  std::vector<BodySpec> bodies;
+  std::vector<StaticSpec> statics;
+  std::vector<GeneratorSpec> generators;
+  TerritorySpec territory;
+  std::int64_t buffer_entries = 48;
+  ExecutorSpec executor;
+};
+
+}  // namespace soda::scenarios

@@ -1,0 +1,445 @@
+#include "scenarios/format.hpp"
+
+#include "scenarios/field_binding.hpp"
+
+namespace soda::scenarios {
+
+template <>
+inline constexpr std::array kNamesOf<Axis> = std::to_array<std::string_view>({"x", "y", "z"});
+template <>
+inline constexpr std::array kNamesOf<physics::Broadphase> =
+    std::to_array<std::string_view>({"grid", "all-pairs"});
+template <>
+inline constexpr std::array kNamesOf<models::MapKind> =
+    std::to_array<std::string_view>({"blocks", "k-means"});
+template <>
+inline constexpr std::array kNamesOf<models::ExecutorKind> =
+    std::to_array<std::string_view>({"sequential", "threads"});
+
+namespace {
+
+constexpr bool kRequired = true, kOptional = false;
+
+constexpr Limits kLength{kMinLength_m, kMaxLength_m};
+constexpr Limits kPosition{-kMaxPosition_m, kMaxPosition_m};
+constexpr Limits kSpeed{-1e6, 1e6};
+constexpr Limits kGap{-1e5, 1e5};
+constexpr Limits kSeed{0.0, 9007199254740992.0};  // 2^53: exact in every JSON tool
+constexpr Limits kCount{1.0, static_cast<double>(kMaxBodies)};
+constexpr Limits kId{0.0, static_cast<double>(kMaxBodyId)};
+constexpr Limits kNone{};
+constexpr Limits kLabel{.min_items = 1, .max_items = 200};
+constexpr Limits kText{.min_items = 0, .max_items = 10'000};
+constexpr Limits kUnitInterval{0.0, 1.0};
+
+constexpr Limits list_of(std::size_t least, std::size_t most, double min = 0.0, double max = 0.0) {
+  return {.min = min, .max = max, .min_items = least, .max_items = most};
+}
+
+// Shapes.
+
+constexpr Field kSphereFields[] = {
+    field<SphereSpec, &SphereSpec::radius_m>("radius_m", kRequired, kLength, "Radius."),
+};
+constexpr ObjectTable kSphere = object_table<SphereSpec>("sphere", "A sphere.", kSphereFields);
+
+constexpr Field kBoxFields[] = {
+    field<BoxSpec, &BoxSpec::size_m>("size_m", kRequired, kLength,
+                                     "Edge lengths along the local axes."),
+};
+constexpr ObjectTable kBox = object_table<BoxSpec>("box", "A box.", kBoxFields);
+
+constexpr Field kCapsuleFields[] = {
+    field<CapsuleSpec, &CapsuleSpec::radius_m>("radius_m", kRequired, kLength, "Radius."),
+    field<CapsuleSpec, &CapsuleSpec::length_m>(
+        "length_m", kRequired, kLength, "Length of the cylindrical part, without the two caps."),
+};
+constexpr ObjectTable kCapsule =
+    object_table<CapsuleSpec>("capsule", "A capsule around the local z axis.", kCapsuleFields);
+
+constexpr Field kCylinderFields[] = {
+    field<CylinderSpec, &CylinderSpec::radius_m>("radius_m", kRequired, kLength, "Radius."),
+    field<CylinderSpec, &CylinderSpec::length_m>("length_m", kRequired, kLength, "Length."),
+};
+constexpr ObjectTable kCylinder =
+    object_table<CylinderSpec>("cylinder", "A cylinder around the local z axis.", kCylinderFields);
+
+constexpr Field kHullFields[] = {
+    field<HullSpec, &HullSpec::points_m>(
+        "points_m", kRequired, list_of(4, 4096, -kMaxLength_m, kMaxLength_m),
+        "Points whose convex hull is the shape, in a frame of their own choice."),
+};
+constexpr ObjectTable kHull = object_table<HullSpec>("hull", "A convex hull.", kHullFields);
+
+constexpr std::string_view kMeshFileKeys[] = {"file"};
+constexpr std::string_view kMeshInlineKeys[] = {"vertices_m", "triangles"};
+constexpr Alternatives kMeshAlternatives{kMeshFileKeys, kMeshInlineKeys};
+constexpr Field kMeshFields[] = {
+    field<MeshSpec, &MeshSpec::file>(
+        "file", kOptional, Limits{.min_items = 1, .max_items = 1000},
+        "Mesh file (.obj or .stl); a relative path starts at the scenario's folder."),
+    field<MeshSpec, &MeshSpec::unit_m>("unit_m", kOptional, Limits{1e-6, 1e6},
+                                       "Length of one unit of the mesh's coordinates."),
+    field<MeshSpec, &MeshSpec::vertices_m>(
+        "vertices_m", kOptional, list_of(3, 1'000'000, -kMaxLength_m, kMaxLength_m), "Vertices."),
+    field<MeshSpec, &MeshSpec::triangles>(
+        "triangles", kOptional, list_of(1, 1'000'000, 0, 999'999),
+        "Indices of three vertices each, counter-clockwise seen from outside."),
+};
+constexpr ObjectTable kMesh = object_table<MeshSpec>(
+    "mesh", "A triangle mesh, hollow. Static only.", kMeshFields, &kMeshAlternatives);
+
+constexpr Field kHalfSpaceFields[] = {
+    field<HalfSpaceSpec, &HalfSpaceSpec::normal>("normal", kOptional, Limits{-1e6, 1e6},
+                                                 "Outward normal, of any length but zero."),
+    field<HalfSpaceSpec, &HalfSpaceSpec::offset_m>(
+        "offset_m", kOptional, kPosition, "Distance of the surface from the origin along normal."),
+};
+constexpr ObjectTable kHalfSpace = object_table<HalfSpaceSpec>(
+    "halfspace", "Everything below a plane. Static only.", kHalfSpaceFields);
+
+constexpr ChoiceEntry kSolidEntries[] = {
+    choice_entry<SolidShapeSpec, SphereSpec>("sphere", kSphere),
+    choice_entry<SolidShapeSpec, BoxSpec>("box", kBox),
+    choice_entry<SolidShapeSpec, CapsuleSpec>("capsule", kCapsule),
+    choice_entry<SolidShapeSpec, CylinderSpec>("cylinder", kCylinder),
+    choice_entry<SolidShapeSpec, HullSpec>("hull", kHull),
+};
+constexpr std::string_view kStaticOnly[] = {"mesh", "halfspace"};
+constexpr ChoiceTable kSolidShape{.name = "solid-shape",
+                                  .doc = "The shape of a moving body.",
+                                  .tag = "type",
+                                  .entries = kSolidEntries,
+                                  .elsewhere = kStaticOnly,
+                                  .elsewhere_hint = "only statics may have this shape"};
+
+constexpr ChoiceEntry kStaticEntries[] = {
+    choice_entry<StaticShapeSpec, SphereSpec>("sphere", kSphere),
+    choice_entry<StaticShapeSpec, BoxSpec>("box", kBox),
+    choice_entry<StaticShapeSpec, CapsuleSpec>("capsule", kCapsule),
+    choice_entry<StaticShapeSpec, CylinderSpec>("cylinder", kCylinder),
+    choice_entry<StaticShapeSpec, HullSpec>("hull", kHull),
+    choice_entry<StaticShapeSpec, MeshSpec>("mesh", kMesh),
+    choice_entry<StaticShapeSpec, HalfSpaceSpec>("halfspace", kHalfSpace),
+};
+constexpr ChoiceTable kStaticShape{.name = "static-shape",
+                                   .doc = "The shape of an immovable body.",
+                                   .tag = "type",
+                                   .entries = kStaticEntries,
+                                   .elsewhere = {},
+                                   .elsewhere_hint = {}};
+
+// Orientations.
+
+constexpr Limits kComponent{-1.001, 1.001};
+constexpr Field kQuaternionFields[] = {
+    field<QuaternionSpec, &QuaternionSpec::w>("w", kRequired, kComponent, "Real part."),
+    field<QuaternionSpec, &QuaternionSpec::x>("x", kRequired, kComponent, "Part along x."),
+    field<QuaternionSpec, &QuaternionSpec::y>("y", kRequired, kComponent, "Part along y."),
+    field<QuaternionSpec, &QuaternionSpec::z>("z", kRequired, kComponent, "Part along z."),
+};
+constexpr ObjectTable kQuaternion = object_table<QuaternionSpec>(
+    "quaternion", "A unit quaternion (norm within 0.001 of 1; normalised when read).",
+    kQuaternionFields);
+
+constexpr Field kAxisAngleFields[] = {
+    field<AxisAngleSpec, &AxisAngleSpec::axis>("axis", kRequired, Limits{-1e6, 1e6},
+                                               "Axis of rotation, of any length but zero."),
+    field<AxisAngleSpec, &AxisAngleSpec::angle_deg>("angle_deg", kRequired, Limits{-360.0, 360.0},
+                                                    "Angle, right-handed."),
+};
+constexpr ObjectTable kAxisAngle =
+    object_table<AxisAngleSpec>("axis-angle", "A rotation about an axis.", kAxisAngleFields);
+
+constexpr ChoiceEntry kOrientationEntries[] = {
+    choice_entry<OrientationSpec, QuaternionSpec>("quaternion", kQuaternion),
+    choice_entry<OrientationSpec, AxisAngleSpec>("axis-angle", kAxisAngle),
+};
+constexpr ChoiceTable kOrientation{.name = "orientation",
+                                   .doc = "Local to world.",
+                                   .tag = {},
+                                   .entries = kOrientationEntries,
+                                   .elsewhere = {},
+                                   .elsewhere_hint = {}};
+
+// Bodies, statics, materials.
+
+constexpr Field kMaterialFields[] = {
+    field<MaterialSpec, &MaterialSpec::name>("name", kRequired, kLabel,
+                                             "By which bodies refer to it; unique."),
+    field<MaterialSpec, &MaterialSpec::friction>(
+        "friction", kRequired, Limits{0.0, 100.0},
+        "Coulomb coefficient; a pair takes the geometric mean."),
+    field<MaterialSpec, &MaterialSpec::restitution>(
+        "restitution", kRequired, kUnitInterval,
+        "Relative speed after over before an impact; a pair takes the maximum."),
+};
+constexpr ObjectTable kMaterial =
+    object_table<MaterialSpec>("material", "A surface.", kMaterialFields);
+
+constexpr std::string_view kMassKeys[] = {"mass_kg"};
+constexpr std::string_view kDensityKeys[] = {"density_kg_m3"};
+constexpr Alternatives kMassAlternatives{kMassKeys, kDensityKeys};
+
+template <class T>
+constexpr std::array<Field, 4> solid_fields() {
+  return {
+      choice_field<T, &T::shape>("shape", kRequired, kNone, kSolidShape, "Shape."),
+      field<T, &T::mass_kg>("mass_kg", kOptional, Limits{kMinMass_kg, kMaxMass_kg},
+                            "Mass; or give density_kg_m3."),
+      field<T, &T::density_kg_m3>("density_kg_m3", kOptional, Limits{1e-9, 1e9},
+                                  "Density; or give mass_kg. The mass it makes must be allowed."),
+      field<T, &T::material>("material", kRequired, kLabel, "Name of a material."),
+  };
+}
+
+template <class T>
+constexpr std::array<Field, 4> motion_fields(std::string_view position_doc) {
+  return {
+      field<T, &T::position_m>("position_m", kRequired, kPosition, position_doc),
+      choice_field<T, &T::orientation>("orientation", kOptional, kNone, kOrientation,
+                                       "Orientation; not turned by default."),
+      field<T, &T::velocity_m_s>("velocity_m_s", kOptional, kSpeed,
+                                 "Velocity of the centre of mass."),
+      field<T, &T::angular_velocity_rad_s>("angular_velocity_rad_s", kOptional, kSpeed,
+                                           "Angular velocity, world frame."),
+  };
+}
+
+template <std::size_t... N>
+constexpr auto concat(const std::array<Field, N>&... parts) {
+  std::array<Field, (N + ...)> all{};
+  std::size_t at = 0;
+  const auto append = [&](const auto& part) {
+    for (const Field& f : part) all[at++] = f;
+  };
+  (append(parts), ...);
+  return all;
+}
+
+constexpr auto kBodyFields = concat(
+    std::array{field<BodySpec, &BodySpec::id>(
+        "id", kRequired, kId, "Identity, unique over bodies and generators; orders the bodies.")},
+    solid_fields<BodySpec>(),
+    motion_fields<BodySpec>("Origin of the shape's frame: the centre of mass, but for a hull."));
+constexpr ObjectTable kBody =
+    object_table<BodySpec>("body", "A moving body.", kBodyFields, &kMassAlternatives);
+
+constexpr Field kStaticFields[] = {
+    field<StaticSpec, &StaticSpec::name>("name", kRequired, kLabel, "Unique among the statics."),
+    choice_field<StaticSpec, &StaticSpec::shape>("shape", kRequired, kNone, kStaticShape, "Shape."),
+    field<StaticSpec, &StaticSpec::material>("material", kRequired, kLabel, "Name of a material."),
+    field<StaticSpec, &StaticSpec::position_m>("position_m", kOptional, kPosition,
+                                               "Origin of the shape's frame."),
+    choice_field<StaticSpec, &StaticSpec::orientation>(
+        "orientation", kOptional, kNone, kOrientation, "Orientation; not turned by default."),
+};
+constexpr ObjectTable kStatic =
+    object_table<StaticSpec>("static", "An immovable body.", kStaticFields);
+
+// Generators.
+
+template <class T>
+constexpr std::array<Field, 5> generator_fields() {
+  return concat(std::array{field<T, &T::first_id>("first_id", kRequired, kId,
+                                                  "Id of the first body; the others count up.")},
+                solid_fields<T>());
+}
+
+constexpr auto kGridFields = concat(
+    generator_fields<GridSpec>(),
+    std::array{field<GridSpec, &GridSpec::count>("count", kRequired, kCount,
+                                                 "Bodies along x, y, z; ids run along x first."),
+               field<GridSpec, &GridSpec::spacing_m>(
+                   "spacing_m", kRequired, Limits{0.0, kMaxPosition_m},
+                   "Distance of neighbouring centres along x, y, z; may be 0.")},
+    motion_fields<GridSpec>("Centre of mass of the first body."));
+constexpr ObjectTable kGrid =
+    object_table<GridSpec>("grid", "Bodies on a lattice.", kGridFields, &kMassAlternatives);
+
+constexpr auto kStackFields = concat(
+    generator_fields<StackSpec>(),
+    std::array{field<StackSpec, &StackSpec::count>("count", kRequired, kCount, "Bodies, upwards."),
+               field<StackSpec, &StackSpec::gap_m>(
+                   "gap_m", kOptional, kGap, "Vertical gap; 0 lets them touch, < 0 overlap.")},
+    motion_fields<StackSpec>("Centre of mass of the lowest body."));
+constexpr ObjectTable kStack = object_table<StackSpec>(
+    "stack", "Bodies on top of each other along z.", kStackFields, &kMassAlternatives);
+
+constexpr auto kPyramidFields = concat(
+    generator_fields<PyramidSpec>(),
+    std::array{
+        field<PyramidSpec, &PyramidSpec::rows>(
+            "rows", kRequired, Limits{1.0, 1000.0},
+            "Rows; the lowest has as many bodies. Ids run along x, then upwards."),
+        field<PyramidSpec, &PyramidSpec::side_gap_m>("side_gap_m", kOptional, kGap,
+                                                     "Gap between neighbours of a row."),
+        field<PyramidSpec, &PyramidSpec::gap_m>("gap_m", kOptional, kGap, "Gap between rows.")},
+    motion_fields<PyramidSpec>("Centre of mass of the first body of the lowest row."));
+constexpr ObjectTable kPyramid =
+    object_table<PyramidSpec>("pyramid", "A wall in the x-z plane whose rows shorten by one.",
+                              kPyramidFields, &kMassAlternatives);
+
+constexpr auto kChainFields =
+    concat(generator_fields<ChainSpec>(),
+           std::array{field<ChainSpec, &ChainSpec::count>("count", kRequired, kCount, "Bodies."),
+                      field<ChainSpec, &ChainSpec::axis>("axis", kRequired, kNone,
+                                                         "Direction in which the chain runs."),
+                      field<ChainSpec, &ChainSpec::gap_m>("gap_m", kOptional, kGap,
+                                                          "Gap; 0 lets them touch, < 0 overlap.")},
+           motion_fields<ChainSpec>("Centre of mass of the first body."));
+constexpr ObjectTable kChain = object_table<ChainSpec>(
+    "chain", "Bodies in a row, each touching the next.", kChainFields, &kMassAlternatives);
+
+template <class T>
+constexpr std::array<Field, 11> scatter_fields() {
+  return concat(
+      generator_fields<T>(),
+      std::array{
+          field<T, &T::count>("count", kRequired, kCount, "Bodies."),
+          field<T, &T::region_min_m>("region_min_m", kRequired, kPosition,
+                                     "Least corner of the box in which the centres lie."),
+          field<T, &T::region_max_m>("region_max_m", kRequired, kPosition, "Greatest corner."),
+          field<T, &T::min_gap_m>("min_gap_m", kOptional, Limits{0.0, 1e5},
+                                  "Least gap between bounding spheres."),
+          field<T, &T::random_orientation>("random_orientation", kOptional, kNone,
+                                           "Turned at random (uniformly), or not at all."),
+          field<T, &T::seed>("seed", kRequired, kSeed, "Seed of the placement."),
+      });
+}
+
+constexpr auto kRandomFields = scatter_fields<RandomSpec>();
+constexpr ObjectTable kRandom = object_table<RandomSpec>(
+    "random",
+    "Bodies at rest at random places. Their bounding spheres overlap neither each other nor those "
+    "of bodies further up in the file.",
+    kRandomFields, &kMassAlternatives);
+
+constexpr auto kGasFields = concat(
+    scatter_fields<GasSpec>(),
+    std::array{field<GasSpec, &GasSpec::max_speed_m_s>(
+                   "max_speed_m_s", kRequired, Limits{0.0, 1e6},
+                   "Velocities are uniform in the ball of this radius."),
+               field<GasSpec, &GasSpec::max_spin_rad_s>(
+                   "max_spin_rad_s", kOptional, Limits{0.0, 1e6}, "Angular velocities likewise.")});
+constexpr ObjectTable kGas = object_table<GasSpec>("gas", "Like random, with random velocities.",
+                                                   kGasFields, &kMassAlternatives);
+
+constexpr ChoiceEntry kGeneratorEntries[] = {
+    choice_entry<GeneratorSpec, GridSpec>("grid", kGrid),
+    choice_entry<GeneratorSpec, StackSpec>("stack", kStack),
+    choice_entry<GeneratorSpec, PyramidSpec>("pyramid", kPyramid),
+    choice_entry<GeneratorSpec, ChainSpec>("chain", kChain),
+    choice_entry<GeneratorSpec, RandomSpec>("random", kRandom),
+    choice_entry<GeneratorSpec, GasSpec>("gas", kGas),
+};
+constexpr ChoiceTable kGenerator{.name = "generator",
+                                 .doc = "A rule that makes many bodies of one shape.",
+                                 .tag = "type",
+                                 .entries = kGeneratorEntries,
+                                 .elsewhere = {},
+                                 .elsewhere_hint = {}};
+
+// Solver, territory, executor.
+
+constexpr Field kSolverFields[] = {
+    field<SolverSpec, &SolverSpec::iterations>("iterations", kOptional, Limits{1.0, 1000.0},
+                                               "Sweeps over the contacts of an island."),
+    field<SolverSpec, &SolverSpec::restitution_threshold_m_s>(
+        "restitution_threshold_m_s", kOptional, Limits{0.0, 1e6}, "Slower impacts do not bounce."),
+    field<SolverSpec, &SolverSpec::contact_response>(
+        "contact_response", kOptional, kNone,
+        "false: contacts are found but bodies pass through each other."),
+    field<SolverSpec, &SolverSpec::warm_starting>("warm_starting", kOptional, kNone,
+                                                  "Start from the impulses of the step before."),
+    field<SolverSpec, &SolverSpec::broadphase>(
+        "broadphase", kOptional, kNone,
+        "How candidate pairs are found; all-pairs is for experiments on cost."),
+};
+constexpr ObjectTable kSolver =
+    object_table<SolverSpec>("solver", "Settings of the contact solver.", kSolverFields);
+
+constexpr Field kTerritoryFields[] = {
+    field<TerritorySpec, &TerritorySpec::origin_m>("origin_m", kRequired, kPosition,
+                                                   "Least corner of the grid."),
+    field<TerritorySpec, &TerritorySpec::cell_size_m>("cell_size_m", kRequired, Limits{1e-3, 1e9},
+                                                      "Edge of the cubic cells."),
+    field<TerritorySpec, &TerritorySpec::cells>(
+        "cells", kRequired, Limits{1.0, static_cast<double>(kMaxCells)},
+        "Cells along x, y, z; at most 10,000,000 together. What lies outside belongs to the "
+        "nearest cell."),
+    field<TerritorySpec, &TerritorySpec::worlds>(
+        "worlds", kOptional, Limits{1.0, static_cast<double>(kMaxCells)},
+        "Worlds among which the cells are divided; at most as many as cells."),
+    field<TerritorySpec, &TerritorySpec::map>(
+        "map", kOptional, kNone,
+        "blocks: boxes of nearly equal cell counts; k-means: equal-size clusters of the bodies."),
+    field<TerritorySpec, &TerritorySpec::seed>("seed", kOptional, kSeed, "Seed of k-means."),
+};
+constexpr ObjectTable kTerritory = object_table<TerritorySpec>(
+    "territory", "The division of space among worlds.", kTerritoryFields);
+
+constexpr Field kExecutorFields[] = {
+    field<ExecutorSpec, &ExecutorSpec::kind>("kind", kRequired, kNone,
+                                             "sequential: the oracle; threads: Time Warp."),
+    field<ExecutorSpec, &ExecutorSpec::threads>("threads", kOptional, Limits{1.0, 1024.0},
+                                                "Worker threads, of the threads executor."),
+    field<ExecutorSpec, &ExecutorSpec::scheduling_seed>(
+        "scheduling_seed", kOptional, kSeed, "Shuffles the scheduling; cannot change results."),
+};
+constexpr ObjectTable kExecutor =
+    object_table<ExecutorSpec>("executor", "What drives the worlds.", kExecutorFields);
+
+// The file.
+
+constexpr std::string_view kDurationKeys[] = {"duration_s"};
+constexpr std::string_view kStepsKeys[] = {"steps"};
+constexpr Alternatives kDurationAlternatives{kDurationKeys, kStepsKeys};
+constexpr Field kDocumentFields[] = {
+    field<DocumentSpec, &DocumentSpec::schema>("$schema", kOptional, kText,
+                                               "For editors; not looked at."),
+    field<DocumentSpec, &DocumentSpec::format>(
+        "format", kRequired, Limits{double(kFormatVersion), double(kFormatVersion)},
+        "Version of the format."),
+    field<DocumentSpec, &DocumentSpec::name>(
+        "name", kOptional, Limits{.min_items = 0, .max_items = 200},
+        "Name of the scenario; if empty or absent, the file's name without folder and ending."),
+    field<DocumentSpec, &DocumentSpec::description>("description", kOptional, kText,
+                                                    "What the scene shows."),
+    field<DocumentSpec, &DocumentSpec::gravity_m_s2>("gravity_m_s2", kRequired, kSpeed,
+                                                     "Gravity; z points up in the library."),
+    field<DocumentSpec, &DocumentSpec::time_step_s>("time_step_s", kRequired, Limits{1e-6, 1.0},
+                                                    "Length of a step."),
+    field<DocumentSpec, &DocumentSpec::duration_s>(
+        "duration_s", kOptional, Limits{0.0, 1e9},
+        "Length of the run: a whole number of steps, within a relative 1e-9; or give steps."),
+    field<DocumentSpec, &DocumentSpec::steps>("steps", kOptional, Limits{0.0, 1e9},
+                                              "Length of the run; or give duration_s."),
+    object_field<DocumentSpec, &DocumentSpec::solver>("solver", kOptional, kNone, kSolver,
+                                                      "Settings of the contact solver."),
+    object_field<DocumentSpec, &DocumentSpec::materials>("materials", kOptional, list_of(0, 10'000),
+                                                         kMaterial, "Surfaces."),
+    object_field<DocumentSpec, &DocumentSpec::bodies>("bodies", kOptional, list_of(0, kMaxBodies),
+                                                      kBody, "Moving bodies, one by one."),
+    object_field<DocumentSpec, &DocumentSpec::statics>("statics", kOptional, list_of(0, 100'000),
+                                                       kStatic, "Immovable environment."),
+    choice_field<DocumentSpec, &DocumentSpec::generators>(
+        "generators", kOptional, list_of(0, 10'000), kGenerator,
+        "Moving bodies by rule, in this order; at most 1,000,000 bodies in all."),
+    object_field<DocumentSpec, &DocumentSpec::territory>(
+        "territory", kOptional, kNone, kTerritory,
+        "Division of space; one cell and one world by default."),
+    field<DocumentSpec, &DocumentSpec::buffer_entries>(
+        "buffer_entries", kOptional, Limits{1.0, 1e6},
+        "Steps a world may run ahead: the size of its transform buffer."),
+    object_field<DocumentSpec, &DocumentSpec::executor>(
+        "executor", kOptional, kNone, kExecutor, "Default executor; the command line may differ."),
+};
+constexpr ObjectTable kDocument = object_table<DocumentSpec>(
+    "scenario", "A SODA scenario.", kDocumentFields, &kDurationAlternatives);
+
+}  // namespace
+
+const ObjectTable& document_table() { return kDocument; }
+
+}  // namespace soda::scenarios
