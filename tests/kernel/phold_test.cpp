@@ -1,10 +1,11 @@
 // The order-sensitive PHOLD under both executors: the same committed digest, whatever the schedule.
+#include "kernel/phold.hpp"
+
 #include <gtest/gtest.h>
 
 #include <string>
 
 #include "kernel/executor.hpp"
-#include "kernel/phold.hpp"
 
 namespace soda::kernel {
 namespace {

@@ -1,0 +1,81 @@
+// An LP whose behaviour is a lambda, with copied state, for scripts that a reader can follow.
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "kernel/copy_history.hpp"
+#include "kernel/logical_process.hpp"
+
+namespace soda::kernel {
+
+inline Payload number(std::uint64_t value) {
+  auto bytes = std::make_shared<Bytes>(sizeof value);
+  std::memcpy(bytes->data(), &value, sizeof value);
+  return bytes;
+}
+
+inline std::uint64_t number_in(std::span<const std::byte> bytes) {
+  std::uint64_t value = 0;
+  if (bytes.size() == sizeof value) std::memcpy(&value, bytes.data(), sizeof value);
+  return value;
+}
+
+class ScriptedProcess final : public LogicalProcess {
+ public:
+  using Handler = std::function<void(ScriptedProcess& self, VirtualTime now,
+                                     std::span<const MessageView> bag, Outbox& outbox)>;
+  struct Script {
+    std::vector<VirtualTime> agenda = {};  // ascending
+    Handler on_execute = {};
+    std::int64_t mark_every_t = 0;  // 0: at every time; else only at (n * mark_every_t, 0)
+  };
+
+  explicit ScriptedProcess(Script script) : script_(std::move(script)) {}
+
+  VirtualTime next_time() const override {
+    return state.agenda_done < script_.agenda.size() ? script_.agenda[state.agenda_done] : kNever;
+  }
+
+  void execute(VirtualTime now, std::span<const MessageView> bag, Outbox& outbox) override {
+    while (state.agenda_done < script_.agenda.size() && script_.agenda[state.agenda_done] <= now)
+      ++state.agenda_done;
+    for (const MessageView& message : bag) state.sum += number_in(message.payload);
+    executions.push_back(now);
+    if (script_.on_execute) script_.on_execute(*this, now, bag, outbox);
+  }
+
+  void mark(VirtualTime now) override {
+    const bool due =
+        script_.mark_every_t == 0 || (now.t % script_.mark_every_t == 0 && now.round == 0);
+    if (due || history.size() == 0) history.mark(now, state);
+  }
+  VirtualTime rewind(VirtualTime to) override {
+    rewinds.push_back(to);
+    return history.rewind(to, state);
+  }
+  VirtualTime forget(VirtualTime horizon) override { return history.forget(horizon); }
+  void commit(VirtualTime now) override { commits.push_back(now); }
+
+  struct State {
+    std::size_t agenda_done = 0;
+    std::uint64_t sum = 0;  // of the numbers received
+  };
+  State state;
+  CopyHistory<State> history;
+  // What happened, over rollbacks.
+  std::vector<VirtualTime> executions;
+  std::vector<VirtualTime> rewinds;
+  std::vector<VirtualTime> commits;
+
+ private:
+  const Script script_;
+};
+
+}  // namespace soda::kernel
