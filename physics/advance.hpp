@@ -15,13 +15,13 @@ namespace soda::physics {
 
 // What a solved island has to report. All of it is a function of the island's content.
 struct IslandReport {
-  BodyId label{};                        // smallest id
+  BodyId label{};  // smallest id
   std::uint32_t bodies = 0;
   std::uint32_t contact_points = 0;
   std::uint32_t iterations = 0;
   double max_penetration_m = 0.0;        // at the start of the step, >= 0
   double constraint_residual_m_s = 0.0;  // largest remaining violation of a velocity constraint
-  Vec3 static_impulse_newton_s = Vec3::Zero();          // given to the island by static bodies
+  Vec3 static_impulse_newton_s = Vec3::Zero();            // given to the island by static bodies
   Vec3 static_angular_impulse_newton_m_s = Vec3::Zero();  // about the world origin
 };
 
@@ -31,14 +31,13 @@ struct AdvanceFault {
   std::string what;
 };
 
-
 // Advances the bodies of one island by one step: external forces, contacts, pose. `ids` ascending,
-// `states[i]` belongs to ids[i], `manifolds` (canonical order) connect them with each other and with
-// statics. A function of these arguments only. Faults are appended (speculative: never throws).
+// `states[i]` belongs to ids[i], `manifolds` (canonical order) connect them with each other and
+// with statics. A function of these arguments only. Faults are appended (speculative: never
+// throws).
 IslandReport advance_island(const SceneDescription& scene, std::span<const BodyId> ids,
-                            std::span<const ContactManifold> manifolds,
-                            std::span<BodyState> states, StageCounters& counters,
-                            std::vector<AdvanceFault>& faults);
+                            std::span<const ContactManifold> manifolds, std::span<BodyState> states,
+                            StageCounters& counters, std::vector<AdvanceFault>& faults);
 
 // Advances one body that touches nothing.
 void advance_free_body(const SceneDescription& scene, BodyId id, BodyState& state,

@@ -19,8 +19,8 @@ struct ContactImpulse {
 };
 
 struct BodyState {
-  Vec3 position_m = Vec3::Zero();              // centre of mass
-  Quat orientation = Quat::Identity();         // local to world, unit
+  Vec3 position_m = Vec3::Zero();       // centre of mass
+  Quat orientation = Quat::Identity();  // local to world, unit
   Vec3 linear_velocity_m_s = Vec3::Zero();
   Vec3 angular_velocity_rad_s = Vec3::Zero();
   // Contacts in which this body is the lower id, sorted by (other, part, feature).
@@ -30,8 +30,8 @@ struct BodyState {
 // Bitwise equality of every named field (so -0 != +0 and NaN == the same NaN).
 bool identical(const BodyState& a, const BodyState& b);
 
-// The first field of `a` that is not bitwise equal in `b`, as "name" with both values; empty name if
-// none. For reporting divergence.
+// The first field of `a` that is not bitwise equal in `b`, as "name" with both values; empty name
+// if none. For reporting divergence.
 struct FieldDifference {
   const char* field = "";
   double a = 0.0, b = 0.0;

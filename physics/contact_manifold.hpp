@@ -20,8 +20,8 @@ struct ContactManifold {
   BodyId a{};  // the lower id, always dynamic
   BodyId b{};
   std::uint32_t part = 0;
-  std::uint32_t count = 0;        // 1 .. 4
-  Vec3 normal = Vec3::UnitZ();    // unit, from a to b
+  std::uint32_t count = 0;      // 1 .. 4
+  Vec3 normal = Vec3::UnitZ();  // unit, from a to b
   std::array<ContactPoint, 4> points;
 };
 

@@ -18,9 +18,10 @@ struct MassProperties {
 // Exact for all solid shapes. Zero for meshes and halfspaces, which are static only.
 MassProperties mass_properties(const Shape& shape);
 
-// The convex hull of the points (Qhull), faces merged where coplanar, in a canonical order that does
-// not depend on the order of the points; or why there is none (fewer than four points, all in one
-// plane, not finite). The caller moves the vertices so that the centre of mass becomes the origin.
+// The convex hull of the points (Qhull), faces merged where coplanar, in a canonical order that
+// does not depend on the order of the points; or why there is none (fewer than four points, all in
+// one plane, not finite). The caller moves the vertices so that the centre of mass becomes the
+// origin.
 std::variant<ConvexHull, std::string> make_convex_hull(std::span<const Vec3> points_m);
 
 }  // namespace soda::physics

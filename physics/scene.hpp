@@ -44,8 +44,7 @@ struct HalfSpace {  // static only; solid where normal . x <= offset, in the sta
   Vec3 normal = Vec3::UnitZ();
   double offset_m = 0.0;
 };
-using Shape =
-    std::variant<Sphere, Box, Capsule, Cylinder, ConvexHull, TriangleMesh, HalfSpace>;
+using Shape = std::variant<Sphere, Box, Capsule, Cylinder, ConvexHull, TriangleMesh, HalfSpace>;
 
 // A dynamic body's constants.
 struct BodyParams {
@@ -83,8 +82,8 @@ struct SceneDescription {
   Broadphase broadphase = Broadphase::kGrid;
   SolverSettings solver;
   std::vector<Shape> shapes;
-  std::vector<BodyParams> bodies;    // index == BodyId
-  std::vector<StaticBody> statics;   // index == static_index_of(BodyId)
+  std::vector<BodyParams> bodies;   // index == BodyId
+  std::vector<StaticBody> statics;  // index == static_index_of(BodyId)
 };
 
 }  // namespace soda::physics

@@ -8,7 +8,7 @@ namespace soda::physics {
 
 // Narrowphase kernels, by the shapes they take.
 enum class ShapeKernel : std::uint32_t {
-  kAnalytic,      // sphere against sphere, box, capsule, cylinder, halfspace; capsule-capsule
+  kAnalytic,  // sphere against sphere, box, capsule, cylinder, halfspace; capsule-capsule
   kBoxBox,
   kHalfSpace,     // vertices, rims or end spheres against a halfspace
   kPolytopeClip,  // boxes and hulls: reference face clipping
@@ -26,7 +26,7 @@ struct StageCounters {
   std::uint64_t contact_points = 0;
   std::uint64_t free_bodies_advanced = 0;  // bodies without contact
   std::uint64_t islands_solved = 0;
-  std::uint64_t solver_iterations = 0;     // summed over islands
+  std::uint64_t solver_iterations = 0;  // summed over islands
   std::uint64_t normal_rows = 0;
   std::uint64_t friction_rows = 0;
   std::uint64_t restitution_rows = 0;

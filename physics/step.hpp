@@ -28,7 +28,8 @@ struct StepReport {
   std::vector<AdvanceFault> faults;
 };
 
-// Stage 1: the swept box of each body. `ids` ascending, states[i] of ids[i]; `boxes` is overwritten.
+// Stage 1: the swept box of each body. `ids` ascending, states[i] of ids[i]; `boxes` is
+// overwritten.
 void compute_boxes(const SceneDescription& scene, const Geometry& geometry,
                    std::span<const BodyId> ids, std::span<const BodyState> states,
                    std::vector<Aabb>& boxes, StageCounters& counters);
@@ -40,7 +41,8 @@ void find_contacts(const SceneDescription& scene, const Geometry& geometry,
                    StepScratch& scratch, StageCounters& counters);
 
 // Gathers island `island` of scratch.islands into scratch.island_ids, island_states and
-// island_manifolds; scatter moves the states back. Between the two, states[] of its bodies are void.
+// island_manifolds; scatter moves the states back. Between the two, states[] of its bodies are
+// void.
 void gather_island(std::size_t island, std::span<const BodyId> ids, std::span<BodyState> states,
                    StepScratch& scratch);
 void scatter_island(std::size_t island, std::span<BodyState> states, StepScratch& scratch);

@@ -1,0 +1,241 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "physics/geometry.hpp"
+
+// A stateless multi-level grid. Every box is entered once, in the cell of its lowest corner on a
+// level whose cells are no smaller than the box; two overlapping boxes then lie in cells of the
+// coarser level that differ by at most one in each axis. Cell coordinates wrap around at 2^20, so
+// that no position is too far: aliases only cost tests, as every candidate is tested exactly.
+namespace soda::physics {
+namespace {
+
+constexpr std::size_t kBruteForceLimit = 24;  // below this, n(n-1)/2 tests are the cheaper way
+constexpr int kMinExponent = -200;            // points and slivers are binned as if 2^-200 m
+constexpr int kMaxExponent = 1000;            // from here on, everything is in one cell
+constexpr int kLevelSpan = 2;                 // powers of two that share a level
+
+struct Entry {
+  std::uint64_t cell = 0;
+  std::uint32_t box = 0;
+  std::uint32_t level = 0;
+};
+
+struct Cell {
+  std::int64_t x = 0, y = 0, z = 0;
+};
+
+struct Level {
+  double inverse_size = 1.0;  // 0: one cell for all of space
+};
+
+// Smallest e with extent < 2^e; the factor covers the rounding of the extent itself.
+int size_exponent(const Aabb& box) {
+  const double extent = (box.max - box.min).maxCoeff() * (1.0 + 1e-12);
+  if (!(extent < 1e300)) return kMaxExponent;
+  int exponent = 0;
+  std::frexp(extent, &exponent);
+  return std::clamp(exponent, kMinExponent, kMaxExponent);
+}
+
+std::int64_t wrapped_index(double coordinate, double inverse_size) {
+  const double index = std::floor(coordinate * inverse_size);
+  if (std::abs(index) < 4.5e15) {
+    return static_cast<std::int64_t>(index) & 0xfffff;
+  }
+  // Above 2^52 cells, distinct corners are farther apart than the boxes are wide: only equal
+  // indices can overlap, so any function of the index will do.
+  return std::isfinite(index) ? static_cast<std::int64_t>(std::fmod(index, 1048576.0)) & 0xfffff
+                              : 0;
+}
+
+Cell cell_of(const Aabb& box, const Level& level) {
+  return {wrapped_index(box.min.x(), level.inverse_size),
+          wrapped_index(box.min.y(), level.inverse_size),
+          wrapped_index(box.min.z(), level.inverse_size)};
+}
+
+std::uint64_t key_of(std::uint32_t level, std::int64_t x, std::int64_t y, std::int64_t z) {
+  const auto wrap = [](std::int64_t i) { return static_cast<std::uint64_t>(i) & 0xfffff; };
+  return (static_cast<std::uint64_t>(level & 0xf) << 60) | wrap(x) << 40 | wrap(y) << 20 | wrap(z);
+}
+
+std::uint64_t scramble(std::uint64_t key) {
+  key *= 0x9e3779b97f4a7c15u;
+  return key ^ (key >> 29);
+}
+
+// Levels span two powers of two and are anchored at the most frequent size, so that bodies of one
+// size, whose boxes differ by rotation only, share one level.
+struct Levels {
+  std::vector<Level> levels;  // from fine to coarse, those in use only
+  std::vector<std::uint32_t> of_box;
+};
+
+Levels choose_levels(std::span<const Aabb> boxes) {
+  constexpr int kCount = kMaxExponent - kMinExponent + 1;
+  std::vector<std::uint32_t> frequency(kCount + kLevelSpan, 0);
+  std::vector<int> exponent(boxes.size());
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    exponent[i] = size_exponent(boxes[i]) - kMinExponent;
+    ++frequency[exponent[i]];
+  }
+  const int mode =
+      static_cast<int>(std::max_element(frequency.begin(), frequency.end()) - frequency.begin());
+  const bool above = frequency[mode + 1] > 0;
+  const int phase = (mode + (above ? 1 : 0)) % kLevelSpan;  // exponents = phase are level tops
+  const auto top_of = [&](int e) { return e + (phase - e % kLevelSpan + kLevelSpan) % kLevelSpan; };
+
+  Levels out;
+  std::vector<std::uint32_t> level_of_top(kCount + kLevelSpan, 0);
+  int last_top = -1;
+  for (int e = 0; e < kCount; ++e) {
+    if (frequency[e] == 0 || top_of(e) == last_top) continue;
+    last_top = top_of(e);
+    level_of_top[last_top] = static_cast<std::uint32_t>(out.levels.size());
+    const int power = last_top + kMinExponent;
+    out.levels.push_back({power >= kMaxExponent ? 0.0 : std::ldexp(1.0, -power)});
+  }
+  out.of_box.resize(boxes.size());
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    out.of_box[i] = level_of_top[top_of(exponent[i])];
+  }
+  return out;
+}
+
+// Entries grouped by hash bucket (counting sort). A lookup scans one bucket.
+class CellTable {
+ public:
+  CellTable(std::span<const Aabb> boxes, const Levels& levels) {
+    std::size_t buckets = 64;
+    while (buckets < 2 * boxes.size()) buckets *= 2;
+    mask_ = buckets - 1;
+    begin_.assign(buckets + 1, 0);
+    std::vector<Entry> unsorted(boxes.size());
+    for (std::uint32_t i = 0; i < boxes.size(); ++i) {
+      const std::uint32_t level = levels.of_box[i];
+      const Cell c = cell_of(boxes[i], levels.levels[level]);
+      unsorted[i] = {key_of(level, c.x, c.y, c.z), i, level};
+      ++begin_[(scramble(unsorted[i].cell) & mask_) + 1];
+    }
+    for (std::size_t b = 1; b < begin_.size(); ++b) begin_[b] += begin_[b - 1];
+    entries_.resize(boxes.size());
+    std::vector<std::uint32_t> next(begin_.begin(), begin_.end() - 1);
+    for (const Entry& entry : unsorted) entries_[next[scramble(entry.cell) & mask_]++] = entry;
+  }
+
+  template <typename Visit>
+  void for_each(std::uint64_t cell, std::uint32_t level, Visit visit) const {
+    const std::size_t bucket = scramble(cell) & mask_;
+    for (std::uint32_t e = begin_[bucket]; e < begin_[bucket + 1]; ++e) {
+      if (entries_[e].cell == cell && entries_[e].level == level) visit(entries_[e].box);
+    }
+  }
+
+ private:
+  std::size_t mask_ = 0;
+  std::vector<std::uint32_t> begin_;
+  std::vector<Entry> entries_;
+};
+
+// The 13 neighbours that come after a cell; the other 13 find this cell among theirs.
+constexpr std::array<std::array<int, 3>, 13> kHalfStencil = {{{0, 0, 1},
+                                                              {0, 1, -1},
+                                                              {0, 1, 0},
+                                                              {0, 1, 1},
+                                                              {1, -1, -1},
+                                                              {1, -1, 0},
+                                                              {1, -1, 1},
+                                                              {1, 0, -1},
+                                                              {1, 0, 0},
+                                                              {1, 0, 1},
+                                                              {1, 1, -1},
+                                                              {1, 1, 0},
+                                                              {1, 1, 1}}};
+
+void find_on_own_level(std::span<const Aabb> boxes, const Levels& levels, const CellTable& table,
+                       std::vector<IndexPair>& pairs) {
+  for (std::uint32_t i = 0; i < boxes.size(); ++i) {
+    const std::uint32_t level = levels.of_box[i];
+    const Cell c = cell_of(boxes[i], levels.levels[level]);
+    const auto test = [&](std::uint32_t j) {
+      if (overlap(boxes[i], boxes[j])) pairs.push_back({std::min(i, j), std::max(i, j)});
+    };
+    table.for_each(key_of(level, c.x, c.y, c.z), level, [&](std::uint32_t j) {
+      if (i < j) test(j);
+    });
+    if (levels.levels[level].inverse_size == 0.0) continue;
+    for (const auto& d : kHalfStencil) {
+      table.for_each(key_of(level, c.x + d[0], c.y + d[1], c.z + d[2]), level, test);
+    }
+  }
+}
+
+void find_on_coarser_levels(std::span<const Aabb> boxes, const Levels& levels,
+                            const CellTable& table, std::vector<IndexPair>& pairs) {
+  for (std::uint32_t i = 0; i < boxes.size(); ++i) {
+    const auto test = [&](std::uint32_t j) {
+      if (overlap(boxes[i], boxes[j])) pairs.push_back({std::min(i, j), std::max(i, j)});
+    };
+    for (std::uint32_t level = levels.of_box[i] + 1; level < levels.levels.size(); ++level) {
+      const Cell c = cell_of(boxes[i], levels.levels[level]);
+      const int reach = levels.levels[level].inverse_size == 0.0 ? 0 : 1;
+      for (int x = -reach; x <= reach; ++x) {
+        for (int y = -reach; y <= reach; ++y) {
+          for (int z = -reach; z <= reach; ++z) {
+            table.for_each(key_of(level, c.x + x, c.y + y, c.z + z), level, test);
+          }
+        }
+      }
+    }
+  }
+}
+
+// Counting sort by the first index, then each short run by the second.
+void sort_pairs(std::size_t boxes, std::vector<IndexPair>& pairs) {
+  if (pairs.size() < 64) {
+    std::sort(pairs.begin(), pairs.end());
+    return;
+  }
+  std::vector<std::uint32_t> begin(boxes + 1, 0);
+  for (const IndexPair& p : pairs) ++begin[p.first + 1];
+  for (std::size_t i = 1; i < begin.size(); ++i) begin[i] += begin[i - 1];
+  std::vector<IndexPair> sorted(pairs.size());
+  std::vector<std::uint32_t> next(begin.begin(), begin.end() - 1);
+  for (const IndexPair& p : pairs) sorted[next[p.first]++] = p;
+  for (std::size_t i = 0; i < boxes; ++i) {
+    if (begin[i + 1] - begin[i] > 1) {
+      std::sort(sorted.begin() + begin[i], sorted.begin() + begin[i + 1]);
+    }
+  }
+  pairs.swap(sorted);
+}
+
+void find_all_pairs(std::span<const Aabb> boxes, std::vector<IndexPair>& pairs) {
+  for (std::uint32_t i = 0; i < boxes.size(); ++i) {
+    for (std::uint32_t j = i + 1; j < boxes.size(); ++j) {
+      if (overlap(boxes[i], boxes[j])) pairs.push_back({i, j});
+    }
+  }
+}
+
+}  // namespace
+
+void find_pairs(Broadphase broadphase, std::span<const Aabb> boxes, std::vector<IndexPair>& pairs,
+                StageCounters& counters) {
+  pairs.clear();
+  if (broadphase == Broadphase::kAllPairs || boxes.size() <= kBruteForceLimit) {
+    find_all_pairs(boxes, pairs);
+  } else {
+    const Levels levels = choose_levels(boxes);
+    const CellTable table(boxes, levels);
+    find_on_own_level(boxes, levels, table, pairs);
+    find_on_coarser_levels(boxes, levels, table, pairs);
+    sort_pairs(boxes.size(), pairs);
+  }
+  counters.candidate_pairs += pairs.size();
+}
+
+}  // namespace soda::physics

@@ -1,0 +1,167 @@
+#include "physics/contact_solver.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace soda::physics {
+namespace {
+
+constexpr double kNegligible = 1e-10;  // change of an impulse, of the largest impulse
+
+// Returns the change of the impulse.
+double sweep_row(NormalRow& row, SolverBody& a, SolverBody& b) {
+  const double velocity =
+      row.normal.dot(b.linear - a.linear) + row.arm_b.dot(b.angular) - row.arm_a.dot(a.angular);
+  const double wanted = row.impulse_newton_s + row.mass_kg * (row.target_m_s - velocity);
+  const double impulse = wanted > 0.0 ? wanted : 0.0;
+  const double change = impulse - row.impulse_newton_s;
+  row.impulse_newton_s = impulse;
+  a.linear -= row.normal * (a.inverse_mass * change);
+  a.angular -= row.turn_a * change;
+  b.linear += row.normal * (b.inverse_mass * change);
+  b.angular += row.turn_b * change;
+  return std::abs(change);
+}
+
+double sweep_row(FrictionRow& row, double normal_impulse, SolverBody& a, SolverBody& b) {
+  const double limit = row.friction * normal_impulse;
+  const double old0 = row.impulse_newton_s[0], old1 = row.impulse_newton_s[1];
+  if (limit == 0.0 && old0 == 0.0 && old1 == 0.0) return 0.0;
+  const Vec3 velocity =
+      b.linear + b.angular.cross(row.arm_b) - a.linear - a.angular.cross(row.arm_a);
+  const double v0 = velocity.dot(row.tangent[0]), v1 = velocity.dot(row.tangent[1]);
+  // The impulse that stops the point, if the disc allows it.
+  double new0 = old0 - (row.inverse[0] * v0 + row.inverse[1] * v1);
+  double new1 = old1 - (row.inverse[1] * v0 + row.inverse[2] * v1);
+  if (new0 * new0 + new1 * new1 > limit * limit) {
+    // It slides: a step along the velocity itself, so that friction opposes the motion exactly
+    // however differently the two directions respond.
+    new0 = old0 - row.slide_mass_kg * v0;
+    new1 = old1 - row.slide_mass_kg * v1;
+    const double length = std::sqrt(new0 * new0 + new1 * new1);
+    if (length > limit) {
+      new0 *= limit / length;
+      new1 *= limit / length;
+    }
+  }
+  const double change0 = new0 - old0, change1 = new1 - old1;
+  row.impulse_newton_s[0] = new0;
+  row.impulse_newton_s[1] = new1;
+  const Vec3 change = row.tangent[0] * change0 + row.tangent[1] * change1;
+  a.linear -= change * a.inverse_mass;
+  a.angular -= a.inverse_inertia * row.arm_a.cross(change);
+  b.linear += change * b.inverse_mass;
+  b.angular += b.inverse_inertia * row.arm_b.cross(change);
+  return std::max(std::abs(change0), std::abs(change1));
+}
+
+double sweep_frictions(ContactProblem& p) {
+  double change = 0.0;
+  for (FrictionRow& row : p.frictions) {
+    const double normal = p.normals[row.normal_row].impulse_newton_s;
+    change = std::max(change, sweep_row(row, normal, p.bodies[row.a], p.bodies[row.b]));
+  }
+  return change;
+}
+
+// Alternating directions carry a load through a stack as fast downwards as upwards.
+double sweep_normals(bool forward, ContactProblem& p) {
+  double change = 0.0;
+  const std::size_t count = p.normals.size();
+  for (std::size_t k = 0; k < count; ++k) {
+    NormalRow& row = p.normals[forward ? k : count - 1 - k];
+    change = std::max(change, sweep_row(row, p.bodies[row.a], p.bodies[row.b]));
+  }
+  return change;
+}
+
+double largest_impulse(const ContactProblem& p) {
+  double largest = 0.0;
+  for (const NormalRow& row : p.normals) largest = std::max(largest, row.impulse_newton_s);
+  return largest;
+}
+
+}  // namespace
+
+int solve_velocities(int iterations, ContactProblem& problem) {
+  for (int i = 0; i < iterations; ++i) {
+    double change = sweep_frictions(problem);
+    change = std::max(change, sweep_normals(i % 2 == 0, problem));
+    if (change <= kNegligible * largest_impulse(problem)) return i + 1;
+  }
+  return iterations;
+}
+
+bool aim_rebounds(ContactProblem& problem) {
+  bool any = false;
+  for (std::size_t i = 0; i < problem.normals.size(); ++i) {
+    RowContact& contact = problem.contacts[i];
+    if (!contact.bounces) continue;
+    contact.bounces = problem.normals[i].impulse_newton_s > 0.0;
+    if (!contact.bounces) continue;
+    problem.normals[i].target_m_s = contact.rebound_m_s;
+    any = true;
+  }
+  return any;
+}
+
+void solve_push_out(int iterations, double dt_s, const ContactProblem& problem,
+                    std::vector<PushOut>& push) {
+  constexpr double kShare = 0.2;        // of the excess overlap, per step
+  constexpr double kFastest_1_s = 2.0;  // body sizes per second
+  push.clear();
+  const std::size_t count = problem.normals.size();
+  const bool needed = std::any_of(problem.contacts.begin(), problem.contacts.end(),
+                                  [](const RowContact& c) { return c.separation_m < -c.slop_m; });
+  if (!needed) return;
+  push.resize(problem.bodies.size());
+  std::vector<double> target(count), impulse(count, 0.0);
+  for (std::size_t i = 0; i < count; ++i) {
+    const RowContact& c = problem.contacts[i];
+    const double excess = -c.separation_m - c.slop_m;
+    // Points in touch must not be pushed together; points apart have their gap to use.
+    target[i] = excess > 0.0 ? std::min(kShare * excess / dt_s, kFastest_1_s * c.size_m)
+                             : -std::max(c.separation_m, 0.0) / dt_s;
+  }
+  for (int sweep = 0; sweep < iterations; ++sweep) {
+    double change = 0.0, largest = 0.0;
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::size_t i = sweep % 2 == 0 ? k : count - 1 - k;
+      const NormalRow& row = problem.normals[i];
+      PushOut& a = push[row.a];
+      PushOut& b = push[row.b];
+      const double velocity =
+          row.normal.dot(b.linear - a.linear) + row.arm_b.dot(b.angular) - row.arm_a.dot(a.angular);
+      const double wanted = std::max(0.0, impulse[i] + row.mass_kg * (target[i] - velocity));
+      const double step = wanted - impulse[i];
+      impulse[i] = wanted;
+      a.linear -= row.normal * (problem.bodies[row.a].inverse_mass * step);
+      a.angular -= row.turn_a * step;
+      b.linear += row.normal * (problem.bodies[row.b].inverse_mass * step);
+      b.angular += row.turn_b * step;
+      change = std::max(change, std::abs(step));
+      largest = std::max(largest, wanted);
+    }
+    if (change <= 1e-3 * largest) return;  // the next step corrects again
+  }
+}
+
+double residual_m_s(const ContactProblem& problem) {
+  double residual = 0.0;
+  for (const NormalRow& row : problem.normals) {
+    const SolverBody& a = problem.bodies[row.a];
+    const SolverBody& b = problem.bodies[row.b];
+    const double velocity =
+        row.normal.dot(b.linear - a.linear) + row.arm_b.dot(b.angular) - row.arm_a.dot(a.angular);
+    residual = std::max(residual, row.target_m_s - velocity);
+  }
+  for (const FrictionRow& row : problem.frictions) {
+    const double length = std::sqrt(row.impulse_newton_s[0] * row.impulse_newton_s[0] +
+                                    row.impulse_newton_s[1] * row.impulse_newton_s[1]);
+    const double limit = row.friction * problem.normals[row.normal_row].impulse_newton_s;
+    residual = std::max(residual, (length - limit) * problem.bodies[row.a].inverse_mass);
+  }
+  return residual;
+}
+
+}  // namespace soda::physics

@@ -1,0 +1,92 @@
+// Contact constraints of one island and their solution by projected Gauss-Seidel.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "physics/body_state.hpp"
+#include "physics/contact_manifold.hpp"
+#include "physics/scene.hpp"
+#include "physics/stage_counters.hpp"
+
+namespace soda::physics {
+
+// Velocities of a body while its island is solved.
+struct SolverBody {
+  Vec3 linear = Vec3::Zero();
+  Vec3 angular = Vec3::Zero();
+  double inverse_mass = 0.0;
+  Mat3 inverse_inertia = Mat3::Zero();  // world frame
+};
+
+// One contact point: the relative velocity along the normal must not fall below `target_m_s`.
+struct NormalRow {
+  std::uint32_t a = 0, b = 0;  // local indices; statics share one index, of infinite mass
+  Vec3 normal = Vec3::Zero();
+  Vec3 arm_a = Vec3::Zero(), arm_b = Vec3::Zero();    // arm x normal
+  Vec3 turn_a = Vec3::Zero(), turn_b = Vec3::Zero();  // inverse inertia of that
+  double mass_kg = 0.0;                               // effective
+  double target_m_s = 0.0;
+  double impulse_newton_s = 0.0;
+};
+
+// Friction of the same point: impulse in the tangent plane, inside the disc of radius
+// friction * normal impulse.
+struct FrictionRow {
+  std::uint32_t a = 0, b = 0;
+  std::uint32_t normal_row = 0;
+  double friction = 0.0;
+  Vec3 arm_a = Vec3::Zero(), arm_b = Vec3::Zero();  // from the centres to the point
+  Vec3 tangent[2] = {Vec3::Zero(), Vec3::Zero()};
+  double inverse[3] = {0, 0, 0};  // of the 2x2 effective-mass matrix: 11, 12, 22
+  double slide_mass_kg = 0.0;     // 1 / its largest eigenvalue's inverse mass
+  double impulse_newton_s[2] = {0.0, 0.0};
+};
+
+// What a contact point needs beside its rows.
+struct RowContact {
+  std::uint32_t manifold = 0, point = 0;
+  std::int32_t friction_row = -1;
+  double separation_m = 0.0;
+  double slop_m = 0.0;  // penetration that is left alone
+  double size_m = 0.0;  // of the smaller body
+  Vec3 arm_a = Vec3::Zero();
+  // Impact within this step, where the pair bounces.
+  bool bounces = false;
+  double impact_time_s = 0.0;
+  double rebound_m_s = 0.0;  // target at the end of the step
+};
+
+struct ContactProblem {
+  std::vector<SolverBody> bodies;  // one more than the island has: the last is all statics
+  std::vector<NormalRow> normals;
+  std::vector<FrictionRow> frictions;
+  std::vector<RowContact> contacts;  // parallel to normals
+  int restitution_rows = 0;
+};
+
+// Rows in the manifolds' order; impulses start from the bodies' stored ones where warm starting is
+// on, and are applied. `bodies` hold the velocities after external forces.
+void build_rows(const SceneDescription& scene, std::span<const BodyId> ids,
+                std::span<const ContactManifold> manifolds, std::span<const BodyState> states,
+                ContactProblem& problem, StageCounters& counters);
+
+// Sweeps until the largest change of an impulse is negligible or the iterations are used up.
+// Returns the number of sweeps.
+int solve_velocities(int iterations, ContactProblem& problem);
+
+// Gives the rows that bounce their rebound as target. Returns whether there are any.
+bool aim_rebounds(ContactProblem& problem);
+
+// Displacement velocities that push overlapping bodies apart; they never become kinetic energy.
+// Empty if nothing overlaps by more than its slop. Otherwise one per body, linear and angular.
+struct PushOut {
+  Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
+};
+void solve_push_out(int iterations, double dt_s, const ContactProblem& problem,
+                    std::vector<PushOut>& push);
+
+// Largest violation of a normal or friction constraint by the present velocities and impulses.
+double residual_m_s(const ContactProblem& problem);
+
+}  // namespace soda::physics

@@ -1,0 +1,50 @@
+// FCL objects behind Geometry. Included by shape_geometry.cpp and narrowphase.cpp only: these two
+// are the only files that see FCL.
+#pragma once
+
+#include <fcl/geometry/bvh/BVH_model.h>
+#include <fcl/geometry/collision_geometry.h>
+#include <fcl/narrowphase/collision_object.h>
+#include <fcl/narrowphase/continuous_collision_result.h>
+
+#include <memory>
+#include <vector>
+
+#include "physics/compiled_shape.hpp"
+#include "physics/geometry.hpp"
+
+namespace soda::physics {
+
+// libfcl is compiled for baseline x86-64. Flags that change Eigen's alignment change these sizes
+// and corrupt data silently.
+static_assert(sizeof(fcl::CollisionObjectd) == 224 && alignof(fcl::CollisionObjectd) == 16);
+static_assert(sizeof(fcl::ContinuousCollisionResultd) == 272);
+
+struct ShapeGeometry {
+  CompiledShape shape;
+  // The whole shape, for MPR; for a mesh its OBBRSS tree. Null for a halfspace.
+  std::shared_ptr<fcl::CollisionGeometryd> whole;
+  // What is left after taking off a skin of core_skin_m, for GJK: the centre of a sphere, the
+  // segment of a capsule, a smaller cylinder; boxes and hulls are their own cores. Null for meshes
+  // and halfspaces.
+  std::shared_ptr<fcl::CollisionGeometryd> core;
+  double core_skin_m = 0.0;
+};
+
+struct StaticGeometry {
+  std::uint32_t shape = 0;
+  Pose pose;
+  Aabb box;         // of everything but halfspaces
+  FacePlane plane;  // of halfspaces, in the world frame
+  bool is_half_space = false;
+};
+
+struct GeometryImpl {
+  std::vector<ShapeGeometry> shapes;
+  std::vector<StaticGeometry> statics;
+};
+
+// Contacts are kept from this part of the smaller dynamic body's smallest width on.
+inline constexpr double kContactMargin = 0.01;
+
+}  // namespace soda::physics

@@ -1,0 +1,122 @@
+#include "physics/measures.hpp"
+
+#include <xxhash.h>
+
+#include <bit>
+#include <memory>
+#include <vector>
+
+#include "physics/pose.hpp"
+
+namespace soda::physics {
+namespace {
+
+// Visits every named field of a state in one fixed order, as its 64 bits. Returns false as soon as
+// the visitor does.
+template <typename Visit>
+bool visit_fields(const BodyState& s, Visit visit) {
+  static constexpr const char* kPosition[] = {"position_m.x", "position_m.y", "position_m.z"};
+  static constexpr const char* kLinear[] = {"linear_velocity_m_s.x", "linear_velocity_m_s.y",
+                                            "linear_velocity_m_s.z"};
+  static constexpr const char* kAngular[] = {"angular_velocity_rad_s.x", "angular_velocity_rad_s.y",
+                                             "angular_velocity_rad_s.z"};
+  static constexpr const char* kFriction[] = {"impulses.friction_newton_s.x",
+                                              "impulses.friction_newton_s.y",
+                                              "impulses.friction_newton_s.z"};
+  const auto real = [&](const char* name, double v) {
+    return visit(name, v, std::bit_cast<std::uint64_t>(v));
+  };
+  const auto integer = [&](const char* name, std::uint64_t v) {
+    return visit(name, static_cast<double>(v), v);
+  };
+  const auto vector = [&](const char* const(&names)[3], const Vec3& v) {
+    return real(names[0], v.x()) && real(names[1], v.y()) && real(names[2], v.z());
+  };
+  const bool same =
+      vector(kPosition, s.position_m) && real("orientation.w", s.orientation.w()) &&
+      real("orientation.x", s.orientation.x()) && real("orientation.y", s.orientation.y()) &&
+      real("orientation.z", s.orientation.z()) && vector(kLinear, s.linear_velocity_m_s) &&
+      vector(kAngular, s.angular_velocity_rad_s) && integer("impulses.size", s.impulses.size());
+  if (!same) return false;
+  for (const ContactImpulse& c : s.impulses) {
+    if (!(integer("impulses.other", index_of(c.other)) && integer("impulses.part", c.part) &&
+          integer("impulses.feature", c.feature) &&
+          real("impulses.normal_newton_s", c.normal_newton_s) &&
+          vector(kFriction, c.friction_newton_s))) {
+      return false;
+    }
+  }
+  return true;
+}
+
+constexpr std::size_t kFixedFields = 14;
+constexpr std::size_t kFieldsPerImpulse = 7;
+
+}  // namespace
+
+Mechanics measure(const SceneDescription& scene, std::span<const BodyId> ids,
+                  std::span<const BodyState> states) {
+  Mechanics sum;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    const BodyParams& params = scene.bodies[index_of(ids[i])];
+    const BodyState& s = states[i];
+    const Mat3 rotation = s.orientation.toRotationMatrix();
+    const Vec3 spin_local = rotation.transpose() * s.angular_velocity_rad_s;
+    const Vec3 spin_momentum_local = params.inertia_local_kg_m2 * spin_local;
+    const Vec3 momentum = params.mass_kg * s.linear_velocity_m_s;
+    sum.kinetic_energy_joule +=
+        0.5 * (momentum.dot(s.linear_velocity_m_s) + spin_momentum_local.dot(spin_local));
+    sum.potential_energy_joule -= params.mass_kg * scene.gravity_m_s2.dot(s.position_m);
+    sum.linear_momentum_newton_s += momentum;
+    sum.angular_momentum_newton_m_s += s.position_m.cross(momentum);
+    sum.angular_momentum_newton_m_s += rotation * spin_momentum_local;
+    sum.momentum_scale_newton_s += momentum.norm();
+  }
+  return sum;
+}
+
+std::uint64_t digest(std::span<const BodyId> ids, std::span<const BodyState> states) {
+  static_assert(std::endian::native == std::endian::little, "digests are little-endian");
+  const std::unique_ptr<XXH3_state_t, void (*)(XXH3_state_t*)> hash(
+      XXH3_createState(), [](XXH3_state_t* state) { XXH3_freeState(state); });
+  XXH3_64bits_reset(hash.get());
+  std::vector<std::uint64_t> words;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    words.clear();
+    words.push_back(index_of(ids[i]));
+    visit_fields(states[i], [&](const char*, double, std::uint64_t bits) {
+      words.push_back(bits);
+      return true;
+    });
+    XXH3_64bits_update(hash.get(), words.data(), words.size() * sizeof(std::uint64_t));
+  }
+  return XXH3_64bits_digest(hash.get());
+}
+
+bool identical(const BodyState& a, const BodyState& b) { return !*first_difference(a, b).field; }
+
+FieldDifference first_difference(const BodyState& a, const BodyState& b) {
+  struct Field {
+    double value;
+    std::uint64_t bits;
+  };
+  std::vector<Field> fields;
+  fields.reserve(kFixedFields + kFieldsPerImpulse * a.impulses.size());
+  visit_fields(a, [&](const char*, double value, std::uint64_t bits) {
+    fields.push_back({value, bits});
+    return true;
+  });
+  // The number of impulses is itself a field that stands before them, so the walks agree in length
+  // up to the first difference.
+  FieldDifference difference;
+  std::size_t next = 0;
+  visit_fields(b, [&](const char* name, double value, std::uint64_t bits) {
+    const Field& field = fields[next++];
+    if (field.bits == bits) return true;
+    difference = {name, field.value, value};
+    return false;
+  });
+  return difference;
+}
+
+}  // namespace soda::physics

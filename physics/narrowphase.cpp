@@ -1,0 +1,338 @@
+#include <fcl/geometry/shape/box.h>
+#include <fcl/narrowphase/collision.h>
+#include <fcl/narrowphase/detail/primitive_shape_algorithm/box_box.h>
+#include <fcl/narrowphase/distance.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "physics/analytic_contacts.hpp"
+#include "physics/geometry_impl.hpp"
+#include "physics/mesh_contacts.hpp"
+
+// FCL says along which axis two solids meet; the contact points then come from the true shapes, by
+// their supporting features along that axis. So what is inexact in FCL's answer (depths of curved
+// shapes, one point per pair) does not reach the solver.
+namespace soda::physics {
+namespace {
+
+struct Solid {
+  const ShapeGeometry& geometry;
+  PlacedShape placed;
+};
+
+fcl::Transform3d to_fcl(const Pose& pose) {
+  fcl::Transform3d transform = fcl::Transform3d::Identity();
+  transform.linear() = pose.rotation;
+  transform.translation() = pose.position;
+  return transform;
+}
+
+// Where and along which direction (from a to b) two solids meet.
+struct Axis {
+  bool found = false;
+  Vec3 normal = Vec3::UnitZ();
+  Vec3 witness = Vec3::Zero();  // a point between the surfaces
+};
+
+bool is_unit(const Vec3& v) { return std::abs(v.squaredNorm() - 1.0) < 1e-6; }
+
+// The edges of two boxes that are extreme along the normal, and the middle of their nearest points.
+Vec3 between_edges(const PlacedShape& a, int edge_a, const PlacedShape& b, int edge_b,
+                   const Vec3& normal) {
+  const auto middle_of_edge = [](const PlacedShape& s, int axis, const Vec3& direction) {
+    Vec3 local = support(s.shape, s.pose.direction_to_local(direction));
+    local[axis] = 0.0;
+    return s.pose.to_world(local);
+  };
+  const Vec3 pa = middle_of_edge(a, edge_a, normal), pb = middle_of_edge(b, edge_b, -normal);
+  const Vec3 ua = a.pose.rotation.col(edge_a), ub = b.pose.rotation.col(edge_b);
+  const Vec3 between = pb - pa;
+  const double cosine = ua.dot(ub), sine_squared = 1.0 - cosine * cosine;
+  if (!(sine_squared > 1e-12)) return 0.5 * (pa + pb);
+  const double s = (between.dot(ua) - between.dot(ub) * cosine) / sine_squared;
+  const double t = s * cosine - between.dot(ub);
+  return 0.5 * (pa + ua * s + pb + ub * t);
+}
+
+// ODE's separating-axis test, on boxes inflated by half the range each, so that it also finds the
+// axis of boxes that are still apart. Its points are not used: they belong to the inflated boxes.
+Axis box_box_axis(const Solid& a, const Solid& b, double range) {
+  const Vec3 inflation = Vec3::Constant(range);
+  fcl::Vector3d normal = fcl::Vector3d::Zero();
+  double depth = 0.0;
+  int code = 0;
+  std::vector<fcl::ContactPointd> points;
+  points.reserve(8);
+  const Vec3 side_a = 2.0 * a.placed.shape.half_extents_m + inflation;
+  const Vec3 side_b = 2.0 * b.placed.shape.half_extents_m + inflation;
+  fcl::detail::boxBox2<double>(side_a, to_fcl(a.placed.pose), side_b, to_fcl(b.placed.pose), normal,
+                               &depth, &code, 8, points);
+  Axis axis;
+  if (code < 1 || code > 15 || !normal.allFinite() || !is_unit(normal)) return axis;
+  axis.found = true;
+  axis.normal = normal;
+  if (code <= 6) {
+    // The exact column instead of FCL's copy of it, with FCL's sign.
+    const Pose& pose = code <= 3 ? a.placed.pose : b.placed.pose;
+    const Vec3 column = pose.rotation.col((code - 1) % 3);
+    axis.normal = column.dot(normal) >= 0.0 ? column : Vec3(-column);
+  } else {
+    axis.normal.normalize();
+    axis.witness = between_edges(a.placed, (code - 7) / 3, b.placed, (code - 7) % 3, axis.normal);
+  }
+  return axis;
+}
+
+// Gap side: GJK on the cores, exact to its tolerance; the skins are taken off its distance.
+Axis core_axis(const Solid& a, const Solid& b, double range, bool& cores_overlap) {
+  fcl::DistanceRequestd request(true);
+  fcl::DistanceResultd result;
+  fcl::distance(a.geometry.core.get(), to_fcl(a.placed.pose), b.geometry.core.get(),
+                to_fcl(b.placed.pose), request, result);
+  const Vec3 from = result.nearest_points[0], to = result.nearest_points[1];
+  const Vec3 gap = to - from;
+  const double distance = gap.norm();
+  const double size = a.placed.shape.min_extent_m + b.placed.shape.min_extent_m;
+  cores_overlap = !(result.min_distance > 1e-6 * size) || !(distance > 1e-6 * size);
+  Axis axis;
+  const double skins = a.geometry.core_skin_m + b.geometry.core_skin_m;
+  if (cores_overlap || !gap.allFinite() || distance - skins > range) return axis;
+  axis.found = true;
+  axis.normal = gap / distance;
+  axis.witness = 0.5 * (from + axis.normal * a.geometry.core_skin_m + to -
+                        axis.normal * b.geometry.core_skin_m);
+  return axis;
+}
+
+// Overlap side: MPR on the whole shapes. Its normal is a seed only.
+Axis penetration_axis(const Solid& a, const Solid& b) {
+  fcl::CollisionRequestd request(1, true);
+  fcl::CollisionResultd result;
+  fcl::collide(a.geometry.whole.get(), to_fcl(a.placed.pose), b.geometry.whole.get(),
+               to_fcl(b.placed.pose), request, result);
+  Axis axis;
+  if (result.numContacts() == 0) return axis;
+  const fcl::Contactd& contact = result.getContact(0);
+  if (!contact.normal.allFinite() || !is_unit(contact.normal) || !contact.pos.allFinite()) {
+    return axis;
+  }
+  axis.found = true;
+  axis.normal = contact.normal.normalized();
+  axis.witness = contact.pos;
+  return axis;
+}
+
+// Replaces the axis by a face normal of either shape that separates more (or as much, within a
+// tolerance that favours faces): corrects MPR's rare wrong faces and gives face contacts an exact
+// normal. Faces farther than `least_cosine` from the seed are not looked at.
+void refine_by_faces(const Solid& a, const Solid& b, double least_cosine, Axis& axis) {
+  constexpr double kFacePreference = 0.05;  // of the depth
+  constexpr double kFaceSlack = 1e-4;       // of the smaller width
+  const Vec3 seed = axis.normal;
+  const double slack =
+      kFaceSlack * std::min(a.placed.shape.min_extent_m, b.placed.shape.min_extent_m);
+  double best = least_cosine > -1.0 ? separation_along(a.placed, b.placed, seed) : -1e300;
+  best -= slack + kFacePreference * std::max(0.0, -best);
+  const auto consider = [&](const PlacedShape& owner, const Vec3& face_local, double sign) {
+    const Vec3 normal = sign * (owner.pose.rotation * face_local);
+    if (normal.dot(seed) < least_cosine) return;
+    const double separation = separation_along(a.placed, b.placed, normal);
+    if (separation > best) best = separation, axis.normal = normal, axis.found = true;
+  };
+  const auto consider_all = [&](const PlacedShape& owner, double sign) {
+    for (const FacePlane& plane : owner.shape.face_planes) consider(owner, plane.normal, sign);
+    if (owner.shape.kind == ShapeKind::kCylinder) {
+      consider(owner, Vec3::UnitZ(), sign);
+      consider(owner, -Vec3::UnitZ(), sign);
+    }
+  };
+  consider_all(a.placed, 1.0);
+  consider_all(b.placed, -1.0);
+}
+
+Axis convex_axis(const Solid& a, const Solid& b, double range) {
+  constexpr double kNear = 0.9;    // faces that a gap's normal may stand for
+  constexpr double kLikely = 0.3;  // faces that MPR's normal may have missed
+  bool cores_overlap = false;
+  Axis axis = core_axis(a, b, range, cores_overlap);
+  if (!cores_overlap) {
+    if (axis.found) refine_by_faces(a, b, kNear, axis);
+    return axis;
+  }
+  axis = penetration_axis(a, b);
+  if (axis.found) {
+    refine_by_faces(a, b, kLikely, axis);
+    return axis;
+  }
+  // Exactly touching or coincident: MPR has no normal. The best face, else the line of centres.
+  const Vec3 between = b.placed.pose.position - a.placed.pose.position;
+  const double distance = between.norm();
+  axis.normal = distance > 0.0 ? Vec3(between / distance) : Vec3(Vec3::UnitZ());
+  axis.witness = 0.5 * between;
+  axis.found = true;
+  refine_by_faces(a, b, -1.0, axis);
+  return axis;
+}
+
+// Points from the features that the shapes show to each other along the axis.
+void add_feature_points(const Solid& a, const Solid& b, const Axis& axis, double range,
+                        Vec3& normal, ContactCandidates& out) {
+  constexpr double kAligned = 1.0 - 1e-9;
+  const SupportFeature fa = support_feature(a.placed, axis.normal);
+  const SupportFeature fb = support_feature(b.placed, -axis.normal);
+  normal = axis.normal;
+  if (fa.count > 2 && fa.normal.dot(axis.normal) > kAligned) {
+    normal = fa.normal;
+    clip_to_reference(fa, fb, out);
+  } else if (fb.count > 2 && -fb.normal.dot(axis.normal) > kAligned) {
+    normal = -fb.normal;
+    clip_to_reference(fb, fa, out);
+    for (int i = 0; i < out.count; ++i) out.points[i].feature |= 0x80000000u;
+  } else if (fa.count == 2 && fb.count == 2) {
+    overlap_segments(fa, fb, normal, out);
+  }
+  bool any = false;
+  for (int i = 0; i < out.count; ++i) any = any || out.points[i].separation_m <= range;
+  if (!any) {
+    out.count = 0;
+    const double separation = separation_along(a.placed, b.placed, normal);
+    if (separation <= range) out.add(axis.witness, separation, 0x40000000u);
+  }
+}
+
+// The triangles near a solid: FCL's OBBRSS tree against a box around the solid and its range.
+std::vector<std::uint32_t> near_triangles(const Solid& solid, const Solid& mesh, double range) {
+  const CompiledShape& s = solid.placed.shape;
+  const Aabb local = tight_aabb(s, Pose{});
+  const Vec3 sides = local.max - local.min + Vec3::Constant(2.0 * range);
+  const fcl::Boxd box(sides);
+  Pose pose = solid.placed.pose;
+  pose.position += pose.rotation * (0.5 * (local.min + local.max));
+  fcl::CollisionRequestd request(mesh.placed.shape.triangles.size(), true);
+  fcl::CollisionResultd result;
+  fcl::collide(mesh.geometry.whole.get(), to_fcl(mesh.placed.pose), &box, to_fcl(pose), request,
+               result);
+  std::vector<std::uint32_t> triangles;
+  triangles.reserve(result.numContacts());
+  for (std::size_t i = 0; i < result.numContacts(); ++i) {
+    triangles.push_back(static_cast<std::uint32_t>(result.getContact(i).b1));
+  }
+  std::sort(triangles.begin(), triangles.end());
+  triangles.erase(std::unique(triangles.begin(), triangles.end()), triangles.end());
+  return triangles;
+}
+
+ShapeKernel kernel_of(ShapeKind a, ShapeKind b) {
+  const auto either = [&](ShapeKind kind) { return a == kind || b == kind; };
+  const auto both = [&](ShapeKind kind) { return a == kind && b == kind; };
+  const auto polytope = [](ShapeKind k) { return k == ShapeKind::kBox || k == ShapeKind::kHull; };
+  if (either(ShapeKind::kMesh)) return ShapeKernel::kMesh;
+  if (either(ShapeKind::kSphere)) {
+    return either(ShapeKind::kHull) ? ShapeKernel::kCore : ShapeKernel::kAnalytic;
+  }
+  if (either(ShapeKind::kHalfSpace)) return ShapeKernel::kHalfSpace;
+  if (both(ShapeKind::kCapsule)) return ShapeKernel::kAnalytic;
+  if (both(ShapeKind::kBox)) return ShapeKernel::kBoxBox;
+  return polytope(a) && polytope(b) ? ShapeKernel::kPolytopeClip : ShapeKernel::kCore;
+}
+
+PairMotion motion_of(const SceneDescription& scene, const BodyState& a, const BodyState* b,
+                     const CompiledShape& shape_a, const CompiledShape& shape_b,
+                     const Vec3& center_b) {
+  PairMotion motion;
+  motion.velocity_a = a.linear_velocity_m_s;
+  motion.spin_a = a.angular_velocity_rad_s;
+  motion.center_b = center_b;
+  motion.dt_s = scene.dt_s;
+  double extent = shape_a.min_extent_m;
+  double turning = motion.spin_a.norm() * shape_a.bounding_radius_m;
+  if (b != nullptr) {
+    motion.velocity_b = b->linear_velocity_m_s;
+    motion.spin_b = b->angular_velocity_rad_s;
+    extent = std::min(extent, shape_b.min_extent_m);
+    turning += motion.spin_b.norm() * shape_b.bounding_radius_m;
+  } else {
+    motion.velocity_a += scene.gravity_m_s2 * scene.dt_s;
+  }
+  motion.margin_m = kContactMargin * extent;
+  const double speed = (motion.velocity_b - motion.velocity_a).norm() + turning;
+  motion.range_m = std::min(motion.margin_m + speed * scene.dt_s, 1e300);
+  return motion;
+}
+
+// Solids other than spheres look ahead by no more than their own width: what a contact normal of
+// the present pose says about a longer way is not worth having.
+double limited_range(const PairMotion& motion) {
+  return std::min(motion.range_m, motion.margin_m * (1.0 / kContactMargin));
+}
+
+void collide_solids(ShapeKernel kernel, BodyId id_a, const Solid& a, BodyId id_b, const Solid& b,
+                    const PairMotion& motion, const Vec3& origin,
+                    std::vector<ContactManifold>& out) {
+  ContactCandidates candidates;
+  Vec3 normal = Vec3::UnitZ();
+  const double range = limited_range(motion);
+  const bool sphere =
+      a.placed.shape.kind == ShapeKind::kSphere || b.placed.shape.kind == ShapeKind::kSphere;
+  if (kernel == ShapeKernel::kAnalytic && sphere) {
+    const PointContact contact = sphere_contact(a.placed, b.placed, motion);
+    if (!contact.found) return;
+    candidates.add(contact.position, contact.separation_m, 0);
+    emit_manifold(id_a, id_b, 0, contact.normal, origin, candidates, out);
+    return;
+  }
+  if (kernel == ShapeKernel::kAnalytic) {
+    normal = capsule_contacts(a.placed, b.placed, candidates);
+  } else {
+    const Axis axis =
+        kernel == ShapeKernel::kBoxBox ? box_box_axis(a, b, range) : convex_axis(a, b, range);
+    if (!axis.found) return;
+    add_feature_points(a, b, axis, range, normal, candidates);
+  }
+  keep_reached(motion, normal, candidates);
+  emit_manifold(id_a, id_b, 0, normal, origin, candidates, out);
+}
+
+}  // namespace
+
+ShapeKernel kernel_for(const Shape& a, const Shape& b) {
+  return kernel_of(static_cast<ShapeKind>(a.index()), static_cast<ShapeKind>(b.index()));
+}
+
+void collide(const SceneDescription& scene, const Geometry& geometry, BodyId a,
+             const BodyState& state_a, BodyId b, const BodyState* state_b,
+             std::vector<ContactManifold>& out, StageCounters& counters) {
+  const GeometryImpl& impl = geometry.impl();
+  const StaticGeometry* fixed = is_static(b) ? &impl.statics[static_index_of(b)] : nullptr;
+  const ShapeGeometry& ga = impl.shapes[scene.bodies[index_of(a)].shape];
+  const ShapeGeometry& gb = impl.shapes[fixed ? fixed->shape : scene.bodies[index_of(b)].shape];
+  const Vec3& origin = state_a.position_m;
+  const Vec3 center_b = (fixed ? fixed->pose.position : state_b->position_m) - origin;
+  const PairMotion motion = motion_of(scene, state_a, state_b, ga.shape, gb.shape, center_b);
+  const Solid solid_a{ga, {ga.shape, {state_a.orientation.toRotationMatrix(), Vec3::Zero()}}};
+  const Solid solid_b{
+      gb,
+      {gb.shape,
+       {fixed ? fixed->pose.rotation : state_b->orientation.toRotationMatrix(), center_b}}};
+
+  const ShapeKernel kernel = kernel_of(ga.shape.kind, gb.shape.kind);
+  ++counters.narrowphase_tests[static_cast<std::size_t>(kernel)];
+  const std::size_t before = out.size();
+  if (gb.shape.kind == ShapeKind::kHalfSpace) {
+    ContactCandidates candidates;
+    const Vec3 normal =
+        halfspace_contacts(solid_a.placed, gb.shape, solid_b.placed.pose, candidates);
+    keep_reached(motion, normal, candidates);
+    emit_manifold(a, b, 0, normal, origin, candidates, out);
+  } else if (kernel == ShapeKernel::kMesh) {
+    mesh_contacts(a, b, solid_a.placed, solid_b.placed,
+                  near_triangles(solid_a, solid_b, limited_range(motion)), motion, origin, out);
+  } else {
+    collide_solids(kernel, a, solid_a, b, solid_b, motion, origin, out);
+  }
+  counters.manifolds += out.size() - before;
+  for (std::size_t m = before; m < out.size(); ++m) counters.contact_points += out[m].count;
+}
+
+}  // namespace soda::physics

@@ -1,0 +1,33 @@
+// Motion of one rigid body over a step, given its velocities.
+#pragma once
+
+#include "physics/body_state.hpp"
+#include "physics/scene.hpp"
+
+namespace soda::physics {
+
+// Rotation by a rotation vector (rad), without libm: a Taylor polynomial of the halved vector,
+// squared back. Unit to rounding. Angles up to 1e9 rad.
+Quat rotation_by(const Vec3& angle_rad);
+
+// The orientation after a further rotation in the world frame; unchanged bits if it is zero.
+Quat turned(const Vec3& angle_rad, const Quat& orientation);
+
+// R I R^T, symmetric to the bit.
+Mat3 rotated_tensor(const Mat3& rotation, const Mat3& tensor_local);
+
+// Whether all directions are principal with one moment: then the spin is constant.
+bool is_isotropic(const Mat3& inertia_local);
+
+// Turns the body for dt_s without torque: world angular momentum is kept exactly, the spin follows
+// from it by the inertia in the new attitude (midpoint rule, second order).
+void rotate_freely(const BodyParams& params, double dt_s, BodyState& state);
+
+// Whether a new state can be committed. The bounds keep every later computation finite.
+inline constexpr double kLargestPosition_m = 1e12;
+inline constexpr double kLargestSpeed_m_s = 1e9;
+inline constexpr double kLargestSpin_rad_s = 1e9;
+// Empty if it can; else what is wrong with it.
+const char* fault_of(const BodyState& state);
+
+}  // namespace soda::physics

@@ -1,0 +1,160 @@
+#include <fcl/geometry/shape/box.h>
+#include <fcl/geometry/shape/capsule.h>
+#include <fcl/geometry/shape/convex.h>
+#include <fcl/geometry/shape/cylinder.h>
+#include <fcl/geometry/shape/sphere.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "physics/geometry_impl.hpp"
+
+namespace soda::physics {
+namespace {
+
+// GJK on a point or a segment needs a shape with some radius; this one is below its tolerance.
+constexpr double kCoreRadius = 1e-9;   // of the radius
+constexpr double kCylinderSkin = 0.1;  // of the smaller of radius and half length
+
+std::shared_ptr<fcl::CollisionGeometryd> make_convex(const CompiledShape& shape) {
+  auto vertices = std::make_shared<std::vector<fcl::Vector3d>>(shape.vertices_m.begin(),
+                                                               shape.vertices_m.end());
+  auto faces = std::make_shared<std::vector<int>>();
+  for (const auto& face : shape.faces) {
+    faces->push_back(static_cast<int>(face.size()));
+    for (const std::uint32_t v : face) faces->push_back(static_cast<int>(v));
+  }
+  return std::make_shared<fcl::Convexd>(vertices, static_cast<int>(shape.faces.size()), faces);
+}
+
+std::shared_ptr<fcl::CollisionGeometryd> make_tree(const CompiledShape& shape) {
+  auto model = std::make_shared<fcl::BVHModel<fcl::OBBRSSd>>();
+  model->beginModel(static_cast<int>(shape.triangles.size()),
+                    static_cast<int>(3 * shape.triangles.size()));
+  for (const MeshTriangle& t : shape.triangles) {
+    model->addTriangle(t.corners_m[0], t.corners_m[1], t.corners_m[2]);
+  }
+  model->endModel();
+  return model;
+}
+
+ShapeGeometry make_geometry(const Shape& shape) {
+  ShapeGeometry out;
+  out.shape = compile(shape);
+  const double r = out.shape.radius_m, length = 2.0 * out.shape.half_length_m;
+  switch (out.shape.kind) {
+    case ShapeKind::kSphere:
+      out.whole = std::make_shared<fcl::Sphered>(r);
+      out.core = std::make_shared<fcl::Sphered>(kCoreRadius * r);
+      out.core_skin_m = r;
+      break;
+    case ShapeKind::kBox:
+      out.whole = std::make_shared<fcl::Boxd>(2.0 * out.shape.half_extents_m);
+      out.core = out.whole;
+      break;
+    case ShapeKind::kCapsule:
+      out.whole = std::make_shared<fcl::Capsuled>(r, length);
+      out.core = std::make_shared<fcl::Capsuled>(kCoreRadius * r, length);
+      out.core_skin_m = r;
+      break;
+    case ShapeKind::kCylinder: {
+      const double skin = kCylinderSkin * std::min(r, 0.5 * length);
+      out.whole = std::make_shared<fcl::Cylinderd>(r, length);
+      out.core = std::make_shared<fcl::Cylinderd>(r - skin, length - 2.0 * skin);
+      out.core_skin_m = skin;
+      break;
+    }
+    case ShapeKind::kHull:
+      out.whole = make_convex(out.shape);
+      out.core = out.whole;
+      break;
+    case ShapeKind::kMesh:
+      out.whole = make_tree(out.shape);
+      break;
+    case ShapeKind::kHalfSpace:
+      break;
+  }
+  if (out.whole) out.whole->computeLocalAABB();
+  return out;
+}
+
+StaticGeometry place(const StaticBody& body, const ShapeGeometry& geometry) {
+  StaticGeometry out;
+  out.shape = body.shape;
+  out.pose = {body.orientation.toRotationMatrix(), body.position_m};
+  out.is_half_space = geometry.shape.kind == ShapeKind::kHalfSpace;
+  if (out.is_half_space) {
+    out.plane.normal = out.pose.rotation * geometry.shape.half_space.normal;
+    out.plane.offset_m = geometry.shape.half_space.offset_m + out.plane.normal.dot(body.position_m);
+  } else {
+    out.box = tight_aabb(geometry.shape, out.pose);
+  }
+  return out;
+}
+
+std::unique_ptr<const GeometryImpl> build(const SceneDescription& scene) {
+  auto impl = std::make_unique<GeometryImpl>();
+  for (const Shape& shape : scene.shapes) impl->shapes.push_back(make_geometry(shape));
+  for (const StaticBody& body : scene.statics) {
+    impl->statics.push_back(place(body, impl->shapes[body.shape]));
+  }
+  return impl;
+}
+
+bool reaches_half_space(const Aabb& box, const FacePlane& plane) {
+  double lowest = 0.0;
+  for (int i = 0; i < 3; ++i) {
+    lowest += plane.normal[i] * (plane.normal[i] > 0.0 ? box.min[i] : box.max[i]);
+  }
+  return !(lowest > plane.offset_m);
+}
+
+}  // namespace
+
+Geometry::Geometry(const SceneDescription& scene) : impl_(build(scene)) {}
+Geometry::~Geometry() = default;
+Geometry::Geometry(Geometry&&) noexcept = default;
+Geometry& Geometry::operator=(Geometry&&) noexcept = default;
+
+Aabb swept_aabb(const SceneDescription& scene, const Geometry& geometry, BodyId id,
+                const BodyState& state) {
+  constexpr double kLargest = 1e300;
+  const BodyParams& params = scene.bodies[index_of(id)];
+  const CompiledShape& shape = geometry.impl().shapes[params.shape].shape;
+  const Pose pose = shape.kind == ShapeKind::kSphere
+                        ? Pose{Mat3::Identity(), state.position_m}
+                        : Pose{state.orientation.toRotationMatrix(), state.position_m};
+  Aabb box = tight_aabb(shape, pose);
+  // Semi-implicit motion reaches v dt + g dt^2; every slower path to it lies in between.
+  const Vec3 path = state.linear_velocity_m_s * scene.dt_s;
+  const Vec3 end = path + scene.gravity_m_s2 * (scene.dt_s * scene.dt_s);
+  double reach = kContactMargin * shape.min_extent_m;
+  if (shape.kind != ShapeKind::kSphere) {
+    // A point at distance R moves by at most |w| dt R, and never by more than 2 R.
+    const double turn = std::min(state.angular_velocity_rad_s.norm() * scene.dt_s, 2.0);
+    reach += turn * shape.bounding_radius_m;
+  }
+  for (int i = 0; i < 3; ++i) {
+    const double low = std::min(0.0, std::min(path[i], end[i]));
+    const double high = std::max(0.0, std::max(path[i], end[i]));
+    box.min[i] = std::clamp(box.min[i] + low - reach, -kLargest, kLargest);
+    box.max[i] = std::clamp(box.max[i] + high + reach, -kLargest, kLargest);
+  }
+  return box;
+}
+
+void find_static_pairs(const Geometry& geometry, std::span<const Aabb> boxes,
+                       std::vector<IndexPair>& pairs, StageCounters& counters) {
+  pairs.clear();
+  const std::vector<StaticGeometry>& statics = geometry.impl().statics;
+  for (std::uint32_t i = 0; i < boxes.size(); ++i) {
+    for (std::uint32_t s = 0; s < statics.size(); ++s) {
+      const bool near = statics[s].is_half_space ? reaches_half_space(boxes[i], statics[s].plane)
+                                                 : overlap(boxes[i], statics[s].box);
+      if (near) pairs.push_back({i, s});
+    }
+  }
+  counters.candidate_pairs += pairs.size();
+}
+
+}  // namespace soda::physics

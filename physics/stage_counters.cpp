@@ -1,0 +1,43 @@
+#include "physics/stage_counters.hpp"
+
+namespace soda::physics {
+
+const char* name_of(ShapeKernel kernel) {
+  switch (kernel) {
+    case ShapeKernel::kAnalytic:
+      return "analytic";
+    case ShapeKernel::kBoxBox:
+      return "box-box";
+    case ShapeKernel::kHalfSpace:
+      return "halfspace";
+    case ShapeKernel::kPolytopeClip:
+      return "polytope-clip";
+    case ShapeKernel::kCore:
+      return "core";
+    case ShapeKernel::kMesh:
+      return "mesh";
+    case ShapeKernel::kCount:
+      break;
+  }
+  return "";
+}
+
+StageCounters& operator+=(StageCounters& a, const StageCounters& b) {
+  a.boxes += b.boxes;
+  a.candidate_pairs += b.candidate_pairs;
+  for (std::size_t i = 0; i < a.narrowphase_tests.size(); ++i) {
+    a.narrowphase_tests[i] += b.narrowphase_tests[i];
+  }
+  a.manifolds += b.manifolds;
+  a.contact_points += b.contact_points;
+  a.free_bodies_advanced += b.free_bodies_advanced;
+  a.islands_solved += b.islands_solved;
+  a.solver_iterations += b.solver_iterations;
+  a.normal_rows += b.normal_rows;
+  a.friction_rows += b.friction_rows;
+  a.restitution_rows += b.restitution_rows;
+  a.warm_started_rows += b.warm_started_rows;
+  return a;
+}
+
+}  // namespace soda::physics
