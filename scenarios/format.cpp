@@ -1,6 +1,8 @@
 #include "scenarios/format.hpp"
 
 #include "scenarios/field_binding.hpp"
+#include "scenarios/format_limits.hpp"
+#include "scenarios/shape_tables.hpp"
 
 namespace soda::scenarios {
 
@@ -17,150 +19,6 @@ inline constexpr std::array kNamesOf<models::ExecutorKind> =
     std::to_array<std::string_view>({"sequential", "threads"});
 
 namespace {
-
-constexpr bool kRequired = true, kOptional = false;
-
-constexpr Limits kLength{kMinLength_m, kMaxLength_m};
-constexpr Limits kPosition{-kMaxPosition_m, kMaxPosition_m};
-constexpr Limits kSpeed{-1e6, 1e6};
-constexpr Limits kGap{-1e5, 1e5};
-constexpr Limits kSeed{0.0, 9007199254740992.0};  // 2^53: exact in every JSON tool
-constexpr Limits kCount{1.0, static_cast<double>(kMaxBodies)};
-constexpr Limits kId{0.0, static_cast<double>(kMaxBodyId)};
-constexpr Limits kNone{};
-constexpr Limits kLabel{.min_items = 1, .max_items = 200};
-constexpr Limits kText{.min_items = 0, .max_items = 10'000};
-constexpr Limits kUnitInterval{0.0, 1.0};
-
-constexpr Limits list_of(std::size_t least, std::size_t most, double min = 0.0, double max = 0.0) {
-  return {.min = min, .max = max, .min_items = least, .max_items = most};
-}
-
-// Shapes.
-
-constexpr Field kSphereFields[] = {
-    field<SphereSpec, &SphereSpec::radius_m>("radius_m", kRequired, kLength, "Radius."),
-};
-constexpr ObjectTable kSphere = object_table<SphereSpec>("sphere", "A sphere.", kSphereFields);
-
-constexpr Field kBoxFields[] = {
-    field<BoxSpec, &BoxSpec::size_m>("size_m", kRequired, kLength,
-                                     "Edge lengths along the local axes."),
-};
-constexpr ObjectTable kBox = object_table<BoxSpec>("box", "A box.", kBoxFields);
-
-constexpr Field kCapsuleFields[] = {
-    field<CapsuleSpec, &CapsuleSpec::radius_m>("radius_m", kRequired, kLength, "Radius."),
-    field<CapsuleSpec, &CapsuleSpec::length_m>(
-        "length_m", kRequired, kLength, "Length of the cylindrical part, without the two caps."),
-};
-constexpr ObjectTable kCapsule =
-    object_table<CapsuleSpec>("capsule", "A capsule around the local z axis.", kCapsuleFields);
-
-constexpr Field kCylinderFields[] = {
-    field<CylinderSpec, &CylinderSpec::radius_m>("radius_m", kRequired, kLength, "Radius."),
-    field<CylinderSpec, &CylinderSpec::length_m>("length_m", kRequired, kLength, "Length."),
-};
-constexpr ObjectTable kCylinder =
-    object_table<CylinderSpec>("cylinder", "A cylinder around the local z axis.", kCylinderFields);
-
-constexpr Field kHullFields[] = {
-    field<HullSpec, &HullSpec::points_m>(
-        "points_m", kRequired, list_of(4, 4096, -kMaxLength_m, kMaxLength_m),
-        "Points whose convex hull is the shape, in a frame of their own choice."),
-};
-constexpr ObjectTable kHull = object_table<HullSpec>("hull", "A convex hull.", kHullFields);
-
-constexpr std::string_view kMeshFileKeys[] = {"file"};
-constexpr std::string_view kMeshInlineKeys[] = {"vertices_m", "triangles"};
-constexpr Alternatives kMeshAlternatives{kMeshFileKeys, kMeshInlineKeys};
-constexpr Field kMeshFields[] = {
-    field<MeshSpec, &MeshSpec::file>(
-        "file", kOptional, Limits{.min_items = 1, .max_items = 1000},
-        "Mesh file (.obj or .stl); a relative path starts at the scenario's folder."),
-    field<MeshSpec, &MeshSpec::unit_m>("unit_m", kOptional, Limits{1e-6, 1e6},
-                                       "Length of one unit of the mesh's coordinates."),
-    field<MeshSpec, &MeshSpec::vertices_m>(
-        "vertices_m", kOptional, list_of(3, 1'000'000, -kMaxLength_m, kMaxLength_m), "Vertices."),
-    field<MeshSpec, &MeshSpec::triangles>(
-        "triangles", kOptional, list_of(1, 1'000'000, 0, 999'999),
-        "Indices of three vertices each, counter-clockwise seen from outside."),
-};
-constexpr ObjectTable kMesh = object_table<MeshSpec>(
-    "mesh", "A triangle mesh, hollow. Static only.", kMeshFields, &kMeshAlternatives);
-
-constexpr Field kHalfSpaceFields[] = {
-    field<HalfSpaceSpec, &HalfSpaceSpec::normal>("normal", kOptional, Limits{-1e6, 1e6},
-                                                 "Outward normal, of any length but zero."),
-    field<HalfSpaceSpec, &HalfSpaceSpec::offset_m>(
-        "offset_m", kOptional, kPosition, "Distance of the surface from the origin along normal."),
-};
-constexpr ObjectTable kHalfSpace = object_table<HalfSpaceSpec>(
-    "halfspace", "Everything below a plane. Static only.", kHalfSpaceFields);
-
-constexpr ChoiceEntry kSolidEntries[] = {
-    choice_entry<SolidShapeSpec, SphereSpec>("sphere", kSphere),
-    choice_entry<SolidShapeSpec, BoxSpec>("box", kBox),
-    choice_entry<SolidShapeSpec, CapsuleSpec>("capsule", kCapsule),
-    choice_entry<SolidShapeSpec, CylinderSpec>("cylinder", kCylinder),
-    choice_entry<SolidShapeSpec, HullSpec>("hull", kHull),
-};
-constexpr std::string_view kStaticOnly[] = {"mesh", "halfspace"};
-constexpr ChoiceTable kSolidShape{.name = "solid-shape",
-                                  .doc = "The shape of a moving body.",
-                                  .tag = "type",
-                                  .entries = kSolidEntries,
-                                  .elsewhere = kStaticOnly,
-                                  .elsewhere_hint = "only statics may have this shape"};
-
-constexpr ChoiceEntry kStaticEntries[] = {
-    choice_entry<StaticShapeSpec, SphereSpec>("sphere", kSphere),
-    choice_entry<StaticShapeSpec, BoxSpec>("box", kBox),
-    choice_entry<StaticShapeSpec, CapsuleSpec>("capsule", kCapsule),
-    choice_entry<StaticShapeSpec, CylinderSpec>("cylinder", kCylinder),
-    choice_entry<StaticShapeSpec, HullSpec>("hull", kHull),
-    choice_entry<StaticShapeSpec, MeshSpec>("mesh", kMesh),
-    choice_entry<StaticShapeSpec, HalfSpaceSpec>("halfspace", kHalfSpace),
-};
-constexpr ChoiceTable kStaticShape{.name = "static-shape",
-                                   .doc = "The shape of an immovable body.",
-                                   .tag = "type",
-                                   .entries = kStaticEntries,
-                                   .elsewhere = {},
-                                   .elsewhere_hint = {}};
-
-// Orientations.
-
-constexpr Limits kComponent{-1.001, 1.001};
-constexpr Field kQuaternionFields[] = {
-    field<QuaternionSpec, &QuaternionSpec::w>("w", kRequired, kComponent, "Real part."),
-    field<QuaternionSpec, &QuaternionSpec::x>("x", kRequired, kComponent, "Part along x."),
-    field<QuaternionSpec, &QuaternionSpec::y>("y", kRequired, kComponent, "Part along y."),
-    field<QuaternionSpec, &QuaternionSpec::z>("z", kRequired, kComponent, "Part along z."),
-};
-constexpr ObjectTable kQuaternion = object_table<QuaternionSpec>(
-    "quaternion", "A unit quaternion (norm within 0.001 of 1; normalised when read).",
-    kQuaternionFields);
-
-constexpr Field kAxisAngleFields[] = {
-    field<AxisAngleSpec, &AxisAngleSpec::axis>("axis", kRequired, Limits{-1e6, 1e6},
-                                               "Axis of rotation, of any length but zero."),
-    field<AxisAngleSpec, &AxisAngleSpec::angle_deg>("angle_deg", kRequired, Limits{-360.0, 360.0},
-                                                    "Angle, right-handed."),
-};
-constexpr ObjectTable kAxisAngle =
-    object_table<AxisAngleSpec>("axis-angle", "A rotation about an axis.", kAxisAngleFields);
-
-constexpr ChoiceEntry kOrientationEntries[] = {
-    choice_entry<OrientationSpec, QuaternionSpec>("quaternion", kQuaternion),
-    choice_entry<OrientationSpec, AxisAngleSpec>("axis-angle", kAxisAngle),
-};
-constexpr ChoiceTable kOrientation{.name = "orientation",
-                                   .doc = "Local to world.",
-                                   .tag = {},
-                                   .entries = kOrientationEntries,
-                                   .elsewhere = {},
-                                   .elsewhere_hint = {}};
 
 // Bodies, statics, materials.
 

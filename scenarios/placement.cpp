@@ -13,17 +13,31 @@ using physics::Vec3;
 
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
+bool too_close(const BoundingSphere& a, const BoundingSphere& b, double gap_m) {
+  const double dx = a.center_m.x() - b.center_m.x();
+  const double dy = a.center_m.y() - b.center_m.y();
+  const double dz = a.center_m.z() - b.center_m.z();
+  const double least = a.radius_m + b.radius_m + gap_m;
+  return dx * dx + dy * dy + dz * dz < least * least;
+}
+
 // Spheres by the cell of their centre. Cells are at least as wide as `reach`, the largest distance
 // at which two spheres can be too close, so that neighbours lie in the 27 cells around.
 class SphereGrid {
  public:
   SphereGrid(const physics::Aabb& box, double reach, std::size_t expected) : box_(box) {
     const Vec3 size(box.max - box.min);
-    // No more cells than spheres along the cube root: finer ones would only cost memory.
-    const double most = std::ceil(std::cbrt(static_cast<double>(expected))) + 1.0;
+    Vec3 wanted(std::floor(size.x() / reach), std::floor(size.y() / reach),
+                std::floor(size.z() / reach));
+    // Many more cells than spheres would only cost memory.
+    const double most = 4.0 * static_cast<double>(expected) + 64.0;
+    while (wanted.x() * wanted.y() * wanted.z() > most) {
+      int longest = wanted.x() >= wanted.y() ? 0 : 1;
+      if (wanted.z() > wanted[longest]) longest = 2;
+      wanted[longest] = std::ceil(0.5 * wanted[longest]);
+    }
     for (int i = 0; i < 3; ++i) {
-      const double fitting = reach > 0.0 ? std::floor(size[i] / reach) : most;
-      cells_[i] = static_cast<std::int64_t>(std::clamp(fitting, 1.0, most));
+      cells_[i] = static_cast<std::int64_t>(std::max(wanted[i], 1.0));
       width_m_[i] = size[i] / static_cast<double>(cells_[i]);
     }
     heads_.assign(static_cast<std::size_t>(cells_[0] * cells_[1] * cells_[2]), kNone);
@@ -69,11 +83,7 @@ class SphereGrid {
   }
   bool is_free_in(std::size_t cell, const BoundingSphere& wanted, double gap_m) const {
     for (std::uint32_t i = heads_[cell]; i != kNone; i = next_[i]) {
-      const double dx = spheres_[i].center_m.x() - wanted.center_m.x();
-      const double dy = spheres_[i].center_m.y() - wanted.center_m.y();
-      const double dz = spheres_[i].center_m.z() - wanted.center_m.z();
-      const double least = spheres_[i].radius_m + wanted.radius_m + gap_m;
-      if (dx * dx + dy * dy + dz * dz < least * least) return false;
+      if (too_close(spheres_[i], wanted, gap_m)) return false;
     }
     return true;
   }
@@ -85,30 +95,45 @@ class SphereGrid {
   std::vector<BoundingSphere> spheres_;
 };
 
-bool within(const physics::Aabb& box, const Vec3& p) { return physics::overlap(box, {p, p}); }
+// Obstacles that can matter, apart by size: a few large ones must not coarsen the grid.
+struct Obstacles {
+  std::vector<BoundingSphere> small, large;
+};
+
+Obstacles obstacles_near(const physics::Aabb& region, double radius_m, double gap_m,
+                         std::span<const BoundingSphere> obstacles) {
+  Obstacles near;
+  for (const BoundingSphere& o : obstacles) {
+    const double reach = o.radius_m + radius_m + gap_m;
+    const Vec3 margin(reach, reach, reach);
+    if (!physics::overlap(region, {o.center_m - margin, o.center_m + margin})) continue;
+    (o.radius_m <= 4.0 * radius_m ? near.small : near.large).push_back(o);
+  }
+  return near;
+}
 
 }  // namespace
 
 std::vector<Vec3> place_spheres(std::size_t count, double radius_m, double gap_m,
                                 const physics::Aabb& region,
                                 std::span<const BoundingSphere> obstacles, RandomStream& stream) {
+  const Obstacles near = obstacles_near(region, radius_m, gap_m, obstacles);
   double widest = radius_m;
-  for (const BoundingSphere& o : obstacles) widest = std::max(widest, o.radius_m);
+  for (const BoundingSphere& o : near.small) widest = std::max(widest, o.radius_m);
   const double reach = widest + radius_m + gap_m;
   const Vec3 margin(reach, reach, reach);
-  const physics::Aabb around{region.min - margin, region.max + margin};
-
-  SphereGrid grid(around, reach, count + obstacles.size());
-  for (const BoundingSphere& o : obstacles) {
-    if (within(around, o.center_m)) grid.add(o);
-  }
+  SphereGrid grid({region.min - margin, region.max + margin}, reach, count + near.small.size());
+  for (const BoundingSphere& o : near.small) grid.add(o);
   std::vector<Vec3> centers;
   for (int draws = 0; centers.size() < count && draws < kMaxDraws; ++draws) {
     const double x = uniform(stream, region.min.x(), region.max.x());
     const double y = uniform(stream, region.min.y(), region.max.y());
     const double z = uniform(stream, region.min.z(), region.max.z());
     const BoundingSphere wanted{Vec3(x, y, z), radius_m};
-    if (!grid.is_free(wanted, gap_m)) continue;
+    const auto hits = [&](const BoundingSphere& o) { return too_close(o, wanted, gap_m); };
+    if (!grid.is_free(wanted, gap_m) || std::any_of(near.large.begin(), near.large.end(), hits)) {
+      continue;
+    }
     grid.add(wanted);
     centers.push_back(wanted.center_m);
     draws = -1;  // the next one has all its draws
