@@ -1,0 +1,39 @@
+// Running a program as a user does.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace soda::analysis_test {
+
+struct ChildResult {
+  int exit_code = -1;  // -1: ended by a signal
+  std::string out, err;
+  long peak_rss_kib = 0;
+};
+
+// Runs argv[0] (a path) and waits for it. `out` and `err` are pipes, no terminals.
+ChildResult run_child(const std::vector<std::string>& argv);
+
+// build/.../soda with these arguments.
+ChildResult run_soda(const std::vector<std::string>& arguments);
+
+std::string library_file(const std::string& name);  // "pyramid" -> path
+
+// A new empty directory, removed at the end.
+class TemporaryFolder {
+ public:
+  TemporaryFolder();
+  ~TemporaryFolder();
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  std::string file(const std::string& name) const;
+
+ private:
+  std::string path_;
+};
+
+std::string read_file(const std::string& file);
+void write_file(const std::string& file, const std::string& bytes);
+
+}  // namespace soda::analysis_test

@@ -1,0 +1,85 @@
+// What a run costs beyond its physics: instructions of an undivided run, memory of a long one.
+#include <gtest/gtest.h>
+
+#include <sstream>
+
+#include "analysis/child_process.hpp"
+
+namespace soda::analysis {
+namespace {
+
+using analysis_test::ChildResult;
+using analysis_test::library_file;
+using analysis_test::run_child;
+using analysis_test::run_soda;
+using analysis_test::TemporaryFolder;
+
+struct CountedRun {
+  std::uint64_t instructions = 0;
+  std::string digest;
+};
+
+// The word after `key` in `text`.
+std::string word_after(const std::string& text, const std::string& key) {
+  const std::size_t at = text.find(key);
+  if (at == std::string::npos) return {};
+  std::istringstream rest(text.substr(at + key.size()));
+  std::string word;
+  rest >> word;
+  return word;
+}
+
+CountedRun count_instructions(const std::vector<std::string>& program, const std::string& key) {
+  const TemporaryFolder folder;
+  std::vector<std::string> argv = {"/usr/bin/valgrind", "--tool=callgrind",
+                                   "--callgrind-out-file=" + folder.file("callgrind.out")};
+  argv.insert(argv.end(), program.begin(), program.end());
+  const ChildResult result = run_child(argv);
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  const std::string collected = word_after(result.err, "Collected :");
+  return {collected.empty() ? 0 : std::stoull(collected), word_after(result.out, key)};
+}
+
+// Whole processes are compared, with reading, geometry, measures and reporting on both sides.
+void expect_one_world_to_cost_its_physics(const std::string& scene) {
+  const std::string file = library_file(scene);
+  const CountedRun loop =
+      count_instructions({SODA_BINARY_DIR "/physics_loop", file, "20"}, "digest ");
+  const CountedRun run =
+      count_instructions({SODA_BINARY_DIR "/soda", "run", file, "--executor", "sequential",
+                          "--worlds", "1", "--steps", "20", "--quiet"},
+                         "digest of the state after the last step ");
+  ASSERT_GT(loop.instructions, 0u);
+  EXPECT_EQ(run.digest, loop.digest);
+  const double ratio =
+      static_cast<double>(run.instructions) / static_cast<double>(loop.instructions);
+  std::cout << scene << ": " << run.instructions << " instructions over " << loop.instructions
+            << " = " << ratio << "\n";
+  EXPECT_LE(ratio, 1.03);
+}
+
+TEST(RunCost, OneWorldCostsThePhysicsLoopForBin1000) {
+  expect_one_world_to_cost_its_physics("bin-1000");
+}
+
+TEST(RunCost, OneWorldCostsThePhysicsLoopForSparse10000) {
+  expect_one_world_to_cost_its_physics("sparse-10000");
+}
+
+TEST(RunCost, MemoryDoesNotGrowWithTheNumberOfSteps) {
+  const auto peak_rss_kib = [](const char* steps) {
+    const ChildResult result =
+        run_soda({"run", library_file("border-stack"), "--worlds", "4", "--threads", "2",
+                  "--buffer", "8", "--steps", steps, "--quiet"});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return static_cast<double>(result.peak_rss_kib);
+  };
+  const double short_run = peak_rss_kib("1000");
+  const double long_run = peak_rss_kib("10000");
+  std::cout << "peak memory " << short_run << " KiB after 1000 steps, " << long_run
+            << " KiB after 10000\n";
+  EXPECT_LE(long_run, 1.05 * short_run);
+}
+
+}  // namespace
+}  // namespace soda::analysis

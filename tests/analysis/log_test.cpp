@@ -1,0 +1,198 @@
+#include <gtest/gtest.h>
+
+#include "analysis/child_process.hpp"
+#include "analysis/error_measures.hpp"
+#include "analysis/exit_codes.hpp"
+#include "analysis/log_reader.hpp"
+#include "analysis/log_writer.hpp"
+#include "analysis/step_comparison.hpp"
+#include "analysis/text_table.hpp"
+#include "physics/measures.hpp"
+#include "scenarios/read_scenario.hpp"
+
+namespace soda::analysis {
+namespace {
+
+using analysis_test::read_file;
+using analysis_test::TemporaryFolder;
+using analysis_test::write_file;
+
+constexpr std::int64_t kSteps = 6;
+const std::vector<std::uint32_t> kLabels = {3, 7, 40};
+
+std::vector<physics::BodyState> states_at(std::int64_t step) {
+  std::vector<physics::BodyState> states(kLabels.size());
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    const double x = 0.1 * static_cast<double>(step) + static_cast<double>(i);
+    states[i].position_m = physics::Vec3(x, -0.0, 1e-300);
+    states[i].linear_velocity_m_s = physics::Vec3(1.0 / 3.0, x * x, -x);
+  }
+  states[1].impulses.push_back(
+      {static_cast<physics::BodyId>(2), 1, 5, 0.25, {1.0, 2.0, 0.5 * static_cast<double>(step)}});
+  return states;
+}
+
+std::uint64_t digest_of(const std::vector<physics::BodyState>& states) {
+  return physics::digest(all_ids(states.size()), states);
+}
+
+void write_log(const std::string& file) {
+  Overrides overrides;
+  overrides.worlds = 12;
+  overrides.executor = models::ExecutorKind::kThreads;
+  LogWriter log(file);
+  log.begin({"9.9", "/somewhere/scene.json", "{ the text }"}, overrides, kLabels);
+  for (std::int64_t step = 0; step <= kSteps; ++step) {
+    log.add_step(step, digest_of(states_at(step)), states_at(step));
+  }
+  log.finish(kSteps, digest_of(states_at(kSteps)));
+}
+
+TEST(EventLog, ReadsBackEveryBitThatWasWritten) {
+  const TemporaryFolder folder;
+  const std::string file = folder.file("a.sodalog");
+  write_log(file);
+  LogReader log(file);
+  EXPECT_TRUE(log.complete());
+  EXPECT_EQ(log.cut(), "");
+  EXPECT_EQ(log.damage(), "");
+  EXPECT_EQ(log.last_step(), kSteps);
+  EXPECT_EQ(log.labels(), kLabels);
+  EXPECT_EQ(log.scenario().program_version, "9.9");
+  EXPECT_EQ(log.scenario().file, "/somewhere/scene.json");
+  EXPECT_EQ(log.scenario().text, "{ the text }");
+  EXPECT_EQ(log.overrides().worlds, 12u);
+  EXPECT_EQ(log.overrides().executor, models::ExecutorKind::kThreads);
+  EXPECT_FALSE(log.overrides().seed.has_value());
+  for (const std::int64_t step : {kSteps, std::int64_t{0}, std::int64_t{3}}) {
+    const LoggedStep logged = log.read_step(step);
+    EXPECT_EQ(logged.step, step);
+    EXPECT_EQ(logged.digest, digest_of(states_at(step)));
+    for (std::size_t i = 0; i < kLabels.size(); ++i) {
+      EXPECT_TRUE(physics::identical(logged.states[i], states_at(step)[i]));
+    }
+  }
+}
+
+// Every possible length: the reader never crashes, keeps every step whose block is whole and says
+// that the log is cut.
+TEST(EventLog, CutOffAnywhereItIsReadUpToItsLastWholeBlock) {
+  const TemporaryFolder folder;
+  const std::string whole = folder.file("whole.sodalog");
+  const std::string cut = folder.file("cut.sodalog");
+  write_log(whole);
+  const std::string bytes = read_file(whole);
+  std::int64_t last_step = -1;
+  for (std::size_t length = 0; length < bytes.size(); ++length) {
+    write_file(cut, bytes.substr(0, length));
+    try {
+      LogReader log(cut);
+      ASSERT_NE(log.cut(), "") << length;
+      ASSERT_EQ(log.damage(), "") << length;
+      ASSERT_FALSE(log.complete());
+      ASSERT_GE(log.last_step(), last_step);
+      ASSERT_LE(log.last_step(), last_step + 1);
+      last_step = log.last_step();
+      ASSERT_EQ(log.read_step(last_step).digest, digest_of(states_at(last_step)));
+    } catch (const scenarios::FileError&) {
+      ASSERT_EQ(last_step, -1) << "no step may be lost once it was whole; length " << length;
+    }
+  }
+  EXPECT_EQ(last_step, kSteps);
+}
+
+TEST(EventLog, AnyFlippedBitIsNoticed) {
+  const TemporaryFolder folder;
+  const std::string whole = folder.file("whole.sodalog");
+  const std::string damaged = folder.file("damaged.sodalog");
+  write_log(whole);
+  const std::string bytes = read_file(whole);
+  for (std::size_t byte = 0; byte < bytes.size(); ++byte) {
+    std::string changed = bytes;
+    changed[byte] = static_cast<char>(changed[byte] ^ (1 << (byte % 8)));
+    write_file(damaged, changed);
+    try {
+      const LogReader log(damaged);
+      ASSERT_NE(log.damage(), "") << "byte " << byte;
+      ASSERT_NE(log.damage().find("(step " + std::to_string(log.last_step() + 1) + ")"),
+                std::string::npos)
+          << log.damage();
+    } catch (const scenarios::FileError&) {
+      // Damage before the first step is whole: there is nothing to replay.
+      ASSERT_LT(byte, bytes.size() / 2);
+    }
+  }
+}
+
+TEST(EventLog, AnotherVersionIsRefusedByName) {
+  const TemporaryFolder folder;
+  const std::string file = folder.file("a.sodalog");
+  ByteBuffer header(kLogMagic.begin(), kLogMagic.end());
+  put(header, kLogVersion + 1);
+  put(header, std::uint32_t{0});
+  put(header, checksum(header));
+  write_file(file, std::string(header.begin(), header.end()));
+  try {
+    LogReader log(file);
+    FAIL() << "read a log of another version";
+  } catch (const scenarios::FileError& error) {
+    EXPECT_NE(std::string(error.what()).find("version 2"), std::string::npos) << error.what();
+  }
+}
+
+TEST(EventLog, WhatIsNoLogIsRefused) {
+  const TemporaryFolder folder;
+  write_file(folder.file("text"), "{\"not\": \"a log, but long enough to hold a header\"}");
+  EXPECT_THROW(LogReader(folder.file("text")), scenarios::FileError);
+  EXPECT_THROW(LogReader(folder.file("missing")), scenarios::FileError);
+  EXPECT_THROW(LogReader(folder.file("")), scenarios::FileError);
+}
+
+TEST(EventLog, AnUnwritablePlaceIsAFileError) {
+  EXPECT_THROW(LogWriter("/nonexistent-folder/a.sodalog"), scenarios::FileError);
+}
+
+TEST(EventLog, AFailedWriteIsReportedAtTheEnd) {
+  LogWriter log("/dev/full");
+  EXPECT_THROW(
+      {
+        log.begin({"9.9", "/a.json", "{}"}, {}, kLabels);
+        log.finish(0, 0);
+      },
+      scenarios::FileError);
+}
+
+TEST(StepComparison, AgreesOnlyWhenEveryBitDoes) {
+  const auto states = states_at(2);
+  EXPECT_EQ(divergence({2, digest_of(states), states}, states, kLabels), "");
+}
+
+TEST(StepComparison, NamesStepBodyFieldAndBothValues) {
+  const auto logged = states_at(2);
+  auto replayed = logged;
+  replayed[1].linear_velocity_m_s.x() = 0.5;
+  const std::string text = divergence({2, digest_of(logged), logged}, replayed, kLabels);
+  EXPECT_NE(text.find("step 2"), std::string::npos) << text;
+  EXPECT_NE(text.find("body 7"), std::string::npos) << text;
+  EXPECT_NE(text.find("linear_velocity"), std::string::npos) << text;
+  EXPECT_NE(text.find("0.3333333333333333 (0x3fd5555555555555)"), std::string::npos) << text;
+  EXPECT_NE(text.find("0.5 (0x3fe0000000000000)"), std::string::npos) << text;
+}
+
+TEST(StepComparison, TellsAnAlteredDigestFromAnAlteredState) {
+  const auto states = states_at(2);
+  const std::string text = divergence({2, digest_of(states) ^ 1, states}, states, kLabels);
+  EXPECT_NE(text.find("step 2"), std::string::npos) << text;
+  EXPECT_NE(text.find("digest"), std::string::npos) << text;
+  EXPECT_NE(text.find(format_digest(digest_of(states) ^ 1)), std::string::npos) << text;
+}
+
+TEST(StepComparison, SignedZerosAreDifferentValues) {
+  const auto logged = states_at(0);
+  auto replayed = logged;
+  replayed[0].position_m.y() = 0.0;
+  EXPECT_NE(divergence({0, digest_of(logged), logged}, replayed, kLabels), "");
+}
+
+}  // namespace
+}  // namespace soda::analysis

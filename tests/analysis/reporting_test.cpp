@@ -1,0 +1,153 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "analysis/error_measures.hpp"
+#include "analysis/exit_codes.hpp"
+#include "analysis/nearest_name.hpp"
+#include "analysis/overrides.hpp"
+#include "analysis/text_table.hpp"
+
+namespace soda::analysis {
+namespace {
+
+TEST(NearestName, FindsMisspeltNamesAndOnlyThose) {
+  const std::vector<std::string> names = {"run", "replay", "plan", "schema", "anticipation"};
+  EXPECT_EQ(nearest_name("rnu", names), "run");
+  EXPECT_EQ(nearest_name("repaly", names), "replay");
+  EXPECT_EQ(nearest_name("anticpation", names), "anticipation");
+  EXPECT_EQ(nearest_name("quit", names), "");
+  EXPECT_EQ(nearest_name("", names), "");
+  EXPECT_EQ(nearest_name(std::string(100000, 'x'), names), "");
+}
+
+TEST(TextTable, ColumnsAreAsWideAsTheirWidestCell) {
+  EXPECT_EQ(format_table({{"name"}, {"n", Align::kRight}}, {{"a", "100"}, {"longer", "1"}}),
+            "  name      n\n"
+            "  -----------\n"
+            "  a       100\n"
+            "  longer    1\n");
+}
+
+TEST(TextTable, ExactNumbersReadBackAsTheSameBits) {
+  for (const double value : {0.1, -0.0, 1e300, 5e-324, 1.0 / 3.0}) {
+    EXPECT_EQ(format_bits(std::stod(format_exact(value) + " ")), format_bits(value));
+  }
+  EXPECT_EQ(format_bits(1.0), "0x3ff0000000000000");
+  EXPECT_EQ(format_digest(0xabcu), "0000000000000abc");
+}
+
+models::TerritoryOptions territory_of(std::int32_t cells) {
+  models::TerritoryOptions territory;
+  territory.grid.cells = {cells, 1, 1};
+  return territory;
+}
+
+TEST(Overrides, AThreadCountAloneSelectsTheThreadsExecutor) {
+  models::TerritoryOptions territory = territory_of(4);
+  models::RunOptions run;
+  Overrides overrides;
+  overrides.threads = 2;
+  apply_overrides(overrides, territory, run);
+  EXPECT_EQ(run.executor, models::ExecutorKind::kThreads);
+  EXPECT_EQ(run.threads, 2u);
+}
+
+TEST(Overrides, ValuesOutOfRangeAreUsageErrors) {
+  const auto apply = [](const Overrides& overrides) {
+    models::TerritoryOptions territory = territory_of(4);
+    models::RunOptions run;
+    apply_overrides(overrides, territory, run);
+  };
+  Overrides worlds, none, buffer, steps, threads;
+  worlds.worlds = 5;
+  none.worlds = 0;
+  buffer.buffer = 0;
+  steps.steps = -1;
+  threads.threads = 2;
+  threads.executor = models::ExecutorKind::kSequential;
+  for (const Overrides& overrides : {worlds, none, buffer, steps, threads}) {
+    EXPECT_THROW(apply(overrides), UsageError);
+  }
+  Overrides fitting;
+  fitting.worlds = 4;
+  fitting.buffer = 1;
+  fitting.steps = 0;
+  EXPECT_NO_THROW(apply(fitting));
+}
+
+TEST(Overrides, AnExecutorAskedForAnewDoesNotInheritTheOldThreads) {
+  Overrides logged, sequential;
+  logged.threads = 4;
+  logged.worlds = 8;
+  sequential.executor = models::ExecutorKind::kSequential;
+  const Overrides both = combined(logged, sequential);
+  EXPECT_FALSE(both.threads.has_value());
+  EXPECT_EQ(both.worlds, 8u);
+}
+
+physics::SceneDescription falling_ball() {
+  physics::SceneDescription scene;
+  scene.gravity_m_s2 = physics::Vec3(0.0, 0.0, -10.0);
+  scene.dt_s = 0.125;
+  scene.shapes.push_back(physics::Sphere{0.5});
+  scene.bodies.emplace_back();
+  scene.bodies[0].mass_kg = 2.0;
+  return scene;
+}
+
+TEST(ErrorMeasures, ExactFreeFallHasNone) {
+  const physics::SceneDescription scene = falling_ball();
+  std::vector<physics::BodyState> start(1), end(1);
+  end[0].position_m.z() = -5.0;  // after 8 steps, 1 s
+  end[0].linear_velocity_m_s.z() = -10.0;
+  const ErrorMeasures error = measure_errors(scene, start, end, 8, {});
+  EXPECT_EQ(error.energy_drift_rel, 0.0);
+  EXPECT_EQ(error.momentum_drift_rel, 0.0);
+}
+
+TEST(ErrorMeasures, LostEnergyIsNegativeAndRelativeToTheLargestChange) {
+  const physics::SceneDescription scene = falling_ball();
+  std::vector<physics::BodyState> start(1), end(1);
+  end[0].position_m.z() = -5.0;  // 100 J of 2 kg * 10 m/s^2 * 5 m, all lost
+  IslandTotals totals;
+  const physics::IslandReport floor{.static_impulse_newton_s = physics::Vec3(0.0, 0.0, 20.0)};
+  add_islands(std::span(&floor, 1), totals);
+  const ErrorMeasures error = measure_errors(scene, start, end, 8, totals);
+  EXPECT_EQ(error.energy_drift_rel, -1.0);
+  EXPECT_EQ(error.momentum_drift_rel, 0.0);  // the floor took what gravity gave
+}
+
+TEST(ErrorMeasures, AnUnexplainedImpulseIsMomentumDrift) {
+  const physics::SceneDescription scene = falling_ball();
+  std::vector<physics::BodyState> start(1), end(1);
+  end[0].linear_velocity_m_s = physics::Vec3(1.0, 0.0, -10.0);
+  const ErrorMeasures error = measure_errors(scene, start, end, 8, {});
+  EXPECT_DOUBLE_EQ(error.momentum_drift_rel, 2.0 / (2.0 * std::sqrt(101.0)));
+}
+
+TEST(ErrorMeasures, NothingMovingWithoutGravityIsNoDivisionByZero) {
+  physics::SceneDescription scene = falling_ball();
+  scene.gravity_m_s2 = physics::Vec3::Zero();
+  const std::vector<physics::BodyState> rest(1);
+  const ErrorMeasures error = measure_errors(scene, rest, rest, 8, {});
+  EXPECT_EQ(error.energy_drift_rel, 0.0);
+  EXPECT_EQ(error.momentum_drift_rel, 0.0);
+}
+
+TEST(ErrorMeasures, TotalsKeepTheWorstIslandOfTheRun) {
+  IslandTotals totals;
+  physics::IslandReport a, b;
+  a.max_penetration_m = 0.25;
+  a.constraint_residual_m_s = 0.5;
+  b.max_penetration_m = 0.125;
+  b.constraint_residual_m_s = 1.5;
+  add_islands(std::span(&a, 1), totals);
+  add_islands(std::span(&b, 1), totals);
+  EXPECT_EQ(totals.max_penetration_m, 0.25);
+  EXPECT_EQ(totals.constraint_residual_m_s, 1.5);
+}
+
+}  // namespace
+}  // namespace soda::analysis
