@@ -92,6 +92,22 @@ Records missing_records(const KnownBodies& known, const IslandView& island, Worl
   return records;
 }
 
+// Adds what is not known yet.
+void take_in(std::span<const BodyId> own_ids, const Records& records, IslandMerge& merge,
+             std::vector<ContactManifold>& manifolds) {
+  for (const Node& node : records.nodes) add_node(own_ids, node, merge);
+  std::vector<ContactManifold> added;
+  for (const ContactManifold& manifold : records.manifolds) {
+    if (!pair_is_known(manifolds, key_of(manifold)) && knows(own_ids, merge, manifold.a) &&
+        knows(own_ids, merge, manifold.b)) {
+      added.push_back(manifold);
+    }
+  }
+  if (added.empty()) return;
+  manifolds.insert(manifolds.end(), added.begin(), added.end());
+  std::sort(manifolds.begin(), manifolds.end(), canonical_before);
+}
+
 // The islands of one world are disjoint, so appending keeps no order: sort once at the end.
 void append(Records&& from, Records& to) {
   std::move(from.nodes.begin(), from.nodes.end(), std::back_inserter(to.nodes));
@@ -114,21 +130,24 @@ void add_node(std::span<const BodyId> own_ids, const Node& node, IslandMerge& me
 void add_records(std::span<const BodyId> own_ids, WorldId from, const Records& records,
                  IslandMerge& merge, std::vector<ContactManifold>& manifolds) {
   std::set<RecordKey>& exchanged = merge.exchanged[from];
+  for (const Node& node : records.nodes) exchanged.insert({node.id, node.id});
+  for (const ContactManifold& manifold : records.manifolds) exchanged.insert(key_of(manifold));
+  take_in(own_ids, records, merge, manifolds);
+}
+
+void add_fragment(std::span<const BodyId> own_ids, WorldId from, const Records& records,
+                  IslandMerge& merge, std::vector<ContactManifold>& manifolds) {
+  std::set<RecordKey>& exchanged = merge.exchanged[from];
+  std::set<BodyId> kept;
   for (const Node& node : records.nodes) {
+    if (node.owner != from) continue;
+    kept.insert(node.id);
     exchanged.insert({node.id, node.id});
-    add_node(own_ids, node, merge);
   }
-  std::vector<ContactManifold> added;
   for (const ContactManifold& manifold : records.manifolds) {
-    exchanged.insert(key_of(manifold));
-    if (!pair_is_known(manifolds, key_of(manifold)) && knows(own_ids, merge, manifold.a) &&
-        knows(own_ids, merge, manifold.b)) {
-      added.push_back(manifold);
-    }
+    if (kept.contains(manifold.a) || kept.contains(manifold.b)) exchanged.insert(key_of(manifold));
   }
-  if (added.empty()) return;
-  manifolds.insert(manifolds.end(), added.begin(), added.end());
-  std::sort(manifolds.begin(), manifolds.end(), canonical_before);
+  take_in(own_ids, records, merge, manifolds);
 }
 
 KnownBodies known_bodies(std::span<const BodyId> own_ids, WorldId self, const IslandMerge& merge) {

@@ -157,8 +157,10 @@ void World::send_fragments(std::int64_t step, const std::map<WorldId, Records>& 
 // One merge round: take in records, pass on what others lack. Round 0 takes in fragments.
 void World::sync(kernel::VirtualTime now, Bag bag, kernel::Outbox& outbox) {
   for (const kernel::MessageView& message : bag) {
-    add_records(ids_, WorldId{kernel::index_of(message.source)}, decode_records(message.payload),
-                merge_, scratch_.manifolds);
+    const bool fragment = message.kind == static_cast<std::uint32_t>(MessageKind::kFragments);
+    (fragment ? add_fragment : add_records)(ids_, WorldId{kernel::index_of(message.source)},
+                                            decode_records(message.payload), merge_,
+                                            scratch_.manifolds);
   }
   counters_.merge_rounds += !bag.empty();
   const std::uint32_t round = merge_round_of(now);
