@@ -1,7 +1,9 @@
 #include <algorithm>
+#include <deque>
 #include <exception>
 #include <mutex>
 #include <thread>
+#include <vector>
 
 #include "kernel/executor.hpp"
 #include "kernel/invariant.hpp"

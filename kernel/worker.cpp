@@ -90,16 +90,10 @@ void Worker::deliver_arrived() {
 }
 
 void Worker::release_held_back() {
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < held_back_.size(); ++i) {
-    if (random_.below(2) == 0)
-      arrived_.push_back(std::move(held_back_[i]));
-    else if (kept != i)
-      held_back_[kept++] = std::move(held_back_[i]);
-    else
-      ++kept;
-  }
-  held_back_.resize(kept);
+  delivering_.swap(held_back_);
+  for (Message& message : delivering_)
+    (random_.below(2) == 0 ? arrived_ : held_back_).push_back(std::move(message));
+  delivering_.clear();
 }
 
 void Worker::route_outgoing() {

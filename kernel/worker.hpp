@@ -1,10 +1,11 @@
 // One worker thread of the threads executor: the LPs it owns and the loop that drives them.
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
-#include <deque>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
