@@ -48,36 +48,34 @@ struct StarvationResult {
   std::int64_t filled_at_peak = 0;
 };
 
-// Producer and consumer around a ring of `buffer` entries in virtual wall time: the producer needs
-// `costs_s[i]` for entry i and waits while the ring is full; from a full ring on, the consumer
-// takes an entry every `frame_s`. The first `warm_up` frames are before the peak: `peak_cost_s(i)`
-// gives the cost of the i-th step that the producer starts after them. Stops after `max_frames`.
+// Producer and consumer around a ring of `buffer` entries in virtual wall time. The producer works
+// without pause, but waits with a finished entry while the ring is full; from a full ring on, the
+// consumer takes an entry every `frame_s`. The frame after `warm_up` of them is the peak: steps
+// begun until then cost base_cost_s() each, later ones peak_cost_s(). Frames are counted from the
+// one after the peak, up to `max_frames`.
 template <class BaseCost, class PeakCost>
 StarvationResult drain(std::int64_t buffer, double frame_s, std::int64_t warm_up,
                        std::int64_t max_frames, BaseCost base_cost_s, PeakCost peak_cost_s) {
   StarvationResult result;
   std::int64_t filled = buffer;
-  double producer_s = 0.0;  // when the producer has finished what it has begun
-  bool producing = false;
-  for (std::int64_t frame = 0; frame < warm_up + max_frames; ++frame) {
+  double finished_s = base_cost_s();  // when the entry in the making is finished
+  for (std::int64_t frame = 0; frame <= warm_up + max_frames; ++frame) {
     const double now_s = static_cast<double>(frame) * frame_s;
-    // Until this frame the producer finishes steps, and starts new ones while there is room.
-    while (producing && producer_s <= now_s) {
+    while (finished_s <= now_s && filled < buffer) {
       ++filled;
-      producing = filled < buffer;
-      if (producing) producer_s += frame < warm_up ? base_cost_s() : peak_cost_s();
+      finished_s += frame <= warm_up ? base_cost_s() : peak_cost_s();
     }
-    if (frame == warm_up) result.filled_at_peak = filled;
     if (filled == 0) {
       result.late = true;
       return result;
     }
     --filled;
-    if (frame >= warm_up) ++result.frames;
-    if (!producing) {
-      producing = true;
-      producer_s = now_s + (frame < warm_up ? base_cost_s() : peak_cost_s());
+    if (finished_s <= now_s) {  // it waited for this room
+      ++filled;
+      finished_s = now_s + (frame < warm_up ? base_cost_s() : peak_cost_s());
     }
+    if (frame == warm_up) result.filled_at_peak = filled;
+    if (frame > warm_up) ++result.frames;
   }
   return result;
 }

@@ -8,6 +8,7 @@
 #include "analysis/plan_command.hpp"
 #include "analysis/replay_command.hpp"
 #include "analysis/run_command.hpp"
+#include "analysis/verify_command.hpp"
 #include "analysis/version.hpp"
 #include "scenarios/read_scenario.hpp"
 
@@ -107,6 +108,33 @@ CLI::App* add_anticipation(CLI::App& app, AnticipationRequest& request) {
   return command;
 }
 
+CLI::App* add_verify(CLI::App& app, VerifyRequest& request) {
+  CLI::App* verify = app.add_subcommand(
+      "verify", "check one trajectory: every executor against the plain loop, step by step");
+  verify->add_option("FILE", request.file, "scenario")->required();
+  verify->add_option("--steps", request.steps, "number of steps");
+  verify->add_option("--threads", request.threads, "worker threads (default 1,2,4)")
+      ->delimiter(',')
+      ->check(CLI::Range(1u, 1024u));
+  verify
+      ->add_option("--worlds", request.worlds,
+                   "territories (default 1,2,4,12,48), at most the number of cells")
+      ->delimiter(',')
+      ->check(CLI::Range(1u, 1u << 20));
+  verify->add_option("--buffers", request.buffers, "buffer entries (default 1,4,48)")
+      ->delimiter(',')
+      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 20));
+  verify->add_option("--seeds", request.seeds, "scheduling seeds 1 to this (default 5)");
+  verify->add_flag("--require-rollbacks", request.require_rollbacks,
+                   "fail if no run rolled back: then nothing was proved");
+  verify->add_flag("--json", request.json, "print one JSON object");
+  verify->footer(
+      "examples:\n"
+      "  soda verify scenarios/library/border-stack.json\n"
+      "  soda verify scenarios/library/bin-1000.json --steps 10 --worlds 4,12 --seeds 1");
+  return verify;
+}
+
 std::vector<std::string> known_names(const CLI::App& app, const CLI::App* command) {
   std::vector<std::string> names;
   if (command == nullptr) {
@@ -149,10 +177,12 @@ int run_command_line(int argc, const char* const* argv, std::ostream& out, std::
   PlanRequest plan;
   ReplayRequest replay;
   AnticipationRequest anticipation;
+  VerifyRequest verify;
   const CLI::App* run_app = add_run(app, run);
   const CLI::App* plan_app = add_plan(app, plan);
   const CLI::App* replay_app = add_replay(app, replay);
   const CLI::App* anticipation_app = add_anticipation(app, anticipation);
+  const CLI::App* verify_app = add_verify(app, verify);
   CLI::App* schema_app = app.add_subcommand("schema", "print the JSON Schema of scenario files");
   schema_app->footer("example:\n  soda schema > soda-scenario.schema.json");
 
@@ -167,6 +197,7 @@ int run_command_line(int argc, const char* const* argv, std::ostream& out, std::
   if (plan_app->parsed()) return plan_command(plan, out);
   if (replay_app->parsed()) return replay_command(replay, out, err);
   if (anticipation_app->parsed()) return anticipation_command(anticipation, out);
+  if (verify_app->parsed()) return verify_command(verify, out);
   out << scenarios::scenario_schema();
   return kExitOk;
 }

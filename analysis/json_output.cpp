@@ -84,6 +84,35 @@ std::string plan_json(const std::string& scenario, const std::vector<models::Pla
   return dumped({{"scenario", scenario}, {"plan", plan_lines(plan, nullptr)}});
 }
 
+std::string verification_json(const Verification& verification) {
+  Json runs = Json::array();
+  for (const VerifiedRun& run : verification.runs) {
+    Json line = {{"executor", name_of(run.executor)},
+                 {"threads", run.threads},
+                 {"worlds", run.worlds},
+                 {"buffer", run.buffer},
+                 {"scheduling_seed", run.scheduling_seed},
+                 {"events", events(run.events)},
+                 {"equal", !run.divergence.has_value()}};
+    if (run.divergence) {
+      line["divergence"] = {{"step", run.divergence->step},
+                            {"body", run.divergence->body_label},
+                            {"field", run.divergence->field},
+                            {"expected", run.divergence->expected},
+                            {"expected_bits", format_bits(run.divergence->expected)},
+                            {"found", run.divergence->found},
+                            {"found_bits", format_bits(run.divergence->found)}};
+    }
+    runs.push_back(std::move(line));
+  }
+  return dumped({{"scenario", verification.scenario},
+                 {"steps", verification.steps},
+                 {"digest", format_digest(verification.digest)},
+                 {"rollbacks", verification.rollbacks()},
+                 {"equal", !verification.diverged()},
+                 {"runs", runs}});
+}
+
 std::string anticipation_json(const AnticipationReport& report) {
   Json points = Json::array();
   for (const AnticipationPoint& point : report.points) {

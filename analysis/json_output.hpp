@@ -6,6 +6,7 @@
 
 #include "analysis/anticipation.hpp"
 #include "analysis/run_report.hpp"
+#include "analysis/verify_command.hpp"
 #include "models/plan.hpp"
 
 namespace soda::analysis {
@@ -14,6 +15,7 @@ namespace soda::analysis {
 // bits; what is not finite becomes null.
 std::string run_json(const RunReport& report);
 std::string plan_json(const std::string& scenario, const std::vector<models::PlanLine>& plan);
+std::string verification_json(const Verification& verification);
 std::string anticipation_json(const AnticipationReport& report);
 
 }  // namespace soda::analysis
