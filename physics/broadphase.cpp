@@ -57,14 +57,19 @@ Cell cell_of(const Aabb& box, const Level& level) {
           wrapped_index(box.min.z(), level.inverse_size)};
 }
 
-std::uint64_t key_of(std::uint32_t level, std::int64_t x, std::int64_t y, std::int64_t z) {
-  const auto wrap = [](std::int64_t i) { return static_cast<std::uint64_t>(i) & 0xfffff; };
-  return (static_cast<std::uint64_t>(level & 0xf) << 60) | wrap(x) << 40 | wrap(y) << 20 | wrap(z);
+std::uint64_t wrapped(std::int64_t i) { return static_cast<std::uint64_t>(i) & 0xfffff; }
+
+std::uint64_t key_of(std::uint32_t level, const Cell& c) {
+  return (static_cast<std::uint64_t>(level & 0xf) << 60) | wrapped(c.x) << 40 | wrapped(c.y) << 20 |
+         wrapped(c.z);
 }
 
-std::uint64_t scramble(std::uint64_t key) {
-  key *= 0x9e3779b97f4a7c15u;
-  return key ^ (key >> 29);
+// Cells above each other have neighbouring buckets: a column of three is one stretch of memory.
+std::uint64_t bucket_of(std::uint32_t level, const Cell& c) {
+  std::uint64_t column =
+      (static_cast<std::uint64_t>(level) << 40) | wrapped(c.x) << 20 | wrapped(c.y);
+  column *= 0x9e3779b97f4a7c15u;
+  return (column >> 32) + wrapped(c.z);
 }
 
 // Levels span two powers of two and are anchored at the most frequent size, so that bodies of one
@@ -114,23 +119,32 @@ class CellTable {
     mask_ = buckets - 1;
     begin_.assign(buckets + 1, 0);
     std::vector<Entry> unsorted(boxes.size());
+    std::vector<std::uint32_t> bucket(boxes.size());
     for (std::uint32_t i = 0; i < boxes.size(); ++i) {
       const std::uint32_t level = levels.of_box[i];
       const Cell c = cell_of(boxes[i], levels.levels[level]);
-      unsorted[i] = {key_of(level, c.x, c.y, c.z), i, level};
-      ++begin_[(scramble(unsorted[i].cell) & mask_) + 1];
+      unsorted[i] = {key_of(level, c), i, level};
+      bucket[i] = static_cast<std::uint32_t>(bucket_of(level, c) & mask_);
+      ++begin_[bucket[i] + 1];
     }
     for (std::size_t b = 1; b < begin_.size(); ++b) begin_[b] += begin_[b - 1];
     entries_.resize(boxes.size());
     std::vector<std::uint32_t> next(begin_.begin(), begin_.end() - 1);
-    for (const Entry& entry : unsorted) entries_[next[scramble(entry.cell) & mask_]++] = entry;
+    for (std::uint32_t i = 0; i < boxes.size(); ++i) entries_[next[bucket[i]]++] = unsorted[i];
   }
 
+  const std::vector<Entry>& entries() const { return entries_; }
+
+  // Boxes in the cells from c to `height` cells above it.
   template <typename Visit>
-  void for_each(std::uint64_t cell, std::uint32_t level, Visit visit) const {
-    const std::size_t bucket = scramble(cell) & mask_;
-    for (std::uint32_t e = begin_[bucket]; e < begin_[bucket + 1]; ++e) {
-      if (entries_[e].cell == cell && entries_[e].level == level) visit(entries_[e].box);
+  void for_column(std::uint32_t level, Cell c, int height, Visit visit) const {
+    for (int i = 0; i <= height; ++i, ++c.z) {
+      const std::size_t bucket = bucket_of(level, c) & mask_;
+      if (begin_[bucket] == begin_[bucket + 1]) continue;
+      const std::uint64_t key = key_of(level, c);
+      for (std::uint32_t e = begin_[bucket]; e < begin_[bucket + 1]; ++e) {
+        if (entries_[e].cell == key && entries_[e].level == level) visit(entries_[e].box);
+      }
     }
   }
 
@@ -140,53 +154,40 @@ class CellTable {
   std::vector<Entry> entries_;
 };
 
-// The 13 neighbours that come after a cell; the other 13 find this cell among theirs.
-constexpr std::array<std::array<int, 3>, 13> kHalfStencil = {{{0, 0, 1},
-                                                              {0, 1, -1},
-                                                              {0, 1, 0},
-                                                              {0, 1, 1},
-                                                              {1, -1, -1},
-                                                              {1, -1, 0},
-                                                              {1, -1, 1},
-                                                              {1, 0, -1},
-                                                              {1, 0, 0},
-                                                              {1, 0, 1},
-                                                              {1, 1, -1},
-                                                              {1, 1, 0},
-                                                              {1, 1, 1}}};
-
+// Of a cell's 26 neighbours, the 13 that come after it; the others find this cell among theirs.
 void find_on_own_level(std::span<const Aabb> boxes, const Levels& levels, const CellTable& table,
                        std::vector<IndexPair>& pairs) {
-  for (std::uint32_t i = 0; i < boxes.size(); ++i) {
-    const std::uint32_t level = levels.of_box[i];
+  constexpr std::array<std::array<int, 2>, 4> kColumns = {{{0, 1}, {1, -1}, {1, 0}, {1, 1}}};
+  for (const Entry& entry : table.entries()) {
+    const std::uint32_t i = entry.box, level = entry.level;
     const Cell c = cell_of(boxes[i], levels.levels[level]);
     const auto test = [&](std::uint32_t j) {
       if (overlap(boxes[i], boxes[j])) pairs.push_back({std::min(i, j), std::max(i, j)});
     };
-    table.for_each(key_of(level, c.x, c.y, c.z), level, [&](std::uint32_t j) {
+    table.for_column(level, c, 0, [&](std::uint32_t j) {
       if (i < j) test(j);
     });
     if (levels.levels[level].inverse_size == 0.0) continue;
-    for (const auto& d : kHalfStencil) {
-      table.for_each(key_of(level, c.x + d[0], c.y + d[1], c.z + d[2]), level, test);
+    table.for_column(level, {c.x, c.y, c.z + 1}, 0, test);
+    for (const auto& [dx, dy] : kColumns) {
+      table.for_column(level, {c.x + dx, c.y + dy, c.z - 1}, 2, test);
     }
   }
 }
 
 void find_on_coarser_levels(std::span<const Aabb> boxes, const Levels& levels,
                             const CellTable& table, std::vector<IndexPair>& pairs) {
-  for (std::uint32_t i = 0; i < boxes.size(); ++i) {
+  for (const Entry& entry : table.entries()) {
+    const std::uint32_t i = entry.box;
     const auto test = [&](std::uint32_t j) {
       if (overlap(boxes[i], boxes[j])) pairs.push_back({std::min(i, j), std::max(i, j)});
     };
-    for (std::uint32_t level = levels.of_box[i] + 1; level < levels.levels.size(); ++level) {
+    for (std::uint32_t level = entry.level + 1; level < levels.levels.size(); ++level) {
       const Cell c = cell_of(boxes[i], levels.levels[level]);
       const int reach = levels.levels[level].inverse_size == 0.0 ? 0 : 1;
       for (int x = -reach; x <= reach; ++x) {
         for (int y = -reach; y <= reach; ++y) {
-          for (int z = -reach; z <= reach; ++z) {
-            table.for_each(key_of(level, c.x + x, c.y + y, c.z + z), level, test);
-          }
+          table.for_column(level, {c.x + x, c.y + y, c.z - reach}, 2 * reach, test);
         }
       }
     }

@@ -55,6 +55,22 @@ Vec3 between_edges(const PlacedShape& a, int edge_a, const PlacedShape& b, int e
   return 0.5 * (pa + ua * s + pb + ub * t);
 }
 
+// The exact column that FCL names, with FCL's sign. Where faces of both boxes serve as well,
+// rounding decides which one FCL names; then it is always the first box's, so that features do not
+// flicker.
+Vec3 face_normal(const PlacedShape& a, const PlacedShape& b, int code, const Vec3& fcl_normal) {
+  constexpr double kSlack = 1e-3;      // of the smaller width
+  constexpr double kParallel = 0.999;  // cosine
+  const Pose& pose = code <= 3 ? a.pose : b.pose;
+  const Vec3 column = pose.rotation.col((code - 1) % 3);
+  const Vec3 normal = column.dot(fcl_normal) >= 0.0 ? column : Vec3(-column);
+  if (code <= 3) return normal;
+  const Vec3 of_a = support_feature(a, normal).normal;
+  if (of_a.dot(normal) < kParallel) return normal;
+  const double slack = kSlack * std::min(a.shape.min_extent_m, b.shape.min_extent_m);
+  return separation_along(a, b, of_a) > separation_along(a, b, normal) - slack ? of_a : normal;
+}
+
 // ODE's separating-axis test, on boxes inflated by half the range each, so that it also finds the
 // axis of boxes that are still apart. Its points are not used: they belong to the inflated boxes.
 Axis box_box_axis(const Solid& a, const Solid& b, double range) {
@@ -73,10 +89,7 @@ Axis box_box_axis(const Solid& a, const Solid& b, double range) {
   axis.found = true;
   axis.normal = normal;
   if (code <= 6) {
-    // The exact column instead of FCL's copy of it, with FCL's sign.
-    const Pose& pose = code <= 3 ? a.placed.pose : b.placed.pose;
-    const Vec3 column = pose.rotation.col((code - 1) % 3);
-    axis.normal = column.dot(normal) >= 0.0 ? column : Vec3(-column);
+    axis.normal = face_normal(a.placed, b.placed, code, normal);
   } else {
     axis.normal.normalize();
     axis.witness = between_edges(a.placed, (code - 7) / 3, b.placed, (code - 7) % 3, axis.normal);
