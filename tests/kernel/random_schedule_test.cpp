@@ -146,8 +146,8 @@ class EveryPath {
 
 // LP 0 tells LP 1 at (0, 1). If LP 1 runs at (0, 2) without that, it sends LP 0 a false message for
 // (0, 3), so that the sum with which LP 0 runs at (1, 0) is wrong, and so is what it then sends. So
-// among the orders there are stragglers at both, chains of rollbacks, an anti-message that overtakes
-// what it cancels, and an idle LP that must cancel.
+// among the orders there are stragglers at both, chains of rollbacks, an anti-message that
+// overtakes what it cancels, and an idle LP that must cancel.
 Lps small_network() {
   ScriptedProcess::Script teller{.agenda = {{0, 0}, {1, 0}}};
   teller.on_execute = [](ScriptedProcess& self, VirtualTime now, auto, Outbox& outbox) {
@@ -156,8 +156,7 @@ Lps small_network() {
   };
   ScriptedProcess::Script listener{.agenda = {{0, 2}}};
   listener.on_execute = [](ScriptedProcess& self, VirtualTime now, auto, Outbox& outbox) {
-    if (now == VirtualTime{0, 2} && self.state.sum != 1)
-      outbox.send(LpId{0}, {0, 3}, 0, number(9));
+    if (now == VirtualTime{0, 2} && self.state.sum != 1) outbox.send(LpId{0}, {0, 3}, 0, number(9));
   };
   Lps lps;
   lps.push_back(std::make_unique<ScriptedProcess>(teller));
