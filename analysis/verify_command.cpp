@@ -115,16 +115,18 @@ void verify_run(const scenarios::Scenario& scenario, const models::TerritoryMap&
 std::vector<VerifiedRun> matrix(const VerifyRequest& request, std::size_t cells) {
   std::vector<VerifiedRun> runs;
   for (const std::uint32_t wanted : request.worlds) {
-    const auto worlds = static_cast<std::uint32_t>(std::min<std::size_t>(wanted, cells));
-    runs.push_back({.worlds = worlds});
-    for (const unsigned threads : request.threads)
-      for (const std::int64_t buffer : request.buffers)
-        for (std::uint64_t seed = 1; seed <= request.seeds; ++seed)
-          runs.push_back({.executor = models::ExecutorKind::kThreads,
-                          .threads = threads,
-                          .worlds = worlds,
-                          .buffer = buffer,
-                          .scheduling_seed = seed});
+    VerifiedRun run;
+    run.worlds = static_cast<std::uint32_t>(std::min<std::size_t>(wanted, cells));
+    runs.push_back(run);
+    run.executor = models::ExecutorKind::kThreads;
+    for (const unsigned threads : request.threads) {
+      run.threads = threads;
+      for (const std::int64_t buffer : request.buffers) {
+        run.buffer = buffer;
+        for (run.scheduling_seed = 1; run.scheduling_seed <= request.seeds; ++run.scheduling_seed)
+          runs.push_back(run);
+      }
+    }
   }
   return runs;
 }

@@ -1,0 +1,12 @@
+#!/usr/bin/env bash
+# Writes tests/golden/digests.txt anew, from build/release/soda. To be run when a change is meant to
+# change the physics; the difference belongs into that commit.
+set -euo pipefail
+cd "$(dirname "$0")/../.."
+steps=40
+for file in scenarios/library/*.json; do
+  name=$(basename "$file" .json)
+  digest=$(build/release/soda run "$file" --executor sequential --worlds 1 --steps $steps --json --quiet |
+    sed -n 's/^ *"digest": "\([0-9a-f]*\)".*/\1/p')
+  echo "$name $steps $digest"
+done > tests/golden/digests.txt
