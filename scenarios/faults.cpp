@@ -114,7 +114,14 @@ std::string list_names(std::span<const std::string_view> names) {
 std::string number_text(double value) {
   char buffer[32];
   const auto end = std::to_chars(buffer, buffer + sizeof buffer, value).ptr;
-  return std::string(buffer, end);
+  std::string text(buffer, end);
+  // 1e+09 and 1e-06 as people write them.
+  if (const std::size_t e = text.find('e'); e != std::string::npos) {
+    if (text[e + 1] == '+') text.erase(e + 1, 1);
+    const std::size_t digits = e + 1 + (text[e + 1] == '-' ? 1 : 0);
+    while (text[digits] == '0') text.erase(digits, 1);
+  }
+  return text;
 }
 
 }  // namespace soda::scenarios

@@ -1,11 +1,12 @@
 #include "scenarios/read_json.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <tuple>
 #include <vector>
+
+#include "scenarios/syntax_fault.hpp"
 
 namespace soda::scenarios {
 namespace {
@@ -123,6 +124,7 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
     key_place_ = cursor_.skip_to_token();
     cursor_.take_string();
     key_ = *tree_.keys.insert(std::move(value)).first;
+    after_key_ = true;
     return true;
   }
 
@@ -133,9 +135,10 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
   JsonValue* append(JsonKind kind) {
     const TextPlace place = cursor_.skip_to_token();
     if (tree_.values.size() >= kMaxValues) {
-      stop(place, {"more than " + std::to_string(kMaxValues) + " values",
-                   "at most " + std::to_string(kMaxValues) + " values in a file",
-                   "generators describe many bodies in few values"});
+      stop(place, pointer_here(),
+           {"more than " + std::to_string(kMaxValues) + " values",
+            "at most " + std::to_string(kMaxValues) + " values in a file",
+            "generators describe many bodies in few values"});
       return nullptr;
     }
     JsonValue& value = tree_.values.emplace_back();
@@ -148,6 +151,7 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
     if (parent.kind == JsonKind::kObject) {
       value.key = key_;
       value.key_place = key_place_;
+      after_key_ = false;
     }
     (last_child_.back() ? last_child_.back()->next_sibling : parent.first_child) = &value;
     last_child_.back() = &value;
@@ -166,8 +170,9 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
     JsonValue* value = append(kind);
     if (!value) return false;
     if (open_.size() >= kMaxDepth) {
-      stop(value->place, {"arrays and objects nested deeper than " + std::to_string(kMaxDepth),
-                          "at most " + std::to_string(kMaxDepth) + " levels", ""});
+      stop(value->place, pointer_to(*value),
+           {"arrays and objects nested deeper than " + std::to_string(kMaxDepth),
+            "at most " + std::to_string(kMaxDepth) + " levels", ""});
       return false;
     }
     cursor_.take_bracket();
@@ -184,10 +189,21 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
     return true;
   }
 
-  void stop(TextPlace place, FaultText text) {
+  // Of the value that is being read.
+  std::string pointer_here() const {
+    if (open_.empty()) return "";
+    JsonValue next;
+    next.parent = open_.back();
+    next.index = open_.back()->children;
+    next.key = key_;
+    const bool between = open_.back()->kind == JsonKind::kObject && !after_key_;
+    return pointer_to(between ? *open_.back() : next);
+  }
+
+  void stop(TextPlace place, std::string pointer, FaultText text) {
     faults_.push_back({.line = place.line,
                        .column = place.column,
-                       .pointer = open_.empty() ? "" : pointer_to(*open_.back()),
+                       .pointer = std::move(pointer),
                        .found = std::move(text.found),
                        .allowed = std::move(text.allowed),
                        .hint = std::move(text.hint)});
@@ -220,60 +236,28 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
   std::vector<JsonValue*> last_child_;  // of each open value
   std::string_view key_;
   TextPlace key_place_;
+  bool after_key_ = false;
 };
-
-// The part of the library's message that says what the grammar wanted.
-std::string expected_in(const std::string& message) {
-  const std::string_view mark = "; expected ";
-  const std::size_t at = message.rfind(mark);
-  return at == std::string::npos ? "JSON" : printable(message.substr(at + mark.size()));
-}
-
-std::string hint_for(std::string_view text, std::size_t offset) {
-  const std::string_view rest = text.substr(offset);
-  const auto starts = [&](std::string_view word) { return rest.substr(0, word.size()) == word; };
-  if (starts("NaN") || starts("nan") || starts("Inf") || starts("inf") || starts("-I") ||
-      starts("-i")) {
-    return "JSON has no NaN and no infinity";
-  }
-  if (starts("//") || starts("/*") || starts("#")) return "JSON has no comments";
-  if (starts("'")) return "strings stand in double quotes";
-  if (starts("]") || starts("}")) return "no comma after the last one";
-  if (starts("True") || starts("False")) return "true and false are in lower case";
-  return "";
-}
 
 bool TreeBuilder::parse_error(std::size_t position, const std::string& last_token,
                               const nlohmann::detail::exception& error) {
   if (dynamic_cast<const nlohmann::detail::out_of_range*>(&error)) {
-    stop(cursor_.skip_to_token(),
+    stop(cursor_.skip_to_token(), pointer_here(),
          {"the number " + printable(last_token), "a number of size at most 1.8e308", ""});
     return false;
   }
-  // `position` counts the characters read, the offending one included.
-  std::size_t offset = std::min(position > 0 ? position - 1 : 0, text_.size());
-  // A wrong word fails at the letter that differs: go back to its start, for the reader's sake.
-  const auto in_word = [&](std::size_t i) {
-    return std::isalnum(static_cast<unsigned char>(text_[i])) != 0 || text_[i] == '-';
-  };
-  const std::size_t first = offset;
-  while (offset > 0 && first < text_.size() && in_word(first) && in_word(offset - 1)) --offset;
-  const bool at_end = offset >= text_.size();
+  // `position` counts the bytes read, those of the offending token included: of a string or number
+  // in the wrong place all are read, of a bad token those up to the fault. Of words, the start is
+  // found by going back.
   const std::string message = error.what();
-  std::string found = "end of file";
-  if (!at_end) {
-    const std::size_t end = std::min(text_.find_first_of(" \t\r\n,:]}", offset + 1), text_.size());
-    found = printable(text_.substr(offset, end - offset));
-    const std::string_view causes[] = {"invalid UTF-8", "control character", "forbidden"};
-    for (const std::string_view cause : causes) {
-      if (message.find(cause) != std::string::npos) {
-        found = "a badly written string at " + printable(text_.substr(first, 1));
-      }
-    }
-  }
+  const auto says = [&](const char* words) { return message.find(words) != std::string::npos; };
+  const bool whole_token = says("- unexpected string") || says("- unexpected number");
+  const std::size_t back = whole_token ? last_token.size() : 1;
+  const std::size_t failed_at =
+      says("- unexpected end of input") ? text_.size() : position - std::min(position, back);
+  SyntaxFault fault = explain_syntax_fault(text_, failed_at, message);
   // The place may lie before the cursor: count from the start.
-  stop(TokenCursor(text_).place_at(offset),
-       {found, expected_in(message), at_end ? "the file is cut off" : hint_for(text_, offset)});
+  stop(TokenCursor(text_).place_at(fault.offset), pointer_here(), std::move(fault.text));
   return false;
 }
 

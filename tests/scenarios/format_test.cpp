@@ -1,0 +1,82 @@
+#include "scenarios/format.hpp"
+
+#include <gtest/gtest.h>
+
+#include "scenarios/reference.hpp"
+#include "tests/scenarios/scenario_texts.hpp"
+
+namespace soda::scenarios {
+namespace {
+
+// Writes what should stand in the source tree into the build folder and says how to take it over.
+void expect_committed(const std::string& generated, const std::filesystem::path& committed,
+                      const std::string& name, bool as_part) {
+  const std::string text = file_bytes(committed);
+  const bool same = as_part ? text.find(generated) != text.npos : text == generated;
+  if (same) return;
+  const auto copy = std::filesystem::path(SODA_BINARY_DIR) / name;
+  std::ofstream(copy, std::ios::binary) << generated;
+  ADD_FAILURE() << committed << " is out of date; what belongs there is in " << copy;
+}
+
+TEST(Schema, CommittedOneIsThatOfTheReader) {
+  expect_committed(scenario_schema(),
+                   std::filesystem::path(SODA_SOURCE_DIR) / "scenarios/scenario.schema.json",
+                   "scenario.schema.json", false);
+}
+
+TEST(Reference, InTheReadmeIsThatOfTheReader) {
+  expect_committed(scenario_reference_markdown(),
+                   std::filesystem::path(SODA_SOURCE_DIR) / "scenarios/README.md",
+                   "scenario_reference.md", true);
+}
+
+TEST(FormatTables, GiveEveryFieldAMeaningAndEveryLengthAUnit) {
+  for (const TaggedTable& entry : all_tables()) {
+    for (const Field& field : entry.table->fields) {
+      EXPECT_FALSE(field.doc.empty()) << field.key;
+      EXPECT_FALSE(allowed_text(field).empty()) << field.key;
+      EXPECT_EQ(field.kind == ValueKind::kName, !field.names.empty()) << field.key;
+      EXPECT_LE(field.limits.min, field.limits.max) << field.key;
+    }
+  }
+  EXPECT_EQ(unit_of("density_kg_m3"), "kg/m^3");
+  EXPECT_EQ(unit_of("gravity_m_s2"), "m/s^2");
+  EXPECT_EQ(unit_of("max_spin_rad_s"), "rad/s");
+  EXPECT_EQ(unit_of("steps"), "");
+}
+
+TEST(Defaults, AreThoseOfTheLayersBelow) {
+  const Scenario scenario = read_scenario_text(
+      R"({"format": 1, "gravity_m_s2": [0, 0, 0], "time_step_s": 0.5, "steps": 3})", "a.json");
+  const physics::SolverSettings settings;
+  EXPECT_EQ(scenario.scene.solver.iterations, settings.iterations);
+  EXPECT_EQ(scenario.scene.solver.restitution_threshold_m_s, settings.restitution_threshold_m_s);
+  EXPECT_EQ(scenario.scene.solver.contact_response, settings.contact_response);
+  EXPECT_EQ(scenario.scene.solver.warm_starting, settings.warm_starting);
+  EXPECT_EQ(scenario.scene.broadphase, physics::Broadphase::kGrid);
+  EXPECT_EQ(scenario.run.buffer, models::RunOptions{}.buffer);
+  EXPECT_EQ(scenario.territory.worlds, 1u);
+  EXPECT_EQ(scenario.run.steps, 3);
+}
+
+TEST(Values, OfTheFileReachTheScenarioUnchanged) {
+  const Scenario scenario = read_scenario_text(kSmallScenario, "a.json");
+  EXPECT_EQ(scenario.run.steps, 100);
+  EXPECT_EQ(scenario.run.buffer, 16);
+  EXPECT_EQ(scenario.run.executor, models::ExecutorKind::kThreads);
+  EXPECT_EQ(scenario.run.threads, 2u);
+  EXPECT_EQ(scenario.scene.gravity_m_s2, physics::Vec3(0.0, 0.0, -9.81));
+  EXPECT_EQ(scenario.scene.dt_s, 0.01);
+  EXPECT_EQ(scenario.scene.solver.iterations, 10);
+  EXPECT_EQ(scenario.scene.bodies[0].material.restitution, 0.25);
+  EXPECT_EQ(scenario.initial[0].linear_velocity_m_s, physics::Vec3(1.0, 2.0, 3.0));
+  EXPECT_EQ(scenario.territory.grid.cell_size_m, 2.0);
+  EXPECT_EQ(scenario.territory.worlds, 2u);
+  ASSERT_EQ(scenario.scene.statics.size(), 2u);
+  EXPECT_EQ(scenario.scene.statics[1].name, "ramp");
+  EXPECT_EQ(scenario.scene.statics[1].position_m, physics::Vec3(0.0, 9.0, 0.0));
+}
+
+}  // namespace
+}  // namespace soda::scenarios
