@@ -230,6 +230,8 @@ TEST(SchemaAndReader, AgreeOnEditedLibraryFiles) {
       ++(reader ? taken : refused);
     }
   }
+  RecordProperty("taken", taken);
+  RecordProperty("refused", refused);
   // Both outcomes must be common, or the agreement says little.
   EXPECT_GT(taken, 200);
   EXPECT_GT(refused, 1000);
