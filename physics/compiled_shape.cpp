@@ -153,6 +153,7 @@ CompiledShape compile(const Shape& shape) {
   } else if (const auto* cylinder = std::get_if<Cylinder>(&shape)) {
     compile_round(cylinder->radius_m, 0.5 * cylinder->length_m, out);
     out.min_extent_m = std::min(2.0 * cylinder->radius_m, cylinder->length_m);
+    out.face_planes = {{Vec3::UnitZ(), out.half_length_m}, {-Vec3::UnitZ(), out.half_length_m}};
     out.bounding_radius_m =
         std::sqrt(out.radius_m * out.radius_m + out.half_length_m * out.half_length_m);
   } else if (const auto* hull = std::get_if<ConvexHull>(&shape)) {

@@ -35,7 +35,7 @@ struct CompiledShape {
   FacePlane half_space;                           // halfspace
   std::vector<Vec3> vertices_m;                   // hull
   std::vector<std::vector<std::uint32_t>> faces;  // hull
-  std::vector<FacePlane> face_planes;             // hull, box
+  std::vector<FacePlane> face_planes;             // hull, box, caps of a cylinder
   std::vector<MeshTriangle> triangles;            // mesh
   double min_extent_m = 0.0;       // smallest width over all directions (halfspace, mesh: 0)
   double bounding_radius_m = 0.0;  // around the origin (halfspace: 0)

@@ -137,54 +137,45 @@ Axis penetration_axis(const Solid& a, const Solid& b) {
 }
 
 // Replaces the axis by a face normal of either shape that separates more (or as much, within a
-// tolerance that favours faces): corrects MPR's rare wrong faces and gives face contacts an exact
-// normal. Faces farther than `least_cosine` from the seed are not looked at.
-void refine_by_faces(const Solid& a, const Solid& b, double least_cosine, Axis& axis) {
+// tolerance that favours faces): corrects MPR's wrong faces and gives face contacts an exact
+// normal.
+void refine_by_faces(const Solid& a, const Solid& b, Axis& axis) {
   constexpr double kFacePreference = 0.05;  // of the depth
   constexpr double kFaceSlack = 1e-4;       // of the smaller width
-  const Vec3 seed = axis.normal;
   const double slack =
       kFaceSlack * std::min(a.placed.shape.min_extent_m, b.placed.shape.min_extent_m);
-  double best = least_cosine > -1.0 ? separation_along(a.placed, b.placed, seed) : -1e300;
+  double best = axis.found ? separation_along(a.placed, b.placed, axis.normal) : -1e300;
   best -= slack + kFacePreference * std::max(0.0, -best);
-  const auto consider = [&](const PlacedShape& owner, const Vec3& face_local, double sign) {
-    const Vec3 normal = sign * (owner.pose.rotation * face_local);
-    if (normal.dot(seed) < least_cosine) return;
+  const auto consider = [&](const PlacedShape& owner, const PlacedShape& other,
+                            const FacePlane& face, double sign) {
+    const Vec3 outward = owner.pose.rotation * face.normal;
+    // The other's centre is one of its points: its height over the face bounds the separation.
+    const double bound = outward.dot(other.pose.position - owner.pose.position) - face.offset_m;
+    if (bound <= best) return;
+    const Vec3 normal = sign * outward;
     const double separation = separation_along(a.placed, b.placed, normal);
     if (separation > best) best = separation, axis.normal = normal, axis.found = true;
   };
-  const auto consider_all = [&](const PlacedShape& owner, double sign) {
-    for (const FacePlane& plane : owner.shape.face_planes) consider(owner, plane.normal, sign);
-    if (owner.shape.kind == ShapeKind::kCylinder) {
-      consider(owner, Vec3::UnitZ(), sign);
-      consider(owner, -Vec3::UnitZ(), sign);
-    }
+  const auto consider_all = [&](const PlacedShape& owner, const PlacedShape& other, double sign) {
+    for (const FacePlane& face : owner.shape.face_planes) consider(owner, other, face, sign);
   };
-  consider_all(a.placed, 1.0);
-  consider_all(b.placed, -1.0);
+  consider_all(a.placed, b.placed, 1.0);
+  consider_all(b.placed, a.placed, -1.0);
 }
 
 Axis convex_axis(const Solid& a, const Solid& b, double range) {
-  constexpr double kNear = 0.9;    // faces that a gap's normal may stand for
-  constexpr double kLikely = 0.3;  // faces that MPR's normal may have missed
   bool cores_overlap = false;
   Axis axis = core_axis(a, b, range, cores_overlap);
-  if (!cores_overlap) {
-    if (axis.found) refine_by_faces(a, b, kNear, axis);
-    return axis;
-  }
-  axis = penetration_axis(a, b);
-  if (axis.found) {
-    refine_by_faces(a, b, kLikely, axis);
-    return axis;
-  }
-  // Exactly touching or coincident: MPR has no normal. The best face, else the line of centres.
+  if (!cores_overlap && !axis.found) return axis;
+  if (cores_overlap) axis = penetration_axis(a, b);
   const Vec3 between = b.placed.pose.position - a.placed.pose.position;
+  if (!axis.found) axis.witness = 0.5 * between;
+  refine_by_faces(a, b, axis);
+  if (axis.found) return axis;
+  // Coincident round shapes: no direction is better than another.
   const double distance = between.norm();
   axis.normal = distance > 0.0 ? Vec3(between / distance) : Vec3(Vec3::UnitZ());
-  axis.witness = 0.5 * between;
   axis.found = true;
-  refine_by_faces(a, b, -1.0, axis);
   return axis;
 }
 
