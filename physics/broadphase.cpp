@@ -41,12 +41,15 @@ int size_exponent(const Aabb& box) {
 }
 
 std::int64_t wrapped_index(double coordinate, double inverse_size) {
-  const double index = std::floor(coordinate * inverse_size);
-  if (std::abs(index) < 4.5e15) {
-    return static_cast<std::int64_t>(index) & 0xfffff;
+  const double scaled = coordinate * inverse_size;
+  if (std::abs(scaled) < 4.5e15) {
+    // Floor by truncation: without SSE4 the library's floor is a call.
+    const std::int64_t truncated = static_cast<std::int64_t>(scaled);
+    return (truncated - (scaled < static_cast<double>(truncated) ? 1 : 0)) & 0xfffff;
   }
   // Above 2^52 cells, distinct corners are farther apart than the boxes are wide: only equal
   // indices can overlap, so any function of the index will do.
+  const double index = std::floor(scaled);
   return std::isfinite(index) ? static_cast<std::int64_t>(std::fmod(index, 1048576.0)) & 0xfffff
                               : 0;
 }
@@ -62,6 +65,11 @@ std::uint64_t wrapped(std::int64_t i) { return static_cast<std::uint64_t>(i) & 0
 std::uint64_t key_of(std::uint32_t level, const Cell& c) {
   return (static_cast<std::uint64_t>(level & 0xf) << 60) | wrapped(c.x) << 40 | wrapped(c.y) << 20 |
          wrapped(c.z);
+}
+
+Cell cell_of_key(std::uint64_t key) {
+  return {static_cast<std::int64_t>(key >> 40 & 0xfffff),
+          static_cast<std::int64_t>(key >> 20 & 0xfffff), static_cast<std::int64_t>(key & 0xfffff)};
 }
 
 // Cells above each other have neighbouring buckets: a column of three is one stretch of memory.
@@ -160,7 +168,7 @@ void find_on_own_level(std::span<const Aabb> boxes, const Levels& levels, const 
   constexpr std::array<std::array<int, 2>, 4> kColumns = {{{0, 1}, {1, -1}, {1, 0}, {1, 1}}};
   for (const Entry& entry : table.entries()) {
     const std::uint32_t i = entry.box, level = entry.level;
-    const Cell c = cell_of(boxes[i], levels.levels[level]);
+    const Cell c = cell_of_key(entry.cell);
     const auto test = [&](std::uint32_t j) {
       if (overlap(boxes[i], boxes[j])) pairs.push_back({std::min(i, j), std::max(i, j)});
     };

@@ -8,6 +8,13 @@ namespace {
 
 constexpr double kNegligible = 1e-10;  // change of an impulse, of the largest impulse
 
+// Eigen's 3x3 product is a call of its own; these two are the inner loop.
+inline Vec3 times(const Mat3& m, const Vec3& v) {
+  return {m(0, 0) * v.x() + m(0, 1) * v.y() + m(0, 2) * v.z(),
+          m(1, 0) * v.x() + m(1, 1) * v.y() + m(1, 2) * v.z(),
+          m(2, 0) * v.x() + m(2, 1) * v.y() + m(2, 2) * v.z()};
+}
+
 // Returns the change of the impulse.
 double sweep_row(NormalRow& row, SolverBody& a, SolverBody& b) {
   const double velocity =
@@ -15,6 +22,7 @@ double sweep_row(NormalRow& row, SolverBody& a, SolverBody& b) {
   const double wanted = row.impulse_newton_s + row.mass_kg * (row.target_m_s - velocity);
   const double impulse = wanted > 0.0 ? wanted : 0.0;
   const double change = impulse - row.impulse_newton_s;
+  if (change == 0.0) return 0.0;
   row.impulse_newton_s = impulse;
   a.linear -= row.normal * (a.inverse_mass * change);
   a.angular -= row.turn_a * change;
@@ -47,11 +55,12 @@ double sweep_row(FrictionRow& row, double normal_impulse, SolverBody& a, SolverB
   const double change0 = new0 - old0, change1 = new1 - old1;
   row.impulse_newton_s[0] = new0;
   row.impulse_newton_s[1] = new1;
+  if (change0 == 0.0 && change1 == 0.0) return 0.0;
   const Vec3 change = row.tangent[0] * change0 + row.tangent[1] * change1;
   a.linear -= change * a.inverse_mass;
-  a.angular -= a.inverse_inertia * row.arm_a.cross(change);
+  a.angular -= times(a.inverse_inertia, row.arm_a.cross(change));
   b.linear += change * b.inverse_mass;
-  b.angular += b.inverse_inertia * row.arm_b.cross(change);
+  b.angular += times(b.inverse_inertia, row.arm_b.cross(change));
   return std::max(std::abs(change0), std::abs(change1));
 }
 
