@@ -1,6 +1,7 @@
 #include "analysis/anticipation.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -30,12 +31,6 @@ class CoincidentCubes {
     const double end_s = thread_cpu_s();
     for (physics::BodyState& state : states_) put_back(state);
     return end_s - start_s;
-  }
-
-  double mean_step_s(int steps) {
-    double sum_s = 0.0;
-    for (int i = 0; i < steps; ++i) sum_s += step_s();
-    return sum_s / steps;
   }
 
  private:
@@ -72,53 +67,104 @@ class CoincidentCubes {
   physics::StageCounters counters_;
 };
 
-// The number of bodies whose step costs most nearly (1 + overload) of `base_step_s`. Cost grows
-// with every body, about as the number of pairs.
-std::uint32_t bodies_for(double overload, double base_step_s) {
+// Times steps in units of a base step timed alongside: clock changes and other programs on the
+// machine slow both down and cancel. A median, as the base steps are disturbed too.
+class BaseClock {
+ public:
+  BaseClock() : cubes_(kBaseBodies) {
+    for (double& recent_s : recent_s_) recent_s = cubes_.step_s();
+  }
+
+  double unit_s() const {
+    std::array<double, kWindow> sorted = recent_s_;
+    std::sort(sorted.begin(), sorted.end());
+    return sorted[kWindow / 2];
+  }
+
+  // Cost of one step of `cubes`, in base steps.
+  double cost(CoincidentCubes& cubes) {
+    constexpr std::size_t kStepsPerBaseStep = 3;
+    if (++timed_ % kStepsPerBaseStep == 0) {
+      recent_s_[timed_ / kStepsPerBaseStep % kWindow] = cubes_.step_s();
+    }
+    return cubes.step_s() / unit_s();
+  }
+
+  double mean_cost(CoincidentCubes& cubes, int steps) {
+    double sum = 0.0;
+    for (int i = 0; i < steps; ++i) sum += cost(cubes);
+    return sum / steps;
+  }
+
+ private:
+  static constexpr std::size_t kWindow = 9;
+  CoincidentCubes cubes_;
+  std::array<double, kWindow> recent_s_{};
+  std::size_t timed_ = 0;
+};
+
+// Cost of a step with so many bodies over that of a base step: the median over pairs of steps that
+// follow each other.
+double probe(std::uint32_t bodies) {
+  constexpr std::size_t kPairs = 31;
+  CoincidentCubes base(kBaseBodies);
+  CoincidentCubes cubes(bodies);
+  std::array<double, kPairs> ratios{};
+  for (double& ratio : ratios) {
+    const double base_s = base.step_s();
+    ratio = cubes.step_s() / base_s;
+  }
+  std::sort(ratios.begin(), ratios.end());
+  return ratios[kPairs / 2];
+}
+
+// The number of bodies whose step costs most nearly 1 + overload base steps. Cost grows with every
+// body, about as the number of pairs.
+std::uint32_t bodies_for(double overload) {
   if (overload == 0.0) return kBaseBodies;
-  const double wanted_s = (1.0 + overload) * base_step_s;
-  constexpr int kProbeSteps = 30;
+  const double wanted = 1.0 + overload;
   std::uint32_t below = kBaseBodies;
-  double below_s = base_step_s;
-  auto above = static_cast<std::uint32_t>(std::ceil(kBaseBodies * std::sqrt(1.0 + overload))) + 1;
-  double above_s = CoincidentCubes(above).mean_step_s(kProbeSteps);
-  while (above_s < wanted_s) {
+  double below_cost = 1.0;
+  auto above = static_cast<std::uint32_t>(std::ceil(kBaseBodies * std::sqrt(wanted))) + 1;
+  double above_cost = probe(above);
+  while (above_cost < wanted) {
     below = above;
-    below_s = above_s;
+    below_cost = above_cost;
     above += (above + 9) / 10;
-    above_s = CoincidentCubes(above).mean_step_s(kProbeSteps);
+    above_cost = probe(above);
   }
   while (above - below > 1) {
     const std::uint32_t middle = below + (above - below) / 2;
-    const double middle_s = CoincidentCubes(middle).mean_step_s(kProbeSteps);
-    (middle_s < wanted_s ? below : above) = middle;
-    (middle_s < wanted_s ? below_s : above_s) = middle_s;
+    const double middle_cost = probe(middle);
+    (middle_cost < wanted ? below : above) = middle;
+    (middle_cost < wanted ? below_cost : above_cost) = middle_cost;
   }
-  return wanted_s - below_s < above_s - wanted_s ? below : above;
+  return wanted - below_cost < above_cost - wanted ? below : above;
 }
 
+// Time runs in base steps here.
 AnticipationPoint measure_point(std::int64_t buffer, double overload, std::uint32_t bodies,
-                                std::int64_t max_steps, const AnticipationReport& report) {
+                                std::int64_t max_steps, double base_cost, double frame,
+                                BaseClock& clock) {
   CoincidentCubes base(kBaseBodies);
   CoincidentCubes peak(bodies);
-  double peak_sum_s = 0.0;
+  double peak_sum = 0.0;
   std::int64_t peak_steps = 0;
   const StarvationResult starved = drain(
-      buffer, report.frame_s, kWarmUpFrames, max_steps, [&] { return base.step_s(); },
+      buffer, frame, kWarmUpFrames, max_steps, [&] { return clock.cost(base); },
       [&] {
-        const double cost_s = peak.step_s();
-        peak_sum_s += cost_s;
+        const double cost = clock.cost(peak);
+        peak_sum += cost;
         ++peak_steps;
-        return cost_s;
+        return cost;
       });
   AnticipationPoint point;
   point.buffer = buffer;
   point.overload = overload;
   point.bodies = bodies;
-  const double mean_s =
-      peak_steps > 0 ? peak_sum_s / static_cast<double>(peak_steps) : report.base_step_s;
-  point.measured_overload = mean_s / report.base_step_s - 1.0;
-  point.ratio = mean_s / report.frame_s;
+  const double mean = peak_steps > 0 ? peak_sum / static_cast<double>(peak_steps) : base_cost;
+  point.measured_overload = mean / base_cost - 1.0;
+  point.ratio = mean / frame;
   point.filled = starved.filled_at_peak;
   point.steps_until_late = starved.frames;
   point.late = starved.late;
@@ -136,19 +182,23 @@ double anticipation_steps(double entries, double ratio) {
 }
 
 AnticipationReport measure_anticipation(const AnticipationOptions& options) {
+  BaseClock clock;
+  CoincidentCubes base(kBaseBodies);
+  const double base_cost = clock.mean_cost(base, kCalibrationSteps);
+  const double frame = base_cost / options.utilisation;
   AnticipationReport report;
   report.base_bodies = kBaseBodies;
   report.utilisation = options.utilisation;
-  report.base_step_s = CoincidentCubes(kBaseBodies).mean_step_s(kCalibrationSteps);
+  report.base_step_s = base_cost * clock.unit_s();
   report.frame_s = report.base_step_s / options.utilisation;
   std::vector<std::uint32_t> bodies;
   for (const double overload : options.overloads) {
-    bodies.push_back(bodies_for(overload, report.base_step_s));
+    bodies.push_back(bodies_for(overload));
   }
   for (const std::int64_t buffer : options.buffers) {
     for (std::size_t i = 0; i < bodies.size(); ++i) {
-      report.points.push_back(
-          measure_point(buffer, options.overloads[i], bodies[i], options.max_steps, report));
+      report.points.push_back(measure_point(buffer, options.overloads[i], bodies[i],
+                                            options.max_steps, base_cost, frame, clock));
     }
   }
   return report;

@@ -80,7 +80,8 @@ StarvationResult drain(std::int64_t buffer, double frame_s, std::int64_t warm_up
   return result;
 }
 
-// Runs all combinations; each takes its own real steps, timed by the CPU clock.
+// Runs all combinations; each takes its own real steps, timed by the CPU clock of the thread in
+// units of base steps timed alongside (see README.md, decision 4).
 AnticipationReport measure_anticipation(const AnticipationOptions& options);
 
 }  // namespace soda::analysis
