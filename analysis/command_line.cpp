@@ -19,14 +19,15 @@ using Executor = models::ExecutorKind;
 
 void add_execution_options(CLI::App& command, Overrides& overrides) {
   const std::map<std::string, Executor> executors = {{"sequential", Executor::kSequential},
-                                                     {"threads", Executor::kThreads}};
+                                                     {"threads", Executor::kThreads},
+                                                     {"virtual", Executor::kVirtual}};
   command
       .add_option_function<std::string>(
           "--executor",
           [&overrides, executors](const std::string& name) {
             overrides.executor = executors.at(name);
           },
-          "sequential or threads (default: the scenario's)")
+          "sequential, threads or virtual (default: the scenario's)")
       ->check(CLI::IsMember(executors));
   command
       .add_option("--threads", overrides.threads,
@@ -44,10 +45,34 @@ void add_run_options(CLI::App& command, Overrides& overrides) {
                      "threads executor: shuffle its scheduling (0: do not)");
 }
 
+void add_cluster_options(CLI::App& command, Overrides& overrides) {
+  const std::map<std::string, kernel::Synchronisation> policies = {
+      {"optimistic", kernel::Synchronisation::kOptimistic},
+      {"lockstep", kernel::Synchronisation::kLockstep}};
+  command
+      .add_option_function<std::string>(
+          "--policy",
+          [&overrides, policies](const std::string& name) { overrides.policy = policies.at(name); },
+          "optimistic (default), or lockstep: nobody runs ahead")
+      ->check(CLI::IsMember(policies));
+  ClusterOverrides& cluster = overrides.cluster;
+  command.add_option("--processors", cluster.processors,
+                     "virtual processors (default: one for each world)");
+  command.add_option("--latency-us", cluster.latency_us, "of a message (default 10)");
+  command.add_option("--jitter-us", cluster.jitter_us, "more latency, up to this (default 0)");
+  command.add_option("--bandwidth-mb-s", cluster.bandwidth_mb_s, "of a processor (default: any)");
+  command.add_option("--cost-us", cluster.cost_us,
+                     "of an event (default: modelled from its counters)");
+  command.add_option("--gvt-interval-us", cluster.gvt_interval_us, "(default 100)");
+  command.add_option("--execution-seed", cluster.execution_seed, "of the jitter (default 0)");
+  command.add_flag("--check-purity", cluster.check_purity, "execute every event twice and compare");
+}
+
 CLI::App* add_run(CLI::App& app, RunRequest& request) {
   CLI::App* run = app.add_subcommand("run", "run a scenario; report error against run time");
   run->add_option("FILE", request.file, "scenario")->required();
   add_run_options(*run, request.overrides);
+  add_cluster_options(*run, request.overrides);
   run->add_option("--log", request.log_file, "write an event log for soda replay");
   run->add_flag("--json", request.json, "print one JSON object");
   run->add_flag("--step-digests", request.step_digests, "digest of every step");
@@ -56,7 +81,8 @@ CLI::App* add_run(CLI::App& app, RunRequest& request) {
       "examples:\n"
       "  soda run scenarios/library/twelve-worlds.json\n"
       "  soda run scenarios/library/border-stack.json --threads 2 --worlds 4 --buffer 8\n"
-      "  soda run scenarios/library/pyramid.json --steps 100 --json --log run.sodalog");
+      "  soda run scenarios/library/pyramid.json --steps 100 --json --log run.sodalog\n"
+      "  soda run scenarios/library/twelve-worlds.json --executor virtual --latency-us 50");
   return run;
 }
 

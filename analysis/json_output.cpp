@@ -36,6 +36,19 @@ Json errors(const ErrorMeasures& error) {
           {"constraint_residual", error.constraint_residual_m_s}};
 }
 
+Json cluster_json(const kernel::VirtualReport& cluster) {
+  return {{"processors", cluster.processors},
+          {"makespan_s", 1e-9 * static_cast<double>(cluster.makespan_ns)},
+          {"one_processor_s", 1e-9 * static_cast<double>(cluster.committed_cost_ns)},
+          {"speed_up", cluster_speed_up(cluster)},
+          {"utilisation", cluster_utilisation(cluster)},
+          {"messages", cluster.remote_messages},
+          {"bytes", cluster.remote_bytes},
+          {"barriers", cluster.barriers},
+          {"most_history", cluster.most_history},
+          {"execution_digest", format_digest(cluster.execution_digest)}};
+}
+
 // Text from a file may hold anything: bytes that are not UTF-8 are replaced, not thrown upon.
 std::string dumped(const Json& json) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
@@ -47,6 +60,7 @@ std::string run_json(const RunReport& report) {
   const MeasuredRun& run = report.run;
   const models::SimulationResult& result = run.result;
   const bool threads = report.options.executor == models::ExecutorKind::kThreads;
+  const bool lockstep = report.options.synchronisation == kernel::Synchronisation::kLockstep;
   Json json = {{"scenario", report.scenario},
                {"digest", format_digest(run.digest)},
                {"steps", result.committed_steps},
@@ -56,6 +70,7 @@ std::string run_json(const RunReport& report) {
                {"threads", threads ? report.options.threads : 1u},
                {"ranks", 1},
                {"buffer", report.options.buffer},
+               {"policy", lockstep ? "lockstep" : "optimistic"},
                {"dt_s", report.dt_s},
                {"wall_s", run.cost.wall_s},
                {"cpu_s", run.cost.cpu_s},
@@ -67,6 +82,7 @@ std::string run_json(const RunReport& report) {
                      {"reused", result.worlds.islands_reused}};
   json["lead"] = {{"mean_steps", mean_lead_steps(result.events)},
                   {"max_steps", result.events.lead_max}};
+  if (result.cluster) json["virtual"] = cluster_json(*result.cluster);
   json["error"] = errors(run.error);
   json["stages"] = Json::object();
   for (const auto& [name, count] : stage_counts(result)) json["stages"][name] = count;

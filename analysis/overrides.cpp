@@ -1,11 +1,13 @@
 #include "analysis/overrides.hpp"
 
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <iterator>
 
 #include "analysis/exit_codes.hpp"
+#include "analysis/text_table.hpp"
 #include "scenarios/read_scenario.hpp"
 
 namespace soda::analysis {
@@ -24,22 +26,68 @@ void require_at_least(std::int64_t value, std::int64_t smallest, const char* opt
 
 void apply_executor(const Overrides& overrides, models::RunOptions& run) {
   if (overrides.executor) run.executor = *overrides.executor;
+  if (overrides.cluster.given()) {
+    if (overrides.executor && overrides.executor != models::ExecutorKind::kVirtual)
+      throw UsageError(
+          "--processors, --latency-us and the like: they belong to the virtual "
+          "executor; allowed: --executor virtual");
+    run.executor = models::ExecutorKind::kVirtual;
+  }
   if (!overrides.threads) return;
   require_at_least(*overrides.threads, 1, "--threads");
-  if (overrides.executor == models::ExecutorKind::kSequential) {
+  if (overrides.executor == models::ExecutorKind::kSequential ||
+      run.executor == models::ExecutorKind::kVirtual) {
     if (*overrides.threads == 1) return;
-    throw UsageError(
-        "--threads: the sequential executor has one thread; allowed: 1, or "
-        "--executor threads");
+    throw UsageError(std::string("--threads: the ") + name_of(run.executor) +
+                     " executor has one thread; allowed: 1, or --executor threads");
   }
   run.executor = models::ExecutorKind::kThreads;
   run.threads = *overrides.threads;
 }
 
+std::int64_t nanoseconds(double microseconds, const char* option) {
+  constexpr double kMost_us = 1e12;
+  if (!(microseconds >= 0.0 && microseconds <= kMost_us))
+    throw UsageError(std::string(option) + ": found " + format_number(microseconds) +
+                     "; allowed: 0 to 1e12");
+  return std::llround(1000.0 * microseconds);
+}
+
+void apply_cluster(const ClusterOverrides& overrides, std::uint32_t worlds,
+                   models::RunOptions& run) {
+  kernel::VirtualOptions& cluster = run.cluster;
+  if (overrides.processors) require_at_least(*overrides.processors, 1, "--processors");
+  cluster.processors = overrides.processors.value_or(worlds);
+  if (overrides.latency_us) cluster.latency_ns = nanoseconds(*overrides.latency_us, "--latency-us");
+  if (overrides.jitter_us) cluster.jitter_ns = nanoseconds(*overrides.jitter_us, "--jitter-us");
+  if (overrides.gvt_interval_us)
+    cluster.gvt_interval_ns = nanoseconds(*overrides.gvt_interval_us, "--gvt-interval-us");
+  if (overrides.bandwidth_mb_s) {
+    if (!(*overrides.bandwidth_mb_s >= 1e-3 && *overrides.bandwidth_mb_s <= 1e9))
+      throw UsageError("--bandwidth-mb-s: found " + format_number(*overrides.bandwidth_mb_s) +
+                       "; allowed: 1e-3 to 1e9");
+    cluster.bytes_per_s = std::llround(1e6 * *overrides.bandwidth_mb_s);
+  }
+  run.constant_cost = overrides.cost_us.has_value();
+  if (overrides.cost_us) cluster.bag_cost_ns = nanoseconds(*overrides.cost_us, "--cost-us");
+  if (overrides.execution_seed) cluster.seed = *overrides.execution_seed;
+  cluster.check_purity = overrides.check_purity;
+  // There and back: a reduction to one processor and its answer.
+  cluster.gvt_delay_ns = 2 * (cluster.latency_ns + cluster.jitter_ns);
+}
+
 }  // namespace
 
 const char* name_of(models::ExecutorKind executor) {
-  return executor == models::ExecutorKind::kSequential ? "sequential" : "threads";
+  switch (executor) {
+    case models::ExecutorKind::kSequential:
+      return "sequential";
+    case models::ExecutorKind::kThreads:
+      return "threads";
+    case models::ExecutorKind::kVirtual:
+      return "virtual";
+  }
+  return "";
 }
 
 Overrides combined(const Overrides& base, const Overrides& over) {
@@ -54,6 +102,8 @@ Overrides combined(const Overrides& base, const Overrides& over) {
   take(result.steps, over.steps);
   take(result.seed, over.seed);
   take(result.scheduling_seed, over.scheduling_seed);
+  take(result.policy, over.policy);
+  if (over.cluster.given()) result.cluster = over.cluster;
   return result;
 }
 
@@ -78,6 +128,8 @@ void apply_overrides(const Overrides& overrides, models::TerritoryOptions& terri
     run.steps = *overrides.steps;
   }
   if (overrides.scheduling_seed) run.scheduling_seed = *overrides.scheduling_seed;
+  if (overrides.policy) run.synchronisation = *overrides.policy;
+  apply_cluster(overrides.cluster, territory.worlds, run);
 }
 
 std::string read_whole_file(const std::string& file) {

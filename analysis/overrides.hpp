@@ -9,6 +9,21 @@
 
 namespace soda::analysis {
 
+// Of the virtual cluster. Each of them alone selects the virtual executor.
+struct ClusterOverrides {
+  std::optional<unsigned> processors;  // default: one for each world
+  std::optional<double> latency_us, jitter_us, cost_us;
+  std::optional<double> bandwidth_mb_s;  // default: no limit
+  std::optional<double> gvt_interval_us;
+  std::optional<std::uint64_t> execution_seed;
+  bool check_purity = false;
+
+  bool given() const {
+    return processors || latency_us || jitter_us || cost_us || bandwidth_mb_s || gvt_interval_us ||
+           execution_seed || check_purity;
+  }
+};
+
 // Nothing given: the scenario's own value.
 struct Overrides {
   std::optional<models::ExecutorKind> executor;
@@ -18,6 +33,9 @@ struct Overrides {
   std::optional<std::int64_t> steps;
   std::optional<std::uint64_t> seed;  // replaces every seed of the scenario
   std::optional<std::uint64_t> scheduling_seed;
+  // Not written to logs: they say how a run is executed, which a replay decides anew.
+  std::optional<kernel::Synchronisation> policy;
+  ClusterOverrides cluster;
 };
 
 const char* name_of(models::ExecutorKind executor);

@@ -17,6 +17,11 @@ std::string heading_text(const RunReport& report) {
     text += ", " + std::to_string(report.options.threads) + " threads, buffer of " +
             std::to_string(report.options.buffer) + " entries";
   }
+  if (report.run.result.cluster) {
+    text += ", " + std::to_string(report.run.result.cluster->processors) +
+            " processors, buffer of " + std::to_string(report.options.buffer) + " entries";
+  }
+  if (report.options.synchronisation == kernel::Synchronisation::kLockstep) text += ", lockstep";
   return text + "\n  digest of the state after the last step  " + format_digest(report.run.digest) +
          "\n";
 }
@@ -62,7 +67,37 @@ std::string events_text(const RunReport& report) {
                       rows);
 }
 
+std::string cluster_text(const kernel::VirtualReport& cluster) {
+  const auto milliseconds = [](std::int64_t ns) {
+    return format_number(1e-6 * static_cast<double>(ns)) + " ms";
+  };
+  const std::vector<std::vector<std::string>> rows = {
+      {"makespan", milliseconds(cluster.makespan_ns), "messages",
+       std::to_string(cluster.remote_messages)},
+      {"one processor", milliseconds(cluster.committed_cost_ns), "bytes",
+       std::to_string(cluster.remote_bytes)},
+      {"speed-up", format_number(cluster_speed_up(cluster)), "barriers",
+       std::to_string(cluster.barriers)},
+      {"utilisation", format_number(100.0 * cluster_utilisation(cluster)) + " %", "most history",
+       std::to_string(cluster.most_history) + " events"},
+      {"execution digest", format_digest(cluster.execution_digest), "", ""},
+  };
+  return format_table({{"virtual cluster"}, {"", Align::kRight}, {"network"}, {"", Align::kRight}},
+                      rows);
+}
+
 }  // namespace
+
+double cluster_speed_up(const kernel::VirtualReport& cluster) {
+  if (cluster.makespan_ns == 0) return 0.0;
+  return static_cast<double>(cluster.committed_cost_ns) / static_cast<double>(cluster.makespan_ns);
+}
+
+double cluster_utilisation(const kernel::VirtualReport& cluster) {
+  if (cluster.makespan_ns == 0) return 0.0;
+  return static_cast<double>(cluster.busy_ns) /
+         (static_cast<double>(cluster.makespan_ns) * cluster.processors);
+}
 
 double steps_per_second(const MeasuredRun& run) {
   return run.cost.wall_s > 0.0 ? static_cast<double>(run.result.committed_steps) / run.cost.wall_s
@@ -89,7 +124,9 @@ std::string plan_text(const std::vector<models::PlanLine>& plan,
 }
 
 std::string run_text(const RunReport& report) {
+  const std::optional<kernel::VirtualReport>& cluster = report.run.result.cluster;
   return heading_text(report) + "\n" + error_text(report) + "\n" + events_text(report) + "\n" +
+         (cluster ? cluster_text(*cluster) + "\n" : "") +
          plan_text(report.run.plan, &report.run.plan_counters);
 }
 

@@ -31,4 +31,8 @@ std::string plan_text(const std::vector<models::PlanLine>& plan,
 double steps_per_second(const MeasuredRun& run);
 double real_time_factor(const MeasuredRun& run, double dt_s);  // simulated time over wall time
 
+// Of a virtual cluster; 0 for a run that took no time.
+double cluster_speed_up(const kernel::VirtualReport& cluster);     // over one virtual processor
+double cluster_utilisation(const kernel::VirtualReport& cluster);  // busy over all time
+
 }  // namespace soda::analysis

@@ -53,6 +53,12 @@ using ProgressFn = std::function<void(VirtualTime gvt, const Counters& so_far)>;
 RunResult run_sequential(std::span<const std::unique_ptr<LogicalProcess>> lps, VirtualTime end,
                          const ProgressFn& progress = {});
 
+// What makes sure that causes come before effects.
+enum class Synchronisation {
+  kOptimistic,  // Time Warp
+  kLockstep,    // no LP executes a time before all have executed what is earlier: the baseline
+};
+
 struct ThreadsOptions {
   unsigned threads = 1;  // >= 1, not more than LPs are used; LP i belongs to worker
                          // i * threads / number of LPs
@@ -61,6 +67,7 @@ struct ThreadsOptions {
   // 0: each worker takes its lowest time first. Otherwise the seed of a scheduler that picks
   // eligible LPs, message intake and GVT rounds at random, to exercise rollbacks.
   std::uint64_t scheduling_seed = 0;
+  Synchronisation synchronisation = Synchronisation::kOptimistic;
 };
 
 // Optimistic (Time Warp) execution of every time < end, over worker threads. Same committed

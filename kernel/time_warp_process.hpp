@@ -59,6 +59,14 @@ class TimeWarpProcess {
   // Executes next_time(), which must be < end.
   void execute(WorkerEffects& effects);
 
+  // Rolls back to `from`, as if a straggler had come: for tests of rollback under any schedule.
+  // `from` must be >= every GVT that has been or is being computed.
+  void undo(VirtualTime from, WorkerEffects& effects);
+
+  // Purity check: executes the last executed time again, with the same inputs. Aborts unless the
+  // outputs, the next time and the digest of the LP come out as they were.
+  void repeat_last(WorkerEffects& effects);
+
   // The earliest fault of an execution that stands, or that will come out again after coasting.
   std::optional<CommittedFault> first_fault() const;
 

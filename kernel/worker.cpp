@@ -224,6 +224,7 @@ void Worker::request_round() {
 // Differences as unsigned numbers: the window may be as large as time itself.
 bool Worker::within_window(VirtualTime time) const {
   if (time >= end_) return false;
+  if (options_.synchronisation == Synchronisation::kLockstep) return time <= gvt_;
   const auto lead = static_cast<std::uint64_t>(time.t) - static_cast<std::uint64_t>(gvt_.t);
   return lead < static_cast<std::uint64_t>(options_.window);
 }

@@ -15,18 +15,10 @@
 #include "kernel/hash_mix.hpp"
 #include "kernel/inbox.hpp"
 #include "kernel/lp_heap.hpp"
+#include "kernel/partition.hpp"
 #include "kernel/time_warp_process.hpp"
 
 namespace soda::kernel {
-
-// Which worker owns which LP: contiguous ranges of nearly equal length.
-struct Partition {
-  std::size_t lps = 0;
-  std::size_t workers = 1;  // 1 .. lps
-
-  std::size_t owner_of(LpId lp) const { return index_of(lp) * workers / lps; }
-  std::size_t first_of(std::size_t worker) const { return (worker * lps + workers - 1) / workers; }
-};
 
 // What the workers of one run share.
 struct Team {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "kernel/executor.hpp"
+#include "kernel/virtual_executor.hpp"
 #include "models/territory.hpp"
 #include "physics/advance.hpp"
 #include "physics/body_state.hpp"
@@ -17,7 +18,7 @@
 
 namespace soda::models {
 
-enum class ExecutorKind { kSequential, kThreads };
+enum class ExecutorKind { kSequential, kThreads, kVirtual };
 
 struct RunOptions {
   ExecutorKind executor = ExecutorKind::kSequential;
@@ -25,6 +26,12 @@ struct RunOptions {
   std::int64_t steps = 0;             // >= 0
   std::int64_t buffer = 48;           // entries of each world's transform buffer, >= 1
   std::uint64_t scheduling_seed = 0;  // see kernel::ThreadsOptions
+  // Not for kSequential.
+  kernel::Synchronisation synchronisation = kernel::Synchronisation::kOptimistic;
+  // kVirtual only. Its window and synchronisation are those above, and its cost_ns is work_cost_ns
+  // (work_cost.hpp) unless `constant_cost`: then each event costs bag_cost_ns.
+  kernel::VirtualOptions cluster = {};
+  bool constant_cost = false;
 };
 
 // Work that only divided scenes have; sums over all worlds, speculative work included.
@@ -71,6 +78,7 @@ struct SimulationResult {
   physics::StageCounters stages;
   WorldCounters worlds;
   std::uint64_t islands_committed = 0;
+  std::optional<kernel::VirtualReport> cluster;  // kVirtual only
   std::optional<SimulationFault> fault;
 };
 

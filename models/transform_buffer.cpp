@@ -34,6 +34,10 @@ BufferEntry& TransformBuffer::at(std::int64_t step) {
   return slot(step);
 }
 
+const BufferEntry& TransformBuffer::newest_entry() const {
+  return ring_[static_cast<std::size_t>(newest_) % ring_.size()];
+}
+
 BufferEntry& TransformBuffer::append() {
   require(newest_ - oldest_ + 1 < static_cast<std::int64_t>(ring_.size()), "is full", newest_ + 1,
           oldest_, newest_);

@@ -29,6 +29,7 @@ class TransformBuffer {
   bool holds(std::int64_t step) const { return oldest_ <= step && step <= newest_; }
   // `step` must be held.
   BufferEntry& at(std::int64_t step);
+  const BufferEntry& newest_entry() const;
   // The slot for entry newest() + 1. Aborts when the buffer is full. All fields but `step` hold
   // what was there before: the caller swaps its own vectors in, and so their memory circulates.
   BufferEntry& append();

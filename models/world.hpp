@@ -44,6 +44,7 @@ class World final : public kernel::LogicalProcess {
   kernel::VirtualTime rewind(kernel::VirtualTime to) override;
   kernel::VirtualTime forget(kernel::VirtualTime horizon) override;
   void commit(kernel::VirtualTime now) override;
+  std::uint64_t digest() const override;
 
   const physics::StageCounters& stages() const { return stages_; }
   const WorldCounters& counters() const { return counters_; }

@@ -1,0 +1,94 @@
+// What a checker sees of a run as it happens, and how a checker objects.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <stdexcept>
+#include <vector>
+
+#include "kernel/logical_process.hpp"
+#include "kernel/message.hpp"
+#include "kernel/virtual_time.hpp"
+
+namespace soda::kernel {
+
+// A run broke a rule; what() names the rule, the LP and the time.
+class Violation : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+// Called from one thread, in the order of what happens. May throw Violation, which ends the run.
+class RunObserver {
+ public:
+  virtual ~RunObserver() = default;
+  // A message or anti-message leaves its LP; and comes to its receiver.
+  virtual void on_send(const Message&) {}
+  virtual void on_deliver(const Message&) {}
+  // After the LP has executed `now`; `digest` is its LogicalProcess::digest().
+  virtual void on_execute(LpId, VirtualTime /*now*/, std::span<const MessageView> /*bag*/,
+                          std::uint64_t /*digest*/) {}
+  // What the LP had executed at `restart` and later is undone.
+  virtual void on_rewind(LpId, VirtualTime /*restart*/) {}
+  virtual void on_commit(LpId, VirtualTime /*now*/) {}
+  // A new GVT is announced, before anything is committed for it. `floors[i]` is that of LP i now.
+  virtual void on_gvt(VirtualTime /*gvt*/, std::span<const VirtualTime> /*floors*/) {}
+  // Everything has been executed and committed.
+  virtual void on_end() {}
+};
+
+// An LP that tells an observer what is done with it. Works under every executor of one thread.
+class ObservedProcess final : public LogicalProcess {
+ public:
+  // Both must outlive this object.
+  ObservedProcess(LpId id, LogicalProcess& lp, RunObserver& observer)
+      : id_(id), lp_(lp), observer_(observer) {}
+
+  VirtualTime next_time() const override { return lp_.next_time(); }
+  void execute(VirtualTime now, std::span<const MessageView> bag, Outbox& outbox) override {
+    lp_.execute(now, bag, outbox);
+    observer_.on_execute(id_, now, bag, lp_.digest());
+  }
+  void mark(VirtualTime now) override { lp_.mark(now); }
+  VirtualTime rewind(VirtualTime to) override {
+    const VirtualTime restart = lp_.rewind(to);
+    observer_.on_rewind(id_, restart);
+    return restart;
+  }
+  VirtualTime forget(VirtualTime horizon) override { return lp_.forget(horizon); }
+  void commit(VirtualTime now) override {
+    lp_.commit(now);
+    observer_.on_commit(id_, now);
+  }
+  std::uint64_t digest() const override { return lp_.digest(); }
+
+ private:
+  const LpId id_;
+  LogicalProcess& lp_;
+  RunObserver& observer_;
+};
+
+// One ObservedProcess for each LP.
+std::vector<std::unique_ptr<LogicalProcess>> observed(
+    std::span<const std::unique_ptr<LogicalProcess>> lps, RunObserver& observer);
+
+// Passes everything on to several observers, in their order.
+class ObserverList final : public RunObserver {
+ public:
+  explicit ObserverList(std::vector<RunObserver*> observers) : observers_(std::move(observers)) {}
+
+  void on_send(const Message& message) override;
+  void on_deliver(const Message& message) override;
+  void on_execute(LpId lp, VirtualTime now, std::span<const MessageView> bag,
+                  std::uint64_t digest) override;
+  void on_rewind(LpId lp, VirtualTime restart) override;
+  void on_commit(LpId lp, VirtualTime now) override;
+  void on_gvt(VirtualTime gvt, std::span<const VirtualTime> floors) override;
+  void on_end() override;
+
+ private:
+  std::vector<RunObserver*> observers_;
+};
+
+}  // namespace soda::kernel

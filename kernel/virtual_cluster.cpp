@@ -1,0 +1,261 @@
+#include "kernel/virtual_cluster.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "kernel/gvt.hpp"
+#include "kernel/invariant.hpp"
+
+namespace soda::kernel {
+
+std::uint64_t network_bytes(const Message& message) {
+  return kHeaderBytes + message.payload.size();
+}
+
+// Rounded up, without overflow for any message that fits into memory.
+std::int64_t transfer_ns(std::uint64_t bytes, std::int64_t bytes_per_s) {
+  if (bytes_per_s <= 0) return 0;
+  const auto rate = static_cast<std::uint64_t>(bytes_per_s);
+  const std::uint64_t whole_s = bytes / rate;
+  const std::uint64_t rest = bytes % rate;
+  // rest < rate, so rest * 1e9 fits for rates up to 18 GB/s; beyond that a microsecond is enough.
+  constexpr std::uint64_t kNsPerS = 1'000'000'000;
+  const std::uint64_t rest_ns = rate <= std::numeric_limits<std::uint64_t>::max() / kNsPerS
+                                    ? (rest * kNsPerS + rate - 1) / rate
+                                    : 1000 * (rest / (rate / 1'000'000) + 1);
+  return static_cast<std::int64_t>(whole_s * kNsPerS + rest_ns);
+}
+
+VirtualCluster::VirtualCluster(std::span<const std::unique_ptr<LogicalProcess>> lps,
+                               VirtualTime end, const VirtualOptions& options,
+                               const ProgressFn& progress)
+    : end_(end),
+      options_(options),
+      progress_(progress),
+      partition_{lps.size(), std::min<std::size_t>(options.processors, lps.size())},
+      executing_(partition_.workers),
+      jitter_(append(options.seed, 0x6a69u)) {
+  for (std::size_t i = 0; i < partition_.workers; ++i)
+    processors_.emplace_back(i, partition_, lps, end, options);
+  report_.processors = static_cast<unsigned>(partition_.workers);
+}
+
+VirtualResult VirtualCluster::run() {
+  for (std::uint32_t i = 0; i < processors_.size(); ++i) wake_later(i, 0);
+  appoint(0, Action::kSampleGvt, 0);
+  while (!finished_) {
+    const Appointment next = next_appointment();
+    now_ns_ = next.at_ns;
+    act(next);
+  }
+  return result();
+}
+
+VirtualCluster::Appointment VirtualCluster::next_appointment() {
+  SODA_ASSERT(!appointments_.empty(), "nothing is left to happen at GVT ", gvt_);
+  if (options_.max_actions > 0 && ++actions_ > options_.max_actions)
+    throw Violation("no end after " + std::to_string(options_.max_actions) +
+                    " actions; GVT stands at " + describe(gvt_));
+  const auto later = [](const Appointment& a, const Appointment& b) {
+    return std::pair(a.at_ns, a.number) > std::pair(b.at_ns, b.number);
+  };
+  std::pop_heap(appointments_.begin(), appointments_.end(), later);
+  const Appointment next = appointments_.back();
+  appointments_.pop_back();
+  return next;
+}
+
+void VirtualCluster::appoint(std::int64_t at_ns, Action action, std::uint32_t index) {
+  const auto later = [](const Appointment& a, const Appointment& b) {
+    return std::pair(a.at_ns, a.number) > std::pair(b.at_ns, b.number);
+  };
+  appointments_.push_back({at_ns, appointments_made_++, action, index});
+  std::push_heap(appointments_.begin(), appointments_.end(), later);
+}
+
+void VirtualCluster::act(const Appointment& appointment) {
+  for (const auto word : {static_cast<std::uint64_t>(appointment.at_ns),
+                          static_cast<std::uint64_t>(appointment.action),
+                          static_cast<std::uint64_t>(appointment.index)})
+    report_.execution_digest = append(report_.execution_digest, word);
+  switch (appointment.action) {
+    case Action::kArrive:
+      return arrive(appointment.index);
+    case Action::kWake:
+      return wake(appointment.index);
+    case Action::kComplete:
+      return complete(appointment.index);
+    case Action::kSampleGvt:
+      return sample_gvt();
+    case Action::kAnnounceGvt:
+      return announce_gvt();
+  }
+}
+
+void VirtualCluster::arrive(std::uint32_t place) {
+  const auto receiver =
+      static_cast<std::uint32_t>(partition_.owner_of(in_flight_[place].destination));
+  processors_[receiver].receive(std::move(in_flight_[place]));
+  arrival_ns_[place] = -1;
+  free_places_.push_back(place);
+  if (!processors_[receiver].busy) wake_later(receiver, now_ns_);
+}
+
+// Once for everything that arrives at one point of the clock.
+void VirtualCluster::wake_later(std::uint32_t processor, std::int64_t at_ns) {
+  if (std::exchange(processors_[processor].wakes, true)) return;
+  appoint(at_ns, Action::kWake, processor);
+}
+
+void VirtualCluster::wake(std::uint32_t processor) {
+  processors_[processor].wakes = false;
+  if (!processors_[processor].busy) start_next(processor);
+}
+
+void VirtualCluster::complete(std::uint32_t processor) {
+  VirtualProcessor& done = processors_[processor];
+  const Execution& last = executing_[processor];
+  done.busy = false;
+  last_completion_ns_ = now_ns_;
+  if (options_.adversary && last.time >= sampled_gvt_ && options_.adversary->undoes())
+    done.undo(last.own, last.time);
+  done.release(outgoing_);
+  send_all(processor);
+  start_next(processor);
+}
+
+// The processor is idle: takes in what has arrived, and executes if there is anything to execute.
+void VirtualCluster::start_next(std::uint32_t index) {
+  VirtualProcessor& processor = processors_[index];
+  if (options_.adversary && now_ns_ >= processor.deaf_until_ns)
+    processor.deaf_until_ns = now_ns_ + options_.adversary->hold_ns();
+  if (now_ns_ >= processor.deaf_until_ns) {
+    processor.take_in(outgoing_);
+    send_all(index);
+  }
+  const std::optional<std::uint32_t> own = processor.choose(gvt_);
+  if (!own) {
+    if (now_ns_ < processor.deaf_until_ns) wake_later(index, processor.deaf_until_ns);
+    return;
+  }
+  const VirtualProcessor::Done done = processor.execute(*own, gvt_);
+  executing_[index] = {*own, done.time};
+  for (const auto word :
+       {static_cast<std::uint64_t>(index_of(processor.id_of(*own))),
+        static_cast<std::uint64_t>(done.time.t), static_cast<std::uint64_t>(done.time.round),
+        static_cast<std::uint64_t>(done.cost_ns)})
+    report_.execution_digest = append(report_.execution_digest, word);
+  processor.busy = true;
+  const std::int64_t stall_ns = options_.adversary ? options_.adversary->stall_ns() : 0;
+  appoint(now_ns_ + done.cost_ns + stall_ns, Action::kComplete, index);
+}
+
+void VirtualCluster::send_all(std::uint32_t sender) {
+  for (Message& message : outgoing_) {
+    VirtualProcessor& processor = processors_[sender];
+    const std::uint64_t bytes = network_bytes(message);
+    ++report_.remote_messages;
+    report_.remote_bytes += bytes;
+    processor.link_free_at_ns =
+        std::max(processor.link_free_at_ns, now_ns_) + transfer_ns(bytes, options_.bytes_per_s);
+    std::int64_t arrives = processor.link_free_at_ns + options_.latency_ns;
+    if (options_.jitter_ns > 0)
+      arrives += static_cast<std::int64_t>(
+          jitter_.below(static_cast<std::uint64_t>(options_.jitter_ns) + 1));
+    if (options_.adversary) arrives += options_.adversary->message_delay_ns(message.anti);
+    put_in_flight(std::move(message), arrives);
+  }
+  outgoing_.clear();
+}
+
+void VirtualCluster::put_in_flight(Message message, std::int64_t arrives_at_ns) {
+  if (free_places_.empty()) {
+    free_places_.push_back(static_cast<std::uint32_t>(in_flight_.size()));
+    in_flight_.emplace_back();
+    arrival_ns_.push_back(-1);
+  }
+  const std::uint32_t place = free_places_.back();
+  free_places_.pop_back();
+  in_flight_[place] = std::move(message);
+  arrival_ns_[place] = arrives_at_ns;
+  appoint(arrives_at_ns, Action::kArrive, place);
+}
+
+// Omniscient: the modelled computation takes time, but comes to the exact value of its start. An
+// LP that executes is at its floor already; what it sends counts with the processor.
+VirtualTime VirtualCluster::true_gvt() const {
+  VirtualTime gvt = kNever;
+  for (const VirtualProcessor& processor : processors_) gvt = std::min(gvt, processor.floor());
+  for (std::size_t place = 0; place < in_flight_.size(); ++place)
+    if (arrival_ns_[place] >= 0) gvt = std::min(gvt, in_flight_[place].time);
+  return gvt;
+}
+
+void VirtualCluster::sample_gvt() {
+  sampled_gvt_ = true_gvt();
+  appoint(now_ns_ + options_.gvt_delay_ns, Action::kAnnounceGvt, 0);
+}
+
+void VirtualCluster::announce_gvt() {
+  ++run_.counters.gvt_rounds;
+  SODA_ASSERT(sampled_gvt_ >= gvt_, "GVT goes back from ", gvt_, " to ", sampled_gvt_);
+  tell_observer(sampled_gvt_);
+  if (sampled_gvt_ > gvt_) {
+    commit(sampled_gvt_);
+    for (std::uint32_t i = 0; i < processors_.size(); ++i)
+      if (!processors_[i].busy) wake_later(i, now_ns_);
+  }
+  // An interval of 0 would let the clock stand still.
+  appoint(now_ns_ + std::max<std::int64_t>(options_.gvt_interval_ns, 1), Action::kSampleGvt, 0);
+}
+
+void VirtualCluster::commit(VirtualTime gvt) {
+  gvt_ = gvt;
+  fault_ = fault_before(gvt);
+  finished_ = fault_.has_value() || gvt >= end_;
+  const VirtualTime limit = fault_ ? fault_->when : std::min(gvt, end_);
+  std::uint64_t history = 0;
+  Counters so_far = run_.counters;
+  for (VirtualProcessor& processor : processors_) {
+    history += processor.history();
+    processor.commit(limit, gvt, finished_);
+    if (progress_) so_far += processor.counters();
+  }
+  report_.most_history = std::max(report_.most_history, history);
+  if (progress_) progress_(std::min(gvt_, end_), so_far);
+}
+
+std::optional<CommittedFault> VirtualCluster::fault_before(VirtualTime gvt) const {
+  std::optional<CommittedFault> first;
+  for (const VirtualProcessor& processor : processors_) {
+    const std::optional<CommittedFault> fault = processor.first_fault();
+    if (!fault || fault->when >= gvt) continue;
+    if (!first || std::pair(fault->when, fault->lp) < std::pair(first->when, first->lp))
+      first = fault;
+  }
+  return first;
+}
+
+void VirtualCluster::tell_observer(VirtualTime gvt) const {
+  if (!options_.observer) return;
+  std::vector<VirtualTime> floors;
+  for (const VirtualProcessor& processor : processors_)
+    for (std::uint32_t own = 0; own < processor.lps(); ++own)
+      floors.push_back(processor.floor_of(own));
+  options_.observer->on_gvt(gvt, floors);
+}
+
+VirtualResult VirtualCluster::result() {
+  report_.makespan_ns = last_completion_ns_;
+  for (const VirtualProcessor& processor : processors_) {
+    run_.counters += processor.counters();
+    report_.busy_ns += processor.busy_ns();
+    report_.committed_cost_ns += processor.committed_cost_ns();
+  }
+  run_.fault = fault_;
+  if (options_.observer && !fault_) options_.observer->on_end();
+  return {std::move(run_), report_};
+}
+
+}  // namespace soda::kernel

@@ -1,0 +1,68 @@
+// The virtual cluster: Time Warp on P modelled processors and a modelled network, in one thread.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+
+#include "kernel/adversary.hpp"
+#include "kernel/executor.hpp"
+#include "kernel/run_observer.hpp"
+
+namespace soda::kernel {
+
+// Times of the virtual wall clock are integer nanoseconds.
+struct VirtualOptions {
+  unsigned processors = 1;  // >= 1, not more than LPs are used; LP i belongs to processor
+                            // i * processors / number of LPs
+  std::int64_t window = 1;  // as in ThreadsOptions
+  Synchronisation synchronisation = Synchronisation::kOptimistic;
+  std::uint64_t seed = 0;  // of the jitter
+  // Cost of the bag that an LP executed last; asked once after each execution. None: each costs
+  // bag_cost_ns.
+  std::function<std::int64_t(LpId)> cost_ns = {};
+  std::int64_t bag_cost_ns = 1000;
+  std::int64_t latency_ns = 10'000;        // of a message between processors
+  std::int64_t jitter_ns = 0;              // more latency, uniform over 0 .. jitter_ns
+  std::int64_t bytes_per_s = 0;            // that a processor can send; 0: no limit
+  std::int64_t gvt_interval_ns = 100'000;  // between the ends and starts of GVT computations
+  std::int64_t gvt_delay_ns = 20'000;      // that one takes; also what a barrier takes
+  bool check_purity = false;               // every execution is repeated and compared
+  std::uint64_t max_actions = 0;           // a run with more of them throws Violation; 0: no limit
+  // Both may be null, or must outlive the run. With an adversary, runs are still reproducible.
+  Adversary* adversary = nullptr;
+  RunObserver* observer = nullptr;
+};
+
+struct VirtualReport {
+  unsigned processors = 1;
+  std::int64_t makespan_ns = 0;        // when the last execution had ended
+  std::int64_t busy_ns = 0;            // sum over the processors
+  std::int64_t committed_cost_ns = 0;  // of what was not undone: what one processor would take
+  std::uint64_t remote_messages = 0;   // between processors, anti-messages included
+  std::uint64_t remote_bytes = 0;      // with kHeaderBytes each
+  std::uint64_t barriers = 0;          // lockstep only
+  std::uint64_t most_history = 0;      // executed times held by all LPs at once, at a GVT
+  // Over every action, in order: equal for two runs with equal options, whatever the machine.
+  std::uint64_t execution_digest = 0;
+};
+
+inline constexpr std::uint64_t kHeaderBytes = 48;  // of a message on the network
+
+struct VirtualResult {
+  RunResult run;
+  VirtualReport report;
+};
+
+// Executes every time < end of every LP. Same committed outcome as run_sequential, for any options.
+//
+// A processor takes in what has arrived, settles it at no cost, and executes the LP with the lowest
+// floor within the window; what that sends leaves when its cost has passed. An execution is not
+// interrupted. Synchronisation::kLockstep is the baseline instead: no LP executes a time before all
+// have executed what is earlier. A barrier is paid for after times at which something was sent, and
+// where t changes; elsewhere processors go on as if they knew that there was nothing to wait for.
+VirtualResult run_virtual(std::span<const std::unique_ptr<LogicalProcess>> lps, VirtualTime end,
+                          const VirtualOptions& options, const ProgressFn& progress = {});
+
+}  // namespace soda::kernel

@@ -1,0 +1,167 @@
+#include "kernel/virtual_processor.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "kernel/invariant.hpp"
+
+namespace soda::kernel {
+
+VirtualProcessor::VirtualProcessor(std::size_t index, const Partition& partition,
+                                   std::span<const std::unique_ptr<LogicalProcess>> lps,
+                                   VirtualTime end, const VirtualOptions& options)
+    : partition_(partition),
+      index_(index),
+      first_lp_(static_cast<std::uint32_t>(partition.first_of(index))),
+      end_(end),
+      options_(options),
+      spent_(partition.first_of(index + 1) - first_lp_),
+      schedule_(spent_.size()) {
+  processes_.reserve(spent_.size());
+  for (std::uint32_t own = 0; own < spent_.size(); ++own) {
+    const LpId id = id_of(own);
+    processes_.emplace_back(id, lps.size(), *lps[index_of(id)], end);
+    refresh(own);
+  }
+}
+
+// All that has arrived is delivered before anything settles, as by a worker thread.
+void VirtualProcessor::take_in(std::vector<Message>& outgoing) {
+  while (!inbox_.empty()) {
+    delivering_.swap(inbox_);
+    for (Message& message : delivering_) {
+      if (options_.observer) options_.observer->on_deliver(message);
+      const std::uint32_t own = index_of(message.destination) - first_lp_;
+      if (processes_[own].deliver(std::move(message), effects_.counters)) touched_.push_back(own);
+    }
+    delivering_.clear();
+    for (const std::uint32_t own : touched_) settle(own);
+    touched_.clear();
+    route(outgoing);
+  }
+}
+
+void VirtualProcessor::settle(std::uint32_t own) {
+  const std::uint64_t before = effects_.counters.rolled_back;
+  processes_[own].settle(effects_);
+  drop_undone(own, effects_.counters.rolled_back - before);
+  refresh(own);
+}
+
+// The latest that stand; what was committed already is not among them.
+void VirtualProcessor::drop_undone(std::uint32_t own, std::uint64_t undone) {
+  SlidingVector<Spent>& spent = spent_[own];
+  spent.truncate(spent.size() - std::min<std::uint64_t>(undone, spent.size()));
+}
+
+void VirtualProcessor::route(std::vector<Message>& outgoing) {
+  for (Message& message : effects_.outgoing) {
+    if (options_.observer) options_.observer->on_send(message);
+    const bool own = partition_.owner_of(message.destination) == index_;
+    (own ? inbox_ : outgoing).push_back(std::move(message));
+  }
+  effects_.outgoing.clear();
+}
+
+void VirtualProcessor::refresh(std::uint32_t own) {
+  schedule_.update(own, processes_[own].floor());
+}
+
+std::optional<std::uint32_t> VirtualProcessor::choose(VirtualTime gvt) {
+  if (!within_window(schedule_.top_time(), gvt)) return std::nullopt;
+  if (options_.adversary == nullptr) return schedule_.top();
+  candidates_.clear();
+  for (std::uint32_t own = 0; own < processes_.size(); ++own)
+    if (within_window(schedule_.time_of(own), gvt)) candidates_.push_back(id_of(own));
+  std::sort(candidates_.begin(), candidates_.end(), [&](LpId a, LpId b) {
+    const auto key = [&](LpId lp) {
+      return std::pair(schedule_.time_of(index_of(lp) - first_lp_), lp);
+    };
+    return key(a) < key(b);
+  });
+  return index_of(candidates_[options_.adversary->pick(candidates_)]) - first_lp_;
+}
+
+// Differences as unsigned numbers: the window may be as large as time itself.
+bool VirtualProcessor::within_window(VirtualTime time, VirtualTime gvt) const {
+  if (time >= end_) return false;
+  const auto lead = static_cast<std::uint64_t>(time.t) - static_cast<std::uint64_t>(gvt.t);
+  return lead < static_cast<std::uint64_t>(options_.window);
+}
+
+VirtualProcessor::Done VirtualProcessor::execute(std::uint32_t own, VirtualTime gvt) {
+  TimeWarpProcess& process = processes_[own];
+  const VirtualTime now = process.next_time();
+  if (now.t > gvt.t) {
+    const auto lead = static_cast<std::uint64_t>(now.t) - static_cast<std::uint64_t>(gvt.t);
+    effects_.counters.lead_sum += lead;
+    effects_.counters.lead_max = std::max(effects_.counters.lead_max, lead);
+  }
+  const auto ask = [&] {
+    return options_.cost_ns ? options_.cost_ns(id_of(own)) : options_.bag_cost_ns;
+  };
+  process.execute(effects_);
+  const std::int64_t cost_ns = ask();
+  SODA_ASSERT(cost_ns >= 0, "LP ", index_of(id_of(own)), " at ", now, " costs ", cost_ns, " ns");
+  if (options_.check_purity) {
+    const Counters counted = effects_.counters;
+    process.repeat_last(effects_);
+    effects_.counters = counted;
+    ask();  // what the repetition cost is not part of the model
+  }
+  // What is executed again behind GVT was paid for when it was committed.
+  if (now >= gvt_) spent_[own].push_back({now, cost_ns});
+  busy_ns_ += cost_ns;
+  refresh(own);
+  return {now, cost_ns};
+}
+
+void VirtualProcessor::release(std::vector<Message>& outgoing) { route(outgoing); }
+
+void VirtualProcessor::undo(std::uint32_t own, VirtualTime time) {
+  const std::uint64_t before = effects_.counters.rolled_back;
+  processes_[own].undo(time, effects_);
+  drop_undone(own, effects_.counters.rolled_back - before);
+  refresh(own);
+}
+
+VirtualTime VirtualProcessor::floor() const {
+  VirtualTime floor = schedule_.top_time();
+  for (const Message& message : inbox_) floor = std::min(floor, message.time);
+  for (const Message& message : effects_.outgoing) floor = std::min(floor, message.time);
+  return floor;
+}
+
+std::optional<CommittedFault> VirtualProcessor::first_fault() const {
+  std::optional<CommittedFault> first;
+  for (const TimeWarpProcess& process : processes_) {
+    if (!process.has_fault()) continue;
+    const std::optional<CommittedFault> fault = process.first_fault();
+    if (!first || std::pair(fault->when, fault->lp) < std::pair(first->when, first->lp))
+      first = fault;
+  }
+  return first;
+}
+
+void VirtualProcessor::commit(VirtualTime limit, VirtualTime gvt, bool finished) {
+  for (std::uint32_t own = 0; own < processes_.size(); ++own) {
+    TimeWarpProcess& process = processes_[own];
+    if (finished) process.coast_to(limit, effects_);
+    process.commit(limit, effects_.counters);
+    if (!finished) process.forget(gvt);
+    SlidingVector<Spent>& spent = spent_[own];
+    std::size_t committed = 0;
+    for (; committed < spent.size() && spent[committed].time < limit; ++committed)
+      committed_cost_ns_ += spent[committed].cost_ns;
+    spent.drop_front(committed);
+  }
+  gvt_ = gvt;
+}
+
+std::size_t VirtualProcessor::history() const {
+  std::size_t executed = 0;
+  for (const TimeWarpProcess& process : processes_) executed += process.history_size().executed;
+  return executed;
+}
+
+}  // namespace soda::kernel

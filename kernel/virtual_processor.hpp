@@ -1,0 +1,98 @@
+// One processor of the virtual cluster: its LPs, what it costs to execute them, and its messages.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "kernel/lp_heap.hpp"
+#include "kernel/partition.hpp"
+#include "kernel/sliding_vector.hpp"
+#include "kernel/time_warp_process.hpp"
+#include "kernel/virtual_executor.hpp"
+
+namespace soda::kernel {
+
+class VirtualProcessor {
+ public:
+  VirtualProcessor(std::size_t index, const Partition& partition,
+                   std::span<const std::unique_ptr<LogicalProcess>> lps, VirtualTime end,
+                   const VirtualOptions& options);
+
+  // A message has arrived; it is looked at by the next take_in().
+  void receive(Message message) { inbox_.push_back(std::move(message)); }
+
+  // Delivers what has arrived and settles; what that sends to own LPs, too. Everything else that
+  // leaves is appended to `outgoing`.
+  void take_in(std::vector<Message>& outgoing);
+
+  // The LP to execute next, if any is within the window.
+  std::optional<std::uint32_t> choose(VirtualTime gvt);
+
+  struct Done {
+    VirtualTime time;
+    std::int64_t cost_ns = 0;
+  };
+  // Executes the own LP `own`. What it sends is kept until release().
+  Done execute(std::uint32_t own, VirtualTime gvt);
+  // The execution has ended: own messages can be taken in, others are appended to `outgoing`.
+  void release(std::vector<Message>& outgoing);
+  // Undoes what `own` has just executed at `time`, as if a straggler had come.
+  void undo(std::uint32_t own, VirtualTime time);
+
+  // Earliest of all floors and of all messages that are here: what GVT is the minimum of.
+  VirtualTime floor() const;
+  VirtualTime lowest_floor() const { return schedule_.top_time(); }
+  std::uint32_t lowest() const { return schedule_.top(); }
+  VirtualTime floor_of(std::uint32_t own) const { return processes_[own].floor(); }
+  std::optional<CommittedFault> first_fault() const;
+
+  // Commits everything < limit; `gvt` as fossil horizon, unless the run is finished.
+  void commit(VirtualTime limit, VirtualTime gvt, bool finished);
+  std::size_t history() const;
+  std::size_t lps() const { return processes_.size(); }
+  const Counters& counters() const { return effects_.counters; }
+  std::int64_t busy_ns() const { return busy_ns_; }
+  std::int64_t committed_cost_ns() const { return committed_cost_ns_; }
+  LpId id_of(std::uint32_t own) const { return LpId{first_lp_ + own}; }
+
+  // State of the clock model; the cluster's.
+  bool busy = false;
+  bool wakes = false;                // a wake-up is queued already
+  std::int64_t deaf_until_ns = 0;    // takes in nothing until then
+  std::int64_t link_free_at_ns = 0;  // when the last message has left
+
+ private:
+  struct Spent {
+    VirtualTime time;
+    std::int64_t cost_ns = 0;
+  };
+
+  bool within_window(VirtualTime time, VirtualTime gvt) const;
+  void refresh(std::uint32_t own);
+  void settle(std::uint32_t own);
+  void drop_undone(std::uint32_t own, std::uint64_t undone);
+  void route(std::vector<Message>& outgoing);
+
+  const Partition& partition_;
+  const std::size_t index_;
+  const std::uint32_t first_lp_;
+  const VirtualTime end_;
+  const VirtualOptions& options_;
+  std::vector<TimeWarpProcess> processes_;
+  std::vector<SlidingVector<Spent>> spent_;  // of each LP, what stands and is not committed
+  LpHeap schedule_;                          // by floor
+  WorkerEffects effects_;                    // .outgoing: of the execution that lasts
+  std::vector<Message> inbox_;
+  std::vector<Message> delivering_;
+  std::vector<std::uint32_t> touched_;
+  std::vector<LpId> candidates_;
+  VirtualTime gvt_ = kBeginning;
+  std::int64_t busy_ns_ = 0;
+  std::int64_t committed_cost_ns_ = 0;
+};
+
+}  // namespace soda::kernel

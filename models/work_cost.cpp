@@ -1,0 +1,67 @@
+#include "models/work_cost.hpp"
+
+namespace soda::models {
+namespace {
+
+// Nanoseconds, measured on one core.
+constexpr std::int64_t kEvent = 300;
+constexpr std::int64_t kBody = 200;  // box, integration, copies
+constexpr std::int64_t kPair = 40;
+constexpr std::int64_t kContactPoint = 300;  // rows built, impulses stored
+constexpr std::int64_t kIsland = 500;
+constexpr std::int64_t kRowIteration = 45;
+constexpr std::int64_t kBorderTest = 50;
+constexpr std::int64_t kRecord = 250;  // a ghost, contact, record or migrant, encoded or decoded
+constexpr std::int64_t kBytesPerNs = 2;
+
+constexpr std::int64_t test_ns(physics::ShapeKernel kernel) {
+  switch (kernel) {
+    case physics::ShapeKernel::kAnalytic:
+      return 150;
+    case physics::ShapeKernel::kBoxBox:
+      return 600;
+    case physics::ShapeKernel::kHalfSpace:
+      return 400;
+    case physics::ShapeKernel::kPolytopeClip:
+      return 1500;
+    case physics::ShapeKernel::kCore:
+    case physics::ShapeKernel::kMesh:
+      return 4000;
+    case physics::ShapeKernel::kCount:
+      break;
+  }
+  return 0;
+}
+
+std::int64_t grown(std::uint64_t before, std::uint64_t after) {
+  return static_cast<std::int64_t>(after - before);
+}
+
+}  // namespace
+
+std::int64_t work_cost_ns(const physics::StageCounters& before, const physics::StageCounters& after,
+                          const WorldCounters& worlds_before, const WorldCounters& worlds_after) {
+  std::int64_t cost = kEvent;
+  cost += kBody * grown(before.boxes, after.boxes);
+  cost += kPair * grown(before.candidate_pairs, after.candidate_pairs);
+  for (std::size_t kernel = 0; kernel < before.narrowphase_tests.size(); ++kernel)
+    cost += test_ns(static_cast<physics::ShapeKernel>(kernel)) *
+            grown(before.narrowphase_tests[kernel], after.narrowphase_tests[kernel]);
+  cost += kContactPoint * grown(before.contact_points, after.contact_points);
+  const std::int64_t islands = grown(before.islands_solved, after.islands_solved);
+  if (islands > 0) {
+    const std::int64_t rows = grown(before.normal_rows, after.normal_rows) +
+                              grown(before.friction_rows, after.friction_rows);
+    // Counters do not say which island iterated how often: the mean over those of the event.
+    const std::int64_t iterations = grown(before.solver_iterations, after.solver_iterations);
+    cost += kIsland * islands + kRowIteration * rows * iterations / islands;
+  }
+  cost += kBorderTest * grown(worlds_before.border_tests, worlds_after.border_tests);
+  cost += kRecord * (grown(worlds_before.ghosts_sent, worlds_after.ghosts_sent) +
+                     grown(worlds_before.fragments_sent, worlds_after.fragments_sent) +
+                     grown(worlds_before.records_sent, worlds_after.records_sent) +
+                     grown(worlds_before.migrations, worlds_after.migrations));
+  return cost + grown(worlds_before.bytes_sent, worlds_after.bytes_sent) / kBytesPerNs;
+}
+
+}  // namespace soda::models

@@ -1,0 +1,18 @@
+// What work costs on a virtual processor: a function of counters, so that it is the same
+// everywhere.
+#pragma once
+
+#include <cstdint>
+
+#include "models/simulation.hpp"
+#include "physics/stage_counters.hpp"
+
+namespace soda::models {
+
+// Modelled time of the work between two readings of a world's counters (`before` <= `after`).
+// Never 0: even an event without work is scheduled and takes in its bag. How well the weights fit
+// real times is in README.md, "Modelled cost".
+std::int64_t work_cost_ns(const physics::StageCounters& before, const physics::StageCounters& after,
+                          const WorldCounters& worlds_before, const WorldCounters& worlds_after);
+
+}  // namespace soda::models
