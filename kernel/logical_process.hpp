@@ -3,18 +3,13 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <span>
 #include <string>
-#include <vector>
 
+#include "kernel/payload.hpp"
 #include "kernel/virtual_time.hpp"
 
 namespace soda::kernel {
-
-using Bytes = std::vector<std::byte>;
-// Payloads are immutable once sent, so executors of one process share them instead of copying.
-using Payload = std::shared_ptr<const Bytes>;
 
 // One message as its receiver sees it. Within a bag, messages are sorted by (source, kind, slot).
 struct MessageView {
@@ -38,7 +33,7 @@ class Outbox {
   virtual ~Outbox() = default;
   // Sends to `destination` (itself allowed) at `when`, which must be strictly later than the time
   // being executed; anything else is a broken model and aborts with both times, in release too.
-  // No payload (null) is an empty one. What is sent to the end of the run or later is dropped.
+  // What is sent to the end of the run or later is dropped.
   virtual void send(LpId destination, VirtualTime when, std::uint32_t kind, Payload payload) = 0;
   // Records a fault of the event being executed; the first one counts.
   virtual void fault(Fault fault) = 0;
@@ -74,6 +69,8 @@ class LogicalProcess {
   virtual VirtualTime rewind(VirtualTime to) = 0;
   virtual VirtualTime forget(VirtualTime horizon) = 0;
   virtual void commit(VirtualTime now) = 0;
+  // Of all that later executions depend on. For checks only; 0 from an LP that does not tell.
+  virtual std::uint64_t digest() const { return 0; }
 };
 
 }  // namespace soda::kernel

@@ -19,10 +19,11 @@ struct Message {
   LpId destination{};
   std::uint32_t kind = 0;
   std::uint32_t slot = 0;
-  std::uint64_t incarnation = 0;  // rises with every message of the source, also over rollbacks
-  bool anti = false;
-  Payload payload;  // null: no bytes
+  std::uint64_t incarnation : 63 = 0;  // rises with every message of the source, over rollbacks
+  bool anti : 1 = false;
+  Payload payload;
 };
+static_assert(sizeof(Message) == 64, "one cache line");
 
 // Canonical order of the registers of one destination: bags are runs of equal time.
 inline auto register_key(const Message& message) {
@@ -38,12 +39,5 @@ struct OutputId {
 
   friend constexpr auto operator<=>(const OutputId&, const OutputId&) = default;
 };
-
-inline bool same_bytes(const Payload& a, const Payload& b) {
-  const bool a_empty = a == nullptr || a->empty();
-  const bool b_empty = b == nullptr || b->empty();
-  if (a_empty || b_empty) return a_empty == b_empty;
-  return a == b || *a == *b;
-}
 
 }  // namespace soda::kernel

@@ -17,18 +17,15 @@ enum Kind : std::uint32_t {
   kIdleCopy,  // is consumed, that is all
 };
 
+// More than fits into a message, so that the tests that use this model cover shared payloads.
 struct EventPayload {
   std::uint64_t token;       // the event's own random word
   std::uint64_t state_word;  // of the sender, or 0
   std::uint64_t hops_left;   // zero-delay hops
 };
-static_assert(sizeof(EventPayload) == 24 && std::is_trivially_copyable_v<EventPayload>);
+static_assert(sizeof(EventPayload) > Payload::kInlineBytes);
 
-Payload encode(const EventPayload& event) {
-  auto bytes = std::make_shared<Bytes>(sizeof event);
-  std::memcpy(bytes->data(), &event, sizeof event);
-  return bytes;
-}
+Payload encode(const EventPayload& event) { return Payload::of(event); }
 
 EventPayload decode(std::span<const std::byte> bytes) {
   EventPayload event;
@@ -76,6 +73,8 @@ class PholdProcess final : public LogicalProcess {
     committed_digest_ = append(committed_digest_, now.round);
     committed_digest_ = append(committed_digest_, done.digest);
   }
+
+  std::uint64_t digest() const override { return append(state_.digest, state_.started); }
 
   std::uint64_t committed_digest() const { return committed_digest_; }
   std::size_t most_checkpoints() const { return most_checkpoints_; }

@@ -101,9 +101,7 @@ class SequentialRun final : public Outbox {
     executing_ = lp;
     views_.clear();
     for (const Event& event : bag_) {
-      const std::span<const std::byte> bytes =
-          event.payload ? std::span<const std::byte>(*event.payload) : std::span<const std::byte>{};
-      views_.push_back({event.source, event.kind, event.slot, bytes});
+      views_.push_back({event.source, event.kind, event.slot, event.payload.bytes()});
     }
     auto& slots = slots_[index_of(lp)];
     slots.erase(slots.begin(), slots.upper_bound({now_, LpId{~0u}, ~0u}));

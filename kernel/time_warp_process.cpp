@@ -65,7 +65,7 @@ bool TimeWarpProcess::write_register(Message&& message) {
   SODA_ASSERT(message.incarnation != at->incarnation, "incarnation ", message.incarnation,
               " of LP ", index_of(message.source), " to LP ", index_of(id_), " at ", message.time,
               " delivered twice");
-  const bool changes = message.anti != at->anti || !same_bytes(message.payload, at->payload);
+  const bool changes = message.anti != at->anti || message.payload != at->payload;
   *at = std::move(message);
   return changes;
 }
@@ -125,9 +125,7 @@ void TimeWarpProcess::gather_bag(std::vector<MessageView>& bag) const {
   for (std::size_t i = next_input_; i < inputs_.size() && inputs_[i].time <= next_time_; ++i) {
     const Message& input = inputs_[i];
     if (input.anti) continue;
-    const std::span<const std::byte> bytes =
-        input.payload ? std::span<const std::byte>(*input.payload) : std::span<const std::byte>{};
-    bag.push_back({input.source, input.kind, input.slot, bytes});
+    bag.push_back({input.source, input.kind, input.slot, input.payload.bytes()});
   }
 }
 
@@ -143,6 +141,27 @@ void TimeWarpProcess::execute(WorkerEffects& effects) {
   while (next_input_ < inputs_.size() && inputs_[next_input_].time <= now) ++next_input_;
   refresh_next_time();
   flush_pending(effects);
+}
+
+void TimeWarpProcess::undo(VirtualTime from, WorkerEffects& effects) {
+  if (!changed_from_ || from < *changed_from_) changed_from_ = from;
+  settle(effects);
+}
+
+// Coasts over what it undoes: sends that differ are noticed there.
+void TimeWarpProcess::repeat_last(WorkerEffects& effects) {
+  const VirtualTime last = executed_.back();
+  const VirtualTime after_last{last.t, last.round + 1};
+  const VirtualTime next = next_time_;
+  const std::uint64_t digest = lp_.digest();
+  roll_back(last, effects.counters);
+  coast_until_ = std::max(coast_until_, after_last);
+  refresh_next_time();
+  coast_to(after_last, effects);
+  SODA_ASSERT(next_time_ == next && lp_.digest() == digest, "LP ", index_of(id_), " executing ",
+              last, " again with the same inputs gets state ", lp_.digest(), " and next time ",
+              next_time_, " instead of ", digest, " and ", next,
+              ": its execute is not a pure function");
 }
 
 void TimeWarpProcess::send(VirtualTime now, OutputId id, Payload payload, WorkerEffects& effects) {
@@ -166,7 +185,7 @@ void TimeWarpProcess::send(VirtualTime now, OutputId id, Payload payload, Worker
 bool TimeWarpProcess::adopt(VirtualTime now, const OutputId& id, const Payload& payload) {
   const auto found = pending_.find(id);
   if (found == pending_.end()) return false;
-  const bool same = same_bytes(found->second.payload, payload);
+  const bool same = found->second.payload == payload;
   SODA_ASSERT(!same || now >= coast_until_ || found->second.send_time == now, "LP ", index_of(id_),
               " executing ", now, " again with the same inputs sends what it sent at ",
               found->second.send_time, ": its execute is not a pure function");

@@ -141,7 +141,7 @@ kernel::Payload encode_migrants(std::span<const Migrant> migrants) {
     writer.id(migrant.id);
     writer.state(migrant.state);
   }
-  return std::make_shared<const kernel::Bytes>(std::move(bytes));
+  return kernel::Payload(std::move(bytes));
 }
 
 kernel::Payload encode_ghosts(std::span<const Ghost> ghosts) {
@@ -155,7 +155,7 @@ kernel::Payload encode_ghosts(std::span<const Ghost> ghosts) {
     writer.vector(ghost.box.max);
     writer.state(ghost.state);
   }
-  return std::make_shared<const kernel::Bytes>(std::move(bytes));
+  return kernel::Payload(std::move(bytes));
 }
 
 kernel::Payload encode_records(const Records& records) {
@@ -169,7 +169,7 @@ kernel::Payload encode_records(const Records& records) {
   }
   writer.number(static_cast<std::uint32_t>(records.manifolds.size()));
   for (const ContactManifold& manifold : records.manifolds) writer.manifold(manifold);
-  return std::make_shared<const kernel::Bytes>(std::move(bytes));
+  return kernel::Payload(std::move(bytes));
 }
 
 void decode_migrants(std::span<const std::byte> payload, std::vector<Migrant>& out) {

@@ -1,11 +1,15 @@
 #include "models/world.hpp"
 
+#include <xxhash.h>
+
 #include <algorithm>
 #include <map>
 #include <set>
 #include <utility>
 
+#include "kernel/hash_mix.hpp"
 #include "models/border_contacts.hpp"
+#include "physics/measures.hpp"
 
 namespace soda::models {
 namespace {
@@ -278,7 +282,7 @@ void World::send_migrants(std::int64_t step, kernel::Outbox& outbox) {
 
 void World::send(WorldId to, kernel::VirtualTime when, MessageKind kind, kernel::Payload payload,
                  kernel::Outbox& outbox) {
-  counters_.bytes_sent += payload->size();
+  counters_.bytes_sent += payload.size();
   outbox.send(kernel::LpId{index_of(to)}, when, static_cast<std::uint32_t>(kind),
               std::move(payload));
 }
@@ -299,6 +303,28 @@ kernel::VirtualTime World::forget(kernel::VirtualTime horizon) {
 
 void World::commit(kernel::VirtualTime now) {
   if (phase_of(now) == Phase::kFinish) around_.commits.add(id_, buffer_.at(now.t + 1));
+}
+
+// Between steps, all that matters is the newest entry; within one, what its phases have gathered.
+std::uint64_t World::digest() const {
+  std::uint64_t digest = kernel::append(static_cast<std::uint64_t>(next_.t), next_.round);
+  if (phase_of(next_) == Phase::kBegin) {
+    const BufferEntry& entry = buffer_.newest_entry();
+    return kernel::append(digest, physics::digest(entry.ids, entry.states));
+  }
+  kernel::Bytes gathered;
+  encode_island(ids_, scratch_.manifolds, states_, gathered);
+  const kernel::Payload ghosts = encode_ghosts(ghosts_);
+  const kernel::Payload nodes = encode_records({merge_.nodes, {}});
+  for (const std::span<const std::byte> bytes :
+       {std::span<const std::byte>(gathered), ghosts.bytes(), nodes.bytes()})
+    digest = kernel::append(digest, XXH3_64bits(bytes.data(), bytes.size()));
+  for (const auto& [partner, records] : merge_.exchanged)
+    for (const RecordKey& key : records)
+      digest = kernel::append(
+          kernel::append(kernel::append(digest, index_of(partner)), physics::index_of(key.first)),
+          physics::index_of(key.second));
+  return digest;
 }
 
 }  // namespace soda::models

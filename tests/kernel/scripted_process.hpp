@@ -15,11 +15,7 @@
 
 namespace soda::kernel {
 
-inline Payload number(std::uint64_t value) {
-  auto bytes = std::make_shared<Bytes>(sizeof value);
-  std::memcpy(bytes->data(), &value, sizeof value);
-  return bytes;
-}
+inline Payload number(std::uint64_t value) { return Payload::of(value); }
 
 inline std::uint64_t number_in(std::span<const std::byte> bytes) {
   std::uint64_t value = 0;

@@ -46,7 +46,7 @@ struct Bench {
     for (const Message& m : effects.outgoing) {
       std::string text = describe(m.anti ? '-' : '+', m.time, " k", m.kind);
       if (m.slot > 0) text += describe(".", m.slot);
-      if (!m.anti) text += describe("=", m.payload ? number_in(*m.payload) : 0);
+      if (!m.anti) text += describe("=", number_in(m.payload.bytes()));
       texts.push_back(text);
     }
     effects.outgoing.clear();

@@ -111,8 +111,8 @@ TEST(BorderContacts, EveryTouchingPairIsTestedByExactlyOneWorldWithTheUndividedR
                           << index_of(pair.second);
     }
     std::sort(all.begin(), all.end(), canonical_before);
-    kernel::Bytes divided_bytes = *encode_records({{}, all});
-    EXPECT_EQ(divided_bytes, *encode_records({{}, undivided.manifolds})) << "seed " << seed;
+    EXPECT_EQ(encode_records({{}, all}), encode_records({{}, undivided.manifolds}))
+        << "seed " << seed;
   }
   EXPECT_GT(third_world_pairs, 0u)
       << "no pair was tested by a third world: the scenes are too tame";

@@ -56,9 +56,9 @@ TEST(Messages, MigrantsAndGhostsRoundTripBitForBit) {
   migrants[4].state.position_m.y() = std::nextafter(1.0, 2.0);
 
   std::vector<Migrant> migrants_back;
-  decode_migrants(*encode_migrants(migrants), migrants_back);
+  decode_migrants(encode_migrants(migrants).bytes(), migrants_back);
   std::vector<Ghost> ghosts_back;
-  decode_ghosts(*encode_ghosts(ghosts), ghosts_back);
+  decode_ghosts(encode_ghosts(ghosts).bytes(), ghosts_back);
 
   ASSERT_EQ(migrants_back.size(), migrants.size());
   ASSERT_EQ(ghosts_back.size(), ghosts.size());
@@ -86,12 +86,12 @@ TEST(Messages, RecordsRoundTripAndEqualRecordsEncodeToEqualBytes) {
     for (std::uint32_t i = manifold.count; i < 4; ++i)
       manifold.points[i].separation_m = std::nan("");
 
-  const Records back = decode_records(*encode_records(records));
+  const Records back = decode_records(encode_records(records).bytes());
 
   ASSERT_EQ(back.nodes.size(), records.nodes.size());
   ASSERT_EQ(back.manifolds.size(), records.manifolds.size());
-  EXPECT_EQ(*encode_records(back), *encode_records(records));
-  EXPECT_EQ(*encode_records(same), *encode_records(records));
+  EXPECT_EQ(encode_records(back), encode_records(records));
+  EXPECT_EQ(encode_records(same), encode_records(records));
   EXPECT_EQ(back.manifolds[3].normal, records.manifolds[3].normal);
   EXPECT_EQ(back.manifolds[3].points[0].feature, records.manifolds[3].points[0].feature);
 }
@@ -99,10 +99,10 @@ TEST(Messages, RecordsRoundTripAndEqualRecordsEncodeToEqualBytes) {
 TEST(MessagesDeathTest, TruncatedPayloadAborts) {
   test::Choices choices(3);
   const std::vector<Migrant> migrants{{BodyId{1}, random_state(choices)}};
-  kernel::Bytes bytes = *encode_migrants(migrants);
-  bytes.pop_back();
+  const kernel::Payload payload = encode_migrants(migrants);
   std::vector<Migrant> out;
-  EXPECT_DEATH(decode_migrants(bytes, out), "payload ends early");
+  EXPECT_DEATH(decode_migrants(payload.bytes().first(payload.size() - 1), out),
+               "payload ends early");
 }
 
 }  // namespace
