@@ -32,8 +32,11 @@ AdversaryPlan draw_adversary(std::uint64_t seed, std::size_t lps, std::int64_t u
   return plan;
 }
 
-Adversary::Adversary(const AdversaryPlan& plan)
-    : plan_(plan), replays_(false), random_(append(plan.seed, 0x646bu)) {}
+Adversary::Adversary(const AdversaryPlan& plan, std::function<void(const Decision&)> on_decision)
+    : plan_(plan),
+      on_decision_(std::move(on_decision)),
+      replays_(false),
+      random_(append(plan.seed, 0x646bu)) {}
 
 Adversary::Adversary(const AdversaryPlan& plan, std::vector<Decision> decisions)
     : plan_(plan), replays_(true), replay_(std::move(decisions)), random_(0) {}
@@ -77,7 +80,10 @@ std::uint32_t Adversary::decide(std::uint32_t per_mille, std::uint32_t most) {
 }
 
 std::uint32_t Adversary::record(std::uint32_t value) {
-  if (value > 0) made_.push_back({points_, value});
+  if (value > 0) {
+    made_.push_back({points_, value});
+    if (on_decision_) on_decision_(made_.back());
+  }
   ++points_;
   return value;
 }

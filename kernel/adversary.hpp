@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -46,7 +47,9 @@ AdversaryPlan draw_adversary(std::uint64_t seed, std::size_t lps, std::int64_t u
 
 class Adversary {
  public:
-  explicit Adversary(const AdversaryPlan& plan);
+  // `on_decision` hears of each decision as it is made: a run that aborts leaves no list.
+  explicit Adversary(const AdversaryPlan& plan,
+                     std::function<void(const Decision&)> on_decision = {});
   // Answers with `decisions` (ascending points), with 0 to all other questions.
   Adversary(const AdversaryPlan& plan, std::vector<Decision> decisions);
 
@@ -67,6 +70,7 @@ class Adversary {
   std::uint32_t replayed();
 
   const AdversaryPlan plan_;
+  const std::function<void(const Decision&)> on_decision_;
   const bool replays_;
   const std::vector<Decision> replay_;
   std::size_t next_replay_ = 0;

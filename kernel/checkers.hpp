@@ -1,0 +1,114 @@
+// Online checkers: each knows one rule of Time Warp, keeps its own books, and throws Violation at
+// the first thing that breaks it.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <set>
+#include <tuple>
+#include <vector>
+
+#include "kernel/executed_log.hpp"
+#include "kernel/run_observer.hpp"
+
+namespace soda::kernel {
+
+// GVT never goes back, is never above the floor of an LP or the time of a message on its way,
+// nothing is sent to GVT or before, and only what is before GVT is committed.
+class GvtChecker final : public RunObserver {
+ public:
+  void on_send(const Message& message) override;
+  void on_deliver(const Message& message) override;
+  void on_gvt(VirtualTime gvt, std::span<const VirtualTime> floors) override;
+  void on_commit(LpId lp, VirtualTime now) override;
+
+ private:
+  VirtualTime gvt_ = kBeginning;
+  std::multiset<VirtualTime> on_their_way_;
+};
+
+// Nothing is executed beyond the window, which is >= 1.
+class WindowChecker final : public RunObserver {
+ public:
+  explicit WindowChecker(std::int64_t window) : window_(window) {}
+  void on_execute(LpId lp, VirtualTime now, std::span<const MessageView> bag,
+                  std::uint64_t digest) override;
+  void on_gvt(VirtualTime gvt, std::span<const VirtualTime> floors) override;
+
+ private:
+  const std::int64_t window_;
+  VirtualTime gvt_ = kBeginning;
+};
+
+// Every anti-message annihilates exactly one message; what is committed at a time consumed exactly
+// the messages that live there; at the end, sent = consumed + annihilated + replaced, and nothing
+// is on its way.
+class ConservationChecker final : public RunObserver {
+ public:
+  void on_send(const Message& message) override;
+  void on_deliver(const Message& message) override;
+  void on_execute(LpId lp, VirtualTime now, std::span<const MessageView> bag,
+                  std::uint64_t digest) override;
+  void on_rewind(LpId lp, VirtualTime restart) override;
+  void on_commit(LpId lp, VirtualTime now) override;
+  void on_end() override;
+
+ private:
+  // (time, destination, source, kind, slot)
+  using Register = std::tuple<VirtualTime, LpId, LpId, std::uint32_t, std::uint32_t>;
+
+  std::map<Register, std::uint64_t> live_;  // the incarnation that its sender stands by
+  ExecutedLog<std::vector<Register>> bags_;
+  std::uint64_t positive_ = 0, annihilated_ = 0, replaced_ = 0, consumed_ = 0;
+  std::uint64_t sent_ = 0, delivered_ = 0;
+};
+
+// What an LP committed at a time: its bag and the digest of its state afterwards.
+struct CommittedBag {
+  VirtualTime time;
+  std::uint64_t bag_digest = 0;
+  std::uint64_t state_digest = 0;
+
+  friend bool operator==(const CommittedBag&, const CommittedBag&) = default;
+};
+
+// Of each LP, all that it committed, in order.
+using CommitTrace = std::vector<std::vector<CommittedBag>>;
+
+// Records the trace of a run, the oracle's for example.
+class TraceRecorder final : public RunObserver {
+ public:
+  explicit TraceRecorder(std::size_t lps) : trace_(lps) {}
+  void on_execute(LpId lp, VirtualTime now, std::span<const MessageView> bag,
+                  std::uint64_t digest) override;
+  void on_rewind(LpId lp, VirtualTime restart) override;
+  void on_commit(LpId lp, VirtualTime now) override;
+
+  const CommitTrace& trace() const { return trace_; }
+
+ private:
+  ExecutedLog<CommittedBag> bags_;
+  CommitTrace trace_;
+};
+
+// Each commit is the oracle's, as it happens; at the end none is missing.
+class TraceChecker final : public RunObserver {
+ public:
+  // `oracle` must outlive this object.
+  explicit TraceChecker(const CommitTrace& oracle) : oracle_(oracle), done_(oracle.size()) {}
+  void on_execute(LpId lp, VirtualTime now, std::span<const MessageView> bag,
+                  std::uint64_t digest) override;
+  void on_rewind(LpId lp, VirtualTime restart) override;
+  void on_commit(LpId lp, VirtualTime now) override;
+  void on_end() override;
+
+ private:
+  const CommitTrace& oracle_;
+  ExecutedLog<CommittedBag> bags_;
+  std::vector<std::size_t> done_;  // commits of each LP
+};
+
+// Over the members of a bag in their order, with their payloads.
+std::uint64_t digest_of(std::span<const MessageView> bag);
+
+}  // namespace soda::kernel
