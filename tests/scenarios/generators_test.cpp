@@ -66,7 +66,8 @@ TEST(RandomRotations, HaveUnitNormAndNoPreferredDirection) {
 
 TEST(GridGenerator, RunsAlongXFirst) {
   const auto bodies = states(
-      R"("type": "grid", "count": [2, 3, 2], "spacing_m": [1, 10, 100], "position_m": [0.5, 0, 0])");
+      R"("type": "grid", "count": [2, 3, 2], "spacing_m": [1, 10, 100],
+         "position_m": [0.5, 0, 0])");
   ASSERT_EQ(bodies.size(), 12u);
   EXPECT_EQ(bodies[0].position_m, Vec3(0.5, 0.0, 0.0));
   EXPECT_EQ(bodies[1].position_m, Vec3(1.5, 0.0, 0.0));
