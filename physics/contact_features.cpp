@@ -203,6 +203,7 @@ void clip_to_reference(const SupportFeature& reference, const SupportFeature& in
 void overlap_segments(const SupportFeature& a, const SupportFeature& b, const Vec3& normal,
                       ContactCandidates& out) {
   constexpr double kParallel = 0.05;  // sine of the largest angle at which segments share a stretch
+  if (a.count != 2 || b.count != 2) return;
   const Vec3 along = a.points[1] - a.points[0];
   const Vec3 other = b.points[1] - b.points[0];
   const double length = along.norm(), other_length = other.norm();

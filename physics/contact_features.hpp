@@ -66,7 +66,8 @@ struct ContactCandidates {
 void clip_to_reference(const SupportFeature& reference, const SupportFeature& incident,
                        ContactCandidates& out);
 
-// The stretch along which two nearly parallel segments face each other; nothing if not parallel.
+// The stretch along which two nearly parallel segments face each other; nothing if they are not
+// parallel, or not both segments.
 void overlap_segments(const SupportFeature& a, const SupportFeature& b, const Vec3& normal,
                       ContactCandidates& out);
 

@@ -193,7 +193,7 @@ void add_feature_points(const Solid& a, const Solid& b, const Axis& axis, double
     normal = -fb.normal;
     clip_to_reference(fb, fa, out);
     for (int i = 0; i < out.count; ++i) out.points[i].feature |= 0x80000000u;
-  } else if (fa.count == 2 && fb.count == 2) {
+  } else {
     overlap_segments(fa, fb, normal, out);
   }
   bool any = false;
