@@ -185,6 +185,19 @@ TEST(Narrowphase, ParallelCapsulesTouchInTwoPointsCrossedOnesInOne) {
   EXPECT_NEAR(manifolds[0].points[0].separation_m, -0.01, 1e-12);
 }
 
+TEST(Narrowphase, CapsulesEndToEndTouchInOnePoint) {
+  World world;
+  const std::uint32_t capsule = world.add_shape(Capsule{0.25, 1.0});
+  world.add_body(capsule, Vec3::Zero());
+  world.add_body(capsule, Vec3(0, 0, 1.49));
+  const auto manifolds = test::contacts_of(world, kA, kB);
+  ASSERT_EQ(manifolds.size(), 1u);
+  ASSERT_EQ(manifolds[0].count, 1u);
+  EXPECT_LT((manifolds[0].normal - Vec3::UnitZ()).norm(), 1e-12);
+  EXPECT_NEAR(manifolds[0].points[0].separation_m, -0.01, 1e-12);
+  EXPECT_LT((manifolds[0].points[0].position_m - Vec3(0, 0, 0.745)).norm(), 1e-12);
+}
+
 TEST(Narrowphase, CrossedBoxEdgesTouchInOnePointBetweenThem) {
   World world;
   const std::uint32_t box = world.add_shape(Box{Vec3(0.5, 0.5, 0.5)});
