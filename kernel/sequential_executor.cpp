@@ -1,56 +1,49 @@
 #include <algorithm>
-#include <compare>
-#include <map>
+#include <tuple>
 #include <utility>
 
+#include "kernel/calendar_queue.hpp"
 #include "kernel/executor.hpp"
 #include "kernel/invariant.hpp"
 
 namespace soda::kernel {
 namespace {
 
-// An entry of the one queue: a message, or the wish of an LP to run by itself.
-struct Event {
-  VirtualTime time;
-  LpId destination{};
-  bool is_message = false;
+// What an entry of the one queue holds beside its time and LP: a message, or the wish of the LP to
+// run by itself.
+struct Entry {
+  static constexpr std::uint64_t kWish = ~std::uint64_t{0};
+
+  std::uint64_t number = kWish;  // of the message, in the order of sending
   LpId source{};
   std::uint32_t kind = 0;
-  std::uint32_t slot = 0;
   Payload payload;
+
+  bool is_message() const { return number != kWish; }
 };
 
-// Total order without ties: entries of one (time, LP) come out together, messages among them in the
-// order of the bag.
-bool comes_later(const Event& a, const Event& b) {
-  const auto key = [](const Event& e) {
-    return std::tie(e.time, e.destination, e.is_message, e.source, e.kind, e.slot);
-  };
-  return key(a) > key(b);
+// Order of the bag. A sender numbers its messages to one (LP, time, kind) as it sends them, so
+// their slots are their ranks by number.
+bool comes_first(const Entry& a, const Entry& b) {
+  return std::tie(a.source, a.kind, a.number) < std::tie(b.source, b.kind, b.number);
 }
 
-// Register of a sender: messages to one (time, destination, kind) are numbered as they are sent.
-struct SlotKey {
-  VirtualTime time;
-  LpId destination{};
-  std::uint32_t kind = 0;
-  friend auto operator<=>(const SlotKey&, const SlotKey&) = default;
-};
+using Queue = CalendarQueue<Entry>;
 
 class SequentialRun final : public Outbox {
  public:
   SequentialRun(std::span<const std::unique_ptr<LogicalProcess>> lps, VirtualTime end)
-      : lps_(lps), end_(end), slots_(lps.size()), agenda_(lps.size(), kNever) {
+      : lps_(lps), end_(end), agenda_(lps.size(), kNever) {
     for (std::uint32_t i = 0; i < lps.size(); ++i) push_agenda(LpId{i});
   }
 
   RunResult run(const ProgressFn& progress) {
-    while (!queue_.empty() && !result_.fault) {
-      execute_time(queue_.front().time);
+    while (!queue_.empty()) {
+      execute_time(next_time());
       if (result_.fault) break;
       commit_time();
-      if (progress && (queue_.empty() || queue_.front().time.t != now_.t))
-        progress(queue_.empty() ? end_ : queue_.front().time, result_.counters);
+      if (progress && (queue_.empty() || next_time().t != now_.t))
+        progress(queue_.empty() ? end_ : next_time(), result_.counters);
     }
     return std::move(result_);
   }
@@ -62,8 +55,8 @@ class SequentialRun final : public Outbox {
     SODA_ASSERT(index_of(destination) < lps_.size(), "LP ", index_of(executing_), " at ", now_,
                 " sends to LP ", index_of(destination), " of ", lps_.size());
     if (when >= end_) return;
-    const std::uint32_t slot = slots_[index_of(executing_)][{when, destination, kind}]++;
-    push({when, destination, true, executing_, kind, slot, std::move(payload)});
+    queue_.push({when.t, when.round, index_of(destination)},
+                {result_.counters.messages, executing_, kind, std::move(payload)});
     ++result_.counters.messages;
   }
 
@@ -72,12 +65,18 @@ class SequentialRun final : public Outbox {
   }
 
  private:
+  VirtualTime next_time() {
+    const Queue::Key& key = queue_.top();
+    return {key.t, key.round};
+  }
+
   // All LPs of one time execute before any is committed, for a fault of one holds back all.
   void execute_time(VirtualTime time) {
+    SODA_ASSERT(time > now_, "the queue goes back from ", now_, " to ", time);
     now_ = time;
     executed_.clear();
-    while (!queue_.empty() && queue_.front().time == time) {
-      const LpId lp = queue_.front().destination;
+    while (!queue_.empty() && next_time() == time) {
+      const LpId lp{queue_.top().lp};
       if (take_bag(lp)) execute(lp);
       if (result_.fault) return;
     }
@@ -85,26 +84,28 @@ class SequentialRun final : public Outbox {
 
   // False if there is nothing to do: the wish of an LP that has changed its agenda since.
   bool take_bag(LpId lp) {
+    const Queue::Key key{now_.t, now_.round, index_of(lp)};
     bag_.clear();
-    while (!queue_.empty() && queue_.front().time == now_ && queue_.front().destination == lp) {
-      std::pop_heap(queue_.begin(), queue_.end(), comes_later);
-      if (queue_.back().is_message)
-        bag_.push_back(std::move(queue_.back()));
+    do {
+      Entry entry = queue_.pop();
+      if (entry.is_message())
+        bag_.push_back(std::move(entry));
       else if (agenda_[index_of(lp)] == now_)
         agenda_[index_of(lp)] = kNever;
-      queue_.pop_back();
-    }
+    } while (!queue_.empty() && queue_.top() == key);
+    if (bag_.size() > 1) std::sort(bag_.begin(), bag_.end(), comes_first);
     return !bag_.empty() || lps_[index_of(lp)]->next_time() == now_;
   }
 
   void execute(LpId lp) {
     executing_ = lp;
     views_.clear();
-    for (const Event& event : bag_) {
-      views_.push_back({event.source, event.kind, event.slot, event.payload.bytes()});
+    for (const Entry& entry : bag_) {
+      const bool same_register = !views_.empty() && views_.back().source == entry.source &&
+                                 views_.back().kind == entry.kind;
+      const std::uint32_t slot = same_register ? views_.back().slot + 1 : 0;
+      views_.push_back({entry.source, entry.kind, slot, entry.payload.bytes()});
     }
-    auto& slots = slots_[index_of(lp)];
-    slots.erase(slots.begin(), slots.upper_bound({now_, LpId{~0u}, ~0u}));
     lps_[index_of(lp)]->execute(now_, views_, *this);
     ++result_.counters.executed;
     executed_.push_back(lp);
@@ -122,22 +123,16 @@ class SequentialRun final : public Outbox {
                 " after executing ", now_, " is ", next);
     if (next >= end_ || next == agenda_[index_of(lp)]) return;
     agenda_[index_of(lp)] = next;
-    push({next, lp, false, {}, 0, 0, {}});
-  }
-
-  void push(Event event) {
-    queue_.push_back(std::move(event));
-    std::push_heap(queue_.begin(), queue_.end(), comes_later);
+    queue_.push({next.t, next.round, index_of(lp)}, {});
   }
 
   std::span<const std::unique_ptr<LogicalProcess>> lps_;
   const VirtualTime end_;
-  std::vector<Event> queue_;                             // a heap, earliest in front
-  std::vector<std::map<SlotKey, std::uint32_t>> slots_;  // of each LP, what is still to come
+  Queue queue_;
   std::vector<VirtualTime> agenda_;  // of each LP, the wish queued last; kNever if none
-  VirtualTime now_;
+  VirtualTime now_ = kBeginning;
   LpId executing_{};
-  std::vector<Event> bag_;
+  std::vector<Entry> bag_;
   std::vector<MessageView> views_;
   std::vector<LpId> executed_;  // at now_, ascending
   RunResult result_;
