@@ -31,9 +31,11 @@ struct Level {
   double inverse_size = 1.0;  // 0: one cell for all of space
 };
 
-// Smallest e with extent < 2^e; the factor covers the rounding of the extent itself.
-int size_exponent(const Aabb& box) {
-  const double extent = (box.max - box.min).maxCoeff() * (1.0 + 1e-12);
+// The factor covers the rounding of the extent itself.
+double extent_of(const Aabb& box) { return (box.max - box.min).maxCoeff() * (1.0 + 1e-12); }
+
+// Smallest e with extent < 2^e.
+int size_exponent(double extent) {
   if (!(extent < 1e300)) return kMaxExponent;
   int exponent = 0;
   std::frexp(extent, &exponent);
@@ -80,6 +82,18 @@ std::uint64_t bucket_of(std::uint32_t level, const Cell& c) {
   return (column >> 32) + wrapped(c.z);
 }
 
+// Cells as large as the level's largest box, so that they hold few. Where coordinates are so large
+// that scaling them would round by a noticeable part of a cell, a power of two, which scales
+// exactly.
+Level make_level(int exponent, double largest_extent, double largest_coordinate) {
+  constexpr double kSpare = 1.0 + 1e-6;
+  constexpr double kFarthest = 1e8;  // cells; rounding is then 1e-8 of a cell, far below the spare
+  if (exponent >= kMaxExponent) return {0.0};
+  const double inverse_size = 1.0 / (largest_extent * kSpare);
+  if (largest_coordinate * inverse_size < kFarthest) return {inverse_size};
+  return {std::ldexp(1.0, -exponent)};
+}
+
 // Levels span two powers of two and are anchored at the most frequent size, so that bodies of one
 // size, whose boxes differ by rotation only, share one level.
 struct Levels {
@@ -90,10 +104,16 @@ struct Levels {
 Levels choose_levels(std::span<const Aabb> boxes) {
   constexpr int kCount = kMaxExponent - kMinExponent + 1;
   std::vector<std::uint32_t> frequency(kCount + kLevelSpan, 0);
+  std::vector<double> largest(kCount + kLevelSpan, 0.0);
   std::vector<int> exponent(boxes.size());
+  double largest_coordinate = 0.0;
   for (std::size_t i = 0; i < boxes.size(); ++i) {
-    exponent[i] = size_exponent(boxes[i]) - kMinExponent;
-    ++frequency[exponent[i]];
+    const double extent = extent_of(boxes[i]);
+    const int e = size_exponent(extent) - kMinExponent;
+    exponent[i] = e;
+    ++frequency[e];
+    largest[e] = std::max(largest[e], extent);
+    largest_coordinate = std::max(largest_coordinate, boxes[i].min.cwiseAbs().maxCoeff());
   }
   const int mode =
       static_cast<int>(std::max_element(frequency.begin(), frequency.end()) - frequency.begin());
@@ -102,19 +122,20 @@ Levels choose_levels(std::span<const Aabb> boxes) {
   const auto top_of = [&](int e) { return e + (phase - e % kLevelSpan + kLevelSpan) % kLevelSpan; };
 
   Levels out;
-  std::vector<std::uint32_t> level_of_top(kCount + kLevelSpan, 0);
-  int last_top = -1;
-  for (int e = 0; e < kCount; ++e) {
-    if (frequency[e] == 0 || top_of(e) == last_top) continue;
-    last_top = top_of(e);
-    level_of_top[last_top] = static_cast<std::uint32_t>(out.levels.size());
-    const int power = last_top + kMinExponent;
-    out.levels.push_back({power >= kMaxExponent ? 0.0 : std::ldexp(1.0, -power)});
+  std::vector<std::uint32_t> level_of(kCount, 0);
+  for (int e = 0; e < kCount;) {
+    const int top = top_of(e);
+    double extent = 0.0;
+    bool used = false;
+    for (; e <= top && e < kCount; ++e) {
+      level_of[e] = static_cast<std::uint32_t>(out.levels.size());
+      extent = std::max(extent, largest[e]);
+      used = used || frequency[e] > 0;
+    }
+    if (used) out.levels.push_back(make_level(top + kMinExponent, extent, largest_coordinate));
   }
   out.of_box.resize(boxes.size());
-  for (std::size_t i = 0; i < boxes.size(); ++i) {
-    out.of_box[i] = level_of_top[top_of(exponent[i])];
-  }
+  for (std::size_t i = 0; i < boxes.size(); ++i) out.of_box[i] = level_of[exponent[i]];
   return out;
 }
 
@@ -145,18 +166,30 @@ class CellTable {
 
   // Boxes in the cells from c to `height` cells above it.
   template <typename Visit>
-  void for_column(std::uint32_t level, Cell c, int height, Visit visit) const {
-    for (int i = 0; i <= height; ++i, ++c.z) {
-      const std::size_t bucket = bucket_of(level, c) & mask_;
-      if (begin_[bucket] == begin_[bucket + 1]) continue;
-      const std::uint64_t key = key_of(level, c);
-      for (std::uint32_t e = begin_[bucket]; e < begin_[bucket + 1]; ++e) {
-        if (entries_[e].cell == key && entries_[e].level == level) visit(entries_[e].box);
-      }
+  void for_column(std::uint32_t level, Cell c, std::uint64_t height, Visit visit) const {
+    const std::uint64_t first = bucket_of(level, c) & mask_;
+    const std::uint64_t key = key_of(level, c);
+    if (first + height <= mask_ && wrapped(c.z) + height <= 0xfffff) {
+      // The column's buckets follow each other, and so do its keys.
+      visit_range(begin_[first], begin_[first + height + 1], level, key, height, visit);
+      return;
+    }
+    for (std::uint64_t i = 0; i <= height; ++i, ++c.z) {
+      const std::uint64_t bucket = bucket_of(level, c) & mask_;
+      visit_range(begin_[bucket], begin_[bucket + 1], level, key_of(level, c), 0, visit);
     }
   }
 
  private:
+  template <typename Visit>
+  void visit_range(std::uint32_t begin, std::uint32_t end, std::uint32_t level, std::uint64_t key,
+                   std::uint64_t height, Visit visit) const {
+    for (std::uint32_t e = begin; e < end; ++e) {
+      const Entry& entry = entries_[e];
+      if (entry.cell - key <= height && entry.level == level) visit(entry.box);
+    }
+  }
+
   std::size_t mask_ = 0;
   std::vector<std::uint32_t> begin_;
   std::vector<Entry> entries_;
@@ -192,10 +225,11 @@ void find_on_coarser_levels(std::span<const Aabb> boxes, const Levels& levels,
     };
     for (std::uint32_t level = entry.level + 1; level < levels.levels.size(); ++level) {
       const Cell c = cell_of(boxes[i], levels.levels[level]);
-      const int reach = levels.levels[level].inverse_size == 0.0 ? 0 : 1;
-      for (int x = -reach; x <= reach; ++x) {
-        for (int y = -reach; y <= reach; ++y) {
-          table.for_column(level, {c.x + x, c.y + y, c.z - reach}, 2 * reach, test);
+      const std::int64_t reach = levels.levels[level].inverse_size == 0.0 ? 0 : 1;
+      for (std::int64_t x = -reach; x <= reach; ++x) {
+        for (std::int64_t y = -reach; y <= reach; ++y) {
+          table.for_column(level, {c.x + x, c.y + y, c.z - reach},
+                           static_cast<std::uint64_t>(2 * reach), test);
         }
       }
     }

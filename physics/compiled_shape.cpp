@@ -233,7 +233,11 @@ Aabb tight_aabb(const CompiledShape& shape, const Pose& pose) {
     case ShapeKind::kHalfSpace:
       break;
     case ShapeKind::kBox:
-      half = pose.rotation.cwiseAbs() * shape.half_extents_m;
+      for (int i = 0; i < 3; ++i) {
+        half[i] = std::abs(pose.rotation(i, 0)) * shape.half_extents_m.x() +
+                  std::abs(pose.rotation(i, 1)) * shape.half_extents_m.y() +
+                  std::abs(pose.rotation(i, 2)) * shape.half_extents_m.z();
+      }
       break;
     case ShapeKind::kCapsule:
       half += pose.rotation.col(2).cwiseAbs() * shape.half_length_m;

@@ -90,6 +90,20 @@ TEST(Broadphase, DistanceFromTheOriginLosesNoPair) {
   }
 }
 
+// Corners on cell borders, where rounding would show first.
+TEST(Broadphase, TouchingBoxesOnARegularLatticeLoseNoPairAtAnyOffset) {
+  for (const double offset : {0.0, 1e4, 1e7, 0.1, 1e9, 1e13}) {
+    for (const double size : {1.0, 0.1, 1.0 / 3.0}) {
+      std::vector<Aabb> boxes;
+      for (int i = 0; i < 343; ++i) {
+        const Vec3 low = Vec3::Constant(offset) + size * Vec3(i % 7, i / 7 % 7, i / 49);
+        boxes.push_back({low, low + Vec3::Constant(size)});
+      }
+      EXPECT_EQ(by_grid(boxes), brute_force(boxes)) << "offset " << offset << " size " << size;
+    }
+  }
+}
+
 TEST(Broadphase, IdenticalBoxesAllPairUp) {
   const std::vector<Aabb> boxes(60, around(Vec3(1, 2, 3), Vec3::Constant(0.5)));
   EXPECT_EQ(by_grid(boxes).size(), 60u * 59u / 2u);
