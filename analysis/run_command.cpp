@@ -16,8 +16,8 @@
 namespace soda::analysis {
 namespace {
 
-// A log must hold exactly the text that is run, so that is read first.
-scenarios::Scenario load_for_log(const RunRequest& request, std::string& text) {
+// A log must hold exactly the text that is run, so the text is read once, here.
+scenarios::Scenario load_with_text(const RunRequest& request, std::string& text) {
   text = read_whole_file(request.file);
   scenarios::Scenario scenario =
       scenarios::read_scenario_text(text, request.file, request.overrides.seed);
@@ -53,12 +53,14 @@ MeasuredRun run_observed(const RunRequest& request, const scenarios::Scenario& s
 
 }  // namespace
 
-int run_command(const RunRequest& request, std::ostream& out, std::ostream& err) {
-  const bool logged = !request.log_file.empty();
+int run_command(const RunRequest& given, std::ostream& out, std::ostream& err) {
   std::string text;
-  const scenarios::Scenario scenario =
-      logged ? load_for_log(request, text) : load_scenario(request.file, request.overrides);
-  const std::unique_ptr<LogWriter> log = logged ? open_log(request, text, scenario) : nullptr;
+  const scenarios::Scenario scenario = load_with_text(given, text);
+  RunRequest request = given;
+  if (request.log_file.empty()) request.log_file = scenario.output.log_file;
+  request.step_digests = request.step_digests || scenario.output.step_digests;
+  const std::unique_ptr<LogWriter> log =
+      request.log_file.empty() ? nullptr : open_log(request, text, scenario);
 
   RunReport report;
   report.run = run_observed(request, scenario, log.get(), report.step_digests);

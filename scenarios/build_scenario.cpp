@@ -210,6 +210,7 @@ Scenario build_scenario(const DocumentSpec& document, const std::string& file,
   scenario.scene.solver = solver_of(document.solver);
   scenario.territory = territory_of(document.territory, seed);
   scenario.run = run_of(document, faults);
+  scenario.output = {document.output.log.value_or(""), document.output.step_digests};
 
   const MaterialIndex materials = index_materials(document.materials, faults);
   ShapeIndex index;

@@ -158,6 +158,11 @@ struct ExecutorSpec : Located {
   std::int64_t scheduling_seed = 0;
 };
 
+struct OutputSpec : Located {
+  std::optional<std::string> log;
+  bool step_digests = false;
+};
+
 struct DocumentSpec : Located {
   std::string schema;
   std::int64_t format = 0;
@@ -174,6 +179,7 @@ struct DocumentSpec : Located {
   TerritorySpec territory;
   std::int64_t buffer_entries = 48;
   ExecutorSpec executor;
+  OutputSpec output;
 };
 
 }  // namespace soda::scenarios

@@ -248,6 +248,16 @@ constexpr Field kExecutorFields[] = {
 constexpr ObjectTable kExecutor =
     object_table<ExecutorSpec>("executor", "What drives the worlds.", kExecutorFields);
 
+constexpr Field kOutputFields[] = {
+    field<OutputSpec, &OutputSpec::log>(
+        "log", kOptional, kText,
+        "Event log to write, relative to the folder in which soda runs; --log comes first."),
+    field<OutputSpec, &OutputSpec::step_digests>("step_digests", kOptional, kNone,
+                                                 "Report the digest of every step."),
+};
+constexpr ObjectTable kOutput =
+    object_table<OutputSpec>("output", "What a run writes beside its report.", kOutputFields);
+
 // The file.
 
 constexpr std::string_view kDurationKeys[] = {"duration_s"};
@@ -292,6 +302,8 @@ constexpr Field kDocumentFields[] = {
         "Steps a world may run ahead: the size of its transform buffer."),
     object_field<DocumentSpec, &DocumentSpec::executor>(
         "executor", kOptional, kNone, kExecutor, "Default executor; the command line may differ."),
+    object_field<DocumentSpec, &DocumentSpec::output>("output", kOptional, kNone, kOutput,
+                                                      "What a run writes beside its report."),
 };
 constexpr ObjectTable kDocument = object_table<DocumentSpec>(
     "scenario", "A SODA scenario.", kDocumentFields, &kDurationAlternatives);

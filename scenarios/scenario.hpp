@@ -13,6 +13,12 @@
 namespace soda::scenarios {
 
 // An aggregate that is taken apart where a run is built; no function below takes a whole one.
+// What a run writes beside its report; command-line options come first.
+struct OutputOptions {
+  std::string log_file;  // empty: none
+  bool step_digests = false;
+};
+
 struct Scenario {
   std::string name;         // of the file, without folder and ending, unless the file gives one
   std::string description;  // one paragraph, may be empty
@@ -20,6 +26,7 @@ struct Scenario {
   std::vector<physics::BodyState> initial;  // index == BodyId
   models::TerritoryOptions territory;
   models::RunOptions run;  // steps, buffer and executor defaults
+  OutputOptions output;
 };
 
 }  // namespace soda::scenarios

@@ -66,6 +66,8 @@ TEST(Values, OfTheFileReachTheScenarioUnchanged) {
   EXPECT_EQ(scenario.run.buffer, 16);
   EXPECT_EQ(scenario.run.executor, models::ExecutorKind::kThreads);
   EXPECT_EQ(scenario.run.threads, 2u);
+  EXPECT_EQ(scenario.output.log_file, "small.sodalog");
+  EXPECT_TRUE(scenario.output.step_digests);
   EXPECT_EQ(scenario.scene.gravity_m_s2, physics::Vec3(0.0, 0.0, -9.81));
   EXPECT_EQ(scenario.scene.dt_s, 0.01);
   EXPECT_EQ(scenario.scene.solver.iterations, 10);
