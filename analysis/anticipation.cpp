@@ -162,12 +162,13 @@ AnticipationPoint measure_point(std::int64_t buffer, double overload, std::uint3
   point.buffer = buffer;
   point.overload = overload;
   point.bodies = bodies;
-  const double mean = peak_steps > 0 ? peak_sum / static_cast<double>(peak_steps) : base_cost;
-  point.measured_overload = mean / base_cost - 1.0;
-  point.ratio = mean / frame;
   point.filled = starved.filled_at_peak;
   point.steps_until_late = starved.frames;
   point.late = starved.late;
+  // Without a step of the peak (starved in the warm-up) these are not known.
+  const double mean = peak_sum / static_cast<double>(peak_steps);
+  point.measured_overload = mean / base_cost - 1.0;
+  point.ratio = mean / frame;
   point.closed_form_steps =
       anticipation_steps(static_cast<double>(starved.filled_at_peak), point.ratio);
   return point;

@@ -16,7 +16,9 @@ struct AnticipationOptions {
   std::int64_t max_steps = 2000;      // a world that lasts longer counts as never late
 };
 
-// One experiment: a world with a full buffer meets an overload.
+// One experiment: a world with a full buffer meets an overload. If it starves in the warm-up
+// already (utilisation too high for so small a buffer), steps_until_late and filled are 0, and what
+// only steps after the peak can tell is NaN.
 struct AnticipationPoint {
   std::int64_t buffer = 0;
   double overload = 0.0;           // wanted

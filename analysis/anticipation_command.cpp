@@ -36,7 +36,17 @@ void check(const AnticipationOptions& options) {
 }
 
 std::string steps_text(double steps) {
+  if (std::isnan(steps)) return "-";
   return std::isfinite(steps) ? format_number(std::round(steps), 7) : "never";
+}
+
+std::string measured_text(double value, int digits, const char* unit) {
+  return std::isnan(value) ? "-" : format_number(value, digits) + unit;
+}
+
+std::string late_text(const AnticipationPoint& point, std::int64_t max_steps) {
+  if (std::isnan(point.ratio)) return "in the warm-up";
+  return point.late ? std::to_string(point.steps_until_late) : "> " + std::to_string(max_steps);
 }
 
 std::string report_text(const AnticipationReport& report, const AnticipationOptions& options) {
@@ -45,11 +55,9 @@ std::string report_text(const AnticipationReport& report, const AnticipationOpti
     const double wanted_ratio = options.utilisation * (1.0 + point.overload);
     rows.push_back(
         {std::to_string(point.buffer), format_number(100 * point.overload) + " %",
-         std::to_string(point.bodies), format_number(100 * point.measured_overload, 3) + " %",
-         format_number(point.ratio), std::to_string(point.filled),
-         point.late ? std::to_string(point.steps_until_late)
-                    : "> " + std::to_string(options.max_steps),
-         steps_text(point.closed_form_steps),
+         std::to_string(point.bodies), measured_text(100 * point.measured_overload, 3, " %"),
+         measured_text(point.ratio, 4, ""), std::to_string(point.filled),
+         late_text(point, options.max_steps), steps_text(point.closed_form_steps),
          steps_text(anticipation_steps(static_cast<double>(point.buffer), wanted_ratio))});
   }
   const auto right = [](const char* title) { return Column{title, Align::kRight}; };
@@ -89,7 +97,7 @@ Plot figure(const AnticipationReport& report, const AnticipationOptions& options
     }
     PlotSeries measured{law.name, false, {}};
     for (const AnticipationPoint& point : report.points) {
-      if (point.buffer != buffer || !point.late || point.measured_overload < 0.0) continue;
+      if (point.buffer != buffer || !point.late || !(point.measured_overload >= 0.0)) continue;
       measured.points.emplace_back(point.measured_overload,
                                    static_cast<double>(point.steps_until_late));
     }
