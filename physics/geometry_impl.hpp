@@ -1,11 +1,6 @@
-// FCL objects behind Geometry. Included by shape_geometry.cpp and narrowphase.cpp only: these two
-// are the only files that see FCL.
+// FCL objects behind Geometry, for shape_geometry.cpp and narrowphase.cpp: the only files that see
+// FCL.
 #pragma once
-
-#include <fcl/geometry/bvh/BVH_model.h>
-#include <fcl/geometry/collision_geometry.h>
-#include <fcl/narrowphase/collision_object.h>
-#include <fcl/narrowphase/continuous_collision_result.h>
 
 #include <memory>
 #include <vector>
@@ -13,21 +8,21 @@
 #include "physics/compiled_shape.hpp"
 #include "physics/geometry.hpp"
 
-namespace soda::physics {
+namespace fcl {
+template <typename S>
+class CollisionGeometry;
+}  // namespace fcl
 
-// libfcl is compiled for baseline x86-64. Flags that change Eigen's alignment change these sizes
-// and corrupt data silently.
-static_assert(sizeof(fcl::CollisionObjectd) == 224 && alignof(fcl::CollisionObjectd) == 16);
-static_assert(sizeof(fcl::ContinuousCollisionResultd) == 272);
+namespace soda::physics {
 
 struct ShapeGeometry {
   CompiledShape shape;
   // The whole shape, for MPR; for a mesh its OBBRSS tree. Null for a halfspace.
-  std::shared_ptr<fcl::CollisionGeometryd> whole;
+  std::shared_ptr<fcl::CollisionGeometry<double>> whole;
   // What is left after taking off a skin of core_skin_m, for GJK: the centre of a sphere, the
   // segment of a capsule, a smaller cylinder; boxes and hulls are their own cores. Null for meshes
   // and halfspaces.
-  std::shared_ptr<fcl::CollisionGeometryd> core;
+  std::shared_ptr<fcl::CollisionGeometry<double>> core;
   double core_skin_m = 0.0;
 };
 

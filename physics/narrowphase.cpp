@@ -1,3 +1,4 @@
+#include <fcl/geometry/collision_geometry.h>
 #include <fcl/geometry/shape/box.h>
 #include <fcl/narrowphase/collision.h>
 #include <fcl/narrowphase/detail/primitive_shape_algorithm/box_box.h>

@@ -1,8 +1,11 @@
+#include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/capsule.h>
 #include <fcl/geometry/shape/convex.h>
 #include <fcl/geometry/shape/cylinder.h>
 #include <fcl/geometry/shape/sphere.h>
+#include <fcl/narrowphase/collision_object.h>
+#include <fcl/narrowphase/continuous_collision_result.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,6 +14,11 @@
 
 namespace soda::physics {
 namespace {
+
+// libfcl is compiled for baseline x86-64. Flags that change Eigen's alignment change these sizes
+// and corrupt data silently.
+static_assert(sizeof(fcl::CollisionObjectd) == 224 && alignof(fcl::CollisionObjectd) == 16);
+static_assert(sizeof(fcl::ContinuousCollisionResultd) == 272);
 
 // GJK on a point or a segment needs a shape with some radius; this one is below its tolerance.
 constexpr double kCoreRadius = 1e-9;   // of the radius
