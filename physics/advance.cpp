@@ -145,8 +145,11 @@ void report_contacts(std::span<const BodyState> states, const ContactProblem& pr
     const RowContact& contact = problem.contacts[i];
     report.max_penetration_m = std::max(report.max_penetration_m, -contact.separation_m);
     const NormalRow& row = problem.normals[i];
-    if (row.b != statics || row.impulse_newton_s == 0.0) continue;
+    if (row.b != statics) continue;
+    // Friction counts even where the normal impulse ended at zero: after the last sweep it may not
+    // have been taken back to its disc yet (a constraint residual, but an impulse all the same).
     const Vec3 impulse = -impulse_on_b(problem, i);
+    if (impulse == Vec3::Zero()) continue;
     report.static_impulse_newton_s += impulse;
     report.static_angular_impulse_newton_m_s +=
         (states[row.a].position_m + contact.arm_a).cross(impulse);
