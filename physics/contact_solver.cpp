@@ -73,27 +73,6 @@ double sweep_frictions(ContactProblem& p) {
   return change;
 }
 
-// Friction is swept before the normal impulses that bound it, so after the last sweep it may exceed
-// its disc: what is too much is given back. Then no contact has friction without pressure.
-void return_to_discs(ContactProblem& p) {
-  for (FrictionRow& row : p.frictions) {
-    const double limit = row.friction * p.normals[row.normal_row].impulse_newton_s;
-    const double old0 = row.impulse_newton_s[0], old1 = row.impulse_newton_s[1];
-    const double length = std::sqrt(old0 * old0 + old1 * old1);
-    if (length <= limit) continue;
-    row.impulse_newton_s[0] = old0 * (limit / length);
-    row.impulse_newton_s[1] = old1 * (limit / length);
-    const Vec3 change = row.tangent[0] * (row.impulse_newton_s[0] - old0) +
-                        row.tangent[1] * (row.impulse_newton_s[1] - old1);
-    SolverBody& a = p.bodies[row.a];
-    SolverBody& b = p.bodies[row.b];
-    a.linear -= change * a.inverse_mass;
-    a.angular -= times(a.inverse_inertia, row.arm_a.cross(change));
-    b.linear += change * b.inverse_mass;
-    b.angular += times(b.inverse_inertia, row.arm_b.cross(change));
-  }
-}
-
 // Alternating directions carry a load through a stack as fast downwards as upwards.
 double sweep_normals(bool forward, ContactProblem& p) {
   double change = 0.0;
@@ -111,21 +90,15 @@ double largest_impulse(const ContactProblem& p) {
   return largest;
 }
 
-int sweep_until_settled(int iterations, ContactProblem& problem) {
+}  // namespace
+
+int solve_velocities(int iterations, ContactProblem& problem) {
   for (int i = 0; i < iterations; ++i) {
     double change = sweep_frictions(problem);
     change = std::max(change, sweep_normals(i % 2 == 0, problem));
     if (change <= kNegligible * largest_impulse(problem)) return i + 1;
   }
   return iterations;
-}
-
-}  // namespace
-
-int solve_velocities(int iterations, ContactProblem& problem) {
-  const int used = sweep_until_settled(iterations, problem);
-  return_to_discs(problem);
-  return used;
 }
 
 bool aim_rebounds(ContactProblem& problem) {
@@ -190,6 +163,12 @@ double residual_m_s(const ContactProblem& problem) {
     const double velocity =
         row.normal.dot(b.linear - a.linear) + row.arm_b.dot(b.angular) - row.arm_a.dot(a.angular);
     residual = std::max(residual, row.target_m_s - velocity);
+  }
+  for (const FrictionRow& row : problem.frictions) {
+    const double length = std::sqrt(row.impulse_newton_s[0] * row.impulse_newton_s[0] +
+                                    row.impulse_newton_s[1] * row.impulse_newton_s[1]);
+    const double limit = row.friction * problem.normals[row.normal_row].impulse_newton_s;
+    residual = std::max(residual, (length - limit) * problem.bodies[row.a].inverse_mass);
   }
   return residual;
 }
