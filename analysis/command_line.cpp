@@ -9,6 +9,7 @@
 #include "analysis/replay_command.hpp"
 #include "analysis/run_command.hpp"
 #include "analysis/verify_command.hpp"
+#include "analysis/swarm_command.hpp"
 #include "analysis/version.hpp"
 #include "scenarios/read_scenario.hpp"
 
@@ -162,6 +163,80 @@ CLI::App* add_verify(CLI::App& app, VerifyRequest& request) {
 }
 
 std::vector<std::string> known_names(const CLI::App& app, const CLI::App* command) {
+// PHOLD's own name for its least delay; elsewhere in SODA the word would be misunderstood.
+constexpr const char* kLeastDelayOption =
+    "--look"
+    "ahead";
+
+CLI::App* add_phold(CLI::App& app, PholdRequest& request) {
+  CLI::App* phold = app.add_subcommand("phold", "benchmark of the kernel: events and no physics");
+  kernel::StandardPholdOptions& model = request.model;
+  for (const kernel::PholdConfiguration& configuration : kernel::phold_configurations()) {
+    phold->add_flag_callback(
+        std::string("--") + configuration.name,
+        [&request, configuration] {
+          request.model = configuration.model;
+          request.end_units = configuration.end_units;
+        },
+        "the configuration of kernel/README.md (options after it change it)");
+  }
+  phold->add_option("--lps", model.lps, "logical processes (default 1024)")
+      ->check(CLI::Range(1u, 1u << 26));
+  phold->add_option("--start-events", model.start_events_per_lp, "per LP (default 1)")
+      ->check(CLI::Range(0u, 1u << 20));
+  phold->add_option("--remote", model.remote, "probability of a destination drawn from all LPs")
+      ->check(CLI::Range(0.0, 1.0));
+  phold->add_option(kLeastDelayOption, model.least_delay,
+                    "least delay L; a delay is L + Exp(1 - L) (default 0.1)")
+      ->check(CLI::Range(0.0, 1.0));
+  phold->add_option("--end", request.end_units, "virtual time (default 100)");
+  phold->add_option("--seed", model.seed, "default 1");
+  phold->add_option("--executor", request.executor, "sequential or threads (default sequential)")
+      ->check(CLI::IsMember({"sequential", "threads"}));
+  phold->add_option("--threads", request.threads, "worker threads, with --executor threads")
+      ->check(CLI::Range(1u, 1024u));
+  phold->add_option("--window", request.window_units, "virtual time beyond GVT (default: no limit)")
+      ->check(CLI::NonNegativeNumber);
+  phold->add_flag("--order-sensitive", model.order_sensitive,
+                  "the state of an LP depends on the order of its events");
+  phold->add_option("--zero-delay-rounds", model.zero_delay_rounds,
+                    "hops without delay before each delay (default 0)")
+      ->check(CLI::Range(0u, 1u << 20));
+  phold->add_flag("--json", request.json, "print one JSON object");
+  phold->footer(
+      "examples:\n"
+      "  soda phold --C1\n"
+      "  soda phold --lps 16 --end 20000 --executor threads --threads 2 --window 1");
+  return phold;
+}
+
+CLI::App* add_swarm(CLI::App& app, SwarmRequest& request) {
+  CLI::App* swarm = app.add_subcommand(
+      "swarm", "random worlds, clusters and adversaries; every commit against the oracle");
+  swarm->add_option("FILE", request.files, "scenarios (default: PHOLD)");
+  swarm->add_option("--seeds", request.seeds, "FIRST..LAST (default 1..200)");
+  swarm->add_option("--budget", request.budget_s, "start no trial after this many seconds")
+      ->check(CLI::NonNegativeNumber);
+  swarm->add_option("--steps", request.most_steps, "of a scenario, at most (default 20)")
+      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 20));
+  const std::string instead = "instead of what the seed draws: ";
+  swarm->add_option("--lps", request.lps, instead + "LPs, or worlds")
+      ->check(CLI::Range(1u, 1u << 16));
+  swarm->add_option("--end", request.end, instead + "ticks, or steps")
+      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 20));
+  swarm->add_option("--window", request.window, instead + "window, or buffer")
+      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 20));
+  swarm->add_option("--processors", request.processors, instead + "virtual processors")
+      ->check(CLI::Range(1u, 1u << 16));
+  swarm->add_option("--decisions", request.decisions, instead + "the adversary's, none or a list");
+  swarm->add_flag("--json", request.json, "print one JSON object");
+  swarm->footer(
+      "examples:\n"
+      "  soda swarm --seeds 1..10000 --budget 600\n"
+      "  soda swarm scenarios/library/third-world.json --seeds 1..100");
+  return swarm;
+}
+
   std::vector<std::string> names;
   if (command == nullptr) {
     for (const CLI::App* subcommand : app.get_subcommands({})) {
@@ -211,6 +286,9 @@ int run_command_line(int argc, const char* const* argv, std::ostream& out, std::
   const CLI::App* verify_app = add_verify(app, verify);
   CLI::App* schema_app = app.add_subcommand("schema", "print the JSON Schema of scenario files");
   schema_app->footer("example:\n  soda schema > soda-scenario.schema.json");
+  const CLI::App* phold_app = add_phold(app, phold);
+  SwarmRequest swarm;
+  const CLI::App* swarm_app = add_swarm(app, swarm);
 
   try {
     app.parse(argc, argv);
@@ -226,6 +304,8 @@ int run_command_line(int argc, const char* const* argv, std::ostream& out, std::
   if (verify_app->parsed()) return verify_command(verify, out);
   out << scenarios::scenario_schema();
   return kExitOk;
+  if (phold_app->parsed()) return phold_command(phold, out);
+  if (swarm_app->parsed()) return swarm_command(swarm, out);
 }
 
 }  // namespace soda::analysis

@@ -148,4 +148,41 @@ std::string anticipation_json(const AnticipationReport& report) {
                  {"points", points}});
 }
 
+std::string phold_json(const PholdRequest& request, const PholdRun& run) {
+  return dumped({{"executor", request.executor},
+                 {"threads", request.executor == "threads" ? request.threads : 1},
+                 {"lps", request.model.lps},
+                 {"start_events", request.model.start_events_per_lp},
+                 {"remote", request.model.remote},
+                 {"least_delay", request.model.least_delay},
+                 {"end", request.end_units},
+                 {"seed", request.model.seed},
+                 {"committed_events", run.result.events},
+                 {"wall_s", run.wall_s},
+                 {"events_per_s", run.events_per_s()},
+                 {"digest", format_digest(run.result.digest)},
+                 {"events", events(run.counters)}});
+}
+
+std::string swarm_json(const SwarmResult& result) {
+  Json json = {{"trials", result.trials},
+               {"out_of_time", result.out_of_time},
+               {"wall_s", result.wall_s},
+               {"executed", result.sums.executed},
+               {"rolled_back", result.sums.rolled_back},
+               {"committed", result.sums.committed},
+               {"rollbacks", result.sums.rollbacks},
+               {"anti_messages", result.sums.anti_messages},
+               {"failed", result.failure.has_value()}};
+  if (result.failure) {
+    const SwarmFailure& failure = *result.failure;
+    json["failure"] = {{"scenario", failure.file},
+                       {"seed", failure.seed},
+                       {"what", failure.what},
+                       {"shrunk_what", failure.smallest.what},
+                       {"command", failure.command}};
+  }
+  return dumped(json);
+}
+
 }  // namespace soda::analysis

@@ -7,6 +7,7 @@
 #include "analysis/anticipation.hpp"
 #include "analysis/run_report.hpp"
 #include "analysis/verify_command.hpp"
+#include "analysis/swarm_command.hpp"
 #include "models/plan.hpp"
 
 namespace soda::analysis {
@@ -18,4 +19,6 @@ std::string plan_json(const std::string& scenario, const std::vector<models::Pla
 std::string verification_json(const Verification& verification);
 std::string anticipation_json(const AnticipationReport& report);
 
+std::string swarm_json(const SwarmResult& result);
+std::string phold_json(const PholdRequest& request, const PholdRun& run);
 }  // namespace soda::analysis

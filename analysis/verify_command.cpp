@@ -8,57 +8,15 @@
 #include "analysis/exit_codes.hpp"
 #include "analysis/json_output.hpp"
 #include "analysis/overrides.hpp"
+#include "analysis/plain_loop.hpp"
 #include "analysis/text_table.hpp"
-#include "physics/geometry.hpp"
 #include "physics/measures.hpp"
-#include "physics/step.hpp"
 
 namespace soda::analysis {
 namespace {
 
 using physics::BodyId;
 using physics::BodyState;
-
-// The plain loop over physics::step: no worlds, no kernel, nothing shared with what it judges.
-class Oracle {
- public:
-  explicit Oracle(const scenarios::Scenario& scenario)
-      : scene_(scenario.scene),
-        initial_(scenario.initial),
-        geometry_(scenario.scene),
-        ids_(all_ids(scenario.initial.size())) {
-    std::vector<BodyState> states = initial_;
-    for (std::int64_t step = 0; step < scenario.run.steps; ++step) {
-      advance(states);
-      digests_.push_back(physics::digest(ids_, states));
-    }
-  }
-
-  std::uint64_t digest_after(std::int64_t steps) const {
-    return steps == 0 ? physics::digest(ids_, initial_)
-                      : digests_[static_cast<std::size_t>(steps - 1)];
-  }
-
-  std::vector<BodyState> states_after(std::int64_t steps) {
-    std::vector<BodyState> states = initial_;
-    for (std::int64_t step = 0; step < steps; ++step) advance(states);
-    return states;
-  }
-
- private:
-  void advance(std::vector<BodyState>& states) {
-    physics::step(scene_, geometry_, ids_, states, scratch_, report_, counters_);
-  }
-
-  const physics::SceneDescription& scene_;
-  const std::vector<BodyState>& initial_;
-  const physics::Geometry geometry_;
-  const std::vector<BodyId> ids_;
-  physics::StepScratch scratch_;
-  physics::StepReport report_;
-  physics::StageCounters counters_;
-  std::vector<std::uint64_t> digests_;
-};
 
 // Ends a run at its first wrong step: what follows would only repeat it.
 struct WrongStep {
@@ -89,7 +47,7 @@ Divergence first_divergence(const physics::SceneDescription& scene, const WrongS
 }
 
 void verify_run(const scenarios::Scenario& scenario, const models::TerritoryMap& map,
-                Oracle& oracle, VerifiedRun& run) {
+                PlainLoop& oracle, VerifiedRun& run) {
   const models::CommitObserver observer{
       .wants_states = true, .on_step = [&](const models::CommittedStep& step) {
         if (physics::digest(step.ids, step.states) == oracle.digest_after(step.step)) return;
@@ -173,7 +131,7 @@ Verification verify(const VerifyRequest& request) {
   Overrides overrides;
   overrides.steps = request.steps;
   const scenarios::Scenario scenario = load_scenario(request.file, overrides);
-  Oracle oracle(scenario);
+  PlainLoop oracle(scenario);
   std::vector<physics::Vec3> positions;
   for (const BodyState& state : scenario.initial) positions.push_back(state.position_m);
 

@@ -118,7 +118,8 @@ void VirtualCluster::complete(std::uint32_t processor) {
   const Execution& last = executing_[processor];
   done.busy = false;
   last_completion_ns_ = now_ns_;
-  if (options_.adversary && last.time >= sampled_gvt_ && options_.adversary->undoes())
+  if (options_.adversary && done.may_undo(last.own, last.time, sampled_gvt_) &&
+      options_.adversary->undoes())
     done.undo(last.own, last.time);
   done.release(outgoing_);
   send_all(processor);

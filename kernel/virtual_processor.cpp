@@ -16,6 +16,7 @@ VirtualProcessor::VirtualProcessor(std::size_t index, const Partition& partition
       end_(end),
       options_(options),
       spent_(partition.first_of(index + 1) - first_lp_),
+      undone_until_(spent_.size(), kBeginning),
       schedule_(spent_.size()) {
   processes_.reserve(spent_.size());
   for (std::uint32_t own = 0; own < spent_.size(); ++own) {
@@ -55,12 +56,20 @@ void VirtualProcessor::drop_undone(std::uint32_t own, std::uint64_t undone) {
 }
 
 void VirtualProcessor::route(std::vector<Message>& outgoing) {
+  tell_sent();
+  told_sent_ = 0;
   for (Message& message : effects_.outgoing) {
-    if (options_.observer) options_.observer->on_send(message);
     const bool own = partition_.owner_of(message.destination) == index_;
     (own ? inbox_ : outgoing).push_back(std::move(message));
   }
   effects_.outgoing.clear();
+}
+
+// At once, not when it leaves: from here on it holds GVT back.
+void VirtualProcessor::tell_sent() {
+  if (!options_.observer) return;
+  for (; told_sent_ < effects_.outgoing.size(); ++told_sent_)
+    options_.observer->on_send(effects_.outgoing[told_sent_]);
 }
 
 void VirtualProcessor::refresh(std::uint32_t own) {
@@ -101,6 +110,7 @@ VirtualProcessor::Done VirtualProcessor::execute(std::uint32_t own, VirtualTime 
     return options_.cost_ns ? options_.cost_ns(id_of(own)) : options_.bag_cost_ns;
   };
   process.execute(effects_);
+  tell_sent();
   const std::int64_t cost_ns = ask();
   SODA_ASSERT(cost_ns >= 0, "LP ", index_of(id_of(own)), " at ", now, " costs ", cost_ns, " ns");
   if (options_.check_purity) {
@@ -118,9 +128,15 @@ VirtualProcessor::Done VirtualProcessor::execute(std::uint32_t own, VirtualTime 
 
 void VirtualProcessor::release(std::vector<Message>& outgoing) { route(outgoing); }
 
+bool VirtualProcessor::may_undo(std::uint32_t own, VirtualTime time, VirtualTime gvt) const {
+  return time >= gvt && time > undone_until_[own];
+}
+
 void VirtualProcessor::undo(std::uint32_t own, VirtualTime time) {
   const std::uint64_t before = effects_.counters.rolled_back;
+  undone_until_[own] = time;
   processes_[own].undo(time, effects_);
+  tell_sent();
   drop_undone(own, effects_.counters.rolled_back - before);
   refresh(own);
 }

@@ -40,7 +40,9 @@ class VirtualProcessor {
   Done execute(std::uint32_t own, VirtualTime gvt);
   // The execution has ended: own messages can be taken in, others are appended to `outgoing`.
   void release(std::vector<Message>& outgoing);
-  // Undoes what `own` has just executed at `time`, as if a straggler had come.
+  // Undoes what `own` has just executed at `time`, as if a straggler had come. Allowed once for
+  // each time, so that there is an end to it, and not behind a GVT that is being computed.
+  bool may_undo(std::uint32_t own, VirtualTime time, VirtualTime gvt) const;
   void undo(std::uint32_t own, VirtualTime time);
 
   // Earliest of all floors and of all messages that are here: what GVT is the minimum of.
@@ -76,6 +78,7 @@ class VirtualProcessor {
   void settle(std::uint32_t own);
   void drop_undone(std::uint32_t own, std::uint64_t undone);
   void route(std::vector<Message>& outgoing);
+  void tell_sent();
 
   const Partition& partition_;
   const std::size_t index_;
@@ -84,8 +87,10 @@ class VirtualProcessor {
   const VirtualOptions& options_;
   std::vector<TimeWarpProcess> processes_;
   std::vector<SlidingVector<Spent>> spent_;  // of each LP, what stands and is not committed
+  std::vector<VirtualTime> undone_until_;    // of each LP
   LpHeap schedule_;                          // by floor
   WorkerEffects effects_;                    // .outgoing: of the execution that lasts
+  std::size_t told_sent_ = 0;                // how many of these the observer has heard of
   std::vector<Message> inbox_;
   std::vector<Message> delivering_;
   std::vector<std::uint32_t> touched_;

@@ -1,0 +1,28 @@
+// Making a failing trial as small as it goes.
+#pragma once
+
+#include <string>
+
+#include "analysis/swarm_process.hpp"
+
+namespace soda::analysis {
+
+struct ShrunkTrial {
+  Trial trial;       // fails
+  std::string what;  // how
+  unsigned tried = 0;
+};
+
+// Fewer LPs, less time, a smaller window, fewer processors, then fewer decisions of the adversary,
+// as long as it still fails in some way. At most `most_trials` trials.
+ShrunkTrial shrink(const SwarmSubject& subject, const Trial& failing, std::string what,
+                   unsigned most_trials);
+
+// The command that runs this trial alone.
+std::string reproducing_command(const SwarmSubject& subject, const Trial& trial);
+
+// "12:3,40:1" or "none". parse throws UsageError.
+std::string format_decisions(const std::vector<kernel::Decision>& decisions);
+std::vector<kernel::Decision> parse_decisions(const std::string& text);
+
+}  // namespace soda::analysis
