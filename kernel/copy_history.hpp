@@ -31,6 +31,18 @@ class CopyHistory {
     return saved_.back().time;
   }
 
+  // As LogicalProcess::rewind_before. Only for an LP that forwards every mark: what lies between
+  // `to` and `undone` then has one and the same state.
+  VirtualTime rewind_before(VirtualTime undone, VirtualTime to, State& state) {
+    const std::size_t before = saved_until(to);
+    const bool has_to = before > 0 && saved_[before - 1].time == to;
+    if (has_to || before == saved_.size() || saved_[before].time > undone) return rewind(to, state);
+    saved_.truncate(before + 1);
+    saved_.back().time = to;
+    state = saved_.back().state;
+    return to;
+  }
+
   VirtualTime forget(VirtualTime horizon) {
     const std::size_t reachable = saved_until(horizon);
     if (reachable == 0) return kBeginning;

@@ -67,6 +67,13 @@ class LogicalProcess {
   virtual void execute(VirtualTime now, std::span<const MessageView> bag, Outbox& outbox) = 0;
   virtual void mark(VirtualTime now) = 0;
   virtual VirtualTime rewind(VirtualTime to) = 0;
+  // What is called instead of rewind(to), for an LP that can do better: of what it has executed,
+  // `undone` >= to is the earliest that is not before `to`. So the state that it saved at `undone`
+  // is the one that `to` needs. It may restore that one, keep it as saved at `to`, and return `to`;
+  // what came before then need not be executed again. CopyHistory does it.
+  virtual VirtualTime rewind_before([[maybe_unused]] VirtualTime undone, VirtualTime to) {
+    return rewind(to);
+  }
   virtual VirtualTime forget(VirtualTime horizon) = 0;
   virtual void commit(VirtualTime now) = 0;
   // Of all that later executions depend on. For checks only; 0 from an LP that does not tell.

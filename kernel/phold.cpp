@@ -54,11 +54,10 @@ class PholdProcess final : public LogicalProcess {
     most_checkpoints_ = std::max(most_checkpoints_, history_.size());
   }
 
-  VirtualTime rewind(VirtualTime to) override {
-    const VirtualTime restart = history_.rewind(to, state_);
-    while (!executed_.empty() && executed_.back().time >= restart)
-      executed_.truncate(executed_.size() - 1);
-    return restart;
+  VirtualTime rewind(VirtualTime to) override { return drop_from(history_.rewind(to, state_)); }
+
+  VirtualTime rewind_before(VirtualTime undone, VirtualTime to) override {
+    return drop_from(history_.rewind_before(undone, to, state_));
   }
 
   VirtualTime forget(VirtualTime horizon) override { return history_.forget(horizon); }
@@ -88,6 +87,12 @@ class PholdProcess final : public LogicalProcess {
     VirtualTime time;
     std::uint64_t digest = 0;  // after it
   };
+
+  VirtualTime drop_from(VirtualTime restart) {
+    while (!executed_.empty() && executed_.back().time >= restart)
+      executed_.truncate(executed_.size() - 1);
+    return restart;
+  }
 
   void start(VirtualTime now, Outbox& outbox) {
     state_.started = true;

@@ -2,17 +2,19 @@
 // cancellation. Knows neither threads nor GVT computation: an executor drives it.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <map>
 #include <optional>
-#include <set>
 #include <utility>
 #include <vector>
 
 #include "kernel/executor.hpp"
+#include "kernel/input_queue.hpp"
 #include "kernel/logical_process.hpp"
 #include "kernel/message.hpp"
 #include "kernel/sliding_vector.hpp"
+#include "kernel/slot_table.hpp"
 #include "kernel/virtual_time.hpp"
 
 namespace soda::kernel {
@@ -50,7 +52,7 @@ class TimeWarpProcess {
   VirtualTime floor() const { return next_time_ > coast_until_ ? next_time_ : coast_until_; }
 
   // Takes in a message, of time >= the last GVT. True if settle() must follow before anything else.
-  bool deliver(Message message, Counters& counters);
+  bool deliver(Message&& message, Counters& counters);
 
   // Rolls back if what was delivered since the last call changed a time that has been executed;
   // cancels what thereby can no longer be sent again.
@@ -78,6 +80,9 @@ class TimeWarpProcess {
   // Commits what has been executed before `limit` (<= GVT) and not been committed yet.
   void commit(VirtualTime limit, Counters& counters);
 
+  // Whether commit() and forget() have nothing left to do until it executes again.
+  bool is_committed() const { return executed_.empty() || executed_.back() <= last_committed_; }
+
   // Fossil collection: drops what no rollback to `gvt` or later needs.
   void forget(VirtualTime gvt);
 
@@ -100,13 +105,6 @@ class TimeWarpProcess {
     VirtualTime send_time;
     Payload payload;
   };
-  // How many slots of one (time, destination, kind) are in use by outputs that are not pending.
-  struct SlotCount {
-    VirtualTime time;
-    LpId destination{};
-    std::uint32_t kind = 0;
-    std::uint32_t count = 0;
-  };
   struct FaultRecord {
     VirtualTime time;
     Fault fault;
@@ -117,18 +115,14 @@ class TimeWarpProcess {
   bool needs_rollback(VirtualTime time) const {
     return time < restart_ || (!executed_.empty() && time <= executed_.back());
   }
-  bool write_register(Message&& message);
   void roll_back(VirtualTime to, Counters& counters);
+  VirtualTime first_undone(VirtualTime to) const;
   void undo_outputs(VirtualTime from);
-  void refresh_next_time();
-  void gather_bag(std::vector<MessageView>& bag) const;
-  std::size_t slot_count_index(const OutputId& id) const;
-  std::uint32_t take_slot(const OutputId& id);
-  void release_slot(const OutputId& id);
+  void refresh_next_time() { next_time_ = std::min(agenda_, inputs_.next_time()); }
+  void refresh_agenda();
   void send(VirtualTime now, OutputId id, Payload payload, WorkerEffects& effects);
   bool adopt(VirtualTime now, const OutputId& id, const Payload& payload);
   void flush_pending(WorkerEffects& effects);
-  void drop_annihilated();
 
   const LpId id_;
   const std::size_t lp_count_;
@@ -136,22 +130,24 @@ class TimeWarpProcess {
   const VirtualTime end_;
 
   VirtualTime next_time_;
+  VirtualTime agenda_;  // of the LP
   VirtualTime coast_until_ = kBeginning;
-  VirtualTime restart_ = kBeginning;           // what rewind() of the LP returned last
-  std::optional<VirtualTime> changed_from_;    // earliest change delivered since settle()
-  std::optional<VirtualTime> last_committed_;  // outlives rollbacks behind it
+  VirtualTime restart_ = kBeginning;         // what rewind() of the LP returned last
+  VirtualTime changed_from_ = kNever;        // earliest change delivered since settle()
+  VirtualTime last_committed_ = kBeginning;  // outlives rollbacks behind it
   VirtualTime gvt_ = kBeginning;
   VirtualTime kept_ = kBeginning;  // what forget() of the LP returned last
 
-  SlidingVector<Message> inputs_;        // by register_key, executed ones included
-  std::size_t next_input_ = 0;           // the first that has not been executed
+  InputQueue inputs_;
   SlidingVector<VirtualTime> executed_;  // ascending
+  SlidingVector<Output> outputs_;        // standing; by send time
+  SlotTable slots_;                      // of what stands and what is irrevocable
   std::vector<FaultRecord> faults_;      // ascending; see first_fault()
 
-  SlidingVector<Output> outputs_;  // standing; by send time
   std::map<OutputId, PendingOutput> pending_;
-  std::set<std::pair<VirtualTime, OutputId>> pending_by_send_time_;  // the same ones
-  SlidingVector<SlotCount> slots_;  // by (time, destination, kind); times > kept_ only
+  // What became pending, latest send time first. Entries that are no longer in pending_ are
+  // overtaken: ignore them.
+  std::vector<std::pair<VirtualTime, OutputId>> pending_order_;
   std::uint64_t next_incarnation_ = 1;
 };
 

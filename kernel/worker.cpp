@@ -36,6 +36,7 @@ Worker::Worker(std::size_t index, Team& team, std::span<const std::unique_ptr<Lo
       progress_(progress),
       first_lp_(static_cast<std::uint32_t>(team.partition.first_of(index))),
       schedule_(team.partition.first_of(index + 1) - first_lp_),
+      is_uncommitted_(schedule_.size(), false),
       remote_(team.partition.workers),
       patience_(kLeastPatience),
       random_(append(options.scheduling_seed, index)) {
@@ -67,22 +68,33 @@ void Worker::take_in_messages() {
 }
 
 // All of a batch is delivered before any of its receivers settles: an anti-message and what
-// replaces it, or two stragglers, cost one rollback. Settling may send to own LPs again.
+// replaces it, or two stragglers, cost one rollback.
 void Worker::deliver_arrived() {
-  while (!arrived_.empty()) {
-    delivering_.swap(arrived_);
-    for (Message& message : delivering_) {
-      if (shuffles() && random_.below(4) == 0) {
-        held_back_.push_back(std::move(message));
-        continue;
-      }
-      const std::uint32_t own = index_of(message.destination) - first_lp_;
-      if (processes_[own].deliver(std::move(message), effects_.counters)) touched_.push_back(own);
-    }
-    delivering_.clear();
+  if (arrived_.empty()) return;
+  delivering_.swap(arrived_);
+  for (Message& message : delivering_) deliver(std::move(message));
+  delivering_.clear();
+  settle_receivers();
+}
+
+void Worker::deliver(Message&& message) {
+  SODA_ASSERT(message.time >= gvt_, "message to LP ", index_of(message.destination), " at ",
+              message.time, " behind GVT ", gvt_);
+  if (shuffles() && random_.below(4) == 0) {
+    held_back_.push_back(std::move(message));
+    return;
+  }
+  const std::uint32_t own = index_of(message.destination) - first_lp_;
+  if (processes_[own].deliver(std::move(message), effects_.counters)) touched_.push_back(own);
+}
+
+// Settling may send to own LPs again.
+void Worker::settle_receivers() {
+  while (!touched_.empty()) {
     for (const std::uint32_t own : touched_) {
       processes_[own].settle(effects_);
       refresh(own);
+      note_uncommitted(own);
     }
     touched_.clear();
     route_outgoing();
@@ -98,8 +110,10 @@ void Worker::release_held_back() {
 
 void Worker::route_outgoing() {
   for (Message& message : effects_.outgoing) {
-    const std::size_t receiver = team_.partition.owner_of(message.destination);
-    (receiver == index_ ? arrived_ : remote_[receiver]).push_back(std::move(message));
+    if (index_of(message.destination) - first_lp_ < processes_.size())
+      deliver(std::move(message));
+    else
+      remote_[team_.partition.owner_of(message.destination)].push_back(std::move(message));
   }
   effects_.outgoing.clear();
 }
@@ -107,6 +121,13 @@ void Worker::route_outgoing() {
 void Worker::refresh(std::uint32_t own) {
   schedule_.update(own, processes_[own].floor());
   if (processes_[own].has_fault()) may_be_faulty_.push_back(own);
+}
+
+// An LP whose history a round has to look at: others cost a round nothing.
+void Worker::note_uncommitted(std::uint32_t own) {
+  if (is_uncommitted_[own]) return;
+  is_uncommitted_[own] = true;
+  uncommitted_.push_back(own);
 }
 
 void Worker::execute_batch() {
@@ -142,8 +163,9 @@ void Worker::execute_one(std::uint32_t own) {
   }
   process.execute(effects_);
   refresh(own);
+  note_uncommitted(own);
   route_outgoing();
-  deliver_arrived();
+  settle_receivers();
 }
 
 void Worker::adapt_batch(std::chrono::steady_clock::duration took, std::size_t executed) {
@@ -200,10 +222,25 @@ void Worker::note_gvt(VirtualTime gvt) {
 void Worker::commit(const GvtOutcome& outcome) {
   fault_ = outcome.fault;
   const VirtualTime limit = fault_ ? fault_->when : gvt_;
-  for (TimeWarpProcess& process : processes_) {
-    if (finished_) process.coast_to(std::min(limit, end_), effects_);
+  if (finished_) coast_to(std::min(limit, end_));
+  std::size_t kept = 0;
+  for (const std::uint32_t own : uncommitted_) {
+    TimeWarpProcess& process = processes_[own];
     process.commit(limit, effects_.counters);
     if (!finished_) process.forget(gvt_);
+    if (process.is_committed())
+      is_uncommitted_[own] = false;
+    else
+      uncommitted_[kept++] = own;
+  }
+  uncommitted_.resize(kept);
+}
+
+void Worker::coast_to(VirtualTime limit) {
+  for (std::uint32_t own = 0; own < processes_.size(); ++own) {
+    if (processes_[own].next_time() >= limit) continue;
+    processes_[own].coast_to(limit, effects_);
+    note_uncommitted(own);
   }
 }
 

@@ -14,7 +14,7 @@
 #include "kernel/gvt.hpp"
 #include "kernel/hash_mix.hpp"
 #include "kernel/inbox.hpp"
-#include "kernel/lp_heap.hpp"
+#include "kernel/lp_schedule.hpp"
 #include "kernel/partition.hpp"
 #include "kernel/time_warp_process.hpp"
 
@@ -51,18 +51,22 @@ class Worker {
   void wait_for_work();
 
   void deliver_arrived();
+  void deliver(Message&& message);
+  void settle_receivers();
   void release_held_back();
   void route_outgoing();
   void refresh(std::uint32_t own);
+  void note_uncommitted(std::uint32_t own);
   std::uint32_t pick();
   void execute_one(std::uint32_t own);
   void adapt_batch(std::chrono::steady_clock::duration took, std::size_t executed);
   GvtReport make_report();
   void note_gvt(VirtualTime gvt);
   void commit(const GvtOutcome& outcome);
+  void coast_to(VirtualTime limit);
   void request_round();
   bool within_window(VirtualTime time) const;
-  bool can_execute() const { return within_window(schedule_.top_time()); }
+  bool can_execute() { return within_window(schedule_.top_time()); }
   bool shuffles() const { return options_.scheduling_seed != 0; }
 
   const std::size_t index_;
@@ -73,8 +77,10 @@ class Worker {
   const std::uint32_t first_lp_;
 
   std::vector<TimeWarpProcess> processes_;  // the own LPs
-  LpHeap schedule_;                         // by floor
+  LpSchedule schedule_;                     // by floor
   std::vector<std::uint32_t> may_be_faulty_;
+  std::vector<std::uint32_t> uncommitted_;  // what a round has to touch; in any order
+  std::vector<bool> is_uncommitted_;        // whether an LP is among them
   WorkerEffects effects_;
   std::vector<Message> arrived_;              // to be delivered next
   std::vector<Message> delivering_;           // scratch

@@ -1,0 +1,93 @@
+// The inputs of one LP under Time Warp: message registers, executed and pending.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "kernel/logical_process.hpp"
+#include "kernel/message.hpp"
+#include "kernel/sliding_vector.hpp"
+#include "kernel/virtual_time.hpp"
+
+namespace soda::kernel {
+
+// Registers earlier than the boundary have been executed; a rollback moves the boundary back. Bags
+// are runs of equal time. References to messages stand in sorted arrays of 16-byte entries; the
+// messages themselves stay where they were put. Of many pending ones only the earliest are sorted
+// so, the others wait in a tree: insertion is O(log n).
+class InputQueue {
+ public:
+  // Puts a message into its register unless a newer incarnation is there already. True if that
+  // changes what a bag holds.
+  bool write(Message&& message);
+
+  // The earliest pending register that holds a message; kNever if none does.
+  VirtualTime next_time() const {
+    if (near_.empty()) return kNever;
+    if (!near_.back().anti) return near_.back().time();
+    return next_time_beyond_antis();
+  }
+
+  // The bag of `now`, which is not later than next_time(). Views are valid until the next change.
+  void gather(VirtualTime now, std::vector<MessageView>& bag) const;
+
+  // Moves the boundary to just after `now`.
+  void pass(VirtualTime now);
+
+  // Moves the boundary back to `from`.
+  void undo(VirtualTime from);
+
+  // Drops executed registers earlier than `kept`, and empty ones earlier than `gvt`: these have
+  // nothing left to annihilate, for an older incarnation still on its way would hold GVT back.
+  void forget(VirtualTime kept, VirtualTime gvt);
+
+  std::size_t size() const { return executed_.size() + near_.size() + far_.size(); }
+
+ private:
+  static constexpr std::uint32_t kNone = (1u << 31) - 1;
+  static constexpr std::size_t kMostNear = 64;
+
+  struct Entry {
+    std::int64_t t = 0;
+    std::uint32_t round = 0;
+    std::uint32_t place : 31 = 0;  // in store_
+    bool anti : 1 = false;
+
+    VirtualTime time() const { return {t, round}; }
+  };
+  static_assert(sizeof(Entry) == 16);
+  using Key = std::tuple<VirtualTime, LpId, std::uint32_t, std::uint32_t>;  // register_key()
+
+  // < 0, 0, > 0: the register of `entry` comes before, is, comes after that of `message`.
+  int compare(const Entry& entry, const Message& message) const {
+    if (entry.t != message.time.t) return entry.t < message.time.t ? -1 : 1;
+    if (entry.round != message.time.round) return entry.round < message.time.round ? -1 : 1;
+    return compare_rest(store_[entry.place], message);
+  }
+  static int compare_rest(const Message& a, const Message& b);
+
+  bool write_near(Message&& message);
+  bool write_far(Message&& message);
+  bool write_executed(Message&& message);
+  bool replace(Entry& entry, Message&& message);
+  VirtualTime next_time_beyond_antis() const;
+  Entry store(Message&& message);
+  void release(const Entry& entry);
+  void spill();
+  void refill();
+  void drop_antis(VirtualTime gvt);
+
+  std::vector<Message> store_;
+  std::uint32_t free_ = kNone;  // first unused place of store_; the next one is in its `kind`
+  std::uint32_t antis_ = 0;     // empty registers
+  VirtualTime boundary_ = kBeginning;
+  std::vector<Entry> near_;        // pending, latest first
+  SlidingVector<Entry> executed_;  // earliest first
+  std::map<Key, Entry> far_;       // pending, all later than near_; empty if near_ is
+};
+
+}  // namespace soda::kernel

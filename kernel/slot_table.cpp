@@ -1,0 +1,64 @@
+#include "kernel/slot_table.hpp"
+
+#include <bit>
+#include <utility>
+
+#include "kernel/invariant.hpp"
+
+namespace soda::kernel {
+
+std::size_t SlotTable::first_place(const OutputId& id) const {
+  const std::uint64_t word = static_cast<std::uint64_t>(id.time.t) ^
+                             std::rotl(std::uint64_t{index_of(id.destination)}, 40) ^
+                             std::rotl(std::uint64_t{id.kind}, 20) ^
+                             std::rotl(std::uint64_t{id.time.round}, 56);
+  return (word * 0x9e3779b97f4a7c15ull) >> (64 - std::countr_zero(entries_.size()));
+}
+
+std::uint32_t SlotTable::take(const OutputId& id) {
+  if (4 * (used_ + 1) > 3 * entries_.size()) make_room();
+  const std::size_t mask = entries_.size() - 1;
+  Entry* room = nullptr;
+  std::size_t place = first_place(id);
+  for (; entries_[place].count != kUnused; place = (place + 1) & mask) {
+    Entry& entry = entries_[place];
+    if (entry.holds(id)) return entry.count++;
+    if (room == nullptr && is_void(entry)) room = &entry;
+  }
+  if (room == nullptr) {
+    room = &entries_[place];
+    ++used_;
+  }
+  *room = {id.time.t, id.time.round, id.destination, id.kind, 1};
+  return 0;
+}
+
+void SlotTable::release(const OutputId& id) {
+  std::size_t place = first_place(id);
+  while (!entries_[place].holds(id)) {
+    SODA_ASSERT(entries_[place].count != kUnused, "slot ", id.slot, " at ", id.time, " to LP ",
+                index_of(id.destination), " was never taken");
+    place = (place + 1) & (entries_.size() - 1);
+  }
+  Entry& entry = entries_[place];
+  SODA_ASSERT(entry.count == id.slot + 1, "slot ", id.slot, " of ", entry.count, " at ", id.time,
+              " to LP ", index_of(id.destination), " is given back");
+  --entry.count;
+}
+
+void SlotTable::make_room() {
+  std::vector<Entry> old = std::exchange(entries_, {});
+  std::size_t valid = 0;
+  const auto keep = [&](const Entry& entry) { return entry.count != kUnused && !is_void(entry); };
+  for (const Entry& entry : old) valid += keep(entry);
+  entries_.resize(std::bit_ceil(2 * valid + 8));
+  used_ = valid;
+  for (const Entry& entry : old) {
+    if (!keep(entry)) continue;
+    std::size_t place = first_place({entry.time(), entry.destination, entry.kind, 0});
+    while (entries_[place].count != kUnused) place = (place + 1) & (entries_.size() - 1);
+    entries_[place] = entry;
+  }
+}
+
+}  // namespace soda::kernel
