@@ -5,11 +5,12 @@
 #include "analysis/anticipation_command.hpp"
 #include "analysis/exit_codes.hpp"
 #include "analysis/nearest_name.hpp"
+#include "analysis/phold_command.hpp"
 #include "analysis/plan_command.hpp"
 #include "analysis/replay_command.hpp"
 #include "analysis/run_command.hpp"
-#include "analysis/verify_command.hpp"
 #include "analysis/swarm_command.hpp"
+#include "analysis/verify_command.hpp"
 #include "analysis/version.hpp"
 #include "scenarios/read_scenario.hpp"
 
@@ -162,7 +163,6 @@ CLI::App* add_verify(CLI::App& app, VerifyRequest& request) {
   return verify;
 }
 
-std::vector<std::string> known_names(const CLI::App& app, const CLI::App* command) {
 // PHOLD's own name for its least delay; elsewhere in SODA the word would be misunderstood.
 constexpr const char* kLeastDelayOption =
     "--look"
@@ -237,6 +237,7 @@ CLI::App* add_swarm(CLI::App& app, SwarmRequest& request) {
   return swarm;
 }
 
+std::vector<std::string> known_names(const CLI::App& app, const CLI::App* command) {
   std::vector<std::string> names;
   if (command == nullptr) {
     for (const CLI::App* subcommand : app.get_subcommands({})) {
@@ -279,16 +280,17 @@ int run_command_line(int argc, const char* const* argv, std::ostream& out, std::
   ReplayRequest replay;
   AnticipationRequest anticipation;
   VerifyRequest verify;
+  PholdRequest phold;
   const CLI::App* run_app = add_run(app, run);
   const CLI::App* plan_app = add_plan(app, plan);
   const CLI::App* replay_app = add_replay(app, replay);
   const CLI::App* anticipation_app = add_anticipation(app, anticipation);
   const CLI::App* verify_app = add_verify(app, verify);
-  CLI::App* schema_app = app.add_subcommand("schema", "print the JSON Schema of scenario files");
-  schema_app->footer("example:\n  soda schema > soda-scenario.schema.json");
   const CLI::App* phold_app = add_phold(app, phold);
   SwarmRequest swarm;
   const CLI::App* swarm_app = add_swarm(app, swarm);
+  CLI::App* schema_app = app.add_subcommand("schema", "print the JSON Schema of scenario files");
+  schema_app->footer("example:\n  soda schema > soda-scenario.schema.json");
 
   try {
     app.parse(argc, argv);
@@ -302,10 +304,10 @@ int run_command_line(int argc, const char* const* argv, std::ostream& out, std::
   if (replay_app->parsed()) return replay_command(replay, out, err);
   if (anticipation_app->parsed()) return anticipation_command(anticipation, out);
   if (verify_app->parsed()) return verify_command(verify, out);
-  out << scenarios::scenario_schema();
-  return kExitOk;
   if (phold_app->parsed()) return phold_command(phold, out);
   if (swarm_app->parsed()) return swarm_command(swarm, out);
+  out << scenarios::scenario_schema();
+  return kExitOk;
 }
 
 }  // namespace soda::analysis

@@ -1,0 +1,306 @@
+// How far the kernel is from the limit, on PHOLD: its executors beside two probes that do the least
+// that any kernel must do.
+//
+//   kernel_limits                  all of C1 .. C6, 5 times: medians and ratios
+//   kernel_limits C1 [REPEATS]     one configuration
+//   kernel_limits C1 RUN           one run: bare, bookkeeping, sequential, threads1 or threads2
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <limits>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "kernel/executor.hpp"
+#include "kernel/standard_phold.hpp"
+
+namespace {
+
+using soda::kernel::kTicksPerUnit;
+using soda::kernel::phold_configurations;
+using soda::kernel::PholdConfiguration;
+using soda::kernel::PholdDraw;
+using soda::kernel::PholdDraws;
+
+constexpr std::uint32_t kNone = ~0u;
+
+struct Event {
+  std::int64_t t;
+  std::uint32_t round;
+  std::uint32_t destination;
+  std::uint32_t source;
+  std::uint32_t slot;
+  std::uint64_t token;
+  std::uint32_t next;
+};
+
+// Events in a pool, lists of them in buckets about two events wide, the current bucket sorted by
+// the full key. Its parameters fit PHOLD's delays: nothing is adapted while it runs.
+class BucketQueue {
+ public:
+  explicit BucketQueue(std::size_t events) {
+    while ((kTicksPerUnit >> shift_) * 2 > static_cast<std::int64_t>(4 * events) && shift_ < 20)
+      ++shift_;
+    std::size_t buckets = 1;
+    while (buckets < static_cast<std::size_t>(16 * (kTicksPerUnit >> shift_))) buckets *= 2;
+    heads_.assign(buckets, kNone);
+    pool_.reserve(events);
+  }
+
+  std::uint32_t push(const Event& event) {
+    std::uint32_t place = free_;
+    if (place == kNone) {
+      place = static_cast<std::uint32_t>(pool_.size());
+      pool_.push_back(event);
+    } else {
+      free_ = pool_[place].next;
+      pool_[place] = event;
+    }
+    const std::int64_t bucket = event.t >> shift_;
+    if (bucket <= bucket_) {
+      insert(place);
+    } else {
+      std::uint32_t& head = heads_[static_cast<std::size_t>(bucket) & (heads_.size() - 1)];
+      pool_[place].next = head;
+      head = place;
+    }
+    return place;
+  }
+
+  std::uint32_t pop() {
+    while (current_.empty()) {
+      ++bucket_;
+      std::uint32_t* link = &heads_[static_cast<std::size_t>(bucket_) & (heads_.size() - 1)];
+      while (*link != kNone) {
+        const std::uint32_t place = *link;
+        if ((pool_[place].t >> shift_) == bucket_) {
+          *link = pool_[place].next;
+          insert(place);
+        } else {
+          link = &pool_[place].next;
+        }
+      }
+    }
+    const std::uint32_t place = current_.back();
+    current_.pop_back();
+    return place;
+  }
+
+  void release(std::uint32_t place) {
+    pool_[place].next = free_;
+    free_ = place;
+  }
+
+  const Event& operator[](std::uint32_t place) const { return pool_[place]; }
+
+ private:
+  static auto key(const Event& e) {
+    return std::tie(e.t, e.round, e.destination, e.source, e.slot);
+  }
+
+  void insert(std::uint32_t place) {
+    std::size_t at = current_.size();
+    current_.push_back(place);
+    for (; at > 0 && key(pool_[current_[at - 1]]) < key(pool_[place]); --at)
+      current_[at] = current_[at - 1];
+    current_[at] = place;
+  }
+
+  int shift_ = 0;
+  std::int64_t bucket_ = 0;
+  std::vector<std::uint32_t> heads_;
+  std::vector<Event> pool_;
+  std::uint32_t free_ = kNone;
+  std::vector<std::uint32_t> current_;  // latest first
+};
+
+void start(const PholdConfiguration& c, const PholdDraws& draws, BucketQueue& queue) {
+  for (std::uint32_t lp = 0; lp < c.model.lps; ++lp)
+    for (std::uint32_t i = 0; i < c.model.start_events_per_lp; ++i) {
+      const std::uint64_t token = draws.first_token(lp, i);
+      queue.push({draws.draw(token, 0).delay_ticks, 0, lp, lp, i, token, kNone});
+    }
+}
+
+Event follower(const Event& event, const PholdDraws& draws) {
+  const PholdDraw draw = draws.draw(event.token, event.destination);
+  return {event.t + draw.delay_ticks,
+          0,
+          draw.destination,
+          event.destination,
+          0,
+          draw.next_token,
+          kNone};
+}
+
+struct Outcome {
+  std::uint64_t events = 0;
+  std::uint64_t digest = 0;
+  double efficiency = 1.0;
+};
+
+// A queue, the random draws, and nothing else.
+Outcome run_bare(const PholdConfiguration& c) {
+  const PholdDraws draws(c.model);
+  BucketQueue queue(std::size_t{c.model.lps} * c.model.start_events_per_lp);
+  start(c, draws, queue);
+  const auto end = static_cast<std::int64_t>(c.end_units * static_cast<double>(kTicksPerUnit));
+  Outcome outcome;
+  while (true) {
+    const std::uint32_t place = queue.pop();
+    const Event event = queue[place];
+    if (event.t >= end) return outcome;
+    ++outcome.events;
+    outcome.digest += event.token;
+    queue.release(place);
+    queue.push(follower(event, draws));
+  }
+}
+
+struct State {
+  std::uint64_t words[4] = {};
+};
+
+struct Processed {
+  State before;
+  std::uint32_t event;
+  std::uint32_t sent;
+};
+
+struct History {
+  State state;
+  std::vector<Processed> processed;
+  bool touched = false;
+};
+
+// The same, with what Time Warp has to keep: for each event the state before it, the event itself
+// and what it sent, reclaimed every 4096 events.
+Outcome run_bookkeeping(const PholdConfiguration& c) {
+  const PholdDraws draws(c.model);
+  BucketQueue queue(std::size_t{c.model.lps} * c.model.start_events_per_lp);
+  start(c, draws, queue);
+  const auto end = static_cast<std::int64_t>(c.end_units * static_cast<double>(kTicksPerUnit));
+  std::vector<History> histories(c.model.lps);
+  std::vector<std::uint32_t> touched;
+  Outcome outcome;
+  while (true) {
+    const std::uint32_t place = queue.pop();
+    const Event event = queue[place];
+    if (event.t >= end) break;
+    ++outcome.events;
+    History& history = histories[event.destination];
+    const std::uint32_t sent = queue.push(follower(event, draws));
+    history.processed.push_back({history.state, place, sent});
+    if (!history.touched) touched.push_back(event.destination);
+    history.touched = true;
+    history.state.words[0] += event.token;
+    ++history.state.words[1];
+    if (outcome.events % 4096 != 0) continue;
+    for (const std::uint32_t lp : touched) {
+      for (const Processed& done : histories[lp].processed) queue.release(done.event);
+      histories[lp].processed.clear();
+      histories[lp].touched = false;
+    }
+    touched.clear();
+  }
+  for (const History& history : histories) outcome.digest += history.state.words[0];
+  return outcome;
+}
+
+struct Measured {
+  Outcome outcome;
+  double events_per_s = 0.0;
+};
+
+Measured measure(const PholdConfiguration& c, const std::string& what) {
+  const auto seconds_since = [](auto begin) {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  };
+  Measured measured;
+  double seconds = 0.0;
+  if (what == "bare" || what == "bookkeeping") {
+    const auto begin = std::chrono::steady_clock::now();
+    measured.outcome = what == "bare" ? run_bare(c) : run_bookkeeping(c);
+    seconds = seconds_since(begin);
+  } else {
+    const auto lps = soda::kernel::make_standard_phold(c.model);
+    const soda::kernel::VirtualTime end{
+        static_cast<std::int64_t>(c.end_units * static_cast<double>(kTicksPerUnit)), 0};
+    soda::kernel::ThreadsOptions options{.threads = what == "threads2" ? 2u : 1u,
+                                         .window = std::numeric_limits<std::int64_t>::max()};
+    const bool windowed = std::string(c.name) == "C6";
+    if (windowed) options.window = 2 * kTicksPerUnit;
+    const auto begin = std::chrono::steady_clock::now();
+    const soda::kernel::RunResult run = what == "sequential"
+                                            ? soda::kernel::run_sequential(lps, end)
+                                            : soda::kernel::run_threads(lps, end, options);
+    seconds = seconds_since(begin);
+    const soda::kernel::StandardPholdResult result = soda::kernel::standard_phold_result(lps);
+    measured.outcome = {
+        result.events, result.digest,
+        static_cast<double>(run.counters.committed) / static_cast<double>(run.counters.executed)};
+  }
+  measured.events_per_s = static_cast<double>(measured.outcome.events) / seconds;
+  return measured;
+}
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+// False if executors disagree.
+bool table_row(const PholdConfiguration& c, int repeats) {
+  const std::vector<std::string> runs = {"bare", "bookkeeping", "sequential", "threads1",
+                                         "threads2"};
+  std::vector<std::vector<double>> rates(runs.size());
+  std::vector<Outcome> outcomes(runs.size());
+  for (int repeat = 0; repeat < repeats; ++repeat)
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+      const Measured measured = measure(c, runs[i]);
+      rates[i].push_back(1e-6 * measured.events_per_s);
+      outcomes[i] = measured.outcome;
+    }
+  std::vector<double> m;
+  for (const std::vector<double>& rate : rates) m.push_back(median(rate));
+  std::printf("%s | %8lu | %5.1f %5.1f | %5.2f %5.2f %5.2f | %4.2f %4.2f %4.2f | %5.1f %%", c.name,
+              static_cast<unsigned long>(outcomes[2].events), m[0], m[1], m[2], m[3], m[4],
+              m[2] / m[0], m[3] / m[1], m[4] / m[3], 100.0 * outcomes[4].efficiency);
+  const auto best = [&](std::size_t i) {
+    return *std::max_element(rates[i].begin(), rates[i].end());
+  };
+  std::printf(" | best %5.2f %5.2f %5.2f | %016lx\n", best(2), best(3), best(4),
+              static_cast<unsigned long>(outcomes[2].digest));
+  std::fflush(stdout);
+  return outcomes[2].digest == outcomes[3].digest && outcomes[2].digest == outcomes[4].digest &&
+         outcomes[0].events == outcomes[2].events;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const std::string only = argc > 1 ? argv[1] : "";
+  const std::string what = argc > 2 ? argv[2] : "5";
+  const int repeats = std::atoi(what.c_str());
+  if (repeats > 0)
+    std::printf(
+        "M events/s, medians of %d\n"
+        "   |   events | probes      | seq. thr.1 thr.2    | s/a  1/b  2/1  | eff. 2\n",
+        repeats);
+  bool agree = true;
+  for (const PholdConfiguration& c : phold_configurations()) {
+    if (!only.empty() && only != c.name) continue;
+    if (repeats > 0) {
+      agree = table_row(c, repeats) && agree;
+      continue;
+    }
+    const Measured measured = measure(c, what);
+    std::printf("%lu events, %.2f M/s, digest %016lx, efficiency %.3f\n",
+                static_cast<unsigned long>(measured.outcome.events), 1e-6 * measured.events_per_s,
+                static_cast<unsigned long>(measured.outcome.digest), measured.outcome.efficiency);
+  }
+  if (!agree) std::puts("executors disagree");
+  return agree ? 0 : 1;
+}

@@ -1,0 +1,35 @@
+// `soda phold`: the benchmark of optimistic kernels, on ours.
+#pragma once
+
+#include <cstdint>
+#include <iosfwd>
+#include <string>
+
+#include "kernel/executor.hpp"
+#include "kernel/standard_phold.hpp"
+
+namespace soda::analysis {
+
+struct PholdRequest {
+  kernel::StandardPholdOptions model;
+  double end_units = 100.0;  // > 0
+  std::string executor = "sequential";
+  unsigned threads = 1;
+  double window_units = 0.0;  // beyond GVT; 0: no window
+  bool json = false;
+};
+
+struct PholdRun {
+  kernel::Counters counters;
+  kernel::StandardPholdResult result;
+  double wall_s = 0.0;
+
+  double events_per_s() const { return static_cast<double>(result.events) / wall_s; }
+};
+
+// Creation of the LPs is not part of wall_s. Throws UsageError for an unknown executor.
+PholdRun run_phold(const PholdRequest& request);
+
+int phold_command(const PholdRequest& request, std::ostream& out);
+
+}  // namespace soda::analysis
