@@ -42,8 +42,9 @@ void add_records(std::span<const physics::BodyId> own_ids, WorldId from, const R
                  IslandMerge& merge, std::vector<physics::ContactManifold>& manifolds);
 
 // The same for a fragment. Its sender tested the pairs, and where it owns neither body it has
-// forgotten them since: only what it keeps (its own bodies and their contacts) is noted as
-// exchanged with it. Noting the rest would withhold from a third world what its own island may need.
+// forgotten them since: only what it keeps, its own bodies and their contacts, is noted as
+// exchanged with it. Noting the rest would withhold from a third world what its own island may
+// need.
 void add_fragment(std::span<const physics::BodyId> own_ids, WorldId from, const Records& records,
                   IslandMerge& merge, std::vector<physics::ContactManifold>& manifolds);
 
