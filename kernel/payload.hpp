@@ -74,8 +74,6 @@ class Payload {
   }
   ~Payload() { release(); }
 
-  void clear() { release(); }
-
   std::size_t size() const { return size_; }
   bool empty() const { return size_ == 0; }
   // Valid until this object is moved, changed or destroyed.
@@ -117,8 +115,7 @@ class Payload {
     other.release();
   }
   void release() {
-    if (!is_inline()) [[unlikely]]
-      shared().~Shared();
+    if (!is_inline()) shared().~Shared();
     size_ = 0;
   }
 
