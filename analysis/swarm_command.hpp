@@ -13,14 +13,14 @@
 namespace soda::analysis {
 
 struct SwarmRequest {
-  std::vector<std::string> files;  // scenarios; none: PHOLD
-  std::string seeds = "1..200";    // FIRST..LAST
-  double budget_s = 0.0;           // start no trial after this; 0: no limit
-  std::int64_t most_steps = 20;    // of a scenario
+  std::vector<std::string> files = {};  // scenarios; none: PHOLD
+  std::string seeds = "1..200";         // FIRST..LAST
+  double budget_s = 0.0;                // start no trial after this; 0: no limit
+  std::int64_t most_steps = 20;         // of a scenario
   // Instead of what the seed draws: to reproduce a shrunk trial.
-  std::optional<std::uint32_t> lps, processors;
-  std::optional<std::int64_t> end, window;
-  std::optional<std::string> decisions;
+  std::optional<std::uint32_t> lps = {}, processors = {};
+  std::optional<std::int64_t> end = {}, window = {};
+  std::optional<std::string> decisions = {};
   unsigned most_shrinking = 400;  // trials
   bool json = false;
 };

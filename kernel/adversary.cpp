@@ -55,7 +55,7 @@ bool Adversary::undoes() { return decide(plan_.undo, 1) > 0; }
 
 std::size_t Adversary::pick(std::span<const LpId> by_floor) {
   SODA_ASSERT(!by_floor.empty(), "nothing to pick");
-  if (by_floor.size() == 1) return 0;
+  if (by_floor.size() == 1 || rests()) return 0;
   if (replays_) return replayed() % by_floor.size();
   switch (plan_.pick) {
     case PickRule::kLowest:
@@ -72,6 +72,7 @@ std::size_t Adversary::pick(std::span<const LpId> by_floor) {
 
 // 0, or with the given likelihood one of 1 .. most.
 std::uint32_t Adversary::decide(std::uint32_t per_mille, std::uint32_t most) {
+  if (rests()) return 0;
   if (replays_) return replayed();
   // Both draws are made whatever comes out: the stream must not depend on likelihoods.
   const bool disturbs = random_.below(1000) < per_mille;

@@ -40,6 +40,9 @@ struct AdversaryPlan {
   std::uint32_t hold = 0;           // a processor that takes in nothing for a while: late batches
   std::uint32_t undo = 0;           // an execution that is undone once without need
   std::int64_t unit_ns = 1000;      // >= 1: delays are multiples of it
+  // After so many questions it rests: without an end to it, optimism that is always misled can
+  // multiply its work for as long as a window lasts.
+  std::uint64_t most_points = 10'000;
 };
 
 // A composition of disturbances, each present or not (swarm testing).
@@ -68,6 +71,7 @@ class Adversary {
   std::uint32_t decide(std::uint32_t per_mille, std::uint32_t most);
   std::uint32_t record(std::uint32_t value);
   std::uint32_t replayed();
+  bool rests() const { return points_ >= plan_.most_points; }
 
   const AdversaryPlan plan_;
   const std::function<void(const Decision&)> on_decision_;

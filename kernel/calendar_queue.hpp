@@ -69,7 +69,7 @@ class CalendarQueue {
   static constexpr std::size_t kFewEntries = 48;
   static constexpr std::size_t kCrowded = 8;
 
-  struct Node {
+  struct alignas(sizeof(Value) > 16 ? 64 : 8) Node {  // large ones: a cache line each
     Key key;
     [[no_unique_address]] Value value{};
     std::uint32_t next = kNone;

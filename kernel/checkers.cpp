@@ -27,6 +27,8 @@ void GvtChecker::on_deliver(const Message& message) {
   on_their_way_.erase(sent);
 }
 
+void GvtChecker::on_drop(const Message& message) { on_deliver(message); }
+
 void GvtChecker::on_gvt(VirtualTime gvt, std::span<const VirtualTime> floors) {
   require(gvt >= gvt_, "GVT goes back from ", gvt_, " to ", gvt);
   gvt_ = gvt;
@@ -73,6 +75,8 @@ void ConservationChecker::on_send(const Message& message) {
 }
 
 void ConservationChecker::on_deliver(const Message&) { ++delivered_; }
+
+void ConservationChecker::on_drop(const Message&) { ++delivered_; }
 
 void ConservationChecker::on_execute(LpId lp, VirtualTime now, std::span<const MessageView> bag,
                                      std::uint64_t) {

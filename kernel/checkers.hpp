@@ -19,6 +19,7 @@ class GvtChecker final : public RunObserver {
  public:
   void on_send(const Message& message) override;
   void on_deliver(const Message& message) override;
+  void on_drop(const Message& message) override;
   void on_gvt(VirtualTime gvt, std::span<const VirtualTime> floors) override;
   void on_commit(LpId lp, VirtualTime now) override;
 
@@ -47,6 +48,7 @@ class ConservationChecker final : public RunObserver {
  public:
   void on_send(const Message& message) override;
   void on_deliver(const Message& message) override;
+  void on_drop(const Message& message) override;
   void on_execute(LpId lp, VirtualTime now, std::span<const MessageView> bag,
                   std::uint64_t digest) override;
   void on_rewind(LpId lp, VirtualTime restart) override;

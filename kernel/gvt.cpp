@@ -1,6 +1,7 @@
 #include "kernel/gvt.hpp"
 
 #include <algorithm>
+#include <thread>
 #include <utility>
 
 #include "kernel/invariant.hpp"
@@ -8,22 +9,46 @@
 namespace soda::kernel {
 namespace {
 
+// How often a worker looks whether the others have come before it sleeps, about 20 us: falling
+// asleep and being woken takes longer than many a round.
+constexpr int kLooks = 500;
+
+void pause() {
+#if defined(__x86_64__)
+  __builtin_ia32_pause();
+#else
+  std::this_thread::yield();
+#endif
+}
+
 bool comes_first(const CommittedFault& a, const CommittedFault& b) {
   return std::pair(a.when, a.lp) < std::pair(b.when, b.lp);
 }
 
 }  // namespace
 
+GvtRounds::GvtRounds(unsigned workers)
+    : workers_(workers), spins_(workers <= std::thread::hardware_concurrency()) {}
+
 template <class Conclude>
 void GvtRounds::meet(std::unique_lock<std::mutex>& lock, const Conclude& conclude) {
-  const std::uint64_t meeting = meetings_;
+  const std::uint64_t meeting = meetings_.load(std::memory_order_relaxed);
   if (++arrived_ == workers_) {
     conclude();
     arrived_ = 0;
-    ++meetings_;
+    meetings_.store(meeting + 1, std::memory_order_release);
     meeting_over_.notify_all();
+    return;
   }
-  meeting_over_.wait(lock, [&] { return meetings_ != meeting || run_stopped(); });
+  const auto over = [&] {
+    return meetings_.load(std::memory_order_acquire) != meeting || run_stopped();
+  };
+  if (spins_) {
+    lock.unlock();
+    for (int look = 0; look < kLooks && !over(); ++look) pause();
+    lock.lock();
+  }
+  meeting_over_.wait(lock, over);
 }
 
 bool GvtRounds::stop_all() {

@@ -26,11 +26,11 @@ struct GvtOutcome {
 
 // A round: stop_all() once the worker's own messages lie in the inboxes of their receivers,
 // report(), commit up to the outcome, finish(). Between the meetings nobody executes or sends, so
-// nothing is in flight and the minimum of the reports is GVT itself, not just a bound. Waiting
-// blocks (no spinning): there may be more workers than processors.
+// nothing is in flight and the minimum of the reports is GVT itself, not just a bound. Who waits
+// looks for a short while and then sleeps; at once, if there are more workers than processors.
 class GvtRounds {
  public:
-  explicit GvtRounds(unsigned workers) : workers_(workers) {}
+  explicit GvtRounds(unsigned workers);
 
   // Also true when the run was given up: the round is where workers learn of it.
   bool requested() const { return requested_.load(std::memory_order_acquire) || run_stopped(); }
@@ -61,13 +61,14 @@ class GvtRounds {
   void meet(std::unique_lock<std::mutex>& lock, const Conclude& conclude);
 
   const unsigned workers_;
+  const bool spins_;  // only if each worker can have a processor
   std::atomic<bool> requested_{false};
   std::atomic<bool> run_stopped_{false};
 
   std::mutex mutex_;
   std::condition_variable meeting_over_;
   unsigned arrived_ = 0;
-  std::uint64_t meetings_ = 0;
+  std::atomic<std::uint64_t> meetings_{0};
   GvtReport least_;
   GvtOutcome outcome_;
   unsigned finished_ = 0;

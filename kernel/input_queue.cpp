@@ -11,12 +11,6 @@ int InputQueue::compare_rest(const Message& a, const Message& b) {
   return order < 0 ? -1 : order > 0;
 }
 
-bool InputQueue::write(Message&& message) {
-  if (message.time < boundary_) return write_executed(std::move(message));
-  if (!far_.empty() && compare(near_.front(), message) < 0) return write_far(std::move(message));
-  return write_near(std::move(message));
-}
-
 // An anti-message without its message is kept, too: the older incarnation may still be on its way.
 bool InputQueue::write_near(Message&& message) {
   std::size_t at = near_.size();
@@ -70,29 +64,6 @@ VirtualTime InputQueue::next_time_beyond_antis() const {
   return kNever;
 }
 
-void InputQueue::gather(VirtualTime now, std::vector<MessageView>& bag) const {
-  bag.clear();
-  const auto add = [&](const Entry& entry) {
-    if (entry.anti) return;
-    const Message& input = store_[entry.place];
-    bag.push_back({input.source, input.kind, input.slot, input.payload.bytes()});
-  };
-  std::size_t i = near_.size();
-  for (; i > 0 && near_[i - 1].time() <= now; --i) add(near_[i - 1]);
-  if (i > 0) return;
-  for (auto far = far_.begin(); far != far_.end() && far->second.time() <= now; ++far)
-    add(far->second);
-}
-
-void InputQueue::pass(VirtualTime now) {
-  while (!near_.empty() && near_.back().time() <= now) {
-    executed_.push_back(near_.back());
-    near_.pop_back();
-    if (near_.empty() && !far_.empty()) refill();
-  }
-  boundary_ = {now.t, now.round + 1};
-}
-
 // What is undone is earlier than what is pending.
 void InputQueue::undo(VirtualTime from) {
   std::size_t standing = executed_.size();
@@ -120,26 +91,6 @@ void InputQueue::drop_antis(VirtualTime gvt) {
   executed_.truncate(static_cast<std::size_t>(kept - executed_.begin()));
   std::erase_if(near_, drop);
   if (near_.empty() && !far_.empty()) refill();
-}
-
-InputQueue::Entry InputQueue::store(Message&& message) {
-  antis_ += message.anti;
-  Entry entry{message.time.t, message.time.round, free_, message.anti};
-  if (free_ == kNone) {
-    entry.place = static_cast<std::uint32_t>(store_.size()) & kNone;
-    store_.push_back(std::move(message));
-  } else {
-    free_ = store_[free_].kind;
-    store_[entry.place] = std::move(message);
-  }
-  return entry;
-}
-
-void InputQueue::release(const Entry& entry) {
-  antis_ -= entry.anti;
-  store_[entry.place].payload = {};
-  store_[entry.place].kind = free_;
-  free_ = entry.place;
 }
 
 void InputQueue::spill() {

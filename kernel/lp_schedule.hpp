@@ -33,10 +33,14 @@ class LpSchedule {
     return {queue_.top().t, queue_.top().round};
   }
 
-  // The lowest LP of the earliest time; not if that is kNever.
-  std::uint32_t top() {
+  // Takes out the lowest LP of the earliest time, which is not kNever: it has nothing to do until
+  // it is updated.
+  std::uint32_t take() {
     drop_untrue();
-    return queue_.top().lp;
+    const std::uint32_t lp = queue_.top().lp;
+    queue_.pop();
+    times_[lp] = kNever;
+    return lp;
   }
 
  private:

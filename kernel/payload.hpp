@@ -74,6 +74,8 @@ class Payload {
   }
   ~Payload() { release(); }
 
+  void clear() { release(); }
+
   std::size_t size() const { return size_; }
   bool empty() const { return size_ == 0; }
   // Valid until this object is moved, changed or destroyed.
@@ -115,7 +117,8 @@ class Payload {
     other.release();
   }
   void release() {
-    if (!is_inline()) shared().~Shared();
+    if (!is_inline()) [[unlikely]]
+      shared().~Shared();
     size_ = 0;
   }
 

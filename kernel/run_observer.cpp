@@ -18,6 +18,10 @@ void ObserverList::on_deliver(const Message& message) {
   for (RunObserver* observer : observers_) observer->on_deliver(message);
 }
 
+void ObserverList::on_drop(const Message& message) {
+  for (RunObserver* observer : observers_) observer->on_drop(message);
+}
+
 void ObserverList::on_execute(LpId lp, VirtualTime now, std::span<const MessageView> bag,
                               std::uint64_t digest) {
   for (RunObserver* observer : observers_) observer->on_execute(lp, now, bag, digest);

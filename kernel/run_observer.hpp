@@ -26,6 +26,8 @@ class RunObserver {
   // A message or anti-message leaves its LP; and comes to its receiver.
   virtual void on_send(const Message&) {}
   virtual void on_deliver(const Message&) {}
+  // It will not come, for a newer one of the same register has been sent.
+  virtual void on_drop(const Message&) {}
   // After the LP has executed `now`; `digest` is its LogicalProcess::digest().
   virtual void on_execute(LpId, VirtualTime /*now*/, std::span<const MessageView> /*bag*/,
                           std::uint64_t /*digest*/) {}
@@ -80,6 +82,7 @@ class ObserverList final : public RunObserver {
 
   void on_send(const Message& message) override;
   void on_deliver(const Message& message) override;
+  void on_drop(const Message& message) override;
   void on_execute(LpId lp, VirtualTime now, std::span<const MessageView> bag,
                   std::uint64_t digest) override;
   void on_rewind(LpId lp, VirtualTime restart) override;

@@ -1,9 +1,12 @@
 // A vector that also gives up elements at its front, in amortised constant time.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
+#include <cstring>
+#include <memory>
+#include <type_traits>
 #include <utility>
-#include <vector>
 
 namespace soda::kernel {
 
@@ -13,50 +16,108 @@ namespace soda::kernel {
 template <class T>
 class SlidingVector {
  public:
-  bool empty() const { return head_ == items_.size(); }
-  std::size_t size() const { return items_.size() - head_; }
+  SlidingVector() = default;
+  SlidingVector(SlidingVector&& other) noexcept
+      : items_(std::exchange(other.items_, nullptr)),
+        head_(std::exchange(other.head_, 0)),
+        tail_(std::exchange(other.tail_, 0)),
+        capacity_(std::exchange(other.capacity_, 0)) {}
+  SlidingVector(const SlidingVector& other) {
+    for (const T& item : other) push_back(item);
+  }
+  SlidingVector& operator=(SlidingVector other) noexcept {
+    std::swap(items_, other.items_);
+    std::swap(head_, other.head_);
+    std::swap(tail_, other.tail_);
+    std::swap(capacity_, other.capacity_);
+    return *this;
+  }
+  ~SlidingVector() {
+    std::destroy(begin(), end());
+    std::allocator<T>().deallocate(items_, capacity_);
+  }
+
+  bool empty() const { return head_ == tail_; }
+  std::size_t size() const { return tail_ - head_; }
   T& operator[](std::size_t index) { return items_[head_ + index]; }
   const T& operator[](std::size_t index) const { return items_[head_ + index]; }
   T& front() { return items_[head_]; }
   const T& front() const { return items_[head_]; }
-  T& back() { return items_.back(); }
-  const T& back() const { return items_.back(); }
-  T* begin() { return items_.data() + head_; }
-  const T* begin() const { return items_.data() + head_; }
-  T* end() { return items_.data() + items_.size(); }
-  const T* end() const { return items_.data() + items_.size(); }
+  T& back() { return items_[tail_ - 1]; }
+  const T& back() const { return items_[tail_ - 1]; }
+  T* begin() { return items_ + head_; }
+  const T* begin() const { return items_ + head_; }
+  T* end() { return items_ + tail_; }
+  const T* end() const { return items_ + tail_; }
 
-  void push_back(T item) { items_.push_back(std::move(item)); }
+  void push_back(T item) { emplace_back(std::move(item)); }
+
+  // Constructed in place. Arguments must not refer to elements.
+  template <class... Arguments>
+  T& emplace_back(Arguments&&... arguments) {
+    if (tail_ == capacity_) make_room();
+    T* const item = std::construct_at(items_ + tail_, std::forward<Arguments>(arguments)...);
+    ++tail_;
+    return *item;
+  }
 
   // Before the element at `index` (<= size()); moves what comes after it.
   void insert(std::size_t index, T item) {
-    items_.insert(items_.begin() + offset(index), std::move(item));
+    push_back(std::move(item));
+    std::rotate(begin() + index, end() - 1, end());
   }
 
   // Keeps the first `count` elements.
-  void truncate(std::size_t count) { items_.erase(items_.begin() + offset(count), items_.end()); }
-
-  void erase(std::size_t first, std::size_t last) {
-    items_.erase(items_.begin() + offset(first), items_.begin() + offset(last));
+  void truncate(std::size_t count) {
+    std::destroy(begin() + count, end());
+    tail_ = head_ + count;
   }
 
-  // What the dropped elements own is released at once, their own bytes when they are the majority.
+  void erase(std::size_t first, std::size_t last) {
+    T* const rest = std::move(begin() + last, end(), begin() + first);
+    truncate(static_cast<std::size_t>(rest - begin()));
+  }
+
   void drop_front(std::size_t count) {
-    for (std::size_t i = 0; i < count; ++i) items_[head_ + i] = T{};
+    std::destroy(begin(), begin() + count);
     head_ += count;
-    if (head_ >= size()) {
-      items_.erase(items_.begin(), items_.begin() + offset(0));
-      head_ = 0;
-    }
+    if (head_ == tail_) head_ = tail_ = 0;
   }
 
  private:
-  std::ptrdiff_t offset(std::size_t index) const {
-    return static_cast<std::ptrdiff_t>(head_ + index);
+  // At the back: by sliding to the front of the same memory if that is at least half free.
+  void make_room() {
+    const std::size_t count = size();
+    if (2 * count > capacity_ || capacity_ == 0) {
+      const std::size_t larger = std::max<std::size_t>(4, 2 * capacity_);
+      T* const items = std::allocator<T>().allocate(larger);
+      move_to(items);
+      std::allocator<T>().deallocate(items_, capacity_);
+      items_ = items;
+      capacity_ = larger;
+    } else {
+      move_to(items_);
+    }
+    head_ = 0;
+    tail_ = count;
   }
 
-  std::vector<T> items_;
+  // `to` is other memory, or earlier in the same.
+  void move_to(T* to) {
+    if constexpr (std::is_trivially_copyable_v<T>) {
+      if (size() > 0) std::memmove(static_cast<void*>(to), begin(), size() * sizeof(T));
+    } else {
+      for (T* item = begin(); item != end(); ++item, ++to) {
+        std::construct_at(to, std::move(*item));
+        std::destroy_at(item);
+      }
+    }
+  }
+
+  T* items_ = nullptr;
   std::size_t head_ = 0;
+  std::size_t tail_ = 0;
+  std::size_t capacity_ = 0;
 };
 
 }  // namespace soda::kernel

@@ -51,7 +51,7 @@ void SlotTable::make_room() {
   std::size_t valid = 0;
   const auto keep = [&](const Entry& entry) { return entry.count != kUnused && !is_void(entry); };
   for (const Entry& entry : old) valid += keep(entry);
-  entries_.resize(std::bit_ceil(2 * valid + 8));
+  entries_.resize(std::bit_ceil(2 * valid + 4));
   used_ = valid;
   for (const Entry& entry : old) {
     if (!keep(entry)) continue;

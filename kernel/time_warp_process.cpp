@@ -55,7 +55,8 @@ bool TimeWarpProcess::deliver(Message&& message, Counters& counters) {
 void TimeWarpProcess::settle(WorkerEffects& effects) {
   if (changed_from_ == kNever) return;
   const VirtualTime from = std::exchange(changed_from_, kNever);
-  std::erase_if(faults_, [&](const FaultRecord& record) { return record.time >= from; });
+  if (!faults_.empty())
+    std::erase_if(faults_, [&](const FaultRecord& record) { return record.time >= from; });
   if (needs_rollback(from)) {
     roll_back(from, effects.counters);
     coast_until_ = from;
@@ -63,7 +64,7 @@ void TimeWarpProcess::settle(WorkerEffects& effects) {
     coast_until_ = std::min(coast_until_, from);
   }
   refresh_next_time();
-  flush_pending(effects);
+  if (!pending_order_.empty()) flush_pending(effects);
 }
 
 void TimeWarpProcess::roll_back(VirtualTime to, Counters& counters) {
@@ -118,7 +119,7 @@ void TimeWarpProcess::execute(WorkerEffects& effects) {
   inputs_.pass(now);
   refresh_agenda();
   refresh_next_time();
-  flush_pending(effects);
+  if (!pending_order_.empty()) flush_pending(effects);
 }
 
 void TimeWarpProcess::undo(VirtualTime from, WorkerEffects& effects) {
@@ -144,7 +145,7 @@ void TimeWarpProcess::repeat_last(WorkerEffects& effects) {
 
 void TimeWarpProcess::send(VirtualTime now, OutputId id, Payload payload, WorkerEffects& effects) {
   id.slot = slots_.take(id);
-  if (adopt(now, id, payload)) {
+  if (!pending_.empty() && adopt(now, id, payload)) {
     ++effects.counters.adopted;
   } else {
     SODA_ASSERT(now >= coast_until_, "LP ", index_of(id_), " executing ", now,
@@ -155,13 +156,12 @@ void TimeWarpProcess::send(VirtualTime now, OutputId id, Payload payload, Worker
     effects.outgoing.push_back(
         {id.time, id_, id.destination, id.kind, id.slot, next_incarnation_++, false, payload});
   }
-  outputs_.push_back({now, id, std::move(payload)});
+  outputs_.emplace_back(now, id, std::move(payload));
 }
 
 // Whether an undone execution had sent the same. Something else in the same register is forgotten
 // here, for the new message will replace it at the receiver.
 bool TimeWarpProcess::adopt(VirtualTime now, const OutputId& id, const Payload& payload) {
-  if (pending_.empty()) return false;
   const auto found = pending_.find(id);
   if (found == pending_.end()) return false;
   const bool same = found->second.payload == payload;

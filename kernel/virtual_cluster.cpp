@@ -35,6 +35,7 @@ VirtualCluster::VirtualCluster(std::span<const std::unique_ptr<LogicalProcess>> 
       progress_(progress),
       partition_{lps.size(), std::min<std::size_t>(options.processors, lps.size())},
       executing_(partition_.workers),
+      links_(partition_.workers),
       jitter_(append(options.seed, 0x6a69u)) {
   for (std::size_t i = 0; i < partition_.workers; ++i)
     processors_.emplace_back(i, partition_, lps, end, options);
@@ -54,15 +55,17 @@ VirtualResult VirtualCluster::run() {
 
 VirtualCluster::Appointment VirtualCluster::next_appointment() {
   SODA_ASSERT(!appointments_.empty(), "nothing is left to happen at GVT ", gvt_);
-  if (options_.max_actions > 0 && ++actions_ > options_.max_actions)
-    throw Violation("no end after " + std::to_string(options_.max_actions) +
-                    " actions; GVT stands at " + describe(gvt_));
   const auto later = [](const Appointment& a, const Appointment& b) {
     return std::pair(a.at_ns, a.number) > std::pair(b.at_ns, b.number);
   };
   std::pop_heap(appointments_.begin(), appointments_.end(), later);
   const Appointment next = appointments_.back();
   appointments_.pop_back();
+  // GVT is looked at while everybody waits, too: that is not work.
+  if (next.action != Action::kSampleGvt && next.action != Action::kAnnounceGvt) ++actions_;
+  if (options_.max_actions > 0 && actions_ > options_.max_actions)
+    throw Violation(
+        describe("no end after ", options_.max_actions, " actions; GVT stands at ", gvt_));
   return next;
 }
 
@@ -86,6 +89,8 @@ void VirtualCluster::act(const Appointment& appointment) {
       return wake(appointment.index);
     case Action::kComplete:
       return complete(appointment.index);
+    case Action::kSent:
+      return transmit_next(appointment.index);
     case Action::kSampleGvt:
       return sample_gvt();
     case Action::kAnnounceGvt:
@@ -154,23 +159,51 @@ void VirtualCluster::start_next(std::uint32_t index) {
 
 void VirtualCluster::send_all(std::uint32_t sender) {
   for (Message& message : outgoing_) {
-    VirtualProcessor& processor = processors_[sender];
-    const std::uint64_t bytes = network_bytes(message);
-    ++report_.remote_messages;
-    report_.remote_bytes += bytes;
-    processor.link_free_at_ns =
-        std::max(processor.link_free_at_ns, now_ns_) + transfer_ns(bytes, options_.bytes_per_s);
-    std::int64_t arrives = processor.link_free_at_ns + options_.latency_ns;
-    if (options_.jitter_ns > 0)
-      arrives += static_cast<std::int64_t>(
-          jitter_.below(static_cast<std::uint64_t>(options_.jitter_ns) + 1));
-    if (options_.adversary) arrives += options_.adversary->message_delay_ns(message.anti);
-    put_in_flight(std::move(message), arrives);
+    if (options_.bytes_per_s > 0)
+      enqueue(sender, std::move(message));
+    else
+      put_in_flight(std::move(message), now_ns_);
   }
   outgoing_.clear();
 }
 
-void VirtualCluster::put_in_flight(Message message, std::int64_t arrives_at_ns) {
+void VirtualCluster::enqueue(std::uint32_t processor, Message message) {
+  Link& link = links_[processor];
+  const std::pair place(message.source,
+                        OutputId{message.time, message.destination, message.kind, message.slot});
+  const auto [known, is_new] = link.number_of.try_emplace(place, link.next_number);
+  if (is_new) {
+    link.waiting.emplace(link.next_number++, std::move(message));
+    if (!link.busy) transmit_next(processor);
+    return;
+  }
+  Message& older = link.waiting.at(known->second);
+  if (options_.observer) options_.observer->on_drop(older);
+  older = std::move(message);
+}
+
+void VirtualCluster::transmit_next(std::uint32_t processor) {
+  Link& link = links_[processor];
+  link.busy = !link.waiting.empty();
+  if (!link.busy) return;
+  Message message = std::move(link.waiting.begin()->second);
+  link.waiting.erase(link.waiting.begin());
+  link.number_of.erase(
+      {message.source, OutputId{message.time, message.destination, message.kind, message.slot}});
+  const std::int64_t sent_ns = now_ns_ + transfer_ns(network_bytes(message), options_.bytes_per_s);
+  put_in_flight(std::move(message), sent_ns);
+  appoint(sent_ns, Action::kSent, processor);
+}
+
+// `sent_ns`: when its last byte has left.
+void VirtualCluster::put_in_flight(Message message, std::int64_t sent_ns) {
+  ++report_.remote_messages;
+  report_.remote_bytes += network_bytes(message);
+  std::int64_t arrives_at_ns = sent_ns + options_.latency_ns;
+  if (options_.jitter_ns > 0)
+    arrives_at_ns += static_cast<std::int64_t>(
+        jitter_.below(static_cast<std::uint64_t>(options_.jitter_ns) + 1));
+  if (options_.adversary) arrives_at_ns += options_.adversary->message_delay_ns(message.anti);
   if (free_places_.empty()) {
     free_places_.push_back(static_cast<std::uint32_t>(in_flight_.size()));
     in_flight_.emplace_back();
@@ -183,13 +216,18 @@ void VirtualCluster::put_in_flight(Message message, std::int64_t arrives_at_ns) 
   appoint(arrives_at_ns, Action::kArrive, place);
 }
 
-// Omniscient: the modelled computation takes time, but comes to the exact value of its start. An
-// LP that executes is at its floor already; what it sends counts with the processor.
+// Omniscient: the modelled computation takes time, but comes to the exact value of its start. What
+// is being executed is not done yet; only what coasts may lie behind GVT.
 VirtualTime VirtualCluster::true_gvt() const {
   VirtualTime gvt = kNever;
-  for (const VirtualProcessor& processor : processors_) gvt = std::min(gvt, processor.floor());
+  for (std::size_t i = 0; i < processors_.size(); ++i) {
+    gvt = std::min(gvt, processors_[i].floor());
+    if (processors_[i].busy) gvt = std::min(gvt, std::max(executing_[i].time, sampled_gvt_));
+  }
   for (std::size_t place = 0; place < in_flight_.size(); ++place)
     if (arrival_ns_[place] >= 0) gvt = std::min(gvt, in_flight_[place].time);
+  for (const Link& link : links_)
+    for (const auto& [number, message] : link.waiting) gvt = std::min(gvt, message.time);
   return gvt;
 }
 

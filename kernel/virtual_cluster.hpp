@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -28,6 +29,7 @@ class VirtualCluster {
     kArrive,    // a message at a processor
     kWake,      // a processor looks at what has arrived
     kComplete,  // of an execution
+    kSent,      // a processor's network link has finished a message
     kSampleGvt,
     kAnnounceGvt,
   };
@@ -37,6 +39,14 @@ class VirtualCluster {
     std::uint64_t number = 0;
     Action action{};
     std::uint32_t index = 0;  // processor; or, of kArrive, place in in_flight_
+  };
+  // What waits for a processor's link. A message that has not begun to leave is replaced by a newer
+  // one of the same register, so that however slow the link, versions do not pile up.
+  struct Link {
+    std::uint64_t next_number = 0;
+    std::map<std::uint64_t, Message> waiting;  // by number, in the order of leaving
+    std::map<std::pair<LpId, OutputId>, std::uint64_t> number_of;  // by source and register
+    bool busy = false;
   };
   struct Execution {
     std::uint32_t own = 0;
@@ -55,7 +65,9 @@ class VirtualCluster {
   void appoint(std::int64_t at_ns, Action action, std::uint32_t index);
   void wake_later(std::uint32_t processor, std::int64_t at_ns);
   void send_all(std::uint32_t processor);
-  void put_in_flight(Message message, std::int64_t arrives_at_ns);
+  void enqueue(std::uint32_t processor, Message message);
+  void transmit_next(std::uint32_t processor);
+  void put_in_flight(Message message, std::int64_t sent_ns);
   VirtualTime true_gvt() const;
   std::optional<CommittedFault> fault_before(VirtualTime gvt) const;
   void commit(VirtualTime gvt);
@@ -68,6 +80,7 @@ class VirtualCluster {
   const Partition partition_;
   std::deque<VirtualProcessor> processors_;
   std::vector<Execution> executing_;  // of each processor
+  std::vector<Link> links_;           // of each processor, if bandwidth is limited
 
   std::vector<Appointment> appointments_;  // a heap, the earliest in front
   std::uint64_t appointments_made_ = 0;

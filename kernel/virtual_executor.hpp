@@ -29,7 +29,7 @@ struct VirtualOptions {
   std::int64_t gvt_interval_ns = 100'000;  // between the ends and starts of GVT computations
   std::int64_t gvt_delay_ns = 20'000;      // that one takes; also what a barrier takes
   bool check_purity = false;               // every execution is repeated and compared
-  std::uint64_t max_actions = 0;           // a run with more of them throws Violation; 0: no limit
+  std::uint64_t max_actions = 0;  // without GVT; a run with more throws Violation; 0: no limit
   // Both may be null, or must outlive the run. With an adversary, runs are still reproducible.
   Adversary* adversary = nullptr;
   RunObserver* observer = nullptr;

@@ -65,7 +65,7 @@ class VirtualProcessor {
   bool busy = false;
   bool wakes = false;                // a wake-up is queued already
   std::int64_t deaf_until_ns = 0;    // takes in nothing until then
-  std::int64_t link_free_at_ns = 0;  // when the last message has left
+  std::int64_t link_free_at_ns = 0;  // lockstep: when the last message has left
 
  private:
   struct Spent {

@@ -21,9 +21,9 @@ constexpr microseconds kLongBatch{40};
 constexpr microseconds kLeastPatience{50};
 constexpr microseconds kMostPatience{2000};
 
-// A round touches each LP, so it should come after several bags of each.
+// A round stops everybody, so it should come after many bags; but what is collected late has left
+// the cache, and history that is short stays there: after about one bag of each LP.
 constexpr std::size_t kLeastBagsPerRound = 1024;
-constexpr std::size_t kBagsPerLpAndRound = 4;
 
 }  // namespace
 
@@ -136,8 +136,7 @@ void Worker::execute_batch() {
   for (; executed < batch_size_ && can_execute(); ++executed) execute_one(pick());
   executed_since_round_ += executed;
   adapt_batch(std::chrono::steady_clock::now() - start, executed);
-  const std::size_t bags_per_round =
-      std::max(kLeastBagsPerRound, kBagsPerLpAndRound * processes_.size());
+  const std::size_t bags_per_round = std::max(kLeastBagsPerRound, processes_.size());
   if (executed_since_round_ >= bags_per_round || (shuffles() && random_.below(32) == 0))
     request_round();
 }
@@ -150,7 +149,7 @@ std::uint32_t Worker::pick() {
       if (within_window(schedule_.time_of(own))) return own;
     }
   }
-  return schedule_.top();
+  return schedule_.take();
 }
 
 void Worker::execute_one(std::uint32_t own) {

@@ -80,7 +80,7 @@ class Worker {
   LpSchedule schedule_;                     // by floor
   std::vector<std::uint32_t> may_be_faulty_;
   std::vector<std::uint32_t> uncommitted_;  // what a round has to touch; in any order
-  std::vector<bool> is_uncommitted_;        // whether an LP is among them
+  std::vector<char> is_uncommitted_;        // whether an LP is among them
   WorkerEffects effects_;
   std::vector<Message> arrived_;              // to be delivered next
   std::vector<Message> delivering_;           // scratch

@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <limits>
 #include <string>
 #include <tuple>
@@ -211,19 +212,32 @@ Outcome run_bookkeeping(const PholdConfiguration& c) {
 
 struct Measured {
   Outcome outcome;
-  double events_per_s = 0.0;
+  double wall_s = 0.0;
+  double cpu_s = 0.0;
+
+  double events() const { return static_cast<double>(outcome.events); }
+};
+
+// Both clocks, from construction on.
+class Clocks {
+ public:
+  void stop(Measured& measured) const {
+    measured.wall_s =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_).count();
+    measured.cpu_s = static_cast<double>(std::clock() - cpu_) / CLOCKS_PER_SEC;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point wall_ = std::chrono::steady_clock::now();
+  std::clock_t cpu_ = std::clock();
 };
 
 Measured measure(const PholdConfiguration& c, const std::string& what) {
-  const auto seconds_since = [](auto begin) {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  };
   Measured measured;
-  double seconds = 0.0;
   if (what == "bare" || what == "bookkeeping") {
-    const auto begin = std::chrono::steady_clock::now();
+    const Clocks clocks;
     measured.outcome = what == "bare" ? run_bare(c) : run_bookkeeping(c);
-    seconds = seconds_since(begin);
+    clocks.stop(measured);
   } else {
     const auto lps = soda::kernel::make_standard_phold(c.model);
     const soda::kernel::VirtualTime end{
@@ -232,17 +246,16 @@ Measured measure(const PholdConfiguration& c, const std::string& what) {
                                          .window = std::numeric_limits<std::int64_t>::max()};
     const bool windowed = std::string(c.name) == "C6";
     if (windowed) options.window = 2 * kTicksPerUnit;
-    const auto begin = std::chrono::steady_clock::now();
+    const Clocks clocks;
     const soda::kernel::RunResult run = what == "sequential"
                                             ? soda::kernel::run_sequential(lps, end)
                                             : soda::kernel::run_threads(lps, end, options);
-    seconds = seconds_since(begin);
+    clocks.stop(measured);
     const soda::kernel::StandardPholdResult result = soda::kernel::standard_phold_result(lps);
     measured.outcome = {
         result.events, result.digest,
         static_cast<double>(run.counters.committed) / static_cast<double>(run.counters.executed)};
   }
-  measured.events_per_s = static_cast<double>(measured.outcome.events) / seconds;
   return measured;
 }
 
@@ -251,28 +264,29 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-// False if executors disagree.
+// Rates of what runs in one thread are per second of processor time, for the machine may be busy;
+// those of two threads, and of one beside them, per second. False if executors disagree.
 bool table_row(const PholdConfiguration& c, int repeats) {
   const std::vector<std::string> runs = {"bare", "bookkeeping", "sequential", "threads1",
                                          "threads2"};
-  std::vector<std::vector<double>> rates(runs.size());
+  std::vector<std::vector<double>> per_cpu_s(runs.size());
+  std::vector<std::vector<double>> per_s(runs.size());
   std::vector<Outcome> outcomes(runs.size());
-  for (int repeat = 0; repeat < repeats; ++repeat)
+  for (int repeat = 0; repeat < repeats; ++repeat) {
     for (std::size_t i = 0; i < runs.size(); ++i) {
       const Measured measured = measure(c, runs[i]);
-      rates[i].push_back(1e-6 * measured.events_per_s);
+      per_cpu_s[i].push_back(1e-6 * measured.events() / measured.cpu_s);
+      per_s[i].push_back(1e-6 * measured.events() / measured.wall_s);
       outcomes[i] = measured.outcome;
     }
-  std::vector<double> m;
-  for (const std::vector<double>& rate : rates) m.push_back(median(rate));
-  std::printf("%s | %8lu | %5.1f %5.1f | %5.2f %5.2f %5.2f | %4.2f %4.2f %4.2f | %5.1f %%", c.name,
-              static_cast<unsigned long>(outcomes[2].events), m[0], m[1], m[2], m[3], m[4],
-              m[2] / m[0], m[3] / m[1], m[4] / m[3], 100.0 * outcomes[4].efficiency);
-  const auto best = [&](std::size_t i) {
-    return *std::max_element(rates[i].begin(), rates[i].end());
-  };
-  std::printf(" | best %5.2f %5.2f %5.2f | %016lx\n", best(2), best(3), best(4),
-              static_cast<unsigned long>(outcomes[2].digest));
+  }
+  const auto cpu = [&](std::size_t i) { return median(per_cpu_s[i]); };
+  const auto wall = [&](std::size_t i) { return median(per_s[i]); };
+  std::printf("| %s | %lu | %.1f | %.1f | %.2f | %.2f | %.2f | %.2f | %.2f | %.2f | %.1f %% |",
+              c.name, static_cast<unsigned long>(outcomes[2].events), cpu(0), cpu(1), cpu(2),
+              cpu(3), wall(4), cpu(2) / cpu(0), cpu(3) / cpu(1), wall(4) / wall(3),
+              100.0 * outcomes[4].efficiency);
+  std::printf(" %016lx |\n", static_cast<unsigned long>(outcomes[2].digest));
   std::fflush(stdout);
   return outcomes[2].digest == outcomes[3].digest && outcomes[2].digest == outcomes[4].digest &&
          outcomes[0].events == outcomes[2].events;
@@ -286,8 +300,8 @@ int main(int argc, char** argv) {
   const int repeats = std::atoi(what.c_str());
   if (repeats > 0)
     std::printf(
-        "M events/s, medians of %d\n"
-        "   |   events | probes      | seq. thr.1 thr.2    | s/a  1/b  2/1  | eff. 2\n",
+        "M events/s, medians of %d; a, b: the probes\n"
+        "| | events | a | b | seq. | 1 thr. | 2 thr. | seq./a | 1/b | 2/1 | eff. | digest |\n",
         repeats);
   bool agree = true;
   for (const PholdConfiguration& c : phold_configurations()) {
@@ -297,8 +311,9 @@ int main(int argc, char** argv) {
       continue;
     }
     const Measured measured = measure(c, what);
-    std::printf("%lu events, %.2f M/s, digest %016lx, efficiency %.3f\n",
-                static_cast<unsigned long>(measured.outcome.events), 1e-6 * measured.events_per_s,
+    std::printf("%lu events, %.2f M/s of processor time, digest %016lx, efficiency %.3f\n",
+                static_cast<unsigned long>(measured.outcome.events),
+                1e-6 * measured.events() / measured.cpu_s,
                 static_cast<unsigned long>(measured.outcome.digest), measured.outcome.efficiency);
   }
   if (!agree) std::puts("executors disagree");

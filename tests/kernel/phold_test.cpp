@@ -3,9 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <string>
+#include <vector>
 
 #include "kernel/executor.hpp"
+#include "kernel/standard_phold.hpp"
 
 namespace soda::kernel {
 namespace {
@@ -82,6 +85,46 @@ TEST(Phold, HundredSeedsCommitTheSequentialDigestUnderEverySchedule) {
   RecordProperty("rollbacks", std::to_string(rollbacks));
   RecordProperty("adopted", std::to_string(adopted));
   RecordProperty("anti_messages", std::to_string(anti_messages));
+}
+
+TEST(StandardPhold, EveryExecutorCommitsTheSequentialEventsAndDigest) {
+  std::uint64_t rollbacks = 0;
+  std::vector<std::uint64_t> digests;
+  for (const bool order_sensitive : {false, true}) {
+    for (const std::uint32_t zero_delay_rounds : {0u, 2u}) {
+      for (const double least_delay : {0.0, 0.1, 1.0}) {
+        const StandardPholdOptions model{.lps = 40,
+                                         .start_events_per_lp = 3,
+                                         .remote = 0.5,
+                                         .least_delay = least_delay,
+                                         .zero_delay_rounds = zero_delay_rounds,
+                                         .order_sensitive = order_sensitive,
+                                         .seed = 11};
+        const VirtualTime end{30 * kTicksPerUnit, 0};
+        const auto oracle = make_standard_phold(model);
+        run_sequential(oracle, end);
+        const StandardPholdResult expected = standard_phold_result(oracle);
+        EXPECT_GT(expected.events, 3000u);
+        digests.push_back(expected.digest);
+        for (const unsigned threads : {1u, 2u, 4u}) {
+          for (const std::uint64_t scheduling_seed : {0, 7}) {
+            const auto lps = make_standard_phold(model);
+            const RunResult run = run_threads(lps, end,
+                                              {.threads = threads,
+                                               .window = 4 * kTicksPerUnit,
+                                               .scheduling_seed = scheduling_seed});
+            const StandardPholdResult result = standard_phold_result(lps);
+            ASSERT_EQ(result.digest, expected.digest) << "threads " << threads;
+            ASSERT_EQ(result.events, expected.events) << "threads " << threads;
+            rollbacks += run.counters.rollbacks;
+          }
+        }
+      }
+    }
+  }
+  EXPECT_GT(rollbacks, 100u);
+  std::sort(digests.begin(), digests.end());
+  EXPECT_EQ(std::unique(digests.begin(), digests.end()), digests.end()) << "a blind digest";
 }
 
 }  // namespace

@@ -1,0 +1,10 @@
+# find_package(soda COMPONENTS kernel): the target soda::kernel.
+include(CMakeFindDependencyMacro)
+find_dependency(Threads)
+include(${CMAKE_CURRENT_LIST_DIR}/soda-kernel.cmake)
+foreach(component IN LISTS soda_FIND_COMPONENTS)
+  if(NOT TARGET soda::${component})
+    set(soda_FOUND FALSE)
+    set(soda_NOT_FOUND_MESSAGE "soda has no installed component ${component}")
+  endif()
+endforeach()

@@ -1,0 +1,274 @@
+// Payloads, queues and tables that the executors are built on, against plain counterparts.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "kernel/calendar_queue.hpp"
+#include "kernel/copy_history.hpp"
+#include "kernel/hash_mix.hpp"
+#include "kernel/input_queue.hpp"
+#include "kernel/lp_schedule.hpp"
+#include "kernel/payload.hpp"
+#include "kernel/slot_table.hpp"
+#include "kernel/standard_phold.hpp"
+
+namespace soda::kernel {
+namespace {
+
+Bytes bytes_of_length(std::size_t length) {
+  Bytes bytes(length);
+  for (std::size_t i = 0; i < length; ++i) bytes[i] = static_cast<std::byte>(i + length);
+  return bytes;
+}
+
+TEST(Payload, KeepsItsBytesThroughCopiesMovesAndAssignments) {
+  const std::size_t lengths[] = {0, 1, Payload::kInlineBytes, Payload::kInlineBytes + 1, 5000};
+  for (const std::size_t length : lengths) {
+    for (const std::size_t other_length : lengths) {
+      const Bytes bytes = bytes_of_length(length);
+      const auto holds = [&](const Payload& payload) {
+        return std::equal(payload.bytes().begin(), payload.bytes().end(), bytes.begin(),
+                          bytes.end());
+      };
+      Payload first(bytes);
+      Payload copy = first;
+      EXPECT_TRUE(holds(first) && holds(copy) && first == copy);
+      Payload assigned(bytes_of_length(other_length));
+      EXPECT_EQ(assigned == first, length == other_length);
+      assigned = first;
+      EXPECT_TRUE(holds(assigned));
+      Payload moved = std::move(first);
+      EXPECT_TRUE(holds(moved));
+      assigned = Payload(bytes_of_length(other_length));
+      assigned = std::move(moved);
+      EXPECT_TRUE(holds(assigned) && holds(copy));
+      assigned.clear();
+      EXPECT_TRUE(assigned.empty() && holds(copy));
+    }
+  }
+}
+
+TEST(Payload, SharesWhatDoesNotFitAndCopiesWhatDoes) {
+  const Payload large(bytes_of_length(100));
+  const Payload large_copy = large;
+  EXPECT_EQ(large.bytes().data(), large_copy.bytes().data());
+  const Payload small(bytes_of_length(8));
+  const Payload small_copy = small;
+  EXPECT_NE(small.bytes().data(), small_copy.bytes().data());
+}
+
+// Times as of PHOLD; all at one; few and far apart; going back; and growing without bound.
+std::int64_t draw_time(int style, std::int64_t now, SplitMix64& random) {
+  switch (style) {
+    case 0:
+      return now + 1 + static_cast<std::int64_t>(random.below(2'000'000));
+    case 1:
+      return now;
+    case 2:
+      return now + (std::int64_t{1} << (20 + random.below(30)));
+    case 3:
+      return now - 500 + static_cast<std::int64_t>(random.below(1000));
+    default:
+      return now + static_cast<std::int64_t>(random.below(4));
+  }
+}
+
+TEST(CalendarQueue, TakesOutTheEarliestWhateverTheTimesAreLike) {
+  using Queue = CalendarQueue<std::uint64_t>;
+  SplitMix64 random(7);
+  Queue queue;
+  std::multimap<std::tuple<std::int64_t, std::uint32_t, std::uint32_t>, std::uint64_t> plain;
+  std::int64_t now = -1000;
+  std::size_t most = 0;
+  for (int phase = 0; phase < 60; ++phase) {
+    const int style = static_cast<int>(random.below(5));
+    const std::size_t target = random.below(phase % 3 == 0 ? 5000 : 60);
+    for (int change = 0; change < (target > 60 ? 12000 : 1000); ++change) {
+      if (plain.empty() || (plain.size() < target ? random.below(4) > 0 : random.below(4) == 0)) {
+        const Queue::Key key{draw_time(style, now, random),
+                             static_cast<std::uint32_t>(random.below(3)),
+                             static_cast<std::uint32_t>(random.below(50))};
+        const std::uint64_t value = random.next();
+        queue.push(key, value);
+        plain.emplace(std::tuple(key.t, key.round, key.lp), value);
+      } else {
+        const Queue::Key key = queue.top();
+        const auto first = plain.begin()->first;
+        ASSERT_EQ(std::tuple(key.t, key.round, key.lp), first);
+        now = key.t;
+        const std::uint64_t value = queue.pop();
+        const auto [begin, end] = plain.equal_range(first);
+        const auto found =
+            std::find_if(begin, end, [&](const auto& entry) { return entry.second == value; });
+        ASSERT_NE(found, end);
+        plain.erase(found);
+      }
+      ASSERT_EQ(queue.size(), plain.size());
+      most = std::max(most, plain.size());
+    }
+  }
+  EXPECT_GT(most, 2000u);
+}
+
+TEST(LpSchedule, TakesTheEarliestAndAmongEqualsTheLowestNumber) {
+  SplitMix64 random(4);
+  LpSchedule schedule(200);
+  std::set<std::pair<VirtualTime, std::uint32_t>> plain;
+  std::int64_t now = 0;
+  for (int change = 0; change < 50000; ++change) {
+    const auto lp = static_cast<std::uint32_t>(random.below(200));
+    plain.erase({schedule.time_of(lp), lp});
+    VirtualTime time{now + static_cast<std::int64_t>(random.below(400)), 0};
+    if (random.below(10) == 0) time = kNever;
+    if (time < kNever) plain.insert({time, lp});
+    schedule.update(lp, time);
+    if (plain.empty()) {
+      ASSERT_EQ(schedule.top_time(), kNever);
+      continue;
+    }
+    ASSERT_EQ(schedule.top_time(), plain.begin()->first);
+    if (random.below(2) == 0) continue;
+    now = plain.begin()->first.t;
+    ASSERT_EQ(schedule.take(), plain.begin()->second);
+    plain.erase(plain.begin());
+  }
+}
+
+TEST(SlotTable, CountsWhatIsInUsePerRegister) {
+  SplitMix64 random(5);
+  SlotTable table;
+  std::map<std::tuple<VirtualTime, LpId, std::uint32_t>, std::uint32_t> plain;
+  std::vector<OutputId> taken;
+  std::int64_t now = 0;
+  for (int change = 0; change < 50000; ++change) {
+    if (taken.empty() || random.below(3) > 0) {
+      OutputId id{{now + 1 + static_cast<std::int64_t>(random.below(20)), 0},
+                  LpId{static_cast<std::uint32_t>(random.below(3))},
+                  static_cast<std::uint32_t>(random.below(2)),
+                  0};
+      id.slot = table.take(id);
+      ASSERT_EQ(id.slot, (plain[{id.time, id.destination, id.kind}]++));
+      taken.push_back(id);
+    } else {
+      const OutputId id = taken.back();
+      taken.pop_back();
+      table.release(id);
+      ASSERT_EQ(id.slot, (--plain[{id.time, id.destination, id.kind}]));
+    }
+    if (random.below(50) == 0) {
+      table.forget({++now, 0});
+      std::erase_if(taken, [&](const OutputId& id) { return id.time.t <= now; });
+    }
+  }
+  EXPECT_GT(now, 500);
+}
+
+TEST(SlotTableDeathTest, SlotsAreGivenBackInReverseOrder) {
+  SlotTable table;
+  OutputId first{{5, 0}, LpId{1}, 0, 0};
+  table.take(first);
+  table.take(first);
+  EXPECT_DEATH(table.release(first), "slot 0 of 2 at \\(5, 0\\) to LP 1 is given back");
+}
+
+Message message_at(std::int64_t t, std::uint32_t source, std::uint64_t incarnation, bool anti) {
+  return {{t, 0}, LpId{source}, LpId{0}, 1,
+          0,      incarnation,  anti,    anti ? Payload() : Payload::of(incarnation)};
+}
+
+// More registers than are kept sorted near the front; executed, undone, annihilated, forgotten.
+TEST(InputQueue, HoldsTheNewestIncarnationOfEachRegisterInOrder) {
+  SplitMix64 random(6);
+  InputQueue queue;
+  std::map<std::pair<std::int64_t, std::uint32_t>, Message> plain;
+  std::int64_t executed_to = 0;  // everything earlier has been
+  std::int64_t kept = 0;
+  std::uint64_t incarnation = 0;
+  std::vector<MessageView> bag;
+  std::size_t most = 0;
+  const auto next_of_plain = [&] {
+    for (auto at = plain.lower_bound({executed_to, 0}); at != plain.end(); ++at)
+      if (!at->second.anti) return VirtualTime{at->first.first, 0};
+    return kNever;
+  };
+  for (int action = 0; action < 40000; ++action) {
+    const std::uint64_t kind = random.below(100);
+    if (kind < 78) {
+      const std::int64_t t =
+          kind < 70 ? executed_to + static_cast<std::int64_t>(random.below(300))
+                    : kept + static_cast<std::int64_t>(
+                                 random.below(static_cast<std::uint64_t>(executed_to - kept + 1)));
+      const auto source = static_cast<std::uint32_t>(random.below(4));
+      const Message message = message_at(t, source, ++incarnation, random.below(5) == 0);
+      const auto found = plain.find({t, source});
+      const bool changes =
+          found == plain.end() ? !message.anti : !(message.anti && found->second.anti);
+      ASSERT_EQ(queue.write(Message(message)), changes);
+      plain.insert_or_assign({t, source}, message);
+    } else if (kind < 95) {
+      const VirtualTime next = next_of_plain();
+      ASSERT_EQ(queue.next_time(), next);
+      if (next == kNever) continue;
+      queue.gather(next, bag);
+      std::size_t count = 0;
+      for (std::uint32_t source = 0; source < 4; ++source) {
+        const auto found = plain.find({next.t, source});
+        if (found == plain.end() || found->second.anti) continue;
+        ASSERT_LT(count, bag.size());
+        ASSERT_EQ(index_of(bag[count].source), source);
+        ASSERT_EQ(Payload(bag[count].payload), found->second.payload);
+        ++count;
+      }
+      ASSERT_EQ(bag.size(), count);
+      queue.pass(next);
+      executed_to = next.t + 1;
+    } else if (kind < 98) {
+      executed_to -= static_cast<std::int64_t>(
+          random.below(static_cast<std::uint64_t>(executed_to - kept + 1)));
+      queue.undo({executed_to, 0});
+    } else {
+      kept = executed_to - std::min<std::int64_t>(executed_to - kept, 20);
+      queue.forget({kept, 0}, {kept, 0});
+      plain.erase(plain.begin(), plain.lower_bound({kept, 0}));
+      ASSERT_EQ(queue.size(), plain.size());
+    }
+    most = std::max(most, plain.size());
+  }
+  EXPECT_GT(most, 200u);
+}
+
+TEST(CopyHistory, RestoresWhatWasSavedBeforeTheFirstUndoneTimeAndSavesItAnew) {
+  CopyHistory<int> history;
+  int state = 0;
+  history.mark({1, 0}, state);
+  history.mark({3, 0}, state = 1);
+  history.mark({7, 0}, state = 2);
+  EXPECT_EQ(history.rewind_before({7, 0}, {5, 0}, state), (VirtualTime{5, 0}));
+  EXPECT_EQ(state, 2) << "nothing was executed between 3 and 7";
+  EXPECT_EQ(history.rewind_before({5, 0}, {4, 0}, state), (VirtualTime{4, 0}));
+  EXPECT_EQ(state, 2);
+  EXPECT_EQ(history.rewind({4, 0}, state), (VirtualTime{4, 0}));
+  EXPECT_EQ(history.rewind_before({3, 0}, {3, 0}, state), (VirtualTime{3, 0}));
+  EXPECT_EQ(state, 1);
+  EXPECT_EQ(history.size(), 2u);
+}
+
+TEST(StandardPhold, LogarithmIsExactEnoughForTicks) {
+  SplitMix64 random(8);
+  constexpr std::uint64_t kOne = std::uint64_t{1} << 53;
+  EXPECT_EQ(minus_log_of_fraction(kOne), 0.0);
+  for (int i = 0; i < 100000; ++i) {
+    const std::uint64_t x = 1 + (random.next() >> (11 + random.below(53)));
+    const double exact = -std::log(static_cast<double>(x) / static_cast<double>(kOne));
+    ASSERT_NEAR(minus_log_of_fraction(x), exact, 1e-10) << x;
+  }
+}
+
+}  // namespace
+}  // namespace soda::kernel

@@ -1,0 +1,77 @@
+// What one event of PHOLD costs in instructions: unlike a time, that does not depend on the load of
+// the machine, so that a slip shows.
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <iostream>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "analysis/child_process.hpp"
+
+namespace soda::kernel {
+namespace {
+
+using analysis_test::ChildResult;
+using analysis_test::run_child;
+using analysis_test::TemporaryFolder;
+
+struct CountedRun {
+  double instructions = 0;
+  double events = 0;
+};
+
+// The number after `key` in `text`.
+double number_after(const std::string& text, const std::string& key) {
+  const std::size_t at = text.find(key);
+  return at == std::string::npos ? 0.0 : std::stod(text.substr(at + key.size()));
+}
+
+CountedRun count(const std::vector<std::string>& valgrind_options,
+                 const std::vector<std::string>& phold_options, const std::string& end) {
+  const TemporaryFolder folder;
+  std::vector<std::string> argv = {"/usr/bin/valgrind", "--tool=callgrind",
+                                   "--callgrind-out-file=" + folder.file("callgrind.out")};
+  argv.insert(argv.end(), valgrind_options.begin(), valgrind_options.end());
+  argv.insert(argv.end(), {SODA_BINARY_DIR "/soda", "phold", "--end", end});
+  argv.insert(argv.end(), phold_options.begin(), phold_options.end());
+  const ChildResult result = run_child(argv);
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  return {number_after(result.err, "Collected :"), number_after(result.out, "")};
+}
+
+// Of the second half of a run: neither starting the program nor filling the queues counts.
+double instructions_per_event(const std::vector<std::string>& valgrind_options,
+                              const std::vector<std::string>& phold_options) {
+  const CountedRun half = count(valgrind_options, phold_options, "100");
+  const CountedRun whole = count(valgrind_options, phold_options, "200");
+  EXPECT_GT(half.instructions, 0.0);
+  EXPECT_GT(whole.events, half.events + 100000);
+  const double per_event = (whole.instructions - half.instructions) / (whole.events - half.events);
+  std::cout << per_event << " instructions per event\n";
+  return per_event;
+}
+
+// Ceilings: what was measured, and a tenth more.
+TEST(InstructionCount, OfTheSequentialExecutor) {
+  EXPECT_LE(instructions_per_event({}, {"--executor", "sequential"}), 1.1 * 676);
+}
+
+// Of executing, sending and delivering; how many bags lie between two looks at the clock and at the
+// inbox depends on the speed of the machine, so that part of the loop does not count.
+TEST(InstructionCount, OfTimeWarpOnOneThread) {
+  EXPECT_LE(instructions_per_event({"--toggle-collect=soda::kernel::Worker::execute_one*"},
+                                   {"--executor", "threads", "--threads", "1"}),
+            1.1 * 1429);
+}
+
+// Commits and fossil collection.
+TEST(InstructionCount, OfCommittingOnOneThread) {
+  EXPECT_LE(instructions_per_event({"--toggle-collect=soda::kernel::Worker::commit*"},
+                                   {"--executor", "threads", "--threads", "1"}),
+            1.1 * 262);
+}
+
+}  // namespace
+}  // namespace soda::kernel
