@@ -21,14 +21,18 @@ void pause() {
 #endif
 }
 
-bool comes_first(const CommittedFault& a, const CommittedFault& b) {
-  return std::pair(a.when, a.lp) < std::pair(b.when, b.lp);
+// Keeps the first of two faults; of equals the one that is there already.
+void prefer_first(const std::optional<CommittedFault>& fault,
+                  std::optional<CommittedFault>& first) {
+  if (!fault) return;
+  if (!first || std::pair(fault->when, fault->lp) < std::pair(first->when, first->lp))
+    first = fault;
 }
 
 }  // namespace
 
-GvtRounds::GvtRounds(unsigned workers)
-    : workers_(workers), spins_(workers <= std::thread::hardware_concurrency()) {}
+GvtRounds::GvtRounds(unsigned workers, unsigned sharing)
+    : workers_(workers), spins_(sharing <= std::thread::hardware_concurrency()) {}
 
 template <class Conclude>
 void GvtRounds::meet(std::unique_lock<std::mutex>& lock, const Conclude& conclude) {
@@ -60,13 +64,15 @@ bool GvtRounds::stop_all() {
 GvtOutcome GvtRounds::report(const GvtReport& report) {
   std::unique_lock lock(mutex_);
   least_.floor = std::min(least_.floor, report.floor);
-  if (report.fault && (!least_.fault || comes_first(*report.fault, *least_.fault)))
-    least_.fault = report.fault;
+  prefer_first(report.fault, least_.fault);
+  if (report.of_all_ranks) least_.of_all_ranks = report.of_all_ranks;
   meet(lock, [&] {
     SODA_ASSERT(least_.floor >= outcome_.gvt, "GVT went back from ", outcome_.gvt, " to ",
                 least_.floor);
-    outcome_.gvt = least_.floor;
+    outcome_.least = least_;
+    outcome_.gvt = least_.of_all_ranks ? least_.of_all_ranks->gvt : least_.floor;
     if (least_.fault && least_.fault->when < outcome_.gvt) outcome_.fault = least_.fault;
+    if (least_.of_all_ranks) prefer_first(least_.of_all_ranks->fault, outcome_.fault);
     ++rounds_;
     requested_.store(false, std::memory_order_release);
   });

@@ -11,10 +11,18 @@
 
 namespace soda::kernel {
 
+// What ranks have agreed on, each by its communicating worker.
+struct RankGvt {
+  VirtualTime gvt = kBeginning;
+  std::optional<CommittedFault> fault;  // the first before gvt, without its text
+};
+
 // What one worker knows while all have stopped.
 struct GvtReport {
   VirtualTime floor = kNever;           // over its LPs and over the messages that lie in its inbox
   std::optional<CommittedFault> fault;  // the first of its LPs, at any time
+  // From the communicating worker of a rank: the floors here then bound GVT, but are not GVT.
+  std::optional<RankGvt> of_all_ranks;
 };
 
 // What all workers then know.
@@ -22,15 +30,17 @@ struct GvtOutcome {
   VirtualTime gvt = kBeginning;         // nothing earlier can change any more; never goes back
   std::optional<CommittedFault> fault;  // the first with a time < gvt
   bool stopped = false;                 // the run was given up; gvt means nothing
+  GvtReport least;                      // of this process: the earliest floor and fault
 };
 
 // A round: stop_all() once the worker's own messages lie in the inboxes of their receivers,
 // report(), commit up to the outcome, finish(). Between the meetings nobody executes or sends, so
-// nothing is in flight and the minimum of the reports is GVT itself, not just a bound. Who waits
+// nothing is in flight here and the minimum of the reports is GVT itself, if there are no other ranks. Who waits
 // looks for a short while and then sleeps; at once, if there are more workers than processors.
 class GvtRounds {
  public:
-  explicit GvtRounds(unsigned workers);
+  // `sharing` workers, of this process and others, run on this machine.
+  GvtRounds(unsigned workers, unsigned sharing);
 
   // Also true when the run was given up: the round is where workers learn of it.
   bool requested() const { return requested_.load(std::memory_order_acquire) || run_stopped(); }

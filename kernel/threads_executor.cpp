@@ -7,6 +7,7 @@
 
 #include "kernel/executor.hpp"
 #include "kernel/invariant.hpp"
+#include "kernel/team.hpp"
 #include "kernel/worker.hpp"
 
 namespace soda::kernel {
@@ -33,14 +34,12 @@ void run_worker(Worker& worker, Team& team, FirstError& first) {
 
 }  // namespace
 
-RunResult run_threads(std::span<const std::unique_ptr<LogicalProcess>> lps, VirtualTime end,
-                      const ThreadsOptions& options, const ProgressFn& progress) {
+RunResult run_team(Team& team, std::span<const std::unique_ptr<LogicalProcess>> lps,
+                   VirtualTime end, const ThreadsOptions& options, const ProgressFn& progress) {
   SODA_ASSERT(options.threads >= 1 && options.window >= 1, "threads ", options.threads, ", window ",
               options.window);
-  if (lps.empty()) return {};
-  Team team(std::min<std::size_t>(options.threads, lps.size()), lps.size());
   std::deque<Worker> workers;
-  for (std::size_t i = 0; i < team.partition.workers; ++i)
+  for (std::size_t i = 0; i < team.inboxes.size(); ++i)
     workers.emplace_back(i, team, lps, end, options, progress);
 
   FirstError first;
@@ -57,6 +56,14 @@ RunResult run_threads(std::span<const std::unique_ptr<LogicalProcess>> lps, Virt
   result.counters.gvt_rounds = team.rounds.rounds();
   result.fault = workers.front().fault();
   return result;
+}
+
+RunResult run_threads(std::span<const std::unique_ptr<LogicalProcess>> lps, VirtualTime end,
+                      const ThreadsOptions& options, const ProgressFn& progress) {
+  if (lps.empty()) return {};
+  const std::size_t workers = std::min<std::size_t>(options.threads, lps.size());
+  Team team({lps.size(), workers}, 0, workers, nullptr);
+  return run_team(team, lps, end, options, progress);
 }
 
 }  // namespace soda::kernel

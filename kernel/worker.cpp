@@ -21,6 +21,16 @@ constexpr microseconds kLongBatch{40};
 constexpr microseconds kLeastPatience{50};
 constexpr microseconds kMostPatience{2000};
 
+// The communicating worker of a rank cannot be woken from outside. It naps, longer while nothing
+// happens: ranks that share processors would take them from each other by looking all the time.
+constexpr microseconds kShortestNap{10};
+constexpr microseconds kLongestNap{300};
+
+// Other ranks may wait for this one's part in GVT, and cannot tell: it takes part at least so often,
+// and soon if the last time messages were in transit.
+constexpr microseconds kLongestBetweenRounds{300};
+constexpr microseconds kTransit{20};
+
 // A round stops everybody, so it should come after many bags; but what is collected late has left
 // the cache, and history that is short stays there: after about one bag of each LP.
 constexpr std::size_t kLeastBagsPerRound = 1024;
@@ -34,8 +44,9 @@ Worker::Worker(std::size_t index, Team& team, std::span<const std::unique_ptr<Lo
       end_(end),
       options_(options),
       progress_(progress),
-      first_lp_(static_cast<std::uint32_t>(team.partition.first_of(index))),
-      schedule_(team.partition.first_of(index + 1) - first_lp_),
+      first_lp_(
+          static_cast<std::uint32_t>(team.partition.first_of(team.first_worker + index))),
+      schedule_(team.partition.first_of(team.first_worker + index + 1) - first_lp_),
       is_uncommitted_(schedule_.size(), false),
       remote_(team.partition.workers),
       patience_(kLeastPatience),
@@ -63,8 +74,32 @@ void Worker::run() {
 
 void Worker::take_in_messages() {
   if (!held_back_.empty()) release_held_back();
+  if (communicates()) exchange_with_other_ranks();
   team_.inboxes[index_].take(arrived_);
   deliver_arrived();
+}
+
+void Worker::exchange_with_other_ranks() {
+  RankLink& link = *team_.link;
+  link.send_outgoing();
+  link.receive(received_);
+  if (!received_.empty()) nap_ = kShortestNap;
+  for (Message& message : received_)
+    remote_[team_.partition.owner_of(message.destination)].push_back(std::move(message));
+  received_.clear();
+  hand_over_messages();
+
+  const auto now = std::chrono::steady_clock::now();
+  const RankLink::Progress progress = link.look();
+  if (progress == RankLink::Progress::kNewGvt) {
+    nap_ = kShortestNap;
+    round_due_ = now + kLongestBetweenRounds;
+    if (link.gvt() > gvt_ && (team_.idle.load() > 0 || link.gvt() >= end_ || link.fault()))
+      request_round();
+  } else if (progress == RankLink::Progress::kAgain) {
+    round_due_ = now + kTransit;
+  }
+  if (now >= round_due_) request_round();
 }
 
 // All of a batch is delivered before any of its receivers settles: an anti-message and what
@@ -177,8 +212,18 @@ void Worker::adapt_batch(std::chrono::steady_clock::duration took, std::size_t e
 }
 
 void Worker::hand_over_messages() {
-  for (std::size_t receiver = 0; receiver < remote_.size(); ++receiver)
-    if (!remote_[receiver].empty()) team_.inboxes[receiver].put(remote_[receiver]);
+  bool leaves = false;
+  for (std::size_t receiver = 0; receiver < remote_.size(); ++receiver) {
+    if (remote_[receiver].empty()) continue;
+    const std::size_t here = receiver - team_.first_worker;  // very large if it is before them
+    if (here < team_.inboxes.size()) {
+      team_.inboxes[here].put(remote_[receiver]);
+    } else {
+      team_.link->put(team_.rank_of(receiver), remote_[receiver]);
+      leaves = true;
+    }
+  }
+  if (leaves && !communicates()) team_.inboxes[0].wake();
 }
 
 // Entered with nothing left in remote_.
@@ -188,15 +233,21 @@ void Worker::advance_gvt() {
   const GvtOutcome outcome = team_.rounds.report(make_report());
   finished_ = outcome.stopped || outcome.fault || outcome.gvt >= end_;
   if (outcome.stopped) return;
+  if (communicates() && !finished_ && !team_.link->reduces())
+    team_.link->contribute(outcome.least.floor, outcome.least.fault);
   note_gvt(outcome.gvt);
   commit(outcome);
   const std::optional<Counters> sum = team_.rounds.finish(effects_.counters);
-  if (sum && progress_) progress_(std::min(gvt_, end_), *sum);
+  if (sum && progress_ && gvt_ > kBeginning) progress_(std::min(gvt_, end_), *sum);
 }
 
 GvtReport Worker::make_report() {
   team_.inboxes[index_].take(arrived_);
-  GvtReport report{schedule_.top_time(), std::nullopt};
+  GvtReport report{schedule_.top_time(), std::nullopt, std::nullopt};
+  if (communicates()) {
+    team_.link->send_outgoing();
+    report.of_all_ranks = RankGvt{team_.link->gvt(), team_.link->fault()};
+  }
   for (const Message& message : arrived_) report.floor = std::min(report.floor, message.time);
   for (const Message& message : held_back_) report.floor = std::min(report.floor, message.time);
   std::erase_if(may_be_faulty_, [&](std::uint32_t own) { return !processes_[own].has_fault(); });
@@ -245,13 +296,18 @@ void Worker::coast_to(VirtualTime limit) {
 
 void Worker::wait_for_work() {
   if (!held_back_.empty()) return;
-  if (team_.idle.fetch_add(1) + 1 == team_.partition.workers) request_round();
-  team_.inboxes[index_].sleep(patience_, [&] { return team_.rounds.requested(); });
+  if (team_.idle.fetch_add(1) + 1 == team_.inboxes.size()) request_round();
+  team_.inboxes[index_].sleep(communicates() ? nap_ : patience_, [&] {
+    return team_.rounds.requested() || (communicates() && team_.link->has_outgoing());
+  });
+  nap_ = std::min(2 * nap_, kLongestNap);
   team_.idle.fetch_sub(1);
   if (!team_.inboxes[index_].filled()) request_round();
 }
 
+// Between ranks, a round can begin a reduction or make known the result of one.
 void Worker::request_round() {
+  if (team_.link != nullptr && team_.link->reduces()) return;
   if (!team_.rounds.request()) return;
   for (std::size_t other = 0; other < team_.inboxes.size(); ++other)
     if (other != index_) team_.inboxes[other].wake();

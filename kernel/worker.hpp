@@ -1,7 +1,6 @@
-// One worker thread of the threads executor: the LPs it owns and the loop that drives them.
+// One worker thread of a Time Warp executor: the LPs it owns and the loop that drives them.
 #pragma once
 
-#include <atomic>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -11,29 +10,16 @@
 #include <vector>
 
 #include "kernel/executor.hpp"
-#include "kernel/gvt.hpp"
 #include "kernel/hash_mix.hpp"
-#include "kernel/inbox.hpp"
 #include "kernel/lp_schedule.hpp"
-#include "kernel/partition.hpp"
+#include "kernel/team.hpp"
 #include "kernel/time_warp_process.hpp"
 
 namespace soda::kernel {
 
-// What the workers of one run share.
-struct Team {
-  Team(std::size_t workers, std::size_t lps)
-      : partition{lps, workers}, inboxes(workers), rounds(static_cast<unsigned>(workers)) {}
-
-  const Partition partition;
-  std::vector<Inbox> inboxes;  // of each worker
-  GvtRounds rounds;
-  std::atomic<std::size_t> idle{0};  // how many workers sleep; a hint, never a reason to end
-};
-
 class Worker {
  public:
-  // LP i of the whole run is lps[i].
+  // Worker `index` of the team. LP i of the whole run is lps[i].
   Worker(std::size_t index, Team& team, std::span<const std::unique_ptr<LogicalProcess>> lps,
          VirtualTime end, const ThreadsOptions& options, const ProgressFn& progress);
 
@@ -50,6 +36,7 @@ class Worker {
   void advance_gvt();
   void wait_for_work();
 
+  void exchange_with_other_ranks();
   void deliver_arrived();
   void deliver(Message&& message);
   void settle_receivers();
@@ -68,6 +55,8 @@ class Worker {
   bool within_window(VirtualTime time) const;
   bool can_execute() { return within_window(schedule_.top_time()); }
   bool shuffles() const { return options_.scheduling_seed != 0; }
+  // Whether it is the one that speaks with the other ranks.
+  bool communicates() const { return team_.link != nullptr && index_ == 0; }
 
   const std::size_t index_;
   Team& team_;
@@ -86,7 +75,8 @@ class Worker {
   std::vector<Message> delivering_;           // scratch
   std::vector<Message> held_back_;            // only if it shuffles
   std::vector<std::uint32_t> touched_;        // scratch
-  std::vector<std::vector<Message>> remote_;  // by receiving worker
+  std::vector<std::vector<Message>> remote_;  // by receiving worker of all ranks
+  std::vector<Message> received_;             // from other ranks; scratch
 
   VirtualTime gvt_ = kBeginning;
   std::optional<CommittedFault> fault_;
@@ -94,6 +84,8 @@ class Worker {
   std::size_t batch_size_ = 1;
   std::size_t executed_since_round_ = 0;
   std::chrono::microseconds patience_;  // how long it sleeps before it asks for a round
+  std::chrono::microseconds nap_{1};    // how long it sleeps between looks at the other ranks
+  std::chrono::steady_clock::time_point round_due_{};  // if nobody asks for one before
   SplitMix64 random_;
 };
 
