@@ -22,6 +22,7 @@ using Executor = models::ExecutorKind;
 void add_execution_options(CLI::App& command, Overrides& overrides) {
   const std::map<std::string, Executor> executors = {{"sequential", Executor::kSequential},
                                                      {"threads", Executor::kThreads},
+                                                     {"mpi", Executor::kMpi},
                                                      {"virtual", Executor::kVirtual}};
   command
       .add_option_function<std::string>(
@@ -29,11 +30,11 @@ void add_execution_options(CLI::App& command, Overrides& overrides) {
           [&overrides, executors](const std::string& name) {
             overrides.executor = executors.at(name);
           },
-          "sequential, threads or virtual (default: the scenario's)")
+          "sequential, threads, mpi or virtual (default: the scenario's)")
       ->check(CLI::IsMember(executors));
   command
       .add_option("--threads", overrides.threads,
-                  "worker threads, at least 1; selects the threads executor")
+                  "worker threads (of each rank), at least 1; selects the threads executor")
       ->check(CLI::Range(1u, 1024u));
   command.add_option("--worlds", overrides.worlds, "territories, 1 to the number of cells");
   command.add_option("--buffer", overrides.buffer, "entries of each world's transform buffer");
@@ -84,7 +85,8 @@ CLI::App* add_run(CLI::App& app, RunRequest& request) {
       "  soda run scenarios/library/twelve-worlds.json\n"
       "  soda run scenarios/library/border-stack.json --threads 2 --worlds 4 --buffer 8\n"
       "  soda run scenarios/library/pyramid.json --steps 100 --json --log run.sodalog\n"
-      "  soda run scenarios/library/twelve-worlds.json --executor virtual --latency-us 50");
+      "  soda run scenarios/library/twelve-worlds.json --executor virtual --latency-us 50\n"
+      "  mpirun -n 2 soda run scenarios/library/twelve-worlds.json --executor mpi");
   return run;
 }
 
@@ -191,8 +193,8 @@ CLI::App* add_phold(CLI::App& app, PholdRequest& request) {
       ->check(CLI::Range(0.0, 1.0));
   phold->add_option("--end", request.end_units, "virtual time (default 100)");
   phold->add_option("--seed", model.seed, "default 1");
-  phold->add_option("--executor", request.executor, "sequential or threads (default sequential)")
-      ->check(CLI::IsMember({"sequential", "threads"}));
+  phold->add_option("--executor", request.executor, "sequential, threads or mpi (default sequential)")
+      ->check(CLI::IsMember({"sequential", "threads", "mpi"}));
   phold->add_option("--threads", request.threads, "worker threads, with --executor threads")
       ->check(CLI::Range(1u, 1024u));
   phold->add_option("--window", request.window_units, "virtual time beyond GVT (default: no limit)")
@@ -268,7 +270,8 @@ std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
 
 }  // namespace
 
-int run_command_line(int argc, const char* const* argv, std::ostream& out, std::ostream& err) {
+int run_command_line(int argc, const char* const* argv, kernel::Transport* transport,
+                     std::ostream& out, std::ostream& err) {
   CLI::App app("Distributed, anticipative simulation of rigid bodies: SODA on Time Warp.", "soda");
   app.set_version_flag("--version", std::string("soda ") + kVersion);
   app.require_subcommand(1);
@@ -299,6 +302,10 @@ int run_command_line(int argc, const char* const* argv, std::ostream& out, std::
   } catch (const CLI::ParseError& error) {
     throw UsageError(usage_message(app, error));
   }
+  const bool for_jobs = run_app->parsed() || verify_app->parsed() || phold_app->parsed();
+  if (transport != nullptr && !for_jobs)
+    throw UsageError("started by mpirun; only run, verify and phold run over ranks");
+  run.overrides.transport = verify.transport = phold.transport = transport;
   if (run_app->parsed()) return run_command(run, out, err);
   if (plan_app->parsed()) return plan_command(plan, out);
   if (replay_app->parsed()) return replay_command(replay, out, err);

@@ -59,7 +59,8 @@ std::string dumped(const Json& json) {
 std::string run_json(const RunReport& report) {
   const MeasuredRun& run = report.run;
   const models::SimulationResult& result = run.result;
-  const bool threads = report.options.executor == models::ExecutorKind::kThreads;
+  const bool threads = report.options.executor == models::ExecutorKind::kThreads ||
+                       report.options.executor == models::ExecutorKind::kMpi;
   const bool lockstep = report.options.synchronisation == kernel::Synchronisation::kLockstep;
   Json json = {{"scenario", report.scenario},
                {"digest", format_digest(run.digest)},
@@ -68,7 +69,7 @@ std::string run_json(const RunReport& report) {
                {"worlds", report.worlds},
                {"executor", name_of(report.options.executor)},
                {"threads", threads ? report.options.threads : 1u},
-               {"ranks", 1},
+               {"ranks", report.options.transport ? report.options.transport->size() : 1u},
                {"buffer", report.options.buffer},
                {"policy", lockstep ? "lockstep" : "optimistic"},
                {"dt_s", report.dt_s},
@@ -104,6 +105,7 @@ std::string verification_json(const Verification& verification) {
   Json runs = Json::array();
   for (const VerifiedRun& run : verification.runs) {
     Json line = {{"executor", name_of(run.executor)},
+                 {"ranks", run.ranks},
                  {"threads", run.threads},
                  {"worlds", run.worlds},
                  {"buffer", run.buffer},
@@ -150,7 +152,8 @@ std::string anticipation_json(const AnticipationReport& report) {
 
 std::string phold_json(const PholdRequest& request, const PholdRun& run) {
   return dumped({{"executor", request.executor},
-                 {"threads", request.executor == "threads" ? request.threads : 1},
+                 {"ranks", request.transport ? request.transport->size() : 1},
+                 {"threads", request.threads},
                  {"lps", request.model.lps},
                  {"start_events", request.model.start_events_per_lp},
                  {"remote", request.model.remote},

@@ -149,7 +149,10 @@ LoggedScenario decode_scenario(std::span<const unsigned char> bytes) {
 
 ByteBuffer encode(const Overrides& overrides) {
   ByteBuffer out;
-  put_optional(out, overrides.executor);
+  // A replay need not be started by mpirun.
+  std::optional<models::ExecutorKind> executor = overrides.executor;
+  if (executor == models::ExecutorKind::kMpi) executor = models::ExecutorKind::kThreads;
+  put_optional(out, executor);
   put_optional(out, overrides.threads);
   put_optional(out, overrides.worlds);
   put_optional(out, overrides.buffer);

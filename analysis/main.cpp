@@ -3,30 +3,34 @@
 
 #include "analysis/command_line.hpp"
 #include "analysis/exit_codes.hpp"
+#include "analysis/job.hpp"
 #include "scenarios/read_scenario.hpp"
 
 namespace {
 
-int failed(const std::exception& error, int code) {
-  std::cerr << "soda: " << error.what() << "\n";
-  return code;
+using namespace soda;
+
+analysis::Ending failed(const std::exception& error, int code) {
+  return {code, std::string("soda: ") + error.what() + "\n"};
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  using namespace soda;
+analysis::Ending run(int argc, char** argv, kernel::Transport* transport) {
   try {
-    const int code = analysis::run_command_line(argc, argv, std::cout, std::cerr);
+    std::ostream nowhere(nullptr);
+    const bool speaks = transport == nullptr || transport->is_root();
+    const int code = analysis::run_command_line(argc, argv, transport,
+                                                speaks ? std::cout : nowhere,
+                                                speaks ? std::cerr : nowhere);
     if (!std::cout.flush()) throw scenarios::FileError("standard output cannot be written");
-    return code;
+    return {code, ""};
+  } catch (const kernel::PeerFailed& failure) {
+    return {failure.code, "", true};
   } catch (const analysis::CheckFailed& error) {
     return failed(error, analysis::kExitCheckFailed);
   } catch (const analysis::UsageError& error) {
     return failed(error, analysis::kExitInput);
   } catch (const scenarios::InputError& error) {
-    std::cerr << error.what() << "\n";  // its lines start with the file's name
-    return analysis::kExitInput;
+    return {analysis::kExitInput, std::string(error.what()) + "\n"};  // starts with the file's name
   } catch (const scenarios::FileError& error) {
     return failed(error, analysis::kExitFile);
   } catch (const analysis::NumericalFailure& error) {
@@ -34,4 +38,17 @@ int main(int argc, char** argv) {
   } catch (const std::exception& error) {
     return failed(error, analysis::kExitInternal);
   }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::unique_ptr<kernel::Transport> transport;
+  try {
+    transport = analysis::join_job();
+  } catch (const std::exception& error) {
+    return analysis::end_job(nullptr, failed(error, analysis::kExitInput), std::cerr);
+  }
+  const analysis::Ending ending = run(argc, argv, transport.get());
+  return analysis::end_job(transport.get(), ending, std::cerr);
 }

@@ -56,6 +56,14 @@ MeasuredRun measure_run(const physics::SceneDescription& scene,
   return run;
 }
 
+void take_part(const physics::SceneDescription& scene,
+               const std::vector<physics::BodyState>& initial,
+               const models::TerritoryOptions& territory, const models::RunOptions& options,
+               const models::CommitObserver& observer) {
+  const models::TerritoryMap map = models::make_territory_map(territory, centres(initial));
+  models::simulate(scene, initial, map, options, observer);
+}
+
 std::vector<std::string> broken_plan_lines(const MeasuredRun& run) {
   std::vector<std::string> broken;
   for (std::size_t i = 0; i < run.plan.size(); ++i) {

@@ -30,6 +30,12 @@ MeasuredRun measure_run(const physics::SceneDescription& scene,
                         const models::RunOptions& options, const models::CommitObserver& observer,
                         const std::function<void(const models::Progress&)>& progress);
 
+// On a rank that is not the root: runs its worlds. What happens is known at the root.
+void take_part(const physics::SceneDescription& scene,
+               const std::vector<physics::BodyState>& initial,
+               const models::TerritoryOptions& territory, const models::RunOptions& options,
+               const models::CommitObserver& observer);
+
 // Plan lines that promised no work, yet counted some: a defect, or an untrue plan.
 std::vector<std::string> broken_plan_lines(const MeasuredRun& run);
 

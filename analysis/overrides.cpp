@@ -24,7 +24,24 @@ void require_at_least(std::int64_t value, std::int64_t smallest, const char* opt
                    "; allowed: at least " + std::to_string(smallest));
 }
 
+// True if the ranks of a job execute the run.
+bool apply_job(const Overrides& overrides, models::RunOptions& run) {
+  const bool wanted = overrides.executor == models::ExecutorKind::kMpi;
+  if (overrides.transport == nullptr) {
+    if (wanted) throw UsageError("--executor mpi: start the program with mpirun -n RANKS soda ...");
+    return false;
+  }
+  if ((overrides.executor && !wanted) || overrides.cluster.given())
+    throw UsageError("started by mpirun with another executor; allowed: --executor mpi");
+  run.executor = models::ExecutorKind::kMpi;
+  run.transport = overrides.transport;
+  run.threads = overrides.threads.value_or(1);
+  require_at_least(run.threads, 1, "--threads");
+  return true;
+}
+
 void apply_executor(const Overrides& overrides, models::RunOptions& run) {
+  if (apply_job(overrides, run)) return;
   if (overrides.executor) run.executor = *overrides.executor;
   if (overrides.cluster.given()) {
     if (overrides.executor && overrides.executor != models::ExecutorKind::kVirtual)
@@ -86,6 +103,8 @@ const char* name_of(models::ExecutorKind executor) {
       return "threads";
     case models::ExecutorKind::kVirtual:
       return "virtual";
+    case models::ExecutorKind::kMpi:
+      return "mpi";
   }
   return "";
 }
@@ -103,6 +122,7 @@ Overrides combined(const Overrides& base, const Overrides& over) {
   take(result.seed, over.seed);
   take(result.scheduling_seed, over.scheduling_seed);
   take(result.policy, over.policy);
+  if (over.transport != nullptr) result.transport = over.transport;
   if (over.cluster.given()) result.cluster = over.cluster;
   return result;
 }

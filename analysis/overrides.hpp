@@ -35,6 +35,7 @@ struct Overrides {
   std::optional<std::uint64_t> scheduling_seed;
   // Not written to logs: they say how a run is executed, which a replay decides anew.
   std::optional<kernel::Synchronisation> policy;
+  kernel::Transport* transport = nullptr;  // of the job that mpirun started; it selects kMpi
   ClusterOverrides cluster;
 };
 

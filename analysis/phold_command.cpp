@@ -10,6 +10,8 @@
 #include "analysis/measured_run.hpp"
 #include "analysis/stopwatch.hpp"
 #include "analysis/text_table.hpp"
+#include "kernel/distributed_executor.hpp"
+#include "kernel/wire.hpp"
 
 namespace soda::analysis {
 namespace {
@@ -23,12 +25,28 @@ std::int64_t ticks_of(double units, const char* option) {
   return static_cast<std::int64_t>(std::ceil(units * static_cast<double>(kernel::kTicksPerUnit)));
 }
 
+// Of the LPs of all ranks, at the root.
+kernel::StandardPholdResult gathered_result(
+    kernel::Transport& transport, unsigned threads,
+    const std::vector<std::unique_ptr<kernel::LogicalProcess>>& lps) {
+  const kernel::LpRange own = kernel::own_lps(transport, threads, lps.size());
+  kernel::Bytes bytes;
+  for (std::uint32_t lp = own.first; lp < own.last; ++lp)
+    kernel::append_plain(bytes, kernel::standard_phold_part(*lps[lp]));
+  std::vector<kernel::StandardPholdPart> parts;
+  for (const kernel::Bytes& of_rank : transport.gather(bytes))
+    for (std::span<const std::byte> left(of_rank); !left.empty();)
+      parts.push_back(kernel::take_plain<kernel::StandardPholdPart>(left));
+  return kernel::join(parts);
+}
+
 std::string report_text(const PholdRequest& request, const PholdRun& run) {
   std::ostringstream text;
   text.precision(4);
   text << run.result.events << " events committed in " << run.wall_s << " s, "
        << 1e-6 * run.events_per_s() << " M events/s (" << request.executor;
-  if (request.executor == "threads") text << ", " << request.threads << " threads";
+  if (request.transport != nullptr) text << ", " << request.transport->size() << " ranks";
+  if (request.executor != "sequential") text << ", " << request.threads << " threads";
   text << ")\nefficiency " << 100.0 * efficiency(run.counters) << " %, " << run.counters.rollbacks
        << " rollbacks, " << run.counters.anti_messages << " anti-messages, "
        << run.counters.gvt_rounds << " GVT rounds\ndigest " << format_digest(run.result.digest)
@@ -39,6 +57,8 @@ std::string report_text(const PholdRequest& request, const PholdRun& run) {
 }  // namespace
 
 PholdRun run_phold(const PholdRequest& request) {
+  if ((request.executor == "mpi") != (request.transport != nullptr))
+    throw UsageError("--executor mpi and mpirun belong together: mpirun -n RANKS soda phold ...");
   const kernel::VirtualTime end{ticks_of(request.end_units, "--end"), 0};
   kernel::ThreadsOptions options{.threads = request.threads,
                                  .window = std::numeric_limits<std::int64_t>::max()};
@@ -50,14 +70,19 @@ PholdRun run_phold(const PholdRequest& request) {
     run = kernel::run_sequential(lps, end);
   else if (request.executor == "threads")
     run = kernel::run_threads(lps, end, options);
+  else if (request.executor == "mpi")
+    run = kernel::run_distributed(lps, end, options, *request.transport);
   else
-    throw UsageError("--executor: " + request.executor + " is not sequential or threads");
+    throw UsageError("--executor: " + request.executor + " is not sequential, threads or mpi");
   const double wall_s = watch.elapsed().wall_s;
+  if (request.executor == "mpi")
+    return {run.counters, gathered_result(*request.transport, request.threads, lps), wall_s};
   return {run.counters, kernel::standard_phold_result(lps), wall_s};
 }
 
 int phold_command(const PholdRequest& request, std::ostream& out) {
   const PholdRun run = run_phold(request);
+  if (request.transport != nullptr && !request.transport->is_root()) return kExitOk;
   out << (request.json ? phold_json(request, run) : report_text(request, run));
   return kExitOk;
 }

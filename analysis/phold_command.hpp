@@ -7,6 +7,7 @@
 
 #include "kernel/executor.hpp"
 #include "kernel/standard_phold.hpp"
+#include "kernel/transport.hpp"
 
 namespace soda::analysis {
 
@@ -15,6 +16,7 @@ struct PholdRequest {
   double end_units = 100.0;  // > 0
   std::string executor = "sequential";
   unsigned threads = 1;
+  kernel::Transport* transport = nullptr;  // of the job, for mpi
   double window_units = 0.0;  // beyond GVT; 0: no window
   bool json = false;
 };

@@ -17,6 +17,11 @@ std::string heading_text(const RunReport& report) {
     text += ", " + std::to_string(report.options.threads) + " threads, buffer of " +
             std::to_string(report.options.buffer) + " entries";
   }
+  if (report.options.transport != nullptr) {
+    text += ", " + std::to_string(report.options.transport->size()) + " ranks of " +
+            std::to_string(report.options.threads) + " threads, buffer of " +
+            std::to_string(report.options.buffer) + " entries";
+  }
   if (report.run.result.cluster) {
     text += ", " + std::to_string(report.run.result.cluster->processors) +
             " processors, buffer of " + std::to_string(report.options.buffer) + " entries";

@@ -46,14 +46,18 @@ Divergence first_divergence(const physics::SceneDescription& scene, const WrongS
   return {wrong.step, 0, "digest", 0.0, 0.0};
 }
 
+// In a job, the other ranks would be left waiting if the root left its run.
 void verify_run(const scenarios::Scenario& scenario, const models::TerritoryMap& map,
-                PlainLoop& oracle, VerifiedRun& run) {
+                kernel::Transport* transport, PlainLoop& oracle, VerifiedRun& run) {
+  std::optional<WrongStep> first;
   const models::CommitObserver observer{
       .wants_states = true, .on_step = [&](const models::CommittedStep& step) {
-        if (physics::digest(step.ids, step.states) == oracle.digest_after(step.step)) return;
-        throw WrongStep{step.step,
-                        {step.ids.begin(), step.ids.end()},
-                        {step.states.begin(), step.states.end()}};
+        if (first || physics::digest(step.ids, step.states) == oracle.digest_after(step.step))
+          return;
+        first = WrongStep{step.step,
+                          {step.ids.begin(), step.ids.end()},
+                          {step.states.begin(), step.states.end()}};
+        if (transport == nullptr) throw *first;
       }};
   try {
     run.events = models::simulate(scenario.scene, scenario.initial, map,
@@ -61,22 +65,29 @@ void verify_run(const scenarios::Scenario& scenario, const models::TerritoryMap&
                                    .threads = run.threads,
                                    .steps = scenario.run.steps,
                                    .buffer = run.buffer,
-                                   .scheduling_seed = run.scheduling_seed},
+                                   .scheduling_seed = run.scheduling_seed,
+                                   .transport = transport},
                                   observer)
                      .events;
-  } catch (const WrongStep& wrong) {
-    run.divergence = first_divergence(scenario.scene, wrong, oracle.states_after(wrong.step));
+  } catch (const WrongStep&) {
   }
+  if (first)
+    run.divergence = first_divergence(scenario.scene, *first, oracle.states_after(first->step));
 }
 
-// All cells of the matrix: each division once in sequence, then under Time Warp.
+// All cells of the matrix: each division once in sequence (not in a job), then under Time Warp.
 std::vector<VerifiedRun> matrix(const VerifyRequest& request, std::size_t cells) {
   std::vector<VerifiedRun> runs;
   for (const std::uint32_t wanted : request.worlds) {
     VerifiedRun run;
     run.worlds = static_cast<std::uint32_t>(std::min<std::size_t>(wanted, cells));
-    runs.push_back(run);
-    run.executor = models::ExecutorKind::kThreads;
+    if (request.transport == nullptr) {
+      runs.push_back(run);
+      run.executor = models::ExecutorKind::kThreads;
+    } else {
+      run.executor = models::ExecutorKind::kMpi;
+      run.ranks = request.transport->size();
+    }
     for (const unsigned threads : request.threads) {
       run.threads = threads;
       for (const std::int64_t buffer : request.buffers) {
@@ -93,6 +104,8 @@ std::string describe(const VerifiedRun& run) {
   std::string text = std::string(name_of(run.executor)) + ", " + std::to_string(run.worlds) +
                      (run.worlds == 1 ? " world" : " worlds");
   if (run.executor == models::ExecutorKind::kSequential) return text;
+  if (run.executor == models::ExecutorKind::kMpi)
+    text += ", " + std::to_string(run.ranks) + " ranks";
   return text + ", " + std::to_string(run.threads) + " threads, buffer " +
          std::to_string(run.buffer) + ", scheduling seed " + std::to_string(run.scheduling_seed);
 }
@@ -146,15 +159,17 @@ Verification verify(const VerifyRequest& request) {
       territory.worlds = run.worlds;
       map = models::make_territory_map(territory, positions);
     }
-    verify_run(scenario, *map, oracle, run);
+    verify_run(scenario, *map, request.transport, oracle, run);
     verification.runs.push_back(std::move(run));
-    if (verification.diverged()) break;
+    const bool ends = verification.diverged();
+    if (request.transport != nullptr ? request.transport->agree(ends).code != 0 : ends) break;
   }
   return verification;
 }
 
 int verify_command(const VerifyRequest& request, std::ostream& out) {
   const Verification verification = verify(request);
+  if (request.transport != nullptr && !request.transport->is_root()) return kExitOk;
   if (request.json) {
     out << verification_json(verification);
   } else {

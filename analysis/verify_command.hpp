@@ -21,6 +21,7 @@ struct VerifyRequest {
   std::vector<std::uint32_t> worlds{1, 2, 4, 12, 48};
   std::vector<std::int64_t> buffers{1, 4, 48};
   unsigned seeds = 5;              // scheduling seeds 1 .. seeds
+  kernel::Transport* transport = nullptr;  // the runs are those of the job's ranks
   bool require_rollbacks = false;  // fail if no run rolled back: then nothing was proved
   bool json = false;
 };
@@ -35,7 +36,8 @@ struct Divergence {
 
 struct VerifiedRun {
   models::ExecutorKind executor = models::ExecutorKind::kSequential;
-  unsigned threads = 1;
+  std::uint32_t ranks = 1;
+  unsigned threads = 1;  // of each rank
   std::uint32_t worlds = 1;
   std::int64_t buffer = 1;
   std::uint64_t scheduling_seed = 0;
@@ -54,7 +56,7 @@ struct Verification {
   std::uint64_t rollbacks() const;
 };
 
-// Throws what load_scenario throws.
+// Throws what load_scenario throws. In a job all ranks call it, and the root has the result.
 Verification verify(const VerifyRequest& request);
 
 // Returns kExitOk, or kExitCheckFailed after naming the first divergence.

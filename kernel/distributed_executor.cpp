@@ -17,12 +17,7 @@ Partition all_workers(const Transport& transport, unsigned threads, std::size_t 
 
 Bytes encode(const RunResult& result) {
   Bytes bytes;
-  const Counters& counters = result.counters;
-  for (const std::uint64_t count :
-       {counters.executed, counters.rolled_back, counters.committed, counters.rollbacks,
-        counters.stragglers, counters.messages, counters.anti_messages, counters.adopted,
-        counters.gvt_rounds, counters.lead_sum, counters.lead_max})
-    append_number(bytes, count);
+  append_plain(bytes, result.counters);
   // The text of a fault is known where its LP lives.
   const bool tells = result.fault && !result.fault->fault.what.empty();
   append_number(bytes, static_cast<std::uint8_t>(tells));
@@ -35,13 +30,7 @@ Bytes encode(const RunResult& result) {
 }
 
 void add(std::span<const std::byte> bytes, RunResult& sum) {
-  Counters counters;
-  for (std::uint64_t* const count :
-       {&counters.executed, &counters.rolled_back, &counters.committed, &counters.rollbacks,
-        &counters.stragglers, &counters.messages, &counters.anti_messages, &counters.adopted,
-        &counters.gvt_rounds, &counters.lead_sum, &counters.lead_max})
-    *count = take_number<std::uint64_t>(bytes);
-  sum.counters += counters;
+  sum.counters += take_plain<Counters>(bytes);
   if (take_number<std::uint8_t>(bytes) == 0) return;
   SODA_ASSERT(sum.fault.has_value(), "a fault that the root does not know");
   sum.fault->fault.subject = take_number<decltype(Fault::subject)>(bytes);
@@ -62,6 +51,7 @@ RunResult run_distributed(std::span<const std::unique_ptr<LogicalProcess>> lps, 
                           const RecordHooks& records, const ProgressFn& progress) {
   const Transport::Agreement all_here = transport.agree(0);
   if (all_here.code != 0) throw PeerFailed{all_here.code};
+  transport.set_runs(true);
 
   RankLink link(transport, records);
   Team team(all_workers(transport, options.threads, lps.size()),
@@ -70,6 +60,7 @@ RunResult run_distributed(std::span<const std::unique_ptr<LogicalProcess>> lps, 
   link.close();
 
   const std::vector<Bytes> all = transport.gather(encode(own));
+  transport.set_runs(false);
   if (!transport.is_root()) return own;
   RunResult sum;
   sum.fault = std::move(own.fault);

@@ -33,8 +33,8 @@ LpRange own_lps(const Transport& transport, unsigned threads, std::size_t lps);
 //
 // The result holds the sums over all ranks and the fault at the root; elsewhere the rank's own
 // counters, and a fault without its text. `progress` gets the counters of this rank. Throws
-// PeerFailed if another rank failed before the run; an exception of this rank leaves the others
-// inside, so the caller must end the job.
+// PeerFailed if another rank failed before the run; any other exception is this rank's, and leaves
+// transport.runs() true: the others wait, and the caller must end the job.
 RunResult run_distributed(std::span<const std::unique_ptr<LogicalProcess>> lps, VirtualTime end,
                           const ThreadsOptions& options, Transport& transport,
                           const RecordHooks& records = {}, const ProgressFn& progress = {});

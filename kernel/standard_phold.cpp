@@ -148,14 +148,24 @@ std::vector<std::unique_ptr<LogicalProcess>> make_standard_phold(
   return lps;
 }
 
-StandardPholdResult standard_phold_result(std::span<const std::unique_ptr<LogicalProcess>> lps) {
+StandardPholdPart standard_phold_part(const LogicalProcess& lp) {
+  const auto& process = static_cast<const StandardPholdProcess&>(lp);
+  return {process.consumed(), process.committed_times(), process.digest()};
+}
+
+StandardPholdResult join(std::span<const StandardPholdPart> parts) {
   StandardPholdResult result;
-  for (const auto& lp : lps) {
-    const auto& process = static_cast<const StandardPholdProcess&>(*lp);
-    result.events += process.consumed();
-    result.digest = append(append(result.digest, process.committed_times()), process.digest());
+  for (const StandardPholdPart& part : parts) {
+    result.events += part.events;
+    result.digest = append(append(result.digest, part.times), part.state);
   }
   return result;
+}
+
+StandardPholdResult standard_phold_result(std::span<const std::unique_ptr<LogicalProcess>> lps) {
+  std::vector<StandardPholdPart> parts;
+  for (const auto& lp : lps) parts.push_back(standard_phold_part(*lp));
+  return join(parts);
 }
 
 }  // namespace soda::kernel

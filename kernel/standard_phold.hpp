@@ -83,6 +83,13 @@ struct StandardPholdResult {
   std::uint64_t events = 0;  // messages consumed
   std::uint64_t digest = 0;  // of the committed times and last states of all LPs
 };
+// The same in two steps, for LPs that are not all in one process: of one LP; of all, in order.
+struct StandardPholdPart {
+  std::uint64_t events = 0, times = 0, state = 0;
+};
+StandardPholdPart standard_phold_part(const LogicalProcess& lp);
+StandardPholdResult join(std::span<const StandardPholdPart> parts);
+
 StandardPholdResult standard_phold_result(std::span<const std::unique_ptr<LogicalProcess>> lps);
 
 }  // namespace soda::kernel

@@ -75,8 +75,16 @@ class Transport {
   // The bytes of all ranks at the root, by rank; nothing elsewhere.
   virtual std::vector<Bytes> gather(const Bytes& bytes) = 0;
 
-  // Ends the processes of all ranks with this exit code. Does not return.
+  // Ends the processes of all ranks with this exit code.
   [[noreturn]] virtual void abort(int code) = 0;
+
+  // Whether this rank is in a run that the others are in, too: if an exception leaves it, they are
+  // left waiting, and only abort() ends them.
+  bool runs() const { return runs_; }
+  void set_runs(bool runs) { runs_ = runs; }
+
+ private:
+  bool runs_ = false;
 };
 
 // Another rank has failed, and says why; this one has nothing to add.

@@ -14,22 +14,35 @@ namespace soda::kernel {
 
 static_assert(std::endian::native == std::endian::little, "the wire format is little-endian");
 
+// A value whose bytes say all of it: no padding, no pointers.
 template <class T>
-void append_number(Bytes& bytes, T value) {
-  static_assert(std::is_integral_v<T>);
+void append_plain(Bytes& bytes, const T& value) {
+  static_assert(std::has_unique_object_representations_v<T>);
   const std::size_t at = bytes.size();
   bytes.resize(at + sizeof value);
   std::memcpy(bytes.data() + at, &value, sizeof value);
 }
 
 template <class T>
-T take_number(std::span<const std::byte>& bytes) {
-  static_assert(std::is_integral_v<T>);
+T take_plain(std::span<const std::byte>& bytes) {
+  static_assert(std::has_unique_object_representations_v<T>);
   SODA_ASSERT(bytes.size() >= sizeof(T), "a packet ends early");
   T value;
   std::memcpy(&value, bytes.data(), sizeof value);
   bytes = bytes.subspan(sizeof value);
   return value;
+}
+
+template <class T>
+void append_number(Bytes& bytes, T value) {
+  static_assert(std::is_integral_v<T>);
+  append_plain(bytes, value);
+}
+
+template <class T>
+T take_number(std::span<const std::byte>& bytes) {
+  static_assert(std::is_integral_v<T>);
+  return take_plain<T>(bytes);
 }
 
 inline void append_message(Bytes& bytes, const Message& message) {

@@ -11,14 +11,20 @@
 
 namespace soda::models {
 
-// Called by worlds as GVT passes their steps, from any worker thread; hands whole steps to the
-// observer in increasing order.
-class CommitMerge {
+// What worlds call as GVT passes their steps, in order of the steps of each, from any worker thread.
+class CommitSink {
+ public:
+  virtual ~CommitSink() = default;
+  virtual void add(WorldId world, const BufferEntry& entry) = 0;
+};
+
+// Hands whole steps to the observer in increasing order.
+class CommitMerge final : public CommitSink {
  public:
   // `observer` outlives this object.
   CommitMerge(const CommitObserver& observer, std::uint32_t worlds);
 
-  void add(WorldId world, const BufferEntry& entry);
+  void add(WorldId world, const BufferEntry& entry) override;
 
   std::int64_t committed_steps() const { return committed_steps_; }
   std::uint64_t islands() const { return islands_; }

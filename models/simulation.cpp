@@ -5,8 +5,10 @@
 #include <memory>
 #include <utility>
 
+#include "kernel/distributed_executor.hpp"
 #include "kernel/partition.hpp"
 #include "models/commit_merge.hpp"
+#include "models/commit_relay.hpp"
 #include "models/solve_share.hpp"
 #include "models/work_cost.hpp"
 #include "models/world.hpp"
@@ -28,12 +30,23 @@ struct Surroundings {
   const physics::Geometry& geometry;
   const TerritoryMap& map;
   std::deque<SolveShare>& shares;
-  CommitMerge& commits;
+  CommitSink& commits;
 };
 
-// Every body starts in the world that owns its centre.
+bool is_root(const RunOptions& options) {
+  return options.executor != ExecutorKind::kMpi || options.transport->is_root();
+}
+
+// The worlds that live in this process.
+kernel::LpRange own_worlds(const RunOptions& options, std::uint32_t worlds) {
+  if (options.executor != ExecutorKind::kMpi) return {0, worlds};
+  if (worlds == 1) return {0, is_root(options) ? 1u : 0u};
+  return kernel::own_lps(*options.transport, options.threads, worlds);
+}
+
+// Every body starts in the world that owns its centre. Worlds that live elsewhere are null.
 Worlds build_worlds(const Surroundings& around, std::span<const physics::BodyState> initial,
-                    std::int64_t buffer) {
+                    kernel::LpRange own, std::int64_t buffer) {
   std::vector<BufferEntry> entries(around.map.worlds());
   for (std::uint32_t body = 0; body < initial.size(); ++body) {
     BufferEntry& entry = entries[index_of(around.map.owner_at(initial[body].position_m))];
@@ -41,13 +54,13 @@ Worlds build_worlds(const Surroundings& around, std::span<const physics::BodySta
     entry.states.push_back(initial[body]);
   }
   const kernel::Partition partition{entries.size(), around.shares.size()};
-  Worlds worlds;
-  for (std::uint32_t id = 0; id < entries.size(); ++id) {
+  Worlds worlds(entries.size());
+  for (std::uint32_t id = own.first; id < own.last; ++id) {
     entries[id].step = 0;
     SolveShare& share = around.shares[partition.owner_of(kernel::LpId{id})];
-    worlds.push_back(std::make_unique<World>(
+    worlds[id] = std::make_unique<World>(
         WorldSurroundings{around.scene, around.geometry, around.map, share, around.commits},
-        WorldId{id}, buffer, std::move(entries[id])));
+        WorldId{id}, buffer, std::move(entries[id]));
   }
   return worlds;
 }
@@ -68,6 +81,13 @@ std::function<std::int64_t(kernel::LpId)> cost_from_counters(const Worlds& world
   };
 }
 
+kernel::ThreadsOptions threads_options(const RunOptions& options) {
+  return {.threads = options.threads,
+          .window = options.buffer,
+          .scheduling_seed = options.scheduling_seed,
+          .synchronisation = options.synchronisation};
+}
+
 kernel::RunResult run_on_cluster(const Worlds& worlds, const RunOptions& options,
                                  const kernel::ProgressFn& progress,
                                  std::optional<kernel::VirtualReport>& report) {
@@ -81,48 +101,47 @@ kernel::RunResult run_on_cluster(const Worlds& worlds, const RunOptions& options
   return std::move(result.run);
 }
 
-kernel::RunResult run(const Worlds& worlds, const RunOptions& options,
-                      const kernel::ProgressFn& progress,
+kernel::RunResult run_over_ranks(const Worlds& worlds, const RunOptions& options,
+                                 CommitRelay& relay, CommitSink& commits,
+                                 const kernel::ProgressFn& progress) {
+  kernel::RecordHooks records;
+  records.take = [&] { return relay.take(); };
+  records.receive = [&](std::span<const std::byte> record) { join(record, commits); };
+  return kernel::run_distributed(worlds, time_of(options.steps, Phase::kBegin),
+                                 threads_options(options), *options.transport, records, progress);
+}
+
+void collect(const Worlds& worlds, const RunOptions& options, SimulationResult& result) {
+  const kernel::Bytes own = encode_outcome(worlds);
+  if (options.executor != ExecutorKind::kMpi || worlds.size() == 1) {
+    add_outcome(own, result);
+    return;
+  }
+  for (const kernel::Bytes& outcome : options.transport->gather(own)) add_outcome(outcome, result);
+}
+
+kernel::RunResult run(const Worlds& worlds, const RunOptions& options, CommitRelay& relay,
+                      CommitSink& commits, const kernel::ProgressFn& progress,
                       std::optional<kernel::VirtualReport>& report) {
   const kernel::VirtualTime end = time_of(options.steps, Phase::kBegin);
   if (options.executor == ExecutorKind::kVirtual)
     return run_on_cluster(worlds, options, progress, report);
   // One world has nobody to run ahead of: it needs no history.
-  if (options.executor == ExecutorKind::kSequential || worlds.size() == 1) {
+  if (worlds.size() == 1 && !worlds[0]) return {};
+  if (options.executor == ExecutorKind::kSequential || worlds.size() == 1)
     return kernel::run_sequential(worlds, end, progress);
-  }
-  return kernel::run_threads(worlds, end,
-                             {.threads = options.threads,
-                              .window = options.buffer,
-                              .scheduling_seed = options.scheduling_seed,
-                              .synchronisation = options.synchronisation},
-                             progress);
+  if (options.executor == ExecutorKind::kMpi)
+    return run_over_ranks(worlds, options, relay, commits, progress);
+  return kernel::run_threads(worlds, end, threads_options(options), progress);
 }
 
-void add(const WorldCounters& from, WorldCounters& to) {
-  to.border_tests += from.border_tests;
-  to.ghosts_sent += from.ghosts_sent;
-  to.fragments_sent += from.fragments_sent;
-  to.records_sent += from.records_sent;
-  to.merge_rounds += from.merge_rounds;
-  to.migrations += from.migrations;
-  to.mixed_islands += from.mixed_islands;
-  to.islands_reused += from.islands_reused;
-  to.entries_saved += from.entries_saved;
-  to.bytes_sent += from.bytes_sent;
-}
-
-void collect(const Worlds& worlds, std::size_t bodies, SimulationResult& result) {
-  result.final_states.resize(bodies);
-  for (const std::unique_ptr<kernel::LogicalProcess>& process : worlds) {
-    World& world = static_cast<World&>(*process);
-    result.stages += world.stages();
-    add(world.counters(), result.worlds);
-    const BufferEntry& entry = world.newest_entry();
-    for (std::size_t i = 0; i < entry.ids.size(); ++i) {
-      result.final_states[physics::index_of(entry.ids[i])] = entry.states[i];
-    }
-  }
+kernel::ProgressFn on_gvt(std::int64_t steps, const std::function<void(const Progress&)>& progress) {
+  if (!progress) return {};
+  return [steps, &progress](kernel::VirtualTime gvt, const kernel::Counters& so_far) {
+    const double executed = static_cast<double>(std::max<std::uint64_t>(so_far.executed, 1));
+    progress({.committed_step = std::min(gvt.t, steps),
+              .efficiency = 1.0 - static_cast<double>(so_far.rolled_back) / executed});
+  };
 }
 
 // A run that failed ends with worlds at or beyond the fault. What was committed last is what a run
@@ -138,6 +157,20 @@ std::vector<physics::BodyState> committed_states(const physics::SceneDescription
 
 }  // namespace
 
+WorldCounters& operator+=(WorldCounters& sum, const WorldCounters& more) {
+  sum.border_tests += more.border_tests;
+  sum.ghosts_sent += more.ghosts_sent;
+  sum.fragments_sent += more.fragments_sent;
+  sum.records_sent += more.records_sent;
+  sum.merge_rounds += more.merge_rounds;
+  sum.migrations += more.migrations;
+  sum.mixed_islands += more.mixed_islands;
+  sum.islands_reused += more.islands_reused;
+  sum.entries_saved += more.entries_saved;
+  sum.bytes_sent += more.bytes_sent;
+  return sum;
+}
+
 SimulationResult simulate(const physics::SceneDescription& scene,
                           std::span<const physics::BodyState> initial, const TerritoryMap& map,
                           const RunOptions& options, const CommitObserver& observer,
@@ -146,31 +179,28 @@ SimulationResult simulate(const physics::SceneDescription& scene,
   std::deque<SolveShare> shares;
   for (std::size_t i = 0; i < share_count(options, map.worlds()); ++i)
     shares.emplace_back(options.buffer + 1);
-  CommitMerge commits(observer, map.worlds());
-  const Worlds worlds =
-      build_worlds({scene, geometry, map, shares, commits}, initial, options.buffer);
+  CommitMerge merge(observer, map.worlds());
+  CommitRelay relay(observer.wants_states);
+  CommitSink& commits = is_root(options) ? static_cast<CommitSink&>(merge) : relay;
+  const Worlds worlds = build_worlds({scene, geometry, map, shares, commits}, initial,
+                                     own_worlds(options, map.worlds()), options.buffer);
 
-  kernel::ProgressFn on_gvt;
-  if (progress) {
-    on_gvt = [&](kernel::VirtualTime gvt, const kernel::Counters& so_far) {
-      const double executed = static_cast<double>(std::max<std::uint64_t>(so_far.executed, 1));
-      progress({.committed_step = std::min(gvt.t, options.steps),
-                .efficiency = 1.0 - static_cast<double>(so_far.rolled_back) / executed});
-    };
-  }
   SimulationResult result;
-  const kernel::RunResult outcome = run(worlds, options, on_gvt, result.cluster);
-  result.committed_steps = commits.committed_steps();
-  result.islands_committed = commits.islands();
+  const kernel::RunResult outcome =
+      run(worlds, options, relay, commits, on_gvt(options.steps, progress), result.cluster);
+  result.committed_steps = merge.committed_steps();
+  result.islands_committed = merge.islands();
   result.events = outcome.counters;
-  collect(worlds, initial.size(), result);
+  result.final_states.resize(initial.size());
+  collect(worlds, options, result);
   if (outcome.fault) {
     const std::uint64_t body = outcome.fault->fault.subject;
     result.fault = SimulationFault{.step = outcome.fault->when.t,
                                    .world = WorldId{kernel::index_of(outcome.fault->lp)},
                                    .body_label = scene.bodies[body].label,
                                    .what = outcome.fault->fault.what};
-    result.final_states = committed_states(scene, initial, map, options, result.committed_steps);
+    if (is_root(options))
+      result.final_states = committed_states(scene, initial, map, options, result.committed_steps);
   }
   return result;
 }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "kernel/executor.hpp"
+#include "kernel/transport.hpp"
 #include "kernel/virtual_executor.hpp"
 #include "models/territory.hpp"
 #include "physics/advance.hpp"
@@ -18,14 +19,16 @@
 
 namespace soda::models {
 
-enum class ExecutorKind { kSequential, kThreads, kVirtual };
+enum class ExecutorKind { kSequential, kThreads, kVirtual, kMpi };
 
 struct RunOptions {
   ExecutorKind executor = ExecutorKind::kSequential;
-  unsigned threads = 1;               // kThreads only, >= 1
+  unsigned threads = 1;               // kThreads: >= 1; kMpi: of each rank
   std::int64_t steps = 0;             // >= 0
   std::int64_t buffer = 48;           // entries of each world's transform buffer, >= 1
   std::uint64_t scheduling_seed = 0;  // see kernel::ThreadsOptions
+  // kMpi only: the other ranks, each of which makes the same call.
+  kernel::Transport* transport = nullptr;
   // Not for kSequential.
   kernel::Synchronisation synchronisation = kernel::Synchronisation::kOptimistic;
   // kVirtual only. Its window and synchronisation are those above, and its cost_ns is work_cost_ns
@@ -47,6 +50,7 @@ struct WorldCounters {
   std::uint64_t entries_saved = 0;   // transform-buffer entries kept for rollback
   std::uint64_t bytes_sent = 0;      // payload bytes
 };
+WorldCounters& operator+=(WorldCounters& sum, const WorldCounters& more);
 
 // The state after `step` steps, complete over all worlds and final.
 struct CommittedStep {
@@ -88,7 +92,8 @@ struct Progress {
 };
 
 // Runs options.steps steps of the scene divided by `map`. The committed steps are the same bits for
-// every map and every option. `initial[i]` is the state of BodyId{i} at step 0.
+// every map and every option. `initial[i]` is the state of BodyId{i} at step 0. Over ranks, only the
+// root observes and has the result; elsewhere it says no more than whether there was a fault.
 SimulationResult simulate(const physics::SceneDescription& scene,
                           std::span<const physics::BodyState> initial, const TerritoryMap& map,
                           const RunOptions& options, const CommitObserver& observer = {},

@@ -25,7 +25,7 @@ struct WorldSurroundings {
   const physics::Geometry& geometry;
   const TerritoryMap& map;
   SolveShare& solves;
-  CommitMerge& commits;
+  CommitSink& commits;
 };
 
 // The events of one step are in README.md ("The step protocol"). Between steps a world's state is
@@ -49,7 +49,7 @@ class World final : public kernel::LogicalProcess {
   const physics::StageCounters& stages() const { return stages_; }
   const WorldCounters& counters() const { return counters_; }
   // The newest entry: after a run, the state after its last step.
-  const BufferEntry& newest_entry() { return buffer_.at(buffer_.newest()); }
+  const BufferEntry& newest_entry() const { return buffer_.newest_entry(); }
 
  private:
   using Bag = std::span<const kernel::MessageView>;

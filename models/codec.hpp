@@ -1,0 +1,160 @@
+// Numbers, vectors and states as bytes: what message payloads and ranks' results are made of.
+#pragma once
+
+#include <bit>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <span>
+#include <type_traits>
+
+#include "kernel/payload.hpp"
+#include "models/territory.hpp"
+#include "physics/advance.hpp"
+#include "physics/body_state.hpp"
+#include "physics/contact_manifold.hpp"
+
+namespace soda::models {
+
+static_assert(std::endian::native == std::endian::little,
+              "the wire format is little-endian: big-endian machines need byte swaps here");
+
+// Appends to `out`, which outlives it.
+class Writer {
+ public:
+  explicit Writer(kernel::Bytes& out) : out_(out) {}
+
+  template <class T>
+  void number(T value) {
+    static_assert(std::is_arithmetic_v<T>);
+    const std::size_t at = out_.size();
+    out_.resize(at + sizeof value);
+    std::memcpy(out_.data() + at, &value, sizeof value);
+  }
+  void id(physics::BodyId value) { number(physics::index_of(value)); }
+  void world(WorldId value) { number(index_of(value)); }
+  void vector(const physics::Vec3& value) {
+    for (int axis = 0; axis < 3; ++axis) number(value[axis]);
+  }
+  void impulse(const physics::ContactImpulse& value) {
+    id(value.other);
+    number(value.part);
+    number(value.feature);
+    number(value.normal_newton_s);
+    vector(value.friction_newton_s);
+  }
+  void state(const physics::BodyState& value) {
+    vector(value.position_m);
+    number(value.orientation.w());
+    number(value.orientation.x());
+    number(value.orientation.y());
+    number(value.orientation.z());
+    vector(value.linear_velocity_m_s);
+    vector(value.angular_velocity_rad_s);
+    number(static_cast<std::uint32_t>(value.impulses.size()));
+    for (const physics::ContactImpulse& item : value.impulses) impulse(item);
+  }
+  void manifold(const physics::ContactManifold& value) {
+    id(value.a);
+    id(value.b);
+    number(value.part);
+    number(value.count);
+    vector(value.normal);
+    for (std::uint32_t i = 0; i < value.count; ++i) {
+      vector(value.points[i].position_m);
+      number(value.points[i].separation_m);
+      number(value.points[i].feature);
+    }
+  }
+  void island(const physics::IslandReport& value) {
+    id(value.label);
+    number(value.bodies);
+    number(value.contact_points);
+    number(value.iterations);
+    number(value.max_penetration_m);
+    number(value.constraint_residual_m_s);
+    vector(value.static_impulse_newton_s);
+    vector(value.static_angular_impulse_newton_m_s);
+  }
+
+ private:
+  kernel::Bytes& out_;
+};
+
+// Takes from `in`. Bytes that end early are a broken program: aborts.
+class Reader {
+ public:
+  explicit Reader(std::span<const std::byte> in) : in_(in) {}
+
+  template <class T>
+  T number() {
+    if (in_.size() < sizeof(T)) {
+      std::fprintf(stderr, "soda: message payload ends early\n");
+      std::abort();
+    }
+    T value;
+    std::memcpy(&value, in_.data(), sizeof value);
+    in_ = in_.subspan(sizeof value);
+    return value;
+  }
+  physics::BodyId id() { return physics::BodyId{number<std::uint32_t>()}; }
+  WorldId world() { return WorldId{number<std::uint32_t>()}; }
+  physics::Vec3 vector() {
+    const double x = number<double>(), y = number<double>(), z = number<double>();
+    return {x, y, z};
+  }
+  physics::ContactImpulse impulse() {
+    physics::ContactImpulse value;
+    value.other = id();
+    value.part = number<std::uint32_t>();
+    value.feature = number<std::uint32_t>();
+    value.normal_newton_s = number<double>();
+    value.friction_newton_s = vector();
+    return value;
+  }
+  physics::BodyState state() {
+    physics::BodyState value;
+    value.position_m = vector();
+    value.orientation.w() = number<double>();
+    value.orientation.x() = number<double>();
+    value.orientation.y() = number<double>();
+    value.orientation.z() = number<double>();
+    value.linear_velocity_m_s = vector();
+    value.angular_velocity_rad_s = vector();
+    value.impulses.resize(number<std::uint32_t>());
+    for (physics::ContactImpulse& item : value.impulses) item = impulse();
+    return value;
+  }
+  physics::ContactManifold manifold() {
+    physics::ContactManifold value;
+    value.a = id();
+    value.b = id();
+    value.part = number<std::uint32_t>();
+    value.count = number<std::uint32_t>();
+    value.normal = vector();
+    for (std::uint32_t i = 0; i < value.count; ++i) {
+      value.points[i].position_m = vector();
+      value.points[i].separation_m = number<double>();
+      value.points[i].feature = number<std::uint32_t>();
+    }
+    return value;
+  }
+  physics::IslandReport island() {
+    physics::IslandReport value;
+    value.label = id();
+    value.bodies = number<std::uint32_t>();
+    value.contact_points = number<std::uint32_t>();
+    value.iterations = number<std::uint32_t>();
+    value.max_penetration_m = number<double>();
+    value.constraint_residual_m_s = number<double>();
+    value.static_impulse_newton_s = vector();
+    value.static_angular_impulse_newton_m_s = vector();
+    return value;
+  }
+  bool at_end() const { return in_.empty(); }
+
+ private:
+  std::span<const std::byte> in_;
+};
+
+}  // namespace soda::models

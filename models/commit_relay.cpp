@@ -1,0 +1,99 @@
+#include "models/commit_relay.hpp"
+
+#include <type_traits>
+#include <utility>
+
+#include "models/codec.hpp"
+#include "models/world.hpp"
+
+namespace soda::models {
+namespace {
+
+// Counters are plain numbers: a field more is a field more in the bytes.
+template <class T>
+void write_plain(Writer& writer, const T& value) {
+  static_assert(std::has_unique_object_representations_v<T>);
+  for (const std::byte byte : std::as_bytes(std::span(&value, 1)))
+    writer.number(static_cast<std::uint8_t>(byte));
+}
+
+template <class T>
+T read_plain(Reader& reader) {
+  static_assert(std::has_unique_object_representations_v<T>);
+  T value;
+  for (std::byte& byte : std::as_writable_bytes(std::span(&value, 1)))
+    byte = static_cast<std::byte>(reader.number<std::uint8_t>());
+  return value;
+}
+
+void write_bodies(Writer& writer, const BufferEntry& entry) {
+  writer.number(static_cast<std::uint32_t>(entry.ids.size()));
+  for (std::size_t i = 0; i < entry.ids.size(); ++i) {
+    writer.id(entry.ids[i]);
+    writer.state(entry.states[i]);
+  }
+}
+
+void read_bodies(Reader& reader, BufferEntry& entry) {
+  for (auto left = reader.number<std::uint32_t>(); left > 0; --left) {
+    entry.ids.push_back(reader.id());
+    entry.states.push_back(reader.state());
+  }
+}
+
+}  // namespace
+
+void CommitRelay::add(WorldId world, const BufferEntry& entry) {
+  kernel::Bytes record;
+  Writer writer(record);
+  writer.world(world);
+  writer.number(entry.step);
+  if (with_states_)
+    write_bodies(writer, entry);
+  else
+    writer.number(std::uint32_t{0});
+  for (const physics::IslandReport& island : entry.islands) writer.island(island);
+  const std::lock_guard lock(mutex_);
+  records_.push_back(std::move(record));
+}
+
+std::vector<kernel::Bytes> CommitRelay::take() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(records_, {});
+}
+
+void join(std::span<const std::byte> record, CommitSink& commits) {
+  Reader reader(record);
+  const WorldId world = reader.world();
+  BufferEntry entry;
+  entry.step = reader.number<std::int64_t>();
+  read_bodies(reader, entry);
+  while (!reader.at_end()) entry.islands.push_back(reader.island());
+  commits.add(world, entry);
+}
+
+kernel::Bytes encode_outcome(std::span<const std::unique_ptr<kernel::LogicalProcess>> worlds) {
+  kernel::Bytes bytes;
+  Writer writer(bytes);
+  for (const std::unique_ptr<kernel::LogicalProcess>& process : worlds) {
+    if (!process) continue;
+    const World& world = static_cast<const World&>(*process);
+    write_plain(writer, world.stages());
+    write_plain(writer, world.counters());
+    write_bodies(writer, world.newest_entry());
+  }
+  return bytes;
+}
+
+void add_outcome(std::span<const std::byte> outcome, SimulationResult& result) {
+  for (Reader reader(outcome); !reader.at_end();) {
+    result.stages += read_plain<physics::StageCounters>(reader);
+    result.worlds += read_plain<WorldCounters>(reader);
+    BufferEntry entry;
+    read_bodies(reader, entry);
+    for (std::size_t i = 0; i < entry.ids.size(); ++i)
+      result.final_states[physics::index_of(entry.ids[i])] = std::move(entry.states[i]);
+  }
+}
+
+}  // namespace soda::models

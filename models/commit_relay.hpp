@@ -1,0 +1,39 @@
+// Committed parts and results of worlds on their way to the root rank.
+#pragma once
+
+#include <memory>
+#include <mutex>
+#include <span>
+#include <vector>
+
+#include "kernel/payload.hpp"
+#include "models/commit_merge.hpp"
+
+namespace soda::models {
+
+// Where worlds leave their committed parts on a rank that is not the root.
+class CommitRelay final : public CommitSink {
+ public:
+  // States travel only if somebody wants them.
+  explicit CommitRelay(bool with_states) : with_states_(with_states) {}
+
+  void add(WorldId world, const BufferEntry& entry) override;
+
+  // All records since the last call, for join() at the root.
+  std::vector<kernel::Bytes> take();
+
+ private:
+  const bool with_states_;
+  std::mutex mutex_;
+  std::vector<kernel::Bytes> records_;
+};
+
+// Adds a record to what the root's own worlds have committed.
+void join(std::span<const std::byte> record, CommitSink& commits);
+
+// Of the worlds that live here: their work counters, and the states that they ended with.
+kernel::Bytes encode_outcome(std::span<const std::unique_ptr<kernel::LogicalProcess>> worlds);
+// `result.final_states` has a place for each body.
+void add_outcome(std::span<const std::byte> outcome, SimulationResult& result);
+
+}  // namespace soda::models
