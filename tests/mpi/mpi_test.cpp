@@ -1,0 +1,182 @@
+// Jobs that mpirun starts: what they print, how they end.
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <thread>
+
+#include "analysis/child_process.hpp"
+
+namespace soda {
+namespace {
+
+using analysis_test::ChildResult;
+using analysis_test::library_file;
+using analysis_test::run_child;
+using analysis_test::run_soda;
+using analysis_test::TemporaryFolder;
+
+class Mpi : public testing::Test {
+ protected:
+  void SetUp() override {
+    for (const char* name : {"OMPI_ALLOW_RUN_AS_ROOT", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM",
+                             "OMPI_MCA_rmaps_base_oversubscribe", "OMPI_MCA_mpi_yield_when_idle"})
+      setenv(name, "1", 1);
+  }
+};
+
+ChildResult run_job(int ranks, std::vector<std::string> arguments) {
+  std::vector<std::string> argv = {MPIRUN, "-n", std::to_string(ranks), SODA_BINARY_DIR "/soda"};
+  argv.insert(argv.end(), arguments.begin(), arguments.end());
+  return run_child(argv);
+}
+
+// The rest of the first line that begins with `label`.
+std::string after(const std::string& label, const std::string& text) {
+  const std::size_t at = text.find(label);
+  if (at == std::string::npos) return "(no " + label + ")";
+  const std::size_t from = at + label.size();
+  return text.substr(from, text.find('\n', from) - from);
+}
+
+std::size_t count(const std::string& part, const std::string& text) {
+  std::size_t found = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1))
+    ++found;
+  return found;
+}
+
+TEST_F(Mpi, PholdHasTheSequentialDigestForAnyNumberOfRanks) {
+  const std::vector<std::string> model = {
+      "phold", "--lps", "60", "--start-events", "2", "--remote", "0.6", "--end", "60",
+      "--order-sensitive", "--zero-delay-rounds", "2"};
+  const std::string digest = after("digest", run_soda(model).out);
+  for (const int ranks : {1, 2, 4}) {
+    for (const char* threads : {"1", "2"}) {
+      std::vector<std::string> job = model;
+      for (const char* more : {"--executor", "mpi", "--threads", threads, "--window", "2"})
+        job.push_back(more);
+      const ChildResult found = run_job(ranks, job);
+      EXPECT_EQ(found.exit_code, 0) << found.err;
+      EXPECT_EQ(after("digest", found.out), digest) << ranks << " ranks";
+    }
+  }
+}
+
+TEST_F(Mpi, OnlyTheRootReportsAndItReportsAllSteps) {
+  const std::vector<std::string> run = {"run", library_file("twelve-worlds"), "--steps", "20",
+                                        "--step-digests"};
+  const std::string alone = run_soda(run).out;
+  std::vector<std::string> job = run;
+  for (const char* more : {"--executor", "mpi"}) job.push_back(more);
+  const ChildResult found = run_job(3, job);
+  EXPECT_EQ(found.exit_code, 0) << found.err;
+  EXPECT_EQ(count("digest of the state", found.out), 1u);
+  EXPECT_EQ(count("\nstep ", found.out), 20u);
+  EXPECT_EQ(found.out.substr(found.out.find("\nstep 1 ")), alone.substr(alone.find("\nstep 1 ")));
+}
+
+TEST_F(Mpi, ALogOfAJobIsReplayedWithoutMpi) {
+  const TemporaryFolder folder;
+  const std::string log = folder.file("run.sodalog");
+  const ChildResult job = run_job(2, {"run", library_file("third-world"), "--steps", "30",
+                                      "--executor", "mpi", "--log", log});
+  EXPECT_EQ(job.exit_code, 0) << job.err;
+  const ChildResult replay = run_soda({"replay", log});
+  EXPECT_EQ(replay.exit_code, 0) << replay.err;
+}
+
+TEST_F(Mpi, FewerWorldsThanRanksAndOneWorldRunToo) {
+  const std::string digest = after(
+      "digest of the state after the last step",
+      run_soda({"run", library_file("border-stack"), "--steps", "9"}).out);
+  for (const char* worlds : {"1", "2"}) {
+    const ChildResult found = run_job(4, {"run", library_file("border-stack"), "--steps", "9",
+                                          "--worlds", worlds, "--executor", "mpi"});
+    EXPECT_EQ(found.exit_code, 0) << found.err;
+    EXPECT_EQ(after("digest of the state after the last step", found.out), digest);
+  }
+}
+
+TEST_F(Mpi, AnErrorIsPrintedOnceAndFirstAndEndsAllRanksWithItsCode) {
+  const TemporaryFolder folder;
+  const std::string scene = library_file("border-stack");
+  struct Case {
+    std::vector<std::string> arguments;
+    int code;
+    std::string message;
+  };
+  const std::vector<Case> cases = {
+      {{"run", "/nowhere.json", "--executor", "mpi"}, 3, "soda: /nowhere.json: cannot be opened"},
+      {{"run", scene, "--executor", "threads"}, 2, "soda: started by mpirun with another"},
+      {{"run", scene, "--worlds", "0", "--executor", "mpi"}, 2, "soda: --worlds"},
+      {{"plan", scene}, 2, "soda: started by mpirun; only"},
+      {{"phold", "--end", "5"}, 2, "soda: --executor mpi and mpirun belong together"},
+      // Only the root opens it, while the others are on their way into the run.
+      {{"run", scene, "--executor", "mpi", "--log", "/nowhere/run.sodalog"}, 3,
+       "soda: /nowhere/run.sodalog"},
+  };
+  for (const Case& wrong : cases) {
+    const ChildResult job = run_job(2, wrong.arguments);
+    EXPECT_EQ(job.exit_code, wrong.code) << job.err;
+    EXPECT_EQ(job.err.find(wrong.message), 0u) << job.err;
+    EXPECT_EQ(count("soda: ", job.err), 1u) << job.err;
+    EXPECT_EQ(job.out, "");
+  }
+  const ChildResult alone = run_soda({"run", scene, "--executor", "mpi"});
+  EXPECT_EQ(alone.exit_code, 2);
+  EXPECT_EQ(alone.err.find("soda: --executor mpi: start the program with mpirun"), 0u) << alone.err;
+}
+
+// A write error happens at commit, when all ranks are in the run.
+TEST_F(Mpi, AnErrorDuringTheRunEndsTheJob) {
+  const ChildResult job = run_job(2, {"run", library_file("twelve-worlds"), "--executor", "mpi",
+                                      "--log", "/dev/full"});
+  EXPECT_EQ(job.exit_code, 3) << job.err;
+  EXPECT_EQ(job.err.find("soda: /dev/full"), 0u) << job.err;
+}
+
+// Process ids of soda whose command line holds `part`.
+std::vector<pid_t> soda_processes_with(const std::string& part) {
+  std::vector<pid_t> found;
+  for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
+    std::ifstream file(entry.path() / "cmdline", std::ios::binary);
+    std::stringstream line;
+    if (file) line << file.rdbuf();
+    const std::string program = line.str().substr(0, line.str().find('\0'));
+    if (program.ends_with("/soda") && line.str().find(part) != std::string::npos)
+      found.push_back(std::stoi(entry.path().filename()));
+  }
+  return found;
+}
+
+TEST_F(Mpi, AKilledRankEndsTheJobWithinSeconds) {
+  // A run that would take hours, marked by its seed.
+  const std::string seed = std::to_string(1'000'000 + getpid());
+  ChildResult job;
+  std::thread runs([&] {
+    job = run_job(3, {"phold", "--end", "1e8", "--window", "5", "--seed", seed, "--executor",
+                      "mpi"});
+  });
+  std::vector<pid_t> ranks;
+  for (int look = 0; look < 100 && ranks.size() < 3; ++look) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    ranks = soda_processes_with(seed);
+  }
+  ASSERT_EQ(ranks.size(), 3u);
+  std::this_thread::sleep_for(std::chrono::seconds(1));
+  const auto start = std::chrono::steady_clock::now();
+  ASSERT_EQ(kill(ranks[1], SIGKILL), 0);
+  runs.join();
+  const auto took = std::chrono::steady_clock::now() - start;
+  EXPECT_NE(job.exit_code, 0);
+  EXPECT_LT(took, std::chrono::seconds(10));
+  EXPECT_NE(job.err.find("signal 9"), std::string::npos) << job.err;
+  EXPECT_TRUE(soda_processes_with(seed).empty());
+}
+
+}  // namespace
+}  // namespace soda
