@@ -7,7 +7,8 @@ packages=(
   g++ cmake ninja-build pkg-config git
   libfcl-dev libccd-dev libeigen3-dev libboost-dev libassimp-dev libqhull-dev
   nlohmann-json3-dev libcli11-dev libxxhash-dev libzstd-dev
-  libgtest-dev librapidcheck-dev libvalijson-dev valgrind
+  libopenmpi-dev openmpi-bin
+  libgtest-dev librapidcheck-dev libvalijson-dev valgrind iproute2
 )
 main_scenario=scenarios/library/twelve-worlds.json
 

@@ -188,12 +188,15 @@ CLI::App* add_phold(CLI::App& app, PholdRequest& request) {
       ->check(CLI::Range(0u, 1u << 20));
   phold->add_option("--remote", model.remote, "probability of a destination drawn from all LPs")
       ->check(CLI::Range(0.0, 1.0));
-  phold->add_option(kLeastDelayOption, model.least_delay,
-                    "least delay L; a delay is L + Exp(1 - L) (default 0.1)")
+  phold
+      ->add_option(kLeastDelayOption, model.least_delay,
+                   "least delay L; a delay is L + Exp(1 - L) (default 0.1)")
       ->check(CLI::Range(0.0, 1.0));
   phold->add_option("--end", request.end_units, "virtual time (default 100)");
   phold->add_option("--seed", model.seed, "default 1");
-  phold->add_option("--executor", request.executor, "sequential, threads or mpi (default sequential)")
+  phold
+      ->add_option("--executor", request.executor,
+                   "sequential, threads or mpi (default sequential)")
       ->check(CLI::IsMember({"sequential", "threads", "mpi"}));
   phold->add_option("--threads", request.threads, "worker threads, with --executor threads")
       ->check(CLI::Range(1u, 1024u));
@@ -201,8 +204,9 @@ CLI::App* add_phold(CLI::App& app, PholdRequest& request) {
       ->check(CLI::NonNegativeNumber);
   phold->add_flag("--order-sensitive", model.order_sensitive,
                   "the state of an LP depends on the order of its events");
-  phold->add_option("--zero-delay-rounds", model.zero_delay_rounds,
-                    "hops without delay before each delay (default 0)")
+  phold
+      ->add_option("--zero-delay-rounds", model.zero_delay_rounds,
+                   "hops without delay before each delay (default 0)")
       ->check(CLI::Range(0u, 1u << 20));
   phold->add_flag("--json", request.json, "print one JSON object");
   phold->footer(

@@ -18,8 +18,7 @@ analysis::Ending run(int argc, char** argv, kernel::Transport* transport) {
   try {
     std::ostream nowhere(nullptr);
     const bool speaks = transport == nullptr || transport->is_root();
-    const int code = analysis::run_command_line(argc, argv, transport,
-                                                speaks ? std::cout : nowhere,
+    const int code = analysis::run_command_line(argc, argv, transport, speaks ? std::cout : nowhere,
                                                 speaks ? std::cerr : nowhere);
     if (!std::cout.flush()) throw scenarios::FileError("standard output cannot be written");
     return {code, ""};

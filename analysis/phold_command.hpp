@@ -17,7 +17,7 @@ struct PholdRequest {
   std::string executor = "sequential";
   unsigned threads = 1;
   kernel::Transport* transport = nullptr;  // of the job, for mpi
-  double window_units = 0.0;  // beyond GVT; 0: no window
+  double window_units = 0.0;               // beyond GVT; 0: no window
   bool json = false;
 };
 

@@ -20,9 +20,9 @@ struct VerifyRequest {
   std::vector<unsigned> threads{1, 2, 4};
   std::vector<std::uint32_t> worlds{1, 2, 4, 12, 48};
   std::vector<std::int64_t> buffers{1, 4, 48};
-  unsigned seeds = 5;              // scheduling seeds 1 .. seeds
+  unsigned seeds = 5;                      // scheduling seeds 1 .. seeds
   kernel::Transport* transport = nullptr;  // the runs are those of the job's ranks
-  bool require_rollbacks = false;  // fail if no run rolled back: then nothing was proved
+  bool require_rollbacks = false;          // fail if no run rolled back: then nothing was proved
   bool json = false;
 };
 

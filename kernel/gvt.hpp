@@ -35,8 +35,9 @@ struct GvtOutcome {
 
 // A round: stop_all() once the worker's own messages lie in the inboxes of their receivers,
 // report(), commit up to the outcome, finish(). Between the meetings nobody executes or sends, so
-// nothing is in flight here and the minimum of the reports is GVT itself, if there are no other ranks. Who waits
-// looks for a short while and then sleeps; at once, if there are more workers than processors.
+// nothing is in flight here and the minimum of the reports is GVT itself, if there are no other
+// ranks. Who waits looks for a short while and then sleeps; at once, if there are more workers than
+// processors.
 class GvtRounds {
  public:
   // `sharing` workers, of this process and others, run on this machine.

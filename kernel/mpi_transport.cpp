@@ -23,7 +23,7 @@ class MpiTransport final : public Transport {
     MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &provided);
     if (provided < MPI_THREAD_FUNNELED) {
       std::fprintf(stderr, "soda: this MPI does not support threads\n");
-      MPI_Abort(MPI_COMM_WORLD, 3);
+      abort(3);
     }
     // Own communicators: what is reduced for GVT is never matched with what is agreed on.
     MPI_Comm_dup(MPI_COMM_WORLD, &messages_);
@@ -132,6 +132,7 @@ class MpiTransport final : public Transport {
     if (bytes <= static_cast<std::size_t>(std::numeric_limits<int>::max())) return;
     std::fprintf(stderr, "soda: %zu bytes are too many for one MPI call\n", bytes);
     MPI_Abort(MPI_COMM_WORLD, 70);
+    std::abort();
   }
 
   static int count_of(const Bytes& bytes) {

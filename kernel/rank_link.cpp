@@ -16,9 +16,7 @@ enum class PacketKind : std::uint8_t { kMessages, kRecord, kEnd };
 // side, and on a network one lost segment holds up all of it.
 constexpr std::size_t kFullPacket = 60'000;
 
-Bytes begin_packet(PacketKind kind) {
-  return {static_cast<std::byte>(kind)};
-}
+Bytes begin_packet(PacketKind kind) { return {static_cast<std::byte>(kind)}; }
 
 }  // namespace
 

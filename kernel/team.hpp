@@ -16,8 +16,8 @@
 namespace soda::kernel {
 
 struct Team {
-  // `workers` of the partition's, from `first_worker` on, live here; `link` leads to the others, and
-  // is null if there are none.
+  // `workers` of the partition's, from `first_worker` on, live here; `link` leads to the others,
+  // and is null if there are none.
   Team(const Partition& all, std::size_t first_worker_, std::size_t workers, RankLink* link_)
       : partition(all),
         first_worker(first_worker_),

@@ -26,8 +26,8 @@ constexpr microseconds kMostPatience{2000};
 constexpr microseconds kShortestNap{10};
 constexpr microseconds kLongestNap{300};
 
-// Other ranks may wait for this one's part in GVT, and cannot tell: it takes part at least so often,
-// and soon if the last time messages were in transit.
+// Other ranks may wait for this one's part in GVT, and cannot tell: it takes part at least so
+// often, and soon if the last time messages were in transit.
 constexpr microseconds kLongestBetweenRounds{300};
 constexpr microseconds kTransit{20};
 
@@ -44,8 +44,7 @@ Worker::Worker(std::size_t index, Team& team, std::span<const std::unique_ptr<Lo
       end_(end),
       options_(options),
       progress_(progress),
-      first_lp_(
-          static_cast<std::uint32_t>(team.partition.first_of(team.first_worker + index))),
+      first_lp_(static_cast<std::uint32_t>(team.partition.first_of(team.first_worker + index))),
       schedule_(team.partition.first_of(team.first_worker + index + 1) - first_lp_),
       is_uncommitted_(schedule_.size(), false),
       remote_(team.partition.workers),

@@ -11,7 +11,8 @@
 
 namespace soda::models {
 
-// What worlds call as GVT passes their steps, in order of the steps of each, from any worker thread.
+// What worlds call as GVT passes their steps, in order of the steps of each, from any worker
+// thread.
 class CommitSink {
  public:
   virtual ~CommitSink() = default;

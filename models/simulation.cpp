@@ -135,7 +135,8 @@ kernel::RunResult run(const Worlds& worlds, const RunOptions& options, CommitRel
   return kernel::run_threads(worlds, end, threads_options(options), progress);
 }
 
-kernel::ProgressFn on_gvt(std::int64_t steps, const std::function<void(const Progress&)>& progress) {
+kernel::ProgressFn on_gvt(std::int64_t steps,
+                          const std::function<void(const Progress&)>& progress) {
   if (!progress) return {};
   return [steps, &progress](kernel::VirtualTime gvt, const kernel::Counters& so_far) {
     const double executed = static_cast<double>(std::max<std::uint64_t>(so_far.executed, 1));

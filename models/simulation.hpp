@@ -92,8 +92,8 @@ struct Progress {
 };
 
 // Runs options.steps steps of the scene divided by `map`. The committed steps are the same bits for
-// every map and every option. `initial[i]` is the state of BodyId{i} at step 0. Over ranks, only the
-// root observes and has the result; elsewhere it says no more than whether there was a fault.
+// every map and every option. `initial[i]` is the state of BodyId{i} at step 0. Over ranks, only
+// the root observes and has the result; elsewhere it says no more than whether there was a fault.
 SimulationResult simulate(const physics::SceneDescription& scene,
                           std::span<const physics::BodyState> initial, const TerritoryMap& map,
                           const RunOptions& options, const CommitObserver& observer = {},

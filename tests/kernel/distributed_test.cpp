@@ -109,10 +109,9 @@ TEST(Distributed, OrderSensitivePholdCommitsTheSequentialTrace) {
     const RunResult expected = run_sequential(oracle, {80, 0});
     for (const std::uint32_t ranks : {2u, 3u, 4u}) {
       const auto lps = make_phold(model);
-      const RunResult found = RankThreads::run(ranks, lps, {80, 0},
-                                               {.threads = 1 + static_cast<unsigned>(seed % 2),
-                                                .window = 10,
-                                                .scheduling_seed = seed});
+      const RunResult found = RankThreads::run(
+          ranks, lps, {80, 0},
+          {.threads = 1 + static_cast<unsigned>(seed % 2), .window = 10, .scheduling_seed = seed});
       ASSERT_EQ(phold_digest(lps), phold_digest(oracle)) << "seed " << seed << ", ranks " << ranks;
       EXPECT_EQ(found.counters.committed, expected.counters.committed);
       rollbacks += found.counters.rollbacks;
@@ -126,9 +125,8 @@ TEST(Distributed, LockstepRollsNothingBack) {
   const auto oracle = make_phold(model);
   run_sequential(oracle, {60, 0});
   const auto lps = make_phold(model);
-  const RunResult found =
-      RankThreads::run(3, lps, {60, 0},
-                       {.threads = 2, .window = 8, .synchronisation = Synchronisation::kLockstep});
+  const RunResult found = RankThreads::run(
+      3, lps, {60, 0}, {.threads = 2, .window = 8, .synchronisation = Synchronisation::kLockstep});
   EXPECT_EQ(phold_digest(lps), phold_digest(oracle));
   EXPECT_EQ(found.counters.rollbacks, 0u);
 }

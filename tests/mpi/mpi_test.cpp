@@ -50,9 +50,18 @@ std::size_t count(const std::string& part, const std::string& text) {
 }
 
 TEST_F(Mpi, PholdHasTheSequentialDigestForAnyNumberOfRanks) {
-  const std::vector<std::string> model = {
-      "phold", "--lps", "60", "--start-events", "2", "--remote", "0.6", "--end", "60",
-      "--order-sensitive", "--zero-delay-rounds", "2"};
+  const std::vector<std::string> model = {"phold",
+                                          "--lps",
+                                          "60",
+                                          "--start-events",
+                                          "2",
+                                          "--remote",
+                                          "0.6",
+                                          "--end",
+                                          "60",
+                                          "--order-sensitive",
+                                          "--zero-delay-rounds",
+                                          "2"};
   const std::string digest = after("digest", run_soda(model).out);
   for (const int ranks : {1, 2, 4}) {
     for (const char* threads : {"1", "2"}) {
@@ -82,17 +91,17 @@ TEST_F(Mpi, OnlyTheRootReportsAndItReportsAllSteps) {
 TEST_F(Mpi, ALogOfAJobIsReplayedWithoutMpi) {
   const TemporaryFolder folder;
   const std::string log = folder.file("run.sodalog");
-  const ChildResult job = run_job(2, {"run", library_file("third-world"), "--steps", "30",
-                                      "--executor", "mpi", "--log", log});
+  const ChildResult job = run_job(
+      2, {"run", library_file("third-world"), "--steps", "30", "--executor", "mpi", "--log", log});
   EXPECT_EQ(job.exit_code, 0) << job.err;
   const ChildResult replay = run_soda({"replay", log});
   EXPECT_EQ(replay.exit_code, 0) << replay.err;
 }
 
 TEST_F(Mpi, FewerWorldsThanRanksAndOneWorldRunToo) {
-  const std::string digest = after(
-      "digest of the state after the last step",
-      run_soda({"run", library_file("border-stack"), "--steps", "9"}).out);
+  const std::string digest =
+      after("digest of the state after the last step",
+            run_soda({"run", library_file("border-stack"), "--steps", "9"}).out);
   for (const char* worlds : {"1", "2"}) {
     const ChildResult found = run_job(4, {"run", library_file("border-stack"), "--steps", "9",
                                           "--worlds", worlds, "--executor", "mpi"});
@@ -116,7 +125,8 @@ TEST_F(Mpi, AnErrorIsPrintedOnceAndFirstAndEndsAllRanksWithItsCode) {
       {{"plan", scene}, 2, "soda: started by mpirun; only"},
       {{"phold", "--end", "5"}, 2, "soda: --executor mpi and mpirun belong together"},
       // Only the root opens it, while the others are on their way into the run.
-      {{"run", scene, "--executor", "mpi", "--log", "/nowhere/run.sodalog"}, 3,
+      {{"run", scene, "--executor", "mpi", "--log", "/nowhere/run.sodalog"},
+       3,
        "soda: /nowhere/run.sodalog"},
   };
   for (const Case& wrong : cases) {
@@ -133,8 +143,8 @@ TEST_F(Mpi, AnErrorIsPrintedOnceAndFirstAndEndsAllRanksWithItsCode) {
 
 // A write error happens at commit, when all ranks are in the run.
 TEST_F(Mpi, AnErrorDuringTheRunEndsTheJob) {
-  const ChildResult job = run_job(2, {"run", library_file("twelve-worlds"), "--executor", "mpi",
-                                      "--log", "/dev/full"});
+  const ChildResult job =
+      run_job(2, {"run", library_file("twelve-worlds"), "--executor", "mpi", "--log", "/dev/full"});
   EXPECT_EQ(job.exit_code, 3) << job.err;
   EXPECT_EQ(job.err.find("soda: /dev/full"), 0u) << job.err;
 }
@@ -158,8 +168,8 @@ TEST_F(Mpi, AKilledRankEndsTheJobWithinSeconds) {
   const std::string seed = std::to_string(1'000'000 + getpid());
   ChildResult job;
   std::thread runs([&] {
-    job = run_job(3, {"phold", "--end", "1e8", "--window", "5", "--seed", seed, "--executor",
-                      "mpi"});
+    job =
+        run_job(3, {"phold", "--end", "1e8", "--window", "5", "--seed", seed, "--executor", "mpi"});
   });
   std::vector<pid_t> ranks;
   for (int look = 0; look < 100 && ranks.size() < 3; ++look) {
