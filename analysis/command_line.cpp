@@ -48,6 +48,18 @@ void add_run_options(CLI::App& command, Overrides& overrides) {
                      "threads executor: shuffle its scheduling (0: do not)");
 }
 
+void add_rollback_option(CLI::App& command, Overrides& overrides) {
+  const std::map<std::string, models::RollbackMode> modes = {
+      {"propagate", models::RollbackMode::kPropagate},
+      {"invalidate", models::RollbackMode::kInvalidate}};
+  command
+      .add_option_function<std::string>(
+          "--rollback",
+          [&overrides, modes](const std::string& name) { overrides.rollback = modes.at(name); },
+          "propagate (default): re-executed steps compute only what changed; invalidate: all")
+      ->check(CLI::IsMember(modes));
+}
+
 void add_cluster_options(CLI::App& command, Overrides& overrides) {
   const std::map<std::string, kernel::Synchronisation> policies = {
       {"optimistic", kernel::Synchronisation::kOptimistic},
@@ -75,6 +87,7 @@ CLI::App* add_run(CLI::App& app, RunRequest& request) {
   CLI::App* run = app.add_subcommand("run", "run a scenario; report error against run time");
   run->add_option("FILE", request.file, "scenario")->required();
   add_run_options(*run, request.overrides);
+  add_rollback_option(*run, request.overrides);
   add_cluster_options(*run, request.overrides);
   run->add_option("--log", request.log_file, "write an event log for soda replay");
   run->add_flag("--json", request.json, "print one JSON object");

@@ -72,6 +72,7 @@ std::string run_json(const RunReport& report) {
                {"ranks", report.options.transport ? report.options.transport->size() : 1u},
                {"buffer", report.options.buffer},
                {"policy", lockstep ? "lockstep" : "optimistic"},
+               {"rollback", name_of(report.options.rollback)},
                {"dt_s", report.dt_s},
                {"wall_s", run.cost.wall_s},
                {"cpu_s", run.cost.cpu_s},
@@ -110,6 +111,7 @@ std::string verification_json(const Verification& verification) {
                  {"worlds", run.worlds},
                  {"buffer", run.buffer},
                  {"scheduling_seed", run.scheduling_seed},
+                 {"rollback", name_of(run.rollback)},
                  {"events", events(run.events)},
                  {"equal", !run.divergence.has_value()}};
     if (run.divergence) {

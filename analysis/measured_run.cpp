@@ -105,6 +105,11 @@ std::vector<std::pair<std::string, std::uint64_t>> stage_counts(
       {"islands_reused", worlds.islands_reused},
       {"entries_saved", worlds.entries_saved},
       {"bytes_sent", worlds.bytes_sent},
+      {"steps_repeated", worlds.steps_repeated},
+      {"islands_repeated", worlds.islands_repeated},
+      {"islands_taken", worlds.islands_taken},
+      {"bodies_repeated", worlds.bodies_repeated},
+      {"bodies_taken", worlds.bodies_taken},
   };
   counts.insert(counts.end(), rest.begin(), rest.end());
   return counts;

@@ -109,6 +109,10 @@ const char* name_of(models::ExecutorKind executor) {
   return "";
 }
 
+const char* name_of(models::RollbackMode rollback) {
+  return rollback == models::RollbackMode::kPropagate ? "propagate" : "invalidate";
+}
+
 Overrides combined(const Overrides& base, const Overrides& over) {
   Overrides result = base;
   // A thread count belongs to its executor: one asked for anew does not inherit the old count.
@@ -122,6 +126,7 @@ Overrides combined(const Overrides& base, const Overrides& over) {
   take(result.seed, over.seed);
   take(result.scheduling_seed, over.scheduling_seed);
   take(result.policy, over.policy);
+  take(result.rollback, over.rollback);
   if (over.transport != nullptr) result.transport = over.transport;
   if (over.cluster.given()) result.cluster = over.cluster;
   return result;
@@ -149,6 +154,7 @@ void apply_overrides(const Overrides& overrides, models::TerritoryOptions& terri
   }
   if (overrides.scheduling_seed) run.scheduling_seed = *overrides.scheduling_seed;
   if (overrides.policy) run.synchronisation = *overrides.policy;
+  if (overrides.rollback) run.rollback = *overrides.rollback;
   apply_cluster(overrides.cluster, territory.worlds, run);
 }
 

@@ -35,11 +35,13 @@ struct Overrides {
   std::optional<std::uint64_t> scheduling_seed;
   // Not written to logs: they say how a run is executed, which a replay decides anew.
   std::optional<kernel::Synchronisation> policy;
+  std::optional<models::RollbackMode> rollback;
   kernel::Transport* transport = nullptr;  // of the job that mpirun started; it selects kMpi
   ClusterOverrides cluster;
 };
 
 const char* name_of(models::ExecutorKind executor);
+const char* name_of(models::RollbackMode rollback);
 
 // `over` where it says something, else `base`.
 Overrides combined(const Overrides& base, const Overrides& over);

@@ -66,6 +66,7 @@ void verify_run(const scenarios::Scenario& scenario, const models::TerritoryMap&
                                    .steps = scenario.run.steps,
                                    .buffer = run.buffer,
                                    .scheduling_seed = run.scheduling_seed,
+                                   .rollback = run.rollback,
                                    .transport = transport},
                                   observer)
                      .events;
@@ -92,8 +93,11 @@ std::vector<VerifiedRun> matrix(const VerifyRequest& request, std::size_t cells)
       run.threads = threads;
       for (const std::int64_t buffer : request.buffers) {
         run.buffer = buffer;
-        for (run.scheduling_seed = 1; run.scheduling_seed <= request.seeds; ++run.scheduling_seed)
+        for (run.scheduling_seed = 1; run.scheduling_seed <= request.seeds; ++run.scheduling_seed) {
+          const bool all = run.scheduling_seed % 2 == 0;
+          run.rollback = all ? models::RollbackMode::kInvalidate : models::RollbackMode::kPropagate;
           runs.push_back(run);
+        }
       }
     }
   }
@@ -107,7 +111,8 @@ std::string describe(const VerifiedRun& run) {
   if (run.executor == models::ExecutorKind::kMpi)
     text += ", " + std::to_string(run.ranks) + " ranks";
   return text + ", " + std::to_string(run.threads) + " threads, buffer " +
-         std::to_string(run.buffer) + ", scheduling seed " + std::to_string(run.scheduling_seed);
+         std::to_string(run.buffer) + ", scheduling seed " + std::to_string(run.scheduling_seed) +
+         ", " + name_of(run.rollback);
 }
 
 void print(const Verification& verification, std::ostream& out) {

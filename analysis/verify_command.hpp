@@ -20,7 +20,8 @@ struct VerifyRequest {
   std::vector<unsigned> threads{1, 2, 4};
   std::vector<std::uint32_t> worlds{1, 2, 4, 12, 48};
   std::vector<std::int64_t> buffers{1, 4, 48};
-  unsigned seeds = 5;                      // scheduling seeds 1 .. seeds
+  // Scheduling seeds 1 .. seeds; with every other one, rollbacks invalidate whole entries.
+  unsigned seeds = 5;
   kernel::Transport* transport = nullptr;  // the runs are those of the job's ranks
   bool require_rollbacks = false;          // fail if no run rolled back: then nothing was proved
   bool json = false;
@@ -41,6 +42,7 @@ struct VerifiedRun {
   std::uint32_t worlds = 1;
   std::int64_t buffer = 1;
   std::uint64_t scheduling_seed = 0;
+  models::RollbackMode rollback = models::RollbackMode::kPropagate;
   kernel::Counters events;
   std::optional<Divergence> divergence;
 };

@@ -69,7 +69,7 @@ BorderContacts find_border_contacts(const physics::SceneDescription& scene,
                                     WorldId self, std::span<const physics::BodyId> ids,
                                     std::span<const BodyState> states,
                                     std::span<const physics::Aabb> boxes,
-                                    std::span<const Ghost> ghosts,
+                                    std::span<const Ghost> ghosts, const Repetition& repetition,
                                     physics::StageCounters& counters) {
   const Present all = everybody(self, ids, states, boxes, ghosts);
   BorderContacts out;
@@ -79,8 +79,9 @@ BorderContacts find_border_contacts(const physics::SceneDescription& scene,
   for (const physics::IndexPair pair : pairs) {
     if (!tests(map, self, all, pair)) continue;
     found.clear();
-    physics::collide(scene, geometry, all.ids[pair.first], *all.states[pair.first],
-                     all.ids[pair.second], all.states[pair.second], found, counters);
+    if (!repetition.take_contacts(all.ids[pair.first], all.ids[pair.second], found))
+      physics::collide(scene, geometry, all.ids[pair.first], *all.states[pair.first],
+                       all.ids[pair.second], all.states[pair.second], found, counters);
     if (found.empty()) continue;
     const WorldId a = all.owners[pair.first], b = all.owners[pair.second];
     if (a == self || b == self) {
@@ -88,13 +89,17 @@ BorderContacts find_border_contacts(const physics::SceneDescription& scene,
       const std::uint32_t other = a == self ? pair.second : pair.first;
       if (a != b) out.foreign.push_back({all.ids[other], all.owners[other], *all.states[other]});
     }
+    if (a != self && b != self)
+      out.for_others.insert(out.for_others.end(), found.begin(), found.end());
     if (a != b && b != self) add_fragment(all, pair.first, b, found, out.fragments);
     if (a != b && a != self) add_fragment(all, pair.second, a, found, out.fragments);
   }
   physics::find_static_pairs(geometry, boxes, pairs, counters);
   for (const physics::IndexPair pair : pairs) {
-    physics::collide(scene, geometry, ids[pair.first], states[pair.first],
-                     physics::static_id(pair.second), nullptr, out.manifolds, counters);
+    const physics::BodyId other = physics::static_id(pair.second);
+    if (repetition.take_contacts(ids[pair.first], other, out.manifolds)) continue;
+    physics::collide(scene, geometry, ids[pair.first], states[pair.first], other, nullptr,
+                     out.manifolds, counters);
   }
   std::sort(out.manifolds.begin(), out.manifolds.end(), canonical_before);
   sort_unique(out.foreign);

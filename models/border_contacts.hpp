@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "models/messages.hpp"
+#include "models/repetition.hpp"
 #include "models/territory.hpp"
 #include "physics/geometry.hpp"
 
@@ -17,18 +18,21 @@ struct BorderContacts {
   std::vector<Node> foreign;  // foreign bodies in these contacts, ascending, unique
   // Cross-owner contacts by the foreign owner who must hear of them; two ghosts can be such a pair.
   std::map<WorldId, Records> fragments;
+  // Contacts between ghosts that this world has tested for their owners; ascending pairs.
+  std::vector<physics::ContactManifold> for_others;
 };
 
 // Pairs with one owner are tested by that owner; others by the world that owns the cell with the
 // min corner of the intersection of the two swept boxes. That point lies in both boxes, so this
 // world has both bodies and no other world tests them: every pair is tested exactly once.
-// `ids` ascending with their states and boxes; `ghosts` ascending by id, none of them own.
+// `ids` ascending with their states and boxes; `ghosts` ascending by id, none of them own. Pairs
+// that the repetition knows are not tested again.
 BorderContacts find_border_contacts(const physics::SceneDescription& scene,
                                     const physics::Geometry& geometry, const TerritoryMap& map,
                                     WorldId self, std::span<const physics::BodyId> ids,
                                     std::span<const physics::BodyState> states,
                                     std::span<const physics::Aabb> boxes,
-                                    std::span<const Ghost> ghosts,
+                                    std::span<const Ghost> ghosts, const Repetition& repetition,
                                     physics::StageCounters& counters);
 
 }  // namespace soda::models

@@ -31,6 +31,7 @@ struct Surroundings {
   const TerritoryMap& map;
   std::deque<SolveShare>& shares;
   CommitSink& commits;
+  RollbackMode rollback;
 };
 
 bool is_root(const RunOptions& options) {
@@ -58,9 +59,10 @@ Worlds build_worlds(const Surroundings& around, std::span<const physics::BodySta
   for (std::uint32_t id = own.first; id < own.last; ++id) {
     entries[id].step = 0;
     SolveShare& share = around.shares[partition.owner_of(kernel::LpId{id})];
-    worlds[id] = std::make_unique<World>(
-        WorldSurroundings{around.scene, around.geometry, around.map, share, around.commits},
-        WorldId{id}, buffer, std::move(entries[id]));
+    worlds[id] =
+        std::make_unique<World>(WorldSurroundings{around.scene, around.geometry, around.map, share,
+                                                  around.commits, around.rollback},
+                                WorldId{id}, buffer, std::move(entries[id]));
   }
   return worlds;
 }
@@ -169,6 +171,11 @@ WorldCounters& operator+=(WorldCounters& sum, const WorldCounters& more) {
   sum.islands_reused += more.islands_reused;
   sum.entries_saved += more.entries_saved;
   sum.bytes_sent += more.bytes_sent;
+  sum.steps_repeated += more.steps_repeated;
+  sum.islands_repeated += more.islands_repeated;
+  sum.islands_taken += more.islands_taken;
+  sum.bodies_repeated += more.bodies_repeated;
+  sum.bodies_taken += more.bodies_taken;
   return sum;
 }
 
@@ -183,8 +190,8 @@ SimulationResult simulate(const physics::SceneDescription& scene,
   CommitMerge merge(observer, map.worlds());
   CommitRelay relay(observer.wants_states);
   CommitSink& commits = is_root(options) ? static_cast<CommitSink&>(merge) : relay;
-  const Worlds worlds = build_worlds({scene, geometry, map, shares, commits}, initial,
-                                     own_worlds(options, map.worlds()), options.buffer);
+  const Worlds worlds = build_worlds({scene, geometry, map, shares, commits, options.rollback},
+                                     initial, own_worlds(options, map.worlds()), options.buffer);
 
   SimulationResult result;
   const kernel::RunResult outcome =

@@ -19,6 +19,12 @@
 
 namespace soda::models {
 
+// What a rollback costs: the committed bits are the same.
+enum class RollbackMode {
+  kPropagate,   // re-executed steps compute again only what changed
+  kInvalidate,  // they compute all again: the baseline
+};
+
 enum class ExecutorKind { kSequential, kThreads, kVirtual, kMpi };
 
 struct RunOptions {
@@ -27,6 +33,7 @@ struct RunOptions {
   std::int64_t steps = 0;             // >= 0
   std::int64_t buffer = 48;           // entries of each world's transform buffer, >= 1
   std::uint64_t scheduling_seed = 0;  // see kernel::ThreadsOptions
+  RollbackMode rollback = RollbackMode::kPropagate;
   // kMpi only: the other ranks, each of which makes the same call.
   kernel::Transport* transport = nullptr;
   // Not for kSequential.
@@ -49,6 +56,11 @@ struct WorldCounters {
   std::uint64_t islands_reused = 0;  // mixed islands taken from another world's solve
   std::uint64_t entries_saved = 0;   // transform-buffer entries kept for rollback
   std::uint64_t bytes_sent = 0;      // payload bytes
+  // Of steps that were executed again: islands (bodies without contact count as one each) and their
+  // bodies, computed again or taken over.
+  std::uint64_t steps_repeated = 0;
+  std::uint64_t islands_repeated = 0, islands_taken = 0;
+  std::uint64_t bodies_repeated = 0, bodies_taken = 0;
 };
 WorldCounters& operator+=(WorldCounters& sum, const WorldCounters& more);
 

@@ -20,7 +20,10 @@ void require(bool condition, const char* rule, std::int64_t step, std::int64_t o
 }  // namespace
 
 TransformBuffer::TransformBuffer(std::size_t capacity, BufferEntry initial)
-    : ring_(capacity), oldest_(initial.step), newest_(initial.step) {
+    : ring_(capacity),
+      oldest_(initial.step),
+      newest_(initial.step),
+      newest_stale_(initial.step) {
   require(capacity >= 2, "needs room for two entries", initial.step, oldest_, newest_);
   slot(initial.step) = std::move(initial);
 }
@@ -38,6 +41,10 @@ const BufferEntry& TransformBuffer::newest_entry() const {
   return ring_[static_cast<std::size_t>(newest_) % ring_.size()];
 }
 
+BufferEntry* TransformBuffer::stale_next() {
+  return newest_ < newest_stale_ ? &slot(newest_ + 1) : nullptr;
+}
+
 BufferEntry& TransformBuffer::append() {
   require(newest_ - oldest_ + 1 < static_cast<std::int64_t>(ring_.size()), "is full", newest_ + 1,
           oldest_, newest_);
@@ -48,6 +55,7 @@ BufferEntry& TransformBuffer::append() {
 
 void TransformBuffer::truncate(std::int64_t step) {
   require(holds(step), "entry is not held", step, oldest_, newest_);
+  newest_stale_ = std::max(newest_stale_, newest_);
   newest_ = step;
 }
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "models/step_memo.hpp"
 #include "physics/advance.hpp"
 #include "physics/body_state.hpp"
 
@@ -16,9 +17,14 @@ struct BufferEntry {
   std::vector<physics::BodyId> ids;  // ascending
   std::vector<physics::BodyState> states;
   std::vector<physics::IslandReport> islands;  // solved in step - 1, whose label is an own body
+  StepMemo memo;                               // of step - 1
+  // Bodies whose state here is not the one that the next entry, a stale one, was computed from.
+  // Ascending.
+  std::vector<physics::BodyId> differs;
 };
 
-// Entries of consecutive steps oldest .. newest, at most `capacity` of them.
+// Entries of consecutive steps oldest .. newest, at most `capacity` of them. What a truncation drops
+// stays as *stale* entries after the newest, until they are written again.
 class TransformBuffer {
  public:
   // Holds `initial` as its only entry. `capacity` >= 2.
@@ -30,6 +36,8 @@ class TransformBuffer {
   // `step` must be held.
   BufferEntry& at(std::int64_t step);
   const BufferEntry& newest_entry() const;
+  // The stale entry newest() + 1, or null.
+  BufferEntry* stale_next();
   // The slot for entry newest() + 1. Aborts when the buffer is full. All fields but `step` hold
   // what was there before: the caller swaps its own vectors in, and so their memory circulates.
   BufferEntry& append();
@@ -43,6 +51,7 @@ class TransformBuffer {
 
   std::vector<BufferEntry> ring_;
   std::int64_t oldest_, newest_;
+  std::int64_t newest_stale_;  // entries newest_ + 1 .. newest_stale_ are stale
 };
 
 }  // namespace soda::models

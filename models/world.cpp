@@ -18,19 +18,22 @@ using physics::BodyId;
 using physics::BodyState;
 using physics::ContactManifold;
 
-// Migrants join the own bodies. While a migration is being rolled back an id can arrive twice or be
-// here still: the body that is here wins, then the one from the lowest source, whatever the order
-// of arrival.
-void merge_migrants(std::vector<Migrant> migrants, std::vector<BodyId>& ids,
-                    std::vector<BodyState>& states) {
+// Migrants join the own bodies; returns those that did. While a migration is being rolled back an
+// id can arrive twice or be here still: the body that is here wins, then the one from the lowest
+// source, whatever the order of arrival.
+std::vector<Migrant> merge_migrants(std::vector<Migrant> migrants, std::vector<BodyId>& ids,
+                                    std::vector<BodyState>& states) {
   std::stable_sort(migrants.begin(), migrants.end(),
                    [](const Migrant& a, const Migrant& b) { return a.id < b.id; });
-  for (Migrant& migrant : migrants) {
+  const auto is_here = [&ids, &states](const Migrant& migrant) {
     const auto place = std::lower_bound(ids.begin(), ids.end(), migrant.id);
-    if (place != ids.end() && *place == migrant.id) continue;
-    states.insert(states.begin() + (place - ids.begin()), std::move(migrant.state));
+    if (place != ids.end() && *place == migrant.id) return true;
+    states.insert(states.begin() + (place - ids.begin()), migrant.state);
     ids.insert(place, migrant.id);
-  }
+    return false;
+  };
+  std::erase_if(migrants, is_here);
+  return migrants;
 }
 
 }  // namespace
@@ -90,7 +93,12 @@ void World::begin(std::int64_t step, Bag bag) {
   }
   std::vector<Migrant> migrants;
   for (const kernel::MessageView& message : bag) decode_migrants(message.payload, migrants);
-  merge_migrants(std::move(migrants), ids_, states_);
+  migrants = merge_migrants(std::move(migrants), ids_, states_);
+  repetition_.start(entry.differs, propagates() ? buffer_.stale_next() : nullptr);
+  repetition_.note_own(ids_, migrants);
+  memo_.valid = remembers();
+  if (remembers()) std::swap(memo_.migrants, migrants);
+  counters_.steps_repeated += repetition_.repeats();
   next_ = time_of(step, Phase::kDetect);
 }
 
@@ -132,13 +140,17 @@ void World::border_traversal(Bag bag) {
 // Contacts; those with a foreign body go to its owner.
 void World::pairs(std::int64_t step, kernel::Outbox& outbox) {
   next_ = time_of(step, Phase::kFinish);
-  if (ghosts_.empty()) {
+  if (ghosts_.empty() && !repetition_.can_take()) {
     physics::find_contacts(around_.scene, around_.geometry, ids_, states_, scratch_, stages_);
+    if (remembers()) remember_contacts({});
     return;
   }
-  BorderContacts contacts = find_border_contacts(around_.scene, around_.geometry, around_.map, id_,
-                                                 ids_, states_, scratch_.boxes, ghosts_, stages_);
+  repetition_.note_ghosts(ghosts_);
+  BorderContacts contacts =
+      find_border_contacts(around_.scene, around_.geometry, around_.map, id_, ids_, states_,
+                           scratch_.boxes, ghosts_, repetition_, stages_);
   scratch_.manifolds = std::move(contacts.manifolds);
+  if (remembers()) remember_contacts(contacts.for_others);
   merge_.nodes = std::move(contacts.foreign);
   send_fragments(step, contacts.fragments, outbox);
   if (!merge_.nodes.empty()) next_ = time_of(step, Phase::kSync);
@@ -178,10 +190,18 @@ void World::sync(kernel::VirtualTime now, Bag bag, kernel::Outbox& outbox) {
   next_ = time_of(now.t, Phase::kFinish);
 }
 
+void World::remember_contacts(std::span<const ContactManifold> for_others) {
+  memo_.ghosts = ghosts_;
+  memo_.tested = scratch_.manifolds;
+  if (for_others.empty()) return;
+  memo_.tested.insert(memo_.tested.end(), for_others.begin(), for_others.end());
+  std::sort(memo_.tested.begin(), memo_.tested.end(), canonical_before);
+}
+
 // Solve, integrate, write the entry of the next step. Does not wait for foreign news: what comes
 // later is a straggler.
 void World::finish(std::int64_t step, kernel::Outbox& outbox) {
-  if (merge_.nodes.empty()) {
+  if (merge_.nodes.empty() && !remembers()) {
     physics::advance_bodies(around_.scene, ids_, states_, scratch_, report_, stages_);
   } else {
     advance_known_islands(step);
@@ -189,11 +209,20 @@ void World::finish(std::int64_t step, kernel::Outbox& outbox) {
   report_faults(outbox);
   if (divided()) send_migrants(step, outbox);
   if (!keeps_history_) buffer_.forget(step);
+  write_entry(step);
+  next_ = time_of(step + 1, Phase::kBegin);
+}
+
+void World::write_entry(std::int64_t step) {
+  std::vector<BodyId> differs = repetition_.differences(ids_, states_);
+  memo_.valid = memo_.valid && report_.faults.empty();
+  buffer_.at(step).differs.clear();
   BufferEntry& entry = buffer_.append();
   std::swap(entry.ids, ids_);
   std::swap(entry.states, states_);
   std::swap(entry.islands, report_.islands);
-  next_ = time_of(step + 1, Phase::kBegin);
+  std::swap(entry.memo, memo_);
+  std::swap(entry.differs, differs);
 }
 
 // Own bodies and foreign nodes side by side. Every participating world solves the whole of a mixed
@@ -205,31 +234,65 @@ void World::advance_known_islands(std::int64_t step) {
   for (const std::int32_t place : known.place) {
     states.push_back(place >= 0 ? std::move(states_[place]) : merge_.nodes[-1 - place].state);
   }
-  const auto is_own = [&](std::uint32_t body) { return known.place[body] >= 0; };
-  const physics::Islands& islands = scratch_.islands;
   physics::build_islands(known.ids, scratch_.manifolds, scratch_.islands);
-  for (std::size_t island = 0; island < islands.count(); ++island) {
-    const auto first = islands.bodies.begin() + islands.body_begin[island];
-    const auto last = islands.bodies.begin() + islands.body_begin[island + 1];
-    const auto own = std::count_if(first, last, is_own);
-    if (own == 0) continue;
-    physics::gather_island(island, known.ids, states, scratch_);
-    if (own == last - first) {
-      report_.islands.push_back(
-          physics::advance_island(around_.scene, scratch_.island_ids, scratch_.island_manifolds,
-                                  scratch_.island_states, stages_, report_.faults));
-    } else {
-      advance_mixed_island(step, is_own(*first));
-    }
-    physics::scatter_island(island, states, scratch_);
-  }
-  for (const std::uint32_t body : islands.free_bodies) {
-    if (!is_own(body)) continue;
-    physics::advance_free_body(around_.scene, known.ids[body], states[body], stages_,
-                               report_.faults);
-  }
+  memo_.islands.assign(remembers() ? ids_.size() : 0, {});
+  for (std::size_t island = 0; island < scratch_.islands.count(); ++island)
+    advance_island(step, island, known, states);
+  for (const std::uint32_t body : scratch_.islands.free_bodies)
+    if (known.place[body] >= 0) advance_free_body(known.ids[body], states[body]);
   for (std::size_t body = 0; body < known.ids.size(); ++body) {
     if (known.place[body] >= 0) states_[known.place[body]] = std::move(states[body]);
+  }
+}
+
+// If it has an own body.
+void World::advance_island(std::int64_t step, std::size_t island, const KnownBodies& known,
+                           std::span<BodyState> states) {
+  const auto is_own = [&](std::uint32_t body) { return known.place[body] >= 0; };
+  const physics::Islands& islands = scratch_.islands;
+  const auto first = islands.bodies.begin() + islands.body_begin[island];
+  const auto last = islands.bodies.begin() + islands.body_begin[island + 1];
+  const auto own = std::count_if(first, last, is_own);
+  if (own == 0) return;
+  physics::gather_island(island, known.ids, states, scratch_);
+  const bool mixed = own != last - first;
+  if (mixed)
+    advance_mixed_island(step, is_own(*first));
+  else
+    advance_own_island();
+  if (remembers()) remember_island(scratch_.island_ids, mixed);
+  physics::scatter_island(island, states, scratch_);
+}
+
+void World::advance_own_island() {
+  physics::IslandReport report;
+  const bool taken = repetition_.take_island(scratch_.island_ids, scratch_.island_states, &report);
+  if (!taken)
+    report = physics::advance_island(around_.scene, scratch_.island_ids, scratch_.island_manifolds,
+                                     scratch_.island_states, stages_, report_.faults);
+  report_.islands.push_back(report);
+  count_repetition(taken, scratch_.island_ids.size());
+}
+
+void World::advance_free_body(BodyId id, BodyState& state) {
+  const bool taken = repetition_.take_island({&id, 1}, {&state, 1}, nullptr);
+  if (!taken) physics::advance_free_body(around_.scene, id, state, stages_, report_.faults);
+  count_repetition(taken, 1);
+  if (remembers()) remember_island({&id, 1}, false);
+}
+
+void World::count_repetition(bool taken, std::size_t bodies) {
+  if (!repetition_.repeats()) return;
+  ++(taken ? counters_.islands_taken : counters_.islands_repeated);
+  (taken ? counters_.bodies_taken : counters_.bodies_repeated) += bodies;
+}
+
+void World::remember_island(std::span<const BodyId> bodies, bool mixed) {
+  const auto count = static_cast<std::uint32_t>(mixed ? 0 : bodies.size());
+  for (const BodyId id : bodies) {
+    const auto place = std::lower_bound(ids_.begin(), ids_.end(), id);
+    if (place != ids_.end() && *place == id)
+      memo_.islands[static_cast<std::size_t>(place - ids_.begin())] = {bodies.front(), count};
   }
 }
 
@@ -240,6 +303,7 @@ void World::advance_mixed_island(std::int64_t step, bool reports) {
   kernel::Bytes input;
   encode_island(scratch_.island_ids, scratch_.island_manifolds, scratch_.island_states, input);
   std::shared_ptr<const SolvedIsland> solved = around_.solves.find(input);
+  const bool is_fresh = solved == nullptr;
   if (solved) {
     ++counters_.islands_reused;
   } else {
@@ -251,6 +315,7 @@ void World::advance_mixed_island(std::int64_t step, bool reports) {
     solved = fresh;
     around_.solves.store(step, std::move(input), std::move(fresh));
   }
+  count_repetition(!is_fresh, scratch_.island_ids.size());
   scratch_.island_states = solved->states;
   if (reports) report_.islands.push_back(solved->report);
   report_.faults.insert(report_.faults.end(), solved->faults.begin(), solved->faults.end());

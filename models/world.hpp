@@ -10,6 +10,7 @@
 #include "models/commit_merge.hpp"
 #include "models/island_merge.hpp"
 #include "models/messages.hpp"
+#include "models/repetition.hpp"
 #include "models/schedule.hpp"
 #include "models/simulation.hpp"
 #include "models/solve_share.hpp"
@@ -26,6 +27,7 @@ struct WorldSurroundings {
   const TerritoryMap& map;
   SolveShare& solves;
   CommitSink& commits;
+  RollbackMode rollback;
 };
 
 // The events of one step are in README.md ("The step protocol"). Between steps a world's state is
@@ -64,8 +66,18 @@ class World final : public kernel::LogicalProcess {
   bool divided() const { return around_.map.worlds() > 1; }
   void send_fragments(std::int64_t step, const std::map<WorldId, Records>& fragments,
                       kernel::Outbox& outbox);
+  bool remembers() const { return keeps_history_ && divided() && propagates(); }
+  bool propagates() const { return around_.rollback == RollbackMode::kPropagate; }
   void advance_known_islands(std::int64_t step);
+  void advance_island(std::int64_t step, std::size_t island, const KnownBodies& known,
+                      std::span<physics::BodyState> states);
+  void advance_own_island();
   void advance_mixed_island(std::int64_t step, bool reports);
+  void advance_free_body(physics::BodyId id, physics::BodyState& state);
+  void count_repetition(bool taken, std::size_t bodies);
+  void remember_island(std::span<const physics::BodyId> bodies, bool mixed);
+  void remember_contacts(std::span<const physics::ContactManifold> for_others);
+  void write_entry(std::int64_t step);
   void report_faults(kernel::Outbox& outbox) const;
   void send_migrants(std::int64_t step, kernel::Outbox& outbox);
   void send(WorldId to, kernel::VirtualTime when, MessageKind kind, kernel::Payload payload,
@@ -81,6 +93,8 @@ class World final : public kernel::LogicalProcess {
   std::vector<physics::BodyId> ids_;  // own bodies, ascending
   std::vector<physics::BodyState> states_;
   std::vector<Ghost> ghosts_;  // ascending by id, none of them own
+  Repetition repetition_;
+  StepMemo memo_;  // only if it remembers()
   IslandMerge merge_;
   physics::StepScratch scratch_;
   physics::StepReport report_;

@@ -88,7 +88,7 @@ TEST(BorderContacts, EveryTouchingPairIsTestedByExactlyOneWorldWithTheUndividedR
       const Owned& world = worlds[w];
       const BorderContacts contacts =
           find_border_contacts(scene.description, geometry, map, WorldId{w}, world.ids,
-                               world.states, world.boxes, world.ghosts, counters);
+                               world.states, world.boxes, world.ghosts, {}, counters);
       std::map<PairKey, std::vector<physics::ContactManifold>> found;
       for (const auto& manifold : contacts.manifolds)
         found[{manifold.a, manifold.b}].push_back(manifold);
@@ -126,7 +126,7 @@ TEST(BorderContacts, WithoutGhostsThereIsNothingToTell) {
   physics::StageCounters counters;
   const BorderContacts contacts =
       find_border_contacts(scene.description, geometry, map, WorldId{0}, worlds[0].ids,
-                           worlds[0].states, worlds[0].boxes, worlds[0].ghosts, counters);
+                           worlds[0].states, worlds[0].boxes, worlds[0].ghosts, {}, counters);
   EXPECT_FALSE(contacts.manifolds.empty());
   EXPECT_TRUE(contacts.fragments.empty());
   EXPECT_TRUE(contacts.foreign.empty());

@@ -1,0 +1,26 @@
+// What an execution of a step has met and found out, kept for a repetition of the same step.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "models/messages.hpp"
+
+namespace soda::models {
+
+struct StepMemo {
+  // The island that an own body was in: its label and how many bodies; 0 bodies if the island had
+  // foreign ones, too. A body without contact is an island of itself.
+  struct Membership {
+    physics::BodyId label{};
+    std::uint32_t bodies = 0;
+  };
+
+  bool valid = false;
+  std::vector<Migrant> migrants;                 // those that became own bodies; ascending by id
+  std::vector<Ghost> ghosts;                     // ascending by id
+  std::vector<physics::ContactManifold> tested;  // by this world; canonical order
+  std::vector<Membership> islands;               // of each own body, by id
+};
+
+}  // namespace soda::models
