@@ -123,14 +123,23 @@ judge() {
   echo "$outcome"
 }
 
-if [ "${1:-}" = --check ]; then check; exit; fi
-[ $# -eq 0 ] && set -- $(names)
-mkdir -p "$work"
-copy_sources
-[ -f "$build/build.ninja" ] || (cd "$work" && cmake --preset release > /dev/null) || exit 70
-check_baseline "$@" || exit 1
-missed=0
-for name in "$@"; do try "$name" || missed=$((missed + 1)); done
-copy_sources
-echo "$(($# - missed)) of $# caught"
-[ $missed -eq 0 ]
+# Works on the copy of this folder, too: what is edited meanwhile does not matter.
+main() {
+  if [ "${1:-}" = --check ]; then
+    check
+    return
+  fi
+  mkdir -p "$work"
+  copy_sources
+  here=$work/tests/mutation
+  [ $# -eq 0 ] && set -- $(names)
+  [ -f "$build/build.ninja" ] || (cd "$work" && cmake --preset release > /dev/null) || return
+  check_baseline "$@" || return
+  local name missed=0
+  for name in "$@"; do try "$name" || missed=$((missed + 1)); done
+  echo "$(($# - missed)) of $# caught"
+  [ $missed -eq 0 ]
+}
+
+main "$@"
+exit
