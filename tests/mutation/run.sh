@@ -60,7 +60,11 @@ copy_sources() {
   done
 }
 
-build_programs() { ninja -C "$build" -j2 "$@" > "$work/build.log" 2>&1; }
+# The programs that the tests of the given defects need.
+build_programs_of() {
+  ninja -C "$build" -j2 $(for name in "$@"; do tests_of "$name"; done | sed 's/ .*//' | sort -u) \
+    > "$work/build.log" 2>&1
+}
 
 # Exit code of one test.
 run_test() {
@@ -80,7 +84,7 @@ run_test() {
 # Without a defect every named test must pass, and be there.
 check_baseline() {
   local test
-  build_programs kernel_test models_test soda || { tail -20 "$work/build.log"; return 1; }
+  build_programs_of "$@" || { tail -20 "$work/build.log"; return 1; }
   for name in "$@"; do tests_of "$name"; done | sort -u | while read -r test; do
     if ! run_test "$test" || grep -q ' 0 tests\.' "$work/test.log"; then
       echo "without any defect, $test does not pass"
@@ -107,7 +111,7 @@ seed() {
 
 judge() {
   local test code outcome=caught
-  if ! build_programs $(tests_of "$1" | sed 's/ .*//' | sort -u); then
+  if ! build_programs_of "$1"; then
     echo "does not build"
     return
   fi
