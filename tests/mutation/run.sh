@@ -10,7 +10,7 @@ root=$(cd "$here/../.." && pwd)
 work=${SODA_MUTATION_FOLDER:-$root/build/mutation}
 build=$work/build/release
 parts="kernel physics models scenarios analysis tests CMakeLists.txt CMakePresets.json"
-seconds=120  # a defect that makes a test hang is caught, too
+seconds=60  # a defect that makes a test hang is caught, too
 
 # Rows of the table: | `name` | defect | `test`, `test` |
 names() { sed -n 's/^| `\([a-z0-9-]*\)` |.*/\1/p' "$here/README.md"; }
