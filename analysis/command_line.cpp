@@ -60,24 +60,25 @@ void add_rollback_option(CLI::App& command, Overrides& overrides) {
       ->check(CLI::IsMember(modes));
 }
 
-void add_cluster_options(CLI::App& command, Overrides& overrides) {
+void add_policy_option(CLI::App& command, std::optional<kernel::Synchronisation>& policy) {
   const std::map<std::string, kernel::Synchronisation> policies = {
       {"optimistic", kernel::Synchronisation::kOptimistic},
       {"lockstep", kernel::Synchronisation::kLockstep}};
   command
       .add_option_function<std::string>(
-          "--policy",
-          [&overrides, policies](const std::string& name) { overrides.policy = policies.at(name); },
+          "--policy", [&policy, policies](const std::string& name) { policy = policies.at(name); },
           "optimistic (default), or lockstep: nobody runs ahead")
       ->check(CLI::IsMember(policies));
-  ClusterOverrides& cluster = overrides.cluster;
+}
+
+// `cost`: what an event costs if nothing is said of it.
+void add_cluster_options(CLI::App& command, ClusterOverrides& cluster, const std::string& cost) {
   command.add_option("--processors", cluster.processors,
-                     "virtual processors (default: one for each world)");
+                     "virtual processors (default: one for each world or LP)");
   command.add_option("--latency-us", cluster.latency_us, "of a message (default 10)");
   command.add_option("--jitter-us", cluster.jitter_us, "more latency, up to this (default 0)");
   command.add_option("--bandwidth-mb-s", cluster.bandwidth_mb_s, "of a processor (default: any)");
-  command.add_option("--cost-us", cluster.cost_us,
-                     "of an event (default: modelled from its counters)");
+  command.add_option("--cost-us", cluster.cost_us, "of an event (default: " + cost + ")");
   command.add_option("--gvt-interval-us", cluster.gvt_interval_us, "(default 100)");
   command.add_option("--execution-seed", cluster.execution_seed, "of the jitter (default 0)");
   command.add_flag("--check-purity", cluster.check_purity, "execute every event twice and compare");
@@ -88,7 +89,8 @@ CLI::App* add_run(CLI::App& app, RunRequest& request) {
   run->add_option("FILE", request.file, "scenario")->required();
   add_run_options(*run, request.overrides);
   add_rollback_option(*run, request.overrides);
-  add_cluster_options(*run, request.overrides);
+  add_policy_option(*run, request.overrides.policy);
+  add_cluster_options(*run, request.overrides.cluster, "modelled from its counters");
   run->add_option("--log", request.log_file, "write an event log for soda replay");
   run->add_flag("--json", request.json, "print one JSON object");
   run->add_flag("--step-digests", request.step_digests, "digest of every step");
@@ -178,11 +180,6 @@ CLI::App* add_verify(CLI::App& app, VerifyRequest& request) {
   return verify;
 }
 
-// PHOLD's own name for its least delay; elsewhere in SODA the word would be misunderstood.
-constexpr const char* kLeastDelayOption =
-    "--look"
-    "ahead";
-
 CLI::App* add_phold(CLI::App& app, PholdRequest& request) {
   CLI::App* phold = app.add_subcommand("phold", "benchmark of the kernel: events and no physics");
   kernel::StandardPholdOptions& model = request.model;
@@ -202,19 +199,19 @@ CLI::App* add_phold(CLI::App& app, PholdRequest& request) {
   phold->add_option("--remote", model.remote, "probability of a destination drawn from all LPs")
       ->check(CLI::Range(0.0, 1.0));
   phold
-      ->add_option(kLeastDelayOption, model.least_delay,
+      ->add_option("--lookahead", model.least_delay,
                    "least delay L; a delay is L + Exp(1 - L) (default 0.1)")
       ->check(CLI::Range(0.0, 1.0));
   phold->add_option("--end", request.end_units, "virtual time (default 100)");
   phold->add_option("--seed", model.seed, "default 1");
-  phold
-      ->add_option("--executor", request.executor,
-                   "sequential, threads or mpi (default sequential)")
-      ->check(CLI::IsMember({"sequential", "threads", "mpi"}));
+  phold->add_option("--executor", request.executor, "sequential (default), threads, mpi or virtual")
+      ->check(CLI::IsMember({"sequential", "threads", "mpi", "virtual"}));
   phold->add_option("--threads", request.threads, "worker threads, with --executor threads")
       ->check(CLI::Range(1u, 1024u));
   phold->add_option("--window", request.window_units, "virtual time beyond GVT (default: no limit)")
       ->check(CLI::NonNegativeNumber);
+  add_policy_option(*phold, request.policy);
+  add_cluster_options(*phold, request.cluster, "1");
   phold->add_flag("--order-sensitive", model.order_sensitive,
                   "the state of an LP depends on the order of its events");
   phold
@@ -225,7 +222,8 @@ CLI::App* add_phold(CLI::App& app, PholdRequest& request) {
   phold->footer(
       "examples:\n"
       "  soda phold --C1\n"
-      "  soda phold --lps 16 --end 20000 --executor threads --threads 2 --window 1");
+      "  soda phold --lps 16 --end 20000 --executor threads --threads 2 --window 1\n"
+      "  soda phold --lps 64 --executor virtual --processors 8 --latency-us 5 --window 4");
   return phold;
 }
 

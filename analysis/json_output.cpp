@@ -26,7 +26,8 @@ Json events(const kernel::Counters& counters) {
           {"committed", counters.committed},         {"rollbacks", counters.rollbacks},
           {"stragglers", counters.stragglers},       {"messages", counters.messages},
           {"anti_messages", counters.anti_messages}, {"adopted", counters.adopted},
-          {"gvt_rounds", counters.gvt_rounds},       {"efficiency", efficiency(counters)}};
+          {"gvt_rounds", counters.gvt_rounds},       {"history_max", counters.history_max},
+          {"efficiency", efficiency(counters)}};
 }
 
 Json errors(const ErrorMeasures& error) {
@@ -153,20 +154,24 @@ std::string anticipation_json(const AnticipationReport& report) {
 }
 
 std::string phold_json(const PholdRequest& request, const PholdRun& run) {
-  return dumped({{"executor", request.executor},
-                 {"ranks", request.transport ? request.transport->size() : 1},
-                 {"threads", request.threads},
-                 {"lps", request.model.lps},
-                 {"start_events", request.model.start_events_per_lp},
-                 {"remote", request.model.remote},
-                 {"least_delay", request.model.least_delay},
-                 {"end", request.end_units},
-                 {"seed", request.model.seed},
-                 {"committed_events", run.result.events},
-                 {"wall_s", run.wall_s},
-                 {"events_per_s", run.events_per_s()},
-                 {"digest", format_digest(run.result.digest)},
-                 {"events", events(run.counters)}});
+  const bool lockstep = request.policy == kernel::Synchronisation::kLockstep;
+  Json json = {{"executor", request.executor},
+               {"ranks", request.transport ? request.transport->size() : 1},
+               {"threads", request.threads},
+               {"policy", lockstep ? "lockstep" : "optimistic"},
+               {"lps", request.model.lps},
+               {"start_events", request.model.start_events_per_lp},
+               {"remote", request.model.remote},
+               {"least_delay", request.model.least_delay},
+               {"end", request.end_units},
+               {"seed", request.model.seed},
+               {"committed_events", run.result.events},
+               {"wall_s", run.wall_s},
+               {"events_per_s", run.events_per_s()},
+               {"digest", format_digest(run.result.digest)},
+               {"events", events(run.counters)}};
+  if (run.cluster) json["virtual"] = cluster_json(*run.cluster);
+  return dumped(json);
 }
 
 std::string swarm_json(const SwarmResult& result) {

@@ -70,29 +70,6 @@ std::int64_t nanoseconds(double microseconds, const char* option) {
   return std::llround(1000.0 * microseconds);
 }
 
-void apply_cluster(const ClusterOverrides& overrides, std::uint32_t worlds,
-                   models::RunOptions& run) {
-  kernel::VirtualOptions& cluster = run.cluster;
-  if (overrides.processors) require_at_least(*overrides.processors, 1, "--processors");
-  cluster.processors = overrides.processors.value_or(worlds);
-  if (overrides.latency_us) cluster.latency_ns = nanoseconds(*overrides.latency_us, "--latency-us");
-  if (overrides.jitter_us) cluster.jitter_ns = nanoseconds(*overrides.jitter_us, "--jitter-us");
-  if (overrides.gvt_interval_us)
-    cluster.gvt_interval_ns = nanoseconds(*overrides.gvt_interval_us, "--gvt-interval-us");
-  if (overrides.bandwidth_mb_s) {
-    if (!(*overrides.bandwidth_mb_s >= 1e-3 && *overrides.bandwidth_mb_s <= 1e9))
-      throw UsageError("--bandwidth-mb-s: found " + format_number(*overrides.bandwidth_mb_s) +
-                       "; allowed: 1e-3 to 1e9");
-    cluster.bytes_per_s = std::llround(1e6 * *overrides.bandwidth_mb_s);
-  }
-  run.constant_cost = overrides.cost_us.has_value();
-  if (overrides.cost_us) cluster.bag_cost_ns = nanoseconds(*overrides.cost_us, "--cost-us");
-  if (overrides.execution_seed) cluster.seed = *overrides.execution_seed;
-  cluster.check_purity = overrides.check_purity;
-  // There and back: a reduction to one processor and its answer.
-  cluster.gvt_delay_ns = 2 * (cluster.latency_ns + cluster.jitter_ns);
-}
-
 }  // namespace
 
 const char* name_of(models::ExecutorKind executor) {
@@ -155,7 +132,29 @@ void apply_overrides(const Overrides& overrides, models::TerritoryOptions& terri
   if (overrides.scheduling_seed) run.scheduling_seed = *overrides.scheduling_seed;
   if (overrides.policy) run.synchronisation = *overrides.policy;
   if (overrides.rollback) run.rollback = *overrides.rollback;
-  apply_cluster(overrides.cluster, territory.worlds, run);
+  run.constant_cost = overrides.cluster.cost_us.has_value();
+  apply_cluster(overrides.cluster, territory.worlds, run.cluster);
+}
+
+void apply_cluster(const ClusterOverrides& overrides, std::uint32_t lps,
+                   kernel::VirtualOptions& cluster) {
+  if (overrides.processors) require_at_least(*overrides.processors, 1, "--processors");
+  cluster.processors = overrides.processors.value_or(lps);
+  if (overrides.latency_us) cluster.latency_ns = nanoseconds(*overrides.latency_us, "--latency-us");
+  if (overrides.jitter_us) cluster.jitter_ns = nanoseconds(*overrides.jitter_us, "--jitter-us");
+  if (overrides.gvt_interval_us)
+    cluster.gvt_interval_ns = nanoseconds(*overrides.gvt_interval_us, "--gvt-interval-us");
+  if (overrides.bandwidth_mb_s) {
+    if (!(*overrides.bandwidth_mb_s >= 1e-3 && *overrides.bandwidth_mb_s <= 1e9))
+      throw UsageError("--bandwidth-mb-s: found " + format_number(*overrides.bandwidth_mb_s) +
+                       "; allowed: 1e-3 to 1e9");
+    cluster.bytes_per_s = std::llround(1e6 * *overrides.bandwidth_mb_s);
+  }
+  if (overrides.cost_us) cluster.bag_cost_ns = nanoseconds(*overrides.cost_us, "--cost-us");
+  if (overrides.execution_seed) cluster.seed = *overrides.execution_seed;
+  cluster.check_purity = overrides.check_purity;
+  // There and back: a reduction to one processor and its answer.
+  cluster.gvt_delay_ns = 2 * (cluster.latency_ns + cluster.jitter_ns);
 }
 
 std::string read_whole_file(const std::string& file) {

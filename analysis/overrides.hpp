@@ -11,7 +11,7 @@ namespace soda::analysis {
 
 // Of the virtual cluster. Each of them alone selects the virtual executor.
 struct ClusterOverrides {
-  std::optional<unsigned> processors;  // default: one for each world
+  std::optional<unsigned> processors;  // default: one for each world, or LP
   std::optional<double> latency_us, jitter_us, cost_us;
   std::optional<double> bandwidth_mb_s;  // default: no limit
   std::optional<double> gvt_interval_us;
@@ -50,6 +50,10 @@ Overrides combined(const Overrides& base, const Overrides& over);
 // of range: worlds beyond the number of cells, threads with the sequential executor, and so on.
 void apply_overrides(const Overrides& overrides, models::TerritoryOptions& territory,
                      models::RunOptions& run);
+
+// Of a cluster for `lps` LPs; its cost model is not touched, but by cost_us. Throws UsageError.
+void apply_cluster(const ClusterOverrides& overrides, std::uint32_t lps,
+                   kernel::VirtualOptions& cluster);
 
 // The bytes of a file. Throws scenarios::FileError.
 std::string read_whole_file(const std::string& file);

@@ -3,11 +3,13 @@
 
 #include <cstdint>
 #include <iosfwd>
+#include <optional>
 #include <string>
 
-#include "kernel/executor.hpp"
+#include "analysis/overrides.hpp"
 #include "kernel/standard_phold.hpp"
 #include "kernel/transport.hpp"
+#include "kernel/virtual_executor.hpp"
 
 namespace soda::analysis {
 
@@ -16,8 +18,10 @@ struct PholdRequest {
   double end_units = 100.0;  // > 0
   std::string executor = "sequential";
   unsigned threads = 1;
-  kernel::Transport* transport = nullptr;  // of the job, for mpi
-  double window_units = 0.0;               // beyond GVT; 0: no window
+  kernel::Transport* transport = nullptr;         // of the job, for mpi
+  double window_units = 0.0;                      // beyond GVT; 0: no window
+  std::optional<kernel::Synchronisation> policy;  // not with the sequential executor
+  ClusterOverrides cluster;                       // with the virtual executor only
   bool json = false;
 };
 
@@ -25,11 +29,13 @@ struct PholdRun {
   kernel::Counters counters;
   kernel::StandardPholdResult result;
   double wall_s = 0.0;
+  std::optional<kernel::VirtualReport> cluster = {};  // of the virtual executor
 
   double events_per_s() const { return static_cast<double>(result.events) / wall_s; }
 };
 
-// Creation of the LPs is not part of wall_s. Throws UsageError for an unknown executor.
+// Creation of the LPs is not part of wall_s. Throws UsageError for an unknown executor, and for
+// options of another one.
 PholdRun run_phold(const PholdRequest& request);
 
 int phold_command(const PholdRequest& request, std::ostream& out);

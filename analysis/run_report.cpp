@@ -72,6 +72,8 @@ std::string events_text(const RunReport& report) {
                       rows);
 }
 
+}  // namespace
+
 std::string cluster_text(const kernel::VirtualReport& cluster) {
   const auto milliseconds = [](std::int64_t ns) {
     return format_number(1e-6 * static_cast<double>(ns)) + " ms";
@@ -90,8 +92,6 @@ std::string cluster_text(const kernel::VirtualReport& cluster) {
   return format_table({{"virtual cluster"}, {"", Align::kRight}, {"network"}, {"", Align::kRight}},
                       rows);
 }
-
-}  // namespace
 
 double cluster_speed_up(const kernel::VirtualReport& cluster) {
   if (cluster.makespan_ns == 0) return 0.0;

@@ -27,6 +27,9 @@ std::string run_text(const RunReport& report);
 std::string plan_text(const std::vector<models::PlanLine>& plan,
                       const std::vector<std::uint64_t>* counters);
 
+// What a virtual cluster's clock and network say, as a table.
+std::string cluster_text(const kernel::VirtualReport& cluster);
+
 // Rates that reports share; 0 for a run that took no time.
 double steps_per_second(const MeasuredRun& run);
 double real_time_factor(const MeasuredRun& run, double dt_s);  // simulated time over wall time

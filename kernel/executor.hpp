@@ -26,6 +26,9 @@ struct Counters {
   std::uint64_t gvt_rounds = 0;
   std::uint64_t lead_sum = 0;  // sum over executed bags of t - GVT.t, for the mean lead
   std::uint64_t lead_max = 0;
+  // Most that one LP held of what rollback needs: inputs, executed times and outputs. Looked at
+  // when it commits, which is where it is largest. 0: no history was kept.
+  std::uint64_t history_max = 0;
 };
 
 // A fault that GVT passed: the run's outcome.

@@ -109,6 +109,7 @@ Counters& operator+=(Counters& sum, const Counters& more) {
   sum.gvt_rounds += more.gvt_rounds;
   sum.lead_sum += more.lead_sum;
   sum.lead_max = std::max(sum.lead_max, more.lead_max);
+  sum.history_max = std::max(sum.history_max, more.history_max);
   return sum;
 }
 

@@ -206,6 +206,9 @@ void TimeWarpProcess::coast_to(VirtualTime limit, WorkerEffects& effects) {
 }
 
 void TimeWarpProcess::commit(VirtualTime limit, Counters& counters) {
+  const HistorySize held = history_size();
+  counters.history_max =
+      std::max<std::uint64_t>(counters.history_max, held.inputs + held.executed + held.outputs);
   const SlidingVector<VirtualTime>& executed = executed_;
   const VirtualTime* next = std::upper_bound(executed.begin(), executed.end(), last_committed_);
   for (; next != executed.end() && *next < limit; ++next) {

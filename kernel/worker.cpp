@@ -114,7 +114,7 @@ void Worker::deliver_arrived() {
 void Worker::deliver(Message&& message) {
   SODA_ASSERT(message.time >= gvt_, "message to LP ", index_of(message.destination), " at ",
               message.time, " behind GVT ", gvt_);
-  if (shuffles() && random_.below(4) == 0) {
+  if (holds_back() && random_.below(4) == 0) {
     held_back_.push_back(std::move(message));
     return;
   }

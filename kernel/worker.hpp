@@ -57,6 +57,10 @@ class Worker {
   bool shuffles() const { return options_.scheduling_seed != 0; }
   // Whether it is the one that speaks with the other ranks.
   bool communicates() const { return team_.link != nullptr && index_ == 0; }
+  // In lockstep nothing is late that has been sent.
+  bool holds_back() const {
+    return shuffles() && options_.synchronisation == Synchronisation::kOptimistic;
+  }
 
   const std::size_t index_;
   Team& team_;
@@ -73,7 +77,7 @@ class Worker {
   WorkerEffects effects_;
   std::vector<Message> arrived_;              // to be delivered next
   std::vector<Message> delivering_;           // scratch
-  std::vector<Message> held_back_;            // only if it shuffles
+  std::vector<Message> held_back_;            // only if it shuffles, and not in lockstep
   std::vector<std::uint32_t> touched_;        // scratch
   std::vector<std::vector<Message>> remote_;  // by receiving worker of all ranks
   std::vector<Message> received_;             // from other ranks; scratch

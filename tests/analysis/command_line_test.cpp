@@ -34,7 +34,8 @@ ChildResult run_scene(std::vector<std::string> more) {
 
 TEST(CommandLine, HelpAndVersionSucceed) {
   EXPECT_EQ(run_soda({"--version"}).out, "soda 0.1.0\n");
-  for (const char* command : {"run", "plan", "replay", "anticipation", "schema"}) {
+  for (const char* command :
+       {"run", "plan", "replay", "verify", "anticipation", "phold", "swarm", "schema"}) {
     const ChildResult help = run_soda({command, "--help"});
     EXPECT_EQ(help.exit_code, 0) << command;
     EXPECT_TRUE(contains(help.out, "example")) << command;
@@ -60,6 +61,13 @@ TEST(CommandLine, UsageErrorsExitWith2AndNameTheNearest) {
       {{"run", scene, "--steps", "-1"}, "--steps"},
       {{"run", scene, "--executor", "sequential", "--threads", "2"}, "--threads"},
       {{"replay", "a.sodalog", "--body", "1"}, "--step"},
+      {{"phold", "--executor", "magic"}, "--executor"},
+      {{"phold", "--end", "0"}, "--end"},
+      {{"phold", "--policy", "lockstep"}, "--policy"},
+      {{"phold", "--processors", "2"}, "--executor virtual"},
+      {{"phold", "--executor", "threads", "--latency-us", "5"}, "--executor virtual"},
+      {{"phold", "--executor", "virtual", "--processors", "0"}, "--processors"},
+      {{"phold", "--executor", "virtual", "--cost-us", "-1"}, "--cost-us"},
       {{"anticipation", "--buffers", "0"}, "--buffers"},
       {{"anticipation", "--overloads", "-1"}, "--overloads"},
       {{"anticipation", "--utilisation", "0"}, "--utilisation"},
@@ -123,6 +131,7 @@ TEST(CommandLine, JsonHasEveryDocumentedKey) {
                           "/events/stragglers",
                           "/events/anti_messages",
                           "/events/efficiency",
+                          "/events/history_max",
                           "/islands/committed",
                           "/islands/solved",
                           "/islands/reused",

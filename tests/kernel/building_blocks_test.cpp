@@ -10,6 +10,7 @@
 
 #include "kernel/copy_history.hpp"
 #include "kernel/hash_mix.hpp"
+#include "kernel/inbox.hpp"
 #include "kernel/lp_heap.hpp"
 #include "kernel/sliding_vector.hpp"
 #include "kernel/virtual_time.hpp"
@@ -75,6 +76,36 @@ TEST(SlidingVector, ReleasesWhatDroppedElementsOwnAtOnce) {
   for (int i = 0; i < 10; ++i) sliding.push_back(owned);
   sliding.drop_front(2);
   EXPECT_EQ(owned.use_count(), 9);
+}
+
+TEST(Inbox, KeepsWhatWasPutBeforeUntilItIsTaken) {
+  Inbox inbox;
+  const auto put = [&](std::vector<std::uint64_t> incarnations) {
+    std::vector<Message> messages;
+    for (const std::uint64_t incarnation : incarnations) {
+      messages.emplace_back();
+      messages.back().incarnation = incarnation;
+    }
+    inbox.put(messages);
+    EXPECT_TRUE(messages.empty());
+  };
+  std::vector<std::uint64_t> found;
+  std::vector<Message> taken;
+  const auto take = [&] {
+    inbox.take(taken);
+    EXPECT_FALSE(inbox.filled());
+    found.clear();
+    for (const Message& message : taken) found.push_back(message.incarnation);
+  };
+  put({1, 2});
+  put({3});
+  EXPECT_TRUE(inbox.filled());
+  take();
+  EXPECT_EQ(found, (std::vector<std::uint64_t>{1, 2, 3}));
+  put({4});
+  put({5, 6});
+  take();
+  EXPECT_EQ(found, (std::vector<std::uint64_t>{1, 2, 3, 4, 5, 6})) << "taking appends";
 }
 
 TEST(LpHeap, TopIsTheEarliestAndAmongEqualsTheLowestNumber) {

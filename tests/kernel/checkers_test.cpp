@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <string>
+
+#include "kernel/invariant.hpp"
 #include "kernel/phold.hpp"
 #include "kernel/virtual_executor.hpp"
 
@@ -119,6 +122,85 @@ TEST(TraceChecker, ObjectsToAnotherBagAnotherStateAnotherTimeAndToWhatIsMissing)
   EXPECT_THROW(commit({1, 0}, {&kMember, 1}, 8), Violation);
   EXPECT_THROW(commit({1, 1}, {&kMember, 1}, 7), Violation);
   EXPECT_THROW(TraceChecker(oracle).on_end(), Violation);
+}
+
+// Writes down what is asked of it.
+class Asked final : public LogicalProcess {
+ public:
+  explicit Asked(std::string& calls) : calls_(calls) {}
+  VirtualTime next_time() const override { return {1, 2}; }
+  void execute(VirtualTime now, std::span<const MessageView>, Outbox&) override {
+    calls_ += describe("execute ", now, ' ');
+  }
+  void mark(VirtualTime now) override { calls_ += describe("mark ", now, ' '); }
+  VirtualTime rewind(VirtualTime to) override {
+    calls_ += describe("rewind ", to, ' ');
+    return {3, 0};
+  }
+  VirtualTime rewind_before(VirtualTime undone, VirtualTime to) override {
+    calls_ += describe("rewind_before ", undone, ' ', to, ' ');
+    return {4, 0};
+  }
+  VirtualTime forget(VirtualTime horizon) override {
+    calls_ += describe("forget ", horizon, ' ');
+    return {5, 0};
+  }
+  void commit(VirtualTime now) override { calls_ += describe("commit ", now, ' '); }
+  std::uint64_t digest() const override { return 77; }
+
+ private:
+  std::string& calls_;
+};
+
+class Rewinds final : public RunObserver {
+ public:
+  void on_rewind(LpId, VirtualTime restart) override { restarts.push_back(restart); }
+  std::vector<VirtualTime> restarts;
+};
+
+class Nowhere final : public Outbox {
+ public:
+  void send(LpId, VirtualTime, std::uint32_t, Payload) override {}
+  void fault(Fault) override {}
+};
+
+TEST(ObservedProcess, ForwardsEveryCallWithItsAnswerAndTellsOfBothKindsOfRewind) {
+  std::string calls;
+  Asked asked(calls);
+  Rewinds observer;
+  ObservedProcess lp(LpId{0}, asked, observer);
+  Nowhere outbox;
+  EXPECT_EQ(lp.next_time(), (VirtualTime{1, 2}));
+  EXPECT_EQ(lp.digest(), 77u);
+  lp.mark({1, 0});
+  lp.execute({1, 0}, {}, outbox);
+  EXPECT_EQ(lp.rewind({2, 0}), (VirtualTime{3, 0}));
+  EXPECT_EQ(lp.rewind_before({9, 0}, {8, 0}), (VirtualTime{4, 0}));
+  EXPECT_EQ(lp.forget({6, 0}), (VirtualTime{5, 0}));
+  lp.commit({7, 0});
+  EXPECT_EQ(calls,
+            "mark (1, 0) execute (1, 0) rewind (2, 0) rewind_before (9, 0) (8, 0) forget (6, 0) "
+            "commit (7, 0) ");
+  EXPECT_EQ(observer.restarts, (std::vector<VirtualTime>{{3, 0}, {4, 0}}));
+}
+
+TEST(ObservedProcess, ARunIsTheSameExecutionWithAnObserverAsWithout) {
+  std::uint64_t rollbacks = 0;
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    const auto execute = [&](RunObserver* observer) {
+      const auto lps = make_phold({.lps = 6, .remote_per_mille = 600, .seed = seed});
+      return run_virtual(
+          lps, {40, 0},
+          {.processors = 6, .window = 20, .gvt_interval_ns = 3000, .observer = observer});
+    };
+    RunObserver nothing;
+    const VirtualResult seen = execute(&nothing);
+    const VirtualResult unseen = execute(nullptr);
+    EXPECT_EQ(seen.report.execution_digest, unseen.report.execution_digest) << "seed " << seed;
+    EXPECT_EQ(seen.run.counters.rolled_back, unseen.run.counters.rolled_back) << "seed " << seed;
+    rollbacks += seen.run.counters.rollbacks;
+  }
+  EXPECT_GT(rollbacks, 100u);
 }
 
 TEST(TraceRecorder, ATimeWarpRunHasTheTraceOfTheSequentialOne) {

@@ -102,6 +102,25 @@ TEST(TimeWarp, LateBagMemberOfTheSameTimeIsAStragglerAndBagsAreInCanonicalOrder)
   EXPECT_EQ(bench.lp.state.sum, 9u);
 }
 
+TEST(TimeWarp, BagsOfWhatWaitsAreInCanonicalOrderWhateverTheOrderOfArrival) {
+  std::vector<std::size_t> arrival = {0, 1, 2, 3, 4, 5};  // (source, kind, slot), numbered in order
+  do {
+    std::vector<std::size_t> bag_order;
+    Bench bench({.on_execute = [&](auto&, VirtualTime, auto bag, Outbox&) {
+      for (const MessageView& m : bag) bag_order.push_back(number_in(m.payload));
+    }});
+    for (const std::size_t i : arrival) {
+      const auto at_place = static_cast<std::uint32_t>(i);
+      bench.process.deliver({at(1), LpId{1 + at_place / 3}, kSelf, at_place % 3 / 2,
+                             at_place % 3 % 2, i + 1, false, number(i)},
+                            bench.effects.counters);
+      bench.process.settle(bench.effects);
+    }
+    bench.execute_all();
+    ASSERT_EQ(bag_order, (std::vector<std::size_t>{0, 1, 2, 3, 4, 5}));
+  } while (std::next_permutation(arrival.begin(), arrival.end()));
+}
+
 TEST(TimeWarp, AntiMessageAnnihilatesWhatHasNotBeenExecuted) {
   Bench bench(constant_and_sum());
   bench.deliver(at(1), 100, 1);

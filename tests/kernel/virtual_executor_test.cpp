@@ -248,15 +248,21 @@ TEST(Adversary, ARecordedListOfDecisionsRepeatsTheExecution) {
 TEST(Threads, LockstepNeverRollsBackAndCommitsTheSequentialDigest) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     const Lps oracle = make_phold(rough_model(seed));
-    run_sequential(oracle, kEnd);
+    const RunResult expected = run_sequential(oracle, kEnd);
     for (const unsigned threads : {1u, 2u, 4u}) {
-      const Lps lps = make_phold(rough_model(seed));
-      const RunResult result = run_threads(
-          lps, kEnd,
-          {.threads = threads, .window = 8, .synchronisation = Synchronisation::kLockstep});
-      EXPECT_EQ(phold_digest(lps), phold_digest(oracle));
-      EXPECT_EQ(result.counters.rollbacks, 0u);
-      EXPECT_EQ(result.counters.lead_max, 0u);
+      for (const std::uint64_t scheduling_seed : {std::uint64_t{0}, seed}) {
+        const Lps lps = make_phold(rough_model(seed));
+        const RunResult result = run_threads(lps, kEnd,
+                                             {.threads = threads,
+                                              .window = 8,
+                                              .scheduling_seed = scheduling_seed,
+                                              .synchronisation = Synchronisation::kLockstep});
+        EXPECT_EQ(phold_digest(lps), phold_digest(oracle));
+        EXPECT_EQ(result.counters.committed, expected.counters.committed);
+        EXPECT_EQ(result.counters.rollbacks, 0u);
+        EXPECT_EQ(result.counters.anti_messages, 0u);
+        EXPECT_EQ(result.counters.lead_max, 0u);
+      }
     }
   }
 }

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <map>
+#include <set>
 #include <utility>
 
 #include "models/island_merge.hpp"
@@ -59,6 +60,16 @@ std::vector<Owned> distribute(const test::Scene& scene, const physics::Geometry&
   return worlds;
 }
 
+// Twelve worlds, each cell given to any of them.
+TerritoryMap random_map(std::uint64_t seed) {
+  test::Choices choices(seed);
+  const Grid grid{Vec3::Zero(), 2.0, {4, 4, 4}};
+  std::vector<WorldId> owner_of_cell;
+  for (std::size_t cell = 0; cell < grid.cell_count(); ++cell)
+    owner_of_cell.push_back(WorldId{static_cast<std::uint32_t>(choices.below(12))});
+  return {grid, 12, owner_of_cell};
+}
+
 TEST(BorderContacts, EveryTouchingPairIsTestedByExactlyOneWorldWithTheUndividedResult) {
   std::size_t third_world_pairs = 0;
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
@@ -74,12 +85,7 @@ TEST(BorderContacts, EveryTouchingPairIsTestedByExactlyOneWorldWithTheUndividedR
     physics::find_contacts(scene.description, geometry, ids, scene.states, undivided, counters);
     ASSERT_GT(undivided.manifolds.size(), 20u);
 
-    test::Choices choices(seed);
-    const Grid grid{Vec3::Zero(), 2.0, {4, 4, 4}};
-    std::vector<WorldId> owner_of_cell;
-    for (std::size_t cell = 0; cell < grid.cell_count(); ++cell)
-      owner_of_cell.push_back(WorldId{static_cast<std::uint32_t>(choices.below(12))});
-    const TerritoryMap map(grid, 12, owner_of_cell);
+    const TerritoryMap map = random_map(seed);
 
     std::map<PairKey, int> tested;
     std::vector<physics::ContactManifold> all;
@@ -116,6 +122,54 @@ TEST(BorderContacts, EveryTouchingPairIsTestedByExactlyOneWorldWithTheUndividedR
   }
   EXPECT_GT(third_world_pairs, 0u)
       << "no pair was tested by a third world: the scenes are too tame";
+}
+
+// The tester may be a third world: then both owners depend on what it tells them.
+TEST(BorderContacts, BothOwnersOfAPairHearOfItAndOfTheBodyThatTheyDoNotOwn) {
+  std::size_t told_by_a_third = 0;
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    const test::Scene scene = cloud(seed);
+    const physics::Geometry geometry(scene.description);
+    physics::StageCounters counters;
+    const TerritoryMap map = random_map(seed);
+    const std::vector<Owned> worlds = distribute(scene, geometry, map);
+    const auto owner_of = [&](BodyId body) {
+      return map.owner_at(scene.states[index_of(body)].position_m);
+    };
+    std::set<std::pair<WorldId, PairKey>> heard;
+    std::set<std::pair<WorldId, BodyId>> known;
+    std::set<PairKey> found;
+    for (std::uint32_t w = 0; w < worlds.size(); ++w) {
+      const Owned& world = worlds[w];
+      const BorderContacts contacts =
+          find_border_contacts(scene.description, geometry, map, WorldId{w}, world.ids,
+                               world.states, world.boxes, world.ghosts, counters);
+      for (const auto& manifold : contacts.manifolds) {
+        if (physics::is_static(manifold.b)) continue;
+        found.insert({manifold.a, manifold.b});
+        heard.insert({WorldId{w}, {manifold.a, manifold.b}});
+      }
+      for (const Node& node : contacts.foreign) known.insert({WorldId{w}, node.id});
+      for (const auto& [target, records] : contacts.fragments) {
+        for (const Node& node : records.nodes) known.insert({target, node.id});
+        for (const auto& manifold : records.manifolds) {
+          found.insert({manifold.a, manifold.b});
+          heard.insert({target, {manifold.a, manifold.b}});
+          told_by_a_third +=
+              owner_of(manifold.a) != WorldId{w} && owner_of(manifold.b) != WorldId{w};
+        }
+      }
+    }
+    for (const PairKey& pair : found) {
+      const WorldId a = owner_of(pair.first), b = owner_of(pair.second);
+      EXPECT_TRUE(heard.contains({a, pair})) << "seed " << seed;
+      EXPECT_TRUE(heard.contains({b, pair})) << "seed " << seed;
+      if (a == b) continue;
+      EXPECT_TRUE(known.contains({a, pair.second})) << "seed " << seed;
+      EXPECT_TRUE(known.contains({b, pair.first})) << "seed " << seed;
+    }
+  }
+  EXPECT_GT(told_by_a_third, 0u);
 }
 
 TEST(BorderContacts, WithoutGhostsThereIsNothingToTell) {

@@ -160,6 +160,38 @@ TEST(IslandMerge, AChainThroughNineWorldsTakesSevenRounds) {
   expect_everybody_knows_their_islands(network, 0);
 }
 
+// Else a record that was withdrawn and its anti-message could follow each other round a cycle of
+// owners for ever, each world passing on what is news to the next.
+TEST(IslandMerge, NothingIsSentAfterAsManyRoundsAsThereAreOwners) {
+  for (std::uint32_t owners = 2; owners <= 6; ++owners) {
+    for (std::uint32_t round = 0; round < 8; ++round) {
+      Network network;  // a chain, of which world 0 knows all and has told nothing
+      network.worlds.resize(owners);
+      for (std::uint32_t body = 0; body < owners; ++body) {
+        network.owners.push_back(WorldId{body});
+        network.worlds[body].ids = {BodyId{body}};
+        network.worlds[body].states = {state_of(body)};
+      }
+      for (std::uint32_t body = 0; body + 1 < owners; ++body)
+        add_contact(network, body, body + 1, owners);
+      Network::World& world = network.worlds[0];
+      for (std::uint32_t body = 2; body < owners; ++body) {
+        ContactManifold manifold;
+        manifold.a = BodyId{body - 1};
+        manifold.b = BodyId{body};
+        manifold.count = 1;
+        add_records(world.ids, WorldId{body},
+                    {{{BodyId{body}, WorldId{body}, state_of(body)}}, {manifold}}, world.merge,
+                    world.manifolds);
+      }
+      const KnownBodies known = known_bodies(world.ids, WorldId{0}, world.merge);
+      const auto sent =
+          outgoing_records(round, WorldId{0}, known, world.states, world.manifolds, world.merge);
+      EXPECT_EQ(sent.empty(), round >= owners) << owners << " owners, round " << round;
+    }
+  }
+}
+
 TEST(IslandMerge, NothingIsSentTwiceNorBackToWhoSaidIt) {
   Network network = random_network(11, 4, 30, 40);
   run_rounds(network);

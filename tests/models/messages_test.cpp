@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <type_traits>
 
 #include "tests/support/scenes.hpp"
 
@@ -94,6 +95,56 @@ TEST(Messages, RecordsRoundTripAndEqualRecordsEncodeToEqualBytes) {
   EXPECT_EQ(encode_records(same), encode_records(records));
   EXPECT_EQ(back.manifolds[3].normal, records.manifolds[3].normal);
   EXPECT_EQ(back.manifolds[3].points[0].feature, records.manifolds[3].points[0].feature);
+}
+
+// The encoding is the key of shared solves: with an input left out, a world could be given the
+// solution of an island that only looks the same. Warm-start impulses above all: two speculative
+// versions of an island may differ in them alone.
+TEST(Messages, EncodedIslandsDifferWhereAnyInputOfTheSolveDiffers) {
+  test::Choices choices(4);
+  const std::vector<BodyId> ids{BodyId{2}, BodyId{9}};
+  physics::BodyState state = random_state(choices);
+  state.impulses.assign(2, {BodyId{9}, 1, 2, 0.5, physics::Vec3(1, 2, 3)});
+  physics::ContactManifold contact = random_manifold(choices);
+  contact.count = 2;
+  const auto key_of = [&] {
+    kernel::Bytes key;
+    encode_island(ids, std::vector{contact}, std::vector{state, physics::BodyState{}}, key);
+    return key;
+  };
+  const kernel::Bytes key = key_of();
+  const auto expect_difference = [&](auto& input, const char* name) {
+    const auto before = input;
+    if constexpr (std::is_floating_point_v<std::remove_reference_t<decltype(input)>>)
+      input = std::nextafter(input, 1e300);
+    else
+      input = static_cast<std::remove_reference_t<decltype(input)>>(
+          static_cast<std::uint32_t>(input) + 1);
+    EXPECT_NE(key_of(), key) << name;
+    input = before;
+    EXPECT_EQ(key_of(), key) << name;
+  };
+  for (int axis = 0; axis < 3; ++axis) {
+    expect_difference(state.position_m[axis], "position");
+    expect_difference(state.linear_velocity_m_s[axis], "linear velocity");
+    expect_difference(state.angular_velocity_rad_s[axis], "angular velocity");
+    expect_difference(state.impulses[1].friction_newton_s[axis], "friction impulse");
+    expect_difference(contact.normal[axis], "normal");
+    expect_difference(contact.points[1].position_m[axis], "point");
+  }
+  for (int part = 0; part < 4; ++part)
+    expect_difference(state.orientation.coeffs()[part], "orientation");
+  expect_difference(state.impulses[1].other, "impulse: other body");
+  expect_difference(state.impulses[1].part, "impulse: part");
+  expect_difference(state.impulses[1].feature, "impulse: feature");
+  expect_difference(state.impulses[1].normal_newton_s, "normal impulse");
+  expect_difference(contact.a, "first body");
+  expect_difference(contact.b, "second body");
+  expect_difference(contact.part, "part");
+  expect_difference(contact.points[1].separation_m, "separation");
+  expect_difference(contact.points[1].feature, "feature");
+  state.impulses.pop_back();
+  EXPECT_NE(key_of(), key) << "number of impulses";
 }
 
 TEST(MessagesDeathTest, TruncatedPayloadAborts) {

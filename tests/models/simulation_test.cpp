@@ -114,6 +114,43 @@ TEST(Simulation, OptimisticWorldsRollBackAndStillGiveTheBitsOfTheBarePhysicsLoop
   EXPECT_GT(rollbacks, 0u);
 }
 
+// A world holds what belongs to the steps from its restart point to the window's end. In a step it
+// executes 5 phases and a few merge rounds, fewer than there are worlds; each of them sends at most
+// one message to each other world, and gets one.
+TEST(Simulation, AWorldsHistoryIsBoundedByItsBufferHoweverLongTheRun) {
+  const test::Scene scene = busy_scene(4);
+  constexpr std::uint64_t kWorlds = 8;
+  const auto bound = [](std::int64_t buffer) {
+    const std::uint64_t events_a_step = 5 + kWorlds;
+    return static_cast<std::uint64_t>(buffer + 2) * events_a_step * (1 + 2 * (kWorlds - 1));
+  };
+  for (const ExecutorKind executor : {ExecutorKind::kThreads, ExecutorKind::kVirtual}) {
+    std::uint64_t longest = 0;
+    for (const std::int64_t buffer : {1, 12}) {
+      std::uint64_t shorter_run = 0;
+      for (const std::int64_t steps : {kSteps, 5 * kSteps}) {
+        SimulationResult result;
+        step_digests(scene, blocks(kWorlds),
+                     {.executor = executor,
+                      .threads = 2,
+                      .steps = steps,
+                      .buffer = buffer,
+                      .scheduling_seed = 3,
+                      .cluster = {.processors = 4}},
+                     &result);
+        EXPECT_LE(result.events.history_max, bound(buffer)) << "buffer " << buffer;
+        longest = result.events.history_max;
+        // Of threads, the machine decides how far they get between two commits.
+        if (executor == ExecutorKind::kVirtual && shorter_run > 0) {
+          EXPECT_LE(longest, shorter_run + shorter_run / 4) << "buffer " << buffer;
+        }
+        shorter_run = longest;
+      }
+    }
+    EXPECT_GT(longest, 12u * 4) << "the buffer was not used";
+  }
+}
+
 TEST(Simulation, FinalStatesAndIslandsAreTheSameForAllExecutors) {
   const test::Scene scene = busy_scene(2);
   std::vector<BodyId> ids;

@@ -59,6 +59,15 @@ TEST(TidyRules, FlagsThatChangeBitsAndWrongTermsAreFoundInAnyText) {
   EXPECT_TRUE(check_banned_words({"README.md", "With anticipation\n"}).empty());
 }
 
+TEST(TidyRules, ThePholdOptionIsTheOnlyUseOfItsWord) {
+  for (const char* fine : {"add_option(\"--lookahead\", x)\n", "soda phold --lookahead 0.5\n",
+                           "the option `--lookahead`\n", "--lookahead\n"})
+    EXPECT_TRUE(check_banned_words({"analysis/a.cpp", fine}).empty()) << fine;
+  for (const char* wrong : {"--lookaheads\n", "-lookahead\n", "x--lookahead;\n", "--Lookahead\n",
+                            "--lookahead is the lookahead\n", "---lookahead\n"})
+    EXPECT_EQ(check_banned_words({"analysis/a.cpp", wrong}).size(), 1u) << wrong;
+}
+
 TEST(TidyRules, LinesAreMeasuredInCharacters) {
   EXPECT_TRUE(check_lines({"a.cpp", std::string(100, 'x') + "\n"}).empty());
   EXPECT_EQ(check_lines({"a.cpp", std::string(101, 'x') + "\n"}).size(), 1u);

@@ -1,0 +1,107 @@
+// The virtual cluster from the command line: `soda run`, `soda phold` and `soda swarm`.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "analysis/child_process.hpp"
+
+namespace soda::analysis {
+namespace {
+
+using analysis_test::ChildResult;
+using analysis_test::library_file;
+using analysis_test::run_soda;
+using Json = nlohmann::json;
+
+Json json_of(const std::vector<std::string>& arguments) {
+  const ChildResult result = run_soda(arguments);
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  return Json::parse(result.out);
+}
+
+TEST(ClusterCommands, RunReportsEveryDocumentedKeyAndTheDigestOfEveryExecutor) {
+  const std::vector<std::string> run = {
+      "run", library_file("border-stack"), "--steps", "20", "--worlds", "4", "--json"};
+  const auto with = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), run.begin(), run.end());
+    return json_of(more);
+  };
+  const Json oracle = with({"--executor", "sequential"});
+  EXPECT_FALSE(oracle.contains("virtual"));
+  for (const char* policy : {"optimistic", "lockstep"}) {
+    const Json json = with(
+        {"--executor", "virtual", "--processors", "3", "--latency-us", "20", "--policy", policy});
+    EXPECT_EQ(json["digest"], oracle["digest"]);
+    EXPECT_EQ(json["policy"], policy);
+    const Json& cluster = json["virtual"];
+    for (const char* key :
+         {"processors", "makespan_s", "one_processor_s", "speed_up", "utilisation", "messages",
+          "bytes", "barriers", "most_history", "execution_digest"})
+      EXPECT_TRUE(cluster.contains(key)) << key;
+    EXPECT_EQ(cluster["processors"], 3);
+    EXPECT_EQ(cluster["barriers"] == 0, std::string(policy) == "optimistic");
+  }
+}
+
+TEST(ClusterCommands, PholdGivesOneDigestUnderEveryExecutorAndPolicy) {
+  const auto phold = [](std::vector<std::string> more) {
+    std::vector<std::string> arguments = {"phold", "--lps",    "32",  "--lookahead",
+                                          "0",     "--remote", "0.6", "--zero-delay-rounds",
+                                          "1",     "--end",    "40",  "--order-sensitive",
+                                          "--json"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const ChildResult result = run_soda(arguments);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return Json::parse(result.out);
+  };
+  const Json oracle = phold({});
+  EXPECT_GT(oracle["committed_events"], 1000);
+  EXPECT_FALSE(oracle.contains("virtual"));
+  const std::vector<std::string> threads = {"--executor", "threads", "--threads", "2"};
+  const std::vector<std::string> cluster = {"--executor",   "virtual", "--processors", "5",
+                                            "--latency-us", "3",       "--cost-us",    "2"};
+  for (const std::vector<std::string>& executor : {threads, cluster}) {
+    for (const char* policy : {"optimistic", "lockstep"}) {
+      std::vector<std::string> arguments = executor;
+      arguments.insert(arguments.end(), {"--policy", policy, "--window", "3"});
+      const Json json = phold(arguments);
+      EXPECT_EQ(json["digest"], oracle["digest"]) << executor[1] << ' ' << policy;
+      EXPECT_EQ(json["committed_events"], oracle["committed_events"]);
+      EXPECT_EQ(json["executor"], executor[1]);
+      EXPECT_EQ(json["policy"], policy);
+      if (std::string(policy) == "lockstep") {
+        EXPECT_EQ(json["events"]["rollbacks"], 0);
+      }
+    }
+  }
+}
+
+TEST(ClusterCommands, PholdOnTheVirtualClusterRepeatsItselfAndItsClockFollowsItsOptions) {
+  const auto cluster = [](const char* processors, const char* latency_us, const char* cost_us) {
+    const ChildResult result = run_soda(
+        {"phold", "--lps", "24", "--end", "40", "--window", "3", "--executor", "virtual",
+         "--processors", processors, "--latency-us", latency_us, "--cost-us", cost_us, "--json"});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return Json::parse(result.out)["virtual"];
+  };
+  const Json once = cluster("4", "5", "2");
+  EXPECT_EQ(once, cluster("4", "5", "2"));
+  EXPECT_EQ(once["processors"], 4);
+  EXPECT_GT(cluster("4", "50", "2")["makespan_s"], once["makespan_s"]);
+  EXPECT_EQ(cluster("1", "5", "2")["messages"], 0);
+  EXPECT_DOUBLE_EQ(cluster("4", "5", "4")["one_processor_s"].get<double>(),
+                   2.0 * once["one_processor_s"].get<double>());
+}
+
+TEST(ClusterCommands, SwarmReportsItsSums) {
+  const Json json = json_of({"swarm", "--seeds", "3..12", "--json"});
+  EXPECT_EQ(json["trials"], 10);
+  EXPECT_EQ(json["failed"], false);
+  for (const char* key : {"out_of_time", "wall_s", "executed", "rolled_back", "committed",
+                          "rollbacks", "anti_messages"})
+    EXPECT_TRUE(json.contains(key)) << key;
+  EXPECT_GT(json["committed"], 0);
+}
+
+}  // namespace
+}  // namespace soda::analysis
