@@ -33,6 +33,16 @@ std::uint32_t SlotTable::take(const OutputId& id) {
   return 0;
 }
 
+std::uint32_t SlotTable::count_of(const OutputId& id) const {
+  if (entries_.empty()) return 0;
+  const std::size_t mask = entries_.size() - 1;
+  for (std::size_t place = first_place(id);; place = (place + 1) & mask) {
+    const Entry& entry = entries_[place];
+    if (entry.count == kUnused) return 0;
+    if (entry.holds(id)) return entry.count;
+  }
+}
+
 void SlotTable::release(const OutputId& id) {
   std::size_t place = first_place(id);
   while (!entries_[place].holds(id)) {

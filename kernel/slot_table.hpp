@@ -18,6 +18,9 @@ class SlotTable {
   // The next free slot; id.slot is ignored. No id at or before the time last forgotten.
   std::uint32_t take(const OutputId& id);
 
+  // How many slots are in use, which is the next free one.
+  std::uint32_t count_of(const OutputId& id) const;
+
   // Gives back the slot taken last.
   void release(const OutputId& id);
 

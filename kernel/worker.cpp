@@ -119,7 +119,11 @@ void Worker::deliver(Message&& message) {
     return;
   }
   const std::uint32_t own = index_of(message.destination) - first_lp_;
-  if (processes_[own].deliver(std::move(message), effects_.counters)) touched_.push_back(own);
+  TimeWarpProcess& process = processes_[own];
+  if (process.deliver(std::move(message), effects_.counters))
+    touched_.push_back(own);
+  else
+    schedule_.update(own, process.floor());
 }
 
 // Settling may send to own LPs again.
@@ -195,10 +199,10 @@ void Worker::execute_one(std::uint32_t own) {
     effects_.counters.lead_max = std::max(effects_.counters.lead_max, lead);
   }
   process.execute(effects_);
-  refresh(own);
   note_uncommitted(own);
   route_outgoing();
-  settle_receivers();
+  refresh(own);
+  if (!touched_.empty()) settle_receivers();
 }
 
 void Worker::adapt_batch(std::chrono::steady_clock::duration took, std::size_t executed) {
