@@ -94,9 +94,9 @@ class InputQueue {
   SlidingVector<Entry> near_;  // earliest first
   std::uint32_t passed_ = 0;   // how many of these have been executed
   std::uint32_t antis_ = 0;    // empty registers
+  VirtualTime boundary_ = kBeginning;
   std::vector<Message> store_;
   std::uint32_t free_ = kNone;  // first unused place of store_; the next one is in its `kind`
-  VirtualTime boundary_ = kBeginning;
   std::unique_ptr<Far> far_;  // all later than near_; empty if nothing pending is there
 };
 

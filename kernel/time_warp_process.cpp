@@ -41,12 +41,12 @@ class TimeWarpProcess::Sender final : public Outbox {
 };
 
 TimeWarpProcess::TimeWarpProcess(LpId id, std::size_t lp_count, LogicalProcess& lp, VirtualTime end)
-    : id_(id),
-      lp_count_(static_cast<std::uint32_t>(lp_count)),
-      lp_(lp),
-      end_(end),
+    : lp_(lp),
       next_time_(lp.next_time()),
-      agenda_(next_time_) {}
+      agenda_(next_time_),
+      id_(id),
+      lp_count_(static_cast<std::uint32_t>(lp_count)),
+      end_(end) {}
 
 bool TimeWarpProcess::deliver(Message&& message, Counters& counters) {
   const VirtualTime time = message.time;

@@ -39,7 +39,7 @@ struct WorkerEffects {
 //     were, and the floor is coast_until, not next_time.
 //  2. Pending outputs (sent by executions that were undone) have send time >= next_time. Those that
 //     an anti-message may still be needed for have send time >= floor, so receive time > floor.
-class TimeWarpProcess {
+class alignas(64) TimeWarpProcess {
  public:
   // `lp` must outlive the process. Times >= end are never executed nor sent to.
   TimeWarpProcess(LpId id, std::size_t lp_count, LogicalProcess& lp, VirtualTime end);
@@ -90,6 +90,15 @@ class TimeWarpProcess {
 
   // Fossil collection: drops what no rollback to `gvt` or later needs.
   void forget(VirtualTime gvt);
+
+  // Whether forget(gvt) is allowed and would find something. Between the rounds it is not always:
+  // what has been executed again behind GVT must be committed first.
+  bool has_fossils(VirtualTime gvt) const {
+    return executed_.size() > 1 && executed_[1].time() <= gvt &&
+           (committed_ == executed_.size() || executed_[committed_].time() >= gvt);
+  }
+  // Whether there are empty registers: forget() drops them, though nothing is executed any more.
+  bool has_antis() const { return inputs_.has_antis(); }
 
   // Entries held, for the bound on memory: registers of inputs, executed times, outputs.
   struct HistorySize {
@@ -150,24 +159,25 @@ class TimeWarpProcess {
   void flush_pending(WorkerEffects& effects);
   void forget_outputs(std::size_t count);
 
-  const LpId id_;
-  const std::uint32_t lp_count_;
+  // What commit() reads lies in one cache line.
   LogicalProcess& lp_;
-  const VirtualTime end_;
+  SlidingVector<Executed> executed_;  // ascending
+  std::uint32_t committed_ = 0;       // executed_ up to here has been committed
+  std::uint32_t in_slots_ = 0;        // outputs_ up to here are in slots_; the others were sent last
+  VirtualTime last_committed_ = kBeginning;  // outlives rollbacks behind it
 
   VirtualTime next_time_;
   VirtualTime agenda_;  // of the LP
   VirtualTime coast_until_ = kBeginning;
   VirtualTime changed_from_ = kNever;  // earliest change delivered since settle()
-  std::uint64_t next_incarnation_ = 1;
   InputQueue inputs_;
-  SlidingVector<Executed> executed_;  // ascending
-  SlidingVector<Output> outputs_;     // standing, as sent by what has been executed
-  std::uint32_t committed_ = 0;       // executed_ up to here has been committed
-  std::uint32_t in_slots_ = 0;        // outputs_ up to here are in slots_; the others were sent last
+  SlidingVector<Output> outputs_;  // standing, as sent by what has been executed
+  std::uint64_t next_incarnation_ = 1;
+  const LpId id_;
+  const std::uint32_t lp_count_;
+  const VirtualTime end_;
   std::unique_ptr<Rare> rare_;
-  SlotTable slots_;                          // of most of what stands and of what is irrevocable
-  VirtualTime last_committed_ = kBeginning;  // outlives rollbacks behind it
+  SlotTable slots_;  // of most of what stands and of what is irrevocable
   VirtualTime gvt_ = kBeginning;
   VirtualTime kept_ = kBeginning;  // what forget() of the LP returned last
 };

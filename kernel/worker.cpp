@@ -198,6 +198,7 @@ void Worker::execute_one(std::uint32_t own) {
     effects_.counters.lead_sum += lead;
     effects_.counters.lead_max = std::max(effects_.counters.lead_max, lead);
   }
+  if (process.has_fossils(gvt_)) process.forget(gvt_);
   process.execute(effects_);
   note_uncommitted(own);
   route_outgoing();
@@ -272,6 +273,8 @@ void Worker::note_gvt(VirtualTime gvt) {
   executed_since_round_ = 0;
 }
 
+// What is committed is collected when the LP executes next, and is in the cache anyway; but an LP
+// that has executed all its times may get messages and their anti-messages for ever.
 void Worker::commit(const GvtOutcome& outcome) {
   fault_ = outcome.fault;
   const VirtualTime limit = fault_ ? fault_->when : gvt_;
@@ -280,7 +283,7 @@ void Worker::commit(const GvtOutcome& outcome) {
   for (const std::uint32_t own : uncommitted_) {
     TimeWarpProcess& process = processes_[own];
     process.commit(limit, effects_.counters);
-    if (!finished_) process.forget(gvt_);
+    if (process.has_antis() && !finished_) process.forget(gvt_);
     if (process.is_committed())
       is_uncommitted_[own] = false;
     else
