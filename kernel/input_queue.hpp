@@ -50,6 +50,11 @@ class InputQueue {
   // nothing left to annihilate, for an older incarnation still on its way would hold GVT back.
   void forget(VirtualTime kept, VirtualTime gvt);
 
+  // Hints that the next bag will be gathered soon.
+  void prefetch() const {
+    if (passed_ < near_.size()) __builtin_prefetch(&store_[near_[passed_].place]);
+  }
+
   // Whether there are empty registers, which forget() has to look for.
   bool has_antis() const { return antis_ > 0; }
 

@@ -44,6 +44,9 @@ class LpSchedule {
     }
   }
 
+  // The LP that take() would take out; as for that, top_time() was not kNever.
+  std::uint32_t top() const { return heap_.front().lp; }
+
   // Takes out the lowest LP of top_time(), which has just been called and was not kNever: it has
   // nothing to do until it is updated.
   std::uint32_t take() {

@@ -198,9 +198,13 @@ void Worker::execute_one(std::uint32_t own) {
     effects_.counters.lead_sum += lead;
     effects_.counters.lead_max = std::max(effects_.counters.lead_max, lead);
   }
+  const TimeWarpProcess* const next =
+      schedule_.top_time() < end_ ? &processes_[schedule_.top()] : nullptr;
+  if (next) next->prefetch();
   if (process.has_fossils(gvt_)) process.forget(gvt_);
   process.execute(effects_);
   note_uncommitted(own);
+  if (next) next->prefetch_history();
   route_outgoing();
   refresh(own);
   if (!touched_.empty()) settle_receivers();
