@@ -11,6 +11,13 @@ int InputQueue::compare_rest(const Message& a, const Message& b) {
   return order < 0 ? -1 : order > 0;
 }
 
+void InputQueue::gather_far(VirtualTime now, std::vector<MessageView>& bag) const {
+  for (const auto& [key, entry] : *far_) {
+    if (entry.time() > now) return;
+    if (!entry.anti) bag.push_back(view(store_[entry.place]));
+  }
+}
+
 bool InputQueue::write_far(Message&& message) {
   const auto [found, is_new] = far_->try_emplace(register_key(message));
   if (!is_new) return replace(found->second, std::move(message));

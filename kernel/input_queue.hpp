@@ -84,6 +84,10 @@ class InputQueue {
   }
   static int compare_rest(const Message& a, const Message& b);
 
+  static MessageView view(const Message& input) {
+    return {input.source, input.kind, input.slot, input.payload.bytes()};
+  }
+  void gather_far(VirtualTime now, std::vector<MessageView>& bag) const;
   bool has_far() const { return far_ && !far_->empty(); }
   bool write_near(Message&& message);
   bool write_far(Message&& message);
@@ -125,18 +129,12 @@ inline bool InputQueue::write_near(Message&& message) {
 
 inline void InputQueue::gather(VirtualTime now, std::vector<MessageView>& bag) const {
   bag.clear();
-  const auto add = [&](const Entry& entry) {
-    if (entry.anti) return;
-    const Message& input = store_[entry.place];
-    bag.push_back({input.source, input.kind, input.slot, input.payload.bytes()});
-  };
   for (std::size_t i = passed_; i < near_.size(); ++i) {
-    if (near_[i].time() > now) return;
-    add(near_[i]);
+    const Entry& entry = near_[i];
+    if (entry.time() > now) return;
+    if (!entry.anti) bag.push_back(view(store_[entry.place]));
   }
-  if (!has_far()) return;
-  for (auto far = far_->begin(); far != far_->end() && far->second.time() <= now; ++far)
-    add(far->second);
+  if (has_far()) gather_far(now, bag);
 }
 
 inline void InputQueue::pass(VirtualTime now) {

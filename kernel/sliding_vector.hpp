@@ -100,7 +100,7 @@ class SlidingVector {
   void make_room() {
     const std::uint32_t count = tail_ - head_;
     if (2 * count <= capacity_ && capacity_ > 0) return slide();
-    const std::uint32_t larger = std::max(4u, 2 * capacity_);
+    const std::uint32_t larger = std::max(2u, 2 * capacity_);
     T* const items = std::allocator<T>().allocate(larger);
     move_to(items);
     std::allocator<T>().deallocate(items_, capacity_);

@@ -172,9 +172,9 @@ void TimeWarpProcess::repeat_last(WorkerEffects& effects) {
               ": its execute is not a pure function");
 }
 
-void TimeWarpProcess::send(VirtualTime now, OutputId id, Payload&& payload,
+void TimeWarpProcess::send(VirtualTime now, const OutputId& to, Payload&& payload,
                            WorkerEffects& effects) {
-  id.slot = next_slot(id);
+  const OutputId id{to.time, to.destination, to.kind, next_slot(to)};
   if (has_pending() && adopt(now, id, payload)) {
     ++effects.counters.adopted;
   } else {

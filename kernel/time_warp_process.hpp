@@ -168,7 +168,7 @@ class alignas(64) TimeWarpProcess {
   void undo_outputs(const Executed& undone);
   void refresh_next_time() { next_time_ = std::min(agenda_, inputs_.next_time()); }
   void refresh_agenda();
-  void send(VirtualTime now, OutputId id, Payload&& payload, WorkerEffects& effects);
+  void send(VirtualTime now, const OutputId& to, Payload&& payload, WorkerEffects& effects);
   std::uint32_t next_slot(const OutputId& id);
   bool adopt(VirtualTime now, const OutputId& id, const Payload& payload);
   void flush_pending(WorkerEffects& effects);
