@@ -106,7 +106,7 @@ class InputQueue {
   VirtualTime boundary_ = kBeginning;
   std::vector<Message> store_;
   std::uint32_t free_ = kNone;  // first unused place of store_; the next one is in its `kind`
-  std::unique_ptr<Far> far_;  // all later than near_; empty if nothing pending is there
+  std::unique_ptr<Far> far_;    // all later than near_; empty if nothing pending is there
 };
 
 inline bool InputQueue::write(Message&& message) {

@@ -55,7 +55,9 @@ class SlotTable {
                                std::rotl(std::uint64_t{id.time.round}, 56);
     return word * 0x9e3779b97f4a7c15ull;
   }
-  static std::uint64_t filter_bit(const OutputId& id) { return std::uint64_t{1} << (hash(id) >> 58); }
+  static std::uint64_t filter_bit(const OutputId& id) {
+    return std::uint64_t{1} << (hash(id) >> 58);
+  }
   std::size_t first_place(const OutputId& id) const {
     return (hash(id) << 6) >> (64 - std::countr_zero(entries_.size()));
   }
@@ -63,7 +65,8 @@ class SlotTable {
   bool is_void(const Entry& entry) const { return entry.count == 0 || entry.time() <= kept_; }
   void make_room();
 
-  std::uint64_t filter_ = 0;  // the bits of all entries: most of what is not there, it tells at once
+  std::uint64_t filter_ =
+      0;  // the bits of all entries: most of what is not there, it tells at once
   VirtualTime kept_ = kBeginning;
   std::vector<Entry> entries_;  // a power of two, never all in use
   std::size_t used_ = 0;        // void ones included

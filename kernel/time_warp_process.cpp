@@ -85,9 +85,9 @@ void TimeWarpProcess::settle(WorkerEffects& effects) {
 
 // How many of executed_ have a time < `time`.
 std::size_t TimeWarpProcess::executed_before(VirtualTime time) const {
-  const Executed* const end = std::lower_bound(
-      executed_.begin(), executed_.end(), time,
-      [](const Executed& executed, VirtualTime t) { return executed.time() < t; });
+  const Executed* const end =
+      std::lower_bound(executed_.begin(), executed_.end(), time,
+                       [](const Executed& executed, VirtualTime t) { return executed.time() < t; });
   return static_cast<std::size_t>(end - executed_.begin());
 }
 
@@ -143,7 +143,8 @@ void TimeWarpProcess::execute(WorkerEffects& effects) {
   const std::size_t sent_before = outputs_.size();
   Sender sender(*this, now, effects);
   lp_.execute(now, effects.bag, sender);
-  executed_.push_back({now.t, now.round, static_cast<std::uint32_t>(outputs_.size() - sent_before)});
+  executed_.push_back(
+      {now.t, now.round, static_cast<std::uint32_t>(outputs_.size() - sent_before)});
   ++effects.counters.executed;
   inputs_.pass(now);
   refresh_agenda();
@@ -291,8 +292,7 @@ void TimeWarpProcess::forget_outputs(std::size_t count) {
 }
 
 TimeWarpProcess::HistorySize TimeWarpProcess::history_size() const {
-  return {inputs_.size(), executed_.size(),
-          outputs_.size() + (rare_ ? rare_->pending.size() : 0)};
+  return {inputs_.size(), executed_.size(), outputs_.size() + (rare_ ? rare_->pending.size() : 0)};
 }
 
 }  // namespace soda::kernel

@@ -178,7 +178,7 @@ class alignas(64) TimeWarpProcess {
   LogicalProcess& lp_;
   SlidingVector<Executed> executed_;  // ascending
   std::uint32_t committed_ = 0;       // executed_ up to here has been committed
-  std::uint32_t in_slots_ = 0;        // outputs_ up to here are in slots_; the others were sent last
+  std::uint32_t in_slots_ = 0;  // outputs_ up to here are in slots_; the others were sent last
   VirtualTime last_committed_ = kBeginning;  // outlives rollbacks behind it
 
   VirtualTime next_time_;

@@ -285,10 +285,11 @@ bool table_row(const PholdConfiguration& c, int repeats) {
   const auto best = [&](std::size_t i) {
     return *std::max_element(per_s[i].begin(), per_s[i].end());
   };
-  std::printf("| %s | %lu | %.1f | %.1f | %.2f | %.2f | %.2f | %.2f | %.2f | %.2f | %.2f | %.1f %% |",
-              c.name, static_cast<unsigned long>(outcomes[2].events), cpu(0), cpu(1), cpu(2),
-              cpu(3), wall(4), cpu(2) / cpu(0), cpu(3) / cpu(1), wall(4) / wall(3),
-              best(4) / best(3), 100.0 * outcomes[4].efficiency);
+  std::printf(
+      "| %s | %lu | %.1f | %.1f | %.2f | %.2f | %.2f | %.2f | %.2f | %.2f | %.2f | %.1f %% |",
+      c.name, static_cast<unsigned long>(outcomes[2].events), cpu(0), cpu(1), cpu(2), cpu(3),
+      wall(4), cpu(2) / cpu(0), cpu(3) / cpu(1), wall(4) / wall(3), best(4) / best(3),
+      100.0 * outcomes[4].efficiency);
   std::printf(" %016lx |\n", static_cast<unsigned long>(outcomes[2].digest));
   std::fflush(stdout);
   return outcomes[2].digest == outcomes[3].digest && outcomes[2].digest == outcomes[4].digest &&
