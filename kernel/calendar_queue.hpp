@@ -68,6 +68,7 @@ class CalendarQueue {
   static constexpr std::uint32_t kNone = ~0u;
   static constexpr std::size_t kFewEntries = 48;
   static constexpr std::size_t kCrowded = 8;
+  static constexpr std::int64_t kBucketsAhead = 4;
 
   struct alignas(sizeof(Value) > 16 ? 64 : 8) Node {  // large ones: a cache line each
     Key key;
@@ -109,9 +110,15 @@ class CalendarQueue {
     while (heap_.empty()) {
       if (++current_turn_ - first > heads_.size()) return rebuild();
       ++current_;
+      prefetch(head_of(current_ + kBucketsAhead));
       adopt(head_of(current_));
     }
     note_work(current_turn_ - first);
+  }
+
+  // A list is a chain of cache misses; the first one of it is under way when its turn comes.
+  void prefetch(std::uint32_t node) const {
+    if (node != kNone) __builtin_prefetch(&nodes_[node]);
   }
 
   // Moves the entries of the current bucket from a list to the heap; others wait for their turn.

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -16,19 +17,23 @@
 namespace soda::kernel {
 
 // Registers earlier than the boundary have been executed; a rollback moves the boundary back. Bags
-// are runs of equal time. References to messages stand in sorted arrays of 16-byte entries; the
-// messages themselves stay where they were put. Of many pending ones only the earliest are sorted
-// so, the others wait in a tree: insertion is O(log n).
+// are runs of equal time. One sorted array holds references of 16 bytes to the messages, executed
+// ones first; the messages themselves stay where they were put. Of many pending ones only the
+// earliest are sorted so, the others wait in a tree: insertion is O(log n).
 class InputQueue {
  public:
   // Puts a message into its register unless a newer incarnation is there already. True if that
   // changes what a bag holds.
   bool write(Message&& message);
 
+  // Where executed and pending registers meet: just after the time last passed, or what undo() was
+  // called with last.
+  VirtualTime boundary() const { return boundary_; }
+
   // The earliest pending register that holds a message; kNever if none does.
   VirtualTime next_time() const {
-    if (near_.empty()) return kNever;
-    if (!near_.back().anti) return near_.back().time();
+    if (passed_ == near_.size()) return kNever;
+    if (!near_[passed_].anti) return near_[passed_].time();
     return next_time_beyond_antis();
   }
 
@@ -45,7 +50,15 @@ class InputQueue {
   // nothing left to annihilate, for an older incarnation still on its way would hold GVT back.
   void forget(VirtualTime kept, VirtualTime gvt);
 
-  std::size_t size() const { return executed_.size() + near_.size() + far_.size(); }
+  // Hints that the next bag will be gathered soon.
+  void prefetch() const {
+    if (passed_ < near_.size()) __builtin_prefetch(&store_[near_[passed_].place]);
+  }
+
+  // Whether there are empty registers, which forget() has to look for.
+  bool has_antis() const { return antis_ > 0; }
+
+  std::size_t size() const { return near_.size() + (far_ ? far_->size() : 0); }
 
  private:
   static constexpr std::uint32_t kNone = (1u << 31) - 1;
@@ -61,6 +74,7 @@ class InputQueue {
   };
   static_assert(sizeof(Entry) == 16);
   using Key = std::tuple<VirtualTime, LpId, std::uint32_t, std::uint32_t>;  // register_key()
+  using Far = std::map<Key, Entry>;
 
   // < 0, 0, > 0: the register of `entry` comes before, is, comes after that of `message`.
   int compare(const Entry& entry, const Message& message) const {
@@ -70,6 +84,11 @@ class InputQueue {
   }
   static int compare_rest(const Message& a, const Message& b);
 
+  static MessageView view(const Message& input) {
+    return {input.source, input.kind, input.slot, input.payload.bytes()};
+  }
+  void gather_far(VirtualTime now, std::vector<MessageView>& bag) const;
+  bool has_far() const { return far_ && !far_->empty(); }
   bool write_near(Message&& message);
   bool write_far(Message&& message);
   bool write_executed(Message&& message);
@@ -81,40 +100,47 @@ class InputQueue {
   void refill();
   void drop_antis(VirtualTime gvt);
 
+  SlidingVector<Entry> near_;  // earliest first
+  std::uint32_t passed_ = 0;   // how many of these have been executed
+  std::uint32_t antis_ = 0;    // empty registers
+  VirtualTime boundary_ = kBeginning;
   std::vector<Message> store_;
   std::uint32_t free_ = kNone;  // first unused place of store_; the next one is in its `kind`
-  std::uint32_t antis_ = 0;     // empty registers
-  VirtualTime boundary_ = kBeginning;
-  std::vector<Entry> near_;        // pending, latest first
-  SlidingVector<Entry> executed_;  // earliest first
-  std::map<Key, Entry> far_;       // pending, all later than near_; empty if near_ is
+  std::unique_ptr<Far> far_;    // all later than near_; empty if nothing pending is there
 };
 
 inline bool InputQueue::write(Message&& message) {
   if (message.time < boundary_) return write_executed(std::move(message));
-  if (!far_.empty() && compare(near_.front(), message) < 0) return write_far(std::move(message));
+  if (has_far() && compare(near_.back(), message) < 0) return write_far(std::move(message));
   return write_near(std::move(message));
+}
+
+// An anti-message without its message is kept, too: the older incarnation may still be on its way.
+inline bool InputQueue::write_near(Message&& message) {
+  std::size_t at = near_.size();
+  int order = -1;
+  while (at > passed_ && (order = compare(near_[at - 1], message)) > 0) --at;
+  if (at > passed_ && order == 0) return replace(near_[at - 1], std::move(message));
+  const bool changes = !message.anti;
+  near_.insert(at, store(std::move(message)));
+  if (near_.size() > passed_ + kMostNear) spill();
+  return changes;
 }
 
 inline void InputQueue::gather(VirtualTime now, std::vector<MessageView>& bag) const {
   bag.clear();
-  const auto add = [&](const Entry& entry) {
-    if (entry.anti) return;
-    const Message& input = store_[entry.place];
-    bag.push_back({input.source, input.kind, input.slot, input.payload.bytes()});
-  };
-  std::size_t i = near_.size();
-  for (; i > 0 && near_[i - 1].time() <= now; --i) add(near_[i - 1]);
-  if (i > 0) return;
-  for (auto far = far_.begin(); far != far_.end() && far->second.time() <= now; ++far)
-    add(far->second);
+  for (std::size_t i = passed_; i < near_.size(); ++i) {
+    const Entry& entry = near_[i];
+    if (entry.time() > now) return;
+    if (!entry.anti) bag.push_back(view(store_[entry.place]));
+  }
+  if (has_far()) gather_far(now, bag);
 }
 
 inline void InputQueue::pass(VirtualTime now) {
-  while (!near_.empty() && near_.back().time() <= now) {
-    executed_.push_back(near_.back());
-    near_.pop_back();
-    if (near_.empty() && !far_.empty()) refill();
+  while (passed_ < near_.size() && near_[passed_].time() <= now) {
+    ++passed_;
+    if (passed_ == near_.size() && has_far()) refill();
   }
   boundary_ = {now.t, now.round + 1};
 }
@@ -137,6 +163,14 @@ inline void InputQueue::release(const Entry& entry) {
   store_[entry.place].payload.clear();
   store_[entry.place].kind = free_;
   free_ = entry.place;
+}
+
+inline void InputQueue::forget(VirtualTime kept, VirtualTime gvt) {
+  std::uint32_t count = 0;
+  for (; count < passed_ && near_[count].time() < kept; ++count) release(near_[count]);
+  near_.drop_front(count);
+  passed_ -= count;
+  if (antis_ > 0) drop_antis(gvt);
 }
 
 }  // namespace soda::kernel

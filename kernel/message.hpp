@@ -13,7 +13,7 @@ namespace soda::kernel {
 // A message is the content of a register, named by (source, destination, time, kind, slot). The
 // newest incarnation of a register wins, in whatever order they arrive; an anti-message is a newer,
 // empty one. So channels need no order, and an anti-message may overtake what it annihilates.
-struct Message {
+struct alignas(64) Message {
   VirtualTime time;  // of reception
   LpId source{};
   LpId destination{};

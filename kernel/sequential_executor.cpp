@@ -106,6 +106,7 @@ class SequentialRun final : public Outbox {
       const std::uint32_t slot = same_register ? views_.back().slot + 1 : 0;
       views_.push_back({entry.source, entry.kind, slot, entry.payload.bytes()});
     }
+    if (!queue_.empty()) __builtin_prefetch(lps_[queue_.top().lp].get());  // likely the next
     lps_[index_of(lp)]->execute(now_, views_, *this);
     ++result_.counters.executed;
     executed_.push_back(lp);

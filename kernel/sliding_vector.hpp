@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <cstring>
 #include <memory>
 #include <type_traits>
@@ -19,9 +20,9 @@ class SlidingVector {
   SlidingVector() = default;
   SlidingVector(SlidingVector&& other) noexcept
       : items_(std::exchange(other.items_, nullptr)),
-        head_(std::exchange(other.head_, 0)),
-        tail_(std::exchange(other.tail_, 0)),
-        capacity_(std::exchange(other.capacity_, 0)) {}
+        head_(std::exchange(other.head_, 0u)),
+        tail_(std::exchange(other.tail_, 0u)),
+        capacity_(std::exchange(other.capacity_, 0u)) {}
   SlidingVector(const SlidingVector& other) {
     for (const T& item : other) push_back(item);
   }
@@ -64,13 +65,13 @@ class SlidingVector {
   // Before the element at `index` (<= size()); moves what comes after it.
   void insert(std::size_t index, T item) {
     push_back(std::move(item));
-    std::rotate(begin() + index, end() - 1, end());
+    if (index + 1 < size()) std::rotate(begin() + index, end() - 1, end());
   }
 
   // Keeps the first `count` elements.
   void truncate(std::size_t count) {
     std::destroy(begin() + count, end());
-    tail_ = head_ + count;
+    tail_ = head_ + static_cast<std::uint32_t>(count);
   }
 
   void erase(std::size_t first, std::size_t last) {
@@ -78,26 +79,33 @@ class SlidingVector {
     truncate(static_cast<std::size_t>(rest - begin()));
   }
 
+  // Few that remain slide to the front at once, while they are in the cache.
   void drop_front(std::size_t count) {
     std::destroy(begin(), begin() + count);
-    head_ += count;
-    if (head_ == tail_) head_ = tail_ = 0;
+    head_ += static_cast<std::uint32_t>(count);
+    if (size() <= std::min<std::size_t>(head_, kFew)) slide();
   }
 
  private:
+  static constexpr std::size_t kFew = 2;
+
+  void slide() {
+    const std::uint32_t count = tail_ - head_;
+    move_to(items_);
+    head_ = 0;
+    tail_ = count;
+  }
+
   // At the back: by sliding to the front of the same memory if that is at least half free.
   void make_room() {
-    const std::size_t count = size();
-    if (2 * count > capacity_ || capacity_ == 0) {
-      const std::size_t larger = std::max<std::size_t>(4, 2 * capacity_);
-      T* const items = std::allocator<T>().allocate(larger);
-      move_to(items);
-      std::allocator<T>().deallocate(items_, capacity_);
-      items_ = items;
-      capacity_ = larger;
-    } else {
-      move_to(items_);
-    }
+    const std::uint32_t count = tail_ - head_;
+    if (2 * count <= capacity_ && capacity_ > 0) return slide();
+    const std::uint32_t larger = std::max(2u, 2 * capacity_);
+    T* const items = std::allocator<T>().allocate(larger);
+    move_to(items);
+    std::allocator<T>().deallocate(items_, capacity_);
+    items_ = items;
+    capacity_ = larger;
     head_ = 0;
     tail_ = count;
   }
@@ -105,7 +113,11 @@ class SlidingVector {
   // `to` is other memory, or earlier in the same.
   void move_to(T* to) {
     if constexpr (std::is_trivially_copyable_v<T>) {
-      if (size() > 0) std::memmove(static_cast<void*>(to), begin(), size() * sizeof(T));
+      if (size() <= kFew) {  // usual, and no call
+        for (const T* item = begin(); item != end(); ++item, ++to) *to = *item;
+      } else {
+        std::memmove(static_cast<void*>(to), begin(), size() * sizeof(T));
+      }
     } else {
       for (T* item = begin(); item != end(); ++item, ++to) {
         std::construct_at(to, std::move(*item));
@@ -115,9 +127,9 @@ class SlidingVector {
   }
 
   T* items_ = nullptr;
-  std::size_t head_ = 0;
-  std::size_t tail_ = 0;
-  std::size_t capacity_ = 0;
+  std::uint32_t head_ = 0;
+  std::uint32_t tail_ = 0;
+  std::uint32_t capacity_ = 0;
 };
 
 }  // namespace soda::kernel

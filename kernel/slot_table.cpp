@@ -1,19 +1,10 @@
 #include "kernel/slot_table.hpp"
 
-#include <bit>
 #include <utility>
 
 #include "kernel/invariant.hpp"
 
 namespace soda::kernel {
-
-std::size_t SlotTable::first_place(const OutputId& id) const {
-  const std::uint64_t word = static_cast<std::uint64_t>(id.time.t) ^
-                             std::rotl(std::uint64_t{index_of(id.destination)}, 40) ^
-                             std::rotl(std::uint64_t{id.kind}, 20) ^
-                             std::rotl(std::uint64_t{id.time.round}, 56);
-  return (word * 0x9e3779b97f4a7c15ull) >> (64 - std::countr_zero(entries_.size()));
-}
 
 std::uint32_t SlotTable::take(const OutputId& id) {
   if (4 * (used_ + 1) > 3 * entries_.size()) make_room();
@@ -29,8 +20,18 @@ std::uint32_t SlotTable::take(const OutputId& id) {
     room = &entries_[place];
     ++used_;
   }
+  filter_ |= filter_bit(id);
   *room = {id.time.t, id.time.round, id.destination, id.kind, 1};
   return 0;
+}
+
+std::uint32_t SlotTable::find_count(const OutputId& id) const {
+  const std::size_t mask = entries_.size() - 1;
+  for (std::size_t place = first_place(id);; place = (place + 1) & mask) {
+    const Entry& entry = entries_[place];
+    if (entry.count == kUnused) return 0;
+    if (entry.holds(id)) return entry.count;
+  }
 }
 
 void SlotTable::release(const OutputId& id) {
@@ -53,9 +54,12 @@ void SlotTable::make_room() {
   for (const Entry& entry : old) valid += keep(entry);
   entries_.resize(std::bit_ceil(2 * valid + 4));
   used_ = valid;
+  filter_ = 0;
   for (const Entry& entry : old) {
     if (!keep(entry)) continue;
-    std::size_t place = first_place({entry.time(), entry.destination, entry.kind, 0});
+    const OutputId id{entry.time(), entry.destination, entry.kind, 0};
+    filter_ |= filter_bit(id);
+    std::size_t place = first_place(id);
     while (entries_[place].count != kUnused) place = (place + 1) & (entries_.size() - 1);
     entries_[place] = entry;
   }

@@ -1,6 +1,7 @@
 // Which slots of which registers an LP has sent to.
 #pragma once
 
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -17,6 +18,11 @@ class SlotTable {
  public:
   // The next free slot; id.slot is ignored. No id at or before the time last forgotten.
   std::uint32_t take(const OutputId& id);
+
+  // How many slots are in use, which is the next free one.
+  std::uint32_t count_of(const OutputId& id) const {
+    return (filter_ & filter_bit(id)) == 0 ? 0 : find_count(id);
+  }
 
   // Gives back the slot taken last.
   void release(const OutputId& id);
@@ -42,10 +48,25 @@ class SlotTable {
     std::uint32_t count = kUnused;  // 0: given back
   };
 
-  std::size_t first_place(const OutputId& id) const;
+  static std::uint64_t hash(const OutputId& id) {
+    const std::uint64_t word = static_cast<std::uint64_t>(id.time.t) ^
+                               std::rotl(std::uint64_t{index_of(id.destination)}, 40) ^
+                               std::rotl(std::uint64_t{id.kind}, 20) ^
+                               std::rotl(std::uint64_t{id.time.round}, 56);
+    return word * 0x9e3779b97f4a7c15ull;
+  }
+  static std::uint64_t filter_bit(const OutputId& id) {
+    return std::uint64_t{1} << (hash(id) >> 58);
+  }
+  std::size_t first_place(const OutputId& id) const {
+    return (hash(id) << 6) >> (64 - std::countr_zero(entries_.size()));
+  }
+  std::uint32_t find_count(const OutputId& id) const;
   bool is_void(const Entry& entry) const { return entry.count == 0 || entry.time() <= kept_; }
   void make_room();
 
+  std::uint64_t filter_ =
+      0;  // the bits of all entries: most of what is not there, it tells at once
   VirtualTime kept_ = kBeginning;
   std::vector<Entry> entries_;  // a power of two, never all in use
   std::size_t used_ = 0;        // void ones included

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <utility>
 
 #include "kernel/copy_history.hpp"
 #include "kernel/invariant.hpp"
@@ -20,12 +21,13 @@ static_assert(sizeof(EventPayload) <= Payload::kInlineBytes);
 
 class StandardPholdProcess final : public LogicalProcess {
  public:
-  StandardPholdProcess(LpId id, const StandardPholdOptions& options)
+  StandardPholdProcess(LpId id, const StandardPholdOptions& options,
+                       std::shared_ptr<const PholdDraws> draws)
       : id_(id),
         order_sensitive_(options.order_sensitive),
         hops_(options.zero_delay_rounds),
         start_events_(options.start_events_per_lp),
-        draws_(options) {}
+        draws_(std::move(draws)) {}
 
   VirtualTime next_time() const override { return state_.started ? kNever : VirtualTime{0, 0}; }
 
@@ -59,8 +61,8 @@ class StandardPholdProcess final : public LogicalProcess {
   void start(Outbox& outbox) {
     state_.started = true;
     for (std::uint32_t i = 0; i < start_events_; ++i) {
-      const std::uint64_t token = draws_.first_token(index_of(id_), i);
-      outbox.send(id_, {draws_.draw(token, 0).delay_ticks, 0}, kEvent,
+      const std::uint64_t token = draws_->first_token(index_of(id_), i);
+      outbox.send(id_, {draws_->draw(token, 0).delay_ticks, 0}, kEvent,
                   Payload::of(EventPayload{token, hops_}));
     }
   }
@@ -74,7 +76,7 @@ class StandardPholdProcess final : public LogicalProcess {
       state_.digest = append(state_.digest, event.token + index_of(message.source));
     else
       state_.digest += event.token;
-    const PholdDraw draw = draws_.draw(event.token, index_of(id_));
+    const PholdDraw draw = draws_->draw(event.token, index_of(id_));
     VirtualTime when{now.t + draw.delay_ticks, 0};
     EventPayload next{draw.next_token, hops_};
     if (event.hops_left > 0) {
@@ -88,7 +90,7 @@ class StandardPholdProcess final : public LogicalProcess {
   const bool order_sensitive_;
   const std::uint32_t hops_;
   const std::uint32_t start_events_;
-  const PholdDraws draws_;
+  const std::shared_ptr<const PholdDraws> draws_;
   State state_;
   CopyHistory<State> history_;
   std::uint64_t committed_times_ = 0;
@@ -143,8 +145,9 @@ std::vector<std::unique_ptr<LogicalProcess>> make_standard_phold(
               options.least_delay);
   std::vector<std::unique_ptr<LogicalProcess>> lps;
   lps.reserve(options.lps);
+  const auto draws = std::make_shared<const PholdDraws>(options);
   for (std::uint32_t i = 0; i < options.lps; ++i)
-    lps.push_back(std::make_unique<StandardPholdProcess>(LpId{i}, options));
+    lps.push_back(std::make_unique<StandardPholdProcess>(LpId{i}, options, draws));
   return lps;
 }
 

@@ -5,6 +5,13 @@
 #include "kernel/invariant.hpp"
 
 namespace soda::kernel {
+namespace {
+
+// So many of the latest outputs are looked through for one to the same register, which costs less
+// than to enter them into a table that most of them never need.
+constexpr std::uint32_t kMostOutsideSlots = 4;
+
+}  // namespace
 
 class TimeWarpProcess::Sender final : public Outbox {
  public:
@@ -23,7 +30,7 @@ class TimeWarpProcess::Sender final : public Outbox {
 
   void fault(Fault fault) override {
     // While coasting, the record of the first time round still stands.
-    auto& faults = process_.faults_;
+    auto& faults = process_.rare().faults;
     if (faults.empty() || faults.back().time < now_) faults.push_back({now_, std::move(fault)});
   }
 
@@ -34,19 +41,28 @@ class TimeWarpProcess::Sender final : public Outbox {
 };
 
 TimeWarpProcess::TimeWarpProcess(LpId id, std::size_t lp_count, LogicalProcess& lp, VirtualTime end)
-    : id_(id),
-      lp_count_(lp_count),
-      lp_(lp),
-      end_(end),
+    : lp_(lp),
       next_time_(lp.next_time()),
-      agenda_(next_time_) {}
+      agenda_(next_time_),
+      id_(id),
+      lp_count_(static_cast<std::uint32_t>(lp_count)),
+      end_(end) {}
 
 bool TimeWarpProcess::deliver(Message&& message, Counters& counters) {
   const VirtualTime time = message.time;
   SODA_ASSERT(time >= gvt_, "message from LP ", index_of(message.source), " to LP ", index_of(id_),
               " at ", time, " behind GVT ", gvt_);
+  const bool anti = message.anti;
   if (!inputs_.write(std::move(message))) return false;
-  if (needs_rollback(time)) ++counters.stragglers;
+  if (needs_rollback(time)) {
+    ++counters.stragglers;
+  } else if (!anti && changed_from_ == kNever && !has_fault()) {
+    // The usual case: nothing that has been executed is concerned, and nothing gets later, so
+    // nothing can be left to cancel.
+    coast_until_ = std::min(coast_until_, time);
+    next_time_ = std::min(next_time_, time);
+    return false;
+  }
   const bool first = changed_from_ == kNever;
   changed_from_ = std::min(changed_from_, time);
   return first;
@@ -55,8 +71,8 @@ bool TimeWarpProcess::deliver(Message&& message, Counters& counters) {
 void TimeWarpProcess::settle(WorkerEffects& effects) {
   if (changed_from_ == kNever) return;
   const VirtualTime from = std::exchange(changed_from_, kNever);
-  if (!faults_.empty())
-    std::erase_if(faults_, [&](const FaultRecord& record) { return record.time >= from; });
+  if (has_fault())
+    std::erase_if(rare_->faults, [&](const FaultRecord& record) { return record.time >= from; });
   if (needs_rollback(from)) {
     roll_back(from, effects.counters);
     coast_until_ = from;
@@ -64,46 +80,58 @@ void TimeWarpProcess::settle(WorkerEffects& effects) {
     coast_until_ = std::min(coast_until_, from);
   }
   refresh_next_time();
-  if (!pending_order_.empty()) flush_pending(effects);
+  if (has_pending()) flush_pending(effects);
+}
+
+// How many of executed_ have a time < `time`.
+std::size_t TimeWarpProcess::executed_before(VirtualTime time) const {
+  const Executed* const end =
+      std::lower_bound(executed_.begin(), executed_.end(), time,
+                       [](const Executed& executed, VirtualTime t) { return executed.time() < t; });
+  return static_cast<std::size_t>(end - executed_.begin());
 }
 
 void TimeWarpProcess::roll_back(VirtualTime to, Counters& counters) {
   const VirtualTime restart = lp_.rewind_before(first_undone(to), to);
   SODA_ASSERT(restart <= to && restart >= kept_, "LP ", index_of(id_), " rewound to ", restart,
               " for ", to, ", kept from ", kept_);
-  const auto standing = static_cast<std::size_t>(
-      std::lower_bound(executed_.begin(), executed_.end(), restart) - executed_.begin());
-  restart_ = restart;
+  const std::size_t standing = executed_before(restart);
   ++counters.rollbacks;
   counters.rolled_back += executed_.size() - standing;
+  for (std::size_t i = executed_.size(); i > standing; --i) undo_outputs(executed_[i - 1]);
   executed_.truncate(standing);
+  committed_ = std::min(committed_, static_cast<std::uint32_t>(standing));
   refresh_agenda();
   inputs_.undo(restart);
-  undo_outputs(restart);
 }
 
 // The earliest executed time that is not before `to`. If there is none, the LP stands at a restart
 // point later than `to`, and nothing has been executed since.
 VirtualTime TimeWarpProcess::first_undone(VirtualTime to) const {
-  const VirtualTime* const first = std::lower_bound(executed_.begin(), executed_.end(), to);
-  return first == executed_.end() ? std::max(to, restart_) : *first;
+  const std::size_t first = executed_before(to);
+  return first == executed_.size() ? std::max(to, inputs_.boundary()) : executed_[first].time();
 }
 
-void TimeWarpProcess::undo_outputs(VirtualTime from) {
-  std::size_t standing = outputs_.size();
-  while (standing > 0 && outputs_[standing - 1].send_time >= from) {
-    Output& output = outputs_[--standing];
-    slots_.release(output.id);
-    pending_order_.emplace_back(output.send_time, output.id);
-    pending_.emplace(output.id, PendingOutput{output.send_time, std::move(output.payload)});
+// The latest of what stands.
+void TimeWarpProcess::undo_outputs(const Executed& undone) {
+  if (undone.outputs == 0) return;
+  Rare& undo = rare();
+  for (std::uint32_t i = 0; i < undone.outputs; ++i) {
+    Output& output = outputs_.back();
+    if (in_slots_ == outputs_.size()) {
+      slots_.release(output.id);
+      --in_slots_;
+    }
+    undo.pending_order.emplace_back(undone.time(), output.id);
+    undo.pending.emplace(output.id, PendingOutput{undone.time(), std::move(output.payload)});
+    outputs_.truncate(outputs_.size() - 1);
   }
-  outputs_.truncate(standing);
 }
 
 void TimeWarpProcess::refresh_agenda() {
   agenda_ = lp_.next_time();
-  SODA_ASSERT(executed_.empty() || executed_.back() < agenda_, "agenda of LP ", index_of(id_),
-              " after executing ", executed_.back(), " is ", agenda_);
+  SODA_ASSERT(executed_.empty() || executed_.back().time() < agenda_, "agenda of LP ",
+              index_of(id_), " after executing ", executed_.back().time(), " is ", agenda_);
 }
 
 void TimeWarpProcess::execute(WorkerEffects& effects) {
@@ -112,14 +140,16 @@ void TimeWarpProcess::execute(WorkerEffects& effects) {
               end_);
   inputs_.gather(now, effects.bag);
   lp_.mark(now);
+  const std::size_t sent_before = outputs_.size();
   Sender sender(*this, now, effects);
   lp_.execute(now, effects.bag, sender);
-  executed_.push_back(now);
+  executed_.push_back(
+      {now.t, now.round, static_cast<std::uint32_t>(outputs_.size() - sent_before)});
   ++effects.counters.executed;
   inputs_.pass(now);
   refresh_agenda();
   refresh_next_time();
-  if (!pending_order_.empty()) flush_pending(effects);
+  if (has_pending()) flush_pending(effects);
 }
 
 void TimeWarpProcess::undo(VirtualTime from, WorkerEffects& effects) {
@@ -129,7 +159,7 @@ void TimeWarpProcess::undo(VirtualTime from, WorkerEffects& effects) {
 
 // Coasts over what it undoes: sends that differ are noticed there.
 void TimeWarpProcess::repeat_last(WorkerEffects& effects) {
-  const VirtualTime last = executed_.back();
+  const VirtualTime last = executed_.back().time();
   const VirtualTime after_last{last.t, last.round + 1};
   const VirtualTime next = next_time_;
   const std::uint64_t digest = lp_.digest();
@@ -143,9 +173,10 @@ void TimeWarpProcess::repeat_last(WorkerEffects& effects) {
               ": its execute is not a pure function");
 }
 
-void TimeWarpProcess::send(VirtualTime now, OutputId id, Payload payload, WorkerEffects& effects) {
-  id.slot = slots_.take(id);
-  if (!pending_.empty() && adopt(now, id, payload)) {
+void TimeWarpProcess::send(VirtualTime now, const OutputId& to, Payload&& payload,
+                           WorkerEffects& effects) {
+  const OutputId id{to.time, to.destination, to.kind, next_slot(to)};
+  if (has_pending() && adopt(now, id, payload)) {
     ++effects.counters.adopted;
   } else {
     SODA_ASSERT(now >= coast_until_, "LP ", index_of(id_), " executing ", now,
@@ -156,30 +187,45 @@ void TimeWarpProcess::send(VirtualTime now, OutputId id, Payload payload, Worker
     effects.outgoing.push_back(
         {id.time, id_, id.destination, id.kind, id.slot, next_incarnation_++, false, payload});
   }
-  outputs_.emplace_back(now, id, std::move(payload));
+  outputs_.emplace_back(id, std::move(payload));
+}
+
+// One more than the last that stands or is irrevocable. Those outside slots_ were sent after those
+// in it.
+std::uint32_t TimeWarpProcess::next_slot(const OutputId& id) {
+  for (std::size_t i = outputs_.size(); i > in_slots_; --i) {
+    const OutputId& last = outputs_[i - 1].id;
+    if (last.time == id.time && last.destination == id.destination && last.kind == id.kind)
+      return last.slot + 1;
+  }
+  const std::uint32_t slot = slots_.count_of(id);
+  if (outputs_.size() - in_slots_ >= kMostOutsideSlots) slots_.take(outputs_[in_slots_++].id);
+  return slot;
 }
 
 // Whether an undone execution had sent the same. Something else in the same register is forgotten
 // here, for the new message will replace it at the receiver.
 bool TimeWarpProcess::adopt(VirtualTime now, const OutputId& id, const Payload& payload) {
-  const auto found = pending_.find(id);
-  if (found == pending_.end()) return false;
+  auto& pending = rare_->pending;
+  const auto found = pending.find(id);
+  if (found == pending.end()) return false;
   const bool same = found->second.payload == payload;
   SODA_ASSERT(!same || now >= coast_until_ || found->second.send_time == now, "LP ", index_of(id_),
               " executing ", now, " again with the same inputs sends what it sent at ",
               found->second.send_time, ": its execute is not a pure function");
-  pending_.erase(found);
+  pending.erase(found);
   return same;
 }
 
 // Cancels what was sent by undone executions at times that will not be executed again. Called
 // whenever next_time_ has changed, so that an LP with nothing left to execute cancels too.
 void TimeWarpProcess::flush_pending(WorkerEffects& effects) {
-  while (!pending_order_.empty() && pending_order_.back().first < next_time_) {
-    const auto [send_time, id] = pending_order_.back();
-    pending_order_.pop_back();
-    const auto found = pending_.find(id);
-    if (found == pending_.end() || found->second.send_time != send_time) continue;
+  auto& [faults, pending, order] = *rare_;
+  while (!order.empty() && order.back().first < next_time_) {
+    const auto [send_time, id] = order.back();
+    order.pop_back();
+    const auto found = pending.find(id);
+    if (found == pending.end() || found->second.send_time != send_time) continue;
     SODA_ASSERT(send_time >= coast_until_, "LP ", index_of(id_), ", executed again at ", send_time,
                 " with the same inputs, no longer sends kind ", id.kind, " to LP ",
                 index_of(id.destination), " at ", id.time, ": its execute is not a pure function");
@@ -188,13 +234,13 @@ void TimeWarpProcess::flush_pending(WorkerEffects& effects) {
     ++effects.counters.anti_messages;
     effects.outgoing.push_back(
         {id.time, id_, id.destination, id.kind, id.slot, next_incarnation_++, true, {}});
-    pending_.erase(found);
+    pending.erase(found);
   }
 }
 
 std::optional<CommittedFault> TimeWarpProcess::first_fault() const {
-  if (faults_.empty()) return std::nullopt;
-  return CommittedFault{faults_.front().time, id_, faults_.front().fault};
+  if (!has_fault()) return std::nullopt;
+  return CommittedFault{rare_->faults.front().time, id_, rare_->faults.front().fault};
 }
 
 void TimeWarpProcess::coast_to(VirtualTime limit, WorkerEffects& effects) {
@@ -209,11 +255,12 @@ void TimeWarpProcess::commit(VirtualTime limit, Counters& counters) {
   const HistorySize held = history_size();
   counters.history_max =
       std::max<std::uint64_t>(counters.history_max, held.inputs + held.executed + held.outputs);
-  const SlidingVector<VirtualTime>& executed = executed_;
-  const VirtualTime* next = std::upper_bound(executed.begin(), executed.end(), last_committed_);
-  for (; next != executed.end() && *next < limit; ++next) {
-    lp_.commit(*next);
-    last_committed_ = *next;
+  for (; committed_ < executed_.size(); ++committed_) {
+    const VirtualTime time = executed_[committed_].time();
+    if (time >= limit) return;
+    if (time <= last_committed_) continue;  // executed again
+    lp_.commit(time);
+    last_committed_ = time;
     ++counters.committed;
   }
 }
@@ -223,21 +270,32 @@ void TimeWarpProcess::forget(VirtualTime gvt) {
   gvt_ = gvt;
   kept_ = lp_.forget(gvt);
   SODA_ASSERT(kept_ <= gvt, "LP ", index_of(id_), " keeps nothing before ", kept_, " at GVT ", gvt);
-  const auto count_before_kept = [&](const auto& range, auto time_of) {
-    std::size_t count = 0;
-    while (count < range.size() && time_of(range[count]) < kept_) ++count;
-    return count;
-  };
   inputs_.forget(kept_, gvt_);
-  executed_.drop_front(count_before_kept(executed_, [](VirtualTime time) { return time; }));
-  outputs_.drop_front(count_before_kept(outputs_, [](const Output& o) { return o.send_time; }));
-  // Slots are kept for as long as something may be sent to their time, which can be long after
-  // the output itself has become irrevocable.
+  std::size_t executed = 0;
+  std::size_t outputs = 0;
+  for (; executed < executed_.size() && executed_[executed].time() < kept_; ++executed)
+    outputs += executed_[executed].outputs;
+  if (executed == 0) return;
+  // What the LP has been rewound behind is committed when it has been executed again.
+  SODA_ASSERT(executed <= committed_, "LP ", index_of(id_), " forgets before ", kept_,
+              " what it has not committed, after ", last_committed_);
+  executed_.drop_front(executed);
+  committed_ -= static_cast<std::uint32_t>(executed);
+  forget_outputs(outputs);
+}
+
+// Slots are kept for as long as something may be sent to their time, which can be long after the
+// output itself has become irrevocable.
+void TimeWarpProcess::forget_outputs(std::size_t count) {
   slots_.forget(kept_);
+  for (; in_slots_ < count; ++in_slots_)
+    if (outputs_[in_slots_].id.time > kept_) slots_.take(outputs_[in_slots_].id);
+  in_slots_ -= static_cast<std::uint32_t>(count);
+  outputs_.drop_front(count);
 }
 
 TimeWarpProcess::HistorySize TimeWarpProcess::history_size() const {
-  return {inputs_.size(), executed_.size(), outputs_.size() + pending_.size()};
+  return {inputs_.size(), executed_.size(), outputs_.size() + (rare_ ? rare_->pending.size() : 0)};
 }
 
 }  // namespace soda::kernel

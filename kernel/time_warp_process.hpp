@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -37,7 +39,7 @@ struct WorkerEffects {
 //     were, and the floor is coast_until, not next_time.
 //  2. Pending outputs (sent by executions that were undone) have send time >= next_time. Those that
 //     an anti-message may still be needed for have send time >= floor, so receive time > floor.
-class TimeWarpProcess {
+class alignas(64) TimeWarpProcess {
  public:
   // `lp` must outlive the process. Times >= end are never executed nor sent to.
   TimeWarpProcess(LpId id, std::size_t lp_count, LogicalProcess& lp, VirtualTime end);
@@ -51,7 +53,8 @@ class TimeWarpProcess {
   // of.
   VirtualTime floor() const { return next_time_ > coast_until_ ? next_time_ : coast_until_; }
 
-  // Takes in a message, of time >= the last GVT. True if settle() must follow before anything else.
+  // Takes in a message, of time >= the last GVT. True if settle() must follow before anything else;
+  // if not, next_time() and floor() may have changed already.
   bool deliver(Message&& message, Counters& counters);
 
   // Rolls back if what was delivered since the last call changed a time that has been executed;
@@ -72,7 +75,7 @@ class TimeWarpProcess {
   // The earliest fault of an execution that stands, or that will come out again after coasting.
   std::optional<CommittedFault> first_fault() const;
 
-  bool has_fault() const { return !faults_.empty(); }
+  bool has_fault() const { return rare_ && !rare_->faults.empty(); }
 
   // Executes again what is undone before `limit`, which is <= floor(). Sends nothing new.
   void coast_to(VirtualTime limit, WorkerEffects& effects);
@@ -81,10 +84,36 @@ class TimeWarpProcess {
   void commit(VirtualTime limit, Counters& counters);
 
   // Whether commit() and forget() have nothing left to do until it executes again.
-  bool is_committed() const { return executed_.empty() || executed_.back() <= last_committed_; }
+  bool is_committed() const {
+    return executed_.empty() || executed_.back().time() <= last_committed_;
+  }
 
   // Fossil collection: drops what no rollback to `gvt` or later needs.
   void forget(VirtualTime gvt);
+
+  // Whether forget(gvt) is allowed and would find something. Between the rounds it is not always:
+  // what has been executed again behind GVT must be committed first.
+  bool has_fossils(VirtualTime gvt) const {
+    return executed_.size() > 1 && executed_[1].time() <= gvt &&
+           (committed_ == executed_.size() || executed_[committed_].time() >= gvt);
+  }
+  // Whether there are empty registers: forget() drops them, though nothing is executed any more.
+  bool has_antis() const { return inputs_.has_antis(); }
+
+  // Hints that it will be executed soon: first fetches the process itself into the cache, then,
+  // called later, what it refers to.
+  void prefetch() const {
+    const char* const line = reinterpret_cast<const char*>(this);
+    for (std::size_t at = 0; at < sizeof *this; at += 64) __builtin_prefetch(line + at);
+  }
+  void prefetch_history() const {
+    const char* const lp = reinterpret_cast<const char*>(&lp_);
+    __builtin_prefetch(lp);
+    __builtin_prefetch(lp + 64);
+    __builtin_prefetch(executed_.end());
+    __builtin_prefetch(outputs_.end());
+    inputs_.prefetch();
+  }
 
   // Entries held, for the bound on memory: registers of inputs, executed times, outputs.
   struct HistorySize {
@@ -96,8 +125,15 @@ class TimeWarpProcess {
 
  private:
   class Sender;  // the outbox of one execution
+  struct Executed {
+    std::int64_t t = 0;
+    std::uint32_t round = 0;
+    std::uint32_t outputs = 0;  // how many it sent
+
+    VirtualTime time() const { return {t, round}; }
+  };
+  static_assert(sizeof(Executed) == 16);
   struct Output {
-    VirtualTime send_time;
     OutputId id;
     Payload payload;
   };
@@ -109,46 +145,56 @@ class TimeWarpProcess {
     VirtualTime time;
     Fault fault;
   };
+  // What an LP that is never rolled back and never fails does without.
+  struct Rare {
+    std::vector<FaultRecord> faults;  // ascending; see first_fault()
+    std::map<OutputId, PendingOutput> pending;
+    // What became pending, latest send time first. Entries that are no longer in `pending` are
+    // overtaken: ignore them.
+    std::vector<std::pair<VirtualTime, OutputId>> pending_order;
+  };
 
   // Whether a change at `time` makes the LP's state wrong: it has executed that time, or it stands
   // at a restart point later than that and would execute `time` from there.
-  bool needs_rollback(VirtualTime time) const {
-    return time < restart_ || (!executed_.empty() && time <= executed_.back());
+  bool needs_rollback(VirtualTime time) const { return time < inputs_.boundary(); }
+  Rare& rare() {
+    if (!rare_) rare_ = std::make_unique<Rare>();
+    return *rare_;
   }
+  bool has_pending() const { return rare_ && !rare_->pending_order.empty(); }
+  std::size_t executed_before(VirtualTime time) const;
   void roll_back(VirtualTime to, Counters& counters);
   VirtualTime first_undone(VirtualTime to) const;
-  void undo_outputs(VirtualTime from);
+  void undo_outputs(const Executed& undone);
   void refresh_next_time() { next_time_ = std::min(agenda_, inputs_.next_time()); }
   void refresh_agenda();
-  void send(VirtualTime now, OutputId id, Payload payload, WorkerEffects& effects);
+  void send(VirtualTime now, const OutputId& to, Payload&& payload, WorkerEffects& effects);
+  std::uint32_t next_slot(const OutputId& id);
   bool adopt(VirtualTime now, const OutputId& id, const Payload& payload);
   void flush_pending(WorkerEffects& effects);
+  void forget_outputs(std::size_t count);
 
-  const LpId id_;
-  const std::size_t lp_count_;
+  // What commit() reads lies in one cache line.
   LogicalProcess& lp_;
-  const VirtualTime end_;
+  SlidingVector<Executed> executed_;  // ascending
+  std::uint32_t committed_ = 0;       // executed_ up to here has been committed
+  std::uint32_t in_slots_ = 0;  // outputs_ up to here are in slots_; the others were sent last
+  VirtualTime last_committed_ = kBeginning;  // outlives rollbacks behind it
 
   VirtualTime next_time_;
   VirtualTime agenda_;  // of the LP
   VirtualTime coast_until_ = kBeginning;
-  VirtualTime restart_ = kBeginning;         // what rewind() of the LP returned last
-  VirtualTime changed_from_ = kNever;        // earliest change delivered since settle()
-  VirtualTime last_committed_ = kBeginning;  // outlives rollbacks behind it
+  VirtualTime changed_from_ = kNever;  // earliest change delivered since settle()
+  InputQueue inputs_;
+  SlidingVector<Output> outputs_;  // standing, as sent by what has been executed
+  std::uint64_t next_incarnation_ = 1;
+  const LpId id_;
+  const std::uint32_t lp_count_;
+  const VirtualTime end_;
+  std::unique_ptr<Rare> rare_;
+  SlotTable slots_;  // of most of what stands and of what is irrevocable
   VirtualTime gvt_ = kBeginning;
   VirtualTime kept_ = kBeginning;  // what forget() of the LP returned last
-
-  InputQueue inputs_;
-  SlidingVector<VirtualTime> executed_;  // ascending
-  SlidingVector<Output> outputs_;        // standing; by send time
-  SlotTable slots_;                      // of what stands and what is irrevocable
-  std::vector<FaultRecord> faults_;      // ascending; see first_fault()
-
-  std::map<OutputId, PendingOutput> pending_;
-  // What became pending, latest send time first. Entries that are no longer in pending_ are
-  // overtaken: ignore them.
-  std::vector<std::pair<VirtualTime, OutputId>> pending_order_;
-  std::uint64_t next_incarnation_ = 1;
 };
 
 }  // namespace soda::kernel

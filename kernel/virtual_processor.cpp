@@ -33,7 +33,10 @@ void VirtualProcessor::take_in(std::vector<Message>& outgoing) {
     for (Message& message : delivering_) {
       if (options_.observer) options_.observer->on_deliver(message);
       const std::uint32_t own = index_of(message.destination) - first_lp_;
-      if (processes_[own].deliver(std::move(message), effects_.counters)) touched_.push_back(own);
+      if (processes_[own].deliver(std::move(message), effects_.counters))
+        touched_.push_back(own);
+      else
+        refresh(own);
     }
     delivering_.clear();
     for (const std::uint32_t own : touched_) settle(own);

@@ -119,7 +119,11 @@ void Worker::deliver(Message&& message) {
     return;
   }
   const std::uint32_t own = index_of(message.destination) - first_lp_;
-  if (processes_[own].deliver(std::move(message), effects_.counters)) touched_.push_back(own);
+  TimeWarpProcess& process = processes_[own];
+  if (process.deliver(std::move(message), effects_.counters))
+    touched_.push_back(own);
+  else
+    schedule_.update(own, process.floor());
 }
 
 // Settling may send to own LPs again.
@@ -194,11 +198,16 @@ void Worker::execute_one(std::uint32_t own) {
     effects_.counters.lead_sum += lead;
     effects_.counters.lead_max = std::max(effects_.counters.lead_max, lead);
   }
+  const TimeWarpProcess* const next =
+      schedule_.top_time() < end_ ? &processes_[schedule_.top()] : nullptr;
+  if (next) next->prefetch();
+  if (process.has_fossils(gvt_)) process.forget(gvt_);
   process.execute(effects_);
-  refresh(own);
   note_uncommitted(own);
+  if (next) next->prefetch_history();
   route_outgoing();
-  settle_receivers();
+  refresh(own);
+  if (!touched_.empty()) settle_receivers();
 }
 
 void Worker::adapt_batch(std::chrono::steady_clock::duration took, std::size_t executed) {
@@ -268,6 +277,8 @@ void Worker::note_gvt(VirtualTime gvt) {
   executed_since_round_ = 0;
 }
 
+// What is committed is collected when the LP executes next, and is in the cache anyway; but an LP
+// that has executed all its times may get messages and their anti-messages for ever.
 void Worker::commit(const GvtOutcome& outcome) {
   fault_ = outcome.fault;
   const VirtualTime limit = fault_ ? fault_->when : gvt_;
@@ -276,7 +287,7 @@ void Worker::commit(const GvtOutcome& outcome) {
   for (const std::uint32_t own : uncommitted_) {
     TimeWarpProcess& process = processes_[own];
     process.commit(limit, effects_.counters);
-    if (!finished_) process.forget(gvt_);
+    if (process.has_antis() && !finished_) process.forget(gvt_);
     if (process.is_committed())
       is_uncommitted_[own] = false;
     else

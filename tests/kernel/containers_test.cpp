@@ -135,6 +135,7 @@ TEST(LpSchedule, TakesTheEarliestAndAmongEqualsTheLowestNumber) {
     ASSERT_EQ(schedule.top_time(), plain.begin()->first);
     if (random.below(2) == 0) continue;
     now = plain.begin()->first.t;
+    ASSERT_EQ(schedule.top(), plain.begin()->second);
     ASSERT_EQ(schedule.take(), plain.begin()->second);
     plain.erase(plain.begin());
   }
@@ -152,6 +153,7 @@ TEST(SlotTable, CountsWhatIsInUsePerRegister) {
                   LpId{static_cast<std::uint32_t>(random.below(3))},
                   static_cast<std::uint32_t>(random.below(2)),
                   0};
+      ASSERT_EQ(table.count_of(id), (plain[{id.time, id.destination, id.kind}]));
       id.slot = table.take(id);
       ASSERT_EQ(id.slot, (plain[{id.time, id.destination, id.kind}]++));
       taken.push_back(id);

@@ -279,6 +279,30 @@ TEST(TimeWarp, TimesThatGvtPassesWhileTheyAreExecutedAgainAreCommittedLater) {
   EXPECT_EQ(bench.lp.commits, expected);
 }
 
+TEST(TimeWarp, WhatIsExecutedAgainBehindGvtIsNoFossilUntilItIsCommitted) {
+  Bench bench(marks_every_fifth());
+  bench.execute_all();
+  bench.deliver(at(9), 1, 1);
+  bench.advance_gvt(at(9));
+  bench.execute_all();
+  EXPECT_FALSE(bench.process.has_fossils(at(9)));
+  bench.process.commit(at(9), bench.effects.counters);
+  EXPECT_TRUE(bench.process.has_fossils(at(9)));
+}
+
+TEST(TimeWarp, MessageForAFreeTimeNeedsNoSettling) {
+  Bench bench(constant_and_sum());
+  const auto deliver = [&](VirtualTime time, std::uint64_t incarnation) {
+    return bench.process.deliver({time, LpId{2}, kSelf, 7, 0, incarnation, false, number(1)},
+                                 bench.effects.counters);
+  };
+  EXPECT_FALSE(deliver(at(5), 1));
+  EXPECT_EQ(bench.process.next_time(), at(5));
+  EXPECT_EQ(bench.process.floor(), at(5));
+  bench.execute_all();
+  EXPECT_TRUE(deliver(at(4), 2)) << "it rolls back";
+}
+
 TEST(TimeWarp, ChangeBetweenTheLastExecutedTimeAndTheRestartPointRollsBackFurther) {
   Bench bench(constant_and_sum());
   bench.deliver(at(1), 1, 1);
