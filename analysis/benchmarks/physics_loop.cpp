@@ -24,7 +24,7 @@ int run(const std::string& file, const char* steps_text) {
   physics::StepScratch scratch;
   physics::StepReport report;
   physics::StageCounters counters;
-  analysis::IslandTotals totals;
+  analysis::RunTotals totals;
   for (std::int64_t step = 0; step < steps; ++step) {
     physics::step(scenario.scene, geometry, ids, states, scratch, report, counters);
     analysis::add_islands(report.islands, totals);

@@ -111,7 +111,7 @@ TEST(ErrorMeasures, LostEnergyIsNegativeAndRelativeToTheLargestChange) {
   const physics::SceneDescription scene = falling_ball();
   std::vector<physics::BodyState> start(1), end(1);
   end[0].position_m.z() = -5.0;  // 100 J of 2 kg * 10 m/s^2 * 5 m, all lost
-  IslandTotals totals;
+  RunTotals totals;
   const physics::IslandReport floor{.static_impulse_newton_s = physics::Vec3(0.0, 0.0, 20.0)};
   add_islands(std::span(&floor, 1), totals);
   const ErrorMeasures error = measure_errors(scene, start, end, 8, totals);
@@ -137,7 +137,7 @@ TEST(ErrorMeasures, NothingMovingWithoutGravityIsNoDivisionByZero) {
 }
 
 TEST(ErrorMeasures, TotalsKeepTheWorstIslandOfTheRun) {
-  IslandTotals totals;
+  RunTotals totals;
   physics::IslandReport a, b;
   a.max_penetration_m = 0.25;
   a.constraint_residual_m_s = 0.5;
