@@ -127,6 +127,23 @@ TEST(ErrorMeasures, AnUnexplainedImpulseIsMomentumDrift) {
   EXPECT_DOUBLE_EQ(error.momentum_drift_rel, 2.0 / (2.0 * std::sqrt(101.0)));
 }
 
+// 8 steps in which a drive gives the full 4 m/s^2: 1 s, so 2 kg * 4 m/s of momentum.
+TEST(ErrorMeasures, TheImpulseOfDrivesIsExplained) {
+  physics::SceneDescription scene = falling_ball();
+  scene.drives.push_back({.time_constant_s = 0.5,
+                          .max_acceleration_m_s2 = 4.0,
+                          .velocity_m_s = physics::Vec3(1000.0, 0.0, 0.0),
+                          .lane = std::nullopt});
+  scene.bodies[0].drive = 0;
+  const std::vector<physics::BodyState> start(1);
+  std::vector<physics::BodyState> end(1);
+  end[0].linear_velocity_m_s = physics::Vec3(4.0, 0.0, -10.0);
+  RunTotals totals;
+  for (int step = 0; step < 8; ++step) add_drives(scene, all_ids(1), start, totals);
+  EXPECT_EQ(measure_errors(scene, start, end, 8, totals).momentum_drift_rel, 0.0);
+  EXPECT_GT(measure_errors(scene, start, end, 8, {}).momentum_drift_rel, 0.1);
+}
+
 TEST(ErrorMeasures, NothingMovingWithoutGravityIsNoDivisionByZero) {
   physics::SceneDescription scene = falling_ball();
   scene.gravity_m_s2 = physics::Vec3::Zero();
