@@ -47,8 +47,8 @@ struct HalfSpace {  // static only; solid where normal . x <= offset, in the sta
 };
 using Shape = std::variant<Sphere, Box, Capsule, Cylinder, ConvexHull, TriangleMesh, HalfSpace>;
 
-// A street along which bodies are driven. Heights do not count: all of it is seen along gravity. The
-// first and the last segment go on without end.
+// A street along which bodies are driven. Heights do not count: all of it is seen along gravity.
+// The first and the last segment go on without end.
 struct Lane {
   std::vector<Vec3> way_points_m;  // >= 2; neighbours differ when seen along gravity
   double half_width_m = 1.0;       // > 0; beyond it, bodies are steered back
