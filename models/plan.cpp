@@ -94,13 +94,14 @@ struct MovingSurfaces {
 };
 
 MovingSurfaces moving_surfaces(const SceneDescription& scene) {
+  bool rough_body = false;
+  for (const physics::BodyParams& body : scene.bodies)
+    rough_body = rough_body || body.material.friction > 0;
   MovingSurfaces found;
   for (const physics::StaticBody& fixed : scene.statics) {
     if (fixed.surface_velocity_m_s == physics::Vec3::Zero()) continue;
     found.any = true;
-    if (!(fixed.material.friction > 0)) continue;
-    for (const physics::BodyParams& body : scene.bodies)
-      found.rough = found.rough || body.material.friction > 0;
+    found.rough = found.rough || (rough_body && fixed.material.friction > 0);
   }
   return found;
 }

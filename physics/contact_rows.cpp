@@ -52,7 +52,7 @@ struct PairContext {
   double relative_gravity = 0.0;  // acceleration of b against a along the normal
 };
 
-// The solver's body that stands for a moving surface. There are few: a search by eye is enough.
+// The solver's body that stands for a moving surface. An island touches few of them.
 std::uint32_t surface_body(std::uint32_t static_index, const Vec3& velocity_m_s,
                            ContactProblem& problem) {
   std::vector<std::uint32_t>& known = problem.moving_surfaces;
