@@ -67,10 +67,4 @@ Vec3 drive_acceleration(const SceneDescription& scene, const Drive& drive, const
   return acceleration * (drive.max_acceleration_m_s2 / size);
 }
 
-Vec3 external_acceleration(const SceneDescription& scene, BodyId id, const BodyState& state) {
-  const std::uint32_t drive = scene.bodies[index_of(id)].drive;
-  if (drive == kNoDrive) return scene.gravity_m_s2;
-  return scene.gravity_m_s2 + drive_acceleration(scene, scene.drives[drive], state);
-}
-
 }  // namespace soda::physics
