@@ -14,8 +14,8 @@ Vec3 wanted_velocity(const Drive& drive, const Vec3& gravity_m_s2, const Vec3& p
 // drive's law at the step's end, so that no step is too long for it.
 Vec3 drive_acceleration(const SceneDescription& scene, const Drive& drive, const BodyState& state);
 
-// Gravity, and the drive if the body has one: what acts on it throughout the step. Inline, so that a
-// body without a drive costs a comparison.
+// Gravity, and the drive if the body has one: what acts on it throughout the step. Inline, so that
+// a body without a drive costs a comparison.
 inline Vec3 external_acceleration(const SceneDescription& scene, BodyId id,
                                   const BodyState& state) {
   const std::uint32_t drive = scene.bodies[index_of(id)].drive;
