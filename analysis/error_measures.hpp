@@ -17,11 +17,22 @@ struct ErrorMeasures {
   double constraint_residual_m_s = 0.0;  // largest of all islands and steps
 };
 
+// A sum that carries the rounding of each addition into the next (Kahan). Resting bodies add the
+// same impulse in every step, and that rounds the same way every time: a plain sum over a million
+// of them is off by 1e-11, which would pass for drift.
+struct CarryingSum {
+  physics::Vec3 value = physics::Vec3::Zero();
+  physics::Vec3 excess = physics::Vec3::Zero();  // of value, by rounding
+
+  void add(const physics::Vec3& part);
+};
+
 // What must be gathered while steps are committed; O(1) memory.
 struct RunTotals {
-  physics::Vec3 static_impulse_newton_s = physics::Vec3::Zero();  // summed in (step, label) order
-  double static_impulse_scale_newton_s = 0.0;                     // sum of the magnitudes
-  physics::DriveImpulse drives;                                   // summed in (step, body) order
+  CarryingSum static_impulse_newton_s;         // summed in (step, label) order
+  CarryingSum drive_impulse_newton_s;          // of each step in body order, summed by step
+  double drive_impulse_scale_newton_s = 0.0;   // sum of the magnitudes, body by body
+  double static_impulse_scale_newton_s = 0.0;  // sum of the magnitudes
   double max_penetration_m = 0.0;
   double constraint_residual_m_s = 0.0;
 };

@@ -127,6 +127,16 @@ TEST(ErrorMeasures, AnUnexplainedImpulseIsMomentumDrift) {
   EXPECT_DOUBLE_EQ(error.momentum_drift_rel, 2.0 / (2.0 * std::sqrt(101.0)));
 }
 
+// A million times the double 0.1, which is 0.1 (1 + 5.6e-17): 1e5 to its last bit but one. A plain
+// sum is off by 1.3e-6.
+TEST(CarryingSum, DoesNotDriftOverAMillionEqualParts) {
+  CarryingSum sum;
+  for (int i = 0; i < 1000000; ++i) sum.add(physics::Vec3(0.1, 0.0, -0.1));
+  EXPECT_NEAR(sum.value.x(), 1e5, 3e-11);
+  EXPECT_EQ(sum.value.y(), 0.0);
+  EXPECT_EQ(sum.value.z(), -sum.value.x());
+}
+
 // 8 steps in which a drive gives the full 4 m/s^2: 1 s, so 2 kg * 4 m/s of momentum.
 TEST(ErrorMeasures, TheImpulseOfDrivesIsExplained) {
   physics::SceneDescription scene = falling_ball();
