@@ -33,9 +33,17 @@ double lifting_energy_joule(const physics::SceneDescription& scene) {
 
 }  // namespace
 
-void add_islands(std::span<const physics::IslandReport> islands, IslandTotals& totals) {
+void CarryingSum::add(const physics::Vec3& part) {
+  const physics::Vec3 wanted = part - excess;
+  const physics::Vec3 next = value + wanted;
+  const physics::Vec3 added = next - value;
+  excess = added - wanted;
+  value = next;
+}
+
+void add_islands(std::span<const physics::IslandReport> islands, RunTotals& totals) {
   for (const physics::IslandReport& island : islands) {
-    totals.static_impulse_newton_s += island.static_impulse_newton_s;
+    totals.static_impulse_newton_s.add(island.static_impulse_newton_s);
     totals.static_impulse_scale_newton_s += island.static_impulse_newton_s.norm();
     totals.max_penetration_m = std::max(totals.max_penetration_m, island.max_penetration_m);
     totals.constraint_residual_m_s =
@@ -43,10 +51,20 @@ void add_islands(std::span<const physics::IslandReport> islands, IslandTotals& t
   }
 }
 
+bool states_are_measured(const physics::SceneDescription& scene) { return !scene.drives.empty(); }
+
+void add_drives(const physics::SceneDescription& scene, std::span<const physics::BodyId> ids,
+                std::span<const physics::BodyState> states, RunTotals& totals) {
+  if (!states_are_measured(scene)) return;
+  const physics::DriveImpulse impulse = physics::drive_impulse(scene, ids, states);
+  totals.drive_impulse_newton_s.add(impulse.sum_newton_s);
+  totals.drive_impulse_scale_newton_s += impulse.scale_newton_s;
+}
+
 ErrorMeasures measure_errors(const physics::SceneDescription& scene,
                              std::span<const physics::BodyState> initial,
                              std::span<const physics::BodyState> final_states, double steps,
-                             const IslandTotals& totals) {
+                             const RunTotals& totals) {
   const std::vector<physics::BodyId> ids = all_ids(initial.size());
   const physics::Mechanics start = physics::measure(scene, ids, initial);
   const physics::Mechanics end = physics::measure(scene, ids, final_states);
@@ -59,10 +77,11 @@ ErrorMeasures measure_errors(const physics::SceneDescription& scene,
   const physics::Vec3 gravity_impulse =
       scene.gravity_m_s2 * (total_mass_kg(scene) * steps * scene.dt_s);
   const physics::Vec3 unexplained = end.linear_momentum_newton_s - start.linear_momentum_newton_s -
-                                    gravity_impulse - totals.static_impulse_newton_s;
+                                    gravity_impulse - totals.static_impulse_newton_s.value -
+                                    totals.drive_impulse_newton_s.value;
   const double momentum_scale =
       std::max({start.momentum_scale_newton_s, end.momentum_scale_newton_s, gravity_impulse.norm(),
-                totals.static_impulse_scale_newton_s});
+                totals.static_impulse_scale_newton_s, totals.drive_impulse_scale_newton_s});
 
   return {relative(kinetic_change + potential_change, energy_scale),
           relative(unexplained.norm(), momentum_scale), totals.max_penetration_m,

@@ -17,22 +17,42 @@ struct ErrorMeasures {
   double constraint_residual_m_s = 0.0;  // largest of all islands and steps
 };
 
+// A sum that carries the rounding of each addition into the next (Kahan). Resting bodies add the
+// same impulse in every step, and that rounds the same way every time: a plain sum over a million
+// of them is off by 1e-11, which would pass for drift.
+struct CarryingSum {
+  physics::Vec3 value = physics::Vec3::Zero();
+  physics::Vec3 excess = physics::Vec3::Zero();  // of value, by rounding
+
+  void add(const physics::Vec3& part);
+};
+
 // What must be gathered while steps are committed; O(1) memory.
-struct IslandTotals {
-  physics::Vec3 static_impulse_newton_s = physics::Vec3::Zero();  // summed in (step, label) order
-  double static_impulse_scale_newton_s = 0.0;                     // sum of the magnitudes
+struct RunTotals {
+  CarryingSum static_impulse_newton_s;         // summed in (step, label) order
+  CarryingSum drive_impulse_newton_s;          // of each step in body order, summed by step
+  double drive_impulse_scale_newton_s = 0.0;   // sum of the magnitudes, body by body
+  double static_impulse_scale_newton_s = 0.0;  // sum of the magnitudes
   double max_penetration_m = 0.0;
   double constraint_residual_m_s = 0.0;
 };
 
 // `islands` of one committed step, ascending by label; call in the order of steps.
-void add_islands(std::span<const physics::IslandReport> islands, IslandTotals& totals);
+void add_islands(std::span<const physics::IslandReport> islands, RunTotals& totals);
+
+// Whether the measures need the states of every step, which only drives make them do.
+bool states_are_measured(const physics::SceneDescription& scene);
+
+// What drives do in the step that starts from these states; call for each step, in order. Nothing
+// without drives.
+void add_drives(const physics::SceneDescription& scene, std::span<const physics::BodyId> ids,
+                std::span<const physics::BodyState> states, RunTotals& totals);
 
 // Over a run from `initial` to `final_states` (index == BodyId) in `steps` steps.
 ErrorMeasures measure_errors(const physics::SceneDescription& scene,
                              std::span<const physics::BodyState> initial,
                              std::span<const physics::BodyState> final_states, double steps,
-                             const IslandTotals& totals);
+                             const RunTotals& totals);
 
 // BodyId{0} .. BodyId{count - 1}.
 std::vector<physics::BodyId> all_ids(std::size_t count);

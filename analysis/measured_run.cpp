@@ -37,10 +37,13 @@ MeasuredRun measure_run(const physics::SceneDescription& scene,
   MeasuredRun run;
   run.plan = models::make_plan(scene, map.worlds(), options);
 
-  IslandTotals totals;
+  RunTotals totals;
   models::CommitObserver both = observer;
+  both.wants_states = observer.wants_states || states_are_measured(scene);
+  if (options.steps > 0) add_drives(scene, all_ids(initial.size()), initial, totals);
   both.on_step = [&](const models::CommittedStep& step) {
     add_islands(step.islands, totals);
+    if (step.step < options.steps) add_drives(scene, step.ids, step.states, totals);
     if (observer.on_step) observer.on_step(step);
   };
 
@@ -61,7 +64,9 @@ void take_part(const physics::SceneDescription& scene,
                const models::TerritoryOptions& territory, const models::RunOptions& options,
                const models::CommitObserver& observer) {
   const models::TerritoryMap map = models::make_territory_map(territory, centres(initial));
-  models::simulate(scene, initial, map, options, observer);
+  models::CommitObserver own = observer;
+  own.wants_states = observer.wants_states || states_are_measured(scene);
+  models::simulate(scene, initial, map, options, own);
 }
 
 std::vector<std::string> broken_plan_lines(const MeasuredRun& run) {
@@ -93,8 +98,10 @@ std::vector<std::pair<std::string, std::uint64_t>> stage_counts(
       {"solver_iterations", stages.solver_iterations},
       {"normal_rows", stages.normal_rows},
       {"friction_rows", stages.friction_rows},
+      {"conveyor_rows", stages.conveyor_rows},
       {"restitution_rows", stages.restitution_rows},
       {"warm_started_rows", stages.warm_started_rows},
+      {"driven_bodies", stages.driven_bodies},
       {"border_tests", worlds.border_tests},
       {"ghosts_sent", worlds.ghosts_sent},
       {"fragments_sent", worlds.fragments_sent},

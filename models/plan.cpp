@@ -24,6 +24,10 @@ constexpr Stage kSolver{"contact solver",
                         [](const SimulationResult& r) { return r.stages.islands_solved; }};
 constexpr Stage kFriction{"friction rows",
                           [](const SimulationResult& r) { return r.stages.friction_rows; }};
+constexpr Stage kConveyor{"conveyor rows",
+                          [](const SimulationResult& r) { return r.stages.conveyor_rows; }};
+constexpr Stage kDrive{"driven bodies",
+                       [](const SimulationResult& r) { return r.stages.driven_bodies; }};
 constexpr Stage kRestitution{"restitution rows",
                              [](const SimulationResult& r) { return r.stages.restitution_rows; }};
 constexpr Stage kWarmStart{"warm starting",
@@ -42,9 +46,9 @@ constexpr Stage kHistory{"buffer entries for rollback",
                          [](const SimulationResult& r) { return r.worlds.entries_saved; }};
 constexpr Stage kRollback{"rollback", [](const SimulationResult& r) { return r.events.rollbacks; }};
 
-constexpr std::array kStages{kBoxes,     kPairs,       kSolver,  kFriction,  kRestitution,
-                             kWarmStart, kBorderTests, kGhosts,  kFragments, kMerge,
-                             kMigration, kHistory,     kRollback};
+constexpr std::array kStages{kBoxes,     kPairs,       kDrive,     kSolver,      kFriction,
+                             kConveyor,  kRestitution, kWarmStart, kBorderTests, kGhosts,
+                             kFragments, kMerge,       kMigration, kHistory,     kRollback};
 
 constexpr std::size_t kKernels = static_cast<std::size_t>(ShapeKernel::kCount);
 
@@ -79,6 +83,29 @@ bool any_pair_has_friction(const SceneDescription& scene) {
   return rough_bodies > 1 || (rough_bodies == 1 && rough_statics > 0);
 }
 
+bool any_body_is_driven(const SceneDescription& scene) {
+  for (const physics::BodyParams& body : scene.bodies)
+    if (body.drive != physics::kNoDrive) return true;
+  return false;
+}
+
+struct MovingSurfaces {
+  bool any = false, rough = false;  // rough: some body feels them
+};
+
+MovingSurfaces moving_surfaces(const SceneDescription& scene) {
+  bool rough_body = false;
+  for (const physics::BodyParams& body : scene.bodies)
+    rough_body = rough_body || body.material.friction > 0;
+  MovingSurfaces found;
+  for (const physics::StaticBody& fixed : scene.statics) {
+    if (fixed.surface_velocity_m_s == physics::Vec3::Zero()) continue;
+    found.any = true;
+    found.rough = found.rough || (rough_body && fixed.material.friction > 0);
+  }
+  return found;
+}
+
 bool anything_bounces(const SceneDescription& scene) {
   for (const physics::BodyParams& body : scene.bodies)
     if (body.material.restitution > 0) return true;
@@ -106,10 +133,16 @@ void add_physics(const SceneDescription& scene, std::vector<PlanLine>& plan) {
         {kernel_line(kernel), kernels[kernel],
          kernels[kernel] ? "a pair of these shapes can meet" : "no such pair of shapes"});
   }
+  add(plan, kDrive, any_body_is_driven(scene), "a body has a drive", "no body has a drive");
   add(plan, kSolver, response, "contacts push back", no_response);
   const bool friction = any_pair_has_friction(scene);
   add(plan, kFriction, response && friction, "two materials in contact can have friction > 0",
       response ? "no pair of materials has friction > 0" : no_response);
+  const MovingSurfaces belts = moving_surfaces(scene);
+  add(plan, kConveyor, response && belts.rough, "a static's surface moves and has friction",
+      !response   ? no_response
+      : belts.any ? "surfaces move, but without friction"
+                  : "no surface of a static moves");
   add(plan, kRestitution, response && anything_bounces(scene), "a material has restitution > 0",
       response ? "no material has restitution > 0" : no_response);
   add(plan, kWarmStart, response && scene.solver.warm_starting, "contacts last over steps",

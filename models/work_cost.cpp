@@ -10,6 +10,7 @@ constexpr std::int64_t kPair = 40;
 constexpr std::int64_t kContactPoint = 300;  // rows built, impulses stored
 constexpr std::int64_t kIsland = 500;
 constexpr std::int64_t kRowIteration = 45;
+constexpr std::int64_t kDrive = 50;
 constexpr std::int64_t kBorderTest = 50;
 constexpr std::int64_t kRecord = 250;  // a ghost, contact, record or migrant, encoded or decoded
 constexpr std::int64_t kBytesPerNs = 2;
@@ -56,6 +57,7 @@ std::int64_t work_cost_ns(const physics::StageCounters& before, const physics::S
     const std::int64_t iterations = grown(before.solver_iterations, after.solver_iterations);
     cost += kIsland * islands + kRowIteration * rows * iterations / islands;
   }
+  cost += kDrive * grown(before.driven_bodies, after.driven_bodies);
   cost += kBorderTest * grown(worlds_before.border_tests, worlds_after.border_tests);
   cost += kRecord * (grown(worlds_before.ghosts_sent, worlds_after.ghosts_sent) +
                      grown(worlds_before.fragments_sent, worlds_after.fragments_sent) +

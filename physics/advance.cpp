@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "physics/contact_solver.hpp"
+#include "physics/drive.hpp"
 #include "physics/rigid_motion.hpp"
 
 namespace soda::physics {
@@ -32,12 +33,15 @@ void pass_through(const SceneDescription& scene, std::span<const BodyId> ids,
 
 // Velocities after external forces, and the inertia that contacts meet.
 void load_bodies(const SceneDescription& scene, std::span<const BodyId> ids,
-                 std::span<const BodyState> states, std::vector<SolverBody>& bodies) {
+                 std::span<const BodyState> states, std::vector<SolverBody>& bodies,
+                 StageCounters& counters) {
   bodies.resize(ids.size() + 1);
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const BodyParams& params = scene.bodies[index_of(ids[i])];
     SolverBody& body = bodies[i];
-    body.linear = states[i].linear_velocity_m_s + scene.gravity_m_s2 * scene.dt_s;
+    const Vec3 acceleration = external_acceleration(scene, ids[i], states[i]);
+    counters.driven_bodies += params.drive != kNoDrive;
+    body.linear = states[i].linear_velocity_m_s + acceleration * scene.dt_s;
     body.angular = states[i].angular_velocity_rad_s;
     body.inverse_mass = 1.0 / params.mass_kg;
     body.inverse_inertia = is_isotropic(params.inertia_local_kg_m2)
@@ -103,7 +107,8 @@ BodyState moved(const SceneDescription& scene, BodyId id, const SolverBody& body
   BodyState next;
   next.position_m = state.position_m + body.linear * dt;
   if (!flight.supported) {
-    next.position_m -= scene.gravity_m_s2 * (0.5 * dt * dt) + flight.not_yet_m;
+    const Vec3 acceleration = external_acceleration(scene, id, state);
+    next.position_m -= acceleration * (0.5 * dt * dt) + flight.not_yet_m;
   }
   next.linear_velocity_m_s = body.linear;
   next.angular_velocity_rad_s = body.angular;
@@ -170,7 +175,7 @@ IslandReport advance_island(const SceneDescription& scene, std::span<const BodyI
     return report;
   }
   ContactProblem problem;
-  load_bodies(scene, ids, states, problem.bodies);
+  load_bodies(scene, ids, states, problem.bodies, counters);
   build_rows(scene, ids, manifolds, states, problem, counters);
   report.iterations =
       static_cast<std::uint32_t>(solve_velocities(scene.solver.iterations, problem));
@@ -191,10 +196,18 @@ void advance_free_body(const SceneDescription& scene, BodyId id, BodyState& stat
   ++counters.free_bodies_advanced;
   const double dt = scene.dt_s;
   BodyState next;
+  // By reference: most bodies have no drive, and this is the cheapest of all stages.
+  const Vec3* acceleration = &scene.gravity_m_s2;
+  Vec3 driven;
+  if (scene.bodies[index_of(id)].drive != kNoDrive) {
+    driven = external_acceleration(scene, id, state);
+    acceleration = &driven;
+    ++counters.driven_bodies;
+  }
   // Exact for constant gravity.
   next.position_m =
-      state.position_m + state.linear_velocity_m_s * dt + scene.gravity_m_s2 * (0.5 * dt * dt);
-  next.linear_velocity_m_s = state.linear_velocity_m_s + scene.gravity_m_s2 * dt;
+      state.position_m + state.linear_velocity_m_s * dt + *acceleration * (0.5 * dt * dt);
+  next.linear_velocity_m_s = state.linear_velocity_m_s + *acceleration * dt;
   next.orientation = state.orientation;
   next.angular_velocity_rad_s = state.angular_velocity_rad_s;
   rotate_freely(scene.bodies[index_of(id)], dt, next);

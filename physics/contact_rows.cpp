@@ -42,6 +42,7 @@ struct PairContext {
   const ContactManifold* manifold = nullptr;
   std::uint32_t index = 0;  // of the manifold
   std::uint32_t a = 0, b = 0;
+  std::uint32_t rubs_b = 0;  // what friction meets: b, or the moving surface
   const BodyState* state_a = nullptr;
   const BodyState* state_b = nullptr;  // null for statics
   const Sphere* sphere_a = nullptr;
@@ -51,9 +52,22 @@ struct PairContext {
   double relative_gravity = 0.0;  // acceleration of b against a along the normal
 };
 
+// The solver's body that stands for a moving surface. An island touches few of them.
+std::uint32_t surface_body(std::uint32_t static_index, const Vec3& velocity_m_s,
+                           ContactProblem& problem) {
+  std::vector<std::uint32_t>& known = problem.moving_surfaces;
+  const auto at = std::find(known.begin(), known.end(), static_index);
+  const auto place = static_cast<std::size_t>(at - known.begin());
+  if (at == known.end()) {
+    known.push_back(static_index);
+    problem.bodies.emplace_back().linear = velocity_m_s;
+  }
+  return static_cast<std::uint32_t>(problem.bodies.size() - known.size() + place);
+}
+
 PairContext context_of(const SceneDescription& scene, std::span<const BodyId> ids,
                        std::span<const BodyState> states, const ContactManifold& m,
-                       std::uint32_t index) {
+                       std::uint32_t index, ContactProblem& problem) {
   PairContext c;
   c.manifold = &m;
   c.index = index;
@@ -65,8 +79,11 @@ PairContext context_of(const SceneDescription& scene, std::span<const BodyId> id
   c.sphere_a = std::get_if<Sphere>(&shape_a);
   c.size_m = size_of(shape_a);
   const Material* material = nullptr;
+  const Vec3* surface_velocity = nullptr;
   if (is_static(m.b)) {
-    material = &scene.statics[static_index_of(m.b)].material;
+    const StaticBody& fixed = scene.statics[static_index_of(m.b)];
+    material = &fixed.material;
+    surface_velocity = &fixed.surface_velocity_m_s;
     c.relative_gravity = -scene.gravity_m_s2.dot(m.normal);
   } else {
     const BodyParams& pb = scene.bodies[index_of(m.b)];
@@ -77,6 +94,10 @@ PairContext context_of(const SceneDescription& scene, std::span<const BodyId> id
   }
   c.friction = std::sqrt(pa.material.friction * material->friction);
   c.restitution = std::max(pa.material.restitution, material->restitution);
+  c.rubs_b = c.b;
+  if (surface_velocity && *surface_velocity != Vec3::Zero() && c.friction > 0.0) {
+    c.rubs_b = surface_body(static_index_of(m.b), *surface_velocity, problem);
+  }
   return c;
 }
 
@@ -123,7 +144,7 @@ FrictionRow friction_row(const PairContext& c, const Arms& arms, const ContactPr
   const Tangents t = tangents_of(c.manifold->normal);
   FrictionRow row;
   row.a = c.a;
-  row.b = c.b;
+  row.b = c.rubs_b;
   row.normal_row = static_cast<std::uint32_t>(problem.normals.size());
   row.friction = c.friction;
   row.arm_a = arms.a;
@@ -241,6 +262,7 @@ void add_point(const SceneDescription& scene, const PairContext& c, std::uint32_
   if (c.friction > 0.0) {
     contact.friction_row = static_cast<std::int32_t>(problem.frictions.size());
     problem.frictions.push_back(friction_row(c, arms, problem));
+    if (c.rubs_b != c.b) ++problem.conveyor_rows;
   }
   problem.normals.push_back(normal);
   problem.contacts.push_back(contact);
@@ -259,7 +281,7 @@ void build_rows(const SceneDescription& scene, std::span<const BodyId> ids,
   for (std::uint32_t i = 0; i < manifolds.size(); ++i) {
     const ContactManifold& m = manifolds[i];
     if (i == 0 || m.a != manifolds[i - 1].a) cursor = 0;
-    const PairContext context = context_of(scene, ids, states, m, i);
+    const PairContext context = context_of(scene, ids, states, m, i, problem);
     for (std::uint32_t point = 0; point < m.count; ++point) {
       add_point(scene, context, point, problem);
       if (!scene.solver.warm_starting) continue;
@@ -270,6 +292,7 @@ void build_rows(const SceneDescription& scene, std::span<const BodyId> ids,
   }
   counters.normal_rows += problem.normals.size();
   counters.friction_rows += problem.frictions.size();
+  counters.conveyor_rows += static_cast<std::uint64_t>(problem.conveyor_rows);
   counters.restitution_rows += static_cast<std::uint64_t>(problem.restitution_rows);
 }
 

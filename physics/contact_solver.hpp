@@ -33,7 +33,7 @@ struct NormalRow {
 // Friction of the same point: impulse in the tangent plane, inside the disc of radius
 // friction * normal impulse.
 struct FrictionRow {
-  std::uint32_t a = 0, b = 0;
+  std::uint32_t a = 0, b = 0;  // b of the normal row, but the moving surface where there is one
   std::uint32_t normal_row = 0;
   double friction = 0.0;
   Vec3 arm_a = Vec3::Zero(), arm_b = Vec3::Zero();  // from the centres to the point
@@ -58,11 +58,15 @@ struct RowContact {
 };
 
 struct ContactProblem {
-  std::vector<SolverBody> bodies;  // one more than the island has: the last is all statics
+  // Those of the island, one for all statics, one for each moving surface: of infinite mass, with
+  // the surface's velocity. Only friction meets those.
+  std::vector<SolverBody> bodies;
+  std::vector<std::uint32_t> moving_surfaces;  // their static indices, parallel to those bodies
   std::vector<NormalRow> normals;
   std::vector<FrictionRow> frictions;
   std::vector<RowContact> contacts;  // parallel to normals
   int restitution_rows = 0;
+  int conveyor_rows = 0;
 };
 
 // Rows in the manifolds' order; impulses start from the bodies' stored ones where warm starting is

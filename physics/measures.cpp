@@ -6,6 +6,8 @@
 #include <memory>
 #include <vector>
 
+#include "physics/drive.hpp"
+
 namespace soda::physics {
 namespace {
 
@@ -71,6 +73,20 @@ Mechanics measure(const SceneDescription& scene, std::span<const BodyId> ids,
     sum.momentum_scale_newton_s += momentum.norm();
   }
   return sum;
+}
+
+DriveImpulse drive_impulse(const SceneDescription& scene, std::span<const BodyId> ids,
+                           std::span<const BodyState> states) {
+  DriveImpulse total;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    const BodyParams& params = scene.bodies[index_of(ids[i])];
+    if (params.drive == kNoDrive) continue;
+    const Vec3 impulse = drive_acceleration(scene, scene.drives[params.drive], states[i]) *
+                         (params.mass_kg * scene.dt_s);
+    total.sum_newton_s += impulse;
+    total.scale_newton_s += impulse.norm();
+  }
+  return total;
 }
 
 std::uint64_t digest(std::span<const BodyId> ids, std::span<const BodyState> states) {

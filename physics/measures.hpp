@@ -21,6 +21,15 @@ struct Mechanics {
 Mechanics measure(const SceneDescription& scene, std::span<const BodyId> ids,
                   std::span<const BodyState> states);
 
+// Impulse that the drives give to bodies in these states over the coming step, and the sum of its
+// parts' magnitudes. An external impulse, like gravity's.
+struct DriveImpulse {
+  Vec3 sum_newton_s = Vec3::Zero();
+  double scale_newton_s = 0.0;
+};
+DriveImpulse drive_impulse(const SceneDescription& scene, std::span<const BodyId> ids,
+                           std::span<const BodyState> states);
+
 // XXH3-64 over the named fields of the states in ascending id order, little-endian.
 std::uint64_t digest(std::span<const BodyId> ids, std::span<const BodyState> states);
 

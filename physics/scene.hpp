@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -46,10 +47,30 @@ struct HalfSpace {  // static only; solid where normal . x <= offset, in the sta
 };
 using Shape = std::variant<Sphere, Box, Capsule, Cylinder, ConvexHull, TriangleMesh, HalfSpace>;
 
+// A street along which bodies are driven. Heights do not count: all of it is seen along gravity.
+// The first and the last segment go on without end.
+struct Lane {
+  std::vector<Vec3> way_points_m;  // >= 2; neighbours differ when seen along gravity
+  double half_width_m = 1.0;       // > 0; beyond it, bodies are steered back
+  double speed_m_s = 1.0;          // >= 0
+};
+
+// Legs or a motor: pushes a body in the plane orthogonal to gravity towards a wanted velocity, with
+// m (wanted - v) / time constant, but at most m * max_acceleration.
+struct Drive {
+  double time_constant_s = 0.5;        // > 0
+  double max_acceleration_m_s2 = 5.0;  // >= 0
+  Vec3 velocity_m_s = Vec3::Zero();    // wanted, where there is no lane
+  std::optional<Lane> lane;
+};
+
+inline constexpr std::uint32_t kNoDrive = 0xffffffffu;
+
 // A dynamic body's constants.
 struct BodyParams {
   std::uint32_t label = 0;  // the id by which the user knows the body; ascending with BodyId
   std::uint32_t shape = 0;  // index into SceneDescription::shapes
+  std::uint32_t drive = kNoDrive;  // index into SceneDescription::drives
   Material material;
   double mass_kg = 1.0;
   Mat3 inertia_local_kg_m2 = Mat3::Identity();  // about the centre of mass
@@ -63,6 +84,9 @@ struct StaticBody {
   Material material;
   Vec3 position_m = Vec3::Zero();
   Quat orientation = Quat::Identity();
+  // Velocity of the surface, as of a conveyor belt: friction drives what lies on it towards this.
+  // Its part along a contact's normal has no effect.
+  Vec3 surface_velocity_m_s = Vec3::Zero();
 };
 
 enum class Broadphase { kGrid, kAllPairs };  // kAllPairs: the paper's Figure 8 experiment
@@ -82,6 +106,7 @@ struct SceneDescription {
   Broadphase broadphase = Broadphase::kGrid;
   SolverSettings solver;
   std::vector<Shape> shapes;
+  std::vector<Drive> drives;
   std::vector<BodyParams> bodies;   // index == BodyId
   std::vector<StaticBody> statics;  // index == static_index_of(BodyId)
 };

@@ -33,6 +33,7 @@ struct Parts {
   std::vector<physics::Shape>& shapes;
   ShapeIndex& index;
   const MaterialIndex& materials;
+  const DriveIndex& drives;
 };
 
 std::string folder_of(const std::string& file) {
@@ -60,11 +61,14 @@ Mat3 inverse_of_symmetric(const Mat3& m) {
 
 // Everything of a body but its id; nothing if it has a fault.
 std::optional<BodyParams> params_of(const SolidSpec& spec, const PlacedShape& shape,
-                                    const MaterialIndex& materials, FaultList& faults) {
-  const physics::Material* material = find_material(materials, spec.material, *spec.json, faults);
-  if (!spec.sound || !material) return std::nullopt;
+                                    const Parts& parts, FaultList& faults) {
+  const physics::Material* material =
+      find_material(parts.materials, spec.material, *spec.json, faults);
+  const std::optional<std::uint32_t> drive = find_drive(parts.drives, spec, faults);
+  if (!spec.sound || !material || !drive) return std::nullopt;
   BodyParams params;
   params.shape = shape.index;
+  params.drive = *drive;
   params.material = *material;
   const double volume_m3 = shape.mass.volume_m3;
   params.mass_kg = spec.mass_kg ? *spec.mass_kg : *spec.density_kg_m3 * volume_m3;
@@ -101,7 +105,7 @@ void build_body(const BodySpec& spec, Parts parts, Bodies& bodies, FaultList& fa
   if (!spec.json) return;
   const auto shape = place_shape(spec.shape, parts.shapes, parts.index, faults);
   const physics::Quat orientation = orientation_of(spec.orientation, faults);
-  auto params = params_of(spec, shape.value_or(PlacedShape{}), parts.materials, faults);
+  auto params = params_of(spec, shape.value_or(PlacedShape{}), parts, faults);
   if (!shape || !params) return;
   params->label = static_cast<std::uint32_t>(spec.id);
   BodyState state;
@@ -120,7 +124,7 @@ void build_generated(const GeneratorSpec& generator, Parts parts, std::optional<
       std::visit([](const auto& s) -> const GeneratorBase& { return s; }, generator);
   if (!base.json) return;
   const auto shape = place_shape(base.shape, parts.shapes, parts.index, faults);
-  auto params = params_of(base, shape.value_or(PlacedShape{}), parts.materials, faults);
+  auto params = params_of(base, shape.value_or(PlacedShape{}), parts, faults);
   const auto room = static_cast<std::int64_t>(kMaxBodies - bodies.built.size());
   if (!shape || !params || count_of(generator) > room) return;
   params->label = static_cast<std::uint32_t>(base.first_id);
@@ -147,11 +151,13 @@ void build_static(const StaticSpec& spec, const std::string& folder, Parts parts
   const Vec3 center = orientation._transformVector(shape->center_m);
   const Vec3 position(spec.position_m.x() + center.x(), spec.position_m.y() + center.y(),
                       spec.position_m.z() + center.z());
-  statics.push_back({.name = spec.name,
-                     .shape = shape->index,
-                     .material = *material,
-                     .position_m = position,
-                     .orientation = orientation});
+  statics.push_back(
+      {.name = spec.name,
+       .shape = shape->index,
+       .material = *material,
+       .position_m = position,
+       .orientation = orientation,
+       .surface_velocity_m_s = orientation._transformVector(spec.surface_velocity_m_s)});
 }
 
 // Bodies by id: the index of each becomes its BodyId.
@@ -214,7 +220,8 @@ Scenario build_scenario(const DocumentSpec& document, const std::string& file,
 
   const MaterialIndex materials = index_materials(document.materials, faults);
   ShapeIndex index;
-  const Parts parts{scenario.scene.shapes, index, materials};
+  const DriveIndex drives = index_drives(document, scenario.scene.drives, faults);
+  const Parts parts{scenario.scene.shapes, index, materials, drives};
   Bodies bodies;
   for (const BodySpec& body : document.bodies) build_body(body, parts, bodies, faults);
   for (const GeneratorSpec& generator : document.generators) {

@@ -69,6 +69,69 @@ std::vector<IdRange> id_ranges(const DocumentSpec& document, FaultList& faults) 
   return ranges;
 }
 
+// A name that nothing has: `what` in its member `key` of `user`.
+void add_unknown_name(std::string_view name, std::string_view key, std::string_view what,
+                      std::vector<std::string_view> known, const JsonValue& user,
+                      FaultList& faults) {
+  const JsonValue& member = *find_member(user, key);
+  const std::string hint = nearest_name_hint(name, known);
+  known.resize(std::min<std::size_t>(known.size(), 10));
+  const std::string allowed = "the name of a " + std::string(what);
+  add_fault(faults, member,
+            {describe(member),
+             known.empty() ? allowed + " (there are none)"
+                           : allowed + ", such as " + printable(list_names(known)),
+             hint});
+}
+
+void add_name_again(const JsonValue& name, std::string_view what, const JsonValue& first,
+                    FaultList& faults) {
+  add_fault(faults, name,
+            {describe(name) + " again", "each " + std::string(what) + " name once",
+             "first at " + place_of(first)});
+}
+
+template <class Index>
+std::vector<std::string_view> names_in(const Index& index) {
+  std::vector<std::string_view> names;
+  for (const auto& [name, value] : index) names.push_back(name);
+  return names;
+}
+
+// As seen along gravity, which is how a lane is seen.
+double level_distance_m(const Vec3& a, const Vec3& b, const Vec3& gravity) {
+  const Vec3 way = b - a;
+  const double squared = gravity.squaredNorm();
+  if (squared == 0.0) return way.norm();
+  return Vec3(way - gravity * (gravity.dot(way) / squared)).norm();
+}
+
+void check_way_points(const DriveSpec& drive, const Vec3& gravity, FaultList& faults) {
+  if (!drive.sound || drive.way_points_m.empty()) return;
+  const JsonValue* point = find_member(*drive.json, "way_points_m")->first_child;
+  for (std::size_t i = 1; i < drive.way_points_m.size(); ++i) {
+    point = point->next_sibling;
+    const double way = level_distance_m(drive.way_points_m[i - 1], drive.way_points_m[i], gravity);
+    if (way >= kMinLength_m) continue;
+    add_fault(faults, *point,
+              {"a way point " + number_text(way) + " m from the one before, as seen along gravity",
+               "at least " + number_text(kMinLength_m) + " m", ""});
+  }
+}
+
+physics::Drive drive_of(const DriveSpec& spec) {
+  physics::Drive drive;
+  drive.time_constant_s = spec.time_constant_s;
+  drive.max_acceleration_m_s2 = spec.max_acceleration_m_s2;
+  drive.velocity_m_s = spec.velocity_m_s.value_or(Vec3::Zero());
+  if (!spec.way_points_m.empty()) {
+    drive.lane = physics::Lane{.way_points_m = spec.way_points_m,
+                               .half_width_m = spec.half_width_m.value_or(1.0),
+                               .speed_m_s = spec.speed_m_s.value_or(0.0)};
+  }
+  return drive;
+}
+
 }  // namespace
 
 MaterialIndex index_materials(const std::vector<MaterialSpec>& materials, FaultList& faults) {
@@ -79,10 +142,8 @@ MaterialIndex index_materials(const std::vector<MaterialSpec>& materials, FaultL
     const auto [at, is_new] = first.try_emplace(m.name, &m);
     index.try_emplace(m.name, physics::Material{m.friction, m.restitution});
     if (is_new) continue;
-    const JsonValue& name = *find_member(*m.json, "name");
-    add_fault(faults, name,
-              {describe(name) + " again", "each material name once",
-               "first at " + place_of(*find_member(*at->second->json, "name"))});
+    add_name_again(*find_member(*m.json, "name"), "material",
+                   *find_member(*at->second->json, "name"), faults);
   }
   return index;
 }
@@ -92,17 +153,35 @@ const physics::Material* find_material(const MaterialIndex& materials, std::stri
   if (name.empty()) return nullptr;
   const auto at = materials.find(name);
   if (at != materials.end()) return &at->second;
-  std::vector<std::string_view> known;
-  for (const auto& [material_name, material] : materials) known.push_back(material_name);
-  const JsonValue& member = *find_member(user, "material");
-  const std::string hint = nearest_name_hint(name, known);
-  known.resize(std::min<std::size_t>(known.size(), 10));
-  add_fault(faults, member,
-            {describe(member),
-             known.empty() ? "the name of a material (there are none)"
-                           : "the name of a material, such as " + printable(list_names(known)),
-             hint});
+  add_unknown_name(name, "material", "material", names_in(materials), user, faults);
   return nullptr;
+}
+
+DriveIndex index_drives(const DocumentSpec& document, std::vector<physics::Drive>& drives,
+                        FaultList& faults) {
+  DriveIndex index;
+  std::map<std::string_view, const DriveSpec*> first;
+  for (const DriveSpec& drive : document.drives) {
+    if (drive.name.empty()) continue;
+    const auto [at, is_new] = first.try_emplace(drive.name, &drive);
+    if (!is_new) {
+      add_name_again(*find_member(*drive.json, "name"), "drive",
+                     *find_member(*at->second->json, "name"), faults);
+    }
+    check_way_points(drive, document.gravity_m_s2, faults);
+    index.try_emplace(drive.name, static_cast<std::uint32_t>(drives.size()));
+    drives.push_back(drive_of(drive));
+  }
+  return index;
+}
+
+std::optional<std::uint32_t> find_drive(const DriveIndex& drives, const SolidSpec& body,
+                                        FaultList& faults) {
+  if (!body.drive) return physics::kNoDrive;
+  const auto at = drives.find(*body.drive);
+  if (at != drives.end()) return at->second;
+  add_unknown_name(*body.drive, "drive", "drive", names_in(drives), *body.json, faults);
+  return std::nullopt;
 }
 
 void check_ids(const DocumentSpec& document, FaultList& faults) {

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -20,6 +21,19 @@ MaterialIndex index_materials(const std::vector<MaterialSpec>& materials, FaultL
 // fault, unless the member itself was faulty (and the name therefore empty).
 const physics::Material* find_material(const MaterialIndex& materials, std::string_view name,
                                        const JsonValue& user, FaultList& faults);
+
+// Index into SceneDescription::drives by name.
+using DriveIndex = std::map<std::string_view, std::uint32_t, std::less<>>;
+
+// Appends every drive to `drives`; a name given twice is a fault, and so are way points that lie on
+// top of each other as seen along gravity.
+DriveIndex index_drives(const DocumentSpec& document, std::vector<physics::Drive>& drives,
+                        FaultList& faults);
+
+// The drive that `body` names: kNoDrive if it names none. Nothing, and a fault, if there is no such
+// drive.
+std::optional<std::uint32_t> find_drive(const DriveIndex& drives, const SolidSpec& body,
+                                        FaultList& faults);
 
 // Ids and counts of bodies and generators: unique, within range, not too many.
 void check_ids(const DocumentSpec& document, FaultList& faults);

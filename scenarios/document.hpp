@@ -69,11 +69,20 @@ struct MaterialSpec : Located {
   double friction = 0.0, restitution = 0.0;
 };
 
+struct DriveSpec : Located {
+  std::string name;
+  std::optional<Vec3> velocity_m_s;
+  std::vector<Vec3> way_points_m;
+  std::optional<double> speed_m_s, half_width_m;
+  double time_constant_s = 0.0, max_acceleration_m_s2 = 0.0;
+};
+
 // What a body and the bodies of a generator have in common.
 struct SolidSpec : Located {
   SolidShapeSpec shape;
   std::optional<double> mass_kg, density_kg_m3;
   std::string material;
+  std::optional<std::string> drive;
 };
 
 struct BodySpec : SolidSpec {
@@ -90,6 +99,7 @@ struct StaticSpec : Located {
   std::string material;
   Vec3 position_m = Vec3::Zero();
   OrientationSpec orientation;
+  Vec3 surface_velocity_m_s = Vec3::Zero();
 };
 
 struct GeneratorBase : SolidSpec {
@@ -173,6 +183,7 @@ struct DocumentSpec : Located {
   std::optional<std::int64_t> steps;
   SolverSpec solver;
   std::vector<MaterialSpec> materials;
+  std::vector<DriveSpec> drives;
   std::vector<BodySpec> bodies;
   std::vector<StaticSpec> statics;
   std::vector<GeneratorSpec> generators;

@@ -35,12 +35,39 @@ constexpr Field kMaterialFields[] = {
 constexpr ObjectTable kMaterial =
     object_table<MaterialSpec>("material", "A surface.", kMaterialFields);
 
+constexpr std::string_view kFreeKeys[] = {"velocity_m_s"};
+constexpr std::string_view kLaneKeys[] = {"way_points_m", "speed_m_s", "half_width_m"};
+constexpr Alternatives kDriveAlternatives{kFreeKeys, kLaneKeys};
+constexpr Field kDriveFields[] = {
+    field<DriveSpec, &DriveSpec::name>("name", kRequired, kLabel,
+                                       "By which bodies refer to it; unique."),
+    field<DriveSpec, &DriveSpec::velocity_m_s>("velocity_m_s", kOptional, kSpeed,
+                                               "Wanted velocity; or give a lane."),
+    field<DriveSpec, &DriveSpec::way_points_m>(
+        "way_points_m", kOptional, list_of(2, 1000, -kMaxPosition_m, kMaxPosition_m),
+        "Lane: bodies go along its nearest segment, as seen along gravity. Its first and last "
+        "segment go on without end."),
+    field<DriveSpec, &DriveSpec::speed_m_s>("speed_m_s", kOptional, Limits{0.0, 1e6},
+                                            "Wanted speed along the lane."),
+    field<DriveSpec, &DriveSpec::half_width_m>("half_width_m", kOptional, kLength,
+                                               "Half the width of the lane; bodies outside are "
+                                               "steered back, by 45 degrees at twice this."),
+    field<DriveSpec, &DriveSpec::time_constant_s>(
+        "time_constant_s", kRequired, Limits{1e-3, 1e6},
+        "Time in which a difference to the wanted velocity falls to 1/e."),
+    field<DriveSpec, &DriveSpec::max_acceleration_m_s2>(
+        "max_acceleration_m_s2", kRequired, Limits{0.0, 1e6}, "Greatest push, over the mass."),
+};
+constexpr ObjectTable kDrive = object_table<DriveSpec>(
+    "drive", "What pushes bodies towards a wanted velocity, in the plane orthogonal to gravity.",
+    kDriveFields, &kDriveAlternatives);
+
 constexpr std::string_view kMassKeys[] = {"mass_kg"};
 constexpr std::string_view kDensityKeys[] = {"density_kg_m3"};
 constexpr Alternatives kMassAlternatives{kMassKeys, kDensityKeys};
 
 template <class T>
-constexpr std::array<Field, 4> solid_fields() {
+constexpr std::array<Field, 5> solid_fields() {
   return {
       choice_field<T, &T::shape>("shape", kRequired, kNone, kSolidShape, "Shape."),
       field<T, &T::mass_kg>("mass_kg", kOptional, Limits{kMinMass_kg, kMaxMass_kg},
@@ -48,6 +75,7 @@ constexpr std::array<Field, 4> solid_fields() {
       field<T, &T::density_kg_m3>("density_kg_m3", kOptional, Limits{1e-9, 1e9},
                                   "Density; or give mass_kg. The mass it makes must be allowed."),
       field<T, &T::material>("material", kRequired, kLabel, "Name of a material."),
+      field<T, &T::drive>("drive", kOptional, kLabel, "Name of a drive; none by default."),
   };
 }
 
@@ -91,6 +119,10 @@ constexpr Field kStaticFields[] = {
                                                "Origin of the shape's frame."),
     choice_field<StaticSpec, &StaticSpec::orientation>(
         "orientation", kOptional, kNone, kOrientation, "Orientation; not turned by default."),
+    field<StaticSpec, &StaticSpec::surface_velocity_m_s>(
+        "surface_velocity_m_s", kOptional, kSpeed,
+        "Velocity of the surface, as of a conveyor belt, in the static's frame: it turns with the "
+        "orientation. Friction carries along what lies on it."),
 };
 constexpr ObjectTable kStatic =
     object_table<StaticSpec>("static", "An immovable body.", kStaticFields);
@@ -98,7 +130,7 @@ constexpr ObjectTable kStatic =
 // Generators.
 
 template <class T>
-constexpr std::array<Field, 5> generator_fields() {
+constexpr std::array<Field, 6> generator_fields() {
   return concat(std::array{field<T, &T::first_id>("first_id", kRequired, kId,
                                                   "Id of the first body; the others count up.")},
                 solid_fields<T>());
@@ -150,7 +182,7 @@ constexpr ObjectTable kChain = object_table<ChainSpec>(
     "chain", "Bodies in a row, each touching the next.", kChainFields, &kMassAlternatives);
 
 template <class T>
-constexpr std::array<Field, 11> scatter_fields() {
+constexpr std::array<Field, 12> scatter_fields() {
   return concat(
       generator_fields<T>(),
       std::array{
@@ -287,6 +319,8 @@ constexpr Field kDocumentFields[] = {
                                                       "Settings of the contact solver."),
     object_field<DocumentSpec, &DocumentSpec::materials>("materials", kOptional, list_of(0, 10'000),
                                                          kMaterial, "Surfaces."),
+    object_field<DocumentSpec, &DocumentSpec::drives>("drives", kOptional, list_of(0, 10'000),
+                                                      kDrive, "What pushes bodies."),
     object_field<DocumentSpec, &DocumentSpec::bodies>("bodies", kOptional, list_of(0, kMaxBodies),
                                                       kBody, "Moving bodies, one by one."),
     object_field<DocumentSpec, &DocumentSpec::statics>("statics", kOptional, list_of(0, 100'000),

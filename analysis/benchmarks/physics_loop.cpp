@@ -24,8 +24,9 @@ int run(const std::string& file, const char* steps_text) {
   physics::StepScratch scratch;
   physics::StepReport report;
   physics::StageCounters counters;
-  analysis::IslandTotals totals;
+  analysis::RunTotals totals;
   for (std::int64_t step = 0; step < steps; ++step) {
+    analysis::add_drives(scenario.scene, ids, states, totals);
     physics::step(scenario.scene, geometry, ids, states, scratch, report, counters);
     analysis::add_islands(report.islands, totals);
   }

@@ -180,7 +180,8 @@ TEST(CommandLine, EveryDivisionReportsTheSameTrajectoryAndErrors) {
 // Friction, restitution, statics, all shapes: what the bodies gained is what gravity and the
 // reported impulses of statics gave.
 TEST(CommandLine, MomentumIsConservedUpToRounding) {
-  for (const char* scene : {"bin-1000", "mixed-shapes", "pyramid", "big-body"}) {
+  for (const char* scene :
+       {"bin-1000", "mixed-shapes", "pyramid", "big-body", "factory-line", "crowd"}) {
     const ChildResult result = run_soda({"run", library_file(scene), "--executor", "sequential",
                                          "--worlds", "1", "--steps", "60", "--json"});
     ASSERT_EQ(result.exit_code, 0) << scene << ": " << result.err;

@@ -143,7 +143,7 @@ TEST(BorderContacts, BothOwnersOfAPairHearOfItAndOfTheBodyThatTheyDoNotOwn) {
       const Owned& world = worlds[w];
       const BorderContacts contacts =
           find_border_contacts(scene.description, geometry, map, WorldId{w}, world.ids,
-                               world.states, world.boxes, world.ghosts, counters);
+                               world.states, world.boxes, world.ghosts, {}, counters);
       for (const auto& manifold : contacts.manifolds) {
         if (physics::is_static(manifold.b)) continue;
         found.insert({manifold.a, manifold.b});

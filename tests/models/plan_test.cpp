@@ -69,6 +69,36 @@ TEST(Plan, DetectionOnlySceneHasNoSolverButFindsContacts) {
   expect_unneeded_stages_cost_nothing(plan, result);
 }
 
+// A box on a belt, and a driven ball: the belt and the ball's drive, each with and without effect.
+test::Scene belt_scene(double friction, const Vec3& surface_velocity, bool driven) {
+  test::Scene scene(Vec3(0, 0, -9.81));
+  scene.ground({friction, 0.0});
+  scene.description.statics.back().surface_velocity_m_s = surface_velocity;
+  scene.body(scene.shape(physics::Box{}), Vec3(0, 0, 0.5));
+  scene.body(scene.shape(physics::Sphere{0.5}), Vec3(2, 0, 0.5));
+  scene.description.drives.push_back({.velocity_m_s = Vec3(0, 1, 0), .lane = std::nullopt});
+  if (driven) scene.description.bodies.back().drive = 0;
+  return scene;
+}
+
+TEST(Plan, ConveyorRowsAndDrivesAreThereOnlyIfTheyHaveAnEffect) {
+  for (const double friction : {0.0, 0.5}) {
+    for (const double speed : {0.0, 2.0}) {
+      for (const bool driven : {false, true}) {
+        const test::Scene scene = belt_scene(friction, Vec3(speed, 0, 0), driven);
+        const RunOptions options{.steps = 10};
+        const std::vector<PlanLine> plan = make_plan(scene.description, 1, options);
+        EXPECT_EQ(needs(plan, "conveyor rows"), friction > 0.0 && speed > 0.0);
+        EXPECT_EQ(needs(plan, "driven bodies"), driven);
+        const SimulationResult result = run_scene(scene, 1, options);
+        EXPECT_EQ(result.stages.conveyor_rows > 0, friction > 0.0 && speed > 0.0);
+        EXPECT_EQ(result.stages.driven_bodies, driven ? 10u : 0u);
+        expect_unneeded_stages_cost_nothing(plan, result);
+      }
+    }
+  }
+}
+
 TEST(Plan, OptimisticWorldsNeedHistory) {
   test::Scene scene;
   scene.body(scene.shape(physics::Sphere{0.5}), Vec3::Zero(), Vec3(1, 0, 0));

@@ -151,6 +151,69 @@ TEST(Simulation, AWorldsHistoryIsBoundedByItsBufferHoweverLongTheRun) {
   }
 }
 
+// Two belts that meet in the middle, along borders of most maps, and boxes and balls on both.
+test::Scene belts_scene() {
+  test::Choices choices(7);
+  test::Scene scene(Vec3(0, 0, -9.81));
+  const std::uint32_t belt = scene.shape(physics::Box{Vec3(2, 4, 0.5)});
+  for (const double side : {-1.0, 1.0}) {
+    scene.description.statics.push_back({.name = "belt",
+                                         .shape = belt,
+                                         .material = {},
+                                         .position_m = Vec3(2 * side, 0, -0.5),
+                                         .orientation = physics::Quat::Identity(),
+                                         .surface_velocity_m_s = Vec3(-side, 0.5 * side, 0)});
+  }
+  const std::uint32_t box = scene.shape(physics::Box{Vec3(0.3, 0.3, 0.3)});
+  const std::uint32_t ball = scene.shape(physics::Sphere{0.25});
+  for (int i = 0; i < 16; ++i) {
+    scene.body(i % 3 == 0 ? ball : box,
+               choices.vector(-3, 3).cwiseProduct(Vec3(1, 1, 0)) + Vec3(0, 0, 0.35 + 0.3 * i));
+  }
+  return scene;
+}
+
+// Two streams of driven balls that cross at the origin, where four territories meet.
+test::Scene crossing_scene() {
+  test::Scene scene(Vec3(0, 0, -9.81));
+  scene.ground({0.0, 0.0});
+  const std::uint32_t ball = scene.shape(physics::Sphere{0.25});
+  const Vec3 ways[2] = {Vec3(1, 0.1, 0), Vec3(0.1, 1, 0)};
+  for (int lane = 0; lane < 2; ++lane) {
+    physics::Drive drive;
+    drive.lane = physics::Lane{.way_points_m = {Vec3(-3, -3, 0).cwiseProduct(ways[lane]),
+                                                Vec3::Zero(), 3.0 * ways[1 - lane]},
+                               .half_width_m = 0.4,
+                               .speed_m_s = 3.0};
+    scene.description.drives.push_back(drive);
+    for (int i = 0; i < 8; ++i) {
+      scene.body(ball, (-0.6 * i - 0.8) * ways[lane] + Vec3(0.1 * (i % 3), 0.1 * (i % 2), 0.25));
+      scene.description.bodies.back().drive = static_cast<std::uint32_t>(lane);
+    }
+  }
+  return scene;
+}
+
+TEST(Simulation, BeltsAndLanesAcrossBordersGiveTheBitsOfTheBarePhysicsLoop) {
+  for (const test::Scene& scene : {belts_scene(), crossing_scene()}) {
+    const std::vector<std::uint64_t> expected = bare_digests(scene, kSteps);
+    std::uint64_t rollbacks = 0, mixed_islands = 0;
+    for (const std::uint32_t worlds : {1u, 2u, 8u, 64u}) {
+      for (const auto kind : {ExecutorKind::kSequential, ExecutorKind::kThreads}) {
+        SimulationResult result;
+        const RunOptions options{.executor = kind, .threads = 2, .steps = kSteps, .buffer = 8};
+        EXPECT_EQ(step_digests(scene, blocks(worlds), options, &result), expected) << worlds;
+        EXPECT_GT(result.stages.conveyor_rows + result.stages.driven_bodies, 0u);
+        EXPECT_EQ(result.worlds.migrations > 0, worlds > 1) << worlds;
+        rollbacks += result.events.rollbacks;
+        mixed_islands += result.worlds.mixed_islands;
+      }
+    }
+    EXPECT_GT(rollbacks, 0u);
+    EXPECT_GT(mixed_islands, 0u);
+  }
+}
+
 TEST(Simulation, FinalStatesAndIslandsAreTheSameForAllExecutors) {
   const test::Scene scene = busy_scene(2);
   std::vector<BodyId> ids;

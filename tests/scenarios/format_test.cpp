@@ -80,5 +80,41 @@ TEST(Values, OfTheFileReachTheScenarioUnchanged) {
   EXPECT_EQ(scenario.scene.statics[1].position_m, physics::Vec3(0.0, 9.0, 0.0));
 }
 
+TEST(Values, SurfaceVelocitiesTurnWithTheirStatic) {
+  const Scenario scenario = read_scenario_text(kSmallScenario, "a.json");
+  ASSERT_EQ(scenario.scene.statics.size(), 2u);
+  EXPECT_EQ(scenario.scene.statics[0].surface_velocity_m_s, physics::Vec3::Zero());
+  const physics::Vec3 up(0.0, 0.0, 4.0);  // 4 along y, turned by 90 degrees about x
+  EXPECT_LT((scenario.scene.statics[1].surface_velocity_m_s - up).norm(), 1e-15);
+}
+
+TEST(Values, DrivesReachTheBodiesThatNameThem) {
+  const Scenario scenario = read_scenario_text(kSmallScenario, "a.json");
+  ASSERT_EQ(scenario.scene.drives.size(), 2u);
+  EXPECT_EQ(scenario.scene.drives[0].velocity_m_s, physics::Vec3(0.0, 3.0, 0.0));
+  EXPECT_EQ(scenario.scene.drives[0].time_constant_s, 0.5);
+  EXPECT_EQ(scenario.scene.drives[0].max_acceleration_m_s2, 5.0);
+  EXPECT_FALSE(scenario.scene.drives[0].lane.has_value());
+  ASSERT_TRUE(scenario.scene.drives[1].lane.has_value());
+  const physics::Lane& lane = *scenario.scene.drives[1].lane;
+  ASSERT_EQ(lane.way_points_m.size(), 3u);
+  EXPECT_EQ(lane.way_points_m[2], physics::Vec3(8.0, 8.0, 0.0));
+  EXPECT_EQ(lane.half_width_m, 1.25);
+  EXPECT_EQ(lane.speed_m_s, 1.5);
+  for (const physics::BodyParams& body : scenario.scene.bodies) {
+    EXPECT_EQ(body.drive, body.label == 3 ? 0u : physics::kNoDrive) << body.label;
+  }
+}
+
+TEST(Values, EveryBodyOfAGeneratorHasItsDrive) {
+  const std::string text = replaced(kSmallScenario, "\"count\": 5, \"seed\": 1,",
+                                    "\"count\": 5, \"seed\": 1, \"drive\": \"lane\",");
+  int driven = 0;
+  for (const physics::BodyParams& body : read_scenario_text(text, "a.json").scene.bodies) {
+    driven += body.drive == 1u;
+  }
+  EXPECT_EQ(driven, 5);
+}
+
 }  // namespace
 }  // namespace soda::scenarios

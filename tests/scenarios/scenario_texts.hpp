@@ -32,13 +32,14 @@ inline constexpr std::string_view kSmallScenario = R"({
     {"id": 3, "shape": {"type": "hull",
                         "points_m": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]},
      "mass_kg": 1, "material": "wood", "position_m": [6, 0, 5],
-     "orientation": {"axis": [0, 0, 2], "angle_deg": 90}}
+     "orientation": {"axis": [0, 0, 2], "angle_deg": 90}, "drive": "walk"}
   ],
   "statics": [
     {"name": "floor", "shape": {"type": "halfspace", "normal": [0, 0, 3]}, "material": "wood"},
     {"name": "ramp", "material": "wood", "position_m": [0, 9, 0],
      "shape": {"type": "mesh", "vertices_m": [[0, 0, 0], [1, 0, 0], [0, 1, 0]],
-               "triangles": [[0, 1, 2]]}}
+               "triangles": [[0, 1, 2]]},
+     "orientation": {"axis": [1, 0, 0], "angle_deg": 90}, "surface_velocity_m_s": [0, 4, 0]}
   ],
   "generators": [
     {"type": "stack", "first_id": 10, "shape": {"type": "sphere", "radius_m": 0.5},
@@ -46,6 +47,12 @@ inline constexpr std::string_view kSmallScenario = R"({
     {"type": "gas", "first_id": 20, "shape": {"type": "sphere", "radius_m": 0.5},
      "mass_kg": 1, "material": "wood", "count": 5, "seed": 1, "max_speed_m_s": 2,
      "region_min_m": [20, 0, 1], "region_max_m": [30, 9, 9]}
+  ],
+  "drives": [
+    {"name": "walk", "velocity_m_s": [0, 3, 0], "time_constant_s": 0.5,
+     "max_acceleration_m_s2": 5},
+    {"name": "lane", "way_points_m": [[0, 0, 0], [8, 0, 0], [8, 8, 0]], "speed_m_s": 1.5,
+     "half_width_m": 1.25, "time_constant_s": 0.25, "max_acceleration_m_s2": 4}
   ],
   "territory": {"origin_m": [-8, -8, -8], "cell_size_m": 2, "cells": [8, 8, 8], "worlds": 2},
   "buffer_entries": 16,

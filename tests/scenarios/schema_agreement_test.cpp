@@ -56,6 +56,8 @@ bool has_cross_checks(const json::json_pointer& at) {
                                                 "first_id",
                                                 "name",
                                                 "material",
+                                                "drive",
+                                                "way_points_m",
                                                 "duration_s",
                                                 "time_step_s",
                                                 "worlds",
@@ -150,7 +152,8 @@ std::optional<json> edited(const json& original, const std::vector<json::json_po
       return std::nullopt;
     case 1: {
       const json other = any_value(stream);
-      const bool checked = has_cross_checks(at) || at.back() == "materials";
+      const bool checked =
+          has_cross_checks(at) || at.back() == "materials" || at.back() == "drives";
       if (checked && (other.is_number() || other.type() == value.type() || other.is_string() ||
                       at.back() == "file")) {
         return std::nullopt;
@@ -160,9 +163,11 @@ std::optional<json> edited(const json& original, const std::vector<json::json_po
     }
     case 2: {
       json& parent = document[at.parent_pointer()];
-      // A material that is gone may be missed elsewhere.
-      if (at.parent_pointer().to_string() == "/materials" || at.back() == "materials") {
-        return std::nullopt;
+      // A material or drive that is gone may be missed elsewhere.
+      for (const char* named : {"materials", "drives"}) {
+        if (at.parent_pointer().to_string() == std::string("/") + named || at.back() == named) {
+          return std::nullopt;
+        }
       }
       if (parent.is_object()) {
         const bool mesh = at.back() == "file" || at.back() == "unit_m";
