@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "models/codec.hpp"
-#include "models/world.hpp"
 
 namespace soda::models {
 namespace {
@@ -83,6 +82,14 @@ kernel::Bytes encode_outcome(std::span<const std::unique_ptr<kernel::LogicalProc
     write_bodies(writer, world.newest_entry());
   }
   return bytes;
+}
+
+void add_outcome(const World& world, SimulationResult& result) {
+  result.stages += world.stages();
+  result.worlds += world.counters();
+  const BufferEntry& entry = world.newest_entry();
+  for (std::size_t i = 0; i < entry.ids.size(); ++i)
+    result.final_states[physics::index_of(entry.ids[i])] = entry.states[i];
 }
 
 void add_outcome(std::span<const std::byte> outcome, SimulationResult& result) {

@@ -8,6 +8,7 @@
 
 #include "kernel/payload.hpp"
 #include "models/commit_merge.hpp"
+#include "models/world.hpp"
 
 namespace soda::models {
 
@@ -31,9 +32,10 @@ class CommitRelay final : public CommitSink {
 // Adds a record to what the root's own worlds have committed.
 void join(std::span<const std::byte> record, CommitSink& commits);
 
-// Of the worlds that live here: their work counters, and the states that they ended with.
-kernel::Bytes encode_outcome(std::span<const std::unique_ptr<kernel::LogicalProcess>> worlds);
+// Of a world, or of all that live here: their work counters, and the states that they ended with.
 // `result.final_states` has a place for each body.
+void add_outcome(const World& world, SimulationResult& result);
+kernel::Bytes encode_outcome(std::span<const std::unique_ptr<kernel::LogicalProcess>> worlds);
 void add_outcome(std::span<const std::byte> outcome, SimulationResult& result);
 
 }  // namespace soda::models

@@ -44,11 +44,13 @@ constexpr Stage kMigration{"migration messages",
                            [](const SimulationResult& r) { return r.worlds.migrations; }};
 constexpr Stage kHistory{"buffer entries for rollback",
                          [](const SimulationResult& r) { return r.worlds.entries_saved; }};
+constexpr Stage kTaken{"islands taken over by repeated steps",
+                       [](const SimulationResult& r) { return r.worlds.islands_taken; }};
 constexpr Stage kRollback{"rollback", [](const SimulationResult& r) { return r.events.rollbacks; }};
 
-constexpr std::array kStages{kBoxes,     kPairs,       kDrive,     kSolver,      kFriction,
-                             kConveyor,  kRestitution, kWarmStart, kBorderTests, kGhosts,
-                             kFragments, kMerge,       kMigration, kHistory,     kRollback};
+constexpr std::array kStages{
+    kBoxes,       kPairs,  kDrive,     kSolver, kFriction,  kConveyor, kRestitution, kWarmStart,
+    kBorderTests, kGhosts, kFragments, kMerge,  kMigration, kHistory,  kTaken,       kRollback};
 
 constexpr std::size_t kKernels = static_cast<std::size_t>(ShapeKernel::kCount);
 
@@ -160,6 +162,9 @@ void add_division(std::uint32_t worlds, const RunOptions& options, std::vector<P
   const bool optimistic = divided && options.executor != ExecutorKind::kSequential;
   const char* never = divided ? "the sequential executor never rolls back" : one;
   add(plan, kHistory, optimistic, "worlds run ahead of their neighbours", never);
+  const bool propagates = optimistic && options.rollback == RollbackMode::kPropagate;
+  add(plan, kTaken, propagates, "repeated steps compute only what changed",
+      optimistic ? "rollbacks invalidate whole entries" : never);
   add(plan, kRollback, optimistic, "a neighbour's body can turn out to have mattered", never);
 }
 

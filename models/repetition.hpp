@@ -1,4 +1,5 @@
-// Rollback and Propagate: what a re-executed step can take over from the execution that it replaces.
+// Rollback and Propagate: what a re-executed step can take over from the execution that it
+// replaces.
 #pragma once
 
 #include <cstddef>
@@ -9,9 +10,10 @@
 
 namespace soda::models {
 
-// One step that is executed, perhaps again. A body is *unchanged* if it begins the step in the state
-// that it had in the replaced execution, bit for bit. What the step computes of unchanged bodies
-// alone (a contact, an island) comes out as it did, because all of it is pure functions of states.
+// One step that is executed, perhaps again. A body is *unchanged* if it begins the step in the
+// state that it had in the replaced execution, bit for bit. What the step computes of unchanged
+// bodies alone (a contact, an island) comes out as it did, because all of it is pure functions of
+// states.
 //
 // start(), note_own(), note_ghosts(), then contacts, then islands, then differences(). `replaced`
 // must stay as it is from start() to differences(), but for the states that are taken.

@@ -114,12 +114,13 @@ kernel::RunResult run_over_ranks(const Worlds& worlds, const RunOptions& options
 }
 
 void collect(const Worlds& worlds, const RunOptions& options, SimulationResult& result) {
-  const kernel::Bytes own = encode_outcome(worlds);
   if (options.executor != ExecutorKind::kMpi || worlds.size() == 1) {
-    add_outcome(own, result);
+    for (const std::unique_ptr<kernel::LogicalProcess>& process : worlds)
+      if (process) add_outcome(static_cast<const World&>(*process), result);
     return;
   }
-  for (const kernel::Bytes& outcome : options.transport->gather(own)) add_outcome(outcome, result);
+  for (const kernel::Bytes& outcome : options.transport->gather(encode_outcome(worlds)))
+    add_outcome(outcome, result);
 }
 
 kernel::RunResult run(const Worlds& worlds, const RunOptions& options, CommitRelay& relay,

@@ -20,10 +20,7 @@ void require(bool condition, const char* rule, std::int64_t step, std::int64_t o
 }  // namespace
 
 TransformBuffer::TransformBuffer(std::size_t capacity, BufferEntry initial)
-    : ring_(capacity),
-      oldest_(initial.step),
-      newest_(initial.step),
-      newest_stale_(initial.step) {
+    : ring_(capacity), oldest_(initial.step), newest_(initial.step), newest_stale_(initial.step) {
   require(capacity >= 2, "needs room for two entries", initial.step, oldest_, newest_);
   slot(initial.step) = std::move(initial);
 }

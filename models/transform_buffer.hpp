@@ -23,8 +23,8 @@ struct BufferEntry {
   std::vector<physics::BodyId> differs;
 };
 
-// Entries of consecutive steps oldest .. newest, at most `capacity` of them. What a truncation drops
-// stays as *stale* entries after the newest, until they are written again.
+// Entries of consecutive steps oldest .. newest, at most `capacity` of them. What a truncation
+// drops stays as *stale* entries after the newest, until they are written again.
 class TransformBuffer {
  public:
   // Holds `initial` as its only entry. `capacity` >= 2.

@@ -71,7 +71,7 @@ TEST(InstructionCount, OfTimeWarpOnOneThread) {
 TEST(InstructionCount, OfCommittingOnOneThread) {
   EXPECT_LE(instructions_per_event({"--toggle-collect=soda::kernel::Worker::commit*"},
                                    {"--executor", "threads", "--threads", "1"}),
-            1.1 * 71);
+            1.1 * 83);
 }
 
 }  // namespace

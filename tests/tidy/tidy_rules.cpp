@@ -138,7 +138,7 @@ enum class Scope { kNamespace, kType, kFunction, kOther };
 // What a block is that the statement `head` (everything since the last ; { or }) opens.
 Scope scope_of(const std::string& head, Scope outer) {
   static const std::regex space(R"(\bnamespace\b|extern\s*$)");
-  static const std::regex type(R"(\b(class|struct|enum|union)\b[^()]*$)");
+  static const std::regex type(R"(\b(class|struct|enum|union)\b(\s*alignas\([^()]*\))?[^()]*$)");
   if (outer == Scope::kFunction || outer == Scope::kOther) return Scope::kOther;
   if (std::regex_search(head, space)) return Scope::kNamespace;
   if (std::regex_search(head, type)) return Scope::kType;

@@ -1,0 +1,164 @@
+// Rollback and Propagate: what a repeated step computes again, and what it takes over.
+#include "models/repetition.hpp"
+
+#include <gtest/gtest.h>
+
+#include "models/simulation.hpp"
+#include "physics/measures.hpp"
+#include "tests/support/scenes.hpp"
+
+namespace soda::models {
+namespace {
+
+using physics::BodyId;
+using physics::BodyState;
+using physics::Vec3;
+
+// What a step left of two bodies in contact (ids 1 and 3), a free one (5) and a mixed island (7).
+struct Stale {
+  BufferEntry entry;
+  Stale() {
+    for (const std::uint32_t id : {1u, 3u, 5u, 7u}) {
+      entry.ids.push_back(BodyId{id});
+      entry.states.emplace_back();
+      entry.states.back().position_m = Vec3(id, 1, 0);
+    }
+    entry.memo.valid = true;
+    entry.memo.islands = {{BodyId{1}, 2}, {BodyId{1}, 2}, {BodyId{5}, 1}, {BodyId{7}, 0}};
+    physics::ContactManifold contact;
+    contact.a = BodyId{1};
+    contact.b = BodyId{3};
+    contact.count = 1;
+    entry.memo.tested = {contact};
+    entry.islands.emplace_back();
+    entry.islands.back().label = BodyId{1};
+    entry.islands.back().contact_points = 1;
+  }
+};
+
+const std::vector<BodyId> kOwn = {BodyId{1}, BodyId{3}, BodyId{5}, BodyId{7}};
+
+std::vector<BodyState> begin_states(std::size_t count) { return std::vector<BodyState>(count); }
+
+TEST(Repetition, TakesOverWhatDependsOnUnchangedBodiesOnly) {
+  Stale stale;
+  Repetition repetition;
+  repetition.start({}, &stale.entry);
+  repetition.note_own(kOwn, {});
+  std::vector<physics::ContactManifold> contacts;
+  EXPECT_TRUE(repetition.take_contacts(BodyId{1}, BodyId{3}, contacts));
+  EXPECT_EQ(contacts.size(), 1u);
+  EXPECT_TRUE(repetition.take_contacts(BodyId{3}, BodyId{5}, contacts)) << "known not to touch";
+  EXPECT_EQ(contacts.size(), 1u);
+
+  const std::vector<BodyId> pair = {BodyId{1}, BodyId{3}};
+  std::vector<BodyState> states = begin_states(2);
+  physics::IslandReport report;
+  EXPECT_TRUE(repetition.take_island(pair, states, &report));
+  EXPECT_EQ(states[1].position_m, Vec3(3, 1, 0));
+  EXPECT_EQ(report.contact_points, 1u);
+  const std::vector<BodyId> mixed = {BodyId{7}};
+  states = begin_states(1);
+  EXPECT_FALSE(repetition.take_island(mixed, states, nullptr)) << "it had foreign bodies";
+}
+
+TEST(Repetition, AChangedBodyIsComputedAgainWithItsWholeIsland) {
+  Stale stale;
+  Repetition repetition;
+  const std::vector<BodyId> changed = {BodyId{3}};
+  repetition.start(changed, &stale.entry);
+  repetition.note_own(kOwn, {});
+  std::vector<physics::ContactManifold> contacts;
+  EXPECT_FALSE(repetition.take_contacts(BodyId{1}, BodyId{3}, contacts));
+  std::vector<BodyState> states = begin_states(2);
+  physics::IslandReport report;
+  const std::vector<BodyId> pair = {BodyId{1}, BodyId{3}};
+  EXPECT_FALSE(repetition.take_island(pair, states, &report));
+  // Without its partner, body 1 is another island, though it is unchanged.
+  states = begin_states(1);
+  const std::vector<BodyId> alone = {BodyId{1}};
+  EXPECT_FALSE(repetition.take_island(alone, states, nullptr));
+  const std::vector<BodyId> free = {BodyId{5}};
+  EXPECT_TRUE(repetition.take_island(free, states, nullptr));
+}
+
+TEST(Repetition, ReportsTheBodiesThatEndDifferentlyAndThoseThatAlreadyDid) {
+  Stale stale;
+  stale.entry.differs = {BodyId{5}};
+  Repetition repetition;
+  repetition.start({}, &stale.entry);
+  repetition.note_own(kOwn, {});
+  std::vector<BodyState> ends = stale.entry.states;
+  ends[1].linear_velocity_m_s = Vec3(0, 0, -0.0);  // another bit, equal as a number
+  EXPECT_EQ(repetition.differences(kOwn, ends), (std::vector<BodyId>{BodyId{3}, BodyId{5}}));
+}
+
+TEST(Repetition, AMigrantIsUnchangedOnlyIfItCameBeforeInTheSameState) {
+  Stale stale;
+  stale.entry.memo.migrants = {{BodyId{1}, {}}, {BodyId{3}, {}}};
+  std::vector<Migrant> migrants = {{BodyId{1}, {}}, {BodyId{3}, {}}, {BodyId{5}, {}}};
+  migrants[1].state.position_m = Vec3(0, 0, 1);
+  Repetition repetition;
+  repetition.start({}, &stale.entry);
+  repetition.note_own(kOwn, migrants);
+  std::vector<physics::ContactManifold> contacts;
+  const BodyId ground = physics::static_id(0);
+  EXPECT_TRUE(repetition.take_contacts(BodyId{1}, ground, contacts));
+  EXPECT_FALSE(repetition.take_contacts(BodyId{3}, ground, contacts)) << "another state";
+  EXPECT_FALSE(repetition.take_contacts(BodyId{5}, ground, contacts)) << "had not migrated";
+  EXPECT_TRUE(repetition.take_contacts(BodyId{7}, ground, contacts));
+}
+
+// Bodies that rest on the ground, far from each other, in one territory, and a fast ball that comes
+// in from another one, where nothing else is.
+struct Intrusion {
+  test::Scene scene{Vec3(0, 0, -9.81)};
+  TerritoryMap map = make_territory_map(
+      {Grid{Vec3(-64, -64, 0), 1.0, {128, 128, 2}}, 2, MapKind::kBlocks, 1}, {});
+
+  explicit Intrusion(double miss_m) {
+    scene.ground();
+    const std::uint32_t ball = scene.shape(physics::Sphere{0.25});
+    for (int i = 0; i < 100; ++i) scene.body(ball, Vec3(2.0 + 3 * (i % 10), 3 * (i / 10), 0.25));
+    scene.body(ball, Vec3(-2.0, miss_m, 0.25), Vec3(24, 0, 0));
+  }
+
+  SimulationResult run(RollbackMode rollback) const {
+    return simulate(scene.description, scene.states, map,
+                    {.executor = ExecutorKind::kVirtual,
+                     .steps = 60,
+                     .buffer = 48,
+                     .rollback = rollback,
+                     .cluster = {.processors = 2, .latency_ns = 2'000'000}});
+  }
+};
+
+std::uint64_t digest(const Intrusion& intrusion, const SimulationResult& result) {
+  std::vector<BodyId> ids;
+  for (std::uint32_t i = 0; i < intrusion.scene.states.size(); ++i) ids.push_back(BodyId{i});
+  return physics::digest(ids, result.final_states);
+}
+
+// The intruder and what it hits: 2 or 3 of 101 bodies.
+TEST(RollbackAndPropagate, OneDirtyIslandOfAHundredCostsAtMostFivePercentOfTheBaseline) {
+  const Intrusion intrusion(0.0);
+  const SimulationResult all = intrusion.run(RollbackMode::kInvalidate);
+  const SimulationResult some = intrusion.run(RollbackMode::kPropagate);
+  EXPECT_EQ(digest(intrusion, all), digest(intrusion, some));
+  ASSERT_EQ(all.islands_committed, some.islands_committed);
+  const std::uint64_t wasted_all = all.stages.islands_solved - all.islands_committed;
+  const std::uint64_t wasted_some = some.stages.islands_solved - some.islands_committed;
+  EXPECT_GT(wasted_all, 1000u);
+  EXPECT_GT(some.worlds.islands_taken, 1000u);
+  EXPECT_LE(20 * wasted_some, wasted_all) << wasted_some << " of " << wasted_all;
+}
+
+TEST(RollbackAndPropagate, AGhostThatTouchesNothingCausesNoSolve) {
+  const Intrusion intrusion(1.5);
+  const SimulationResult result = intrusion.run(RollbackMode::kPropagate);
+  EXPECT_GT(result.worlds.steps_repeated, 0u);
+  EXPECT_EQ(result.stages.islands_solved, result.islands_committed);
+}
+
+}  // namespace
+}  // namespace soda::models
