@@ -283,6 +283,22 @@ TEST(TimeWarp, SlotOfAMessageStaysTakenWhenItsSendTimeHasBeenForgotten) {
   EXPECT_EQ(bench.take_outgoing(), (Texts{"+(50, 0) k4=9", "+(50, 0) k4.1=9", "+(50, 0) k4.2=9"}));
 }
 
+// More than the few outputs that are looked through, so that some have entered the slot table.
+TEST(TimeWarp, SlotsOfManyUndoneSendsAreFreeAgain) {
+  Bench bench({.on_execute = [](ScriptedProcess& self, VirtualTime now, auto, Outbox& outbox) {
+    for (std::uint32_t kind = 0; kind < 6; ++kind)
+      outbox.send(kPeer, at(now.t + 10), kind, number(self.state.sum));
+  }});
+  bench.deliver(at(1), 100, 1);
+  bench.execute_all();
+  bench.take_outgoing();
+  bench.deliver(at(1), 20, 1, 1);
+  bench.execute_all();
+  EXPECT_EQ(bench.take_outgoing(),
+            (Texts{"+(11, 0) k0=120", "+(11, 0) k1=120", "+(11, 0) k2=120", "+(11, 0) k3=120",
+                   "+(11, 0) k4=120", "+(11, 0) k5=120"}));
+}
+
 TEST(TimeWarp, ForgettingKeepsWhatARestartNeedsAndDropsTheRest) {
   Bench bench(marks_every_fifth());
   for (std::int64_t t = 0; t < 10; ++t) bench.deliver(at(t), 1, static_cast<std::uint64_t>(t) + 1);

@@ -91,6 +91,9 @@ TEST(Repetition, ReportsTheBodiesThatEndDifferentlyAndThoseThatAlreadyDid) {
   std::vector<BodyState> ends = stale.entry.states;
   ends[1].linear_velocity_m_s = Vec3(0, 0, -0.0);  // another bit, equal as a number
   EXPECT_EQ(repetition.differences(kOwn, ends), (std::vector<BodyId>{BodyId{3}, BodyId{5}}));
+  ends[3].impulses.emplace_back();  // the next solve would start from it
+  EXPECT_EQ(repetition.differences(kOwn, ends),
+            (std::vector<BodyId>{BodyId{3}, BodyId{5}, BodyId{7}}));
 }
 
 TEST(Repetition, AMigrantIsUnchangedOnlyIfItCameBeforeInTheSameState) {
@@ -109,12 +112,32 @@ TEST(Repetition, AMigrantIsUnchangedOnlyIfItCameBeforeInTheSameState) {
   EXPECT_TRUE(repetition.take_contacts(BodyId{7}, ground, contacts));
 }
 
+TEST(Repetition, AGhostIsUnchangedOnlyIfItCameBeforeInTheSameState) {
+  Stale stale;
+  const auto ghost = [](std::uint32_t id) { return Ghost{BodyId{id}, WorldId{1}, {}, {}}; };
+  stale.entry.memo.ghosts = {ghost(0), ghost(2), ghost(4), ghost(6)};
+  std::vector<Ghost> ghosts = {ghost(0), ghost(2), ghost(4), ghost(6), ghost(8)};
+  ghosts[1].state.position_m = Vec3(0, 0, 1);
+  ghosts[2].box.max = Vec3(0, 0, 1);
+  ghosts[3].owner = WorldId{2};
+  Repetition repetition;
+  repetition.start({}, &stale.entry);
+  repetition.note_own(kOwn, {});
+  repetition.note_ghosts(ghosts);
+  std::vector<physics::ContactManifold> contacts;
+  EXPECT_TRUE(repetition.take_contacts(BodyId{0}, BodyId{1}, contacts));
+  EXPECT_FALSE(repetition.take_contacts(BodyId{1}, BodyId{2}, contacts)) << "another state";
+  EXPECT_FALSE(repetition.take_contacts(BodyId{1}, BodyId{4}, contacts)) << "another box";
+  EXPECT_FALSE(repetition.take_contacts(BodyId{1}, BodyId{6}, contacts)) << "another owner";
+  EXPECT_FALSE(repetition.take_contacts(BodyId{1}, BodyId{8}, contacts)) << "was not here";
+}
+
 // Bodies that rest on the ground, far from each other, in one territory, and a fast ball that comes
 // in from another one, where nothing else is.
 struct Intrusion {
   test::Scene scene{Vec3(0, 0, -9.81)};
-  TerritoryMap map = make_territory_map(
-      {Grid{Vec3(-64, -64, 0), 1.0, {128, 128, 2}}, 2, MapKind::kBlocks, 1}, {});
+  TerritoryMap map =
+      make_territory_map({Grid{Vec3(-64, -64, 0), 1.0, {128, 128, 2}}, 2, MapKind::kBlocks, 1}, {});
 
   explicit Intrusion(double miss_m) {
     scene.ground();
@@ -123,9 +146,10 @@ struct Intrusion {
     scene.body(ball, Vec3(-2.0, miss_m, 0.25), Vec3(24, 0, 0));
   }
 
-  SimulationResult run(RollbackMode rollback) const {
+  SimulationResult run(RollbackMode rollback,
+                       ExecutorKind executor = ExecutorKind::kVirtual) const {
     return simulate(scene.description, scene.states, map,
-                    {.executor = ExecutorKind::kVirtual,
+                    {.executor = executor,
                      .steps = 60,
                      .buffer = 48,
                      .rollback = rollback,
@@ -158,6 +182,23 @@ TEST(RollbackAndPropagate, AGhostThatTouchesNothingCausesNoSolve) {
   const SimulationResult result = intrusion.run(RollbackMode::kPropagate);
   EXPECT_GT(result.worlds.steps_repeated, 0u);
   EXPECT_EQ(result.stages.islands_solved, result.islands_committed);
+}
+
+// A body leaves all bounds in step 8. Its world has run ahead of that when the intruder comes, whom
+// it has nothing to do with.
+TEST(RollbackAndPropagate, AFaultComesOutAgainThoughItsBodyIsUnchanged) {
+  Intrusion intrusion(0.0);
+  const std::uint32_t ball = intrusion.scene.shape(physics::Sphere{0.25});
+  intrusion.scene.body(ball, Vec3(40, 40, 1e12 - 8e7), Vec3(0, 0, 6e8));  // 1e7 m a step
+  const SimulationResult expected =
+      intrusion.run(RollbackMode::kPropagate, ExecutorKind::kSequential);
+  ASSERT_TRUE(expected.fault.has_value());
+  EXPECT_EQ(expected.fault->step, 8);
+  const SimulationResult result = intrusion.run(RollbackMode::kPropagate);
+  EXPECT_GT(result.worlds.islands_taken, 100u);
+  ASSERT_TRUE(result.fault.has_value());
+  EXPECT_EQ(result.fault->step, expected.fault->step);
+  EXPECT_EQ(result.fault->body_label, expected.fault->body_label);
 }
 
 }  // namespace

@@ -1,0 +1,67 @@
+// Committed parts that travel as bytes: what the root makes of them.
+#include "models/commit_relay.hpp"
+
+#include <gtest/gtest.h>
+
+namespace soda::models {
+namespace {
+
+using physics::BodyId;
+using physics::Vec3;
+
+// Bodies 2 w and 2 w + 1 of world w, at places that tell the step.
+BufferEntry entry_of(std::int64_t step, std::uint32_t world) {
+  BufferEntry entry;
+  entry.step = step;
+  for (const std::uint32_t body : {2 * world, 2 * world + 1}) {
+    entry.ids.push_back(BodyId{body});
+    entry.states.emplace_back();
+    entry.states.back().position_m = Vec3(body, static_cast<double>(step), -0.0);
+  }
+  entry.states[0].impulses.emplace_back();
+  entry.states[0].impulses[0].normal_newton_s = 0.5;
+  entry.islands.emplace_back();
+  entry.islands[0].label = BodyId{2 * world};
+  return entry;
+}
+
+TEST(CommitRelay, TheRootHasStepsInOrderWithStatesOwnersAndIslandsOfAllWorlds) {
+  std::int64_t last = 0;
+  const CommitObserver observer{
+      true, [&](const CommittedStep& step) {
+        EXPECT_EQ(step.step, ++last);
+        ASSERT_EQ(step.ids.size(), 6u);
+        ASSERT_EQ(step.islands.size(), 3u);
+        for (std::uint32_t body = 0; body < 6; ++body) {
+          const BufferEntry entry = entry_of(step.step, body / 2);
+          EXPECT_EQ(step.ids[body], BodyId{body});
+          EXPECT_EQ(step.owners[body], WorldId{body / 2});
+          EXPECT_TRUE(identical(step.states[body], entry.states[body % 2])) << body;
+          EXPECT_EQ(step.islands[body / 2].label, BodyId{body / 2 * 2});
+        }
+      }};
+  CommitMerge merge(observer, 3);
+  CommitRelay relay(observer.wants_states);
+  for (std::int64_t step = 1; step <= 3; ++step) merge.add(WorldId{1}, entry_of(step, 1));
+  for (std::int64_t step = 1; step <= 3; ++step)
+    for (const std::uint32_t world : {2u, 0u}) relay.add(WorldId{world}, entry_of(step, world));
+  for (const kernel::Bytes& record : relay.take()) join(record, merge);
+  EXPECT_EQ(last, 3);
+  EXPECT_TRUE(relay.take().empty()) << "each record is taken once";
+}
+
+TEST(CommitRelay, StatesThatNobodyWantsDoNotTravelButIslandsDo) {
+  struct Last final : CommitSink {
+    void add(WorldId, const BufferEntry& entry) override { part = entry; }
+    BufferEntry part;
+  } last;
+  CommitRelay relay(false);
+  relay.add(WorldId{1}, entry_of(4, 1));
+  for (const kernel::Bytes& record : relay.take()) join(record, last);
+  EXPECT_EQ(last.part.step, 4);
+  EXPECT_TRUE(last.part.ids.empty());
+  EXPECT_EQ(last.part.islands.size(), 1u);
+}
+
+}  // namespace
+}  // namespace soda::models
