@@ -203,6 +203,20 @@ TEST(TimeWarp, ChangeBeforeTheStragglerLowersTheFloorOfACoastingProcess) {
             (Texts{"+(16, 0) k1=1", "+(17, 0) k1=2", "+(18, 0) k1=3", "+(19, 0) k1=3"}));
 }
 
+TEST(TimeWarp, AnAntiMessageBeforeTheStragglerLowersTheFloorOfACoastingProcess) {
+  Bench bench(marks_every_fifth());
+  bench.deliver(at(7), 1, 1);
+  bench.execute_all();
+  bench.take_outgoing();
+  bench.deliver(at(8), 1, 2);
+  bench.process.execute(bench.effects);
+  bench.deliver_anti(at(7), 3);
+  EXPECT_EQ(bench.process.next_time(), at(6));
+  EXPECT_EQ(bench.process.floor(), at(7));
+  bench.execute_all();
+  EXPECT_EQ(bench.take_outgoing(), Texts{"+(17, 0) k1=0"});
+}
+
 TEST(TimeWarp, RestartBehindGvtCommitsOnceAndInOrder) {
   Bench bench(marks_every_fifth());
   bench.execute_all();
