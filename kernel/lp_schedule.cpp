@@ -58,7 +58,8 @@ void LpSchedule::rebuild() {
   work_ = 0;
 }
 
-// Number and width of the buckets, and the first of them. Few LPs all lie in the heap.
+// Number and width of the buckets, and the first of them. Few LPs all lie in the heap. The same
+// rule as the oracle's queue, but not its code (README, decision 11).
 void LpSchedule::fit(const std::vector<std::uint32_t>& all) {
   current_ = kNever.t;
   most_in_heap_ = kMostOfFew;

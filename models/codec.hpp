@@ -27,9 +27,13 @@ class Writer {
   template <class T>
   void number(T value) {
     static_assert(std::is_arithmetic_v<T>);
-    const std::size_t at = out_.size();
-    out_.resize(at + sizeof value);
-    std::memcpy(out_.data() + at, &value, sizeof value);
+    append(value);
+  }
+  // All of a struct of numbers without padding.
+  template <class T>
+  void plain(const T& value) {
+    static_assert(std::has_unique_object_representations_v<T>);
+    append(value);
   }
   void id(physics::BodyId value) { number(physics::index_of(value)); }
   void world(WorldId value) { number(index_of(value)); }
@@ -78,6 +82,13 @@ class Writer {
   }
 
  private:
+  template <class T>
+  void append(const T& value) {
+    const std::size_t at = out_.size();
+    out_.resize(at + sizeof value);
+    std::memcpy(out_.data() + at, &value, sizeof value);
+  }
+
   kernel::Bytes& out_;
 };
 
@@ -88,14 +99,13 @@ class Reader {
 
   template <class T>
   T number() {
-    if (in_.size() < sizeof(T)) {
-      std::fprintf(stderr, "soda: message payload ends early\n");
-      std::abort();
-    }
-    T value;
-    std::memcpy(&value, in_.data(), sizeof value);
-    in_ = in_.subspan(sizeof value);
-    return value;
+    static_assert(std::is_arithmetic_v<T>);
+    return take<T>();
+  }
+  template <class T>
+  T plain() {
+    static_assert(std::has_unique_object_representations_v<T>);
+    return take<T>();
   }
   physics::BodyId id() { return physics::BodyId{number<std::uint32_t>()}; }
   WorldId world() { return WorldId{number<std::uint32_t>()}; }
@@ -154,6 +164,18 @@ class Reader {
   bool at_end() const { return in_.empty(); }
 
  private:
+  template <class T>
+  T take() {
+    if (in_.size() < sizeof(T)) {
+      std::fprintf(stderr, "soda: message payload ends early\n");
+      std::abort();
+    }
+    T value;
+    std::memcpy(&value, in_.data(), sizeof value);
+    in_ = in_.subspan(sizeof value);
+    return value;
+  }
+
   std::span<const std::byte> in_;
 };
 

@@ -1,29 +1,11 @@
 #include "models/commit_relay.hpp"
 
-#include <type_traits>
 #include <utility>
 
 #include "models/codec.hpp"
 
 namespace soda::models {
 namespace {
-
-// Counters are plain numbers: a field more is a field more in the bytes.
-template <class T>
-void write_plain(Writer& writer, const T& value) {
-  static_assert(std::has_unique_object_representations_v<T>);
-  for (const std::byte byte : std::as_bytes(std::span(&value, 1)))
-    writer.number(static_cast<std::uint8_t>(byte));
-}
-
-template <class T>
-T read_plain(Reader& reader) {
-  static_assert(std::has_unique_object_representations_v<T>);
-  T value;
-  for (std::byte& byte : std::as_writable_bytes(std::span(&value, 1)))
-    byte = static_cast<std::byte>(reader.number<std::uint8_t>());
-  return value;
-}
 
 void write_bodies(Writer& writer, const BufferEntry& entry) {
   writer.number(static_cast<std::uint32_t>(entry.ids.size()));
@@ -77,8 +59,8 @@ kernel::Bytes encode_outcome(std::span<const std::unique_ptr<kernel::LogicalProc
   for (const std::unique_ptr<kernel::LogicalProcess>& process : worlds) {
     if (!process) continue;
     const World& world = static_cast<const World&>(*process);
-    write_plain(writer, world.stages());
-    write_plain(writer, world.counters());
+    writer.plain(world.stages());
+    writer.plain(world.counters());
     write_bodies(writer, world.newest_entry());
   }
   return bytes;
@@ -94,8 +76,8 @@ void add_outcome(const World& world, SimulationResult& result) {
 
 void add_outcome(std::span<const std::byte> outcome, SimulationResult& result) {
   for (Reader reader(outcome); !reader.at_end();) {
-    result.stages += read_plain<physics::StageCounters>(reader);
-    result.worlds += read_plain<WorldCounters>(reader);
+    result.stages += reader.plain<physics::StageCounters>();
+    result.worlds += reader.plain<WorldCounters>();
     BufferEntry entry;
     read_bodies(reader, entry);
     for (std::size_t i = 0; i < entry.ids.size(); ++i)
