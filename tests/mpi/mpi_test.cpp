@@ -88,6 +88,22 @@ TEST_F(Mpi, OnlyTheRootReportsAndItReportsAllSteps) {
   EXPECT_EQ(found.out.substr(found.out.find("\nstep 1 ")), alone.substr(alone.find("\nstep 1 ")));
 }
 
+// Drives are measured from the states of every step, which the root has to gather from all ranks.
+TEST_F(Mpi, ErrorMeasuresAreThoseOfOneProcess) {
+  for (const char* scene : {"crowd", "twelve-worlds"}) {
+    const std::vector<std::string> run = {"run", library_file(scene), "--steps", "15"};
+    std::vector<std::string> job = run;
+    for (const char* more : {"--executor", "mpi", "--threads", "2"}) job.push_back(more);
+    const std::string alone = run_soda(run).out, over = run_job(3, job).out;
+    for (const char* error :
+         {"energy drift", "momentum drift", "deepest penetration", "constraint residual"}) {
+      // Up to the unit: the run time stands beside it.
+      const std::string expected = after(error, alone);
+      EXPECT_EQ(after(error, over).substr(0, 20), expected.substr(0, 20)) << scene << ": " << error;
+    }
+  }
+}
+
 TEST_F(Mpi, ALogOfAJobIsReplayedWithoutMpi) {
   const TemporaryFolder folder;
   const std::string log = folder.file("run.sodalog");
