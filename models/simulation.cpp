@@ -26,9 +26,7 @@ std::size_t share_count(const RunOptions& options, std::uint32_t worlds) {
 }
 
 struct Surroundings {
-  const physics::SceneDescription& scene;
   const physics::Geometry& geometry;
-  const TerritoryMap& map;
   std::deque<SolveShare>& shares;
   CommitSink& commits;
   RollbackMode rollback;
@@ -46,11 +44,12 @@ kernel::LpRange own_worlds(const RunOptions& options, std::uint32_t worlds) {
 }
 
 // Every body starts in the world that owns its centre. Worlds that live elsewhere are null.
-Worlds build_worlds(const Surroundings& around, std::span<const physics::BodyState> initial,
-                    kernel::LpRange own, std::int64_t buffer) {
-  std::vector<BufferEntry> entries(around.map.worlds());
+Worlds build_worlds(const Surroundings& around, const Rules& rules,
+                    std::span<const physics::BodyState> initial, kernel::LpRange own,
+                    std::int64_t buffer) {
+  std::vector<BufferEntry> entries(rules.map->worlds());
   for (std::uint32_t body = 0; body < initial.size(); ++body) {
-    BufferEntry& entry = entries[index_of(around.map.owner_at(initial[body].position_m))];
+    BufferEntry& entry = entries[index_of(rules.map->owner_at(initial[body].position_m))];
     entry.ids.push_back(physics::BodyId{body});
     entry.states.push_back(initial[body]);
   }
@@ -58,11 +57,11 @@ Worlds build_worlds(const Surroundings& around, std::span<const physics::BodySta
   Worlds worlds(entries.size());
   for (std::uint32_t id = own.first; id < own.last; ++id) {
     entries[id].step = 0;
+    entries[id].rules = rules;
     SolveShare& share = around.shares[partition.owner_of(kernel::LpId{id})];
-    worlds[id] =
-        std::make_unique<World>(WorldSurroundings{around.scene, around.geometry, around.map, share,
-                                                  around.commits, around.rollback},
-                                WorldId{id}, buffer, std::move(entries[id]));
+    worlds[id] = std::make_unique<World>(
+        WorldSurroundings{around.geometry, share, around.commits, around.rollback}, WorldId{id},
+        buffer, std::move(entries[id]));
   }
   return worlds;
 }
@@ -191,8 +190,10 @@ SimulationResult simulate(const physics::SceneDescription& scene,
   CommitMerge merge(observer, map.worlds());
   CommitRelay relay(observer.wants_states);
   CommitSink& commits = is_root(options) ? static_cast<CommitSink&>(merge) : relay;
-  const Worlds worlds = build_worlds({scene, geometry, map, shares, commits, options.rollback},
-                                     initial, own_worlds(options, map.worlds()), options.buffer);
+  const Rules rules{std::make_shared<TerritoryMap>(map),
+                    std::make_shared<physics::SceneDescription>(scene)};
+  const Worlds worlds = build_worlds({geometry, shares, commits, options.rollback}, rules, initial,
+                                     own_worlds(options, map.worlds()), options.buffer);
 
   SimulationResult result;
   const kernel::RunResult outcome =

@@ -43,7 +43,8 @@ World::World(const WorldSurroundings& surroundings, WorldId id, std::int64_t buf
     : around_(surroundings),
       id_(id),
       // `buffer` entries ahead and the one at GVT.
-      buffer_(static_cast<std::size_t>(buffer) + 1, std::move(initial)) {}
+      buffer_(static_cast<std::size_t>(buffer) + 1, std::move(initial)),
+      rules_(buffer_.newest_entry().rules) {}
 
 void World::execute(kernel::VirtualTime now, Bag bag, kernel::Outbox& outbox) {
   switch (phase_of(now)) {
@@ -65,6 +66,7 @@ void World::execute(kernel::VirtualTime now, Bag bag, kernel::Outbox& outbox) {
 // Own bodies: those of the entry that did not leave, and those that migrate in.
 void World::begin(std::int64_t step, Bag bag) {
   BufferEntry& entry = buffer_.at(step);
+  rules_ = entry.rules;
   ghosts_.clear();
   merge_ = {};
   scratch_.manifolds.clear();
@@ -81,7 +83,7 @@ void World::begin(std::int64_t step, Bag bag) {
   if (divided()) {
     std::size_t kept = 0;
     for (std::size_t i = 0; i < ids_.size(); ++i) {
-      if (around_.map.owner_at(states_[i].position_m) != id_) continue;
+      if (rules_.map->owner_at(states_[i].position_m) != id_) continue;
       if (kept != i) {
         ids_[kept] = ids_[i];
         states_[kept] = std::move(states_[i]);
@@ -104,13 +106,13 @@ void World::begin(std::int64_t step, Bag bag) {
 
 // Swept boxes; own bodies go as ghosts to every other world whose cells their box covers.
 void World::detect(std::int64_t step, kernel::Outbox& outbox) {
-  physics::compute_boxes(around_.scene, around_.geometry, ids_, states_, scratch_.boxes, stages_);
+  physics::compute_boxes(*rules_.scene, around_.geometry, ids_, states_, scratch_.boxes, stages_);
   next_ = time_of(step, Phase::kPairs);
   if (!divided()) return;
   std::map<WorldId, std::vector<Ghost>> ghosts;
   std::vector<WorldId> owners;
   for (std::size_t i = 0; i < ids_.size(); ++i) {
-    around_.map.owners_of(scratch_.boxes[i], owners);
+    rules_.map->owners_of(scratch_.boxes[i], owners);
     for (const WorldId owner : owners) {
       if (owner != id_) ghosts[owner].push_back({ids_[i], id_, scratch_.boxes[i], states_[i]});
     }
@@ -141,13 +143,13 @@ void World::border_traversal(Bag bag) {
 void World::pairs(std::int64_t step, kernel::Outbox& outbox) {
   next_ = time_of(step, Phase::kFinish);
   if (ghosts_.empty() && !repetition_.can_take()) {
-    physics::find_contacts(around_.scene, around_.geometry, ids_, states_, scratch_, stages_);
+    physics::find_contacts(*rules_.scene, around_.geometry, ids_, states_, scratch_, stages_);
     if (remembers()) remember_contacts({});
     return;
   }
   repetition_.note_ghosts(ghosts_);
   BorderContacts contacts =
-      find_border_contacts(around_.scene, around_.geometry, around_.map, id_, ids_, states_,
+      find_border_contacts(*rules_.scene, around_.geometry, *rules_.map, id_, ids_, states_,
                            scratch_.boxes, ghosts_, repetition_, stages_);
   scratch_.manifolds = std::move(contacts.manifolds);
   if (remembers()) remember_contacts(contacts.for_others);
@@ -196,153 +198,6 @@ void World::remember_contacts(std::span<const ContactManifold> for_others) {
   if (for_others.empty()) return;
   memo_.tested.insert(memo_.tested.end(), for_others.begin(), for_others.end());
   std::sort(memo_.tested.begin(), memo_.tested.end(), canonical_before);
-}
-
-// Solve, integrate, write the entry of the next step. Does not wait for foreign news: what comes
-// later is a straggler.
-void World::finish(std::int64_t step, kernel::Outbox& outbox) {
-  if (merge_.nodes.empty() && !remembers()) {
-    physics::advance_bodies(around_.scene, ids_, states_, scratch_, report_, stages_);
-  } else {
-    advance_known_islands(step);
-  }
-  report_faults(outbox);
-  if (divided()) send_migrants(step, outbox);
-  if (!keeps_history_) buffer_.forget(step);
-  write_entry(step);
-  next_ = time_of(step + 1, Phase::kBegin);
-}
-
-void World::write_entry(std::int64_t step) {
-  std::vector<BodyId> differs = repetition_.differences(ids_, states_);
-  memo_.valid = memo_.valid && report_.faults.empty();
-  buffer_.at(step).differs.clear();
-  BufferEntry& entry = buffer_.append();
-  std::swap(entry.ids, ids_);
-  std::swap(entry.states, states_);
-  std::swap(entry.islands, report_.islands);
-  std::swap(entry.memo, memo_);
-  std::swap(entry.differs, differs);
-}
-
-// Own bodies and foreign nodes side by side. Every participating world solves the whole of a mixed
-// island in canonical order and keeps its own bodies: same bits, no message back.
-void World::advance_known_islands(std::int64_t step) {
-  const KnownBodies known = known_bodies(ids_, id_, merge_);
-  std::vector<BodyState> states;
-  states.reserve(known.ids.size());
-  for (const std::int32_t place : known.place) {
-    states.push_back(place >= 0 ? std::move(states_[place]) : merge_.nodes[-1 - place].state);
-  }
-  physics::build_islands(known.ids, scratch_.manifolds, scratch_.islands);
-  memo_.islands.assign(remembers() ? ids_.size() : 0, {});
-  for (std::size_t island = 0; island < scratch_.islands.count(); ++island)
-    advance_island(step, island, known, states);
-  for (const std::uint32_t body : scratch_.islands.free_bodies)
-    if (known.place[body] >= 0) advance_free_body(known.ids[body], states[body]);
-  for (std::size_t body = 0; body < known.ids.size(); ++body) {
-    if (known.place[body] >= 0) states_[known.place[body]] = std::move(states[body]);
-  }
-}
-
-// If it has an own body.
-void World::advance_island(std::int64_t step, std::size_t island, const KnownBodies& known,
-                           std::span<BodyState> states) {
-  const auto is_own = [&](std::uint32_t body) { return known.place[body] >= 0; };
-  const physics::Islands& islands = scratch_.islands;
-  const auto first = islands.bodies.begin() + islands.body_begin[island];
-  const auto last = islands.bodies.begin() + islands.body_begin[island + 1];
-  const auto own = std::count_if(first, last, is_own);
-  if (own == 0) return;
-  physics::gather_island(island, known.ids, states, scratch_);
-  const bool mixed = own != last - first;
-  if (mixed)
-    advance_mixed_island(step, is_own(*first));
-  else
-    advance_own_island();
-  if (remembers()) remember_island(scratch_.island_ids, mixed);
-  physics::scatter_island(island, states, scratch_);
-}
-
-void World::advance_own_island() {
-  physics::IslandReport report;
-  const bool taken = repetition_.take_island(scratch_.island_ids, scratch_.island_states, &report);
-  if (!taken)
-    report = physics::advance_island(around_.scene, scratch_.island_ids, scratch_.island_manifolds,
-                                     scratch_.island_states, stages_, report_.faults);
-  report_.islands.push_back(report);
-  count_repetition(taken, scratch_.island_ids.size());
-}
-
-void World::advance_free_body(BodyId id, BodyState& state) {
-  const bool taken = repetition_.take_island({&id, 1}, {&state, 1}, nullptr);
-  if (!taken) physics::advance_free_body(around_.scene, id, state, stages_, report_.faults);
-  count_repetition(taken, 1);
-  if (remembers()) remember_island({&id, 1}, false);
-}
-
-void World::count_repetition(bool taken, std::size_t bodies) {
-  if (!repetition_.repeats()) return;
-  ++(taken ? counters_.islands_taken : counters_.islands_repeated);
-  (taken ? counters_.bodies_taken : counters_.bodies_repeated) += bodies;
-}
-
-void World::remember_island(std::span<const BodyId> bodies, bool mixed) {
-  const auto count = static_cast<std::uint32_t>(mixed ? 0 : bodies.size());
-  for (const BodyId id : bodies) {
-    const auto place = std::lower_bound(ids_.begin(), ids_.end(), id);
-    if (place != ids_.end() && *place == id)
-      memo_.islands[static_cast<std::size_t>(place - ids_.begin())] = {bodies.front(), count};
-  }
-}
-
-// Of the worlds in one process, the first to come solves; the others find its solution. The owner
-// of the label reports the island.
-void World::advance_mixed_island(std::int64_t step, bool reports) {
-  ++counters_.mixed_islands;
-  kernel::Bytes input;
-  encode_island(scratch_.island_ids, scratch_.island_manifolds, scratch_.island_states, input);
-  std::shared_ptr<const SolvedIsland> solved = around_.solves.find(input);
-  const bool is_fresh = solved == nullptr;
-  if (solved) {
-    ++counters_.islands_reused;
-  } else {
-    auto fresh = std::make_shared<SolvedIsland>();
-    fresh->report =
-        physics::advance_island(around_.scene, scratch_.island_ids, scratch_.island_manifolds,
-                                scratch_.island_states, stages_, fresh->faults);
-    fresh->states = scratch_.island_states;
-    solved = fresh;
-    around_.solves.store(step, std::move(input), std::move(fresh));
-  }
-  count_repetition(!is_fresh, scratch_.island_ids.size());
-  scratch_.island_states = solved->states;
-  if (reports) report_.islands.push_back(solved->report);
-  report_.faults.insert(report_.faults.end(), solved->faults.begin(), solved->faults.end());
-}
-
-// Speculation can produce absurd states: a fault is data until GVT passes this event. One fault an
-// event is told, the lowest own body's.
-void World::report_faults(kernel::Outbox& outbox) const {
-  const physics::AdvanceFault* lowest = nullptr;
-  for (const physics::AdvanceFault& fault : report_.faults) {
-    if (!std::binary_search(ids_.begin(), ids_.end(), fault.body)) continue;
-    if (lowest == nullptr || fault.body < lowest->body) lowest = &fault;
-  }
-  if (lowest != nullptr) outbox.fault({physics::index_of(lowest->body), lowest->what});
-}
-
-void World::send_migrants(std::int64_t step, kernel::Outbox& outbox) {
-  std::map<WorldId, std::vector<Migrant>> leaving;
-  for (std::size_t i = 0; i < ids_.size(); ++i) {
-    const WorldId owner = around_.map.owner_at(states_[i].position_m);
-    if (owner != id_) leaving[owner].push_back({ids_[i], states_[i]});
-  }
-  for (const auto& [owner, migrants] : leaving) {
-    counters_.migrations += migrants.size();
-    send(owner, time_of(step + 1, Phase::kBegin), MessageKind::kMigrants, encode_migrants(migrants),
-         outbox);
-  }
 }
 
 void World::send(WorldId to, kernel::VirtualTime when, MessageKind kind, kernel::Payload payload,

@@ -22,9 +22,7 @@ namespace soda::models {
 // What all worlds of a run share: read-only, but for the two that are safe to use concurrently and
 // cannot change a result (the memory of solves, the gathering of committed steps).
 struct WorldSurroundings {
-  const physics::SceneDescription& scene;
   const physics::Geometry& geometry;
-  const TerritoryMap& map;
   SolveShare& solves;
   CommitSink& commits;
   RollbackMode rollback;
@@ -63,7 +61,7 @@ class World final : public kernel::LogicalProcess {
   void sync(kernel::VirtualTime now, Bag bag, kernel::Outbox& outbox);
   void finish(std::int64_t step, kernel::Outbox& outbox);
 
-  bool divided() const { return around_.map.worlds() > 1; }
+  bool divided() const { return rules_.map->worlds() > 1; }
   void send_fragments(std::int64_t step, const std::map<WorldId, Records>& fragments,
                       kernel::Outbox& outbox);
   bool remembers() const { return keeps_history_ && divided() && propagates(); }
@@ -90,6 +88,7 @@ class World final : public kernel::LogicalProcess {
   bool keeps_history_ = false;  // an executor that may roll back calls mark
 
   // The step in progress; all of it is rebuilt from an entry when the step restarts.
+  Rules rules_;
   std::vector<physics::BodyId> ids_;  // own bodies, ascending
   std::vector<physics::BodyState> states_;
   std::vector<Ghost> ghosts_;  // ascending by id, none of them own
