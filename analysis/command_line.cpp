@@ -60,6 +60,16 @@ void add_rollback_option(CLI::App& command, Overrides& overrides) {
       ->check(CLI::IsMember(modes));
 }
 
+void add_gating_option(CLI::App& command, Overrides& overrides) {
+  const std::map<std::string, bool> modes = {{"on", true}, {"off", false}};
+  command
+      .add_option_function<std::string>(
+          "--gating",
+          [&overrides, modes](const std::string& name) { overrides.gating = modes.at(name); },
+          "on (default): worlds whose bodies touch wait for each other; off: nobody waits")
+      ->check(CLI::IsMember(modes));
+}
+
 void add_policy_option(CLI::App& command, std::optional<kernel::Synchronisation>& policy) {
   const std::map<std::string, kernel::Synchronisation> policies = {
       {"optimistic", kernel::Synchronisation::kOptimistic},
@@ -89,6 +99,7 @@ CLI::App* add_run(CLI::App& app, RunRequest& request) {
   run->add_option("FILE", request.file, "scenario")->required();
   add_run_options(*run, request.overrides);
   add_rollback_option(*run, request.overrides);
+  add_gating_option(*run, request.overrides);
   add_policy_option(*run, request.overrides.policy);
   add_cluster_options(*run, request.overrides.cluster, "modelled from its counters");
   run->add_option("--log", request.log_file, "write an event log for soda replay");

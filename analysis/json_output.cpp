@@ -74,6 +74,7 @@ std::string run_json(const RunReport& report) {
                {"buffer", report.options.buffer},
                {"policy", lockstep ? "lockstep" : "optimistic"},
                {"rollback", name_of(report.options.rollback)},
+               {"gating", report.options.gating},
                {"dt_s", report.dt_s},
                {"wall_s", run.cost.wall_s},
                {"cpu_s", run.cost.cpu_s},
@@ -113,6 +114,7 @@ std::string verification_json(const Verification& verification) {
                  {"buffer", run.buffer},
                  {"scheduling_seed", run.scheduling_seed},
                  {"rollback", name_of(run.rollback)},
+                 {"gating", run.gating},
                  {"events", events(run.events)},
                  {"equal", !run.divergence.has_value()}};
     if (run.divergence) {

@@ -104,6 +104,7 @@ Overrides combined(const Overrides& base, const Overrides& over) {
   take(result.scheduling_seed, over.scheduling_seed);
   take(result.policy, over.policy);
   take(result.rollback, over.rollback);
+  take(result.gating, over.gating);
   if (over.transport != nullptr) result.transport = over.transport;
   if (over.cluster.given()) result.cluster = over.cluster;
   return result;
@@ -132,6 +133,7 @@ void apply_overrides(const Overrides& overrides, models::TerritoryOptions& terri
   if (overrides.scheduling_seed) run.scheduling_seed = *overrides.scheduling_seed;
   if (overrides.policy) run.synchronisation = *overrides.policy;
   if (overrides.rollback) run.rollback = *overrides.rollback;
+  if (overrides.gating) run.gating = *overrides.gating;
   run.constant_cost = overrides.cluster.cost_us.has_value();
   apply_cluster(overrides.cluster, territory.worlds, run.cluster);
 }

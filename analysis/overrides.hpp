@@ -36,6 +36,7 @@ struct Overrides {
   // Not written to logs: they say how a run is executed, which a replay decides anew.
   std::optional<kernel::Synchronisation> policy;
   std::optional<models::RollbackMode> rollback;
+  std::optional<bool> gating;
   kernel::Transport* transport = nullptr;  // of the job that mpirun started; it selects kMpi
   ClusterOverrides cluster;
 };

@@ -67,6 +67,7 @@ void verify_run(const scenarios::Scenario& scenario, const models::TerritoryMap&
                                    .buffer = run.buffer,
                                    .scheduling_seed = run.scheduling_seed,
                                    .rollback = run.rollback,
+                                   .gating = run.gating,
                                    .transport = transport},
                                   observer)
                      .events;
@@ -96,6 +97,7 @@ std::vector<VerifiedRun> matrix(const VerifyRequest& request, std::size_t cells)
         for (run.scheduling_seed = 1; run.scheduling_seed <= request.seeds; ++run.scheduling_seed) {
           const bool all = run.scheduling_seed % 2 == 0;
           run.rollback = all ? models::RollbackMode::kInvalidate : models::RollbackMode::kPropagate;
+          run.gating = run.scheduling_seed / 2 % 2 == 0;
           runs.push_back(run);
         }
       }
@@ -112,7 +114,7 @@ std::string describe(const VerifiedRun& run) {
     text += ", " + std::to_string(run.ranks) + " ranks";
   return text + ", " + std::to_string(run.threads) + " threads, buffer " +
          std::to_string(run.buffer) + ", scheduling seed " + std::to_string(run.scheduling_seed) +
-         ", " + name_of(run.rollback);
+         ", " + name_of(run.rollback) + ", gating " + (run.gating ? "on" : "off");
 }
 
 void print(const Verification& verification, std::ostream& out) {

@@ -20,7 +20,8 @@ struct VerifyRequest {
   std::vector<unsigned> threads{1, 2, 4};
   std::vector<std::uint32_t> worlds{1, 2, 4, 12, 48};
   std::vector<std::int64_t> buffers{1, 4, 48};
-  // Scheduling seeds 1 .. seeds; with every other one, rollbacks invalidate whole entries.
+  // Scheduling seeds 1 .. seeds; with every other one, rollbacks invalidate whole entries; with two
+  // of four, worlds do not wait for each other (gating).
   unsigned seeds = 5;
   kernel::Transport* transport = nullptr;  // the runs are those of the job's ranks
   bool require_rollbacks = false;          // fail if no run rolled back: then nothing was proved
@@ -43,6 +44,7 @@ struct VerifiedRun {
   std::int64_t buffer = 1;
   std::uint64_t scheduling_seed = 0;
   models::RollbackMode rollback = models::RollbackMode::kPropagate;
+  bool gating = true;
   kernel::Counters events;
   std::optional<Divergence> divergence;
 };

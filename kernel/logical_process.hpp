@@ -75,6 +75,14 @@ class LogicalProcess {
     return rewind(to);
   }
   virtual VirtualTime forget(VirtualTime horizon) = 0;
+  // Gating: whether an optimistic executor should wait before it executes `now` with this bag, its
+  // next time, because the LP expects more messages of that time. A guess: it waits until the bag
+  // has changed or GVT has reached `now`, so it costs time at most. A pure function of (state, now,
+  // bag). Asked only of an LP that gates(), which does not change.
+  virtual bool holds(VirtualTime /*now*/, std::span<const MessageView> /*bag*/) const {
+    return false;
+  }
+  virtual bool gates() const { return false; }
   virtual void commit(VirtualTime now) = 0;
   // Of all that later executions depend on. For checks only; 0 from an LP that does not tell.
   virtual std::uint64_t digest() const { return 0; }

@@ -65,6 +65,10 @@ class ObservedProcess final : public LogicalProcess {
     return restart;
   }
   VirtualTime forget(VirtualTime horizon) override { return lp_.forget(horizon); }
+  bool holds(VirtualTime now, std::span<const MessageView> bag) const override {
+    return lp_.holds(now, bag);
+  }
+  bool gates() const override { return lp_.gates(); }
   void commit(VirtualTime now) override {
     lp_.commit(now);
     observer_.on_commit(id_, now);

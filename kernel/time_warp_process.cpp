@@ -46,7 +46,8 @@ TimeWarpProcess::TimeWarpProcess(LpId id, std::size_t lp_count, LogicalProcess& 
       agenda_(next_time_),
       id_(id),
       lp_count_(static_cast<std::uint32_t>(lp_count)),
-      end_(end) {}
+      end_(end),
+      gates_(lp.gates()) {}
 
 bool TimeWarpProcess::deliver(Message&& message, Counters& counters) {
   const VirtualTime time = message.time;
@@ -150,6 +151,13 @@ void TimeWarpProcess::execute(WorkerEffects& effects) {
   refresh_agenda();
   refresh_next_time();
   if (has_pending()) flush_pending(effects);
+}
+
+// What coasts has all that it had.
+bool TimeWarpProcess::waits_for_messages(WorkerEffects& effects) const {
+  if (next_time_ >= end_ || next_time_ < coast_until_) return false;
+  inputs_.gather(next_time_, effects.bag);
+  return lp_.holds(next_time_, effects.bag);
 }
 
 void TimeWarpProcess::undo(VirtualTime from, WorkerEffects& effects) {

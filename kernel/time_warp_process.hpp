@@ -53,6 +53,12 @@ class alignas(64) TimeWarpProcess {
   // of.
   VirtualTime floor() const { return next_time_ > coast_until_ ? next_time_ : coast_until_; }
 
+  // Whether the LP waits at next_time() for messages that GVT has not excluded yet (gating). It has
+  // a floor all the same.
+  bool holds(VirtualTime gvt, WorkerEffects& effects) const {
+    return gates_ && next_time_ > gvt && waits_for_messages(effects);
+  }
+
   // Takes in a message, of time >= the last GVT. True if settle() must follow before anything else;
   // if not, next_time() and floor() may have changed already.
   bool deliver(Message&& message, Counters& counters);
@@ -162,6 +168,7 @@ class alignas(64) TimeWarpProcess {
     return *rare_;
   }
   bool has_pending() const { return rare_ && !rare_->pending_order.empty(); }
+  bool waits_for_messages(WorkerEffects& effects) const;
   std::size_t executed_before(VirtualTime time) const;
   void roll_back(VirtualTime to, Counters& counters);
   VirtualTime first_undone(VirtualTime to) const;
@@ -191,6 +198,7 @@ class alignas(64) TimeWarpProcess {
   const LpId id_;
   const std::uint32_t lp_count_;
   const VirtualTime end_;
+  const bool gates_;
   std::unique_ptr<Rare> rare_;
   SlotTable slots_;  // of most of what stands and of what is irrevocable
   VirtualTime gvt_ = kBeginning;

@@ -17,7 +17,8 @@ VirtualProcessor::VirtualProcessor(std::size_t index, const Partition& partition
       options_(options),
       spent_(partition.first_of(index + 1) - first_lp_),
       undone_until_(spent_.size(), kBeginning),
-      schedule_(spent_.size()) {
+      schedule_(spent_.size()),
+      is_held_(spent_.size(), false) {
   processes_.reserve(spent_.size());
   for (std::uint32_t own = 0; own < spent_.size(); ++own) {
     const LpId id = id_of(own);
@@ -75,8 +76,16 @@ void VirtualProcessor::tell_sent() {
     options_.observer->on_send(effects_.outgoing[told_sent_]);
 }
 
+// As Worker::schedule().
 void VirtualProcessor::refresh(std::uint32_t own) {
-  schedule_.update(own, processes_[own].floor());
+  if (options_.synchronisation == Synchronisation::kOptimistic &&
+      processes_[own].holds(gvt_, effects_)) {
+    schedule_.update(own, kNever);
+    if (!is_held_[own]) held_.push_back(own);
+    is_held_[own] = true;
+  } else {
+    schedule_.update(own, processes_[own].floor());
+  }
 }
 
 std::optional<std::uint32_t> VirtualProcessor::choose(VirtualTime gvt) {
@@ -146,6 +155,7 @@ void VirtualProcessor::undo(std::uint32_t own, VirtualTime time) {
 
 VirtualTime VirtualProcessor::floor() const {
   VirtualTime floor = schedule_.top_time();
+  for (const std::uint32_t own : held_) floor = std::min(floor, processes_[own].floor());
   for (const Message& message : inbox_) floor = std::min(floor, message.time);
   for (const Message& message : effects_.outgoing) floor = std::min(floor, message.time);
   return floor;
@@ -175,6 +185,12 @@ void VirtualProcessor::commit(VirtualTime limit, VirtualTime gvt, bool finished)
     spent.drop_front(committed);
   }
   gvt_ = gvt;
+  std::vector<std::uint32_t> held;
+  held.swap(held_);
+  for (const std::uint32_t own : held) {
+    is_held_[own] = false;
+    refresh(own);
+  }
 }
 
 std::size_t VirtualProcessor::history() const {

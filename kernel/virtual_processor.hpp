@@ -47,6 +47,7 @@ class VirtualProcessor {
 
   // Earliest of all floors and of all messages that are here: what GVT is the minimum of.
   VirtualTime floor() const;
+  // Of lockstep, where nobody is held.
   VirtualTime lowest_floor() const { return schedule_.top_time(); }
   std::uint32_t lowest() const { return schedule_.top(); }
   VirtualTime floor_of(std::uint32_t own) const { return processes_[own].floor(); }
@@ -88,7 +89,9 @@ class VirtualProcessor {
   std::vector<TimeWarpProcess> processes_;
   std::vector<SlidingVector<Spent>> spent_;  // of each LP, what stands and is not committed
   std::vector<VirtualTime> undone_until_;    // of each LP
-  LpHeap schedule_;                          // by floor
+  LpHeap schedule_;                          // by floor, without those that are held
+  std::vector<std::uint32_t> held_;          // may hold (gating); in any order
+  std::vector<char> is_held_;                // whether an LP is among them
   WorkerEffects effects_;                    // .outgoing: of the execution that lasts
   std::size_t told_sent_ = 0;                // how many of these the observer has heard of
   std::vector<Message> inbox_;

@@ -46,6 +46,7 @@ Worker::Worker(std::size_t index, Team& team, std::span<const std::unique_ptr<Lo
       progress_(progress),
       first_lp_(static_cast<std::uint32_t>(team.partition.first_of(team.first_worker + index))),
       schedule_(team.partition.first_of(team.first_worker + index + 1) - first_lp_),
+      is_held_(schedule_.size(), false),
       is_uncommitted_(schedule_.size(), false),
       remote_(team.partition.workers),
       patience_(kLeastPatience),
@@ -123,7 +124,7 @@ void Worker::deliver(Message&& message) {
   if (process.deliver(std::move(message), effects_.counters))
     touched_.push_back(own);
   else
-    schedule_.update(own, process.floor());
+    schedule(own);
 }
 
 // Settling may send to own LPs again.
@@ -156,8 +157,29 @@ void Worker::route_outgoing() {
   effects_.outgoing.clear();
 }
 
+// An LP that holds is not scheduled, but counts for GVT, which releases it.
+void Worker::schedule(std::uint32_t own) {
+  if (processes_[own].holds(gvt_, effects_) &&
+      options_.synchronisation == Synchronisation::kOptimistic) {
+    schedule_.update(own, kNever);
+    if (!is_held_[own]) held_.push_back(own);
+    is_held_[own] = true;
+  } else {
+    schedule_.update(own, processes_[own].floor());
+  }
+}
+
+void Worker::release_reached() {
+  std::vector<std::uint32_t> held;
+  held.swap(held_);
+  for (const std::uint32_t own : held) {
+    is_held_[own] = false;
+    schedule(own);
+  }
+}
+
 void Worker::refresh(std::uint32_t own) {
-  schedule_.update(own, processes_[own].floor());
+  schedule(own);
   if (processes_[own].has_fault()) may_be_faulty_.push_back(own);
 }
 
@@ -256,6 +278,8 @@ GvtReport Worker::make_report() {
     team_.link->send_outgoing();
     report.of_all_ranks = RankGvt{team_.link->gvt(), team_.link->fault()};
   }
+  for (const std::uint32_t own : held_)
+    report.floor = std::min(report.floor, processes_[own].floor());
   for (const Message& message : arrived_) report.floor = std::min(report.floor, message.time);
   for (const Message& message : held_back_) report.floor = std::min(report.floor, message.time);
   std::erase_if(may_be_faulty_, [&](std::uint32_t own) { return !processes_[own].has_fault(); });
@@ -275,6 +299,7 @@ void Worker::note_gvt(VirtualTime gvt) {
   patience_ = gvt > gvt_ ? kLeastPatience : std::min(2 * patience_, kMostPatience);
   gvt_ = gvt;
   executed_since_round_ = 0;
+  if (!held_.empty()) release_reached();
 }
 
 // What is committed is collected when the LP executes next, and is in the cache anyway; but an LP

@@ -43,6 +43,8 @@ class Worker {
   void release_held_back();
   void route_outgoing();
   void refresh(std::uint32_t own);
+  void schedule(std::uint32_t own);
+  void release_reached();
   void note_uncommitted(std::uint32_t own);
   std::uint32_t pick();
   void execute_one(std::uint32_t own);
@@ -70,7 +72,9 @@ class Worker {
   const std::uint32_t first_lp_;
 
   std::vector<TimeWarpProcess> processes_;  // the own LPs
-  LpSchedule schedule_;                     // by floor
+  LpSchedule schedule_;                     // by floor, without those that are held
+  std::vector<std::uint32_t> held_;         // may hold (gating); in any order
+  std::vector<char> is_held_;               // whether an LP is among them
   std::vector<std::uint32_t> may_be_faulty_;
   std::vector<std::uint32_t> uncommitted_;  // what a round has to touch; in any order
   std::vector<char> is_uncommitted_;        // whether an LP is among them

@@ -48,8 +48,8 @@ bool tests(const TerritoryMap& map, WorldId self, const Present& all, physics::I
 
 // The other owner hears of the contact and of the body that it does not own.
 void add_fragment(const Present& all, std::uint32_t body, WorldId target,
-                  std::span<const ContactManifold> found, std::map<WorldId, Records>& fragments) {
-  Records& records = fragments[target];
+                  std::span<const ContactManifold> found, std::map<WorldId, Fragment>& fragments) {
+  Records& records = fragments[target].records;
   records.nodes.push_back({all.ids[body], all.owners[body], *all.states[body]});
   records.manifolds.insert(records.manifolds.end(), found.begin(), found.end());
 }
@@ -103,7 +103,7 @@ BorderContacts find_border_contacts(const physics::SceneDescription& scene,
   }
   std::sort(out.manifolds.begin(), out.manifolds.end(), canonical_before);
   sort_unique(out.foreign);
-  for (auto& [target, records] : out.fragments) sort_unique(records.nodes);
+  for (auto& [target, fragment] : out.fragments) sort_unique(fragment.records.nodes);
   return out;
 }
 

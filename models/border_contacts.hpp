@@ -17,7 +17,7 @@ struct BorderContacts {
   std::vector<physics::ContactManifold> manifolds;
   std::vector<Node> foreign;  // foreign bodies in these contacts, ascending, unique
   // Cross-owner contacts by the foreign owner who must hear of them; two ghosts can be such a pair.
-  std::map<WorldId, Records> fragments;
+  std::map<WorldId, Fragment> fragments;
   // Contacts between ghosts that this world has tested for their owners; ascending pairs.
   std::vector<physics::ContactManifold> for_others;
 };

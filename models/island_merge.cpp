@@ -127,25 +127,35 @@ void add_node(std::span<const BodyId> own_ids, const Node& node, IslandMerge& me
   if (place == merge.nodes.end() || place->id != node.id) merge.nodes.insert(place, node);
 }
 
-void add_records(std::span<const BodyId> own_ids, WorldId from, const Records& records,
-                 IslandMerge& merge, std::vector<ContactManifold>& manifolds) {
-  std::set<RecordKey>& exchanged = merge.exchanged[from];
+void note_exchanged(const Records& records, WorldId with, IslandMerge& merge) {
+  std::set<RecordKey>& exchanged = merge.exchanged[with];
   for (const Node& node : records.nodes) exchanged.insert({node.id, node.id});
   for (const ContactManifold& manifold : records.manifolds) exchanged.insert(key_of(manifold));
+}
+
+void add_records(std::span<const BodyId> own_ids, WorldId from, const Records& records,
+                 IslandMerge& merge, std::vector<ContactManifold>& manifolds) {
+  note_exchanged(records, from, merge);
   take_in(own_ids, records, merge, manifolds);
 }
 
 void add_fragment(std::span<const BodyId> own_ids, WorldId from, const Records& records,
                   IslandMerge& merge, std::vector<ContactManifold>& manifolds) {
   std::set<RecordKey>& exchanged = merge.exchanged[from];
-  std::set<BodyId> kept;
+  std::map<BodyId, WorldId> owners;
   for (const Node& node : records.nodes) {
-    if (node.owner != from) continue;
-    kept.insert(node.id);
-    exchanged.insert({node.id, node.id});
+    owners.emplace(node.id, node.owner);
+    if (node.owner == from) exchanged.insert({node.id, node.id});
   }
   for (const ContactManifold& manifold : records.manifolds) {
-    if (kept.contains(manifold.a) || kept.contains(manifold.b)) exchanged.insert(key_of(manifold));
+    for (const auto& [own, other] :
+         {std::pair(manifold.a, manifold.b), std::pair(manifold.b, manifold.a)}) {
+      const auto owner = owners.find(other);
+      if (owner == owners.end()) continue;
+      std::set<RecordKey>& with_owner = merge.exchanged[owner->second];
+      with_owner.insert(key_of(manifold));
+      if (contains(own_ids, own)) with_owner.insert({own, own});
+    }
   }
   take_in(own_ids, records, merge, manifolds);
 }
@@ -164,10 +174,11 @@ KnownBodies known_bodies(std::span<const BodyId> own_ids, WorldId self, const Is
   return known;
 }
 
-std::vector<std::pair<WorldId, Records>> outgoing_records(
-    std::uint32_t round, WorldId self, const KnownBodies& known,
-    std::span<const physics::BodyState> own_states, std::span<const ContactManifold> manifolds,
-    IslandMerge& merge) {
+std::map<WorldId, Records> outgoing_records(std::uint32_t round, WorldId self,
+                                            const KnownBodies& known,
+                                            std::span<const physics::BodyState> own_states,
+                                            std::span<const ContactManifold> manifolds,
+                                            IslandMerge& merge) {
   physics::Islands islands;
   physics::build_islands(known.ids, manifolds, islands);
   std::map<WorldId, Records> outgoing;
@@ -185,15 +196,15 @@ std::vector<std::pair<WorldId, Records>> outgoing_records(
              outgoing[partner]);
     }
   }
-  std::vector<std::pair<WorldId, Records>> out;
+  std::erase_if(outgoing, [](const auto& item) {
+    return item.second.nodes.empty() && item.second.manifolds.empty();
+  });
   for (auto& [partner, records] : outgoing) {
-    if (records.nodes.empty() && records.manifolds.empty()) continue;
     std::sort(records.nodes.begin(), records.nodes.end(),
               [](const Node& x, const Node& y) { return x.id < y.id; });
     std::sort(records.manifolds.begin(), records.manifolds.end(), canonical_before);
-    out.emplace_back(partner, std::move(records));
   }
-  return out;
+  return outgoing;
 }
 
 }  // namespace soda::models

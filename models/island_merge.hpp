@@ -41,12 +41,15 @@ struct KnownBodies {
 void add_records(std::span<const physics::BodyId> own_ids, WorldId from, const Records& records,
                  IslandMerge& merge, std::vector<physics::ContactManifold>& manifolds);
 
-// The same for a fragment. Its sender tested the pairs, and where it owns neither body it has
-// forgotten them since: only what it keeps, its own bodies and their contacts, is noted as
-// exchanged with it. Noting the rest would withhold from a third world what its own island may
-// need.
+// The same for a fragment. Its sender tested the pairs, told both owners, and where it owns neither
+// body it has forgotten them since. So a contact is noted as exchanged with the owner of the other
+// body, and the own body, too; but nothing with a sender who is a third world. Noting more would
+// withhold from that what its own island may need.
 void add_fragment(std::span<const physics::BodyId> own_ids, WorldId from, const Records& records,
                   IslandMerge& merge, std::vector<physics::ContactManifold>& manifolds);
+
+// Notes the records as exchanged with the world.
+void note_exchanged(const Records& records, WorldId with, IslandMerge& merge);
 
 // Adds a node if its id is neither own nor known.
 void add_node(std::span<const physics::BodyId> own_ids, const Node& node, IslandMerge& merge);
@@ -61,9 +64,10 @@ KnownBodies known_bodies(std::span<const physics::BodyId> own_ids, WorldId self,
 //
 // The owners bound makes rounds end: news travels one owner a round, and no chain of owners is
 // longer than their number. Without it a withdrawn record chases its anti-message round a cycle.
-std::vector<std::pair<WorldId, Records>> outgoing_records(
-    std::uint32_t round, WorldId self, const KnownBodies& known,
-    std::span<const physics::BodyState> own_states,
-    std::span<const physics::ContactManifold> manifolds, IslandMerge& merge);
+std::map<WorldId, Records> outgoing_records(std::uint32_t round, WorldId self,
+                                            const KnownBodies& known,
+                                            std::span<const physics::BodyState> own_states,
+                                            std::span<const physics::ContactManifold> manifolds,
+                                            IslandMerge& merge);
 
 }  // namespace soda::models

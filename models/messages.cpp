@@ -8,6 +8,34 @@ using physics::BodyId;
 using physics::BodyState;
 using physics::ContactManifold;
 
+namespace {
+
+void write_records(const Records& records, Writer& writer) {
+  writer.number(static_cast<std::uint32_t>(records.nodes.size()));
+  for (const Node& node : records.nodes) {
+    writer.id(node.id);
+    writer.world(node.owner);
+    writer.state(node.state);
+  }
+  writer.number(static_cast<std::uint32_t>(records.manifolds.size()));
+  for (const ContactManifold& manifold : records.manifolds) writer.manifold(manifold);
+}
+
+Records read_records(Reader& reader) {
+  Records records;
+  records.nodes.resize(reader.number<std::uint32_t>());
+  for (Node& node : records.nodes) {
+    node.id = reader.id();
+    node.owner = reader.world();
+    node.state = reader.state();
+  }
+  records.manifolds.resize(reader.number<std::uint32_t>());
+  for (ContactManifold& manifold : records.manifolds) manifold = reader.manifold();
+  return records;
+}
+
+}  // namespace
+
 kernel::Payload encode_migrants(std::span<const Migrant> migrants) {
   kernel::Bytes bytes;
   Writer writer(bytes);
@@ -36,14 +64,19 @@ kernel::Payload encode_ghosts(std::span<const Ghost> ghosts) {
 kernel::Payload encode_records(const Records& records) {
   kernel::Bytes bytes;
   Writer writer(bytes);
-  writer.number(static_cast<std::uint32_t>(records.nodes.size()));
-  for (const Node& node : records.nodes) {
-    writer.id(node.id);
-    writer.world(node.owner);
-    writer.state(node.state);
+  write_records(records, writer);
+  return kernel::Payload(std::move(bytes));
+}
+
+kernel::Payload encode_fragment(const Fragment& fragment) {
+  kernel::Bytes bytes;
+  Writer writer(bytes);
+  write_records(fragment.records, writer);
+  writer.number(static_cast<std::uint32_t>(fragment.groups.size()));
+  for (const Fragment::OfGroup& group : fragment.groups) {
+    writer.id(group.label);
+    write_records(group.records, writer);
   }
-  writer.number(static_cast<std::uint32_t>(records.manifolds.size()));
-  for (const ContactManifold& manifold : records.manifolds) writer.manifold(manifold);
   return kernel::Payload(std::move(bytes));
 }
 
@@ -72,16 +105,19 @@ void decode_ghosts(std::span<const std::byte> payload, std::vector<Ghost>& out) 
 
 Records decode_records(std::span<const std::byte> payload) {
   Reader reader(payload);
-  Records records;
-  records.nodes.resize(reader.number<std::uint32_t>());
-  for (Node& node : records.nodes) {
-    node.id = reader.id();
-    node.owner = reader.world();
-    node.state = reader.state();
+  return read_records(reader);
+}
+
+Fragment decode_fragment(std::span<const std::byte> payload) {
+  Reader reader(payload);
+  Fragment fragment;
+  fragment.records = read_records(reader);
+  fragment.groups.resize(reader.number<std::uint32_t>());
+  for (Fragment::OfGroup& group : fragment.groups) {
+    group.label = reader.id();
+    group.records = read_records(reader);
   }
-  records.manifolds.resize(reader.number<std::uint32_t>());
-  for (ContactManifold& manifold : records.manifolds) manifold = reader.manifold();
-  return records;
+  return fragment;
 }
 
 void encode_island(std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,

@@ -37,14 +37,26 @@ struct Records {
   std::vector<physics::ContactManifold> manifolds;  // canonical order
 };
 
+// What a world tells another one of cross-owner contacts, once a step.
+struct Fragment {
+  struct OfGroup {
+    physics::BodyId label{};  // of the group (gating.hpp)
+    Records records;
+  };
+  Records records;              // contacts with a body of the receiver that the sender has tested
+  std::vector<OfGroup> groups;  // ascending by label
+};
+
 kernel::Payload encode_migrants(std::span<const Migrant> migrants);
 kernel::Payload encode_ghosts(std::span<const Ghost> ghosts);
 kernel::Payload encode_records(const Records& records);
+kernel::Payload encode_fragment(const Fragment& fragment);
 
 // Append what the payload holds. A payload that does not decode is a broken program: aborts.
 void decode_migrants(std::span<const std::byte> payload, std::vector<Migrant>& out);
 void decode_ghosts(std::span<const std::byte> payload, std::vector<Ghost>& out);
 Records decode_records(std::span<const std::byte> payload);
+Fragment decode_fragment(std::span<const std::byte> payload);
 
 // The encoding of an island's whole input, as an exact key for shared solves.
 void encode_island(std::span<const physics::BodyId> ids,

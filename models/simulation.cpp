@@ -30,6 +30,7 @@ struct Surroundings {
   std::deque<SolveShare>& shares;
   CommitSink& commits;
   RollbackMode rollback;
+  bool gating;
 };
 
 bool is_root(const RunOptions& options) {
@@ -60,8 +61,8 @@ Worlds build_worlds(const Surroundings& around, const Rules& rules,
     entries[id].rules = rules;
     SolveShare& share = around.shares[partition.owner_of(kernel::LpId{id})];
     worlds[id] = std::make_unique<World>(
-        WorldSurroundings{around.geometry, share, around.commits, around.rollback}, WorldId{id},
-        buffer, std::move(entries[id]));
+        WorldSurroundings{around.geometry, share, around.commits, around.rollback, around.gating},
+        WorldId{id}, buffer, std::move(entries[id]));
   }
   return worlds;
 }
@@ -192,8 +193,9 @@ SimulationResult simulate(const physics::SceneDescription& scene,
   CommitSink& commits = is_root(options) ? static_cast<CommitSink&>(merge) : relay;
   const Rules rules{std::make_shared<TerritoryMap>(map),
                     std::make_shared<physics::SceneDescription>(scene)};
-  const Worlds worlds = build_worlds({geometry, shares, commits, options.rollback}, rules, initial,
-                                     own_worlds(options, map.worlds()), options.buffer);
+  const Worlds worlds =
+      build_worlds({geometry, shares, commits, options.rollback, options.gating}, rules, initial,
+                   own_worlds(options, map.worlds()), options.buffer);
 
   SimulationResult result;
   const kernel::RunResult outcome =

@@ -34,6 +34,7 @@ struct RunOptions {
   std::int64_t buffer = 48;           // entries of each world's transform buffer, >= 1
   std::uint64_t scheduling_seed = 0;  // see kernel::ThreadsOptions
   RollbackMode rollback = RollbackMode::kPropagate;
+  bool gating = true;  // worlds whose bodies touch wait for each other (gating.hpp)
   // kMpi only: the other ranks, each of which makes the same call.
   kernel::Transport* transport = nullptr;
   // Not for kSequential.

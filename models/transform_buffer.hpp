@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "models/gating.hpp"
 #include "models/rules.hpp"
 #include "models/step_memo.hpp"
 #include "physics/advance.hpp"
@@ -19,6 +20,7 @@ struct BufferEntry {
   std::vector<physics::BodyState> states;
   std::vector<physics::IslandReport> islands;  // solved in step - 1, whose label is an own body
   StepMemo memo;                               // of step - 1
+  Gate gate;                                   // of step - 1
   Rules rules;                                 // of step - 1; at step 0, of that
   // Bodies whose state here is not the one that the next entry, a stale one, was computed from.
   // Ascending.

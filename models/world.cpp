@@ -53,7 +53,7 @@ void World::execute(kernel::VirtualTime now, Bag bag, kernel::Outbox& outbox) {
     case Phase::kDetect:
       return detect(now.t, outbox);
     case Phase::kBorderTraversal:
-      return border_traversal(bag);
+      return border_traversal(now.t, bag);
     case Phase::kPairs:
       return pairs(now.t, outbox);
     case Phase::kSync:
@@ -68,6 +68,9 @@ void World::begin(std::int64_t step, Bag bag) {
   BufferEntry& entry = buffer_.at(step);
   rules_ = entry.rules;
   ghosts_.clear();
+  gate_ = entry.gate;
+  expected_ = expected_from(gate_, id_);
+  next_gate_ = {};
   merge_ = {};
   scratch_.manifolds.clear();
   report_.islands.clear();
@@ -107,9 +110,10 @@ void World::begin(std::int64_t step, Bag bag) {
 // Swept boxes; own bodies go as ghosts to every other world whose cells their box covers.
 void World::detect(std::int64_t step, kernel::Outbox& outbox) {
   physics::compute_boxes(*rules_.scene, around_.geometry, ids_, states_, scratch_.boxes, stages_);
-  next_ = time_of(step, Phase::kPairs);
+  next_ = time_of(step, expected_.ghosts_from.empty() ? Phase::kPairs : Phase::kBorderTraversal);
   if (!divided()) return;
   std::map<WorldId, std::vector<Ghost>> ghosts;
+  for (const WorldId expecting : expected_.ghosts_to) ghosts[expecting];
   std::vector<WorldId> owners;
   for (std::size_t i = 0; i < ids_.size(); ++i) {
     rules_.map->owners_of(scratch_.boxes[i], owners);
@@ -125,7 +129,8 @@ void World::detect(std::int64_t step, kernel::Outbox& outbox) {
   }
 }
 
-void World::border_traversal(Bag bag) {
+void World::border_traversal(std::int64_t step, Bag bag) {
+  next_ = time_of(step, Phase::kPairs);
   for (const kernel::MessageView& message : bag) decode_ghosts(message.payload, ghosts_);
   std::stable_sort(ghosts_.begin(), ghosts_.end(),
                    [](const Ghost& a, const Ghost& b) { return a.id < b.id; });
@@ -141,8 +146,8 @@ void World::border_traversal(Bag bag) {
 
 // Contacts; those with a foreign body go to its owner.
 void World::pairs(std::int64_t step, kernel::Outbox& outbox) {
-  next_ = time_of(step, Phase::kFinish);
-  if (ghosts_.empty() && !repetition_.can_take()) {
+  next_ = after_round(step, next_round(gate_, expected_, 0));
+  if (ghosts_.empty() && expected_.fragments_to.empty() && !repetition_.can_take()) {
     physics::find_contacts(*rules_.scene, around_.geometry, ids_, states_, scratch_, stages_);
     if (remembers()) remember_contacts({});
     return;
@@ -154,42 +159,8 @@ void World::pairs(std::int64_t step, kernel::Outbox& outbox) {
   scratch_.manifolds = std::move(contacts.manifolds);
   if (remembers()) remember_contacts(contacts.for_others);
   merge_.nodes = std::move(contacts.foreign);
-  send_fragments(step, contacts.fragments, outbox);
+  send_fragments(step, std::move(contacts.fragments), outbox);
   if (!merge_.nodes.empty()) next_ = time_of(step, Phase::kSync);
-}
-
-void World::send_fragments(std::int64_t step, const std::map<WorldId, Records>& fragments,
-                           kernel::Outbox& outbox) {
-  for (const auto& [target, records] : fragments) {
-    std::set<RecordKey>& exchanged = merge_.exchanged[target];
-    for (const Node& node : records.nodes) exchanged.insert({node.id, node.id});
-    for (const ContactManifold& manifold : records.manifolds) {
-      exchanged.insert({manifold.a, manifold.b});
-    }
-    counters_.fragments_sent += records.manifolds.size();
-    send(target, time_of(step, Phase::kSync), MessageKind::kFragments, encode_records(records),
-         outbox);
-  }
-}
-
-// One merge round: take in records, pass on what others lack. Round 0 takes in fragments.
-void World::sync(kernel::VirtualTime now, Bag bag, kernel::Outbox& outbox) {
-  for (const kernel::MessageView& message : bag) {
-    const bool fragment = message.kind == static_cast<std::uint32_t>(MessageKind::kFragments);
-    (fragment ? add_fragment : add_records)(ids_, WorldId{kernel::index_of(message.source)},
-                                            decode_records(message.payload), merge_,
-                                            scratch_.manifolds);
-  }
-  counters_.merge_rounds += !bag.empty();
-  const std::uint32_t round = merge_round_of(now);
-  const KnownBodies known = known_bodies(ids_, id_, merge_);
-  for (const auto& [partner, records] :
-       outgoing_records(round, id_, known, states_, scratch_.manifolds, merge_)) {
-    counters_.records_sent += records.nodes.size() + records.manifolds.size();
-    send(partner, time_of(now.t, Phase::kSync, round + 1), MessageKind::kRecords,
-         encode_records(records), outbox);
-  }
-  next_ = time_of(now.t, Phase::kFinish);
 }
 
 void World::remember_contacts(std::span<const ContactManifold> for_others) {

@@ -26,6 +26,7 @@ struct WorldSurroundings {
   SolveShare& solves;
   CommitSink& commits;
   RollbackMode rollback;
+  bool gating;
 };
 
 // The events of one step are in README.md ("The step protocol"). Between steps a world's state is
@@ -43,6 +44,8 @@ class World final : public kernel::LogicalProcess {
   void mark(kernel::VirtualTime now) override;
   kernel::VirtualTime rewind(kernel::VirtualTime to) override;
   kernel::VirtualTime forget(kernel::VirtualTime horizon) override;
+  bool holds(kernel::VirtualTime now, std::span<const kernel::MessageView> bag) const override;
+  bool gates() const override { return around_.gating && divided(); }
   void commit(kernel::VirtualTime now) override;
   std::uint64_t digest() const override;
 
@@ -56,19 +59,23 @@ class World final : public kernel::LogicalProcess {
 
   void begin(std::int64_t step, Bag bag);
   void detect(std::int64_t step, kernel::Outbox& outbox);
-  void border_traversal(Bag bag);
+  void border_traversal(std::int64_t step, Bag bag);
   void pairs(std::int64_t step, kernel::Outbox& outbox);
   void sync(kernel::VirtualTime now, Bag bag, kernel::Outbox& outbox);
   void finish(std::int64_t step, kernel::Outbox& outbox);
 
   bool divided() const { return rules_.map->worlds() > 1; }
-  void send_fragments(std::int64_t step, const std::map<WorldId, Records>& fragments,
+  kernel::VirtualTime after_round(std::int64_t step, std::uint32_t next) const;
+  void take_in_fragment(WorldId from, const Fragment& fragment);
+  void take_in_records(std::uint32_t round, WorldId from, const Records& records);
+  void send_fragments(std::int64_t step, std::map<WorldId, Fragment> fragments,
                       kernel::Outbox& outbox);
   bool remembers() const { return keeps_history_ && divided() && propagates(); }
   bool propagates() const { return around_.rollback == RollbackMode::kPropagate; }
   void advance_known_islands(std::int64_t step);
   void advance_island(std::int64_t step, std::size_t island, const KnownBodies& known,
                       std::span<physics::BodyState> states);
+  void note_owners(std::size_t island, const KnownBodies& known);
   void advance_own_island();
   void advance_mixed_island(std::int64_t step, bool reports);
   void advance_free_body(physics::BodyId id, physics::BodyState& state);
@@ -91,6 +98,9 @@ class World final : public kernel::LogicalProcess {
   Rules rules_;
   std::vector<physics::BodyId> ids_;  // own bodies, ascending
   std::vector<physics::BodyState> states_;
+  Gate gate_;                  // of the step before; empty if it does not gate
+  Expected expected_;          // from it
+  Gate next_gate_;             // of this step, as far as it goes
   std::vector<Ghost> ghosts_;  // ascending by id, none of them own
   Repetition repetition_;
   StepMemo memo_;  // only if it remembers()

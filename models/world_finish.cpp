@@ -34,6 +34,7 @@ void World::write_entry(std::int64_t step) {
   std::swap(entry.states, states_);
   std::swap(entry.islands, report_.islands);
   std::swap(entry.memo, memo_);
+  std::swap(entry.gate, next_gate_);
   entry.rules = rules_;
   std::swap(entry.differs, differs);
 }
@@ -69,12 +70,22 @@ void World::advance_island(std::int64_t step, std::size_t island, const KnownBod
   if (own == 0) return;
   physics::gather_island(island, known.ids, states, scratch_);
   const bool mixed = own != last - first;
+  if (mixed) note_owners(island, known);
   if (mixed)
     advance_mixed_island(step, is_own(*first));
   else
     advance_own_island();
   if (remembers()) remember_island(scratch_.island_ids, mixed);
   physics::scatter_island(island, states, scratch_);
+}
+
+void World::note_owners(std::size_t island, const KnownBodies& known) {
+  if (!around_.gating) return;
+  std::vector<WorldId> owners;
+  const physics::Islands& islands = scratch_.islands;
+  for (std::uint32_t i = islands.body_begin[island]; i < islands.body_begin[island + 1]; ++i)
+    owners.push_back(known.owners[islands.bodies[i]]);
+  note_group(scratch_.island_ids, owners, id_, next_gate_.groups);
 }
 
 void World::advance_own_island() {

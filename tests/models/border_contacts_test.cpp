@@ -98,9 +98,9 @@ TEST(BorderContacts, EveryTouchingPairIsTestedByExactlyOneWorldWithTheUndividedR
       std::map<PairKey, std::vector<physics::ContactManifold>> found;
       for (const auto& manifold : contacts.manifolds)
         found[{manifold.a, manifold.b}].push_back(manifold);
-      for (const auto& [target, records] : contacts.fragments) {
+      for (const auto& [target, fragment] : contacts.fragments) {
         std::map<PairKey, std::vector<physics::ContactManifold>> told;
-        for (const auto& manifold : records.manifolds)
+        for (const auto& manifold : fragment.records.manifolds)
           told[{manifold.a, manifold.b}].push_back(manifold);
         for (const auto& [pair, manifolds] : told) {
           third_world_pairs += !found.contains(pair);
@@ -150,9 +150,9 @@ TEST(BorderContacts, BothOwnersOfAPairHearOfItAndOfTheBodyThatTheyDoNotOwn) {
         heard.insert({WorldId{w}, {manifold.a, manifold.b}});
       }
       for (const Node& node : contacts.foreign) known.insert({WorldId{w}, node.id});
-      for (const auto& [target, records] : contacts.fragments) {
-        for (const Node& node : records.nodes) known.insert({target, node.id});
-        for (const auto& manifold : records.manifolds) {
+      for (const auto& [target, fragment] : contacts.fragments) {
+        for (const Node& node : fragment.records.nodes) known.insert({target, node.id});
+        for (const auto& manifold : fragment.records.manifolds) {
           found.insert({manifold.a, manifold.b});
           heard.insert({target, {manifold.a, manifold.b}});
           told_by_a_third +=

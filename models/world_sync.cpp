@@ -1,0 +1,75 @@
+// What worlds tell each other of cross-owner contacts: fragments, and records in merge rounds.
+#include <map>
+#include <utility>
+
+#include "models/world.hpp"
+
+namespace soda::models {
+
+// Those that another world waits for are sent even if they are empty.
+void World::send_fragments(std::int64_t step, std::map<WorldId, Fragment> fragments,
+                           kernel::Outbox& outbox) {
+  for (const WorldId expecting : expected_.fragments_to) fragments[expecting];
+  if (!gate_.groups.empty())
+    add_group_fragments(gate_.groups, id_, known_bodies(ids_, id_, merge_), states_,
+                        scratch_.manifolds, merge_, fragments);
+  for (const auto& [target, fragment] : fragments) {
+    note_exchanged(fragment.records, target, merge_);
+    if (around_.gating && !fragment.records.manifolds.empty())
+      next_gate_.tested_for.push_back(target);
+    counters_.fragments_sent += fragment.records.manifolds.size();
+    for (const Fragment::OfGroup& group : fragment.groups) {
+      note_exchanged(group.records, target, merge_);
+      counters_.records_sent += group.records.nodes.size() + group.records.manifolds.size();
+    }
+    send(target, time_of(step, Phase::kSync), MessageKind::kFragments, encode_fragment(fragment),
+         outbox);
+  }
+}
+
+bool World::holds(kernel::VirtualTime now, Bag bag) const {
+  return now == next_ && lacks(gate_, expected_, now, bag);
+}
+
+// One merge round: take in records, pass on what others lack. Round 0 takes in fragments.
+void World::sync(kernel::VirtualTime now, Bag bag, kernel::Outbox& outbox) {
+  const std::uint32_t round = merge_round_of(now);
+  for (const kernel::MessageView& message : bag) {
+    const WorldId from{kernel::index_of(message.source)};
+    if (message.kind == static_cast<std::uint32_t>(MessageKind::kFragments))
+      take_in_fragment(from, decode_fragment(message.payload));
+    else
+      take_in_records(round, from, decode_records(message.payload));
+  }
+  counters_.merge_rounds += !bag.empty();
+  std::map<WorldId, Records> outgoing = outgoing_records(
+      round, id_, known_bodies(ids_, id_, merge_), states_, scratch_.manifolds, merge_);
+  if (around_.gating)
+    for (const auto& [partner, records] : outgoing)
+      next_gate_.told.emplace_back(round + 1, partner);
+  for (const auto& [told, world] : gate_.told)
+    if (told == round + 1) outgoing[world];
+  for (const auto& [partner, records] : outgoing) {
+    counters_.records_sent += records.nodes.size() + records.manifolds.size();
+    send(partner, time_of(now.t, Phase::kSync, round + 1), MessageKind::kRecords,
+         encode_records(records), outbox);
+  }
+  next_ = after_round(now.t, next_round(gate_, expected_, round + 1));
+}
+
+void World::take_in_fragment(WorldId from, const Fragment& fragment) {
+  if (around_.gating && !fragment.records.manifolds.empty()) next_gate_.testers.push_back(from);
+  take_fragment(ids_, id_, from, fragment, gate_.groups, merge_, scratch_.manifolds);
+}
+
+void World::take_in_records(std::uint32_t round, WorldId from, const Records& records) {
+  const bool has_news = !records.nodes.empty() || !records.manifolds.empty();
+  if (around_.gating && has_news) next_gate_.heard.emplace_back(round, from);
+  add_records(ids_, from, records, merge_, scratch_.manifolds);
+}
+
+kernel::VirtualTime World::after_round(std::int64_t step, std::uint32_t next) const {
+  return next == kNoRound ? time_of(step, Phase::kFinish) : time_of(step, Phase::kSync, next);
+}
+
+}  // namespace soda::models
