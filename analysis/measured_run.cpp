@@ -113,6 +113,8 @@ std::vector<std::pair<std::string, std::uint64_t>> stage_counts(
       {"entries_saved", worlds.entries_saved},
       {"bytes_sent", worlds.bytes_sent},
       {"steps_repeated", worlds.steps_repeated},
+      {"bags_absorbed", worlds.bags_absorbed},
+      {"absorption_looks", worlds.absorption_looks},
       {"islands_repeated", worlds.islands_repeated},
       {"islands_taken", worlds.islands_taken},
       {"bodies_repeated", worlds.bodies_repeated},

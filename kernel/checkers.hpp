@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <set>
 #include <tuple>
 #include <vector>
@@ -51,6 +52,7 @@ class ConservationChecker final : public RunObserver {
   void on_drop(const Message& message) override;
   void on_execute(LpId lp, VirtualTime now, std::span<const MessageView> bag,
                   std::uint64_t digest) override;
+  void on_absorb(LpId lp, VirtualTime now, std::span<const MessageView> bag) override;
   void on_rewind(LpId lp, VirtualTime restart) override;
   void on_commit(LpId lp, VirtualTime now) override;
   void on_end() override;
@@ -58,6 +60,9 @@ class ConservationChecker final : public RunObserver {
  private:
   // (time, destination, source, kind, slot)
   using Register = std::tuple<VirtualTime, LpId, LpId, std::uint32_t, std::uint32_t>;
+
+  static std::vector<Register> members_of(LpId lp, VirtualTime now,
+                                          std::span<const MessageView> bag);
 
   std::map<Register, std::uint64_t> live_;  // the incarnation that its sender stands by
   ExecutedLog<std::vector<Register>> bags_;
@@ -69,9 +74,15 @@ class ConservationChecker final : public RunObserver {
 struct CommittedBag {
   VirtualTime time;
   std::uint64_t bag_digest = 0;
-  std::uint64_t state_digest = 0;
+  std::optional<std::uint64_t> state_digest;  // unknown if the bag was absorbed
 
   friend bool operator==(const CommittedBag&, const CommittedBag&) = default;
+
+  // Whether they can be the same: what is not known cannot differ.
+  bool agrees_with(const CommittedBag& other) const {
+    return time == other.time && bag_digest == other.bag_digest &&
+           (!state_digest || !other.state_digest || *state_digest == *other.state_digest);
+  }
 };
 
 // Of each LP, all that it committed, in order.
@@ -83,6 +94,7 @@ class TraceRecorder final : public RunObserver {
   explicit TraceRecorder(std::size_t lps) : trace_(lps) {}
   void on_execute(LpId lp, VirtualTime now, std::span<const MessageView> bag,
                   std::uint64_t digest) override;
+  void on_absorb(LpId lp, VirtualTime now, std::span<const MessageView> bag) override;
   void on_rewind(LpId lp, VirtualTime restart) override;
   void on_commit(LpId lp, VirtualTime now) override;
 
@@ -100,6 +112,7 @@ class TraceChecker final : public RunObserver {
   explicit TraceChecker(const CommitTrace& oracle) : oracle_(oracle), done_(oracle.size()) {}
   void on_execute(LpId lp, VirtualTime now, std::span<const MessageView> bag,
                   std::uint64_t digest) override;
+  void on_absorb(LpId lp, VirtualTime now, std::span<const MessageView> bag) override;
   void on_rewind(LpId lp, VirtualTime restart) override;
   void on_commit(LpId lp, VirtualTime now) override;
   void on_end() override;

@@ -15,6 +15,16 @@ class ExecutedLog {
  public:
   void execute(LpId lp, VirtualTime now, Value value) { of(lp).push_back({now, std::move(value)}); }
 
+  // Replaces the value of `now`, or puts it in its place among the others.
+  void put(LpId lp, VirtualTime now, Value value) {
+    std::vector<Entry>& entries = of(lp);
+    const auto at = first_at_or_after(entries, now);
+    if (at != entries.end() && at->time == now)
+      at->value = std::move(value);
+    else
+      entries.insert(at, {now, std::move(value)});
+  }
+
   void rewind(LpId lp, VirtualTime restart) {
     std::vector<Entry>& entries = of(lp);
     entries.erase(first_at_or_after(entries, restart), entries.end());

@@ -22,6 +22,7 @@ struct Counters {
   std::uint64_t stragglers = 0;   // messages (or anti-messages) at or before the last executed time
   std::uint64_t messages = 0;     // positive messages sent
   std::uint64_t anti_messages = 0;  // empty incarnations sent
+  std::uint64_t absorbed = 0;       // changed bags that needed no rollback
   std::uint64_t adopted = 0;        // re-sends equal to what was already sent (lazy cancellation)
   std::uint64_t gvt_rounds = 0;
   std::uint64_t lead_sum = 0;  // sum over executed bags of t - GVT.t, for the mean lead

@@ -52,6 +52,15 @@ bool InputQueue::replace(Entry& entry, Message&& message) {
   return changes;
 }
 
+void InputQueue::gather_passed(VirtualTime time, std::vector<MessageView>& bag) const {
+  bag.clear();
+  const Entry* const end = near_.begin() + passed_;
+  const Entry* at = std::lower_bound(
+      near_.begin(), end, time, [](const Entry& entry, VirtualTime t) { return entry.time() < t; });
+  for (; at != end && at->time() == time; ++at)
+    if (!at->anti) bag.push_back(view(store_[at->place]));
+}
+
 VirtualTime InputQueue::next_time_beyond_antis() const {
   for (std::size_t i = passed_; i < near_.size(); ++i)
     if (!near_[i].anti) return near_[i].time();

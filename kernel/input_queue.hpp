@@ -40,6 +40,9 @@ class InputQueue {
   // The bag of `now`, which is not later than next_time(). Views are valid until the next change.
   void gather(VirtualTime now, std::vector<MessageView>& bag) const;
 
+  // The bag of a time before the boundary.
+  void gather_passed(VirtualTime time, std::vector<MessageView>& bag) const;
+
   // Moves the boundary to just after `now`.
   void pass(VirtualTime now);
 

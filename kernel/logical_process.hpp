@@ -35,6 +35,10 @@ class Outbox {
   // being executed; anything else is a broken model and aborts with both times, in release too.
   // What is sent to the end of the run or later is dropped.
   virtual void send(LpId destination, VirtualTime when, std::uint32_t kind, Payload payload) = 0;
+  // A hint, without effect on what is committed: all that this LP sends `destination` from now on
+  // will differ from what executions that were undone have sent. So that is taken back at once,
+  // not when the LP comes to it.
+  virtual void withdraw(LpId /*destination*/) {}
   // Records a fault of the event being executed; the first one counts.
   virtual void fault(Fault fault) = 0;
 };
@@ -75,6 +79,13 @@ class LogicalProcess {
     return rewind(to);
   }
   virtual VirtualTime forget(VirtualTime horizon) = 0;
+  // Called before a rollback for each changed time that the LP has executed or passed over,
+  // earliest first: its messages are now `bag`. True if the executions that stand, with this one
+  // (which is there now if it was not), send, leave behind and ask for just what they would with
+  // the new bag: then nothing is undone. False, and no change, if it cannot tell. Asked only of an
+  // LP that absorbs(), which does not change.
+  virtual bool absorb(VirtualTime /*now*/, std::span<const MessageView> /*bag*/) { return false; }
+  virtual bool absorbs() const { return false; }
   // Gating: whether an optimistic executor should wait before it executes `now` with this bag, its
   // next time, because the LP expects more messages of that time. A guess: it waits until the bag
   // has changed or GVT has reached `now`, so it costs time at most. A pure function of (state, now,

@@ -27,6 +27,10 @@ void ObserverList::on_execute(LpId lp, VirtualTime now, std::span<const MessageV
   for (RunObserver* observer : observers_) observer->on_execute(lp, now, bag, digest);
 }
 
+void ObserverList::on_absorb(LpId lp, VirtualTime now, std::span<const MessageView> bag) {
+  for (RunObserver* observer : observers_) observer->on_absorb(lp, now, bag);
+}
+
 void ObserverList::on_rewind(LpId lp, VirtualTime restart) {
   for (RunObserver* observer : observers_) observer->on_rewind(lp, restart);
 }

@@ -31,6 +31,8 @@ class RunObserver {
   // After the LP has executed `now`; `digest` is its LogicalProcess::digest().
   virtual void on_execute(LpId, VirtualTime /*now*/, std::span<const MessageView> /*bag*/,
                           std::uint64_t /*digest*/) {}
+  // The bag of a time that is behind the LP has changed without effect.
+  virtual void on_absorb(LpId, VirtualTime /*now*/, std::span<const MessageView> /*bag*/) {}
   // What the LP had executed at `restart` and later is undone.
   virtual void on_rewind(LpId, VirtualTime /*restart*/) {}
   virtual void on_commit(LpId, VirtualTime /*now*/) {}
@@ -65,6 +67,12 @@ class ObservedProcess final : public LogicalProcess {
     return restart;
   }
   VirtualTime forget(VirtualTime horizon) override { return lp_.forget(horizon); }
+  bool absorb(VirtualTime now, std::span<const MessageView> bag) override {
+    if (!lp_.absorb(now, bag)) return false;
+    observer_.on_absorb(id_, now, bag);
+    return true;
+  }
+  bool absorbs() const override { return lp_.absorbs(); }
   bool holds(VirtualTime now, std::span<const MessageView> bag) const override {
     return lp_.holds(now, bag);
   }
@@ -95,6 +103,7 @@ class ObserverList final : public RunObserver {
   void on_drop(const Message& message) override;
   void on_execute(LpId lp, VirtualTime now, std::span<const MessageView> bag,
                   std::uint64_t digest) override;
+  void on_absorb(LpId lp, VirtualTime now, std::span<const MessageView> bag) override;
   void on_rewind(LpId lp, VirtualTime restart) override;
   void on_commit(LpId lp, VirtualTime now) override;
   void on_gvt(VirtualTime gvt, std::span<const VirtualTime> floors) override;

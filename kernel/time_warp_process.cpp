@@ -28,6 +28,8 @@ class TimeWarpProcess::Sender final : public Outbox {
     process_.send(now_, {when, destination, kind, 0}, std::move(payload), effects_);
   }
 
+  void withdraw(LpId destination) override { process_.withdraw(now_, destination, effects_); }
+
   void fault(Fault fault) override {
     // While coasting, the record of the first time round still stands.
     auto& faults = process_.rare().faults;
@@ -47,7 +49,8 @@ TimeWarpProcess::TimeWarpProcess(LpId id, std::size_t lp_count, LogicalProcess& 
       id_(id),
       lp_count_(static_cast<std::uint32_t>(lp_count)),
       end_(end),
-      gates_(lp.gates()) {}
+      gates_(lp.gates()),
+      absorbs_(lp.absorbs()) {}
 
 bool TimeWarpProcess::deliver(Message&& message, Counters& counters) {
   const VirtualTime time = message.time;
@@ -57,6 +60,10 @@ bool TimeWarpProcess::deliver(Message&& message, Counters& counters) {
   if (!inputs_.write(std::move(message))) return false;
   if (needs_rollback(time)) {
     ++counters.stragglers;
+    if (absorbs_) {
+      rare().changed.push_back(time);
+      return changed_from_ == kNever && rare_->changed.size() == 1;
+    }
   } else if (!anti && changed_from_ == kNever && !has_fault()) {
     // The usual case: nothing that has been executed is concerned, and nothing gets later, so
     // nothing can be left to cancel.
@@ -70,6 +77,7 @@ bool TimeWarpProcess::deliver(Message&& message, Counters& counters) {
 }
 
 void TimeWarpProcess::settle(WorkerEffects& effects) {
+  if (absorbs_ && rare_ && !rare_->changed.empty()) absorb_changes(effects);
   if (changed_from_ == kNever) return;
   const VirtualTime from = std::exchange(changed_from_, kNever);
   if (has_fault())
@@ -82,6 +90,32 @@ void TimeWarpProcess::settle(WorkerEffects& effects) {
   }
   refresh_next_time();
   if (has_pending()) flush_pending(effects);
+}
+
+// Of the changes behind the LP, the first that cannot be absorbed is left.
+void TimeWarpProcess::absorb_changes(WorkerEffects& effects) {
+  std::vector<VirtualTime>& changed = rare().changed;
+  std::sort(changed.begin(), changed.end());
+  changed.erase(std::unique(changed.begin(), changed.end()), changed.end());
+  for (const VirtualTime time : changed) {
+    if (absorb(time, effects)) continue;
+    changed_from_ = std::min(changed_from_, time);
+    break;
+  }
+  changed.clear();
+}
+
+// The bag counts as executed.
+bool TimeWarpProcess::absorb(VirtualTime time, WorkerEffects& effects) {
+  inputs_.gather_passed(time, effects.bag);
+  if (!lp_.absorb(time, effects.bag)) return false;
+  ++effects.counters.absorbed;
+  const std::size_t at = executed_before(time);
+  if (at < executed_.size() && executed_[at].time() == time) return true;
+  executed_.insert(at, {time.t, time.round, 0});
+  ++effects.counters.executed;
+  effects.absorbed.push_back(time);
+  return true;
 }
 
 // How many of executed_ have a time < `time`.
@@ -228,7 +262,8 @@ bool TimeWarpProcess::adopt(VirtualTime now, const OutputId& id, const Payload& 
 // Cancels what was sent by undone executions at times that will not be executed again. Called
 // whenever next_time_ has changed, so that an LP with nothing left to execute cancels too.
 void TimeWarpProcess::flush_pending(WorkerEffects& effects) {
-  auto& [faults, pending, order] = *rare_;
+  auto& pending = rare_->pending;
+  auto& order = rare_->pending_order;
   while (!order.empty() && order.back().first < next_time_) {
     const auto [send_time, id] = order.back();
     order.pop_back();
@@ -237,12 +272,28 @@ void TimeWarpProcess::flush_pending(WorkerEffects& effects) {
     SODA_ASSERT(send_time >= coast_until_, "LP ", index_of(id_), ", executed again at ", send_time,
                 " with the same inputs, no longer sends kind ", id.kind, " to LP ",
                 index_of(id.destination), " at ", id.time, ": its execute is not a pure function");
-    SODA_ASSERT(id.time > gvt_, "LP ", index_of(id_), " cancels at ", id.time, " behind GVT ",
-                gvt_);
-    ++effects.counters.anti_messages;
-    effects.outgoing.push_back(
-        {id.time, id_, id.destination, id.kind, id.slot, next_incarnation_++, true, {}});
+    cancel(id, effects);
     pending.erase(found);
+  }
+}
+
+void TimeWarpProcess::cancel(const OutputId& id, WorkerEffects& effects) {
+  SODA_ASSERT(id.time > gvt_, "LP ", index_of(id_), " cancels at ", id.time, " behind GVT ", gvt_);
+  ++effects.counters.anti_messages;
+  effects.outgoing.push_back(
+      {id.time, id_, id.destination, id.kind, id.slot, next_incarnation_++, true, {}});
+}
+
+void TimeWarpProcess::withdraw(VirtualTime now, LpId destination, WorkerEffects& effects) {
+  if (!rare_ || now < coast_until_) return;
+  for (auto item = rare_->pending.begin(); item != rare_->pending.end();) {
+    const auto& [id, output] = *item;
+    if (id.destination != destination || output.send_time <= now) {
+      ++item;
+      continue;
+    }
+    cancel(id, effects);
+    item = rare_->pending.erase(item);
   }
 }
 

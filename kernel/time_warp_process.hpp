@@ -25,7 +25,8 @@ namespace soda::kernel {
 struct WorkerEffects {
   std::vector<Message> outgoing;  // to be delivered by the executor, in any order
   Counters counters;
-  std::vector<MessageView> bag;  // scratch
+  std::vector<MessageView> bag;       // scratch
+  std::vector<VirtualTime> absorbed;  // times that count as executed since; the executor clears it
 };
 
 // Driving: deliver() any number of messages, then settle(); execute() while next_time() is within
@@ -158,6 +159,7 @@ class alignas(64) TimeWarpProcess {
     // What became pending, latest send time first. Entries that are no longer in `pending` are
     // overtaken: ignore them.
     std::vector<std::pair<VirtualTime, OutputId>> pending_order;
+    std::vector<VirtualTime> changed;  // since settle(), behind the LP, if it absorbs
   };
 
   // Whether a change at `time` makes the LP's state wrong: it has executed that time, or it stands
@@ -168,6 +170,8 @@ class alignas(64) TimeWarpProcess {
     return *rare_;
   }
   bool has_pending() const { return rare_ && !rare_->pending_order.empty(); }
+  void absorb_changes(WorkerEffects& effects);
+  bool absorb(VirtualTime time, WorkerEffects& effects);
   bool waits_for_messages(WorkerEffects& effects) const;
   std::size_t executed_before(VirtualTime time) const;
   void roll_back(VirtualTime to, Counters& counters);
@@ -179,6 +183,8 @@ class alignas(64) TimeWarpProcess {
   std::uint32_t next_slot(const OutputId& id);
   bool adopt(VirtualTime now, const OutputId& id, const Payload& payload);
   void flush_pending(WorkerEffects& effects);
+  void withdraw(VirtualTime now, LpId destination, WorkerEffects& effects);
+  void cancel(const OutputId& id, WorkerEffects& effects);
   void forget_outputs(std::size_t count);
 
   // What commit() reads lies in one cache line.
@@ -198,7 +204,7 @@ class alignas(64) TimeWarpProcess {
   const LpId id_;
   const std::uint32_t lp_count_;
   const VirtualTime end_;
-  const bool gates_;
+  const bool gates_, absorbs_;
   std::unique_ptr<Rare> rare_;
   SlotTable slots_;  // of most of what stands and of what is irrevocable
   VirtualTime gvt_ = kBeginning;

@@ -49,6 +49,13 @@ void VirtualProcessor::take_in(std::vector<Message>& outgoing) {
 void VirtualProcessor::settle(std::uint32_t own) {
   const std::uint64_t before = effects_.counters.rolled_back;
   processes_[own].settle(effects_);
+  SlidingVector<Spent>& spent = spent_[own];
+  for (const VirtualTime time : effects_.absorbed) {
+    std::size_t at = spent.size();
+    while (at > 0 && time < spent[at - 1].time) --at;
+    spent.insert(at, {time, 0});
+  }
+  effects_.absorbed.clear();
   drop_undone(own, effects_.counters.rolled_back - before);
   refresh(own);
 }

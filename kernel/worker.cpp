@@ -132,6 +132,7 @@ void Worker::settle_receivers() {
   while (!touched_.empty()) {
     for (const std::uint32_t own : touched_) {
       processes_[own].settle(effects_);
+      effects_.absorbed.clear();
       refresh(own);
       note_uncommitted(own);
     }

@@ -84,6 +84,19 @@ Expected expected_from(const Gate& gate, WorldId self) {
           .fragments_from = partners_and(gate.testers)};
 }
 
+std::vector<WorldId> concerned(const Gate& gate, WorldId self, std::span<const BodyId> bodies) {
+  std::set<WorldId> worlds;
+  if (!bodies.empty()) worlds.insert(gate.testers.begin(), gate.testers.end());
+  for (const MixedGroup& group : gate.groups) {
+    const bool changes = std::any_of(group.own.begin(), group.own.end(), [&](BodyId id) {
+      return std::binary_search(bodies.begin(), bodies.end(), id);
+    });
+    if (changes) worlds.insert(group.owners.begin(), group.owners.end());
+  }
+  worlds.erase(self);
+  return {worlds.begin(), worlds.end()};
+}
+
 std::uint32_t next_round(const Gate& gate, const Expected& expected, std::uint32_t round) {
   std::uint32_t next = kNoRound;
   if (round == 0 && !expected.fragments_from.empty()) next = 0;

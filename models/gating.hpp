@@ -43,6 +43,11 @@ struct Expected {
 };
 Expected expected_from(const Gate& gate, WorldId self);
 
+// Worlds that have nothing to expect any more from what this world sent them before it repeated the
+// step: those of groups in which one of `bodies` is, and the testers. `bodies` ascending.
+std::vector<WorldId> concerned(const Gate& gate, WorldId self,
+                               std::span<const physics::BodyId> bodies);
+
 // The first merge round >= `round` with something to send or to wait for; kNoRound if none.
 inline constexpr std::uint32_t kNoRound = 0xffffffffu;
 std::uint32_t next_round(const Gate& gate, const Expected& expected, std::uint32_t round);

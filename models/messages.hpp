@@ -26,6 +26,9 @@ struct Ghost {
   physics::BodyState state;
 };
 
+// Bitwise equality of every field.
+bool identical(const Ghost& a, const Ghost& b);
+
 // Records of islands: foreign bodies and contacts, in fragments as in merge rounds.
 struct Node {
   physics::BodyId id{};

@@ -11,12 +11,6 @@ using physics::BodyId;
 using physics::BodyState;
 using physics::ContactManifold;
 
-bool same_box(const physics::Aabb& a, const physics::Aabb& b) {
-  for (int axis = 0; axis < 3; ++axis)
-    if (a.min[axis] != b.min[axis] || a.max[axis] != b.max[axis]) return false;
-  return true;
-}
-
 template <class T>
 const T* find_id(const std::vector<T>& sorted, BodyId id) {
   const auto place =
@@ -56,9 +50,7 @@ void Repetition::note_ghosts(std::span<const Ghost> ghosts) {
   const auto own = static_cast<std::ptrdiff_t>(unchanged_.size());
   for (const Ghost& ghost : ghosts) {
     const Ghost* const before = find_id(replaced_->memo.ghosts, ghost.id);
-    if (before != nullptr && before->owner == ghost.owner && same_box(before->box, ghost.box) &&
-        physics::identical(before->state, ghost.state))
-      unchanged_.push_back(ghost.id);
+    if (before != nullptr && identical(*before, ghost)) unchanged_.push_back(ghost.id);
   }
   std::inplace_merge(unchanged_.begin(), unchanged_.begin() + own, unchanged_.end());
 }

@@ -26,6 +26,7 @@ class Repetition {
   // Whether there is an execution to compare with; and whether it can be taken from.
   bool repeats() const { return replaced_ != nullptr; }
   bool can_take() const { return repeats() && replaced_->memo.valid; }
+  bool unchanged(physics::BodyId id) const;
 
   // `migrants`: of the own bodies, those that have just come.
   void note_own(std::span<const physics::BodyId> ids, std::span<const Migrant> migrants);
@@ -47,7 +48,6 @@ class Repetition {
                                            std::span<const physics::BodyState> states) const;
 
  private:
-  bool unchanged(physics::BodyId id) const;
   std::size_t place_of(physics::BodyId id) const;
 
   BufferEntry* replaced_ = nullptr;

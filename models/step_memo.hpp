@@ -16,10 +16,18 @@ struct StepMemo {
     std::uint32_t bodies = 0;
   };
 
+  // An own body that covers a cell at the territory's border; for each such cell once.
+  struct BorderBody {
+    std::uint32_t cell = 0;
+    physics::BodyId id{};
+    physics::Aabb box;  // swept
+  };
+
   bool valid = false;
   std::vector<Migrant> migrants;                 // those that became own bodies; ascending by id
   std::vector<Ghost> ghosts;                     // ascending by id
   std::vector<physics::ContactManifold> tested;  // by this world; canonical order
+  std::vector<BorderBody> border;                // ascending by cell, then by id
   std::vector<Membership> islands;               // of each own body, by id
 };
 

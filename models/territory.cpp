@@ -196,7 +196,43 @@ std::size_t Grid::index_of_cell(const std::array<std::int32_t, 3>& cell) const {
 }
 
 TerritoryMap::TerritoryMap(Grid grid, std::uint32_t worlds, std::vector<WorldId> owner_of_cell)
-    : grid_(grid), worlds_(worlds), owner_of_cell_(std::move(owner_of_cell)) {}
+    : grid_(grid), worlds_(worlds), owner_of_cell_(std::move(owner_of_cell)) {
+  for (std::int32_t x = 0; x < grid_.cells[0]; ++x)
+    for (std::int32_t y = 0; y < grid_.cells[1]; ++y)
+      for (std::int32_t z = 0; z < grid_.cells[2]; ++z)
+        is_border_.push_back(touches_other_owner({x, y, z}));
+}
+
+bool TerritoryMap::touches_other_owner(const std::array<std::int32_t, 3>& cell) const {
+  const WorldId owner = owner_of_cell_[grid_.index_of_cell(cell)];
+  const auto low = [&](int axis) { return std::max(cell[axis] - 1, 0); };
+  const auto high = [&](int axis) { return std::min(cell[axis] + 1, grid_.cells[axis] - 1); };
+  for (std::int32_t x = low(0); x <= high(0); ++x)
+    for (std::int32_t y = low(1); y <= high(1); ++y)
+      for (std::int32_t z = low(2); z <= high(2); ++z)
+        if (owner_of_cell_[grid_.index_of_cell({x, y, z})] != owner) return true;
+  return false;
+}
+
+bool TerritoryMap::border_cells_of(const physics::Aabb& box, WorldId world,
+                                   std::vector<std::uint32_t>& out) const {
+  out.clear();
+  bool all = true;
+  const std::array<std::int32_t, 3> low = grid_.cell_of(box.min), high = grid_.cell_of(box.max);
+  for (std::int32_t x = low[0]; x <= high[0]; ++x)
+    for (std::int32_t y = low[1]; y <= high[1]; ++y) {
+      const std::size_t row = grid_.index_of_cell({x, y, 0});
+      for (std::int32_t z = low[2]; z <= high[2]; ++z) {
+        const std::size_t cell = row + static_cast<std::size_t>(z);
+        if (owner_of_cell_[cell] != world) continue;
+        if (is_border_[cell])
+          out.push_back(static_cast<std::uint32_t>(cell));
+        else
+          all = false;
+      }
+    }
+  return all;
+}
 
 WorldId TerritoryMap::owner_at(const physics::Vec3& point) const {
   return owner_of_cell_[grid_.index_of_cell(grid_.cell_of(point))];

@@ -50,11 +50,19 @@ class TerritoryMap {
   WorldId owner_at(const physics::Vec3& point) const;
   // The worlds that own a cell which the box overlaps, ascending; overwrites `out`.
   void owners_of(const physics::Aabb& box, std::vector<WorldId>& out) const;
+  // Overwrites `out` with the indices of the cells that `world` owns, the box overlaps, and that
+  // lie at the border: next to a cell of another owner, if only with a corner. False if the box
+  // also overlaps a cell of the world that does not.
+  bool border_cells_of(const physics::Aabb& box, WorldId world,
+                       std::vector<std::uint32_t>& out) const;
 
  private:
+  bool touches_other_owner(const std::array<std::int32_t, 3>& cell) const;
+
   Grid grid_;
   std::uint32_t worlds_;
   std::vector<WorldId> owner_of_cell_;
+  std::vector<char> is_border_;  // by cell
 };
 
 // `body_positions_m`: initial centres, for k-means (blocks ignore them).

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "kernel/hash_mix.hpp"
+#include "models/absorption.hpp"
 #include "models/border_contacts.hpp"
 #include "physics/measures.hpp"
 
@@ -115,13 +116,16 @@ void World::detect(std::int64_t step, kernel::Outbox& outbox) {
   std::map<WorldId, std::vector<Ghost>> ghosts;
   for (const WorldId expecting : expected_.ghosts_to) ghosts[expecting];
   std::vector<WorldId> owners;
+  memo_.border.clear();
   for (std::size_t i = 0; i < ids_.size(); ++i) {
     rules_.map->owners_of(scratch_.boxes[i], owners);
+    if (remembers()) index_border_body(*rules_.map, id_, ids_[i], scratch_.boxes[i], memo_.border);
     for (const WorldId owner : owners) {
       if (owner != id_) ghosts[owner].push_back({ids_[i], id_, scratch_.boxes[i], states_[i]});
     }
   }
   counters_.border_tests += ids_.size();
+  sort_border_index(memo_.border);
   for (const auto& [owner, bodies] : ghosts) {
     counters_.ghosts_sent += bodies.size();
     send(owner, time_of(step, Phase::kBorderTraversal), MessageKind::kGhosts, encode_ghosts(bodies),
@@ -130,18 +134,46 @@ void World::detect(std::int64_t step, kernel::Outbox& outbox) {
 }
 
 void World::border_traversal(std::int64_t step, Bag bag) {
+  ghosts_ = foreign_ghosts(bag, ids_);
   next_ = time_of(step, Phase::kPairs);
-  for (const kernel::MessageView& message : bag) decode_ghosts(message.payload, ghosts_);
-  std::stable_sort(ghosts_.begin(), ghosts_.end(),
+}
+
+// Ascending. A body on its way between owners can be there twice, or be own already, until it is
+// repaired.
+std::vector<Ghost> World::foreign_ghosts(Bag bag, std::span<const BodyId> own_ids) const {
+  std::vector<Ghost> ghosts;
+  for (const kernel::MessageView& message : bag) decode_ghosts(message.payload, ghosts);
+  std::stable_sort(ghosts.begin(), ghosts.end(),
                    [](const Ghost& a, const Ghost& b) { return a.id < b.id; });
-  // A body on its way between owners can be here twice, or be own already, until it is repaired.
-  const auto unwanted = [this, last = -1L](const Ghost& ghost) mutable {
+  const auto unwanted = [own_ids, last = -1L](const Ghost& ghost) mutable {
     const long id = physics::index_of(ghost.id);
     const bool repeated = id == last;
     last = id;
-    return repeated || std::binary_search(ids_.begin(), ids_.end(), ghost.id);
+    return repeated || std::binary_search(own_ids.begin(), own_ids.end(), ghost.id);
   };
-  ghosts_.erase(std::remove_if(ghosts_.begin(), ghosts_.end(), unwanted), ghosts_.end());
+  ghosts.erase(std::remove_if(ghosts.begin(), ghosts.end(), unwanted), ghosts.end());
+  return ghosts;
+}
+
+// Late ghosts of a step whose pairs have been tested.
+bool World::absorb(kernel::VirtualTime now, Bag bag) {
+  if (phase_of(now) != Phase::kBorderTraversal || bag.empty()) return false;
+  const bool is_over = next_.t > now.t;
+  if (!is_over && phase_of(next_) <= Phase::kPairs) return false;
+  BufferEntry& start = buffer_.at(now.t);
+  BufferEntry* const end = is_over ? &buffer_.at(now.t + 1) : nullptr;
+  StepMemo& memo = is_over ? end->memo : memo_;
+  if (!memo.valid) return false;
+  const Rules& rules = is_over ? end->rules : rules_;
+  const std::span<const BodyId> ids = is_over ? end->ids : ids_;
+  std::vector<Ghost> ghosts = foreign_ghosts(bag, ids);
+  const ExecutedStep step{*rules.map, *rules.scene, around_.geometry, id_,
+                          ids,        start.ids,    start.states,     memo};
+  if (!makes_no_difference(step, ghosts, stages_, counters_.absorption_looks)) return false;
+  ++counters_.bags_absorbed;
+  if (!is_over) ghosts_ = ghosts;
+  memo.ghosts = std::move(ghosts);
+  return true;
 }
 
 // Contacts; those with a foreign body go to its owner.
@@ -205,7 +237,9 @@ std::uint64_t World::digest() const {
   }
   kernel::Bytes gathered;
   encode_island(ids_, scratch_.manifolds, states_, gathered);
-  const kernel::Payload ghosts = encode_ghosts(ghosts_);
+  // From the contacts on, a ghost matters no more.
+  const bool reads_ghosts = phase_of(next_) <= Phase::kPairs;
+  const kernel::Payload ghosts = encode_ghosts(reads_ghosts ? ghosts_ : std::vector<Ghost>{});
   const kernel::Payload nodes = encode_records({merge_.nodes, {}});
   for (const std::span<const std::byte> bytes :
        {std::span<const std::byte>(gathered), ghosts.bytes(), nodes.bytes()})

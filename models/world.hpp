@@ -44,6 +44,8 @@ class World final : public kernel::LogicalProcess {
   void mark(kernel::VirtualTime now) override;
   kernel::VirtualTime rewind(kernel::VirtualTime to) override;
   kernel::VirtualTime forget(kernel::VirtualTime horizon) override;
+  bool absorb(kernel::VirtualTime now, std::span<const kernel::MessageView> bag) override;
+  bool absorbs() const override { return divided() && propagates(); }
   bool holds(kernel::VirtualTime now, std::span<const kernel::MessageView> bag) const override;
   bool gates() const override { return around_.gating && divided(); }
   void commit(kernel::VirtualTime now) override;
@@ -58,6 +60,7 @@ class World final : public kernel::LogicalProcess {
   using Bag = std::span<const kernel::MessageView>;
 
   void begin(std::int64_t step, Bag bag);
+  std::vector<Ghost> foreign_ghosts(Bag bag, std::span<const physics::BodyId> own_ids) const;
   void detect(std::int64_t step, kernel::Outbox& outbox);
   void border_traversal(std::int64_t step, Bag bag);
   void pairs(std::int64_t step, kernel::Outbox& outbox);
@@ -66,6 +69,7 @@ class World final : public kernel::LogicalProcess {
 
   bool divided() const { return rules_.map->worlds() > 1; }
   kernel::VirtualTime after_round(std::int64_t step, std::uint32_t next) const;
+  bool has_changed(const Fragment& fragment) const;
   void take_in_fragment(WorldId from, const Fragment& fragment);
   void take_in_records(std::uint32_t round, WorldId from, const Records& records);
   void send_fragments(std::int64_t step, std::map<WorldId, Fragment> fragments,
@@ -82,7 +86,7 @@ class World final : public kernel::LogicalProcess {
   void count_repetition(bool taken, std::size_t bodies);
   void remember_island(std::span<const physics::BodyId> bodies, bool mixed);
   void remember_contacts(std::span<const physics::ContactManifold> for_others);
-  void write_entry(std::int64_t step);
+  void write_entry(std::int64_t step, kernel::Outbox& outbox);
   void report_faults(kernel::Outbox& outbox) const;
   void send_migrants(std::int64_t step, kernel::Outbox& outbox);
   void send(WorldId to, kernel::VirtualTime when, MessageKind kind, kernel::Payload payload,

@@ -21,12 +21,14 @@ void World::finish(std::int64_t step, kernel::Outbox& outbox) {
   report_faults(outbox);
   if (divided()) send_migrants(step, outbox);
   if (!keeps_history_) buffer_.forget(step);
-  write_entry(step);
+  write_entry(step, outbox);
   next_ = time_of(step + 1, Phase::kBegin);
 }
 
-void World::write_entry(std::int64_t step) {
+void World::write_entry(std::int64_t step, kernel::Outbox& outbox) {
   std::vector<BodyId> differs = repetition_.differences(ids_, states_);
+  for (const WorldId partner : concerned(next_gate_, id_, differs))
+    outbox.withdraw(kernel::LpId{index_of(partner)});
   memo_.valid = memo_.valid && report_.faults.empty();
   buffer_.at(step).differs.clear();
   BufferEntry& entry = buffer_.append();

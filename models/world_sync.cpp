@@ -1,4 +1,5 @@
 // What worlds tell each other of cross-owner contacts: fragments, and records in merge rounds.
+#include <algorithm>
 #include <map>
 #include <utility>
 
@@ -17,6 +18,8 @@ void World::send_fragments(std::int64_t step, std::map<WorldId, Fragment> fragme
     note_exchanged(fragment.records, target, merge_);
     if (around_.gating && !fragment.records.manifolds.empty())
       next_gate_.tested_for.push_back(target);
+    if (around_.gating && repetition_.can_take() && has_changed(fragment))
+      outbox.withdraw(kernel::LpId{index_of(target)});
     counters_.fragments_sent += fragment.records.manifolds.size();
     for (const Fragment::OfGroup& group : fragment.groups) {
       note_exchanged(group.records, target, merge_);
@@ -25,6 +28,13 @@ void World::send_fragments(std::int64_t step, std::map<WorldId, Fragment> fragme
     send(target, time_of(step, Phase::kSync), MessageKind::kFragments, encode_fragment(fragment),
          outbox);
   }
+}
+
+// Whether a repetition has found that a body which this world tests for others moves otherwise.
+bool World::has_changed(const Fragment& fragment) const {
+  const auto& nodes = fragment.records.nodes;
+  return std::any_of(nodes.begin(), nodes.end(),
+                     [this](const Node& node) { return !repetition_.unchanged(node.id); });
 }
 
 bool World::holds(kernel::VirtualTime now, Bag bag) const {

@@ -1,0 +1,42 @@
+// Absorbing ghosts that touch nothing: a late one costs its receiver no restart.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "models/messages.hpp"
+#include "models/step_memo.hpp"
+#include "models/territory.hpp"
+#include "physics/geometry.hpp"
+#include "physics/scene.hpp"
+
+namespace soda::models {
+
+// Appends an item for each border cell of the world that the body's box covers. Sort when all are
+// in.
+void index_border_body(const TerritoryMap& map, WorldId self, physics::BodyId id,
+                       const physics::Aabb& box, std::vector<StepMemo::BorderBody>& index);
+void sort_border_index(std::vector<StepMemo::BorderBody>& index);
+
+// A step that a world has executed at least as far as its pairs.
+struct ExecutedStep {
+  const TerritoryMap& map;
+  const physics::SceneDescription& scene;
+  const physics::Geometry& geometry;
+  WorldId self;
+  std::span<const physics::BodyId> ids;  // own bodies during the step
+  // At the start of the step: of own bodies that were there before, and of those that migrated in.
+  std::span<const physics::BodyId> begin_ids;
+  std::span<const physics::BodyState> begin_states;
+  const StepMemo& memo;  // valid
+};
+
+// Whether the step comes out as it did with these ghosts instead of those it had: none of the old
+// ones is gone or changed, and no new one makes a contact that this world has to test. `ghosts`
+// ascending by id and unique. Looks only at bodies in the border cells that the new ghosts cover,
+// and at ghosts; `looked_at` is raised by their number.
+bool makes_no_difference(const ExecutedStep& step, std::span<const Ghost> ghosts,
+                         physics::StageCounters& counters, std::uint64_t& looked_at);
+
+}  // namespace soda::models
