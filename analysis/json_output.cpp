@@ -83,7 +83,8 @@ std::string run_json(const RunReport& report) {
   json["events"] = events(result.events);
   json["islands"] = {{"committed", result.islands_committed},
                      {"solved", result.stages.islands_solved},
-                     {"reused", result.worlds.islands_reused}};
+                     {"reused", result.worlds.islands_reused},
+                     {"solves_committed", result.worlds.solves_committed}};
   json["lead"] = {{"mean_steps", mean_lead_steps(result.events)},
                   {"max_steps", result.events.lead_max}};
   if (result.cluster) json["virtual"] = cluster_json(*result.cluster);

@@ -61,11 +61,15 @@ const MixedGroup* find_group(std::span<const MixedGroup> groups, BodyId label) {
 void note_group(std::span<const BodyId> ids, std::span<const WorldId> owners, WorldId self,
                 std::vector<MixedGroup>& groups) {
   MixedGroup group{ids.front(), {owners.begin(), owners.end()}, {}};
-  std::sort(group.owners.begin(), group.owners.end());
-  group.owners.erase(std::unique(group.owners.begin(), group.owners.end()), group.owners.end());
+  sort_unique(group.owners);
   for (std::size_t i = 0; i < ids.size(); ++i)
     if (owners[i] == self) group.own.push_back(ids[i]);
   if (group.owners.size() > 1 && !group.own.empty()) groups.push_back(std::move(group));
+}
+
+void sort_unique(std::vector<WorldId>& worlds) {
+  std::sort(worlds.begin(), worlds.end());
+  worlds.erase(std::unique(worlds.begin(), worlds.end()), worlds.end());
 }
 
 Expected expected_from(const Gate& gate, WorldId self) {
@@ -78,7 +82,8 @@ Expected expected_from(const Gate& gate, WorldId self) {
     all.insert(others.begin(), others.end());
     return std::vector<WorldId>(all.begin(), all.end());
   };
-  return {.ghosts_to = partners_and(gate.testers),
+  return {.migrants = gate.migrants,
+          .ghosts_to = partners_and(gate.testers),
           .ghosts_from = partners_and(gate.tested_for),
           .fragments_to = partners_and(gate.tested_for),
           .fragments_from = partners_and(gate.testers)};
@@ -119,6 +124,8 @@ bool lacks(const Gate& gate, const Expected& expected, kernel::VirtualTime now,
     return std::any_of(worlds.begin(), worlds.end(),
                        [&](WorldId world) { return is_missing(world, kind); });
   };
+  if (phase_of(now) == Phase::kBegin)
+    return any_missing(expected.migrants, MessageKind::kMigrants);
   if (phase_of(now) == Phase::kBorderTraversal)
     return any_missing(expected.ghosts_from, MessageKind::kGhosts);
   if (phase_of(now) != Phase::kSync) return false;

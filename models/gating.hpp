@@ -31,14 +31,20 @@ struct Gate {
   std::vector<MixedGroup> groups;   // ascending by label
   std::vector<WorldId> testers;     // that told this world of contacts, all in all groups or not
   std::vector<WorldId> tested_for;  // that this world told of contacts
+  // Bodies went there at the end of the step; that, or bodies came from there at its start or went
+  // there at the end of the step before. Ascending.
+  std::vector<WorldId> left_to, migrants;
   // Records of merge rounds >= 1: round and other world.
   std::vector<std::pair<std::uint32_t, WorldId>> told, heard;
 
   friend bool operator==(const Gate&, const Gate&) = default;
 };
 
+void sort_unique(std::vector<WorldId>& worlds);
+
 // What follows from a gate for the step: worlds that are sent to or waited for. All ascending.
 struct Expected {
+  std::vector<WorldId> migrants;  // to and from
   std::vector<WorldId> ghosts_to, ghosts_from, fragments_to, fragments_from;
 };
 Expected expected_from(const Gate& gate, WorldId self);

@@ -170,6 +170,7 @@ WorldCounters& operator+=(WorldCounters& sum, const WorldCounters& more) {
   sum.migrations += more.migrations;
   sum.mixed_islands += more.mixed_islands;
   sum.islands_reused += more.islands_reused;
+  sum.solves_committed += more.solves_committed;
   sum.entries_saved += more.entries_saved;
   sum.bytes_sent += more.bytes_sent;
   sum.steps_repeated += more.steps_repeated;

@@ -55,8 +55,10 @@ struct WorldCounters {
   std::uint64_t migrations = 0;      // bodies sent to a new owner
   std::uint64_t mixed_islands = 0;   // solves (or shares) of islands with several owners
   std::uint64_t islands_reused = 0;  // mixed islands taken from another world's solve
-  std::uint64_t entries_saved = 0;   // transform-buffer entries kept for rollback
-  std::uint64_t bytes_sent = 0;      // payload bytes
+  // Solves that counted: for each committed step and world, the islands with one of its bodies.
+  std::uint64_t solves_committed = 0;
+  std::uint64_t entries_saved = 0;  // transform-buffer entries kept for rollback
+  std::uint64_t bytes_sent = 0;     // payload bytes
   // Of steps that were executed again: islands (bodies without contact count as one each) and their
   // bodies, computed again or taken over.
   std::uint64_t steps_repeated = 0;

@@ -19,6 +19,7 @@ struct BufferEntry {
   std::vector<physics::BodyId> ids;  // ascending
   std::vector<physics::BodyState> states;
   std::vector<physics::IslandReport> islands;  // solved in step - 1, whose label is an own body
+  std::uint32_t solves = 0;                    // in step - 1: islands with an own body
   StepMemo memo;                               // of step - 1
   Gate gate;                                   // of step - 1
   Rules rules;                                 // of step - 1; at step 0, of that

@@ -72,6 +72,7 @@ void World::begin(std::int64_t step, Bag bag) {
   gate_ = entry.gate;
   expected_ = expected_from(gate_, id_);
   next_gate_ = {};
+  solves_ = 0;
   merge_ = {};
   scratch_.manifolds.clear();
   report_.islands.clear();
@@ -98,7 +99,14 @@ void World::begin(std::int64_t step, Bag bag) {
     states_.resize(kept);
   }
   std::vector<Migrant> migrants;
-  for (const kernel::MessageView& message : bag) decode_migrants(message.payload, migrants);
+  if (around_.gating) next_gate_.migrants = gate_.left_to;
+  for (const kernel::MessageView& message : bag) {
+    const std::size_t before = migrants.size();
+    decode_migrants(message.payload, migrants);
+    if (around_.gating && migrants.size() > before)
+      next_gate_.migrants.push_back(WorldId{kernel::index_of(message.source)});
+  }
+  sort_unique(next_gate_.migrants);
   migrants = merge_migrants(std::move(migrants), ids_, states_);
   repetition_.start(entry.differs, propagates() ? buffer_.stale_next() : nullptr);
   repetition_.note_own(ids_, migrants);
@@ -225,7 +233,10 @@ kernel::VirtualTime World::forget(kernel::VirtualTime horizon) {
 }
 
 void World::commit(kernel::VirtualTime now) {
-  if (phase_of(now) == Phase::kFinish) around_.commits.add(id_, buffer_.at(now.t + 1));
+  if (phase_of(now) != Phase::kFinish) return;
+  const BufferEntry& entry = buffer_.at(now.t + 1);
+  counters_.solves_committed += entry.solves;
+  around_.commits.add(id_, entry);
 }
 
 // Between steps, all that matters is the newest entry; within one, what its phases have gathered.

@@ -107,7 +107,8 @@ class World final : public kernel::LogicalProcess {
   Gate next_gate_;             // of this step, as far as it goes
   std::vector<Ghost> ghosts_;  // ascending by id, none of them own
   Repetition repetition_;
-  StepMemo memo_;  // only if it remembers()
+  std::uint32_t solves_ = 0;  // islands with an own body
+  StepMemo memo_;             // only if it remembers()
   IslandMerge merge_;
   physics::StepScratch scratch_;
   physics::StepReport report_;

@@ -15,6 +15,7 @@ using physics::BodyState;
 void World::finish(std::int64_t step, kernel::Outbox& outbox) {
   if (merge_.nodes.empty() && !remembers()) {
     physics::advance_bodies(*rules_.scene, ids_, states_, scratch_, report_, stages_);
+    solves_ = static_cast<std::uint32_t>(report_.islands.size());
   } else {
     advance_known_islands(step);
   }
@@ -36,6 +37,7 @@ void World::write_entry(std::int64_t step, kernel::Outbox& outbox) {
   std::swap(entry.states, states_);
   std::swap(entry.islands, report_.islands);
   std::swap(entry.memo, memo_);
+  entry.solves = solves_;
   std::swap(entry.gate, next_gate_);
   entry.rules = rules_;
   std::swap(entry.differs, differs);
@@ -70,6 +72,7 @@ void World::advance_island(std::int64_t step, std::size_t island, const KnownBod
   const auto last = islands.bodies.begin() + islands.body_begin[island + 1];
   const auto own = std::count_if(first, last, is_own);
   if (own == 0) return;
+  ++solves_;
   physics::gather_island(island, known.ids, states, scratch_);
   const bool mixed = own != last - first;
   if (mixed) note_owners(island, known);
@@ -163,6 +166,10 @@ void World::send_migrants(std::int64_t step, kernel::Outbox& outbox) {
   for (std::size_t i = 0; i < ids_.size(); ++i) {
     const WorldId owner = rules_.map->owner_at(states_[i].position_m);
     if (owner != id_) leaving[owner].push_back({ids_[i], states_[i]});
+  }
+  if (around_.gating) {
+    for (const auto& [owner, migrants] : leaving) next_gate_.left_to.push_back(owner);
+    for (const WorldId expecting : next_gate_.migrants) leaving[expecting];
   }
   for (const auto& [owner, migrants] : leaving) {
     counters_.migrations += migrants.size();

@@ -38,7 +38,10 @@ bool World::has_changed(const Fragment& fragment) const {
 }
 
 bool World::holds(kernel::VirtualTime now, Bag bag) const {
-  return now == next_ && lacks(gate_, expected_, now, bag);
+  if (now != next_) return false;
+  if (phase_of(now) != Phase::kBegin) return lacks(gate_, expected_, now, bag);
+  const Gate& gate = buffer_.newest_entry().gate;
+  return lacks(gate, expected_from(gate, id_), now, bag);
 }
 
 // One merge round: take in records, pass on what others lack. Round 0 takes in fragments.
