@@ -94,6 +94,10 @@ class LogicalProcess {
     return false;
   }
   virtual bool gates() const { return false; }
+  // After a rollback of an LP that gates(): the LPs to which it will send other messages than those
+  // that were undone, as far as it can tell. They are taken back at once, so that nobody works with
+  // them.
+  virtual std::vector<LpId> disappoints() const { return {}; }
   virtual void commit(VirtualTime now) = 0;
   // Of all that later executions depend on. For checks only; 0 from an LP that does not tell.
   virtual std::uint64_t digest() const { return 0; }

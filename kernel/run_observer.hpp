@@ -77,6 +77,7 @@ class ObservedProcess final : public LogicalProcess {
     return lp_.holds(now, bag);
   }
   bool gates() const override { return lp_.gates(); }
+  std::vector<LpId> disappoints() const override { return lp_.disappoints(); }
   void commit(VirtualTime now) override {
     lp_.commit(now);
     observer_.on_commit(id_, now);

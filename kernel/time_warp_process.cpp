@@ -85,6 +85,8 @@ void TimeWarpProcess::settle(WorkerEffects& effects) {
   if (needs_rollback(from)) {
     roll_back(from, effects.counters);
     coast_until_ = from;
+    if (gates_)
+      for (const LpId lp : lp_.disappoints()) withdraw(from, lp, effects);
   } else {
     coast_until_ = std::min(coast_until_, from);
   }

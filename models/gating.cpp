@@ -124,8 +124,7 @@ bool lacks(const Gate& gate, const Expected& expected, kernel::VirtualTime now,
     return std::any_of(worlds.begin(), worlds.end(),
                        [&](WorldId world) { return is_missing(world, kind); });
   };
-  if (phase_of(now) == Phase::kBegin)
-    return any_missing(expected.migrants, MessageKind::kMigrants);
+  if (phase_of(now) == Phase::kBegin) return any_missing(expected.migrants, MessageKind::kMigrants);
   if (phase_of(now) == Phase::kBorderTraversal)
     return any_missing(expected.ghosts_from, MessageKind::kGhosts);
   if (phase_of(now) != Phase::kSync) return false;

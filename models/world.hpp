@@ -47,6 +47,7 @@ class World final : public kernel::LogicalProcess {
   bool absorb(kernel::VirtualTime now, std::span<const kernel::MessageView> bag) override;
   bool absorbs() const override { return divided() && propagates(); }
   bool holds(kernel::VirtualTime now, std::span<const kernel::MessageView> bag) const override;
+  std::vector<kernel::LpId> disappoints() const override;
   bool gates() const override { return around_.gating && divided(); }
   void commit(kernel::VirtualTime now) override;
   std::uint64_t digest() const override;

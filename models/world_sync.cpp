@@ -44,6 +44,17 @@ bool World::holds(kernel::VirtualTime now, Bag bag) const {
   return lacks(gate, expected_from(gate, id_), now, bag);
 }
 
+// Whoever this world has mattered to. A ghost that matters to nobody would have been absorbed.
+std::vector<kernel::LpId> World::disappoints() const {
+  const Expected expected = expected_from(buffer_.newest_entry().gate, id_);
+  std::vector<WorldId> worlds = expected.ghosts_to;
+  worlds.insert(worlds.end(), expected.fragments_to.begin(), expected.fragments_to.end());
+  sort_unique(worlds);
+  std::vector<kernel::LpId> lps;
+  for (const WorldId world : worlds) lps.push_back(kernel::LpId{index_of(world)});
+  return lps;
+}
+
 // One merge round: take in records, pass on what others lack. Round 0 takes in fragments.
 void World::sync(kernel::VirtualTime now, Bag bag, kernel::Outbox& outbox) {
   const std::uint32_t round = merge_round_of(now);
