@@ -26,8 +26,9 @@ Json events(const kernel::Counters& counters) {
           {"committed", counters.committed},         {"rollbacks", counters.rollbacks},
           {"stragglers", counters.stragglers},       {"messages", counters.messages},
           {"anti_messages", counters.anti_messages}, {"adopted", counters.adopted},
-          {"absorbed", counters.absorbed},           {"gvt_rounds", counters.gvt_rounds},
-          {"history_max", counters.history_max},     {"efficiency", efficiency(counters)}};
+          {"absorbed", counters.absorbed},           {"jumps", counters.jumps},
+          {"gvt_rounds", counters.gvt_rounds},       {"history_max", counters.history_max},
+          {"efficiency", efficiency(counters)}};
 }
 
 Json errors(const ErrorMeasures& error) {

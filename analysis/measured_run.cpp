@@ -113,6 +113,7 @@ std::vector<std::pair<std::string, std::uint64_t>> stage_counts(
       {"entries_saved", worlds.entries_saved},
       {"bytes_sent", worlds.bytes_sent},
       {"steps_repeated", worlds.steps_repeated},
+      {"steps_put_back", worlds.steps_put_back},
       {"bags_absorbed", worlds.bags_absorbed},
       {"absorption_looks", worlds.absorption_looks},
       {"islands_repeated", worlds.islands_repeated},

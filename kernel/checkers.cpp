@@ -95,6 +95,10 @@ void ConservationChecker::on_absorb(LpId lp, VirtualTime now, std::span<const Me
   bags_.put(lp, now, members_of(lp, now, bag));
 }
 
+void ConservationChecker::on_jump(LpId lp, VirtualTime now, VirtualTime resume) {
+  bags_.restore(lp, now, resume);
+}
+
 void ConservationChecker::on_rewind(LpId lp, VirtualTime restart) { bags_.rewind(lp, restart); }
 
 void ConservationChecker::on_commit(LpId lp, VirtualTime now) {
@@ -129,6 +133,10 @@ void TraceRecorder::on_absorb(LpId lp, VirtualTime now, std::span<const MessageV
   bags_.put(lp, now, {now, digest_of(bag), std::nullopt});
 }
 
+void TraceRecorder::on_jump(LpId lp, VirtualTime now, VirtualTime resume) {
+  bags_.restore(lp, now, resume);
+}
+
 void TraceRecorder::on_rewind(LpId lp, VirtualTime restart) { bags_.rewind(lp, restart); }
 
 void TraceRecorder::on_commit(LpId lp, VirtualTime now) {
@@ -144,6 +152,10 @@ void TraceChecker::on_execute(LpId lp, VirtualTime now, std::span<const MessageV
 
 void TraceChecker::on_absorb(LpId lp, VirtualTime now, std::span<const MessageView> bag) {
   bags_.put(lp, now, {now, digest_of(bag), std::nullopt});
+}
+
+void TraceChecker::on_jump(LpId lp, VirtualTime now, VirtualTime resume) {
+  bags_.restore(lp, now, resume);
 }
 
 void TraceChecker::on_rewind(LpId lp, VirtualTime restart) { bags_.rewind(lp, restart); }

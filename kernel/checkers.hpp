@@ -53,6 +53,7 @@ class ConservationChecker final : public RunObserver {
   void on_execute(LpId lp, VirtualTime now, std::span<const MessageView> bag,
                   std::uint64_t digest) override;
   void on_absorb(LpId lp, VirtualTime now, std::span<const MessageView> bag) override;
+  void on_jump(LpId lp, VirtualTime now, VirtualTime resume) override;
   void on_rewind(LpId lp, VirtualTime restart) override;
   void on_commit(LpId lp, VirtualTime now) override;
   void on_end() override;
@@ -95,6 +96,7 @@ class TraceRecorder final : public RunObserver {
   void on_execute(LpId lp, VirtualTime now, std::span<const MessageView> bag,
                   std::uint64_t digest) override;
   void on_absorb(LpId lp, VirtualTime now, std::span<const MessageView> bag) override;
+  void on_jump(LpId lp, VirtualTime now, VirtualTime resume) override;
   void on_rewind(LpId lp, VirtualTime restart) override;
   void on_commit(LpId lp, VirtualTime now) override;
 
@@ -113,6 +115,7 @@ class TraceChecker final : public RunObserver {
   void on_execute(LpId lp, VirtualTime now, std::span<const MessageView> bag,
                   std::uint64_t digest) override;
   void on_absorb(LpId lp, VirtualTime now, std::span<const MessageView> bag) override;
+  void on_jump(LpId lp, VirtualTime now, VirtualTime resume) override;
   void on_rewind(LpId lp, VirtualTime restart) override;
   void on_commit(LpId lp, VirtualTime now) override;
   void on_end() override;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <iterator>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -27,7 +28,27 @@ class ExecutedLog {
 
   void rewind(LpId lp, VirtualTime restart) {
     std::vector<Entry>& entries = of(lp);
-    entries.erase(first_at_or_after(entries, restart), entries.end());
+    std::vector<Entry>& undone = undone_[index_of(lp)];
+    const auto first = first_at_or_after(entries, restart);
+    if (first == entries.end()) return;
+    const VirtualTime last = entries.back().time;
+    const auto later =
+        std::upper_bound(undone.begin(), undone.end(), last,
+                         [](VirtualTime time, const Entry& entry) { return time < entry.time; });
+    std::vector<Entry> all(std::make_move_iterator(first), std::make_move_iterator(entries.end()));
+    all.insert(all.end(), std::make_move_iterator(later), std::make_move_iterator(undone.end()));
+    undone = std::move(all);
+    entries.erase(first, entries.end());
+  }
+
+  // What was undone last at each time of [now, resume) stands again.
+  void restore(LpId lp, VirtualTime now, VirtualTime resume) {
+    std::vector<Entry>& entries = of(lp);
+    std::vector<Entry>& undone = undone_[index_of(lp)];
+    const auto first = first_at_or_after(undone, now);
+    const auto last = first_at_or_after(undone, resume);
+    entries.insert(entries.end(), std::make_move_iterator(first), std::make_move_iterator(last));
+    undone.erase(undone.begin(), last);
   }
 
   // The value of `now`, and forgets all before it; nothing if that has not been executed, or was
@@ -48,7 +69,10 @@ class ExecutedLog {
   };
 
   std::vector<Entry>& of(LpId lp) {
-    if (index_of(lp) >= entries_.size()) entries_.resize(index_of(lp) + 1);
+    if (index_of(lp) >= entries_.size()) {
+      entries_.resize(index_of(lp) + 1);
+      undone_.resize(entries_.size());
+    }
     return entries_[index_of(lp)];
   }
   static typename std::vector<Entry>::iterator first_at_or_after(std::vector<Entry>& entries,
@@ -58,6 +82,7 @@ class ExecutedLog {
   }
 
   std::vector<std::vector<Entry>> entries_;  // of each LP, ascending
+  std::vector<std::vector<Entry>> undone_;   // of each LP, ascending; the last of each time
 };
 
 }  // namespace soda::kernel

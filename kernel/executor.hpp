@@ -16,12 +16,13 @@ namespace soda::kernel {
 // Work of a run. Counts of executed (LP, time) bags, not of messages, unless said otherwise.
 struct Counters {
   std::uint64_t executed = 0;     // bags executed, including those rolled back later
-  std::uint64_t rolled_back = 0;  // executed bags that were undone
+  std::uint64_t rolled_back = 0;  // executed bags that were undone, but not put back
   std::uint64_t committed = 0;    // calls of commit: executed - rolled_back if nothing failed
   std::uint64_t rollbacks = 0;    // calls of rewind
   std::uint64_t stragglers = 0;   // messages (or anti-messages) at or before the last executed time
   std::uint64_t messages = 0;     // positive messages sent
   std::uint64_t anti_messages = 0;  // empty incarnations sent
+  std::uint64_t jumps = 0;          // times that undone executions were put back in force
   std::uint64_t absorbed = 0;       // changed bags that needed no rollback
   std::uint64_t adopted = 0;        // re-sends equal to what was already sent (lazy cancellation)
   std::uint64_t gvt_rounds = 0;

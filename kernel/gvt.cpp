@@ -105,6 +105,7 @@ Counters& operator+=(Counters& sum, const Counters& more) {
   sum.stragglers += more.stragglers;
   sum.messages += more.messages;
   sum.anti_messages += more.anti_messages;
+  sum.jumps += more.jumps;
   sum.absorbed += more.absorbed;
   sum.adopted += more.adopted;
   sum.gvt_rounds += more.gvt_rounds;

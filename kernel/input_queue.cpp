@@ -70,6 +70,14 @@ VirtualTime InputQueue::next_time_beyond_antis() const {
   return kNever;
 }
 
+void InputQueue::pass_to(VirtualTime to) {
+  while (passed_ < near_.size() && near_[passed_].time() < to) {
+    ++passed_;
+    if (passed_ == near_.size() && has_far()) refill();
+  }
+  boundary_ = to;
+}
+
 void InputQueue::undo(VirtualTime from) {
   while (passed_ > 0 && near_[passed_ - 1].time() >= from) --passed_;
   boundary_ = from;

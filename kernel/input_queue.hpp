@@ -46,6 +46,9 @@ class InputQueue {
   // Moves the boundary to just after `now`.
   void pass(VirtualTime now);
 
+  // Moves the boundary to `to`, over what lies before it.
+  void pass_to(VirtualTime to);
+
   // Moves the boundary back to `from`.
   void undo(VirtualTime from);
 

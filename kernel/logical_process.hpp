@@ -86,6 +86,13 @@ class LogicalProcess {
   // LP that absorbs(), which does not change.
   virtual bool absorb(VirtualTime /*now*/, std::span<const MessageView> /*bag*/) { return false; }
   virtual bool absorbs() const { return false; }
+  // Whether the LP, at one of its restart points, is in the state in which a rollback has undone
+  // the execution that would come next. Asked only of an LP that jumps(), which does not change.
+  virtual bool is_as_before() const { return false; }
+  virtual bool jumps() const { return false; }
+  // Called if it is: the bags are the same up to `limit`, so what was undone would come out as it
+  // did. Puts it back in force up to a restart point <= limit, which is its next time then.
+  virtual void jump(VirtualTime /*limit*/) {}
   // Gating: whether an optimistic executor should wait before it executes `now` with this bag, its
   // next time, because the LP expects more messages of that time. A guess: it waits until the bag
   // has changed or GVT has reached `now`, so it costs time at most. A pure function of (state, now,

@@ -31,6 +31,10 @@ void ObserverList::on_absorb(LpId lp, VirtualTime now, std::span<const MessageVi
   for (RunObserver* observer : observers_) observer->on_absorb(lp, now, bag);
 }
 
+void ObserverList::on_jump(LpId lp, VirtualTime now, VirtualTime resume) {
+  for (RunObserver* observer : observers_) observer->on_jump(lp, now, resume);
+}
+
 void ObserverList::on_rewind(LpId lp, VirtualTime restart) {
   for (RunObserver* observer : observers_) observer->on_rewind(lp, restart);
 }

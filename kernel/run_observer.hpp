@@ -35,6 +35,8 @@ class RunObserver {
   virtual void on_absorb(LpId, VirtualTime /*now*/, std::span<const MessageView> /*bag*/) {}
   // What the LP had executed at `restart` and later is undone.
   virtual void on_rewind(LpId, VirtualTime /*restart*/) {}
+  // Of what was undone, what lies in [now, resume) stands again as it did.
+  virtual void on_jump(LpId, VirtualTime /*now*/, VirtualTime /*resume*/) {}
   virtual void on_commit(LpId, VirtualTime /*now*/) {}
   // A new GVT is announced, before anything is committed for it. `floors[i]` is that of LP i now.
   virtual void on_gvt(VirtualTime /*gvt*/, std::span<const VirtualTime> /*floors*/) {}
@@ -73,6 +75,13 @@ class ObservedProcess final : public LogicalProcess {
     return true;
   }
   bool absorbs() const override { return lp_.absorbs(); }
+  bool is_as_before() const override { return lp_.is_as_before(); }
+  void jump(VirtualTime limit) override {
+    const VirtualTime now = lp_.next_time();
+    lp_.jump(limit);
+    observer_.on_jump(id_, now, lp_.next_time());
+  }
+  bool jumps() const override { return lp_.jumps(); }
   bool holds(VirtualTime now, std::span<const MessageView> bag) const override {
     return lp_.holds(now, bag);
   }
@@ -105,6 +114,7 @@ class ObserverList final : public RunObserver {
   void on_execute(LpId lp, VirtualTime now, std::span<const MessageView> bag,
                   std::uint64_t digest) override;
   void on_absorb(LpId lp, VirtualTime now, std::span<const MessageView> bag) override;
+  void on_jump(LpId lp, VirtualTime now, VirtualTime resume) override;
   void on_rewind(LpId lp, VirtualTime restart) override;
   void on_commit(LpId lp, VirtualTime now) override;
   void on_gvt(VirtualTime gvt, std::span<const VirtualTime> floors) override;

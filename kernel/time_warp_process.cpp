@@ -50,7 +50,8 @@ TimeWarpProcess::TimeWarpProcess(LpId id, std::size_t lp_count, LogicalProcess& 
       lp_count_(static_cast<std::uint32_t>(lp_count)),
       end_(end),
       gates_(lp.gates()),
-      absorbs_(lp.absorbs()) {}
+      absorbs_(lp.absorbs()),
+      jumps_(lp.jumps()) {}
 
 bool TimeWarpProcess::deliver(Message&& message, Counters& counters) {
   const VirtualTime time = message.time;
@@ -58,6 +59,8 @@ bool TimeWarpProcess::deliver(Message&& message, Counters& counters) {
               " at ", time, " behind GVT ", gvt_);
   const bool anti = message.anti;
   if (!inputs_.write(std::move(message))) return false;
+  if (jumps_ && (has_undone() || (needs_rollback(time) && !absorbs_)))
+    rare().different.push_back(time);
   if (needs_rollback(time)) {
     ++counters.stragglers;
     if (absorbs_) {
@@ -80,8 +83,12 @@ void TimeWarpProcess::settle(WorkerEffects& effects) {
   if (absorbs_ && rare_ && !rare_->changed.empty()) absorb_changes(effects);
   if (changed_from_ == kNever) return;
   const VirtualTime from = std::exchange(changed_from_, kNever);
-  if (has_fault())
+  if (has_fault()) {
+    if (jumps_)
+      for (const FaultRecord& record : rare_->faults)
+        if (record.time >= from) rare_->different.push_back(record.time);
     std::erase_if(rare_->faults, [&](const FaultRecord& record) { return record.time >= from; });
+  }
   if (needs_rollback(from)) {
     roll_back(from, effects.counters);
     coast_until_ = from;
@@ -102,6 +109,7 @@ void TimeWarpProcess::absorb_changes(WorkerEffects& effects) {
   for (const VirtualTime time : changed) {
     if (absorb(time, effects)) continue;
     changed_from_ = std::min(changed_from_, time);
+    if (jumps_) rare_->different.insert(rare_->different.end(), changed.begin(), changed.end());
     break;
   }
   changed.clear();
@@ -116,7 +124,7 @@ bool TimeWarpProcess::absorb(VirtualTime time, WorkerEffects& effects) {
   if (at < executed_.size() && executed_[at].time() == time) return true;
   executed_.insert(at, {time.t, time.round, 0});
   ++effects.counters.executed;
-  effects.absorbed.push_back(time);
+  effects.stand_again.push_back(time);
   return true;
 }
 
@@ -135,6 +143,7 @@ void TimeWarpProcess::roll_back(VirtualTime to, Counters& counters) {
   const std::size_t standing = executed_before(restart);
   ++counters.rollbacks;
   counters.rolled_back += executed_.size() - standing;
+  if (jumps_) note_undone(standing);
   for (std::size_t i = executed_.size(); i > standing; --i) undo_outputs(executed_[i - 1]);
   executed_.truncate(standing);
   committed_ = std::min(committed_, static_cast<std::uint32_t>(standing));
@@ -187,6 +196,9 @@ void TimeWarpProcess::execute(WorkerEffects& effects) {
   refresh_agenda();
   refresh_next_time();
   if (has_pending()) flush_pending(effects);
+  if (!has_undone()) return;
+  drop_replaced(now);
+  if (next_time_ >= coast_until_ && has_undone() && lp_.is_as_before()) jump(effects);
 }
 
 // What coasts has all that it had.

@@ -25,8 +25,10 @@ namespace soda::kernel {
 struct WorkerEffects {
   std::vector<Message> outgoing;  // to be delivered by the executor, in any order
   Counters counters;
-  std::vector<MessageView> bag;       // scratch
-  std::vector<VirtualTime> absorbed;  // times that count as executed since; the executor clears it
+  std::vector<MessageView> bag;  // scratch
+  // Times that count as executed though they were not: bags absorbed, and what a jump put back in
+  // force. The executor clears it.
+  std::vector<VirtualTime> stand_again;
 };
 
 // Driving: deliver() any number of messages, then settle(); execute() while next_time() is within
@@ -159,6 +161,10 @@ class alignas(64) TimeWarpProcess {
     // What became pending, latest send time first. Entries that are no longer in `pending` are
     // overtaken: ignore them.
     std::vector<std::pair<VirtualTime, OutputId>> pending_order;
+    // Undone executions, latest first, and the times since then at which they would not come out as
+    // they did: for jumps, if the LP jumps().
+    std::vector<Executed> undone;
+    std::vector<VirtualTime> different;
     std::vector<VirtualTime> changed;  // since settle(), behind the LP, if it absorbs
   };
 
@@ -172,6 +178,12 @@ class alignas(64) TimeWarpProcess {
   bool has_pending() const { return rare_ && !rare_->pending_order.empty(); }
   void absorb_changes(WorkerEffects& effects);
   bool absorb(VirtualTime time, WorkerEffects& effects);
+  bool has_undone() const { return rare_ && !rare_->undone.empty(); }
+  void note_undone(std::size_t standing);
+  void drop_replaced(VirtualTime now);
+  void jump(WorkerEffects& effects);
+  VirtualTime end_of_restorable() const;
+  void restore(const Executed& record, WorkerEffects& effects);
   bool waits_for_messages(WorkerEffects& effects) const;
   std::size_t executed_before(VirtualTime time) const;
   void roll_back(VirtualTime to, Counters& counters);
@@ -204,7 +216,7 @@ class alignas(64) TimeWarpProcess {
   const LpId id_;
   const std::uint32_t lp_count_;
   const VirtualTime end_;
-  const bool gates_, absorbs_;
+  const bool gates_, absorbs_, jumps_;
   std::unique_ptr<Rare> rare_;
   SlotTable slots_;  // of most of what stands and of what is irrevocable
   VirtualTime gvt_ = kBeginning;

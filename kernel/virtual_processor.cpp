@@ -16,6 +16,7 @@ VirtualProcessor::VirtualProcessor(std::size_t index, const Partition& partition
       end_(end),
       options_(options),
       spent_(partition.first_of(index + 1) - first_lp_),
+      undone_cost_ns_(spent_.size()),
       undone_until_(spent_.size(), kBeginning),
       schedule_(spent_.size()),
       is_held_(spent_.size(), false) {
@@ -49,21 +50,30 @@ void VirtualProcessor::take_in(std::vector<Message>& outgoing) {
 void VirtualProcessor::settle(std::uint32_t own) {
   const std::uint64_t before = effects_.counters.rolled_back;
   processes_[own].settle(effects_);
-  SlidingVector<Spent>& spent = spent_[own];
-  for (const VirtualTime time : effects_.absorbed) {
-    std::size_t at = spent.size();
-    while (at > 0 && time < spent[at - 1].time) --at;
-    spent.insert(at, {time, 0});
-  }
-  effects_.absorbed.clear();
+  note_standing_again(own);
   drop_undone(own, effects_.counters.rolled_back - before);
   refresh(own);
+}
+
+// What was undone and stands again has been paid for before.
+void VirtualProcessor::note_standing_again(std::uint32_t own) {
+  SlidingVector<Spent>& spent = spent_[own];
+  for (const VirtualTime time : effects_.stand_again) {
+    std::size_t at = spent.size();
+    while (at > 0 && time < spent[at - 1].time) --at;
+    const auto paid = undone_cost_ns_[own].find(time);
+    spent.insert(at, {time, paid == undone_cost_ns_[own].end() ? 0 : paid->second});
+  }
+  effects_.stand_again.clear();
 }
 
 // The latest that stand; what was committed already is not among them.
 void VirtualProcessor::drop_undone(std::uint32_t own, std::uint64_t undone) {
   SlidingVector<Spent>& spent = spent_[own];
-  spent.truncate(spent.size() - std::min<std::uint64_t>(undone, spent.size()));
+  const std::size_t standing = spent.size() - std::min<std::uint64_t>(undone, spent.size());
+  for (std::size_t i = standing; i < spent.size(); ++i)
+    undone_cost_ns_[own][spent[i].time] = spent[i].cost_ns;
+  spent.truncate(standing);
 }
 
 void VirtualProcessor::route(std::vector<Message>& outgoing) {
@@ -140,6 +150,7 @@ VirtualProcessor::Done VirtualProcessor::execute(std::uint32_t own, VirtualTime 
   }
   // What is executed again behind GVT was paid for when it was committed.
   if (now >= gvt_) spent_[own].push_back({now, cost_ns});
+  note_standing_again(own);
   busy_ns_ += cost_ns;
   refresh(own);
   return {now, cost_ns};
@@ -190,6 +201,7 @@ void VirtualProcessor::commit(VirtualTime limit, VirtualTime gvt, bool finished)
     for (; committed < spent.size() && spent[committed].time < limit; ++committed)
       committed_cost_ns_ += spent[committed].cost_ns;
     spent.drop_front(committed);
+    std::erase_if(undone_cost_ns_[own], [gvt](const auto& item) { return item.first < gvt; });
   }
   gvt_ = gvt;
   std::vector<std::uint32_t> held;

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -77,6 +78,7 @@ class VirtualProcessor {
   bool within_window(VirtualTime time, VirtualTime gvt) const;
   void refresh(std::uint32_t own);
   void settle(std::uint32_t own);
+  void note_standing_again(std::uint32_t own);
   void drop_undone(std::uint32_t own, std::uint64_t undone);
   void route(std::vector<Message>& outgoing);
   void tell_sent();
@@ -88,12 +90,13 @@ class VirtualProcessor {
   const VirtualOptions& options_;
   std::vector<TimeWarpProcess> processes_;
   std::vector<SlidingVector<Spent>> spent_;  // of each LP, what stands and is not committed
-  std::vector<VirtualTime> undone_until_;    // of each LP
-  LpHeap schedule_;                          // by floor, without those that are held
-  std::vector<std::uint32_t> held_;          // may hold (gating); in any order
-  std::vector<char> is_held_;                // whether an LP is among them
-  WorkerEffects effects_;                    // .outgoing: of the execution that lasts
-  std::size_t told_sent_ = 0;                // how many of these the observer has heard of
+  std::vector<std::map<VirtualTime, std::int64_t>> undone_cost_ns_;  // of each LP, by time
+  std::vector<VirtualTime> undone_until_;                            // of each LP
+  LpHeap schedule_;                  // by floor, without those that are held
+  std::vector<std::uint32_t> held_;  // may hold (gating); in any order
+  std::vector<char> is_held_;        // whether an LP is among them
+  WorkerEffects effects_;            // .outgoing: of the execution that lasts
+  std::size_t told_sent_ = 0;        // how many of these the observer has heard of
   std::vector<Message> inbox_;
   std::vector<Message> delivering_;
   std::vector<std::uint32_t> touched_;

@@ -132,7 +132,7 @@ void Worker::settle_receivers() {
   while (!touched_.empty()) {
     for (const std::uint32_t own : touched_) {
       processes_[own].settle(effects_);
-      effects_.absorbed.clear();
+      effects_.stand_again.clear();
       refresh(own);
       note_uncommitted(own);
     }
@@ -226,6 +226,7 @@ void Worker::execute_one(std::uint32_t own) {
   if (next) next->prefetch();
   if (process.has_fossils(gvt_)) process.forget(gvt_);
   process.execute(effects_);
+  effects_.stand_again.clear();
   note_uncommitted(own);
   if (next) next->prefetch_history();
   route_outgoing();

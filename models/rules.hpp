@@ -13,6 +13,9 @@ namespace soda::models {
 struct Rules {
   std::shared_ptr<const TerritoryMap> map;
   std::shared_ptr<const physics::SceneDescription> scene;
+
+  // The same objects: equal contents in others count as different.
+  friend bool operator==(const Rules&, const Rules&) = default;
 };
 
 }  // namespace soda::models

@@ -174,6 +174,7 @@ WorldCounters& operator+=(WorldCounters& sum, const WorldCounters& more) {
   sum.entries_saved += more.entries_saved;
   sum.bytes_sent += more.bytes_sent;
   sum.steps_repeated += more.steps_repeated;
+  sum.steps_put_back += more.steps_put_back;
   sum.bags_absorbed += more.bags_absorbed;
   sum.absorption_looks += more.absorption_looks;
   sum.islands_repeated += more.islands_repeated;

@@ -62,6 +62,7 @@ struct WorldCounters {
   // Of steps that were executed again: islands (bodies without contact count as one each) and their
   // bodies, computed again or taken over.
   std::uint64_t steps_repeated = 0;
+  std::uint64_t steps_put_back = 0;  // stale entries that were valid as they stood
   // Late ghosts that made no difference: bags, and bodies looked at to find that out.
   std::uint64_t bags_absorbed = 0, absorption_looks = 0;
   std::uint64_t islands_repeated = 0, islands_taken = 0;

@@ -56,6 +56,14 @@ void TransformBuffer::truncate(std::int64_t step) {
   newest_ = step;
 }
 
+void TransformBuffer::put_back(std::int64_t step) {
+  const auto is_as_before = [this] {
+    const BufferEntry& entry = slot(newest_);
+    return entry.differs.empty() && !entry.frame_differs;
+  };
+  while (newest_ < std::min(step, newest_stale_) && is_as_before()) ++newest_;
+}
+
 void TransformBuffer::forget(std::int64_t step) { oldest_ = std::clamp(step, oldest_, newest_); }
 
 }  // namespace soda::models

@@ -26,6 +26,8 @@ struct BufferEntry {
   // Bodies whose state here is not the one that the next entry, a stale one, was computed from.
   // Ascending.
   std::vector<physics::BodyId> differs;
+  // The same of who is there, of the gate and of the rules.
+  bool frame_differs = false;
 };
 
 // Entries of consecutive steps oldest .. newest, at most `capacity` of them. What a truncation
@@ -43,9 +45,13 @@ class TransformBuffer {
   const BufferEntry& newest_entry() const;
   // The stale entry newest() + 1, or null.
   BufferEntry* stale_next();
+  bool has_stale() const { return newest_ < newest_stale_; }
   // The slot for entry newest() + 1. Aborts when the buffer is full. All fields but `step` hold
   // what was there before: the caller swaps its own vectors in, and so their memory circulates.
   BufferEntry& append();
+  // Of the entries from newest() on that a truncation dropped, puts back in force those that were
+  // computed from one another, up to `step` at most.
+  void put_back(std::int64_t step);
   // Drops every entry after `step`, which must be held.
   void truncate(std::int64_t step);
   // Drops entries before `step`, but never the newest.

@@ -227,6 +227,18 @@ kernel::VirtualTime World::rewind(kernel::VirtualTime to) {
   return next_;
 }
 
+bool World::is_as_before() const {
+  if (phase_of(next_) != Phase::kBegin) return false;
+  const BufferEntry& entry = buffer_.newest_entry();
+  return entry.differs.empty() && !entry.frame_differs && buffer_.has_stale();
+}
+
+void World::jump(kernel::VirtualTime limit) {
+  buffer_.put_back(limit.t);
+  counters_.steps_put_back += static_cast<std::uint64_t>(buffer_.newest() - next_.t);
+  next_ = time_of(buffer_.newest(), Phase::kBegin);
+}
+
 kernel::VirtualTime World::forget(kernel::VirtualTime horizon) {
   buffer_.forget(horizon.t);
   return time_of(buffer_.oldest(), Phase::kBegin);

@@ -46,6 +46,9 @@ class World final : public kernel::LogicalProcess {
   kernel::VirtualTime forget(kernel::VirtualTime horizon) override;
   bool absorb(kernel::VirtualTime now, std::span<const kernel::MessageView> bag) override;
   bool absorbs() const override { return divided() && propagates(); }
+  bool is_as_before() const override;
+  bool jumps() const override { return divided() && propagates(); }
+  void jump(kernel::VirtualTime limit) override;
   bool holds(kernel::VirtualTime now, std::span<const kernel::MessageView> bag) const override;
   std::vector<kernel::LpId> disappoints() const override;
   bool gates() const override { return around_.gating && divided(); }

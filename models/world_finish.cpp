@@ -31,8 +31,14 @@ void World::write_entry(std::int64_t step, kernel::Outbox& outbox) {
   for (const WorldId partner : concerned(next_gate_, id_, differs))
     outbox.withdraw(kernel::LpId{index_of(partner)});
   memo_.valid = memo_.valid && report_.faults.empty();
-  buffer_.at(step).differs.clear();
+  const bool repeats = buffer_.has_stale();
+  BufferEntry& start = buffer_.at(step);
+  start.differs.clear();
+  start.frame_differs = false;
   BufferEntry& entry = buffer_.append();
+  entry.frame_differs =
+      repeats && (entry.frame_differs || entry.ids != ids_ || entry.gate != next_gate_ ||
+                  entry.rules != rules_ || !buffer_.has_stale());
   std::swap(entry.ids, ids_);
   std::swap(entry.states, states_);
   std::swap(entry.islands, report_.islands);
