@@ -70,6 +70,21 @@ void add_gating_option(CLI::App& command, Overrides& overrides) {
       ->check(CLI::IsMember(modes));
 }
 
+void add_ghosts_option(CLI::App& command, Overrides& overrides) {
+  const std::map<std::string, models::GhostMode> modes = {
+      {"told", models::GhostMode::kTold},
+      {"dead-reckoning", models::GhostMode::kDeadReckoning},
+      {"predicted", models::GhostMode::kPredicted}};
+  command
+      .add_option_function<std::string>(
+          "--ghosts",
+          [&overrides, modes](const std::string& name) { overrides.ghosts = modes.at(name); },
+          "foreign bodies that a world has not been told of yet in a step: told (default): it "
+          "ignores them; dead-reckoning: they go on with constant velocity; predicted: they are "
+          "where they will be if nothing touches them")
+      ->check(CLI::IsMember(modes));
+}
+
 void add_policy_option(CLI::App& command, std::optional<kernel::Synchronisation>& policy) {
   const std::map<std::string, kernel::Synchronisation> policies = {
       {"optimistic", kernel::Synchronisation::kOptimistic},
@@ -100,6 +115,7 @@ CLI::App* add_run(CLI::App& app, RunRequest& request) {
   add_run_options(*run, request.overrides);
   add_rollback_option(*run, request.overrides);
   add_gating_option(*run, request.overrides);
+  add_ghosts_option(*run, request.overrides);
   add_policy_option(*run, request.overrides.policy);
   add_cluster_options(*run, request.overrides.cluster, "modelled from its counters");
   run->add_option("--log", request.log_file, "write an event log for soda replay");

@@ -76,6 +76,7 @@ std::string run_json(const RunReport& report) {
                {"policy", lockstep ? "lockstep" : "optimistic"},
                {"rollback", name_of(report.options.rollback)},
                {"gating", report.options.gating},
+               {"ghosts", name_of(report.options.ghosts)},
                {"dt_s", report.dt_s},
                {"wall_s", run.cost.wall_s},
                {"cpu_s", run.cost.cpu_s},
@@ -117,6 +118,7 @@ std::string verification_json(const Verification& verification) {
                  {"scheduling_seed", run.scheduling_seed},
                  {"rollback", name_of(run.rollback)},
                  {"gating", run.gating},
+                 {"ghosts", name_of(run.ghosts)},
                  {"events", events(run.events)},
                  {"equal", !run.divergence.has_value()}};
     if (run.divergence) {

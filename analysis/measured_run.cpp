@@ -120,6 +120,13 @@ std::vector<std::pair<std::string, std::uint64_t>> stage_counts(
       {"islands_taken", worlds.islands_taken},
       {"bodies_repeated", worlds.bodies_repeated},
       {"bodies_taken", worlds.bodies_taken},
+      {"ghosts_guessed", worlds.ghosts_guessed},
+      {"guesses_answered", worlds.guesses_answered},
+      {"guesses_confirmed", worlds.guesses_confirmed},
+      {"ghosts_answered", worlds.ghosts_answered},
+      {"ghosts_confirmed", worlds.ghosts_confirmed},
+      {"contacts_false", worlds.contacts_false},
+      {"contacts_missed", worlds.contacts_missed},
   };
   counts.insert(counts.end(), rest.begin(), rest.end());
   return counts;

@@ -90,6 +90,18 @@ const char* name_of(models::RollbackMode rollback) {
   return rollback == models::RollbackMode::kPropagate ? "propagate" : "invalidate";
 }
 
+const char* name_of(models::GhostMode ghosts) {
+  switch (ghosts) {
+    case models::GhostMode::kTold:
+      return "told";
+    case models::GhostMode::kDeadReckoning:
+      return "dead-reckoning";
+    case models::GhostMode::kPredicted:
+      return "predicted";
+  }
+  return "";
+}
+
 Overrides combined(const Overrides& base, const Overrides& over) {
   Overrides result = base;
   // A thread count belongs to its executor: one asked for anew does not inherit the old count.
@@ -105,6 +117,7 @@ Overrides combined(const Overrides& base, const Overrides& over) {
   take(result.policy, over.policy);
   take(result.rollback, over.rollback);
   take(result.gating, over.gating);
+  take(result.ghosts, over.ghosts);
   if (over.transport != nullptr) result.transport = over.transport;
   if (over.cluster.given()) result.cluster = over.cluster;
   return result;
@@ -134,6 +147,7 @@ void apply_overrides(const Overrides& overrides, models::TerritoryOptions& terri
   if (overrides.policy) run.synchronisation = *overrides.policy;
   if (overrides.rollback) run.rollback = *overrides.rollback;
   if (overrides.gating) run.gating = *overrides.gating;
+  if (overrides.ghosts) run.ghosts = *overrides.ghosts;
   run.constant_cost = overrides.cluster.cost_us.has_value();
   apply_cluster(overrides.cluster, territory.worlds, run.cluster);
 }

@@ -37,12 +37,14 @@ struct Overrides {
   std::optional<kernel::Synchronisation> policy;
   std::optional<models::RollbackMode> rollback;
   std::optional<bool> gating;
+  std::optional<models::GhostMode> ghosts;
   kernel::Transport* transport = nullptr;  // of the job that mpirun started; it selects kMpi
   ClusterOverrides cluster;
 };
 
 const char* name_of(models::ExecutorKind executor);
 const char* name_of(models::RollbackMode rollback);
+const char* name_of(models::GhostMode ghosts);
 
 // `over` where it says something, else `base`.
 Overrides combined(const Overrides& base, const Overrides& over);

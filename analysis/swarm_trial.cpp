@@ -151,13 +151,17 @@ class SceneSubject final : public SwarmSubject {
     const models::CommitObserver commits{
         .wants_states = true,
         .on_step = [&](const models::CommittedStep& step) { require_oracles_digest(step); }};
+    const bool constant_cost = random.below(2) == 0;
+    constexpr models::GhostMode kGhostModes[] = {
+        models::GhostMode::kTold, models::GhostMode::kDeadReckoning, models::GhostMode::kPredicted};
     const models::SimulationResult result = models::simulate(
         scenario_.scene, scenario_.initial, models::make_territory_map(territory, centres_),
         {.executor = models::ExecutorKind::kVirtual,
          .steps = size.end,
          .buffer = size.window,
+         .ghosts = one_of(kGhostModes, random),
          .cluster = cluster,
-         .constant_cost = random.below(2) == 0},
+         .constant_cost = constant_cost},
         commits);
     require(!result.fault, "a fault that the sequential run does not have");
     require(result.committed_steps == size.end,

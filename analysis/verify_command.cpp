@@ -1,6 +1,7 @@
 #include "analysis/verify_command.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <ostream>
 #include <utility>
 
@@ -68,6 +69,7 @@ void verify_run(const scenarios::Scenario& scenario, const models::TerritoryMap&
                                    .scheduling_seed = run.scheduling_seed,
                                    .rollback = run.rollback,
                                    .gating = run.gating,
+                                   .ghosts = run.ghosts,
                                    .transport = transport},
                                   observer)
                      .events;
@@ -76,6 +78,9 @@ void verify_run(const scenarios::Scenario& scenario, const models::TerritoryMap&
   if (first)
     run.divergence = first_divergence(scenario.scene, *first, oracle.states_after(first->step));
 }
+
+constexpr models::GhostMode kGhostModes[] = {
+    models::GhostMode::kTold, models::GhostMode::kDeadReckoning, models::GhostMode::kPredicted};
 
 // All cells of the matrix: each division once in sequence (not in a job), then under Time Warp.
 std::vector<VerifiedRun> matrix(const VerifyRequest& request, std::size_t cells) {
@@ -98,6 +103,7 @@ std::vector<VerifiedRun> matrix(const VerifyRequest& request, std::size_t cells)
           const bool all = run.scheduling_seed % 2 == 0;
           run.rollback = all ? models::RollbackMode::kInvalidate : models::RollbackMode::kPropagate;
           run.gating = run.scheduling_seed / 2 % 2 == 0;
+          run.ghosts = kGhostModes[(run.scheduling_seed - 1) % std::size(kGhostModes)];
           runs.push_back(run);
         }
       }
@@ -114,7 +120,8 @@ std::string describe(const VerifiedRun& run) {
     text += ", " + std::to_string(run.ranks) + " ranks";
   return text + ", " + std::to_string(run.threads) + " threads, buffer " +
          std::to_string(run.buffer) + ", scheduling seed " + std::to_string(run.scheduling_seed) +
-         ", " + name_of(run.rollback) + ", gating " + (run.gating ? "on" : "off");
+         ", " + name_of(run.rollback) + ", gating " + (run.gating ? "on" : "off") +
+         ", " + name_of(run.ghosts) + " ghosts";
 }
 
 void print(const Verification& verification, std::ostream& out) {

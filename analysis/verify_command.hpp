@@ -21,7 +21,8 @@ struct VerifyRequest {
   std::vector<std::uint32_t> worlds{1, 2, 4, 12, 48};
   std::vector<std::int64_t> buffers{1, 4, 48};
   // Scheduling seeds 1 .. seeds; with every other one, rollbacks invalidate whole entries; with two
-  // of four, worlds do not wait for each other (gating).
+  // of four, worlds do not wait for each other (gating); told, dead-reckoning and predicted ghosts
+  // take turns.
   unsigned seeds = 5;
   kernel::Transport* transport = nullptr;  // the runs are those of the job's ranks
   bool require_rollbacks = false;          // fail if no run rolled back: then nothing was proved
@@ -45,6 +46,7 @@ struct VerifiedRun {
   std::uint64_t scheduling_seed = 0;
   models::RollbackMode rollback = models::RollbackMode::kPropagate;
   bool gating = true;
+  models::GhostMode ghosts = models::GhostMode::kTold;
   kernel::Counters events;
   std::optional<Divergence> divergence;
 };

@@ -68,6 +68,14 @@ bool is_clear_of_ghosts(const ExecutedStep& step, const Ghost& ghost, std::span<
   return true;
 }
 
+// Of what this world tested.
+bool touched_anything(const ExecutedStep& step, BodyId ghost, std::uint64_t& looked_at) {
+  looked_at += step.memo.tested.size();
+  return std::any_of(
+      step.memo.tested.begin(), step.memo.tested.end(),
+      [&](const physics::ContactManifold& m) { return m.a == ghost || m.b == ghost; });
+}
+
 }  // namespace
 
 void index_border_body(const TerritoryMap& map, WorldId self, BodyId id, const Aabb& box,
@@ -87,19 +95,23 @@ void sort_border_index(std::vector<StepMemo::BorderBody>& index) {
 bool makes_no_difference(const ExecutedStep& step, std::span<const Ghost> ghosts,
                          physics::StageCounters& counters, std::uint64_t& looked_at) {
   auto before = step.memo.ghosts.begin();
+  const auto end = step.memo.ghosts.end();
   for (const Ghost& ghost : ghosts) {
-    if (before != step.memo.ghosts.end() && before->id < ghost.id) return false;
-    if (before != step.memo.ghosts.end() && before->id == ghost.id) {
-      if (!identical(*before, ghost)) return false;
-      ++before;
-      continue;
+    for (; before != end && before->id < ghost.id; ++before)
+      if (touched_anything(step, before->id, looked_at)) return false;
+    if (before != end && before->id == ghost.id) {
+      const Ghost& old = *before++;
+      if (identical(old, ghost)) continue;
+      if (touched_anything(step, old.id, looked_at)) return false;
     }
     if (std::binary_search(step.ids.begin(), step.ids.end(), ghost.id)) return false;
     if (!is_clear_of_own(step, ghost, counters, looked_at) ||
         !is_clear_of_ghosts(step, ghost, ghosts, counters, looked_at))
       return false;
   }
-  return before == step.memo.ghosts.end();
+  for (; before != end; ++before)
+    if (touched_anything(step, before->id, looked_at)) return false;
+  return true;
 }
 
 }  // namespace soda::models

@@ -29,8 +29,7 @@ struct Surroundings {
   const physics::Geometry& geometry;
   std::deque<SolveShare>& shares;
   CommitSink& commits;
-  RollbackMode rollback;
-  bool gating;
+  const RunOptions& options;
 };
 
 bool is_root(const RunOptions& options) {
@@ -46,8 +45,8 @@ kernel::LpRange own_worlds(const RunOptions& options, std::uint32_t worlds) {
 
 // Every body starts in the world that owns its centre. Worlds that live elsewhere are null.
 Worlds build_worlds(const Surroundings& around, const Rules& rules,
-                    std::span<const physics::BodyState> initial, kernel::LpRange own,
-                    std::int64_t buffer) {
+                    std::span<const physics::BodyState> initial, kernel::LpRange own) {
+  const RunOptions& options = around.options;
   std::vector<BufferEntry> entries(rules.map->worlds());
   for (std::uint32_t body = 0; body < initial.size(); ++body) {
     BufferEntry& entry = entries[index_of(rules.map->owner_at(initial[body].position_m))];
@@ -61,8 +60,15 @@ Worlds build_worlds(const Surroundings& around, const Rules& rules,
     entries[id].rules = rules;
     SolveShare& share = around.shares[partition.owner_of(kernel::LpId{id})];
     worlds[id] = std::make_unique<World>(
-        WorldSurroundings{around.geometry, share, around.commits, around.rollback, around.gating},
-        WorldId{id}, buffer, std::move(entries[id]));
+        WorldSurroundings{.geometry = around.geometry,
+                          .solves = share,
+                          .commits = around.commits,
+                          .rollback = options.rollback,
+                          .gating = options.gating,
+                          .ghosts = options.ghosts,
+                          .audits = options.executor == ExecutorKind::kVirtual ||
+                                    options.ghosts != GhostMode::kTold},
+        WorldId{id}, options.buffer, std::move(entries[id]));
   }
   return worlds;
 }
@@ -181,6 +187,13 @@ WorldCounters& operator+=(WorldCounters& sum, const WorldCounters& more) {
   sum.islands_taken += more.islands_taken;
   sum.bodies_repeated += more.bodies_repeated;
   sum.bodies_taken += more.bodies_taken;
+  sum.ghosts_guessed += more.ghosts_guessed;
+  sum.guesses_answered += more.guesses_answered;
+  sum.guesses_confirmed += more.guesses_confirmed;
+  sum.ghosts_answered += more.ghosts_answered;
+  sum.ghosts_confirmed += more.ghosts_confirmed;
+  sum.contacts_false += more.contacts_false;
+  sum.contacts_missed += more.contacts_missed;
   return sum;
 }
 
@@ -198,8 +211,8 @@ SimulationResult simulate(const physics::SceneDescription& scene,
   const Rules rules{std::make_shared<TerritoryMap>(map),
                     std::make_shared<physics::SceneDescription>(scene)};
   const Worlds worlds =
-      build_worlds({geometry, shares, commits, options.rollback, options.gating}, rules, initial,
-                   own_worlds(options, map.worlds()), options.buffer);
+      build_worlds({geometry, shares, commits, options}, rules, initial,
+                   own_worlds(options, map.worlds()));
 
   SimulationResult result;
   const kernel::RunResult outcome =

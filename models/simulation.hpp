@@ -25,6 +25,14 @@ enum class RollbackMode {
   kInvalidate,  // they compute all again: the baseline
 };
 
+// What a world takes for the ghosts of a step that a neighbour has not sent yet, though it has sent
+// ghosts in the step before. The committed bits are the same; see guessed_ghosts.hpp.
+enum class GhostMode {
+  kTold,           // nothing: it ignores bodies that it has not been told of
+  kDeadReckoning,  // bodies that go on with constant velocity, as distributed games do
+  kPredicted,      // what their owner computes of them if nothing touches them
+};
+
 enum class ExecutorKind { kSequential, kThreads, kVirtual, kMpi };
 
 struct RunOptions {
@@ -35,6 +43,7 @@ struct RunOptions {
   std::uint64_t scheduling_seed = 0;  // see kernel::ThreadsOptions
   RollbackMode rollback = RollbackMode::kPropagate;
   bool gating = true;  // worlds whose bodies touch wait for each other (gating.hpp)
+  GhostMode ghosts = GhostMode::kTold;
   // kMpi only: the other ranks, each of which makes the same call.
   kernel::Transport* transport = nullptr;
   // Not for kSequential.
@@ -67,6 +76,16 @@ struct WorldCounters {
   std::uint64_t bags_absorbed = 0, absorption_looks = 0;
   std::uint64_t islands_repeated = 0, islands_taken = 0;
   std::uint64_t bodies_repeated = 0, bodies_taken = 0;
+  // Guesses: bodies guessed, each time a step was executed with the guess. What a neighbour sent
+  // for a step that had been executed with a guess (the last one counts): messages, and those that
+  // were as guessed, bit for bit; the bodies guessed, and those that came just so.
+  std::uint64_t ghosts_guessed = 0;
+  std::uint64_t guesses_answered = 0, guesses_confirmed = 0;
+  std::uint64_t ghosts_answered = 0, ghosts_confirmed = 0;
+  // Contacts of two owners: found by some execution of a step whose committed execution does not
+  // have them; and not found by some execution, though the committed one has them. Counted on the
+  // virtual cluster, and where ghosts are guessed.
+  std::uint64_t contacts_false = 0, contacts_missed = 0;
 };
 WorldCounters& operator+=(WorldCounters& sum, const WorldCounters& more);
 

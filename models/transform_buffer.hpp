@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "models/gating.hpp"
+#include "models/guessed_ghosts.hpp"
 #include "models/rules.hpp"
 #include "models/step_memo.hpp"
 #include "physics/advance.hpp"
@@ -22,6 +23,7 @@ struct BufferEntry {
   std::uint32_t solves = 0;                    // in step - 1: islands with an own body
   StepMemo memo;                               // of step - 1
   Gate gate;                                   // of step - 1
+  ForeignView view;                            // of step - 1
   Rules rules;                                 // of step - 1; at step 0, of that
   // Bodies whose state here is not the one that the next entry, a stale one, was computed from.
   // Ascending.

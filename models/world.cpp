@@ -73,6 +73,7 @@ void World::begin(std::int64_t step, Bag bag) {
   expected_ = expected_from(gate_, id_);
   next_gate_ = {};
   solves_ = 0;
+  next_view_ = {};
   merge_ = {};
   scratch_.manifolds.clear();
   report_.islands.clear();
@@ -100,11 +101,14 @@ void World::begin(std::int64_t step, Bag bag) {
   }
   std::vector<Migrant> migrants;
   if (around_.gating) next_gate_.migrants = gate_.left_to;
+  owed_ = entry.view.told;
   for (const kernel::MessageView& message : bag) {
     const std::size_t before = migrants.size();
     decode_migrants(message.payload, migrants);
-    if (around_.gating && migrants.size() > before)
-      next_gate_.migrants.push_back(WorldId{kernel::index_of(message.source)});
+    if (migrants.size() == before) continue;
+    const WorldId from{kernel::index_of(message.source)};
+    if (around_.gating) next_gate_.migrants.push_back(from);
+    if (guesses()) add_world(from, owed_);
   }
   sort_unique(next_gate_.migrants);
   migrants = merge_migrants(std::move(migrants), ids_, states_);
@@ -119,10 +123,12 @@ void World::begin(std::int64_t step, Bag bag) {
 // Swept boxes; own bodies go as ghosts to every other world whose cells their box covers.
 void World::detect(std::int64_t step, kernel::Outbox& outbox) {
   physics::compute_boxes(*rules_.scene, around_.geometry, ids_, states_, scratch_.boxes, stages_);
-  next_ = time_of(step, expected_.ghosts_from.empty() ? Phase::kPairs : Phase::kBorderTraversal);
+  const bool quiet = expected_.ghosts_from.empty() && news_from(buffer_.at(step).view).empty();
+  next_ = time_of(step, quiet ? Phase::kPairs : Phase::kBorderTraversal);
   if (!divided()) return;
   std::map<WorldId, std::vector<Ghost>> ghosts;
   for (const WorldId expecting : expected_.ghosts_to) ghosts[expecting];
+  for (const WorldId expecting : owed_) ghosts[expecting];
   std::vector<WorldId> owners;
   memo_.border.clear();
   for (std::size_t i = 0; i < ids_.size(); ++i) {
@@ -136,36 +142,26 @@ void World::detect(std::int64_t step, kernel::Outbox& outbox) {
   sort_border_index(memo_.border);
   for (const auto& [owner, bodies] : ghosts) {
     counters_.ghosts_sent += bodies.size();
+    if (guesses() && !bodies.empty()) next_view_.told.push_back(owner);
     send(owner, time_of(step, Phase::kBorderTraversal), MessageKind::kGhosts, encode_ghosts(bodies),
          outbox);
   }
 }
 
 void World::border_traversal(std::int64_t step, Bag bag) {
-  ghosts_ = foreign_ghosts(bag, ids_);
-  next_ = time_of(step, Phase::kPairs);
-}
-
-// Ascending. A body on its way between owners can be there twice, or be own already, until it is
-// repaired.
-std::vector<Ghost> World::foreign_ghosts(Bag bag, std::span<const BodyId> own_ids) const {
   std::vector<Ghost> ghosts;
-  for (const kernel::MessageView& message : bag) decode_ghosts(message.payload, ghosts);
-  std::stable_sort(ghosts.begin(), ghosts.end(),
-                   [](const Ghost& a, const Ghost& b) { return a.id < b.id; });
-  const auto unwanted = [own_ids, last = -1L](const Ghost& ghost) mutable {
-    const long id = physics::index_of(ghost.id);
-    const bool repeated = id == last;
-    last = id;
-    return repeated || std::binary_search(own_ids.begin(), own_ids.end(), ghost.id);
-  };
-  ghosts.erase(std::remove_if(ghosts.begin(), ghosts.end(), unwanted), ghosts.end());
-  return ghosts;
+  if (guesses())
+    ghosts = ghosts_and_guesses(step, bag);
+  else
+    for (const kernel::MessageView& message : bag) decode_ghosts(message.payload, ghosts);
+  ghosts_ = foreign_ghosts(std::move(ghosts), ids_);
+  next_ = time_of(step, Phase::kPairs);
 }
 
 // Late ghosts of a step whose pairs have been tested.
 bool World::absorb(kernel::VirtualTime now, Bag bag) {
   if (phase_of(now) != Phase::kBorderTraversal || bag.empty()) return false;
+  if (guesses()) return absorb_with_guesses(now.t, bag);
   const bool is_over = next_.t > now.t;
   if (!is_over && phase_of(next_) <= Phase::kPairs) return false;
   BufferEntry& start = buffer_.at(now.t);
@@ -174,7 +170,9 @@ bool World::absorb(kernel::VirtualTime now, Bag bag) {
   if (!memo.valid) return false;
   const Rules& rules = is_over ? end->rules : rules_;
   const std::span<const BodyId> ids = is_over ? end->ids : ids_;
-  std::vector<Ghost> ghosts = foreign_ghosts(bag, ids);
+  std::vector<Ghost> ghosts;
+  for (const kernel::MessageView& message : bag) decode_ghosts(message.payload, ghosts);
+  ghosts = foreign_ghosts(std::move(ghosts), ids);
   const ExecutedStep step{*rules.map, *rules.scene, around_.geometry, id_,
                           ids,        start.ids,    start.states,     memo};
   if (!makes_no_difference(step, ghosts, stages_, counters_.absorption_looks)) return false;
@@ -190,6 +188,7 @@ void World::pairs(std::int64_t step, kernel::Outbox& outbox) {
   if (ghosts_.empty() && expected_.fragments_to.empty() && !repetition_.can_take()) {
     physics::find_contacts(*rules_.scene, around_.geometry, ids_, states_, scratch_, stages_);
     if (remembers()) remember_contacts({});
+    if (audits()) audit_contacts(step, {});
     return;
   }
   repetition_.note_ghosts(ghosts_);
@@ -199,6 +198,7 @@ void World::pairs(std::int64_t step, kernel::Outbox& outbox) {
   scratch_.manifolds = std::move(contacts.manifolds);
   if (remembers()) remember_contacts(contacts.for_others);
   merge_.nodes = std::move(contacts.foreign);
+  if (audits()) audit_contacts(step, contacts.fragments);
   send_fragments(step, std::move(contacts.fragments), outbox);
   if (!merge_.nodes.empty()) next_ = time_of(step, Phase::kSync);
 }
@@ -249,6 +249,7 @@ void World::commit(kernel::VirtualTime now) {
   const BufferEntry& entry = buffer_.at(now.t + 1);
   counters_.solves_committed += entry.solves;
   around_.commits.add(id_, entry);
+  audit_.commit(now.t, counters_);
 }
 
 // Between steps, all that matters is the newest entry; within one, what its phases have gathered.

@@ -8,6 +8,7 @@
 
 #include "kernel/logical_process.hpp"
 #include "models/commit_merge.hpp"
+#include "models/guess_audit.hpp"
 #include "models/island_merge.hpp"
 #include "models/messages.hpp"
 #include "models/repetition.hpp"
@@ -27,6 +28,8 @@ struct WorldSurroundings {
   CommitSink& commits;
   RollbackMode rollback;
   bool gating;
+  GhostMode ghosts;
+  bool audits;  // counts what came of foreign contacts
 };
 
 // The events of one step are in README.md ("The step protocol"). Between steps a world's state is
@@ -64,9 +67,16 @@ class World final : public kernel::LogicalProcess {
   using Bag = std::span<const kernel::MessageView>;
 
   void begin(std::int64_t step, Bag bag);
-  std::vector<Ghost> foreign_ghosts(Bag bag, std::span<const physics::BodyId> own_ids) const;
   void detect(std::int64_t step, kernel::Outbox& outbox);
   void border_traversal(std::int64_t step, Bag bag);
+  Heard completed(const Rules& rules, const ForeignView& before, Heard heard);
+  std::vector<Ghost> ghosts_and_guesses(std::int64_t step, Bag bag);
+  bool absorb_with_guesses(std::int64_t from, Bag bag);
+  bool makes_no_difference(std::int64_t step, std::span<const Ghost> usable);
+  void adopt_ghosts(std::int64_t step, Heard heard, std::vector<Ghost> usable);
+  void audit_guesses(std::int64_t step, const Heard& heard);
+  void note_known(const KnownBodies& known, std::span<const physics::BodyState> states);
+  void audit_contacts(std::int64_t step, const std::map<WorldId, Fragment>& fragments);
   void pairs(std::int64_t step, kernel::Outbox& outbox);
   void sync(kernel::VirtualTime now, Bag bag, kernel::Outbox& outbox);
   void finish(std::int64_t step, kernel::Outbox& outbox);
@@ -79,6 +89,8 @@ class World final : public kernel::LogicalProcess {
   void send_fragments(std::int64_t step, std::map<WorldId, Fragment> fragments,
                       kernel::Outbox& outbox);
   bool remembers() const { return keeps_history_ && divided() && propagates(); }
+  bool guesses() const { return around_.ghosts != GhostMode::kTold && divided(); }
+  bool audits() const { return around_.audits && keeps_history_; }
   bool propagates() const { return around_.rollback == RollbackMode::kPropagate; }
   void advance_known_islands(std::int64_t step);
   void advance_island(std::int64_t step, std::size_t island, const KnownBodies& known,
@@ -109,6 +121,8 @@ class World final : public kernel::LogicalProcess {
   Gate gate_;                  // of the step before; empty if it does not gate
   Expected expected_;          // from it
   Gate next_gate_;             // of this step, as far as it goes
+  std::vector<WorldId> owed_;  // worlds that get ghosts, if only an empty message; ascending
+  ForeignView next_view_;      // of this step, as far as it goes; only if it guesses()
   std::vector<Ghost> ghosts_;  // ascending by id, none of them own
   Repetition repetition_;
   std::uint32_t solves_ = 0;  // islands with an own body
@@ -119,6 +133,7 @@ class World final : public kernel::LogicalProcess {
 
   physics::StageCounters stages_;
   WorldCounters counters_;
+  GuessAudit audit_;
 };
 
 }  // namespace soda::models

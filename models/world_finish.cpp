@@ -45,6 +45,7 @@ void World::write_entry(std::int64_t step, kernel::Outbox& outbox) {
   std::swap(entry.memo, memo_);
   entry.solves = solves_;
   std::swap(entry.gate, next_gate_);
+  std::swap(entry.view, next_view_);
   entry.rules = rules_;
   std::swap(entry.differs, differs);
 }
@@ -62,6 +63,7 @@ void World::advance_known_islands(std::int64_t step) {
   memo_.islands.assign(remembers() ? ids_.size() : 0, {});
   for (std::size_t island = 0; island < scratch_.islands.count(); ++island)
     advance_island(step, island, known, states);
+  note_known(known, states);
   for (const std::uint32_t body : scratch_.islands.free_bodies)
     if (known.place[body] >= 0) advance_free_body(known.ids[body], states[body]);
   for (std::size_t body = 0; body < known.ids.size(); ++body) {
@@ -171,7 +173,11 @@ void World::send_migrants(std::int64_t step, kernel::Outbox& outbox) {
   std::map<WorldId, std::vector<Migrant>> leaving;
   for (std::size_t i = 0; i < ids_.size(); ++i) {
     const WorldId owner = rules_.map->owner_at(states_[i].position_m);
-    if (owner != id_) leaving[owner].push_back({ids_[i], states_[i]});
+    if (owner == id_) continue;
+    leaving[owner].push_back({ids_[i], states_[i]});
+    if (!guesses()) continue;
+    add_world(owner, next_view_.sent_to);
+    next_view_.known.push_back({ids_[i], owner, states_[i]});
   }
   if (around_.gating) {
     for (const auto& [owner, migrants] : leaving) next_gate_.left_to.push_back(owner);

@@ -1,0 +1,139 @@
+// Ghosts that a world guesses while it has not been told of them, and what it leaves for guesses.
+#include <algorithm>
+#include <set>
+#include <tuple>
+#include <utility>
+
+#include "models/absorption.hpp"
+#include "models/world.hpp"
+
+namespace soda::models {
+
+namespace {
+
+Heard heard_in(std::span<const kernel::MessageView> bag) {
+  Heard heard;
+  for (const kernel::MessageView& message : bag) {
+    add_world(WorldId{kernel::index_of(message.source)}, heard.from);
+    decode_ghosts(message.payload, heard.ghosts);
+  }
+  return heard;
+}
+
+// Without the guesses.
+Heard spoken(Heard heard) {
+  std::erase_if(heard.ghosts, [&heard](const Ghost& ghost) {
+    return !std::binary_search(heard.from.begin(), heard.from.end(), ghost.owner);
+  });
+  return heard;
+}
+
+std::span<const Ghost> of_owner(std::span<const Ghost> ghosts, WorldId owner) {
+  const auto by_owner = [](const Ghost& a, const Ghost& b) { return a.owner < b.owner; };
+  const auto [first, last] =
+      std::equal_range(ghosts.begin(), ghosts.end(), Ghost{{}, owner, {}, {}}, by_owner);
+  return {first, last};
+}
+
+}  // namespace
+
+// Whoever has sent ghosts of the step knows better than any guess.
+Heard World::completed(const Rules& rules, const ForeignView& before, Heard heard) {
+  const std::vector<Ghost> guesses = guess_ghosts(around_.ghosts, rules, around_.geometry, id_,
+                                                  before, heard.from, stages_);
+  counters_.ghosts_guessed += guesses.size();
+  heard.ghosts.insert(heard.ghosts.end(), guesses.begin(), guesses.end());
+  std::sort(heard.ghosts.begin(), heard.ghosts.end(), [](const Ghost& a, const Ghost& b) {
+    return std::tie(a.owner, a.id) < std::tie(b.owner, b.id);
+  });
+  return heard;
+}
+
+std::vector<Ghost> World::ghosts_and_guesses(std::int64_t step, Bag bag) {
+  next_view_.heard = completed(rules_, buffer_.at(step).view, heard_in(bag));
+  audit_guesses(step, next_view_.heard);
+  return next_view_.heard.ghosts;
+}
+
+// A late answer. What it changes of its own step changes the guesses of later steps: all of them
+// have to come out as they did.
+bool World::absorb_with_guesses(std::int64_t from, Bag bag) {
+  std::vector<std::pair<Heard, std::vector<Ghost>>> steps;
+  ForeignView before = buffer_.at(from).view;
+  Heard heard = heard_in(bag);
+  const std::int64_t after = next_.t + (phase_of(next_) > Phase::kBorderTraversal);
+  for (std::int64_t step = from; step < after; ++step) {
+    const bool is_over = step < next_.t;
+    ForeignView view = is_over ? buffer_.at(step + 1).view : next_view_;
+    if (step > from) heard = spoken(view.heard);
+    heard = completed(is_over ? buffer_.at(step + 1).rules : rules_, before, std::move(heard));
+    const bool ends = identical(heard.ghosts, view.heard.ghosts);
+    std::vector<Ghost> usable = foreign_ghosts(heard.ghosts, is_over ? buffer_.at(step + 1).ids : ids_);
+    if (!ends && !makes_no_difference(step, usable)) return false;
+    view.heard = heard;
+    steps.emplace_back(std::move(heard), std::move(usable));
+    if (ends) break;
+    before = std::move(view);
+  }
+  for (auto& [now_heard, usable] : steps) adopt_ghosts(from++, std::move(now_heard), std::move(usable));
+  ++counters_.bags_absorbed;
+  return true;
+}
+
+// Where the pairs have not been tested yet, nothing has been made of the ghosts.
+bool World::makes_no_difference(std::int64_t step, std::span<const Ghost> usable) {
+  const bool is_over = step < next_.t;
+  if (!is_over && phase_of(next_) <= Phase::kPairs) return true;
+  const BufferEntry& start = buffer_.at(step);
+  const BufferEntry* const end = is_over ? &buffer_.at(step + 1) : nullptr;
+  const StepMemo& memo = is_over ? end->memo : memo_;
+  if (!memo.valid) return false;
+  const Rules& rules = is_over ? end->rules : rules_;
+  return models::makes_no_difference(
+      {*rules.map, *rules.scene, around_.geometry, id_, is_over ? end->ids : ids_, start.ids,
+       start.states, memo},
+      usable, stages_, counters_.absorption_looks);
+}
+
+void World::adopt_ghosts(std::int64_t step, Heard heard, std::vector<Ghost> usable) {
+  audit_guesses(step, heard);
+  const bool is_over = step < next_.t;
+  (is_over ? buffer_.at(step + 1).view : next_view_).heard = std::move(heard);
+  if (!is_over) ghosts_ = usable;
+  (is_over ? buffer_.at(step + 1).memo : memo_).ghosts = std::move(usable);
+}
+
+void World::audit_guesses(std::int64_t step, const Heard& heard) {
+  if (!audits()) return;
+  for (const WorldId world : heard.from)
+    audit_.note_news(step, world, of_owner(heard.ghosts, world), counters_);
+  for (const WorldId world : news_from(buffer_.at(step).view))
+    if (!std::binary_search(heard.from.begin(), heard.from.end(), world))
+      audit_.note_guess(step, world, of_owner(heard.ghosts, world));
+}
+
+// `states` of the known bodies at the end of the step. Only of islands that were solved here: of
+// other foreign bodies this world does not know all contacts.
+void World::note_known(const KnownBodies& known, std::span<const physics::BodyState> states) {
+  if (around_.ghosts != GhostMode::kPredicted) return;
+  const physics::Islands& islands = scratch_.islands;
+  for (std::size_t i = 0; i < islands.count(); ++i) {
+    const std::span<const std::uint32_t> bodies(&islands.bodies[islands.body_begin[i]],
+                                                islands.body_begin[i + 1] - islands.body_begin[i]);
+    if (std::none_of(bodies.begin(), bodies.end(), [&](auto b) { return known.place[b] >= 0; }))
+      continue;
+    for (const std::uint32_t body : bodies)
+      if (known.place[body] < 0)
+        next_view_.known.push_back({known.ids[body], known.owners[body], states[body]});
+  }
+}
+
+void World::audit_contacts(std::int64_t step, const std::map<WorldId, Fragment>& fragments) {
+  std::set<RecordKey> contacts;
+  for (const auto& [target, fragment] : fragments)
+    for (const physics::ContactManifold& manifold : fragment.records.manifolds)
+      contacts.emplace(manifold.a, manifold.b);
+  audit_.note_contacts(step, std::move(contacts));
+}
+
+}  // namespace soda::models
