@@ -120,8 +120,8 @@ std::string describe(const VerifiedRun& run) {
     text += ", " + std::to_string(run.ranks) + " ranks";
   return text + ", " + std::to_string(run.threads) + " threads, buffer " +
          std::to_string(run.buffer) + ", scheduling seed " + std::to_string(run.scheduling_seed) +
-         ", " + name_of(run.rollback) + ", gating " + (run.gating ? "on" : "off") +
-         ", " + name_of(run.ghosts) + " ghosts";
+         ", " + name_of(run.rollback) + ", gating " + (run.gating ? "on" : "off") + ", " +
+         name_of(run.ghosts) + " ghosts";
 }
 
 void print(const Verification& verification, std::ostream& out) {

@@ -210,9 +210,8 @@ SimulationResult simulate(const physics::SceneDescription& scene,
   CommitSink& commits = is_root(options) ? static_cast<CommitSink&>(merge) : relay;
   const Rules rules{std::make_shared<TerritoryMap>(map),
                     std::make_shared<physics::SceneDescription>(scene)};
-  const Worlds worlds =
-      build_worlds({geometry, shares, commits, options}, rules, initial,
-                   own_worlds(options, map.worlds()));
+  const Worlds worlds = build_worlds({geometry, shares, commits, options}, rules, initial,
+                                     own_worlds(options, map.worlds()));
 
   SimulationResult result;
   const kernel::RunResult outcome =
