@@ -66,8 +66,7 @@ bool operator==(const ForeignView& a, const ForeignView& b) {
   const auto same_node = [](const Node& x, const Node& y) {
     return x.id == y.id && x.owner == y.owner && physics::identical(x.state, y.state);
   };
-  return a.told == b.told && a.sent_to == b.sent_to &&
-         identical(a.heard.ghosts, b.heard.ghosts) &&
+  return a.told == b.told && a.sent_to == b.sent_to && identical(a.heard.ghosts, b.heard.ghosts) &&
          std::equal(a.known.begin(), a.known.end(), b.known.begin(), b.known.end(), same_node);
 }
 

@@ -72,7 +72,7 @@ class World final : public kernel::LogicalProcess {
   Heard completed(const Rules& rules, const ForeignView& before, Heard heard);
   std::vector<Ghost> ghosts_and_guesses(std::int64_t step, Bag bag);
   bool absorb_with_guesses(std::int64_t from, Bag bag);
-  bool makes_no_difference(std::int64_t step, std::span<const Ghost> usable);
+  bool comes_out_alike(std::int64_t step, std::span<const Ghost> usable);
   void adopt_ghosts(std::int64_t step, Heard heard, std::vector<Ghost> usable);
   void audit_guesses(std::int64_t step, const Heard& heard);
   void note_known(const KnownBodies& known, std::span<const physics::BodyState> states);

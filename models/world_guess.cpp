@@ -39,8 +39,8 @@ std::span<const Ghost> of_owner(std::span<const Ghost> ghosts, WorldId owner) {
 
 // Whoever has sent ghosts of the step knows better than any guess.
 Heard World::completed(const Rules& rules, const ForeignView& before, Heard heard) {
-  const std::vector<Ghost> guesses = guess_ghosts(around_.ghosts, rules, around_.geometry, id_,
-                                                  before, heard.from, stages_);
+  const std::vector<Ghost> guesses =
+      guess_ghosts(around_.ghosts, rules, around_.geometry, id_, before, heard.from, stages_);
   counters_.ghosts_guessed += guesses.size();
   heard.ghosts.insert(heard.ghosts.end(), guesses.begin(), guesses.end());
   std::sort(heard.ghosts.begin(), heard.ghosts.end(), [](const Ghost& a, const Ghost& b) {
@@ -68,20 +68,22 @@ bool World::absorb_with_guesses(std::int64_t from, Bag bag) {
     if (step > from) heard = spoken(view.heard);
     heard = completed(is_over ? buffer_.at(step + 1).rules : rules_, before, std::move(heard));
     const bool ends = identical(heard.ghosts, view.heard.ghosts);
-    std::vector<Ghost> usable = foreign_ghosts(heard.ghosts, is_over ? buffer_.at(step + 1).ids : ids_);
-    if (!ends && !makes_no_difference(step, usable)) return false;
+    std::vector<Ghost> usable =
+        foreign_ghosts(heard.ghosts, is_over ? buffer_.at(step + 1).ids : ids_);
+    if (!ends && !comes_out_alike(step, usable)) return false;
     view.heard = heard;
     steps.emplace_back(std::move(heard), std::move(usable));
     if (ends) break;
     before = std::move(view);
   }
-  for (auto& [now_heard, usable] : steps) adopt_ghosts(from++, std::move(now_heard), std::move(usable));
+  for (auto& [now_heard, usable] : steps)
+    adopt_ghosts(from++, std::move(now_heard), std::move(usable));
   ++counters_.bags_absorbed;
   return true;
 }
 
 // Where the pairs have not been tested yet, nothing has been made of the ghosts.
-bool World::makes_no_difference(std::int64_t step, std::span<const Ghost> usable) {
+bool World::comes_out_alike(std::int64_t step, std::span<const Ghost> usable) {
   const bool is_over = step < next_.t;
   if (!is_over && phase_of(next_) <= Phase::kPairs) return true;
   const BufferEntry& start = buffer_.at(step);
@@ -89,10 +91,9 @@ bool World::makes_no_difference(std::int64_t step, std::span<const Ghost> usable
   const StepMemo& memo = is_over ? end->memo : memo_;
   if (!memo.valid) return false;
   const Rules& rules = is_over ? end->rules : rules_;
-  return models::makes_no_difference(
-      {*rules.map, *rules.scene, around_.geometry, id_, is_over ? end->ids : ids_, start.ids,
-       start.states, memo},
-      usable, stages_, counters_.absorption_looks);
+  return makes_no_difference({*rules.map, *rules.scene, around_.geometry, id_,
+                              is_over ? end->ids : ids_, start.ids, start.states, memo},
+                             usable, stages_, counters_.absorption_looks);
 }
 
 void World::adopt_ghosts(std::int64_t step, Heard heard, std::vector<Ghost> usable) {

@@ -65,20 +65,22 @@ TEST(GuessedGhosts, AFreeBodyIsPredictedBitForBitOverManySteps) {
   physics::StepScratch scratch;
   physics::StepReport report;
   physics::StageCounters counters;
-  ForeignView view{.news_to = {}, .news_from = {kEast}, .ghosts = {}, .known = {}};
-  view.ghosts = {ghost_of(scene, 0, truth[0], kEast)};
+  ForeignView view;
+  view.sent_to = {kEast};
+  view.heard.ghosts = {ghost_of(scene, 0, truth[0], kEast)};
   for (int step = 0; step < 20; ++step) {
     physics::step(scene.description, geometry, {&id, 1}, truth, scratch, report, counters);
-    view.ghosts = guess(GhostMode::kPredicted, scene, view);
-    ASSERT_EQ(view.ghosts.size(), 1u) << step;
-    EXPECT_TRUE(identical(view.ghosts[0], ghost_of(scene, 0, truth[0], kEast))) << step;
+    view.heard.ghosts = guess(GhostMode::kPredicted, scene, view);
+    ASSERT_EQ(view.heard.ghosts.size(), 1u) << step;
+    EXPECT_TRUE(identical(view.heard.ghosts[0], ghost_of(scene, 0, truth[0], kEast))) << step;
   }
 }
 
 TEST(GuessedGhosts, DeadReckoningKeepsVelocityAndSpin) {
   const test::Scene scene = spinning_scene();
-  ForeignView view{.news_to = {}, .news_from = {kEast}, .ghosts = {}, .known = {}};
-  view.ghosts = {ghost_of(scene, 0, scene.states[0], kEast)};
+  ForeignView view;
+  view.sent_to = {kEast};
+  view.heard.ghosts = {ghost_of(scene, 0, scene.states[0], kEast)};
   const std::vector<Ghost> guesses = guess(GhostMode::kDeadReckoning, scene, view);
   ASSERT_EQ(guesses.size(), 1u);
   const BodyState& before = scene.states[0];
@@ -95,9 +97,11 @@ TEST(GuessedGhosts, DeadReckoningKeepsVelocityAndSpin) {
 
 TEST(GuessedGhosts, ABodyThatSomethingCarriesIsNotPredictedToFall) {
   const test::Scene scene = spinning_scene();
-  ForeignView view{.news_to = {}, .news_from = {kEast}, .ghosts = {}, .known = {}};
-  view.ghosts = {ghost_of(scene, 0, scene.states[0], kEast)};
-  view.ghosts[0].state.impulses.push_back({.other = physics::static_id(0), .normal_newton_s = 1});
+  ForeignView view;
+  view.sent_to = {kEast};
+  view.heard.ghosts = {ghost_of(scene, 0, scene.states[0], kEast)};
+  view.heard.ghosts[0].state.impulses.push_back(
+      {.other = physics::static_id(0), .normal_newton_s = 1});
   const std::vector<Ghost> guesses = guess(GhostMode::kPredicted, scene, view);
   ASSERT_EQ(guesses.size(), 1u);
   EXPECT_EQ(guesses[0].state.linear_velocity_m_s, scene.states[0].linear_velocity_m_s);
@@ -106,11 +110,15 @@ TEST(GuessedGhosts, ABodyThatSomethingCarriesIsNotPredictedToFall) {
 
 TEST(GuessedGhosts, NothingIsGuessedOfAWorldThatHasSpokenOrWillNotSpeak) {
   const test::Scene scene = spinning_scene();
-  ForeignView view{.news_to = {}, .news_from = {kEast}, .ghosts = {}, .known = {}};
-  view.ghosts = {ghost_of(scene, 0, scene.states[0], kEast)};
+  ForeignView view;
+  view.sent_to = {kEast};
+  view.heard.ghosts = {ghost_of(scene, 0, scene.states[0], kEast)};
   EXPECT_EQ(guess(GhostMode::kPredicted, scene, view).size(), 1u);
   EXPECT_TRUE(guess(GhostMode::kPredicted, scene, view, {kEast}).empty());
-  view.news_from = {WorldId{2}};
+  view = {.told = {}, .sent_to = {kEast}, .heard = {}, .known = {}};
+  view.known = {{BodyId{0}, kEast, scene.states[0]}};
+  EXPECT_EQ(guess(GhostMode::kPredicted, scene, view).size(), 1u);
+  view.sent_to = {WorldId{2}};
   EXPECT_TRUE(guess(GhostMode::kPredicted, scene, view).empty());
 }
 
@@ -120,9 +128,10 @@ TEST(GuessedGhosts, ABodyThatWillHaveComeOrGoneIsNoGuess) {
   scene.body(ball, Vec3(0.01, 0, 0), Vec3(-6, 0, 0));  // into the west: 0.1 m a step
   scene.body(ball, Vec3(0.2, 2, 0), Vec3(12, 0, 0));   // its box leaves the west
   scene.body(ball, Vec3(-0.01, -2, 0));                // has left the west: its state is known
-  ForeignView view{.news_to = {}, .news_from = {kEast}, .ghosts = {}, .known = {}};
+  ForeignView view;
+  view.sent_to = {kEast};
   for (const std::uint32_t body : {0u, 1u})
-    view.ghosts.push_back(ghost_of(scene, body, scene.states[body], kEast));
+    view.heard.ghosts.push_back(ghost_of(scene, body, scene.states[body], kEast));
   EXPECT_TRUE(guess(GhostMode::kPredicted, scene, view).empty());
   scene.states[2].position_m.x() = 0.01;
   view.known = {{BodyId{2}, kEast, scene.states[2]}};
@@ -134,8 +143,9 @@ TEST(GuessedGhosts, ABodyThatWillHaveComeOrGoneIsNoGuess) {
 TEST(GuessedGhosts, AnAbsurdGuessStaysWhereItWas) {
   test::Scene scene;
   scene.body(scene.shape(physics::Sphere{0.25}), Vec3(0.1, 0, 0), Vec3(0, 0, 1e300));
-  ForeignView view{.news_to = {}, .news_from = {kEast}, .ghosts = {}, .known = {}};
-  view.ghosts = {{BodyId{0}, kEast, {Vec3(-1, -1, -1), Vec3(1, 1, 1)}, scene.states[0]}};
+  ForeignView view;
+  view.sent_to = {kEast};
+  view.heard.ghosts = {{BodyId{0}, kEast, {Vec3(-1, -1, -1), Vec3(1, 1, 1)}, scene.states[0]}};
   for (const GhostMode mode : {GhostMode::kDeadReckoning, GhostMode::kPredicted}) {
     const std::vector<Ghost> guesses = guess(mode, scene, view);
     ASSERT_EQ(guesses.size(), 1u);
