@@ -82,8 +82,8 @@ class LogicalProcess {
   // Called before a rollback for each changed time that the LP has executed or passed over,
   // earliest first: its messages are now `bag`. True if the executions that stand, with this one
   // (which is there now if it was not), send, leave behind and ask for just what they would with
-  // the new bag: then nothing is undone. False, and no change, if it cannot tell. Asked only of an
-  // LP that absorbs(), which does not change.
+  // the new bag: then nothing is undone, but what comes next may be executed in another way. False,
+  // and no change, if it cannot tell. Asked only of an LP that absorbs(), which does not change.
   virtual bool absorb(VirtualTime /*now*/, std::span<const MessageView> /*bag*/) { return false; }
   virtual bool absorbs() const { return false; }
   // Whether the LP, at one of its restart points, is in the state in which a rollback has undone

@@ -120,12 +120,20 @@ bool TimeWarpProcess::absorb(VirtualTime time, WorkerEffects& effects) {
   inputs_.gather_passed(time, effects.bag);
   if (!lp_.absorb(time, effects.bag)) return false;
   ++effects.counters.absorbed;
+  if (next_time_ < coast_until_) stop_coasting(time);
   const std::size_t at = executed_before(time);
   if (at < executed_.size() && executed_[at].time() == time) return true;
   executed_.insert(at, {time.t, time.round, 0});
   ++effects.counters.executed;
   effects.stand_again.push_back(time);
   return true;
+}
+
+// What has not been executed again yet may come out differently, for an input before it, at `time`,
+// has changed.
+void TimeWarpProcess::stop_coasting(VirtualTime time) {
+  coast_until_ = std::min(coast_until_, time);
+  std::erase_if(rare_->faults, [&](const FaultRecord& fault) { return fault.time >= next_time_; });
 }
 
 // How many of executed_ have a time < `time`.

@@ -184,6 +184,7 @@ class alignas(64) TimeWarpProcess {
   void jump(WorkerEffects& effects);
   VirtualTime end_of_restorable() const;
   void restore(const Executed& record, WorkerEffects& effects);
+  void stop_coasting(VirtualTime time);
   bool waits_for_messages(WorkerEffects& effects) const;
   std::size_t executed_before(VirtualTime time) const;
   void roll_back(VirtualTime to, Counters& counters);
