@@ -57,16 +57,30 @@ std::vector<Node> foreign_bodies_now(GhostMode mode, const Rules& rules, const F
 
 }  // namespace
 
-bool identical(std::span<const Ghost> a, std::span<const Ghost> b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-                    [](const Ghost& x, const Ghost& y) { return identical(x, y); });
+std::vector<BodyId> differing(std::span<const Ghost> a, std::span<const Ghost> b) {
+  std::vector<BodyId> bodies;
+  const auto before = [](const Ghost& x, const Ghost& y) {
+    return std::tie(x.owner, x.id) < std::tie(y.owner, y.id);
+  };
+  auto other = b.begin();
+  for (const Ghost& ghost : a) {
+    for (; other != b.end() && before(*other, ghost); ++other) bodies.push_back(other->id);
+    const bool is_there = other != b.end() && !before(ghost, *other);
+    if (!is_there || !identical(ghost, *other)) bodies.push_back(ghost.id);
+    if (is_there) ++other;
+  }
+  for (; other != b.end(); ++other) bodies.push_back(other->id);
+  std::sort(bodies.begin(), bodies.end());
+  bodies.erase(std::unique(bodies.begin(), bodies.end()), bodies.end());
+  return bodies;
 }
 
 bool operator==(const ForeignView& a, const ForeignView& b) {
   const auto same_node = [](const Node& x, const Node& y) {
     return x.id == y.id && x.owner == y.owner && physics::identical(x.state, y.state);
   };
-  return a.told == b.told && a.sent_to == b.sent_to && identical(a.heard.ghosts, b.heard.ghosts) &&
+  return a.told == b.told && a.sent_to == b.sent_to &&
+         differing(a.heard.ghosts, b.heard.ghosts).empty() &&
          std::equal(a.known.begin(), a.known.end(), b.known.begin(), b.known.end(), same_node);
 }
 

@@ -58,7 +58,7 @@ std::vector<Ghost> guess_ghosts(GhostMode mode, const Rules& rules,
 std::vector<Ghost> foreign_ghosts(std::vector<Ghost> ghosts,
                                   std::span<const physics::BodyId> own_ids);
 
-// Equality, of states bit for bit.
-bool identical(std::span<const Ghost> a, std::span<const Ghost> b);
+// Bodies whose ghosts are not the same in both, bit for bit. All ascending.
+std::vector<physics::BodyId> differing(std::span<const Ghost> a, std::span<const Ghost> b);
 
 }  // namespace soda::models

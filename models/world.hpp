@@ -70,6 +70,8 @@ class World final : public kernel::LogicalProcess {
   void detect(std::int64_t step, kernel::Outbox& outbox);
   void border_traversal(std::int64_t step, Bag bag);
   Heard completed(const Rules& rules, const ForeignView& before, Heard heard);
+  Heard completed_again(const Rules& rules, const ForeignView& before,
+                        std::span<const physics::BodyId> changed, const Heard& was, Heard heard);
   std::vector<Ghost> ghosts_and_guesses(std::int64_t step, Bag bag);
   bool absorb_with_guesses(std::int64_t from, Bag bag);
   bool comes_out_alike(std::int64_t step, std::span<const Ghost> usable);

@@ -1,5 +1,6 @@
 // Ghosts that a world guesses while it has not been told of them, and what it leaves for guesses.
 #include <algorithm>
+#include <iterator>
 #include <set>
 #include <tuple>
 #include <utility>
@@ -55,26 +56,56 @@ std::vector<Ghost> World::ghosts_and_guesses(std::int64_t step, Bag bag) {
   return next_view_.heard.ghosts;
 }
 
+// The same for a step that had been executed with the ghosts `was`, when `before` differed in the
+// ghosts `changed` only: each body's guess is a function of what was known of that body alone.
+Heard World::completed_again(const Rules& rules, const ForeignView& before,
+                             std::span<const physics::BodyId> changed, const Heard& was,
+                             Heard heard) {
+  const auto has_changed = [changed](const auto& body) {
+    return std::binary_search(changed.begin(), changed.end(), body.id);
+  };
+  ForeignView concerned;
+  concerned.sent_to = news_from(before);
+  std::copy_if(before.heard.ghosts.begin(), before.heard.ghosts.end(),
+               std::back_inserter(concerned.heard.ghosts), has_changed);
+  std::copy_if(before.known.begin(), before.known.end(), std::back_inserter(concerned.known),
+               has_changed);
+  for (const Ghost& ghost : was.ghosts) {
+    const auto is = [&ghost](std::span<const WorldId> worlds) {
+      return std::binary_search(worlds.begin(), worlds.end(), ghost.owner);
+    };
+    if (!is(was.from) && !is(heard.from) && !has_changed(ghost)) heard.ghosts.push_back(ghost);
+  }
+  return completed(rules, concerned, std::move(heard));
+}
+
 // A late answer. What it changes of its own step changes the guesses of later steps: all of them
 // have to come out as they did.
 bool World::absorb_with_guesses(std::int64_t from, Bag bag) {
   std::vector<std::pair<Heard, std::vector<Ghost>>> steps;
+  std::vector<physics::BodyId> changed;
   ForeignView before = buffer_.at(from).view;
   Heard heard = heard_in(bag);
   const std::int64_t after = next_.t + (phase_of(next_) > Phase::kBorderTraversal);
   for (std::int64_t step = from; step < after; ++step) {
     const bool is_over = step < next_.t;
-    ForeignView view = is_over ? buffer_.at(step + 1).view : next_view_;
-    if (step > from) heard = spoken(view.heard);
-    heard = completed(is_over ? buffer_.at(step + 1).rules : rules_, before, std::move(heard));
-    const bool ends = identical(heard.ghosts, view.heard.ghosts);
+    const Rules& rules = is_over ? buffer_.at(step + 1).rules : rules_;
+    const ForeignView& was = is_over ? buffer_.at(step + 1).view : next_view_;
+    if (step > from) heard = spoken(was.heard);
+    const bool same_speakers = news_from(before) == news_from(buffer_.at(step).view);
+    const bool only_more = std::includes(heard.from.begin(), heard.from.end(),
+                                         was.heard.from.begin(), was.heard.from.end());
+    heard = same_speakers && only_more
+                ? completed_again(rules, before, changed, was.heard, std::move(heard))
+                : completed(rules, before, std::move(heard));
+    changed = differing(was.heard.ghosts, heard.ghosts);
     std::vector<Ghost> usable =
         foreign_ghosts(heard.ghosts, is_over ? buffer_.at(step + 1).ids : ids_);
-    if (!ends && !comes_out_alike(step, usable)) return false;
-    view.heard = heard;
+    if (!changed.empty() && !comes_out_alike(step, usable)) return false;
+    before = was;
+    before.heard = heard;
     steps.emplace_back(std::move(heard), std::move(usable));
-    if (ends) break;
-    before = std::move(view);
+    if (changed.empty()) break;
   }
   for (auto& [now_heard, usable] : steps)
     adopt_ghosts(from++, std::move(now_heard), std::move(usable));
