@@ -238,6 +238,18 @@ TEST(GhostModes, APredictedGhostOfAFreeBodyIsAlwaysConfirmed) {
   EXPECT_EQ(reckoned.ghosts_confirmed, 0u);
 }
 
+// What is guessed right restarts nothing, and its late answer is not even guessed again: one guess a
+// step, and the first ghost, which nobody expected, sets the guesses of the steps behind it right.
+TEST(GhostModes, AGuessThatComesTrueCostsNoRestart) {
+  const FallingPair pair;
+  const SimulationResult predicted = pair.run(GhostMode::kPredicted);
+  EXPECT_EQ(predicted.events.rollbacks, 0u);
+  EXPECT_EQ(predicted.events.rolled_back, 0u);
+  EXPECT_GE(predicted.events.absorbed, 10u);
+  EXPECT_LE(predicted.worlds.ghosts_guessed, 50u) << "of 40 steps";
+  EXPECT_GT(pair.run(GhostMode::kDeadReckoning).events.rollbacks, 0u);
+}
+
 // A stack that leans over a corner of territories, boxes that slide across borders, a fast ball.
 test::Scene busy_scene(std::uint64_t seed) {
   test::Choices choices(seed);
