@@ -29,7 +29,8 @@ struct ForeignView {
   // that it solved together with its own. At most one of each id.
   std::vector<Node> known;
 
-  // Whether the next step sees no difference: it does not ask who has been heard.
+  // Whether the next step sees no difference: it does not ask who has been heard. Who takes an
+  // entry for another one has to compare this, too.
   friend bool operator==(const ForeignView& a, const ForeignView& b);
 };
 

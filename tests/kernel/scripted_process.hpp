@@ -31,6 +31,8 @@ class ScriptedProcess final : public LogicalProcess {
     std::vector<VirtualTime> agenda = {};  // ascending
     Handler on_execute = {};
     std::int64_t mark_every_t = 0;  // 0: at every time; else only at (n * mark_every_t, 0)
+    std::function<bool(ScriptedProcess& self, VirtualTime now, std::span<const MessageView> bag)>
+        on_absorb = {};
   };
 
   explicit ScriptedProcess(Script script) : script_(std::move(script)) {}
@@ -57,6 +59,10 @@ class ScriptedProcess final : public LogicalProcess {
     return history.rewind(to, state);
   }
   VirtualTime forget(VirtualTime horizon) override { return history.forget(horizon); }
+  bool absorb(VirtualTime now, std::span<const MessageView> bag) override {
+    return script_.on_absorb(*this, now, bag);
+  }
+  bool absorbs() const override { return script_.on_absorb != nullptr; }
   void commit(VirtualTime now) override { commits.push_back(now); }
 
   struct State {

@@ -238,8 +238,9 @@ TEST(GhostModes, APredictedGhostOfAFreeBodyIsAlwaysConfirmed) {
   EXPECT_EQ(reckoned.ghosts_confirmed, 0u);
 }
 
-// What is guessed right restarts nothing, and its late answer is not even guessed again: one guess a
-// step, and the first ghost, which nobody expected, sets the guesses of the steps behind it right.
+// What is guessed right restarts nothing, and its late answer is not even guessed again: one guess
+// a step, and the first ghost, which nobody expected, sets the guesses of the steps behind it
+// right.
 TEST(GhostModes, AGuessThatComesTrueCostsNoRestart) {
   const FallingPair pair;
   const SimulationResult predicted = pair.run(GhostMode::kPredicted);
