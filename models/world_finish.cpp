@@ -38,7 +38,7 @@ void World::write_entry(std::int64_t step, kernel::Outbox& outbox) {
   BufferEntry& entry = buffer_.append();
   entry.frame_differs =
       repeats && (entry.frame_differs || entry.ids != ids_ || entry.gate != next_gate_ ||
-                  entry.rules != rules_ || !buffer_.has_stale());
+                  !(entry.view == next_view_) || entry.rules != rules_ || !buffer_.has_stale());
   std::swap(entry.ids, ids_);
   std::swap(entry.states, states_);
   std::swap(entry.islands, report_.islands);

@@ -130,6 +130,12 @@ bool World::comes_out_alike(std::int64_t step, std::span<const Ghost> usable) {
 void World::adopt_ghosts(std::int64_t step, Heard heard, std::vector<Ghost> usable) {
   audit_guesses(step, heard);
   const bool is_over = step < next_.t;
+  if (is_over) {
+    BufferEntry& entry = buffer_.at(step + 1);
+    // A stale entry after it was computed from what is replaced here.
+    entry.frame_differs =
+        entry.frame_differs || !differing(entry.view.heard.ghosts, heard.ghosts).empty();
+  }
   (is_over ? buffer_.at(step + 1).view : next_view_).heard = std::move(heard);
   if (!is_over) ghosts_ = usable;
   (is_over ? buffer_.at(step + 1).memo : memo_).ghosts = std::move(usable);
