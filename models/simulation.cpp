@@ -9,9 +9,11 @@
 #include "kernel/partition.hpp"
 #include "models/commit_merge.hpp"
 #include "models/commit_relay.hpp"
+#include "models/input_feed.hpp"
 #include "models/solve_share.hpp"
 #include "models/work_cost.hpp"
 #include "models/world.hpp"
+#include "physics/measures.hpp"
 
 namespace soda::models {
 namespace {
@@ -28,6 +30,7 @@ std::size_t share_count(const RunOptions& options, std::uint32_t worlds) {
 struct Surroundings {
   const physics::Geometry& geometry;
   std::deque<SolveShare>& shares;
+  SceneVersions& scenes;
   CommitSink& commits;
   RollbackMode rollback;
   bool gating;
@@ -50,6 +53,7 @@ Worlds build_worlds(const Surroundings& around, const Rules& rules,
                     std::int64_t buffer) {
   std::vector<BufferEntry> entries(rules.map->worlds());
   for (std::uint32_t body = 0; body < initial.size(); ++body) {
+    if (!rules.inputs->presence.has(physics::BodyId{body})) continue;
     BufferEntry& entry = entries[index_of(rules.map->owner_at(initial[body].position_m))];
     entry.ids.push_back(physics::BodyId{body});
     entry.states.push_back(initial[body]);
@@ -61,7 +65,8 @@ Worlds build_worlds(const Surroundings& around, const Rules& rules,
     entries[id].rules = rules;
     SolveShare& share = around.shares[partition.owner_of(kernel::LpId{id})];
     worlds[id] = std::make_unique<World>(
-        WorldSurroundings{around.geometry, share, around.commits, around.rollback, around.gating},
+        WorldSurroundings{around.geometry, share, around.scenes, around.commits, around.rollback,
+                          around.gating},
         WorldId{id}, buffer, std::move(entries[id]));
   }
   return worlds;
@@ -155,13 +160,33 @@ kernel::ProgressFn on_gvt(std::int64_t steps,
 
 // A run that failed ends with worlds at or beyond the fault. What was committed last is what a run
 // of only the committed steps ends with.
-std::vector<physics::BodyState> committed_states(const physics::SceneDescription& scene,
-                                                 std::span<const physics::BodyState> initial,
-                                                 const TerritoryMap& map, RunOptions options,
-                                                 std::int64_t committed_steps) {
-  options.steps = committed_steps;
+SimulationResult run_committed(const physics::SceneDescription& scene,
+                               std::span<const physics::BodyState> initial, const TerritoryMap& map,
+                               RunOptions options, const SimulationResult& failed) {
+  options.steps = failed.committed_steps;
   options.executor = ExecutorKind::kSequential;
-  return simulate(scene, initial, map, options).final_states;
+  options.outsides.clear();
+  options.inputs.live = nullptr;
+  options.inputs.script.clear();
+  for (const CommittedInput& committed : failed.inputs)
+    options.inputs.script.push_back(committed.input);
+  return simulate(scene, initial, map, options);
+}
+
+// Inputs come from outside, and committed steps tell which ones acted. Nothing without inputs.
+std::unique_ptr<InputFeed> connect_inputs(std::uint32_t worlds, RunOptions& options,
+                                          CommitObserver& observer) {
+  if (!options.inputs.any() || !is_root(options)) return nullptr;
+  // Before a world within its buffer can come to their step.
+  const std::int64_t ahead_steps = options.inputs.at_the_last_moment ? 0 : 2 * options.buffer + 2;
+  auto feed = std::make_unique<InputFeed>(options.inputs, worlds, ahead_steps);
+  options.outsides.push_back(feed.get());
+  observer.on_step = [&from = *feed, on_step = observer.on_step](const CommittedStep& step) {
+    CommittedStep whole = step;
+    whole.inputs = from.committed(step.step - 1);
+    if (on_step) on_step(whole);
+  };
+  return feed;
 }
 
 }  // namespace
@@ -178,6 +203,7 @@ WorldCounters& operator+=(WorldCounters& sum, const WorldCounters& more) {
   sum.solves_committed += more.solves_committed;
   sum.entries_saved += more.entries_saved;
   sum.bytes_sent += more.bytes_sent;
+  sum.inputs += more.inputs;
   sum.steps_repeated += more.steps_repeated;
   sum.bags_absorbed += more.bags_absorbed;
   sum.absorption_looks += more.absorption_looks;
@@ -188,10 +214,20 @@ WorldCounters& operator+=(WorldCounters& sum, const WorldCounters& more) {
   return sum;
 }
 
+std::uint64_t final_digest(const SimulationResult& result) {
+  std::vector<physics::BodyState> states;
+  for (const physics::BodyId id : result.final_ids)
+    states.push_back(result.final_states[physics::index_of(id)]);
+  return physics::digest(result.final_ids, states);
+}
+
 SimulationResult simulate(const physics::SceneDescription& scene,
                           std::span<const physics::BodyState> initial, const TerritoryMap& map,
-                          const RunOptions& options, const CommitObserver& observer,
+                          const RunOptions& given, const CommitObserver& given_observer,
                           const std::function<void(const Progress&)>& progress) {
+  RunOptions options = given;
+  CommitObserver observer = given_observer;
+  const std::unique_ptr<InputFeed> feed = connect_inputs(map.worlds(), options, observer);
   const physics::Geometry geometry(scene);
   std::deque<SolveShare> shares;
   for (std::size_t i = 0; i < share_count(options, map.worlds()); ++i)
@@ -199,11 +235,13 @@ SimulationResult simulate(const physics::SceneDescription& scene,
   CommitMerge merge(observer, map.worlds());
   CommitRelay relay(observer.wants_states);
   CommitSink& commits = is_root(options) ? static_cast<CommitSink&>(merge) : relay;
-  const Rules rules{std::make_shared<TerritoryMap>(map),
-                    std::make_shared<physics::SceneDescription>(scene)};
+  SceneVersions scenes(scene);
+  const Rules rules{
+      std::make_shared<TerritoryMap>(map), scenes.with({}),
+      std::make_shared<InputAccount>(InputAccount{Presence(options.inputs.absent), {}})};
   const Worlds worlds =
-      build_worlds({geometry, shares, commits, options.rollback, options.gating}, rules, initial,
-                   own_worlds(options, map.worlds()), options.buffer);
+      build_worlds({geometry, shares, scenes, commits, options.rollback, options.gating}, rules,
+                   initial, own_worlds(options, map.worlds()), options.buffer);
 
   SimulationResult result;
   const kernel::RunResult outcome =
@@ -213,14 +251,22 @@ SimulationResult simulate(const physics::SceneDescription& scene,
   result.events = outcome.counters;
   result.final_states.resize(initial.size());
   collect(worlds, options, result);
+  std::sort(result.final_ids.begin(), result.final_ids.end());
+  if (feed) {
+    result.inputs = feed->log();
+    result.inputs_too_late = feed->too_late();
+  }
   if (outcome.fault) {
     const std::uint64_t body = outcome.fault->fault.subject;
     result.fault = SimulationFault{.step = outcome.fault->when.t,
                                    .world = WorldId{kernel::index_of(outcome.fault->lp)},
                                    .body_label = scene.bodies[body].label,
                                    .what = outcome.fault->fault.what};
-    if (is_root(options))
-      result.final_states = committed_states(scene, initial, map, options, result.committed_steps);
+    if (is_root(options)) {
+      SimulationResult committed = run_committed(scene, initial, map, options, result);
+      result.final_states = std::move(committed.final_states);
+      result.final_ids = std::move(committed.final_ids);
+    }
   }
   return result;
 }
