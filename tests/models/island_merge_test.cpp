@@ -193,6 +193,23 @@ TEST(IslandMerge, NothingIsSentAfterAsManyRoundsAsThereAreOwners) {
   }
 }
 
+// It comes from a world that takes a body for its own which has moved here. An island of own bodies
+// with such a contact would be taken over by repetitions, which no longer hear of it.
+TEST(IslandMerge, AContactOfTwoOwnBodiesFromAnotherWorldIsNotBelieved) {
+  const std::vector<BodyId> own{BodyId{1}, BodyId{2}};
+  for (const BodyId other : {BodyId{2}, physics::static_id(0)}) {
+    ContactManifold manifold;
+    manifold.a = BodyId{1};
+    manifold.b = other;
+    manifold.count = 1;
+    IslandMerge merge;
+    std::vector<ContactManifold> manifolds;
+    add_fragment(own, WorldId{3}, {{{BodyId{2}, WorldId{3}, state_of(2)}}, {manifold}}, merge,
+                 manifolds);
+    EXPECT_TRUE(manifolds.empty());
+  }
+}
+
 TEST(IslandMerge, NothingIsSentTwiceNorBackToWhoSaidIt) {
   Network network = random_network(11, 4, 30, 40);
   run_rounds(network);
