@@ -64,10 +64,10 @@ Worlds build_worlds(const Surroundings& around, const Rules& rules,
     entries[id].step = 0;
     entries[id].rules = rules;
     SolveShare& share = around.shares[partition.owner_of(kernel::LpId{id})];
-    worlds[id] = std::make_unique<World>(
-        WorldSurroundings{around.geometry, share, around.scenes, around.commits, around.rollback,
-                          around.gating},
-        WorldId{id}, buffer, std::move(entries[id]));
+    worlds[id] =
+        std::make_unique<World>(WorldSurroundings{around.geometry, share, around.scenes,
+                                                  around.commits, around.rollback, around.gating},
+                                WorldId{id}, buffer, std::move(entries[id]));
   }
   return worlds;
 }

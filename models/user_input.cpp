@@ -10,6 +10,11 @@ namespace soda::models {
 using physics::BodyId;
 using physics::BodyState;
 
+const char* name_of(InputKind kind) {
+  constexpr const char* kNames[] = {"add", "remove", "push", "set-velocity", "change-material"};
+  return kNames[static_cast<std::size_t>(kind)];
+}
+
 bool Presence::has(BodyId body) const {
   return !std::binary_search(absent_.begin(), absent_.end(), body);
 }
@@ -35,7 +40,7 @@ bool Presence::note(const UserInput& input) {
 
 void act_on(const UserInput& input, const physics::BodyParams& params, BodyState& state) {
   if (input.kind == InputKind::kPush)
-    physics::push(params, input.impulse_newton_s, input.arm_m, state);
+    physics::push(params, input.impulse_newton_s, input.point_local_m, state);
   if (input.kind != InputKind::kSetVelocity) return;
   if (input.sets_linear) state.linear_velocity_m_s = input.state.linear_velocity_m_s;
   if (input.sets_angular) state.angular_velocity_rad_s = input.state.angular_velocity_rad_s;
@@ -72,7 +77,7 @@ kernel::Payload encode_input(const UserInput& input) {
   writer.number(static_cast<std::uint8_t>(input.sets_linear));
   writer.number(static_cast<std::uint8_t>(input.sets_angular));
   writer.vector(input.impulse_newton_s);
-  writer.vector(input.arm_m);
+  writer.vector(input.point_local_m);
   writer.number(input.material.friction);
   writer.number(input.material.restitution);
   return kernel::Payload(std::move(bytes));
@@ -89,7 +94,7 @@ UserInput decode_input(std::span<const std::byte> payload) {
   input.sets_linear = reader.number<std::uint8_t>() != 0;
   input.sets_angular = reader.number<std::uint8_t>() != 0;
   input.impulse_newton_s = reader.vector();
-  input.arm_m = reader.vector();
+  input.point_local_m = reader.vector();
   input.material.friction = reader.number<double>();
   input.material.restitution = reader.number<double>();
   return input;

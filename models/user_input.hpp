@@ -15,6 +15,9 @@ namespace soda::models {
 // The order is that of the event log: append only.
 enum class InputKind : std::uint32_t { kAdd, kRemove, kPush, kSetVelocity, kChangeMaterial };
 
+// As in the scenario format, e.g. "set-velocity".
+const char* name_of(InputKind kind);
+
 // One input. It acts at the beginning of its step, before anything else of that step; inputs of one
 // step in the order of their ids. Which members count depends on the kind.
 struct UserInput {
@@ -26,8 +29,8 @@ struct UserInput {
   physics::BodyState state;
   bool sets_linear = false, sets_angular = false;          // kSetVelocity
   physics::Vec3 impulse_newton_s = physics::Vec3::Zero();  // kPush
-  physics::Vec3 arm_m = physics::Vec3::Zero();  // kPush: from the centre to where it acts, world
-  physics::Material material;                   // kChangeMaterial: the new one
+  physics::Vec3 point_local_m = physics::Vec3::Zero();     // kPush: where, from the centre of mass
+  physics::Material material;                              // kChangeMaterial: the new one
 };
 
 constexpr bool acts_before(const UserInput& a, const UserInput& b) {

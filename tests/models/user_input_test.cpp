@@ -58,7 +58,7 @@ UserInput random_input(std::uint32_t id, const test::Scene& scene, test::Choices
   input.sets_linear = choices.below(2) == 0;
   input.sets_angular = !input.sets_linear || choices.below(2) == 0;
   input.impulse_newton_s = choices.vector(-2, 2) * scene.description.bodies[body].mass_kg;
-  input.arm_m = choices.vector(-0.3, 0.3);
+  input.point_local_m = choices.vector(-0.3, 0.3);
   input.material = {choices.between(0, 1), choices.between(0, 0.5)};
   return input;
 }
@@ -314,7 +314,7 @@ TEST(UserInput, APushOffTheCentreTurnsTheBody) {
   UserInput input;
   input.kind = InputKind::kPush;
   input.impulse_newton_s = Vec3(0, params.mass_kg, 0);
-  input.arm_m = Vec3(0.5, 0, 0);
+  input.point_local_m = Vec3(0.5, 0, 0);
   act_on(input, params, state);
   EXPECT_EQ(state.linear_velocity_m_s, Vec3(0, 1, 0));
   // m v r / (2/5 m r^2) = 5 v / (2 r)
