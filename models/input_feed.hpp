@@ -44,7 +44,7 @@ class InputFeed final : public kernel::Outside {
 
   // After the run: all that committed() returned, and how many others there were, which never
   // acted.
-  const std::vector<CommittedInput>& log() const { return log_; }
+  const std::vector<CommittedInput>& acted() const { return log_; }
   std::size_t too_late();
 
  private:

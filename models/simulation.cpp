@@ -253,7 +253,7 @@ SimulationResult simulate(const physics::SceneDescription& scene,
   collect(worlds, options, result);
   std::sort(result.final_ids.begin(), result.final_ids.end());
   if (feed) {
-    result.inputs = feed->log();
+    result.inputs = feed->acted();
     result.inputs_too_late = feed->too_late();
   }
   if (outcome.fault) {
