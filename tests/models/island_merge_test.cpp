@@ -41,7 +41,12 @@ void add_contact(Network& network, std::uint32_t a, std::uint32_t b, std::uint32
   const WorldId owner_a = network.owners[a], owner_b = network.owners[b];
   if (owner_a == owner_b) {  // tested at home
     Network::World& world = network.worlds[index_of(owner_a)];
-    add_fragment(world.ids, owner_a, {{}, {manifold}}, world.merge, world.manifolds);
+    const auto is_same = [&](const ContactManifold& known) {
+      return known.a == manifold.a && known.b == manifold.b;
+    };
+    if (std::any_of(world.manifolds.begin(), world.manifolds.end(), is_same)) return;
+    world.manifolds.push_back(manifold);
+    std::sort(world.manifolds.begin(), world.manifolds.end(), canonical_before);
     return;
   }
   for (const auto& [owner, other] : {std::pair{owner_a, b}, std::pair{owner_b, a}}) {
