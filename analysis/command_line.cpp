@@ -102,6 +102,8 @@ CLI::App* add_run(CLI::App& app, RunRequest& request) {
   add_gating_option(*run, request.overrides);
   add_policy_option(*run, request.overrides.policy);
   add_cluster_options(*run, request.overrides.cluster, "modelled from its counters");
+  run->add_option("--inputs", request.inputs,
+                  "user input, one JSON object a line: a file, or - for standard input");
   run->add_option("--log", request.log_file, "write an event log for soda replay");
   run->add_flag("--json", request.json, "print one JSON object");
   run->add_flag("--step-digests", request.step_digests, "digest of every step");
@@ -112,6 +114,7 @@ CLI::App* add_run(CLI::App& app, RunRequest& request) {
       "  soda run scenarios/library/border-stack.json --threads 2 --worlds 4 --buffer 8\n"
       "  soda run scenarios/library/pyramid.json --steps 100 --json --log run.sodalog\n"
       "  soda run scenarios/library/twelve-worlds.json --executor virtual --latency-us 50\n"
+      "  soda run scenarios/library/user-input.json --inputs more.jsonl\n"
       "  mpirun -n 2 soda run scenarios/library/twelve-worlds.json --executor mpi");
   return run;
 }
@@ -181,6 +184,8 @@ CLI::App* add_verify(CLI::App& app, VerifyRequest& request) {
       ->delimiter(',')
       ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 20));
   verify->add_option("--seeds", request.seeds, "scheduling seeds 1 to this (default 5)");
+  verify->add_option("--random-inputs", request.random_inputs,
+                     "seed of random user input beside the scenario's own");
   verify->add_flag("--require-rollbacks", request.require_rollbacks,
                    "fail if no run rolled back: then nothing was proved");
   verify->add_flag("--json", request.json, "print one JSON object");

@@ -51,6 +51,22 @@ Json cluster_json(const kernel::VirtualReport& cluster) {
           {"execution_digest", format_digest(cluster.execution_digest)}};
 }
 
+Json inputs_json(const RunReport& report) {
+  Json lines = Json::array();
+  for (const models::CommittedInput& committed : report.run.result.inputs) {
+    const models::UserInput& input = committed.input;
+    Json line = {{"id", input.id},
+                 {"type", name_of(input.kind)},
+                 {"body", report.labels[physics::index_of(input.body)]},
+                 {"step", input.step}};
+    if (committed.asked_step < input.step)
+      line["asked_step"] = committed.asked_step < 0 ? Json(nullptr) : Json(committed.asked_step);
+    line["had_effect"] = committed.had_effect;
+    lines.push_back(std::move(line));
+  }
+  return lines;
+}
+
 // Text from a file may hold anything: bytes that are not UTF-8 are replaced, not thrown upon.
 std::string dumped(const Json& json) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
@@ -90,6 +106,10 @@ std::string run_json(const RunReport& report) {
                   {"max_steps", result.events.lead_max}};
   if (result.cluster) json["virtual"] = cluster_json(*result.cluster);
   json["error"] = errors(run.error);
+  if (report.options.inputs.any()) {
+    json["inputs"] = inputs_json(report);
+    json["inputs_too_late"] = result.inputs_too_late;
+  }
   json["stages"] = Json::object();
   for (const auto& [name, count] : stage_counts(result)) json["stages"][name] = count;
   json["plan"] = plan_lines(run.plan, &run.plan_counters);

@@ -12,6 +12,7 @@ struct RunRequest {
   std::string file;
   Overrides overrides;
   std::string log_file;  // empty: no log
+  std::string inputs;    // empty: none; a file, or "-" for standard input
   bool json = false;
   bool step_digests = false;
   bool quiet = false;  // no progress line

@@ -11,6 +11,7 @@ namespace soda::analysis {
 
 struct RunReport {
   std::string scenario;
+  std::vector<std::uint32_t> labels;  // by which the user knows the bodies
   std::size_t bodies = 0;
   std::uint32_t worlds = 1;
   double dt_s = 0.0;

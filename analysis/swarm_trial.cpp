@@ -145,6 +145,9 @@ class SceneSubject final : public SwarmSubject {
     territory.map = random.below(2) == 0 ? models::MapKind::kBlocks : models::MapKind::kKMeans;
     territory.seed = random.next();
 
+    models::InputOptions inputs = scenario_.run.inputs;
+    inputs.at_the_last_moment = random.below(2) == 0;
+
     KernelCheckers rules(size.window);
     kernel::ObserverList all({&rules.gvt, &rules.window, &rules.conservation});
     cluster.observer = &all;
@@ -156,6 +159,7 @@ class SceneSubject final : public SwarmSubject {
         {.executor = models::ExecutorKind::kVirtual,
          .steps = size.end,
          .buffer = size.window,
+         .inputs = inputs,
          .cluster = cluster,
          .constant_cost = random.below(2) == 0},
         commits);

@@ -23,8 +23,9 @@ struct VerifyRequest {
   // Scheduling seeds 1 .. seeds; with every other one, rollbacks invalidate whole entries; with two
   // of four, worlds do not wait for each other (gating).
   unsigned seeds = 5;
-  kernel::Transport* transport = nullptr;  // the runs are those of the job's ranks
-  bool require_rollbacks = false;          // fail if no run rolled back: then nothing was proved
+  std::optional<std::uint64_t> random_inputs;  // seed of user input beside the scenario's
+  kernel::Transport* transport = nullptr;      // the runs are those of the job's ranks
+  bool require_rollbacks = false;  // fail if no run rolled back: then nothing was proved
   bool json = false;
 };
 

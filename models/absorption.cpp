@@ -10,7 +10,10 @@ using physics::Aabb;
 using physics::BodyId;
 using physics::BodyState;
 
+// Null if it is not known: what user input has done to a body is not kept.
 const BodyState* begin_state(const ExecutedStep& step, BodyId id) {
+  const std::vector<BodyId>& touched = step.memo.touched;
+  if (std::binary_search(touched.begin(), touched.end(), id)) return nullptr;
   const auto migrant =
       std::lower_bound(step.memo.migrants.begin(), step.memo.migrants.end(), id,
                        [](const Migrant& item, BodyId wanted) { return item.id < wanted; });

@@ -72,6 +72,7 @@ void add_outcome(const World& world, SimulationResult& result) {
   const BufferEntry& entry = world.newest_entry();
   for (std::size_t i = 0; i < entry.ids.size(); ++i)
     result.final_states[physics::index_of(entry.ids[i])] = entry.states[i];
+  result.final_ids.insert(result.final_ids.end(), entry.ids.begin(), entry.ids.end());
 }
 
 void add_outcome(std::span<const std::byte> outcome, SimulationResult& result) {
@@ -82,6 +83,7 @@ void add_outcome(std::span<const std::byte> outcome, SimulationResult& result) {
     read_bodies(reader, entry);
     for (std::size_t i = 0; i < entry.ids.size(); ++i)
       result.final_states[physics::index_of(entry.ids[i])] = std::move(entry.states[i]);
+    result.final_ids.insert(result.final_ids.end(), entry.ids.begin(), entry.ids.end());
   }
 }
 

@@ -143,4 +143,14 @@ void encode_island(std::span<const BodyId> ids, std::span<const ContactManifold>
   for (const ContactManifold& manifold : manifolds) writer.manifold(manifold);
 }
 
+void encode_materials(const physics::SceneDescription& scene, std::span<const BodyId> ids,
+                      kernel::Bytes& out) {
+  Writer writer(out);
+  for (const BodyId id : ids) {
+    const physics::Material& material = scene.bodies[physics::index_of(id)].material;
+    writer.number(material.friction);
+    writer.number(material.restitution);
+  }
+}
+
 }  // namespace soda::models

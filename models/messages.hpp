@@ -8,6 +8,7 @@
 #include "models/territory.hpp"
 #include "physics/body_state.hpp"
 #include "physics/contact_manifold.hpp"
+#include "physics/scene.hpp"
 
 namespace soda::models {
 
@@ -65,5 +66,8 @@ Fragment decode_fragment(std::span<const std::byte> payload);
 void encode_island(std::span<const physics::BodyId> ids,
                    std::span<const physics::ContactManifold> manifolds,
                    std::span<const physics::BodyState> states, kernel::Bytes& out);
+// What the key needs beside, where materials are not those of the scene any more; appended.
+void encode_materials(const physics::SceneDescription& scene, std::span<const physics::BodyId> ids,
+                      kernel::Bytes& out);
 
 }  // namespace soda::models

@@ -45,6 +45,17 @@ void Repetition::note_own(std::span<const BodyId> ids, std::span<const Migrant> 
   }
 }
 
+// Whatever was done to it, then or now, it does not begin as it did before.
+void Repetition::note_touched(std::span<const BodyId> touched) {
+  if (!can_take()) return;
+  const std::vector<BodyId>& before = replaced_->memo.touched;
+  if (touched.empty() && before.empty()) return;
+  std::erase_if(unchanged_, [&](BodyId id) {
+    return std::binary_search(touched.begin(), touched.end(), id) ||
+           std::binary_search(before.begin(), before.end(), id);
+  });
+}
+
 void Repetition::note_ghosts(std::span<const Ghost> ghosts) {
   if (!can_take()) return;
   const auto own = static_cast<std::ptrdiff_t>(unchanged_.size());

@@ -15,8 +15,9 @@ namespace soda::models {
 // bodies alone (a contact, an island) comes out as it did, because all of it is pure functions of
 // states.
 //
-// start(), note_own(), note_ghosts(), then contacts, then islands, then differences(). `replaced`
-// must stay as it is from start() to differences(), but for the states that are taken.
+// start(), note_own(), note_touched(), note_ghosts(), then contacts, then islands, then
+// differences(). `replaced` must stay as it is from start() to differences(), but for the states
+// that are taken.
 class Repetition {
  public:
   // `replaced`: the stale entry that the step wrote before; null if it is executed for the first
@@ -30,6 +31,8 @@ class Repetition {
 
   // `migrants`: of the own bodies, those that have just come.
   void note_own(std::span<const physics::BodyId> ids, std::span<const Migrant> migrants);
+  // `touched`: by user input, now. What was touched in the replaced execution is known.
+  void note_touched(std::span<const physics::BodyId> touched);
   void note_ghosts(std::span<const Ghost> ghosts);
 
   // Appends the contacts of the pair if both are unchanged; else false, and it has to be tested.

@@ -9,9 +9,11 @@
 #include "kernel/partition.hpp"
 #include "models/commit_merge.hpp"
 #include "models/commit_relay.hpp"
+#include "models/input_feed.hpp"
 #include "models/solve_share.hpp"
 #include "models/work_cost.hpp"
 #include "models/world.hpp"
+#include "physics/measures.hpp"
 
 namespace soda::models {
 namespace {
@@ -28,6 +30,7 @@ std::size_t share_count(const RunOptions& options, std::uint32_t worlds) {
 struct Surroundings {
   const physics::Geometry& geometry;
   std::deque<SolveShare>& shares;
+  SceneVersions& scenes;
   CommitSink& commits;
   RollbackMode rollback;
   bool gating;
@@ -50,6 +53,7 @@ Worlds build_worlds(const Surroundings& around, const Rules& rules,
                     std::int64_t buffer) {
   std::vector<BufferEntry> entries(rules.map->worlds());
   for (std::uint32_t body = 0; body < initial.size(); ++body) {
+    if (!rules.inputs->presence.has(physics::BodyId{body})) continue;
     BufferEntry& entry = entries[index_of(rules.map->owner_at(initial[body].position_m))];
     entry.ids.push_back(physics::BodyId{body});
     entry.states.push_back(initial[body]);
@@ -60,9 +64,10 @@ Worlds build_worlds(const Surroundings& around, const Rules& rules,
     entries[id].step = 0;
     entries[id].rules = rules;
     SolveShare& share = around.shares[partition.owner_of(kernel::LpId{id})];
-    worlds[id] = std::make_unique<World>(
-        WorldSurroundings{around.geometry, share, around.commits, around.rollback, around.gating},
-        WorldId{id}, buffer, std::move(entries[id]));
+    worlds[id] =
+        std::make_unique<World>(WorldSurroundings{around.geometry, share, around.scenes,
+                                                  around.commits, around.rollback, around.gating},
+                                WorldId{id}, buffer, std::move(entries[id]));
   }
   return worlds;
 }
@@ -83,17 +88,19 @@ std::function<std::int64_t(kernel::LpId)> cost_from_counters(const Worlds& world
   };
 }
 
-kernel::ThreadsOptions threads_options(const RunOptions& options) {
+kernel::ThreadsOptions threads_options(const RunOptions& options, kernel::Outside* outside) {
   return {.threads = options.threads,
           .window = options.buffer,
           .scheduling_seed = options.scheduling_seed,
-          .synchronisation = options.synchronisation};
+          .synchronisation = options.synchronisation,
+          .outside = outside};
 }
 
 kernel::RunResult run_on_cluster(const Worlds& worlds, const RunOptions& options,
-                                 const kernel::ProgressFn& progress,
+                                 const kernel::ProgressFn& progress, kernel::Outside* outside,
                                  std::optional<kernel::VirtualReport>& report) {
   kernel::VirtualOptions cluster = options.cluster;
+  cluster.outside = outside;
   cluster.window = options.buffer;
   cluster.synchronisation = options.synchronisation;
   if (!options.constant_cost) cluster.cost_ns = cost_from_counters(worlds);
@@ -105,12 +112,13 @@ kernel::RunResult run_on_cluster(const Worlds& worlds, const RunOptions& options
 
 kernel::RunResult run_over_ranks(const Worlds& worlds, const RunOptions& options,
                                  CommitRelay& relay, CommitSink& commits,
-                                 const kernel::ProgressFn& progress) {
+                                 const kernel::ProgressFn& progress, kernel::Outside* outside) {
   kernel::RecordHooks records;
   records.take = [&] { return relay.take(); };
   records.receive = [&](std::span<const std::byte> record) { join(record, commits); };
   return kernel::run_distributed(worlds, time_of(options.steps, Phase::kBegin),
-                                 threads_options(options), *options.transport, records, progress);
+                                 threads_options(options, outside), *options.transport, records,
+                                 progress);
 }
 
 void collect(const Worlds& worlds, const RunOptions& options, SimulationResult& result) {
@@ -127,15 +135,17 @@ kernel::RunResult run(const Worlds& worlds, const RunOptions& options, CommitRel
                       CommitSink& commits, const kernel::ProgressFn& progress,
                       std::optional<kernel::VirtualReport>& report) {
   const kernel::VirtualTime end = time_of(options.steps, Phase::kBegin);
+  kernel::OutsideList outsides(options.outsides);
+  kernel::Outside* const outside = options.outsides.empty() ? nullptr : &outsides;
   if (options.executor == ExecutorKind::kVirtual)
-    return run_on_cluster(worlds, options, progress, report);
+    return run_on_cluster(worlds, options, progress, outside, report);
   // One world has nobody to run ahead of: it needs no history.
   if (worlds.size() == 1 && !worlds[0]) return {};
   if (options.executor == ExecutorKind::kSequential || worlds.size() == 1)
-    return kernel::run_sequential(worlds, end, progress);
+    return kernel::run_sequential(worlds, end, progress, outside);
   if (options.executor == ExecutorKind::kMpi)
-    return run_over_ranks(worlds, options, relay, commits, progress);
-  return kernel::run_threads(worlds, end, threads_options(options), progress);
+    return run_over_ranks(worlds, options, relay, commits, progress, outside);
+  return kernel::run_threads(worlds, end, threads_options(options, outside), progress);
 }
 
 kernel::ProgressFn on_gvt(std::int64_t steps,
@@ -150,13 +160,33 @@ kernel::ProgressFn on_gvt(std::int64_t steps,
 
 // A run that failed ends with worlds at or beyond the fault. What was committed last is what a run
 // of only the committed steps ends with.
-std::vector<physics::BodyState> committed_states(const physics::SceneDescription& scene,
-                                                 std::span<const physics::BodyState> initial,
-                                                 const TerritoryMap& map, RunOptions options,
-                                                 std::int64_t committed_steps) {
-  options.steps = committed_steps;
+SimulationResult run_committed(const physics::SceneDescription& scene,
+                               std::span<const physics::BodyState> initial, const TerritoryMap& map,
+                               RunOptions options, const SimulationResult& failed) {
+  options.steps = failed.committed_steps;
   options.executor = ExecutorKind::kSequential;
-  return simulate(scene, initial, map, options).final_states;
+  options.outsides.clear();
+  options.inputs.live = nullptr;
+  options.inputs.script.clear();
+  for (const CommittedInput& committed : failed.inputs)
+    options.inputs.script.push_back(committed.input);
+  return simulate(scene, initial, map, options);
+}
+
+// Inputs come from outside, and committed steps tell which ones acted. Nothing without inputs.
+std::unique_ptr<InputFeed> connect_inputs(std::uint32_t worlds, RunOptions& options,
+                                          CommitObserver& observer) {
+  if (!options.inputs.any() || !is_root(options)) return nullptr;
+  // Before a world within its buffer can come to their step.
+  const std::int64_t ahead_steps = options.inputs.at_the_last_moment ? 0 : 2 * options.buffer + 2;
+  auto feed = std::make_unique<InputFeed>(options.inputs, worlds, ahead_steps);
+  options.outsides.push_back(feed.get());
+  observer.on_step = [&from = *feed, on_step = observer.on_step](const CommittedStep& step) {
+    CommittedStep whole = step;
+    whole.inputs = from.committed(step.step - 1);
+    if (on_step) on_step(whole);
+  };
+  return feed;
 }
 
 }  // namespace
@@ -173,6 +203,7 @@ WorldCounters& operator+=(WorldCounters& sum, const WorldCounters& more) {
   sum.solves_committed += more.solves_committed;
   sum.entries_saved += more.entries_saved;
   sum.bytes_sent += more.bytes_sent;
+  sum.inputs += more.inputs;
   sum.steps_repeated += more.steps_repeated;
   sum.steps_put_back += more.steps_put_back;
   sum.bags_absorbed += more.bags_absorbed;
@@ -184,10 +215,20 @@ WorldCounters& operator+=(WorldCounters& sum, const WorldCounters& more) {
   return sum;
 }
 
+std::uint64_t final_digest(const SimulationResult& result) {
+  std::vector<physics::BodyState> states;
+  for (const physics::BodyId id : result.final_ids)
+    states.push_back(result.final_states[physics::index_of(id)]);
+  return physics::digest(result.final_ids, states);
+}
+
 SimulationResult simulate(const physics::SceneDescription& scene,
                           std::span<const physics::BodyState> initial, const TerritoryMap& map,
-                          const RunOptions& options, const CommitObserver& observer,
+                          const RunOptions& given, const CommitObserver& given_observer,
                           const std::function<void(const Progress&)>& progress) {
+  RunOptions options = given;
+  CommitObserver observer = given_observer;
+  const std::unique_ptr<InputFeed> feed = connect_inputs(map.worlds(), options, observer);
   const physics::Geometry geometry(scene);
   std::deque<SolveShare> shares;
   for (std::size_t i = 0; i < share_count(options, map.worlds()); ++i)
@@ -195,11 +236,13 @@ SimulationResult simulate(const physics::SceneDescription& scene,
   CommitMerge merge(observer, map.worlds());
   CommitRelay relay(observer.wants_states);
   CommitSink& commits = is_root(options) ? static_cast<CommitSink&>(merge) : relay;
-  const Rules rules{std::make_shared<TerritoryMap>(map),
-                    std::make_shared<physics::SceneDescription>(scene)};
+  SceneVersions scenes(scene);
+  const Rules rules{
+      std::make_shared<TerritoryMap>(map), scenes.with({}),
+      std::make_shared<InputAccount>(InputAccount{Presence(options.inputs.absent), {}})};
   const Worlds worlds =
-      build_worlds({geometry, shares, commits, options.rollback, options.gating}, rules, initial,
-                   own_worlds(options, map.worlds()), options.buffer);
+      build_worlds({geometry, shares, scenes, commits, options.rollback, options.gating}, rules,
+                   initial, own_worlds(options, map.worlds()), options.buffer);
 
   SimulationResult result;
   const kernel::RunResult outcome =
@@ -209,14 +252,22 @@ SimulationResult simulate(const physics::SceneDescription& scene,
   result.events = outcome.counters;
   result.final_states.resize(initial.size());
   collect(worlds, options, result);
+  std::sort(result.final_ids.begin(), result.final_ids.end());
+  if (feed) {
+    result.inputs = feed->acted();
+    result.inputs_too_late = feed->too_late();
+  }
   if (outcome.fault) {
     const std::uint64_t body = outcome.fault->fault.subject;
     result.fault = SimulationFault{.step = outcome.fault->when.t,
                                    .world = WorldId{kernel::index_of(outcome.fault->lp)},
                                    .body_label = scene.bodies[body].label,
                                    .what = outcome.fault->fault.what};
-    if (is_root(options))
-      result.final_states = committed_states(scene, initial, map, options, result.committed_steps);
+    if (is_root(options)) {
+      SimulationResult committed = run_committed(scene, initial, map, options, result);
+      result.final_states = std::move(committed.final_states);
+      result.final_ids = std::move(committed.final_ids);
+    }
   }
   return result;
 }

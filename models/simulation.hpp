@@ -12,6 +12,7 @@
 #include "kernel/transport.hpp"
 #include "kernel/virtual_executor.hpp"
 #include "models/territory.hpp"
+#include "models/user_input.hpp"
 #include "physics/advance.hpp"
 #include "physics/body_state.hpp"
 #include "physics/scene.hpp"
@@ -39,6 +40,9 @@ struct RunOptions {
   kernel::Transport* transport = nullptr;
   // Not for kSequential.
   kernel::Synchronisation synchronisation = kernel::Synchronisation::kOptimistic;
+  InputOptions inputs = {};
+  // Who sends to worlds from outside; each outlives the run. Over ranks, the root's count.
+  std::vector<kernel::Outside*> outsides = {};
   // kVirtual only. Its window and synchronisation are those above, and its cost_ns is work_cost_ns
   // (work_cost.hpp) unless `constant_cost`: then each event costs bag_cost_ns.
   kernel::VirtualOptions cluster = {};
@@ -59,6 +63,7 @@ struct WorldCounters {
   std::uint64_t solves_committed = 0;
   std::uint64_t entries_saved = 0;  // transform-buffer entries kept for rollback
   std::uint64_t bytes_sent = 0;     // payload bytes
+  std::uint64_t inputs = 0;         // messages with user input that were taken in
   // Of steps that were executed again: islands (bodies without contact count as one each) and their
   // bodies, computed again or taken over.
   std::uint64_t steps_repeated = 0;
@@ -73,10 +78,11 @@ WorldCounters& operator+=(WorldCounters& sum, const WorldCounters& more);
 // The state after `step` steps, complete over all worlds and final.
 struct CommittedStep {
   std::int64_t step = 0;                 // 1 .. steps
-  std::span<const physics::BodyId> ids;  // ascending; empty unless states are wanted
+  std::span<const physics::BodyId> ids;  // those that are there; empty unless states are wanted
   std::span<const physics::BodyState> states;
   std::span<const WorldId> owners;                 // of each body during this step
   std::span<const physics::IslandReport> islands;  // ascending by label, each island once
+  std::span<const CommittedInput> inputs;  // of the step's beginning, in the order of acting
 };
 
 struct CommitObserver {
@@ -96,6 +102,9 @@ struct SimulationFault {
 struct SimulationResult {
   std::int64_t committed_steps = 0;              // == options.steps unless there was a fault
   std::vector<physics::BodyState> final_states;  // after committed_steps; index == BodyId
+  std::vector<physics::BodyId> final_ids;        // ascending; others are absent, their states void
+  std::vector<CommittedInput> inputs;            // all that acted, in the order of acting
+  std::size_t inputs_too_late = 0;               // others, for which no step was left
   kernel::Counters events;
   physics::StageCounters stages;
   WorldCounters worlds;
@@ -104,13 +113,17 @@ struct SimulationResult {
   std::optional<SimulationFault> fault;
 };
 
+// Of the final states of the bodies that are there.
+std::uint64_t final_digest(const SimulationResult& result);
+
 struct Progress {
   std::int64_t committed_step = 0;
   double efficiency = 1.0;  // 1 - rolled back / executed, so far
 };
 
 // Runs options.steps steps of the scene divided by `map`. The committed steps are the same bits for
-// every map and every option. `initial[i]` is the state of BodyId{i} at step 0. Over ranks, only
+// every map and every option but the inputs. `initial[i]` is the state of BodyId{i} at step 0, void
+// if it is absent. Over ranks, only
 // the root observes and has the result; elsewhere it says no more than whether there was a fault.
 SimulationResult simulate(const physics::SceneDescription& scene,
                           std::span<const physics::BodyState> initial, const TerritoryMap& map,

@@ -64,7 +64,7 @@ void World::execute(kernel::VirtualTime now, Bag bag, kernel::Outbox& outbox) {
   }
 }
 
-// Own bodies: those of the entry that did not leave, and those that migrate in.
+// Own bodies: those of the entry that did not leave, and those that migrate in. Then user input.
 void World::begin(std::int64_t step, Bag bag) {
   BufferEntry& entry = buffer_.at(step);
   rules_ = entry.rules;
@@ -101,6 +101,7 @@ void World::begin(std::int64_t step, Bag bag) {
   std::vector<Migrant> migrants;
   if (around_.gating) next_gate_.migrants = gate_.left_to;
   for (const kernel::MessageView& message : bag) {
+    if (message.kind != static_cast<std::uint32_t>(MessageKind::kMigrants)) continue;
     const std::size_t before = migrants.size();
     decode_migrants(message.payload, migrants);
     if (around_.gating && migrants.size() > before)
@@ -108,10 +109,18 @@ void World::begin(std::int64_t step, Bag bag) {
   }
   sort_unique(next_gate_.migrants);
   migrants = merge_migrants(std::move(migrants), ids_, states_);
-  repetition_.start(entry.differs, propagates() ? buffer_.stale_next() : nullptr);
+  BufferEntry* const replaced = propagates() ? buffer_.stale_next() : nullptr;
+  repetition_.start(entry.differs, replaced);
   repetition_.note_own(ids_, migrants);
+  std::vector<BodyId> touched = take_inputs(bag);
+  // Of what was computed with other materials, nothing can be taken.
+  if (replaced != nullptr && replaced->rules.scene != rules_.scene) replaced->memo.valid = false;
+  repetition_.note_touched(touched);
   memo_.valid = remembers();
-  if (remembers()) std::swap(memo_.migrants, migrants);
+  if (remembers()) {
+    std::swap(memo_.migrants, migrants);
+    std::swap(memo_.touched, touched);
+  }
   counters_.steps_repeated += repetition_.repeats();
   next_ = time_of(step, Phase::kDetect);
 }
@@ -254,6 +263,8 @@ void World::commit(kernel::VirtualTime now) {
 // Between steps, all that matters is the newest entry; within one, what its phases have gathered.
 std::uint64_t World::digest() const {
   std::uint64_t digest = kernel::append(static_cast<std::uint64_t>(next_.t), next_.round);
+  for (const BodyId absent : rules_.inputs->presence.absent())
+    digest = kernel::append(digest, physics::index_of(absent));
   if (phase_of(next_) == Phase::kBegin) {
     const BufferEntry& entry = buffer_.newest_entry();
     return kernel::append(digest, physics::digest(entry.ids, entry.states));

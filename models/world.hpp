@@ -11,6 +11,7 @@
 #include "models/island_merge.hpp"
 #include "models/messages.hpp"
 #include "models/repetition.hpp"
+#include "models/scene_versions.hpp"
 #include "models/schedule.hpp"
 #include "models/simulation.hpp"
 #include "models/solve_share.hpp"
@@ -19,11 +20,12 @@
 
 namespace soda::models {
 
-// What all worlds of a run share: read-only, but for the two that are safe to use concurrently and
-// cannot change a result (the memory of solves, the gathering of committed steps).
+// What all worlds of a run share: read-only, but for those that are safe to use concurrently and
+// cannot change a result (the memories of solves and scenes, the gathering of committed steps).
 struct WorldSurroundings {
   const physics::Geometry& geometry;
   SolveShare& solves;
+  SceneVersions& scenes;
   CommitSink& commits;
   RollbackMode rollback;
   bool gating;
@@ -65,6 +67,8 @@ class World final : public kernel::LogicalProcess {
 
   void begin(std::int64_t step, Bag bag);
   std::vector<Ghost> foreign_ghosts(Bag bag, std::span<const physics::BodyId> own_ids) const;
+  std::vector<physics::BodyId> take_inputs(Bag bag);
+  bool act(const UserInput& input);
   void detect(std::int64_t step, kernel::Outbox& outbox);
   void border_traversal(std::int64_t step, Bag bag);
   void pairs(std::int64_t step, kernel::Outbox& outbox);

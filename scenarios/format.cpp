@@ -2,6 +2,7 @@
 
 #include "scenarios/field_binding.hpp"
 #include "scenarios/format_limits.hpp"
+#include "scenarios/input_tables.hpp"
 #include "scenarios/shape_tables.hpp"
 
 namespace soda::scenarios {
@@ -107,7 +108,9 @@ constexpr auto kBodyFields = concat(
     std::array{field<BodySpec, &BodySpec::id>(
         "id", kRequired, kId, "Identity, unique over bodies and generators; orders the bodies.")},
     solid_fields<BodySpec>(),
-    motion_fields<BodySpec>("Origin of the shape's frame: the centre of mass, but for a hull."));
+    motion_fields<BodySpec>("Origin of the shape's frame: the centre of mass, but for a hull."),
+    std::array{field<BodySpec, &BodySpec::present>(
+        "present", kOptional, kNone, "false: it takes part only when an input has added it.")});
 constexpr ObjectTable kBody =
     object_table<BodySpec>("body", "A moving body.", kBodyFields, &kMassAlternatives);
 
@@ -328,6 +331,9 @@ constexpr Field kDocumentFields[] = {
     choice_field<DocumentSpec, &DocumentSpec::generators>(
         "generators", kOptional, list_of(0, 10'000), kGenerator,
         "Moving bodies by rule, in this order; at most 1,000,000 bodies in all."),
+    choice_field<DocumentSpec, &DocumentSpec::inputs>("inputs", kOptional, list_of(0, 1'000'000),
+                                                      kInput,
+                                                      "What a user does to bodies, in any order."),
     object_field<DocumentSpec, &DocumentSpec::territory>(
         "territory", kOptional, kNone, kTerritory,
         "Division of space; one cell and one world by default."),
