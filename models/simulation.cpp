@@ -180,6 +180,7 @@ WorldCounters& operator+=(WorldCounters& sum, const WorldCounters& more) {
   sum.islands_taken += more.islands_taken;
   sum.bodies_repeated += more.bodies_repeated;
   sum.bodies_taken += more.bodies_taken;
+  sum.bodies_sampled += more.bodies_sampled;
   return sum;
 }
 

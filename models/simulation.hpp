@@ -66,6 +66,7 @@ struct WorldCounters {
   std::uint64_t bags_absorbed = 0, absorption_looks = 0;
   std::uint64_t islands_repeated = 0, islands_taken = 0;
   std::uint64_t bodies_repeated = 0, bodies_taken = 0;
+  std::uint64_t bodies_sampled = 0;  // for load balancing
 };
 WorldCounters& operator+=(WorldCounters& sum, const WorldCounters& more);
 

@@ -252,6 +252,12 @@ void TerritoryMap::owners_of(const physics::Aabb& box, std::vector<WorldId>& out
     }
 }
 
+TerritoryMap TerritoryMap::after(std::span<const CellTransfer> transfers) const {
+  TerritoryMap map = *this;
+  for (const CellTransfer& transfer : transfers) map.owner_of_cell_[transfer.cell] = transfer.to;
+  return map;
+}
+
 TerritoryMap make_territory_map(const TerritoryOptions& options,
                                 std::span<const physics::Vec3> body_positions_m) {
   const bool cluster = options.map == MapKind::kKMeans && !body_positions_m.empty();

@@ -27,6 +27,13 @@ struct Grid {
   std::size_t index_of_cell(const std::array<std::int32_t, 3>& cell) const;
 };
 
+// A cell changes hands. `to` < the map's worlds, `cell` < its cells.
+struct CellTransfer {
+  std::uint32_t cell = 0;  // Grid::index_of_cell
+  WorldId to{};
+  friend constexpr auto operator<=>(const CellTransfer&, const CellTransfer&) = default;
+};
+
 enum class MapKind {
   kBlocks,  // recursive bisection of the grid into boxes of nearly equal cell counts
   kKMeans,  // equal-size k-means on the bodies' columns, as in the paper: ragged borders
@@ -55,6 +62,8 @@ class TerritoryMap {
   // also overlaps a cell of the world that does not.
   bool border_cells_of(const physics::Aabb& box, WorldId world,
                        std::vector<std::uint32_t>& out) const;
+  // This map after the transfers, in their order.
+  TerritoryMap after(std::span<const CellTransfer> transfers) const;
 
  private:
   bool touches_other_owner(const std::array<std::int32_t, 3>& cell) const;

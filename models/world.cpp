@@ -64,7 +64,8 @@ void World::execute(kernel::VirtualTime now, Bag bag, kernel::Outbox& outbox) {
   }
 }
 
-// Own bodies: those of the entry that did not leave, and those that migrate in.
+// Own bodies: those of the entry that did not leave (under the map that the step before had), and
+// those that migrate in.
 void World::begin(std::int64_t step, Bag bag) {
   BufferEntry& entry = buffer_.at(step);
   rules_ = entry.rules;
@@ -99,16 +100,23 @@ void World::begin(std::int64_t step, Bag bag) {
     states_.resize(kept);
   }
   std::vector<Migrant> migrants;
+  std::vector<CellTransfer> transfers;
   if (around_.gating) next_gate_.migrants = gate_.left_to;
   for (const kernel::MessageView& message : bag) {
+    if (message.kind == static_cast<std::uint32_t>(MessageKind::kTransfers)) {
+      decode_transfers(message.payload, transfers);
+      continue;
+    }
     const std::size_t before = migrants.size();
     decode_migrants(message.payload, migrants);
     if (around_.gating && migrants.size() > before)
       next_gate_.migrants.push_back(WorldId{kernel::index_of(message.source)});
   }
   sort_unique(next_gate_.migrants);
+  // Bodies of these cells stay until the end of the step: they leave as any others.
+  if (!transfers.empty()) rules_.map = around_.maps.after(rules_.map, transfers);
   migrants = merge_migrants(std::move(migrants), ids_, states_);
-  repetition_.start(entry.differs, propagates() ? buffer_.stale_next() : nullptr);
+  repetition_.start(entry.differs, propagates() ? buffer_.stale_next() : nullptr, *rules_.map);
   repetition_.note_own(ids_, migrants);
   memo_.valid = remembers();
   if (remembers()) std::swap(memo_.migrants, migrants);

@@ -9,6 +9,7 @@
 #include "kernel/logical_process.hpp"
 #include "models/commit_merge.hpp"
 #include "models/island_merge.hpp"
+#include "models/map_share.hpp"
 #include "models/messages.hpp"
 #include "models/repetition.hpp"
 #include "models/schedule.hpp"
@@ -19,11 +20,12 @@
 
 namespace soda::models {
 
-// What all worlds of a run share: read-only, but for the two that are safe to use concurrently and
-// cannot change a result (the memory of solves, the gathering of committed steps).
+// What all worlds of a run share: read-only, but for those that are safe to use concurrently and
+// cannot change a result (the memories of solves and maps, the gathering of committed steps).
 struct WorldSurroundings {
   const physics::Geometry& geometry;
   SolveShare& solves;
+  MapShare& maps;
   CommitSink& commits;
   RollbackMode rollback;
   bool gating;
