@@ -60,8 +60,7 @@ std::map<std::uint32_t, std::uint32_t> ways_to_border(const Territories& territo
         frontier.push_back(cell);
   for (std::size_t done = 0; done < frontier.size(); ++done)
     for (const std::uint32_t next : face_neighbours(territories.grid(), frontier[done]))
-      if (territories.owner(next) == from &&
-          previous.try_emplace(next, frontier[done]).second)
+      if (territories.owner(next) == from && previous.try_emplace(next, frontier[done]).second)
         frontier.push_back(next);
   return previous;
 }
@@ -227,7 +226,7 @@ std::vector<CellTransfer> random_transfers(const TerritoryMap& map, std::size_t 
                                            kernel::SplitMix64& random) {
   Territories territories(map);
   std::vector<CellTransfer> transfers;
-  for (std::size_t attempt = 0; attempt < 4 * most && transfers.size() < most; ++attempt) {
+  for (std::size_t attempt = 0; attempt < 64 * most && transfers.size() < most; ++attempt) {
     const auto cell = static_cast<std::uint32_t>(random.below(map.owners().size()));
     const FaceNeighbours around = face_neighbours(map.grid(), cell);
     if (around.count == 0) break;

@@ -30,9 +30,9 @@ struct LoadPicture {
 LoadPicture picture_of(std::span<const LoadSample> samples, std::size_t cells);
 
 struct BalancerOptions {
-  double tolerance = 0.15;     // load above the neighbours' mean that is left alone
-  double split_factor = 2.0;   // what an island of several owners costs each of them; >= 1
-  double border_share = 0.2;   // of a cell's load, again for either side of a border face
+  double tolerance = 0.15;      // load above the neighbours' mean that is left alone
+  double split_factor = 2.0;    // what an island of several owners costs each of them; >= 1
+  double border_share = 0.2;    // of a cell's load, again for either side of a border face
   std::size_t most_cells = 64;  // that change hands at once
   std::int64_t delay = 0;       // steps until a decision holds
 };

@@ -17,8 +17,8 @@ std::uint32_t predicted_cell(const Rules& rules, const physics::BodyState& state
                              std::int64_t ahead) {
   const Grid& grid = rules.map->grid();
   const double time_s = static_cast<double>(ahead) * rules.scene->dt_s;
-  return static_cast<std::uint32_t>(grid.index_of_cell(
-      grid.cell_of(state.position_m + time_s * state.linear_velocity_m_s)));
+  return static_cast<std::uint32_t>(
+      grid.index_of_cell(grid.cell_of(state.position_m + time_s * state.linear_velocity_m_s)));
 }
 
 // The tests of each body's pairs, half a pair for each of two own bodies.
@@ -40,8 +40,8 @@ void add_pair_costs(const BufferEntry& entry, const physics::Geometry& geometry,
   }
   physics::find_static_pairs(geometry, scratch.boxes, scratch.static_pairs, uncounted);
   for (const physics::IndexPair pair : scratch.static_pairs)
-    bodies[pair.first].cost_ns += test_cost_ns(physics::kernel_for(
-        shape(pair.first), scene.shapes[scene.statics[pair.second].shape]));
+    bodies[pair.first].cost_ns += test_cost_ns(
+        physics::kernel_for(shape(pair.first), scene.shapes[scene.statics[pair.second].shape]));
 }
 
 }  // namespace
@@ -54,8 +54,8 @@ LoadSample sample_load(WorldId world, const BufferEntry& entry, const physics::G
   for (std::size_t i = 0; i < entry.ids.size(); ++i) {
     const physics::BodyState& state = entry.states[i];
     const std::int64_t points = static_cast<std::int64_t>(state.impulses.size()) * point_cost_ns();
-    sample.bodies.push_back({entry.ids[i], predicted_cell(entry.rules, state, ahead),
-                             body_cost_ns() + points});
+    sample.bodies.push_back(
+        {entry.ids[i], predicted_cell(entry.rules, state, ahead), body_cost_ns() + points});
     BodyId last = entry.ids[i];
     for (const physics::ContactImpulse& impulse : state.impulses) {
       if (physics::is_static(impulse.other) || impulse.other == last) continue;

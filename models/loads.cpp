@@ -18,13 +18,14 @@ Loads::Loads(const LoadPicture& picture, const TerritoryMap& map,
       territories_(map),
       islands_in_(picture.cell_ns.size()),
       parts_(picture.islands.size()),
-      load_(*std::max_element(processor_of.begin(), processor_of.end()) + 1, 0.0) {
+      load_(*std::max_element(processor_of.begin(), processor_of.end()) + 1, 0.0),
+      shared_(load_.size(), 0) {
   for (std::uint32_t island = 0; island < picture.islands.size(); ++island) {
     for (const std::uint32_t cell : picture.islands[island].cells) {
       islands_in_[cell].push_back(island);
       count_part(island, processor_of_[index_of(map.owners()[cell])], true);
     }
-    add_island(island, 1.0);
+    add_island(island, 1);
   }
   for (std::uint32_t cell = 0; cell < picture.cell_ns.size(); ++cell)
     add(processor_of_[index_of(map.owners()[cell])], static_cast<double>(picture.cell_ns[cell]));
@@ -32,15 +33,6 @@ Loads::Loads(const LoadPicture& picture, const TerritoryMap& map,
   face_ns_ = kFaceShare * mean_;
   // Each face twice, once from either side.
   for (std::uint32_t cell = 0; cell < picture.cell_ns.size(); ++cell) add_borders(cell, 0.5);
-}
-
-bool Loads::shares_island(WorldId world) const {
-  for (const Parts& parts : parts_) {
-    if (parts.size() < 2) continue;
-    for (const auto& [processor, cells] : parts)
-      if (processor == processor_of(world)) return true;
-  }
-  return false;
 }
 
 std::span<const std::uint32_t> Loads::islands_in(std::uint32_t cell) const {
@@ -72,11 +64,14 @@ void Loads::add(std::uint32_t processor, double ns) {
 }
 
 // Every processor that has a part solves the whole, and again when news of the other parts comes.
-void Loads::add_island(std::uint32_t island, double sign) {
+void Loads::add_island(std::uint32_t island, int sign) {
   const Parts& parts = parts_[island];
-  const double factor = parts.size() > 1 ? options_.split_factor : 1.0;
+  const bool split = parts.size() > 1;
   const double solve_ns = static_cast<double>(picture_.islands[island].solve_ns);
-  for (const auto& [processor, cells] : parts) add(processor, sign * factor * solve_ns);
+  for (const auto& [processor, cells] : parts) {
+    add(processor, sign * (split ? options_.split_factor : 1.0) * solve_ns);
+    if (split) shared_[processor] += sign;
+  }
 }
 
 // Bodies near a face between processors are ghosts on the other side.
@@ -94,8 +89,8 @@ void Loads::add_borders(std::uint32_t cell, double sign) {
 
 void Loads::count_part(std::uint32_t island, std::uint32_t processor, bool more) {
   Parts& parts = parts_[island];
-  auto part = std::find_if(parts.begin(), parts.end(),
-                           [&](const auto& p) { return p.first == processor; });
+  auto part =
+      std::find_if(parts.begin(), parts.end(), [&](const auto& p) { return p.first == processor; });
   if (part == parts.end()) part = parts.insert(part, {processor, 0u});
   part->second += more ? 1u : -1u;
   if (part->second == 0) parts.erase(part);
@@ -108,10 +103,10 @@ void Loads::give(std::uint32_t cell, WorldId to) {
   add_borders(cell, -1.0);
   add(from_processor, -own_ns);
   for (const std::uint32_t island : islands_in_[cell]) {
-    add_island(island, -1.0);
+    add_island(island, -1);
     count_part(island, from_processor, false);
     count_part(island, to_processor, true);
-    add_island(island, 1.0);
+    add_island(island, 1);
   }
   territories_.give(cell, to);
   add(to_processor, own_ns);

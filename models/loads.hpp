@@ -22,7 +22,7 @@ class Loads {
   double of_world(WorldId world) const { return load_[processor_of(world)]; }
   double mean() const { return mean_; }  // over processors, at the start
   // Whether a processor shares an island with another one.
-  bool shares_island(WorldId world) const;
+  bool shares_island(WorldId world) const { return shared_[processor_of(world)] > 0; }
   std::span<const std::uint32_t> islands_in(std::uint32_t cell) const;
   const LoadPicture& picture() const { return picture_; }
 
@@ -35,7 +35,7 @@ class Loads {
   using Parts = std::vector<std::pair<std::uint32_t, std::uint32_t>>;  // (processor, cells)
 
   void add(std::uint32_t processor, double ns);
-  void add_island(std::uint32_t island, double sign);
+  void add_island(std::uint32_t island, int sign);
   void add_borders(std::uint32_t cell, double sign);
   void count_part(std::uint32_t island, std::uint32_t processor, bool more);
   void give(std::uint32_t cell, WorldId to);
@@ -47,6 +47,7 @@ class Loads {
   std::vector<std::vector<std::uint32_t>> islands_in_;  // of each cell
   std::vector<Parts> parts_;                            // of each island
   std::vector<double> load_;                            // of each processor
+  std::vector<int> shared_;                             // of each: islands with others
   double squares_ = 0.0;                                // the sum of their squares
   double mean_ = 0.0;
   double face_ns_ = 0.0;  // of a border face, whatever lies there: short borders are better

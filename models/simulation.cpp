@@ -7,8 +7,10 @@
 
 #include "kernel/distributed_executor.hpp"
 #include "kernel/partition.hpp"
+#include "models/balancing.hpp"
 #include "models/commit_merge.hpp"
 #include "models/commit_relay.hpp"
+#include "models/map_share.hpp"
 #include "models/solve_share.hpp"
 #include "models/work_cost.hpp"
 #include "models/world.hpp"
@@ -28,9 +30,12 @@ std::size_t share_count(const RunOptions& options, std::uint32_t worlds) {
 struct Surroundings {
   const physics::Geometry& geometry;
   std::deque<SolveShare>& shares;
+  MapShare& maps;
   CommitSink& commits;
   RollbackMode rollback;
   bool gating;
+  LoadSampling sampling;
+  LoadSink* loads;
 };
 
 bool is_root(const RunOptions& options) {
@@ -42,6 +47,29 @@ kernel::LpRange own_worlds(const RunOptions& options, std::uint32_t worlds) {
   if (options.executor != ExecutorKind::kMpi) return {0, worlds};
   if (worlds == 1) return {0, is_root(options) ? 1u : 0u};
   return kernel::own_lps(*options.transport, options.threads, worlds);
+}
+
+// The processor (thread, virtual processor) that drives each world; in sequence, each has its own.
+std::vector<std::uint32_t> processors_of(const RunOptions& options, std::uint32_t worlds) {
+  std::size_t processors = worlds;
+  if (options.executor == ExecutorKind::kThreads) processors = options.threads;
+  if (options.executor == ExecutorKind::kVirtual)
+    processors = std::min<std::size_t>(options.cluster.processors, worlds);
+  if (options.executor == ExecutorKind::kMpi)
+    processors = std::size_t{options.threads} * options.transport->size();
+  const kernel::Partition partition{worlds, processors};
+  std::vector<std::uint32_t> of_world(worlds);
+  for (std::uint32_t world = 0; world < worlds; ++world)
+    of_world[world] = static_cast<std::uint32_t>(partition.owner_of(kernel::LpId{world}));
+  return of_world;
+}
+
+// Null if territories stay as they are; one world has nobody to give to.
+std::unique_ptr<Balancing> make_balancing(const RunOptions& options,
+                                          const std::shared_ptr<const TerritoryMap>& map) {
+  if (options.balancing.policy == BalancingPolicy::kOff || map->worlds() == 1) return nullptr;
+  return std::make_unique<Balancing>(options.balancing, map, processors_of(options, map->worlds()),
+                                     options.buffer, options.steps);
 }
 
 // Every body starts in the world that owns its centre. Worlds that live elsewhere are null.
@@ -61,7 +89,8 @@ Worlds build_worlds(const Surroundings& around, const Rules& rules,
     entries[id].rules = rules;
     SolveShare& share = around.shares[partition.owner_of(kernel::LpId{id})];
     worlds[id] = std::make_unique<World>(
-        WorldSurroundings{around.geometry, share, around.commits, around.rollback, around.gating},
+        WorldSurroundings{around.geometry, share, around.maps, around.commits, around.rollback,
+                          around.gating, around.sampling, around.loads},
         WorldId{id}, buffer, std::move(entries[id]));
   }
   return worlds;
@@ -83,19 +112,21 @@ std::function<std::int64_t(kernel::LpId)> cost_from_counters(const Worlds& world
   };
 }
 
-kernel::ThreadsOptions threads_options(const RunOptions& options) {
+kernel::ThreadsOptions threads_options(const RunOptions& options, kernel::Outside* outside) {
   return {.threads = options.threads,
           .window = options.buffer,
           .scheduling_seed = options.scheduling_seed,
-          .synchronisation = options.synchronisation};
+          .synchronisation = options.synchronisation,
+          .outside = outside};
 }
 
 kernel::RunResult run_on_cluster(const Worlds& worlds, const RunOptions& options,
-                                 const kernel::ProgressFn& progress,
+                                 kernel::Outside* outside, const kernel::ProgressFn& progress,
                                  std::optional<kernel::VirtualReport>& report) {
   kernel::VirtualOptions cluster = options.cluster;
   cluster.window = options.buffer;
   cluster.synchronisation = options.synchronisation;
+  cluster.outside = outside;
   if (!options.constant_cost) cluster.cost_ns = cost_from_counters(worlds);
   kernel::VirtualResult result =
       kernel::run_virtual(worlds, time_of(options.steps, Phase::kBegin), cluster, progress);
@@ -104,13 +135,14 @@ kernel::RunResult run_on_cluster(const Worlds& worlds, const RunOptions& options
 }
 
 kernel::RunResult run_over_ranks(const Worlds& worlds, const RunOptions& options,
-                                 CommitRelay& relay, CommitSink& commits,
+                                 CommitRelay& relay, CommitSink& commits, Balancing* balancing,
                                  const kernel::ProgressFn& progress) {
   kernel::RecordHooks records;
   records.take = [&] { return relay.take(); };
-  records.receive = [&](std::span<const std::byte> record) { join(record, commits); };
+  records.receive = [&](std::span<const std::byte> record) { join(record, commits, balancing); };
   return kernel::run_distributed(worlds, time_of(options.steps, Phase::kBegin),
-                                 threads_options(options), *options.transport, records, progress);
+                                 threads_options(options, is_root(options) ? balancing : nullptr),
+                                 *options.transport, records, progress);
 }
 
 void collect(const Worlds& worlds, const RunOptions& options, SimulationResult& result) {
@@ -124,18 +156,18 @@ void collect(const Worlds& worlds, const RunOptions& options, SimulationResult& 
 }
 
 kernel::RunResult run(const Worlds& worlds, const RunOptions& options, CommitRelay& relay,
-                      CommitSink& commits, const kernel::ProgressFn& progress,
+                      CommitSink& commits, Balancing* balancing, const kernel::ProgressFn& progress,
                       std::optional<kernel::VirtualReport>& report) {
   const kernel::VirtualTime end = time_of(options.steps, Phase::kBegin);
   if (options.executor == ExecutorKind::kVirtual)
-    return run_on_cluster(worlds, options, progress, report);
+    return run_on_cluster(worlds, options, balancing, progress, report);
   // One world has nobody to run ahead of: it needs no history.
   if (worlds.size() == 1 && !worlds[0]) return {};
   if (options.executor == ExecutorKind::kSequential || worlds.size() == 1)
-    return kernel::run_sequential(worlds, end, progress);
+    return kernel::run_sequential(worlds, end, progress, balancing);
   if (options.executor == ExecutorKind::kMpi)
-    return run_over_ranks(worlds, options, relay, commits, progress);
-  return kernel::run_threads(worlds, end, threads_options(options), progress);
+    return run_over_ranks(worlds, options, relay, commits, balancing, progress);
+  return kernel::run_threads(worlds, end, threads_options(options, balancing), progress);
 }
 
 kernel::ProgressFn on_gvt(std::int64_t steps,
@@ -155,6 +187,7 @@ std::vector<physics::BodyState> committed_states(const physics::SceneDescription
                                                  const TerritoryMap& map, RunOptions options,
                                                  std::int64_t committed_steps) {
   options.steps = committed_steps;
+  options.balancing = {};
   options.executor = ExecutorKind::kSequential;
   return simulate(scene, initial, map, options).final_states;
 }
@@ -197,13 +230,18 @@ SimulationResult simulate(const physics::SceneDescription& scene,
   CommitSink& commits = is_root(options) ? static_cast<CommitSink&>(merge) : relay;
   const Rules rules{std::make_shared<TerritoryMap>(map),
                     std::make_shared<physics::SceneDescription>(scene)};
+  const std::unique_ptr<Balancing> balancing = make_balancing(options, rules.map);
+  LoadSink* const loads = is_root(options) ? static_cast<LoadSink*>(balancing.get()) : &relay;
+  MapShare maps;
   const Worlds worlds =
-      build_worlds({geometry, shares, commits, options.rollback, options.gating}, rules, initial,
-                   own_worlds(options, map.worlds()), options.buffer);
+      build_worlds({geometry, shares, maps, commits, options.rollback, options.gating,
+                    balancing ? balancing->sampling() : LoadSampling{}, loads},
+                   rules, initial, own_worlds(options, map.worlds()), options.buffer);
 
   SimulationResult result;
-  const kernel::RunResult outcome =
-      run(worlds, options, relay, commits, on_gvt(options.steps, progress), result.cluster);
+  const kernel::RunResult outcome = run(worlds, options, relay, commits, balancing.get(),
+                                        on_gvt(options.steps, progress), result.cluster);
+  if (balancing) result.territory_changes = balancing->changes();
   result.committed_steps = merge.committed_steps();
   result.islands_committed = merge.islands();
   result.events = outcome.counters;

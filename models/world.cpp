@@ -245,6 +245,12 @@ void World::commit(kernel::VirtualTime now) {
   const BufferEntry& entry = buffer_.at(now.t + 1);
   counters_.solves_committed += entry.solves;
   around_.commits.add(id_, entry);
+  if (!around_.sampling.takes(entry.step)) return;
+  LoadSample sample = sample_load(id_, entry, around_.geometry, around_.sampling.ahead);
+  sample.spent_ns = entry.spent_ns;
+  sample.entries = buffer_.newest() - entry.step;
+  counters_.bodies_sampled += entry.ids.size();
+  around_.loads->add(std::move(sample));
 }
 
 // Between steps, all that matters is the newest entry; within one, what its phases have gathered.
@@ -252,6 +258,8 @@ std::uint64_t World::digest() const {
   std::uint64_t digest = kernel::append(static_cast<std::uint64_t>(next_.t), next_.round);
   if (phase_of(next_) == Phase::kBegin) {
     const BufferEntry& entry = buffer_.newest_entry();
+    const auto owners = std::as_bytes(entry.rules.map->owners());
+    digest = kernel::append(digest, XXH3_64bits(owners.data(), owners.size()));
     return kernel::append(digest, physics::digest(entry.ids, entry.states));
   }
   kernel::Bytes gathered;

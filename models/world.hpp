@@ -9,6 +9,7 @@
 #include "kernel/logical_process.hpp"
 #include "models/commit_merge.hpp"
 #include "models/island_merge.hpp"
+#include "models/load_sample.hpp"
 #include "models/map_share.hpp"
 #include "models/messages.hpp"
 #include "models/repetition.hpp"
@@ -29,6 +30,8 @@ struct WorldSurroundings {
   CommitSink& commits;
   RollbackMode rollback;
   bool gating;
+  LoadSampling sampling;
+  LoadSink* loads;  // null if nothing is sampled
 };
 
 // The events of one step are in README.md ("The step protocol"). Between steps a world's state is
@@ -90,6 +93,7 @@ class World final : public kernel::LogicalProcess {
   void remember_island(std::span<const physics::BodyId> bodies, bool mixed);
   void remember_contacts(std::span<const physics::ContactManifold> for_others);
   void write_entry(std::int64_t step, kernel::Outbox& outbox);
+  std::int64_t spent_since_last_entry();
   void report_faults(kernel::Outbox& outbox) const;
   void send_migrants(std::int64_t step, kernel::Outbox& outbox);
   void send(WorldId to, kernel::VirtualTime when, MessageKind kind, kernel::Payload payload,
@@ -118,6 +122,8 @@ class World final : public kernel::LogicalProcess {
 
   physics::StageCounters stages_;
   WorldCounters counters_;
+  physics::StageCounters stages_at_entry_;  // when the last entry was written; only for samples
+  WorldCounters counters_at_entry_;
 };
 
 }  // namespace soda::models

@@ -3,6 +3,7 @@
 #include <map>
 #include <utility>
 
+#include "models/work_cost.hpp"
 #include "models/world.hpp"
 
 namespace soda::models {
@@ -32,7 +33,10 @@ void World::write_entry(std::int64_t step, kernel::Outbox& outbox) {
     outbox.withdraw(kernel::LpId{index_of(partner)});
   memo_.valid = memo_.valid && report_.faults.empty();
   buffer_.at(step).differs.clear();
+  const bool written_before = buffer_.stale_next() != nullptr;
   BufferEntry& entry = buffer_.append();
+  if (around_.sampling.interval > 0)
+    entry.spent_ns = spent_since_last_entry() + (written_before ? entry.spent_ns : 0);
   std::swap(entry.ids, ids_);
   std::swap(entry.states, states_);
   std::swap(entry.islands, report_.islands);
@@ -41,6 +45,14 @@ void World::write_entry(std::int64_t step, kernel::Outbox& outbox) {
   std::swap(entry.gate, next_gate_);
   entry.rules = rules_;
   std::swap(entry.differs, differs);
+}
+
+std::int64_t World::spent_since_last_entry() {
+  const std::int64_t spent_ns =
+      work_cost_ns(stages_at_entry_, stages_, counters_at_entry_, counters_);
+  stages_at_entry_ = stages_;
+  counters_at_entry_ = counters_;
+  return spent_ns;
 }
 
 // Own bodies and foreign nodes side by side. Every participating world solves the whole of a mixed
