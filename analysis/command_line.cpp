@@ -139,6 +139,7 @@ CLI::App* add_plan(CLI::App& app, PlanRequest& request) {
   CLI::App* plan = app.add_subcommand("plan", "show what a run will use, and why");
   plan->add_option("FILE", request.file, "scenario")->required();
   add_run_options(*plan, request.overrides);
+  add_balancing_options(*plan, request.overrides);
   plan->add_flag("--json", request.json, "print one JSON object");
   plan->footer("example:\n  soda plan scenarios/library/mixed-shapes.json --worlds 1");
   return plan;

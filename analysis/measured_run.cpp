@@ -119,6 +119,8 @@ std::vector<std::pair<std::string, std::uint64_t>> stage_counts(
       {"islands_taken", worlds.islands_taken},
       {"bodies_repeated", worlds.bodies_repeated},
       {"bodies_taken", worlds.bodies_taken},
+      {"bodies_sampled", worlds.bodies_sampled},
+      {"cells_transferred", result.territory_changes.size()},
   };
   counts.insert(counts.end(), rest.begin(), rest.end());
   return counts;

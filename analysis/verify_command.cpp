@@ -1,6 +1,7 @@
 #include "analysis/verify_command.hpp"
 
 #include <algorithm>
+#include <array>
 #include <ostream>
 #include <utility>
 
@@ -17,6 +18,9 @@ namespace {
 
 using physics::BodyId;
 using physics::BodyState;
+using Balancing = models::BalancingPolicy;
+
+constexpr std::int64_t kBalancingInterval = 5;  // verified runs are short
 
 // Ends a run at its first wrong step: what follows would only repeat it.
 struct WrongStep {
@@ -60,17 +64,20 @@ void verify_run(const scenarios::Scenario& scenario, const models::TerritoryMap&
         if (transport == nullptr) throw *first;
       }};
   try {
-    run.events = models::simulate(scenario.scene, scenario.initial, map,
-                                  {.executor = run.executor,
-                                   .threads = run.threads,
-                                   .steps = scenario.run.steps,
-                                   .buffer = run.buffer,
-                                   .scheduling_seed = run.scheduling_seed,
-                                   .rollback = run.rollback,
-                                   .gating = run.gating,
-                                   .transport = transport},
-                                  observer)
-                     .events;
+    const models::SimulationResult result =
+        models::simulate(scenario.scene, scenario.initial, map,
+                         {.executor = run.executor,
+                          .threads = run.threads,
+                          .steps = scenario.run.steps,
+                          .buffer = run.buffer,
+                          .scheduling_seed = run.scheduling_seed,
+                          .rollback = run.rollback,
+                          .gating = run.gating,
+                          .balancing = {run.balancing, kBalancingInterval, run.scheduling_seed},
+                          .transport = transport},
+                         observer);
+    run.events = result.events;
+    run.territory_changes = result.territory_changes.size();
   } catch (const WrongStep&) {
   }
   if (first)
@@ -98,6 +105,8 @@ std::vector<VerifiedRun> matrix(const VerifyRequest& request, std::size_t cells)
           const bool all = run.scheduling_seed % 2 == 0;
           run.rollback = all ? models::RollbackMode::kInvalidate : models::RollbackMode::kPropagate;
           run.gating = run.scheduling_seed / 2 % 2 == 0;
+          run.balancing = std::array{Balancing::kOff, Balancing::kRandom,
+                                     Balancing::kPaper}[run.scheduling_seed % 3];
           runs.push_back(run);
         }
       }
@@ -114,7 +123,8 @@ std::string describe(const VerifiedRun& run) {
     text += ", " + std::to_string(run.ranks) + " ranks";
   return text + ", " + std::to_string(run.threads) + " threads, buffer " +
          std::to_string(run.buffer) + ", scheduling seed " + std::to_string(run.scheduling_seed) +
-         ", " + name_of(run.rollback) + ", gating " + (run.gating ? "on" : "off");
+         ", " + name_of(run.rollback) + ", gating " + (run.gating ? "on" : "off") + ", balancing " +
+         name_of(run.balancing);
 }
 
 void print(const Verification& verification, std::ostream& out) {
@@ -125,7 +135,8 @@ void print(const Verification& verification, std::ostream& out) {
   }
   out << verification.scenario << ": " << verification.runs.size() << " runs of "
       << verification.steps << " steps, " << verification.rollbacks() << " rollbacks, "
-      << rolled_back << " of " << executed << " events rolled back\n";
+      << rolled_back << " of " << executed << " events rolled back, "
+      << verification.territory_changes() << " cells changed hands\n";
   if (!verification.diverged()) {
     out << "every committed step has the digest of the plain loop; the last one is "
         << format_digest(verification.digest) << "\n";
@@ -144,6 +155,12 @@ void print(const Verification& verification, std::ostream& out) {
 std::uint64_t Verification::rollbacks() const {
   std::uint64_t sum = 0;
   for (const VerifiedRun& run : runs) sum += run.events.rollbacks;
+  return sum;
+}
+
+std::size_t Verification::territory_changes() const {
+  std::size_t sum = 0;
+  for (const VerifiedRun& run : runs) sum += run.territory_changes;
   return sum;
 }
 

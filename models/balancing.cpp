@@ -24,10 +24,9 @@ Balancing::Balancing(const BalancingOptions& options, std::shared_ptr<const Terr
       random_(options.seed),
       holds_from_(delay_) {}
 
-// Decisions last for an interval: the middle of it is what bodies are counted for.
 LoadSampling Balancing::sampling() const {
   if (options_.policy != BalancingPolicy::kPaper) return {};
-  return {.interval = options_.interval, .ahead = delay_ + options_.interval / 2};
+  return {.interval = options_.interval, .from = delay_, .until = delay_ + options_.interval};
 }
 
 void Balancing::add(LoadSample sample) {

@@ -111,7 +111,7 @@ class PaperScheme {
  public:
   PaperScheme(const LoadPicture& picture, const TerritoryMap& map,
               std::span<const std::uint32_t> processor_of, const BalancerOptions& options)
-      : options_(options), loads_(picture, map, processor_of, options) {}
+      : options_(options), before_(map.owners()), loads_(picture, map, processor_of, options) {}
 
   std::vector<CellTransfer> decide() {
     std::vector<WorldId> worlds(loads_.territories().worlds());
@@ -120,10 +120,19 @@ class PaperScheme {
       return loads_.of_world(a) > loads_.of_world(b);
     });
     for (const WorldId world : worlds) relieve(world);
-    return transfers_;
+    return net_transfers();
   }
 
  private:
+  // Who gets a cell may pass it on at once: what counts is who has it in the end.
+  std::vector<CellTransfer> net_transfers() const {
+    std::vector<CellTransfer> transfers;
+    for (std::uint32_t cell = 0; cell < before_.size(); ++cell)
+      if (loads_.territories().owner(cell) != before_[cell])
+        transfers.push_back({cell, loads_.territories().owner(cell)});
+    return transfers;
+  }
+
   // The other processors' worlds beside it, the least loaded first; then the smallest.
   std::vector<WorldId> ranked_neighbours(WorldId world) const {
     std::vector<WorldId> neighbours = loads_.territories().neighbours(world);
@@ -160,7 +169,7 @@ class PaperScheme {
     const bool overloaded = loads_.of_world(world) > (1.0 + tolerance(world)) * goal;
     if (!overloaded && !loads_.shares_island(world)) return;
     for (const WorldId to : neighbours) {
-      while (transfers_.size() < options_.most_cells && give_best(world, to)) {
+      while (moved_ < options_.most_cells && give_best(world, to)) {
         if (loads_.of_world(world) <= goal && !loads_.shares_island(world)) return;
       }
     }
@@ -168,22 +177,24 @@ class PaperScheme {
 
   // False if nothing that `to` could get is worth it.
   bool give_best(WorldId from, WorldId to) {
-    const std::size_t room = options_.most_cells - transfers_.size();
+    const std::size_t room = options_.most_cells - moved_;
     for (const Candidate& candidate : candidates(loads_, from, to, room)) {
       if (!loads_.move(candidate.cells, from, to)) continue;
-      for (const std::uint32_t cell : candidate.cells) transfers_.push_back({cell, to});
+      moved_ += candidate.cells.size();
       return true;
     }
     return false;
   }
 
   const BalancerOptions& options_;
+  const std::span<const WorldId> before_;
   Loads loads_;
-  std::vector<CellTransfer> transfers_;
+  std::size_t moved_ = 0;
 };
 
 }  // namespace
 
+// After N steps the ring has given N entries and received N / r: empty when B + N / r = N.
 double anticipation_steps(double entries, double ratio) {
   if (ratio <= 1.0) return std::numeric_limits<double>::infinity();
   return entries * ratio / (ratio - 1.0);
@@ -204,9 +215,11 @@ LoadPicture picture_of(std::span<const LoadSample> samples, std::size_t cells) {
       islands[links.label_of(island.label)].solve_ns += island.solve_ns;
   for (const LoadSample& sample : samples)
     for (const BodyLoad& body : sample.bodies) {
-      picture.cell_ns[body.cell] += body.cost_ns;
+      picture.cell_ns[body.cell] += body.cost_ns / 2;
+      picture.cell_ns[body.later] += body.cost_ns / 2;
       const auto island = islands.find(links.label_of(body.id));
-      if (island != islands.end()) island->second.cells.push_back(body.cell);
+      if (island != islands.end())
+        island->second.cells.insert(island->second.cells.end(), {body.cell, body.later});
     }
   for (auto& [label, island] : islands) {
     std::sort(island.cells.begin(), island.cells.end());

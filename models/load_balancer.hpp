@@ -30,11 +30,11 @@ struct LoadPicture {
 LoadPicture picture_of(std::span<const LoadSample> samples, std::size_t cells);
 
 struct BalancerOptions {
-  double tolerance = 0.15;      // load above the neighbours' mean that is left alone
-  double split_factor = 2.0;    // what an island of several owners costs each of them; >= 1
-  double border_share = 0.2;    // of a cell's load, again for either side of a border face
-  std::size_t most_cells = 64;  // that change hands at once
-  std::int64_t delay = 0;       // steps until a decision holds
+  double tolerance = 0.15;       // load above the neighbours' mean that is left alone
+  double split_factor = 2.0;     // what an island of several owners costs each of them; >= 1
+  double border_share = 0.5;     // of the load of the cells at a border face, for either side more
+  std::size_t most_cells = 256;  // that are moved in one decision
+  std::int64_t delay = 0;        // steps until a decision holds
 };
 
 // The paper's scheme (section 3.4.2), on committed data. A world that is loaded more than its

@@ -47,15 +47,16 @@ void add_pair_costs(const BufferEntry& entry, const physics::Geometry& geometry,
 }  // namespace
 
 LoadSample sample_load(WorldId world, const BufferEntry& entry, const physics::Geometry& geometry,
-                       std::int64_t ahead) {
+                       const LoadSampling& sampling) {
   LoadSample sample;
   sample.world = world;
   sample.step = entry.step;
   for (std::size_t i = 0; i < entry.ids.size(); ++i) {
     const physics::BodyState& state = entry.states[i];
     const std::int64_t points = static_cast<std::int64_t>(state.impulses.size()) * point_cost_ns();
-    sample.bodies.push_back(
-        {entry.ids[i], predicted_cell(entry.rules, state, ahead), body_cost_ns() + points});
+    sample.bodies.push_back({entry.ids[i], predicted_cell(entry.rules, state, sampling.from),
+                             predicted_cell(entry.rules, state, sampling.until),
+                             body_cost_ns() + points});
     BodyId last = entry.ids[i];
     for (const physics::ContactImpulse& impulse : state.impulses) {
       if (physics::is_static(impulse.other) || impulse.other == last) continue;
@@ -64,9 +65,12 @@ LoadSample sample_load(WorldId world, const BufferEntry& entry, const physics::G
     }
   }
   add_pair_costs(entry, geometry, sample.bodies);
+  // The mean over the islands, as in work_cost_ns: what a modelled run has to pay.
+  std::uint64_t iterations = 0;
+  for (const physics::IslandReport& island : entry.islands) iterations += island.iterations;
   for (const physics::IslandReport& island : entry.islands)
     sample.islands.push_back(
-        {island.label, solve_cost_ns(island.contact_points, island.iterations)});
+        {island.label, solve_cost_ns(island.contact_points, iterations, entry.islands.size())});
   return sample;
 }
 
@@ -80,6 +84,7 @@ kernel::Bytes encode_load(const LoadSample& sample) {
   for (const BodyLoad& body : sample.bodies) {
     writer.id(body.id);
     writer.number(body.cell);
+    writer.number(body.later);
     writer.number(body.cost_ns);
   }
   writer.number(static_cast<std::uint32_t>(sample.links.size()));
@@ -105,6 +110,7 @@ LoadSample decode_load(std::span<const std::byte> bytes) {
   for (BodyLoad& body : sample.bodies) {
     body.id = reader.id();
     body.cell = reader.number<std::uint32_t>();
+    body.later = reader.number<std::uint32_t>();
     body.cost_ns = reader.number<std::int64_t>();
   }
   sample.links.resize(reader.number<std::uint32_t>());

@@ -13,16 +13,17 @@ namespace soda::models {
 // When samples are taken, and for when.
 struct LoadSampling {
   std::int64_t interval = 0;  // every so many steps; 0: never
-  // Steps from a sample until what is decided from it holds: bodies are counted in the cells that
-  // they will then be in if they go on as they do.
-  std::int64_t ahead = 0;
+  // Steps from a sample until what is decided from it begins and ceases to hold: bodies are counted
+  // where they will be then if they go on as they do.
+  std::int64_t from = 0, until = 0;
 
   bool takes(std::int64_t step) const { return interval > 0 && step % interval == 0; }
 };
 
 struct BodyLoad {
   physics::BodyId id{};
-  std::uint32_t cell = 0;    // at the predicted place
+  std::uint32_t cell = 0;    // where it will be at first,
+  std::uint32_t later = 0;   // and where at last
   std::int64_t cost_ns = 0;  // modelled, of a step, without the solve of its island
 };
 struct BodyLink {
@@ -46,7 +47,7 @@ struct LoadSample {
 // Of the bodies of `entry`, which are about to begin step entry.step. A function of the entry:
 // it does not matter who calls it and when. `spent_ns` and `entries` are the caller's.
 LoadSample sample_load(WorldId world, const BufferEntry& entry, const physics::Geometry& geometry,
-                       std::int64_t ahead);
+                       const LoadSampling& sampling);
 
 // Who gathers samples, from any thread.
 class LoadSink {

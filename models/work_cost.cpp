@@ -74,8 +74,10 @@ std::int64_t test_cost_ns(physics::ShapeKernel kernel) { return kPair + test_ns(
 std::int64_t point_cost_ns() { return kContactPoint; }
 
 // With friction: three rows a point.
-std::int64_t solve_cost_ns(std::uint32_t contact_points, std::uint32_t iterations) {
-  return kIsland + kRowIteration * 3 * std::int64_t{contact_points} * iterations;
+std::int64_t solve_cost_ns(std::uint32_t contact_points, std::uint64_t iterations,
+                           std::uint64_t islands) {
+  return kIsland +
+         kRowIteration * static_cast<std::int64_t>(3 * contact_points * iterations / islands);
 }
 
 }  // namespace soda::models

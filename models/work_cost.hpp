@@ -20,6 +20,8 @@ std::int64_t work_cost_ns(const physics::StageCounters& before, const physics::S
 std::int64_t body_cost_ns();
 std::int64_t test_cost_ns(physics::ShapeKernel kernel);
 std::int64_t point_cost_ns();
-std::int64_t solve_cost_ns(std::uint32_t contact_points, std::uint32_t iterations);
+// (`iterations` over `islands` is the mean number of iterations)
+std::int64_t solve_cost_ns(std::uint32_t contact_points, std::uint64_t iterations,
+                           std::uint64_t islands);
 
 }  // namespace soda::models

@@ -246,7 +246,7 @@ void World::commit(kernel::VirtualTime now) {
   counters_.solves_committed += entry.solves;
   around_.commits.add(id_, entry);
   if (!around_.sampling.takes(entry.step)) return;
-  LoadSample sample = sample_load(id_, entry, around_.geometry, around_.sampling.ahead);
+  LoadSample sample = sample_load(id_, entry, around_.geometry, around_.sampling);
   sample.spent_ns = entry.spent_ns;
   sample.entries = buffer_.newest() - entry.step;
   counters_.bodies_sampled += entry.ids.size();

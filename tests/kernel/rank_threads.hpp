@@ -115,7 +115,12 @@ class RankThreads {
 
     std::vector<Bytes> gather(const Bytes& bytes) override {
       network_.meet([] {}, [&] { network_.gathered_[rank_] = bytes; });
-      return rank_ == 0 ? network_.gathered_ : std::vector<Bytes>{};
+      std::vector<Bytes> all;  // taken before anybody can gather again
+      network_.meet([] {},
+                    [&] {
+                      if (rank_ == 0) all = network_.gathered_;
+                    });
+      return all;
     }
 
     [[noreturn]] void abort(int code) override { std::exit(code); }
