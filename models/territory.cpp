@@ -253,9 +253,9 @@ void TerritoryMap::owners_of(const physics::Aabb& box, std::vector<WorldId>& out
 }
 
 TerritoryMap TerritoryMap::after(std::span<const CellTransfer> transfers) const {
-  TerritoryMap map = *this;
-  for (const CellTransfer& transfer : transfers) map.owner_of_cell_[transfer.cell] = transfer.to;
-  return map;
+  std::vector<WorldId> owners = owner_of_cell_;
+  for (const CellTransfer& transfer : transfers) owners[transfer.cell] = transfer.to;
+  return {grid_, worlds_, std::move(owners)};
 }
 
 TerritoryMap make_territory_map(const TerritoryOptions& options,

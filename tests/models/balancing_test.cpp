@@ -100,16 +100,16 @@ TEST(Balancing, ManyRandomHistoriesOfManyScenesGiveTheBitsOfTheUndividedRun) {
     BalancingOptions balancing = random_every_ten_steps(seed);
     balancing.interval = 1;
     const Outcome found = run(scene, blocks(seed % 2 == 0 ? 12 : 3),
-                          {.executor = ExecutorKind::kVirtual,
-                           .steps = kSteps,
-                           .buffer = 6,
-                           .gating = seed % 4 < 2,
-                           .balancing = balancing,
-                           .cluster = {.processors = 3,
-                                       .seed = seed,
-                                       .latency_ns = 300'000,
-                                       .jitter_ns = 300'000,
-                                       .gvt_interval_ns = 20'000}});
+                              {.executor = ExecutorKind::kVirtual,
+                               .steps = kSteps,
+                               .buffer = 6,
+                               .gating = seed % 4 < 2,
+                               .balancing = balancing,
+                               .cluster = {.processors = 3,
+                                           .seed = seed,
+                                           .latency_ns = 300'000,
+                                           .jitter_ns = 300'000,
+                                           .gvt_interval_ns = 20'000}});
     ASSERT_EQ(found.digests, expected.digests) << "seed " << seed;
     changes += found.result.territory_changes.size();
   }
@@ -224,9 +224,9 @@ TEST(Balancing, SwitchedOffItSamplesNothingAndMovesNothing) {
 TEST(Balancing, AskedOfOneWorldItDoesNothing) {
   const test::Scene scene = busy_scene(3);
   const Outcome one = run(scene, blocks(1),
-                      {.executor = ExecutorKind::kVirtual,
-                       .steps = kSteps,
-                       .balancing = {.policy = BalancingPolicy::kPaper}});
+                          {.executor = ExecutorKind::kVirtual,
+                           .steps = kSteps,
+                           .balancing = {.policy = BalancingPolicy::kPaper}});
   EXPECT_EQ(one.result.worlds.bodies_sampled, 0u);
   EXPECT_TRUE(one.result.territory_changes.empty());
 }

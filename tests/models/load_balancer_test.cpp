@@ -23,14 +23,12 @@ struct Row {
 
   Row(std::uint32_t worlds, std::uint32_t cells_each)
       : grid{Vec3::Zero(), 1.0, {static_cast<std::int32_t>(worlds * cells_each), 1, 1}},
-        map(grid, worlds, {}) {
-    std::vector<WorldId> owners;
+        map(make_territory_map({grid, worlds, MapKind::kBlocks, 1}, {})) {
     for (std::uint32_t cell = 0; cell < worlds * cells_each; ++cell)
-      owners.push_back(WorldId{cell / cells_each});
-    map = TerritoryMap(grid, worlds, owners);
-    picture.cell_ns.assign(owners.size(), 0);
-    picture.entries.assign(worlds, 0);
+      EXPECT_EQ(map.owners()[cell], WorldId{cell / cells_each});
     for (std::uint32_t world = 0; world < worlds; ++world) processors.push_back(world);
+    picture.cell_ns.assign(grid.cell_count(), 0);
+    picture.entries.assign(worlds, 0);
   }
 
   std::vector<CellTransfer> transfers(std::size_t most = 64) const {

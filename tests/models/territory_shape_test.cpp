@@ -51,6 +51,25 @@ TEST(TerritoryShape, CountsPiecesAndRefusesGiftsThatMakeMoreOfThem) {
   EXPECT_EQ(row.cells_of(world(1)).size(), 2u);
 }
 
+TEST(TerritoryMap, AfterTransfersItHasTheBordersOfAMapMadeAnew) {
+  const Grid grid{Vec3::Zero(), 1.0, {9, 1, 1}};
+  std::vector<WorldId> owners(9, WorldId{0});
+  owners[8] = WorldId{1};
+  const TerritoryMap before(grid, 2, owners);
+  owners[7] = owners[6] = WorldId{1};
+  const TerritoryMap anew(grid, 2, owners);
+  const TerritoryMap after =
+      before.after(std::vector<CellTransfer>{{7, WorldId{1}}, {6, WorldId{1}}});
+  for (const std::uint32_t world : {0u, 1u})
+    for (double x = 0.25; x < 9.0; x += 0.5) {
+      const physics::Aabb box{Vec3(x, 0.5, 0.5), Vec3(x + 0.5, 0.5, 0.5)};
+      std::vector<std::uint32_t> found, expected;
+      EXPECT_EQ(after.border_cells_of(box, WorldId{world}, found),
+                anew.border_cells_of(box, WorldId{world}, expected));
+      EXPECT_EQ(found, expected) << x;
+    }
+}
+
 TEST(MapShare, EqualChangesOfOneMapAreOneObjectAndOthersAreNot) {
   const auto start = std::make_shared<const TerritoryMap>(
       Grid{Vec3::Zero(), 1.0, {3, 1, 1}}, 2,
