@@ -33,7 +33,7 @@ MeasuredRun measure_run(const physics::SceneDescription& scene,
                         const models::TerritoryOptions& territory,
                         const models::RunOptions& options, const models::CommitObserver& observer,
                         const std::function<void(const models::Progress&)>& progress) {
-  const models::TerritoryMap map = models::make_territory_map(territory, centres(initial));
+  const models::TerritoryMap map = models::make_territory_map(territory, centres(initial), &scene);
   MeasuredRun run;
   run.plan = models::make_plan(scene, map.worlds(), options);
 
@@ -63,7 +63,7 @@ void take_part(const physics::SceneDescription& scene,
                const std::vector<physics::BodyState>& initial,
                const models::TerritoryOptions& territory, const models::RunOptions& options,
                const models::CommitObserver& observer) {
-  const models::TerritoryMap map = models::make_territory_map(territory, centres(initial));
+  const models::TerritoryMap map = models::make_territory_map(territory, centres(initial), &scene);
   models::CommitObserver own = observer;
   own.wants_states = observer.wants_states || states_are_measured(scene);
   models::simulate(scene, initial, map, options, own);

@@ -181,7 +181,7 @@ Verification verify(const VerifyRequest& request) {
   for (VerifiedRun run : matrix(request, territory.grid.cell_count())) {
     if (!map || map->worlds() != run.worlds) {
       territory.worlds = run.worlds;
-      map = models::make_territory_map(territory, positions);
+      map = models::make_territory_map(territory, positions, &scenario.scene);
     }
     verify_run(scenario, *map, request.transport, oracle, run);
     verification.runs.push_back(std::move(run));

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "physics/ids.hpp"
+#include "physics/scene.hpp"
 
 namespace soda::models {
 
@@ -35,8 +36,9 @@ struct CellTransfer {
 };
 
 enum class MapKind {
-  kBlocks,  // recursive bisection of the grid into boxes of nearly equal cell counts
-  kKMeans,  // equal-size k-means on the bodies' columns, as in the paper: ragged borders
+  kBlocks,   // recursive bisection of the grid into boxes of nearly equal cell counts
+  kKMeans,   // equal-size k-means on the bodies' columns, as in the paper: ragged borders
+  kStatics,  // boxes, cut where statics leave the least room: static_map.hpp
 };
 
 struct TerritoryOptions {
@@ -74,8 +76,10 @@ class TerritoryMap {
   std::vector<char> is_border_;  // by cell
 };
 
-// `body_positions_m`: initial centres, for k-means (blocks ignore them).
+// `body_positions_m`: initial centres, for k-means; `scene`: for kStatics, which without one gives
+// blocks. Others ignore them.
 TerritoryMap make_territory_map(const TerritoryOptions& options,
-                                std::span<const physics::Vec3> body_positions_m);
+                                std::span<const physics::Vec3> body_positions_m,
+                                const physics::SceneDescription* scene = nullptr);
 
 }  // namespace soda::models
