@@ -3,11 +3,9 @@
 
 #include <gtest/gtest.h>
 
-#include <map>
 #include <thread>
 
 #include "models/simulation.hpp"
-#include "models/territory_shape.hpp"
 #include "physics/measures.hpp"
 #include "tests/kernel/rank_threads.hpp"
 #include "tests/support/scenes.hpp"
