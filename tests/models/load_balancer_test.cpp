@@ -187,7 +187,11 @@ TEST(LoadPicture, JoinsIslandsOverWorldsAndCountsBodiesWhereTheyWillBe) {
 }
 
 TEST(LoadSample, IsTheSameAfterItHasTravelled) {
-  LoadSample sample{.world = WorldId{3}, .step = 20, .spent_ns = 77, .entries = 5};
+  LoadSample sample;
+  sample.world = WorldId{3};
+  sample.step = 20;
+  sample.spent_ns = 77;
+  sample.entries = 5;
   sample.bodies = {{BodyId{1}, 8, 9, 100}, {BodyId{6}, 2, 2, -1}};
   sample.links = {{BodyId{1}, BodyId{6}}};
   sample.islands = {{BodyId{1}, 1234}};
