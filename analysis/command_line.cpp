@@ -70,6 +70,24 @@ void add_gating_option(CLI::App& command, Overrides& overrides) {
       ->check(CLI::IsMember(modes));
 }
 
+void add_balancing_options(CLI::App& command, Overrides& overrides) {
+  const std::map<std::string, models::BalancingPolicy> policies = {
+      {"off", models::BalancingPolicy::kOff},
+      {"paper", models::BalancingPolicy::kPaper},
+      {"random", models::BalancingPolicy::kRandom}};
+  command
+      .add_option_function<std::string>(
+          "--balancing",
+          [&overrides, policies](const std::string& name) {
+            overrides.balancing = policies.at(name);
+          },
+          "off (default); paper: cells go from loaded worlds to neighbours; random: for tests")
+      ->check(CLI::IsMember(policies));
+  command.add_option("--balancing-interval", overrides.balancing_interval,
+                     "steps between decisions (default 10)");
+  command.add_option("--balancing-seed", overrides.balancing_seed, "of random (default 1)");
+}
+
 void add_policy_option(CLI::App& command, std::optional<kernel::Synchronisation>& policy) {
   const std::map<std::string, kernel::Synchronisation> policies = {
       {"optimistic", kernel::Synchronisation::kOptimistic},
@@ -100,6 +118,7 @@ CLI::App* add_run(CLI::App& app, RunRequest& request) {
   add_run_options(*run, request.overrides);
   add_rollback_option(*run, request.overrides);
   add_gating_option(*run, request.overrides);
+  add_balancing_options(*run, request.overrides);
   add_policy_option(*run, request.overrides.policy);
   add_cluster_options(*run, request.overrides.cluster, "modelled from its counters");
   run->add_option("--inputs", request.inputs,
@@ -123,6 +142,7 @@ CLI::App* add_plan(CLI::App& app, PlanRequest& request) {
   CLI::App* plan = app.add_subcommand("plan", "show what a run will use, and why");
   plan->add_option("FILE", request.file, "scenario")->required();
   add_run_options(*plan, request.overrides);
+  add_balancing_options(*plan, request.overrides);
   plan->add_flag("--json", request.json, "print one JSON object");
   plan->footer("example:\n  soda plan scenarios/library/mixed-shapes.json --worlds 1");
   return plan;

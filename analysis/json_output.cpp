@@ -92,6 +92,7 @@ std::string run_json(const RunReport& report) {
                {"policy", lockstep ? "lockstep" : "optimistic"},
                {"rollback", name_of(report.options.rollback)},
                {"gating", report.options.gating},
+               {"balancing", name_of(report.options.balancing.policy)},
                {"dt_s", report.dt_s},
                {"wall_s", run.cost.wall_s},
                {"cpu_s", run.cost.cpu_s},
@@ -113,6 +114,12 @@ std::string run_json(const RunReport& report) {
   json["stages"] = Json::object();
   for (const auto& [name, count] : stage_counts(result)) json["stages"][name] = count;
   json["plan"] = plan_lines(run.plan, &run.plan_counters);
+  json["territory_changes"] = Json::array();
+  for (const models::TerritoryChange& change : result.territory_changes)
+    json["territory_changes"].push_back({{"step", change.step},
+                                         {"cell", change.cell},
+                                         {"from", models::index_of(change.from)},
+                                         {"to", models::index_of(change.to)}});
   if (report.with_step_digests) {
     json["step_digests"] = Json::array();
     for (const std::uint64_t digest : report.step_digests) {
@@ -137,6 +144,8 @@ std::string verification_json(const Verification& verification) {
                  {"scheduling_seed", run.scheduling_seed},
                  {"rollback", name_of(run.rollback)},
                  {"gating", run.gating},
+                 {"balancing", name_of(run.balancing)},
+                 {"territory_changes", run.territory_changes},
                  {"events", events(run.events)},
                  {"equal", !run.divergence.has_value()}};
     if (run.divergence) {

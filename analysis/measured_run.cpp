@@ -34,7 +34,7 @@ MeasuredRun measure_run(const physics::SceneDescription& scene,
                         const models::TerritoryOptions& territory,
                         const models::RunOptions& options, const models::CommitObserver& observer,
                         const std::function<void(const models::Progress&)>& progress) {
-  const models::TerritoryMap map = models::make_territory_map(territory, centres(initial));
+  const models::TerritoryMap map = models::make_territory_map(territory, centres(initial), &scene);
   MeasuredRun run;
   run.plan = models::make_plan(scene, map.worlds(), options);
 
@@ -76,7 +76,7 @@ void take_part(const physics::SceneDescription& scene,
                const std::vector<physics::BodyState>& initial,
                const models::TerritoryOptions& territory, const models::RunOptions& options,
                const models::CommitObserver& observer) {
-  const models::TerritoryMap map = models::make_territory_map(territory, centres(initial));
+  const models::TerritoryMap map = models::make_territory_map(territory, centres(initial), &scene);
   models::CommitObserver own = observer;
   own.wants_states =
       observer.wants_states || states_are_measured(scene) || is_followed(options.inputs);
@@ -134,6 +134,8 @@ std::vector<std::pair<std::string, std::uint64_t>> stage_counts(
       {"islands_taken", worlds.islands_taken},
       {"bodies_repeated", worlds.bodies_repeated},
       {"bodies_taken", worlds.bodies_taken},
+      {"bodies_sampled", worlds.bodies_sampled},
+      {"cells_transferred", result.territory_changes.size()},
   };
   counts.insert(counts.end(), rest.begin(), rest.end());
   return counts;

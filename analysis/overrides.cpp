@@ -90,6 +90,18 @@ const char* name_of(models::RollbackMode rollback) {
   return rollback == models::RollbackMode::kPropagate ? "propagate" : "invalidate";
 }
 
+const char* name_of(models::BalancingPolicy policy) {
+  switch (policy) {
+    case models::BalancingPolicy::kOff:
+      return "off";
+    case models::BalancingPolicy::kPaper:
+      return "paper";
+    case models::BalancingPolicy::kRandom:
+      return "random";
+  }
+  return "";
+}
+
 Overrides combined(const Overrides& base, const Overrides& over) {
   Overrides result = base;
   // A thread count belongs to its executor: one asked for anew does not inherit the old count.
@@ -105,6 +117,9 @@ Overrides combined(const Overrides& base, const Overrides& over) {
   take(result.policy, over.policy);
   take(result.rollback, over.rollback);
   take(result.gating, over.gating);
+  take(result.balancing, over.balancing);
+  take(result.balancing_interval, over.balancing_interval);
+  take(result.balancing_seed, over.balancing_seed);
   if (over.transport != nullptr) result.transport = over.transport;
   if (over.cluster.given()) result.cluster = over.cluster;
   return result;
@@ -134,6 +149,12 @@ void apply_overrides(const Overrides& overrides, models::TerritoryOptions& terri
   if (overrides.policy) run.synchronisation = *overrides.policy;
   if (overrides.rollback) run.rollback = *overrides.rollback;
   if (overrides.gating) run.gating = *overrides.gating;
+  if (overrides.balancing) run.balancing.policy = *overrides.balancing;
+  if (overrides.balancing_interval) {
+    require_at_least(*overrides.balancing_interval, 1, "--balancing-interval");
+    run.balancing.interval = *overrides.balancing_interval;
+  }
+  if (overrides.balancing_seed) run.balancing.seed = *overrides.balancing_seed;
   run.constant_cost = overrides.cluster.cost_us.has_value();
   apply_cluster(overrides.cluster, territory.worlds, run.cluster);
 }

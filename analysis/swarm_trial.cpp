@@ -154,15 +154,16 @@ class SceneSubject final : public SwarmSubject {
     const models::CommitObserver commits{
         .wants_states = true,
         .on_step = [&](const models::CommittedStep& step) { require_oracles_digest(step); }};
-    const models::SimulationResult result = models::simulate(
-        scenario_.scene, scenario_.initial, models::make_territory_map(territory, centres_),
-        {.executor = models::ExecutorKind::kVirtual,
-         .steps = size.end,
-         .buffer = size.window,
-         .inputs = inputs,
-         .cluster = cluster,
-         .constant_cost = random.below(2) == 0},
-        commits);
+    const models::SimulationResult result =
+        models::simulate(scenario_.scene, scenario_.initial,
+                         models::make_territory_map(territory, centres_, &scenario_.scene),
+                         {.executor = models::ExecutorKind::kVirtual,
+                          .steps = size.end,
+                          .buffer = size.window,
+                          .inputs = inputs,
+                          .cluster = cluster,
+                          .constant_cost = random.below(2) == 0},
+                         commits);
     require(!result.fault, "a fault that the sequential run does not have");
     require(result.committed_steps == size.end,
             kernel::describe(result.committed_steps, " steps committed of ", size.end));

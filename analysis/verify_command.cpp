@@ -1,6 +1,7 @@
 #include "analysis/verify_command.hpp"
 
 #include <algorithm>
+#include <array>
 #include <ostream>
 #include <utility>
 
@@ -18,6 +19,9 @@ namespace {
 
 using physics::BodyId;
 using physics::BodyState;
+using Balancing = models::BalancingPolicy;
+
+constexpr std::int64_t kBalancingInterval = 5;  // verified runs are short
 
 // Ends a run at its first wrong step: what follows would only repeat it.
 struct WrongStep {
@@ -64,18 +68,21 @@ void verify_run(const scenarios::Scenario& scenario, const models::TerritoryMap&
         if (transport == nullptr) throw *first;
       }};
   try {
-    run.events = models::simulate(scenario.scene, scenario.initial, map,
-                                  {.executor = run.executor,
-                                   .threads = run.threads,
-                                   .steps = scenario.run.steps,
-                                   .buffer = run.buffer,
-                                   .scheduling_seed = run.scheduling_seed,
-                                   .rollback = run.rollback,
-                                   .gating = run.gating,
-                                   .transport = transport,
-                                   .inputs = inputs},
-                                  observer)
-                     .events;
+    const models::SimulationResult result =
+        models::simulate(scenario.scene, scenario.initial, map,
+                         {.executor = run.executor,
+                          .threads = run.threads,
+                          .steps = scenario.run.steps,
+                          .buffer = run.buffer,
+                          .scheduling_seed = run.scheduling_seed,
+                          .rollback = run.rollback,
+                          .gating = run.gating,
+                          .balancing = {run.balancing, kBalancingInterval, run.scheduling_seed},
+                          .transport = transport,
+                          .inputs = inputs},
+                         observer);
+    run.events = result.events;
+    run.territory_changes = result.territory_changes.size();
   } catch (const WrongStep&) {
   }
   if (first) run.divergence = first_divergence(scenario.scene, *first, oracle.after(first->step));
@@ -102,6 +109,8 @@ std::vector<VerifiedRun> matrix(const VerifyRequest& request, std::size_t cells)
           const bool all = run.scheduling_seed % 2 == 0;
           run.rollback = all ? models::RollbackMode::kInvalidate : models::RollbackMode::kPropagate;
           run.gating = run.scheduling_seed / 2 % 2 == 0;
+          run.balancing = std::array{Balancing::kOff, Balancing::kRandom,
+                                     Balancing::kPaper}[run.scheduling_seed % 3];
           runs.push_back(run);
         }
       }
@@ -118,7 +127,8 @@ std::string describe(const VerifiedRun& run) {
     text += ", " + std::to_string(run.ranks) + " ranks";
   return text + ", " + std::to_string(run.threads) + " threads, buffer " +
          std::to_string(run.buffer) + ", scheduling seed " + std::to_string(run.scheduling_seed) +
-         ", " + name_of(run.rollback) + ", gating " + (run.gating ? "on" : "off");
+         ", " + name_of(run.rollback) + ", gating " + (run.gating ? "on" : "off") + ", balancing " +
+         name_of(run.balancing);
 }
 
 void print(const Verification& verification, std::ostream& out) {
@@ -129,7 +139,8 @@ void print(const Verification& verification, std::ostream& out) {
   }
   out << verification.scenario << ": " << verification.runs.size() << " runs of "
       << verification.steps << " steps, " << verification.rollbacks() << " rollbacks, "
-      << rolled_back << " of " << executed << " events rolled back\n";
+      << rolled_back << " of " << executed << " events rolled back, "
+      << verification.territory_changes() << " cells changed hands\n";
   if (!verification.diverged()) {
     out << "every committed step has the digest of the plain loop; the last one is "
         << format_digest(verification.digest) << "\n";
@@ -151,6 +162,12 @@ std::uint64_t Verification::rollbacks() const {
   return sum;
 }
 
+std::size_t Verification::territory_changes() const {
+  std::size_t sum = 0;
+  for (const VerifiedRun& run : runs) sum += run.territory_changes;
+  return sum;
+}
+
 Verification verify(const VerifyRequest& request) {
   Overrides overrides;
   overrides.steps = request.steps;
@@ -169,7 +186,7 @@ Verification verify(const VerifyRequest& request) {
   for (VerifiedRun run : matrix(request, territory.grid.cell_count())) {
     if (!map || map->worlds() != run.worlds) {
       territory.worlds = run.worlds;
-      map = models::make_territory_map(territory, positions);
+      map = models::make_territory_map(territory, positions, &scenario.scene);
     }
     verify_run(scenario, *map, request.transport, oracle, run);
     verification.runs.push_back(std::move(run));

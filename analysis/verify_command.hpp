@@ -21,7 +21,8 @@ struct VerifyRequest {
   std::vector<std::uint32_t> worlds{1, 2, 4, 12, 48};
   std::vector<std::int64_t> buffers{1, 4, 48};
   // Scheduling seeds 1 .. seeds; with every other one, rollbacks invalidate whole entries; with two
-  // of four, worlds do not wait for each other (gating).
+  // of four, worlds do not wait for each other (gating). Of three, with the first cells change
+  // hands at random, with the second by the paper's scheme.
   unsigned seeds = 5;
   std::optional<std::uint64_t> random_inputs;  // seed of user input beside the scenario's
   kernel::Transport* transport = nullptr;      // the runs are those of the job's ranks
@@ -46,6 +47,8 @@ struct VerifiedRun {
   std::uint64_t scheduling_seed = 0;
   models::RollbackMode rollback = models::RollbackMode::kPropagate;
   bool gating = true;
+  models::BalancingPolicy balancing = models::BalancingPolicy::kOff;
+  std::size_t territory_changes = 0;
   kernel::Counters events;
   std::optional<Divergence> divergence;
 };
@@ -59,6 +62,7 @@ struct Verification {
 
   bool diverged() const { return !runs.empty() && runs.back().divergence.has_value(); }
   std::uint64_t rollbacks() const;
+  std::size_t territory_changes() const;
 };
 
 // Throws what load_scenario throws. In a job all ranks call it, and the root has the result.

@@ -22,11 +22,23 @@ void read_bodies(Reader& reader, BufferEntry& entry) {
   }
 }
 
+// What a record holds: its first byte.
+enum class RecordKind : std::uint8_t { kCommit, kLoad };
+
 }  // namespace
+
+void CommitRelay::add(LoadSample sample) {
+  kernel::Bytes record{static_cast<std::byte>(RecordKind::kLoad)};
+  const kernel::Bytes bytes = encode_load(sample);
+  record.insert(record.end(), bytes.begin(), bytes.end());
+  const std::lock_guard lock(mutex_);
+  records_.push_back(std::move(record));
+}
 
 void CommitRelay::add(WorldId world, const BufferEntry& entry) {
   kernel::Bytes record;
   Writer writer(record);
+  writer.number(static_cast<std::uint8_t>(RecordKind::kCommit));
   writer.world(world);
   writer.number(entry.step);
   if (with_states_)
@@ -43,8 +55,12 @@ std::vector<kernel::Bytes> CommitRelay::take() {
   return std::exchange(records_, {});
 }
 
-void join(std::span<const std::byte> record, CommitSink& commits) {
-  Reader reader(record);
+void join(std::span<const std::byte> record, CommitSink& commits, LoadSink* loads) {
+  if (record.front() == static_cast<std::byte>(RecordKind::kLoad)) {
+    loads->add(decode_load(record.subspan(1)));
+    return;
+  }
+  Reader reader(record.subspan(1));
   const WorldId world = reader.world();
   BufferEntry entry;
   entry.step = reader.number<std::int64_t>();

@@ -58,6 +58,17 @@ kernel::Payload encode_migrants(std::span<const Migrant> migrants) {
   return kernel::Payload(std::move(bytes));
 }
 
+kernel::Payload encode_transfers(std::span<const CellTransfer> transfers) {
+  kernel::Bytes bytes;
+  Writer writer(bytes);
+  writer.number(static_cast<std::uint32_t>(transfers.size()));
+  for (const CellTransfer& transfer : transfers) {
+    writer.number(transfer.cell);
+    writer.world(transfer.to);
+  }
+  return kernel::Payload(std::move(bytes));
+}
+
 kernel::Payload encode_ghosts(std::span<const Ghost> ghosts) {
   kernel::Bytes bytes;
   Writer writer(bytes);
@@ -98,6 +109,16 @@ void decode_migrants(std::span<const std::byte> payload, std::vector<Migrant>& o
     migrant.id = reader.id();
     migrant.state = reader.state();
     out.push_back(std::move(migrant));
+  }
+}
+
+void decode_transfers(std::span<const std::byte> payload, std::vector<CellTransfer>& out) {
+  Reader reader(payload);
+  for (std::uint32_t left = reader.number<std::uint32_t>(); left > 0; --left) {
+    CellTransfer transfer;
+    transfer.cell = reader.number<std::uint32_t>();
+    transfer.to = reader.world();
+    out.push_back(transfer);
   }
 }
 

@@ -52,12 +52,14 @@ struct Fragment {
 };
 
 kernel::Payload encode_migrants(std::span<const Migrant> migrants);
+kernel::Payload encode_transfers(std::span<const CellTransfer> transfers);
 kernel::Payload encode_ghosts(std::span<const Ghost> ghosts);
 kernel::Payload encode_records(const Records& records);
 kernel::Payload encode_fragment(const Fragment& fragment);
 
 // Append what the payload holds. A payload that does not decode is a broken program: aborts.
 void decode_migrants(std::span<const std::byte> payload, std::vector<Migrant>& out);
+void decode_transfers(std::span<const std::byte> payload, std::vector<CellTransfer>& out);
 void decode_ghosts(std::span<const std::byte> payload, std::vector<Ghost>& out);
 Records decode_records(std::span<const std::byte> payload);
 Fragment decode_fragment(std::span<const std::byte> payload);

@@ -49,12 +49,15 @@ constexpr Stage kTaken{"islands taken over by repeated steps",
                        [](const SimulationResult& r) { return r.worlds.islands_taken; }};
 constexpr Stage kInputs{"user input messages",
                         [](const SimulationResult& r) { return r.worlds.inputs; }};
+constexpr Stage kBalancing{"load balancing", [](const SimulationResult& r) {
+                             return r.worlds.bodies_sampled + r.territory_changes.size();
+                           }};
 constexpr Stage kRollback{"rollback", [](const SimulationResult& r) { return r.events.rollbacks; }};
 
 constexpr std::array kStages{kBoxes,     kPairs,       kDrive,     kSolver,      kFriction,
                              kConveyor,  kRestitution, kWarmStart, kBorderTests, kGhosts,
                              kFragments, kMerge,       kMigration, kHistory,     kTaken,
-                             kRollback,  kInputs};
+                             kRollback,  kInputs,      kBalancing};
 
 constexpr std::size_t kKernels = static_cast<std::size_t>(ShapeKernel::kCount);
 
@@ -169,6 +172,9 @@ void add_division(std::uint32_t worlds, const RunOptions& options, std::vector<P
   const bool propagates = optimistic && options.rollback == RollbackMode::kPropagate;
   add(plan, kTaken, propagates, "repeated steps compute only what changed",
       optimistic ? "rollbacks invalidate whole entries" : never);
+  const bool balances = options.balancing.policy != BalancingPolicy::kOff;
+  add(plan, kBalancing, divided && balances, "cells move to worlds that have less to do",
+      divided ? "switched off" : one);
   add(plan, kRollback, optimistic, "a neighbour's body can turn out to have mattered", never);
 }
 

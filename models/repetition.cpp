@@ -21,14 +21,19 @@ const T* find_id(const std::vector<T>& sorted, BodyId id) {
 
 }  // namespace
 
-void Repetition::start(std::span<const BodyId> changed, BufferEntry* replaced) {
+void Repetition::start(std::span<const BodyId> changed, BufferEntry* replaced,
+                       const TerritoryMap& map) {
   replaced_ = replaced;
   unchanged_.clear();
   if (!repeats()) return;
+  const TerritoryMap* const before = replaced->rules.map.get();
+  same_map_ = before == &map || (before && std::ranges::equal(before->owners(), map.owners()));
   changed_.assign(changed.begin(), changed.end());
   taken_.assign(replaced->ids.size(), false);
 }
 
+// Under another map of the step before, a body can be own that was not, though neither it nor the
+// entry differs: only what was own in the replaced execution has left anything to take.
 void Repetition::note_own(std::span<const BodyId> ids, std::span<const Migrant> migrants) {
   if (!can_take()) return;
   auto migrant = migrants.begin();
@@ -39,6 +44,7 @@ void Repetition::note_own(std::span<const BodyId> ids, std::span<const Migrant> 
         unchanged_.push_back(id);
       ++migrant;
     } else if (find_id(replaced_->memo.migrants, id) == nullptr &&
+               place_of(id) < replaced_->ids.size() &&
                !std::binary_search(changed_.begin(), changed_.end(), id)) {
       unchanged_.push_back(id);
     }
@@ -56,8 +62,10 @@ void Repetition::note_touched(std::span<const BodyId> touched) {
   });
 }
 
+// Who tests a pair of two owners depends on the map: under another one, this world may not have
+// tested what it must test now. Pairs of one owner are its own under any map.
 void Repetition::note_ghosts(std::span<const Ghost> ghosts) {
-  if (!can_take()) return;
+  if (!can_take() || !same_map_) return;
   const auto own = static_cast<std::ptrdiff_t>(unchanged_.size());
   for (const Ghost& ghost : ghosts) {
     const Ghost* const before = find_id(replaced_->memo.ghosts, ghost.id);

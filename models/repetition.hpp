@@ -22,7 +22,9 @@ class Repetition {
  public:
   // `replaced`: the stale entry that the step wrote before; null if it is executed for the first
   // time. `changed`: own bodies whose state differs from the one `replaced` was computed from.
-  void start(std::span<const physics::BodyId> changed, BufferEntry* replaced);
+  // `map`: of the step, now; must outlive it.
+  void start(std::span<const physics::BodyId> changed, BufferEntry* replaced,
+             const TerritoryMap& map);
 
   // Whether there is an execution to compare with; and whether it can be taken from.
   bool repeats() const { return replaced_ != nullptr; }
@@ -54,6 +56,7 @@ class Repetition {
   std::size_t place_of(physics::BodyId id) const;
 
   BufferEntry* replaced_ = nullptr;
+  bool same_map_ = false;  // as in the replaced execution
   std::vector<physics::BodyId> changed_;
   std::vector<physics::BodyId> unchanged_;  // ascending; own bodies and ghosts
   std::vector<char> taken_;                 // of each body of the replaced entry

@@ -24,6 +24,7 @@ enum class MessageKind : std::uint32_t {
   kFragments = 2,  // at kSync round 0: cross-owner contacts, from the world that tested the pair
   kRecords = 3,    // at kSync round >= 1: records of a mixed island
   kInputs = 4,     // at kBegin, from outside: what the user does, to all worlds
+  kTransfers = 5,  // at kBegin, from outside, to every world: cells that change hands
 };
 
 inline constexpr std::uint32_t kPhaseShift = 24;

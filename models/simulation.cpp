@@ -7,9 +7,11 @@
 
 #include "kernel/distributed_executor.hpp"
 #include "kernel/partition.hpp"
+#include "models/balancing.hpp"
 #include "models/commit_merge.hpp"
 #include "models/commit_relay.hpp"
 #include "models/input_feed.hpp"
+#include "models/map_share.hpp"
 #include "models/solve_share.hpp"
 #include "models/work_cost.hpp"
 #include "models/world.hpp"
@@ -31,9 +33,12 @@ struct Surroundings {
   const physics::Geometry& geometry;
   std::deque<SolveShare>& shares;
   SceneVersions& scenes;
+  MapShare& maps;
   CommitSink& commits;
   RollbackMode rollback;
   bool gating;
+  LoadSampling sampling;
+  LoadSink* loads;
 };
 
 bool is_root(const RunOptions& options) {
@@ -45,6 +50,29 @@ kernel::LpRange own_worlds(const RunOptions& options, std::uint32_t worlds) {
   if (options.executor != ExecutorKind::kMpi) return {0, worlds};
   if (worlds == 1) return {0, is_root(options) ? 1u : 0u};
   return kernel::own_lps(*options.transport, options.threads, worlds);
+}
+
+// The processor (thread, virtual processor) that drives each world; in sequence, each has its own.
+std::vector<std::uint32_t> processors_of(const RunOptions& options, std::uint32_t worlds) {
+  std::size_t processors = worlds;
+  if (options.executor == ExecutorKind::kThreads) processors = options.threads;
+  if (options.executor == ExecutorKind::kVirtual)
+    processors = std::min<std::size_t>(options.cluster.processors, worlds);
+  if (options.executor == ExecutorKind::kMpi)
+    processors = std::size_t{options.threads} * options.transport->size();
+  const kernel::Partition partition{worlds, processors};
+  std::vector<std::uint32_t> of_world(worlds);
+  for (std::uint32_t world = 0; world < worlds; ++world)
+    of_world[world] = static_cast<std::uint32_t>(partition.owner_of(kernel::LpId{world}));
+  return of_world;
+}
+
+// Null if territories stay as they are; one world has nobody to give to.
+std::unique_ptr<Balancing> make_balancing(const RunOptions& options,
+                                          const std::shared_ptr<const TerritoryMap>& map) {
+  if (options.balancing.policy == BalancingPolicy::kOff || map->worlds() == 1) return nullptr;
+  return std::make_unique<Balancing>(options.balancing, map, processors_of(options, map->worlds()),
+                                     options.buffer, options.steps);
 }
 
 // Every body starts in the world that owns its centre. Worlds that live elsewhere are null.
@@ -64,10 +92,10 @@ Worlds build_worlds(const Surroundings& around, const Rules& rules,
     entries[id].step = 0;
     entries[id].rules = rules;
     SolveShare& share = around.shares[partition.owner_of(kernel::LpId{id})];
-    worlds[id] =
-        std::make_unique<World>(WorldSurroundings{around.geometry, share, around.scenes,
-                                                  around.commits, around.rollback, around.gating},
-                                WorldId{id}, buffer, std::move(entries[id]));
+    worlds[id] = std::make_unique<World>(
+        WorldSurroundings{around.geometry, share, around.scenes, around.maps, around.commits,
+                          around.rollback, around.gating, around.sampling, around.loads},
+        WorldId{id}, buffer, std::move(entries[id]));
   }
   return worlds;
 }
@@ -103,6 +131,7 @@ kernel::RunResult run_on_cluster(const Worlds& worlds, const RunOptions& options
   cluster.outside = outside;
   cluster.window = options.buffer;
   cluster.synchronisation = options.synchronisation;
+  cluster.outside = outside;
   if (!options.constant_cost) cluster.cost_ns = cost_from_counters(worlds);
   kernel::VirtualResult result =
       kernel::run_virtual(worlds, time_of(options.steps, Phase::kBegin), cluster, progress);
@@ -111,11 +140,11 @@ kernel::RunResult run_on_cluster(const Worlds& worlds, const RunOptions& options
 }
 
 kernel::RunResult run_over_ranks(const Worlds& worlds, const RunOptions& options,
-                                 CommitRelay& relay, CommitSink& commits,
+                                 CommitRelay& relay, CommitSink& commits, Balancing* balancing,
                                  const kernel::ProgressFn& progress, kernel::Outside* outside) {
   kernel::RecordHooks records;
   records.take = [&] { return relay.take(); };
-  records.receive = [&](std::span<const std::byte> record) { join(record, commits); };
+  records.receive = [&](std::span<const std::byte> record) { join(record, commits, balancing); };
   return kernel::run_distributed(worlds, time_of(options.steps, Phase::kBegin),
                                  threads_options(options, outside), *options.transport, records,
                                  progress);
@@ -132,7 +161,7 @@ void collect(const Worlds& worlds, const RunOptions& options, SimulationResult& 
 }
 
 kernel::RunResult run(const Worlds& worlds, const RunOptions& options, CommitRelay& relay,
-                      CommitSink& commits, const kernel::ProgressFn& progress,
+                      CommitSink& commits, Balancing* balancing, const kernel::ProgressFn& progress,
                       std::optional<kernel::VirtualReport>& report) {
   const kernel::VirtualTime end = time_of(options.steps, Phase::kBegin);
   kernel::OutsideList outsides(options.outsides);
@@ -144,7 +173,7 @@ kernel::RunResult run(const Worlds& worlds, const RunOptions& options, CommitRel
   if (options.executor == ExecutorKind::kSequential || worlds.size() == 1)
     return kernel::run_sequential(worlds, end, progress, outside);
   if (options.executor == ExecutorKind::kMpi)
-    return run_over_ranks(worlds, options, relay, commits, progress, outside);
+    return run_over_ranks(worlds, options, relay, commits, balancing, progress, outside);
   return kernel::run_threads(worlds, end, threads_options(options, outside), progress);
 }
 
@@ -164,6 +193,7 @@ SimulationResult run_committed(const physics::SceneDescription& scene,
                                std::span<const physics::BodyState> initial, const TerritoryMap& map,
                                RunOptions options, const SimulationResult& failed) {
   options.steps = failed.committed_steps;
+  options.balancing = {};
   options.executor = ExecutorKind::kSequential;
   options.outsides.clear();
   options.inputs.live = nullptr;
@@ -212,6 +242,7 @@ WorldCounters& operator+=(WorldCounters& sum, const WorldCounters& more) {
   sum.islands_taken += more.islands_taken;
   sum.bodies_repeated += more.bodies_repeated;
   sum.bodies_taken += more.bodies_taken;
+  sum.bodies_sampled += more.bodies_sampled;
   return sum;
 }
 
@@ -237,16 +268,22 @@ SimulationResult simulate(const physics::SceneDescription& scene,
   CommitRelay relay(observer.wants_states);
   CommitSink& commits = is_root(options) ? static_cast<CommitSink&>(merge) : relay;
   SceneVersions scenes(scene);
+  MapShare maps;
   const Rules rules{
       std::make_shared<TerritoryMap>(map), scenes.with({}),
       std::make_shared<InputAccount>(InputAccount{Presence(options.inputs.absent), {}})};
+  const std::unique_ptr<Balancing> balancing = make_balancing(options, rules.map);
+  if (balancing && is_root(options)) options.outsides.push_back(balancing.get());
+  LoadSink* const loads = is_root(options) ? static_cast<LoadSink*>(balancing.get()) : &relay;
   const Worlds worlds =
-      build_worlds({geometry, shares, scenes, commits, options.rollback, options.gating}, rules,
-                   initial, own_worlds(options, map.worlds()), options.buffer);
+      build_worlds({geometry, shares, scenes, maps, commits, options.rollback, options.gating,
+                    balancing ? balancing->sampling() : LoadSampling{}, loads},
+                   rules, initial, own_worlds(options, map.worlds()), options.buffer);
 
   SimulationResult result;
-  const kernel::RunResult outcome =
-      run(worlds, options, relay, commits, on_gvt(options.steps, progress), result.cluster);
+  const kernel::RunResult outcome = run(worlds, options, relay, commits, balancing.get(),
+                                        on_gvt(options.steps, progress), result.cluster);
+  if (balancing) result.territory_changes = balancing->changes();
   result.committed_steps = merge.committed_steps();
   result.islands_committed = merge.islands();
   result.events = outcome.counters;

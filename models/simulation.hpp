@@ -26,6 +26,26 @@ enum class RollbackMode {
   kInvalidate,  // they compute all again: the baseline
 };
 
+// Who decides about territories. The committed bits are the same.
+enum class BalancingPolicy {
+  kOff,     // they stay as they are
+  kPaper,   // cells go from loaded worlds to their neighbours: load_balancer.hpp
+  kRandom,  // cells change hands at random: for tests
+};
+
+struct BalancingOptions {
+  BalancingPolicy policy = BalancingPolicy::kOff;
+  std::int64_t interval = 10;  // steps between decisions, >= 1
+  std::uint64_t seed = 1;      // kRandom only
+};
+
+// A cell changed hands at the begin of `step`.
+struct TerritoryChange {
+  std::int64_t step = 0;
+  std::uint32_t cell = 0;  // Grid::index_of_cell
+  WorldId from{}, to{};
+};
+
 enum class ExecutorKind { kSequential, kThreads, kVirtual, kMpi };
 
 struct RunOptions {
@@ -36,6 +56,7 @@ struct RunOptions {
   std::uint64_t scheduling_seed = 0;  // see kernel::ThreadsOptions
   RollbackMode rollback = RollbackMode::kPropagate;
   bool gating = true;  // worlds whose bodies touch wait for each other (gating.hpp)
+  BalancingOptions balancing = {};
   // kMpi only: the other ranks, each of which makes the same call.
   kernel::Transport* transport = nullptr;
   // Not for kSequential.
@@ -72,6 +93,7 @@ struct WorldCounters {
   std::uint64_t bags_absorbed = 0, absorption_looks = 0;
   std::uint64_t islands_repeated = 0, islands_taken = 0;
   std::uint64_t bodies_repeated = 0, bodies_taken = 0;
+  std::uint64_t bodies_sampled = 0;  // for load balancing
 };
 WorldCounters& operator+=(WorldCounters& sum, const WorldCounters& more);
 
@@ -109,7 +131,8 @@ struct SimulationResult {
   physics::StageCounters stages;
   WorldCounters worlds;
   std::uint64_t islands_committed = 0;
-  std::optional<kernel::VirtualReport> cluster;  // kVirtual only
+  std::vector<TerritoryChange> territory_changes;  // in order of steps
+  std::optional<kernel::VirtualReport> cluster;    // kVirtual only
   std::optional<SimulationFault> fault;
 };
 

@@ -23,6 +23,8 @@ struct BufferEntry {
   StepMemo memo;                               // of step - 1
   Gate gate;                                   // of step - 1
   Rules rules;                                 // of step - 1; at step 0, of that
+  // Modelled cost of step - 1, all its executions; only if loads are sampled.
+  std::int64_t spent_ns = 0;
   // Bodies whose state here is not the one that the next entry, a stale one, was computed from.
   // Ascending.
   std::vector<physics::BodyId> differs;

@@ -64,7 +64,8 @@ void World::execute(kernel::VirtualTime now, Bag bag, kernel::Outbox& outbox) {
   }
 }
 
-// Own bodies: those of the entry that did not leave, and those that migrate in. Then user input.
+// Own bodies: those of the entry that did not leave (under the map that the step before had), and
+// those that migrate in. Then user input.
 void World::begin(std::int64_t step, Bag bag) {
   BufferEntry& entry = buffer_.at(step);
   rules_ = entry.rules;
@@ -99,8 +100,11 @@ void World::begin(std::int64_t step, Bag bag) {
     states_.resize(kept);
   }
   std::vector<Migrant> migrants;
+  std::vector<CellTransfer> transfers;
   if (around_.gating) next_gate_.migrants = gate_.left_to;
   for (const kernel::MessageView& message : bag) {
+    if (message.kind == static_cast<std::uint32_t>(MessageKind::kTransfers))
+      decode_transfers(message.payload, transfers);
     if (message.kind != static_cast<std::uint32_t>(MessageKind::kMigrants)) continue;
     const std::size_t before = migrants.size();
     decode_migrants(message.payload, migrants);
@@ -108,9 +112,11 @@ void World::begin(std::int64_t step, Bag bag) {
       next_gate_.migrants.push_back(WorldId{kernel::index_of(message.source)});
   }
   sort_unique(next_gate_.migrants);
+  // Bodies of these cells stay until the end of the step: they leave as any others.
+  if (!transfers.empty()) rules_.map = around_.maps.after(rules_.map, transfers);
   migrants = merge_migrants(std::move(migrants), ids_, states_);
   BufferEntry* const replaced = propagates() ? buffer_.stale_next() : nullptr;
-  repetition_.start(entry.differs, replaced);
+  repetition_.start(entry.differs, replaced, *rules_.map);
   repetition_.note_own(ids_, migrants);
   std::vector<BodyId> touched = take_inputs(bag);
   // Of what was computed with other materials, nothing can be taken.
@@ -258,6 +264,12 @@ void World::commit(kernel::VirtualTime now) {
   const BufferEntry& entry = buffer_.at(now.t + 1);
   counters_.solves_committed += entry.solves;
   around_.commits.add(id_, entry);
+  if (!around_.sampling.takes(entry.step)) return;
+  LoadSample sample = sample_load(id_, entry, around_.geometry, around_.sampling);
+  sample.spent_ns = entry.spent_ns;
+  sample.entries = buffer_.newest() - entry.step;
+  counters_.bodies_sampled += entry.ids.size();
+  around_.loads->add(std::move(sample));
 }
 
 // Between steps, all that matters is the newest entry; within one, what its phases have gathered.
@@ -267,6 +279,8 @@ std::uint64_t World::digest() const {
     digest = kernel::append(digest, physics::index_of(absent));
   if (phase_of(next_) == Phase::kBegin) {
     const BufferEntry& entry = buffer_.newest_entry();
+    const auto owners = std::as_bytes(entry.rules.map->owners());
+    digest = kernel::append(digest, XXH3_64bits(owners.data(), owners.size()));
     return kernel::append(digest, physics::digest(entry.ids, entry.states));
   }
   kernel::Bytes gathered;

@@ -9,6 +9,8 @@
 #include "kernel/logical_process.hpp"
 #include "models/commit_merge.hpp"
 #include "models/island_merge.hpp"
+#include "models/load_sample.hpp"
+#include "models/map_share.hpp"
 #include "models/messages.hpp"
 #include "models/repetition.hpp"
 #include "models/scene_versions.hpp"
@@ -21,14 +23,18 @@
 namespace soda::models {
 
 // What all worlds of a run share: read-only, but for those that are safe to use concurrently and
-// cannot change a result (the memories of solves and scenes, the gathering of committed steps).
+// cannot change a result (the memories of solves, scenes and maps, the gathering of committed
+// steps).
 struct WorldSurroundings {
   const physics::Geometry& geometry;
   SolveShare& solves;
   SceneVersions& scenes;
+  MapShare& maps;
   CommitSink& commits;
   RollbackMode rollback;
   bool gating;
+  LoadSampling sampling;
+  LoadSink* loads;  // null if nothing is sampled
 };
 
 // The events of one step are in README.md ("The step protocol"). Between steps a world's state is
@@ -95,6 +101,7 @@ class World final : public kernel::LogicalProcess {
   void remember_island(std::span<const physics::BodyId> bodies, bool mixed);
   void remember_contacts(std::span<const physics::ContactManifold> for_others);
   void write_entry(std::int64_t step, kernel::Outbox& outbox);
+  std::int64_t spent_since_last_entry();
   void report_faults(kernel::Outbox& outbox) const;
   void send_migrants(std::int64_t step, kernel::Outbox& outbox);
   void send(WorldId to, kernel::VirtualTime when, MessageKind kind, kernel::Payload payload,
@@ -123,6 +130,8 @@ class World final : public kernel::LogicalProcess {
 
   physics::StageCounters stages_;
   WorldCounters counters_;
+  physics::StageCounters stages_at_entry_;  // when the last entry was written; only for samples
+  WorldCounters counters_at_entry_;
 };
 
 }  // namespace soda::models

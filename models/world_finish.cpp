@@ -3,6 +3,7 @@
 #include <map>
 #include <utility>
 
+#include "models/work_cost.hpp"
 #include "models/world.hpp"
 
 namespace soda::models {
@@ -39,6 +40,8 @@ void World::write_entry(std::int64_t step, kernel::Outbox& outbox) {
   entry.frame_differs =
       repeats && (entry.frame_differs || entry.ids != ids_ || entry.gate != next_gate_ ||
                   entry.rules != rules_ || !buffer_.has_stale());
+  if (around_.sampling.interval > 0)
+    entry.spent_ns = spent_since_last_entry() + (repeats ? entry.spent_ns : 0);
   std::swap(entry.ids, ids_);
   std::swap(entry.states, states_);
   std::swap(entry.islands, report_.islands);
@@ -47,6 +50,14 @@ void World::write_entry(std::int64_t step, kernel::Outbox& outbox) {
   std::swap(entry.gate, next_gate_);
   entry.rules = rules_;
   std::swap(entry.differs, differs);
+}
+
+std::int64_t World::spent_since_last_entry() {
+  const std::int64_t spent_ns =
+      work_cost_ns(stages_at_entry_, stages_, counters_at_entry_, counters_);
+  stages_at_entry_ = stages_;
+  counters_at_entry_ = counters_;
+  return spent_ns;
 }
 
 // Own bodies and foreign nodes side by side. Every participating world solves the whole of a mixed

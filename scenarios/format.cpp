@@ -14,7 +14,7 @@ inline constexpr std::array kNamesOf<physics::Broadphase> =
     std::to_array<std::string_view>({"grid", "all-pairs"});
 template <>
 inline constexpr std::array kNamesOf<models::MapKind> =
-    std::to_array<std::string_view>({"blocks", "k-means"});
+    std::to_array<std::string_view>({"blocks", "k-means", "statics"});
 template <>
 inline constexpr std::array kNamesOf<models::ExecutorKind> =
     std::to_array<std::string_view>({"sequential", "threads"});
@@ -266,7 +266,8 @@ constexpr Field kTerritoryFields[] = {
         "Worlds among which the cells are divided; at most as many as cells."),
     field<TerritorySpec, &TerritorySpec::map>(
         "map", kOptional, kNone,
-        "blocks: boxes of nearly equal cell counts; k-means: equal-size clusters of the bodies."),
+        "blocks: boxes of nearly equal cell counts; k-means: equal-size clusters of the bodies; "
+        "statics: boxes, cut where static boxes leave the least room."),
     field<TerritorySpec, &TerritorySpec::seed>("seed", kOptional, kSeed, "Seed of k-means."),
 };
 constexpr ObjectTable kTerritory = object_table<TerritorySpec>(
