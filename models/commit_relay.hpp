@@ -19,6 +19,7 @@ class CommitRelay final : public CommitSink {
   explicit CommitRelay(bool with_states) : with_states_(with_states) {}
 
   void add(WorldId world, const BufferEntry& entry) override;
+  bool wants_states() const override { return with_states_; }
 
   // All records since the last call, for join() at the root.
   std::vector<kernel::Bytes> take();

@@ -59,6 +59,11 @@ struct WorldCounters {
   std::uint64_t solves_committed = 0;
   std::uint64_t entries_saved = 0;  // transform-buffer entries kept for rollback
   std::uint64_t bytes_sent = 0;     // payload bytes
+  // What storing entries has taken from the heap, and what their states would take if none were
+  // shared: sizeof a state and a contact impulse, without an allocator's own.
+  std::uint64_t entries_stored = 0, bodies_stored = 0;
+  std::uint64_t state_bytes_stored = 0, state_bytes_whole = 0;
+  std::uint64_t memo_bytes_stored = 0;  // what a repetition of the step may take over
   // Of steps that were executed again: islands (bodies without contact count as one each) and their
   // bodies, computed again or taken over.
   std::uint64_t steps_repeated = 0;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <span>
 #include <vector>
@@ -57,14 +58,18 @@ class World final : public kernel::LogicalProcess {
 
   const physics::StageCounters& stages() const { return stages_; }
   const WorldCounters& counters() const { return counters_; }
-  // The newest entry: after a run, the state after its last step.
-  const BufferEntry& newest_entry() const { return buffer_.newest_entry(); }
+  // The newest entry, without memo: after a run, the state after its last step. In `copy`, or
+  // valid until the world executes.
+  const BufferEntry& newest_entry(BufferEntry& copy) const {
+    return buffer_.read(buffer_.newest(), true, copy);
+  }
 
  private:
   using Bag = std::span<const kernel::MessageView>;
 
   void begin(std::int64_t step, Bag bag);
-  std::vector<Ghost> foreign_ghosts(Bag bag, std::span<const physics::BodyId> own_ids) const;
+  std::vector<Ghost> foreign_ghosts(Bag bag,
+                                    const std::function<bool(physics::BodyId)>& is_own) const;
   void detect(std::int64_t step, kernel::Outbox& outbox);
   void border_traversal(std::int64_t step, Bag bag);
   void pairs(std::int64_t step, kernel::Outbox& outbox);
@@ -116,6 +121,7 @@ class World final : public kernel::LogicalProcess {
   IslandMerge merge_;
   physics::StepScratch scratch_;
   physics::StepReport report_;
+  BufferEntry committed_;  // memory only
 
   physics::StageCounters stages_;
   WorldCounters counters_;
