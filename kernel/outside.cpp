@@ -9,6 +9,16 @@
 
 namespace soda::kernel {
 
+VirtualTime OutsideList::floor() {
+  VirtualTime earliest = kNever;
+  for (Outside* const outside : all_) earliest = std::min(earliest, outside->floor());
+  return earliest;
+}
+
+void OutsideList::take(VirtualTime gvt, VirtualTime earliest, std::vector<Message>& out) {
+  for (Outside* const outside : all_) outside->take(gvt, earliest, out);
+}
+
 VirtualTime OutsideDoor::hold(VirtualTime floor) const {
   return outside_ ? std::min(floor, outside_->floor()) : floor;
 }

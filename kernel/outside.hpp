@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <utility>
 #include <vector>
 
 #include "kernel/message.hpp"
@@ -35,6 +36,19 @@ class Outside {
   // floor(). Messages at the end of the run or later are dropped. Called in every GVT round but the
   // last; run_sequential, where nothing runs ahead, calls it before each new t.
   virtual void take(VirtualTime gvt, VirtualTime earliest, std::vector<Message>& out) = 0;
+};
+
+// Several as one: the earliest floor, and the messages of all in the order of the list.
+class OutsideList final : public Outside {
+ public:
+  // All must outlive this object.
+  explicit OutsideList(std::vector<Outside*> all) : all_(std::move(all)) {}
+
+  VirtualTime floor() override;
+  void take(VirtualTime gvt, VirtualTime earliest, std::vector<Message>& out) override;
+
+ private:
+  const std::vector<Outside*> all_;
 };
 
 // An executor's side of an Outside: names the registers of its messages and checks their times.

@@ -83,17 +83,19 @@ std::function<std::int64_t(kernel::LpId)> cost_from_counters(const Worlds& world
   };
 }
 
-kernel::ThreadsOptions threads_options(const RunOptions& options) {
+kernel::ThreadsOptions threads_options(const RunOptions& options, kernel::Outside* outside) {
   return {.threads = options.threads,
           .window = options.buffer,
           .scheduling_seed = options.scheduling_seed,
-          .synchronisation = options.synchronisation};
+          .synchronisation = options.synchronisation,
+          .outside = outside};
 }
 
 kernel::RunResult run_on_cluster(const Worlds& worlds, const RunOptions& options,
-                                 const kernel::ProgressFn& progress,
+                                 const kernel::ProgressFn& progress, kernel::Outside* outside,
                                  std::optional<kernel::VirtualReport>& report) {
   kernel::VirtualOptions cluster = options.cluster;
+  cluster.outside = outside;
   cluster.window = options.buffer;
   cluster.synchronisation = options.synchronisation;
   if (!options.constant_cost) cluster.cost_ns = cost_from_counters(worlds);
@@ -105,12 +107,13 @@ kernel::RunResult run_on_cluster(const Worlds& worlds, const RunOptions& options
 
 kernel::RunResult run_over_ranks(const Worlds& worlds, const RunOptions& options,
                                  CommitRelay& relay, CommitSink& commits,
-                                 const kernel::ProgressFn& progress) {
+                                 const kernel::ProgressFn& progress, kernel::Outside* outside) {
   kernel::RecordHooks records;
   records.take = [&] { return relay.take(); };
   records.receive = [&](std::span<const std::byte> record) { join(record, commits); };
   return kernel::run_distributed(worlds, time_of(options.steps, Phase::kBegin),
-                                 threads_options(options), *options.transport, records, progress);
+                                 threads_options(options, outside), *options.transport, records,
+                                 progress);
 }
 
 void collect(const Worlds& worlds, const RunOptions& options, SimulationResult& result) {
@@ -127,15 +130,17 @@ kernel::RunResult run(const Worlds& worlds, const RunOptions& options, CommitRel
                       CommitSink& commits, const kernel::ProgressFn& progress,
                       std::optional<kernel::VirtualReport>& report) {
   const kernel::VirtualTime end = time_of(options.steps, Phase::kBegin);
+  kernel::OutsideList outsides(options.outsides);
+  kernel::Outside* const outside = options.outsides.empty() ? nullptr : &outsides;
   if (options.executor == ExecutorKind::kVirtual)
-    return run_on_cluster(worlds, options, progress, report);
+    return run_on_cluster(worlds, options, progress, outside, report);
   // One world has nobody to run ahead of: it needs no history.
   if (worlds.size() == 1 && !worlds[0]) return {};
   if (options.executor == ExecutorKind::kSequential || worlds.size() == 1)
-    return kernel::run_sequential(worlds, end, progress);
+    return kernel::run_sequential(worlds, end, progress, outside);
   if (options.executor == ExecutorKind::kMpi)
-    return run_over_ranks(worlds, options, relay, commits, progress);
-  return kernel::run_threads(worlds, end, threads_options(options), progress);
+    return run_over_ranks(worlds, options, relay, commits, progress, outside);
+  return kernel::run_threads(worlds, end, threads_options(options, outside), progress);
 }
 
 kernel::ProgressFn on_gvt(std::int64_t steps,

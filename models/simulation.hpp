@@ -39,6 +39,8 @@ struct RunOptions {
   kernel::Transport* transport = nullptr;
   // Not for kSequential.
   kernel::Synchronisation synchronisation = kernel::Synchronisation::kOptimistic;
+  // Who sends to worlds from outside; each outlives the run. Over ranks, the root's count.
+  std::vector<kernel::Outside*> outsides = {};
   // kVirtual only. Its window and synchronisation are those above, and its cost_ns is work_cost_ns
   // (work_cost.hpp) unless `constant_cost`: then each event costs bag_cost_ns.
   kernel::VirtualOptions cluster = {};

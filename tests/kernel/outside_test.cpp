@@ -264,6 +264,17 @@ TEST(OutsideDoor, NumbersTheMessagesOfOneRegisterAndDropsWhatIsBeyondTheEnd) {
   EXPECT_EQ(OutsideDoor(nullptr, 2, kEnd).hold({9, 0}), (VirtualTime{9, 0}));
 }
 
+TEST(OutsideList, HoldsAtTheEarliestFloorAndSendsWhatAllHave) {
+  Script early({{{5, 0}, LpId{1}, 1}}, false), late({{{7, 0}, LpId{0}, 2}}, false);
+  OutsideList both({&late, &early});
+  EXPECT_EQ(both.floor(), (VirtualTime{5, 0}));
+  std::vector<Message> taken;
+  both.take({4, 0}, {4, 0}, taken);
+  ASSERT_EQ(taken.size(), 2u);
+  EXPECT_EQ(taken[0].time, (VirtualTime{7, 0}));
+  EXPECT_EQ(both.floor(), kNever);
+}
+
 TEST(OutsideDoorDeath, AMessageThatComesTooLateIsABrokenOutside) {
   class Late : public Outside {
    public:
