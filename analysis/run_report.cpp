@@ -142,8 +142,10 @@ std::string plan_text(const std::vector<models::PlanLine>& plan,
 
 std::string run_text(const RunReport& report) {
   const std::optional<kernel::VirtualReport>& cluster = report.run.result.cluster;
-  return heading_text(report) + "\n" + error_text(report) + "\n" + events_text(report) + "\n" +
-         entries_text(report.run.result.worlds) + (cluster ? cluster_text(*cluster) + "\n" : "") +
+  return heading_text(report) + "\n" +
+         (report.real_time ? real_time_text(*report.real_time) + "\n" : "") + error_text(report) +
+         "\n" + events_text(report) + "\n" + entries_text(report.run.result.worlds) +
+         (cluster ? cluster_text(*cluster) + "\n" : "") +
          plan_text(report.run.plan, &report.run.plan_counters);
 }
 

@@ -31,6 +31,7 @@ struct Surroundings {
   CommitSink& commits;
   RollbackMode rollback;
   bool gating;
+  EntryObserver* entries;
 };
 
 bool is_root(const RunOptions& options) {
@@ -60,9 +61,10 @@ Worlds build_worlds(const Surroundings& around, const Rules& rules,
     entries[id].step = 0;
     entries[id].rules = rules;
     SolveShare& share = around.shares[partition.owner_of(kernel::LpId{id})];
-    worlds[id] = std::make_unique<World>(
-        WorldSurroundings{around.geometry, share, around.commits, around.rollback, around.gating},
-        WorldId{id}, buffer, std::move(entries[id]));
+    worlds[id] =
+        std::make_unique<World>(WorldSurroundings{around.geometry, share, around.commits,
+                                                  around.rollback, around.gating, around.entries},
+                                WorldId{id}, buffer, std::move(entries[id]));
   }
   return worlds;
 }
@@ -161,6 +163,8 @@ std::vector<physics::BodyState> committed_states(const physics::SceneDescription
                                                  std::int64_t committed_steps) {
   options.steps = committed_steps;
   options.executor = ExecutorKind::kSequential;
+  options.outsides.clear();
+  options.entries = nullptr;
   return simulate(scene, initial, map, options).final_states;
 }
 
@@ -208,8 +212,8 @@ SimulationResult simulate(const physics::SceneDescription& scene,
   const Rules rules{std::make_shared<TerritoryMap>(map),
                     std::make_shared<physics::SceneDescription>(scene)};
   const Worlds worlds =
-      build_worlds({geometry, shares, commits, options.rollback, options.gating}, rules, initial,
-                   own_worlds(options, map.worlds()), options.buffer);
+      build_worlds({geometry, shares, commits, options.rollback, options.gating, options.entries},
+                   rules, initial, own_worlds(options, map.worlds()), options.buffer);
 
   SimulationResult result;
   const kernel::RunResult outcome =

@@ -11,6 +11,7 @@
 #include "kernel/executor.hpp"
 #include "kernel/transport.hpp"
 #include "kernel/virtual_executor.hpp"
+#include "models/entry_observer.hpp"
 #include "models/territory.hpp"
 #include "physics/advance.hpp"
 #include "physics/body_state.hpp"
@@ -41,6 +42,7 @@ struct RunOptions {
   kernel::Synchronisation synchronisation = kernel::Synchronisation::kOptimistic;
   // Who sends to worlds from outside; each outlives the run. Over ranks, the root's count.
   std::vector<kernel::Outside*> outsides = {};
+  EntryObserver* entries = nullptr;  // who is told how far worlds are; outlives the run
   // kVirtual only. Its window and synchronisation are those above, and its cost_ns is work_cost_ns
   // (work_cost.hpp) unless `constant_cost`: then each event costs bag_cost_ns.
   kernel::VirtualOptions cluster = {};

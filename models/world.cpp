@@ -200,6 +200,7 @@ void World::mark(kernel::VirtualTime) { keeps_history_ = true; }
 // Entries after the restart point are void: their steps are executed again.
 kernel::VirtualTime World::rewind(kernel::VirtualTime to) {
   buffer_.truncate(to.t, counters_);
+  tell_newest();
   next_ = time_of(to.t, Phase::kBegin);
   return next_;
 }

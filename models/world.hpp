@@ -9,6 +9,7 @@
 
 #include "kernel/logical_process.hpp"
 #include "models/commit_merge.hpp"
+#include "models/entry_observer.hpp"
 #include "models/island_merge.hpp"
 #include "models/messages.hpp"
 #include "models/repetition.hpp"
@@ -28,6 +29,7 @@ struct WorldSurroundings {
   CommitSink& commits;
   RollbackMode rollback;
   bool gating;
+  EntryObserver* entries;  // or null
 };
 
 // The events of one step are in README.md ("The step protocol"). Between steps a world's state is
@@ -96,6 +98,9 @@ class World final : public kernel::LogicalProcess {
   void remember_island(std::span<const physics::BodyId> bodies, bool mixed);
   void remember_contacts(std::span<const physics::ContactManifold> for_others);
   void write_entry(std::int64_t step, kernel::Outbox& outbox);
+  void tell_newest() const {
+    if (around_.entries != nullptr) around_.entries->on_newest(id_, buffer_.newest());
+  }
   void report_faults(kernel::Outbox& outbox) const;
   void send_migrants(std::int64_t step, kernel::Outbox& outbox);
   void send(WorldId to, kernel::VirtualTime when, MessageKind kind, kernel::Payload payload,

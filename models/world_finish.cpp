@@ -23,6 +23,7 @@ void World::finish(std::int64_t step, kernel::Outbox& outbox) {
   if (divided()) send_migrants(step, outbox);
   if (!keeps_history_) buffer_.forget(step);
   write_entry(step, outbox);
+  tell_newest();
   next_ = time_of(step + 1, Phase::kBegin);
 }
 
