@@ -214,6 +214,7 @@ void World::jump(kernel::VirtualTime limit) {
   buffer_.put_back(limit.t, counters_);
   counters_.steps_put_back += static_cast<std::uint64_t>(buffer_.newest() - next_.t);
   next_ = time_of(buffer_.newest(), Phase::kBegin);
+  tell_newest();
 }
 
 kernel::VirtualTime World::forget(kernel::VirtualTime horizon) {
