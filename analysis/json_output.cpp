@@ -67,6 +67,30 @@ Json inputs_json(const RunReport& report) {
   return lines;
 }
 
+Json real_time_json(const RealTimeReport& report) {
+  Json clocks = Json::array(), fills = Json::array(), fates = Json::array();
+  for (const models::ShownFrame& frame : report.frames) {
+    clocks.push_back(frame.clock);
+    fills.push_back(frame.fill);
+    constexpr const char* kNames[] = {"on time", "slow", "late"};
+    fates.push_back(kNames[static_cast<int>(frame.fate)]);
+  }
+  const models::PlaybackSummary& sum = report.summary;
+  return {{"frames_per_s", report.request.frames_per_s},
+          {"speed", report.request.speed},
+          {"lead_steps", report.lead},
+          {"frames", sum.frames},
+          {"on_time", sum.on_time},
+          {"slow", sum.slow},
+          {"late", sum.late},
+          {"slow_motion_s", sum.slow_motion_s},
+          {"least_fill", sum.least_fill},
+          {"worst_wake_s", report.worst_wake_s},
+          {"clock", clocks},
+          {"fill", fills},
+          {"fate", fates}};
+}
+
 // Text from a file may hold anything: bytes that are not UTF-8 are replaced, not thrown upon.
 std::string dumped(const Json& json) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
@@ -106,6 +130,7 @@ std::string run_json(const RunReport& report) {
   json["lead"] = {{"mean_steps", mean_lead_steps(result.events)},
                   {"max_steps", result.events.lead_max}};
   if (result.cluster) json["virtual"] = cluster_json(*result.cluster);
+  if (report.real_time) json["real_time"] = real_time_json(*report.real_time);
   json["error"] = errors(run.error);
   if (report.options.inputs.any()) {
     json["inputs"] = inputs_json(report);

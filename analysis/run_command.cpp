@@ -45,11 +45,16 @@ std::unique_ptr<LogWriter> open_log(const RunRequest& request, const std::string
 }
 
 MeasuredRun run_observed(const RunRequest& request, const scenarios::Scenario& scenario,
-                         LogWriter* log, std::vector<std::uint64_t>& step_digests) {
+                         LogWriter* log, std::vector<std::uint64_t>& step_digests,
+                         std::optional<RealTimeReport>& real_time) {
+  std::optional<RealTimeSession> session;
+  if (request.real_time) session.emplace(*request.real_time, scenario);
   models::CommitObserver observer;
-  observer.wants_states = log != nullptr || request.step_digests;
+  observer.wants_states = log != nullptr || request.step_digests || session;
   if (observer.wants_states) {
     observer.on_step = [&](const models::CommittedStep& step) {
+      if (session) session->add(step);
+      if (log == nullptr && !request.step_digests) return;
       const std::uint64_t digest = physics::digest(step.ids, step.states);
       if (request.step_digests) step_digests.push_back(digest);
       if (log != nullptr)
@@ -60,8 +65,12 @@ MeasuredRun run_observed(const RunRequest& request, const scenarios::Scenario& s
                        .inputs = {step.inputs.begin(), step.inputs.end()}});
     };
   }
-  return measure_run(scenario.scene, scenario.initial, scenario.territory, scenario.run, observer,
-                     terminal_progress(scenario.run.steps, request.quiet));
+  if (session) session->start();
+  MeasuredRun run = measure_run(scenario.scene, scenario.initial, scenario.territory,
+                                session ? session->paced(scenario.run) : scenario.run, observer,
+                                terminal_progress(scenario.run.steps, request.quiet));
+  if (session) real_time = session->finish();
+  return run;
 }
 
 }  // namespace
@@ -69,6 +78,7 @@ MeasuredRun run_observed(const RunRequest& request, const scenarios::Scenario& s
 int run_command(const RunRequest& given, std::ostream& out, std::ostream& err) {
   std::string text;
   scenarios::Scenario scenario = load_with_text(given, text);
+  if (given.real_time) require_paceable(scenario.run);
   const std::unique_ptr<InputStream> stream = open_inputs(given.inputs, scenario, err);
   RunRequest request = given;
   if (request.log_file.empty()) request.log_file = scenario.output.log_file;
@@ -84,7 +94,7 @@ int run_command(const RunRequest& given, std::ostream& out, std::ostream& err) {
 
   RunReport report;
   if (stream) stream->start();
-  report.run = run_observed(request, scenario, log.get(), report.step_digests);
+  report.run = run_observed(request, scenario, log.get(), report.step_digests, report.real_time);
   const bool bad_lines = stream && stream->stop() > 0;
   if (log) log->finish(report.run.result.committed_steps, report.run.digest);
 

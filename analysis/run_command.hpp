@@ -2,9 +2,11 @@
 #pragma once
 
 #include <iosfwd>
+#include <optional>
 #include <string>
 
 #include "analysis/overrides.hpp"
+#include "analysis/realtime.hpp"
 
 namespace soda::analysis {
 
@@ -16,6 +18,7 @@ struct RunRequest {
   bool json = false;
   bool step_digests = false;
   bool quiet = false;  // no progress line
+  std::optional<RealTimeRequest> real_time;
 };
 
 // Returns an exit code. Errors as exceptions; nothing has been written to `out` then.

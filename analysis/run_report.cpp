@@ -104,6 +104,18 @@ std::string inputs_text(const RunReport& report) {
   return text + "\n";
 }
 
+// Empty if nobody could have gone back.
+std::string entries_text(const models::WorldCounters& worlds) {
+  if (worlds.bodies_stored == 0) return "";
+  const auto each = [&worlds](std::uint64_t bytes) {
+    return format_number(static_cast<double>(bytes) / static_cast<double>(worlds.bodies_stored), 3);
+  };
+  return "transform buffers: " + std::to_string(worlds.entries_stored) +
+         " entries stored; bytes a body and entry: " + each(worlds.state_bytes_stored) +
+         " (its state unshared: " + each(worlds.state_bytes_whole) + "), and " +
+         each(worlds.memo_bytes_stored) + " for repetitions\n\n";
+}
+
 }  // namespace
 
 std::string cluster_text(const kernel::VirtualReport& cluster) {
@@ -162,7 +174,9 @@ std::string plan_text(const std::vector<models::PlanLine>& plan,
 
 std::string run_text(const RunReport& report) {
   const std::optional<kernel::VirtualReport>& cluster = report.run.result.cluster;
-  return heading_text(report) + "\n" + error_text(report) + "\n" + events_text(report) + "\n" +
+  return heading_text(report) + "\n" +
+         (report.real_time ? real_time_text(*report.real_time) + "\n" : "") + error_text(report) +
+         "\n" + events_text(report) + "\n" + entries_text(report.run.result.worlds) +
          (cluster ? cluster_text(*cluster) + "\n" : "") + inputs_text(report) +
          plan_text(report.run.plan, &report.run.plan_counters);
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "analysis/measured_run.hpp"
+#include "analysis/realtime.hpp"
 
 namespace soda::analysis {
 
@@ -19,6 +20,7 @@ struct RunReport {
   MeasuredRun run;
   bool with_step_digests = false;
   std::vector<std::uint64_t> step_digests;  // of the states after step 1, 2, ...
+  std::optional<RealTimeReport> real_time;
 };
 
 // Several tables; every figure with its unit.

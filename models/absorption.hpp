@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -25,11 +27,11 @@ struct ExecutedStep {
   const physics::SceneDescription& scene;
   const physics::Geometry& geometry;
   WorldId self;
-  std::span<const physics::BodyId> ids;  // own bodies during the step
-  // At the start of the step: of own bodies that were there before, and of those that migrated in.
-  std::span<const physics::BodyId> begin_ids;
-  std::span<const physics::BodyState> begin_states;
-  const StepMemo& memo;  // valid
+  std::span<const Ghost> ghosts;                // that it had; ascending by id
+  std::function<bool(physics::BodyId)> is_own;  // during the step
+  // Of an own body at the start of the step; none if it is not known.
+  std::function<std::optional<physics::BodyState>(physics::BodyId)> begin_state;
+  std::function<std::span<const StepMemo::BorderBody>(std::uint32_t cell)> border_bodies;
 };
 
 // Whether the step comes out as it did with these ghosts instead of those it had: none of the old

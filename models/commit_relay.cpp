@@ -77,7 +77,8 @@ kernel::Bytes encode_outcome(std::span<const std::unique_ptr<kernel::LogicalProc
     const World& world = static_cast<const World&>(*process);
     writer.plain(world.stages());
     writer.plain(world.counters());
-    write_bodies(writer, world.newest_entry());
+    BufferEntry copy;
+    write_bodies(writer, world.newest_entry(copy));
   }
   return bytes;
 }
@@ -85,7 +86,8 @@ kernel::Bytes encode_outcome(std::span<const std::unique_ptr<kernel::LogicalProc
 void add_outcome(const World& world, SimulationResult& result) {
   result.stages += world.stages();
   result.worlds += world.counters();
-  const BufferEntry& entry = world.newest_entry();
+  BufferEntry copy;
+  const BufferEntry& entry = world.newest_entry(copy);
   for (std::size_t i = 0; i < entry.ids.size(); ++i)
     result.final_states[physics::index_of(entry.ids[i])] = entry.states[i];
   result.final_ids.insert(result.final_ids.end(), entry.ids.begin(), entry.ids.end());

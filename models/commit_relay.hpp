@@ -20,6 +20,7 @@ class CommitRelay final : public CommitSink, public LoadSink {
 
   void add(WorldId world, const BufferEntry& entry) override;
   void add(LoadSample sample) override;
+  bool wants_states() const override { return with_states_; }
 
   // All records since the last call, for join() at the root.
   std::vector<kernel::Bytes> take();

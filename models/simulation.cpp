@@ -39,6 +39,7 @@ struct Surroundings {
   bool gating;
   LoadSampling sampling;
   LoadSink* loads;
+  EntryObserver* entries;
 };
 
 bool is_root(const RunOptions& options) {
@@ -94,7 +95,8 @@ Worlds build_worlds(const Surroundings& around, const Rules& rules,
     SolveShare& share = around.shares[partition.owner_of(kernel::LpId{id})];
     worlds[id] = std::make_unique<World>(
         WorldSurroundings{around.geometry, share, around.scenes, around.maps, around.commits,
-                          around.rollback, around.gating, around.sampling, around.loads},
+                          around.rollback, around.gating, around.sampling, around.loads,
+                          around.entries},
         WorldId{id}, buffer, std::move(entries[id]));
   }
   return worlds;
@@ -196,6 +198,7 @@ SimulationResult run_committed(const physics::SceneDescription& scene,
   options.balancing = {};
   options.executor = ExecutorKind::kSequential;
   options.outsides.clear();
+  options.entries = nullptr;
   options.inputs.live = nullptr;
   options.inputs.script.clear();
   for (const CommittedInput& committed : failed.inputs)
@@ -234,6 +237,11 @@ WorldCounters& operator+=(WorldCounters& sum, const WorldCounters& more) {
   sum.entries_saved += more.entries_saved;
   sum.bytes_sent += more.bytes_sent;
   sum.inputs += more.inputs;
+  sum.entries_stored += more.entries_stored;
+  sum.bodies_stored += more.bodies_stored;
+  sum.state_bytes_stored += more.state_bytes_stored;
+  sum.state_bytes_whole += more.state_bytes_whole;
+  sum.memo_bytes_stored += more.memo_bytes_stored;
   sum.steps_repeated += more.steps_repeated;
   sum.steps_put_back += more.steps_put_back;
   sum.bags_absorbed += more.bags_absorbed;
@@ -277,7 +285,7 @@ SimulationResult simulate(const physics::SceneDescription& scene,
   LoadSink* const loads = is_root(options) ? static_cast<LoadSink*>(balancing.get()) : &relay;
   const Worlds worlds =
       build_worlds({geometry, shares, scenes, maps, commits, options.rollback, options.gating,
-                    balancing ? balancing->sampling() : LoadSampling{}, loads},
+                    balancing ? balancing->sampling() : LoadSampling{}, loads, options.entries},
                    rules, initial, own_worlds(options, map.worlds()), options.buffer);
 
   SimulationResult result;

@@ -11,6 +11,7 @@
 #include "kernel/executor.hpp"
 #include "kernel/transport.hpp"
 #include "kernel/virtual_executor.hpp"
+#include "models/entry_observer.hpp"
 #include "models/territory.hpp"
 #include "models/user_input.hpp"
 #include "physics/advance.hpp"
@@ -64,6 +65,7 @@ struct RunOptions {
   InputOptions inputs = {};
   // Who sends to worlds from outside; each outlives the run. Over ranks, the root's count.
   std::vector<kernel::Outside*> outsides = {};
+  EntryObserver* entries = nullptr;  // who is told how far worlds are; outlives the run
   // kVirtual only. Its window and synchronisation are those above, and its cost_ns is work_cost_ns
   // (work_cost.hpp) unless `constant_cost`: then each event costs bag_cost_ns.
   kernel::VirtualOptions cluster = {};
@@ -85,6 +87,11 @@ struct WorldCounters {
   std::uint64_t entries_saved = 0;  // transform-buffer entries kept for rollback
   std::uint64_t bytes_sent = 0;     // payload bytes
   std::uint64_t inputs = 0;         // messages with user input that were taken in
+  // What storing entries has taken from the heap, and what their states would take if none were
+  // shared: sizeof a state and a contact impulse, without an allocator's own.
+  std::uint64_t entries_stored = 0, bodies_stored = 0;
+  std::uint64_t state_bytes_stored = 0, state_bytes_whole = 0;
+  std::uint64_t memo_bytes_stored = 0;  // what a repetition of the step may take over
   // Of steps that were executed again: islands (bodies without contact count as one each) and their
   // bodies, computed again or taken over.
   std::uint64_t steps_repeated = 0;

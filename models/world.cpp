@@ -45,7 +45,7 @@ World::World(const WorldSurroundings& surroundings, WorldId id, std::int64_t buf
       id_(id),
       // `buffer` entries ahead and the one at GVT.
       buffer_(static_cast<std::size_t>(buffer) + 1, std::move(initial)),
-      rules_(buffer_.newest_entry().rules) {}
+      rules_(buffer_.rules(buffer_.newest())) {}
 
 void World::execute(kernel::VirtualTime now, Bag bag, kernel::Outbox& outbox) {
   switch (phase_of(now)) {
@@ -67,10 +67,9 @@ void World::execute(kernel::VirtualTime now, Bag bag, kernel::Outbox& outbox) {
 // Own bodies: those of the entry that did not leave (under the map that the step before had), and
 // those that migrate in. Then user input.
 void World::begin(std::int64_t step, Bag bag) {
-  BufferEntry& entry = buffer_.at(step);
-  rules_ = entry.rules;
+  rules_ = buffer_.rules(step);
   ghosts_.clear();
-  gate_ = entry.gate;
+  gate_ = buffer_.gate(step);
   expected_ = expected_from(gate_, id_);
   next_gate_ = {};
   solves_ = 0;
@@ -79,12 +78,10 @@ void World::begin(std::int64_t step, Bag bag) {
   report_.islands.clear();
   report_.faults.clear();
   if (keeps_history_) {
-    ids_ = entry.ids;
-    states_ = entry.states;
+    buffer_.copy_bodies(step, ids_, states_, counters_);
     ++counters_.entries_saved;
   } else {
-    std::swap(ids_, entry.ids);
-    std::swap(states_, entry.states);
+    buffer_.take_bodies(ids_, states_);
   }
   if (divided()) {
     std::size_t kept = 0;
@@ -115,12 +112,12 @@ void World::begin(std::int64_t step, Bag bag) {
   // Bodies of these cells stay until the end of the step: they leave as any others.
   if (!transfers.empty()) rules_.map = around_.maps.after(rules_.map, transfers);
   migrants = merge_migrants(std::move(migrants), ids_, states_);
-  BufferEntry* const replaced = propagates() ? buffer_.stale_next() : nullptr;
-  repetition_.start(entry.differs, replaced, *rules_.map);
+  const StoredEntry* const replaced = propagates() ? buffer_.stale_next() : nullptr;
+  repetition_.start(buffer_.differs(step), replaced, *rules_.map);
   repetition_.note_own(ids_, migrants);
   std::vector<BodyId> touched = take_inputs(bag);
   // Of what was computed with other materials, nothing can be taken.
-  if (replaced != nullptr && replaced->rules.scene != rules_.scene) replaced->memo.valid = false;
+  if (replaced != nullptr) repetition_.note_constants(replaced->rules.scene == rules_.scene);
   repetition_.note_touched(touched);
   memo_.valid = remembers();
   if (remembers()) {
@@ -157,46 +154,26 @@ void World::detect(std::int64_t step, kernel::Outbox& outbox) {
 }
 
 void World::border_traversal(std::int64_t step, Bag bag) {
-  ghosts_ = foreign_ghosts(bag, ids_);
+  ghosts_ = foreign_ghosts(
+      bag, [this](BodyId id) { return std::binary_search(ids_.begin(), ids_.end(), id); });
   next_ = time_of(step, Phase::kPairs);
 }
 
 // Ascending. A body on its way between owners can be there twice, or be own already, until it is
 // repaired.
-std::vector<Ghost> World::foreign_ghosts(Bag bag, std::span<const BodyId> own_ids) const {
+std::vector<Ghost> World::foreign_ghosts(Bag bag, const std::function<bool(BodyId)>& is_own) const {
   std::vector<Ghost> ghosts;
   for (const kernel::MessageView& message : bag) decode_ghosts(message.payload, ghosts);
   std::stable_sort(ghosts.begin(), ghosts.end(),
                    [](const Ghost& a, const Ghost& b) { return a.id < b.id; });
-  const auto unwanted = [own_ids, last = -1L](const Ghost& ghost) mutable {
+  const auto unwanted = [&is_own, last = -1L](const Ghost& ghost) mutable {
     const long id = physics::index_of(ghost.id);
     const bool repeated = id == last;
     last = id;
-    return repeated || std::binary_search(own_ids.begin(), own_ids.end(), ghost.id);
+    return repeated || is_own(ghost.id);
   };
   ghosts.erase(std::remove_if(ghosts.begin(), ghosts.end(), unwanted), ghosts.end());
   return ghosts;
-}
-
-// Late ghosts of a step whose pairs have been tested.
-bool World::absorb(kernel::VirtualTime now, Bag bag) {
-  if (phase_of(now) != Phase::kBorderTraversal || bag.empty()) return false;
-  const bool is_over = next_.t > now.t;
-  if (!is_over && phase_of(next_) <= Phase::kPairs) return false;
-  BufferEntry& start = buffer_.at(now.t);
-  BufferEntry* const end = is_over ? &buffer_.at(now.t + 1) : nullptr;
-  StepMemo& memo = is_over ? end->memo : memo_;
-  if (!memo.valid) return false;
-  const Rules& rules = is_over ? end->rules : rules_;
-  const std::span<const BodyId> ids = is_over ? end->ids : ids_;
-  std::vector<Ghost> ghosts = foreign_ghosts(bag, ids);
-  const ExecutedStep step{*rules.map, *rules.scene, around_.geometry, id_,
-                          ids,        start.ids,    start.states,     memo};
-  if (!makes_no_difference(step, ghosts, stages_, counters_.absorption_looks)) return false;
-  ++counters_.bags_absorbed;
-  if (!is_over) ghosts_ = ghosts;
-  memo.ghosts = std::move(ghosts);
-  return true;
 }
 
 // Contacts; those with a foreign body go to its owner.
@@ -237,21 +214,22 @@ void World::mark(kernel::VirtualTime) { keeps_history_ = true; }
 
 // Entries after the restart point are void: their steps are executed again.
 kernel::VirtualTime World::rewind(kernel::VirtualTime to) {
-  buffer_.truncate(to.t);
+  buffer_.truncate(to.t, counters_);
+  tell_newest();
   next_ = time_of(to.t, Phase::kBegin);
   return next_;
 }
 
 bool World::is_as_before() const {
   if (phase_of(next_) != Phase::kBegin) return false;
-  const BufferEntry& entry = buffer_.newest_entry();
-  return entry.differs.empty() && !entry.frame_differs && buffer_.has_stale();
+  return buffer_.newest_is_as_before() && buffer_.has_stale();
 }
 
 void World::jump(kernel::VirtualTime limit) {
-  buffer_.put_back(limit.t);
+  buffer_.put_back(limit.t, counters_);
   counters_.steps_put_back += static_cast<std::uint64_t>(buffer_.newest() - next_.t);
   next_ = time_of(buffer_.newest(), Phase::kBegin);
+  tell_newest();
 }
 
 kernel::VirtualTime World::forget(kernel::VirtualTime horizon) {
@@ -261,10 +239,12 @@ kernel::VirtualTime World::forget(kernel::VirtualTime horizon) {
 
 void World::commit(kernel::VirtualTime now) {
   if (phase_of(now) != Phase::kFinish) return;
-  const BufferEntry& entry = buffer_.at(now.t + 1);
+  const bool samples = around_.sampling.takes(now.t + 1);
+  const BufferEntry& entry =
+      buffer_.read(now.t + 1, samples || around_.commits.wants_states(), committed_);
   counters_.solves_committed += entry.solves;
   around_.commits.add(id_, entry);
-  if (!around_.sampling.takes(entry.step)) return;
+  if (!samples) return;
   LoadSample sample = sample_load(id_, entry, around_.geometry, around_.sampling);
   sample.spent_ns = entry.spent_ns;
   sample.entries = buffer_.newest() - entry.step;
@@ -278,7 +258,8 @@ std::uint64_t World::digest() const {
   for (const BodyId absent : rules_.inputs->presence.absent())
     digest = kernel::append(digest, physics::index_of(absent));
   if (phase_of(next_) == Phase::kBegin) {
-    const BufferEntry& entry = buffer_.newest_entry();
+    BufferEntry copy;
+    const BufferEntry& entry = newest_entry(copy);
     const auto owners = std::as_bytes(entry.rules.map->owners());
     digest = kernel::append(digest, XXH3_64bits(owners.data(), owners.size()));
     return kernel::append(digest, physics::digest(entry.ids, entry.states));

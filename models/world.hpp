@@ -2,12 +2,14 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <span>
 #include <vector>
 
 #include "kernel/logical_process.hpp"
 #include "models/commit_merge.hpp"
+#include "models/entry_observer.hpp"
 #include "models/island_merge.hpp"
 #include "models/load_sample.hpp"
 #include "models/map_share.hpp"
@@ -34,7 +36,8 @@ struct WorldSurroundings {
   RollbackMode rollback;
   bool gating;
   LoadSampling sampling;
-  LoadSink* loads;  // null if nothing is sampled
+  LoadSink* loads;         // null if nothing is sampled
+  EntryObserver* entries;  // or null
 };
 
 // The events of one step are in README.md ("The step protocol"). Between steps a world's state is
@@ -65,14 +68,18 @@ class World final : public kernel::LogicalProcess {
 
   const physics::StageCounters& stages() const { return stages_; }
   const WorldCounters& counters() const { return counters_; }
-  // The newest entry: after a run, the state after its last step.
-  const BufferEntry& newest_entry() const { return buffer_.newest_entry(); }
+  // The newest entry, without memo: after a run, the state after its last step. In `copy`, or
+  // valid until the world executes.
+  const BufferEntry& newest_entry(BufferEntry& copy) const {
+    return buffer_.read(buffer_.newest(), true, copy);
+  }
 
  private:
   using Bag = std::span<const kernel::MessageView>;
 
   void begin(std::int64_t step, Bag bag);
-  std::vector<Ghost> foreign_ghosts(Bag bag, std::span<const physics::BodyId> own_ids) const;
+  std::vector<Ghost> foreign_ghosts(Bag bag,
+                                    const std::function<bool(physics::BodyId)>& is_own) const;
   std::vector<physics::BodyId> take_inputs(Bag bag);
   bool act(const UserInput& input);
   void detect(std::int64_t step, kernel::Outbox& outbox);
@@ -102,6 +109,9 @@ class World final : public kernel::LogicalProcess {
   void remember_contacts(std::span<const physics::ContactManifold> for_others);
   void write_entry(std::int64_t step, kernel::Outbox& outbox);
   std::int64_t spent_since_last_entry();
+  void tell_newest() const {
+    if (around_.entries != nullptr) around_.entries->on_newest(id_, buffer_.newest());
+  }
   void report_faults(kernel::Outbox& outbox) const;
   void send_migrants(std::int64_t step, kernel::Outbox& outbox);
   void send(WorldId to, kernel::VirtualTime when, MessageKind kind, kernel::Payload payload,
@@ -127,6 +137,7 @@ class World final : public kernel::LogicalProcess {
   IslandMerge merge_;
   physics::StepScratch scratch_;
   physics::StepReport report_;
+  BufferEntry committed_;  // memory only
 
   physics::StageCounters stages_;
   WorldCounters counters_;

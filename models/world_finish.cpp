@@ -24,6 +24,7 @@ void World::finish(std::int64_t step, kernel::Outbox& outbox) {
   if (divided()) send_migrants(step, outbox);
   if (!keeps_history_) buffer_.forget(step);
   write_entry(step, outbox);
+  tell_newest();
   next_ = time_of(step + 1, Phase::kBegin);
 }
 
@@ -32,16 +33,16 @@ void World::write_entry(std::int64_t step, kernel::Outbox& outbox) {
   for (const WorldId partner : concerned(next_gate_, id_, differs))
     outbox.withdraw(kernel::LpId{index_of(partner)});
   memo_.valid = memo_.valid && report_.faults.empty();
-  const bool repeats = buffer_.has_stale();
-  BufferEntry& start = buffer_.at(step);
-  start.differs.clear();
-  start.frame_differs = false;
+  const StoredEntry* const stale = buffer_.stale_next();
+  const bool differs_now =
+      stale != nullptr && (stale->frame_differs || !has_ids(*stale, ids_) ||
+                           stale->gate.items().front() != next_gate_ || stale->rules != rules_);
+  const std::int64_t spent_before = stale != nullptr ? stale->spent_ns : 0;
+  buffer_.differs(step).clear();
+  buffer_.frame_differs(step) = false;
   BufferEntry& entry = buffer_.append();
-  entry.frame_differs =
-      repeats && (entry.frame_differs || entry.ids != ids_ || entry.gate != next_gate_ ||
-                  entry.rules != rules_ || !buffer_.has_stale());
-  if (around_.sampling.interval > 0)
-    entry.spent_ns = spent_since_last_entry() + (repeats ? entry.spent_ns : 0);
+  entry.frame_differs = differs_now || (stale != nullptr && !buffer_.has_stale());
+  if (around_.sampling.interval > 0) entry.spent_ns = spent_since_last_entry() + spent_before;
   std::swap(entry.ids, ids_);
   std::swap(entry.states, states_);
   std::swap(entry.islands, report_.islands);
