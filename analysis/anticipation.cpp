@@ -176,12 +176,6 @@ AnticipationPoint measure_point(std::int64_t buffer, double overload, std::uint3
 
 }  // namespace
 
-// After N frames the ring has given N entries and received N / r: empty when B + N / r = N.
-double anticipation_steps(double entries, double ratio) {
-  if (ratio <= 1.0) return std::numeric_limits<double>::infinity();
-  return entries * ratio / (ratio - 1.0);
-}
-
 AnticipationReport measure_anticipation(const AnticipationOptions& options) {
   BaseClock clock;
   CoincidentCubes base(kBaseBodies);

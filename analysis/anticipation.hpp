@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "analysis/stopwatch.hpp"
+#include "models/load_balancer.hpp"
 
 namespace soda::analysis {
 
@@ -39,9 +40,8 @@ struct AnticipationReport {
   std::vector<AnticipationPoint> points;  // by buffer, then overload, as given
 };
 
-// Frames that a ring of `entries` lasts when each step costs `ratio` frames: B r / (r - 1),
-// infinite for ratio <= 1.
-double anticipation_steps(double entries, double ratio);
+// Frames that a ring of `entries` lasts when each step costs `ratio` frames.
+using models::anticipation_steps;
 
 // What the renderer meets, in units of its own frames.
 struct StarvationResult {

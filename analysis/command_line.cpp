@@ -1,6 +1,8 @@
 #include "analysis/command_line.hpp"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <string_view>
 
 #include "analysis/anticipation_command.hpp"
 #include "analysis/exit_codes.hpp"
@@ -85,6 +87,24 @@ void add_ghosts_option(CLI::App& command, Overrides& overrides) {
       ->check(CLI::IsMember(modes));
 }
 
+void add_balancing_options(CLI::App& command, Overrides& overrides) {
+  const std::map<std::string, models::BalancingPolicy> policies = {
+      {"off", models::BalancingPolicy::kOff},
+      {"paper", models::BalancingPolicy::kPaper},
+      {"random", models::BalancingPolicy::kRandom}};
+  command
+      .add_option_function<std::string>(
+          "--balancing",
+          [&overrides, policies](const std::string& name) {
+            overrides.balancing = policies.at(name);
+          },
+          "off (default); paper: cells go from loaded worlds to neighbours; random: for tests")
+      ->check(CLI::IsMember(policies));
+  command.add_option("--balancing-interval", overrides.balancing_interval,
+                     "steps between decisions (default 10)");
+  command.add_option("--balancing-seed", overrides.balancing_seed, "of random (default 1)");
+}
+
 void add_policy_option(CLI::App& command, std::optional<kernel::Synchronisation>& policy) {
   const std::map<std::string, kernel::Synchronisation> policies = {
       {"optimistic", kernel::Synchronisation::kOptimistic},
@@ -109,16 +129,64 @@ void add_cluster_options(CLI::App& command, ClusterOverrides& cluster, const std
   command.add_flag("--check-purity", cluster.check_purity, "execute every event twice and compare");
 }
 
-CLI::App* add_run(CLI::App& app, RunRequest& request) {
+// Only with --realtime or --help: what an option costs each run is counted (tests/analysis,
+// RunCost).
+void add_real_time_options(CLI::App& command, std::optional<RealTimeRequest>& wanted) {
+  const auto add = [&](const char* name, auto member, double least, double most, const char* help) {
+    command
+        .add_option_function<double>(
+            name,
+            [&wanted, member](const double& value) {
+              if (!wanted) wanted.emplace();
+              member(*wanted) = value;
+            },
+            help)
+        ->check(CLI::Range(least, most));
+  };
+  add(
+      "--fps", [](RealTimeRequest& r) -> double& { return r.frames_per_s; }, 0.1, 1000.0,
+      "frames a second (default 60)");
+  add(
+      "--speed", [](RealTimeRequest& r) -> double& { return r.speed; }, 1e-3, 1e3,
+      "simulated time over wall time (default 1)");
+  add(
+      "--load", [](RealTimeRequest& r) -> double& { return r.load.base; }, 0.0, 100.0,
+      "artificial CPU time a step, over the wall time that it has (default 0)");
+  add(
+      "--peak", [](RealTimeRequest& r) -> double& { return r.load.peak; }, 0.0, 100.0,
+      "the same during the peak (default: no peak)");
+  add(
+      "--peak-from", [](RealTimeRequest& r) -> double& { return r.load.peak_from_s; }, 0.0, 1e6,
+      "seconds after the first frame (default 2)");
+  add(
+      "--peak-for", [](RealTimeRequest& r) -> double& { return r.load.peak_for_s; }, 0.0, 1e6,
+      "seconds (default 1)");
+}
+
+bool mentions(int argc, const char* const* argv, std::string_view word) {
+  return std::find(argv, argv + argc, word) != argv + argc;
+}
+
+CLI::App* add_run(CLI::App& app, RunRequest& request, bool in_real_time) {
   CLI::App* run = app.add_subcommand("run", "run a scenario; report error against run time");
   run->add_option("FILE", request.file, "scenario")->required();
   add_run_options(*run, request.overrides);
   add_rollback_option(*run, request.overrides);
   add_gating_option(*run, request.overrides);
   add_ghosts_option(*run, request.overrides);
+  add_balancing_options(*run, request.overrides);
   add_policy_option(*run, request.overrides.policy);
   add_cluster_options(*run, request.overrides.cluster, "modelled from its counters");
+  run->add_option("--inputs", request.inputs,
+                  "user input, one JSON object a line: a file, or - for standard input");
   run->add_option("--log", request.log_file, "write an event log for soda replay");
+  run->add_flag_callback(
+      "--realtime",
+      [&request] {
+        if (!request.real_time) request.real_time.emplace();
+      },
+      "show frames by the wall clock; report those on time, late, in slow motion");
+  if (in_real_time) add_real_time_options(*run, request.real_time);
   run->add_flag("--json", request.json, "print one JSON object");
   run->add_flag("--step-digests", request.step_digests, "digest of every step");
   run->add_flag("--quiet", request.quiet, "no progress line");
@@ -128,6 +196,8 @@ CLI::App* add_run(CLI::App& app, RunRequest& request) {
       "  soda run scenarios/library/border-stack.json --threads 2 --worlds 4 --buffer 8\n"
       "  soda run scenarios/library/pyramid.json --steps 100 --json --log run.sodalog\n"
       "  soda run scenarios/library/twelve-worlds.json --executor virtual --latency-us 50\n"
+      "  soda run scenarios/library/user-input.json --inputs more.jsonl\n"
+      "  soda run scenarios/library/crowd.json --realtime --load 0.5 --peak 1.5\n"
       "  mpirun -n 2 soda run scenarios/library/twelve-worlds.json --executor mpi");
   return run;
 }
@@ -136,6 +206,7 @@ CLI::App* add_plan(CLI::App& app, PlanRequest& request) {
   CLI::App* plan = app.add_subcommand("plan", "show what a run will use, and why");
   plan->add_option("FILE", request.file, "scenario")->required();
   add_run_options(*plan, request.overrides);
+  add_balancing_options(*plan, request.overrides);
   plan->add_flag("--json", request.json, "print one JSON object");
   plan->footer("example:\n  soda plan scenarios/library/mixed-shapes.json --worlds 1");
   return plan;
@@ -197,6 +268,8 @@ CLI::App* add_verify(CLI::App& app, VerifyRequest& request) {
       ->delimiter(',')
       ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 20));
   verify->add_option("--seeds", request.seeds, "scheduling seeds 1 to this (default 5)");
+  verify->add_option("--random-inputs", request.random_inputs,
+                     "seed of random user input beside the scenario's own");
   verify->add_flag("--require-rollbacks", request.require_rollbacks,
                    "fail if no run rolled back: then nothing was proved");
   verify->add_flag("--json", request.json, "print one JSON object");
@@ -326,7 +399,8 @@ int run_command_line(int argc, const char* const* argv, kernel::Transport* trans
   AnticipationRequest anticipation;
   VerifyRequest verify;
   PholdRequest phold;
-  const CLI::App* run_app = add_run(app, run);
+  const CLI::App* run_app =
+      add_run(app, run, mentions(argc, argv, "--realtime") || mentions(argc, argv, "--help"));
   const CLI::App* plan_app = add_plan(app, plan);
   const CLI::App* replay_app = add_replay(app, replay);
   const CLI::App* anticipation_app = add_anticipation(app, anticipation);

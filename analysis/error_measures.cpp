@@ -66,24 +66,33 @@ ErrorMeasures measure_errors(const physics::SceneDescription& scene,
                              std::span<const physics::BodyState> final_states, double steps,
                              const RunTotals& totals) {
   const std::vector<physics::BodyId> ids = all_ids(initial.size());
-  const physics::Mechanics start = physics::measure(scene, ids, initial);
-  const physics::Mechanics end = physics::measure(scene, ids, final_states);
+  return measure_errors(scene, {ids, initial}, {ids, final_states}, steps, totals);
+}
+
+ErrorMeasures measure_errors(const physics::SceneDescription& scene, const PresentBodies& first,
+                             const PresentBodies& last, double steps, const RunTotals& totals) {
+  const physics::Mechanics start = physics::measure(scene, first.ids, first.states);
+  const physics::Mechanics end = physics::measure(scene, last.ids, last.states);
 
   const double kinetic_change = end.kinetic_energy_joule - start.kinetic_energy_joule;
   const double potential_change = end.potential_energy_joule - start.potential_energy_joule;
-  const double energy_scale = std::max({start.kinetic_energy_joule, end.kinetic_energy_joule,
-                                        std::fabs(potential_change), lifting_energy_joule(scene)});
+  const double energy_scale =
+      std::max({start.kinetic_energy_joule, end.kinetic_energy_joule, std::fabs(potential_change),
+                lifting_energy_joule(scene), totals.input_work_scale_joule});
 
   const physics::Vec3 gravity_impulse =
-      scene.gravity_m_s2 * (total_mass_kg(scene) * steps * scene.dt_s);
+      scene.gravity_m_s2 *
+      ((total_mass_kg(scene) * steps - totals.absent_mass_kg_steps) * scene.dt_s);
   const physics::Vec3 unexplained = end.linear_momentum_newton_s - start.linear_momentum_newton_s -
                                     gravity_impulse - totals.static_impulse_newton_s.value -
-                                    totals.drive_impulse_newton_s.value;
+                                    totals.drive_impulse_newton_s.value -
+                                    totals.input_impulse_newton_s.value;
   const double momentum_scale =
       std::max({start.momentum_scale_newton_s, end.momentum_scale_newton_s, gravity_impulse.norm(),
-                totals.static_impulse_scale_newton_s, totals.drive_impulse_scale_newton_s});
+                totals.static_impulse_scale_newton_s, totals.drive_impulse_scale_newton_s,
+                totals.input_impulse_scale_newton_s});
 
-  return {relative(kinetic_change + potential_change, energy_scale),
+  return {relative(kinetic_change + potential_change - totals.input_work_joule, energy_scale),
           relative(unexplained.norm(), momentum_scale), totals.max_penetration_m,
           totals.constraint_residual_m_s};
 }

@@ -35,6 +35,11 @@ struct RunTotals {
   double static_impulse_scale_newton_s = 0.0;  // sum of the magnitudes
   double max_penetration_m = 0.0;
   double constraint_residual_m_s = 0.0;
+  // Of user input; see InputFollower.
+  CarryingSum input_impulse_newton_s;
+  double input_impulse_scale_newton_s = 0.0;
+  double input_work_joule = 0.0, input_work_scale_joule = 0.0;
+  double absent_mass_kg_steps = 0.0;  // of bodies that are not there, over the steps
 };
 
 // `islands` of one committed step, ascending by label; call in the order of steps.
@@ -48,7 +53,18 @@ bool states_are_measured(const physics::SceneDescription& scene);
 void add_drives(const physics::SceneDescription& scene, std::span<const physics::BodyId> ids,
                 std::span<const physics::BodyState> states, RunTotals& totals);
 
-// Over a run from `initial` to `final_states` (index == BodyId) in `steps` steps.
+// The bodies that take part, at one time.
+struct PresentBodies {
+  std::span<const physics::BodyId> ids;  // ascending
+  std::span<const physics::BodyState> states;
+};
+
+// Over a run from `start` to `end` in `steps` steps.
+ErrorMeasures measure_errors(const physics::SceneDescription& scene, const PresentBodies& start,
+                             const PresentBodies& end, double steps, const RunTotals& totals);
+
+// Over a run in which all bodies take part, from `initial` to `final_states` (index == BodyId) in
+// `steps` steps.
 ErrorMeasures measure_errors(const physics::SceneDescription& scene,
                              std::span<const physics::BodyState> initial,
                              std::span<const physics::BodyState> final_states, double steps,

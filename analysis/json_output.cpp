@@ -51,6 +51,46 @@ Json cluster_json(const kernel::VirtualReport& cluster) {
           {"execution_digest", format_digest(cluster.execution_digest)}};
 }
 
+Json inputs_json(const RunReport& report) {
+  Json lines = Json::array();
+  for (const models::CommittedInput& committed : report.run.result.inputs) {
+    const models::UserInput& input = committed.input;
+    Json line = {{"id", input.id},
+                 {"type", name_of(input.kind)},
+                 {"body", report.labels[physics::index_of(input.body)]},
+                 {"step", input.step}};
+    if (committed.asked_step < input.step)
+      line["asked_step"] = committed.asked_step < 0 ? Json(nullptr) : Json(committed.asked_step);
+    line["had_effect"] = committed.had_effect;
+    lines.push_back(std::move(line));
+  }
+  return lines;
+}
+
+Json real_time_json(const RealTimeReport& report) {
+  Json clocks = Json::array(), fills = Json::array(), fates = Json::array();
+  for (const models::ShownFrame& frame : report.frames) {
+    clocks.push_back(frame.clock);
+    fills.push_back(frame.fill);
+    constexpr const char* kNames[] = {"on time", "slow", "late"};
+    fates.push_back(kNames[static_cast<int>(frame.fate)]);
+  }
+  const models::PlaybackSummary& sum = report.summary;
+  return {{"frames_per_s", report.request.frames_per_s},
+          {"speed", report.request.speed},
+          {"lead_steps", report.lead},
+          {"frames", sum.frames},
+          {"on_time", sum.on_time},
+          {"slow", sum.slow},
+          {"late", sum.late},
+          {"slow_motion_s", sum.slow_motion_s},
+          {"least_fill", sum.least_fill},
+          {"worst_wake_s", report.worst_wake_s},
+          {"clock", clocks},
+          {"fill", fills},
+          {"fate", fates}};
+}
+
 // Text from a file may hold anything: bytes that are not UTF-8 are replaced, not thrown upon.
 std::string dumped(const Json& json) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
@@ -77,6 +117,7 @@ std::string run_json(const RunReport& report) {
                {"rollback", name_of(report.options.rollback)},
                {"gating", report.options.gating},
                {"ghosts", name_of(report.options.ghosts)},
+               {"balancing", name_of(report.options.balancing.policy)},
                {"dt_s", report.dt_s},
                {"wall_s", run.cost.wall_s},
                {"cpu_s", run.cost.cpu_s},
@@ -90,10 +131,21 @@ std::string run_json(const RunReport& report) {
   json["lead"] = {{"mean_steps", mean_lead_steps(result.events)},
                   {"max_steps", result.events.lead_max}};
   if (result.cluster) json["virtual"] = cluster_json(*result.cluster);
+  if (report.real_time) json["real_time"] = real_time_json(*report.real_time);
   json["error"] = errors(run.error);
+  if (report.options.inputs.any()) {
+    json["inputs"] = inputs_json(report);
+    json["inputs_too_late"] = result.inputs_too_late;
+  }
   json["stages"] = Json::object();
   for (const auto& [name, count] : stage_counts(result)) json["stages"][name] = count;
   json["plan"] = plan_lines(run.plan, &run.plan_counters);
+  json["territory_changes"] = Json::array();
+  for (const models::TerritoryChange& change : result.territory_changes)
+    json["territory_changes"].push_back({{"step", change.step},
+                                         {"cell", change.cell},
+                                         {"from", models::index_of(change.from)},
+                                         {"to", models::index_of(change.to)}});
   if (report.with_step_digests) {
     json["step_digests"] = Json::array();
     for (const std::uint64_t digest : report.step_digests) {
@@ -119,6 +171,8 @@ std::string verification_json(const Verification& verification) {
                  {"rollback", name_of(run.rollback)},
                  {"gating", run.gating},
                  {"ghosts", name_of(run.ghosts)},
+                 {"balancing", name_of(run.balancing)},
+                 {"territory_changes", run.territory_changes},
                  {"events", events(run.events)},
                  {"equal", !run.divergence.has_value()}};
     if (run.divergence) {

@@ -59,6 +59,44 @@ physics::BodyState take_state(ByteReader& in) {
   return state;
 }
 
+void put_input(ByteBuffer& out, const models::CommittedInput& committed) {
+  const models::UserInput& input = committed.input;
+  put(out, input.id);
+  put(out, input.step);
+  put(out, static_cast<std::uint32_t>(input.kind));
+  put(out, physics::index_of(input.body));
+  put_state(out, input.state);
+  put(out, static_cast<std::uint8_t>(input.sets_linear));
+  put(out, static_cast<std::uint8_t>(input.sets_angular));
+  put_vec3(out, input.impulse_newton_s);
+  put_vec3(out, input.point_local_m);
+  put(out, input.material.friction);
+  put(out, input.material.restitution);
+  put(out, committed.asked_step);
+  put(out, static_cast<std::uint8_t>(committed.had_effect));
+}
+
+models::CommittedInput take_input(ByteReader& in) {
+  models::CommittedInput committed;
+  models::UserInput& input = committed.input;
+  input.id = in.take<std::uint32_t>();
+  input.step = in.take<std::int64_t>();
+  input.kind = static_cast<models::InputKind>(in.take<std::uint32_t>());
+  input.body = static_cast<physics::BodyId>(in.take<std::uint32_t>());
+  input.state = take_state(in);
+  input.sets_linear = in.take<std::uint8_t>() != 0;
+  input.sets_angular = in.take<std::uint8_t>() != 0;
+  input.impulse_newton_s = take_vec3(in);
+  input.point_local_m = take_vec3(in);
+  input.material.friction = in.take_double();
+  input.material.restitution = in.take_double();
+  committed.asked_step = in.take<std::int64_t>();
+  committed.had_effect = in.take<std::uint8_t>() != 0;
+  if (input.kind > models::InputKind::kChangeMaterial)
+    throw DecodeError("holds an input of unknown kind");
+  return committed;
+}
+
 template <class T>
 void put_optional(ByteBuffer& out, const std::optional<T>& value) {
   put(out, static_cast<std::uint8_t>(value.has_value()));
@@ -191,14 +229,16 @@ std::vector<std::uint32_t> decode_labels(std::span<const unsigned char> bytes) {
   return labels;
 }
 
-ByteBuffer encode_step(std::int64_t step, std::uint64_t digest,
-                       std::span<const physics::BodyState> states) {
+ByteBuffer encode_step(const LoggedStep& step) {
   ByteBuffer out;
-  out.reserve(24 + states.size() * (kStateBytes + 4 * kImpulseBytes));
-  put(out, step);
-  put(out, digest);
-  put(out, static_cast<std::uint64_t>(states.size()));
-  for (const physics::BodyState& state : states) put_state(out, state);
+  out.reserve(32 + step.states.size() * (4 + kStateBytes + 4 * kImpulseBytes));
+  put(out, step.step);
+  put(out, step.digest);
+  put(out, static_cast<std::uint64_t>(step.states.size()));
+  for (const physics::BodyId id : step.ids) put(out, physics::index_of(id));
+  for (const physics::BodyState& state : step.states) put_state(out, state);
+  put(out, static_cast<std::uint64_t>(step.inputs.size()));
+  for (const models::CommittedInput& input : step.inputs) put_input(out, input);
   return out;
 }
 
@@ -208,8 +248,13 @@ LoggedStep decode_step(std::span<const unsigned char> bytes) {
   logged.step = in.take<std::int64_t>();
   logged.digest = in.take<std::uint64_t>();
   const std::size_t bodies = in.take_count(kStateBytes);
+  logged.ids.reserve(bodies);
   logged.states.reserve(bodies);
+  for (std::size_t i = 0; i < bodies; ++i)
+    logged.ids.push_back(static_cast<physics::BodyId>(in.take<std::uint32_t>()));
   for (std::size_t i = 0; i < bodies; ++i) logged.states.push_back(take_state(in));
+  logged.inputs.resize(in.take_count(kStateBytes));
+  for (models::CommittedInput& input : logged.inputs) input = take_input(in);
   in.expect_end();
   return logged;
 }

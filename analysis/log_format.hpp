@@ -15,7 +15,7 @@
 namespace soda::analysis {
 
 inline constexpr std::array<unsigned char, 8> kLogMagic{'S', 'O', 'D', 'A', 'L', 'O', 'G', 0};
-inline constexpr std::uint32_t kLogVersion = 1;
+inline constexpr std::uint32_t kLogVersion = 2;
 
 enum class BlockType : std::uint32_t {
   kScenario = 1,  // first block
@@ -46,7 +46,9 @@ struct LoggedScenario {
 struct LoggedStep {
   std::int64_t step = 0;
   std::uint64_t digest = 0;
-  std::vector<physics::BodyState> states;  // index == BodyId
+  std::vector<physics::BodyId> ids;            // of the bodies that are there; ascending
+  std::vector<physics::BodyState> states;      // of ids
+  std::vector<models::CommittedInput> inputs;  // of the beginning of the step that led here
 };
 
 std::uint64_t checksum(std::span<const unsigned char> bytes);
@@ -56,8 +58,7 @@ ByteBuffer encode(const BlockHeader& header);
 ByteBuffer encode(const LoggedScenario& scenario);
 ByteBuffer encode(const Overrides& overrides);
 ByteBuffer encode_labels(std::span<const std::uint32_t> labels);
-ByteBuffer encode_step(std::int64_t step, std::uint64_t digest,
-                       std::span<const physics::BodyState> states);
+ByteBuffer encode_step(const LoggedStep& step);
 ByteBuffer encode_end(std::int64_t steps, std::uint64_t digest);
 
 // Each throws DecodeError if the bytes are not what encode makes. The two headers also check their

@@ -44,9 +44,8 @@ void LogWriter::begin(const LoggedScenario& scenario, const Overrides& overrides
   check();
 }
 
-void LogWriter::add_step(std::int64_t step, std::uint64_t digest,
-                         std::span<const physics::BodyState> states) {
-  write_block(BlockType::kStep, encode_step(step, digest, states));
+void LogWriter::add_step(const LoggedStep& step) {
+  write_block(BlockType::kStep, encode_step(step));
 }
 
 void LogWriter::finish(std::int64_t steps, std::uint64_t digest) {

@@ -22,8 +22,7 @@ class LogWriter {
              std::span<const std::uint32_t> labels);
   // Steps 0, 1, 2, ... in order. Does not throw, as it is called from worker threads: a failed
   // write is remembered for finish().
-  void add_step(std::int64_t step, std::uint64_t digest,
-                std::span<const physics::BodyState> states);
+  void add_step(const LoggedStep& step);
   // Writes the end block and closes. Throws FileError if any write failed.
   void finish(std::int64_t steps, std::uint64_t digest);
 

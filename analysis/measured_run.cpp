@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "analysis/exit_codes.hpp"
+#include "analysis/input_measures.hpp"
 
 namespace soda::analysis {
 namespace {
@@ -33,17 +34,26 @@ MeasuredRun measure_run(const physics::SceneDescription& scene,
                         const models::TerritoryOptions& territory,
                         const models::RunOptions& options, const models::CommitObserver& observer,
                         const std::function<void(const models::Progress&)>& progress) {
-  const models::TerritoryMap map = models::make_territory_map(territory, centres(initial));
+  const models::TerritoryMap map = models::make_territory_map(territory, centres(initial), &scene);
   MeasuredRun run;
   run.plan = models::make_plan(scene, map.worlds(), options);
 
   RunTotals totals;
   models::CommitObserver both = observer;
-  both.wants_states = observer.wants_states || states_are_measured(scene);
-  if (options.steps > 0) add_drives(scene, all_ids(initial.size()), initial, totals);
+  const bool followed = is_followed(options.inputs);
+  both.wants_states = observer.wants_states || states_are_measured(scene) || followed;
+  InputFollower follower(scene, initial, options.inputs);
+  const std::vector<physics::BodyId> start_ids(follower.bodies().ids.begin(),
+                                               follower.bodies().ids.end());
+  const std::vector<physics::BodyState> start_states(follower.bodies().states.begin(),
+                                                     follower.bodies().states.end());
+  if (options.steps > 0 && !followed) add_drives(scene, start_ids, start_states, totals);
   both.on_step = [&](const models::CommittedStep& step) {
     add_islands(step.islands, totals);
-    if (step.step < options.steps) add_drives(scene, step.ids, step.states, totals);
+    if (followed)
+      follower.follow(step, totals);
+    else if (step.step < options.steps)
+      add_drives(scene, step.ids, step.states, totals);
     if (observer.on_step) observer.on_step(step);
   };
 
@@ -52,9 +62,12 @@ MeasuredRun measure_run(const physics::SceneDescription& scene,
   run.cost = stopwatch.elapsed();
 
   if (run.result.fault) throw NumericalFailure(describe(*run.result.fault));
-  run.error = measure_errors(scene, initial, run.result.final_states,
+  std::vector<physics::BodyState> end_states;
+  for (const physics::BodyId id : run.result.final_ids)
+    end_states.push_back(run.result.final_states[physics::index_of(id)]);
+  run.error = measure_errors(scene, {start_ids, start_states}, {run.result.final_ids, end_states},
                              static_cast<double>(run.result.committed_steps), totals);
-  run.digest = physics::digest(all_ids(initial.size()), run.result.final_states);
+  run.digest = models::final_digest(run.result);
   run.plan_counters = models::plan_counters(run.plan, run.result);
   return run;
 }
@@ -63,9 +76,10 @@ void take_part(const physics::SceneDescription& scene,
                const std::vector<physics::BodyState>& initial,
                const models::TerritoryOptions& territory, const models::RunOptions& options,
                const models::CommitObserver& observer) {
-  const models::TerritoryMap map = models::make_territory_map(territory, centres(initial));
+  const models::TerritoryMap map = models::make_territory_map(territory, centres(initial), &scene);
   models::CommitObserver own = observer;
-  own.wants_states = observer.wants_states || states_are_measured(scene);
+  own.wants_states =
+      observer.wants_states || states_are_measured(scene) || is_followed(options.inputs);
   models::simulate(scene, initial, map, options, own);
 }
 
@@ -112,6 +126,11 @@ std::vector<std::pair<std::string, std::uint64_t>> stage_counts(
       {"islands_reused", worlds.islands_reused},
       {"entries_saved", worlds.entries_saved},
       {"bytes_sent", worlds.bytes_sent},
+      {"entries_stored", worlds.entries_stored},
+      {"bodies_stored", worlds.bodies_stored},
+      {"state_bytes_stored", worlds.state_bytes_stored},
+      {"state_bytes_whole", worlds.state_bytes_whole},
+      {"memo_bytes_stored", worlds.memo_bytes_stored},
       {"steps_repeated", worlds.steps_repeated},
       {"steps_put_back", worlds.steps_put_back},
       {"bags_absorbed", worlds.bags_absorbed},
@@ -127,6 +146,8 @@ std::vector<std::pair<std::string, std::uint64_t>> stage_counts(
       {"ghosts_confirmed", worlds.ghosts_confirmed},
       {"contacts_false", worlds.contacts_false},
       {"contacts_missed", worlds.contacts_missed},
+      {"bodies_sampled", worlds.bodies_sampled},
+      {"cells_transferred", result.territory_changes.size()},
   };
   counts.insert(counts.end(), rest.begin(), rest.end());
   return counts;

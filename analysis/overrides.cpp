@@ -102,6 +102,18 @@ const char* name_of(models::GhostMode ghosts) {
   return "";
 }
 
+const char* name_of(models::BalancingPolicy policy) {
+  switch (policy) {
+    case models::BalancingPolicy::kOff:
+      return "off";
+    case models::BalancingPolicy::kPaper:
+      return "paper";
+    case models::BalancingPolicy::kRandom:
+      return "random";
+  }
+  return "";
+}
+
 Overrides combined(const Overrides& base, const Overrides& over) {
   Overrides result = base;
   // A thread count belongs to its executor: one asked for anew does not inherit the old count.
@@ -118,6 +130,9 @@ Overrides combined(const Overrides& base, const Overrides& over) {
   take(result.rollback, over.rollback);
   take(result.gating, over.gating);
   take(result.ghosts, over.ghosts);
+  take(result.balancing, over.balancing);
+  take(result.balancing_interval, over.balancing_interval);
+  take(result.balancing_seed, over.balancing_seed);
   if (over.transport != nullptr) result.transport = over.transport;
   if (over.cluster.given()) result.cluster = over.cluster;
   return result;
@@ -148,6 +163,12 @@ void apply_overrides(const Overrides& overrides, models::TerritoryOptions& terri
   if (overrides.rollback) run.rollback = *overrides.rollback;
   if (overrides.gating) run.gating = *overrides.gating;
   if (overrides.ghosts) run.ghosts = *overrides.ghosts;
+  if (overrides.balancing) run.balancing.policy = *overrides.balancing;
+  if (overrides.balancing_interval) {
+    require_at_least(*overrides.balancing_interval, 1, "--balancing-interval");
+    run.balancing.interval = *overrides.balancing_interval;
+  }
+  if (overrides.balancing_seed) run.balancing.seed = *overrides.balancing_seed;
   run.constant_cost = overrides.cluster.cost_us.has_value();
   apply_cluster(overrides.cluster, territory.worlds, run.cluster);
 }

@@ -38,6 +38,9 @@ struct Overrides {
   std::optional<models::RollbackMode> rollback;
   std::optional<bool> gating;
   std::optional<models::GhostMode> ghosts;
+  std::optional<models::BalancingPolicy> balancing;
+  std::optional<std::int64_t> balancing_interval;
+  std::optional<std::uint64_t> balancing_seed;
   kernel::Transport* transport = nullptr;  // of the job that mpirun started; it selects kMpi
   ClusterOverrides cluster;
 };
@@ -45,6 +48,7 @@ struct Overrides {
 const char* name_of(models::ExecutorKind executor);
 const char* name_of(models::RollbackMode rollback);
 const char* name_of(models::GhostMode ghosts);
+const char* name_of(models::BalancingPolicy policy);
 
 // `over` where it says something, else `base`.
 Overrides combined(const Overrides& base, const Overrides& over);

@@ -1,35 +1,55 @@
 #include "analysis/plain_loop.hpp"
 
-#include "analysis/error_measures.hpp"
+#include <algorithm>
+#include <utility>
+
 #include "physics/measures.hpp"
 
 namespace soda::analysis {
 
 PlainLoop::PlainLoop(const scenarios::Scenario& scenario)
-    : scene_(scenario.scene),
-      initial_(scenario.initial),
-      geometry_(scenario.scene),
-      ids_(all_ids(scenario.initial.size())) {
-  std::vector<physics::BodyState> states = initial_;
-  for (std::int64_t step = 0; step < scenario.run.steps; ++step) {
-    advance(states);
-    digests_.push_back(physics::digest(ids_, states));
+    : PlainLoop(scenario, scenario.run.inputs.script) {}
+
+PlainLoop::PlainLoop(const scenarios::Scenario& scenario, std::vector<models::UserInput> inputs)
+    : scenario_(scenario), geometry_(scenario.scene), inputs_(std::move(inputs)) {
+  std::sort(inputs_.begin(), inputs_.end(), models::acts_before);
+  restart();
+  digests_.push_back(physics::digest(bodies_.ids, bodies_.states));
+  while (step_ < scenario.run.steps) {
+    advance();
+    digests_.push_back(physics::digest(bodies_.ids, bodies_.states));
   }
 }
 
 std::uint64_t PlainLoop::digest_after(std::int64_t steps) const {
-  return steps == 0 ? physics::digest(ids_, initial_)
-                    : digests_[static_cast<std::size_t>(steps - 1)];
+  return digests_[static_cast<std::size_t>(steps)];
 }
 
-std::vector<physics::BodyState> PlainLoop::states_after(std::int64_t steps) {
-  std::vector<physics::BodyState> states = initial_;
-  for (std::int64_t step = 0; step < steps; ++step) advance(states);
-  return states;
+PlainLoop::Bodies PlainLoop::after(std::int64_t steps) {
+  restart();
+  while (step_ < steps) advance();
+  return bodies_;
 }
 
-void PlainLoop::advance(std::vector<physics::BodyState>& states) {
-  physics::step(scene_, geometry_, ids_, states, scratch_, report_, counters_);
+void PlainLoop::restart() {
+  scene_ = scenario_.scene;
+  presence_ = models::Presence(scenario_.run.inputs.absent);
+  bodies_ = {};
+  for (std::uint32_t i = 0; i < scenario_.initial.size(); ++i) {
+    if (!presence_.has(physics::BodyId{i})) continue;
+    bodies_.ids.push_back(physics::BodyId{i});
+    bodies_.states.push_back(scenario_.initial[i]);
+  }
+  step_ = 0;
+  next_input_ = 0;
+}
+
+void PlainLoop::advance() {
+  for (; next_input_ < inputs_.size() && inputs_[next_input_].step <= step_; ++next_input_)
+    if (presence_.note(inputs_[next_input_]))
+      models::act_on_scene(inputs_[next_input_], scene_, bodies_.ids, bodies_.states);
+  physics::step(scene_, geometry_, bodies_.ids, bodies_.states, scratch_, report_, counters_);
+  ++step_;
 }
 
 }  // namespace soda::analysis

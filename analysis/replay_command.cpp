@@ -4,6 +4,7 @@
 #include <ostream>
 
 #include "analysis/exit_codes.hpp"
+#include "analysis/input_measures.hpp"
 #include "analysis/log_reader.hpp"
 #include "analysis/measured_run.hpp"
 #include "analysis/progress.hpp"
@@ -35,8 +36,8 @@ std::string states_text(const LoggedStep& logged, const std::vector<std::uint32_
     columns.push_back({title, Align::kRight});
   }
   std::vector<std::vector<std::string>> rows;
-  for (std::size_t i = 0; i < labels.size(); ++i) {
-    rows.push_back(state_row(labels[i], logged.states[i]));
+  for (std::size_t i = 0; i < logged.ids.size(); ++i) {
+    rows.push_back(state_row(labels[physics::index_of(logged.ids[i])], logged.states[i]));
   }
   return format_table(columns, rows);
 }
@@ -81,8 +82,14 @@ int show_state(const ReplayRequest& request, LogReader& log, std::ostream& out) 
     if (found == labels.end()) {
       throw UsageError("--body: " + request.file + " has no body " + std::to_string(*request.body));
     }
-    const auto index = static_cast<std::size_t>(found - labels.begin());
-    text += ", body " + std::to_string(*request.body) + "\n\n" + body_text(logged.states[index]);
+    const auto body = static_cast<physics::BodyId>(found - labels.begin());
+    const auto place = std::lower_bound(logged.ids.begin(), logged.ids.end(), body);
+    const bool is_there = place != logged.ids.end() && *place == body;
+    text += ", body " + std::to_string(*request.body);
+    text += is_there
+                ? "\n\n" +
+                      body_text(logged.states[static_cast<std::size_t>(place - logged.ids.begin())])
+                : ": not there\n";
   } else {
     text += "\n\n" + states_text(logged, labels);
   }
@@ -96,10 +103,11 @@ struct Comparison {
   LogReader& log;
   std::string first_difference;
 
-  void compare(std::int64_t step, std::span<const physics::BodyState> states) {
+  void compare(std::int64_t step, std::span<const physics::BodyId> ids,
+               std::span<const physics::BodyState> states) {
     if (!first_difference.empty()) return;
     try {
-      first_difference = divergence(log.read_step(step), states, log.labels());
+      first_difference = divergence(log.read_step(step), ids, states, log.labels());
     } catch (const CheckFailed& fault) {
       first_difference = fault.what();
     }
@@ -107,23 +115,31 @@ struct Comparison {
 };
 
 // The scenario as logged, to be run as far as the log goes.
-scenarios::Scenario logged_scenario(const ReplayRequest& request, const LogReader& log) {
+scenarios::Scenario logged_scenario(const ReplayRequest& request, LogReader& log) {
   const Overrides overrides = combined(log.overrides(), request.overrides);
   scenarios::Scenario scenario =
       scenarios::read_scenario_text(log.scenario().text, log.scenario().file, overrides.seed);
   apply_overrides(overrides, scenario.territory, scenario.run);
   if (!log.complete()) scenario.run.steps = std::min(scenario.run.steps, log.last_step());
+  // Those that acted, at the steps at which they did: wherever they came from.
+  scenario.run.inputs.script.clear();
+  for (std::int64_t step = 0; step <= log.last_step(); ++step)
+    for (const models::CommittedInput& committed : log.read_step(step).inputs)
+      if (physics::index_of(committed.input.body) < scenario.initial.size())
+        scenario.run.inputs.script.push_back(committed.input);
   return scenario;
 }
 
 int rerun(const ReplayRequest& request, LogReader& log, std::ostream& out, std::ostream& err) {
   const scenarios::Scenario scenario = logged_scenario(request, log);
   Comparison comparison{log, {}};
-  comparison.compare(0, scenario.initial);
+  const models::InputOptions& inputs = scenario.run.inputs;
+  const InputFollower start(scenario.scene, scenario.initial, inputs);
+  comparison.compare(0, start.bodies().ids, start.bodies().states);
   models::CommitObserver observer;
   observer.wants_states = true;
   observer.on_step = [&](const models::CommittedStep& step) {
-    comparison.compare(step.step, step.states);
+    comparison.compare(step.step, step.ids, step.states);
   };
   const MeasuredRun run =
       measure_run(scenario.scene, scenario.initial, scenario.territory, scenario.run, observer,

@@ -5,6 +5,8 @@
 #include <ostream>
 
 #include "analysis/exit_codes.hpp"
+#include "analysis/input_measures.hpp"
+#include "analysis/input_stream.hpp"
 #include "analysis/json_output.hpp"
 #include "analysis/log_writer.hpp"
 #include "analysis/progress.hpp"
@@ -32,30 +34,52 @@ std::unique_ptr<LogWriter> open_log(const RunRequest& request, const std::string
   auto log = std::make_unique<LogWriter>(request.log_file);
   log->begin({kVersion, std::filesystem::absolute(request.file).string(), text}, request.overrides,
              labels);
-  log->add_step(0, physics::digest(all_ids(labels.size()), scenario.initial), scenario.initial);
+  const InputFollower start(scenario.scene, scenario.initial, scenario.run.inputs);
+  const auto [ids, states] = start.bodies();
+  log->add_step({.step = 0,
+                 .digest = physics::digest(ids, states),
+                 .ids = {ids.begin(), ids.end()},
+                 .states = {states.begin(), states.end()},
+                 .inputs = {}});
   return log;
 }
 
 MeasuredRun run_observed(const RunRequest& request, const scenarios::Scenario& scenario,
-                         LogWriter* log, std::vector<std::uint64_t>& step_digests) {
+                         LogWriter* log, std::vector<std::uint64_t>& step_digests,
+                         std::optional<RealTimeReport>& real_time) {
+  std::optional<RealTimeSession> session;
+  if (request.real_time) session.emplace(*request.real_time, scenario);
   models::CommitObserver observer;
-  observer.wants_states = log != nullptr || request.step_digests;
+  observer.wants_states = log != nullptr || request.step_digests || session;
   if (observer.wants_states) {
     observer.on_step = [&](const models::CommittedStep& step) {
+      if (session) session->add(step);
+      if (log == nullptr && !request.step_digests) return;
       const std::uint64_t digest = physics::digest(step.ids, step.states);
       if (request.step_digests) step_digests.push_back(digest);
-      if (log != nullptr) log->add_step(step.step, digest, step.states);
+      if (log != nullptr)
+        log->add_step({.step = step.step,
+                       .digest = digest,
+                       .ids = {step.ids.begin(), step.ids.end()},
+                       .states = {step.states.begin(), step.states.end()},
+                       .inputs = {step.inputs.begin(), step.inputs.end()}});
     };
   }
-  return measure_run(scenario.scene, scenario.initial, scenario.territory, scenario.run, observer,
-                     terminal_progress(scenario.run.steps, request.quiet));
+  if (session) session->start();
+  MeasuredRun run = measure_run(scenario.scene, scenario.initial, scenario.territory,
+                                session ? session->paced(scenario.run) : scenario.run, observer,
+                                terminal_progress(scenario.run.steps, request.quiet));
+  if (session) real_time = session->finish();
+  return run;
 }
 
 }  // namespace
 
 int run_command(const RunRequest& given, std::ostream& out, std::ostream& err) {
   std::string text;
-  const scenarios::Scenario scenario = load_with_text(given, text);
+  scenarios::Scenario scenario = load_with_text(given, text);
+  if (given.real_time) require_paceable(scenario.run);
+  const std::unique_ptr<InputStream> stream = open_inputs(given.inputs, scenario, err);
   RunRequest request = given;
   if (request.log_file.empty()) request.log_file = scenario.output.log_file;
   request.step_digests = request.step_digests || scenario.output.step_digests;
@@ -69,13 +93,16 @@ int run_command(const RunRequest& given, std::ostream& out, std::ostream& err) {
       request.log_file.empty() ? nullptr : open_log(request, text, scenario);
 
   RunReport report;
-  report.run = run_observed(request, scenario, log.get(), report.step_digests);
+  if (stream) stream->start();
+  report.run = run_observed(request, scenario, log.get(), report.step_digests, report.real_time);
+  const bool bad_lines = stream && stream->stop() > 0;
   if (log) log->finish(report.run.result.committed_steps, report.run.digest);
 
   report.scenario = scenario.name;
   report.bodies = scenario.initial.size();
   report.worlds = scenario.territory.worlds;
   report.dt_s = scenario.scene.dt_s;
+  for (const physics::BodyParams& body : scenario.scene.bodies) report.labels.push_back(body.label);
   report.options = scenario.run;
   report.with_step_digests = request.step_digests;
   out << (request.json ? run_json(report) : run_text(report));
@@ -87,7 +114,8 @@ int run_command(const RunRequest& given, std::ostream& out, std::ostream& err) {
 
   const std::vector<std::string> broken = broken_plan_lines(report.run);
   for (const std::string& line : broken) err << "soda: plan broken: " << line << "\n";
-  return broken.empty() ? kExitOk : kExitCheckFailed;
+  if (!broken.empty()) return kExitCheckFailed;
+  return bad_lines ? kExitInput : kExitOk;
 }
 
 }  // namespace soda::analysis

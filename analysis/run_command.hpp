@@ -2,9 +2,11 @@
 #pragma once
 
 #include <iosfwd>
+#include <optional>
 #include <string>
 
 #include "analysis/overrides.hpp"
+#include "analysis/realtime.hpp"
 
 namespace soda::analysis {
 
@@ -12,9 +14,11 @@ struct RunRequest {
   std::string file;
   Overrides overrides;
   std::string log_file;  // empty: no log
+  std::string inputs;    // empty: none; a file, or "-" for standard input
   bool json = false;
   bool step_digests = false;
   bool quiet = false;  // no progress line
+  std::optional<RealTimeRequest> real_time;
 };
 
 // Returns an exit code. Errors as exceptions; nothing has been written to `out` then.

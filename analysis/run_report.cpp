@@ -1,5 +1,7 @@
 #include "analysis/run_report.hpp"
 
+#include <algorithm>
+
 #include "analysis/overrides.hpp"
 #include "analysis/text_table.hpp"
 
@@ -72,6 +74,48 @@ std::string events_text(const RunReport& report) {
                       rows);
 }
 
+// What the user could not expect is told line by line, up to a number that can be read.
+std::string inputs_text(const RunReport& report) {
+  constexpr std::size_t kMostLines = 20;
+  const models::SimulationResult& result = report.run.result;
+  if (!report.options.inputs.any()) return "";
+  std::size_t moved = 0, without_effect = 0;
+  std::vector<std::string> lines;
+  for (const models::CommittedInput& committed : result.inputs) {
+    const models::UserInput& input = committed.input;
+    const bool was_late = committed.asked_step >= 0 && committed.asked_step < input.step;
+    moved += was_late;
+    without_effect += !committed.had_effect;
+    if (!was_late && committed.had_effect) continue;
+    std::string line = "  input " + std::to_string(input.id) + " (" + name_of(input.kind) +
+                       " body " + std::to_string(report.labels[physics::index_of(input.body)]) +
+                       ", step " + std::to_string(input.step) + ")";
+    if (was_late) line += " came too late for step " + std::to_string(committed.asked_step);
+    if (!committed.had_effect) line += std::string(was_late ? " and" : "") + " had no effect";
+    lines.push_back(line + "\n");
+  }
+  std::string text = "user input: " + std::to_string(result.inputs.size()) + " acted, " +
+                     std::to_string(without_effect) + " of them without effect, " +
+                     std::to_string(moved) + " later than asked for; " +
+                     std::to_string(result.inputs_too_late) + " after the last step\n";
+  for (std::size_t i = 0; i < std::min(lines.size(), kMostLines); ++i) text += lines[i];
+  if (lines.size() > kMostLines)
+    text += "  and " + std::to_string(lines.size() - kMostLines) + " more (--json lists all)\n";
+  return text + "\n";
+}
+
+// Empty if nobody could have gone back.
+std::string entries_text(const models::WorldCounters& worlds) {
+  if (worlds.bodies_stored == 0) return "";
+  const auto each = [&worlds](std::uint64_t bytes) {
+    return format_number(static_cast<double>(bytes) / static_cast<double>(worlds.bodies_stored), 3);
+  };
+  return "transform buffers: " + std::to_string(worlds.entries_stored) +
+         " entries stored; bytes a body and entry: " + each(worlds.state_bytes_stored) +
+         " (its state unshared: " + each(worlds.state_bytes_whole) + "), and " +
+         each(worlds.memo_bytes_stored) + " for repetitions\n\n";
+}
+
 }  // namespace
 
 std::string cluster_text(const kernel::VirtualReport& cluster) {
@@ -130,8 +174,10 @@ std::string plan_text(const std::vector<models::PlanLine>& plan,
 
 std::string run_text(const RunReport& report) {
   const std::optional<kernel::VirtualReport>& cluster = report.run.result.cluster;
-  return heading_text(report) + "\n" + error_text(report) + "\n" + events_text(report) + "\n" +
-         (cluster ? cluster_text(*cluster) + "\n" : "") +
+  return heading_text(report) + "\n" +
+         (report.real_time ? real_time_text(*report.real_time) + "\n" : "") + error_text(report) +
+         "\n" + events_text(report) + "\n" + entries_text(report.run.result.worlds) +
+         (cluster ? cluster_text(*cluster) + "\n" : "") + inputs_text(report) +
          plan_text(report.run.plan, &report.run.plan_counters);
 }
 

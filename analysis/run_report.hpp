@@ -6,11 +6,13 @@
 #include <vector>
 
 #include "analysis/measured_run.hpp"
+#include "analysis/realtime.hpp"
 
 namespace soda::analysis {
 
 struct RunReport {
   std::string scenario;
+  std::vector<std::uint32_t> labels;  // by which the user knows the bodies
   std::size_t bodies = 0;
   std::uint32_t worlds = 1;
   double dt_s = 0.0;
@@ -18,6 +20,7 @@ struct RunReport {
   MeasuredRun run;
   bool with_step_digests = false;
   std::vector<std::uint64_t> step_digests;  // of the states after step 1, 2, ...
+  std::optional<RealTimeReport> real_time;
 };
 
 // Several tables; every figure with its unit.

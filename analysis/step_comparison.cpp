@@ -1,7 +1,7 @@
 #include "analysis/step_comparison.hpp"
 
-#include "analysis/error_measures.hpp"
 #include "analysis/text_table.hpp"
+#include "physics/measures.hpp"
 
 namespace soda::analysis {
 namespace {
@@ -16,19 +16,26 @@ std::string body_divergence(const physics::BodyState& logged, const physics::Bod
 
 }  // namespace
 
-std::string divergence(const LoggedStep& logged, std::span<const physics::BodyState> replayed,
+std::string divergence(const LoggedStep& logged, std::span<const physics::BodyId> ids,
+                       std::span<const physics::BodyState> replayed,
                        std::span<const std::uint32_t> labels) {
   const std::string at_step = "step " + std::to_string(logged.step) + ": ";
   if (logged.states.size() != replayed.size()) {
     return at_step + std::to_string(logged.states.size()) + " bodies logged, " +
            std::to_string(replayed.size()) + " replayed";
   }
+  const auto label = [&](physics::BodyId id) {
+    return std::to_string(labels[physics::index_of(id)]);
+  };
   for (std::size_t i = 0; i < replayed.size(); ++i) {
+    if (logged.ids[i] != ids[i])
+      return at_step + "body " + label(logged.ids[i]) + " logged, body " + label(ids[i]) +
+             " replayed";
     if (physics::identical(logged.states[i], replayed[i])) continue;
-    return at_step + "body " + std::to_string(labels[i]) + ", " +
+    return at_step + "body " + label(ids[i]) + ", " +
            body_divergence(logged.states[i], replayed[i]);
   }
-  const std::uint64_t digest = physics::digest(all_ids(replayed.size()), replayed);
+  const std::uint64_t digest = physics::digest(ids, replayed);
   if (digest == logged.digest) return {};
   return at_step + "every field agrees, but the logged digest is " + format_digest(logged.digest) +
          " and that of the logged and replayed states " + format_digest(digest) +

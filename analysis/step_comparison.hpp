@@ -12,7 +12,8 @@ namespace soda::analysis {
 
 // Why `logged` and the replayed states are not the same, in one line that names step, body, field
 // and both values, or says that the log contradicts itself; empty if all agree bit for bit.
-std::string divergence(const LoggedStep& logged, std::span<const physics::BodyState> replayed,
+std::string divergence(const LoggedStep& logged, std::span<const physics::BodyId> ids,
+                       std::span<const physics::BodyState> replayed,
                        std::span<const std::uint32_t> labels);
 
 }  // namespace soda::analysis

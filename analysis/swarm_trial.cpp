@@ -145,6 +145,9 @@ class SceneSubject final : public SwarmSubject {
     territory.map = random.below(2) == 0 ? models::MapKind::kBlocks : models::MapKind::kKMeans;
     territory.seed = random.next();
 
+    models::InputOptions inputs = scenario_.run.inputs;
+    inputs.at_the_last_moment = random.below(2) == 0;
+
     KernelCheckers rules(size.window);
     kernel::ObserverList all({&rules.gvt, &rules.window, &rules.conservation});
     cluster.observer = &all;
@@ -154,15 +157,17 @@ class SceneSubject final : public SwarmSubject {
     const bool constant_cost = random.below(2) == 0;
     constexpr models::GhostMode kGhostModes[] = {
         models::GhostMode::kTold, models::GhostMode::kDeadReckoning, models::GhostMode::kPredicted};
-    const models::SimulationResult result = models::simulate(
-        scenario_.scene, scenario_.initial, models::make_territory_map(territory, centres_),
-        {.executor = models::ExecutorKind::kVirtual,
-         .steps = size.end,
-         .buffer = size.window,
-         .ghosts = one_of(kGhostModes, random),
-         .cluster = cluster,
-         .constant_cost = constant_cost},
-        commits);
+    const models::SimulationResult result =
+        models::simulate(scenario_.scene, scenario_.initial,
+                         models::make_territory_map(territory, centres_, &scenario_.scene),
+                         {.executor = models::ExecutorKind::kVirtual,
+                          .steps = size.end,
+                          .buffer = size.window,
+                          .ghosts = one_of(kGhostModes, random),
+                          .inputs = inputs,
+                          .cluster = cluster,
+                          .constant_cost = constant_cost},
+                         commits);
     require(!result.fault, "a fault that the sequential run does not have");
     require(result.committed_steps == size.end,
             kernel::describe(result.committed_steps, " steps committed of ", size.end));

@@ -1,6 +1,7 @@
 #include "analysis/verify_command.hpp"
 
 #include <algorithm>
+#include <array>
 #include <iterator>
 #include <ostream>
 #include <utility>
@@ -12,34 +13,38 @@
 #include "analysis/plain_loop.hpp"
 #include "analysis/text_table.hpp"
 #include "physics/measures.hpp"
+#include "scenarios/random_inputs.hpp"
 
 namespace soda::analysis {
 namespace {
 
 using physics::BodyId;
 using physics::BodyState;
+using Balancing = models::BalancingPolicy;
+
+constexpr std::int64_t kBalancingInterval = 5;  // verified runs are short
 
 // Ends a run at its first wrong step: what follows would only repeat it.
 struct WrongStep {
   std::int64_t step;
-  std::vector<BodyId> ids;
-  std::vector<BodyState> states;
+  PlainLoop::Bodies bodies;
 };
 
 Divergence first_divergence(const physics::SceneDescription& scene, const WrongStep& wrong,
-                            const std::vector<BodyState>& expected) {
-  if (wrong.ids.size() != expected.size()) {
-    return {wrong.step, 0, "number of bodies", static_cast<double>(expected.size()),
-            static_cast<double>(wrong.ids.size())};
+                            const PlainLoop::Bodies& expected) {
+  const PlainLoop::Bodies& found = wrong.bodies;
+  if (found.ids.size() != expected.ids.size()) {
+    return {wrong.step, 0, "number of bodies", static_cast<double>(expected.ids.size()),
+            static_cast<double>(found.ids.size())};
   }
-  for (std::size_t i = 0; i < expected.size(); ++i) {
-    const std::uint32_t label = scene.bodies[i].label;
-    if (physics::index_of(wrong.ids[i]) != i) {
-      return {wrong.step, label, "body id", static_cast<double>(i),
-              static_cast<double>(physics::index_of(wrong.ids[i]))};
+  for (std::size_t i = 0; i < expected.ids.size(); ++i) {
+    const std::uint32_t label = scene.bodies[physics::index_of(expected.ids[i])].label;
+    if (found.ids[i] != expected.ids[i]) {
+      return {wrong.step, label, "body id", static_cast<double>(physics::index_of(expected.ids[i])),
+              static_cast<double>(physics::index_of(found.ids[i]))};
     }
     const physics::FieldDifference difference =
-        physics::first_difference(expected[i], wrong.states[i]);
+        physics::first_difference(expected.states[i], found.states[i]);
     if (difference.field[0] != '\0') {
       return {wrong.step, label, difference.field, difference.a, difference.b};
     }
@@ -50,33 +55,39 @@ Divergence first_divergence(const physics::SceneDescription& scene, const WrongS
 // In a job, the other ranks would be left waiting if the root left its run.
 void verify_run(const scenarios::Scenario& scenario, const models::TerritoryMap& map,
                 kernel::Transport* transport, PlainLoop& oracle, VerifiedRun& run) {
+  models::InputOptions inputs = scenario.run.inputs;
+  // But for every third seed, inputs come so late that worlds which ran ahead roll back.
+  inputs.at_the_last_moment = run.scheduling_seed % 3 != 1;
   std::optional<WrongStep> first;
   const models::CommitObserver observer{
       .wants_states = true, .on_step = [&](const models::CommittedStep& step) {
         if (first || physics::digest(step.ids, step.states) == oracle.digest_after(step.step))
           return;
-        first = WrongStep{step.step,
-                          {step.ids.begin(), step.ids.end()},
-                          {step.states.begin(), step.states.end()}};
+        first = WrongStep{
+            step.step,
+            {{step.ids.begin(), step.ids.end()}, {step.states.begin(), step.states.end()}}};
         if (transport == nullptr) throw *first;
       }};
   try {
-    run.events = models::simulate(scenario.scene, scenario.initial, map,
-                                  {.executor = run.executor,
-                                   .threads = run.threads,
-                                   .steps = scenario.run.steps,
-                                   .buffer = run.buffer,
-                                   .scheduling_seed = run.scheduling_seed,
-                                   .rollback = run.rollback,
-                                   .gating = run.gating,
-                                   .ghosts = run.ghosts,
-                                   .transport = transport},
-                                  observer)
-                     .events;
+    const models::SimulationResult result =
+        models::simulate(scenario.scene, scenario.initial, map,
+                         {.executor = run.executor,
+                          .threads = run.threads,
+                          .steps = scenario.run.steps,
+                          .buffer = run.buffer,
+                          .scheduling_seed = run.scheduling_seed,
+                          .rollback = run.rollback,
+                          .gating = run.gating,
+                          .ghosts = run.ghosts,
+                          .balancing = {run.balancing, kBalancingInterval, run.scheduling_seed},
+                          .transport = transport,
+                          .inputs = inputs},
+                         observer);
+    run.events = result.events;
+    run.territory_changes = result.territory_changes.size();
   } catch (const WrongStep&) {
   }
-  if (first)
-    run.divergence = first_divergence(scenario.scene, *first, oracle.states_after(first->step));
+  if (first) run.divergence = first_divergence(scenario.scene, *first, oracle.after(first->step));
 }
 
 constexpr models::GhostMode kGhostModes[] = {
@@ -103,7 +114,10 @@ std::vector<VerifiedRun> matrix(const VerifyRequest& request, std::size_t cells)
           const bool all = run.scheduling_seed % 2 == 0;
           run.rollback = all ? models::RollbackMode::kInvalidate : models::RollbackMode::kPropagate;
           run.gating = run.scheduling_seed / 2 % 2 == 0;
-          run.ghosts = kGhostModes[(run.scheduling_seed - 1) % std::size(kGhostModes)];
+          const std::uint64_t turn = run.scheduling_seed - 1;
+          run.ghosts = kGhostModes[(turn + turn / 3) % std::size(kGhostModes)];
+          run.balancing = std::array{Balancing::kOff, Balancing::kRandom,
+                                     Balancing::kPaper}[run.scheduling_seed % 3];
           runs.push_back(run);
         }
       }
@@ -121,7 +135,7 @@ std::string describe(const VerifiedRun& run) {
   return text + ", " + std::to_string(run.threads) + " threads, buffer " +
          std::to_string(run.buffer) + ", scheduling seed " + std::to_string(run.scheduling_seed) +
          ", " + name_of(run.rollback) + ", gating " + (run.gating ? "on" : "off") + ", " +
-         name_of(run.ghosts) + " ghosts";
+         name_of(run.ghosts) + " ghosts, balancing " + name_of(run.balancing);
 }
 
 void print(const Verification& verification, std::ostream& out) {
@@ -132,7 +146,8 @@ void print(const Verification& verification, std::ostream& out) {
   }
   out << verification.scenario << ": " << verification.runs.size() << " runs of "
       << verification.steps << " steps, " << verification.rollbacks() << " rollbacks, "
-      << rolled_back << " of " << executed << " events rolled back\n";
+      << rolled_back << " of " << executed << " events rolled back, "
+      << verification.territory_changes() << " cells changed hands\n";
   if (!verification.diverged()) {
     out << "every committed step has the digest of the plain loop; the last one is "
         << format_digest(verification.digest) << "\n";
@@ -154,10 +169,17 @@ std::uint64_t Verification::rollbacks() const {
   return sum;
 }
 
+std::size_t Verification::territory_changes() const {
+  std::size_t sum = 0;
+  for (const VerifiedRun& run : runs) sum += run.territory_changes;
+  return sum;
+}
+
 Verification verify(const VerifyRequest& request) {
   Overrides overrides;
   overrides.steps = request.steps;
-  const scenarios::Scenario scenario = load_scenario(request.file, overrides);
+  scenarios::Scenario scenario = load_scenario(request.file, overrides);
+  if (request.random_inputs) scenarios::add_random_inputs(*request.random_inputs, scenario);
   PlainLoop oracle(scenario);
   std::vector<physics::Vec3> positions;
   for (const BodyState& state : scenario.initial) positions.push_back(state.position_m);
@@ -171,7 +193,7 @@ Verification verify(const VerifyRequest& request) {
   for (VerifiedRun run : matrix(request, territory.grid.cell_count())) {
     if (!map || map->worlds() != run.worlds) {
       territory.worlds = run.worlds;
-      map = models::make_territory_map(territory, positions);
+      map = models::make_territory_map(territory, positions, &scenario.scene);
     }
     verify_run(scenario, *map, request.transport, oracle, run);
     verification.runs.push_back(std::move(run));

@@ -21,11 +21,13 @@ struct VerifyRequest {
   std::vector<std::uint32_t> worlds{1, 2, 4, 12, 48};
   std::vector<std::int64_t> buffers{1, 4, 48};
   // Scheduling seeds 1 .. seeds; with every other one, rollbacks invalidate whole entries; with two
-  // of four, worlds do not wait for each other (gating); told, dead-reckoning and predicted ghosts
-  // take turns.
+  // of four, worlds do not wait for each other (gating). Of three, with the first cells change
+  // hands at random, with the second by the paper's scheme. Told, dead-reckoning and predicted
+  // ghosts take turns, in nine seeds with each of these three.
   unsigned seeds = 5;
-  kernel::Transport* transport = nullptr;  // the runs are those of the job's ranks
-  bool require_rollbacks = false;          // fail if no run rolled back: then nothing was proved
+  std::optional<std::uint64_t> random_inputs;  // seed of user input beside the scenario's
+  kernel::Transport* transport = nullptr;      // the runs are those of the job's ranks
+  bool require_rollbacks = false;  // fail if no run rolled back: then nothing was proved
   bool json = false;
 };
 
@@ -47,6 +49,8 @@ struct VerifiedRun {
   models::RollbackMode rollback = models::RollbackMode::kPropagate;
   bool gating = true;
   models::GhostMode ghosts = models::GhostMode::kTold;
+  models::BalancingPolicy balancing = models::BalancingPolicy::kOff;
+  std::size_t territory_changes = 0;
   kernel::Counters events;
   std::optional<Divergence> divergence;
 };
@@ -60,6 +64,7 @@ struct Verification {
 
   bool diverged() const { return !runs.empty() && runs.back().divergence.has_value(); }
   std::uint64_t rollbacks() const;
+  std::size_t territory_changes() const;
 };
 
 // Throws what load_scenario throws. In a job all ranks call it, and the root has the result.

@@ -2,6 +2,7 @@
 
 #include "kernel/hash_mix.hpp"
 #include "kernel/invariant.hpp"
+#include "kernel/outside.hpp"
 
 namespace soda::kernel {
 namespace {
@@ -14,7 +15,8 @@ void require(bool holds, const Values&... values) {
 }  // namespace
 
 void GvtChecker::on_send(const Message& message) {
-  require(message.time > gvt_, "LP ", index_of(message.source), " sends ",
+  const bool in_time = message.source == kOutside ? message.time >= gvt_ : message.time > gvt_;
+  require(in_time, "LP ", index_of(message.source), " sends ",
           message.anti ? "an anti-message" : "a message", " to LP ", index_of(message.destination),
           " at ", message.time, ", GVT is ", gvt_);
   on_their_way_.insert(message.time);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "kernel/logical_process.hpp"
+#include "kernel/outside.hpp"
 #include "kernel/virtual_time.hpp"
 
 namespace soda::kernel {
@@ -54,9 +55,10 @@ using ProgressFn = std::function<void(VirtualTime gvt, const Counters& so_far)>;
 // Executes every time < end of every LP, in increasing (time, LP) order, from one queue: no
 // checkpoint, no rollback, nothing shared with the Time Warp executors but the LP interface.
 // The oracle that the others are compared with. A time is committed when all LPs have executed it.
-// LP i of the span is LpId{i}.
+// LP i of the span is LpId{i}. `outside` may be null; nothing runs ahead of its floor: a time is
+// executed when the floor has passed it.
 RunResult run_sequential(std::span<const std::unique_ptr<LogicalProcess>> lps, VirtualTime end,
-                         const ProgressFn& progress = {});
+                         const ProgressFn& progress = {}, Outside* outside = nullptr);
 
 // What makes sure that causes come before effects.
 enum class Synchronisation {
@@ -73,6 +75,8 @@ struct ThreadsOptions {
   // eligible LPs, message intake and GVT rounds at random, to exercise rollbacks.
   std::uint64_t scheduling_seed = 0;
   Synchronisation synchronisation = Synchronisation::kOptimistic;
+  // May be null, or must outlive the run. Of ranks, the root's counts.
+  Outside* outside = nullptr;
 };
 
 // Optimistic (Time Warp) execution of every time < end, over worker threads. Same committed

@@ -32,16 +32,20 @@ using Queue = CalendarQueue<Entry>;
 
 class SequentialRun final : public Outbox {
  public:
-  SequentialRun(std::span<const std::unique_ptr<LogicalProcess>> lps, VirtualTime end)
-      : lps_(lps), end_(end), agenda_(lps.size(), kNever) {
+  SequentialRun(std::span<const std::unique_ptr<LogicalProcess>> lps, VirtualTime end,
+                Outside* outside)
+      : lps_(lps), end_(end), outside_(outside, lps.size(), end), agenda_(lps.size(), kNever) {
     for (std::uint32_t i = 0; i < lps.size(); ++i) push_agenda(LpId{i});
   }
 
   RunResult run(const ProgressFn& progress) {
+    if (outside_.exists()) ask_outside();
     while (!queue_.empty()) {
       execute_time(next_time());
       if (result_.fault) break;
       commit_time();
+      if (outside_.exists() && (next_or_end().t != now_.t || next_or_end() >= open_until_))
+        ask_outside();
       if (progress && (queue_.empty() || next_time().t != now_.t))
         progress(queue_.empty() ? end_ : next_time(), result_.counters);
     }
@@ -68,6 +72,26 @@ class SequentialRun final : public Outbox {
   VirtualTime next_time() {
     const Queue::Key& key = queue_.top();
     return {key.t, key.round};
+  }
+
+  VirtualTime next_or_end() { return queue_.empty() ? end_ : next_time(); }
+
+  // Until what comes next can be executed: nothing may come from outside any more at that time.
+  // Everything before it is irrevocable already.
+  void ask_outside() {
+    while (true) {
+      const VirtualTime gvt = outside_.hold(next_or_end());
+      if (gvt >= end_) return;
+      from_outside_.clear();
+      outside_.take(gvt, gvt, from_outside_);
+      for (Message& message : from_outside_)
+        queue_.push(
+            {message.time.t, message.time.round, index_of(message.destination)},
+            {result_.counters.messages++, kOutside, message.kind, std::move(message.payload)});
+      open_until_ = outside_.hold(kNever);
+      if (next_or_end() < open_until_ || open_until_ >= end_) return;
+      wait_for_outside();
+    }
   }
 
   // All LPs of one time execute before any is committed, for a fault of one holds back all.
@@ -129,6 +153,9 @@ class SequentialRun final : public Outbox {
 
   std::span<const std::unique_ptr<LogicalProcess>> lps_;
   const VirtualTime end_;
+  OutsideDoor outside_;
+  VirtualTime open_until_ = kNever;    // the floor of the outside when it was last asked
+  std::vector<Message> from_outside_;  // scratch
   Queue queue_;
   std::vector<VirtualTime> agenda_;  // of each LP, the wish queued last; kNever if none
   VirtualTime now_ = kBeginning;
@@ -142,8 +169,8 @@ class SequentialRun final : public Outbox {
 }  // namespace
 
 RunResult run_sequential(std::span<const std::unique_ptr<LogicalProcess>> lps, VirtualTime end,
-                         const ProgressFn& progress) {
-  return SequentialRun(lps, end).run(progress);
+                         const ProgressFn& progress, Outside* outside) {
+  return SequentialRun(lps, end, outside).run(progress);
 }
 
 }  // namespace soda::kernel

@@ -35,6 +35,8 @@ struct Team {
   std::vector<Inbox> inboxes;      // of each worker of this rank
   GvtRounds rounds;
   RankLink* const link;
+  // Whether GVT waits for an Outside, so that more rounds would not help; a hint, as the next one.
+  std::atomic<bool> held_from_outside{false};
   std::atomic<std::size_t> idle{0};  // how many workers sleep; a hint, never a reason to end
 };
 

@@ -8,12 +8,14 @@
 
 namespace soda::kernel {
 
-// What is undone now takes the place of what was undone of the same times before.
-void TimeWarpProcess::note_undone(std::size_t standing) {
+// What is undone now takes the place of what was undone of the same times before. What was undone
+// later than that came after other executions, unless these had led to the same state.
+void TimeWarpProcess::note_undone(std::size_t standing, bool was_as_before) {
   if (standing == executed_.size()) return;
   std::vector<Executed>& undone = rare().undone;
   const VirtualTime last = executed_.back().time();
   while (!undone.empty() && undone.back().time() <= last) undone.pop_back();
+  if (!undone.empty() && !was_as_before) rare_->different.push_back(undone.back().time());
   for (std::size_t i = executed_.size(); i > standing; --i) undone.push_back(executed_[i - 1]);
 }
 

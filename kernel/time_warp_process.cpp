@@ -145,13 +145,14 @@ std::size_t TimeWarpProcess::executed_before(VirtualTime time) const {
 }
 
 void TimeWarpProcess::roll_back(VirtualTime to, Counters& counters) {
+  const bool was_as_before = has_undone() && lp_.is_as_before();
   const VirtualTime restart = lp_.rewind_before(first_undone(to), to);
   SODA_ASSERT(restart <= to && restart >= kept_, "LP ", index_of(id_), " rewound to ", restart,
               " for ", to, ", kept from ", kept_);
   const std::size_t standing = executed_before(restart);
   ++counters.rollbacks;
   counters.rolled_back += executed_.size() - standing;
-  if (jumps_) note_undone(standing);
+  if (jumps_) note_undone(standing, was_as_before);
   for (std::size_t i = executed_.size(); i > standing; --i) undo_outputs(executed_[i - 1]);
   executed_.truncate(standing);
   committed_ = std::min(committed_, static_cast<std::uint32_t>(standing));

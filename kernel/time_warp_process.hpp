@@ -179,7 +179,7 @@ class alignas(64) TimeWarpProcess {
   void absorb_changes(WorkerEffects& effects);
   bool absorb(VirtualTime time, WorkerEffects& effects);
   bool has_undone() const { return rare_ && !rare_->undone.empty(); }
-  void note_undone(std::size_t standing);
+  void note_undone(std::size_t standing, bool was_as_before);
   void drop_replaced(VirtualTime now);
   void jump(WorkerEffects& effects);
   VirtualTime end_of_restorable() const;

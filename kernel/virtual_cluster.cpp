@@ -36,6 +36,7 @@ VirtualCluster::VirtualCluster(std::span<const std::unique_ptr<LogicalProcess>> 
       partition_{lps.size(), std::min<std::size_t>(options.processors, lps.size())},
       executing_(partition_.workers),
       links_(partition_.workers),
+      outside_(options.outside, lps.size(), end),
       jitter_(append(options.seed, 0x6a69u)) {
   for (std::size_t i = 0; i < partition_.workers; ++i)
     processors_.emplace_back(i, partition_, lps, end, options);
@@ -232,7 +233,7 @@ VirtualTime VirtualCluster::true_gvt() const {
 }
 
 void VirtualCluster::sample_gvt() {
-  sampled_gvt_ = true_gvt();
+  sampled_gvt_ = outside_.hold(true_gvt());
   appoint(now_ns_ + options_.gvt_delay_ns, Action::kAnnounceGvt, 0);
 }
 
@@ -240,13 +241,29 @@ void VirtualCluster::announce_gvt() {
   ++run_.counters.gvt_rounds;
   SODA_ASSERT(sampled_gvt_ >= gvt_, "GVT goes back from ", gvt_, " to ", sampled_gvt_);
   tell_observer(sampled_gvt_);
+  const bool stands = sampled_gvt_ == gvt_;
   if (sampled_gvt_ > gvt_) {
     commit(sampled_gvt_);
     for (std::uint32_t i = 0; i < processors_.size(); ++i)
       if (!processors_[i].busy) wake_later(i, now_ns_);
   }
+  if (outside_.exists() && !finished_) {
+    take_from_outside();
+    // The outside may go by a clock of its own.
+    if (stands && appointments_.empty()) wait_for_outside();
+  }
   // An interval of 0 would let the clock stand still.
   appoint(now_ns_ + std::max<std::int64_t>(options_.gvt_interval_ns, 1), Action::kSampleGvt, 0);
+}
+
+// No GVT is being computed now, so what is announced is the earliest time that is allowed.
+void VirtualCluster::take_from_outside() {
+  std::vector<Message> taken;
+  outside_.take(gvt_, gvt_, taken);
+  for (Message& message : taken) {
+    if (options_.observer) options_.observer->on_send(message);
+    put_in_flight(std::move(message), now_ns_);
+  }
 }
 
 void VirtualCluster::commit(VirtualTime gvt) {

@@ -61,6 +61,7 @@ class VirtualCluster {
   void start_next(std::uint32_t processor);
   void sample_gvt();
   void announce_gvt();
+  void take_from_outside();
 
   void appoint(std::int64_t at_ns, Action action, std::uint32_t index);
   void wake_later(std::uint32_t processor, std::int64_t at_ns);
@@ -88,6 +89,7 @@ class VirtualCluster {
   std::vector<std::int64_t> arrival_ns_;  // of in_flight_; < 0: free place
   std::vector<std::uint32_t> free_places_;
   std::vector<Message> outgoing_;  // scratch
+  OutsideDoor outside_;
 
   std::int64_t now_ns_ = 0;
   std::int64_t last_completion_ns_ = 0;

@@ -30,9 +30,11 @@ struct VirtualOptions {
   std::int64_t gvt_delay_ns = 20'000;      // that one takes; also what a barrier takes
   bool check_purity = false;               // every execution is repeated and compared
   std::uint64_t max_actions = 0;  // without GVT; a run with more throws Violation; 0: no limit
-  // Both may be null, or must outlive the run. With an adversary, runs are still reproducible.
+  // All may be null, or must outlive the run. Messages from outside take the latency of the
+  // network, but no bandwidth. With an adversary, runs are still reproducible.
   Adversary* adversary = nullptr;
   RunObserver* observer = nullptr;
+  Outside* outside = nullptr;
 };
 
 struct VirtualReport {

@@ -20,6 +20,7 @@ class LockstepCluster {
         progress_(progress),
         partition_{lps.size(), std::min<std::size_t>(options.processors, lps.size())},
         clocks_ns_(partition_.workers, 0),
+        outside_(options.outside, lps.size(), end),
         jitter_(append(options.seed, 0x6a69u)) {
     for (std::size_t i = 0; i < partition_.workers; ++i)
       processors_.emplace_back(i, partition_, lps, end, options);
@@ -27,14 +28,14 @@ class LockstepCluster {
   }
 
   VirtualResult run() {
-    VirtualTime now = earliest();
+    VirtualTime now = after_outside();
     while (now < end_) {
       const std::size_t sent = execute_all(now);
       deliver_all();
       const VirtualTime next = earliest();
       if (sent > 0 || next.t != now.t) meet();
-      if (!commit(std::min(next, end_))) break;
-      now = next;
+      if (!commit(std::min(outside_.hold(next), end_))) break;
+      now = after_outside();
     }
     return result();
   }
@@ -45,6 +46,23 @@ class LockstepCluster {
     for (const VirtualProcessor& processor : processors_)
       earliest = std::min(earliest, processor.lowest_floor());
     return earliest;
+  }
+
+  // The time to be executed next, when nothing may come any more at that time. Everything that has
+  // been executed is earlier than what may come.
+  VirtualTime after_outside() {
+    while (outside_.exists()) {
+      const VirtualTime gvt = std::min(outside_.hold(earliest()), end_);
+      if (gvt >= end_) break;
+      outside_.take(gvt, gvt, outgoing_);
+      if (options_.observer)
+        for (const Message& message : outgoing_) options_.observer->on_send(message);
+      deliver_all();
+      const VirtualTime open_until = outside_.hold(kNever);
+      if (earliest() < open_until || open_until >= end_) break;
+      wait_for_outside();
+    }
+    return earliest();
   }
 
   // Returns how many messages that sent.
@@ -145,6 +163,7 @@ class LockstepCluster {
   std::deque<VirtualProcessor> processors_;
   std::vector<std::int64_t> clocks_ns_;  // of each processor
   std::int64_t last_arrival_ns_ = 0;
+  OutsideDoor outside_;
   std::vector<Message> outgoing_;
   SplitMix64 jitter_;
   RunResult run_;

@@ -44,6 +44,7 @@ Worker::Worker(std::size_t index, Team& team, std::span<const std::unique_ptr<Lo
       end_(end),
       options_(options),
       progress_(progress),
+      outside_(team.first_worker + index == 0 ? options.outside : nullptr, lps.size(), end),
       first_lp_(static_cast<std::uint32_t>(team.partition.first_of(team.first_worker + index))),
       schedule_(team.partition.first_of(team.first_worker + index + 1) - first_lp_),
       is_held_(schedule_.size(), false),
@@ -265,17 +266,40 @@ void Worker::advance_gvt() {
   const GvtOutcome outcome = team_.rounds.report(make_report());
   finished_ = outcome.stopped || outcome.fault || outcome.gvt >= end_;
   if (outcome.stopped) return;
-  if (communicates() && !finished_ && !team_.link->reduces())
-    team_.link->contribute(outcome.least.floor, outcome.least.fault);
+  VirtualTime floor = outcome.least.floor;
+  if (asks_outside() && !finished_) floor = std::min(floor, take_from_outside(outcome));
+  if (communicates() && !finished_ && !team_.link->reduces()) {
+    contributed_ = floor;
+    team_.link->contribute(floor, outcome.least.fault);
+  }
   note_gvt(outcome.gvt);
   commit(outcome);
   const std::optional<Counters> sum = team_.rounds.finish(effects_.counters);
   if (sum && progress_ && gvt_ > kBeginning) progress_(std::min(gvt_, end_), *sum);
 }
 
+// The others may have gone on already. That does not matter: what is sent here is as late as GVT,
+// or as what this rank has contributed to the next one, and lies in the inboxes before the next
+// round. Returns the earliest time of what was sent.
+VirtualTime Worker::take_from_outside(const GvtOutcome& outcome) {
+  const bool reduces = communicates() && team_.link->reduces();
+  const VirtualTime earliest = reduces ? contributed_ : outcome.gvt;
+  std::vector<Message> taken;
+  outside_.take(outcome.gvt, earliest, taken);
+  team_.held_from_outside.store(outside_.hold(kNever) <= outcome.gvt);
+  VirtualTime least = kNever;
+  for (Message& message : taken) {
+    least = std::min(least, message.time);
+    remote_[team_.partition.owner_of(message.destination)].push_back(std::move(message));
+  }
+  hand_over_messages();
+  if (communicates()) team_.link->send_outgoing();
+  return least;
+}
+
 GvtReport Worker::make_report() {
   team_.inboxes[index_].take(arrived_);
-  GvtReport report{schedule_.top_time(), std::nullopt, std::nullopt};
+  GvtReport report{outside_.hold(schedule_.top_time()), std::nullopt, std::nullopt};
   if (communicates()) {
     team_.link->send_outgoing();
     report.of_all_ranks = RankGvt{team_.link->gvt(), team_.link->fault()};
@@ -333,7 +357,8 @@ void Worker::coast_to(VirtualTime limit) {
 
 void Worker::wait_for_work() {
   if (!held_back_.empty()) return;
-  if (team_.idle.fetch_add(1) + 1 == team_.inboxes.size()) request_round();
+  const bool all_idle = team_.idle.fetch_add(1) + 1 == team_.inboxes.size();
+  if (all_idle && !team_.held_from_outside.load()) request_round();
   team_.inboxes[index_].sleep(communicates() ? nap_ : patience_, [&] {
     return team_.rounds.requested() || (communicates() && team_.link->has_outgoing());
   });

@@ -36,6 +36,8 @@ class Worker {
   void advance_gvt();
   void wait_for_work();
 
+  bool asks_outside() const { return outside_.exists(); }
+  VirtualTime take_from_outside(const GvtOutcome& outcome);
   void exchange_with_other_ranks();
   void deliver_arrived();
   void deliver(Message&& message);
@@ -69,6 +71,8 @@ class Worker {
   const VirtualTime end_;
   const ThreadsOptions options_;
   const ProgressFn& progress_;
+  OutsideDoor outside_;                   // of one worker of all
+  VirtualTime contributed_ = kBeginning;  // to the reduction that is under way, by this rank
   const std::uint32_t first_lp_;
 
   std::vector<TimeWarpProcess> processes_;  // the own LPs

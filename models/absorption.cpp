@@ -10,16 +10,6 @@ using physics::Aabb;
 using physics::BodyId;
 using physics::BodyState;
 
-const BodyState* begin_state(const ExecutedStep& step, BodyId id) {
-  const auto migrant =
-      std::lower_bound(step.memo.migrants.begin(), step.memo.migrants.end(), id,
-                       [](const Migrant& item, BodyId wanted) { return item.id < wanted; });
-  if (migrant != step.memo.migrants.end() && migrant->id == id) return &migrant->state;
-  const auto place = std::lower_bound(step.begin_ids.begin(), step.begin_ids.end(), id);
-  if (place == step.begin_ids.end() || *place != id) return nullptr;
-  return &step.begin_states[static_cast<std::size_t>(place - step.begin_ids.begin())];
-}
-
 // As find_border_contacts() decides it, for owners that differ.
 bool is_tester(const ExecutedStep& step, const Aabb& a, const Aabb& b) {
   return step.map.owner_at(a.min.cwiseMax(b.min)) == step.self;
@@ -40,17 +30,12 @@ bool is_clear_of_own(const ExecutedStep& step, const Ghost& ghost, physics::Stag
                      std::uint64_t& looked_at) {
   std::vector<std::uint32_t> cells;
   if (!step.map.border_cells_of(ghost.box, step.self, cells)) return false;
-  const std::vector<StepMemo::BorderBody>& index = step.memo.border;
   for (const std::uint32_t cell : cells) {
-    auto item = std::lower_bound(
-        index.begin(), index.end(), cell,
-        [](const StepMemo::BorderBody& body, std::uint32_t wanted) { return body.cell < wanted; });
-    for (; item != index.end() && item->cell == cell; ++item) {
+    for (const StepMemo::BorderBody& item : step.border_bodies(cell)) {
       ++looked_at;
-      if (!overlap(item->box, ghost.box) || !is_tester(step, item->box, ghost.box)) continue;
-      const BodyState* const state = begin_state(step, item->id);
-      if (state == nullptr || touch(step, item->id, *state, ghost.id, ghost.state, counters))
-        return false;
+      if (!overlap(item.box, ghost.box) || !is_tester(step, item.box, ghost.box)) continue;
+      const std::optional<BodyState> state = step.begin_state(item.id);
+      if (!state || touch(step, item.id, *state, ghost.id, ghost.state, counters)) return false;
     }
   }
   return true;
@@ -68,12 +53,9 @@ bool is_clear_of_ghosts(const ExecutedStep& step, const Ghost& ghost, std::span<
   return true;
 }
 
-// Of what this world tested.
 bool touched_anything(const ExecutedStep& step, BodyId ghost, std::uint64_t& looked_at) {
-  looked_at += step.memo.tested.size();
-  return std::any_of(
-      step.memo.tested.begin(), step.memo.tested.end(),
-      [&](const physics::ContactManifold& m) { return m.a == ghost || m.b == ghost; });
+  looked_at += step.contacts;
+  return step.has_contact(ghost);
 }
 
 }  // namespace
@@ -94,8 +76,8 @@ void sort_border_index(std::vector<StepMemo::BorderBody>& index) {
 
 bool makes_no_difference(const ExecutedStep& step, std::span<const Ghost> ghosts,
                          physics::StageCounters& counters, std::uint64_t& looked_at) {
-  auto before = step.memo.ghosts.begin();
-  const auto end = step.memo.ghosts.end();
+  auto before = step.ghosts.begin();
+  const auto end = step.ghosts.end();
   for (const Ghost& ghost : ghosts) {
     for (; before != end && before->id < ghost.id; ++before)
       if (touched_anything(step, before->id, looked_at)) return false;
@@ -104,7 +86,7 @@ bool makes_no_difference(const ExecutedStep& step, std::span<const Ghost> ghosts
       if (identical(old, ghost)) continue;
       if (touched_anything(step, old.id, looked_at)) return false;
     }
-    if (std::binary_search(step.ids.begin(), step.ids.end(), ghost.id)) return false;
+    if (step.is_own(ghost.id)) return false;
     if (!is_clear_of_own(step, ghost, counters, looked_at) ||
         !is_clear_of_ghosts(step, ghost, ghosts, counters, looked_at))
       return false;

@@ -1,7 +1,10 @@
 // Absorbing ghosts that touch nothing: a late one costs its receiver no restart.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -25,17 +28,20 @@ struct ExecutedStep {
   const physics::SceneDescription& scene;
   const physics::Geometry& geometry;
   WorldId self;
-  std::span<const physics::BodyId> ids;  // own bodies during the step
-  // At the start of the step: of own bodies that were there before, and of those that migrated in.
-  std::span<const physics::BodyId> begin_ids;
-  std::span<const physics::BodyState> begin_states;
-  const StepMemo& memo;  // valid
+  std::span<const Ghost> ghosts;                // that it had; ascending by id
+  std::function<bool(physics::BodyId)> is_own;  // during the step
+  // Of an own body at the start of the step; none if it is not known.
+  std::function<std::optional<physics::BodyState>(physics::BodyId)> begin_state;
+  std::function<std::span<const StepMemo::BorderBody>(std::uint32_t cell)> border_bodies;
+  // Of the contacts that this world tested: how many, and whether the body has one.
+  std::size_t contacts = 0;
+  std::function<bool(physics::BodyId)> has_contact;
 };
 
-// Whether the step comes out as it did with these ghosts instead of those it had: none of the old
-// ones is gone or changed, and no new one makes a contact that this world has to test. `ghosts`
-// ascending by id and unique. Looks only at bodies in the border cells that the new ghosts cover,
-// and at ghosts; `looked_at` is raised by their number.
+// Whether the step comes out as it did with these ghosts instead of those it had: of the contacts
+// that this world has to test, no old ghost that is gone or changed had one, and no new or changed
+// one makes one. `ghosts` ascending by id and unique. Looks only at bodies in the border cells that
+// the new ghosts cover, at ghosts and at contacts; `looked_at` is raised by their number.
 bool makes_no_difference(const ExecutedStep& step, std::span<const Ghost> ghosts,
                          physics::StageCounters& counters, std::uint64_t& looked_at);
 

@@ -13,8 +13,12 @@ void CommitMerge::add(WorldId world, const BufferEntry& entry) {
     ++committed_steps_;
     islands_ += entry.islands.size();
     if (!observer_.on_step) return;
-    CommittedStep step{
-        .step = entry.step, .ids = {}, .states = {}, .owners = {}, .islands = entry.islands};
+    CommittedStep step{.step = entry.step,
+                       .ids = {},
+                       .states = {},
+                       .owners = {},
+                       .islands = entry.islands,
+                       .inputs = {}};
     std::vector<WorldId> owners;
     if (observer_.wants_states) {
       owners.assign(entry.ids.size(), world);
@@ -60,8 +64,12 @@ void CommitMerge::deliver(std::int64_t step, Pending pending) {
     states.push_back(std::move(pending.parts[place.part].states[place.index]));
     owners.push_back(pending.parts[place.part].world);
   }
-  observer_.on_step(
-      {.step = step, .ids = ids, .states = states, .owners = owners, .islands = pending.islands});
+  observer_.on_step({.step = step,
+                     .ids = ids,
+                     .states = states,
+                     .owners = owners,
+                     .islands = pending.islands,
+                     .inputs = {}});
 }
 
 }  // namespace soda::models

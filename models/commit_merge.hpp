@@ -17,6 +17,8 @@ class CommitSink {
  public:
   virtual ~CommitSink() = default;
   virtual void add(WorldId world, const BufferEntry& entry) = 0;
+  // Whether entries need bodies.
+  virtual bool wants_states() const { return true; }
 };
 
 // Hands whole steps to the observer in increasing order.
@@ -26,6 +28,7 @@ class CommitMerge final : public CommitSink {
   CommitMerge(const CommitObserver& observer, std::uint32_t worlds);
 
   void add(WorldId world, const BufferEntry& entry) override;
+  bool wants_states() const override { return observer_.wants_states; }
 
   std::int64_t committed_steps() const { return committed_steps_; }
   std::uint64_t islands() const { return islands_; }

@@ -22,11 +22,23 @@ void read_bodies(Reader& reader, BufferEntry& entry) {
   }
 }
 
+// What a record holds: its first byte.
+enum class RecordKind : std::uint8_t { kCommit, kLoad };
+
 }  // namespace
+
+void CommitRelay::add(LoadSample sample) {
+  kernel::Bytes record{static_cast<std::byte>(RecordKind::kLoad)};
+  const kernel::Bytes bytes = encode_load(sample);
+  record.insert(record.end(), bytes.begin(), bytes.end());
+  const std::lock_guard lock(mutex_);
+  records_.push_back(std::move(record));
+}
 
 void CommitRelay::add(WorldId world, const BufferEntry& entry) {
   kernel::Bytes record;
   Writer writer(record);
+  writer.number(static_cast<std::uint8_t>(RecordKind::kCommit));
   writer.world(world);
   writer.number(entry.step);
   if (with_states_)
@@ -43,8 +55,12 @@ std::vector<kernel::Bytes> CommitRelay::take() {
   return std::exchange(records_, {});
 }
 
-void join(std::span<const std::byte> record, CommitSink& commits) {
-  Reader reader(record);
+void join(std::span<const std::byte> record, CommitSink& commits, LoadSink* loads) {
+  if (record.front() == static_cast<std::byte>(RecordKind::kLoad)) {
+    loads->add(decode_load(record.subspan(1)));
+    return;
+  }
+  Reader reader(record.subspan(1));
   const WorldId world = reader.world();
   BufferEntry entry;
   entry.step = reader.number<std::int64_t>();
@@ -61,7 +77,8 @@ kernel::Bytes encode_outcome(std::span<const std::unique_ptr<kernel::LogicalProc
     const World& world = static_cast<const World&>(*process);
     writer.plain(world.stages());
     writer.plain(world.counters());
-    write_bodies(writer, world.newest_entry());
+    BufferEntry copy;
+    write_bodies(writer, world.newest_entry(copy));
   }
   return bytes;
 }
@@ -69,9 +86,11 @@ kernel::Bytes encode_outcome(std::span<const std::unique_ptr<kernel::LogicalProc
 void add_outcome(const World& world, SimulationResult& result) {
   result.stages += world.stages();
   result.worlds += world.counters();
-  const BufferEntry& entry = world.newest_entry();
+  BufferEntry copy;
+  const BufferEntry& entry = world.newest_entry(copy);
   for (std::size_t i = 0; i < entry.ids.size(); ++i)
     result.final_states[physics::index_of(entry.ids[i])] = entry.states[i];
+  result.final_ids.insert(result.final_ids.end(), entry.ids.begin(), entry.ids.end());
 }
 
 void add_outcome(std::span<const std::byte> outcome, SimulationResult& result) {
@@ -82,6 +101,7 @@ void add_outcome(std::span<const std::byte> outcome, SimulationResult& result) {
     read_bodies(reader, entry);
     for (std::size_t i = 0; i < entry.ids.size(); ++i)
       result.final_states[physics::index_of(entry.ids[i])] = std::move(entry.states[i]);
+    result.final_ids.insert(result.final_ids.end(), entry.ids.begin(), entry.ids.end());
   }
 }
 

@@ -13,12 +13,14 @@
 namespace soda::models {
 
 // Where worlds leave their committed parts on a rank that is not the root.
-class CommitRelay final : public CommitSink {
+class CommitRelay final : public CommitSink, public LoadSink {
  public:
   // States travel only if somebody wants them.
   explicit CommitRelay(bool with_states) : with_states_(with_states) {}
 
   void add(WorldId world, const BufferEntry& entry) override;
+  void add(LoadSample sample) override;
+  bool wants_states() const override { return with_states_; }
 
   // All records since the last call, for join() at the root.
   std::vector<kernel::Bytes> take();
@@ -29,8 +31,9 @@ class CommitRelay final : public CommitSink {
   std::vector<kernel::Bytes> records_;
 };
 
-// Adds a record to what the root's own worlds have committed.
-void join(std::span<const std::byte> record, CommitSink& commits);
+// Adds a record to what the root's own worlds have committed, or sampled; `loads` may be null if
+// nothing is sampled.
+void join(std::span<const std::byte> record, CommitSink& commits, LoadSink* loads = nullptr);
 
 // Of a world, or of all that live here: their work counters, and the states that they ended with.
 // `result.final_states` has a place for each body.

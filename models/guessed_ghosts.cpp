@@ -95,14 +95,15 @@ std::vector<WorldId> news_from(const ForeignView& view) {
   return worlds;
 }
 
-std::vector<Ghost> foreign_ghosts(std::vector<Ghost> ghosts, std::span<const BodyId> own_ids) {
+std::vector<Ghost> foreign_ghosts(std::vector<Ghost> ghosts,
+                                  const std::function<bool(BodyId)>& is_own) {
   std::stable_sort(ghosts.begin(), ghosts.end(),
                    [](const Ghost& a, const Ghost& b) { return a.id < b.id; });
-  const auto unwanted = [own_ids, last = -1L](const Ghost& ghost) mutable {
+  const auto unwanted = [&is_own, last = -1L](const Ghost& ghost) mutable {
     const long id = physics::index_of(ghost.id);
     const bool repeated = id == last;
     last = id;
-    return repeated || std::binary_search(own_ids.begin(), own_ids.end(), ghost.id);
+    return repeated || is_own(ghost.id);
   };
   ghosts.erase(std::remove_if(ghosts.begin(), ghosts.end(), unwanted), ghosts.end());
   return ghosts;

@@ -1,6 +1,7 @@
 // Guesses of ghosts that have not come yet, from what the step before knew of foreign bodies.
 #pragma once
 
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -54,10 +55,10 @@ std::vector<Ghost> guess_ghosts(GhostMode mode, const Rules& rules,
                                 const ForeignView& before, std::span<const WorldId> heard,
                                 physics::StageCounters& counters);
 
-// Ascending by id, for the use of a world with these own bodies. While a body is on its way between
+// Ascending by id, for the use of a world with such own bodies. While a body is on its way between
 // owners it can be there twice, or be own already: the lowest owner's ghost stays, and no own body.
 std::vector<Ghost> foreign_ghosts(std::vector<Ghost> ghosts,
-                                  std::span<const physics::BodyId> own_ids);
+                                  const std::function<bool(physics::BodyId)>& is_own);
 
 // Bodies whose ghosts are not the same in both, bit for bit. All ascending.
 std::vector<physics::BodyId> differing(std::span<const Ghost> a, std::span<const Ghost> b);

@@ -58,6 +58,17 @@ kernel::Payload encode_migrants(std::span<const Migrant> migrants) {
   return kernel::Payload(std::move(bytes));
 }
 
+kernel::Payload encode_transfers(std::span<const CellTransfer> transfers) {
+  kernel::Bytes bytes;
+  Writer writer(bytes);
+  writer.number(static_cast<std::uint32_t>(transfers.size()));
+  for (const CellTransfer& transfer : transfers) {
+    writer.number(transfer.cell);
+    writer.world(transfer.to);
+  }
+  return kernel::Payload(std::move(bytes));
+}
+
 kernel::Payload encode_ghosts(std::span<const Ghost> ghosts) {
   kernel::Bytes bytes;
   Writer writer(bytes);
@@ -101,6 +112,16 @@ void decode_migrants(std::span<const std::byte> payload, std::vector<Migrant>& o
   }
 }
 
+void decode_transfers(std::span<const std::byte> payload, std::vector<CellTransfer>& out) {
+  Reader reader(payload);
+  for (std::uint32_t left = reader.number<std::uint32_t>(); left > 0; --left) {
+    CellTransfer transfer;
+    transfer.cell = reader.number<std::uint32_t>();
+    transfer.to = reader.world();
+    out.push_back(transfer);
+  }
+}
+
 void decode_ghosts(std::span<const std::byte> payload, std::vector<Ghost>& out) {
   Reader reader(payload);
   for (std::uint32_t left = reader.number<std::uint32_t>(); left > 0; --left) {
@@ -141,6 +162,16 @@ void encode_island(std::span<const BodyId> ids, std::span<const ContactManifold>
     writer.state(states[i]);
   }
   for (const ContactManifold& manifold : manifolds) writer.manifold(manifold);
+}
+
+void encode_materials(const physics::SceneDescription& scene, std::span<const BodyId> ids,
+                      kernel::Bytes& out) {
+  Writer writer(out);
+  for (const BodyId id : ids) {
+    const physics::Material& material = scene.bodies[physics::index_of(id)].material;
+    writer.number(material.friction);
+    writer.number(material.restitution);
+  }
 }
 
 }  // namespace soda::models

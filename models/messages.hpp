@@ -8,6 +8,7 @@
 #include "models/territory.hpp"
 #include "physics/body_state.hpp"
 #include "physics/contact_manifold.hpp"
+#include "physics/scene.hpp"
 
 namespace soda::models {
 
@@ -51,12 +52,14 @@ struct Fragment {
 };
 
 kernel::Payload encode_migrants(std::span<const Migrant> migrants);
+kernel::Payload encode_transfers(std::span<const CellTransfer> transfers);
 kernel::Payload encode_ghosts(std::span<const Ghost> ghosts);
 kernel::Payload encode_records(const Records& records);
 kernel::Payload encode_fragment(const Fragment& fragment);
 
 // Append what the payload holds. A payload that does not decode is a broken program: aborts.
 void decode_migrants(std::span<const std::byte> payload, std::vector<Migrant>& out);
+void decode_transfers(std::span<const std::byte> payload, std::vector<CellTransfer>& out);
 void decode_ghosts(std::span<const std::byte> payload, std::vector<Ghost>& out);
 Records decode_records(std::span<const std::byte> payload);
 Fragment decode_fragment(std::span<const std::byte> payload);
@@ -65,5 +68,8 @@ Fragment decode_fragment(std::span<const std::byte> payload);
 void encode_island(std::span<const physics::BodyId> ids,
                    std::span<const physics::ContactManifold> manifolds,
                    std::span<const physics::BodyState> states, kernel::Bytes& out);
+// What the key needs beside, where materials are not those of the scene any more; appended.
+void encode_materials(const physics::SceneDescription& scene, std::span<const physics::BodyId> ids,
+                      kernel::Bytes& out);
 
 }  // namespace soda::models

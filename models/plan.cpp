@@ -1,5 +1,6 @@
 #include "models/plan.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 
@@ -46,11 +47,17 @@ constexpr Stage kHistory{"buffer entries for rollback",
                          [](const SimulationResult& r) { return r.worlds.entries_saved; }};
 constexpr Stage kTaken{"islands taken over by repeated steps",
                        [](const SimulationResult& r) { return r.worlds.islands_taken; }};
+constexpr Stage kInputs{"user input messages",
+                        [](const SimulationResult& r) { return r.worlds.inputs; }};
+constexpr Stage kBalancing{"load balancing", [](const SimulationResult& r) {
+                             return r.worlds.bodies_sampled + r.territory_changes.size();
+                           }};
 constexpr Stage kRollback{"rollback", [](const SimulationResult& r) { return r.events.rollbacks; }};
 
-constexpr std::array kStages{
-    kBoxes,       kPairs,  kDrive,     kSolver, kFriction,  kConveyor, kRestitution, kWarmStart,
-    kBorderTests, kGhosts, kFragments, kMerge,  kMigration, kHistory,  kTaken,       kRollback};
+constexpr std::array kStages{kBoxes,     kPairs,       kDrive,     kSolver,      kFriction,
+                             kConveyor,  kRestitution, kWarmStart, kBorderTests, kGhosts,
+                             kFragments, kMerge,       kMigration, kHistory,     kTaken,
+                             kRollback,  kInputs,      kBalancing};
 
 constexpr std::size_t kKernels = static_cast<std::size_t>(ShapeKernel::kCount);
 
@@ -165,7 +172,25 @@ void add_division(std::uint32_t worlds, const RunOptions& options, std::vector<P
   const bool propagates = optimistic && options.rollback == RollbackMode::kPropagate;
   add(plan, kTaken, propagates, "repeated steps compute only what changed",
       optimistic ? "rollbacks invalidate whole entries" : never);
+  const bool balances = options.balancing.policy != BalancingPolicy::kOff;
+  add(plan, kBalancing, divided && balances, "cells move to worlds that have less to do",
+      divided ? "switched off" : one);
   add(plan, kRollback, optimistic, "a neighbour's body can turn out to have mattered", never);
+}
+
+// Of each body the roughest and springiest surface that user input may give it.
+SceneDescription with_possible_materials(SceneDescription scene, const InputOptions& inputs) {
+  const auto allow = [&scene](std::size_t body, const physics::Material& material) {
+    physics::Material& most = scene.bodies[body].material;
+    most.friction = std::max(most.friction, material.friction);
+    most.restitution = std::max(most.restitution, material.restitution);
+  };
+  for (const UserInput& input : inputs.script)
+    if (input.kind == InputKind::kChangeMaterial)
+      allow(physics::index_of(input.body), input.material);
+  if (inputs.live != nullptr)
+    for (std::size_t body = 0; body < scene.bodies.size(); ++body) allow(body, {1.0, 1.0});
+  return scene;
 }
 
 }  // namespace
@@ -173,8 +198,9 @@ void add_division(std::uint32_t worlds, const RunOptions& options, std::vector<P
 std::vector<PlanLine> make_plan(const SceneDescription& scene, std::uint32_t worlds,
                                 const RunOptions& options) {
   std::vector<PlanLine> plan;
-  add_physics(scene, plan);
+  add_physics(with_possible_materials(scene, options.inputs), plan);
   add_division(worlds, options, plan);
+  add(plan, kInputs, options.inputs.any(), "a user acts on bodies", "nobody acts from outside");
   return plan;
 }
 

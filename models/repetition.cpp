@@ -11,46 +11,63 @@ using physics::BodyId;
 using physics::BodyState;
 using physics::ContactManifold;
 
-template <class T>
-const T* find_id(const std::vector<T>& sorted, BodyId id) {
-  const auto place =
-      std::lower_bound(sorted.begin(), sorted.end(), id,
-                       [](const T& item, BodyId wanted) { return item.id < wanted; });
-  return place != sorted.end() && place->id == id ? &*place : nullptr;
+bool same_box(const physics::Aabb& a, const physics::Aabb& b) {
+  for (int axis = 0; axis < 3; ++axis)
+    if (a.min[axis] != b.min[axis] || a.max[axis] != b.max[axis]) return false;
+  return true;
 }
 
 }  // namespace
 
-void Repetition::start(std::span<const BodyId> changed, BufferEntry* replaced) {
+void Repetition::start(std::span<const BodyId> changed, const StoredEntry* replaced,
+                       const TerritoryMap& map) {
   replaced_ = replaced;
   unchanged_.clear();
+  same_constants_ = true;
   if (!repeats()) return;
+  const TerritoryMap* const before = replaced->rules.map.get();
+  same_map_ = before == &map || (before && std::ranges::equal(before->owners(), map.owners()));
   changed_.assign(changed.begin(), changed.end());
-  taken_.assign(replaced->ids.size(), false);
 }
 
+// Under another map of the step before, a body can be own that was not, though neither it nor the
+// entry differs: only what was own in the replaced execution has left anything to take.
 void Repetition::note_own(std::span<const BodyId> ids, std::span<const Migrant> migrants) {
   if (!can_take()) return;
   auto migrant = migrants.begin();
   for (const BodyId id : ids) {
     if (migrant != migrants.end() && migrant->id == id) {
-      const Migrant* const before = find_id(replaced_->memo.migrants, id);
-      if (before != nullptr && physics::identical(before->state, migrant->state))
-        unchanged_.push_back(id);
+      const StoredMigrant* const before = replaced_->migrants.find(id);
+      if (before != nullptr && before->state.holds(migrant->state)) unchanged_.push_back(id);
       ++migrant;
-    } else if (find_id(replaced_->memo.migrants, id) == nullptr &&
+    } else if (replaced_->migrants.find(id) == nullptr && replaced_->bodies.find(id) != nullptr &&
                !std::binary_search(changed_.begin(), changed_.end(), id)) {
       unchanged_.push_back(id);
     }
   }
 }
 
-void Repetition::note_ghosts(std::span<const Ghost> ghosts) {
+// Whatever was done to it, then or now, it does not begin as it did before.
+void Repetition::note_touched(std::span<const BodyId> touched) {
   if (!can_take()) return;
+  const std::vector<BodyId>& before = replaced_->touched;
+  if (touched.empty() && before.empty()) return;
+  std::erase_if(unchanged_, [&](BodyId id) {
+    return std::binary_search(touched.begin(), touched.end(), id) ||
+           std::binary_search(before.begin(), before.end(), id);
+  });
+}
+
+// Who tests a pair of two owners depends on the map: under another one, this world may not have
+// tested what it must test now. Pairs of one owner are its own under any map.
+void Repetition::note_ghosts(std::span<const Ghost> ghosts) {
+  if (!can_take() || !same_map_) return;
   const auto own = static_cast<std::ptrdiff_t>(unchanged_.size());
   for (const Ghost& ghost : ghosts) {
-    const Ghost* const before = find_id(replaced_->memo.ghosts, ghost.id);
-    if (before != nullptr && identical(*before, ghost)) unchanged_.push_back(ghost.id);
+    const StoredGhost* const before = replaced_->ghosts.find(ghost.id);
+    if (before != nullptr && before->owner == ghost.owner && same_box(before->box, ghost.box) &&
+        before->state.holds(ghost.state))
+      unchanged_.push_back(ghost.id);
   }
   std::inplace_merge(unchanged_.begin(), unchanged_.begin() + own, unchanged_.end());
 }
@@ -61,21 +78,9 @@ bool Repetition::unchanged(BodyId id) const {
 
 bool Repetition::take_contacts(BodyId a, BodyId b, std::vector<ContactManifold>& manifolds) const {
   if (!can_take() || !unchanged(a) || !unchanged(b)) return false;
-  const auto before = [](const ContactManifold& manifold, std::pair<BodyId, BodyId> pair) {
-    return std::pair(manifold.a, manifold.b) < pair;
-  };
-  const std::vector<ContactManifold>& tested = replaced_->memo.tested;
-  auto place = std::lower_bound(tested.begin(), tested.end(), std::pair(a, b), before);
-  for (; place != tested.end() && place->a == a && place->b == b; ++place)
-    manifolds.push_back(*place);
+  for (const ContactManifold& manifold : replaced_->tested.range(a))
+    if (manifold.b == b) manifolds.push_back(manifold);
   return true;
-}
-
-std::size_t Repetition::place_of(BodyId id) const {
-  const std::vector<BodyId>& ids = replaced_->ids;
-  const auto place = std::lower_bound(ids.begin(), ids.end(), id);
-  if (place == ids.end() || *place != id) return ids.size();
-  return static_cast<std::size_t>(place - ids.begin());
 }
 
 // The same bodies, all unchanged: then the same contacts, for these are functions of their states.
@@ -84,24 +89,17 @@ bool Repetition::take_island(std::span<const BodyId> ids, std::span<BodyState> s
   if (!can_take()) return false;
   for (const BodyId id : ids) {
     if (!unchanged(id)) return false;
-    const std::size_t place = place_of(id);
-    if (place == replaced_->ids.size()) return false;
-    const StepMemo::Membership& member = replaced_->memo.islands[place];
-    if (member.label != ids.front() || member.bodies != ids.size()) return false;
+    const StoredBody* const before = replaced_->bodies.find(id);
+    if (before == nullptr) return false;
+    if (before->island.label != ids.front() || before->island.bodies != ids.size()) return false;
   }
   if (report != nullptr) {
-    const auto& reports = replaced_->islands;
-    const auto found = std::lower_bound(
-        reports.begin(), reports.end(), ids.front(),
-        [](const physics::IslandReport& r, BodyId label) { return r.label < label; });
-    if (found == reports.end() || found->label != ids.front()) return false;
+    const physics::IslandReport* const found = replaced_->islands.find(ids.front());
+    if (found == nullptr) return false;
     *report = *found;
   }
-  for (std::size_t i = 0; i < ids.size(); ++i) {
-    const std::size_t place = place_of(ids[i]);
-    std::swap(states[i], replaced_->states[place]);
-    taken_[place] = true;
-  }
+  for (std::size_t i = 0; i < ids.size(); ++i)
+    replaced_->bodies.find(ids[i])->state.unpack(states[i]);
   return true;
 }
 
@@ -109,11 +107,10 @@ std::vector<BodyId> Repetition::differences(std::span<const BodyId> ids,
                                             std::span<const BodyState> states) const {
   if (!repeats()) return {};
   std::vector<BodyId> own;
+  SharedList<StoredBody>::Cursor replaced(replaced_->bodies);
   for (std::size_t i = 0; i < ids.size(); ++i) {
-    const std::size_t place = place_of(ids[i]);
-    const bool same = place < replaced_->ids.size() &&
-                      (taken_[place] || physics::identical(states[i], replaced_->states[place]));
-    if (!same) own.push_back(ids[i]);
+    const StoredBody* const before = replaced.advance_to(ids[i]);
+    if (before == nullptr || !before->state.holds(states[i])) own.push_back(ids[i]);
   }
   std::vector<BodyId> all;
   std::set_union(own.begin(), own.end(), replaced_->differs.begin(), replaced_->differs.end(),

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "models/transform_buffer.hpp"
+#include "models/stored_entry.hpp"
 
 namespace soda::models {
 
@@ -15,21 +15,27 @@ namespace soda::models {
 // bodies alone (a contact, an island) comes out as it did, because all of it is pure functions of
 // states.
 //
-// start(), note_own(), note_ghosts(), then contacts, then islands, then differences(). `replaced`
-// must stay as it is from start() to differences(), but for the states that are taken.
+// start(), note_own(), note_touched(), note_constants(), note_ghosts(), then contacts, then
+// islands, then differences(). `replaced` must stay as it is from start() to differences().
 class Repetition {
  public:
   // `replaced`: the stale entry that the step wrote before; null if it is executed for the first
   // time. `changed`: own bodies whose state differs from the one `replaced` was computed from.
-  void start(std::span<const physics::BodyId> changed, BufferEntry* replaced);
+  // `map`: of the step, now; must outlive it.
+  void start(std::span<const physics::BodyId> changed, const StoredEntry* replaced,
+             const TerritoryMap& map);
 
   // Whether there is an execution to compare with; and whether it can be taken from.
   bool repeats() const { return replaced_ != nullptr; }
-  bool can_take() const { return repeats() && replaced_->memo.valid; }
+  bool can_take() const { return repeats() && replaced_->memo_valid && same_constants_; }
   bool unchanged(physics::BodyId id) const;
 
   // `migrants`: of the own bodies, those that have just come.
   void note_own(std::span<const physics::BodyId> ids, std::span<const Migrant> migrants);
+  // `touched`: by user input, now. What was touched in the replaced execution is known.
+  void note_touched(std::span<const physics::BodyId> touched);
+  // Whether shapes and materials are those of the replaced execution: else nothing can be taken.
+  void note_constants(bool same) { same_constants_ = same; }
   void note_ghosts(std::span<const Ghost> ghosts);
 
   // Appends the contacts of the pair if both are unchanged; else false, and it has to be tested.
@@ -37,7 +43,7 @@ class Repetition {
   bool take_contacts(physics::BodyId a, physics::BodyId b,
                      std::vector<physics::ContactManifold>& manifolds) const;
 
-  // Swaps in the states that the island ended with, if it is the same island of unchanged bodies,
+  // Fills in the states that the island ended with, if it is the same island of unchanged bodies,
   // all of them own; `report` is set if it has contacts. `ids` ascending, `states[i]` of ids[i].
   bool take_island(std::span<const physics::BodyId> ids, std::span<physics::BodyState> states,
                    physics::IslandReport* report);
@@ -48,12 +54,11 @@ class Repetition {
                                            std::span<const physics::BodyState> states) const;
 
  private:
-  std::size_t place_of(physics::BodyId id) const;
-
-  BufferEntry* replaced_ = nullptr;
+  const StoredEntry* replaced_ = nullptr;
+  bool same_map_ = false;  // as in the replaced execution
+  bool same_constants_ = true;
   std::vector<physics::BodyId> changed_;
   std::vector<physics::BodyId> unchanged_;  // ascending; own bodies and ghosts
-  std::vector<char> taken_;                 // of each body of the replaced entry
 };
 
 }  // namespace soda::models

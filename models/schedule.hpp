@@ -23,6 +23,8 @@ enum class MessageKind : std::uint32_t {
   kGhosts = 1,     // at kBorderTraversal: bodies whose swept box covers a cell of the receiver
   kFragments = 2,  // at kSync round 0: cross-owner contacts, from the world that tested the pair
   kRecords = 3,    // at kSync round >= 1: records of a mixed island
+  kInputs = 4,     // at kBegin, from outside: what the user does, to all worlds
+  kTransfers = 5,  // at kBegin, from outside, to every world: cells that change hands
 };
 
 inline constexpr std::uint32_t kPhaseShift = 24;

@@ -7,11 +7,15 @@
 
 #include "kernel/distributed_executor.hpp"
 #include "kernel/partition.hpp"
+#include "models/balancing.hpp"
 #include "models/commit_merge.hpp"
 #include "models/commit_relay.hpp"
+#include "models/input_feed.hpp"
+#include "models/map_share.hpp"
 #include "models/solve_share.hpp"
 #include "models/work_cost.hpp"
 #include "models/world.hpp"
+#include "physics/measures.hpp"
 
 namespace soda::models {
 namespace {
@@ -28,8 +32,12 @@ std::size_t share_count(const RunOptions& options, std::uint32_t worlds) {
 struct Surroundings {
   const physics::Geometry& geometry;
   std::deque<SolveShare>& shares;
+  SceneVersions& scenes;
+  MapShare& maps;
   CommitSink& commits;
   const RunOptions& options;
+  LoadSampling sampling;
+  LoadSink* loads;
 };
 
 bool is_root(const RunOptions& options) {
@@ -43,12 +51,36 @@ kernel::LpRange own_worlds(const RunOptions& options, std::uint32_t worlds) {
   return kernel::own_lps(*options.transport, options.threads, worlds);
 }
 
+// The processor (thread, virtual processor) that drives each world; in sequence, each has its own.
+std::vector<std::uint32_t> processors_of(const RunOptions& options, std::uint32_t worlds) {
+  std::size_t processors = worlds;
+  if (options.executor == ExecutorKind::kThreads) processors = options.threads;
+  if (options.executor == ExecutorKind::kVirtual)
+    processors = std::min<std::size_t>(options.cluster.processors, worlds);
+  if (options.executor == ExecutorKind::kMpi)
+    processors = std::size_t{options.threads} * options.transport->size();
+  const kernel::Partition partition{worlds, processors};
+  std::vector<std::uint32_t> of_world(worlds);
+  for (std::uint32_t world = 0; world < worlds; ++world)
+    of_world[world] = static_cast<std::uint32_t>(partition.owner_of(kernel::LpId{world}));
+  return of_world;
+}
+
+// Null if territories stay as they are; one world has nobody to give to.
+std::unique_ptr<Balancing> make_balancing(const RunOptions& options,
+                                          const std::shared_ptr<const TerritoryMap>& map) {
+  if (options.balancing.policy == BalancingPolicy::kOff || map->worlds() == 1) return nullptr;
+  return std::make_unique<Balancing>(options.balancing, map, processors_of(options, map->worlds()),
+                                     options.buffer, options.steps);
+}
+
 // Every body starts in the world that owns its centre. Worlds that live elsewhere are null.
 Worlds build_worlds(const Surroundings& around, const Rules& rules,
                     std::span<const physics::BodyState> initial, kernel::LpRange own) {
   const RunOptions& options = around.options;
   std::vector<BufferEntry> entries(rules.map->worlds());
   for (std::uint32_t body = 0; body < initial.size(); ++body) {
+    if (!rules.inputs->presence.has(physics::BodyId{body})) continue;
     BufferEntry& entry = entries[index_of(rules.map->owner_at(initial[body].position_m))];
     entry.ids.push_back(physics::BodyId{body});
     entry.states.push_back(initial[body]);
@@ -62,12 +94,17 @@ Worlds build_worlds(const Surroundings& around, const Rules& rules,
     worlds[id] = std::make_unique<World>(
         WorldSurroundings{.geometry = around.geometry,
                           .solves = share,
+                          .scenes = around.scenes,
+                          .maps = around.maps,
                           .commits = around.commits,
                           .rollback = options.rollback,
                           .gating = options.gating,
                           .ghosts = options.ghosts,
                           .audits = options.executor == ExecutorKind::kVirtual ||
-                                    options.ghosts != GhostMode::kTold},
+                                    options.ghosts != GhostMode::kTold,
+                          .sampling = around.sampling,
+                          .loads = around.loads,
+                          .entries = options.entries},
         WorldId{id}, options.buffer, std::move(entries[id]));
   }
   return worlds;
@@ -89,19 +126,22 @@ std::function<std::int64_t(kernel::LpId)> cost_from_counters(const Worlds& world
   };
 }
 
-kernel::ThreadsOptions threads_options(const RunOptions& options) {
+kernel::ThreadsOptions threads_options(const RunOptions& options, kernel::Outside* outside) {
   return {.threads = options.threads,
           .window = options.buffer,
           .scheduling_seed = options.scheduling_seed,
-          .synchronisation = options.synchronisation};
+          .synchronisation = options.synchronisation,
+          .outside = outside};
 }
 
 kernel::RunResult run_on_cluster(const Worlds& worlds, const RunOptions& options,
-                                 const kernel::ProgressFn& progress,
+                                 const kernel::ProgressFn& progress, kernel::Outside* outside,
                                  std::optional<kernel::VirtualReport>& report) {
   kernel::VirtualOptions cluster = options.cluster;
+  cluster.outside = outside;
   cluster.window = options.buffer;
   cluster.synchronisation = options.synchronisation;
+  cluster.outside = outside;
   if (!options.constant_cost) cluster.cost_ns = cost_from_counters(worlds);
   kernel::VirtualResult result =
       kernel::run_virtual(worlds, time_of(options.steps, Phase::kBegin), cluster, progress);
@@ -110,13 +150,14 @@ kernel::RunResult run_on_cluster(const Worlds& worlds, const RunOptions& options
 }
 
 kernel::RunResult run_over_ranks(const Worlds& worlds, const RunOptions& options,
-                                 CommitRelay& relay, CommitSink& commits,
-                                 const kernel::ProgressFn& progress) {
+                                 CommitRelay& relay, CommitSink& commits, Balancing* balancing,
+                                 const kernel::ProgressFn& progress, kernel::Outside* outside) {
   kernel::RecordHooks records;
   records.take = [&] { return relay.take(); };
-  records.receive = [&](std::span<const std::byte> record) { join(record, commits); };
+  records.receive = [&](std::span<const std::byte> record) { join(record, commits, balancing); };
   return kernel::run_distributed(worlds, time_of(options.steps, Phase::kBegin),
-                                 threads_options(options), *options.transport, records, progress);
+                                 threads_options(options, outside), *options.transport, records,
+                                 progress);
 }
 
 void collect(const Worlds& worlds, const RunOptions& options, SimulationResult& result) {
@@ -130,18 +171,20 @@ void collect(const Worlds& worlds, const RunOptions& options, SimulationResult& 
 }
 
 kernel::RunResult run(const Worlds& worlds, const RunOptions& options, CommitRelay& relay,
-                      CommitSink& commits, const kernel::ProgressFn& progress,
+                      CommitSink& commits, Balancing* balancing, const kernel::ProgressFn& progress,
                       std::optional<kernel::VirtualReport>& report) {
   const kernel::VirtualTime end = time_of(options.steps, Phase::kBegin);
+  kernel::OutsideList outsides(options.outsides);
+  kernel::Outside* const outside = options.outsides.empty() ? nullptr : &outsides;
   if (options.executor == ExecutorKind::kVirtual)
-    return run_on_cluster(worlds, options, progress, report);
+    return run_on_cluster(worlds, options, progress, outside, report);
   // One world has nobody to run ahead of: it needs no history.
   if (worlds.size() == 1 && !worlds[0]) return {};
   if (options.executor == ExecutorKind::kSequential || worlds.size() == 1)
-    return kernel::run_sequential(worlds, end, progress);
+    return kernel::run_sequential(worlds, end, progress, outside);
   if (options.executor == ExecutorKind::kMpi)
-    return run_over_ranks(worlds, options, relay, commits, progress);
-  return kernel::run_threads(worlds, end, threads_options(options), progress);
+    return run_over_ranks(worlds, options, relay, commits, balancing, progress, outside);
+  return kernel::run_threads(worlds, end, threads_options(options, outside), progress);
 }
 
 kernel::ProgressFn on_gvt(std::int64_t steps,
@@ -156,13 +199,35 @@ kernel::ProgressFn on_gvt(std::int64_t steps,
 
 // A run that failed ends with worlds at or beyond the fault. What was committed last is what a run
 // of only the committed steps ends with.
-std::vector<physics::BodyState> committed_states(const physics::SceneDescription& scene,
-                                                 std::span<const physics::BodyState> initial,
-                                                 const TerritoryMap& map, RunOptions options,
-                                                 std::int64_t committed_steps) {
-  options.steps = committed_steps;
+SimulationResult run_committed(const physics::SceneDescription& scene,
+                               std::span<const physics::BodyState> initial, const TerritoryMap& map,
+                               RunOptions options, const SimulationResult& failed) {
+  options.steps = failed.committed_steps;
+  options.balancing = {};
   options.executor = ExecutorKind::kSequential;
-  return simulate(scene, initial, map, options).final_states;
+  options.outsides.clear();
+  options.entries = nullptr;
+  options.inputs.live = nullptr;
+  options.inputs.script.clear();
+  for (const CommittedInput& committed : failed.inputs)
+    options.inputs.script.push_back(committed.input);
+  return simulate(scene, initial, map, options);
+}
+
+// Inputs come from outside, and committed steps tell which ones acted. Nothing without inputs.
+std::unique_ptr<InputFeed> connect_inputs(std::uint32_t worlds, RunOptions& options,
+                                          CommitObserver& observer) {
+  if (!options.inputs.any() || !is_root(options)) return nullptr;
+  // Before a world within its buffer can come to their step.
+  const std::int64_t ahead_steps = options.inputs.at_the_last_moment ? 0 : 2 * options.buffer + 2;
+  auto feed = std::make_unique<InputFeed>(options.inputs, worlds, ahead_steps);
+  options.outsides.push_back(feed.get());
+  observer.on_step = [&from = *feed, on_step = observer.on_step](const CommittedStep& step) {
+    CommittedStep whole = step;
+    whole.inputs = from.committed(step.step - 1);
+    if (on_step) on_step(whole);
+  };
+  return feed;
 }
 
 }  // namespace
@@ -179,6 +244,12 @@ WorldCounters& operator+=(WorldCounters& sum, const WorldCounters& more) {
   sum.solves_committed += more.solves_committed;
   sum.entries_saved += more.entries_saved;
   sum.bytes_sent += more.bytes_sent;
+  sum.inputs += more.inputs;
+  sum.entries_stored += more.entries_stored;
+  sum.bodies_stored += more.bodies_stored;
+  sum.state_bytes_stored += more.state_bytes_stored;
+  sum.state_bytes_whole += more.state_bytes_whole;
+  sum.memo_bytes_stored += more.memo_bytes_stored;
   sum.steps_repeated += more.steps_repeated;
   sum.steps_put_back += more.steps_put_back;
   sum.bags_absorbed += more.bags_absorbed;
@@ -194,13 +265,24 @@ WorldCounters& operator+=(WorldCounters& sum, const WorldCounters& more) {
   sum.ghosts_confirmed += more.ghosts_confirmed;
   sum.contacts_false += more.contacts_false;
   sum.contacts_missed += more.contacts_missed;
+  sum.bodies_sampled += more.bodies_sampled;
   return sum;
+}
+
+std::uint64_t final_digest(const SimulationResult& result) {
+  std::vector<physics::BodyState> states;
+  for (const physics::BodyId id : result.final_ids)
+    states.push_back(result.final_states[physics::index_of(id)]);
+  return physics::digest(result.final_ids, states);
 }
 
 SimulationResult simulate(const physics::SceneDescription& scene,
                           std::span<const physics::BodyState> initial, const TerritoryMap& map,
-                          const RunOptions& options, const CommitObserver& observer,
+                          const RunOptions& given, const CommitObserver& given_observer,
                           const std::function<void(const Progress&)>& progress) {
+  RunOptions options = given;
+  CommitObserver observer = given_observer;
+  const std::unique_ptr<InputFeed> feed = connect_inputs(map.worlds(), options, observer);
   const physics::Geometry geometry(scene);
   std::deque<SolveShare> shares;
   for (std::size_t i = 0; i < share_count(options, map.worlds()); ++i)
@@ -208,27 +290,43 @@ SimulationResult simulate(const physics::SceneDescription& scene,
   CommitMerge merge(observer, map.worlds());
   CommitRelay relay(observer.wants_states);
   CommitSink& commits = is_root(options) ? static_cast<CommitSink&>(merge) : relay;
-  const Rules rules{std::make_shared<TerritoryMap>(map),
-                    std::make_shared<physics::SceneDescription>(scene)};
-  const Worlds worlds = build_worlds({geometry, shares, commits, options}, rules, initial,
-                                     own_worlds(options, map.worlds()));
+  SceneVersions scenes(scene);
+  MapShare maps;
+  const Rules rules{
+      std::make_shared<TerritoryMap>(map), scenes.with({}),
+      std::make_shared<InputAccount>(InputAccount{Presence(options.inputs.absent), {}})};
+  const std::unique_ptr<Balancing> balancing = make_balancing(options, rules.map);
+  if (balancing && is_root(options)) options.outsides.push_back(balancing.get());
+  LoadSink* const loads = is_root(options) ? static_cast<LoadSink*>(balancing.get()) : &relay;
+  const Worlds worlds = build_worlds({geometry, shares, scenes, maps, commits, options,
+                                      balancing ? balancing->sampling() : LoadSampling{}, loads},
+                                     rules, initial, own_worlds(options, map.worlds()));
 
   SimulationResult result;
-  const kernel::RunResult outcome =
-      run(worlds, options, relay, commits, on_gvt(options.steps, progress), result.cluster);
+  const kernel::RunResult outcome = run(worlds, options, relay, commits, balancing.get(),
+                                        on_gvt(options.steps, progress), result.cluster);
+  if (balancing) result.territory_changes = balancing->changes();
   result.committed_steps = merge.committed_steps();
   result.islands_committed = merge.islands();
   result.events = outcome.counters;
   result.final_states.resize(initial.size());
   collect(worlds, options, result);
+  std::sort(result.final_ids.begin(), result.final_ids.end());
+  if (feed) {
+    result.inputs = feed->acted();
+    result.inputs_too_late = feed->too_late();
+  }
   if (outcome.fault) {
     const std::uint64_t body = outcome.fault->fault.subject;
     result.fault = SimulationFault{.step = outcome.fault->when.t,
                                    .world = WorldId{kernel::index_of(outcome.fault->lp)},
                                    .body_label = scene.bodies[body].label,
                                    .what = outcome.fault->fault.what};
-    if (is_root(options))
-      result.final_states = committed_states(scene, initial, map, options, result.committed_steps);
+    if (is_root(options)) {
+      SimulationResult committed = run_committed(scene, initial, map, options, result);
+      result.final_states = std::move(committed.final_states);
+      result.final_ids = std::move(committed.final_ids);
+    }
   }
   return result;
 }

@@ -11,7 +11,9 @@
 #include "kernel/executor.hpp"
 #include "kernel/transport.hpp"
 #include "kernel/virtual_executor.hpp"
+#include "models/entry_observer.hpp"
 #include "models/territory.hpp"
+#include "models/user_input.hpp"
 #include "physics/advance.hpp"
 #include "physics/body_state.hpp"
 #include "physics/scene.hpp"
@@ -33,6 +35,26 @@ enum class GhostMode {
   kPredicted,      // what their owner computes of them if nothing touches them
 };
 
+// Who decides about territories. The committed bits are the same.
+enum class BalancingPolicy {
+  kOff,     // they stay as they are
+  kPaper,   // cells go from loaded worlds to their neighbours: load_balancer.hpp
+  kRandom,  // cells change hands at random: for tests
+};
+
+struct BalancingOptions {
+  BalancingPolicy policy = BalancingPolicy::kOff;
+  std::int64_t interval = 10;  // steps between decisions, >= 1
+  std::uint64_t seed = 1;      // kRandom only
+};
+
+// A cell changed hands at the begin of `step`.
+struct TerritoryChange {
+  std::int64_t step = 0;
+  std::uint32_t cell = 0;  // Grid::index_of_cell
+  WorldId from{}, to{};
+};
+
 enum class ExecutorKind { kSequential, kThreads, kVirtual, kMpi };
 
 struct RunOptions {
@@ -44,10 +66,15 @@ struct RunOptions {
   RollbackMode rollback = RollbackMode::kPropagate;
   bool gating = true;  // worlds whose bodies touch wait for each other (gating.hpp)
   GhostMode ghosts = GhostMode::kTold;
+  BalancingOptions balancing = {};
   // kMpi only: the other ranks, each of which makes the same call.
   kernel::Transport* transport = nullptr;
   // Not for kSequential.
   kernel::Synchronisation synchronisation = kernel::Synchronisation::kOptimistic;
+  InputOptions inputs = {};
+  // Who sends to worlds from outside; each outlives the run. Over ranks, the root's count.
+  std::vector<kernel::Outside*> outsides = {};
+  EntryObserver* entries = nullptr;  // who is told how far worlds are; outlives the run
   // kVirtual only. Its window and synchronisation are those above, and its cost_ns is work_cost_ns
   // (work_cost.hpp) unless `constant_cost`: then each event costs bag_cost_ns.
   kernel::VirtualOptions cluster = {};
@@ -68,6 +95,12 @@ struct WorldCounters {
   std::uint64_t solves_committed = 0;
   std::uint64_t entries_saved = 0;  // transform-buffer entries kept for rollback
   std::uint64_t bytes_sent = 0;     // payload bytes
+  std::uint64_t inputs = 0;         // messages with user input that were taken in
+  // What storing entries has taken from the heap, and what their states would take if none were
+  // shared: sizeof a state and a contact impulse, without an allocator's own.
+  std::uint64_t entries_stored = 0, bodies_stored = 0;
+  std::uint64_t state_bytes_stored = 0, state_bytes_whole = 0;
+  std::uint64_t memo_bytes_stored = 0;  // what a repetition of the step may take over
   // Of steps that were executed again: islands (bodies without contact count as one each) and their
   // bodies, computed again or taken over.
   std::uint64_t steps_repeated = 0;
@@ -86,16 +119,18 @@ struct WorldCounters {
   // have them; and not found by some execution, though the committed one has them. Counted on the
   // virtual cluster, and where ghosts are guessed.
   std::uint64_t contacts_false = 0, contacts_missed = 0;
+  std::uint64_t bodies_sampled = 0;  // for load balancing
 };
 WorldCounters& operator+=(WorldCounters& sum, const WorldCounters& more);
 
 // The state after `step` steps, complete over all worlds and final.
 struct CommittedStep {
   std::int64_t step = 0;                 // 1 .. steps
-  std::span<const physics::BodyId> ids;  // ascending; empty unless states are wanted
+  std::span<const physics::BodyId> ids;  // those that are there; empty unless states are wanted
   std::span<const physics::BodyState> states;
   std::span<const WorldId> owners;                 // of each body during this step
   std::span<const physics::IslandReport> islands;  // ascending by label, each island once
+  std::span<const CommittedInput> inputs;  // of the step's beginning, in the order of acting
 };
 
 struct CommitObserver {
@@ -115,13 +150,20 @@ struct SimulationFault {
 struct SimulationResult {
   std::int64_t committed_steps = 0;              // == options.steps unless there was a fault
   std::vector<physics::BodyState> final_states;  // after committed_steps; index == BodyId
+  std::vector<physics::BodyId> final_ids;        // ascending; others are absent, their states void
+  std::vector<CommittedInput> inputs;            // all that acted, in the order of acting
+  std::size_t inputs_too_late = 0;               // others, for which no step was left
   kernel::Counters events;
   physics::StageCounters stages;
   WorldCounters worlds;
   std::uint64_t islands_committed = 0;
-  std::optional<kernel::VirtualReport> cluster;  // kVirtual only
+  std::vector<TerritoryChange> territory_changes;  // in order of steps
+  std::optional<kernel::VirtualReport> cluster;    // kVirtual only
   std::optional<SimulationFault> fault;
 };
+
+// Of the final states of the bodies that are there.
+std::uint64_t final_digest(const SimulationResult& result);
 
 struct Progress {
   std::int64_t committed_step = 0;
@@ -129,7 +171,8 @@ struct Progress {
 };
 
 // Runs options.steps steps of the scene divided by `map`. The committed steps are the same bits for
-// every map and every option. `initial[i]` is the state of BodyId{i} at step 0. Over ranks, only
+// every map and every option but the inputs. `initial[i]` is the state of BodyId{i} at step 0, void
+// if it is absent. Over ranks, only
 // the root observes and has the result; elsewhere it says no more than whether there was a fault.
 SimulationResult simulate(const physics::SceneDescription& scene,
                           std::span<const physics::BodyState> initial, const TerritoryMap& map,

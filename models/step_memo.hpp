@@ -25,6 +25,7 @@ struct StepMemo {
 
   bool valid = false;
   std::vector<Migrant> migrants;                 // those that became own bodies; ascending by id
+  std::vector<physics::BodyId> touched;          // by user input; ascending
   std::vector<Ghost> ghosts;                     // ascending by id
   std::vector<physics::ContactManifold> tested;  // by this world; canonical order
   std::vector<BorderBody> border;                // ascending by cell, then by id

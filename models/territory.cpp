@@ -6,6 +6,8 @@
 #include <deque>
 #include <limits>
 
+#include "models/static_map.hpp"
+
 namespace soda::models {
 namespace {
 
@@ -252,8 +254,17 @@ void TerritoryMap::owners_of(const physics::Aabb& box, std::vector<WorldId>& out
     }
 }
 
+TerritoryMap TerritoryMap::after(std::span<const CellTransfer> transfers) const {
+  std::vector<WorldId> owners = owner_of_cell_;
+  for (const CellTransfer& transfer : transfers) owners[transfer.cell] = transfer.to;
+  return {grid_, worlds_, std::move(owners)};
+}
+
 TerritoryMap make_territory_map(const TerritoryOptions& options,
-                                std::span<const physics::Vec3> body_positions_m) {
+                                std::span<const physics::Vec3> body_positions_m,
+                                const physics::SceneDescription* scene) {
+  if (options.map == MapKind::kStatics && scene != nullptr)
+    return make_static_map(options.grid, options.worlds, *scene);
   const bool cluster = options.map == MapKind::kKMeans && !body_positions_m.empty();
   return {options.grid, options.worlds,
           cluster ? kmeans_owners(options.grid, options.worlds, options.seed, body_positions_m)

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "physics/ids.hpp"
+#include "physics/scene.hpp"
 
 namespace soda::models {
 
@@ -27,9 +28,17 @@ struct Grid {
   std::size_t index_of_cell(const std::array<std::int32_t, 3>& cell) const;
 };
 
+// A cell changes hands. `to` < the map's worlds, `cell` < its cells.
+struct CellTransfer {
+  std::uint32_t cell = 0;  // Grid::index_of_cell
+  WorldId to{};
+  friend constexpr auto operator<=>(const CellTransfer&, const CellTransfer&) = default;
+};
+
 enum class MapKind {
-  kBlocks,  // recursive bisection of the grid into boxes of nearly equal cell counts
-  kKMeans,  // equal-size k-means on the bodies' columns, as in the paper: ragged borders
+  kBlocks,   // recursive bisection of the grid into boxes of nearly equal cell counts
+  kKMeans,   // equal-size k-means on the bodies' columns, as in the paper: ragged borders
+  kStatics,  // boxes, cut where statics leave the least room: static_map.hpp
 };
 
 struct TerritoryOptions {
@@ -55,6 +64,8 @@ class TerritoryMap {
   // also overlaps a cell of the world that does not.
   bool border_cells_of(const physics::Aabb& box, WorldId world,
                        std::vector<std::uint32_t>& out) const;
+  // This map after the transfers, in their order.
+  TerritoryMap after(std::span<const CellTransfer> transfers) const;
 
  private:
   bool touches_other_owner(const std::array<std::int32_t, 3>& cell) const;
@@ -65,8 +76,10 @@ class TerritoryMap {
   std::vector<char> is_border_;  // by cell
 };
 
-// `body_positions_m`: initial centres, for k-means (blocks ignore them).
+// `body_positions_m`: initial centres, for k-means; `scene`: for kStatics, which without one gives
+// blocks. Others ignore them.
 TerritoryMap make_territory_map(const TerritoryOptions& options,
-                                std::span<const physics::Vec3> body_positions_m);
+                                std::span<const physics::Vec3> body_positions_m,
+                                const physics::SceneDescription* scene = nullptr);
 
 }  // namespace soda::models

@@ -15,6 +15,8 @@ constexpr std::int64_t kBorderTest = 50;
 constexpr std::int64_t kRecord = 250;  // a ghost, contact, record or migrant, encoded or decoded
 constexpr std::int64_t kBytesPerNs = 2;
 
+constexpr std::int64_t kSampledBody = 500;  // what measuring a load costs (load_sample.hpp)
+
 constexpr std::int64_t test_ns(physics::ShapeKernel kernel) {
   switch (kernel) {
     case physics::ShapeKernel::kAnalytic:
@@ -63,7 +65,19 @@ std::int64_t work_cost_ns(const physics::StageCounters& before, const physics::S
                      grown(worlds_before.fragments_sent, worlds_after.fragments_sent) +
                      grown(worlds_before.records_sent, worlds_after.records_sent) +
                      grown(worlds_before.migrations, worlds_after.migrations));
+  cost += kSampledBody * grown(worlds_before.bodies_sampled, worlds_after.bodies_sampled);
   return cost + grown(worlds_before.bytes_sent, worlds_after.bytes_sent) / kBytesPerNs;
+}
+
+std::int64_t body_cost_ns() { return kBody + kBorderTest; }
+std::int64_t test_cost_ns(physics::ShapeKernel kernel) { return kPair + test_ns(kernel); }
+std::int64_t point_cost_ns() { return kContactPoint; }
+
+// With friction: three rows a point.
+std::int64_t solve_cost_ns(std::uint32_t contact_points, std::uint64_t iterations,
+                           std::uint64_t islands) {
+  return kIsland +
+         kRowIteration * static_cast<std::int64_t>(3 * contact_points * iterations / islands);
 }
 
 }  // namespace soda::models

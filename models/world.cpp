@@ -19,6 +19,22 @@ using physics::BodyId;
 using physics::BodyState;
 using physics::ContactManifold;
 
+// Bodies that have left stay no longer.
+void drop_foreign(const TerritoryMap& map, WorldId self, std::vector<BodyId>& ids,
+                  std::vector<BodyState>& states) {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    if (map.owner_at(states[i].position_m) != self) continue;
+    if (kept != i) {
+      ids[kept] = ids[i];
+      states[kept] = std::move(states[i]);
+    }
+    ++kept;
+  }
+  ids.resize(kept);
+  states.resize(kept);
+}
+
 // Migrants join the own bodies; returns those that did. While a migration is being rolled back an
 // id can arrive twice or be here still: the body that is here wins, then the one from the lowest
 // source, whatever the order of arrival.
@@ -45,7 +61,7 @@ World::World(const WorldSurroundings& surroundings, WorldId id, std::int64_t buf
       id_(id),
       // `buffer` entries ahead and the one at GVT.
       buffer_(static_cast<std::size_t>(buffer) + 1, std::move(initial)),
-      rules_(buffer_.newest_entry().rules) {}
+      rules_(buffer_.rules(buffer_.newest())) {}
 
 void World::execute(kernel::VirtualTime now, Bag bag, kernel::Outbox& outbox) {
   switch (phase_of(now)) {
@@ -64,12 +80,12 @@ void World::execute(kernel::VirtualTime now, Bag bag, kernel::Outbox& outbox) {
   }
 }
 
-// Own bodies: those of the entry that did not leave, and those that migrate in.
+// Own bodies: those of the entry that did not leave (under the map that the step before had), and
+// those that migrate in. Then user input.
 void World::begin(std::int64_t step, Bag bag) {
-  BufferEntry& entry = buffer_.at(step);
-  rules_ = entry.rules;
+  rules_ = buffer_.rules(step);
   ghosts_.clear();
-  gate_ = entry.gate;
+  gate_ = buffer_.gate(step);
   expected_ = expected_from(gate_, id_);
   next_gate_ = {};
   solves_ = 0;
@@ -79,30 +95,20 @@ void World::begin(std::int64_t step, Bag bag) {
   report_.islands.clear();
   report_.faults.clear();
   if (keeps_history_) {
-    ids_ = entry.ids;
-    states_ = entry.states;
+    buffer_.copy_bodies(step, ids_, states_, counters_);
     ++counters_.entries_saved;
   } else {
-    std::swap(ids_, entry.ids);
-    std::swap(states_, entry.states);
+    buffer_.take_bodies(ids_, states_);
   }
-  if (divided()) {
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < ids_.size(); ++i) {
-      if (rules_.map->owner_at(states_[i].position_m) != id_) continue;
-      if (kept != i) {
-        ids_[kept] = ids_[i];
-        states_[kept] = std::move(states_[i]);
-      }
-      ++kept;
-    }
-    ids_.resize(kept);
-    states_.resize(kept);
-  }
+  if (divided()) drop_foreign(*rules_.map, id_, ids_, states_);
   std::vector<Migrant> migrants;
+  std::vector<CellTransfer> transfers;
   if (around_.gating) next_gate_.migrants = gate_.left_to;
-  owed_ = entry.view.told;
+  owed_ = buffer_.view(step).told;
   for (const kernel::MessageView& message : bag) {
+    if (message.kind == static_cast<std::uint32_t>(MessageKind::kTransfers))
+      decode_transfers(message.payload, transfers);
+    if (message.kind != static_cast<std::uint32_t>(MessageKind::kMigrants)) continue;
     const std::size_t before = migrants.size();
     decode_migrants(message.payload, migrants);
     if (migrants.size() == before) continue;
@@ -111,11 +117,21 @@ void World::begin(std::int64_t step, Bag bag) {
     if (guesses()) add_world(from, owed_);
   }
   sort_unique(next_gate_.migrants);
+  // Bodies of these cells stay until the end of the step: they leave as any others.
+  if (!transfers.empty()) rules_.map = around_.maps.after(rules_.map, transfers);
   migrants = merge_migrants(std::move(migrants), ids_, states_);
-  repetition_.start(entry.differs, propagates() ? buffer_.stale_next() : nullptr);
+  const StoredEntry* const replaced = propagates() ? buffer_.stale_next() : nullptr;
+  repetition_.start(buffer_.differs(step), replaced, *rules_.map);
   repetition_.note_own(ids_, migrants);
+  std::vector<BodyId> touched = take_inputs(bag);
+  // Of what was computed with other materials, nothing can be taken.
+  if (replaced != nullptr) repetition_.note_constants(replaced->rules.scene == rules_.scene);
+  repetition_.note_touched(touched);
   memo_.valid = remembers();
-  if (remembers()) std::swap(memo_.migrants, migrants);
+  if (remembers()) {
+    std::swap(memo_.migrants, migrants);
+    std::swap(memo_.touched, touched);
+  }
   counters_.steps_repeated += repetition_.repeats();
   next_ = time_of(step, Phase::kDetect);
 }
@@ -123,7 +139,7 @@ void World::begin(std::int64_t step, Bag bag) {
 // Swept boxes; own bodies go as ghosts to every other world whose cells their box covers.
 void World::detect(std::int64_t step, kernel::Outbox& outbox) {
   physics::compute_boxes(*rules_.scene, around_.geometry, ids_, states_, scratch_.boxes, stages_);
-  const bool quiet = expected_.ghosts_from.empty() && news_from(buffer_.at(step).view).empty();
+  const bool quiet = expected_.ghosts_from.empty() && news_from(buffer_.view(step)).empty();
   next_ = time_of(step, quiet ? Phase::kPairs : Phase::kBorderTraversal);
   if (!divided()) return;
   std::map<WorldId, std::vector<Ghost>> ghosts;
@@ -154,32 +170,8 @@ void World::border_traversal(std::int64_t step, Bag bag) {
     ghosts = ghosts_and_guesses(step, bag);
   else
     for (const kernel::MessageView& message : bag) decode_ghosts(message.payload, ghosts);
-  ghosts_ = foreign_ghosts(std::move(ghosts), ids_);
+  ghosts_ = foreign_ghosts(std::move(ghosts), own_bodies(step));
   next_ = time_of(step, Phase::kPairs);
-}
-
-// Late ghosts of a step whose pairs have been tested.
-bool World::absorb(kernel::VirtualTime now, Bag bag) {
-  if (phase_of(now) != Phase::kBorderTraversal || bag.empty()) return false;
-  if (guesses()) return absorb_with_guesses(now.t, bag);
-  const bool is_over = next_.t > now.t;
-  if (!is_over && phase_of(next_) <= Phase::kPairs) return false;
-  BufferEntry& start = buffer_.at(now.t);
-  BufferEntry* const end = is_over ? &buffer_.at(now.t + 1) : nullptr;
-  StepMemo& memo = is_over ? end->memo : memo_;
-  if (!memo.valid) return false;
-  const Rules& rules = is_over ? end->rules : rules_;
-  const std::span<const BodyId> ids = is_over ? end->ids : ids_;
-  std::vector<Ghost> ghosts;
-  for (const kernel::MessageView& message : bag) decode_ghosts(message.payload, ghosts);
-  ghosts = foreign_ghosts(std::move(ghosts), ids);
-  const ExecutedStep step{*rules.map, *rules.scene, around_.geometry, id_,
-                          ids,        start.ids,    start.states,     memo};
-  if (!makes_no_difference(step, ghosts, stages_, counters_.absorption_looks)) return false;
-  ++counters_.bags_absorbed;
-  if (!is_over) ghosts_ = ghosts;
-  memo.ghosts = std::move(ghosts);
-  return true;
 }
 
 // Contacts; those with a foreign body go to its owner.
@@ -222,21 +214,22 @@ void World::mark(kernel::VirtualTime) { keeps_history_ = true; }
 
 // Entries after the restart point are void: their steps are executed again.
 kernel::VirtualTime World::rewind(kernel::VirtualTime to) {
-  buffer_.truncate(to.t);
+  buffer_.truncate(to.t, counters_);
+  tell_newest();
   next_ = time_of(to.t, Phase::kBegin);
   return next_;
 }
 
 bool World::is_as_before() const {
   if (phase_of(next_) != Phase::kBegin) return false;
-  const BufferEntry& entry = buffer_.newest_entry();
-  return entry.differs.empty() && !entry.frame_differs && buffer_.has_stale();
+  return buffer_.newest_is_as_before() && buffer_.has_stale();
 }
 
 void World::jump(kernel::VirtualTime limit) {
-  buffer_.put_back(limit.t);
+  buffer_.put_back(limit.t, counters_);
   counters_.steps_put_back += static_cast<std::uint64_t>(buffer_.newest() - next_.t);
   next_ = time_of(buffer_.newest(), Phase::kBegin);
+  tell_newest();
 }
 
 kernel::VirtualTime World::forget(kernel::VirtualTime horizon) {
@@ -246,17 +239,30 @@ kernel::VirtualTime World::forget(kernel::VirtualTime horizon) {
 
 void World::commit(kernel::VirtualTime now) {
   if (phase_of(now) != Phase::kFinish) return;
-  const BufferEntry& entry = buffer_.at(now.t + 1);
+  const bool samples = around_.sampling.takes(now.t + 1);
+  const BufferEntry& entry =
+      buffer_.read(now.t + 1, samples || around_.commits.wants_states(), committed_);
   counters_.solves_committed += entry.solves;
   around_.commits.add(id_, entry);
   audit_.commit(now.t, counters_);
+  if (!samples) return;
+  LoadSample sample = sample_load(id_, entry, around_.geometry, around_.sampling);
+  sample.spent_ns = entry.spent_ns;
+  sample.entries = buffer_.newest() - entry.step;
+  counters_.bodies_sampled += entry.ids.size();
+  around_.loads->add(std::move(sample));
 }
 
 // Between steps, all that matters is the newest entry; within one, what its phases have gathered.
 std::uint64_t World::digest() const {
   std::uint64_t digest = kernel::append(static_cast<std::uint64_t>(next_.t), next_.round);
+  for (const BodyId absent : rules_.inputs->presence.absent())
+    digest = kernel::append(digest, physics::index_of(absent));
   if (phase_of(next_) == Phase::kBegin) {
-    const BufferEntry& entry = buffer_.newest_entry();
+    BufferEntry copy;
+    const BufferEntry& entry = newest_entry(copy);
+    const auto owners = std::as_bytes(entry.rules.map->owners());
+    digest = kernel::append(digest, XXH3_64bits(owners.data(), owners.size()));
     return kernel::append(digest, physics::digest(entry.ids, entry.states));
   }
   kernel::Bytes gathered;

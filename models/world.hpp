@@ -2,16 +2,23 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "kernel/logical_process.hpp"
+#include "models/absorption.hpp"
 #include "models/commit_merge.hpp"
+#include "models/entry_observer.hpp"
 #include "models/guess_audit.hpp"
 #include "models/island_merge.hpp"
+#include "models/load_sample.hpp"
+#include "models/map_share.hpp"
 #include "models/messages.hpp"
 #include "models/repetition.hpp"
+#include "models/scene_versions.hpp"
 #include "models/schedule.hpp"
 #include "models/simulation.hpp"
 #include "models/solve_share.hpp"
@@ -20,16 +27,22 @@
 
 namespace soda::models {
 
-// What all worlds of a run share: read-only, but for the two that are safe to use concurrently and
-// cannot change a result (the memory of solves, the gathering of committed steps).
+// What all worlds of a run share: read-only, but for those that are safe to use concurrently and
+// cannot change a result (the memories of solves, scenes and maps, the gathering of committed
+// steps).
 struct WorldSurroundings {
   const physics::Geometry& geometry;
   SolveShare& solves;
+  SceneVersions& scenes;
+  MapShare& maps;
   CommitSink& commits;
   RollbackMode rollback;
   bool gating;
   GhostMode ghosts;
   bool audits;  // counts what came of foreign contacts
+  LoadSampling sampling;
+  LoadSink* loads;         // null if nothing is sampled
+  EntryObserver* entries;  // or null
 };
 
 // The events of one step are in README.md ("The step protocol"). Between steps a world's state is
@@ -60,13 +73,18 @@ class World final : public kernel::LogicalProcess {
 
   const physics::StageCounters& stages() const { return stages_; }
   const WorldCounters& counters() const { return counters_; }
-  // The newest entry: after a run, the state after its last step.
-  const BufferEntry& newest_entry() const { return buffer_.newest_entry(); }
+  // The newest entry, without memo: after a run, the state after its last step. In `copy`, or
+  // valid until the world executes.
+  const BufferEntry& newest_entry(BufferEntry& copy) const {
+    return buffer_.read(buffer_.newest(), true, copy);
+  }
 
  private:
   using Bag = std::span<const kernel::MessageView>;
 
   void begin(std::int64_t step, Bag bag);
+  std::vector<physics::BodyId> take_inputs(Bag bag);
+  bool act(const UserInput& input);
   void detect(std::int64_t step, kernel::Outbox& outbox);
   void border_traversal(std::int64_t step, Bag bag);
   Heard completed(const Rules& rules, const ForeignView& before, Heard heard);
@@ -74,6 +92,8 @@ class World final : public kernel::LogicalProcess {
                         std::span<const physics::BodyId> changed, const Heard& was, Heard heard);
   std::vector<Ghost> ghosts_and_guesses(std::int64_t step, Bag bag);
   bool absorb_with_guesses(std::int64_t from, Bag bag);
+  std::function<bool(physics::BodyId)> own_bodies(std::int64_t step) const;
+  std::optional<ExecutedStep> executed_step(std::int64_t step, std::vector<Ghost>& ghosts) const;
   bool comes_out_alike(std::int64_t step, std::span<const Ghost> usable);
   void adopt_ghosts(std::int64_t step, Heard heard, std::vector<Ghost> usable);
   void audit_guesses(std::int64_t step, const Heard& heard);
@@ -105,6 +125,10 @@ class World final : public kernel::LogicalProcess {
   void remember_island(std::span<const physics::BodyId> bodies, bool mixed);
   void remember_contacts(std::span<const physics::ContactManifold> for_others);
   void write_entry(std::int64_t step, kernel::Outbox& outbox);
+  std::int64_t spent_since_last_entry();
+  void tell_newest() const {
+    if (around_.entries != nullptr) around_.entries->on_newest(id_, buffer_.newest());
+  }
   void report_faults(kernel::Outbox& outbox) const;
   void send_migrants(std::int64_t step, kernel::Outbox& outbox);
   void send(WorldId to, kernel::VirtualTime when, MessageKind kind, kernel::Payload payload,
@@ -132,10 +156,13 @@ class World final : public kernel::LogicalProcess {
   IslandMerge merge_;
   physics::StepScratch scratch_;
   physics::StepReport report_;
+  BufferEntry committed_;  // memory only
 
   physics::StageCounters stages_;
   WorldCounters counters_;
   GuessAudit audit_;
+  physics::StageCounters stages_at_entry_;  // when the last entry was written; only for samples
+  WorldCounters counters_at_entry_;
 };
 
 }  // namespace soda::models

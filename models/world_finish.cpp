@@ -3,6 +3,7 @@
 #include <map>
 #include <utility>
 
+#include "models/work_cost.hpp"
 #include "models/world.hpp"
 
 namespace soda::models {
@@ -23,6 +24,7 @@ void World::finish(std::int64_t step, kernel::Outbox& outbox) {
   if (divided()) send_migrants(step, outbox);
   if (!keeps_history_) buffer_.forget(step);
   write_entry(step, outbox);
+  tell_newest();
   next_ = time_of(step + 1, Phase::kBegin);
 }
 
@@ -31,14 +33,17 @@ void World::write_entry(std::int64_t step, kernel::Outbox& outbox) {
   for (const WorldId partner : concerned(next_gate_, id_, differs))
     outbox.withdraw(kernel::LpId{index_of(partner)});
   memo_.valid = memo_.valid && report_.faults.empty();
-  const bool repeats = buffer_.has_stale();
-  BufferEntry& start = buffer_.at(step);
-  start.differs.clear();
-  start.frame_differs = false;
+  const StoredEntry* const stale = buffer_.stale_next();
+  const bool differs_now =
+      stale != nullptr && (stale->frame_differs || !has_ids(*stale, ids_) ||
+                           stale->gate.items().front() != next_gate_ || stale->rules != rules_ ||
+                           !(view_of(*stale) == next_view_));
+  const std::int64_t spent_before = stale != nullptr ? stale->spent_ns : 0;
+  buffer_.differs(step).clear();
+  buffer_.frame_differs(step) = false;
   BufferEntry& entry = buffer_.append();
-  entry.frame_differs =
-      repeats && (entry.frame_differs || entry.ids != ids_ || entry.gate != next_gate_ ||
-                  !(entry.view == next_view_) || entry.rules != rules_ || !buffer_.has_stale());
+  entry.frame_differs = differs_now || (stale != nullptr && !buffer_.has_stale());
+  if (around_.sampling.interval > 0) entry.spent_ns = spent_since_last_entry() + spent_before;
   std::swap(entry.ids, ids_);
   std::swap(entry.states, states_);
   std::swap(entry.islands, report_.islands);
@@ -48,6 +53,14 @@ void World::write_entry(std::int64_t step, kernel::Outbox& outbox) {
   std::swap(entry.view, next_view_);
   entry.rules = rules_;
   std::swap(entry.differs, differs);
+}
+
+std::int64_t World::spent_since_last_entry() {
+  const std::int64_t spent_ns =
+      work_cost_ns(stages_at_entry_, stages_, counters_at_entry_, counters_);
+  stages_at_entry_ = stages_;
+  counters_at_entry_ = counters_;
+  return spent_ns;
 }
 
 // Own bodies and foreign nodes side by side. Every participating world solves the whole of a mixed
@@ -139,6 +152,8 @@ void World::advance_mixed_island(std::int64_t step, bool reports) {
   ++counters_.mixed_islands;
   kernel::Bytes input;
   encode_island(scratch_.island_ids, scratch_.island_manifolds, scratch_.island_states, input);
+  if (!rules_.inputs->materials.empty())
+    encode_materials(*rules_.scene, scratch_.island_ids, input);
   std::shared_ptr<const SolvedIsland> solved = around_.solves.find(input);
   const bool is_fresh = solved == nullptr;
   if (solved) {

@@ -51,7 +51,7 @@ Heard World::completed(const Rules& rules, const ForeignView& before, Heard hear
 }
 
 std::vector<Ghost> World::ghosts_and_guesses(std::int64_t step, Bag bag) {
-  next_view_.heard = completed(rules_, buffer_.at(step).view, heard_in(bag));
+  next_view_.heard = completed(rules_, buffer_.view(step), heard_in(bag));
   audit_guesses(step, next_view_.heard);
   return next_view_.heard.ghosts;
 }
@@ -84,23 +84,22 @@ Heard World::completed_again(const Rules& rules, const ForeignView& before,
 bool World::absorb_with_guesses(std::int64_t from, Bag bag) {
   std::vector<std::pair<Heard, std::vector<Ghost>>> steps;
   std::vector<physics::BodyId> changed;
-  ForeignView before = buffer_.at(from).view;
+  ForeignView before = buffer_.view(from);
   Heard heard = heard_in(bag);
   const std::int64_t after = next_.t + (phase_of(next_) > Phase::kBorderTraversal);
   for (std::int64_t step = from; step < after; ++step) {
     const bool is_over = step < next_.t;
-    const Rules& rules = is_over ? buffer_.at(step + 1).rules : rules_;
-    const ForeignView& was = is_over ? buffer_.at(step + 1).view : next_view_;
+    const Rules& rules = is_over ? buffer_.rules(step + 1) : rules_;
+    const ForeignView& was = is_over ? buffer_.view(step + 1) : next_view_;
     if (step > from) heard = spoken(was.heard);
-    const bool same_speakers = news_from(before) == news_from(buffer_.at(step).view);
+    const bool same_speakers = news_from(before) == news_from(buffer_.view(step));
     const bool only_more = std::includes(heard.from.begin(), heard.from.end(),
                                          was.heard.from.begin(), was.heard.from.end());
     heard = same_speakers && only_more
                 ? completed_again(rules, before, changed, was.heard, std::move(heard))
                 : completed(rules, before, std::move(heard));
     changed = differing(was.heard.ghosts, heard.ghosts);
-    std::vector<Ghost> usable =
-        foreign_ghosts(heard.ghosts, is_over ? buffer_.at(step + 1).ids : ids_);
+    std::vector<Ghost> usable = foreign_ghosts(heard.ghosts, own_bodies(step));
     if (!changed.empty() && !comes_out_alike(step, usable)) return false;
     before = was;
     before.heard = heard;
@@ -113,39 +112,28 @@ bool World::absorb_with_guesses(std::int64_t from, Bag bag) {
   return true;
 }
 
-// Where the pairs have not been tested yet, nothing has been made of the ghosts.
-bool World::comes_out_alike(std::int64_t step, std::span<const Ghost> usable) {
-  const bool is_over = step < next_.t;
-  if (!is_over && phase_of(next_) <= Phase::kPairs) return true;
-  const BufferEntry& start = buffer_.at(step);
-  const BufferEntry* const end = is_over ? &buffer_.at(step + 1) : nullptr;
-  const StepMemo& memo = is_over ? end->memo : memo_;
-  if (!memo.valid) return false;
-  const Rules& rules = is_over ? end->rules : rules_;
-  return makes_no_difference({*rules.map, *rules.scene, around_.geometry, id_,
-                              is_over ? end->ids : ids_, start.ids, start.states, memo},
-                             usable, stages_, counters_.absorption_looks);
-}
-
 void World::adopt_ghosts(std::int64_t step, Heard heard, std::vector<Ghost> usable) {
   audit_guesses(step, heard);
-  const bool is_over = step < next_.t;
-  if (is_over) {
-    BufferEntry& entry = buffer_.at(step + 1);
-    // A stale entry after it was computed from what is replaced here.
-    entry.frame_differs =
-        entry.frame_differs || !differing(entry.view.heard.ghosts, heard.ghosts).empty();
+  if (step == next_.t) {
+    next_view_.heard = std::move(heard);
+    ghosts_ = usable;
+    memo_.ghosts = std::move(usable);
+    return;
   }
-  (is_over ? buffer_.at(step + 1).view : next_view_).heard = std::move(heard);
-  if (!is_over) ghosts_ = usable;
-  (is_over ? buffer_.at(step + 1).memo : memo_).ghosts = std::move(usable);
+  const std::int64_t end = step + 1;
+  if (!differing(buffer_.view(end).heard.ghosts, heard.ghosts).empty()) {
+    // A stale entry after it was computed from what is replaced here.
+    buffer_.frame_differs(end) = true;
+    buffer_.replace_ghosts(end, std::move(usable));
+  }
+  buffer_.replace_heard(end, std::move(heard));
 }
 
 void World::audit_guesses(std::int64_t step, const Heard& heard) {
   if (!audits()) return;
   for (const WorldId world : heard.from)
     audit_.note_news(step, world, of_owner(heard.ghosts, world), counters_);
-  for (const WorldId world : news_from(buffer_.at(step).view))
+  for (const WorldId world : news_from(buffer_.view(step)))
     if (!std::binary_search(heard.from.begin(), heard.from.end(), world))
       audit_.note_guess(step, world, of_owner(heard.ghosts, world));
 }

@@ -40,13 +40,13 @@ bool World::has_changed(const Fragment& fragment) const {
 bool World::holds(kernel::VirtualTime now, Bag bag) const {
   if (now != next_) return false;
   if (phase_of(now) != Phase::kBegin) return lacks(gate_, expected_, now, bag);
-  const Gate& gate = buffer_.newest_entry().gate;
+  const Gate& gate = buffer_.gate(buffer_.newest());
   return lacks(gate, expected_from(gate, id_), now, bag);
 }
 
 // Whoever this world has mattered to. A ghost that matters to nobody would have been absorbed.
 std::vector<kernel::LpId> World::disappoints() const {
-  const Expected expected = expected_from(buffer_.newest_entry().gate, id_);
+  const Expected expected = expected_from(buffer_.gate(buffer_.newest()), id_);
   std::vector<WorldId> worlds = expected.ghosts_to;
   worlds.insert(worlds.end(), expected.fragments_to.begin(), expected.fragments_to.end());
   sort_unique(worlds);

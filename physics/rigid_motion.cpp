@@ -46,6 +46,18 @@ Mat3 rotated_tensor(const Mat3& rotation, const Mat3& tensor_local) {
   return out;
 }
 
+void push(const BodyParams& params, const Vec3& impulse_newton_s, const Vec3& point_local_m,
+          BodyState& state) {
+  const Mat3 rotation = state.orientation.toRotationMatrix();
+  const Mat3 inverse_inertia = rotated_tensor(rotation, params.inverse_inertia_local);
+  const Vec3 arm(rotation * point_local_m);
+  const Vec3 twist = arm.cross(impulse_newton_s);
+  for (int axis = 0; axis < 3; ++axis) {
+    state.linear_velocity_m_s[axis] += impulse_newton_s[axis] / params.mass_kg;
+    state.angular_velocity_rad_s[axis] += inverse_inertia.row(axis).dot(twist);
+  }
+}
+
 bool is_isotropic(const Mat3& inertia) {
   return inertia(0, 0) == inertia(1, 1) && inertia(1, 1) == inertia(2, 2) && inertia(0, 1) == 0.0 &&
          inertia(0, 2) == 0.0 && inertia(1, 2) == 0.0;

@@ -23,6 +23,11 @@ bool is_isotropic(const Mat3& inertia_local);
 // from it by the inertia in the new attitude (midpoint rule, second order).
 void rotate_freely(const BodyParams& params, double dt_s, BodyState& state);
 
+// An impulse (world frame) at a point of the body, given from its centre of mass in its own frame:
+// both velocities change.
+void push(const BodyParams& params, const Vec3& impulse_newton_s, const Vec3& point_local_m,
+          BodyState& state);
+
 // Whether a new state can be committed. The bounds keep every later computation finite.
 inline constexpr double kLargestPosition_m = 1e12;
 inline constexpr double kLargestSpeed_m_s = 1e9;

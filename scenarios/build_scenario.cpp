@@ -7,6 +7,7 @@
 #include "scenarios/cross_checks.hpp"
 #include "scenarios/format.hpp"
 #include "scenarios/generators.hpp"
+#include "scenarios/inputs.hpp"
 #include "scenarios/orientation.hpp"
 #include "scenarios/shapes.hpp"
 
@@ -20,6 +21,7 @@ using physics::Mat3;
 struct BuiltBody {
   BodyParams params;
   BodyState state;
+  bool present = true;
 };
 
 // The bodies found so far, in the order of the file.
@@ -116,6 +118,7 @@ void build_body(const BodySpec& spec, Parts parts, Bodies& bodies, FaultList& fa
   state.linear_velocity_m_s = spec.velocity_m_s;
   state.angular_velocity_rad_s = spec.angular_velocity_rad_s;
   add_body(bodies, *params, state, *shape);
+  bodies.built.back().present = spec.present;
 }
 
 void build_generated(const GeneratorSpec& generator, Parts parts, std::optional<std::uint64_t> seed,
@@ -165,9 +168,19 @@ void order_bodies(Bodies bodies, Scenario& scenario) {
   std::sort(bodies.built.begin(), bodies.built.end(),
             [](const BuiltBody& a, const BuiltBody& b) { return a.params.label < b.params.label; });
   for (BuiltBody& body : bodies.built) {
+    if (!body.present)
+      scenario.run.inputs.absent.push_back(
+          physics::BodyId{static_cast<std::uint32_t>(scenario.initial.size())});
     scenario.scene.bodies.push_back(body.params);
     scenario.initial.push_back(std::move(body.state));
   }
+}
+
+void build_inputs(const std::vector<InputSpec>& inputs, Scenario& scenario, FaultList& faults) {
+  InputBuilder builder(scenario.scene, scenario.initial);
+  for (const InputSpec& spec : inputs)
+    if (const auto input = builder.build(spec, faults))
+      scenario.run.inputs.script.push_back(*input);
 }
 
 models::TerritoryOptions territory_of(const TerritorySpec& spec,
@@ -230,7 +243,10 @@ Scenario build_scenario(const DocumentSpec& document, const std::string& file,
   for (const StaticSpec& spec : document.statics) {
     build_static(spec, folder_of(file), parts, scenario.scene.statics, faults);
   }
-  if (faults.empty()) order_bodies(std::move(bodies), scenario);
+  if (!faults.empty()) return scenario;
+  order_bodies(std::move(bodies), scenario);
+  // Whether their bodies exist can be told only of a scene that is whole.
+  build_inputs(document.inputs, scenario, faults);
   return scenario;
 }
 

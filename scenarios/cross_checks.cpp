@@ -240,12 +240,10 @@ void check_territory(const TerritorySpec& territory, FaultList& faults) {
   }
 }
 
-std::int64_t steps_of(const DocumentSpec& document, FaultList& faults) {
-  if (document.steps) return *document.steps;
-  if (!document.duration_s || document.time_step_s <= 0.0) return 0;
-  const double quotient = *document.duration_s / document.time_step_s;
+std::int64_t whole_steps(double time_s, double time_step_s, const JsonValue& member,
+                         const char* instead, FaultList& faults) {
+  const double quotient = time_s / time_step_s;
   const double whole = std::floor(quotient + 0.5);
-  const JsonValue& member = *find_member(*document.json, "duration_s");
   if (whole > 1e9) {
     add_fault(faults, member, {number_text(whole) + " steps", "at most 1000000000 steps", ""});
     return 0;
@@ -253,10 +251,16 @@ std::int64_t steps_of(const DocumentSpec& document, FaultList& faults) {
   if (std::abs(quotient - whole) > 1e-9 * std::max(1.0, whole)) {
     add_fault(faults, member,
               {describe(member) + " = " + number_text(quotient) + " steps",
-               "a whole number of steps of " + number_text(document.time_step_s) + " s",
-               "give steps instead"});
+               "a whole number of steps of " + number_text(time_step_s) + " s", instead});
   }
   return static_cast<std::int64_t>(whole);
+}
+
+std::int64_t steps_of(const DocumentSpec& document, FaultList& faults) {
+  if (document.steps) return *document.steps;
+  if (!document.duration_s || document.time_step_s <= 0.0) return 0;
+  return whole_steps(*document.duration_s, document.time_step_s,
+                     *find_member(*document.json, "duration_s"), "give steps instead", faults);
 }
 
 }  // namespace soda::scenarios

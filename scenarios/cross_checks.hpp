@@ -40,6 +40,11 @@ void check_ids(const DocumentSpec& document, FaultList& faults);
 void check_static_names(const std::vector<StaticSpec>& statics, FaultList& faults);
 void check_territory(const TerritorySpec& territory, FaultList& faults);
 
+// A time that `member` gives, in steps; a fault if it is no whole number of them, with the hint
+// `instead`.
+std::int64_t whole_steps(double time_s, double time_step_s, const JsonValue& member,
+                         const char* instead, FaultList& faults);
+
 // Steps of the run; 0 if there is none that is allowed.
 std::int64_t steps_of(const DocumentSpec& document, FaultList& faults);
 

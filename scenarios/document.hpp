@@ -91,6 +91,7 @@ struct BodySpec : SolidSpec {
   OrientationSpec orientation;
   Vec3 velocity_m_s = Vec3::Zero();
   Vec3 angular_velocity_rad_s = Vec3::Zero();
+  bool present = true;
 };
 
 struct StaticSpec : Located {
@@ -145,6 +146,30 @@ struct GasSpec : ScatterBase {
 using GeneratorSpec =
     std::variant<GridSpec, StackSpec, PyramidSpec, ChainSpec, RandomSpec, GasSpec>;
 
+// User input: what is done to a body, and when; without a time, at once.
+struct InputBase : Located {
+  std::int64_t id = -1;
+  std::int64_t body = -1;
+  std::optional<std::int64_t> step;
+  std::optional<double> time_s;
+};
+struct AddSpec : InputBase {
+  std::optional<Vec3> position_m, velocity_m_s, angular_velocity_rad_s;
+  OrientationSpec orientation;
+};
+struct RemoveSpec : InputBase {};
+struct PushSpec : InputBase {
+  Vec3 impulse_newton_s = Vec3::Zero();
+  Vec3 point_m = Vec3::Zero();
+};
+struct SetVelocitySpec : InputBase {
+  std::optional<Vec3> velocity_m_s, angular_velocity_rad_s;
+};
+struct ChangeMaterialSpec : InputBase {
+  double friction = 0.0, restitution = 0.0;
+};
+using InputSpec = std::variant<AddSpec, RemoveSpec, PushSpec, SetVelocitySpec, ChangeMaterialSpec>;
+
 struct SolverSpec : Located {
   std::int64_t iterations = physics::SolverSettings{}.iterations;
   double restitution_threshold_m_s = physics::SolverSettings{}.restitution_threshold_m_s;
@@ -187,6 +212,7 @@ struct DocumentSpec : Located {
   std::vector<BodySpec> bodies;
   std::vector<StaticSpec> statics;
   std::vector<GeneratorSpec> generators;
+  std::vector<InputSpec> inputs;
   TerritorySpec territory;
   std::int64_t buffer_entries = 48;
   ExecutorSpec executor;

@@ -2,6 +2,7 @@
 
 #include "scenarios/field_binding.hpp"
 #include "scenarios/format_limits.hpp"
+#include "scenarios/input_tables.hpp"
 #include "scenarios/shape_tables.hpp"
 
 namespace soda::scenarios {
@@ -13,7 +14,7 @@ inline constexpr std::array kNamesOf<physics::Broadphase> =
     std::to_array<std::string_view>({"grid", "all-pairs"});
 template <>
 inline constexpr std::array kNamesOf<models::MapKind> =
-    std::to_array<std::string_view>({"blocks", "k-means"});
+    std::to_array<std::string_view>({"blocks", "k-means", "statics"});
 template <>
 inline constexpr std::array kNamesOf<models::ExecutorKind> =
     std::to_array<std::string_view>({"sequential", "threads"});
@@ -107,7 +108,9 @@ constexpr auto kBodyFields = concat(
     std::array{field<BodySpec, &BodySpec::id>(
         "id", kRequired, kId, "Identity, unique over bodies and generators; orders the bodies.")},
     solid_fields<BodySpec>(),
-    motion_fields<BodySpec>("Origin of the shape's frame: the centre of mass, but for a hull."));
+    motion_fields<BodySpec>("Origin of the shape's frame: the centre of mass, but for a hull."),
+    std::array{field<BodySpec, &BodySpec::present>(
+        "present", kOptional, kNone, "false: it takes part only when an input has added it.")});
 constexpr ObjectTable kBody =
     object_table<BodySpec>("body", "A moving body.", kBodyFields, &kMassAlternatives);
 
@@ -263,7 +266,8 @@ constexpr Field kTerritoryFields[] = {
         "Worlds among which the cells are divided; at most as many as cells."),
     field<TerritorySpec, &TerritorySpec::map>(
         "map", kOptional, kNone,
-        "blocks: boxes of nearly equal cell counts; k-means: equal-size clusters of the bodies."),
+        "blocks: boxes of nearly equal cell counts; k-means: equal-size clusters of the bodies; "
+        "statics: boxes, cut where static boxes leave the least room."),
     field<TerritorySpec, &TerritorySpec::seed>("seed", kOptional, kSeed, "Seed of k-means."),
 };
 constexpr ObjectTable kTerritory = object_table<TerritorySpec>(
@@ -328,6 +332,9 @@ constexpr Field kDocumentFields[] = {
     choice_field<DocumentSpec, &DocumentSpec::generators>(
         "generators", kOptional, list_of(0, 10'000), kGenerator,
         "Moving bodies by rule, in this order; at most 1,000,000 bodies in all."),
+    choice_field<DocumentSpec, &DocumentSpec::inputs>("inputs", kOptional, list_of(0, 1'000'000),
+                                                      kInput,
+                                                      "What a user does to bodies, in any order."),
     object_field<DocumentSpec, &DocumentSpec::territory>(
         "territory", kOptional, kNone, kTerritory,
         "Division of space; one cell and one world by default."),

@@ -282,7 +282,7 @@ class Replay : public testing::Test {
     for (std::int64_t step = 0; step <= log.last_step(); ++step) {
       LoggedStep logged = log.read_step(step);
       if (step == changed_step) change(logged);
-      altered.add_step(step, logged.digest, logged.states);
+      altered.add_step(logged);
     }
     altered.finish(log.last_step(), log.read_step(log.last_step()).digest);
   }

@@ -36,6 +36,11 @@ std::uint64_t digest_of(const std::vector<physics::BodyState>& states) {
   return physics::digest(all_ids(states.size()), states);
 }
 
+LoggedStep logged_step(std::int64_t step, std::uint64_t digest,
+                       const std::vector<physics::BodyState>& states) {
+  return {step, digest, all_ids(states.size()), states, {}};
+}
+
 void write_log(const std::string& file) {
   Overrides overrides;
   overrides.worlds = 12;
@@ -43,7 +48,7 @@ void write_log(const std::string& file) {
   LogWriter log(file);
   log.begin({"9.9", "/somewhere/scene.json", "{ the text }"}, overrides, kLabels);
   for (std::int64_t step = 0; step <= kSteps; ++step) {
-    log.add_step(step, digest_of(states_at(step)), states_at(step));
+    log.add_step(logged_step(step, digest_of(states_at(step)), states_at(step)));
   }
   log.finish(kSteps, digest_of(states_at(kSteps)));
 }
@@ -65,11 +70,11 @@ TEST(EventLog, ReadsBackEveryBitThatWasWritten) {
   EXPECT_EQ(log.overrides().executor, models::ExecutorKind::kThreads);
   EXPECT_FALSE(log.overrides().seed.has_value());
   for (const std::int64_t step : {kSteps, std::int64_t{0}, std::int64_t{3}}) {
-    const LoggedStep logged = log.read_step(step);
-    EXPECT_EQ(logged.step, step);
-    EXPECT_EQ(logged.digest, digest_of(states_at(step)));
+    const LoggedStep found = log.read_step(step);
+    EXPECT_EQ(found.step, step);
+    EXPECT_EQ(found.digest, digest_of(states_at(step)));
     for (std::size_t i = 0; i < kLabels.size(); ++i) {
-      EXPECT_TRUE(physics::identical(logged.states[i], states_at(step)[i]));
+      EXPECT_TRUE(physics::identical(found.states[i], states_at(step)[i]));
     }
   }
 }
@@ -164,14 +169,17 @@ TEST(EventLog, AFailedWriteIsReportedAtTheEnd) {
 
 TEST(StepComparison, AgreesOnlyWhenEveryBitDoes) {
   const auto states = states_at(2);
-  EXPECT_EQ(divergence({2, digest_of(states), states}, states, kLabels), "");
+  EXPECT_EQ(divergence(logged_step(2, digest_of(states), states), all_ids(states.size()), states,
+                       kLabels),
+            "");
 }
 
 TEST(StepComparison, NamesStepBodyFieldAndBothValues) {
   const auto logged = states_at(2);
   auto replayed = logged;
   replayed[1].linear_velocity_m_s.x() = 0.5;
-  const std::string text = divergence({2, digest_of(logged), logged}, replayed, kLabels);
+  const std::string text = divergence(logged_step(2, digest_of(logged), logged),
+                                      all_ids(replayed.size()), replayed, kLabels);
   EXPECT_NE(text.find("step 2"), std::string::npos) << text;
   EXPECT_NE(text.find("body 7"), std::string::npos) << text;
   EXPECT_NE(text.find("linear_velocity"), std::string::npos) << text;
@@ -181,17 +189,54 @@ TEST(StepComparison, NamesStepBodyFieldAndBothValues) {
 
 TEST(StepComparison, TellsAnAlteredDigestFromAnAlteredState) {
   const auto states = states_at(2);
-  const std::string text = divergence({2, digest_of(states) ^ 1, states}, states, kLabels);
+  const std::string text = divergence(logged_step(2, digest_of(states) ^ 1, states),
+                                      all_ids(states.size()), states, kLabels);
   EXPECT_NE(text.find("step 2"), std::string::npos) << text;
   EXPECT_NE(text.find("digest"), std::string::npos) << text;
   EXPECT_NE(text.find(format_digest(digest_of(states) ^ 1)), std::string::npos) << text;
+}
+
+TEST(StepComparison, NamesABodyThatOneOfThemLacks) {
+  const auto states = states_at(2);
+  auto ids = all_ids(states.size());
+  ids.back() = physics::BodyId{3};
+  const std::vector<std::uint32_t> labels{7, 8, 9, 10};
+  const std::string text = divergence(logged_step(2, 0, states), ids, states, labels);
+  EXPECT_NE(text.find("logged, body 10 replayed"), std::string::npos) << text;
+}
+
+// Every field of an input, by its bytes.
+TEST(EventLog, ReadsBackInputsAndWhichBodiesWereThere) {
+  LoggedStep step = logged_step(4, 5, states_at(4));
+  step.ids.back() = physics::BodyId{9};
+  models::CommittedInput committed;
+  committed.input.id = 3;
+  committed.input.step = 3;
+  committed.input.kind = models::InputKind::kSetVelocity;
+  committed.input.body = physics::BodyId{1};
+  committed.input.state = states_at(4)[0];
+  committed.input.sets_angular = true;
+  committed.input.impulse_newton_s = {1.0, 2.0, 3.0};
+  committed.input.point_local_m = {4.0, 5.0, 6.0};
+  committed.input.material = {0.25, 0.75};
+  committed.asked_step = -1;
+  committed.had_effect = true;
+  step.inputs = {committed, committed};
+  const LoggedStep found = decode_step(encode_step(step));
+  EXPECT_EQ(found.ids, step.ids);
+  ASSERT_EQ(found.inputs.size(), 2u);
+  EXPECT_EQ(models::encode_input(found.inputs[1].input), models::encode_input(committed.input));
+  EXPECT_EQ(found.inputs[1].asked_step, -1);
+  EXPECT_TRUE(found.inputs[1].had_effect);
 }
 
 TEST(StepComparison, SignedZerosAreDifferentValues) {
   const auto logged = states_at(0);
   auto replayed = logged;
   replayed[0].position_m.y() = 0.0;
-  EXPECT_NE(divergence({0, digest_of(logged), logged}, replayed, kLabels), "");
+  EXPECT_NE(divergence(logged_step(0, digest_of(logged), logged), all_ids(replayed.size()),
+                       replayed, kLabels),
+            "");
 }
 
 }  // namespace

@@ -9,7 +9,6 @@
 #include <sstream>
 
 #include "models/simulation.hpp"
-#include "physics/measures.hpp"
 #include "scenarios/read_scenario.hpp"
 
 namespace soda {
@@ -40,10 +39,8 @@ std::uint64_t final_digest(const Golden& golden) {
   one.worlds = 1;
   const models::SimulationResult result =
       models::simulate(scenario.scene, scenario.initial, models::make_territory_map(one, {}),
-                       {.steps = golden.steps});
-  std::vector<physics::BodyId> ids;
-  for (std::uint32_t i = 0; i < result.final_states.size(); ++i) ids.push_back(physics::BodyId{i});
-  return physics::digest(ids, result.final_states);
+                       {.steps = golden.steps, .inputs = scenario.run.inputs});
+  return models::final_digest(result);
 }
 
 TEST(GoldenDigests, EveryLibraryScenarioGivesItsStoredDigest) {

@@ -110,12 +110,16 @@ class RankThreads {
                       Agreement& all = network_.agreement_;
                       if (code != 0 && (all.code == 0 || rank_ < all.rank)) all = {rank_, code};
                     });
-      return network_.agreement_;
+      const Agreement all = network_.agreement_;
+      network_.meet([] {}, [] {});
+      return all;
     }
 
     std::vector<Bytes> gather(const Bytes& bytes) override {
       network_.meet([] {}, [&] { network_.gathered_[rank_] = bytes; });
-      return rank_ == 0 ? network_.gathered_ : std::vector<Bytes>{};
+      const std::vector<Bytes> all = rank_ == 0 ? network_.gathered_ : std::vector<Bytes>{};
+      network_.meet([] {}, [] {});  // nobody may gather again before the root has copied
+      return all;
     }
 
     [[noreturn]] void abort(int code) override { std::exit(code); }

@@ -27,7 +27,8 @@ TerritoryMap halves() { return {Grid{Vec3(-16, -8, -8), 16.0, {2, 1, 1}}, 2, {kW
 // As models/simulation.cpp makes it.
 Rules rules_of(const test::Scene& scene) {
   return {std::make_shared<TerritoryMap>(halves()),
-          std::make_shared<physics::SceneDescription>(scene.description)};
+          std::make_shared<physics::SceneDescription>(scene.description),
+          std::make_shared<InputAccount>(InputAccount{Presence({}), {}})};
 }
 
 // A long box that spins beside the border, in the east, falls, and has a drive.

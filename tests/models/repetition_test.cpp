@@ -17,6 +17,15 @@ using physics::Vec3;
 // What a step left of two bodies in contact (ids 1 and 3), a free one (5) and a mixed island (7).
 struct Stale {
   BufferEntry entry;
+  SharedMemory memory;
+  StoredEntry kept;
+  // As it is now, until the next call.
+  const StoredEntry* stored() {
+    WorldCounters counters;
+    BufferEntry copy = entry;
+    kept = store(memory, copy, {}, {}, counters);
+    return &kept;
+  }
   Stale() {
     for (const std::uint32_t id : {1u, 3u, 5u, 7u}) {
       entry.ids.push_back(BodyId{id});
@@ -24,6 +33,7 @@ struct Stale {
       entry.states.back().position_m = Vec3(id, 1, 0);
     }
     entry.memo.valid = true;
+    entry.rules.map = std::make_shared<TerritoryMap>(Grid{}, 2, std::vector<WorldId>{WorldId{0}});
     entry.memo.islands = {{BodyId{1}, 2}, {BodyId{1}, 2}, {BodyId{5}, 1}, {BodyId{7}, 0}};
     physics::ContactManifold contact;
     contact.a = BodyId{1};
@@ -43,7 +53,7 @@ std::vector<BodyState> begin_states(std::size_t count) { return std::vector<Body
 TEST(Repetition, TakesOverWhatDependsOnUnchangedBodiesOnly) {
   Stale stale;
   Repetition repetition;
-  repetition.start({}, &stale.entry);
+  repetition.start({}, stale.stored(), *stale.entry.rules.map);
   repetition.note_own(kOwn, {});
   std::vector<physics::ContactManifold> contacts;
   EXPECT_TRUE(repetition.take_contacts(BodyId{1}, BodyId{3}, contacts));
@@ -66,7 +76,7 @@ TEST(Repetition, AChangedBodyIsComputedAgainWithItsWholeIsland) {
   Stale stale;
   Repetition repetition;
   const std::vector<BodyId> changed = {BodyId{3}};
-  repetition.start(changed, &stale.entry);
+  repetition.start(changed, stale.stored(), *stale.entry.rules.map);
   repetition.note_own(kOwn, {});
   std::vector<physics::ContactManifold> contacts;
   EXPECT_FALSE(repetition.take_contacts(BodyId{1}, BodyId{3}, contacts));
@@ -86,7 +96,7 @@ TEST(Repetition, ReportsTheBodiesThatEndDifferentlyAndThoseThatAlreadyDid) {
   Stale stale;
   stale.entry.differs = {BodyId{5}};
   Repetition repetition;
-  repetition.start({}, &stale.entry);
+  repetition.start({}, stale.stored(), *stale.entry.rules.map);
   repetition.note_own(kOwn, {});
   std::vector<BodyState> ends = stale.entry.states;
   ends[1].linear_velocity_m_s = Vec3(0, 0, -0.0);  // another bit, equal as a number
@@ -102,7 +112,7 @@ TEST(Repetition, AMigrantIsUnchangedOnlyIfItCameBeforeInTheSameState) {
   std::vector<Migrant> migrants = {{BodyId{1}, {}}, {BodyId{3}, {}}, {BodyId{5}, {}}};
   migrants[1].state.position_m = Vec3(0, 0, 1);
   Repetition repetition;
-  repetition.start({}, &stale.entry);
+  repetition.start({}, stale.stored(), *stale.entry.rules.map);
   repetition.note_own(kOwn, migrants);
   std::vector<physics::ContactManifold> contacts;
   const BodyId ground = physics::static_id(0);
@@ -121,7 +131,7 @@ TEST(Repetition, AGhostIsUnchangedOnlyIfItCameBeforeInTheSameState) {
   ghosts[2].box.max = Vec3(0, 0, 1);
   ghosts[3].owner = WorldId{2};
   Repetition repetition;
-  repetition.start({}, &stale.entry);
+  repetition.start({}, stale.stored(), *stale.entry.rules.map);
   repetition.note_own(kOwn, {});
   repetition.note_ghosts(ghosts);
   std::vector<physics::ContactManifold> contacts;

@@ -1,0 +1,72 @@
+// `soda run --realtime`: a run that is shown while it is computed, paced by the wall clock.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "models/playback.hpp"
+#include "scenarios/scenario.hpp"
+
+namespace soda::analysis {
+
+// A load that is added to what steps cost, to see what the buffer does about it: CPU time a step,
+// as a fraction of the wall time that a step has. 1 is what one processor can just bear.
+struct ArtificialLoad {
+  double base = 0.0;         // >= 0
+  double peak = 0.0;         // instead of base, during the peak
+  double peak_from_s = 2.0;  // since the first frame
+  double peak_for_s = 1.0;
+};
+
+struct RealTimeRequest {
+  double frames_per_s = 60.0;  // > 0
+  double speed = 1.0;          // simulated over wall time, > 0
+  ArtificialLoad load;
+};
+
+struct RealTimeReport {
+  RealTimeRequest request;
+  models::PlaybackOptions playback;
+  std::int64_t buffer = 0;
+  std::int64_t lead = 0;      // steps that GVT may be beyond what is shown
+  double worst_wake_s = 0.0;  // by which a frame came late because the renderer slept on
+  models::PlaybackSummary summary;
+  std::vector<models::ShownFrame> frames;
+};
+
+// Throws UsageError for executors that no wall clock can pace.
+void require_paceable(const models::RunOptions& run);
+
+// The renderer of one run, in a thread of its own from start() to finish().
+class RealTimeSession {
+ public:
+  RealTimeSession(const RealTimeRequest& request, const scenarios::Scenario& scenario);
+  ~RealTimeSession();
+
+  // `scenario.run`, paced by this session, which must outlive the run.
+  models::RunOptions paced(const models::RunOptions& run);
+  // For each committed step, with states.
+  void add(const models::CommittedStep& step) { buffer_.add(step); }
+  void start();
+  // The run is over: shows what is left.
+  RealTimeReport finish();
+
+ private:
+  class Load;
+
+  RealTimeReport report_;
+  models::BufferInterface buffer_;
+  std::unique_ptr<Load> load_;
+  std::atomic<bool> run_ended_{false};
+  std::thread renderer_;
+};
+
+// Text: counts and a diagram of the fill over time.
+std::string real_time_text(const RealTimeReport& report);
+
+}  // namespace soda::analysis

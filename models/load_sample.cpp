@@ -1,0 +1,130 @@
+#include "models/load_sample.hpp"
+
+#include <algorithm>
+
+#include "models/codec.hpp"
+#include "models/work_cost.hpp"
+#include "physics/step.hpp"
+
+namespace soda::models {
+namespace {
+
+using physics::BodyId;
+
+// Straight on: what falls or is pushed will not get far in the steps that a buffer holds, and what
+// is carried or driven keeps its velocity.
+std::uint32_t predicted_cell(const Rules& rules, const physics::BodyState& state,
+                             std::int64_t ahead) {
+  const Grid& grid = rules.map->grid();
+  const double time_s = static_cast<double>(ahead) * rules.scene->dt_s;
+  return static_cast<std::uint32_t>(
+      grid.index_of_cell(grid.cell_of(state.position_m + time_s * state.linear_velocity_m_s)));
+}
+
+// The tests of each body's pairs, half a pair for each of two own bodies.
+void add_pair_costs(const BufferEntry& entry, const physics::Geometry& geometry,
+                    std::vector<BodyLoad>& bodies) {
+  const physics::SceneDescription& scene = *entry.rules.scene;
+  physics::StageCounters uncounted;
+  physics::StepScratch scratch;
+  physics::compute_boxes(scene, geometry, entry.ids, entry.states, scratch.boxes, uncounted);
+  const auto shape = [&](std::uint32_t body) -> const physics::Shape& {
+    return scene.shapes[scene.bodies[physics::index_of(entry.ids[body])].shape];
+  };
+  physics::find_pairs(scene.broadphase, scratch.boxes, scratch.pairs, uncounted);
+  for (const physics::IndexPair pair : scratch.pairs) {
+    const std::int64_t cost =
+        test_cost_ns(physics::kernel_for(shape(pair.first), shape(pair.second)));
+    bodies[pair.first].cost_ns += cost / 2;
+    bodies[pair.second].cost_ns += cost / 2;
+  }
+  physics::find_static_pairs(geometry, scratch.boxes, scratch.static_pairs, uncounted);
+  for (const physics::IndexPair pair : scratch.static_pairs)
+    bodies[pair.first].cost_ns += test_cost_ns(
+        physics::kernel_for(shape(pair.first), scene.shapes[scene.statics[pair.second].shape]));
+}
+
+}  // namespace
+
+LoadSample sample_load(WorldId world, const BufferEntry& entry, const physics::Geometry& geometry,
+                       const LoadSampling& sampling) {
+  LoadSample sample;
+  sample.world = world;
+  sample.step = entry.step;
+  for (std::size_t i = 0; i < entry.ids.size(); ++i) {
+    const physics::BodyState& state = entry.states[i];
+    const std::int64_t points = static_cast<std::int64_t>(state.impulses.size()) * point_cost_ns();
+    sample.bodies.push_back({entry.ids[i], predicted_cell(entry.rules, state, sampling.from),
+                             predicted_cell(entry.rules, state, sampling.until),
+                             body_cost_ns() + points});
+    BodyId last = entry.ids[i];
+    for (const physics::ContactImpulse& impulse : state.impulses) {
+      if (physics::is_static(impulse.other) || impulse.other == last) continue;
+      last = impulse.other;
+      sample.links.push_back({entry.ids[i], last});
+    }
+  }
+  add_pair_costs(entry, geometry, sample.bodies);
+  // The mean over the islands, as in work_cost_ns: what a modelled run has to pay.
+  std::uint64_t iterations = 0;
+  for (const physics::IslandReport& island : entry.islands) iterations += island.iterations;
+  for (const physics::IslandReport& island : entry.islands)
+    sample.islands.push_back(
+        {island.label, solve_cost_ns(island.contact_points, iterations, entry.islands.size())});
+  return sample;
+}
+
+kernel::Bytes encode_load(const LoadSample& sample) {
+  kernel::Bytes bytes;
+  Writer writer(bytes);
+  writer.world(sample.world);
+  for (const std::int64_t number : {sample.step, sample.spent_ns, sample.entries})
+    writer.number(number);
+  writer.number(static_cast<std::uint32_t>(sample.bodies.size()));
+  for (const BodyLoad& body : sample.bodies) {
+    writer.id(body.id);
+    writer.number(body.cell);
+    writer.number(body.later);
+    writer.number(body.cost_ns);
+  }
+  writer.number(static_cast<std::uint32_t>(sample.links.size()));
+  for (const BodyLink& link : sample.links) {
+    writer.id(link.a);
+    writer.id(link.b);
+  }
+  for (const IslandLoad& island : sample.islands) {
+    writer.id(island.label);
+    writer.number(island.solve_ns);
+  }
+  return bytes;
+}
+
+LoadSample decode_load(std::span<const std::byte> bytes) {
+  Reader reader(bytes);
+  LoadSample sample;
+  sample.world = reader.world();
+  sample.step = reader.number<std::int64_t>();
+  sample.spent_ns = reader.number<std::int64_t>();
+  sample.entries = reader.number<std::int64_t>();
+  sample.bodies.resize(reader.number<std::uint32_t>());
+  for (BodyLoad& body : sample.bodies) {
+    body.id = reader.id();
+    body.cell = reader.number<std::uint32_t>();
+    body.later = reader.number<std::uint32_t>();
+    body.cost_ns = reader.number<std::int64_t>();
+  }
+  sample.links.resize(reader.number<std::uint32_t>());
+  for (BodyLink& link : sample.links) {
+    link.a = reader.id();
+    link.b = reader.id();
+  }
+  while (!reader.at_end()) {
+    IslandLoad island;
+    island.label = reader.id();
+    island.solve_ns = reader.number<std::int64_t>();
+    sample.islands.push_back(island);
+  }
+  return sample;
+}
+
+}  // namespace soda::models

@@ -1,0 +1,92 @@
+#include "models/packed_state.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <span>
+
+namespace soda::models {
+namespace {
+
+using physics::BodyId;
+using physics::BodyState;
+using physics::ContactImpulse;
+
+constexpr std::size_t kBodyWords = 13, kImpulseWords = 6;
+
+std::uint64_t word(double value) { return std::bit_cast<std::uint64_t>(value); }
+double number(std::uint64_t word) { return std::bit_cast<double>(word); }
+
+std::array<std::uint64_t, kBodyWords> body_words(const BodyState& state) {
+  const physics::Vec3 &x = state.position_m, &v = state.linear_velocity_m_s,
+                      &w = state.angular_velocity_rad_s;
+  const physics::Quat& q = state.orientation;
+  return {word(x[0]), word(x[1]), word(x[2]),  word(v[0]),  word(v[1]),  word(v[2]), word(w[0]),
+          word(w[1]), word(w[2]), word(q.w()), word(q.x()), word(q.y()), word(q.z())};
+}
+
+std::array<std::uint64_t, kImpulseWords> impulse_words(const ContactImpulse& impulse) {
+  return {std::uint64_t{physics::index_of(impulse.other)} << 32 | impulse.part,
+          impulse.feature,
+          word(impulse.normal_newton_s),
+          word(impulse.friction_newton_s[0]),
+          word(impulse.friction_newton_s[1]),
+          word(impulse.friction_newton_s[2])};
+}
+
+template <std::size_t N>
+bool begins_with(std::span<const std::uint64_t> words, const std::array<std::uint64_t, N>& wanted) {
+  for (std::size_t i = 0; i < N; ++i)
+    if (words[i] != wanted[i]) return false;
+  return true;
+}
+
+}  // namespace
+
+PackedState::PackedState(SharedMemory& memory, const BodyState& state)
+    : words_(memory, kBodyWords + kImpulseWords * state.impulses.size(),
+             [&state](std::uint64_t* out) {
+               out = std::ranges::copy(body_words(state), out).out;
+               for (const ContactImpulse& impulse : state.impulses)
+                 out = std::ranges::copy(impulse_words(impulse), out).out;
+             }) {}
+
+bool PackedState::holds(const BodyState& state) const {
+  std::span<const std::uint64_t> words = words_.items();
+  if (words.size() != kBodyWords + kImpulseWords * state.impulses.size()) return false;
+  if (words[0] != word(state.position_m[0])) return false;  // decides for most that move
+  if (!begins_with(words, body_words(state))) return false;
+  words = words.subspan(kBodyWords);
+  for (const ContactImpulse& impulse : state.impulses) {
+    if (!begins_with(words, impulse_words(impulse))) return false;
+    words = words.subspan(kImpulseWords);
+  }
+  return true;
+}
+
+void PackedState::unpack(BodyState& state) const {
+  const std::span<const std::uint64_t> words = words_.items();
+  const auto vector = [&words](std::size_t at) {
+    return physics::Vec3(number(words[at]), number(words[at + 1]), number(words[at + 2]));
+  };
+  state.position_m = vector(0);
+  state.linear_velocity_m_s = vector(3);
+  state.angular_velocity_rad_s = vector(6);
+  state.orientation.w() = number(words[9]);
+  state.orientation.x() = number(words[10]);
+  state.orientation.y() = number(words[11]);
+  state.orientation.z() = number(words[12]);
+  state.impulses.resize((words.size() - kBodyWords) / kImpulseWords);
+  std::size_t at = kBodyWords;
+  for (ContactImpulse& impulse : state.impulses) {
+    impulse.other = BodyId{static_cast<std::uint32_t>(words[at] >> 32)};
+    impulse.part = static_cast<std::uint32_t>(words[at]);
+    impulse.feature = static_cast<std::uint32_t>(words[at + 1]);
+    impulse.normal_newton_s = number(words[at + 2]);
+    impulse.friction_newton_s = vector(at + 3);
+    at += kImpulseWords;
+  }
+}
+
+}  // namespace soda::models

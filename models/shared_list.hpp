@@ -1,0 +1,127 @@
+// Ascending lists that share with an older version of themselves what did not change.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "kernel/hash_mix.hpp"
+#include "models/shared_array.hpp"
+
+namespace soda::models {
+
+// To be specialised for what is listed:
+//   static Key key(const T&);  // an integer or an enumeration
+//   static bool same(const T&, const T&);  // bit for bit; no, of equal items, costs memory only
+template <class T>
+struct ListItem;
+
+// An immutable list, ascending by key, in chunks of 16 keys on average. A chunk that is equal in
+// the older version is the same memory, and so is the table of chunks if all are. Where a chunk
+// begins is a function of its first key only: what comes or goes changes one chunk, not all that
+// follow.
+template <class T>
+class SharedList {
+ public:
+  using Key = decltype(ListItem<T>::key(std::declval<const T&>()));
+
+  SharedList() = default;
+  // `items` ascending by key; several may have one key.
+  SharedList(SharedMemory& memory, std::span<const T> items, const SharedList& older);
+
+  std::size_t size() const { return size_; }
+  // Calls do_with(item) in order.
+  template <class Do>
+  void for_each(Do do_with) const {
+    for (const Chunk& chunk : table_.items())
+      for (const T& item : chunk.items()) do_with(item);
+  }
+  // Walks once through the list.
+  class Cursor {
+   public:
+    explicit Cursor(const SharedList& list) : chunks_(list.table_.items()) {}
+    // The first item with this key, or null. Keys asked for must not descend.
+    const T* advance_to(Key key);
+
+   private:
+    std::span<const SharedArray<T>> chunks_;
+    std::size_t item_ = 0;  // of the first chunk
+  };
+  // All items with this key.
+  std::span<const T> range(Key key) const;
+  // The first of them, or null.
+  const T* find(Key key) const {
+    const std::span<const T> found = range(key);
+    return found.empty() ? nullptr : found.data();
+  }
+
+ private:
+  using Chunk = SharedArray<T>;
+
+  static Key key_of(const T& item) { return ListItem<T>::key(item); }
+  static bool begins_chunk(Key key) {
+    return kernel::mix64(static_cast<std::uint64_t>(key) + 1) % 16 == 0;
+  }
+  static bool before(const T& item, Key key) { return key_of(item) < key; }
+  // The chunk that begins with this key, or null.
+  static const Chunk* chunk_from(std::span<const Chunk> chunks, Key key) {
+    const auto place = std::lower_bound(
+        chunks.begin(), chunks.end(), key,
+        [](const Chunk& chunk, Key k) { return before(chunk.items().front(), k); });
+    return place != chunks.end() && key_of(place->items().front()) == key ? &*place : nullptr;
+  }
+
+  SharedArray<Chunk> table_;
+  std::size_t size_ = 0;
+};
+
+template <class T>
+SharedList<T>::SharedList(SharedMemory& memory, std::span<const T> items, const SharedList& older)
+    : size_(items.size()) {
+  const auto equal = [](const T& a, const T& b) { return ListItem<T>::same(a, b); };
+  std::vector<Chunk> chunks;
+  const std::span<const Chunk> old_chunks = older.table_.items();
+  for (std::size_t first = 0, last = 0; first < items.size(); first = last) {
+    last = first + 1;
+    while (last < items.size() &&
+           (key_of(items[last]) == key_of(items[last - 1]) || !begins_chunk(key_of(items[last]))))
+      ++last;
+    const std::span<const T> cut = items.subspan(first, last - first);
+    const Chunk* const old = chunk_from(old_chunks, key_of(cut.front()));
+    const bool shared = old != nullptr && std::ranges::equal(old->items(), cut, equal);
+    chunks.push_back(shared ? *old : Chunk(memory, cut));
+  }
+  table_ =
+      std::ranges::equal(chunks, old_chunks) ? older.table_ : SharedArray<Chunk>(memory, chunks);
+}
+
+template <class T>
+const T* SharedList<T>::Cursor::advance_to(Key key) {
+  while (!chunks_.empty()) {
+    const std::span<const T> items = chunks_.front().items();
+    for (; item_ < items.size(); ++item_)
+      if (key_of(items[item_]) >= key) return key_of(items[item_]) == key ? &items[item_] : nullptr;
+    chunks_ = chunks_.subspan(1);
+    item_ = 0;
+  }
+  return nullptr;
+}
+
+template <class T>
+std::span<const T> SharedList<T>::range(Key key) const {
+  const std::span<const Chunk> chunks = table_.items();
+  auto place = std::upper_bound(chunks.begin(), chunks.end(), key, [](Key k, const Chunk& chunk) {
+    return k < key_of(chunk.items().front());
+  });
+  if (place == chunks.begin()) return {};
+  const std::span<const T> items = (--place)->items();
+  const auto first = std::lower_bound(items.begin(), items.end(), key, before);
+  auto last = first;
+  while (last != items.end() && key_of(*last) == key) ++last;
+  return {first, last};
+}
+
+}  // namespace soda::models
