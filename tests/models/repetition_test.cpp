@@ -142,6 +142,23 @@ TEST(Repetition, AGhostIsUnchangedOnlyIfItCameBeforeInTheSameState) {
   EXPECT_FALSE(repetition.take_contacts(BodyId{1}, BodyId{8}, contacts)) << "was not here";
 }
 
+// Under another map another world may have to test the pairs of two owners.
+TEST(Repetition, AGhostIsUnchangedOnlyUnderTheSameMap) {
+  Stale stale;
+  const std::vector<Ghost> ghosts = {{BodyId{0}, WorldId{1}, {}, {}}};
+  stale.entry.memo.ghosts = ghosts;
+  for (const std::uint32_t owner : {0u, 1u}) {
+    const TerritoryMap map(Grid{}, 2, {WorldId{owner}});
+    Repetition repetition;
+    repetition.start({}, stale.stored(), map);
+    repetition.note_own(kOwn, {});
+    repetition.note_ghosts(ghosts);
+    std::vector<physics::ContactManifold> contacts;
+    EXPECT_EQ(repetition.take_contacts(BodyId{0}, BodyId{1}, contacts), owner == 0);
+    EXPECT_TRUE(repetition.take_contacts(BodyId{1}, BodyId{3}, contacts)) << "both are own";
+  }
+}
+
 // Bodies that rest on the ground, far from each other, in one territory, and a fast ball that comes
 // in from another one, where nothing else is.
 struct Intrusion {
