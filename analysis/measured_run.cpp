@@ -1,6 +1,7 @@
 #include "analysis/measured_run.hpp"
 
 #include <algorithm>
+#include <optional>
 
 #include "analysis/exit_codes.hpp"
 #include "analysis/input_measures.hpp"
@@ -12,6 +13,13 @@ std::string describe(const models::SimulationFault& fault) {
   return "step " + std::to_string(fault.step) + ", world " +
          std::to_string(models::index_of(fault.world)) + ", body " +
          std::to_string(fault.body_label) + ": " + fault.what;
+}
+
+std::vector<physics::BodyId> all_bodies(std::size_t count) {
+  std::vector<physics::BodyId> ids;
+  ids.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) ids.push_back(static_cast<physics::BodyId>(i));
+  return ids;
 }
 
 std::vector<physics::Vec3> centres(const std::vector<physics::BodyState>& states) {
@@ -42,16 +50,24 @@ MeasuredRun measure_run(const physics::SceneDescription& scene,
   models::CommitObserver both = observer;
   const bool followed = is_followed(options.inputs);
   both.wants_states = observer.wants_states || states_are_measured(scene) || followed;
-  InputFollower follower(scene, initial, options.inputs);
-  const std::vector<physics::BodyId> start_ids(follower.bodies().ids.begin(),
-                                               follower.bodies().ids.end());
-  const std::vector<physics::BodyState> start_states(follower.bodies().states.begin(),
-                                                     follower.bodies().states.end());
-  if (options.steps > 0 && !followed) add_drives(scene, start_ids, start_states, totals);
+  std::optional<InputFollower> follower;
+  std::vector<physics::BodyId> start_ids;
+  std::vector<physics::BodyState> start_states;
+  PresentBodies start;
+  if (followed) {
+    follower.emplace(scene, initial, options.inputs);
+    start_ids.assign(follower->bodies().ids.begin(), follower->bodies().ids.end());
+    start_states.assign(follower->bodies().states.begin(), follower->bodies().states.end());
+    start = {start_ids, start_states};
+  } else {
+    start_ids = all_bodies(initial.size());
+    start = {start_ids, initial};
+    if (options.steps > 0) add_drives(scene, start_ids, initial, totals);
+  }
   both.on_step = [&](const models::CommittedStep& step) {
     add_islands(step.islands, totals);
     if (followed)
-      follower.follow(step, totals);
+      follower->follow(step, totals);
     else if (step.step < options.steps)
       add_drives(scene, step.ids, step.states, totals);
     if (observer.on_step) observer.on_step(step);
@@ -63,10 +79,14 @@ MeasuredRun measure_run(const physics::SceneDescription& scene,
 
   if (run.result.fault) throw NumericalFailure(describe(*run.result.fault));
   std::vector<physics::BodyState> end_states;
-  for (const physics::BodyId id : run.result.final_ids)
-    end_states.push_back(run.result.final_states[physics::index_of(id)]);
-  run.error = measure_errors(scene, {start_ids, start_states}, {run.result.final_ids, end_states},
-                             static_cast<double>(run.result.committed_steps), totals);
+  PresentBodies end{run.result.final_ids, run.result.final_states};
+  if (end.ids.size() != end.states.size()) {
+    for (const physics::BodyId id : run.result.final_ids)
+      end_states.push_back(run.result.final_states[physics::index_of(id)]);
+    end.states = end_states;
+  }
+  run.error =
+      measure_errors(scene, start, end, static_cast<double>(run.result.committed_steps), totals);
   run.digest = models::final_digest(run.result);
   run.plan_counters = models::plan_counters(run.plan, run.result);
   return run;

@@ -37,7 +37,7 @@ void join(std::span<const std::byte> record, CommitSink& commits, LoadSink* load
 
 // Of a world, or of all that live here: their work counters, and the states that they ended with.
 // `result.final_states` has a place for each body.
-void add_outcome(const World& world, SimulationResult& result);
+void add_outcome(World& world, SimulationResult& result);
 kernel::Bytes encode_outcome(std::span<const std::unique_ptr<kernel::LogicalProcess>> worlds);
 void add_outcome(std::span<const std::byte> outcome, SimulationResult& result);
 

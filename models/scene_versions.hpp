@@ -29,8 +29,9 @@ void set_material(physics::BodyId body, const physics::Material& material,
 // A new version costs a copy of the scene, once in a process. From all worker threads.
 class SceneVersions {
  public:
+  // `scene` must outlive all that hold it.
   explicit SceneVersions(const physics::SceneDescription& scene)
-      : unchanged_(std::make_shared<physics::SceneDescription>(scene)) {}
+      : unchanged_(std::shared_ptr<const void>(), &scene) {}
 
   std::shared_ptr<const physics::SceneDescription> with(const MaterialChanges& changes);
 

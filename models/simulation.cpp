@@ -79,9 +79,16 @@ Worlds build_worlds(const Surroundings& around, const Rules& rules,
                     std::span<const physics::BodyState> initial, kernel::LpRange own) {
   const RunOptions& options = around.options;
   std::vector<BufferEntry> entries(rules.map->worlds());
+  const bool undivided = entries.size() == 1;
+  if (undivided) {
+    entries[0].ids.reserve(initial.size());
+    entries[0].states.reserve(initial.size());
+  }
   for (std::uint32_t body = 0; body < initial.size(); ++body) {
     if (!rules.inputs->presence.has(physics::BodyId{body})) continue;
-    BufferEntry& entry = entries[index_of(rules.map->owner_at(initial[body].position_m))];
+    const std::uint32_t owner =
+        undivided ? 0 : index_of(rules.map->owner_at(initial[body].position_m));
+    BufferEntry& entry = entries[owner];
     entry.ids.push_back(physics::BodyId{body});
     entry.states.push_back(initial[body]);
   }
@@ -163,7 +170,7 @@ kernel::RunResult run_over_ranks(const Worlds& worlds, const RunOptions& options
 void collect(const Worlds& worlds, const RunOptions& options, SimulationResult& result) {
   if (options.executor != ExecutorKind::kMpi || worlds.size() == 1) {
     for (const std::unique_ptr<kernel::LogicalProcess>& process : worlds)
-      if (process) add_outcome(static_cast<const World&>(*process), result);
+      if (process) add_outcome(static_cast<World&>(*process), result);
     return;
   }
   for (const kernel::Bytes& outcome : options.transport->gather(encode_outcome(worlds)))
@@ -270,6 +277,8 @@ WorldCounters& operator+=(WorldCounters& sum, const WorldCounters& more) {
 }
 
 std::uint64_t final_digest(const SimulationResult& result) {
+  if (result.final_ids.size() == result.final_states.size())
+    return physics::digest(result.final_ids, result.final_states);
   std::vector<physics::BodyState> states;
   for (const physics::BodyId id : result.final_ids)
     states.push_back(result.final_states[physics::index_of(id)]);
@@ -293,7 +302,7 @@ SimulationResult simulate(const physics::SceneDescription& scene,
   SceneVersions scenes(scene);
   MapShare maps;
   const Rules rules{
-      std::make_shared<TerritoryMap>(map), scenes.with({}),
+      std::shared_ptr<const TerritoryMap>(std::shared_ptr<const void>(), &map), scenes.with({}),
       std::make_shared<InputAccount>(InputAccount{Presence(options.inputs.absent), {}})};
   const std::unique_ptr<Balancing> balancing = make_balancing(options, rules.map);
   if (balancing && is_root(options)) options.outsides.push_back(balancing.get());

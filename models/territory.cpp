@@ -199,6 +199,8 @@ std::size_t Grid::index_of_cell(const std::array<std::int32_t, 3>& cell) const {
 
 TerritoryMap::TerritoryMap(Grid grid, std::uint32_t worlds, std::vector<WorldId> owner_of_cell)
     : grid_(grid), worlds_(worlds), owner_of_cell_(std::move(owner_of_cell)) {
+  if (worlds_ == 1) return;  // no borders, and nobody asks
+  is_border_.reserve(owner_of_cell_.size());
   for (std::int32_t x = 0; x < grid_.cells[0]; ++x)
     for (std::int32_t y = 0; y < grid_.cells[1]; ++y)
       for (std::int32_t z = 0; z < grid_.cells[2]; ++z)

@@ -99,6 +99,13 @@ const BufferEntry& TransformBuffer::read(std::int64_t step, bool with_states,
   return copy;
 }
 
+BufferEntry TransformBuffer::release_newest() {
+  if (is_open(newest_)) return std::move(open_);
+  BufferEntry copy;
+  read(newest_, true, copy);
+  return copy;
+}
+
 const BufferEntry* TransformBuffer::open(std::int64_t step) const {
   require_held(step);
   return is_open(step) ? &open_ : nullptr;

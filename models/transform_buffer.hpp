@@ -50,6 +50,8 @@ class TransformBuffer {
   // `with_states`.
   const BufferEntry& read(std::int64_t step, bool with_states, BufferEntry& copy) const;
 
+  // The newest entry, as by read(); the buffer is void then.
+  BufferEntry release_newest();
   // The stale entry newest() + 1, or null.
   const StoredEntry* stale_next() const;
   bool has_stale() const { return newest_ < newest_stale_; }

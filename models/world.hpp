@@ -78,6 +78,8 @@ class World final : public kernel::LogicalProcess {
   const BufferEntry& newest_entry(BufferEntry& copy) const {
     return buffer_.read(buffer_.newest(), true, copy);
   }
+  // The same; the world is of no use any more.
+  BufferEntry release_newest_entry() { return buffer_.release_newest(); }
 
  private:
   using Bag = std::span<const kernel::MessageView>;

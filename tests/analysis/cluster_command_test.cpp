@@ -43,6 +43,22 @@ TEST(ClusterCommands, RunReportsEveryDocumentedKeyAndTheDigestOfEveryExecutor) {
   }
 }
 
+// Latencies of about a tenth of a step.
+TEST(ClusterCommands, WithGatingStacksAndChainsOnBordersAreSolvedAtMostFifteenPercentTooOften) {
+  const auto rework = [](const char* scene, const char* steps, const char* latency_us,
+                         const char* gating) {
+    const Json islands =
+        json_of({"run", library_file(scene), "--executor", "virtual", "--steps", steps,
+                 "--latency-us", latency_us, "--gating", gating, "--json"})["islands"];
+    return (islands["solved"].get<double>() + islands["reused"].get<double>()) /
+           islands["solves_committed"].get<double>();
+  };
+  EXPECT_LE(rework("border-stack", "300", "30", "on"), 1.15);
+  EXPECT_GT(rework("border-stack", "300", "30", "off"), 2.0);
+  EXPECT_LE(rework("five-worlds-chain", "60", "15", "on"), 1.15);
+  EXPECT_GT(rework("five-worlds-chain", "60", "15", "off"), 2.0);
+}
+
 TEST(ClusterCommands, PholdGivesOneDigestUnderEveryExecutorAndPolicy) {
   const auto phold = [](std::vector<std::string> more) {
     std::vector<std::string> arguments = {"phold", "--lps",    "32",  "--lookahead",

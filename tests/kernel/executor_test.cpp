@@ -229,6 +229,33 @@ TEST(Executors, LpWithFewRestartPointsCommitsLikeTheSequentialRun) {
   EXPECT_GT(rollbacks, 0u);
 }
 
+// LP 0 waits at every tick for a message that LP 1 sends it at every third one only: elsewhere GVT
+// must come up to it, and no further.
+TEST(Executors, WhoWaitsForWhatNeverComesHoldsBackGvtUntilItIsReached) {
+  const auto network = [] {
+    ScriptedProcess::Script waiting{.agenda = every_tick(60), .waits_for_a_message = true};
+    waiting.on_execute = [](ScriptedProcess& self, VirtualTime now, auto, Outbox& outbox) {
+      outbox.send(LpId{1}, {now.t, 1}, 0, number(self.state.sum % 7));
+    };
+    ScriptedProcess::Script busy{.agenda = every_tick(60)};
+    busy.on_execute = [](ScriptedProcess& self, VirtualTime now, auto, Outbox& outbox) {
+      if (now.t % 3 == 2) outbox.send(LpId{0}, at(now.t + 1), 0, number(self.state.sum + 1));
+    };
+    return make_lps({waiting, busy});
+  };
+  const Lps oracle = network();
+  run_sequential(oracle, at(60));
+  for (const Executor& executor : all_executors()) {
+    SCOPED_TRACE(name_of(executor));
+    const Lps lps = network();
+    run(lps, at(60), executor);
+    for (std::size_t i = 0; i < lps.size(); ++i) {
+      EXPECT_EQ(scripted(lps, i).commits, scripted(oracle, i).commits);
+      EXPECT_EQ(scripted(lps, i).state.sum, scripted(oracle, i).state.sum);
+    }
+  }
+}
+
 TEST(Executors, ProgressRisesToTheEndAndComesAfterTheCommits) {
   for (const Executor& executor : all_executors()) {
     SCOPED_TRACE(name_of(executor));

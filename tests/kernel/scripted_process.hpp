@@ -30,7 +30,8 @@ class ScriptedProcess final : public LogicalProcess {
   struct Script {
     std::vector<VirtualTime> agenda = {};  // ascending
     Handler on_execute = {};
-    std::int64_t mark_every_t = 0;  // 0: at every time; else only at (n * mark_every_t, 0)
+    std::int64_t mark_every_t = 0;     // 0: at every time; else only at (n * mark_every_t, 0)
+    bool waits_for_a_message = false;  // gating: with an empty bag it would rather wait
     std::function<bool(ScriptedProcess& self, VirtualTime now, std::span<const MessageView> bag)>
         on_absorb = {};
   };
@@ -64,6 +65,8 @@ class ScriptedProcess final : public LogicalProcess {
   }
   bool absorbs() const override { return script_.on_absorb != nullptr; }
   void commit(VirtualTime now) override { commits.push_back(now); }
+  bool gates() const override { return script_.waits_for_a_message; }
+  bool holds(VirtualTime, std::span<const MessageView> bag) const override { return bag.empty(); }
 
   struct State {
     std::size_t agenda_done = 0;

@@ -142,6 +142,23 @@ TEST(Repetition, AGhostIsUnchangedOnlyIfItCameBeforeInTheSameState) {
   EXPECT_FALSE(repetition.take_contacts(BodyId{1}, BodyId{8}, contacts)) << "was not here";
 }
 
+// Under another map another world may have to test the pairs of two owners.
+TEST(Repetition, AGhostIsUnchangedOnlyUnderTheSameMap) {
+  Stale stale;
+  const std::vector<Ghost> ghosts = {{BodyId{0}, WorldId{1}, {}, {}}};
+  stale.entry.memo.ghosts = ghosts;
+  for (const std::uint32_t owner : {0u, 1u}) {
+    const TerritoryMap map(Grid{}, 2, {WorldId{owner}});
+    Repetition repetition;
+    repetition.start({}, stale.stored(), map);
+    repetition.note_own(kOwn, {});
+    repetition.note_ghosts(ghosts);
+    std::vector<physics::ContactManifold> contacts;
+    EXPECT_EQ(repetition.take_contacts(BodyId{0}, BodyId{1}, contacts), owner == 0);
+    EXPECT_TRUE(repetition.take_contacts(BodyId{1}, BodyId{3}, contacts)) << "both are own";
+  }
+}
+
 // Bodies that rest on the ground, far from each other, in one territory, and a fast ball that comes
 // in from another one, where nothing else is.
 struct Intrusion {
@@ -149,11 +166,12 @@ struct Intrusion {
   TerritoryMap map =
       make_territory_map({Grid{Vec3(-64, -64, 0), 1.0, {128, 128, 2}}, 2, MapKind::kBlocks, 1}, {});
 
-  explicit Intrusion(double miss_m) {
+  explicit Intrusion(double miss_m, int intruders = 1) {
     scene.ground();
     const std::uint32_t ball = scene.shape(physics::Sphere{0.25});
     for (int i = 0; i < 100; ++i) scene.body(ball, Vec3(2.0 + 3 * (i % 10), 3 * (i / 10), 0.25));
-    scene.body(ball, Vec3(-2.0, miss_m, 0.25), Vec3(24, 0, 0));
+    for (int i = 0; i < intruders; ++i)
+      scene.body(ball, Vec3(-2.0, miss_m + 3 * i, 0.25), Vec3(24, 0, 0));
   }
 
   SimulationResult run(RollbackMode rollback,
@@ -185,6 +203,20 @@ TEST(RollbackAndPropagate, OneDirtyIslandOfAHundredCostsAtMostFivePercentOfTheBa
   EXPECT_GT(wasted_all, 1000u);
   EXPECT_GT(some.worlds.islands_taken, 500u);
   EXPECT_LE(20 * wasted_some, wasted_all) << wasted_some << " of " << wasted_all;
+}
+
+// Ten rows of ten; an intruder in each of 1, 2, 5 or 10 rows.
+TEST(RollbackAndPropagate, WastedSolvesGrowInProportionToWhatIsDirty) {
+  std::vector<double> each;
+  for (const int intruders : {1, 2, 5, 10}) {
+    const Intrusion intrusion(0.0, intruders);
+    const SimulationResult result = intrusion.run(RollbackMode::kPropagate);
+    const std::uint64_t wasted = result.stages.islands_solved - result.islands_committed;
+    RecordProperty("wasted_" + std::to_string(intruders), static_cast<int>(wasted));
+    each.push_back(static_cast<double>(wasted) / intruders);
+  }
+  EXPECT_GT(each.front(), 0.0);
+  for (const double wasted : each) EXPECT_NEAR(wasted, each.front(), 0.25 * each.front());
 }
 
 TEST(RollbackAndPropagate, AGhostThatTouchesNothingCausesNoSolve) {

@@ -37,7 +37,7 @@ check() {
     if ! names | grep -qx "$name"; then echo "$name: not in the table"; faults=1; fi
   done
   for name in $(names); do
-    if ! patch --dry-run -s -f -p1 -d "$root" < "$here/$name.patch" > /dev/null; then
+    if ! patch --dry-run -s -f -F0 -p1 -d "$root" < "$here/$name.patch" > /dev/null; then
       echo "$name: does not apply"
       faults=1
     fi
@@ -102,8 +102,10 @@ try() {
   [ "${outcome#caught}" != "$outcome" ]
 }
 
+# Without fuzz: with it, a patch that is undone can come to lie in another place than it was taken
+# from, and all that follow have that defect, too.
 seed() {
-  patch -s -f -p1 --no-backup-if-mismatch -r - ${2:-} -d "$work" \
+  patch -s -f -F0 -p1 --no-backup-if-mismatch -r - ${2:-} -d "$work" \
     < "$here/$1.patch" > /dev/null && return
   echo "does not apply"
   return 1

@@ -53,6 +53,7 @@ void collect(const json& value, const json::json_pointer& at,
 // schema cannot say: only edits that break their type are made there.
 bool has_cross_checks(const json::json_pointer& at) {
   static const std::vector<std::string> keys = {"id",
+                                                "body",
                                                 "first_id",
                                                 "name",
                                                 "material",
@@ -175,6 +176,9 @@ std::optional<json> edited(const json& original, const std::vector<json::json_po
         if (mesh || territory || at.back() == "normal") return std::nullopt;
         parent.erase(at.back());
       } else {
+        // Inputs name bodies.
+        if (at.parent_pointer().back() == "bodies" && document.contains("inputs"))
+          return std::nullopt;
         if (has_cross_checks(at) && parent.size() != 3) return std::nullopt;
         parent.erase(std::stoul(at.back()));
       }

@@ -1,0 +1,28 @@
+// Options that several commands share, or that belong together. Some are registered only if wanted:
+// each costs every run about 33,000 instructions.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "analysis/overrides.hpp"
+#include "analysis/run_command.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace soda::analysis {
+
+void add_execution_options(CLI::App& command, Overrides& overrides);
+void add_run_options(CLI::App& command, Overrides& overrides);
+void add_rollback_option(CLI::App& command, Overrides& overrides);
+void add_gating_option(CLI::App& command, Overrides& overrides);
+void add_ghosts_option(CLI::App& command, Overrides& overrides);
+// `in_full`: with those that only make sense beside --balancing.
+void add_balancing_options(CLI::App& command, Overrides& overrides, bool in_full);
+void add_policy_option(CLI::App& command, std::optional<kernel::Synchronisation>& policy);
+void add_cluster_options(CLI::App& command, ClusterOverrides& cluster, const std::string& cost);
+void add_real_time_options(CLI::App& command, std::optional<RealTimeRequest>& wanted);
+
+}  // namespace soda::analysis
