@@ -256,9 +256,12 @@ void World::commit(kernel::VirtualTime now) {
 // Between steps, all that matters is the newest entry; within one, what its phases have gathered.
 std::uint64_t World::digest() const {
   std::uint64_t digest = kernel::append(static_cast<std::uint64_t>(next_.t), next_.round);
-  for (const BodyId absent : rules_.inputs->presence.absent())
+  const bool is_between = phase_of(next_) == Phase::kBegin;
+  // A rewind or a jump leaves rules_ as it was: it is set when a step begins.
+  const Rules& rules = is_between ? buffer_.rules(buffer_.newest()) : rules_;
+  for (const BodyId absent : rules.inputs->presence.absent())
     digest = kernel::append(digest, physics::index_of(absent));
-  if (phase_of(next_) == Phase::kBegin) {
+  if (is_between) {
     BufferEntry copy;
     const BufferEntry& entry = newest_entry(copy);
     const auto owners = std::as_bytes(entry.rules.map->owners());
