@@ -99,13 +99,10 @@ std::vector<Ghost> foreign_ghosts(std::vector<Ghost> ghosts,
                                   const std::function<bool(BodyId)>& is_own) {
   std::stable_sort(ghosts.begin(), ghosts.end(),
                    [](const Ghost& a, const Ghost& b) { return a.id < b.id; });
-  const auto unwanted = [&is_own, last = -1L](const Ghost& ghost) mutable {
-    const long id = physics::index_of(ghost.id);
-    const bool repeated = id == last;
-    last = id;
-    return repeated || is_own(ghost.id);
-  };
-  ghosts.erase(std::remove_if(ghosts.begin(), ghosts.end(), unwanted), ghosts.end());
+  const auto repeated = std::unique(ghosts.begin(), ghosts.end(),
+                                    [](const Ghost& a, const Ghost& b) { return a.id == b.id; });
+  ghosts.erase(repeated, ghosts.end());
+  std::erase_if(ghosts, [&is_own](const Ghost& ghost) { return is_own(ghost.id); });
   return ghosts;
 }
 

@@ -111,9 +111,6 @@ Worlds build_worlds(const Surroundings& around, const Rules& rules,
                                     options.ghosts != GhostMode::kTold,
                           .sampling = around.sampling,
                           .loads = around.loads,
-                          .absorbs = options.executor == ExecutorKind::kVirtual &&
-                                     options.balancing.policy == BalancingPolicy::kOff &&
-                                     !options.inputs.any() && options.inputs.absent.empty(),
                           .entries = options.entries},
         WorldId{id}, options.buffer, std::move(entries[id]));
   }

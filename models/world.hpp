@@ -42,9 +42,6 @@ struct WorldSurroundings {
   bool audits;  // counts what came of foreign contacts
   LoadSampling sampling;
   LoadSink* loads;  // null if nothing is sampled
-  // On the virtual cluster only, and not where cells change hands or a user acts: under threads,
-  // absorbing has led to wrong fragments in 1 of 400 runs of eight-corner, which is not understood.
-  bool absorbs = true;
   EntryObserver* entries;  // or null
 };
 
@@ -64,7 +61,7 @@ class World final : public kernel::LogicalProcess {
   kernel::VirtualTime rewind(kernel::VirtualTime to) override;
   kernel::VirtualTime forget(kernel::VirtualTime horizon) override;
   bool absorb(kernel::VirtualTime now, std::span<const kernel::MessageView> bag) override;
-  bool absorbs() const override { return around_.absorbs && divided() && propagates(); }
+  bool absorbs() const override { return divided() && propagates(); }
   bool is_as_before() const override;
   bool jumps() const override { return divided() && propagates(); }
   void jump(kernel::VirtualTime limit) override;

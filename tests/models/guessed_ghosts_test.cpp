@@ -141,6 +141,20 @@ TEST(GuessedGhosts, ABodyThatWillHaveComeOrGoneIsNoGuess) {
   EXPECT_TRUE(identical(guesses[0], ghost_of(scene, 2, scene.states[2], kEast)));
 }
 
+TEST(ForeignGhosts, OfOneBodyInTheHandsOfManyTheLowestOwnersStaysAndNoOwnBody) {
+  const auto ghost = [](std::uint32_t id, std::uint32_t owner) {
+    return Ghost{BodyId{id}, WorldId{owner}, {}, {}};
+  };
+  const std::vector<Ghost> usable = foreign_ghosts(
+      {ghost(5, 1), ghost(3, 1), ghost(0, 1), ghost(0, 7), ghost(0, 9), ghost(0, 10), ghost(5, 10)},
+      [](BodyId id) { return id == BodyId{3}; });
+  ASSERT_EQ(usable.size(), 2u);
+  for (const std::size_t place : {0u, 1u}) {
+    EXPECT_EQ(usable[place].id, BodyId{place == 0 ? 0u : 5u});
+    EXPECT_EQ(usable[place].owner, WorldId{1});
+  }
+}
+
 TEST(GuessedGhosts, AnAbsurdGuessStaysWhereItWas) {
   test::Scene scene;
   scene.body(scene.shape(physics::Sphere{0.25}), Vec3(0.1, 0, 0), Vec3(0, 0, 1e300));
