@@ -57,8 +57,8 @@ void WindowChecker::on_gvt(VirtualTime gvt, std::span<const VirtualTime>) { gvt_
 
 void ConservationChecker::on_send(const Message& message) {
   ++sent_;
-  const Register place{message.time, message.destination, message.source, message.kind,
-                       message.slot};
+  const MessageRegister place{message.time, message.destination, message.source, message.kind,
+                              message.slot};
   const auto live = live_.find(place);
   if (message.anti) {
     require(live != live_.end(), "the anti-message of LP ", index_of(message.source), " to LP ",
@@ -80,34 +80,29 @@ void ConservationChecker::on_deliver(const Message&) { ++delivered_; }
 
 void ConservationChecker::on_drop(const Message&) { ++delivered_; }
 
-std::vector<ConservationChecker::Register> ConservationChecker::members_of(
-    LpId lp, VirtualTime now, std::span<const MessageView> bag) {
-  std::vector<Register> members;
+template <class Value>
+void BagFollower<Value>::on_commit(LpId lp, VirtualTime now) {
+  const std::optional<Value> value = bags_.commit(lp, now);
+  require(value.has_value(), "LP ", index_of(lp), " commits ", now,
+          ", which is not executed or was committed before");
+  on_committed(lp, now, *value);
+}
+
+template class BagFollower<std::vector<MessageRegister>>;
+template class BagFollower<CommittedBag>;
+
+std::vector<MessageRegister> ConservationChecker::value_of(LpId lp, VirtualTime now,
+                                                           std::span<const MessageView> bag,
+                                                           std::optional<std::uint64_t>) const {
+  std::vector<MessageRegister> members;
   for (const MessageView& message : bag)
     members.emplace_back(now, lp, message.source, message.kind, message.slot);
   return members;
 }
 
-void ConservationChecker::on_execute(LpId lp, VirtualTime now, std::span<const MessageView> bag,
-                                     std::uint64_t) {
-  bags_.execute(lp, now, members_of(lp, now, bag));
-}
-
-void ConservationChecker::on_absorb(LpId lp, VirtualTime now, std::span<const MessageView> bag) {
-  bags_.put(lp, now, members_of(lp, now, bag));
-}
-
-void ConservationChecker::on_jump(LpId lp, VirtualTime now, VirtualTime resume) {
-  bags_.restore(lp, now, resume);
-}
-
-void ConservationChecker::on_rewind(LpId lp, VirtualTime restart) { bags_.rewind(lp, restart); }
-
-void ConservationChecker::on_commit(LpId lp, VirtualTime now) {
-  const std::optional<std::vector<Register>> bag = bags_.commit(lp, now);
-  require(bag.has_value(), "LP ", index_of(lp), " commits ", now,
-          ", which is not executed or was committed before");
-  for (const Register& member : *bag) {
+void ConservationChecker::on_committed(LpId lp, VirtualTime now,
+                                       const std::vector<MessageRegister>& members) {
+  for (const MessageRegister& member : members) {
     require(live_.erase(member) == 1, "LP ", index_of(lp), " commits ", now,
             " with a message of LP ", index_of(std::get<2>(member)), " (kind ", std::get<3>(member),
             ", slot ", std::get<4>(member), ") that its sender took back");
@@ -126,51 +121,22 @@ void ConservationChecker::on_end() {
           " consumed, ", annihilated_, " annihilated, ", replaced_, " replaced");
 }
 
-void TraceRecorder::on_execute(LpId lp, VirtualTime now, std::span<const MessageView> bag,
-                               std::uint64_t digest) {
-  bags_.execute(lp, now, {now, digest_of(bag), digest});
+CommittedBag TraceFollower::value_of(LpId, VirtualTime now, std::span<const MessageView> bag,
+                                     std::optional<std::uint64_t> digest) const {
+  return {now, digest_of(bag), digest};
 }
 
-void TraceRecorder::on_absorb(LpId lp, VirtualTime now, std::span<const MessageView> bag) {
-  bags_.put(lp, now, {now, digest_of(bag), std::nullopt});
+void TraceRecorder::on_committed(LpId lp, VirtualTime, const CommittedBag& bag) {
+  trace_[index_of(lp)].push_back(bag);
 }
 
-void TraceRecorder::on_jump(LpId lp, VirtualTime now, VirtualTime resume) {
-  bags_.restore(lp, now, resume);
-}
-
-void TraceRecorder::on_rewind(LpId lp, VirtualTime restart) { bags_.rewind(lp, restart); }
-
-void TraceRecorder::on_commit(LpId lp, VirtualTime now) {
-  const std::optional<CommittedBag> bag = bags_.commit(lp, now);
-  require(bag.has_value(), "LP ", index_of(lp), " commits ", now, ", which is not executed");
-  trace_[index_of(lp)].push_back(*bag);
-}
-
-void TraceChecker::on_execute(LpId lp, VirtualTime now, std::span<const MessageView> bag,
-                              std::uint64_t digest) {
-  bags_.execute(lp, now, {now, digest_of(bag), digest});
-}
-
-void TraceChecker::on_absorb(LpId lp, VirtualTime now, std::span<const MessageView> bag) {
-  bags_.put(lp, now, {now, digest_of(bag), std::nullopt});
-}
-
-void TraceChecker::on_jump(LpId lp, VirtualTime now, VirtualTime resume) {
-  bags_.restore(lp, now, resume);
-}
-
-void TraceChecker::on_rewind(LpId lp, VirtualTime restart) { bags_.rewind(lp, restart); }
-
-void TraceChecker::on_commit(LpId lp, VirtualTime now) {
-  const std::optional<CommittedBag> bag = bags_.commit(lp, now);
-  require(bag.has_value(), "LP ", index_of(lp), " commits ", now, ", which is not executed");
+void TraceChecker::on_committed(LpId lp, VirtualTime now, const CommittedBag& bag) {
   const std::vector<CommittedBag>& expected = oracle_[index_of(lp)];
   const std::size_t place = done_[index_of(lp)]++;
   require(place < expected.size(), "LP ", index_of(lp), " commits ", now,
           ", the sequential run nothing more");
-  require(bag->agrees_with(expected[place]), "LP ", index_of(lp), " commits ", now, " with bag ",
-          bag->bag_digest, " and state ", bag->state_digest.value_or(0), ", the sequential run ",
+  require(bag.agrees_with(expected[place]), "LP ", index_of(lp), " commits ", now, " with bag ",
+          bag.bag_digest, " and state ", bag.state_digest.value_or(0), ", the sequential run ",
           expected[place].time, " with bag ", expected[place].bag_digest, " and state ",
           expected[place].state_digest.value_or(0));
 }

@@ -42,31 +42,52 @@ class WindowChecker final : public RunObserver {
   VirtualTime gvt_ = kBeginning;
 };
 
+// Follows the bags that are executed, through rollbacks, to their commit.
+template <class Value>
+class BagFollower : public RunObserver {
+ public:
+  void on_execute(LpId lp, VirtualTime now, std::span<const MessageView> bag,
+                  std::uint64_t digest) final {
+    bags_.execute(lp, now, value_of(lp, now, bag, digest));
+  }
+  void on_absorb(LpId lp, VirtualTime now, std::span<const MessageView> bag) final {
+    bags_.put(lp, now, value_of(lp, now, bag, std::nullopt));
+  }
+  void on_jump(LpId lp, VirtualTime now, VirtualTime resume) final {
+    bags_.restore(lp, now, resume);
+  }
+  void on_rewind(LpId lp, VirtualTime restart) final { bags_.rewind(lp, restart); }
+  // A Violation if nothing that is executed at `now` waits for it.
+  void on_commit(LpId lp, VirtualTime now) final;
+
+ private:
+  // What is kept of a bag, and of the state after it if that is known.
+  virtual Value value_of(LpId lp, VirtualTime now, std::span<const MessageView> bag,
+                         std::optional<std::uint64_t> digest) const = 0;
+  virtual void on_committed(LpId lp, VirtualTime now, const Value& value) = 0;
+
+  ExecutedLog<Value> bags_;
+};
+
+// (time, destination, source, kind, slot)
+using MessageRegister = std::tuple<VirtualTime, LpId, LpId, std::uint32_t, std::uint32_t>;
+
 // Every anti-message annihilates exactly one message; what is committed at a time consumed exactly
 // the messages that live there; at the end, sent = consumed + annihilated + replaced, and nothing
 // is on its way.
-class ConservationChecker final : public RunObserver {
+class ConservationChecker final : public BagFollower<std::vector<MessageRegister>> {
  public:
   void on_send(const Message& message) override;
   void on_deliver(const Message& message) override;
   void on_drop(const Message& message) override;
-  void on_execute(LpId lp, VirtualTime now, std::span<const MessageView> bag,
-                  std::uint64_t digest) override;
-  void on_absorb(LpId lp, VirtualTime now, std::span<const MessageView> bag) override;
-  void on_jump(LpId lp, VirtualTime now, VirtualTime resume) override;
-  void on_rewind(LpId lp, VirtualTime restart) override;
-  void on_commit(LpId lp, VirtualTime now) override;
   void on_end() override;
 
  private:
-  // (time, destination, source, kind, slot)
-  using Register = std::tuple<VirtualTime, LpId, LpId, std::uint32_t, std::uint32_t>;
+  std::vector<MessageRegister> value_of(LpId lp, VirtualTime now, std::span<const MessageView> bag,
+                                        std::optional<std::uint64_t> digest) const override;
+  void on_committed(LpId lp, VirtualTime now, const std::vector<MessageRegister>& members) override;
 
-  static std::vector<Register> members_of(LpId lp, VirtualTime now,
-                                          std::span<const MessageView> bag);
-
-  std::map<Register, std::uint64_t> live_;  // the incarnation that its sender stands by
-  ExecutedLog<std::vector<Register>> bags_;
+  std::map<MessageRegister, std::uint64_t> live_;  // the incarnation that its sender stands by
   std::uint64_t positive_ = 0, annihilated_ = 0, replaced_ = 0, consumed_ = 0;
   std::uint64_t sent_ = 0, delivered_ = 0;
 };
@@ -89,40 +110,35 @@ struct CommittedBag {
 // Of each LP, all that it committed, in order.
 using CommitTrace = std::vector<std::vector<CommittedBag>>;
 
+class TraceFollower : public BagFollower<CommittedBag> {
+  CommittedBag value_of(LpId lp, VirtualTime now, std::span<const MessageView> bag,
+                        std::optional<std::uint64_t> digest) const final;
+};
+
 // Records the trace of a run, the oracle's for example.
-class TraceRecorder final : public RunObserver {
+class TraceRecorder final : public TraceFollower {
  public:
   explicit TraceRecorder(std::size_t lps) : trace_(lps) {}
-  void on_execute(LpId lp, VirtualTime now, std::span<const MessageView> bag,
-                  std::uint64_t digest) override;
-  void on_absorb(LpId lp, VirtualTime now, std::span<const MessageView> bag) override;
-  void on_jump(LpId lp, VirtualTime now, VirtualTime resume) override;
-  void on_rewind(LpId lp, VirtualTime restart) override;
-  void on_commit(LpId lp, VirtualTime now) override;
 
   const CommitTrace& trace() const { return trace_; }
 
  private:
-  ExecutedLog<CommittedBag> bags_;
+  void on_committed(LpId lp, VirtualTime now, const CommittedBag& bag) override;
+
   CommitTrace trace_;
 };
 
 // Each commit is the oracle's, as it happens; at the end none is missing.
-class TraceChecker final : public RunObserver {
+class TraceChecker final : public TraceFollower {
  public:
   // `oracle` must outlive this object.
   explicit TraceChecker(const CommitTrace& oracle) : oracle_(oracle), done_(oracle.size()) {}
-  void on_execute(LpId lp, VirtualTime now, std::span<const MessageView> bag,
-                  std::uint64_t digest) override;
-  void on_absorb(LpId lp, VirtualTime now, std::span<const MessageView> bag) override;
-  void on_jump(LpId lp, VirtualTime now, VirtualTime resume) override;
-  void on_rewind(LpId lp, VirtualTime restart) override;
-  void on_commit(LpId lp, VirtualTime now) override;
   void on_end() override;
 
  private:
+  void on_committed(LpId lp, VirtualTime now, const CommittedBag& bag) override;
+
   const CommitTrace& oracle_;
-  ExecutedLog<CommittedBag> bags_;
   std::vector<std::size_t> done_;  // commits of each LP
 };
 

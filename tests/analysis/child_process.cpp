@@ -90,6 +90,10 @@ TemporaryFolder::~TemporaryFolder() {
 
 std::string TemporaryFolder::file(const std::string& name) const { return path_ + "/" + name; }
 
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
 std::string read_file(const std::string& file) {
   std::ifstream in(file, std::ios::binary);
   std::ostringstream text;

@@ -33,6 +33,8 @@ class TemporaryFolder {
   std::string path_;
 };
 
+bool contains(const std::string& text, const std::string& part);
+
 std::string read_file(const std::string& file);
 void write_file(const std::string& file, const std::string& bytes);
 

@@ -14,16 +14,13 @@ namespace soda::analysis {
 namespace {
 
 using analysis_test::ChildResult;
+using analysis_test::contains;
 using analysis_test::library_file;
 using analysis_test::read_file;
 using analysis_test::run_soda;
 using analysis_test::TemporaryFolder;
 using analysis_test::write_file;
 using Json = nlohmann::json;
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
 
 // The library scene that these tests run: small, with rollbacks when divided.
 ChildResult run_scene(std::vector<std::string> more) {

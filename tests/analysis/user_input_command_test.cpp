@@ -10,16 +10,13 @@ namespace soda::analysis {
 namespace {
 
 using analysis_test::ChildResult;
+using analysis_test::contains;
 using analysis_test::library_file;
 using analysis_test::read_file;
 using analysis_test::run_soda;
 using analysis_test::TemporaryFolder;
 using analysis_test::write_file;
 using Json = nlohmann::json;
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
 
 std::string scene() { return library_file("user-input"); }
 

@@ -9,6 +9,7 @@
 
 #include "kernel/executor.hpp"
 #include "kernel/standard_phold.hpp"
+#include "tests/kernel/rough_model.hpp"
 
 namespace soda::kernel {
 namespace {
@@ -40,18 +41,6 @@ std::string describe(const ThreadsOptions& options) {
   return "threads " + std::to_string(options.threads) + ", window " +
          std::to_string(options.window) + ", scheduling seed " +
          std::to_string(options.scheduling_seed);
-}
-
-// Ties (integer delays of 1 .. 7 ticks), zero-delay rounds, slots, payloads that rollbacks change.
-PholdOptions rough_model(std::uint64_t seed) {
-  return {.lps = 12,
-          .start_events_per_lp = 2,
-          .remote_per_mille = 500,
-          .mean_delay = 4,
-          .zero_delay_rounds = static_cast<std::uint32_t>(seed % 4),
-          .state_carrying_per_mille = 250,
-          .doubled_per_mille = 100,
-          .seed = seed};
 }
 
 TEST(Phold, HundredSeedsCommitTheSequentialDigestUnderEverySchedule) {

@@ -8,23 +8,13 @@
 #include "kernel/checkers.hpp"
 #include "kernel/hash_mix.hpp"
 #include "kernel/phold.hpp"
+#include "tests/kernel/rough_model.hpp"
 #include "tests/kernel/scripted_process.hpp"
 
 namespace soda::kernel {
 namespace {
 
 using Lps = std::vector<std::unique_ptr<LogicalProcess>>;
-
-PholdOptions rough_model(std::uint64_t seed) {
-  return {.lps = 12,
-          .start_events_per_lp = 2,
-          .remote_per_mille = 500,
-          .mean_delay = 4,
-          .zero_delay_rounds = static_cast<std::uint32_t>(seed % 4),
-          .state_carrying_per_mille = 250,
-          .doubled_per_mille = 100,
-          .seed = seed};
-}
 
 constexpr VirtualTime kEnd{30, 0};
 

@@ -8,7 +8,7 @@
 #include "models/simulation.hpp"
 #include "physics/measures.hpp"
 #include "tests/kernel/rank_threads.hpp"
-#include "tests/support/scenes.hpp"
+#include "tests/models/divided_runs.hpp"
 
 namespace soda::models {
 namespace {
@@ -16,59 +16,32 @@ namespace {
 using physics::BodyId;
 using physics::Vec3;
 
-TerritoryMap blocks(std::uint32_t worlds) {
-  return make_territory_map({Grid{Vec3(-4, -4, 0), 1.0, {8, 8, 3}}, worlds, MapKind::kBlocks, 1},
-                            {});
-}
-
-// A stack in the middle, bodies that fall and slide all over, a row that leans on each other.
-test::Scene busy_scene(std::uint64_t seed) {
-  test::Choices choices(seed);
-  test::Scene scene(Vec3(0, 0, -9.81));
-  scene.ground();
+// With a row of boxes that lean on each other.
+test::Scene scene_with_row(std::uint64_t seed) {
+  test::Scene scene = stack_and_sliders(seed);
   const std::uint32_t box = scene.shape(physics::Box{Vec3(0.3, 0.3, 0.3)});
-  const std::uint32_t ball = scene.shape(physics::Sphere{0.25});
-  for (int i = 0; i < 4; ++i) scene.body(box, Vec3(0.02 * i, 0.01 * i, 0.3 + 0.6 * i));
   for (int i = 0; i < 5; ++i) scene.body(box, Vec3(-1.2 + 0.6 * i, 2.0, 0.3));
-  for (int i = 0; i < 10; ++i)
-    scene.body(i % 2 == 0 ? box : ball, choices.vector(-3.5, 3.5) + Vec3(0, 0, 4),
-               choices.vector(-4, 4));
   return scene;
-}
-
-struct Outcome {
-  std::vector<std::uint64_t> digests;
-  SimulationResult result;
-};
-
-Outcome run(const test::Scene& scene, const TerritoryMap& map, const RunOptions& options) {
-  Outcome outcome;
-  const CommitObserver observer{.wants_states = true, .on_step = [&](const CommittedStep& step) {
-                                  EXPECT_EQ(step.ids.size(), scene.states.size()) << step.step;
-                                  outcome.digests.push_back(physics::digest(step.ids, step.states));
-                                }};
-  outcome.result = simulate(scene.description, scene.states, map, options, observer);
-  return outcome;
 }
 
 constexpr std::int64_t kSteps = 90;
 
-Outcome undivided(const test::Scene& scene) { return run(scene, blocks(1), {.steps = kSteps}); }
+RunOutcome undivided(const test::Scene& scene) { return run(scene, blocks(1), {.steps = kSteps}); }
 
 BalancingOptions random_every_ten_steps(std::uint64_t seed) {
   return {.policy = BalancingPolicy::kRandom, .interval = 10, .seed = seed};
 }
 
 TEST(Balancing, ARandomHistoryGivesTheBitsOfTheUndividedRunUnderAllExecutors) {
-  const test::Scene scene = busy_scene(1);
-  const Outcome expected = undivided(scene);
+  const test::Scene scene = scene_with_row(1);
+  const RunOutcome expected = undivided(scene);
   std::uint64_t seed = 0;
   for (const ExecutorKind executor :
        {ExecutorKind::kSequential, ExecutorKind::kThreads, ExecutorKind::kVirtual}) {
     for (const std::int64_t buffer : {1, 4, 48}) {
       for (const unsigned processors : {2u, 4u}) {
         ++seed;
-        const Outcome found =
+        const RunOutcome found =
             run(scene, blocks(8),
                 {.executor = executor,
                  .threads = processors,
@@ -93,21 +66,21 @@ TEST(Balancing, ARandomHistoryGivesTheBitsOfTheUndividedRunUnderAllExecutors) {
 TEST(Balancing, ManyRandomHistoriesOfManyScenesGiveTheBitsOfTheUndividedRun) {
   std::size_t changes = 0;
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
-    const test::Scene scene = busy_scene(seed);
-    const Outcome expected = undivided(scene);
+    const test::Scene scene = scene_with_row(seed);
+    const RunOutcome expected = undivided(scene);
     BalancingOptions balancing = random_every_ten_steps(seed);
     balancing.interval = 1;
-    const Outcome found = run(scene, blocks(seed % 2 == 0 ? 12 : 3),
-                              {.executor = ExecutorKind::kVirtual,
-                               .steps = kSteps,
-                               .buffer = 6,
-                               .gating = seed % 4 < 2,
-                               .balancing = balancing,
-                               .cluster = {.processors = 3,
-                                           .seed = seed,
-                                           .latency_ns = 300'000,
-                                           .jitter_ns = 300'000,
-                                           .gvt_interval_ns = 20'000}});
+    const RunOutcome found = run(scene, blocks(seed % 2 == 0 ? 12 : 3),
+                                 {.executor = ExecutorKind::kVirtual,
+                                  .steps = kSteps,
+                                  .buffer = 6,
+                                  .gating = seed % 4 < 2,
+                                  .balancing = balancing,
+                                  .cluster = {.processors = 3,
+                                              .seed = seed,
+                                              .latency_ns = 300'000,
+                                              .jitter_ns = 300'000,
+                                              .gvt_interval_ns = 20'000}});
     ASSERT_EQ(found.digests, expected.digests) << "seed " << seed;
     changes += found.result.territory_changes.size();
   }
@@ -115,12 +88,12 @@ TEST(Balancing, ManyRandomHistoriesOfManyScenesGiveTheBitsOfTheUndividedRun) {
 }
 
 TEST(Balancing, RanksThatTheRootTellsOfTransfersCommitTheSameBits) {
-  const test::Scene scene = busy_scene(2);
-  const Outcome expected = undivided(scene);
+  const test::Scene scene = scene_with_row(2);
+  const RunOutcome expected = undivided(scene);
   for (const BalancingPolicy policy : {BalancingPolicy::kRandom, BalancingPolicy::kPaper}) {
     constexpr std::uint32_t kRanks = 3;
     kernel::RankThreads network(kRanks, 5);
-    Outcome root;
+    RunOutcome root;
     {
       std::vector<std::jthread> ranks;
       for (std::uint32_t rank = 0; rank < kRanks; ++rank)
@@ -201,7 +174,7 @@ TEST(Balancing, ThePaperSchemeMovesCellsToIdleWorldsAndShortensTheRun) {
                 .balancing = {.policy = policy},
                 .cluster = {.processors = 2}});
   };
-  const Outcome off = with(BalancingPolicy::kOff), paper = with(BalancingPolicy::kPaper);
+  const RunOutcome off = with(BalancingPolicy::kOff), paper = with(BalancingPolicy::kPaper);
   EXPECT_EQ(off.digests, paper.digests);
   ASSERT_FALSE(paper.result.territory_changes.empty());
   const WorldId loaded = map.owner_at(scene.states[0].position_m);
@@ -213,18 +186,19 @@ TEST(Balancing, ThePaperSchemeMovesCellsToIdleWorldsAndShortensTheRun) {
 }
 
 TEST(Balancing, SwitchedOffItSamplesNothingAndMovesNothing) {
-  const test::Scene scene = busy_scene(3);
-  const Outcome off = run(scene, blocks(8), {.executor = ExecutorKind::kVirtual, .steps = kSteps});
+  const test::Scene scene = scene_with_row(3);
+  const RunOutcome off =
+      run(scene, blocks(8), {.executor = ExecutorKind::kVirtual, .steps = kSteps});
   EXPECT_EQ(off.result.worlds.bodies_sampled, 0u);
   EXPECT_TRUE(off.result.territory_changes.empty());
 }
 
 TEST(Balancing, AskedOfOneWorldItDoesNothing) {
-  const test::Scene scene = busy_scene(3);
-  const Outcome one = run(scene, blocks(1),
-                          {.executor = ExecutorKind::kVirtual,
-                           .steps = kSteps,
-                           .balancing = {.policy = BalancingPolicy::kPaper}});
+  const test::Scene scene = scene_with_row(3);
+  const RunOutcome one = run(scene, blocks(1),
+                             {.executor = ExecutorKind::kVirtual,
+                              .steps = kSteps,
+                              .balancing = {.policy = BalancingPolicy::kPaper}});
   EXPECT_EQ(one.result.worlds.bodies_sampled, 0u);
   EXPECT_TRUE(one.result.territory_changes.empty());
 }

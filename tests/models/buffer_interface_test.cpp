@@ -12,7 +12,7 @@
 #include "models/playback.hpp"
 #include "models/schedule.hpp"
 #include "physics/measures.hpp"
-#include "tests/support/scenes.hpp"
+#include "tests/models/divided_runs.hpp"
 
 namespace soda::models {
 namespace {
@@ -27,11 +27,6 @@ test::Scene few_balls() {
   const std::uint32_t ball = scene.shape(physics::Sphere{0.25});
   for (int i = 0; i < 6; ++i) scene.body(ball, Vec3(i - 2.7, 0.1 * i, 1 + 0.2 * i), Vec3(2, 1, 0));
   return scene;
-}
-
-TerritoryMap blocks(std::uint32_t worlds) {
-  return make_territory_map({Grid{Vec3(-4, -4, 0), 1.0, {8, 8, 4}}, worlds, MapKind::kBlocks, 1},
-                            {});
 }
 
 CommittedStep step_of(std::int64_t step) {

@@ -10,7 +10,7 @@
 #include "models/simulation.hpp"
 #include "physics/measures.hpp"
 #include "physics/step.hpp"
-#include "tests/support/scenes.hpp"
+#include "tests/models/divided_runs.hpp"
 
 namespace soda::models {
 namespace {
@@ -266,29 +266,8 @@ TEST(GhostModes, AGuessThatComesTrueCostsNoRestart) {
   EXPECT_GT(pair.run(GhostMode::kDeadReckoning).events.rollbacks, 0u);
 }
 
-// A stack that leans over a corner of territories, boxes that slide across borders, a fast ball.
-test::Scene busy_scene(std::uint64_t seed) {
-  test::Choices choices(seed);
-  test::Scene scene(Vec3(0, 0, -9.81));
-  scene.ground();
-  const std::uint32_t box = scene.shape(physics::Box{Vec3(0.3, 0.3, 0.3)});
-  const std::uint32_t ball = scene.shape(physics::Sphere{0.25});
-  for (int i = 0; i < 5; ++i) scene.body(box, Vec3(0.02 * i, 0.01 * i, 0.3 + 0.6 * i));
-  for (int i = 0; i < 12; ++i) {
-    scene.body(i % 2 == 0 ? box : ball, choices.vector(-3.5, 3.5) + Vec3(0, 0, 4),
-               choices.vector(-6, 6));
-  }
-  scene.body(ball, Vec3(-3.5, 0.1, 0.8), Vec3(120, 0, 0));
-  return scene;
-}
-
-TerritoryMap blocks(std::uint32_t worlds) {
-  return make_territory_map({Grid{Vec3(-4, -4, 0), 1.0, {8, 8, 4}}, worlds, MapKind::kBlocks, 1},
-                            {});
-}
-
 TEST(GhostModes, GiveTheBitsOfTheSequentialRunForAnyScheduleOfThreads) {
-  const test::Scene scene = busy_scene(5);
+  const test::Scene scene = busy_scene(5, 12, 6);
   const std::uint64_t expected =
       digest(scene, simulate(scene.description, scene.states, blocks(1), {.steps = 80}));
   std::uint64_t guessed = 0, wrong = 0;
@@ -314,7 +293,7 @@ TEST(GhostModes, GiveTheBitsOfTheSequentialRunForAnyScheduleOfThreads) {
 }
 
 TEST(GhostModes, StayPureFunctionsOnTheVirtualCluster) {
-  const test::Scene scene = busy_scene(6);
+  const test::Scene scene = busy_scene(6, 12, 6);
   const std::uint64_t expected =
       digest(scene, simulate(scene.description, scene.states, blocks(1), {.steps = 40}));
   for (const GhostMode mode : kModes)

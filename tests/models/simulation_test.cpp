@@ -5,48 +5,13 @@
 #include "physics/geometry.hpp"
 #include "physics/measures.hpp"
 #include "physics/step.hpp"
-#include "tests/support/scenes.hpp"
+#include "tests/models/divided_runs.hpp"
 
 namespace soda::models {
 namespace {
 
 using physics::BodyId;
 using physics::Vec3;
-
-TerritoryMap blocks(std::uint32_t worlds) {
-  return make_territory_map({Grid{Vec3(-4, -4, 0), 1.0, {8, 8, 4}}, worlds, MapKind::kBlocks, 1},
-                            {});
-}
-
-// A stack that leans over a corner of territories, boxes that slide across borders, a fast ball.
-test::Scene busy_scene(std::uint64_t seed) {
-  test::Choices choices(seed);
-  test::Scene scene(Vec3(0, 0, -9.81));
-  scene.ground();
-  const std::uint32_t box = scene.shape(physics::Box{Vec3(0.3, 0.3, 0.3)});
-  const std::uint32_t ball = scene.shape(physics::Sphere{0.25});
-  for (int i = 0; i < 5; ++i) scene.body(box, Vec3(0.02 * i, 0.01 * i, 0.3 + 0.6 * i));
-  for (int i = 0; i < 10; ++i) {
-    scene.body(i % 2 == 0 ? box : ball, choices.vector(-3.5, 3.5) + Vec3(0, 0, 4),
-               choices.vector(-4, 4));
-  }
-  scene.body(ball, Vec3(-3.5, 0.1, 0.8), Vec3(120, 0, 0));
-  return scene;
-}
-
-std::vector<std::uint64_t> step_digests(const test::Scene& scene, const TerritoryMap& map,
-                                        const RunOptions& options,
-                                        SimulationResult* result = nullptr) {
-  std::vector<std::uint64_t> digests;
-  const CommitObserver observer{.wants_states = true, .on_step = [&](const CommittedStep& step) {
-                                  EXPECT_EQ(step.step,
-                                            static_cast<std::int64_t>(digests.size()) + 1);
-                                  digests.push_back(physics::digest(step.ids, step.states));
-                                }};
-  SimulationResult outcome = simulate(scene.description, scene.states, map, options, observer);
-  if (result != nullptr) *result = std::move(outcome);
-  return digests;
-}
 
 // What no executor is involved in: a bare loop over physics::step.
 std::vector<std::uint64_t> bare_digests(const test::Scene& scene, std::int64_t steps) {
@@ -69,7 +34,7 @@ constexpr std::int64_t kSteps = 90;
 
 TEST(Simulation, OneWorldGivesTheBitsOfTheBarePhysicsLoop) {
   const test::Scene scene = busy_scene(1);
-  EXPECT_EQ(step_digests(scene, blocks(1), {.steps = kSteps}), bare_digests(scene, kSteps));
+  EXPECT_EQ(run(scene, blocks(1), {.steps = kSteps}).digests, bare_digests(scene, kSteps));
 }
 
 TEST(Simulation, AnyDivisionInSequenceGivesTheBitsOfTheBarePhysicsLoop) {
@@ -77,9 +42,8 @@ TEST(Simulation, AnyDivisionInSequenceGivesTheBitsOfTheBarePhysicsLoop) {
     const test::Scene scene = busy_scene(seed);
     const std::vector<std::uint64_t> expected = bare_digests(scene, kSteps);
     for (const std::uint32_t worlds : {2u, 3u, 8u, 64u, 256u}) {
-      SimulationResult result;
-      EXPECT_EQ(step_digests(scene, blocks(worlds), {.steps = kSteps}, &result), expected)
-          << "seed " << seed << ", " << worlds << " worlds";
+      const auto [digests, result] = run(scene, blocks(worlds), {.steps = kSteps});
+      EXPECT_EQ(digests, expected) << "seed " << seed << ", " << worlds << " worlds";
       EXPECT_GT(result.worlds.migrations, 0u);
       EXPECT_GT(result.worlds.mixed_islands, 0u);
       EXPECT_GT(result.worlds.islands_reused, 0u);
@@ -95,15 +59,13 @@ TEST(Simulation, OptimisticWorldsRollBackAndStillGiveTheBitsOfTheBarePhysicsLoop
     for (const std::int64_t buffer : {1, 4, 48}) {
       for (const unsigned threads : {1u, 2u, 4u}) {
         for (const std::uint64_t seed : {1u, 2u}) {
-          SimulationResult result;
-          ASSERT_EQ(step_digests(scene, blocks(worlds),
-                                 {.executor = ExecutorKind::kThreads,
-                                  .threads = threads,
-                                  .steps = kSteps,
-                                  .buffer = buffer,
-                                  .scheduling_seed = seed},
-                                 &result),
-                    expected)
+          const auto [digests, result] = run(scene, blocks(worlds),
+                                             {.executor = ExecutorKind::kThreads,
+                                              .threads = threads,
+                                              .steps = kSteps,
+                                              .buffer = buffer,
+                                              .scheduling_seed = seed});
+          ASSERT_EQ(digests, expected)
               << worlds << " worlds, buffer " << buffer << ", " << threads << " threads";
           rollbacks += result.events.rollbacks;
           EXPECT_LT(result.events.lead_max, static_cast<std::uint64_t>(buffer));
@@ -129,15 +91,14 @@ TEST(Simulation, AWorldsHistoryIsBoundedByItsBufferHoweverLongTheRun) {
     for (const std::int64_t buffer : {1, 12}) {
       std::uint64_t shorter_run = 0;
       for (const std::int64_t steps : {kSteps, 5 * kSteps}) {
-        SimulationResult result;
-        step_digests(scene, blocks(kWorlds),
-                     {.executor = executor,
-                      .threads = 2,
-                      .steps = steps,
-                      .buffer = buffer,
-                      .scheduling_seed = 3,
-                      .cluster = {.processors = 4}},
-                     &result);
+        const SimulationResult result = run(scene, blocks(kWorlds),
+                                            {.executor = executor,
+                                             .threads = 2,
+                                             .steps = steps,
+                                             .buffer = buffer,
+                                             .scheduling_seed = 3,
+                                             .cluster = {.processors = 4}})
+                                            .result;
         EXPECT_LE(result.events.history_max, bound(buffer)) << "buffer " << buffer;
         longest = result.events.history_max;
         // Of threads, the machine decides how far they get between two commits.
@@ -200,9 +161,9 @@ TEST(Simulation, BeltsAndLanesAcrossBordersGiveTheBitsOfTheBarePhysicsLoop) {
     std::uint64_t rollbacks = 0, mixed_islands = 0;
     for (const std::uint32_t worlds : {1u, 2u, 8u, 64u}) {
       for (const auto kind : {ExecutorKind::kSequential, ExecutorKind::kThreads}) {
-        SimulationResult result;
         const RunOptions options{.executor = kind, .threads = 2, .steps = kSteps, .buffer = 8};
-        EXPECT_EQ(step_digests(scene, blocks(worlds), options, &result), expected) << worlds;
+        const auto [digests, result] = run(scene, blocks(worlds), options);
+        EXPECT_EQ(digests, expected) << worlds;
         EXPECT_GT(result.stages.conveyor_rows + result.stages.driven_bodies, 0u);
         EXPECT_EQ(result.worlds.migrations > 0, worlds > 1) << worlds;
         rollbacks += result.events.rollbacks;
@@ -232,19 +193,17 @@ TEST(Simulation, FinalStatesAndIslandsAreTheSameForAllExecutors) {
 TEST(Simulation, ANumericalFaultIsTheSameForAllExecutorsAndKeepsWhatCameBefore) {
   test::Scene scene = busy_scene(3);
   scene.body(scene.shape(physics::Sphere{0.1}), Vec3(2, 2, 1e12 - 8e7), Vec3(0, 0, 6e8));
-  SimulationResult sequential, optimistic;
-  const auto expected = step_digests(scene, blocks(1), {.steps = 2000}, &sequential);
+  const auto [expected, sequential] = run(scene, blocks(1), {.steps = 2000});
   ASSERT_TRUE(sequential.fault.has_value());
   EXPECT_EQ(sequential.fault->body_label, scene.description.bodies.back().label);
   EXPECT_EQ(sequential.committed_steps, sequential.fault->step);
   EXPECT_GT(sequential.committed_steps, 3) << "nothing came before";
-  const auto digests = step_digests(scene, blocks(8),
-                                    {.executor = ExecutorKind::kThreads,
-                                     .threads = 2,
-                                     .steps = 2000,
-                                     .buffer = 4,
-                                     .scheduling_seed = 3},
-                                    &optimistic);
+  const auto [digests, optimistic] = run(scene, blocks(8),
+                                         {.executor = ExecutorKind::kThreads,
+                                          .threads = 2,
+                                          .steps = 2000,
+                                          .buffer = 4,
+                                          .scheduling_seed = 3});
   ASSERT_TRUE(optimistic.fault.has_value());
   EXPECT_EQ(optimistic.fault->step, sequential.fault->step);
   EXPECT_EQ(optimistic.fault->body_label, sequential.fault->body_label);

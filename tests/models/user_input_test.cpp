@@ -13,7 +13,7 @@
 #include "physics/measures.hpp"
 #include "physics/step.hpp"
 #include "tests/kernel/rank_threads.hpp"
-#include "tests/support/scenes.hpp"
+#include "tests/models/divided_runs.hpp"
 
 namespace soda::models {
 namespace {
@@ -24,25 +24,7 @@ using physics::Vec3;
 
 constexpr std::int64_t kSteps = 50;
 
-TerritoryMap blocks(std::uint32_t worlds) {
-  return make_territory_map({Grid{Vec3(-4, -4, 0), 1.0, {8, 8, 4}}, worlds, MapKind::kBlocks, 1},
-                            {});
-}
-
-// A stack over a corner of territories and boxes that slide; bodies 12 to 14 are not there yet.
-test::Scene scene_of(std::uint64_t seed) {
-  test::Choices choices(seed);
-  test::Scene scene(Vec3(0, 0, -9.81));
-  scene.ground();
-  const std::uint32_t box = scene.shape(physics::Box{Vec3(0.3, 0.3, 0.3)});
-  const std::uint32_t ball = scene.shape(physics::Sphere{0.25});
-  for (int i = 0; i < 5; ++i) scene.body(box, Vec3(0.02 * i, 0.01 * i, 0.3 + 0.6 * i));
-  for (int i = 0; i < 10; ++i)
-    scene.body(i % 2 == 0 ? box : ball, choices.vector(-3.5, 3.5) + Vec3(0, 0, 4),
-               choices.vector(-4, 4));
-  return scene;
-}
-
+// Not there yet at the start.
 const std::vector<BodyId> kAbsent{BodyId{12}, BodyId{13}, BodyId{14}};
 
 UserInput random_input(std::uint32_t id, const test::Scene& scene, test::Choices& choices) {
@@ -135,7 +117,7 @@ void expect_equal(const Outcome& found, const Outcome& expected, const std::stri
 
 TEST(UserInput, OfAScriptGivesTheBitsOfTheBareLoopInAnyDivisionInSequence) {
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
-    const test::Scene scene = scene_of(seed);
+    const test::Scene scene = stack_and_sliders(seed);
     const InputOptions inputs = random_inputs(scene, seed);
     const Outcome expected = bare_loop(scene, inputs);
     EXPECT_NE(expected.digests, bare_loop(scene, {kAbsent, {}}).digests);
@@ -148,7 +130,7 @@ TEST(UserInput, OfAScriptGivesTheBitsOfTheBareLoopInAnyDivisionInSequence) {
 TEST(UserInput, RollsBackLikeAnyStragglerUnderThreads) {
   std::uint64_t rollbacks = 0, taken = 0;
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
-    const test::Scene scene = scene_of(seed);
+    const test::Scene scene = stack_and_sliders(seed);
     InputOptions inputs = random_inputs(scene, seed);
     const Outcome expected = bare_loop(scene, inputs);
     for (const std::uint32_t worlds : {2u, 16u, 64u})
@@ -173,7 +155,7 @@ TEST(UserInput, RollsBackLikeAnyStragglerUnderThreads) {
 }
 
 TEST(UserInput, AtTheLastMomentMakesWorldsThatRanAheadRollBack) {
-  const test::Scene scene = scene_of(3);
+  const test::Scene scene = stack_and_sliders(3);
   RunOptions options{.executor = ExecutorKind::kVirtual,
                      .steps = kSteps,
                      .buffer = 12,
@@ -189,7 +171,7 @@ TEST(UserInput, AtTheLastMomentMakesWorldsThatRanAheadRollBack) {
 
 TEST(UserInput, OnTheVirtualClusterGivesTheBitsOfTheBareLoop) {
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
-    const test::Scene scene = scene_of(seed);
+    const test::Scene scene = stack_and_sliders(seed);
     RunOptions options{.executor = ExecutorKind::kVirtual,
                        .steps = kSteps,
                        .buffer = 8,
@@ -208,7 +190,7 @@ TEST(UserInput, OnTheVirtualClusterGivesTheBitsOfTheBareLoop) {
 }
 
 TEST(UserInput, ReachesTheWorldsOfAllRanks) {
-  const test::Scene scene = scene_of(5);
+  const test::Scene scene = stack_and_sliders(5);
   RunOptions options{.executor = ExecutorKind::kMpi,
                      .threads = 1,
                      .steps = kSteps,
@@ -236,7 +218,7 @@ TEST(UserInput, ReachesTheWorldsOfAllRanks) {
 // Offered as steps are committed: the stamps are another matter in each run, but they are logged,
 // and a script of the log gives the same steps.
 TEST(UserInput, ThatCameWhileTheRunWentOnIsRepeatedFromItsLog) {
-  const test::Scene scene = scene_of(6);
+  const test::Scene scene = stack_and_sliders(6);
   for (const std::uint32_t worlds : {1u, 2u, 8u}) {
     LiveInputs live;
     test::Choices choices(6);
@@ -272,7 +254,7 @@ TEST(UserInput, ThatCameWhileTheRunWentOnIsRepeatedFromItsLog) {
 }
 
 TEST(UserInput, WithoutEffectIsTold) {
-  const test::Scene scene = scene_of(1);
+  const test::Scene scene = stack_and_sliders(1);
   InputOptions inputs{.absent = {BodyId{14}}, .script = {}};
   const auto add = [&](InputKind kind, std::uint32_t body, std::int64_t step) {
     UserInput input;
@@ -298,7 +280,7 @@ TEST(UserInput, WithoutEffectIsTold) {
 }
 
 TEST(UserInput, ComesBackFromItsEncoding) {
-  const test::Scene scene = scene_of(1);
+  const test::Scene scene = stack_and_sliders(1);
   test::Choices choices(2);
   for (std::uint32_t id = 0; id < 20; ++id) {
     const UserInput input = random_input(id, scene, choices);
@@ -345,7 +327,7 @@ TEST(InputFeed, GivesLateInputsTheEarliestStepAndHoldsGvtAtTheOthers) {
 }
 
 TEST(SceneVersions, EqualChangesAreOneDescriptionAndOthersAnother) {
-  const test::Scene scene = scene_of(1);
+  const test::Scene scene = stack_and_sliders(1);
   SceneVersions versions(scene.description);
   MaterialChanges changes;
   set_material(BodyId{4}, {0.25, 0.5}, changes);
