@@ -1,0 +1,177 @@
+#include "analysis/command_options.hpp"
+
+#include <CLI/CLI.hpp>
+
+#include "analysis/shared_options.hpp"
+
+namespace soda::analysis {
+
+void define_run(CLI::App& run, RunRequest& request, const Wanted& wanted) {
+  run.add_option("FILE", request.file, "scenario")->required();
+  add_run_options(run, request.overrides);
+  add_rollback_option(run, request.overrides);
+  add_gating_option(run, request.overrides);
+  if (wanted.guesses) add_ghosts_option(run, request.overrides);
+  add_balancing_options(run, request.overrides, wanted.balances);
+  add_policy_option(run, request.overrides.policy);
+  add_cluster_options(run, request.overrides.cluster, "modelled from its counters");
+  run.add_option("--inputs", request.inputs,
+                 "user input, one JSON object a line: a file, or - for standard input");
+  run.add_option("--log", request.log_file, "write an event log for soda replay");
+  run.add_flag_callback(
+      "--realtime",
+      [&request] {
+        if (!request.real_time) request.real_time.emplace();
+      },
+      "show frames by the wall clock; report those on time, late, in slow motion");
+  if (wanted.in_real_time) add_real_time_options(run, request.real_time);
+  run.add_flag("--json", request.json, "print one JSON object");
+  run.add_flag("--step-digests", request.step_digests, "digest of every step");
+  run.add_flag("--quiet", request.quiet, "no progress line");
+  run.footer(
+      "examples:\n"
+      "  soda run scenarios/library/twelve-worlds.json\n"
+      "  soda run scenarios/library/border-stack.json --threads 2 --worlds 4 --buffer 8\n"
+      "  soda run scenarios/library/pyramid.json --steps 100 --json --log run.sodalog\n"
+      "  soda run scenarios/library/twelve-worlds.json --executor virtual --latency-us 50\n"
+      "  soda run scenarios/library/user-input.json --inputs more.jsonl\n"
+      "  soda run scenarios/library/crowd.json --realtime --load 0.5 --peak 1.5\n"
+      "  mpirun -n 2 soda run scenarios/library/twelve-worlds.json --executor mpi");
+}
+
+void define_plan(CLI::App& plan, PlanRequest& request) {
+  plan.add_option("FILE", request.file, "scenario")->required();
+  add_run_options(plan, request.overrides);
+  add_balancing_options(plan, request.overrides, true);
+  plan.add_flag("--json", request.json, "print one JSON object");
+  plan.footer("example:\n  soda plan scenarios/library/mixed-shapes.json --worlds 1");
+}
+
+void define_replay(CLI::App& replay, ReplayRequest& request) {
+  replay.add_option("LOG", request.file, "log written by soda run --log")->required();
+  add_execution_options(replay, request.overrides);
+  replay.add_option("--scheduling-seed", request.overrides.scheduling_seed,
+                    "threads executor: shuffle its scheduling (0: do not)");
+  CLI::Option* step = replay.add_option("--step", request.step, "show the state after this step");
+  replay.add_option("--body", request.body, "with --step: only this body, all digits")->needs(step);
+  replay.add_flag("--quiet", request.quiet, "no progress line");
+  replay.footer(
+      "examples:\n"
+      "  soda replay run.sodalog\n"
+      "  soda replay run.sodalog --threads 2 --worlds 48\n"
+      "  soda replay run.sodalog --step 100 --body 7");
+}
+
+void define_anticipation(CLI::App& command, AnticipationRequest& request) {
+  AnticipationOptions& options = request.options;
+  options.buffers = {12, 24, 48};
+  options.overloads = {0.1, 0.25, 0.5, 1.0, 1.5};
+  command.add_option("--buffers", options.buffers, "entries (default 12,24,48)")->delimiter(',');
+  command
+      .add_option("--overloads", options.overloads,
+                  "additional cost as a fraction (default 0.1,0.25,0.5,1,1.5)")
+      ->delimiter(',');
+  command.add_option("--utilisation", options.utilisation,
+                     "base step cost over frame time (default 1)");
+  command.add_option("--max-steps", options.max_steps, "give up after this many (default 2000)");
+  command.add_flag("--json", request.json, "print one JSON object");
+  command.add_option("-o,--output", request.svg_file, "draw the figure into this SVG file");
+  command.footer("example:\n  soda anticipation --buffers 1,48 --overloads 0.5,1.5 -o fig8.svg");
+}
+
+void define_verify(CLI::App& verify, VerifyRequest& request) {
+  verify.add_option("FILE", request.file, "scenario")->required();
+  verify.add_option("--steps", request.steps, "number of steps");
+  verify.add_option("--threads", request.threads, "worker threads (default 1,2,4)")
+      ->delimiter(',')
+      ->check(CLI::Range(1u, 1024u));
+  verify
+      .add_option("--worlds", request.worlds,
+                  "territories (default 1,2,4,12,48), at most the number of cells")
+      ->delimiter(',')
+      ->check(CLI::Range(1u, 1u << 20));
+  verify.add_option("--buffers", request.buffers, "buffer entries (default 1,4,48)")
+      ->delimiter(',')
+      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 20));
+  verify.add_option("--seeds", request.seeds, "scheduling seeds 1 to this (default 5)");
+  verify.add_option("--random-inputs", request.random_inputs,
+                    "seed of random user input beside the scenario's own");
+  verify.add_flag("--require-rollbacks", request.require_rollbacks,
+                  "fail if no run rolled back: then nothing was proved");
+  verify.add_flag("--json", request.json, "print one JSON object");
+  verify.footer(
+      "examples:\n"
+      "  soda verify scenarios/library/border-stack.json\n"
+      "  soda verify scenarios/library/bin-1000.json --steps 10 --worlds 4,12 --seeds 1");
+}
+
+void define_phold(CLI::App& phold, PholdRequest& request) {
+  kernel::StandardPholdOptions& model = request.model;
+  for (const kernel::PholdConfiguration& configuration : kernel::phold_configurations()) {
+    phold.add_flag_callback(
+        std::string("--") + configuration.name,
+        [&request, configuration] {
+          request.model = configuration.model;
+          request.end_units = configuration.end_units;
+        },
+        "the configuration of kernel/README.md (options after it change it)");
+  }
+  phold.add_option("--lps", model.lps, "logical processes (default 1024)")
+      ->check(CLI::Range(1u, 1u << 26));
+  phold.add_option("--start-events", model.start_events_per_lp, "per LP (default 1)")
+      ->check(CLI::Range(0u, 1u << 20));
+  phold.add_option("--remote", model.remote, "probability of a destination drawn from all LPs")
+      ->check(CLI::Range(0.0, 1.0));
+  phold
+      .add_option("--lookahead", model.least_delay,
+                  "least delay L; a delay is L + Exp(1 - L) (default 0.1)")
+      ->check(CLI::Range(0.0, 1.0));
+  phold.add_option("--end", request.end_units, "virtual time (default 100)");
+  phold.add_option("--seed", model.seed, "default 1");
+  phold.add_option("--executor", request.executor, "sequential (default), threads, mpi or virtual")
+      ->check(CLI::IsMember({"sequential", "threads", "mpi", "virtual"}));
+  phold.add_option("--threads", request.threads, "worker threads, with --executor threads")
+      ->check(CLI::Range(1u, 1024u));
+  phold.add_option("--window", request.window_units, "virtual time beyond GVT (default: no limit)")
+      ->check(CLI::NonNegativeNumber);
+  add_policy_option(phold, request.policy);
+  add_cluster_options(phold, request.cluster, "1");
+  phold.add_flag("--order-sensitive", model.order_sensitive,
+                 "the state of an LP depends on the order of its events");
+  phold
+      .add_option("--zero-delay-rounds", model.zero_delay_rounds,
+                  "hops without delay before each delay (default 0)")
+      ->check(CLI::Range(0u, 1u << 20));
+  phold.add_flag("--json", request.json, "print one JSON object");
+  phold.footer(
+      "examples:\n"
+      "  soda phold --C1\n"
+      "  soda phold --lps 16 --end 20000 --executor threads --threads 2 --window 1\n"
+      "  soda phold --lps 64 --executor virtual --processors 8 --latency-us 5 --window 4");
+}
+
+void define_swarm(CLI::App& swarm, SwarmRequest& request) {
+  swarm.add_option("FILE", request.files, "scenarios (default: PHOLD)");
+  swarm.add_option("--seeds", request.seeds, "FIRST..LAST (default 1..200)");
+  swarm.add_option("--budget", request.budget_s, "start no trial after this many seconds")
+      ->check(CLI::NonNegativeNumber);
+  swarm.add_option("--steps", request.most_steps, "of a scenario, at most (default 20)")
+      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 20));
+  const std::string instead = "instead of what the seed draws: ";
+  swarm.add_option("--lps", request.lps, instead + "LPs, or worlds")
+      ->check(CLI::Range(1u, 1u << 16));
+  swarm.add_option("--end", request.end, instead + "ticks, or steps")
+      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 20));
+  swarm.add_option("--window", request.window, instead + "window, or buffer")
+      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 20));
+  swarm.add_option("--processors", request.processors, instead + "virtual processors")
+      ->check(CLI::Range(1u, 1u << 16));
+  swarm.add_option("--decisions", request.decisions, instead + "the adversary's, none or a list");
+  swarm.add_flag("--json", request.json, "print one JSON object");
+  swarm.footer(
+      "examples:\n"
+      "  soda swarm --seeds 1..10000 --budget 600\n"
+      "  soda swarm scenarios/library/third-world.json --seeds 1..100");
+}
+
+}  // namespace soda::analysis

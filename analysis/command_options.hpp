@@ -1,0 +1,32 @@
+// The options of each command, and its examples.
+#pragma once
+
+#include "analysis/anticipation_command.hpp"
+#include "analysis/phold_command.hpp"
+#include "analysis/plan_command.hpp"
+#include "analysis/replay_command.hpp"
+#include "analysis/run_command.hpp"
+#include "analysis/swarm_command.hpp"
+#include "analysis/verify_command.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace soda::analysis {
+
+// What a command line mentions: options of anything else are not registered.
+struct Wanted {
+  bool in_real_time, balances, guesses;
+};
+
+// Each outlives the command line's parsing.
+void define_run(CLI::App& run, RunRequest& request, const Wanted& wanted);
+void define_plan(CLI::App& plan, PlanRequest& request);
+void define_replay(CLI::App& replay, ReplayRequest& request);
+void define_anticipation(CLI::App& command, AnticipationRequest& request);
+void define_verify(CLI::App& verify, VerifyRequest& request);
+void define_phold(CLI::App& phold, PholdRequest& request);
+void define_swarm(CLI::App& swarm, SwarmRequest& request);
+
+}  // namespace soda::analysis
