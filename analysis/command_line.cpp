@@ -25,6 +25,7 @@ struct Requests {
   ReplayRequest replay;
   AnticipationRequest anticipation;
   VerifyRequest verify;
+  RollbackRequest rollback;
   PholdRequest phold;
   SwarmRequest swarm;
 };
@@ -64,6 +65,9 @@ constexpr Command kCommands[] = {
     {"verify", "check one trajectory: every executor against the plain loop, step by step", true,
      [](CLI::App& app, R& r, const Wanted&) { define_verify(app, r.verify); },
      [](const R& r, Stream& out, Stream&) { return verify_command(r.verify, out); }},
+    {"rollback", "compare the rollback modes: what they cost, and how far warm strays", false,
+     [](CLI::App& app, R& r, const Wanted&) { define_rollback(app, r.rollback); },
+     [](const R& r, Stream& out, Stream&) { return rollback_command(r.rollback, out); }},
     {"phold", "benchmark of the kernel: events and no physics", true,
      [](CLI::App& app, R& r, const Wanted&) { define_phold(app, r.phold); },
      [](const R& r, Stream& out, Stream&) { return phold_command(r.phold, out); }},

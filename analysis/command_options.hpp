@@ -5,6 +5,7 @@
 #include "analysis/phold_command.hpp"
 #include "analysis/plan_command.hpp"
 #include "analysis/replay_command.hpp"
+#include "analysis/rollback_command.hpp"
 #include "analysis/run_command.hpp"
 #include "analysis/swarm_command.hpp"
 #include "analysis/verify_command.hpp"
@@ -26,6 +27,7 @@ void define_plan(CLI::App& plan, PlanRequest& request);
 void define_replay(CLI::App& replay, ReplayRequest& request);
 void define_anticipation(CLI::App& command, AnticipationRequest& request);
 void define_verify(CLI::App& verify, VerifyRequest& request);
+void define_rollback(CLI::App& rollback, RollbackRequest& request);
 void define_phold(CLI::App& phold, PholdRequest& request);
 void define_swarm(CLI::App& swarm, SwarmRequest& request);
 

@@ -194,6 +194,30 @@ std::string verification_json(const Verification& verification) {
                  {"runs", runs}});
 }
 
+std::string rollback_json(const RollbackReport& report) {
+  Json modes = Json::array();
+  for (const ModeMeasures& mode : report.modes) {
+    modes.push_back({{"rollback", name_of(mode.mode)},
+                     {"rollbacks", mode.rollbacks},
+                     {"steps_repeated", mode.steps_repeated},
+                     {"islands_solved", mode.islands_solved},
+                     {"islands_wasted", mode.islands_wasted},
+                     {"islands_warm", mode.islands_warm},
+                     {"iterations", mode.iterations},
+                     {"makespan_s", mode.makespan_s},
+                     {"cpu_s", mode.cpu_s},
+                     {"first_different_step", nullptr},
+                     {"position_deviation_m", mode.position_deviation_m},
+                     {"velocity_deviation_m_s", mode.velocity_deviation_m_s}});
+    if (mode.first_different_step)
+      modes.back()["first_different_step"] = *mode.first_different_step;
+  }
+  return dumped({{"scenario", report.scenario},
+                 {"steps", report.steps},
+                 {"worlds", report.worlds},
+                 {"modes", modes}});
+}
+
 std::string anticipation_json(const AnticipationReport& report) {
   Json points = Json::array();
   for (const AnticipationPoint& point : report.points) {

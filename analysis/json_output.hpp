@@ -6,6 +6,7 @@
 
 #include "analysis/anticipation.hpp"
 #include "analysis/phold_command.hpp"
+#include "analysis/rollback_command.hpp"
 #include "analysis/run_report.hpp"
 #include "analysis/swarm_command.hpp"
 #include "analysis/verify_command.hpp"
@@ -19,6 +20,7 @@ std::string run_json(const RunReport& report);
 std::string plan_json(const std::string& scenario, const std::vector<models::PlanLine>& plan);
 std::string verification_json(const Verification& verification);
 std::string anticipation_json(const AnticipationReport& report);
+std::string rollback_json(const RollbackReport& report);
 std::string swarm_json(const SwarmResult& result);
 std::string phold_json(const PholdRequest& request, const PholdRun& run);
 

@@ -157,6 +157,7 @@ std::vector<std::pair<std::string, std::uint64_t>> stage_counts(
       {"absorption_looks", worlds.absorption_looks},
       {"islands_repeated", worlds.islands_repeated},
       {"islands_taken", worlds.islands_taken},
+      {"islands_warm", worlds.islands_warm},
       {"bodies_repeated", worlds.bodies_repeated},
       {"bodies_taken", worlds.bodies_taken},
       {"ghosts_guessed", worlds.ghosts_guessed},

@@ -87,7 +87,15 @@ const char* name_of(models::ExecutorKind executor) {
 }
 
 const char* name_of(models::RollbackMode rollback) {
-  return rollback == models::RollbackMode::kPropagate ? "propagate" : "invalidate";
+  switch (rollback) {
+    case models::RollbackMode::kPropagate:
+      return "propagate";
+    case models::RollbackMode::kInvalidate:
+      return "invalidate";
+    case models::RollbackMode::kWarm:
+      return "warm";
+  }
+  return "";
 }
 
 const char* name_of(models::GhostMode ghosts) {

@@ -73,11 +73,20 @@ MeasuredRun run_observed(const RunRequest& request, const scenarios::Scenario& s
   return run;
 }
 
+// A warm rollback's bits depend on when messages came.
+void refuse_warm_where_bits_count(const RunRequest& request) {
+  if (request.overrides.rollback != models::RollbackMode::kWarm) return;
+  if (!request.log_file.empty()) throw UsageError("--log: what --rollback warm does has no replay");
+  if (request.overrides.cluster.check_purity)
+    throw UsageError("--check-purity: --rollback warm is not pure");
+}
+
 }  // namespace
 
 int run_command(const RunRequest& given, std::ostream& out, std::ostream& err) {
   std::string text;
   scenarios::Scenario scenario = load_with_text(given, text);
+  refuse_warm_where_bits_count(given);
   if (given.real_time) require_paceable(scenario.run);
   const std::unique_ptr<InputStream> stream = open_inputs(given.inputs, scenario, err);
   RunRequest request = given;

@@ -42,12 +42,15 @@ void add_run_options(CLI::App& command, Overrides& overrides) {
 void add_rollback_option(CLI::App& command, Overrides& overrides) {
   const std::map<std::string, models::RollbackMode> modes = {
       {"propagate", models::RollbackMode::kPropagate},
-      {"invalidate", models::RollbackMode::kInvalidate}};
+      {"invalidate", models::RollbackMode::kInvalidate},
+      {"warm", models::RollbackMode::kWarm}};
   command
       .add_option_function<std::string>(
           "--rollback",
           [&overrides, modes](const std::string& name) { overrides.rollback = modes.at(name); },
-          "propagate (default): re-executed steps compute only what changed; invalidate: all")
+          "propagate (default): re-executed steps compute only what changed; invalidate: all; "
+          "warm: "
+          "what changed, from earlier multipliers, so that bits depend on history")
       ->check(CLI::IsMember(modes));
 }
 

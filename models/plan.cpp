@@ -169,8 +169,11 @@ void add_division(std::uint32_t worlds, const RunOptions& options, std::vector<P
   const bool optimistic = divided && options.executor != ExecutorKind::kSequential;
   const char* never = divided ? "the sequential executor never rolls back" : one;
   add(plan, kHistory, optimistic, "worlds run ahead of their neighbours", never);
-  const bool propagates = optimistic && options.rollback == RollbackMode::kPropagate;
-  add(plan, kTaken, propagates, "repeated steps compute only what changed",
+  const bool propagates = optimistic && options.rollback != RollbackMode::kInvalidate;
+  add(plan, kTaken, propagates,
+      options.rollback == RollbackMode::kWarm
+          ? "repeated steps compute only what changed, from multipliers that depend on history"
+          : "repeated steps compute only what changed",
       optimistic ? "rollbacks invalidate whole entries" : never);
   const bool balances = options.balancing.policy != BalancingPolicy::kOff;
   add(plan, kBalancing, divided && balances, "cells move to worlds that have less to do",

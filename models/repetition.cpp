@@ -103,6 +103,20 @@ bool Repetition::take_island(std::span<const BodyId> ids, std::span<BodyState> s
   return true;
 }
 
+bool Repetition::take_impulses(std::span<const BodyId> ids, std::span<BodyState> states) const {
+  if (!repeats()) return false;
+  bool any = false;
+  BodyState before;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    const StoredBody* const body = replaced_->bodies.find(ids[i]);
+    if (body == nullptr) continue;
+    body->state.unpack(before);
+    states[i].impulses.swap(before.impulses);
+    any = true;
+  }
+  return any;
+}
+
 std::vector<BodyId> Repetition::differences(std::span<const BodyId> ids,
                                             std::span<const BodyState> states) const {
   if (!repeats()) return {};

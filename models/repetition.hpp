@@ -48,6 +48,11 @@ class Repetition {
   bool take_island(std::span<const physics::BodyId> ids, std::span<physics::BodyState> states,
                    physics::IslandReport* report);
 
+  // Puts the contact impulses that the replaced step ended with in place of those that it began
+  // with. False if it had none of these bodies. Breaks the independence of history: only for kWarm.
+  bool take_impulses(std::span<const physics::BodyId> ids,
+                     std::span<physics::BodyState> states) const;
+
   // Own bodies whose state at the end is not the one that the replaced step ended with, and those
   // that the entry after it differed in already. Ascending.
   std::vector<physics::BodyId> differences(std::span<const physics::BodyId> ids,

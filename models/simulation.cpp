@@ -263,6 +263,7 @@ WorldCounters& operator+=(WorldCounters& sum, const WorldCounters& more) {
   sum.absorption_looks += more.absorption_looks;
   sum.islands_repeated += more.islands_repeated;
   sum.islands_taken += more.islands_taken;
+  sum.islands_warm += more.islands_warm;
   sum.bodies_repeated += more.bodies_repeated;
   sum.bodies_taken += more.bodies_taken;
   sum.ghosts_guessed += more.ghosts_guessed;

@@ -21,10 +21,12 @@
 
 namespace soda::models {
 
-// What a rollback costs: the committed bits are the same.
+// What a rollback costs. The committed bits are the same, but for kWarm: its bits depend on which
+// rollbacks there were.
 enum class RollbackMode {
   kPropagate,   // re-executed steps compute again only what changed
   kInvalidate,  // they compute all again: the baseline
+  kWarm,        // as kPropagate, and solves start from the multipliers of the replaced execution
 };
 
 // What a world takes for the ghosts of a step that a neighbour has not sent yet, though it has sent
@@ -108,6 +110,7 @@ struct WorldCounters {
   // Late ghosts that made no difference: bags, and bodies looked at to find that out.
   std::uint64_t bags_absorbed = 0, absorption_looks = 0;
   std::uint64_t islands_repeated = 0, islands_taken = 0;
+  std::uint64_t islands_warm = 0;  // of the repeated ones: solved from earlier multipliers
   std::uint64_t bodies_repeated = 0, bodies_taken = 0;
   // Guesses: bodies guessed, each time a step was executed with the guess. What a neighbour sent
   // for a step that had been executed with a guess (the last one counts): messages, and those that

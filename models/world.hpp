@@ -115,7 +115,7 @@ class World final : public kernel::LogicalProcess {
   bool remembers() const { return keeps_history_ && divided() && propagates(); }
   bool guesses() const { return around_.ghosts != GhostMode::kTold && divided(); }
   bool audits() const { return around_.audits && keeps_history_; }
-  bool propagates() const { return around_.rollback == RollbackMode::kPropagate; }
+  bool propagates() const { return around_.rollback != RollbackMode::kInvalidate; }
   void advance_known_islands(std::int64_t step);
   void advance_island(std::int64_t step, std::size_t island, const KnownBodies& known,
                       std::span<physics::BodyState> states);
@@ -123,6 +123,7 @@ class World final : public kernel::LogicalProcess {
   void advance_own_island();
   void advance_mixed_island(std::int64_t step, bool reports);
   void advance_free_body(physics::BodyId id, physics::BodyState& state);
+  void start_warm();
   void count_repetition(bool taken, std::size_t bodies);
   void remember_island(std::span<const physics::BodyId> bodies, bool mixed);
   void remember_contacts(std::span<const physics::ContactManifold> for_others);

@@ -114,12 +114,20 @@ void World::note_owners(std::size_t island, const KnownBodies& known) {
   note_group(scratch_.island_ids, owners, id_, next_gate_.groups);
 }
 
+// The paper's constraint-solver rollback.
+void World::start_warm() {
+  if (around_.rollback != RollbackMode::kWarm) return;
+  counters_.islands_warm += repetition_.take_impulses(scratch_.island_ids, scratch_.island_states);
+}
+
 void World::advance_own_island() {
   physics::IslandReport report;
   const bool taken = repetition_.take_island(scratch_.island_ids, scratch_.island_states, &report);
-  if (!taken)
+  if (!taken) {
+    start_warm();
     report = physics::advance_island(*rules_.scene, scratch_.island_ids, scratch_.island_manifolds,
                                      scratch_.island_states, stages_, report_.faults);
+  }
   report_.islands.push_back(report);
   count_repetition(taken, scratch_.island_ids.size());
 }
@@ -150,6 +158,7 @@ void World::remember_island(std::span<const BodyId> bodies, bool mixed) {
 // of the label reports the island.
 void World::advance_mixed_island(std::int64_t step, bool reports) {
   ++counters_.mixed_islands;
+  start_warm();
   kernel::Bytes input;
   encode_island(scratch_.island_ids, scratch_.island_manifolds, scratch_.island_states, input);
   if (!rules_.inputs->materials.empty())

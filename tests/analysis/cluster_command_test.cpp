@@ -119,5 +119,33 @@ TEST(ClusterCommands, SwarmReportsItsSums) {
   EXPECT_GT(json["committed"], 0);
 }
 
+TEST(RollbackCommand, OnlyWarmStraysFromTheExactTrajectory) {
+  const Json json = json_of(
+      {"rollback", library_file("border-stack"), "--steps", "40", "--latency-us", "100", "--json"});
+  ASSERT_EQ(json["modes"].size(), 3u);
+  for (const Json& mode : json["modes"]) {
+    const bool exact = mode["rollback"] != "warm";
+    EXPECT_GT(mode["rollbacks"], 0) << mode;
+    EXPECT_EQ(mode["first_different_step"].is_null(), exact) << mode;
+    EXPECT_EQ(mode["position_deviation_m"] == 0.0, exact) << mode;
+    EXPECT_EQ(mode["islands_warm"] == 0, exact) << mode;
+  }
+  const ChildResult text = run_soda({"rollback", library_file("border-stack"), "--steps", "5"});
+  EXPECT_EQ(text.exit_code, 0) << text.err;
+  EXPECT_TRUE(analysis_test::contains(text.out, "invalidate")) << text.out;
+}
+
+TEST(RollbackCommand, WarmHasNoLogAndNoPurityCheck) {
+  const std::vector<std::string> run = {"run", library_file("border-stack"), "--rollback", "warm"};
+  for (const std::vector<std::string>& more :
+       {std::vector<std::string>{"--log", "never-written.sodalog"}, {"--check-purity"}}) {
+    std::vector<std::string> arguments = run;
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const ChildResult result = run_soda(arguments);
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_TRUE(analysis_test::contains(result.err, "warm")) << result.err;
+  }
+}
+
 }  // namespace
 }  // namespace soda::analysis

@@ -30,7 +30,7 @@ test::Scene few_balls() {
 }
 
 CommittedStep step_of(std::int64_t step) {
-  return {.step = step, .ids = {}, .states = {}, .owners = {}, .islands = {}};
+  return {.step = step, .ids = {}, .states = {}, .owners = {}, .islands = {}, .inputs = {}};
 }
 
 TEST(BufferInterface, AnswersWithTheClockAskedForOrTheLargestBeforeIt) {
