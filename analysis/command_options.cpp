@@ -94,6 +94,8 @@ void define_verify(CLI::App& verify, VerifyRequest& request) {
       ->delimiter(',')
       ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 20));
   verify.add_option("--seeds", request.seeds, "scheduling seeds 1 to this (default 5)");
+  verify.add_flag("--all-modes", request.all_modes,
+                  "each seed with every rollback mode, gating, ghosts and balancing; else by seed");
   verify.add_option("--random-inputs", request.random_inputs,
                     "seed of random user input beside the scenario's own");
   verify.add_flag("--require-rollbacks", request.require_rollbacks,

@@ -145,29 +145,17 @@ class SceneSubject final : public SwarmSubject {
     territory.map = random.below(2) == 0 ? models::MapKind::kBlocks : models::MapKind::kKMeans;
     territory.seed = random.next();
 
-    models::InputOptions inputs = scenario_.run.inputs;
-    inputs.at_the_last_moment = random.below(2) == 0;
-
+    models::RunOptions options = draw_options(size, random);
     KernelCheckers rules(size.window);
     kernel::ObserverList all({&rules.gvt, &rules.window, &rules.conservation});
     cluster.observer = &all;
+    options.cluster = cluster;
     const models::CommitObserver commits{
         .wants_states = true,
         .on_step = [&](const models::CommittedStep& step) { require_oracles_digest(step); }};
-    const bool constant_cost = random.below(2) == 0;
-    constexpr models::GhostMode kGhostModes[] = {
-        models::GhostMode::kTold, models::GhostMode::kDeadReckoning, models::GhostMode::kPredicted};
-    const models::SimulationResult result =
-        models::simulate(scenario_.scene, scenario_.initial,
-                         models::make_territory_map(territory, centres_, &scenario_.scene),
-                         {.executor = models::ExecutorKind::kVirtual,
-                          .steps = size.end,
-                          .buffer = size.window,
-                          .ghosts = one_of(kGhostModes, random),
-                          .inputs = inputs,
-                          .cluster = cluster,
-                          .constant_cost = constant_cost},
-                         commits);
+    const models::SimulationResult result = models::simulate(
+        scenario_.scene, scenario_.initial,
+        models::make_territory_map(territory, centres_, &scenario_.scene), options, commits);
     require(!result.fault, "a fault that the sequential run does not have");
     require(result.committed_steps == size.end,
             kernel::describe(result.committed_steps, " steps committed of ", size.end));
@@ -175,6 +163,27 @@ class SceneSubject final : public SwarmSubject {
   }
 
  private:
+  models::RunOptions draw_options(const TrialSize& size, SplitMix64& random) const {
+    using models::BalancingPolicy, models::GhostMode;
+    constexpr GhostMode kGhosts[] = {GhostMode::kTold, GhostMode::kDeadReckoning,
+                                     GhostMode::kPredicted};
+    constexpr BalancingPolicy kBalancing[] = {BalancingPolicy::kOff, BalancingPolicy::kOff,
+                                              BalancingPolicy::kRandom, BalancingPolicy::kPaper};
+    models::RunOptions options = scenario_.run;
+    options.executor = models::ExecutorKind::kVirtual;
+    options.steps = size.end;
+    options.buffer = size.window;
+    options.rollback =
+        random.below(4) == 0 ? models::RollbackMode::kInvalidate : models::RollbackMode::kPropagate;
+    options.gating = random.below(2) == 0;
+    options.ghosts = one_of(kGhosts, random);
+    options.balancing = {one_of(kBalancing, random), 1 + static_cast<std::int64_t>(random.below(5)),
+                         random.next()};
+    options.inputs.at_the_last_moment = random.below(2) == 0;
+    options.constant_cost = random.below(2) == 0;
+    return options;
+  }
+
   void require_oracles_digest(const models::CommittedStep& step) const {
     require(physics::digest(step.ids, step.states) == oracle_.digest_after(step.step),
             kernel::describe("committed step ", step.step, " is not that of the plain loop"));

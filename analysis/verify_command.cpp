@@ -1,7 +1,6 @@
 #include "analysis/verify_command.hpp"
 
 #include <algorithm>
-#include <array>
 #include <iterator>
 #include <ostream>
 #include <utility>
@@ -93,6 +92,33 @@ void verify_run(const scenarios::Scenario& scenario, const models::TerritoryMap&
 constexpr models::GhostMode kGhostModes[] = {
     models::GhostMode::kTold, models::GhostMode::kDeadReckoning, models::GhostMode::kPredicted};
 
+constexpr Balancing kPolicies[] = {Balancing::kOff, Balancing::kRandom, Balancing::kPaper};
+
+// The modes of a run, by its scheduling seed: each alone takes all its values, their combinations
+// come up as seeds go on.
+void draw_modes(VerifiedRun run, std::vector<VerifiedRun>& runs) {
+  const std::uint64_t turn = run.scheduling_seed - 1;
+  run.rollback = run.scheduling_seed % 2 == 0 ? models::RollbackMode::kInvalidate
+                                              : models::RollbackMode::kPropagate;
+  run.gating = run.scheduling_seed / 2 % 2 == 0;
+  run.ghosts = kGhostModes[(turn + turn / 3) % std::size(kGhostModes)];
+  run.balancing = kPolicies[run.scheduling_seed % std::size(kPolicies)];
+  runs.push_back(run);
+}
+
+void all_modes(VerifiedRun run, std::vector<VerifiedRun>& runs) {
+  for (const auto rollback : {models::RollbackMode::kPropagate, models::RollbackMode::kInvalidate})
+    for (const bool gating : {true, false})
+      for (const models::GhostMode ghosts : kGhostModes)
+        for (const Balancing balancing : kPolicies) {
+          run.rollback = rollback;
+          run.gating = gating;
+          run.ghosts = ghosts;
+          run.balancing = balancing;
+          runs.push_back(run);
+        }
+}
+
 // All cells of the matrix: each division once in sequence (not in a job), then under Time Warp.
 std::vector<VerifiedRun> matrix(const VerifyRequest& request, std::size_t cells) {
   std::vector<VerifiedRun> runs;
@@ -110,16 +136,8 @@ std::vector<VerifiedRun> matrix(const VerifyRequest& request, std::size_t cells)
       run.threads = threads;
       for (const std::int64_t buffer : request.buffers) {
         run.buffer = buffer;
-        for (run.scheduling_seed = 1; run.scheduling_seed <= request.seeds; ++run.scheduling_seed) {
-          const bool all = run.scheduling_seed % 2 == 0;
-          run.rollback = all ? models::RollbackMode::kInvalidate : models::RollbackMode::kPropagate;
-          run.gating = run.scheduling_seed / 2 % 2 == 0;
-          const std::uint64_t turn = run.scheduling_seed - 1;
-          run.ghosts = kGhostModes[(turn + turn / 3) % std::size(kGhostModes)];
-          run.balancing = std::array{Balancing::kOff, Balancing::kRandom,
-                                     Balancing::kPaper}[run.scheduling_seed % 3];
-          runs.push_back(run);
-        }
+        for (run.scheduling_seed = 1; run.scheduling_seed <= request.seeds; ++run.scheduling_seed)
+          (request.all_modes ? all_modes : draw_modes)(run, runs);
       }
     }
   }
