@@ -209,6 +209,8 @@ models::RunOptions run_of(const DocumentSpec& document, FaultList& faults) {
   run.steps = steps_of(document, faults);
   run.buffer = document.buffer_entries;
   run.scheduling_seed = static_cast<std::uint64_t>(document.executor.scheduling_seed);
+  run.balancing = {document.balancing.policy, document.balancing.interval_steps,
+                   static_cast<std::uint64_t>(document.balancing.seed)};
   return run;
 }
 

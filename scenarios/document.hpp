@@ -193,6 +193,12 @@ struct ExecutorSpec : Located {
   std::int64_t scheduling_seed = 0;
 };
 
+struct BalancingSpec : Located {
+  models::BalancingPolicy policy = models::BalancingPolicy::kOff;
+  std::int64_t interval_steps = models::BalancingOptions{}.interval;
+  std::int64_t seed = 1;
+};
+
 struct OutputSpec : Located {
   std::optional<std::string> log;
   bool step_digests = false;
@@ -216,6 +222,7 @@ struct DocumentSpec : Located {
   TerritorySpec territory;
   std::int64_t buffer_entries = 48;
   ExecutorSpec executor;
+  BalancingSpec balancing;
   OutputSpec output;
 };
 

@@ -18,6 +18,9 @@ inline constexpr std::array kNamesOf<models::MapKind> =
 template <>
 inline constexpr std::array kNamesOf<models::ExecutorKind> =
     std::to_array<std::string_view>({"sequential", "threads"});
+template <>
+inline constexpr std::array kNamesOf<models::BalancingPolicy> =
+    std::to_array<std::string_view>({"off", "paper", "random"});
 
 namespace {
 
@@ -284,6 +287,18 @@ constexpr Field kExecutorFields[] = {
 constexpr ObjectTable kExecutor =
     object_table<ExecutorSpec>("executor", "What drives the worlds.", kExecutorFields);
 
+constexpr Field kBalancingFields[] = {
+    field<BalancingSpec, &BalancingSpec::policy>(
+        "policy", kRequired, kNone,
+        "paper: cells go from loaded worlds to their neighbours; random is for tests."),
+    field<BalancingSpec, &BalancingSpec::interval_steps>(
+        "interval_steps", kOptional, Limits{1.0, 1e6}, "Steps between two decisions."),
+    field<BalancingSpec, &BalancingSpec::seed>("seed", kOptional, kSeed, "Of the random policy."),
+};
+constexpr ObjectTable kBalancing = object_table<BalancingSpec>(
+    "balancing", "How territories change while a run goes on; cannot change results.",
+    kBalancingFields);
+
 constexpr Field kOutputFields[] = {
     field<OutputSpec, &OutputSpec::log>(
         "log", kOptional, kText,
@@ -343,6 +358,9 @@ constexpr Field kDocumentFields[] = {
         "Steps a world may run ahead: the size of its transform buffer."),
     object_field<DocumentSpec, &DocumentSpec::executor>(
         "executor", kOptional, kNone, kExecutor, "Default executor; the command line may differ."),
+    object_field<DocumentSpec, &DocumentSpec::balancing>(
+        "balancing", kOptional, kNone, kBalancing,
+        "Load balancing, off without it; the command line may differ."),
     object_field<DocumentSpec, &DocumentSpec::output>("output", kOptional, kNone, kOutput,
                                                       "What a run writes beside its report."),
 };

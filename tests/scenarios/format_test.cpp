@@ -56,6 +56,7 @@ TEST(Defaults, AreThoseOfTheLayersBelow) {
   EXPECT_EQ(scenario.scene.solver.warm_starting, settings.warm_starting);
   EXPECT_EQ(scenario.scene.broadphase, physics::Broadphase::kGrid);
   EXPECT_EQ(scenario.run.buffer, models::RunOptions{}.buffer);
+  EXPECT_EQ(scenario.run.balancing.policy, models::BalancingPolicy::kOff);
   EXPECT_EQ(scenario.territory.worlds, 1u);
   EXPECT_EQ(scenario.run.steps, 3);
 }
@@ -66,6 +67,8 @@ TEST(Values, OfTheFileReachTheScenarioUnchanged) {
   EXPECT_EQ(scenario.run.buffer, 16);
   EXPECT_EQ(scenario.run.executor, models::ExecutorKind::kThreads);
   EXPECT_EQ(scenario.run.threads, 2u);
+  EXPECT_EQ(scenario.run.balancing.policy, models::BalancingPolicy::kPaper);
+  EXPECT_EQ(scenario.run.balancing.interval, 20);
   EXPECT_EQ(scenario.output.log_file, "small.sodalog");
   EXPECT_TRUE(scenario.output.step_digests);
   EXPECT_EQ(scenario.scene.gravity_m_s2, physics::Vec3(0.0, 0.0, -9.81));

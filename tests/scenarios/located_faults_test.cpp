@@ -113,6 +113,8 @@ const Breakage kBreakages[] = {
      "an integer from 1"},
     {"ThreadsZero", "\"threads\": 2", "\"threads\": @0", "/executor/threads", "0",
      "an integer from 1"},
+    {"BalancingIntervalZero", "\"interval_steps\": 20", "\"interval_steps\": @0",
+     "/balancing/interval_steps", "0", "an integer from 1"},
     {"TooFewPoints", "[[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]",
      "@[[0, 0, 0], [1, 0, 0], [0, 1, 0]]", "/bodies/2/shape/points_m", "an array of 3",
      "an array (4 to 4096)"},

@@ -57,6 +57,7 @@ inline constexpr std::string_view kSmallScenario = R"({
   "territory": {"origin_m": [-8, -8, -8], "cell_size_m": 2, "cells": [8, 8, 8], "worlds": 2},
   "buffer_entries": 16,
   "executor": {"kind": "threads", "threads": 2},
+  "balancing": {"policy": "paper", "interval_steps": 20},
   "output": {"log": "small.sodalog", "step_digests": true}
 })";
 
