@@ -64,5 +64,26 @@ TEST(RealTimeCommand, WhatNoWallClockCanPaceIsAUsageError) {
   }
 }
 
+TEST(RealTimeCommand, TakesUserInputFromAStreamAndLogsItWithItsFinalSteps) {
+  const analysis_test::TemporaryFolder folder;
+  const std::string log = folder.file("run.sodalog");
+  const std::string program = SODA_BINARY_DIR "/soda";
+  const ChildResult result = analysis_test::run_child(
+      {"/bin/sh", "-c",
+       R"((sleep 0.2; echo '{"id": 1, "type": "push", "body": 0, "impulse_newton_s": [0, 0, 3000]}';)"
+       R"( sleep 0.2; echo '{"id": 2, "type": "remove", "body": 1}') | )" +
+           program + " run " + library_file("eight-corner") +
+           " --threads 2 --worlds 4 --steps 60 --realtime --inputs - --quiet --json --log " + log});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const Json json = Json::parse(result.out);
+  ASSERT_EQ(json["inputs"].size(), 2u);
+  for (const Json& input : json["inputs"]) {
+    EXPECT_EQ(input["had_effect"], true);
+    EXPECT_GT(input["step"], 0) << "it came while the run went on";
+  }
+  const ChildResult replay = run_soda({"replay", log, "--executor", "sequential", "--worlds", "1"});
+  EXPECT_EQ(replay.exit_code, 0) << replay.out;
+}
+
 }  // namespace
 }  // namespace soda::analysis
