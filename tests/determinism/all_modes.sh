@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # One trajectory over the full product: every library scene x {threads, two ranks} x rollback mode x
 # gating x ghosts x balancing, with the scene's own user input and with random input beside it. What
-# the tests of every day draw by seed, here all of it. Takes about an hour; a campaign, not a test.
+# the tests of every day draw by seed, here all of it. Takes some ten minutes; a campaign, not a test.
 #   all_modes.sh [SODA]   default build/release/soda; exit 1 at the first scene that diverges
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
