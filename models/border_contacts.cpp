@@ -101,6 +101,7 @@ BorderContacts find_border_contacts(const physics::SceneDescription& scene,
     physics::collide(scene, geometry, ids[pair.first], states[pair.first], other, nullptr,
                      out.manifolds, counters);
   }
+  physics::append_world_joints(scene, ids, out.manifolds);
   std::sort(out.manifolds.begin(), out.manifolds.end(), canonical_before);
   sort_unique(out.foreign);
   for (auto& [target, fragment] : out.fragments) sort_unique(fragment.records.nodes);

@@ -123,11 +123,6 @@ void append(Records&& from, Records& to) {
 
 }  // namespace
 
-bool canonical_before(const ContactManifold& x, const ContactManifold& y) {
-  if (x.a != y.a) return x.a < y.a;
-  return x.b != y.b ? x.b < y.b : x.part < y.part;
-}
-
 void add_node(std::span<const BodyId> own_ids, const Node& node, IslandMerge& merge) {
   if (contains(own_ids, node.id)) return;
   const auto place = find_node(merge, node.id);

@@ -18,7 +18,7 @@ namespace soda::models {
 using RecordKey = std::pair<physics::BodyId, physics::BodyId>;
 
 // The canonical order of manifolds: by (a, b, part).
-bool canonical_before(const physics::ContactManifold& x, const physics::ContactManifold& y);
+using physics::canonical_before;
 
 // A world's knowledge beyond its own bodies, for one step. Starts empty in every step.
 struct IslandMerge {

@@ -5,6 +5,7 @@
 
 #include "physics/contact_solver.hpp"
 #include "physics/drive.hpp"
+#include "physics/joint_motion.hpp"
 #include "physics/rigid_motion.hpp"
 
 namespace soda::physics {
@@ -38,16 +39,9 @@ void load_bodies(const SceneDescription& scene, std::span<const BodyId> ids,
   bodies.resize(ids.size() + 1);
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const BodyParams& params = scene.bodies[index_of(ids[i])];
-    SolverBody& body = bodies[i];
-    const Vec3 acceleration = external_acceleration(scene, ids[i], states[i]);
+    bodies[i] = solver_body(params, states[i]);
+    bodies[i].linear += external_acceleration(scene, ids[i], states[i]) * scene.dt_s;
     counters.driven_bodies += params.drive != kNoDrive;
-    body.linear = states[i].linear_velocity_m_s + acceleration * scene.dt_s;
-    body.angular = states[i].angular_velocity_rad_s;
-    body.inverse_mass = 1.0 / params.mass_kg;
-    body.inverse_inertia = is_isotropic(params.inertia_local_kg_m2)
-                               ? params.inverse_inertia_local
-                               : rotated_tensor(states[i].orientation.toRotationMatrix(),
-                                                params.inverse_inertia_local);
   }
 }
 
@@ -123,10 +117,13 @@ BodyState moved(const SceneDescription& scene, BodyId id, const SolverBody& body
 
 void move_bodies(const SceneDescription& scene, std::span<const BodyId> ids,
                  std::span<const ContactManifold> manifolds, const ContactProblem& problem,
-                 std::span<BodyState> states, std::vector<AdvanceFault>& faults) {
+                 const JointSystem& joints, std::span<BodyState> states,
+                 std::vector<AdvanceFault>& faults) {
   std::vector<PushOut> push;
   solve_push_out(scene.solver.iterations, scene.dt_s, problem, push);
-  const std::vector<Flight> flights = find_flights(problem);
+  std::vector<Flight> flights = find_flights(problem);
+  for (const JointRow& row : joints.rows)
+    flights[row.a].supported = flights[row.b].supported = true;
   std::size_t row = 0;
   for (std::size_t i = 0; i < ids.size(); ++i) {
     BodyState next = moved(scene, ids[i], problem.bodies[i], flights[i],
@@ -161,7 +158,23 @@ void report_contacts(std::span<const BodyState> states, const ContactProblem& pr
   }
 }
 
+std::uint32_t solve(int iterations, JointSystem& joints, ContactProblem& problem) {
+  return static_cast<std::uint32_t>(joints.empty()
+                                        ? solve_velocities(iterations, problem)
+                                        : solve_with_joints(iterations, joints, problem));
+}
+
 }  // namespace
+
+SolverBody solver_body(const BodyParams& params, const BodyState& state) {
+  return {.linear = state.linear_velocity_m_s,
+          .angular = state.angular_velocity_rad_s,
+          .inverse_mass = 1.0 / params.mass_kg,
+          .inverse_inertia = is_isotropic(params.inertia_local_kg_m2)
+                                 ? params.inverse_inertia_local
+                                 : rotated_tensor(state.orientation.toRotationMatrix(),
+                                                  params.inverse_inertia_local)};
+}
 
 IslandReport advance_island(const SceneDescription& scene, std::span<const BodyId> ids,
                             std::span<const ContactManifold> manifolds, std::span<BodyState> states,
@@ -174,18 +187,31 @@ IslandReport advance_island(const SceneDescription& scene, std::span<const BodyI
     pass_through(scene, ids, manifolds, states, report, counters, faults);
     return report;
   }
+  JointSystem joints = find_joints(scene, ids, manifolds);
+  if (!scene.joints.empty()) report_lost_joints(scene, ids, manifolds, faults);
+  if (!joints.empty() && report.contact_points == 0 && !has_springs(scene, joints)) {
+    advance_linkage(scene, ids, joints, states, report, faults);
+    ++counters.islands_solved;
+    counters.solver_iterations += report.iterations;
+    counters.joint_rows += joints.rows.size();
+    return report;
+  }
   ContactProblem problem;
   load_bodies(scene, ids, states, problem.bodies, counters);
   build_rows(scene, ids, manifolds, states, problem, counters);
-  report.iterations =
-      static_cast<std::uint32_t>(solve_velocities(scene.solver.iterations, problem));
-  if (problem.restitution_rows > 0 && aim_rebounds(problem)) {
-    report.iterations +=
-        static_cast<std::uint32_t>(solve_velocities(scene.solver.iterations, problem));
+  if (!joints.empty()) {
+    build_joint_rows(scene, ids, states, true, joints);
+    factor_joint_rows(ids.size(), problem.bodies, joints);
   }
+  counters.joint_rows += joints.rows.size();
+  report.iterations = solve(scene.solver.iterations, joints, problem);
+  if (problem.restitution_rows > 0 && aim_rebounds(problem))
+    report.iterations += solve(scene.solver.iterations, joints, problem);
   report.constraint_residual_m_s = residual_m_s(problem);
   report_contacts(states, problem, report);
-  move_bodies(scene, ids, manifolds, problem, states, faults);
+  report_joints(states, joints, report);
+  move_bodies(scene, ids, manifolds, problem, joints, states, faults);
+  if (!joints.empty()) close_joints(scene, ids, joints, states);
   ++counters.islands_solved;
   counters.solver_iterations += report.iterations;
   return report;
@@ -194,6 +220,7 @@ IslandReport advance_island(const SceneDescription& scene, std::span<const BodyI
 void advance_free_body(const SceneDescription& scene, BodyId id, BodyState& state,
                        StageCounters& counters, std::vector<AdvanceFault>& faults) {
   ++counters.free_bodies_advanced;
+  if (scene.bodies[index_of(id)].joints > 0) report_lost_joints(scene, {&id, 1}, {}, faults);
   const double dt = scene.dt_s;
   BodyState next;
   // By reference: most bodies have no drive, and this is the cheapest of all stages.

@@ -25,4 +25,10 @@ struct ContactManifold {
   std::array<ContactPoint, 4> points;
 };
 
+// The order of contacts wherever it matters: (a, b, part).
+inline bool canonical_before(const ContactManifold& x, const ContactManifold& y) {
+  if (x.a != y.a) return x.a < y.a;
+  return x.b != y.b ? x.b < y.b : x.part < y.part;
+}
+
 }  // namespace soda::physics

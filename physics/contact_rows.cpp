@@ -280,6 +280,7 @@ void build_rows(const SceneDescription& scene, std::span<const BodyId> ids,
   std::size_t cursor = 0;
   for (std::uint32_t i = 0; i < manifolds.size(); ++i) {
     const ContactManifold& m = manifolds[i];
+    if (is_joint(m)) continue;
     if (i == 0 || m.a != manifolds[i - 1].a) cursor = 0;
     const PairContext context = context_of(scene, ids, states, m, i, problem);
     for (std::uint32_t point = 0; point < m.count; ++point) {

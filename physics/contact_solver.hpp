@@ -19,6 +19,9 @@ struct SolverBody {
   Mat3 inverse_inertia = Mat3::Zero();  // world frame
 };
 
+// As the state has it, without external forces.
+SolverBody solver_body(const BodyParams& params, const BodyState& state);
+
 // One contact point: the relative velocity along the normal must not fall below `target_m_s`.
 struct NormalRow {
   std::uint32_t a = 0, b = 0;  // local indices; statics share one index, of infinite mass

@@ -34,9 +34,17 @@ struct StaticGeometry {
   bool is_half_space = false;
 };
 
+// A body's end of a joint.
+struct JointEnd {
+  BodyId body{};
+  Vec3 anchor_local_m = Vec3::Zero();
+  double reach_m = 0.0;
+};
+
 struct GeometryImpl {
   std::vector<ShapeGeometry> shapes;
   std::vector<StaticGeometry> statics;
+  std::vector<JointEnd> joint_ends;  // of joints between bodies; ascending by body
 };
 
 // Contacts are kept from this part of the smaller dynamic body's smallest width on.

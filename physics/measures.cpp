@@ -2,8 +2,10 @@
 
 #include <xxhash.h>
 
+#include <algorithm>
 #include <bit>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "physics/drive.hpp"
@@ -52,6 +54,28 @@ bool visit_fields(const BodyState& s, Visit visit) {
 constexpr std::size_t kFixedFields = 14;
 constexpr std::size_t kFieldsPerImpulse = 7;
 
+// Of the springs whose bodies are all there.
+double spring_energy_joule(const SceneDescription& scene, std::span<const BodyId> ids,
+                           std::span<const BodyState> states) {
+  double sum = 0.0;
+  for (const Joint& joint : scene.joints) {
+    if (joint.kind != JointKind::kSpring) continue;
+    const auto anchor = [&](BodyId id, const Vec3& local) -> std::optional<Vec3> {
+      if (is_static(id)) return local;
+      const auto at = std::lower_bound(ids.begin(), ids.end(), id);
+      if (at == ids.end() || *at != id) return std::nullopt;
+      const BodyState& state = states[static_cast<std::size_t>(at - ids.begin())];
+      return state.position_m + state.orientation * local;
+    };
+    const std::optional<Vec3> a = anchor(joint.a, joint.anchor_a_m);
+    const std::optional<Vec3> b = anchor(joint.b, joint.anchor_b_m);
+    if (!a || !b) continue;
+    const double stretch = (*b - *a).norm() - joint.length_m;
+    sum += 0.5 * joint.stiffness_newton_m * stretch * stretch;
+  }
+  return sum;
+}
+
 }  // namespace
 
 Mechanics measure(const SceneDescription& scene, std::span<const BodyId> ids,
@@ -72,6 +96,7 @@ Mechanics measure(const SceneDescription& scene, std::span<const BodyId> ids,
     sum.angular_momentum_newton_m_s += rotation * spin_momentum_local;
     sum.momentum_scale_newton_s += momentum.norm();
   }
+  sum.potential_energy_joule += spring_energy_joule(scene, ids, states);
   return sum;
 }
 

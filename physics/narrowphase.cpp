@@ -305,9 +305,11 @@ ShapeKernel kernel_for(const Shape& a, const Shape& b) {
   return kernel_of(static_cast<ShapeKind>(a.index()), static_cast<ShapeKind>(b.index()));
 }
 
-void collide(const SceneDescription& scene, const Geometry& geometry, BodyId a,
-             const BodyState& state_a, BodyId b, const BodyState* state_b,
-             std::vector<ContactManifold>& out, StageCounters& counters) {
+namespace {
+
+void collide_shapes(const SceneDescription& scene, const Geometry& geometry, BodyId a,
+                    const BodyState& state_a, BodyId b, const BodyState* state_b,
+                    std::vector<ContactManifold>& out, StageCounters& counters) {
   const GeometryImpl& impl = geometry.impl();
   const StaticGeometry* fixed = is_static(b) ? &impl.statics[static_index_of(b)] : nullptr;
   const ShapeGeometry& ga = impl.shapes[scene.bodies[index_of(a)].shape];
@@ -338,6 +340,20 @@ void collide(const SceneDescription& scene, const Geometry& geometry, BodyId a,
   }
   counters.manifolds += out.size() - before;
   for (std::size_t m = before; m < out.size(); ++m) counters.contact_points += out[m].count;
+}
+
+}  // namespace
+
+void collide(const SceneDescription& scene, const Geometry& geometry, BodyId a,
+             const BodyState& state_a, BodyId b, const BodyState* state_b,
+             std::vector<ContactManifold>& out, StageCounters& counters) {
+  if (scene.joints.empty() || is_static(b)) {
+    collide_shapes(scene, geometry, a, state_a, b, state_b, out, counters);
+    return;
+  }
+  if (may_touch(scene, a, b))
+    collide_shapes(scene, geometry, a, state_a, b, state_b, out, counters);
+  append_joints(scene, a, b, out);
 }
 
 }  // namespace soda::physics

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "physics/ids.hpp"
+#include "physics/joint.hpp"
 
 namespace soda::physics {
 
@@ -71,6 +72,7 @@ struct BodyParams {
   std::uint32_t label = 0;  // the id by which the user knows the body; ascending with BodyId
   std::uint32_t shape = 0;  // index into SceneDescription::shapes
   std::uint32_t drive = kNoDrive;  // index into SceneDescription::drives
+  std::uint32_t joints = 0;        // that it has; see order_joints()
   Material material;
   double mass_kg = 1.0;
   Mat3 inertia_local_kg_m2 = Mat3::Identity();  // about the centre of mass
@@ -109,6 +111,8 @@ struct SceneDescription {
   std::vector<Drive> drives;
   std::vector<BodyParams> bodies;   // index == BodyId
   std::vector<StaticBody> statics;  // index == static_index_of(BodyId)
+  std::vector<Joint> joints;        // ascending by (a, b, label): see order_joints()
+  bool has_world_joints = false;
 };
 
 }  // namespace soda::physics

@@ -102,6 +102,13 @@ StaticGeometry place(const StaticBody& body, const ShapeGeometry& geometry) {
 
 std::unique_ptr<const GeometryImpl> build(const SceneDescription& scene) {
   auto impl = std::make_unique<GeometryImpl>();
+  for (const Joint& joint : scene.joints) {
+    if (joint.b == kWorldBody) continue;
+    impl->joint_ends.push_back({joint.a, joint.anchor_a_m, joint.reach_m});
+    impl->joint_ends.push_back({joint.b, joint.anchor_b_m, joint.reach_m});
+  }
+  std::stable_sort(impl->joint_ends.begin(), impl->joint_ends.end(),
+                   [](const JointEnd& x, const JointEnd& y) { return x.body < y.body; });
   for (const Shape& shape : scene.shapes) impl->shapes.push_back(make_geometry(shape));
   for (const StaticBody& body : scene.statics) {
     impl->statics.push_back(place(body, impl->shapes[body.shape]));
@@ -123,6 +130,25 @@ Geometry::Geometry(const SceneDescription& scene) : impl_(build(scene)) {}
 Geometry::~Geometry() = default;
 Geometry::Geometry(Geometry&&) noexcept = default;
 Geometry& Geometry::operator=(Geometry&&) noexcept = default;
+
+// So that the two bodies of a joint meet: the anchors, which are in one place, and what may be
+// between them.
+void cover_joints(const GeometryImpl& impl, double dt_s, BodyId id, const BodyState& state,
+                  Aabb& box) {
+  auto end = std::lower_bound(impl.joint_ends.begin(), impl.joint_ends.end(), id,
+                              [](const JointEnd& e, BodyId body) { return e.body < body; });
+  const double speed = state.linear_velocity_m_s.norm(), spin = state.angular_velocity_rad_s.norm();
+  for (; end != impl.joint_ends.end() && end->body == id; ++end) {
+    const Vec3 arm = state.orientation * end->anchor_local_m;
+    const Vec3 anchor = state.position_m + arm;
+    const double reach =
+        end->reach_m + (speed + std::min(spin * dt_s, 2.0) / dt_s * arm.norm()) * dt_s;
+    for (int i = 0; i < 3; ++i) {
+      box.min[i] = std::min(box.min[i], anchor[i] - reach);
+      box.max[i] = std::max(box.max[i], anchor[i] + reach);
+    }
+  }
+}
 
 Aabb swept_aabb(const SceneDescription& scene, const Geometry& geometry, BodyId id,
                 const BodyState& state) {
@@ -148,6 +174,7 @@ Aabb swept_aabb(const SceneDescription& scene, const Geometry& geometry, BodyId 
     box.min[i] = std::clamp(box.min[i] + low - reach, -kLargest, kLargest);
     box.max[i] = std::clamp(box.max[i] + high + reach, -kLargest, kLargest);
   }
+  if (params.joints > 0) cover_joints(geometry.impl(), scene.dt_s, id, state, box);
   return box;
 }
 

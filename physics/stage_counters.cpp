@@ -36,6 +36,7 @@ StageCounters& operator+=(StageCounters& a, const StageCounters& b) {
   a.normal_rows += b.normal_rows;
   a.friction_rows += b.friction_rows;
   a.conveyor_rows += b.conveyor_rows;
+  a.joint_rows += b.joint_rows;
   a.restitution_rows += b.restitution_rows;
   a.warm_started_rows += b.warm_started_rows;
   a.driven_bodies += b.driven_bodies;

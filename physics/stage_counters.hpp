@@ -30,6 +30,7 @@ struct StageCounters {
   std::uint64_t normal_rows = 0;
   std::uint64_t friction_rows = 0;
   std::uint64_t conveyor_rows = 0;  // friction rows against a moving surface
+  std::uint64_t joint_rows = 0;
   std::uint64_t restitution_rows = 0;
   std::uint64_t warm_started_rows = 0;
   std::uint64_t driven_bodies = 0;  // bodies that got a drive's acceleration

@@ -30,6 +30,7 @@ void find_contacts(const SceneDescription& scene, const Geometry& geometry,
             dynamic ? ids[pair.second] : static_id(pair.second),
             dynamic ? &states[pair.second] : nullptr, scratch.manifolds, counters);
   }
+  append_world_joints(scene, ids, scratch.manifolds);
 }
 
 // States move into the scratch and back: their impulse lists change hands, nothing is allocated.

@@ -1,0 +1,197 @@
+#include "physics/joint_motion.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "physics/drive.hpp"
+#include "physics/rigid_motion.hpp"
+
+namespace soda::physics {
+namespace {
+
+constexpr int kMostCorrections = 20;
+// Errors of rounding, of coordinates up to the largest.
+double rounding_of(std::span<const BodyState> states) {
+  double largest = 1.0;
+  for (const BodyState& state : states)
+    largest = std::max(largest, state.position_m.cwiseAbs().maxCoeff());
+  return 1e-15 * largest;
+}
+
+std::vector<SolverBody> bodies_at(const SceneDescription& scene, std::span<const BodyId> ids,
+                                  std::span<const BodyState> states) {
+  std::vector<SolverBody> bodies(ids.size() + 1);
+  for (std::size_t i = 0; i < ids.size(); ++i)
+    bodies[i] = solver_body(scene.bodies[index_of(ids[i])], states[i]);
+  return bodies;
+}
+
+void push(const SceneDescription& scene, std::span<const BodyId> ids,
+          std::span<const BodyState> states, double dt_s, std::span<SolverBody> bodies) {
+  for (std::size_t i = 0; i < ids.size(); ++i)
+    bodies[i].linear += external_acceleration(scene, ids[i], states[i]) * dt_s;
+}
+
+// From `states` on, with these velocities and no force.
+std::vector<BodyState> drifted(const SceneDescription& scene, std::span<const BodyId> ids,
+                               std::span<const BodyState> states,
+                               std::span<const SolverBody> bodies, double dt_s) {
+  std::vector<BodyState> next(states.size());
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    next[i].position_m = states[i].position_m + bodies[i].linear * dt_s;
+    next[i].orientation = states[i].orientation;
+    next[i].linear_velocity_m_s = bodies[i].linear;
+    next[i].angular_velocity_rad_s = bodies[i].angular;
+    rotate_freely(scene.bodies[index_of(ids[i])], dt_s, next[i]);
+  }
+  return next;
+}
+
+// A joint under tension is a stiff spring for what turns across it: of a body that is held at an
+// arm r with a force f, the rate is sqrt(f r / (I + m r^2)). The explicit step is stable up to
+// twice its inverse, and accurate well below.
+int substeps_of(const SceneDescription& scene, std::span<const BodyId> ids,
+                std::span<const BodyState> states, JointSystem& joints) {
+  constexpr double kMostTurn_rad = 0.25;
+  constexpr int kMost = 100;
+  std::vector<SolverBody> bodies = bodies_at(scene, ids, states);
+  push(scene, ids, states, scene.dt_s, bodies);
+  build_joint_rows(scene, ids, states, false, joints);
+  factor_joint_rows(ids.size(), bodies, joints);
+  solve_joint_velocities(joints, bodies);
+  std::vector<double> squared(ids.size() + 1, 0.0);
+  const auto stiffen = [&](std::uint32_t body, const JointRow& row, const Vec3& turn) {
+    if (body >= ids.size() || row.linear == Vec3::Zero()) return;
+    const double force = std::abs(row.impulse_newton_s) / scene.dt_s, arm = turn.norm();
+    const double mass = scene.bodies[index_of(ids[body])].mass_kg;
+    squared[body] += force * arm / (1.0 / bodies[body].inverse_inertia.norm() + mass * arm * arm);
+  };
+  for (const JointRow& row : joints.rows) {
+    stiffen(row.a, row, row.turn_a);
+    stiffen(row.b, row, row.turn_b);
+  }
+  double largest = 0.0;
+  for (std::size_t i = 0; i < ids.size(); ++i)
+    largest = std::max({largest, squared[i], states[i].angular_velocity_rad_s.squaredNorm()});
+  const double turn = std::sqrt(largest) * scene.dt_s / kMostTurn_rad;
+  return turn < kMost ? 1 + static_cast<int>(turn) : kMost;
+}
+
+void advance_linkage_once(const SceneDescription& scene, std::span<const BodyId> ids, double dt_s,
+                          JointSystem& joints, std::vector<BodyState>& states,
+                          IslandReport& report) {
+  const double enough = rounding_of(states);
+  std::vector<SolverBody> bodies = bodies_at(scene, ids, states);
+  push(scene, ids, states, 0.5 * dt_s, bodies);
+  build_joint_rows(scene, ids, states, false, joints);
+  factor_joint_rows(ids.size(), bodies, joints);
+  solve_joint_velocities(joints, bodies);
+  std::vector<BodyState> next = drifted(scene, ids, states, bodies, dt_s);
+  // Impulses act at the start of the step: along its rows, until the joints hold at its end.
+  JointSystem end = joints;
+  double error = 0.0;
+  for (int i = 0; i < kMostCorrections; ++i) {
+    build_joint_rows(scene, ids, next, false, end);
+    const double before = std::exchange(error, largest_error(end));
+    if (!(error > enough) || (i > 0 && error >= 0.9 * before)) break;
+    for (std::size_t r = 0; r < joints.rows.size(); ++r)
+      joints.rows[r].error = end.rows[r].error / dt_s;
+    add_joint_impulses(joints, bodies);
+    next = drifted(scene, ids, states, bodies, dt_s);
+    ++report.iterations;
+  }
+  report_joints(states, joints, report);
+  bodies = bodies_at(scene, ids, next);
+  push(scene, ids, states, 0.5 * dt_s, bodies);
+  build_joint_rows(scene, ids, next, false, end);
+  factor_joint_rows(ids.size(), bodies, end);
+  solve_joint_velocities(end, bodies);
+  report_joints(next, end, report);
+  report.constraint_residual_m_s = std::max(report.constraint_residual_m_s, error / dt_s);
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    next[i].linear_velocity_m_s = bodies[i].linear;
+    next[i].angular_velocity_rad_s = bodies[i].angular;
+  }
+  states = std::move(next);
+}
+
+}  // namespace
+
+int solve_with_joints(int iterations, JointSystem& joints, ContactProblem& problem) {
+  if (problem.normals.empty()) {
+    solve_joint_velocities(joints, problem.bodies);
+    return 1;
+  }
+  for (int i = 0; i < iterations; ++i) {
+    solve_velocities(1, problem);
+    solve_joint_velocities(joints, problem.bodies);
+  }
+  return iterations;
+}
+
+void close_joints(const SceneDescription& scene, std::span<const BodyId> ids, JointSystem& joints,
+                  std::span<BodyState> states) {
+  std::vector<JointMove> moves;
+  const double enough = rounding_of(states);
+  for (int i = 0; i < kMostCorrections; ++i) {
+    const std::vector<SolverBody> bodies = bodies_at(scene, ids, states);
+    build_joint_rows(scene, ids, states, false, joints);
+    if (!(largest_error(joints) > enough)) return;
+    factor_joint_rows(ids.size(), bodies, joints);
+    solve_joint_errors(joints, bodies, moves);
+    for (std::size_t b = 0; b < states.size(); ++b) {
+      states[b].position_m += moves[b].linear;
+      states[b].orientation = turned(moves[b].angular, states[b].orientation);
+    }
+  }
+}
+
+void report_joints(std::span<const BodyState> states, const JointSystem& joints,
+                   IslandReport& report) {
+  for (const JointRow& row : joints.rows) {
+    if (row.b != states.size()) continue;
+    report.static_impulse_newton_s -= row.linear * row.impulse_newton_s;
+    report.static_angular_impulse_newton_m_s -=
+        row.turn_a * row.impulse_newton_s +
+        states[row.a].position_m.cross(row.linear * row.impulse_newton_s);
+  }
+}
+
+void advance_linkage(const SceneDescription& scene, std::span<const BodyId> ids,
+                     JointSystem& joints, std::span<BodyState> states, IslandReport& report,
+                     std::vector<AdvanceFault>& faults) {
+  const int substeps = substeps_of(scene, ids, states, joints);
+  const double dt_s = scene.dt_s / substeps;
+  std::vector<BodyState> next(states.begin(), states.end());
+  for (int i = 0; i < substeps; ++i) advance_linkage_once(scene, ids, dt_s, joints, next, report);
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    next[i].impulses.clear();
+    const char* fault = fault_of(next[i]);
+    if (*fault)
+      faults.push_back({ids[i], fault});
+    else
+      states[i] = std::move(next[i]);
+  }
+}
+
+void report_lost_joints(const SceneDescription& scene, std::span<const BodyId> ids,
+                        std::span<const ContactManifold> manifolds,
+                        std::vector<AdvanceFault>& faults) {
+  std::vector<std::uint32_t> found(ids.size() + 1, 0);
+  const auto place = [&ids](BodyId id) {
+    return is_static(id) ? ids.size()
+                         : static_cast<std::size_t>(std::lower_bound(ids.begin(), ids.end(), id) -
+                                                    ids.begin());
+  };
+  for (const ContactManifold& manifold : manifolds) {
+    if (!is_joint(manifold)) continue;
+    ++found[place(manifold.a)];
+    ++found[place(manifold.b)];
+  }
+  for (std::size_t i = 0; i < ids.size(); ++i)
+    if (found[i] < scene.bodies[index_of(ids[i])].joints)
+      faults.push_back({ids[i], "the other body of a joint is out of its reach"});
+}
+
+}  // namespace soda::physics

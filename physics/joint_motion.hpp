@@ -1,0 +1,38 @@
+// How joints move the bodies of an island: alone, or beside contacts.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "physics/advance.hpp"
+#include "physics/joint_rows.hpp"
+
+namespace soda::physics {
+
+// Velocities at the end of the step by alternating sweeps over contacts with the exact solution of
+// all joints, joints last. Returns the number of sweeps. Rows are built with springs.
+int solve_with_joints(int iterations, JointSystem& joints, ContactProblem& problem);
+
+// Moves the bodies so that no joint that is no spring is off, by as little as their masses allow;
+// `states` are those after the step. Velocities stay.
+void close_joints(const SceneDescription& scene, std::span<const BodyId> ids, JointSystem& joints,
+                  std::span<BodyState> states);
+
+// What the world gives to the island through joints. `states` as when the rows were built.
+void report_joints(std::span<const BodyState> states, const JointSystem& joints,
+                   IslandReport& report);
+
+// Advances an island that joints without springs hold and nothing touches: the joints hold at both
+// ends of the step, in place and in velocity (RATTLE with the free rotation of each body; second
+// order, symmetric in time). `report` has its label.
+void advance_linkage(const SceneDescription& scene, std::span<const BodyId> ids,
+                     JointSystem& joints, std::span<BodyState> states, IslandReport& report,
+                     std::vector<AdvanceFault>& faults);
+
+// A body with a joint whose other body is not in the island: it was farther away than the joint
+// reaches, or is not known yet.
+void report_lost_joints(const SceneDescription& scene, std::span<const BodyId> ids,
+                        std::span<const ContactManifold> manifolds,
+                        std::vector<AdvanceFault>& faults);
+
+}  // namespace soda::physics
