@@ -133,6 +133,7 @@ std::vector<std::pair<std::string, std::uint64_t>> stage_counts(
       {"normal_rows", stages.normal_rows},
       {"friction_rows", stages.friction_rows},
       {"conveyor_rows", stages.conveyor_rows},
+      {"joint_rows", stages.joint_rows},
       {"restitution_rows", stages.restitution_rows},
       {"warm_started_rows", stages.warm_started_rows},
       {"driven_bodies", stages.driven_bodies},

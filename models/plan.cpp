@@ -29,6 +29,8 @@ constexpr Stage kConveyor{"conveyor rows",
                           [](const SimulationResult& r) { return r.stages.conveyor_rows; }};
 constexpr Stage kDrive{"driven bodies",
                        [](const SimulationResult& r) { return r.stages.driven_bodies; }};
+constexpr Stage kJoints{"joint rows",
+                        [](const SimulationResult& r) { return r.stages.joint_rows; }};
 constexpr Stage kRestitution{"restitution rows",
                              [](const SimulationResult& r) { return r.stages.restitution_rows; }};
 constexpr Stage kWarmStart{"warm starting",
@@ -54,10 +56,10 @@ constexpr Stage kBalancing{"load balancing", [](const SimulationResult& r) {
                            }};
 constexpr Stage kRollback{"rollback", [](const SimulationResult& r) { return r.events.rollbacks; }};
 
-constexpr std::array kStages{kBoxes,     kPairs,       kDrive,     kSolver,      kFriction,
-                             kConveyor,  kRestitution, kWarmStart, kBorderTests, kGhosts,
-                             kFragments, kMerge,       kMigration, kHistory,     kTaken,
-                             kRollback,  kInputs,      kBalancing};
+constexpr std::array kStages{kBoxes,    kPairs,     kDrive,       kSolver,    kFriction,
+                             kConveyor, kJoints,    kRestitution, kWarmStart, kBorderTests,
+                             kGhosts,   kFragments, kMerge,       kMigration, kHistory,
+                             kTaken,    kRollback,  kInputs,      kBalancing};
 
 constexpr std::size_t kKernels = static_cast<std::size_t>(ShapeKernel::kCount);
 
@@ -152,6 +154,7 @@ void add_physics(const SceneDescription& scene, std::vector<PlanLine>& plan) {
       !response   ? no_response
       : belts.any ? "surfaces move, but without friction"
                   : "no surface of a static moves");
+  add(plan, kJoints, !scene.joints.empty(), "joints hold bodies", "there are no joints");
   add(plan, kRestitution, response && anything_bounces(scene), "a material has restitution > 0",
       response ? "no material has restitution > 0" : no_response);
   add(plan, kWarmStart, response && scene.solver.warm_starting, "contacts last over steps",

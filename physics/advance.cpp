@@ -158,10 +158,12 @@ void report_contacts(std::span<const BodyState> states, const ContactProblem& pr
   }
 }
 
-std::uint32_t solve(int iterations, JointSystem& joints, ContactProblem& problem) {
+std::uint32_t solve(const SceneDescription& scene, std::span<const BodyId> ids,
+                    std::span<const BodyState> states, JointSystem& joints,
+                    ContactProblem& problem) {
   return static_cast<std::uint32_t>(joints.empty()
-                                        ? solve_velocities(iterations, problem)
-                                        : solve_with_joints(iterations, joints, problem));
+                                        ? solve_velocities(scene.solver.iterations, problem)
+                                        : solve_with_joints(scene, ids, states, joints, problem));
 }
 
 }  // namespace
@@ -189,8 +191,10 @@ IslandReport advance_island(const SceneDescription& scene, std::span<const BodyI
   }
   JointSystem joints = find_joints(scene, ids, manifolds);
   if (!scene.joints.empty()) report_lost_joints(scene, ids, manifolds, faults);
-  if (!joints.empty() && report.contact_points == 0 && !has_springs(scene, joints)) {
-    advance_linkage(scene, ids, joints, states, report, faults);
+  const bool linked = !joints.empty() && report.contact_points == 0 &&
+                      !has_springs(scene, joints) &&
+                      advance_linkage(scene, ids, joints, states, report, faults);
+  if (linked) {
     ++counters.islands_solved;
     counters.solver_iterations += report.iterations;
     counters.joint_rows += joints.rows.size();
@@ -199,14 +203,12 @@ IslandReport advance_island(const SceneDescription& scene, std::span<const BodyI
   ContactProblem problem;
   load_bodies(scene, ids, states, problem.bodies, counters);
   build_rows(scene, ids, manifolds, states, problem, counters);
-  if (!joints.empty()) {
-    build_joint_rows(scene, ids, states, true, joints);
-    factor_joint_rows(ids.size(), problem.bodies, joints);
+  report.iterations = solve(scene, ids, states, joints, problem);
+  if (problem.restitution_rows > 0 && aim_rebounds(problem)) {
+    take_back_joint_impulses(joints, problem.bodies);
+    report.iterations += solve(scene, ids, states, joints, problem);
   }
   counters.joint_rows += joints.rows.size();
-  report.iterations = solve(scene.solver.iterations, joints, problem);
-  if (problem.restitution_rows > 0 && aim_rebounds(problem))
-    report.iterations += solve(scene.solver.iterations, joints, problem);
   report.constraint_residual_m_s = residual_m_s(problem);
   report_contacts(states, problem, report);
   report_joints(states, joints, report);

@@ -58,8 +58,7 @@ int substeps_of(const SceneDescription& scene, std::span<const BodyId> ids,
   std::vector<SolverBody> bodies = bodies_at(scene, ids, states);
   push(scene, ids, states, scene.dt_s, bodies);
   build_joint_rows(scene, ids, states, false, joints);
-  factor_joint_rows(ids.size(), bodies, joints);
-  solve_joint_velocities(joints, bodies);
+  stop_joint_velocities(ids.size(), bodies, joints);
   std::vector<double> squared(ids.size() + 1, 0.0);
   const auto stiffen = [&](std::uint32_t body, const JointRow& row, const Vec3& turn) {
     if (body >= ids.size() || row.linear == Vec3::Zero()) return;
@@ -78,35 +77,35 @@ int substeps_of(const SceneDescription& scene, std::span<const BodyId> ids,
   return turn < kMost ? 1 + static_cast<int>(turn) : kMost;
 }
 
-void advance_linkage_once(const SceneDescription& scene, std::span<const BodyId> ids, double dt_s,
+// False if the joints do not hold at its end.
+bool advance_linkage_once(const SceneDescription& scene, std::span<const BodyId> ids, double dt_s,
                           JointSystem& joints, std::vector<BodyState>& states,
                           IslandReport& report) {
   const double enough = rounding_of(states);
   std::vector<SolverBody> bodies = bodies_at(scene, ids, states);
   push(scene, ids, states, 0.5 * dt_s, bodies);
   build_joint_rows(scene, ids, states, false, joints);
-  factor_joint_rows(ids.size(), bodies, joints);
-  solve_joint_velocities(joints, bodies);
+  stop_joint_velocities(ids.size(), bodies, joints);
   std::vector<BodyState> next = drifted(scene, ids, states, bodies, dt_s);
   // Impulses act at the start of the step: along its rows, until the joints hold at its end.
   JointSystem end = joints;
-  double error = 0.0;
-  for (int i = 0; i < kMostCorrections; ++i) {
-    build_joint_rows(scene, ids, next, false, end);
-    const double before = std::exchange(error, largest_error(end));
-    if (!(error > enough) || (i > 0 && error >= 0.9 * before)) break;
+  build_joint_rows(scene, ids, next, false, end);
+  double error = largest_error(end);
+  for (int i = 0; i < kMostCorrections && error > enough; ++i) {
     for (std::size_t r = 0; r < joints.rows.size(); ++r)
       joints.rows[r].error = end.rows[r].error / dt_s;
     add_joint_impulses(joints, bodies);
     next = drifted(scene, ids, states, bodies, dt_s);
+    build_joint_rows(scene, ids, next, false, end);
+    const double before = std::exchange(error, largest_error(end));
     ++report.iterations;
+    if (error > 2.0 * before) return false;
   }
+  if (error > 1e6 * enough) return false;
   report_joints(states, joints, report);
   bodies = bodies_at(scene, ids, next);
   push(scene, ids, states, 0.5 * dt_s, bodies);
-  build_joint_rows(scene, ids, next, false, end);
-  factor_joint_rows(ids.size(), bodies, end);
-  solve_joint_velocities(end, bodies);
+  stop_joint_velocities(ids.size(), bodies, end);
   report_joints(next, end, report);
   report.constraint_residual_m_s = std::max(report.constraint_residual_m_s, error / dt_s);
   for (std::size_t i = 0; i < ids.size(); ++i) {
@@ -114,36 +113,64 @@ void advance_linkage_once(const SceneDescription& scene, std::span<const BodyId>
     next[i].angular_velocity_rad_s = bodies[i].angular;
   }
   states = std::move(next);
+  return true;
 }
 
 }  // namespace
 
-int solve_with_joints(int iterations, JointSystem& joints, ContactProblem& problem) {
-  if (problem.normals.empty()) {
-    solve_joint_velocities(joints, problem.bodies);
-    return 1;
+int solve_with_joints(const SceneDescription& scene, std::span<const BodyId> ids,
+                      std::span<const BodyState> states, JointSystem& joints,
+                      ContactProblem& problem) {
+  constexpr int kAims = 3;
+  constexpr double kSoftness = 1e-8;
+  const int sweeps = problem.normals.empty() ? 1 : scene.solver.iterations;
+  const std::span<SolverBody> bodies = problem.bodies;
+  build_joint_rows(scene, ids, states, true, joints);
+  double error = 0.0;
+  int done = 0;
+  ContactProblem best;
+  JointSystem best_joints;
+  for (int aim = 0; aim <= kAims; ++aim) {
+    factor_joint_rows(ids.size(), bodies, joints, aim == 0 ? 0.0 : kSoftness);
+    for (int i = 0; i < sweeps; ++i, ++done) {
+      if (!problem.normals.empty()) solve_velocities(1, problem);
+      solve_joint_velocities(joints, bodies);
+    }
+    JointSystem next = joints;
+    build_joint_rows(scene, ids, drifted(scene, ids, states, bodies, scene.dt_s), true, next);
+    const double before = std::exchange(error, largest_error(next));
+    if (aim > 0 && !(error < before)) break;
+    best = problem;
+    best_joints = joints;
+    take_back_joint_impulses(joints, bodies);
+    aim_joint_rows(scene.dt_s, best.bodies, next);
+    joints = std::move(next);
   }
-  for (int i = 0; i < iterations; ++i) {
-    solve_velocities(1, problem);
-    solve_joint_velocities(joints, problem.bodies);
-  }
-  return iterations;
+  problem = std::move(best);
+  joints = std::move(best_joints);
+  return done;
 }
 
 void close_joints(const SceneDescription& scene, std::span<const BodyId> ids, JointSystem& joints,
                   std::span<BodyState> states) {
   std::vector<JointMove> moves;
   const double enough = rounding_of(states);
-  for (int i = 0; i < kMostCorrections; ++i) {
+  build_joint_rows(scene, ids, states, false, joints);
+  double error = largest_error(joints);
+  for (int i = 0; i < kMostCorrections && error > enough; ++i) {
     const std::vector<SolverBody> bodies = bodies_at(scene, ids, states);
-    build_joint_rows(scene, ids, states, false, joints);
-    if (!(largest_error(joints) > enough)) return;
     factor_joint_rows(ids.size(), bodies, joints);
     solve_joint_errors(joints, bodies, moves);
-    for (std::size_t b = 0; b < states.size(); ++b) {
-      states[b].position_m += moves[b].linear;
-      states[b].orientation = turned(moves[b].angular, states[b].orientation);
+    std::vector<BodyState> moved(states.begin(), states.end());
+    for (std::size_t b = 0; b < moved.size(); ++b) {
+      moved[b].position_m += moves[b].linear;
+      moved[b].orientation = turned(moves[b].angular, moved[b].orientation);
     }
+    build_joint_rows(scene, ids, moved, false, joints);
+    const double after = largest_error(joints);
+    if (!(after < 0.9 * error)) return;  // a place that cannot be reached, or rounding
+    error = after;
+    std::move(moved.begin(), moved.end(), states.begin());
   }
 }
 
@@ -158,13 +185,16 @@ void report_joints(std::span<const BodyState> states, const JointSystem& joints,
   }
 }
 
-void advance_linkage(const SceneDescription& scene, std::span<const BodyId> ids,
+bool advance_linkage(const SceneDescription& scene, std::span<const BodyId> ids,
                      JointSystem& joints, std::span<BodyState> states, IslandReport& report,
                      std::vector<AdvanceFault>& faults) {
   const int substeps = substeps_of(scene, ids, states, joints);
   const double dt_s = scene.dt_s / substeps;
   std::vector<BodyState> next(states.begin(), states.end());
-  for (int i = 0; i < substeps; ++i) advance_linkage_once(scene, ids, dt_s, joints, next, report);
+  IslandReport linked = report;
+  for (int i = 0; i < substeps; ++i)
+    if (!advance_linkage_once(scene, ids, dt_s, joints, next, linked)) return false;
+  report = linked;
   for (std::size_t i = 0; i < ids.size(); ++i) {
     next[i].impulses.clear();
     const char* fault = fault_of(next[i]);
@@ -173,6 +203,7 @@ void advance_linkage(const SceneDescription& scene, std::span<const BodyId> ids,
     else
       states[i] = std::move(next[i]);
   }
+  return true;
 }
 
 void report_lost_joints(const SceneDescription& scene, std::span<const BodyId> ids,

@@ -7,9 +7,6 @@
 namespace soda::physics {
 namespace {
 
-// Below this part of the diagonal, what elimination has left of it is rounding.
-constexpr double kDependent = 1e-11;
-
 std::uint32_t place_of(std::span<const BodyId> ids, BodyId id) {
   if (is_static(id)) return static_cast<std::uint32_t>(ids.size());
   return static_cast<std::uint32_t>(std::lower_bound(ids.begin(), ids.end(), id) - ids.begin());
@@ -151,7 +148,8 @@ void add_distance(const Joint& joint, double dt_s, bool with_springs, const End&
   // Implicit in position and velocity: stable however stiff.
   const double damping = joint.damping_newton_s_m + dt_s * joint.stiffness_newton_m;
   row.softness_1_kg = 1.0 / (dt_s * damping);
-  row.target_m_s = -row.error * joint.stiffness_newton_m / damping;
+  row.stiffness_share_1_s = joint.stiffness_newton_m / damping;
+  row.target_m_s = -row.error * row.stiffness_share_1_s;
 }
 
 void add_rows(const Joint& joint, double dt_s, bool with_springs, const End& a, const End& b,
@@ -206,44 +204,6 @@ bool share_a_body(const JointRow& x, const JointRow& y, std::uint32_t world) {
 
 }  // namespace
 
-void EnvelopeMatrix::reset(std::span<const std::uint32_t> first) {
-  first_.assign(first.begin(), first.end());
-  begin_.resize(first.size() + 1);
-  begin_[0] = 0;
-  for (std::size_t i = 0; i < first.size(); ++i) begin_[i + 1] = begin_[i] + i + 1 - first[i];
-  values_.assign(begin_.back(), 0.0);
-}
-
-void EnvelopeMatrix::factor() {
-  inverse_pivots_.assign(first_.size(), 0.0);
-  for (std::size_t i = 0; i < first_.size(); ++i) {
-    const double diagonal = at(i, i);
-    for (std::size_t j = first_[i]; j < i; ++j) {
-      double sum = at(i, j);
-      for (std::size_t k = std::max(first_[i], first_[j]); k < j; ++k) sum -= at(i, k) * at(j, k);
-      at(i, j) = sum;
-    }
-    double pivot = diagonal;
-    for (std::size_t j = first_[i]; j < i; ++j) {
-      const double scaled = at(i, j) * inverse_pivots_[j];
-      pivot -= at(i, j) * scaled;
-      at(i, j) = scaled;
-    }
-    if (pivot > kDependent * diagonal) inverse_pivots_[i] = 1.0 / pivot;
-  }
-}
-
-void EnvelopeMatrix::solve(std::span<double> unknowns) const {
-  const auto entry = [this](std::size_t row, std::size_t column) {
-    return values_[begin_[row] + column - first_[row]];
-  };
-  for (std::size_t i = 0; i < unknowns.size(); ++i)
-    for (std::size_t j = first_[i]; j < i; ++j) unknowns[i] -= entry(i, j) * unknowns[j];
-  for (std::size_t i = 0; i < unknowns.size(); ++i) unknowns[i] *= inverse_pivots_[i];
-  for (std::size_t i = unknowns.size(); i-- > 0;)
-    for (std::size_t j = first_[i]; j < i; ++j) unknowns[j] -= entry(i, j) * unknowns[i];
-}
-
 JointSystem find_joints(const SceneDescription& scene, std::span<const BodyId> ids,
                         std::span<const ContactManifold> manifolds) {
   JointSystem system;
@@ -285,7 +245,7 @@ void build_joint_rows(const SceneDescription& scene, std::span<const BodyId> ids
 }
 
 void factor_joint_rows(std::size_t body_count, std::span<const SolverBody> bodies,
-                       JointSystem& system) {
+                       JointSystem& system, double regularisation) {
   const auto world = static_cast<std::uint32_t>(body_count);
   const std::vector<std::uint32_t>& begin = system.first_row;
   std::vector<std::uint32_t> first(system.rows.size());
@@ -301,28 +261,52 @@ void factor_joint_rows(std::size_t body_count, std::span<const SolverBody> bodie
               coupling(system.rows[r], system.rows[c], bodies.first(body_count));
     }
   for (std::size_t r = 0; r < system.rows.size(); ++r)
-    system.matrix.at(r, r) += system.rows[r].softness_1_kg;
+    system.matrix.at(r, r) +=
+        system.rows[r].softness_1_kg + regularisation * system.matrix.at(r, r);
   system.matrix.factor();
 }
 
 namespace {
 
+double velocity_of(const JointRow& row, std::span<const SolverBody> bodies) {
+  const SolverBody& a = bodies[row.a];
+  const SolverBody& b = bodies[row.b];
+  return row.linear.dot(b.linear - a.linear) + row.turn_b.dot(b.angular) -
+         row.turn_a.dot(a.angular);
+}
+
+void apply(const JointRow& row, double impulse, std::span<SolverBody> bodies) {
+  SolverBody& a = bodies[row.a];
+  SolverBody& b = bodies[row.b];
+  a.linear -= row.linear * (a.inverse_mass * impulse);
+  a.angular -= a.inverse_inertia * row.turn_a * impulse;
+  b.linear += row.linear * (b.inverse_mass * impulse);
+  b.angular += b.inverse_inertia * row.turn_b * impulse;
+}
+
 // `change` are the right-hand sides, and then the impulses.
 void add_impulses(std::span<double> change, JointSystem& system, std::span<SolverBody> bodies) {
   system.matrix.solve(change);
   for (std::size_t r = 0; r < change.size(); ++r) {
-    JointRow& row = system.rows[r];
-    SolverBody& a = bodies[row.a];
-    SolverBody& b = bodies[row.b];
-    row.impulse_newton_s += change[r];
-    a.linear -= row.linear * (a.inverse_mass * change[r]);
-    a.angular -= a.inverse_inertia * row.turn_a * change[r];
-    b.linear += row.linear * (b.inverse_mass * change[r]);
-    b.angular += b.inverse_inertia * row.turn_b * change[r];
+    system.rows[r].impulse_newton_s += change[r];
+    apply(system.rows[r], change[r], bodies);
   }
 }
 
 }  // namespace
+
+// Springs: impulse = -dt (stiffness * stretch at the end + damping * velocity), with the stretch at
+// the end linear in the velocity. Joints: the same with a stiffness without bound.
+void aim_joint_rows(double dt_s, std::span<const SolverBody> bodies, JointSystem& system) {
+  for (JointRow& row : system.rows) {
+    const double share = row.softness_1_kg > 0.0 ? row.stiffness_share_1_s : 1.0 / dt_s;
+    row.target_m_s = share * (dt_s * velocity_of(row, bodies) - row.error);
+  }
+}
+
+void take_back_joint_impulses(JointSystem& system, std::span<SolverBody> bodies) {
+  for (JointRow& row : system.rows) apply(row, -row.impulse_newton_s, bodies);
+}
 
 void add_joint_impulses(JointSystem& system, std::span<SolverBody> bodies) {
   std::vector<double> change;
@@ -334,13 +318,29 @@ void solve_joint_velocities(JointSystem& system, std::span<SolverBody> bodies) {
   std::vector<double> change(system.rows.size());
   for (std::size_t r = 0; r < change.size(); ++r) {
     const JointRow& row = system.rows[r];
-    const SolverBody& a = bodies[row.a];
-    const SolverBody& b = bodies[row.b];
-    const double velocity =
-        row.linear.dot(b.linear - a.linear) + row.turn_b.dot(b.angular) - row.turn_a.dot(a.angular);
-    change[r] = row.target_m_s - velocity - row.softness_1_kg * row.impulse_newton_s;
+    change[r] =
+        row.target_m_s - velocity_of(row, bodies) - row.softness_1_kg * row.impulse_newton_s;
   }
   add_impulses(change, system, bodies);
+}
+
+void stop_joint_velocities(std::size_t body_count, std::span<SolverBody> bodies,
+                           JointSystem& system) {
+  const std::vector<SolverBody> before(bodies.begin(), bodies.end());
+  for (const double regularisation : {0.0, 1e-10, 1e-8, 1e-6, 1e-4}) {
+    factor_joint_rows(body_count, bodies, system, regularisation);
+    solve_joint_velocities(system, bodies);
+    double gained = 0.0, moved = 0.0;  // energy: half the impulses times both velocities
+    for (const JointRow& row : system.rows) {
+      const double work =
+          0.5 * row.impulse_newton_s * (velocity_of(row, before) + velocity_of(row, bodies));
+      gained += work;
+      moved += std::abs(work);
+    }
+    if (gained <= 1e-9 * moved) return;
+    std::copy(before.begin(), before.end(), bodies.begin());
+    for (JointRow& row : system.rows) row.impulse_newton_s = 0.0;
+  }
 }
 
 void solve_joint_errors(const JointSystem& system, std::span<const SolverBody> bodies,

@@ -8,6 +8,7 @@
 #include "physics/body_state.hpp"
 #include "physics/contact_manifold.hpp"
 #include "physics/contact_solver.hpp"
+#include "physics/envelope_matrix.hpp"
 #include "physics/scene.hpp"
 
 namespace soda::physics {
@@ -16,30 +17,12 @@ namespace soda::physics {
 struct JointRow {
   std::uint32_t a = 0, b = 0;  // local indices; the world has that of the statics
   Vec3 linear = Vec3::Zero(), turn_a = Vec3::Zero(), turn_b = Vec3::Zero();
-  double error = 0.0;             // how far off, m or rad; its rate is the row's velocity
-  double softness_1_kg = 0.0;     // springs: velocity + softness * impulse is wanted to be target
-  double target_m_s = 0.0;        // springs only
-  double impulse_newton_s = 0.0;  // or newton m s
-};
-
-// A symmetric positive matrix, factored into L D L^T. Of each row, what comes before its first
-// entry stays zero. Rows that depend on earlier ones get no pivot: their unknown is 0.
-class EnvelopeMatrix {
- public:
-  // `first[i]` <= i: column of the first entry of row i. All zero.
-  void reset(std::span<const std::uint32_t> first);
-  double& at(std::size_t row, std::size_t column) {
-    return values_[begin_[row] + column - first_[row]];
-  }
-  void factor();
-  // Overwrites the right-hand side with the solution.
-  void solve(std::span<double> unknowns) const;
-
- private:
-  std::vector<std::uint32_t> first_;
-  std::vector<std::size_t> begin_;  // of each row in values_; ends with its diagonal
-  std::vector<double> values_;
-  std::vector<double> inverse_pivots_;
+  double error = 0.0;  // how far off, m or rad; its rate is the row's velocity
+  // Wanted is velocity + softness * impulse = target; hard rows have no softness.
+  double softness_1_kg = 0.0;
+  double target_m_s = 0.0;
+  double stiffness_share_1_s = 0.0;  // of springs: stiffness / (damping + dt stiffness)
+  double impulse_newton_s = 0.0;     // or newton m s
 };
 
 // Of one island. Joints are in an order of elimination (reverse Cuthill-McKee) that depends on the
@@ -64,13 +47,27 @@ bool has_springs(const SceneDescription& scene, const JointSystem& system);
 void build_joint_rows(const SceneDescription& scene, std::span<const BodyId> ids,
                       std::span<const BodyState> states, bool with_springs, JointSystem& system);
 
+// For rows at the poses that the bodies would have after a step of dt_s with these velocities:
+// targets for which the joints hold there (springs: pull as they will there), to first order.
+void aim_joint_rows(double dt_s, std::span<const SolverBody> bodies, JointSystem& system);
+
+// Takes the rows' impulses back.
+void take_back_joint_impulses(JointSystem& system, std::span<SolverBody> bodies);
+
 // The matrix of these rows, factored; the functions below need it. `bodies` as in a ContactProblem:
 // inverse mass and inertia are read.
+// `regularisation`: part of its diagonal that is added to each row.
 void factor_joint_rows(std::size_t body_count, std::span<const SolverBody> bodies,
-                       JointSystem& system);
+                       JointSystem& system, double regularisation = 0.0);
 
 // Gives the bodies the velocities with which every row has its target: exact but for rounding.
 void solve_joint_velocities(JointSystem& system, std::span<SolverBody> bodies);
+
+// Factors, and takes away the velocities that the joints do not allow; targets are 0. That costs
+// energy and never gives any. Where joints contradict each other, as in a taut chain between two
+// walls, exact impulses would: then as little softness as is needed is added. Leaves the factors.
+void stop_joint_velocities(std::size_t body_count, std::span<SolverBody> bodies,
+                           JointSystem& system);
 
 // The displacements that take every row's error away to first order, as impulse over mass:
 // `moves[i]` of body i is overwritten.

@@ -8,6 +8,7 @@
 #include "scenarios/format.hpp"
 #include "scenarios/generators.hpp"
 #include "scenarios/inputs.hpp"
+#include "scenarios/joints.hpp"
 #include "scenarios/orientation.hpp"
 #include "scenarios/shapes.hpp"
 
@@ -248,6 +249,7 @@ Scenario build_scenario(const DocumentSpec& document, const std::string& file,
   if (!faults.empty()) return scenario;
   order_bodies(std::move(bodies), scenario);
   // Whether their bodies exist can be told only of a scene that is whole.
+  build_joints(document.joints, scenario, faults);
   build_inputs(document.inputs, scenario, faults);
   return scenario;
 }

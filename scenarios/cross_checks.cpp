@@ -175,6 +175,15 @@ DriveIndex index_drives(const DocumentSpec& document, std::vector<physics::Drive
   return index;
 }
 
+std::optional<std::uint32_t> find_body(const physics::SceneDescription& scene, std::int64_t label) {
+  const auto place = std::lower_bound(scene.bodies.begin(), scene.bodies.end(), label,
+                                      [](const physics::BodyParams& body, std::int64_t wanted) {
+                                        return std::int64_t{body.label} < wanted;
+                                      });
+  if (place == scene.bodies.end() || place->label != label) return std::nullopt;
+  return static_cast<std::uint32_t>(place - scene.bodies.begin());
+}
+
 std::optional<std::uint32_t> find_drive(const DriveIndex& drives, const SolidSpec& body,
                                         FaultList& faults) {
   if (!body.drive) return physics::kNoDrive;

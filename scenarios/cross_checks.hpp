@@ -35,6 +35,9 @@ DriveIndex index_drives(const DocumentSpec& document, std::vector<physics::Drive
 std::optional<std::uint32_t> find_drive(const DriveIndex& drives, const SolidSpec& body,
                                         FaultList& faults);
 
+// The place of the body that the user knows by this id.
+std::optional<std::uint32_t> find_body(const physics::SceneDescription& scene, std::int64_t label);
+
 // Ids and counts of bodies and generators: unique, within range, not too many.
 void check_ids(const DocumentSpec& document, FaultList& faults);
 void check_static_names(const std::vector<StaticSpec>& statics, FaultList& faults);

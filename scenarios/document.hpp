@@ -146,6 +146,35 @@ struct GasSpec : ScatterBase {
 using GeneratorSpec =
     std::variant<GridSpec, StackSpec, PyramidSpec, ChainSpec, RandomSpec, GasSpec>;
 
+// Joints. Anchors and axes: at the start, world frame.
+struct JointBase : Located {
+  std::int64_t id = -1;
+  std::int64_t body = -1;
+  std::optional<std::int64_t> other_body;
+  Vec3 anchor_m = Vec3::Zero();
+  bool can_collide = false;
+  std::optional<double> reach_m;
+};
+struct BallSpec : JointBase {};
+struct FixedSpec : JointBase {};
+struct HingeSpec : JointBase {
+  Vec3 axis = Vec3::Zero();
+};
+struct SliderSpec : JointBase {
+  Vec3 axis = Vec3::Zero();
+};
+struct DistanceSpec : JointBase {
+  Vec3 other_anchor_m = Vec3::Zero();
+  std::optional<double> length_m;
+};
+struct SpringSpec : JointBase {
+  Vec3 other_anchor_m = Vec3::Zero();
+  std::optional<double> length_m;
+  double stiffness_newton_m = 0.0, damping_newton_s_m = 0.0;
+};
+using JointSpec =
+    std::variant<BallSpec, FixedSpec, HingeSpec, SliderSpec, DistanceSpec, SpringSpec>;
+
 // User input: what is done to a body, and when; without a time, at once.
 struct InputBase : Located {
   std::int64_t id = -1;
@@ -218,6 +247,7 @@ struct DocumentSpec : Located {
   std::vector<BodySpec> bodies;
   std::vector<StaticSpec> statics;
   std::vector<GeneratorSpec> generators;
+  std::vector<JointSpec> joints;
   std::vector<InputSpec> inputs;
   TerritorySpec territory;
   std::int64_t buffer_entries = 48;

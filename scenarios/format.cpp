@@ -3,6 +3,7 @@
 #include "scenarios/field_binding.hpp"
 #include "scenarios/format_limits.hpp"
 #include "scenarios/input_tables.hpp"
+#include "scenarios/joint_tables.hpp"
 #include "scenarios/shape_tables.hpp"
 
 namespace soda::scenarios {
@@ -347,6 +348,9 @@ constexpr Field kDocumentFields[] = {
     choice_field<DocumentSpec, &DocumentSpec::generators>(
         "generators", kOptional, list_of(0, 10'000), kGenerator,
         "Moving bodies by rule, in this order; at most 1,000,000 bodies in all."),
+    choice_field<DocumentSpec, &DocumentSpec::joints>(
+        "joints", kOptional, list_of(0, 1'000'000), kJoint,
+        "What holds bodies together, or to the world."),
     choice_field<DocumentSpec, &DocumentSpec::inputs>("inputs", kOptional, list_of(0, 1'000'000),
                                                       kInput,
                                                       "What a user does to bodies, in any order."),

@@ -76,13 +76,7 @@ bool InputBuilder::check_id(const InputBase& base, FaultList& faults) {
 }
 
 std::optional<std::uint32_t> InputBuilder::body_of(const InputBase& base, FaultList& faults) const {
-  const auto& bodies = scene_.bodies;
-  const auto place = std::lower_bound(bodies.begin(), bodies.end(), base.body,
-                                      [](const physics::BodyParams& body, std::int64_t label) {
-                                        return std::int64_t{body.label} < label;
-                                      });
-  if (place != bodies.end() && place->label == base.body)
-    return static_cast<std::uint32_t>(place - bodies.begin());
+  if (const std::optional<std::uint32_t> place = find_body(scene_, base.body)) return place;
   const JsonValue& member = *find_member(*base.json, "body");
   add_fault(faults, member,
             {describe(member) + ", which no body has", "the id of a body of the scene",
@@ -114,6 +108,9 @@ std::optional<UserInput> InputBuilder::build(const InputSpec& spec, FaultList& f
   input.step = *step;
   input.body = physics::BodyId{*body};
   const std::size_t before = faults.size();
+  if (scene_.bodies[*body].joints > 0 && std::holds_alternative<RemoveSpec>(spec))
+    add_fault(faults, *find_member(*base.json, "body"),
+              {"a body that a joint holds", "a body without joints", ""});
   std::visit(Fill{initial_[*body], input, faults}, spec);
   if (faults.size() > before) return std::nullopt;
   return input;

@@ -19,6 +19,8 @@ UserInput draw_input(RandomStream& random, const Scenario& scenario) {
   input.kind = static_cast<InputKind>(below(5));
   const auto body = static_cast<std::uint32_t>(below(scenario.initial.size()));
   input.body = physics::BodyId{body};
+  const bool comes_or_goes = input.kind == InputKind::kAdd || input.kind == InputKind::kRemove;
+  if (comes_or_goes && scenario.scene.bodies[body].joints > 0) input.kind = InputKind::kPush;
   const physics::BodyState& declared = scenario.initial[body];
   input.state.position_m = declared.position_m;
   input.state.orientation = declared.orientation;

@@ -70,7 +70,8 @@ TEST(RealTimeCommand, TakesUserInputFromAStreamAndLogsItWithItsFinalSteps) {
   const std::string program = SODA_BINARY_DIR "/soda";
   const ChildResult result = analysis_test::run_child(
       {"/bin/sh", "-c",
-       R"((sleep 0.2; echo '{"id": 1, "type": "push", "body": 0, "impulse_newton_s": [0, 0, 3000]}';)"
+       R"((sleep 0.2;)"
+       R"( echo '{"id": 1, "type": "push", "body": 0, "impulse_newton_s": [0, 0, 3000]}';)"
        R"( sleep 0.2; echo '{"id": 2, "type": "remove", "body": 1}') | )" +
            program + " run " + library_file("eight-corner") +
            " --threads 2 --worlds 4 --steps 60 --realtime --inputs - --quiet --json --log " + log});

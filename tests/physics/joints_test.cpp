@@ -116,6 +116,27 @@ TEST(Joints, APendulumKeepsItsEnergyForAMinute) {
   EXPECT_LT(worst, 2e-3);
 }
 
+// Chaotic: no point of it can be checked but that it holds and keeps its energy.
+TEST(Joints, ADoublePendulumOfCapsulesKeepsItsEnergyForTwentySeconds) {
+  World world;
+  world.scene.gravity_m_s2 = Vec3(0, 0, -kGravity);
+  const std::uint32_t capsule = world.add_shape(Capsule{0.1, 1.0});
+  const Quat level(Eigen::AngleAxisd(0.5 * M_PI, Vec3::UnitY()));
+  world.add_body(capsule, Vec3(0.6, 0, 0)).orientation = level;
+  world.add_body(capsule, Vec3(1.8, 0, 0)).orientation = level;
+  add(world, joint_at(JointKind::kBall, world, 0, std::nullopt, Vec3::Zero()));
+  add(world, joint_at(JointKind::kBall, world, 0, 1, Vec3(1.2, 0, 0)));
+  const double start = energy(world);
+  const double scale = 2.0 * world.scene.bodies[0].mass_kg * kGravity * 2.4;
+  for (int i = 0; i < 1200; ++i) {
+    world.run(1);
+    ASSERT_TRUE(world.report.faults.empty()) << "step " << i;
+    ASSERT_NEAR(energy(world), start, 1e-2 * scale) << "step " << i;
+    for (const Joint& joint : world.scene.joints)
+      ASSERT_LT(gap(world, joint).norm(), 1e-12) << "step " << i;
+  }
+}
+
 // cases.md's chain: the must is a gap of 1e-6 m.
 TEST(Joints, AChainOfAHundredLinksHoldsAHundredTimesItsLinksMass) {
   World world;
@@ -215,6 +236,27 @@ TEST(Joints, SpringsOfAnyStiffnessAreStableAndComeToRestWhereTheyMust) {
       const double rest = -joint.length_m - mass * kGravity / stiffness;
       EXPECT_NEAR(world.states[0].position_m.z(), rest, 1e-6) << stiffness;
     }
+  }
+}
+
+// Joints that contradict each other as soon as anything moves: no energy may come of it.
+TEST(Joints, ATautChainBetweenTwoWallsThatIsHitGainsNoEnergy) {
+  World world;
+  world.scene.gravity_m_s2 = Vec3(0, 0, -kGravity);
+  const std::uint32_t plank = world.add_shape(Box{Vec3(0.45, 0.8, 0.05)});
+  for (int i = 0; i < 8; ++i) world.add_body(plank, Vec3(i, 0, 0), 600.0);
+  world.add_body(world.add_shape(Box{Vec3(0.3, 0.3, 0.3)}), Vec3(3.2, 0.1, 1.5));
+  const auto hinge = [&](std::uint32_t a, std::optional<std::uint32_t> b, double x) {
+    add(world, joint_at(JointKind::kHinge, world, a, b, Vec3(x, 0, 0), Vec3::UnitY()));
+  };
+  hinge(0, std::nullopt, -0.5);
+  for (std::uint32_t i = 0; i < 7; ++i) hinge(i, i + 1, i + 0.5);
+  hinge(7, std::nullopt, 7.5);
+  const double start = energy(world);
+  for (int i = 0; i < 600; ++i) {
+    world.run(1);
+    ASSERT_TRUE(world.report.faults.empty()) << "step " << i;
+    ASSERT_LE(energy(world), start + 1e-6 * std::abs(start)) << "step " << i;
   }
 }
 

@@ -164,6 +164,7 @@ TEST(LibraryStates, AreTheStoredBits) {
       {"five-worlds-chain", 0x3b56243f5fff8bf9u},
       {"mixed-shapes", 0x218fa851e93b661au},
       {"pyramid", 0x4f1b4274bfb6ddeeu},
+      {"rope-bridge", 0x7aec1aadaf531f22u},
       {"sparse-10000", 0x5a5bdd7936a350u},
       {"spheres-frictionless", 0x5d100c46196920b6u},
       {"third-world", 0x471b561d07ea46d9u},

@@ -6,10 +6,11 @@ namespace soda::scenarios {
 namespace {
 
 TEST(Library, HoldsTheScenesThatOtherTestsRelyOn) {
-  for (const char* name : {"big-body", "bin-1000", "border-stack", "crowd", "detection-only",
-                           "eight-corner", "factory-line", "fast-crosser", "five-worlds-chain",
-                           "mixed-shapes", "pyramid", "sparse-10000", "spheres-frictionless",
-                           "third-world", "twelve-worlds", "twelve-worlds-blocks", "user-input"}) {
+  for (const char* name :
+       {"big-body", "bin-1000", "border-stack", "crowd", "detection-only", "eight-corner",
+        "factory-line", "fast-crosser", "five-worlds-chain", "mixed-shapes", "pyramid",
+        "rope-bridge", "sparse-10000", "spheres-frictionless", "third-world", "twelve-worlds",
+        "twelve-worlds-blocks", "user-input"}) {
     EXPECT_TRUE(std::filesystem::exists(library_folder() / (std::string(name) + ".json"))) << name;
   }
 }

@@ -1,0 +1,88 @@
+#include "scenarios/joint_tables.hpp"
+
+#include "scenarios/field_binding.hpp"
+#include "scenarios/format_limits.hpp"
+
+namespace soda::scenarios {
+namespace {
+
+template <class T, std::size_t N>
+constexpr std::array<Field, 6 + N> joint_fields(const std::array<Field, N>& others) {
+  std::array<Field, 6 + N> all{
+      field<T, &T::id>("id", kRequired, kId, "Identity, unique among the joints."),
+      field<T, &T::body>("body", kRequired, kId, "Id of a body that is there from the start."),
+      field<T, &T::other_body>("other_body", kOptional, kId,
+                               "Id of another one; without it, the world."),
+      field<T, &T::anchor_m>("anchor_m", kRequired, kPosition,
+                             "Where it holds the body at the start, world frame."),
+      field<T, &T::can_collide>("can_collide", kOptional, kNone,
+                                "Whether its two bodies can touch."),
+      field<T, &T::reach_m>("reach_m", kOptional, kLength,
+                            "How far from its anchor each body looks for the other's; a joint that "
+                            "is pulled farther apart is a numerical failure. By default a quarter "
+                            "of the smaller body's size, four times that for sliders, and the "
+                            "length and four times that for distances and springs."),
+  };
+  for (std::size_t i = 0; i < N; ++i) all[6 + i] = others[i];
+  return all;
+}
+
+template <class T>
+constexpr Field axis_field() {
+  return field<T, &T::axis>("axis", kRequired, Limits{-1e6, 1e6},
+                            "Its axis at the start, world frame; of any length.");
+}
+
+template <class T>
+constexpr std::array<Field, 2> distance_fields() {
+  return {field<T, &T::other_anchor_m>("other_anchor_m", kRequired, kPosition,
+                                       "Where it holds the other body, or the world, at the start, "
+                                       "world frame."),
+          field<T, &T::length_m>("length_m", kOptional, Limits{0.0, kMaxLength_m},
+                                 "Between the anchors, at rest; by default what it is at the "
+                                 "start.")};
+}
+
+constexpr auto kBallFields = joint_fields<BallSpec>(std::array<Field, 0>{});
+constexpr auto kHingeFields = joint_fields<HingeSpec>(std::array{axis_field<HingeSpec>()});
+constexpr auto kSliderFields = joint_fields<SliderSpec>(std::array{axis_field<SliderSpec>()});
+constexpr auto kFixedFields = joint_fields<FixedSpec>(std::array<Field, 0>{});
+constexpr auto kDistanceFields = joint_fields<DistanceSpec>(distance_fields<DistanceSpec>());
+constexpr auto kSpringOwn = distance_fields<SpringSpec>();
+constexpr auto kSpringFields = joint_fields<SpringSpec>(
+    std::array{kSpringOwn[0], kSpringOwn[1],
+               field<SpringSpec, &SpringSpec::stiffness_newton_m>(
+                   "stiffness_newton_m", kRequired, Limits{1e-12, 1e15}, "Force over stretch."),
+               field<SpringSpec, &SpringSpec::damping_newton_s_m>(
+                   "damping_newton_s_m", kOptional, Limits{0.0, 1e15}, "Force over speed.")});
+
+constexpr ObjectTable kBall =
+    object_table<BallSpec>("ball", "Two points stay in one place.", kBallFields);
+constexpr ObjectTable kHinge =
+    object_table<HingeSpec>("hinge", "A ball joint that turns about one axis.", kHingeFields);
+constexpr ObjectTable kSlider = object_table<SliderSpec>(
+    "slider", "The bodies move along one axis, without turning.", kSliderFields);
+constexpr ObjectTable kFixed =
+    object_table<FixedSpec>("fixed", "The bodies are as one.", kFixedFields);
+constexpr ObjectTable kDistance =
+    object_table<DistanceSpec>("distance", "Two points keep their distance.", kDistanceFields);
+constexpr ObjectTable kSpring = object_table<SpringSpec>(
+    "spring", "A linear spring and damper between two points.", kSpringFields);
+
+constexpr ChoiceEntry kEntries[] = {choice_entry<JointSpec, BallSpec>("ball", kBall),
+                                    choice_entry<JointSpec, HingeSpec>("hinge", kHinge),
+                                    choice_entry<JointSpec, SliderSpec>("slider", kSlider),
+                                    choice_entry<JointSpec, FixedSpec>("fixed", kFixed),
+                                    choice_entry<JointSpec, DistanceSpec>("distance", kDistance),
+                                    choice_entry<JointSpec, SpringSpec>("spring", kSpring)};
+
+}  // namespace
+
+constexpr ChoiceTable kJoint{.name = "joint",
+                             .doc = "What holds two bodies together, or a body to the world.",
+                             .tag = "type",
+                             .entries = kEntries,
+                             .elsewhere = {},
+                             .elsewhere_hint = {}};
+
+}  // namespace soda::scenarios

@@ -1,0 +1,164 @@
+#include "scenarios/joints.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "physics/mass_properties.hpp"
+#include "scenarios/cross_checks.hpp"
+#include "scenarios/json_tree.hpp"
+
+namespace soda::scenarios {
+namespace {
+
+using physics::Joint;
+using physics::JointKind;
+
+const JointBase& base_of(const JointSpec& spec) {
+  return std::visit([](const auto& s) -> const JointBase& { return s; }, spec);
+}
+
+double size_m(const Scenario& scenario, physics::BodyId id) {
+  const std::uint32_t shape = scenario.scene.bodies[physics::index_of(id)].shape;
+  return std::cbrt(physics::mass_properties(scenario.scene.shapes[shape]).volume_m3);
+}
+
+// What is special to a kind; anchors and axes are still in the world frame.
+struct Fill {
+  Joint& joint;
+  double size_m;  // of the smaller body
+  FaultList& faults;
+
+  void operator()(const BallSpec&) const { joint.kind = JointKind::kBall; }
+  void operator()(const FixedSpec&) const { joint.kind = JointKind::kFixed; }
+  void operator()(const HingeSpec& spec) const {
+    joint.kind = JointKind::kHinge;
+    turn(spec, spec.axis);
+  }
+  void operator()(const SliderSpec& spec) const {
+    joint.kind = JointKind::kSlider;
+    joint.reach_m = 4.0 * size_m;
+    turn(spec, spec.axis);
+  }
+  void operator()(const DistanceSpec& spec) const {
+    joint.kind = JointKind::kDistance;
+    stretch(spec, spec.other_anchor_m, spec.length_m);
+    if (!(joint.length_m > 0.0))
+      add_fault(faults, *spec.json, {"a distance of 0 m", "a distance above 0 (or a ball)", ""});
+  }
+  void operator()(const SpringSpec& spec) const {
+    joint.kind = JointKind::kSpring;
+    stretch(spec, spec.other_anchor_m, spec.length_m);
+    joint.stiffness_newton_m = spec.stiffness_newton_m;
+    joint.damping_newton_s_m = spec.damping_newton_s_m;
+  }
+
+ private:
+  void turn(const JointBase& spec, const Vec3& axis) const {
+    const double norm = axis.norm();
+    if (norm < 1e-6) {
+      add_fault(faults, *find_member(*spec.json, "axis"),
+                {"an axis of length " + number_text(norm), "an axis of length at least 1e-6", ""});
+      return;
+    }
+    joint.frame_a = joint.frame_b = physics::Quat::FromTwoVectors(Vec3::UnitZ(), Vec3(axis / norm));
+  }
+  void stretch(const JointBase& spec, const Vec3& other, std::optional<double> length_m) const {
+    joint.anchor_b_m = other;
+    joint.length_m = length_m.value_or((other - spec.anchor_m).norm());
+    joint.reach_m = joint.length_m + 4.0 * size_m;
+  }
+};
+
+// From the world frame, at the start, into the body's.
+void localise(const Scenario& scenario, physics::BodyId id, Vec3& anchor, physics::Quat& frame) {
+  if (physics::is_static(id)) return;
+  const physics::BodyState& state = scenario.initial[physics::index_of(id)];
+  const physics::Quat back = state.orientation.conjugate();
+  anchor = back * (anchor - state.position_m);
+  frame = back * frame;
+}
+
+class Builder {
+ public:
+  Builder(Scenario& scenario, FaultList& faults) : scenario_(scenario), faults_(faults) {}
+
+  void build(const JointSpec& spec) {
+    const JointBase& base = base_of(spec);
+    if (!base.sound || !is_new(base)) return;
+    const auto a = body(base, "body", base.body);
+    const auto b = base.other_body ? body(base, "other_body", *base.other_body)
+                                   : std::optional(physics::kWorldBody);
+    if (!a || !b) return;
+    if (*a == *b)
+      return add_fault(faults_, *find_member(*base.json, "other_body"),
+                       {"a joint of a body with itself", "another body", ""});
+    Joint joint;
+    joint.label = static_cast<std::uint32_t>(base.id);
+    joint.a = *a;
+    joint.b = *b;
+    joint.collides = base.can_collide;
+    joint.anchor_a_m = joint.anchor_b_m = base.anchor_m;
+    double size = size_m(scenario_, *a);
+    if (!physics::is_static(*b)) size = std::min(size, size_m(scenario_, *b));
+    joint.reach_m = 0.25 * size;
+    std::visit(Fill{joint, size, faults_}, spec);
+    joint.reach_m = base.reach_m.value_or(joint.reach_m);
+    localise(scenario_, joint.a, joint.anchor_a_m, joint.frame_a);
+    localise(scenario_, joint.b, joint.anchor_b_m, joint.frame_b);
+    if (joint.b < joint.a) {
+      std::swap(joint.a, joint.b);
+      std::swap(joint.anchor_a_m, joint.anchor_b_m);
+      std::swap(joint.frame_a, joint.frame_b);
+    }
+    scenario_.scene.joints.push_back(joint);
+  }
+
+ private:
+  bool is_new(const JointBase& base) {
+    const JsonValue& member = *find_member(*base.json, "id");
+    const auto [first, is_new] = ids_.try_emplace(base.id, place_of(member));
+    if (!is_new)
+      add_fault(faults_, member,
+                {describe(member) + " again", "ids that no other joint has",
+                 "first at " + first->second});
+    return is_new;
+  }
+
+  std::optional<physics::BodyId> body(const JointBase& base, const char* key,
+                                      std::int64_t label) const {
+    const JsonValue& member = *find_member(*base.json, key);
+    const std::optional<std::uint32_t> place = find_body(scenario_.scene, label);
+    if (!place) {
+      add_fault(faults_, member,
+                {describe(member) + ", which no body has", "the id of a body of the scene", ""});
+      return std::nullopt;
+    }
+    const physics::BodyId id{*place};
+    const auto& absent = scenario_.run.inputs.absent;
+    if (std::ranges::find(absent, id) != absent.end()) {
+      add_fault(faults_, member,
+                {describe(member) + ", a body that is not there yet",
+                 "a body without \"present\": false", ""});
+      return std::nullopt;
+    }
+    return id;
+  }
+
+  Scenario& scenario_;
+  FaultList& faults_;
+  std::map<std::int64_t, std::string> ids_;
+};
+
+}  // namespace
+
+void build_joints(const std::vector<JointSpec>& joints, Scenario& scenario, FaultList& faults) {
+  if (!joints.empty() && !scenario.scene.solver.contact_response)
+    add_fault(faults, *base_of(joints.front()).json,
+              {"a joint where contact_response is false", "joints where bodies respond", ""});
+  Builder builder(scenario, faults);
+  for (const JointSpec& spec : joints) builder.build(spec);
+  physics::order_joints(scenario.scene);
+}
+
+}  // namespace soda::scenarios
