@@ -23,6 +23,7 @@ struct Requests {
   RunRequest run;
   PlanRequest plan;
   ReplayRequest replay;
+  AccuracyRequest accuracy;
   AnticipationRequest anticipation;
   VerifyRequest verify;
   RollbackRequest rollback;
@@ -59,6 +60,9 @@ constexpr Command kCommands[] = {
     {"replay", "re-run an event log and compare every step, or show a state", false,
      [](CLI::App& app, R& r, const Wanted&) { define_replay(app, r.replay); },
      [](const R& r, Stream& out, Stream& err) { return replay_command(r.replay, out, err); }},
+    {"accuracy", "error against run time: cases with a known answer, at several settings", false,
+     [](CLI::App& app, R& r, const Wanted&) { define_accuracy(app, r.accuracy); },
+     [](const R& r, Stream& out, Stream& err) { return accuracy_command(r.accuracy, out, err); }},
     {"anticipation", "measure how long a transform buffer hides an overload (the paper's Fig. 8)",
      false, [](CLI::App& app, R& r, const Wanted&) { define_anticipation(app, r.anticipation); },
      [](const R& r, Stream& out, Stream&) { return anticipation_command(r.anticipation, out); }},

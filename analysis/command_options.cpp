@@ -62,6 +62,32 @@ void define_replay(CLI::App& replay, ReplayRequest& request) {
       "  soda replay run.sodalog --step 100 --body 7");
 }
 
+void define_accuracy(CLI::App& command, AccuracyRequest& request) {
+  command.add_option("CASE", request.cases, "names in the folder, or files (default: all)");
+  command.add_option("--cases", request.folder, "their folder (default scenarios/cases)");
+  command.add_option("--dt", request.steps_s, "steps in s, as 1/60,1/240 (default: the case's)")
+      ->delimiter(',');
+  command.add_flag("--sweep", request.sweep, "and the last of them halved four times");
+  command.add_option("--iterations", request.iterations, "of the contact solver")->delimiter(',');
+  command.add_option("--engines", request.engines, "soda (default), bullet, ode, mujoco")
+      ->delimiter(',');
+  command.add_option("--repeat", request.timing.repeats,
+                     "timed runs, of which the median counts (default 3; 0: no timing)");
+  command
+      .add_option("--budget", request.budget_s,
+                  "leave out settings beyond this many CPU seconds (default 60)")
+      ->check(CLI::NonNegativeNumber);
+  command.add_flag("--check", request.check, "exit 1 if soda misses what it must reach");
+  command.add_flag("--json", request.json, "print one JSON object");
+  command.add_option("-o,--output", request.html_file, "write tables and diagrams, one HTML file");
+  command.footer(
+      "examples:\n"
+      "  soda accuracy free-fall bounce\n"
+      "  soda accuracy slip-0 --sweep -o slip.html\n"
+      "  soda accuracy --dt 1/60,1/240 --engines soda,bullet,ode --json\n"
+      "  soda accuracy spin --check");
+}
+
 void define_anticipation(CLI::App& command, AnticipationRequest& request) {
   AnticipationOptions& options = request.options;
   options.buffers = {12, 24, 48};

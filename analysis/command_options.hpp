@@ -1,6 +1,7 @@
 // The options of each command, and its examples.
 #pragma once
 
+#include "analysis/accuracy_command.hpp"
 #include "analysis/anticipation_command.hpp"
 #include "analysis/phold_command.hpp"
 #include "analysis/plan_command.hpp"
@@ -25,6 +26,7 @@ struct Wanted {
 void define_run(CLI::App& run, RunRequest& request, const Wanted& wanted);
 void define_plan(CLI::App& plan, PlanRequest& request);
 void define_replay(CLI::App& replay, ReplayRequest& request);
+void define_accuracy(CLI::App& command, AccuracyRequest& request);
 void define_anticipation(CLI::App& command, AnticipationRequest& request);
 void define_verify(CLI::App& verify, VerifyRequest& request);
 void define_rollback(CLI::App& rollback, RollbackRequest& request);

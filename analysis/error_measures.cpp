@@ -16,8 +16,8 @@ double total_mass_kg(const physics::SceneDescription& scene) {
   return mass;
 }
 
-// Energy to lift every body by its own size (cube root of its volume). Without it, the scale of a
-// scene at rest would be its own noise.
+}  // namespace
+
 double lifting_energy_joule(const physics::SceneDescription& scene) {
   std::vector<double> size_m;
   for (const physics::Shape& shape : scene.shapes) {
@@ -30,8 +30,6 @@ double lifting_energy_joule(const physics::SceneDescription& scene) {
   }
   return energy;
 }
-
-}  // namespace
 
 void CarryingSum::add(const physics::Vec3& part) {
   const physics::Vec3 wanted = part - excess;

@@ -70,6 +70,10 @@ ErrorMeasures measure_errors(const physics::SceneDescription& scene,
                              std::span<const physics::BodyState> final_states, double steps,
                              const RunTotals& totals);
 
+// Energy to lift every body by its own size (cube root of its volume). Without it, the scale of a
+// scene at rest would be its own noise.
+double lifting_energy_joule(const physics::SceneDescription& scene);
+
 // BodyId{0} .. BodyId{count - 1}.
 std::vector<physics::BodyId> all_ids(std::size_t count);
 

@@ -218,6 +218,36 @@ std::string rollback_json(const RollbackReport& report) {
                  {"modes", modes}});
 }
 
+std::string accuracy_json(const AccuracyReport& report) {
+  const auto bound = [](const std::optional<double>& b) { return b ? Json(*b) : Json(); };
+  Json cases = Json::array();
+  for (const AccuracyReport::Case& one : report.cases) {
+    Json runs = Json::array();
+    for (const CaseRun& run : one.runs) {
+      Json errors = Json::array();
+      for (const JudgedMeasure& m : run.measures)
+        errors.push_back({{"reference", m.form},
+                          {"measure", m.measure},
+                          {"value", m.value},
+                          {"must", bound(m.must)},
+                          {"stretch", bound(m.stretch)},
+                          {"missed", m.missed()}});
+      runs.push_back({{"engine", run.engine},
+                      {"dt_s", run.setting.dt_s},
+                      {"iterations", run.setting.iterations},
+                      {"steps", run.steps},
+                      {"cpu_s_per_simulated_s", run.cpu_per_simulated_s},
+                      {"step_ms", run.step_ms},
+                      {"errors", std::move(errors)},
+                      {"fault", run.fault.empty() ? Json() : Json(run.fault)}});
+    }
+    cases.push_back({{"case", one.name}, {"runs", std::move(runs)}, {"left_out", one.left_out}});
+  }
+  return dumped({{"cases", std::move(cases)},
+                 {"missed", report.missed()},
+                 {"missing_engines", report.missing_engines}});
+}
+
 std::string anticipation_json(const AnticipationReport& report) {
   Json points = Json::array();
   for (const AnticipationPoint& point : report.points) {

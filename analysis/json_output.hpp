@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "analysis/accuracy_command.hpp"
 #include "analysis/anticipation.hpp"
 #include "analysis/phold_command.hpp"
 #include "analysis/rollback_command.hpp"
@@ -19,6 +20,7 @@ namespace soda::analysis {
 std::string run_json(const RunReport& report);
 std::string plan_json(const std::string& scenario, const std::vector<models::PlanLine>& plan);
 std::string verification_json(const Verification& verification);
+std::string accuracy_json(const AccuracyReport& report);
 std::string anticipation_json(const AnticipationReport& report);
 std::string rollback_json(const RollbackReport& report);
 std::string swarm_json(const SwarmResult& result);

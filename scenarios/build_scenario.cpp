@@ -10,6 +10,7 @@
 #include "scenarios/inputs.hpp"
 #include "scenarios/joints.hpp"
 #include "scenarios/orientation.hpp"
+#include "scenarios/references.hpp"
 #include "scenarios/shapes.hpp"
 
 namespace soda::scenarios {
@@ -251,6 +252,7 @@ Scenario build_scenario(const DocumentSpec& document, const std::string& file,
   // Whether their bodies exist can be told only of a scene that is whole.
   build_joints(document.joints, scenario, faults);
   build_inputs(document.inputs, scenario, faults);
+  scenario.references = build_references(document.references, scenario, faults);
   return scenario;
 }
 

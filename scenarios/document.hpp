@@ -13,6 +13,7 @@
 #include "models/territory.hpp"
 #include "physics/scene.hpp"
 #include "scenarios/json_tree.hpp"
+#include "scenarios/known_answer.hpp"
 
 namespace soda::scenarios {
 
@@ -199,6 +200,35 @@ struct ChangeMaterialSpec : InputBase {
 };
 using InputSpec = std::variant<AddSpec, RemoveSpec, PushSpec, SetVelocitySpec, ChangeMaterialSpec>;
 
+// Bounds on measures of error; reference_tables.cpp says what each is.
+struct BoundsSpec : Located {
+  std::optional<double> position_m, velocity_m_s, end_velocity_m_s, attitude_rad, spin_rad_s,
+      side_m, lift_m, stop_time_s, rest_speed_m_s, apex_m, energy_rel, energy_gain_rel,
+      momentum_rel, angular_momentum_rel, displacement_rel, penetration_m, penetration_p99_m,
+      speed_m_s, passed, force_rel, pressure_rel, speeds_rel, step_ms;
+};
+struct ReferenceBase : Located {
+  BoundsSpec must, stretch;
+};
+template <class Answer>
+struct AnswerSpec : ReferenceBase, Answer {};
+struct StoredEndSpec : Located {
+  std::int64_t body = -1;
+  Vec3 position_m = Vec3::Zero();
+  OrientationSpec orientation;
+};
+struct StoredRunSpec : ReferenceBase {
+  std::vector<StoredEndSpec> ends;
+  double error_m = 0.0;
+};
+using ReferenceSpec =
+    std::variant<AnswerSpec<FreeFlight>, AnswerSpec<TorqueFree>, AnswerSpec<Sliding>,
+                 AnswerSpec<Rolling>, AnswerSpec<Bouncing>, AnswerSpec<TwoSpheres>,
+                 AnswerSpec<FloorImpact>, AnswerSpec<SphereLine>, AnswerSpec<AtRest>,
+                 AnswerSpec<Conserved>, AnswerSpec<StackForces>, AnswerSpec<OneSide>,
+                 AnswerSpec<Separation>, AnswerSpec<Pile>, AnswerSpec<Reversal>,
+                 AnswerSpec<HardSphereGas>, StoredRunSpec>;
+
 struct SolverSpec : Located {
   std::int64_t iterations = physics::SolverSettings{}.iterations;
   double restitution_threshold_m_s = physics::SolverSettings{}.restitution_threshold_m_s;
@@ -249,6 +279,7 @@ struct DocumentSpec : Located {
   std::vector<GeneratorSpec> generators;
   std::vector<JointSpec> joints;
   std::vector<InputSpec> inputs;
+  std::vector<ReferenceSpec> references;
   TerritorySpec territory;
   std::int64_t buffer_entries = 48;
   ExecutorSpec executor;

@@ -4,6 +4,7 @@
 #include "scenarios/format_limits.hpp"
 #include "scenarios/input_tables.hpp"
 #include "scenarios/joint_tables.hpp"
+#include "scenarios/reference_tables.hpp"
 #include "scenarios/shape_tables.hpp"
 
 namespace soda::scenarios {
@@ -354,6 +355,9 @@ constexpr Field kDocumentFields[] = {
     choice_field<DocumentSpec, &DocumentSpec::inputs>("inputs", kOptional, list_of(0, 1'000'000),
                                                       kInput,
                                                       "What a user does to bodies, in any order."),
+    choice_field<DocumentSpec, &DocumentSpec::references>(
+        "references", kOptional, list_of(0, 100), kReference,
+        "What is known of the run beforehand; soda accuracy compares it."),
     object_field<DocumentSpec, &DocumentSpec::territory>(
         "territory", kOptional, kNone, kTerritory,
         "Division of space; one cell and one world by default."),

@@ -9,6 +9,7 @@
 #include "models/territory.hpp"
 #include "physics/body_state.hpp"
 #include "physics/scene.hpp"
+#include "scenarios/known_answer.hpp"
 
 namespace soda::scenarios {
 
@@ -27,6 +28,7 @@ struct Scenario {
   models::TerritoryOptions territory;
   models::RunOptions run;  // steps, buffer and executor defaults
   OutputOptions output;
+  std::vector<Reference> references;  // what is known of the run beforehand
 };
 
 }  // namespace soda::scenarios

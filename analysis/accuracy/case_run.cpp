@@ -1,0 +1,125 @@
+#include "analysis/accuracy/case_run.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "analysis/stopwatch.hpp"
+
+namespace soda::analysis {
+namespace {
+
+using scenarios::Scenario;
+
+std::int64_t steps_at(const Scenario& scenario, double dt_s) {
+  const double duration = static_cast<double>(scenario.run.steps) * scenario.scene.dt_s;
+  return std::max<std::int64_t>(1, std::llround(duration / dt_s));
+}
+
+bool reverses(const Scenario& scenario) {
+  return std::any_of(scenario.references.begin(), scenario.references.end(), wants_reversal);
+}
+
+using Judges = std::vector<std::unique_ptr<Judge>>;
+
+Judges judges_of(const Scenario& scenario, double dt_s, std::int64_t steps) {
+  Judges judges;
+  for (const scenarios::Reference& reference : scenario.references)
+    judges.push_back(make_judge(scenario, reference, dt_s, dt_s * static_cast<double>(steps)));
+  return judges;
+}
+
+// Runs forward, and back if that is asked for. Returns the fault, if any.
+std::string run_judged(Engine& engine, const Scenario& scenario, double dt_s, std::int64_t steps,
+                       Judges& judges) {
+  std::vector<physics::BodyState> states(scenario.initial);
+  const auto show = [&](std::int64_t step) {
+    for (const std::unique_ptr<Judge>& judge : judges)
+      judge->see(dt_s * static_cast<double>(step), states);
+  };
+  show(0);
+  const std::int64_t all = reverses(scenario) ? 2 * steps : steps;
+  for (std::int64_t step = 1; step <= all; ++step) {
+    if (step == steps + 1) engine.reverse();
+    engine.step();
+    if (const std::string fault = engine.fault(); !fault.empty())
+      return "step " + std::to_string(step) + ": " + fault;
+    engine.read(states);
+    show(step);
+  }
+  return {};
+}
+
+// CPU seconds of one run. Short ones are repeated, so that the clock's own cost vanishes.
+double timed_once(const Scenario& scenario, const EngineKind& kind, const EngineSetting& setting,
+                  std::int64_t steps) {
+  constexpr double kShort_s = 0.01;
+  double sum = 0.0;
+  int runs = 0;
+  do {
+    const std::unique_ptr<Engine> engine = kind.make(scenario.scene, scenario.initial, setting);
+    const double start = thread_cpu_s();
+    for (std::int64_t step = 0; step < steps; ++step) engine->step();
+    sum += thread_cpu_s() - start;
+    ++runs;
+  } while (sum < kShort_s && runs < 200);
+  return sum / runs;
+}
+
+double median_cpu_s(const Scenario& scenario, const EngineKind& kind, const EngineSetting& setting,
+                    std::int64_t steps, const RepeatRule& rule) {
+  std::vector<double> times;
+  for (int i = 0; i < rule.repeats; ++i) {
+    times.push_back(timed_once(scenario, kind, setting, steps));
+    if (times.back() > rule.long_enough_s) break;
+  }
+  std::sort(times.begin(), times.end());
+  return times.empty() ? 0.0 : times[times.size() / 2];
+}
+
+void judge_measures(const scenarios::Reference& reference, const std::vector<Measured>& errors,
+                    CaseRun& run) {
+  for (const Measured& error : errors) {
+    JudgedMeasure judged{reference.form, error.measure, error.value, {}, {}};
+    for (const scenarios::Bound& bound : reference.bounds) {
+      if (bound.measure != error.measure) continue;
+      judged.must = bound.must;
+      judged.stretch = bound.stretch;
+    }
+    run.measures.push_back(judged);
+  }
+}
+
+}  // namespace
+
+CaseRun run_case(const Scenario& scenario, const EngineKind& kind, const EngineSetting& setting,
+                 const RepeatRule& rule) {
+  CaseRun run;
+  run.scene = scenario.name;
+  run.engine = kind.name;
+  run.setting = setting;
+  run.steps = steps_at(scenario, setting.dt_s);
+  Judges judges = judges_of(scenario, setting.dt_s, run.steps);
+  const std::unique_ptr<Engine> engine = kind.make(scenario.scene, scenario.initial, setting);
+  run.fault = run_judged(*engine, scenario, setting.dt_s, run.steps, judges);
+  if (!run.fault.empty()) return run;
+
+  const double cpu_s = median_cpu_s(scenario, kind, setting, run.steps, rule);
+  const double steps = static_cast<double>(run.steps);
+  run.cpu_per_simulated_s = cpu_s / (steps * setting.dt_s);
+  run.step_ms = 1e3 * cpu_s / steps;
+  for (std::size_t i = 0; i < judges.size(); ++i) {
+    std::vector<Measured> errors = judges[i]->errors();
+    if (rule.repeats > 0) errors.push_back({"step_ms", run.step_ms});
+    const scenarios::Reference& reference = scenario.references[i];
+    // Cost is a measure only where a bound is set on it.
+    std::erase_if(errors, [&](const Measured& error) {
+      return error.measure == "step_ms" &&
+             std::none_of(reference.bounds.begin(), reference.bounds.end(),
+                          [](const scenarios::Bound& b) { return b.measure == "step_ms"; });
+    });
+    judge_measures(reference, errors, run);
+  }
+  return run;
+}
+
+}  // namespace soda::analysis

@@ -1,0 +1,55 @@
+// One way to run a scene: our own step, or another engine's, behind one seam.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "physics/body_state.hpp"
+#include "physics/scene.hpp"
+
+namespace soda::analysis {
+
+// How a scene is run: every engine knows these.
+struct EngineSetting {
+  double dt_s = 1.0 / 60.0;
+  int iterations = 0;  // of the contact solver; 0: the scene's with soda, else the engine's default
+};
+
+class Engine {
+ public:
+  virtual ~Engine() = default;
+  // Advances the scene by dt_s. Nothing else of the engine costs time that is measured.
+  virtual void step() = 0;
+  // States of all bodies, by BodyId. Impulses are there with soda only.
+  virtual void read(std::vector<physics::BodyState>& out) const = 0;
+  // All velocities change their sign.
+  virtual void reverse() = 0;
+  // Why what it computed cannot be used (a state that is no number); empty if it can.
+  virtual std::string fault() const { return {}; }
+};
+
+struct EngineKind {
+  std::string name;     // on the command line
+  std::string version;  // as the library says, or the package
+  // Why it cannot run this scene; empty if it can.
+  std::string (*cannot)(const physics::SceneDescription& scene) = nullptr;
+  std::unique_ptr<Engine> (*make)(const physics::SceneDescription& scene,
+                                  std::span<const physics::BodyState> initial,
+                                  const EngineSetting& setting) = nullptr;
+};
+
+// Every engine of this build, soda first.
+std::vector<EngineKind> engine_kinds();
+
+// Engines that this build could have had, with the Debian package that each needs.
+struct MissingEngine {
+  std::string name, package;
+};
+std::vector<MissingEngine> missing_engines();
+
+EngineKind soda_engine();
+
+}  // namespace soda::analysis

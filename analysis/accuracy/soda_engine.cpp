@@ -1,0 +1,64 @@
+#include "analysis/accuracy/engine.hpp"
+#include "analysis/error_measures.hpp"
+#include "physics/step.hpp"
+
+namespace soda::analysis {
+namespace {
+
+// The plain loop over physics::step: the same bits as every division into worlds, and nothing of
+// what dividing costs.
+class SodaEngine final : public Engine {
+ public:
+  SodaEngine(const physics::SceneDescription& scene, std::span<const physics::BodyState> initial,
+             const EngineSetting& setting)
+      : scene_(with(scene, setting)),
+        geometry_(scene_),
+        ids_(all_ids(initial.size())),
+        states_(initial.begin(), initial.end()) {}
+
+  void step() override {
+    physics::step(scene_, geometry_, ids_, states_, scratch_, report_, counters_);
+    if (!report_.faults.empty() && fault_.empty()) {
+      const physics::AdvanceFault& fault = report_.faults.front();
+      fault_ = "body " + std::to_string(scene_.bodies[physics::index_of(fault.body)].label) + ": " +
+               fault.what;
+    }
+  }
+  void read(std::vector<physics::BodyState>& out) const override { out = states_; }
+  void reverse() override {
+    for (physics::BodyState& state : states_) {
+      state.linear_velocity_m_s = -state.linear_velocity_m_s;
+      state.angular_velocity_rad_s = -state.angular_velocity_rad_s;
+    }
+  }
+  std::string fault() const override { return fault_; }
+
+ private:
+  static physics::SceneDescription with(physics::SceneDescription scene,
+                                        const EngineSetting& setting) {
+    scene.dt_s = setting.dt_s;
+    if (setting.iterations > 0) scene.solver.iterations = setting.iterations;
+    return scene;
+  }
+
+  const physics::SceneDescription scene_;
+  const physics::Geometry geometry_;
+  const std::vector<physics::BodyId> ids_;
+  std::vector<physics::BodyState> states_;
+  physics::StepScratch scratch_;
+  physics::StepReport report_;
+  physics::StageCounters counters_;
+  std::string fault_;
+};
+
+}  // namespace
+
+EngineKind soda_engine() {
+  return {"soda", SODA_VERSION, [](const physics::SceneDescription&) { return std::string(); },
+          [](const physics::SceneDescription& scene, std::span<const physics::BodyState> initial,
+             const EngineSetting& setting) -> std::unique_ptr<Engine> {
+            return std::make_unique<SodaEngine>(scene, initial, setting);
+          }};
+}
+
+}  // namespace soda::analysis

@@ -1,0 +1,174 @@
+#include "analysis/accuracy_command.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+#include <ostream>
+
+#include "analysis/accuracy_report.hpp"
+#include "analysis/exit_codes.hpp"
+#include "analysis/json_output.hpp"
+#include "analysis/nearest_name.hpp"
+#include "scenarios/read_scenario.hpp"
+
+namespace soda::analysis {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kLeastStep_s = 1e-6, kMostStep_s = 1.0;  // as in scenario files
+
+std::optional<double> number_of(std::string_view text) {
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+// "0.01" or "1/60".
+double step_of(const std::string& text) {
+  const std::size_t slash = text.find('/');
+  std::optional<double> value = number_of(std::string_view(text).substr(0, slash));
+  if (value && slash != std::string::npos) {
+    const std::optional<double> below = number_of(std::string_view(text).substr(slash + 1));
+    value = below ? std::optional(*value / *below) : std::nullopt;
+  }
+  if (!value || !(*value >= kLeastStep_s && *value <= kMostStep_s))
+    throw UsageError("--dt: found " + text + "; allowed: 1e-6 to 1 s, as 0.01 or 1/60");
+  return *value;
+}
+
+std::vector<std::string> case_names(const std::string& folder) {
+  std::error_code error;
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(folder, error))
+    if (entry.path().extension() == ".json") names.push_back(entry.path().stem().string());
+  if (error) throw scenarios::FileError(folder + ": cannot be read: " + error.message());
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+std::vector<std::string> files_of(const AccuracyRequest& request) {
+  std::vector<std::string> files;
+  const auto in_folder = [&](const std::string& name) {
+    return (fs::path(request.folder) / (name + ".json")).string();
+  };
+  if (request.cases.empty())
+    for (const std::string& name : case_names(request.folder)) files.push_back(in_folder(name));
+  for (const std::string& name : request.cases) {
+    if (name.ends_with(".json")) {
+      files.push_back(name);
+      continue;
+    }
+    const std::vector<std::string> known = case_names(request.folder);
+    if (std::find(known.begin(), known.end(), name) == known.end()) {
+      const std::string nearest = nearest_name(name, known);
+      throw UsageError("no case " + name + " in " + request.folder +
+                       (nearest.empty() ? "" : " (did you mean " + nearest + "?)"));
+    }
+    files.push_back(in_folder(name));
+  }
+  return files;
+}
+
+// The engines that were asked for; those that are not in this build are named in the report.
+std::vector<EngineKind> engines_of(const AccuracyRequest& request, AccuracyReport& report) {
+  const std::vector<EngineKind> built = engine_kinds();
+  const std::vector<MissingEngine> missing = missing_engines();
+  std::vector<EngineKind> engines;
+  for (const std::string& name : request.engines) {
+    const auto known = std::find_if(built.begin(), built.end(),
+                                    [&](const EngineKind& kind) { return kind.name == name; });
+    if (known != built.end()) {
+      engines.push_back(*known);
+      continue;
+    }
+    const auto absent = std::find_if(missing.begin(), missing.end(),
+                                     [&](const MissingEngine& m) { return m.name == name; });
+    if (absent == missing.end())
+      throw UsageError("--engines: found " + name + "; allowed: soda, bullet, ode, mujoco");
+    report.missing_engines.push_back(name + " (not in this build; Debian package " +
+                                     absent->package + ")");
+  }
+  return engines;
+}
+
+std::vector<double> steps_of(const AccuracyRequest& request, double own_s) {
+  std::vector<double> steps;
+  for (const std::string& text : request.steps_s) steps.push_back(step_of(text));
+  if (steps.empty()) steps.push_back(own_s);
+  if (request.sweep)
+    for (int halvings = 0; halvings < 4; ++halvings) steps.push_back(0.5 * steps.back());
+  return steps;
+}
+
+// All settings of one engine, coarse steps first; what would take too long is left out.
+void run_settings(const scenarios::Scenario& scenario, const EngineKind& engine,
+                  const AccuracyRequest& request, AccuracyReport::Case& result) {
+  const std::vector<int> own{0};
+  const double duration_s = static_cast<double>(scenario.run.steps) * scenario.scene.dt_s;
+  for (const int iterations : request.iterations.empty() ? own : request.iterations) {
+    double step_s = 0.0;  // what one took at the setting before
+    for (const double dt_s : steps_of(request, scenario.scene.dt_s)) {
+      if (step_s * duration_s / dt_s > request.budget_s) {
+        result.left_out.push_back(engine.name + " at " + step_text(dt_s) +
+                                  " s: beyond the time budget");
+        continue;
+      }
+      result.runs.push_back(run_case(scenario, engine, {dt_s, iterations}, request.timing));
+      step_s = 1e-3 * result.runs.back().step_ms;
+    }
+  }
+}
+
+}  // namespace
+
+std::size_t AccuracyReport::missed() const {
+  std::size_t count = 0;
+  for (const Case& one : cases)
+    for (const CaseRun& run : one.runs) {
+      if (run.engine != "soda") continue;
+      count += run.fault.empty() ? 0 : 1;
+      for (const JudgedMeasure& measure : run.measures) count += measure.missed() ? 1 : 0;
+    }
+  return count;
+}
+
+AccuracyReport measure_accuracy(const AccuracyRequest& request, std::ostream& progress) {
+  AccuracyReport report;
+  const std::vector<EngineKind> engines = engines_of(request, report);
+  std::vector<scenarios::Scenario> scenes;
+  for (const std::string& file : files_of(request)) {
+    scenes.push_back(scenarios::read_scenario_file(file));
+    if (scenes.back().references.empty())
+      throw UsageError(file + ": has no references to compare with");
+  }
+  for (const scenarios::Scenario& scenario : scenes) {
+    progress << "soda accuracy: " << scenario.name << "\n" << std::flush;
+    AccuracyReport::Case& result = report.cases.emplace_back();
+    result.name = scenario.name;
+    result.description = scenario.description;
+    for (const EngineKind& engine : engines) {
+      const std::string why = engine.cannot(scenario.scene);
+      if (why.empty())
+        run_settings(scenario, engine, request, result);
+      else
+        result.left_out.push_back(engine.name + ": " + why);
+    }
+  }
+  return report;
+}
+
+int accuracy_command(const AccuracyRequest& request, std::ostream& out, std::ostream& err) {
+  if (request.timing.repeats < 0 || request.timing.repeats > 1000)
+    throw UsageError("--repeat: allowed: 0 (no timing) to 1000");
+  for (const int iterations : request.iterations)
+    if (iterations < 1 || iterations > 1000)
+      throw UsageError("--iterations: found " + std::to_string(iterations) +
+                       "; allowed: 1 to 1000");
+  const AccuracyReport report = measure_accuracy(request, err);
+  out << (request.json ? accuracy_json(report) : accuracy_text(report));
+  return request.check && report.missed() > 0 ? kExitCheckFailed : kExitOk;
+}
+
+}  // namespace soda::analysis

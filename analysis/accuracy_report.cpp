@@ -1,0 +1,126 @@
+#include "analysis/accuracy_report.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "analysis/text_table.hpp"
+
+namespace soda::analysis {
+namespace {
+
+using Rows = std::vector<std::vector<std::string>>;
+
+std::string bound_text(const std::optional<double>& bound) {
+  return bound ? format_number(*bound, 3) : "-";
+}
+
+std::string iterations_text(const CaseRun& run) {
+  return run.setting.iterations > 0 ? std::to_string(run.setting.iterations) : "own";
+}
+
+std::string value_text(const JudgedMeasure* measure) {
+  if (measure == nullptr) return "-";
+  return format_number(measure->value, 3) + (measure->missed() ? " missed" : "");
+}
+
+std::string case_text(const AccuracyReport::Case& one) {
+  const std::vector<ErrorColumn> columns = error_columns(one);
+  std::vector<Column> titles = {{"engine"}, {"dt s", Align::kRight}, {"sweeps", Align::kRight}};
+  std::vector<std::string> must = {"must", "", ""}, stretch = {"stretch", "", ""};
+  for (const ErrorColumn& column : columns) {
+    titles.push_back({column.title, Align::kRight});
+    must.push_back(bound_text(column.must));
+    stretch.push_back(bound_text(column.stretch));
+  }
+  titles.push_back({"CPU s/s", Align::kRight});
+  titles.push_back({"step ms", Align::kRight});
+  for (auto* row : {&must, &stretch}) row->insert(row->end(), 2, "");
+  Rows rows;
+  if (std::any_of(columns.begin(), columns.end(), [](const auto& c) { return c.must; }))
+    rows.push_back(must);
+  if (std::any_of(columns.begin(), columns.end(), [](const auto& c) { return c.stretch; }))
+    rows.push_back(stretch);
+  std::string faults;
+  for (const CaseRun& run : one.runs) {
+    std::vector<std::string> row = {run.engine, step_text(run.setting.dt_s), iterations_text(run)};
+    for (const ErrorColumn& column : columns) row.push_back(value_text(find_measure(run, column)));
+    row.push_back(format_number(run.cpu_per_simulated_s, 3));
+    row.push_back(format_number(run.step_ms, 3));
+    rows.push_back(std::move(row));
+    if (!run.fault.empty())
+      faults += "  " + run.engine + " at " + step_text(run.setting.dt_s) +
+                " s is no result: " + run.fault + "\n";
+  }
+  std::string text = one.name + ": " + one.description + "\n" + format_table(titles, rows) + faults;
+  for (const std::string& what : one.left_out) text += "  left out: " + what + "\n";
+  return text + "\n";
+}
+
+std::string summary_text(const AccuracyReport& report) {
+  std::size_t bounds = 0;
+  std::string missed;
+  for (const AccuracyReport::Case& one : report.cases)
+    for (const CaseRun& run : one.runs) {
+      if (run.engine != "soda") continue;
+      const std::string where = "  " + one.name + " at " + step_text(run.setting.dt_s) + " s: ";
+      if (!run.fault.empty()) missed += where + "no result\n";
+      for (const JudgedMeasure& measure : run.measures) {
+        bounds += measure.must ? 1 : 0;
+        if (!measure.missed()) continue;
+        missed += where + measure.measure + " " + format_number(measure.value, 3) + ", must " +
+                  format_number(*measure.must, 3) + "\n";
+      }
+    }
+  std::string text = "soda: " + std::to_string(report.missed()) + " missed of " +
+                     std::to_string(bounds) + " that it must reach\n" + missed;
+  for (const std::string& what : report.missing_engines) text += "missing engine: " + what + "\n";
+  return text;
+}
+
+}  // namespace
+
+std::string step_text(double dt_s) {
+  const double parts = std::round(1.0 / dt_s);
+  const bool whole = dt_s < 1.0 && std::abs(parts * dt_s - 1.0) < 1e-12;
+  return whole ? "1/" + format_number(parts, 12) : format_number(dt_s, 12);
+}
+
+std::vector<ErrorColumn> error_columns(const AccuracyReport::Case& one) {
+  std::vector<ErrorColumn> columns;
+  for (const CaseRun& run : one.runs) {
+    for (const JudgedMeasure& measure : run.measures) {
+      const bool bare =
+          std::none_of(run.measures.begin(), run.measures.end(), [&](const JudgedMeasure& other) {
+            return other.form == measure.form && (other.must || other.stretch);
+          });
+      if (!bare && !measure.must && !measure.stretch) continue;
+      const bool known = std::any_of(columns.begin(), columns.end(), [&](const ErrorColumn& c) {
+        return c.form == measure.form && c.measure == measure.measure;
+      });
+      if (!known)
+        columns.push_back(
+            {measure.form, measure.measure, measure.measure, measure.must, measure.stretch});
+    }
+  }
+  for (ErrorColumn& column : columns) {
+    const auto same = std::count_if(columns.begin(), columns.end(), [&](const ErrorColumn& c) {
+      return c.measure == column.measure;
+    });
+    if (same > 1) column.title = column.form + " " + column.measure;
+  }
+  return columns;
+}
+
+const JudgedMeasure* find_measure(const CaseRun& run, const ErrorColumn& column) {
+  for (const JudgedMeasure& measure : run.measures)
+    if (measure.form == column.form && measure.measure == column.measure) return &measure;
+  return nullptr;
+}
+
+std::string accuracy_text(const AccuracyReport& report) {
+  std::string text;
+  for (const AccuracyReport::Case& one : report.cases) text += case_text(one);
+  return text + summary_text(report);
+}
+
+}  // namespace soda::analysis

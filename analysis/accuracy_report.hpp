@@ -1,0 +1,26 @@
+// The forms of `soda accuracy`: text, and one HTML file.
+#pragma once
+
+#include <string>
+
+#include "analysis/accuracy_command.hpp"
+
+namespace soda::analysis {
+
+// "1/60" where the step is a whole fraction of a second, else a number.
+std::string step_text(double dt_s);
+
+// A table for each case; measures over their must are marked, and counted at the end.
+std::string accuracy_text(const AccuracyReport& report);
+
+// The columns of a case's table: what has a bound, and all of references without bounds.
+struct ErrorColumn {
+  std::string form, measure, title;
+  std::optional<double> must, stretch;
+};
+std::vector<ErrorColumn> error_columns(const AccuracyReport::Case& one);
+
+// The measure of a run under a column, or null.
+const JudgedMeasure* find_measure(const CaseRun& run, const ErrorColumn& column);
+
+}  // namespace soda::analysis

@@ -1,0 +1,96 @@
+#include "scenarios/references.hpp"
+
+#include <algorithm>
+#include <type_traits>
+#include <utility>
+
+#include "scenarios/orientation.hpp"
+#include "scenarios/read_json.hpp"
+#include "scenarios/reference_tables.hpp"
+
+namespace soda::scenarios {
+namespace {
+
+// The body with this label, or a fault at `member`.
+const physics::BodyParams* body_of(std::int64_t label, const JsonValue& member,
+                                   const Scenario& scenario, FaultList& faults) {
+  const auto& bodies = scenario.scene.bodies;
+  const auto at = std::lower_bound(
+      bodies.begin(), bodies.end(), label,
+      [](const physics::BodyParams& body, std::int64_t wanted) { return body.label < wanted; });
+  if (at != bodies.end() && at->label == label) return &*at;
+  add_fault(faults, member, {describe(member), "the id of a body of the scene", ""});
+  return nullptr;
+}
+
+// Closed forms of rolling and bouncing are about spheres.
+template <class Answer>
+constexpr bool kWantsSpheres =
+    std::is_same_v<Answer, Rolling> || std::is_same_v<Answer, Bouncing> ||
+    std::is_same_v<Answer, TwoSpheres> || std::is_same_v<Answer, FloorImpact>;
+
+template <class Answer>
+void check_body(std::int64_t label, std::string_view key, const ReferenceBase& spec,
+                const Scenario& scenario, FaultList& faults) {
+  const JsonValue& member = *find_member(*spec.json, key);
+  const physics::BodyParams* body = body_of(label, member, scenario, faults);
+  if (body == nullptr) return;
+  const physics::Shape& shape = scenario.scene.shapes[body->shape];
+  if (kWantsSpheres<Answer> && !std::holds_alternative<physics::Sphere>(shape))
+    add_fault(faults, member, {"a body that is no sphere", "the id of a sphere", ""});
+}
+
+// Checks a spec against the scene and takes the answer out of it.
+struct TakeAnswer {
+  const Scenario& scenario;
+  FaultList& faults;
+
+  template <class Answer>
+  KnownAnswer operator()(const AnswerSpec<Answer>& spec) const {
+    if constexpr (requires { spec.body; })
+      check_body<Answer>(spec.body, "body", spec, scenario, faults);
+    if constexpr (requires { spec.other; })
+      check_body<Answer>(spec.other, "other", spec, scenario, faults);
+    if constexpr (std::is_same_v<Answer, OneSide>) {
+      if (spec.normal == Vec3::Zero())
+        add_fault(faults, *find_member(*spec.json, "normal"),
+                  {"a normal of length 0", "any length but zero", ""});
+    }
+    return static_cast<const Answer&>(spec);
+  }
+  KnownAnswer operator()(const StoredRunSpec& spec) const {
+    StoredRun run;
+    run.error_m = spec.error_m;
+    for (const StoredEndSpec& end : spec.ends) {
+      body_of(end.body, *find_member(*end.json, "body"), scenario, faults);
+      run.ends.push_back({end.body, end.position_m, orientation_of(end.orientation, faults)});
+    }
+    return run;
+  }
+};
+
+std::vector<Bound> bounds_of(const ReferenceBase& base) {
+  std::vector<Bound> bounds;
+  for (const MeasureKey& measure : measure_keys()) {
+    const std::optional<double> must = base.must.*measure.bound;
+    const std::optional<double> stretch = base.stretch.*measure.bound;
+    if (must || stretch) bounds.push_back({std::string(measure.key), must, stretch});
+  }
+  return bounds;
+}
+
+}  // namespace
+
+std::vector<Reference> build_references(const std::vector<ReferenceSpec>& specs,
+                                        const Scenario& scenario, FaultList& faults) {
+  std::vector<Reference> references;
+  for (const ReferenceSpec& spec : specs) {
+    const auto& base = std::visit([](const auto& s) -> const ReferenceBase& { return s; }, spec);
+    if (!base.sound) continue;
+    references.push_back({std::string(kReference.entries[spec.index()].name),
+                          std::visit(TakeAnswer{scenario, faults}, spec), bounds_of(base)});
+  }
+  return references;
+}
+
+}  // namespace soda::scenarios
