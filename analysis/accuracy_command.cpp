@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <charconv>
 #include <filesystem>
+#include <fstream>
 #include <ostream>
 
+#include "analysis/accuracy_html.hpp"
 #include "analysis/accuracy_report.hpp"
 #include "analysis/exit_codes.hpp"
 #include "analysis/json_output.hpp"
@@ -74,7 +76,7 @@ std::vector<std::string> files_of(const AccuracyRequest& request) {
 // The engines that were asked for; those that are not in this build are named in the report.
 std::vector<EngineKind> engines_of(const AccuracyRequest& request, AccuracyReport& report) {
   const std::vector<EngineKind> built = engine_kinds();
-  const std::vector<MissingEngine> missing = missing_engines();
+  const std::vector<PeerModule> peers = peer_modules();
   std::vector<EngineKind> engines;
   for (const std::string& name : request.engines) {
     const auto known = std::find_if(built.begin(), built.end(),
@@ -83,12 +85,13 @@ std::vector<EngineKind> engines_of(const AccuracyRequest& request, AccuracyRepor
       engines.push_back(*known);
       continue;
     }
-    const auto absent = std::find_if(missing.begin(), missing.end(),
-                                     [&](const MissingEngine& m) { return m.name == name; });
-    if (absent == missing.end())
-      throw UsageError("--engines: found " + name + "; allowed: soda, bullet, ode, mujoco");
-    report.missing_engines.push_back(name + " (not in this build; Debian package " +
-                                     absent->package + ")");
+    const auto peer = std::find_if(peers.begin(), peers.end(),
+                                   [&](const PeerModule& m) { return name.starts_with(m.name); });
+    if (peer == peers.end())
+      throw UsageError("--engines: found " + name +
+                       "; allowed: soda, bullet, ode, ode-direct, mujoco");
+    report.missing_engines.push_back(name + " (not in this build: install " + peer->package +
+                                     " and build again)");
   }
   return engines;
 }
@@ -166,7 +169,17 @@ int accuracy_command(const AccuracyRequest& request, std::ostream& out, std::ost
     if (iterations < 1 || iterations > 1000)
       throw UsageError("--iterations: found " + std::to_string(iterations) +
                        "; allowed: 1 to 1000");
+  std::ofstream html;
+  if (!request.html_file.empty()) {
+    html.open(request.html_file, std::ios::trunc);
+    if (!html) throw scenarios::FileError(request.html_file + ": cannot be written");
+  }
   const AccuracyReport report = measure_accuracy(request, err);
+  if (html.is_open()) {
+    html << accuracy_html(report);
+    html.close();
+    if (!html) throw scenarios::FileError(request.html_file + ": writing the report failed");
+  }
   out << (request.json ? accuracy_json(report) : accuracy_text(report));
   return request.check && report.missed() > 0 ? kExitCheckFailed : kExitOk;
 }

@@ -21,22 +21,9 @@ double place_y(const Plot& plot, double y) {
   return kHeight - kBottom - y / plot.y_max * (kHeight - kTop - kBottom);
 }
 
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '<')
-      out += "&lt;";
-    else if (c == '&')
-      out += "&amp;";
-    else
-      out += c;
-  }
-  return out;
-}
-
 std::string text_at(double x, double y, const char* anchor, const std::string& text) {
   return "<text x=\"" + format_number(x) + "\" y=\"" + format_number(y) + "\" text-anchor=\"" +
-         anchor + "\">" + escaped(text) + "</text>\n";
+         anchor + "\">" + escaped_xml(text) + "</text>\n";
 }
 
 std::string segment(double x1, double y1, double x2, double y2, const char* colour) {
@@ -85,6 +72,21 @@ std::string drawn(const Plot& plot, const PlotSeries& series, const char* colour
 }
 
 }  // namespace
+
+std::string escaped_xml(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '<')
+      out += "&lt;";
+    else if (c == '&')
+      out += "&amp;";
+    else if (c == '"')
+      out += "&quot;";
+    else
+      out += c;
+  }
+  return out;
+}
 
 std::string svg_plot(const Plot& plot) {
   std::string out = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + format_number(kWidth) +

@@ -21,4 +21,7 @@ struct Plot {
 
 std::string svg_plot(const Plot& plot);
 
+// Text for XML and HTML, between tags or in quoted attributes.
+std::string escaped_xml(const std::string& text);
+
 }  // namespace soda::analysis

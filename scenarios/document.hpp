@@ -203,9 +203,9 @@ using InputSpec = std::variant<AddSpec, RemoveSpec, PushSpec, SetVelocitySpec, C
 // Bounds on measures of error; reference_tables.cpp says what each is.
 struct BoundsSpec : Located {
   std::optional<double> position_m, velocity_m_s, end_velocity_m_s, attitude_rad, spin_rad_s,
-      side_m, lift_m, stop_time_s, rest_speed_m_s, apex_m, energy_rel, energy_gain_rel,
-      momentum_rel, angular_momentum_rel, displacement_rel, penetration_m, penetration_p99_m,
-      speed_m_s, passed, force_rel, pressure_rel, speeds_rel, step_ms;
+      end_spin_rad_s, side_m, lift_m, stop_time_s, rest_speed_m_s, apex_m, energy_rel,
+      energy_gain_rel, momentum_rel, angular_momentum_rel, displacement_rel, penetration_m,
+      penetration_p99_m, speed_m_s, passed, force_rel, pressure_rel, speeds_rel, step_ms;
 };
 struct ReferenceBase : Located {
   BoundsSpec must, stretch;

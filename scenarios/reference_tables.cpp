@@ -24,6 +24,8 @@ constexpr Field kAttitudeRad = bound<&BoundsSpec::attitude_rad>(
     "attitude_rad", "Largest angle between an orientation and the right one, at any step.");
 constexpr Field kSpinRadS = bound<&BoundsSpec::spin_rad_s>(
     "spin_rad_s", "Largest error of an angular velocity, at any step.");
+constexpr Field kEndSpinRadS = bound<&BoundsSpec::end_spin_rad_s>(
+    "end_spin_rad_s", "Error of the angular velocities at the end.");
 constexpr Field kSideM =
     bound<&BoundsSpec::side_m>("side_m", "Largest way out of the vertical plane of the motion.");
 constexpr Field kLiftM = bound<&BoundsSpec::lift_m>(
@@ -65,8 +67,9 @@ constexpr Field kSpeedsRel = bound<&BoundsSpec::speeds_rel>(
     "Largest distance of the distribution of velocity components from the normal one.");
 constexpr Field kStepMs = bound<&BoundsSpec::step_ms>("step_ms", "CPU time of a step.");
 
-constexpr Field kMotionFields[] = {kPositionM, kVelocityMS, kEndVelocityMS,      kAttitudeRad,
-                                   kSpinRadS,  kEnergyRel,  kAngularMomentumRel, kStepMs};
+constexpr Field kMotionFields[] = {kPositionM,   kVelocityMS,         kEndVelocityMS,
+                                   kAttitudeRad, kSpinRadS,           kEndSpinRadS,
+                                   kEnergyRel,   kAngularMomentumRel, kStepMs};
 constexpr ObjectTable kMotionBounds =
     object_table<BoundsSpec>("motion-bounds", "Of a motion known in closed form.", kMotionFields);
 constexpr Field kSlidingFields[] = {kPositionM, kVelocityMS,  kSideM, kLiftM,
@@ -295,6 +298,7 @@ constexpr MeasureKey kMeasureKeys[] = {{"position_m", &BoundsSpec::position_m},
                                        {"end_velocity_m_s", &BoundsSpec::end_velocity_m_s},
                                        {"attitude_rad", &BoundsSpec::attitude_rad},
                                        {"spin_rad_s", &BoundsSpec::spin_rad_s},
+                                       {"end_spin_rad_s", &BoundsSpec::end_spin_rad_s},
                                        {"side_m", &BoundsSpec::side_m},
                                        {"lift_m", &BoundsSpec::lift_m},
                                        {"stop_time_s", &BoundsSpec::stop_time_s},

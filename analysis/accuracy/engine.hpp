@@ -41,14 +41,20 @@ struct EngineKind {
                                   const EngineSetting& setting) = nullptr;
 };
 
-// Every engine of this build, soda first.
+// Every engine that can run, soda first. The others are modules beside the program, built where
+// their Debian packages are installed and loaded here.
 std::vector<EngineKind> engine_kinds();
 
-// Engines that this build could have had, with the Debian package that each needs.
-struct MissingEngine {
+// The modules that there can be: what their engines' names start with, and the Debian package that
+// each is built from.
+struct PeerModule {
   std::string name, package;
 };
-std::vector<MissingEngine> missing_engines();
+std::vector<PeerModule> peer_modules();
+
+// What a module exports under kPeerEnginesSymbol: appends its engines.
+using AppendEngines = void (*)(std::vector<EngineKind>&);
+inline constexpr const char* kPeerEnginesSymbol = "soda_append_engines";
 
 EngineKind soda_engine();
 

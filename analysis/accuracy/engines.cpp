@@ -1,11 +1,27 @@
+#include <dlfcn.h>
+
+#include <filesystem>
+
 #include "analysis/accuracy/engine.hpp"
 
 namespace soda::analysis {
 
-std::vector<EngineKind> engine_kinds() { return {soda_engine()}; }
-
-std::vector<MissingEngine> missing_engines() {
+std::vector<PeerModule> peer_modules() {
   return {{"bullet", "libbullet-dev"}, {"ode", "libode-dev"}, {"mujoco", "libmujoco-dev"}};
+}
+
+// Modules stay loaded until the program ends, because their engines do.
+std::vector<EngineKind> engine_kinds() {
+  std::vector<EngineKind> kinds{soda_engine()};
+  const auto folder = std::filesystem::read_symlink("/proc/self/exe").parent_path();
+  for (const PeerModule& peer : peer_modules()) {
+    const auto module = folder / ("soda_engine_" + peer.name + ".so");
+    void* const library = dlopen(module.c_str(), RTLD_NOW | RTLD_LOCAL);
+    if (library == nullptr) continue;
+    const auto append = reinterpret_cast<AppendEngines>(dlsym(library, kPeerEnginesSymbol));
+    if (append != nullptr) append(kinds);
+  }
+  return kinds;
 }
 
 }  // namespace soda::analysis

@@ -75,14 +75,14 @@ class SlidingJudge final : public Judge {
     speed_m_s_ = now.linear_velocity_m_s.norm();
     // While it moves, its stop lies where its present speed will be used up.
     const double along = now.linear_velocity_m_s.dot(slope_.down);
-    if (law_.stops && along > 1e-9) stop_time_s_ = time_s - along / law_.acceleration_m_s2;
+    if (law_.stops && along > 1e-3 * law_.speed_m_s)
+      stop_time_s_ = time_s - along / law_.acceleration_m_s2;
     at_rest_ = law_.stops && time_s > law_.stop_time_s;
   }
   std::vector<Measured> errors() const override {
     std::vector<Measured> all = MotionTrack::worst({&track_, 1});
     std::erase_if(all, [](const Measured& m) {
-      return m.measure == "attitude_rad" || m.measure == "spin_rad_s" ||
-             m.measure == "end_velocity_m_s";
+      return m.measure != "position_m" && m.measure != "velocity_m_s";
     });
     all.push_back({"side_m", side_m_});
     all.push_back({"lift_m", lift_m_});
@@ -185,12 +185,12 @@ void MotionTrack::see(double time_s, std::span<const BodyState> states) {
   if (!exact.orientation || !exact.angular_velocity_rad_s) return;
   turns_ = true;
   attitude_rad_ = worse(attitude_rad_, angle_between(now.orientation, *exact.orientation));
-  spin_rad_s_ =
-      worse(spin_rad_s_, (now.angular_velocity_rad_s - *exact.angular_velocity_rad_s).norm());
+  end_spin_rad_s_ = (now.angular_velocity_rad_s - *exact.angular_velocity_rad_s).norm();
+  spin_rad_s_ = worse(spin_rad_s_, end_spin_rad_s_);
 }
 
 std::vector<Measured> MotionTrack::worst(std::span<const MotionTrack> tracks) {
-  double position = 0.0, velocity = 0.0, end = 0.0, attitude = 0.0, spin = 0.0;
+  double position = 0.0, velocity = 0.0, end = 0.0, attitude = 0.0, spin = 0.0, end_spin = 0.0;
   bool turns = false;
   for (const MotionTrack& track : tracks) {
     position = worse(position, track.position_m_);
@@ -198,6 +198,7 @@ std::vector<Measured> MotionTrack::worst(std::span<const MotionTrack> tracks) {
     end = worse(end, track.end_velocity_m_s_);
     attitude = worse(attitude, track.attitude_rad_);
     spin = worse(spin, track.spin_rad_s_);
+    end_spin = worse(end_spin, track.end_spin_rad_s_);
     turns = turns || track.turns_;
   }
   std::vector<Measured> all{
@@ -205,6 +206,7 @@ std::vector<Measured> MotionTrack::worst(std::span<const MotionTrack> tracks) {
   if (turns) {
     all.push_back({"attitude_rad", attitude});
     all.push_back({"spin_rad_s", spin});
+    all.push_back({"end_spin_rad_s", end_spin});
   }
   return all;
 }
