@@ -59,13 +59,27 @@ std::string run_row(const CaseRun& run, const std::vector<ErrorColumn>& columns)
   return tag("tr", cells) + "\n";
 }
 
+std::string order_row(const AccuracyReport::Case& one, std::size_t last,
+                      const std::vector<ErrorColumn>& columns) {
+  std::string cells = tag("td", "observed order") + tag("td", "") + tag("td", "");
+  bool any = false;
+  for (const std::optional<double>& order : observed_orders(one, last, columns)) {
+    any = any || order;
+    cells += tag("td", order ? format_number(*order, 3) : "");
+  }
+  return any ? tag("tr", cells + tag("td", "") + tag("td", ""), "bound") + "\n" : std::string();
+}
+
 std::string table_of(const AccuracyReport::Case& one, const std::vector<ErrorColumn>& columns) {
   std::string head = tag("th", "engine") + tag("th", "dt, s") + tag("th", "sweeps");
   for (const ErrorColumn& column : columns) head += tag("th", escaped_xml(column.title));
   head += tag("th", "CPU s/s") + tag("th", "step, ms");
   std::string rows = tag("tr", head) + "\n" + bound_row("must", columns, &ErrorColumn::must) +
                      bound_row("stretch", columns, &ErrorColumn::stretch);
-  for (const CaseRun& run : one.runs) rows += run_row(run, columns);
+  for (std::size_t i = 0; i < one.runs.size(); ++i) {
+    rows += run_row(one.runs[i], columns);
+    if (ends_series(one, i)) rows += order_row(one, i, columns);
+  }
   return tag("table", "\n" + rows) + "\n";
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "analysis/text_table.hpp"
 
@@ -9,6 +10,12 @@ namespace soda::analysis {
 namespace {
 
 using Rows = std::vector<std::vector<std::string>>;
+
+std::string fixed_number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2f", value);
+  return text;
+}
 
 std::string bound_text(const std::optional<double>& bound) {
   return bound ? format_number(*bound, 3) : "-";
@@ -21,6 +28,18 @@ std::string iterations_text(const CaseRun& run) {
 std::string value_text(const JudgedMeasure* measure) {
   if (measure == nullptr) return "-";
   return format_number(measure->value, 3) + (measure->missed() ? " missed" : "");
+}
+
+void add_orders(const AccuracyReport::Case& one, std::size_t run,
+                const std::vector<ErrorColumn>& columns, Rows& rows) {
+  if (!ends_series(one, run)) return;
+  const std::vector<std::optional<double>> orders = observed_orders(one, run, columns);
+  if (std::none_of(orders.begin(), orders.end(), [](const auto& order) { return order; })) return;
+  std::vector<std::string> row = {"", "", ""};
+  for (const std::optional<double>& order : orders)
+    row.push_back(order ? "order " + fixed_number(*order) : "");
+  row.insert(row.end(), 2, "");
+  rows.push_back(std::move(row));
 }
 
 std::string case_text(const AccuracyReport::Case& one) {
@@ -41,12 +60,14 @@ std::string case_text(const AccuracyReport::Case& one) {
   if (std::any_of(columns.begin(), columns.end(), [](const auto& c) { return c.stretch; }))
     rows.push_back(stretch);
   std::string faults;
-  for (const CaseRun& run : one.runs) {
+  for (std::size_t i = 0; i < one.runs.size(); ++i) {
+    const CaseRun& run = one.runs[i];
     std::vector<std::string> row = {run.engine, step_text(run.setting.dt_s), iterations_text(run)};
     for (const ErrorColumn& column : columns) row.push_back(value_text(find_measure(run, column)));
     row.push_back(format_number(run.cpu_per_simulated_s, 3));
     row.push_back(format_number(run.step_ms, 3));
     rows.push_back(std::move(row));
+    add_orders(one, i, columns, rows);
     if (!run.fault.empty())
       faults += "  " + run.engine + " at " + step_text(run.setting.dt_s) +
                 " s is no result: " + run.fault + "\n";
@@ -109,6 +130,30 @@ std::vector<ErrorColumn> error_columns(const AccuracyReport::Case& one) {
     if (same > 1) column.title = column.form + " " + column.measure;
   }
   return columns;
+}
+
+bool ends_series(const AccuracyReport::Case& one, std::size_t run) {
+  return run + 1 == one.runs.size() || one.runs[run + 1].engine != one.runs[run].engine ||
+         one.runs[run + 1].setting.iterations != one.runs[run].setting.iterations;
+}
+
+std::vector<std::optional<double>> observed_orders(const AccuracyReport::Case& one,
+                                                   std::size_t last,
+                                                   const std::vector<ErrorColumn>& columns) {
+  constexpr double kRounding = 1e-12;
+  std::vector<std::optional<double>> orders(columns.size());
+  if (last == 0 || ends_series(one, last - 1)) return orders;
+  const CaseRun &coarse = one.runs[last - 1], &fine = one.runs[last];
+  const double ratio = std::log(coarse.setting.dt_s / fine.setting.dt_s);
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const JudgedMeasure* before = find_measure(coarse, columns[i]);
+    const JudgedMeasure* after = find_measure(fine, columns[i]);
+    if (before == nullptr || after == nullptr || columns[i].measure == "step_ms") continue;
+    if (!(before->value > kRounding) || !(after->value > kRounding)) continue;
+    if (std::isfinite(before->value) && std::isfinite(after->value) && ratio > 0.0)
+      orders[i] = std::log(before->value / after->value) / ratio;
+  }
+  return orders;
 }
 
 const JudgedMeasure* find_measure(const CaseRun& run, const ErrorColumn& column) {

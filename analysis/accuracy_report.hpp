@@ -20,6 +20,16 @@ struct ErrorColumn {
 };
 std::vector<ErrorColumn> error_columns(const AccuracyReport::Case& one);
 
+// The observed order of convergence of every column, from the two finest steps of a series: of the
+// runs up to `last`, those of its engine and iterations. Empty where there are not two, or an error
+// is 0 or no number. Rounding errors have no order: what is below 1e-12 is left out, too.
+std::vector<std::optional<double>> observed_orders(const AccuracyReport::Case& one,
+                                                   std::size_t last,
+                                                   const std::vector<ErrorColumn>& columns);
+
+// Whether the next run belongs to another series.
+bool ends_series(const AccuracyReport::Case& one, std::size_t run);
+
 // The measure of a run under a column, or null.
 const JudgedMeasure* find_measure(const CaseRun& run, const ErrorColumn& column);
 

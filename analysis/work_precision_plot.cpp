@@ -80,7 +80,7 @@ std::string bound_line(const Axis& x, const Axis& y, const std::optional<double>
   const double at = y.place(*bound);
   return line(x.from, at, x.to, at,
               std::string("stroke=\"#444444\" stroke-dasharray=\"") + dashes + "\"") +
-         text_at(x.to + 6, at + 4, "start", name, " fill=\"#444444\"");
+         text_at(x.from + 5, at - 4, "start", name, " fill=\"#444444\"");
 }
 
 std::string drawn(const WorkPrecisionSeries& series, const Axis& x, const Axis& y,
@@ -93,7 +93,8 @@ std::string drawn(const WorkPrecisionSeries& series, const Axis& x, const Axis& 
     path += number(px) + "," + number(py) + " ";
     marks += "<circle cx=\"" + number(px) + "\" cy=\"" + number(py) + "\" r=\"3.5\" fill=\"" +
              (finite ? colour : "white") + "\" stroke=\"" + colour + "\"><title>" +
-             escaped_xml(series.name + " " + point.label + ": error " + number(point.error) + ", " +
+             escaped_xml(series.name + " " + point.label + ": error " +
+                         (finite ? number(point.error) : "is no number") + ", " +
                          number(point.cpu_s) + " s/s") +
              "</title></circle>\n";
   }
