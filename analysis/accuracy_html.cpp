@@ -103,6 +103,29 @@ WorkPrecisionPlot plot_of(const AccuracyReport::Case& one, const ErrorColumn& co
   return plot;
 }
 
+std::string contacts_of(const AccuracyReport::Case& one) {
+  using Residuals = physics::ContactResiduals;
+  std::string rows;
+  for (const CaseRun& run : one.runs) {
+    if (run.contacts.points == 0) continue;
+    std::string cells = tag("td", escaped_xml(run.engine)) +
+                        tag("td", step_text(run.setting.dt_s)) + tag("td", settings_of(run));
+    for (const auto law : {&Residuals::signorini_m_s, &Residuals::complementarity_m_s,
+                           &Residuals::cone_m_s, &Residuals::dissipation_m_s})
+      cells += tag("td", format_number(run.contacts.largest.*law, 2) + " (" +
+                             format_number(run.contacts.mean(law), 2) + ")");
+    rows += tag("tr", cells) + "\n";
+  }
+  if (rows.empty()) return {};
+  return tag("table", "\n" +
+                          tag("tr", tag("th", "contacts, largest (mean), m/s") +
+                                        tag("th", "dt, s") + tag("th", "sweeps") +
+                                        tag("th", "Signorini") + tag("th", "complementarity") +
+                                        tag("th", "cone") + tag("th", "dissipation")) +
+                          "\n" + rows) +
+         "\n";
+}
+
 std::string case_section(const AccuracyReport::Case& one) {
   const std::vector<ErrorColumn> columns = error_columns(one);
   std::string out = tag("h2", escaped_xml(one.name)) + "\n" +
@@ -116,6 +139,7 @@ std::string case_section(const AccuracyReport::Case& one) {
                              " s is no result: " + run.fault),
                  "left") +
              "\n";
+  out += contacts_of(one);
   std::string plots;
   for (const ErrorColumn& column : columns) {
     if (column.measure == "step_ms") continue;

@@ -30,6 +30,20 @@ std::string value_text(const JudgedMeasure* measure) {
   return format_number(measure->value, 3) + (measure->missed() ? " missed" : "");
 }
 
+// Largest and mean violations of the laws of contact.
+std::string contacts_text(const CaseRun& run) {
+  using Residuals = physics::ContactResiduals;
+  if (run.contacts.points == 0) return {};
+  const auto law = [&run](const char* name, double Residuals::*member) {
+    return std::string(", ") + name + " " + format_number(run.contacts.largest.*member, 2) + " (" +
+           format_number(run.contacts.mean(member), 2) + ")";
+  };
+  return "  contacts of " + run.engine + " at " + step_text(run.setting.dt_s) +
+         " s, largest (mean) in m/s" + law("Signorini", &Residuals::signorini_m_s) +
+         law("complementarity", &Residuals::complementarity_m_s) +
+         law("cone", &Residuals::cone_m_s) + law("dissipation", &Residuals::dissipation_m_s) + "\n";
+}
+
 void add_orders(const AccuracyReport::Case& one, std::size_t run,
                 const std::vector<ErrorColumn>& columns, Rows& rows) {
   if (!ends_series(one, run)) return;
@@ -73,6 +87,7 @@ std::string case_text(const AccuracyReport::Case& one) {
                 " s is no result: " + run.fault + "\n";
   }
   std::string text = one.name + ": " + one.description + "\n" + format_table(titles, rows) + faults;
+  for (const CaseRun& run : one.runs) text += contacts_text(run);
   for (const std::string& what : one.left_out) text += "  left out: " + what + "\n";
   return text + "\n";
 }

@@ -96,6 +96,19 @@ std::string dumped(const Json& json) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
+Json contacts_json(const physics::ContactQuality& contacts) {
+  using Residuals = physics::ContactResiduals;
+  if (contacts.points == 0) return nullptr;
+  const auto law = [&contacts](double Residuals::*member) -> Json {
+    return {{"largest", contacts.largest.*member}, {"mean", contacts.mean(member)}};
+  };
+  return {{"points", contacts.points},
+          {"signorini_m_s", law(&Residuals::signorini_m_s)},
+          {"complementarity_m_s", law(&Residuals::complementarity_m_s)},
+          {"cone_m_s", law(&Residuals::cone_m_s)},
+          {"dissipation_m_s", law(&Residuals::dissipation_m_s)}};
+}
+
 }  // namespace
 
 std::string run_json(const RunReport& report) {
@@ -239,6 +252,7 @@ std::string accuracy_json(const AccuracyReport& report) {
                       {"cpu_s_per_simulated_s", run.cpu_per_simulated_s},
                       {"step_ms", run.step_ms},
                       {"errors", std::move(errors)},
+                      {"contacts", contacts_json(run.contacts)},
                       {"fault", run.fault.empty() ? Json() : Json(run.fault)}});
     }
     cases.push_back({{"case", one.name}, {"runs", std::move(runs)}, {"left_out", one.left_out}});

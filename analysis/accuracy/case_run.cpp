@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "analysis/error_measures.hpp"
 #include "analysis/stopwatch.hpp"
+#include "physics/step.hpp"
 
 namespace soda::analysis {
 namespace {
@@ -28,10 +30,43 @@ Judges judges_of(const Scenario& scenario, double dt_s, std::int64_t steps) {
   return judges;
 }
 
+// Finds the contacts of each step again, as the step found them, and measures how it left them.
+class ContactWatch {
+ public:
+  ContactWatch(const Scenario& scenario, double dt_s)
+      : scene_(with_step(scenario.scene, dt_s)),
+        geometry_(scene_),
+        ids_(all_ids(scenario.initial.size())) {}
+
+  void see(std::span<const physics::BodyState> before, std::span<const physics::BodyState> after) {
+    const bool known = std::any_of(after.begin(), after.end(), [](const physics::BodyState& state) {
+      return !state.impulses.empty();
+    });
+    if (!known) return;
+    physics::compute_boxes(scene_, geometry_, ids_, before, scratch_.boxes, counters_);
+    physics::find_contacts(scene_, geometry_, ids_, before, scratch_, counters_);
+    physics::add_contacts(scene_, scratch_.manifolds, before, after, quality_);
+  }
+  const physics::ContactQuality& quality() const { return quality_; }
+
+ private:
+  static physics::SceneDescription with_step(physics::SceneDescription scene, double dt_s) {
+    scene.dt_s = dt_s;
+    return scene;
+  }
+
+  const physics::SceneDescription scene_;
+  const physics::Geometry geometry_;
+  const std::vector<physics::BodyId> ids_;
+  physics::StepScratch scratch_;
+  physics::StageCounters counters_;
+  physics::ContactQuality quality_;
+};
+
 // Runs forward, and back if that is asked for. Returns the fault, if any.
 std::string run_judged(Engine& engine, const Scenario& scenario, double dt_s, std::int64_t steps,
-                       Judges& judges) {
-  std::vector<physics::BodyState> states(scenario.initial);
+                       Judges& judges, ContactWatch& contacts) {
+  std::vector<physics::BodyState> states(scenario.initial), before;
   const auto show = [&](std::int64_t step) {
     for (const std::unique_ptr<Judge>& judge : judges)
       judge->see(dt_s * static_cast<double>(step), states);
@@ -39,11 +74,16 @@ std::string run_judged(Engine& engine, const Scenario& scenario, double dt_s, st
   show(0);
   const std::int64_t all = reverses(scenario) ? 2 * steps : steps;
   for (std::int64_t step = 1; step <= all; ++step) {
-    if (step == steps + 1) engine.reverse();
+    if (step == steps + 1) {
+      engine.reverse();
+      engine.read(states);
+    }
     engine.step();
     if (const std::string fault = engine.fault(); !fault.empty())
       return "step " + std::to_string(step) + ": " + fault;
+    before.swap(states);
     engine.read(states);
+    contacts.see(before, states);
     show(step);
   }
   return {};
@@ -100,7 +140,9 @@ CaseRun run_case(const Scenario& scenario, const EngineKind& kind, const EngineS
   run.steps = steps_at(scenario, setting.dt_s);
   Judges judges = judges_of(scenario, setting.dt_s, run.steps);
   const std::unique_ptr<Engine> engine = kind.make(scenario.scene, scenario.initial, setting);
-  run.fault = run_judged(*engine, scenario, setting.dt_s, run.steps, judges);
+  ContactWatch contacts(scenario, setting.dt_s);
+  run.fault = run_judged(*engine, scenario, setting.dt_s, run.steps, judges, contacts);
+  run.contacts = contacts.quality();
   if (!run.fault.empty()) return run;
 
   const double cpu_s = median_cpu_s(scenario, kind, setting, run.steps, rule);

@@ -7,6 +7,7 @@
 
 #include "analysis/accuracy/engine.hpp"
 #include "analysis/accuracy/judge.hpp"
+#include "physics/contact_quality.hpp"
 
 namespace soda::analysis {
 
@@ -29,6 +30,8 @@ struct CaseRun {
   double cpu_per_simulated_s = 0.0;  // median over repeats
   double step_ms = 0.0;              // the same, per step
   std::string fault;                 // why the run cannot be used; empty if it can
+  // Over all steps; only where states carry impulses (soda), and of pairs that do not bounce.
+  physics::ContactQuality contacts;
 };
 
 struct RepeatRule {
