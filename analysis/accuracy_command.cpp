@@ -113,12 +113,15 @@ void run_settings(const scenarios::Scenario& scenario, const EngineKind& engine,
   for (const int iterations : request.iterations.empty() ? own : request.iterations) {
     double step_s = 0.0;  // what one took at the setting before
     for (const double dt_s : steps_of(request, scenario.scene.dt_s)) {
-      if (step_s * duration_s / dt_s > request.budget_s) {
+      const bool too_long = step_s * duration_s / dt_s > request.timing.budget_s;
+      if (!too_long)
+        result.runs.push_back(run_case(scenario, engine, {dt_s, iterations}, request.timing));
+      if (too_long || result.runs.back().given_up) {
         result.left_out.push_back(engine.name + " at " + step_text(dt_s) +
                                   " s: beyond the time budget");
-        continue;
+        if (!too_long) result.runs.pop_back();
+        break;  // finer steps take longer
       }
-      result.runs.push_back(run_case(scenario, engine, {dt_s, iterations}, request.timing));
       step_s = 1e-3 * result.runs.back().step_ms;
     }
   }

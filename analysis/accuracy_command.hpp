@@ -16,9 +16,8 @@ struct AccuracyRequest {
   std::vector<int> iterations;       // empty: the scene's, or the engine's own
   std::vector<std::string> engines = {"soda"};
   bool sweep = false;  // the scene's dt, halved four times
-  RepeatRule timing;
-  double budget_s = 60.0;  // a setting that would take longer is left out
-  bool check = false;      // exit 1 if a must is missed
+  RepeatRule timing{.budget_s = 60.0};
+  bool check = false;  // exit 1 if a must is missed
   bool json = false;
   std::string html_file;  // empty: none
 };

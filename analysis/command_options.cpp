@@ -74,7 +74,7 @@ void define_accuracy(CLI::App& command, AccuracyRequest& request) {
   command.add_option("--repeat", request.timing.repeats,
                      "timed runs, of which the median counts (default 3; 0: no timing)");
   command
-      .add_option("--budget", request.budget_s,
+      .add_option("--budget", request.timing.budget_s,
                   "leave out settings beyond this many CPU seconds (default 60)")
       ->check(CLI::NonNegativeNumber);
   command.add_flag("--check", request.check, "exit 1 if soda misses what it must reach");

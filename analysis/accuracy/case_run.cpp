@@ -65,7 +65,7 @@ class ContactWatch {
 
 // Runs forward, and back if that is asked for. Returns the fault, if any.
 std::string run_judged(Engine& engine, const Scenario& scenario, double dt_s, std::int64_t steps,
-                       Judges& judges, ContactWatch& contacts) {
+                       Judges& judges, ContactWatch& contacts, double budget_s, bool& given_up) {
   std::vector<physics::BodyState> states(scenario.initial), before;
   const auto show = [&](std::int64_t step) {
     for (const std::unique_ptr<Judge>& judge : judges)
@@ -73,6 +73,7 @@ std::string run_judged(Engine& engine, const Scenario& scenario, double dt_s, st
   };
   show(0);
   const std::int64_t all = reverses(scenario) ? 2 * steps : steps;
+  const double start_s = thread_cpu_s();
   for (std::int64_t step = 1; step <= all; ++step) {
     if (step == steps + 1) {
       engine.reverse();
@@ -85,6 +86,8 @@ std::string run_judged(Engine& engine, const Scenario& scenario, double dt_s, st
     engine.read(states);
     contacts.see(before, states);
     show(step);
+    given_up = thread_cpu_s() - start_s > budget_s && step < all;
+    if (given_up) break;
   }
   return {};
 }
@@ -141,9 +144,10 @@ CaseRun run_case(const Scenario& scenario, const EngineKind& kind, const EngineS
   Judges judges = judges_of(scenario, setting.dt_s, run.steps);
   const std::unique_ptr<Engine> engine = kind.make(scenario.scene, scenario.initial, setting);
   ContactWatch contacts(scenario, setting.dt_s);
-  run.fault = run_judged(*engine, scenario, setting.dt_s, run.steps, judges, contacts);
+  run.fault = run_judged(*engine, scenario, setting.dt_s, run.steps, judges, contacts,
+                         rule.budget_s, run.given_up);
   run.contacts = contacts.quality();
-  if (!run.fault.empty()) return run;
+  if (!run.fault.empty() || run.given_up) return run;
 
   const double cpu_s = median_cpu_s(scenario, kind, setting, run.steps, rule);
   const double steps = static_cast<double>(run.steps);

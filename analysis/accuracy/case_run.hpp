@@ -30,6 +30,7 @@ struct CaseRun {
   double cpu_per_simulated_s = 0.0;  // median over repeats
   double step_ms = 0.0;              // the same, per step
   std::string fault;                 // why the run cannot be used; empty if it can
+  bool given_up = false;             // beyond the budget: there are no measures
   // Over all steps; only where states carry impulses (soda), and of pairs that do not bounce.
   physics::ContactQuality contacts;
 };
@@ -37,6 +38,7 @@ struct CaseRun {
 struct RepeatRule {
   int repeats = 3;             // timed runs, of which the median counts; 0: no timing
   double long_enough_s = 5.0;  // a run that takes longer is timed once
+  double budget_s = 1e9;       // a run that takes more CPU time is given up
 };
 
 // Runs the scenario's duration, rounded to whole steps of setting.dt_s, once for the errors and

@@ -173,7 +173,7 @@ std::unique_ptr<Engine> make_ode(const physics::SceneDescription& scene,
 
 // Its time grows with the cube of the contacts of an island.
 std::string too_large_for_direct(const physics::SceneDescription& scene) {
-  if (scene.bodies.size() > 300) return "the direct step is for up to 300 bodies here";
+  if (scene.bodies.size() > 60) return "the direct step is for up to 60 bodies here";
   return unknown_to_ode(scene);
 }
 

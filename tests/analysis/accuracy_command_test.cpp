@@ -88,7 +88,7 @@ TEST(AccuracyCommand, WritesAReportWithADiagramOfEachBound) {
 TEST(AccuracyCommand, ASettingBeyondTheBudgetIsLeftOutAndNamed) {
   const ChildResult result = accuracy({"stack-1", "--sweep", "--repeat", "1", "--budget", "0.01"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_TRUE(contains(result.out, "left out: soda at 1/120 s: beyond the time budget"))
+  EXPECT_TRUE(contains(result.out, "left out: soda at 1/60 s: beyond the time budget"))
       << result.out;
 }
 
