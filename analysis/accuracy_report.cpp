@@ -92,6 +92,21 @@ std::string case_text(const AccuracyReport::Case& one) {
   return text + "\n";
 }
 
+std::string advantages_text(const AccuracyReport& report) {
+  const std::vector<Advantage> all = advantages_of_others(report);
+  std::string text;
+  for (const Advantage& a : all) {
+    text += "  " + a.scene + " " + a.measure + ": " + a.engine + " at " + step_text(a.dt_s) +
+            " s has " + format_number(a.error, 3) + " in " +
+            format_number(a.cpu_per_simulated_s, 3) + " s/s, soda ";
+    text += a.soda_cpu_per_simulated_s
+                ? "needs " + format_number(*a.soda_cpu_per_simulated_s / a.cpu_per_simulated_s, 3) +
+                      " times as long\n"
+                : "is not as near at any setting\n";
+  }
+  return text.empty() ? text : "faster at equal or smaller error, or nearer:\n" + text;
+}
+
 std::string summary_text(const AccuracyReport& report) {
   std::size_t bounds = 0;
   std::string missed;
@@ -109,6 +124,7 @@ std::string summary_text(const AccuracyReport& report) {
     }
   std::string text = "soda: " + std::to_string(report.missed()) + " missed of " +
                      std::to_string(bounds) + " that it must reach\n" + missed;
+  text += advantages_text(report);
   for (const std::string& what : report.missing_engines) text += "missing engine: " + what + "\n";
   return text;
 }
@@ -169,6 +185,30 @@ std::vector<std::optional<double>> observed_orders(const AccuracyReport::Case& o
       orders[i] = std::log(before->value / after->value) / ratio;
   }
   return orders;
+}
+
+std::vector<Advantage> advantages_of_others(const AccuracyReport& report) {
+  std::vector<Advantage> all;
+  for (const AccuracyReport::Case& one : report.cases)
+    for (const ErrorColumn& column : error_columns(one)) {
+      if (column.measure == "step_ms" || !(column.must || column.stretch)) continue;
+      for (const CaseRun& other : one.runs) {
+        const JudgedMeasure* error = find_measure(other, column);
+        const bool counts = other.engine != "soda" && error && std::isfinite(error->value);
+        if (!counts || !(other.cpu_per_simulated_s > 0.0)) continue;
+        std::optional<double> least;
+        for (const CaseRun& own : one.runs) {
+          const JudgedMeasure* reached = find_measure(own, column);
+          if (own.engine != "soda" || !reached || !(reached->value <= error->value)) continue;
+          least = std::min(least.value_or(own.cpu_per_simulated_s), own.cpu_per_simulated_s);
+        }
+        if (least && *least <= other.cpu_per_simulated_s) continue;
+        all.push_back({one.name, column.title, other.engine, other.setting.dt_s, error->value,
+                       other.cpu_per_simulated_s, least});
+      }
+    }
+  std::stable_partition(all.begin(), all.end(), [](const Advantage& a) { return a.error < 1e-3; });
+  return all;
 }
 
 const JudgedMeasure* find_measure(const CaseRun& run, const ErrorColumn& column) {

@@ -30,6 +30,15 @@ std::vector<std::optional<double>> observed_orders(const AccuracyReport::Case& o
 // Whether the next run belongs to another series.
 bool ends_series(const AccuracyReport::Case& one, std::size_t run);
 
+// A run of another engine that is nearer or cheaper than what soda offers: no run of soda has an
+// error as small in as little time. Of measures with a bound, errors below 1e-3 first.
+struct Advantage {
+  std::string scene, measure, engine;
+  double dt_s = 0.0, error = 0.0, cpu_per_simulated_s = 0.0;
+  std::optional<double> soda_cpu_per_simulated_s;  // least for as small an error, if reached at all
+};
+std::vector<Advantage> advantages_of_others(const AccuracyReport& report);
+
 // The measure of a run under a column, or null.
 const JudgedMeasure* find_measure(const CaseRun& run, const ErrorColumn& column);
 

@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "analysis/accuracy_report.hpp"
 #include "analysis/overrides.hpp"
 #include "analysis/text_table.hpp"
 
@@ -257,7 +258,17 @@ std::string accuracy_json(const AccuracyReport& report) {
     }
     cases.push_back({{"case", one.name}, {"runs", std::move(runs)}, {"left_out", one.left_out}});
   }
+  Json advantages = Json::array();
+  for (const Advantage& a : advantages_of_others(report))
+    advantages.push_back({{"case", a.scene},
+                          {"measure", a.measure},
+                          {"engine", a.engine},
+                          {"dt_s", a.dt_s},
+                          {"error", a.error},
+                          {"cpu_s_per_simulated_s", a.cpu_per_simulated_s},
+                          {"soda_cpu_s_per_simulated_s", bound(a.soda_cpu_per_simulated_s)}});
   return dumped({{"cases", std::move(cases)},
+                 {"advantages_of_others", std::move(advantages)},
                  {"missed", report.missed()},
                  {"missing_engines", report.missing_engines}});
 }

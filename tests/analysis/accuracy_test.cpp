@@ -205,6 +205,29 @@ TEST(AccuracyReports, MarkWhatIsMissedAndTellTheObservedOrder) {
   EXPECT_NE(text.find("1 missed of 3"), std::string::npos) << text;
 }
 
+TEST(AccuracyReports, NameWhoeverIsFasterAtAnEqualOrSmallerError) {
+  AccuracyReport report;
+  report.cases.push_back(made_up_case());  // errors 1.2e-3, 3e-4, 7.5e-5 in 5e-4, 1e-3, 2e-3 s/s
+  const auto add = [&](const char* engine, double error, double cpu) {
+    CaseRun run = report.cases.back().runs.front();
+    run.engine = engine;
+    run.measures[0].value = error;
+    run.cpu_per_simulated_s = cpu;
+    report.cases.back().runs.push_back(run);
+  };
+  add("slower", 3e-4, 1.1e-3);
+  add("as-good", 3e-4, 1e-3);
+  add("faster", 1e-4, 1e-3);
+  add("nearer", 1e-9, 1.0);
+  add("broken", std::numeric_limits<double>::quiet_NaN(), 1e-9);
+  const std::vector<Advantage> found = advantages_of_others(report);
+  ASSERT_EQ(found.size(), 2u);
+  EXPECT_EQ(found[0].engine, "faster");
+  EXPECT_EQ(found[0].soda_cpu_per_simulated_s, 1e-5 / 0.005);
+  EXPECT_EQ(found[1].engine, "nearer");
+  EXPECT_FALSE(found[1].soda_cpu_per_simulated_s);
+}
+
 TEST(AccuracyReports, HtmlIsOneFileWithoutScripts) {
   AccuracyReport report;
   report.cases.push_back(made_up_case());
