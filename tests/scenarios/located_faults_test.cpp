@@ -38,6 +38,25 @@ TEST_P(LocatedFault, IsReportedOnceWithPlacePointerFoundAndAllowed) {
 }
 
 const Breakage kBreakages[] = {
+    // What is known of the run.
+    {"ReferenceToNobody", "\"format\": 1",
+     "\"format\": 1, \"references\": [{\"type\": \"free-flight\", \"body\": @99}]",
+     "/references/0/body", "99", "the id of a body of the scene"},
+    {"ReferenceOfASphereToABox", "\"format\": 1",
+     "\"format\": 1, \"references\": [{\"type\": \"bouncing\", \"body\": @7, \"restitution\": "
+     "0.5}]",
+     "/references/0/body", "no sphere", "the id of a sphere"},
+    {"ReferenceWithAMeasureOfAnotherForm", "\"format\": 1",
+     "\"format\": 1, \"references\": [{\"type\": \"at-rest\", \"must\": {@\"apex_m\": 1}}]",
+     "/references/0/must/apex_m", "unknown key", "position_m"},
+    {"ReferenceUnknown", "\"format\": 1",
+     "\"format\": 1, \"references\": [{\"type\": @\"free-fall\", \"body\": 1}]",
+     "/references/0/type", "free-fall", "free-flight"},
+    {"ReferenceWithoutDirection", "\"format\": 1",
+     "\"format\": 1, \"references\": [{\"type\": \"one-side\", \"normal\": @[0, 0, 0], "
+     "\"offset_m\": "
+     "0}]",
+     "/references/0/normal", "length 0", "any length but zero"},
     // Types.
     {"FormatAsText", "\"format\": 1", "\"format\": @\"1\"", "/format", "\"1\"", "1"},
     {"FormatOfTheFuture", "\"format\": 1", "\"format\": @2", "/format", "2", "an integer 1"},

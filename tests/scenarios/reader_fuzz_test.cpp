@@ -83,6 +83,7 @@ void mutate(std::string& text, const std::vector<std::string>& corpus, RandomStr
 TEST(ReaderFuzz, FindsNothingButScenariosAndInputErrors) {
   std::vector<std::string> corpus = {std::string(kSmallScenario)};
   for (const auto& file : library_files()) corpus.push_back(file_bytes(file));
+  for (const auto& file : case_files()) corpus.push_back(file_bytes(file));
   const std::string file = (library_folder() / "fuzzed.json").string();
 
   const auto seconds = from_environment("SODA_FUZZ_SECONDS", 60);

@@ -101,4 +101,16 @@ inline std::vector<std::filesystem::path> library_files() {
   return files;
 }
 
+// The small cases with known answers, by name.
+inline std::vector<std::filesystem::path> case_files() {
+  std::vector<std::filesystem::path> files;
+  for (const auto& entry :
+       std::filesystem::directory_iterator(library_folder().parent_path() / "cases")) {
+    if (entry.path().extension() == ".json" && entry.file_size() < 4000)
+      files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
 }  // namespace soda::scenarios
