@@ -11,6 +11,8 @@ namespace {
 
 using Rows = std::vector<std::vector<std::string>>;
 
+constexpr double kRounding = 1e-12;  // errors below are equal, and have no order
+
 std::string fixed_number(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.2f", value);
@@ -171,7 +173,6 @@ bool ends_series(const AccuracyReport::Case& one, std::size_t run) {
 std::vector<std::optional<double>> observed_orders(const AccuracyReport::Case& one,
                                                    std::size_t last,
                                                    const std::vector<ErrorColumn>& columns) {
-  constexpr double kRounding = 1e-12;
   std::vector<std::optional<double>> orders(columns.size());
   if (last == 0 || ends_series(one, last - 1)) return orders;
   const CaseRun &coarse = one.runs[last - 1], &fine = one.runs[last];
@@ -199,7 +200,9 @@ std::vector<Advantage> advantages_of_others(const AccuracyReport& report) {
         std::optional<double> least;
         for (const CaseRun& own : one.runs) {
           const JudgedMeasure* reached = find_measure(own, column);
-          if (own.engine != "soda" || !reached || !(reached->value <= error->value)) continue;
+          if (own.engine != "soda" || !reached ||
+              !(reached->value <= std::max(error->value, kRounding)))
+            continue;
           least = std::min(least.value_or(own.cpu_per_simulated_s), own.cpu_per_simulated_s);
         }
         if (least && *least <= other.cpu_per_simulated_s) continue;

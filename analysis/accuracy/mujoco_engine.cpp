@@ -71,14 +71,17 @@ std::string static_geom(const physics::SceneDescription& scene, const physics::S
 
 std::string model_text(const physics::SceneDescription& scene, std::span<const BodyState> initial,
                        const EngineSetting& setting) {
-  const std::size_t contacts = 100 + 24 * initial.size();
+  // Room for contacts and their rows; memory grows with rows times bodies.
+  const std::size_t contacts = 100 + 16 * initial.size();
+  bool rubs = false;
+  for (const physics::BodyParams& body : scene.bodies) rubs = rubs || body.material.friction > 0.0;
   std::string text =
       "<mujoco><compiler boundmass=\"0\" boundinertia=\"0\" balanceinertia=\"false\"/>"
       "<option cone=\"elliptic\" timestep=\"" +
       numbers({setting.dt_s}) + "\" gravity=\"" + numbers(scene.gravity_m_s2) + "\"";
   if (setting.iterations > 0) text += " iterations=\"" + std::to_string(setting.iterations) + "\"";
   text += "/><size nconmax=\"" + std::to_string(contacts) + "\" njmax=\"" +
-          std::to_string(4 * contacts) + "\"/><worldbody>\n";
+          std::to_string((rubs ? 3 : 1) * contacts) + "\"/><worldbody>\n";
   for (const physics::StaticBody& fixed : scene.statics) text += static_geom(scene, fixed);
   for (std::size_t i = 0; i < initial.size(); ++i) {
     const physics::BodyParams& body = scene.bodies[i];
