@@ -17,6 +17,7 @@ inline std::string unknown_to_peers(const physics::SceneDescription& scene) {
     if (std::holds_alternative<physics::ConvexHull>(shape) ||
         std::holds_alternative<physics::TriangleMesh>(shape))
       return "hulls and meshes are not handed over";
+  if (!scene.joints.empty()) return "joints are not handed over";
   if (!scene.drives.empty()) return "drives are not handed over";
   if (!scene.solver.contact_response) return "contacts without response are not handed over";
   for (const physics::StaticBody& body : scene.statics)
