@@ -33,7 +33,9 @@ constexpr microseconds kTransit{20};
 
 // A round stops everybody, so it should come after many bags; but what is collected late has left
 // the cache, and history that is short stays there: after about one bag of each LP.
+// What bags that take long leave behind fills the cache sooner: so many us are enough, too.
 constexpr std::size_t kLeastBagsPerRound = 1024;
+constexpr microseconds kLongestRound{10'000};
 
 }  // namespace
 
@@ -197,9 +199,11 @@ void Worker::execute_batch() {
   std::size_t executed = 0;
   for (; executed < batch_size_ && can_execute(); ++executed) execute_one(pick());
   executed_since_round_ += executed;
-  adapt_batch(std::chrono::steady_clock::now() - start, executed);
+  const auto now = std::chrono::steady_clock::now();
+  adapt_batch(now - start, executed);
   const std::size_t bags_per_round = std::max(kLeastBagsPerRound, processes_.size());
-  if (executed_since_round_ >= bags_per_round || (shuffles() && random_.below(32) == 0))
+  if (executed_since_round_ >= bags_per_round || now - last_round_ >= kLongestRound ||
+      (shuffles() && random_.below(32) == 0))
     request_round();
 }
 
@@ -325,6 +329,7 @@ void Worker::note_gvt(VirtualTime gvt) {
   patience_ = gvt > gvt_ ? kLeastPatience : std::min(2 * patience_, kMostPatience);
   gvt_ = gvt;
   executed_since_round_ = 0;
+  last_round_ = std::chrono::steady_clock::now();
   if (!held_.empty()) release_reached();
 }
 

@@ -94,6 +94,7 @@ class Worker {
   std::optional<CommittedFault> fault_;
   bool finished_ = false;
   std::size_t batch_size_ = 1;
+  std::chrono::steady_clock::time_point last_round_{};
   std::size_t executed_since_round_ = 0;
   std::chrono::microseconds patience_;  // how long it sleeps before it asks for a round
   std::chrono::microseconds nap_{1};    // how long it sleeps between looks at the other ranks

@@ -61,8 +61,8 @@ bool touched_anything(const ExecutedStep& step, BodyId ghost, std::uint64_t& loo
 }  // namespace
 
 void index_border_body(const TerritoryMap& map, WorldId self, BodyId id, const Aabb& box,
+                       std::vector<std::uint32_t>& cells,
                        std::vector<StepMemo::BorderBody>& index) {
-  std::vector<std::uint32_t> cells;
   map.border_cells_of(box, self, cells);
   for (const std::uint32_t cell : cells) index.push_back({cell, id, box});
 }

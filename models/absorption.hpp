@@ -17,9 +17,10 @@
 namespace soda::models {
 
 // Appends an item for each border cell of the world that the body's box covers. Sort when all are
-// in.
+// in. `cells` is memory only.
 void index_border_body(const TerritoryMap& map, WorldId self, physics::BodyId id,
-                       const physics::Aabb& box, std::vector<StepMemo::BorderBody>& index);
+                       const physics::Aabb& box, std::vector<std::uint32_t>& cells,
+                       std::vector<StepMemo::BorderBody>& index);
 void sort_border_index(std::vector<StepMemo::BorderBody>& index);
 
 // A step that a world has executed at least as far as its pairs.

@@ -22,6 +22,10 @@ Present everybody(WorldId self, std::span<const physics::BodyId> ids,
                   std::span<const BodyState> states, std::span<const physics::Aabb> boxes,
                   std::span<const Ghost> ghosts) {
   Present all;
+  all.ids.reserve(ids.size() + ghosts.size());
+  all.owners.reserve(ids.size() + ghosts.size());
+  all.states.reserve(ids.size() + ghosts.size());
+  all.boxes.reserve(ids.size() + ghosts.size());
   std::size_t own = 0, ghost = 0;
   while (own < ids.size() || ghost < ghosts.size()) {
     if (ghost == ghosts.size() || (own < ids.size() && ids[own] < ghosts[ghost].id)) {
@@ -54,6 +58,21 @@ void add_fragment(const Present& all, std::uint32_t body, WorldId target,
   records.manifolds.insert(records.manifolds.end(), found.begin(), found.end());
 }
 
+// What was found of a pair of two owners, or of two ghosts.
+void add_crossing(const Present& all, physics::IndexPair pair, WorldId self,
+                  std::span<const ContactManifold> found, BorderContacts& out) {
+  const WorldId a = all.owners[pair.first], b = all.owners[pair.second];
+  if (a == self || b == self) {
+    out.manifolds.insert(out.manifolds.end(), found.begin(), found.end());
+    const std::uint32_t other = a == self ? pair.second : pair.first;
+    out.foreign.push_back({all.ids[other], all.owners[other], *all.states[other]});
+  } else {
+    out.for_others.insert(out.for_others.end(), found.begin(), found.end());
+  }
+  if (b != self) add_fragment(all, pair.first, b, found, out.fragments);
+  if (a != self) add_fragment(all, pair.second, a, found, out.fragments);
+}
+
 void sort_unique(std::vector<Node>& nodes) {
   std::stable_sort(nodes.begin(), nodes.end(),
                    [](const Node& x, const Node& y) { return x.id < y.id; });
@@ -73,36 +92,35 @@ BorderContacts find_border_contacts(const physics::SceneDescription& scene,
                                     physics::StageCounters& counters) {
   const Present all = everybody(self, ids, states, boxes, ghosts);
   BorderContacts out;
-  std::vector<physics::IndexPair> pairs;
-  std::vector<ContactManifold> found;
+  std::vector<physics::IndexPair> pairs, static_pairs;
+  std::vector<ContactManifold> crossing;
   physics::find_pairs(scene.broadphase, all.boxes, pairs, counters);
-  for (const physics::IndexPair pair : pairs) {
+  physics::find_static_pairs(geometry, boxes, static_pairs, counters);
+  out.manifolds.reserve(pairs.size() + static_pairs.size());
+  // Statics have the higher ids: per first body, its dynamic partners come before them. So the
+  // manifolds come in canonical order.
+  std::size_t p = 0, s = 0;
+  while (p < pairs.size() || s < static_pairs.size()) {
+    if (p == pairs.size() ||
+        (s < static_pairs.size() && ids[static_pairs[s].first] < all.ids[pairs[p].first])) {
+      const physics::IndexPair pair = static_pairs[s++];
+      const physics::BodyId other = physics::static_id(pair.second);
+      if (!repetition.take_contacts(ids[pair.first], other, out.manifolds))
+        physics::collide(scene, geometry, ids[pair.first], states[pair.first], other, nullptr,
+                         out.manifolds, counters);
+      continue;
+    }
+    const physics::IndexPair pair = pairs[p++];
     if (!tests(map, self, all, pair)) continue;
-    found.clear();
+    const bool crosses = all.owners[pair.first] != self || all.owners[pair.second] != self;
+    crossing.clear();
+    std::vector<ContactManifold>& found = crosses ? crossing : out.manifolds;
     if (!repetition.take_contacts(all.ids[pair.first], all.ids[pair.second], found))
       physics::collide(scene, geometry, all.ids[pair.first], *all.states[pair.first],
                        all.ids[pair.second], all.states[pair.second], found, counters);
-    if (found.empty()) continue;
-    const WorldId a = all.owners[pair.first], b = all.owners[pair.second];
-    if (a == self || b == self) {
-      out.manifolds.insert(out.manifolds.end(), found.begin(), found.end());
-      const std::uint32_t other = a == self ? pair.second : pair.first;
-      if (a != b) out.foreign.push_back({all.ids[other], all.owners[other], *all.states[other]});
-    }
-    if (a != self && b != self)
-      out.for_others.insert(out.for_others.end(), found.begin(), found.end());
-    if (a != b && b != self) add_fragment(all, pair.first, b, found, out.fragments);
-    if (a != b && a != self) add_fragment(all, pair.second, a, found, out.fragments);
-  }
-  physics::find_static_pairs(geometry, boxes, pairs, counters);
-  for (const physics::IndexPair pair : pairs) {
-    const physics::BodyId other = physics::static_id(pair.second);
-    if (repetition.take_contacts(ids[pair.first], other, out.manifolds)) continue;
-    physics::collide(scene, geometry, ids[pair.first], states[pair.first], other, nullptr,
-                     out.manifolds, counters);
+    if (!crossing.empty()) add_crossing(all, pair, self, crossing, out);
   }
   physics::append_world_joints(scene, ids, out.manifolds);
-  std::sort(out.manifolds.begin(), out.manifolds.end(), canonical_before);
   sort_unique(out.foreign);
   for (auto& [target, fragment] : out.fragments) sort_unique(fragment.records.nodes);
   return out;

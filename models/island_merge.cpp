@@ -164,6 +164,10 @@ void add_fragment(std::span<const BodyId> own_ids, WorldId from, const Records& 
 
 KnownBodies known_bodies(std::span<const BodyId> own_ids, WorldId self, const IslandMerge& merge) {
   KnownBodies known;
+  const std::size_t count = own_ids.size() + merge.nodes.size();
+  known.ids.reserve(count);
+  known.owners.reserve(count);
+  known.place.reserve(count);
   std::size_t own = 0, node = 0;
   while (own < own_ids.size() || node < merge.nodes.size()) {
     const bool take_own =

@@ -4,7 +4,7 @@
 #include <array>
 #include <bit>
 #include <cstddef>
-#include <span>
+#include <utility>
 
 namespace soda::models {
 namespace {
@@ -42,19 +42,14 @@ bool begins_with(std::span<const std::uint64_t> words, const std::array<std::uin
   return true;
 }
 
-}  // namespace
+void pack(const BodyState& state, std::uint64_t* out) {
+  out = std::ranges::copy(body_words(state), out).out;
+  for (const ContactImpulse& impulse : state.impulses)
+    out = std::ranges::copy(impulse_words(impulse), out).out;
+}
 
-PackedState::PackedState(SharedMemory& memory, const BodyState& state)
-    : words_(memory, kBodyWords + kImpulseWords * state.impulses.size(),
-             [&state](std::uint64_t* out) {
-               out = std::ranges::copy(body_words(state), out).out;
-               for (const ContactImpulse& impulse : state.impulses)
-                 out = std::ranges::copy(impulse_words(impulse), out).out;
-             }) {}
-
-bool PackedState::holds(const BodyState& state) const {
-  std::span<const std::uint64_t> words = words_.items();
-  if (words.size() != kBodyWords + kImpulseWords * state.impulses.size()) return false;
+bool are_of(std::span<const std::uint64_t> words, const BodyState& state) {
+  if (words.size() != packed_words(state)) return false;
   if (words[0] != word(state.position_m[0])) return false;  // decides for most that move
   if (!begins_with(words, body_words(state))) return false;
   words = words.subspan(kBodyWords);
@@ -65,8 +60,7 @@ bool PackedState::holds(const BodyState& state) const {
   return true;
 }
 
-void PackedState::unpack(BodyState& state) const {
-  const std::span<const std::uint64_t> words = words_.items();
+void unpack_from(std::span<const std::uint64_t> words, BodyState& state) {
   const auto vector = [&words](std::size_t at) {
     return physics::Vec3(number(words[at]), number(words[at + 1]), number(words[at + 2]));
   };
@@ -88,5 +82,46 @@ void PackedState::unpack(BodyState& state) const {
     at += kImpulseWords;
   }
 }
+
+// What moves has other low bits in one of these, nearly always.
+std::uint32_t fingerprint(const BodyState& state) {
+  const physics::Vec3 &x = state.position_m, &v = state.linear_velocity_m_s;
+  const std::uint64_t bits = word(x[0]) ^ std::rotl(word(x[1]), 11) ^ std::rotl(word(x[2]), 23) ^
+                             std::rotl(word(v[0]), 37) ^ std::rotl(word(v[2]), 49);
+  return static_cast<std::uint32_t>(bits ^ bits >> 32);
+}
+
+}  // namespace
+
+std::size_t packed_words(const BodyState& state) {
+  return kBodyWords + kImpulseWords * state.impulses.size();
+}
+
+PackedState::PackedState(SharedMemory& memory, const BodyState& state)
+    : words_(memory, packed_words(state), [&state](std::uint64_t* out) { pack(state, out); }) {}
+
+bool PackedState::holds(const BodyState& state) const { return are_of(words_.items(), state); }
+
+void PackedState::unpack(BodyState& state) const { unpack_from(words_.items(), state); }
+
+StateInChunk::StateInChunk(const BodyState& state, std::uint64_t* room)
+    : fingerprint_(fingerprint(state)),
+      count_(static_cast<std::uint32_t>(packed_words(state))),
+      room_(room) {
+  pack(state, room);
+}
+
+StateInChunk::StateInChunk(const BodyState& state, PackedState packed)
+    : fingerprint_(fingerprint(state)), packed_(std::move(packed)) {}
+
+std::span<const std::uint64_t> StateInChunk::words() const {
+  return room_ == nullptr ? packed_.words() : std::span(room_, count_);
+}
+
+bool StateInChunk::holds(const BodyState& state) const {
+  return fingerprint_ == fingerprint(state) && are_of(words(), state);
+}
+
+void StateInChunk::unpack(BodyState& state) const { unpack_from(words(), state); }
 
 }  // namespace soda::models

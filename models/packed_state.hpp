@@ -1,14 +1,19 @@
-// A body's state as one immutable block that entries share.
+// A body's state as immutable words: in a block that entries share, or beside others in a chunk.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "models/shared_array.hpp"
 #include "physics/body_state.hpp"
 
 namespace soda::models {
 
-// Bits of every named field, without padding: 104 bytes and 48 a contact impulse.
+// Bits of every named field, without padding: 104 bytes and 48 a contact impulse. In words of 8.
+std::size_t packed_words(const physics::BodyState& state);
+
+// One state in a block of its own.
 class PackedState {
  public:
   PackedState() = default;
@@ -18,11 +23,39 @@ class PackedState {
   bool holds(const physics::BodyState& state) const;
   // Overwrites `state`; the handle must have a state.
   void unpack(physics::BodyState& state) const;
+  std::span<const std::uint64_t> words() const { return words_.items(); }
   // The same block.
   friend bool operator==(const PackedState&, const PackedState&) = default;
 
  private:
   SharedArray<std::uint64_t> words_;
+};
+
+// A state as an item of a chunk has it: in the room of the chunk, or in a block of its own. States
+// that change are written beside each other, and go with the chunk; one that rests among them gets
+// its own block, which later chunks share.
+class StateInChunk {
+ public:
+  // Writes packed_words(state) words to `room`, which must live as long as this.
+  StateInChunk(const physics::BodyState& state, std::uint64_t* room);
+  // `packed` has the bits of `state`.
+  StateInChunk(const physics::BodyState& state, PackedState packed);
+  StateInChunk(const StateInChunk&) = delete;
+  StateInChunk& operator=(const StateInChunk&) = delete;
+
+  // As those of PackedState.
+  bool holds(const physics::BodyState& state) const;
+  void unpack(physics::BodyState& state) const;
+  // Null if it is in the room of its chunk.
+  const PackedState* own_block() const { return room_ == nullptr ? &packed_ : nullptr; }
+
+ private:
+  std::span<const std::uint64_t> words() const;
+
+  std::uint32_t fingerprint_;  // of some of the bits: other ones, another state
+  std::uint32_t count_ = 0;    // words in the room
+  const std::uint64_t* room_ = nullptr;
+  PackedState packed_;
 };
 
 }  // namespace soda::models

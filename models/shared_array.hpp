@@ -32,13 +32,18 @@ class SharedArray {
         }) {}
   // `fill(first)` constructs `count` items from `first` on, and does not throw.
   template <class Fill>
-  SharedArray(SharedMemory& memory, std::size_t count, Fill fill) {
+  SharedArray(SharedMemory& memory, std::size_t count, Fill fill)
+      : SharedArray(memory, count, 0, [&fill](T* first, std::byte*) { fill(first); }) {}
+  // The same with `room` bytes beside the items that live as long as they do: `fill(first, room)`.
+  // The room has the alignment of the items; no destructor is called for what is put there.
+  template <class Fill>
+  SharedArray(SharedMemory& memory, std::size_t count, std::size_t room, Fill fill) {
     if (count == 0) return;
-    header_ = ::new (::operator new(sizeof(Header) + count * sizeof(T)))
-        Header{&memory, 1, static_cast<std::uint32_t>(count)};
-    fill(first());
-    memory.taken_bytes += heap_bytes(count);
-    memory.live_bytes += heap_bytes(count);
+    header_ = ::new (::operator new(sizeof(Header) + count * sizeof(T) + room))
+        Header{&memory, room, 1, static_cast<std::uint32_t>(count)};
+    fill(first(), reinterpret_cast<std::byte*>(first() + count));
+    memory.taken_bytes += header_->heap_bytes();
+    memory.live_bytes += header_->heap_bytes();
   }
   SharedArray(const SharedArray& other) : header_(other.header_) {
     if (header_ != nullptr) ++header_->references;
@@ -50,7 +55,7 @@ class SharedArray {
   }
   ~SharedArray() {
     if (header_ == nullptr || --header_->references > 0) return;
-    header_->memory->live_bytes -= heap_bytes(header_->count);
+    header_->memory->live_bytes -= header_->heap_bytes();
     std::destroy_n(first(), header_->count);
     ::operator delete(header_);
   }
@@ -66,13 +71,15 @@ class SharedArray {
  private:
   struct Header {
     SharedMemory* memory;
+    std::size_t room;
     std::uint32_t references, count;
+
+    std::size_t heap_bytes() const {
+      return (sizeof(Header) + count * sizeof(T) + room + sizeof(void*) + 15) / 16 * 16;
+    }
   };
   static_assert(alignof(T) <= alignof(Header), "items follow their header");
 
-  static std::size_t heap_bytes(std::size_t count) {
-    return (sizeof(Header) + count * sizeof(T) + sizeof(void*) + 15) / 16 * 16;
-  }
   T* first() const { return reinterpret_cast<T*>(header_ + 1); }
 
   Header* header_ = nullptr;

@@ -31,6 +31,12 @@ class SharedList {
   SharedList() = default;
   // `items` ascending by key; several may have one key.
   SharedList(SharedMemory& memory, std::span<const T> items, const SharedList& older);
+  // Of `size` items that are nowhere yet: `key_at(i)` ascends; `is_at(item, i)` says whether an
+  // item of an older list is the one to come at i; `make(first, last)` makes the chunk of items
+  // first to last, without last, in ascending order of chunks. `older` and `other` are looked into.
+  template <class KeyAt, class IsAt, class Make>
+  SharedList(SharedMemory& memory, std::size_t size, KeyAt key_at, IsAt is_at, Make make,
+             const SharedList& older, const SharedList& other);
 
   std::size_t size() const { return size_; }
   // Calls do_with(item) in order.
@@ -66,12 +72,12 @@ class SharedList {
     return kernel::mix64(static_cast<std::uint64_t>(key) + 1) % 16 == 0;
   }
   static bool before(const T& item, Key key) { return key_of(item) < key; }
-  // The chunk that begins with this key, or null.
-  static const Chunk* chunk_from(std::span<const Chunk> chunks, Key key) {
-    const auto place = std::lower_bound(
-        chunks.begin(), chunks.end(), key,
-        [](const Chunk& chunk, Key k) { return before(chunk.items().front(), k); });
-    return place != chunks.end() && key_of(place->items().front()) == key ? &*place : nullptr;
+  // The chunk that begins with this key, or null; `chunks` loses those before it.
+  static const Chunk* chunk_from(std::span<const Chunk>& chunks, Key key) {
+    while (!chunks.empty() && before(chunks.front().items().front(), key))
+      chunks = chunks.subspan(1);
+    const bool found = !chunks.empty() && key_of(chunks.front().items().front()) == key;
+    return found ? &chunks.front() : nullptr;
   }
 
   SharedArray<Chunk> table_;
@@ -80,22 +86,41 @@ class SharedList {
 
 template <class T>
 SharedList<T>::SharedList(SharedMemory& memory, std::span<const T> items, const SharedList& older)
-    : size_(items.size()) {
-  const auto equal = [](const T& a, const T& b) { return ListItem<T>::same(a, b); };
+    : SharedList(
+          memory, items.size(), [items](std::size_t i) { return key_of(items[i]); },
+          [items](const T& item, std::size_t i) { return ListItem<T>::same(item, items[i]); },
+          [&memory, items](std::size_t first, std::size_t last) {
+            return Chunk(memory, items.subspan(first, last - first));
+          },
+          older, {}) {}
+
+template <class T>
+template <class KeyAt, class IsAt, class Make>
+SharedList<T>::SharedList(SharedMemory& memory, std::size_t size, KeyAt key_at, IsAt is_at,
+                          Make make, const SharedList& older, const SharedList& other)
+    : size_(size) {
   std::vector<Chunk> chunks;
-  const std::span<const Chunk> old_chunks = older.table_.items();
-  for (std::size_t first = 0, last = 0; first < items.size(); first = last) {
+  std::span<const Chunk> rest = older.table_.items(), other_rest = other.table_.items();
+  for (std::size_t first = 0, last = 0; first < size; first = last) {
     last = first + 1;
-    while (last < items.size() &&
-           (key_of(items[last]) == key_of(items[last - 1]) || !begins_chunk(key_of(items[last]))))
-      ++last;
-    const std::span<const T> cut = items.subspan(first, last - first);
-    const Chunk* const old = chunk_from(old_chunks, key_of(cut.front()));
-    const bool shared = old != nullptr && std::ranges::equal(old->items(), cut, equal);
-    chunks.push_back(shared ? *old : Chunk(memory, cut));
+    while (last < size && (key_at(last) == key_at(last - 1) || !begins_chunk(key_at(last)))) ++last;
+    const auto is_here = [&](const Chunk* chunk) {
+      if (chunk == nullptr || chunk->items().size() != last - first) return false;
+      std::size_t i = first;
+      return std::ranges::all_of(chunk->items(), [&](const T& item) { return is_at(item, i++); });
+    };
+    const Chunk* const old = chunk_from(rest, key_at(first));
+    const Chunk* const instead = chunk_from(other_rest, key_at(first));
+    if (is_here(old))
+      chunks.push_back(*old);
+    else if (is_here(instead))
+      chunks.push_back(*instead);
+    else
+      chunks.push_back(make(first, last));
   }
-  table_ =
-      std::ranges::equal(chunks, old_chunks) ? older.table_ : SharedArray<Chunk>(memory, chunks);
+  for (const SharedList* list : {&older, &other})
+    if (std::ranges::equal(chunks, list->table_.items())) table_ = list->table_;
+  if (table_.items().size() != chunks.size()) table_ = SharedArray<Chunk>(memory, chunks);
 }
 
 template <class T>

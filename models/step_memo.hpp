@@ -5,8 +5,15 @@
 #include <vector>
 
 #include "models/messages.hpp"
+#include "models/shared_list.hpp"
 
 namespace soda::models {
+
+template <>
+struct ListItem<physics::ContactManifold> {
+  static physics::BodyId key(const physics::ContactManifold& manifold) { return manifold.a; }
+  static bool same(const physics::ContactManifold& a, const physics::ContactManifold& b);
+};
 
 struct StepMemo {
   // The island that an own body was in: its label and how many bodies; 0 bodies if the island had
@@ -24,12 +31,12 @@ struct StepMemo {
   };
 
   bool valid = false;
-  std::vector<Migrant> migrants;                 // those that became own bodies; ascending by id
-  std::vector<physics::BodyId> touched;          // by user input; ascending
-  std::vector<Ghost> ghosts;                     // ascending by id
-  std::vector<physics::ContactManifold> tested;  // by this world; canonical order
-  std::vector<BorderBody> border;                // ascending by cell, then by id
-  std::vector<Membership> islands;               // of each own body, by id
+  std::vector<Migrant> migrants;                // those that became own bodies; ascending by id
+  std::vector<physics::BodyId> touched;         // by user input; ascending
+  std::vector<Ghost> ghosts;                    // ascending by id
+  SharedList<physics::ContactManifold> tested;  // by this world; canonical order
+  std::vector<BorderBody> border;               // ascending by cell, then by id
+  std::vector<Membership> islands;              // of each own body, by id
 };
 
 }  // namespace soda::models

@@ -35,18 +35,74 @@ PackedState packed(SharedMemory& memory, const BodyState& state, const T* older,
   return {memory, state};
 }
 
-std::vector<StoredBody> stored_bodies(SharedMemory& memory, const BufferEntry& entry,
-                                      const StoredEntry& older, const StoredEntry& replaced) {
-  std::vector<StoredBody> bodies(entry.ids.size());
-  SharedList<StoredBody>::Cursor before(older.bodies), instead(replaced.bodies);
-  for (std::size_t i = 0; i < bodies.size(); ++i) {
-    const BodyId id = entry.ids[i];
-    bodies[i].id = id;
-    if (entry.memo.valid) bodies[i].island = entry.memo.islands[i];
-    bodies[i].state =
-        packed(memory, entry.states[i], before.advance_to(id), instead.advance_to(id));
+// The block of the body's own in either item, if it has the bits of `state`. A body of which the
+// older entry has none, but which has not moved since, gets one now: others of its chunk have.
+PackedState resting(SharedMemory& memory, const BodyState& state, const StoredBody* older,
+                    const StoredBody* replaced) {
+  if (older != nullptr && older->state.holds(state))
+    return older->state.own_block() ? *older->state.own_block() : PackedState(memory, state);
+  if (replaced != nullptr && replaced->state.own_block() && replaced->state.holds(state))
+    return *replaced->state.own_block();
+  return {};
+}
+
+// Chunks of bodies, made from those of an entry.
+class BodyChunks {
+ public:
+  BodyChunks(SharedMemory& memory, const BufferEntry& entry, const StoredEntry& older,
+             const StoredEntry& replaced)
+      : memory_(memory), entry_(entry), older_(older.bodies), replaced_(replaced.bodies) {}
+
+  StepMemo::Membership island(std::size_t i) const {
+    return entry_.memo.valid ? entry_.memo.islands[i] : StepMemo::Membership{};
   }
-  return bodies;
+  bool is_at(const StoredBody& body, std::size_t i) const {
+    const StepMemo::Membership now = island(i);
+    return body.id == entry_.ids[i] && body.island.label == now.label &&
+           body.island.bodies == now.bodies && body.state.holds(entry_.states[i]);
+  }
+  SharedArray<StoredBody> make(std::size_t first, std::size_t last) {
+    resting_.clear();
+    std::size_t words = 0;
+    for (std::size_t i = first; i < last; ++i) {
+      const BodyState& state = entry_.states[i];
+      resting_.push_back(resting(memory_, state, older_.advance_to(entry_.ids[i]),
+                                 replaced_.advance_to(entry_.ids[i])));
+      if (resting_.back() == PackedState()) words += packed_words(state);
+    }
+    const auto fill = [&](StoredBody* item, std::byte* room) {
+      auto* place = reinterpret_cast<std::uint64_t*>(room);
+      for (std::size_t i = first; i < last; ++i, ++item) {
+        const BodyState& state = entry_.states[i];
+        PackedState& block = resting_[i - first];
+        if (block == PackedState()) {
+          ::new (item) StoredBody{entry_.ids[i], island(i), StateInChunk(state, place)};
+          place += packed_words(state);
+        } else {
+          ::new (item) StoredBody{entry_.ids[i], island(i), StateInChunk(state, std::move(block))};
+        }
+      }
+    };
+    return {memory_, last - first, words * sizeof(std::uint64_t), fill};
+  }
+
+ private:
+  SharedMemory& memory_;
+  const BufferEntry& entry_;
+  SharedList<StoredBody>::Cursor older_, replaced_;
+  std::vector<PackedState> resting_;  // of the chunk, by place; empty: it moves
+};
+
+SharedList<StoredBody> stored_bodies(SharedMemory& memory, const BufferEntry& entry,
+                                     const StoredEntry& older, const StoredEntry& replaced) {
+  BodyChunks chunks(memory, entry, older, replaced);
+  return {memory,
+          entry.ids.size(),
+          [&](std::size_t i) { return entry.ids[i]; },
+          [&](const StoredBody& body, std::size_t i) { return chunks.is_at(body, i); },
+          [&](std::size_t first, std::size_t last) { return chunks.make(first, last); },
+          older.bodies,
+          replaced.bodies};
 }
 
 SharedList<StoredGhost> stored_ghosts(SharedMemory& memory, std::span<const Ghost> ghosts,
@@ -59,7 +115,7 @@ SharedList<StoredGhost> stored_ghosts(SharedMemory& memory, std::span<const Ghos
   return {memory, items, older};
 }
 
-void store_memo(SharedMemory& memory, const StepMemo& memo, const StoredEntry& older,
+void store_memo(SharedMemory& memory, StepMemo& memo, const StoredEntry& older,
                 const StoredEntry& replaced, StoredEntry& stored) {
   std::vector<StoredMigrant> migrants;
   for (const Migrant& migrant : memo.migrants)
@@ -67,7 +123,7 @@ void store_memo(SharedMemory& memory, const StepMemo& memo, const StoredEntry& o
                                            replaced.migrants.find(migrant.id))});
   stored.migrants = {memory, migrants, older.migrants};
   stored.ghosts = stored_ghosts(memory, memo.ghosts, older.ghosts, replaced.ghosts);
-  stored.tested = {memory, memo.tested, older.tested};
+  stored.tested = std::move(memo.tested);
   stored.border = {memory, memo.border, older.border};
 }
 
@@ -91,11 +147,6 @@ std::uint64_t whole_bytes(const std::vector<BodyState>& states) {
 }
 
 }  // namespace
-
-bool ListItem<StoredBody>::same(const StoredBody& a, const StoredBody& b) {
-  return a.id == b.id && a.island.label == b.island.label && a.island.bodies == b.island.bodies &&
-         a.state == b.state;
-}
 
 bool ListItem<StoredMigrant>::same(const StoredMigrant& a, const StoredMigrant& b) {
   return a.id == b.id && a.state == b.state;
@@ -136,7 +187,7 @@ StoredEntry store(SharedMemory& memory, BufferEntry& entry, const StoredEntry& o
   stored.memo_valid = entry.memo.valid;
   stored.rules = entry.rules;
   stored.differs = std::exchange(entry.differs, {});
-  stored.bodies = {memory, stored_bodies(memory, entry, older, replaced), older.bodies};
+  stored.bodies = stored_bodies(memory, entry, older, replaced);
   const std::uint64_t with_bodies = memory.taken_bytes;
   stored.islands = {memory, entry.islands, older.islands};
   if (entry.memo.valid) store_memo(memory, entry.memo, older, replaced, stored);
@@ -146,6 +197,7 @@ StoredEntry store(SharedMemory& memory, BufferEntry& entry, const StoredEntry& o
     stored.view = std::make_unique<ForeignView>(std::exchange(entry.view, {}));
   stored.solves = entry.solves;
   stored.frame_differs = entry.frame_differs;
+  stored.may_leave = entry.may_leave;
   stored.spent_ns = entry.spent_ns;
   if (entry.memo.valid) stored.touched = entry.memo.touched;
   counters.bodies_stored += entry.ids.size();

@@ -37,12 +37,14 @@ struct BufferEntry {
   std::vector<physics::BodyId> differs;
   // The same of who is there, of the gate, of the view and of the rules.
   bool frame_differs = false;
+  // False: step - 1 ended with the centres of all bodies in the territory that it had.
+  bool may_leave = true;
 };
 
 struct StoredBody {
   physics::BodyId id{};
   StepMemo::Membership island;  // 0 bodies if there is no memo
-  PackedState state;
+  StateInChunk state;
 };
 struct StoredMigrant {
   physics::BodyId id{};
@@ -58,7 +60,6 @@ struct StoredGhost {
 template <>
 struct ListItem<StoredBody> {
   static physics::BodyId key(const StoredBody& body) { return body.id; }
-  static bool same(const StoredBody& a, const StoredBody& b);
 };
 template <>
 struct ListItem<StoredMigrant> {
@@ -80,12 +81,6 @@ struct ListItem<physics::IslandReport> {
   static physics::BodyId key(const physics::IslandReport& report) { return report.label; }
   static bool same(const physics::IslandReport& a, const physics::IslandReport& b);
 };
-template <>
-struct ListItem<physics::ContactManifold> {
-  static physics::BodyId key(const physics::ContactManifold& manifold) { return manifold.a; }
-  static bool same(const physics::ContactManifold& a, const physics::ContactManifold& b);
-};
-
 // The same as a BufferEntry, sharing with an older one what is bit-equal in it.
 struct StoredEntry {
   std::int64_t step = -1;
@@ -104,11 +99,12 @@ struct StoredEntry {
   std::vector<physics::BodyId> touched;  // of the memo
   std::vector<physics::BodyId> differs;
   bool frame_differs = false;
+  bool may_leave = true;
 };
 
-// Stores `entry`, whose differs and view are moved. `older`, the entry before, and `replaced`, an
-// older version of the same entry, are where equal parts may be; either may be empty or not valid
-// any more. What it takes is added to `counters`.
+// Stores `entry`, whose differs, view and tested contacts are moved. `older`, the entry before, and
+// `replaced`, an older version of the same entry, are where equal parts may be; either may be empty
+// or not valid any more. What it takes is added to `counters`.
 StoredEntry store(SharedMemory& memory, BufferEntry& entry, const StoredEntry& older,
                   const StoredEntry& replaced, WorldCounters& counters);
 

@@ -179,6 +179,32 @@ std::int32_t clamped_cell(double offset_cells, std::int32_t cells) {
   return static_cast<std::int32_t>(offset_cells);
 }
 
+// Deeper cells need not be told apart: a body that spans more is rare.
+constexpr std::uint8_t kDeepest = 6;
+
+// Of each cell, the best value among it and its neighbours, diagonal ones included. What is best of
+// a cube is best of the best of its rows: one axis at a time.
+template <class T, class Best>
+std::vector<T> around(const Grid& grid, std::vector<T> values, Best best) {
+  std::vector<T> next(values.size());
+  std::size_t stride = 1;  // between neighbours along the axis
+  for (int axis = 2; axis >= 0; --axis) {
+    const auto length = static_cast<std::size_t>(grid.cells[axis]);
+    for (std::size_t row = 0; row < values.size(); row += length * stride) {
+      for (std::size_t k = 0; k < length; ++k) {
+        const std::size_t at = row + k * stride;
+        const std::size_t before = k == 0 ? at : at - stride;
+        const std::size_t after = k + 1 == length ? at : at + stride;
+        for (std::size_t i = 0; i < stride; ++i)
+          next[at + i] = best(values[at + i], best(values[before + i], values[after + i]));
+      }
+    }
+    std::swap(values, next);
+    stride *= length;
+  }
+  return values;
+}
+
 }  // namespace
 
 std::size_t Grid::cell_count() const {
@@ -200,22 +226,43 @@ std::size_t Grid::index_of_cell(const std::array<std::int32_t, 3>& cell) const {
 TerritoryMap::TerritoryMap(Grid grid, std::uint32_t worlds, std::vector<WorldId> owner_of_cell)
     : grid_(grid), worlds_(worlds), owner_of_cell_(std::move(owner_of_cell)) {
   if (worlds_ == 1) return;  // no borders, and nobody asks
-  is_border_.reserve(owner_of_cell_.size());
-  for (std::int32_t x = 0; x < grid_.cells[0]; ++x)
-    for (std::int32_t y = 0; y < grid_.cells[1]; ++y)
-      for (std::int32_t z = 0; z < grid_.cells[2]; ++z)
-        is_border_.push_back(touches_other_owner({x, y, z}));
+  const auto lower = [](auto a, auto b) { return std::min(a, b); };
+  const auto higher = [](auto a, auto b) { return std::max(a, b); };
+  const std::vector<WorldId> lowest = around(grid_, owner_of_cell_, lower);
+  const std::vector<WorldId> highest = around(grid_, owner_of_cell_, higher);
+  depth_.resize(owner_of_cell_.size());
+  for (std::size_t cell = 0; cell < depth_.size(); ++cell)
+    depth_[cell] = lowest[cell] == highest[cell] ? kDeepest : 0;
+  for (std::uint8_t reached = 1; reached < kDeepest; ++reached) {
+    const std::vector<std::uint8_t> next = around(grid_, depth_, lower);
+    for (std::size_t cell = 0; cell < depth_.size(); ++cell)
+      depth_[cell] = std::min<std::uint8_t>(depth_[cell], next[cell] + 1);
+  }
 }
 
-bool TerritoryMap::touches_other_owner(const std::array<std::int32_t, 3>& cell) const {
-  const WorldId owner = owner_of_cell_[grid_.index_of_cell(cell)];
-  const auto low = [&](int axis) { return std::max(cell[axis] - 1, 0); };
-  const auto high = [&](int axis) { return std::min(cell[axis] + 1, grid_.cells[axis] - 1); };
-  for (std::int32_t x = low(0); x <= high(0); ++x)
-    for (std::int32_t y = low(1); y <= high(1); ++y)
-      for (std::int32_t z = low(2); z <= high(2); ++z)
-        if (owner_of_cell_[grid_.index_of_cell({x, y, z})] != owner) return true;
-  return false;
+bool TerritoryMap::is_inland(const physics::Aabb& box, WorldId world, physics::Aabb& around) const {
+  const std::array<std::int32_t, 3> low = grid_.cell_of(box.min), high = grid_.cell_of(box.max);
+  const std::size_t cell = grid_.index_of_cell(low);
+  const std::int32_t depth = depth_[cell];
+  // Closer cells than the nearest one at the border have the owner of this one.
+  for (int axis = 0; axis < 3; ++axis)
+    if (high[axis] - low[axis] >= depth) return false;
+  if (owner_of_cell_[cell] != world) return false;
+  around = box;
+  physics::Aabb wide;
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::int32_t last = grid_.cells[axis] - 1;
+    const double size = grid_.cell_size_m, origin = grid_.origin_m[axis];
+    wide.min[axis] = origin + (std::max(low[axis] - depth + 1, 0) + 0.25) * size;
+    wide.max[axis] = origin + (std::min(low[axis] + depth - 1, last) + 0.75) * size;
+  }
+  // Cells grow with coordinates, so what lies between two points lies between their cells. Points
+  // far from the origin can be rounded out of the cell that was meant.
+  const std::array<std::int32_t, 3> first = grid_.cell_of(wide.min), end = grid_.cell_of(wide.max);
+  for (int axis = 0; axis < 3; ++axis)
+    if (first[axis] <= low[axis] - depth || end[axis] >= low[axis] + depth) return true;
+  around = wide;
+  return true;
 }
 
 bool TerritoryMap::border_cells_of(const physics::Aabb& box, WorldId world,
@@ -229,7 +276,7 @@ bool TerritoryMap::border_cells_of(const physics::Aabb& box, WorldId world,
       for (std::int32_t z = low[2]; z <= high[2]; ++z) {
         const std::size_t cell = row + static_cast<std::size_t>(z);
         if (owner_of_cell_[cell] != world) continue;
-        if (is_border_[cell])
+        if (depth_[cell] == 0)
           out.push_back(static_cast<std::uint32_t>(cell));
         else
           all = false;

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -14,6 +15,17 @@ namespace soda::models {
 
 enum class WorldId : std::uint32_t {};
 constexpr std::uint32_t index_of(WorldId id) { return static_cast<std::uint32_t>(id); }
+
+// A box that holds nothing.
+inline physics::Aabb nowhere() {
+  constexpr double kFar = std::numeric_limits<double>::infinity();
+  return {physics::Vec3::Constant(kFar), physics::Vec3::Constant(-kFar)};
+}
+inline bool contains(const physics::Aabb& outer, const physics::Aabb& inner) {
+  return outer.min.x() <= inner.min.x() && inner.max.x() <= outer.max.x() &&
+         outer.min.y() <= inner.min.y() && inner.max.y() <= outer.max.y() &&
+         outer.min.z() <= inner.min.z() && inner.max.z() <= outer.max.z();
+}
 
 // A box of cells x cells y cells z cubic cells. Cells are half-open; what lies outside the box
 // belongs to the nearest cell, so the grid covers all of space.
@@ -64,16 +76,20 @@ class TerritoryMap {
   // also overlaps a cell of the world that does not.
   bool border_cells_of(const physics::Aabb& box, WorldId world,
                        std::vector<std::uint32_t>& out) const;
+  // Whether `world` owns all cells that the box overlaps, and none of them lies at the border.
+  // False, too, for some boxes of many cells: it looks at one cell only. If true, any box inside
+  // `around` is inland, too: need not be asked for; else `around` is left as it is.
+  bool is_inland(const physics::Aabb& box, WorldId world, physics::Aabb& around) const;
   // This map after the transfers, in their order.
   TerritoryMap after(std::span<const CellTransfer> transfers) const;
 
  private:
-  bool touches_other_owner(const std::array<std::int32_t, 3>& cell) const;
-
   Grid grid_;
   std::uint32_t worlds_;
   std::vector<WorldId> owner_of_cell_;
-  std::vector<char> is_border_;  // by cell
+  // By cell: how many cells away the nearest one at the border is, diagonals count as one. 0: it
+  // lies at the border itself. Not counted beyond kDeepest.
+  std::vector<std::uint8_t> depth_;
 };
 
 // `body_positions_m`: initial centres, for k-means; `scene`: for kStatics, which without one gives

@@ -56,6 +56,11 @@ const ForeignView& TransformBuffer::view(std::int64_t step) const {
   return is_open(step) ? open_.view : view_of(slot(step));
 }
 
+bool TransformBuffer::may_leave(std::int64_t step) const {
+  require_held(step);
+  return is_open(step) ? open_.may_leave : slot(step).may_leave;
+}
+
 std::vector<physics::BodyId>& TransformBuffer::differs(std::int64_t step) {
   require_held(step);
   return is_open(step) ? open_.differs : slot(step).differs;
@@ -66,16 +71,18 @@ void TransformBuffer::take_bodies(std::vector<physics::BodyId>& ids,
   require(open_held_, "entry is not open", newest_, oldest_, newest_);
   std::swap(ids, open_.ids);
   std::swap(states, open_.states);
+  bodies_held_ = false;
 }
 
 void TransformBuffer::copy_bodies(std::int64_t step, std::vector<physics::BodyId>& ids,
                                   std::vector<physics::BodyState>& states,
                                   WorldCounters& counters) {
   require_held(step);
-  if (is_open(step)) {
-    store_newest(counters);
+  if (step == newest_ && bodies_held_) {
+    store_open(counters);
     std::swap(ids, open_.ids);
     std::swap(states, open_.states);
+    bodies_held_ = false;
   } else {
     load_bodies(slot(step), ids, states);
   }
@@ -140,7 +147,8 @@ const StoredEntry* TransformBuffer::stale_next() const {
 }
 
 // The slot still has the stale version of the entry, if there is one.
-void TransformBuffer::store_newest(WorldCounters& counters) {
+void TransformBuffer::store_open(WorldCounters& counters) {
+  if (!open_held_) return;
   const StoredEntry none;
   const bool has_older = newest_ > oldest_;
   StoredEntry& replaced = slot(newest_);
@@ -155,22 +163,28 @@ BufferEntry& TransformBuffer::append() {
           oldest_, newest_);
   open_.step = ++newest_;
   open_held_ = true;
+  bodies_held_ = true;
   return open_;
 }
 
 void TransformBuffer::truncate(std::int64_t step, WorldCounters& counters) {
   require_held(step);
   if (step == newest_) return;
-  if (open_held_) store_newest(counters);
+  store_open(counters);
   newest_stale_ = std::max(newest_stale_, newest_);
+  newest_is(step);
+}
+
+void TransformBuffer::newest_is(std::int64_t step) {
   newest_ = step;
+  bodies_held_ = false;
 }
 
 void TransformBuffer::put_back(std::int64_t step, WorldCounters& counters) {
   while (newest_ < std::min(step, newest_stale_)) {
     if (!newest_is_as_before()) return;
-    if (open_held_) store_newest(counters);
-    ++newest_;
+    store_open(counters);
+    newest_is(newest_ + 1);
   }
 }
 

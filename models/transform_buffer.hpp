@@ -11,9 +11,9 @@ namespace soda::models {
 // Entries of consecutive steps oldest .. newest, at most `capacity` of them. What a truncation
 // drops stays as *stale* entries after the newest, until they are written again.
 //
-// The newest entry is *open*, as it was written, until a step takes its bodies or it becomes
-// stale. Then it is stored, and shares with the entry before it, and with the stale one that it
-// takes the place of, what is bit-equal in them.
+// The newest entry is *open*, as it was written, until it is stored: when it is told to be, when a
+// step takes its bodies, or when it becomes stale. Stored, it shares with the entry before it, and
+// with the stale one that it takes the place of, what is bit-equal in them.
 class TransformBuffer {
  public:
   // Holds `initial` as its only entry. `capacity` >= 2.
@@ -30,13 +30,16 @@ class TransformBuffer {
   const Rules& rules(std::int64_t step) const;
   const Gate& gate(std::int64_t step) const;
   const ForeignView& view(std::int64_t step) const;
+  bool may_leave(std::int64_t step) const;
   std::vector<physics::BodyId>& differs(std::int64_t step);
   bool& frame_differs(std::int64_t step);
   // Overwrites `ids` and `states` with the bodies of the newest entry, which must be open; its own
   // are void then. For a world that never goes back.
   void take_bodies(std::vector<physics::BodyId>& ids, std::vector<physics::BodyState>& states);
-  // Overwrites them with those of entry `step`, which is stored if it is open. What that takes is
-  // added to `counters`.
+  // Stores the newest entry, if it is open. What that takes is added to `counters`. The bodies as
+  // they were written are kept for copy_bodies().
+  void store_open(WorldCounters& counters);
+  // Overwrites them with those of entry `step`, which is stored if it is open; counted, too.
   void copy_bodies(std::int64_t step, std::vector<physics::BodyId>& ids,
                    std::vector<physics::BodyState>& states, WorldCounters& counters);
   // The entry, if it is open, or if it is stored; else null.
@@ -71,7 +74,8 @@ class TransformBuffer {
   // Drops entries before `step`, but never the newest.
   void forget(std::int64_t step);
 
-  // Of all that is stored.
+  // Of all that is stored, and of what is to be.
+  SharedMemory& memory() { return memory_; }
   const SharedMemory& memory() const { return memory_; }
 
  private:
@@ -79,12 +83,13 @@ class TransformBuffer {
   const StoredEntry& slot(std::int64_t step) const;
   bool is_open(std::int64_t step) const { return open_held_ && step == newest_; }
   void require_held(std::int64_t step) const;
-  void store_newest(WorldCounters& counters);
+  void newest_is(std::int64_t step);
 
   SharedMemory memory_;  // before what takes from it
   std::vector<StoredEntry> ring_;
   BufferEntry open_;  // entry newest_ if open_held_
   bool open_held_ = true;
+  bool bodies_held_ = true;  // open_ has the bodies of entry newest_, be it stored or not
   std::int64_t oldest_, newest_;
   std::int64_t newest_stale_;  // entries newest_ + 1 .. newest_stale_ are stale
 };

@@ -100,7 +100,7 @@ void World::begin(std::int64_t step, Bag bag) {
   } else {
     buffer_.take_bodies(ids_, states_);
   }
-  if (divided()) drop_foreign(*rules_.map, id_, ids_, states_);
+  if (divided() && buffer_.may_leave(step)) drop_foreign(*rules_.map, id_, ids_, states_);
   std::vector<Migrant> migrants;
   std::vector<CellTransfer> transfers;
   if (around_.gating) next_gate_.migrants = gate_.left_to;
@@ -146,10 +146,13 @@ void World::detect(std::int64_t step, kernel::Outbox& outbox) {
   for (const WorldId expecting : expected_.ghosts_to) ghosts[expecting];
   for (const WorldId expecting : owed_) ghosts[expecting];
   std::vector<WorldId> owners;
+  std::vector<std::uint32_t> cells;
   memo_.border.clear();
   for (std::size_t i = 0; i < ids_.size(); ++i) {
+    if (is_inland(i, scratch_.boxes[i])) continue;
     rules_.map->owners_of(scratch_.boxes[i], owners);
-    if (remembers()) index_border_body(*rules_.map, id_, ids_[i], scratch_.boxes[i], memo_.border);
+    if (remembers())
+      index_border_body(*rules_.map, id_, ids_[i], scratch_.boxes[i], cells, memo_.border);
     for (const WorldId owner : owners) {
       if (owner != id_) ghosts[owner].push_back({ids_[i], id_, scratch_.boxes[i], states_[i]});
     }
@@ -162,6 +165,14 @@ void World::detect(std::int64_t step, kernel::Outbox& outbox) {
     send(owner, time_of(step, Phase::kBorderTraversal), MessageKind::kGhosts, encode_ghosts(bodies),
          outbox);
   }
+}
+
+// Of a box of own body number `own`. Most bodies are where they were.
+bool World::is_inland(std::size_t own, const physics::Aabb& box) {
+  if (inland_of_ != rules_.map) inland_.clear();
+  inland_of_ = rules_.map;
+  if (inland_.size() < ids_.size()) inland_.resize(ids_.size(), nowhere());
+  return contains(inland_[own], box) || rules_.map->is_inland(box, id_, inland_[own]);
 }
 
 void World::border_traversal(std::int64_t step, Bag bag) {
@@ -179,7 +190,7 @@ void World::pairs(std::int64_t step, kernel::Outbox& outbox) {
   next_ = after_round(step, next_round(gate_, expected_, 0));
   if (ghosts_.empty() && expected_.fragments_to.empty() && !repetition_.can_take()) {
     physics::find_contacts(*rules_.scene, around_.geometry, ids_, states_, scratch_, stages_);
-    if (remembers()) remember_contacts({});
+    if (remembers()) remember_contacts(step, {});
     if (audits()) audit_contacts(step, {});
     return;
   }
@@ -188,19 +199,27 @@ void World::pairs(std::int64_t step, kernel::Outbox& outbox) {
       find_border_contacts(*rules_.scene, around_.geometry, *rules_.map, id_, ids_, states_,
                            scratch_.boxes, ghosts_, repetition_, stages_);
   scratch_.manifolds = std::move(contacts.manifolds);
-  if (remembers()) remember_contacts(contacts.for_others);
+  if (remembers()) remember_contacts(step, contacts.for_others);
   merge_.nodes = std::move(contacts.foreign);
   if (audits()) audit_contacts(step, contacts.fragments);
   send_fragments(step, std::move(contacts.fragments), outbox);
   if (!merge_.nodes.empty()) next_ = time_of(step, Phase::kSync);
 }
 
-void World::remember_contacts(std::span<const ContactManifold> for_others) {
+// Before the merge rounds add contacts that others have tested.
+void World::remember_contacts(std::int64_t step, std::span<const ContactManifold> for_others) {
   memo_.ghosts = ghosts_;
-  memo_.tested = scratch_.manifolds;
-  if (for_others.empty()) return;
-  memo_.tested.insert(memo_.tested.end(), for_others.begin(), for_others.end());
-  std::sort(memo_.tested.begin(), memo_.tested.end(), canonical_before);
+  std::vector<ContactManifold> merged;
+  std::span<const ContactManifold> tested = scratch_.manifolds;
+  if (!for_others.empty()) {
+    merged.assign(tested.begin(), tested.end());
+    merged.insert(merged.end(), for_others.begin(), for_others.end());
+    std::sort(merged.begin(), merged.end(), canonical_before);
+    tested = merged;
+  }
+  const std::uint64_t before = buffer_.memory().taken_bytes;
+  memo_.tested = {buffer_.memory(), tested, buffer_.stored(step)->tested};
+  counters_.memo_bytes_stored += buffer_.memory().taken_bytes - before;
 }
 
 void World::send(WorldId to, kernel::VirtualTime when, MessageKind kind, kernel::Payload payload,

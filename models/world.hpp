@@ -106,6 +106,7 @@ class World final : public kernel::LogicalProcess {
   void finish(std::int64_t step, kernel::Outbox& outbox);
 
   bool divided() const { return rules_.map->worlds() > 1; }
+  bool is_inland(std::size_t own, const physics::Aabb& box);
   kernel::VirtualTime after_round(std::int64_t step, std::uint32_t next) const;
   bool has_changed(const Fragment& fragment) const;
   void take_in_fragment(WorldId from, const Fragment& fragment);
@@ -122,18 +123,18 @@ class World final : public kernel::LogicalProcess {
   void note_owners(std::size_t island, const KnownBodies& known);
   void advance_own_island();
   void advance_mixed_island(std::int64_t step, bool reports);
-  void advance_free_body(physics::BodyId id, physics::BodyState& state);
+  void advance_free_body(std::size_t place, physics::BodyState& state);
   void start_warm();
   void count_repetition(bool taken, std::size_t bodies);
-  void remember_island(std::span<const physics::BodyId> bodies, bool mixed);
-  void remember_contacts(std::span<const physics::ContactManifold> for_others);
-  void write_entry(std::int64_t step, kernel::Outbox& outbox);
+  void remember_island(std::size_t island, const KnownBodies& known, bool mixed);
+  void remember_contacts(std::int64_t step, std::span<const physics::ContactManifold> for_others);
+  void write_entry(std::int64_t step, bool somebody_leaves, kernel::Outbox& outbox);
   std::int64_t spent_since_last_entry();
   void tell_newest() const {
     if (around_.entries != nullptr) around_.entries->on_newest(id_, buffer_.newest());
   }
   void report_faults(kernel::Outbox& outbox) const;
-  void send_migrants(std::int64_t step, kernel::Outbox& outbox);
+  bool send_migrants(std::int64_t step, kernel::Outbox& outbox);
   void send(WorldId to, kernel::VirtualTime when, MessageKind kind, kernel::Payload payload,
             kernel::Outbox& outbox);
 
@@ -160,6 +161,10 @@ class World final : public kernel::LogicalProcess {
   physics::StepScratch scratch_;
   physics::StepReport report_;
   BufferEntry committed_;  // memory only
+  // Of this map, boxes that are inland: by own body, the one where it was found last. Any other
+  // order, or none, would do: what is inland does not depend on whose box it is.
+  std::shared_ptr<const TerritoryMap> inland_of_;
+  std::vector<physics::Aabb> inland_;
 
   physics::StageCounters stages_;
   WorldCounters counters_;

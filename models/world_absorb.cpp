@@ -14,10 +14,17 @@ using physics::BodyId;
 using physics::BodyState;
 using BorderBody = StepMemo::BorderBody;
 
-std::optional<BodyState> unpacked(const PackedState& state) {
+template <class Packed>
+std::optional<BodyState> unpacked(const Packed& state) {
   std::optional<BodyState> result(std::in_place);
   state.unpack(*result);
   return result;
+}
+
+bool has_contact(const SharedList<physics::ContactManifold>& tested, BodyId id) {
+  bool found = tested.find(id) != nullptr;
+  if (!found) tested.for_each([&found, id](const auto& m) { found = found || m.b == id; });
+  return found;
 }
 
 // Of a step whose memo is open. `start`, the entry that it began from, is stored: its bodies were
@@ -36,9 +43,7 @@ void look_into(const StepMemo& memo, const StoredEntry& start, ExecutedStep& ste
     return {found.begin(), found.end()};
   };
   step.contacts = memo.tested.size();
-  step.has_contact = [&memo](BodyId id) {
-    return std::ranges::any_of(memo.tested, [id](const auto& m) { return m.a == id || m.b == id; });
-  };
+  step.has_contact = [&memo](BodyId id) { return has_contact(memo.tested, id); };
 }
 
 // Of a step that wrote `end`; `ghosts` are its, and must last.
@@ -53,11 +58,7 @@ void look_into(const StoredEntry& end, std::span<const Ghost> ghosts, const Stor
   };
   step.border_bodies = [&end](std::uint32_t cell) { return end.border.range(cell); };
   step.contacts = end.tested.size();
-  step.has_contact = [&end](BodyId id) {
-    bool found = end.tested.find(id) != nullptr;
-    if (!found) end.tested.for_each([&found, id](const auto& m) { found = found || m.b == id; });
-    return found;
-  };
+  step.has_contact = [&end](BodyId id) { return has_contact(end.tested, id); };
 }
 
 }  // namespace

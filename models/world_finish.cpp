@@ -21,14 +21,14 @@ void World::finish(std::int64_t step, kernel::Outbox& outbox) {
     advance_known_islands(step);
   }
   report_faults(outbox);
-  if (divided()) send_migrants(step, outbox);
+  const bool somebody_leaves = divided() && send_migrants(step, outbox);
   if (!keeps_history_) buffer_.forget(step);
-  write_entry(step, outbox);
+  write_entry(step, somebody_leaves, outbox);
   tell_newest();
   next_ = time_of(step + 1, Phase::kBegin);
 }
 
-void World::write_entry(std::int64_t step, kernel::Outbox& outbox) {
+void World::write_entry(std::int64_t step, bool somebody_leaves, kernel::Outbox& outbox) {
   std::vector<BodyId> differs = repetition_.differences(ids_, states_);
   for (const WorldId partner : concerned(next_gate_, id_, differs))
     outbox.withdraw(kernel::LpId{index_of(partner)});
@@ -52,7 +52,10 @@ void World::write_entry(std::int64_t step, kernel::Outbox& outbox) {
   std::swap(entry.gate, next_gate_);
   std::swap(entry.view, next_view_);
   entry.rules = rules_;
+  entry.may_leave = somebody_leaves;
   std::swap(entry.differs, differs);
+  // Now, while the states are in the cache: before the next step others are executed.
+  if (keeps_history_) buffer_.store_open(counters_);
 }
 
 std::int64_t World::spent_since_last_entry() {
@@ -67,19 +70,24 @@ std::int64_t World::spent_since_last_entry() {
 // island in canonical order and keeps its own bodies: same bits, no message back.
 void World::advance_known_islands(std::int64_t step) {
   const KnownBodies known = known_bodies(ids_, id_, merge_);
-  std::vector<BodyState> states;
-  states.reserve(known.ids.size());
-  for (const std::int32_t place : known.place) {
-    states.push_back(place >= 0 ? std::move(states_[place]) : merge_.nodes[-1 - place].state);
+  const bool only_own = merge_.nodes.empty();
+  std::vector<BodyState> with_foreign;
+  if (!only_own) {
+    with_foreign.reserve(known.ids.size());
+    for (const std::int32_t place : known.place)
+      with_foreign.push_back(place >= 0 ? std::move(states_[place])
+                                        : merge_.nodes[-1 - place].state);
   }
+  const std::span<BodyState> states = only_own ? states_ : with_foreign;
   physics::build_islands(known.ids, scratch_.manifolds, scratch_.islands);
   memo_.islands.assign(remembers() ? ids_.size() : 0, {});
   for (std::size_t island = 0; island < scratch_.islands.count(); ++island)
     advance_island(step, island, known, states);
   note_known(known, states);
   for (const std::uint32_t body : scratch_.islands.free_bodies)
-    if (known.place[body] >= 0) advance_free_body(known.ids[body], states[body]);
-  for (std::size_t body = 0; body < known.ids.size(); ++body) {
+    if (known.place[body] >= 0)
+      advance_free_body(static_cast<std::size_t>(known.place[body]), states[body]);
+  for (std::size_t body = 0; !only_own && body < known.ids.size(); ++body) {
     if (known.place[body] >= 0) states_[known.place[body]] = std::move(states[body]);
   }
 }
@@ -101,7 +109,7 @@ void World::advance_island(std::int64_t step, std::size_t island, const KnownBod
     advance_mixed_island(step, is_own(*first));
   else
     advance_own_island();
-  if (remembers()) remember_island(scratch_.island_ids, mixed);
+  if (remembers()) remember_island(island, known, mixed);
   physics::scatter_island(island, states, scratch_);
 }
 
@@ -132,11 +140,13 @@ void World::advance_own_island() {
   count_repetition(taken, scratch_.island_ids.size());
 }
 
-void World::advance_free_body(BodyId id, BodyState& state) {
+// `place`: among the own bodies.
+void World::advance_free_body(std::size_t place, BodyState& state) {
+  const BodyId id = ids_[place];
   const bool taken = repetition_.take_island({&id, 1}, {&state, 1}, nullptr);
   if (!taken) physics::advance_free_body(*rules_.scene, id, state, stages_, report_.faults);
   count_repetition(taken, 1);
-  if (remembers()) remember_island({&id, 1}, false);
+  if (remembers()) memo_.islands[place] = {id, 1};
 }
 
 void World::count_repetition(bool taken, std::size_t bodies) {
@@ -145,12 +155,13 @@ void World::count_repetition(bool taken, std::size_t bodies) {
   (taken ? counters_.bodies_taken : counters_.bodies_repeated) += bodies;
 }
 
-void World::remember_island(std::span<const BodyId> bodies, bool mixed) {
-  const auto count = static_cast<std::uint32_t>(mixed ? 0 : bodies.size());
-  for (const BodyId id : bodies) {
-    const auto place = std::lower_bound(ids_.begin(), ids_.end(), id);
-    if (place != ids_.end() && *place == id)
-      memo_.islands[static_cast<std::size_t>(place - ids_.begin())] = {bodies.front(), count};
+void World::remember_island(std::size_t island, const KnownBodies& known, bool mixed) {
+  const physics::Islands& islands = scratch_.islands;
+  const std::uint32_t first = islands.body_begin[island], last = islands.body_begin[island + 1];
+  const StepMemo::Membership membership{known.ids[islands.bodies[first]], mixed ? 0 : last - first};
+  for (std::uint32_t i = first; i < last; ++i) {
+    const std::int32_t place = known.place[islands.bodies[i]];
+    if (place >= 0) memo_.islands[static_cast<std::size_t>(place)] = membership;
   }
 }
 
@@ -193,9 +204,11 @@ void World::report_faults(kernel::Outbox& outbox) const {
   if (lowest != nullptr) outbox.fault({physics::index_of(lowest->body), lowest->what});
 }
 
-void World::send_migrants(std::int64_t step, kernel::Outbox& outbox) {
+// Whether there are any.
+bool World::send_migrants(std::int64_t step, kernel::Outbox& outbox) {
   std::map<WorldId, std::vector<Migrant>> leaving;
   for (std::size_t i = 0; i < ids_.size(); ++i) {
+    if (is_inland(i, {states_[i].position_m, states_[i].position_m})) continue;
     const WorldId owner = rules_.map->owner_at(states_[i].position_m);
     if (owner == id_) continue;
     leaving[owner].push_back({ids_[i], states_[i]});
@@ -203,6 +216,7 @@ void World::send_migrants(std::int64_t step, kernel::Outbox& outbox) {
     add_world(owner, next_view_.sent_to);
     next_view_.known.push_back({ids_[i], owner, states_[i]});
   }
+  const bool somebody_leaves = !leaving.empty();
   if (around_.gating) {
     for (const auto& [owner, migrants] : leaving) next_gate_.left_to.push_back(owner);
     for (const WorldId expecting : next_gate_.migrants) leaving[expecting];
@@ -212,6 +226,7 @@ void World::send_migrants(std::int64_t step, kernel::Outbox& outbox) {
     send(owner, time_of(step + 1, Phase::kBegin), MessageKind::kMigrants, encode_migrants(migrants),
          outbox);
   }
+  return somebody_leaves;
 }
 
 }  // namespace soda::models

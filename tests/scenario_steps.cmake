@@ -17,6 +17,7 @@ set(steps_of_spheres-frictionless 20)
 set(steps_of_third-world 60)
 set(steps_of_twelve-worlds 30)
 set(steps_of_twelve-worlds-blocks 30)
+set(steps_of_twelve-worlds-piles 3)
 set(steps_of_user-input 48)
 
 file(GLOB library_scenarios CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/scenarios/library/*.json)

@@ -6,7 +6,7 @@ cd "$(dirname "$0")/../.."
 for file in scenarios/library/*.json; do
   name=$(basename "$file" .json)
   case $name in
-    bin-1000 | pyramid | sparse-10000) steps=6 ;; # minutes at -O0 otherwise
+    bin-1000 | pyramid | sparse-10000 | twelve-worlds-piles) steps=6 ;; # minutes at -O0 otherwise
     *) steps=40 ;;
   esac
   digest=$(build/release/soda run "$file" --executor sequential --worlds 1 --steps $steps --json --quiet |

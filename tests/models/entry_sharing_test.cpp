@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "models/simulation.hpp"
+#include "models/stored_entry.hpp"
 #include "physics/measures.hpp"
 #include "tests/support/scenes.hpp"
 
@@ -81,6 +82,37 @@ TEST(EntrySharing, RollbacksThroughSharedEntriesGiveTheBitsOfTheSequentialRun) {
     EXPECT_LT(share_taken(shared.worlds), 0.3);
   }
   EXPECT_EQ(plain.worlds.entries_stored, 0u) << "one world cannot go back";
+}
+
+// Every fourth body moves, so hardly a chunk rests. What rests is taken once more, when it is found
+// to, and from then on not at all; nor does it keep what moved with it.
+TEST(EntrySharing, ABodyThatRestsAmongOthersThatMoveIsCopiedOnce) {
+  constexpr std::size_t kBodies = 400, kImpulses = 8, kStateBytes = 104 + 48 * kImpulses;
+  SharedMemory memory;
+  WorldCounters counters;
+  StoredEntry older;
+  std::vector<std::uint64_t> taken;
+  for (int step = 0; step < 6; ++step) {
+    BufferEntry entry;
+    for (std::uint32_t id = 0; id < kBodies; ++id) {
+      entry.ids.push_back(physics::BodyId{id});
+      entry.states.emplace_back();
+      entry.states.back().position_m = Vec3(id, id % 4 == 0 ? 0.1 * step : 0.0, 0);
+      entry.states.back().impulses.resize(kImpulses);
+    }
+    const std::uint64_t before = memory.taken_bytes;
+    older = store(memory, entry, older, {}, counters);
+    taken.push_back(memory.taken_bytes - before);
+    std::vector<physics::BodyId> ids;
+    std::vector<physics::BodyState> states;
+    load_bodies(older, ids, states);
+    ASSERT_EQ(physics::digest(ids, states), physics::digest(entry.ids, entry.states)) << step;
+  }
+  const std::uint64_t moving = kBodies / 4 * kStateBytes, items = kBodies * sizeof(StoredBody);
+  EXPECT_GT(taken[0], kBodies * kStateBytes);
+  EXPECT_LT(taken[2], 5 * (moving + items) / 4);
+  EXPECT_EQ(taken[5], taken[2]);
+  EXPECT_LT(memory.live_bytes, taken[0] + kBodies * 48) << "old chunks are gone";
 }
 
 }  // namespace

@@ -16,8 +16,8 @@ using physics::Vec3;
 
 // What a step left of two bodies in contact (ids 1 and 3), a free one (5) and a mixed island (7).
 struct Stale {
-  BufferEntry entry;
   SharedMemory memory;
+  BufferEntry entry;
   StoredEntry kept;
   // As it is now, until the next call.
   const StoredEntry* stored() {
@@ -39,7 +39,7 @@ struct Stale {
     contact.a = BodyId{1};
     contact.b = BodyId{3};
     contact.count = 1;
-    entry.memo.tested = {contact};
+    entry.memo.tested = {memory, {&contact, 1}, {}};
     entry.islands.emplace_back();
     entry.islands.back().label = BodyId{1};
     entry.islands.back().contact_points = 1;

@@ -110,5 +110,40 @@ TEST(TerritoryMap, OwnersOfABoxAreThoseOfAllItsPoints) {
   }
 }
 
+// What is said of a box by one look agrees with what is said by looking at all its cells, and most
+// small boxes need no more than that look.
+TEST(TerritoryMap, InlandBoxesCoverNoBorderCellAndNobodyElses) {
+  test::Choices choices(11);
+  std::vector<WorldId> owners;
+  std::vector<std::uint32_t> cells;
+  std::size_t inland = 0, only_inner_cells = 0;
+  for (int trial = 0; trial < 200; ++trial) {
+    const Grid grid{Vec3::Zero(), 1.0, {24, 20, 12}};
+    std::vector<Vec3> positions;
+    for (int i = 0; i < 12; ++i) positions.push_back(choices.vector(0, 20));
+    const MapKind kind = trial % 2 == 0 ? MapKind::kBlocks : MapKind::kKMeans;
+    const TerritoryMap map = make_territory_map({grid, 4, kind, 1}, positions);
+    for (int i = 0; i < 50; ++i) {
+      const Vec3 low = choices.vector(-3, 25);
+      const physics::Aabb box{low, low + choices.vector(0, i % 10 == 0 ? 9 : 2)};
+      const WorldId world{static_cast<std::uint32_t>(choices.below(4))};
+      map.owners_of(box, owners);
+      const bool own = map.border_cells_of(box, world, cells) || cells.empty();
+      const bool inner = own && cells.empty() && owners == std::vector{world};
+      only_inner_cells += inner;
+      physics::Aabb around = nowhere();
+      if (!map.is_inland(box, world, around)) continue;
+      ++inland;
+      EXPECT_TRUE(inner) << trial << " " << i;
+      map.owners_of(around, owners);
+      EXPECT_EQ(owners, std::vector{world});
+      EXPECT_FALSE(map.border_cells_of(around, world, cells));
+      EXPECT_TRUE(cells.empty());
+    }
+  }
+  EXPECT_GT(inland, only_inner_cells * 3 / 4);
+  EXPECT_GT(only_inner_cells, 1000u);
+}
+
 }  // namespace
 }  // namespace soda::models

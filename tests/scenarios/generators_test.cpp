@@ -170,6 +170,7 @@ TEST(LibraryStates, AreTheStoredBits) {
       {"third-world", 0x471b561d07ea46d9u},
       {"twelve-worlds", 0x807207d07af09eaeu},
       {"twelve-worlds-blocks", 0x807207d07af09eaeu},
+      {"twelve-worlds-piles", 0xd0d773fa24f9ed24u},
       {"user-input", 0x4c97f3a4aadcab4fu},
   };
   for (const auto& file : library_files()) {

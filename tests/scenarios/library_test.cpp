@@ -10,7 +10,7 @@ TEST(Library, HoldsTheScenesThatOtherTestsRelyOn) {
        {"big-body", "bin-1000", "border-stack", "crowd", "detection-only", "eight-corner",
         "factory-line", "fast-crosser", "five-worlds-chain", "mixed-shapes", "pyramid",
         "rope-bridge", "sparse-10000", "spheres-frictionless", "third-world", "twelve-worlds",
-        "twelve-worlds-blocks", "user-input"}) {
+        "twelve-worlds-blocks", "twelve-worlds-piles", "user-input"}) {
     EXPECT_TRUE(std::filesystem::exists(library_folder() / (std::string(name) + ".json"))) << name;
   }
 }
