@@ -38,6 +38,7 @@ struct Surroundings {
   const RunOptions& options;
   LoadSampling sampling;
   LoadSink* loads;
+  std::span<const std::uint32_t> processors;  // of worlds; outlives them
 };
 
 bool is_root(const RunOptions& options) {
@@ -64,6 +65,13 @@ std::vector<std::uint32_t> processors_of(const RunOptions& options, std::uint32_
   for (std::uint32_t world = 0; world < worlds; ++world)
     of_world[world] = static_cast<std::uint32_t>(partition.owner_of(kernel::LpId{world}));
   return of_world;
+}
+
+bool splits_islands(const RunOptions& options) {
+  return options.split_islands && options.gating && options.ghosts == GhostMode::kTold &&
+         options.rollback != RollbackMode::kWarm &&
+         options.executor != ExecutorKind::kSequential &&
+         options.synchronisation == kernel::Synchronisation::kOptimistic;
 }
 
 // Null if territories stay as they are; one world has nobody to give to.
@@ -106,6 +114,8 @@ Worlds build_worlds(const Surroundings& around, const Rules& rules,
                           .commits = around.commits,
                           .rollback = options.rollback,
                           .gating = options.gating,
+                          .processors = splits_islands(options) ? around.processors
+                                                                : std::span<const std::uint32_t>{},
                           .ghosts = options.ghosts,
                           .audits = options.executor == ExecutorKind::kVirtual ||
                                     options.ghosts != GhostMode::kTold,
@@ -248,6 +258,8 @@ WorldCounters& operator+=(WorldCounters& sum, const WorldCounters& more) {
   sum.migrations += more.migrations;
   sum.mixed_islands += more.mixed_islands;
   sum.islands_reused += more.islands_reused;
+  sum.islands_split += more.islands_split;
+  sum.splits_given_up += more.splits_given_up;
   sum.solves_committed += more.solves_committed;
   sum.entries_saved += more.entries_saved;
   sum.bytes_sent += more.bytes_sent;
@@ -308,8 +320,10 @@ SimulationResult simulate(const physics::SceneDescription& scene,
   const std::unique_ptr<Balancing> balancing = make_balancing(options, rules.map);
   if (balancing && is_root(options)) options.outsides.push_back(balancing.get());
   LoadSink* const loads = is_root(options) ? static_cast<LoadSink*>(balancing.get()) : &relay;
+  const std::vector<std::uint32_t> processors = processors_of(options, map.worlds());
   const Worlds worlds = build_worlds({geometry, shares, scenes, maps, commits, options,
-                                      balancing ? balancing->sampling() : LoadSampling{}, loads},
+                                      balancing ? balancing->sampling() : LoadSampling{}, loads,
+                                      processors},
                                      rules, initial, own_worlds(options, map.worlds()));
 
   SimulationResult result;

@@ -1,0 +1,47 @@
+// Who solves which blocks of a giant island that spans several worlds.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "models/territory.hpp"
+#include "physics/island_blocks.hpp"
+#include "physics/scene.hpp"
+
+namespace soda::models {
+
+// Blocks [first, last) are solved by the world.
+struct SolverRange {
+  WorldId world{};
+  std::uint32_t first = 0, last = 0;
+};
+
+struct SplitPlan {
+  physics::IslandBlocks blocks;
+  std::vector<SolverRange> solvers;  // two or more, along the chain of blocks
+};
+
+// One solver for each processor that has bodies of the island (the lowest of its worlds that has
+// one), as long as there are blocks; ranges of about equal work, along the chain in the order in
+// which the processors' bodies lie. None if there would be one solver only, or if something may
+// bounce: whether it does is known of the whole island only.
+//
+// `owners[i]` owns ids[i], `processors[w]` drives world w. All worlds that know the island alike
+// make the same plan. It changes who works, not what comes out.
+std::optional<SplitPlan> plan_split(const physics::SceneDescription& scene,
+                                    std::span<const physics::BodyId> ids,
+                                    std::span<const WorldId> owners,
+                                    std::span<const physics::ContactManifold> manifolds,
+                                    std::span<const std::uint32_t> processors);
+
+// Ranges of a chain of blocks, at most `solvers` of them and at least one: the largest range is as
+// small as can be. `inside[i]` is the work of block i, `borders[i]` that of its border with the
+// next one, which both ranges do if it lies between them.
+std::vector<SolverRange> divide_chain(std::span<const std::uint64_t> inside,
+                                      std::span<const std::uint64_t> borders,
+                                      std::uint32_t solvers);
+
+}  // namespace soda::models
