@@ -52,7 +52,7 @@ Island largest_island(World& world) {
 
 Island settled_trough() {
   World world = trough(30);
-  world.run(40);
+  world.run(12);
   return largest_island(world);
 }
 
@@ -89,7 +89,8 @@ TEST(GiantIslands, BlocksAreAChainAndNoBodyLiesAtTwoBorders) {
     for (const std::uint32_t m : blocks.inside[c].manifolds) {
       const ContactManifold& manifold = island.manifolds[m];
       EXPECT_EQ(block_of(island, blocks, manifold.a), c);
-      if (!is_static(manifold.b)) EXPECT_EQ(block_of(island, blocks, manifold.b), c);
+      const BodyId other = is_static(manifold.b) ? manifold.a : manifold.b;
+      EXPECT_EQ(block_of(island, blocks, other), c);
       ++contacts;
     }
   }
@@ -147,8 +148,9 @@ void solve_together(const Island& island, const IslandBlocks& blocks, const Scen
       upper.push_back(solver.at_upper());
     }
     for (std::size_t i = solvers.size(); i-- > 0;) {
-      if (i > 0) ASSERT_TRUE(solvers[i].take_lower(upper[i - 1]));
-      if (i + 1 < solvers.size()) ASSERT_TRUE(solvers[i].take_upper(lower[i + 1]));
+      const bool takes_lower = i == 0 || solvers[i].take_lower(upper[i - 1]);
+      const bool takes_upper = i + 1 == solvers.size() || solvers[i].take_upper(lower[i + 1]);
+      ASSERT_TRUE(takes_lower && takes_upper);
       solvers[i].solve_borders(stage, counters);
     }
   }
@@ -174,8 +176,8 @@ TEST(GiantIslands, AnyDivisionOfTheBlocksAmongSolversHasTheBitsOfOneSolver) {
   ASSERT_GE(count, 4u);
   std::vector<BodyState> alone = island.states;
   std::vector<AdvanceFault> faults;
-  const IslandReport whole = advance_island(world.scene, island.ids, island.manifolds, alone,
-                                            world.counters, faults);
+  const IslandReport whole =
+      advance_island(world.scene, island.ids, island.manifolds, alone, world.counters, faults);
   std::mt19937 random(7);
   for (int trial = 0; trial < 6; ++trial) {
     std::vector<std::uint32_t> ends{0, count};
@@ -196,15 +198,24 @@ struct Quality {
   double residual_m_s = 0.0, penetration_m = 0.0, kinetic_joule = 0.0;
 };
 
-// Means over the last steps of a pile that is solved as one block, or in blocks.
-Quality quality_of(bool in_blocks, double jitter_m) {
-  World world = trough(30);
-  for (std::size_t i = 0; i < world.states.size(); ++i)
-    world.states[i].position_m.x() += jitter_m * static_cast<double>(i * 7 % 11);
+World pyramid(std::uint64_t seed) {
+  World world = test::under_gravity();
+  world.add_floor();
+  const std::uint32_t box = world.add_shape(Box{});
+  std::mt19937_64 random(seed);
+  const auto off = [&random] { return 0.01 * (static_cast<double>(random() % 1000) / 1000 - 0.5); };
+  for (int row = 0; row < 15; ++row)
+    for (int i = 0; i < 15 - row; ++i)
+      world.add_body(box, Vec3(i * 1.02 + row * 0.51 + off(), off(), 0.5 + row));
+  return world;
+}
+
+// Means over the last steps of a pile whose largest island is solved as one block, or in blocks.
+Quality quality_of(bool in_blocks, World world) {
+  constexpr int kSteps = 90, kSettled = 45;
   Quality sum;
-  for (int step = 0; step < 120; ++step) {
-    Island island = largest_island(world);
-    // The rest of the world, too, so that nothing stands still.
+  for (int step = 0; step < kSteps; ++step) {
+    const Island island = largest_island(world);
     const IslandBlocks blocks =
         in_blocks ? split_island(island.ids, island.manifolds) : one_block(island);
     std::vector<BodyState> states = island.states;
@@ -212,35 +223,32 @@ Quality quality_of(bool in_blocks, double jitter_m) {
     std::vector<AdvanceFault> faults;
     advance_blocks({world.scene, island.ids, island.manifolds, island.states, blocks}, states,
                    report, world.counters, faults);
-    world.run(1);
+    world.run(1);  // all others
     for (std::size_t i = 0; i < island.ids.size(); ++i)
       world.states[index_of(island.ids[i])] = states[i];
-    if (step < 60) continue;
-    sum.residual_m_s += report.constraint_residual_m_s / 60;
+    if (step < kSettled) continue;
+    sum.residual_m_s += report.constraint_residual_m_s / (kSteps - kSettled);
     sum.penetration_m = std::max(sum.penetration_m, report.max_penetration_m);
-    sum.kinetic_joule += world.mechanics().kinetic_energy_joule / 60;
+    sum.kinetic_joule += world.mechanics().kinetic_energy_joule / (kSteps - kSettled);
   }
   return sum;
 }
 
-TEST(GiantIslands, BlocksSolveAPileAsWellAsOneSweepOverAllOfIt) {
+TEST(GiantIslands, BlocksSolveAPileNoWorseThanSweepsOverAllOfIt) {
   Quality whole, cut;
-  for (const double jitter_m : {0.0, 1e-4, 3e-4}) {
-    const Quality a = quality_of(false, jitter_m), b = quality_of(true, jitter_m);
+  for (const std::uint64_t seed : {1u, 2u, 3u}) {
+    const Quality a = quality_of(false, pyramid(seed)), b = quality_of(true, pyramid(seed));
     whole.residual_m_s += a.residual_m_s;
     cut.residual_m_s += b.residual_m_s;
-    whole.penetration_m = std::max(whole.penetration_m, a.penetration_m);
-    cut.penetration_m = std::max(cut.penetration_m, b.penetration_m);
+    whole.penetration_m += a.penetration_m;
+    cut.penetration_m += b.penetration_m;
     whole.kinetic_joule += a.kinetic_joule;
     cut.kinetic_joule += b.kinetic_joule;
   }
-  RecordProperty("residual_whole", std::to_string(whole.residual_m_s));
-  RecordProperty("residual_blocks", std::to_string(cut.residual_m_s));
-  RecordProperty("kinetic_whole", std::to_string(whole.kinetic_joule));
-  RecordProperty("kinetic_blocks", std::to_string(cut.kinetic_joule));
-  EXPECT_LE(cut.residual_m_s, 1.1 * whole.residual_m_s);
-  EXPECT_LE(cut.penetration_m, 1.1 * whole.penetration_m);
-  EXPECT_LE(cut.kinetic_joule, 1.1 * whole.kinetic_joule);
+  EXPECT_LE(cut.residual_m_s, whole.residual_m_s);
+  EXPECT_LE(cut.penetration_m, whole.penetration_m);
+  EXPECT_LE(cut.kinetic_joule, whole.kinetic_joule);
+  EXPECT_GT(whole.residual_m_s, 0.0);
 }
 
 TEST(GiantIslands, ReboundsAcrossBordersLoseNoMomentumAndGainNoEnergy) {
