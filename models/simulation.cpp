@@ -82,6 +82,12 @@ std::unique_ptr<Balancing> make_balancing(const RunOptions& options,
                                      options.buffer, options.steps);
 }
 
+LoadSampling sampling_of(const Balancing* balancing, const RunOptions& options) {
+  LoadSampling sampling = balancing != nullptr ? balancing->sampling() : LoadSampling{};
+  sampling.splits_islands = splits_islands(options);
+  return sampling;
+}
+
 // Every body starts in the world that owns its centre. Worlds that live elsewhere are null.
 Worlds build_worlds(const Surroundings& around, const Rules& rules,
                     std::span<const physics::BodyState> initial, kernel::LpRange own) {
@@ -322,8 +328,7 @@ SimulationResult simulate(const physics::SceneDescription& scene,
   LoadSink* const loads = is_root(options) ? static_cast<LoadSink*>(balancing.get()) : &relay;
   const std::vector<std::uint32_t> processors = processors_of(options, map.worlds());
   const Worlds worlds = build_worlds({geometry, shares, scenes, maps, commits, options,
-                                      balancing ? balancing->sampling() : LoadSampling{}, loads,
-                                      processors},
+                                      sampling_of(balancing.get(), options), loads, processors},
                                      rules, initial, own_worlds(options, map.worlds()));
 
   SimulationResult result;
