@@ -13,6 +13,7 @@
 #include "models/input_feed.hpp"
 #include "models/map_share.hpp"
 #include "models/solve_share.hpp"
+#include "models/split_plan.hpp"
 #include "models/work_cost.hpp"
 #include "models/world.hpp"
 #include "physics/measures.hpp"
@@ -65,13 +66,6 @@ std::vector<std::uint32_t> processors_of(const RunOptions& options, std::uint32_
   for (std::uint32_t world = 0; world < worlds; ++world)
     of_world[world] = static_cast<std::uint32_t>(partition.owner_of(kernel::LpId{world}));
   return of_world;
-}
-
-bool splits_islands(const RunOptions& options) {
-  return options.split_islands && options.gating && options.ghosts == GhostMode::kTold &&
-         options.rollback != RollbackMode::kWarm &&
-         options.executor != ExecutorKind::kSequential &&
-         options.synchronisation == kernel::Synchronisation::kOptimistic;
 }
 
 // Null if territories stay as they are; one world has nobody to give to.

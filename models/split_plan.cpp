@@ -4,6 +4,8 @@
 #include <map>
 #include <numeric>
 
+#include "models/simulation.hpp"
+
 namespace soda::models {
 namespace {
 
@@ -89,6 +91,14 @@ std::vector<SolverRange> divide_within(std::uint64_t limit, std::span<const std:
 }
 
 }  // namespace
+
+// Without waiting, a solver would go on without its neighbours in every round; guessed ghosts need
+// all bodies of an island at its end.
+bool splits_islands(const RunOptions& options) {
+  return options.split_islands && options.gating && options.ghosts == GhostMode::kTold &&
+         options.rollback != RollbackMode::kWarm && options.executor != ExecutorKind::kSequential &&
+         options.synchronisation == kernel::Synchronisation::kOptimistic;
+}
 
 std::vector<SolverRange> divide_chain(std::span<const std::uint64_t> inside,
                                       std::span<const std::uint64_t> borders,

@@ -13,6 +13,11 @@
 
 namespace soda::models {
 
+struct RunOptions;
+
+// Whether a run splits giant islands between processors, if it has several.
+bool splits_islands(const RunOptions& options);
+
 // Blocks [first, last) are solved by the world.
 struct SolverRange {
   WorldId world{};
