@@ -116,6 +116,7 @@ Worlds build_worlds(const Surroundings& around, const Rules& rules,
                           .gating = options.gating,
                           .processors = splits_islands(options) ? around.processors
                                                                 : std::span<const std::uint32_t>{},
+                          .exchange_ns = exchange_ns(options),
                           .ghosts = options.ghosts,
                           .audits = options.executor == ExecutorKind::kVirtual ||
                                     options.ghosts != GhostMode::kTold,

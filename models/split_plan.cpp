@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "models/simulation.hpp"
+#include "models/work_cost.hpp"
 
 namespace soda::models {
 namespace {
@@ -68,6 +69,10 @@ std::vector<std::uint64_t> points_of(std::span<const physics::IslandPart> parts,
   return points;
 }
 
+std::uint64_t sum_of(std::span<const std::uint64_t> work) {
+  return std::accumulate(work.begin(), work.end(), std::uint64_t{0});
+}
+
 // Ranges that are as long as a limit allows; a single block may be beyond it.
 std::vector<SolverRange> divide_within(std::uint64_t limit, std::span<const std::uint64_t> inside,
                                        std::span<const std::uint64_t> borders) {
@@ -100,12 +105,30 @@ bool splits_islands(const RunOptions& options) {
          options.synchronisation == kernel::Synchronisation::kOptimistic;
 }
 
+std::int64_t exchange_ns(const RunOptions& options) {
+  if (options.executor == ExecutorKind::kVirtual)
+    return options.cluster.latency_ns + options.cluster.jitter_ns / 2;
+  return options.executor == ExecutorKind::kMpi ? 50'000 : 10'000;
+}
+
+std::uint64_t largest_work(std::span<const SolverRange> ranges,
+                           std::span<const std::uint64_t> inside,
+                           std::span<const std::uint64_t> borders) {
+  std::uint64_t largest = 0;
+  for (const SolverRange& range : ranges) {
+    const std::size_t first = range.first > 0 ? range.first - 1 : 0;
+    const std::size_t last = std::min<std::size_t>(range.last, borders.size());
+    largest = std::max(largest, sum_of(inside.subspan(range.first, range.last - range.first)) +
+                                    sum_of(borders.subspan(first, last - first)));
+  }
+  return largest;
+}
+
 std::vector<SolverRange> divide_chain(std::span<const std::uint64_t> inside,
                                       std::span<const std::uint64_t> borders,
                                       std::uint32_t solvers) {
   std::uint64_t low = 0;
-  std::uint64_t high = std::accumulate(inside.begin(), inside.end(), std::uint64_t{0}) +
-                       std::accumulate(borders.begin(), borders.end(), std::uint64_t{0});
+  std::uint64_t high = sum_of(inside) + sum_of(borders);
   while (low < high) {
     const std::uint64_t limit = low + (high - low) / 2;
     if (divide_within(limit, inside, borders).size() <= solvers)
@@ -119,7 +142,8 @@ std::vector<SolverRange> divide_chain(std::span<const std::uint64_t> inside,
 std::optional<SplitPlan> plan_split(const physics::SceneDescription& scene,
                                     std::span<const BodyId> ids, std::span<const WorldId> owners,
                                     std::span<const ContactManifold> manifolds,
-                                    std::span<const std::uint32_t> processors) {
+                                    std::span<const std::uint32_t> processors,
+                                    std::int64_t exchange_ns) {
   std::vector<Party> parties = parties_of(owners, processors);
   if (parties.size() < 2 || may_bounce(scene, manifolds)) return std::nullopt;
   SplitPlan plan{physics::split_island(ids, manifolds), {}};
@@ -131,10 +155,13 @@ std::optional<SplitPlan> plan_split(const physics::SceneDescription& scene,
         ->blocks += plan.blocks.block_of[i];
   }
   choose(plan.blocks.count(), parties);
-  plan.solvers = divide_chain(points_of(plan.blocks.inside, manifolds),
-                              points_of(plan.blocks.borders, manifolds),
-                              static_cast<std::uint32_t>(parties.size()));
+  const std::vector<std::uint64_t> inside = points_of(plan.blocks.inside, manifolds);
+  const std::vector<std::uint64_t> borders = points_of(plan.blocks.borders, manifolds);
+  plan.solvers = divide_chain(inside, borders, static_cast<std::uint32_t>(parties.size()));
   if (plan.solvers.size() < 2) return std::nullopt;
+  const std::uint64_t whole = sum_of(inside) + sum_of(borders);
+  const std::uint64_t saved = whole - largest_work(plan.solvers, inside, borders);
+  if (sweep_cost_ns(saved) <= exchange_ns) return std::nullopt;
   for (std::size_t i = 0; i < plan.solvers.size(); ++i)
     plan.solvers[i].world = parties[i * parties.size() / plan.solvers.size()].world;
   return plan;

@@ -15,8 +15,10 @@ namespace soda::models {
 
 struct RunOptions;
 
-// Whether a run splits giant islands between processors, if it has several.
+// Whether a run splits giant islands between processors, if it has several; and about how long a
+// message between them takes. On the virtual cluster that is known, else a guess.
 bool splits_islands(const RunOptions& options);
+std::int64_t exchange_ns(const RunOptions& options);
 
 // Blocks [first, last) are solved by the world.
 struct SolverRange {
@@ -31,7 +33,8 @@ struct SplitPlan {
 
 // One solver for each processor that has bodies of the island (the lowest of its worlds that has
 // one), as long as there are blocks; ranges of about equal work, along the chain in the order in
-// which the processors' bodies lie. None if there would be one solver only, or if something may
+// which the processors' bodies lie. None if there would be one solver only; if a sweep would
+// not save more than the `exchange_ns` that it takes to tell the neighbours; or if something may
 // bounce: whether it does is known of the whole island only.
 //
 // `owners[i]` owns ids[i], `processors[w]` drives world w. All worlds that know the island alike
@@ -40,7 +43,13 @@ std::optional<SplitPlan> plan_split(const physics::SceneDescription& scene,
                                     std::span<const physics::BodyId> ids,
                                     std::span<const WorldId> owners,
                                     std::span<const physics::ContactManifold> manifolds,
-                                    std::span<const std::uint32_t> processors);
+                                    std::span<const std::uint32_t> processors,
+                                    std::int64_t exchange_ns);
+
+// The work of the largest range: its blocks and the borders at it.
+std::uint64_t largest_work(std::span<const SolverRange> ranges,
+                           std::span<const std::uint64_t> inside,
+                           std::span<const std::uint64_t> borders);
 
 // Ranges of a chain of blocks, at most `solvers` of them and at least one: the largest range is as
 // small as can be. `inside[i]` is the work of block i, `borders[i]` that of its border with the

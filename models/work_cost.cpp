@@ -89,4 +89,9 @@ std::int64_t solve_cost_ns(std::uint32_t contact_points, std::uint64_t iteration
          kRowIteration * static_cast<std::int64_t>(3 * contact_points * iterations / islands);
 }
 
+// With friction, which is one row, as it is counted.
+std::int64_t sweep_cost_ns(std::uint64_t contact_points) {
+  return kRowIteration * static_cast<std::int64_t>(2 * contact_points);
+}
+
 }  // namespace soda::models

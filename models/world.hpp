@@ -42,6 +42,7 @@ struct WorldSurroundings {
   bool gating;
   // The processor of each world, if giant islands are split between processors; else empty.
   std::span<const std::uint32_t> processors;
+  std::int64_t exchange_ns;  // of a message between them, about
   GhostMode ghosts;
   bool audits;  // counts what came of foreign contacts
   LoadSampling sampling;

@@ -42,7 +42,8 @@ void World::consider_split(std::size_t index, const KnownBodies& known) {
   for (std::uint32_t i = islands.manifold_begin[index]; i < islands.manifold_begin[index + 1]; ++i)
     island.manifolds.push_back(scratch_.manifolds[islands.manifolds[i]]);
   std::optional<SplitPlan> plan =
-      plan_split(*rules_.scene, island.ids, island.owners, island.manifolds, around_.processors);
+      plan_split(*rules_.scene, island.ids, island.owners, island.manifolds, around_.processors,
+                 around_.exchange_ns);
   if (!plan) return;
   for (std::uint32_t i = islands.body_begin[index]; i < islands.body_begin[index + 1]; ++i) {
     const std::int32_t place = known.place[islands.bodies[i]];
