@@ -145,7 +145,8 @@ std::optional<SplitPlan> plan_split(const physics::SceneDescription& scene,
                                     std::span<const std::uint32_t> processors,
                                     std::int64_t exchange_ns) {
   std::vector<Party> parties = parties_of(owners, processors);
-  if (parties.size() < 2 || may_bounce(scene, manifolds)) return std::nullopt;
+  if (parties.size() < 2 || !scene.joints.empty() || may_bounce(scene, manifolds))
+    return std::nullopt;
   SplitPlan plan{physics::split_island(ids, manifolds), {}};
   if (plan.blocks.count() < 2) return std::nullopt;
   for (std::size_t i = 0; i < ids.size(); ++i) {

@@ -35,7 +35,7 @@ struct SplitPlan {
 // one), as long as there are blocks; ranges of about equal work, along the chain in the order in
 // which the processors' bodies lie. None if there would be one solver only; if a sweep would
 // not save more than the `exchange_ns` that it takes to tell the neighbours; or if something may
-// bounce: whether it does is known of the whole island only.
+// bounce, or the scene has joints: what they do is known of the whole island only.
 //
 // `owners[i]` owns ids[i], `processors[w]` drives world w. All worlds that know the island alike
 // make the same plan. It changes who works, not what comes out.
