@@ -11,6 +11,7 @@ void define_run(CLI::App& run, RunRequest& request, const Wanted& wanted) {
   add_run_options(run, request.overrides);
   add_rollback_option(run, request.overrides);
   add_gating_option(run, request.overrides);
+  add_split_islands_option(run, request.overrides);
   if (wanted.guesses) add_ghosts_option(run, request.overrides);
   add_balancing_options(run, request.overrides, wanted.balances);
   add_policy_option(run, request.overrides.policy);

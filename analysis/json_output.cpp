@@ -130,6 +130,7 @@ std::string run_json(const RunReport& report) {
                {"policy", lockstep ? "lockstep" : "optimistic"},
                {"rollback", name_of(report.options.rollback)},
                {"gating", report.options.gating},
+               {"split_islands", report.options.split_islands},
                {"ghosts", name_of(report.options.ghosts)},
                {"balancing", name_of(report.options.balancing.policy)},
                {"dt_s", report.dt_s},
@@ -141,6 +142,7 @@ std::string run_json(const RunReport& report) {
   json["islands"] = {{"committed", result.islands_committed},
                      {"solved", result.stages.islands_solved},
                      {"reused", result.worlds.islands_reused},
+                     {"split", result.worlds.islands_split},
                      {"solves_committed", result.worlds.solves_committed}};
   json["lead"] = {{"mean_steps", mean_lead_steps(result.events)},
                   {"max_steps", result.events.lead_max}};

@@ -137,6 +137,7 @@ Overrides combined(const Overrides& base, const Overrides& over) {
   take(result.policy, over.policy);
   take(result.rollback, over.rollback);
   take(result.gating, over.gating);
+  take(result.split_islands, over.split_islands);
   take(result.ghosts, over.ghosts);
   take(result.balancing, over.balancing);
   take(result.balancing_interval, over.balancing_interval);
@@ -170,6 +171,7 @@ void apply_overrides(const Overrides& overrides, models::TerritoryOptions& terri
   if (overrides.policy) run.synchronisation = *overrides.policy;
   if (overrides.rollback) run.rollback = *overrides.rollback;
   if (overrides.gating) run.gating = *overrides.gating;
+  if (overrides.split_islands) run.split_islands = *overrides.split_islands;
   if (overrides.ghosts) run.ghosts = *overrides.ghosts;
   if (overrides.balancing) run.balancing.policy = *overrides.balancing;
   if (overrides.balancing_interval) {

@@ -37,6 +37,7 @@ struct Overrides {
   std::optional<kernel::Synchronisation> policy;
   std::optional<models::RollbackMode> rollback;
   std::optional<bool> gating;
+  std::optional<bool> split_islands;
   std::optional<models::GhostMode> ghosts;
   std::optional<models::BalancingPolicy> balancing;
   std::optional<std::int64_t> balancing_interval;

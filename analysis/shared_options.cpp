@@ -64,6 +64,19 @@ void add_gating_option(CLI::App& command, Overrides& overrides) {
       ->check(CLI::IsMember(modes));
 }
 
+void add_split_islands_option(CLI::App& command, Overrides& overrides) {
+  const std::map<std::string, bool> modes = {{"on", true}, {"off", false}};
+  command
+      .add_option_function<std::string>(
+          "--split-islands",
+          [&overrides, modes](const std::string& name) {
+            overrides.split_islands = modes.at(name);
+          },
+          "on (default): of a giant island over several processors each solves a part; off: each "
+          "solves the whole")
+      ->check(CLI::IsMember(modes));
+}
+
 void add_ghosts_option(CLI::App& command, Overrides& overrides) {
   const std::map<std::string, models::GhostMode> modes = {
       {"told", models::GhostMode::kTold},

@@ -18,6 +18,7 @@ void add_execution_options(CLI::App& command, Overrides& overrides);
 void add_run_options(CLI::App& command, Overrides& overrides);
 void add_rollback_option(CLI::App& command, Overrides& overrides);
 void add_gating_option(CLI::App& command, Overrides& overrides);
+void add_split_islands_option(CLI::App& command, Overrides& overrides);
 void add_ghosts_option(CLI::App& command, Overrides& overrides);
 // `in_full`: with those that only make sense beside --balancing.
 void add_balancing_options(CLI::App& command, Overrides& overrides, bool in_full);

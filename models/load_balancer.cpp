@@ -211,8 +211,11 @@ LoadPicture picture_of(std::span<const LoadSample> samples, std::size_t cells) {
   }
   std::map<BodyId, LoadPicture::Island> islands;
   for (const LoadSample& sample : samples)
-    for (const IslandLoad& island : sample.islands)
-      islands[links.label_of(island.label)].solve_ns += island.solve_ns;
+    for (const IslandLoad& island : sample.islands) {
+      LoadPicture::Island& sum = islands[links.label_of(island.label)];
+      sum.solve_ns += island.solve_ns;
+      sum.is_shared_out = sum.is_shared_out || island.is_shared_out;
+    }
   for (const LoadSample& sample : samples)
     for (const BodyLoad& body : sample.bodies) {
       picture.cell_ns[body.cell] += body.cost_ns / 2;

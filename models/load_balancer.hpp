@@ -20,6 +20,7 @@ struct LoadPicture {
   struct Island {
     std::int64_t solve_ns = 0;         // by each world that has a part of it
     std::vector<std::uint32_t> cells;  // ascending
+    bool is_shared_out = false;        // the solve: all who have a part do it together
   };
   std::vector<std::int64_t> cell_ns;  // of each cell, without solves of islands
   std::vector<Island> islands;        // of more than one body, or with a solve

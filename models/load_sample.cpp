@@ -4,6 +4,7 @@
 
 #include "models/codec.hpp"
 #include "models/work_cost.hpp"
+#include "physics/island_blocks.hpp"
 #include "physics/step.hpp"
 
 namespace soda::models {
@@ -46,6 +47,30 @@ void add_pair_costs(const BufferEntry& entry, const physics::Geometry& geometry,
 
 }  // namespace
 
+namespace {
+
+// As in work_cost_ns: of small islands the mean over them, what a modelled run has to pay; giant
+// ones have their own cost.
+void add_islands(const BufferEntry& entry, bool splits, std::vector<IslandLoad>& islands) {
+  const auto is_giant = [](const physics::IslandReport& island) {
+    return island.contact_points >= physics::kGiantPoints;
+  };
+  std::uint64_t iterations = 0, small = 0;
+  for (const physics::IslandReport& island : entry.islands) {
+    if (is_giant(island)) continue;
+    iterations += island.iterations;
+    ++small;
+  }
+  for (const physics::IslandReport& island : entry.islands) {
+    const std::int64_t ns = is_giant(island)
+                                ? solve_cost_ns(island.contact_points, island.iterations, 1)
+                                : solve_cost_ns(island.contact_points, iterations, small);
+    islands.push_back({island.label, ns, splits && is_giant(island)});
+  }
+}
+
+}  // namespace
+
 LoadSample sample_load(WorldId world, const BufferEntry& entry, const physics::Geometry& geometry,
                        const LoadSampling& sampling) {
   LoadSample sample;
@@ -65,12 +90,7 @@ LoadSample sample_load(WorldId world, const BufferEntry& entry, const physics::G
     }
   }
   add_pair_costs(entry, geometry, sample.bodies);
-  // The mean over the islands, as in work_cost_ns: what a modelled run has to pay.
-  std::uint64_t iterations = 0;
-  for (const physics::IslandReport& island : entry.islands) iterations += island.iterations;
-  for (const physics::IslandReport& island : entry.islands)
-    sample.islands.push_back(
-        {island.label, solve_cost_ns(island.contact_points, iterations, entry.islands.size())});
+  add_islands(entry, sampling.splits_islands, sample.islands);
   return sample;
 }
 
@@ -95,6 +115,7 @@ kernel::Bytes encode_load(const LoadSample& sample) {
   for (const IslandLoad& island : sample.islands) {
     writer.id(island.label);
     writer.number(island.solve_ns);
+    writer.number(static_cast<std::uint32_t>(island.is_shared_out));
   }
   return bytes;
 }
@@ -122,6 +143,7 @@ LoadSample decode_load(std::span<const std::byte> bytes) {
     IslandLoad island;
     island.label = reader.id();
     island.solve_ns = reader.number<std::int64_t>();
+    island.is_shared_out = reader.number<std::uint32_t>() != 0;
     sample.islands.push_back(island);
   }
   return sample;

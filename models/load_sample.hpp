@@ -16,6 +16,7 @@ struct LoadSampling {
   // Steps from a sample until what is decided from it begins and ceases to hold: bodies are counted
   // where they will be then if they go on as they do.
   std::int64_t from = 0, until = 0;
+  bool splits_islands = false;  // the run solves giant islands block by block
 
   bool takes(std::int64_t step) const { return interval > 0 && step % interval == 0; }
 };
@@ -31,7 +32,8 @@ struct BodyLink {
 };
 struct IslandLoad {
   physics::BodyId label{};
-  std::int64_t solve_ns = 0;  // modelled
+  std::int64_t solve_ns = 0;   // modelled
+  bool is_shared_out = false;  // the processors that have a part of it each do a part of the solve
 };
 
 struct LoadSample {

@@ -64,10 +64,16 @@ void Loads::add(std::uint32_t processor, double ns) {
 }
 
 // Every processor that has a part solves the whole, and again when news of the other parts comes.
+// Of an island that is shared out all do equal parts, wherever its bodies lie: no reason to give.
 void Loads::add_island(std::uint32_t island, int sign) {
   const Parts& parts = parts_[island];
   const bool split = parts.size() > 1;
   const double solve_ns = static_cast<double>(picture_.islands[island].solve_ns);
+  if (split && picture_.islands[island].is_shared_out) {
+    const double part_ns = solve_ns / static_cast<double>(parts.size());
+    for (const auto& [processor, cells] : parts) add(processor, sign * part_ns);
+    return;
+  }
   for (const auto& [processor, cells] : parts) {
     add(processor, sign * (split ? options_.split_factor : 1.0) * solve_ns);
     if (split) shared_[processor] += sign;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 
+#include "models/split_plan.hpp"
 #include "physics/geometry.hpp"
 
 namespace soda::models {
@@ -23,6 +24,10 @@ constexpr Stage kPairs{"broadphase pairs",
                        [](const SimulationResult& r) { return r.stages.candidate_pairs; }};
 constexpr Stage kSolver{"contact solver",
                         [](const SimulationResult& r) { return r.stages.islands_solved; }};
+constexpr Stage kBlocks{"blocks of giant islands",
+                        [](const SimulationResult& r) { return r.stages.blocks_solved; }};
+constexpr Stage kSplit{"giant islands split between worlds",
+                       [](const SimulationResult& r) { return r.worlds.islands_split; }};
 constexpr Stage kFriction{"friction rows",
                           [](const SimulationResult& r) { return r.stages.friction_rows; }};
 constexpr Stage kConveyor{"conveyor rows",
@@ -56,10 +61,14 @@ constexpr Stage kBalancing{"load balancing", [](const SimulationResult& r) {
                            }};
 constexpr Stage kRollback{"rollback", [](const SimulationResult& r) { return r.events.rollbacks; }};
 
+// Two blocks of two layers each.
+constexpr std::size_t kLeastInBlocks = 4;
+
 constexpr std::array kStages{kBoxes,    kPairs,     kDrive,       kSolver,    kFriction,
                              kConveyor, kJoints,    kRestitution, kWarmStart, kBorderTests,
                              kGhosts,   kFragments, kMerge,       kMigration, kHistory,
-                             kTaken,    kRollback,  kInputs,      kBalancing};
+                             kTaken,    kRollback,  kInputs,      kBalancing, kBlocks,
+                             kSplit};
 
 constexpr std::size_t kKernels = static_cast<std::size_t>(ShapeKernel::kCount);
 
@@ -157,11 +166,15 @@ void add_physics(const SceneDescription& scene, std::vector<PlanLine>& plan) {
   add(plan, kJoints, !scene.joints.empty(), "joints hold bodies", "there are no joints");
   add(plan, kRestitution, response && anything_bounces(scene), "a material has restitution > 0",
       response ? "no material has restitution > 0" : no_response);
+  add(plan, kBlocks, response && scene.bodies.size() >= kLeastInBlocks,
+      "an island may have hundreds of contact points",
+      response ? "too few bodies for two blocks" : no_response);
   add(plan, kWarmStart, response && scene.solver.warm_starting, "contacts last over steps",
       response ? "switched off in the solver settings" : no_response);
 }
 
-void add_division(std::uint32_t worlds, const RunOptions& options, std::vector<PlanLine>& plan) {
+void add_division(const SceneDescription& scene, std::uint32_t worlds, const RunOptions& options,
+                  std::vector<PlanLine>& plan) {
   const bool divided = worlds > 1;
   const char* one = "one world has no borders";
   add(plan, kBorderTests, divided, "space is divided", one);
@@ -178,6 +191,13 @@ void add_division(std::uint32_t worlds, const RunOptions& options, std::vector<P
           ? "repeated steps compute only what changed, from multipliers that depend on history"
           : "repeated steps compute only what changed",
       optimistic ? "rollbacks invalidate whole entries" : never);
+  const bool splits = optimistic && scene.solver.contact_response && splits_islands(options) &&
+                      scene.bodies.size() >= kLeastInBlocks;
+  add(plan, kSplit, splits, "worlds solve an island of many contacts together",
+      !optimistic                            ? never
+      : !splits_islands(options)             ? "each world solves the whole of its islands"
+      : scene.bodies.size() < kLeastInBlocks ? "too few bodies for two blocks"
+                                             : "contacts move nobody");
   const bool balances = options.balancing.policy != BalancingPolicy::kOff;
   add(plan, kBalancing, divided && balances, "cells move to worlds that have less to do",
       divided ? "switched off" : one);
@@ -205,7 +225,7 @@ std::vector<PlanLine> make_plan(const SceneDescription& scene, std::uint32_t wor
                                 const RunOptions& options) {
   std::vector<PlanLine> plan;
   add_physics(with_possible_materials(scene, options.inputs), plan);
-  add_division(worlds, options, plan);
+  add_division(scene, worlds, options, plan);
   add(plan, kInputs, options.inputs.any(), "a user acts on bodies", "nobody acts from outside");
   return plan;
 }

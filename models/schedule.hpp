@@ -14,7 +14,8 @@ enum class Phase : std::uint32_t {
   kBorderTraversal = 2,
   kPairs = 3,
   kSync = 4,  // has merge rounds 0, 1, 2, ...
-  kFinish = 5,
+  kSplit = 5,  // solvers of giant islands exchange their borders in rounds 0, 1, 2, ...
+  kFinish = 6,
 };
 
 // Message types; each arrives in one phase only.
@@ -25,17 +26,20 @@ enum class MessageKind : std::uint32_t {
   kRecords = 3,    // at kSync round >= 1: records of a mixed island
   kInputs = 4,     // at kBegin, from outside: what the user does, to all worlds
   kTransfers = 5,  // at kBegin, from outside, to every world: cells that change hands
+  kBorders = 6,    // at kSplit round >= 1: velocities at the border of a block of a giant island
+  kBlocks = 7,     // at kFinish: how its blocks ended
 };
 
 inline constexpr std::uint32_t kPhaseShift = 24;
 
 constexpr kernel::VirtualTime time_of(std::int64_t step, Phase phase,
-                                      std::uint32_t merge_round = 0) {
-  return {step, (static_cast<std::uint32_t>(phase) << kPhaseShift) | merge_round};
+                                      std::uint32_t round = 0) {
+  return {step, (static_cast<std::uint32_t>(phase) << kPhaseShift) | round};
 }
 constexpr Phase phase_of(kernel::VirtualTime time) {
   return static_cast<Phase>(time.round >> kPhaseShift);
 }
+// Of the phases that have rounds.
 constexpr std::uint32_t merge_round_of(kernel::VirtualTime time) {
   return time.round & ((1u << kPhaseShift) - 1);
 }

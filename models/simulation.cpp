@@ -13,6 +13,7 @@
 #include "models/input_feed.hpp"
 #include "models/map_share.hpp"
 #include "models/solve_share.hpp"
+#include "models/split_plan.hpp"
 #include "models/work_cost.hpp"
 #include "models/world.hpp"
 #include "physics/measures.hpp"
@@ -38,6 +39,7 @@ struct Surroundings {
   const RunOptions& options;
   LoadSampling sampling;
   LoadSink* loads;
+  std::span<const std::uint32_t> processors;  // of worlds; outlives them
 };
 
 bool is_root(const RunOptions& options) {
@@ -74,6 +76,12 @@ std::unique_ptr<Balancing> make_balancing(const RunOptions& options,
                                      options.buffer, options.steps);
 }
 
+LoadSampling sampling_of(const Balancing* balancing, const RunOptions& options) {
+  LoadSampling sampling = balancing != nullptr ? balancing->sampling() : LoadSampling{};
+  sampling.splits_islands = splits_islands(options);
+  return sampling;
+}
+
 // Every body starts in the world that owns its centre. Worlds that live elsewhere are null.
 Worlds build_worlds(const Surroundings& around, const Rules& rules,
                     std::span<const physics::BodyState> initial, kernel::LpRange own) {
@@ -106,6 +114,9 @@ Worlds build_worlds(const Surroundings& around, const Rules& rules,
                           .commits = around.commits,
                           .rollback = options.rollback,
                           .gating = options.gating,
+                          .processors = splits_islands(options) ? around.processors
+                                                                : std::span<const std::uint32_t>{},
+                          .exchange_ns = exchange_ns(options),
                           .ghosts = options.ghosts,
                           .audits = options.executor == ExecutorKind::kVirtual ||
                                     options.ghosts != GhostMode::kTold,
@@ -248,6 +259,8 @@ WorldCounters& operator+=(WorldCounters& sum, const WorldCounters& more) {
   sum.migrations += more.migrations;
   sum.mixed_islands += more.mixed_islands;
   sum.islands_reused += more.islands_reused;
+  sum.islands_split += more.islands_split;
+  sum.splits_given_up += more.splits_given_up;
   sum.solves_committed += more.solves_committed;
   sum.entries_saved += more.entries_saved;
   sum.bytes_sent += more.bytes_sent;
@@ -308,8 +321,9 @@ SimulationResult simulate(const physics::SceneDescription& scene,
   const std::unique_ptr<Balancing> balancing = make_balancing(options, rules.map);
   if (balancing && is_root(options)) options.outsides.push_back(balancing.get());
   LoadSink* const loads = is_root(options) ? static_cast<LoadSink*>(balancing.get()) : &relay;
+  const std::vector<std::uint32_t> processors = processors_of(options, map.worlds());
   const Worlds worlds = build_worlds({geometry, shares, scenes, maps, commits, options,
-                                      balancing ? balancing->sampling() : LoadSampling{}, loads},
+                                      sampling_of(balancing.get(), options), loads, processors},
                                      rules, initial, own_worlds(options, map.worlds()));
 
   SimulationResult result;

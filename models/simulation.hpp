@@ -67,6 +67,10 @@ struct RunOptions {
   std::uint64_t scheduling_seed = 0;  // see kernel::ThreadsOptions
   RollbackMode rollback = RollbackMode::kPropagate;
   bool gating = true;  // worlds whose bodies touch wait for each other (gating.hpp)
+  // Giant islands that lie on several processors are solved block by block, each by one of them
+  // (split_plan.hpp); else each solves the whole. Needs gating, and ghosts that are told. The
+  // committed bits are the same.
+  bool split_islands = true;
   GhostMode ghosts = GhostMode::kTold;
   BalancingOptions balancing = {};
   // kMpi only: the other ranks, each of which makes the same call.
@@ -93,6 +97,9 @@ struct WorldCounters {
   std::uint64_t migrations = 0;      // bodies sent to a new owner
   std::uint64_t mixed_islands = 0;   // solves (or shares) of islands with several owners
   std::uint64_t islands_reused = 0;  // mixed islands taken from another world's solve
+  // Giant ones among the mixed islands of which this world has solved a part, or none, and has heard
+  // how its bodies ended; and those that it had to solve whole, for others did not tell.
+  std::uint64_t islands_split = 0, splits_given_up = 0;
   // Solves that counted: for each committed step and world, the islands with one of its bodies.
   std::uint64_t solves_committed = 0;
   std::uint64_t entries_saved = 0;  // transform-buffer entries kept for rollback

@@ -23,17 +23,45 @@ std::shared_ptr<const SolvedIsland> SolveShare::find(std::span<const std::byte> 
   return entry->second.solved;
 }
 
-void SolveShare::store(std::int64_t step, kernel::Bytes input,
-                       std::shared_ptr<const SolvedIsland> solved) {
+// Null if another input has the same key. What is too old is dropped.
+SolveShare::Entry* SolveShare::entry_for(std::int64_t step, std::span<const std::byte> input) {
   const Key key = key_of(input);
-  const std::lock_guard lock(mutex_);
-  if (!entries_.try_emplace(key, Entry{std::move(input), std::move(solved)}).second) return;
+  const auto [place, is_new] = entries_.try_emplace(key);
+  if (!is_new) return std::ranges::equal(place->second.input, input) ? &place->second : nullptr;
   by_step_.emplace(step, key);
   const std::int64_t newest = by_step_.rbegin()->first;
   while (by_step_.begin()->first < newest - keep_steps_) {
     entries_.erase(by_step_.begin()->second);
     by_step_.erase(by_step_.begin());
   }
+  const auto kept = entries_.find(key);
+  if (kept == entries_.end()) return nullptr;
+  kept->second.input.assign(input.begin(), input.end());
+  return &kept->second;
+}
+
+void SolveShare::store(std::int64_t step, kernel::Bytes input,
+                       std::shared_ptr<const SolvedIsland> solved) {
+  const std::lock_guard lock(mutex_);
+  Entry* const entry = entry_for(step, input);
+  if (entry != nullptr && !entry->solved) entry->solved = std::move(solved);
+}
+
+std::shared_ptr<const SolvedBlocks> SolveShare::find_blocks(std::span<const std::byte> input,
+                                                            Range range) const {
+  const Key key = key_of(input);
+  const std::lock_guard lock(mutex_);
+  const auto entry = entries_.find(key);
+  if (entry == entries_.end() || !std::ranges::equal(entry->second.input, input)) return nullptr;
+  const auto blocks = entry->second.blocks.find(range);
+  return blocks == entry->second.blocks.end() ? nullptr : blocks->second;
+}
+
+void SolveShare::store_blocks(std::int64_t step, std::span<const std::byte> input, Range range,
+                              std::shared_ptr<const SolvedBlocks> solved) {
+  const std::lock_guard lock(mutex_);
+  Entry* const entry = entry_for(step, input);
+  if (entry != nullptr) entry->blocks[range] = std::move(solved);
 }
 
 }  // namespace soda::models

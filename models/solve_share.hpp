@@ -7,10 +7,12 @@
 #include <memory>
 #include <mutex>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "kernel/logical_process.hpp"
 #include "physics/advance.hpp"
+#include "physics/split_solver.hpp"
 
 namespace soda::models {
 
@@ -18,6 +20,19 @@ namespace soda::models {
 struct SolvedIsland {
   std::vector<physics::BodyState> states;  // in the island's body order
   physics::IslandReport report;
+  std::vector<physics::AdvanceFault> faults;
+};
+
+// How a range of blocks of a giant island was solved: what was said and heard after each stage, and
+// how it ended.
+struct SolvedBlocks {
+  struct Stage {
+    kernel::Payload to_before, to_behind;
+    std::vector<physics::BorderBody> from_before, from_behind;
+  };
+  std::vector<Stage> stages;
+  std::vector<std::vector<physics::BodyState>> moved;  // by block, in the order of its bodies
+  std::vector<physics::BlockReport> reports;           // by block
   std::vector<physics::AdvanceFault> faults;
 };
 
@@ -33,12 +48,23 @@ class SolveShare {
   std::shared_ptr<const SolvedIsland> find(std::span<const std::byte> input) const;
   void store(std::int64_t step, kernel::Bytes input, std::shared_ptr<const SolvedIsland> solved);
 
+  // The same for blocks [first, last) of the island. What was heard is part of their input: whoever
+  // takes them compares it.
+  using Range = std::pair<std::uint32_t, std::uint32_t>;
+  std::shared_ptr<const SolvedBlocks> find_blocks(std::span<const std::byte> input,
+                                                  Range range) const;
+  void store_blocks(std::int64_t step, std::span<const std::byte> input, Range range,
+                    std::shared_ptr<const SolvedBlocks> solved);
+
  private:
   struct Entry {
     kernel::Bytes input;
     std::shared_ptr<const SolvedIsland> solved;
+    std::map<Range, std::shared_ptr<const SolvedBlocks>> blocks;
   };
   using Key = std::array<std::uint64_t, 2>;  // XXH3-128 of the input
+
+  Entry* entry_for(std::int64_t step, std::span<const std::byte> input);
 
   mutable std::mutex mutex_;
   std::int64_t keep_steps_;

@@ -40,6 +40,22 @@ std::int64_t grown(std::uint64_t before, std::uint64_t after) {
   return static_cast<std::int64_t>(after - before);
 }
 
+std::int64_t solves_ns(const physics::StageCounters& before, const physics::StageCounters& after) {
+  const std::int64_t solved = grown(before.islands_solved, after.islands_solved);
+  std::int64_t cost = kIsland * solved;
+  // Of giant islands it is known which row was swept how often.
+  cost += kRowIteration * grown(before.block_row_sweeps, after.block_row_sweeps);
+  const std::int64_t whole = solved - grown(before.islands_in_blocks, after.islands_in_blocks);
+  if (whole <= 0) return cost;
+  const std::int64_t rows = grown(before.normal_rows, after.normal_rows) +
+                            grown(before.friction_rows, after.friction_rows) -
+                            grown(before.block_rows, after.block_rows);
+  // Counters do not say which island iterated how often: the mean over those of the event.
+  const std::int64_t iterations = grown(before.solver_iterations, after.solver_iterations) -
+                                  grown(before.block_iterations, after.block_iterations);
+  return cost + kRowIteration * rows * iterations / whole;
+}
+
 }  // namespace
 
 std::int64_t work_cost_ns(const physics::StageCounters& before, const physics::StageCounters& after,
@@ -51,14 +67,7 @@ std::int64_t work_cost_ns(const physics::StageCounters& before, const physics::S
     cost += test_ns(static_cast<physics::ShapeKernel>(kernel)) *
             grown(before.narrowphase_tests[kernel], after.narrowphase_tests[kernel]);
   cost += kContactPoint * grown(before.contact_points, after.contact_points);
-  const std::int64_t islands = grown(before.islands_solved, after.islands_solved);
-  if (islands > 0) {
-    const std::int64_t rows = grown(before.normal_rows, after.normal_rows) +
-                              grown(before.friction_rows, after.friction_rows);
-    // Counters do not say which island iterated how often: the mean over those of the event.
-    const std::int64_t iterations = grown(before.solver_iterations, after.solver_iterations);
-    cost += kIsland * islands + kRowIteration * rows * iterations / islands;
-  }
+  cost += solves_ns(before, after);
   cost += kDrive * grown(before.driven_bodies, after.driven_bodies);
   cost += kBorderTest * grown(worlds_before.border_tests, worlds_after.border_tests);
   cost += kRecord * (grown(worlds_before.ghosts_sent, worlds_after.ghosts_sent) +
@@ -78,6 +87,11 @@ std::int64_t solve_cost_ns(std::uint32_t contact_points, std::uint64_t iteration
                            std::uint64_t islands) {
   return kIsland +
          kRowIteration * static_cast<std::int64_t>(3 * contact_points * iterations / islands);
+}
+
+// With friction, which is one row, as it is counted.
+std::int64_t sweep_cost_ns(std::uint64_t contact_points) {
+  return kRowIteration * static_cast<std::int64_t>(2 * contact_points);
 }
 
 }  // namespace soda::models

@@ -24,4 +24,7 @@ std::int64_t point_cost_ns();
 std::int64_t solve_cost_ns(std::uint32_t contact_points, std::uint64_t iterations,
                            std::uint64_t islands);
 
+// A sweep over the rows of so many contact points.
+std::int64_t sweep_cost_ns(std::uint64_t contact_points);
+
 }  // namespace soda::models

@@ -75,8 +75,10 @@ void World::execute(kernel::VirtualTime now, Bag bag, kernel::Outbox& outbox) {
       return pairs(now.t, outbox);
     case Phase::kSync:
       return sync(now, bag, outbox);
+    case Phase::kSplit:
+      return split(now, bag, outbox);
     case Phase::kFinish:
-      return finish(now.t, outbox);
+      return finish(now.t, bag, outbox);
   }
 }
 
@@ -91,6 +93,7 @@ void World::begin(std::int64_t step, Bag bag) {
   solves_ = 0;
   next_view_ = {};
   merge_ = {};
+  splits_.clear();
   scratch_.manifolds.clear();
   report_.islands.clear();
   report_.faults.clear();
@@ -296,6 +299,8 @@ std::uint64_t World::digest() const {
   for (const std::span<const std::byte> bytes :
        {std::span<const std::byte>(gathered), ghosts.bytes(), nodes.bytes()})
     digest = kernel::append(digest, XXH3_64bits(bytes.data(), bytes.size()));
+  for (const std::unique_ptr<SplitSolve>& split : splits_)
+    digest = kernel::append(digest, split->digest());
   for (const auto& [partner, records] : merge_.exchanged)
     for (const RecordKey& key : records)
       digest = kernel::append(

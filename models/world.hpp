@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -22,6 +23,7 @@
 #include "models/schedule.hpp"
 #include "models/simulation.hpp"
 #include "models/solve_share.hpp"
+#include "models/split_solve.hpp"
 #include "models/transform_buffer.hpp"
 #include "physics/step.hpp"
 
@@ -38,10 +40,13 @@ struct WorldSurroundings {
   CommitSink& commits;
   RollbackMode rollback;
   bool gating;
+  // The processor of each world, if giant islands are split between processors; else empty.
+  std::span<const std::uint32_t> processors;
+  std::int64_t exchange_ns;  // of a message between them, about
   GhostMode ghosts;
   bool audits;  // counts what came of foreign contacts
   LoadSampling sampling;
-  LoadSink* loads;  // null if nothing is sampled
+  LoadSink* loads;         // null if nothing is sampled
   EntryObserver* entries;  // or null
 };
 
@@ -103,7 +108,8 @@ class World final : public kernel::LogicalProcess {
   void audit_contacts(std::int64_t step, const std::map<WorldId, Fragment>& fragments);
   void pairs(std::int64_t step, kernel::Outbox& outbox);
   void sync(kernel::VirtualTime now, Bag bag, kernel::Outbox& outbox);
-  void finish(std::int64_t step, kernel::Outbox& outbox);
+  void split(kernel::VirtualTime now, Bag bag, kernel::Outbox& outbox);
+  void finish(std::int64_t step, Bag bag, kernel::Outbox& outbox);
 
   bool divided() const { return rules_.map->worlds() > 1; }
   bool is_inland(std::size_t own, const physics::Aabb& box);
@@ -117,8 +123,12 @@ class World final : public kernel::LogicalProcess {
   bool guesses() const { return around_.ghosts != GhostMode::kTold && divided(); }
   bool audits() const { return around_.audits && keeps_history_; }
   bool propagates() const { return around_.rollback != RollbackMode::kInvalidate; }
-  void advance_known_islands(std::int64_t step);
-  void advance_island(std::int64_t step, std::size_t island, const KnownBodies& known,
+  bool may_split() const;
+  void start_splits();
+  void consider_split(std::size_t island, const KnownBodies& known);
+  bool take_split(Bag bag);
+  void advance_known_islands(std::int64_t step, Bag bag);
+  void advance_island(std::int64_t step, Bag bag, std::size_t island, const KnownBodies& known,
                       std::span<physics::BodyState> states);
   void note_owners(std::size_t island, const KnownBodies& known);
   void advance_own_island();
@@ -158,6 +168,7 @@ class World final : public kernel::LogicalProcess {
   std::uint32_t solves_ = 0;  // islands with an own body
   StepMemo memo_;             // only if it remembers()
   IslandMerge merge_;
+  std::vector<std::unique_ptr<SplitSolve>> splits_;  // ascending by label
   physics::StepScratch scratch_;
   physics::StepReport report_;
   BufferEntry committed_;  // memory only

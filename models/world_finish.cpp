@@ -13,12 +13,12 @@ using physics::BodyState;
 
 // Solve, integrate, write the entry of the next step. Does not wait for foreign news: what comes
 // later is a straggler.
-void World::finish(std::int64_t step, kernel::Outbox& outbox) {
+void World::finish(std::int64_t step, Bag bag, kernel::Outbox& outbox) {
   if (merge_.nodes.empty() && !remembers()) {
     physics::advance_bodies(*rules_.scene, ids_, states_, scratch_, report_, stages_);
     solves_ = static_cast<std::uint32_t>(report_.islands.size());
   } else {
-    advance_known_islands(step);
+    advance_known_islands(step, bag);
   }
   report_faults(outbox);
   const bool somebody_leaves = divided() && send_migrants(step, outbox);
@@ -67,8 +67,9 @@ std::int64_t World::spent_since_last_entry() {
 }
 
 // Own bodies and foreign nodes side by side. Every participating world solves the whole of a mixed
-// island in canonical order and keeps its own bodies: same bits, no message back.
-void World::advance_known_islands(std::int64_t step) {
+// island in canonical order and keeps its own bodies: same bits, no message back. Giant ones may
+// have been split between worlds before.
+void World::advance_known_islands(std::int64_t step, Bag bag) {
   const KnownBodies known = known_bodies(ids_, id_, merge_);
   const bool only_own = merge_.nodes.empty();
   std::vector<BodyState> with_foreign;
@@ -82,7 +83,7 @@ void World::advance_known_islands(std::int64_t step) {
   physics::build_islands(known.ids, scratch_.manifolds, scratch_.islands);
   memo_.islands.assign(remembers() ? ids_.size() : 0, {});
   for (std::size_t island = 0; island < scratch_.islands.count(); ++island)
-    advance_island(step, island, known, states);
+    advance_island(step, bag, island, known, states);
   note_known(known, states);
   for (const std::uint32_t body : scratch_.islands.free_bodies)
     if (known.place[body] >= 0)
@@ -93,7 +94,7 @@ void World::advance_known_islands(std::int64_t step) {
 }
 
 // If it has an own body.
-void World::advance_island(std::int64_t step, std::size_t island, const KnownBodies& known,
+void World::advance_island(std::int64_t step, Bag bag, std::size_t island, const KnownBodies& known,
                            std::span<BodyState> states) {
   const auto is_own = [&](std::uint32_t body) { return known.place[body] >= 0; };
   const physics::Islands& islands = scratch_.islands;
@@ -105,10 +106,10 @@ void World::advance_island(std::int64_t step, std::size_t island, const KnownBod
   physics::gather_island(island, known.ids, states, scratch_);
   const bool mixed = own != last - first;
   if (mixed) note_owners(island, known);
-  if (mixed)
-    advance_mixed_island(step, is_own(*first));
-  else
+  if (!mixed)
     advance_own_island();
+  else if (!take_split(bag))
+    advance_mixed_island(step, is_own(*first));
   if (remembers()) remember_island(island, known, mixed);
   physics::scatter_island(island, states, scratch_);
 }

@@ -39,6 +39,12 @@ bool World::has_changed(const Fragment& fragment) const {
 
 bool World::holds(kernel::VirtualTime now, Bag bag) const {
   if (now != next_) return false;
+  const auto lacks_outcome = [bag](const auto& split) { return split->lacks_outcome(bag); };
+  const auto lacks_news = [bag](const auto& split) { return split->lacks_news(bag); };
+  if (phase_of(now) == Phase::kFinish)
+    return std::any_of(splits_.begin(), splits_.end(), lacks_outcome);
+  if (phase_of(now) == Phase::kSplit)
+    return merge_round_of(now) > 0 && std::any_of(splits_.begin(), splits_.end(), lacks_news);
   if (phase_of(now) != Phase::kBegin) return lacks(gate_, expected_, now, bag);
   const Gate& gate = buffer_.gate(buffer_.newest());
   return lacks(gate, expected_from(gate, id_), now, bag);
@@ -93,7 +99,8 @@ void World::take_in_records(std::uint32_t round, WorldId from, const Records& re
 }
 
 kernel::VirtualTime World::after_round(std::int64_t step, std::uint32_t next) const {
-  return next == kNoRound ? time_of(step, Phase::kFinish) : time_of(step, Phase::kSync, next);
+  if (next != kNoRound) return time_of(step, Phase::kSync, next);
+  return time_of(step, may_split() ? Phase::kSplit : Phase::kFinish);
 }
 
 }  // namespace soda::models

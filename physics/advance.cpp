@@ -5,8 +5,10 @@
 
 #include "physics/contact_solver.hpp"
 #include "physics/drive.hpp"
+#include "physics/island_motion.hpp"
 #include "physics/joint_motion.hpp"
 #include "physics/rigid_motion.hpp"
+#include "physics/split_solver.hpp"
 
 namespace soda::physics {
 namespace {
@@ -32,129 +34,32 @@ void pass_through(const SceneDescription& scene, std::span<const BodyId> ids,
   }
 }
 
-// Velocities after external forces, and the inertia that contacts meet.
-void load_bodies(const SceneDescription& scene, std::span<const BodyId> ids,
-                 std::span<const BodyState> states, std::vector<SolverBody>& bodies,
-                 StageCounters& counters) {
-  bodies.resize(ids.size() + 1);
-  for (std::size_t i = 0; i < ids.size(); ++i) {
-    const BodyParams& params = scene.bodies[index_of(ids[i])];
-    bodies[i] = solver_body(params, states[i]);
-    bodies[i].linear += external_acceleration(scene, ids[i], states[i]) * scene.dt_s;
-    counters.driven_bodies += params.drive != kNoDrive;
-  }
-}
-
-Vec3 impulse_on_b(const ContactProblem& problem, std::size_t row) {
-  const NormalRow& normal = problem.normals[row];
-  Vec3 impulse = normal.normal * normal.impulse_newton_s;
-  if (problem.contacts[row].friction_row >= 0) {
-    const FrictionRow& f = problem.frictions[problem.contacts[row].friction_row];
-    impulse += f.tangent[0] * f.impulse_newton_s[0] + f.tangent[1] * f.impulse_newton_s[1];
-  }
-  return impulse;
-}
-
-// A body that nothing but bounces acted on flies along parabolas: its velocity changed at the
-// impacts, not at the step's start. Any other body moves by its final velocity (semi-implicit).
-struct Flight {
-  bool supported = false;
-  Vec3 not_yet_m = Vec3::Zero();  // displacement that impulses would have made before their impact
-};
-
-std::vector<Flight> find_flights(const ContactProblem& problem) {
-  std::vector<Flight> flights(problem.bodies.size());
-  for (std::size_t i = 0; i < problem.normals.size(); ++i) {
-    const NormalRow& row = problem.normals[i];
-    if (row.impulse_newton_s == 0.0) continue;
-    Flight& a = flights[row.a];
-    Flight& b = flights[row.b];
-    if (!problem.contacts[i].bounces) {
-      a.supported = b.supported = true;
-      continue;
-    }
-    const Vec3 delayed = impulse_on_b(problem, i) * problem.contacts[i].impact_time_s;
-    a.not_yet_m -= delayed * problem.bodies[row.a].inverse_mass;
-    b.not_yet_m += delayed * problem.bodies[row.b].inverse_mass;
-  }
-  return flights;
-}
-
 // The rows of which body `a` is the lower one follow each other; `row` is the first that may be.
-void store_impulses(std::span<const ContactManifold> manifolds, const ContactProblem& problem,
-                    std::size_t a, std::size_t& row, std::vector<ContactImpulse>& stored) {
-  stored.clear();
+void store_impulses(const Selection<ContactManifold>& manifolds, const ContactProblem& problem,
+                    std::size_t a, bool moved, std::size_t& row,
+                    std::vector<ContactImpulse>& stored) {
+  if (moved) stored.clear();
   for (; row < problem.normals.size() && problem.normals[row].a == a; ++row) {
-    const NormalRow& normal = problem.normals[row];
-    if (normal.impulse_newton_s == 0.0) continue;
-    const RowContact& contact = problem.contacts[row];
-    const ContactManifold& m = manifolds[contact.manifold];
-    const Vec3 along = normal.normal * normal.impulse_newton_s;
-    stored.push_back({m.b, m.part, m.points[contact.point].feature, normal.impulse_newton_s,
-                      impulse_on_b(problem, row) - along});
+    if (!moved || problem.normals[row].impulse_newton_s == 0.0) continue;
+    stored.push_back(stored_impulse(manifolds, problem, row));
   }
-}
-
-BodyState moved(const SceneDescription& scene, BodyId id, const SolverBody& body,
-                const Flight& flight, const PushOut* push, const BodyState& state) {
-  const double dt = scene.dt_s;
-  BodyState next;
-  next.position_m = state.position_m + body.linear * dt;
-  if (!flight.supported) {
-    const Vec3 acceleration = external_acceleration(scene, id, state);
-    next.position_m -= acceleration * (0.5 * dt * dt) + flight.not_yet_m;
-  }
-  next.linear_velocity_m_s = body.linear;
-  next.angular_velocity_rad_s = body.angular;
-  next.orientation = state.orientation;
-  rotate_freely(scene.bodies[index_of(id)], dt, next);
-  if (push != nullptr) {
-    next.position_m += push->linear * dt;
-    next.orientation = turned(push->angular * dt, next.orientation);
-  }
-  return next;
 }
 
 void move_bodies(const SceneDescription& scene, std::span<const BodyId> ids,
                  std::span<const ContactManifold> manifolds, const ContactProblem& problem,
                  const JointSystem& joints, std::span<BodyState> states,
                  std::vector<AdvanceFault>& faults) {
-  std::vector<PushOut> push;
+  PushOutProblem push;
   solve_push_out(scene.solver.iterations, scene.dt_s, problem, push);
   std::vector<Flight> flights = find_flights(problem);
   for (const JointRow& row : joints.rows)
     flights[row.a].supported = flights[row.b].supported = true;
   std::size_t row = 0;
   for (std::size_t i = 0; i < ids.size(); ++i) {
-    BodyState next = moved(scene, ids[i], problem.bodies[i], flights[i],
-                           push.empty() ? nullptr : &push[i], states[i]);
-    const bool accepted = accept(ids[i], next, faults);
-    std::vector<ContactImpulse> stored = std::move(states[i].impulses);
-    if (accepted) {
-      store_impulses(manifolds, problem, i, row, stored);
-      states[i] = std::move(next);
-    } else {
-      while (row < problem.normals.size() && problem.normals[row].a == i) ++row;
-    }
-    states[i].impulses = std::move(stored);
-  }
-}
-
-void report_contacts(std::span<const BodyState> states, const ContactProblem& problem,
-                     IslandReport& report) {
-  const std::uint32_t statics = static_cast<std::uint32_t>(states.size());
-  for (std::size_t i = 0; i < problem.normals.size(); ++i) {
-    const RowContact& contact = problem.contacts[i];
-    report.max_penetration_m = std::max(report.max_penetration_m, -contact.separation_m);
-    const NormalRow& row = problem.normals[i];
-    if (row.b != statics) continue;
-    // Friction counts even where the normal impulse ended at zero: after the last sweep it may not
-    // have been taken back to its disc yet (a constraint residual, but an impulse all the same).
-    const Vec3 impulse = -impulse_on_b(problem, i);
-    if (impulse == Vec3::Zero()) continue;
-    report.static_impulse_newton_s += impulse;
-    report.static_angular_impulse_newton_m_s +=
-        (states[row.a].position_m + contact.arm_a).cross(impulse);
+    const bool moved =
+        move_body(scene, ids[i], problem.bodies[i], flights[i],
+                  push.bodies.empty() ? nullptr : &push.bodies[i], states[i], faults);
+    store_impulses(manifolds, problem, i, moved, row, states[i].impulses);
   }
 }
 
@@ -200,9 +105,17 @@ IslandReport advance_island(const SceneDescription& scene, std::span<const BodyI
     counters.joint_rows += joints.rows.size();
     return report;
   }
+  if (joints.empty() && report.contact_points >= kGiantPoints) {
+    const IslandBlocks blocks = split_island(ids, manifolds);
+    if (blocks.count() > 1) {
+      advance_blocks({scene, ids, manifolds, states, blocks}, states, report, counters, faults);
+      return report;
+    }
+  }
   ContactProblem problem;
-  load_bodies(scene, ids, states, problem.bodies, counters);
-  build_rows(scene, ids, manifolds, states, problem, counters);
+  const Selection<BodyState> before{std::span<const BodyState>(states)};
+  load_bodies(scene, ids, before, problem.bodies, counters);
+  build_rows(scene, ids, manifolds, before, problem, counters);
   report.iterations = solve(scene, ids, states, joints, problem);
   if (problem.restitution_rows > 0 && aim_rebounds(problem)) {
     take_back_joint_impulses(joints, problem.bodies);
@@ -210,7 +123,7 @@ IslandReport advance_island(const SceneDescription& scene, std::span<const BodyI
   }
   counters.joint_rows += joints.rows.size();
   report.constraint_residual_m_s = residual_m_s(problem);
-  report_contacts(states, problem, report);
+  report_contacts(before, problem, report);
   report_joints(states, joints, report);
   move_bodies(scene, ids, manifolds, problem, joints, states, faults);
   if (!joints.empty()) close_joints(scene, ids, joints, states);

@@ -66,7 +66,7 @@ std::uint32_t surface_body(std::uint32_t static_index, const Vec3& velocity_m_s,
 }
 
 PairContext context_of(const SceneDescription& scene, std::span<const BodyId> ids,
-                       std::span<const BodyState> states, const ContactManifold& m,
+                       const Selection<BodyState>& states, const ContactManifold& m,
                        std::uint32_t index, ContactProblem& problem) {
   PairContext c;
   c.manifold = &m;
@@ -271,10 +271,10 @@ void add_point(const SceneDescription& scene, const PairContext& c, std::uint32_
 }  // namespace
 
 void build_rows(const SceneDescription& scene, std::span<const BodyId> ids,
-                std::span<const ContactManifold> manifolds, std::span<const BodyState> states,
+                const Selection<ContactManifold>& manifolds, const Selection<BodyState>& states,
                 ContactProblem& problem, StageCounters& counters) {
   std::size_t points = 0;
-  for (const ContactManifold& m : manifolds) points += m.count;
+  for (std::size_t i = 0; i < manifolds.size(); ++i) points += manifolds[i].count;
   problem.normals.reserve(points);
   problem.contacts.reserve(points);
   std::size_t cursor = 0;

@@ -92,10 +92,14 @@ double largest_impulse(const ContactProblem& p) {
 
 }  // namespace
 
+double sweep_velocities(bool forward, ContactProblem& problem) {
+  const double change = sweep_frictions(problem);
+  return std::max(change, sweep_normals(forward, problem));
+}
+
 int solve_velocities(int iterations, ContactProblem& problem) {
   for (int i = 0; i < iterations; ++i) {
-    double change = sweep_frictions(problem);
-    change = std::max(change, sweep_normals(i % 2 == 0, problem));
+    const double change = sweep_velocities(i % 2 == 0, problem);
     if (change <= kNegligible * largest_impulse(problem)) return i + 1;
   }
   return iterations;
@@ -114,44 +118,59 @@ bool aim_rebounds(ContactProblem& problem) {
   return any;
 }
 
-void solve_push_out(int iterations, double dt_s, const ContactProblem& problem,
-                    std::vector<PushOut>& push) {
+bool needs_push_out(const ContactProblem& problem) {
+  return std::any_of(problem.contacts.begin(), problem.contacts.end(),
+                     [](const RowContact& c) { return c.separation_m < -c.slop_m; });
+}
+
+void aim_push_out(double dt_s, const ContactProblem& problem, PushOutProblem& push) {
   constexpr double kShare = 0.2;        // of the excess overlap, per step
   constexpr double kFastest_1_s = 2.0;  // body sizes per second
-  push.clear();
   const std::size_t count = problem.normals.size();
-  const bool needed = std::any_of(problem.contacts.begin(), problem.contacts.end(),
-                                  [](const RowContact& c) { return c.separation_m < -c.slop_m; });
-  if (!needed) return;
-  push.resize(problem.bodies.size());
-  std::vector<double> target(count), impulse(count, 0.0);
+  push.bodies.assign(problem.bodies.size(), {});
+  push.target_m_s.resize(count);
+  push.impulse_newton_s.assign(count, 0.0);
   for (std::size_t i = 0; i < count; ++i) {
     const RowContact& c = problem.contacts[i];
     const double excess = -c.separation_m - c.slop_m;
     // Points in touch must not be pushed together; points apart have their gap to use.
-    target[i] = excess > 0.0 ? std::min(kShare * excess / dt_s, kFastest_1_s * c.size_m)
-                             : -std::max(c.separation_m, 0.0) / dt_s;
+    push.target_m_s[i] = excess > 0.0 ? std::min(kShare * excess / dt_s, kFastest_1_s * c.size_m)
+                                      : -std::max(c.separation_m, 0.0) / dt_s;
   }
-  for (int sweep = 0; sweep < iterations; ++sweep) {
-    double change = 0.0, largest = 0.0;
-    for (std::size_t k = 0; k < count; ++k) {
-      const std::size_t i = sweep % 2 == 0 ? k : count - 1 - k;
-      const NormalRow& row = problem.normals[i];
-      PushOut& a = push[row.a];
-      PushOut& b = push[row.b];
-      const double velocity =
-          row.normal.dot(b.linear - a.linear) + row.arm_b.dot(b.angular) - row.arm_a.dot(a.angular);
-      const double wanted = std::max(0.0, impulse[i] + row.mass_kg * (target[i] - velocity));
-      const double step = wanted - impulse[i];
-      impulse[i] = wanted;
-      a.linear -= row.normal * (problem.bodies[row.a].inverse_mass * step);
-      a.angular -= row.turn_a * step;
-      b.linear += row.normal * (problem.bodies[row.b].inverse_mass * step);
-      b.angular += row.turn_b * step;
-      change = std::max(change, std::abs(step));
-      largest = std::max(largest, wanted);
-    }
-    if (change <= 1e-3 * largest) return;  // the next step corrects again
+}
+
+PushOutSweep sweep_push_out(bool forward, const ContactProblem& problem, PushOutProblem& push) {
+  PushOutSweep sweep;
+  const std::size_t count = problem.normals.size();
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::size_t i = forward ? k : count - 1 - k;
+    const NormalRow& row = problem.normals[i];
+    PushOut& a = push.bodies[row.a];
+    PushOut& b = push.bodies[row.b];
+    double& impulse = push.impulse_newton_s[i];
+    const double velocity =
+        row.normal.dot(b.linear - a.linear) + row.arm_b.dot(b.angular) - row.arm_a.dot(a.angular);
+    const double wanted = std::max(0.0, impulse + row.mass_kg * (push.target_m_s[i] - velocity));
+    const double step = wanted - impulse;
+    impulse = wanted;
+    a.linear -= row.normal * (problem.bodies[row.a].inverse_mass * step);
+    a.angular -= row.turn_a * step;
+    b.linear += row.normal * (problem.bodies[row.b].inverse_mass * step);
+    b.angular += row.turn_b * step;
+    sweep.change_newton_s = std::max(sweep.change_newton_s, std::abs(step));
+    sweep.largest_newton_s = std::max(sweep.largest_newton_s, wanted);
+  }
+  return sweep;
+}
+
+void solve_push_out(int iterations, double dt_s, const ContactProblem& problem,
+                    PushOutProblem& push) {
+  push.bodies.clear();
+  if (!needs_push_out(problem)) return;
+  aim_push_out(dt_s, problem, push);
+  for (int i = 0; i < iterations; ++i) {
+    const PushOutSweep sweep = sweep_push_out(i % 2 == 0, problem, push);
+    if (sweep.change_newton_s <= 1e-3 * sweep.largest_newton_s) return;  // the next step goes on
   }
 }
 

@@ -7,6 +7,7 @@
 #include "physics/body_state.hpp"
 #include "physics/contact_manifold.hpp"
 #include "physics/scene.hpp"
+#include "physics/selection.hpp"
 #include "physics/stage_counters.hpp"
 
 namespace soda::physics {
@@ -75,7 +76,7 @@ struct ContactProblem {
 // Rows in the manifolds' order; impulses start from the bodies' stored ones where warm starting is
 // on, and are applied. `bodies` hold the velocities after external forces.
 void build_rows(const SceneDescription& scene, std::span<const BodyId> ids,
-                std::span<const ContactManifold> manifolds, std::span<const BodyState> states,
+                const Selection<ContactManifold>& manifolds, const Selection<BodyState>& states,
                 ContactProblem& problem, StageCounters& counters);
 
 // Sweeps until the largest change of an impulse is negligible or the iterations are used up.
@@ -85,13 +86,35 @@ int solve_velocities(int iterations, ContactProblem& problem);
 // Gives the rows that bounce their rebound as target. Returns whether there are any.
 bool aim_rebounds(ContactProblem& problem);
 
+// One sweep: frictions, then normals in the order of rows or backwards. Returns the largest change
+// of an impulse.
+double sweep_velocities(bool forward, ContactProblem& problem);
+
 // Displacement velocities that push overlapping bodies apart; they never become kinetic energy.
-// Empty if nothing overlaps by more than its slop. Otherwise one per body, linear and angular.
 struct PushOut {
   Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
 };
+
+// The rows of a contact problem once more, for displacement.
+struct PushOutProblem {
+  std::vector<PushOut> bodies;                       // parallel to the problem's
+  std::vector<double> target_m_s, impulse_newton_s;  // parallel to its normals
+};
+
+// Whether something overlaps by more than its slop.
+bool needs_push_out(const ContactProblem& problem);
+
+// Bodies and impulses at zero, and the targets.
+void aim_push_out(double dt_s, const ContactProblem& problem, PushOutProblem& push);
+
+struct PushOutSweep {
+  double change_newton_s = 0.0, largest_newton_s = 0.0;  // over the rows' impulses
+};
+PushOutSweep sweep_push_out(bool forward, const ContactProblem& problem, PushOutProblem& push);
+
+// Sweeps until it changes little. `push` is left without bodies if none is needed.
 void solve_push_out(int iterations, double dt_s, const ContactProblem& problem,
-                    std::vector<PushOut>& push);
+                    PushOutProblem& push);
 
 // Largest violation of a normal or friction constraint by the present velocities and impulses.
 double residual_m_s(const ContactProblem& problem);

@@ -40,6 +40,11 @@ StageCounters& operator+=(StageCounters& a, const StageCounters& b) {
   a.restitution_rows += b.restitution_rows;
   a.warm_started_rows += b.warm_started_rows;
   a.driven_bodies += b.driven_bodies;
+  a.islands_in_blocks += b.islands_in_blocks;
+  a.block_iterations += b.block_iterations;
+  a.blocks_solved += b.blocks_solved;
+  a.block_rows += b.block_rows;
+  a.block_row_sweeps += b.block_row_sweeps;
   return a;
 }
 

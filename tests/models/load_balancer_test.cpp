@@ -84,16 +84,24 @@ TEST(PaperScheme, TheLeastLoadedNeighbourGetsMost) {
 TEST(PaperScheme, AnIslandOfTwoWorldsIsPutTogetherThoughTheLoadsAreEqual) {
   Row row(2, 8);
   for (std::uint32_t cell = 6; cell < 10; ++cell) row.picture.cell_ns[cell] = 1000;
-  row.picture.islands.push_back({20'000, {6, 7, 8, 9}});
+  row.picture.islands.push_back({20'000, {6, 7, 8, 9}, false});
   const TerritoryMap after = row.map.after(row.transfers());
   for (std::uint32_t cell = 7; cell < 10; ++cell)
     EXPECT_EQ(after.owners()[cell], after.owners()[6]) << cell;
 }
 
+// Each side does half of it, wherever its bodies lie.
+TEST(PaperScheme, AnIslandWhoseSolveIsSharedOutStaysWhereItIs) {
+  Row row(2, 8);
+  for (std::uint32_t cell = 6; cell < 10; ++cell) row.picture.cell_ns[cell] = 1000;
+  row.picture.islands.push_back({20'000, {6, 7, 8, 9}, true});
+  EXPECT_TRUE(row.transfers().empty());
+}
+
 TEST(PaperScheme, AnIslandOfOneWorldIsNotCutForTheSakeOfBalance) {
   Row row(2, 8);
   for (std::uint32_t cell = 0; cell < 8; ++cell) row.picture.cell_ns[cell] = 100;
-  row.picture.islands.push_back({20'000, {4, 5, 6, 7}});
+  row.picture.islands.push_back({20'000, {4, 5, 6, 7}, false});
   const TerritoryMap after = row.map.after(row.transfers());
   for (std::uint32_t cell = 5; cell < 8; ++cell)
     EXPECT_EQ(after.owners()[cell], after.owners()[4]) << cell;

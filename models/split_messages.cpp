@@ -1,0 +1,132 @@
+#include "models/split_messages.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "models/codec.hpp"
+
+namespace soda::models {
+namespace {
+
+void write_island(const IslandName& island, Writer& writer) {
+  writer.id(island.label);
+  for (const std::uint64_t part : island.content) writer.number(part);
+}
+
+IslandName read_island(Reader& reader) {
+  IslandName island;
+  island.label = reader.id();
+  for (std::uint64_t& part : island.content) part = reader.number<std::uint64_t>();
+  return island;
+}
+
+bool is_pushed(const physics::BorderBody& body) {
+  return body.push.linear != physics::Vec3::Zero() || body.push.angular != physics::Vec3::Zero();
+}
+
+void write_report(const physics::BlockReport& report, Writer& writer) {
+  writer.number(report.max_penetration_m);
+  writer.number(report.constraint_residual_m_s);
+  writer.vector(report.static_impulse_newton_s);
+  writer.vector(report.static_angular_impulse_newton_m_s);
+}
+
+physics::BlockReport read_report(Reader& reader) {
+  physics::BlockReport report;
+  report.max_penetration_m = reader.number<double>();
+  report.constraint_residual_m_s = reader.number<double>();
+  report.static_impulse_newton_s = reader.vector();
+  report.static_angular_impulse_newton_m_s = reader.vector();
+  return report;
+}
+
+}  // namespace
+
+IslandName island_named_in(std::span<const std::byte> payload) {
+  Reader reader(payload);
+  return read_island(reader);
+}
+
+// Push-out is rare: it is left out where nothing is pushed.
+kernel::Payload encode_border_news(const BorderNews& news) {
+  kernel::Bytes bytes;
+  Writer writer(bytes);
+  write_island(news.island, writer);
+  writer.number(news.border);
+  writer.number(static_cast<std::uint32_t>(news.from_before));
+  const bool pushed = std::any_of(news.bodies.begin(), news.bodies.end(), is_pushed);
+  writer.number(static_cast<std::uint32_t>(pushed));
+  writer.number(static_cast<std::uint32_t>(news.bodies.size()));
+  for (const physics::BorderBody& body : news.bodies) {
+    writer.vector(body.linear);
+    writer.vector(body.angular);
+    if (!pushed) continue;
+    writer.vector(body.push.linear);
+    writer.vector(body.push.angular);
+  }
+  return kernel::Payload(std::move(bytes));
+}
+
+BorderNews decode_border_news(std::span<const std::byte> payload) {
+  Reader reader(payload);
+  BorderNews news;
+  news.island = read_island(reader);
+  news.border = reader.number<std::uint32_t>();
+  news.from_before = reader.number<std::uint32_t>() != 0;
+  const bool pushed = reader.number<std::uint32_t>() != 0;
+  news.bodies.resize(reader.number<std::uint32_t>());
+  for (physics::BorderBody& body : news.bodies) {
+    body.linear = reader.vector();
+    body.angular = reader.vector();
+    if (!pushed) continue;
+    body.push.linear = reader.vector();
+    body.push.angular = reader.vector();
+  }
+  return news;
+}
+
+kernel::Payload encode_block_news(const BlockNews& news) {
+  kernel::Bytes bytes;
+  Writer writer(bytes);
+  write_island(news.island, writer);
+  writer.number(news.first);
+  writer.number(news.last);
+  writer.number(static_cast<std::uint32_t>(news.bodies.size()));
+  for (const BlockNews::Moved& moved : news.bodies) {
+    writer.id(moved.id);
+    writer.state(moved.state);
+  }
+  writer.number(static_cast<std::uint32_t>(news.faults.size()));
+  for (const physics::AdvanceFault& fault : news.faults) {
+    writer.id(fault.body);
+    writer.number(static_cast<std::uint32_t>(fault.what.size()));
+    for (const char letter : fault.what) writer.number(letter);
+  }
+  writer.number(static_cast<std::uint32_t>(news.reports.size()));
+  for (const physics::BlockReport& report : news.reports) write_report(report, writer);
+  return kernel::Payload(std::move(bytes));
+}
+
+BlockNews decode_block_news(std::span<const std::byte> payload) {
+  Reader reader(payload);
+  BlockNews news;
+  news.island = read_island(reader);
+  news.first = reader.number<std::uint32_t>();
+  news.last = reader.number<std::uint32_t>();
+  news.bodies.resize(reader.number<std::uint32_t>());
+  for (BlockNews::Moved& moved : news.bodies) {
+    moved.id = reader.id();
+    moved.state = reader.state();
+  }
+  news.faults.resize(reader.number<std::uint32_t>());
+  for (physics::AdvanceFault& fault : news.faults) {
+    fault.body = reader.id();
+    fault.what.resize(reader.number<std::uint32_t>());
+    for (char& letter : fault.what) letter = reader.number<char>();
+  }
+  news.reports.resize(reader.number<std::uint32_t>());
+  for (physics::BlockReport& report : news.reports) report = read_report(reader);
+  return news;
+}
+
+}  // namespace soda::models

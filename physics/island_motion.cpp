@@ -1,0 +1,118 @@
+// Bodies of an island before and after its contacts are solved.
+#include "physics/island_motion.hpp"
+
+#include <algorithm>
+
+#include "physics/drive.hpp"
+#include "physics/rigid_motion.hpp"
+
+namespace soda::physics {
+
+// Velocities after external forces, and the inertia that contacts meet.
+void load_bodies(const SceneDescription& scene, std::span<const BodyId> ids,
+                 const Selection<BodyState>& states, std::vector<SolverBody>& bodies,
+                 StageCounters& counters) {
+  bodies.resize(ids.size() + 1);
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    const BodyParams& params = scene.bodies[index_of(ids[i])];
+    bodies[i] = solver_body(params, states[i]);
+    bodies[i].linear += external_acceleration(scene, ids[i], states[i]) * scene.dt_s;
+    counters.driven_bodies += params.drive != kNoDrive;
+  }
+}
+
+Vec3 impulse_on_b(const ContactProblem& problem, std::size_t row) {
+  const NormalRow& normal = problem.normals[row];
+  Vec3 impulse = normal.normal * normal.impulse_newton_s;
+  if (problem.contacts[row].friction_row >= 0) {
+    const FrictionRow& f = problem.frictions[problem.contacts[row].friction_row];
+    impulse += f.tangent[0] * f.impulse_newton_s[0] + f.tangent[1] * f.impulse_newton_s[1];
+  }
+  return impulse;
+}
+
+ContactImpulse stored_impulse(const Selection<ContactManifold>& manifolds,
+                              const ContactProblem& problem, std::size_t row) {
+  const NormalRow& normal = problem.normals[row];
+  const RowContact& contact = problem.contacts[row];
+  const ContactManifold& m = manifolds[contact.manifold];
+  const Vec3 along = normal.normal * normal.impulse_newton_s;
+  return {m.b, m.part, m.points[contact.point].feature, normal.impulse_newton_s,
+          impulse_on_b(problem, row) - along};
+}
+
+std::vector<Flight> find_flights(const ContactProblem& problem) {
+  std::vector<Flight> flights(problem.bodies.size());
+  for (std::size_t i = 0; i < problem.normals.size(); ++i) {
+    const NormalRow& row = problem.normals[i];
+    if (row.impulse_newton_s == 0.0) continue;
+    Flight& a = flights[row.a];
+    Flight& b = flights[row.b];
+    if (!problem.contacts[i].bounces) {
+      a.supported = b.supported = true;
+      continue;
+    }
+    const Vec3 delayed = impulse_on_b(problem, i) * problem.contacts[i].impact_time_s;
+    a.not_yet_m -= delayed * problem.bodies[row.a].inverse_mass;
+    b.not_yet_m += delayed * problem.bodies[row.b].inverse_mass;
+  }
+  return flights;
+}
+
+namespace {
+
+BodyState moved(const SceneDescription& scene, BodyId id, const SolverBody& body,
+                const Flight& flight, const PushOut* push, const BodyState& state) {
+  const double dt = scene.dt_s;
+  BodyState next;
+  next.position_m = state.position_m + body.linear * dt;
+  if (!flight.supported) {
+    const Vec3 acceleration = external_acceleration(scene, id, state);
+    next.position_m -= acceleration * (0.5 * dt * dt) + flight.not_yet_m;
+  }
+  next.linear_velocity_m_s = body.linear;
+  next.angular_velocity_rad_s = body.angular;
+  next.orientation = state.orientation;
+  rotate_freely(scene.bodies[index_of(id)], dt, next);
+  if (push != nullptr) {
+    next.position_m += push->linear * dt;
+    next.orientation = turned(push->angular * dt, next.orientation);
+  }
+  return next;
+}
+
+}  // namespace
+
+bool move_body(const SceneDescription& scene, BodyId id, const SolverBody& body,
+               const Flight& flight, const PushOut* push, BodyState& state,
+               std::vector<AdvanceFault>& faults) {
+  BodyState next = moved(scene, id, body, flight, push, state);
+  const char* const fault = fault_of(next);
+  if (*fault) {
+    faults.push_back({id, fault});
+    return false;
+  }
+  next.impulses = std::move(state.impulses);
+  state = std::move(next);
+  return true;
+}
+
+void report_contacts(const Selection<BodyState>& states, const ContactProblem& problem,
+                     IslandReport& report) {
+  const std::uint32_t statics = static_cast<std::uint32_t>(states.size());
+  for (std::size_t i = 0; i < problem.normals.size(); ++i) {
+    const RowContact& contact = problem.contacts[i];
+    report.max_penetration_m = std::max(report.max_penetration_m, -contact.separation_m);
+    const NormalRow& row = problem.normals[i];
+    if (row.b != statics) continue;
+    // Friction counts even where the normal impulse ended at zero: after the last sweep it may not
+    // have been taken back to its disc yet (a constraint residual, but an impulse all the same).
+    const Vec3 impulse = -impulse_on_b(problem, i);
+    if (impulse == Vec3::Zero()) continue;
+    report.static_impulse_newton_s += impulse;
+    report.static_angular_impulse_newton_m_s +=
+        (states[row.a].position_m + contact.arm_a).cross(impulse);
+  }
+}
+
+}  // namespace soda::physics
