@@ -70,7 +70,8 @@ LoadSample sample_load(WorldId world, const BufferEntry& entry, const physics::G
   for (const physics::IslandReport& island : entry.islands) iterations += island.iterations;
   for (const physics::IslandReport& island : entry.islands)
     sample.islands.push_back(
-        {island.label, solve_cost_ns(island.contact_points, iterations, entry.islands.size())});
+        {island.label, solve_cost_ns(island.contact_points, iterations, entry.islands.size(),
+                                     island.multiplications)});
   return sample;
 }
 

@@ -23,6 +23,8 @@ constexpr Stage kPairs{"broadphase pairs",
                        [](const SimulationResult& r) { return r.stages.candidate_pairs; }};
 constexpr Stage kSolver{"contact solver",
                         [](const SimulationResult& r) { return r.stages.islands_solved; }};
+constexpr Stage kDirect{"direct contact solver",
+                        [](const SimulationResult& r) { return r.stages.factor_multiplications; }};
 constexpr Stage kFriction{"friction rows",
                           [](const SimulationResult& r) { return r.stages.friction_rows; }};
 constexpr Stage kConveyor{"conveyor rows",
@@ -56,10 +58,10 @@ constexpr Stage kBalancing{"load balancing", [](const SimulationResult& r) {
                            }};
 constexpr Stage kRollback{"rollback", [](const SimulationResult& r) { return r.events.rollbacks; }};
 
-constexpr std::array kStages{kBoxes,    kPairs,     kDrive,       kSolver,    kFriction,
-                             kConveyor, kJoints,    kRestitution, kWarmStart, kBorderTests,
-                             kGhosts,   kFragments, kMerge,       kMigration, kHistory,
-                             kTaken,    kRollback,  kInputs,      kBalancing};
+constexpr std::array kStages{kBoxes,       kPairs,    kDrive,     kSolver,      kDirect,
+                             kFriction,    kConveyor, kJoints,    kRestitution, kWarmStart,
+                             kBorderTests, kGhosts,   kFragments, kMerge,       kMigration,
+                             kHistory,     kTaken,    kRollback,  kInputs,      kBalancing};
 
 constexpr std::size_t kKernels = static_cast<std::size_t>(ShapeKernel::kCount);
 
@@ -146,6 +148,8 @@ void add_physics(const SceneDescription& scene, std::vector<PlanLine>& plan) {
   }
   add(plan, kDrive, any_body_is_driven(scene), "a body has a drive", "no body has a drive");
   add(plan, kSolver, response, "contacts push back", no_response);
+  add(plan, kDirect, response && scene.solver.direct, "islands can be cheap to factorise",
+      response ? "switched off in the solver settings" : no_response);
   const bool friction = any_pair_has_friction(scene);
   add(plan, kFriction, response && friction, "two materials in contact can have friction > 0",
       response ? "no pair of materials has friction > 0" : no_response);

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "physics/contact_solver.hpp"
+#include "physics/contact_choice.hpp"
 #include "physics/drive.hpp"
 #include "physics/joint_motion.hpp"
 #include "physics/rigid_motion.hpp"
@@ -117,10 +117,8 @@ BodyState moved(const SceneDescription& scene, BodyId id, const SolverBody& body
 
 void move_bodies(const SceneDescription& scene, std::span<const BodyId> ids,
                  std::span<const ContactManifold> manifolds, const ContactProblem& problem,
-                 const JointSystem& joints, std::span<BodyState> states,
-                 std::vector<AdvanceFault>& faults) {
-  std::vector<PushOut> push;
-  solve_push_out(scene.solver.iterations, scene.dt_s, problem, push);
+                 const std::vector<PushOut>& push, const JointSystem& joints,
+                 std::span<BodyState> states, std::vector<AdvanceFault>& faults) {
   std::vector<Flight> flights = find_flights(problem);
   for (const JointRow& row : joints.rows)
     flights[row.a].supported = flights[row.b].supported = true;
@@ -158,12 +156,20 @@ void report_contacts(std::span<const BodyState> states, const ContactProblem& pr
   }
 }
 
-std::uint32_t solve(const SceneDescription& scene, std::span<const BodyId> ids,
-                    std::span<const BodyState> states, JointSystem& joints,
-                    ContactProblem& problem) {
-  return static_cast<std::uint32_t>(joints.empty()
-                                        ? solve_velocities(scene.solver.iterations, problem)
-                                        : solve_with_joints(scene, ids, states, joints, problem));
+// With joints, their direct solution and sweeps over the contacts take turns.
+ContactSolution solve_jointed(const SceneDescription& scene, std::span<const BodyId> ids,
+                              std::span<const BodyState> states, JointSystem& joints,
+                              ContactProblem& problem) {
+  ContactSolution solution;
+  solution.iterations =
+      static_cast<std::uint32_t>(solve_with_joints(scene, ids, states, joints, problem));
+  if (problem.restitution_rows > 0 && aim_rebounds(problem)) {
+    take_back_joint_impulses(joints, problem.bodies);
+    solution.iterations +=
+        static_cast<std::uint32_t>(solve_with_joints(scene, ids, states, joints, problem));
+  }
+  solve_push_out(scene.solver.iterations, scene.dt_s, problem, solution.push);
+  return solution;
 }
 
 }  // namespace
@@ -202,20 +208,24 @@ IslandReport advance_island(const SceneDescription& scene, std::span<const BodyI
   }
   ContactProblem problem;
   load_bodies(scene, ids, states, problem.bodies, counters);
+  const std::vector<SolverBody> free(problem.bodies.begin(), problem.bodies.end() - 1);
   build_rows(scene, ids, manifolds, states, problem, counters);
-  report.iterations = solve(scene, ids, states, joints, problem);
-  if (problem.restitution_rows > 0 && aim_rebounds(problem)) {
-    take_back_joint_impulses(joints, problem.bodies);
-    report.iterations += solve(scene, ids, states, joints, problem);
-  }
+  const ContactSolution solution = joints.empty()
+                                       ? solve_contacts(scene, states, free, problem)
+                                       : solve_jointed(scene, ids, states, joints, problem);
+  report.direct = solution.direct;
+  report.iterations = solution.iterations;
+  report.multiplications = solution.multiplications;
   counters.joint_rows += joints.rows.size();
   report.constraint_residual_m_s = residual_m_s(problem);
   report_contacts(states, problem, report);
   report_joints(states, joints, report);
-  move_bodies(scene, ids, manifolds, problem, joints, states, faults);
+  move_bodies(scene, ids, manifolds, problem, solution.push, joints, states, faults);
   if (!joints.empty()) close_joints(scene, ids, joints, states);
   ++counters.islands_solved;
-  counters.solver_iterations += report.iterations;
+  counters.direct_islands += solution.direct;
+  counters.solver_iterations += solution.iterations;
+  counters.factor_multiplications += solution.multiplications;
   return report;
 }
 

@@ -114,23 +114,31 @@ bool aim_rebounds(ContactProblem& problem) {
   return any;
 }
 
-void solve_push_out(int iterations, double dt_s, const ContactProblem& problem,
-                    std::vector<PushOut>& push) {
+bool needs_push_out(const ContactProblem& problem) {
+  constexpr double kEnough =
+      1.01;  // slops: the last of an overlap goes slowly, and is not worth it
+  return std::any_of(problem.contacts.begin(), problem.contacts.end(),
+                     [](const RowContact& c) { return c.separation_m < -kEnough * c.slop_m; });
+}
+
+double push_out_target_m_s(const RowContact& c, double dt_s) {
   constexpr double kShare = 0.2;        // of the excess overlap, per step
   constexpr double kFastest_1_s = 2.0;  // body sizes per second
+  const double excess = -c.separation_m - c.slop_m;
+  // Points in touch must not be pushed together; points apart have their gap to use.
+  return excess > 0.0 ? std::min(kShare * excess / dt_s, kFastest_1_s * c.size_m)
+                      : -std::max(c.separation_m, 0.0) / dt_s;
+}
+
+void solve_push_out(int iterations, double dt_s, const ContactProblem& problem,
+                    std::vector<PushOut>& push) {
   push.clear();
+  if (!needs_push_out(problem)) return;
   const std::size_t count = problem.normals.size();
-  const bool needed = std::any_of(problem.contacts.begin(), problem.contacts.end(),
-                                  [](const RowContact& c) { return c.separation_m < -c.slop_m; });
-  if (!needed) return;
   push.resize(problem.bodies.size());
   std::vector<double> target(count), impulse(count, 0.0);
   for (std::size_t i = 0; i < count; ++i) {
-    const RowContact& c = problem.contacts[i];
-    const double excess = -c.separation_m - c.slop_m;
-    // Points in touch must not be pushed together; points apart have their gap to use.
-    target[i] = excess > 0.0 ? std::min(kShare * excess / dt_s, kFastest_1_s * c.size_m)
-                             : -std::max(c.separation_m, 0.0) / dt_s;
+    target[i] = push_out_target_m_s(problem.contacts[i], dt_s);
   }
   for (int sweep = 0; sweep < iterations; ++sweep) {
     double change = 0.0, largest = 0.0;

@@ -90,6 +90,9 @@ bool aim_rebounds(ContactProblem& problem);
 struct PushOut {
   Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
 };
+bool needs_push_out(const ContactProblem& problem);
+// What it wants of one contact: the velocity along the normal must not fall below it.
+double push_out_target_m_s(const RowContact& contact, double dt_s);
 void solve_push_out(int iterations, double dt_s, const ContactProblem& problem,
                     std::vector<PushOut>& push);
 

@@ -1,0 +1,27 @@
+// Which solver an island's contacts get, and what it did.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "physics/contact_solver.hpp"
+#include "physics/scene.hpp"
+
+namespace soda::physics {
+
+struct ContactSolution {
+  bool direct = false;                // by Newton's method; by sweeps otherwise
+  std::uint32_t iterations = 0;       // sweeps, and steps of Newton's method
+  std::uint64_t multiplications = 0;  // of all factorisations, roughly
+  std::vector<PushOut> push;          // see solve_push_out
+};
+
+// Solves the rows of one island, whose bodies start the step in `states` and have the velocities
+// `free` after external forces. Directly where plan_direct_solve says so and it converges, by
+// sweeps otherwise; of one or two bodies, by sweeps first, as these nearly always converge. The
+// choice depends on nothing but the island's content.
+ContactSolution solve_contacts(const SceneDescription& scene, std::span<const BodyState> states,
+                               std::span<const SolverBody> free, ContactProblem& problem);
+
+}  // namespace soda::physics
