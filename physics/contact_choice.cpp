@@ -42,16 +42,17 @@ ContactSolution solve_contacts(const SceneDescription& scene, std::span<const Bo
   constexpr std::size_t kFew = 2;
   ContactSolution solution;
   std::optional<Elimination> plan;
-  if (states.size() <= kFew) {
-    const ContactProblem start = problem;
-    if (!sweep(scene, problem, solution) && scene.solver.direct) {
+  if (!scene.solver.direct) {
+    sweep(scene, problem, solution);
+  } else if (states.size() <= kFew) {
+    ContactProblem start = problem;
+    if (!sweep(scene, problem, solution)) {
       plan = plan_direct_solve(scene, states, start);
-      ContactProblem again = start;
-      solution.direct = plan && solve_by_newton(free, *plan, again, solution);
-      if (solution.direct) problem = std::move(again);
+      solution.direct = plan && solve_by_newton(free, *plan, start, solution);
+      if (solution.direct) problem = std::move(start);
     }
   } else {
-    if (scene.solver.direct) plan = plan_direct_solve(scene, states, problem);
+    plan = plan_direct_solve(scene, states, problem);
     solution.direct = plan && solve_by_newton(free, *plan, problem, solution);
     if (!solution.direct) sweep(scene, problem, solution);
   }

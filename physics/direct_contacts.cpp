@@ -126,12 +126,9 @@ std::optional<Elimination> plan_direct_solve(const SceneDescription& scene,
     const std::array<std::uint32_t, 2> edge{row.a, row.b};
     if (row.b < bodies && (edges.empty() || edges.back() != edge)) edges.push_back(edge);
   }
-  std::optional<Elimination> plan = plan_elimination(bodies, edges, kMostMultiplications);
-  if (plan && plan->multiplications > kSmall &&
-      largest_speed_m_s(states, problem) > kCalm * scene.gravity_m_s2.norm() * scene.dt_s) {
-    return std::nullopt;
-  }
-  return plan;
+  const bool calm =
+      largest_speed_m_s(states, problem) <= kCalm * scene.gravity_m_s2.norm() * scene.dt_s;
+  return plan_elimination(bodies, edges, calm ? kMostMultiplications : kSmall);
 }
 
 NewtonOutcome solve_directly(std::span<const SolverBody> free, const Elimination& plan,
