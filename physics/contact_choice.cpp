@@ -1,11 +1,50 @@
 #include "physics/contact_choice.hpp"
 
+#include <algorithm>
 #include <optional>
 
 #include "physics/direct_contacts.hpp"
 
 namespace soda::physics {
 namespace {
+
+// The share of all start impulses that makes least what every solver here makes least,
+// 1/2 impulses W impulses + impulses (velocity without contacts - target).
+double best_share_of_start(std::span<const SolverBody> free, const ContactProblem& problem) {
+  double square = 0.0, product = 0.0;
+  for (std::size_t i = 0; i < free.size(); ++i) {
+    const SolverBody& body = problem.bodies[i];
+    const Mat3 inertia = inverse_of_symmetric(body.inverse_inertia);
+    const Vec3 linear = body.linear - free[i].linear, angular = body.angular - free[i].angular;
+    const Vec3 momentum = linear * (1.0 / body.inverse_mass), spin(inertia * angular);
+    square += momentum.dot(linear) + spin.dot(angular);
+    product += momentum.dot(free[i].linear) + spin.dot(free[i].angular);
+  }
+  for (const NormalRow& row : problem.normals) product -= row.impulse_newton_s * row.target_m_s;
+  for (const FrictionRow& row : problem.frictions) {
+    if (row.b == problem.normals[row.normal_row].b) continue;
+    const Vec3& surface = problem.bodies[row.b].linear;
+    for (int t = 0; t < 2; ++t) product += row.impulse_newton_s[t] * row.tangent[t].dot(surface);
+  }
+  return square > 0.0 ? -product / square : 1.0;
+}
+
+// Those of a hard impact are far too large in the step after it. Sweeps get rid of them, unless
+// they act on bodies that are much lighter than others: these would be thrown away.
+void drop_bad_start(std::span<const SolverBody> free, ContactProblem& problem) {
+  constexpr double kLeastShare = 0.1, kMuchLighter = 100.0;
+  double lightest = free[0].inverse_mass, heaviest = lightest;
+  for (const SolverBody& body : free) {
+    lightest = std::max(lightest, body.inverse_mass);
+    heaviest = std::min(heaviest, body.inverse_mass);
+  }
+  if (lightest <= kMuchLighter * heaviest) return;
+  if (best_share_of_start(free, problem) >= kLeastShare) return;
+  std::copy(free.begin(), free.end(), problem.bodies.begin());
+  for (NormalRow& row : problem.normals) row.impulse_newton_s = 0.0;
+  for (FrictionRow& row : problem.frictions)
+    row.impulse_newton_s[0] = row.impulse_newton_s[1] = 0.0;
+}
 
 // Whether the sweeps converged.
 bool sweep(const SceneDescription& scene, ContactProblem& problem, ContactSolution& solution) {
@@ -42,6 +81,7 @@ ContactSolution solve_contacts(const SceneDescription& scene, std::span<const Bo
   constexpr std::size_t kFew = 2;
   ContactSolution solution;
   std::optional<Elimination> plan;
+  drop_bad_start(free, problem);
   if (!scene.solver.direct) {
     sweep(scene, problem, solution);
   } else if (states.size() <= kFew) {

@@ -49,6 +49,9 @@ struct ConvexContacts {
   double compliance_1_kg = 0.0;  // > 0
 };
 
+// By cofactors; for symmetric positive definite matrices.
+Mat3 inverse_of_symmetric(const Mat3& m);
+
 PointResponse respond(const ConvexPoint& point, double compliance_1_kg, const Vec3& velocity_m_s);
 
 Vec3 relative_velocity(const ConvexPoint& point, std::span<const Twist> twists);

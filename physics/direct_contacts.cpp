@@ -17,26 +17,10 @@ constexpr double kCalm = 2.0;   // of the speed that gravity gives in a step
 // Newton steps; the corrections take it out again, and make it harder where they get on slowly.
 constexpr double kCompliance = 1.0;
 
-// By cofactors; symmetric positive definite.
-Mat3 inverse_of(const Mat3& m) {
-  const double c00 = m(1, 1) * m(2, 2) - m(1, 2) * m(1, 2);
-  const double c01 = m(0, 2) * m(1, 2) - m(0, 1) * m(2, 2);
-  const double c02 = m(0, 1) * m(1, 2) - m(0, 2) * m(1, 1);
-  const double inverse = 1.0 / (m(0, 0) * c00 + m(0, 1) * c01 + m(0, 2) * c02);
-  Mat3 out;
-  out(0, 0) = c00 * inverse;
-  out(0, 1) = out(1, 0) = c01 * inverse;
-  out(0, 2) = out(2, 0) = c02 * inverse;
-  out(1, 1) = (m(0, 0) * m(2, 2) - m(0, 2) * m(0, 2)) * inverse;
-  out(1, 2) = out(2, 1) = (m(0, 1) * m(0, 2) - m(0, 0) * m(1, 2)) * inverse;
-  out(2, 2) = (m(0, 0) * m(1, 1) - m(0, 1) * m(0, 1)) * inverse;
-  return out;
-}
-
 void set_bodies(std::span<const SolverBody> bodies, ConvexContacts& out) {
   double mass = 0.0;
   for (const SolverBody& body : bodies) {
-    out.bodies.push_back({1.0 / body.inverse_mass, inverse_of(body.inverse_inertia)});
+    out.bodies.push_back({1.0 / body.inverse_mass, inverse_of_symmetric(body.inverse_inertia)});
     mass += out.bodies.back().mass_kg;
   }
   out.compliance_1_kg = kCompliance / mass;
