@@ -8,6 +8,21 @@
 namespace soda::physics {
 namespace {
 
+double mass_ratio(std::span<const SolverBody> bodies) {
+  double lightest = bodies[0].inverse_mass, heaviest = lightest;
+  for (const SolverBody& body : bodies) {
+    lightest = std::max(lightest, body.inverse_mass);
+    heaviest = std::min(heaviest, body.inverse_mass);
+  }
+  return lightest / heaviest;
+}
+
+// Sweeps converge: one body, or two of like masses.
+bool is_easy(std::span<const SolverBody> bodies) {
+  constexpr double kLike = 10.0;
+  return bodies.size() == 1 || (bodies.size() == 2 && mass_ratio(bodies) <= kLike);
+}
+
 // The share of all start impulses that makes least what every solver here makes least,
 // 1/2 impulses W impulses + impulses (velocity without contacts - target).
 double best_share_of_start(std::span<const SolverBody> free, const ContactProblem& problem) {
@@ -33,12 +48,7 @@ double best_share_of_start(std::span<const SolverBody> free, const ContactProble
 // they act on bodies that are much lighter than others: these would be thrown away.
 void drop_bad_start(std::span<const SolverBody> free, ContactProblem& problem) {
   constexpr double kLeastShare = 0.1, kMuchLighter = 100.0;
-  double lightest = free[0].inverse_mass, heaviest = lightest;
-  for (const SolverBody& body : free) {
-    lightest = std::max(lightest, body.inverse_mass);
-    heaviest = std::min(heaviest, body.inverse_mass);
-  }
-  if (lightest <= kMuchLighter * heaviest) return;
+  if (mass_ratio(free) <= kMuchLighter) return;
   if (best_share_of_start(free, problem) >= kLeastShare) return;
   std::copy(free.begin(), free.end(), problem.bodies.begin());
   for (NormalRow& row : problem.normals) row.impulse_newton_s = 0.0;
@@ -46,18 +56,13 @@ void drop_bad_start(std::span<const SolverBody> free, ContactProblem& problem) {
     row.impulse_newton_s[0] = row.impulse_newton_s[1] = 0.0;
 }
 
-// Whether the sweeps converged.
-bool sweep(const SceneDescription& scene, ContactProblem& problem, ContactSolution& solution) {
+void sweep(const SceneDescription& scene, ContactProblem& problem, ContactSolution& solution) {
   const int most = scene.solver.iterations;
   int sweeps = solve_velocities(most, problem);
-  bool converged = sweeps < most;
   if (problem.restitution_rows > 0 && aim_rebounds(problem)) {
-    const int more = solve_velocities(most, problem);
-    converged = more < most;
-    sweeps += more;
+    sweeps += solve_velocities(most, problem);
   }
   solution.iterations += static_cast<std::uint32_t>(sweeps);
-  return converged;
 }
 
 void count(const NewtonOutcome& outcome, const Elimination& plan, ContactSolution& solution) {
@@ -78,24 +83,12 @@ bool solve_by_newton(std::span<const SolverBody> free, const Elimination& plan,
 
 ContactSolution solve_contacts(const SceneDescription& scene, std::span<const BodyState> states,
                                std::span<const SolverBody> free, ContactProblem& problem) {
-  constexpr std::size_t kFew = 2;
   ContactSolution solution;
   std::optional<Elimination> plan;
   drop_bad_start(free, problem);
-  if (!scene.solver.direct) {
-    sweep(scene, problem, solution);
-  } else if (states.size() <= kFew) {
-    ContactProblem start = problem;
-    if (!sweep(scene, problem, solution)) {
-      plan = plan_direct_solve(scene, states, start);
-      solution.direct = plan && solve_by_newton(free, *plan, start, solution);
-      if (solution.direct) problem = std::move(start);
-    }
-  } else {
-    plan = plan_direct_solve(scene, states, problem);
-    solution.direct = plan && solve_by_newton(free, *plan, problem, solution);
-    if (!solution.direct) sweep(scene, problem, solution);
-  }
+  if (scene.solver.direct && !is_easy(free)) plan = plan_direct_solve(scene, states, problem);
+  solution.direct = plan && solve_by_newton(free, *plan, problem, solution);
+  if (!solution.direct) sweep(scene, problem, solution);
   if (!needs_push_out(problem)) return solution;
   if (solution.direct) {
     const NewtonOutcome outcome = push_out_directly(scene.dt_s, *plan, problem, solution.push);

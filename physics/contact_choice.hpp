@@ -19,8 +19,8 @@ struct ContactSolution {
 
 // Solves the rows of one island, whose bodies start the step in `states` and have the velocities
 // `free` after external forces. Directly where plan_direct_solve says so and it converges, by
-// sweeps otherwise; of one or two bodies, by sweeps first, as these nearly always converge. The
-// choice depends on nothing but the island's content.
+// sweeps otherwise, and where it has one body or two of like masses. The choice depends on nothing
+// but the island's content.
 ContactSolution solve_contacts(const SceneDescription& scene, std::span<const BodyState> states,
                                std::span<const SolverBody> free, ContactProblem& problem);
 
