@@ -74,7 +74,9 @@ class Writer {
     id(value.label);
     number(value.bodies);
     number(value.contact_points);
+    number(static_cast<std::uint32_t>(value.direct));
     number(value.iterations);
+    number(value.multiplications);
     number(value.max_penetration_m);
     number(value.constraint_residual_m_s);
     vector(value.static_impulse_newton_s);
@@ -154,7 +156,9 @@ class Reader {
     value.label = id();
     value.bodies = number<std::uint32_t>();
     value.contact_points = number<std::uint32_t>();
+    value.direct = number<std::uint32_t>() != 0;
     value.iterations = number<std::uint32_t>();
+    value.multiplications = number<std::uint64_t>();
     value.max_penetration_m = number<double>();
     value.constraint_residual_m_s = number<double>();
     value.static_impulse_newton_s = vector();

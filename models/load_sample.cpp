@@ -53,7 +53,7 @@ namespace {
 // ones have their own cost.
 void add_islands(const BufferEntry& entry, bool splits, std::vector<IslandLoad>& islands) {
   const auto is_giant = [](const physics::IslandReport& island) {
-    return island.contact_points >= physics::kGiantPoints;
+    return island.contact_points >= physics::kGiantPoints && !island.direct;
   };
   std::uint64_t iterations = 0, small = 0;
   for (const physics::IslandReport& island : entry.islands) {
@@ -62,9 +62,10 @@ void add_islands(const BufferEntry& entry, bool splits, std::vector<IslandLoad>&
     ++small;
   }
   for (const physics::IslandReport& island : entry.islands) {
-    const std::int64_t ns = is_giant(island)
-                                ? solve_cost_ns(island.contact_points, island.iterations, 1)
-                                : solve_cost_ns(island.contact_points, iterations, small);
+    const std::int64_t ns =
+        is_giant(island)
+            ? solve_cost_ns(island.contact_points, island.iterations, 1, 0)
+            : solve_cost_ns(island.contact_points, iterations, small, island.multiplications);
     islands.push_back({island.label, ns, splits && is_giant(island)});
   }
 }

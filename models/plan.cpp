@@ -28,6 +28,8 @@ constexpr Stage kBlocks{"blocks of giant islands",
                         [](const SimulationResult& r) { return r.stages.blocks_solved; }};
 constexpr Stage kSplit{"giant islands split between worlds",
                        [](const SimulationResult& r) { return r.worlds.islands_split; }};
+constexpr Stage kDirect{"direct contact solver",
+                        [](const SimulationResult& r) { return r.stages.factor_multiplications; }};
 constexpr Stage kFriction{"friction rows",
                           [](const SimulationResult& r) { return r.stages.friction_rows; }};
 constexpr Stage kConveyor{"conveyor rows",
@@ -64,11 +66,10 @@ constexpr Stage kRollback{"rollback", [](const SimulationResult& r) { return r.e
 // Two blocks of two layers each.
 constexpr std::size_t kLeastInBlocks = 4;
 
-constexpr std::array kStages{kBoxes,    kPairs,     kDrive,       kSolver,    kFriction,
-                             kConveyor, kJoints,    kRestitution, kWarmStart, kBorderTests,
-                             kGhosts,   kFragments, kMerge,       kMigration, kHistory,
-                             kTaken,    kRollback,  kInputs,      kBalancing, kBlocks,
-                             kSplit};
+constexpr std::array kStages{
+    kBoxes,       kPairs,     kDrive,       kSolver,    kDirect,    kFriction, kConveyor,  kJoints,
+    kRestitution, kWarmStart, kBorderTests, kGhosts,    kFragments, kMerge,    kMigration, kHistory,
+    kTaken,       kRollback,  kInputs,      kBalancing, kBlocks,    kSplit};
 
 constexpr std::size_t kKernels = static_cast<std::size_t>(ShapeKernel::kCount);
 
@@ -155,6 +156,8 @@ void add_physics(const SceneDescription& scene, std::vector<PlanLine>& plan) {
   }
   add(plan, kDrive, any_body_is_driven(scene), "a body has a drive", "no body has a drive");
   add(plan, kSolver, response, "contacts push back", no_response);
+  add(plan, kDirect, response && scene.solver.direct, "islands can be cheap to factorise",
+      response ? "switched off in the solver settings" : no_response);
   const bool friction = any_pair_has_friction(scene);
   add(plan, kFriction, response && friction, "two materials in contact can have friction > 0",
       response ? "no pair of materials has friction > 0" : no_response);

@@ -165,7 +165,9 @@ bool ListItem<StepMemo::BorderBody>::same(const StepMemo::BorderBody& a,
 
 bool ListItem<IslandReport>::same(const IslandReport& a, const IslandReport& b) {
   return a.label == b.label && a.bodies == b.bodies && a.contact_points == b.contact_points &&
-         a.iterations == b.iterations && same_bits(a.max_penetration_m, b.max_penetration_m) &&
+         a.direct == b.direct && a.iterations == b.iterations &&
+         a.multiplications == b.multiplications &&
+         same_bits(a.max_penetration_m, b.max_penetration_m) &&
          same_bits(a.constraint_residual_m_s, b.constraint_residual_m_s) &&
          same_bits(a.static_impulse_newton_s, b.static_impulse_newton_s) &&
          same_bits(a.static_angular_impulse_newton_m_s, b.static_angular_impulse_newton_m_s);

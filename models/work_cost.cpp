@@ -10,6 +10,7 @@ constexpr std::int64_t kPair = 40;
 constexpr std::int64_t kContactPoint = 300;  // rows built, impulses stored
 constexpr std::int64_t kIsland = 500;
 constexpr std::int64_t kRowIteration = 45;
+constexpr std::int64_t kMultiplicationsPerNs = 1;  // of a factorisation
 constexpr std::int64_t kDrive = 50;
 constexpr std::int64_t kBorderTest = 50;
 constexpr std::int64_t kRecord = 250;  // a ghost, contact, record or migrant, encoded or decoded
@@ -68,6 +69,8 @@ std::int64_t work_cost_ns(const physics::StageCounters& before, const physics::S
             grown(before.narrowphase_tests[kernel], after.narrowphase_tests[kernel]);
   cost += kContactPoint * grown(before.contact_points, after.contact_points);
   cost += solves_ns(before, after);
+  cost +=
+      grown(before.factor_multiplications, after.factor_multiplications) / kMultiplicationsPerNs;
   cost += kDrive * grown(before.driven_bodies, after.driven_bodies);
   cost += kBorderTest * grown(worlds_before.border_tests, worlds_after.border_tests);
   cost += kRecord * (grown(worlds_before.ghosts_sent, worlds_after.ghosts_sent) +
@@ -84,8 +87,8 @@ std::int64_t point_cost_ns() { return kContactPoint; }
 
 // With friction: three rows a point.
 std::int64_t solve_cost_ns(std::uint32_t contact_points, std::uint64_t iterations,
-                           std::uint64_t islands) {
-  return kIsland +
+                           std::uint64_t islands, std::uint64_t multiplications) {
+  return kIsland + static_cast<std::int64_t>(multiplications) / kMultiplicationsPerNs +
          kRowIteration * static_cast<std::int64_t>(3 * contact_points * iterations / islands);
 }
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "models/world.hpp"
+#include "physics/contact_choice.hpp"
 
 namespace soda::models {
 
@@ -29,10 +30,6 @@ void World::start_splits() {
 void World::consider_split(std::size_t index, const KnownBodies& known) {
   const physics::Islands& islands = scratch_.islands;
   SplitIsland island;
-  std::uint32_t points = 0;
-  for (std::uint32_t i = islands.manifold_begin[index]; i < islands.manifold_begin[index + 1]; ++i)
-    points += scratch_.manifolds[islands.manifolds[i]].count;
-  if (points < physics::kGiantPoints) return;
   for (std::uint32_t i = islands.body_begin[index]; i < islands.body_begin[index + 1]; ++i) {
     const std::uint32_t body = islands.bodies[i];
     island.ids.push_back(known.ids[body]);
@@ -41,15 +38,17 @@ void World::consider_split(std::size_t index, const KnownBodies& known) {
   if (std::find(island.owners.begin(), island.owners.end(), id_) == island.owners.end()) return;
   for (std::uint32_t i = islands.manifold_begin[index]; i < islands.manifold_begin[index + 1]; ++i)
     island.manifolds.push_back(scratch_.manifolds[islands.manifolds[i]]);
-  std::optional<SplitPlan> plan =
-      plan_split(*rules_.scene, island.ids, island.owners, island.manifolds, around_.processors,
-                 around_.exchange_ns);
-  if (!plan) return;
   for (std::uint32_t i = islands.body_begin[index]; i < islands.body_begin[index + 1]; ++i) {
     const std::int32_t place = known.place[islands.bodies[i]];
     island.states.push_back(place >= 0 ? states_[static_cast<std::size_t>(place)]
                                        : merge_.nodes[static_cast<std::size_t>(-1 - place)].state);
   }
+  if (!physics::is_solved_in_blocks(*rules_.scene, island.ids, island.manifolds, island.states))
+    return;
+  std::optional<SplitPlan> plan =
+      plan_split(*rules_.scene, island.ids, island.owners, island.manifolds, around_.processors,
+                 around_.exchange_ns);
+  if (!plan) return;
   encode_island(island.ids, island.manifolds, island.states, island.input);
   if (!rules_.inputs->materials.empty()) encode_materials(*rules_.scene, island.ids, island.input);
   island.scene = rules_.scene;

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
-#include "physics/contact_solver.hpp"
+#include "physics/contact_choice.hpp"
 #include "physics/drive.hpp"
 #include "physics/island_motion.hpp"
 #include "physics/joint_motion.hpp"
@@ -47,28 +48,35 @@ void store_impulses(const Selection<ContactManifold>& manifolds, const ContactPr
 
 void move_bodies(const SceneDescription& scene, std::span<const BodyId> ids,
                  std::span<const ContactManifold> manifolds, const ContactProblem& problem,
-                 const JointSystem& joints, std::span<BodyState> states,
-                 std::vector<AdvanceFault>& faults) {
-  PushOutProblem push;
-  solve_push_out(scene.solver.iterations, scene.dt_s, problem, push);
+                 const std::vector<PushOut>& push, const JointSystem& joints,
+                 std::span<BodyState> states, std::vector<AdvanceFault>& faults) {
   std::vector<Flight> flights = find_flights(problem);
   for (const JointRow& row : joints.rows)
     flights[row.a].supported = flights[row.b].supported = true;
   std::size_t row = 0;
   for (std::size_t i = 0; i < ids.size(); ++i) {
-    const bool moved =
-        move_body(scene, ids[i], problem.bodies[i], flights[i],
-                  push.bodies.empty() ? nullptr : &push.bodies[i], states[i], faults);
+    const bool moved = move_body(scene, ids[i], problem.bodies[i], flights[i],
+                                 push.empty() ? nullptr : &push[i], states[i], faults);
     store_impulses(manifolds, problem, i, moved, row, states[i].impulses);
   }
 }
 
-std::uint32_t solve(const SceneDescription& scene, std::span<const BodyId> ids,
-                    std::span<const BodyState> states, JointSystem& joints,
-                    ContactProblem& problem) {
-  return static_cast<std::uint32_t>(joints.empty()
-                                        ? solve_velocities(scene.solver.iterations, problem)
-                                        : solve_with_joints(scene, ids, states, joints, problem));
+// With joints, their direct solution and sweeps over the contacts take turns.
+ContactSolution solve_jointed(const SceneDescription& scene, std::span<const BodyId> ids,
+                              std::span<const BodyState> states, JointSystem& joints,
+                              ContactProblem& problem) {
+  ContactSolution solution;
+  solution.iterations =
+      static_cast<std::uint32_t>(solve_with_joints(scene, ids, states, joints, problem));
+  if (problem.restitution_rows > 0 && aim_rebounds(problem)) {
+    take_back_joint_impulses(joints, problem.bodies);
+    solution.iterations +=
+        static_cast<std::uint32_t>(solve_with_joints(scene, ids, states, joints, problem));
+  }
+  PushOutProblem push;
+  solve_push_out(scene.solver.iterations, scene.dt_s, problem, push);
+  solution.push = std::move(push.bodies);
+  return solution;
 }
 
 }  // namespace
@@ -105,7 +113,7 @@ IslandReport advance_island(const SceneDescription& scene, std::span<const BodyI
     counters.joint_rows += joints.rows.size();
     return report;
   }
-  if (joints.empty() && report.contact_points >= kGiantPoints) {
+  if (joints.empty() && is_solved_in_blocks(scene, ids, manifolds, states)) {
     const IslandBlocks blocks = split_island(ids, manifolds);
     if (blocks.count() > 1) {
       advance_blocks({scene, ids, manifolds, states, blocks}, states, report, counters, faults);
@@ -115,20 +123,24 @@ IslandReport advance_island(const SceneDescription& scene, std::span<const BodyI
   ContactProblem problem;
   const Selection<BodyState> before{std::span<const BodyState>(states)};
   load_bodies(scene, ids, before, problem.bodies, counters);
+  const std::vector<SolverBody> free(problem.bodies.begin(), problem.bodies.end() - 1);
   build_rows(scene, ids, manifolds, before, problem, counters);
-  report.iterations = solve(scene, ids, states, joints, problem);
-  if (problem.restitution_rows > 0 && aim_rebounds(problem)) {
-    take_back_joint_impulses(joints, problem.bodies);
-    report.iterations += solve(scene, ids, states, joints, problem);
-  }
+  const ContactSolution solution = joints.empty()
+                                       ? solve_contacts(scene, states, free, problem)
+                                       : solve_jointed(scene, ids, states, joints, problem);
+  report.direct = solution.direct;
+  report.iterations = solution.iterations;
+  report.multiplications = solution.multiplications;
   counters.joint_rows += joints.rows.size();
   report.constraint_residual_m_s = residual_m_s(problem);
   report_contacts(before, problem, report);
   report_joints(states, joints, report);
-  move_bodies(scene, ids, manifolds, problem, joints, states, faults);
+  move_bodies(scene, ids, manifolds, problem, solution.push, joints, states, faults);
   if (!joints.empty()) close_joints(scene, ids, joints, states);
   ++counters.islands_solved;
-  counters.solver_iterations += report.iterations;
+  counters.direct_islands += solution.direct;
+  counters.solver_iterations += solution.iterations;
+  counters.factor_multiplications += solution.multiplications;
   return report;
 }
 

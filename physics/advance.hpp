@@ -18,7 +18,9 @@ struct IslandReport {
   BodyId label{};  // smallest id
   std::uint32_t bodies = 0;
   std::uint32_t contact_points = 0;
-  std::uint32_t iterations = 0;
+  bool direct = false;                   // solved by Newton's method (contact_choice.hpp)
+  std::uint32_t iterations = 0;          // sweeps, and steps of Newton's method
+  std::uint64_t multiplications = 0;     // of its factorisations, roughly
   double max_penetration_m = 0.0;        // at the start of the step, >= 0
   double constraint_residual_m_s = 0.0;  // largest remaining violation of a velocity constraint
   Vec3 static_impulse_newton_s = Vec3::Zero();            // given to the island by static bodies

@@ -119,23 +119,28 @@ bool aim_rebounds(ContactProblem& problem) {
 }
 
 bool needs_push_out(const ContactProblem& problem) {
+  constexpr double kEnough =
+      1.01;  // slops: the last of an overlap goes slowly, and is not worth it
   return std::any_of(problem.contacts.begin(), problem.contacts.end(),
-                     [](const RowContact& c) { return c.separation_m < -c.slop_m; });
+                     [](const RowContact& c) { return c.separation_m < -kEnough * c.slop_m; });
+}
+
+double push_out_target_m_s(const RowContact& c, double dt_s) {
+  constexpr double kShare = 0.2;        // of the excess overlap, per step
+  constexpr double kFastest_1_s = 2.0;  // body sizes per second
+  const double excess = -c.separation_m - c.slop_m;
+  // Points in touch must not be pushed together; points apart have their gap to use.
+  return excess > 0.0 ? std::min(kShare * excess / dt_s, kFastest_1_s * c.size_m)
+                      : -std::max(c.separation_m, 0.0) / dt_s;
 }
 
 void aim_push_out(double dt_s, const ContactProblem& problem, PushOutProblem& push) {
-  constexpr double kShare = 0.2;        // of the excess overlap, per step
-  constexpr double kFastest_1_s = 2.0;  // body sizes per second
   const std::size_t count = problem.normals.size();
   push.bodies.assign(problem.bodies.size(), {});
   push.target_m_s.resize(count);
   push.impulse_newton_s.assign(count, 0.0);
   for (std::size_t i = 0; i < count; ++i) {
-    const RowContact& c = problem.contacts[i];
-    const double excess = -c.separation_m - c.slop_m;
-    // Points in touch must not be pushed together; points apart have their gap to use.
-    push.target_m_s[i] = excess > 0.0 ? std::min(kShare * excess / dt_s, kFastest_1_s * c.size_m)
-                                      : -std::max(c.separation_m, 0.0) / dt_s;
+    push.target_m_s[i] = push_out_target_m_s(problem.contacts[i], dt_s);
   }
 }
 

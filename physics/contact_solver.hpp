@@ -103,6 +103,8 @@ struct PushOutProblem {
 
 // Whether something overlaps by more than its slop.
 bool needs_push_out(const ContactProblem& problem);
+// What it wants of one contact: the velocity along the normal must not fall below it.
+double push_out_target_m_s(const RowContact& contact, double dt_s);
 
 // Bodies and impulses at zero, and the targets.
 void aim_push_out(double dt_s, const ContactProblem& problem, PushOutProblem& push);

@@ -19,8 +19,11 @@ Mat3 rotated_tensor(const Mat3& rotation, const Mat3& tensor_local);
 // Whether all directions are principal with one moment: then the spin is constant.
 bool is_isotropic(const Mat3& inertia_local);
 
-// Turns the body for dt_s without torque: world angular momentum is kept exactly, the spin follows
-// from it by the inertia in the new attitude (midpoint rule, second order).
+// Turns the body for dt_s without torque; world angular momentum and energy are kept to rounding.
+// Exact to rounding for any dt_s: a constant spin for an isotropic body, a steady precession for a
+// symmetric one (one of its own axes, moments equal to the bit), else a Taylor series, in stretches
+// of at most half a radian. A body of three moments turns by 512 rad at most: a faster one keeps
+// its motion, but is late.
 void rotate_freely(const BodyParams& params, double dt_s, BodyState& state);
 
 // An impulse (world frame) at a point of the body, given from its centre of mass in its own frame:

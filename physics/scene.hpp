@@ -69,8 +69,8 @@ inline constexpr std::uint32_t kNoDrive = 0xffffffffu;
 
 // A dynamic body's constants.
 struct BodyParams {
-  std::uint32_t label = 0;  // the id by which the user knows the body; ascending with BodyId
-  std::uint32_t shape = 0;  // index into SceneDescription::shapes
+  std::uint32_t label = 0;         // the id by which the user knows the body; ascending with BodyId
+  std::uint32_t shape = 0;         // index into SceneDescription::shapes
   std::uint32_t drive = kNoDrive;  // index into SceneDescription::drives
   std::uint32_t joints = 0;        // that it has; see order_joints()
   Material material;
@@ -99,6 +99,7 @@ struct SolverSettings {
   double restitution_threshold_m_s = 0.05;  // slower impacts do not bounce, >= 0
   bool contact_response = true;             // false: detection only, bodies pass through each other
   bool warm_starting = true;
+  bool direct = true;  // Newton's method for the islands that it pays for; false: sweeps for all
 };
 
 // Everything constant that a step needs.

@@ -26,7 +26,9 @@ struct StageCounters {
   std::uint64_t contact_points = 0;
   std::uint64_t free_bodies_advanced = 0;  // bodies without contact
   std::uint64_t islands_solved = 0;
-  std::uint64_t solver_iterations = 0;  // summed over islands
+  std::uint64_t direct_islands = 0;          // of those, by Newton's method
+  std::uint64_t solver_iterations = 0;       // sweeps and Newton steps, summed over islands
+  std::uint64_t factor_multiplications = 0;  // of all factorisations, roughly
   std::uint64_t normal_rows = 0;
   std::uint64_t friction_rows = 0;
   std::uint64_t conveyor_rows = 0;  // friction rows against a moving surface

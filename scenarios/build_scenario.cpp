@@ -201,7 +201,8 @@ physics::SolverSettings solver_of(const SolverSpec& spec) {
   return {.iterations = static_cast<int>(spec.iterations),
           .restitution_threshold_m_s = spec.restitution_threshold_m_s,
           .contact_response = spec.contact_response,
-          .warm_starting = spec.warm_starting};
+          .warm_starting = spec.warm_starting,
+          .direct = spec.direct};
 }
 
 models::RunOptions run_of(const DocumentSpec& document, FaultList& faults) {

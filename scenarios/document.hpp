@@ -234,6 +234,7 @@ struct SolverSpec : Located {
   double restitution_threshold_m_s = physics::SolverSettings{}.restitution_threshold_m_s;
   bool contact_response = physics::SolverSettings{}.contact_response;
   bool warm_starting = physics::SolverSettings{}.warm_starting;
+  bool direct = physics::SolverSettings{}.direct;
   physics::Broadphase broadphase = physics::Broadphase::kGrid;
 };
 

@@ -250,6 +250,9 @@ constexpr Field kSolverFields[] = {
         "false: contacts are found but bodies pass through each other."),
     field<SolverSpec, &SolverSpec::warm_starting>("warm_starting", kOptional, kNone,
                                                   "Start from the impulses of the step before."),
+    field<SolverSpec, &SolverSpec::direct>(
+        "direct", kOptional, kNone,
+        "Newton's method for the islands that it pays for; false: sweeps for all."),
     field<SolverSpec, &SolverSpec::broadphase>(
         "broadphase", kOptional, kNone,
         "How candidate pairs are found; all-pairs is for experiments on cost."),

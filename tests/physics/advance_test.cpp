@@ -17,33 +17,10 @@ TEST(FreeBody, FallsExactly) {
   s.linear_velocity_m_s = Vec3(3, 0, 20);
   world.run(600);
   const double t = 600 * world.scene.dt_s;
-  EXPECT_NEAR(world.states[0].position_m.x(), 3 * t, 1e-9);
-  EXPECT_NEAR(world.states[0].position_m.z(), 20 * t - 0.5 * kGravity * t * t, 1e-9);
-  EXPECT_NEAR(world.states[0].linear_velocity_m_s.z(), 20 - kGravity * t, 1e-9);
-}
-
-TEST(FreeBody, TorqueFreeSpinKeepsMomentumAndNearlyKeepsEnergy) {
-  World world;
-  BodyState& s = world.add_body(world.add_shape(Box{Vec3(0.5, 0.25, 0.1)}), Vec3::Zero());
-  s.angular_velocity_rad_s = Vec3(0.01, 5, 0.01);
-  const Mechanics start = world.mechanics();
-  double worst_energy = 0.0, worst_momentum = 0.0, most_turned = 1.0;
-  const Geometry geometry(world.scene);
-  for (int i = 0; i < 1200; ++i) {
-    world.run(1, geometry);
-    const Mechanics now = world.mechanics();
-    worst_energy =
-        std::max(worst_energy, std::abs(now.kinetic_energy_joule / start.kinetic_energy_joule - 1));
-    worst_momentum =
-        std::max(worst_momentum,
-                 (now.angular_momentum_newton_m_s - start.angular_momentum_newton_m_s).norm() /
-                     start.angular_momentum_newton_m_s.norm());
-    const Vec3 axis = world.states[0].orientation * Vec3::UnitY();
-    most_turned = std::min(most_turned, axis.y());
-  }
-  EXPECT_LT(most_turned, -0.9) << "it tumbles: the axis of middle inertia is unstable";
-  EXPECT_LT(worst_momentum, 1e-12);
-  EXPECT_LT(worst_energy, 2e-3);
+  // Rounding alone: half a unit in the last place of 300 m and of 80 m/s per step, in random walk.
+  EXPECT_NEAR(world.states[0].position_m.x(), 3 * t, 1e-12);
+  EXPECT_NEAR(world.states[0].position_m.z(), 20 * t - 0.5 * kGravity * t * t, 1e-12);
+  EXPECT_NEAR(world.states[0].linear_velocity_m_s.z(), 20 - kGravity * t, 1e-12);
 }
 
 TEST(FreeBody, ConstantSpinTurnsByTheExactAngle) {

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <random>
 
+#include "physics/rigid_motion.hpp"
 #include "tests/physics/scenes.hpp"
 
 namespace {
@@ -73,6 +74,16 @@ void measure_steps(const char* name, World world, int warm_up, int steps) {
       world.counters.islands_solved / n, deepest, residual, world.digest_of_states());
 }
 
+void measure_rotation(const char* name, const Shape& shape, double spin_rad_s) {
+  constexpr int kSteps = 300000;
+  World world;
+  BodyState& state = world.add_body(world.add_shape(shape), Vec3::Zero());
+  state.angular_velocity_rad_s = spin_rad_s * Vec3(0.002, 1, 0.002);
+  Stopwatch watch;
+  for (int i = 0; i < kSteps; ++i) rotate_freely(world.scene.bodies[0], 1.0 / 60, state);
+  std::printf("free rotation, %-32s %.0f ns\n", name, 1e6 * watch.lap_ms() / kSteps);
+}
+
 World sparse() {
   World world;
   const std::uint32_t box = world.add_shape(Box{});
@@ -119,6 +130,10 @@ World pyramid() {
 }  // namespace
 
 int main() {
+  measure_rotation("one moment, 5 rad/s", Sphere{}, 5.0);
+  measure_rotation("two moments, 5 rad/s", Cylinder{0.5, 0.2}, 5.0);
+  measure_rotation("three moments, 5 rad/s", Box{Vec3(0.5, 0.25, 0.1)}, 5.0);
+  measure_rotation("three moments, 1e-6 rad/s", Box{Vec3(0.5, 0.25, 0.1)}, 1e-6);
   measure_steps("sparse 10,000", sparse(), 10, 100);
   measure_steps("bin 1000 falling", bin(), 0, 60);
   measure_steps("bin 1000 settled", bin(), 250, 50);

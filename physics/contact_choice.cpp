@@ -1,0 +1,114 @@
+#include "physics/contact_choice.hpp"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "physics/direct_contacts.hpp"
+#include "physics/island_blocks.hpp"
+
+namespace soda::physics {
+namespace {
+
+double mass_ratio(std::span<const SolverBody> bodies) {
+  double lightest = bodies[0].inverse_mass, heaviest = lightest;
+  for (const SolverBody& body : bodies) {
+    lightest = std::max(lightest, body.inverse_mass);
+    heaviest = std::min(heaviest, body.inverse_mass);
+  }
+  return lightest / heaviest;
+}
+
+// Sweeps converge: one body, or two of like masses.
+bool is_easy(std::span<const SolverBody> bodies) {
+  constexpr double kLike = 10.0;
+  return bodies.size() == 1 || (bodies.size() == 2 && mass_ratio(bodies) <= kLike);
+}
+
+// The share of all start impulses that makes least what every solver here makes least,
+// 1/2 impulses W impulses + impulses (velocity without contacts - target).
+double best_share_of_start(std::span<const SolverBody> free, const ContactProblem& problem) {
+  double square = 0.0, product = 0.0;
+  for (std::size_t i = 0; i < free.size(); ++i) {
+    const SolverBody& body = problem.bodies[i];
+    const Mat3 inertia = inverse_of_symmetric(body.inverse_inertia);
+    const Vec3 linear = body.linear - free[i].linear, angular = body.angular - free[i].angular;
+    const Vec3 momentum = linear * (1.0 / body.inverse_mass), spin(inertia * angular);
+    square += momentum.dot(linear) + spin.dot(angular);
+    product += momentum.dot(free[i].linear) + spin.dot(free[i].angular);
+  }
+  for (const NormalRow& row : problem.normals) product -= row.impulse_newton_s * row.target_m_s;
+  for (const FrictionRow& row : problem.frictions) {
+    if (row.b == problem.normals[row.normal_row].b) continue;
+    const Vec3& surface = problem.bodies[row.b].linear;
+    for (int t = 0; t < 2; ++t) product += row.impulse_newton_s[t] * row.tangent[t].dot(surface);
+  }
+  return square > 0.0 ? -product / square : 1.0;
+}
+
+// Those of a hard impact are far too large in the step after it. Sweeps get rid of them, unless
+// they act on bodies that are much lighter than others: these would be thrown away.
+void drop_bad_start(std::span<const SolverBody> free, ContactProblem& problem) {
+  constexpr double kLeastShare = 0.1, kMuchLighter = 100.0;
+  if (mass_ratio(free) <= kMuchLighter) return;
+  if (best_share_of_start(free, problem) >= kLeastShare) return;
+  std::copy(free.begin(), free.end(), problem.bodies.begin());
+  for (NormalRow& row : problem.normals) row.impulse_newton_s = 0.0;
+  for (FrictionRow& row : problem.frictions)
+    row.impulse_newton_s[0] = row.impulse_newton_s[1] = 0.0;
+}
+
+void sweep(const SceneDescription& scene, ContactProblem& problem, ContactSolution& solution) {
+  const int most = scene.solver.iterations;
+  int sweeps = solve_velocities(most, problem);
+  if (problem.restitution_rows > 0 && aim_rebounds(problem)) {
+    sweeps += solve_velocities(most, problem);
+  }
+  solution.iterations += static_cast<std::uint32_t>(sweeps);
+}
+
+void count(const NewtonOutcome& outcome, const Elimination& plan, ContactSolution& solution) {
+  solution.iterations += static_cast<std::uint32_t>(outcome.steps);
+  solution.multiplications +=
+      static_cast<std::uint64_t>(outcome.factorisations * plan.multiplications);
+}
+
+// Whether Newton's method converged. The problem stays as it was where it did not.
+bool solve_by_newton(std::span<const SolverBody> free, const Elimination& plan,
+                     ContactProblem& problem, ContactSolution& solution) {
+  const NewtonOutcome outcome = solve_directly(free, plan, problem);
+  count(outcome, plan, solution);
+  return outcome.converged;
+}
+
+}  // namespace
+
+bool is_solved_in_blocks(const SceneDescription& scene, std::span<const BodyId> ids,
+                         std::span<const ContactManifold> manifolds,
+                         std::span<const BodyState> states) {
+  std::uint32_t points = 0;
+  for (const ContactManifold& m : manifolds) points += m.count;
+  return points >= kGiantPoints && !is_for_direct_solve(scene, ids, manifolds, states);
+}
+
+ContactSolution solve_contacts(const SceneDescription& scene, std::span<const BodyState> states,
+                               std::span<const SolverBody> free, ContactProblem& problem) {
+  ContactSolution solution;
+  std::optional<Elimination> plan;
+  drop_bad_start(free, problem);
+  if (scene.solver.direct && !is_easy(free)) plan = plan_direct_solve(scene, states, problem);
+  solution.direct = plan && solve_by_newton(free, *plan, problem, solution);
+  if (!solution.direct) sweep(scene, problem, solution);
+  if (!needs_push_out(problem)) return solution;
+  if (solution.direct) {
+    const NewtonOutcome outcome = push_out_directly(scene.dt_s, *plan, problem, solution.push);
+    count(outcome, *plan, solution);
+    if (outcome.converged) return solution;
+  }
+  PushOutProblem push;
+  solve_push_out(scene.solver.iterations, scene.dt_s, problem, push);
+  solution.push = std::move(push.bodies);
+  return solution;
+}
+
+}  // namespace soda::physics

@@ -1,0 +1,40 @@
+// The direct contact solver: the contacts of one island by Newton's method, where that pays.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "physics/contact_manifold.hpp"
+#include "physics/contact_solver.hpp"
+#include "physics/newton_solver.hpp"
+#include "physics/scene.hpp"
+
+namespace soda::physics {
+
+// The elimination by which an island is solved directly, or none if it is one for sweeps: because
+// something in it bounces, because a factorisation would cost too much, or because it is large and
+// its contacts move against each other. `states`: its bodies, at the step's start. A function of
+// the island's content.
+std::optional<Elimination> plan_direct_solve(const SceneDescription& scene,
+                                             std::span<const BodyState> states,
+                                             const ContactProblem& problem);
+
+// The same of an island whose rows are not built: whether it is calm, and its factorisation cheap
+// enough. What bounces in it is not looked at. `ids` ascending.
+bool is_for_direct_solve(const SceneDescription& scene, std::span<const BodyId> ids,
+                         std::span<const ContactManifold> manifolds,
+                         std::span<const BodyState> states);
+
+// Velocities and impulses that fulfil all contact laws. `free`: the bodies' velocities after
+// external forces, before any contact. Where it does not converge, the problem stays as it was.
+NewtonOutcome solve_directly(std::span<const SolverBody> free, const Elimination& plan,
+                             ContactProblem& problem);
+
+// As solve_push_out (contact_solver.hpp), where needs_push_out. `push` stays as it was where it
+// does not converge.
+NewtonOutcome push_out_directly(double dt_s, const Elimination& plan, const ContactProblem& problem,
+                                std::vector<PushOut>& push);
+
+}  // namespace soda::physics
