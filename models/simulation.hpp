@@ -97,7 +97,7 @@ struct WorldCounters {
   std::uint64_t migrations = 0;      // bodies sent to a new owner
   std::uint64_t mixed_islands = 0;   // solves (or shares) of islands with several owners
   std::uint64_t islands_reused = 0;  // mixed islands taken from another world's solve
-  // Giant ones among the mixed islands of which this world has solved a part, or none, and has heard
+  // Giant ones among the mixed islands of which this world has solved a part or none, and heard
   // how its bodies ended; and those that it had to solve whole, for others did not tell.
   std::uint64_t islands_split = 0, splits_given_up = 0;
   // Solves that counted: for each committed step and world, the islands with one of its bodies.
