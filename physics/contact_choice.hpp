@@ -18,8 +18,8 @@ struct ContactSolution {
   std::vector<PushOut> push;          // see solve_push_out
 };
 
-// Whether an island without joints is giant, and none for the direct solver: then it is solved block
-// by block (split_solver.hpp), unless it has one block only. A function of its content.
+// Whether an island without joints is giant, and none for the direct solver: then it is solved
+// block by block (split_solver.hpp), unless it has one block only. A function of its content.
 bool is_solved_in_blocks(const SceneDescription& scene, std::span<const BodyId> ids,
                          std::span<const ContactManifold> manifolds,
                          std::span<const BodyState> states);

@@ -121,7 +121,7 @@ TEST(ClusterCommands, SwarmReportsItsSums) {
 
 TEST(RollbackCommand, OnlyWarmStraysFromTheExactTrajectory) {
   const Json json = json_of(
-      {"rollback", library_file("border-stack"), "--steps", "40", "--latency-us", "100", "--json"});
+      {"rollback", library_file("eight-corner"), "--steps", "60", "--latency-us", "100", "--json"});
   ASSERT_EQ(json["modes"].size(), 3u);
   for (const Json& mode : json["modes"]) {
     const bool exact = mode["rollback"] != "warm";

@@ -155,6 +155,7 @@ constexpr std::int64_t kSteps = 7;
 // Boxes that drop into a trough along x, over eight worlds: one island once they lie.
 test::Scene trough() {
   test::Scene scene(Vec3(0, 0, -9.81));
+  scene.description.solver.direct = false;  // else it is solved whole once it is calm
   scene.ground();
   const std::uint32_t wall = scene.shape(physics::Box{Vec3(30, 0.5, 5)});
   for (const double y : {-2.2, 2.2}) {
@@ -224,6 +225,21 @@ TEST(SplitIslands, EveryExecutorSolvesAGiantIslandTogetherWithTheBitsOfOneSolver
     EXPECT_EQ(divided.residuals, alone.residuals) << which;
     EXPECT_GT(divided.result.worlds.islands_split, 0u) << which;
   }
+}
+
+TEST(SplitIslands, ACalmGiantIslandIsSolvedDirectlyAndByEachAsAWhole) {
+  test::Scene scene = trough();
+  scene.description.solver.direct = true;
+  const Outcome alone = run(scene, {.steps = kSteps});
+  EXPECT_GT(alone.result.stages.direct_islands, 0u);
+  RunOptions options{.executor = ExecutorKind::kThreads,
+                     .threads = 3,
+                     .steps = kSteps,
+                     .buffer = 4,
+                     .scheduling_seed = 1};
+  const Outcome divided = run(scene, options);
+  EXPECT_EQ(divided.digests, alone.digests);
+  EXPECT_EQ(divided.result.stages.islands_in_blocks, alone.result.stages.islands_in_blocks);
 }
 
 TEST(SplitIslands, NobodySplitsWhereNobodyWaitsOrEachSolvesTheWhole) {

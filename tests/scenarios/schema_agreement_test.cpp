@@ -55,6 +55,8 @@ bool has_cross_checks(const json::json_pointer& at) {
   static const std::vector<std::string> keys = {"id",
                                                 "body",
                                                 "other",
+                                                "other_body",
+                                                "other_anchor_m",
                                                 "first_id",
                                                 "name",
                                                 "material",
@@ -232,11 +234,12 @@ TEST(SchemaAndReader, AgreeOnEditedLibraryFiles) {
   for (const auto& [original, file] : documents) {
     std::vector<json::json_pointer> places;
     collect(original, json::json_pointer(), places);
-    // References name bodies, so that edits of bodies meet a cross-check.
-    if (original.contains("references"))
-      std::erase_if(places, [](const json::json_pointer& at) {
-        return !at.to_string().starts_with("/references");
-      });
+    // What names bodies makes edits of bodies, and of those names, meet a cross-check.
+    for (const std::string key : {"references", "joints"})
+      if (original.contains(key))
+        std::erase_if(places, [&key](const json::json_pointer& at) {
+          return !at.to_string().starts_with("/" + key);
+        });
     RandomStream stream = make_stream(2, places.size());
     for (int i = 0; i < 400; ++i) {
       const std::optional<json> document = edited(original, places, stream);
