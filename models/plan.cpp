@@ -187,7 +187,10 @@ void add_division(const SceneDescription& scene, std::uint32_t worlds, const Run
   add(plan, kMigration, divided, "bodies can change owners", one);
   const bool optimistic = divided && options.executor != ExecutorKind::kSequential;
   const char* never = divided ? "the sequential executor never rolls back" : one;
-  add(plan, kHistory, optimistic, "worlds run ahead of their neighbours", never);
+  const bool modelled = options.executor == ExecutorKind::kVirtual;
+  add(plan, kHistory, optimistic || modelled,
+      divided ? "worlds run ahead of their neighbours" : "the virtual cluster can roll back any LP",
+      never);
   const bool propagates = optimistic && options.rollback != RollbackMode::kInvalidate;
   add(plan, kTaken, propagates,
       options.rollback == RollbackMode::kWarm

@@ -53,6 +53,14 @@ TEST(Plan, SmoothSpheresInOneWorldNeedNeitherFrictionNorBorders) {
   expect_unneeded_stages_cost_nothing(plan, result);
 }
 
+TEST(Plan, OneWorldOnTheVirtualClusterKeepsEntriesAndSaysSo) {
+  test::Scene scene;
+  scene.body(scene.shape(physics::Box{}), Vec3(0, 0, 0));
+  const RunOptions options{.executor = ExecutorKind::kVirtual, .steps = 5};
+  expect_unneeded_stages_cost_nothing(make_plan(scene.description, 1, options),
+                                      run_scene(scene, 1, options));
+}
+
 TEST(Plan, DetectionOnlySceneHasNoSolverButFindsContacts) {
   test::Scene scene;
   scene.description.solver.contact_response = false;
