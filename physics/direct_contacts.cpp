@@ -10,7 +10,7 @@ namespace {
 constexpr double kMostMultiplications = 5e6;  // of one factorisation: 10 Mflop
 constexpr std::uint32_t kMostBodies = 1000;
 // Larger islands must be calm: Newton's method needs many steps for what slides or falls.
-constexpr double kSmall = 1e5;  // multiplications
+constexpr double kSmall = 1e4;  // multiplications
 constexpr double kCalm = 2.0;   // of the speed that gravity gives in a step
 
 // Of the reciprocal of an island's mass: what a point gives way, per impulse. Soft enough for few
