@@ -10,15 +10,6 @@
 namespace soda::physics {
 namespace {
 
-double mass_ratio(std::span<const SolverBody> bodies) {
-  double lightest = bodies[0].inverse_mass, heaviest = lightest;
-  for (const SolverBody& body : bodies) {
-    lightest = std::max(lightest, body.inverse_mass);
-    heaviest = std::min(heaviest, body.inverse_mass);
-  }
-  return lightest / heaviest;
-}
-
 // Sweeps converge: one body, or two of like masses.
 bool is_easy(std::span<const SolverBody> bodies) {
   constexpr double kLike = 10.0;

@@ -9,9 +9,11 @@ namespace {
 
 constexpr double kMostMultiplications = 5e6;  // of one factorisation: 10 Mflop
 constexpr std::uint32_t kMostBodies = 1000;
-// Larger islands must be calm: Newton's method needs many steps for what slides or falls.
+// Newton's method needs many steps for what slides or falls. So what is not calm must be small, and
+// have bodies for which sweeps fail.
 constexpr double kSmall = 1e4;  // multiplications
-constexpr double kCalm = 2.0;   // of the speed that gravity gives in a step
+constexpr double kMuchHeavier = 10.0;
+constexpr double kCalm = 2.0;  // of the speed that gravity gives in a step
 
 // Of the reciprocal of an island's mass: what a point gives way, per impulse. Soft enough for few
 // Newton steps; the corrections take it out again, and make it harder where they get on slowly.
@@ -122,6 +124,15 @@ double squared_speed(const SceneDescription& scene, const ContactManifold& m, co
 
 }  // namespace
 
+double mass_ratio(std::span<const SolverBody> bodies) {
+  double lightest = bodies[0].inverse_mass, heaviest = lightest;
+  for (const SolverBody& body : bodies) {
+    lightest = std::max(lightest, body.inverse_mass);
+    heaviest = std::min(heaviest, body.inverse_mass);
+  }
+  return lightest / heaviest;
+}
+
 bool is_for_direct_solve(const SceneDescription& scene, std::span<const BodyId> ids,
                          std::span<const ContactManifold> manifolds,
                          std::span<const BodyState> states) {
@@ -152,6 +163,8 @@ std::optional<Elimination> plan_direct_solve(const SceneDescription& scene,
     if (row.b < bodies && (edges.empty() || edges.back() != edge)) edges.push_back(edge);
   }
   const bool calm = largest_speed_m_s(states, problem) <= calm_speed_m_s(scene);
+  if (!calm && mass_ratio(std::span(problem.bodies).first(bodies)) <= kMuchHeavier)
+    return std::nullopt;
   return plan_elimination(bodies, edges, calm ? kMostMultiplications : kSmall);
 }
 

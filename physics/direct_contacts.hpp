@@ -13,10 +13,13 @@
 
 namespace soda::physics {
 
+// Of the heaviest to the lightest; at least one body.
+double mass_ratio(std::span<const SolverBody> bodies);
+
 // The elimination by which an island is solved directly, or none if it is one for sweeps: because
-// something in it bounces, because a factorisation would cost too much, or because it is large and
-// its contacts move against each other. `states`: its bodies, at the step's start. A function of
-// the island's content.
+// something in it bounces, because a factorisation would cost too much, or because its contacts
+// move against each other, unless it is small and some bodies are much heavier than others.
+// `states`: its bodies, at the step's start. A function of the island's content.
 std::optional<Elimination> plan_direct_solve(const SceneDescription& scene,
                                              std::span<const BodyState> states,
                                              const ContactProblem& problem);
