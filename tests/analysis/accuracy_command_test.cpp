@@ -10,6 +10,7 @@ namespace soda::analysis {
 namespace {
 
 using analysis_test::ChildResult;
+using analysis_test::contains;
 using analysis_test::library_file;
 using analysis_test::read_file;
 using analysis_test::run_soda;
@@ -19,10 +20,6 @@ using Json = nlohmann::json;
 ChildResult accuracy(std::vector<std::string> more) {
   more.insert(more.begin(), {"accuracy", "--cases", SODA_SOURCE_DIR "/scenarios/cases"});
   return run_soda(more);
-}
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
 }
 
 TEST(AccuracyCommand, CheckFailsExactlyIfAMustIsMissed) {
