@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "models/world.hpp"
-#include "physics/contact_choice.hpp"
+#include "physics/direct_contacts.hpp"
 
 namespace soda::models {
 
@@ -14,9 +14,7 @@ using physics::BodyId;
 // Whether there can be a giant island with foreign bodies.
 bool World::may_split() const {
   if (around_.processors.empty() || merge_.nodes.empty()) return false;
-  std::uint32_t points = 0;
-  for (const physics::ContactManifold& m : scratch_.manifolds) points += m.count;
-  return points >= physics::kGiantPoints;
+  return physics::is_giant(scratch_.manifolds);
 }
 
 void World::start_splits() {
@@ -38,12 +36,14 @@ void World::consider_split(std::size_t index, const KnownBodies& known) {
   if (std::find(island.owners.begin(), island.owners.end(), id_) == island.owners.end()) return;
   for (std::uint32_t i = islands.manifold_begin[index]; i < islands.manifold_begin[index + 1]; ++i)
     island.manifolds.push_back(scratch_.manifolds[islands.manifolds[i]]);
+  if (!physics::is_giant(island.manifolds)) return;
   for (std::uint32_t i = islands.body_begin[index]; i < islands.body_begin[index + 1]; ++i) {
     const std::int32_t place = known.place[islands.bodies[i]];
     island.states.push_back(place >= 0 ? states_[static_cast<std::size_t>(place)]
                                        : merge_.nodes[static_cast<std::size_t>(-1 - place)].state);
   }
-  if (!physics::is_solved_in_blocks(*rules_.scene, island.ids, island.manifolds, island.states))
+  // As physics::advance_island chooses.
+  if (physics::plan_direct_solve(*rules_.scene, island.ids, island.manifolds, island.states))
     return;
   std::optional<SplitPlan> plan =
       plan_split(*rules_.scene, island.ids, island.owners, island.manifolds, around_.processors,

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "physics/contact_choice.hpp"
+#include "physics/direct_contacts.hpp"
 #include "physics/drive.hpp"
 #include "physics/island_motion.hpp"
 #include "physics/joint_motion.hpp"
@@ -113,7 +114,9 @@ IslandReport advance_island(const SceneDescription& scene, std::span<const BodyI
     counters.joint_rows += joints.rows.size();
     return report;
   }
-  if (joints.empty() && is_solved_in_blocks(scene, ids, manifolds, states)) {
+  const std::optional<Elimination> plan =
+      joints.empty() ? plan_direct_solve(scene, ids, manifolds, states) : std::nullopt;
+  if (joints.empty() && !plan && is_giant(manifolds)) {
     const IslandBlocks blocks = split_island(ids, manifolds);
     if (blocks.count() > 1) {
       advance_blocks({scene, ids, manifolds, states, blocks}, states, report, counters, faults);
@@ -125,9 +128,9 @@ IslandReport advance_island(const SceneDescription& scene, std::span<const BodyI
   load_bodies(scene, ids, before, problem.bodies, counters);
   const std::vector<SolverBody> free(problem.bodies.begin(), problem.bodies.end() - 1);
   build_rows(scene, ids, manifolds, before, problem, counters);
-  const ContactSolution solution = joints.empty()
-                                       ? solve_contacts(scene, states, free, problem)
-                                       : solve_jointed(scene, ids, states, joints, problem);
+  const ContactSolution solution =
+      joints.empty() ? solve_contacts(scene, ids, free, plan ? &*plan : nullptr, problem)
+                     : solve_jointed(scene, ids, states, joints, problem);
   report.direct = solution.direct;
   report.iterations = solution.iterations;
   report.multiplications = solution.multiplications;

@@ -1,20 +1,12 @@
 #include "physics/contact_choice.hpp"
 
 #include <algorithm>
-#include <optional>
 #include <utility>
 
 #include "physics/direct_contacts.hpp"
-#include "physics/island_blocks.hpp"
 
 namespace soda::physics {
 namespace {
-
-// Sweeps converge: one body, or two of like masses.
-bool is_easy(std::span<const SolverBody> bodies) {
-  constexpr double kLike = 10.0;
-  return bodies.size() == 1 || (bodies.size() == 2 && mass_ratio(bodies) <= kLike);
-}
 
 // The share of all start impulses that makes least what every solver here makes least,
 // 1/2 impulses W impulses + impulses (velocity without contacts - target).
@@ -39,9 +31,9 @@ double best_share_of_start(std::span<const SolverBody> free, const ContactProble
 
 // Those of a hard impact are far too large in the step after it. Sweeps get rid of them, unless
 // they act on bodies that are much lighter than others: these would be thrown away.
-void drop_bad_start(std::span<const SolverBody> free, ContactProblem& problem) {
+void drop_bad_start(double mass_ratio, std::span<const SolverBody> free, ContactProblem& problem) {
   constexpr double kLeastShare = 0.1, kMuchLighter = 100.0;
-  if (mass_ratio(free) <= kMuchLighter) return;
+  if (mass_ratio <= kMuchLighter) return;
   if (best_share_of_start(free, problem) >= kLeastShare) return;
   std::copy(free.begin(), free.end(), problem.bodies.begin());
   for (NormalRow& row : problem.normals) row.impulse_newton_s = 0.0;
@@ -74,21 +66,13 @@ bool solve_by_newton(std::span<const SolverBody> free, const Elimination& plan,
 
 }  // namespace
 
-bool is_solved_in_blocks(const SceneDescription& scene, std::span<const BodyId> ids,
-                         std::span<const ContactManifold> manifolds,
-                         std::span<const BodyState> states) {
-  std::uint32_t points = 0;
-  for (const ContactManifold& m : manifolds) points += m.count;
-  return points >= kGiantPoints && !is_for_direct_solve(scene, ids, manifolds, states);
-}
-
-ContactSolution solve_contacts(const SceneDescription& scene, std::span<const BodyState> states,
-                               std::span<const SolverBody> free, ContactProblem& problem) {
+ContactSolution solve_contacts(const SceneDescription& scene, std::span<const BodyId> ids,
+                               std::span<const SolverBody> free, const Elimination* plan,
+                               ContactProblem& problem) {
   ContactSolution solution;
-  std::optional<Elimination> plan;
-  drop_bad_start(free, problem);
-  if (scene.solver.direct && !is_easy(free)) plan = plan_direct_solve(scene, states, problem);
-  solution.direct = plan && solve_by_newton(free, *plan, problem, solution);
+  drop_bad_start(mass_ratio(scene, ids), free, problem);
+  solution.direct = plan != nullptr && problem.restitution_rows == 0 &&
+                    solve_by_newton(free, *plan, problem, solution);
   if (!solution.direct) sweep(scene, problem, solution);
   if (!needs_push_out(problem)) return solution;
   if (solution.direct) {

@@ -85,21 +85,6 @@ int most_factorisations(const Elimination& plan) {
   return plan.multiplications <= kSmall ? 40 : 20;
 }
 
-// Of two bodies, or a body and a surface, at a contact, before the step's forces.
-double largest_speed_m_s(std::span<const BodyState> states, const ContactProblem& problem) {
-  std::vector<Twist> twists;
-  for (const BodyState& s : states) {
-    twists.push_back({s.linear_velocity_m_s, s.angular_velocity_rad_s});
-  }
-  double squared = 0.0;
-  for (std::size_t i = 0; i < problem.normals.size(); ++i) {
-    const ConvexPoint p = convex_point(problem, i);
-    const Vec3 surface = p.target_m_s - p.normal * problem.normals[i].target_m_s;
-    squared = std::max(squared, (relative_velocity(p, twists) - surface).squaredNorm());
-  }
-  return std::sqrt(squared);
-}
-
 double calm_speed_m_s(const SceneDescription& scene) {
   return kCalm * scene.gravity_m_s2.norm() * scene.dt_s;
 }
@@ -122,22 +107,34 @@ double squared_speed(const SceneDescription& scene, const ContactManifold& m, co
   return squared;
 }
 
-}  // namespace
-
-double mass_ratio(std::span<const SolverBody> bodies) {
-  double lightest = bodies[0].inverse_mass, heaviest = lightest;
-  for (const SolverBody& body : bodies) {
-    lightest = std::max(lightest, body.inverse_mass);
-    heaviest = std::min(heaviest, body.inverse_mass);
-  }
-  return lightest / heaviest;
+// Sweeps converge: one body, or two of like masses.
+bool is_easy(std::size_t bodies, double ratio) {
+  constexpr double kLike = 10.0;
+  return bodies == 1 || (bodies == 2 && ratio <= kLike);
 }
 
-bool is_for_direct_solve(const SceneDescription& scene, std::span<const BodyId> ids,
-                         std::span<const ContactManifold> manifolds,
-                         std::span<const BodyState> states) {
-  if (!scene.solver.direct || ids.size() > kMostBodies) return false;
-  const double calm = calm_speed_m_s(scene);
+}  // namespace
+
+double mass_ratio(const SceneDescription& scene, std::span<const BodyId> ids) {
+  double lightest = scene.bodies[index_of(ids[0])].mass_kg, heaviest = lightest;
+  for (const BodyId id : ids) {
+    const double mass = scene.bodies[index_of(id)].mass_kg;
+    lightest = std::min(lightest, mass);
+    heaviest = std::max(heaviest, mass);
+  }
+  return heaviest / lightest;
+}
+
+std::optional<Elimination> plan_direct_solve(const SceneDescription& scene,
+                                             std::span<const BodyId> ids,
+                                             std::span<const ContactManifold> manifolds,
+                                             std::span<const BodyState> states) {
+  if (!scene.solver.direct || ids.size() > kMostBodies) return std::nullopt;
+  const double ratio = mass_ratio(scene, ids);
+  if (is_easy(ids.size(), ratio)) return std::nullopt;
+  const bool is_uneven = ratio > kMuchHeavier;
+  const double calm_m_s = calm_speed_m_s(scene);
+  bool calm = true;
   const auto place = [&ids](BodyId id) {
     return static_cast<std::uint32_t>(std::lower_bound(ids.begin(), ids.end(), id) - ids.begin());
   };
@@ -145,27 +142,12 @@ bool is_for_direct_solve(const SceneDescription& scene, std::span<const BodyId> 
   for (const ContactManifold& m : manifolds) {
     const std::array<std::uint32_t, 2> edge{place(m.a), place(m.b)};
     const BodyState* const b = is_static(m.b) ? nullptr : &states[edge[1]];
-    if (squared_speed(scene, m, states[edge[0]], b) > calm * calm) return false;
+    calm = calm && squared_speed(scene, m, states[edge[0]], b) <= calm_m_s * calm_m_s;
+    if (!calm && !is_uneven) return std::nullopt;
     if (b != nullptr && (edges.empty() || edges.back() != edge)) edges.push_back(edge);
   }
-  return plan_elimination(static_cast<std::uint32_t>(ids.size()), edges, kMostMultiplications)
-      .has_value();
-}
-
-std::optional<Elimination> plan_direct_solve(const SceneDescription& scene,
-                                             std::span<const BodyState> states,
-                                             const ContactProblem& problem) {
-  const auto bodies = static_cast<std::uint32_t>(states.size());
-  if (problem.restitution_rows > 0 || bodies > kMostBodies) return std::nullopt;
-  std::vector<std::array<std::uint32_t, 2>> edges;
-  for (const NormalRow& row : problem.normals) {
-    const std::array<std::uint32_t, 2> edge{row.a, row.b};
-    if (row.b < bodies && (edges.empty() || edges.back() != edge)) edges.push_back(edge);
-  }
-  const bool calm = largest_speed_m_s(states, problem) <= calm_speed_m_s(scene);
-  if (!calm && mass_ratio(std::span(problem.bodies).first(bodies)) <= kMuchHeavier)
-    return std::nullopt;
-  return plan_elimination(bodies, edges, calm ? kMostMultiplications : kSmall);
+  return plan_elimination(static_cast<std::uint32_t>(ids.size()), edges,
+                          calm ? kMostMultiplications : kSmall);
 }
 
 NewtonOutcome solve_directly(std::span<const SolverBody> free, const Elimination& plan,

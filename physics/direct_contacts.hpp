@@ -14,21 +14,17 @@
 namespace soda::physics {
 
 // Of the heaviest to the lightest; at least one body.
-double mass_ratio(std::span<const SolverBody> bodies);
+double mass_ratio(const SceneDescription& scene, std::span<const BodyId> ids);
 
-// The elimination by which an island is solved directly, or none if it is one for sweeps: because
-// something in it bounces, because a factorisation would cost too much, or because its contacts
-// move against each other, unless it is small and some bodies are much heavier than others.
-// `states`: its bodies, at the step's start. A function of the island's content.
+// The elimination by which an island without joints is solved directly, or none if it is one for
+// sweeps: because it has one body or two of like masses, because a factorisation would cost too
+// much, or because its contacts move against each other, unless it is small and some bodies are
+// much heavier than others. What bounces in it is not looked at. `ids` ascending, `states` at the
+// step's start. A function of the island's content.
 std::optional<Elimination> plan_direct_solve(const SceneDescription& scene,
-                                             std::span<const BodyState> states,
-                                             const ContactProblem& problem);
-
-// The same of an island whose rows are not built: whether it is calm, and its factorisation cheap
-// enough. What bounces in it is not looked at. `ids` ascending.
-bool is_for_direct_solve(const SceneDescription& scene, std::span<const BodyId> ids,
-                         std::span<const ContactManifold> manifolds,
-                         std::span<const BodyState> states);
+                                             std::span<const BodyId> ids,
+                                             std::span<const ContactManifold> manifolds,
+                                             std::span<const BodyState> states);
 
 // Velocities and impulses that fulfil all contact laws. `free`: the bodies' velocities after
 // external forces, before any contact. Where it does not converge, the problem stays as it was.

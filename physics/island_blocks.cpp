@@ -131,6 +131,12 @@ void sort_contacts(std::span<const Ends> ends, IslandBlocks& blocks) {
 
 }  // namespace
 
+bool is_giant(std::span<const ContactManifold> manifolds) {
+  std::uint32_t points = 0;
+  for (const ContactManifold& m : manifolds) points += m.count;
+  return points >= kGiantPoints;
+}
+
 IslandBlocks split_island(std::span<const BodyId> ids, std::span<const ContactManifold> manifolds) {
   const std::vector<Ends> ends = ends_of(ids, manifolds);
   const ContactGraph graph = graph_of(ids.size(), ends);

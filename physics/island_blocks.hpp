@@ -12,6 +12,8 @@ namespace soda::physics {
 // An island with fewer contact points is not cut.
 inline constexpr std::uint32_t kGiantPoints = 512;
 
+bool is_giant(std::span<const ContactManifold> manifolds);
+
 // A part of an island. Places in the island's bodies and manifolds, ascending.
 struct IslandPart {
   std::vector<std::uint32_t> bodies;

@@ -61,7 +61,10 @@ struct Fill {
                 {"an axis of length " + number_text(norm), "an axis of length at least 1e-6", ""});
       return;
     }
-    joint.frame_a = joint.frame_b = physics::Quat::FromTwoVectors(Vec3::UnitZ(), Vec3(axis / norm));
+    // Either end of an axis will do. That of the upper half never meets Eigen's iterative way for
+    // opposite vectors, whose bits are not promised.
+    const Vec3 up = axis.z() < 0.0 ? Vec3(-axis / norm) : Vec3(axis / norm);
+    joint.frame_a = joint.frame_b = physics::Quat::FromTwoVectors(Vec3::UnitZ(), up);
   }
   void stretch(const JointBase& spec, const Vec3& other, std::optional<double> length_m) const {
     joint.anchor_b_m = other;
