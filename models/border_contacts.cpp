@@ -106,8 +106,8 @@ BorderContacts find_border_contacts(const physics::SceneDescription& scene,
       const physics::IndexPair pair = static_pairs[s++];
       const physics::BodyId other = physics::static_id(pair.second);
       if (!repetition.take_contacts(ids[pair.first], other, out.manifolds))
-        physics::collide(scene, geometry, ids[pair.first], states[pair.first], other, nullptr,
-                         out.manifolds, counters);
+        physics::collide(scene, geometry, scene.dt_s, ids[pair.first], states[pair.first], other,
+                         nullptr, out.manifolds, counters);
       continue;
     }
     const physics::IndexPair pair = pairs[p++];
@@ -116,7 +116,7 @@ BorderContacts find_border_contacts(const physics::SceneDescription& scene,
     crossing.clear();
     std::vector<ContactManifold>& found = crosses ? crossing : out.manifolds;
     if (!repetition.take_contacts(all.ids[pair.first], all.ids[pair.second], found))
-      physics::collide(scene, geometry, all.ids[pair.first], *all.states[pair.first],
+      physics::collide(scene, geometry, scene.dt_s, all.ids[pair.first], *all.states[pair.first],
                        all.ids[pair.second], all.states[pair.second], found, counters);
     if (!crossing.empty()) add_crossing(all, pair, self, crossing, out);
   }

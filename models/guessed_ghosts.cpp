@@ -29,7 +29,7 @@ void guess_next(GhostMode mode, const physics::SceneDescription& scene, BodyId i
                 physics::StageCounters& counters) {
   std::vector<physics::AdvanceFault> faults;
   if (mode == GhostMode::kPredicted && state.impulses.empty())
-    physics::advance_free_body(scene, id, state, counters, faults);
+    physics::advance_free_body(scene, scene.dt_s, id, state, counters, faults);
   else
     go_on(scene, state);
 }

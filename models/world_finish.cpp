@@ -15,7 +15,8 @@ using physics::BodyState;
 // later is a straggler.
 void World::finish(std::int64_t step, Bag bag, kernel::Outbox& outbox) {
   if (merge_.nodes.empty() && !remembers()) {
-    physics::advance_bodies(*rules_.scene, ids_, states_, scratch_, report_, stages_);
+    physics::advance_bodies(*rules_.scene, around_.geometry, ids_, states_, scratch_, report_,
+                            stages_);
     solves_ = static_cast<std::uint32_t>(report_.islands.size());
   } else {
     advance_known_islands(step, bag);
@@ -134,8 +135,9 @@ void World::advance_own_island() {
   const bool taken = repetition_.take_island(scratch_.island_ids, scratch_.island_states, &report);
   if (!taken) {
     start_warm();
-    report = physics::advance_island(*rules_.scene, scratch_.island_ids, scratch_.island_manifolds,
-                                     scratch_.island_states, stages_, report_.faults);
+    report = physics::advance_island(*rules_.scene, around_.geometry, scratch_.island_ids,
+                                     scratch_.island_manifolds, scratch_.island_states, stages_,
+                                     report_.faults);
   }
   report_.islands.push_back(report);
   count_repetition(taken, scratch_.island_ids.size());
@@ -145,7 +147,9 @@ void World::advance_own_island() {
 void World::advance_free_body(std::size_t place, BodyState& state) {
   const BodyId id = ids_[place];
   const bool taken = repetition_.take_island({&id, 1}, {&state, 1}, nullptr);
-  if (!taken) physics::advance_free_body(*rules_.scene, id, state, stages_, report_.faults);
+  if (!taken)
+    physics::advance_free_body(*rules_.scene, rules_.scene->dt_s, id, state, stages_,
+                               report_.faults);
   count_repetition(taken, 1);
   if (remembers()) memo_.islands[place] = {id, 1};
 }
@@ -181,9 +185,9 @@ void World::advance_mixed_island(std::int64_t step, bool reports) {
     ++counters_.islands_reused;
   } else {
     auto fresh = std::make_shared<SolvedIsland>();
-    fresh->report =
-        physics::advance_island(*rules_.scene, scratch_.island_ids, scratch_.island_manifolds,
-                                scratch_.island_states, stages_, fresh->faults);
+    fresh->report = physics::advance_island(*rules_.scene, around_.geometry, scratch_.island_ids,
+                                            scratch_.island_manifolds, scratch_.island_states,
+                                            stages_, fresh->faults);
     fresh->states = scratch_.island_states;
     solved = fresh;
     around_.solves.store(step, std::move(input), std::move(fresh));

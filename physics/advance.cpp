@@ -22,7 +22,7 @@ bool accept(BodyId id, const BodyState& next, std::vector<AdvanceFault>& faults)
 }
 
 // Detection only: contacts are reported, bodies move as if they touched nothing.
-void pass_through(const SceneDescription& scene, std::span<const BodyId> ids,
+void pass_through(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                   std::span<const ContactManifold> manifolds, std::span<BodyState> states,
                   IslandReport& report, StageCounters& counters,
                   std::vector<AdvanceFault>& faults) {
@@ -32,7 +32,7 @@ void pass_through(const SceneDescription& scene, std::span<const BodyId> ids,
     }
   }
   for (std::size_t i = 0; i < ids.size(); ++i) {
-    advance_free_body(scene, ids[i], states[i], counters, faults);
+    advance_free_body(scene, dt_s, ids[i], states[i], counters, faults);
   }
 }
 
@@ -47,7 +47,7 @@ void store_impulses(const Selection<ContactManifold>& manifolds, const ContactPr
   }
 }
 
-void move_bodies(const SceneDescription& scene, std::span<const BodyId> ids,
+void move_bodies(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                  std::span<const ContactManifold> manifolds, const ContactProblem& problem,
                  const std::vector<PushOut>& push, const JointSystem& joints,
                  std::span<BodyState> states, std::vector<AdvanceFault>& faults) {
@@ -56,26 +56,26 @@ void move_bodies(const SceneDescription& scene, std::span<const BodyId> ids,
     flights[row.a].supported = flights[row.b].supported = true;
   std::size_t row = 0;
   for (std::size_t i = 0; i < ids.size(); ++i) {
-    const bool moved = move_body(scene, ids[i], problem.bodies[i], flights[i],
+    const bool moved = move_body(scene, dt_s, ids[i], problem.bodies[i], flights[i],
                                  push.empty() ? nullptr : &push[i], states[i], faults);
     store_impulses(manifolds, problem, i, moved, row, states[i].impulses);
   }
 }
 
 // With joints, their direct solution and sweeps over the contacts take turns.
-ContactSolution solve_jointed(const SceneDescription& scene, std::span<const BodyId> ids,
-                              std::span<const BodyState> states, JointSystem& joints,
-                              ContactProblem& problem) {
+ContactSolution solve_jointed(const SceneDescription& scene, double dt_s,
+                              std::span<const BodyId> ids, std::span<const BodyState> states,
+                              JointSystem& joints, ContactProblem& problem) {
   ContactSolution solution;
   solution.iterations =
-      static_cast<std::uint32_t>(solve_with_joints(scene, ids, states, joints, problem));
+      static_cast<std::uint32_t>(solve_with_joints(scene, dt_s, ids, states, joints, problem));
   if (problem.restitution_rows > 0 && aim_rebounds(problem)) {
     take_back_joint_impulses(joints, problem.bodies);
     solution.iterations +=
-        static_cast<std::uint32_t>(solve_with_joints(scene, ids, states, joints, problem));
+        static_cast<std::uint32_t>(solve_with_joints(scene, dt_s, ids, states, joints, problem));
   }
   PushOutProblem push;
-  solve_push_out(scene.solver.iterations, scene.dt_s, problem, push);
+  solve_push_out(scene.solver.iterations, dt_s, problem, push);
   solution.push = std::move(push.bodies);
   return solution;
 }
@@ -92,22 +92,22 @@ SolverBody solver_body(const BodyParams& params, const BodyState& state) {
                                                   params.inverse_inertia_local)};
 }
 
-IslandReport advance_island(const SceneDescription& scene, std::span<const BodyId> ids,
-                            std::span<const ContactManifold> manifolds, std::span<BodyState> states,
-                            StageCounters& counters, std::vector<AdvanceFault>& faults) {
+IslandReport advance_once(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
+                          std::span<const ContactManifold> manifolds, std::span<BodyState> states,
+                          StageCounters& counters, std::vector<AdvanceFault>& faults) {
   IslandReport report;
   report.label = ids.front();
   report.bodies = static_cast<std::uint32_t>(ids.size());
   for (const ContactManifold& m : manifolds) report.contact_points += m.count;
   if (!scene.solver.contact_response) {
-    pass_through(scene, ids, manifolds, states, report, counters, faults);
+    pass_through(scene, dt_s, ids, manifolds, states, report, counters, faults);
     return report;
   }
   JointSystem joints = find_joints(scene, ids, manifolds);
   if (!scene.joints.empty()) report_lost_joints(scene, ids, manifolds, faults);
   const bool linked = !joints.empty() && report.contact_points == 0 &&
                       !has_springs(scene, joints) &&
-                      advance_linkage(scene, ids, joints, states, report, faults);
+                      advance_linkage(scene, dt_s, ids, joints, states, report, faults);
   if (linked) {
     ++counters.islands_solved;
     counters.solver_iterations += report.iterations;
@@ -115,7 +115,7 @@ IslandReport advance_island(const SceneDescription& scene, std::span<const BodyI
     return report;
   }
   const std::optional<Elimination> plan =
-      joints.empty() ? plan_direct_solve(scene, ids, manifolds, states) : std::nullopt;
+      joints.empty() ? plan_direct_solve(scene, dt_s, ids, manifolds, states) : std::nullopt;
   if (joints.empty() && !plan && is_giant(manifolds)) {
     const IslandBlocks blocks = split_island(ids, manifolds);
     if (blocks.count() > 1) {
@@ -125,12 +125,12 @@ IslandReport advance_island(const SceneDescription& scene, std::span<const BodyI
   }
   ContactProblem problem;
   const Selection<BodyState> before{std::span<const BodyState>(states)};
-  load_bodies(scene, ids, before, problem.bodies, counters);
+  load_bodies(scene, dt_s, ids, before, problem.bodies, counters);
   const std::vector<SolverBody> free(problem.bodies.begin(), problem.bodies.end() - 1);
-  build_rows(scene, ids, manifolds, before, problem, counters);
+  build_rows(scene, dt_s, ids, manifolds, before, problem, counters);
   const ContactSolution solution =
-      joints.empty() ? solve_contacts(scene, ids, free, plan ? &*plan : nullptr, problem)
-                     : solve_jointed(scene, ids, states, joints, problem);
+      joints.empty() ? solve_contacts(scene, dt_s, ids, free, plan ? &*plan : nullptr, problem)
+                     : solve_jointed(scene, dt_s, ids, states, joints, problem);
   report.direct = solution.direct;
   report.iterations = solution.iterations;
   report.multiplications = solution.multiplications;
@@ -138,8 +138,8 @@ IslandReport advance_island(const SceneDescription& scene, std::span<const BodyI
   report.constraint_residual_m_s = residual_m_s(problem);
   report_contacts(before, problem, report);
   report_joints(states, joints, report);
-  move_bodies(scene, ids, manifolds, problem, solution.push, joints, states, faults);
-  if (!joints.empty()) close_joints(scene, ids, joints, states);
+  move_bodies(scene, dt_s, ids, manifolds, problem, solution.push, joints, states, faults);
+  if (!joints.empty()) close_joints(scene, dt_s, ids, joints, states);
   ++counters.islands_solved;
   counters.direct_islands += solution.direct;
   counters.solver_iterations += solution.iterations;
@@ -147,27 +147,33 @@ IslandReport advance_island(const SceneDescription& scene, std::span<const BodyI
   return report;
 }
 
-void advance_free_body(const SceneDescription& scene, BodyId id, BodyState& state,
+IslandReport advance_island(const SceneDescription& scene, const Geometry&,
+                            std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
+                            std::span<BodyState> states, StageCounters& counters,
+                            std::vector<AdvanceFault>& faults) {
+  return advance_once(scene, scene.dt_s, ids, manifolds, states, counters, faults);
+}
+
+void advance_free_body(const SceneDescription& scene, double dt_s, BodyId id, BodyState& state,
                        StageCounters& counters, std::vector<AdvanceFault>& faults) {
   ++counters.free_bodies_advanced;
   if (scene.bodies[index_of(id)].joints > 0) report_lost_joints(scene, {&id, 1}, {}, faults);
-  const double dt = scene.dt_s;
   BodyState next;
   // By reference: most bodies have no drive, and this is the cheapest of all stages.
   const Vec3* acceleration = &scene.gravity_m_s2;
   Vec3 driven;
   if (scene.bodies[index_of(id)].drive != kNoDrive) {
-    driven = external_acceleration(scene, id, state);
+    driven = external_acceleration(scene, dt_s, id, state);
     acceleration = &driven;
     ++counters.driven_bodies;
   }
   // Exact for constant gravity.
   next.position_m =
-      state.position_m + state.linear_velocity_m_s * dt + *acceleration * (0.5 * dt * dt);
-  next.linear_velocity_m_s = state.linear_velocity_m_s + *acceleration * dt;
+      state.position_m + state.linear_velocity_m_s * dt_s + *acceleration * (0.5 * dt_s * dt_s);
+  next.linear_velocity_m_s = state.linear_velocity_m_s + *acceleration * dt_s;
   next.orientation = state.orientation;
   next.angular_velocity_rad_s = state.angular_velocity_rad_s;
-  rotate_freely(scene.bodies[index_of(id)], dt, next);
+  rotate_freely(scene.bodies[index_of(id)], dt_s, next);
   if (!accept(id, next, faults)) return;
   next.impulses = std::move(state.impulses);
   next.impulses.clear();

@@ -13,6 +13,8 @@
 
 namespace soda::physics {
 
+class Geometry;
+
 // What a solved island has to report. All of it is a function of the island's content.
 struct IslandReport {
   BodyId label{};  // smallest id
@@ -34,15 +36,21 @@ struct AdvanceFault {
 };
 
 // Advances the bodies of one island by one step: external forces, contacts, pose. `ids` ascending,
-// `states[i]` belongs to ids[i], `manifolds` (canonical order) connect them with each other and
-// with statics. A function of these arguments only. Faults are appended (speculative: never
-// throws).
-IslandReport advance_island(const SceneDescription& scene, std::span<const BodyId> ids,
-                            std::span<const ContactManifold> manifolds, std::span<BodyState> states,
-                            StageCounters& counters, std::vector<AdvanceFault>& faults);
+// `states[i]` belongs to ids[i], `manifolds` (canonical order, found at these states) connect them
+// with each other and with statics. A function of these arguments only. Faults are appended
+// (speculative: never throws).
+IslandReport advance_island(const SceneDescription& scene, const Geometry& geometry,
+                            std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
+                            std::span<BodyState> states, StageCounters& counters,
+                            std::vector<AdvanceFault>& faults);
 
-// Advances one body that touches nothing.
-void advance_free_body(const SceneDescription& scene, BodyId id, BodyState& state,
+// The same over dt_s > 0, with each contact as the manifolds have it, to the end of that time.
+IslandReport advance_once(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
+                          std::span<const ContactManifold> manifolds, std::span<BodyState> states,
+                          StageCounters& counters, std::vector<AdvanceFault>& faults);
+
+// Advances one body that touches nothing, by dt_s.
+void advance_free_body(const SceneDescription& scene, double dt_s, BodyId id, BodyState& state,
                        StageCounters& counters, std::vector<AdvanceFault>& faults);
 
 }  // namespace soda::physics

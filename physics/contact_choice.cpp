@@ -66,9 +66,9 @@ bool solve_by_newton(std::span<const SolverBody> free, const Elimination& plan,
 
 }  // namespace
 
-ContactSolution solve_contacts(const SceneDescription& scene, std::span<const BodyId> ids,
-                               std::span<const SolverBody> free, const Elimination* plan,
-                               ContactProblem& problem) {
+ContactSolution solve_contacts(const SceneDescription& scene, double dt_s,
+                               std::span<const BodyId> ids, std::span<const SolverBody> free,
+                               const Elimination* plan, ContactProblem& problem) {
   ContactSolution solution;
   drop_bad_start(mass_ratio(scene, ids), free, problem);
   solution.direct = plan != nullptr && problem.restitution_rows == 0 &&
@@ -76,12 +76,12 @@ ContactSolution solve_contacts(const SceneDescription& scene, std::span<const Bo
   if (!solution.direct) sweep(scene, problem, solution);
   if (!needs_push_out(problem)) return solution;
   if (solution.direct) {
-    const NewtonOutcome outcome = push_out_directly(scene.dt_s, *plan, problem, solution.push);
+    const NewtonOutcome outcome = push_out_directly(dt_s, *plan, problem, solution.push);
     count(outcome, *plan, solution);
     if (outcome.converged) return solution;
   }
   PushOutProblem push;
-  solve_push_out(scene.solver.iterations, scene.dt_s, problem, push);
+  solve_push_out(scene.solver.iterations, dt_s, problem, push);
   solution.push = std::move(push.bodies);
   return solution;
 }

@@ -21,8 +21,8 @@ struct ContactSolution {
 // Solves the rows of one island, whose bodies have the velocities `free` after external forces.
 // Directly if there is a plan (plan_direct_solve), nothing bounces and it converges, by sweeps
 // otherwise. The choice depends on nothing but the island's content.
-ContactSolution solve_contacts(const SceneDescription& scene, std::span<const BodyId> ids,
-                               std::span<const SolverBody> free, const Elimination* plan,
-                               ContactProblem& problem);
+ContactSolution solve_contacts(const SceneDescription& scene, double dt_s,
+                               std::span<const BodyId> ids, std::span<const SolverBody> free,
+                               const Elimination* plan, ContactProblem& problem);
 
 }  // namespace soda::physics

@@ -180,10 +180,10 @@ double approach_velocity(const PairContext& c, const Arms& arms) {
 
 // Where the surfaces meet within the step, under gravity alone, and what a bounce there leaves at
 // the step's end. Without a bounce the target lets the gap close, but not more.
-double aim(const SceneDescription& scene, const PairContext& c, const Arms& arms,
+double aim(const SceneDescription& scene, double dt_s, const PairContext& c, const Arms& arms,
            RowContact& contact) {
-  const double dt = scene.dt_s, g = c.relative_gravity, gap = std::max(contact.separation_m, 0.0);
-  const double closed = -gap / dt;
+  const double g = c.relative_gravity, gap = std::max(contact.separation_m, 0.0);
+  const double closed = -gap / dt_s;
   if (!(c.restitution > 0.0)) return closed;
   const double v = approach_velocity(c, arms);
   const double squared = v * v - 2.0 * g * gap;  // of the speed at the impact
@@ -192,8 +192,8 @@ double aim(const SceneDescription& scene, const PairContext& c, const Arms& arms
   if (!(impact > scene.solver.restitution_threshold_m_s)) return closed;
   const double time = gap > 0.0 ? 2.0 * gap / (impact - v) : 0.0;
   // Not reached yet: only what ballistic flight cannot do is forbidden.
-  if (!(time >= 0.0) || time > dt) return closed + std::min(0.0, 0.5 * g * dt);
-  const double rest = dt - time, rebound = c.restitution * impact;
+  if (!(time >= 0.0) || time > dt_s) return closed + std::min(0.0, 0.5 * g * dt_s);
+  const double rest = dt_s - time, rebound = c.restitution * impact;
   if (rebound + 0.5 * g * rest <= 0.0 && rest > 0.0) return closed;  // would land again
   contact.bounces = true;
   contact.impact_time_s = time;
@@ -245,8 +245,8 @@ void warm_start(const ContactImpulse& stored, ContactProblem& problem, StageCoun
   apply_start(friction, problem.bodies[friction.a], problem.bodies[friction.b]);
 }
 
-void add_point(const SceneDescription& scene, const PairContext& c, std::uint32_t point,
-               ContactProblem& problem) {
+void add_point(const SceneDescription& scene, double dt_s, const PairContext& c,
+               std::uint32_t point, ContactProblem& problem) {
   const ContactPoint& p = c.manifold->points[point];
   const Arms arms = arms_of(c, p);
   RowContact contact;
@@ -257,7 +257,7 @@ void add_point(const SceneDescription& scene, const PairContext& c, std::uint32_
   contact.size_m = c.size_m;
   contact.arm_a = arms.a;
   NormalRow normal = normal_row(c, arms, problem);
-  normal.target_m_s = aim(scene, c, arms, contact);
+  normal.target_m_s = aim(scene, dt_s, c, arms, contact);
   if (contact.bounces) ++problem.restitution_rows;
   if (c.friction > 0.0) {
     contact.friction_row = static_cast<std::int32_t>(problem.frictions.size());
@@ -270,7 +270,7 @@ void add_point(const SceneDescription& scene, const PairContext& c, std::uint32_
 
 }  // namespace
 
-void build_rows(const SceneDescription& scene, std::span<const BodyId> ids,
+void build_rows(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                 const Selection<ContactManifold>& manifolds, const Selection<BodyState>& states,
                 ContactProblem& problem, StageCounters& counters) {
   std::size_t points = 0;
@@ -284,7 +284,7 @@ void build_rows(const SceneDescription& scene, std::span<const BodyId> ids,
     if (i == 0 || m.a != manifolds[i - 1].a) cursor = 0;
     const PairContext context = context_of(scene, ids, states, m, i, problem);
     for (std::uint32_t point = 0; point < m.count; ++point) {
-      add_point(scene, context, point, problem);
+      add_point(scene, dt_s, context, point, problem);
       if (!scene.solver.warm_starting) continue;
       const ContactImpulse* stored =
           next_stored(context.state_a->impulses, m, m.points[point].feature, cursor);

@@ -75,7 +75,7 @@ struct ContactProblem {
 
 // Rows in the manifolds' order; impulses start from the bodies' stored ones where warm starting is
 // on, and are applied. `bodies` hold the velocities after external forces.
-void build_rows(const SceneDescription& scene, std::span<const BodyId> ids,
+void build_rows(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                 const Selection<ContactManifold>& manifolds, const Selection<BodyState>& states,
                 ContactProblem& problem, StageCounters& counters);
 

@@ -85,8 +85,8 @@ int most_factorisations(const Elimination& plan) {
   return plan.multiplications <= kSmall ? 40 : 20;
 }
 
-double calm_speed_m_s(const SceneDescription& scene) {
-  return kCalm * scene.gravity_m_s2.norm() * scene.dt_s;
+double calm_speed_m_s(const SceneDescription& scene, double dt_s) {
+  return kCalm * scene.gravity_m_s2.norm() * dt_s;
 }
 
 Vec3 velocity_at(const BodyState& state, const Vec3& point) {
@@ -125,7 +125,7 @@ double mass_ratio(const SceneDescription& scene, std::span<const BodyId> ids) {
   return heaviest / lightest;
 }
 
-std::optional<Elimination> plan_direct_solve(const SceneDescription& scene,
+std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, double dt_s,
                                              std::span<const BodyId> ids,
                                              std::span<const ContactManifold> manifolds,
                                              std::span<const BodyState> states) {
@@ -133,7 +133,7 @@ std::optional<Elimination> plan_direct_solve(const SceneDescription& scene,
   const double ratio = mass_ratio(scene, ids);
   if (is_easy(ids.size(), ratio)) return std::nullopt;
   const bool is_uneven = ratio > kMuchHeavier;
-  const double calm_m_s = calm_speed_m_s(scene);
+  const double calm_m_s = calm_speed_m_s(scene, dt_s);
   bool calm = true;
   const auto place = [&ids](BodyId id) {
     return static_cast<std::uint32_t>(std::lower_bound(ids.begin(), ids.end(), id) - ids.begin());

@@ -21,7 +21,7 @@ double mass_ratio(const SceneDescription& scene, std::span<const BodyId> ids);
 // much, or because its contacts move against each other, unless it is small and some bodies are
 // much heavier than others. What bounces in it is not looked at. `ids` ascending, `states` at the
 // step's start. A function of the island's content.
-std::optional<Elimination> plan_direct_solve(const SceneDescription& scene,
+std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, double dt_s,
                                              std::span<const BodyId> ids,
                                              std::span<const ContactManifold> manifolds,
                                              std::span<const BodyState> states);

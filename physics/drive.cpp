@@ -58,10 +58,11 @@ Vec3 wanted_velocity(const Drive& drive, const Vec3& gravity_m_s2, const Vec3& p
   return drive.lane ? lane_velocity(*drive.lane, gravity_m_s2, position_m) : drive.velocity_m_s;
 }
 
-Vec3 drive_acceleration(const SceneDescription& scene, const Drive& drive, const BodyState& state) {
+Vec3 drive_acceleration(const SceneDescription& scene, double dt_s, const Drive& drive,
+                        const BodyState& state) {
   const Vec3 wanted = wanted_velocity(drive, scene.gravity_m_s2, state.position_m);
   const Vec3 missing = level(wanted - state.linear_velocity_m_s, scene.gravity_m_s2);
-  const Vec3 acceleration = missing * (1.0 / (drive.time_constant_s + scene.dt_s));
+  const Vec3 acceleration = missing * (1.0 / (drive.time_constant_s + dt_s));
   const double size = acceleration.norm();
   if (size <= drive.max_acceleration_m_s2) return acceleration;
   return acceleration * (drive.max_acceleration_m_s2 / size);

@@ -12,15 +12,16 @@ Vec3 wanted_velocity(const Drive& drive, const Vec3& gravity_m_s2, const Vec3& p
 // Acceleration by the drive over the coming step, orthogonal to gravity (any direction without
 // gravity). A function of the body's own state: (wanted - v) / (time constant + dt), which is the
 // drive's law at the step's end, so that no step is too long for it.
-Vec3 drive_acceleration(const SceneDescription& scene, const Drive& drive, const BodyState& state);
+Vec3 drive_acceleration(const SceneDescription& scene, double dt_s, const Drive& drive,
+                        const BodyState& state);
 
 // Gravity, and the drive if the body has one: what acts on it throughout the step. Inline, so that
 // a body without a drive costs a comparison.
-inline Vec3 external_acceleration(const SceneDescription& scene, BodyId id,
+inline Vec3 external_acceleration(const SceneDescription& scene, double dt_s, BodyId id,
                                   const BodyState& state) {
   const std::uint32_t drive = scene.bodies[index_of(id)].drive;
   if (drive == kNoDrive) return scene.gravity_m_s2;
-  return scene.gravity_m_s2 + drive_acceleration(scene, scene.drives[drive], state);
+  return scene.gravity_m_s2 + drive_acceleration(scene, dt_s, scene.drives[drive], state);
 }
 
 }  // namespace soda::physics

@@ -55,7 +55,7 @@ ShapeKernel kernel_for(const Shape& a, const Shape& b);
 // and lower; for a static `b`, `state_b` is null. A function of ids, states and the scene only.
 // Speculative: never throws or hangs for finite states, however absurd; what FCL returns is
 // validated (finite, unit normal) and dropped otherwise.
-void collide(const SceneDescription& scene, const Geometry& geometry, BodyId a,
+void collide(const SceneDescription& scene, const Geometry& geometry, double dt_s, BodyId a,
              const BodyState& state_a, BodyId b, const BodyState* state_b,
              std::vector<ContactManifold>& out, StageCounters& counters);
 

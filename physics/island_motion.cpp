@@ -9,14 +9,14 @@
 namespace soda::physics {
 
 // Velocities after external forces, and the inertia that contacts meet.
-void load_bodies(const SceneDescription& scene, std::span<const BodyId> ids,
+void load_bodies(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                  const Selection<BodyState>& states, std::vector<SolverBody>& bodies,
                  StageCounters& counters) {
   bodies.resize(ids.size() + 1);
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const BodyParams& params = scene.bodies[index_of(ids[i])];
     bodies[i] = solver_body(params, states[i]);
-    bodies[i].linear += external_acceleration(scene, ids[i], states[i]) * scene.dt_s;
+    bodies[i].linear += external_acceleration(scene, dt_s, ids[i], states[i]) * dt_s;
     counters.driven_bodies += params.drive != kNoDrive;
   }
 }
@@ -61,32 +61,31 @@ std::vector<Flight> find_flights(const ContactProblem& problem) {
 
 namespace {
 
-BodyState moved(const SceneDescription& scene, BodyId id, const SolverBody& body,
+BodyState moved(const SceneDescription& scene, double dt_s, BodyId id, const SolverBody& body,
                 const Flight& flight, const PushOut* push, const BodyState& state) {
-  const double dt = scene.dt_s;
   BodyState next;
-  next.position_m = state.position_m + body.linear * dt;
+  next.position_m = state.position_m + body.linear * dt_s;
   if (!flight.supported) {
-    const Vec3 acceleration = external_acceleration(scene, id, state);
-    next.position_m -= acceleration * (0.5 * dt * dt) + flight.not_yet_m;
+    const Vec3 acceleration = external_acceleration(scene, dt_s, id, state);
+    next.position_m -= acceleration * (0.5 * dt_s * dt_s) + flight.not_yet_m;
   }
   next.linear_velocity_m_s = body.linear;
   next.angular_velocity_rad_s = body.angular;
   next.orientation = state.orientation;
-  rotate_freely(scene.bodies[index_of(id)], dt, next);
+  rotate_freely(scene.bodies[index_of(id)], dt_s, next);
   if (push != nullptr) {
-    next.position_m += push->linear * dt;
-    next.orientation = turned(push->angular * dt, next.orientation);
+    next.position_m += push->linear * dt_s;
+    next.orientation = turned(push->angular * dt_s, next.orientation);
   }
   return next;
 }
 
 }  // namespace
 
-bool move_body(const SceneDescription& scene, BodyId id, const SolverBody& body,
+bool move_body(const SceneDescription& scene, double dt_s, BodyId id, const SolverBody& body,
                const Flight& flight, const PushOut* push, BodyState& state,
                std::vector<AdvanceFault>& faults) {
-  BodyState next = moved(scene, id, body, flight, push, state);
+  BodyState next = moved(scene, dt_s, id, body, flight, push, state);
   const char* const fault = fault_of(next);
   if (*fault) {
     faults.push_back({id, fault});

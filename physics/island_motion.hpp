@@ -11,7 +11,7 @@ namespace soda::physics {
 
 // Velocities after external forces, and the inertia that contacts meet. One body more than `ids`:
 // it stands for the statics.
-void load_bodies(const SceneDescription& scene, std::span<const BodyId> ids,
+void load_bodies(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                  const Selection<BodyState>& states, std::vector<SolverBody>& bodies,
                  StageCounters& counters);
 
@@ -34,7 +34,7 @@ std::vector<Flight> find_flights(const ContactProblem& problem);
 
 // Moves the body by its final velocities; `push` may be null. Its impulses stay. False if the new
 // state would be absurd: then it keeps its old one, and a fault is appended.
-bool move_body(const SceneDescription& scene, BodyId id, const SolverBody& body,
+bool move_body(const SceneDescription& scene, double dt_s, BodyId id, const SolverBody& body,
                const Flight& flight, const PushOut* push, BodyState& state,
                std::vector<AdvanceFault>& faults);
 

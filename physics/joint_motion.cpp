@@ -30,7 +30,7 @@ std::vector<SolverBody> bodies_at(const SceneDescription& scene, std::span<const
 void push(const SceneDescription& scene, std::span<const BodyId> ids,
           std::span<const BodyState> states, double dt_s, std::span<SolverBody> bodies) {
   for (std::size_t i = 0; i < ids.size(); ++i)
-    bodies[i].linear += external_acceleration(scene, ids[i], states[i]) * dt_s;
+    bodies[i].linear += external_acceleration(scene, dt_s, ids[i], states[i]) * dt_s;
 }
 
 // From `states` on, with these velocities and no force.
@@ -51,18 +51,18 @@ std::vector<BodyState> drifted(const SceneDescription& scene, std::span<const Bo
 // A joint under tension is a stiff spring for what turns across it: of a body that is held at an
 // arm r with a force f, the rate is sqrt(f r / (I + m r^2)). The explicit step is stable up to
 // twice its inverse, and accurate well below.
-int substeps_of(const SceneDescription& scene, std::span<const BodyId> ids,
+int substeps_of(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                 std::span<const BodyState> states, JointSystem& joints) {
   constexpr double kMostTurn_rad = 0.25;
   constexpr int kMost = 100;
   std::vector<SolverBody> bodies = bodies_at(scene, ids, states);
-  push(scene, ids, states, scene.dt_s, bodies);
-  build_joint_rows(scene, ids, states, false, joints);
+  push(scene, ids, states, dt_s, bodies);
+  build_joint_rows(scene, dt_s, ids, states, false, joints);
   stop_joint_velocities(ids.size(), bodies, joints);
   std::vector<double> squared(ids.size() + 1, 0.0);
   const auto stiffen = [&](std::uint32_t body, const JointRow& row, const Vec3& turn) {
     if (body >= ids.size() || row.linear == Vec3::Zero()) return;
-    const double force = std::abs(row.impulse_newton_s) / scene.dt_s, arm = turn.norm();
+    const double force = std::abs(row.impulse_newton_s) / dt_s, arm = turn.norm();
     const double mass = scene.bodies[index_of(ids[body])].mass_kg;
     squared[body] += force * arm / (1.0 / bodies[body].inverse_inertia.norm() + mass * arm * arm);
   };
@@ -73,30 +73,30 @@ int substeps_of(const SceneDescription& scene, std::span<const BodyId> ids,
   double largest = 0.0;
   for (std::size_t i = 0; i < ids.size(); ++i)
     largest = std::max({largest, squared[i], states[i].angular_velocity_rad_s.squaredNorm()});
-  const double turn = std::sqrt(largest) * scene.dt_s / kMostTurn_rad;
+  const double turn = std::sqrt(largest) * dt_s / kMostTurn_rad;
   return turn < kMost ? 1 + static_cast<int>(turn) : kMost;
 }
 
 // False if the joints do not hold at its end.
-bool advance_linkage_once(const SceneDescription& scene, std::span<const BodyId> ids, double dt_s,
+bool advance_linkage_once(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                           JointSystem& joints, std::vector<BodyState>& states,
                           IslandReport& report) {
   const double enough = rounding_of(states);
   std::vector<SolverBody> bodies = bodies_at(scene, ids, states);
   push(scene, ids, states, 0.5 * dt_s, bodies);
-  build_joint_rows(scene, ids, states, false, joints);
+  build_joint_rows(scene, dt_s, ids, states, false, joints);
   stop_joint_velocities(ids.size(), bodies, joints);
   std::vector<BodyState> next = drifted(scene, ids, states, bodies, dt_s);
   // Impulses act at the start of the step: along its rows, until the joints hold at its end.
   JointSystem end = joints;
-  build_joint_rows(scene, ids, next, false, end);
+  build_joint_rows(scene, dt_s, ids, next, false, end);
   double error = largest_error(end);
   for (int i = 0; i < kMostCorrections && error > enough; ++i) {
     for (std::size_t r = 0; r < joints.rows.size(); ++r)
       joints.rows[r].error = end.rows[r].error / dt_s;
     add_joint_impulses(joints, bodies);
     next = drifted(scene, ids, states, bodies, dt_s);
-    build_joint_rows(scene, ids, next, false, end);
+    build_joint_rows(scene, dt_s, ids, next, false, end);
     const double before = std::exchange(error, largest_error(end));
     ++report.iterations;
     if (error > 2.0 * before) return false;
@@ -118,14 +118,14 @@ bool advance_linkage_once(const SceneDescription& scene, std::span<const BodyId>
 
 }  // namespace
 
-int solve_with_joints(const SceneDescription& scene, std::span<const BodyId> ids,
+int solve_with_joints(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                       std::span<const BodyState> states, JointSystem& joints,
                       ContactProblem& problem) {
   constexpr int kAims = 3;
   constexpr double kSoftness = 1e-8;
   const int sweeps = problem.normals.empty() ? 1 : scene.solver.iterations;
   const std::span<SolverBody> bodies = problem.bodies;
-  build_joint_rows(scene, ids, states, true, joints);
+  build_joint_rows(scene, dt_s, ids, states, true, joints);
   double error = 0.0;
   int done = 0;
   ContactProblem best;
@@ -137,13 +137,13 @@ int solve_with_joints(const SceneDescription& scene, std::span<const BodyId> ids
       solve_joint_velocities(joints, bodies);
     }
     JointSystem next = joints;
-    build_joint_rows(scene, ids, drifted(scene, ids, states, bodies, scene.dt_s), true, next);
+    build_joint_rows(scene, dt_s, ids, drifted(scene, ids, states, bodies, dt_s), true, next);
     const double before = std::exchange(error, largest_error(next));
     if (aim > 0 && !(error < before)) break;
     best = problem;
     best_joints = joints;
     take_back_joint_impulses(joints, bodies);
-    aim_joint_rows(scene.dt_s, best.bodies, next);
+    aim_joint_rows(dt_s, best.bodies, next);
     joints = std::move(next);
   }
   problem = std::move(best);
@@ -151,11 +151,11 @@ int solve_with_joints(const SceneDescription& scene, std::span<const BodyId> ids
   return done;
 }
 
-void close_joints(const SceneDescription& scene, std::span<const BodyId> ids, JointSystem& joints,
-                  std::span<BodyState> states) {
+void close_joints(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
+                  JointSystem& joints, std::span<BodyState> states) {
   std::vector<JointMove> moves;
   const double enough = rounding_of(states);
-  build_joint_rows(scene, ids, states, false, joints);
+  build_joint_rows(scene, dt_s, ids, states, false, joints);
   double error = largest_error(joints);
   for (int i = 0; i < kMostCorrections && error > enough; ++i) {
     const std::vector<SolverBody> bodies = bodies_at(scene, ids, states);
@@ -166,7 +166,7 @@ void close_joints(const SceneDescription& scene, std::span<const BodyId> ids, Jo
       moved[b].position_m += moves[b].linear;
       moved[b].orientation = turned(moves[b].angular, moved[b].orientation);
     }
-    build_joint_rows(scene, ids, moved, false, joints);
+    build_joint_rows(scene, dt_s, ids, moved, false, joints);
     const double after = largest_error(joints);
     if (!(after < 0.9 * error)) return;  // a place that cannot be reached, or rounding
     error = after;
@@ -185,15 +185,15 @@ void report_joints(std::span<const BodyState> states, const JointSystem& joints,
   }
 }
 
-bool advance_linkage(const SceneDescription& scene, std::span<const BodyId> ids,
+bool advance_linkage(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                      JointSystem& joints, std::span<BodyState> states, IslandReport& report,
                      std::vector<AdvanceFault>& faults) {
-  const int substeps = substeps_of(scene, ids, states, joints);
-  const double dt_s = scene.dt_s / substeps;
+  const int substeps = substeps_of(scene, dt_s, ids, states, joints);
+  const double part_s = dt_s / substeps;
   std::vector<BodyState> next(states.begin(), states.end());
   IslandReport linked = report;
   for (int i = 0; i < substeps; ++i)
-    if (!advance_linkage_once(scene, ids, dt_s, joints, next, linked)) return false;
+    if (!advance_linkage_once(scene, part_s, ids, joints, next, linked)) return false;
   report = linked;
   for (std::size_t i = 0; i < ids.size(); ++i) {
     next[i].impulses.clear();

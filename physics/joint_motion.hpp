@@ -12,14 +12,14 @@ namespace soda::physics {
 // Velocities at the end of the step by alternating sweeps over contacts with the exact solution of
 // all joints, joints last. Joints pull in the directions that they have at the end of the step
 // (implicit: stable however taut). Returns the number of sweeps. `states` are those before it.
-int solve_with_joints(const SceneDescription& scene, std::span<const BodyId> ids,
+int solve_with_joints(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                       std::span<const BodyState> states, JointSystem& joints,
                       ContactProblem& problem);
 
 // Moves the bodies so that no joint that is no spring is off, by as little as their masses allow;
 // `states` are those after the step. Velocities stay.
-void close_joints(const SceneDescription& scene, std::span<const BodyId> ids, JointSystem& joints,
-                  std::span<BodyState> states);
+void close_joints(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
+                  JointSystem& joints, std::span<BodyState> states);
 
 // What the world gives to the island through joints. `states` as when the rows were built.
 void report_joints(std::span<const BodyState> states, const JointSystem& joints,
@@ -29,7 +29,7 @@ void report_joints(std::span<const BodyState> states, const JointSystem& joints,
 // ends of the step, in place and in velocity (RATTLE with the free rotation of each body; second
 // order, symmetric in time). `report` has its label. False, and no change, if that does not work
 // out because the joints are nearly contradictory: then they have to be solved as beside contacts.
-bool advance_linkage(const SceneDescription& scene, std::span<const BodyId> ids,
+bool advance_linkage(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                      JointSystem& joints, std::span<BodyState> states, IslandReport& report,
                      std::vector<AdvanceFault>& faults);
 

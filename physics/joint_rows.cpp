@@ -231,7 +231,7 @@ bool has_springs(const SceneDescription& scene, const JointSystem& system) {
   });
 }
 
-void build_joint_rows(const SceneDescription& scene, std::span<const BodyId> ids,
+void build_joint_rows(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                       std::span<const BodyState> states, bool with_springs, JointSystem& system) {
   system.rows.clear();
   system.first_row.assign(1, 0);
@@ -239,7 +239,7 @@ void build_joint_rows(const SceneDescription& scene, std::span<const BodyId> ids
     const Joint& joint = scene.joints[index];
     const End a = end_of(ids, states, joint.a, joint.anchor_a_m, joint.frame_a);
     const End b = end_of(ids, states, joint.b, joint.anchor_b_m, joint.frame_b);
-    add_rows(joint, scene.dt_s, with_springs, a, b, system.rows);
+    add_rows(joint, dt_s, with_springs, a, b, system.rows);
     system.first_row.push_back(static_cast<std::uint32_t>(system.rows.size()));
   }
 }

@@ -44,7 +44,7 @@ bool has_springs(const SceneDescription& scene, const JointSystem& system);
 
 // Rows at these poses; impulses are 0. Of springs only if `with_springs`: else their rows do
 // nothing.
-void build_joint_rows(const SceneDescription& scene, std::span<const BodyId> ids,
+void build_joint_rows(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                       std::span<const BodyState> states, bool with_springs, JointSystem& system);
 
 // For rows at the poses that the bodies would have after a step of dt_s with these velocities:

@@ -106,8 +106,9 @@ DriveImpulse drive_impulse(const SceneDescription& scene, std::span<const BodyId
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const BodyParams& params = scene.bodies[index_of(ids[i])];
     if (params.drive == kNoDrive) continue;
-    const Vec3 impulse = drive_acceleration(scene, scene.drives[params.drive], states[i]) *
-                         (params.mass_kg * scene.dt_s);
+    const Vec3 impulse =
+        drive_acceleration(scene, scene.dt_s, scene.drives[params.drive], states[i]) *
+        (params.mass_kg * scene.dt_s);
     total.sum_newton_s += impulse;
     total.scale_newton_s += impulse.norm();
   }

@@ -242,14 +242,14 @@ ShapeKernel kernel_of(ShapeKind a, ShapeKind b) {
   return polytope(a) && polytope(b) ? ShapeKernel::kPolytopeClip : ShapeKernel::kCore;
 }
 
-PairMotion motion_of(const SceneDescription& scene, const BodyState& a, const BodyState* b,
-                     const CompiledShape& shape_a, const CompiledShape& shape_b,
+PairMotion motion_of(const SceneDescription& scene, double dt_s, const BodyState& a,
+                     const BodyState* b, const CompiledShape& shape_a, const CompiledShape& shape_b,
                      const Vec3& center_b) {
   PairMotion motion;
   motion.velocity_a = a.linear_velocity_m_s;
   motion.spin_a = a.angular_velocity_rad_s;
   motion.center_b = center_b;
-  motion.dt_s = scene.dt_s;
+  motion.dt_s = dt_s;
   double extent = shape_a.min_extent_m;
   double turning = motion.spin_a.norm() * shape_a.bounding_radius_m;
   if (b != nullptr) {
@@ -258,11 +258,11 @@ PairMotion motion_of(const SceneDescription& scene, const BodyState& a, const Bo
     extent = std::min(extent, shape_b.min_extent_m);
     turning += motion.spin_b.norm() * shape_b.bounding_radius_m;
   } else {
-    motion.velocity_a += scene.gravity_m_s2 * scene.dt_s;
+    motion.velocity_a += scene.gravity_m_s2 * dt_s;
   }
   motion.margin_m = kContactMargin * extent;
   const double speed = (motion.velocity_b - motion.velocity_a).norm() + turning;
-  motion.range_m = std::min(motion.margin_m + speed * scene.dt_s, 1e300);
+  motion.range_m = std::min(motion.margin_m + speed * dt_s, 1e300);
   return motion;
 }
 
@@ -307,7 +307,7 @@ ShapeKernel kernel_for(const Shape& a, const Shape& b) {
 
 namespace {
 
-void collide_shapes(const SceneDescription& scene, const Geometry& geometry, BodyId a,
+void collide_shapes(const SceneDescription& scene, const Geometry& geometry, double dt_s, BodyId a,
                     const BodyState& state_a, BodyId b, const BodyState* state_b,
                     std::vector<ContactManifold>& out, StageCounters& counters) {
   const GeometryImpl& impl = geometry.impl();
@@ -316,7 +316,7 @@ void collide_shapes(const SceneDescription& scene, const Geometry& geometry, Bod
   const ShapeGeometry& gb = impl.shapes[fixed ? fixed->shape : scene.bodies[index_of(b)].shape];
   const Vec3& origin = state_a.position_m;
   const Vec3 center_b = (fixed ? fixed->pose.position : state_b->position_m) - origin;
-  const PairMotion motion = motion_of(scene, state_a, state_b, ga.shape, gb.shape, center_b);
+  const PairMotion motion = motion_of(scene, dt_s, state_a, state_b, ga.shape, gb.shape, center_b);
   const Solid solid_a{ga, {ga.shape, {state_a.orientation.toRotationMatrix(), Vec3::Zero()}}};
   const Solid solid_b{
       gb,
@@ -344,15 +344,15 @@ void collide_shapes(const SceneDescription& scene, const Geometry& geometry, Bod
 
 }  // namespace
 
-void collide(const SceneDescription& scene, const Geometry& geometry, BodyId a,
+void collide(const SceneDescription& scene, const Geometry& geometry, double dt_s, BodyId a,
              const BodyState& state_a, BodyId b, const BodyState* state_b,
              std::vector<ContactManifold>& out, StageCounters& counters) {
   if (scene.joints.empty() || is_static(b)) {
-    collide_shapes(scene, geometry, a, state_a, b, state_b, out, counters);
+    collide_shapes(scene, geometry, dt_s, a, state_a, b, state_b, out, counters);
     return;
   }
   if (may_touch(scene, a, b))
-    collide_shapes(scene, geometry, a, state_a, b, state_b, out, counters);
+    collide_shapes(scene, geometry, dt_s, a, state_a, b, state_b, out, counters);
   append_joints(scene, a, b, out);
 }
 

@@ -29,8 +29,10 @@ BlockSolver::BlockSolver(const GiantIsland& island, std::uint32_t first, std::ui
   for (std::uint32_t i = first_; i < last_; ++i) {
     blocks_.push_back(part_of(island_.blocks.inside[i]));
     Part& part = blocks_.back();
-    load_bodies(island_.scene, part.ids, part.states, part.problem.bodies, built);
-    build_rows(island_.scene, part.ids, part.manifolds, part.states, part.problem, built);
+    load_bodies(island_.scene, island_.scene.dt_s, part.ids, part.states, part.problem.bodies,
+                built);
+    build_rows(island_.scene, island_.scene.dt_s, part.ids, part.manifolds, part.states,
+               part.problem, built);
     if (needs_push_out(part.problem)) wake_push_out(part);
   }
   const auto borders = static_cast<std::uint32_t>(island_.blocks.borders.size());
@@ -61,9 +63,11 @@ void BlockSolver::add_border(std::uint32_t index, StageCounters& counters) {
   }
   Part& part = border.part;
   StageCounters counted_with_the_block;
-  load_bodies(island_.scene, part.ids, part.states, part.problem.bodies, counted_with_the_block);
+  load_bodies(island_.scene, island_.scene.dt_s, part.ids, part.states, part.problem.bodies,
+              counted_with_the_block);
   load(index, border);
-  build_rows(island_.scene, part.ids, part.manifolds, part.states, part.problem, counters);
+  build_rows(island_.scene, island_.scene.dt_s, part.ids, part.manifolds, part.states, part.problem,
+             counters);
   if (needs_push_out(part.problem)) wake_push_out(part);
   store(index, border);
   borders_.push_back(std::move(border));
@@ -260,8 +264,8 @@ void BlockSolver::move(std::uint32_t index, std::vector<BodyState>& moved,
   for (std::uint32_t i = 0; i < part.ids.size(); ++i) {
     moved.push_back(part.states[i]);
     const PushOut* const push = part.push.bodies.empty() ? nullptr : &part.push.bodies[i];
-    const bool accepted = move_body(island_.scene, part.ids[i], part.problem.bodies[i], flights[i],
-                                    push, moved.back(), faults);
+    const bool accepted = move_body(island_.scene, island_.scene.dt_s, part.ids[i],
+                                    part.problem.bodies[i], flights[i], push, moved.back(), faults);
     if (accepted) moved.back().impulses.clear();
     for (; next != kept.end() && next->body == i; ++next)
       if (accepted) moved.back().impulses.push_back(next->impulse);

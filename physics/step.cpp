@@ -26,7 +26,7 @@ void find_contacts(const SceneDescription& scene, const Geometry& geometry,
         s == scratch.static_pairs.size() ||
         (p < scratch.pairs.size() && scratch.pairs[p].first <= scratch.static_pairs[s].first);
     const IndexPair pair = dynamic ? scratch.pairs[p++] : scratch.static_pairs[s++];
-    collide(scene, geometry, ids[pair.first], states[pair.first],
+    collide(scene, geometry, scene.dt_s, ids[pair.first], states[pair.first],
             dynamic ? ids[pair.second] : static_id(pair.second),
             dynamic ? &states[pair.second] : nullptr, scratch.manifolds, counters);
   }
@@ -58,18 +58,19 @@ void scatter_island(std::size_t island, std::span<BodyState> states, StepScratch
   }
 }
 
-void advance_bodies(const SceneDescription& scene, std::span<const BodyId> ids,
-                    std::span<BodyState> states, StepScratch& scratch, StepReport& report,
-                    StageCounters& counters) {
+void advance_bodies(const SceneDescription& scene, const Geometry& geometry,
+                    std::span<const BodyId> ids, std::span<BodyState> states, StepScratch& scratch,
+                    StepReport& report, StageCounters& counters) {
   build_islands(ids, scratch.manifolds, scratch.islands);
   for (std::size_t island = 0; island < scratch.islands.count(); ++island) {
     gather_island(island, ids, states, scratch);
-    report.islands.push_back(advance_island(scene, scratch.island_ids, scratch.island_manifolds,
-                                            scratch.island_states, counters, report.faults));
+    report.islands.push_back(advance_island(scene, geometry, scratch.island_ids,
+                                            scratch.island_manifolds, scratch.island_states,
+                                            counters, report.faults));
     scatter_island(island, states, scratch);
   }
   for (const std::uint32_t body : scratch.islands.free_bodies) {
-    advance_free_body(scene, ids[body], states[body], counters, report.faults);
+    advance_free_body(scene, scene.dt_s, ids[body], states[body], counters, report.faults);
   }
 }
 
@@ -80,7 +81,7 @@ void step(const SceneDescription& scene, const Geometry& geometry, std::span<con
   report.faults.clear();
   compute_boxes(scene, geometry, ids, states, scratch.boxes, counters);
   find_contacts(scene, geometry, ids, states, scratch, counters);
-  advance_bodies(scene, ids, states, scratch, report, counters);
+  advance_bodies(scene, geometry, ids, states, scratch, report, counters);
 }
 
 }  // namespace soda::physics

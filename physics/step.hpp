@@ -49,9 +49,9 @@ void scatter_island(std::size_t island, std::span<BodyState> states, StepScratch
 
 // Stage 3: islands from the manifolds, each advanced by itself, then the bodies without contact.
 // Reads scratch.manifolds; `report` is appended to.
-void advance_bodies(const SceneDescription& scene, std::span<const BodyId> ids,
-                    std::span<BodyState> states, StepScratch& scratch, StepReport& report,
-                    StageCounters& counters);
+void advance_bodies(const SceneDescription& scene, const Geometry& geometry,
+                    std::span<const BodyId> ids, std::span<BodyState> states, StepScratch& scratch,
+                    StepReport& report, StageCounters& counters);
 
 // Advances states[i] (of body BodyId{i}) by one step: the three stages. `report` is overwritten.
 // Same bits as any division into worlds.
