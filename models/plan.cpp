@@ -24,6 +24,10 @@ constexpr Stage kPairs{"broadphase pairs",
                        [](const SimulationResult& r) { return r.stages.candidate_pairs; }};
 constexpr Stage kSolver{"contact solver",
                         [](const SimulationResult& r) { return r.stages.islands_solved; }};
+constexpr Stage kImpacts{"impacts located in time",
+                         [](const SimulationResult& r) { return r.stages.impact_searches; }};
+constexpr Stage kSubsteps{"substeps of islands",
+                          [](const SimulationResult& r) { return r.stages.substeps; }};
 constexpr Stage kBlocks{"blocks of giant islands",
                         [](const SimulationResult& r) { return r.stages.blocks_solved; }};
 constexpr Stage kSplit{"giant islands split between worlds",
@@ -66,10 +70,11 @@ constexpr Stage kRollback{"rollback", [](const SimulationResult& r) { return r.e
 // Two blocks of two layers each.
 constexpr std::size_t kLeastInBlocks = 4;
 
-constexpr std::array kStages{
-    kBoxes,       kPairs,     kDrive,       kSolver,    kDirect,    kFriction, kConveyor,  kJoints,
-    kRestitution, kWarmStart, kBorderTests, kGhosts,    kFragments, kMerge,    kMigration, kHistory,
-    kTaken,       kRollback,  kInputs,      kBalancing, kBlocks,    kSplit};
+constexpr std::array kStages{kBoxes,       kPairs,    kDrive,     kSolver,      kDirect,
+                             kFriction,    kConveyor, kJoints,    kRestitution, kWarmStart,
+                             kBorderTests, kGhosts,   kFragments, kMerge,       kMigration,
+                             kHistory,     kTaken,    kRollback,  kInputs,      kBalancing,
+                             kBlocks,      kSplit,    kImpacts,   kSubsteps};
 
 constexpr std::size_t kKernels = static_cast<std::size_t>(ShapeKernel::kCount);
 
@@ -169,6 +174,16 @@ void add_physics(const SceneDescription& scene, std::vector<PlanLine>& plan) {
   add(plan, kJoints, !scene.joints.empty(), "joints hold bodies", "there are no joints");
   add(plan, kRestitution, response && anything_bounces(scene), "a material has restitution > 0",
       response ? "no material has restitution > 0" : no_response);
+  const bool loose = std::any_of(scene.bodies.begin(), scene.bodies.end(), [](const auto& body) {
+    return body.joints == 0 && body.drive == physics::kNoDrive;
+  });
+  const char* const held = "every body is driven or has a joint";
+  add(plan, kImpacts, response && loose, "bodies can fly into each other",
+      response ? held : no_response);
+  add(plan, kSubsteps, response && loose,
+      scene.solver.tolerance > 0.0 ? "islands are advanced to a tolerance"
+                                   : "single bodies can slide or roll",
+      response ? held : no_response);
   add(plan, kBlocks, response && scene.bodies.size() >= kLeastInBlocks,
       "an island may have hundreds of contact points",
       response ? "too few bodies for two blocks" : no_response);

@@ -7,8 +7,11 @@
 #include "physics/contact_choice.hpp"
 #include "physics/direct_contacts.hpp"
 #include "physics/drive.hpp"
+#include "physics/geometry.hpp"
+#include "physics/impacts.hpp"
 #include "physics/island_motion.hpp"
 #include "physics/joint_motion.hpp"
+#include "physics/refinement.hpp"
 #include "physics/rigid_motion.hpp"
 #include "physics/split_solver.hpp"
 
@@ -19,6 +22,14 @@ bool accept(BodyId id, const BodyState& next, std::vector<AdvanceFault>& faults)
   const char* fault = fault_of(next);
   if (*fault) faults.push_back({id, fault});
   return !*fault;
+}
+
+IslandReport report_of(std::span<const BodyId> ids, std::span<const ContactManifold> manifolds) {
+  IslandReport report;
+  report.label = ids.front();
+  report.bodies = static_cast<std::uint32_t>(ids.size());
+  for (const ContactManifold& m : manifolds) report.contact_points += m.count;
+  return report;
 }
 
 // Detection only: contacts are reported, bodies move as if they touched nothing.
@@ -92,17 +103,22 @@ SolverBody solver_body(const BodyParams& params, const BodyState& state) {
                                                   params.inverse_inertia_local)};
 }
 
+void add_part(const IslandReport& part, IslandReport& report) {
+  report.contact_points = std::max(report.contact_points, part.contact_points);
+  report.direct = report.direct || part.direct;
+  report.iterations += part.iterations;
+  report.multiplications += part.multiplications;
+  report.max_penetration_m = std::max(report.max_penetration_m, part.max_penetration_m);
+  report.constraint_residual_m_s =
+      std::max(report.constraint_residual_m_s, part.constraint_residual_m_s);
+  report.static_impulse_newton_s += part.static_impulse_newton_s;
+  report.static_angular_impulse_newton_m_s += part.static_angular_impulse_newton_m_s;
+}
+
 IslandReport advance_once(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                           std::span<const ContactManifold> manifolds, std::span<BodyState> states,
                           StageCounters& counters, std::vector<AdvanceFault>& faults) {
-  IslandReport report;
-  report.label = ids.front();
-  report.bodies = static_cast<std::uint32_t>(ids.size());
-  for (const ContactManifold& m : manifolds) report.contact_points += m.count;
-  if (!scene.solver.contact_response) {
-    pass_through(scene, dt_s, ids, manifolds, states, report, counters, faults);
-    return report;
-  }
+  IslandReport report = report_of(ids, manifolds);
   JointSystem joints = find_joints(scene, ids, manifolds);
   if (!scene.joints.empty()) report_lost_joints(scene, ids, manifolds, faults);
   const bool linked = !joints.empty() && report.contact_points == 0 &&
@@ -147,11 +163,44 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, std::span<
   return report;
 }
 
-IslandReport advance_island(const SceneDescription& scene, const Geometry&,
+namespace {
+
+// Contacts last: one step, or as many as the motion wants.
+IslandReport advance_resting(const SceneDescription& scene, const Geometry& geometry, double dt_s,
+                             std::span<const BodyId> ids,
+                             std::span<const ContactManifold> manifolds,
+                             std::span<BodyState> states, StageCounters& counters,
+                             std::vector<AdvanceFault>& faults) {
+  return is_refined(scene, geometry, ids, manifolds)
+             ? advance_refined(scene, geometry, dt_s, ids, manifolds, states, counters, faults)
+             : advance_once(scene, dt_s, ids, manifolds, states, counters, faults);
+}
+
+}  // namespace
+
+IslandReport advance_island(const SceneDescription& scene, const Geometry& geometry,
                             std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
                             std::span<BodyState> states, StageCounters& counters,
                             std::vector<AdvanceFault>& faults) {
-  return advance_once(scene, scene.dt_s, ids, manifolds, states, counters, faults);
+  const double dt_s = scene.dt_s;
+  IslandReport report = report_of(ids, manifolds);
+  if (!scene.solver.contact_response) {
+    pass_through(scene, dt_s, ids, manifolds, states, report, counters, faults);
+    return report;
+  }
+  const double flown_s =
+      fly_through_impacts(scene, geometry, dt_s, ids, manifolds, states, report, counters);
+  if (flown_s == 0.0)
+    return advance_resting(scene, geometry, dt_s, ids, manifolds, states, counters, faults);
+  if (flown_s == dt_s) {
+    ++counters.islands_solved;
+    return report;
+  }
+  const double rest_s = dt_s - flown_s;
+  const std::vector<ContactManifold> left =
+      found_again(scene, geometry, rest_s, ids, manifolds, states, counters);
+  add_part(advance_resting(scene, geometry, rest_s, ids, left, states, counters, faults), report);
+  return report;
 }
 
 void advance_free_body(const SceneDescription& scene, double dt_s, BodyId id, BodyState& state,

@@ -49,6 +49,9 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, std::span<
                           std::span<const ContactManifold> manifolds, std::span<BodyState> states,
                           StageCounters& counters, std::vector<AdvanceFault>& faults);
 
+// Of a later part of the same step: sums, and the largest errors.
+void add_part(const IslandReport& part, IslandReport& report);
+
 // Advances one body that touches nothing, by dt_s.
 void advance_free_body(const SceneDescription& scene, double dt_s, BodyId id, BodyState& state,
                        StageCounters& counters, std::vector<AdvanceFault>& faults);

@@ -183,7 +183,7 @@ double approach_velocity(const PairContext& c, const Arms& arms) {
 double aim(const SceneDescription& scene, double dt_s, const PairContext& c, const Arms& arms,
            RowContact& contact) {
   const double g = c.relative_gravity, gap = std::max(contact.separation_m, 0.0);
-  const double closed = -gap / dt_s;
+  const double closed = gap > 0.0 ? -gap / dt_s : 0.0;
   if (!(c.restitution > 0.0)) return closed;
   const double v = approach_velocity(c, arms);
   const double squared = v * v - 2.0 * g * gap;  // of the speed at the impact

@@ -10,6 +10,7 @@
 #include "physics/analytic_contacts.hpp"
 #include "physics/geometry_impl.hpp"
 #include "physics/mesh_contacts.hpp"
+#include "physics/time_of_impact.hpp"
 
 // FCL says along which axis two solids meet; the contact points then come from the true shapes, by
 // their supporting features along that axis. So what is inexact in FCL's answer (depths of curved
@@ -307,37 +308,49 @@ ShapeKernel kernel_for(const Shape& a, const Shape& b) {
 
 namespace {
 
-void collide_shapes(const SceneDescription& scene, const Geometry& geometry, double dt_s, BodyId a,
-                    const BodyState& state_a, BodyId b, const BodyState* state_b,
-                    std::vector<ContactManifold>& out, StageCounters& counters) {
+// A pair where it is, relative to the centre of a.
+struct PlacedPair {
+  Solid a, b;
+  ShapeKernel kernel;
+};
+
+PlacedPair place_pair(const SceneDescription& scene, const Geometry& geometry, BodyId a,
+                      const BodyState& state_a, BodyId b, const BodyState* state_b) {
   const GeometryImpl& impl = geometry.impl();
   const StaticGeometry* fixed = is_static(b) ? &impl.statics[static_index_of(b)] : nullptr;
   const ShapeGeometry& ga = impl.shapes[scene.bodies[index_of(a)].shape];
   const ShapeGeometry& gb = impl.shapes[fixed ? fixed->shape : scene.bodies[index_of(b)].shape];
-  const Vec3& origin = state_a.position_m;
-  const Vec3 center_b = (fixed ? fixed->pose.position : state_b->position_m) - origin;
-  const PairMotion motion = motion_of(scene, dt_s, state_a, state_b, ga.shape, gb.shape, center_b);
-  const Solid solid_a{ga, {ga.shape, {state_a.orientation.toRotationMatrix(), Vec3::Zero()}}};
-  const Solid solid_b{
-      gb,
-      {gb.shape,
-       {fixed ? fixed->pose.rotation : state_b->orientation.toRotationMatrix(), center_b}}};
+  const Vec3 center_b = (fixed ? fixed->pose.position : state_b->position_m) - state_a.position_m;
+  const Mat3 turn_b = fixed ? fixed->pose.rotation : state_b->orientation.toRotationMatrix();
+  return {{ga, {ga.shape, {state_a.orientation.toRotationMatrix(), Vec3::Zero()}}},
+          {gb, {gb.shape, {turn_b, center_b}}},
+          kernel_of(ga.shape.kind, gb.shape.kind)};
+}
 
-  const ShapeKernel kernel = kernel_of(ga.shape.kind, gb.shape.kind);
-  ++counters.narrowphase_tests[static_cast<std::size_t>(kernel)];
+void collide_shapes(const SceneDescription& scene, const Geometry& geometry, double dt_s, BodyId a,
+                    const BodyState& state_a, BodyId b, const BodyState* state_b,
+                    std::vector<ContactManifold>& out, StageCounters& counters) {
+  const PlacedPair pair = place_pair(scene, geometry, a, state_a, b, state_b);
+  const CompiledShape& shape_b = pair.b.placed.shape;
+  const Vec3& origin = state_a.position_m;
+  const PairMotion motion = motion_of(scene, dt_s, state_a, state_b, pair.a.placed.shape, shape_b,
+                                      pair.b.placed.pose.position);
+  ++counters.narrowphase_tests[static_cast<std::size_t>(pair.kernel)];
   const std::size_t before = out.size();
-  if (gb.shape.kind == ShapeKind::kHalfSpace) {
+  if (shape_b.kind == ShapeKind::kHalfSpace) {
     ContactCandidates candidates;
-    const Vec3 normal =
-        halfspace_contacts(solid_a.placed, gb.shape, solid_b.placed.pose, candidates);
+    const Vec3 normal = halfspace_contacts(pair.a.placed, shape_b, pair.b.placed.pose, candidates);
     keep_reached(motion, normal, candidates);
     emit_manifold(a, b, 0, normal, origin, candidates, out);
-  } else if (kernel == ShapeKernel::kMesh) {
-    mesh_contacts(a, b, solid_a.placed, solid_b.placed,
-                  near_triangles(solid_a, solid_b, limited_range(motion)), motion, origin, out);
+  } else if (pair.kernel == ShapeKernel::kMesh) {
+    mesh_contacts(a, b, pair.a.placed, pair.b.placed,
+                  near_triangles(pair.a, pair.b, limited_range(motion)), motion, origin, out);
   } else {
-    collide_solids(kernel, a, solid_a, b, solid_b, motion, origin, out);
+    collide_solids(pair.kernel, a, pair.a, b, pair.b, motion, origin, out);
   }
+  if (out.size() == before && motion.range_m > limited_range(motion) &&
+      pair.kernel != ShapeKernel::kMesh)
+    append_way_to_impact(scene, geometry, dt_s, a, state_a, b, state_b, out);
   counters.manifolds += out.size() - before;
   for (std::size_t m = before; m < out.size(); ++m) counters.contact_points += out[m].count;
 }
@@ -354,6 +367,33 @@ void collide(const SceneDescription& scene, const Geometry& geometry, double dt_
   if (may_touch(scene, a, b))
     collide_shapes(scene, geometry, dt_s, a, state_a, b, state_b, out, counters);
   append_joints(scene, a, b, out);
+}
+
+Separation separation_of(const SceneDescription& scene, const Geometry& geometry, BodyId a,
+                         const BodyState& state_a, BodyId b, const BodyState* state_b) {
+  const PlacedPair pair = place_pair(scene, geometry, a, state_a, b, state_b);
+  const PlacedShape &pa = pair.a.placed, &pb = pair.b.placed;
+  if (pb.shape.kind == ShapeKind::kHalfSpace) {
+    const Vec3 up = pb.pose.rotation * pb.shape.half_space.normal;
+    const double height = up.dot(support_point(pa, -up) - pb.pose.position);
+    return {-up, height - pb.shape.half_space.offset_m};
+  }
+  const bool first = pa.shape.kind == ShapeKind::kSphere;
+  const bool sphere = first || pb.shape.kind == ShapeKind::kSphere;
+  if (pair.kernel == ShapeKernel::kAnalytic && sphere) {
+    const PlacedShape &ball = first ? pa : pb, &other = first ? pb : pa;
+    const SurfacePoint nearest = nearest_surface(other, ball.pose.position);
+    return {first ? Vec3(-nearest.outward) : nearest.outward,
+            nearest.distance_m - ball.shape.radius_m};
+  }
+  const Axis axis = convex_axis(pair.a, pair.b, 1e300);
+  const Separation found{axis.normal, separation_along(pa, pb, axis.normal)};
+  const double near = kContactMargin * pa.shape.min_extent_m;
+  if (pair.kernel != ShapeKernel::kBoxBox || found.distance_m > near) return found;
+  // Exact also where edges meet.
+  const Vec3 normal = box_box_axis(pair.a, pair.b, near).normal;
+  const double along = separation_along(pa, pb, normal);
+  return along > found.distance_m ? Separation{normal, along} : found;
 }
 
 }  // namespace soda::physics

@@ -99,6 +99,9 @@ struct SolverSettings {
   double restitution_threshold_m_s = 0.05;  // slower impacts do not bounce, >= 0
   bool contact_response = true;             // false: detection only, bodies pass through each other
   bool warm_starting = true;
+  // Accuracy mode: largest error of each island in a step, of its bodies' widths; islands take as
+  // many substeps as it needs. 0: only single bodies are treated so, to 1e-7.
+  double tolerance = 0.0;
   bool direct = true;  // Newton's method for the islands that it pays for; false: sweeps for all
 };
 

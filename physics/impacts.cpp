@@ -1,0 +1,258 @@
+#include "physics/impacts.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <optional>
+
+#include "physics/contact_solver.hpp"
+#include "physics/island_motion.hpp"
+#include "physics/rigid_motion.hpp"
+#include "physics/time_of_impact.hpp"
+
+namespace soda::physics {
+namespace {
+
+constexpr std::size_t kMostBodies = 64;
+
+Vec3 velocity_at(const BodyState& state, const Vec3& point) {
+  return state.linear_velocity_m_s + state.angular_velocity_rad_s.cross(point - state.position_m);
+}
+
+// At a point that neither bounces nor leaves, gravity presses a body on a static, or two overlap.
+bool rests(const SceneDescription& scene, const ContactManifold& m, const BodyState& a,
+           const BodyState* b, double touching_m) {
+  const double present_m =
+      b == nullptr && scene.gravity_m_s2.dot(m.normal) > 0.0 ? touching_m : -2.0 * touching_m;
+  for (std::uint32_t i = 0; i < m.count; ++i) {
+    const ContactPoint& p = m.points[i];
+    if (p.separation_m > present_m) continue;
+    const Vec3 other = b == nullptr ? Vec3(Vec3::Zero()) : velocity_at(*b, p.position_m);
+    const double opening = (other - velocity_at(a, p.position_m)).dot(m.normal);
+    if (std::abs(opening) <= scene.solver.restitution_threshold_m_s) return true;
+  }
+  return false;
+}
+
+bool can_fly(const SceneDescription& scene, BodyId id) {
+  const BodyParams& params = scene.bodies[index_of(id)];
+  return params.joints == 0 && params.drive == kNoDrive;
+}
+
+bool is_mesh(const SceneDescription& scene, BodyId id) {
+  return is_static(id) && std::holds_alternative<TriangleMesh>(
+                              scene.shapes[scene.statics[static_index_of(id)].shape]);
+}
+
+bool is_in_flight(const SceneDescription& scene, const Geometry& geometry,
+                  std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
+                  std::span<const BodyState> states) {
+  if (ids.size() > kMostBodies) return false;
+  for (const BodyId id : ids)
+    if (!can_fly(scene, id)) return false;
+  const auto state_of = [&](BodyId id) {
+    return &states[static_cast<std::size_t>(std::lower_bound(ids.begin(), ids.end(), id) -
+                                            ids.begin())];
+  };
+  for (const ContactManifold& m : manifolds) {
+    if (is_mesh(scene, m.b)) return false;
+    const BodyState& a = *state_of(m.a);
+    const BodyState* const b = is_static(m.b) ? nullptr : state_of(m.b);
+    if (rests(scene, m, a, b, touching_gap_m(scene, geometry, m.a, a, m.b))) return false;
+  }
+  return true;
+}
+
+// Two bodies of the island, or one and a static, that may meet.
+struct FlyingPair {
+  std::uint32_t a = 0, b = 0;  // b: of a static its index, when `fixed`
+  bool fixed = false;
+  std::optional<Impact> next;  // in the island's time
+
+  bool has(std::uint32_t body) const { return a == body || (!fixed && b == body); }
+};
+
+struct Flyers {
+  const SceneDescription& scene;
+  const Geometry& geometry;
+  double dt_s;
+  std::span<const BodyId> ids;
+  std::vector<BodyState> states;  // each as of its own time
+  std::vector<double> since_s;
+  std::vector<FlyingPair> pairs;
+
+  BodyState at(std::uint32_t body, double time_s) const {
+    const double passed = time_s - since_s[body];
+    return passed > 0.0 ? flown(scene, ids[body], states[body], passed) : states[body];
+  }
+  BodyId other(const FlyingPair& pair) const {
+    return pair.fixed ? static_id(pair.b) : ids[pair.b];
+  }
+};
+
+// How far a body can come however it is hit.
+double reach_m(const Flyers& flyers) {
+  double fastest = 0.0;
+  for (const BodyState& s : flyers.states)
+    fastest = std::max(fastest, s.linear_velocity_m_s.norm());
+  return (2.0 * fastest + flyers.scene.gravity_m_s2.norm() * flyers.dt_s) * flyers.dt_s;
+}
+
+// Boxes that a bounce does not leave. False if a mesh is near.
+bool find_flying_pairs(Flyers& flyers, StageCounters& counters) {
+  const double reach = reach_m(flyers);
+  std::vector<Aabb> boxes;
+  for (std::size_t i = 0; i < flyers.ids.size(); ++i) {
+    BodyState still = flyers.states[i];
+    still.linear_velocity_m_s = Vec3::Zero();
+    still.angular_velocity_rad_s = still.angular_velocity_rad_s * 2.0;
+    Aabb box = swept_aabb(flyers.scene, flyers.geometry, flyers.ids[i], still);
+    box.min -= Vec3::Constant(reach);
+    box.max += Vec3::Constant(reach);
+    boxes.push_back(box);
+  }
+  for (std::uint32_t i = 0; i < boxes.size(); ++i)
+    for (std::uint32_t j = i + 1; j < boxes.size(); ++j)
+      if (overlap(boxes[i], boxes[j])) flyers.pairs.push_back({i, j, false, {}});
+  std::vector<IndexPair> with_statics;
+  find_static_pairs(flyers.geometry, boxes, with_statics, counters);
+  for (const IndexPair& pair : with_statics) {
+    if (is_mesh(flyers.scene, static_id(pair.second))) return false;
+    flyers.pairs.push_back({pair.first, pair.second, true, {}});
+  }
+  return true;
+}
+
+void look_ahead(const Flyers& flyers, FlyingPair& pair, StageCounters& counters) {
+  const double begin = pair.fixed ? flyers.since_s[pair.a]
+                                  : std::max(flyers.since_s[pair.a], flyers.since_s[pair.b]);
+  const BodyState a = flyers.at(pair.a, begin);
+  const BodyState b = pair.fixed ? BodyState{} : flyers.at(pair.b, begin);
+  pair.next = time_of_impact(flyers.scene, flyers.geometry, flyers.ids[pair.a], a,
+                             flyers.other(pair), pair.fixed ? nullptr : &b, flyers.dt_s - begin);
+  if (pair.next) pair.next->time_s += begin;
+  ++counters.impact_searches;
+}
+
+// The points at which the pair touches now, with no gap left.
+std::vector<ContactManifold> touching_points(const Flyers& flyers, const FlyingPair& pair,
+                                             const BodyState& a, const BodyState* b,
+                                             StageCounters& counters) {
+  std::vector<ContactManifold> found;
+  const BodyId id_a = flyers.ids[pair.a], id_b = flyers.other(pair);
+  collide(flyers.scene, flyers.geometry, 0.0, id_a, a, id_b, b, found, counters);
+  // The point that the impact was found at belongs to it, whatever two ways to find it differ by.
+  double nearest = 0.0;
+  if (!found.empty()) nearest = found[0].points[0].separation_m;
+  for (const ContactManifold& m : found)
+    for (std::uint32_t i = 0; i < m.count; ++i)
+      nearest = std::min(nearest, m.points[i].separation_m);
+  const double touching =
+      std::max(nearest, 0.0) + 2.0 * touching_gap_m(flyers.scene, flyers.geometry, id_a, a, id_b);
+  for (ContactManifold& m : found) {
+    std::uint32_t kept = 0;
+    for (std::uint32_t i = 0; i < m.count; ++i) {
+      if (m.points[i].separation_m > touching) continue;
+      m.points[kept] = m.points[i];
+      m.points[kept++].separation_m = std::min(m.points[i].separation_m, 0.0);
+    }
+    m.count = kept;
+  }
+  std::erase_if(found, [](const ContactManifold& m) { return m.count == 0; });
+  return found;
+}
+
+// Changes the velocities of the pair at `time_s`. False if nothing changed.
+bool strike(Flyers& flyers, const FlyingPair& pair, double time_s, IslandReport& report,
+            StageCounters& counters) {
+  constexpr int kMostSweeps = 300;
+  std::vector<BodyId> ids{flyers.ids[pair.a]};
+  std::vector<BodyState> states{flyers.at(pair.a, time_s)};
+  if (!pair.fixed) {
+    ids.push_back(flyers.ids[pair.b]);
+    states.push_back(flyers.at(pair.b, time_s));
+  }
+  for (BodyState& state : states) state.impulses.clear();
+  const std::vector<ContactManifold> manifolds =
+      touching_points(flyers, pair, states[0], pair.fixed ? nullptr : &states[1], counters);
+  if (manifolds.empty()) return false;
+  const Selection<BodyState> before{std::span<const BodyState>(states)};
+  ContactProblem problem;
+  load_bodies(flyers.scene, 0.0, ids, before, problem.bodies, counters);
+  build_rows(flyers.scene, 0.0, ids, std::span<const ContactManifold>(manifolds), before, problem,
+             counters);
+  int sweeps = solve_velocities(kMostSweeps, problem);
+  if (problem.restitution_rows > 0 && aim_rebounds(problem))
+    sweeps += solve_velocities(kMostSweeps, problem);
+  report.iterations += static_cast<std::uint32_t>(sweeps);
+  counters.solver_iterations += static_cast<std::uint64_t>(sweeps);
+  report_contacts(before, problem, report);
+  bool changed = false;
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    changed = changed || problem.bodies[i].linear != states[i].linear_velocity_m_s ||
+              problem.bodies[i].angular != states[i].angular_velocity_rad_s;
+    states[i].linear_velocity_m_s = problem.bodies[i].linear;
+    states[i].angular_velocity_rad_s = problem.bodies[i].angular;
+    const std::uint32_t body = i == 0 ? pair.a : pair.b;
+    flyers.states[body] = states[i];
+    flyers.since_s[body] = time_s;
+  }
+  ++counters.impacts;
+  return changed;
+}
+
+// The pair that is next, the first of equals.
+const FlyingPair* next_of(const std::vector<FlyingPair>& pairs) {
+  const FlyingPair* first = nullptr;
+  for (const FlyingPair& pair : pairs)
+    if (pair.next && (!first || pair.next->time_s < first->next->time_s)) first = &pair;
+  return first;
+}
+
+// Through impacts until dt_s, or until something lasts.
+double fly(Flyers& flyers, IslandReport& report, StageCounters& counters) {
+  const std::size_t most_impacts = 60 + 10 * flyers.ids.size();
+  for (FlyingPair& pair : flyers.pairs) look_ahead(flyers, pair, counters);
+  for (std::size_t impacts = 0;; ++impacts) {
+    const FlyingPair* const next = next_of(flyers.pairs);
+    if (next == nullptr) return flyers.dt_s;
+    const double now = next->next->time_s;
+    if (next->next->lasts || impacts == most_impacts) return now;
+    const FlyingPair struck = *next;
+    if (!strike(flyers, struck, now, report, counters)) return now;
+    for (FlyingPair& pair : flyers.pairs)
+      if (pair.has(struck.a) || (!struck.fixed && pair.has(struck.b)))
+        look_ahead(flyers, pair, counters);
+  }
+}
+
+}  // namespace
+
+double fly_through_impacts(const SceneDescription& scene, const Geometry& geometry, double dt_s,
+                           std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
+                           std::span<BodyState> states, IslandReport& report,
+                           StageCounters& counters) {
+  if (!is_in_flight(scene, geometry, ids, manifolds, states)) return 0.0;
+  Flyers flyers{scene,
+                geometry,
+                dt_s,
+                ids,
+                {states.begin(), states.end()},
+                std::vector<double>(ids.size(), 0.0),
+                {}};
+  if (!find_flying_pairs(flyers, counters)) return 0.0;
+  IslandReport flight = report;
+  const double reached = fly(flyers, flight, counters);
+  if (!(reached > 0.0)) return 0.0;
+  std::vector<BodyState> next;
+  for (std::uint32_t i = 0; i < ids.size(); ++i) {
+    next.push_back(flyers.at(i, reached));
+    next.back().impulses.clear();
+    if (*fault_of(next.back())) return 0.0;
+  }
+  std::move(next.begin(), next.end(), states.begin());
+  report = flight;
+  return reached;
+}
+
+}  // namespace soda::physics

@@ -1,0 +1,36 @@
+// Islands that are advanced in substeps until halving these changes nothing that counts.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "physics/advance.hpp"
+
+namespace soda::physics {
+
+// Whether an island is worth it: nothing in it is driven, pushed apart or giant, and it is a single
+// body, or the scene asks for a tolerance. A function of the arguments only.
+bool is_refined(const SceneDescription& scene, const Geometry& geometry,
+                std::span<const BodyId> ids, std::span<const ContactManifold> manifolds);
+
+// Advances such an island by dt_s. Where velocities stay as they are this is one step of
+// advance_once. Else it takes one, two and four of them, and extrapolates what they tell to steps
+// of no length (third order); where two such extrapolations differ by more than the tolerance, each
+// half of the time is treated alike. So motion between changes (from sliding to sticking, say) is
+// smooth, and a change is closed in upon. `manifolds` were found at these states, over dt_s. After
+// a limited number of solves the rest is taken in single steps. The report has what statics gave,
+// extrapolated likewise.
+IslandReport advance_refined(const SceneDescription& scene, const Geometry& geometry, double dt_s,
+                             std::span<const BodyId> ids,
+                             std::span<const ContactManifold> manifolds,
+                             std::span<BodyState> states, StageCounters& counters,
+                             std::vector<AdvanceFault>& faults);
+
+// The pairs of these manifolds once more, where the bodies are now.
+std::vector<ContactManifold> found_again(const SceneDescription& scene, const Geometry& geometry,
+                                         double dt_s, std::span<const BodyId> ids,
+                                         std::span<const ContactManifold> manifolds,
+                                         std::span<const BodyState> states,
+                                         StageCounters& counters);
+
+}  // namespace soda::physics

@@ -1,0 +1,52 @@
+// When two bodies in free flight touch: conservative advancement.
+#pragma once
+
+#include <optional>
+
+#include "physics/geometry.hpp"
+
+namespace soda::physics {
+
+// A body without drive and contact, after a time t_s >= 0 of which it knows gravity alone. Exact to
+// rounding for any t_s (see rotate_freely). Its impulses are left out.
+BodyState flown(const SceneDescription& scene, BodyId id, const BodyState& state, double t_s);
+
+// Two solids seen along a unit normal from a to b. No part of a is nearer to b than distance_m
+// (< 0: they overlap by that, as far as this direction tells).
+struct Separation {
+  Vec3 normal = Vec3::UnitZ();
+  double distance_m = 0.0;
+};
+
+// Along the direction in which they are farthest apart, or overlap least; of solids that are apart
+// it is their distance to 1e-6 of their size, and never more than it. Not for meshes. `state_b` is
+// null for a static b.
+Separation separation_of(const SceneDescription& scene, const Geometry& geometry, BodyId a,
+                         const BodyState& state_a, BodyId b, const BodyState* state_b);
+
+// The gap below which two solids count as touching: of the size of rounding for spheres.
+double touching_gap_m(const SceneDescription& scene, const Geometry& geometry, BodyId a,
+                      const BodyState& state_a, BodyId b);
+
+struct Impact {
+  double time_s = 0.0;
+  // The solids touch and do not part for good, but do not approach either: they rest on each other,
+  // roll or slide. No flight describes what follows.
+  bool lasts = false;
+};
+
+// The first time within [0, most_s] at which the two touch and approach each other, or from which
+// they stay together. None of it: they do not touch. Solids that overlap at the start touch, and
+// may part. Not for meshes.
+std::optional<Impact> time_of_impact(const SceneDescription& scene, const Geometry& geometry,
+                                     BodyId a, const BodyState& state_a, BodyId b,
+                                     const BodyState* state_b, double most_s);
+
+// Solids that move by more than their width within dt_s: if they meet, appends a manifold of one
+// point with the place and normal of the impact, whose separation is the way to it along that
+// normal.
+void append_way_to_impact(const SceneDescription& scene, const Geometry& geometry, double dt_s,
+                          BodyId a, const BodyState& state_a, BodyId b, const BodyState* state_b,
+                          std::vector<ContactManifold>& out);
+
+}  // namespace soda::physics
