@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "physics/direct_contacts.hpp"
+#include "physics/substeps.hpp"
 
 namespace soda::physics {
 namespace {
@@ -67,12 +68,18 @@ bool solve_by_newton(std::span<const SolverBody> free, const Elimination& plan,
 }  // namespace
 
 ContactSolution solve_contacts(const SceneDescription& scene, double dt_s,
-                               std::span<const BodyId> ids, std::span<const SolverBody> free,
-                               const Elimination* plan, ContactProblem& problem) {
+                               std::span<const BodyId> ids, const Selection<BodyState>& states,
+                               std::span<const SolverBody> free, const Elimination* plan,
+                               ContactProblem& problem) {
   ContactSolution solution;
   drop_bad_start(mass_ratio(scene, ids), free, problem);
   solution.direct = plan != nullptr && problem.restitution_rows == 0 &&
                     solve_by_newton(free, *plan, problem, solution);
+  if (!solution.direct && problem.restitution_rows == 0 && ids.size() > 2) {
+    solution.iterations +=
+        solve_in_substeps(scene.solver, dt_s, states, problem, solution.push);
+    return solution;
+  }
   if (!solution.direct) sweep(scene, problem, solution);
   if (!needs_push_out(problem)) return solution;
   if (solution.direct) {

@@ -64,15 +64,6 @@ double sweep_row(FrictionRow& row, double normal_impulse, SolverBody& a, SolverB
   return std::max(std::abs(change0), std::abs(change1));
 }
 
-double sweep_frictions(ContactProblem& p) {
-  double change = 0.0;
-  for (FrictionRow& row : p.frictions) {
-    const double normal = p.normals[row.normal_row].impulse_newton_s;
-    change = std::max(change, sweep_row(row, normal, p.bodies[row.a], p.bodies[row.b]));
-  }
-  return change;
-}
-
 // Alternating directions carry a load through a stack as fast downwards as upwards.
 double sweep_normals(bool forward, ContactProblem& p) {
   double change = 0.0;
@@ -91,6 +82,15 @@ double largest_impulse(const ContactProblem& p) {
 }
 
 }  // namespace
+
+double sweep_frictions(ContactProblem& p) {
+  double change = 0.0;
+  for (FrictionRow& row : p.frictions) {
+    const double normal = p.normals[row.normal_row].impulse_newton_s;
+    change = std::max(change, sweep_row(row, normal, p.bodies[row.a], p.bodies[row.b]));
+  }
+  return change;
+}
 
 double sweep_velocities(bool forward, ContactProblem& problem) {
   const double change = sweep_frictions(problem);

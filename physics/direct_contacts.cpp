@@ -13,7 +13,7 @@ constexpr std::uint32_t kMostBodies = 1000;
 // have bodies for which sweeps fail.
 constexpr double kSmall = 1e4;  // multiplications
 constexpr double kMuchHeavier = 10.0;
-constexpr double kCalm = 2.0;  // of the speed that gravity gives in a step
+constexpr double kCalm = 0.03;  // of the speed that gravity gives in a step
 
 // Of the reciprocal of an island's mass: what a point gives way, per impulse. Soft enough for few
 // Newton steps; the corrections take it out again, and make it harder where they get on slowly.
