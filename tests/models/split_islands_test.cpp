@@ -119,12 +119,12 @@ TEST(SplitPlan, WhatASweepSavesHasToBeMoreThanTellingTheNeighboursTakes) {
 
 TEST(SplitMessages, WhatIsEncodedIsDecoded) {
   test::Choices choices(9);
-  for (const bool pushed : {false, true}) {
+  {
     BorderNews news{{BodyId{7}, {choices.next(), choices.next()}}, 3, true, {}};
     for (int i = 0; i < 5; ++i) {
-      physics::BorderBody body{choices.vector(-1, 1), choices.vector(-1, 1), {}};
-      if (pushed && i == 2) body.push = {choices.vector(-1, 1), choices.vector(-1, 1)};
-      news.bodies.push_back(body);
+      news.bodies.push_back({choices.vector(-1, 1),
+                             choices.vector(-1, 1),
+                             {choices.vector(-1, 1), choices.vector(-1, 1)}});
     }
     const kernel::Payload payload = encode_border_news(news);
     EXPECT_EQ(island_named_in(payload.bytes()), news.island);
@@ -134,7 +134,8 @@ TEST(SplitMessages, WhatIsEncodedIsDecoded) {
     ASSERT_EQ(back.bodies.size(), news.bodies.size());
     for (std::size_t i = 0; i < 5; ++i) {
       EXPECT_EQ(back.bodies[i].angular, news.bodies[i].angular);
-      EXPECT_EQ(back.bodies[i].push.linear, news.bodies[i].push.linear);
+      EXPECT_EQ(back.bodies[i].way.linear_m, news.bodies[i].way.linear_m);
+      EXPECT_EQ(back.bodies[i].way.angular_rad, news.bodies[i].way.angular_rad);
     }
   }
   BlockNews news{{BodyId{1}, {2, 3}}, 4, 6, {}, {{BodyId{8}, "position"}}, {}};
