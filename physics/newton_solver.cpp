@@ -54,9 +54,10 @@ class Newton {
 };
 
 void Newton::update_responses() {
+  const double stiffness_kg = 1.0 / problem_.compliance_1_kg;
   for (std::size_t i = 0; i < responses_.size(); ++i) {
     velocity_[i] = relative_velocity(problem_.points[i], twists_);
-    responses_[i] = respond(problem_.points[i], problem_.compliance_1_kg, velocity_[i]);
+    responses_[i] = respond(problem_.points[i], stiffness_kg, velocity_[i]);
   }
   gradient(problem_, twists_, responses_, gradient_);
 }
@@ -145,9 +146,10 @@ double Newton::slope(double step) const {
     const Vec3 angular = twists_[i].angular - problem_.free[i].angular + d.angular * step;
     sum += body.mass_kg * linear.dot(d.linear) + angular.dot(Vec3(body.inertia_kg_m2 * d.angular));
   }
+  const double stiffness_kg = 1.0 / problem_.compliance_1_kg;
   for (std::size_t i = 0; i < change_.size(); ++i) {
     const PointResponse response =
-        respond(problem_.points[i], problem_.compliance_1_kg, velocity_[i] + change_[i] * step);
+        respond(problem_.points[i], stiffness_kg, velocity_[i] + change_[i] * step);
     if (response.mode != ContactMode::kOpen) sum -= response.impulse_newton_s.dot(change_[i]);
   }
   return sum;
