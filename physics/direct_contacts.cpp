@@ -17,15 +17,17 @@ constexpr double kCalm = 0.03;  // of the speed that gravity gives in a step
 
 // Of the reciprocal of an island's mass: what a point gives way, per impulse. Soft enough for few
 // Newton steps; the corrections take it out again, and make it harder where they get on slowly.
-constexpr double kCompliance = 1.0;
+// Softer where a factorisation costs far more than a step: then points that carry next to nothing
+// do not open and close with every rounding, and one factorisation serves them all.
+constexpr double kCompliance = 1.0, kSoftCompliance = 1000.0;
 
-void set_bodies(std::span<const SolverBody> bodies, ConvexContacts& out) {
+void set_bodies(std::span<const SolverBody> bodies, bool is_costly, ConvexContacts& out) {
   double mass = 0.0;
   for (const SolverBody& body : bodies) {
     out.bodies.push_back({1.0 / body.inverse_mass, inverse_of_symmetric(body.inverse_inertia)});
     mass += out.bodies.back().mass_kg;
   }
-  out.compliance_1_kg = kCompliance / mass;
+  out.compliance_1_kg = (is_costly ? kSoftCompliance : kCompliance) / mass;
 }
 
 // Of the arm only what a frictionless impulse can see, unless friction's own arms are at hand.
@@ -156,7 +158,7 @@ NewtonOutcome solve_directly(std::span<const SolverBody> free, const Elimination
   // has left over is made good in the steps that follow.
   constexpr double kWanted = 1e-9, kRounding = 1e-7, kAccepted = 2e-2;
   ConvexContacts convex;
-  set_bodies(free, convex);
+  set_bodies(free, is_costly(plan, problem.normals.size()), convex);
   std::vector<Twist> twists;
   for (std::size_t i = 0; i < free.size(); ++i) {
     convex.free.push_back({free[i].linear, free[i].angular});
@@ -186,7 +188,8 @@ NewtonOutcome push_out_directly(double dt_s, const Elimination& plan, const Cont
   constexpr double kWanted = 1e-2, kAccepted = 0.1;  // of the fastest; the next step corrects again
   const std::size_t bodies = plan.count();
   ConvexContacts convex;
-  set_bodies(std::span(problem.bodies).first(bodies), convex);
+  set_bodies(std::span(problem.bodies).first(bodies), is_costly(plan, problem.normals.size()),
+             convex);
   convex.free.resize(bodies);
   double fastest = 0.0;
   for (std::size_t i = 0; i < problem.normals.size(); ++i) {

@@ -29,7 +29,8 @@ class Newton {
   double objective() const;
   void start_from_all_held();
   bool minimise(double wanted_m_s);  // false if the limits are used up
-  bool refactor();
+  bool fits_factor() const;
+  bool refactor();  // unless it fits
   void find_direction();
   void move(double step);
   double slope(double step) const;
@@ -89,16 +90,20 @@ double Newton::objective() const {
   return 0.5 * sum;
 }
 
-// Not done again while every point answers as before. What slides answers differently each time,
-// unless it is without friction.
-bool Newton::refactor() {
+// Whether every point answers as when the factor was made. What slides answers differently each
+// time, unless it is without friction.
+bool Newton::fits_factor() const {
   bool same = factored_;
   for (std::size_t i = 0; same && i < responses_.size(); ++i) {
     const ContactMode mode = responses_[i].mode;
     same = mode == factor_modes_[i] &&
            (mode != ContactMode::kSlide || problem_.points[i].friction == 0.0);
   }
-  if (same) return true;
+  return same;
+}
+
+bool Newton::refactor() {
+  if (fits_factor()) return true;
   if (outcome_.factorisations >= limits_.factorisations) return false;
   ++outcome_.factorisations;
   assemble(problem_, plan_, responses_, factor_);
@@ -213,14 +218,19 @@ void Newton::start_from_all_held() {
 // Newton's method for the present targets and start impulses.
 bool Newton::minimise(double wanted_m_s) {
   constexpr int kMostSteps = 100;
+  // An old factor will do while it takes an error down well, where a new one costs more than steps.
+  constexpr double kFast = 0.3;  // of the error, at most what is left of it
+  const bool costly = is_costly(plan_, problem_.points.size());
   update_responses();
   error_m_s_ = gradient_m_s();
+  bool is_fast = costly;
   for (int i = 0; i < kMostSteps && error_m_s_ > wanted_m_s; ++i) {
-    if (!refactor()) return false;
+    if (!(factored_ && is_fast) && !refactor()) return false;
     find_direction();
     move(step_length());
     const double before = error_m_s_;
     error_m_s_ = gradient_m_s();
+    is_fast = costly && error_m_s_ <= kFast * before;
     // Rounding has ended the descent.
     if (error_m_s_ <= limits_.rounding_m_s && error_m_s_ > 0.25 * before) return true;
   }
@@ -275,7 +285,9 @@ NewtonOutcome Newton::run() {
     if (error <= limits_.accepted_m_s) {
       outcome_.converged = true;
       if (error <= limits_.wanted_m_s) return outcome_;
-      if (error <= limits_.rounding_m_s && i > 3 && correction > 0.5 * last) return outcome_;
+      // What does not change at all is a contradiction between points, of the size of rounding.
+      const double most = i > 3 ? 0.5 : 0.9;
+      if (error <= limits_.rounding_m_s && i > 0 && correction > most * last) return outcome_;
       good_twists = twists_;
       good_responses = responses_;
     }
@@ -294,6 +306,11 @@ NewtonOutcome Newton::run() {
 }
 
 }  // namespace
+
+bool is_costly(const Elimination& plan, std::size_t points) {
+  constexpr double kCostly = 500.0;  // multiplications a point
+  return plan.multiplications > kCostly * static_cast<double>(points);
+}
 
 NewtonOutcome solve_by_newton(const NewtonLimits& limits, const Elimination& plan,
                               ConvexContacts& problem, std::vector<Twist>& twists,
