@@ -210,9 +210,9 @@ class LevelGrid {
       for (int y = std::max(cell.at[1] - 1, lowest_.at[1]);
            y <= std::min(cell.at[1] + 1, highest_.at[1]); ++y) {
         const std::uint64_t last = key_of({{x, y, z_to}});
-        auto entry = std::lower_bound(
-            entries_.begin(), entries_.end(), key_of({{x, y, z_from}}),
-            [](const Entry& e, std::uint64_t key) { return e.key < key; });
+        auto entry =
+            std::lower_bound(entries_.begin(), entries_.end(), key_of({{x, y, z_from}}),
+                             [](const Entry& e, std::uint64_t key) { return e.key < key; });
         for (; entry != entries_.end() && entry->key <= last; ++entry) visit(entry->box);
       }
     }

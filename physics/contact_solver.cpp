@@ -3,17 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/rigid_motion.hpp"
+
 namespace soda::physics {
 namespace {
 
 constexpr double kNegligible = 1e-10;  // change of an impulse, of the largest impulse
-
-// Eigen's 3x3 product is a call of its own; these two are the inner loop.
-inline Vec3 times(const Mat3& m, const Vec3& v) {
-  return {m(0, 0) * v.x() + m(0, 1) * v.y() + m(0, 2) * v.z(),
-          m(1, 0) * v.x() + m(1, 1) * v.y() + m(1, 2) * v.z(),
-          m(2, 0) * v.x() + m(2, 1) * v.y() + m(2, 2) * v.z()};
-}
 
 // Returns the change of the impulse.
 double sweep_row(NormalRow& row, SolverBody& a, SolverBody& b) {

@@ -3,6 +3,8 @@
 #include <array>
 #include <cmath>
 
+#include "physics/rigid_motion.hpp"
+
 namespace soda::physics {
 namespace {
 
@@ -108,7 +110,7 @@ void gradient(const ConvexContacts& problem, std::span<const Twist> twists,
   for (std::size_t i = 0; i < twists.size(); ++i) {
     const ConvexBody& body = problem.bodies[i];
     out[i].linear = (twists[i].linear - problem.free[i].linear) * body.mass_kg;
-    out[i].angular = body.inertia_kg_m2 * Vec3(twists[i].angular - problem.free[i].angular);
+    out[i].angular = times(body.inertia_kg_m2, twists[i].angular - problem.free[i].angular);
   }
   for (std::size_t i = 0; i < responses.size(); ++i) {
     if (responses[i].mode == ContactMode::kOpen) continue;

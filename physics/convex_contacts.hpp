@@ -55,7 +55,8 @@ Mat3 inverse_of_symmetric(const Mat3& m);
 
 // For the relative velocity at the point; `stiffness_kg` is 1 / compliance. These two are the inner
 // loop of Newton's method, so they are defined here.
-inline PointResponse respond(const ConvexPoint& p, double stiffness_kg, const Vec3& velocity_m_s) {
+[[gnu::always_inline]] inline PointResponse respond(const ConvexPoint& p, double stiffness_kg,
+                                                    const Vec3& velocity_m_s) {
   const Vec3 y = p.start_newton_s + (p.target_m_s - velocity_m_s) * stiffness_kg;
   const double normal = y.dot(p.normal);
   const Vec3 tangential = y - p.normal * normal;
@@ -77,7 +78,8 @@ inline PointResponse respond(const ConvexPoint& p, double stiffness_kg, const Ve
   return out;
 }
 
-inline Vec3 relative_velocity(const ConvexPoint& p, std::span<const Twist> twists) {
+[[gnu::always_inline]] inline Vec3 relative_velocity(const ConvexPoint& p,
+                                                     std::span<const Twist> twists) {
   const Twist& a = twists[p.a];
   Vec3 velocity = -(a.linear + a.angular.cross(p.arm_a));
   if (p.b < twists.size()) {

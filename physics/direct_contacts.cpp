@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "physics/rigid_motion.hpp"
+
 namespace soda::physics {
 namespace {
 
@@ -78,9 +80,9 @@ void apply(const PointResponse& response, const ConvexPoint& p, std::size_t i,
   SolverBody& a = problem.bodies[row.a];
   SolverBody& b = problem.bodies[row.b];
   a.linear -= total * a.inverse_mass;
-  a.angular -= a.inverse_inertia * p.arm_a.cross(total);
+  a.angular -= times(a.inverse_inertia, p.arm_a.cross(total));
   b.linear += total * b.inverse_mass;
-  b.angular += b.inverse_inertia * p.arm_b.cross(total);
+  b.angular += times(b.inverse_inertia, p.arm_b.cross(total));
 }
 
 int most_factorisations(const Elimination& plan) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/rigid_motion.hpp"
+
 namespace soda::physics {
 namespace {
 
@@ -82,7 +84,7 @@ double Newton::objective() const {
     const ConvexBody& body = problem_.bodies[i];
     const Vec3 linear = twists_[i].linear - problem_.free[i].linear;
     const Vec3 angular = twists_[i].angular - problem_.free[i].angular;
-    sum += body.mass_kg * linear.squaredNorm() + angular.dot(Vec3(body.inertia_kg_m2 * angular));
+    sum += body.mass_kg * linear.squaredNorm() + angular.dot(times(body.inertia_kg_m2, angular));
   }
   for (const PointResponse& response : responses_) {
     sum += problem_.compliance_1_kg * response.impulse_newton_s.squaredNorm();
@@ -149,7 +151,7 @@ double Newton::slope(double step) const {
     const Twist& d = direction_[i];
     const Vec3 linear = twists_[i].linear - problem_.free[i].linear + d.linear * step;
     const Vec3 angular = twists_[i].angular - problem_.free[i].angular + d.angular * step;
-    sum += body.mass_kg * linear.dot(d.linear) + angular.dot(Vec3(body.inertia_kg_m2 * d.angular));
+    sum += body.mass_kg * linear.dot(d.linear) + angular.dot(times(body.inertia_kg_m2, d.angular));
   }
   const double stiffness_kg = 1.0 / problem_.compliance_1_kg;
   for (std::size_t i = 0; i < change_.size(); ++i) {

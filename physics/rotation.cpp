@@ -63,13 +63,6 @@ Quat turned(const Vec3& angle_rad, const Quat& orientation) {
 }
 namespace {
 
-// Written out, as Eigen's product is a call of its own.
-inline Vec3 times(const Mat3& m, const Vec3& v) {
-  return {m(0, 0) * v.x() + m(0, 1) * v.y() + m(0, 2) * v.z(),
-          m(1, 0) * v.x() + m(1, 1) * v.y() + m(1, 2) * v.z(),
-          m(2, 0) * v.x() + m(2, 1) * v.y() + m(2, 2) * v.z()};
-}
-
 Vec3 column(const Quat& q, int axis) {
   const double w = q.w(), x = q.x(), y = q.y(), z = q.z();
   if (axis == 0) return {1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)};

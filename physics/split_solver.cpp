@@ -124,8 +124,7 @@ void BlockSolver::solve_borders(std::uint32_t stage, StageCounters& counters) {
   }
   if (stage + 1 < stages(island_.scene)) return;
   for (Part& part : blocks_) end_substeps(part.problem, part.substeps);
-  for (Border& border : borders_)
-    end_substeps(border.part.problem, border.part.substeps);
+  for (Border& border : borders_) end_substeps(border.part.problem, border.part.substeps);
 }
 
 const BlockSolver::Border* BlockSolver::border_at(std::uint32_t index) const {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-
 namespace soda::physics {
 namespace {
 
@@ -19,7 +18,7 @@ constexpr Softness kSoft{kTurn / (2.0 * kDamping + kTurn), kFirm / (1.0 + kFirm)
                          1.0 / (1.0 + kFirm)};
 constexpr double kFastest_1_s = 2.0;  // body sizes per second
 
-double gap_m(const ContactProblem& problem, std::size_t i, const std::vector<Way>& ways) {
+inline double gap_m(const ContactProblem& problem, std::size_t i, const std::vector<Way>& ways) {
   const NormalRow& row = problem.normals[i];
   const Way& a = ways[row.a];
   const Way& b = ways[row.b];
@@ -27,7 +26,7 @@ double gap_m(const ContactProblem& problem, std::size_t i, const std::vector<Way
          row.arm_b.dot(b.angular_rad) - row.arm_a.dot(a.angular_rad);
 }
 
-void give(const NormalRow& row, double change, SolverBody& a, SolverBody& b) {
+inline void give(const NormalRow& row, double change, SolverBody& a, SolverBody& b) {
   a.linear -= row.normal * (a.inverse_mass * change);
   a.angular -= row.turn_a * change;
   b.linear += row.normal * (b.inverse_mass * change);
@@ -105,9 +104,7 @@ void begin_substeps(double dt_s, std::uint32_t count, const Selection<BodyState>
   share_start_impulses(count, problem);
 }
 
-void press(ContactProblem& problem, const Substeps& substeps) {
-  sweep<true>(problem, substeps);
-}
+void press(ContactProblem& problem, const Substeps& substeps) { sweep<true>(problem, substeps); }
 
 void relax(ContactProblem& problem, Substeps& substeps) {
   sweep<false>(problem, substeps);
