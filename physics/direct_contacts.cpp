@@ -85,8 +85,13 @@ void apply(const PointResponse& response, const ConvexPoint& p, std::size_t i,
   b.angular += times(b.inverse_inertia, p.arm_b.cross(total));
 }
 
-int most_factorisations(const Elimination& plan) {
-  return plan.multiplications <= kSmall ? 40 : 20;
+// Sweeps and substeps are no good for uneven masses, so there more is tried before.
+int most_factorisations(std::span<const SolverBody> bodies, const Elimination& plan) {
+  const auto [heaviest, lightest] = std::minmax_element(
+      bodies.begin(), bodies.end(),
+      [](const SolverBody& x, const SolverBody& y) { return x.inverse_mass < y.inverse_mass; });
+  const bool is_uneven = lightest->inverse_mass > kMuchHeavier * heaviest->inverse_mass;
+  return is_uneven && plan.multiplications <= kSmall ? 40 : 20;
 }
 
 double calm_speed_m_s(const SceneDescription& scene, double dt_s) {
@@ -173,7 +178,8 @@ NewtonOutcome solve_directly(std::span<const SolverBody> free, const Elimination
   }
   const double scale = std::sqrt(squared);
   const NewtonLimits limits{
-      scale, kWanted * scale, kRounding * scale, kAccepted * scale, most_factorisations(plan), 40};
+      scale, kWanted * scale, kRounding * scale, kAccepted * scale, most_factorisations(free, plan),
+      40};
   std::vector<PointResponse> responses;
   const NewtonOutcome outcome = solve_by_newton(limits, plan, convex, twists, responses);
   if (!outcome.converged) return outcome;
@@ -190,8 +196,8 @@ NewtonOutcome push_out_directly(double dt_s, const Elimination& plan, const Cont
   constexpr double kWanted = 1e-2, kAccepted = 0.1;  // of the fastest; the next step corrects again
   const std::size_t bodies = plan.count();
   ConvexContacts convex;
-  set_bodies(std::span(problem.bodies).first(bodies), is_costly(plan, problem.normals.size()),
-             convex);
+  const std::span<const SolverBody> moving = std::span(problem.bodies).first(bodies);
+  set_bodies(moving, is_costly(plan, problem.normals.size()), convex);
   convex.free.resize(bodies);
   double fastest = 0.0;
   for (std::size_t i = 0; i < problem.normals.size(); ++i) {
@@ -201,9 +207,12 @@ NewtonOutcome push_out_directly(double dt_s, const Elimination& plan, const Cont
     fastest = std::max(fastest, target);
     convex.points.push_back(p);
   }
-  const NewtonLimits limits{
-      fastest, kWanted * fastest, kWanted * fastest, kAccepted * fastest, most_factorisations(plan),
-      20};
+  const NewtonLimits limits{fastest,
+                            kWanted * fastest,
+                            kWanted * fastest,
+                            kAccepted * fastest,
+                            most_factorisations(moving, plan),
+                            20};
   std::vector<Twist> twists(bodies);
   std::vector<PointResponse> responses;
   const NewtonOutcome outcome = solve_by_newton(limits, plan, convex, twists, responses);
