@@ -165,6 +165,8 @@ class LevelGrid {
     for (std::size_t i = 0; i < members.size(); ++i)
       entries_.push_back({key_of(cells[i]), members[i]});
     sort_entries(bits[0] + bits[1] + bits[2], entries_);
+    boxes_.reserve(entries_.size());
+    for (const Entry& entry : entries_) boxes_.push_back(boxes[entry.box]);
   }
 
   Cell cell_of(const Aabb& box) const {
@@ -174,8 +176,8 @@ class LevelGrid {
     return cell;
   }
 
-  // Pairs of members in one cell or in neighbouring ones. Of a cell's 26 neighbours, the 13 that
-  // come after it; the others find this cell among theirs.
+  // Overlapping pairs of members: in one cell or in neighbouring ones. Of a cell's 26 neighbours,
+  // the 13 that come after it; the others find this cell among theirs.
   template <typename Visit>
   void visit_own(Visit visit) const {
     const std::int64_t x = std::int64_t{1} << x_shift_, y = std::int64_t{1} << y_shift_;
@@ -184,20 +186,21 @@ class LevelGrid {
     const std::size_t count = entries_.size();
     for (std::size_t i = 0; i < count; ++i) {
       const std::uint64_t key = entries_[i].key;
-      for (std::size_t k = i + 1; k < count && entries_[k].key <= key + 1; ++k)
-        visit(entries_[i].box, entries_[k].box);
+      const auto test = [&](std::size_t k) {
+        if (overlap(boxes_[i], boxes_[k])) visit(entries_[i].box, entries_[k].box);
+      };
+      for (std::size_t k = i + 1; k < count && entries_[k].key <= key + 1; ++k) test(k);
       for (std::size_t c = 0; c < columns.size(); ++c) {
         const std::uint64_t middle = key + static_cast<std::uint64_t>(columns[c]);
         std::size_t k = begin[c];
         while (k < count && entries_[k].key < middle - 1) ++k;
         begin[c] = k;
-        for (; k < count && entries_[k].key <= middle + 1; ++k)
-          visit(entries_[i].box, entries_[k].box);
+        for (; k < count && entries_[k].key <= middle + 1; ++k) test(k);
       }
     }
   }
 
-  // The members in the cell of `box` on this level, and in those around it.
+  // The members that overlap `box`: in its cell on this level, and in those around it.
   template <typename Visit>
   void visit_around(const Aabb& box, Visit visit) const {
     Cell cell = cell_of(box);
@@ -213,7 +216,8 @@ class LevelGrid {
         auto entry =
             std::lower_bound(entries_.begin(), entries_.end(), key_of({{x, y, z_from}}),
                              [](const Entry& e, std::uint64_t key) { return e.key < key; });
-        for (; entry != entries_.end() && entry->key <= last; ++entry) visit(entry->box);
+        for (; entry != entries_.end() && entry->key <= last; ++entry)
+          if (overlap(box, boxes_[entry - entries_.begin()])) visit(entry->box);
       }
     }
   }
@@ -231,6 +235,7 @@ class LevelGrid {
   Cell lowest_, highest_;
   int x_shift_ = 0, y_shift_ = 0;
   std::vector<Entry> entries_;
+  std::vector<Aabb> boxes_;  // in the order of the entries
 };
 
 void find_in_grid(std::span<const Aabb> boxes, std::vector<IndexPair>& pairs) {
@@ -241,14 +246,14 @@ void find_in_grid(std::span<const Aabb> boxes, std::vector<IndexPair>& pairs) {
   std::vector<LevelGrid> grids;
   for (std::size_t level = 0; level < members.size(); ++level)
     grids.emplace_back(levels.levels[level], origin, boxes, members[level]);
-  const auto test = [&](std::uint32_t i, std::uint32_t j) {
-    if (overlap(boxes[i], boxes[j])) pairs.push_back({std::min(i, j), std::max(i, j)});
+  const auto add = [&pairs](std::uint32_t i, std::uint32_t j) {
+    pairs.push_back({std::min(i, j), std::max(i, j)});
   };
   for (std::size_t level = 0; level < grids.size(); ++level) {
-    grids[level].visit_own(test);
+    grids[level].visit_own(add);
     for (std::size_t coarser = level + 1; coarser < grids.size(); ++coarser)
       for (const std::uint32_t i : members[level])
-        grids[coarser].visit_around(boxes[i], [&](std::uint32_t j) { test(i, j); });
+        grids[coarser].visit_around(boxes[i], [&](std::uint32_t j) { add(i, j); });
   }
 }
 
