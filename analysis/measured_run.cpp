@@ -140,7 +140,7 @@ std::vector<std::pair<std::string, std::uint64_t>> stage_counts(
       {"warm_started_rows", stages.warm_started_rows},
       {"impact_searches", stages.impact_searches},
       {"impacts", stages.impacts},
-      {"substeps", stages.substeps},
+      {"refined_steps", stages.refined_steps},
       {"islands_in_blocks", stages.islands_in_blocks},
       {"blocks_solved", stages.blocks_solved},
       {"block_row_sweeps", stages.block_row_sweeps},

@@ -26,8 +26,8 @@ constexpr Stage kSolver{"contact solver",
                         [](const SimulationResult& r) { return r.stages.islands_solved; }};
 constexpr Stage kImpacts{"impacts located in time",
                          [](const SimulationResult& r) { return r.stages.impact_searches; }};
-constexpr Stage kSubsteps{"substeps of islands",
-                          [](const SimulationResult& r) { return r.stages.substeps; }};
+constexpr Stage kRefinement{"refined steps of islands",
+                            [](const SimulationResult& r) { return r.stages.refined_steps; }};
 constexpr Stage kBlocks{"blocks of giant islands",
                         [](const SimulationResult& r) { return r.stages.blocks_solved; }};
 constexpr Stage kSplit{"giant islands split between worlds",
@@ -74,7 +74,7 @@ constexpr std::array kStages{kBoxes,       kPairs,    kDrive,     kSolver,      
                              kFriction,    kConveyor, kJoints,    kRestitution, kWarmStart,
                              kBorderTests, kGhosts,   kFragments, kMerge,       kMigration,
                              kHistory,     kTaken,    kRollback,  kInputs,      kBalancing,
-                             kBlocks,      kSplit,    kImpacts,   kSubsteps};
+                             kBlocks,      kSplit,    kImpacts,   kRefinement};
 
 constexpr std::size_t kKernels = static_cast<std::size_t>(ShapeKernel::kCount);
 
@@ -180,7 +180,7 @@ void add_physics(const SceneDescription& scene, std::vector<PlanLine>& plan) {
   const char* const held = "every body is driven or has a joint";
   add(plan, kImpacts, response && loose, "bodies can fly into each other",
       response ? held : no_response);
-  add(plan, kSubsteps, response && loose,
+  add(plan, kRefinement, response && loose,
       scene.solver.tolerance > 0.0 ? "islands are advanced to a tolerance"
                                    : "single bodies can slide or roll",
       response ? held : no_response);

@@ -20,10 +20,6 @@ IslandName read_island(Reader& reader) {
   return island;
 }
 
-bool is_pushed(const physics::BorderBody& body) {
-  return body.push.linear != physics::Vec3::Zero() || body.push.angular != physics::Vec3::Zero();
-}
-
 void write_report(const physics::BlockReport& report, Writer& writer) {
   writer.number(report.max_penetration_m);
   writer.number(report.constraint_residual_m_s);
@@ -47,22 +43,18 @@ IslandName island_named_in(std::span<const std::byte> payload) {
   return read_island(reader);
 }
 
-// Push-out is rare: it is left out where nothing is pushed.
 kernel::Payload encode_border_news(const BorderNews& news) {
   kernel::Bytes bytes;
   Writer writer(bytes);
   write_island(news.island, writer);
   writer.number(news.border);
   writer.number(static_cast<std::uint32_t>(news.from_before));
-  const bool pushed = std::any_of(news.bodies.begin(), news.bodies.end(), is_pushed);
-  writer.number(static_cast<std::uint32_t>(pushed));
   writer.number(static_cast<std::uint32_t>(news.bodies.size()));
   for (const physics::BorderBody& body : news.bodies) {
     writer.vector(body.linear);
     writer.vector(body.angular);
-    if (!pushed) continue;
-    writer.vector(body.push.linear);
-    writer.vector(body.push.angular);
+    writer.vector(body.way.linear_m);
+    writer.vector(body.way.angular_rad);
   }
   return kernel::Payload(std::move(bytes));
 }
@@ -73,14 +65,12 @@ BorderNews decode_border_news(std::span<const std::byte> payload) {
   news.island = read_island(reader);
   news.border = reader.number<std::uint32_t>();
   news.from_before = reader.number<std::uint32_t>() != 0;
-  const bool pushed = reader.number<std::uint32_t>() != 0;
   news.bodies.resize(reader.number<std::uint32_t>());
   for (physics::BorderBody& body : news.bodies) {
     body.linear = reader.vector();
     body.angular = reader.vector();
-    if (!pushed) continue;
-    body.push.linear = reader.vector();
-    body.push.angular = reader.vector();
+    body.way.linear_m = reader.vector();
+    body.way.angular_rad = reader.vector();
   }
   return news;
 }

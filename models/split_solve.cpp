@@ -208,7 +208,7 @@ std::optional<SplitSolve::Heard> SplitSolve::outcome(Bag bag) const {
   report.label = island_.ids.front();
   report.bodies = static_cast<std::uint32_t>(island_.ids.size());
   for (const physics::ContactManifold& m : island_.manifolds) report.contact_points += m.count;
-  report.iterations = static_cast<std::uint32_t>(island_.scene->solver.iterations);
+  report.iterations = rounds();
   for (auto& [first, news] : ranges) {
     std::move(news.bodies.begin(), news.bodies.end(), std::back_inserter(heard.bodies));
     heard.faults.insert(heard.faults.end(), news.faults.begin(), news.faults.end());

@@ -145,8 +145,9 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, std::span<
   const std::vector<SolverBody> free(problem.bodies.begin(), problem.bodies.end() - 1);
   build_rows(scene, dt_s, ids, manifolds, before, problem, counters);
   const ContactSolution solution =
-      joints.empty() ? solve_contacts(scene, dt_s, ids, free, plan ? &*plan : nullptr, problem)
-                     : solve_jointed(scene, dt_s, ids, states, joints, problem);
+      joints.empty()
+          ? solve_contacts(scene, dt_s, ids, before, free, plan ? &*plan : nullptr, problem)
+          : solve_jointed(scene, dt_s, ids, states, joints, problem);
   report.direct = solution.direct;
   report.iterations = solution.iterations;
   report.multiplications = solution.multiplications;

@@ -169,6 +169,34 @@ bool factorise(const Elimination& plan, std::vector<Block>& blocks) {
   return true;
 }
 
+namespace {
+
+// target -= block * x
+void subtract_image(const Block& block, const BlockVector& x, BlockVector& target) {
+  Two top{0.0, 0.0}, middle{0.0, 0.0}, bottom{0.0, 0.0};
+  for (int c = 0; c < kBlockRows; ++c) {
+    const Two factor{x[c], x[c]};
+    top += load(&block[6 * c]) * factor;
+    middle += load(&block[6 * c + 2]) * factor;
+    bottom += load(&block[6 * c + 4]) * factor;
+  }
+  store(load(&target[0]) - top, &target[0]);
+  store(load(&target[2]) - middle, &target[2]);
+  store(load(&target[4]) - bottom, &target[4]);
+}
+
+// target -= block^T * y
+void subtract_transposed_image(const Block& block, const BlockVector& y, BlockVector& target) {
+  const Two top = load(&y[0]), middle = load(&y[2]), bottom = load(&y[4]);
+  for (int c = 0; c < kBlockRows; ++c) {
+    const Two sum = load(&block[6 * c]) * top + load(&block[6 * c + 2]) * middle +
+                    load(&block[6 * c + 4]) * bottom;
+    target[c] -= sum[0] + sum[1];
+  }
+}
+
+}  // namespace
+
 void solve(const Elimination& plan, std::span<const Block> factor, std::span<BlockVector> values) {
   const std::size_t count = plan.count();
   for (std::size_t k = 0; k < count; ++k) {
@@ -179,22 +207,14 @@ void solve(const Elimination& plan, std::span<const Block> factor, std::span<Blo
       x[c] /= diagonal[7 * c];
       for (int r = c + 1; r < kBlockRows; ++r) x[r] -= diagonal[6 * c + r] * x[c];
     }
-    for (std::uint32_t i = begin + 1; i < end; ++i) {
-      BlockVector& y = values[plan.rows[i]];
-      for (int c = 0; c < kBlockRows; ++c) {
-        for (int r = 0; r < kBlockRows; ++r) y[r] -= factor[i][6 * c + r] * x[c];
-      }
-    }
+    for (std::uint32_t i = begin + 1; i < end; ++i)
+      subtract_image(factor[i], x, values[plan.rows[i]]);
   }
   for (std::size_t k = count; k-- > 0;) {
     const std::uint32_t begin = plan.column_begin[k], end = plan.column_begin[k + 1];
     BlockVector& x = values[k];
-    for (std::uint32_t i = begin + 1; i < end; ++i) {
-      const BlockVector& y = values[plan.rows[i]];
-      for (int c = 0; c < kBlockRows; ++c) {
-        for (int r = 0; r < kBlockRows; ++r) x[c] -= factor[i][6 * c + r] * y[r];
-      }
-    }
+    for (std::uint32_t i = begin + 1; i < end; ++i)
+      subtract_transposed_image(factor[i], values[plan.rows[i]], x);
     const Block& diagonal = factor[begin];
     for (int c = kBlockRows - 1; c >= 0; --c) {
       for (int r = c + 1; r < kBlockRows; ++r) x[c] -= diagonal[6 * c + r] * x[r];

@@ -1,14 +1,18 @@
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "physics/geometry.hpp"
 
 // A stateless multi-level grid. Every box is entered once, in the cell of its lowest corner on a
 // level whose cells are no smaller than the box; two overlapping boxes then lie in cells of the
-// coarser level that differ by at most one in each axis. Cell coordinates wrap around at 2^20, so
-// that no position is too far: aliases only cost tests, as every candidate is tested exactly.
+// coarser level that differ by at most one in each axis. Each level is sorted by cell, so that all
+// boxes are visited in the order of memory. Cells farther than 2^19 from the middle count as the
+// outermost ones, which leaves neighbours neighbours: nothing is too far, it only costs tests, as
+// every candidate is tested exactly.
 namespace soda::physics {
 namespace {
 
@@ -17,14 +21,10 @@ constexpr int kMinExponent = -200;            // points and slivers are binned a
 constexpr int kMaxExponent = 1000;            // from here on, everything is in one cell
 constexpr int kLevelSpan = 2;                 // powers of two that share a level
 
-struct Entry {
-  std::uint64_t cell = 0;
-  std::uint32_t box = 0;
-  std::uint32_t level = 0;
-};
+constexpr int kFarthestCell = 1 << 19;
 
 struct Cell {
-  std::int64_t x = 0, y = 0, z = 0;
+  std::array<std::int32_t, 3> at{};
 };
 
 struct Level {
@@ -37,61 +37,16 @@ double extent_of(const Aabb& box) { return (box.max - box.min).maxCoeff() * (1.0
 // Smallest e with extent < 2^e.
 int size_exponent(double extent) {
   if (!(extent < 1e300)) return kMaxExponent;
-  int exponent = 0;
-  std::frexp(extent, &exponent);
-  return std::clamp(exponent, kMinExponent, kMaxExponent);
+  if (extent <= 0.0) return kMinExponent;
+  const int exponent = static_cast<int>(std::bit_cast<std::uint64_t>(extent) >> 52) - 1022;
+  return std::max(exponent, kMinExponent);
 }
 
-std::int64_t wrapped_index(double coordinate, double inverse_size) {
-  const double scaled = coordinate * inverse_size;
-  if (std::abs(scaled) < 4.5e15) {
-    // Floor by truncation: without SSE4 the library's floor is a call.
-    const std::int64_t truncated = static_cast<std::int64_t>(scaled);
-    return (truncated - (scaled < static_cast<double>(truncated) ? 1 : 0)) & 0xfffff;
-  }
-  // Above 2^52 cells, distinct corners are farther apart than the boxes are wide: only equal
-  // indices can overlap, so any function of the index will do.
-  const double index = std::floor(scaled);
-  return std::isfinite(index) ? static_cast<std::int64_t>(std::fmod(index, 1048576.0)) & 0xfffff
-                              : 0;
-}
-
-Cell cell_of(const Aabb& box, const Level& level) {
-  return {wrapped_index(box.min.x(), level.inverse_size),
-          wrapped_index(box.min.y(), level.inverse_size),
-          wrapped_index(box.min.z(), level.inverse_size)};
-}
-
-std::uint64_t wrapped(std::int64_t i) { return static_cast<std::uint64_t>(i) & 0xfffff; }
-
-std::uint64_t key_of(std::uint32_t level, const Cell& c) {
-  return (static_cast<std::uint64_t>(level & 0xf) << 60) | wrapped(c.x) << 40 | wrapped(c.y) << 20 |
-         wrapped(c.z);
-}
-
-Cell cell_of_key(std::uint64_t key) {
-  return {static_cast<std::int64_t>(key >> 40 & 0xfffff),
-          static_cast<std::int64_t>(key >> 20 & 0xfffff), static_cast<std::int64_t>(key & 0xfffff)};
-}
-
-// Cells above each other have neighbouring buckets: a column of three is one stretch of memory.
-std::uint64_t bucket_of(std::uint32_t level, const Cell& c) {
-  std::uint64_t column =
-      (static_cast<std::uint64_t>(level) << 40) | wrapped(c.x) << 20 | wrapped(c.y);
-  column *= 0x9e3779b97f4a7c15u;
-  return (column >> 32) + wrapped(c.z);
-}
-
-// Cells as large as the level's largest box, so that they hold few. Where coordinates are so large
-// that scaling them would round by a noticeable part of a cell, a power of two, which scales
-// exactly.
-Level make_level(int exponent, double largest_extent, double largest_coordinate) {
+// Cells as large as the level's largest box, so that they hold few. The spare covers the rounding
+// of coordinates in cells, of which there are not more than kFarthestCell either way.
+Level make_level(int exponent, double largest_extent) {
   constexpr double kSpare = 1.0 + 1e-6;
-  constexpr double kFarthest = 1e8;  // cells; rounding is then 1e-8 of a cell, far below the spare
-  if (exponent >= kMaxExponent) return {0.0};
-  const double inverse_size = 1.0 / (largest_extent * kSpare);
-  if (largest_coordinate * inverse_size < kFarthest) return {inverse_size};
-  return {std::ldexp(1.0, -exponent)};
+  return exponent >= kMaxExponent ? Level{0.0} : Level{1.0 / (largest_extent * kSpare)};
 }
 
 // Levels span two powers of two and are anchored at the most frequent size, so that bodies of one
@@ -106,14 +61,12 @@ Levels choose_levels(std::span<const Aabb> boxes) {
   std::vector<std::uint32_t> frequency(kCount + kLevelSpan, 0);
   std::vector<double> largest(kCount + kLevelSpan, 0.0);
   std::vector<int> exponent(boxes.size());
-  double largest_coordinate = 0.0;
   for (std::size_t i = 0; i < boxes.size(); ++i) {
     const double extent = extent_of(boxes[i]);
     const int e = size_exponent(extent) - kMinExponent;
     exponent[i] = e;
     ++frequency[e];
     largest[e] = std::max(largest[e], extent);
-    largest_coordinate = std::max(largest_coordinate, boxes[i].min.cwiseAbs().maxCoeff());
   }
   const int mode =
       static_cast<int>(std::max_element(frequency.begin(), frequency.end()) - frequency.begin());
@@ -132,107 +85,175 @@ Levels choose_levels(std::span<const Aabb> boxes) {
       extent = std::max(extent, largest[e]);
       used = used || frequency[e] > 0;
     }
-    if (used) out.levels.push_back(make_level(top + kMinExponent, extent, largest_coordinate));
+    if (used) out.levels.push_back(make_level(top + kMinExponent, extent));
   }
   out.of_box.resize(boxes.size());
   for (std::size_t i = 0; i < boxes.size(); ++i) out.of_box[i] = level_of[exponent[i]];
   return out;
 }
 
-// Entries grouped by hash bucket (counting sort). A lookup scans one bucket.
-class CellTable {
+std::int32_t cell_index(double coordinate, double origin, double inverse_size) {
+  if (inverse_size == 0.0) return 0;
+  const double scaled = (coordinate - origin) * inverse_size;
+  if (!(scaled > -kFarthestCell)) return -kFarthestCell;
+  if (scaled >= kFarthestCell) return kFarthestCell;
+  // Floor by truncation: without SSE4 the library's floor is a call.
+  const auto truncated = static_cast<std::int32_t>(scaled);
+  return truncated - (scaled < truncated ? 1 : 0);
+}
+
+// Middle of a few boxes on each axis: among most of the others.
+Vec3 origin_of(std::span<const Aabb> boxes) {
+  constexpr std::size_t kSamples = 9;
+  Vec3 origin;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::array<double, kSamples> samples;
+    for (std::size_t i = 0; i < kSamples; ++i)
+      samples[i] = boxes[i * (boxes.size() - 1) / (kSamples - 1)].min[axis];
+    std::nth_element(samples.begin(), samples.begin() + kSamples / 2, samples.end());
+    origin[axis] = samples[kSamples / 2];
+  }
+  return origin;
+}
+
+struct Entry {
+  std::uint64_t key = 0;
+  std::uint32_t box = 0;
+};
+
+// By key, of which all bits above `bits` are zero.
+void sort_entries(int bits, std::vector<Entry>& entries) {
+  const int digit = entries.size() < 1024 ? 8 : 11;
+  const std::uint64_t mask = (std::uint64_t{1} << digit) - 1;
+  std::vector<Entry> sorted(entries.size());
+  std::vector<std::uint32_t> place(mask + 1);
+  for (int shift = 0; shift < bits; shift += digit) {
+    std::fill(place.begin(), place.end(), 0);
+    for (const Entry& entry : entries) ++place[entry.key >> shift & mask];
+    std::uint32_t next = 0;
+    for (std::uint32_t& count : place) next += std::exchange(count, next);
+    for (const Entry& entry : entries) sorted[place[entry.key >> shift & mask]++] = entry;
+    entries.swap(sorted);
+  }
+}
+
+// The boxes of one level, by cell: x, then y, then z. Keys have room for one cell more all around,
+// so that those of neighbours differ by constants.
+class LevelGrid {
  public:
-  CellTable(std::span<const Aabb> boxes, const Levels& levels) {
-    std::size_t buckets = 64;
-    while (buckets < 2 * boxes.size()) buckets *= 2;
-    mask_ = buckets - 1;
-    begin_.assign(buckets + 1, 0);
-    std::vector<Entry> unsorted(boxes.size());
-    std::vector<std::uint32_t> bucket(boxes.size());
-    for (std::uint32_t i = 0; i < boxes.size(); ++i) {
-      const std::uint32_t level = levels.of_box[i];
-      const Cell c = cell_of(boxes[i], levels.levels[level]);
-      unsorted[i] = {key_of(level, c), i, level};
-      bucket[i] = static_cast<std::uint32_t>(bucket_of(level, c) & mask_);
-      ++begin_[bucket[i] + 1];
+  LevelGrid(const Level& level, const Vec3& origin, std::span<const Aabb> boxes,
+            std::span<const std::uint32_t> members)
+      : level_(level), origin_(origin) {
+    std::vector<Cell> cells;
+    cells.reserve(members.size());
+    entries_.reserve(members.size());
+    for (const std::uint32_t box : members) cells.push_back(cell_of(boxes[box]));
+    lowest_ = highest_ = cells.front();
+    for (const Cell& cell : cells) {
+      for (int axis = 0; axis < 3; ++axis) {
+        lowest_.at[axis] = std::min(lowest_.at[axis], cell.at[axis]);
+        highest_.at[axis] = std::max(highest_.at[axis], cell.at[axis]);
+      }
     }
-    for (std::size_t b = 1; b < begin_.size(); ++b) begin_[b] += begin_[b - 1];
-    entries_.resize(boxes.size());
-    std::vector<std::uint32_t> next(begin_.begin(), begin_.end() - 1);
-    for (std::uint32_t i = 0; i < boxes.size(); ++i) entries_[next[bucket[i]]++] = unsorted[i];
+    std::array<int, 3> bits;
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto range = static_cast<std::uint32_t>(highest_.at[axis] - lowest_.at[axis]);
+      bits[axis] = std::bit_width(range + 2);
+    }
+    y_shift_ = bits[2];
+    x_shift_ = bits[2] + bits[1];
+    for (std::size_t i = 0; i < members.size(); ++i)
+      entries_.push_back({key_of(cells[i]), members[i]});
+    sort_entries(bits[0] + bits[1] + bits[2], entries_);
+    boxes_.reserve(entries_.size());
+    for (const Entry& entry : entries_) boxes_.push_back(boxes[entry.box]);
   }
 
-  const std::vector<Entry>& entries() const { return entries_; }
+  Cell cell_of(const Aabb& box) const {
+    Cell cell;
+    for (int axis = 0; axis < 3; ++axis)
+      cell.at[axis] = cell_index(box.min[axis], origin_[axis], level_.inverse_size);
+    return cell;
+  }
 
-  // Boxes in the cells from c to `height` cells above it.
+  // Overlapping pairs of members: in one cell or in neighbouring ones. Of a cell's 26 neighbours,
+  // the 13 that come after it; the others find this cell among theirs.
   template <typename Visit>
-  void for_column(std::uint32_t level, Cell c, std::uint64_t height, Visit visit) const {
-    const std::uint64_t first = bucket_of(level, c) & mask_;
-    const std::uint64_t key = key_of(level, c);
-    if (first + height <= mask_ && wrapped(c.z) + height <= 0xfffff) {
-      // The column's buckets follow each other, and so do its keys.
-      visit_range(begin_[first], begin_[first + height + 1], level, key, height, visit);
-      return;
+  void visit_own(Visit visit) const {
+    const std::int64_t x = std::int64_t{1} << x_shift_, y = std::int64_t{1} << y_shift_;
+    const std::array<std::int64_t, 4> columns = {y, x - y, x, x + y};
+    std::array<std::size_t, 4> begin{};
+    const std::size_t count = entries_.size();
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::uint64_t key = entries_[i].key;
+      const auto test = [&](std::size_t k) {
+        if (overlap(boxes_[i], boxes_[k])) visit(entries_[i].box, entries_[k].box);
+      };
+      for (std::size_t k = i + 1; k < count && entries_[k].key <= key + 1; ++k) test(k);
+      for (std::size_t c = 0; c < columns.size(); ++c) {
+        const std::uint64_t middle = key + static_cast<std::uint64_t>(columns[c]);
+        std::size_t k = begin[c];
+        while (k < count && entries_[k].key < middle - 1) ++k;
+        begin[c] = k;
+        for (; k < count && entries_[k].key <= middle + 1; ++k) test(k);
+      }
     }
-    for (std::uint64_t i = 0; i <= height; ++i, ++c.z) {
-      const std::uint64_t bucket = bucket_of(level, c) & mask_;
-      visit_range(begin_[bucket], begin_[bucket + 1], level, key_of(level, c), 0, visit);
+  }
+
+  // The members that overlap `box`: in its cell on this level, and in those around it.
+  template <typename Visit>
+  void visit_around(const Aabb& box, Visit visit) const {
+    Cell cell = cell_of(box);
+    for (int axis = 0; axis < 3; ++axis)
+      if (cell.at[axis] < lowest_.at[axis] - 1 || cell.at[axis] > highest_.at[axis] + 1) return;
+    const auto z_from = std::max(cell.at[2] - 1, lowest_.at[2]);
+    const auto z_to = std::min(cell.at[2] + 1, highest_.at[2]);
+    for (int x = std::max(cell.at[0] - 1, lowest_.at[0]);
+         x <= std::min(cell.at[0] + 1, highest_.at[0]); ++x) {
+      for (int y = std::max(cell.at[1] - 1, lowest_.at[1]);
+           y <= std::min(cell.at[1] + 1, highest_.at[1]); ++y) {
+        const std::uint64_t last = key_of({{x, y, z_to}});
+        auto entry =
+            std::lower_bound(entries_.begin(), entries_.end(), key_of({{x, y, z_from}}),
+                             [](const Entry& e, std::uint64_t key) { return e.key < key; });
+        for (; entry != entries_.end() && entry->key <= last; ++entry)
+          if (overlap(box, boxes_[entry - entries_.begin()])) visit(entry->box);
+      }
     }
   }
 
  private:
-  template <typename Visit>
-  void visit_range(std::uint32_t begin, std::uint32_t end, std::uint32_t level, std::uint64_t key,
-                   std::uint64_t height, Visit visit) const {
-    for (std::uint32_t e = begin; e < end; ++e) {
-      const Entry& entry = entries_[e];
-      if (entry.cell - key <= height && entry.level == level) visit(entry.box);
-    }
+  std::uint64_t key_of(const Cell& cell) const {
+    const auto part = [&](int axis) {
+      return static_cast<std::uint64_t>(cell.at[axis] - lowest_.at[axis] + 1);
+    };
+    return part(0) << x_shift_ | part(1) << y_shift_ | part(2);
   }
 
-  std::size_t mask_ = 0;
-  std::vector<std::uint32_t> begin_;
+  const Level level_;
+  const Vec3 origin_;
+  Cell lowest_, highest_;
+  int x_shift_ = 0, y_shift_ = 0;
   std::vector<Entry> entries_;
+  std::vector<Aabb> boxes_;  // in the order of the entries
 };
 
-// Of a cell's 26 neighbours, the 13 that come after it; the others find this cell among theirs.
-void find_on_own_level(std::span<const Aabb> boxes, const Levels& levels, const CellTable& table,
-                       std::vector<IndexPair>& pairs) {
-  constexpr std::array<std::array<int, 2>, 4> kColumns = {{{0, 1}, {1, -1}, {1, 0}, {1, 1}}};
-  for (const Entry& entry : table.entries()) {
-    const std::uint32_t i = entry.box, level = entry.level;
-    const Cell c = cell_of_key(entry.cell);
-    const auto test = [&](std::uint32_t j) {
-      if (overlap(boxes[i], boxes[j])) pairs.push_back({std::min(i, j), std::max(i, j)});
-    };
-    table.for_column(level, c, 0, [&](std::uint32_t j) {
-      if (i < j) test(j);
-    });
-    if (levels.levels[level].inverse_size == 0.0) continue;
-    table.for_column(level, {c.x, c.y, c.z + 1}, 0, test);
-    for (const auto& [dx, dy] : kColumns) {
-      table.for_column(level, {c.x + dx, c.y + dy, c.z - 1}, 2, test);
-    }
-  }
-}
-
-void find_on_coarser_levels(std::span<const Aabb> boxes, const Levels& levels,
-                            const CellTable& table, std::vector<IndexPair>& pairs) {
-  for (const Entry& entry : table.entries()) {
-    const std::uint32_t i = entry.box;
-    const auto test = [&](std::uint32_t j) {
-      if (overlap(boxes[i], boxes[j])) pairs.push_back({std::min(i, j), std::max(i, j)});
-    };
-    for (std::uint32_t level = entry.level + 1; level < levels.levels.size(); ++level) {
-      const Cell c = cell_of(boxes[i], levels.levels[level]);
-      const std::int64_t reach = levels.levels[level].inverse_size == 0.0 ? 0 : 1;
-      for (std::int64_t x = -reach; x <= reach; ++x) {
-        for (std::int64_t y = -reach; y <= reach; ++y) {
-          table.for_column(level, {c.x + x, c.y + y, c.z - reach},
-                           static_cast<std::uint64_t>(2 * reach), test);
-        }
-      }
-    }
+void find_in_grid(std::span<const Aabb> boxes, std::vector<IndexPair>& pairs) {
+  const Levels levels = choose_levels(boxes);
+  const Vec3 origin = origin_of(boxes);
+  std::vector<std::vector<std::uint32_t>> members(levels.levels.size());
+  for (std::uint32_t i = 0; i < boxes.size(); ++i) members[levels.of_box[i]].push_back(i);
+  std::vector<LevelGrid> grids;
+  for (std::size_t level = 0; level < members.size(); ++level)
+    grids.emplace_back(levels.levels[level], origin, boxes, members[level]);
+  const auto add = [&pairs](std::uint32_t i, std::uint32_t j) {
+    pairs.push_back({std::min(i, j), std::max(i, j)});
+  };
+  for (std::size_t level = 0; level < grids.size(); ++level) {
+    grids[level].visit_own(add);
+    for (std::size_t coarser = level + 1; coarser < grids.size(); ++coarser)
+      for (const std::uint32_t i : members[level])
+        grids[coarser].visit_around(boxes[i], [&](std::uint32_t j) { add(i, j); });
   }
 }
 
@@ -272,10 +293,7 @@ void find_pairs(Broadphase broadphase, std::span<const Aabb> boxes, std::vector<
   if (broadphase == Broadphase::kAllPairs || boxes.size() <= kBruteForceLimit) {
     find_all_pairs(boxes, pairs);
   } else {
-    const Levels levels = choose_levels(boxes);
-    const CellTable table(boxes, levels);
-    find_on_own_level(boxes, levels, table, pairs);
-    find_on_coarser_levels(boxes, levels, table, pairs);
+    find_in_grid(boxes, pairs);
     sort_pairs(boxes.size(), pairs);
   }
   counters.candidate_pairs += pairs.size();

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "physics/direct_contacts.hpp"
+#include "physics/substeps.hpp"
 
 namespace soda::physics {
 namespace {
@@ -29,16 +30,25 @@ double best_share_of_start(std::span<const SolverBody> free, const ContactProble
   return square > 0.0 ? -product / square : 1.0;
 }
 
+// Impulses of the step before, of the wrong size, throw away what is that much lighter.
+constexpr double kMuchLighter = 100.0;
+
 // Those of a hard impact are far too large in the step after it. Sweeps get rid of them, unless
-// they act on bodies that are much lighter than others: these would be thrown away.
+// they act on bodies that are much lighter than others.
 void drop_bad_start(double mass_ratio, std::span<const SolverBody> free, ContactProblem& problem) {
-  constexpr double kLeastShare = 0.1, kMuchLighter = 100.0;
+  constexpr double kLeastShare = 0.1;
   if (mass_ratio <= kMuchLighter) return;
   if (best_share_of_start(free, problem) >= kLeastShare) return;
   std::copy(free.begin(), free.end(), problem.bodies.begin());
   for (NormalRow& row : problem.normals) row.impulse_newton_s = 0.0;
   for (FrictionRow& row : problem.frictions)
     row.impulse_newton_s[0] = row.impulse_newton_s[1] = 0.0;
+}
+
+// What bounces wants its rebounds exactly, one body or two are solved exactly by sweeps, and every
+// substep starts from the impulses of the one before.
+bool wants_substeps(std::size_t bodies, double mass_ratio, const ContactProblem& problem) {
+  return bodies > 2 && problem.restitution_rows == 0 && mass_ratio <= kMuchLighter;
 }
 
 void sweep(const SceneDescription& scene, ContactProblem& problem, ContactSolution& solution) {
@@ -67,12 +77,18 @@ bool solve_by_newton(std::span<const SolverBody> free, const Elimination& plan,
 }  // namespace
 
 ContactSolution solve_contacts(const SceneDescription& scene, double dt_s,
-                               std::span<const BodyId> ids, std::span<const SolverBody> free,
-                               const Elimination* plan, ContactProblem& problem) {
+                               std::span<const BodyId> ids, const Selection<BodyState>& states,
+                               std::span<const SolverBody> free, const Elimination* plan,
+                               ContactProblem& problem) {
   ContactSolution solution;
-  drop_bad_start(mass_ratio(scene, ids), free, problem);
+  const double ratio = mass_ratio(scene, ids);
+  drop_bad_start(ratio, free, problem);
   solution.direct = plan != nullptr && problem.restitution_rows == 0 &&
                     solve_by_newton(free, *plan, problem, solution);
+  if (!solution.direct && wants_substeps(ids.size(), ratio, problem)) {
+    solution.iterations += solve_in_substeps(scene.solver, dt_s, states, problem, solution.push);
+    return solution;
+  }
   if (!solution.direct) sweep(scene, problem, solution);
   if (!needs_push_out(problem)) return solution;
   if (solution.direct) {

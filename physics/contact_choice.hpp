@@ -22,7 +22,8 @@ struct ContactSolution {
 // Directly if there is a plan (plan_direct_solve), nothing bounces and it converges, by sweeps
 // otherwise. The choice depends on nothing but the island's content.
 ContactSolution solve_contacts(const SceneDescription& scene, double dt_s,
-                               std::span<const BodyId> ids, std::span<const SolverBody> free,
-                               const Elimination* plan, ContactProblem& problem);
+                               std::span<const BodyId> ids, const Selection<BodyState>& states,
+                               std::span<const SolverBody> free, const Elimination* plan,
+                               ContactProblem& problem);
 
 }  // namespace soda::physics

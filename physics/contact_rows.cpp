@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "physics/contact_solver.hpp"
+#include "physics/rigid_motion.hpp"
 
 namespace soda::physics {
 namespace {
@@ -131,8 +132,8 @@ NormalRow normal_row(const PairContext& c, const Arms& arms, const ContactProble
   row.normal = c.manifold->normal;
   row.arm_a = arms.a.cross(row.normal);
   row.arm_b = arms.b.cross(row.normal);
-  row.turn_a = a.inverse_inertia * row.arm_a;
-  row.turn_b = b.inverse_inertia * row.arm_b;
+  row.turn_a = times(a.inverse_inertia, row.arm_a);
+  row.turn_b = times(b.inverse_inertia, row.arm_b);
   row.mass_kg = 1.0 / (a.inverse_mass + b.inverse_mass + row.arm_a.dot(row.turn_a) +
                        row.arm_b.dot(row.turn_b));
   return row;
@@ -153,8 +154,8 @@ FrictionRow friction_row(const PairContext& c, const Arms& arms, const ContactPr
   row.tangent[1] = t.second;
   const Vec3 a0 = arms.a.cross(t.first), a1 = arms.a.cross(t.second);
   const Vec3 b0 = arms.b.cross(t.first), b1 = arms.b.cross(t.second);
-  const Vec3 turn_a0 = a.inverse_inertia * a0, turn_a1 = a.inverse_inertia * a1;
-  const Vec3 turn_b0 = b.inverse_inertia * b0, turn_b1 = b.inverse_inertia * b1;
+  const Vec3 turn_a0 = times(a.inverse_inertia, a0), turn_a1 = times(a.inverse_inertia, a1);
+  const Vec3 turn_b0 = times(b.inverse_inertia, b0), turn_b1 = times(b.inverse_inertia, b1);
   const double masses = a.inverse_mass + b.inverse_mass;
   const double k11 = masses + a0.dot(turn_a0) + b0.dot(turn_b0);
   const double k12 = a1.dot(turn_a0) + b1.dot(turn_b0);
@@ -213,9 +214,9 @@ void apply_start(const FrictionRow& row, SolverBody& a, SolverBody& b) {
   const Vec3 j =
       row.tangent[0] * row.impulse_newton_s[0] + row.tangent[1] * row.impulse_newton_s[1];
   a.linear -= j * a.inverse_mass;
-  a.angular -= a.inverse_inertia * row.arm_a.cross(j);
+  a.angular -= times(a.inverse_inertia, row.arm_a.cross(j));
   b.linear += j * b.inverse_mass;
-  b.angular += b.inverse_inertia * row.arm_b.cross(j);
+  b.angular += times(b.inverse_inertia, row.arm_b.cross(j));
 }
 
 std::array<std::uint32_t, 3> key_of(const ContactImpulse& i) {

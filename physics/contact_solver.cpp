@@ -3,17 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/rigid_motion.hpp"
+
 namespace soda::physics {
 namespace {
 
 constexpr double kNegligible = 1e-10;  // change of an impulse, of the largest impulse
-
-// Eigen's 3x3 product is a call of its own; these two are the inner loop.
-inline Vec3 times(const Mat3& m, const Vec3& v) {
-  return {m(0, 0) * v.x() + m(0, 1) * v.y() + m(0, 2) * v.z(),
-          m(1, 0) * v.x() + m(1, 1) * v.y() + m(1, 2) * v.z(),
-          m(2, 0) * v.x() + m(2, 1) * v.y() + m(2, 2) * v.z()};
-}
 
 // Returns the change of the impulse.
 double sweep_row(NormalRow& row, SolverBody& a, SolverBody& b) {
@@ -64,15 +59,6 @@ double sweep_row(FrictionRow& row, double normal_impulse, SolverBody& a, SolverB
   return std::max(std::abs(change0), std::abs(change1));
 }
 
-double sweep_frictions(ContactProblem& p) {
-  double change = 0.0;
-  for (FrictionRow& row : p.frictions) {
-    const double normal = p.normals[row.normal_row].impulse_newton_s;
-    change = std::max(change, sweep_row(row, normal, p.bodies[row.a], p.bodies[row.b]));
-  }
-  return change;
-}
-
 // Alternating directions carry a load through a stack as fast downwards as upwards.
 double sweep_normals(bool forward, ContactProblem& p) {
   double change = 0.0;
@@ -91,6 +77,15 @@ double largest_impulse(const ContactProblem& p) {
 }
 
 }  // namespace
+
+double sweep_frictions(ContactProblem& p) {
+  double change = 0.0;
+  for (FrictionRow& row : p.frictions) {
+    const double normal = p.normals[row.normal_row].impulse_newton_s;
+    change = std::max(change, sweep_row(row, normal, p.bodies[row.a], p.bodies[row.b]));
+  }
+  return change;
+}
 
 double sweep_velocities(bool forward, ContactProblem& problem) {
   const double change = sweep_frictions(problem);

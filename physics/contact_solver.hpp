@@ -89,6 +89,7 @@ bool aim_rebounds(ContactProblem& problem);
 // One sweep: frictions, then normals in the order of rows or backwards. Returns the largest change
 // of an impulse.
 double sweep_velocities(bool forward, ContactProblem& problem);
+double sweep_frictions(ContactProblem& problem);
 
 // Displacement velocities that push overlapping bodies apart; they never become kinetic energy.
 struct PushOut {

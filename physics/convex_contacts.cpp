@@ -1,54 +1,84 @@
 #include "physics/convex_contacts.hpp"
 
+#include <array>
 #include <cmath>
+
+#include "physics/rigid_motion.hpp"
 
 namespace soda::physics {
 namespace {
 
-// The derivative of the projection: symmetric, between zero and one.
-Mat3 stiffness(const ConvexPoint& point, const PointResponse& response) {
-  if (response.mode == ContactMode::kStick) return Mat3::Identity();
-  const Vec3& n = point.normal;
-  const Vec3& t = response.along;
-  const Vec3 edge =
-      (n + t * point.friction) * (1.0 / std::sqrt(1.0 + point.friction * point.friction));
-  const Vec3 across = n.cross(t);
-  Mat3 out;
+using SixVector = std::array<double, 6>;
+
+// Adds weight * [I, -[c]x; [r]x, -[r]x [c]x] for the arms r of the row and c of the column: a point
+// that answers alike in all directions.
+void add_sticking(const Vec3& r, const Vec3& c, double weight, Block& out) {
+  const double dot = r.dot(c) * weight;
+  const Vec3 row = r * weight, column = c * weight;
   for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) {
-      out(i, j) = edge[i] * edge[j] + response.aside * (across[i] * across[j]);
-    }
+    out[7 * i] += weight;
+    out[7 * (i + 3)] += dot;
+    for (int j = 0; j < 3; ++j) out[6 * (j + 3) + i + 3] -= column[i] * r[j];
   }
-  return out;
+  const auto add_cross = [&out](const Vec3& v, int first) {  // [v]x, from entry `first` on
+    out[first + 1] += v.z();
+    out[first + 2] -= v.y();
+    out[first + 6] -= v.z();
+    out[first + 8] += v.x();
+    out[first + 12] += v.y();
+    out[first + 13] -= v.x();
+  };
+  add_cross(row, 3);
+  add_cross(-column, 18);
 }
 
-// Every column of `m` crossed with v: -[v]x m.
-Mat3 crossed_columns(const Vec3& v, const Mat3& m) {
-  Mat3 out;
-  for (int c = 0; c < 3; ++c) {
-    out(0, c) = m(1, c) * v.z() - m(2, c) * v.y();
-    out(1, c) = m(2, c) * v.x() - m(0, c) * v.z();
-    out(2, c) = m(0, c) * v.y() - m(1, c) * v.x();
-  }
-  return out;
+SixVector wrench(const Vec3& direction, const Vec3& arm) {
+  const Vec3 turn = arm.cross(direction);
+  return {direction.x(), direction.y(), direction.z(), turn.x(), turn.y(), turn.z()};
 }
 
-// Adds sign * [G, -G [c]x; [r]x G, -[r]x G [c]x] for the arms r of the row and c of the column.
-void add_block(const Mat3& stiff, const Vec3& arm_row, const Vec3& arm_column, double sign,
-               Block& out) {
-  // -G [c]x is the transpose of [c]x G, as G is symmetric.
-  const Mat3 turned_column = -crossed_columns(arm_column, stiff).transpose();
-  const Mat3 turned_row = -crossed_columns(arm_row, stiff);
-  const Mat3 both = -crossed_columns(arm_row, turned_column);
-  for (int c = 0; c < 3; ++c) {
-    for (int r = 0; r < 3; ++r) {
-      out[6 * c + r] += sign * stiff(r, c);
-      out[6 * (c + 3) + r] += sign * turned_column(r, c);
-      out[6 * c + r + 3] += sign * turned_row(r, c);
-      out[6 * (c + 3) + r + 3] += sign * both(r, c);
-    }
+void add_product(const SixVector& row, const SixVector& column, double weight, Block& out) {
+  for (int c = 0; c < 6; ++c) {
+    const double factor = column[c] * weight;
+    for (int r = 0; r < 6; ++r) out[6 * c + r] += row[r] * factor;
   }
 }
+
+// The directions in which a sliding point answers: along its cone, and less across its motion.
+struct Answers {
+  Vec3 edge, across;
+};
+
+Answers answers_of(const ConvexPoint& point, const PointResponse& response) {
+  const double shorter = 1.0 / std::sqrt(1.0 + point.friction * point.friction);
+  return {(point.normal + response.along * point.friction) * shorter,
+          point.normal.cross(response.along)};
+}
+
+// What a point adds to the blocks of its bodies: the derivative of its impulse.
+class PointBlocks {
+ public:
+  PointBlocks(const ConvexPoint& point, const PointResponse& response, double stiffness_kg)
+      : sticks_(response.mode == ContactMode::kStick),
+        stiffness_kg_(stiffness_kg),
+        aside_kg_(response.aside * stiffness_kg) {
+    if (!sticks_) answers_ = answers_of(point, response);
+  }
+
+  void add(const Vec3& arm_row, const Vec3& arm_column, double sign, Block& out) const {
+    if (sticks_) return add_sticking(arm_row, arm_column, sign * stiffness_kg_, out);
+    add_product(wrench(answers_.edge, arm_row), wrench(answers_.edge, arm_column),
+                sign * stiffness_kg_, out);
+    if (aside_kg_ == 0.0) return;
+    add_product(wrench(answers_.across, arm_row), wrench(answers_.across, arm_column),
+                sign * aside_kg_, out);
+  }
+
+ private:
+  bool sticks_;
+  double stiffness_kg_, aside_kg_;
+  Answers answers_;
+};
 
 void add_mass(const ConvexBody& body, Block& out) {
   for (int i = 0; i < 3; ++i) {
@@ -74,43 +104,13 @@ Mat3 inverse_of_symmetric(const Mat3& m) {
   return out;
 }
 
-PointResponse respond(const ConvexPoint& p, double compliance, const Vec3& velocity) {
-  const Vec3 y = p.start_newton_s + (p.target_m_s - velocity) * (1.0 / compliance);
-  const double normal = y.dot(p.normal);
-  const Vec3 tangential = y - p.normal * normal;
-  const double size = tangential.norm();
-  PointResponse out;
-  if (normal + p.friction * size <= 0.0) return out;
-  if (size <= p.friction * normal) {
-    out.mode = ContactMode::kStick;
-    out.impulse_newton_s = y;
-    return out;
-  }
-  out.mode = ContactMode::kSlide;
-  const double pressing = (normal + p.friction * size) / (1.0 + p.friction * p.friction);
-  out.along = tangential * (1.0 / size);
-  out.impulse_newton_s = p.normal * pressing + out.along * (p.friction * pressing);
-  out.aside = p.friction * pressing / size;
-  return out;
-}
-
-Vec3 relative_velocity(const ConvexPoint& p, std::span<const Twist> twists) {
-  const Twist& a = twists[p.a];
-  Vec3 velocity = -(a.linear + a.angular.cross(p.arm_a));
-  if (p.b < twists.size()) {
-    const Twist& b = twists[p.b];
-    velocity += b.linear + b.angular.cross(p.arm_b);
-  }
-  return velocity;
-}
-
 void gradient(const ConvexContacts& problem, std::span<const Twist> twists,
               std::span<const PointResponse> responses, std::vector<Twist>& out) {
   out.resize(twists.size());
   for (std::size_t i = 0; i < twists.size(); ++i) {
     const ConvexBody& body = problem.bodies[i];
     out[i].linear = (twists[i].linear - problem.free[i].linear) * body.mass_kg;
-    out[i].angular = body.inertia_kg_m2 * Vec3(twists[i].angular - problem.free[i].angular);
+    out[i].angular = times(body.inertia_kg_m2, twists[i].angular - problem.free[i].angular);
   }
   for (std::size_t i = 0; i < responses.size(); ++i) {
     if (responses[i].mode == ContactMode::kOpen) continue;
@@ -129,18 +129,19 @@ void assemble(const ConvexContacts& problem, const Elimination& plan,
   out.assign(plan.rows.size(), Block{});
   const std::uint32_t count = static_cast<std::uint32_t>(problem.bodies.size());
   for (std::uint32_t i = 0; i < count; ++i) add_mass(problem.bodies[i], out[plan.block_of(i, i)]);
-  const double scale = 1.0 / problem.compliance_1_kg;
+  const double stiffness_kg = 1.0 / problem.compliance_1_kg;
+  std::uint32_t a = count, b = count, joint = 0;  // the last pair, and its block
   for (std::size_t i = 0; i < responses.size(); ++i) {
     if (responses[i].mode == ContactMode::kOpen) continue;
     const ConvexPoint& p = problem.points[i];
-    const Mat3 stiff = stiffness(p, responses[i]) * scale;
-    add_block(stiff, p.arm_a, p.arm_a, 1.0, out[plan.block_of(p.a, p.a)]);
+    const PointBlocks blocks(p, responses[i], stiffness_kg);
+    blocks.add(p.arm_a, p.arm_a, 1.0, out[plan.block_of(p.a, p.a)]);
     if (p.b >= count) continue;
-    add_block(stiff, p.arm_b, p.arm_b, 1.0, out[plan.block_of(p.b, p.b)]);
+    blocks.add(p.arm_b, p.arm_b, 1.0, out[plan.block_of(p.b, p.b)]);
+    if (p.a != a || p.b != b) joint = plan.block_of(a = p.a, b = p.b);
     // The row is the body that is eliminated later.
     const bool row_is_b = plan.place_of[p.b] > plan.place_of[p.a];
-    add_block(stiff, row_is_b ? p.arm_b : p.arm_a, row_is_b ? p.arm_a : p.arm_b, -1.0,
-              out[plan.block_of(p.a, p.b)]);
+    blocks.add(row_is_b ? p.arm_b : p.arm_a, row_is_b ? p.arm_a : p.arm_b, -1.0, out[joint]);
   }
 }
 

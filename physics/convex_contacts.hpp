@@ -5,6 +5,7 @@
 // the point's impulse. All vectors in the world frame.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -52,9 +53,41 @@ struct ConvexContacts {
 // By cofactors; for symmetric positive definite matrices.
 Mat3 inverse_of_symmetric(const Mat3& m);
 
-PointResponse respond(const ConvexPoint& point, double compliance_1_kg, const Vec3& velocity_m_s);
+// For the relative velocity at the point; `stiffness_kg` is 1 / compliance. These two are the inner
+// loop of Newton's method, so they are defined here.
+[[gnu::always_inline]] inline PointResponse respond(const ConvexPoint& p, double stiffness_kg,
+                                                    const Vec3& velocity_m_s) {
+  const Vec3 y = p.start_newton_s + (p.target_m_s - velocity_m_s) * stiffness_kg;
+  const double normal = y.dot(p.normal);
+  const Vec3 tangential = y - p.normal * normal;
+  const double squared = tangential.squaredNorm();
+  const double limit = p.friction * normal;
+  PointResponse out;
+  if (normal >= 0.0 && squared <= limit * limit) {
+    out.mode = ContactMode::kStick;
+    out.impulse_newton_s = y;
+    return out;
+  }
+  if (normal <= 0.0 && p.friction * p.friction * squared <= normal * normal) return out;
+  const double size = std::sqrt(squared);
+  const double pressing = (normal + p.friction * size) / (1.0 + p.friction * p.friction);
+  out.mode = ContactMode::kSlide;
+  out.along = size > 0.0 ? Vec3(tangential * (1.0 / size)) : Vec3(Vec3::Zero());
+  out.impulse_newton_s = p.normal * pressing + out.along * (p.friction * pressing);
+  out.aside = size > 0.0 ? p.friction * pressing / size : 0.0;
+  return out;
+}
 
-Vec3 relative_velocity(const ConvexPoint& point, std::span<const Twist> twists);
+[[gnu::always_inline]] inline Vec3 relative_velocity(const ConvexPoint& p,
+                                                     std::span<const Twist> twists) {
+  const Twist& a = twists[p.a];
+  Vec3 velocity = -(a.linear + a.angular.cross(p.arm_a));
+  if (p.b < twists.size()) {
+    const Twist& b = twists[p.b];
+    velocity += b.linear + b.angular.cross(p.arm_b);
+  }
+  return velocity;
+}
 
 // M (v - free) - J^T impulses, one per body.
 void gradient(const ConvexContacts& problem, std::span<const Twist> twists,

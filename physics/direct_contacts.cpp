@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "physics/rigid_motion.hpp"
+
 namespace soda::physics {
 namespace {
 
@@ -13,19 +15,21 @@ constexpr std::uint32_t kMostBodies = 1000;
 // have bodies for which sweeps fail.
 constexpr double kSmall = 1e4;  // multiplications
 constexpr double kMuchHeavier = 10.0;
-constexpr double kCalm = 2.0;  // of the speed that gravity gives in a step
+constexpr double kCalm = 0.03;  // of the speed that gravity gives in a step
 
 // Of the reciprocal of an island's mass: what a point gives way, per impulse. Soft enough for few
 // Newton steps; the corrections take it out again, and make it harder where they get on slowly.
-constexpr double kCompliance = 1.0;
+// Softer where a factorisation costs far more than a step: then points that carry next to nothing
+// do not open and close with every rounding, and one factorisation serves them all.
+constexpr double kCompliance = 1.0, kSoftCompliance = 1000.0;
 
-void set_bodies(std::span<const SolverBody> bodies, ConvexContacts& out) {
+void set_bodies(std::span<const SolverBody> bodies, bool is_costly, ConvexContacts& out) {
   double mass = 0.0;
   for (const SolverBody& body : bodies) {
     out.bodies.push_back({1.0 / body.inverse_mass, inverse_of_symmetric(body.inverse_inertia)});
     mass += out.bodies.back().mass_kg;
   }
-  out.compliance_1_kg = kCompliance / mass;
+  out.compliance_1_kg = (is_costly ? kSoftCompliance : kCompliance) / mass;
 }
 
 // Of the arm only what a frictionless impulse can see, unless friction's own arms are at hand.
@@ -76,13 +80,18 @@ void apply(const PointResponse& response, const ConvexPoint& p, std::size_t i,
   SolverBody& a = problem.bodies[row.a];
   SolverBody& b = problem.bodies[row.b];
   a.linear -= total * a.inverse_mass;
-  a.angular -= a.inverse_inertia * p.arm_a.cross(total);
+  a.angular -= times(a.inverse_inertia, p.arm_a.cross(total));
   b.linear += total * b.inverse_mass;
-  b.angular += b.inverse_inertia * p.arm_b.cross(total);
+  b.angular += times(b.inverse_inertia, p.arm_b.cross(total));
 }
 
-int most_factorisations(const Elimination& plan) {
-  return plan.multiplications <= kSmall ? 40 : 20;
+// Sweeps and substeps are no good for uneven masses, so there more is tried before.
+int most_factorisations(std::span<const SolverBody> bodies, const Elimination& plan) {
+  const auto [heaviest, lightest] = std::minmax_element(
+      bodies.begin(), bodies.end(),
+      [](const SolverBody& x, const SolverBody& y) { return x.inverse_mass < y.inverse_mass; });
+  const bool is_uneven = lightest->inverse_mass > kMuchHeavier * heaviest->inverse_mass;
+  return is_uneven && plan.multiplications <= kSmall ? 40 : 20;
 }
 
 double calm_speed_m_s(const SceneDescription& scene, double dt_s) {
@@ -156,7 +165,7 @@ NewtonOutcome solve_directly(std::span<const SolverBody> free, const Elimination
   // has left over is made good in the steps that follow.
   constexpr double kWanted = 1e-9, kRounding = 1e-7, kAccepted = 2e-2;
   ConvexContacts convex;
-  set_bodies(free, convex);
+  set_bodies(free, is_costly(plan, problem.normals.size()), convex);
   std::vector<Twist> twists;
   for (std::size_t i = 0; i < free.size(); ++i) {
     convex.free.push_back({free[i].linear, free[i].angular});
@@ -169,7 +178,8 @@ NewtonOutcome solve_directly(std::span<const SolverBody> free, const Elimination
   }
   const double scale = std::sqrt(squared);
   const NewtonLimits limits{
-      scale, kWanted * scale, kRounding * scale, kAccepted * scale, most_factorisations(plan), 40};
+      scale, kWanted * scale, kRounding * scale, kAccepted * scale, most_factorisations(free, plan),
+      40};
   std::vector<PointResponse> responses;
   const NewtonOutcome outcome = solve_by_newton(limits, plan, convex, twists, responses);
   if (!outcome.converged) return outcome;
@@ -186,7 +196,8 @@ NewtonOutcome push_out_directly(double dt_s, const Elimination& plan, const Cont
   constexpr double kWanted = 1e-2, kAccepted = 0.1;  // of the fastest; the next step corrects again
   const std::size_t bodies = plan.count();
   ConvexContacts convex;
-  set_bodies(std::span(problem.bodies).first(bodies), convex);
+  const std::span<const SolverBody> moving = std::span(problem.bodies).first(bodies);
+  set_bodies(moving, is_costly(plan, problem.normals.size()), convex);
   convex.free.resize(bodies);
   double fastest = 0.0;
   for (std::size_t i = 0; i < problem.normals.size(); ++i) {
@@ -196,9 +207,12 @@ NewtonOutcome push_out_directly(double dt_s, const Elimination& plan, const Cont
     fastest = std::max(fastest, target);
     convex.points.push_back(p);
   }
-  const NewtonLimits limits{
-      fastest, kWanted * fastest, kWanted * fastest, kAccepted * fastest, most_factorisations(plan),
-      20};
+  const NewtonLimits limits{fastest,
+                            kWanted * fastest,
+                            kWanted * fastest,
+                            kAccepted * fastest,
+                            most_factorisations(moving, plan),
+                            20};
   std::vector<Twist> twists(bodies);
   std::vector<PointResponse> responses;
   const NewtonOutcome outcome = solve_by_newton(limits, plan, convex, twists, responses);

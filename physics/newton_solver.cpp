@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/rigid_motion.hpp"
+
 namespace soda::physics {
 namespace {
 
@@ -29,7 +31,8 @@ class Newton {
   double objective() const;
   void start_from_all_held();
   bool minimise(double wanted_m_s);  // false if the limits are used up
-  bool refactor();
+  bool fits_factor() const;
+  bool refactor();  // unless it fits
   void find_direction();
   void move(double step);
   double slope(double step) const;
@@ -54,9 +57,10 @@ class Newton {
 };
 
 void Newton::update_responses() {
+  const double stiffness_kg = 1.0 / problem_.compliance_1_kg;
   for (std::size_t i = 0; i < responses_.size(); ++i) {
     velocity_[i] = relative_velocity(problem_.points[i], twists_);
-    responses_[i] = respond(problem_.points[i], problem_.compliance_1_kg, velocity_[i]);
+    responses_[i] = respond(problem_.points[i], stiffness_kg, velocity_[i]);
   }
   gradient(problem_, twists_, responses_, gradient_);
 }
@@ -80,7 +84,7 @@ double Newton::objective() const {
     const ConvexBody& body = problem_.bodies[i];
     const Vec3 linear = twists_[i].linear - problem_.free[i].linear;
     const Vec3 angular = twists_[i].angular - problem_.free[i].angular;
-    sum += body.mass_kg * linear.squaredNorm() + angular.dot(Vec3(body.inertia_kg_m2 * angular));
+    sum += body.mass_kg * linear.squaredNorm() + angular.dot(times(body.inertia_kg_m2, angular));
   }
   for (const PointResponse& response : responses_) {
     sum += problem_.compliance_1_kg * response.impulse_newton_s.squaredNorm();
@@ -88,16 +92,20 @@ double Newton::objective() const {
   return 0.5 * sum;
 }
 
-// Not done again while every point answers as before. What slides answers differently each time,
-// unless it is without friction.
-bool Newton::refactor() {
+// Whether every point answers as when the factor was made. What slides answers differently each
+// time, unless it is without friction.
+bool Newton::fits_factor() const {
   bool same = factored_;
   for (std::size_t i = 0; same && i < responses_.size(); ++i) {
     const ContactMode mode = responses_[i].mode;
     same = mode == factor_modes_[i] &&
            (mode != ContactMode::kSlide || problem_.points[i].friction == 0.0);
   }
-  if (same) return true;
+  return same;
+}
+
+bool Newton::refactor() {
+  if (fits_factor()) return true;
   if (outcome_.factorisations >= limits_.factorisations) return false;
   ++outcome_.factorisations;
   assemble(problem_, plan_, responses_, factor_);
@@ -143,11 +151,12 @@ double Newton::slope(double step) const {
     const Twist& d = direction_[i];
     const Vec3 linear = twists_[i].linear - problem_.free[i].linear + d.linear * step;
     const Vec3 angular = twists_[i].angular - problem_.free[i].angular + d.angular * step;
-    sum += body.mass_kg * linear.dot(d.linear) + angular.dot(Vec3(body.inertia_kg_m2 * d.angular));
+    sum += body.mass_kg * linear.dot(d.linear) + angular.dot(times(body.inertia_kg_m2, d.angular));
   }
+  const double stiffness_kg = 1.0 / problem_.compliance_1_kg;
   for (std::size_t i = 0; i < change_.size(); ++i) {
     const PointResponse response =
-        respond(problem_.points[i], problem_.compliance_1_kg, velocity_[i] + change_[i] * step);
+        respond(problem_.points[i], stiffness_kg, velocity_[i] + change_[i] * step);
     if (response.mode != ContactMode::kOpen) sum -= response.impulse_newton_s.dot(change_[i]);
   }
   return sum;
@@ -211,14 +220,19 @@ void Newton::start_from_all_held() {
 // Newton's method for the present targets and start impulses.
 bool Newton::minimise(double wanted_m_s) {
   constexpr int kMostSteps = 100;
+  // An old factor will do while it takes an error down well, where a new one costs more than steps.
+  constexpr double kFast = 0.3;  // of the error, at most what is left of it
+  const bool costly = is_costly(plan_, problem_.points.size());
   update_responses();
   error_m_s_ = gradient_m_s();
+  bool is_fast = costly;
   for (int i = 0; i < kMostSteps && error_m_s_ > wanted_m_s; ++i) {
-    if (!refactor()) return false;
+    if (!(factored_ && is_fast) && !refactor()) return false;
     find_direction();
     move(step_length());
     const double before = error_m_s_;
     error_m_s_ = gradient_m_s();
+    is_fast = costly && error_m_s_ <= kFast * before;
     // Rounding has ended the descent.
     if (error_m_s_ <= limits_.rounding_m_s && error_m_s_ > 0.25 * before) return true;
   }
@@ -273,7 +287,9 @@ NewtonOutcome Newton::run() {
     if (error <= limits_.accepted_m_s) {
       outcome_.converged = true;
       if (error <= limits_.wanted_m_s) return outcome_;
-      if (error <= limits_.rounding_m_s && i > 3 && correction > 0.5 * last) return outcome_;
+      // What does not change at all is a contradiction between points, of the size of rounding.
+      const double most = i > 3 ? 0.5 : 0.9;
+      if (error <= limits_.rounding_m_s && i > 0 && correction > most * last) return outcome_;
       good_twists = twists_;
       good_responses = responses_;
     }
@@ -292,6 +308,11 @@ NewtonOutcome Newton::run() {
 }
 
 }  // namespace
+
+bool is_costly(const Elimination& plan, std::size_t points) {
+  constexpr double kCostly = 500.0;  // multiplications a point
+  return plan.multiplications > kCostly * static_cast<double>(points);
+}
 
 NewtonOutcome solve_by_newton(const NewtonLimits& limits, const Elimination& plan,
                               ConvexContacts& problem, std::vector<Twist>& twists,

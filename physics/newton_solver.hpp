@@ -25,6 +25,9 @@ struct NewtonOutcome {
   int steps = 0;  // of Newton's method
 };
 
+// Whether a factorisation takes several times as long as the rest of a step.
+bool is_costly(const Elimination& plan, std::size_t points);
+
 // `twists`: a guess, overwritten. `responses`: overwritten with one per point; where it converges,
 // their impulses fulfil the contact laws to the accepted error. The problem's start impulses are a
 // guess too; they, its targets and its compliance are changed. A function of its arguments only.

@@ -271,7 +271,7 @@ IslandReport advance_refined(const SceneDescription& scene, const Geometry& geom
       add_part(trial->report, report);
     first = false;
   }
-  counters.substeps += static_cast<std::uint64_t>(island.solves) - 1;
+  counters.refined_steps += static_cast<std::uint64_t>(island.solves) - 1;
   std::move(now.begin(), now.end(), states.begin());
   return report;
 }

@@ -6,6 +6,13 @@
 
 namespace soda::physics {
 
+// For inner loops: Eigen's product is a call of its own.
+inline Vec3 times(const Mat3& m, const Vec3& v) {
+  return {m(0, 0) * v.x() + m(0, 1) * v.y() + m(0, 2) * v.z(),
+          m(1, 0) * v.x() + m(1, 1) * v.y() + m(1, 2) * v.z(),
+          m(2, 0) * v.x() + m(2, 1) * v.y() + m(2, 2) * v.z()};
+}
+
 // Rotation by a rotation vector (rad), without libm: a Taylor polynomial of the halved vector,
 // squared back. Unit to rounding. Angles up to 1e9 rad.
 Quat rotation_by(const Vec3& angle_rad);

@@ -6,14 +6,6 @@
 #include "physics/island_motion.hpp"
 
 namespace soda::physics {
-namespace {
-
-bool moves(const PushOut& push) {
-  return push.linear != Vec3::Zero() || push.angular != Vec3::Zero();
-}
-
-}  // namespace
-
 void add(const BlockReport& block, IslandReport& island) {
   island.max_penetration_m = std::max(island.max_penetration_m, block.max_penetration_m);
   island.constraint_residual_m_s =
@@ -33,10 +25,14 @@ BlockSolver::BlockSolver(const GiantIsland& island, std::uint32_t first, std::ui
                 built);
     build_rows(island_.scene, island_.scene.dt_s, part.ids, part.manifolds, part.states,
                part.problem, built);
-    if (needs_push_out(part.problem)) wake_push_out(part);
   }
   const auto borders = static_cast<std::uint32_t>(island_.blocks.borders.size());
   for (std::uint32_t i = first_border_; i < std::min(last_, borders); ++i) add_border(i, built);
+  const double dt_s = island_.scene.dt_s;
+  const std::uint32_t count = substeps_of(island_.scene.solver);
+  for (Part& part : blocks_) begin_substeps(dt_s, count, part.states, part.problem, part.substeps);
+  for (Border& border : borders_)
+    begin_substeps(dt_s, count, {}, border.part.problem, border.part.substeps);
   built.block_rows = built.normal_rows + built.friction_rows;
   built.blocks_solved = last_ - first_;
   counters += built;
@@ -68,28 +64,19 @@ void BlockSolver::add_border(std::uint32_t index, StageCounters& counters) {
   load(index, border);
   build_rows(island_.scene, island_.scene.dt_s, part.ids, part.manifolds, part.states, part.problem,
              counters);
-  if (needs_push_out(part.problem)) wake_push_out(part);
   store(index, border);
   borders_.push_back(std::move(border));
 }
 
-void BlockSolver::wake_push_out(Part& part) const {
-  if (part.push.bodies.empty()) aim_push_out(island_.scene.dt_s, part.problem, part.push);
-}
-
 void BlockSolver::copy(const Part& from, std::span<const std::uint32_t> from_places, Part& to,
-                       std::span<const std::uint32_t> to_places) const {
+                       std::span<const std::uint32_t> to_places) {
   for (std::size_t i = 0; i < from_places.size(); ++i) {
     const SolverBody& source = from.problem.bodies[from_places[i]];
     SolverBody& target = to.problem.bodies[to_places[i]];
     target.linear = source.linear;
     target.angular = source.angular;
-  }
-  if (from.push.bodies.empty()) return;
-  for (std::size_t i = 0; i < from_places.size(); ++i) {
-    const PushOut& source = from.push.bodies[from_places[i]];
-    if (moves(source)) wake_push_out(to);
-    if (!to.push.bodies.empty()) to.push.bodies[to_places[i]] = source;
+    if (!to.substeps.ways.empty())
+      to.substeps.ways[to_places[i]] = from.substeps.ways[from_places[i]];
   }
 }
 
@@ -106,18 +93,27 @@ void BlockSolver::store(std::uint32_t index, const Border& border) {
 }
 
 std::uint32_t BlockSolver::stages(const SceneDescription& scene) {
-  return static_cast<std::uint32_t>(scene.solver.iterations);
+  return 2 * substeps_of(scene.solver);
 }
 
-void BlockSolver::sweep(std::uint32_t stage, Part& part, StageCounters& counters) const {
-  const bool forward = stage % 2 == 0;
-  sweep_velocities(forward, part.problem);
-  if (pushes_out_ && !part.push.bodies.empty()) sweep_push_out(forward, part.problem, part.push);
+void BlockSolver::sweep(std::uint32_t stage, Part& part, StageCounters& counters) {
+  if (stage % 2 == 0) {
+    press(part.problem, part.substeps);
+  } else {
+    relax(part.problem, part.substeps);
+  }
   counters.block_row_sweeps += part.problem.normals.size() + part.problem.frictions.size();
 }
 
 void BlockSolver::solve_blocks(std::uint32_t stage, StageCounters& counters) {
-  for (Part& part : blocks_) sweep(stage, part, counters);
+  for (Part& part : blocks_) {
+    if (stage % 2 != 0) {
+      move_on(part.problem, part.substeps);
+    } else if (stage > 0) {
+      go_on(part.problem, part.substeps);
+    }
+    sweep(stage, part, counters);
+  }
 }
 
 void BlockSolver::solve_borders(std::uint32_t stage, StageCounters& counters) {
@@ -126,6 +122,9 @@ void BlockSolver::solve_borders(std::uint32_t stage, StageCounters& counters) {
     sweep(stage, borders_[i].part, counters);
     store(first_border_ + i, borders_[i]);
   }
+  if (stage + 1 < stages(island_.scene)) return;
+  for (Part& part : blocks_) end_substeps(part.problem, part.substeps);
+  for (Border& border : borders_) end_substeps(border.part.problem, border.part.substeps);
 }
 
 const BlockSolver::Border* BlockSolver::border_at(std::uint32_t index) const {
@@ -138,8 +137,7 @@ std::vector<BorderBody> BlockSolver::told(const Part& part, std::span<const std:
   std::vector<BorderBody> bodies;
   for (const std::uint32_t place : places) {
     const SolverBody& body = part.problem.bodies[place];
-    bodies.push_back({body.linear, body.angular,
-                      part.push.bodies.empty() ? PushOut{} : part.push.bodies[place]});
+    bodies.push_back({body.linear, body.angular, part.substeps.ways[place]});
   }
   return bodies;
 }
@@ -154,14 +152,13 @@ std::vector<BorderBody> BlockSolver::at_upper() const {
   return told(block(last_ - 1), border_at(last_ - 1)->lower.in_block);
 }
 
-bool BlockSolver::take(std::span<const BorderBody> bodies, const Side& side, Part& part) const {
+bool BlockSolver::take(std::span<const BorderBody> bodies, const Side& side, Part& part) {
   if (bodies.size() != side.in_border.size()) return false;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     SolverBody& body = part.problem.bodies[side.in_border[i]];
     body.linear = bodies[i].linear;
     body.angular = bodies[i].angular;
-    if (moves(bodies[i].push)) wake_push_out(part);
-    if (!part.push.bodies.empty()) part.push.bodies[side.in_border[i]] = bodies[i].push;
+    part.substeps.ways[side.in_border[i]] = bodies[i].way;
   }
   return true;
 }
@@ -178,12 +175,30 @@ bool BlockSolver::take_upper(std::span<const BorderBody> bodies) {
   return take(bodies, border.upper, border.part);
 }
 
-bool BlockSolver::aim_rebounds() {
-  pushes_out_ = false;
+std::uint32_t BlockSolver::rebound(StageCounters& counters) {
   bool any = false;
-  for (Part& part : blocks_) any = physics::aim_rebounds(part.problem) || any;
-  for (Border& border : borders_) any = physics::aim_rebounds(border.part.problem) || any;
-  return any;
+  const auto aim = [&any](ContactProblem& problem) {
+    any = aim_rebounds(problem) || any;
+    // Bodies have moved: the rebound changes how they leave the step only.
+    for (RowContact& contact : problem.contacts) contact.bounces = false;
+  };
+  for (Part& part : blocks_) aim(part.problem);
+  for (Border& border : borders_) aim(border.part.problem);
+  if (!any) return 0;
+  const auto sweep_rebounds = [&counters](bool forward, ContactProblem& problem) {
+    sweep_velocities(forward, problem);
+    counters.block_row_sweeps += problem.normals.size() + problem.frictions.size();
+  };
+  const std::uint32_t sweeps = stages(island_.scene);
+  for (std::uint32_t i = 0; i < sweeps; ++i) {
+    for (Part& part : blocks_) sweep_rebounds(i % 2 == 0, part.problem);
+    for (std::uint32_t k = 0; k < borders_.size(); ++k) {
+      load(first_border_ + k, borders_[k]);
+      sweep_rebounds(i % 2 == 0, borders_[k].part.problem);
+      store(first_border_ + k, borders_[k]);
+    }
+  }
+  return sweeps;
 }
 
 BlockReport BlockSolver::report(std::uint32_t index) const {
@@ -263,9 +278,11 @@ void BlockSolver::move(std::uint32_t index, std::vector<BodyState>& moved,
   auto next = kept.begin();
   for (std::uint32_t i = 0; i < part.ids.size(); ++i) {
     moved.push_back(part.states[i]);
-    const PushOut* const push = part.push.bodies.empty() ? nullptr : &part.push.bodies[i];
-    const bool accepted = move_body(island_.scene, island_.scene.dt_s, part.ids[i],
-                                    part.problem.bodies[i], flights[i], push, moved.back(), faults);
+    const SolverBody& body = part.problem.bodies[i];
+    const PushOut beyond =
+        beyond_final_velocity(island_.scene.dt_s, body, flights[i], part.substeps.ways[i]);
+    const bool accepted = move_body(island_.scene, island_.scene.dt_s, part.ids[i], body,
+                                    flights[i], &beyond, moved.back(), faults);
     if (accepted) moved.back().impulses.clear();
     for (; next != kept.end() && next->body == i; ++next)
       if (accepted) moved.back().impulses.push_back(next->impulse);
@@ -277,15 +294,12 @@ void advance_blocks(const GiantIsland& island, std::span<BodyState> states, Isla
   const auto blocks = static_cast<std::uint32_t>(island.blocks.count());
   StageCounters counted;
   BlockSolver solver(island, 0, blocks, counted);
-  const auto solve = [&] {
-    for (std::uint32_t stage = 0; stage < BlockSolver::stages(island.scene); ++stage) {
-      solver.solve_blocks(stage, counted);
-      solver.solve_borders(stage, counted);
-    }
-    report.iterations += static_cast<std::uint32_t>(island.scene.solver.iterations);
-  };
-  solve();
-  if (counted.restitution_rows > 0 && solver.aim_rebounds()) solve();
+  report.iterations = BlockSolver::stages(island.scene);
+  for (std::uint32_t stage = 0; stage < report.iterations; ++stage) {
+    solver.solve_blocks(stage, counted);
+    solver.solve_borders(stage, counted);
+  }
+  if (counted.restitution_rows > 0) report.iterations += solver.rebound(counted);
   std::vector<std::vector<BodyState>> moved(blocks);
   for (std::uint32_t i = 0; i < blocks; ++i) {
     add(solver.report(i), report);

@@ -10,6 +10,7 @@
 #include "physics/contact_solver.hpp"
 #include "physics/island_blocks.hpp"
 #include "physics/selection.hpp"
+#include "physics/substeps.hpp"
 
 namespace soda::physics {
 
@@ -22,10 +23,10 @@ struct GiantIsland {
   const IslandBlocks& blocks;
 };
 
-// Present velocities of a body at a border, and those of its push-out.
+// Present velocities of a body at a border, and its way since the step's start.
 struct BorderBody {
   Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
-  PushOut push;
+  Way way;
 };
 
 // What a block, and the border between it and the next one, add to the island's report.
@@ -37,14 +38,13 @@ struct BlockReport {
 };
 void add(const BlockReport& block, IslandReport& island);
 
-// Solves blocks [first, last) of an island and the borders at them. Projected Gauss-Seidel: in each
-// sweep the rows inside the blocks, then those of the borders; rows in turn forwards and backwards.
-// Blocks have no body in common and neither have borders, so what comes out does not depend on
-// which range is solved by whom: two solvers of neighbouring ranges both solve the border between
-// them, alike.
+// Solves blocks [first, last) of an island and the borders at them, in substeps (substeps.hpp): in
+// each sweep the rows inside the blocks, then those of the borders. Blocks have no body in common
+// and neither have borders, so what comes out does not depend on which range is solved by whom: two
+// solvers of neighbouring ranges both solve the border between them, alike.
 //
-// For each stage: solve_blocks(); tell the solvers beside it what at_lower() and at_upper() say,
-// take what they say; solve_borders(). Then report() and move().
+// For each stage, which is a sweep: solve_blocks(); tell the solvers beside it what at_lower() and
+// at_upper() say, take what they say; solve_borders(). Then report() and move().
 class BlockSolver {
  public:
   BlockSolver(const GiantIsland& island, std::uint32_t first, std::uint32_t last,
@@ -65,9 +65,9 @@ class BlockSolver {
   bool take_lower(std::span<const BorderBody> bodies);
   bool take_upper(std::span<const BorderBody> bodies);
 
-  // For a solver of all blocks. The rows that bounce get their rebound as target; if there are any,
-  // all stages have to be repeated.
-  bool aim_rebounds();
+  // For a solver of all blocks, after all stages: brings about the rebounds of the rows that bounce,
+  // by as many sweeps. Returns their number.
+  std::uint32_t rebound(StageCounters& counters);
 
   BlockReport report(std::uint32_t block) const;
   // Appends the block's bodies after the step, in the order of its bodies.
@@ -81,7 +81,7 @@ class BlockSolver {
     Selection<ContactManifold> manifolds;
     Selection<BodyState> states;
     ContactProblem problem;
-    PushOutProblem push;  // without bodies as long as nothing has to be pushed
+    Substeps substeps;
   };
   // Places in the border and in the block, of the border's bodies that are in one of its blocks.
   struct Side {
@@ -94,15 +94,14 @@ class BlockSolver {
 
   Part part_of(const IslandPart& places) const;
   void add_border(std::uint32_t index, StageCounters& counters);
-  void sweep(std::uint32_t stage, Part& part, StageCounters& counters) const;
-  void wake_push_out(Part& part) const;
-  // Velocities of bodies that two parts have in common.
-  void copy(const Part& from, std::span<const std::uint32_t> from_places, Part& to,
-            std::span<const std::uint32_t> to_places) const;
+  static void sweep(std::uint32_t stage, Part& part, StageCounters& counters);
+  // What bodies are doing that two parts have in common.
+  static void copy(const Part& from, std::span<const std::uint32_t> from_places, Part& to,
+                   std::span<const std::uint32_t> to_places);
   void load(std::uint32_t index, Border& border);         // from the range's blocks
   void store(std::uint32_t index, const Border& border);  // to them
   static std::vector<BorderBody> told(const Part& part, std::span<const std::uint32_t> places);
-  bool take(std::span<const BorderBody> bodies, const Side& side, Part& part) const;
+  static bool take(std::span<const BorderBody> bodies, const Side& side, Part& part);
 
   Part& block(std::uint32_t index) { return blocks_[index - first_]; }
   const Part& block(std::uint32_t index) const { return blocks_[index - first_]; }
@@ -114,7 +113,6 @@ class BlockSolver {
   const std::uint32_t first_border_;
   std::vector<Part> blocks_;
   std::vector<Border> borders_;
-  bool pushes_out_ = true;  // once, however often stages are repeated
 };
 
 // All of it by one solver. `states` are those of the island; adds to `report`, which has what is

@@ -37,7 +37,7 @@ struct StageCounters {
   std::uint64_t warm_started_rows = 0;
   std::uint64_t impact_searches = 0;  // pairs of flying bodies whose time of impact was looked for
   std::uint64_t impacts = 0;          // of them, that took place
-  std::uint64_t substeps = 0;         // parts of steps in which islands were advanced by themselves
+  std::uint64_t refined_steps = 0;    // single steps beyond the first that refinement took
   std::uint64_t driven_bodies = 0;    // bodies that got a drive's acceleration
   // Giant islands: those among islands_solved that were solved in blocks, their sweeps among
   // solver_iterations, the blocks, and rows times sweeps. Rows are among the others; those of a

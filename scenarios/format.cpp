@@ -242,7 +242,7 @@ constexpr ChoiceTable kGenerator{.name = "generator",
 
 constexpr Field kSolverFields[] = {
     field<SolverSpec, &SolverSpec::iterations>("iterations", kOptional, Limits{1.0, 1000.0},
-                                               "Sweeps over the contacts of an island."),
+                                               "Sweeps over the contacts of an island, or four times its substeps."),
     field<SolverSpec, &SolverSpec::restitution_threshold_m_s>(
         "restitution_threshold_m_s", kOptional, Limits{0.0, 1e6}, "Slower impacts do not bounce."),
     field<SolverSpec, &SolverSpec::contact_response>(
@@ -252,7 +252,7 @@ constexpr Field kSolverFields[] = {
                                                   "Start from the impulses of the step before."),
     field<SolverSpec, &SolverSpec::direct>(
         "direct", kOptional, kNone,
-        "Newton's method for the islands that it pays for; false: sweeps for all."),
+        "Newton's method for the islands that it pays for; false: for none."),
     field<SolverSpec, &SolverSpec::broadphase>(
         "broadphase", kOptional, kNone,
         "How candidate pairs are found; all-pairs is for experiments on cost."),
