@@ -36,8 +36,14 @@ constexpr Stage kConveyor{"conveyor rows",
                           [](const SimulationResult& r) { return r.stages.conveyor_rows; }};
 constexpr Stage kDrive{"driven bodies",
                        [](const SimulationResult& r) { return r.stages.driven_bodies; }};
+constexpr Stage kForces{"forces and damping",
+                        [](const SimulationResult& r) { return r.stages.forced_bodies; }};
 constexpr Stage kJoints{"joint rows",
                         [](const SimulationResult& r) { return r.stages.joint_rows; }};
+constexpr Stage kLimits{"limit rows",
+                        [](const SimulationResult& r) { return r.stages.limit_rows; }};
+constexpr Stage kMotors{"motor rows",
+                        [](const SimulationResult& r) { return r.stages.motor_rows; }};
 constexpr Stage kRestitution{"restitution rows",
                              [](const SimulationResult& r) { return r.stages.restitution_rows; }};
 constexpr Stage kWarmStart{"warm starting",
@@ -66,10 +72,11 @@ constexpr Stage kRollback{"rollback", [](const SimulationResult& r) { return r.e
 // Two blocks of two layers each.
 constexpr std::size_t kLeastInBlocks = 4;
 
-constexpr std::array kStages{
-    kBoxes,       kPairs,     kDrive,       kSolver,    kDirect,    kFriction, kConveyor,  kJoints,
-    kRestitution, kWarmStart, kBorderTests, kGhosts,    kFragments, kMerge,    kMigration, kHistory,
-    kTaken,       kRollback,  kInputs,      kBalancing, kBlocks,    kSplit};
+constexpr std::array kStages{kBoxes,     kPairs,       kDrive,     kForces,      kSolver,
+                             kDirect,    kFriction,    kConveyor,  kJoints,      kLimits,
+                             kMotors,    kRestitution, kWarmStart, kBorderTests, kGhosts,
+                             kFragments, kMerge,       kMigration, kHistory,     kTaken,
+                             kRollback,  kInputs,      kBalancing, kBlocks,      kSplit};
 
 constexpr std::size_t kKernels = static_cast<std::size_t>(ShapeKernel::kCount);
 
@@ -102,6 +109,12 @@ bool any_pair_has_friction(const SceneDescription& scene) {
   for (const physics::StaticBody& fixed : scene.statics)
     rough_statics += fixed.material.friction > 0;
   return rough_bodies > 1 || (rough_bodies == 1 && rough_statics > 0);
+}
+
+bool any_body_has_forces(const SceneDescription& scene) {
+  for (const physics::BodyParams& body : scene.bodies)
+    if (body.forces != physics::kNone) return true;
+  return false;
 }
 
 bool any_body_is_driven(const SceneDescription& scene) {
@@ -155,6 +168,8 @@ void add_physics(const SceneDescription& scene, std::vector<PlanLine>& plan) {
          kernels[kernel] ? "a pair of these shapes can meet" : "no such pair of shapes"});
   }
   add(plan, kDrive, any_body_is_driven(scene), "a body has a drive", "no body has a drive");
+  add(plan, kForces, any_body_has_forces(scene), "a body has a force, a torque or damping",
+      "no body has forces or damping of its own");
   add(plan, kSolver, response, "contacts push back", no_response);
   add(plan, kDirect, response && scene.solver.direct, "islands can be cheap to factorise",
       response ? "switched off in the solver settings" : no_response);
@@ -167,6 +182,12 @@ void add_physics(const SceneDescription& scene, std::vector<PlanLine>& plan) {
       : belts.any ? "surfaces move, but without friction"
                   : "no surface of a static moves");
   add(plan, kJoints, !scene.joints.empty(), "joints hold bodies", "there are no joints");
+  const auto has = [&scene](auto Joint::*part) {
+    return std::ranges::any_of(scene.joints,
+                               [part](const Joint& joint) { return (joint.*part).has_value(); });
+  };
+  add(plan, kLimits, has(&Joint::limits), "a joint has limits", "no joint has limits");
+  add(plan, kMotors, has(&Joint::motor), "a joint has a motor", "no joint has a motor");
   add(plan, kRestitution, response && anything_bounces(scene), "a material has restitution > 0",
       response ? "no material has restitution > 0" : no_response);
   add(plan, kBlocks, response && scene.bodies.size() >= kLeastInBlocks,

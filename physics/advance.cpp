@@ -6,7 +6,7 @@
 
 #include "physics/contact_choice.hpp"
 #include "physics/direct_contacts.hpp"
-#include "physics/drive.hpp"
+#include "physics/forces.hpp"
 #include "physics/island_motion.hpp"
 #include "physics/joint_motion.hpp"
 #include "physics/rigid_motion.hpp"
@@ -62,6 +62,15 @@ void move_bodies(const SceneDescription& scene, double dt_s, std::span<const Bod
   }
 }
 
+void count_rows(const JointSystem& joints, StageCounters& counters) {
+  counters.joint_rows += joints.rows.size();
+  if (!joints.bounded) return;
+  for (const JointRow& row : joints.rows) {
+    counters.limit_rows += row.kind == JointRowKind::kLimit;
+    counters.motor_rows += row.kind == JointRowKind::kMotor;
+  }
+}
+
 // With joints, their direct solution and sweeps over the contacts take turns.
 ContactSolution solve_jointed(const SceneDescription& scene, double dt_s,
                               std::span<const BodyId> ids, std::span<const BodyState> states,
@@ -111,7 +120,7 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, std::span<
   if (linked) {
     ++counters.islands_solved;
     counters.solver_iterations += report.iterations;
-    counters.joint_rows += joints.rows.size();
+    count_rows(joints, counters);
     return report;
   }
   const std::optional<Elimination> plan =
@@ -134,7 +143,7 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, std::span<
   report.direct = solution.direct;
   report.iterations = solution.iterations;
   report.multiplications = solution.multiplications;
-  counters.joint_rows += joints.rows.size();
+  count_rows(joints, counters);
   report.constraint_residual_m_s = residual_m_s(problem);
   report_contacts(before, problem, report);
   report_joints(states, joints, report);
@@ -158,22 +167,23 @@ void advance_free_body(const SceneDescription& scene, double dt_s, BodyId id, Bo
                        StageCounters& counters, std::vector<AdvanceFault>& faults) {
   ++counters.free_bodies_advanced;
   if (scene.bodies[index_of(id)].joints > 0) report_lost_joints(scene, {&id, 1}, {}, faults);
+  const BodyParams& params = scene.bodies[index_of(id)];
   BodyState next;
-  // By reference: most bodies have no drive, and this is the cheapest of all stages.
-  const Vec3* acceleration = &scene.gravity_m_s2;
-  Vec3 driven;
-  if (scene.bodies[index_of(id)].drive != kNoDrive) {
-    driven = external_acceleration(scene, dt_s, id, state);
-    acceleration = &driven;
-    ++counters.driven_bodies;
-  }
-  // Exact for constant gravity.
-  next.position_m =
-      state.position_m + state.linear_velocity_m_s * dt_s + *acceleration * (0.5 * dt_s * dt_s);
-  next.linear_velocity_m_s = state.linear_velocity_m_s + *acceleration * dt_s;
   next.orientation = state.orientation;
   next.angular_velocity_rad_s = state.angular_velocity_rad_s;
-  rotate_freely(scene.bodies[index_of(id)], dt_s, next);
+  if (is_pushed(params)) {
+    next.position_m = state.position_m;
+    next.linear_velocity_m_s = state.linear_velocity_m_s;
+    fly(scene, dt_s, id, next);
+    counters.driven_bodies += params.drive != kNoDrive;
+    counters.forced_bodies += params.forces != kNone;
+  } else {
+    // Exact for constant gravity.
+    const Vec3& g = scene.gravity_m_s2;
+    next.position_m = state.position_m + state.linear_velocity_m_s * dt_s + g * (0.5 * dt_s * dt_s);
+    next.linear_velocity_m_s = state.linear_velocity_m_s + g * dt_s;
+    rotate_freely(params, dt_s, next);
+  }
   if (!accept(id, next, faults)) return;
   next.impulses = std::move(state.impulses);
   next.impulses.clear();

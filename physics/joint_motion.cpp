@@ -4,7 +4,8 @@
 #include <cmath>
 #include <utility>
 
-#include "physics/drive.hpp"
+#include "physics/forces.hpp"
+#include "physics/joint_bounds.hpp"
 #include "physics/rigid_motion.hpp"
 
 namespace soda::physics {
@@ -30,7 +31,7 @@ std::vector<SolverBody> bodies_at(const SceneDescription& scene, std::span<const
 void push(const SceneDescription& scene, std::span<const BodyId> ids,
           std::span<const BodyState> states, double dt_s, std::span<SolverBody> bodies) {
   for (std::size_t i = 0; i < ids.size(); ++i)
-    bodies[i].linear += external_acceleration(scene, dt_s, ids[i], states[i]) * dt_s;
+    apply_external(scene, dt_s, ids[i], states[i], bodies[i]);
 }
 
 // From `states` on, with these velocities and no force.
@@ -58,6 +59,7 @@ int substeps_of(const SceneDescription& scene, double dt_s, std::span<const Body
   std::vector<SolverBody> bodies = bodies_at(scene, ids, states);
   push(scene, ids, states, dt_s, bodies);
   build_joint_rows(scene, dt_s, ids, states, false, joints);
+  bound_velocities(dt_s, rounding_of(states), joints);
   stop_joint_velocities(ids.size(), bodies, joints);
   std::vector<double> squared(ids.size() + 1, 0.0);
   const auto stiffen = [&](std::uint32_t body, const JointRow& row, const Vec3& turn) {
@@ -77,6 +79,17 @@ int substeps_of(const SceneDescription& scene, double dt_s, std::span<const Body
   return turn < kMost ? 1 + static_cast<int>(turn) : kMost;
 }
 
+// Limits this many roundings away are reached.
+constexpr double kReached = 1e3;
+
+// Before places are corrected: no limit holds yet, motors have done what they could.
+void start_corrections(std::size_t body_count, std::span<const SolverBody> bodies,
+                       JointSystem& joints) {
+  if (!joints.bounded) return;
+  rest_bounds(joints);
+  factor_joint_rows(body_count, bodies, joints);
+}
+
 // False if the joints do not hold at its end.
 bool advance_linkage_once(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                           JointSystem& joints, std::vector<BodyState>& states,
@@ -85,26 +98,37 @@ bool advance_linkage_once(const SceneDescription& scene, double dt_s, std::span<
   std::vector<SolverBody> bodies = bodies_at(scene, ids, states);
   push(scene, ids, states, 0.5 * dt_s, bodies);
   build_joint_rows(scene, dt_s, ids, states, false, joints);
+  bound_velocities(0.5 * dt_s, kReached * enough, joints);
   stop_joint_velocities(ids.size(), bodies, joints);
   std::vector<BodyState> next = drifted(scene, ids, states, bodies, dt_s);
   // Impulses act at the start of the step: along its rows, until the joints hold at its end.
   JointSystem end = joints;
   build_joint_rows(scene, dt_s, ids, next, false, end);
+  start_corrections(ids.size(), bodies, joints);
+  hold_same_limits(joints, end);
   double error = largest_error(end);
   for (int i = 0; i < kMostCorrections && error > enough; ++i) {
+    const bool more = hold_passed_limits(enough, end);
+    if (more) {
+      hold_same_limits(end, joints);
+      factor_joint_rows(ids.size(), bodies, joints);
+    }
     for (std::size_t r = 0; r < joints.rows.size(); ++r)
       joints.rows[r].error = end.rows[r].error / dt_s;
     add_joint_impulses(joints, bodies);
     next = drifted(scene, ids, states, bodies, dt_s);
     build_joint_rows(scene, dt_s, ids, next, false, end);
+    hold_same_limits(joints, end);
     const double before = std::exchange(error, largest_error(end));
     ++report.iterations;
-    if (error > 2.0 * before) return false;
+    if (error > 2.0 * before && !more) return false;
   }
   if (error > 1e6 * enough) return false;
   report_joints(states, joints, report);
   bodies = bodies_at(scene, ids, next);
   push(scene, ids, states, 0.5 * dt_s, bodies);
+  rest_bounds(end);
+  bound_velocities(0.5 * dt_s, kReached * enough, end);
   stop_joint_velocities(ids.size(), bodies, end);
   report_joints(next, end, report);
   report.constraint_residual_m_s = std::max(report.constraint_residual_m_s, error / dt_s);
@@ -126,15 +150,17 @@ int solve_with_joints(const SceneDescription& scene, double dt_s, std::span<cons
   const int sweeps = problem.normals.empty() ? 1 : scene.solver.iterations;
   const std::span<SolverBody> bodies = problem.bodies;
   build_joint_rows(scene, dt_s, ids, states, true, joints);
+  bound_step(dt_s, joints);
   double error = 0.0;
   int done = 0;
   ContactProblem best;
   JointSystem best_joints;
   for (int aim = 0; aim <= kAims; ++aim) {
-    factor_joint_rows(ids.size(), bodies, joints, aim == 0 ? 0.0 : kSoftness);
+    const double softness = aim == 0 ? 0.0 : kSoftness;
+    factor_joint_rows(ids.size(), bodies, joints, softness);
     for (int i = 0; i < sweeps; ++i, ++done) {
       if (!problem.normals.empty()) solve_velocities(1, problem);
-      solve_joint_velocities(joints, bodies);
+      solve_bounded(ids.size(), bodies, softness, joints);
     }
     JointSystem next = joints;
     build_joint_rows(scene, dt_s, ids, drifted(scene, ids, states, bodies, dt_s), true, next);
@@ -143,6 +169,7 @@ int solve_with_joints(const SceneDescription& scene, double dt_s, std::span<cons
     best = problem;
     best_joints = joints;
     take_back_joint_impulses(joints, bodies);
+    bound_step(dt_s, next);
     aim_joint_rows(dt_s, best.bodies, next);
     joints = std::move(next);
   }
@@ -159,6 +186,7 @@ void close_joints(const SceneDescription& scene, double dt_s, std::span<const Bo
   double error = largest_error(joints);
   for (int i = 0; i < kMostCorrections && error > enough; ++i) {
     const std::vector<SolverBody> bodies = bodies_at(scene, ids, states);
+    hold_passed_limits(enough, joints);
     factor_joint_rows(ids.size(), bodies, joints);
     solve_joint_errors(joints, bodies, moves);
     std::vector<BodyState> moved(states.begin(), states.end());

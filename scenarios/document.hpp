@@ -84,6 +84,9 @@ struct SolidSpec : Located {
   std::optional<double> mass_kg, density_kg_m3;
   std::string material;
   std::optional<std::string> drive;
+  Vec3 force_newton = Vec3::Zero(), body_force_newton = Vec3::Zero(),
+       torque_newton_m = Vec3::Zero();
+  double linear_damping_1_s = 0.0, angular_damping_1_s = 0.0;
 };
 
 struct BodySpec : SolidSpec {
@@ -160,9 +163,13 @@ struct BallSpec : JointBase {};
 struct FixedSpec : JointBase {};
 struct HingeSpec : JointBase {
   Vec3 axis = Vec3::Zero();
+  std::optional<double> min_angle_rad, max_angle_rad;
+  std::optional<double> motor_speed_rad_s, motor_torque_newton_m;
 };
 struct SliderSpec : JointBase {
   Vec3 axis = Vec3::Zero();
+  std::optional<double> min_way_m, max_way_m;
+  std::optional<double> motor_speed_m_s, motor_force_newton;
 };
 struct DistanceSpec : JointBase {
   Vec3 other_anchor_m = Vec3::Zero();
