@@ -153,6 +153,18 @@ void add(std::vector<PlanLine>& plan, const Stage& stage, bool needed, const cha
   plan.push_back({stage.name, needed, needed ? why : why_not});
 }
 
+void add_joints(const SceneDescription& scene, std::vector<PlanLine>& plan) {
+  add(plan, kJoints, !scene.joints.empty(), "joints hold bodies", "there are no joints");
+  const auto has = [&scene](const auto& part) {
+    return std::any_of(scene.joints.begin(), scene.joints.end(),
+                       [&part](const physics::Joint& joint) { return part(joint); });
+  };
+  add(plan, kLimits, has([](const physics::Joint& joint) { return joint.limits.has_value(); }),
+      "a joint has limits", "no joint has limits");
+  add(plan, kMotors, has([](const physics::Joint& joint) { return joint.motor.has_value(); }),
+      "a joint has a motor", "no joint has a motor");
+}
+
 void add_physics(const SceneDescription& scene, std::vector<PlanLine>& plan) {
   const bool bodies = !scene.bodies.empty();
   const bool pairs = scene.bodies.size() > 1 || (bodies && !scene.statics.empty());
@@ -181,13 +193,7 @@ void add_physics(const SceneDescription& scene, std::vector<PlanLine>& plan) {
       !response   ? no_response
       : belts.any ? "surfaces move, but without friction"
                   : "no surface of a static moves");
-  add(plan, kJoints, !scene.joints.empty(), "joints hold bodies", "there are no joints");
-  const auto has = [&scene](auto Joint::*part) {
-    return std::ranges::any_of(scene.joints,
-                               [part](const Joint& joint) { return (joint.*part).has_value(); });
-  };
-  add(plan, kLimits, has(&Joint::limits), "a joint has limits", "no joint has limits");
-  add(plan, kMotors, has(&Joint::motor), "a joint has a motor", "no joint has a motor");
+  add_joints(scene, plan);
   add(plan, kRestitution, response && anything_bounces(scene), "a material has restitution > 0",
       response ? "no material has restitution > 0" : no_response);
   add(plan, kBlocks, response && scene.bodies.size() >= kLeastInBlocks,

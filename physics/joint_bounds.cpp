@@ -19,28 +19,43 @@ bool is_bounded(const JointRow& row) {
   return row.kind == JointRowKind::kLimit || row.kind == JointRowKind::kMotor;
 }
 
-// What rounding can make of the row's velocity.
-double rounding_m_s(const JointRow& row, std::span<const SolverBody> bodies) {
+// The velocities that the row's is made of: what rounding is measured by.
+double scale_m_s(const JointRow& row, std::span<const SolverBody> bodies) {
   const SolverBody& a = bodies[row.a];
   const SolverBody& b = bodies[row.b];
-  return 1e-13 * (std::abs(row.target_m_s) + a.linear.norm() + b.linear.norm() +
-                  row.turn_a.norm() * a.angular.norm() + row.turn_b.norm() * b.angular.norm());
+  return (std::abs(row.target_m_s) + a.linear.norm() + b.linear.norm() +
+          row.turn_a.norm() * a.angular.norm() + row.turn_b.norm() * b.angular.norm());
 }
 
-// Whether a row that takes part pushes more than it may, or one that does not should.
+// Of that scale: what rounding can leave, and what a solution can that found the row to depend on
+// others, as that of a motor that drives against a stop.
+constexpr double kRounding = 1e-13, kUnsolved = 1e-6;
+
+// Whether a row that takes part pushes more than it may or cannot reach its target, or one that
+// does not take part should.
 bool is_wrong(const JointRow& row, std::span<const SolverBody> bodies) {
   if (!is_bounded(row) || row.least_newton_s == row.most_newton_s) return false;
   const double impulse = row.impulse_newton_s;
-  if (!row.idle) return impulse < row.least_newton_s || impulse > row.most_newton_s;
+  if (!row.idle && (impulse < row.least_newton_s || impulse > row.most_newton_s)) return true;
   const double missing = row.target_m_s - velocity_of(row, bodies);
-  if (std::abs(missing) <= rounding_m_s(row, bodies)) return false;
-  return missing > 0.0 ? impulse < row.most_newton_s : impulse > row.least_newton_s;
+  const double slack = (row.idle ? kRounding : kUnsolved) * scale_m_s(row, bodies);
+  if (std::abs(missing) <= slack) return false;
+  const double bound = missing > 0.0 ? row.most_newton_s : row.least_newton_s;
+  return impulse != bound && (row.idle || std::isfinite(bound));
+}
+
+// What it goes to when it ceases to take part.
+double bound_of(const JointRow& row, std::span<const SolverBody> bodies) {
+  const double impulse = row.impulse_newton_s;
+  if (impulse < row.least_newton_s) return row.least_newton_s;
+  if (impulse > row.most_newton_s) return row.most_newton_s;
+  return velocity_of(row, bodies) < row.target_m_s ? row.most_newton_s : row.least_newton_s;
 }
 
 void change(JointRow& row, std::span<SolverBody> bodies) {
   row.idle = !row.idle;
   if (!row.idle) return;
-  const double kept = std::clamp(row.impulse_newton_s, row.least_newton_s, row.most_newton_s);
+  const double kept = bound_of(row, bodies);
   apply_joint_impulse(row, kept - row.impulse_newton_s, bodies);
   row.impulse_newton_s = kept;
 }

@@ -209,10 +209,11 @@ using InputSpec = std::variant<AddSpec, RemoveSpec, PushSpec, SetVelocitySpec, C
 
 // Bounds on measures of error; reference_tables.cpp says what each is.
 struct BoundsSpec : Located {
-  std::optional<double> position_m, velocity_m_s, end_velocity_m_s, attitude_rad, spin_rad_s,
-      end_spin_rad_s, side_m, lift_m, stop_time_s, rest_speed_m_s, apex_m, energy_rel,
-      energy_gain_rel, momentum_rel, angular_momentum_rel, displacement_rel, penetration_m,
-      penetration_p99_m, speed_m_s, passed, force_rel, pressure_rel, speeds_rel, step_ms;
+  std::optional<double> position_m, end_position_m, gap_m, velocity_m_s, end_velocity_m_s,
+      attitude_rad, spin_rad_s, end_spin_rad_s, side_m, lift_m, stop_time_s, rest_speed_m_s, apex_m,
+      energy_rel, energy_gain_rel, momentum_rel, angular_momentum_rel, displacement_rel,
+      penetration_m, penetration_p99_m, speed_m_s, passed, force_rel, pressure_rel, speeds_rel,
+      step_ms;
 };
 struct ReferenceBase : Located {
   BoundsSpec must, stretch;
@@ -228,13 +229,13 @@ struct StoredRunSpec : ReferenceBase {
   std::vector<StoredEndSpec> ends;
   double error_m = 0.0;
 };
-using ReferenceSpec =
-    std::variant<AnswerSpec<FreeFlight>, AnswerSpec<TorqueFree>, AnswerSpec<Sliding>,
-                 AnswerSpec<Rolling>, AnswerSpec<Bouncing>, AnswerSpec<TwoSpheres>,
-                 AnswerSpec<FloorImpact>, AnswerSpec<SphereLine>, AnswerSpec<AtRest>,
-                 AnswerSpec<Conserved>, AnswerSpec<StackForces>, AnswerSpec<OneSide>,
-                 AnswerSpec<Separation>, AnswerSpec<Pile>, AnswerSpec<Reversal>,
-                 AnswerSpec<HardSphereGas>, StoredRunSpec>;
+using ReferenceSpec = std::variant<
+    AnswerSpec<FreeFlight>, AnswerSpec<TorqueFree>, AnswerSpec<Sliding>, AnswerSpec<Rolling>,
+    AnswerSpec<Bouncing>, AnswerSpec<TwoSpheres>, AnswerSpec<FloorImpact>, AnswerSpec<SphereLine>,
+    AnswerSpec<AtRest>, AnswerSpec<Conserved>, AnswerSpec<StackForces>, AnswerSpec<OneSide>,
+    AnswerSpec<Separation>, AnswerSpec<Pile>, AnswerSpec<Reversal>, AnswerSpec<HardSphereGas>,
+    AnswerSpec<ForcedFlight>, AnswerSpec<DampedOscillator>, AnswerSpec<SteadyPrecession>,
+    AnswerSpec<JointTravel>, AnswerSpec<HangingChain>, AnswerSpec<JointsHold>, StoredRunSpec>;
 
 struct SolverSpec : Located {
   std::int64_t iterations = physics::SolverSettings{}.iterations;
