@@ -19,45 +19,90 @@ bool is_bounded(const JointRow& row) {
   return row.kind == JointRowKind::kLimit || row.kind == JointRowKind::kMotor;
 }
 
-// The velocities that the row's is made of: what rounding is measured by.
-double scale_m_s(const JointRow& row, std::span<const SolverBody> bodies) {
-  const SolverBody& a = bodies[row.a];
-  const SolverBody& b = bodies[row.b];
-  return (std::abs(row.target_m_s) + a.linear.norm() + b.linear.norm() +
-          row.turn_a.norm() * a.angular.norm() + row.turn_b.norm() * b.angular.norm());
+// The largest velocities that those of the rows are made of: what rounding is measured by. Of the
+// whole system, for impulses carry rounding from what moves to what rests.
+double scale_m_s(const JointSystem& system, std::span<const SolverBody> bodies) {
+  double largest = 0.0;
+  for (const JointRow& row : system.rows) {
+    const SolverBody& a = bodies[row.a];
+    const SolverBody& b = bodies[row.b];
+    largest = std::max(largest, std::abs(row.target_m_s) + a.linear.norm() + b.linear.norm() +
+                                    row.turn_a.norm() * a.angular.norm() +
+                                    row.turn_b.norm() * b.angular.norm());
+  }
+  return largest;
 }
 
 // Of that scale: what rounding can leave, and what a solution can that found the row to depend on
 // others, as that of a motor that drives against a stop.
 constexpr double kRounding = 1e-13, kUnsolved = 1e-6;
 
-// Whether a row that takes part pushes more than it may or cannot reach its target, or one that
-// does not take part should.
-bool is_wrong(const JointRow& row, std::span<const SolverBody> bodies) {
-  if (!is_bounded(row) || row.least_newton_s == row.most_newton_s) return false;
-  const double impulse = row.impulse_newton_s;
-  if (!row.idle && (impulse < row.least_newton_s || impulse > row.most_newton_s)) return true;
+// What the row's velocity lacks of its target, as far as an impulse within its bounds can help.
+double missing_m_s(const JointRow& row, double slack_m_s, std::span<const SolverBody> bodies) {
   const double missing = row.target_m_s - velocity_of(row, bodies);
-  const double slack = (row.idle ? kRounding : kUnsolved) * scale_m_s(row, bodies);
-  if (std::abs(missing) <= slack) return false;
+  if (std::abs(missing) <= slack_m_s) return 0.0;
   const double bound = missing > 0.0 ? row.most_newton_s : row.least_newton_s;
-  return impulse != bound && (row.idle || std::isfinite(bound));
+  return row.impulse_newton_s == bound ? 0.0 : missing;
 }
 
-// What it goes to when it ceases to take part.
-double bound_of(const JointRow& row, std::span<const SolverBody> bodies) {
-  const double impulse = row.impulse_newton_s;
-  if (impulse < row.least_newton_s) return row.least_newton_s;
-  if (impulse > row.most_newton_s) return row.most_newton_s;
-  return velocity_of(row, bodies) < row.target_m_s ? row.most_newton_s : row.least_newton_s;
+void rest_at(double impulse, JointRow& row, std::span<SolverBody> bodies) {
+  apply_joint_impulse(row, impulse - row.impulse_newton_s, bodies);
+  row.impulse_newton_s = impulse;
+  row.idle = true;
 }
 
-void change(JointRow& row, std::span<SolverBody> bodies) {
-  row.idle = !row.idle;
-  if (!row.idle) return;
-  const double kept = bound_of(row, bodies);
-  apply_joint_impulse(row, kept - row.impulse_newton_s, bodies);
-  row.impulse_newton_s = kept;
+// From impulses within their bounds to the solution of the rows that take part, or as far as the
+// first of their bounds, where that row goes to rest. Whether the solution was reached.
+bool approach(JointSystem& system, std::span<SolverBody> bodies, std::vector<double>& before) {
+  before.clear();
+  for (const JointRow& row : system.rows) before.push_back(row.impulse_newton_s);
+  solve_joint_velocities(system, bodies);
+  double share = 1.0, bound = 0.0;
+  JointRow* first = nullptr;
+  for (std::size_t r = 0; r < before.size(); ++r) {
+    JointRow& row = system.rows[r];
+    if (!is_bounded(row) || row.idle) continue;
+    const double now = row.impulse_newton_s;
+    const double kept = std::clamp(now, row.least_newton_s, row.most_newton_s);
+    if (kept == now) continue;
+    const double part = (kept - before[r]) / (now - before[r]);
+    if (first != nullptr && !(part < share)) continue;
+    share = part;
+    bound = kept;
+    first = &row;
+  }
+  if (first == nullptr) return true;
+  for (std::size_t r = 0; r < before.size(); ++r) {
+    JointRow& row = system.rows[r];
+    const double back = (1.0 - share) * (before[r] - row.impulse_newton_s);
+    apply_joint_impulse(row, back, bodies);
+    row.impulse_newton_s += back;
+  }
+  rest_at(bound, *first, bodies);
+  return false;
+}
+
+// Of a solution: a row that has a part in it but no effect goes to its bound; else the row that
+// lacks most begins to take part. Whether there was any.
+bool change_one(double scale_m_s, JointSystem& system, std::span<SolverBody> bodies) {
+  JointRow* worst = nullptr;
+  double most = 0.0;
+  for (JointRow& row : system.rows) {
+    if (!is_bounded(row)) continue;
+    const double slack = (row.idle ? kRounding : kUnsolved) * scale_m_s;
+    const double missing = missing_m_s(row, slack, bodies);
+    const double bound = missing > 0.0 ? row.most_newton_s : row.least_newton_s;
+    if (missing == 0.0 || (!row.idle && !std::isfinite(bound))) continue;
+    if (!row.idle) {
+      rest_at(bound, row, bodies);
+      return true;
+    }
+    if (!(std::abs(missing) > most)) continue;
+    most = std::abs(missing);
+    worst = &row;
+  }
+  if (worst != nullptr) worst->idle = false;
+  return worst != nullptr;
 }
 
 }  // namespace
@@ -103,26 +148,19 @@ void hold_same_limits(const JointSystem& from, JointSystem& system) {
   for (std::size_t r = 0; r < system.rows.size(); ++r) system.rows[r].idle = from.rows[r].idle;
 }
 
-// Guess which bounds are reached, solve for the rest, and look where the guess was wrong. All wrong
-// guesses change at once for as long as that leads somewhere; then the first only, which cannot
-// come back to a guess that was wrong before (Murty) but for rounding.
+// Least squares with bounds (Lawson and Hanson's way): every change brings the impulses nearer to
+// the solution and leaves them within their bounds, so it ends, and where the number of changes
+// runs out nothing pushes more than it may.
 void solve_bounded(std::size_t body_count, std::span<SolverBody> bodies, double regularisation,
                    JointSystem& system) {
-  solve_joint_velocities(system, bodies);
-  if (!system.bounded) return;
-  constexpr std::size_t kAtOnce = 8;
-  const std::size_t most = kAtOnce + 8 * system.rows.size();
+  if (!system.bounded) return solve_joint_velocities(system, bodies);
+  const std::size_t most = 50 + 4 * system.rows.size();
+  const double scale = scale_m_s(system, bodies);
+  std::vector<double> before;
   for (std::size_t i = 0; i < most; ++i) {
-    bool changed = false;
-    for (JointRow& row : system.rows) {
-      if (!is_wrong(row, bodies)) continue;
-      change(row, bodies);
-      changed = true;
-      if (i >= kAtOnce) break;
-    }
-    if (!changed) return;
+    const bool solved = approach(system, bodies, before);
+    if (solved && !change_one(scale, system, bodies)) return;
     factor_joint_rows(body_count, bodies, system, regularisation);
-    solve_joint_velocities(system, bodies);
   }
 }
 
