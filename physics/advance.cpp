@@ -118,6 +118,10 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, std::span<
                       !has_springs(scene, joints) &&
                       advance_linkage(scene, dt_s, ids, joints, states, report, faults);
   if (linked) {
+    for (const BodyId id : ids) {
+      counters.driven_bodies += scene.bodies[index_of(id)].drive != kNoDrive;
+      counters.forced_bodies += scene.bodies[index_of(id)].forces != kNone;
+    }
     ++counters.islands_solved;
     counters.solver_iterations += report.iterations;
     count_rows(joints, counters);

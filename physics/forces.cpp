@@ -101,12 +101,12 @@ void fly(const SceneDescription& scene, double time_s, BodyId id, BodyState& sta
   state.linear_velocity_m_s = velocity * decay.left + acceleration * decay.speed_s;
 }
 
-Vec3 push_impulse_newton_s(const SceneDescription& scene, BodyId id, const BodyState& state) {
-  const Decay decay = decay_over(forces_of(scene, id).linear_damping_1_s, scene.dt_s);
+Vec3 push_impulse_newton_s(const SceneDescription& scene, double time_s, BodyId id,
+                           const BodyState& state) {
+  const Decay decay = decay_over(forces_of(scene, id).linear_damping_1_s, time_s);
   const Vec3& g = scene.gravity_m_s2;
-  const Vec3 change = (acceleration_of(scene, scene.dt_s, id, state) - g) * decay.speed_s +
-                      g * (decay.speed_s - scene.dt_s) +
-                      state.linear_velocity_m_s * (decay.left - 1.0);
+  const Vec3 change = (acceleration_of(scene, time_s, id, state) - g) * decay.speed_s +
+                      g * (decay.speed_s - time_s) + state.linear_velocity_m_s * (decay.left - 1.0);
   return change * scene.bodies[index_of(id)].mass_kg;
 }
 

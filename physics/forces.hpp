@@ -44,7 +44,8 @@ Vec3 flight_lag_m(const SceneDescription& scene, double time_s, BodyId id, const
 void fly(const SceneDescription& scene, double time_s, BodyId id, BodyState& state);
 
 // The impulse of the drive, the forces and the damping over a step, gravity left out, on a body
-// that starts it in this state.
-Vec3 push_impulse_newton_s(const SceneDescription& scene, BodyId id, const BodyState& state);
+// that starts it in this state and is not held.
+Vec3 push_impulse_newton_s(const SceneDescription& scene, double time_s, BodyId id,
+                           const BodyState& state);
 
 }  // namespace soda::physics

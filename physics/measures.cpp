@@ -108,7 +108,7 @@ DriveImpulse drive_impulse(const SceneDescription& scene, std::span<const BodyId
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const BodyParams& params = scene.bodies[index_of(ids[i])];
     if (!is_pushed(params)) continue;
-    const Vec3 impulse = push_impulse_newton_s(scene, ids[i], states[i]);
+    const Vec3 impulse = push_impulse_newton_s(scene, scene.dt_s, ids[i], states[i]);
     total.sum_newton_s += impulse;
     total.scale_newton_s += impulse.norm();
   }
