@@ -12,12 +12,13 @@ BodyForces forces_of(const SceneDescription& scene, BodyId id) {
 }
 
 // Everything that damping does not do.
-Vec3 acceleration_of(const SceneDescription& scene, double time_s, BodyId id,
+Vec3 acceleration_of(const SceneDescription& scene, double time_s, double ahead_s, BodyId id,
                      const BodyState& state) {
   const BodyParams& body = scene.bodies[index_of(id)];
   Vec3 acceleration = external_acceleration(scene, time_s, id, state);
   if (body.forces != kNone)
-    acceleration += own_force_newton(scene.forces[body.forces], state) * (1.0 / body.mass_kg);
+    acceleration +=
+        own_force_newton(scene.forces[body.forces], ahead_s, state) * (1.0 / body.mass_kg);
   return acceleration;
 }
 
@@ -60,17 +61,18 @@ Decay decay_over(double rate_1_s, double time_s) {
   return {left, time_s * p1, time_s * time_s * p2};
 }
 
-Vec3 own_force_newton(const BodyForces& forces, const BodyState& state) {
+Vec3 own_force_newton(const BodyForces& forces, double ahead_s, const BodyState& state) {
   if (forces.body_force_newton == Vec3::Zero()) return forces.force_newton;
-  return forces.force_newton + Vec3(state.orientation * forces.body_force_newton);
+  const Quat then = turned(state.angular_velocity_rad_s * ahead_s, state.orientation);
+  return forces.force_newton + Vec3(then * forces.body_force_newton);
 }
 
-void push_body(const SceneDescription& scene, double time_s, BodyId id, const BodyState& state,
-               SolverBody& body) {
+void push_body(const SceneDescription& scene, double time_s, double ahead_s, BodyId id,
+               const BodyState& state, SolverBody& body) {
   const BodyForces forces = forces_of(scene, id);
   const Decay linear = decay_over(forces.linear_damping_1_s, time_s);
-  body.linear =
-      body.linear * linear.left + acceleration_of(scene, time_s, id, state) * linear.speed_s;
+  body.linear = body.linear * linear.left +
+                acceleration_of(scene, time_s, ahead_s, id, state) * linear.speed_s;
   const Decay angular = decay_over(forces.angular_damping_1_s, time_s);
   body.angular = body.angular * angular.left;
   body.angular += body.inverse_inertia * forces.torque_newton_m * angular.speed_s;
@@ -79,22 +81,19 @@ void push_body(const SceneDescription& scene, double time_s, BodyId id, const Bo
 Vec3 flight_lag_m(const SceneDescription& scene, double time_s, BodyId id, const BodyState& state) {
   if (!is_pushed(scene.bodies[index_of(id)])) return scene.gravity_m_s2 * (0.5 * time_s * time_s);
   const Decay decay = decay_over(forces_of(scene, id).linear_damping_1_s, time_s);
-  return acceleration_of(scene, time_s, id, state) * (decay.speed_s * time_s - decay.way_s2) +
+  return acceleration_of(scene, time_s, 0.5 * time_s, id, state) *
+             (decay.speed_s * time_s - decay.way_s2) +
          state.linear_velocity_m_s * (decay.left * time_s - decay.speed_s);
 }
 
 void fly(const SceneDescription& scene, double time_s, BodyId id, BodyState& state) {
   const BodyParams& body = scene.bodies[index_of(id)];
   const BodyForces forces = forces_of(scene, id);
-  Vec3 acceleration = acceleration_of(scene, time_s, id, state);
-  const Vec3 force = own_force_newton(forces, state);
+  const Vec3 acceleration = acceleration_of(scene, time_s, 0.5 * time_s, id, state);
   if (forces.torque_newton_m == Vec3::Zero() && forces.angular_damping_1_s == 0.0)
     rotate_freely(body, time_s, state);
   else
     rotate_pushed(body, forces, time_s, state);
-  // A force of the body's frame: the mean of its directions at both ends.
-  if (forces.body_force_newton != Vec3::Zero())
-    acceleration += (own_force_newton(forces, state) - force) * (0.5 / body.mass_kg);
   const Decay decay = decay_over(forces.linear_damping_1_s, time_s);
   const Vec3 velocity = state.linear_velocity_m_s;
   state.position_m = state.position_m + velocity * decay.speed_s + acceleration * decay.way_s2;
@@ -105,8 +104,9 @@ Vec3 push_impulse_newton_s(const SceneDescription& scene, double time_s, BodyId 
                            const BodyState& state) {
   const Decay decay = decay_over(forces_of(scene, id).linear_damping_1_s, time_s);
   const Vec3& g = scene.gravity_m_s2;
-  const Vec3 change = (acceleration_of(scene, time_s, id, state) - g) * decay.speed_s +
-                      g * (decay.speed_s - time_s) + state.linear_velocity_m_s * (decay.left - 1.0);
+  const Vec3 change =
+      (acceleration_of(scene, time_s, 0.5 * time_s, id, state) - g) * decay.speed_s +
+      g * (decay.speed_s - time_s) + state.linear_velocity_m_s * (decay.left - 1.0);
   return change * scene.bodies[index_of(id)].mass_kg;
 }
 

@@ -19,18 +19,19 @@ Decay decay_over(double rate_1_s, double time_s);
 // Whether anything but gravity acts on the body.
 inline bool is_pushed(const BodyParams& body) { return (body.drive & body.forces) != kNone; }
 
-// Of the body's world force, its body force and its torque in this attitude, world frame.
-Vec3 own_force_newton(const BodyForces& forces, const BodyState& state);
+// The sum of the body's own forces, world frame; that of its own frame as it will stand `ahead_s`
+// later, at the present spin.
+Vec3 own_force_newton(const BodyForces& forces, double ahead_s, const BodyState& state);
 
 // The velocities of `body` (loaded from `state`) after `time_s` of all that acts; place and
-// attitude stay. Forces of the body's frame have their direction of now. Inline, so that a body on
-// which gravity alone acts costs a comparison.
-void push_body(const SceneDescription& scene, double time_s, BodyId id, const BodyState& state,
-               SolverBody& body);
-inline void apply_external(const SceneDescription& scene, double time_s, BodyId id,
+// attitude stay. Forces of the body's frame have their direction of `ahead_s` later. Inline, so
+// that a body on which gravity alone acts costs a comparison.
+void push_body(const SceneDescription& scene, double time_s, double ahead_s, BodyId id,
+               const BodyState& state, SolverBody& body);
+inline void apply_external(const SceneDescription& scene, double time_s, double ahead_s, BodyId id,
                            const BodyState& state, SolverBody& body) {
   if (is_pushed(scene.bodies[index_of(id)]))
-    push_body(scene, time_s, id, state, body);
+    push_body(scene, time_s, ahead_s, id, state, body);
   else
     body.linear += scene.gravity_m_s2 * time_s;
 }

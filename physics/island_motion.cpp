@@ -16,7 +16,7 @@ void load_bodies(const SceneDescription& scene, double dt_s, std::span<const Bod
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const BodyParams& params = scene.bodies[index_of(ids[i])];
     bodies[i] = solver_body(params, states[i]);
-    apply_external(scene, dt_s, ids[i], states[i], bodies[i]);
+    apply_external(scene, dt_s, 0.5 * dt_s, ids[i], states[i], bodies[i]);
     counters.driven_bodies += params.drive != kNoDrive;
     counters.forced_bodies += params.forces != kNone;
   }

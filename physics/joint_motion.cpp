@@ -32,7 +32,7 @@ std::vector<SolverBody> bodies_at(const SceneDescription& scene, std::span<const
 void push(const SceneDescription& scene, std::span<const BodyId> ids,
           std::span<const BodyState> states, double dt_s, std::span<SolverBody> bodies) {
   for (std::size_t i = 0; i < ids.size(); ++i)
-    apply_external(scene, dt_s, ids[i], states[i], bodies[i]);
+    apply_external(scene, dt_s, 0.0, ids[i], states[i], bodies[i]);
 }
 
 // From `states` on, with these velocities and no force.
