@@ -182,7 +182,8 @@ void add_physics(const SceneDescription& scene, std::vector<PlanLine>& plan) {
   add(plan, kDrive, any_body_is_driven(scene), "a body has a drive", "no body has a drive");
   add(plan, kForces, any_body_has_forces(scene), "a body has a force, a torque or damping",
       "no body has forces or damping of its own");
-  add(plan, kSolver, response, "contacts push back", no_response);
+  add(plan, kSolver, response || !scene.joints.empty(),
+      response ? "contacts push back" : "joints hold bodies", no_response);
   add(plan, kDirect, response && scene.solver.direct, "islands can be cheap to factorise",
       response ? "switched off in the solver settings" : no_response);
   const bool friction = any_pair_has_friction(scene);
