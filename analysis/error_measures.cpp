@@ -49,7 +49,9 @@ void add_islands(std::span<const physics::IslandReport> islands, RunTotals& tota
   }
 }
 
-bool states_are_measured(const physics::SceneDescription& scene) { return !scene.drives.empty(); }
+bool states_are_measured(const physics::SceneDescription& scene) {
+  return !scene.drives.empty() || !scene.forces.empty();
+}
 
 void add_drives(const physics::SceneDescription& scene, std::span<const physics::BodyId> ids,
                 std::span<const physics::BodyState> states, RunTotals& totals) {

@@ -40,8 +40,14 @@ constexpr Stage kConveyor{"conveyor rows",
                           [](const SimulationResult& r) { return r.stages.conveyor_rows; }};
 constexpr Stage kDrive{"driven bodies",
                        [](const SimulationResult& r) { return r.stages.driven_bodies; }};
+constexpr Stage kForces{"forces and damping",
+                        [](const SimulationResult& r) { return r.stages.forced_bodies; }};
 constexpr Stage kJoints{"joint rows",
                         [](const SimulationResult& r) { return r.stages.joint_rows; }};
+constexpr Stage kLimits{"limit rows",
+                        [](const SimulationResult& r) { return r.stages.limit_rows; }};
+constexpr Stage kMotors{"motor rows",
+                        [](const SimulationResult& r) { return r.stages.motor_rows; }};
 constexpr Stage kRestitution{"restitution rows",
                              [](const SimulationResult& r) { return r.stages.restitution_rows; }};
 constexpr Stage kWarmStart{"warm starting",
@@ -70,11 +76,11 @@ constexpr Stage kRollback{"rollback", [](const SimulationResult& r) { return r.e
 // Two blocks of two layers each.
 constexpr std::size_t kLeastInBlocks = 4;
 
-constexpr std::array kStages{kBoxes,       kPairs,    kDrive,     kSolver,      kDirect,
-                             kFriction,    kConveyor, kJoints,    kRestitution, kWarmStart,
-                             kBorderTests, kGhosts,   kFragments, kMerge,       kMigration,
-                             kHistory,     kTaken,    kRollback,  kInputs,      kBalancing,
-                             kBlocks,      kSplit,    kImpacts,   kRefinement};
+constexpr std::array kStages{
+    kBoxes,    kPairs,     kDrive,  kForces,    kSolver,      kDirect,    kFriction,
+    kConveyor, kJoints,    kLimits, kMotors,    kRestitution, kWarmStart, kBorderTests,
+    kGhosts,   kFragments, kMerge,  kMigration, kHistory,     kTaken,     kRollback,
+    kInputs,   kBalancing, kBlocks, kSplit,     kImpacts,     kRefinement};
 
 constexpr std::size_t kKernels = static_cast<std::size_t>(ShapeKernel::kCount);
 
@@ -107,6 +113,12 @@ bool any_pair_has_friction(const SceneDescription& scene) {
   for (const physics::StaticBody& fixed : scene.statics)
     rough_statics += fixed.material.friction > 0;
   return rough_bodies > 1 || (rough_bodies == 1 && rough_statics > 0);
+}
+
+bool any_body_has_forces(const SceneDescription& scene) {
+  for (const physics::BodyParams& body : scene.bodies)
+    if (body.forces != physics::kNone) return true;
+  return false;
 }
 
 bool any_body_is_driven(const SceneDescription& scene) {
@@ -145,6 +157,18 @@ void add(std::vector<PlanLine>& plan, const Stage& stage, bool needed, const cha
   plan.push_back({stage.name, needed, needed ? why : why_not});
 }
 
+void add_joints(const SceneDescription& scene, std::vector<PlanLine>& plan) {
+  add(plan, kJoints, !scene.joints.empty(), "joints hold bodies", "there are no joints");
+  const auto has = [&scene](const auto& part) {
+    return std::any_of(scene.joints.begin(), scene.joints.end(),
+                       [&part](const physics::Joint& joint) { return part(joint); });
+  };
+  add(plan, kLimits, has([](const physics::Joint& joint) { return joint.limits.has_value(); }),
+      "a joint has limits", "no joint has limits");
+  add(plan, kMotors, has([](const physics::Joint& joint) { return joint.motor.has_value(); }),
+      "a joint has a motor", "no joint has a motor");
+}
+
 void add_physics(const SceneDescription& scene, std::vector<PlanLine>& plan) {
   const bool bodies = !scene.bodies.empty();
   const bool pairs = scene.bodies.size() > 1 || (bodies && !scene.statics.empty());
@@ -160,7 +184,10 @@ void add_physics(const SceneDescription& scene, std::vector<PlanLine>& plan) {
          kernels[kernel] ? "a pair of these shapes can meet" : "no such pair of shapes"});
   }
   add(plan, kDrive, any_body_is_driven(scene), "a body has a drive", "no body has a drive");
-  add(plan, kSolver, response, "contacts push back", no_response);
+  add(plan, kForces, any_body_has_forces(scene), "a body has a force, a torque or damping",
+      "no body has forces or damping of its own");
+  add(plan, kSolver, response || !scene.joints.empty(),
+      response ? "contacts push back" : "joints hold bodies", no_response);
   add(plan, kDirect, response && scene.solver.direct, "islands can be cheap to factorise",
       response ? "switched off in the solver settings" : no_response);
   const bool friction = any_pair_has_friction(scene);
@@ -171,13 +198,13 @@ void add_physics(const SceneDescription& scene, std::vector<PlanLine>& plan) {
       !response   ? no_response
       : belts.any ? "surfaces move, but without friction"
                   : "no surface of a static moves");
-  add(plan, kJoints, !scene.joints.empty(), "joints hold bodies", "there are no joints");
+  add_joints(scene, plan);
   add(plan, kRestitution, response && anything_bounces(scene), "a material has restitution > 0",
       response ? "no material has restitution > 0" : no_response);
   const bool loose = std::any_of(scene.bodies.begin(), scene.bodies.end(), [](const auto& body) {
-    return body.joints == 0 && body.drive == physics::kNoDrive;
+    return body.joints == 0 && body.drive == physics::kNone && body.forces == physics::kNone;
   });
-  const char* const held = "every body is driven or has a joint";
+  const char* const held = "every body is driven, pushed or has a joint";
   add(plan, kImpacts, response && loose, "bodies can fly into each other",
       response ? held : no_response);
   add(plan, kRefinement, response && loose,

@@ -71,7 +71,8 @@ std::int64_t work_cost_ns(const physics::StageCounters& before, const physics::S
   cost += solves_ns(before, after);
   cost +=
       grown(before.factor_multiplications, after.factor_multiplications) / kMultiplicationsPerNs;
-  cost += kDrive * grown(before.driven_bodies, after.driven_bodies);
+  cost += kDrive * (grown(before.driven_bodies, after.driven_bodies) +
+                    grown(before.forced_bodies, after.forced_bodies));
   cost += kBorderTest * grown(worlds_before.border_tests, worlds_after.border_tests);
   cost += kRecord * (grown(worlds_before.ghosts_sent, worlds_after.ghosts_sent) +
                      grown(worlds_before.fragments_sent, worlds_after.fragments_sent) +

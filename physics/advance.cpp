@@ -6,7 +6,7 @@
 
 #include "physics/contact_choice.hpp"
 #include "physics/direct_contacts.hpp"
-#include "physics/drive.hpp"
+#include "physics/forces.hpp"
 #include "physics/geometry.hpp"
 #include "physics/impacts.hpp"
 #include "physics/island_motion.hpp"
@@ -14,6 +14,7 @@
 #include "physics/refinement.hpp"
 #include "physics/rigid_motion.hpp"
 #include "physics/split_solver.hpp"
+#include "physics/time_of_impact.hpp"
 
 namespace soda::physics {
 namespace {
@@ -73,6 +74,15 @@ void move_bodies(const SceneDescription& scene, double dt_s, std::span<const Bod
   }
 }
 
+void count_rows(const JointSystem& joints, StageCounters& counters) {
+  counters.joint_rows += joints.rows.size();
+  if (!joints.bounded) return;
+  for (const JointRow& row : joints.rows) {
+    counters.limit_rows += row.kind == JointRowKind::kLimit;
+    counters.motor_rows += row.kind == JointRowKind::kMotor;
+  }
+}
+
 // With joints, their direct solution and sweeps over the contacts take turns.
 ContactSolution solve_jointed(const SceneDescription& scene, double dt_s,
                               std::span<const BodyId> ids, std::span<const BodyState> states,
@@ -125,9 +135,13 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, std::span<
                       !has_springs(scene, joints) &&
                       advance_linkage(scene, dt_s, ids, joints, states, report, faults);
   if (linked) {
+    for (const BodyId id : ids) {
+      counters.driven_bodies += scene.bodies[index_of(id)].drive != kNoDrive;
+      counters.forced_bodies += scene.bodies[index_of(id)].forces != kNone;
+    }
     ++counters.islands_solved;
     counters.solver_iterations += report.iterations;
-    counters.joint_rows += joints.rows.size();
+    count_rows(joints, counters);
     return report;
   }
   const std::optional<Elimination> plan =
@@ -151,7 +165,7 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, std::span<
   report.direct = solution.direct;
   report.iterations = solution.iterations;
   report.multiplications = solution.multiplications;
-  counters.joint_rows += joints.rows.size();
+  count_rows(joints, counters);
   report.constraint_residual_m_s = residual_m_s(problem);
   report_contacts(before, problem, report);
   report_joints(states, joints, report);
@@ -208,22 +222,19 @@ void advance_free_body(const SceneDescription& scene, double dt_s, BodyId id, Bo
                        StageCounters& counters, std::vector<AdvanceFault>& faults) {
   ++counters.free_bodies_advanced;
   if (scene.bodies[index_of(id)].joints > 0) report_lost_joints(scene, {&id, 1}, {}, faults);
+  const BodyParams& params = scene.bodies[index_of(id)];
   BodyState next;
-  // By reference: most bodies have no drive, and this is the cheapest of all stages.
-  const Vec3* acceleration = &scene.gravity_m_s2;
-  Vec3 driven;
-  if (scene.bodies[index_of(id)].drive != kNoDrive) {
-    driven = external_acceleration(scene, dt_s, id, state);
-    acceleration = &driven;
-    ++counters.driven_bodies;
+  if (is_pushed(params)) {
+    next.position_m = state.position_m;
+    next.orientation = state.orientation;
+    next.linear_velocity_m_s = state.linear_velocity_m_s;
+    next.angular_velocity_rad_s = state.angular_velocity_rad_s;
+    fly(scene, dt_s, id, next);
+    counters.driven_bodies += params.drive != kNoDrive;
+    counters.forced_bodies += params.forces != kNone;
+  } else {
+    next = flown(scene, id, state, dt_s);
   }
-  // Exact for constant gravity.
-  next.position_m =
-      state.position_m + state.linear_velocity_m_s * dt_s + *acceleration * (0.5 * dt_s * dt_s);
-  next.linear_velocity_m_s = state.linear_velocity_m_s + *acceleration * dt_s;
-  next.orientation = state.orientation;
-  next.angular_velocity_rad_s = state.angular_velocity_rad_s;
-  rotate_freely(scene.bodies[index_of(id)], dt_s, next);
   if (!accept(id, next, faults)) return;
   next.impulses = std::move(state.impulses);
   next.impulses.clear();

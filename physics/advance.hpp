@@ -25,7 +25,7 @@ struct IslandReport {
   std::uint64_t multiplications = 0;     // of its factorisations, roughly
   double max_penetration_m = 0.0;        // at the start of the step, >= 0
   double constraint_residual_m_s = 0.0;  // largest remaining violation of a velocity constraint
-  Vec3 static_impulse_newton_s = Vec3::Zero();            // given to the island by static bodies
+  Vec3 static_impulse_newton_s = Vec3::Zero();            // by statics (linkages: joint_motion.hpp)
   Vec3 static_angular_impulse_newton_m_s = Vec3::Zero();  // about the world origin
 };
 

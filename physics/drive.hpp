@@ -15,8 +15,8 @@ Vec3 wanted_velocity(const Drive& drive, const Vec3& gravity_m_s2, const Vec3& p
 Vec3 drive_acceleration(const SceneDescription& scene, double dt_s, const Drive& drive,
                         const BodyState& state);
 
-// Gravity, and the drive if the body has one: what acts on it throughout the step. Inline, so that
-// a body without a drive costs a comparison.
+// Gravity, and the drive if the body has one. Inline, so that a body without a drive costs a
+// comparison.
 inline Vec3 external_acceleration(const SceneDescription& scene, double dt_s, BodyId id,
                                   const BodyState& state) {
   const std::uint32_t drive = scene.bodies[index_of(id)].drive;

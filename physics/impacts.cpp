@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "physics/contact_solver.hpp"
+#include "physics/forces.hpp"
 #include "physics/island_motion.hpp"
 #include "physics/rigid_motion.hpp"
 #include "physics/time_of_impact.hpp"
@@ -36,7 +37,7 @@ bool rests(const SceneDescription& scene, const ContactManifold& m, const BodySt
 
 bool can_fly(const SceneDescription& scene, BodyId id) {
   const BodyParams& params = scene.bodies[index_of(id)];
-  return params.joints == 0 && params.drive == kNoDrive;
+  return params.joints == 0 && !is_pushed(params);
 }
 
 bool is_mesh(const SceneDescription& scene, BodyId id) {

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "physics/drive.hpp"
+#include "physics/forces.hpp"
 #include "physics/rigid_motion.hpp"
 
 namespace soda::physics {
@@ -16,8 +16,9 @@ void load_bodies(const SceneDescription& scene, double dt_s, std::span<const Bod
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const BodyParams& params = scene.bodies[index_of(ids[i])];
     bodies[i] = solver_body(params, states[i]);
-    bodies[i].linear += external_acceleration(scene, dt_s, ids[i], states[i]) * dt_s;
+    apply_external(scene, dt_s, 0.5 * dt_s, ids[i], states[i], bodies[i]);
     counters.driven_bodies += params.drive != kNoDrive;
+    counters.forced_bodies += params.forces != kNone;
   }
 }
 
@@ -65,10 +66,7 @@ BodyState moved(const SceneDescription& scene, double dt_s, BodyId id, const Sol
                 const Flight& flight, const PushOut* push, const BodyState& state) {
   BodyState next;
   next.position_m = state.position_m + body.linear * dt_s;
-  if (!flight.supported) {
-    const Vec3 acceleration = external_acceleration(scene, dt_s, id, state);
-    next.position_m -= acceleration * (0.5 * dt_s * dt_s) + flight.not_yet_m;
-  }
+  if (!flight.supported) next.position_m -= flight_lag_m(scene, dt_s, id, state) + flight.not_yet_m;
   next.linear_velocity_m_s = body.linear;
   next.angular_velocity_rad_s = body.angular;
   next.orientation = state.orientation;

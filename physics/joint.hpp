@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -26,6 +27,17 @@ enum class JointKind {
 // island.
 inline constexpr BodyId kWorldBody{0xffffffffu};
 
+// How far b may be turned (rad, within +-3) or moved (m) along the axis against a, from the frames
+// of the joint on; stops do not bounce.
+struct JointLimits {
+  double least = 0.0, most = 0.0;  // least <= most
+};
+
+// Turns or moves b against a at this speed (rad/s or m/s), with at most this push (N m or N).
+struct JointMotor {
+  double speed = 0.0, most_push = 0.0;  // most_push >= 0
+};
+
 struct Joint {
   std::uint32_t label = 0;  // the id by which the user knows it
   JointKind kind = JointKind::kBall;
@@ -34,11 +46,13 @@ struct Joint {
   Vec3 anchor_a_m = Vec3::Zero(), anchor_b_m = Vec3::Zero();
   // The joint's frame, its axis being z, in the frames of the bodies.
   Quat frame_a = Quat::Identity(), frame_b = Quat::Identity();
-  double length_m = 0.0;            // kDistance: > 0; kSpring: at rest, >= 0
-  double stiffness_newton_m = 0.0;  // kSpring: > 0
-  double damping_newton_s_m = 0.0;  // kSpring: >= 0
-  double reach_m = 0.0;             // how far from its anchor each body looks for the other's
-  bool collides = false;            // whether its two bodies can touch
+  double length_m = 0.0;              // kDistance: > 0; kSpring: at rest, >= 0
+  double stiffness_newton_m = 0.0;    // kSpring: > 0
+  double damping_newton_s_m = 0.0;    // kSpring: >= 0
+  std::optional<JointLimits> limits;  // kHinge, kSlider
+  std::optional<JointMotor> motor;    // kHinge, kSlider
+  double reach_m = 0.0;               // how far from its anchor each body looks for the other's
+  bool collides = false;              // whether its two bodies can touch
 };
 
 // In a step a joint is found where the boxes of its bodies meet, like a contact, and travels as

@@ -1,10 +1,12 @@
 #include "physics/joint_motion.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
-#include "physics/drive.hpp"
+#include "physics/forces.hpp"
+#include "physics/joint_bounds.hpp"
 #include "physics/rigid_motion.hpp"
 
 namespace soda::physics {
@@ -30,7 +32,7 @@ std::vector<SolverBody> bodies_at(const SceneDescription& scene, std::span<const
 void push(const SceneDescription& scene, std::span<const BodyId> ids,
           std::span<const BodyState> states, double dt_s, std::span<SolverBody> bodies) {
   for (std::size_t i = 0; i < ids.size(); ++i)
-    bodies[i].linear += external_acceleration(scene, dt_s, ids[i], states[i]) * dt_s;
+    apply_external(scene, dt_s, 0.0, ids[i], states[i], bodies[i]);
 }
 
 // From `states` on, with these velocities and no force.
@@ -48,16 +50,51 @@ std::vector<BodyState> drifted(const SceneDescription& scene, std::span<const Bo
   return next;
 }
 
+// Stages of the composition of a symmetric method of second order that is of fourth order (Suzuki):
+// parts of the step, the middle one backwards.
+constexpr double kOuter = 0.41449077179437574;  // 1 / (4 - cbrt(4))
+constexpr std::array kStages{kOuter, kOuter, 1.0 - 4.0 * kOuter, kOuter, kOuter};
+
+// Whether time can run backwards for a while: nothing damps, stops or drives.
+bool is_reversible(const SceneDescription& scene, std::span<const BodyId> ids,
+                   const JointSystem& joints) {
+  const auto keeps = [&scene](BodyId id) {
+    const BodyParams& body = scene.bodies[index_of(id)];
+    if (!is_pushed(body)) return true;
+    if (body.drive != kNoDrive) return false;
+    const BodyForces& forces = scene.forces[body.forces];
+    return forces.linear_damping_1_s == 0.0 && forces.angular_damping_1_s == 0.0;
+  };
+  return !joints.bounded && std::ranges::all_of(ids, keeps);
+}
+
+// What drives, forces and damping gave in a linkage and push_impulse_newton_s did not foresee.
+Vec3 unforeseen_newton_s(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
+                         std::span<const BodyState> before, std::span<const BodyState> after,
+                         const Vec3& by_world_newton_s) {
+  Vec3 rest = -by_world_newton_s;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    const double mass = scene.bodies[index_of(ids[i])].mass_kg;
+    rest += (after[i].linear_velocity_m_s - before[i].linear_velocity_m_s) * mass;
+    rest -= scene.gravity_m_s2 * (mass * dt_s);
+    if (is_pushed(scene.bodies[index_of(ids[i])]))
+      rest -= push_impulse_newton_s(scene, dt_s, ids[i], before[i]);
+  }
+  return rest;
+}
+
 // A joint under tension is a stiff spring for what turns across it: of a body that is held at an
 // arm r with a force f, the rate is sqrt(f r / (I + m r^2)). The explicit step is stable up to
 // twice its inverse, and accurate well below.
 int substeps_of(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
-                std::span<const BodyState> states, JointSystem& joints) {
-  constexpr double kMostTurn_rad = 0.25;
+                std::span<const BodyState> states, bool fourth, JointSystem& joints) {
+  // Of a swing about a taut joint, and of a spin, which has farther to go.
+  const double most_swing_rad = fourth ? 0.5 : 0.25, most_spin_rad = fourth ? 0.2 : 0.25;
   constexpr int kMost = 100;
   std::vector<SolverBody> bodies = bodies_at(scene, ids, states);
   push(scene, ids, states, dt_s, bodies);
   build_joint_rows(scene, dt_s, ids, states, false, joints);
+  bound_velocities(dt_s, rounding_of(states), joints);
   stop_joint_velocities(ids.size(), bodies, joints);
   std::vector<double> squared(ids.size() + 1, 0.0);
   const auto stiffen = [&](std::uint32_t body, const JointRow& row, const Vec3& turn) {
@@ -72,9 +109,21 @@ int substeps_of(const SceneDescription& scene, double dt_s, std::span<const Body
   }
   double largest = 0.0;
   for (std::size_t i = 0; i < ids.size(); ++i)
-    largest = std::max({largest, squared[i], states[i].angular_velocity_rad_s.squaredNorm()});
-  const double turn = std::sqrt(largest) * dt_s / kMostTurn_rad;
-  return turn < kMost ? 1 + static_cast<int>(turn) : kMost;
+    largest = std::max({largest, std::sqrt(squared[i]) / most_swing_rad,
+                        states[i].angular_velocity_rad_s.norm() / most_spin_rad});
+  const double parts = largest * dt_s;
+  return parts < kMost ? 1 + static_cast<int>(parts) : kMost;
+}
+
+// Limits this many roundings away are reached.
+constexpr double kReached = 1e3;
+
+// Before places are corrected: no limit holds yet, motors have done what they could.
+void start_corrections(std::size_t body_count, std::span<const SolverBody> bodies,
+                       JointSystem& joints) {
+  if (!joints.bounded) return;
+  rest_bounds(joints);
+  factor_joint_rows(body_count, bodies, joints);
 }
 
 // False if the joints do not hold at its end.
@@ -85,29 +134,40 @@ bool advance_linkage_once(const SceneDescription& scene, double dt_s, std::span<
   std::vector<SolverBody> bodies = bodies_at(scene, ids, states);
   push(scene, ids, states, 0.5 * dt_s, bodies);
   build_joint_rows(scene, dt_s, ids, states, false, joints);
+  bound_velocities(0.5 * dt_s, kReached * enough, joints);
   stop_joint_velocities(ids.size(), bodies, joints);
   std::vector<BodyState> next = drifted(scene, ids, states, bodies, dt_s);
   // Impulses act at the start of the step: along its rows, until the joints hold at its end.
   JointSystem end = joints;
   build_joint_rows(scene, dt_s, ids, next, false, end);
+  start_corrections(ids.size(), bodies, joints);
+  hold_same_limits(joints, end);
   double error = largest_error(end);
   for (int i = 0; i < kMostCorrections && error > enough; ++i) {
+    const bool more = hold_passed_limits(enough, end);
+    if (more) {
+      hold_same_limits(end, joints);
+      factor_joint_rows(ids.size(), bodies, joints);
+    }
     for (std::size_t r = 0; r < joints.rows.size(); ++r)
       joints.rows[r].error = end.rows[r].error / dt_s;
     add_joint_impulses(joints, bodies);
     next = drifted(scene, ids, states, bodies, dt_s);
     build_joint_rows(scene, dt_s, ids, next, false, end);
+    hold_same_limits(joints, end);
     const double before = std::exchange(error, largest_error(end));
     ++report.iterations;
-    if (error > 2.0 * before) return false;
+    if (error > 2.0 * before && !more) return false;
   }
   if (error > 1e6 * enough) return false;
   report_joints(states, joints, report);
   bodies = bodies_at(scene, ids, next);
   push(scene, ids, states, 0.5 * dt_s, bodies);
+  rest_bounds(end);
+  bound_velocities(0.5 * dt_s, kReached * enough, end);
   stop_joint_velocities(ids.size(), bodies, end);
   report_joints(next, end, report);
-  report.constraint_residual_m_s = std::max(report.constraint_residual_m_s, error / dt_s);
+  report.constraint_residual_m_s = std::max(report.constraint_residual_m_s, error / std::abs(dt_s));
   for (std::size_t i = 0; i < ids.size(); ++i) {
     next[i].linear_velocity_m_s = bodies[i].linear;
     next[i].angular_velocity_rad_s = bodies[i].angular;
@@ -126,15 +186,17 @@ int solve_with_joints(const SceneDescription& scene, double dt_s, std::span<cons
   const int sweeps = problem.normals.empty() ? 1 : scene.solver.iterations;
   const std::span<SolverBody> bodies = problem.bodies;
   build_joint_rows(scene, dt_s, ids, states, true, joints);
+  bound_step(dt_s, joints);
   double error = 0.0;
   int done = 0;
   ContactProblem best;
   JointSystem best_joints;
   for (int aim = 0; aim <= kAims; ++aim) {
-    factor_joint_rows(ids.size(), bodies, joints, aim == 0 ? 0.0 : kSoftness);
+    const double softness = aim == 0 ? 0.0 : kSoftness;
+    factor_joint_rows(ids.size(), bodies, joints, softness);
     for (int i = 0; i < sweeps; ++i, ++done) {
       if (!problem.normals.empty()) solve_velocities(1, problem);
-      solve_joint_velocities(joints, bodies);
+      solve_bounded(ids.size(), bodies, softness, joints);
     }
     JointSystem next = joints;
     build_joint_rows(scene, dt_s, ids, drifted(scene, ids, states, bodies, dt_s), true, next);
@@ -143,6 +205,7 @@ int solve_with_joints(const SceneDescription& scene, double dt_s, std::span<cons
     best = problem;
     best_joints = joints;
     take_back_joint_impulses(joints, bodies);
+    bound_step(dt_s, next);
     aim_joint_rows(dt_s, best.bodies, next);
     joints = std::move(next);
   }
@@ -159,6 +222,7 @@ void close_joints(const SceneDescription& scene, double dt_s, std::span<const Bo
   double error = largest_error(joints);
   for (int i = 0; i < kMostCorrections && error > enough; ++i) {
     const std::vector<SolverBody> bodies = bodies_at(scene, ids, states);
+    hold_passed_limits(enough, joints);
     factor_joint_rows(ids.size(), bodies, joints);
     solve_joint_errors(joints, bodies, moves);
     std::vector<BodyState> moved(states.begin(), states.end());
@@ -188,12 +252,21 @@ void report_joints(std::span<const BodyState> states, const JointSystem& joints,
 bool advance_linkage(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                      JointSystem& joints, std::span<BodyState> states, IslandReport& report,
                      std::vector<AdvanceFault>& faults) {
-  const int substeps = substeps_of(scene, dt_s, ids, states, joints);
+  const bool fourth = is_reversible(scene, ids, joints);
+  const int substeps = substeps_of(scene, dt_s, ids, states, fourth, joints);
   const double part_s = dt_s / substeps;
   std::vector<BodyState> next(states.begin(), states.end());
   IslandReport linked = report;
-  for (int i = 0; i < substeps; ++i)
-    if (!advance_linkage_once(scene, part_s, ids, joints, next, linked)) return false;
+  for (int i = 0; i < substeps; ++i) {
+    if (!fourth && !advance_linkage_once(scene, part_s, ids, joints, next, linked)) return false;
+    if (!fourth) continue;
+    for (const double stage : kStages)
+      if (!advance_linkage_once(scene, stage * part_s, ids, joints, next, linked)) return false;
+  }
+  if (!fourth) {
+    const Vec3 by_world = linked.static_impulse_newton_s - report.static_impulse_newton_s;
+    linked.static_impulse_newton_s += unforeseen_newton_s(scene, dt_s, ids, states, next, by_world);
+  }
   report = linked;
   for (std::size_t i = 0; i < ids.size(); ++i) {
     next[i].impulses.clear();

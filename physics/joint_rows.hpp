@@ -13,6 +13,13 @@
 
 namespace soda::physics {
 
+enum class JointRowKind : std::uint8_t {
+  kHolds,   // any impulse
+  kSpring,  // has softness
+  kLimit,   // `error` is what is left to the limit; its impulse pushes away from it
+  kMotor    // impulse within bounds
+};
+
 // The velocity of a row is linear . (v_b - v_a) + turn_b . w_b - turn_a . w_a.
 struct JointRow {
   std::uint32_t a = 0, b = 0;  // local indices; the world has that of the statics
@@ -22,7 +29,12 @@ struct JointRow {
   double softness_1_kg = 0.0;
   double target_m_s = 0.0;
   double stiffness_share_1_s = 0.0;  // of springs: stiffness / (damping + dt stiffness)
-  double impulse_newton_s = 0.0;     // or newton m s
+  JointRowKind kind = JointRowKind::kHolds;
+  bool idle = false;       // of limits and motors: takes no part in solutions
+  double most_push = 0.0;  // of motors, N or N m
+  // Between which its impulse has to be, of limits and motors (see joint_bounds.hpp).
+  double least_newton_s = 0.0, most_newton_s = 0.0;
+  double impulse_newton_s = 0.0;  // or newton m s
 };
 
 // Of one island. Joints are in an order of elimination (reverse Cuthill-McKee) that depends on the
@@ -33,6 +45,7 @@ struct JointSystem {
   std::vector<JointRow> rows;
   std::vector<std::uint32_t> earliest;  // place of the first joint that shares a body with each
   EnvelopeMatrix matrix;
+  bool bounded = false;  // whether a joint has limits or a motor
 
   bool empty() const { return joints.empty(); }
 };
@@ -43,7 +56,7 @@ JointSystem find_joints(const SceneDescription& scene, std::span<const BodyId> i
 bool has_springs(const SceneDescription& scene, const JointSystem& system);
 
 // Rows at these poses; impulses are 0. Of springs only if `with_springs`: else their rows do
-// nothing.
+// nothing. Limits and motors are idle.
 void build_joint_rows(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                       std::span<const BodyState> states, bool with_springs, JointSystem& system);
 
@@ -51,21 +64,26 @@ void build_joint_rows(const SceneDescription& scene, double dt_s, std::span<cons
 // targets for which the joints hold there (springs: pull as they will there), to first order.
 void aim_joint_rows(double dt_s, std::span<const SolverBody> bodies, JointSystem& system);
 
+double velocity_of(const JointRow& row, std::span<const SolverBody> bodies);
+void apply_joint_impulse(const JointRow& row, double impulse, std::span<SolverBody> bodies);
+
 // Takes the rows' impulses back.
 void take_back_joint_impulses(JointSystem& system, std::span<SolverBody> bodies);
 
-// The matrix of these rows, factored; the functions below need it. `bodies` as in a ContactProblem:
-// inverse mass and inertia are read.
-// `regularisation`: part of its diagonal that is added to each row.
+// The matrix of the rows that are not idle, factored; the functions below need it. `bodies` as in a
+// ContactProblem: inverse mass and inertia are read. `regularisation`: part of its diagonal that is
+// added to each row.
 void factor_joint_rows(std::size_t body_count, std::span<const SolverBody> bodies,
                        JointSystem& system, double regularisation = 0.0);
 
-// Gives the bodies the velocities with which every row has its target: exact but for rounding.
+// Gives the bodies the velocities with which every row that is not idle has its target: exact but
+// for rounding.
 void solve_joint_velocities(JointSystem& system, std::span<SolverBody> bodies);
 
-// Factors, and takes away the velocities that the joints do not allow; targets are 0. That costs
-// energy and never gives any. Where joints contradict each other, as in a taut chain between two
-// walls, exact impulses would: then as little softness as is needed is added. Leaves the factors.
+// Factors, and takes away the velocities that the joints do not allow; targets are 0, but those of
+// motors, and bounds are kept. That costs energy and never gives any, but by motors. Where joints
+// contradict each other, as in a taut chain between two walls, exact impulses would: then as little
+// softness as is needed is added. Leaves the factors.
 void stop_joint_velocities(std::size_t body_count, std::span<SolverBody> bodies,
                            JointSystem& system);
 
@@ -80,7 +98,8 @@ void solve_joint_errors(const JointSystem& system, std::span<const SolverBody> b
 // Adds the impulses that take the rows' errors, here those of velocity, away.
 void add_joint_impulses(JointSystem& system, std::span<SolverBody> bodies);
 
-// The largest error of rows that are no springs, m or rad.
+// The largest error of joints that are no springs, m or rad; of a limit that is idle, by how much
+// it is passed.
 double largest_error(const JointSystem& system);
 
 }  // namespace soda::physics

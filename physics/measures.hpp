@@ -11,7 +11,8 @@ namespace soda::physics {
 
 struct Mechanics {
   double kinetic_energy_joule = 0.0;
-  double potential_energy_joule = 0.0;  // in uniform gravity, zero at the world origin
+  // In uniform gravity and under constant forces, zero at the world origin; of springs.
+  double potential_energy_joule = 0.0;
   Vec3 linear_momentum_newton_s = Vec3::Zero();
   Vec3 angular_momentum_newton_m_s = Vec3::Zero();  // about the world origin
   double momentum_scale_newton_s = 0.0;             // sum of m |v|
@@ -21,7 +22,8 @@ struct Mechanics {
 Mechanics measure(const SceneDescription& scene, std::span<const BodyId> ids,
                   std::span<const BodyState> states);
 
-// Impulse that the drives give to bodies in these states over the coming step, and the sum of its
+// Impulse that drives, forces and damping give to bodies in these states over the coming step, and
+// the sum of its
 // parts' magnitudes. An external impulse, like gravity's.
 struct DriveImpulse {
   Vec3 sum_newton_s = Vec3::Zero();

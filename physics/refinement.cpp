@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "physics/contact_solver.hpp"
+#include "physics/forces.hpp"
 #include "physics/geometry_impl.hpp"
 #include "physics/island_blocks.hpp"
 #include "physics/rigid_motion.hpp"
@@ -227,7 +228,7 @@ bool is_refined(const SceneDescription& scene, const Geometry& geometry,
   if (is_giant(manifolds)) return false;
   for (const BodyId id : ids) {
     const BodyParams& params = scene.bodies[index_of(id)];
-    if (params.drive != kNoDrive || params.joints > 0) return false;
+    if (is_pushed(params) || params.joints > 0) return false;
   }
   for (const ContactManifold& m : manifolds) {
     const std::uint32_t shape = scene.bodies[index_of(m.a)].shape;

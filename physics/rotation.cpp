@@ -155,10 +155,11 @@ void rotate_asymmetric(const BodyParams& params, double dt_s, BodyState& state) 
                 (inverse_inertia(0, 0) + inverse_inertia(1, 1) + inverse_inertia(2, 2)));
   // Limited, so that a step of any state ends: an absurd spin comes less far than it should in the
   // same motion, with L and the energy as they were.
-  const double wanted = std::ceil(fastest * dt_s * (1.0 / kLongestStretch_rad));
+  const double wanted = std::ceil(fastest * std::abs(dt_s) * (1.0 / kLongestStretch_rad));
   const int stretches = wanted > 1.0 ? static_cast<int>(std::min(wanted, kMostStretches)) : 1;
-  const double stretch_s =
-      wanted > kMostStretches ? kLongestStretch_rad / fastest : dt_s / stretches;
+  const double stretch_s = wanted > kMostStretches
+                               ? std::copysign(kLongestStretch_rad / fastest, dt_s)
+                               : dt_s / stretches;
   Mat3 turned_rotation = rotation;
   for (int i = 0; i < stretches; ++i) {
     if (i > 0) momentum_local = turned_rotation.transpose() * momentum;

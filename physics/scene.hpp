@@ -65,13 +65,27 @@ struct Drive {
   std::optional<Lane> lane;
 };
 
-inline constexpr std::uint32_t kNoDrive = 0xffffffffu;
+// Forces of a body's own, and damping. All of them act at its centre of mass.
+struct BodyForces {
+  Vec3 force_newton = Vec3::Zero();       // world frame
+  Vec3 body_force_newton = Vec3::Zero();  // in the body's frame: a thruster
+  Vec3 torque_newton_m = Vec3::Zero();    // world frame
+  // The rates, >= 0, at which momentum and angular momentum decay: p' = -c p, L' = -c L.
+  double linear_damping_1_s = 0.0, angular_damping_1_s = 0.0;
+
+  bool operator==(const BodyForces&) const = default;
+};
+
+// Of the indices of a body's drive and forces.
+inline constexpr std::uint32_t kNone = 0xffffffffu;
+inline constexpr std::uint32_t kNoDrive = kNone;
 
 // A dynamic body's constants.
 struct BodyParams {
   std::uint32_t label = 0;         // the id by which the user knows the body; ascending with BodyId
   std::uint32_t shape = 0;         // index into SceneDescription::shapes
   std::uint32_t drive = kNoDrive;  // index into SceneDescription::drives
+  std::uint32_t forces = kNone;    // index into SceneDescription::forces
   std::uint32_t joints = 0;        // that it has; see order_joints()
   Material material;
   double mass_kg = 1.0;
@@ -113,6 +127,7 @@ struct SceneDescription {
   SolverSettings solver;
   std::vector<Shape> shapes;
   std::vector<Drive> drives;
+  std::vector<BodyForces> forces;
   std::vector<BodyParams> bodies;   // index == BodyId
   std::vector<StaticBody> statics;  // index == static_index_of(BodyId)
   std::vector<Joint> joints;        // ascending by (a, b, label): see order_joints()

@@ -33,12 +33,14 @@ struct StageCounters {
   std::uint64_t friction_rows = 0;
   std::uint64_t conveyor_rows = 0;  // friction rows against a moving surface
   std::uint64_t joint_rows = 0;
+  std::uint64_t limit_rows = 0, motor_rows = 0;  // among them
   std::uint64_t restitution_rows = 0;
   std::uint64_t warm_started_rows = 0;
   std::uint64_t impact_searches = 0;  // pairs of flying bodies whose time of impact was looked for
   std::uint64_t impacts = 0;          // of them, that took place
   std::uint64_t refined_steps = 0;    // single steps beyond the first that refinement took
   std::uint64_t driven_bodies = 0;    // bodies that got a drive's acceleration
+  std::uint64_t forced_bodies = 0;    // bodies that got forces or damping of their own
   // Giant islands: those among islands_solved that were solved in blocks, their sweeps among
   // solver_iterations, the blocks, and rows times sweeps. Rows are among the others; those of a
   // border that two solvers share count twice.

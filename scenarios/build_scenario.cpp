@@ -38,6 +38,7 @@ struct Parts {
   ShapeIndex& index;
   const MaterialIndex& materials;
   const DriveIndex& drives;
+  std::vector<physics::BodyForces>& forces;
 };
 
 std::string folder_of(const std::string& file) {
@@ -63,6 +64,18 @@ Mat3 inverse_of_symmetric(const Mat3& m) {
   return inverse;
 }
 
+// Where they stand in the scene; bodies alike that follow each other share them.
+std::uint32_t forces_of(const SolidSpec& spec, std::vector<physics::BodyForces>& forces) {
+  const physics::BodyForces own{.force_newton = spec.force_newton,
+                                .body_force_newton = spec.body_force_newton,
+                                .torque_newton_m = spec.torque_newton_m,
+                                .linear_damping_1_s = spec.linear_damping_1_s,
+                                .angular_damping_1_s = spec.angular_damping_1_s};
+  if (own == physics::BodyForces{}) return physics::kNone;
+  if (forces.empty() || !(forces.back() == own)) forces.push_back(own);
+  return static_cast<std::uint32_t>(forces.size() - 1);
+}
+
 // Everything of a body but its id; nothing if it has a fault.
 std::optional<BodyParams> params_of(const SolidSpec& spec, const PlacedShape& shape,
                                     const Parts& parts, FaultList& faults) {
@@ -73,6 +86,7 @@ std::optional<BodyParams> params_of(const SolidSpec& spec, const PlacedShape& sh
   BodyParams params;
   params.shape = shape.index;
   params.drive = *drive;
+  params.forces = forces_of(spec, parts.forces);
   params.material = *material;
   const double volume_m3 = shape.mass.volume_m3;
   params.mass_kg = spec.mass_kg ? *spec.mass_kg : *spec.density_kg_m3 * volume_m3;
@@ -239,7 +253,7 @@ Scenario build_scenario(const DocumentSpec& document, const std::string& file,
   const MaterialIndex materials = index_materials(document.materials, faults);
   ShapeIndex index;
   const DriveIndex drives = index_drives(document, scenario.scene.drives, faults);
-  const Parts parts{scenario.scene.shapes, index, materials, drives};
+  const Parts parts{scenario.scene.shapes, index, materials, drives, scenario.scene.forces};
   Bodies bodies;
   for (const BodySpec& body : document.bodies) build_body(body, parts, bodies, faults);
   for (const GeneratorSpec& generator : document.generators) {

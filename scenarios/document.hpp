@@ -84,6 +84,9 @@ struct SolidSpec : Located {
   std::optional<double> mass_kg, density_kg_m3;
   std::string material;
   std::optional<std::string> drive;
+  Vec3 force_newton = Vec3::Zero(), body_force_newton = Vec3::Zero(),
+       torque_newton_m = Vec3::Zero();
+  double linear_damping_1_s = 0.0, angular_damping_1_s = 0.0;
 };
 
 struct BodySpec : SolidSpec {
@@ -160,9 +163,13 @@ struct BallSpec : JointBase {};
 struct FixedSpec : JointBase {};
 struct HingeSpec : JointBase {
   Vec3 axis = Vec3::Zero();
+  std::optional<double> min_angle_rad, max_angle_rad;
+  std::optional<double> motor_speed_rad_s, motor_torque_newton_m;
 };
 struct SliderSpec : JointBase {
   Vec3 axis = Vec3::Zero();
+  std::optional<double> min_way_m, max_way_m;
+  std::optional<double> motor_speed_m_s, motor_force_newton;
 };
 struct DistanceSpec : JointBase {
   Vec3 other_anchor_m = Vec3::Zero();
@@ -202,10 +209,11 @@ using InputSpec = std::variant<AddSpec, RemoveSpec, PushSpec, SetVelocitySpec, C
 
 // Bounds on measures of error; reference_tables.cpp says what each is.
 struct BoundsSpec : Located {
-  std::optional<double> position_m, velocity_m_s, end_velocity_m_s, attitude_rad, spin_rad_s,
-      end_spin_rad_s, side_m, lift_m, stop_time_s, rest_speed_m_s, apex_m, energy_rel,
-      energy_gain_rel, momentum_rel, angular_momentum_rel, displacement_rel, penetration_m,
-      penetration_p99_m, speed_m_s, passed, force_rel, pressure_rel, speeds_rel, step_ms;
+  std::optional<double> position_m, end_position_m, gap_m, velocity_m_s, end_velocity_m_s,
+      attitude_rad, spin_rad_s, end_spin_rad_s, side_m, lift_m, stop_time_s, rest_speed_m_s, apex_m,
+      energy_rel, energy_gain_rel, momentum_rel, angular_momentum_rel, displacement_rel,
+      penetration_m, penetration_p99_m, speed_m_s, passed, force_rel, pressure_rel, speeds_rel,
+      step_ms;
 };
 struct ReferenceBase : Located {
   BoundsSpec must, stretch;
@@ -221,13 +229,13 @@ struct StoredRunSpec : ReferenceBase {
   std::vector<StoredEndSpec> ends;
   double error_m = 0.0;
 };
-using ReferenceSpec =
-    std::variant<AnswerSpec<FreeFlight>, AnswerSpec<TorqueFree>, AnswerSpec<Sliding>,
-                 AnswerSpec<Rolling>, AnswerSpec<Bouncing>, AnswerSpec<TwoSpheres>,
-                 AnswerSpec<FloorImpact>, AnswerSpec<SphereLine>, AnswerSpec<AtRest>,
-                 AnswerSpec<Conserved>, AnswerSpec<StackForces>, AnswerSpec<OneSide>,
-                 AnswerSpec<Separation>, AnswerSpec<Pile>, AnswerSpec<Reversal>,
-                 AnswerSpec<HardSphereGas>, StoredRunSpec>;
+using ReferenceSpec = std::variant<
+    AnswerSpec<FreeFlight>, AnswerSpec<TorqueFree>, AnswerSpec<Sliding>, AnswerSpec<Rolling>,
+    AnswerSpec<Bouncing>, AnswerSpec<TwoSpheres>, AnswerSpec<FloorImpact>, AnswerSpec<SphereLine>,
+    AnswerSpec<AtRest>, AnswerSpec<Conserved>, AnswerSpec<StackForces>, AnswerSpec<OneSide>,
+    AnswerSpec<Separation>, AnswerSpec<Pile>, AnswerSpec<Reversal>, AnswerSpec<HardSphereGas>,
+    AnswerSpec<ForcedFlight>, AnswerSpec<DampedOscillator>, AnswerSpec<SteadyPrecession>,
+    AnswerSpec<JointTravel>, AnswerSpec<HangingChain>, AnswerSpec<JointsHold>, StoredRunSpec>;
 
 struct SolverSpec : Located {
   std::int64_t iterations = physics::SolverSettings{}.iterations;

@@ -71,9 +71,11 @@ constexpr ObjectTable kDrive = object_table<DriveSpec>(
 constexpr std::string_view kMassKeys[] = {"mass_kg"};
 constexpr std::string_view kDensityKeys[] = {"density_kg_m3"};
 constexpr Alternatives kMassAlternatives{kMassKeys, kDensityKeys};
+constexpr Limits kPush{-1e15, 1e15};
+constexpr Limits kDamping{0.0, 1e6};
 
 template <class T>
-constexpr std::array<Field, 5> solid_fields() {
+constexpr std::array<Field, 10> solid_fields() {
   return {
       choice_field<T, &T::shape>("shape", kRequired, kNone, kSolidShape, "Shape."),
       field<T, &T::mass_kg>("mass_kg", kOptional, Limits{kMinMass_kg, kMaxMass_kg},
@@ -82,6 +84,16 @@ constexpr std::array<Field, 5> solid_fields() {
                                   "Density; or give mass_kg. The mass it makes must be allowed."),
       field<T, &T::material>("material", kRequired, kLabel, "Name of a material."),
       field<T, &T::drive>("drive", kOptional, kLabel, "Name of a drive; none by default."),
+      field<T, &T::force_newton>("force_newton", kOptional, kPush,
+                                 "Constant force at the centre of mass, world frame."),
+      field<T, &T::body_force_newton>("body_force_newton", kOptional, kPush,
+                                      "The same in the body's frame, as of a thruster."),
+      field<T, &T::torque_newton_m>("torque_newton_m", kOptional, kPush,
+                                    "Constant torque, world frame."),
+      field<T, &T::linear_damping_1_s>("linear_damping_1_s", kOptional, kDamping,
+                                       "Rate at which its momentum decays."),
+      field<T, &T::angular_damping_1_s>("angular_damping_1_s", kOptional, kDamping,
+                                        "Rate at which its angular momentum decays."),
   };
 }
 
@@ -138,7 +150,7 @@ constexpr ObjectTable kStatic =
 // Generators.
 
 template <class T>
-constexpr std::array<Field, 6> generator_fields() {
+constexpr std::array<Field, 11> generator_fields() {
   return concat(std::array{field<T, &T::first_id>("first_id", kRequired, kId,
                                                   "Id of the first body; the others count up.")},
                 solid_fields<T>());
@@ -190,7 +202,7 @@ constexpr ObjectTable kChain = object_table<ChainSpec>(
     "chain", "Bodies in a row, each touching the next.", kChainFields, &kMassAlternatives);
 
 template <class T>
-constexpr std::array<Field, 12> scatter_fields() {
+constexpr std::array<Field, 17> scatter_fields() {
   return concat(
       generator_fields<T>(),
       std::array{

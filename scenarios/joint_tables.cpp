@@ -21,7 +21,8 @@ constexpr std::array<Field, 6 + N> joint_fields(const std::array<Field, N>& othe
                             "How far from its anchor each body looks for the other's; a joint that "
                             "is pulled farther apart is a numerical failure. By default a quarter "
                             "of the smaller body's size, four times that for sliders, and the "
-                            "length and four times that for distances and springs."),
+                            "length and four times that for distances and springs; of a slider "
+                            "with two limits the farther one, and twice the size."),
   };
   for (std::size_t i = 0; i < N; ++i) all[6 + i] = others[i];
   return all;
@@ -44,8 +45,32 @@ constexpr std::array<Field, 2> distance_fields() {
 }
 
 constexpr auto kBallFields = joint_fields<BallSpec>(std::array<Field, 0>{});
-constexpr auto kHingeFields = joint_fields<HingeSpec>(std::array{axis_field<HingeSpec>()});
-constexpr auto kSliderFields = joint_fields<SliderSpec>(std::array{axis_field<SliderSpec>()});
+constexpr double kMostTurn_rad = 3.0;  // of the half turn after which an angle is no longer known
+constexpr auto kHingeFields = joint_fields<HingeSpec>(std::array{
+    axis_field<HingeSpec>(),
+    field<HingeSpec, &HingeSpec::min_angle_rad>(
+        "min_angle_rad", kOptional, Limits{-kMostTurn_rad, 0.0},
+        "How far the body can be turned back about the axis, against the other one."),
+    field<HingeSpec, &HingeSpec::max_angle_rad>(
+        "max_angle_rad", kOptional, Limits{0.0, kMostTurn_rad},
+        "How far it can be turned on. Stops do not bounce."),
+    field<HingeSpec, &HingeSpec::motor_speed_rad_s>(
+        "motor_speed_rad_s", kOptional, Limits{-1e6, 1e6},
+        "Speed to which a motor turns the body about the axis, against the other one."),
+    field<HingeSpec, &HingeSpec::motor_torque_newton_m>(
+        "motor_torque_newton_m", kOptional, Limits{0.0, 1e15}, "The most that the motor can do.")});
+constexpr auto kSliderFields = joint_fields<SliderSpec>(std::array{
+    axis_field<SliderSpec>(),
+    field<SliderSpec, &SliderSpec::min_way_m>(
+        "min_way_m", kOptional, Limits{-kMaxLength_m, 0.0},
+        "How far the body can be moved back along the axis, against the other one."),
+    field<SliderSpec, &SliderSpec::max_way_m>("max_way_m", kOptional, Limits{0.0, kMaxLength_m},
+                                              "How far it can be moved on. Stops do not bounce."),
+    field<SliderSpec, &SliderSpec::motor_speed_m_s>(
+        "motor_speed_m_s", kOptional, Limits{-1e6, 1e6},
+        "Speed to which a motor moves the body along the axis, against the other one."),
+    field<SliderSpec, &SliderSpec::motor_force_newton>(
+        "motor_force_newton", kOptional, Limits{0.0, 1e15}, "The most that the motor can do.")});
 constexpr auto kFixedFields = joint_fields<FixedSpec>(std::array<Field, 0>{});
 constexpr auto kDistanceFields = joint_fields<DistanceSpec>(distance_fields<DistanceSpec>());
 constexpr auto kSpringOwn = distance_fields<SpringSpec>();

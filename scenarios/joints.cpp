@@ -23,6 +23,8 @@ double size_m(const Scenario& scenario, physics::BodyId id) {
   return std::cbrt(physics::mass_properties(scenario.scene.shapes[shape]).volume_m3);
 }
 
+constexpr double kNoLimit = 1e9;
+
 // What is special to a kind; anchors and axes are still in the world frame.
 struct Fill {
   Joint& joint;
@@ -33,12 +35,20 @@ struct Fill {
   void operator()(const FixedSpec&) const { joint.kind = JointKind::kFixed; }
   void operator()(const HingeSpec& spec) const {
     joint.kind = JointKind::kHinge;
-    turn(spec, spec.axis);
+    const bool flipped = turn(spec, spec.axis);
+    bound(spec, spec.min_angle_rad, spec.max_angle_rad, 3.0, flipped);
+    drive(spec, spec.motor_speed_rad_s, spec.motor_torque_newton_m, "motor_speed_rad_s",
+          "motor_torque_newton_m", flipped);
   }
   void operator()(const SliderSpec& spec) const {
     joint.kind = JointKind::kSlider;
     joint.reach_m = 4.0 * size_m;
-    turn(spec, spec.axis);
+    const bool flipped = turn(spec, spec.axis);
+    if (spec.min_way_m && spec.max_way_m)
+      joint.reach_m = 2.0 * size_m + std::max(-*spec.min_way_m, *spec.max_way_m);
+    bound(spec, spec.min_way_m, spec.max_way_m, kNoLimit, flipped);
+    drive(spec, spec.motor_speed_m_s, spec.motor_force_newton, "motor_speed_m_s",
+          "motor_force_newton", flipped);
   }
   void operator()(const DistanceSpec& spec) const {
     joint.kind = JointKind::kDistance;
@@ -54,17 +64,39 @@ struct Fill {
   }
 
  private:
-  void turn(const JointBase& spec, const Vec3& axis) const {
+  // Limits and motors are the body's against the other one, about an axis that may have been
+  // flipped; those of a joint are b's against a. The body is a, until the two are exchanged.
+  void bound(const JointBase&, std::optional<double> least, std::optional<double> most, double none,
+             bool flipped) const {
+    if (!least && !most) return;
+    const double low = least.value_or(-none), high = most.value_or(none);
+    joint.limits = flipped ? physics::JointLimits{low, high} : physics::JointLimits{-high, -low};
+  }
+  void drive(const JointBase& spec, std::optional<double> speed, std::optional<double> push,
+             const char* speed_key, const char* push_key, bool flipped) const {
+    if (speed.has_value() != push.has_value()) {
+      const char* const there = speed ? speed_key : push_key;
+      const char* const missing = speed ? push_key : speed_key;
+      add_fault(faults, *find_member(*spec.json, there),
+                {std::string(there) + " without " + missing,
+                 "both " + std::string(speed_key) + " and " + push_key + ", or neither", ""});
+      return;
+    }
+    if (speed) joint.motor = physics::JointMotor{flipped ? *speed : -*speed, *push};
+  }
+  // Whether the axis is flipped.
+  bool turn(const JointBase& spec, const Vec3& axis) const {
     const double norm = axis.norm();
     if (norm < 1e-6) {
       add_fault(faults, *find_member(*spec.json, "axis"),
                 {"an axis of length " + number_text(norm), "an axis of length at least 1e-6", ""});
-      return;
+      return false;
     }
     // Either end of an axis will do. That of the upper half never meets Eigen's iterative way for
     // opposite vectors, whose bits are not promised.
     const Vec3 up = axis.z() < 0.0 ? Vec3(-axis / norm) : Vec3(axis / norm);
     joint.frame_a = joint.frame_b = physics::Quat::FromTwoVectors(Vec3::UnitZ(), up);
+    return axis.z() < 0.0;
   }
   void stretch(const JointBase& spec, const Vec3& other, std::optional<double> length_m) const {
     joint.anchor_b_m = other;
@@ -113,6 +145,8 @@ class Builder {
       std::swap(joint.a, joint.b);
       std::swap(joint.anchor_a_m, joint.anchor_b_m);
       std::swap(joint.frame_a, joint.frame_b);
+      if (joint.limits) joint.limits = {-joint.limits->most, -joint.limits->least};
+      if (joint.motor) joint.motor->speed = -joint.motor->speed;
     }
     scenario_.scene.joints.push_back(joint);
   }

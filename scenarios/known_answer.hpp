@@ -75,6 +75,31 @@ struct Reversal {};
 struct HardSphereGas {
   physics::Vec3 size_m = physics::Vec3::Zero();  // of the box inside
 };
+// Gravity, constant forces and torque, and damping, as the file has them for the body. The attitude
+// is known where the spin stays about one principal axis; a force of the body's frame must not
+// turn.
+struct ForcedFlight {
+  std::int64_t body = -1;
+};
+// A body whose one joint is a spring between its centre and the world; moves along that line.
+struct DampedOscillator {
+  std::int64_t body = -1;
+};
+// A heavy symmetric top, whose one joint is a ball with the world on its axis of symmetry, in
+// steady precession: it keeps its angle to gravity.
+struct SteadyPrecession {
+  std::int64_t body = -1;
+  double precession_rad_s = 0.0;  // about the upward vertical
+};
+// A body whose one joint is a slider or hinge with the world: motor, stops and, along a slider,
+// gravity. Nothing else acts about a hinge.
+struct JointTravel {
+  std::int64_t body = -1;
+};
+// All bodies by label, downwards from the world's joint: each joint carries the weight below it.
+struct HangingChain {};
+// No joint comes apart.
+struct JointsHold {};
 // The state that a far more accurate run of this program ended in.
 struct StoredRun {
   struct End {
@@ -86,9 +111,11 @@ struct StoredRun {
   double error_m = 0.0;  // of the stored positions, by its own convergence
 };
 
-using KnownAnswer = std::variant<FreeFlight, TorqueFree, Sliding, Rolling, Bouncing, TwoSpheres,
-                                 FloorImpact, SphereLine, AtRest, Conserved, StackForces, OneSide,
-                                 Separation, Pile, Reversal, HardSphereGas, StoredRun>;
+using KnownAnswer =
+    std::variant<FreeFlight, TorqueFree, Sliding, Rolling, Bouncing, TwoSpheres, FloorImpact,
+                 SphereLine, AtRest, Conserved, StackForces, OneSide, Separation, Pile, Reversal,
+                 HardSphereGas, ForcedFlight, DampedOscillator, SteadyPrecession, JointTravel,
+                 HangingChain, JointsHold, StoredRun>;
 
 // How large one measure of error may be.
 struct Bound {

@@ -239,9 +239,20 @@ std::string allowed_text(const Field& field) {
 
 std::string_view unit_of(std::string_view key) {
   static constexpr std::pair<std::string_view, std::string_view> kUnits[] = {
-      {"_newton_s", "N s"}, {"_kg_m3", "kg/m^3"}, {"_m_s2", "m/s^2"},
-      {"_rad_s", "rad/s"},  {"_m_s", "m/s"},      {"_deg", "degrees"},
-      {"_kg", "kg"},        {"_m", "m"},          {"_s", "s"}};
+      {"stiffness_newton_m", "N/m"},
+      {"damping_newton_s_m", "N s/m"},
+      {"_newton_m", "N m"},
+      {"_newton", "N"},
+      {"_1_s", "1/s"},
+      {"_newton_s", "N s"},
+      {"_kg_m3", "kg/m^3"},
+      {"_m_s2", "m/s^2"},
+      {"_rad_s", "rad/s"},
+      {"_m_s", "m/s"},
+      {"_deg", "degrees"},
+      {"_kg", "kg"},
+      {"_m", "m"},
+      {"_s", "s"}};
   for (const auto& [ending, unit] : kUnits) {
     if (key.size() > ending.size() && key.substr(key.size() - ending.size()) == ending) {
       return unit;

@@ -40,6 +40,30 @@ void check_body(std::int64_t label, std::string_view key, const ReferenceBase& s
     add_fault(faults, member, {"a body that is no sphere", "the id of a sphere", ""});
 }
 
+// The kinds of joint with the world that an answer is about; none if it is about no joint.
+template <class Answer>
+constexpr std::array<std::optional<physics::JointKind>, 2> kWantsJoint{};
+template <>
+constexpr std::array<std::optional<physics::JointKind>, 2> kWantsJoint<DampedOscillator>{
+    physics::JointKind::kSpring};
+template <>
+constexpr std::array<std::optional<physics::JointKind>, 2> kWantsJoint<SteadyPrecession>{
+    physics::JointKind::kBall};
+template <>
+constexpr std::array<std::optional<physics::JointKind>, 2> kWantsJoint<JointTravel>{
+    physics::JointKind::kHinge, physics::JointKind::kSlider};
+
+template <class Answer>
+void check_joint(std::int64_t label, const ReferenceBase& spec, const Scenario& scenario,
+                 FaultList& faults) {
+  const physics::Joint* joint = joint_with_world(scenario.scene, label);
+  const auto& kinds = kWantsJoint<Answer>;
+  if (joint != nullptr && std::ranges::find(kinds, joint->kind) != kinds.end()) return;
+  add_fault(faults, *find_member(*spec.json, "body"),
+            {"a body without the joint that this is about",
+             "a body whose one joint is with the world, of the right kind", ""});
+}
+
 // Checks a spec against the scene and takes the answer out of it.
 struct TakeAnswer {
   const Scenario& scenario;
@@ -49,6 +73,8 @@ struct TakeAnswer {
   KnownAnswer operator()(const AnswerSpec<Answer>& spec) const {
     if constexpr (requires { spec.body; })
       check_body<Answer>(spec.body, "body", spec, scenario, faults);
+    if constexpr (kWantsJoint<Answer>[0].has_value())
+      check_joint<Answer>(spec.body, spec, scenario, faults);
     if constexpr (requires { spec.other; })
       check_body<Answer>(spec.other, "other", spec, scenario, faults);
     if constexpr (std::is_same_v<Answer, OneSide>) {
@@ -80,6 +106,14 @@ std::vector<Bound> bounds_of(const ReferenceBase& base) {
 }
 
 }  // namespace
+
+const physics::Joint* joint_with_world(const physics::SceneDescription& scene, std::int64_t label) {
+  for (const physics::Joint& joint : scene.joints) {
+    const physics::BodyParams& body = scene.bodies[physics::index_of(joint.a)];
+    if (body.label == label && body.joints == 1 && joint.b == physics::kWorldBody) return &joint;
+  }
+  return nullptr;
+}
 
 std::vector<Reference> build_references(const std::vector<ReferenceSpec>& specs,
                                         const Scenario& scenario, FaultList& faults) {

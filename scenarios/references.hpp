@@ -15,4 +15,7 @@ namespace soda::scenarios {
 std::vector<Reference> build_references(const std::vector<ReferenceSpec>& specs,
                                         const Scenario& scenario, FaultList& faults);
 
+// The only joint of the body with this label, if it is with the world; else null.
+const physics::Joint* joint_with_world(const physics::SceneDescription& scene, std::int64_t label);
+
 }  // namespace soda::scenarios

@@ -64,8 +64,10 @@ class BulletEngine final : public Engine {
         body.setCcdSweptSphereRadius(0.5 * width);
       }
     }
+    for (const physics::Joint& joint : scene.joints) add_ball(joint);
   }
   ~BulletEngine() override {
+    for (const auto& joint : joints_) world_.removeConstraint(joint.get());
     for (const auto& body : bodies_) world_.removeRigidBody(body.get());
   }
 
@@ -89,6 +91,18 @@ class BulletEngine final : public Engine {
   }
 
  private:
+  void add_ball(const physics::Joint& joint) {
+    const auto body = [this](physics::BodyId id) -> btRigidBody& {
+      return *bodies_[moving_from_ + physics::index_of(id)];
+    };
+    const btVector3 in_a = to_bullet(joint.anchor_a_m), in_b = to_bullet(joint.anchor_b_m);
+    if (joint.b == physics::kWorldBody)
+      joints_.push_back(std::make_unique<btPoint2PointConstraint>(body(joint.a), in_a));
+    else
+      joints_.push_back(
+          std::make_unique<btPoint2PointConstraint>(body(joint.a), body(joint.b), in_a, in_b));
+    world_.addConstraint(joints_.back().get(), true);
+  }
   btRigidBody& add(double mass, const btVector3& inertia, std::uint32_t shape,
                    const physics::Material& material, const Vec3& position,
                    const Quat& orientation) {
@@ -111,6 +125,7 @@ class BulletEngine final : public Engine {
   std::vector<std::unique_ptr<btCollisionShape>> shapes_;
   std::vector<std::unique_ptr<btRigidBody>> bodies_;  // statics first
   std::size_t moving_from_ = 0;
+  std::vector<std::unique_ptr<btTypedConstraint>> joints_;
 };
 
 }  // namespace
@@ -122,11 +137,12 @@ extern "C" void soda_append_engines(std::vector<soda::analysis::EngineKind>& kin
   gCalculateCombinedFrictionCallback = combined_friction;
   gCalculateCombinedRestitutionCallback = combined_restitution;
   const int version = btGetVersion();
-  kinds.push_back({"bullet", std::to_string(version / 100) + "." + std::to_string(version % 100),
-                   unknown_to_peers,
-                   [](const soda::physics::SceneDescription& scene,
-                      std::span<const soda::physics::BodyState> initial,
-                      const EngineSetting& setting) -> std::unique_ptr<Engine> {
-                     return std::make_unique<BulletEngine>(scene, initial, setting);
-                   }});
+  kinds.push_back(
+      {"bullet", std::to_string(version / 100) + "." + std::to_string(version % 100),
+       [](const soda::physics::SceneDescription& scene) { return unknown_to_peers(scene, true); },
+       [](const soda::physics::SceneDescription& scene,
+          std::span<const soda::physics::BodyState> initial,
+          const EngineSetting& setting) -> std::unique_ptr<Engine> {
+         return std::make_unique<BulletEngine>(scene, initial, setting);
+       }});
 }

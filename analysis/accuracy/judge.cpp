@@ -1,7 +1,10 @@
 #include "analysis/accuracy/judge.hpp"
 
+#include "analysis/accuracy/joint_forms.hpp"
+#include "analysis/accuracy/joint_judges.hpp"
 #include "analysis/accuracy/motion_judges.hpp"
 #include "analysis/accuracy/scene_judges.hpp"
+#include "scenarios/references.hpp"
 
 namespace soda::analysis {
 namespace {
@@ -60,6 +63,30 @@ struct MakeJudge {
   Made operator()(const Pile&) const { return judge_pile(scenario, false); }
   Made operator()(const Reversal&) const { return judge_return(scenario); }
   Made operator()(const HardSphereGas& a) const { return judge_gas(scenario, a, dt_s); }
+  Made operator()(const ForcedFlight& a) const {
+    const StartingBody start = body(a.body);
+    const std::uint32_t forces = start.params.forces;
+    const physics::BodyForces own =
+        forces == physics::kNone ? physics::BodyForces{} : scenario.scene.forces[forces];
+    return one(a.body, forced_flight(start, own, scenario.scene.gravity_m_s2));
+  }
+  const physics::Joint& joint(std::int64_t label) const {
+    return *joint_with_world(scenario.scene, label);
+  }
+  Made operator()(const DampedOscillator& a) const {
+    return one(a.body, damped_oscillator(body(a.body), joint(a.body), scenario.scene.gravity_m_s2));
+  }
+  Made operator()(const SteadyPrecession& a) const {
+    return one(a.body, steady_precession(body(a.body), joint(a.body), scenario.scene.gravity_m_s2,
+                                         a.precession_rad_s));
+  }
+  Made operator()(const JointTravel& a) const {
+    return one(a.body, joint_travel(body(a.body), joint(a.body), scenario.scene.gravity_m_s2));
+  }
+  Made operator()(const HangingChain&) const {
+    return judge_hanging_chain(scenario, dt_s, duration_s);
+  }
+  Made operator()(const JointsHold&) const { return judge_joints(scenario); }
   Made operator()(const StoredRun& a) const { return judge_end(scenario, a.ends); }
 };
 

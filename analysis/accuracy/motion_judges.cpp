@@ -179,7 +179,8 @@ double angle_between(const physics::Quat& a, const physics::Quat& b) {
 void MotionTrack::see(double time_s, std::span<const BodyState> states) {
   const BodyState& now = states[physics::index_of(body_)];
   const Motion exact = exact_(time_s);
-  position_m_ = worse(position_m_, (now.position_m - exact.position_m).norm());
+  end_position_m_ = (now.position_m - exact.position_m).norm();
+  position_m_ = worse(position_m_, end_position_m_);
   end_velocity_m_s_ = (now.linear_velocity_m_s - exact.linear_velocity_m_s).norm();
   velocity_m_s_ = worse(velocity_m_s_, end_velocity_m_s_);
   if (!exact.orientation || !exact.angular_velocity_rad_s) return;
@@ -190,10 +191,12 @@ void MotionTrack::see(double time_s, std::span<const BodyState> states) {
 }
 
 std::vector<Measured> MotionTrack::worst(std::span<const MotionTrack> tracks) {
-  double position = 0.0, velocity = 0.0, end = 0.0, attitude = 0.0, spin = 0.0, end_spin = 0.0;
+  double position = 0.0, end_position = 0.0, velocity = 0.0, end = 0.0, attitude = 0.0, spin = 0.0,
+         end_spin = 0.0;
   bool turns = false;
   for (const MotionTrack& track : tracks) {
     position = worse(position, track.position_m_);
+    end_position = worse(end_position, track.end_position_m_);
     velocity = worse(velocity, track.velocity_m_s_);
     end = worse(end, track.end_velocity_m_s_);
     attitude = worse(attitude, track.attitude_rad_);
@@ -201,8 +204,10 @@ std::vector<Measured> MotionTrack::worst(std::span<const MotionTrack> tracks) {
     end_spin = worse(end_spin, track.end_spin_rad_s_);
     turns = turns || track.turns_;
   }
-  std::vector<Measured> all{
-      {"position_m", position}, {"velocity_m_s", velocity}, {"end_velocity_m_s", end}};
+  std::vector<Measured> all{{"position_m", position},
+                            {"end_position_m", end_position},
+                            {"velocity_m_s", velocity},
+                            {"end_velocity_m_s", end}};
   if (turns) {
     all.push_back({"attitude_rad", attitude});
     all.push_back({"spin_rad_s", spin});

@@ -21,8 +21,8 @@ class MotionTrack {
  private:
   physics::BodyId body_;
   MotionAt exact_;
-  double position_m_ = 0.0, velocity_m_s_ = 0.0, end_velocity_m_s_ = 0.0, end_spin_rad_s_ = 0.0,
-         attitude_rad_ = 0.0, spin_rad_s_ = 0.0;
+  double position_m_ = 0.0, end_position_m_ = 0.0, velocity_m_s_ = 0.0, end_velocity_m_s_ = 0.0,
+         end_spin_rad_s_ = 0.0, attitude_rad_ = 0.0, spin_rad_s_ = 0.0;
   bool turns_ = false;
 };
 

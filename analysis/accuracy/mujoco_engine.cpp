@@ -171,7 +171,7 @@ std::string unknown_to_mujoco(const physics::SceneDescription& scene) {
     if (body.material.friction != scene.bodies.front().material.friction ||
         body.material.restitution != scene.bodies.front().material.restitution)
       return "bodies of several materials are not handed over";
-  return unknown_to_peers(scene);
+  return unknown_to_peers(scene, false);
 }
 
 }  // namespace

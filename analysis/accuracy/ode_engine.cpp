@@ -30,6 +30,7 @@ class OdeEngine final : public Engine {
     materials_.reserve(scene.statics.size() + initial.size());
     for (const physics::StaticBody& fixed : scene.statics) add_static(scene, fixed);
     for (std::size_t i = 0; i < initial.size(); ++i) add_body(scene, scene.bodies[i], initial[i]);
+    for (const physics::Joint& joint : scene.joints) add_ball(joint, initial);
   }
   ~OdeEngine() override {
     dJointGroupDestroy(contacts_);
@@ -72,7 +73,11 @@ class OdeEngine final : public Engine {
 
  private:
   void touch(dGeomID a, dGeomID b) {
-    if (dGeomGetBody(a) == nullptr && dGeomGetBody(b) == nullptr) return;
+    const dBodyID body_a = dGeomGetBody(a), body_b = dGeomGetBody(b);
+    if (body_a == nullptr && body_b == nullptr) return;
+    if (body_a != nullptr && body_b != nullptr &&
+        dAreConnectedExcluding(body_a, body_b, dJointTypeContact))
+      return;
     const auto& one = *static_cast<const physics::Material*>(dGeomGetData(a));
     const auto& two = *static_cast<const physics::Material*>(dGeomGetData(b));
     dContact points[8] = {};
@@ -146,6 +151,18 @@ class OdeEngine final : public Engine {
     bodies_.push_back(body);
   }
 
+  // Destroyed with the world.
+  void add_ball(const physics::Joint& joint, std::span<const BodyState> initial) {
+    const dBodyID a = bodies_[physics::index_of(joint.a)];
+    const bool world = joint.b == physics::kWorldBody;
+    const dBodyID b = world ? nullptr : bodies_[physics::index_of(joint.b)];
+    const BodyState& state = initial[physics::index_of(joint.a)];
+    const Vec3 anchor = state.position_m + state.orientation * joint.anchor_a_m;
+    const dJointID ball = dJointCreateBall(world_, nullptr);
+    dJointAttach(ball, a, b);
+    dJointSetBallAnchor(ball, anchor.x(), anchor.y(), anchor.z());
+  }
+
   const double dt_s_;
   const bool direct_;
   const double bounce_speed_m_s_;
@@ -162,7 +179,7 @@ std::string unknown_to_ode(const physics::SceneDescription& scene) {
   for (const physics::Shape& shape : scene.shapes)
     cylinders = cylinders || std::holds_alternative<physics::Cylinder>(shape);
   if (cylinders && scene.bodies.size() > 1) return "cylinders do not meet each other there";
-  return unknown_to_peers(scene);
+  return unknown_to_peers(scene, true);
 }
 
 template <bool kDirect>

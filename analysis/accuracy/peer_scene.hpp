@@ -11,14 +11,17 @@
 namespace soda::analysis {
 
 // Why an engine of boxes, spheres, capsules, cylinders and planes cannot run the scene; empty if it
-// can.
-inline std::string unknown_to_peers(const physics::SceneDescription& scene) {
+// can. `balls`: whether it is given ball joints.
+inline std::string unknown_to_peers(const physics::SceneDescription& scene, bool balls) {
   for (const physics::Shape& shape : scene.shapes)
     if (std::holds_alternative<physics::ConvexHull>(shape) ||
         std::holds_alternative<physics::TriangleMesh>(shape))
       return "hulls and meshes are not handed over";
-  if (!scene.joints.empty()) return "joints are not handed over";
+  for (const physics::Joint& joint : scene.joints)
+    if (!balls || joint.kind != physics::JointKind::kBall || joint.collides)
+      return "joints other than balls are not handed over";
   if (!scene.drives.empty()) return "drives are not handed over";
+  if (!scene.forces.empty()) return "forces and damping are not handed over";
   if (!scene.solver.contact_response) return "contacts without response are not handed over";
   for (const physics::StaticBody& body : scene.statics)
     if (body.surface_velocity_m_s != physics::Vec3::Zero())

@@ -112,14 +112,23 @@ const std::vector<Reached> kReached = {
     {"bin-1000", {"energy_gain_rel", "penetration_p99_m"}},
     {"bounce", {"position_m", "apex_m"}},
     {"bounce-to-rest", {"apex_m", "rest_speed_m_s"}},
+    {"chain", {"gap_m", "force_rel", "position_m"}},
+    {"chain-swing", {"gap_m", "energy_gain_rel"}},
     {"coincident", {"penetration_m", "speed_m_s"}},
+    {"constant-force", {"position_m", "velocity_m_s", "attitude_rad"}},
     {"cradle-gapped", {"end_velocity_m_s", "energy_rel", "momentum_rel"}},
     {"cradle-touching", {"momentum_rel"}},
+    {"damped-flight", {"position_m", "velocity_m_s", "attitude_rad", "spin_rad_s"}},
     {"free-fall", {"position_m"}},
     {"hard-sphere-gas", {"pressure_rel", "speeds_rel"}},
     {"head-on", {"position_m", "end_velocity_m_s"}},
+    {"heavy-top", {"position_m", "attitude_rad", "gap_m"}},
+    {"limit-hinge", {"position_m", "speed_m_s"}},
+    {"limit-slider", {"position_m", "end_velocity_m_s"}},
     {"mass-extremes", {"energy_rel", "momentum_rel"}},
     {"momentum", {"energy_gain_rel", "momentum_rel"}},
+    {"motor-hinge", {"spin_rad_s", "attitude_rad"}},
+    {"motor-slider", {"position_m", "end_velocity_m_s"}},
     {"oblique", {"energy_rel", "momentum_rel"}},
     {"painleve", {"energy_gain_rel"}},
     {"pyramid", {"position_m"}},
@@ -144,6 +153,9 @@ const std::vector<Reached> kReached = {
     {"stack-1e4", {"position_m"}},
     {"stack-1e5", {"position_m"}},
     {"stack-1e6", {"position_m"}},
+    {"stiff-spring", {"energy_gain_rel"}},
+    {"stiff-spring-critical", {"end_position_m", "end_velocity_m_s", "energy_gain_rel"}},
+    {"stiff-spring-damped", {"end_position_m", "end_velocity_m_s", "energy_gain_rel"}},
     {"stick", {"position_m"}},
     {"stop", {"stop_time_s", "rest_speed_m_s"}},
     {"symmetric-top", {"attitude_rad", "energy_rel"}},
@@ -186,7 +198,7 @@ TEST(Cases, AllAreReadAndHaveReferencesWithBounds) {
     EXPECT_GT(bounds, 0u) << scenario.name;
     ++cases;
   }
-  EXPECT_GE(cases, 45);
+  EXPECT_GE(cases, 58);
 }
 
 AccuracyReport::Case made_up_case() {

@@ -107,6 +107,34 @@ TEST(Plan, ConveyorRowsAndDrivesAreThereOnlyIfTheyHaveAnEffect) {
   }
 }
 
+// A ball on a hinge with the world, in every combination of what it may have.
+TEST(Plan, ForcesLimitsAndMotorsAreThereOnlyIfSomethingHasThem) {
+  for (int has = 0; has < 8; ++has) {
+    test::Scene scene(Vec3(0, 0, -9.81));
+    scene.body(scene.shape(physics::Sphere{0.5}), Vec3(0, 0, 5));
+    physics::Joint joint;
+    joint.kind = physics::JointKind::kHinge;
+    joint.anchor_b_m = Vec3(0, 0, 5);
+    joint.reach_m = 0.1;
+    if (has & 1) joint.limits = physics::JointLimits{-1.0, 1.0};
+    if (has & 2) joint.motor = physics::JointMotor{1.0, 10.0};
+    scene.description.joints = {joint};
+    physics::order_joints(scene.description);
+    scene.description.forces = {{.force_newton = Vec3(1, 0, 0)}};
+    if (has & 4) scene.description.bodies[0].forces = 0;
+    const RunOptions options{.steps = 10};
+    const std::vector<PlanLine> plan = make_plan(scene.description, 1, options);
+    EXPECT_EQ(needs(plan, "limit rows"), (has & 1) != 0);
+    EXPECT_EQ(needs(plan, "motor rows"), (has & 2) != 0);
+    EXPECT_EQ(needs(plan, "forces and damping"), (has & 4) != 0);
+    const SimulationResult result = run_scene(scene, 1, options);
+    EXPECT_EQ(result.stages.limit_rows, (has & 1) != 0 ? 20u : 0u);
+    EXPECT_EQ(result.stages.motor_rows, (has & 2) != 0 ? 10u : 0u);
+    EXPECT_EQ(result.stages.forced_bodies > 0, (has & 4) != 0);
+    expect_unneeded_stages_cost_nothing(plan, result);
+  }
+}
+
 TEST(Plan, OptimisticWorldsNeedHistory) {
   test::Scene scene;
   scene.body(scene.shape(physics::Sphere{0.5}), Vec3::Zero(), Vec3(1, 0, 0));

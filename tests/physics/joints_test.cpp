@@ -87,7 +87,7 @@ double swung(double angle, double squared_rate, double time_s) {
   return x;
 }
 
-TEST(Joints, APendulumSwingsAsItsEquationSaysToSecondOrder) {
+TEST(Joints, APendulumSwingsAsItsEquationSaysToFourthOrder) {
   // Moment about the pivot over mass: 1 + 2/5 r^2.
   const double squared_rate = kGravity / (1.0 + 0.4 * 0.01);
   const double expected = swung(1.0, squared_rate, 2.0);
@@ -96,9 +96,9 @@ TEST(Joints, APendulumSwingsAsItsEquationSaysToSecondOrder) {
     World world = pendulum(1.0, 1.0 / per_second);
     world.run(2 * per_second);
     const double error = std::abs(angle_of(world) - expected);
-    EXPECT_LT(error, 1.5e-3 * (60.0 / per_second) * (60.0 / per_second));
+    EXPECT_LT(error, 3e-7 * std::pow(60.0 / per_second, 4));
     if (coarse > 0.0) {
-      EXPECT_NEAR(coarse / error, 4.0, 0.2) << per_second;
+      EXPECT_NEAR(coarse / error, 16.0, 0.1) << per_second;
     }
     coarse = error;
     EXPECT_LT(gap(world, world.scene.joints[0]).norm(), 1e-13);
@@ -113,7 +113,7 @@ TEST(Joints, APendulumKeepsItsEnergyForAMinute) {
     world.run(1);
     worst = std::max(worst, std::abs(energy(world) - start) / scale);
   }
-  EXPECT_LT(worst, 2e-3);
+  EXPECT_LT(worst, 1e-6);
 }
 
 // Chaotic: no point of it can be checked but that it holds and keeps its energy.

@@ -162,6 +162,7 @@ TEST(LibraryStates, AreTheStoredBits) {
       {"factory-line", 0x444c560a9bc46cd1u},
       {"fast-crosser", 0x48c8607874c075au},
       {"five-worlds-chain", 0x3b56243f5fff8bf9u},
+      {"mill", 0xdeb7701fe9a79bd3u},
       {"mixed-shapes", 0x218fa851e93b661au},
       {"pyramid", 0x4f1b4274bfb6ddeeu},
       {"rope-bridge", 0x7aec1aadaf531f22u},

@@ -59,6 +59,79 @@ TEST(JointsOfAScenario, WithTheWorldAreAtTheirAnchorAndSpringsRestAsTheyStart) {
   EXPECT_EQ(joint.damping_newton_s_m, 0.0);
 }
 
+// Limits and motor are those of the body against the other one, about the axis of the file.
+TEST(JointsOfAScenario, LimitsAndMotorsAreOfTheHigherBodyAgainstTheLower) {
+  const auto joint = [](const char* body, const char* axis) {
+    return read_scenario_text(
+               scene_with(R"({"id": 1, "type": "slider", "anchor_m": [2, 0, 0], "min_way_m": -0.25,
+                     "max_way_m": 1.5, "motor_speed_m_s": 2, "motor_force_newton": 30, )" +
+                          std::string(body) + R"(, "axis": )" + axis + "}"),
+               "a.json", {})
+        .scene.joints.at(0);
+  };
+  struct Expected {
+    const char *body, *axis;
+    bool same;
+  };
+  for (const Expected& expected : {Expected{R"("body": 7, "other_body": 3)", "[0, 0, 5]", true},
+                                   Expected{R"("body": 7, "other_body": 3)", "[0, 1, -5]", false},
+                                   Expected{R"("body": 3, "other_body": 7)", "[0, 0, 5]", false},
+                                   Expected{R"("body": 3)", "[0, 0, 5]", false},
+                                   Expected{R"("body": 3)", "[0, 1, -5]", true}}) {
+    const physics::Joint found = joint(expected.body, expected.axis);
+    EXPECT_EQ(found.limits->least, expected.same ? -0.25 : -1.5) << expected.body << expected.axis;
+    EXPECT_EQ(found.limits->most, expected.same ? 1.5 : 0.25);
+    EXPECT_EQ(found.motor->speed, expected.same ? 2.0 : -2.0);
+    EXPECT_EQ(found.motor->most_push, 30.0);
+    EXPECT_GT(found.reach_m, 1.5);
+  }
+}
+
+TEST(JointsOfAScenario, AMotorHasASpeedAndAPush) {
+  const std::string faults = faults_of(scene_with(R"(
+{"id": 1, "type": "hinge", "body": 3, "anchor_m": [0, 0, 0], "axis": [0, 0, 1],
+ "motor_speed_rad_s": 2},
+{"id": 2, "type": "hinge", "body": 3, "anchor_m": [0, 0, 0], "axis": [0, 0, 1],
+ "max_angle_rad": 4}, {"id": 3, "type": "slider", "body": 3, "anchor_m": [0, 0, 0],
+ "axis": [0, 0, 1], "motor_force_newton": 2})"));
+  EXPECT_NE(faults.find("/joints/1/max_angle_rad: found 4"), std::string::npos) << faults;
+  const std::string motors = faults_of(scene_with(R"(
+{"id": 1, "type": "hinge", "body": 3, "anchor_m": [0, 0, 0], "axis": [0, 0, 1],
+ "motor_speed_rad_s": 2}, {"id": 3, "type": "slider", "body": 3, "anchor_m": [0, 0, 0],
+ "axis": [0, 0, 1], "motor_force_newton": 2})"));
+  for (const char* part :
+       {"/joints/0/motor_speed_rad_s: found motor_speed_rad_s without motor_torque_newton_m",
+        "/joints/1/motor_force_newton: found motor_force_newton without motor_speed_m_s"})
+    EXPECT_NE(motors.find(part), std::string::npos) << part << "\nin\n" << motors;
+}
+
+TEST(ForcesOfAScenario, AreSharedByBodiesAlikeAndAbsentWithout) {
+  const std::string body = R"("shape": {"type": "sphere", "radius_m": 1}, "mass_kg": 1,
+    "material": "m")";
+  const Scenario scenario = read_scenario_text(
+      R"({"format": 1, "gravity_m_s2": [0, 0, 0], "time_step_s": 0.01, "steps": 5,
+"materials": [{"name": "m", "friction": 0, "restitution": 0}],
+"bodies": [{"id": 1, "position_m": [0, 0, 0], )" +
+          body + R"(}, {"id": 2, "position_m": [5, 0, 0], "torque_newton_m": [0, 0, 2],
+ "linear_damping_1_s": 0.5, )" +
+          body + R"(}], "generators": [{"type": "stack", "first_id": 10, "count": 3,
+ "position_m": [9, 0, 0], "force_newton": [1, 2, 3], "body_force_newton": [4, 5, 6],
+ "angular_damping_1_s": 0.25, )" +
+          body + "}]}",
+      "a.json", {});
+  ASSERT_EQ(scenario.scene.forces.size(), 2u);
+  EXPECT_EQ(scenario.scene.bodies[0].forces, physics::kNone);
+  EXPECT_EQ(scenario.scene.bodies[1].forces, 0u);
+  for (std::size_t i = 2; i < 5; ++i) EXPECT_EQ(scenario.scene.bodies[i].forces, 1u);
+  EXPECT_EQ(
+      scenario.scene.forces[0],
+      (physics::BodyForces{.torque_newton_m = physics::Vec3(0, 0, 2), .linear_damping_1_s = 0.5}));
+  EXPECT_EQ(scenario.scene.forces[1],
+            (physics::BodyForces{.force_newton = physics::Vec3(1, 2, 3),
+                                 .body_force_newton = physics::Vec3(4, 5, 6),
+                                 .angular_damping_1_s = 0.25}));
+}
+
 TEST(JointsOfAScenario, FaultsAreAllFoundAtOnce) {
   const std::string faults = faults_of(scene_with(R"(
 {"id": 1, "type": "ball", "body": 8, "anchor_m": [0, 0, 0]},

@@ -6,11 +6,26 @@ namespace soda::scenarios {
 namespace {
 
 TEST(Library, HoldsTheScenesThatOtherTestsRelyOn) {
-  for (const char* name :
-       {"big-body", "bin-1000", "border-stack", "crowd", "detection-only", "eight-corner",
-        "factory-line", "fast-crosser", "five-worlds-chain", "mixed-shapes", "pyramid",
-        "rope-bridge", "sparse-10000", "spheres-frictionless", "third-world", "twelve-worlds",
-        "twelve-worlds-blocks", "twelve-worlds-piles", "user-input"}) {
+  for (const char* name : {"big-body",
+                           "bin-1000",
+                           "border-stack",
+                           "crowd",
+                           "detection-only",
+                           "eight-corner",
+                           "factory-line",
+                           "fast-crosser",
+                           "five-worlds-chain",
+                           "mill",
+                           "mixed-shapes",
+                           "pyramid",
+                           "rope-bridge",
+                           "sparse-10000",
+                           "spheres-frictionless",
+                           "third-world",
+                           "twelve-worlds",
+                           "twelve-worlds-blocks",
+                           "twelve-worlds-piles",
+                           "user-input"}) {
     EXPECT_TRUE(std::filesystem::exists(library_folder() / (std::string(name) + ".json"))) << name;
   }
 }
