@@ -9,6 +9,7 @@
 #include "analysis/accuracy_html.hpp"
 #include "analysis/accuracy_report.hpp"
 #include "analysis/exit_codes.hpp"
+#include "analysis/extremes.hpp"
 #include "analysis/json_output.hpp"
 #include "analysis/nearest_name.hpp"
 #include "scenarios/read_scenario.hpp"
@@ -166,6 +167,12 @@ AccuracyReport measure_accuracy(const AccuracyRequest& request, std::ostream& pr
 }
 
 int accuracy_command(const AccuracyRequest& request, std::ostream& out, std::ostream& err) {
+  if (request.extremes) {
+    if (!request.cases.empty()) throw UsageError("--extremes: has no cases");
+    const ExtremesReport report = measure_extremes(extreme_settings());
+    out << (request.json ? extremes_json(report) : extremes_text(report));
+    return request.check && report.beyond(kExtremesMust) > 0 ? kExitCheckFailed : kExitOk;
+  }
   if (request.timing.repeats < 0 || request.timing.repeats > 1000)
     throw UsageError("--repeat: allowed: 0 (no timing) to 1000");
   for (const int iterations : request.iterations)

@@ -17,6 +17,7 @@ struct AccuracyRequest {
   std::vector<std::string> engines = {"soda"};
   bool sweep = false;  // the scene's dt, halved four times
   RepeatRule timing{.budget_s = 60.0};
+  bool extremes = false;  // extremes.hpp instead of cases
   bool check = false;  // exit 1 if a must is missed
   bool json = false;
   std::string html_file;  // empty: none

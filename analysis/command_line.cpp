@@ -29,6 +29,7 @@ struct Requests {
   RollbackRequest rollback;
   PholdRequest phold;
   SwarmRequest swarm;
+  FuzzRequest fuzz;
 };
 
 struct Command {
@@ -78,6 +79,9 @@ constexpr Command kCommands[] = {
     {"swarm", "random worlds, clusters and adversaries; every commit against the oracle", false,
      [](CLI::App& app, R& r, const Wanted&) { define_swarm(app, r.swarm); },
      [](const R& r, Stream& out, Stream&) { return swarm_command(r.swarm, out); }},
+    {"fuzz", "random scenes; no fault, escape or gain of energy; a failing one is shrunk", false,
+     [](CLI::App& app, R& r, const Wanted&) { define_fuzz(app, r.fuzz); },
+     [](const R& r, Stream& out, Stream&) { return fuzz_command(r.fuzz, out); }},
     {"schema", "print the JSON Schema of scenario files", false, define_schema, print_schema},
 };
 

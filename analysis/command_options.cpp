@@ -78,6 +78,8 @@ void define_accuracy(CLI::App& command, AccuracyRequest& request) {
       .add_option("--budget", request.timing.budget_s,
                   "leave out settings beyond this many CPU seconds (default 60)")
       ->check(CLI::NonNegativeNumber);
+  command.add_flag("--extremes", request.extremes,
+                   "a box at rest instead, over all sizes, steps, offsets and masses");
   command.add_flag("--check", request.check, "exit 1 if soda misses what it must reach");
   command.add_flag("--json", request.json, "print one JSON object");
   command.add_option("-o,--output", request.html_file, "write tables and diagrams, one HTML file");
@@ -86,7 +88,8 @@ void define_accuracy(CLI::App& command, AccuracyRequest& request) {
       "  soda accuracy free-fall bounce\n"
       "  soda accuracy slip-0 --sweep -o slip.html\n"
       "  soda accuracy --dt 1/60,1/240 --engines soda,bullet,ode --json\n"
-      "  soda accuracy spin --check");
+      "  soda accuracy spin --check\n"
+      "  soda accuracy --extremes");
 }
 
 void define_anticipation(CLI::App& command, AnticipationRequest& request) {
@@ -189,6 +192,28 @@ void define_phold(CLI::App& phold, PholdRequest& request) {
       "  soda phold --C1\n"
       "  soda phold --lps 16 --end 20000 --executor threads --threads 2 --window 1\n"
       "  soda phold --lps 64 --executor virtual --processors 8 --latency-us 5 --window 4");
+}
+
+void define_fuzz(CLI::App& fuzz, FuzzRequest& request) {
+  fuzz.add_option("FILE", request.files, "scenarios to check (default: random scenes)");
+  fuzz.add_option("--seeds", request.seeds, "FIRST..LAST (default 1..200)");
+  fuzz.add_option("--budget", request.budget_s, "start no trial after this many seconds")
+      ->check(CLI::NonNegativeNumber);
+  fuzz.add_option("--steps", request.steps, "of a random scene (default 60)")
+      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 20));
+  fuzz.add_flag("--joints", request.joints,
+                "with joints in every fourth (these can gain energy, and then fail)");
+  fuzz.add_option("--failures", request.most_failures, "stop after this many (default 1)")
+      ->check(CLI::Range(1u, 1u << 20));
+  fuzz.add_option("--shrinking", request.most_shrinking, "trials for each failure (default 400)")
+      ->check(CLI::Range(0u, 1u << 20));
+  fuzz.add_option("-o,--output", request.folder, "folder for the shrunk scenarios");
+  fuzz.add_flag("--json", request.json, "print one JSON object");
+  fuzz.footer(
+      "examples:\n"
+      "  soda fuzz --seeds 1..10000 --failures 50 -o /tmp\n"
+      "  soda fuzz --seeds 17..17 --steps 600\n"
+      "  soda fuzz /tmp/fuzz-17.json");
 }
 
 void define_swarm(CLI::App& swarm, SwarmRequest& request) {

@@ -3,6 +3,7 @@
 
 #include "analysis/accuracy_command.hpp"
 #include "analysis/anticipation_command.hpp"
+#include "analysis/fuzz_command.hpp"
 #include "analysis/phold_command.hpp"
 #include "analysis/plan_command.hpp"
 #include "analysis/replay_command.hpp"
@@ -31,6 +32,7 @@ void define_anticipation(CLI::App& command, AnticipationRequest& request);
 void define_verify(CLI::App& verify, VerifyRequest& request);
 void define_rollback(CLI::App& rollback, RollbackRequest& request);
 void define_phold(CLI::App& phold, PholdRequest& request);
+void define_fuzz(CLI::App& fuzz, FuzzRequest& request);
 void define_swarm(CLI::App& swarm, SwarmRequest& request);
 
 }  // namespace soda::analysis

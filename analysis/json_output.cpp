@@ -336,4 +336,43 @@ std::string swarm_json(const SwarmResult& result) {
   return dumped(json);
 }
 
+std::string fuzz_json(const FuzzResult& result) {
+  const FuzzSums& sums = result.sums;
+  Json failures = Json::array();
+  for (const FuzzFailure& failure : result.failures)
+    failures.push_back({{"seed", failure.seed},
+                        {"file", failure.file},
+                        {"what", failure.what},
+                        {"shrunk_what", failure.shrunk_what},
+                        {"scenario", failure.text}});
+  return dumped({{"trials", result.trials},
+                 {"out_of_time", result.out_of_time},
+                 {"wall_s", result.wall_s},
+                 {"steps", sums.steps},
+                 {"islands", sums.islands},
+                 {"contact_points", sums.contact_points},
+                 {"most_iterations", sums.most_iterations},
+                 {"most_multiplications", sums.most_multiplications},
+                 {"largest_gain_rel", sums.largest_gain},
+                 {"push_out_work_joule", sums.push_out_work_joule},
+                 {"sunk_when_wedged", sums.sunk_when_wedged},
+                 {"failures", failures}});
+}
+
+std::string extremes_json(const ExtremesReport& report) {
+  Json runs = Json::array();
+  for (const ExtremeRun& run : report.runs)
+    runs.push_back({{"size_m", run.setting.size_m},
+                    {"dt_s", run.setting.dt_s},
+                    {"offset_m", run.setting.offset_m},
+                    {"mass_kg", run.setting.mass_kg},
+                    {"steps", run.steps},
+                    {"displacement_rel", run.displacement_rel},
+                    {"fault", run.fault.empty() ? Json() : Json(run.fault)}});
+  return dumped({{"must", kExtremesMust},
+                 {"stretch", kExtremesStretch},
+                 {"missed", report.beyond(kExtremesMust)},
+                 {"runs", runs}});
+}
+
 }  // namespace soda::analysis

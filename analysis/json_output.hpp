@@ -6,6 +6,8 @@
 
 #include "analysis/accuracy_command.hpp"
 #include "analysis/anticipation.hpp"
+#include "analysis/extremes.hpp"
+#include "analysis/fuzz_command.hpp"
 #include "analysis/phold_command.hpp"
 #include "analysis/rollback_command.hpp"
 #include "analysis/run_report.hpp"
@@ -23,6 +25,8 @@ std::string verification_json(const Verification& verification);
 std::string accuracy_json(const AccuracyReport& report);
 std::string anticipation_json(const AnticipationReport& report);
 std::string rollback_json(const RollbackReport& report);
+std::string extremes_json(const ExtremesReport& report);
+std::string fuzz_json(const FuzzResult& result);
 std::string swarm_json(const SwarmResult& result);
 std::string phold_json(const PholdRequest& request, const PholdRun& run);
 

@@ -1,33 +1,16 @@
 #include "analysis/swarm_command.hpp"
 
-#include <charconv>
 #include <memory>
 #include <ostream>
 
 #include "analysis/exit_codes.hpp"
 #include "analysis/json_output.hpp"
+#include "analysis/seed_range.hpp"
 #include "analysis/stopwatch.hpp"
 #include "analysis/text_table.hpp"
 
 namespace soda::analysis {
 namespace {
-
-struct SeedRange {
-  std::uint64_t first = 0, last = 0;
-};
-
-SeedRange parse_seeds(const std::string& text) {
-  SeedRange range;
-  const char* const end = text.data() + text.size();
-  const auto first = std::from_chars(text.data(), end, range.first);
-  const std::string dots(first.ptr, std::min(first.ptr + 2, end));
-  const auto last = dots == ".." ? std::from_chars(first.ptr + 2, end, range.last)
-                                 : std::from_chars(end, end, range.last);
-  if (first.ec != std::errc{} || last.ec != std::errc{} || last.ptr != end ||
-      range.first > range.last)
-    throw UsageError("--seeds: found " + text + "; allowed: FIRST..LAST");
-  return range;
-}
 
 std::vector<std::unique_ptr<SwarmSubject>> subjects(const SwarmRequest& request) {
   std::vector<std::unique_ptr<SwarmSubject>> all;

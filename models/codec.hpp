@@ -79,6 +79,7 @@ class Writer {
     number(value.multiplications);
     number(value.max_penetration_m);
     number(value.constraint_residual_m_s);
+    number(value.push_out_work_joule);
     vector(value.static_impulse_newton_s);
     vector(value.static_angular_impulse_newton_m_s);
   }
@@ -161,6 +162,7 @@ class Reader {
     value.multiplications = number<std::uint64_t>();
     value.max_penetration_m = number<double>();
     value.constraint_residual_m_s = number<double>();
+    value.push_out_work_joule = number<double>();
     value.static_impulse_newton_s = vector();
     value.static_angular_impulse_newton_m_s = vector();
     return value;

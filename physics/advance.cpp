@@ -121,6 +121,7 @@ void add_part(const IslandReport& part, IslandReport& report) {
   report.max_penetration_m = std::max(report.max_penetration_m, part.max_penetration_m);
   report.constraint_residual_m_s =
       std::max(report.constraint_residual_m_s, part.constraint_residual_m_s);
+  report.push_out_work_joule += part.push_out_work_joule;
   report.static_impulse_newton_s += part.static_impulse_newton_s;
   report.static_angular_impulse_newton_m_s += part.static_angular_impulse_newton_m_s;
 }
@@ -170,7 +171,8 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, std::span<
   report_contacts(before, problem, report);
   report_joints(states, joints, report);
   move_bodies(scene, dt_s, ids, manifolds, problem, solution.push, joints, states, faults);
-  if (!joints.empty()) close_joints(scene, dt_s, ids, joints, states);
+  report.push_out_work_joule = push_out_work_joule(scene, dt_s, ids, solution.push);
+  if (!joints.empty()) report.push_out_work_joule += close_joints(scene, dt_s, ids, joints, states);
   ++counters.islands_solved;
   counters.direct_islands += solution.direct;
   counters.solver_iterations += solution.iterations;

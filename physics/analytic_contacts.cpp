@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 namespace soda::physics {
 namespace {
@@ -135,20 +136,42 @@ Vec3 capsule_contacts(const PlacedShape& a, const PlacedShape& b, ContactCandida
 
 namespace {
 
-// Four rim points of each cap; one of them the lowest as soon as the axis is tilted.
-void add_rim_points(const CompiledShape& shape, const Vec3& down, std::array<Vec3, 8>& points) {
+// Four points that the lower ones of a tumbling solid are among. Those above them could only be
+// reached through them; in a long step they would be within reach, and take their places.
+using LowPoints = std::array<std::pair<Vec3, std::uint32_t>, 4>;  // local, with their features
+
+// The corners of the face below the centre: it would tip over any other.
+LowPoints low_corners(const CompiledShape& shape, const Vec3& down) {
+  int axis = 0;
+  down.cwiseAbs().cwiseQuotient(shape.half_extents_m).maxCoeff(&axis);
+  const std::uint32_t low = down[axis] > 0.0 ? 1u << axis : 0u;
+  LowPoints points;
+  int count = 0;
+  for (std::uint32_t corner = 0; corner < 8; ++corner) {
+    if ((corner & 1u << axis) != low) continue;
+    const Vec3 sign(corner & 1 ? 1.0 : -1.0, corner & 2 ? 1.0 : -1.0, corner & 4 ? 1.0 : -1.0);
+    points[count++] = {sign.cwiseProduct(shape.half_extents_m), corner};
+  }
+  return points;
+}
+
+// Of a standing cylinder four rim points of the lower cap, one of them the lowest as soon as the
+// axis is tilted. Of one whose side is below its centre that opposite to the lowest makes way for
+// the other cap's lowest.
+LowPoints low_rim_points(const CompiledShape& shape, const Vec3& down) {
   constexpr double kTilt = 1e-3;
   const double radial = std::sqrt(down.x() * down.x() + down.y() * down.y());
   const bool tilted = radial > kTilt;
   const double ux = tilted ? down.x() / radial : 1.0, uy = tilted ? down.y() / radial : 0.0;
-  const double r = shape.radius_m, h = shape.half_length_m;
-  for (int cap = 0; cap < 2; ++cap) {
-    const double z = cap == 0 ? h : -h;
-    points[4 * cap + 0] = Vec3(r * ux, r * uy, z);
-    points[4 * cap + 1] = Vec3(-r * uy, r * ux, z);
-    points[4 * cap + 2] = Vec3(-r * ux, -r * uy, z);
-    points[4 * cap + 3] = Vec3(r * uy, -r * ux, z);
-  }
+  const double r = shape.radius_m, h = down.z() > 0.0 ? shape.half_length_m : -shape.half_length_m;
+  const std::uint32_t cap = down.z() > 0.0 ? 0 : 4;
+  LowPoints points{{{Vec3(r * ux, r * uy, h), cap},
+                    {Vec3(-r * uy, r * ux, h), cap + 1},
+                    {Vec3(-r * ux, -r * uy, h), cap + 2},
+                    {Vec3(r * uy, -r * ux, h), cap + 3}}};
+  if (radial * shape.half_length_m > std::abs(down.z()) * r)
+    points[2] = {Vec3(r * ux, r * uy, -h), 4 - cap};
+  return points;
 }
 
 }  // namespace
@@ -173,20 +196,17 @@ Vec3 halfspace_contacts(const PlacedShape& a, const CompiledShape& half_space, c
       }
       break;
     case ShapeKind::kBox:
-      for (std::uint32_t corner = 0; corner < 8; ++corner) {
-        const Vec3 sign(corner & 1 ? 1.0 : -1.0, corner & 2 ? 1.0 : -1.0, corner & 4 ? 1.0 : -1.0);
-        add(a.pose.to_world(sign.cwiseProduct(shape.half_extents_m)), 0.0, corner);
-      }
+      for (const auto& [point, feature] : low_corners(shape, a.pose.direction_to_local(-up)))
+        add(a.pose.to_world(point), 0.0, feature);
       break;
-    case ShapeKind::kCylinder: {
-      std::array<Vec3, 8> rim;
-      add_rim_points(shape, a.pose.direction_to_local(-up), rim);
-      for (std::uint32_t i = 0; i < 8; ++i) add(a.pose.to_world(rim[i]), 0.0, i);
+    case ShapeKind::kCylinder:
+      for (const auto& [point, feature] : low_rim_points(shape, a.pose.direction_to_local(-up)))
+        add(a.pose.to_world(point), 0.0, feature);
       break;
-    }
     case ShapeKind::kHull: {
-      // The lowest face's corners and the lowest vertex stand for all, however many there are.
-      const SupportFeature face = support_feature(a, -up);
+      // The corners of the face below the centre and the lowest vertex stand for all, however many
+      // there are.
+      const SupportFeature face = face_ahead(a, -up);
       const Vec3 lowest = support_point(a, -up);
       bool on_face = false;
       for (int i = 0; i < face.count; ++i) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "physics/contact_work.hpp"
 #include "physics/direct_contacts.hpp"
 #include "physics/substeps.hpp"
 
@@ -51,11 +52,37 @@ bool wants_substeps(std::size_t bodies, double mass_ratio, const ContactProblem&
   return bodies > 2 && problem.restitution_rows == 0 && mass_ratio <= kMuchLighter;
 }
 
-void sweep(const SceneDescription& scene, ContactProblem& problem, ContactSolution& solution) {
-  const int most = scene.solver.iterations;
+// In a long step the last of a speed is a long way: sweeps over few rows go on until it is short.
+int sweep_velocities_until_close(int most, double dt_s, ContactProblem& problem) {
+  constexpr std::size_t kFewRows = 16;
+  constexpr double kShort = 1e-4;  // of the smaller body
+  constexpr int kMostRounds = 20;
   int sweeps = solve_velocities(most, problem);
-  if (problem.restitution_rows > 0 && aim_rebounds(problem)) {
+  if (problem.normals.size() > kFewRows) return sweeps;
+  double size_m = problem.contacts.empty() ? 0.0 : problem.contacts[0].size_m;
+  for (const RowContact& contact : problem.contacts) size_m = std::min(size_m, contact.size_m);
+  for (int round = 1; round < kMostRounds && sweeps == round * most; ++round) {
+    if (!(residual_m_s(problem) * dt_s > kShort * size_m)) break;
     sweeps += solve_velocities(most, problem);
+  }
+  return sweeps;
+}
+
+void sweep(const SceneDescription& scene, double dt_s, const Selection<BodyState>& before,
+           std::span<const SolverBody> free, ContactProblem& problem, ContactSolution& solution) {
+  const int most = scene.solver.iterations;
+  int sweeps = sweep_velocities_until_close(most, dt_s, problem);
+  limit_work(free, problem);
+  if (problem.restitution_rows > 0) {
+    const SolvedContacts plastic = solved_contacts(problem);
+    if (aim_rebounds(problem)) {
+      sweeps += sweep_velocities_until_close(most, dt_s, problem);
+      limit_rebounds(dt_s, before, free, plastic, problem);
+    }
+  }
+  if (aim_to_close(dt_s, problem)) {
+    sweeps += sweep_velocities_until_close(most, dt_s, problem);
+    limit_work(free, problem);
   }
   solution.iterations += static_cast<std::uint32_t>(sweeps);
 }
@@ -71,13 +98,14 @@ bool solve_by_newton(std::span<const SolverBody> free, const Elimination& plan,
                      ContactProblem& problem, ContactSolution& solution) {
   const NewtonOutcome outcome = solve_directly(free, plan, problem);
   count(outcome, plan, solution);
+  if (outcome.converged) limit_work(free, problem);
   return outcome.converged;
 }
 
 }  // namespace
 
 ContactSolution solve_contacts(const SceneDescription& scene, double dt_s,
-                               std::span<const BodyId> ids, const Selection<BodyState>& states,
+                               std::span<const BodyId> ids, const Selection<BodyState>& before,
                                std::span<const SolverBody> free, const Elimination* plan,
                                ContactProblem& problem) {
   ContactSolution solution;
@@ -86,10 +114,10 @@ ContactSolution solve_contacts(const SceneDescription& scene, double dt_s,
   solution.direct = plan != nullptr && problem.restitution_rows == 0 &&
                     solve_by_newton(free, *plan, problem, solution);
   if (!solution.direct && wants_substeps(ids.size(), ratio, problem)) {
-    solution.iterations += solve_in_substeps(scene.solver, dt_s, states, problem, solution.push);
+    solution.iterations += solve_in_substeps(scene.solver, dt_s, before, problem, solution.push);
     return solution;
   }
-  if (!solution.direct) sweep(scene, problem, solution);
+  if (!solution.direct) sweep(scene, dt_s, before, free, problem, solution);
   if (!needs_push_out(problem)) return solution;
   if (solution.direct) {
     const NewtonOutcome outcome = push_out_directly(dt_s, *plan, problem, solution.push);

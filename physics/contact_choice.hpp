@@ -18,11 +18,13 @@ struct ContactSolution {
   std::vector<PushOut> push;          // see solve_push_out
 };
 
-// Solves the rows of one island, whose bodies have the velocities `free` after external forces.
+// Solves the rows of one island, whose bodies have the states `before` at the step's start and the
+// velocities `free` after external forces.
 // Directly if there is a plan (plan_direct_solve), nothing bounces and it converges, by sweeps
-// otherwise. The choice depends on nothing but the island's content.
+// otherwise. The contacts give the island no energy (contact_work.hpp). The choice depends on
+// nothing but the island's content.
 ContactSolution solve_contacts(const SceneDescription& scene, double dt_s,
-                               std::span<const BodyId> ids, const Selection<BodyState>& states,
+                               std::span<const BodyId> ids, const Selection<BodyState>& before,
                                std::span<const SolverBody> free, const Elimination* plan,
                                ContactProblem& problem);
 

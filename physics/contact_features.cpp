@@ -37,12 +37,13 @@ void box_face(const PlacedShape& s, const Vec3& local, SupportFeature& out) {
   out.code = static_cast<std::uint32_t>(2 * axis + (positive ? 0 : 1));
 }
 
-void hull_face(const PlacedShape& s, const Vec3& local, SupportFeature& out) {
+template <class Score>
+void best_face(const PlacedShape& s, Score score, SupportFeature& out) {
   std::size_t best = 0;
-  double best_dot = -2.0;
-  for (std::size_t f = 0; f < s.shape.face_planes.size(); ++f) {
-    const double dot = local.dot(s.shape.face_planes[f].normal);
-    if (dot > best_dot) best = f, best_dot = dot;
+  double best_score = score(s.shape.face_planes[0]);
+  for (std::size_t f = 1; f < s.shape.face_planes.size(); ++f) {
+    const double value = score(s.shape.face_planes[f]);
+    if (value > best_score) best = f, best_score = value;
   }
   const auto& face = s.shape.faces[best];
   const std::size_t stride = (face.size() + kMaxFeaturePoints - 1) / kMaxFeaturePoints;
@@ -51,6 +52,11 @@ void hull_face(const PlacedShape& s, const Vec3& local, SupportFeature& out) {
   }
   out.normal = s.pose.rotation * s.shape.face_planes[best].normal;
   out.code = static_cast<std::uint32_t>(best);
+}
+
+void hull_face(const PlacedShape& s, const Vec3& local, SupportFeature& out) {
+  best_face(
+      s, [&](const FacePlane& plane) { return local.dot(plane.normal); }, out);
 }
 
 // The cap's polygon has a corner at the rim's lowest point once the cap is tilted; before, corners
@@ -119,6 +125,18 @@ SupportFeature support_feature(const PlacedShape& s, const Vec3& direction) {
   out.points[0] = s.pose.to_world(support(s.shape, local));
   out.count = 1;
   out.code = 3;
+  return out;
+}
+
+SupportFeature face_ahead(const PlacedShape& hull, const Vec3& direction) {
+  const Vec3 local = hull.pose.direction_to_local(direction);
+  SupportFeature out;
+  best_face(
+      hull,
+      [&](const FacePlane& plane) {
+        return local.dot(plane.normal) / std::max(plane.offset_m, 1e-6 * hull.shape.min_extent_m);
+      },
+      out);
   return out;
 }
 

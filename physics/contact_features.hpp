@@ -34,6 +34,9 @@ struct SupportFeature {
   Vec3 normal = Vec3::Zero();  // outward normal of a polygon; zero otherwise
 };
 SupportFeature support_feature(const PlacedShape& s, const Vec3& direction);
+// Of a hull: the face through which the way from its centre of mass in this direction leads out.
+// What it would stand on; a face that is steeper may support better, but the hull tips over it.
+SupportFeature face_ahead(const PlacedShape& hull, const Vec3& direction);
 
 // Relative motion of a pair during the step: decides how far apart contacts still matter.
 struct PairMotion {

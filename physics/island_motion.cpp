@@ -46,14 +46,16 @@ std::vector<Flight> find_flights(const ContactProblem& problem) {
   std::vector<Flight> flights(problem.bodies.size());
   for (std::size_t i = 0; i < problem.normals.size(); ++i) {
     const NormalRow& row = problem.normals[i];
-    if (row.impulse_newton_s == 0.0) continue;
+    // Friction acts, too, where the normal impulse ended at zero: see report_contacts.
+    const Vec3 impulse = impulse_on_b(problem, i);
+    if (impulse == Vec3::Zero()) continue;
     Flight& a = flights[row.a];
     Flight& b = flights[row.b];
     if (!problem.contacts[i].bounces) {
       a.supported = b.supported = true;
       continue;
     }
-    const Vec3 delayed = impulse_on_b(problem, i) * problem.contacts[i].impact_time_s;
+    const Vec3 delayed = impulse * problem.contacts[i].impact_time_s;
     a.not_yet_m -= delayed * problem.bodies[row.a].inverse_mass;
     b.not_yet_m += delayed * problem.bodies[row.b].inverse_mass;
   }
@@ -73,7 +75,7 @@ BodyState moved(const SceneDescription& scene, double dt_s, BodyId id, const Sol
   rotate_freely(scene.bodies[index_of(id)], dt_s, next);
   if (push != nullptr) {
     next.position_m += push->linear * dt_s;
-    next.orientation = turned(push->angular * dt_s, next.orientation);
+    turn_by(scene.bodies[index_of(id)], push->angular * dt_s, next);
   }
   return next;
 }
@@ -92,6 +94,15 @@ bool move_body(const SceneDescription& scene, double dt_s, BodyId id, const Solv
   next.impulses = std::move(state.impulses);
   state = std::move(next);
   return true;
+}
+
+double push_out_work_joule(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
+                           std::span<const PushOut> push) {
+  double work = 0.0;
+  if (push.empty()) return work;
+  for (std::size_t i = 0; i < ids.size(); ++i)
+    work -= scene.bodies[index_of(ids[i])].mass_kg * scene.gravity_m_s2.dot(push[i].linear);
+  return work * dt_s;
 }
 
 void report_contacts(const Selection<BodyState>& states, const ContactProblem& problem,

@@ -38,6 +38,10 @@ bool move_body(const SceneDescription& scene, double dt_s, BodyId id, const Solv
                const Flight& flight, const PushOut* push, BodyState& state,
                std::vector<AdvanceFault>& faults);
 
+// Potential energy that the push-out of these bodies gives; `push` may be empty.
+double push_out_work_joule(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
+                           std::span<const PushOut> push);
+
 // Adds penetration, and what statics gave. `states` are those before the bodies are moved.
 void report_contacts(const Selection<BodyState>& states, const ContactProblem& problem,
                      IslandReport& report);

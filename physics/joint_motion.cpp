@@ -176,6 +176,11 @@ bool advance_linkage_once(const SceneDescription& scene, double dt_s, std::span<
   return true;
 }
 
+double spin_energy_joule(const BodyParams& params, const BodyState& state) {
+  const Vec3 spin = state.orientation.conjugate() * state.angular_velocity_rad_s;
+  return 0.5 * spin.dot(params.inertia_local_kg_m2 * spin);
+}
+
 }  // namespace
 
 int solve_with_joints(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
@@ -214,28 +219,35 @@ int solve_with_joints(const SceneDescription& scene, double dt_s, std::span<cons
   return done;
 }
 
-void close_joints(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
-                  JointSystem& joints, std::span<BodyState> states) {
+double close_joints(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
+                    JointSystem& joints, std::span<BodyState> states) {
   std::vector<JointMove> moves;
   const double enough = rounding_of(states);
   build_joint_rows(scene, dt_s, ids, states, false, joints);
-  double error = largest_error(joints);
+  double error = largest_error(joints), work_joule = 0.0;
   for (int i = 0; i < kMostCorrections && error > enough; ++i) {
     const std::vector<SolverBody> bodies = bodies_at(scene, ids, states);
     hold_passed_limits(enough, joints);
     factor_joint_rows(ids.size(), bodies, joints);
     solve_joint_errors(joints, bodies, moves);
     std::vector<BodyState> moved(states.begin(), states.end());
+    double work = 0.0;
     for (std::size_t b = 0; b < moved.size(); ++b) {
+      const BodyParams& params = scene.bodies[index_of(ids[b])];
       moved[b].position_m += moves[b].linear;
+      const double spinning = spin_energy_joule(params, moved[b]);
       moved[b].orientation = turned(moves[b].angular, moved[b].orientation);
+      work += spin_energy_joule(params, moved[b]) - spinning -
+              params.mass_kg * scene.gravity_m_s2.dot(moves[b].linear);
     }
     build_joint_rows(scene, dt_s, ids, moved, false, joints);
     const double after = largest_error(joints);
-    if (!(after < 0.9 * error)) return;  // a place that cannot be reached, or rounding
+    if (!(after < 0.9 * error)) break;  // a place that cannot be reached, or rounding
     error = after;
+    work_joule += work;
     std::move(moved.begin(), moved.end(), states.begin());
   }
+  return work_joule;
 }
 
 void report_joints(std::span<const BodyState> states, const JointSystem& joints,

@@ -17,9 +17,10 @@ int solve_with_joints(const SceneDescription& scene, double dt_s, std::span<cons
                       ContactProblem& problem);
 
 // Moves the bodies so that no joint that is no spring is off, by as little as their masses allow;
-// `states` are those after the step. Velocities stay.
-void close_joints(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
-                  JointSystem& joints, std::span<BodyState> states);
+// `states` are those after the step. Velocities stay. Returns the energy that this
+// gives: potential, and that of spins about other axes.
+double close_joints(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
+                    JointSystem& joints, std::span<BodyState> states);
 
 // What the world gives to the island through joints. `states` as when the rows were built.
 void report_joints(std::span<const BodyState> states, const JointSystem& joints,

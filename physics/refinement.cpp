@@ -173,6 +173,10 @@ Trial extrapolated(const Trial& one, const Trial& two, Trial four) {
   };
   extrapolate(&IslandReport::static_impulse_newton_s);
   extrapolate(&IslandReport::static_angular_impulse_newton_m_s);
+  const auto work = [](const Trial& trial) {
+    return Vec3(trial.report.push_out_work_joule, 0.0, 0.0);
+  };
+  four.report.push_out_work_joule = limit_of(work(one), work(two), work(four)).x();
   return four;
 }
 

@@ -16,6 +16,13 @@ Mat3 rotated_tensor(const Mat3& rotation, const Mat3& tensor_local) {
   return out;
 }
 
+void turn_by(const BodyParams& params, const Vec3& angle_rad, BodyState& state) {
+  if (angle_rad == Vec3::Zero()) return;
+  state.orientation = turned(angle_rad, state.orientation);
+  if (is_isotropic(params.inertia_local_kg_m2)) return;
+  state.angular_velocity_rad_s = rotation_by(angle_rad) * state.angular_velocity_rad_s;
+}
+
 void push(const BodyParams& params, const Vec3& impulse_newton_s, const Vec3& point_local_m,
           BodyState& state) {
   const Mat3 rotation = state.orientation.toRotationMatrix();

@@ -33,6 +33,10 @@ bool is_isotropic(const Mat3& inertia_local);
 // its motion, but is late.
 void rotate_freely(const BodyParams& params, double dt_s, BodyState& state);
 
+// Turns the body in the world frame by a displacement that is no motion: its spin turns with it, or
+// a body of unequal moments would gain or lose energy.
+void turn_by(const BodyParams& params, const Vec3& angle_rad, BodyState& state);
+
 // An impulse (world frame) at a point of the body, given from its centre of mass in its own frame:
 // both velocities change.
 void push(const BodyParams& params, const Vec3& impulse_newton_s, const Vec3& point_local_m,

@@ -107,11 +107,13 @@ struct Reached {
 void PrintTo(const Reached& reached, std::ostream* out) { *out << reached.scene; }
 
 const std::vector<Reached> kReached = {
+    {"arch", {"position_m", "attitude_rad", "energy_gain_rel"}},
     {"ball-incline-grip", {"spin_rad_s"}},
     {"ball-incline-skid", {"spin_rad_s"}},
     {"bin-1000", {"energy_gain_rel", "penetration_p99_m"}},
     {"bounce", {"position_m", "apex_m"}},
     {"bounce-to-rest", {"apex_m", "rest_speed_m_s"}},
+    {"card-house", {"position_m", "attitude_rad", "energy_gain_rel"}},
     {"chain", {"gap_m", "force_rel", "position_m"}},
     {"chain-swing", {"gap_m", "energy_gain_rel"}},
     {"coincident", {"penetration_m", "speed_m_s"}},
@@ -134,6 +136,7 @@ const std::vector<Reached> kReached = {
     {"pyramid", {"position_m"}},
     {"rest-1km", {"displacement_rel"}},
     {"rest-1m", {"displacement_rel"}},
+    {"rest-1mm", {"displacement_rel"}},
     {"rest-offset", {"displacement_rel"}},
     {"reversal", {"energy_rel"}},
     {"slip-0", {"side_m", "lift_m"}},

@@ -32,7 +32,7 @@ ChildResult run_scene(std::vector<std::string> more) {
 TEST(CommandLine, HelpAndVersionSucceed) {
   EXPECT_EQ(run_soda({"--version"}).out, "soda 0.1.0\n");
   for (const char* command : {"run", "plan", "replay", "verify", "accuracy", "anticipation",
-                              "phold", "swarm", "schema"}) {
+                              "phold", "swarm", "fuzz", "schema"}) {
     const ChildResult help = run_soda({command, "--help"});
     EXPECT_EQ(help.exit_code, 0) << command;
     EXPECT_TRUE(contains(help.out, "example")) << command;

@@ -1,0 +1,115 @@
+#include "analysis/fuzz_command.hpp"
+
+#include <filesystem>
+#include <fstream>
+#include <ostream>
+#include <sstream>
+
+#include "analysis/exit_codes.hpp"
+#include "analysis/json_output.hpp"
+#include "analysis/seed_range.hpp"
+#include "analysis/stopwatch.hpp"
+#include "analysis/text_table.hpp"
+#include "scenarios/read_scenario.hpp"
+
+namespace soda::analysis {
+namespace {
+
+std::string text_of(const std::string& file) {
+  std::ifstream in(file);
+  std::ostringstream text;
+  if (!in || !(text << in.rdbuf())) throw scenarios::FileError(file + ": cannot be read");
+  return text.str();
+}
+
+// The text goes into a JSON string.
+std::string description_of(std::uint64_t seed, std::string what) {
+  for (char& c : what)
+    if (c == '"' || c == '\\' || c == '\n' || c == '\t') c = ' ';
+  return "Random scene " + std::to_string(seed) + ", shrunk. " + what;
+}
+
+FuzzFailure shrunk_failure(const FuzzScene& scene, const std::string& what,
+                           const FuzzRequest& request) {
+  const ShrunkScene smallest = shrink(scene, what, request.most_shrinking);
+  FuzzFailure failure{scene.seed, {}, what, smallest.what, smallest.tried, {}};
+  failure.text = scenario_text(smallest.scene, description_of(scene.seed, smallest.what));
+  if (request.folder.empty()) return failure;
+  const auto path = std::filesystem::path(request.folder);
+  failure.file = (path / ("fuzz-" + std::to_string(scene.seed) + ".json")).string();
+  std::ofstream file(failure.file, std::ios::trunc);
+  file << failure.text;
+  file.close();
+  if (!file) throw scenarios::FileError(failure.file + ": cannot be written");
+  return failure;
+}
+
+void check_files(const FuzzRequest& request, FuzzResult& result) {
+  for (const std::string& file : request.files) {
+    const FuzzOutcome outcome = try_scene(text_of(file), file);
+    ++result.trials;
+    add(outcome.sums, result.sums);
+    if (outcome.failed) result.failures.push_back({0, file, outcome.what, outcome.what, 0, {}});
+  }
+}
+
+void search(const FuzzRequest& request, const Stopwatch& stopwatch, FuzzResult& result) {
+  const SeedRange seeds = parse_seeds(request.seeds);
+  for (std::uint64_t seed = seeds.first; seed <= seeds.last; ++seed) {
+    result.out_of_time = request.budget_s > 0.0 && stopwatch.elapsed().wall_s > request.budget_s;
+    if (result.out_of_time || result.failures.size() >= request.most_failures) return;
+    const FuzzScene scene = draw_scene(seed, request.steps, request.joints);
+    const FuzzOutcome outcome = try_drawn(scene);
+    ++result.trials;
+    add(outcome.sums, result.sums);
+    if (outcome.failed) result.failures.push_back(shrunk_failure(scene, outcome.what, request));
+  }
+}
+
+void print(const FuzzResult& result, std::ostream& out) {
+  const FuzzSums& sums = result.sums;
+  out << result.trials << " scenes in " << format_number(result.wall_s) << " s"
+      << (result.out_of_time ? " (out of time)" : "") << ", " << sums.steps << " steps, "
+      << sums.islands << " islands, " << sums.contact_points
+      << " contact points; most of an island " << sums.most_iterations << " iterations, "
+      << sums.most_multiplications << " multiplications; largest gain of energy "
+      << format_number(sums.largest_gain) << " of what is allowed; work of push-out "
+      << format_number(sums.push_out_work_joule) << " J; sunk when wedged " << sums.sunk_when_wedged
+      << "\n";
+  if (result.failures.empty()) out << "every check held\n";
+  for (const FuzzFailure& failure : result.failures) {
+    out << "FAILED: "
+        << (failure.text.empty() ? failure.file : "seed " + std::to_string(failure.seed)) << "\n  "
+        << failure.what << "\n";
+    if (failure.text.empty()) continue;
+    out << "shrunk in " << failure.tried << " trials to\n  " << failure.shrunk_what << "\n";
+    if (failure.file.empty())
+      out << failure.text;
+    else
+      out << "reproduce with\n  soda fuzz " << failure.file << "\n";
+  }
+}
+
+}  // namespace
+
+FuzzResult fuzz(const FuzzRequest& request) {
+  const Stopwatch stopwatch;
+  FuzzResult result;
+  if (request.files.empty())
+    search(request, stopwatch, result);
+  else
+    check_files(request, result);
+  result.wall_s = stopwatch.elapsed().wall_s;
+  return result;
+}
+
+int fuzz_command(const FuzzRequest& request, std::ostream& out) {
+  const FuzzResult result = fuzz(request);
+  if (request.json)
+    out << fuzz_json(result);
+  else
+    print(result, out);
+  return result.failures.empty() ? kExitOk : kExitCheckFailed;
+}
+
+}  // namespace soda::analysis

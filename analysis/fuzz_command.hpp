@@ -1,0 +1,49 @@
+// `soda fuzz`: random scenes by seed, under checks that hold for any scene; a failing one is shrunk
+// to a scenario file.
+#pragma once
+
+#include <cstdint>
+#include <iosfwd>
+#include <string>
+#include <vector>
+
+#include "analysis/fuzz_search.hpp"
+
+namespace soda::analysis {
+
+struct FuzzRequest {
+  std::vector<std::string> files = {};  // scenarios to check instead of random ones
+  std::string seeds = "1..200";         // FIRST..LAST
+  double budget_s = 0.0;                // start no trial after this; 0: no limit
+  std::int64_t steps = 60;              // of a random scene
+  bool joints = false;                  // in every fourth; their energy is not held yet
+  unsigned most_failures = 1;           // ends the search
+  unsigned most_shrinking = 400;        // trials, for each failure
+  std::string folder;                   // where shrunk scenes are written; empty: they are printed
+  bool json = false;
+};
+
+struct FuzzFailure {
+  std::uint64_t seed = 0;  // of a random scene
+  std::string file;        // that was checked, or that was written; empty: neither
+  std::string what;        // of the scene as drawn
+  std::string shrunk_what;
+  unsigned tried = 0;
+  std::string text;  // the shrunk scenario; empty where a file was checked
+};
+
+struct FuzzResult {
+  std::uint64_t trials = 0;
+  FuzzSums sums;
+  double wall_s = 0.0;
+  bool out_of_time = false;  // not all seeds were tried
+  std::vector<FuzzFailure> failures;
+};
+
+// Throws UsageError, and FileError where a file cannot be read or written.
+FuzzResult fuzz(const FuzzRequest& request);
+
+// Returns kExitOk, or kExitCheckFailed after telling what failed.
+int fuzz_command(const FuzzRequest& request, std::ostream& out);
+
+}  // namespace soda::analysis

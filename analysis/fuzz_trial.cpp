@@ -1,0 +1,207 @@
+#include "analysis/fuzz_trial.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+
+#include "analysis/error_measures.hpp"
+#include "analysis/exit_codes.hpp"
+#include "analysis/text_table.hpp"
+#include "physics/step.hpp"
+
+namespace soda::analysis {
+namespace {
+
+using namespace physics;
+
+constexpr double kRounding = 1e-9;
+
+struct EnergyChange {
+  double gain_joule = 0.0;
+  double scale_joule = 0.0;
+};
+
+double spin_energy(const BodyParams& params, const BodyState& state) {
+  const Vec3 spin = state.orientation.conjugate() * state.angular_velocity_rad_s;
+  return 0.5 * spin.dot(params.inertia_local_kg_m2 * spin);
+}
+
+// Of one body over a step. Positions count by their difference: far from the origin as near it.
+// Speeds below the rounding of what the scene started with are no motion.
+void add_change(const SceneDescription& scene, BodyId id, double fastest_m_s,
+                const BodyState& before, const BodyState& after, EnergyChange& change) {
+  constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+  const BodyParams& params = scene.bodies[index_of(id)];
+  const double m = params.mass_kg, g = scene.gravity_m_s2.norm();
+  const Vec3 &v0 = before.linear_velocity_m_s, &v1 = after.linear_velocity_m_s;
+  const double lifted = -m * scene.gravity_m_s2.dot(after.position_m - before.position_m);
+  const double spin0 = spin_energy(params, before), spin1 = spin_energy(params, after);
+  change.gain_joule += 0.5 * m * (v1 - v0).dot(v1 + v0) + (spin1 - spin0) + lifted;
+  change.scale_joule += 0.5 * m * (v0.squaredNorm() + v1.squaredNorm()) + spin0 + spin1 +
+                        std::abs(lifted) + m * g * g * scene.dt_s * scene.dt_s;
+  change.scale_joule += m * g * before.position_m.norm() * (8.0 * kEpsilon / kRounding);
+  const double rounding_m_s = kEpsilon * fastest_m_s;
+  change.scale_joule += m * rounding_m_s * rounding_m_s / kRounding;
+}
+
+std::string name_of(const SceneDescription& scene, BodyId id) {
+  return "body " + std::to_string(scene.bodies[index_of(id)].label);
+}
+
+class Checks {
+ public:
+  explicit Checks(const scenarios::Scenario& scenario)
+      : scene_(scenario.scene), geometry_(scene_), ids_(all_ids(scenario.initial.size())) {
+    double largest = 0.0;
+    for (std::size_t i = 0; i < ids_.size(); ++i) {
+      const BodyState& state = scenario.initial[i];
+      radii_m_.push_back(radius_m(scene_.shapes[scene_.bodies[i].shape]));
+      fastest_m_s_ = std::max(fastest_m_s_, point_speed(i, state));
+      largest = std::max(largest, radii_m_.back());
+    }
+    wedged_.resize(ids_.size(), false);
+    const double duration = scene_.dt_s * static_cast<double>(scenario.run.steps);
+    constexpr double kPushOut_1_s = 2.0;
+    speed_limit_m_s_ =
+        100.0 * (fastest_m_s_ + scene_.gravity_m_s2.norm() * duration + kPushOut_1_s * largest);
+  }
+
+  void step(std::int64_t number, std::vector<BodyState>& states) {
+    number_ = number;
+    const std::vector<BodyState> before = states;
+    physics::step(scene_, geometry_, ids_, states, scratch_, report_, counters_);
+    for (const AdvanceFault& fault : report_.faults) fail(fault.body, fault.what);
+    const Islands& islands = scratch_.islands;
+    for (std::size_t i = 0; i < islands.count(); ++i) {
+      const IslandReport& island = report_.islands[i];
+      EnergyChange change;
+      for (std::uint32_t k = islands.body_begin[i]; k < islands.body_begin[i + 1]; ++k) {
+        const std::uint32_t body = islands.bodies[k];
+        add_change(scene_, ids_[body], fastest_m_s_, before[body], states[body], change);
+        if (island.max_penetration_m > radii_m_[body]) wedged_[body] = true;
+      }
+      check_island(island, change);
+    }
+    for (std::size_t i = 0; i < states.size(); ++i) check_place(i, before[i], states[i]);
+    for (const std::uint32_t body : islands.free_bodies) {
+      EnergyChange change;
+      add_change(scene_, ids_[body], fastest_m_s_, before[body], states[body], change);
+      check_gain(ids_[body], change, "a free body");
+    }
+    ++sums_.steps;
+  }
+
+  const FuzzSums& sums() const { return sums_; }
+
+ private:
+  [[noreturn]] void fail(BodyId id, const std::string& what) const {
+    throw CheckFailed("step " + std::to_string(number_) + ", " + name_of(scene_, id) + ": " + what);
+  }
+
+  static double radius_m(const Shape& shape) {
+    if (const auto* s = std::get_if<Sphere>(&shape)) return s->radius_m;
+    if (const auto* s = std::get_if<Box>(&shape)) return s->half_extents_m.norm();
+    if (const auto* s = std::get_if<Capsule>(&shape)) return s->radius_m + 0.5 * s->length_m;
+    if (const auto* s = std::get_if<Cylinder>(&shape))
+      return std::hypot(s->radius_m, 0.5 * s->length_m);
+    double squared = 0.0;
+    if (const auto* s = std::get_if<ConvexHull>(&shape))
+      for (const Vec3& v : s->vertices_m) squared = std::max(squared, v.squaredNorm());
+    return std::sqrt(squared);
+  }
+
+  double point_speed(std::size_t body, const BodyState& state) const {
+    return state.linear_velocity_m_s.norm() + state.angular_velocity_rad_s.norm() * radii_m_[body];
+  }
+
+  void check_place(std::size_t body, const BodyState& before, const BodyState& after) {
+    const BodyId id = ids_[body];
+    if (!(point_speed(body, after) <= speed_limit_m_s_))
+      fail(id, "escapes: a point moves at " + format_number(point_speed(body, after)) +
+                   " m/s, more than " + format_number(speed_limit_m_s_));
+    for (const StaticBody& fixed : scene_.statics) {
+      if (!std::holds_alternative<HalfSpace>(scene_.shapes[fixed.shape])) continue;
+      const HalfSpace& plane = std::get<HalfSpace>(scene_.shapes[fixed.shape]);
+      const auto height = [&](const BodyState& s) {
+        return plane.normal.dot(s.position_m - fixed.position_m) - plane.offset_m;
+      };
+      const double deep = -2.0 * radii_m_[body];
+      if (!(height(after) < deep && height(before) >= deep)) continue;
+      if (wedged_[body])
+        ++sums_.sunk_when_wedged;
+      else
+        fail(id,
+             "escapes: its centre is " + format_number(-height(after)) + " m below " + fixed.name);
+    }
+  }
+
+  void check_island(const IslandReport& island, const EnergyChange& change) {
+    EnergyChange rest = change;
+    rest.gain_joule -= island.push_out_work_joule;
+    rest.scale_joule += std::abs(island.push_out_work_joule);
+    check_gain(island.label, rest,
+               "an island of " + std::to_string(island.bodies) + " with " +
+                   std::to_string(island.contact_points) + " points" +
+                   (island.direct ? ", solved directly" : ""));
+    // Sweeps: 20 rounds of 30 where few rows converge slowly, twice where something bounces, four
+    // times with joints; and up to 80 of Newton's steps for each of 40 corrections. That method
+    // stops at 40 factorisations, of velocities and of push-out; a full matrix of six rows a body
+    // takes a third of its cube.
+    const std::uint64_t most_iterations = 8000;
+    const std::uint64_t rows = 6 * island.bodies;
+    const std::uint64_t most_multiplications = 80 * rows * rows * rows / 3;
+    if (island.iterations > most_iterations || island.multiplications > most_multiplications)
+      fail(island.label, "work: " + std::to_string(island.iterations) + " iterations and " +
+                             std::to_string(island.multiplications) + " multiplications");
+    ++sums_.islands;
+    sums_.contact_points += island.contact_points;
+    sums_.most_iterations = std::max<std::uint64_t>(sums_.most_iterations, island.iterations);
+    sums_.most_multiplications = std::max(sums_.most_multiplications, island.multiplications);
+    sums_.push_out_work_joule += std::max(0.0, island.push_out_work_joule);
+  }
+
+  void check_gain(BodyId id, const EnergyChange& change, const std::string& of) {
+    if (change.scale_joule == 0.0 && change.gain_joule == 0.0) return;
+    const double gain = change.gain_joule / (kRounding * change.scale_joule);
+    if (!(gain <= 1.0))
+      fail(id, "energy: " + of + " gains " + format_number(change.gain_joule) + " J, " +
+                   format_number(change.gain_joule / change.scale_joule) + " of its energies");
+    sums_.largest_gain = std::max(sums_.largest_gain, gain);
+  }
+
+  const SceneDescription& scene_;
+  const Geometry geometry_;
+  const std::vector<BodyId> ids_;
+  std::vector<double> radii_m_;
+  std::vector<bool> wedged_;  // has been in an island with an overlap deeper than itself
+  double fastest_m_s_ = 0.0;  // point at the start
+  double speed_limit_m_s_ = 0.0;
+  StepScratch scratch_;
+  StepReport report_;
+  StageCounters counters_;
+  std::int64_t number_ = 0;
+  FuzzSums sums_;
+};
+
+}  // namespace
+
+void add(const FuzzSums& more, FuzzSums& sums) {
+  sums.steps += more.steps;
+  sums.islands += more.islands;
+  sums.contact_points += more.contact_points;
+  sums.most_iterations = std::max(sums.most_iterations, more.most_iterations);
+  sums.most_multiplications = std::max(sums.most_multiplications, more.most_multiplications);
+  sums.largest_gain = std::max(sums.largest_gain, more.largest_gain);
+  sums.push_out_work_joule += more.push_out_work_joule;
+  sums.sunk_when_wedged += more.sunk_when_wedged;
+}
+
+FuzzSums run_fuzz_trial(const scenarios::Scenario& scenario) {
+  Checks checks(scenario);
+  std::vector<BodyState> states = scenario.initial;
+  for (std::int64_t step = 1; step <= scenario.run.steps; ++step) checks.step(step, states);
+  return checks.sums();
+}
+
+}  // namespace soda::analysis

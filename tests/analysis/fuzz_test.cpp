@@ -1,0 +1,112 @@
+// Random scenes: that they are what they say, that failures are noticed, and made small.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+
+#include "analysis/fuzz_search.hpp"
+#include "scenarios/read_scenario.hpp"
+
+namespace soda::analysis {
+namespace {
+
+FuzzOutcome failure(const std::string& what) { return {true, false, what, {}}; }
+
+TEST(Fuzz, WhatIsReadIsWhatWasDrawnToTheBit) {
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    const FuzzScene drawn = draw_scene(seed, 30, true);
+    const scenarios::Scenario read =
+        scenarios::read_scenario_text(scenario_text(drawn, "a scene"), "fuzz.json");
+    EXPECT_EQ(read.run.steps, 30);
+    EXPECT_EQ(read.scene.dt_s, drawn.time_step_s);
+    EXPECT_EQ(read.scene.joints.size(), drawn.joints.size());
+    EXPECT_EQ(read.scene.statics.size(), drawn.statics.size());
+    ASSERT_EQ(read.initial.size(), drawn.bodies.size());
+    for (std::size_t i = 0; i < drawn.bodies.size(); ++i) {
+      EXPECT_EQ(read.scene.bodies[i].mass_kg, drawn.bodies[i].mass_kg);
+      EXPECT_EQ(read.initial[i].linear_velocity_m_s, drawn.bodies[i].velocity_m_s);
+      if (drawn.bodies[i].shape.kind == FuzzShapeKind::kHull) continue;  // moves to its centre
+      EXPECT_EQ(read.initial[i].position_m, drawn.bodies[i].position_m);
+    }
+  }
+}
+
+TEST(Fuzz, DrawsReachEveryShapeAndTheEndsOfEveryRange) {
+  std::set<FuzzShapeKind> moving, fixed;
+  std::set<std::string> joints;
+  std::set<std::size_t> counts;
+  double small = 1.0, large = 1.0, light = 1.0, heavy = 1.0;
+  for (std::uint64_t seed = 1; seed <= 1000; ++seed) {
+    const FuzzScene scene = draw_scene(seed, 1, true);
+    counts.insert(scene.bodies.size());
+    for (const FuzzBody& body : scene.bodies) {
+      moving.insert(body.shape.kind);
+      small = std::min(small, body.shape.size_m.minCoeff());
+      large = std::max(large, body.shape.size_m.maxCoeff());
+      light = std::min(light, body.mass_kg);
+      heavy = std::max(heavy, body.mass_kg);
+    }
+    for (const FuzzStatic& thing : scene.statics) fixed.insert(thing.shape.kind);
+    for (const FuzzJoint& joint : scene.joints) joints.insert(joint.type);
+  }
+  EXPECT_EQ(moving.size(), 5u);
+  EXPECT_EQ(fixed.size(), 7u);
+  EXPECT_EQ(joints.size(), 5u);
+  EXPECT_EQ(counts.size(), 12u);
+  EXPECT_EQ(small, 1e-3);
+  EXPECT_GT(large, 500.0);
+  EXPECT_LT(light, 1e-8);
+  EXPECT_GT(heavy, 1e8);
+}
+
+// A spring that is let go does work, of which the checks know nothing.
+constexpr const char* kLetGo = R"({
+  "format": 1, "gravity_m_s2": [0, 0, 0], "time_step_s": 0.01, "steps": 20,
+  "materials": [{"name": "stuff", "friction": 0, "restitution": 0}],
+  "bodies": [{"id": 7, "shape": {"type": "sphere", "radius_m": 0.1}, "mass_kg": 1,
+              "material": "stuff", "position_m": [1, 0, 0]}],
+  "joints": [{"id": 0, "type": "spring", "body": 7, "anchor_m": [1, 0, 0],
+              "other_anchor_m": [0, 0, 0], "length_m": 0, "stiffness_newton_m": 10}]})";
+
+TEST(Fuzz, AGainOfEnergyIsNoticedAndLocated) {
+  const FuzzOutcome outcome = try_scene(kLetGo);
+  EXPECT_TRUE(outcome.failed);
+  EXPECT_FALSE(outcome.refused);
+  EXPECT_NE(outcome.what.find("step 1, body 7: energy: "), std::string::npos) << outcome.what;
+}
+
+TEST(Fuzz, ASceneThatIsRefusedIsNoFailureOfPhysics) {
+  const FuzzOutcome outcome = try_scene("{\"format\": 1}");
+  EXPECT_TRUE(outcome.failed);
+  EXPECT_TRUE(outcome.refused) << outcome.what;
+}
+
+TEST(Fuzz, AFailureIsShrunkToWhatItNeeds) {
+  FuzzScene scene = draw_scene(3, 60);
+  while (scene.bodies.size() < 5) scene = draw_scene(scene.seed + 1, 60);
+  const std::uint32_t needed = scene.bodies[2].id;
+  const ShrunkScene smallest = shrink(scene, "as drawn", 400, [&](const FuzzScene& s) {
+    const bool there = std::any_of(s.bodies.begin(), s.bodies.end(),
+                                   [&](const FuzzBody& body) { return body.id == needed; });
+    return there && s.steps >= 7 ? failure("still") : FuzzOutcome{};
+  });
+  ASSERT_EQ(smallest.scene.bodies.size(), 1u);
+  const FuzzBody& body = smallest.scene.bodies[0];
+  EXPECT_EQ(body.id, needed);
+  EXPECT_EQ(smallest.scene.steps, 7);
+  EXPECT_TRUE(smallest.scene.statics.empty());
+  EXPECT_TRUE(smallest.scene.joints.empty());
+  EXPECT_EQ(body.shape.kind, FuzzShapeKind::kSphere);
+  EXPECT_EQ(body.mass_kg, 1.0);
+  EXPECT_EQ(body.velocity_m_s, physics::Vec3(physics::Vec3::Zero()));
+  EXPECT_EQ(smallest.what, "still");
+  EXPECT_LE(smallest.tried, 400u);
+}
+
+TEST(Fuzz, ShrinkingStopsAtItsLimit) {
+  const FuzzScene scene = draw_scene(5, 60);
+  EXPECT_EQ(shrink(scene, "", 3, [](const FuzzScene&) { return failure("always"); }).tried, 3u);
+}
+
+}  // namespace
+}  // namespace soda::analysis
