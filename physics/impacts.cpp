@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "physics/contact_solver.hpp"
+#include "physics/contact_work.hpp"
 #include "physics/forces.hpp"
 #include "physics/island_motion.hpp"
 #include "physics/rigid_motion.hpp"
@@ -180,11 +181,18 @@ bool strike(Flyers& flyers, const FlyingPair& pair, double time_s, IslandReport&
   const Selection<BodyState> before{std::span<const BodyState>(states)};
   ContactProblem problem;
   load_bodies(flyers.scene, 0.0, ids, before, problem.bodies, counters);
+  const std::vector<SolverBody> free(problem.bodies.begin(), problem.bodies.end() - 1);
   build_rows(flyers.scene, 0.0, ids, std::span<const ContactManifold>(manifolds), before, problem,
              counters);
   int sweeps = solve_velocities(kMostSweeps, problem);
-  if (problem.restitution_rows > 0 && aim_rebounds(problem))
-    sweeps += solve_velocities(kMostSweeps, problem);
+  limit_work(free, problem);
+  if (problem.restitution_rows > 0) {
+    const SolvedContacts plastic = solved_contacts(problem);
+    if (aim_rebounds(problem)) {
+      sweeps += solve_velocities(kMostSweeps, problem);
+      limit_rebounds(0.0, before, free, plastic, problem);
+    }
+  }
   report.iterations += static_cast<std::uint32_t>(sweeps);
   counters.solver_iterations += static_cast<std::uint64_t>(sweeps);
   report_contacts(before, problem, report);

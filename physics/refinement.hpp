@@ -8,8 +8,8 @@
 
 namespace soda::physics {
 
-// Whether an island is worth it: nothing in it is driven, pushed, jointed, pushed apart or giant, and it is a single
-// body, or the scene asks for a tolerance. A function of the arguments only.
+// Whether an island is worth it: nothing in it is driven, pushed, jointed, pushed apart or giant,
+// and it is a single body, or the scene asks for a tolerance. A function of the arguments only.
 bool is_refined(const SceneDescription& scene, const Geometry& geometry,
                 std::span<const BodyId> ids, std::span<const ContactManifold> manifolds);
 

@@ -26,11 +26,11 @@ Mat3 rotated_tensor(const Mat3& rotation, const Mat3& tensor_local);
 // Whether all directions are principal with one moment: then the spin is constant.
 bool is_isotropic(const Mat3& inertia_local);
 
-// Turns the body for dt_s (of any sign) without torque; world angular momentum and energy are kept to rounding.
-// Exact to rounding for any dt_s: a constant spin for an isotropic body, a steady precession for a
-// symmetric one (one of its own axes, moments equal to the bit), else a Taylor series, in stretches
-// of at most half a radian. A body of three moments turns by 512 rad at most: a faster one keeps
-// its motion, but is late.
+// Turns the body for dt_s (of any sign) without torque; world angular momentum and energy are kept
+// to rounding. Exact to rounding for any dt_s: a constant spin for an isotropic body, a steady
+// precession for a symmetric one (one of its own axes, moments equal to the bit), else a Taylor
+// series, in stretches of at most half a radian. A body of three moments turns by 512 rad at most:
+// a faster one keeps its motion, but is late.
 void rotate_freely(const BodyParams& params, double dt_s, BodyState& state);
 
 // Turns the body in the world frame by a displacement that is no motion: its spin turns with it, or

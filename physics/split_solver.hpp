@@ -66,8 +66,8 @@ class BlockSolver {
   bool take_lower(std::span<const BorderBody> bodies);
   bool take_upper(std::span<const BorderBody> bodies);
 
-  // For a solver of all blocks, after all stages: brings about the rebounds of the rows that bounce,
-  // by as many sweeps. Returns their number.
+  // For a solver of all blocks, after all stages: brings about the rebounds of the rows that
+  // bounce, by as many sweeps. Returns their number.
   std::uint32_t rebound(StageCounters& counters);
 
   BlockReport report(std::uint32_t block) const;
