@@ -25,7 +25,6 @@ void write_report(const physics::BlockReport& report, Writer& writer) {
   writer.number(report.constraint_residual_m_s);
   writer.vector(report.static_impulse_newton_s);
   writer.vector(report.static_angular_impulse_newton_m_s);
-  writer.number(report.push_out_work_joule);
 }
 
 physics::BlockReport read_report(Reader& reader) {
@@ -34,7 +33,6 @@ physics::BlockReport read_report(Reader& reader) {
   report.constraint_residual_m_s = reader.number<double>();
   report.static_impulse_newton_s = reader.vector();
   report.static_angular_impulse_newton_m_s = reader.vector();
-  report.push_out_work_joule = reader.number<double>();
   return report;
 }
 

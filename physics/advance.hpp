@@ -25,7 +25,8 @@ struct IslandReport {
   std::uint64_t multiplications = 0;     // of its factorisations, roughly
   double max_penetration_m = 0.0;        // at the start of the step, >= 0
   double constraint_residual_m_s = 0.0;  // largest remaining violation of a velocity constraint
-  // Energy that displacements without velocity gave: push-out of overlaps, closing of joints.
+  // Energy that displacements without velocity gave: push-out of overlaps, closing of joints, in
+  // substeps what the way differs from that of the final velocity. Not of islands in blocks.
   // What else contacts do in a step takes energy out (contact_work.hpp).
   double push_out_work_joule = 0.0;
   Vec3 static_impulse_newton_s = Vec3::Zero();            // by statics (linkages: joint_motion.hpp)

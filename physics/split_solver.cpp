@@ -12,7 +12,6 @@ void add(const BlockReport& block, IslandReport& island) {
       std::max(island.constraint_residual_m_s, block.constraint_residual_m_s);
   island.static_impulse_newton_s += block.static_impulse_newton_s;
   island.static_angular_impulse_newton_m_s += block.static_angular_impulse_newton_m_s;
-  island.push_out_work_joule += block.push_out_work_joule;
 }
 
 BlockSolver::BlockSolver(const GiantIsland& island, std::uint32_t first, std::uint32_t last,
@@ -213,8 +212,7 @@ BlockReport BlockSolver::report(std::uint32_t index) const {
         std::max(sum.constraint_residual_m_s, residual_m_s(border->part.problem));
   }
   return {sum.max_penetration_m, sum.constraint_residual_m_s, sum.static_impulse_newton_s,
-          sum.static_angular_impulse_newton_m_s,
-          push_out_work_joule(island_.scene, island_.scene.dt_s, part.ids, part.push.bodies)};
+          sum.static_angular_impulse_newton_m_s};
 }
 
 namespace {

@@ -35,7 +35,6 @@ struct BlockReport {
   double constraint_residual_m_s = 0.0;
   Vec3 static_impulse_newton_s = Vec3::Zero();
   Vec3 static_angular_impulse_newton_m_s = Vec3::Zero();
-  double push_out_work_joule = 0.0;
 };
 void add(const BlockReport& block, IslandReport& island);
 
