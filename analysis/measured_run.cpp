@@ -113,41 +113,13 @@ std::vector<std::string> broken_plan_lines(const MeasuredRun& run) {
   return broken;
 }
 
-std::vector<std::pair<std::string, std::uint64_t>> stage_counts(
-    const models::SimulationResult& result) {
-  const physics::StageCounters& stages = result.stages;
+namespace {
+
+using Counts = std::vector<std::pair<std::string, std::uint64_t>>;
+
+void add_world_counts(const models::SimulationResult& result, Counts& counts) {
   const models::WorldCounters& worlds = result.worlds;
-  std::vector<std::pair<std::string, std::uint64_t>> counts = {
-      {"boxes", stages.boxes}, {"candidate_pairs", stages.candidate_pairs}};
-  for (std::size_t kernel = 0; kernel < stages.narrowphase_tests.size(); ++kernel) {
-    counts.emplace_back(
-        "narrowphase_" + as_key(physics::name_of(static_cast<physics::ShapeKernel>(kernel))),
-        stages.narrowphase_tests[kernel]);
-  }
-  const std::vector<std::pair<std::string, std::uint64_t>> rest = {
-      {"manifolds", stages.manifolds},
-      {"contact_points", stages.contact_points},
-      {"free_bodies_advanced", stages.free_bodies_advanced},
-      {"islands_solved", stages.islands_solved},
-      {"direct_islands", stages.direct_islands},
-      {"solver_iterations", stages.solver_iterations},
-      {"factor_multiplications", stages.factor_multiplications},
-      {"normal_rows", stages.normal_rows},
-      {"friction_rows", stages.friction_rows},
-      {"conveyor_rows", stages.conveyor_rows},
-      {"joint_rows", stages.joint_rows},
-      {"limit_rows", stages.limit_rows},
-      {"motor_rows", stages.motor_rows},
-      {"restitution_rows", stages.restitution_rows},
-      {"warm_started_rows", stages.warm_started_rows},
-      {"impact_searches", stages.impact_searches},
-      {"impacts", stages.impacts},
-      {"refined_steps", stages.refined_steps},
-      {"islands_in_blocks", stages.islands_in_blocks},
-      {"blocks_solved", stages.blocks_solved},
-      {"block_row_sweeps", stages.block_row_sweeps},
-      {"driven_bodies", stages.driven_bodies},
-      {"forced_bodies", stages.forced_bodies},
+  const Counts more = {
       {"border_tests", worlds.border_tests},
       {"ghosts_sent", worlds.ghosts_sent},
       {"fragments_sent", worlds.fragments_sent},
@@ -184,7 +156,46 @@ std::vector<std::pair<std::string, std::uint64_t>> stage_counts(
       {"bodies_sampled", worlds.bodies_sampled},
       {"cells_transferred", result.territory_changes.size()},
   };
+  counts.insert(counts.end(), more.begin(), more.end());
+}
+
+}  // namespace
+
+Counts stage_counts(const models::SimulationResult& result) {
+  const physics::StageCounters& stages = result.stages;
+  Counts counts = {{"boxes", stages.boxes}, {"candidate_pairs", stages.candidate_pairs}};
+  for (std::size_t kernel = 0; kernel < stages.narrowphase_tests.size(); ++kernel) {
+    counts.emplace_back(
+        "narrowphase_" + as_key(physics::name_of(static_cast<physics::ShapeKernel>(kernel))),
+        stages.narrowphase_tests[kernel]);
+  }
+  const Counts rest = {
+      {"manifolds", stages.manifolds},
+      {"contact_points", stages.contact_points},
+      {"free_bodies_advanced", stages.free_bodies_advanced},
+      {"islands_solved", stages.islands_solved},
+      {"direct_islands", stages.direct_islands},
+      {"solver_iterations", stages.solver_iterations},
+      {"factor_multiplications", stages.factor_multiplications},
+      {"normal_rows", stages.normal_rows},
+      {"friction_rows", stages.friction_rows},
+      {"conveyor_rows", stages.conveyor_rows},
+      {"joint_rows", stages.joint_rows},
+      {"limit_rows", stages.limit_rows},
+      {"motor_rows", stages.motor_rows},
+      {"restitution_rows", stages.restitution_rows},
+      {"warm_started_rows", stages.warm_started_rows},
+      {"impact_searches", stages.impact_searches},
+      {"impacts", stages.impacts},
+      {"refined_steps", stages.refined_steps},
+      {"islands_in_blocks", stages.islands_in_blocks},
+      {"blocks_solved", stages.blocks_solved},
+      {"block_row_sweeps", stages.block_row_sweeps},
+      {"driven_bodies", stages.driven_bodies},
+      {"forced_bodies", stages.forced_bodies},
+  };
   counts.insert(counts.end(), rest.begin(), rest.end());
+  add_world_counts(result, counts);
   return counts;
 }
 
