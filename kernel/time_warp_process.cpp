@@ -5,13 +5,24 @@
 #include "kernel/invariant.hpp"
 
 namespace soda::kernel {
-namespace {
 
-// So many of the latest outputs are looked through for one to the same register, which costs less
-// than to enter them into a table that most of them never need.
-constexpr std::uint32_t kMostOutsideSlots = 4;
-
-}  // namespace
+[[gnu::always_inline]] inline void TimeWarpProcess::send(VirtualTime now, const OutputId& to,
+                                                         Payload&& payload,
+                                                         WorkerEffects& effects) {
+  const OutputId id{to.time, to.destination, to.kind, slots_.take(to)};
+  if (has_pending() && adopt(now, id, payload)) {
+    ++effects.counters.adopted;
+  } else {
+    SODA_ASSERT(now >= coast_until_, "LP ", index_of(id_), " executing ", now,
+                " again with the same inputs sends something else to LP ", index_of(id.destination),
+                " at ", id.time, " (kind ", id.kind, ", slot ", id.slot,
+                "): its execute is not a pure function");
+    ++effects.counters.messages;
+    effects.outgoing.emplace_back(id.time, id_, id.destination, id.kind, id.slot,
+                                  next_incarnation_++, false, payload);
+  }
+  outputs_.emplace_back(std::move(payload));
+}
 
 class TimeWarpProcess::Sender final : public Outbox {
  public:
@@ -42,10 +53,12 @@ class TimeWarpProcess::Sender final : public Outbox {
   WorkerEffects& effects_;
 };
 
-TimeWarpProcess::TimeWarpProcess(LpId id, std::size_t lp_count, LogicalProcess& lp, VirtualTime end)
+TimeWarpProcess::TimeWarpProcess(LpId id, std::size_t lp_count, LogicalProcess& lp, VirtualTime end,
+                                 MessagePool& pool)
     : lp_(lp),
       next_time_(lp.next_time()),
       agenda_(next_time_),
+      inputs_(pool),
       id_(id),
       lp_count_(static_cast<std::uint32_t>(lp_count)),
       end_(end),
@@ -172,28 +185,18 @@ void TimeWarpProcess::undo_outputs(const Executed& undone) {
   if (undone.outputs == 0) return;
   Rare& undo = rare();
   for (std::uint32_t i = 0; i < undone.outputs; ++i) {
-    Output& output = outputs_.back();
-    if (in_slots_ == outputs_.size()) {
-      slots_.release(output.id);
-      --in_slots_;
-    }
-    undo.pending_order.emplace_back(undone.time(), output.id);
-    undo.pending.emplace(output.id, PendingOutput{undone.time(), std::move(output.payload)});
+    const OutputId id = slots_.release();
+    undo.pending_order.emplace_back(undone.time(), id);
+    undo.pending.emplace(id, PendingOutput{undone.time(), std::move(outputs_.back())});
     outputs_.truncate(outputs_.size() - 1);
   }
-}
-
-void TimeWarpProcess::refresh_agenda() {
-  agenda_ = lp_.next_time();
-  SODA_ASSERT(executed_.empty() || executed_.back().time() < agenda_, "agenda of LP ",
-              index_of(id_), " after executing ", executed_.back().time(), " is ", agenda_);
 }
 
 void TimeWarpProcess::execute(WorkerEffects& effects) {
   const VirtualTime now = next_time_;
   SODA_ASSERT(now < end_ && changed_from_ == kNever, "LP ", index_of(id_), " at ", now, ", end ",
               end_);
-  inputs_.gather(now, effects.bag);
+  const std::uint32_t passed = inputs_.gather(now, effects.bag);
   lp_.mark(now);
   const std::size_t sent_before = outputs_.size();
   Sender sender(*this, now, effects);
@@ -201,9 +204,10 @@ void TimeWarpProcess::execute(WorkerEffects& effects) {
   executed_.push_back(
       {now.t, now.round, static_cast<std::uint32_t>(outputs_.size() - sent_before)});
   ++effects.counters.executed;
-  inputs_.pass(now);
+  inputs_.pass(now, passed);
   refresh_agenda();
   refresh_next_time();
+  if (!rare_) return;
   if (has_pending()) flush_pending(effects);
   if (!has_undone()) return;
   drop_replaced(now);
@@ -236,36 +240,6 @@ void TimeWarpProcess::repeat_last(WorkerEffects& effects) {
               last, " again with the same inputs gets state ", lp_.digest(), " and next time ",
               next_time_, " instead of ", digest, " and ", next,
               ": its execute is not a pure function");
-}
-
-void TimeWarpProcess::send(VirtualTime now, const OutputId& to, Payload&& payload,
-                           WorkerEffects& effects) {
-  const OutputId id{to.time, to.destination, to.kind, next_slot(to)};
-  if (has_pending() && adopt(now, id, payload)) {
-    ++effects.counters.adopted;
-  } else {
-    SODA_ASSERT(now >= coast_until_, "LP ", index_of(id_), " executing ", now,
-                " again with the same inputs sends something else to LP ", index_of(id.destination),
-                " at ", id.time, " (kind ", id.kind, ", slot ", id.slot,
-                "): its execute is not a pure function");
-    ++effects.counters.messages;
-    effects.outgoing.push_back(
-        {id.time, id_, id.destination, id.kind, id.slot, next_incarnation_++, false, payload});
-  }
-  outputs_.emplace_back(id, std::move(payload));
-}
-
-// One more than the last that stands or is irrevocable. Those outside slots_ were sent after those
-// in it.
-std::uint32_t TimeWarpProcess::next_slot(const OutputId& id) {
-  for (std::size_t i = outputs_.size(); i > in_slots_; --i) {
-    const OutputId& last = outputs_[i - 1].id;
-    if (last.time == id.time && last.destination == id.destination && last.kind == id.kind)
-      return last.slot + 1;
-  }
-  const std::uint32_t slot = slots_.count_of(id);
-  if (outputs_.size() - in_slots_ >= kMostOutsideSlots) slots_.take(outputs_[in_slots_++].id);
-  return slot;
 }
 
 // Whether an undone execution had sent the same. Something else in the same register is forgotten
@@ -363,17 +337,10 @@ void TimeWarpProcess::forget(VirtualTime gvt) {
               " what it has not committed, after ", last_committed_);
   executed_.drop_front(executed);
   committed_ -= static_cast<std::uint32_t>(executed);
-  forget_outputs(outputs);
-}
-
-// Slots are kept for as long as something may be sent to their time, which can be long after the
-// output itself has become irrevocable.
-void TimeWarpProcess::forget_outputs(std::size_t count) {
+  outputs_.drop_front(outputs);
+  // A slot stays taken while something may be sent to its time, which can be long after the output
+  // itself has become irrevocable.
   slots_.forget(kept_);
-  for (; in_slots_ < count; ++in_slots_)
-    if (outputs_[in_slots_].id.time > kept_) slots_.take(outputs_[in_slots_].id);
-  in_slots_ -= static_cast<std::uint32_t>(count);
-  outputs_.drop_front(count);
 }
 
 TimeWarpProcess::HistorySize TimeWarpProcess::history_size() const {

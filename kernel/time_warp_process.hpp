@@ -13,6 +13,7 @@
 
 #include "kernel/executor.hpp"
 #include "kernel/input_queue.hpp"
+#include "kernel/invariant.hpp"
 #include "kernel/logical_process.hpp"
 #include "kernel/message.hpp"
 #include "kernel/sliding_vector.hpp"
@@ -44,8 +45,9 @@ struct WorkerEffects {
 //     an anti-message may still be needed for have send time >= floor, so receive time > floor.
 class alignas(64) TimeWarpProcess {
  public:
-  // `lp` must outlive the process. Times >= end are never executed nor sent to.
-  TimeWarpProcess(LpId id, std::size_t lp_count, LogicalProcess& lp, VirtualTime end);
+  // `lp` and `pool` must outlive the process. Times >= end are never executed nor sent to.
+  TimeWarpProcess(LpId id, std::size_t lp_count, LogicalProcess& lp, VirtualTime end,
+                  MessagePool& pool);
 
   LpId id() const { return id_; }
 
@@ -142,10 +144,6 @@ class alignas(64) TimeWarpProcess {
     VirtualTime time() const { return {t, round}; }
   };
   static_assert(sizeof(Executed) == 16);
-  struct Output {
-    OutputId id;
-    Payload payload;
-  };
   struct PendingOutput {
     VirtualTime send_time;
     Payload payload;
@@ -191,20 +189,21 @@ class alignas(64) TimeWarpProcess {
   VirtualTime first_undone(VirtualTime to) const;
   void undo_outputs(const Executed& undone);
   void refresh_next_time() { next_time_ = std::min(agenda_, inputs_.next_time()); }
-  void refresh_agenda();
+  void refresh_agenda() {
+    agenda_ = lp_.next_time();
+    SODA_ASSERT(executed_.empty() || executed_.back().time() < agenda_, "agenda of LP ",
+                index_of(id_), " after executing ", executed_.back().time(), " is ", agenda_);
+  }
   void send(VirtualTime now, const OutputId& to, Payload&& payload, WorkerEffects& effects);
-  std::uint32_t next_slot(const OutputId& id);
   bool adopt(VirtualTime now, const OutputId& id, const Payload& payload);
   void flush_pending(WorkerEffects& effects);
   void withdraw(VirtualTime now, LpId destination, WorkerEffects& effects);
   void cancel(const OutputId& id, WorkerEffects& effects);
-  void forget_outputs(std::size_t count);
 
   // What commit() reads lies in one cache line.
   LogicalProcess& lp_;
-  SlidingVector<Executed> executed_;  // ascending
-  std::uint32_t committed_ = 0;       // executed_ up to here has been committed
-  std::uint32_t in_slots_ = 0;  // outputs_ up to here are in slots_; the others were sent last
+  SlidingVector<Executed> executed_;         // ascending
+  std::uint32_t committed_ = 0;              // executed_ up to here has been committed
   VirtualTime last_committed_ = kBeginning;  // outlives rollbacks behind it
 
   VirtualTime next_time_;
@@ -212,14 +211,14 @@ class alignas(64) TimeWarpProcess {
   VirtualTime coast_until_ = kBeginning;
   VirtualTime changed_from_ = kNever;  // earliest change delivered since settle()
   InputQueue inputs_;
-  SlidingVector<Output> outputs_;  // standing, as sent by what has been executed
+  SlotTable slots_;                 // of what stands and of what is irrevocable
+  SlidingVector<Payload> outputs_;  // standing, as sent by what has been executed
   std::uint64_t next_incarnation_ = 1;
   const LpId id_;
   const std::uint32_t lp_count_;
   const VirtualTime end_;
   const bool gates_, absorbs_, jumps_;
   std::unique_ptr<Rare> rare_;
-  SlotTable slots_;  // of most of what stands and of what is irrevocable
   VirtualTime gvt_ = kBeginning;
   VirtualTime kept_ = kBeginning;  // what forget() of the LP returned last
 };

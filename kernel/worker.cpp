@@ -57,7 +57,7 @@ Worker::Worker(std::size_t index, Team& team, std::span<const std::unique_ptr<Lo
   processes_.reserve(schedule_.size());
   for (std::uint32_t own = 0; own < schedule_.size(); ++own) {
     const LpId id{first_lp_ + own};
-    processes_.emplace_back(id, lps.size(), *lps[index_of(id)], end);
+    processes_.emplace_back(id, lps.size(), *lps[index_of(id)], end, pool_);
     refresh(own);
   }
 }

@@ -75,6 +75,7 @@ class Worker {
   VirtualTime contributed_ = kBeginning;  // to the reduction that is under way, by this rank
   const std::uint32_t first_lp_;
 
+  MessagePool pool_;                        // of what they have received
   std::vector<TimeWarpProcess> processes_;  // the own LPs
   LpSchedule schedule_;                     // by floor, without those that are held
   std::vector<std::uint32_t> held_;         // may hold (gating); in any order
