@@ -133,14 +133,18 @@ inline bool InputQueue::write(Message&& message) {
 
 // An anti-message without its message is kept, too: the older incarnation may still be on its way.
 inline bool InputQueue::write_near(Message&& message) {
-  std::size_t at = near_.size();
-  while (at > passed_ && near_[at - 1].t > message.time.t) --at;
-  int order = -1;
-  while (at > passed_ && (order = compare(near_[at - 1], message)) > 0) --at;
-  if (at > passed_ && order == 0) return replace(near_[at - 1], std::move(message));
+  Entry* const pending = near_.begin() + passed_;
+  Entry* at = near_.end();
+  while (at != pending && at[-1].t > message.time.t) --at;
+  if (at != pending && at[-1].t == message.time.t) {
+    int order = -1;
+    while (at != pending && (order = compare(at[-1], message)) > 0) --at;
+    if (at != pending && order == 0) return replace(at[-1], std::move(message));
+  }
   const bool changes = !message.anti;
-  near_.insert(at, store(std::move(message)));
-  if (near_.size() > passed_ + kMostNear) spill();
+  near_.insert(static_cast<std::size_t>(at - near_.begin()), store(std::move(message)));
+  if (near_.size() > passed_ + kMostNear) [[unlikely]]
+    spill();
   return changes;
 }
 

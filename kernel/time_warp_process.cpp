@@ -55,23 +55,20 @@ class TimeWarpProcess::Sender final : public Outbox {
 
 TimeWarpProcess::TimeWarpProcess(LpId id, std::size_t lp_count, LogicalProcess& lp, VirtualTime end,
                                  MessagePool& pool)
-    : lp_(lp),
-      next_time_(lp.next_time()),
-      agenda_(next_time_),
+    : next_time_(lp.next_time()),
       inputs_(pool),
       id_(id),
-      lp_count_(static_cast<std::uint32_t>(lp_count)),
-      end_(end),
       gates_(lp.gates()),
       absorbs_(lp.absorbs()),
-      jumps_(lp.jumps()) {}
+      jumps_(lp.jumps()),
+      lp_(lp),
+      agenda_(next_time_),
+      lp_count_(static_cast<std::uint32_t>(lp_count)),
+      end_(end) {}
 
-bool TimeWarpProcess::deliver(Message&& message, Counters& counters) {
-  const VirtualTime time = message.time;
-  SODA_ASSERT(time >= gvt_, "message from LP ", index_of(message.source), " to LP ", index_of(id_),
-              " at ", time, " behind GVT ", gvt_);
-  const bool anti = message.anti;
-  if (!inputs_.write(std::move(message))) return false;
+// Not the usual case: something that has been executed is concerned, or what comes next may have
+// become later.
+bool TimeWarpProcess::note_change(VirtualTime time, Counters& counters) {
   if (jumps_ && (has_undone() || (needs_rollback(time) && !absorbs_)))
     rare().different.push_back(time);
   if (needs_rollback(time)) {
@@ -80,12 +77,6 @@ bool TimeWarpProcess::deliver(Message&& message, Counters& counters) {
       rare().changed.push_back(time);
       return changed_from_ == kNever && rare_->changed.size() == 1;
     }
-  } else if (!anti && changed_from_ == kNever && !has_fault()) {
-    // The usual case: nothing that has been executed is concerned, and nothing gets later, so
-    // nothing can be left to cancel.
-    coast_until_ = std::min(coast_until_, time);
-    next_time_ = std::min(next_time_, time);
-    return false;
   }
   const bool first = changed_from_ == kNever;
   changed_from_ = std::min(changed_from_, time);

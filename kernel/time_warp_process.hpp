@@ -58,6 +58,7 @@ class alignas(64) TimeWarpProcess {
   // of.
   VirtualTime floor() const { return next_time_ > coast_until_ ? next_time_ : coast_until_; }
 
+  bool gates() const { return gates_; }
   // Whether the LP waits at next_time() for messages that GVT has not excluded yet (gating). It has
   // a floor all the same.
   bool holds(VirtualTime gvt, WorkerEffects& effects) const {
@@ -102,11 +103,12 @@ class alignas(64) TimeWarpProcess {
   // Fossil collection: drops what no rollback to `gvt` or later needs.
   void forget(VirtualTime gvt);
 
-  // Whether forget(gvt) is allowed and would find something. Between the rounds it is not always:
-  // what has been executed again behind GVT must be committed first.
-  bool has_fossils(VirtualTime gvt) const {
-    return executed_.size() > 1 && executed_[1].time() <= gvt &&
-           (committed_ == executed_.size() || executed_[committed_].time() >= gvt);
+  // Both, before it executes: then what they touch is needed anyway. Only if there is enough to
+  // collect to be worth it. Nothing may fail before `gvt`.
+  void collect(VirtualTime gvt, Counters& counters) {
+    if (executed_.size() <= kFewFossils || executed_[kFewFossils].time() > gvt) return;
+    commit(gvt, counters);
+    forget(gvt);
   }
   // Whether there are empty registers: forget() drops them, though nothing is executed any more.
   bool has_antis() const { return inputs_.has_antis(); }
@@ -125,6 +127,9 @@ class alignas(64) TimeWarpProcess {
     __builtin_prefetch(outputs_.end());
     inputs_.prefetch();
   }
+
+  // As many executed times may be left to the next collect().
+  static constexpr std::size_t kFewFossils = 1;
 
   // Entries held, for the bound on memory: registers of inputs, executed times, outputs.
   struct HistorySize {
@@ -174,6 +179,7 @@ class alignas(64) TimeWarpProcess {
     return *rare_;
   }
   bool has_pending() const { return rare_ && !rare_->pending_order.empty(); }
+  bool note_change(VirtualTime time, Counters& counters);
   void absorb_changes(WorkerEffects& effects);
   bool absorb(VirtualTime time, WorkerEffects& effects);
   bool has_undone() const { return rare_ && !rare_->undone.empty(); }
@@ -200,27 +206,45 @@ class alignas(64) TimeWarpProcess {
   void withdraw(VirtualTime now, LpId destination, WorkerEffects& effects);
   void cancel(const OutputId& id, WorkerEffects& effects);
 
-  // What commit() reads lies in one cache line.
-  LogicalProcess& lp_;
-  SlidingVector<Executed> executed_;         // ascending
-  std::uint32_t committed_ = 0;              // executed_ up to here has been committed
-  VirtualTime last_committed_ = kBeginning;  // outlives rollbacks behind it
-
+  // What a message to come needs, then what an execution needs beside that.
   VirtualTime next_time_;
-  VirtualTime agenda_;  // of the LP
   VirtualTime coast_until_ = kBeginning;
+  VirtualTime gvt_ = kBeginning;
   VirtualTime changed_from_ = kNever;  // earliest change delivered since settle()
   InputQueue inputs_;
-  SlotTable slots_;                 // of what stands and of what is irrevocable
-  SlidingVector<Payload> outputs_;  // standing, as sent by what has been executed
-  std::uint64_t next_incarnation_ = 1;
+  std::unique_ptr<Rare> rare_;
   const LpId id_;
+  const bool gates_, absorbs_, jumps_;
+  std::uint32_t committed_ = 0;  // executed_ up to here has been committed
+  LogicalProcess& lp_;
+  SlidingVector<Executed> executed_;         // ascending
+  VirtualTime last_committed_ = kBeginning;  // outlives rollbacks behind it
+  SlidingVector<Payload> outputs_;           // standing, as sent by what has been executed
+  std::uint64_t next_incarnation_ = 1;
+  SlotTable slots_;     // of what stands and of what is irrevocable
+  VirtualTime agenda_;  // of the LP
   const std::uint32_t lp_count_;
   const VirtualTime end_;
-  const bool gates_, absorbs_, jumps_;
-  std::unique_ptr<Rare> rare_;
-  VirtualTime gvt_ = kBeginning;
   VirtualTime kept_ = kBeginning;  // what forget() of the LP returned last
 };
+
+inline bool TimeWarpProcess::deliver(Message&& message, Counters& counters) {
+  const VirtualTime time = message.time;
+  SODA_ASSERT(time >= gvt_, "message from LP ", index_of(message.source), " to LP ", index_of(id_),
+              " at ", time, " behind GVT ", gvt_);
+  const bool anti = message.anti;
+  const bool is_late = needs_rollback(time);
+  if (!inputs_.write(std::move(message))) return false;
+  if (is_late || anti || rare_ || changed_from_.t != kNever.t) {
+    if (is_late || anti || changed_from_ != kNever || has_fault())
+      return note_change(time, counters);
+    if (jumps_ && has_undone()) rare_->different.push_back(time);
+  }
+  // The usual case: nothing that has been executed is concerned, and nothing gets later, so nothing
+  // can be left to cancel.
+  coast_until_ = std::min(coast_until_, time);
+  next_time_ = std::min(next_time_, time);
+  return false;
+}
 
 }  // namespace soda::kernel
