@@ -45,10 +45,10 @@ class CopyHistory {
 
   VirtualTime forget(VirtualTime horizon) {
     // Step by step: what is passed is dropped.
-    std::size_t reachable = 0;
-    while (reachable < saved_.size() && saved_[reachable].time <= horizon) ++reachable;
-    if (reachable == 0) return kBeginning;
-    if (reachable > 1) saved_.drop_front(reachable - 1);
+    const Saved* saved = saved_.begin();
+    while (saved != saved_.end() && saved->time <= horizon) ++saved;
+    if (saved == saved_.begin()) return kBeginning;
+    saved_.drop_front(static_cast<std::size_t>(saved - saved_.begin()) - 1);
     return saved_.front().time;
   }
 

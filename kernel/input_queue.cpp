@@ -108,14 +108,14 @@ void InputQueue::drop_antis(VirtualTime gvt) {
 // From the near ones to the tree, until half as many are left as may be near.
 void InputQueue::spill() {
   if (!far_) far_ = std::make_unique<Far>();
-  const std::size_t stay = passed_ + kMostNear / 2;
+  const std::size_t stay = passed_ + std::size_t{kMostNear / 2};
   for (std::size_t i = near_.size(); i > stay; --i)
     far_->emplace_hint(far_->begin(), register_key(message_of(near_[i - 1])), near_[i - 1]);
   near_.truncate(stay);
 }
 
 void InputQueue::refill() {
-  while (near_.size() < passed_ + kMostNear / 2 && !far_->empty()) {
+  while (near_.size() < passed_ + std::size_t{kMostNear / 2} && !far_->empty()) {
     near_.push_back(far_->begin()->second);
     far_->erase(far_->begin());
   }

@@ -36,8 +36,9 @@ class InputQueue {
 
   // The earliest pending register that holds a message; kNever if none does.
   VirtualTime next_time() const {
-    if (passed_ == near_.size()) return kNever;
-    if (!near_[passed_].anti) return near_[passed_].time();
+    const Entry* const next = near_.begin() + passed_;
+    if (next == near_.end()) return kNever;
+    if (!next->anti) return next->time();
     return next_time_beyond_antis();
   }
 
@@ -77,7 +78,7 @@ class InputQueue {
   std::size_t size() const { return near_.size() + (far_ ? far_->size() : 0); }
 
  private:
-  static constexpr std::size_t kMostNear = 64;
+  static constexpr std::ptrdiff_t kMostNear = 64;
 
   struct Entry {
     std::int64_t t = 0;
@@ -143,7 +144,7 @@ inline bool InputQueue::write_near(Message&& message) {
   }
   const bool changes = !message.anti;
   near_.insert(static_cast<std::size_t>(at - near_.begin()), store(std::move(message)));
-  if (near_.size() > passed_ + kMostNear) [[unlikely]]
+  if (near_.end() - near_.begin() > passed_ + kMostNear) [[unlikely]]
     spill();
   return changes;
 }
@@ -172,10 +173,12 @@ inline void InputQueue::release(const Entry& entry) {
 }
 
 inline void InputQueue::forget(VirtualTime kept, VirtualTime gvt) {
-  std::uint32_t count = 0;
-  for (; count < passed_ && near_[count].time() < kept; ++count) release(near_[count]);
+  const Entry* entry = near_.begin();
+  const Entry* const pending = entry + passed_;
+  for (; entry != pending && entry->time() < kept; ++entry) release(*entry);
+  const auto count = static_cast<std::size_t>(entry - near_.begin());
   near_.drop_front(count);
-  passed_ -= count;
+  passed_ -= static_cast<std::uint32_t>(count);
   if (antis_ > 0) drop_antis(gvt);
 }
 

@@ -80,8 +80,9 @@ class SlidingVector {
   }
 
   void drop_front(std::size_t count) {
-    std::destroy(begin_, begin_ + count);
-    begin_ += count;
+    T* const rest = begin_ + count;
+    std::destroy(begin_, rest);
+    begin_ = rest;
     if (begin_ == end_) begin_ = end_ = items_;
   }
 

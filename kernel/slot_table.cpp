@@ -18,23 +18,26 @@ OutputId SlotTable::release() {
               "of ", entries_.size(), " taken, all up to ", kept_, " forgotten");
   const Entry last = entries_.back();
   entries_.truncate(entries_.size() - 1);
+  ++room_;
   return {last.time(), last.destination, last.kind, last.slot};
 }
 
 void SlotTable::take_again(const OutputId& id) {
   SODA_ASSERT(find_next(id) == id.slot, "slot ", id.slot, " at ", id.time, " to LP ",
               index_of(id.destination), " is taken again, free is ", find_next(id));
-  append(id, id.slot);
+  append(id, id.slot, filter_bit(id.time.t, id.time.round, id.destination, id.kind));
 }
 
 void SlotTable::make_room() {
-  const auto is_void = [this](const Entry& entry) { return this->is_void(entry); };
-  Entry* const kept = std::remove_if(entries_.begin(), entries_.end(), is_void);
-  entries_.truncate(static_cast<std::size_t>(kept - entries_.begin()));
-  most_ = std::max<std::size_t>(4, 2 * entries_.size());
   filter_ = 0;
-  for (const Entry& entry : entries_)
+  Entry* kept = entries_.begin();
+  for (const Entry& entry : entries_) {
+    if (is_void(entry)) continue;
     filter_ |= filter_bit(entry.t, entry.round, entry.destination, entry.kind);
+    *kept++ = entry;
+  }
+  entries_.truncate(static_cast<std::size_t>(kept - entries_.begin()));
+  room_ = std::max(4u, static_cast<std::uint32_t>(entries_.size()));
 }
 
 }  // namespace soda::kernel

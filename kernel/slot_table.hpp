@@ -37,6 +37,10 @@ class SlotTable {
     std::uint32_t kind = 0;
     std::uint32_t slot = 0;
 
+    Entry(std::int64_t t_, std::uint32_t round_, LpId destination_, std::uint32_t kind_,
+          std::uint32_t slot_)
+        : t(t_), round(round_), destination(destination_), kind(kind_), slot(slot_) {}
+
     VirtualTime time() const { return {t, round}; }
     bool is_register(const OutputId& id) const {
       return t == id.time.t && destination == id.destination && round == id.time.round &&
@@ -52,10 +56,11 @@ class SlotTable {
     return std::uint64_t{1} << (word * 0x9e3779b97f4a7c15ull >> 58);
   }
   std::uint32_t find_next(const OutputId& id) const;
-  void append(const OutputId& id, std::uint32_t slot) {
-    if (entries_.size() >= most_) make_room();
-    filter_ |= filter_bit(id.time.t, id.time.round, id.destination, id.kind);
-    entries_.push_back({id.time.t, id.time.round, id.destination, id.kind, slot});
+  void append(const OutputId& id, std::uint32_t slot, std::uint64_t bit) {
+    if (--room_ == 0) [[unlikely]]
+      make_room();
+    filter_ |= bit;
+    entries_.emplace_back(id.time.t, id.time.round, id.destination, id.kind, slot);
   }
   bool is_void(const Entry& entry) const { return entry.time() <= kept_; }
   void make_room();
@@ -63,13 +68,13 @@ class SlotTable {
   std::uint64_t filter_ = 0;  // of all entries, and of some that are gone
   VirtualTime kept_ = kBeginning;
   SlidingVector<Entry> entries_;
-  std::size_t most_ = 0;  // then it is time to drop void ones
+  std::uint32_t room_ = 1;  // so many more until it is time to drop void ones
 };
 
 inline std::uint32_t SlotTable::take(const OutputId& id) {
-  const bool maybe = filter_ & filter_bit(id.time.t, id.time.round, id.destination, id.kind);
-  const std::uint32_t slot = maybe ? find_next(id) : 0;
-  append(id, slot);
+  const std::uint64_t bit = filter_bit(id.time.t, id.time.round, id.destination, id.kind);
+  const std::uint32_t slot = (filter_ & bit) != 0 ? find_next(id) : 0;
+  append(id, slot, bit);
   return slot;
 }
 

@@ -302,36 +302,40 @@ void TimeWarpProcess::commit(VirtualTime limit, Counters& counters) {
   const HistorySize held = history_size();
   counters.history_max =
       std::max<std::uint64_t>(counters.history_max, held.inputs + held.executed + held.outputs);
-  for (; committed_ < executed_.size(); ++committed_) {
-    const VirtualTime time = executed_[committed_].time();
-    if (time >= limit) return;
+  const Executed* executed = executed_.begin() + committed_;
+  for (; executed != executed_.end(); ++executed) {
+    const VirtualTime time = executed->time();
+    if (time >= limit) break;
     if (time <= last_committed_) continue;  // executed again
     lp_.commit(time);
     last_committed_ = time;
     ++counters.committed;
   }
+  committed_ = static_cast<std::uint32_t>(executed - executed_.begin());
 }
 
 void TimeWarpProcess::forget(VirtualTime gvt) {
   SODA_ASSERT(gvt >= gvt_, "GVT went back from ", gvt_, " to ", gvt);
   gvt_ = gvt;
-  kept_ = lp_.forget(gvt);
-  SODA_ASSERT(kept_ <= gvt, "LP ", index_of(id_), " keeps nothing before ", kept_, " at GVT ", gvt);
-  inputs_.forget(kept_, gvt_);
-  std::size_t executed = 0;
+  const VirtualTime kept = lp_.forget(gvt);
+  kept_ = kept;
+  SODA_ASSERT(kept <= gvt, "LP ", index_of(id_), " keeps nothing before ", kept, " at GVT ", gvt);
+  inputs_.forget(kept, gvt);
+  const Executed* executed = executed_.begin();
   std::size_t outputs = 0;
-  for (; executed < executed_.size() && executed_[executed].time() < kept_; ++executed)
-    outputs += executed_[executed].outputs;
-  if (executed == 0) return;
+  for (; executed != executed_.end() && executed->time() < kept; ++executed)
+    outputs += executed->outputs;
+  if (executed == executed_.begin()) return;
+  const auto count = static_cast<std::uint32_t>(executed - executed_.begin());
   // What the LP has been rewound behind is committed when it has been executed again.
-  SODA_ASSERT(executed <= committed_, "LP ", index_of(id_), " forgets before ", kept_,
+  SODA_ASSERT(count <= committed_, "LP ", index_of(id_), " forgets before ", kept,
               " what it has not committed, after ", last_committed_);
-  executed_.drop_front(executed);
-  committed_ -= static_cast<std::uint32_t>(executed);
+  executed_.drop_front(count);
+  committed_ -= count;
   outputs_.drop_front(outputs);
   // A slot stays taken while something may be sent to its time, which can be long after the output
   // itself has become irrevocable.
-  slots_.forget(kept_);
+  slots_.forget(kept);
 }
 
 TimeWarpProcess::HistorySize TimeWarpProcess::history_size() const {

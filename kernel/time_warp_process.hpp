@@ -129,7 +129,7 @@ class alignas(64) TimeWarpProcess {
   }
 
   // As many executed times may be left to the next collect().
-  static constexpr std::size_t kFewFossils = 1;
+  static constexpr std::size_t kFewFossils = 3;
 
   // Entries held, for the bound on memory: registers of inputs, executed times, outputs.
   struct HistorySize {
