@@ -11,7 +11,7 @@ int InputQueue::compare_rest(const Message& a, const Message& b) {
   return order < 0 ? -1 : order > 0;
 }
 
-void InputQueue::gather_far(VirtualTime now, std::vector<MessageView>& bag) const {
+void InputQueue::gather_far(VirtualTime now, SlidingVector<MessageView>& bag) const {
   for (const auto& [key, entry] : *far_) {
     if (entry.time() > now) return;
     if (!entry.anti) bag.push_back(view(message_of(entry)));
@@ -52,8 +52,8 @@ bool InputQueue::replace(Entry& entry, Message&& message) {
   return changes;
 }
 
-void InputQueue::gather_passed(VirtualTime time, std::vector<MessageView>& bag) const {
-  bag.clear();
+void InputQueue::gather_passed(VirtualTime time, SlidingVector<MessageView>& bag) const {
+  bag.truncate(0);
   const Entry* const end = near_.begin() + passed_;
   const Entry* at = std::lower_bound(
       near_.begin(), end, time, [](const Entry& entry, VirtualTime t) { return entry.time() < t; });

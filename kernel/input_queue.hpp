@@ -44,10 +44,10 @@ class InputQueue {
 
   // The bag of `now`, which is not later than next_time(). Views are valid until the next change.
   // Returns what pass(now) is to be told.
-  std::uint32_t gather(VirtualTime now, std::vector<MessageView>& bag) const;
+  std::uint32_t gather(VirtualTime now, SlidingVector<MessageView>& bag) const;
 
   // The bag of a time before the boundary.
-  void gather_passed(VirtualTime time, std::vector<MessageView>& bag) const;
+  void gather_passed(VirtualTime time, SlidingVector<MessageView>& bag) const;
 
   // Moves the boundary to just after `now`; `passed` is what gather(now, ...) has just returned.
   void pass(VirtualTime now, std::uint32_t passed) {
@@ -104,7 +104,7 @@ class InputQueue {
   static MessageView view(const Message& input) {
     return {input.source, input.kind, input.slot, input.payload.bytes()};
   }
-  void gather_far(VirtualTime now, std::vector<MessageView>& bag) const;
+  void gather_far(VirtualTime now, SlidingVector<MessageView>& bag) const;
   void pass_far(VirtualTime now);
   bool has_far() const { return far_ && !far_->empty(); }
   bool write_near(Message&& message);
@@ -149,12 +149,12 @@ inline bool InputQueue::write_near(Message&& message) {
   return changes;
 }
 
-inline std::uint32_t InputQueue::gather(VirtualTime now, std::vector<MessageView>& bag) const {
-  bag.clear();
+inline std::uint32_t InputQueue::gather(VirtualTime now, SlidingVector<MessageView>& bag) const {
+  bag.truncate(0);
   const Entry* const end = near_.end();
   const Entry* entry = near_.begin() + passed_;
   for (; entry != end && entry->time() <= now; ++entry)
-    if (!entry->anti) bag.push_back(view(message_of(*entry)));
+    if (!entry->anti) bag.emplace_back(view(message_of(*entry)));
   if (far_ && entry == end) [[unlikely]]
     gather_far(now, bag);
   return static_cast<std::uint32_t>(entry - near_.begin());

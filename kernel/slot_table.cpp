@@ -25,15 +25,15 @@ OutputId SlotTable::release() {
 void SlotTable::take_again(const OutputId& id) {
   SODA_ASSERT(find_next(id) == id.slot, "slot ", id.slot, " at ", id.time, " to LP ",
               index_of(id.destination), " is taken again, free is ", find_next(id));
-  append(id, id.slot, filter_bit(id.time.t, id.time.round, id.destination, id.kind));
+  append(id, id.slot, Filter::place(id.time.t, id.time.round, id.destination, id.kind));
 }
 
 void SlotTable::make_room() {
-  filter_ = 0;
+  filter_ = {};
   Entry* kept = entries_.begin();
   for (const Entry& entry : entries_) {
     if (is_void(entry)) continue;
-    filter_ |= filter_bit(entry.t, entry.round, entry.destination, entry.kind);
+    filter_.set(Filter::place(entry.t, entry.round, entry.destination, entry.kind));
     *kept++ = entry;
   }
   entries_.truncate(static_cast<std::size_t>(kept - entries_.begin()));

@@ -48,33 +48,42 @@ class SlotTable {
     }
   };
 
-  static std::uint64_t filter_bit(std::int64_t t, std::uint32_t round, LpId destination,
-                                  std::uint32_t kind) {
-    const std::uint64_t word = static_cast<std::uint64_t>(t) +
-                               (std::uint64_t{index_of(destination)} << 32) + (kind << 8) +
-                               (std::uint64_t{round} << 48);
-    return std::uint64_t{1} << (word * 0x9e3779b97f4a7c15ull >> 58);
-  }
+  // Bits of the filter: one for each register, of few that are spread.
+  class Filter {
+   public:
+    static std::uint64_t place(std::int64_t t, std::uint32_t round, LpId destination,
+                               std::uint32_t kind) {
+      const std::uint64_t word = static_cast<std::uint64_t>(t) +
+                                 (std::uint64_t{index_of(destination)} << 32) + (kind << 8) +
+                                 (std::uint64_t{round} << 48);
+      return word * 0x9e3779b97f4a7c15ull >> 56;
+    }
+    bool has(std::uint64_t place) const { return (words_[place / 64] >> (place % 64) & 1) != 0; }
+    void set(std::uint64_t place) { words_[place / 64] |= std::uint64_t{1} << (place % 64); }
+
+   private:
+    std::uint64_t words_[4] = {};
+  };
   std::uint32_t find_next(const OutputId& id) const;
-  void append(const OutputId& id, std::uint32_t slot, std::uint64_t bit) {
+  void append(const OutputId& id, std::uint32_t slot, std::uint64_t place) {
     if (--room_ == 0) [[unlikely]]
       make_room();
-    filter_ |= bit;
+    filter_.set(place);
     entries_.emplace_back(id.time.t, id.time.round, id.destination, id.kind, slot);
   }
   bool is_void(const Entry& entry) const { return entry.time() <= kept_; }
   void make_room();
 
-  std::uint64_t filter_ = 0;  // of all entries, and of some that are gone
+  Filter filter_;  // of all entries, and of some that are gone
   VirtualTime kept_ = kBeginning;
   SlidingVector<Entry> entries_;
   std::uint32_t room_ = 1;  // so many more until it is time to drop void ones
 };
 
 inline std::uint32_t SlotTable::take(const OutputId& id) {
-  const std::uint64_t bit = filter_bit(id.time.t, id.time.round, id.destination, id.kind);
-  const std::uint32_t slot = (filter_ & bit) != 0 ? find_next(id) : 0;
-  append(id, slot, bit);
+  const std::uint64_t place = Filter::place(id.time.t, id.time.round, id.destination, id.kind);
+  const std::uint32_t slot = filter_.has(place) ? find_next(id) : 0;
+  append(id, slot, place);
   return slot;
 }
 

@@ -66,9 +66,10 @@ TimeWarpProcess::TimeWarpProcess(LpId id, std::size_t lp_count, LogicalProcess& 
       lp_count_(static_cast<std::uint32_t>(lp_count)),
       end_(end) {}
 
-// Not the usual case: something that has been executed is concerned, or what comes next may have
-// become later.
-bool TimeWarpProcess::note_change(VirtualTime time, Counters& counters) {
+bool TimeWarpProcess::deliver_any(Message&& message, Counters& counters) {
+  const VirtualTime time = message.time;
+  const bool anti = message.anti;
+  if (!inputs_.write(std::move(message))) return false;
   if (jumps_ && (has_undone() || (needs_rollback(time) && !absorbs_)))
     rare().different.push_back(time);
   if (needs_rollback(time)) {
@@ -77,6 +78,9 @@ bool TimeWarpProcess::note_change(VirtualTime time, Counters& counters) {
       rare().changed.push_back(time);
       return changed_from_ == kNever && rare_->changed.size() == 1;
     }
+  } else if (!anti && changed_from_ == kNever && !has_fault()) {
+    note_input(time);
+    return false;
   }
   const bool first = changed_from_ == kNever;
   changed_from_ = std::min(changed_from_, time);

@@ -26,7 +26,7 @@ namespace soda::kernel {
 struct WorkerEffects {
   std::vector<Message> outgoing;  // to be delivered by the executor, in any order
   Counters counters;
-  std::vector<MessageView> bag;  // scratch
+  SlidingVector<MessageView> bag;  // scratch
   // Times that count as executed though they were not: bags absorbed, and what a jump put back in
   // force. The executor clears it.
   std::vector<VirtualTime> stand_again;
@@ -129,7 +129,7 @@ class alignas(64) TimeWarpProcess {
   }
 
   // As many executed times may be left to the next collect().
-  static constexpr std::size_t kFewFossils = 3;
+  static constexpr std::size_t kFewFossils = 1;
 
   // Entries held, for the bound on memory: registers of inputs, executed times, outputs.
   struct HistorySize {
@@ -179,7 +179,13 @@ class alignas(64) TimeWarpProcess {
     return *rare_;
   }
   bool has_pending() const { return rare_ && !rare_->pending_order.empty(); }
-  bool note_change(VirtualTime time, Counters& counters);
+  bool deliver_any(Message&& message, Counters& counters);
+  // Of the usual kind: nothing that has been executed is concerned, and nothing gets later, so
+  // nothing can be left to cancel.
+  void note_input(VirtualTime time) {
+    if (time < coast_until_) coast_until_ = time;
+    if (time < next_time_) next_time_ = time;
+  }
   void absorb_changes(WorkerEffects& effects);
   bool absorb(VirtualTime time, WorkerEffects& effects);
   bool has_undone() const { return rare_ && !rare_->undone.empty(); }
@@ -229,21 +235,12 @@ class alignas(64) TimeWarpProcess {
 };
 
 inline bool TimeWarpProcess::deliver(Message&& message, Counters& counters) {
+  SODA_ASSERT(message.time >= gvt_, "message from LP ", index_of(message.source), " to LP ",
+              index_of(id_), " at ", message.time, " behind GVT ", gvt_);
   const VirtualTime time = message.time;
-  SODA_ASSERT(time >= gvt_, "message from LP ", index_of(message.source), " to LP ", index_of(id_),
-              " at ", time, " behind GVT ", gvt_);
-  const bool anti = message.anti;
-  const bool is_late = needs_rollback(time);
-  if (!inputs_.write(std::move(message))) return false;
-  if (is_late || anti || rare_ || changed_from_.t != kNever.t) {
-    if (is_late || anti || changed_from_ != kNever || has_fault())
-      return note_change(time, counters);
-    if (jumps_ && has_undone()) rare_->different.push_back(time);
-  }
-  // The usual case: nothing that has been executed is concerned, and nothing gets later, so nothing
-  // can be left to cancel.
-  coast_until_ = std::min(coast_until_, time);
-  next_time_ = std::min(next_time_, time);
+  if (needs_rollback(time) || message.anti || rare_ || changed_from_.t != kNever.t) [[unlikely]]
+    return deliver_any(std::move(message), counters);
+  if (inputs_.write(std::move(message))) note_input(time);
   return false;
 }
 

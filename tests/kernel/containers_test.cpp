@@ -202,7 +202,7 @@ TEST(InputQueue, HoldsTheNewestIncarnationOfEachRegisterInOrder) {
   std::int64_t executed_to = 0;  // everything earlier has been
   std::int64_t kept = 0;
   std::uint64_t incarnation = 0;
-  std::vector<MessageView> bag;
+  SlidingVector<MessageView> bag;
   std::size_t most = 0;
   const auto next_of_plain = [&] {
     for (auto at = plain.lower_bound({executed_to, 0}); at != plain.end(); ++at)
