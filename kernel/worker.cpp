@@ -136,6 +136,22 @@ inline void Worker::deliver(std::uint32_t own, Message&& message) {
     schedule(own);
 }
 
+inline void Worker::refresh(std::uint32_t own) {
+  schedule(own);
+  if (processes_[own].has_fault()) may_be_faulty_.push_back(own);
+}
+
+inline void Worker::route_outgoing() {
+  for (Message& message : effects_.outgoing) {
+    const std::uint32_t own = index_of(message.destination) - first_lp_;
+    if (own < schedule_.size())
+      deliver(own, std::move(message));
+    else
+      remote_[team_.partition.owner_of(message.destination)].push_back(std::move(message));
+  }
+  effects_.outgoing.clear();
+}
+
 // Settling may send to own LPs again.
 void Worker::settle_receivers() {
   while (!touched_.empty()) {
@@ -155,17 +171,6 @@ void Worker::release_held_back() {
   for (Message& message : delivering_)
     (random_.below(2) == 0 ? arrived_ : held_back_).push_back(std::move(message));
   delivering_.clear();
-}
-
-void Worker::route_outgoing() {
-  for (Message& message : effects_.outgoing) {
-    const std::uint32_t own = index_of(message.destination) - first_lp_;
-    if (own < schedule_.size())
-      deliver(own, std::move(message));
-    else
-      remote_[team_.partition.owner_of(message.destination)].push_back(std::move(message));
-  }
-  effects_.outgoing.clear();
 }
 
 // An LP that holds is not scheduled, but counts for GVT, which releases it.
@@ -189,16 +194,15 @@ void Worker::release_reached() {
   }
 }
 
-void Worker::refresh(std::uint32_t own) {
-  schedule(own);
-  if (processes_[own].has_fault()) may_be_faulty_.push_back(own);
-}
-
-// An LP whose history a round has to look at: others cost a round nothing.
-void Worker::note_uncommitted(std::uint32_t own) {
-  if (is_uncommitted_[own]) return;
-  is_uncommitted_[own] = true;
-  uncommitted_.push_back(own);
+// Lowest floor first: what is furthest behind is least likely to be undone, and holds GVT back.
+inline std::uint32_t Worker::pick() {
+  if (shuffles()) {
+    for (int attempt = 0; attempt < 4; ++attempt) {
+      const auto own = static_cast<std::uint32_t>(random_.below(schedule_.size()));
+      if (schedule_.time_of(own) < open_until_) return own;
+    }
+  }
+  return schedule_.take();
 }
 
 void Worker::execute_batch() {
@@ -215,15 +219,11 @@ void Worker::execute_batch() {
   if (executed_since_round_ >= bags_per_round || is_late) request_round();
 }
 
-// Lowest floor first: what is furthest behind is least likely to be undone, and holds GVT back.
-std::uint32_t Worker::pick() {
-  if (shuffles()) {
-    for (int attempt = 0; attempt < 4; ++attempt) {
-      const auto own = static_cast<std::uint32_t>(random_.below(schedule_.size()));
-      if (schedule_.time_of(own) < open_until_) return own;
-    }
-  }
-  return schedule_.take();
+inline void Worker::note_lead(std::int64_t t) {
+  if (t <= gvt_.t) return;
+  const auto lead = static_cast<std::uint64_t>(t) - static_cast<std::uint64_t>(gvt_.t);
+  effects_.counters.lead_sum += lead;
+  effects_.counters.lead_max = std::max(effects_.counters.lead_max, lead);
 }
 
 void Worker::execute_one(std::uint32_t own) {
@@ -243,13 +243,6 @@ void Worker::execute_one(std::uint32_t own) {
   executing_ = kNobody;
   refresh(own);
   if (!touched_.empty()) settle_receivers();
-}
-
-void Worker::note_lead(std::int64_t t) {
-  if (t <= gvt_.t) return;
-  const auto lead = static_cast<std::uint64_t>(t) - static_cast<std::uint64_t>(gvt_.t);
-  effects_.counters.lead_sum += lead;
-  effects_.counters.lead_max = std::max(effects_.counters.lead_max, lead);
 }
 
 // Moves the window on, if it can be told how far without a round.

@@ -57,7 +57,12 @@ class Worker {
   // Whether GVT is the earliest floor of its LPs, now and without a round: nobody else can send.
   bool knows_gvt() const { return is_alone_ && held_.empty() && may_be_faulty_.empty(); }
   void release_reached();
-  void note_uncommitted(std::uint32_t own);
+  // An LP whose history a round has to look at: others cost a round nothing.
+  void note_uncommitted(std::uint32_t own) {
+    if (is_uncommitted_[own]) return;
+    is_uncommitted_[own] = true;
+    uncommitted_.push_back(own);
+  }
   std::uint32_t pick();
   void execute_one(std::uint32_t own);
   void adapt_batch(std::chrono::steady_clock::duration took, std::size_t executed);
