@@ -219,13 +219,6 @@ void Worker::execute_batch() {
   if (executed_since_round_ >= bags_per_round || is_late) request_round();
 }
 
-inline void Worker::note_lead(std::int64_t t) {
-  if (t <= gvt_.t) return;
-  const auto lead = static_cast<std::uint64_t>(t) - static_cast<std::uint64_t>(gvt_.t);
-  effects_.counters.lead_sum += lead;
-  effects_.counters.lead_max = std::max(effects_.counters.lead_max, lead);
-}
-
 void Worker::execute_one(std::uint32_t own) {
   TimeWarpProcess& process = processes_[own];
   if (knows_gvt()) gvt_ = process.floor();
@@ -243,15 +236,6 @@ void Worker::execute_one(std::uint32_t own) {
   executing_ = kNobody;
   refresh(own);
   if (!touched_.empty()) settle_receivers();
-}
-
-// Moves the window on, if it can be told how far without a round.
-bool Worker::reopen() {
-  const VirtualTime next = schedule_.top_time();
-  if (!knows_gvt() || next >= end_) return false;
-  gvt_ = next;
-  open_until_ = end_of_window();
-  return true;
 }
 
 void Worker::adapt_batch(std::chrono::steady_clock::duration took, std::size_t executed) {

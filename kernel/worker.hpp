@@ -119,4 +119,20 @@ class Worker {
   SplitMix64 random_;
 };
 
+inline void Worker::note_lead(std::int64_t t) {
+  if (t <= gvt_.t) return;
+  const auto lead = static_cast<std::uint64_t>(t) - static_cast<std::uint64_t>(gvt_.t);
+  effects_.counters.lead_sum += lead;
+  effects_.counters.lead_max = std::max(effects_.counters.lead_max, lead);
+}
+
+// Moves the window on, if it can be told how far without a round.
+inline bool Worker::reopen() {
+  const VirtualTime next = schedule_.top_time();
+  if (!knows_gvt() || next >= end_) return false;
+  gvt_ = next;
+  open_until_ = end_of_window();
+  return true;
+}
+
 }  // namespace soda::kernel
