@@ -176,7 +176,7 @@ class CalendarQueue {
     // The earlier half, for entries far ahead would make the buckets too wide.
     const std::uint64_t span =
         static_cast<std::uint64_t>(*middle) - static_cast<std::uint64_t>(earliest);
-    shift_ = static_cast<int>(std::bit_width(2 * span / times.size()));
+    shift_ = static_cast<int>(std::bit_width(4 * span / times.size()));
     heads_.assign(std::bit_ceil(all.size()), kNone);
     grow_at_ = 2 * heads_.size();
     current_ = earliest >> shift_;

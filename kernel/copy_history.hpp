@@ -20,7 +20,7 @@ class CopyHistory {
     SODA_ASSERT(saved_.empty() || saved_.back().time < now, "mark at ", now, " after ",
                 saved_.back().time);
     // Nothing has been executed before the first mark: it holds from the beginning of time.
-    saved_.push_back({saved_.empty() ? kBeginning : now, state});
+    saved_.emplace_back(saved_.empty() ? kBeginning : now, state);
   }
 
   VirtualTime rewind(VirtualTime to, State& state) {
@@ -44,9 +44,11 @@ class CopyHistory {
   }
 
   VirtualTime forget(VirtualTime horizon) {
-    const std::size_t reachable = saved_until(horizon);
-    if (reachable == 0) return kBeginning;
-    saved_.drop_front(reachable - 1);
+    // Step by step: what is passed is dropped.
+    const Saved* saved = saved_.begin();
+    while (saved != saved_.end() && saved->time <= horizon) ++saved;
+    if (saved == saved_.begin()) return kBeginning;
+    saved_.drop_front(static_cast<std::size_t>(saved - saved_.begin()) - 1);
     return saved_.front().time;
   }
 
@@ -56,6 +58,8 @@ class CopyHistory {
   struct Saved {
     VirtualTime time;
     State state;
+
+    Saved(VirtualTime time_, const State& state_) : time(time_), state(state_) {}
   };
 
   // How many saved states have a time <= `time`.

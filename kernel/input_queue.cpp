@@ -11,10 +11,10 @@ int InputQueue::compare_rest(const Message& a, const Message& b) {
   return order < 0 ? -1 : order > 0;
 }
 
-void InputQueue::gather_far(VirtualTime now, std::vector<MessageView>& bag) const {
+void InputQueue::gather_far(VirtualTime now, SlidingVector<MessageView>& bag) const {
   for (const auto& [key, entry] : *far_) {
     if (entry.time() > now) return;
-    if (!entry.anti) bag.push_back(view(store_[entry.place]));
+    if (!entry.anti) bag.push_back(view(message_of(entry)));
   }
 }
 
@@ -39,7 +39,7 @@ bool InputQueue::write_executed(Message&& message) {
 }
 
 bool InputQueue::replace(Entry& entry, Message&& message) {
-  Message& old = store_[entry.place];
+  Message& old = message_of(entry);
   if (message.incarnation < old.incarnation) return false;
   SODA_ASSERT(message.incarnation != old.incarnation, "incarnation ", message.incarnation,
               " of LP ", index_of(message.source), " to LP ", index_of(message.destination), " at ",
@@ -52,13 +52,13 @@ bool InputQueue::replace(Entry& entry, Message&& message) {
   return changes;
 }
 
-void InputQueue::gather_passed(VirtualTime time, std::vector<MessageView>& bag) const {
-  bag.clear();
+void InputQueue::gather_passed(VirtualTime time, SlidingVector<MessageView>& bag) const {
+  bag.truncate(0);
   const Entry* const end = near_.begin() + passed_;
   const Entry* at = std::lower_bound(
       near_.begin(), end, time, [](const Entry& entry, VirtualTime t) { return entry.time() < t; });
   for (; at != end && at->time() == time; ++at)
-    if (!at->anti) bag.push_back(view(store_[at->place]));
+    if (!at->anti) bag.push_back(view(message_of(*at)));
 }
 
 VirtualTime InputQueue::next_time_beyond_antis() const {
@@ -68,6 +68,14 @@ VirtualTime InputQueue::next_time_beyond_antis() const {
     for (const auto& [key, entry] : *far_)
       if (!entry.anti) return entry.time();
   return kNever;
+}
+
+void InputQueue::pass_far(VirtualTime now) {
+  if (passed_ == near_.size()) refill();
+  while (passed_ < near_.size() && near_[passed_].time() <= now) {
+    ++passed_;
+    if (passed_ == near_.size()) refill();
+  }
 }
 
 void InputQueue::pass_to(VirtualTime to) {
@@ -100,14 +108,14 @@ void InputQueue::drop_antis(VirtualTime gvt) {
 // From the near ones to the tree, until half as many are left as may be near.
 void InputQueue::spill() {
   if (!far_) far_ = std::make_unique<Far>();
-  const std::size_t stay = passed_ + kMostNear / 2;
+  const std::size_t stay = passed_ + std::size_t{kMostNear / 2};
   for (std::size_t i = near_.size(); i > stay; --i)
-    far_->emplace_hint(far_->begin(), register_key(store_[near_[i - 1].place]), near_[i - 1]);
+    far_->emplace_hint(far_->begin(), register_key(message_of(near_[i - 1])), near_[i - 1]);
   near_.truncate(stay);
 }
 
 void InputQueue::refill() {
-  while (near_.size() < passed_ + kMostNear / 2 && !far_->empty()) {
+  while (near_.size() < passed_ + std::size_t{kMostNear / 2} && !far_->empty()) {
     near_.push_back(far_->begin()->second);
     far_->erase(far_->begin());
   }

@@ -11,6 +11,7 @@
 
 #include "kernel/logical_process.hpp"
 #include "kernel/message.hpp"
+#include "kernel/message_pool.hpp"
 #include "kernel/sliding_vector.hpp"
 #include "kernel/virtual_time.hpp"
 
@@ -18,10 +19,13 @@ namespace soda::kernel {
 
 // Registers earlier than the boundary have been executed; a rollback moves the boundary back. Bags
 // are runs of equal time. One sorted array holds references of 16 bytes to the messages, executed
-// ones first; the messages themselves stay where they were put. Of many pending ones only the
-// earliest are sorted so, the others wait in a tree: insertion is O(log n).
+// ones first; the messages themselves lie in a pool that the LPs of a worker share. Of many pending
+// ones only the earliest are sorted so, the others wait in a tree: insertion is O(log n).
 class InputQueue {
  public:
+  // `pool` must outlive the queue, which leaves its messages there.
+  explicit InputQueue(MessagePool& pool) : pool_(&pool) {}
+
   // Puts a message into its register unless a newer incarnation is there already. True if that
   // changes what a bag holds.
   bool write(Message&& message);
@@ -32,19 +36,26 @@ class InputQueue {
 
   // The earliest pending register that holds a message; kNever if none does.
   VirtualTime next_time() const {
-    if (passed_ == near_.size()) return kNever;
-    if (!near_[passed_].anti) return near_[passed_].time();
+    const Entry* const next = near_.begin() + passed_;
+    if (next == near_.end()) return kNever;
+    if (!next->anti) return next->time();
     return next_time_beyond_antis();
   }
 
   // The bag of `now`, which is not later than next_time(). Views are valid until the next change.
-  void gather(VirtualTime now, std::vector<MessageView>& bag) const;
+  // Returns what pass(now) is to be told.
+  std::uint32_t gather(VirtualTime now, SlidingVector<MessageView>& bag) const;
 
   // The bag of a time before the boundary.
-  void gather_passed(VirtualTime time, std::vector<MessageView>& bag) const;
+  void gather_passed(VirtualTime time, SlidingVector<MessageView>& bag) const;
 
-  // Moves the boundary to just after `now`.
-  void pass(VirtualTime now);
+  // Moves the boundary to just after `now`; `passed` is what gather(now, ...) has just returned.
+  void pass(VirtualTime now, std::uint32_t passed) {
+    boundary_ = {now.t, now.round + 1};
+    passed_ = passed;
+    if (far_) [[unlikely]]
+      pass_far(now);
+  }
 
   // Moves the boundary to `to`, over what lies before it.
   void pass_to(VirtualTime to);
@@ -58,7 +69,7 @@ class InputQueue {
 
   // Hints that the next bag will be gathered soon.
   void prefetch() const {
-    if (passed_ < near_.size()) __builtin_prefetch(&store_[near_[passed_].place]);
+    if (passed_ < near_.size()) __builtin_prefetch(&(*pool_)[near_[passed_].place]);
   }
 
   // Whether there are empty registers, which forget() has to look for.
@@ -67,13 +78,12 @@ class InputQueue {
   std::size_t size() const { return near_.size() + (far_ ? far_->size() : 0); }
 
  private:
-  static constexpr std::uint32_t kNone = (1u << 31) - 1;
-  static constexpr std::size_t kMostNear = 64;
+  static constexpr std::ptrdiff_t kMostNear = 64;
 
   struct Entry {
     std::int64_t t = 0;
     std::uint32_t round = 0;
-    std::uint32_t place : 31 = 0;  // in store_
+    std::uint32_t place : 31 = 0;  // in the pool
     bool anti : 1 = false;
 
     VirtualTime time() const { return {t, round}; }
@@ -86,14 +96,16 @@ class InputQueue {
   int compare(const Entry& entry, const Message& message) const {
     if (entry.t != message.time.t) return entry.t < message.time.t ? -1 : 1;
     if (entry.round != message.time.round) return entry.round < message.time.round ? -1 : 1;
-    return compare_rest(store_[entry.place], message);
+    return compare_rest(message_of(entry), message);
   }
+  Message& message_of(const Entry& entry) const { return (*pool_)[entry.place]; }
   static int compare_rest(const Message& a, const Message& b);
 
   static MessageView view(const Message& input) {
     return {input.source, input.kind, input.slot, input.payload.bytes()};
   }
-  void gather_far(VirtualTime now, std::vector<MessageView>& bag) const;
+  void gather_far(VirtualTime now, SlidingVector<MessageView>& bag) const;
+  void pass_far(VirtualTime now);
   bool has_far() const { return far_ && !far_->empty(); }
   bool write_near(Message&& message);
   bool write_far(Message&& message);
@@ -110,9 +122,8 @@ class InputQueue {
   std::uint32_t passed_ = 0;   // how many of these have been executed
   std::uint32_t antis_ = 0;    // empty registers
   VirtualTime boundary_ = kBeginning;
-  std::vector<Message> store_;
-  std::uint32_t free_ = kNone;  // first unused place of store_; the next one is in its `kind`
-  std::unique_ptr<Far> far_;    // all later than near_; empty if nothing pending is there
+  MessagePool* pool_;
+  std::unique_ptr<Far> far_;  // all later than near_; empty if nothing pending is there
 };
 
 inline bool InputQueue::write(Message&& message) {
@@ -123,59 +134,51 @@ inline bool InputQueue::write(Message&& message) {
 
 // An anti-message without its message is kept, too: the older incarnation may still be on its way.
 inline bool InputQueue::write_near(Message&& message) {
-  std::size_t at = near_.size();
-  int order = -1;
-  while (at > passed_ && (order = compare(near_[at - 1], message)) > 0) --at;
-  if (at > passed_ && order == 0) return replace(near_[at - 1], std::move(message));
+  Entry* const pending = near_.begin() + passed_;
+  Entry* at = near_.end();
+  while (at != pending && at[-1].t > message.time.t) --at;
+  if (at != pending && at[-1].t == message.time.t) {
+    int order = -1;
+    while (at != pending && (order = compare(at[-1], message)) > 0) --at;
+    if (at != pending && order == 0) return replace(at[-1], std::move(message));
+  }
   const bool changes = !message.anti;
-  near_.insert(at, store(std::move(message)));
-  if (near_.size() > passed_ + kMostNear) spill();
+  near_.insert(static_cast<std::size_t>(at - near_.begin()), store(std::move(message)));
+  if (near_.end() - near_.begin() > passed_ + kMostNear) [[unlikely]]
+    spill();
   return changes;
 }
 
-inline void InputQueue::gather(VirtualTime now, std::vector<MessageView>& bag) const {
-  bag.clear();
-  for (std::size_t i = passed_; i < near_.size(); ++i) {
-    const Entry& entry = near_[i];
-    if (entry.time() > now) return;
-    if (!entry.anti) bag.push_back(view(store_[entry.place]));
-  }
-  if (has_far()) gather_far(now, bag);
-}
-
-inline void InputQueue::pass(VirtualTime now) {
-  while (passed_ < near_.size() && near_[passed_].time() <= now) {
-    ++passed_;
-    if (passed_ == near_.size() && has_far()) refill();
-  }
-  boundary_ = {now.t, now.round + 1};
+inline std::uint32_t InputQueue::gather(VirtualTime now, SlidingVector<MessageView>& bag) const {
+  bag.truncate(0);
+  const Entry* const end = near_.end();
+  const Entry* entry = near_.begin() + passed_;
+  for (; entry != end && entry->time() <= now; ++entry)
+    if (!entry->anti) bag.emplace_back(view(message_of(*entry)));
+  if (far_ && entry == end) [[unlikely]]
+    gather_far(now, bag);
+  return static_cast<std::uint32_t>(entry - near_.begin());
 }
 
 inline InputQueue::Entry InputQueue::store(Message&& message) {
-  antis_ += message.anti;
-  Entry entry{message.time.t, message.time.round, free_, message.anti};
-  if (free_ == kNone) {
-    entry.place = static_cast<std::uint32_t>(store_.size()) & kNone;
-    store_.push_back(std::move(message));
-  } else {
-    free_ = store_[free_].kind;
-    store_[entry.place] = std::move(message);
-  }
-  return entry;
+  const bool anti = message.anti;
+  antis_ += anti;
+  const VirtualTime time = message.time;
+  return {time.t, time.round, pool_->put(std::move(message)), anti};
 }
 
 inline void InputQueue::release(const Entry& entry) {
   antis_ -= entry.anti;
-  store_[entry.place].payload.clear();
-  store_[entry.place].kind = free_;
-  free_ = entry.place;
+  pool_->release(entry.place);
 }
 
 inline void InputQueue::forget(VirtualTime kept, VirtualTime gvt) {
-  std::uint32_t count = 0;
-  for (; count < passed_ && near_[count].time() < kept; ++count) release(near_[count]);
+  const Entry* entry = near_.begin();
+  const Entry* const pending = entry + passed_;
+  for (; entry != pending && entry->time() < kept; ++entry) release(*entry);
+  const auto count = static_cast<std::size_t>(entry - near_.begin());
   near_.drop_front(count);
-  passed_ -= count;
+  passed_ -= static_cast<std::uint32_t>(count);
   if (antis_ > 0) drop_antis(gvt);
 }
 

@@ -76,6 +76,8 @@ void LpSchedule::fit(const std::vector<std::uint32_t>& all) {
       static_cast<std::uint64_t>(*middle) - static_cast<std::uint64_t>(earliest);
   shift_ = static_cast<int>(std::bit_width(2 * span / times.size()));
   heads_.assign(std::bit_ceil(all.size()), kNone);
+  mask_ = heads_.size() - 1;
+  most_listed_ = 2 * heads_.size();
   current_ = earliest >> shift_;
 }
 

@@ -88,7 +88,7 @@ class LpSchedule {
 
   std::int64_t bucket_of(std::int64_t t) const { return t >> shift_; }
   std::uint32_t& head_of(std::int64_t bucket) {
-    return heads_[static_cast<std::size_t>(bucket) & (heads_.size() - 1)];
+    return heads_[static_cast<std::size_t>(bucket) & mask_];
   }
 
   void place(std::uint32_t lp) {
@@ -105,7 +105,7 @@ class LpSchedule {
     node.is_listed = true;
     if (head != kNone) nodes_[head].previous = lp;
     head = lp;
-    if (++listed_ > 2 * heads_.size()) rebuild();
+    if (++listed_ > most_listed_) rebuild();
   }
 
   void unlink(Node& node) {
@@ -129,6 +129,8 @@ class LpSchedule {
   std::vector<Node> nodes_;           // of each LP
   std::vector<Entry> heap_;           // 4-ary
   std::vector<std::uint32_t> heads_;  // of the buckets; a power of two
+  std::size_t mask_ = 0;              // one less than that
+  std::size_t most_listed_ = 0;       // then there are too few buckets
   std::int64_t current_ = kNever.t;   // bucket; what is not later lies in the heap
   int shift_ = 0;                     // log2 of the width of a bucket
   std::size_t listed_ = 0;
@@ -140,6 +142,7 @@ class LpSchedule {
 inline void LpSchedule::push_heap(const Entry& entry) {
   std::size_t at = heap_.size();
   heap_.push_back(entry);
+  if (at == 0) return;
   while (at > 0) {
     const std::size_t parent = (at - 1) / 4;
     if (!(entry < heap_[parent])) break;
@@ -150,10 +153,13 @@ inline void LpSchedule::push_heap(const Entry& entry) {
 }
 
 inline void LpSchedule::pop_heap() {
-  const Entry last = heap_.back();
+  const std::size_t size = heap_.size() - 1;
+  const Entry last = heap_[size];
   heap_.pop_back();
-  const std::size_t size = heap_.size();
-  if (size == 0) return;
+  if (size <= 1) {
+    if (size == 1) heap_[0] = last;
+    return;
+  }
   std::size_t at = 0;
   for (std::size_t first = 1; first < size; first = 4 * at + 1) {
     std::size_t least = first;

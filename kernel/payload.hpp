@@ -1,13 +1,11 @@
 // What a message carries: immutable bytes, inline when they are few, shared when they are many.
 #pragma once
 
-#include <algorithm>
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <limits>
-#include <memory>
-#include <new>
 #include <span>
 #include <type_traits>
 #include <utility>
@@ -21,7 +19,7 @@ using Bytes = std::vector<std::byte>;
 
 // A value: copying one of up to kInlineBytes copies them, a larger one shares its bytes, so that
 // executors of one process hand over large payloads without copying. 24 bytes, for the sake of a
-// message that fills one cache line. Empty by default.
+// message that fills one cache line, which move without looking at what they are. Empty by default.
 class Payload {
  public:
   static constexpr std::size_t kInlineBytes = 20;
@@ -33,14 +31,14 @@ class Payload {
     if (bytes.size() <= kInlineBytes)
       copy_inline(bytes);
     else
-      share(std::make_shared<const Bytes>(std::move(bytes)));
+      share(new Shared{1, std::move(bytes)});
   }
 
   explicit Payload(std::span<const std::byte> bytes) {
     if (bytes.size() <= kInlineBytes)
       copy_inline(bytes);
     else
-      share(std::make_shared<const Bytes>(bytes.begin(), bytes.end()));
+      share(new Shared{1, Bytes(bytes.begin(), bytes.end())});
   }
 
   // The bytes of `value`. Padding would make equal values unequal, so there must be none.
@@ -51,36 +49,38 @@ class Payload {
   }
 
   Payload(const Payload& other) {
-    if (other.is_inline())
-      take_bits(other);
-    else
-      share(other.shared());
+    take_bits(other);
+    if (!is_inline()) [[unlikely]]
+      shared()->owners.fetch_add(1, std::memory_order_relaxed);
   }
   Payload(Payload&& other) noexcept {
-    if (other.is_inline())
-      take_bits(other);
-    else
-      take_shared(other);
+    take_bits(other);
+    other.size_ = 0;
   }
   Payload& operator=(const Payload& other) { return *this = Payload(other); }
   Payload& operator=(Payload&& other) noexcept {
     if (this == &other) return *this;
-    release();
-    if (other.is_inline())
-      take_bits(other);
-    else
-      take_shared(other);
+    clear();
+    take_bits(other);
+    other.size_ = 0;
     return *this;
   }
-  ~Payload() { release(); }
+  ~Payload() {
+    if (!is_inline()) [[unlikely]]
+      release();
+  }
 
-  void clear() { release(); }
+  void clear() {
+    if (!is_inline()) [[unlikely]]
+      release();
+    size_ = 0;
+  }
 
   std::size_t size() const { return size_; }
   bool empty() const { return size_ == 0; }
   // Valid until this object is moved, changed or destroyed.
   std::span<const std::byte> bytes() const {
-    return {is_inline() ? inline_ : shared()->data(), size_};
+    return {is_inline() ? bits_ : shared()->bytes.data(), size_};
   }
 
   friend bool operator==(const Payload& a, const Payload& b) {
@@ -91,40 +91,39 @@ class Payload {
   }
 
  private:
-  using Shared = std::shared_ptr<const Bytes>;
+  struct Shared {
+    std::atomic<std::uint32_t> owners;
+    const Bytes bytes;
+  };
 
   bool is_inline() const { return size_ <= kInlineBytes; }
-  Shared& shared() { return *std::launder(reinterpret_cast<Shared*>(inline_)); }
-  const Shared& shared() const { return *std::launder(reinterpret_cast<const Shared*>(inline_)); }
+  Shared* shared() const {
+    Shared* shared;
+    std::memcpy(&shared, bits_, sizeof shared);
+    return shared;
+  }
 
   void copy_inline(std::span<const std::byte> bytes) {
     size_ = static_cast<std::uint32_t>(bytes.size());
-    if (!bytes.empty()) std::memcpy(inline_, bytes.data(), bytes.size());
+    if (!bytes.empty()) std::memcpy(bits_, bytes.data(), bytes.size());
   }
-  void share(Shared bytes) {
-    SODA_ASSERT(bytes->size() <= std::numeric_limits<std::uint32_t>::max(), "payload of ",
-                bytes->size(), " bytes");
-    size_ = static_cast<std::uint32_t>(bytes->size());
-    new (inline_) Shared(std::move(bytes));
+  void share(Shared* shared) {
+    SODA_ASSERT(shared->bytes.size() <= std::numeric_limits<std::uint32_t>::max(), "payload of ",
+                shared->bytes.size(), " bytes");
+    size_ = static_cast<std::uint32_t>(shared->bytes.size());
+    std::memcpy(bits_, &shared, sizeof shared);
   }
-  // All inline bytes, used or not: a fixed number is copied faster than `size_` of them.
+  // All of them, used or not: a fixed number is copied faster than `size_` of them.
   void take_bits(const Payload& other) {
-    std::memcpy(inline_, other.inline_, sizeof inline_);
+    std::memcpy(bits_, other.bits_, sizeof bits_);
     size_ = other.size_;
   }
-  void take_shared(Payload& other) {
-    share(std::move(other.shared()));
-    other.release();
-  }
-  void release() {
-    if (!is_inline()) [[unlikely]]
-      shared().~Shared();
-    size_ = 0;
+  [[gnu::noinline]] void release() {
+    if (shared()->owners.fetch_sub(1, std::memory_order_acq_rel) == 1) delete shared();
   }
 
-  alignas(Shared) std::byte inline_[kInlineBytes] = {};
+  alignas(8) std::byte bits_[kInlineBytes] = {};  // the bytes themselves, or a pointer to Shared
   std::uint32_t size_ = 0;
-  static_assert(sizeof(Shared) <= kInlineBytes);
 };
 
 static_assert(sizeof(Payload) == 24);

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <cstdint>
 #include <cstring>
 #include <memory>
 #include <type_traits>
@@ -18,118 +17,121 @@ template <class T>
 class SlidingVector {
  public:
   SlidingVector() = default;
-  SlidingVector(SlidingVector&& other) noexcept
-      : items_(std::exchange(other.items_, nullptr)),
-        head_(std::exchange(other.head_, 0u)),
-        tail_(std::exchange(other.tail_, 0u)),
-        capacity_(std::exchange(other.capacity_, 0u)) {}
+  SlidingVector(SlidingVector&& other) noexcept { swap(other); }
   SlidingVector(const SlidingVector& other) {
     for (const T& item : other) push_back(item);
   }
   SlidingVector& operator=(SlidingVector other) noexcept {
-    std::swap(items_, other.items_);
-    std::swap(head_, other.head_);
-    std::swap(tail_, other.tail_);
-    std::swap(capacity_, other.capacity_);
+    swap(other);
     return *this;
   }
   ~SlidingVector() {
-    std::destroy(begin(), end());
-    std::allocator<T>().deallocate(items_, capacity_);
+    std::destroy(begin_, end_);
+    std::allocator<T>().deallocate(items_, capacity());
   }
 
-  bool empty() const { return head_ == tail_; }
-  std::size_t size() const { return tail_ - head_; }
-  T& operator[](std::size_t index) { return items_[head_ + index]; }
-  const T& operator[](std::size_t index) const { return items_[head_ + index]; }
-  T& front() { return items_[head_]; }
-  const T& front() const { return items_[head_]; }
-  T& back() { return items_[tail_ - 1]; }
-  const T& back() const { return items_[tail_ - 1]; }
-  T* begin() { return items_ + head_; }
-  const T* begin() const { return items_ + head_; }
-  T* end() { return items_ + tail_; }
-  const T* end() const { return items_ + tail_; }
+  bool empty() const { return begin_ == end_; }
+  std::size_t size() const { return static_cast<std::size_t>(end_ - begin_); }
+  T& operator[](std::size_t index) { return begin_[index]; }
+  const T& operator[](std::size_t index) const { return begin_[index]; }
+  T& front() { return *begin_; }
+  const T& front() const { return *begin_; }
+  T& back() { return end_[-1]; }
+  const T& back() const { return end_[-1]; }
+  T* begin() { return begin_; }
+  const T* begin() const { return begin_; }
+  T* end() { return end_; }
+  const T* end() const { return end_; }
 
   void push_back(T item) { emplace_back(std::move(item)); }
 
   // Constructed in place. Arguments must not refer to elements.
   template <class... Arguments>
   T& emplace_back(Arguments&&... arguments) {
-    if (tail_ == capacity_) make_room();
-    T* const item = std::construct_at(items_ + tail_, std::forward<Arguments>(arguments)...);
-    ++tail_;
-    return *item;
+    if (end_ == limit_) [[unlikely]]
+      make_room();
+    return *std::construct_at(end_++, std::forward<Arguments>(arguments)...);
   }
 
   // Before the element at `index` (<= size()); moves what comes after it.
   void insert(std::size_t index, T item) {
-    push_back(std::move(item));
-    if (index + 1 < size()) std::rotate(begin() + index, end() - 1, end());
+    if (index == size()) {
+      emplace_back(std::move(item));
+      return;
+    }
+    if (end_ == limit_) [[unlikely]]
+      make_room();
+    std::construct_at(end_, std::move(end_[-1]));
+    T* const place = begin_ + index;
+    for (T* last = end_ - 1; last != place; --last) *last = std::move(last[-1]);
+    *place = std::move(item);
+    ++end_;
   }
 
   // Keeps the first `count` elements.
   void truncate(std::size_t count) {
-    std::destroy(begin() + count, end());
-    tail_ = head_ + static_cast<std::uint32_t>(count);
+    std::destroy(begin_ + count, end_);
+    end_ = begin_ + count;
   }
 
   void erase(std::size_t first, std::size_t last) {
-    T* const rest = std::move(begin() + last, end(), begin() + first);
-    truncate(static_cast<std::size_t>(rest - begin()));
+    T* const rest = std::move(begin_ + last, end_, begin_ + first);
+    truncate(static_cast<std::size_t>(rest - begin_));
   }
 
-  // Few that remain slide to the front at once, while they are in the cache.
   void drop_front(std::size_t count) {
-    std::destroy(begin(), begin() + count);
-    head_ += static_cast<std::uint32_t>(count);
-    if (size() <= std::min<std::size_t>(head_, kFew)) slide();
+    T* const rest = begin_ + count;
+    std::destroy(begin_, rest);
+    begin_ = rest;
+    if (begin_ == end_) begin_ = end_ = items_;
   }
 
  private:
-  static constexpr std::size_t kFew = 2;
+  std::size_t capacity() const { return static_cast<std::size_t>(limit_ - items_); }
 
-  void slide() {
-    const std::uint32_t count = tail_ - head_;
-    move_to(items_);
-    head_ = 0;
-    tail_ = count;
+  void swap(SlidingVector& other) {
+    std::swap(items_, other.items_);
+    std::swap(begin_, other.begin_);
+    std::swap(end_, other.end_);
+    std::swap(limit_, other.limit_);
   }
 
-  // At the back: by sliding to the front of the same memory if that is at least half free.
-  void make_room() {
-    const std::uint32_t count = tail_ - head_;
-    if (2 * count <= capacity_ && capacity_ > 0) return slide();
-    const std::uint32_t larger = std::max(2u, 2 * capacity_);
-    T* const items = std::allocator<T>().allocate(larger);
-    move_to(items);
-    std::allocator<T>().deallocate(items_, capacity_);
-    items_ = items;
-    capacity_ = larger;
-    head_ = 0;
-    tail_ = count;
+  // At the back: by sliding to the front of the same memory if a quarter of that is free. Half
+  // would spread what slides over more of the cache.
+  [[gnu::noinline]] void make_room() {
+    const std::size_t count = size();
+    if (4 * count <= 3 * capacity() && capacity() > 0) {
+      move_to(items_);
+    } else {
+      const std::size_t larger = std::max<std::size_t>(kLeast, 2 * capacity());
+      T* const items = std::allocator<T>().allocate(larger);
+      move_to(items);
+      std::allocator<T>().deallocate(items_, capacity());
+      items_ = items;
+      limit_ = items + larger;
+    }
+    begin_ = items_;
+    end_ = items_ + count;
   }
 
   // `to` is other memory, or earlier in the same.
   void move_to(T* to) {
     if constexpr (std::is_trivially_copyable_v<T>) {
-      if (size() <= kFew) {  // usual, and no call
-        for (const T* item = begin(); item != end(); ++item, ++to) *to = *item;
-      } else {
-        std::memmove(static_cast<void*>(to), begin(), size() * sizeof(T));
-      }
+      if (!empty()) std::memmove(static_cast<void*>(to), begin_, size() * sizeof(T));
     } else {
-      for (T* item = begin(); item != end(); ++item, ++to) {
+      for (T* item = begin_; item != end_; ++item, ++to) {
         std::construct_at(to, std::move(*item));
         std::destroy_at(item);
       }
     }
   }
 
+  static constexpr std::size_t kLeast = sizeof(T) < 32 ? 4 : 2;  // about a cache line
+
   T* items_ = nullptr;
-  std::uint32_t head_ = 0;
-  std::uint32_t tail_ = 0;
-  std::uint32_t capacity_ = 0;
+  T* begin_ = nullptr;
+  T* end_ = nullptr;
+  T* limit_ = nullptr;
 };
 
 }  // namespace soda::kernel

@@ -73,7 +73,8 @@ void TimeWarpProcess::restore(const Executed& record, WorkerEffects& effects) {
     if (found == pending.end() || found->second.send_time != send_time) continue;
     SODA_ASSERT(send_time == record.time(), "LP ", index_of(id_), " has an output of ", send_time,
                 " left at ", record.time());
-    outputs_.emplace_back(id, std::move(found->second.payload));
+    slots_.take_again(id);
+    outputs_.push_back(std::move(found->second.payload));
     pending.erase(found);
   }
   executed_.push_back(record);

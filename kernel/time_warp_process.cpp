@@ -5,13 +5,24 @@
 #include "kernel/invariant.hpp"
 
 namespace soda::kernel {
-namespace {
 
-// So many of the latest outputs are looked through for one to the same register, which costs less
-// than to enter them into a table that most of them never need.
-constexpr std::uint32_t kMostOutsideSlots = 4;
-
-}  // namespace
+[[gnu::always_inline]] inline void TimeWarpProcess::send(VirtualTime now, const OutputId& to,
+                                                         Payload&& payload,
+                                                         WorkerEffects& effects) {
+  const OutputId id{to.time, to.destination, to.kind, slots_.take(to)};
+  if (has_pending() && adopt(now, id, payload)) {
+    ++effects.counters.adopted;
+  } else {
+    SODA_ASSERT(now >= coast_until_, "LP ", index_of(id_), " executing ", now,
+                " again with the same inputs sends something else to LP ", index_of(id.destination),
+                " at ", id.time, " (kind ", id.kind, ", slot ", id.slot,
+                "): its execute is not a pure function");
+    ++effects.counters.messages;
+    effects.outgoing.emplace_back(id.time, id_, id.destination, id.kind, id.slot,
+                                  next_incarnation_++, false, payload);
+  }
+  outputs_.emplace_back(std::move(payload));
+}
 
 class TimeWarpProcess::Sender final : public Outbox {
  public:
@@ -42,21 +53,21 @@ class TimeWarpProcess::Sender final : public Outbox {
   WorkerEffects& effects_;
 };
 
-TimeWarpProcess::TimeWarpProcess(LpId id, std::size_t lp_count, LogicalProcess& lp, VirtualTime end)
-    : lp_(lp),
-      next_time_(lp.next_time()),
-      agenda_(next_time_),
+TimeWarpProcess::TimeWarpProcess(LpId id, std::size_t lp_count, LogicalProcess& lp, VirtualTime end,
+                                 MessagePool& pool)
+    : next_time_(lp.next_time()),
+      inputs_(pool),
       id_(id),
-      lp_count_(static_cast<std::uint32_t>(lp_count)),
-      end_(end),
       gates_(lp.gates()),
       absorbs_(lp.absorbs()),
-      jumps_(lp.jumps()) {}
+      jumps_(lp.jumps()),
+      lp_(lp),
+      agenda_(next_time_),
+      lp_count_(static_cast<std::uint32_t>(lp_count)),
+      end_(end) {}
 
-bool TimeWarpProcess::deliver(Message&& message, Counters& counters) {
+bool TimeWarpProcess::deliver_any(Message&& message, Counters& counters) {
   const VirtualTime time = message.time;
-  SODA_ASSERT(time >= gvt_, "message from LP ", index_of(message.source), " to LP ", index_of(id_),
-              " at ", time, " behind GVT ", gvt_);
   const bool anti = message.anti;
   if (!inputs_.write(std::move(message))) return false;
   if (jumps_ && (has_undone() || (needs_rollback(time) && !absorbs_)))
@@ -68,10 +79,7 @@ bool TimeWarpProcess::deliver(Message&& message, Counters& counters) {
       return changed_from_ == kNever && rare_->changed.size() == 1;
     }
   } else if (!anti && changed_from_ == kNever && !has_fault()) {
-    // The usual case: nothing that has been executed is concerned, and nothing gets later, so
-    // nothing can be left to cancel.
-    coast_until_ = std::min(coast_until_, time);
-    next_time_ = std::min(next_time_, time);
+    note_input(time);
     return false;
   }
   const bool first = changed_from_ == kNever;
@@ -172,28 +180,18 @@ void TimeWarpProcess::undo_outputs(const Executed& undone) {
   if (undone.outputs == 0) return;
   Rare& undo = rare();
   for (std::uint32_t i = 0; i < undone.outputs; ++i) {
-    Output& output = outputs_.back();
-    if (in_slots_ == outputs_.size()) {
-      slots_.release(output.id);
-      --in_slots_;
-    }
-    undo.pending_order.emplace_back(undone.time(), output.id);
-    undo.pending.emplace(output.id, PendingOutput{undone.time(), std::move(output.payload)});
+    const OutputId id = slots_.release();
+    undo.pending_order.emplace_back(undone.time(), id);
+    undo.pending.emplace(id, PendingOutput{undone.time(), std::move(outputs_.back())});
     outputs_.truncate(outputs_.size() - 1);
   }
-}
-
-void TimeWarpProcess::refresh_agenda() {
-  agenda_ = lp_.next_time();
-  SODA_ASSERT(executed_.empty() || executed_.back().time() < agenda_, "agenda of LP ",
-              index_of(id_), " after executing ", executed_.back().time(), " is ", agenda_);
 }
 
 void TimeWarpProcess::execute(WorkerEffects& effects) {
   const VirtualTime now = next_time_;
   SODA_ASSERT(now < end_ && changed_from_ == kNever, "LP ", index_of(id_), " at ", now, ", end ",
               end_);
-  inputs_.gather(now, effects.bag);
+  const std::uint32_t passed = inputs_.gather(now, effects.bag);
   lp_.mark(now);
   const std::size_t sent_before = outputs_.size();
   Sender sender(*this, now, effects);
@@ -201,9 +199,10 @@ void TimeWarpProcess::execute(WorkerEffects& effects) {
   executed_.push_back(
       {now.t, now.round, static_cast<std::uint32_t>(outputs_.size() - sent_before)});
   ++effects.counters.executed;
-  inputs_.pass(now);
+  inputs_.pass(now, passed);
   refresh_agenda();
   refresh_next_time();
+  if (!rare_) return;
   if (has_pending()) flush_pending(effects);
   if (!has_undone()) return;
   drop_replaced(now);
@@ -236,36 +235,6 @@ void TimeWarpProcess::repeat_last(WorkerEffects& effects) {
               last, " again with the same inputs gets state ", lp_.digest(), " and next time ",
               next_time_, " instead of ", digest, " and ", next,
               ": its execute is not a pure function");
-}
-
-void TimeWarpProcess::send(VirtualTime now, const OutputId& to, Payload&& payload,
-                           WorkerEffects& effects) {
-  const OutputId id{to.time, to.destination, to.kind, next_slot(to)};
-  if (has_pending() && adopt(now, id, payload)) {
-    ++effects.counters.adopted;
-  } else {
-    SODA_ASSERT(now >= coast_until_, "LP ", index_of(id_), " executing ", now,
-                " again with the same inputs sends something else to LP ", index_of(id.destination),
-                " at ", id.time, " (kind ", id.kind, ", slot ", id.slot,
-                "): its execute is not a pure function");
-    ++effects.counters.messages;
-    effects.outgoing.push_back(
-        {id.time, id_, id.destination, id.kind, id.slot, next_incarnation_++, false, payload});
-  }
-  outputs_.emplace_back(id, std::move(payload));
-}
-
-// One more than the last that stands or is irrevocable. Those outside slots_ were sent after those
-// in it.
-std::uint32_t TimeWarpProcess::next_slot(const OutputId& id) {
-  for (std::size_t i = outputs_.size(); i > in_slots_; --i) {
-    const OutputId& last = outputs_[i - 1].id;
-    if (last.time == id.time && last.destination == id.destination && last.kind == id.kind)
-      return last.slot + 1;
-  }
-  const std::uint32_t slot = slots_.count_of(id);
-  if (outputs_.size() - in_slots_ >= kMostOutsideSlots) slots_.take(outputs_[in_slots_++].id);
-  return slot;
 }
 
 // Whether an undone execution had sent the same. Something else in the same register is forgotten
@@ -337,43 +306,40 @@ void TimeWarpProcess::commit(VirtualTime limit, Counters& counters) {
   const HistorySize held = history_size();
   counters.history_max =
       std::max<std::uint64_t>(counters.history_max, held.inputs + held.executed + held.outputs);
-  for (; committed_ < executed_.size(); ++committed_) {
-    const VirtualTime time = executed_[committed_].time();
-    if (time >= limit) return;
+  const Executed* executed = executed_.begin() + committed_;
+  for (; executed != executed_.end(); ++executed) {
+    const VirtualTime time = executed->time();
+    if (time >= limit) break;
     if (time <= last_committed_) continue;  // executed again
     lp_.commit(time);
     last_committed_ = time;
     ++counters.committed;
   }
+  committed_ = static_cast<std::uint32_t>(executed - executed_.begin());
 }
 
 void TimeWarpProcess::forget(VirtualTime gvt) {
   SODA_ASSERT(gvt >= gvt_, "GVT went back from ", gvt_, " to ", gvt);
   gvt_ = gvt;
-  kept_ = lp_.forget(gvt);
-  SODA_ASSERT(kept_ <= gvt, "LP ", index_of(id_), " keeps nothing before ", kept_, " at GVT ", gvt);
-  inputs_.forget(kept_, gvt_);
-  std::size_t executed = 0;
+  const VirtualTime kept = lp_.forget(gvt);
+  kept_ = kept;
+  SODA_ASSERT(kept <= gvt, "LP ", index_of(id_), " keeps nothing before ", kept, " at GVT ", gvt);
+  inputs_.forget(kept, gvt);
+  const Executed* executed = executed_.begin();
   std::size_t outputs = 0;
-  for (; executed < executed_.size() && executed_[executed].time() < kept_; ++executed)
-    outputs += executed_[executed].outputs;
-  if (executed == 0) return;
+  for (; executed != executed_.end() && executed->time() < kept; ++executed)
+    outputs += executed->outputs;
+  if (executed == executed_.begin()) return;
+  const auto count = static_cast<std::uint32_t>(executed - executed_.begin());
   // What the LP has been rewound behind is committed when it has been executed again.
-  SODA_ASSERT(executed <= committed_, "LP ", index_of(id_), " forgets before ", kept_,
+  SODA_ASSERT(count <= committed_, "LP ", index_of(id_), " forgets before ", kept,
               " what it has not committed, after ", last_committed_);
-  executed_.drop_front(executed);
-  committed_ -= static_cast<std::uint32_t>(executed);
-  forget_outputs(outputs);
-}
-
-// Slots are kept for as long as something may be sent to their time, which can be long after the
-// output itself has become irrevocable.
-void TimeWarpProcess::forget_outputs(std::size_t count) {
-  slots_.forget(kept_);
-  for (; in_slots_ < count; ++in_slots_)
-    if (outputs_[in_slots_].id.time > kept_) slots_.take(outputs_[in_slots_].id);
-  in_slots_ -= static_cast<std::uint32_t>(count);
-  outputs_.drop_front(count);
+  executed_.drop_front(count);
+  committed_ -= count;
+  outputs_.drop_front(outputs);
+  // A slot stays taken while something may be sent to its time, which can be long after the output
+  // itself has become irrevocable.
+  slots_.forget(kept);
 }
 
 TimeWarpProcess::HistorySize TimeWarpProcess::history_size() const {

@@ -13,6 +13,7 @@
 
 #include "kernel/executor.hpp"
 #include "kernel/input_queue.hpp"
+#include "kernel/invariant.hpp"
 #include "kernel/logical_process.hpp"
 #include "kernel/message.hpp"
 #include "kernel/sliding_vector.hpp"
@@ -25,7 +26,7 @@ namespace soda::kernel {
 struct WorkerEffects {
   std::vector<Message> outgoing;  // to be delivered by the executor, in any order
   Counters counters;
-  std::vector<MessageView> bag;  // scratch
+  SlidingVector<MessageView> bag;  // scratch
   // Times that count as executed though they were not: bags absorbed, and what a jump put back in
   // force. The executor clears it.
   std::vector<VirtualTime> stand_again;
@@ -44,8 +45,9 @@ struct WorkerEffects {
 //     an anti-message may still be needed for have send time >= floor, so receive time > floor.
 class alignas(64) TimeWarpProcess {
  public:
-  // `lp` must outlive the process. Times >= end are never executed nor sent to.
-  TimeWarpProcess(LpId id, std::size_t lp_count, LogicalProcess& lp, VirtualTime end);
+  // `lp` and `pool` must outlive the process. Times >= end are never executed nor sent to.
+  TimeWarpProcess(LpId id, std::size_t lp_count, LogicalProcess& lp, VirtualTime end,
+                  MessagePool& pool);
 
   LpId id() const { return id_; }
 
@@ -56,6 +58,7 @@ class alignas(64) TimeWarpProcess {
   // of.
   VirtualTime floor() const { return next_time_ > coast_until_ ? next_time_ : coast_until_; }
 
+  bool gates() const { return gates_; }
   // Whether the LP waits at next_time() for messages that GVT has not excluded yet (gating). It has
   // a floor all the same.
   bool holds(VirtualTime gvt, WorkerEffects& effects) const {
@@ -100,11 +103,12 @@ class alignas(64) TimeWarpProcess {
   // Fossil collection: drops what no rollback to `gvt` or later needs.
   void forget(VirtualTime gvt);
 
-  // Whether forget(gvt) is allowed and would find something. Between the rounds it is not always:
-  // what has been executed again behind GVT must be committed first.
-  bool has_fossils(VirtualTime gvt) const {
-    return executed_.size() > 1 && executed_[1].time() <= gvt &&
-           (committed_ == executed_.size() || executed_[committed_].time() >= gvt);
+  // Both, before it executes: then what they touch is needed anyway. Only if there is enough to
+  // collect to be worth it. Nothing may fail before `gvt`.
+  void collect(VirtualTime gvt, Counters& counters) {
+    if (executed_.size() <= kFewFossils || executed_[kFewFossils].time() > gvt) return;
+    commit(gvt, counters);
+    forget(gvt);
   }
   // Whether there are empty registers: forget() drops them, though nothing is executed any more.
   bool has_antis() const { return inputs_.has_antis(); }
@@ -124,6 +128,9 @@ class alignas(64) TimeWarpProcess {
     inputs_.prefetch();
   }
 
+  // As many executed times may be left to the next collect().
+  static constexpr std::size_t kFewFossils = 1;
+
   // Entries held, for the bound on memory: registers of inputs, executed times, outputs.
   struct HistorySize {
     std::size_t inputs = 0;
@@ -142,10 +149,6 @@ class alignas(64) TimeWarpProcess {
     VirtualTime time() const { return {t, round}; }
   };
   static_assert(sizeof(Executed) == 16);
-  struct Output {
-    OutputId id;
-    Payload payload;
-  };
   struct PendingOutput {
     VirtualTime send_time;
     Payload payload;
@@ -176,6 +179,13 @@ class alignas(64) TimeWarpProcess {
     return *rare_;
   }
   bool has_pending() const { return rare_ && !rare_->pending_order.empty(); }
+  bool deliver_any(Message&& message, Counters& counters);
+  // Of the usual kind: nothing that has been executed is concerned, and nothing gets later, so
+  // nothing can be left to cancel.
+  void note_input(VirtualTime time) {
+    if (time < coast_until_) coast_until_ = time;
+    if (time < next_time_) next_time_ = time;
+  }
   void absorb_changes(WorkerEffects& effects);
   bool absorb(VirtualTime time, WorkerEffects& effects);
   bool has_undone() const { return rare_ && !rare_->undone.empty(); }
@@ -191,37 +201,47 @@ class alignas(64) TimeWarpProcess {
   VirtualTime first_undone(VirtualTime to) const;
   void undo_outputs(const Executed& undone);
   void refresh_next_time() { next_time_ = std::min(agenda_, inputs_.next_time()); }
-  void refresh_agenda();
+  void refresh_agenda() {
+    agenda_ = lp_.next_time();
+    SODA_ASSERT(executed_.empty() || executed_.back().time() < agenda_, "agenda of LP ",
+                index_of(id_), " after executing ", executed_.back().time(), " is ", agenda_);
+  }
   void send(VirtualTime now, const OutputId& to, Payload&& payload, WorkerEffects& effects);
-  std::uint32_t next_slot(const OutputId& id);
   bool adopt(VirtualTime now, const OutputId& id, const Payload& payload);
   void flush_pending(WorkerEffects& effects);
   void withdraw(VirtualTime now, LpId destination, WorkerEffects& effects);
   void cancel(const OutputId& id, WorkerEffects& effects);
-  void forget_outputs(std::size_t count);
 
-  // What commit() reads lies in one cache line.
-  LogicalProcess& lp_;
-  SlidingVector<Executed> executed_;  // ascending
-  std::uint32_t committed_ = 0;       // executed_ up to here has been committed
-  std::uint32_t in_slots_ = 0;  // outputs_ up to here are in slots_; the others were sent last
-  VirtualTime last_committed_ = kBeginning;  // outlives rollbacks behind it
-
+  // What a message to come needs, then what an execution needs beside that.
   VirtualTime next_time_;
-  VirtualTime agenda_;  // of the LP
   VirtualTime coast_until_ = kBeginning;
+  VirtualTime gvt_ = kBeginning;
   VirtualTime changed_from_ = kNever;  // earliest change delivered since settle()
   InputQueue inputs_;
-  SlidingVector<Output> outputs_;  // standing, as sent by what has been executed
-  std::uint64_t next_incarnation_ = 1;
+  std::unique_ptr<Rare> rare_;
   const LpId id_;
+  const bool gates_, absorbs_, jumps_;
+  std::uint32_t committed_ = 0;  // executed_ up to here has been committed
+  LogicalProcess& lp_;
+  SlidingVector<Executed> executed_;         // ascending
+  VirtualTime last_committed_ = kBeginning;  // outlives rollbacks behind it
+  SlidingVector<Payload> outputs_;           // standing, as sent by what has been executed
+  std::uint64_t next_incarnation_ = 1;
+  SlotTable slots_;     // of what stands and of what is irrevocable
+  VirtualTime agenda_;  // of the LP
   const std::uint32_t lp_count_;
   const VirtualTime end_;
-  const bool gates_, absorbs_, jumps_;
-  std::unique_ptr<Rare> rare_;
-  SlotTable slots_;  // of most of what stands and of what is irrevocable
-  VirtualTime gvt_ = kBeginning;
   VirtualTime kept_ = kBeginning;  // what forget() of the LP returned last
 };
+
+inline bool TimeWarpProcess::deliver(Message&& message, Counters& counters) {
+  SODA_ASSERT(message.time >= gvt_, "message from LP ", index_of(message.source), " to LP ",
+              index_of(id_), " at ", message.time, " behind GVT ", gvt_);
+  const VirtualTime time = message.time;
+  if (needs_rollback(time) || message.anti || rare_ || changed_from_.t != kNever.t) [[unlikely]]
+    return deliver_any(std::move(message), counters);
+  if (inputs_.write(std::move(message))) note_input(time);
+  return false;
+}
 
 }  // namespace soda::kernel

@@ -17,6 +17,23 @@ struct VirtualTime {
   std::uint32_t round = 0;
 
   friend constexpr auto operator<=>(const VirtualTime&, const VirtualTime&) = default;
+
+  // What the above gives, in fewer instructions: compilers make a number of the order first.
+  [[gnu::always_inline]] friend constexpr bool operator==(VirtualTime a, VirtualTime b) {
+    return a.t == b.t && a.round == b.round;
+  }
+  [[gnu::always_inline]] friend constexpr bool operator<(VirtualTime a, VirtualTime b) {
+    return a.t < b.t || (a.t == b.t && a.round < b.round);
+  }
+  [[gnu::always_inline]] friend constexpr bool operator>(VirtualTime a, VirtualTime b) {
+    return b < a;
+  }
+  [[gnu::always_inline]] friend constexpr bool operator<=(VirtualTime a, VirtualTime b) {
+    return !(b < a);
+  }
+  [[gnu::always_inline]] friend constexpr bool operator>=(VirtualTime a, VirtualTime b) {
+    return !(a < b);
+  }
 };
 
 // Later than every time a model can use: "nothing to do", and the GVT of a finished run.

@@ -36,6 +36,8 @@ constexpr microseconds kTransit{20};
 // What bags that take long leave behind fills the cache sooner: so many us are enough, too.
 constexpr std::size_t kLeastBagsPerRound = 1024;
 constexpr microseconds kLongestRound{10'000};
+// A worker that is alone knows GVT without, and collects by itself.
+constexpr std::size_t kBagsPerRoundAlone = 65536;
 
 }  // namespace
 
@@ -48,6 +50,11 @@ Worker::Worker(std::size_t index, Team& team, std::span<const std::unique_ptr<Lo
       progress_(progress),
       outside_(team.first_worker + index == 0 ? options.outside : nullptr, lps.size(), end),
       first_lp_(static_cast<std::uint32_t>(team.partition.first_of(team.first_worker + index))),
+      holds_back_(options.scheduling_seed != 0 &&
+                  options.synchronisation == Synchronisation::kOptimistic),
+      is_alone_(team.partition.workers == 1 && options.scheduling_seed == 0 &&
+                options.synchronisation == Synchronisation::kOptimistic &&
+                options.outside == nullptr),
       schedule_(team.partition.first_of(team.first_worker + index + 1) - first_lp_),
       is_held_(schedule_.size(), false),
       is_uncommitted_(schedule_.size(), false),
@@ -57,7 +64,7 @@ Worker::Worker(std::size_t index, Team& team, std::span<const std::unique_ptr<Lo
   processes_.reserve(schedule_.size());
   for (std::uint32_t own = 0; own < schedule_.size(); ++own) {
     const LpId id{first_lp_ + own};
-    processes_.emplace_back(id, lps.size(), *lps[index_of(id)], end);
+    processes_.emplace_back(id, lps.size(), *lps[index_of(id)], end, pool_);
     refresh(own);
   }
 }
@@ -110,24 +117,39 @@ void Worker::exchange_with_other_ranks() {
 void Worker::deliver_arrived() {
   if (arrived_.empty()) return;
   delivering_.swap(arrived_);
-  for (Message& message : delivering_) deliver(std::move(message));
+  for (Message& message : delivering_)
+    deliver(index_of(message.destination) - first_lp_, std::move(message));
   delivering_.clear();
   settle_receivers();
 }
 
-void Worker::deliver(Message&& message) {
+inline void Worker::deliver(std::uint32_t own, Message&& message) {
   SODA_ASSERT(message.time >= gvt_, "message to LP ", index_of(message.destination), " at ",
               message.time, " behind GVT ", gvt_);
-  if (holds_back() && random_.below(4) == 0) {
+  if (holds_back_ && random_.below(4) == 0) {
     held_back_.push_back(std::move(message));
     return;
   }
-  const std::uint32_t own = index_of(message.destination) - first_lp_;
-  TimeWarpProcess& process = processes_[own];
-  if (process.deliver(std::move(message), effects_.counters))
+  if (processes_[own].deliver(std::move(message), effects_.counters)) [[unlikely]]
     touched_.push_back(own);
-  else
+  else if (own != executing_)  // which is scheduled when all it has sent is delivered
     schedule(own);
+}
+
+inline void Worker::refresh(std::uint32_t own) {
+  schedule(own);
+  if (processes_[own].has_fault()) may_be_faulty_.push_back(own);
+}
+
+inline void Worker::route_outgoing() {
+  for (Message& message : effects_.outgoing) {
+    const std::uint32_t own = index_of(message.destination) - first_lp_;
+    if (own < schedule_.size())
+      deliver(own, std::move(message));
+    else
+      remote_[team_.partition.owner_of(message.destination)].push_back(std::move(message));
+  }
+  effects_.outgoing.clear();
 }
 
 // Settling may send to own LPs again.
@@ -151,18 +173,8 @@ void Worker::release_held_back() {
   delivering_.clear();
 }
 
-void Worker::route_outgoing() {
-  for (Message& message : effects_.outgoing) {
-    if (index_of(message.destination) - first_lp_ < processes_.size())
-      deliver(std::move(message));
-    else
-      remote_[team_.partition.owner_of(message.destination)].push_back(std::move(message));
-  }
-  effects_.outgoing.clear();
-}
-
 // An LP that holds is not scheduled, but counts for GVT, which releases it.
-void Worker::schedule(std::uint32_t own) {
+void Worker::schedule_gating(std::uint32_t own) {
   if (processes_[own].holds(gvt_, effects_) &&
       options_.synchronisation == Synchronisation::kOptimistic) {
     schedule_.update(own, kNever);
@@ -182,16 +194,15 @@ void Worker::release_reached() {
   }
 }
 
-void Worker::refresh(std::uint32_t own) {
-  schedule(own);
-  if (processes_[own].has_fault()) may_be_faulty_.push_back(own);
-}
-
-// An LP whose history a round has to look at: others cost a round nothing.
-void Worker::note_uncommitted(std::uint32_t own) {
-  if (is_uncommitted_[own]) return;
-  is_uncommitted_[own] = true;
-  uncommitted_.push_back(own);
+// Lowest floor first: what is furthest behind is least likely to be undone, and holds GVT back.
+inline std::uint32_t Worker::pick() {
+  if (shuffles()) {
+    for (int attempt = 0; attempt < 4; ++attempt) {
+      const auto own = static_cast<std::uint32_t>(random_.below(schedule_.size()));
+      if (schedule_.time_of(own) < open_until_) return own;
+    }
+  }
+  return schedule_.take();
 }
 
 void Worker::execute_batch() {
@@ -201,40 +212,28 @@ void Worker::execute_batch() {
   executed_since_round_ += executed;
   const auto now = std::chrono::steady_clock::now();
   adapt_batch(now - start, executed);
-  const std::size_t bags_per_round = std::max(kLeastBagsPerRound, processes_.size());
+  const std::size_t bags_per_round =
+      std::max(is_alone_ ? kBagsPerRoundAlone : kLeastBagsPerRound, schedule_.size());
   // A seed makes a run on one thread reproducible: then the clock decides nothing.
   const bool is_late = shuffles() ? random_.below(32) == 0 : now - last_round_ >= kLongestRound;
   if (executed_since_round_ >= bags_per_round || is_late) request_round();
 }
 
-// Lowest floor first: what is furthest behind is least likely to be undone, and holds GVT back.
-std::uint32_t Worker::pick() {
-  if (shuffles()) {
-    for (int attempt = 0; attempt < 4; ++attempt) {
-      const auto own = static_cast<std::uint32_t>(random_.below(schedule_.size()));
-      if (within_window(schedule_.time_of(own))) return own;
-    }
-  }
-  return schedule_.take();
-}
-
 void Worker::execute_one(std::uint32_t own) {
   TimeWarpProcess& process = processes_[own];
-  const std::int64_t t = process.next_time().t;
-  if (t > gvt_.t) {
-    const auto lead = static_cast<std::uint64_t>(t) - static_cast<std::uint64_t>(gvt_.t);
-    effects_.counters.lead_sum += lead;
-    effects_.counters.lead_max = std::max(effects_.counters.lead_max, lead);
-  }
+  if (knows_gvt()) gvt_ = process.floor();
+  note_lead(process.next_time().t);
   const TimeWarpProcess* const next =
       schedule_.top_time() < end_ ? &processes_[schedule_.top()] : nullptr;
   if (next) next->prefetch();
-  if (process.has_fossils(gvt_)) process.forget(gvt_);
+  process.collect(gvt_, effects_.counters);
+  executing_ = own;
   process.execute(effects_);
   effects_.stand_again.clear();
   note_uncommitted(own);
   if (next) next->prefetch_history();
   route_outgoing();
+  executing_ = kNobody;
   refresh(own);
   if (!touched_.empty()) settle_receivers();
 }
@@ -328,6 +327,7 @@ GvtReport Worker::make_report() {
 void Worker::note_gvt(VirtualTime gvt) {
   patience_ = gvt > gvt_ ? kLeastPatience : std::min(2 * patience_, kMostPatience);
   gvt_ = gvt;
+  open_until_ = end_of_window();
   executed_since_round_ = 0;
   last_round_ = std::chrono::steady_clock::now();
   if (!held_.empty()) release_reached();
@@ -380,12 +380,14 @@ void Worker::request_round() {
     if (other != index_) team_.inboxes[other].wake();
 }
 
-// Differences as unsigned numbers: the window may be as large as time itself.
-bool Worker::within_window(VirtualTime time) const {
-  if (time >= end_) return false;
-  if (options_.synchronisation == Synchronisation::kLockstep) return time <= gvt_;
-  const auto lead = static_cast<std::uint64_t>(time.t) - static_cast<std::uint64_t>(gvt_.t);
-  return lead < static_cast<std::uint64_t>(options_.window);
+// The window may be as large as time itself.
+VirtualTime Worker::end_of_window() const {
+  VirtualTime end{gvt_.t, gvt_.round + 1};
+  if (options_.synchronisation == Synchronisation::kOptimistic) {
+    const bool fits = gvt_.t <= kNever.t - options_.window || gvt_.t < 0;
+    end = fits ? VirtualTime{gvt_.t + options_.window, 0} : kNever;
+  }
+  return std::min(end, end_);
 }
 
 }  // namespace soda::kernel

@@ -40,14 +40,29 @@ class Worker {
   VirtualTime take_from_outside(const GvtOutcome& outcome);
   void exchange_with_other_ranks();
   void deliver_arrived();
-  void deliver(Message&& message);
+  void deliver(std::uint32_t own, Message&& message);
   void settle_receivers();
   void release_held_back();
   void route_outgoing();
   void refresh(std::uint32_t own);
-  void schedule(std::uint32_t own);
+  void schedule(std::uint32_t own) {
+    if (processes_[own].gates()) [[unlikely]]
+      schedule_gating(own);
+    else
+      schedule_.update(own, processes_[own].floor());
+  }
+  void schedule_gating(std::uint32_t own);
+  void note_lead(std::int64_t t);
+  bool reopen();
+  // Whether GVT is the earliest floor of its LPs, now and without a round: nobody else can send.
+  bool knows_gvt() const { return is_alone_ && held_.empty() && may_be_faulty_.empty(); }
   void release_reached();
-  void note_uncommitted(std::uint32_t own);
+  // An LP whose history a round has to look at: others cost a round nothing.
+  void note_uncommitted(std::uint32_t own) {
+    if (is_uncommitted_[own]) return;
+    is_uncommitted_[own] = true;
+    uncommitted_.push_back(own);
+  }
   std::uint32_t pick();
   void execute_one(std::uint32_t own);
   void adapt_batch(std::chrono::steady_clock::duration took, std::size_t executed);
@@ -56,15 +71,11 @@ class Worker {
   void commit(const GvtOutcome& outcome);
   void coast_to(VirtualTime limit);
   void request_round();
-  bool within_window(VirtualTime time) const;
-  bool can_execute() { return within_window(schedule_.top_time()); }
+  VirtualTime end_of_window() const;
+  bool can_execute() { return schedule_.top_time() < open_until_ || reopen(); }
   bool shuffles() const { return options_.scheduling_seed != 0; }
   // Whether it is the one that speaks with the other ranks.
   bool communicates() const { return team_.link != nullptr && index_ == 0; }
-  // In lockstep nothing is late that has been sent.
-  bool holds_back() const {
-    return shuffles() && options_.synchronisation == Synchronisation::kOptimistic;
-  }
 
   const std::size_t index_;
   Team& team_;
@@ -74,7 +85,10 @@ class Worker {
   OutsideDoor outside_;                   // of one worker of all
   VirtualTime contributed_ = kBeginning;  // to the reduction that is under way, by this rank
   const std::uint32_t first_lp_;
+  const bool holds_back_;  // messages, at random; in lockstep nothing may be late
+  const bool is_alone_;    // nobody else sends, and it executes in order
 
+  MessagePool pool_;                        // of what they have received
   std::vector<TimeWarpProcess> processes_;  // the own LPs
   LpSchedule schedule_;                     // by floor, without those that are held
   std::vector<std::uint32_t> held_;         // may hold (gating); in any order
@@ -91,6 +105,9 @@ class Worker {
   std::vector<Message> received_;             // from other ranks; scratch
 
   VirtualTime gvt_ = kBeginning;
+  static constexpr std::uint32_t kNobody = ~0u;
+  std::uint32_t executing_ = kNobody;
+  VirtualTime open_until_ = kBeginning;  // LPs may execute what is earlier
   std::optional<CommittedFault> fault_;
   bool finished_ = false;
   std::size_t batch_size_ = 1;
@@ -101,5 +118,21 @@ class Worker {
   std::chrono::steady_clock::time_point round_due_{};  // if nobody asks for one before
   SplitMix64 random_;
 };
+
+inline void Worker::note_lead(std::int64_t t) {
+  if (t <= gvt_.t) return;
+  const auto lead = static_cast<std::uint64_t>(t) - static_cast<std::uint64_t>(gvt_.t);
+  effects_.counters.lead_sum += lead;
+  effects_.counters.lead_max = std::max(effects_.counters.lead_max, lead);
+}
+
+// Moves the window on, if it can be told how far without a round.
+inline bool Worker::reopen() {
+  const VirtualTime next = schedule_.top_time();
+  if (!knows_gvt() || next >= end_) return false;
+  gvt_ = next;
+  open_until_ = end_of_window();
+  return true;
+}
 
 }  // namespace soda::kernel

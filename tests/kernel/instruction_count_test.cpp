@@ -55,7 +55,7 @@ double instructions_per_event(const std::vector<std::string>& valgrind_options,
 
 // Ceilings: what was measured, and a tenth more.
 TEST(InstructionCount, OfTheSequentialExecutor) {
-  EXPECT_LE(instructions_per_event({}, {"--executor", "sequential"}), 1.1 * 702);
+  EXPECT_LE(instructions_per_event({}, {"--executor", "sequential"}), 1.1 * 676);
 }
 
 // Of choosing, collecting fossils, executing, sending and delivering; how many bags lie between two
@@ -64,14 +64,14 @@ TEST(InstructionCount, OfTheSequentialExecutor) {
 TEST(InstructionCount, OfTimeWarpOnOneThread) {
   EXPECT_LE(instructions_per_event({"--toggle-collect=soda::kernel::Worker::execute_one*"},
                                    {"--executor", "threads", "--threads", "1"}),
-            1.1 * 1656);
+            1.1 * 1490);
 }
 
 // What a round does with what has been executed.
 TEST(InstructionCount, OfCommittingOnOneThread) {
   EXPECT_LE(instructions_per_event({"--toggle-collect=soda::kernel::Worker::commit*"},
                                    {"--executor", "threads", "--threads", "1"}),
-            1.1 * 83);
+            1.1 * 80);
 }
 
 }  // namespace

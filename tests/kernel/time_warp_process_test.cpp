@@ -245,15 +245,19 @@ TEST(TimeWarp, TimesThatGvtPassesWhileTheyAreExecutedAgainAreCommittedLater) {
   EXPECT_EQ(bench.lp.commits, expected);
 }
 
-TEST(TimeWarp, WhatIsExecutedAgainBehindGvtIsNoFossilUntilItIsCommitted) {
+TEST(TimeWarp, WhatIsExecutedAgainBehindGvtIsCommittedBeforeItIsCollected) {
   Bench bench(marks_every_fifth());
   bench.execute_all();
   bench.deliver(at(9), 1, 1);
   bench.advance_gvt(at(9));
   bench.execute_all();
-  EXPECT_FALSE(bench.process.has_fossils(at(9)));
-  bench.process.commit(at(9), bench.effects.counters);
-  EXPECT_TRUE(bench.process.has_fossils(at(9)));
+  EXPECT_EQ(bench.lp.commits.size(), 5u);
+  bench.process.collect(at(9), bench.effects.counters);
+  EXPECT_EQ(bench.lp.commits.size(), 9u);
+  bench.process.commit(kEnd, bench.effects.counters);
+  Times expected;
+  for (std::int64_t t = 0; t < 10; ++t) expected.push_back(at(t));
+  EXPECT_EQ(bench.lp.commits, expected);
 }
 
 TEST(TimeWarp, MessageForAFreeTimeNeedsNoSettling) {
