@@ -140,7 +140,6 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, std::span<
       counters.driven_bodies += scene.bodies[index_of(id)].drive != kNoDrive;
       counters.forced_bodies += scene.bodies[index_of(id)].forces != kNone;
     }
-    ++counters.islands_solved;
     counters.solver_iterations += report.iterations;
     count_rows(joints, counters);
     return report;
@@ -173,8 +172,6 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, std::span<
   move_bodies(scene, dt_s, ids, manifolds, problem, solution.push, joints, states, faults);
   report.push_out_work_joule = push_out_work_joule(scene, dt_s, ids, solution.push);
   if (!joints.empty()) report.push_out_work_joule += close_joints(scene, dt_s, ids, joints, states);
-  ++counters.islands_solved;
-  counters.direct_islands += solution.direct;
   counters.solver_iterations += solution.iterations;
   counters.factor_multiplications += solution.multiplications;
   return report;
@@ -207,16 +204,16 @@ IslandReport advance_island(const SceneDescription& scene, const Geometry& geome
   }
   const double flown_s =
       fly_through_impacts(scene, geometry, dt_s, ids, manifolds, states, report, counters);
-  if (flown_s == 0.0)
-    return advance_resting(scene, geometry, dt_s, ids, manifolds, states, counters, faults);
-  if (flown_s == dt_s) {
-    ++counters.islands_solved;
-    return report;
+  if (flown_s == 0.0) {
+    report = advance_resting(scene, geometry, dt_s, ids, manifolds, states, counters, faults);
+  } else if (flown_s < dt_s) {
+    const double rest_s = dt_s - flown_s;
+    const std::vector<ContactManifold> left =
+        found_again(scene, geometry, rest_s, ids, manifolds, states, counters);
+    add_part(advance_resting(scene, geometry, rest_s, ids, left, states, counters, faults), report);
   }
-  const double rest_s = dt_s - flown_s;
-  const std::vector<ContactManifold> left =
-      found_again(scene, geometry, rest_s, ids, manifolds, states, counters);
-  add_part(advance_resting(scene, geometry, rest_s, ids, left, states, counters, faults), report);
+  ++counters.islands_solved;
+  counters.direct_islands += report.direct;
   return report;
 }
 

@@ -114,7 +114,8 @@ ContactSolution solve_contacts(const SceneDescription& scene, double dt_s,
   solution.direct = plan != nullptr && problem.restitution_rows == 0 &&
                     solve_by_newton(free, *plan, problem, solution);
   if (!solution.direct && wants_substeps(ids.size(), ratio, problem)) {
-    solution.iterations += solve_in_substeps(scene.solver, dt_s, before, problem, solution.push);
+    solution.iterations +=
+        solve_in_substeps(scene.solver, dt_s, before, free, problem, solution.push);
     return solution;
   }
   if (!solution.direct) sweep(scene, dt_s, before, free, problem, solution);

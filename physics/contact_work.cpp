@@ -77,6 +77,7 @@ Work gain(double dt_s, const Selection<BodyState>& before, std::span<const Solve
     const double mass = 1.0 / free[i].inverse_mass;
     const Vec3& start = before[i].linear_velocity_m_s;
     const Vec3 forced = free[i].linear - start;
+    if (forced == Vec3::Zero()) continue;  // an impact takes no time
     Vec3 way = problem.bodies[i].linear * dt_s;
     if (!held[i].supported) way -= forced * (0.5 * dt_s) + flights[i].not_yet_m;
     gain.add(0.5 * mass * forced.dot(free[i].linear + start));
@@ -120,6 +121,12 @@ void limit_work(std::span<const SolverBody> free, ContactProblem& problem) {
   const double without = power(free, problem).sum;
   const double share = without < 0.0 ? without / (without - after.sum) : 0.0;
   take_share(share, free, nullptr, problem);
+}
+
+void limit_gain(double dt_s, const Selection<BodyState>& before, std::span<const SolverBody> free,
+                ContactProblem& problem) {
+  const Work whole = gain(dt_s, before, free, find_flights(problem), problem);
+  if (whole.sum > kRounding * whole.scale) limit_work(free, problem);
 }
 
 SolvedContacts solved_contacts(const ContactProblem& problem) {

@@ -17,6 +17,12 @@ namespace soda::physics {
 // closes by the share that is taken off. Targets are at most 0: rebounds come later.
 void limit_work(std::span<const SolverBody> free, ContactProblem& problem);
 
+// The same where a step of dt_s gives the island energy, potential energy in the field of the
+// external forces included; what moves beyond its final velocity is not counted. `before`: the
+// states at the step's start.
+void limit_gain(double dt_s, const Selection<BodyState>& before, std::span<const SolverBody> free,
+                ContactProblem& problem);
+
 // The impulses of a problem, and the velocities that they lead to.
 struct SolvedContacts {
   std::vector<SolverBody> bodies;
@@ -26,8 +32,9 @@ struct SolvedContacts {
 SolvedContacts solved_contacts(const ContactProblem& problem);
 
 // After rebounds were solved for: goes back towards the solution without them so far that the step
-// gives the island no energy, potential energy in the field of the external forces included.
-// `plastic`: that solution; `before`: the states at the step's start.
+// gives the island no energy, potential energy in the field of the external forces included. dt_s
+// of 0 is an impact, on which no force acts. `plastic`: that solution; `before`: the states at the
+// step's start.
 void limit_rebounds(double dt_s, const Selection<BodyState>& before,
                     std::span<const SolverBody> free, const SolvedContacts& plastic,
                     ContactProblem& problem);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "physics/convex_contacts.hpp"
 #include "physics/forces.hpp"
 #include "physics/joint_bounds.hpp"
 #include "physics/rigid_motion.hpp"
@@ -181,6 +182,31 @@ double spin_energy_joule(const BodyParams& params, const BodyState& state) {
   return 0.5 * spin.dot(params.inertia_local_kg_m2 * spin);
 }
 
+double kinetic_joule(const SceneDescription& scene, std::span<const BodyId> ids,
+                     std::span<const SolverBody> bodies) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    const Vec3 spin = inverse_of_symmetric(bodies[i].inverse_inertia) * bodies[i].angular;
+    sum += 0.5 * (scene.bodies[index_of(ids[i])].mass_kg * bodies[i].linear.squaredNorm() +
+                  spin.dot(bodies[i].angular));
+  }
+  return sum;
+}
+
+// Joints that nearly contradict each other can throw bodies: a step that should keep the energy and
+// gives far more than its error would.
+bool throws(const SceneDescription& scene, std::span<const BodyId> ids,
+            std::span<const BodyState> from, std::span<const BodyState> to) {
+  constexpr double kMost = 0.01;
+  double fall = 0.0;
+  for (std::size_t i = 0; i < ids.size(); ++i)
+    fall += scene.bodies[index_of(ids[i])].mass_kg *
+            scene.gravity_m_s2.dot(to[i].position_m - from[i].position_m);
+  const double before = kinetic_joule(scene, ids, bodies_at(scene, ids, from));
+  const double after = kinetic_joule(scene, ids, bodies_at(scene, ids, to));
+  return !(after - before - fall <= kMost * (after + before + std::abs(fall)));
+}
+
 }  // namespace
 
 int solve_with_joints(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
@@ -192,6 +218,10 @@ int solve_with_joints(const SceneDescription& scene, double dt_s, std::span<cons
   const std::span<SolverBody> bodies = problem.bodies;
   build_joint_rows(scene, dt_s, ids, states, true, joints);
   bound_step(dt_s, joints);
+  // Aimed at the step's end, joints that nearly contradict each other can throw bodies. The first
+  // solution only takes away from what moves against them.
+  const bool is_rigid = problem.normals.empty() && !joints.bounded && !has_springs(scene, joints);
+  const double most_joule = is_rigid ? 1.1 * kinetic_joule(scene, ids, bodies) : 0.0;
   double error = 0.0;
   int done = 0;
   ContactProblem best;
@@ -207,6 +237,7 @@ int solve_with_joints(const SceneDescription& scene, double dt_s, std::span<cons
     build_joint_rows(scene, dt_s, ids, drifted(scene, ids, states, bodies, dt_s), true, next);
     const double before = std::exchange(error, largest_error(next));
     if (aim > 0 && !(error < before)) break;
+    if (aim > 0 && is_rigid && kinetic_joule(scene, ids, bodies) > most_joule) break;
     best = problem;
     best_joints = joints;
     take_back_joint_impulses(joints, bodies);
@@ -275,6 +306,7 @@ bool advance_linkage(const SceneDescription& scene, double dt_s, std::span<const
     for (const double stage : kStages)
       if (!advance_linkage_once(scene, stage * part_s, ids, joints, next, linked)) return false;
   }
+  if (fourth && throws(scene, ids, states, next)) return false;
   if (!fourth) {
     const Vec3 by_world = linked.static_impulse_newton_s - report.static_impulse_newton_s;
     linked.static_impulse_newton_s += unforeseen_newton_s(scene, dt_s, ids, states, next, by_world);

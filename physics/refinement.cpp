@@ -1,6 +1,7 @@
 #include "physics/refinement.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -180,6 +181,51 @@ Trial extrapolated(const Trial& one, const Trial& two, Trial four) {
   return four;
 }
 
+double kinetic_joule(const Island& island, std::span<const BodyState> states) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    const BodyParams& params = island.scene.bodies[index_of(island.ids[i])];
+    const Vec3 spin = states[i].orientation.conjugate() * states[i].angular_velocity_rad_s;
+    sum += 0.5 * (params.mass_kg * states[i].linear_velocity_m_s.squaredNorm() +
+                  spin.dot(params.inertia_local_kg_m2 * spin));
+  }
+  return sum;
+}
+
+bool has_moving_surface(const Island& island) {
+  for (const ContactManifold& m : island.pairs) {
+    if (!is_static(m.b)) continue;
+    if (island.scene.statics[static_index_of(m.b)].surface_velocity_m_s != Vec3::Zero())
+      return true;
+  }
+  return false;
+}
+
+// Steps give no energy, but what is extrapolated from them may have a trace more: velocities shrink
+// by as much, which keeps their directions. Then statics gave that much less. False if it is more
+// than a trace.
+bool without_gain(const Island& island, std::span<const BodyState> from, Trial& trial) {
+  constexpr double kTrace = 1e-3;
+  if (has_moving_surface(island)) return true;
+  const double moving = kinetic_joule(island, trial.states);
+  double gain = moving - kinetic_joule(island, from) - trial.report.push_out_work_joule;
+  for (std::size_t i = 0; i < from.size(); ++i)
+    gain -= island.scene.bodies[index_of(island.ids[i])].mass_kg *
+            island.scene.gravity_m_s2.dot(trial.states[i].position_m - from[i].position_m);
+  if (!(gain > 0.0)) return true;
+  if (!(gain <= kTrace * moving)) return false;
+  const double share = std::sqrt(1.0 - gain / moving);
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    BodyState& state = trial.states[i];
+    trial.report.static_impulse_newton_s +=
+        state.linear_velocity_m_s *
+        ((share - 1.0) * island.scene.bodies[index_of(island.ids[i])].mass_kg);
+    state.linear_velocity_m_s *= share;
+    state.angular_velocity_rad_s *= share;
+  }
+  return true;
+}
+
 struct Part {
   double time_s = 0.0;
   int depth = 0;
@@ -199,7 +245,8 @@ std::optional<Trial> advance_part(Island& island, const Limits& limits, const Pa
   if (error_of(island, one, two, four) > limits.tolerance ||
       quarter * roughness(island, from, four) > limits.tolerance)
     return std::nullopt;
-  return extrapolated(one, two, std::move(four));
+  Trial limit = extrapolated(one, two, four);
+  return without_gain(island, from, limit) ? std::move(limit) : std::move(four);
 }
 
 }  // namespace

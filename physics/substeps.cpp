@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/contact_work.hpp"
+
 namespace soda::physics {
 namespace {
 
@@ -149,7 +151,8 @@ PushOut beyond_final_velocity(double dt_s, const SolverBody& body, const Flight&
 }
 
 std::uint32_t solve_in_substeps(const SolverSettings& settings, double dt_s,
-                                const Selection<BodyState>& states, ContactProblem& problem,
+                                const Selection<BodyState>& states,
+                                std::span<const SolverBody> free, ContactProblem& problem,
                                 std::vector<PushOut>& push) {
   Substeps substeps;
   const std::uint32_t count = substeps_of(settings);
@@ -161,6 +164,7 @@ std::uint32_t solve_in_substeps(const SolverSettings& settings, double dt_s,
     relax(problem, substeps);
   }
   end_substeps(problem, substeps);
+  limit_gain(dt_s, states, free, problem);
   const std::vector<Flight> flights = find_flights(problem);
   push.resize(states.size());
   for (std::size_t i = 0; i < states.size(); ++i)

@@ -54,8 +54,11 @@ PushOut beyond_final_velocity(double dt_s, const SolverBody& body, const Flight&
                               const Way& way);
 
 // All of it, for one problem. Returns the number of sweeps; `push` as in ContactSolution.
+// `free`: velocities after external forces. The impulses give the island no energy
+// (contact_work.hpp).
 std::uint32_t solve_in_substeps(const SolverSettings& settings, double dt_s,
-                                const Selection<BodyState>& states, ContactProblem& problem,
+                                const Selection<BodyState>& states,
+                                std::span<const SolverBody> free, ContactProblem& problem,
                                 std::vector<PushOut>& push);
 
 }  // namespace soda::physics

@@ -54,7 +54,7 @@ TEST(ClusterCommands, WithGatingStacksAndChainsOnBordersAreSolvedAtMostFifteenPe
            islands["solves_committed"].get<double>();
   };
   EXPECT_LE(rework("border-stack", "300", "30", "on"), 1.15);
-  EXPECT_GT(rework("border-stack", "300", "30", "off"), 2.0);
+  EXPECT_GT(rework("border-stack", "300", "30", "off"), 1.4);
   EXPECT_LE(rework("five-worlds-chain", "60", "15", "on"), 1.15);
   EXPECT_GT(rework("five-worlds-chain", "60", "15", "off"), 2.0);
 }
