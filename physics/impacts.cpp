@@ -46,6 +46,15 @@ bool is_mesh(const SceneDescription& scene, BodyId id) {
                               scene.shapes[scene.statics[static_index_of(id)].shape]);
 }
 
+// What happens at an impact within the step is worth its time: the pair bounces, or flies farther
+// than its width.
+bool is_impact(const SceneDescription& scene, const ContactManifold& m) {
+  const Material& a = scene.bodies[index_of(m.a)].material;
+  const Material& b = is_static(m.b) ? scene.statics[static_index_of(m.b)].material
+                                     : scene.bodies[index_of(m.b)].material;
+  return std::max(a.restitution, b.restitution) > 0.0 || m.points[0].feature == kWayToImpact;
+}
+
 bool is_in_flight(const SceneDescription& scene, const Geometry& geometry,
                   std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
                   std::span<const BodyState> states) {
@@ -56,6 +65,9 @@ bool is_in_flight(const SceneDescription& scene, const Geometry& geometry,
     return &states[static_cast<std::size_t>(std::lower_bound(ids.begin(), ids.end(), id) -
                                             ids.begin())];
   };
+  bool impact = false;
+  for (const ContactManifold& m : manifolds) impact = impact || is_impact(scene, m);
+  if (!impact) return false;
   for (const ContactManifold& m : manifolds) {
     if (is_mesh(scene, m.b)) return false;
     const BodyState& a = *state_of(m.a);

@@ -12,9 +12,10 @@ namespace soda::physics {
 // velocities of its two bodies change by Newton's restitution and Coulomb friction at the points
 // that touch. All pairs of the island are looked at, also those that no manifold connects, and all
 // statics that its bodies can reach. Returns how far it came: 0, and nothing changed, if the island
-// is not of this kind (joints, drives, forces, meshes, more than 64 bodies, or something rests
-// already); less than dt_s if something comes to rest on something then, or bounces on too often.
-// What statics gave is added to `report`. A function of the arguments only.
+// is not of this kind (nothing bounces or is fast; joints, drives, forces, meshes, more than 64
+// bodies; or something rests already); less than dt_s if something comes to rest on something then,
+// or bounces on too often. What statics gave is added to `report`. A function of the arguments
+// only.
 double fly_through_impacts(const SceneDescription& scene, const Geometry& geometry, double dt_s,
                            std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
                            std::span<BodyState> states, IslandReport& report,

@@ -237,7 +237,7 @@ void append_way_to_impact(const SceneDescription& scene, const Geometry& geometr
   const PlacedShape there{now_a.shape, {then_a.orientation.toRotationMatrix(), Vec3::Zero()}};
   ContactCandidates candidates;
   candidates.add(support_point(there, normal),
-                 -reach_along(now_b, -normal, 0.0) - reach_along(now_a, normal, 0.0), 0x20000000u);
+                 -reach_along(now_b, -normal, 0.0) - reach_along(now_a, normal, 0.0), kWayToImpact);
   emit_manifold(a, b, 0, normal, then_a.position_m, candidates, out);
 }
 

@@ -42,6 +42,9 @@ std::optional<Impact> time_of_impact(const SceneDescription& scene, const Geomet
                                      BodyId a, const BodyState& state_a, BodyId b,
                                      const BodyState* state_b, double most_s);
 
+// The feature of the point that append_way_to_impact() gives.
+inline constexpr std::uint32_t kWayToImpact = 0x20000000u;
+
 // Solids that move by more than their width within dt_s: if they meet, appends a manifold of one
 // point with the place and normal of the impact, whose separation is the way to it along that
 // normal.

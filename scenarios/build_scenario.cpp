@@ -216,6 +216,7 @@ physics::SolverSettings solver_of(const SolverSpec& spec) {
           .restitution_threshold_m_s = spec.restitution_threshold_m_s,
           .contact_response = spec.contact_response,
           .warm_starting = spec.warm_starting,
+          .tolerance = spec.tolerance.value_or(0.0),
           .direct = spec.direct};
 }
 

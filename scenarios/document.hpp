@@ -239,6 +239,7 @@ using ReferenceSpec = std::variant<
 
 struct SolverSpec : Located {
   std::int64_t iterations = physics::SolverSettings{}.iterations;
+  std::optional<double> tolerance;  // accuracy mode
   double restitution_threshold_m_s = physics::SolverSettings{}.restitution_threshold_m_s;
   bool contact_response = physics::SolverSettings{}.contact_response;
   bool warm_starting = physics::SolverSettings{}.warm_starting;

@@ -266,6 +266,8 @@ constexpr Field kSolverFields[] = {
     field<SolverSpec, &SolverSpec::direct>(
         "direct", kOptional, kNone,
         "Newton's method for the islands that it pays for; false: for none."),
+    field<SolverSpec, &SolverSpec::tolerance>("tolerance", kOptional, Limits{1e-12, 1e-2},
+                                              "Accuracy mode: error of an island in a step."),
     field<SolverSpec, &SolverSpec::broadphase>(
         "broadphase", kOptional, kNone,
         "How candidate pairs are found; all-pairs is for experiments on cost."),

@@ -1,0 +1,143 @@
+// Impacts located in time, and substeps with extrapolation.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "physics/time_of_impact.hpp"
+#include "tests/physics/scenes.hpp"
+
+namespace soda::physics {
+namespace {
+
+using test::kGravity;
+using test::World;
+
+TEST(TimeOfImpact, OfAFallingSphereIsTheRootOfItsParabola) {
+  World world;
+  world.scene.gravity_m_s2 = Vec3(0, 0, -kGravity);
+  world.add_floor();
+  world.add_body(world.add_shape(Sphere{0.1}), Vec3(0, 0, 1.1));
+  const Geometry geometry(world.scene);
+  const auto impact =
+      time_of_impact(world.scene, geometry, BodyId{0}, world.states[0], static_id(0), nullptr, 1.0);
+  ASSERT_TRUE(impact.has_value());
+  EXPECT_FALSE(impact->lasts);
+  EXPECT_NEAR(impact->time_s, std::sqrt(2.0 / kGravity), 1e-14);
+}
+
+TEST(TimeOfImpact, OfASpinningRodIsWhenItsTipArrives) {
+  World world;
+  world.add_static(world.add_shape(HalfSpace{Vec3::UnitX(), -1.0}));
+  BodyState& rod = world.add_body(world.add_shape(Box{Vec3(0.5, 1e-3, 1e-3)}), Vec3(0, 0, 0));
+  rod.angular_velocity_rad_s = Vec3(0, 0, 20);
+  rod.linear_velocity_m_s = Vec3(-2, 0, 0);
+  const Geometry geometry(world.scene);
+  const auto impact =
+      time_of_impact(world.scene, geometry, BodyId{0}, world.states[0], static_id(0), nullptr, 1.0);
+  ASSERT_TRUE(impact.has_value());
+  const double angle = 20.0 * impact->time_s;
+  const double lowest =
+      -2.0 * impact->time_s - 0.5 * std::abs(std::cos(angle)) - 1e-3 * std::abs(std::sin(angle));
+  EXPECT_NEAR(lowest, -1.0, 1e-8);
+  // Nothing came there before.
+  for (int i = 0; i < 1000; ++i) {
+    const double t = impact->time_s * i / 1000.0;
+    EXPECT_GT(-2.0 * t - 0.5 * std::abs(std::cos(20 * t)) - 1e-3 * std::abs(std::sin(20 * t)),
+              -1.0);
+  }
+}
+
+TEST(TimeOfImpact, BodiesThatPassEachOtherHaveNone) {
+  World world;
+  const std::uint32_t box = world.add_shape(Box{Vec3(0.1, 0.1, 0.1)});
+  world.add_body(box, Vec3(0, 0, 0)).linear_velocity_m_s = Vec3(10, 0, 0);
+  world.add_body(box, Vec3(1, 0.21, 0)).linear_velocity_m_s = Vec3(-10, 0, 0);
+  const Geometry geometry(world.scene);
+  EXPECT_FALSE(time_of_impact(world.scene, geometry, BodyId{0}, world.states[0], BodyId{1},
+                              &world.states[1], 1.0));
+}
+
+TEST(Impacts, ElasticBoxesThatTumbleIntoEachOtherKeepEnergyAndBothMomenta) {
+  World world;
+  const std::uint32_t box = world.add_shape(Box{Vec3(0.3, 0.2, 0.1)});
+  BodyState& a = world.add_body(box, Vec3(0, 0, 0));
+  a.linear_velocity_m_s = Vec3(3, 0, 0);
+  a.angular_velocity_rad_s = Vec3(1, 2, 3);
+  BodyState& b = world.add_body(box, Vec3(1, 0.1, 0.05));
+  b.angular_velocity_rad_s = Vec3(-2, 1, 0.5);
+  for (BodyParams& body : world.scene.bodies) body.material = {.friction = 0.0, .restitution = 1.0};
+  const Mechanics start = measure(world.scene, world.ids, world.states);
+  world.run(60);
+  ASSERT_GT(world.counters.impacts, 0u);
+  const Mechanics end = measure(world.scene, world.ids, world.states);
+  EXPECT_NEAR(end.kinetic_energy_joule / start.kinetic_energy_joule, 1.0, 1e-9);
+  EXPECT_LE((end.linear_momentum_newton_s - start.linear_momentum_newton_s).norm(),
+            1e-13 * start.linear_momentum_newton_s.norm());
+  EXPECT_LE((end.angular_momentum_newton_m_s - start.angular_momentum_newton_m_s).norm(),
+            1e-8 * start.angular_momentum_newton_m_s.norm())
+      << "the gap at which boxes count as touching, over their width";
+}
+
+TEST(Impacts, WhatNeitherBouncesNorIsFastIsNotSearched) {
+  World world;
+  const std::uint32_t ball = world.add_shape(Sphere{0.1});
+  world.add_body(ball, Vec3(0, 0, 0)).linear_velocity_m_s = Vec3(1, 0, 0);
+  world.add_body(ball, Vec3(0.5, 0, 0));
+  for (BodyParams& body : world.scene.bodies) body.material.restitution = 0.0;
+  world.run(60);
+  EXPECT_GT(world.counters.normal_rows, 0u);
+  EXPECT_EQ(world.counters.impact_searches, 0u);
+}
+
+// A box thrown along a floor: the whole way v^2 / (2 mu g), wherever in a step it stops.
+TEST(Refinement, ABoxComesToRestWhereFrictionStopsIt) {
+  for (const double dt : {1.0 / 60.0, 1.0 / 47.0, 0.1}) {
+    World world;
+    world.scene.dt_s = dt;
+    world.scene.gravity_m_s2 = Vec3(0, 0, -kGravity);
+    world.add_floor();
+    BodyState& box = world.add_body(world.add_shape(Box{Vec3(0.5, 0.5, 0.1)}), Vec3(0, 0, 0.1));
+    box.linear_velocity_m_s = Vec3(2, 0, 0);
+    const double friction = std::sqrt(world.scene.bodies[0].material.friction *
+                                      world.scene.statics[0].material.friction);
+    world.run(static_cast<int>(2.0 / dt));
+    // 1e-7 of its width for each part of each step at most.
+    EXPECT_NEAR(world.states[0].position_m.x(), 2.0 / (friction * kGravity), 1e-6) << dt;
+    EXPECT_LE(world.states[0].linear_velocity_m_s.norm(), 1e-9);
+    EXPECT_GT(world.counters.refined_steps, 0u);
+  }
+}
+
+TEST(Refinement, ABodyAtRestTakesOneStep) {
+  World world;
+  world.scene.gravity_m_s2 = Vec3(0, 0, -kGravity);
+  world.add_floor();
+  world.add_body(world.add_shape(Box{Vec3(0.5, 0.5, 0.1)}), Vec3(0, 0, 0.1));
+  world.run(60);
+  EXPECT_EQ(world.counters.refined_steps, 0u);
+  EXPECT_EQ(world.counters.islands_solved, 60u);
+}
+
+// Two boxes, one on the other, both sliding: a tolerance makes several bodies as exact as one.
+TEST(Refinement, ATolerancePutsTheErrorOfSlidingBodiesBelowIt) {
+  double errors[2];
+  for (const bool accurate : {false, true}) {
+    World world;
+    world.scene.gravity_m_s2 = Vec3(0, 0, -kGravity);
+    world.scene.solver.tolerance = accurate ? 1e-8 : 0.0;
+    world.add_floor();
+    const std::uint32_t slab = world.add_shape(Box{Vec3(0.5, 0.5, 0.1)});
+    for (const double z : {0.1, 0.3})
+      world.add_body(slab, Vec3(0, 0, z)).linear_velocity_m_s = Vec3(4, 0, 0);
+    const double friction = std::sqrt(world.scene.bodies[0].material.friction *
+                                      world.scene.statics[0].material.friction);
+    world.run(30);
+    const double exact = 4.0 * 0.5 - 0.5 * friction * kGravity * 0.25;
+    errors[accurate] = std::abs(world.states[0].position_m.x() - exact);
+  }
+  EXPECT_GT(errors[false], 1e-3);
+  EXPECT_LT(errors[true], 1e-6);
+}
+
+}  // namespace
+}  // namespace soda::physics
