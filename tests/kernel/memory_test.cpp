@@ -37,19 +37,20 @@ Lps every_tick(std::int64_t end_t, std::int64_t mark_every_t) {
 // Entries of one LP. When it commits, what it executed and keeps lies in the ticks from its last
 // restart point not after the GVT before, up to the window beyond that GVT: `ticks` of them. One
 // execution and one output a tick, and one output more that is still to be cancelled. Registers of
-// inputs: one a source and tick, up to the tick after the last that somebody executed. Among ranks,
-// others may know a newer GVT, which is not beyond this rank's window, and so run further ahead.
-std::uint64_t bound(std::int64_t window, std::int64_t mark_every_t, bool ranks) {
+// inputs: one a source and tick, up to the tick after the last that somebody executed. Where others
+// execute at the same time, they may have run ahead of a newer GVT, which is not beyond this LP's
+// window, while it still holds what it will collect when it executes next.
+std::uint64_t bound(std::int64_t window, std::int64_t mark_every_t, bool shared) {
   const auto ticks = static_cast<std::uint64_t>(window + mark_every_t);
-  const auto ticks_of_inputs = ticks + 1 + (ranks ? static_cast<std::uint64_t>(window) : 0);
+  const auto ticks_of_inputs = ticks + 1 + (shared ? static_cast<std::uint64_t>(window) : 0);
   return ticks + (ticks + 1) + kLps * ticks_of_inputs;
 }
 
 // A way to run LPs with a window. Every executor of the kernel belongs into all_ways().
 struct Way {
   std::string name;
-  bool ranks;
-  bool alone;  // nobody else sends, and it executes in order
+  bool shared;  // by several workers
+  bool alone;   // nobody else sends, and it executes in order
   std::function<Counters(const Lps&, VirtualTime end, std::int64_t window)> run;
 };
 
@@ -58,7 +59,7 @@ std::vector<Way> all_ways() {
   for (const unsigned threads : {1u, 2u, 4u}) {
     for (const std::uint64_t seed : {0, 1}) {
       ways.push_back(
-          {describe("threads ", threads, ", seed ", seed), false, threads == 1 && seed == 0,
+          {describe("threads ", threads, ", seed ", seed), threads > 1, threads == 1 && seed == 0,
            [=](const Lps& lps, VirtualTime end, std::int64_t window) {
              return run_threads(lps, end,
                                 {.threads = threads, .window = window, .scheduling_seed = seed})
@@ -100,13 +101,13 @@ TEST(Memory, IsBoundedByTheWindowUnderEveryExecutorHoweverLongTheRun) {
           const Lps lps = every_tick(end_t, mark_every_t);
           const Counters counters = way.run(lps, {end_t, 0}, window);
           EXPECT_EQ(counters.committed, static_cast<std::uint64_t>(end_t) * kLps);
-          EXPECT_LE(counters.history_max, bound(window, mark_every_t, way.ranks))
+          EXPECT_LE(counters.history_max, bound(window, mark_every_t, way.shared))
               << way.name << ", window " << window << ", marks every " << mark_every_t << ", "
               << end_t << " ticks";
           if (way.alone) {  // it collects at once, whatever the window
             EXPECT_LE(counters.history_max, bound(1, mark_every_t, false)) << way.name;
           } else if (window == 16) {
-            EXPECT_GT(counters.history_max, bound(1, mark_every_t, way.ranks))
+            EXPECT_GT(counters.history_max, bound(1, mark_every_t, way.shared))
                 << "the window was not used";
           }
           rollbacks += counters.rollbacks;
