@@ -68,25 +68,6 @@ int sweep_velocities_until_close(int most, double dt_s, ContactProblem& problem)
   return sweeps;
 }
 
-void sweep(const SceneDescription& scene, double dt_s, const Selection<BodyState>& before,
-           std::span<const SolverBody> free, ContactProblem& problem, ContactSolution& solution) {
-  const int most = scene.solver.iterations;
-  int sweeps = sweep_velocities_until_close(most, dt_s, problem);
-  limit_work(free, problem);
-  if (problem.restitution_rows > 0) {
-    const SolvedContacts plastic = solved_contacts(problem);
-    if (aim_rebounds(problem)) {
-      sweeps += sweep_velocities_until_close(most, dt_s, problem);
-      limit_rebounds(dt_s, before, free, plastic, problem);
-    }
-  }
-  if (aim_to_close(dt_s, problem)) {
-    sweeps += sweep_velocities_until_close(most, dt_s, problem);
-    limit_work(free, problem);
-  }
-  solution.iterations += static_cast<std::uint32_t>(sweeps);
-}
-
 void count(const NewtonOutcome& outcome, const Elimination& plan, ContactSolution& solution) {
   solution.iterations += static_cast<std::uint32_t>(outcome.steps);
   solution.multiplications +=
@@ -104,6 +85,24 @@ bool solve_by_newton(std::span<const SolverBody> free, const Elimination& plan,
 
 }  // namespace
 
+int solve_by_sweeps(int most, double dt_s, const Selection<BodyState>& before,
+                    std::span<const SolverBody> free, ContactProblem& problem) {
+  int sweeps = sweep_velocities_until_close(most, dt_s, problem);
+  limit_work(free, problem);
+  if (problem.restitution_rows > 0) {
+    const SolvedContacts plastic = solved_contacts(problem);
+    if (aim_rebounds(problem)) {
+      sweeps += sweep_velocities_until_close(most, dt_s, problem);
+      limit_rebounds(dt_s, before, free, plastic, problem);
+    }
+  }
+  if (dt_s > 0.0 && aim_to_close(dt_s, problem)) {
+    sweeps += sweep_velocities_until_close(most, dt_s, problem);
+    limit_work(free, problem);
+  }
+  return sweeps;
+}
+
 ContactSolution solve_contacts(const SceneDescription& scene, double dt_s,
                                std::span<const BodyId> ids, const Selection<BodyState>& before,
                                std::span<const SolverBody> free, const Elimination* plan,
@@ -118,7 +117,9 @@ ContactSolution solve_contacts(const SceneDescription& scene, double dt_s,
         solve_in_substeps(scene.solver, dt_s, before, free, problem, solution.push);
     return solution;
   }
-  if (!solution.direct) sweep(scene, dt_s, before, free, problem, solution);
+  if (!solution.direct)
+    solution.iterations += static_cast<std::uint32_t>(
+        solve_by_sweeps(scene.solver.iterations, dt_s, before, free, problem));
   if (!needs_push_out(problem)) return solution;
   if (solution.direct) {
     const NewtonOutcome outcome = push_out_directly(dt_s, *plan, problem, solution.push);

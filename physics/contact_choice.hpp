@@ -18,6 +18,12 @@ struct ContactSolution {
   std::vector<PushOut> push;          // see solve_push_out
 };
 
+// By projected Gauss-Seidel, with rebounds; the contacts give no energy. `most`: sweeps at a time.
+// dt_s of 0 is an impact: what touches is all there is. Returns the number of sweeps; `before` and
+// `free` as below.
+int solve_by_sweeps(int most, double dt_s, const Selection<BodyState>& before,
+                    std::span<const SolverBody> free, ContactProblem& problem);
+
 // Solves the rows of one island, whose bodies have the states `before` at the step's start and the
 // velocities `free` after external forces.
 // Directly if there is a plan (plan_direct_solve), nothing bounces and it converges, by sweeps

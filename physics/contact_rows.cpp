@@ -7,8 +7,6 @@
 namespace soda::physics {
 namespace {
 
-constexpr double kSlop = 5e-4;  // of the smaller body's size
-
 double size_of(const Shape& shape) {
   if (const auto* s = std::get_if<Sphere>(&shape)) return 2.0 * s->radius_m;
   if (const auto* s = std::get_if<Box>(&shape)) return 2.0 * s->half_extents_m.minCoeff();

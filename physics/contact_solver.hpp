@@ -12,6 +12,9 @@
 
 namespace soda::physics {
 
+// Overlap that is left alone, of the smaller body's size.
+inline constexpr double kSlop = 5e-4;
+
 // Velocities of a body while its island is solved.
 struct SolverBody {
   Vec3 linear = Vec3::Zero();

@@ -98,10 +98,6 @@ double calm_speed_m_s(const SceneDescription& scene, double dt_s) {
   return kCalm * scene.gravity_m_s2.norm() * dt_s;
 }
 
-Vec3 velocity_at(const BodyState& state, const Vec3& point) {
-  return state.linear_velocity_m_s + state.angular_velocity_rad_s.cross(point - state.position_m);
-}
-
 // Of the points of one manifold, squared; `b` null for a static.
 double squared_speed(const SceneDescription& scene, const ContactManifold& m, const BodyState& a,
                      const BodyState* b) {

@@ -5,8 +5,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "physics/contact_solver.hpp"
-#include "physics/contact_work.hpp"
+#include "physics/contact_choice.hpp"
 #include "physics/forces.hpp"
 #include "physics/island_motion.hpp"
 #include "physics/rigid_motion.hpp"
@@ -16,10 +15,6 @@ namespace soda::physics {
 namespace {
 
 constexpr std::size_t kMostBodies = 64;
-
-Vec3 velocity_at(const BodyState& state, const Vec3& point) {
-  return state.linear_velocity_m_s + state.angular_velocity_rad_s.cross(point - state.position_m);
-}
 
 // At a point that neither bounces nor leaves, gravity presses a body on a static, or two overlap.
 bool rests(const SceneDescription& scene, const ContactManifold& m, const BodyState& a,
@@ -196,15 +191,7 @@ bool strike(Flyers& flyers, const FlyingPair& pair, double time_s, IslandReport&
   const std::vector<SolverBody> free(problem.bodies.begin(), problem.bodies.end() - 1);
   build_rows(flyers.scene, 0.0, ids, std::span<const ContactManifold>(manifolds), before, problem,
              counters);
-  int sweeps = solve_velocities(kMostSweeps, problem);
-  limit_work(free, problem);
-  if (problem.restitution_rows > 0) {
-    const SolvedContacts plastic = solved_contacts(problem);
-    if (aim_rebounds(problem)) {
-      sweeps += solve_velocities(kMostSweeps, problem);
-      limit_rebounds(0.0, before, free, plastic, problem);
-    }
-  }
+  const int sweeps = solve_by_sweeps(kMostSweeps, 0.0, before, free, problem);
   report.iterations += static_cast<std::uint32_t>(sweeps);
   counters.solver_iterations += static_cast<std::uint64_t>(sweeps);
   report_contacts(before, problem, report);

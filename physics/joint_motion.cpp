@@ -177,13 +177,8 @@ bool advance_linkage_once(const SceneDescription& scene, double dt_s, std::span<
   return true;
 }
 
-double spin_energy_joule(const BodyParams& params, const BodyState& state) {
-  const Vec3 spin = state.orientation.conjugate() * state.angular_velocity_rad_s;
-  return 0.5 * spin.dot(params.inertia_local_kg_m2 * spin);
-}
-
-double kinetic_joule(const SceneDescription& scene, std::span<const BodyId> ids,
-                     std::span<const SolverBody> bodies) {
+double moving_joule(const SceneDescription& scene, std::span<const BodyId> ids,
+                    std::span<const SolverBody> bodies) {
   double sum = 0.0;
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const Vec3 spin = inverse_of_symmetric(bodies[i].inverse_inertia) * bodies[i].angular;
@@ -198,13 +193,9 @@ double kinetic_joule(const SceneDescription& scene, std::span<const BodyId> ids,
 bool throws(const SceneDescription& scene, std::span<const BodyId> ids,
             std::span<const BodyState> from, std::span<const BodyState> to) {
   constexpr double kMost = 0.01;
-  double fall = 0.0;
-  for (std::size_t i = 0; i < ids.size(); ++i)
-    fall += scene.bodies[index_of(ids[i])].mass_kg *
-            scene.gravity_m_s2.dot(to[i].position_m - from[i].position_m);
-  const double before = kinetic_joule(scene, ids, bodies_at(scene, ids, from));
-  const double after = kinetic_joule(scene, ids, bodies_at(scene, ids, to));
-  return !(after - before - fall <= kMost * (after + before + std::abs(fall)));
+  const double before = kinetic_joule(scene, ids, from), after = kinetic_joule(scene, ids, to);
+  const double gain = gain_joule(scene, ids, from, to);
+  return !(gain <= kMost * (after + before + std::abs(after - before - gain)));
 }
 
 }  // namespace
@@ -221,7 +212,7 @@ int solve_with_joints(const SceneDescription& scene, double dt_s, std::span<cons
   // Aimed at the step's end, joints that nearly contradict each other can throw bodies. The first
   // solution only takes away from what moves against them.
   const bool is_rigid = problem.normals.empty() && !joints.bounded && !has_springs(scene, joints);
-  const double most_joule = is_rigid ? 1.1 * kinetic_joule(scene, ids, bodies) : 0.0;
+  const double most_joule = is_rigid ? 1.1 * moving_joule(scene, ids, bodies) : 0.0;
   double error = 0.0;
   int done = 0;
   ContactProblem best;
@@ -237,7 +228,7 @@ int solve_with_joints(const SceneDescription& scene, double dt_s, std::span<cons
     build_joint_rows(scene, dt_s, ids, drifted(scene, ids, states, bodies, dt_s), true, next);
     const double before = std::exchange(error, largest_error(next));
     if (aim > 0 && !(error < before)) break;
-    if (aim > 0 && is_rigid && kinetic_joule(scene, ids, bodies) > most_joule) break;
+    if (aim > 0 && is_rigid && moving_joule(scene, ids, bodies) > most_joule) break;
     best = problem;
     best_joints = joints;
     take_back_joint_impulses(joints, bodies);

@@ -181,17 +181,6 @@ Trial extrapolated(const Trial& one, const Trial& two, Trial four) {
   return four;
 }
 
-double kinetic_joule(const Island& island, std::span<const BodyState> states) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < states.size(); ++i) {
-    const BodyParams& params = island.scene.bodies[index_of(island.ids[i])];
-    const Vec3 spin = states[i].orientation.conjugate() * states[i].angular_velocity_rad_s;
-    sum += 0.5 * (params.mass_kg * states[i].linear_velocity_m_s.squaredNorm() +
-                  spin.dot(params.inertia_local_kg_m2 * spin));
-  }
-  return sum;
-}
-
 bool has_moving_surface(const Island& island) {
   for (const ContactManifold& m : island.pairs) {
     if (!is_static(m.b)) continue;
@@ -207,11 +196,9 @@ bool has_moving_surface(const Island& island) {
 bool without_gain(const Island& island, std::span<const BodyState> from, Trial& trial) {
   constexpr double kTrace = 1e-3;
   if (has_moving_surface(island)) return true;
-  const double moving = kinetic_joule(island, trial.states);
-  double gain = moving - kinetic_joule(island, from) - trial.report.push_out_work_joule;
-  for (std::size_t i = 0; i < from.size(); ++i)
-    gain -= island.scene.bodies[index_of(island.ids[i])].mass_kg *
-            island.scene.gravity_m_s2.dot(trial.states[i].position_m - from[i].position_m);
+  const double moving = kinetic_joule(island.scene, island.ids, trial.states);
+  const double gain =
+      gain_joule(island.scene, island.ids, from, trial.states) - trial.report.push_out_work_joule;
   if (!(gain > 0.0)) return true;
   if (!(gain <= kTrace * moving)) return false;
   const double share = std::sqrt(1.0 - gain / moving);
@@ -274,7 +261,6 @@ std::vector<ContactManifold> found_again(const SceneDescription& scene, const Ge
 
 bool is_refined(const SceneDescription& scene, const Geometry& geometry,
                 std::span<const BodyId> ids, std::span<const ContactManifold> manifolds) {
-  constexpr double kOverlap = 5e-4;  // of the width: more is pushed apart
   if (ids.size() > 1 && !(scene.solver.tolerance > 0.0)) return false;
   if (is_giant(manifolds)) return false;
   for (const BodyId id : ids) {
@@ -283,7 +269,7 @@ bool is_refined(const SceneDescription& scene, const Geometry& geometry,
   }
   for (const ContactManifold& m : manifolds) {
     const std::uint32_t shape = scene.bodies[index_of(m.a)].shape;
-    const double most_m = kOverlap * geometry.impl().shapes[shape].shape.min_extent_m;
+    const double most_m = kSlop * geometry.impl().shapes[shape].shape.min_extent_m;
     for (std::uint32_t i = 0; i < m.count; ++i)
       if (m.points[i].separation_m < -most_m) return false;
   }

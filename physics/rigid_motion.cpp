@@ -35,6 +35,31 @@ void push(const BodyParams& params, const Vec3& impulse_newton_s, const Vec3& po
   }
 }
 
+double spin_energy_joule(const BodyParams& params, const BodyState& state) {
+  const Vec3 spin = state.orientation.conjugate() * state.angular_velocity_rad_s;
+  return 0.5 * spin.dot(params.inertia_local_kg_m2 * spin);
+}
+
+double kinetic_joule(const SceneDescription& scene, std::span<const BodyId> ids,
+                     std::span<const BodyState> states) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    const BodyParams& params = scene.bodies[index_of(ids[i])];
+    sum += 0.5 * params.mass_kg * states[i].linear_velocity_m_s.squaredNorm() +
+           spin_energy_joule(params, states[i]);
+  }
+  return sum;
+}
+
+double gain_joule(const SceneDescription& scene, std::span<const BodyId> ids,
+                  std::span<const BodyState> from, std::span<const BodyState> to) {
+  double gain = kinetic_joule(scene, ids, to) - kinetic_joule(scene, ids, from);
+  for (std::size_t i = 0; i < ids.size(); ++i)
+    gain -= scene.bodies[index_of(ids[i])].mass_kg *
+            scene.gravity_m_s2.dot(to[i].position_m - from[i].position_m);
+  return gain;
+}
+
 const char* fault_of(const BodyState& s) {
   // Negated comparisons, so that NaN is a fault.
   if (!(s.position_m.cwiseAbs().maxCoeff() <= kLargestPosition_m) || !s.position_m.allFinite()) {

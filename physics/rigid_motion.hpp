@@ -1,6 +1,8 @@
 // Motion of one rigid body over a step, given its velocities.
 #pragma once
 
+#include <span>
+
 #include "physics/body_state.hpp"
 #include "physics/scene.hpp"
 
@@ -41,6 +43,19 @@ void turn_by(const BodyParams& params, const Vec3& angle_rad, BodyState& state);
 // both velocities change.
 void push(const BodyParams& params, const Vec3& impulse_newton_s, const Vec3& point_local_m,
           BodyState& state);
+
+// Of the body's point that is at `point` (world frame), m/s.
+inline Vec3 velocity_at(const BodyState& state, const Vec3& point) {
+  return state.linear_velocity_m_s + state.angular_velocity_rad_s.cross(point - state.position_m);
+}
+
+// Energies in the state path; measures.hpp has those of reports.
+double spin_energy_joule(const BodyParams& params, const BodyState& state);
+double kinetic_joule(const SceneDescription& scene, std::span<const BodyId> ids,
+                     std::span<const BodyState> states);
+// What kinetic energy and that in the field of gravity rise by together.
+double gain_joule(const SceneDescription& scene, std::span<const BodyId> ids,
+                  std::span<const BodyState> from, std::span<const BodyState> to);
 
 // Whether a new state can be committed. The bounds keep every later computation finite.
 inline constexpr double kLargestPosition_m = 1e12;
