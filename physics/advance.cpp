@@ -11,6 +11,8 @@
 #include "physics/impacts.hpp"
 #include "physics/island_motion.hpp"
 #include "physics/joint_motion.hpp"
+#include "physics/late_impacts.hpp"
+#include "physics/momentum.hpp"
 #include "physics/refinement.hpp"
 #include "physics/rigid_motion.hpp"
 #include "physics/split_solver.hpp"
@@ -179,6 +181,18 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, std::span<
 
 namespace {
 
+// As `states`, but for the impulses.
+std::vector<BodyState> motions_of(std::span<const BodyState> states) {
+  std::vector<BodyState> motions(states.size());
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    motions[i].position_m = states[i].position_m;
+    motions[i].orientation = states[i].orientation;
+    motions[i].linear_velocity_m_s = states[i].linear_velocity_m_s;
+    motions[i].angular_velocity_rad_s = states[i].angular_velocity_rad_s;
+  }
+  return motions;
+}
+
 // Contacts last: one step, or as many as the motion wants.
 IslandReport advance_resting(const SceneDescription& scene, const Geometry& geometry, double dt_s,
                              std::span<const BodyId> ids,
@@ -202,6 +216,10 @@ IslandReport advance_island(const SceneDescription& scene, const Geometry& geome
     pass_through(scene, dt_s, ids, manifolds, states, report, counters, faults);
     return report;
   }
+  const std::vector<BodyState> start = motions_of(states);
+  // Giant ones may be solved by several worlds, of which none has them all.
+  const bool whole = !is_giant(manifolds), alone = whole && is_left_alone(scene, ids, manifolds);
+  const IslandMomentum before = alone ? momentum_of(scene, ids, states) : IslandMomentum{};
   const double flown_s =
       fly_through_impacts(scene, geometry, dt_s, ids, manifolds, states, report, counters);
   if (flown_s == 0.0) {
@@ -212,6 +230,12 @@ IslandReport advance_island(const SceneDescription& scene, const Geometry& geome
         found_again(scene, geometry, rest_s, ids, manifolds, states, counters);
     add_part(advance_resting(scene, geometry, rest_s, ids, left, states, counters, faults), report);
   }
+  if (alone && flown_s < dt_s) {
+    keep_momentum(scene, dt_s, ids, before, states);
+    report.push_out_work_joule = 0.0;
+  }
+  if (whole && flown_s < dt_s)
+    stop_at_unseen_statics(scene, geometry, ids, manifolds, start, states, counters);
   ++counters.islands_solved;
   counters.direct_islands += report.direct;
   return report;

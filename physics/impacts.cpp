@@ -36,11 +36,6 @@ bool can_fly(const SceneDescription& scene, BodyId id) {
   return params.joints == 0 && !is_pushed(params);
 }
 
-bool is_mesh(const SceneDescription& scene, BodyId id) {
-  return is_static(id) && std::holds_alternative<TriangleMesh>(
-                              scene.shapes[scene.statics[static_index_of(id)].shape]);
-}
-
 // What happens at an impact within the step is worth its time: the pair bounces, or flies farther
 // than its width.
 bool is_impact(const SceneDescription& scene, const ContactManifold& m) {

@@ -43,19 +43,36 @@ ContactImpulse stored_impulse(const Selection<ContactManifold>& manifolds,
 }
 
 std::vector<Flight> find_flights(const ContactProblem& problem) {
+  constexpr std::uint32_t kNowhere = ~std::uint32_t{0};
+  const std::size_t fixed = problem.bodies.size() - 1;
   std::vector<Flight> flights(problem.bodies.size());
+  std::vector<std::uint32_t> struck_in(problem.bodies.size(), kNowhere);  // a manifold
+  const auto strike = [&](std::size_t body, std::uint32_t manifold) {
+    if (body == fixed) return;
+    if (struck_in[body] == kNowhere) struck_in[body] = manifold;
+    if (struck_in[body] != manifold) flights[body].supported = true;
+  };
+  // Friction acts, too, where the normal impulse ended at zero: see report_contacts.
   for (std::size_t i = 0; i < problem.normals.size(); ++i) {
     const NormalRow& row = problem.normals[i];
-    // Friction acts, too, where the normal impulse ended at zero: see report_contacts.
-    const Vec3 impulse = impulse_on_b(problem, i);
-    if (impulse == Vec3::Zero()) continue;
+    const RowContact& contact = problem.contacts[i];
+    if (impulse_on_b(problem, i) == Vec3::Zero()) continue;
+    if (!contact.bounces) {
+      flights[row.a].supported = true;
+      if (row.b != fixed) flights[row.b].supported = true;
+    } else {
+      // Between two, it was struck again and again: the sums of the impulses have no time each.
+      strike(row.a, contact.manifold);
+      strike(row.b, contact.manifold);
+    }
+  }
+  for (std::size_t i = 0; i < problem.normals.size(); ++i) {
+    const NormalRow& row = problem.normals[i];
     Flight& a = flights[row.a];
     Flight& b = flights[row.b];
-    if (!problem.contacts[i].bounces) {
-      a.supported = b.supported = true;
-      continue;
-    }
-    const Vec3 delayed = impulse * problem.contacts[i].impact_time_s;
+    // Both or neither: an impact in which one came later moves the centre of mass.
+    if (!problem.contacts[i].bounces || a.supported || b.supported) continue;
+    const Vec3 delayed = impulse_on_b(problem, i) * problem.contacts[i].impact_time_s;
     a.not_yet_m -= delayed * problem.bodies[row.a].inverse_mass;
     b.not_yet_m += delayed * problem.bodies[row.b].inverse_mass;
   }

@@ -22,8 +22,9 @@ Vec3 impulse_on_b(const ContactProblem& problem, std::size_t row);
 ContactImpulse stored_impulse(const Selection<ContactManifold>& manifolds,
                               const ContactProblem& problem, std::size_t row);
 
-// A body that nothing but bounces acted on flies along parabolas: its velocity changed at the
-// impacts, not at the step's start. Any other body moves by its final velocity (semi-implicit).
+// A body that nothing but bounces on one other acted on flies along parabolas: its velocity changed
+// at the impacts, not at the step's start. Any other body moves by its final velocity
+// (semi-implicit).
 struct Flight {
   bool supported = false;
   Vec3 not_yet_m = Vec3::Zero();  // displacement that impulses would have made before their impact

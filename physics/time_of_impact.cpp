@@ -175,6 +175,11 @@ BodyState flown(const SceneDescription& scene, BodyId id, const BodyState& state
   return next;
 }
 
+bool is_mesh(const SceneDescription& scene, BodyId id) {
+  return is_static(id) && std::holds_alternative<TriangleMesh>(
+                              scene.shapes[scene.statics[static_index_of(id)].shape]);
+}
+
 double touching_gap_m(const SceneDescription& scene, const Geometry& geometry, BodyId a,
                       const BodyState& state_a, BodyId b) {
   constexpr double kSpheres = 1e-14, kOthers = 1e-8, kRounding = 1e-15;

@@ -11,6 +11,9 @@ namespace soda::physics {
 // rounding for any t_s (see rotate_freely). Its impulses are left out.
 BodyState flown(const SceneDescription& scene, BodyId id, const BodyState& state, double t_s);
 
+// None of what follows is for meshes.
+bool is_mesh(const SceneDescription& scene, BodyId id);
+
 // Two solids seen along a unit normal from a to b. No part of a is nearer to b than distance_m
 // (< 0: they overlap by that, as far as this direction tells).
 struct Separation {
@@ -19,7 +22,7 @@ struct Separation {
 };
 
 // Along the direction in which they are farthest apart, or overlap least; of solids that are apart
-// it is their distance to 1e-6 of their size, and never more than it. Not for meshes. `state_b` is
+// it is their distance to 1e-6 of their size, and never more than it. `state_b` is
 // null for a static b.
 Separation separation_of(const SceneDescription& scene, const Geometry& geometry, BodyId a,
                          const BodyState& state_a, BodyId b, const BodyState* state_b);
@@ -37,7 +40,7 @@ struct Impact {
 
 // The first time within [0, most_s] at which the two touch and approach each other, or from which
 // they stay together. None of it: they do not touch. Solids that overlap at the start touch, and
-// may part. Not for meshes.
+// may part.
 std::optional<Impact> time_of_impact(const SceneDescription& scene, const Geometry& geometry,
                                      BodyId a, const BodyState& state_a, BodyId b,
                                      const BodyState* state_b, double most_s);

@@ -129,7 +129,7 @@ const std::vector<Reached> kReached = {
     {"limit-hinge", {"position_m", "speed_m_s"}},
     {"limit-slider", {"position_m", "end_velocity_m_s"}},
     {"mass-extremes", {"energy_rel", "momentum_rel"}},
-    {"momentum", {"energy_gain_rel", "momentum_rel"}},
+    {"momentum", {"energy_gain_rel", "momentum_rel", "angular_momentum_rel"}},
     {"motor-hinge", {"attitude_rad", "spin_rad_s"}},
     {"motor-slider", {"position_m", "end_velocity_m_s"}},
     {"oblique",

@@ -89,6 +89,23 @@ TEST(Impacts, WhatNeitherBouncesNorIsFastIsNotSearched) {
   EXPECT_EQ(world.counters.impact_searches, 0u);
 }
 
+TEST(Impacts, WhatIsKnockedOffItsRestDoesNotPassAWall) {
+  World world;
+  world.scene.gravity_m_s2 = Vec3(0, 0, -kGravity);
+  world.add_floor();
+  const std::uint32_t wall = world.add_shape(Box{Vec3(0.05, 4, 4)});
+  world.add_static(wall, Vec3(0.5, 0, 2));
+  world.add_body(world.add_shape(Box{Vec3(0.1, 0.1, 0.1)}), Vec3(0, 0, 0.1));
+  BodyState& bullet = world.add_body(world.add_shape(Sphere{0.1}), Vec3(-0.25, 0, 0.1));
+  bullet.linear_velocity_m_s = Vec3(200, 0, 0);
+  for (int step = 0; step < 30; ++step) {
+    world.run(1);
+    EXPECT_LT(world.states[0].position_m.x(), 0.5) << "step " << step;
+    EXPECT_LT(world.states[1].position_m.x(), 0.5) << "step " << step;
+  }
+  EXPECT_GT(world.counters.impact_searches, 0u);
+}
+
 // A box thrown along a floor: the whole way v^2 / (2 mu g), wherever in a step it stops.
 TEST(Refinement, ABoxComesToRestWhereFrictionStopsIt) {
   for (const double dt : {1.0 / 60.0, 1.0 / 47.0, 0.1}) {

@@ -1,0 +1,66 @@
+#include "physics/late_impacts.hpp"
+
+#include <algorithm>
+#include <optional>
+#include <vector>
+
+#include "physics/geometry_impl.hpp"
+#include "physics/time_of_impact.hpp"
+
+namespace soda::physics {
+namespace {
+
+bool is_unforeseen(const SceneDescription& scene, const Geometry& geometry, BodyId id,
+                   const BodyState& before, const BodyState& now) {
+  const double width = geometry.impl().shapes[scene.bodies[index_of(id)].shape].shape.min_extent_m;
+  const Vec3 foreseen = before.position_m + scene.dt_s * before.linear_velocity_m_s;
+  return (now.position_m - foreseen).squaredNorm() > 0.25 * width * width;
+}
+
+bool have_met(std::span<const ContactManifold> manifolds, BodyId a, BodyId b) {
+  return std::any_of(manifolds.begin(), manifolds.end(),
+                     [&](const ContactManifold& m) { return m.a == a && m.b == b; });
+}
+
+// From where the step began, such that it ends with the velocities it has.
+BodyState start_of(const SceneDescription& scene, const BodyState& before, const BodyState& now) {
+  BodyState start;
+  start.position_m = before.position_m;
+  start.orientation = before.orientation;
+  start.linear_velocity_m_s = now.linear_velocity_m_s - scene.gravity_m_s2 * scene.dt_s;
+  start.angular_velocity_rad_s = now.angular_velocity_rad_s;
+  return start;
+}
+
+}  // namespace
+
+void stop_at_unseen_statics(const SceneDescription& scene, const Geometry& geometry,
+                            std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
+                            std::span<const BodyState> before, std::span<BodyState> states,
+                            StageCounters& counters) {
+  std::vector<IndexPair> pairs;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    if (scene.bodies[index_of(ids[i])].joints > 0) continue;
+    if (!is_unforeseen(scene, geometry, ids[i], before[i], states[i])) continue;
+    const BodyState start = start_of(scene, before[i], states[i]);
+    const Aabb box = swept_aabb(scene, geometry, ids[i], start);
+    find_static_pairs(geometry, {&box, 1}, pairs, counters);
+    std::optional<Impact> first;
+    for (const IndexPair& pair : pairs) {
+      const BodyId other = static_id(pair.second);
+      if (is_mesh(scene, other) || have_met(manifolds, ids[i], other)) continue;
+      const std::optional<Impact> impact =
+          time_of_impact(scene, geometry, ids[i], start, other, nullptr, scene.dt_s);
+      ++counters.impact_searches;
+      if (impact && (!first || impact->time_s < first->time_s)) first = impact;
+    }
+    if (!first) continue;
+    const BodyState there = flown(scene, ids[i], start, first->time_s);
+    states[i].position_m = there.position_m;
+    states[i].orientation = there.orientation;
+    states[i].linear_velocity_m_s = there.linear_velocity_m_s;
+    states[i].angular_velocity_rad_s = there.angular_velocity_rad_s;
+  }
+}
+
+}  // namespace soda::physics
