@@ -176,6 +176,7 @@ Counts stage_counts(const models::SimulationResult& result) {
       {"islands_solved", stages.islands_solved},
       {"direct_islands", stages.direct_islands},
       {"solver_iterations", stages.solver_iterations},
+      {"row_sweeps", stages.row_sweeps},
       {"factor_multiplications", stages.factor_multiplications},
       {"normal_rows", stages.normal_rows},
       {"friction_rows", stages.friction_rows},

@@ -85,6 +85,23 @@ std::set<std::uint32_t> with_islands(const Loads& loads,
   return cells;
 }
 
+// All cells of the sender within 1, 2, ... steps of the border, as long as they are not more than
+// `most`. A single cell of many alike is all corner: its new border would cost more than it gives.
+std::vector<std::set<std::uint32_t>> layers(const std::map<std::uint32_t, std::uint32_t>& previous,
+                                            std::size_t most) {
+  std::vector<std::set<std::uint32_t>> found;
+  std::set<std::uint32_t> within;
+  while (within.size() < previous.size()) {
+    std::set<std::uint32_t> wider = within;
+    for (const auto& [cell, way] : previous)
+      if (way == cell || within.contains(way)) wider.insert(cell);
+    if (wider.size() > most) break;
+    within = wider;
+    found.push_back(std::move(wider));
+  }
+  return found;
+}
+
 std::vector<Candidate> candidates(Loads& loads, WorldId from, WorldId to, std::size_t most) {
   const auto previous = ways_to_border(loads.territories(), from, to);
   std::set<std::vector<std::uint32_t>> bundles;
@@ -97,6 +114,7 @@ std::vector<Candidate> candidates(Loads& loads, WorldId from, WorldId to, std::s
     if (at_border || loaded) add(with_way(previous, cell));
     if (!loads.islands_in(cell).empty()) add(with_islands(loads, previous, cell));
   }
+  for (const std::set<std::uint32_t>& layer : layers(previous, most)) add(layer);
   std::vector<Candidate> out;
   for (const std::vector<std::uint32_t>& cells : bundles) {
     const double gain = loads.gain(cells, to);

@@ -45,28 +45,13 @@ void add_pair_costs(const BufferEntry& entry, const physics::Geometry& geometry,
         physics::kernel_for(shape(pair.first), scene.shapes[scene.statics[pair.second].shape]));
 }
 
-}  // namespace
-
-namespace {
-
-// As in work_cost_ns: of small islands the mean over them, what a modelled run has to pay; giant
-// ones have their own cost.
 void add_islands(const BufferEntry& entry, bool splits, std::vector<IslandLoad>& islands) {
-  const auto is_giant = [](const physics::IslandReport& island) {
-    return island.contact_points >= physics::kGiantPoints && !island.direct;
-  };
-  std::uint64_t iterations = 0, small = 0;
   for (const physics::IslandReport& island : entry.islands) {
-    if (is_giant(island)) continue;
-    iterations += island.iterations;
-    ++small;
-  }
-  for (const physics::IslandReport& island : entry.islands) {
-    const std::int64_t ns =
-        is_giant(island)
-            ? solve_cost_ns(island.contact_points, island.iterations, 1, 0)
-            : solve_cost_ns(island.contact_points, iterations, small, island.multiplications);
-    islands.push_back({island.label, ns, splits && is_giant(island)});
+    const bool is_giant = island.contact_points >= physics::kGiantPoints && !island.direct;
+    islands.push_back(
+        {island.label,
+         solve_cost_ns(island.contact_points, island.iterations, island.multiplications),
+         splits && is_giant});
   }
 }
 

@@ -11,6 +11,8 @@ constexpr std::int64_t kContactPoint = 300;  // rows built, impulses stored
 constexpr std::int64_t kIsland = 500;
 constexpr std::int64_t kRowIteration = 45;
 constexpr std::int64_t kMultiplicationsPerNs = 1;  // of a factorisation
+constexpr std::int64_t kJointRow = 4000;       // of all factorisations and aims of a step
+constexpr std::int64_t kImpactSearch = 2500;
 constexpr std::int64_t kDrive = 50;
 constexpr std::int64_t kBorderTest = 50;
 constexpr std::int64_t kRecord = 250;  // a ghost, contact, record or migrant, encoded or decoded
@@ -42,19 +44,10 @@ std::int64_t grown(std::uint64_t before, std::uint64_t after) {
 }
 
 std::int64_t solves_ns(const physics::StageCounters& before, const physics::StageCounters& after) {
-  const std::int64_t solved = grown(before.islands_solved, after.islands_solved);
-  std::int64_t cost = kIsland * solved;
-  // Of giant islands it is known which row was swept how often.
-  cost += kRowIteration * grown(before.block_row_sweeps, after.block_row_sweeps);
-  const std::int64_t whole = solved - grown(before.islands_in_blocks, after.islands_in_blocks);
-  if (whole <= 0) return cost;
-  const std::int64_t rows = grown(before.normal_rows, after.normal_rows) +
-                            grown(before.friction_rows, after.friction_rows) -
-                            grown(before.block_rows, after.block_rows);
-  // Counters do not say which island iterated how often: the mean over those of the event.
-  const std::int64_t iterations = grown(before.solver_iterations, after.solver_iterations) -
-                                  grown(before.block_iterations, after.block_iterations);
-  return cost + kRowIteration * rows * iterations / whole;
+  return kIsland * grown(before.islands_solved, after.islands_solved) +
+         kRowIteration * (grown(before.row_sweeps, after.row_sweeps) +
+                          grown(before.block_row_sweeps, after.block_row_sweeps)) +
+         grown(before.factor_multiplications, after.factor_multiplications) / kMultiplicationsPerNs;
 }
 
 }  // namespace
@@ -69,8 +62,8 @@ std::int64_t work_cost_ns(const physics::StageCounters& before, const physics::S
             grown(before.narrowphase_tests[kernel], after.narrowphase_tests[kernel]);
   cost += kContactPoint * grown(before.contact_points, after.contact_points);
   cost += solves_ns(before, after);
-  cost +=
-      grown(before.factor_multiplications, after.factor_multiplications) / kMultiplicationsPerNs;
+  cost += kJointRow * grown(before.joint_rows, after.joint_rows);
+  cost += kImpactSearch * grown(before.impact_searches, after.impact_searches);
   cost += kDrive * (grown(before.driven_bodies, after.driven_bodies) +
                     grown(before.forced_bodies, after.forced_bodies));
   cost += kBorderTest * grown(worlds_before.border_tests, worlds_after.border_tests);
@@ -86,14 +79,13 @@ std::int64_t body_cost_ns() { return kBody + kBorderTest; }
 std::int64_t test_cost_ns(physics::ShapeKernel kernel) { return kPair + test_ns(kernel); }
 std::int64_t point_cost_ns() { return kContactPoint; }
 
-// With friction: three rows a point.
+// With friction, which is one row, as it is counted.
 std::int64_t solve_cost_ns(std::uint32_t contact_points, std::uint64_t iterations,
-                           std::uint64_t islands, std::uint64_t multiplications) {
+                           std::uint64_t multiplications) {
   return kIsland + static_cast<std::int64_t>(multiplications) / kMultiplicationsPerNs +
-         kRowIteration * static_cast<std::int64_t>(3 * contact_points * iterations / islands);
+         kRowIteration * static_cast<std::int64_t>(2 * contact_points * iterations);
 }
 
-// With friction, which is one row, as it is counted.
 std::int64_t sweep_cost_ns(std::uint64_t contact_points) {
   return kRowIteration * static_cast<std::int64_t>(2 * contact_points);
 }

@@ -20,10 +20,9 @@ std::int64_t work_cost_ns(const physics::StageCounters& before, const physics::S
 std::int64_t body_cost_ns();
 std::int64_t test_cost_ns(physics::ShapeKernel kernel);
 std::int64_t point_cost_ns();
-// (`iterations` over `islands` is the mean number of iterations; `multiplications` are those of the
-// island's factorisations)
+// (`multiplications` are those of the island's factorisations)
 std::int64_t solve_cost_ns(std::uint32_t contact_points, std::uint64_t iterations,
-                           std::uint64_t islands, std::uint64_t multiplications);
+                           std::uint64_t multiplications);
 
 // A sweep over the rows of so many contact points.
 std::int64_t sweep_cost_ns(std::uint64_t contact_points);

@@ -175,6 +175,7 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, std::span<
   report.push_out_work_joule = push_out_work_joule(scene, dt_s, ids, solution.push);
   if (!joints.empty()) report.push_out_work_joule += close_joints(scene, dt_s, ids, joints, states);
   counters.solver_iterations += solution.iterations;
+  counters.row_sweeps += solution.iterations * rows_of(problem);
   counters.factor_multiplications += solution.multiplications;
   return report;
 }

@@ -76,6 +76,10 @@ struct ContactProblem {
   int conveyor_rows = 0;
 };
 
+inline std::uint64_t rows_of(const ContactProblem& problem) {
+  return problem.normals.size() + problem.frictions.size();
+}
+
 // Rows in the manifolds' order; impulses start from the bodies' stored ones where warm starting is
 // on, and are applied. `bodies` hold the velocities after external forces.
 void build_rows(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,

@@ -189,6 +189,7 @@ bool strike(Flyers& flyers, const FlyingPair& pair, double time_s, IslandReport&
   const int sweeps = solve_by_sweeps(kMostSweeps, 0.0, before, free, problem);
   report.iterations += static_cast<std::uint32_t>(sweeps);
   counters.solver_iterations += static_cast<std::uint64_t>(sweeps);
+  counters.row_sweeps += static_cast<std::uint64_t>(sweeps) * rows_of(problem);
   report_contacts(before, problem, report);
   bool changed = false;
   for (std::size_t i = 0; i < states.size(); ++i) {

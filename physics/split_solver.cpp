@@ -33,7 +33,6 @@ BlockSolver::BlockSolver(const GiantIsland& island, std::uint32_t first, std::ui
   for (Part& part : blocks_) begin_substeps(dt_s, count, part.states, part.problem, part.substeps);
   for (Border& border : borders_)
     begin_substeps(dt_s, count, {}, border.part.problem, border.part.substeps);
-  built.block_rows = built.normal_rows + built.friction_rows;
   built.blocks_solved = last_ - first_;
   counters += built;
 }
@@ -310,7 +309,6 @@ void advance_blocks(const GiantIsland& island, std::span<BodyState> states, Isla
       states[island.blocks.inside[i].bodies[body]] = std::move(moved[i][body]);
   ++counted.islands_in_blocks;
   counted.solver_iterations += report.iterations;
-  counted.block_iterations += report.iterations;
   counters += counted;
 }
 

@@ -34,6 +34,7 @@ StageCounters& operator+=(StageCounters& a, const StageCounters& b) {
   a.islands_solved += b.islands_solved;
   a.direct_islands += b.direct_islands;
   a.solver_iterations += b.solver_iterations;
+  a.row_sweeps += b.row_sweeps;
   a.factor_multiplications += b.factor_multiplications;
   a.normal_rows += b.normal_rows;
   a.friction_rows += b.friction_rows;
@@ -49,9 +50,7 @@ StageCounters& operator+=(StageCounters& a, const StageCounters& b) {
   a.driven_bodies += b.driven_bodies;
   a.forced_bodies += b.forced_bodies;
   a.islands_in_blocks += b.islands_in_blocks;
-  a.block_iterations += b.block_iterations;
   a.blocks_solved += b.blocks_solved;
-  a.block_rows += b.block_rows;
   a.block_row_sweeps += b.block_row_sweeps;
   return a;
 }

@@ -28,6 +28,7 @@ struct StageCounters {
   std::uint64_t islands_solved = 0;
   std::uint64_t direct_islands = 0;          // of those, by Newton's method
   std::uint64_t solver_iterations = 0;       // sweeps and Newton steps, summed over islands
+  std::uint64_t row_sweeps = 0;              // contact rows times those, of what is not in blocks
   std::uint64_t factor_multiplications = 0;  // of all factorisations, roughly
   std::uint64_t normal_rows = 0;
   std::uint64_t friction_rows = 0;
@@ -41,11 +42,10 @@ struct StageCounters {
   std::uint64_t refined_steps = 0;    // single steps beyond the first that refinement took
   std::uint64_t driven_bodies = 0;    // bodies that got a drive's acceleration
   std::uint64_t forced_bodies = 0;    // bodies that got forces or damping of their own
-  // Giant islands: those among islands_solved that were solved in blocks, their sweeps among
-  // solver_iterations, the blocks, and rows times sweeps. Rows are among the others; those of a
-  // border that two solvers share count twice.
-  std::uint64_t islands_in_blocks = 0, block_iterations = 0;
-  std::uint64_t blocks_solved = 0, block_rows = 0, block_row_sweeps = 0;
+  // Giant islands: those among islands_solved that were solved in blocks, the blocks, and rows times
+  // sweeps. Rows and sweeps are among the others; rows of a border that two solvers share count
+  // twice.
+  std::uint64_t islands_in_blocks = 0, blocks_solved = 0, block_row_sweeps = 0;
 };
 
 StageCounters& operator+=(StageCounters& a, const StageCounters& b);
