@@ -42,9 +42,9 @@ struct StageCounters {
   std::uint64_t refined_steps = 0;    // single steps beyond the first that refinement took
   std::uint64_t driven_bodies = 0;    // bodies that got a drive's acceleration
   std::uint64_t forced_bodies = 0;    // bodies that got forces or damping of their own
-  // Giant islands: those among islands_solved that were solved in blocks, the blocks, and rows times
-  // sweeps. Rows and sweeps are among the others; rows of a border that two solvers share count
-  // twice.
+  // Giant islands: those among islands_solved that were solved in blocks, the blocks, and rows
+  // times sweeps. Rows and sweeps are among the others; rows of a border that two solvers share
+  // count twice.
   std::uint64_t islands_in_blocks = 0, blocks_solved = 0, block_row_sweeps = 0;
 };
 
