@@ -1,7 +1,6 @@
 #include "models/absorption.hpp"
 
 #include <algorithm>
-#include <tuple>
 
 namespace soda::models {
 namespace {
@@ -62,18 +61,14 @@ bool touched_anything(const ExecutedStep& step, BodyId ghost, std::uint64_t& loo
 
 }  // namespace
 
-void index_border_body(const TerritoryMap& map, WorldId self, BodyId id, const Aabb& box,
-                       std::vector<std::uint32_t>& cells,
-                       std::vector<StepMemo::BorderBody>& index) {
-  map.border_cells_of(box, self, cells);
-  for (const std::uint32_t cell : cells) index.push_back({cell, id, box});
-}
-
-void sort_border_index(std::vector<StepMemo::BorderBody>& index) {
-  std::sort(index.begin(), index.end(),
-            [](const StepMemo::BorderBody& a, const StepMemo::BorderBody& b) {
-              return std::tie(a.cell, a.id) < std::tie(b.cell, b.id);
-            });
+void index_border(std::span<const BodyId> ids, std::span<const Aabb> boxes,
+                  std::vector<std::uint64_t>& keys, std::vector<StepMemo::BorderBody>& index) {
+  std::sort(keys.begin(), keys.end());
+  index.clear();
+  for (const std::uint64_t key : keys) {
+    const auto own = static_cast<std::uint32_t>(key);
+    index.push_back({static_cast<std::uint32_t>(key >> 32), ids[own], boxes[own]});
+  }
 }
 
 bool makes_no_difference(const ExecutedStep& step, std::span<const Ghost> ghosts,

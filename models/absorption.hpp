@@ -16,12 +16,13 @@
 
 namespace soda::models {
 
-// Appends an item for each border cell of the world that the body's box covers. Sort when all are
-// in. `cells` is memory only.
-void index_border_body(const TerritoryMap& map, WorldId self, physics::BodyId id,
-                       const physics::Aabb& box, std::vector<std::uint32_t>& cells,
-                       std::vector<StepMemo::BorderBody>& index);
-void sort_border_index(std::vector<StepMemo::BorderBody>& index);
+// That own body number `own` covers this border cell, as a number to be sorted by.
+inline std::uint64_t border_key(std::uint32_t cell, std::size_t own) {
+  return std::uint64_t{cell} << 32 | own;
+}
+// Sorts the keys and overwrites `index` with what they stand for. `ids` ascend.
+void index_border(std::span<const physics::BodyId> ids, std::span<const physics::Aabb> boxes,
+                  std::vector<std::uint64_t>& keys, std::vector<StepMemo::BorderBody>& index);
 
 // A step that a world has executed at least as far as its pairs.
 struct ExecutedStep {

@@ -10,7 +10,6 @@ namespace soda::models {
 // In this order within step k. See README for what happens in each and who sends what.
 enum class Phase : std::uint32_t {
   kBegin = 0,
-  kDetect = 1,
   kBorderTraversal = 2,
   kPairs = 3,
   kSync = 4,  // has merge rounds 0, 1, 2, ...

@@ -66,8 +66,7 @@ World::World(const WorldSurroundings& surroundings, WorldId id, std::int64_t buf
 void World::execute(kernel::VirtualTime now, Bag bag, kernel::Outbox& outbox) {
   switch (phase_of(now)) {
     case Phase::kBegin:
-      return begin(now.t, bag);
-    case Phase::kDetect:
+      begin(now.t, bag);
       return detect(now.t, outbox);
     case Phase::kBorderTraversal:
       return border_traversal(now.t, bag);
@@ -136,7 +135,6 @@ void World::begin(std::int64_t step, Bag bag) {
     std::swap(memo_.touched, touched);
   }
   counters_.steps_repeated += repetition_.repeats();
-  next_ = time_of(step, Phase::kDetect);
 }
 
 // Swept boxes; own bodies go as ghosts to every other world whose cells their box covers.
@@ -148,34 +146,22 @@ void World::detect(std::int64_t step, kernel::Outbox& outbox) {
   std::map<WorldId, std::vector<Ghost>> ghosts;
   for (const WorldId expecting : expected_.ghosts_to) ghosts[expecting];
   for (const WorldId expecting : owed_) ghosts[expecting];
-  std::vector<WorldId> owners;
-  std::vector<std::uint32_t> cells;
-  memo_.border.clear();
+  covers_.start(rules_.map, id_, ids_.size());
+  std::vector<std::uint64_t> keys;
   for (std::size_t i = 0; i < ids_.size(); ++i) {
-    if (is_inland(i, scratch_.boxes[i])) continue;
-    rules_.map->owners_of(scratch_.boxes[i], owners);
-    if (remembers())
-      index_border_body(*rules_.map, id_, ids_[i], scratch_.boxes[i], cells, memo_.border);
-    for (const WorldId owner : owners) {
-      if (owner != id_) ghosts[owner].push_back({ids_[i], id_, scratch_.boxes[i], states_[i]});
-    }
+    const CoveredCells covered = covers_.find(i, scratch_.boxes[i]);
+    for (const std::uint32_t cell : covered.border_cells) keys.push_back(border_key(cell, i));
+    for (const std::uint32_t owner : covered.others)
+      ghosts[WorldId{owner}].push_back({ids_[i], id_, scratch_.boxes[i], states_[i]});
   }
   counters_.border_tests += ids_.size();
-  sort_border_index(memo_.border);
+  if (remembers()) index_border(ids_, scratch_.boxes, keys, memo_.border);
   for (const auto& [owner, bodies] : ghosts) {
     counters_.ghosts_sent += bodies.size();
     if (guesses() && !bodies.empty()) next_view_.told.push_back(owner);
     send(owner, time_of(step, Phase::kBorderTraversal), MessageKind::kGhosts, encode_ghosts(bodies),
          outbox);
   }
-}
-
-// Of a box of own body number `own`. Most bodies are where they were.
-bool World::is_inland(std::size_t own, const physics::Aabb& box) {
-  if (inland_of_ != rules_.map) inland_.clear();
-  inland_of_ = rules_.map;
-  if (inland_.size() < ids_.size()) inland_.resize(ids_.size(), nowhere());
-  return contains(inland_[own], box) || rules_.map->is_inland(box, id_, inland_[own]);
 }
 
 void World::border_traversal(std::int64_t step, Bag bag) {

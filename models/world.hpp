@@ -11,6 +11,7 @@
 
 #include "kernel/logical_process.hpp"
 #include "models/absorption.hpp"
+#include "models/cell_cover.hpp"
 #include "models/commit_merge.hpp"
 #include "models/entry_observer.hpp"
 #include "models/guess_audit.hpp"
@@ -112,7 +113,6 @@ class World final : public kernel::LogicalProcess {
   void finish(std::int64_t step, Bag bag, kernel::Outbox& outbox);
 
   bool divided() const { return rules_.map->worlds() > 1; }
-  bool is_inland(std::size_t own, const physics::Aabb& box);
   kernel::VirtualTime after_round(std::int64_t step, std::uint32_t next) const;
   bool has_changed(const Fragment& fragment) const;
   void take_in_fragment(WorldId from, const Fragment& fragment);
@@ -172,10 +172,7 @@ class World final : public kernel::LogicalProcess {
   physics::StepScratch scratch_;
   physics::StepReport report_;
   BufferEntry committed_;  // memory only
-  // Of this map, boxes that are inland: by own body, the one where it was found last. Any other
-  // order, or none, would do: what is inland does not depend on whose box it is.
-  std::shared_ptr<const TerritoryMap> inland_of_;
-  std::vector<physics::Aabb> inland_;
+  CellCovers covers_;  // of own bodies
 
   physics::StageCounters stages_;
   WorldCounters counters_;

@@ -213,7 +213,7 @@ void World::report_faults(kernel::Outbox& outbox) const {
 bool World::send_migrants(std::int64_t step, kernel::Outbox& outbox) {
   std::map<WorldId, std::vector<Migrant>> leaving;
   for (std::size_t i = 0; i < ids_.size(); ++i) {
-    if (is_inland(i, {states_[i].position_m, states_[i].position_m})) continue;
+    if (covers_.keeps(i, states_[i].position_m)) continue;
     const WorldId owner = rules_.map->owner_at(states_[i].position_m);
     if (owner == id_) continue;
     leaving[owner].push_back({ids_[i], states_[i]});
