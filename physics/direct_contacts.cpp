@@ -140,6 +140,7 @@ std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, doub
   const bool is_uneven = ratio > kMuchHeavier;
   const double calm_m_s = calm_speed_m_s(scene, dt_s);
   bool calm = true;
+  const bool accurate = scene.tolerance > 0.0;  // substeps sink, however short they are
   const auto place = [&ids](BodyId id) {
     return static_cast<std::uint32_t>(std::lower_bound(ids.begin(), ids.end(), id) - ids.begin());
   };
@@ -148,11 +149,11 @@ std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, doub
     const std::array<std::uint32_t, 2> edge{place(m.a), place(m.b)};
     const BodyState* const b = is_static(m.b) ? nullptr : &states[edge[1]];
     calm = calm && squared_speed(scene, m, states[edge[0]], b) <= calm_m_s * calm_m_s;
-    if (!calm && !is_uneven) return std::nullopt;
+    if (!calm && !is_uneven && !accurate) return std::nullopt;
     if (b != nullptr && (edges.empty() || edges.back() != edge)) edges.push_back(edge);
   }
   return plan_elimination(static_cast<std::uint32_t>(ids.size()), edges,
-                          calm ? kMostMultiplications : kSmall);
+                          calm || accurate ? kMostMultiplications : kSmall);
 }
 
 NewtonOutcome solve_directly(std::span<const SolverBody> free, const Elimination& plan,

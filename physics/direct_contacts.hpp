@@ -19,7 +19,7 @@ double mass_ratio(const SceneDescription& scene, std::span<const BodyId> ids);
 // The elimination by which an island without joints is solved directly, or none if it is one for
 // sweeps: because it has one body or two of like masses, because a factorisation would cost too
 // much, or because its contacts move against each other, unless it is small and some bodies are
-// much heavier than others. What bounces in it is not looked at. `ids` ascending, `states` at the
+// much heavier than others, or the scene asks for a tolerance. What bounces in it is not looked at. `ids` ascending, `states` at the
 // step's start. A function of the island's content.
 std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, double dt_s,
                                              std::span<const BodyId> ids,

@@ -141,7 +141,7 @@ TEST(Refinement, ATolerancePutsTheErrorOfSlidingBodiesBelowIt) {
   for (const bool accurate : {false, true}) {
     World world;
     world.scene.gravity_m_s2 = Vec3(0, 0, -kGravity);
-    world.scene.solver.tolerance = accurate ? 1e-8 : 0.0;
+    world.scene.tolerance = accurate ? 1e-8 : 0.0;
     world.add_floor();
     const std::uint32_t slab = world.add_shape(Box{Vec3(0.5, 0.5, 0.1)});
     for (const double z : {0.1, 0.3})
