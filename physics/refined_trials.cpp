@@ -58,11 +58,6 @@ void keep_in_touch(const RefinedIsland& island, double dt_s, std::span<const Bod
   }
 }
 
-// 8/3 T4 - 2 T2 + 1/3 T1: free of the first and second power of the step.
-Vec3 limit_of(const Vec3& one, const Vec3& two, const Vec3& four) {
-  return four + ((four - two) * 5.0 + (one - two)) * (1.0 / 3.0);
-}
-
 bool has_other_source(const RefinedIsland& island) {
   for (const BodyId id : island.ids)
     if (is_pushed(island.scene.bodies[index_of(id)])) return true;
@@ -141,30 +136,83 @@ Trial try_steps(RefinedIsland& island, std::span<const BodyState> from,
   return trial;
 }
 
-Trial extrapolated(const Trial& one, const Trial& two, const Trial& four) {
-  Trial limit = four;
-  for (std::size_t i = 0; i < limit.states.size(); ++i) {
-    const BodyState &a = one.states[i], &b = two.states[i];
-    BodyState& c = limit.states[i];
-    c.position_m = limit_of(a.position_m, b.position_m, c.position_m);
-    c.linear_velocity_m_s =
-        limit_of(a.linear_velocity_m_s, b.linear_velocity_m_s, c.linear_velocity_m_s);
-    c.angular_velocity_rad_s =
-        limit_of(a.angular_velocity_rad_s, b.angular_velocity_rad_s, c.angular_velocity_rad_s);
-    const Vec3 turn = (5.0 * turn_between(b.orientation, c.orientation) +
-                       turn_between(b.orientation, a.orientation)) *
-                      (1.0 / 3.0);
-    c.orientation = turned(turn, c.orientation);
+Extrapolation::Extrapolation(const Trial& one) : one_(one), last_{against_first(one)} {}
+
+Extrapolation::Row Extrapolation::against_first(const Trial& trial) const {
+  Row row;
+  for (std::size_t i = 0; i < trial.states.size(); ++i)
+    row.bodies.push_back(difference_of(one_.states[i], trial.states[i]));
+  const IslandReport &first = one_.report, &now = trial.report;
+  row.impulse = now.static_impulse_newton_s - first.static_impulse_newton_s;
+  row.angular_impulse =
+      now.static_angular_impulse_newton_m_s - first.static_angular_impulse_newton_m_s;
+  row.work.x() = now.push_out_work_joule - first.push_out_work_joule;
+  return row;
+}
+
+void Extrapolation::add(const Trial& next) {
+  std::vector<Row> rows{against_first(next)};
+  double halvings = 1.0;  // 2^order
+  for (const Row& coarse : last_) {
+    halvings *= 2.0;
+    const Row& fine = rows.back();
+    const auto further = [halvings](const Vec3& from, const Vec3& to) -> Vec3 {
+      return to + (to - from) * (1.0 / (halvings - 1.0));
+    };
+    Row row;
+    for (std::size_t i = 0; i < fine.bodies.size(); ++i) {
+      const BodyDifference &a = coarse.bodies[i], &b = fine.bodies[i];
+      row.bodies.push_back({further(a.place_m, b.place_m), further(a.turn_rad, b.turn_rad),
+                            further(a.velocity_m_s, b.velocity_m_s),
+                            further(a.spin_rad_s, b.spin_rad_s)});
+    }
+    row.impulse = further(coarse.impulse, fine.impulse);
+    row.angular_impulse = further(coarse.angular_impulse, fine.angular_impulse);
+    row.work = further(coarse.work, fine.work);
+    rows.push_back(std::move(row));
   }
-  const auto extrapolate = [&](Vec3 IslandReport::*sum) {
-    limit.report.*sum = limit_of(one.report.*sum, two.report.*sum, four.report.*sum);
-  };
-  extrapolate(&IslandReport::static_impulse_newton_s);
-  extrapolate(&IslandReport::static_angular_impulse_newton_m_s);
-  const auto work = [](const Trial& trial) {
-    return Vec3(trial.report.push_out_work_joule, 0.0, 0.0);
-  };
-  limit.report.push_out_work_joule = limit_of(work(one), work(two), work(four)).x();
+  before_ = std::move(last_.front());
+  last_ = std::move(rows);
+}
+
+StepError Extrapolation::apart(const BodySizes& sizes, const Row& a, const Row& b) const {
+  std::vector<BodyDifference> apart;
+  for (std::size_t i = 0; i < a.bodies.size(); ++i) {
+    const BodyDifference &x = a.bodies[i], &y = b.bodies[i];
+    apart.push_back({y.place_m - x.place_m, y.turn_rad - x.turn_rad,
+                     y.velocity_m_s - x.velocity_m_s, y.spin_rad_s - x.spin_rad_s});
+  }
+  return largest_of(sizes, apart);
+}
+
+StepError Extrapolation::error(const BodySizes& sizes) const {
+  return apart(sizes, last_[last_.size() - 2], last_.back());
+}
+
+StepError Extrapolation::change(const BodySizes& sizes) const {
+  return apart(sizes, before_, last_.front());
+}
+
+Trial Extrapolation::limit(const Trial& finest) const {
+  Trial limit = finest;
+  const Row& row = last_.back();
+  for (std::size_t i = 0; i < limit.states.size(); ++i) {
+    const BodyState& from = one_.states[i];
+    const BodyDifference& d = row.bodies[i];
+    BodyState& state = limit.states[i];
+    state.position_m = from.position_m + d.place_m;
+    state.linear_velocity_m_s = from.linear_velocity_m_s + d.velocity_m_s;
+    state.angular_velocity_rad_s = from.angular_velocity_rad_s + d.spin_rad_s;
+    const Vec3 half = 0.5 * d.turn_rad;
+    const Quat turn(std::sqrt(std::max(0.0, 1.0 - half.squaredNorm())), half.x(), half.y(),
+                    half.z());
+    state.orientation = (turn * from.orientation).normalized();
+  }
+  const IslandReport& first = one_.report;
+  limit.report.static_impulse_newton_s = first.static_impulse_newton_s + row.impulse;
+  limit.report.static_angular_impulse_newton_m_s =
+      first.static_angular_impulse_newton_m_s + row.angular_impulse;
+  limit.report.push_out_work_joule = first.push_out_work_joule + row.work.x();
   return limit;
 }
 

@@ -39,9 +39,32 @@ std::vector<ContactManifold> contacts_at(const RefinedIsland& island, double tim
 Trial try_steps(RefinedIsland& island, std::span<const BodyState> from,
                 std::span<const ContactManifold> start, double time_s, int steps);
 
-// What one, two and four steps of first order tell of steps of no length: third order. Sums of the
-// reports likewise.
-Trial extrapolated(const Trial& one, const Trial& two, const Trial& four);
+// What trials of 1, 2, 4, 8 .. steps tell of steps of no length, by polynomials in their length:
+// with each trial one more order. Sums of the reports likewise.
+class Extrapolation {
+ public:
+  explicit Extrapolation(const Trial& one);
+  void add(const Trial& next);  // of twice as many steps
+
+  // Both after the second trial. What the last order changed; and what halving the steps changed.
+  StepError error(const BodySizes& sizes) const;
+  StepError change(const BodySizes& sizes) const;
+
+  // `finest`: the trial that was added last.
+  Trial limit(const Trial& finest) const;
+
+ private:
+  struct Row {  // against the first trial
+    std::vector<BodyDifference> bodies;
+    Vec3 impulse = Vec3::Zero(), angular_impulse = Vec3::Zero(), work = Vec3::Zero();
+  };
+  Row against_first(const Trial& trial) const;
+  StepError apart(const BodySizes& sizes, const Row& a, const Row& b) const;
+
+  const Trial& one_;
+  std::vector<Row> last_;  // of the last trial, by order
+  Row before_;             // the trial before it
+};
 
 // Steps give an island no energy, but what is extrapolated from them may have a trace more.
 // Velocities shrink by as much, which keeps their directions, and statics gave that much less.

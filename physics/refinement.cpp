@@ -22,7 +22,7 @@ struct Limits {
 // A change is closed in upon until its error, which halves with the part that holds it, is an
 // eighth of any tolerance.
 Limits limits_of(const SceneDescription& scene) {
-  return scene.tolerance > 0.0 ? Limits{3000, 26} : Limits{150, 12};
+  return scene.tolerance > 0.0 ? Limits{2000, 26} : Limits{150, 12};
 }
 
 // What errors a step may still have.
@@ -69,26 +69,54 @@ struct PartResult {
   StepError error;
 };
 
-// A single step.
-PartResult as_it_is(const RefinedIsland& island, std::span<const BodyState> from, Trial one) {
-  const StepError error = change_of(island.sizes, from, one.states);
-  return {std::move(one), error};
+// What trials lead to: their limit, or the finest where that is nearer.
+PartResult best_of(const RefinedIsland& island, std::span<const BodyState> from,
+                   const Extrapolation& trials, Trial finest) {
+  const StepError of_finest = trials.change(island.sizes);
+  StepError of_limit = trials.error(island.sizes);
+  if (of_finest.widths < 0.5 * of_limit.widths) return {std::move(finest), of_finest};
+  Trial limit = trials.limit(finest);
+  const double taken = take_back_gain(island, from, limit);
+  if (taken > 1.0) return {std::move(finest), of_finest};
+  if (taken > 0.0) of_limit.widths += taken * speed_of(island.sizes, limit.states).widths;
+  return {std::move(limit), of_limit};
 }
 
-// What three trials lead to.
-PartResult best_of(const RefinedIsland& island, std::span<const BodyState> from, double time_s,
-                   const Trial& one, const Trial& two, Trial four) {
-  const BodySizes& sizes = island.sizes;
-  const StepError rough = roughness(sizes, from, one.path, two.path, four.path, time_s);
-  const StepError of_four = difference_of(sizes, two.states, four.states);
-  const StepError of_limit = extrapolation_error(sizes, one.states, two.states, four.states);
-  if (of_four.widths < 0.5 * of_limit.widths) return {std::move(four), larger(of_four, rough)};
-  Trial limit = extrapolated(one, two, four);
-  const double taken = take_back_gain(island, from, limit);
-  StepError error = larger(of_limit, rough);
-  if (taken > 1.0) return {std::move(four), larger(error, of_four)};
-  if (taken > 0.0) error.widths += taken * speed_of(sizes, limit.states).widths;
-  return {std::move(limit), error};
+// One, two, four steps over the part, and more as long as each order brings the limit much nearer.
+// Nothing if that is not within the budget, and the part can be halved.
+std::optional<PartResult> refine_part(RefinedIsland& island, const ErrorBudget& budget,
+                                      double time_s, bool can_be_halved,
+                                      std::span<const BodyState> from,
+                                      std::span<const ContactManifold> start, Trial one) {
+  constexpr int kMostSteps = 16;
+  constexpr double kMuchNearer = 0.125;
+  const StepError change = change_of(island.sizes, from, one.states);
+  if (budget.allows(change.widths, time_s)) return PartResult{std::move(one), change};
+  const Trial two = try_steps(island, from, start, time_s, 2);
+  Trial finest = try_steps(island, from, start, time_s, 4);
+  if (two.failed || finest.failed) return PartResult{std::move(one), change};
+  const StepError rough = roughness(island.sizes, from, one.path, two.path, finest.path, time_s);
+  Extrapolation trials(one);
+  trials.add(two);
+  double before = trials.error(island.sizes).widths;
+  trials.add(finest);
+  for (int steps = 8;; steps *= 2) {
+    const double now = trials.error(island.sizes).widths;
+    PartResult best = best_of(island, from, trials, finest);
+    best.error = larger(best.error, rough);
+    if (budget.allows(best.error.widths, time_s)) return best;
+    const bool nearer = now <= kMuchNearer * before && budget.allows(rough.widths, time_s);
+    if (!nearer || steps > kMostSteps) {
+      if (can_be_halved) return std::nullopt;
+      const StepError of_finest = larger(trials.change(island.sizes), rough);
+      return now <= kMuchNearer * before ? best : PartResult{std::move(finest), of_finest};
+    }
+    before = now;
+    Trial next = try_steps(island, from, start, time_s, steps);
+    if (next.failed) return best;
+    finest = std::move(next);
+    trials.add(finest);
+  }
 }
 
 // The part, or nothing if it is to be halved.
@@ -101,15 +129,8 @@ std::optional<PartResult> advance_part(RefinedIsland& island, const Limits& limi
   const std::span<const ContactManifold> start = known.empty() ? found : known;
   Trial one = try_steps(island, from, start, part.time_s, 1);
   if (one.failed) return PartResult{std::move(one), {}};
-  PartResult single = as_it_is(island, from, std::move(one));
-  const bool last = part.depth == limits.deepest || island.solves >= limits.most_solves;
-  if (last || budget.allows(single.error.widths, part.time_s)) return single;
-  const Trial two = try_steps(island, from, start, part.time_s, 2);
-  Trial four = try_steps(island, from, start, part.time_s, 4);
-  if (two.failed || four.failed) return single;
-  PartResult best = best_of(island, from, part.time_s, single.trial, two, std::move(four));
-  if (!budget.allows(best.error.widths, part.time_s)) return std::nullopt;
-  return best;
+  const bool can_be_halved = part.depth < limits.deepest && island.solves < limits.most_solves;
+  return refine_part(island, budget, part.time_s, can_be_halved, from, start, std::move(one));
 }
 
 }  // namespace

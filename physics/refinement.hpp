@@ -20,7 +20,7 @@ bool is_refined(const SceneDescription& scene, const Geometry& geometry,
 // steps of a higher order). Where the error is more than the tolerance allows, each half of the
 // time is treated alike. So motion between changes (from sliding to sticking, say) is smooth, and a
 // change is closed in upon. `manifolds` were found at these states, over dt_s. After a limited
-// number of solves the rest is taken in single steps.
+// number of solves, halving ends.
 //
 // The tolerance is that of the scene for the whole step, with the report's estimate: half of it is
 // shared out over time, the other half is for changes. Without one, it is 1e-7 for each part, and

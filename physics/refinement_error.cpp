@@ -5,14 +5,10 @@
 namespace soda::physics {
 namespace {
 
-struct Difference {
-  Vec3 place = Vec3::Zero(), turn = Vec3::Zero(), velocity = Vec3::Zero(), spin = Vec3::Zero();
-};
-
-double widths_of(const BodySizes& sizes, std::size_t body, const Difference& d) {
+double widths_of(const BodySizes& sizes, std::size_t body, const BodyDifference& d) {
   const double radius = sizes.radii_m[body];
-  return (d.place.norm() + radius * d.turn.norm() +
-          sizes.dt_s * (d.velocity.norm() + radius * d.spin.norm())) /
+  return (d.place_m.norm() + radius * d.turn_rad.norm() +
+          sizes.dt_s * (d.velocity_m_s.norm() + radius * d.spin_rad_s.norm())) /
          sizes.widths_m[body];
 }
 
@@ -43,17 +39,12 @@ BodySizes sizes_of(const SceneDescription& scene, const Geometry& geometry,
 
 StepError larger(const StepError& a, const StepError& b) { return b.widths > a.widths ? b : a; }
 
-Vec3 turn_between(const Quat& from, const Quat& to) {
-  const Quat difference = to * from.conjugate();
-  return 2.0 * (difference.w() < 0.0 ? Vec3(-difference.vec()) : difference.vec());
-}
-
 StepError change_of(const BodySizes& sizes, std::span<const BodyState> from,
                     std::span<const BodyState> to) {
   return largest(sizes, from.size(), [&](std::size_t i) {
-    return Difference{Vec3::Zero(), Vec3::Zero(),
-                      to[i].linear_velocity_m_s - from[i].linear_velocity_m_s,
-                      to[i].angular_velocity_rad_s - from[i].angular_velocity_rad_s};
+    return BodyDifference{Vec3::Zero(), Vec3::Zero(),
+                          to[i].linear_velocity_m_s - from[i].linear_velocity_m_s,
+                          to[i].angular_velocity_rad_s - from[i].angular_velocity_rad_s};
   });
 }
 
@@ -61,42 +52,28 @@ StepError displacement_of(const BodySizes& sizes, std::span<const BodyState> fro
                           std::span<const BodyState> to, double time_s) {
   return largest(sizes, from.size(), [&](std::size_t i) {
     const Vec3 way = to[i].position_m - from[i].position_m;
-    return Difference{way - to[i].linear_velocity_m_s * time_s, Vec3::Zero(), Vec3::Zero(),
-                      Vec3::Zero()};
+    return BodyDifference{way - to[i].linear_velocity_m_s * time_s, Vec3::Zero(), Vec3::Zero(),
+                          Vec3::Zero()};
   });
 }
 
 StepError speed_of(const BodySizes& sizes, std::span<const BodyState> states) {
   return largest(sizes, states.size(), [&](std::size_t i) {
-    return Difference{Vec3::Zero(), Vec3::Zero(), states[i].linear_velocity_m_s,
-                      states[i].angular_velocity_rad_s};
+    return BodyDifference{Vec3::Zero(), Vec3::Zero(), states[i].linear_velocity_m_s,
+                          states[i].angular_velocity_rad_s};
   });
 }
 
-StepError difference_of(const BodySizes& sizes, std::span<const BodyState> a,
-                        std::span<const BodyState> b) {
-  return largest(sizes, a.size(), [&](std::size_t i) {
-    return Difference{b[i].position_m - a[i].position_m,
-                      turn_between(a[i].orientation, b[i].orientation),
-                      b[i].linear_velocity_m_s - a[i].linear_velocity_m_s,
-                      b[i].angular_velocity_rad_s - a[i].angular_velocity_rad_s};
-  });
+BodyDifference difference_of(const BodyState& from, const BodyState& to) {
+  const Quat turn = to.orientation * from.orientation.conjugate();
+  return {to.position_m - from.position_m,
+          2.0 * (turn.w() < 0.0 ? Vec3(-turn.vec()) : Vec3(turn.vec())),
+          to.linear_velocity_m_s - from.linear_velocity_m_s,
+          to.angular_velocity_rad_s - from.angular_velocity_rad_s};
 }
 
-StepError extrapolation_error(const BodySizes& sizes, std::span<const BodyState> one,
-                              std::span<const BodyState> two, std::span<const BodyState> four) {
-  const auto third = [](const Vec3& a, const Vec3& b, const Vec3& c) -> Vec3 {
-    return (2.0 * (c - b) - (b - a)) * (1.0 / 3.0);
-  };
-  return largest(sizes, one.size(), [&](std::size_t i) {
-    const BodyState &a = one[i], &b = two[i], &c = four[i];
-    return Difference{
-        third(a.position_m, b.position_m, c.position_m),
-        third(turn_between(b.orientation, a.orientation), Vec3::Zero(),
-              turn_between(b.orientation, c.orientation)),
-        third(a.linear_velocity_m_s, b.linear_velocity_m_s, c.linear_velocity_m_s),
-        third(a.angular_velocity_rad_s, b.angular_velocity_rad_s, c.angular_velocity_rad_s)};
-  });
+StepError largest_of(const BodySizes& sizes, std::span<const BodyDifference> differences) {
+  return largest(sizes, differences.size(), [&](std::size_t i) { return differences[i]; });
 }
 
 StepError roughness(const BodySizes& sizes, std::span<const BodyState> from,
@@ -111,13 +88,14 @@ StepError roughness(const BodySizes& sizes, std::span<const BodyState> from,
     return path[3 * n + i] - path[i] + 3.0 * (path[n + i] - path[2 * n + i]);
   };
   const StepError at_first = largest(sizes, n, [&](std::size_t i) {
-    return Difference{
+    return BodyDifference{
         Vec3::Zero(), Vec3::Zero(),
         first(from[i].linear_velocity_m_s, one.linear[i], two.linear[i], four.linear[i]),
         first(from[i].angular_velocity_rad_s, one.angular[i], two.angular[i], four.angular[i])};
   });
   const StepError at_last = largest(sizes, n, [&](std::size_t i) {
-    return Difference{Vec3::Zero(), Vec3::Zero(), later(four.linear, i), later(four.angular, i)};
+    return BodyDifference{Vec3::Zero(), Vec3::Zero(), later(four.linear, i),
+                          later(four.angular, i)};
   });
   StepError most = larger(at_first, at_last);
   most.widths *= 0.25 * time_s / sizes.dt_s;

@@ -42,14 +42,15 @@ StepError displacement_of(const BodySizes& sizes, std::span<const BodyState> fro
 // Of all velocity there is.
 StepError speed_of(const BodySizes& sizes, std::span<const BodyState> states);
 
-// Of two states that should be the same.
-StepError difference_of(const BodySizes& sizes, std::span<const BodyState> a,
-                        std::span<const BodyState> b);
+// What parts two states of a body. Turns are twice the vector part of the rotation.
+struct BodyDifference {
+  Vec3 place_m = Vec3::Zero(), turn_rad = Vec3::Zero();
+  Vec3 velocity_m_s = Vec3::Zero(), spin_rad_s = Vec3::Zero();
+};
+BodyDifference difference_of(const BodyState& from, const BodyState& to);
 
-// Of the extrapolation 2 T4 - T2 from what two and four steps lead to: a third of its difference
-// from 2 T2 - T1, for it is four times as near.
-StepError extrapolation_error(const BodySizes& sizes, std::span<const BodyState> one,
-                              std::span<const BodyState> two, std::span<const BodyState> four);
+// Of differences that should be none.
+StepError largest_of(const BodySizes& sizes, std::span<const BodyDifference> differences);
 
 // What the velocities deviate from a smooth course: a change within a step (from sliding to
 // sticking, say), which all trials can see alike. The first step is compared over its three
@@ -58,8 +59,5 @@ StepError extrapolation_error(const BodySizes& sizes, std::span<const BodyState>
 StepError roughness(const BodySizes& sizes, std::span<const BodyState> from,
                     const VelocityPath& one, const VelocityPath& two, const VelocityPath& four,
                     double time_s);
-
-// Twice the vector part of the rotation from `from` to `to`, for small ones.
-Vec3 turn_between(const Quat& from, const Quat& to);
 
 }  // namespace soda::physics
