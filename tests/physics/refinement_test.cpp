@@ -178,19 +178,19 @@ Outcome run(Motion motion, double dt_s, double tolerance) {
 
 // What a step is off in place stays, what it is off in velocity goes on for the n steps after it,
 // at most: an estimate holds the way of one step. So n times their sum bounds the end's error, but
-// for the motion's own instability and for rounding.
+// for the motion's own instability and for rounding. Here errors in velocity hardly add up: n
+// tolerances are enough.
 TEST(Refinement, TheErrorOfARunIsBoundedByTheEstimatesOfItsSteps) {
-  constexpr double kRounding = 1e-11;
+  constexpr double kRounding = 1e-10;
   for (const Motion& motion : motions())
     for (const double tolerance : {1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9}) {
       const Outcome outcome = run(motion, 1.0 / 60.0, tolerance);
       const double n = static_cast<double>(outcome.steps);
-      std::printf("%s %g: error %.2g sum %.2g ratio %.3g\n", motion.name.c_str(), tolerance,
-                  outcome.error, outcome.sum, outcome.error / outcome.sum);
-      EXPECT_LE(outcome.error, motion.growth * n * outcome.sum + kRounding)
-          << motion.name << " to " << tolerance;
-      EXPECT_TRUE(outcome.reached) << motion.name << " to " << tolerance;
-      EXPECT_LE(outcome.largest, tolerance) << motion.name;
+      const std::string what = motion.name + " to " + std::to_string(std::log10(tolerance));
+      EXPECT_LE(outcome.error, motion.growth * n * outcome.sum + kRounding) << what;
+      EXPECT_LE(outcome.error, n * tolerance) << what;
+      EXPECT_TRUE(outcome.reached) << what;
+      EXPECT_LE(outcome.largest, tolerance) << what;
     }
 }
 
@@ -203,8 +203,10 @@ TEST(Refinement, ASmallerToleranceCostsMoreAndErrsLess) {
       EXPECT_GE(outcome.refined_steps, cost) << motion.name << " to " << tolerance;
       cost = outcome.refined_steps;
     }
-    EXPECT_GT(fine.refined_steps, coarse.refined_steps) << motion.name;
-    EXPECT_LT(fine.error, 1e-3 * coarse.error + 1e-11) << motion.name;
+    if (coarse.error > 1e-9) {  // slabs that go on sliding need no more: their way is a parabola
+      EXPECT_GT(fine.refined_steps, coarse.refined_steps) << motion.name;
+    }
+    EXPECT_LT(fine.error, 1e-3 * coarse.error + 1e-10) << motion.name;
   }
 }
 
@@ -219,8 +221,6 @@ TEST(Refinement, IsOfThirdOrderInStickingContact) {
     std::vector<Outcome> outcomes;
     for (const double dt : {1.0 / 40.0, 1.0 / 80.0, 1.0 / 160.0})
       outcomes.push_back(run(motion, dt, 1e-4));
-    std::printf("%s orders %g %g (%g)\n", motion.name.c_str(), order_of(outcomes[0], outcomes[1]),
-                order_of(outcomes[1], outcomes[2]), outcomes[2].error);
     for (std::size_t i = 1; i < outcomes.size(); ++i)
       EXPECT_GE(order_of(outcomes[i - 1], outcomes[i]), 2.0) << motion.name;
   }
