@@ -1,11 +1,15 @@
 #include "analysis/json_output.hpp"
 
-#include "analysis/json_text.hpp"
+#include <nlohmann/json.hpp>
+
+#include "analysis/accuracy_report.hpp"
 #include "analysis/overrides.hpp"
 #include "analysis/text_table.hpp"
 
 namespace soda::analysis {
 namespace {
+
+using Json = nlohmann::ordered_json;
 
 Json plan_lines(const std::vector<models::PlanLine>& plan,
                 const std::vector<std::uint64_t>* counters) {
@@ -35,7 +39,9 @@ Json errors(const ErrorMeasures& error) {
           {"constraint_residual", error.constraint_residual_m_s}};
 }
 
-Json estimates_json(const ErrorEstimates& estimates) {
+Json estimates_json(const std::optional<ErrorEstimates>& told) {
+  if (!told) return nullptr;
+  const ErrorEstimates& estimates = *told;
   const bool any = estimates.step > 0;
   return {{"tolerance", estimates.tolerance},
           {"largest", estimates.largest},
@@ -100,6 +106,24 @@ Json real_time_json(const RealTimeReport& report) {
           {"fate", fates}};
 }
 
+// Text from a file may hold anything: bytes that are not UTF-8 are replaced, not thrown upon.
+std::string dumped(const Json& json) {
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+Json contacts_json(const physics::ContactQuality& contacts) {
+  using Residuals = physics::ContactResiduals;
+  if (contacts.points == 0) return nullptr;
+  const auto law = [&contacts](double Residuals::*member) -> Json {
+    return {{"largest", contacts.largest.*member}, {"mean", contacts.mean(member)}};
+  };
+  return {{"points", contacts.points},
+          {"signorini_m_s", law(&Residuals::signorini_m_s)},
+          {"complementarity_m_s", law(&Residuals::complementarity_m_s)},
+          {"cone_m_s", law(&Residuals::cone_m_s)},
+          {"dissipation_m_s", law(&Residuals::dissipation_m_s)}};
+}
+
 }  // namespace
 
 std::string run_json(const RunReport& report) {
@@ -139,7 +163,7 @@ std::string run_json(const RunReport& report) {
   if (result.cluster) json["virtual"] = cluster_json(*result.cluster);
   if (report.real_time) json["real_time"] = real_time_json(*report.real_time);
   json["error"] = errors(run.error);
-  if (run.estimates) json["accuracy"] = estimates_json(*run.estimates);
+  if (run.estimates) json["accuracy"] = estimates_json(run.estimates);
   if (report.options.inputs.any()) {
     json["inputs"] = inputs_json(report);
     json["inputs_too_late"] = result.inputs_too_late;
@@ -225,6 +249,50 @@ std::string rollback_json(const RollbackReport& report) {
                  {"modes", modes}});
 }
 
+std::string accuracy_json(const AccuracyReport& report) {
+  const auto bound = [](const std::optional<double>& b) { return b ? Json(*b) : Json(); };
+  Json cases = Json::array();
+  for (const AccuracyReport::Case& one : report.cases) {
+    Json runs = Json::array();
+    for (const CaseRun& run : one.runs) {
+      Json errors = Json::array();
+      for (const JudgedMeasure& m : run.measures)
+        errors.push_back({{"reference", m.form},
+                          {"measure", m.measure},
+                          {"value", m.value},
+                          {"must", bound(m.must)},
+                          {"stretch", bound(m.stretch)},
+                          {"missed", m.missed()}});
+      runs.push_back(
+          {{"engine", run.engine},
+           {"dt_s", run.setting.dt_s},
+           {"iterations", run.setting.iterations},
+           {"tolerance", run.setting.tolerance > 0.0 ? Json(run.setting.tolerance) : Json()},
+           {"steps", run.steps},
+           {"cpu_s_per_simulated_s", run.cpu_per_simulated_s},
+           {"step_ms", run.step_ms},
+           {"errors", std::move(errors)},
+           {"contacts", contacts_json(run.contacts)},
+           {"estimates", estimates_json(run.estimates)},
+           {"fault", run.fault.empty() ? Json() : Json(run.fault)}});
+    }
+    cases.push_back({{"case", one.name}, {"runs", std::move(runs)}, {"left_out", one.left_out}});
+  }
+  Json advantages = Json::array();
+  for (const Advantage& a : advantages_of_others(report))
+    advantages.push_back({{"case", a.scene},
+                          {"measure", a.measure},
+                          {"engine", a.engine},
+                          {"dt_s", a.dt_s},
+                          {"error", a.error},
+                          {"cpu_s_per_simulated_s", a.cpu_per_simulated_s},
+                          {"soda_cpu_s_per_simulated_s", bound(a.soda_cpu_per_simulated_s)}});
+  return dumped({{"cases", std::move(cases)},
+                 {"advantages_of_others", std::move(advantages)},
+                 {"missed", report.missed()},
+                 {"missing_engines", report.missing_engines}});
+}
+
 std::string anticipation_json(const AnticipationReport& report) {
   Json points = Json::array();
   for (const AnticipationPoint& point : report.points) {
@@ -307,6 +375,22 @@ std::string fuzz_json(const FuzzResult& result) {
                  {"push_out_work_joule", sums.push_out_work_joule},
                  {"sunk_when_wedged", sums.sunk_when_wedged},
                  {"failures", failures}});
+}
+
+std::string extremes_json(const ExtremesReport& report) {
+  Json runs = Json::array();
+  for (const ExtremeRun& run : report.runs)
+    runs.push_back({{"size_m", run.setting.size_m},
+                    {"dt_s", run.setting.dt_s},
+                    {"offset_m", run.setting.offset_m},
+                    {"mass_kg", run.setting.mass_kg},
+                    {"steps", run.steps},
+                    {"displacement_rel", run.displacement_rel},
+                    {"fault", run.fault.empty() ? Json() : Json(run.fault)}});
+  return dumped({{"must", kExtremesMust},
+                 {"stretch", kExtremesStretch},
+                 {"missed", report.beyond(kExtremesMust)},
+                 {"runs", runs}});
 }
 
 }  // namespace soda::analysis
