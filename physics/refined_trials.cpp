@@ -108,6 +108,14 @@ std::vector<ContactManifold> contacts_at(const RefinedIsland& island, double tim
   return found;
 }
 
+Vec3 push_newton_s(const RefinedIsland& island, double time_s, std::span<const BodyState> states) {
+  Vec3 sum = Vec3::Zero();
+  for (std::size_t i = 0; i < states.size(); ++i)
+    if (is_pushed(island.scene.bodies[index_of(island.ids[i])]))
+      sum += push_impulse_newton_s(island.scene, time_s, island.ids[i], states[i]);
+  return sum;
+}
+
 Trial try_steps(RefinedIsland& island, std::span<const BodyState> from,
                 std::span<const ContactManifold> start, double time_s, int steps) {
   Trial trial{{from.begin(), from.end()}, {}, false, {}};
@@ -119,8 +127,10 @@ Trial try_steps(RefinedIsland& island, std::span<const BodyState> from,
                : contacts_at(island, dt_s, trial.states);
     keep_in_touch(island, dt_s, trial.states, start, now);
     scale_impulses(share, trial.states);
-    const IslandReport part =
+    const Vec3 push = push_newton_s(island, dt_s, trial.states);
+    IslandReport part =
         advance_once(island.scene, dt_s, island.ids, now, trial.states, island.counters, faults);
+    part.static_impulse_newton_s += push;
     scale_impulses(1.0 / share, trial.states);
     if (i == 0)
       trial.report = part;

@@ -20,9 +20,13 @@ struct Limits {
 };
 
 // A change is closed in upon until its error, which halves with the part that holds it, is an
-// eighth of any tolerance.
-Limits limits_of(const SceneDescription& scene) {
-  return scene.tolerance > 0.0 ? Limits{2000, 26} : Limits{150, 12};
+// eighth of any tolerance. Large islands take less solves, for each of theirs takes longer.
+Limits limits_of(const SceneDescription& scene, std::size_t pairs) {
+  constexpr std::size_t kMostSolves = 2000, kLeastSolves = 64, kPairsSolved = 128'000;
+  if (!(scene.tolerance > 0.0)) return {150, 12};
+  const std::size_t solves =
+      std::clamp(kPairsSolved / std::max<std::size_t>(pairs, 1), kLeastSolves, kMostSolves);
+  return {static_cast<int>(solves), 26};
 }
 
 // What errors a step may still have.
@@ -164,7 +168,7 @@ IslandReport advance_refined(const SceneDescription& scene, const Geometry& geom
                              std::span<BodyState> states, StageCounters& counters,
                              std::vector<AdvanceFault>& faults) {
   RefinedIsland island{scene, geometry, ids, manifolds, sizes_of(scene, geometry, ids), counters};
-  const Limits limits = limits_of(scene);
+  const Limits limits = limits_of(scene, manifolds.size());
   ErrorBudget budget(scene);
   std::vector<BodyState> now(states.begin(), states.end());
   IslandReport report;
@@ -189,6 +193,7 @@ IslandReport advance_refined(const SceneDescription& scene, const Geometry& geom
       add_part(done->trial.report, report);
     first = false;
   }
+  report.static_impulse_newton_s -= push_newton_s(island, dt_s, states);
   budget.tell(report);
   counters.refined_steps += static_cast<std::uint64_t>(island.solves) - 1;
   std::move(now.begin(), now.end(), states.begin());

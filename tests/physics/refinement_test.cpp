@@ -264,6 +264,33 @@ TEST(Refinement, ABodyAtRestTakesOneStep) {
   EXPECT_EQ(world.counters.islands_solved, 60u);
 }
 
+// A step's trials are driven from where each of their steps starts; the step reports what is more
+// than drive_impulse tells of its own start.
+TEST(Refinement, TheMomentumOfWhatIsDrivenIsAccountedFor) {
+  World world = under_gravity();
+  world.scene.tolerance = 1e-6;
+  world.add_floor();
+  world.add_body(world.add_shape(Box{Vec3(0.5, 0.5, 0.1)}), Vec3(0, 0, 0.1));
+  world.scene.drives.push_back({.time_constant_s = 0.1,
+                                .max_acceleration_m_s2 = 20.0,
+                                .velocity_m_s = Vec3(3, 0, 0),
+                                .lane = {}});
+  BodyParams& params = world.scene.bodies[0];
+  params.drive = 0;
+  const auto momentum = [&] { return Vec3(world.states[0].linear_velocity_m_s * params.mass_kg); };
+  for (int step = 0; step < 30; ++step) {
+    const Vec3 before = momentum();
+    const Vec3 given = drive_impulse(world.scene, world.ids, world.states).sum_newton_s;
+    world.run(1);
+    ASSERT_EQ(world.report.islands.size(), 1u);
+    const Vec3 explained = given + world.report.islands[0].static_impulse_newton_s +
+                           world.scene.gravity_m_s2 * (params.mass_kg * world.scene.dt_s);
+    EXPECT_LE((momentum() - before - explained).norm(), 1e-12 * given.norm()) << step;
+  }
+  EXPECT_GT(world.states[0].linear_velocity_m_s.x(), 0.5);
+  EXPECT_GT(world.counters.refined_steps, 0u);
+}
+
 // What is pushed apart has no limit for short steps: it is off by all that it moved.
 TEST(Refinement, WhatIsPushedApartIsBeyondTheTolerance) {
   World world;
