@@ -12,6 +12,7 @@
 #include "analysis/extremes.hpp"
 #include "analysis/json_output.hpp"
 #include "analysis/nearest_name.hpp"
+#include "analysis/text_table.hpp"
 #include "scenarios/read_scenario.hpp"
 
 namespace soda::analysis {
@@ -20,6 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kLeastStep_s = 1e-6, kMostStep_s = 1.0;  // as in scenario files
+constexpr double kLeastTolerance = 1e-12, kMostTolerance = 1e-2;
 
 std::optional<double> number_of(std::string_view text) {
   double value = 0.0;
@@ -106,22 +108,44 @@ std::vector<double> steps_of(const AccuracyRequest& request, double own_s) {
   return steps;
 }
 
-// All settings of one engine, coarse steps first; what would take too long is left out.
+// Settings from coarse to fine.
+using Series = std::vector<EngineSetting>;
+
+std::vector<Series> series_of(const AccuracyRequest& request, bool has_accuracy_mode,
+                              double own_s) {
+  const std::vector<int> own{0};
+  const bool in_mode = has_accuracy_mode && !request.tolerances.empty();
+  const bool in_steps = !in_mode || !request.steps_s.empty() || request.sweep;
+  std::vector<Series> all;
+  for (const int iterations : request.iterations.empty() ? own : request.iterations) {
+    if (in_steps) {
+      Series& steps = all.emplace_back();
+      for (const double dt_s : steps_of(request, own_s)) steps.push_back({dt_s, iterations});
+    }
+    if (in_mode) {
+      Series& mode = all.emplace_back();
+      for (const double tolerance : request.tolerances)
+        mode.push_back({own_s, iterations, tolerance});
+    }
+  }
+  return all;
+}
+
+// All settings of one engine; what would take too long is left out.
 void run_settings(const scenarios::Scenario& scenario, const EngineKind& engine,
                   const AccuracyRequest& request, AccuracyReport::Case& result) {
-  const std::vector<int> own{0};
   const double duration_s = static_cast<double>(scenario.run.steps) * scenario.scene.dt_s;
-  for (const int iterations : request.iterations.empty() ? own : request.iterations) {
+  for (const Series& series :
+       series_of(request, engine.name == soda_engine().name, scenario.scene.dt_s)) {
     double step_s = 0.0;  // what one took at the setting before
-    for (const double dt_s : steps_of(request, scenario.scene.dt_s)) {
-      const bool too_long = step_s * duration_s / dt_s > request.timing.budget_s;
-      if (!too_long)
-        result.runs.push_back(run_case(scenario, engine, {dt_s, iterations}, request.timing));
+    for (const EngineSetting& setting : series) {
+      const bool too_long = step_s * duration_s / setting.dt_s > request.timing.budget_s;
+      if (!too_long) result.runs.push_back(run_case(scenario, engine, setting, request.timing));
       if (too_long || result.runs.back().given_up) {
-        result.left_out.push_back(engine.name + " at " + step_text(dt_s) +
-                                  " s: beyond the time budget");
+        result.left_out.push_back(engine.name + " at " + setting_text(setting) +
+                                  ": beyond the time budget");
         if (!too_long) result.runs.pop_back();
-        break;  // finer steps take longer
+        break;  // finer settings take longer
       }
       step_s = 1e-3 * result.runs.back().step_ms;
     }
@@ -175,6 +199,10 @@ int accuracy_command(const AccuracyRequest& request, std::ostream& out, std::ost
   }
   if (request.timing.repeats < 0 || request.timing.repeats > 1000)
     throw UsageError("--repeat: allowed: 0 (no timing) to 1000");
+  for (const double tolerance : request.tolerances)
+    if (!(tolerance >= kLeastTolerance && tolerance <= kMostTolerance))
+      throw UsageError("--tolerance: found " + format_number(tolerance) +
+                       "; allowed: 1e-12 to 0.01");
   for (const int iterations : request.iterations)
     if (iterations < 1 || iterations > 1000)
       throw UsageError("--iterations: found " + std::to_string(iterations) +

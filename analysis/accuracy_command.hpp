@@ -13,12 +13,15 @@ struct AccuracyRequest {
   std::vector<std::string> cases;  // names or files; empty: all of the folder
   std::string folder = "scenarios/cases";
   std::vector<std::string> steps_s;  // --dt: numbers or fractions, "1/60"; empty: the scene's
-  std::vector<int> iterations;       // empty: the scene's, or the engine's own
+  // --tolerance: of soda's accuracy mode, at the scene's step. Steps are run beside them only if
+  // they are asked for.
+  std::vector<double> tolerances;
+  std::vector<int> iterations;  // empty: the scene's, or the engine's own
   std::vector<std::string> engines = {"soda"};
   bool sweep = false;  // the scene's dt, halved four times
   RepeatRule timing{.budget_s = 60.0};
   bool extremes = false;  // extremes.hpp instead of cases
-  bool check = false;  // exit 1 if a must is missed
+  bool check = false;     // exit 1 if a must is missed
   bool json = false;
   std::string html_file;  // empty: none
 };

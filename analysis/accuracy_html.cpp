@@ -30,9 +30,16 @@ std::string settings_of(const CaseRun& run) {
   return run.setting.iterations > 0 ? std::to_string(run.setting.iterations) : "own";
 }
 
-std::string bound_row(const char* name, const std::vector<ErrorColumn>& columns,
+// Cells of a row that does not belong to one run.
+std::string settings_cells(const AccuracyReport::Case& one, const char* title) {
+  return tag("td", title) + tag("td", "") + tag("td", "") +
+         (has_tolerances(one) ? tag("td", "") : "");
+}
+
+std::string bound_row(const char* name, const AccuracyReport::Case& one,
+                      const std::vector<ErrorColumn>& columns,
                       std::optional<double> ErrorColumn::*bound) {
-  std::string cells = tag("td", name) + tag("td", "") + tag("td", "");
+  std::string cells = settings_cells(one, name);
   bool any = false;
   for (const ErrorColumn& column : columns) {
     any = any || column.*bound;
@@ -42,9 +49,15 @@ std::string bound_row(const char* name, const std::vector<ErrorColumn>& columns,
   return tag("tr", cells + tag("td", "") + tag("td", ""), "bound") + "\n";
 }
 
-std::string run_row(const CaseRun& run, const std::vector<ErrorColumn>& columns) {
+std::string tolerance_of(const CaseRun& run) {
+  return run.setting.tolerance > 0.0 ? format_number(run.setting.tolerance, 3) : "";
+}
+
+std::string run_row(const CaseRun& run, bool with_tolerance,
+                    const std::vector<ErrorColumn>& columns) {
   std::string cells = tag("td", escaped_xml(run.engine)) + tag("td", step_text(run.setting.dt_s)) +
-                      tag("td", settings_of(run));
+                      tag("td", settings_of(run)) +
+                      (with_tolerance ? tag("td", tolerance_of(run)) : "");
   for (const ErrorColumn& column : columns) {
     const JudgedMeasure* measure = find_measure(run, column);
     if (measure == nullptr) {
@@ -61,7 +74,7 @@ std::string run_row(const CaseRun& run, const std::vector<ErrorColumn>& columns)
 
 std::string order_row(const AccuracyReport::Case& one, std::size_t last,
                       const std::vector<ErrorColumn>& columns) {
-  std::string cells = tag("td", "observed order") + tag("td", "") + tag("td", "");
+  std::string cells = settings_cells(one, "observed order");
   bool any = false;
   for (const std::optional<double>& order : observed_orders(one, last, columns)) {
     any = any || order;
@@ -72,18 +85,20 @@ std::string order_row(const AccuracyReport::Case& one, std::size_t last,
 
 std::string table_of(const AccuracyReport::Case& one, const std::vector<ErrorColumn>& columns) {
   std::string head = tag("th", "engine") + tag("th", "dt, s") + tag("th", "sweeps");
+  if (has_tolerances(one)) head += tag("th", "tolerance");
   for (const ErrorColumn& column : columns) head += tag("th", escaped_xml(column.title));
   head += tag("th", "CPU s/s") + tag("th", "step, ms");
-  std::string rows = tag("tr", head) + "\n" + bound_row("must", columns, &ErrorColumn::must) +
-                     bound_row("stretch", columns, &ErrorColumn::stretch);
+  std::string rows = tag("tr", head) + "\n" + bound_row("must", one, columns, &ErrorColumn::must) +
+                     bound_row("stretch", one, columns, &ErrorColumn::stretch);
   for (std::size_t i = 0; i < one.runs.size(); ++i) {
-    rows += run_row(one.runs[i], columns);
+    rows += run_row(one.runs[i], has_tolerances(one), columns);
     if (ends_series(one, i)) rows += order_row(one, i, columns);
   }
   return tag("table", "\n" + rows) + "\n";
 }
 
-// The runs of one engine, and of one number of iterations, are joined: along them dt alone varies.
+// The runs of one engine, and of one number of iterations, are joined: along them dt alone varies,
+// or the tolerance.
 WorkPrecisionPlot plot_of(const AccuracyReport::Case& one, const ErrorColumn& column) {
   WorkPrecisionPlot plot;
   plot.y_label = column.title;
@@ -94,11 +109,14 @@ WorkPrecisionPlot plot_of(const AccuracyReport::Case& one, const ErrorColumn& co
     if (measure == nullptr || !(run.cpu_per_simulated_s > 0.0)) continue;
     std::string name = run.engine;
     if (run.setting.iterations > 0) name += " " + settings_of(run);
+    const bool in_mode = run.setting.tolerance > 0.0;
+    if (in_mode) name += " to tolerance";
     auto series = std::find_if(plot.series.begin(), plot.series.end(),
                                [&](const WorkPrecisionSeries& s) { return s.name == name; });
     if (series == plot.series.end()) series = plot.series.insert(series, {name, {}});
     series->points.push_back(
-        {run.cpu_per_simulated_s, measure->value, "dt " + step_text(run.setting.dt_s)});
+        {run.cpu_per_simulated_s, measure->value,
+         in_mode ? "tolerance " + tolerance_of(run) : "dt " + step_text(run.setting.dt_s)});
   }
   return plot;
 }
@@ -108,8 +126,8 @@ std::string contacts_of(const AccuracyReport::Case& one) {
   std::string rows;
   for (const CaseRun& run : one.runs) {
     if (run.contacts.points == 0) continue;
-    std::string cells = tag("td", escaped_xml(run.engine)) +
-                        tag("td", step_text(run.setting.dt_s)) + tag("td", settings_of(run));
+    std::string cells = tag("td", escaped_xml(run.engine)) + tag("td", setting_text(run.setting)) +
+                        tag("td", settings_of(run));
     for (const auto law : {&Residuals::signorini_m_s, &Residuals::complementarity_m_s,
                            &Residuals::cone_m_s, &Residuals::dissipation_m_s})
       cells += tag("td", format_number(run.contacts.largest.*law, 2) + " (" +
@@ -118,10 +136,10 @@ std::string contacts_of(const AccuracyReport::Case& one) {
   }
   if (rows.empty()) return {};
   return tag("table", "\n" +
-                          tag("tr", tag("th", "contacts, largest (mean), m/s") +
-                                        tag("th", "dt, s") + tag("th", "sweeps") +
-                                        tag("th", "Signorini") + tag("th", "complementarity") +
-                                        tag("th", "cone") + tag("th", "dissipation")) +
+                          tag("tr", tag("th", "contacts, largest (mean), m/s") + tag("th", "step") +
+                                        tag("th", "sweeps") + tag("th", "Signorini") +
+                                        tag("th", "complementarity") + tag("th", "cone") +
+                                        tag("th", "dissipation")) +
                           "\n" + rows) +
          "\n";
 }
@@ -135,8 +153,8 @@ std::string case_section(const AccuracyReport::Case& one) {
   for (const CaseRun& run : one.runs)
     if (!run.fault.empty())
       out += tag("p",
-                 escaped_xml(run.engine + " at " + step_text(run.setting.dt_s) +
-                             " s is no result: " + run.fault),
+                 escaped_xml(run.engine + " at " + setting_text(run.setting) +
+                             " is no result: " + run.fault),
                  "left") +
              "\n";
   out += contacts_of(one);
@@ -159,7 +177,7 @@ std::string accuracy_html(const AccuracyReport& report) {
       tag("p",
           "Errors are computed from states, alike for every engine. CPU time is that of the "
           "steps alone, one thread, the median of repeated runs. A line joins the steps of "
-          "one engine; hollow points are no numbers.") +
+          "one engine, or its tolerances; hollow points are no numbers.") +
       "\n";
   for (const std::string& what : report.missing_engines)
     out += tag("p", "missing engine: " + escaped_xml(what), "left") + "\n";

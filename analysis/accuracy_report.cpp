@@ -40,10 +40,31 @@ std::string contacts_text(const CaseRun& run) {
     return std::string(", ") + name + " " + format_number(run.contacts.largest.*member, 2) + " (" +
            format_number(run.contacts.mean(member), 2) + ")";
   };
-  return "  contacts of " + run.engine + " at " + step_text(run.setting.dt_s) +
-         " s, largest (mean) in m/s" + law("Signorini", &Residuals::signorini_m_s) +
+  return "  contacts of " + run.engine + " at " + setting_text(run.setting) +
+         ", largest (mean) in m/s" + law("Signorini", &Residuals::signorini_m_s) +
          law("complementarity", &Residuals::complementarity_m_s) +
          law("cone", &Residuals::cone_m_s) + law("dissipation", &Residuals::dissipation_m_s) + "\n";
+}
+
+// What accuracy mode says itself, beside the errors in the table.
+std::string estimates_text(const CaseRun& run) {
+  if (!run.estimates) return {};
+  const ErrorEstimates& e = *run.estimates;
+  return "  estimates of " + run.engine + " at " + setting_text(run.setting) +
+         ", of a body's width: largest of a step " + format_number(e.largest, 3) + ", sum " +
+         format_number(e.sum, 3) + "; " + std::to_string(e.beyond) + " of " +
+         std::to_string(e.islands) + " islands beyond\n";
+}
+
+std::string tolerance_text(const CaseRun& run) {
+  return run.setting.tolerance > 0.0 ? format_number(run.setting.tolerance, 3) : "-";
+}
+
+// Cells of a row that does not belong to one run.
+std::vector<std::string> settings_cells(const AccuracyReport::Case& one, const char* title) {
+  std::vector<std::string> cells(has_tolerances(one) ? 4 : 3);
+  cells[0] = title;
+  return cells;
 }
 
 void add_orders(const AccuracyReport::Case& one, std::size_t run,
@@ -51,7 +72,7 @@ void add_orders(const AccuracyReport::Case& one, std::size_t run,
   if (!ends_series(one, run)) return;
   const std::vector<std::optional<double>> orders = observed_orders(one, run, columns);
   if (std::none_of(orders.begin(), orders.end(), [](const auto& order) { return order; })) return;
-  std::vector<std::string> row = {"", "", ""};
+  std::vector<std::string> row = settings_cells(one, "");
   for (const std::optional<double>& order : orders)
     row.push_back(order ? "order " + fixed_number(*order) : "");
   row.insert(row.end(), 2, "");
@@ -61,7 +82,9 @@ void add_orders(const AccuracyReport::Case& one, std::size_t run,
 std::string case_text(const AccuracyReport::Case& one) {
   const std::vector<ErrorColumn> columns = error_columns(one);
   std::vector<Column> titles = {{"engine"}, {"dt s", Align::kRight}, {"sweeps", Align::kRight}};
-  std::vector<std::string> must = {"must", "", ""}, stretch = {"stretch", "", ""};
+  if (has_tolerances(one)) titles.push_back({"tolerance", Align::kRight});
+  std::vector<std::string> must = settings_cells(one, "must");
+  std::vector<std::string> stretch = settings_cells(one, "stretch");
   for (const ErrorColumn& column : columns) {
     titles.push_back({column.title, Align::kRight});
     must.push_back(bound_text(column.must));
@@ -79,16 +102,18 @@ std::string case_text(const AccuracyReport::Case& one) {
   for (std::size_t i = 0; i < one.runs.size(); ++i) {
     const CaseRun& run = one.runs[i];
     std::vector<std::string> row = {run.engine, step_text(run.setting.dt_s), iterations_text(run)};
+    if (has_tolerances(one)) row.push_back(tolerance_text(run));
     for (const ErrorColumn& column : columns) row.push_back(value_text(find_measure(run, column)));
     row.push_back(format_number(run.cpu_per_simulated_s, 3));
     row.push_back(format_number(run.step_ms, 3));
     rows.push_back(std::move(row));
     add_orders(one, i, columns, rows);
     if (!run.fault.empty())
-      faults += "  " + run.engine + " at " + step_text(run.setting.dt_s) +
-                " s is no result: " + run.fault + "\n";
+      faults += "  " + run.engine + " at " + setting_text(run.setting) +
+                " is no result: " + run.fault + "\n";
   }
   std::string text = one.name + ": " + one.description + "\n" + format_table(titles, rows) + faults;
+  for (const CaseRun& run : one.runs) text += estimates_text(run);
   for (const CaseRun& run : one.runs) text += contacts_text(run);
   for (const std::string& what : one.left_out) text += "  left out: " + what + "\n";
   return text + "\n";
@@ -115,7 +140,7 @@ std::string summary_text(const AccuracyReport& report) {
   for (const AccuracyReport::Case& one : report.cases)
     for (const CaseRun& run : one.runs) {
       if (run.engine != "soda") continue;
-      const std::string where = "  " + one.name + " at " + step_text(run.setting.dt_s) + " s: ";
+      const std::string where = "  " + one.name + " at " + setting_text(run.setting) + ": ";
       if (!run.fault.empty()) missed += where + "no result\n";
       for (const JudgedMeasure& measure : run.measures) {
         bounds += measure.must ? 1 : 0;
@@ -137,6 +162,17 @@ std::string step_text(double dt_s) {
   const double parts = std::round(1.0 / dt_s);
   const bool whole = dt_s < 1.0 && std::abs(parts * dt_s - 1.0) < 1e-12;
   return whole ? "1/" + format_number(parts, 12) : format_number(dt_s, 12);
+}
+
+std::string setting_text(const EngineSetting& setting) {
+  const std::string tolerance =
+      setting.tolerance > 0.0 ? ", tolerance " + format_number(setting.tolerance, 3) : "";
+  return step_text(setting.dt_s) + " s" + tolerance;
+}
+
+bool has_tolerances(const AccuracyReport::Case& one) {
+  return std::any_of(one.runs.begin(), one.runs.end(),
+                     [](const CaseRun& run) { return run.setting.tolerance > 0.0; });
 }
 
 std::vector<ErrorColumn> error_columns(const AccuracyReport::Case& one) {
@@ -166,8 +202,9 @@ std::vector<ErrorColumn> error_columns(const AccuracyReport::Case& one) {
 }
 
 bool ends_series(const AccuracyReport::Case& one, std::size_t run) {
-  return run + 1 == one.runs.size() || one.runs[run + 1].engine != one.runs[run].engine ||
-         one.runs[run + 1].setting.iterations != one.runs[run].setting.iterations;
+  if (run + 1 == one.runs.size() || one.runs[run + 1].engine != one.runs[run].engine) return true;
+  const EngineSetting &next = one.runs[run + 1].setting, &last = one.runs[run].setting;
+  return next.iterations != last.iterations || (next.tolerance > 0.0) != (last.tolerance > 0.0);
 }
 
 std::vector<std::optional<double>> observed_orders(const AccuracyReport::Case& one,

@@ -10,6 +10,12 @@ namespace soda::analysis {
 // "1/60" where the step is a whole fraction of a second, else a number.
 std::string step_text(double dt_s);
 
+// "1/60 s", and the tolerance where there is one.
+std::string setting_text(const EngineSetting& setting);
+
+// Whether any run of a case was in accuracy mode: then its tables have a column for it.
+bool has_tolerances(const AccuracyReport::Case& one);
+
 // A table for each case; measures over their must are marked, and counted at the end.
 std::string accuracy_text(const AccuracyReport& report);
 

@@ -69,6 +69,10 @@ void define_accuracy(CLI::App& command, AccuracyRequest& request) {
   command.add_option("--dt", request.steps_s, "steps in s, as 1/60,1/240 (default: the case's)")
       ->delimiter(',');
   command.add_flag("--sweep", request.sweep, "and the last of them halved four times");
+  command
+      .add_option("--tolerance", request.tolerances,
+                  "run soda in accuracy mode, as 1e-4,1e-6; beside --dt, if given, or instead")
+      ->delimiter(',');
   command.add_option("--iterations", request.iterations, "of the contact solver")->delimiter(',');
   command.add_option("--engines", request.engines, "soda (default), bullet, ode, mujoco")
       ->delimiter(',');
@@ -87,6 +91,7 @@ void define_accuracy(CLI::App& command, AccuracyRequest& request) {
       "examples:\n"
       "  soda accuracy free-fall bounce\n"
       "  soda accuracy slip-0 --sweep -o slip.html\n"
+      "  soda accuracy tip stop --tolerance 1e-3,1e-6,1e-9\n"
       "  soda accuracy --dt 1/60,1/240 --engines soda,bullet,ode --json\n"
       "  soda accuracy spin --check\n"
       "  soda accuracy --extremes");

@@ -39,6 +39,20 @@ Json errors(const ErrorMeasures& error) {
           {"constraint_residual", error.constraint_residual_m_s}};
 }
 
+Json estimates_json(const std::optional<ErrorEstimates>& told) {
+  if (!told) return nullptr;
+  const ErrorEstimates& estimates = *told;
+  const bool any = estimates.step > 0;
+  return {{"tolerance", estimates.tolerance},
+          {"largest", estimates.largest},
+          {"step", any ? Json(estimates.step) : Json()},
+          {"island", any ? Json(estimates.island) : Json()},
+          {"body", any ? Json(estimates.body) : Json()},
+          {"sum", estimates.sum},
+          {"islands", estimates.islands},
+          {"beyond_tolerance", estimates.beyond}};
+}
+
 Json cluster_json(const kernel::VirtualReport& cluster) {
   return {{"processors", cluster.processors},
           {"makespan_s", 1e-9 * static_cast<double>(cluster.makespan_ns)},
@@ -149,6 +163,7 @@ std::string run_json(const RunReport& report) {
   if (result.cluster) json["virtual"] = cluster_json(*result.cluster);
   if (report.real_time) json["real_time"] = real_time_json(*report.real_time);
   json["error"] = errors(run.error);
+  if (run.estimates) json["accuracy"] = estimates_json(run.estimates);
   if (report.options.inputs.any()) {
     json["inputs"] = inputs_json(report);
     json["inputs_too_late"] = result.inputs_too_late;
@@ -248,15 +263,18 @@ std::string accuracy_json(const AccuracyReport& report) {
                           {"must", bound(m.must)},
                           {"stretch", bound(m.stretch)},
                           {"missed", m.missed()}});
-      runs.push_back({{"engine", run.engine},
-                      {"dt_s", run.setting.dt_s},
-                      {"iterations", run.setting.iterations},
-                      {"steps", run.steps},
-                      {"cpu_s_per_simulated_s", run.cpu_per_simulated_s},
-                      {"step_ms", run.step_ms},
-                      {"errors", std::move(errors)},
-                      {"contacts", contacts_json(run.contacts)},
-                      {"fault", run.fault.empty() ? Json() : Json(run.fault)}});
+      runs.push_back(
+          {{"engine", run.engine},
+           {"dt_s", run.setting.dt_s},
+           {"iterations", run.setting.iterations},
+           {"tolerance", run.setting.tolerance > 0.0 ? Json(run.setting.tolerance) : Json()},
+           {"steps", run.steps},
+           {"cpu_s_per_simulated_s", run.cpu_per_simulated_s},
+           {"step_ms", run.step_ms},
+           {"errors", std::move(errors)},
+           {"contacts", contacts_json(run.contacts)},
+           {"estimates", estimates_json(run.estimates)},
+           {"fault", run.fault.empty() ? Json() : Json(run.fault)}});
     }
     cases.push_back({{"case", one.name}, {"runs", std::move(runs)}, {"left_out", one.left_out}});
   }

@@ -46,6 +46,8 @@ MeasuredRun measure_run(const physics::SceneDescription& scene,
   MeasuredRun run;
   run.plan = models::make_plan(scene, map.worlds(), options);
 
+  if (scene.tolerance > 0.0) run.estimates = ErrorEstimates{.tolerance = scene.tolerance};
+
   RunTotals totals;
   models::CommitObserver both = observer;
   const bool followed = is_followed(options.inputs);
@@ -66,6 +68,7 @@ MeasuredRun measure_run(const physics::SceneDescription& scene,
   }
   both.on_step = [&](const models::CommittedStep& step) {
     add_islands(step.islands, totals);
+    if (run.estimates) add_estimates(scene, step.step, step.islands, *run.estimates);
     if (followed)
       follower->follow(step, totals);
     else if (step.step < options.steps)

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "analysis/error_estimates.hpp"
 #include "analysis/error_measures.hpp"
 #include "analysis/stopwatch.hpp"
 #include "models/plan.hpp"
@@ -16,6 +18,7 @@ namespace soda::analysis {
 struct MeasuredRun {
   Cost cost;  // of the simulation, without reading and reporting
   ErrorMeasures error;
+  std::optional<ErrorEstimates> estimates;  // in accuracy mode
   std::uint64_t digest = 0;  // of the state after the last step
   models::SimulationResult result;
   std::vector<models::PlanLine> plan;

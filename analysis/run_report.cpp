@@ -176,7 +176,8 @@ std::string run_text(const RunReport& report) {
   const std::optional<kernel::VirtualReport>& cluster = report.run.result.cluster;
   return heading_text(report) + "\n" +
          (report.real_time ? real_time_text(*report.real_time) + "\n" : "") + error_text(report) +
-         "\n" + events_text(report) + "\n" + entries_text(report.run.result.worlds) +
+         "\n" + (report.run.estimates ? estimates_text(*report.run.estimates) + "\n" : "") +
+         events_text(report) + "\n" + entries_text(report.run.result.worlds) +
          (cluster ? cluster_text(*cluster) + "\n" : "") + inputs_text(report) +
          plan_text(report.run.plan, &report.run.plan_counters);
 }

@@ -80,6 +80,9 @@ class Writer {
     number(value.max_penetration_m);
     number(value.constraint_residual_m_s);
     number(value.push_out_work_joule);
+    number(value.error_estimate);
+    id(value.worst_body);
+    number(static_cast<std::uint32_t>(value.beyond_tolerance));
     vector(value.static_impulse_newton_s);
     vector(value.static_angular_impulse_newton_m_s);
   }
@@ -163,6 +166,9 @@ class Reader {
     value.max_penetration_m = number<double>();
     value.constraint_residual_m_s = number<double>();
     value.push_out_work_joule = number<double>();
+    value.error_estimate = number<double>();
+    value.worst_body = id();
+    value.beyond_tolerance = number<std::uint32_t>() != 0;
     value.static_impulse_newton_s = vector();
     value.static_angular_impulse_newton_m_s = vector();
     return value;

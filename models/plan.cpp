@@ -208,7 +208,7 @@ void add_physics(const SceneDescription& scene, std::vector<PlanLine>& plan) {
   add(plan, kImpacts, response && loose, "bodies can fly into each other",
       response ? held : no_response);
   add(plan, kRefinement, response && loose,
-      scene.solver.tolerance > 0.0 ? "islands are advanced to a tolerance"
+      scene.tolerance > 0.0 ? "islands are advanced to a tolerance"
                                    : "single bodies can slide or roll",
       response ? held : no_response);
   add(plan, kBlocks, response && scene.bodies.size() >= kLeastInBlocks,

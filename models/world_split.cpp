@@ -14,6 +14,7 @@ using physics::BodyId;
 // Whether there can be a giant island with foreign bodies.
 bool World::may_split() const {
   if (around_.processors.empty() || merge_.nodes.empty()) return false;
+  if (rules_.scene->tolerance > 0.0) return false;  // each part of a step has its own blocks
   return physics::is_giant(scratch_.manifolds);
 }
 

@@ -124,6 +124,9 @@ void add_part(const IslandReport& part, IslandReport& report) {
   report.constraint_residual_m_s =
       std::max(report.constraint_residual_m_s, part.constraint_residual_m_s);
   report.push_out_work_joule += part.push_out_work_joule;
+  if (part.error_estimate > 0.0) report.worst_body = part.worst_body;
+  report.error_estimate += part.error_estimate;
+  report.beyond_tolerance = report.beyond_tolerance || part.beyond_tolerance;
   report.static_impulse_newton_s += part.static_impulse_newton_s;
   report.static_angular_impulse_newton_m_s += part.static_angular_impulse_newton_m_s;
 }
@@ -202,7 +205,7 @@ IslandReport advance_resting(const SceneDescription& scene, const Geometry& geom
                              std::vector<AdvanceFault>& faults) {
   return is_refined(scene, geometry, ids, manifolds)
              ? advance_refined(scene, geometry, dt_s, ids, manifolds, states, counters, faults)
-             : advance_once(scene, dt_s, ids, manifolds, states, counters, faults);
+             : advance_unrefined(scene, geometry, dt_s, ids, manifolds, states, counters, faults);
 }
 
 }  // namespace

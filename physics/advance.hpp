@@ -29,6 +29,11 @@ struct IslandReport {
   // substeps what the way differs from that of the final velocity. Not of islands in blocks.
   // What else contacts do in a step takes energy out (contact_work.hpp).
   double push_out_work_joule = 0.0;
+  // Accuracy mode: the error of the step, of the worst body's width (refinement_error.hpp); whether
+  // it is more than the tolerance. Else nothing.
+  double error_estimate = 0.0;
+  BodyId worst_body{};
+  bool beyond_tolerance = false;
   Vec3 static_impulse_newton_s = Vec3::Zero();            // by statics (linkages: joint_motion.hpp)
   Vec3 static_angular_impulse_newton_m_s = Vec3::Zero();  // about the world origin
 };

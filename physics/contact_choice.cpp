@@ -75,9 +75,9 @@ void count(const NewtonOutcome& outcome, const Elimination& plan, ContactSolutio
 }
 
 // Whether Newton's method converged. The problem stays as it was where it did not.
-bool solve_by_newton(std::span<const SolverBody> free, const Elimination& plan,
+bool solve_by_newton(bool accurate, std::span<const SolverBody> free, const Elimination& plan,
                      ContactProblem& problem, ContactSolution& solution) {
-  const NewtonOutcome outcome = solve_directly(free, plan, problem);
+  const NewtonOutcome outcome = solve_directly(accurate, free, plan, problem);
   count(outcome, plan, solution);
   if (outcome.converged) limit_work(free, problem);
   return outcome.converged;
@@ -107,19 +107,22 @@ ContactSolution solve_contacts(const SceneDescription& scene, double dt_s,
                                std::span<const BodyId> ids, const Selection<BodyState>& before,
                                std::span<const SolverBody> free, const Elimination* plan,
                                ContactProblem& problem) {
+  // Then sweeps end where they change nothing any more.
+  constexpr int kSweepsIfAccurate = 1000;
+  const bool accurate = scene.tolerance > 0.0;
   ContactSolution solution;
   const double ratio = mass_ratio(scene, ids);
   drop_bad_start(ratio, free, problem);
   solution.direct = plan != nullptr && problem.restitution_rows == 0 &&
-                    solve_by_newton(free, *plan, problem, solution);
+                    solve_by_newton(accurate, free, *plan, problem, solution);
   if (!solution.direct && wants_substeps(ids.size(), ratio, problem)) {
     solution.iterations +=
         solve_in_substeps(scene.solver, dt_s, before, free, problem, solution.push);
     return solution;
   }
   if (!solution.direct)
-    solution.iterations += static_cast<std::uint32_t>(
-        solve_by_sweeps(scene.solver.iterations, dt_s, before, free, problem));
+    solution.iterations += static_cast<std::uint32_t>(solve_by_sweeps(
+        accurate ? kSweepsIfAccurate : scene.solver.iterations, dt_s, before, free, problem));
   if (!needs_push_out(problem)) return solution;
   if (solution.direct) {
     const NewtonOutcome outcome = push_out_directly(dt_s, *plan, problem, solution.push);

@@ -112,10 +112,10 @@ double squared_speed(const SceneDescription& scene, const ContactManifold& m, co
   return squared;
 }
 
-// Sweeps converge: one body, or two of like masses.
-bool is_easy(std::size_t bodies, double ratio) {
+// Sweeps converge: one body, or two of like masses where a trace may be left.
+bool is_easy(bool accurate, std::size_t bodies, double ratio) {
   constexpr double kLike = 10.0;
-  return bodies == 1 || (bodies == 2 && ratio <= kLike);
+  return bodies == 1 || (!accurate && bodies == 2 && ratio <= kLike);
 }
 
 }  // namespace
@@ -136,7 +136,8 @@ std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, doub
                                              std::span<const BodyState> states) {
   if (!scene.solver.direct || ids.size() > kMostBodies) return std::nullopt;
   const double ratio = mass_ratio(scene, ids);
-  if (is_easy(ids.size(), ratio)) return std::nullopt;
+  const bool accurate = scene.tolerance > 0.0;
+  if (is_easy(accurate, ids.size(), ratio)) return std::nullopt;
   const bool is_uneven = ratio > kMuchHeavier;
   const double calm_m_s = calm_speed_m_s(scene, dt_s);
   bool calm = true;
@@ -148,18 +149,21 @@ std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, doub
     const std::array<std::uint32_t, 2> edge{place(m.a), place(m.b)};
     const BodyState* const b = is_static(m.b) ? nullptr : &states[edge[1]];
     calm = calm && squared_speed(scene, m, states[edge[0]], b) <= calm_m_s * calm_m_s;
-    if (!calm && !is_uneven) return std::nullopt;
+    // Substeps sink, however short they are.
+    if (!calm && !is_uneven && !accurate) return std::nullopt;
     if (b != nullptr && (edges.empty() || edges.back() != edge)) edges.push_back(edge);
   }
   return plan_elimination(static_cast<std::uint32_t>(ids.size()), edges,
-                          calm ? kMostMultiplications : kSmall);
+                          calm || accurate ? kMostMultiplications : kSmall);
 }
 
-NewtonOutcome solve_directly(std::span<const SolverBody> free, const Elimination& plan,
-                             ContactProblem& problem) {
+NewtonOutcome solve_directly(bool accurate, std::span<const SolverBody> free,
+                             const Elimination& plan, ContactProblem& problem) {
   // Of the largest velocity of a point. The impulses go on from step to step, so that what a limit
-  // has left over is made good in the steps that follow.
-  constexpr double kWanted = 1e-9, kRounding = 1e-7, kAccepted = 2e-2;
+  // has left over is made good in the steps that follow; but a step that is compared with others
+  // has to be solved by itself.
+  const double wanted = accurate ? 1e-12 : 1e-9, rounding = accurate ? 1e-10 : 1e-7;
+  const double accepted = accurate ? 1e-7 : 2e-2;
   ConvexContacts convex;
   set_bodies(free, is_costly(plan, problem.normals.size()), convex);
   std::vector<Twist> twists;
@@ -174,7 +178,7 @@ NewtonOutcome solve_directly(std::span<const SolverBody> free, const Elimination
   }
   const double scale = std::sqrt(squared);
   const NewtonLimits limits{
-      scale, kWanted * scale, kRounding * scale, kAccepted * scale, most_factorisations(free, plan),
+      scale, wanted * scale, rounding * scale, accepted * scale, most_factorisations(free, plan),
       40};
   std::vector<PointResponse> responses;
   const NewtonOutcome outcome = solve_by_newton(limits, plan, convex, twists, responses);

@@ -17,10 +17,11 @@ namespace soda::physics {
 double mass_ratio(const SceneDescription& scene, std::span<const BodyId> ids);
 
 // The elimination by which an island without joints is solved directly, or none if it is one for
-// sweeps: because it has one body or two of like masses, because a factorisation would cost too
-// much, or because its contacts move against each other, unless it is small and some bodies are
-// much heavier than others. What bounces in it is not looked at. `ids` ascending, `states` at the
-// step's start. A function of the island's content.
+// sweeps: because it has one body, because a factorisation would cost too much, or, unless the
+// scene asks for a tolerance, because it has two bodies of like masses, or its contacts move
+// against each other and it is not both small and of bodies of which some are much heavier than
+// others. What bounces in it is not looked at. `ids` ascending, `states` at the step's start. A
+// function of the island's content.
 std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, double dt_s,
                                              std::span<const BodyId> ids,
                                              std::span<const ContactManifold> manifolds,
@@ -28,8 +29,9 @@ std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, doub
 
 // Velocities and impulses that fulfil all contact laws. `free`: the bodies' velocities after
 // external forces, before any contact. Where it does not converge, the problem stays as it was.
-NewtonOutcome solve_directly(std::span<const SolverBody> free, const Elimination& plan,
-                             ContactProblem& problem);
+// `accurate`: to rounding, or not at all.
+NewtonOutcome solve_directly(bool accurate, std::span<const SolverBody> free,
+                             const Elimination& plan, ContactProblem& problem);
 
 // As solve_push_out (contact_solver.hpp), where needs_push_out. `push` stays as it was where it
 // does not converge.

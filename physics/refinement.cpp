@@ -1,239 +1,140 @@
 #include "physics/refinement.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <optional>
 #include <utility>
 
 #include "physics/contact_solver.hpp"
 #include "physics/forces.hpp"
 #include "physics/geometry_impl.hpp"
-#include "physics/island_blocks.hpp"
-#include "physics/rigid_motion.hpp"
+#include "physics/refined_trials.hpp"
 
 namespace soda::physics {
 namespace {
 
 constexpr double kOwnTolerance = 1e-7;  // of a single body; of its width, for each part of a step
-constexpr int kOwnMostSolves = 150, kMostSolves = 3000;
-constexpr int kDeepest = 12;  // halvings
 
 struct Limits {
-  double tolerance = kOwnTolerance;
-  int most_solves = kOwnMostSolves;
+  int most_solves = 0;
+  int deepest = 0;  // halvings
 };
 
-Limits limits_of(const SceneDescription& scene) {
-  if (!(scene.solver.tolerance > 0.0)) return {};
-  return {scene.solver.tolerance, kMostSolves};
+// A change is closed in upon until its error, which halves with the part that holds it, is an
+// eighth of any tolerance. Large islands take less solves, for each of theirs takes longer.
+Limits limits_of(const SceneDescription& scene, std::size_t pairs) {
+  constexpr std::size_t kMostSolves = 2000, kLeastSolves = 64, kPairsSolved = 128'000;
+  if (!(scene.tolerance > 0.0)) return {150, 12};
+  const std::size_t solves =
+      std::clamp(kPairsSolved / std::max<std::size_t>(pairs, 1), kLeastSolves, kMostSolves);
+  return {static_cast<int>(solves), 26};
 }
 
-// A number of equal steps over the same time, from the same states.
-struct Trial {
-  std::vector<BodyState> states;
-  IslandReport report;
-  bool failed = false;
-  std::vector<Vec3> velocities, spins;  // after each step, of all bodies
+// What errors a step may still have.
+class ErrorBudget {
+ public:
+  explicit ErrorBudget(const SceneDescription& scene)
+      : tolerance_(scene.tolerance), dt_s_(scene.dt_s), for_changes_(0.5 * tolerance_) {}
+
+  // Half of what may still be spent on a change is kept for those that follow.
+  bool allows(double widths, double time_s) const {
+    if (!(tolerance_ > 0.0)) return widths <= kOwnTolerance;
+    return widths <= share_of(time_s) + kForOne * for_changes_;
+  }
+  void spend(const StepError& error, double time_s, std::span<const BodyId> ids) {
+    if (!(tolerance_ > 0.0)) return;
+    for_changes_ -= std::clamp(error.widths - share_of(time_s), 0.0, for_changes_);
+    sum_ += error.widths;
+    if (!(error.widths > largest_)) return;
+    largest_ = error.widths;
+    worst_ = ids[error.body];
+  }
+  void tell(IslandReport& report) const {
+    report.error_estimate = sum_;
+    report.worst_body = worst_;
+    report.beyond_tolerance = tolerance_ > 0.0 && !(sum_ <= tolerance_);
+  }
+
+ private:
+  static constexpr double kForOne = 0.25;
+  double share_of(double time_s) const { return 0.5 * tolerance_ * (time_s / dt_s_); }
+
+  double tolerance_, dt_s_, for_changes_;
+  double sum_ = 0.0, largest_ = 0.0;
+  BodyId worst_{};
 };
-
-struct Island {
-  const SceneDescription& scene;
-  const Geometry& geometry;
-  std::span<const BodyId> ids;
-  std::span<const ContactManifold> pairs;
-  std::vector<double> radii_m, widths_m;
-  StageCounters& counters;
-  int solves = 0;
-};
-
-// Stored impulses are those of a whole step, whatever the length of the last part.
-void scale_impulses(double factor, std::vector<BodyState>& states) {
-  if (factor == 1.0) return;
-  for (BodyState& state : states) {
-    for (ContactImpulse& impulse : state.impulses) {
-      impulse.normal_newton_s *= factor;
-      impulse.friction_newton_s *= factor;
-    }
-  }
-}
-
-// `known`: the contacts at `from` over the length of a step, if they have been found already.
-Trial try_steps(Island& island, std::span<const BodyState> from, double time_s, int steps,
-                std::span<const ContactManifold> known = {}) {
-  Trial trial{{from.begin(), from.end()}, {}, false, {}, {}};
-  const double dt_s = time_s / steps, share = dt_s / island.scene.dt_s;
-  std::vector<AdvanceFault> faults;
-  for (int i = 0; i < steps; ++i) {
-    scale_impulses(share, trial.states);
-    std::vector<ContactManifold> found;
-    if (known.empty())
-      found = found_again(island.scene, island.geometry, dt_s, island.ids, island.pairs,
-                          trial.states, island.counters);
-    const IslandReport part =
-        advance_once(island.scene, dt_s, island.ids, known.empty() ? found : known, trial.states,
-                     island.counters, faults);
-    scale_impulses(1.0 / share, trial.states);
-    if (i == 0)
-      trial.report = part;
-    else
-      add_part(part, trial.report);
-    for (const BodyState& state : trial.states) {
-      trial.velocities.push_back(state.linear_velocity_m_s);
-      trial.spins.push_back(state.angular_velocity_rad_s);
-    }
-    ++island.solves;
-  }
-  trial.failed = !faults.empty();
-  return trial;
-}
-
-// Of one body, as a length: what a point of it can be off now, or after another step.
-double length_of(const Island& island, std::size_t body, const Vec3& place, const Vec3& turn,
-                 const Vec3& velocity, const Vec3& spin) {
-  const double dt_s = island.scene.dt_s, radius = island.radii_m[body];
-  return (place.norm() + radius * turn.norm() + dt_s * (velocity.norm() + radius * spin.norm())) /
-         island.widths_m[body];
-}
-
-// Twice the vector part of the rotation from `from` to `to`, for small ones.
-Vec3 turn_between(const Quat& from, const Quat& to) {
-  const Quat difference = to * from.conjugate();
-  return 2.0 * (difference.w() < 0.0 ? Vec3(-difference.vec()) : difference.vec());
-}
-
-// Largest difference of the states from motion at constant velocities.
-double unevenness(const Island& island, std::span<const BodyState> from, const Trial& one) {
-  double most = 0.0;
-  for (std::size_t i = 0; i < from.size(); ++i) {
-    const BodyState& next = one.states[i];
-    most = std::max(most, length_of(island, i, Vec3::Zero(), Vec3::Zero(),
-                                    next.linear_velocity_m_s - from[i].linear_velocity_m_s,
-                                    next.angular_velocity_rad_s - from[i].angular_velocity_rad_s));
-  }
-  return most;
-}
-
-// A third of the difference of the extrapolations 2 T2 - T1 and 2 T4 - T2.
-double error_of(const Island& island, const Trial& one, const Trial& two, const Trial& four) {
-  double most = 0.0;
-  for (std::size_t i = 0; i < one.states.size(); ++i) {
-    const BodyState &a = one.states[i], &b = two.states[i], &c = four.states[i];
-    const auto differ = [](const Vec3& x, const Vec3& y, const Vec3& z) -> Vec3 {
-      return (2.0 * (z - y) - (y - x)) * (1.0 / 3.0);
-    };
-    const Vec3 turn = (2.0 * turn_between(b.orientation, c.orientation) -
-                       turn_between(a.orientation, b.orientation)) *
-                      (1.0 / 3.0);
-    most = std::max(
-        most, length_of(island, i, differ(a.position_m, b.position_m, c.position_m), turn,
-                        differ(a.linear_velocity_m_s, b.linear_velocity_m_s, c.linear_velocity_m_s),
-                        differ(a.angular_velocity_rad_s, b.angular_velocity_rad_s,
-                               c.angular_velocity_rad_s)));
-  }
-  return most;
-}
-
-// What the velocities of four steps deviate from a smooth course: their fourth difference. It shows
-// a change (from sliding to sticking, say) within the first or last step, which all extrapolations
-// see alike.
-double roughness(const Island& island, std::span<const BodyState> from, const Trial& four) {
-  const std::size_t n = from.size();
-  double most = 0.0;
-  for (std::size_t i = 0; i < n; ++i) {
-    const auto difference = [&](const Vec3& first, const std::vector<Vec3>& path) -> Vec3 {
-      return first + path[3 * n + i] + 6.0 * path[n + i] - 4.0 * (path[i] + path[2 * n + i]);
-    };
-    most = std::max(most, length_of(island, i, Vec3::Zero(), Vec3::Zero(),
-                                    difference(from[i].linear_velocity_m_s, four.velocities),
-                                    difference(from[i].angular_velocity_rad_s, four.spins)));
-  }
-  return most;
-}
-
-// 8/3 T4 - 2 T2 + 1/3 T1: free of the first and second power of the step.
-Vec3 limit_of(const Vec3& one, const Vec3& two, const Vec3& four) {
-  return four + ((four - two) * 5.0 + (one - two)) * (1.0 / 3.0);
-}
-
-Trial extrapolated(const Trial& one, const Trial& two, Trial four) {
-  for (std::size_t i = 0; i < four.states.size(); ++i) {
-    const BodyState &a = one.states[i], &b = two.states[i];
-    BodyState& c = four.states[i];
-    c.position_m = limit_of(a.position_m, b.position_m, c.position_m);
-    c.linear_velocity_m_s =
-        limit_of(a.linear_velocity_m_s, b.linear_velocity_m_s, c.linear_velocity_m_s);
-    c.angular_velocity_rad_s =
-        limit_of(a.angular_velocity_rad_s, b.angular_velocity_rad_s, c.angular_velocity_rad_s);
-    const Vec3 turn = (5.0 * turn_between(b.orientation, c.orientation) +
-                       turn_between(b.orientation, a.orientation)) *
-                      (1.0 / 3.0);
-    c.orientation = turned(turn, c.orientation);
-  }
-  const auto extrapolate = [&](Vec3 IslandReport::*sum) {
-    four.report.*sum = limit_of(one.report.*sum, two.report.*sum, four.report.*sum);
-  };
-  extrapolate(&IslandReport::static_impulse_newton_s);
-  extrapolate(&IslandReport::static_angular_impulse_newton_m_s);
-  const auto work = [](const Trial& trial) {
-    return Vec3(trial.report.push_out_work_joule, 0.0, 0.0);
-  };
-  four.report.push_out_work_joule = limit_of(work(one), work(two), work(four)).x();
-  return four;
-}
-
-bool has_moving_surface(const Island& island) {
-  for (const ContactManifold& m : island.pairs) {
-    if (!is_static(m.b)) continue;
-    if (island.scene.statics[static_index_of(m.b)].surface_velocity_m_s != Vec3::Zero())
-      return true;
-  }
-  return false;
-}
-
-// Steps give no energy, but what is extrapolated from them may have a trace more: velocities shrink
-// by as much, which keeps their directions. Then statics gave that much less. False if it is more
-// than a trace.
-bool without_gain(const Island& island, std::span<const BodyState> from, Trial& trial) {
-  constexpr double kTrace = 1e-3;
-  if (has_moving_surface(island)) return true;
-  const double moving = kinetic_joule(island.scene, island.ids, trial.states);
-  const double gain =
-      gain_joule(island.scene, island.ids, from, trial.states) - trial.report.push_out_work_joule;
-  if (!(gain > 0.0)) return true;
-  if (!(gain <= kTrace * moving)) return false;
-  const double share = std::sqrt(1.0 - gain / moving);
-  for (std::size_t i = 0; i < from.size(); ++i) {
-    BodyState& state = trial.states[i];
-    trial.report.static_impulse_newton_s +=
-        state.linear_velocity_m_s *
-        ((share - 1.0) * island.scene.bodies[index_of(island.ids[i])].mass_kg);
-    state.linear_velocity_m_s *= share;
-    state.angular_velocity_rad_s *= share;
-  }
-  return true;
-}
 
 struct Part {
   double time_s = 0.0;
   int depth = 0;
 };
 
-// The whole part if it can be had within the tolerance; else nothing, and it is to be halved.
-std::optional<Trial> advance_part(Island& island, const Limits& limits, const Part& part,
-                                  std::span<const BodyState> from,
-                                  std::span<const ContactManifold> known) {
-  Trial one = try_steps(island, from, part.time_s, 1, known);
-  if (one.failed || unevenness(island, from, one) <= limits.tolerance) return one;
-  if (part.depth == kDeepest || island.solves >= limits.most_solves) return one;
-  const Trial two = try_steps(island, from, part.time_s, 2);
-  Trial four = try_steps(island, from, part.time_s, 4);
-  if (two.failed || four.failed) return one;
-  const double quarter = 0.25 * part.time_s / island.scene.dt_s;
-  if (error_of(island, one, two, four) > limits.tolerance ||
-      quarter * roughness(island, from, four) > limits.tolerance)
-    return std::nullopt;
-  Trial limit = extrapolated(one, two, four);
-  return without_gain(island, from, limit) ? std::move(limit) : std::move(four);
+struct PartResult {
+  Trial trial;
+  StepError error;
+};
+
+// What trials lead to: their limit, or the finest where that is nearer.
+PartResult best_of(const RefinedIsland& island, std::span<const BodyState> from,
+                   const Extrapolation& trials, Trial finest) {
+  const StepError of_finest = trials.change(island.sizes);
+  StepError of_limit = trials.error(island.sizes);
+  if (of_finest.widths < 0.5 * of_limit.widths) return {std::move(finest), of_finest};
+  Trial limit = trials.limit(finest);
+  const double taken = take_back_gain(island, from, limit);
+  if (taken > 1.0) return {std::move(finest), of_finest};
+  if (taken > 0.0) of_limit.widths += taken * speed_of(island.sizes, limit.states).widths;
+  return {std::move(limit), of_limit};
+}
+
+// One, two, four steps over the part, and more as long as each order brings the limit much nearer.
+// Nothing if that is not within the budget, and the part can be halved.
+std::optional<PartResult> refine_part(RefinedIsland& island, const ErrorBudget& budget,
+                                      double time_s, bool can_be_halved,
+                                      std::span<const BodyState> from,
+                                      std::span<const ContactManifold> start, Trial one) {
+  constexpr int kMostSteps = 16;
+  constexpr double kMuchNearer = 0.125;
+  const StepError change = change_of(island.sizes, from, one.states);
+  if (budget.allows(change.widths, time_s)) return PartResult{std::move(one), change};
+  const Trial two = try_steps(island, from, start, time_s, 2);
+  Trial finest = try_steps(island, from, start, time_s, 4);
+  if (two.failed || finest.failed) return PartResult{std::move(one), change};
+  const StepError rough = roughness(island.sizes, from, one.path, two.path, finest.path, time_s);
+  Extrapolation trials(one);
+  trials.add(two);
+  double before = trials.error(island.sizes).widths;
+  trials.add(finest);
+  for (int steps = 8;; steps *= 2) {
+    const double now = trials.error(island.sizes).widths;
+    PartResult best = best_of(island, from, trials, finest);
+    best.error = larger(best.error, rough);
+    if (budget.allows(best.error.widths, time_s)) return best;
+    const bool nearer = now <= kMuchNearer * before && budget.allows(rough.widths, time_s);
+    if (!nearer || steps > kMostSteps) {
+      if (can_be_halved) return std::nullopt;
+      const StepError of_finest = larger(trials.change(island.sizes), rough);
+      return now <= kMuchNearer * before ? best : PartResult{std::move(finest), of_finest};
+    }
+    before = now;
+    Trial next = try_steps(island, from, start, time_s, steps);
+    if (next.failed) return best;
+    finest = std::move(next);
+    trials.add(finest);
+  }
+}
+
+// The part, or nothing if it is to be halved.
+std::optional<PartResult> advance_part(RefinedIsland& island, const Limits& limits,
+                                       const ErrorBudget& budget, const Part& part,
+                                       std::span<const BodyState> from,
+                                       std::span<const ContactManifold> known) {
+  std::vector<ContactManifold> found;
+  if (known.empty()) found = contacts_at(island, part.time_s, from);
+  const std::span<const ContactManifold> start = known.empty() ? found : known;
+  Trial one = try_steps(island, from, start, part.time_s, 1);
+  if (one.failed) return PartResult{std::move(one), {}};
+  const bool can_be_halved = part.depth < limits.deepest && island.solves < limits.most_solves;
+  return refine_part(island, budget, part.time_s, can_be_halved, from, start, std::move(one));
 }
 
 }  // namespace
@@ -243,29 +144,14 @@ std::vector<ContactManifold> found_again(const SceneDescription& scene, const Ge
                                          std::span<const ContactManifold> manifolds,
                                          std::span<const BodyState> states,
                                          StageCounters& counters) {
-  std::vector<ContactManifold> found;
-  const auto place = [&ids](BodyId id) {
-    return static_cast<std::size_t>(std::lower_bound(ids.begin(), ids.end(), id) - ids.begin());
-  };
-  const ContactManifold* before = nullptr;
-  for (const ContactManifold& m : manifolds) {
-    const bool again = before != nullptr && before->a == m.a && before->b == m.b;
-    before = &m;
-    if (again || m.b == kWorldBody) continue;
-    collide(scene, geometry, dt_s, m.a, states[place(m.a)], m.b,
-            is_static(m.b) ? nullptr : &states[place(m.b)], found, counters);
-  }
-  append_world_joints(scene, ids, found);
-  return found;
+  return contacts_at({scene, geometry, ids, manifolds, {}, counters}, dt_s, states);
 }
 
 bool is_refined(const SceneDescription& scene, const Geometry& geometry,
                 std::span<const BodyId> ids, std::span<const ContactManifold> manifolds) {
-  if (ids.size() > 1 && !(scene.solver.tolerance > 0.0)) return false;
-  if (is_giant(manifolds)) return false;
-  for (const BodyId id : ids) {
-    const BodyParams& params = scene.bodies[index_of(id)];
-    if (is_pushed(params) || params.joints > 0) return false;
+  if (!(scene.tolerance > 0.0)) {
+    const BodyParams& first = scene.bodies[index_of(ids[0])];
+    if (ids.size() > 1 || is_pushed(first) || first.joints > 0) return false;
   }
   for (const ContactManifold& m : manifolds) {
     const std::uint32_t shape = scene.bodies[index_of(m.a)].shape;
@@ -281,36 +167,53 @@ IslandReport advance_refined(const SceneDescription& scene, const Geometry& geom
                              std::span<const ContactManifold> manifolds,
                              std::span<BodyState> states, StageCounters& counters,
                              std::vector<AdvanceFault>& faults) {
-  Island island{scene, geometry, ids, manifolds, {}, {}, counters};
-  for (const BodyId id : ids) {
-    const CompiledShape& shape = geometry.impl().shapes[scene.bodies[index_of(id)].shape].shape;
-    island.radii_m.push_back(shape.bounding_radius_m);
-    island.widths_m.push_back(shape.min_extent_m);
-  }
-  const Limits limits = limits_of(scene);
+  RefinedIsland island{scene, geometry, ids, manifolds, sizes_of(scene, geometry, ids), counters};
+  const Limits limits = limits_of(scene, manifolds.size());
+  ErrorBudget budget(scene);
   std::vector<BodyState> now(states.begin(), states.end());
   IslandReport report;
   bool first = true;
   for (std::vector<Part> parts{{dt_s, 0}}; !parts.empty();) {
     const Part part = parts.back();
     parts.pop_back();
-    std::optional<Trial> trial =
-        advance_part(island, limits, part, now,
-                     part.time_s == dt_s ? manifolds : std::span<const ContactManifold>{});
-    if (!trial) {
+    std::optional<PartResult> done =
+        advance_part(island, limits, budget, part, now,
+                     part.depth == 0 ? manifolds : std::span<const ContactManifold>{});
+    if (!done) {
       parts.insert(parts.end(), 2, {0.5 * part.time_s, part.depth + 1});
       continue;
     }
-    if (trial->failed) return advance_once(scene, dt_s, ids, manifolds, states, counters, faults);
-    now = std::move(trial->states);
+    if (done->trial.failed)
+      return advance_unrefined(scene, geometry, dt_s, ids, manifolds, states, counters, faults);
+    budget.spend(done->error, part.time_s, ids);
+    now = std::move(done->trial.states);
     if (first)
-      report = trial->report;
+      report = done->trial.report;
     else
-      add_part(trial->report, report);
+      add_part(done->trial.report, report);
     first = false;
   }
+  report.static_impulse_newton_s -= push_newton_s(island, dt_s, states);
+  budget.tell(report);
   counters.refined_steps += static_cast<std::uint64_t>(island.solves) - 1;
   std::move(now.begin(), now.end(), states.begin());
+  return report;
+}
+
+IslandReport advance_unrefined(const SceneDescription& scene, const Geometry& geometry, double dt_s,
+                               std::span<const BodyId> ids,
+                               std::span<const ContactManifold> manifolds,
+                               std::span<BodyState> states, StageCounters& counters,
+                               std::vector<AdvanceFault>& faults) {
+  if (!(scene.tolerance > 0.0))
+    return advance_once(scene, dt_s, ids, manifolds, states, counters, faults);
+  const std::vector<BodyState> from(states.begin(), states.end());
+  IslandReport report = advance_once(scene, dt_s, ids, manifolds, states, counters, faults);
+  ErrorBudget budget(scene);
+  const BodySizes sizes = sizes_of(scene, geometry, ids);
+  budget.spend(larger(change_of(sizes, from, states), displacement_of(sizes, from, states, dt_s)),
+               dt_s, ids);
+  budget.tell(report);
   return report;
 }
 

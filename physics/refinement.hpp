@@ -8,23 +8,36 @@
 
 namespace soda::physics {
 
-// Whether an island is worth it: nothing in it is driven, pushed, jointed, pushed apart or giant,
-// and it is a single body, or the scene asks for a tolerance. A function of the arguments only.
+// Whether an island is worth it: nothing in it is pushed apart, and the scene asks for a tolerance,
+// or it is a single body that nothing drives, pushes or holds by a joint. A function of the
+// arguments only.
 bool is_refined(const SceneDescription& scene, const Geometry& geometry,
                 std::span<const BodyId> ids, std::span<const ContactManifold> manifolds);
 
 // Advances such an island by dt_s. Where velocities stay as they are this is one step of
 // advance_once. Else it takes one, two and four of them, and extrapolates what they tell to steps
-// of no length (third order); where two such extrapolations differ by more than the tolerance, each
-// half of the time is treated alike. So motion between changes (from sliding to sticking, say) is
-// smooth, and a change is closed in upon. `manifolds` were found at these states, over dt_s. After
-// a limited number of solves the rest is taken in single steps. The report has what statics gave,
-// extrapolated likewise.
+// of no length (third order), or takes the four where these are nearer already (joints have
+// steps of a higher order). Where the error is more than the tolerance allows, each half of the
+// time is treated alike. So motion between changes (from sliding to sticking, say) is smooth, and a
+// change is closed in upon. `manifolds` were found at these states, over dt_s. After a limited
+// number of solves, halving ends.
+//
+// The tolerance is that of the scene for the whole step, with the report's estimate: half of it is
+// shared out over time, the other half is for changes. Without one, it is 1e-7 for each part, and
+// nothing is estimated.
 IslandReport advance_refined(const SceneDescription& scene, const Geometry& geometry, double dt_s,
                              std::span<const BodyId> ids,
                              std::span<const ContactManifold> manifolds,
                              std::span<BodyState> states, StageCounters& counters,
                              std::vector<AdvanceFault>& faults);
+
+// One step of an island that is not refined though the scene asks for a tolerance: all that changed
+// in it counts as its error.
+IslandReport advance_unrefined(const SceneDescription& scene, const Geometry& geometry, double dt_s,
+                               std::span<const BodyId> ids,
+                               std::span<const ContactManifold> manifolds,
+                               std::span<BodyState> states, StageCounters& counters,
+                               std::vector<AdvanceFault>& faults);
 
 // The pairs of these manifolds once more, where the bodies are now.
 std::vector<ContactManifold> found_again(const SceneDescription& scene, const Geometry& geometry,

@@ -113,9 +113,6 @@ struct SolverSettings {
   double restitution_threshold_m_s = 0.05;  // slower impacts do not bounce, >= 0
   bool contact_response = true;             // false: detection only, bodies pass through each other
   bool warm_starting = true;
-  // Accuracy mode: largest error of each island in a step, of its bodies' widths; islands take as
-  // many substeps as it needs. 0: only single bodies are treated so, to 1e-7.
-  double tolerance = 0.0;
   bool direct = true;  // Newton's method for the islands that it pays for; false: sweeps for all
 };
 
@@ -125,6 +122,10 @@ struct SceneDescription {
   double dt_s = 1.0 / 60.0;
   Broadphase broadphase = Broadphase::kGrid;
   SolverSettings solver;
+  // Accuracy mode: largest error of each island in a step, of its bodies' widths; islands take as
+  // many substeps as it needs, and say what error is left. 0: only single bodies are treated so, to
+  // 1e-7 in each part of a step, and nothing is said.
+  double tolerance = 0.0;
   std::vector<Shape> shapes;
   std::vector<Drive> drives;
   std::vector<BodyForces> forces;

@@ -216,7 +216,6 @@ physics::SolverSettings solver_of(const SolverSpec& spec) {
           .restitution_threshold_m_s = spec.restitution_threshold_m_s,
           .contact_response = spec.contact_response,
           .warm_starting = spec.warm_starting,
-          .tolerance = spec.tolerance.value_or(0.0),
           .direct = spec.direct};
 }
 
@@ -247,6 +246,7 @@ Scenario build_scenario(const DocumentSpec& document, const std::string& file,
   scenario.scene.dt_s = document.time_step_s;
   scenario.scene.broadphase = document.solver.broadphase;
   scenario.scene.solver = solver_of(document.solver);
+  scenario.scene.tolerance = document.accuracy.tolerance;
   scenario.territory = territory_of(document.territory, seed);
   scenario.run = run_of(document, faults);
   scenario.output = {document.output.log.value_or(""), document.output.step_digests};

@@ -239,12 +239,15 @@ using ReferenceSpec = std::variant<
 
 struct SolverSpec : Located {
   std::int64_t iterations = physics::SolverSettings{}.iterations;
-  std::optional<double> tolerance;  // accuracy mode
   double restitution_threshold_m_s = physics::SolverSettings{}.restitution_threshold_m_s;
   bool contact_response = physics::SolverSettings{}.contact_response;
   bool warm_starting = physics::SolverSettings{}.warm_starting;
   bool direct = physics::SolverSettings{}.direct;
   physics::Broadphase broadphase = physics::Broadphase::kGrid;
+};
+
+struct AccuracySpec : Located {
+  double tolerance = 0.0;  // 0: no accuracy mode
 };
 
 struct TerritorySpec : Located {
@@ -282,6 +285,7 @@ struct DocumentSpec : Located {
   std::optional<double> duration_s;
   std::optional<std::int64_t> steps;
   SolverSpec solver;
+  AccuracySpec accuracy;
   std::vector<MaterialSpec> materials;
   std::vector<DriveSpec> drives;
   std::vector<BodySpec> bodies;

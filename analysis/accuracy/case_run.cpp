@@ -147,6 +147,7 @@ CaseRun run_case(const Scenario& scenario, const EngineKind& kind, const EngineS
   run.fault = run_judged(*engine, scenario, setting.dt_s, run.steps, judges, contacts,
                          rule.budget_s, run.given_up);
   run.contacts = contacts.quality();
+  run.estimates = engine->estimates();
   if (!run.fault.empty() || run.given_up) return run;
 
   const double cpu_s = median_cpu_s(scenario, kind, setting, run.steps, rule);

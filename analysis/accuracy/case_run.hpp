@@ -33,6 +33,7 @@ struct CaseRun {
   bool given_up = false;             // beyond the budget: there are no measures
   // Over all steps; only where states carry impulses (soda), and of pairs that do not bounce.
   physics::ContactQuality contacts;
+  std::optional<ErrorEstimates> estimates;  // in accuracy mode, of the judged run
 };
 
 struct RepeatRule {

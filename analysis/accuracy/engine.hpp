@@ -2,11 +2,13 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "analysis/error_estimates.hpp"
 #include "physics/body_state.hpp"
 #include "physics/scene.hpp"
 
@@ -16,6 +18,7 @@ namespace soda::analysis {
 struct EngineSetting {
   double dt_s = 1.0 / 60.0;
   int iterations = 0;  // of the contact solver; 0: the scene's with soda, else the engine's default
+  double tolerance = 0.0;  // of soda's accuracy mode; 0: the scene's
 };
 
 class Engine {
@@ -29,6 +32,8 @@ class Engine {
   virtual void reverse() = 0;
   // Why what it computed cannot be used (a state that is no number); empty if it can.
   virtual std::string fault() const { return {}; }
+  // Of all steps so far; what the engine says of its errors, if it does.
+  virtual std::optional<ErrorEstimates> estimates() const { return std::nullopt; }
 };
 
 struct EngineKind {

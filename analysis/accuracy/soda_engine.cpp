@@ -14,10 +14,14 @@ class SodaEngine final : public Engine {
       : scene_(with(scene, setting)),
         geometry_(scene_),
         ids_(all_ids(initial.size())),
-        states_(initial.begin(), initial.end()) {}
+        states_(initial.begin(), initial.end()) {
+    if (scene_.tolerance > 0.0) estimates_ = ErrorEstimates{.tolerance = scene_.tolerance};
+  }
 
   void step() override {
     physics::step(scene_, geometry_, ids_, states_, scratch_, report_, counters_);
+    ++steps_;
+    if (estimates_) add_estimates(scene_, steps_, report_.islands, *estimates_);
     if (!report_.faults.empty() && fault_.empty()) {
       const physics::AdvanceFault& fault = report_.faults.front();
       fault_ = "body " + std::to_string(scene_.bodies[physics::index_of(fault.body)].label) + ": " +
@@ -32,11 +36,13 @@ class SodaEngine final : public Engine {
     }
   }
   std::string fault() const override { return fault_; }
+  std::optional<ErrorEstimates> estimates() const override { return estimates_; }
 
  private:
   static physics::SceneDescription with(physics::SceneDescription scene,
                                         const EngineSetting& setting) {
     scene.dt_s = setting.dt_s;
+    if (setting.tolerance > 0.0) scene.tolerance = setting.tolerance;
     if (setting.iterations > 0) scene.solver.iterations = setting.iterations;
     return scene;
   }
@@ -48,6 +54,8 @@ class SodaEngine final : public Engine {
   physics::StepScratch scratch_;
   physics::StepReport report_;
   physics::StageCounters counters_;
+  std::int64_t steps_ = 0;
+  std::optional<ErrorEstimates> estimates_;
   std::string fault_;
 };
 

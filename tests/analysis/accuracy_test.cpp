@@ -165,6 +165,8 @@ const std::vector<Reached> kReached = {
     {"stiff-spring-damped", {"end_position_m", "end_velocity_m_s", "energy_gain_rel"}},
     {"stop", {"position_m", "stop_time_s", "rest_speed_m_s"}},
     {"symmetric-top", {"attitude_rad", "energy_rel"}},
+    {"tip", {"position_m"}},
+    {"tip-on-block", {"position_m"}},
     {"tunnel-rods", {"passed", "energy_gain_rel"}},
     {"tunnel-spheres", {"passed", "energy_gain_rel"}},
 };
@@ -192,6 +194,29 @@ INSTANTIATE_TEST_SUITE_P(Cases, ReachedCase, testing::ValuesIn(kReached), [](con
   return name;
 });
 
+// Of joints, of one body in sticking contact, and of several to a tolerance; free motion has no
+// error that could fall.
+TEST(ObservedOrders, AreAtLeastTwoInSmoothMotionAndInStickingContact) {
+  struct Series {
+    const char *scene, *measure;
+    double least;
+  };
+  for (const Series& series :
+       {Series{"heavy-top", "attitude_rad", 3.9}, Series{"tip", "position_m", 2.0},
+        Series{"tip-on-block", "position_m", 2.0}}) {
+    const auto scenario = scenarios::read_scenario_file(case_file(series.scene));
+    std::vector<double> errors;
+    for (const double dt_s : {1.0 / 240.0, 1.0 / 480.0, 1.0 / 960.0}) {
+      const CaseRun run = run_case(scenario, soda_engine(), {dt_s, 0}, {.repeats = 0});
+      for (const JudgedMeasure& measure : run.measures)
+        if (measure.measure == series.measure) errors.push_back(measure.value);
+    }
+    ASSERT_EQ(errors.size(), 3u) << series.scene;
+    for (std::size_t i = 1; i < errors.size(); ++i)
+      EXPECT_GE(std::log2(errors[i - 1] / errors[i]), series.least) << series.scene;
+  }
+}
+
 TEST(Cases, AllAreReadAndHaveReferencesWithBounds) {
   int cases = 0;
   for (const auto& entry : std::filesystem::directory_iterator(
@@ -204,7 +229,7 @@ TEST(Cases, AllAreReadAndHaveReferencesWithBounds) {
     EXPECT_GT(bounds, 0u) << scenario.name;
     ++cases;
   }
-  EXPECT_GE(cases, 58);
+  EXPECT_GE(cases, 59);
 }
 
 AccuracyReport::Case made_up_case() {

@@ -1,4 +1,4 @@
-// Impacts located in time, and substeps with extrapolation.
+// Impacts located in time.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -104,56 +104,6 @@ TEST(Impacts, WhatIsKnockedOffItsRestDoesNotPassAWall) {
     EXPECT_LT(world.states[1].position_m.x(), 0.5) << "step " << step;
   }
   EXPECT_GT(world.counters.impact_searches, 0u);
-}
-
-// A box thrown along a floor: the whole way v^2 / (2 mu g), wherever in a step it stops.
-TEST(Refinement, ABoxComesToRestWhereFrictionStopsIt) {
-  for (const double dt : {1.0 / 60.0, 1.0 / 47.0, 0.1}) {
-    World world;
-    world.scene.dt_s = dt;
-    world.scene.gravity_m_s2 = Vec3(0, 0, -kGravity);
-    world.add_floor();
-    BodyState& box = world.add_body(world.add_shape(Box{Vec3(0.5, 0.5, 0.1)}), Vec3(0, 0, 0.1));
-    box.linear_velocity_m_s = Vec3(2, 0, 0);
-    const double friction = std::sqrt(world.scene.bodies[0].material.friction *
-                                      world.scene.statics[0].material.friction);
-    world.run(static_cast<int>(2.0 / dt));
-    // 1e-7 of its width for each part of each step at most.
-    EXPECT_NEAR(world.states[0].position_m.x(), 2.0 / (friction * kGravity), 1e-6) << dt;
-    EXPECT_LE(world.states[0].linear_velocity_m_s.norm(), 1e-9);
-    EXPECT_GT(world.counters.refined_steps, 0u);
-  }
-}
-
-TEST(Refinement, ABodyAtRestTakesOneStep) {
-  World world;
-  world.scene.gravity_m_s2 = Vec3(0, 0, -kGravity);
-  world.add_floor();
-  world.add_body(world.add_shape(Box{Vec3(0.5, 0.5, 0.1)}), Vec3(0, 0, 0.1));
-  world.run(60);
-  EXPECT_EQ(world.counters.refined_steps, 0u);
-  EXPECT_EQ(world.counters.islands_solved, 60u);
-}
-
-// Two boxes, one on the other, both sliding: a tolerance makes several bodies as exact as one.
-TEST(Refinement, ATolerancePutsTheErrorOfSlidingBodiesBelowIt) {
-  double errors[2];
-  for (const bool accurate : {false, true}) {
-    World world;
-    world.scene.gravity_m_s2 = Vec3(0, 0, -kGravity);
-    world.scene.solver.tolerance = accurate ? 1e-8 : 0.0;
-    world.add_floor();
-    const std::uint32_t slab = world.add_shape(Box{Vec3(0.5, 0.5, 0.1)});
-    for (const double z : {0.1, 0.3})
-      world.add_body(slab, Vec3(0, 0, z)).linear_velocity_m_s = Vec3(4, 0, 0);
-    const double friction = std::sqrt(world.scene.bodies[0].material.friction *
-                                      world.scene.statics[0].material.friction);
-    world.run(30);
-    const double exact = 4.0 * 0.5 - 0.5 * friction * kGravity * 0.25;
-    errors[accurate] = std::abs(world.states[0].position_m.x() - exact);
-  }
-  EXPECT_GT(errors[false], 1e-3);
-  EXPECT_LT(errors[true], 1e-6);
 }
 
 }  // namespace

@@ -1,0 +1,253 @@
+#include "physics/refined_trials.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "physics/contact_solver.hpp"
+#include "physics/forces.hpp"
+#include "physics/geometry.hpp"
+#include "physics/rigid_motion.hpp"
+
+namespace soda::physics {
+namespace {
+
+// Stored impulses are those of a whole step, whatever the length of the last part.
+void scale_impulses(double factor, std::vector<BodyState>& states) {
+  if (factor == 1.0) return;
+  for (BodyState& state : states) {
+    for (ContactImpulse& impulse : state.impulses) {
+      impulse.normal_newton_s *= factor;
+      impulse.friction_newton_s *= factor;
+    }
+  }
+}
+
+std::size_t place_of(const RefinedIsland& island, BodyId id) {
+  return static_cast<std::size_t>(std::lower_bound(island.ids.begin(), island.ids.end(), id) -
+                                  island.ids.begin());
+}
+
+bool pressed(const BodyState& state, const ContactManifold& m, std::uint32_t feature) {
+  return std::any_of(state.impulses.begin(), state.impulses.end(), [&](const ContactImpulse& i) {
+    return i.feature == feature && i.other == m.b && i.part == m.part && i.normal_newton_s > 0.0;
+  });
+}
+
+double gap_m(std::span<const ContactManifold> contacts, const ContactManifold& m,
+             std::uint32_t feature) {
+  for (const ContactManifold& other : contacts) {
+    if (other.a != m.a || other.b != m.b || other.part != m.part) continue;
+    for (std::uint32_t i = 0; i < other.count; ++i)
+      if (other.points[i].feature == feature) return std::max(0.0, other.points[i].separation_m);
+  }
+  return 0.0;
+}
+
+void keep_in_touch(const RefinedIsland& island, double dt_s, std::span<const BodyState> states,
+                   std::span<const ContactManifold> start, std::vector<ContactManifold>& now) {
+  constexpr double kInTouch = 5e-3;  // of the width; half of what is kept though it does not close
+  for (ContactManifold& m : now) {
+    const std::size_t a = place_of(island, m.a);
+    for (std::uint32_t i = 0; i < m.count; ++i) {
+      ContactPoint& point = m.points[i];
+      const bool apart = point.separation_m > 0.0;
+      if (!apart || point.separation_m > kInTouch * island.sizes.widths_m[a]) continue;
+      if (!pressed(states[a], m, point.feature)) continue;
+      point.separation_m = gap_m(start, m, point.feature) * (dt_s / island.scene.dt_s);
+    }
+  }
+}
+
+bool has_other_source(const RefinedIsland& island) {
+  for (const BodyId id : island.ids)
+    if (is_pushed(island.scene.bodies[index_of(id)])) return true;
+  for (const ContactManifold& m : island.pairs) {
+    if (is_joint(m)) {
+      const Joint& joint = island.scene.joints[joint_of(m)];
+      if (joint.kind == JointKind::kSpring || joint.motor) return true;
+    } else if (is_static(m.b) &&
+               island.scene.statics[static_index_of(m.b)].surface_velocity_m_s != Vec3::Zero()) {
+      return true;
+    }
+  }
+  return false;
+}
+
+bool is_supported(const RefinedIsland& island) {
+  return std::any_of(island.pairs.begin(), island.pairs.end(),
+                     [](const ContactManifold& m) { return is_static(m.b); });
+}
+
+// Of the centre of mass; none where statics can take momentum.
+Vec3 common_velocity(const RefinedIsland& island, std::span<const BodyState> states,
+                     double& mass_kg) {
+  Vec3 momentum = Vec3::Zero();
+  mass_kg = 0.0;
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    const double mass = island.scene.bodies[index_of(island.ids[i])].mass_kg;
+    mass_kg += mass;
+    momentum += states[i].linear_velocity_m_s * mass;
+  }
+  return is_supported(island) ? Vec3(Vec3::Zero()) : Vec3(momentum / mass_kg);
+}
+
+}  // namespace
+
+std::vector<ContactManifold> contacts_at(const RefinedIsland& island, double time_s,
+                                         std::span<const BodyState> states) {
+  std::vector<ContactManifold> found;
+  const ContactManifold* before = nullptr;
+  for (const ContactManifold& m : island.pairs) {
+    const bool again = before != nullptr && before->a == m.a && before->b == m.b;
+    before = &m;
+    if (again || m.b == kWorldBody) continue;
+    collide(island.scene, island.geometry, time_s, m.a, states[place_of(island, m.a)], m.b,
+            is_static(m.b) ? nullptr : &states[place_of(island, m.b)], found, island.counters);
+  }
+  append_world_joints(island.scene, island.ids, found);
+  return found;
+}
+
+Vec3 push_newton_s(const RefinedIsland& island, double time_s, std::span<const BodyState> states) {
+  Vec3 sum = Vec3::Zero();
+  for (std::size_t i = 0; i < states.size(); ++i)
+    if (is_pushed(island.scene.bodies[index_of(island.ids[i])]))
+      sum += push_impulse_newton_s(island.scene, time_s, island.ids[i], states[i]);
+  return sum;
+}
+
+Trial try_steps(RefinedIsland& island, std::span<const BodyState> from,
+                std::span<const ContactManifold> start, double time_s, int steps) {
+  Trial trial{{from.begin(), from.end()}, {}, false, {}};
+  const double dt_s = time_s / steps, share = dt_s / island.scene.dt_s;
+  std::vector<AdvanceFault> faults;
+  for (int i = 0; i < steps; ++i) {
+    std::vector<ContactManifold> now =
+        i == 0 ? std::vector<ContactManifold>(start.begin(), start.end())
+               : contacts_at(island, dt_s, trial.states);
+    keep_in_touch(island, dt_s, trial.states, start, now);
+    scale_impulses(share, trial.states);
+    const Vec3 push = push_newton_s(island, dt_s, trial.states);
+    IslandReport part =
+        advance_once(island.scene, dt_s, island.ids, now, trial.states, island.counters, faults);
+    part.static_impulse_newton_s += push;
+    scale_impulses(1.0 / share, trial.states);
+    if (i == 0)
+      trial.report = part;
+    else
+      add_part(part, trial.report);
+    for (const BodyState& state : trial.states) {
+      trial.path.linear.push_back(state.linear_velocity_m_s);
+      trial.path.angular.push_back(state.angular_velocity_rad_s);
+    }
+    ++island.solves;
+  }
+  trial.failed = !faults.empty();
+  return trial;
+}
+
+Extrapolation::Extrapolation(const Trial& one) : one_(one), last_{against_first(one)} {}
+
+Extrapolation::Row Extrapolation::against_first(const Trial& trial) const {
+  Row row;
+  for (std::size_t i = 0; i < trial.states.size(); ++i)
+    row.bodies.push_back(difference_of(one_.states[i], trial.states[i]));
+  const IslandReport &first = one_.report, &now = trial.report;
+  row.impulse = now.static_impulse_newton_s - first.static_impulse_newton_s;
+  row.angular_impulse =
+      now.static_angular_impulse_newton_m_s - first.static_angular_impulse_newton_m_s;
+  row.work.x() = now.push_out_work_joule - first.push_out_work_joule;
+  return row;
+}
+
+void Extrapolation::add(const Trial& next) {
+  std::vector<Row> rows{against_first(next)};
+  double halvings = 1.0;  // 2^order
+  for (const Row& coarse : last_) {
+    halvings *= 2.0;
+    const Row& fine = rows.back();
+    const auto further = [halvings](const Vec3& from, const Vec3& to) -> Vec3 {
+      return to + (to - from) * (1.0 / (halvings - 1.0));
+    };
+    Row row;
+    for (std::size_t i = 0; i < fine.bodies.size(); ++i) {
+      const BodyDifference &a = coarse.bodies[i], &b = fine.bodies[i];
+      row.bodies.push_back({further(a.place_m, b.place_m), further(a.turn_rad, b.turn_rad),
+                            further(a.velocity_m_s, b.velocity_m_s),
+                            further(a.spin_rad_s, b.spin_rad_s)});
+    }
+    row.impulse = further(coarse.impulse, fine.impulse);
+    row.angular_impulse = further(coarse.angular_impulse, fine.angular_impulse);
+    row.work = further(coarse.work, fine.work);
+    rows.push_back(std::move(row));
+  }
+  before_ = std::move(last_.front());
+  last_ = std::move(rows);
+}
+
+StepError Extrapolation::apart(const BodySizes& sizes, const Row& a, const Row& b) const {
+  std::vector<BodyDifference> apart;
+  for (std::size_t i = 0; i < a.bodies.size(); ++i) {
+    const BodyDifference &x = a.bodies[i], &y = b.bodies[i];
+    apart.push_back({y.place_m - x.place_m, y.turn_rad - x.turn_rad,
+                     y.velocity_m_s - x.velocity_m_s, y.spin_rad_s - x.spin_rad_s});
+  }
+  return largest_of(sizes, apart);
+}
+
+StepError Extrapolation::error(const BodySizes& sizes) const {
+  return apart(sizes, last_[last_.size() - 2], last_.back());
+}
+
+StepError Extrapolation::change(const BodySizes& sizes) const {
+  return apart(sizes, before_, last_.front());
+}
+
+Trial Extrapolation::limit(const Trial& finest) const {
+  Trial limit = finest;
+  const Row& row = last_.back();
+  for (std::size_t i = 0; i < limit.states.size(); ++i) {
+    const BodyState& from = one_.states[i];
+    const BodyDifference& d = row.bodies[i];
+    BodyState& state = limit.states[i];
+    state.position_m = from.position_m + d.place_m;
+    state.linear_velocity_m_s = from.linear_velocity_m_s + d.velocity_m_s;
+    state.angular_velocity_rad_s = from.angular_velocity_rad_s + d.spin_rad_s;
+    const Vec3 half = 0.5 * d.turn_rad;
+    const Quat turn(std::sqrt(std::max(0.0, 1.0 - half.squaredNorm())), half.x(), half.y(),
+                    half.z());
+    state.orientation = (turn * from.orientation).normalized();
+  }
+  const IslandReport& first = one_.report;
+  limit.report.static_impulse_newton_s = first.static_impulse_newton_s + row.impulse;
+  limit.report.static_angular_impulse_newton_m_s =
+      first.static_angular_impulse_newton_m_s + row.angular_impulse;
+  limit.report.push_out_work_joule = first.push_out_work_joule + row.work.x();
+  return limit;
+}
+
+double take_back_gain(const RefinedIsland& island, std::span<const BodyState> from, Trial& trial) {
+  constexpr double kTrace = 1e-3, kTooMuch = 2.0;
+  if (has_other_source(island)) return 0.0;
+  const double gain =
+      gain_joule(island.scene, island.ids, from, trial.states) - trial.report.push_out_work_joule;
+  if (!(gain > 0.0)) return 0.0;
+  double mass_kg = 0.0;
+  const Vec3 common = common_velocity(island, trial.states, mass_kg);
+  const double moving =
+      kinetic_joule(island.scene, island.ids, trial.states) - 0.5 * mass_kg * common.squaredNorm();
+  if (!(gain <= kTrace * moving)) return kTooMuch;
+  const double share = std::sqrt(1.0 - gain / moving);
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    BodyState& state = trial.states[i];
+    const Vec3 less = (state.linear_velocity_m_s - common) * (share - 1.0);
+    if (is_supported(island))
+      trial.report.static_impulse_newton_s +=
+          less * island.scene.bodies[index_of(island.ids[i])].mass_kg;
+    state.linear_velocity_m_s += less;
+    state.angular_velocity_rad_s *= share;
+  }
+  return 1.0 - share;
+}
+
+}  // namespace soda::physics

@@ -1,0 +1,81 @@
+// Some equal steps of an island over the same time, and what they tell of steps of no length.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "physics/advance.hpp"
+#include "physics/refinement_error.hpp"
+
+namespace soda::physics {
+
+// An island while it is refined: what stays, and how many steps were taken so far.
+struct RefinedIsland {
+  const SceneDescription& scene;
+  const Geometry& geometry;
+  std::span<const BodyId> ids;
+  std::span<const ContactManifold> pairs;  // that are looked at
+  BodySizes sizes;
+  StageCounters& counters;
+  int solves = 0;
+};
+
+// Equal steps, from the same states.
+struct Trial {
+  std::vector<BodyState> states;
+  IslandReport report;
+  bool failed = false;
+  VelocityPath path;
+};
+
+// What drives and forces of their own give the bodies in a step that starts at these states.
+// Measures know that of the whole step (drive_impulse, measures.hpp); trials count theirs, step by
+// step, among the impulses of statics.
+Vec3 push_newton_s(const RefinedIsland& island, double time_s, std::span<const BodyState> states);
+
+// The contacts of the island's pairs at these states, over time_s.
+std::vector<ContactManifold> contacts_at(const RefinedIsland& island, double time_s,
+                                         std::span<const BodyState> states);
+
+// `steps` steps over time_s. `start`: the contacts at `from` over that time. A point that pressed
+// before stays in touch: its gap at the start is closed at the same speed in every trial, and the
+// gaps that steps of finite length open in between are let be. They are of second order, and to
+// close them would make velocities of first order, but not in the first step of a trial.
+Trial try_steps(RefinedIsland& island, std::span<const BodyState> from,
+                std::span<const ContactManifold> start, double time_s, int steps);
+
+// What trials of 1, 2, 4, 8 .. steps tell of steps of no length, by polynomials in their length:
+// with each trial one more order. Sums of the reports likewise.
+class Extrapolation {
+ public:
+  explicit Extrapolation(const Trial& one);
+  void add(const Trial& next);  // of twice as many steps
+
+  // Both after the second trial. What the last order changed; and what halving the steps changed.
+  StepError error(const BodySizes& sizes) const;
+  StepError change(const BodySizes& sizes) const;
+
+  // `finest`: the trial that was added last.
+  Trial limit(const Trial& finest) const;
+
+ private:
+  struct Row {  // against the first trial
+    std::vector<BodyDifference> bodies;
+    Vec3 impulse = Vec3::Zero(), angular_impulse = Vec3::Zero(), work = Vec3::Zero();
+  };
+  Row against_first(const Trial& trial) const;
+  StepError apart(const BodySizes& sizes, const Row& a, const Row& b) const;
+
+  const Trial& one_;
+  std::vector<Row> last_;  // of the last trial, by order
+  Row before_;             // the trial before it
+};
+
+// Steps give an island no energy, but what is extrapolated from them may have a trace more.
+// Velocities shrink by as much, which keeps their directions, and statics gave that much less.
+// Returns by which share of themselves velocities were changed; more than 1 if it is too much for a
+// trace: then nothing is changed. Nothing where something besides gravity and contacts gives
+// energy.
+double take_back_gain(const RefinedIsland& island, std::span<const BodyState> from, Trial& trial);
+
+}  // namespace soda::physics

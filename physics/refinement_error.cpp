@@ -1,0 +1,105 @@
+#include "physics/refinement_error.hpp"
+
+#include "physics/geometry_impl.hpp"
+
+namespace soda::physics {
+namespace {
+
+double widths_of(const BodySizes& sizes, std::size_t body, const BodyDifference& d) {
+  const double radius = sizes.radii_m[body];
+  return (d.place_m.norm() + radius * d.turn_rad.norm() +
+          sizes.dt_s * (d.velocity_m_s.norm() + radius * d.spin_rad_s.norm())) /
+         sizes.widths_m[body];
+}
+
+// The largest of all bodies; `difference` gives that of one.
+template <class OfBody>
+StepError largest(const BodySizes& sizes, std::size_t bodies, const OfBody& difference) {
+  StepError most;
+  for (std::size_t i = 0; i < bodies; ++i) {
+    const double widths = widths_of(sizes, i, difference(i));
+    if (widths > most.widths) most = {widths, i};
+  }
+  return most;
+}
+
+}  // namespace
+
+BodySizes sizes_of(const SceneDescription& scene, const Geometry& geometry,
+                   std::span<const BodyId> ids) {
+  BodySizes sizes;
+  sizes.dt_s = scene.dt_s;
+  for (const BodyId id : ids) {
+    const CompiledShape& shape = geometry.impl().shapes[scene.bodies[index_of(id)].shape].shape;
+    sizes.radii_m.push_back(shape.bounding_radius_m);
+    sizes.widths_m.push_back(shape.min_extent_m);
+  }
+  return sizes;
+}
+
+StepError larger(const StepError& a, const StepError& b) { return b.widths > a.widths ? b : a; }
+
+StepError change_of(const BodySizes& sizes, std::span<const BodyState> from,
+                    std::span<const BodyState> to) {
+  return largest(sizes, from.size(), [&](std::size_t i) {
+    return BodyDifference{Vec3::Zero(), Vec3::Zero(),
+                          to[i].linear_velocity_m_s - from[i].linear_velocity_m_s,
+                          to[i].angular_velocity_rad_s - from[i].angular_velocity_rad_s};
+  });
+}
+
+StepError displacement_of(const BodySizes& sizes, std::span<const BodyState> from,
+                          std::span<const BodyState> to, double time_s) {
+  return largest(sizes, from.size(), [&](std::size_t i) {
+    const Vec3 way = to[i].position_m - from[i].position_m;
+    return BodyDifference{way - to[i].linear_velocity_m_s * time_s, Vec3::Zero(), Vec3::Zero(),
+                          Vec3::Zero()};
+  });
+}
+
+StepError speed_of(const BodySizes& sizes, std::span<const BodyState> states) {
+  return largest(sizes, states.size(), [&](std::size_t i) {
+    return BodyDifference{Vec3::Zero(), Vec3::Zero(), states[i].linear_velocity_m_s,
+                          states[i].angular_velocity_rad_s};
+  });
+}
+
+BodyDifference difference_of(const BodyState& from, const BodyState& to) {
+  const Quat turn = to.orientation * from.orientation.conjugate();
+  return {to.position_m - from.position_m,
+          2.0 * (turn.w() < 0.0 ? Vec3(-turn.vec()) : Vec3(turn.vec())),
+          to.linear_velocity_m_s - from.linear_velocity_m_s,
+          to.angular_velocity_rad_s - from.angular_velocity_rad_s};
+}
+
+StepError largest_of(const BodySizes& sizes, std::span<const BodyDifference> differences) {
+  return largest(sizes, differences.size(), [&](std::size_t i) { return differences[i]; });
+}
+
+StepError roughness(const BodySizes& sizes, std::span<const BodyState> from,
+                    const VelocityPath& one, const VelocityPath& two, const VelocityPath& four,
+                    double time_s) {
+  const std::size_t n = from.size();
+  // Free of the first and second power of the step's length; a jump shows in full.
+  const auto first = [](const Vec3& start, const Vec3& a, const Vec3& b, const Vec3& c) -> Vec3 {
+    return (8.0 * (c - start) - 6.0 * (b - start) + (a - start)) * (1.0 / 3.0);
+  };
+  const auto later = [n](const std::vector<Vec3>& path, std::size_t i) -> Vec3 {
+    return path[3 * n + i] - path[i] + 3.0 * (path[n + i] - path[2 * n + i]);
+  };
+  const StepError at_first = largest(sizes, n, [&](std::size_t i) {
+    return BodyDifference{
+        Vec3::Zero(), Vec3::Zero(),
+        first(from[i].linear_velocity_m_s, one.linear[i], two.linear[i], four.linear[i]),
+        first(from[i].angular_velocity_rad_s, one.angular[i], two.angular[i], four.angular[i])};
+  });
+  const StepError at_last = largest(sizes, n, [&](std::size_t i) {
+    return BodyDifference{Vec3::Zero(), Vec3::Zero(), later(four.linear, i),
+                          later(four.angular, i)};
+  });
+  StepError most = larger(at_first, at_last);
+  most.widths *= 0.25 * time_s / sizes.dt_s;
+  return most;
+}
+
+}  // namespace soda::physics

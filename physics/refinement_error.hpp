@@ -1,0 +1,63 @@
+// How far steps of different lengths lead apart: the error of a step, as a length.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "physics/body_state.hpp"
+#include "physics/geometry.hpp"
+#include "physics/scene.hpp"
+
+namespace soda::physics {
+
+// Of the bodies of an island, in the order of their ids.
+struct BodySizes {
+  double dt_s = 0.0;                      // the scene's step
+  std::vector<double> radii_m, widths_m;  // of the bounding sphere; the smallest width
+};
+BodySizes sizes_of(const SceneDescription& scene, const Geometry& geometry,
+                   std::span<const BodyId> ids);
+
+// Velocities after each of some steps, those of all bodies after the first step first.
+struct VelocityPath {
+  std::vector<Vec3> linear, angular;
+};
+
+// Of a body's widths, what a point of it is off now, or after one more step of dt_s for the error
+// of its velocities. The body (index) for which it is largest.
+struct StepError {
+  double widths = 0.0;
+  std::size_t body = 0;
+};
+StepError larger(const StepError& a, const StepError& b);
+
+// By how much velocities changed: a step is taken to be off by no more than that.
+StepError change_of(const BodySizes& sizes, std::span<const BodyState> from,
+                    std::span<const BodyState> to);
+
+// What moved bodies besides their final velocities: push-out, mostly.
+StepError displacement_of(const BodySizes& sizes, std::span<const BodyState> from,
+                          std::span<const BodyState> to, double time_s);
+
+// Of all velocity there is.
+StepError speed_of(const BodySizes& sizes, std::span<const BodyState> states);
+
+// What parts two states of a body. Turns are twice the vector part of the rotation.
+struct BodyDifference {
+  Vec3 place_m = Vec3::Zero(), turn_rad = Vec3::Zero();
+  Vec3 velocity_m_s = Vec3::Zero(), spin_rad_s = Vec3::Zero();
+};
+BodyDifference difference_of(const BodyState& from, const BodyState& to);
+
+// Of differences that should be none.
+StepError largest_of(const BodySizes& sizes, std::span<const BodyDifference> differences);
+
+// What the velocities deviate from a smooth course: a change within a step (from sliding to
+// sticking, say), which all trials can see alike. The first step is compared over its three
+// lengths, the later ones among each other. Times the quarter of time_s, in which it can have
+// been.
+StepError roughness(const BodySizes& sizes, std::span<const BodyState> from,
+                    const VelocityPath& one, const VelocityPath& two, const VelocityPath& four,
+                    double time_s);
+
+}  // namespace soda::physics

@@ -1,0 +1,115 @@
+#include "scenarios/run_tables.hpp"
+
+#include "scenarios/field_binding.hpp"
+#include "scenarios/format_limits.hpp"
+
+namespace soda::scenarios {
+
+template <>
+inline constexpr std::array kNamesOf<physics::Broadphase> =
+    std::to_array<std::string_view>({"grid", "all-pairs"});
+template <>
+inline constexpr std::array kNamesOf<models::MapKind> =
+    std::to_array<std::string_view>({"blocks", "k-means", "statics"});
+template <>
+inline constexpr std::array kNamesOf<models::ExecutorKind> =
+    std::to_array<std::string_view>({"sequential", "threads"});
+template <>
+inline constexpr std::array kNamesOf<models::BalancingPolicy> =
+    std::to_array<std::string_view>({"off", "paper", "random"});
+
+namespace {
+
+constexpr Field kSolverFields[] = {
+    field<SolverSpec, &SolverSpec::iterations>(
+        "iterations", kOptional, Limits{1.0, 1000.0},
+        "Sweeps over the contacts of an island, or four times its substeps."),
+    field<SolverSpec, &SolverSpec::restitution_threshold_m_s>(
+        "restitution_threshold_m_s", kOptional, Limits{0.0, 1e6}, "Slower impacts do not bounce."),
+    field<SolverSpec, &SolverSpec::contact_response>(
+        "contact_response", kOptional, kNone,
+        "false: contacts are found but bodies pass through each other."),
+    field<SolverSpec, &SolverSpec::warm_starting>("warm_starting", kOptional, kNone,
+                                                  "Start from the impulses of the step before."),
+    field<SolverSpec, &SolverSpec::direct>(
+        "direct", kOptional, kNone,
+        "Newton's method for the islands that it pays for; false: for none."),
+    field<SolverSpec, &SolverSpec::broadphase>(
+        "broadphase", kOptional, kNone,
+        "How candidate pairs are found; all-pairs is for experiments on cost."),
+};
+
+constexpr Field kAccuracyFields[] = {
+    field<AccuracySpec, &AccuracySpec::tolerance>(
+        "tolerance", kRequired, Limits{1e-12, 1e-2},
+        "Largest error of an island in a step, of the width of each of its bodies."),
+};
+
+constexpr Field kTerritoryFields[] = {
+    field<TerritorySpec, &TerritorySpec::origin_m>("origin_m", kRequired, kPosition,
+                                                   "Least corner of the grid."),
+    field<TerritorySpec, &TerritorySpec::cell_size_m>("cell_size_m", kRequired, Limits{1e-3, 1e9},
+                                                      "Edge of the cubic cells."),
+    field<TerritorySpec, &TerritorySpec::cells>(
+        "cells", kRequired, Limits{1.0, static_cast<double>(kMaxCells)},
+        "Cells along x, y, z; at most 10,000,000 together. What lies outside belongs to the "
+        "nearest cell."),
+    field<TerritorySpec, &TerritorySpec::worlds>(
+        "worlds", kOptional, Limits{1.0, static_cast<double>(kMaxCells)},
+        "Worlds among which the cells are divided; at most as many as cells."),
+    field<TerritorySpec, &TerritorySpec::map>(
+        "map", kOptional, kNone,
+        "blocks: boxes of nearly equal cell counts; k-means: equal-size clusters of the bodies; "
+        "statics: boxes, cut where static boxes leave the least room."),
+    field<TerritorySpec, &TerritorySpec::seed>("seed", kOptional, kSeed, "Seed of k-means."),
+};
+
+constexpr Field kExecutorFields[] = {
+    field<ExecutorSpec, &ExecutorSpec::kind>("kind", kRequired, kNone,
+                                             "sequential: the oracle; threads: Time Warp."),
+    field<ExecutorSpec, &ExecutorSpec::threads>("threads", kOptional, Limits{1.0, 1024.0},
+                                                "Worker threads, of the threads executor."),
+    field<ExecutorSpec, &ExecutorSpec::scheduling_seed>(
+        "scheduling_seed", kOptional, kSeed, "Shuffles the scheduling; cannot change results."),
+};
+
+constexpr Field kBalancingFields[] = {
+    field<BalancingSpec, &BalancingSpec::policy>(
+        "policy", kRequired, kNone,
+        "paper: cells go from loaded worlds to their neighbours; random is for tests."),
+    field<BalancingSpec, &BalancingSpec::interval_steps>(
+        "interval_steps", kOptional, Limits{1.0, 1e6}, "Steps between two decisions."),
+    field<BalancingSpec, &BalancingSpec::seed>("seed", kOptional, kSeed, "Of the random policy."),
+};
+
+constexpr Field kOutputFields[] = {
+    field<OutputSpec, &OutputSpec::log>(
+        "log", kOptional, kText,
+        "Event log to write, relative to the folder in which soda runs; --log comes first."),
+    field<OutputSpec, &OutputSpec::step_digests>("step_digests", kOptional, kNone,
+                                                 "Report the digest of every step."),
+};
+
+}  // namespace
+
+constexpr ObjectTable kSolver =
+    object_table<SolverSpec>("solver", "Settings of the contact solver.", kSolverFields);
+
+constexpr ObjectTable kAccuracy = object_table<AccuracySpec>(
+    "accuracy", "Accuracy mode: steps are refined to a tolerance, and their errors reported.",
+    kAccuracyFields);
+
+constexpr ObjectTable kTerritory = object_table<TerritorySpec>(
+    "territory", "The division of space among worlds.", kTerritoryFields);
+
+constexpr ObjectTable kExecutor =
+    object_table<ExecutorSpec>("executor", "What drives the worlds.", kExecutorFields);
+
+constexpr ObjectTable kBalancing = object_table<BalancingSpec>(
+    "balancing", "How territories change while a run goes on; cannot change results.",
+    kBalancingFields);
+
+constexpr ObjectTable kOutput =
+    object_table<OutputSpec>("output", "What a run writes beside its report.", kOutputFields);
+
+}  // namespace soda::scenarios
