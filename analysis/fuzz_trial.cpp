@@ -138,8 +138,8 @@ class Checks {
 
   void check_island(const IslandReport& island, const EnergyChange& change) {
     EnergyChange rest = change;
-    rest.gain_joule -= island.push_out_work_joule;
-    rest.scale_joule += std::abs(island.push_out_work_joule);
+    rest.gain_joule -= island.push_out_work_joule + island.motor_work_joule;
+    rest.scale_joule += std::abs(island.push_out_work_joule) + std::abs(island.motor_work_joule);
     check_gain(island.label, rest,
                "an island of " + std::to_string(island.bodies) + " with " +
                    std::to_string(island.contact_points) + " points" +

@@ -80,6 +80,7 @@ class Writer {
     number(value.max_penetration_m);
     number(value.constraint_residual_m_s);
     number(value.push_out_work_joule);
+    number(value.motor_work_joule);
     vector(value.static_impulse_newton_s);
     vector(value.static_angular_impulse_newton_m_s);
   }
@@ -163,6 +164,7 @@ class Reader {
     value.max_penetration_m = number<double>();
     value.constraint_residual_m_s = number<double>();
     value.push_out_work_joule = number<double>();
+    value.motor_work_joule = number<double>();
     value.static_impulse_newton_s = vector();
     value.static_angular_impulse_newton_m_s = vector();
     return value;

@@ -170,6 +170,7 @@ bool ListItem<IslandReport>::same(const IslandReport& a, const IslandReport& b) 
          same_bits(a.max_penetration_m, b.max_penetration_m) &&
          same_bits(a.constraint_residual_m_s, b.constraint_residual_m_s) &&
          same_bits(a.push_out_work_joule, b.push_out_work_joule) &&
+         same_bits(a.motor_work_joule, b.motor_work_joule) &&
          same_bits(a.static_impulse_newton_s, b.static_impulse_newton_s) &&
          same_bits(a.static_angular_impulse_newton_m_s, b.static_angular_impulse_newton_m_s);
 }

@@ -29,7 +29,8 @@ struct IslandReport {
   // substeps what the way differs from that of the final velocity. Not of islands in blocks.
   // What else contacts do in a step takes energy out (contact_work.hpp).
   double push_out_work_joule = 0.0;
-  Vec3 static_impulse_newton_s = Vec3::Zero();            // by statics (linkages: joint_motion.hpp)
+  double motor_work_joule = 0.0;  // of motors of joints
+  Vec3 static_impulse_newton_s = Vec3::Zero();            // by statics (linkages: linkage.hpp)
   Vec3 static_angular_impulse_newton_m_s = Vec3::Zero();  // about the world origin
 };
 
