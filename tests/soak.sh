@@ -14,6 +14,6 @@ for chain in chain chain-swing; do
     > "$folder/$chain-60s.json"
   grep -q '"duration_s": 60,' "$folder/$chain-60s.json"
 done
-cd "$root/scenarios/cases"
 "$soda" accuracy pyramid-60s stack-1000 card-house arch "$folder"/chain-60s.json \
-  "$folder"/chain-swing-60s.json --repeat 0 --budget 600 --check ${1:+--dt "$1"}
+  "$folder"/chain-swing-60s.json --cases "$root/scenarios/cases" --repeat 0 --budget 600 --check \
+  ${1:+--dt "$1"}
