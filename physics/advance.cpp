@@ -123,6 +123,7 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, std::span<
   IslandReport report = report_of(ids, manifolds);
   JointSystem joints = find_joints(scene, ids, manifolds);
   if (!scene.joints.empty()) report_lost_joints(scene, ids, manifolds, faults);
+  if (!joints.empty()) close_left_open(scene, dt_s, ids, joints, states, report);
   const bool linked = !joints.empty() && report.contact_points == 0 &&
                       !has_springs(scene, joints) &&
                       advance_linkage(scene, dt_s, ids, joints, states, report, faults);

@@ -177,11 +177,6 @@ double close_joints(const SceneDescription& scene, double dt_s, std::span<const 
   return work_joule;
 }
 
-double off_at_start(const JointedStep& step, JointSystem joints) {
-  build_joint_rows(step.scene, step.dt_s, step.ids, step.states, false, joints);
-  return largest_error(joints);
-}
-
 }  // namespace
 
 ContactSolution solve_jointed(const JointedStep& step, JointSystem& joints,
@@ -204,11 +199,10 @@ ContactSolution solve_jointed(const JointedStep& step, JointSystem& joints,
 
 namespace {
 
-// The bodies at their final velocities for a part of the step, joints closed. Returns the energy
-// that closing gave.
-double moved_for(double time_s, const JointedStep& step, const JointSystem& solved,
-                 const ContactProblem& problem, std::span<BodyState> states,
-                 std::vector<AdvanceFault>& faults) {
+// The bodies at their final velocities for a part of the step, joints closed.
+void moved_for(double time_s, const JointedStep& step, const JointSystem& solved,
+               const ContactProblem& problem, std::span<BodyState> states,
+               std::vector<AdvanceFault>& faults) {
   std::vector<Flight> flights = find_flights(problem);
   for (const JointRow& row : solved.rows)
     flights[row.a].supported = flights[row.b].supported = true;
@@ -216,10 +210,17 @@ double moved_for(double time_s, const JointedStep& step, const JointSystem& solv
     move_body(step.scene, time_s, step.ids[i], problem.bodies[i], flights[i], nullptr, states[i],
               faults);
   JointSystem joints = solved;
-  return close_joints(step.scene, step.dt_s, step.ids, joints, states);
+  close_joints(step.scene, step.dt_s, step.ids, joints, states);
 }
 
 }  // namespace
+
+void close_left_open(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
+                     JointSystem& joints, std::span<BodyState> states, IslandReport& report) {
+  build_joint_rows(scene, dt_s, ids, states, false, joints);
+  if (largest_error(joints) <= 100.0 * rounding_of(states)) return;
+  report.push_out_work_joule += close_joints(scene, dt_s, ids, joints, states);
+}
 
 void move_jointed(const JointedStep& step, const JointSystem& solved, const ContactProblem& problem,
                   std::span<const PushOut> push, std::span<BodyState> states, IslandReport& report,
@@ -227,7 +228,6 @@ void move_jointed(const JointedStep& step, const JointSystem& solved, const Cont
   constexpr double kMostTaken = 0.5;  // of the energy of motion
   constexpr double kLeastShare = 1.0 / 64;
   const auto& [scene, dt_s, ids, before, free] = step;
-  const bool was_off = off_at_start(step, solved) > 1e6 * rounding_of(before);
   report.motor_work_joule = motor_work_joule(solved, problem.bodies);
   const double given = report.motor_work_joule + spring_work_joule(solved, problem.bodies) +
                        external_work_joule(scene, dt_s, before, free, problem);
@@ -235,20 +235,22 @@ void move_jointed(const JointedStep& step, const JointSystem& solved, const Cont
   // is, the bodies come less far.
   std::vector<BodyState> next;
   EnergyExcess excess;
-  double closing = 0.0;
   for (double share = 1.0;; share = share > kLeastShare ? 0.5 * share : 0.0) {
     next.assign(before.begin(), before.end());
     std::vector<AdvanceFault> found;
-    closing = moved_for(share * dt_s, step, solved, problem, next, found);
-    excess = energy_excess(scene, dt_s, ids, before, next, given + (was_off ? closing : 0.0));
+    moved_for(share * dt_s, step, solved, problem, next, found);
+    excess = energy_excess(scene, dt_s, ids, before, next, given);
     if (!excess.is_trace(kMostTaken) && share > 0.0) continue;
     faults.insert(faults.end(), found.begin(), found.end());
     break;
   }
   std::move(next.begin(), next.end(), states.begin());
-  if (was_off) report.push_out_work_joule += closing;
-  if (excess.gain_joule > 0.0)
-    take_excess(scene, ids, excess, is_afloat(ids.size(), solved, &problem), states, report);
+  if (excess.gain_joule > 0.0) {
+    const double rest =
+        take_excess(scene, ids, excess, is_afloat(ids.size(), solved, &problem), states, report);
+    // A motor that brakes what rests has taken nothing.
+    report.motor_work_joule += std::min(rest, std::max(0.0, -report.motor_work_joule));
+  }
   if (push.empty()) return;
   for (std::size_t i = 0; i < ids.size(); ++i) {
     states[i].position_m += push[i].linear * dt_s;

@@ -39,10 +39,15 @@ ContactSolution solve_jointed(const JointedStep& step, JointSystem& joints,
 
 // Moves the bodies (`states`, as before the step), closes what that opens of the joints, takes the
 // energy away that this gives, and pushes overlaps apart. Stored impulses stay. Adds the works to
-// the report: that of closing counts as push-out where joints were off before or are by push-out.
+// the report: that of closing counts as push-out where push-out had opened them.
 void move_jointed(const JointedStep& step, const JointSystem& solved, const ContactProblem& problem,
                   std::span<const PushOut> push, std::span<BodyState> states, IslandReport& report,
                   std::vector<AdvanceFault>& faults);
+
+// Closes, without velocity, what earlier steps have left open of the joints; the energy that this
+// gives is added to the push-out.
+void close_left_open(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
+                     JointSystem& joints, std::span<BodyState> states, IslandReport& report);
 
 // What the world gives to the island through joints. `states` as when the rows were built.
 void report_joints(std::span<const BodyState> states, const JointSystem& joints,

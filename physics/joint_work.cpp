@@ -212,10 +212,10 @@ EnergyExcess energy_excess(const SceneDescription& scene, double dt_s, std::span
   return excess;
 }
 
-void take_excess(const SceneDescription& scene, std::span<const BodyId> ids,
-                 const EnergyExcess& excess, bool afloat, std::span<BodyState> states,
-                 IslandReport& report) {
-  if (excess.gain_joule == 0.0) return;
+double take_excess(const SceneDescription& scene, std::span<const BodyId> ids,
+                   const EnergyExcess& excess, bool afloat, std::span<BodyState> states,
+                   IslandReport& report) {
+  if (excess.gain_joule == 0.0) return 0.0;
   const auto factor = [&excess](double part_joule) {
     return std::sqrt(std::max(0.0, 1.0 - excess.gain_joule / part_joule));
   };
@@ -227,7 +227,8 @@ void take_excess(const SceneDescription& scene, std::span<const BodyId> ids,
       if (!spins) common.spin_rad_s = Vec3::Zero();
       const double bending = relative_joule(scene, ids, states, common);
       if (std::abs(excess.gain_joule) > 0.01 * bending) continue;
-      return scale_relative(factor(bending), common, states);
+      scale_relative(factor(bending), common, states);
+      return 0.0;
     }
     common = {};
   }
@@ -241,6 +242,7 @@ void take_excess(const SceneDescription& scene, std::span<const BodyId> ids,
     report.static_angular_impulse_newton_m_s += states[i].position_m.cross(given) + twist;
   }
   scale_relative(share, common, states);
+  return std::max(0.0, excess.gain_joule - excess.moving_joule);
 }
 
 double solved_gain_joule(double dt_s, std::span<const BodyState> before,

@@ -25,12 +25,13 @@ EnergyExcess energy_excess(const SceneDescription& scene, double dt_s, std::span
                            std::span<const BodyState> from, std::span<const BodyState> to,
                            double work_joule);
 
-// Scales velocities to where the excess (of either sign, less than the energy of motion) is gone;
-// joints hold as before. Of an island that is afloat momentum stays, and where it bends enough
-// angular momentum; else the world gave what changes, which `report` gets.
-void take_excess(const SceneDescription& scene, std::span<const BodyId> ids,
-                 const EnergyExcess& excess, bool afloat, std::span<BodyState> states,
-                 IslandReport& report);
+// Scales velocities to where the excess (of either sign) is gone, or as much of it as there is
+// energy of motion; joints hold as before. Returns what is left of it. Of an island that is afloat
+// momentum stays, and where it bends enough angular momentum; else the world gave what changes,
+// which `report` gets.
+double take_excess(const SceneDescription& scene, std::span<const BodyId> ids,
+                   const EnergyExcess& excess, bool afloat, std::span<BodyState> states,
+                   IslandReport& report);
 
 // What an unconverged or implicit solution of joints and contacts gives beyond the work of motors,
 // springs and what pushes the bodies: goes back so far towards joints alone, which give nothing,
