@@ -164,17 +164,28 @@ class Draw {
     joint.other_anchor_m = other;
     joint.axis = direction();
     joint.can_collide = chance(4);
-    if (joint.type == "hinge") bound(1.5, size_m_, false, joint);
-    if (joint.type == "slider") bound(size_m_, 1.0, joint.other_body.has_value(), joint);
+    if (joint.type == "hinge" || joint.type == "slider") bound(body, joint);
     return joint;
   }
 
-  // `arm_m` of 1 turns a torque into a force.
-  void bound(double way, double arm_m, bool always, FuzzJoint& joint) {
-    if (always || chance(2)) joint.limits = {-way * between(0.0, 2.0), way * between(0.0, 2.0)};
+  // Motors go at most a tenth of the smaller body in a step and take up to 100 steps to get there:
+  // contacts ahead know no motor.
+  void bound(const FuzzBody& body, FuzzJoint& joint) {
+    const bool turns = joint.type == "hinge";
+    const double way = turns ? 1.5 : size_m_;
+    if ((!turns && joint.other_body) || chance(2))
+      joint.limits = {-way * between(0.0, 2.0), way * between(0.0, 2.0)};
     if (!chance(3)) return;
-    const double speed = way * powers(0.01, 10.0) * (chance(2) ? 1.0 : -1.0);
-    joint.motor = {speed, mass_kg_ * arm_m * arm_m * way * powers(0.1, 1000.0)};
+    double mass = body.mass_kg, size = body.shape.size_m.minCoeff();
+    if (joint.other_body) {
+      const FuzzBody& other = scene_.bodies[*joint.other_body];
+      mass = std::min(mass, other.mass_kg);
+      size = std::min(size, other.shape.size_m.minCoeff());
+    }
+    const double arm = turns ? size_m_ : 1.0;
+    const double speed = std::min(size / arm / scene_.time_step_s, 1e6) * powers(1e-3, 0.1);
+    const double push = mass * arm * arm * speed / scene_.time_step_s * powers(0.01, 10.0);
+    joint.motor = {chance(2) ? speed : -speed, push};
   }
 
   scenarios::RandomStream random_;
