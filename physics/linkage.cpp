@@ -106,7 +106,8 @@ struct LinkageWork {
   bool loses = false;  // a limit has pushed, or started to
 };
 
-// After stop_joint_velocities; `before`: the velocities until then.
+// After half a kick; `before`: the velocities until then, without external forces. A constant push
+// over a constant acceleration does exactly its work.
 void add_work(std::span<const SolverBody> before, std::span<const SolverBody> after,
               const JointSystem& joints, LinkageWork& work) {
   if (!joints.bounded) return;
@@ -124,12 +125,12 @@ bool advance_linkage_once(const SceneDescription& scene, double dt_s, std::span<
                           LinkageWork& work) {
   const double enough = rounding_of(states);
   std::vector<SolverBody> bodies = bodies_at(scene, ids, states);
+  const std::vector<SolverBody> start = bodies;
   push(scene, ids, states, 0.5 * dt_s, bodies);
   build_joint_rows(scene, dt_s, ids, states, false, joints);
   bound_velocities(0.5 * dt_s, kReached * enough, joints);
-  const std::vector<SolverBody> pushed = bodies;
   stop_joint_velocities(ids.size(), bodies, joints);
-  add_work(pushed, bodies, joints, work);
+  add_work(start, bodies, joints, work);
   std::vector<BodyState> next = drifted(scene, ids, states, bodies, dt_s);
   // Impulses act at the start of the step: along its rows, until the joints hold at its end.
   JointSystem end = joints;
@@ -157,10 +158,10 @@ bool advance_linkage_once(const SceneDescription& scene, double dt_s, std::span<
   if (error > 1e6 * enough) return false;
   report_joints(states, joints, report);
   bodies = bodies_at(scene, ids, next);
+  const std::vector<SolverBody> arrived = bodies;
   push(scene, ids, states, 0.5 * dt_s, bodies);
   rest_bounds(end);
   bound_velocities(0.5 * dt_s, kReached * enough, end);
-  const std::vector<SolverBody> arrived = bodies;
   stop_joint_velocities(ids.size(), bodies, end);
   add_work(arrived, bodies, end, work);
   report_joints(next, end, report);
