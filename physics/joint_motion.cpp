@@ -133,7 +133,7 @@ std::uint32_t solve_alternately(const JointedStep& step, JointSystem& joints,
     forgive(start, next);
     const double before = std::exchange(error, largest_error(next));
     if (aim > 0 && !(error < before)) break;
-    if (aim > 0 && solved_gain_joule(dt_s, states, free, joints, problem) > 0.0) break;
+    if (aim > 0 && solved_gain_joule(dt_s, states, free, joints, problem) != 0.0) break;
     best = problem;
     best_joints = joints;
     take_back_joint_impulses(joints, bodies);

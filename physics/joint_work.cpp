@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "physics/convex_contacts.hpp"
@@ -249,7 +250,7 @@ double solved_gain_joule(double dt_s, std::span<const BodyState> before,
                          std::span<const SolverBody> free, const JointSystem& joints,
                          const ContactProblem& problem) {
   const Sum gain = gain_of(dt_s, before, free, flights_of(joints, problem), joints, problem);
-  return gain.value > kRounding * gain.scale ? gain.value : 0.0;
+  return gain.value <= kRounding * gain.scale ? 0.0 : gain.value;
 }
 
 void limit_joint_gain(double dt_s, std::span<const BodyState> before,
@@ -267,6 +268,11 @@ void limit_joint_gain(double dt_s, std::span<const BodyState> before,
   const double one = gain_of(dt_s, before, free, held, joints, problem).value;
   const double half = gain_of(dt_s, before, free, held, trial_joints, trial).value;
   const double none = gain_of(dt_s, before, free, held, alone_joints, alone).value;
+  if (!std::isfinite(one) || !std::isfinite(half)) {
+    joints = std::move(alone_joints);
+    problem = std::move(alone);
+    return;
+  }
   if (one > 0.0) mix(last_share(none, half, one), alone_joints, alone, joints, problem);
 }
 

@@ -59,12 +59,13 @@ Vec3 unforeseen_newton_s(const SceneDescription& scene, double dt_s, std::span<c
 
 // A joint under tension is a stiff spring for what turns across it: of a body that is held at an
 // arm r with a force f, the rate is sqrt(f r / (I + m r^2)). The explicit step is stable up to
-// twice its inverse, and accurate well below.
+// twice its inverse, and accurate well below. 0 where no number would do.
 int substeps_of(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                 std::span<const BodyState> states, bool fourth, JointSystem& joints) {
   // Of a swing about a taut joint, and of a spin, which has farther to go.
   const double most_swing_rad = fourth ? 0.5 : 0.25, most_spin_rad = fourth ? 0.2 : 0.25;
   constexpr int kMost = 100;
+  constexpr double kHopeless = 1000.0;
   std::vector<SolverBody> bodies = bodies_at(scene, ids, states);
   push(scene, ids, states, dt_s, bodies);
   build_joint_rows(scene, dt_s, ids, states, false, joints);
@@ -86,6 +87,7 @@ int substeps_of(const SceneDescription& scene, double dt_s, std::span<const Body
     largest = std::max({largest, std::sqrt(squared[i]) / most_swing_rad,
                         states[i].angular_velocity_rad_s.norm() / most_spin_rad});
   const double parts = largest * dt_s;
+  if (!(parts < kHopeless)) return 0;
   return parts < kMost ? 1 + static_cast<int>(parts) : kMost;
 }
 
@@ -230,6 +232,7 @@ bool advance_linkage(const SceneDescription& scene, double dt_s, std::span<const
                      std::vector<AdvanceFault>& faults) {
   const bool fourth = is_reversible(scene, ids, joints);
   const int substeps = substeps_of(scene, dt_s, ids, states, fourth, joints);
+  if (substeps == 0) return false;
   std::vector<BodyState> next(states.begin(), states.end());
   IslandReport linked = report;
   bool holds = advance_parts(scene, dt_s, ids, substeps, fourth, joints, next, linked);
