@@ -194,11 +194,12 @@ bool goes_against(const SceneDescription& scene, std::span<const BodyId> ids,
 }
 
 // Of a number of equal parts of the step. Its energy is kept, or may fall where something is
-// stopped. False if joints do not hold, or the energy errs by more than a trace.
+// stopped. False if joints do not hold, or the energy errs by more than a trace; of a loss not
+// where there are to be no `more_parts`.
 bool advance_parts(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
-                   int parts, bool fourth, JointSystem& joints, std::vector<BodyState>& states,
-                   IslandReport& report) {
-  constexpr double kTrace = 1e-3;
+                   int parts, bool fourth, bool more_parts, JointSystem& joints,
+                   std::vector<BodyState>& states, IslandReport& report) {
+  constexpr double kTrace = 1e-3, kMostGiven = 0.1;
   const double part_s = dt_s / parts;
   const bool pushed = std::ranges::any_of(
       ids, [&scene](BodyId id) { return is_pushed(scene.bodies[index_of(id)]); });
@@ -214,10 +215,12 @@ bool advance_parts(const SceneDescription& scene, double dt_s, std::span<const B
         return false;
     if (pushed) continue;
     const EnergyExcess excess = energy_excess(scene, part_s, ids, from, states, work.motors_joule);
-    const bool trace = excess.is_trace(kTrace);
-    if (!trace) return false;
+    if (!excess.is_trace(kTrace)) return false;
+    const bool lost = excess.gain_joule < 0.0 && !work.loses;
+    const bool little = -excess.gain_joule <= kTrace * excess.moving_joule;
+    if (!fourth && lost && !little && more_parts) return false;
     if (excess.gain_joule > 0.0 ||
-        (!work.loses && -excess.gain_joule <= kTrace * excess.moving_joule))
+        (lost && -excess.gain_joule <= (fourth ? kTrace : kMostGiven) * excess.moving_joule))
       take_excess(scene, ids, excess, afloat, states, report);
     report.motor_work_joule += work.motors_joule;
     work = {};
@@ -233,13 +236,14 @@ bool advance_linkage(const SceneDescription& scene, double dt_s, std::span<const
   const bool fourth = is_reversible(scene, ids, joints);
   const int substeps = substeps_of(scene, dt_s, ids, states, fourth, joints);
   if (substeps == 0) return false;
-  std::vector<BodyState> next(states.begin(), states.end());
+  std::vector<BodyState> next;
   IslandReport linked = report;
-  bool holds = advance_parts(scene, dt_s, ids, substeps, fourth, joints, next, linked);
-  for (int parts = 4 * substeps; !holds && parts <= kMostParts; parts *= 4) {
+  bool holds = false;
+  for (int parts = substeps; !holds && parts <= kMostParts; parts *= 4) {
     next.assign(states.begin(), states.end());
     linked = report;
-    holds = advance_parts(scene, dt_s, ids, parts, fourth, joints, next, linked);
+    const bool more = 4 * parts <= kMostParts;
+    holds = advance_parts(scene, dt_s, ids, parts, fourth, more, joints, next, linked);
   }
   if (!holds) return false;
   if (!fourth) {
