@@ -33,7 +33,7 @@ class Draw {
     const std::uint32_t bodies = 1 + below(12);
     for (std::uint32_t id = 0; id < bodies; ++id) scene_.bodies.push_back(body(id, bodies));
     add_statics();
-    if (joints && chance(4)) add_joints();
+    if (joints || chance(4)) add_joints();
     return scene_;
   }
 
@@ -139,25 +139,53 @@ class Draw {
     for (std::uint32_t i = below(3); i > 0; --i) add_obstacle();
   }
 
-  // Each body may hang on an earlier one, or on the world: no loops.
+  // Each body may hang on an earlier one, or on the world, and sometimes twice: then in a loop, or
+  // held more than once.
   void add_joints() {
-    constexpr const char* kTypes[] = {"ball", "hinge", "slider", "fixed", "distance"};
     for (const FuzzBody& body : scene_.bodies) {
       if (chance(2)) continue;
-      FuzzJoint joint;
-      joint.type = kTypes[below(5)];
-      joint.body = body.id;
-      Vec3 other = body.position_m + size_m_ * direction();
-      if (body.id > 0 && !chance(3)) {
-        joint.other_body = below(body.id);
-        other = scene_.bodies[*joint.other_body].position_m;
-      }
-      joint.anchor_m =
-          joint.type == "distance" ? body.position_m : Vec3(0.5 * (body.position_m + other));
-      joint.other_anchor_m = other;
-      joint.axis = direction();
-      scene_.joints.push_back(joint);
+      scene_.joints.push_back(joint(body));
+      if (chance(5)) scene_.joints.push_back(joint(body));
     }
+  }
+
+  FuzzJoint joint(const FuzzBody& body) {
+    constexpr const char* kTypes[] = {"ball", "hinge", "slider", "fixed", "distance"};
+    FuzzJoint joint;
+    joint.type = kTypes[below(5)];
+    joint.body = body.id;
+    Vec3 other = body.position_m + size_m_ * direction();
+    if (body.id > 0 && !chance(3)) {
+      joint.other_body = below(body.id);
+      other = scene_.bodies[*joint.other_body].position_m;
+    }
+    joint.anchor_m =
+        joint.type == "distance" ? body.position_m : Vec3(0.5 * (body.position_m + other));
+    joint.other_anchor_m = other;
+    joint.axis = direction();
+    joint.can_collide = chance(4);
+    if (joint.type == "hinge" || joint.type == "slider") bound(body, joint);
+    return joint;
+  }
+
+  // Motors go at most a tenth of the smaller body in a step and take up to 100 steps to get there:
+  // contacts ahead know no motor.
+  void bound(const FuzzBody& body, FuzzJoint& joint) {
+    const bool turns = joint.type == "hinge";
+    const double way = turns ? 1.5 : size_m_;
+    if ((!turns && joint.other_body) || chance(2))
+      joint.limits = {-way * between(0.0, 2.0), way * between(0.0, 2.0)};
+    if (!chance(3)) return;
+    double mass = body.mass_kg, size = body.shape.size_m.minCoeff();
+    if (joint.other_body) {
+      const FuzzBody& other = scene_.bodies[*joint.other_body];
+      mass = std::min(mass, other.mass_kg);
+      size = std::min(size, other.shape.size_m.minCoeff());
+    }
+    const double arm = turns ? size_m_ : 1.0;
+    const double speed = std::min(size / arm / scene_.time_step_s, 1e6) * powers(1e-3, 0.1);
+    const double push = mass * arm * arm * speed / scene_.time_step_s * powers(0.01, 10.0);
+    joint.motor = {chance(2) ? speed : -speed, push};
   }
 
   scenarios::RandomStream random_;

@@ -76,6 +76,17 @@ std::string joint_text(const FuzzJoint& joint, std::size_t id) {
   if (joint.other_body) text += ", \"other_body\": " + std::to_string(*joint.other_body);
   text += ", \"anchor_m\": " + vector(joint.anchor_m) + ", \"reach_m\": 1e5";
   if (joint.type == "hinge" || joint.type == "slider") text += ", \"axis\": " + vector(joint.axis);
+  const bool turns = joint.type == "hinge";
+  if (joint.limits)
+    text += std::string(turns ? ", \"min_angle_rad\": " : ", \"min_way_m\": ") +
+            number(joint.limits->first) + (turns ? ", \"max_angle_rad\": " : ", \"max_way_m\": ") +
+            number(joint.limits->second);
+  if (joint.motor)
+    text += std::string(turns ? ", \"motor_speed_rad_s\": " : ", \"motor_speed_m_s\": ") +
+            number(joint.motor->first) +
+            (turns ? ", \"motor_torque_newton_m\": " : ", \"motor_force_newton\": ") +
+            number(joint.motor->second);
+  if (joint.can_collide) text += ", \"can_collide\": true";
   if (joint.type == "distance") text += ", \"other_anchor_m\": " + vector(joint.other_anchor_m);
   return text + "}";
 }

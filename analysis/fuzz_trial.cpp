@@ -60,6 +60,15 @@ class Checks {
       fastest_m_s_ = std::max(fastest_m_s_, point_speed(i, state));
       largest = std::max(largest, radii_m_.back());
     }
+    // What joints tie to a body turns with it, however far away, and motors drive it.
+    const double tied_m = joined_reach_m();
+    for (std::size_t i = 0; i < ids_.size(); ++i) {
+      if (scene_.bodies[i].joints == 0) continue;
+      const BodyState& state = scenario.initial[i];
+      fastest_m_s_ = std::max(fastest_m_s_,
+                              point_speed(i, state) + state.angular_velocity_rad_s.norm() * tied_m);
+    }
+    fastest_m_s_ = std::max(fastest_m_s_, motor_speed_m_s(tied_m));
     wedged_.resize(ids_.size(), false);
     const double duration = scene_.dt_s * static_cast<double>(scenario.run.steps);
     constexpr double kPushOut_1_s = 2.0;
@@ -111,6 +120,26 @@ class Checks {
     return std::sqrt(squared);
   }
 
+  // How far from a body's centre others can be that joints hold to it, directly or in turn.
+  double joined_reach_m() const {
+    double sum = 0.0;
+    for (const Joint& joint : scene_.joints) {
+      sum += joint.anchor_a_m.norm() + joint.length_m;
+      if (joint.b != kWorldBody) sum += joint.anchor_b_m.norm();
+      if (joint.limits && joint.kind == JointKind::kSlider)
+        sum += std::max(-joint.limits->least, joint.limits->most);
+    }
+    return sum;
+  }
+
+  double motor_speed_m_s(double reach_m) const {
+    double most = 0.0;
+    for (const Joint& joint : scene_.joints)
+      if (joint.motor)
+        most += std::abs(joint.motor->speed) * (joint.kind == JointKind::kHinge ? reach_m : 1.0);
+    return most;
+  }
+
   double point_speed(std::size_t body, const BodyState& state) const {
     return state.linear_velocity_m_s.norm() + state.angular_velocity_rad_s.norm() * radii_m_[body];
   }
@@ -138,8 +167,8 @@ class Checks {
 
   void check_island(const IslandReport& island, const EnergyChange& change) {
     EnergyChange rest = change;
-    rest.gain_joule -= island.push_out_work_joule;
-    rest.scale_joule += std::abs(island.push_out_work_joule);
+    rest.gain_joule -= island.push_out_work_joule + island.motor_work_joule;
+    rest.scale_joule += std::abs(island.push_out_work_joule) + std::abs(island.motor_work_joule);
     check_gain(island.label, rest,
                "an island of " + std::to_string(island.bodies) + " with " +
                    std::to_string(island.contact_points) + " points" +

@@ -83,6 +83,7 @@ class Writer {
     number(value.error_estimate);
     id(value.worst_body);
     number(static_cast<std::uint32_t>(value.beyond_tolerance));
+    number(value.motor_work_joule);
     vector(value.static_impulse_newton_s);
     vector(value.static_angular_impulse_newton_m_s);
   }
@@ -169,6 +170,7 @@ class Reader {
     value.error_estimate = number<double>();
     value.worst_body = id();
     value.beyond_tolerance = number<std::uint32_t>() != 0;
+    value.motor_work_joule = number<double>();
     value.static_impulse_newton_s = vector();
     value.static_angular_impulse_newton_m_s = vector();
     return value;

@@ -172,6 +172,7 @@ bool ListItem<IslandReport>::same(const IslandReport& a, const IslandReport& b) 
          same_bits(a.push_out_work_joule, b.push_out_work_joule) &&
          same_bits(a.error_estimate, b.error_estimate) && a.worst_body == b.worst_body &&
          a.beyond_tolerance == b.beyond_tolerance &&
+         same_bits(a.motor_work_joule, b.motor_work_joule) &&
          same_bits(a.static_impulse_newton_s, b.static_impulse_newton_s) &&
          same_bits(a.static_angular_impulse_newton_m_s, b.static_angular_impulse_newton_m_s);
 }

@@ -13,6 +13,7 @@
 #include "physics/joint_motion.hpp"
 #include "physics/late_impacts.hpp"
 #include "physics/momentum.hpp"
+#include "physics/linkage.hpp"
 #include "physics/refinement.hpp"
 #include "physics/rigid_motion.hpp"
 #include "physics/split_solver.hpp"
@@ -61,13 +62,18 @@ void store_impulses(const Selection<ContactManifold>& manifolds, const ContactPr
   }
 }
 
+void store_all_impulses(const Selection<ContactManifold>& manifolds, const ContactProblem& problem,
+                        std::span<BodyState> states) {
+  std::size_t row = 0;
+  for (std::size_t i = 0; i < states.size(); ++i)
+    store_impulses(manifolds, problem, i, true, row, states[i].impulses);
+}
+
 void move_bodies(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                  std::span<const ContactManifold> manifolds, const ContactProblem& problem,
-                 const std::vector<PushOut>& push, const JointSystem& joints,
-                 std::span<BodyState> states, std::vector<AdvanceFault>& faults) {
-  std::vector<Flight> flights = find_flights(problem);
-  for (const JointRow& row : joints.rows)
-    flights[row.a].supported = flights[row.b].supported = true;
+                 const std::vector<PushOut>& push, std::span<BodyState> states,
+                 std::vector<AdvanceFault>& faults) {
+  const std::vector<Flight> flights = find_flights(problem);
   std::size_t row = 0;
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const bool moved = move_body(scene, dt_s, ids[i], problem.bodies[i], flights[i],
@@ -83,24 +89,6 @@ void count_rows(const JointSystem& joints, StageCounters& counters) {
     counters.limit_rows += row.kind == JointRowKind::kLimit;
     counters.motor_rows += row.kind == JointRowKind::kMotor;
   }
-}
-
-// With joints, their direct solution and sweeps over the contacts take turns.
-ContactSolution solve_jointed(const SceneDescription& scene, double dt_s,
-                              std::span<const BodyId> ids, std::span<const BodyState> states,
-                              JointSystem& joints, ContactProblem& problem) {
-  ContactSolution solution;
-  solution.iterations =
-      static_cast<std::uint32_t>(solve_with_joints(scene, dt_s, ids, states, joints, problem));
-  if (problem.restitution_rows > 0 && aim_rebounds(problem)) {
-    take_back_joint_impulses(joints, problem.bodies);
-    solution.iterations +=
-        static_cast<std::uint32_t>(solve_with_joints(scene, dt_s, ids, states, joints, problem));
-  }
-  PushOutProblem push;
-  solve_push_out(scene.solver.iterations, dt_s, problem, push);
-  solution.push = std::move(push.bodies);
-  return solution;
 }
 
 }  // namespace
@@ -127,6 +115,7 @@ void add_part(const IslandReport& part, IslandReport& report) {
   if (part.error_estimate > 0.0) report.worst_body = part.worst_body;
   report.error_estimate += part.error_estimate;
   report.beyond_tolerance = report.beyond_tolerance || part.beyond_tolerance;
+  report.motor_work_joule += part.motor_work_joule;
   report.static_impulse_newton_s += part.static_impulse_newton_s;
   report.static_angular_impulse_newton_m_s += part.static_angular_impulse_newton_m_s;
 }
@@ -137,6 +126,7 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, std::span<
   IslandReport report = report_of(ids, manifolds);
   JointSystem joints = find_joints(scene, ids, manifolds);
   if (!scene.joints.empty()) report_lost_joints(scene, ids, manifolds, faults);
+  if (!joints.empty()) close_left_open(scene, dt_s, ids, joints, states, report);
   const bool linked = !joints.empty() && report.contact_points == 0 &&
                       !has_springs(scene, joints) &&
                       advance_linkage(scene, dt_s, ids, joints, states, report, faults);
@@ -166,7 +156,7 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, std::span<
   const ContactSolution solution =
       joints.empty()
           ? solve_contacts(scene, dt_s, ids, before, free, plan ? &*plan : nullptr, problem)
-          : solve_jointed(scene, dt_s, ids, states, joints, problem);
+          : solve_jointed({scene, dt_s, ids, states, free}, joints, problem);
   report.direct = solution.direct;
   report.iterations = solution.iterations;
   report.multiplications = solution.multiplications;
@@ -174,9 +164,15 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, std::span<
   report.constraint_residual_m_s = residual_m_s(problem);
   report_contacts(before, problem, report);
   report_joints(states, joints, report);
-  move_bodies(scene, dt_s, ids, manifolds, problem, solution.push, joints, states, faults);
-  report.push_out_work_joule = push_out_work_joule(scene, dt_s, ids, solution.push);
-  if (!joints.empty()) report.push_out_work_joule += close_joints(scene, dt_s, ids, joints, states);
+  if (joints.empty()) {
+    move_bodies(scene, dt_s, ids, manifolds, problem, solution.push, states, faults);
+    report.push_out_work_joule = push_out_work_joule(scene, dt_s, ids, solution.push);
+  } else {
+    const std::vector<BodyState> start(states.begin(), states.end());
+    move_jointed({scene, dt_s, ids, start, free}, joints, problem, solution.push, states, report,
+                 faults);
+    store_all_impulses(manifolds, problem, states);
+  }
   counters.solver_iterations += solution.iterations;
   counters.row_sweeps += solution.iterations * rows_of(problem);
   counters.factor_multiplications += solution.multiplications;

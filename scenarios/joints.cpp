@@ -55,6 +55,13 @@ struct Fill {
     stretch(spec, spec.other_anchor_m, spec.length_m);
     if (!(joint.length_m > 0.0))
       add_fault(faults, *spec.json, {"a distance of 0 m", "a distance above 0 (or a ball)", ""});
+    const double apart_m = (spec.other_anchor_m - spec.anchor_m).norm();
+    constexpr double kRounded = 1e-6;  // what digits left out of a file may come to
+    if (spec.length_m && std::abs(*spec.length_m - apart_m) > kRounded * apart_m)
+      add_fault(faults, *find_member(*spec.json, "length_m"),
+                {number_text(*spec.length_m) + " m between anchors that are " +
+                     number_text(apart_m) + " m apart",
+                 "the distance that they have at the start, or no length_m", ""});
   }
   void operator()(const SpringSpec& spec) const {
     joint.kind = JointKind::kSpring;

@@ -139,12 +139,15 @@ TEST(JointsOfAScenario, FaultsAreAllFoundAtOnce) {
 {"id": 2, "type": "ball", "body": 3, "other_body": 3, "anchor_m": [0, 0, 0]},
 {"id": 3, "type": "ball", "body": 9, "anchor_m": [0, 0, 0]},
 {"id": 4, "type": "hinge", "body": 3, "anchor_m": [0, 0, 0], "axis": [0, 0, 0]},
-{"id": 5, "type": "distance", "body": 3, "anchor_m": [0, 0, 0], "other_anchor_m": [0, 0, 0]})"));
+{"id": 5, "type": "distance", "body": 3, "anchor_m": [0, 0, 0], "other_anchor_m": [0, 0, 0]},
+{"id": 6, "type": "distance", "body": 3, "anchor_m": [0, 0, 0], "other_anchor_m": [0, 0, 2],
+ "length_m": 2.1})"));
   for (const char* part :
        {"/joints/0/body: found 8, which no body has", "/joints/1/id: found 1 again",
         "/joints/2/other_body: found a joint of a body with itself",
         "/joints/3/body: found 9, a body that is not there yet", "/joints/4/axis: found an axis",
-        "/joints/5: found a distance of 0 m"})
+        "/joints/5: found a distance of 0 m",
+        "/joints/6/length_m: found 2.1 m between anchors that are 2 m apart"})
     EXPECT_NE(faults.find(part), std::string::npos) << part << "\nin\n" << faults;
 }
 
