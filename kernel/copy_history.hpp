@@ -73,4 +73,51 @@ class CopyHistory {
   SlidingVector<Saved> saved_;
 };
 
+// For an LP that forwards every mark, and so can restart at any time: the state that a time needs
+// is the one before the first execution that is not earlier. It keeps nothing before the horizon,
+// and most of the time nothing at all: then what an LP has executed is gone as soon as GVT passes.
+template <class State>
+class StepHistory {
+ public:
+  void mark(VirtualTime now, const State& state) {
+    if (!saved_.empty() && saved_.back().time == now) return;
+    SODA_ASSERT(saved_.empty() || saved_.back().time < now, "mark at ", now, " after ",
+                saved_.back().time);
+    saved_.emplace_back(now, state);
+  }
+
+  // Returns `to`.
+  VirtualTime rewind(VirtualTime to, State& state) {
+    SODA_ASSERT(to >= horizon_, "rewind to ", to, ", which has been forgotten");
+    Saved* at = saved_.end();
+    while (at != saved_.begin() && at[-1].time >= to) --at;
+    if (at == saved_.end()) return to;
+    at->time = to;
+    state = at->state;
+    saved_.truncate(static_cast<std::size_t>(at - saved_.begin()) + 1);
+    return to;
+  }
+
+  VirtualTime forget(VirtualTime horizon) {
+    horizon_ = horizon;
+    const Saved* saved = saved_.begin();
+    while (saved != saved_.end() && saved->time < horizon) ++saved;
+    saved_.drop_front(static_cast<std::size_t>(saved - saved_.begin()));
+    return horizon;
+  }
+
+  std::size_t size() const { return saved_.size(); }
+
+ private:
+  struct Saved {
+    VirtualTime time;
+    State state;
+
+    Saved(VirtualTime time_, const State& state_) : time(time_), state(state_) {}
+  };
+
+  SlidingVector<Saved> saved_;  // ascending
+  VirtualTime horizon_ = kBeginning;
+};
+
 }  // namespace soda::kernel

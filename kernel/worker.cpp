@@ -39,6 +39,9 @@ constexpr microseconds kLongestRound{10'000};
 // A worker that is alone knows GVT without, and collects by itself.
 constexpr std::size_t kBagsPerRoundAlone = 65536;
 
+// So many entries of the journal may be taken out but not dropped, whatever is left.
+constexpr std::size_t kLongJournal = 4096;
+
 }  // namespace
 
 Worker::Worker(std::size_t index, Team& team, std::span<const std::unique_ptr<LogicalProcess>> lps,
@@ -55,6 +58,7 @@ Worker::Worker(std::size_t index, Team& team, std::span<const std::unique_ptr<Lo
       is_alone_(team.partition.workers == 1 && options.scheduling_seed == 0 &&
                 options.synchronisation == Synchronisation::kOptimistic &&
                 options.outside == nullptr),
+      calendar_(pool_),
       schedule_(team.partition.first_of(team.first_worker + index + 1) - first_lp_),
       is_held_(schedule_.size(), false),
       is_uncommitted_(schedule_.size(), false),
@@ -64,9 +68,15 @@ Worker::Worker(std::size_t index, Team& team, std::span<const std::unique_ptr<Lo
   processes_.reserve(schedule_.size());
   for (std::uint32_t own = 0; own < schedule_.size(); ++own) {
     const LpId id{first_lp_ + own};
-    processes_.emplace_back(id, lps.size(), *lps[index_of(id)], end, pool_);
+    processes_.emplace_back(id, lps.size(), *lps[index_of(id)], end, pool_, journal_);
     refresh(own);
+    is_plain_ = is_plain_ && processes_.back().is_plain();
   }
+  effects_.calendar = &calendar_;
+  effects_.first_own = first_lp_;
+  // A random scheduler decides about each message; but in lockstep nothing may be late.
+  is_plain_ = is_plain_ && (!shuffles() || holds_back_);
+  if (is_plain_ && !shuffles()) effects_.owns = static_cast<std::uint32_t>(schedule_.size());
 }
 
 void Worker::run() {
@@ -130,6 +140,14 @@ inline void Worker::deliver(std::uint32_t own, Message&& message) {
     held_back_.push_back(std::move(message));
     return;
   }
+  if (is_plain_ && message.first && (!shuffles() || random_.below(2) == 0))
+    calendar_.push(pool_.put(std::move(message)));
+  else
+    deliver_now(own, std::move(message));
+}
+
+void Worker::deliver_now(std::uint32_t own, Message&& message) {
+  if (is_plain_) note_uncommitted(own);  // it may take back what lies in the journal
   if (processes_[own].deliver(std::move(message), effects_.counters)) [[unlikely]]
     touched_.push_back(own);
   else if (own != executing_)  // which is scheduled when all it has sent is delivered
@@ -202,14 +220,15 @@ inline std::uint32_t Worker::pick() {
       if (schedule_.time_of(own) < open_until_) return own;
     }
   }
-  return schedule_.take();
+  return schedule_.top();
 }
 
 void Worker::execute_batch() {
   const auto start = std::chrono::steady_clock::now();
   std::size_t executed = 0;
-  for (; executed < batch_size_ && can_execute(); ++executed) execute_one(pick());
+  for (; executed < batch_size_ && can_execute(); ++executed) execute_next();
   executed_since_round_ += executed;
+  if (knows_gvt()) collect_journal();
   const auto now = std::chrono::steady_clock::now();
   adapt_batch(now - start, executed);
   const std::size_t bags_per_round =
@@ -217,6 +236,77 @@ void Worker::execute_batch() {
   // A seed makes a run on one thread reproducible: then the clock decides nothing.
   const bool is_late = shuffles() ? random_.below(32) == 0 : now - last_round_ >= kLongestRound;
   if (executed_since_round_ >= bags_per_round || is_late) request_round();
+}
+
+// Of a time that both the calendar and the schedule have for an LP, the messages are delivered first.
+inline bool Worker::is_next_in_calendar() {
+  const VirtualTime arrived = calendar_.top_time();
+  if (arrived >= end_) return false;
+  const VirtualTime scheduled = schedule_.top_time();
+  if (arrived != scheduled) return arrived < scheduled;
+  return index_of(calendar_.top_lp()) - first_lp_ <= schedule_.top();
+}
+
+inline void Worker::execute_next() {
+  if (is_next_in_calendar() && !(shuffles() && random_.below(2) == 0))
+    execute_arrived();
+  else if (schedule_.top_time() < open_until_)
+    execute_one(pick());
+}
+
+// The bag that comes next, if it has come in time; if not, the LP gets it and settles.
+void Worker::execute_arrived() {
+  const VirtualTime now = calendar_.top_time();
+  const LpId lp = calendar_.top_lp();
+  const std::uint32_t own = index_of(lp) - first_lp_;
+  TimeWarpProcess& process = processes_[own];
+  const std::uint32_t place = calendar_.pop();
+  std::uint32_t first = place;
+  std::uint32_t inputs = 1;
+  if (calendar_.has_more(now, lp)) [[unlikely]] {
+    first = take_rest(now, lp, place);
+    inputs = static_cast<std::uint32_t>(places_.size());
+  } else {
+    pool_[place].next = MessagePool::kNone;
+  }
+  if (!process.takes_in_order(now)) [[unlikely]]
+    return deliver_list(own, first);
+  if (knows_gvt()) gvt_ = now;
+  note_lead(now.t);
+  process.collect(gvt_, effects_.counters);
+  const VirtualTime next_before = process.next_time();
+  const TimeWarpProcess* const next =
+      calendar_.top_time() < end_ ? &processes_[index_of(calendar_.top_lp()) - first_lp_] : nullptr;
+  if (next) next->prefetch();
+  process.execute_in_order(now, first, inputs, effects_);
+  if (next) next->prefetch_lp();
+  if (!effects_.outgoing.empty()) route_outgoing();
+  if (process.next_time() != next_before || !process.is_quiet()) [[unlikely]]
+    refresh(own);
+  if (!touched_.empty()) settle_receivers();
+}
+
+// The other messages of a bag, in canonical order; returns the first.
+std::uint32_t Worker::take_rest(VirtualTime now, LpId lp, std::uint32_t first) {
+  places_.assign(1, first);
+  while (calendar_.has_more(now, lp)) places_.push_back(calendar_.pop());
+  std::sort(places_.begin(), places_.end(), [this](std::uint32_t a, std::uint32_t b) {
+    return register_key(pool_[a]) < register_key(pool_[b]);
+  });
+  for (std::size_t i = 0; i < places_.size(); ++i)
+    pool_[places_[i]].next = i + 1 < places_.size() ? places_[i + 1] : MessagePool::kNone;
+  return places_.front();
+}
+
+void Worker::deliver_list(std::uint32_t own, std::uint32_t first) {
+  for (std::uint32_t place = first; place != MessagePool::kNone;) {
+    const std::uint32_t next = pool_[place].next;
+    Message message = std::move(pool_[place]);
+    pool_.release(place);
+    deliver_now(own, std::move(message));
+    place = next;
+  }
+  settle_receivers();
 }
 
 void Worker::execute_one(std::uint32_t own) {
@@ -302,7 +392,7 @@ VirtualTime Worker::take_from_outside(const GvtOutcome& outcome) {
 
 GvtReport Worker::make_report() {
   team_.inboxes[index_].take(arrived_);
-  GvtReport report{outside_.hold(schedule_.top_time()), std::nullopt, std::nullopt};
+  GvtReport report{outside_.hold(earliest()), std::nullopt, std::nullopt};
   if (communicates()) {
     team_.link->send_outgoing();
     report.of_all_ranks = RankGvt{team_.link->gvt(), team_.link->fault()};
@@ -338,18 +428,48 @@ void Worker::note_gvt(VirtualTime gvt) {
 void Worker::commit(const GvtOutcome& outcome) {
   fault_ = outcome.fault;
   const VirtualTime limit = fault_ ? fault_->when : gvt_;
-  if (finished_) coast_to(std::min(limit, end_));
+  if (finished_) {
+    take_back_journal();
+    coast_to(std::min(limit, end_));
+  }
   std::size_t kept = 0;
   for (const std::uint32_t own : uncommitted_) {
     TimeWarpProcess& process = processes_[own];
     process.commit(limit, effects_.counters);
     if (process.has_antis() && !finished_) process.forget(gvt_);
-    if (process.is_committed())
+    if (process.is_committed() && !process.has_antis())
       is_uncommitted_[own] = false;
     else
       uncommitted_[kept++] = own;
   }
   uncommitted_.resize(kept);
+  collect_journal();
+}
+
+// All that GVT has passed. What is left at the front after that can hold up much that was taken out
+// behind it: then it is not worth its room.
+void Worker::collect_journal() {
+  std::size_t left = 0;
+  for (std::uint64_t number = journal_.first_number(); number < journal_.next_number(); ++number) {
+    const Journal::Entry& entry = journal_[number];
+    if (entry.lp == nullptr) continue;
+    if (entry.time() < gvt_)
+      entry.lp->collect_in_order(number, gvt_, effects_.counters);
+    else
+      ++left;
+  }
+  journal_.drop_taken();
+  if (journal_.size() > kLongJournal + 4 * left) take_back_journal();
+}
+
+void Worker::take_back_journal() {
+  for (std::uint64_t number = journal_.first_number(); number < journal_.next_number(); ++number) {
+    TimeWarpProcess* const process = journal_[number].lp;
+    if (process == nullptr) continue;
+    process->take_back();
+    note_uncommitted(index_of(process->id()) - first_lp_);
+  }
+  journal_.drop_taken();
 }
 
 void Worker::coast_to(VirtualTime limit) {

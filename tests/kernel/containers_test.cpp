@@ -13,7 +13,6 @@
 #include "kernel/copy_history.hpp"
 #include "kernel/hash_mix.hpp"
 #include "kernel/input_queue.hpp"
-#include "kernel/lp_schedule.hpp"
 #include "kernel/payload.hpp"
 #include "kernel/slot_table.hpp"
 #include "kernel/standard_phold.hpp"
@@ -114,31 +113,6 @@ TEST(CalendarQueue, TakesOutTheEarliestWhateverTheTimesAreLike) {
     }
   }
   EXPECT_GT(most, 2000u);
-}
-
-TEST(LpSchedule, TakesTheEarliestAndAmongEqualsTheLowestNumber) {
-  SplitMix64 random(4);
-  LpSchedule schedule(200);
-  std::set<std::pair<VirtualTime, std::uint32_t>> plain;
-  std::int64_t now = 0;
-  for (int change = 0; change < 50000; ++change) {
-    const auto lp = static_cast<std::uint32_t>(random.below(200));
-    plain.erase({schedule.time_of(lp), lp});
-    VirtualTime time{now + static_cast<std::int64_t>(random.below(400)), 0};
-    if (random.below(10) == 0) time = kNever;
-    if (time < kNever) plain.insert({time, lp});
-    schedule.update(lp, time);
-    if (plain.empty()) {
-      ASSERT_EQ(schedule.top_time(), kNever);
-      continue;
-    }
-    ASSERT_EQ(schedule.top_time(), plain.begin()->first);
-    if (random.below(2) == 0) continue;
-    now = plain.begin()->first.t;
-    ASSERT_EQ(schedule.top(), plain.begin()->second);
-    ASSERT_EQ(schedule.take(), plain.begin()->second);
-    plain.erase(plain.begin());
-  }
 }
 
 TEST(SlotTable, CountsWhatIsInUsePerRegister) {

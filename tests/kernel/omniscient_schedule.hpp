@@ -25,7 +25,7 @@ class Schedule {
  public:
   Schedule(const Lps& lps, VirtualTime end, Collect collect) : end_(end), collect_(collect) {
     for (std::uint32_t i = 0; i < lps.size(); ++i)
-      processes_.emplace_back(LpId{i}, lps.size(), *lps[i], end, pool_);
+      processes_.emplace_back(LpId{i}, lps.size(), *lps[i], end, pool_, journal_);
   }
 
   // Runs to the end and returns the number of actions.
@@ -86,6 +86,7 @@ class Schedule {
   const VirtualTime end_;
   const Collect collect_;
   MessagePool pool_;
+  Journal journal_;
   std::deque<TimeWarpProcess> processes_;
   WorkerEffects effects_;  // .outgoing: what is on its way
   VirtualTime gvt_ = kBeginning;
