@@ -33,40 +33,48 @@ class Journal {
   static_assert(sizeof(Entry) == 40);
 
   // Numbers rise and are not used twice, but for outputs: modulo 2^32.
-  std::uint64_t next_number() const { return first_ + entries_.size(); }
+  std::uint64_t first_number() const { return first_; }
+  std::uint64_t next_number() const { return next_; }
   bool has(std::uint64_t number) const { return number >= first_; }
   Entry& operator[](std::uint64_t number) { return entries_[number - first_]; }
 
-  std::uint32_t next_output() const {
-    return first_output_ + static_cast<std::uint32_t>(outputs_.size());
-  }
+  std::uint32_t next_output() const { return next_output_; }
   Payload& output(std::uint32_t number) { return outputs_[number - first_output_]; }
 
-  void append_output(const Payload& payload) { outputs_.emplace_back(payload); }
-  void append(const Entry& entry) { entries_.emplace_back(entry); }
+  void append_output(const Payload& payload) {
+    outputs_.emplace_back(payload);
+    ++next_output_;
+  }
+  void append(const Entry& entry) {
+    entries_.emplace_back(entry);
+    ++next_;
+  }
 
-  bool empty() const { return entries_.empty(); }
-  std::size_t size() const { return entries_.size(); }
-  std::uint64_t first_number() const { return first_; }
+  std::uint64_t size() const { return next_ - first_; }
 
   // Gives back the room of what has been taken out.
   void drop_taken() {
-    std::size_t taken = 0;
-    while (taken < entries_.size() && entries_[taken].lp == nullptr) ++taken;
-    if (taken == 0) return;
-    const std::uint32_t keep =
-        taken < entries_.size() ? entries_[taken].output_at : next_output();
-    entries_.drop_front(taken);
-    first_ += taken;
+    std::uint64_t taken = 0;
+    while (taken < size() && entries_[taken].lp == nullptr) ++taken;
+    if (taken > 0) drop_first(taken);
+  }
+  void drop_all() { drop_first(size()); }
+
+ private:
+  void drop_first(std::uint64_t count) {
+    const std::uint32_t keep = count < size() ? entries_[count].output_at : next_output_;
+    entries_.drop_front(count);
+    first_ += count;
     outputs_.drop_front(keep - first_output_);
     first_output_ = keep;
   }
 
- private:
   SlidingVector<Entry> entries_;
   SlidingVector<Payload> outputs_;  // as sent
   std::uint64_t first_ = 1;         // number of entries_.front()
-  std::uint32_t first_output_ = 0;  // and of outputs_.front()
+  std::uint64_t next_ = 1;          // and of the one that is appended next
+  std::uint32_t first_output_ = 0;  // number of outputs_.front()
+  std::uint32_t next_output_ = 0;
 };
 
 }  // namespace soda::kernel

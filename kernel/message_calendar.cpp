@@ -82,10 +82,10 @@ void MessageCalendar::fit(const std::vector<std::uint32_t>& all) {
   // The earlier half, for messages far ahead would make the buckets too wide.
   const std::uint64_t span =
       static_cast<std::uint64_t>(*middle) - static_cast<std::uint64_t>(earliest);
-  shift_ = static_cast<int>(std::bit_width(4 * span / times.size()));
-  heads_.assign(std::bit_ceil(all.size()), kNone);
+  shift_ = static_cast<int>(std::bit_width(2 * span / times.size()));
+  heads_.assign(2 * std::bit_ceil(all.size()), kNone);
   mask_ = heads_.size() - 1;
-  grow_at_ = 2 * heads_.size();
+  grow_at_ = heads_.size();
   current_ = earliest >> shift_;
 }
 

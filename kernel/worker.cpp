@@ -228,7 +228,10 @@ void Worker::execute_batch() {
   std::size_t executed = 0;
   for (; executed < batch_size_ && can_execute(); ++executed) execute_next();
   executed_since_round_ += executed;
-  if (knows_gvt()) collect_journal();
+  if (journal_.size() > 0 && knows_gvt()) {
+    gvt_ = std::min(earliest(), end_);  // all of the journal is earlier
+    collect_journal();
+  }
   const auto now = std::chrono::steady_clock::now();
   adapt_batch(now - start, executed);
   const std::size_t bags_per_round =
@@ -449,7 +452,7 @@ void Worker::commit(const GvtOutcome& outcome) {
 // All that GVT has passed. What is left at the front after that can hold up much that was taken out
 // behind it: then it is not worth its room.
 void Worker::collect_journal() {
-  std::size_t left = 0;
+  std::uint64_t left = 0;
   for (std::uint64_t number = journal_.first_number(); number < journal_.next_number(); ++number) {
     const Journal::Entry& entry = journal_[number];
     if (entry.lp == nullptr) continue;
@@ -458,6 +461,7 @@ void Worker::collect_journal() {
     else
       ++left;
   }
+  if (left == 0) return journal_.drop_all();
   journal_.drop_taken();
   if (journal_.size() > kLongJournal + 4 * left) take_back_journal();
 }
