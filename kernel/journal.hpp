@@ -19,14 +19,14 @@ class TimeWarpProcess;
 class Journal {
  public:
   struct Entry {
-    TimeWarpProcess* lp;        // null: it has been taken out
+    TimeWarpProcess* lp;  // null: it has been taken out
     std::int64_t t;
     std::uint32_t round;
     std::uint32_t back;         // so many entries back is the one before of this LP; 0: none
     std::uint32_t first_input;  // in the pool, linked in canonical order
     std::uint32_t inputs;
     std::uint32_t outputs;
-    std::uint32_t output_at;    // number of the first one
+    std::uint32_t output_at;  // number of the first one
 
     VirtualTime time() const { return {t, round}; }
   };

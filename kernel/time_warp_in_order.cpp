@@ -49,7 +49,8 @@ class TimeWarpProcess::InOrderSender final : public Outbox {
 
 void TimeWarpProcess::execute_in_order(VirtualTime now, std::uint32_t first_input,
                                        std::uint32_t inputs, WorkerEffects& effects) {
-  SODA_ASSERT(now < end_ && takes_in_order(now), "LP ", index_of(id_), " at ", now, ", end ", end_);
+  SODA_ASSERT(now < end_ && now < next_time_ && inputs_.boundary() <= now, "LP ", index_of(id_),
+              " at ", now, ", end ", end_);
   const MessagePool& pool = inputs_.pool();
   effects.bag.truncate(0);
   for (std::uint32_t place = first_input; place != MessagePool::kNone; place = pool[place].next)

@@ -314,9 +314,8 @@ void TimeWarpProcess::coast_to(VirtualTime limit, WorkerEffects& effects) {
 
 void TimeWarpProcess::commit(VirtualTime limit, Counters& counters) {
   const HistorySize held = history_size();
-  counters.history_max =
-      std::max<std::uint64_t>(counters.history_max, held.inputs + held.executed + held.outputs +
-                                                        held_in_order_);
+  counters.history_max = std::max<std::uint64_t>(
+      counters.history_max, held.inputs + held.executed + held.outputs + held_in_order_);
   const Executed* executed = executed_.begin() + committed_;
   for (; executed != executed_.end(); ++executed) {
     const VirtualTime time = executed->time();

@@ -266,8 +266,8 @@ class alignas(64) TimeWarpProcess {
   void drop_history(VirtualTime gvt);
   void note_quiet() {
     is_quiet_ = !inputs_.has_antis() && changed_from_ == kNever &&
-                (!rare_ || (rare_->faults.empty() && rare_->pending_order.empty() &&
-                            rare_->pending.empty()));
+                (!rare_ ||
+                 (rare_->faults.empty() && rare_->pending_order.empty() && rare_->pending.empty()));
   }
   void withdraw(VirtualTime now, LpId destination, WorkerEffects& effects);
   void cancel(const OutputId& id, WorkerEffects& effects);
@@ -285,15 +285,15 @@ class alignas(64) TimeWarpProcess {
   std::uint32_t committed_ = 0;  // executed_ up to here has been committed
   LogicalProcess& lp_;
   Journal& journal_;
-  std::uint64_t last_in_order_ = 0;  // its last entry in the journal; 0: none
-  std::uint32_t held_in_order_ = 0;  // inputs, executed times and outputs there
+  std::uint64_t last_in_order_ = 0;          // its last entry in the journal; 0: none
+  std::uint32_t held_in_order_ = 0;          // inputs, executed times and outputs there
   SlidingVector<Executed> executed_;         // ascending
   VirtualTime last_committed_ = kBeginning;  // outlives rollbacks behind it
   SlidingVector<Payload> outputs_;           // standing, as sent by what has been executed
   std::uint64_t next_incarnation_ = 1;
   VirtualTime resent_until_ = kBeginning;  // what was sent up to there may have been undone
-  SlotTable slots_;     // of what stands and of what is irrevocable
-  VirtualTime agenda_;  // of the LP
+  SlotTable slots_;                        // of what stands and of what is irrevocable
+  VirtualTime agenda_;                     // of the LP
   const std::uint32_t lp_count_;
   const VirtualTime end_;
   VirtualTime kept_ = kBeginning;  // what forget() of the LP returned last

@@ -39,9 +39,6 @@ constexpr microseconds kLongestRound{10'000};
 // A worker that is alone knows GVT without, and collects by itself.
 constexpr std::size_t kBagsPerRoundAlone = 65536;
 
-// So many entries of the journal may be taken out but not dropped, whatever is left.
-constexpr std::size_t kLongJournal = 4096;
-
 }  // namespace
 
 Worker::Worker(std::size_t index, Team& team, std::span<const std::unique_ptr<LogicalProcess>> lps,
@@ -154,12 +151,12 @@ void Worker::deliver_now(std::uint32_t own, Message&& message) {
     schedule(own);
 }
 
-inline void Worker::refresh(std::uint32_t own) {
+void Worker::refresh(std::uint32_t own) {
   schedule(own);
   if (processes_[own].has_fault()) may_be_faulty_.push_back(own);
 }
 
-inline void Worker::route_outgoing() {
+void Worker::route_outgoing() {
   for (Message& message : effects_.outgoing) {
     const std::uint32_t own = index_of(message.destination) - first_lp_;
     if (own < schedule_.size())
@@ -226,7 +223,13 @@ inline std::uint32_t Worker::pick() {
 void Worker::execute_batch() {
   const auto start = std::chrono::steady_clock::now();
   std::size_t executed = 0;
-  for (; executed < batch_size_ && can_execute(); ++executed) execute_next();
+  while (executed < batch_size_ && can_execute()) {
+    const std::size_t in_order = execute_arrived(batch_size_ - executed);
+    executed += in_order;
+    if (in_order > 0) continue;
+    if (schedule_.top_time() < open_until_) execute_one(pick());
+    ++executed;
+  }
   executed_since_round_ += executed;
   if (journal_.size() > 0 && knows_gvt()) {
     gvt_ = std::min(earliest(), end_);  // all of the journal is earlier
@@ -239,77 +242,6 @@ void Worker::execute_batch() {
   // A seed makes a run on one thread reproducible: then the clock decides nothing.
   const bool is_late = shuffles() ? random_.below(32) == 0 : now - last_round_ >= kLongestRound;
   if (executed_since_round_ >= bags_per_round || is_late) request_round();
-}
-
-// Of a time that both the calendar and the schedule have for an LP, the messages are delivered first.
-inline bool Worker::is_next_in_calendar() {
-  const VirtualTime arrived = calendar_.top_time();
-  if (arrived >= end_) return false;
-  const VirtualTime scheduled = schedule_.top_time();
-  if (arrived != scheduled) return arrived < scheduled;
-  return index_of(calendar_.top_lp()) - first_lp_ <= schedule_.top();
-}
-
-inline void Worker::execute_next() {
-  if (is_next_in_calendar() && !(shuffles() && random_.below(2) == 0))
-    execute_arrived();
-  else if (schedule_.top_time() < open_until_)
-    execute_one(pick());
-}
-
-// The bag that comes next, if it has come in time; if not, the LP gets it and settles.
-void Worker::execute_arrived() {
-  const VirtualTime now = calendar_.top_time();
-  const LpId lp = calendar_.top_lp();
-  const std::uint32_t own = index_of(lp) - first_lp_;
-  TimeWarpProcess& process = processes_[own];
-  const std::uint32_t place = calendar_.pop();
-  std::uint32_t first = place;
-  std::uint32_t inputs = 1;
-  if (calendar_.has_more(now, lp)) [[unlikely]] {
-    first = take_rest(now, lp, place);
-    inputs = static_cast<std::uint32_t>(places_.size());
-  } else {
-    pool_[place].next = MessagePool::kNone;
-  }
-  if (!process.takes_in_order(now)) [[unlikely]]
-    return deliver_list(own, first);
-  if (knows_gvt()) gvt_ = now;
-  note_lead(now.t);
-  process.collect(gvt_, effects_.counters);
-  const VirtualTime next_before = process.next_time();
-  const TimeWarpProcess* const next =
-      calendar_.top_time() < end_ ? &processes_[index_of(calendar_.top_lp()) - first_lp_] : nullptr;
-  if (next) next->prefetch();
-  process.execute_in_order(now, first, inputs, effects_);
-  if (next) next->prefetch_lp();
-  if (!effects_.outgoing.empty()) route_outgoing();
-  if (process.next_time() != next_before || !process.is_quiet()) [[unlikely]]
-    refresh(own);
-  if (!touched_.empty()) settle_receivers();
-}
-
-// The other messages of a bag, in canonical order; returns the first.
-std::uint32_t Worker::take_rest(VirtualTime now, LpId lp, std::uint32_t first) {
-  places_.assign(1, first);
-  while (calendar_.has_more(now, lp)) places_.push_back(calendar_.pop());
-  std::sort(places_.begin(), places_.end(), [this](std::uint32_t a, std::uint32_t b) {
-    return register_key(pool_[a]) < register_key(pool_[b]);
-  });
-  for (std::size_t i = 0; i < places_.size(); ++i)
-    pool_[places_[i]].next = i + 1 < places_.size() ? places_[i + 1] : MessagePool::kNone;
-  return places_.front();
-}
-
-void Worker::deliver_list(std::uint32_t own, std::uint32_t first) {
-  for (std::uint32_t place = first; place != MessagePool::kNone;) {
-    const std::uint32_t next = pool_[place].next;
-    Message message = std::move(pool_[place]);
-    pool_.release(place);
-    deliver_now(own, std::move(message));
-    place = next;
-  }
-  settle_receivers();
 }
 
 void Worker::execute_one(std::uint32_t own) {
@@ -447,33 +379,6 @@ void Worker::commit(const GvtOutcome& outcome) {
   }
   uncommitted_.resize(kept);
   collect_journal();
-}
-
-// All that GVT has passed. What is left at the front after that can hold up much that was taken out
-// behind it: then it is not worth its room.
-void Worker::collect_journal() {
-  std::uint64_t left = 0;
-  for (std::uint64_t number = journal_.first_number(); number < journal_.next_number(); ++number) {
-    const Journal::Entry& entry = journal_[number];
-    if (entry.lp == nullptr) continue;
-    if (entry.time() < gvt_)
-      entry.lp->collect_in_order(number, gvt_, effects_.counters);
-    else
-      ++left;
-  }
-  if (left == 0) return journal_.drop_all();
-  journal_.drop_taken();
-  if (journal_.size() > kLongJournal + 4 * left) take_back_journal();
-}
-
-void Worker::take_back_journal() {
-  for (std::uint64_t number = journal_.first_number(); number < journal_.next_number(); ++number) {
-    TimeWarpProcess* const process = journal_[number].lp;
-    if (process == nullptr) continue;
-    process->take_back();
-    note_uncommitted(index_of(process->id()) - first_lp_);
-  }
-  journal_.drop_taken();
 }
 
 void Worker::coast_to(VirtualTime limit) {

@@ -68,10 +68,9 @@ class Worker {
   }
   std::uint32_t pick();
   VirtualTime earliest() { return std::min(schedule_.top_time(), calendar_.top_time()); }
-  bool is_next_in_calendar();
-  void execute_next();
   void execute_one(std::uint32_t own);
-  void execute_arrived();
+  std::size_t execute_arrived(std::size_t most);
+  void execute_bag(VirtualTime now);
   std::uint32_t take_rest(VirtualTime now, LpId lp, std::uint32_t first);
   void deliver_list(std::uint32_t own, std::uint32_t first);
   void collect_journal();
