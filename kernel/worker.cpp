@@ -10,12 +10,6 @@ namespace {
 
 using std::chrono::microseconds;
 
-// Bags between two looks at the inbox: many tiny ones (the look costs as much as one), or a single
-// one of a heavy model, whose messages must not wait for the next.
-constexpr std::size_t kLongestBatch = 64;
-constexpr microseconds kShortBatch{10};
-constexpr microseconds kLongBatch{40};
-
 // A worker that has used up its window needs a round to go on, but each round stops those who are
 // busy: it waits a little, and longer while GVT does not move.
 constexpr microseconds kLeastPatience{50};
@@ -30,14 +24,6 @@ constexpr microseconds kLongestNap{300};
 // often, and soon if the last time messages were in transit.
 constexpr microseconds kLongestBetweenRounds{300};
 constexpr microseconds kTransit{20};
-
-// A round stops everybody, so it should come after many bags; but what is collected late has left
-// the cache, and history that is short stays there: after about one bag of each LP.
-// What bags that take long leave behind fills the cache sooner: so many us are enough, too.
-constexpr std::size_t kLeastBagsPerRound = 1024;
-constexpr microseconds kLongestRound{10'000};
-// A worker that is alone knows GVT without, and collects by itself.
-constexpr std::size_t kBagsPerRoundAlone = 65536;
 
 }  // namespace
 
@@ -207,69 +193,6 @@ void Worker::release_reached() {
     is_held_[own] = false;
     schedule(own);
   }
-}
-
-// Lowest floor first: what is furthest behind is least likely to be undone, and holds GVT back.
-inline std::uint32_t Worker::pick() {
-  if (shuffles()) {
-    for (int attempt = 0; attempt < 4; ++attempt) {
-      const auto own = static_cast<std::uint32_t>(random_.below(schedule_.size()));
-      if (schedule_.time_of(own) < open_until_) return own;
-    }
-  }
-  return schedule_.top();
-}
-
-void Worker::execute_batch() {
-  const auto start = std::chrono::steady_clock::now();
-  std::size_t executed = 0;
-  while (executed < batch_size_ && can_execute()) {
-    const std::size_t in_order = execute_arrived(batch_size_ - executed);
-    executed += in_order;
-    if (in_order > 0) continue;
-    if (schedule_.top_time() < open_until_) execute_one(pick());
-    ++executed;
-  }
-  executed_since_round_ += executed;
-  if (journal_.size() > 0 && knows_gvt()) {
-    gvt_ = std::min(earliest(), end_);  // all of the journal is earlier
-    collect_journal();
-  }
-  const auto now = std::chrono::steady_clock::now();
-  adapt_batch(now - start, executed);
-  const std::size_t bags_per_round =
-      std::max(is_alone_ ? kBagsPerRoundAlone : kLeastBagsPerRound, schedule_.size());
-  // A seed makes a run on one thread reproducible: then the clock decides nothing.
-  const bool is_late = shuffles() ? random_.below(32) == 0 : now - last_round_ >= kLongestRound;
-  if (executed_since_round_ >= bags_per_round || is_late) request_round();
-}
-
-void Worker::execute_one(std::uint32_t own) {
-  TimeWarpProcess& process = processes_[own];
-  if (knows_gvt()) gvt_ = process.floor();
-  note_lead(process.next_time().t);
-  const TimeWarpProcess* const next =
-      schedule_.top_time() < end_ ? &processes_[schedule_.top()] : nullptr;
-  if (next) next->prefetch();
-  process.collect(gvt_, effects_.counters);
-  executing_ = own;
-  process.execute(effects_);
-  effects_.stand_again.clear();
-  note_uncommitted(own);
-  if (next) next->prefetch_history();
-  route_outgoing();
-  executing_ = kNobody;
-  refresh(own);
-  if (!touched_.empty()) settle_receivers();
-}
-
-void Worker::adapt_batch(std::chrono::steady_clock::duration took, std::size_t executed) {
-  if (shuffles())
-    batch_size_ = 1 + random_.below(8);
-  else if (took > kLongBatch)
-    batch_size_ = std::max<std::size_t>(batch_size_ / 2, 1);
-  else if (took < kShortBatch && executed == batch_size_)
-    batch_size_ = std::min(batch_size_ * 2, kLongestBatch);
 }
 
 void Worker::hand_over_messages() {
