@@ -73,4 +73,65 @@ class CopyHistory {
   SlidingVector<Saved> saved_;
 };
 
+// For an LP that forwards every mark, and so can restart at any time: the state that a time needs
+// is the one before the first execution that is not earlier. It keeps nothing before the horizon:
+// what an LP has executed is gone as soon as GVT has passed it. Often that is all but the latest,
+// so one saved state lies in the LP itself.
+template <class State>
+class StepHistory {
+ public:
+  void mark(VirtualTime now, const State& state) {
+    if (!has_first_) {
+      first_ = {now, state};
+      has_first_ = true;
+      return;
+    }
+    const VirtualTime last = later_.empty() ? first_.time : later_.back().time;
+    SODA_ASSERT(last <= now, "mark at ", now, " after ", last);
+    if (last < now) later_.push_back({now, state});
+  }
+
+  // Returns `to`.
+  VirtualTime rewind(VirtualTime to, State& state) {
+    SODA_ASSERT(to >= horizon_, "rewind to ", to, ", which has been forgotten");
+    if (!has_first_) return to;
+    std::size_t at = later_.size();
+    while (at > 0 && later_[at - 1].time >= to) --at;
+    if (at == 0 && first_.time >= to) {
+      later_.truncate(0);
+      first_.time = to;
+      state = first_.state;
+    } else if (at < later_.size()) {
+      later_.truncate(at + 1);
+      later_.back().time = to;
+      state = later_.back().state;
+    }
+    return to;
+  }
+
+  VirtualTime forget(VirtualTime horizon) {
+    horizon_ = horizon;
+    if (!has_first_ || first_.time >= horizon) return horizon;
+    std::size_t dropped = 0;
+    while (dropped < later_.size() && later_[dropped].time < horizon) ++dropped;
+    has_first_ = dropped < later_.size();
+    if (has_first_) first_ = later_[dropped++];
+    if (dropped > 0) later_.drop_front(dropped);
+    return horizon;
+  }
+
+  std::size_t size() const { return (has_first_ ? 1 : 0) + later_.size(); }
+
+ private:
+  struct Saved {
+    VirtualTime time;
+    State state;
+  };
+
+  bool has_first_ = false;
+  Saved first_{};
+  SlidingVector<Saved> later_;  // ascending
+  VirtualTime horizon_ = kBeginning;
+};
+
 }  // namespace soda::kernel

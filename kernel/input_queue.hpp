@@ -60,6 +60,22 @@ class InputQueue {
   // Moves the boundary to `to`, over what lies before it.
   void pass_to(VirtualTime to);
 
+  // The same where nothing pending lies at or before `now`; what was executed then lies elsewhere.
+  void pass_over(VirtualTime now) { boundary_ = {now.t, now.round + 1}; }
+
+  // A message that lies in the pool, of an execution that passed over it: later than what has been
+  // executed here.
+  void append_executed(std::uint32_t place) {
+    const VirtualTime time = (*pool_)[place].time;
+    near_.insert(passed_++, {time.t, time.round, place, false});
+  }
+
+  MessagePool& pool() const { return *pool_; }
+
+  static MessageView view(const Message& input) {
+    return {input.source, input.kind, input.slot, input.payload.bytes()};
+  }
+
   // Moves the boundary back to `from`.
   void undo(VirtualTime from);
 
@@ -101,9 +117,6 @@ class InputQueue {
   Message& message_of(const Entry& entry) const { return (*pool_)[entry.place]; }
   static int compare_rest(const Message& a, const Message& b);
 
-  static MessageView view(const Message& input) {
-    return {input.source, input.kind, input.slot, input.payload.bytes()};
-  }
   void gather_far(VirtualTime now, SlidingVector<MessageView>& bag) const;
   void pass_far(VirtualTime now);
   bool has_far() const { return far_ && !far_->empty(); }

@@ -30,6 +30,7 @@ class LpHeap {
 
   void update(std::uint32_t lp, VirtualTime time) {
     const std::size_t at = positions_[lp];
+    if (time == keys_[at].first) return;
     const bool earlier = time < keys_[at].first;
     keys_[at].first = time;
     if (earlier)

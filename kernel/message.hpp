@@ -4,6 +4,7 @@
 #include <compare>
 #include <cstdint>
 #include <tuple>
+#include <utility>
 
 #include "kernel/logical_process.hpp"
 #include "kernel/virtual_time.hpp"
@@ -14,13 +15,27 @@ namespace soda::kernel {
 // newest incarnation of a register wins, in whatever order they arrive; an anti-message is a newer,
 // empty one. So channels need no order, and an anti-message may overtake what it annihilates.
 struct alignas(64) Message {
-  VirtualTime time;  // of reception
+  Message() = default;
+  Message(VirtualTime time_, LpId source_, LpId destination_, std::uint32_t kind_,
+          std::uint32_t slot_, std::uint64_t incarnation_, bool anti_, Payload payload_)
+      : time(time_),
+        source(source_),
+        destination(destination_),
+        kind(kind_),
+        slot(slot_),
+        incarnation(incarnation_),
+        anti(anti_),
+        payload(std::move(payload_)) {}
+
+  [[no_unique_address]] VirtualTime time;  // of reception
+  std::uint32_t next = 0;                  // of the list that it lies in, in a pool: a place there
   LpId source{};
   LpId destination{};
   std::uint32_t kind = 0;
   std::uint32_t slot = 0;
-  std::uint64_t incarnation : 63 = 0;  // rises with every message of the source, over rollbacks
+  std::uint64_t incarnation : 62 = 0;  // rises with every message of the source, over rollbacks
   bool anti : 1 = false;
+  bool first : 1 = false;  // known to be the first incarnation of its register; never an anti
   Payload payload;
 };
 static_assert(sizeof(Message) == 64, "one cache line");

@@ -17,21 +17,25 @@ class MessagePool {
  public:
   static constexpr std::uint32_t kNone = (1u << 31) - 1;  // a place needs 31 bits
 
-  std::uint32_t put(Message&& message) {
+  std::uint32_t put(Message&& message) { return emplace(std::move(message)); }
+
+  // Constructed in place. Arguments must not refer to what lies here.
+  template <class... Arguments>
+  std::uint32_t emplace(Arguments&&... arguments) {
     const std::uint32_t place = free_;
-    if (place == kNone) {
-      messages_.push_back(std::move(message));
+    if (place == kNone) [[unlikely]] {
+      messages_.emplace_back(std::forward<Arguments>(arguments)...);
       return static_cast<std::uint32_t>(messages_.size() - 1) & kNone;
     }
     Message& room = messages_[place];
-    free_ = room.kind;
-    std::construct_at(&room, std::move(message));  // its payload has been cleared
+    free_ = room.next;
+    std::construct_at(&room, std::forward<Arguments>(arguments)...);  // its payload was cleared
     return place;
   }
 
   void release(std::uint32_t place) {
     messages_[place].payload.clear();
-    messages_[place].kind = free_;
+    messages_[place].next = free_;
     free_ = place;
   }
 
@@ -40,7 +44,7 @@ class MessagePool {
 
  private:
   std::vector<Message> messages_;
-  std::uint32_t free_ = kNone;  // first unused place; the next one is in its `kind`
+  std::uint32_t free_ = kNone;  // first unused place; the next one is in its `next`
 };
 
 }  // namespace soda::kernel

@@ -38,9 +38,6 @@ class StandardPholdProcess final : public LogicalProcess {
 
   void mark(VirtualTime now) override { history_.mark(now, state_); }
   VirtualTime rewind(VirtualTime to) override { return history_.rewind(to, state_); }
-  VirtualTime rewind_before(VirtualTime undone, VirtualTime to) override {
-    return history_.rewind_before(undone, to, state_);
-  }
   VirtualTime forget(VirtualTime horizon) override { return history_.forget(horizon); }
   void commit(VirtualTime now) override {
     const auto word = static_cast<std::uint64_t>(now.t) ^ (std::uint64_t{now.round} << 44);
@@ -92,7 +89,7 @@ class StandardPholdProcess final : public LogicalProcess {
   const std::uint32_t start_events_;
   const std::shared_ptr<const PholdDraws> draws_;
   State state_;
-  CopyHistory<State> history_;
+  StepHistory<State> history_;
   std::uint64_t committed_times_ = 0;
 };
 

@@ -20,6 +20,7 @@ namespace soda::kernel {
     ++effects.counters.messages;
     effects.outgoing.emplace_back(id.time, id_, id.destination, id.kind, id.slot,
                                   next_incarnation_++, false, payload);
+    effects.outgoing.back().first = id.time > resent_until_;
   }
   outputs_.emplace_back(std::move(payload));
 }
@@ -30,22 +31,14 @@ class TimeWarpProcess::Sender final : public Outbox {
       : process_(process), now_(now), effects_(effects) {}
 
   void send(LpId destination, VirtualTime when, std::uint32_t kind, Payload payload) override {
-    const std::uint32_t lp = index_of(process_.id_);
-    SODA_ASSERT(when > now_, "LP ", lp, " executing ", now_, " sends kind ", kind, " to LP ",
-                index_of(destination), " at ", when, ", which is not later than its own time");
-    SODA_ASSERT(index_of(destination) < process_.lp_count_, "LP ", lp, " at ", now_,
-                " sends to LP ", index_of(destination), " of ", process_.lp_count_);
+    process_.check_send(now_, destination, when, kind);
     if (when >= process_.end_) return;
     process_.send(now_, {when, destination, kind, 0}, std::move(payload), effects_);
   }
 
   void withdraw(LpId destination) override { process_.withdraw(now_, destination, effects_); }
 
-  void fault(Fault fault) override {
-    // While coasting, the record of the first time round still stands.
-    auto& faults = process_.rare().faults;
-    if (faults.empty() || faults.back().time < now_) faults.push_back({now_, std::move(fault)});
-  }
+  void fault(Fault fault) override { process_.note_fault(now_, std::move(fault)); }
 
  private:
   TimeWarpProcess& process_;
@@ -53,8 +46,14 @@ class TimeWarpProcess::Sender final : public Outbox {
   WorkerEffects& effects_;
 };
 
+// While coasting, the record of the first time round still stands.
+void TimeWarpProcess::note_fault(VirtualTime now, Fault fault) {
+  auto& faults = rare().faults;
+  if (faults.empty() || faults.back().time < now) faults.push_back({now, std::move(fault)});
+}
+
 TimeWarpProcess::TimeWarpProcess(LpId id, std::size_t lp_count, LogicalProcess& lp, VirtualTime end,
-                                 MessagePool& pool)
+                                 MessagePool& pool, Journal& journal)
     : next_time_(lp.next_time()),
       inputs_(pool),
       id_(id),
@@ -62,6 +61,7 @@ TimeWarpProcess::TimeWarpProcess(LpId id, std::size_t lp_count, LogicalProcess& 
       absorbs_(lp.absorbs()),
       jumps_(lp.jumps()),
       lp_(lp),
+      journal_(journal),
       agenda_(next_time_),
       lp_count_(static_cast<std::uint32_t>(lp_count)),
       end_(end) {}
@@ -69,7 +69,10 @@ TimeWarpProcess::TimeWarpProcess(LpId id, std::size_t lp_count, LogicalProcess& 
 bool TimeWarpProcess::deliver_any(Message&& message, Counters& counters) {
   const VirtualTime time = message.time;
   const bool anti = message.anti;
-  if (!inputs_.write(std::move(message))) return false;
+  if (needs_rollback(time)) take_back();
+  const bool changes = inputs_.write(std::move(message));
+  if (anti) is_quiet_ = false;
+  if (!changes) return false;
   if (jumps_ && (has_undone() || (needs_rollback(time) && !absorbs_)))
     rare().different.push_back(time);
   if (needs_rollback(time)) {
@@ -84,12 +87,13 @@ bool TimeWarpProcess::deliver_any(Message&& message, Counters& counters) {
   }
   const bool first = changed_from_ == kNever;
   changed_from_ = std::min(changed_from_, time);
+  is_quiet_ = false;
   return first;
 }
 
 void TimeWarpProcess::settle(WorkerEffects& effects) {
   if (absorbs_ && rare_ && !rare_->changed.empty()) absorb_changes(effects);
-  if (changed_from_ == kNever) return;
+  if (changed_from_ == kNever) return note_quiet();
   const VirtualTime from = std::exchange(changed_from_, kNever);
   if (has_fault()) {
     if (jumps_)
@@ -98,6 +102,7 @@ void TimeWarpProcess::settle(WorkerEffects& effects) {
     std::erase_if(rare_->faults, [&](const FaultRecord& record) { return record.time >= from; });
   }
   if (needs_rollback(from)) {
+    take_back();
     roll_back(from, effects.counters);
     coast_until_ = from;
     if (gates_)
@@ -107,6 +112,7 @@ void TimeWarpProcess::settle(WorkerEffects& effects) {
   }
   refresh_next_time();
   if (has_pending()) flush_pending(effects);
+  note_quiet();
 }
 
 // Of the changes behind the LP, the first that cannot be absorbed is left.
@@ -181,6 +187,7 @@ void TimeWarpProcess::undo_outputs(const Executed& undone) {
   Rare& undo = rare();
   for (std::uint32_t i = 0; i < undone.outputs; ++i) {
     const OutputId id = slots_.release();
+    resent_until_ = std::max(resent_until_, id.time);
     undo.pending_order.emplace_back(undone.time(), id);
     undo.pending.emplace(id, PendingOutput{undone.time(), std::move(outputs_.back())});
     outputs_.truncate(outputs_.size() - 1);
@@ -191,6 +198,7 @@ void TimeWarpProcess::execute(WorkerEffects& effects) {
   const VirtualTime now = next_time_;
   SODA_ASSERT(now < end_ && changed_from_ == kNever, "LP ", index_of(id_), " at ", now, ", end ",
               end_);
+  take_back();
   const std::uint32_t passed = inputs_.gather(now, effects.bag);
   lp_.mark(now);
   const std::size_t sent_before = outputs_.size();
@@ -204,6 +212,7 @@ void TimeWarpProcess::execute(WorkerEffects& effects) {
   refresh_next_time();
   if (!rare_) return;
   if (has_pending()) flush_pending(effects);
+  note_quiet();
   if (!has_undone()) return;
   drop_replaced(now);
   if (next_time_ >= coast_until_ && has_undone() && lp_.is_as_before()) jump(effects);
@@ -223,6 +232,7 @@ void TimeWarpProcess::undo(VirtualTime from, WorkerEffects& effects) {
 
 // Coasts over what it undoes: sends that differ are noticed there.
 void TimeWarpProcess::repeat_last(WorkerEffects& effects) {
+  take_back();
   const VirtualTime last = executed_.back().time();
   const VirtualTime after_last{last.t, last.round + 1};
   const VirtualTime next = next_time_;
@@ -304,8 +314,8 @@ void TimeWarpProcess::coast_to(VirtualTime limit, WorkerEffects& effects) {
 
 void TimeWarpProcess::commit(VirtualTime limit, Counters& counters) {
   const HistorySize held = history_size();
-  counters.history_max =
-      std::max<std::uint64_t>(counters.history_max, held.inputs + held.executed + held.outputs);
+  counters.history_max = std::max<std::uint64_t>(
+      counters.history_max, held.inputs + held.executed + held.outputs + held_in_order_);
   const Executed* executed = executed_.begin() + committed_;
   for (; executed != executed_.end(); ++executed) {
     const VirtualTime time = executed->time();
@@ -324,6 +334,13 @@ void TimeWarpProcess::forget(VirtualTime gvt) {
   const VirtualTime kept = lp_.forget(gvt);
   kept_ = kept;
   SODA_ASSERT(kept <= gvt, "LP ", index_of(id_), " keeps nothing before ", kept, " at GVT ", gvt);
+  drop_history(gvt);
+  note_quiet();
+}
+
+// Before kept_.
+void TimeWarpProcess::drop_history(VirtualTime gvt) {
+  const VirtualTime kept = kept_;
   inputs_.forget(kept, gvt);
   const Executed* executed = executed_.begin();
   std::size_t outputs = 0;

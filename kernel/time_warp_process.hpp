@@ -14,8 +14,10 @@
 #include "kernel/executor.hpp"
 #include "kernel/input_queue.hpp"
 #include "kernel/invariant.hpp"
+#include "kernel/journal.hpp"
 #include "kernel/logical_process.hpp"
 #include "kernel/message.hpp"
+#include "kernel/message_calendar.hpp"
 #include "kernel/sliding_vector.hpp"
 #include "kernel/slot_table.hpp"
 #include "kernel/virtual_time.hpp"
@@ -25,6 +27,11 @@ namespace soda::kernel {
 // What the calls of one worker's processes write to.
 struct WorkerEffects {
   std::vector<Message> outgoing;  // to be delivered by the executor, in any order
+  // Where first incarnations for LPs first_own .. first_own + owns - 1 may go instead, if it is
+  // known that they come into the receiver's hands before it executes their time or later.
+  MessageCalendar* calendar = nullptr;
+  std::uint32_t first_own = 0;
+  std::uint32_t owns = 0;
   Counters counters;
   SlidingVector<MessageView> bag;  // scratch
   // Times that count as executed though they were not: bags absorbed, and what a jump put back in
@@ -36,6 +43,12 @@ struct WorkerEffects {
 // the window; after every GVT, commit() and then forget(). All other methods need a settled
 // process.
 //
+// Most executions are never undone, and most messages come in time. For these there is a shorter
+// way: the executor keeps the messages until their time has come, and hands them over for
+// execute_in_order(). What that leaves behind lies in the executor's journal until
+// collect_in_order(); whatever concerns it, a late message or execute(), takes it back into the
+// LP's own history first.
+//
 // Jefferson's Time Warp (ACM TOPLAS 7, 1985) with lazy cancellation, message registers
 // (message.hpp) and restart points that the LP chooses. What is true between calls:
 //  1. Every input before coast_until is as it was when the times before it were last executed. So
@@ -45,9 +58,10 @@ struct WorkerEffects {
 //     an anti-message may still be needed for have send time >= floor, so receive time > floor.
 class alignas(64) TimeWarpProcess {
  public:
-  // `lp` and `pool` must outlive the process. Times >= end are never executed nor sent to.
+  // `lp`, `pool` and `journal` must outlive the process. Times >= end are never executed nor sent
+  // to.
   TimeWarpProcess(LpId id, std::size_t lp_count, LogicalProcess& lp, VirtualTime end,
-                  MessagePool& pool);
+                  MessagePool& pool, Journal& journal);
 
   LpId id() const { return id_; }
 
@@ -75,6 +89,31 @@ class alignas(64) TimeWarpProcess {
 
   // Executes next_time(), which must be < end.
   void execute(WorkerEffects& effects);
+
+  // Whether it executes in order at all: nothing but its messages decides about that.
+  bool is_plain() const { return !gates_ && !absorbs_ && !jumps_; }
+
+  // Whether nothing stands against execute_in_order(now, ...).
+  bool takes_in_order(VirtualTime now) const {
+    return is_quiet_ && inputs_.boundary() <= now && now < next_time_ && coast_until_ <= now;
+  }
+
+  // Executes `now` < end with `inputs` > 0 messages of that time, linked in canonical order from
+  // `first_input`: none of them an anti-message, and no other of that time has been delivered.
+  void execute_in_order(VirtualTime now, std::uint32_t first_input, std::uint32_t inputs,
+                        WorkerEffects& effects);
+
+  // Commits the first entry of this LP in the journal, of a time < gvt, and takes it out.
+  void collect_in_order(std::uint64_t number, VirtualTime gvt, Counters& counters);
+
+  // Takes all entries of this LP out of the journal into its own history.
+  void take_back() {
+    if (last_in_order_ != 0) [[unlikely]]
+      take_all_back();
+  }
+
+  // Whether it is not rolling back, nor cancelling, nor faulty.
+  bool is_quiet() const { return is_quiet_; }
 
   // Rolls back to `from`, as if a straggler had come: for tests of rollback under any schedule.
   // `from` must be >= every GVT that has been or is being computed.
@@ -119,10 +158,13 @@ class alignas(64) TimeWarpProcess {
     const char* const line = reinterpret_cast<const char*>(this);
     for (std::size_t at = 0; at < sizeof *this; at += 64) __builtin_prefetch(line + at);
   }
-  void prefetch_history() const {
+  void prefetch_lp() const {
     const char* const lp = reinterpret_cast<const char*>(&lp_);
     __builtin_prefetch(lp);
     __builtin_prefetch(lp + 64);
+  }
+  void prefetch_history() const {
+    prefetch_lp();
     __builtin_prefetch(executed_.end());
     __builtin_prefetch(outputs_.end());
     inputs_.prefetch();
@@ -140,7 +182,8 @@ class alignas(64) TimeWarpProcess {
   HistorySize history_size() const;
 
  private:
-  class Sender;  // the outbox of one execution
+  class Sender;         // the outbox of one execution
+  class InOrderSender;  // and of one in order
   struct Executed {
     std::int64_t t = 0;
     std::uint32_t round = 0;
@@ -206,9 +249,26 @@ class alignas(64) TimeWarpProcess {
     SODA_ASSERT(executed_.empty() || executed_.back().time() < agenda_, "agenda of LP ",
                 index_of(id_), " after executing ", executed_.back().time(), " is ", agenda_);
   }
+  void check_send(VirtualTime now, LpId destination, VirtualTime when, std::uint32_t kind) const {
+    SODA_ASSERT(when > now, "LP ", index_of(id_), " executing ", now, " sends kind ", kind,
+                " to LP ", index_of(destination), " at ", when,
+                ", which is not later than its own time");
+    SODA_ASSERT(index_of(destination) < lp_count_, "LP ", index_of(id_), " at ", now,
+                " sends to LP ", index_of(destination), " of ", lp_count_);
+  }
+  void note_fault(VirtualTime now, Fault fault);
   void send(VirtualTime now, const OutputId& to, Payload&& payload, WorkerEffects& effects);
   bool adopt(VirtualTime now, const OutputId& id, const Payload& payload);
   void flush_pending(WorkerEffects& effects);
+  void send_in_order(const OutputId& to, Payload&& payload, WorkerEffects& effects);
+  void take_all_back();
+  void move_to_history(Journal::Entry& entry);
+  void drop_history(VirtualTime gvt);
+  void note_quiet() {
+    is_quiet_ = !inputs_.has_antis() && changed_from_ == kNever &&
+                (!rare_ ||
+                 (rare_->faults.empty() && rare_->pending_order.empty() && rare_->pending.empty()));
+  }
   void withdraw(VirtualTime now, LpId destination, WorkerEffects& effects);
   void cancel(const OutputId& id, WorkerEffects& effects);
 
@@ -221,14 +281,19 @@ class alignas(64) TimeWarpProcess {
   std::unique_ptr<Rare> rare_;
   const LpId id_;
   const bool gates_, absorbs_, jumps_;
+  bool is_quiet_ = true;
   std::uint32_t committed_ = 0;  // executed_ up to here has been committed
   LogicalProcess& lp_;
+  Journal& journal_;
+  std::uint64_t last_in_order_ = 0;          // its last entry in the journal; 0: none
+  std::uint32_t held_in_order_ = 0;          // inputs, executed times and outputs there
   SlidingVector<Executed> executed_;         // ascending
   VirtualTime last_committed_ = kBeginning;  // outlives rollbacks behind it
   SlidingVector<Payload> outputs_;           // standing, as sent by what has been executed
   std::uint64_t next_incarnation_ = 1;
-  SlotTable slots_;     // of what stands and of what is irrevocable
-  VirtualTime agenda_;  // of the LP
+  VirtualTime resent_until_ = kBeginning;  // what was sent up to there may have been undone
+  SlotTable slots_;                        // of what stands and of what is irrevocable
+  VirtualTime agenda_;                     // of the LP
   const std::uint32_t lp_count_;
   const VirtualTime end_;
   VirtualTime kept_ = kBeginning;  // what forget() of the LP returned last

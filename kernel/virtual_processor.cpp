@@ -23,7 +23,7 @@ VirtualProcessor::VirtualProcessor(std::size_t index, const Partition& partition
   processes_.reserve(spent_.size());
   for (std::uint32_t own = 0; own < spent_.size(); ++own) {
     const LpId id = id_of(own);
-    processes_.emplace_back(id, lps.size(), *lps[index_of(id)], end, pool_);
+    processes_.emplace_back(id, lps.size(), *lps[index_of(id)], end, pool_, journal_);
     refresh(own);
   }
 }

@@ -89,6 +89,7 @@ class VirtualProcessor {
   const VirtualTime end_;
   const VirtualOptions& options_;
   MessagePool pool_;
+  Journal journal_;
   std::vector<TimeWarpProcess> processes_;
   std::vector<SlidingVector<Spent>> spent_;  // of each LP, what stands and is not committed
   std::vector<std::map<VirtualTime, std::int64_t>> undone_cost_ns_;  // of each LP, by time

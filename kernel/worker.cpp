@@ -10,12 +10,6 @@ namespace {
 
 using std::chrono::microseconds;
 
-// Bags between two looks at the inbox: many tiny ones (the look costs as much as one), or a single
-// one of a heavy model, whose messages must not wait for the next.
-constexpr std::size_t kLongestBatch = 64;
-constexpr microseconds kShortBatch{10};
-constexpr microseconds kLongBatch{40};
-
 // A worker that has used up its window needs a round to go on, but each round stops those who are
 // busy: it waits a little, and longer while GVT does not move.
 constexpr microseconds kLeastPatience{50};
@@ -30,14 +24,6 @@ constexpr microseconds kLongestNap{300};
 // often, and soon if the last time messages were in transit.
 constexpr microseconds kLongestBetweenRounds{300};
 constexpr microseconds kTransit{20};
-
-// A round stops everybody, so it should come after many bags; but what is collected late has left
-// the cache, and history that is short stays there: after about one bag of each LP.
-// What bags that take long leave behind fills the cache sooner: so many us are enough, too.
-constexpr std::size_t kLeastBagsPerRound = 1024;
-constexpr microseconds kLongestRound{10'000};
-// A worker that is alone knows GVT without, and collects by itself.
-constexpr std::size_t kBagsPerRoundAlone = 65536;
 
 }  // namespace
 
@@ -55,6 +41,7 @@ Worker::Worker(std::size_t index, Team& team, std::span<const std::unique_ptr<Lo
       is_alone_(team.partition.workers == 1 && options.scheduling_seed == 0 &&
                 options.synchronisation == Synchronisation::kOptimistic &&
                 options.outside == nullptr),
+      calendar_(pool_),
       schedule_(team.partition.first_of(team.first_worker + index + 1) - first_lp_),
       is_held_(schedule_.size(), false),
       is_uncommitted_(schedule_.size(), false),
@@ -64,9 +51,15 @@ Worker::Worker(std::size_t index, Team& team, std::span<const std::unique_ptr<Lo
   processes_.reserve(schedule_.size());
   for (std::uint32_t own = 0; own < schedule_.size(); ++own) {
     const LpId id{first_lp_ + own};
-    processes_.emplace_back(id, lps.size(), *lps[index_of(id)], end, pool_);
+    processes_.emplace_back(id, lps.size(), *lps[index_of(id)], end, pool_, journal_);
     refresh(own);
+    is_plain_ = is_plain_ && processes_.back().is_plain();
   }
+  effects_.calendar = &calendar_;
+  effects_.first_own = first_lp_;
+  // A random scheduler decides about each message; but in lockstep nothing may be late.
+  is_plain_ = is_plain_ && (!shuffles() || holds_back_);
+  if (is_plain_ && !shuffles()) effects_.owns = static_cast<std::uint32_t>(schedule_.size());
 }
 
 void Worker::run() {
@@ -130,18 +123,26 @@ inline void Worker::deliver(std::uint32_t own, Message&& message) {
     held_back_.push_back(std::move(message));
     return;
   }
+  if (is_plain_ && message.first && (!shuffles() || random_.below(2) == 0))
+    calendar_.push(pool_.put(std::move(message)));
+  else
+    deliver_now(own, std::move(message));
+}
+
+void Worker::deliver_now(std::uint32_t own, Message&& message) {
+  if (is_plain_) note_uncommitted(own);  // it may take back what lies in the journal
   if (processes_[own].deliver(std::move(message), effects_.counters)) [[unlikely]]
     touched_.push_back(own);
   else if (own != executing_)  // which is scheduled when all it has sent is delivered
     schedule(own);
 }
 
-inline void Worker::refresh(std::uint32_t own) {
+void Worker::refresh(std::uint32_t own) {
   schedule(own);
   if (processes_[own].has_fault()) may_be_faulty_.push_back(own);
 }
 
-inline void Worker::route_outgoing() {
+void Worker::route_outgoing() {
   for (Message& message : effects_.outgoing) {
     const std::uint32_t own = index_of(message.destination) - first_lp_;
     if (own < schedule_.size())
@@ -192,59 +193,6 @@ void Worker::release_reached() {
     is_held_[own] = false;
     schedule(own);
   }
-}
-
-// Lowest floor first: what is furthest behind is least likely to be undone, and holds GVT back.
-inline std::uint32_t Worker::pick() {
-  if (shuffles()) {
-    for (int attempt = 0; attempt < 4; ++attempt) {
-      const auto own = static_cast<std::uint32_t>(random_.below(schedule_.size()));
-      if (schedule_.time_of(own) < open_until_) return own;
-    }
-  }
-  return schedule_.take();
-}
-
-void Worker::execute_batch() {
-  const auto start = std::chrono::steady_clock::now();
-  std::size_t executed = 0;
-  for (; executed < batch_size_ && can_execute(); ++executed) execute_one(pick());
-  executed_since_round_ += executed;
-  const auto now = std::chrono::steady_clock::now();
-  adapt_batch(now - start, executed);
-  const std::size_t bags_per_round =
-      std::max(is_alone_ ? kBagsPerRoundAlone : kLeastBagsPerRound, schedule_.size());
-  // A seed makes a run on one thread reproducible: then the clock decides nothing.
-  const bool is_late = shuffles() ? random_.below(32) == 0 : now - last_round_ >= kLongestRound;
-  if (executed_since_round_ >= bags_per_round || is_late) request_round();
-}
-
-void Worker::execute_one(std::uint32_t own) {
-  TimeWarpProcess& process = processes_[own];
-  if (knows_gvt()) gvt_ = process.floor();
-  note_lead(process.next_time().t);
-  const TimeWarpProcess* const next =
-      schedule_.top_time() < end_ ? &processes_[schedule_.top()] : nullptr;
-  if (next) next->prefetch();
-  process.collect(gvt_, effects_.counters);
-  executing_ = own;
-  process.execute(effects_);
-  effects_.stand_again.clear();
-  note_uncommitted(own);
-  if (next) next->prefetch_history();
-  route_outgoing();
-  executing_ = kNobody;
-  refresh(own);
-  if (!touched_.empty()) settle_receivers();
-}
-
-void Worker::adapt_batch(std::chrono::steady_clock::duration took, std::size_t executed) {
-  if (shuffles())
-    batch_size_ = 1 + random_.below(8);
-  else if (took > kLongBatch)
-    batch_size_ = std::max<std::size_t>(batch_size_ / 2, 1);
-  else if (took < kShortBatch && executed == batch_size_)
-    batch_size_ = std::min(batch_size_ * 2, kLongestBatch);
 }
 
 void Worker::hand_over_messages() {
@@ -302,7 +250,7 @@ VirtualTime Worker::take_from_outside(const GvtOutcome& outcome) {
 
 GvtReport Worker::make_report() {
   team_.inboxes[index_].take(arrived_);
-  GvtReport report{outside_.hold(schedule_.top_time()), std::nullopt, std::nullopt};
+  GvtReport report{outside_.hold(earliest()), std::nullopt, std::nullopt};
   if (communicates()) {
     team_.link->send_outgoing();
     report.of_all_ranks = RankGvt{team_.link->gvt(), team_.link->fault()};
@@ -338,18 +286,22 @@ void Worker::note_gvt(VirtualTime gvt) {
 void Worker::commit(const GvtOutcome& outcome) {
   fault_ = outcome.fault;
   const VirtualTime limit = fault_ ? fault_->when : gvt_;
-  if (finished_) coast_to(std::min(limit, end_));
+  if (finished_) {
+    take_back_journal();
+    coast_to(std::min(limit, end_));
+  }
   std::size_t kept = 0;
   for (const std::uint32_t own : uncommitted_) {
     TimeWarpProcess& process = processes_[own];
     process.commit(limit, effects_.counters);
     if (process.has_antis() && !finished_) process.forget(gvt_);
-    if (process.is_committed())
+    if (process.is_committed() && !process.has_antis())
       is_uncommitted_[own] = false;
     else
       uncommitted_[kept++] = own;
   }
   uncommitted_.resize(kept);
+  collect_journal();
 }
 
 void Worker::coast_to(VirtualTime limit) {

@@ -11,7 +11,9 @@
 
 #include "kernel/executor.hpp"
 #include "kernel/hash_mix.hpp"
-#include "kernel/lp_schedule.hpp"
+#include "kernel/journal.hpp"
+#include "kernel/lp_heap.hpp"
+#include "kernel/message_calendar.hpp"
 #include "kernel/team.hpp"
 #include "kernel/time_warp_process.hpp"
 
@@ -41,6 +43,7 @@ class Worker {
   void exchange_with_other_ranks();
   void deliver_arrived();
   void deliver(std::uint32_t own, Message&& message);
+  void deliver_now(std::uint32_t own, Message&& message);
   void settle_receivers();
   void release_held_back();
   void route_outgoing();
@@ -64,7 +67,14 @@ class Worker {
     uncommitted_.push_back(own);
   }
   std::uint32_t pick();
+  VirtualTime earliest() { return std::min(schedule_.top_time(), calendar_.top_time()); }
   void execute_one(std::uint32_t own);
+  std::size_t execute_arrived(std::size_t most);
+  void execute_bag(VirtualTime now);
+  std::uint32_t take_rest(VirtualTime now, LpId lp, std::uint32_t first);
+  void deliver_list(std::uint32_t own, std::uint32_t first);
+  void collect_journal();
+  void take_back_journal();
   void adapt_batch(std::chrono::steady_clock::duration took, std::size_t executed);
   GvtReport make_report();
   void note_gvt(VirtualTime gvt);
@@ -72,7 +82,7 @@ class Worker {
   void coast_to(VirtualTime limit);
   void request_round();
   VirtualTime end_of_window() const;
-  bool can_execute() { return schedule_.top_time() < open_until_ || reopen(); }
+  bool can_execute() { return earliest() < open_until_ || reopen(); }
   bool shuffles() const { return options_.scheduling_seed != 0; }
   // Whether it is the one that speaks with the other ranks.
   bool communicates() const { return team_.link != nullptr && index_ == 0; }
@@ -88,9 +98,12 @@ class Worker {
   const bool holds_back_;  // messages, at random; in lockstep nothing may be late
   const bool is_alone_;    // nobody else sends, and it executes in order
 
-  MessagePool pool_;                        // of what they have received
+  MessagePool pool_;  // of what they have received, and of what waits in the calendar
+  MessageCalendar calendar_;
+  Journal journal_;
   std::vector<TimeWarpProcess> processes_;  // the own LPs
-  LpSchedule schedule_;                     // by floor, without those that are held
+  LpHeap schedule_;                         // by floor, without those that are held
+  bool is_plain_ = true;                    // all of them are: messages go to the calendar
   std::vector<std::uint32_t> held_;         // may hold (gating); in any order
   std::vector<char> is_held_;               // whether an LP is among them
   std::vector<std::uint32_t> may_be_faulty_;
@@ -101,6 +114,7 @@ class Worker {
   std::vector<Message> delivering_;           // scratch
   std::vector<Message> held_back_;            // only if it shuffles, and not in lockstep
   std::vector<std::uint32_t> touched_;        // scratch
+  std::vector<std::uint32_t> places_;         // scratch
   std::vector<std::vector<Message>> remote_;  // by receiving worker of all ranks
   std::vector<Message> received_;             // from other ranks; scratch
 
@@ -128,7 +142,7 @@ inline void Worker::note_lead(std::int64_t t) {
 
 // Moves the window on, if it can be told how far without a round.
 inline bool Worker::reopen() {
-  const VirtualTime next = schedule_.top_time();
+  const VirtualTime next = earliest();
   if (!knows_gvt() || next >= end_) return false;
   gvt_ = next;
   open_until_ = end_of_window();

@@ -13,7 +13,7 @@
 #include "kernel/copy_history.hpp"
 #include "kernel/hash_mix.hpp"
 #include "kernel/input_queue.hpp"
-#include "kernel/lp_schedule.hpp"
+#include "kernel/message_calendar.hpp"
 #include "kernel/payload.hpp"
 #include "kernel/slot_table.hpp"
 #include "kernel/standard_phold.hpp"
@@ -116,28 +116,34 @@ TEST(CalendarQueue, TakesOutTheEarliestWhateverTheTimesAreLike) {
   EXPECT_GT(most, 2000u);
 }
 
-TEST(LpSchedule, TakesTheEarliestAndAmongEqualsTheLowestNumber) {
-  SplitMix64 random(4);
-  LpSchedule schedule(200);
-  std::set<std::pair<VirtualTime, std::uint32_t>> plain;
-  std::int64_t now = 0;
-  for (int change = 0; change < 50000; ++change) {
-    const auto lp = static_cast<std::uint32_t>(random.below(200));
-    plain.erase({schedule.time_of(lp), lp});
-    VirtualTime time{now + static_cast<std::int64_t>(random.below(400)), 0};
-    if (random.below(10) == 0) time = kNever;
-    if (time < kNever) plain.insert({time, lp});
-    schedule.update(lp, time);
-    if (plain.empty()) {
-      ASSERT_EQ(schedule.top_time(), kNever);
-      continue;
+TEST(MessageCalendar, TakesTheEarliestAndAmongEqualsTheLowestDestination) {
+  for (const std::int64_t spread : {3, 400, 1'000'000}) {
+    SplitMix64 random(4);
+    MessagePool pool;
+    MessageCalendar calendar(pool);
+    std::multiset<std::pair<VirtualTime, std::uint32_t>> plain;
+    std::int64_t now = 0;
+    for (int change = 0; change < 40000; ++change) {
+      // Fills up, empties, fills up.
+      const bool fills = change / 8000 % 2 == 0;
+      if (plain.empty() || random.below(10) < (fills ? 7u : 3u)) {
+        const VirtualTime time{now + static_cast<std::int64_t>(random.below(spread)),
+                               static_cast<std::uint32_t>(random.below(2))};
+        const auto lp = static_cast<std::uint32_t>(random.below(50));
+        calendar.push(pool.emplace(time, LpId{1}, LpId{lp}, 0u, 0u, 1u, false, Payload()));
+        plain.insert({time, lp});
+      } else {
+        ASSERT_EQ(calendar.top_time(), plain.begin()->first);
+        ASSERT_EQ(index_of(calendar.top_lp()), plain.begin()->second);
+        now = plain.begin()->first.t;
+        const std::uint32_t place = calendar.pop();
+        ASSERT_EQ(pool[place].time, plain.begin()->first);
+        ASSERT_EQ(index_of(pool[place].destination), plain.begin()->second);
+        pool.release(place);
+        plain.erase(plain.begin());
+      }
+      ASSERT_EQ(calendar.size(), plain.size());
     }
-    ASSERT_EQ(schedule.top_time(), plain.begin()->first);
-    if (random.below(2) == 0) continue;
-    now = plain.begin()->first.t;
-    ASSERT_EQ(schedule.top(), plain.begin()->second);
-    ASSERT_EQ(schedule.take(), plain.begin()->second);
-    plain.erase(plain.begin());
   }
 }
 
@@ -258,6 +264,28 @@ TEST(InputQueue, HoldsTheNewestIncarnationOfEachRegisterInOrder) {
     most = std::max(most, plain.size());
   }
   EXPECT_GT(most, 200u);
+}
+
+TEST(StepHistory, RestoresWhatWasSavedBeforeTheFirstExecutionThatIsNotEarlier) {
+  StepHistory<int> history;
+  int state = 0;
+  for (const std::int64_t t : {5, 7, 9}) {
+    history.mark({t, 0}, state);
+    state = static_cast<int>(t);
+  }
+  EXPECT_EQ(history.rewind({10, 0}, state), (VirtualTime{10, 0}));
+  EXPECT_EQ(state, 9) << "nothing has been executed since";
+  EXPECT_EQ(history.rewind({8, 0}, state), (VirtualTime{8, 0}));
+  EXPECT_EQ(state, 7);
+  EXPECT_EQ(history.size(), 3u);
+  history.mark({9, 0}, 8);
+  history.forget({6, 0});
+  EXPECT_EQ(history.size(), 3u) << "of 7, 8 and 9";
+  EXPECT_EQ(history.rewind({6, 0}, state), (VirtualTime{6, 0}));
+  EXPECT_EQ(state, 5);
+  EXPECT_EQ(history.size(), 1u);
+  EXPECT_EQ(history.forget({7, 0}), (VirtualTime{7, 0}));
+  EXPECT_EQ(history.size(), 0u);
 }
 
 TEST(CopyHistory, RestoresWhatWasSavedBeforeTheFirstUndoneTimeAndSavesItAnew) {

@@ -62,8 +62,9 @@ TEST(Wire, AMessageComesBackWithEveryField) {
     message.destination = LpId{5};
     message.kind = 6;
     message.slot = 7;
-    message.incarnation = (std::uint64_t{1} << 62) + 8;
+    message.incarnation = (std::uint64_t{1} << 61) + 8;
     message.anti = size == 0;
+    message.first = size == 1;
     message.payload = Payload(Bytes(size, std::byte{42}));
     Bytes bytes;
     append_message(bytes, message);
@@ -75,6 +76,7 @@ TEST(Wire, AMessageComesBackWithEveryField) {
       EXPECT_EQ(found.destination, message.destination);
       EXPECT_EQ(found.incarnation, message.incarnation);
       EXPECT_EQ(found.anti, message.anti);
+      EXPECT_EQ(found.first, message.first);
       EXPECT_EQ(found.payload, message.payload);
     }
     EXPECT_TRUE(left.empty());

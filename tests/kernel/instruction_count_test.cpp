@@ -58,20 +58,19 @@ TEST(InstructionCount, OfTheSequentialExecutor) {
   EXPECT_LE(instructions_per_event({}, {"--executor", "sequential"}), 1.1 * 676);
 }
 
-// Of choosing, collecting fossils, executing, sending and delivering; how many bags lie between two
-// looks at the clock and at the inbox depends on the speed of the machine, so that part of the loop
-// does not count.
+// Of choosing, executing, sending and delivering; how many bags lie between two looks at the clock
+// and at the inbox depends on the speed of the machine, so that part of the loop does not count.
 TEST(InstructionCount, OfTimeWarpOnOneThread) {
-  EXPECT_LE(instructions_per_event({"--toggle-collect=soda::kernel::Worker::execute_one*"},
+  EXPECT_LE(instructions_per_event({"--toggle-collect=soda::kernel::Worker::execute_arrived*"},
                                    {"--executor", "threads", "--threads", "1"}),
-            1.1 * 1490);
+            1.1 * 925);
 }
 
-// What a round does with what has been executed.
+// Of committing and collecting fossils.
 TEST(InstructionCount, OfCommittingOnOneThread) {
-  EXPECT_LE(instructions_per_event({"--toggle-collect=soda::kernel::Worker::commit*"},
+  EXPECT_LE(instructions_per_event({"--toggle-collect=soda::kernel::Worker::collect_journal*"},
                                    {"--executor", "threads", "--threads", "1"}),
-            1.1 * 80);
+            1.1 * 221);
 }
 
 }  // namespace

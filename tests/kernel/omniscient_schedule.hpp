@@ -21,11 +21,15 @@ using Chooser = std::function<std::size_t(std::size_t count)>;
 
 enum class Collect { kAtOnce, kWhenChosen };  // fossils
 
+// Whether a message that could be the next execution of its receiver is executed as it arrives.
+enum class Arrival { kWaits, kIsExecutedIfInOrder };
+
 class Schedule {
  public:
-  Schedule(const Lps& lps, VirtualTime end, Collect collect) : end_(end), collect_(collect) {
+  Schedule(const Lps& lps, VirtualTime end, Collect collect, Arrival arrival = Arrival::kWaits)
+      : end_(end), collect_(collect), arrival_(arrival) {
     for (std::uint32_t i = 0; i < lps.size(); ++i)
-      processes_.emplace_back(LpId{i}, lps.size(), *lps[i], end, pool_);
+      processes_.emplace_back(LpId{i}, lps.size(), *lps[i], end, pool_, journal_);
   }
 
   // Runs to the end and returns the number of actions.
@@ -39,11 +43,15 @@ class Schedule {
       gvt_ = gvt;
       if (collect_ == Collect::kAtOnce) collect_fossils();
     }
-    for (TimeWarpProcess& process : processes_) process.commit(end_, effects_.counters);
+    for (TimeWarpProcess& process : processes_) {
+      process.take_back();
+      process.commit(end_, effects_.counters);
+    }
     return actions;
   }
 
   const Counters& counters() const { return effects_.counters; }
+  std::uint64_t executed_in_order() const { return executed_in_order_; }
 
  private:
   // Actions: deliver message i; execute the i-th LP that can; collect fossils if GVT has moved.
@@ -65,6 +73,12 @@ class Schedule {
       process.commit(gvt_, effects_.counters);
       process.forget(gvt_);
     }
+    for (auto number = journal_.first_number(); number < journal_.next_number(); ++number) {
+      const Journal::Entry& entry = journal_[number];
+      if (entry.lp != nullptr && entry.time() < gvt_)
+        entry.lp->collect_in_order(number, gvt_, effects_.counters);
+    }
+    journal_.drop_taken();
     collected_ = gvt_;
   }
 
@@ -72,6 +86,14 @@ class Schedule {
     Message message = std::move(effects_.outgoing[i]);
     effects_.outgoing.erase(effects_.outgoing.begin() + static_cast<std::ptrdiff_t>(i));
     TimeWarpProcess& receiver = processes_[index_of(message.destination)];
+    const VirtualTime time = message.time;
+    if (arrival_ == Arrival::kIsExecutedIfInOrder && message.first && receiver.is_plain() &&
+        receiver.takes_in_order(time)) {
+      ++executed_in_order_;
+      const std::uint32_t place = pool_.put(std::move(message));
+      pool_[place].next = MessagePool::kNone;
+      return receiver.execute_in_order(time, place, 1, effects_);
+    }
     receiver.deliver(std::move(message), effects_.counters);
     receiver.settle(effects_);
   }
@@ -85,7 +107,10 @@ class Schedule {
 
   const VirtualTime end_;
   const Collect collect_;
+  const Arrival arrival_;
+  std::uint64_t executed_in_order_ = 0;
   MessagePool pool_;
+  Journal journal_;
   std::deque<TimeWarpProcess> processes_;
   WorkerEffects effects_;  // .outgoing: what is on its way
   VirtualTime gvt_ = kBeginning;

@@ -20,7 +20,7 @@ constexpr VirtualTime at(std::int64_t t, std::uint32_t round = 0) { return {t, r
 // A process with what drives it. Messages come from LpId 2, registers (2, t, kind 7, slot).
 struct Bench {
   explicit Bench(ScriptedProcess::Script script)
-      : lp(std::move(script)), process(kSelf, 3, lp, kEnd, pool) {}
+      : lp(std::move(script)), process(kSelf, 3, lp, kEnd, pool, journal) {}
 
   void deliver(VirtualTime time, std::uint64_t value, std::uint64_t incarnation,
                std::uint32_t slot = 0) {
@@ -54,6 +54,7 @@ struct Bench {
 
   ScriptedProcess lp;
   MessagePool pool;
+  Journal journal;
   TimeWarpProcess process;
   WorkerEffects effects;
 };

@@ -1,0 +1,142 @@
+// The shorter way of a TimeWarpProcess: executions in the order of time, kept in the journal.
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "kernel/invariant.hpp"
+#include "kernel/time_warp_process.hpp"
+
+namespace soda::kernel {
+
+[[gnu::always_inline]] inline void TimeWarpProcess::send_in_order(const OutputId& to,
+                                                                  Payload&& payload,
+                                                                  WorkerEffects& effects) {
+  const std::uint32_t slot = slots_.take(to);
+  const bool is_first = to.time > resent_until_;
+  ++effects.counters.messages;
+  journal_.append_output(payload);
+  if (is_first && index_of(to.destination) - effects.first_own < effects.owns) {
+    MessagePool& pool = inputs_.pool();
+    const std::uint32_t place = pool.emplace(to.time, id_, to.destination, to.kind, slot,
+                                             next_incarnation_++, false, std::move(payload));
+    pool[place].first = true;
+    effects.calendar->push(place);
+  } else {
+    effects.outgoing.emplace_back(to.time, id_, to.destination, to.kind, slot, next_incarnation_++,
+                                  false, std::move(payload));
+    effects.outgoing.back().first = is_first;
+  }
+}
+
+class TimeWarpProcess::InOrderSender final : public Outbox {
+ public:
+  InOrderSender(TimeWarpProcess& process, VirtualTime now, WorkerEffects& effects)
+      : process_(process), now_(now), effects_(effects) {}
+
+  void send(LpId destination, VirtualTime when, std::uint32_t kind, Payload payload) override {
+    process_.check_send(now_, destination, when, kind);
+    if (when >= process_.end_) return;
+    process_.send_in_order({when, destination, kind, 0}, std::move(payload), effects_);
+  }
+
+  void fault(Fault fault) override { process_.note_fault(now_, std::move(fault)); }
+
+ private:
+  TimeWarpProcess& process_;
+  const VirtualTime now_;
+  WorkerEffects& effects_;
+};
+
+void TimeWarpProcess::execute_in_order(VirtualTime now, std::uint32_t first_input,
+                                       std::uint32_t inputs, WorkerEffects& effects) {
+  SODA_ASSERT(now < end_ && now < next_time_ && inputs_.boundary() <= now, "LP ", index_of(id_),
+              " at ", now, ", end ", end_);
+  const MessagePool& pool = inputs_.pool();
+  effects.bag.truncate(0);
+  for (std::uint32_t place = first_input; place != MessagePool::kNone; place = pool[place].next)
+    effects.bag.emplace_back(InputQueue::view(pool[place]));
+  lp_.mark(now);
+  const std::uint32_t output_at = journal_.next_output();
+  InOrderSender sender(*this, now, effects);
+  lp_.execute(now, effects.bag, sender);
+  const std::uint32_t outputs = journal_.next_output() - output_at;
+  const std::uint64_t number = journal_.next_number();
+  const bool follows = last_in_order_ != 0;
+  const auto back = follows ? static_cast<std::uint32_t>(number - last_in_order_) : 0;
+  journal_.append({this, now.t, now.round, back, first_input, inputs, outputs, output_at});
+  last_in_order_ = number;
+  held_in_order_ += inputs + 1 + outputs;
+  ++effects.counters.executed;
+  inputs_.pass_over(now);
+  agenda_ = lp_.next_time();
+  SODA_ASSERT(now < agenda_, "agenda of LP ", index_of(id_), " after executing ", now, " is ",
+              agenda_);
+  refresh_next_time();
+  if (rare_) [[unlikely]]
+    note_quiet();
+}
+
+void TimeWarpProcess::collect_in_order(std::uint64_t number, VirtualTime gvt, Counters& counters) {
+  Journal::Entry& entry = journal_[number];
+  const VirtualTime time = entry.time();
+  if (executed_.empty())
+    counters.history_max = std::max<std::uint64_t>(counters.history_max, held_in_order_);
+  else
+    commit(gvt, counters);
+  if (time > last_committed_) {
+    lp_.commit(time);
+    last_committed_ = time;
+    ++counters.committed;
+  }
+  gvt_ = gvt;
+  kept_ = lp_.forget(gvt);
+  SODA_ASSERT(kept_ <= gvt, "LP ", index_of(id_), " keeps nothing before ", kept_, " at GVT ", gvt);
+  held_in_order_ -= entry.inputs + 1 + entry.outputs;
+  if (last_in_order_ == number) last_in_order_ = 0;
+  if (kept_ <= time) [[unlikely]] {
+    move_to_history(entry);
+    committed_ = static_cast<std::uint32_t>(executed_.size());
+  } else {
+    MessagePool& pool = inputs_.pool();
+    for (std::uint32_t place = entry.first_input; place != MessagePool::kNone;) {
+      const std::uint32_t next = pool[place].next;
+      pool.release(place);
+      place = next;
+    }
+    entry.lp = nullptr;
+    slots_.forget(kept_);
+  }
+  if (!executed_.empty() || inputs_.size() > 0) [[unlikely]] {
+    drop_history(gvt);
+    note_quiet();
+  }
+}
+
+void TimeWarpProcess::take_all_back() {
+  std::vector<std::uint64_t> numbers;
+  for (std::uint64_t number = last_in_order_; journal_.has(number);) {
+    const Journal::Entry& entry = journal_[number];
+    if (entry.lp != this) break;
+    numbers.push_back(number);
+    if (entry.back == 0) break;
+    number -= entry.back;
+  }
+  for (; !numbers.empty(); numbers.pop_back()) move_to_history(journal_[numbers.back()]);
+  last_in_order_ = 0;
+  held_in_order_ = 0;
+}
+
+void TimeWarpProcess::move_to_history(Journal::Entry& entry) {
+  executed_.push_back({entry.t, entry.round, entry.outputs});
+  for (std::uint32_t i = 0; i < entry.outputs; ++i)
+    outputs_.push_back(std::move(journal_.output(entry.output_at + i)));
+  const MessagePool& pool = inputs_.pool();
+  for (std::uint32_t place = entry.first_input; place != MessagePool::kNone;) {
+    const std::uint32_t next = pool[place].next;
+    inputs_.append_executed(place);
+    place = next;
+  }
+  entry.lp = nullptr;
+}
+
+}  // namespace soda::kernel

@@ -1,0 +1,191 @@
+// What a worker executes: what has come in time, in order and kept in the journal; what its
+// schedule says; and how much of it between two looks at the inbox.
+#include <algorithm>
+
+#include "kernel/worker.hpp"
+
+namespace soda::kernel {
+namespace {
+
+using std::chrono::microseconds;
+
+// Bags between two looks at the inbox: many tiny ones (the look costs as much as one), or a single
+// one of a heavy model, whose messages must not wait for the next.
+constexpr std::size_t kLongestBatch = 64;
+constexpr microseconds kShortBatch{10};
+constexpr microseconds kLongBatch{40};
+
+// A round stops everybody, so it should come after many bags; but what is collected late has left
+// the cache, and history that is short stays there: after about one bag of each LP.
+// What bags that take long leave behind fills the cache sooner: so many us are enough, too.
+constexpr std::size_t kLeastBagsPerRound = 1024;
+constexpr microseconds kLongestRound{10'000};
+// A worker that is alone knows GVT without, and collects by itself.
+constexpr std::size_t kBagsPerRoundAlone = 65536;
+
+// So many entries of the journal may be taken out but not dropped, whatever is left.
+constexpr std::size_t kLongJournal = 4096;
+
+}  // namespace
+
+// Lowest floor first: what is furthest behind is least likely to be undone, and holds GVT back.
+inline std::uint32_t Worker::pick() {
+  if (shuffles()) {
+    for (int attempt = 0; attempt < 4; ++attempt) {
+      const auto own = static_cast<std::uint32_t>(random_.below(schedule_.size()));
+      if (schedule_.time_of(own) < open_until_) return own;
+    }
+  }
+  return schedule_.top();
+}
+
+void Worker::execute_batch() {
+  const auto start = std::chrono::steady_clock::now();
+  std::size_t executed = 0;
+  while (executed < batch_size_ && can_execute()) {
+    const std::size_t in_order = execute_arrived(batch_size_ - executed);
+    executed += in_order;
+    if (in_order > 0) continue;
+    if (schedule_.top_time() < open_until_) execute_one(pick());
+    ++executed;
+  }
+  executed_since_round_ += executed;
+  if (journal_.size() > 0 && knows_gvt()) {
+    gvt_ = std::min(earliest(), end_);  // all of the journal is earlier
+    collect_journal();
+  }
+  const auto now = std::chrono::steady_clock::now();
+  adapt_batch(now - start, executed);
+  const std::size_t bags_per_round =
+      std::max(is_alone_ ? kBagsPerRoundAlone : kLeastBagsPerRound, schedule_.size());
+  // A seed makes a run on one thread reproducible: then the clock decides nothing.
+  const bool is_late = shuffles() ? random_.below(32) == 0 : now - last_round_ >= kLongestRound;
+  if (executed_since_round_ >= bags_per_round || is_late) request_round();
+}
+
+void Worker::execute_one(std::uint32_t own) {
+  TimeWarpProcess& process = processes_[own];
+  if (knows_gvt()) gvt_ = process.floor();
+  note_lead(process.next_time().t);
+  const TimeWarpProcess* const next =
+      schedule_.top_time() < end_ ? &processes_[schedule_.top()] : nullptr;
+  if (next) next->prefetch();
+  process.collect(gvt_, effects_.counters);
+  executing_ = own;
+  process.execute(effects_);
+  effects_.stand_again.clear();
+  note_uncommitted(own);
+  if (next) next->prefetch_history();
+  route_outgoing();
+  executing_ = kNobody;
+  refresh(own);
+  if (!touched_.empty()) settle_receivers();
+}
+
+void Worker::adapt_batch(std::chrono::steady_clock::duration took, std::size_t executed) {
+  if (shuffles())
+    batch_size_ = 1 + random_.below(8);
+  else if (took > kLongBatch)
+    batch_size_ = std::max<std::size_t>(batch_size_ / 2, 1);
+  else if (took < kShortBatch && executed == batch_size_)
+    batch_size_ = std::min(batch_size_ * 2, kLongestBatch);
+}
+
+// Bags that come before anything in the schedule, at most `most` of them; returns how many. Of a
+// time that both have for an LP, the messages are delivered first, and then it is in the schedule.
+std::size_t Worker::execute_arrived(std::size_t most) {
+  std::size_t executed = 0;
+  for (; executed < most; ++executed) {
+    const VirtualTime now = calendar_.top_time();
+    const VirtualTime scheduled = schedule_.top_time();
+    if (now >= open_until_ || now > scheduled) break;
+    if (now == scheduled && index_of(calendar_.top_lp()) - first_lp_ > schedule_.top()) break;
+    if (shuffles() && random_.below(2) == 0) break;
+    if (knows_gvt()) gvt_ = now;
+    execute_bag(now);
+  }
+  return executed;
+}
+
+// The one that comes next; if it comes too late, the LP gets it and settles.
+inline void Worker::execute_bag(VirtualTime now) {
+  const LpId lp = calendar_.top_lp();
+  const std::uint32_t own = index_of(lp) - first_lp_;
+  TimeWarpProcess& process = processes_[own];
+  std::uint32_t first = calendar_.pop();
+  std::uint32_t inputs = 1;
+  if (calendar_.has_more(now, lp)) [[unlikely]] {
+    first = take_rest(now, lp, first);
+    inputs = static_cast<std::uint32_t>(places_.size());
+  } else {
+    pool_[first].next = MessagePool::kNone;
+  }
+  if (!process.takes_in_order(now)) [[unlikely]]
+    return deliver_list(own, first);
+  note_lead(now.t);
+  process.collect(gvt_, effects_.counters);
+  const TimeWarpProcess* const next = calendar_.top_time() != kNever
+                                          ? &processes_[index_of(calendar_.top_lp()) - first_lp_]
+                                          : nullptr;
+  if (next) next->prefetch();
+  const VirtualTime next_before = process.next_time();
+  process.execute_in_order(now, first, inputs, effects_);
+  if (next) next->prefetch_lp();
+  if (!effects_.outgoing.empty()) route_outgoing();
+  if (process.next_time() != next_before || !process.is_quiet()) [[unlikely]]
+    refresh(own);
+  if (!touched_.empty()) [[unlikely]]
+    settle_receivers();
+}
+
+// The other messages of a bag, in canonical order; returns the first.
+std::uint32_t Worker::take_rest(VirtualTime now, LpId lp, std::uint32_t first) {
+  places_.assign(1, first);
+  while (calendar_.has_more(now, lp)) places_.push_back(calendar_.pop());
+  std::sort(places_.begin(), places_.end(), [this](std::uint32_t a, std::uint32_t b) {
+    return register_key(pool_[a]) < register_key(pool_[b]);
+  });
+  for (std::size_t i = 0; i < places_.size(); ++i)
+    pool_[places_[i]].next = i + 1 < places_.size() ? places_[i + 1] : MessagePool::kNone;
+  return places_.front();
+}
+
+void Worker::deliver_list(std::uint32_t own, std::uint32_t first) {
+  for (std::uint32_t place = first; place != MessagePool::kNone;) {
+    const std::uint32_t next = pool_[place].next;
+    Message message = std::move(pool_[place]);
+    pool_.release(place);
+    deliver_now(own, std::move(message));
+    place = next;
+  }
+  settle_receivers();
+}
+
+// All that GVT has passed. What is left at the front after that can hold up much that was taken out
+// behind it: then it is not worth its room.
+void Worker::collect_journal() {
+  std::uint64_t left = 0;
+  for (std::uint64_t number = journal_.first_number(); number < journal_.next_number(); ++number) {
+    const Journal::Entry& entry = journal_[number];
+    if (entry.lp == nullptr) continue;
+    if (entry.time() < gvt_)
+      entry.lp->collect_in_order(number, gvt_, effects_.counters);
+    else
+      ++left;
+  }
+  if (left == 0) return journal_.drop_all();
+  journal_.drop_taken();
+  if (journal_.size() > kLongJournal + 4 * left) take_back_journal();
+}
+
+void Worker::take_back_journal() {
+  for (std::uint64_t number = journal_.first_number(); number < journal_.next_number(); ++number) {
+    TimeWarpProcess* const process = journal_[number].lp;
+    if (process == nullptr) continue;
+    process->take_back();
+    note_uncommitted(index_of(process->id()) - first_lp_);
+  }
+  journal_.drop_taken();
+}
+
+}  // namespace soda::kernel
