@@ -34,7 +34,7 @@ struct IslandReport {
   double error_estimate = 0.0;
   BodyId worst_body{};
   bool beyond_tolerance = false;
-  double motor_work_joule = 0.0;  // of motors of joints
+  double motor_work_joule = 0.0;                          // of motors of joints
   Vec3 static_impulse_newton_s = Vec3::Zero();            // by statics (linkages: linkage.hpp)
   Vec3 static_angular_impulse_newton_m_s = Vec3::Zero();  // about the world origin
 };

@@ -1,10 +1,12 @@
 #include "physics/late_impacts.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <vector>
 
 #include "physics/geometry_impl.hpp"
+#include "physics/rigid_motion.hpp"
 #include "physics/time_of_impact.hpp"
 
 namespace soda::physics {
@@ -56,10 +58,16 @@ void stop_at_unseen_statics(const SceneDescription& scene, const Geometry& geome
     }
     if (!first) continue;
     const BodyState there = flown(scene, ids[i], start, first->time_s);
+    // The way that it did not come had a share of its energy.
+    const std::span<const BodyId> id(&ids[i], 1);
+    const double had = kinetic_joule(scene, id, {&there, 1});
+    const double gain = gain_joule(scene, id, {&states[i], 1}, {&there, 1});
+    if (gain > had) continue;
+    const double share = gain > 0.0 ? std::sqrt(1.0 - gain / had) : 1.0;
     states[i].position_m = there.position_m;
     states[i].orientation = there.orientation;
-    states[i].linear_velocity_m_s = there.linear_velocity_m_s;
-    states[i].angular_velocity_rad_s = there.angular_velocity_rad_s;
+    states[i].linear_velocity_m_s = share * there.linear_velocity_m_s;
+    states[i].angular_velocity_rad_s = share * there.angular_velocity_rad_s;
   }
 }
 
