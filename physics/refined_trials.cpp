@@ -157,6 +157,7 @@ Extrapolation::Row Extrapolation::against_first(const Trial& trial) const {
   row.angular_impulse =
       now.static_angular_impulse_newton_m_s - first.static_angular_impulse_newton_m_s;
   row.work.x() = now.push_out_work_joule - first.push_out_work_joule;
+  row.work.y() = now.motor_work_joule - first.motor_work_joule;
   return row;
 }
 
@@ -223,6 +224,7 @@ Trial Extrapolation::limit(const Trial& finest) const {
   limit.report.static_angular_impulse_newton_m_s =
       first.static_angular_impulse_newton_m_s + row.angular_impulse;
   limit.report.push_out_work_joule = first.push_out_work_joule + row.work.x();
+  limit.report.motor_work_joule = first.motor_work_joule + row.work.y();
   return limit;
 }
 

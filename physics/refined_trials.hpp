@@ -61,7 +61,8 @@ class Extrapolation {
  private:
   struct Row {  // against the first trial
     std::vector<BodyDifference> bodies;
-    Vec3 impulse = Vec3::Zero(), angular_impulse = Vec3::Zero(), work = Vec3::Zero();
+    Vec3 impulse = Vec3::Zero(), angular_impulse = Vec3::Zero();
+    Vec3 work = Vec3::Zero();  // x: of push-out, y: of motors
   };
   Row against_first(const Trial& trial) const;
   StepError apart(const BodySizes& sizes, const Row& a, const Row& b) const;
