@@ -172,7 +172,7 @@ class World final : public kernel::LogicalProcess {
   physics::StepScratch scratch_;
   physics::StepReport report_;
   BufferEntry committed_;  // memory only
-  CellCovers covers_;  // of own bodies
+  CellCovers covers_;      // of own bodies
 
   physics::StageCounters stages_;
   WorldCounters counters_;
