@@ -33,7 +33,7 @@ TEST(Fuzz, WhatIsReadIsWhatWasDrawnToTheBit) {
 
 TEST(Fuzz, DrawsReachEveryShapeAndTheEndsOfEveryRange) {
   std::set<FuzzShapeKind> moving, fixed;
-  std::set<std::string> joints;
+  std::set<std::string> joints, limited, driven;
   std::set<std::size_t> counts;
   double small = 1.0, large = 1.0, light = 1.0, heavy = 1.0;
   for (std::uint64_t seed = 1; seed <= 1000; ++seed) {
@@ -47,11 +47,17 @@ TEST(Fuzz, DrawsReachEveryShapeAndTheEndsOfEveryRange) {
       heavy = std::max(heavy, body.mass_kg);
     }
     for (const FuzzStatic& thing : scene.statics) fixed.insert(thing.shape.kind);
-    for (const FuzzJoint& joint : scene.joints) joints.insert(joint.type);
+    for (const FuzzJoint& joint : scene.joints) {
+      joints.insert(joint.type);
+      if (joint.limits) limited.insert(joint.type);
+      if (joint.motor) driven.insert(joint.type);
+    }
   }
   EXPECT_EQ(moving.size(), 5u);
   EXPECT_EQ(fixed.size(), 7u);
   EXPECT_EQ(joints.size(), 5u);
+  EXPECT_EQ(limited, (std::set<std::string>{"hinge", "slider"}));
+  EXPECT_EQ(driven, (std::set<std::string>{"hinge", "slider"}));
   EXPECT_EQ(counts.size(), 12u);
   EXPECT_EQ(small, 1e-3);
   EXPECT_GT(large, 500.0);
