@@ -253,13 +253,31 @@ double solved_gain_joule(double dt_s, std::span<const BodyState> before,
   return gain.value <= kRounding * gain.scale ? 0.0 : gain.value;
 }
 
+namespace {
+
+// Sweeps that diverged: nothing in their result is worth a share.
+bool is_out_of_bounds(const ContactProblem& problem) {
+  const auto within = [](const Vec3& v, double most) { return v.squaredNorm() <= most * most; };
+  return !std::all_of(problem.bodies.begin(), problem.bodies.end(), [&](const SolverBody& body) {
+    return within(body.linear, kLargestSpeed_m_s) && within(body.angular, kLargestSpin_rad_s);
+  });
+}
+
+}  // namespace
+
 void limit_joint_gain(double dt_s, std::span<const BodyState> before,
                       std::span<const SolverBody> free, JointSystem& joints,
                       ContactProblem& problem) {
-  if (solved_gain_joule(dt_s, before, free, joints, problem) == 0.0) return;
+  const bool diverged = is_out_of_bounds(problem);
+  if (!diverged && solved_gain_joule(dt_s, before, free, joints, problem) == 0.0) return;
   JointSystem alone_joints = joints;
   ContactProblem alone = problem;
   solve_joints_alone(free, alone_joints, alone);
+  if (diverged) {
+    joints = std::move(alone_joints);
+    problem = std::move(alone);
+    return;
+  }
   // Whatever acts in either solution acts in between, and that alone decides who is held.
   JointSystem trial_joints = joints;
   ContactProblem trial = problem;
@@ -268,11 +286,6 @@ void limit_joint_gain(double dt_s, std::span<const BodyState> before,
   const double one = gain_of(dt_s, before, free, held, joints, problem).value;
   const double half = gain_of(dt_s, before, free, held, trial_joints, trial).value;
   const double none = gain_of(dt_s, before, free, held, alone_joints, alone).value;
-  if (!std::isfinite(one) || !std::isfinite(half)) {
-    joints = std::move(alone_joints);
-    problem = std::move(alone);
-    return;
-  }
   if (one > 0.0) mix(last_share(none, half, one), alone_joints, alone, joints, problem);
 }
 
