@@ -184,7 +184,9 @@ class Draw {
     }
     const double arm = turns ? size_m_ : 1.0;
     const double speed = std::min(size / arm / scene_.time_step_s, 1e6) * powers(1e-3, 0.1);
-    const double push = mass * arm * arm * speed / scene_.time_step_s * powers(0.01, 10.0);
+    constexpr double kMostPush = 1e15;  // that a scenario may say
+    const double push =
+        std::min(mass * arm * arm * speed / scene_.time_step_s * powers(0.01, 10.0), kMostPush);
     joint.motor = {chance(2) ? speed : -speed, push};
   }
 

@@ -274,6 +274,11 @@ void limit_joint_gain(double dt_s, std::span<const BodyState> before,
   ContactProblem alone = problem;
   solve_joints_alone(free, alone_joints, alone);
   if (diverged) {
+    // Nor can the factors be trusted then: poses are closed without them if they can be at all.
+    if (is_out_of_bounds(alone)) {
+      for (JointRow& row : alone_joints.rows) row.impulse_newton_s = 0.0;
+      std::copy(free.begin(), free.end(), alone.bodies.begin());
+    }
     joints = std::move(alone_joints);
     problem = std::move(alone);
     return;
