@@ -33,7 +33,7 @@ class Draw {
     const std::uint32_t bodies = 1 + below(12);
     for (std::uint32_t id = 0; id < bodies; ++id) scene_.bodies.push_back(body(id, bodies));
     add_statics();
-    if (joints || chance(4)) add_joints();
+    if (joints) add_joints();
     return scene_;
   }
 

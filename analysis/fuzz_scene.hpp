@@ -58,9 +58,9 @@ struct FuzzScene {
 
 // A function of its arguments: 1 to 12 bodies of any shapes, sizes 1e-3 to 1e3 m and masses 1e-9 to
 // 1e9 kg (alike or wild), overlapping or not, any velocities and spins, friction 0 to 2,
-// restitution 0 to 1, steps of 1e-4 to 0.1 s, with floors, obstacles and meshes; every fourth
-// (`joints`: every one) with joints, limits and motors, in trees and loops. A slider between two
-// bodies has stops: from an endless one that turns, things are thrown off at any speed.
+// restitution 0 to 1, steps of 1e-4 to 0.1 s, with floors, obstacles and meshes; with
+// `joints` the same, and joints, limits and motors, in trees and loops. A slider between two bodies
+// has stops: from an endless one that turns, things are thrown off at any speed.
 FuzzScene draw_scene(std::uint64_t seed, std::int64_t steps, bool joints = false);
 
 // As a scenario file; every number reads back as the same bits.
