@@ -21,7 +21,6 @@ class FourAryHeap {
   void push(const Entry& entry) {
     std::size_t at = entries_.size();
     entries_.push_back(entry);
-    if (at == 0) return;
     while (at > 0) {
       const std::size_t parent = (at - 1) / 4;
       if (!(entry < entries_[parent])) break;

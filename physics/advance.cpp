@@ -12,8 +12,8 @@
 #include "physics/island_motion.hpp"
 #include "physics/joint_motion.hpp"
 #include "physics/late_impacts.hpp"
-#include "physics/momentum.hpp"
 #include "physics/linkage.hpp"
+#include "physics/momentum.hpp"
 #include "physics/refinement.hpp"
 #include "physics/rigid_motion.hpp"
 #include "physics/split_solver.hpp"
@@ -21,6 +21,16 @@
 
 namespace soda::physics {
 namespace {
+
+// As `state`, but for the impulses.
+BodyState motion_of(const BodyState& state) {
+  BodyState motion;
+  motion.position_m = state.position_m;
+  motion.orientation = state.orientation;
+  motion.linear_velocity_m_s = state.linear_velocity_m_s;
+  motion.angular_velocity_rad_s = state.angular_velocity_rad_s;
+  return motion;
+}
 
 bool accept(BodyId id, const BodyState& next, std::vector<AdvanceFault>& faults) {
   const char* fault = fault_of(next);
@@ -181,18 +191,6 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, std::span<
 
 namespace {
 
-// As `states`, but for the impulses.
-std::vector<BodyState> motions_of(std::span<const BodyState> states) {
-  std::vector<BodyState> motions(states.size());
-  for (std::size_t i = 0; i < states.size(); ++i) {
-    motions[i].position_m = states[i].position_m;
-    motions[i].orientation = states[i].orientation;
-    motions[i].linear_velocity_m_s = states[i].linear_velocity_m_s;
-    motions[i].angular_velocity_rad_s = states[i].angular_velocity_rad_s;
-  }
-  return motions;
-}
-
 // Contacts last: one step, or as many as the motion wants.
 IslandReport advance_resting(const SceneDescription& scene, const Geometry& geometry, double dt_s,
                              std::span<const BodyId> ids,
@@ -216,26 +214,33 @@ IslandReport advance_island(const SceneDescription& scene, const Geometry& geome
     pass_through(scene, dt_s, ids, manifolds, states, report, counters, faults);
     return report;
   }
-  const std::vector<BodyState> start = motions_of(states);
   // Giant ones may be solved by several worlds, of which none has them all.
   const bool whole = !is_giant(manifolds), alone = whole && is_left_alone(scene, ids, manifolds);
   const IslandMomentum before = alone ? momentum_of(scene, ids, states) : IslandMomentum{};
   const double flown_s =
       fly_through_impacts(scene, geometry, dt_s, ids, manifolds, states, report, counters);
-  if (flown_s == 0.0) {
-    report = advance_resting(scene, geometry, dt_s, ids, manifolds, states, counters, faults);
-  } else if (flown_s < dt_s) {
+  if (flown_s < dt_s) {
     const double rest_s = dt_s - flown_s;
-    const std::vector<ContactManifold> left =
-        found_again(scene, geometry, rest_s, ids, manifolds, states, counters);
-    add_part(advance_resting(scene, geometry, rest_s, ids, left, states, counters, faults), report);
+    std::vector<BodyState> start;
+    if (whole && !scene.statics.empty())
+      for (const BodyState& state : states) start.push_back(motion_of(state));
+    std::vector<ContactManifold> left;
+    if (flown_s > 0.0)
+      left = found_again(scene, geometry, rest_s, ids, manifolds, states, counters);
+    const std::span<const ContactManifold> met = flown_s > 0.0 ? left : manifolds;
+    const IslandReport part =
+        advance_resting(scene, geometry, rest_s, ids, met, states, counters, faults);
+    if (flown_s > 0.0)
+      add_part(part, report);
+    else
+      report = part;
+    if (alone) {
+      keep_momentum(scene, dt_s, ids, before, states);
+      report.push_out_work_joule = 0.0;
+    }
+    if (!start.empty())
+      stop_at_unseen_statics(scene, geometry, rest_s, ids, met, start, states, counters);
   }
-  if (alone && flown_s < dt_s) {
-    keep_momentum(scene, dt_s, ids, before, states);
-    report.push_out_work_joule = 0.0;
-  }
-  if (whole && flown_s < dt_s)
-    stop_at_unseen_statics(scene, geometry, ids, manifolds, start, states, counters);
   ++counters.islands_solved;
   counters.direct_islands += report.direct;
   return report;
@@ -248,10 +253,7 @@ void advance_free_body(const SceneDescription& scene, double dt_s, BodyId id, Bo
   const BodyParams& params = scene.bodies[index_of(id)];
   BodyState next;
   if (is_pushed(params)) {
-    next.position_m = state.position_m;
-    next.orientation = state.orientation;
-    next.linear_velocity_m_s = state.linear_velocity_m_s;
-    next.angular_velocity_rad_s = state.angular_velocity_rad_s;
+    next = motion_of(state);
     fly(scene, dt_s, id, next);
     counters.driven_bodies += params.drive != kNoDrive;
     counters.forced_bodies += params.forces != kNone;

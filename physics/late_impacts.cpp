@@ -12,10 +12,10 @@
 namespace soda::physics {
 namespace {
 
-bool is_unforeseen(const SceneDescription& scene, const Geometry& geometry, BodyId id,
+bool is_unforeseen(const SceneDescription& scene, const Geometry& geometry, double dt_s, BodyId id,
                    const BodyState& before, const BodyState& now) {
   const double width = geometry.impl().shapes[scene.bodies[index_of(id)].shape].shape.min_extent_m;
-  const Vec3 foreseen = before.position_m + scene.dt_s * before.linear_velocity_m_s;
+  const Vec3 foreseen = before.position_m + dt_s * before.linear_velocity_m_s;
   return (now.position_m - foreseen).squaredNorm() > 0.25 * width * width;
 }
 
@@ -25,26 +25,27 @@ bool have_met(std::span<const ContactManifold> manifolds, BodyId a, BodyId b) {
 }
 
 // From where the step began, such that it ends with the velocities it has.
-BodyState start_of(const SceneDescription& scene, const BodyState& before, const BodyState& now) {
+BodyState start_of(const SceneDescription& scene, double dt_s, const BodyState& before,
+                   const BodyState& now) {
   BodyState start;
   start.position_m = before.position_m;
   start.orientation = before.orientation;
-  start.linear_velocity_m_s = now.linear_velocity_m_s - scene.gravity_m_s2 * scene.dt_s;
+  start.linear_velocity_m_s = now.linear_velocity_m_s - scene.gravity_m_s2 * dt_s;
   start.angular_velocity_rad_s = now.angular_velocity_rad_s;
   return start;
 }
 
 }  // namespace
 
-void stop_at_unseen_statics(const SceneDescription& scene, const Geometry& geometry,
+void stop_at_unseen_statics(const SceneDescription& scene, const Geometry& geometry, double dt_s,
                             std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
                             std::span<const BodyState> before, std::span<BodyState> states,
                             StageCounters& counters) {
   std::vector<IndexPair> pairs;
   for (std::size_t i = 0; i < ids.size(); ++i) {
     if (scene.bodies[index_of(ids[i])].joints > 0) continue;
-    if (!is_unforeseen(scene, geometry, ids[i], before[i], states[i])) continue;
-    const BodyState start = start_of(scene, before[i], states[i]);
+    if (!is_unforeseen(scene, geometry, dt_s, ids[i], before[i], states[i])) continue;
+    const BodyState start = start_of(scene, dt_s, before[i], states[i]);
     const Aabb box = swept_aabb(scene, geometry, ids[i], start);
     find_static_pairs(geometry, {&box, 1}, pairs, counters);
     std::optional<Impact> first;
@@ -52,7 +53,7 @@ void stop_at_unseen_statics(const SceneDescription& scene, const Geometry& geome
       const BodyId other = static_id(pair.second);
       if (is_mesh(scene, other) || have_met(manifolds, ids[i], other)) continue;
       const std::optional<Impact> impact =
-          time_of_impact(scene, geometry, ids[i], start, other, nullptr, scene.dt_s);
+          time_of_impact(scene, geometry, ids[i], start, other, nullptr, dt_s);
       ++counters.impact_searches;
       if (impact && (!first || impact->time_s < first->time_s)) first = impact;
     }

@@ -7,47 +7,24 @@
 #include <random>
 
 #include "physics/joint.hpp"
+#include "tests/physics/joints.hpp"
 #include "tests/physics/scenes.hpp"
 
 namespace soda::physics {
 namespace {
 
+using test::add;
+using test::joint_at;
 using test::kGravity;
 using test::World;
-
-// Between a and b, or a and the world, about or along `axis` of the world; `b` moves against `a`.
-Joint& add_joint(World& world, JointKind kind, std::uint32_t a, std::optional<std::uint32_t> b,
-                 const Vec3& anchor, const Vec3& axis) {
-  Joint joint;
-  joint.label = static_cast<std::uint32_t>(world.scene.joints.size());
-  joint.kind = kind;
-  joint.a = BodyId{a};
-  const Quat frame = Quat::FromTwoVectors(Vec3::UnitZ(), axis);
-  const auto local = [&](std::uint32_t body, Vec3& place, Quat& turned) {
-    const BodyState& state = world.states[body];
-    place = state.orientation.conjugate() * (anchor - state.position_m);
-    turned = state.orientation.conjugate() * frame;
-  };
-  local(a, joint.anchor_a_m, joint.frame_a);
-  joint.anchor_b_m = anchor;
-  joint.frame_b = frame;
-  if (b) {
-    joint.b = BodyId{*b};
-    local(*b, joint.anchor_b_m, joint.frame_b);
-  }
-  joint.reach_m = 4.0;
-  world.scene.joints.push_back(joint);
-  order_joints(world.scene);
-  return *std::ranges::find(world.scene.joints, joint.label, &Joint::label);
-}
 
 World lift(double target, double force, double dt_s) {
   World world = test::under_gravity();
   world.scene.dt_s = dt_s;
   world.add_body(world.add_shape(Box{{0.2, 0.2, 0.2}}), Vec3::Zero(), 10.0 / 0.064);
   // The world against the body: the other way round.
-  add_joint(world, JointKind::kSlider, 0, std::nullopt, Vec3::Zero(), Vec3::UnitZ()).motor =
-      JointMotor{-target, force};
+  add(world, joint_at(JointKind::kSlider, world, 0, std::nullopt, Vec3::Zero(), Vec3::UnitZ()))
+      .motor = JointMotor{-target, force};
   return world;
 }
 
@@ -76,8 +53,8 @@ TEST(Motors, BetweenTwoBodiesKeepMomentumAndAngularMomentum) {
     const std::uint32_t box = world.add_shape(Box{{0.5, 0.2, 0.1}});
     world.add_body(box, Vec3(0, 0, 0)).linear_velocity_m_s = Vec3(1, 0.5, 0);
     world.add_body(box, Vec3(0.7, 0.1, 0.3), 300.0).linear_velocity_m_s = Vec3(1, 0.5, 0);
-    add_joint(world, kind, 0, 1, Vec3(0.4, 0, 0.1), Vec3(0.2, 0.3, 1).normalized()).motor =
-        JointMotor{2.0, 40.0};
+    add(world, joint_at(kind, world, 0, 1, Vec3(0.4, 0, 0.1), Vec3(0.2, 0.3, 1).normalized()))
+        .motor = JointMotor{2.0, 40.0};
     const Mechanics before = world.mechanics();
     world.run(120);
     const Mechanics after = world.mechanics();
@@ -100,8 +77,8 @@ TEST(Motors, DriveACartOnWheelsOverTheGround) {
       BodyState& state = world.add_body(wheel, Vec3(x, y, 0.25));
       state.orientation = Quat::FromTwoVectors(Vec3::UnitZ(), Vec3::UnitY());
       const auto body = static_cast<std::uint32_t>(world.states.size() - 1);
-      add_joint(world, JointKind::kHinge, 0, body, Vec3(x, y, 0.25), Vec3::UnitY()).motor =
-          JointMotor{4.0, 200.0};
+      add(world, joint_at(JointKind::kHinge, world, 0, body, Vec3(x, y, 0.25), Vec3::UnitY()))
+          .motor = JointMotor{4.0, 200.0};
     }
   world.run(180);
   EXPECT_NEAR(world.states[0].linear_velocity_m_s.x(), 1.0, 0.02);
@@ -124,9 +101,10 @@ TEST(Limits, AChainOfStopsBendsNoFurtherAndGainsNoEnergy) {
   for (int i = 0; i < 10; ++i) world.add_body(rod, Vec3(0.25 + 0.5 * i, 0, 0));
   for (std::uint32_t i = 0; i < 10; ++i) {
     const Vec3 anchor(0.5 * i, 0, 0);
-    Joint& joint = i == 0
-                       ? add_joint(world, JointKind::kHinge, 0, std::nullopt, anchor, Vec3::UnitY())
-                       : add_joint(world, JointKind::kHinge, i - 1, i, anchor, Vec3::UnitY());
+    Joint& joint =
+        i == 0
+            ? add(world, joint_at(JointKind::kHinge, world, 0, std::nullopt, anchor, Vec3::UnitY()))
+            : add(world, joint_at(JointKind::kHinge, world, i - 1, i, anchor, Vec3::UnitY()));
     joint.limits = JointLimits{-0.3, 0.3};
     order_joints(world.scene);
   }
@@ -152,7 +130,7 @@ TEST(Limits, TwoBodiesThatRunIntoAStopGoOnTogether) {
   const std::uint32_t box = world.add_shape(Box{{0.2, 0.2, 0.2}});
   world.add_body(box, Vec3(0, 0, 0)).linear_velocity_m_s = Vec3(1, 0, 0);
   world.add_body(box, Vec3(1, 0, 0), 3000.0).linear_velocity_m_s = Vec3(2, 0, 0);
-  add_joint(world, JointKind::kSlider, 0, 1, Vec3(0.5, 0, 0), Vec3::UnitX()).limits =
+  add(world, joint_at(JointKind::kSlider, world, 0, 1, Vec3(0.5, 0, 0), Vec3::UnitX())).limits =
       JointLimits{-0.2, 0.33};
   world.run(60);
   for (const BodyState& state : world.states)
@@ -165,8 +143,8 @@ TEST(Limits, AGateThatIsShutStopsABall) {
   World world = test::under_gravity();
   world.add_floor();
   world.add_body(world.add_shape(Box{{0.05, 0.5, 0.5}}), Vec3(0, 0.5, 0.6), 200.0);
-  add_joint(world, JointKind::kHinge, 0, std::nullopt, Vec3(0, 0, 0.6), Vec3::UnitZ()).limits =
-      JointLimits{-2.0, 0.0};
+  add(world, joint_at(JointKind::kHinge, world, 0, std::nullopt, Vec3(0, 0, 0.6), Vec3::UnitZ()))
+      .limits = JointLimits{-2.0, 0.0};
   BodyState& ball = world.add_body(world.add_shape(Sphere{0.2}), Vec3(-1, 0.7, 0.2));
   ball.linear_velocity_m_s = Vec3(2, 0, 0);
   double passed = 0.0;
@@ -193,7 +171,7 @@ TEST(Bounds, ASolutionPushesWithinThemAndOnlyWhereItHasTo) {
     for (std::uint32_t i = 0; i + 1 < 6; ++i) {
       const Vec3 axis = Vec3(unit(random), unit(random), 1.5).normalized();
       const JointKind kind = i % 2 == 0 ? JointKind::kHinge : JointKind::kSlider;
-      Joint& joint = add_joint(world, kind, i, i + 1, Vec3(0, 0, 0.5 * i + 0.25), axis);
+      Joint& joint = add(world, joint_at(kind, world, i, i + 1, Vec3(0, 0, 0.5 * i + 0.25), axis));
       joint.limits = trial % 2 == 0 ? JointLimits{0.0, 1.0} : JointLimits{-1.0, 0.0};
       if (i > 1) joint.motor = JointMotor{unit(random), 300.0};
     }

@@ -5,38 +5,16 @@
 
 #include "physics/joint.hpp"
 #include "physics/measures.hpp"
+#include "tests/physics/joints.hpp"
 #include "tests/physics/scenes.hpp"
 
 namespace soda::physics {
 namespace {
 
+using test::add;
+using test::joint_at;
 using test::kGravity;
 using test::World;
-
-// Of two bodies, or of one and the world; place and axis in the world frame.
-Joint& join(World& world, JointKind kind, std::uint32_t a, std::optional<std::uint32_t> b,
-            const Vec3& anchor, const Vec3& axis = Vec3::UnitY()) {
-  Joint joint;
-  joint.label = static_cast<std::uint32_t>(world.scene.joints.size());
-  joint.kind = kind;
-  joint.a = BodyId{a};
-  const auto local = [&](std::uint32_t body, Vec3& place, Quat& frame) {
-    const Quat back = world.states[body].orientation.conjugate();
-    place = back * (anchor - world.states[body].position_m);
-    frame = back * Quat::FromTwoVectors(Vec3::UnitZ(), axis);
-  };
-  local(a, joint.anchor_a_m, joint.frame_a);
-  joint.anchor_b_m = anchor;
-  joint.frame_b = Quat::FromTwoVectors(Vec3::UnitZ(), axis);
-  if (b) {
-    joint.b = BodyId{*b};
-    local(*b, joint.anchor_b_m, joint.frame_b);
-  }
-  joint.reach_m = 10.0;
-  world.scene.joints.push_back(joint);
-  order_joints(world.scene);
-  return *std::ranges::find(world.scene.joints, joint.label, &Joint::label);
-}
 
 double energy(const World& world) {
   const Mechanics m = world.mechanics();
@@ -74,13 +52,14 @@ World chain_of(int links, double last_density) {
   const std::uint32_t link = world.add_shape(Box{Vec3(0.45, 0.1, 0.1)});
   for (int i = 0; i < links; ++i)
     world.add_body(link, Vec3(i + 0.5, 0, 0), i + 1 < links ? 1000.0 : last_density);
-  for (int i = 0; i + 1 < links; ++i) join(world, JointKind::kBall, i, i + 1, Vec3(i + 1, 0, 0));
+  for (int i = 0; i + 1 < links; ++i)
+    add(world, joint_at(JointKind::kBall, world, i, i + 1, Vec3(i + 1, 0, 0)));
   return world;
 }
 
 TEST(JointEnergy, ALinkageKeepsItToRoundingThoughLinksWhirl) {
   World world = chain_of(2, 50.0);
-  join(world, JointKind::kBall, 0, std::nullopt, Vec3::Zero());
+  add(world, joint_at(JointKind::kBall, world, 0, std::nullopt, Vec3::Zero()));
   const double start = energy(world), scale = world.scene.bodies[0].mass_kg * kGravity;
   world.run(1200);
   EXPECT_NEAR(energy(world), start, 1e-9 * scale);
@@ -90,7 +69,7 @@ TEST(JointEnergy, AChainThatIsDraggedOverAFloorGainsNone) {
   World world = chain_of(5, 1000.0);
   world.add_static(world.add_shape(HalfSpace{}), Vec3(0, 0, -1.2), Quat::Identity(),
                    Material{.friction = 0.5});
-  join(world, JointKind::kBall, 0, std::nullopt, Vec3::Zero());
+  add(world, joint_at(JointKind::kBall, world, 0, std::nullopt, Vec3::Zero()));
   expect_no_gain(world, 600, 5 * world.scene.bodies[0].mass_kg * kGravity);
 }
 
@@ -98,13 +77,13 @@ TEST(JointEnergy, ALoopThatIsHeldTwiceBesideContactsGainsNone) {
   for (const double density : {1.0, 1e3, 1e9}) {
     World world = chain_of(4, density);
     world.add_static(world.add_shape(HalfSpace{}), Vec3(0, 0, -0.3));
-    join(world, JointKind::kDistance, 0, 3, Vec3(0.5, 0, 0));
+    add(world, joint_at(JointKind::kDistance, world, 0, 3, Vec3(0.5, 0, 0)));
     for (Joint& joint : world.scene.joints)
       if (joint.kind == JointKind::kDistance) {
         joint.anchor_a_m = joint.anchor_b_m = Vec3::Zero();
         joint.length_m = 3.0;
       }
-    join(world, JointKind::kFixed, 1, 2, Vec3(2, 0, 0));
+    add(world, joint_at(JointKind::kFixed, world, 1, 2, Vec3(2, 0, 0)));
     world.states[0].linear_velocity_m_s = Vec3(0, 3, -5);
     double mass = 0.0;
     for (const BodyParams& body : world.scene.bodies) mass += body.mass_kg;
@@ -119,7 +98,8 @@ TEST(JointEnergy, ParallelSlidersThatBounceBesideEachOtherGainNone) {
   for (int i = 0; i < 4; ++i) {
     world.add_body(box, Vec3(0.2 * i, 0, 0.3 + 0.1 * i), i % 2 ? 1e6 : 1.0,
                    Material{.restitution = 1.0});
-    join(world, JointKind::kSlider, i, std::nullopt, Vec3(0.2 * i, 0, 1), Vec3(0.1, 0, 1));
+    add(world,
+        joint_at(JointKind::kSlider, world, i, std::nullopt, Vec3(0.2 * i, 0, 1), Vec3(0.1, 0, 1)));
   }
   expect_no_gain(world, 300, 2e4 * kGravity);
 }
@@ -127,7 +107,8 @@ TEST(JointEnergy, ParallelSlidersThatBounceBesideEachOtherGainNone) {
 TEST(JointEnergy, MotorsReportAllThatTheyGive) {
   World world = test::under_gravity();
   world.add_body(world.add_shape(Box{Vec3(0.5, 0.1, 0.1)}), Vec3(0.5, 0, 0));
-  join(world, JointKind::kHinge, 0, std::nullopt, Vec3::Zero()).motor = JointMotor{-4.0, 5e3};
+  add(world, joint_at(JointKind::kHinge, world, 0, std::nullopt, Vec3::Zero(), Vec3::UnitY()))
+      .motor = JointMotor{-4.0, 5e3};
   const double start = energy(world);
   double given = 0.0;
   for (int i = 0; i < 120; ++i) {
@@ -144,7 +125,7 @@ TEST(JointEnergy, AFootCarriesWhatIsAMillionTimesHeavier) {
   world.add_floor();
   world.add_body(world.add_shape(Box{Vec3(0.1, 0.1, 0.1)}), Vec3(0, 0, 0.1), 1e-3);
   world.add_body(world.add_shape(Box{Vec3(0.1, 0.1, 0.1)}), Vec3(0, 0, 0.5), 1e3);
-  join(world, JointKind::kFixed, 0, 1, Vec3(0, 0, 0.3));
+  add(world, joint_at(JointKind::kFixed, world, 0, 1, Vec3(0, 0, 0.3)));
   world.run(600);
   EXPECT_NEAR(world.states[0].position_m.z(), 0.1, 1e-4);
   EXPECT_NEAR(world.states[1].position_m.z(), 0.5, 1e-4);

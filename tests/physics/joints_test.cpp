@@ -1,4 +1,6 @@
 // Joints: that they hold, what they keep, and what they cost to get right.
+#include "tests/physics/joints.hpp"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -10,36 +12,10 @@
 namespace soda::physics {
 namespace {
 
+using test::add;
+using test::joint_at;
 using test::kGravity;
 using test::World;
-
-// World coordinates; `b` none: the world.
-Joint joint_at(JointKind kind, const World& world, std::uint32_t a, std::optional<std::uint32_t> b,
-               const Vec3& anchor, const Vec3& axis = Vec3::UnitZ()) {
-  Joint joint;
-  joint.label = static_cast<std::uint32_t>(world.scene.joints.size());
-  joint.kind = kind;
-  joint.a = BodyId{a};
-  const auto local = [&](std::uint32_t body, Vec3& place, Quat& frame) {
-    const BodyState& state = world.states[body];
-    place = state.orientation.conjugate() * (anchor - state.position_m);
-    frame = state.orientation.conjugate() * Quat::FromTwoVectors(Vec3::UnitZ(), axis);
-  };
-  local(a, joint.anchor_a_m, joint.frame_a);
-  joint.anchor_b_m = anchor;
-  joint.frame_b = Quat::FromTwoVectors(Vec3::UnitZ(), axis);
-  if (b) {
-    joint.b = BodyId{*b};
-    local(*b, joint.anchor_b_m, joint.frame_b);
-  }
-  joint.reach_m = 0.1;
-  return joint;
-}
-
-void add(World& world, const Joint& joint) {
-  world.scene.joints.push_back(joint);
-  order_joints(world.scene);
-}
 
 // Of a joint, in the world frame: where its ends are.
 Vec3 gap(const World& world, const Joint& joint) {
@@ -266,7 +242,7 @@ TEST(Joints, ABodyOutOfReachOfItsJointIsAFault) {
   const std::uint32_t ball = world.add_shape(Sphere{0.1});
   world.add_body(ball, Vec3(0, 0, 0));
   world.add_body(ball, Vec3(1, 0, 0));
-  add(world, joint_at(JointKind::kBall, world, 0, 1, Vec3(0.5, 0, 0)));
+  add(world, joint_at(JointKind::kBall, world, 0, 1, Vec3(0.5, 0, 0))).reach_m = 0.1;
   world.states[1].position_m.x() = 3.0;
   world.run(1);
   ASSERT_EQ(world.report.faults.size(), 2u);

@@ -1,0 +1,44 @@
+// Joints of a test's world.
+#pragma once
+
+#include <algorithm>
+#include <optional>
+
+#include "physics/joint.hpp"
+#include "tests/physics/scenes.hpp"
+
+namespace soda::physics::test {
+
+// World coordinates; `b` none: the world. `b` moves against `a`, about or along `axis`.
+inline Joint joint_at(JointKind kind, const World& world, std::uint32_t a,
+                      std::optional<std::uint32_t> b, const Vec3& anchor,
+                      const Vec3& axis = Vec3::UnitZ()) {
+  Joint joint;
+  joint.label = static_cast<std::uint32_t>(world.scene.joints.size());
+  joint.kind = kind;
+  joint.a = BodyId{a};
+  const Quat frame = Quat::FromTwoVectors(Vec3::UnitZ(), axis);
+  const auto local = [&](std::uint32_t body, Vec3& place, Quat& turned) {
+    const Quat back = world.states[body].orientation.conjugate();
+    place = back * (anchor - world.states[body].position_m);
+    turned = back * frame;
+  };
+  local(a, joint.anchor_a_m, joint.frame_a);
+  joint.anchor_b_m = anchor;
+  joint.frame_b = frame;
+  if (b) {
+    joint.b = BodyId{*b};
+    local(*b, joint.anchor_b_m, joint.frame_b);
+  }
+  joint.reach_m = 10.0;
+  return joint;
+}
+
+// Where it lies then; valid until the next one is added.
+inline Joint& add(World& world, const Joint& joint) {
+  world.scene.joints.push_back(joint);
+  order_joints(world.scene);
+  return *std::ranges::find(world.scene.joints, joint.label, &Joint::label);
+}
+
+}  // namespace soda::physics::test
