@@ -115,7 +115,7 @@ StateInChunk::StateInChunk(const BodyState& state, PackedState packed)
     : fingerprint_(fingerprint(state)), packed_(std::move(packed)) {}
 
 std::span<const std::uint64_t> StateInChunk::words() const {
-  return room_ == nullptr ? packed_.words() : std::span(room_, count_);
+  return in_room() ? std::span(room_, count_) : packed_.words();
 }
 
 bool StateInChunk::holds(const BodyState& state) const {

@@ -42,20 +42,26 @@ class StateInChunk {
   StateInChunk(const physics::BodyState& state, PackedState packed);
   StateInChunk(const StateInChunk&) = delete;
   StateInChunk& operator=(const StateInChunk&) = delete;
+  ~StateInChunk() {
+    if (!in_room()) packed_.~PackedState();
+  }
 
   // As those of PackedState.
   bool holds(const physics::BodyState& state) const;
   void unpack(physics::BodyState& state) const;
   // Null if it is in the room of its chunk.
-  const PackedState* own_block() const { return room_ == nullptr ? &packed_ : nullptr; }
+  const PackedState* own_block() const { return in_room() ? nullptr : &packed_; }
 
  private:
+  bool in_room() const { return count_ > 0; }
   std::span<const std::uint64_t> words() const;
 
   std::uint32_t fingerprint_;  // of some of the bits: other ones, another state
-  std::uint32_t count_ = 0;    // words in the room
-  const std::uint64_t* room_ = nullptr;
-  PackedState packed_;
+  std::uint32_t count_ = 0;    // words in the room; 0: it has a block of its own
+  union {
+    const std::uint64_t* room_;
+    PackedState packed_;
+  };
 };
 
 }  // namespace soda::models

@@ -25,7 +25,7 @@ void Repetition::start(std::span<const BodyId> changed, const StoredEntry* repla
   unchanged_.clear();
   same_constants_ = true;
   if (!repeats()) return;
-  const TerritoryMap* const before = replaced->rules.map.get();
+  const TerritoryMap* const before = rules_of(*replaced).map.get();
   same_map_ = before == &map || (before && std::ranges::equal(before->owners(), map.owners()));
   changed_.assign(changed.begin(), changed.end());
 }

@@ -38,7 +38,12 @@ class SharedList {
   SharedList(SharedMemory& memory, std::size_t size, KeyAt key_at, IsAt is_at, Make make,
              const SharedList& older, const SharedList& other);
 
-  std::size_t size() const { return size_; }
+  // Adds up chunks.
+  std::size_t size() const {
+    std::size_t size = 0;
+    for (const Chunk& chunk : table_.items()) size += chunk.items().size();
+    return size;
+  }
   // Calls do_with(item) in order.
   template <class Do>
   void for_each(Do do_with) const {
@@ -81,7 +86,6 @@ class SharedList {
   }
 
   SharedArray<Chunk> table_;
-  std::size_t size_ = 0;
 };
 
 template <class T>
@@ -97,8 +101,7 @@ SharedList<T>::SharedList(SharedMemory& memory, std::span<const T> items, const 
 template <class T>
 template <class KeyAt, class IsAt, class Make>
 SharedList<T>::SharedList(SharedMemory& memory, std::size_t size, KeyAt key_at, IsAt is_at,
-                          Make make, const SharedList& older, const SharedList& other)
-    : size_(size) {
+                          Make make, const SharedList& older, const SharedList& other) {
   std::vector<Chunk> chunks;
   std::span<const Chunk> rest = older.table_.items(), other_rest = other.table_.items();
   for (std::size_t first = 0, last = 0; first < size; first = last) {

@@ -2,6 +2,7 @@
 
 #include <bit>
 #include <cstddef>
+#include <functional>
 #include <utility>
 
 namespace soda::models {
@@ -127,11 +128,18 @@ void store_memo(SharedMemory& memory, StepMemo& memo, const StoredEntry& older,
   stored.border = {memory, memo.border, older.border};
 }
 
-SharedArray<Gate> stored_gate(SharedMemory& memory, const Gate& gate,
-                              const SharedArray<Gate>& older, const SharedArray<Gate>& replaced) {
-  for (const SharedArray<Gate>& before : {older, replaced})
-    if (!before.items().empty() && before.items().front() == gate) return before;
-  return {memory, {&gate, 1}};
+// The array of either that holds one like `item`, or a new one.
+template <class T, class Same>
+SharedArray<T> stored_one(SharedMemory& memory, const T& item, const SharedArray<T>& older,
+                          const SharedArray<T>& replaced, Same same) {
+  for (const SharedArray<T>* before : {&older, &replaced})
+    if (!before->items().empty() && same(before->items().front(), item)) return *before;
+  return {memory, {&item, 1}};
+}
+
+// The same objects, not only equal ones: that is cheap, and nearly always so.
+bool same_objects(const Rules& a, const Rules& b) {
+  return a.map == b.map && a.scene == b.scene && a.inputs == b.inputs;
 }
 
 bool is_empty(const ForeignView& view) {
@@ -191,14 +199,14 @@ StoredEntry store(SharedMemory& memory, BufferEntry& entry, const StoredEntry& o
   StoredEntry stored;
   stored.step = entry.step;
   stored.memo_valid = entry.memo.valid;
-  stored.rules = entry.rules;
   stored.differs = std::exchange(entry.differs, {});
   stored.bodies = stored_bodies(memory, entry, older, replaced);
+  stored.rules = stored_one(memory, entry.rules, older.rules, replaced.rules, same_objects);
   const std::uint64_t with_bodies = memory.taken_bytes;
   stored.islands = {memory, entry.islands, older.islands};
   if (entry.memo.valid) store_memo(memory, entry.memo, older, replaced, stored);
   ++counters.entries_stored;
-  stored.gate = stored_gate(memory, entry.gate, older.gate, replaced.gate);
+  stored.gate = stored_one(memory, entry.gate, older.gate, replaced.gate, std::equal_to());
   if (!is_empty(entry.view))
     stored.view = std::make_unique<ForeignView>(std::exchange(entry.view, {}));
   stored.solves = entry.solves;

@@ -84,7 +84,6 @@ struct ListItem<physics::IslandReport> {
 // The same as a BufferEntry, sharing with an older one what is bit-equal in it.
 struct StoredEntry {
   std::int64_t step = -1;
-  bool memo_valid = false;  // false: nothing of the memo
   SharedList<StoredBody> bodies;
   SharedList<physics::IslandReport> islands;
   SharedList<StoredMigrant> migrants;
@@ -92,12 +91,13 @@ struct StoredEntry {
   SharedList<physics::ContactManifold> tested;
   SharedList<StepMemo::BorderBody> border;
   SharedArray<Gate> gate;             // one
+  SharedArray<Rules> rules;           // one
   std::unique_ptr<ForeignView> view;  // null: empty
-  std::uint32_t solves = 0;
-  Rules rules;
   std::int64_t spent_ns = 0;
   std::vector<physics::BodyId> touched;  // of the memo
   std::vector<physics::BodyId> differs;
+  std::uint32_t solves = 0;
+  bool memo_valid = false;  // false: nothing of the memo
   bool frame_differs = false;
   bool may_leave = true;
 };
@@ -111,6 +111,8 @@ StoredEntry store(SharedMemory& memory, BufferEntry& entry, const StoredEntry& o
 // The ghosts of the memo, and others in their place.
 std::vector<Ghost> load_ghosts(const StoredEntry& entry);
 void replace_ghosts(SharedMemory& memory, StoredEntry& entry, std::span<const Ghost> ghosts);
+
+inline const Rules& rules_of(const StoredEntry& entry) { return entry.rules.items().front(); }
 
 // What it knows of foreign bodies.
 const ForeignView& view_of(const StoredEntry& entry);

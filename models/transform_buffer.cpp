@@ -43,7 +43,7 @@ void TransformBuffer::require_held(std::int64_t step) const {
 
 const Rules& TransformBuffer::rules(std::int64_t step) const {
   require_held(step);
-  return is_open(step) ? open_.rules : slot(step).rules;
+  return is_open(step) ? open_.rules : rules_of(slot(step));
 }
 
 const Gate& TransformBuffer::gate(std::int64_t step) const {
@@ -94,7 +94,7 @@ const BufferEntry& TransformBuffer::read(std::int64_t step, bool with_states,
   if (is_open(step)) return open_;
   const StoredEntry& stored = slot(step);
   copy.step = stored.step;
-  copy.rules = stored.rules;
+  copy.rules = rules_of(stored);
   copy.solves = stored.solves;
   copy.spent_ns = stored.spent_ns;
   copy.ids.clear();

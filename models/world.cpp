@@ -127,7 +127,7 @@ void World::begin(std::int64_t step, Bag bag) {
   repetition_.note_own(ids_, migrants);
   std::vector<BodyId> touched = take_inputs(bag);
   // Of what was computed with other materials, nothing can be taken.
-  if (replaced != nullptr) repetition_.note_constants(replaced->rules.scene == rules_.scene);
+  if (replaced != nullptr) repetition_.note_constants(rules_of(*replaced).scene == rules_.scene);
   repetition_.note_touched(touched);
   memo_.valid = remembers();
   if (remembers()) {

@@ -37,8 +37,8 @@ void World::write_entry(std::int64_t step, bool somebody_leaves, kernel::Outbox&
   const StoredEntry* const stale = buffer_.stale_next();
   const bool differs_now =
       stale != nullptr && (stale->frame_differs || !has_ids(*stale, ids_) ||
-                           stale->gate.items().front() != next_gate_ || stale->rules != rules_ ||
-                           !(view_of(*stale) == next_view_));
+                           stale->gate.items().front() != next_gate_ ||
+                           rules_of(*stale) != rules_ || !(view_of(*stale) == next_view_));
   const std::int64_t spent_before = stale != nullptr ? stale->spent_ns : 0;
   buffer_.differs(step).clear();
   buffer_.frame_differs(step) = false;
