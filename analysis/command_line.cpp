@@ -23,6 +23,7 @@ struct Requests {
   RunRequest run;
   PlanRequest plan;
   ReplayRequest replay;
+  ViewRequest view;
   AccuracyRequest accuracy;
   AnticipationRequest anticipation;
   VerifyRequest verify;
@@ -61,6 +62,9 @@ constexpr Command kCommands[] = {
     {"replay", "re-run an event log and compare every step, or show a state", false,
      [](CLI::App& app, R& r, const Wanted&) { define_replay(app, r.replay); },
      [](const R& r, Stream& out, Stream& err) { return replay_command(r.replay, out, err); }},
+    {"view", "an event log as a page to look at in a browser", false,
+     [](CLI::App& app, R& r, const Wanted&) { define_view(app, r.view); },
+     [](const R& r, Stream& out, Stream& err) { return view_command(r.view, out, err); }},
     {"accuracy", "error against run time: cases with a known answer, at several settings", false,
      [](CLI::App& app, R& r, const Wanted&) { define_accuracy(app, r.accuracy); },
      [](const R& r, Stream& out, Stream& err) { return accuracy_command(r.accuracy, out, err); }},

@@ -63,6 +63,19 @@ void define_replay(CLI::App& replay, ReplayRequest& request) {
       "  soda replay run.sodalog --step 100 --body 7");
 }
 
+void define_view(CLI::App& view, ViewRequest& request) {
+  view.add_option("LOG", request.file, "log written by soda run --log")->required();
+  view.add_option("-o,--output", request.page_file, "HTML file (default: LOG.html)");
+  view.add_option("--every", request.every,
+                  "steps from frame to frame (default: what keeps the page below 15 MB)")
+      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 40));
+  view.footer(
+      "examples:\n"
+      "  soda run scenarios/library/crowd.json --log crowd.sodalog\n"
+      "  soda view crowd.sodalog\n"
+      "  soda view crowd.sodalog --every 10 -o crowd.html");
+}
+
 void define_accuracy(CLI::App& command, AccuracyRequest& request) {
   command.add_option("CASE", request.cases, "names in the folder, or files (default: all)");
   command.add_option("--cases", request.folder, "their folder (default scenarios/cases)");

@@ -11,6 +11,7 @@
 #include "analysis/run_command.hpp"
 #include "analysis/swarm_command.hpp"
 #include "analysis/verify_command.hpp"
+#include "analysis/view_command.hpp"
 
 namespace CLI {
 class App;
@@ -27,6 +28,7 @@ struct Wanted {
 void define_run(CLI::App& run, RunRequest& request, const Wanted& wanted);
 void define_plan(CLI::App& plan, PlanRequest& request);
 void define_replay(CLI::App& replay, ReplayRequest& request);
+void define_view(CLI::App& view, ViewRequest& request);
 void define_accuracy(CLI::App& command, AccuracyRequest& request);
 void define_anticipation(CLI::App& command, AnticipationRequest& request);
 void define_verify(CLI::App& verify, VerifyRequest& request);

@@ -6,11 +6,11 @@
 #include "analysis/exit_codes.hpp"
 #include "analysis/input_measures.hpp"
 #include "analysis/log_reader.hpp"
+#include "analysis/logged_run.hpp"
 #include "analysis/measured_run.hpp"
 #include "analysis/progress.hpp"
 #include "analysis/step_comparison.hpp"
 #include "analysis/text_table.hpp"
-#include "scenarios/read_scenario.hpp"
 
 namespace soda::analysis {
 namespace {
@@ -114,24 +114,8 @@ struct Comparison {
   }
 };
 
-// The scenario as logged, to be run as far as the log goes.
-scenarios::Scenario logged_scenario(const ReplayRequest& request, LogReader& log) {
-  const Overrides overrides = combined(log.overrides(), request.overrides);
-  scenarios::Scenario scenario =
-      scenarios::read_scenario_text(log.scenario().text, log.scenario().file, overrides.seed);
-  apply_overrides(overrides, scenario.territory, scenario.run);
-  if (!log.complete()) scenario.run.steps = std::min(scenario.run.steps, log.last_step());
-  // Those that acted, at the steps at which they did: wherever they came from.
-  scenario.run.inputs.script.clear();
-  for (std::int64_t step = 0; step <= log.last_step(); ++step)
-    for (const models::CommittedInput& committed : log.read_step(step).inputs)
-      if (physics::index_of(committed.input.body) < scenario.initial.size())
-        scenario.run.inputs.script.push_back(committed.input);
-  return scenario;
-}
-
 int rerun(const ReplayRequest& request, LogReader& log, std::ostream& out, std::ostream& err) {
-  const scenarios::Scenario scenario = logged_scenario(request, log);
+  const scenarios::Scenario scenario = logged_scenario(log, request.overrides);
   Comparison comparison{log, {}};
   const models::InputOptions& inputs = scenario.run.inputs;
   const InputFollower start(scenario.scene, scenario.initial, inputs);

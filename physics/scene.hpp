@@ -33,7 +33,7 @@ struct Cylinder {  // around the local z axis
   double radius_m = 0.5;
   double length_m = 1.0;
 };
-struct ConvexHull {  // made by make_convex_hull (convex_hull.hpp)
+struct ConvexHull {  // made by make_convex_hull (mass_properties.hpp)
   std::vector<Vec3> vertices_m;
   // Each face: vertex indices in order, counter-clockwise seen from outside.
   std::vector<std::vector<std::uint32_t>> faces;

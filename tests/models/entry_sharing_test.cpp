@@ -55,6 +55,20 @@ TEST(EntrySharing, AScheduledRunOfAGasTakesAtMostFiveQuartersOfItsStates) {
   EXPECT_LE(share_taken(result.worlds), 1.25);
 }
 
+// What an entry costs beside its bodies falls on few of them here.
+TEST(EntrySharing, ThreeMovingBoxesAWorldTakeAtMostFiveQuartersOfTheirStates) {
+  test::Scene scene(Vec3(0, 0, -9.81));
+  scene.ground();
+  const std::uint32_t box = scene.shape(physics::Box{{0.25, 0.25, 0.25}});
+  for (const double x : {-5.0, 5.0})
+    for (const double y : {-5.0, 5.0})
+      for (int i = 0; i < 3; ++i) scene.body(box, Vec3(x, y, 0.25 + 0.5 * i), Vec3(2, 0, 0));
+  const RunOptions options{.executor = ExecutorKind::kThreads, .threads = 2, .steps = 40};
+  const SimulationResult result = simulate(scene.description, scene.states, blocks(4), options);
+  EXPECT_GT(result.worlds.bodies_stored, 12u * 35u);
+  EXPECT_LE(share_taken(result.worlds), 1.25);
+}
+
 // Entry 0 and the first steps, in which the contacts settle, are taken whole.
 TEST(EntrySharing, ARunOfWorldsAtRestTakesATwentiethOfThat) {
   const RunOptions options{.executor = ExecutorKind::kThreads, .threads = 2, .steps = 300};

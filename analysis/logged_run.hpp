@@ -1,0 +1,14 @@
+// The scenario of an event log, as it was run.
+#pragma once
+
+#include "analysis/log_reader.hpp"
+#include "analysis/overrides.hpp"
+#include "scenarios/scenario.hpp"
+
+namespace soda::analysis {
+
+// As logged, with the options of that run and then `overrides`; to be run as far as the log goes.
+// Its inputs are those that acted, wherever they came from, at the steps at which they did.
+scenarios::Scenario logged_scenario(LogReader& log, const Overrides& overrides);
+
+}  // namespace soda::analysis

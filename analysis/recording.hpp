@@ -1,0 +1,45 @@
+// Bodies and territories over time, to be looked at.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "analysis/log_reader.hpp"
+#include "analysis/triangles.hpp"
+#include "scenarios/scenario.hpp"
+
+namespace soda::analysis {
+
+struct Recording {
+  struct Body {
+    std::uint32_t label = 0, shape = 0;
+  };
+  struct Static {
+    std::string name;
+    std::uint32_t shape = 0;
+    std::array<float, 7> pose{};  // x, y, z in m; w, x, y, z of the orientation
+  };
+  static constexpr std::size_t kNumbers = 8;      // a body and frame: its pose, its speed in m/s
+  static constexpr std::uint16_t kAway = 0xffff;  // the owner of a body that is not there
+
+  std::string name;
+  double dt_s = 0.0;
+  physics::Vec3 up = physics::Vec3::UnitZ();  // against gravity; unit length
+  std::uint32_t worlds = 1;
+  std::vector<Triangles> shapes;
+  std::vector<Body> bodies;  // by BodyId
+  std::vector<Static> statics;
+  // Corners of the cells' faces between territories, 4 each, in m.
+  std::vector<float> borders;
+  std::vector<std::int64_t> steps;  // of each frame
+  std::vector<float> numbers;       // by frame, then body
+  std::vector<std::uint16_t> owners;
+};
+
+// Every `every`th step of the log and its last one. Territories are those at the beginning of the
+// run: a log does not hold what balancing made of them. `every` >= 1.
+Recording record(LogReader& log, const scenarios::Scenario& scenario, std::int64_t every);
+
+}  // namespace soda::analysis

@@ -1,0 +1,18 @@
+// Shapes as triangles, to be looked at.
+#pragma once
+
+#include <vector>
+
+#include "physics/scene.hpp"
+
+namespace soda::analysis {
+
+// Corners of triangles, three by three, counter-clockwise seen from outside, in the shape's frame:
+// x, y, z in m, then the outward normal. 6 floats a corner.
+using Triangles = std::vector<float>;
+
+// What is round is drawn with 24 sides; its corners lie on the surface, so its faces lie inside. A
+// half space is a square around `middle_m` (in the shape's frame), `reach_m` to each side.
+Triangles triangles_of(const physics::Shape& shape, const physics::Vec3& middle_m, double reach_m);
+
+}  // namespace soda::analysis

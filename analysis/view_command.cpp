@@ -1,0 +1,44 @@
+#include "analysis/view_command.hpp"
+
+#include <algorithm>
+#include <fstream>
+#include <ostream>
+
+#include "analysis/exit_codes.hpp"
+#include "analysis/logged_run.hpp"
+#include "analysis/view_page.hpp"
+#include "scenarios/read_scenario.hpp"
+
+namespace soda::analysis {
+namespace {
+
+constexpr std::int64_t kBodyFrames = 300'000;  // 34 bytes each, 46 as text
+
+std::int64_t steps_a_frame(const LogReader& log) {
+  const auto bodies = static_cast<std::int64_t>(std::max<std::size_t>(1, log.labels().size()));
+  const std::int64_t frames = std::max<std::int64_t>(2, kBodyFrames / bodies);
+  return std::max<std::int64_t>(1, (log.last_step() + frames - 1) / frames);
+}
+
+}  // namespace
+
+int view_command(const ViewRequest& request, std::ostream& out, std::ostream& err) {
+  LogReader log(request.file);
+  const std::string file = request.page_file.empty() ? request.file + ".html" : request.page_file;
+  if (!log.cut().empty()) err << "soda: " << request.file << ": " << log.cut() << "\n";
+  if (!log.damage().empty())
+    err << "soda: " << request.file << ": damaged: " << log.damage() << "\n";
+  const std::int64_t every = request.every.value_or(steps_a_frame(log));
+  const Recording recording = record(log, logged_scenario(log, {}), every);
+  std::ofstream page(file, std::ios::trunc | std::ios::binary);
+  if (!page) throw scenarios::FileError(file + ": cannot be written");
+  page << view_page(recording);
+  page.close();
+  if (!page) throw scenarios::FileError(file + ": writing the page failed");
+  out << file << ": " << recording.bodies.size() << " bodies, " << recording.worlds << " worlds, "
+      << recording.steps.size() << " frames (every " << every << " of " << log.last_step()
+      << " steps); open it in a browser\n";
+  return log.damage().empty() ? kExitOk : kExitCheckFailed;
+}
+
+}  // namespace soda::analysis

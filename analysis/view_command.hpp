@@ -1,0 +1,21 @@
+// `soda view`: an event log as a page on which the run can be looked at.
+#pragma once
+
+#include <cstdint>
+#include <iosfwd>
+#include <optional>
+#include <string>
+
+namespace soda::analysis {
+
+struct ViewRequest {
+  std::string file;                   // the log
+  std::string page_file;              // empty: the log's name and .html
+  std::optional<std::int64_t> every;  // >= 1; else what keeps the page below some 15 MB
+};
+
+// Throws FileError if the log cannot be read or the page not be written. kExitCheckFailed if a
+// block is damaged: the page then ends before it.
+int view_command(const ViewRequest& request, std::ostream& out, std::ostream& err);
+
+}  // namespace soda::analysis
