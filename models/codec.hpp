@@ -1,6 +1,7 @@
 // Numbers, vectors and states as bytes: what message payloads and ranks' results are made of.
 #pragma once
 
+#include <array>
 #include <bit>
 #include <cstdio>
 #include <cstdlib>
@@ -37,9 +38,7 @@ class Writer {
   }
   void id(physics::BodyId value) { number(physics::index_of(value)); }
   void world(WorldId value) { number(index_of(value)); }
-  void vector(const physics::Vec3& value) {
-    for (int axis = 0; axis < 3; ++axis) number(value[axis]);
-  }
+  void vector(const physics::Vec3& value) { append(std::array{value.x(), value.y(), value.z()}); }
   void impulse(const physics::ContactImpulse& value) {
     id(value.other);
     number(value.part);
@@ -48,13 +47,12 @@ class Writer {
     vector(value.friction_newton_s);
   }
   void state(const physics::BodyState& value) {
-    vector(value.position_m);
-    number(value.orientation.w());
-    number(value.orientation.x());
-    number(value.orientation.y());
-    number(value.orientation.z());
-    vector(value.linear_velocity_m_s);
-    vector(value.angular_velocity_rad_s);
+    const physics::Vec3 &x = value.position_m, &v = value.linear_velocity_m_s,
+                        &w = value.angular_velocity_rad_s;
+    const physics::Quat& q = value.orientation;
+    // At once: growing by a number at a time took 4 % of a run with many messages.
+    append(std::array{x.x(), x.y(), x.z(), q.w(), q.x(), q.y(), q.z(), v.x(), v.y(), v.z(), w.x(),
+                      w.y(), w.z()});
     number(static_cast<std::uint32_t>(value.impulses.size()));
     for (const physics::ContactImpulse& item : value.impulses) impulse(item);
   }
