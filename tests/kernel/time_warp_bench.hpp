@@ -18,8 +18,9 @@ inline constexpr LpId kPeer{1};
 constexpr VirtualTime at(std::int64_t t, std::uint32_t round = 0) { return {t, round}; }
 
 // A process with what drives it. Messages come from LpId 2, registers (2, t, kind 7, slot).
-struct Bench {
-  explicit Bench(ScriptedProcess::Script script)
+template <class Process>
+struct BenchOf {
+  explicit BenchOf(typename Process::Script script)
       : lp(std::move(script)), process(kSelf, 3, lp, kEnd, pool, journal) {}
 
   void deliver(VirtualTime time, std::uint64_t value, std::uint64_t incarnation,
@@ -52,11 +53,12 @@ struct Bench {
     return texts;
   }
 
-  ScriptedProcess lp;
+  Process lp;
   MessagePool pool;
   Journal journal;
   TimeWarpProcess process;
   WorkerEffects effects;
 };
+using Bench = BenchOf<ScriptedProcess>;
 
 }  // namespace soda::kernel::bench
