@@ -44,8 +44,8 @@ void World::consider_split(std::size_t index, const KnownBodies& known) {
                                        : merge_.nodes[static_cast<std::size_t>(-1 - place)].state);
   }
   // As physics::advance_island chooses.
-  if (physics::plan_direct_solve(*rules_.scene, rules_.scene->dt_s, island.ids, island.manifolds,
-                                 island.states))
+  if (physics::plan_direct_solve(*rules_.scene, rules_.scene->dt_s, false, island.ids,
+                                 island.manifolds, island.states))
     return;
   std::optional<SplitPlan> plan =
       plan_split(*rules_.scene, island.ids, island.owners, island.manifolds, around_.processors,

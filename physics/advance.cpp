@@ -130,9 +130,10 @@ void add_part(const IslandReport& part, IslandReport& report) {
   report.static_angular_impulse_newton_m_s += part.static_angular_impulse_newton_m_s;
 }
 
-IslandReport advance_once(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
-                          std::span<const ContactManifold> manifolds, std::span<BodyState> states,
-                          StageCounters& counters, std::vector<AdvanceFault>& faults) {
+IslandReport advance_once(const SceneDescription& scene, double dt_s, bool accurate,
+                          std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
+                          std::span<BodyState> states, StageCounters& counters,
+                          std::vector<AdvanceFault>& faults) {
   IslandReport report = report_of(ids, manifolds);
   JointSystem joints = find_joints(scene, ids, manifolds);
   if (!scene.joints.empty()) report_lost_joints(scene, ids, manifolds, faults);
@@ -150,7 +151,8 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, std::span<
     return report;
   }
   const std::optional<Elimination> plan =
-      joints.empty() ? plan_direct_solve(scene, dt_s, ids, manifolds, states) : std::nullopt;
+      joints.empty() ? plan_direct_solve(scene, dt_s, accurate, ids, manifolds, states)
+                     : std::nullopt;
   if (joints.empty() && !plan && is_giant(manifolds)) {
     const IslandBlocks blocks = split_island(ids, manifolds);
     if (blocks.count() > 1) {
@@ -164,9 +166,9 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, std::span<
   const std::vector<SolverBody> free(problem.bodies.begin(), problem.bodies.end() - 1);
   build_rows(scene, dt_s, ids, manifolds, before, problem, counters);
   const ContactSolution solution =
-      joints.empty()
-          ? solve_contacts(scene, dt_s, ids, before, free, plan ? &*plan : nullptr, problem)
-          : solve_jointed({scene, dt_s, ids, states, free}, joints, problem);
+      joints.empty() ? solve_contacts(scene, dt_s, accurate, ids, before, free,
+                                      plan ? &*plan : nullptr, problem)
+                     : solve_jointed({scene, dt_s, ids, states, free}, joints, problem);
   report.direct = solution.direct;
   report.iterations = solution.iterations;
   report.multiplications = solution.multiplications;

@@ -55,9 +55,12 @@ IslandReport advance_island(const SceneDescription& scene, const Geometry& geome
                             std::vector<AdvanceFault>& faults);
 
 // The same over dt_s > 0, with each contact as the manifolds have it, to the end of that time.
-IslandReport advance_once(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
-                          std::span<const ContactManifold> manifolds, std::span<BodyState> states,
-                          StageCounters& counters, std::vector<AdvanceFault>& faults);
+// `accurate`: contacts of several bodies are solved to rounding where that can be afforded, as is
+// needed for what is compared with other steps; else they may leave a trace to the next step.
+IslandReport advance_once(const SceneDescription& scene, double dt_s, bool accurate,
+                          std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
+                          std::span<BodyState> states, StageCounters& counters,
+                          std::vector<AdvanceFault>& faults);
 
 // Of a later part of the same step: sums, and the largest errors.
 void add_part(const IslandReport& part, IslandReport& report);

@@ -103,13 +103,12 @@ int solve_by_sweeps(int most, double dt_s, const Selection<BodyState>& before,
   return sweeps;
 }
 
-ContactSolution solve_contacts(const SceneDescription& scene, double dt_s,
+ContactSolution solve_contacts(const SceneDescription& scene, double dt_s, bool accurate,
                                std::span<const BodyId> ids, const Selection<BodyState>& before,
                                std::span<const SolverBody> free, const Elimination* plan,
                                ContactProblem& problem) {
   // Then sweeps end where they change nothing any more.
   constexpr int kSweepsIfAccurate = 1000;
-  const bool accurate = scene.tolerance > 0.0;
   ContactSolution solution;
   const double ratio = mass_ratio(scene, ids);
   drop_bad_start(ratio, free, problem);

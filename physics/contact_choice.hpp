@@ -29,7 +29,7 @@ int solve_by_sweeps(int most, double dt_s, const Selection<BodyState>& before,
 // Directly if there is a plan (plan_direct_solve), nothing bounces and it converges, by sweeps
 // otherwise. The contacts give the island no energy (contact_work.hpp). The choice depends on
 // nothing but the island's content.
-ContactSolution solve_contacts(const SceneDescription& scene, double dt_s,
+ContactSolution solve_contacts(const SceneDescription& scene, double dt_s, bool accurate,
                                std::span<const BodyId> ids, const Selection<BodyState>& before,
                                std::span<const SolverBody> free, const Elimination* plan,
                                ContactProblem& problem);

@@ -131,12 +131,11 @@ double mass_ratio(const SceneDescription& scene, std::span<const BodyId> ids) {
 }
 
 std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, double dt_s,
-                                             std::span<const BodyId> ids,
+                                             bool accurate, std::span<const BodyId> ids,
                                              std::span<const ContactManifold> manifolds,
                                              std::span<const BodyState> states) {
   if (!scene.solver.direct || ids.size() > kMostBodies) return std::nullopt;
   const double ratio = mass_ratio(scene, ids);
-  const bool accurate = scene.tolerance > 0.0;
   if (is_easy(accurate, ids.size(), ratio)) return std::nullopt;
   const bool is_uneven = ratio > kMuchHeavier;
   const double calm_m_s = calm_speed_m_s(scene, dt_s);

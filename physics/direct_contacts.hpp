@@ -23,7 +23,7 @@ double mass_ratio(const SceneDescription& scene, std::span<const BodyId> ids);
 // others. What bounces in it is not looked at. `ids` ascending, `states` at the step's start. A
 // function of the island's content.
 std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, double dt_s,
-                                             std::span<const BodyId> ids,
+                                             bool accurate, std::span<const BodyId> ids,
                                              std::span<const ContactManifold> manifolds,
                                              std::span<const BodyState> states);
 

@@ -128,8 +128,8 @@ Trial try_steps(RefinedIsland& island, std::span<const BodyState> from,
     keep_in_touch(island, dt_s, trial.states, start, now);
     scale_impulses(share, trial.states);
     const Vec3 push = push_newton_s(island, dt_s, trial.states);
-    IslandReport part =
-        advance_once(island.scene, dt_s, island.ids, now, trial.states, island.counters, faults);
+    IslandReport part = advance_once(island.scene, dt_s, island.accurate, island.ids, now,
+                                     trial.states, island.counters, faults);
     part.static_impulse_newton_s += push;
     scale_impulses(1.0 / share, trial.states);
     if (i == 0)

@@ -17,6 +17,7 @@ struct RefinedIsland {
   std::span<const ContactManifold> pairs;  // that are looked at
   BodySizes sizes;
   StageCounters& counters;
+  bool accurate = false;  // as of advance_once
   int solves = 0;
 };
 

@@ -14,6 +14,8 @@ namespace {
 
 constexpr double kOwnTolerance = 1e-7;  // of a single body; of its width, for each part of a step
 
+constexpr std::size_t kFewBodies = 8;  // that are refined unasked
+
 struct Limits {
   int most_solves = 0;
   int deepest = 0;  // halvings
@@ -21,9 +23,10 @@ struct Limits {
 
 // A change is closed in upon until its error, which halves with the part that holds it, is an
 // eighth of any tolerance. Large islands take less solves, for each of theirs takes longer.
-Limits limits_of(const SceneDescription& scene, std::size_t pairs) {
+// Unasked, several bodies get no more than their trials.
+Limits limits_of(const SceneDescription& scene, std::size_t bodies, std::size_t pairs) {
   constexpr std::size_t kMostSolves = 2000, kLeastSolves = 64, kPairsSolved = 128'000;
-  if (!(scene.tolerance > 0.0)) return {150, 12};
+  if (!(scene.tolerance > 0.0)) return bodies > 1 ? Limits{0, 0} : Limits{150, 12};
   const std::size_t solves =
       std::clamp(kPairsSolved / std::max<std::size_t>(pairs, 1), kLeastSolves, kMostSolves);
   return {static_cast<int>(solves), 26};
@@ -72,6 +75,20 @@ struct PartResult {
   Trial trial;
   StepError error;
 };
+
+// Whether points change their velocities as gravity could make them do. What changes faster is hit,
+// and has no limit.
+bool can_be_smooth(const RefinedIsland& island, double time_s, std::span<const BodyState> from,
+                   std::span<const BodyState> to) {
+  constexpr double kMost = 2.0;
+  const double most_m_s = kMost * island.scene.gravity_m_s2.norm() * time_s;
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    const Vec3 linear = to[i].linear_velocity_m_s - from[i].linear_velocity_m_s;
+    const Vec3 angular = to[i].angular_velocity_rad_s - from[i].angular_velocity_rad_s;
+    if (!(linear.norm() + island.sizes.radii_m[i] * angular.norm() <= most_m_s)) return false;
+  }
+  return true;
+}
 
 // What trials lead to: their limit, or the finest where that is nearer.
 PartResult best_of(const RefinedIsland& island, std::span<const BodyState> from,
@@ -123,6 +140,25 @@ std::optional<PartResult> refine_part(RefinedIsland& island, const ErrorBudget& 
   }
 }
 
+// Several bodies without a tolerance: `plain` is their step. Trials take its place if they lead
+// much nearer to a limit than it is; where they tell of no limit they are no better than it.
+PartResult advance_unasked(RefinedIsland& island, const ErrorBudget& budget, double time_s,
+                           std::span<const BodyState> from, std::span<const ContactManifold> start,
+                           Trial plain) {
+  constexpr double kMuchNearer = 0.125;
+  const StepError change = change_of(island.sizes, from, plain.states);
+  if (budget.allows(change.widths, time_s) || !can_be_smooth(island, time_s, from, plain.states))
+    return {std::move(plain), change};
+  island.accurate = true;
+  Trial one = try_steps(island, from, start, time_s, 1);
+  if (one.failed) return {std::move(plain), change};
+  std::optional<PartResult> refined =
+      refine_part(island, budget, time_s, false, from, start, std::move(one));
+  const StepError apart = apart_of(island.sizes, plain.states, refined->trial.states);
+  if (!(refined->error.widths <= kMuchNearer * apart.widths)) return {std::move(plain), apart};
+  return std::move(*refined);
+}
+
 // The part, or nothing if it is to be halved.
 std::optional<PartResult> advance_part(RefinedIsland& island, const Limits& limits,
                                        const ErrorBudget& budget, const Part& part,
@@ -133,6 +169,8 @@ std::optional<PartResult> advance_part(RefinedIsland& island, const Limits& limi
   const std::span<const ContactManifold> start = known.empty() ? found : known;
   Trial one = try_steps(island, from, start, part.time_s, 1);
   if (one.failed) return PartResult{std::move(one), {}};
+  if (!(island.scene.tolerance > 0.0) && from.size() > 1)
+    return advance_unasked(island, budget, part.time_s, from, start, std::move(one));
   const bool can_be_halved = part.depth < limits.deepest && island.solves < limits.most_solves;
   return refine_part(island, budget, part.time_s, can_be_halved, from, start, std::move(one));
 }
@@ -150,8 +188,11 @@ std::vector<ContactManifold> found_again(const SceneDescription& scene, const Ge
 bool is_refined(const SceneDescription& scene, const Geometry& geometry,
                 std::span<const BodyId> ids, std::span<const ContactManifold> manifolds) {
   if (!(scene.tolerance > 0.0)) {
-    const BodyParams& first = scene.bodies[index_of(ids[0])];
-    if (ids.size() > 1 || is_pushed(first) || first.joints > 0) return false;
+    if (ids.size() > kFewBodies) return false;
+    for (const BodyId id : ids) {
+      const BodyParams& body = scene.bodies[index_of(id)];
+      if (is_pushed(body) || body.joints > 0) return false;
+    }
   }
   for (const ContactManifold& m : manifolds) {
     const std::uint32_t shape = scene.bodies[index_of(m.a)].shape;
@@ -167,8 +208,14 @@ IslandReport advance_refined(const SceneDescription& scene, const Geometry& geom
                              std::span<const ContactManifold> manifolds,
                              std::span<BodyState> states, StageCounters& counters,
                              std::vector<AdvanceFault>& faults) {
-  RefinedIsland island{scene, geometry, ids, manifolds, sizes_of(scene, geometry, ids), counters};
-  const Limits limits = limits_of(scene, manifolds.size());
+  RefinedIsland island{scene,
+                       geometry,
+                       ids,
+                       manifolds,
+                       sizes_of(scene, geometry, ids),
+                       counters,
+                       scene.tolerance > 0.0};
+  const Limits limits = limits_of(scene, ids.size(), manifolds.size());
   ErrorBudget budget(scene);
   std::vector<BodyState> now(states.begin(), states.end());
   IslandReport report;
@@ -206,9 +253,9 @@ IslandReport advance_unrefined(const SceneDescription& scene, const Geometry& ge
                                std::span<BodyState> states, StageCounters& counters,
                                std::vector<AdvanceFault>& faults) {
   if (!(scene.tolerance > 0.0))
-    return advance_once(scene, dt_s, ids, manifolds, states, counters, faults);
+    return advance_once(scene, dt_s, false, ids, manifolds, states, counters, faults);
   const std::vector<BodyState> from(states.begin(), states.end());
-  IslandReport report = advance_once(scene, dt_s, ids, manifolds, states, counters, faults);
+  IslandReport report = advance_once(scene, dt_s, true, ids, manifolds, states, counters, faults);
   ErrorBudget budget(scene);
   const BodySizes sizes = sizes_of(scene, geometry, ids);
   budget.spend(larger(change_of(sizes, from, states), displacement_of(sizes, from, states, dt_s)),

@@ -72,6 +72,11 @@ BodyDifference difference_of(const BodyState& from, const BodyState& to) {
           to.angular_velocity_rad_s - from.angular_velocity_rad_s};
 }
 
+StepError apart_of(const BodySizes& sizes, std::span<const BodyState> from,
+                   std::span<const BodyState> to) {
+  return largest(sizes, from.size(), [&](std::size_t i) { return difference_of(from[i], to[i]); });
+}
+
 StepError largest_of(const BodySizes& sizes, std::span<const BodyDifference> differences) {
   return largest(sizes, differences.size(), [&](std::size_t i) { return differences[i]; });
 }

@@ -49,6 +49,10 @@ struct BodyDifference {
 };
 BodyDifference difference_of(const BodyState& from, const BodyState& to);
 
+// What parts them, of all bodies.
+StepError apart_of(const BodySizes& sizes, std::span<const BodyState> from,
+                   std::span<const BodyState> to);
+
 // Of differences that should be none.
 StepError largest_of(const BodySizes& sizes, std::span<const BodyDifference> differences);
 

@@ -193,7 +193,7 @@ TEST(GiantIslands, AnyDivisionOfTheBlocksAmongSolversHasTheBitsOfOneSolver) {
   ASSERT_GE(count, 4u);
   std::vector<BodyState> alone = island.states;
   std::vector<AdvanceFault> faults;
-  const IslandReport whole = advance_once(world.scene, world.scene.dt_s, island.ids,
+  const IslandReport whole = advance_once(world.scene, world.scene.dt_s, false, island.ids,
                                           island.manifolds, alone, world.counters, faults);
   std::mt19937 random(7);
   for (int trial = 0; trial < 6; ++trial) {
