@@ -17,6 +17,7 @@
 #include "physics/refinement.hpp"
 #include "physics/rigid_motion.hpp"
 #include "physics/split_solver.hpp"
+#include "physics/springs.hpp"
 #include "physics/time_of_impact.hpp"
 
 namespace soda::physics {
@@ -139,8 +140,8 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, bool accur
   if (!scene.joints.empty()) report_lost_joints(scene, ids, manifolds, faults);
   if (!joints.empty()) close_left_open(scene, dt_s, ids, joints, states, report);
   const bool linked = !joints.empty() && report.contact_points == 0 &&
-                      !has_springs(scene, joints) &&
-                      advance_linkage(scene, dt_s, ids, joints, states, report, faults);
+                      (advance_lone_spring(scene, dt_s, ids, joints, states, report, faults) ||
+                       advance_linkage(scene, dt_s, ids, joints, states, report, faults));
   if (linked) {
     for (const BodyId id : ids) {
       counters.driven_bodies += scene.bodies[index_of(id)].drive != kNoDrive;

@@ -260,4 +260,24 @@ void build_joint_rows(const SceneDescription& scene, double dt_s, std::span<cons
   }
 }
 
+std::vector<SpringRow> spring_rows(const SceneDescription& scene, std::span<const BodyId> ids,
+                                   std::span<const BodyState> states, const JointSystem& system) {
+  std::vector<SpringRow> springs;
+  std::vector<JointRow> rows;
+  for (const std::uint32_t index : system.joints) {
+    const Joint& joint = scene.joints[index];
+    if (joint.kind != JointKind::kSpring) continue;
+    const End a = end_of(ids, states, joint.a, joint.anchor_a_m, joint.frame_a);
+    const End b = end_of(ids, states, joint.b, joint.anchor_b_m, joint.frame_b);
+    rows.clear();
+    add_rows(joint, scene.dt_s, true, a, b, rows);
+    springs.push_back({rows.front(),
+                       joint.stiffness_newton_m,
+                       joint.damping_newton_s_m,
+                       Vec3(b.anchor - a.anchor).norm(),
+                       {a.arm.norm(), b.arm.norm()}});
+  }
+  return springs;
+}
+
 }  // namespace soda::physics

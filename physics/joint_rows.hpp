@@ -1,6 +1,7 @@
 // The constraints of an island's joints, and their direct solution.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -63,6 +64,16 @@ void build_joint_rows(const SceneDescription& scene, double dt_s, std::span<cons
 // For rows at the poses that the bodies would have after a step of dt_s with these velocities:
 // targets for which the joints hold there (springs: pull as they will there), to first order.
 void aim_joint_rows(double dt_s, std::span<const SolverBody> bodies, JointSystem& system);
+
+// A spring at some poses: its row has the direction, and the length beyond that at rest as error.
+struct SpringRow {
+  JointRow row;
+  double stiffness_newton_m = 0.0, damping_newton_s_m = 0.0;
+  double length_m = 0.0;           // from end to end
+  std::array<double, 2> arm_m{};  // from the centres of a and b to their ends
+};
+std::vector<SpringRow> spring_rows(const SceneDescription& scene, std::span<const BodyId> ids,
+                                   std::span<const BodyState> states, const JointSystem& system);
 
 double velocity_of(const JointRow& row, std::span<const SolverBody> bodies);
 void apply_joint_impulse(const JointRow& row, double impulse, std::span<SolverBody> bodies);

@@ -11,12 +11,14 @@
 #include "physics/joint_motion.hpp"
 #include "physics/joint_work.hpp"
 #include "physics/rigid_motion.hpp"
+#include "physics/springs.hpp"
 
 namespace soda::physics {
 namespace {
 
 constexpr int kMostCorrections = 20;
 constexpr int kMostParts = 256;  // of a step
+constexpr double kMostSpringParts = 32.0;
 
 void push(const SceneDescription& scene, std::span<const BodyId> ids,
           std::span<const BodyState> states, double dt_s, std::span<SolverBody> bodies) {
@@ -64,6 +66,7 @@ int substeps_of(const SceneDescription& scene, double dt_s, std::span<const Body
                 std::span<const BodyState> states, bool fourth, JointSystem& joints) {
   // Of a swing about a taut joint, and of a spin, which has farther to go.
   const double most_swing_rad = fourth ? 0.5 : 0.25, most_spin_rad = fourth ? 0.2 : 0.25;
+  constexpr double kMostSpringSwing_rad = 0.25, kMostSpringDamping = 0.25;
   constexpr int kMost = 100;
   constexpr double kHopeless = 1000.0;
   std::vector<SolverBody> bodies = bodies_at(scene, ids, states);
@@ -86,8 +89,15 @@ int substeps_of(const SceneDescription& scene, double dt_s, std::span<const Body
   for (std::size_t i = 0; i < ids.size(); ++i)
     largest = std::max({largest, std::sqrt(squared[i]) / most_swing_rad,
                         states[i].angular_velocity_rad_s.norm() / most_spin_rad});
-  const double parts = largest * dt_s;
+  double parts = largest * dt_s;
   if (!(parts < kHopeless)) return 0;
+  if (const std::vector<SpringRow> springs = spring_rows(scene, ids, states, joints);
+      !springs.empty()) {
+    const SpringRates rates = rates_of(springs, bodies);
+    parts = std::max(parts, dt_s * std::max(rates.swing_rad_s / kMostSpringSwing_rad,
+                                            rates.damping_1_s / kMostSpringDamping));
+    if (!(parts < kMostSpringParts)) return 0;
+  }
   return parts < kMost ? 1 + static_cast<int>(parts) : kMost;
 }
 
@@ -129,6 +139,7 @@ bool advance_linkage_once(const SceneDescription& scene, double dt_s, std::span<
   std::vector<SolverBody> bodies = bodies_at(scene, ids, states);
   const std::vector<SolverBody> start = bodies;
   push(scene, ids, states, 0.5 * dt_s, bodies);
+  kick(spring_rows(scene, ids, states, joints), 0.5 * dt_s, false, states, bodies, report);
   build_joint_rows(scene, dt_s, ids, states, false, joints);
   bound_velocities(0.5 * dt_s, kReached * enough, joints);
   stop_joint_velocities(ids.size(), bodies, joints);
@@ -161,6 +172,7 @@ bool advance_linkage_once(const SceneDescription& scene, double dt_s, std::span<
   report_joints(states, joints, report);
   bodies = bodies_at(scene, ids, next);
   const std::vector<SolverBody> arrived = bodies;
+  kick(spring_rows(scene, ids, next, joints), 0.5 * dt_s, true, next, bodies, report);
   push(scene, ids, states, 0.5 * dt_s, bodies);
   rest_bounds(end);
   bound_velocities(0.5 * dt_s, kReached * enough, end);
@@ -203,6 +215,8 @@ bool advance_parts(const SceneDescription& scene, double dt_s, std::span<const B
   const double part_s = dt_s / parts;
   const bool pushed = std::ranges::any_of(
       ids, [&scene](BodyId id) { return is_pushed(scene.bodies[index_of(id)]); });
+  // Symmetric in time, so what springs lend comes back.
+  const bool sprung = has_springs(scene, joints);
   LinkageWork work;
   work.loses = goes_against(scene, ids, states, joints);
   const bool afloat = is_afloat(ids.size(), joints, nullptr);
@@ -213,7 +227,7 @@ bool advance_parts(const SceneDescription& scene, double dt_s, std::span<const B
     for (std::size_t k = 0; fourth && k < kStages.size(); ++k)
       if (!advance_linkage_once(scene, kStages[k] * part_s, ids, joints, states, report, work))
         return false;
-    if (pushed) continue;
+    if (pushed || sprung) continue;
     const EnergyExcess excess = energy_excess(scene, part_s, ids, from, states, work.motors_joule);
     if (!excess.is_trace(kTrace)) return false;
     const bool lost = excess.gain_joule < 0.0 && !work.loses;
@@ -234,6 +248,7 @@ bool advance_linkage(const SceneDescription& scene, double dt_s, std::span<const
                      JointSystem& joints, std::span<BodyState> states, IslandReport& report,
                      std::vector<AdvanceFault>& faults) {
   const bool fourth = is_reversible(scene, ids, joints);
+  if (!fourth && has_springs(scene, joints)) return false;
   const int substeps = substeps_of(scene, dt_s, ids, states, fourth, joints);
   if (substeps == 0) return false;
   std::vector<BodyState> next;
