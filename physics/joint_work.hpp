@@ -33,6 +33,12 @@ double take_excess(const SceneDescription& scene, std::span<const BodyId> ids,
                    const EnergyExcess& excess, bool afloat, std::span<BodyState> states,
                    IslandReport& report);
 
+// The same of an excess that is at most this part of the energy of motion, as seen from the whole
+// where the island is afloat: momenta stay. Else nothing, and false.
+bool take_trace(const SceneDescription& scene, std::span<const BodyId> ids,
+                const EnergyExcess& excess, double part, bool afloat, std::span<BodyState> states,
+                IslandReport& report);
+
 // What an unconverged or implicit solution of joints and contacts gives beyond the work of motors,
 // springs and what pushes the bodies: goes back so far towards joints alone, which give nothing,
 // that the step gives nothing either. `free`: velocities after external forces.
