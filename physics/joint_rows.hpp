@@ -69,7 +69,7 @@ void aim_joint_rows(double dt_s, std::span<const SolverBody> bodies, JointSystem
 struct SpringRow {
   JointRow row;
   double stiffness_newton_m = 0.0, damping_newton_s_m = 0.0;
-  double length_m = 0.0;           // from end to end
+  double length_m = 0.0;          // from end to end
   std::array<double, 2> arm_m{};  // from the centres of a and b to their ends
 };
 std::vector<SpringRow> spring_rows(const SceneDescription& scene, std::span<const BodyId> ids,

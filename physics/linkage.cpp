@@ -18,7 +18,8 @@ namespace {
 
 constexpr int kMostCorrections = 20;
 constexpr int kMostParts = 256;  // of a step
-constexpr double kMostSpringParts = 32.0;
+// With springs, where more take longer than is worth it: times bodies, but these are granted.
+constexpr double kMostSpringWork = 128.0, kLeastSpringParts = 32.0;
 
 void push(const SceneDescription& scene, std::span<const BodyId> ids,
           std::span<const BodyState> states, double dt_s, std::span<SolverBody> bodies) {
@@ -66,7 +67,6 @@ int substeps_of(const SceneDescription& scene, double dt_s, std::span<const Body
                 std::span<const BodyState> states, bool fourth, JointSystem& joints) {
   // Of a swing about a taut joint, and of a spin, which has farther to go.
   const double most_swing_rad = fourth ? 0.5 : 0.25, most_spin_rad = fourth ? 0.2 : 0.25;
-  constexpr double kMostSpringSwing_rad = 0.25, kMostSpringDamping = 0.25;
   constexpr int kMost = 100;
   constexpr double kHopeless = 1000.0;
   std::vector<SolverBody> bodies = bodies_at(scene, ids, states);
@@ -93,10 +93,9 @@ int substeps_of(const SceneDescription& scene, double dt_s, std::span<const Body
   if (!(parts < kHopeless)) return 0;
   if (const std::vector<SpringRow> springs = spring_rows(scene, ids, states, joints);
       !springs.empty()) {
-    const SpringRates rates = rates_of(springs, bodies);
-    parts = std::max(parts, dt_s * std::max(rates.swing_rad_s / kMostSpringSwing_rad,
-                                            rates.damping_1_s / kMostSpringDamping));
-    if (!(parts < kMostSpringParts)) return 0;
+    parts = std::max(parts, parts_for(rates_of(springs, bodies), dt_s));
+    const double most = kMostSpringWork / static_cast<double>(ids.size());
+    if (!(parts < std::max(most, kLeastSpringParts))) return 0;
   }
   return parts < kMost ? 1 + static_cast<int>(parts) : kMost;
 }

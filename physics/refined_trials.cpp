@@ -7,6 +7,7 @@
 #include "physics/forces.hpp"
 #include "physics/geometry.hpp"
 #include "physics/rigid_motion.hpp"
+#include "physics/springs.hpp"
 
 namespace soda::physics {
 namespace {
@@ -63,14 +64,22 @@ bool has_other_source(const RefinedIsland& island) {
     if (is_pushed(island.scene.bodies[index_of(id)])) return true;
   for (const ContactManifold& m : island.pairs) {
     if (is_joint(m)) {
-      const Joint& joint = island.scene.joints[joint_of(m)];
-      if (joint.kind == JointKind::kSpring || joint.motor) return true;
+      if (island.scene.joints[joint_of(m)].motor) return true;
     } else if (is_static(m.b) &&
                island.scene.statics[static_index_of(m.b)].surface_velocity_m_s != Vec3::Zero()) {
       return true;
     }
   }
   return false;
+}
+
+// By how much springs hold more at `to`.
+double elastic_gain_joule(const RefinedIsland& island, std::span<const BodyState> from,
+                          std::span<const BodyState> to) {
+  if (std::ranges::none_of(island.pairs, is_joint)) return 0.0;
+  const JointSystem joints = find_joints(island.scene, island.ids, island.pairs);
+  return elastic_joule(spring_rows(island.scene, island.ids, to, joints)) -
+         elastic_joule(spring_rows(island.scene, island.ids, from, joints));
 }
 
 bool is_supported(const RefinedIsland& island) {
@@ -231,8 +240,9 @@ Trial Extrapolation::limit(const Trial& finest) const {
 double take_back_gain(const RefinedIsland& island, std::span<const BodyState> from, Trial& trial) {
   constexpr double kTrace = 1e-3, kTooMuch = 2.0;
   if (has_other_source(island)) return 0.0;
-  const double gain =
-      gain_joule(island.scene, island.ids, from, trial.states) - trial.report.push_out_work_joule;
+  const double gain = gain_joule(island.scene, island.ids, from, trial.states) +
+                      elastic_gain_joule(island, from, trial.states) -
+                      trial.report.push_out_work_joule;
   if (!(gain > 0.0)) return 0.0;
   double mass_kg = 0.0;
   const Vec3 common = common_velocity(island, trial.states, mass_kg);

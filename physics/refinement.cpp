@@ -23,10 +23,10 @@ struct Limits {
 
 // A change is closed in upon until its error, which halves with the part that holds it, is an
 // eighth of any tolerance. Large islands take less solves, for each of theirs takes longer.
-// Unasked, several bodies get no more than their trials.
-Limits limits_of(const SceneDescription& scene, std::size_t bodies, std::size_t pairs) {
+// Unasked, only a lone body gets more than its trials.
+Limits limits_of(const SceneDescription& scene, bool lone, std::size_t pairs) {
   constexpr std::size_t kMostSolves = 2000, kLeastSolves = 64, kPairsSolved = 128'000;
-  if (!(scene.tolerance > 0.0)) return bodies > 1 ? Limits{0, 0} : Limits{150, 12};
+  if (!(scene.tolerance > 0.0)) return lone ? Limits{150, 12} : Limits{0, 0};
   const std::size_t solves =
       std::clamp(kPairsSolved / std::max<std::size_t>(pairs, 1), kLeastSolves, kMostSolves);
   return {static_cast<int>(solves), 26};
@@ -140,7 +140,12 @@ std::optional<PartResult> refine_part(RefinedIsland& island, const ErrorBudget& 
   }
 }
 
-// Several bodies without a tolerance: `plain` is their step. Trials take its place if they lead
+// A single body without joints is advanced by sweeps, which leave nothing.
+bool is_lone(const RefinedIsland& island) {
+  return island.ids.size() == 1 && std::ranges::none_of(island.pairs, is_joint);
+}
+
+// Any other island without a tolerance: `plain` is their step. Trials take its place if they lead
 // much nearer to a limit than it is; where they tell of no limit they are no better than it.
 PartResult advance_unasked(RefinedIsland& island, const ErrorBudget& budget, double time_s,
                            std::span<const BodyState> from, std::span<const ContactManifold> start,
@@ -169,10 +174,24 @@ std::optional<PartResult> advance_part(RefinedIsland& island, const Limits& limi
   const std::span<const ContactManifold> start = known.empty() ? found : known;
   Trial one = try_steps(island, from, start, part.time_s, 1);
   if (one.failed) return PartResult{std::move(one), {}};
-  if (!(island.scene.tolerance > 0.0) && from.size() > 1)
+  if (!(island.scene.tolerance > 0.0) && !is_lone(island))
     return advance_unasked(island, budget, part.time_s, from, start, std::move(one));
   const bool can_be_halved = part.depth < limits.deepest && island.solves < limits.most_solves;
   return refine_part(island, budget, part.time_s, can_be_halved, from, start, std::move(one));
+}
+
+bool has_pushed(const SceneDescription& scene, std::span<const BodyId> ids) {
+  return std::ranges::any_of(ids,
+                             [&scene](BodyId id) { return is_pushed(scene.bodies[index_of(id)]); });
+}
+
+// Whether trials have a limit that a plain step is not near already: contacts without joints but
+// springs. (Springs alone are of a higher order, or so stiff that their limit is not smooth.)
+bool is_of_first_order(const SceneDescription& scene, std::span<const ContactManifold> manifolds) {
+  if (scene.joints.empty() || std::ranges::none_of(manifolds, is_joint)) return true;
+  for (const ContactManifold& m : manifolds)
+    if (is_joint(m) && scene.joints[joint_of(m)].kind != JointKind::kSpring) return false;
+  return std::ranges::any_of(manifolds, [](const ContactManifold& m) { return m.count > 0; });
 }
 
 }  // namespace
@@ -189,10 +208,7 @@ bool is_refined(const SceneDescription& scene, const Geometry& geometry,
                 std::span<const BodyId> ids, std::span<const ContactManifold> manifolds) {
   if (!(scene.tolerance > 0.0)) {
     if (ids.size() > kFewBodies) return false;
-    for (const BodyId id : ids) {
-      const BodyParams& body = scene.bodies[index_of(id)];
-      if (is_pushed(body) || body.joints > 0) return false;
-    }
+    if (has_pushed(scene, ids) || !is_of_first_order(scene, manifolds)) return false;
   }
   for (const ContactManifold& m : manifolds) {
     const std::uint32_t shape = scene.bodies[index_of(m.a)].shape;
@@ -215,7 +231,7 @@ IslandReport advance_refined(const SceneDescription& scene, const Geometry& geom
                        sizes_of(scene, geometry, ids),
                        counters,
                        scene.tolerance > 0.0};
-  const Limits limits = limits_of(scene, ids.size(), manifolds.size());
+  const Limits limits = limits_of(scene, is_lone(island), manifolds.size());
   ErrorBudget budget(scene);
   std::vector<BodyState> now(states.begin(), states.end());
   IslandReport report;

@@ -9,8 +9,8 @@
 namespace soda::physics {
 
 // Whether an island is worth it: nothing in it is pushed apart, and the scene asks for a tolerance,
-// or it is a single body that nothing drives, pushes or holds by a joint. A function of the
-// arguments only.
+// or it is of a few bodies in contacts that nothing drives, pushes or holds by joints other than
+// springs. A function of the arguments only.
 bool is_refined(const SceneDescription& scene, const Geometry& geometry,
                 std::span<const BodyId> ids, std::span<const ContactManifold> manifolds);
 
@@ -19,8 +19,9 @@ bool is_refined(const SceneDescription& scene, const Geometry& geometry,
 // of no length (third order), or takes the four where these are nearer already (joints have
 // steps of a higher order). Where the error is more than the tolerance allows, each half of the
 // time is treated alike. So motion between changes (from sliding to sticking, say) is smooth, and a
-// change is closed in upon. `manifolds` were found at these states, over dt_s. After a limited
-// number of solves, halving ends.
+// change is closed in upon. Without a tolerance that is for a lone body; several keep to the plain
+// step unless trials lead much nearer to a limit. `manifolds` were found at these states, over
+// dt_s. After a limited number of solves, halving ends.
 //
 // The tolerance is that of the scene for the whole step, with the report's estimate: half of it is
 // shared out over time, the other half is for changes. Without one, it is 1e-7 for each part, and

@@ -179,6 +179,11 @@ SpringRates rates_of(std::span<const SpringRow> springs, std::span<const SolverB
   return most;
 }
 
+double parts_for(const SpringRates& rates, double dt_s) {
+  constexpr double kMostSwing_rad = 0.25, kMostDamping = 0.25;
+  return dt_s * std::max(rates.swing_rad_s / kMostSwing_rad, rates.damping_1_s / kMostDamping);
+}
+
 void kick(std::span<const SpringRow> springs, double time_s, bool backwards,
           std::span<const BodyState> states, std::span<SolverBody> bodies, IslandReport& report) {
   for (std::size_t i = 0; i < springs.size(); ++i) {

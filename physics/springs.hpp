@@ -32,6 +32,9 @@ struct SpringRates {
 };
 SpringRates rates_of(std::span<const SpringRow> springs, std::span<const SolverBody> bodies);
 
+// How many parts of a step of dt_s are short enough to kick.
+double parts_for(const SpringRates& rates, double dt_s);
+
 // What the springs do to the velocities in a time (of any sign), at fixed poses: one after the
 // other, each by the trapezoidal rule. Backwards is the last one first: then kicks before and after
 // a motion are symmetric in time. `states` as for the rows; what the world gives is reported.
