@@ -130,7 +130,8 @@ double first_root(double c, double v, double g, double most) {
 // How long the gap cannot fall below `floor`: gap_after is concave but for gravity, so the set of
 // such times is an interval as soon as gravity closes the gap, and an interval is what is kept.
 double safe_time(const Pair& pair, const Vec3& normal, double floor, double most) {
-  constexpr int kBisections = 50;
+  constexpr int kMostTrials = 50;
+  constexpr double kEnough = 1e-4;  // of the time itself: bodies are looked at again there
   if (!pair.turns()) {
     const double now = pair.gap_after(normal, 0.0) - floor;
     const double v = normal.dot(pair.b.velocity - pair.a.velocity);
@@ -139,11 +140,18 @@ double safe_time(const Pair& pair, const Vec3& normal, double floor, double most
   // With gravity opening the gap the bound may have two such intervals: it is left out then.
   Pair bound = pair;
   if (normal.dot(pair.gravity) > 0.0) bound.gravity = Vec3::Zero();
-  if (bound.gap_after(normal, most) >= floor) return most;
   double safe = 0.0, unsafe = most;
-  for (int i = 0; i < kBisections; ++i) {
-    const double middle = 0.5 * (safe + unsafe);
-    (bound.gap_after(normal, middle) >= floor ? safe : unsafe) = middle;
+  double left = bound.gap_after(normal, safe) - floor,
+         lacks = bound.gap_after(normal, most) - floor;
+  if (lacks >= 0.0) return most;
+  if (!(left > 0.0)) return 0.0;
+  // A concave curve is above its chord, so where that ends is safe; halving keeps chords short.
+  for (int i = 0; i < kMostTrials && unsafe - safe > kEnough * safe; ++i) {
+    const double share = i % 2 == 0 ? left / (left - lacks) : 0.5;
+    const double time = safe + (unsafe - safe) * share;
+    const double gap = bound.gap_after(normal, time) - floor;
+    (gap >= 0.0 ? safe : unsafe) = time;
+    (gap >= 0.0 ? left : lacks) = gap;
   }
   return safe;
 }
