@@ -110,30 +110,6 @@ Motion cube_that_tips(double half_width_m = 0.0) {
   return motion;
 }
 
-// 1 kg on a spring without damping, whose ends are 1 m apart at rest.
-Motion weight_on_a_spring() {
-  constexpr double kDuration = 0.5, kRate = 10.0;
-  Motion motion{"spring", World{}, kDuration, 0.2, 1.0, {}};
-  World& world = motion.world;
-  const std::uint32_t ball = world.add_shape(Sphere{0.1});
-  world.add_body(ball, Vec3(1.2, 0, 0));
-  BodyParams& params = world.scene.bodies[0];
-  params.inertia_local_kg_m2 /= params.mass_kg;
-  params.inverse_inertia_local *= params.mass_kg;
-  params.mass_kg = 1.0;
-  Joint spring;
-  spring.kind = JointKind::kSpring;
-  spring.length_m = 1.0;
-  spring.stiffness_newton_m = kRate * kRate;
-  world.scene.joints.push_back(spring);
-  order_joints(world.scene);
-  const double exact = 1.0 + 0.2 * std::cos(kRate * kDuration);
-  motion.error_m = [exact](const World& end) {
-    return std::abs(end.states[0].position_m.x() - exact);
-  };
-  return motion;
-}
-
 std::vector<Motion> motions() {
   std::vector<Motion> all;
   all.push_back(sliding_slabs(1, 0.5));
@@ -144,7 +120,6 @@ std::vector<Motion> motions() {
   all.push_back(cube_that_tips());
   all.push_back(cube_that_tips(1.0));  // four times as heavy
   all.push_back(cube_that_tips(2.0));  // sixteen times
-  all.push_back(weight_on_a_spring());
   return all;
 }
 
@@ -233,6 +208,41 @@ TEST(Refinement, ASingleBodyNeedsNoToleranceToBeExact) {
     EXPECT_LT(outcome.error, 1e-6) << dt;
     EXPECT_EQ(outcome.sum, 0.0) << "nothing was asked for";
   }
+}
+
+// So are a few bodies where their motion is smooth.
+TEST(Refinement, AFewBodiesThatKeepTouchingAreOfThirdOrderUnasked) {
+  for (const double block_m : {1.0, 2.0}) {
+    const Outcome coarse = run(cube_that_tips(block_m), 1.0 / 240.0, 0.0);
+    const Outcome middle = run(cube_that_tips(block_m), 1.0 / 480.0, 0.0);
+    const Outcome fine = run(cube_that_tips(block_m), 1.0 / 960.0, 0.0);
+    EXPECT_GE(order_of(coarse, middle), 2.5) << block_m;
+    EXPECT_GE(order_of(middle, fine), 2.5) << block_m;
+    EXPECT_LT(run(cube_that_tips(block_m), 1.0 / 60.0, 0.0).error, 1e-6) << block_m;
+  }
+}
+
+TEST(Refinement, SeveralBodiesAtRestTakeOneStep) {
+  World world = under_gravity();
+  world.add_floor();
+  const std::uint32_t box = world.add_shape(Box{});
+  for (int i = 0; i < 4; ++i) world.add_body(box, Vec3(0, 0, 0.5 + i));
+  world.run(60);  // the first step finds their impulses
+  const std::uint64_t settled = world.counters.refined_steps;
+  world.run(60);
+  EXPECT_EQ(world.counters.refined_steps, settled);
+  EXPECT_EQ(world.counters.islands_solved, 120u);
+}
+
+// What is hit changes its velocity by more than gravity would: it has no limit to look for.
+TEST(Refinement, SeveralBodiesThatAreHitTakeOneStep) {
+  World world;
+  const std::uint32_t box = world.add_shape(Box{});
+  world.add_body(box, Vec3(0, 0, 0)).linear_velocity_m_s = Vec3(1, 0.1, 0);
+  world.add_body(box, Vec3(1, 0.3, 0)).linear_velocity_m_s = Vec3(-1, 0, 0);
+  world.run(10);
+  EXPECT_GT(world.counters.islands_solved, 0u);
+  EXPECT_EQ(world.counters.refined_steps, 0u);
 }
 
 // A box thrown along a floor: the whole way v^2 / (2 mu g), wherever in a step it stops.
