@@ -140,8 +140,7 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, bool accur
   if (!scene.joints.empty()) report_lost_joints(scene, ids, manifolds, faults);
   if (!joints.empty()) close_left_open(scene, dt_s, ids, joints, states, report);
   const bool linked = !joints.empty() && report.contact_points == 0 &&
-                      (advance_lone_spring(scene, dt_s, ids, joints, states, report, faults) ||
-                       advance_linkage(scene, dt_s, ids, joints, states, report, faults));
+                      advance_linkage(scene, dt_s, ids, joints, states, report, faults);
   if (linked) {
     for (const BodyId id : ids) {
       counters.driven_bodies += scene.bodies[index_of(id)].drive != kNoDrive;
@@ -194,12 +193,28 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, bool accur
 
 namespace {
 
+// One spring, if its motion has a closed form: no step to refine.
+bool advance_exactly(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
+                     std::span<const ContactManifold> manifolds, std::span<BodyState> states,
+                     IslandReport& report, StageCounters& counters,
+                     std::vector<AdvanceFault>& faults) {
+  if (manifolds.size() != 1 || !is_joint(manifolds.front())) return false;
+  const JointSystem joints = find_joints(scene, ids, manifolds);
+  report = report_of(ids, manifolds);
+  if (!advance_lone_spring(scene, dt_s, ids, joints, states, report, faults)) return false;
+  report_lost_joints(scene, ids, manifolds, faults);
+  ++counters.joint_rows;
+  return true;
+}
+
 // Contacts last: one step, or as many as the motion wants.
 IslandReport advance_resting(const SceneDescription& scene, const Geometry& geometry, double dt_s,
                              std::span<const BodyId> ids,
                              std::span<const ContactManifold> manifolds,
                              std::span<BodyState> states, StageCounters& counters,
                              std::vector<AdvanceFault>& faults) {
+  IslandReport report;
+  if (advance_exactly(scene, dt_s, ids, manifolds, states, report, counters, faults)) return report;
   return is_refined(scene, geometry, ids, manifolds)
              ? advance_refined(scene, geometry, dt_s, ids, manifolds, states, counters, faults)
              : advance_unrefined(scene, geometry, dt_s, ids, manifolds, states, counters, faults);

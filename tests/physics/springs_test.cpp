@@ -82,6 +82,18 @@ TEST(Springs, TwoBodiesOnOneLineMoveAsTheirClosedForm) {
   }
 }
 
+TEST(Springs, AClosedFormNeedsNoTrialsAndHasNoErrorToEstimate) {
+  World world = test::under_gravity();
+  world.scene.tolerance = 1e-6;
+  world.add_body(world.add_shape(Sphere{0.1}), Vec3(0, 0, -0.6));
+  add_spring(world, 0, std::nullopt, Vec3(0, 0, -0.6), Vec3(0, 0, 0), 0.5, 1e9);
+  world.run(10);
+  EXPECT_EQ(world.counters.refined_steps, 0u);
+  ASSERT_EQ(world.report.islands.size(), 1u);
+  EXPECT_EQ(world.report.islands[0].error_estimate, 0.0);
+  EXPECT_FALSE(world.report.islands[0].beyond_tolerance);
+}
+
 // Two boxes held at their corners by two springs, that turn, stretch and fly.
 World tumbling_pair(double dt_s, double stiffness_newton_m) {
   World world = test::under_gravity();
