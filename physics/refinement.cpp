@@ -217,4 +217,14 @@ IslandReport advance_unrefined(const SceneDescription& scene, const Geometry& ge
   return report;
 }
 
+IslandReport advance_resting(const SceneDescription& scene, const Geometry& geometry, double dt_s,
+                             std::span<const BodyId> ids,
+                             std::span<const ContactManifold> manifolds,
+                             std::span<BodyState> states, StageCounters& counters,
+                             std::vector<AdvanceFault>& faults) {
+  return is_refined(scene, geometry, ids, manifolds)
+             ? advance_refined(scene, geometry, dt_s, ids, manifolds, states, counters, faults)
+             : advance_unrefined(scene, geometry, dt_s, ids, manifolds, states, counters, faults);
+}
+
 }  // namespace soda::physics

@@ -39,6 +39,13 @@ IslandReport advance_unrefined(const SceneDescription& scene, const Geometry& ge
                                std::span<BodyState> states, StageCounters& counters,
                                std::vector<AdvanceFault>& faults);
 
+// Contacts last: one of the two above, whichever the island is for.
+IslandReport advance_resting(const SceneDescription& scene, const Geometry& geometry, double dt_s,
+                             std::span<const BodyId> ids,
+                             std::span<const ContactManifold> manifolds,
+                             std::span<BodyState> states, StageCounters& counters,
+                             std::vector<AdvanceFault>& faults);
+
 // The pairs of these manifolds once more, where the bodies are now.
 std::vector<ContactManifold> found_again(const SceneDescription& scene, const Geometry& geometry,
                                          double dt_s, std::span<const BodyId> ids,
