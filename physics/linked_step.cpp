@@ -19,6 +19,8 @@ struct LinkedIsland {
   const Geometry& geometry;
   std::span<const BodyId> ids;
   StageCounters& counters;
+  bool wedged =
+      false;  // something overlaps by a good part of its width: then little does not count
 
   const CompiledShape& shape_of(std::size_t body) const {
     return geometry.impl().shapes[scene.bodies[index_of(ids[body])].shape].shape;
@@ -52,7 +54,22 @@ BodyState way_between(const SceneDescription& scene, double time_s, const BodySt
   return start;
 }
 
-// Contacts are found a little off the way: half a width is not too far.
+constexpr double kTooDeep = 0.5;  // that a body may sink in a part, of its width
+
+bool is_wedged(const LinkedIsland& island, std::span<const ContactManifold> manifolds) {
+  constexpr double kGoodPart = 0.05;
+  for (const ContactManifold& m : manifolds) {
+    if (is_joint(m)) continue;
+    double width = island.shape_of(island.place_of(m.a)).min_extent_m;
+    if (!is_static(m.b))
+      width = std::min(width, island.shape_of(island.place_of(m.b)).min_extent_m);
+    for (std::uint32_t i = 0; i < m.count; ++i)
+      if (m.points[i].separation_m < -kGoodPart * width) return true;
+  }
+  return false;
+}
+
+// Contacts that are nearer than the margin are kept anyway.
 bool is_unforeseen(const LinkedIsland& island, double time_s, std::size_t body,
                    const BodyState& before, const BodyState& way) {
   const CompiledShape& shape = island.shape_of(body);
@@ -62,33 +79,7 @@ bool is_unforeseen(const LinkedIsland& island, double time_s, std::size_t body,
                      ? 0.0
                      : shape.bounding_radius_m *
                            (way.angular_velocity_rad_s - before.angular_velocity_rad_s).norm()));
-  return off_m > 0.5 * shape.min_extent_m;
-}
-
-// Whether a body is more than half its width deeper in a static than it was. `ways`: how they came.
-bool has_sunk(const LinkedIsland& island, double time_s, std::span<const BodyState> before,
-              std::span<const BodyState> after, std::span<const BodyState> ways) {
-  std::vector<IndexPair> pairs;
-  for (std::size_t i = 0; i < after.size(); ++i) {
-    const CompiledShape& shape = island.shape_of(i);
-    const double width = shape.min_extent_m;
-    const double way_m = (after[i].position_m - before[i].position_m).norm() +
-                         shape.bounding_radius_m * time_s * ways[i].angular_velocity_rad_s.norm();
-    if (!(way_m > 0.5 * width)) continue;
-    const Aabb box = swept_aabb(island.scene, island.geometry, island.ids[i], after[i]);
-    find_static_pairs(island.geometry, {&box, 1}, pairs, island.counters);
-    for (const IndexPair& pair : pairs) {
-      const BodyId other = static_id(pair.second);
-      if (is_mesh(island.scene, other)) continue;
-      const auto depth = [&](const BodyState& at) {
-        return std::max(
-            0.0, -separation_of(island.scene, island.geometry, island.ids[i], at, other, nullptr)
-                      .distance_m);
-      };
-      if (depth(after[i]) > depth(before[i]) + 0.5 * width) return true;
-    }
-  }
-  return false;
+  return off_m > (island.wedged ? kTooDeep : kContactMargin) * shape.min_extent_m;
 }
 
 struct Touching {
@@ -176,11 +167,43 @@ std::vector<ContactManifold> contacts_now(const LinkedIsland& island, double tim
   return found;
 }
 
+// By how much a pair came to overlap, of the smaller body's width; overlaps there were do not
+// count. Pairs of which nothing moved by the margin are left out, and those of bodies that have no
+// manifold: these are looked for on the way.
+double sunk_widths(const LinkedIsland& island, std::span<const ContactManifold> manifolds,
+                   std::span<const BodyState> before, std::span<const BodyState> after,
+                   std::span<const BodyState> ways, double time_s) {
+  std::vector<bool> moved;
+  for (std::size_t i = 0; i < after.size(); ++i) {
+    const CompiledShape& shape = island.shape_of(i);
+    const double way_m = (after[i].position_m - before[i].position_m).norm() +
+                         shape.bounding_radius_m * time_s * ways[i].angular_velocity_rad_s.norm();
+    moved.push_back(way_m > (island.wedged ? kTooDeep : kContactMargin) * shape.min_extent_m);
+  }
+  double most = 0.0;
+  for (const Touching& pair : pairs_in_reach(island, after)) {
+    const std::size_t a = island.place_of(pair.a);
+    const bool fixed = is_static(pair.b);
+    const std::size_t b = fixed ? a : island.place_of(pair.b);
+    if ((!moved[a] && !moved[b]) || is_mesh(island.scene, pair.b)) continue;
+    if (!fixed && !have_met(manifolds, pair)) continue;
+    const auto depth_m = [&](std::span<const BodyState> at) {
+      const Separation apart = separation_of(island.scene, island.geometry, pair.a, at[a], pair.b,
+                                             fixed ? nullptr : &at[b]);
+      return std::max(0.0, -apart.distance_m);
+    };
+    const double width = std::min(island.shape_of(a).min_extent_m, island.shape_of(b).min_extent_m);
+    const double depth = depth_m(after);
+    if (depth > most * width) most = std::max(most, (depth - depth_m(before)) / width);
+  }
+  return most;
+}
+
 struct Part {
   IslandReport report;
   std::vector<AdvanceFault> faults;
   std::vector<BodyState> ways;  // that the bodies came
-  bool sunk = false;
+  double sunk_widths = 0.0;
 };
 
 Part advance_part(const LinkedIsland& island, double time_s,
@@ -193,8 +216,18 @@ Part advance_part(const LinkedIsland& island, double time_s,
                                   states, island.counters, part.faults);
   for (std::size_t i = 0; i < states.size(); ++i)
     part.ways.push_back(way_between(island.scene, std::max(time_s, 1e-300), before[i], states[i]));
-  part.sunk = has_sunk(island, time_s, before, states, part.ways);
+  part.sunk_widths = sunk_widths(island, manifolds, before, states, part.ways, time_s);
   return part;
+}
+
+// What a part of its length sinks by is of second order in it. A little is worth a few halvings of
+// the first parts, where much is worth more.
+bool is_to_be_halved(const LinkedIsland& island, const Part& part, int halvings, int number) {
+  constexpr double kVisible = 0.003;
+  constexpr int kForVisible = 2, kForDeep = 8, kFirstParts = 5;
+  if (part.sunk_widths > kTooDeep) return halvings < kForDeep;
+  return !island.wedged && part.sunk_widths > kVisible && halvings < kForVisible &&
+         number < kFirstParts;
 }
 
 // As before, but for the velocities: they are those found, with no more energy than there was.
@@ -242,8 +275,9 @@ IslandReport advance_linked(const SceneDescription& scene, const Geometry& geome
                             std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
                             std::span<BodyState> states, StageCounters& counters,
                             std::vector<AdvanceFault>& faults) {
-  constexpr int kMostParts = 8, kMostHalvings = 8;
-  const LinkedIsland island{scene, geometry, ids, counters};
+  constexpr int kMostParts = 8;
+  LinkedIsland island{scene, geometry, ids, counters};
+  island.wedged = is_wedged(island, manifolds);
   const Vec3 foreseen = pushed_newton_s(island, dt_s, states);
   Vec3 pushed = Vec3::Zero();
   IslandReport report;
@@ -258,23 +292,23 @@ IslandReport advance_linked(const SceneDescription& scene, const Geometry& geome
     const std::optional<double> touch_s = first_unseen_s(island, left_s, met, before, part.ways);
     const std::vector<BodyState> ways = part.ways;
     double time_s = touch_s ? *touch_s : left_s;
-    int halvings = 0;
     if (touch_s) part = advance_part(island, time_s, met, before, states);
-    while (part.sunk && halvings++ < kMostHalvings) {
+    for (int halvings = 0; is_to_be_halved(island, part, halvings, number); ++halvings) {
       time_s *= 0.5;
       part = advance_part(island, time_s, met, before, states);
     }
-    if (part.sunk) stay_at(island, before, states, part.report);
+    const bool sunk = part.sunk_widths > kTooDeep;
+    if (sunk) stay_at(island, before, states, part.report);
     faults.insert(faults.end(), part.faults.begin(), part.faults.end());
     if (number == 0 && time_s > 0.0)
       report = part.report;
     else
       add_part(part.report, report);
-    if (!part.sunk) {
+    if (!sunk) {
       pushed += pushed_newton_s(island, time_s, before);
       left_s -= time_s;
     }
-    const bool waits = left_s > 0.0 && (part.sunk || number + 1 == kMostParts);
+    const bool waits = left_s > 0.0 && (sunk || number + 1 == kMostParts);
     if (waits) wait_for(left_s, island, report);
     if (waits || !(left_s > 0.0)) break;
     found = contacts_now(island, left_s, met, states, ways);
