@@ -48,10 +48,14 @@ class Response {
     give(d.b, 1.0, d.linear, d.turn_b, all);
     hold_joints(all);
     measure(d, all);
-    // What is light beside what it hangs on moves by the difference of large numbers.
+    // What is light beside what it hangs on moves by the difference of large numbers. Where the
+    // joints allow no motion at all, each correction only leaves less of it.
     for (int i = 0; i < kMostCorrections && !all.is_clear; ++i) {
+      const double before = all.inverse_mass;
       hold_joints(all);
       measure(d, all);
+      const double change = std::abs(all.inverse_mass - before);
+      all.is_clear = all.is_clear && change <= kUnclear * std::abs(all.inverse_mass);
     }
     return all;
   }
