@@ -205,11 +205,13 @@ void add_physics(const SceneDescription& scene, std::vector<PlanLine>& plan) {
     return body.joints == 0 && body.drive == physics::kNone && body.forces == physics::kNone;
   });
   const char* const held = "every body is driven, pushed or has a joint";
-  add(plan, kImpacts, response && loose, "bodies can fly into each other",
-      response ? held : no_response);
+  const bool linked = !scene.joints.empty();
+  add(plan, kImpacts, response && (loose || linked),
+      loose ? "bodies can fly into each other" : "joints can draw bodies along",
+      response ? "every body is driven or pushed" : no_response);
   add(plan, kRefinement, response && loose,
       scene.tolerance > 0.0 ? "islands are advanced to a tolerance"
-                                   : "single bodies can slide or roll",
+                            : "single bodies can slide or roll",
       response ? held : no_response);
   add(plan, kBlocks, response && scene.bodies.size() >= kLeastInBlocks,
       "an island may have hundreds of contact points",

@@ -13,6 +13,7 @@
 #include "physics/joint_motion.hpp"
 #include "physics/late_impacts.hpp"
 #include "physics/linkage.hpp"
+#include "physics/linked_step.hpp"
 #include "physics/momentum.hpp"
 #include "physics/refinement.hpp"
 #include "physics/rigid_motion.hpp"
@@ -207,7 +208,8 @@ bool advance_exactly(const SceneDescription& scene, double dt_s, std::span<const
   return true;
 }
 
-// Contacts last: one step, or as many as the motion wants.
+}  // namespace
+
 IslandReport advance_resting(const SceneDescription& scene, const Geometry& geometry, double dt_s,
                              std::span<const BodyId> ids,
                              std::span<const ContactManifold> manifolds,
@@ -219,8 +221,6 @@ IslandReport advance_resting(const SceneDescription& scene, const Geometry& geom
              ? advance_refined(scene, geometry, dt_s, ids, manifolds, states, counters, faults)
              : advance_unrefined(scene, geometry, dt_s, ids, manifolds, states, counters, faults);
 }
-
-}  // namespace
 
 IslandReport advance_island(const SceneDescription& scene, const Geometry& geometry,
                             std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
@@ -246,8 +246,10 @@ IslandReport advance_island(const SceneDescription& scene, const Geometry& geome
     if (flown_s > 0.0)
       left = found_again(scene, geometry, rest_s, ids, manifolds, states, counters);
     const std::span<const ContactManifold> met = flown_s > 0.0 ? left : manifolds;
+    const bool linked = whole && is_linked(met);
     const IslandReport part =
-        advance_resting(scene, geometry, rest_s, ids, met, states, counters, faults);
+        linked ? advance_linked(scene, geometry, rest_s, ids, met, states, counters, faults)
+               : advance_resting(scene, geometry, rest_s, ids, met, states, counters, faults);
     if (flown_s > 0.0)
       add_part(part, report);
     else
@@ -256,7 +258,7 @@ IslandReport advance_island(const SceneDescription& scene, const Geometry& geome
       keep_momentum(scene, dt_s, ids, before, states);
       report.push_out_work_joule = 0.0;
     }
-    if (!start.empty())
+    if (!start.empty() && !linked)
       stop_at_unseen_statics(scene, geometry, rest_s, ids, met, start, states, counters);
   }
   ++counters.islands_solved;

@@ -62,6 +62,14 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, bool accur
                           std::span<BodyState> states, StageCounters& counters,
                           std::vector<AdvanceFault>& faults);
 
+// What comes after impacts: a lone spring in closed form, else one such step, or as many as the
+// motion wants (refinement.hpp).
+IslandReport advance_resting(const SceneDescription& scene, const Geometry& geometry, double dt_s,
+                             std::span<const BodyId> ids,
+                             std::span<const ContactManifold> manifolds,
+                             std::span<BodyState> states, StageCounters& counters,
+                             std::vector<AdvanceFault>& faults);
+
 // Of a later part of the same step: sums, and the largest errors.
 void add_part(const IslandReport& part, IslandReport& report);
 

@@ -81,16 +81,21 @@ void take_contact_impulses(const ContactProblem& from, ContactProblem& problem) 
   }
 }
 
+struct BothSolved {
+  std::uint32_t sweeps = 0;
+  bool through = true;  // every contact met all that hangs on its bodies
+};
+
 // Sweeps over contacts, seen through the joints where that costs little, take turns with the exact
-// solution of all joints, which comes last. Returns the number of sweeps.
-std::uint32_t solve_both(const JointedStep& step, double softness, JointSystem& joints,
-                         ContactProblem& problem) {
+// solution of all joints, which comes last.
+BothSolved solve_both(const JointedStep& step, double softness, JointSystem& joints,
+                      ContactProblem& problem) {
   constexpr int kTurns = 4;  // limits and motors change which joints take part
   const std::size_t count = step.ids.size();
   const std::span<SolverBody> bodies = problem.bodies;
   const int sweeps = step.scene.solver.iterations;
   solve_bounded(count, bodies, softness, joints);
-  if (problem.normals.empty()) return 1;
+  if (problem.normals.empty()) return {1, true};
   std::uint32_t done = 0;
   for (int turn = 0; turn < (joints.bounded ? kTurns : 1); ++turn) {
     const std::optional<JointedContacts> contacts = jointed_contacts(joints, problem);
@@ -99,14 +104,14 @@ std::uint32_t solve_both(const JointedStep& step, double softness, JointSystem& 
         solve_velocities(1, problem);
         solve_bounded(count, bodies, softness, joints);
       }
-      return done;
+      return {done, false};
     }
     ContactProblem through = problem;
     done += static_cast<std::uint32_t>(solve_jointed_velocities(10 * sweeps, *contacts, through));
     take_contact_impulses(through, problem);
     solve_bounded(count, bodies, softness, joints);
   }
-  return done;
+  return {done, true};
 }
 
 // Velocities at the end of the step. Joints pull in the directions that they have at the end of the
@@ -122,12 +127,16 @@ std::uint32_t solve_alternately(const JointedStep& step, JointSystem& joints,
   bound_step(dt_s, joints);
   double error = 0.0;
   std::uint32_t done = 0;
+  bool through = false;
   ContactProblem best;
   JointSystem best_joints;
   for (int aim = 0; aim <= kAims; ++aim) {
     const double softness = aim == 0 ? 0.0 : kSoftness;
     factor_joint_rows(ids.size(), bodies, joints, softness);
-    done += solve_both(step, softness, joints, problem);
+    const BothSolved both = solve_both(step, softness, joints, problem);
+    done += both.sweeps;
+    if (aim > 0 && through && !both.through) break;
+    through = both.through;
     JointSystem next = joints;
     build_joint_rows(scene, dt_s, ids, drifted(scene, ids, states, bodies, dt_s), true, next);
     forgive(start, next);
@@ -184,12 +193,14 @@ ContactSolution solve_jointed(const JointedStep& step, JointSystem& joints,
   ContactSolution solution;
   solution.iterations = solve_alternately(step, joints, problem);
   limit_joint_gain(step.dt_s, step.states, step.free, joints, problem);
+  limit_throws(step.states, step.free, joints, problem);
   const ContactProblem plastic = problem;
   const JointSystem plastic_joints = joints;
   if (problem.restitution_rows > 0 && aim_rebounds(problem)) {
     take_back_joint_impulses(joints, problem.bodies);
     solution.iterations += solve_alternately(step, joints, problem);
     limit_joint_gain(step.dt_s, step.states, step.free, joints, problem);
+    limit_throws(step.states, step.free, joints, problem);
   }
   PushOutProblem push;
   solve_push_out(step.scene.solver.iterations, step.dt_s, problem, push);
@@ -211,6 +222,25 @@ void moved_for(double time_s, const JointedStep& step, const JointSystem& solved
               faults);
   JointSystem joints = solved;
   close_joints(step.scene, step.dt_s, step.ids, joints, states);
+}
+
+// What no velocity was left for. A motor that brakes what rests has taken nothing. The rest is
+// closing: of what was open before, if the bodies have not moved; else at most what places that
+// hold to rounding lift what hangs on them.
+void add_untaken(double rest_joule, bool moved, const JointedStep& step, IslandReport& report) {
+  constexpr double kRounding = 1e-12, kRoundings = 100.0;
+  const double braked = std::max(0.0, -report.motor_work_joule);
+  if (rest_joule < (1.0 - kRounding) * braked) {
+    report.motor_work_joule += rest_joule;
+    return;
+  }
+  if (braked > 0.0) report.motor_work_joule = 0.0;
+  double weight = 0.0;
+  for (const BodyId id : step.ids)
+    weight += step.scene.bodies[index_of(id)].mass_kg * step.scene.gravity_m_s2.norm();
+  const double lifted = rest_joule - braked;
+  if (lifted > 0.0 && (!moved || lifted <= kRoundings * rounding_of(step.states) * weight))
+    report.push_out_work_joule += lifted;
 }
 
 }  // namespace
@@ -235,7 +265,8 @@ void move_jointed(const JointedStep& step, const JointSystem& solved, const Cont
   // is, the bodies come less far.
   std::vector<BodyState> next;
   EnergyExcess excess;
-  for (double share = 1.0;; share = share > kLeastShare ? 0.5 * share : 0.0) {
+  double share = 1.0;
+  for (;; share = share > kLeastShare ? 0.5 * share : 0.0) {
     next.assign(before.begin(), before.end());
     std::vector<AdvanceFault> found;
     moved_for(share * dt_s, step, solved, problem, next, found);
@@ -248,8 +279,7 @@ void move_jointed(const JointedStep& step, const JointSystem& solved, const Cont
   if (excess.gain_joule > 0.0) {
     const double rest =
         take_excess(scene, ids, excess, is_afloat(ids.size(), solved, &problem), states, report);
-    // A motor that brakes what rests has taken nothing.
-    report.motor_work_joule += std::min(rest, std::max(0.0, -report.motor_work_joule));
+    add_untaken(rest, share > 0.0, step, report);
   }
   if (push.empty()) return;
   for (std::size_t i = 0; i < ids.size(); ++i) {

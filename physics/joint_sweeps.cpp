@@ -11,6 +11,8 @@ namespace {
 constexpr double kNegligible = 1e-12;  // change of an impulse, of the largest impulse
 // By how much the two ways to tell a direction's inverse mass may differ, as part of it.
 constexpr double kUnclear = 1e-3;
+// The largest ratio of a lever: how much faster than the contact itself it makes something.
+constexpr double kMostLever = 30.0;
 
 // One direction of a contact, as seen by its two bodies.
 struct Direction {
@@ -32,41 +34,85 @@ double along(const Direction& d, const Body& a, const Body& b) {
   return d.linear.dot(b.linear - a.linear) + d.turn_b.dot(b.angular) - d.turn_a.dot(a.angular);
 }
 
-JointedDirection response(const Direction& d, const JointSystem& joints,
-                          std::span<const SolverBody> bodies, std::vector<double>& rows) {
-  JointedDirection all;
-  all.moves.resize(bodies.size());
-  const auto give = [&](std::uint32_t body, double sign, const Vec3& linear, const Vec3& turn) {
-    all.moves[body].linear += linear * (sign * bodies[body].inverse_mass);
-    all.moves[body].angular += bodies[body].inverse_inertia * turn * sign;
-  };
-  give(d.a, -1.0, d.linear, d.turn_a);
-  give(d.b, 1.0, d.linear, d.turn_b);
-  rows.clear();
-  for (const JointRow& row : joints.rows) {
-    const JointMove &a = all.moves[row.a], &b = all.moves[row.b];
-    rows.push_back(row.turn_a.dot(a.angular) - row.turn_b.dot(b.angular) -
-                   row.linear.dot(b.linear - a.linear));
+// What an impulse does: first to its own bodies, then, by the joints, to all.
+class Response {
+ public:
+  Response(const JointSystem& joints, std::span<const SolverBody> bodies)
+      : joints_(joints), bodies_(bodies) {}
+
+  JointedDirection to(const Direction& d) {
+    constexpr int kMostCorrections = 3;
+    JointedDirection all;
+    all.moves.resize(bodies_.size());
+    give(d.a, -1.0, d.linear, d.turn_a, all);
+    give(d.b, 1.0, d.linear, d.turn_b, all);
+    hold_joints(all);
+    measure(d, all);
+    // What is light beside what it hangs on moves by the difference of large numbers. Where the
+    // joints allow no motion at all, each correction only leaves less of it.
+    for (int i = 0; i < kMostCorrections && !all.is_clear; ++i) {
+      const double before = all.inverse_mass;
+      hold_joints(all);
+      measure(d, all);
+      const double change = std::abs(all.inverse_mass - before);
+      all.is_clear = all.is_clear && change <= kUnclear * std::abs(all.inverse_mass);
+    }
+    return all;
   }
-  joints.matrix.solve(rows);
-  for (std::size_t r = 0; r < rows.size(); ++r) {
-    if (rows[r] == 0.0) continue;
-    const JointRow& row = joints.rows[r];
-    give(row.a, -rows[r], row.linear, row.turn_a);
-    give(row.b, rows[r], row.linear, row.turn_b);
+
+ private:
+  void give(std::uint32_t body, double sign, const Vec3& linear, const Vec3& turn,
+            JointedDirection& all) const {
+    all.moves[body].linear += linear * (sign * bodies_[body].inverse_mass);
+    all.moves[body].angular += bodies_[body].inverse_inertia * turn * sign;
   }
-  all.inverse_mass = along(d, all.moves[d.a], all.moves[d.b]);
-  double twice_joule = 0.0;
+
+  // Takes away the velocities that the joints do not allow.
+  void hold_joints(JointedDirection& all) {
+    rows_.clear();
+    for (const JointRow& row : joints_.rows) {
+      const JointMove &a = all.moves[row.a], &b = all.moves[row.b];
+      rows_.push_back(row.turn_a.dot(a.angular) - row.turn_b.dot(b.angular) -
+                      row.linear.dot(b.linear - a.linear));
+    }
+    joints_.matrix.solve(rows_);
+    for (std::size_t r = 0; r < rows_.size(); ++r) {
+      if (rows_[r] == 0.0) continue;
+      const JointRow& row = joints_.rows[r];
+      give(row.a, -rows_[r], row.linear, row.turn_a, all);
+      give(row.b, rows_[r], row.linear, row.turn_b, all);
+    }
+  }
+
+  void measure(const Direction& d, JointedDirection& all) const {
+    all.inverse_mass = along(d, all.moves[d.a], all.moves[d.b]);
+    double twice_joule = 0.0;
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+      if (bodies_[i].inverse_mass == 0.0) continue;
+      const JointMove& move = all.moves[i];
+      const Mat3 inertia = inverse_of_symmetric(bodies_[i].inverse_inertia);
+      twice_joule += move.linear.squaredNorm() / bodies_[i].inverse_mass +
+                     Vec3(inertia * move.angular).dot(move.angular);
+    }
+    all.is_clear =
+        std::abs(all.inverse_mass - twice_joule) <= kUnclear * twice_joule && twice_joule > 0.0;
+  }
+
+  const JointSystem& joints_;
+  std::span<const SolverBody> bodies_;
+  std::vector<double> rows_;
+};
+
+// Of the fastest body's points at its radius of gyration, m/s for 1 newton s.
+double fastest_m_s(const JointedDirection& direction, std::span<const SolverBody> bodies) {
+  double most = 0.0;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     if (bodies[i].inverse_mass == 0.0) continue;
-    const JointMove& move = all.moves[i];
-    const Mat3 inertia = inverse_of_symmetric(bodies[i].inverse_inertia);
-    twice_joule += move.linear.squaredNorm() / bodies[i].inverse_mass +
-                   Vec3(inertia * move.angular).dot(move.angular);
+    const double radius_m = std::sqrt(bodies[i].inverse_mass / bodies[i].inverse_inertia.norm());
+    const JointMove& move = direction.moves[i];
+    most = std::max(most, move.linear.norm() + radius_m * move.angular.norm());
   }
-  all.is_clear =
-      std::abs(all.inverse_mass - twice_joule) <= kUnclear * twice_joule && twice_joule > 0.0;
-  return all;
+  return most;
 }
 
 void push(const JointedDirection& direction, double impulse, std::span<SolverBody> bodies) {
@@ -81,7 +127,9 @@ double sweep_normal(const JointedDirection& direction, NormalRow& row,
                     std::span<SolverBody> bodies) {
   const double velocity = along(normal_of(row), bodies[row.a], bodies[row.b]);
   const double impulse =
-      std::max(0.0, row.impulse_newton_s + (row.target_m_s - velocity) / direction.inverse_mass);
+      std::max(0.0, row.impulse_newton_s +
+                        (row.target_m_s - velocity - direction.give_1_kg * row.impulse_newton_s) /
+                            (direction.inverse_mass + direction.give_1_kg));
   const double change = impulse - row.impulse_newton_s;
   row.impulse_newton_s = impulse;
   push(direction, change, bodies);
@@ -130,15 +178,18 @@ std::optional<JointedContacts> jointed_contacts(const JointSystem& joints,
   const std::size_t directions = problem.normals.size() + 2 * problem.frictions.size();
   if (directions * problem.bodies.size() > kMost) return std::nullopt;
   JointedContacts contacts;
-  std::vector<double> rows;
+  Response response(joints, problem.bodies);
   for (const NormalRow& row : problem.normals) {
-    contacts.normals.push_back(response(normal_of(row), joints, problem.bodies, rows));
-    if (!contacts.normals.back().is_clear) return std::nullopt;
+    contacts.normals.push_back(response.to(normal_of(row)));
+    JointedDirection& direction = contacts.normals.back();
+    if (!direction.is_clear) return std::nullopt;
+    direction.give_1_kg =
+        std::max(0.0, fastest_m_s(direction, problem.bodies) / kMostLever - direction.inverse_mass);
   }
   for (const FrictionRow& row : problem.frictions) {
     double inverse[2], across = 0.0;
     for (int t = 0; t < 2; ++t) {
-      contacts.tangents.push_back(response(tangent_of(row, t), joints, problem.bodies, rows));
+      contacts.tangents.push_back(response.to(tangent_of(row, t)));
       if (!contacts.tangents.back().is_clear) return std::nullopt;
       inverse[t] = contacts.tangents.back().inverse_mass;
       const std::vector<JointMove>& moves = contacts.tangents.back().moves;

@@ -15,6 +15,9 @@ struct JointedDirection {
   std::vector<JointMove> moves;  // m/s and rad/s for 1 newton s, of each body
   double inverse_mass = 0.0;     // velocity along itself
   bool is_clear = false;         // whether rounding has left enough of it to go by
+  // Velocity by which a normal gives way for 1 newton s: 0, but where a short lever would throw
+  // something at a multiple of the contact's own velocity.
+  double give_1_kg = 0.0;
 };
 
 // Of a contact problem and the joints that take part in a solution.

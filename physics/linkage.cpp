@@ -257,6 +257,9 @@ bool advance_parts(const SceneDescription& scene, double dt_s, std::span<const B
     if (excess.gain_joule > 0.0 ||
         (lost && -excess.gain_joule <= (fourth ? kTrace : kMostGiven) * excess.moving_joule))
       take_excess(scene, ids, excess, afloat, states, report);
+    // A motor that pushes what rests works on its rounding: then the bodies know better.
+    if (excess.gain_joule == 0.0 && work.motors_joule != 0.0)
+      work.motors_joule = std::max(work.motors_joule, gain_joule(scene, ids, from, states));
     report.motor_work_joule += work.motors_joule;
     work = {};
   }

@@ -18,6 +18,7 @@ TEST(Library, HoldsTheScenesThatOtherTestsRelyOn) {
                            "mill",
                            "mixed-shapes",
                            "pyramid",
+                           "ragdolls",
                            "rope-bridge",
                            "sparse-10000",
                            "spheres-frictionless",
