@@ -159,22 +159,22 @@ TEST(SlotTable, CountsWhatIsInUsePerRegister) {
                   LpId{static_cast<std::uint32_t>(random.below(3))},
                   static_cast<std::uint32_t>(random.below(2)),
                   0};
-      id.slot = table.take(id);
+      id.slot = table.take(id, {now, 0});
       ASSERT_EQ(id.slot, (plain[{id.time, id.destination, id.kind}]++));
       taken.push_back(id);
     } else {
       const OutputId id = taken.back();
       taken.pop_back();
-      ASSERT_EQ(table.release(), id);
+      ASSERT_EQ(table.release({now, 0}), id);
       if (random.below(3) == 0) {  // put back in force
-        table.take_again(id);
+        table.take_again(id, {now, 0});
         taken.push_back(id);
         continue;
       }
       ASSERT_EQ(id.slot, (--plain[{id.time, id.destination, id.kind}]));
     }
     if (random.below(50) == 0) {
-      table.forget({++now, 0});
+      ++now;
       // What was sent before that can no longer be undone.
       while (std::any_of(taken.begin(), taken.end(),
                          [&](const OutputId& id) { return id.time.t <= now; }))
@@ -187,11 +187,10 @@ TEST(SlotTable, CountsWhatIsInUsePerRegister) {
 TEST(SlotTableDeathTest, OnlyTheNextFreeSlotIsTakenAgain) {
   SlotTable table;
   const OutputId first{{5, 0}, LpId{1}, 0, 0};
-  table.take(first);
-  table.take(first);
-  EXPECT_DEATH(table.take_again(first), "slot 0 at \\(5, 0\\) to LP 1 is taken again, free is 2");
-  table.forget({5, 0});
-  EXPECT_DEATH(table.release(), "of 2 taken, all up to \\(5, 0\\) forgotten");
+  table.take(first, kBeginning);
+  table.take(first, kBeginning);
+  EXPECT_DEATH(table.take_again(first, kBeginning), "slot 0 at \\(5, 0\\) to LP 1 is taken again, free is 2");
+  EXPECT_DEATH(table.release({5, 0}), "of 2 taken, all up to \\(5, 0\\) forgotten");
 }
 
 Message message_at(std::int64_t t, std::uint32_t source, std::uint64_t incarnation, bool anti) {
@@ -264,28 +263,6 @@ TEST(InputQueue, HoldsTheNewestIncarnationOfEachRegisterInOrder) {
     most = std::max(most, plain.size());
   }
   EXPECT_GT(most, 200u);
-}
-
-TEST(StepHistory, RestoresWhatWasSavedBeforeTheFirstExecutionThatIsNotEarlier) {
-  StepHistory<int> history;
-  int state = 0;
-  for (const std::int64_t t : {5, 7, 9}) {
-    history.mark({t, 0}, state);
-    state = static_cast<int>(t);
-  }
-  EXPECT_EQ(history.rewind({10, 0}, state), (VirtualTime{10, 0}));
-  EXPECT_EQ(state, 9) << "nothing has been executed since";
-  EXPECT_EQ(history.rewind({8, 0}, state), (VirtualTime{8, 0}));
-  EXPECT_EQ(state, 7);
-  EXPECT_EQ(history.size(), 3u);
-  history.mark({9, 0}, 8);
-  history.forget({6, 0});
-  EXPECT_EQ(history.size(), 3u) << "of 7, 8 and 9";
-  EXPECT_EQ(history.rewind({6, 0}, state), (VirtualTime{6, 0}));
-  EXPECT_EQ(state, 5);
-  EXPECT_EQ(history.size(), 1u);
-  EXPECT_EQ(history.forget({7, 0}), (VirtualTime{7, 0}));
-  EXPECT_EQ(history.size(), 0u);
 }
 
 TEST(CopyHistory, RestoresWhatWasSavedBeforeTheFirstUndoneTimeAndSavesItAnew) {
