@@ -84,6 +84,9 @@ class LogicalProcess {
   // it lives, a multiple of 8. The executor saves and restores them by itself, which is cheaper by
   // far than the calls for it. Asked once. Such an LP neither absorbs() nor jumps().
   virtual std::span<std::byte> state_bytes() { return {}; }
+  // Called after a rollback of such an LP: the bytes are what they were before the first execution
+  // at `to` or later, where execution resumes.
+  virtual void rewound(VirtualTime /*to*/) {}
   // Called before a rollback for each changed time that the LP has executed or passed over,
   // earliest first: its messages are now `bag`. True if the executions that stand, with this one
   // (which is there now if it was not), send, leave behind and ask for just what they would with

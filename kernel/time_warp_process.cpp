@@ -174,18 +174,21 @@ void TimeWarpProcess::roll_back(VirtualTime to, Counters& counters) {
   counters.rolled_back += executed_.size() - standing;
   if (jumps_) note_undone(standing, was_as_before);
   for (std::size_t i = executed_.size(); i > standing; --i) undo_outputs(executed_[i - 1]);
-  if (saves_state() && standing < executed_.size()) restore_state(standing);
+  if (saves_state()) restore_state(standing, to);
   executed_.truncate(standing);
   committed_ = std::min(committed_, static_cast<std::uint32_t>(standing));
   refresh_agenda();
   inputs_.undo(restart);
 }
 
-// To what it was before executed_[at], which is the earliest that is undone.
-void TimeWarpProcess::restore_state(std::size_t at) {
-  const std::size_t first = at * state_.size();
-  std::copy_n(states_.begin() + first, state_.size(), state_.begin());
-  states_.truncate(first);
+// To what it was before executed_[at], the first that is not before `to`, if there is one.
+void TimeWarpProcess::restore_state(std::size_t at, VirtualTime to) {
+  if (at < executed_.size()) {
+    const std::size_t first = at * state_.size();
+    std::copy_n(states_.begin() + first, state_.size(), state_.begin());
+    states_.truncate(first);
+  }
+  lp_.rewound(to);
 }
 
 // The earliest executed time that is not before `to`. If there is none, the LP stands at a restart

@@ -267,7 +267,7 @@ class alignas(64) TimeWarpProcess {
   void drop_history(VirtualTime gvt);
   // Whether the executor saves the state, so that the LP can restart at any time.
   bool saves_state() const { return !state_.empty(); }
-  void restore_state(std::size_t at);
+  void restore_state(std::size_t at, VirtualTime to);
   // Lets the LP forget what no rollback to `gvt` or later needs.
   void forget_states(VirtualTime gvt) {
     kept_ = saves_state() ? gvt : lp_.forget(gvt);

@@ -11,6 +11,7 @@
 
 #include "kernel/calendar_queue.hpp"
 #include "kernel/copy_history.hpp"
+#include "kernel/four_ary_heap.hpp"
 #include "kernel/hash_mix.hpp"
 #include "kernel/input_queue.hpp"
 #include "kernel/message_calendar.hpp"
@@ -144,6 +145,33 @@ TEST(MessageCalendar, TakesTheEarliestAndAmongEqualsTheLowestDestination) {
       }
       ASSERT_EQ(calendar.size(), plain.size());
     }
+  }
+}
+
+// As many as lie in order, far more, and all that is between.
+TEST(ShortHeap, GivesTheLeastOfAny) {
+  SplitMix64 random(8);
+  ShortHeap<int> heap;
+  std::multiset<int> plain;
+  for (const std::size_t about : {4, 16, 20, 300, 0}) {
+    for (int change = 0; change < 20000; ++change) {
+      const bool grows = plain.size() < about ? random.below(4) > 0 : random.below(4) == 0;
+      if (plain.empty() || grows) {
+        const int value = static_cast<int>(random.below(1000));
+        heap.push(value);
+        plain.insert(value);
+      } else {
+        heap.pop();
+        plain.erase(plain.begin());
+      }
+      ASSERT_EQ(heap.size(), plain.size());
+      if (plain.empty()) continue;
+      ASSERT_EQ(heap.top(), *plain.begin());
+    }
+    std::vector<int> all;
+    heap.append_to(all);
+    std::sort(all.begin(), all.end());
+    ASSERT_TRUE(std::equal(all.begin(), all.end(), plain.begin(), plain.end()));
   }
 }
 
