@@ -84,9 +84,9 @@ class Journal {
   SlidingVector<Entry> entries_;
   SlidingVector<Payload> outputs_;   // as sent
   SlidingVector<std::byte> states_;  // of LPs whose state the executor saves
-  std::uint64_t first_ = 1;         // number of entries_.front()
-  std::uint64_t next_ = 1;          // and of the one that is appended next
-  std::uint32_t first_output_ = 0;  // number of outputs_.front()
+  std::uint64_t first_ = 1;          // number of entries_.front()
+  std::uint64_t next_ = 1;           // and of the one that is appended next
+  std::uint32_t first_output_ = 0;   // number of outputs_.front()
   std::uint32_t next_output_ = 0;
   std::uint32_t first_state_ = 0;  // number of states_.front()
   std::uint32_t next_state_ = 0;

@@ -80,9 +80,9 @@ class LogicalProcess {
     return rewind(to);
   }
   virtual VirtualTime forget(VirtualTime horizon) = 0;
-  // Of an LP whose whole state is a few bytes that may be copied as such: where they are, as long as
-  // it lives, a multiple of 8. The executor saves and restores them by itself, which is cheaper by
-  // far than the calls for it. Asked once. Such an LP neither absorbs() nor jumps().
+  // Of an LP whose whole state is a few bytes that may be copied as such: where they are, as long
+  // as it lives, a multiple of 8. The executor saves and restores them by itself, which is cheaper
+  // by far than the calls for it. Asked once. Such an LP neither absorbs() nor jumps().
   virtual std::span<std::byte> state_bytes() { return {}; }
   // Called after a rollback of such an LP: the bytes are what they were before the first execution
   // at `to` or later, where execution resumes.

@@ -103,7 +103,7 @@ class MessageCalendar {
   void fit(const std::vector<std::uint32_t>& all);
 
   MessagePool& pool_;
-  ShortHeap<Entry> heap_;           // the current bucket
+  ShortHeap<Entry> heap_;            // the current bucket
   std::int64_t current_ = kNever.t;  // bucket; what is not later lies in the heap
   int shift_ = 0;                    // log2 of the width of a bucket
   std::size_t size_ = 0;

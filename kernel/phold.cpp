@@ -38,7 +38,9 @@ class PholdProcess final : public LogicalProcess {
  public:
   PholdProcess(LpId id, const PholdOptions& options) : id_(id), options_(options) {}
 
-  VirtualTime next_time() const override { return state_.started != 0 ? kNever : VirtualTime{0, 0}; }
+  VirtualTime next_time() const override {
+    return state_.started != 0 ? kNever : VirtualTime{0, 0};
+  }
 
   void execute(VirtualTime now, std::span<const MessageView> bag, Outbox& outbox) override {
     if (state_.started == 0) start(now, outbox);

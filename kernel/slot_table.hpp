@@ -16,8 +16,8 @@ namespace soda::kernel {
 // a filter of few bits tells that at once, and the list is looked through for the others.
 class SlotTable {
  public:
-  // Nothing will be sent to `kept` or earlier any more: entries of these times make room for others.
-  // They are taken for as long, which can be long after the output itself is irrevocable.
+  // Nothing will be sent to `kept` or earlier any more: entries of these times make room for
+  // others. They are taken for as long, which can be long after the output itself is irrevocable.
 
   // Takes the next free slot; id.slot is ignored.
   std::uint32_t take(const OutputId& id, VirtualTime kept);
@@ -69,8 +69,7 @@ class SlotTable {
     std::uint64_t words_[8] = {};
   };
   std::uint32_t find_next(const OutputId& id) const;
-  void append(const OutputId& id, std::uint32_t slot, const Filter::Bits& bits,
-              VirtualTime kept) {
+  void append(const OutputId& id, std::uint32_t slot, const Filter::Bits& bits, VirtualTime kept) {
     if (--room_ == 0) [[unlikely]]
       make_room(kept);
     filter_.set(bits);

@@ -35,7 +35,9 @@ class StandardPholdProcess final : public SmallProcess<State> {
         start_events_(options.start_events_per_lp),
         draws_(std::move(draws)) {}
 
-  VirtualTime next_time() const override { return state_.started != 0 ? kNever : VirtualTime{0, 0}; }
+  VirtualTime next_time() const override {
+    return state_.started != 0 ? kNever : VirtualTime{0, 0};
+  }
 
   void execute(VirtualTime now, std::span<const MessageView> bag, Outbox& outbox) override {
     if (state_.started == 0) start(outbox);

@@ -158,7 +158,8 @@ TEST(SmallProcessDeathTest, SavesNothingByItself) {
     void commit(VirtualTime) override {}
   } counter;
   EXPECT_EQ(counter.state_bytes().size(), 8u);
-  EXPECT_DEATH(counter.mark({3, 0}), "mark\\(\\(3, 0\\)\\) of an LP whose state the executor saves");
+  EXPECT_DEATH(counter.mark({3, 0}),
+               "mark\\(\\(3, 0\\)\\) of an LP whose state the executor saves");
 }
 
 TEST(CopyHistoryDeathTest, RewindToAForgottenTimeAborts) {

@@ -217,7 +217,8 @@ TEST(SlotTableDeathTest, OnlyTheNextFreeSlotIsTakenAgain) {
   const OutputId first{{5, 0}, LpId{1}, 0, 0};
   table.take(first, kBeginning);
   table.take(first, kBeginning);
-  EXPECT_DEATH(table.take_again(first, kBeginning), "slot 0 at \\(5, 0\\) to LP 1 is taken again, free is 2");
+  EXPECT_DEATH(table.take_again(first, kBeginning),
+               "slot 0 at \\(5, 0\\) to LP 1 is taken again, free is 2");
   EXPECT_DEATH(table.release({5, 0}), "of 2 taken, all up to \\(5, 0\\) forgotten");
 }
 
