@@ -1,10 +1,13 @@
-// Checkpoints by copying: mark, rewind and forget for an LP whose state is one copyable value.
+// Checkpoints by copying, for an LP whose state is one copyable value.
 #pragma once
 
 #include <algorithm>
 #include <cstddef>
+#include <span>
+#include <type_traits>
 
 #include "kernel/invariant.hpp"
+#include "kernel/logical_process.hpp"
 #include "kernel/sliding_vector.hpp"
 #include "kernel/virtual_time.hpp"
 
@@ -73,65 +76,26 @@ class CopyHistory {
   SlidingVector<Saved> saved_;
 };
 
-// For an LP that forwards every mark, and so can restart at any time: the state that a time needs
-// is the one before the first execution that is not earlier. It keeps nothing before the horizon:
-// what an LP has executed is gone as soon as GVT has passed it. Often that is all but the latest,
-// so one saved state lies in the LP itself.
+// Base of an LP whose whole state is one small value that may be copied byte by byte: the executor
+// does it (LogicalProcess::state_bytes), and the LP needs no history.
 template <class State>
-class StepHistory {
+class SmallProcess : public LogicalProcess {
  public:
-  void mark(VirtualTime now, const State& state) {
-    if (!has_first_) {
-      first_ = {now, state};
-      has_first_ = true;
-      return;
-    }
-    const VirtualTime last = later_.empty() ? first_.time : later_.back().time;
-    SODA_ASSERT(last <= now, "mark at ", now, " after ", last);
-    if (last < now) later_.push_back({now, state});
-  }
+  static_assert(std::is_trivially_copyable_v<State> && sizeof(State) % 8 == 0);
 
-  // Returns `to`.
-  VirtualTime rewind(VirtualTime to, State& state) {
-    SODA_ASSERT(to >= horizon_, "rewind to ", to, ", which has been forgotten");
-    if (!has_first_) return to;
-    std::size_t at = later_.size();
-    while (at > 0 && later_[at - 1].time >= to) --at;
-    if (at == 0 && first_.time >= to) {
-      later_.truncate(0);
-      first_.time = to;
-      state = first_.state;
-    } else if (at < later_.size()) {
-      later_.truncate(at + 1);
-      later_.back().time = to;
-      state = later_.back().state;
-    }
-    return to;
-  }
+  std::span<std::byte> state_bytes() final { return std::as_writable_bytes(std::span(&state_, 1)); }
+  void mark(VirtualTime now) final { refuse("mark", now); }
+  VirtualTime rewind(VirtualTime to) final { return refuse("rewind", to); }
+  VirtualTime forget(VirtualTime horizon) final { return refuse("forget", horizon); }
 
-  VirtualTime forget(VirtualTime horizon) {
-    horizon_ = horizon;
-    if (!has_first_ || first_.time >= horizon) return horizon;
-    std::size_t dropped = 0;
-    while (dropped < later_.size() && later_[dropped].time < horizon) ++dropped;
-    has_first_ = dropped < later_.size();
-    if (has_first_) first_ = later_[dropped++];
-    if (dropped > 0) later_.drop_front(dropped);
-    return horizon;
-  }
-
-  std::size_t size() const { return (has_first_ ? 1 : 0) + later_.size(); }
+ protected:
+  State state_{};
 
  private:
-  struct Saved {
-    VirtualTime time;
-    State state;
-  };
-
-  bool has_first_ = false;
-  Saved first_{};
-  SlidingVector<Saved> later_;  // ascending
-  VirtualTime horizon_ = kBeginning;
+  static VirtualTime refuse(const char* call, VirtualTime time) {
+    SODA_ASSERT(false, call, '(', time, ") of an LP whose state the executor saves");
+    return time;
+  }
 };
 
 }  // namespace soda::kernel

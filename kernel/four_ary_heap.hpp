@@ -1,6 +1,8 @@
-// A heap of small values, the least on top.
+// Heaps of small values, the least on top.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <vector>
 
@@ -53,6 +55,63 @@ class FourAryHeap {
 
  private:
   std::vector<Entry> entries_;
+};
+
+// The same for what is nearly always short: the least few lie in order, where putting one in and
+// taking the least out is a matter of a move or two; only what is beyond them lies in a heap.
+template <class Entry>
+class ShortHeap {
+ public:
+  bool empty() const { return count_ == 0; }
+  std::size_t size() const { return count_ + rest_.size(); }
+  void clear() {
+    count_ = 0;
+    rest_.clear();
+  }
+  // Not of an empty heap.
+  const Entry& top() const { return few_[count_ - 1]; }
+
+  void push(const Entry& entry) {
+    if (count_ == kMost) [[unlikely]]
+      spill();
+    if (!rest_.empty() && few_[0] < entry) return rest_.push(entry);
+    std::size_t at = count_++;
+    for (; at > 0 && few_[at - 1] < entry; --at) few_[at] = few_[at - 1];
+    few_[at] = entry;
+  }
+
+  void pop() {
+    if (--count_ == 0 && !rest_.empty()) [[unlikely]]
+      refill();
+  }
+
+  // Appended to `entries`, in any order.
+  void append_to(std::vector<Entry>& entries) const {
+    entries.insert(entries.end(), few_.begin(), few_.begin() + count_);
+    entries.insert(entries.end(), rest_.entries().begin(), rest_.entries().end());
+  }
+
+ private:
+  static constexpr std::size_t kMost = 16;
+
+  // The later half of the few.
+  [[gnu::noinline]] void spill() {
+    for (std::size_t i = 0; i < kMost / 2; ++i) rest_.push(few_[i]);
+    std::copy(few_.begin() + kMost / 2, few_.end(), few_.begin());
+    count_ = kMost / 2;
+  }
+
+  [[gnu::noinline]] void refill() {
+    count_ = std::min(kMost / 2, rest_.size());
+    for (std::size_t i = count_; i > 0; --i) {
+      few_[i - 1] = rest_.top();
+      rest_.pop();
+    }
+  }
+
+  std::array<Entry, kMost> few_{};  // latest first; all of rest_ is as late as the first or later
+  std::size_t count_ = 0;           // 0 only if rest_ is empty
+  FourAryHeap<Entry> rest_;
 };
 
 }  // namespace soda::kernel

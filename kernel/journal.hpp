@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <utility>
 
 #include "kernel/payload.hpp"
@@ -24,15 +25,15 @@ class Journal {
     std::uint32_t round;
     std::uint32_t back;         // so many entries back is the one before of this LP; 0: none
     std::uint32_t first_input;  // in the pool, linked in canonical order
-    std::uint32_t inputs;
     std::uint32_t outputs;
     std::uint32_t output_at;  // number of the first one
+    std::uint32_t state_at;   // number of the first byte of the state before it
 
     VirtualTime time() const { return {t, round}; }
   };
   static_assert(sizeof(Entry) == 40);
 
-  // Numbers rise and are not used twice, but for outputs: modulo 2^32.
+  // Numbers rise and are not used twice; those of outputs and of bytes do so modulo 2^32.
   std::uint64_t first_number() const { return first_; }
   std::uint64_t next_number() const { return next_; }
   bool has(std::uint64_t number) const { return number >= first_; }
@@ -44,6 +45,13 @@ class Journal {
   void append_output(const Payload& payload) {
     outputs_.emplace_back(payload);
     ++next_output_;
+  }
+  std::uint32_t next_state() const { return next_state_; }
+  const std::byte* state(std::uint32_t number) { return &states_[number - first_state_]; }
+
+  void append_state(std::span<const std::byte> state) {
+    states_.append(state.data(), state.size());
+    next_state_ += static_cast<std::uint32_t>(state.size());
   }
   void append(const Entry& entry) {
     entries_.emplace_back(entry);
@@ -62,19 +70,26 @@ class Journal {
 
  private:
   void drop_first(std::uint64_t count) {
-    const std::uint32_t keep = count < size() ? entries_[count].output_at : next_output_;
+    const bool some_stay = count < size();
+    const std::uint32_t output = some_stay ? entries_[count].output_at : next_output_;
+    const std::uint32_t state = some_stay ? entries_[count].state_at : next_state_;
     entries_.drop_front(count);
     first_ += count;
-    outputs_.drop_front(keep - first_output_);
-    first_output_ = keep;
+    outputs_.drop_front(output - first_output_);
+    first_output_ = output;
+    states_.drop_front(state - first_state_);
+    first_state_ = state;
   }
 
   SlidingVector<Entry> entries_;
-  SlidingVector<Payload> outputs_;  // as sent
-  std::uint64_t first_ = 1;         // number of entries_.front()
-  std::uint64_t next_ = 1;          // and of the one that is appended next
-  std::uint32_t first_output_ = 0;  // number of outputs_.front()
+  SlidingVector<Payload> outputs_;   // as sent
+  SlidingVector<std::byte> states_;  // of LPs whose state the executor saves
+  std::uint64_t first_ = 1;          // number of entries_.front()
+  std::uint64_t next_ = 1;           // and of the one that is appended next
+  std::uint32_t first_output_ = 0;   // number of outputs_.front()
   std::uint32_t next_output_ = 0;
+  std::uint32_t first_state_ = 0;  // number of states_.front()
+  std::uint32_t next_state_ = 0;
 };
 
 }  // namespace soda::kernel

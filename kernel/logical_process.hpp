@@ -62,7 +62,8 @@ class Outbox {
 //                  may already be far ahead: what commit needs, the LP keeps by time until then.
 // Between two calls an LP may be moved from one thread to another, never used by two at once.
 // The sequential executor calls execute and commit only: an LP whose mark was never called keeps
-// no history.
+// no history. An LP with state_bytes() gets no mark, rewind or forget from any executor: derive it
+// from SmallProcess (copy_history.hpp).
 class LogicalProcess {
  public:
   virtual ~LogicalProcess() = default;
@@ -79,6 +80,13 @@ class LogicalProcess {
     return rewind(to);
   }
   virtual VirtualTime forget(VirtualTime horizon) = 0;
+  // Of an LP whose whole state is a few bytes that may be copied as such: where they are, as long
+  // as it lives, a multiple of 8. The executor saves and restores them by itself, which is cheaper
+  // by far than the calls for it. Asked once. Such an LP neither absorbs() nor jumps().
+  virtual std::span<std::byte> state_bytes() { return {}; }
+  // Called after a rollback of such an LP: the bytes are what they were before the first execution
+  // at `to` or later, where execution resumes.
+  virtual void rewound(VirtualTime /*to*/) {}
   // Called before a rollback for each changed time that the LP has executed or passed over,
   // earliest first: its messages are now `bag`. True if the executions that stand, with this one
   // (which is there now if it was not), send, leave behind and ask for just what they would with

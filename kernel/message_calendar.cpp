@@ -50,7 +50,9 @@ void MessageCalendar::note_work(std::size_t passed) {
 void MessageCalendar::rebuild() {
   std::vector<std::uint32_t> all;
   all.reserve(size_);
-  for (const Entry& entry : heap_.entries()) all.push_back(entry.place);
+  std::vector<Entry> current;
+  heap_.append_to(current);
+  for (const Entry& entry : current) all.push_back(entry.place);
   for (std::uint32_t head : heads_)
     for (; head != kNone; head = pool_[head].next) all.push_back(head);
   heap_.clear();

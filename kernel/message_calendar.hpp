@@ -13,7 +13,7 @@ namespace soda::kernel {
 
 // A calendar queue by (time, destination) at a cost that does not grow with the number of messages:
 // a ring of buckets, each a span of `t` and a list that is linked through the messages themselves,
-// which lie in the pool. Only the current bucket is in order, as a heap. Messages far ahead wait in
+// which lie in the pool. Only the current bucket is in order. Messages far ahead wait in
 // the lists they hash to, turn by turn; width and number of buckets are fitted from time to time.
 class MessageCalendar {
  public:
@@ -72,20 +72,21 @@ class MessageCalendar {
 
   struct Entry {
     std::int64_t t;
-    std::uint32_t round;
     std::uint32_t lp;
+    std::uint32_t round;
     std::uint32_t place;
 
     friend bool operator<(const Entry& a, const Entry& b) {
-      if (a.t != b.t) return a.t < b.t;
-      if (a.round != b.round) return a.round < b.round;
-      return a.lp < b.lp;
+      return a.t < b.t || (a.t == b.t && a.round_and_lp() < b.round_and_lp());
     }
+
+   private:
+    std::uint64_t round_and_lp() const { return (std::uint64_t{round} << 32) + lp; }
   };
 
   Entry entry_of(std::uint32_t place) const {
     const Message& message = pool_[place];
-    return {message.time.t, message.time.round, index_of(message.destination), place};
+    return {message.time.t, index_of(message.destination), message.time.round, place};
   }
   std::uint32_t& head_of(std::int64_t bucket) {
     return heads_[static_cast<std::size_t>(bucket) & mask_];
@@ -102,7 +103,7 @@ class MessageCalendar {
   void fit(const std::vector<std::uint32_t>& all);
 
   MessagePool& pool_;
-  FourAryHeap<Entry> heap_;
+  ShortHeap<Entry> heap_;            // the current bucket
   std::int64_t current_ = kNever.t;  // bucket; what is not later lies in the heap
   int shift_ = 0;                    // log2 of the width of a bucket
   std::size_t size_ = 0;

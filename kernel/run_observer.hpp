@@ -69,6 +69,11 @@ class ObservedProcess final : public LogicalProcess {
     return restart;
   }
   VirtualTime forget(VirtualTime horizon) override { return lp_.forget(horizon); }
+  std::span<std::byte> state_bytes() override { return lp_.state_bytes(); }
+  void rewound(VirtualTime to) override {
+    lp_.rewound(to);
+    observer_.on_rewind(id_, to);
+  }
   bool absorb(VirtualTime now, std::span<const MessageView> bag) override {
     if (!lp_.absorb(now, bag)) return false;
     observer_.on_absorb(id_, now, bag);

@@ -53,6 +53,15 @@ class SlidingVector {
     return *std::construct_at(end_++, std::forward<Arguments>(arguments)...);
   }
 
+  // `count` elements that lie elsewhere; to be copied as bytes.
+  void append(const T* items, std::size_t count) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    if (static_cast<std::size_t>(limit_ - end_) < count) [[unlikely]]
+      make_room(count);
+    std::memcpy(static_cast<void*>(end_), items, count * sizeof(T));
+    end_ += count;
+  }
+
   // Before the element at `index` (<= size()); moves what comes after it.
   void insert(std::size_t index, T item) {
     if (index == size()) {
@@ -98,12 +107,12 @@ class SlidingVector {
 
   // At the back: by sliding to the front of the same memory if a quarter of that is free. Half
   // would spread what slides over more of the cache.
-  [[gnu::noinline]] void make_room() {
+  [[gnu::noinline]] void make_room(std::size_t more = 1) {
     const std::size_t count = size();
-    if (4 * count <= 3 * capacity() && capacity() > 0) {
+    if (4 * (count + more - 1) <= 3 * capacity() && capacity() > 0) {
       move_to(items_);
     } else {
-      const std::size_t larger = std::max<std::size_t>(kLeast, 2 * capacity());
+      const std::size_t larger = std::max({kLeast, 2 * capacity(), 2 * more});
       T* const items = std::allocator<T>().allocate(larger);
       move_to(items);
       std::allocator<T>().deallocate(items_, capacity());

@@ -16,18 +16,17 @@ namespace soda::kernel {
 // a filter of few bits tells that at once, and the list is looked through for the others.
 class SlotTable {
  public:
-  // Takes the next free slot; id.slot is ignored. No id at or before the time last forgotten.
-  std::uint32_t take(const OutputId& id);
+  // Nothing will be sent to `kept` or earlier any more: entries of these times make room for
+  // others. They are taken for as long, which can be long after the output itself is irrevocable.
+
+  // Takes the next free slot; id.slot is ignored.
+  std::uint32_t take(const OutputId& id, VirtualTime kept);
 
   // Gives back the slot taken last of all.
-  OutputId release();
+  OutputId release(VirtualTime kept);
 
   // Takes id.slot, which is the next free one.
-  void take_again(const OutputId& id);
-
-  // Nothing will be sent to `kept` or earlier any more: that may be dropped, and is as new entries
-  // need the room.
-  void forget(VirtualTime kept) { kept_ = kept; }
+  void take_again(const OutputId& id, VirtualTime kept);
 
  private:
   struct Entry {
@@ -48,42 +47,45 @@ class SlotTable {
     }
   };
 
-  // Bits of the filter: one for each register, of few that are spread.
+  // Two bits of one word for each register, spread: of 40 registers, one in 30 others seems known.
   class Filter {
    public:
-    static std::uint64_t place(std::int64_t t, std::uint32_t round, LpId destination,
-                               std::uint32_t kind) {
+    struct Bits {
+      std::size_t word;
+      std::uint64_t mask;
+    };
+    static Bits bits_of(std::int64_t t, std::uint32_t round, LpId destination, std::uint32_t kind) {
       const std::uint64_t word = static_cast<std::uint64_t>(t) +
                                  (std::uint64_t{index_of(destination)} << 32) + (kind << 8) +
                                  (std::uint64_t{round} << 48);
-      return word * 0x9e3779b97f4a7c15ull >> 56;
+      const std::uint64_t hash = word * 0x9e3779b97f4a7c15ull;
+      const std::uint64_t one = 1;
+      return {hash >> 61, one << (hash >> 55 & 63) | one << (hash >> 49 & 63)};
     }
-    bool has(std::uint64_t place) const { return (words_[place / 64] >> (place % 64) & 1) != 0; }
-    void set(std::uint64_t place) { words_[place / 64] |= std::uint64_t{1} << (place % 64); }
+    bool has(const Bits& bits) const { return (words_[bits.word] & bits.mask) == bits.mask; }
+    void set(const Bits& bits) { words_[bits.word] |= bits.mask; }
 
    private:
-    std::uint64_t words_[4] = {};
+    std::uint64_t words_[8] = {};
   };
   std::uint32_t find_next(const OutputId& id) const;
-  void append(const OutputId& id, std::uint32_t slot, std::uint64_t place) {
+  void append(const OutputId& id, std::uint32_t slot, const Filter::Bits& bits, VirtualTime kept) {
     if (--room_ == 0) [[unlikely]]
-      make_room();
-    filter_.set(place);
+      make_room(kept);
+    filter_.set(bits);
     entries_.emplace_back(id.time.t, id.time.round, id.destination, id.kind, slot);
   }
-  bool is_void(const Entry& entry) const { return entry.time() <= kept_; }
-  void make_room();
+  void make_room(VirtualTime kept);
 
   Filter filter_;  // of all entries, and of some that are gone
-  VirtualTime kept_ = kBeginning;
   SlidingVector<Entry> entries_;
   std::uint32_t room_ = 1;  // so many more until it is time to drop void ones
 };
 
-inline std::uint32_t SlotTable::take(const OutputId& id) {
-  const std::uint64_t place = Filter::place(id.time.t, id.time.round, id.destination, id.kind);
-  const std::uint32_t slot = filter_.has(place) ? find_next(id) : 0;
-  append(id, slot, place);
+inline std::uint32_t SlotTable::take(const OutputId& id, VirtualTime kept) {
+  const Filter::Bits bits = Filter::bits_of(id.time.t, id.time.round, id.destination, id.kind);
+  const std::uint32_t slot = filter_.has(bits) ? find_next(id) : 0;
+  append(id, slot, bits, kept);
   return slot;
 }
 

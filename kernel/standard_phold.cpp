@@ -19,7 +19,13 @@ struct EventPayload {
 };
 static_assert(sizeof(EventPayload) <= Payload::kInlineBytes);
 
-class StandardPholdProcess final : public LogicalProcess {
+struct State {
+  std::uint64_t digest = 0;
+  std::uint64_t consumed = 0;
+  std::uint64_t started = 0;  // 0 or 1
+};
+
+class StandardPholdProcess final : public SmallProcess<State> {
  public:
   StandardPholdProcess(LpId id, const StandardPholdOptions& options,
                        std::shared_ptr<const PholdDraws> draws)
@@ -29,16 +35,15 @@ class StandardPholdProcess final : public LogicalProcess {
         start_events_(options.start_events_per_lp),
         draws_(std::move(draws)) {}
 
-  VirtualTime next_time() const override { return state_.started ? kNever : VirtualTime{0, 0}; }
+  VirtualTime next_time() const override {
+    return state_.started != 0 ? kNever : VirtualTime{0, 0};
+  }
 
   void execute(VirtualTime now, std::span<const MessageView> bag, Outbox& outbox) override {
-    if (!state_.started) start(outbox);
+    if (state_.started == 0) start(outbox);
     for (const MessageView& message : bag) consume(now, message, outbox);
   }
 
-  void mark(VirtualTime now) override { history_.mark(now, state_); }
-  VirtualTime rewind(VirtualTime to) override { return history_.rewind(to, state_); }
-  VirtualTime forget(VirtualTime horizon) override { return history_.forget(horizon); }
   void commit(VirtualTime now) override {
     const auto word = static_cast<std::uint64_t>(now.t) ^ (std::uint64_t{now.round} << 44);
     committed_times_ = (std::rotl(committed_times_, 5) ^ word) * 0x9e3779b97f4a7c15ull;
@@ -49,14 +54,8 @@ class StandardPholdProcess final : public LogicalProcess {
   std::uint64_t committed_times() const { return committed_times_; }
 
  private:
-  struct State {
-    std::uint64_t digest = 0;
-    std::uint64_t consumed = 0;
-    bool started = false;
-  };
-
   void start(Outbox& outbox) {
-    state_.started = true;
+    state_.started = 1;
     for (std::uint32_t i = 0; i < start_events_; ++i) {
       const std::uint64_t token = draws_->first_token(index_of(id_), i);
       outbox.send(id_, {draws_->draw(token, 0).delay_ticks, 0}, kEvent,
@@ -88,8 +87,6 @@ class StandardPholdProcess final : public LogicalProcess {
   const std::uint32_t hops_;
   const std::uint32_t start_events_;
   const std::shared_ptr<const PholdDraws> draws_;
-  State state_;
-  StepHistory<State> history_;
   std::uint64_t committed_times_ = 0;
 };
 

@@ -11,7 +11,7 @@ namespace soda::kernel {
 [[gnu::always_inline]] inline void TimeWarpProcess::send_in_order(const OutputId& to,
                                                                   Payload&& payload,
                                                                   WorkerEffects& effects) {
-  const std::uint32_t slot = slots_.take(to);
+  const std::uint32_t slot = slots_.take(to, kept_);
   const bool is_first = to.time > resent_until_;
   ++effects.counters.messages;
   journal_.append_output(payload);
@@ -55,7 +55,11 @@ void TimeWarpProcess::execute_in_order(VirtualTime now, std::uint32_t first_inpu
   effects.bag.truncate(0);
   for (std::uint32_t place = first_input; place != MessagePool::kNone; place = pool[place].next)
     effects.bag.emplace_back(InputQueue::view(pool[place]));
-  lp_.mark(now);
+  const std::uint32_t state_at = journal_.next_state();
+  if (saves_state())
+    journal_.append_state(state_);
+  else
+    lp_.mark(now);
   const std::uint32_t output_at = journal_.next_output();
   InOrderSender sender(*this, now, effects);
   lp_.execute(now, effects.bag, sender);
@@ -63,7 +67,7 @@ void TimeWarpProcess::execute_in_order(VirtualTime now, std::uint32_t first_inpu
   const std::uint64_t number = journal_.next_number();
   const bool follows = last_in_order_ != 0;
   const auto back = follows ? static_cast<std::uint32_t>(number - last_in_order_) : 0;
-  journal_.append({this, now.t, now.round, back, first_input, inputs, outputs, output_at});
+  journal_.append({this, now.t, now.round, back, first_input, outputs, output_at, state_at});
   last_in_order_ = number;
   held_in_order_ += inputs + 1 + outputs;
   ++effects.counters.executed;
@@ -89,9 +93,8 @@ void TimeWarpProcess::collect_in_order(std::uint64_t number, VirtualTime gvt, Co
     ++counters.committed;
   }
   gvt_ = gvt;
-  kept_ = lp_.forget(gvt);
-  SODA_ASSERT(kept_ <= gvt, "LP ", index_of(id_), " keeps nothing before ", kept_, " at GVT ", gvt);
-  held_in_order_ -= entry.inputs + 1 + entry.outputs;
+  forget_states(gvt);
+  held_in_order_ -= 1 + entry.outputs;
   if (last_in_order_ == number) last_in_order_ = 0;
   if (kept_ <= time) [[unlikely]] {
     move_to_history(entry);
@@ -102,9 +105,9 @@ void TimeWarpProcess::collect_in_order(std::uint64_t number, VirtualTime gvt, Co
       const std::uint32_t next = pool[place].next;
       pool.release(place);
       place = next;
+      --held_in_order_;
     }
     entry.lp = nullptr;
-    slots_.forget(kept_);
   }
   if (!executed_.empty() || inputs_.size() > 0) [[unlikely]] {
     drop_history(gvt);
@@ -123,18 +126,20 @@ void TimeWarpProcess::take_all_back() {
   }
   for (; !numbers.empty(); numbers.pop_back()) move_to_history(journal_[numbers.back()]);
   last_in_order_ = 0;
-  held_in_order_ = 0;
+  held_in_order_ = 0;  // inputs, executed times and outputs
 }
 
 void TimeWarpProcess::move_to_history(Journal::Entry& entry) {
   executed_.push_back({entry.t, entry.round, entry.outputs});
   for (std::uint32_t i = 0; i < entry.outputs; ++i)
     outputs_.push_back(std::move(journal_.output(entry.output_at + i)));
+  if (saves_state()) states_.append(journal_.state(entry.state_at), state_.size());
   const MessagePool& pool = inputs_.pool();
   for (std::uint32_t place = entry.first_input; place != MessagePool::kNone;) {
     const std::uint32_t next = pool[place].next;
     inputs_.append_executed(place);
     place = next;
+    --held_in_order_;
   }
   entry.lp = nullptr;
 }

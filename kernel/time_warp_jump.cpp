@@ -73,7 +73,7 @@ void TimeWarpProcess::restore(const Executed& record, WorkerEffects& effects) {
     if (found == pending.end() || found->second.send_time != send_time) continue;
     SODA_ASSERT(send_time == record.time(), "LP ", index_of(id_), " has an output of ", send_time,
                 " left at ", record.time());
-    slots_.take_again(id);
+    slots_.take_again(id, kept_);
     outputs_.push_back(std::move(found->second.payload));
     pending.erase(found);
   }

@@ -9,7 +9,7 @@ namespace soda::kernel {
 [[gnu::always_inline]] inline void TimeWarpProcess::send(VirtualTime now, const OutputId& to,
                                                          Payload&& payload,
                                                          WorkerEffects& effects) {
-  const OutputId id{to.time, to.destination, to.kind, slots_.take(to)};
+  const OutputId id{to.time, to.destination, to.kind, slots_.take(to, kept_)};
   if (has_pending() && adopt(now, id, payload)) {
     ++effects.counters.adopted;
   } else {
@@ -61,10 +61,16 @@ TimeWarpProcess::TimeWarpProcess(LpId id, std::size_t lp_count, LogicalProcess& 
       absorbs_(lp.absorbs()),
       jumps_(lp.jumps()),
       lp_(lp),
+      state_(lp.state_bytes()),
       journal_(journal),
       agenda_(next_time_),
       lp_count_(static_cast<std::uint32_t>(lp_count)),
-      end_(end) {}
+      end_(end) {
+  SODA_ASSERT(!saves_state() || !(absorbs_ || jumps_), "LP ", index_of(id_),
+              " with state_bytes() absorbs or jumps");
+  SODA_ASSERT(state_.size() % 8 == 0, "LP ", index_of(id_), " with ", state_.size(),
+              " state_bytes()");
+}
 
 bool TimeWarpProcess::deliver_any(Message&& message, Counters& counters) {
   const VirtualTime time = message.time;
@@ -160,7 +166,7 @@ std::size_t TimeWarpProcess::executed_before(VirtualTime time) const {
 
 void TimeWarpProcess::roll_back(VirtualTime to, Counters& counters) {
   const bool was_as_before = has_undone() && lp_.is_as_before();
-  const VirtualTime restart = lp_.rewind_before(first_undone(to), to);
+  const VirtualTime restart = saves_state() ? to : lp_.rewind_before(first_undone(to), to);
   SODA_ASSERT(restart <= to && restart >= kept_, "LP ", index_of(id_), " rewound to ", restart,
               " for ", to, ", kept from ", kept_);
   const std::size_t standing = executed_before(restart);
@@ -168,10 +174,21 @@ void TimeWarpProcess::roll_back(VirtualTime to, Counters& counters) {
   counters.rolled_back += executed_.size() - standing;
   if (jumps_) note_undone(standing, was_as_before);
   for (std::size_t i = executed_.size(); i > standing; --i) undo_outputs(executed_[i - 1]);
+  if (saves_state()) restore_state(standing, to);
   executed_.truncate(standing);
   committed_ = std::min(committed_, static_cast<std::uint32_t>(standing));
   refresh_agenda();
   inputs_.undo(restart);
+}
+
+// To what it was before executed_[at], the first that is not before `to`, if there is one.
+void TimeWarpProcess::restore_state(std::size_t at, VirtualTime to) {
+  if (at < executed_.size()) {
+    const std::size_t first = at * state_.size();
+    std::copy_n(states_.begin() + first, state_.size(), state_.begin());
+    states_.truncate(first);
+  }
+  lp_.rewound(to);
 }
 
 // The earliest executed time that is not before `to`. If there is none, the LP stands at a restart
@@ -186,7 +203,7 @@ void TimeWarpProcess::undo_outputs(const Executed& undone) {
   if (undone.outputs == 0) return;
   Rare& undo = rare();
   for (std::uint32_t i = 0; i < undone.outputs; ++i) {
-    const OutputId id = slots_.release();
+    const OutputId id = slots_.release(kept_);
     resent_until_ = std::max(resent_until_, id.time);
     undo.pending_order.emplace_back(undone.time(), id);
     undo.pending.emplace(id, PendingOutput{undone.time(), std::move(outputs_.back())});
@@ -200,7 +217,10 @@ void TimeWarpProcess::execute(WorkerEffects& effects) {
               end_);
   take_back();
   const std::uint32_t passed = inputs_.gather(now, effects.bag);
-  lp_.mark(now);
+  if (saves_state())
+    states_.append(state_.data(), state_.size());
+  else
+    lp_.mark(now);
   const std::size_t sent_before = outputs_.size();
   Sender sender(*this, now, effects);
   lp_.execute(now, effects.bag, sender);
@@ -331,9 +351,7 @@ void TimeWarpProcess::commit(VirtualTime limit, Counters& counters) {
 void TimeWarpProcess::forget(VirtualTime gvt) {
   SODA_ASSERT(gvt >= gvt_, "GVT went back from ", gvt_, " to ", gvt);
   gvt_ = gvt;
-  const VirtualTime kept = lp_.forget(gvt);
-  kept_ = kept;
-  SODA_ASSERT(kept <= gvt, "LP ", index_of(id_), " keeps nothing before ", kept, " at GVT ", gvt);
+  forget_states(gvt);
   drop_history(gvt);
   note_quiet();
 }
@@ -354,9 +372,7 @@ void TimeWarpProcess::drop_history(VirtualTime gvt) {
   executed_.drop_front(count);
   committed_ -= count;
   outputs_.drop_front(outputs);
-  // A slot stays taken while something may be sent to its time, which can be long after the output
-  // itself has become irrevocable.
-  slots_.forget(kept);
+  states_.drop_front(count * state_.size());
 }
 
 TimeWarpProcess::HistorySize TimeWarpProcess::history_size() const {

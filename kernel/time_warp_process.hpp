@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -264,6 +265,15 @@ class alignas(64) TimeWarpProcess {
   void take_all_back();
   void move_to_history(Journal::Entry& entry);
   void drop_history(VirtualTime gvt);
+  // Whether the executor saves the state, so that the LP can restart at any time.
+  bool saves_state() const { return !state_.empty(); }
+  void restore_state(std::size_t at, VirtualTime to);
+  // Lets the LP forget what no rollback to `gvt` or later needs.
+  void forget_states(VirtualTime gvt) {
+    kept_ = saves_state() ? gvt : lp_.forget(gvt);
+    SODA_ASSERT(kept_ <= gvt, "LP ", index_of(id_), " keeps nothing before ", kept_, " at GVT ",
+                gvt);
+  }
   void note_quiet() {
     is_quiet_ = !inputs_.has_antis() && changed_from_ == kNever &&
                 (!rare_ ||
@@ -284,11 +294,13 @@ class alignas(64) TimeWarpProcess {
   bool is_quiet_ = true;
   std::uint32_t committed_ = 0;  // executed_ up to here has been committed
   LogicalProcess& lp_;
+  const std::span<std::byte> state_;  // of the LP, if the executor saves it
   Journal& journal_;
   std::uint64_t last_in_order_ = 0;          // its last entry in the journal; 0: none
   std::uint32_t held_in_order_ = 0;          // inputs, executed times and outputs there
   SlidingVector<Executed> executed_;         // ascending
   VirtualTime last_committed_ = kBeginning;  // outlives rollbacks behind it
+  SlidingVector<std::byte> states_;          // before each of executed_, if it saves the state
   SlidingVector<Payload> outputs_;           // standing, as sent by what has been executed
   std::uint64_t next_incarnation_ = 1;
   VirtualTime resent_until_ = kBeginning;  // what was sent up to there may have been undone
@@ -296,7 +308,7 @@ class alignas(64) TimeWarpProcess {
   VirtualTime agenda_;                     // of the LP
   const std::uint32_t lp_count_;
   const VirtualTime end_;
-  VirtualTime kept_ = kBeginning;  // what forget() of the LP returned last
+  VirtualTime kept_ = kBeginning;  // no restart is earlier than that
 };
 
 inline bool TimeWarpProcess::deliver(Message&& message, Counters& counters) {

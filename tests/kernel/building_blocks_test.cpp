@@ -151,6 +151,17 @@ TEST(CopyHistory, ForgetsWhatNoRewindCanReach) {
   EXPECT_EQ(state, 6);
 }
 
+TEST(SmallProcessDeathTest, SavesNothingByItself) {
+  struct Counter final : SmallProcess<std::uint64_t> {
+    VirtualTime next_time() const override { return kNever; }
+    void execute(VirtualTime, std::span<const MessageView>, Outbox&) override { ++state_; }
+    void commit(VirtualTime) override {}
+  } counter;
+  EXPECT_EQ(counter.state_bytes().size(), 8u);
+  EXPECT_DEATH(counter.mark({3, 0}),
+               "mark\\(\\(3, 0\\)\\) of an LP whose state the executor saves");
+}
+
 TEST(CopyHistoryDeathTest, RewindToAForgottenTimeAborts) {
   CopyHistory<int> history;
   for (int t = 0; t < 10; ++t) history.mark({t, 0}, t);

@@ -145,10 +145,13 @@ class Asked final : public LogicalProcess {
     calls_ += describe("forget ", horizon, ' ');
     return {5, 0};
   }
+  std::span<std::byte> state_bytes() override { return bytes_; }
+  void rewound(VirtualTime to) override { calls_ += describe("rewound ", to, ' '); }
   void commit(VirtualTime now) override { calls_ += describe("commit ", now, ' '); }
   std::uint64_t digest() const override { return 77; }
 
  private:
+  std::byte bytes_[8] = {};
   std::string& calls_;
 };
 
@@ -164,7 +167,7 @@ class Nowhere final : public Outbox {
   void fault(Fault) override {}
 };
 
-TEST(ObservedProcess, ForwardsEveryCallWithItsAnswerAndTellsOfBothKindsOfRewind) {
+TEST(ObservedProcess, ForwardsEveryCallWithItsAnswerAndTellsOfEveryKindOfRewind) {
   std::string calls;
   Asked asked(calls);
   Rewinds observer;
@@ -177,11 +180,13 @@ TEST(ObservedProcess, ForwardsEveryCallWithItsAnswerAndTellsOfBothKindsOfRewind)
   EXPECT_EQ(lp.rewind({2, 0}), (VirtualTime{3, 0}));
   EXPECT_EQ(lp.rewind_before({9, 0}, {8, 0}), (VirtualTime{4, 0}));
   EXPECT_EQ(lp.forget({6, 0}), (VirtualTime{5, 0}));
+  EXPECT_EQ(lp.state_bytes().data(), asked.state_bytes().data());
+  lp.rewound({5, 1});
   lp.commit({7, 0});
   EXPECT_EQ(calls,
             "mark (1, 0) execute (1, 0) rewind (2, 0) rewind_before (9, 0) (8, 0) forget (6, 0) "
-            "commit (7, 0) ");
-  EXPECT_EQ(observer.restarts, (std::vector<VirtualTime>{{3, 0}, {4, 0}}));
+            "rewound (5, 1) commit (7, 0) ");
+  EXPECT_EQ(observer.restarts, (std::vector<VirtualTime>{{3, 0}, {4, 0}, {5, 1}}));
 }
 
 TEST(ObservedProcess, ARunIsTheSameExecutionWithAnObserverAsWithout) {

@@ -11,6 +11,7 @@
 
 #include "kernel/calendar_queue.hpp"
 #include "kernel/copy_history.hpp"
+#include "kernel/four_ary_heap.hpp"
 #include "kernel/hash_mix.hpp"
 #include "kernel/input_queue.hpp"
 #include "kernel/message_calendar.hpp"
@@ -147,6 +148,33 @@ TEST(MessageCalendar, TakesTheEarliestAndAmongEqualsTheLowestDestination) {
   }
 }
 
+// As many as lie in order, far more, and all that is between.
+TEST(ShortHeap, GivesTheLeastOfAny) {
+  SplitMix64 random(8);
+  ShortHeap<int> heap;
+  std::multiset<int> plain;
+  for (const std::size_t about : {4, 16, 20, 300, 0}) {
+    for (int change = 0; change < 20000; ++change) {
+      const bool grows = plain.size() < about ? random.below(4) > 0 : random.below(4) == 0;
+      if (plain.empty() || grows) {
+        const int value = static_cast<int>(random.below(1000));
+        heap.push(value);
+        plain.insert(value);
+      } else {
+        heap.pop();
+        plain.erase(plain.begin());
+      }
+      ASSERT_EQ(heap.size(), plain.size());
+      if (plain.empty()) continue;
+      ASSERT_EQ(heap.top(), *plain.begin());
+    }
+    std::vector<int> all;
+    heap.append_to(all);
+    std::sort(all.begin(), all.end());
+    ASSERT_TRUE(std::equal(all.begin(), all.end(), plain.begin(), plain.end()));
+  }
+}
+
 TEST(SlotTable, CountsWhatIsInUsePerRegister) {
   SplitMix64 random(5);
   SlotTable table;
@@ -159,22 +187,22 @@ TEST(SlotTable, CountsWhatIsInUsePerRegister) {
                   LpId{static_cast<std::uint32_t>(random.below(3))},
                   static_cast<std::uint32_t>(random.below(2)),
                   0};
-      id.slot = table.take(id);
+      id.slot = table.take(id, {now, 0});
       ASSERT_EQ(id.slot, (plain[{id.time, id.destination, id.kind}]++));
       taken.push_back(id);
     } else {
       const OutputId id = taken.back();
       taken.pop_back();
-      ASSERT_EQ(table.release(), id);
+      ASSERT_EQ(table.release({now, 0}), id);
       if (random.below(3) == 0) {  // put back in force
-        table.take_again(id);
+        table.take_again(id, {now, 0});
         taken.push_back(id);
         continue;
       }
       ASSERT_EQ(id.slot, (--plain[{id.time, id.destination, id.kind}]));
     }
     if (random.below(50) == 0) {
-      table.forget({++now, 0});
+      ++now;
       // What was sent before that can no longer be undone.
       while (std::any_of(taken.begin(), taken.end(),
                          [&](const OutputId& id) { return id.time.t <= now; }))
@@ -187,11 +215,11 @@ TEST(SlotTable, CountsWhatIsInUsePerRegister) {
 TEST(SlotTableDeathTest, OnlyTheNextFreeSlotIsTakenAgain) {
   SlotTable table;
   const OutputId first{{5, 0}, LpId{1}, 0, 0};
-  table.take(first);
-  table.take(first);
-  EXPECT_DEATH(table.take_again(first), "slot 0 at \\(5, 0\\) to LP 1 is taken again, free is 2");
-  table.forget({5, 0});
-  EXPECT_DEATH(table.release(), "of 2 taken, all up to \\(5, 0\\) forgotten");
+  table.take(first, kBeginning);
+  table.take(first, kBeginning);
+  EXPECT_DEATH(table.take_again(first, kBeginning),
+               "slot 0 at \\(5, 0\\) to LP 1 is taken again, free is 2");
+  EXPECT_DEATH(table.release({5, 0}), "of 2 taken, all up to \\(5, 0\\) forgotten");
 }
 
 Message message_at(std::int64_t t, std::uint32_t source, std::uint64_t incarnation, bool anti) {
@@ -264,28 +292,6 @@ TEST(InputQueue, HoldsTheNewestIncarnationOfEachRegisterInOrder) {
     most = std::max(most, plain.size());
   }
   EXPECT_GT(most, 200u);
-}
-
-TEST(StepHistory, RestoresWhatWasSavedBeforeTheFirstExecutionThatIsNotEarlier) {
-  StepHistory<int> history;
-  int state = 0;
-  for (const std::int64_t t : {5, 7, 9}) {
-    history.mark({t, 0}, state);
-    state = static_cast<int>(t);
-  }
-  EXPECT_EQ(history.rewind({10, 0}, state), (VirtualTime{10, 0}));
-  EXPECT_EQ(state, 9) << "nothing has been executed since";
-  EXPECT_EQ(history.rewind({8, 0}, state), (VirtualTime{8, 0}));
-  EXPECT_EQ(state, 7);
-  EXPECT_EQ(history.size(), 3u);
-  history.mark({9, 0}, 8);
-  history.forget({6, 0});
-  EXPECT_EQ(history.size(), 3u) << "of 7, 8 and 9";
-  EXPECT_EQ(history.rewind({6, 0}, state), (VirtualTime{6, 0}));
-  EXPECT_EQ(state, 5);
-  EXPECT_EQ(history.size(), 1u);
-  EXPECT_EQ(history.forget({7, 0}), (VirtualTime{7, 0}));
-  EXPECT_EQ(history.size(), 0u);
 }
 
 TEST(CopyHistory, RestoresWhatWasSavedBeforeTheFirstUndoneTimeAndSavesItAnew) {
