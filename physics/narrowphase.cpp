@@ -10,6 +10,7 @@
 #include "physics/analytic_contacts.hpp"
 #include "physics/geometry_impl.hpp"
 #include "physics/mesh_contacts.hpp"
+#include "physics/separating_faces.hpp"
 #include "physics/time_of_impact.hpp"
 
 // FCL says along which axis two solids meet; the contact points then come from the true shapes, by
@@ -77,13 +78,15 @@ Vec3 face_normal(const PlacedShape& a, const PlacedShape& b, int code, const Vec
 // axis of boxes that are still apart. Its points are not used: they belong to the inflated boxes.
 Axis box_box_axis(const Solid& a, const Solid& b, double range) {
   const Vec3 inflation = Vec3::Constant(range);
+  const Vec3 side_a = 2.0 * a.placed.shape.half_extents_m + inflation;
+  const Vec3 side_b = 2.0 * b.placed.shape.half_extents_m + inflation;
+  // FCL would say so too, but only after boxes have been copied and room for points been made.
+  if (face_separates(a.placed.pose, 0.5 * side_a, b.placed.pose, 0.5 * side_b)) return {};
   fcl::Vector3d normal = fcl::Vector3d::Zero();
   double depth = 0.0;
   int code = 0;
   std::vector<fcl::ContactPointd> points;
   points.reserve(8);
-  const Vec3 side_a = 2.0 * a.placed.shape.half_extents_m + inflation;
-  const Vec3 side_b = 2.0 * b.placed.shape.half_extents_m + inflation;
   fcl::detail::boxBox2<double>(side_a, to_fcl(a.placed.pose), side_b, to_fcl(b.placed.pose), normal,
                                &depth, &code, 8, points);
   Axis axis;

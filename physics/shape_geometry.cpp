@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/free_flight.hpp"
 #include "physics/geometry_impl.hpp"
 
 namespace soda::physics {
@@ -113,6 +114,7 @@ std::unique_ptr<const GeometryImpl> build(const SceneDescription& scene) {
   for (const StaticBody& body : scene.statics) {
     impl->statics.push_back(place(body, impl->shapes[body.shape]));
   }
+  for (const BodyParams& body : scene.bodies) impl->flies_simply.push_back(flies_simply(body));
   return impl;
 }
 

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "physics/free_flight.hpp"
+
 namespace soda::physics {
 void compute_boxes(const SceneDescription& scene, const Geometry& geometry,
                    std::span<const BodyId> ids, std::span<const BodyState> states,
@@ -69,9 +71,8 @@ void advance_bodies(const SceneDescription& scene, const Geometry& geometry,
                                             counters, report.faults));
     scatter_island(island, states, scratch);
   }
-  for (const std::uint32_t body : scratch.islands.free_bodies) {
-    advance_free_body(scene, scene.dt_s, ids[body], states[body], counters, report.faults);
-  }
+  advance_free_bodies(scene, geometry, scene.dt_s, ids, scratch.islands.free_bodies, states,
+                      counters, report.faults);
 }
 
 void step(const SceneDescription& scene, const Geometry& geometry, std::span<const BodyId> ids,
