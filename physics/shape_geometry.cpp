@@ -101,8 +101,8 @@ StaticGeometry place(const StaticBody& body, const ShapeGeometry& geometry) {
   return out;
 }
 
-std::unique_ptr<const GeometryImpl> build(const SceneDescription& scene) {
-  auto impl = std::make_unique<GeometryImpl>();
+std::shared_ptr<const GeometryImpl> build(const SceneDescription& scene) {
+  auto impl = std::make_shared<GeometryImpl>();
   for (const Joint& joint : scene.joints) {
     if (joint.b == kWorldBody) continue;
     impl->joint_ends.push_back({joint.a, joint.anchor_a_m, joint.reach_m});

@@ -1,0 +1,77 @@
+// Which boxes overlap, where most bodies are about where they were some steps before.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "physics/geometry.hpp"
+
+namespace soda::physics {
+
+// Keeps for each body room in which it may move and turn, with bounds of its speeds, and the pairs
+// whose rooms overlap. As long as a body is within its bounds, its swept box lies in its room, so
+// that it need not be made to know that it meets no other. It is no state: the answer is the same
+// with and without what is kept, whatever was asked before (other bodies, another scene).
+class KeptPairs {
+ public:
+  // All pairs of overlapping swept boxes, sorted: those that find_pairs() finds. `boxes`: one for
+  // each body, or none, and then the few are made that it takes. `pairs` is overwritten.
+  void find(const SceneDescription& scene, const Geometry& geometry, std::span<const BodyId> ids,
+            std::span<const BodyState> states, std::span<const Aabb> boxes,
+            std::vector<IndexPair>& pairs, StageCounters& counters);
+
+ private:
+  // What a body must keep to. Its floats are numbers of their own, so nothing is lost by rounding.
+  struct Bounds {
+    std::array<float, 3> centre_m{};
+    float slack_m = -1.0f;  // the centre of mass is within it of centre_m, along each axis
+    float speed2 = 0.0f, spin2 = 0.0f;
+    float reach_m = 0.0f;  // then the swept box is within it of the centre of mass
+
+    bool is_void() const { return slack_m < 0.0f; }
+  };
+  struct Input {
+    const SceneDescription& scene;
+    const Geometry& geometry;
+    std::span<const BodyId> ids;
+    std::span<const BodyState> states;
+    std::span<const Aabb> given;  // all boxes, or none
+  };
+
+  bool is_for(const Input& in) const;
+  bool is_kept(const Input& in);
+  bool keep(const Input& in);
+  Bounds bounds_of(const Input& in, std::size_t body) const;
+  void look(const Input& in);
+  void renew(const Input& in);
+  void merge_found(std::vector<IndexPair>& pairs);
+  static bool keeps_to(const BodyState& state, const Bounds& bounds);
+  static Aabb room_of(const Bounds& bounds);
+  const Aabb& box_of(const Input& in, std::uint32_t body);
+  bool meet(const Input& in, std::uint32_t a, std::uint32_t b);
+  void add_pairs_of_unbounded(const Input& in, std::vector<IndexPair>& pairs);
+  void find_anew(const Input& in, std::vector<IndexPair>& pairs, StageCounters& counters);
+
+  // What is kept, and of what.
+  std::shared_ptr<const GeometryImpl> geometry_;
+  double dt_s_ = 0.0;
+  Vec3 gravity_m_s2_ = Vec3::Zero();
+  std::vector<BodyId> ids_;
+  double usual_speed_m_s_ = 0.0, usual_spin_rad_s_ = 0.0;
+  std::vector<Bounds> bounds_;
+  std::vector<IndexPair> candidates_;  // sorted; of bodies with bounds
+  std::vector<std::uint32_t> unbounded_;
+  int age_ = 0;                     // steps
+  int pause_ = 0, next_pause_ = 8;  // steps for which keeping is not tried
+
+  // Of one step; memory only.
+  std::vector<std::uint32_t> lost_;  // bodies beyond their bounds
+  std::vector<Aabb> boxes_;
+  std::vector<std::uint8_t> made_, renewed_;
+  std::vector<double> speeds_;
+  std::vector<IndexPair> found_;
+};
+
+}  // namespace soda::physics
