@@ -10,7 +10,7 @@ namespace soda::physics {
 namespace {
 
 constexpr std::size_t kFewest = 64;      // bodies; below, boxes are made and compared at once
-constexpr double kLifetime = 8.0;        // steps that a body of usual speed stays in its room
+constexpr double kLifetime = 10.0;        // steps that a body of usual speed stays in its room
 constexpr double kLeastSlack = 0.05;     // of the radius: bodies at rest
 constexpr double kMostSlack = 4.0;       // of the radius: faster ones are lost
 constexpr double kSpare = 1.25;          // of speeds
@@ -64,6 +64,13 @@ Aabb KeptPairs::room_of(const Bounds& b) {
   return b.is_void() ? Aabb{} : Aabb{centre - room, centre + room};
 }
 
+KeptPairs::Stretch KeptPairs::stretch_of(const Aabb& room) {
+  constexpr double kFloat = 1e-6;
+  const double low = room.min.x(), high = room.max.x();
+  return {static_cast<float>(low - std::abs(low) * kFloat),
+          static_cast<float>(high + std::abs(high) * kFloat)};
+}
+
 // None for a body that would soon be beyond them.
 KeptPairs::Bounds KeptPairs::bounds_of(const Input& in, std::size_t body) const {
   constexpr double kFarthest = 1e15;  // squares are floats
@@ -76,7 +83,7 @@ KeptPairs::Bounds KeptPairs::bounds_of(const Input& in, std::size_t body) const 
       std::max(finite_root(squared(state.angular_velocity_rad_s)), usual_spin_rad_s_);
   const double least = kLeastMove / dt_s_;
   const double speed = kSpare * moves + kLifetime * fall + least * radius;
-  const double spin = kSpare * turns + least;
+  const double spin = 2.0 * turns + least;
   const double slack = kLeastSlack * radius + kLifetime * dt_s_ * (moves + fall);
   const double reach = radius * (1.0 + std::min(spin * dt_s_, 2.0)) +
                        kContactMargin * shape.min_extent_m + (speed + fall) * dt_s_ +
@@ -108,6 +115,7 @@ bool KeptPairs::keep(const Input& in) {
   usual_spin_rad_s_ = usual(&BodyState::angular_velocity_rad_s);
   bounds_.resize(ids_.size());
   boxes_.resize(ids_.size());
+  stretches_.resize(ids_.size());
   unbounded_.clear();
   for (std::uint32_t i = 0; i < ids_.size(); ++i) {
     bounds_[i] = bounds_of(in, i);
@@ -116,6 +124,7 @@ bool KeptPairs::keep(const Input& in) {
       unbounded_.push_back(i);
     }
     boxes_[i] = room_of(bounds_[i]);
+    stretches_[i] = stretch_of(boxes_[i]);
   }
   if (unbounded_.size() > kMostLosses) return false;
   StageCounters uncounted;
@@ -154,11 +163,10 @@ void KeptPairs::renew(const Input& in) {
       continue;
     }
     const Aabb room = room_of(mine);
+    const Stretch mine_x = stretches_[lost] = stretch_of(room);
     for (std::uint32_t i = 0; i < in.ids.size(); ++i) {
+      if (stretches_[i].to < mine_x.from || mine_x.to < stretches_[i].from) continue;
       const Bounds& other = bounds_[i];
-      const double most = double{other.slack_m} + other.reach_m;
-      const double x = other.centre_m[0], spare = std::abs(x) * kRounding + most * kWider;
-      if (x + spare < room.min.x() || room.max.x() < x - spare) continue;
       if (i != lost && renewed_[i] == 0 && !other.is_void() && overlap(room, room_of(other)))
         found_.push_back({std::min(lost, i), std::max(lost, i)});
     }

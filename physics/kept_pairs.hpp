@@ -32,6 +32,10 @@ class KeptPairs {
 
     bool is_void() const { return slack_m < 0.0f; }
   };
+  // Along x, and no less than that of the room.
+  struct Stretch {
+    float from = 0.0f, to = 0.0f;
+  };
   struct Input {
     const SceneDescription& scene;
     const Geometry& geometry;
@@ -49,6 +53,7 @@ class KeptPairs {
   void merge_found(std::vector<IndexPair>& pairs);
   static bool keeps_to(const BodyState& state, const Bounds& bounds);
   static Aabb room_of(const Bounds& bounds);
+  static Stretch stretch_of(const Aabb& room);
   const Aabb& box_of(const Input& in, std::uint32_t body);
   bool meet(const Input& in, std::uint32_t a, std::uint32_t b);
   void add_pairs_of_unbounded(const Input& in, std::vector<IndexPair>& pairs);
@@ -61,6 +66,7 @@ class KeptPairs {
   std::vector<BodyId> ids_;
   double usual_speed_m_s_ = 0.0, usual_spin_rad_s_ = 0.0;
   std::vector<Bounds> bounds_;
+  std::vector<Stretch> stretches_;
   std::vector<IndexPair> candidates_;  // sorted; of bodies with bounds
   std::vector<std::uint32_t> unbounded_;
   int age_ = 0;                     // steps
