@@ -10,7 +10,7 @@ namespace soda::physics {
 namespace {
 
 constexpr std::size_t kFewest = 64;      // bodies; below, boxes are made and compared at once
-constexpr double kLifetime = 10.0;        // steps that a body of usual speed stays in its room
+constexpr double kLifetime = 10.0;       // steps that a body of usual speed stays in its room
 constexpr double kLeastSlack = 0.05;     // of the radius: bodies at rest
 constexpr double kMostSlack = 4.0;       // of the radius: faster ones are lost
 constexpr double kSpare = 1.25;          // of speeds
@@ -64,6 +64,13 @@ Aabb KeptPairs::room_of(const Bounds& b) {
   return b.is_void() ? Aabb{} : Aabb{centre - room, centre + room};
 }
 
+KeptPairs::Near KeptPairs::near_of(const Vec3& p, float reach_m) {
+  constexpr float kFloat = 1e-6f;
+  const float x = static_cast<float>(p.x()), y = static_cast<float>(p.y()),
+              z = static_cast<float>(p.z());
+  return {x, y, z, reach_m * (1.0f + kFloat) + (std::abs(x) + std::abs(y) + std::abs(z)) * kFloat};
+}
+
 KeptPairs::Stretch KeptPairs::stretch_of(const Aabb& room) {
   constexpr double kFloat = 1e-6;
   const double low = room.min.x(), high = room.max.x();
@@ -75,8 +82,8 @@ KeptPairs::Stretch KeptPairs::stretch_of(const Aabb& room) {
 KeptPairs::Bounds KeptPairs::bounds_of(const Input& in, std::size_t body) const {
   constexpr double kFarthest = 1e15;  // squares are floats
   const BodyState& state = in.states[body];
-  const BodyParams& params = in.scene.bodies[index_of(in.ids[body])];
-  const CompiledShape& shape = geometry_->shapes[params.shape].shape;
+  const CompiledShape& shape =
+      geometry_->shapes[geometry_->body_shapes[index_of(in.ids[body])]].shape;
   const double radius = shape.bounding_radius_m, fall = gravity_m_s2_.norm() * dt_s_;
   const double moves = std::max(finite_root(squared(state.linear_velocity_m_s)), usual_speed_m_s_);
   const double turns =
@@ -116,6 +123,7 @@ bool KeptPairs::keep(const Input& in) {
   bounds_.resize(ids_.size());
   boxes_.resize(ids_.size());
   stretches_.resize(ids_.size());
+  near_.resize(ids_.size());
   unbounded_.clear();
   for (std::uint32_t i = 0; i < ids_.size(); ++i) {
     bounds_[i] = bounds_of(in, i);
@@ -125,6 +133,7 @@ bool KeptPairs::keep(const Input& in) {
     }
     boxes_[i] = room_of(bounds_[i]);
     stretches_[i] = stretch_of(boxes_[i]);
+    near_[i] = near_of(in.states[i].position_m, bounds_[i].reach_m);
   }
   if (unbounded_.size() > kMostLosses) return false;
   StageCounters uncounted;
@@ -136,11 +145,14 @@ bool KeptPairs::keep(const Input& in) {
   return candidates_.size() <= kMostPairs * ids_.size();
 }
 
-// Who is beyond its bounds.
+// Where everybody is, and who is beyond its bounds.
 void KeptPairs::look(const Input& in) {
   lost_.clear();
-  for (std::uint32_t i = 0; i < in.ids.size(); ++i)
+  near_.resize(in.ids.size());
+  for (std::uint32_t i = 0; i < in.ids.size(); ++i) {
+    near_[i] = near_of(in.states[i].position_m, bounds_[i].reach_m);
     if (!keeps_to(in.states[i], bounds_[i])) lost_.push_back(i);
+  }
 }
 
 // New bounds for the lost, and their pairs.
@@ -162,6 +174,7 @@ void KeptPairs::renew(const Input& in) {
       unbounded_.push_back(lost);
       continue;
     }
+    near_[lost] = near_of(in.states[lost].position_m, mine.reach_m);
     const Aabb room = room_of(mine);
     const Stretch mine_x = stretches_[lost] = stretch_of(room);
     for (std::uint32_t i = 0; i < in.ids.size(); ++i) {
@@ -204,31 +217,29 @@ bool KeptPairs::is_kept(const Input& in) {
   return false;
 }
 
-const Aabb& KeptPairs::box_of(const Input& in, std::uint32_t body) {
-  if (!in.given.empty()) return in.given[body];
-  if (made_[body] == 0) {
-    boxes_[body] = swept_aabb(in.scene, in.geometry, in.ids[body], in.states[body]);
-    made_[body] = 1;
-  }
-  return boxes_[body];
+// Of the wanted bodies, in the order of memory.
+void KeptPairs::make_boxes(const Input& in) {
+  if (!in.given.empty()) return;
+  boxes_.resize(in.ids.size());
+  for (std::size_t i = 0; i < in.ids.size(); ++i)
+    if (wanted_[i] != 0) boxes_[i] = swept_aabb(in.scene, in.geometry, in.ids[i], in.states[i]);
 }
 
-bool KeptPairs::meet(const Input& in, std::uint32_t a, std::uint32_t b) {
-  return overlap(box_of(in, a), box_of(in, b));
+std::span<const Aabb> KeptPairs::boxes_of(const Input& in) const {
+  return in.given.empty() ? std::span<const Aabb>(boxes_) : in.given;
 }
 
 // With each other, and with all others.
 void KeptPairs::add_pairs_of_unbounded(const Input& in, std::vector<IndexPair>& pairs) {
   if (unbounded_.empty()) return;
   found_.clear();
-  for (const std::uint32_t body : unbounded_) {
-    const Aabb box = box_of(in, body);
-    for (std::uint32_t i = 0; i < in.ids.size(); ++i) {
-      const Bounds& other = bounds_[i];
-      const bool near = other.is_void() ? body < i : overlap(box, room_of(other));
-      if (near && meet(in, body, i)) found_.push_back({std::min(body, i), std::max(body, i)});
-    }
-  }
+  std::fill(wanted_.begin(), wanted_.end(), 1);
+  make_boxes(in);
+  const std::span<const Aabb> boxes = boxes_of(in);
+  for (const std::uint32_t body : unbounded_)
+    for (std::uint32_t i = 0; i < in.ids.size(); ++i)
+      if ((body < i || !bounds_[i].is_void()) && overlap(boxes[body], boxes[i]))
+        found_.push_back({std::min(body, i), std::max(body, i)});
   merge_found(pairs);
 }
 
@@ -249,16 +260,21 @@ void KeptPairs::find(const SceneDescription& scene, const Geometry& geometry,
   if (ids.size() < kFewest || scene.broadphase != Broadphase::kGrid || !scene.joints.empty() ||
       !is_kept(in))
     return find_anew(in, pairs, counters);
-  made_.assign(ids.size(), 0);
-  boxes_.resize(ids.size());
+  wanted_.assign(ids.size(), 0);
   pairs.clear();
   for (const IndexPair& pair : candidates_) {
-    const double reach = double{bounds_[pair.first].reach_m} + bounds_[pair.second].reach_m;
-    const Vec3 &a = states[pair.first].position_m, &b = states[pair.second].position_m;
-    if (std::abs(a.x() - b.x()) <= reach && std::abs(a.y() - b.y()) <= reach &&
-        std::abs(a.z() - b.z()) <= reach && meet(in, pair.first, pair.second))
-      pairs.push_back(pair);
+    const Near &a = near_[pair.first], &b = near_[pair.second];
+    const float reach = a.reach_m + b.reach_m;
+    if (std::abs(a.x - b.x) > reach || std::abs(a.y - b.y) > reach || std::abs(a.z - b.z) > reach)
+      continue;
+    pairs.push_back(pair);
+    wanted_[pair.first] = wanted_[pair.second] = 1;
   }
+  make_boxes(in);
+  const std::span<const Aabb> made = boxes_of(in);
+  std::erase_if(pairs, [made](const IndexPair& pair) {
+    return !overlap(made[pair.first], made[pair.second]);
+  });
   add_pairs_of_unbounded(in, pairs);
   counters.candidate_pairs += pairs.size();
 }

@@ -32,6 +32,11 @@ class KeptPairs {
 
     bool is_void() const { return slack_m < 0.0f; }
   };
+  // Where a body's swept box lies: all within reach_m of a place. Small, as it is read in any
+  // order.
+  struct Near {
+    float x = 0.0f, y = 0.0f, z = 0.0f, reach_m = 0.0f;
+  };
   // Along x, and no less than that of the room.
   struct Stretch {
     float from = 0.0f, to = 0.0f;
@@ -54,8 +59,9 @@ class KeptPairs {
   static bool keeps_to(const BodyState& state, const Bounds& bounds);
   static Aabb room_of(const Bounds& bounds);
   static Stretch stretch_of(const Aabb& room);
-  const Aabb& box_of(const Input& in, std::uint32_t body);
-  bool meet(const Input& in, std::uint32_t a, std::uint32_t b);
+  static Near near_of(const Vec3& position_m, float reach_m);
+  void make_boxes(const Input& in);
+  std::span<const Aabb> boxes_of(const Input& in) const;
   void add_pairs_of_unbounded(const Input& in, std::vector<IndexPair>& pairs);
   void find_anew(const Input& in, std::vector<IndexPair>& pairs, StageCounters& counters);
 
@@ -73,9 +79,10 @@ class KeptPairs {
   int pause_ = 0, next_pause_ = 8;  // steps for which keeping is not tried
 
   // Of one step; memory only.
+  std::vector<Near> near_;
   std::vector<std::uint32_t> lost_;  // bodies beyond their bounds
   std::vector<Aabb> boxes_;
-  std::vector<std::uint8_t> made_, renewed_;
+  std::vector<std::uint8_t> wanted_, renewed_;
   std::vector<double> speeds_;
   std::vector<IndexPair> found_;
 };

@@ -321,8 +321,8 @@ PlacedPair place_pair(const SceneDescription& scene, const Geometry& geometry, B
                       const BodyState& state_a, BodyId b, const BodyState* state_b) {
   const GeometryImpl& impl = geometry.impl();
   const StaticGeometry* fixed = is_static(b) ? &impl.statics[static_index_of(b)] : nullptr;
-  const ShapeGeometry& ga = impl.shapes[scene.bodies[index_of(a)].shape];
-  const ShapeGeometry& gb = impl.shapes[fixed ? fixed->shape : scene.bodies[index_of(b)].shape];
+  const ShapeGeometry& ga = impl.shapes[impl.body_shapes[index_of(a)]];
+  const ShapeGeometry& gb = impl.shapes[fixed ? fixed->shape : impl.body_shapes[index_of(b)]];
   const Vec3 center_b = (fixed ? fixed->pose.position : state_b->position_m) - state_a.position_m;
   const Mat3 turn_b = fixed ? fixed->pose.rotation : state_b->orientation.toRotationMatrix();
   return {{ga, {ga.shape, {state_a.orientation.toRotationMatrix(), Vec3::Zero()}}},

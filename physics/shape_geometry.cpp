@@ -114,7 +114,10 @@ std::shared_ptr<const GeometryImpl> build(const SceneDescription& scene) {
   for (const StaticBody& body : scene.statics) {
     impl->statics.push_back(place(body, impl->shapes[body.shape]));
   }
-  for (const BodyParams& body : scene.bodies) impl->flies_simply.push_back(flies_simply(body));
+  for (const BodyParams& body : scene.bodies) {
+    impl->body_shapes.push_back(body.shape);
+    impl->flies_simply.push_back(flies_simply(body));
+  }
   return impl;
 }
 
@@ -155,8 +158,8 @@ void cover_joints(const GeometryImpl& impl, double dt_s, BodyId id, const BodySt
 Aabb swept_aabb(const SceneDescription& scene, const Geometry& geometry, BodyId id,
                 const BodyState& state) {
   constexpr double kLargest = 1e300;
-  const BodyParams& params = scene.bodies[index_of(id)];
-  const CompiledShape& shape = geometry.impl().shapes[params.shape].shape;
+  const GeometryImpl& impl = geometry.impl();
+  const CompiledShape& shape = impl.shapes[impl.body_shapes[index_of(id)]].shape;
   const Pose pose = shape.kind == ShapeKind::kSphere
                         ? Pose{Mat3::Identity(), state.position_m}
                         : Pose{state.orientation.toRotationMatrix(), state.position_m};
@@ -176,7 +179,7 @@ Aabb swept_aabb(const SceneDescription& scene, const Geometry& geometry, BodyId 
     box.min[i] = std::clamp(box.min[i] + low - reach, -kLargest, kLargest);
     box.max[i] = std::clamp(box.max[i] + high + reach, -kLargest, kLargest);
   }
-  if (params.joints > 0) cover_joints(geometry.impl(), scene.dt_s, id, state, box);
+  if (!impl.joint_ends.empty()) cover_joints(impl, scene.dt_s, id, state, box);
   return box;
 }
 
