@@ -217,6 +217,25 @@ bool KeptPairs::is_kept(const Input& in) {
   return false;
 }
 
+// Candidates whose boxes may overlap now, in found_. Without branches: many are near, many are not.
+void KeptPairs::choose_near() {
+  wanted_.assign(ids_.size(), 0);
+  found_.resize(candidates_.size());
+  std::size_t count = 0;
+  for (const IndexPair& pair : candidates_) {
+    const Near &a = near_[pair.first], &b = near_[pair.second];
+    const float reach = a.reach_m + b.reach_m;
+    const auto near = static_cast<std::uint8_t>(std::uint8_t{std::abs(a.x - b.x) <= reach} &
+                                                std::uint8_t{std::abs(a.y - b.y) <= reach} &
+                                                std::uint8_t{std::abs(a.z - b.z) <= reach});
+    found_[count] = pair;
+    count += near;
+    wanted_[pair.first] |= near;
+    wanted_[pair.second] |= near;
+  }
+  found_.resize(count);
+}
+
 // Of the wanted bodies, in the order of memory.
 void KeptPairs::make_boxes(const Input& in) {
   if (!in.given.empty()) return;
@@ -257,24 +276,15 @@ void KeptPairs::find(const SceneDescription& scene, const Geometry& geometry,
                      StageCounters& counters) {
   const Input in{scene, geometry, ids, states, boxes};
   // Boxes of joined bodies hold more than what the bodies themselves can reach.
-  if (ids.size() < kFewest || scene.broadphase != Broadphase::kGrid || !scene.joints.empty() ||
-      !is_kept(in))
-    return find_anew(in, pairs, counters);
-  wanted_.assign(ids.size(), 0);
-  pairs.clear();
-  for (const IndexPair& pair : candidates_) {
-    const Near &a = near_[pair.first], &b = near_[pair.second];
-    const float reach = a.reach_m + b.reach_m;
-    if (std::abs(a.x - b.x) > reach || std::abs(a.y - b.y) > reach || std::abs(a.z - b.z) > reach)
-      continue;
-    pairs.push_back(pair);
-    wanted_[pair.first] = wanted_[pair.second] = 1;
-  }
+  served_ = ids.size() >= kFewest && scene.broadphase == Broadphase::kGrid &&
+            scene.joints.empty() && is_kept(in);
+  if (!served_) return find_anew(in, pairs, counters);
+  choose_near();
   make_boxes(in);
   const std::span<const Aabb> made = boxes_of(in);
-  std::erase_if(pairs, [made](const IndexPair& pair) {
-    return !overlap(made[pair.first], made[pair.second]);
-  });
+  pairs.clear();
+  for (const IndexPair& pair : found_)
+    if (overlap(made[pair.first], made[pair.second])) pairs.push_back(pair);
   add_pairs_of_unbounded(in, pairs);
   counters.candidate_pairs += pairs.size();
 }

@@ -22,6 +22,9 @@ class KeptPairs {
             std::span<const BodyState> states, std::span<const Aabb> boxes,
             std::vector<IndexPair>& pairs, StageCounters& counters);
 
+  // Whether what was kept has served the last time.
+  bool served() const { return served_; }
+
  private:
   // What a body must keep to. Its floats are numbers of their own, so nothing is lost by rounding.
   struct Bounds {
@@ -60,6 +63,7 @@ class KeptPairs {
   static Aabb room_of(const Bounds& bounds);
   static Stretch stretch_of(const Aabb& room);
   static Near near_of(const Vec3& position_m, float reach_m);
+  void choose_near();
   void make_boxes(const Input& in);
   std::span<const Aabb> boxes_of(const Input& in) const;
   void add_pairs_of_unbounded(const Input& in, std::vector<IndexPair>& pairs);
@@ -75,6 +79,7 @@ class KeptPairs {
   std::vector<Stretch> stretches_;
   std::vector<IndexPair> candidates_;  // sorted; of bodies with bounds
   std::vector<std::uint32_t> unbounded_;
+  bool served_ = false;
   int age_ = 0;                     // steps
   int pause_ = 0, next_pause_ = 8;  // steps for which keeping is not tried
 

@@ -317,8 +317,8 @@ struct PlacedPair {
   ShapeKernel kernel;
 };
 
-PlacedPair place_pair(const SceneDescription& scene, const Geometry& geometry, BodyId a,
-                      const BodyState& state_a, BodyId b, const BodyState* state_b) {
+PlacedPair place_pair(const Geometry& geometry, BodyId a, const BodyState& state_a, BodyId b,
+                      const BodyState* state_b) {
   const GeometryImpl& impl = geometry.impl();
   const StaticGeometry* fixed = is_static(b) ? &impl.statics[static_index_of(b)] : nullptr;
   const ShapeGeometry& ga = impl.shapes[impl.body_shapes[index_of(a)]];
@@ -333,7 +333,7 @@ PlacedPair place_pair(const SceneDescription& scene, const Geometry& geometry, B
 void collide_shapes(const SceneDescription& scene, const Geometry& geometry, double dt_s, BodyId a,
                     const BodyState& state_a, BodyId b, const BodyState* state_b,
                     std::vector<ContactManifold>& out, StageCounters& counters) {
-  const PlacedPair pair = place_pair(scene, geometry, a, state_a, b, state_b);
+  const PlacedPair pair = place_pair(geometry, a, state_a, b, state_b);
   const CompiledShape& shape_b = pair.b.placed.shape;
   const Vec3& origin = state_a.position_m;
   const PairMotion motion = motion_of(scene, dt_s, state_a, state_b, pair.a.placed.shape, shape_b,
@@ -372,9 +372,9 @@ void collide(const SceneDescription& scene, const Geometry& geometry, double dt_
   append_joints(scene, a, b, out);
 }
 
-Separation separation_of(const SceneDescription& scene, const Geometry& geometry, BodyId a,
+Separation separation_of(const SceneDescription&, const Geometry& geometry, BodyId a,
                          const BodyState& state_a, BodyId b, const BodyState* state_b) {
-  const PlacedPair pair = place_pair(scene, geometry, a, state_a, b, state_b);
+  const PlacedPair pair = place_pair(geometry, a, state_a, b, state_b);
   const PlacedShape &pa = pair.a.placed, &pb = pair.b.placed;
   if (pb.shape.kind == ShapeKind::kHalfSpace) {
     const Vec3 up = pb.pose.rotation * pb.shape.half_space.normal;
