@@ -36,7 +36,7 @@ inline void store(const Two3& v, Vec3& a, Vec3& b) {
 inline Two3 operator+(const Two3& a, const Two3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 inline Two3 operator*(const Two3& v, Two s) { return {v.x * s, v.y * s, v.z * s}; }
 // In the order of Eigen's sum of three.
-inline Two squared_norm(const Two3& v) { return v.x * v.x + (v.y * v.y + v.z * v.z); }
+inline Two squared_norm(const Two3& v) { return v.x * v.x + v.y * v.y + v.z * v.z; }
 inline bool both_true(decltype(Two{} < Two{}) mask) { return (mask[0] & mask[1]) != 0; }
 
 // rotation_by() of an angle whose halved square is small enough for its series.

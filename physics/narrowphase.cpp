@@ -303,14 +303,6 @@ void collide_solids(ShapeKernel kernel, BodyId id_a, const Solid& a, BodyId id_b
   emit_manifold(id_a, id_b, 0, normal, origin, candidates, out);
 }
 
-}  // namespace
-
-ShapeKernel kernel_for(const Shape& a, const Shape& b) {
-  return kernel_of(static_cast<ShapeKind>(a.index()), static_cast<ShapeKind>(b.index()));
-}
-
-namespace {
-
 // A pair where it is, relative to the centre of a.
 struct PlacedPair {
   Solid a, b;
@@ -359,6 +351,10 @@ void collide_shapes(const SceneDescription& scene, const Geometry& geometry, dou
 }
 
 }  // namespace
+
+ShapeKernel kernel_for(const Shape& a, const Shape& b) {
+  return kernel_of(static_cast<ShapeKind>(a.index()), static_cast<ShapeKind>(b.index()));
+}
 
 void collide(const SceneDescription& scene, const Geometry& geometry, double dt_s, BodyId a,
              const BodyState& state_a, BodyId b, const BodyState* state_b,
