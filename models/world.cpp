@@ -139,10 +139,10 @@ void World::begin(std::int64_t step, Bag bag) {
 
 // Swept boxes; own bodies go as ghosts to every other world whose cells their box covers.
 void World::detect(std::int64_t step, kernel::Outbox& outbox) {
-  physics::compute_boxes(*rules_.scene, around_.geometry, ids_, states_, scratch_.boxes, stages_);
   const bool quiet = expected_.ghosts_from.empty() && news_from(buffer_.view(step)).empty();
   next_ = time_of(step, quiet ? Phase::kPairs : Phase::kBorderTraversal);
   if (!divided()) return;
+  physics::compute_boxes(*rules_.scene, around_.geometry, ids_, states_, scratch_.boxes, stages_);
   std::map<WorldId, std::vector<Ghost>> ghosts;
   for (const WorldId expecting : expected_.ghosts_to) ghosts[expecting];
   for (const WorldId expecting : owed_) ghosts[expecting];
@@ -177,6 +177,9 @@ void World::border_traversal(std::int64_t step, Bag bag) {
 // Contacts; those with a foreign body go to its owner.
 void World::pairs(std::int64_t step, kernel::Outbox& outbox) {
   next_ = after_round(step, next_round(gate_, expected_, 0));
+  if (!divided())
+    return physics::find_contacts_alone(*rules_.scene, around_.geometry, ids_, states_, scratch_,
+                                        stages_);
   if (ghosts_.empty() && expected_.fragments_to.empty() && !repetition_.can_take()) {
     physics::find_contacts(*rules_.scene, around_.geometry, ids_, states_, scratch_, stages_);
     if (remembers()) remember_contacts(step, {});

@@ -194,27 +194,29 @@ void clip_by_side(const ClipPolygon& in, const Vec3& on_side, const Vec3& inward
 void clip_to_reference(const SupportFeature& reference, const SupportFeature& incident,
                        ContactCandidates& out) {
   constexpr double kTolerance = 1e-7;  // of the reference's size
-  ClipPolygon current, next;
+  // Two in turn: a copy takes longer than the clipping.
+  ClipPolygon room[2];
+  ClipPolygon *current = &room[0], *next = &room[1];
   const bool closed = incident.count > 2;
   for (int i = 0; i < incident.count; ++i) {
-    current.add(incident.points[i], static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(i));
+    current->add(incident.points[i], static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(i));
   }
   const double size = (reference.points[0] - reference.points[reference.count / 2]).norm();
-  for (int side = 0; side < reference.count && current.count > 0; ++side) {
+  for (int side = 0; side < reference.count && current->count > 0; ++side) {
     const Vec3& from = reference.points[side];
     const Vec3& to = reference.points[side + 1 == reference.count ? 0 : side + 1];
     const Vec3 inward = reference.normal.cross(to - from);
     const double length = inward.norm();
     if (!(length > 0.0)) continue;
-    clip_by_side(current, from, inward / length, static_cast<std::uint32_t>(side),
-                 kTolerance * size, closed, next);
+    clip_by_side(*current, from, inward / length, static_cast<std::uint32_t>(side),
+                 kTolerance * size, closed, *next);
     std::swap(current, next);
   }
   const std::uint32_t faces = ((reference.code * 31u + incident.code) & 0xffffu) << 14;
-  for (int i = 0; i < current.count; ++i) {
-    const double separation = (current.points[i] - reference.points[0]).dot(reference.normal);
-    out.add(current.points[i] - reference.normal * (0.5 * separation), separation,
-            faces | current.code[i]);
+  for (int i = 0; i < current->count; ++i) {
+    const double separation = (current->points[i] - reference.points[0]).dot(reference.normal);
+    out.add(current->points[i] - reference.normal * (0.5 * separation), separation,
+            faces | current->code[i]);
   }
 }
 

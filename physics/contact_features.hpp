@@ -1,6 +1,7 @@
 // From a contact axis to contact points: supporting features, clipping, reduction to four points.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -56,8 +57,19 @@ struct PairMotion {
 
 // Candidate points of one manifold. Beyond the capacity points are dropped.
 struct ContactCandidates {
-  std::array<ContactPoint, 2 * kMaxFeaturePoints> points;
+  // In a union, so that only those in use are written: there is one of these for each pair.
+  union {
+    std::array<ContactPoint, 2 * kMaxFeaturePoints> points;
+  };
   int count = 0;
+
+  ContactCandidates() {}
+  ContactCandidates(const ContactCandidates&) = delete;
+  ContactCandidates& operator=(const ContactCandidates& other) {
+    count = other.count;
+    std::copy_n(other.points.begin(), count, points.begin());
+    return *this;
+  }
 
   void add(const Vec3& position, double separation, std::uint32_t feature) {
     if (count < static_cast<int>(points.size())) points[count++] = {position, separation, feature};

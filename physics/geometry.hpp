@@ -23,9 +23,11 @@ class Geometry {
   Geometry& operator=(Geometry&&) noexcept;
 
   const GeometryImpl& impl() const { return *impl_; }
+  // For whoever wants to know it again: no other geometry has its address as long as it is held.
+  const std::shared_ptr<const GeometryImpl>& share() const { return impl_; }
 
  private:
-  std::unique_ptr<const GeometryImpl> impl_;
+  std::shared_ptr<const GeometryImpl> impl_;
 };
 
 // Box around everything the body can touch within the coming step: a pure function of its state

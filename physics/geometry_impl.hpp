@@ -45,6 +45,9 @@ struct GeometryImpl {
   std::vector<ShapeGeometry> shapes;
   std::vector<StaticGeometry> statics;
   std::vector<JointEnd> joint_ends;  // of joints between bodies; ascending by body
+  // By body: what a step asks of each, next to each other.
+  std::vector<std::uint32_t> body_shapes;
+  std::vector<bool> flies_simply;  // see free_flight.hpp
 };
 
 // Contacts are kept from this part of the smaller dynamic body's smallest width on.

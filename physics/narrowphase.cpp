@@ -10,6 +10,7 @@
 #include "physics/analytic_contacts.hpp"
 #include "physics/geometry_impl.hpp"
 #include "physics/mesh_contacts.hpp"
+#include "physics/separating_faces.hpp"
 #include "physics/time_of_impact.hpp"
 
 // FCL says along which axis two solids meet; the contact points then come from the true shapes, by
@@ -77,13 +78,15 @@ Vec3 face_normal(const PlacedShape& a, const PlacedShape& b, int code, const Vec
 // axis of boxes that are still apart. Its points are not used: they belong to the inflated boxes.
 Axis box_box_axis(const Solid& a, const Solid& b, double range) {
   const Vec3 inflation = Vec3::Constant(range);
+  const Vec3 side_a = 2.0 * a.placed.shape.half_extents_m + inflation;
+  const Vec3 side_b = 2.0 * b.placed.shape.half_extents_m + inflation;
+  // FCL would say so too, but only after boxes have been copied and room for points been made.
+  if (face_separates(a.placed.pose, 0.5 * side_a, b.placed.pose, 0.5 * side_b)) return {};
   fcl::Vector3d normal = fcl::Vector3d::Zero();
   double depth = 0.0;
   int code = 0;
   std::vector<fcl::ContactPointd> points;
   points.reserve(8);
-  const Vec3 side_a = 2.0 * a.placed.shape.half_extents_m + inflation;
-  const Vec3 side_b = 2.0 * b.placed.shape.half_extents_m + inflation;
   fcl::detail::boxBox2<double>(side_a, to_fcl(a.placed.pose), side_b, to_fcl(b.placed.pose), normal,
                                &depth, &code, 8, points);
   Axis axis;
@@ -300,26 +303,18 @@ void collide_solids(ShapeKernel kernel, BodyId id_a, const Solid& a, BodyId id_b
   emit_manifold(id_a, id_b, 0, normal, origin, candidates, out);
 }
 
-}  // namespace
-
-ShapeKernel kernel_for(const Shape& a, const Shape& b) {
-  return kernel_of(static_cast<ShapeKind>(a.index()), static_cast<ShapeKind>(b.index()));
-}
-
-namespace {
-
 // A pair where it is, relative to the centre of a.
 struct PlacedPair {
   Solid a, b;
   ShapeKernel kernel;
 };
 
-PlacedPair place_pair(const SceneDescription& scene, const Geometry& geometry, BodyId a,
-                      const BodyState& state_a, BodyId b, const BodyState* state_b) {
+PlacedPair place_pair(const Geometry& geometry, BodyId a, const BodyState& state_a, BodyId b,
+                      const BodyState* state_b) {
   const GeometryImpl& impl = geometry.impl();
   const StaticGeometry* fixed = is_static(b) ? &impl.statics[static_index_of(b)] : nullptr;
-  const ShapeGeometry& ga = impl.shapes[scene.bodies[index_of(a)].shape];
-  const ShapeGeometry& gb = impl.shapes[fixed ? fixed->shape : scene.bodies[index_of(b)].shape];
+  const ShapeGeometry& ga = impl.shapes[impl.body_shapes[index_of(a)]];
+  const ShapeGeometry& gb = impl.shapes[fixed ? fixed->shape : impl.body_shapes[index_of(b)]];
   const Vec3 center_b = (fixed ? fixed->pose.position : state_b->position_m) - state_a.position_m;
   const Mat3 turn_b = fixed ? fixed->pose.rotation : state_b->orientation.toRotationMatrix();
   return {{ga, {ga.shape, {state_a.orientation.toRotationMatrix(), Vec3::Zero()}}},
@@ -330,7 +325,7 @@ PlacedPair place_pair(const SceneDescription& scene, const Geometry& geometry, B
 void collide_shapes(const SceneDescription& scene, const Geometry& geometry, double dt_s, BodyId a,
                     const BodyState& state_a, BodyId b, const BodyState* state_b,
                     std::vector<ContactManifold>& out, StageCounters& counters) {
-  const PlacedPair pair = place_pair(scene, geometry, a, state_a, b, state_b);
+  const PlacedPair pair = place_pair(geometry, a, state_a, b, state_b);
   const CompiledShape& shape_b = pair.b.placed.shape;
   const Vec3& origin = state_a.position_m;
   const PairMotion motion = motion_of(scene, dt_s, state_a, state_b, pair.a.placed.shape, shape_b,
@@ -357,6 +352,10 @@ void collide_shapes(const SceneDescription& scene, const Geometry& geometry, dou
 
 }  // namespace
 
+ShapeKernel kernel_for(const Shape& a, const Shape& b) {
+  return kernel_of(static_cast<ShapeKind>(a.index()), static_cast<ShapeKind>(b.index()));
+}
+
 void collide(const SceneDescription& scene, const Geometry& geometry, double dt_s, BodyId a,
              const BodyState& state_a, BodyId b, const BodyState* state_b,
              std::vector<ContactManifold>& out, StageCounters& counters) {
@@ -369,9 +368,9 @@ void collide(const SceneDescription& scene, const Geometry& geometry, double dt_
   append_joints(scene, a, b, out);
 }
 
-Separation separation_of(const SceneDescription& scene, const Geometry& geometry, BodyId a,
+Separation separation_of(const SceneDescription&, const Geometry& geometry, BodyId a,
                          const BodyState& state_a, BodyId b, const BodyState* state_b) {
-  const PlacedPair pair = place_pair(scene, geometry, a, state_a, b, state_b);
+  const PlacedPair pair = place_pair(geometry, a, state_a, b, state_b);
   const PlacedShape &pa = pair.a.placed, &pb = pair.b.placed;
   if (pb.shape.kind == ShapeKind::kHalfSpace) {
     const Vec3 up = pb.pose.rotation * pb.shape.half_space.normal;

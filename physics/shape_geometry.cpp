@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/free_flight.hpp"
 #include "physics/geometry_impl.hpp"
 
 namespace soda::physics {
@@ -100,8 +101,8 @@ StaticGeometry place(const StaticBody& body, const ShapeGeometry& geometry) {
   return out;
 }
 
-std::unique_ptr<const GeometryImpl> build(const SceneDescription& scene) {
-  auto impl = std::make_unique<GeometryImpl>();
+std::shared_ptr<const GeometryImpl> build(const SceneDescription& scene) {
+  auto impl = std::make_shared<GeometryImpl>();
   for (const Joint& joint : scene.joints) {
     if (joint.b == kWorldBody) continue;
     impl->joint_ends.push_back({joint.a, joint.anchor_a_m, joint.reach_m});
@@ -112,6 +113,10 @@ std::unique_ptr<const GeometryImpl> build(const SceneDescription& scene) {
   for (const Shape& shape : scene.shapes) impl->shapes.push_back(make_geometry(shape));
   for (const StaticBody& body : scene.statics) {
     impl->statics.push_back(place(body, impl->shapes[body.shape]));
+  }
+  for (const BodyParams& body : scene.bodies) {
+    impl->body_shapes.push_back(body.shape);
+    impl->flies_simply.push_back(flies_simply(body));
   }
   return impl;
 }
@@ -150,15 +155,30 @@ void cover_joints(const GeometryImpl& impl, double dt_s, BodyId id, const BodySt
   }
 }
 
+namespace {
+
+// As tight_aabb(), boxes in place: there are many.
+inline Aabb tight_box(const CompiledShape& shape, const BodyState& state) {
+  const Vec3& at = state.position_m;
+  if (shape.kind == ShapeKind::kSphere) return tight_aabb(shape, {Mat3::Identity(), at});
+  const Mat3 turn = state.orientation.toRotationMatrix();
+  if (shape.kind != ShapeKind::kBox) return tight_aabb(shape, {turn, at});
+  const double x = shape.half_extents_m.x(), y = shape.half_extents_m.y(),
+               z = shape.half_extents_m.z();
+  Vec3 half;
+  for (int i = 0; i < 3; ++i)
+    half[i] = std::abs(turn(i, 0)) * x + std::abs(turn(i, 1)) * y + std::abs(turn(i, 2)) * z;
+  return {at - half, at + half};
+}
+
+}  // namespace
+
 Aabb swept_aabb(const SceneDescription& scene, const Geometry& geometry, BodyId id,
                 const BodyState& state) {
   constexpr double kLargest = 1e300;
-  const BodyParams& params = scene.bodies[index_of(id)];
-  const CompiledShape& shape = geometry.impl().shapes[params.shape].shape;
-  const Pose pose = shape.kind == ShapeKind::kSphere
-                        ? Pose{Mat3::Identity(), state.position_m}
-                        : Pose{state.orientation.toRotationMatrix(), state.position_m};
-  Aabb box = tight_aabb(shape, pose);
+  const GeometryImpl& impl = geometry.impl();
+  const CompiledShape& shape = impl.shapes[impl.body_shapes[index_of(id)]].shape;
+  Aabb box = tight_box(shape, state);
   // Semi-implicit motion reaches v dt + g dt^2; every slower path to it lies in between.
   const Vec3 path = state.linear_velocity_m_s * scene.dt_s;
   const Vec3 end = path + scene.gravity_m_s2 * (scene.dt_s * scene.dt_s);
@@ -174,7 +194,7 @@ Aabb swept_aabb(const SceneDescription& scene, const Geometry& geometry, BodyId 
     box.min[i] = std::clamp(box.min[i] + low - reach, -kLargest, kLargest);
     box.max[i] = std::clamp(box.max[i] + high + reach, -kLargest, kLargest);
   }
-  if (params.joints > 0) cover_joints(geometry.impl(), scene.dt_s, id, state, box);
+  if (!impl.joint_ends.empty()) cover_joints(impl, scene.dt_s, id, state, box);
   return box;
 }
 

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "physics/free_flight.hpp"
+
 namespace soda::physics {
 void compute_boxes(const SceneDescription& scene, const Geometry& geometry,
                    std::span<const BodyId> ids, std::span<const BodyState> states,
@@ -16,7 +18,7 @@ void compute_boxes(const SceneDescription& scene, const Geometry& geometry,
 void find_contacts(const SceneDescription& scene, const Geometry& geometry,
                    std::span<const BodyId> ids, std::span<const BodyState> states,
                    StepScratch& scratch, StageCounters& counters) {
-  find_pairs(scene.broadphase, scratch.boxes, scratch.pairs, counters);
+  scratch.kept.find(scene, geometry, ids, states, scratch.boxes, scratch.pairs, counters);
   find_static_pairs(geometry, scratch.boxes, scratch.static_pairs, counters);
   scratch.manifolds.clear();
   // Statics have the higher ids: per first body, its dynamic partners come before them.
@@ -31,6 +33,19 @@ void find_contacts(const SceneDescription& scene, const Geometry& geometry,
             dynamic ? &states[pair.second] : nullptr, scratch.manifolds, counters);
   }
   append_world_joints(scene, ids, scratch.manifolds);
+}
+
+// Statics are compared with all boxes.
+void find_contacts_alone(const SceneDescription& scene, const Geometry& geometry,
+                         std::span<const BodyId> ids, std::span<const BodyState> states,
+                         StepScratch& scratch, StageCounters& counters) {
+  if (!scene.statics.empty()) {
+    compute_boxes(scene, geometry, ids, states, scratch.boxes, counters);
+  } else {
+    scratch.boxes.clear();
+    counters.boxes += ids.size();
+  }
+  find_contacts(scene, geometry, ids, states, scratch, counters);
 }
 
 // States move into the scratch and back: their impulse lists change hands, nothing is allocated.
@@ -69,9 +84,8 @@ void advance_bodies(const SceneDescription& scene, const Geometry& geometry,
                                             counters, report.faults));
     scatter_island(island, states, scratch);
   }
-  for (const std::uint32_t body : scratch.islands.free_bodies) {
-    advance_free_body(scene, scene.dt_s, ids[body], states[body], counters, report.faults);
-  }
+  advance_free_bodies(scene, geometry, scene.dt_s, ids, scratch.islands.free_bodies, states,
+                      counters, report.faults);
 }
 
 void step(const SceneDescription& scene, const Geometry& geometry, std::span<const BodyId> ids,
@@ -79,8 +93,7 @@ void step(const SceneDescription& scene, const Geometry& geometry, std::span<con
           StageCounters& counters) {
   report.islands.clear();
   report.faults.clear();
-  compute_boxes(scene, geometry, ids, states, scratch.boxes, counters);
-  find_contacts(scene, geometry, ids, states, scratch, counters);
+  find_contacts_alone(scene, geometry, ids, states, scratch, counters);
   advance_bodies(scene, geometry, ids, states, scratch, report, counters);
 }
 

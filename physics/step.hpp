@@ -8,12 +8,14 @@
 #include "physics/advance.hpp"
 #include "physics/geometry.hpp"
 #include "physics/islands.hpp"
+#include "physics/kept_pairs.hpp"
 
 namespace soda::physics {
 
 // Memory that is worth keeping between steps; carries no meaning from one to the next.
 struct StepScratch {
   std::vector<Aabb> boxes;
+  KeptPairs kept;
   std::vector<IndexPair> pairs, static_pairs;
   std::vector<ContactManifold> manifolds;
   Islands islands;
@@ -39,6 +41,12 @@ void compute_boxes(const SceneDescription& scene, const Geometry& geometry,
 void find_contacts(const SceneDescription& scene, const Geometry& geometry,
                    std::span<const BodyId> ids, std::span<const BodyState> states,
                    StepScratch& scratch, StageCounters& counters);
+
+// Stages 1 and 2 for whoever has no use for the boxes: the same contacts, though most boxes are
+// never made. Leaves scratch.boxes void.
+void find_contacts_alone(const SceneDescription& scene, const Geometry& geometry,
+                         std::span<const BodyId> ids, std::span<const BodyState> states,
+                         StepScratch& scratch, StageCounters& counters);
 
 // Gathers island `island` of scratch.islands into scratch.island_ids, island_states and
 // island_manifolds; scatter moves the states back. Between the two, states[] of its bodies are
