@@ -144,10 +144,10 @@ double safe_time(const Pair& pair, const Vec3& normal, double floor, double most
   double left = bound.gap_after(normal, safe) - floor,
          lacks = bound.gap_after(normal, most) - floor;
   if (lacks >= 0.0) return most;
-  if (!(left > 0.0)) return 0.0;
-  // A concave curve is above its chord, so where that ends is safe; halving keeps chords short.
+  // A concave curve is above its chord, so where that ends is safe; halving keeps chords short, and
+  // finds where a gap that is at its floor has opened.
   for (int i = 0; i < kMostTrials && unsafe - safe > kEnough * safe; ++i) {
-    const double share = i % 2 == 0 ? left / (left - lacks) : 0.5;
+    const double share = i % 2 == 0 && left > 0.0 ? left / (left - lacks) : 0.5;
     const double time = safe + (unsafe - safe) * share;
     const double gap = bound.gap_after(normal, time) - floor;
     (gap >= 0.0 ? safe : unsafe) = time;
