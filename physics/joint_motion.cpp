@@ -8,6 +8,7 @@
 #include "physics/joint_bounds.hpp"
 #include "physics/joint_sweeps.hpp"
 #include "physics/joint_work.hpp"
+#include "physics/joints_alone.hpp"
 #include "physics/rigid_motion.hpp"
 
 namespace soda::physics {

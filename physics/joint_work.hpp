@@ -46,14 +46,6 @@ void limit_joint_gain(double dt_s, std::span<const BodyState> before,
                       std::span<const SolverBody> free, JointSystem& joints,
                       ContactProblem& problem);
 
-// Contacts of what is light and jammed between heavy bodies do not converge, and what is left of
-// large impulses throws it. Nothing gets faster by contacts than 30 times the fastest body of its
-// mass and more, or three times its own speed, at the radius of gyration: the island goes back
-// towards joints alone as far as that takes. Speeds count before the step, after external forces,
-// and after joints, motors and springs without contacts.
-void limit_throws(std::span<const BodyState> before, std::span<const SolverBody> free,
-                  JointSystem& joints, ContactProblem& problem);
-
 // The part of that gain that is no rounding, J.
 double solved_gain_joule(double dt_s, std::span<const BodyState> before,
                          std::span<const SolverBody> free, const JointSystem& joints,
