@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <map>
 #include <set>
@@ -15,6 +16,7 @@
 #include "kernel/hash_mix.hpp"
 #include "kernel/input_queue.hpp"
 #include "kernel/message_calendar.hpp"
+#include "kernel/message_pool.hpp"
 #include "kernel/payload.hpp"
 #include "kernel/slot_table.hpp"
 #include "kernel/standard_phold.hpp"
@@ -115,6 +117,24 @@ TEST(CalendarQueue, TakesOutTheEarliestWhateverTheTimesAreLike) {
     }
   }
   EXPECT_GT(most, 2000u);
+}
+
+// As an LP does that sends while it reads its bag.
+TEST(MessagePool, WhatIsBeingReadStaysReadableWhileThePoolGrows) {
+  MessagePool pool;
+  const auto message = [](std::uint64_t value) {
+    return Message{{1, 0}, LpId{0}, LpId{1}, 0, 0, 1, false, Payload::of(value)};
+  };
+  const std::uint32_t place = pool.put(message(0x1234567890abcdef));
+  const std::span<const std::byte> read = pool[place].payload.bytes();
+  std::vector<Bytes> others;  // that take what the pool would have given back
+  for (std::uint64_t i = 0; i < 10'000; ++i) {
+    ASSERT_EQ(pool[pool.put(message(i))].payload, Payload::of(i));
+    if (std::has_single_bit(i))
+      for (std::size_t size = 24; size < 1024; size += 16) others.emplace_back(size, std::byte{7});
+    ASSERT_EQ(Payload(read), Payload::of(std::uint64_t{0x1234567890abcdef})) << i;
+  }
+  EXPECT_EQ(pool[place].payload, Payload(read));
 }
 
 TEST(MessageCalendar, TakesTheEarliestAndAmongEqualsTheLowestDestination) {
