@@ -1,6 +1,7 @@
 #include "analysis/logged_run.hpp"
 
 #include <algorithm>
+#include <ostream>
 
 #include "scenarios/read_scenario.hpp"
 
@@ -18,6 +19,12 @@ scenarios::Scenario logged_scenario(LogReader& log, const Overrides& more) {
       if (physics::index_of(committed.input.body) < scenario.initial.size())
         scenario.run.inputs.script.push_back(committed.input);
   return scenario;
+}
+
+void tell_flaws(const LogReader& log, const std::string& file, std::ostream& err) {
+  if (!log.cut().empty())
+    err << "soda: " << file << ": " << log.cut() << "; read up to step " << log.last_step() << "\n";
+  if (!log.damage().empty()) err << "soda: " << file << ": damaged: " << log.damage() << "\n";
 }
 
 }  // namespace soda::analysis

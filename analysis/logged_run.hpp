@@ -1,6 +1,9 @@
 // The scenario of an event log, as it was run.
 #pragma once
 
+#include <iosfwd>
+#include <string>
+
 #include "analysis/log_reader.hpp"
 #include "analysis/overrides.hpp"
 #include "scenarios/scenario.hpp"
@@ -10,5 +13,8 @@ namespace soda::analysis {
 // As logged, with the options of that run and then `overrides`; to be run as far as the log goes.
 // Its inputs are those that acted, wherever they came from, at the steps at which they did.
 scenarios::Scenario logged_scenario(LogReader& log, const Overrides& overrides);
+
+// Says where the log is cut off or damaged, if it is.
+void tell_flaws(const LogReader& log, const std::string& file, std::ostream& err);
 
 }  // namespace soda::analysis

@@ -22,12 +22,6 @@ std::vector<physics::BodyId> all_bodies(std::size_t count) {
   return ids;
 }
 
-std::vector<physics::Vec3> centres(const std::vector<physics::BodyState>& states) {
-  std::vector<physics::Vec3> positions;
-  for (const physics::BodyState& state : states) positions.push_back(state.position_m);
-  return positions;
-}
-
 // "shape pair" -> "shape_pair": names of counters are keys of the JSON output.
 std::string as_key(std::string name) {
   std::replace_if(
@@ -36,6 +30,12 @@ std::string as_key(std::string name) {
 }
 
 }  // namespace
+
+std::vector<physics::Vec3> centres(std::span<const physics::BodyState> states) {
+  std::vector<physics::Vec3> positions;
+  for (const physics::BodyState& state : states) positions.push_back(state.position_m);
+  return positions;
+}
 
 MeasuredRun measure_run(const physics::SceneDescription& scene,
                         const std::vector<physics::BodyState>& initial,

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -19,11 +20,14 @@ struct MeasuredRun {
   Cost cost;  // of the simulation, without reading and reporting
   ErrorMeasures error;
   std::optional<ErrorEstimates> estimates;  // in accuracy mode
-  std::uint64_t digest = 0;  // of the state after the last step
+  std::uint64_t digest = 0;                 // of the state after the last step
   models::SimulationResult result;
   std::vector<models::PlanLine> plan;
   std::vector<std::uint64_t> plan_counters;  // one per plan line
 };
+
+// Of bodies, as a territory map is made from them.
+std::vector<physics::Vec3> centres(std::span<const physics::BodyState> states);
 
 // Runs the scene divided by `territory` and measures. `observer` gets every committed step.
 // Throws NumericalFailure if a fault was committed.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "analysis/measured_run.hpp"
 #include "models/territory.hpp"
 
 namespace soda::analysis {
@@ -15,12 +16,6 @@ using physics::Vec3;
 template <class Vector>
 void append(std::vector<float>& floats, const Vector& vector) {
   for (int i = 0; i < vector.size(); ++i) floats.push_back(static_cast<float>(vector[i]));
-}
-
-TerritoryMap first_map(const scenarios::Scenario& scenario) {
-  std::vector<Vec3> positions;
-  for (const physics::BodyState& state : scenario.initial) positions.push_back(state.position_m);
-  return models::make_territory_map(scenario.territory, positions, &scenario.scene);
 }
 
 // The face of `cell` towards larger coordinates along `axis`.
@@ -122,7 +117,8 @@ void add_scene(const physics::SceneDescription& scene, const Extent& extent, Rec
 }  // namespace
 
 Recording record(LogReader& log, const scenarios::Scenario& scenario, std::int64_t every) {
-  const TerritoryMap map = first_map(scenario);
+  const TerritoryMap map =
+      models::make_territory_map(scenario.territory, centres(scenario.initial), &scenario.scene);
   Recording recording;
   recording.name = scenario.name;
   recording.dt_s = scenario.scene.dt_s;

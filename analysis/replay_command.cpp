@@ -142,13 +142,7 @@ int rerun(const ReplayRequest& request, LogReader& log, std::ostream& out, std::
 
 int replay_command(const ReplayRequest& request, std::ostream& out, std::ostream& err) {
   LogReader log(request.file);
-  if (!log.cut().empty()) {
-    err << "soda: " << request.file << ": " << log.cut() << "; read up to step " << log.last_step()
-        << "\n";
-  }
-  if (!log.damage().empty()) {
-    err << "soda: " << request.file << ": damaged: " << log.damage() << "\n";
-  }
+  tell_flaws(log, request.file, err);
   const int outcome = request.step ? show_state(request, log, out) : rerun(request, log, out, err);
   return log.damage().empty() ? outcome : kExitCheckFailed;
 }

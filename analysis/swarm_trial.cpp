@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "analysis/measured_run.hpp"
 #include "analysis/overrides.hpp"
 #include "analysis/plain_loop.hpp"
 #include "kernel/checkers.hpp"
@@ -118,7 +119,7 @@ class SceneSubject final : public SwarmSubject {
  public:
   SceneSubject(const std::string& file, const Overrides& overrides)
       : file_(file), scenario_(load_scenario(file, overrides)), oracle_(scenario_) {
-    for (const physics::BodyState& state : scenario_.initial) centres_.push_back(state.position_m);
+    centres_ = centres(scenario_.initial);
   }
 
   std::string file() const override { return file_; }

@@ -8,6 +8,7 @@
 #include "analysis/error_measures.hpp"
 #include "analysis/exit_codes.hpp"
 #include "analysis/json_output.hpp"
+#include "analysis/measured_run.hpp"
 #include "analysis/overrides.hpp"
 #include "analysis/plain_loop.hpp"
 #include "analysis/text_table.hpp"
@@ -199,8 +200,7 @@ Verification verify(const VerifyRequest& request) {
   scenarios::Scenario scenario = load_scenario(request.file, overrides);
   if (request.random_inputs) scenarios::add_random_inputs(*request.random_inputs, scenario);
   PlainLoop oracle(scenario);
-  std::vector<physics::Vec3> positions;
-  for (const BodyState& state : scenario.initial) positions.push_back(state.position_m);
+  const std::vector<physics::Vec3> positions = centres(scenario.initial);
 
   Verification verification{.scenario = scenario.name,
                             .steps = scenario.run.steps,

@@ -25,9 +25,7 @@ std::int64_t steps_a_frame(const LogReader& log) {
 int view_command(const ViewRequest& request, std::ostream& out, std::ostream& err) {
   LogReader log(request.file);
   const std::string file = request.page_file.empty() ? request.file + ".html" : request.page_file;
-  if (!log.cut().empty()) err << "soda: " << request.file << ": " << log.cut() << "\n";
-  if (!log.damage().empty())
-    err << "soda: " << request.file << ": damaged: " << log.damage() << "\n";
+  tell_flaws(log, request.file, err);
   const std::int64_t every = request.every.value_or(steps_a_frame(log));
   const Recording recording = record(log, logged_scenario(log, {}), every);
   std::ofstream page(file, std::ios::trunc | std::ios::binary);

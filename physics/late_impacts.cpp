@@ -19,11 +19,6 @@ bool is_unforeseen(const SceneDescription& scene, const Geometry& geometry, doub
   return (now.position_m - foreseen).squaredNorm() > 0.25 * width * width;
 }
 
-bool have_met(std::span<const ContactManifold> manifolds, BodyId a, BodyId b) {
-  return std::any_of(manifolds.begin(), manifolds.end(),
-                     [&](const ContactManifold& m) { return m.a == a && m.b == b; });
-}
-
 // From where the step began, such that it ends with the velocities it has.
 BodyState start_of(const SceneDescription& scene, double dt_s, const BodyState& before,
                    const BodyState& now) {

@@ -20,8 +20,7 @@ struct LinkedIsland {
   const Geometry& geometry;
   std::span<const BodyId> ids;
   StageCounters& counters;
-  bool wedged =
-      false;  // something overlaps by a good part of its width: then little does not count
+  bool wedged = false;  // something overlaps by a good part of its width: little does not count
 
   const CompiledShape& shape_of(std::size_t body) const {
     return geometry.impl().shapes[scene.bodies[index_of(ids[body])].shape].shape;
@@ -87,12 +86,6 @@ struct Touching {
   BodyId a{}, b{};
 };
 
-bool have_met(std::span<const ContactManifold> manifolds, const Touching& pair) {
-  return std::any_of(manifolds.begin(), manifolds.end(), [&](const ContactManifold& m) {
-    return m.a == pair.a && m.b == pair.b && !is_joint(m);
-  });
-}
-
 // All pairs that can touch on these ways.
 std::vector<Touching> pairs_in_reach(const LinkedIsland& island, std::span<const BodyState> ways) {
   std::vector<Aabb> boxes;
@@ -124,7 +117,7 @@ std::optional<double> first_unseen_s(const LinkedIsland& island, double time_s,
     const BodyState* const b = is_static(pair.b) ? nullptr : &ways[island.place_of(pair.b)];
     if (!unforeseen[a] && (b == nullptr || !unforeseen[static_cast<std::size_t>(b - ways.data())]))
       continue;
-    if (is_mesh(island.scene, pair.b) || have_met(manifolds, pair)) continue;
+    if (is_mesh(island.scene, pair.b) || have_met(manifolds, pair.a, pair.b)) continue;
     const std::optional<Impact> impact =
         time_of_impact(island.scene, island.geometry, pair.a, ways[a], pair.b, b, time_s);
     ++island.counters.impact_searches;
@@ -187,7 +180,7 @@ double sunk_widths(const LinkedIsland& island, std::span<const ContactManifold> 
     const bool fixed = is_static(pair.b);
     const std::size_t b = fixed ? a : island.place_of(pair.b);
     if ((!moved[a] && !moved[b]) || is_mesh(island.scene, pair.b)) continue;
-    if (!fixed && !have_met(manifolds, pair)) continue;
+    if (!fixed && !have_met(manifolds, pair.a, pair.b)) continue;
     const auto depth_m = [&](std::span<const BodyState> at) {
       const Separation apart = separation_of(island.scene, island.geometry, pair.a, at[a], pair.b,
                                              fixed ? nullptr : &at[b]);

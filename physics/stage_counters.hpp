@@ -19,7 +19,9 @@ enum class ShapeKernel : std::uint32_t {
 const char* name_of(ShapeKernel kernel);
 
 struct StageCounters {
-  std::uint64_t boxes = 0;            // swept AABBs computed
+  // Bodies of which the broadphase knew where their swept box lies: it was made, or is in a room
+  // that was kept (kept_pairs.hpp). Which of both depends on what came before, so it is not told.
+  std::uint64_t boxes = 0;
   std::uint64_t candidate_pairs = 0;  // out of the broadphase
   std::array<std::uint64_t, static_cast<std::size_t>(ShapeKernel::kCount)> narrowphase_tests{};
   std::uint64_t manifolds = 0;

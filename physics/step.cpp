@@ -35,7 +35,7 @@ void find_contacts(const SceneDescription& scene, const Geometry& geometry,
   append_world_joints(scene, ids, scratch.manifolds);
 }
 
-// Statics are compared with all boxes.
+// Statics are compared with all boxes. Without them, only those are made that KeptPairs asks for.
 void find_contacts_alone(const SceneDescription& scene, const Geometry& geometry,
                          std::span<const BodyId> ids, std::span<const BodyState> states,
                          StepScratch& scratch, StageCounters& counters) {

@@ -183,6 +183,12 @@ BodyState flown(const SceneDescription& scene, BodyId id, const BodyState& state
   return next;
 }
 
+bool have_met(std::span<const ContactManifold> manifolds, BodyId a, BodyId b) {
+  return std::any_of(manifolds.begin(), manifolds.end(), [&](const ContactManifold& m) {
+    return m.a == a && m.b == b && !is_joint(m);
+  });
+}
+
 bool is_mesh(const SceneDescription& scene, BodyId id) {
   return is_static(id) && std::holds_alternative<TriangleMesh>(
                               scene.shapes[scene.statics[static_index_of(id)].shape]);

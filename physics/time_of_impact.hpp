@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 
 #include "physics/geometry.hpp"
 
@@ -10,6 +11,9 @@ namespace soda::physics {
 // A body without drive and contact, after a time t_s >= 0 of which it knows gravity alone. Exact to
 // rounding for any t_s (see rotate_freely). Its impulses are left out.
 BodyState flown(const SceneDescription& scene, BodyId id, const BodyState& state, double t_s);
+
+// Whether these have contacts of the pair, a < b. Joints do not count.
+bool have_met(std::span<const ContactManifold> manifolds, BodyId a, BodyId b);
 
 // None of what follows is for meshes.
 bool is_mesh(const SceneDescription& scene, BodyId id);
