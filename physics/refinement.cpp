@@ -18,7 +18,7 @@ constexpr std::size_t kFewBodies = 8;  // that are refined unasked
 
 struct Limits {
   int most_solves = 0;
-  int deepest = 0;  // halvings
+  int deepest = 0;  // cuts
 };
 
 // A change is closed in upon until its error, which halves with the part that holds it, is an
@@ -76,6 +76,18 @@ struct PartResult {
   StepError error;
 };
 
+// The last part that was done.
+struct PastPart {
+  std::vector<BodyState> from;
+  double time_s = 0.0;  // none yet: 0
+};
+
+// A part's result, or which share of it comes first when it is cut in two.
+struct RefinedPart {
+  std::optional<PartResult> result;
+  double cut = 0.5;
+};
+
 // Whether points change their velocities as gravity could make them do. What changes faster is hit,
 // and has no limit.
 bool can_be_smooth(const RefinedIsland& island, double time_s, std::span<const BodyState> from,
@@ -103,38 +115,55 @@ PartResult best_of(const RefinedIsland& island, std::span<const BodyState> from,
   return {std::move(limit), of_limit};
 }
 
-// One, two, four steps over the part, and more as long as each order brings the limit much nearer.
-// Nothing if that is not within the budget, and the part can be halved.
-std::optional<PartResult> refine_part(RefinedIsland& island, const ErrorBudget& budget,
-                                      double time_s, bool can_be_halved,
-                                      std::span<const BodyState> from,
-                                      std::span<const ContactManifold> start, Trial one) {
+// One and two steps over the part, and if forces are not steady four, and more as long as each
+// order brings the limit much nearer. No result if that is not within the budget, and the part can
+// be cut: at once if two steps show that forces change abruptly.
+RefinedPart refine_part(RefinedIsland& island, const ErrorBudget& budget, const PastPart& past,
+                        double time_s, bool can_be_cut, std::span<const BodyState> from,
+                        std::span<const ContactManifold> start, Trial one) {
   constexpr int kMostSteps = 16;
   constexpr double kMuchNearer = 0.125;
+  constexpr double kOfTwo = 1e4;   // two trials have to agree by as much more than three
+  constexpr double kAbrupt = 0.125;  // of all that changes
   const StepError change = change_of(island.sizes, from, one.states);
-  if (budget.allows(change.widths, time_s)) return PartResult{std::move(one), change};
+  if (budget.allows(change.widths, time_s)) return {PartResult{std::move(one), change}};
   const Trial two = try_steps(island, from, start, time_s, 2);
-  Trial finest = try_steps(island, from, start, time_s, 4);
-  if (two.failed || finest.failed) return PartResult{std::move(one), change};
-  const StepError rough = roughness(island.sizes, from, one.path, two.path, finest.path, time_s);
+  if (two.failed) return {PartResult{std::move(one), change}};
   Extrapolation trials(one);
   trials.add(two);
+  const StepError unsteady =
+      unsteadiness(island.sizes, from, one.states, two.states, two.path, time_s);
+  if (budget.allows(kOfTwo * unsteady.widths, time_s)) {
+    PartResult best = best_of(island, from, trials, two);
+    best.error.widths = unsteady.widths;
+    return {std::move(best)};
+  }
+  const StepError bend = bend_of(island.sizes, from, two.path);
+  const double cut = past.time_s > 0.0 && can_be_cut
+                         ? share_before_bend(island.sizes, bend.body, past.from, past.time_s, from,
+                                             two.path, time_s)
+                         : 0.5;
+  if (can_be_cut && bend.widths > kAbrupt * change.widths) return {std::nullopt, cut};
+  Trial finest = try_steps(island, from, start, time_s, 4);
+  if (finest.failed) return {PartResult{std::move(one), change}};
+  const StepError rough = roughness(island.sizes, from, one.path, two.path, finest.path, time_s);
   double before = trials.error(island.sizes).widths;
   trials.add(finest);
   for (int steps = 8;; steps *= 2) {
     const double now = trials.error(island.sizes).widths;
     PartResult best = best_of(island, from, trials, finest);
     best.error = larger(best.error, rough);
-    if (budget.allows(best.error.widths, time_s)) return best;
+    if (budget.allows(best.error.widths, time_s)) return {std::move(best)};
     const bool nearer = now <= kMuchNearer * before && budget.allows(rough.widths, time_s);
     if (!nearer || steps > kMostSteps) {
-      if (can_be_halved) return std::nullopt;
+      if (can_be_cut) return {std::nullopt, cut};
       const StepError of_finest = larger(trials.change(island.sizes), rough);
-      return now <= kMuchNearer * before ? best : PartResult{std::move(finest), of_finest};
+      if (now <= kMuchNearer * before) return {std::move(best)};
+      return {PartResult{std::move(finest), of_finest}};
     }
     before = now;
     Trial next = try_steps(island, from, start, time_s, steps);
-    if (next.failed) return best;
+    if (next.failed) return {std::move(best)};
     finest = std::move(next);
     trials.add(finest);
   }
@@ -157,27 +186,25 @@ PartResult advance_unasked(RefinedIsland& island, const ErrorBudget& budget, dou
   island.accurate = true;
   Trial one = try_steps(island, from, start, time_s, 1);
   if (one.failed) return {std::move(plain), change};
-  std::optional<PartResult> refined =
-      refine_part(island, budget, time_s, false, from, start, std::move(one));
-  const StepError apart = apart_of(island.sizes, plain.states, refined->trial.states);
-  if (!(refined->error.widths <= kMuchNearer * apart.widths)) return {std::move(plain), apart};
-  return std::move(*refined);
+  PartResult refined =
+      *refine_part(island, budget, {}, time_s, false, from, start, std::move(one)).result;
+  const StepError apart = apart_of(island.sizes, plain.states, refined.trial.states);
+  if (!(refined.error.widths <= kMuchNearer * apart.widths)) return {std::move(plain), apart};
+  return refined;
 }
 
-// The part, or nothing if it is to be halved.
-std::optional<PartResult> advance_part(RefinedIsland& island, const Limits& limits,
-                                       const ErrorBudget& budget, const Part& part,
-                                       std::span<const BodyState> from,
-                                       std::span<const ContactManifold> known) {
+RefinedPart advance_part(RefinedIsland& island, const Limits& limits, const ErrorBudget& budget,
+                         const PastPart& past, const Part& part, std::span<const BodyState> from,
+                         std::span<const ContactManifold> known) {
   std::vector<ContactManifold> found;
   if (known.empty()) found = contacts_at(island, part.time_s, from);
   const std::span<const ContactManifold> start = known.empty() ? found : known;
   Trial one = try_steps(island, from, start, part.time_s, 1);
-  if (one.failed) return PartResult{std::move(one), {}};
+  if (one.failed) return {PartResult{std::move(one), {}}};
   if (!(island.scene.tolerance > 0.0) && !is_lone(island))
-    return advance_unasked(island, budget, part.time_s, from, start, std::move(one));
-  const bool can_be_halved = part.depth < limits.deepest && island.solves < limits.most_solves;
-  return refine_part(island, budget, part.time_s, can_be_halved, from, start, std::move(one));
+    return {advance_unasked(island, budget, part.time_s, from, start, std::move(one))};
+  const bool can_be_cut = part.depth < limits.deepest && island.solves < limits.most_solves;
+  return refine_part(island, budget, past, part.time_s, can_be_cut, from, start, std::move(one));
 }
 
 bool has_pushed(const SceneDescription& scene, std::span<const BodyId> ids) {
@@ -234,26 +261,30 @@ IslandReport advance_refined(const SceneDescription& scene, const Geometry& geom
   const Limits limits = limits_of(scene, is_lone(island), manifolds.size());
   ErrorBudget budget(scene);
   std::vector<BodyState> now(states.begin(), states.end());
+  PastPart past;
   IslandReport report;
   bool first = true;
   for (std::vector<Part> parts{{dt_s, 0}}; !parts.empty();) {
     const Part part = parts.back();
     parts.pop_back();
-    std::optional<PartResult> done =
-        advance_part(island, limits, budget, part, now,
+    RefinedPart done =
+        advance_part(island, limits, budget, past, part, now,
                      part.depth == 0 ? manifolds : std::span<const ContactManifold>{});
-    if (!done) {
-      parts.insert(parts.end(), 2, {0.5 * part.time_s, part.depth + 1});
+    if (!done.result) {
+      const double first_s = done.cut * part.time_s;
+      parts.push_back({part.time_s - first_s, part.depth + 1});
+      parts.push_back({first_s, part.depth + 1});
       continue;
     }
-    if (done->trial.failed)
+    PartResult& result = *done.result;
+    if (result.trial.failed)
       return advance_unrefined(scene, geometry, dt_s, ids, manifolds, states, counters, faults);
-    budget.spend(done->error, part.time_s, ids);
-    now = std::move(done->trial.states);
+    budget.spend(result.error, part.time_s, ids);
+    past = {std::exchange(now, std::move(result.trial.states)), part.time_s};
     if (first)
-      report = done->trial.report;
+      report = result.trial.report;
     else
-      add_part(done->trial.report, report);
+      add_part(result.trial.report, report);
     first = false;
   }
   report.static_impulse_newton_s -= push_newton_s(island, dt_s, states);

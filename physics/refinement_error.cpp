@@ -107,4 +107,52 @@ StepError roughness(const BodySizes& sizes, std::span<const BodyState> from,
   return most;
 }
 
+StepError unsteadiness(const BodySizes& sizes, std::span<const BodyState> from,
+                       std::span<const BodyState> after_one, std::span<const BodyState> after_two,
+                       const VelocityPath& two, double time_s) {
+  return largest(sizes, from.size(), [&](std::size_t i) {
+    const BodyState &start = from[i], &one = after_one[i], &end = after_two[i];
+    BodyDifference off = difference_of(one, end);
+    off.place_m -= (0.5 * time_s) * (two.linear[i] - end.linear_velocity_m_s);
+    off.turn_rad -= (0.5 * time_s) * (two.angular[i] - end.angular_velocity_rad_s);
+    const Vec3 bend = start.linear_velocity_m_s - 2.0 * two.linear[i] + end.linear_velocity_m_s;
+    const Vec3 twist =
+        start.angular_velocity_rad_s - 2.0 * two.angular[i] + end.angular_velocity_rad_s;
+    off.velocity_m_s = off.velocity_m_s.cwiseAbs() + bend.cwiseAbs();
+    off.spin_rad_s = off.spin_rad_s.cwiseAbs() + twist.cwiseAbs();
+    return off;
+  });
+}
+
+StepError bend_of(const BodySizes& sizes, std::span<const BodyState> from,
+                  const VelocityPath& two) {
+  const std::size_t n = from.size();
+  return largest(sizes, n, [&](std::size_t i) {
+    return BodyDifference{
+        Vec3::Zero(), Vec3::Zero(),
+        from[i].linear_velocity_m_s - 2.0 * two.linear[i] + two.linear[n + i],
+        from[i].angular_velocity_rad_s - 2.0 * two.angular[i] + two.angular[n + i]};
+  });
+}
+
+double share_before_bend(const BodySizes& sizes, std::size_t body,
+                         std::span<const BodyState> before, double past_s,
+                         std::span<const BodyState> from, const VelocityPath& two, double time_s) {
+  const std::size_t n = from.size();
+  const auto crossing = [&](const Vec3& past, const Vec3& start, const std::vector<Vec3>& path) {
+    const Vec3 first = (start - past) * (time_s / past_s);  // change over time_s
+    const Vec3 second = 2.0 * (path[n + body] - path[body]);
+    const Vec3 apart = start - (path[n + body] - second), turn = second - first;
+    return std::pair<double, double>{apart.dot(turn), turn.squaredNorm()};
+  };
+  const auto linear =
+      crossing(before[body].linear_velocity_m_s, from[body].linear_velocity_m_s, two.linear);
+  const auto angular =
+      crossing(before[body].angular_velocity_rad_s, from[body].angular_velocity_rad_s, two.angular);
+  const double scale = sizes.radii_m[body] * sizes.radii_m[body];
+  const double share =
+      (linear.first + scale * angular.first) / (linear.second + scale * angular.second);
+  return share > 0.0 && share < 0.5 ? share : 0.5;
+}
+
 }  // namespace soda::physics

@@ -64,4 +64,21 @@ StepError roughness(const BodySizes& sizes, std::span<const BodyState> from,
                     const VelocityPath& one, const VelocityPath& two, const VelocityPath& four,
                     double time_s);
 
+// What one and two steps over time_s are off from steady forces, under which both have velocities
+// on one line and differ by what ways of first order must: 0 if twice the second less the first is
+// exact. `two`: velocities after each of its steps.
+StepError unsteadiness(const BodySizes& sizes, std::span<const BodyState> from,
+                       std::span<const BodyState> after_one, std::span<const BodyState> after_two,
+                       const VelocityPath& two, double time_s);
+
+// By how much velocities after two equal steps are off the line of those before.
+StepError bend_of(const BodySizes& sizes, std::span<const BodyState> from, const VelocityPath& two);
+
+// Where in time_s > 0 forces on a body change abruptly, as a share of that time, if its velocities
+// were on one line from `before` on, past_s > 0 ago, and are on another one after the middle: where
+// the two cross. .5 if they do not in the first half. `two` as above.
+double share_before_bend(const BodySizes& sizes, std::size_t body,
+                         std::span<const BodyState> before, double past_s,
+                         std::span<const BodyState> from, const VelocityPath& two, double time_s);
+
 }  // namespace soda::physics
