@@ -134,8 +134,8 @@ void add_part(const IslandReport& part, IslandReport& report) {
 
 IslandReport advance_once(const SceneDescription& scene, double dt_s, bool accurate,
                           std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
-                          std::span<BodyState> states, StageCounters& counters,
-                          std::vector<AdvanceFault>& faults) {
+                          std::span<BodyState> states, SolveScratch& scratch,
+                          StageCounters& counters, std::vector<AdvanceFault>& faults) {
   IslandReport report = report_of(ids, manifolds);
   JointSystem joints = find_joints(scene, ids, manifolds);
   if (!scene.joints.empty()) report_lost_joints(scene, ids, manifolds, faults);
@@ -161,10 +161,12 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, bool accur
       return report;
     }
   }
-  ContactProblem problem;
+  ContactProblem& problem = scratch.problem;
+  problem.clear();
   const Selection<BodyState> before{std::span<const BodyState>(states)};
   load_bodies(scene, dt_s, ids, before, problem.bodies, counters);
-  const std::vector<SolverBody> free(problem.bodies.begin(), problem.bodies.end() - 1);
+  std::vector<SolverBody>& free = scratch.free;
+  free.assign(problem.bodies.begin(), problem.bodies.end() - 1);
   build_rows(scene, dt_s, ids, manifolds, before, problem, counters);
   const ContactSolution solution =
       joints.empty() ? solve_contacts(scene, dt_s, accurate, ids, before, free,

@@ -14,6 +14,7 @@
 namespace soda::physics {
 
 class Geometry;
+struct SolveScratch;
 
 // What a solved island has to report. All of it is a function of the island's content.
 struct IslandReport {
@@ -59,8 +60,8 @@ IslandReport advance_island(const SceneDescription& scene, const Geometry& geome
 // needed for what is compared with other steps; else they may leave a trace to the next step.
 IslandReport advance_once(const SceneDescription& scene, double dt_s, bool accurate,
                           std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
-                          std::span<BodyState> states, StageCounters& counters,
-                          std::vector<AdvanceFault>& faults);
+                          std::span<BodyState> states, SolveScratch& scratch,
+                          StageCounters& counters, std::vector<AdvanceFault>& faults);
 
 // What comes after impacts: a lone spring in closed form, else one such step, or as many as the
 // motion wants (refinement.hpp).

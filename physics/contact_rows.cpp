@@ -49,6 +49,7 @@ struct PairContext {
   double friction = 0.0, restitution = 0.0;
   double size_m = 0.0;
   double relative_gravity = 0.0;  // acceleration of b against a along the normal
+  Tangents tangents;              // where there is friction
 };
 
 // The solver's body that stands for a moving surface. An island touches few of them.
@@ -94,6 +95,7 @@ PairContext context_of(const SceneDescription& scene, std::span<const BodyId> id
   c.friction = std::sqrt(pa.material.friction * material->friction);
   c.restitution = std::max(pa.material.restitution, material->restitution);
   c.rubs_b = c.b;
+  if (c.friction > 0.0) c.tangents = tangents_of(m.normal);
   if (surface_velocity && *surface_velocity != Vec3::Zero() && c.friction > 0.0) {
     c.rubs_b = surface_body(static_index_of(m.b), *surface_velocity, problem);
   }
@@ -101,7 +103,7 @@ PairContext context_of(const SceneDescription& scene, std::span<const BodyId> id
 }
 
 struct Arms {
-  Vec3 a, b;
+  Vec3 a, b;  // b: nothing if it is a static
 };
 
 // A sphere's arm lies along the normal exactly: no spin from rounding, nor from the way that is
@@ -129,18 +131,21 @@ NormalRow normal_row(const PairContext& c, const Arms& arms, const ContactProble
   row.b = c.b;
   row.normal = c.manifold->normal;
   row.arm_a = arms.a.cross(row.normal);
-  row.arm_b = arms.b.cross(row.normal);
   row.turn_a = times(a.inverse_inertia, row.arm_a);
-  row.turn_b = times(b.inverse_inertia, row.arm_b);
-  row.mass_kg = 1.0 / (a.inverse_mass + b.inverse_mass + row.arm_a.dot(row.turn_a) +
-                       row.arm_b.dot(row.turn_b));
+  double inverse_mass = a.inverse_mass + row.arm_a.dot(row.turn_a);
+  if (c.state_b) {
+    row.arm_b = arms.b.cross(row.normal);
+    row.turn_b = times(b.inverse_inertia, row.arm_b);
+    inverse_mass += b.inverse_mass + row.arm_b.dot(row.turn_b);
+  }
+  row.mass_kg = 1.0 / inverse_mass;
   return row;
 }
 
 FrictionRow friction_row(const PairContext& c, const Arms& arms, const ContactProblem& problem) {
   const SolverBody& a = problem.bodies[c.a];
   const SolverBody& b = problem.bodies[c.b];
-  const Tangents t = tangents_of(c.manifold->normal);
+  const Tangents& t = c.tangents;
   FrictionRow row;
   row.a = c.a;
   row.b = c.rubs_b;
@@ -151,13 +156,16 @@ FrictionRow friction_row(const PairContext& c, const Arms& arms, const ContactPr
   row.tangent[0] = t.first;
   row.tangent[1] = t.second;
   const Vec3 a0 = arms.a.cross(t.first), a1 = arms.a.cross(t.second);
-  const Vec3 b0 = arms.b.cross(t.first), b1 = arms.b.cross(t.second);
   const Vec3 turn_a0 = times(a.inverse_inertia, a0), turn_a1 = times(a.inverse_inertia, a1);
-  const Vec3 turn_b0 = times(b.inverse_inertia, b0), turn_b1 = times(b.inverse_inertia, b1);
-  const double masses = a.inverse_mass + b.inverse_mass;
-  const double k11 = masses + a0.dot(turn_a0) + b0.dot(turn_b0);
-  const double k12 = a1.dot(turn_a0) + b1.dot(turn_b0);
-  const double k22 = masses + a1.dot(turn_a1) + b1.dot(turn_b1);
+  double k11 = a.inverse_mass + a0.dot(turn_a0), k12 = a1.dot(turn_a0);
+  double k22 = a.inverse_mass + a1.dot(turn_a1);
+  if (c.state_b) {
+    const Vec3 b0 = arms.b.cross(t.first), b1 = arms.b.cross(t.second);
+    const Vec3 turn_b0 = times(b.inverse_inertia, b0), turn_b1 = times(b.inverse_inertia, b1);
+    k11 += b.inverse_mass + b0.dot(turn_b0);
+    k12 += b1.dot(turn_b0);
+    k22 += b.inverse_mass + b1.dot(turn_b1);
+  }
   const double determinant = k11 * k22 - k12 * k12;
   row.inverse[0] = k22 / determinant;
   row.inverse[1] = -k12 / determinant;
@@ -204,6 +212,7 @@ void apply_start(const NormalRow& row, SolverBody& a, SolverBody& b) {
   const double j = row.impulse_newton_s;
   a.linear -= row.normal * (a.inverse_mass * j);
   a.angular -= row.turn_a * j;
+  if (b.inverse_mass == 0.0) return;
   b.linear += row.normal * (b.inverse_mass * j);
   b.angular += row.turn_b * j;
 }
@@ -213,6 +222,7 @@ void apply_start(const FrictionRow& row, SolverBody& a, SolverBody& b) {
       row.tangent[0] * row.impulse_newton_s[0] + row.tangent[1] * row.impulse_newton_s[1];
   a.linear -= j * a.inverse_mass;
   a.angular -= times(a.inverse_inertia, row.arm_a.cross(j));
+  if (b.inverse_mass == 0.0) return;
   b.linear += j * b.inverse_mass;
   b.angular += times(b.inverse_inertia, row.arm_b.cross(j));
 }
@@ -269,6 +279,15 @@ void add_point(const SceneDescription& scene, double dt_s, const PairContext& c,
 
 }  // namespace
 
+void ContactProblem::clear() {
+  bodies.clear();
+  moving_surfaces.clear();
+  normals.clear();
+  frictions.clear();
+  contacts.clear();
+  restitution_rows = conveyor_rows = 0;
+}
+
 void build_rows(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                 const Selection<ContactManifold>& manifolds, const Selection<BodyState>& states,
                 ContactProblem& problem, StageCounters& counters) {
@@ -282,6 +301,7 @@ void build_rows(const SceneDescription& scene, double dt_s, std::span<const Body
     if (is_joint(m)) continue;
     if (i == 0 || m.a != manifolds[i - 1].a) cursor = 0;
     const PairContext context = context_of(scene, ids, states, m, i, problem);
+    if (context.friction > 0.0 && problem.frictions.empty()) problem.frictions.reserve(points);
     for (std::uint32_t point = 0; point < m.count; ++point) {
       add_point(scene, dt_s, context, point, problem);
       if (!scene.solver.warm_starting) continue;

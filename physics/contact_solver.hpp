@@ -74,6 +74,8 @@ struct ContactProblem {
   std::vector<RowContact> contacts;  // parallel to normals
   int restitution_rows = 0;
   int conveyor_rows = 0;
+
+  void clear();  // keeps the memory
 };
 
 inline std::uint64_t rows_of(const ContactProblem& problem) {

@@ -46,7 +46,8 @@ std::vector<Flight> find_flights(const ContactProblem& problem) {
   constexpr std::uint32_t kNowhere = ~std::uint32_t{0};
   const std::size_t fixed = problem.bodies.size() - 1;
   std::vector<Flight> flights(problem.bodies.size());
-  std::vector<std::uint32_t> struck_in(problem.bodies.size(), kNowhere);  // a manifold
+  std::vector<std::uint32_t> struck_in;  // a manifold
+  if (problem.restitution_rows > 0) struck_in.assign(problem.bodies.size(), kNowhere);
   const auto strike = [&](std::size_t body, std::uint32_t manifold) {
     if (body == fixed) return;
     if (struck_in[body] == kNowhere) struck_in[body] = manifold;
@@ -66,6 +67,7 @@ std::vector<Flight> find_flights(const ContactProblem& problem) {
       strike(row.b, contact.manifold);
     }
   }
+  if (problem.restitution_rows == 0) return flights;
   for (std::size_t i = 0; i < problem.normals.size(); ++i) {
     const NormalRow& row = problem.normals[i];
     Flight& a = flights[row.a];

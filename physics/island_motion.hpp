@@ -33,6 +33,12 @@ struct Flight {
 // Of the problem's bodies, by its rows.
 std::vector<Flight> find_flights(const ContactProblem& problem);
 
+// Memory of solves that follow each other; holds nothing that counts.
+struct SolveScratch {
+  ContactProblem problem;
+  std::vector<SolverBody> free;
+};
+
 // Moves the body by its final velocities; `push` may be null. Its impulses stay. False if the new
 // state would be absurd: then it keeps its old one, and a fault is appended.
 bool move_body(const SceneDescription& scene, double dt_s, BodyId id, const SolverBody& body,

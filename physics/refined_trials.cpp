@@ -102,9 +102,9 @@ Vec3 common_velocity(const RefinedIsland& island, std::span<const BodyState> sta
 
 }  // namespace
 
-std::vector<ContactManifold> contacts_at(const RefinedIsland& island, double time_s,
-                                         std::span<const BodyState> states) {
-  std::vector<ContactManifold> found;
+void contacts_at(const RefinedIsland& island, double time_s, std::span<const BodyState> states,
+                 std::vector<ContactManifold>& found) {
+  found.clear();
   const ContactManifold* before = nullptr;
   for (const ContactManifold& m : island.pairs) {
     const bool again = before != nullptr && before->a == m.a && before->b == m.b;
@@ -114,7 +114,6 @@ std::vector<ContactManifold> contacts_at(const RefinedIsland& island, double tim
             is_static(m.b) ? nullptr : &states[place_of(island, m.b)], found, island.counters);
   }
   append_world_joints(island.scene, island.ids, found);
-  return found;
 }
 
 Vec3 push_newton_s(const RefinedIsland& island, double time_s, std::span<const BodyState> states) {
@@ -130,15 +129,19 @@ Trial try_steps(RefinedIsland& island, std::span<const BodyState> from,
   Trial trial{{from.begin(), from.end()}, {}, false, {}};
   const double dt_s = time_s / steps, share = dt_s / island.scene.dt_s;
   std::vector<AdvanceFault> faults;
+  trial.path.linear.reserve(from.size() * static_cast<std::size_t>(steps));
+  trial.path.angular.reserve(from.size() * static_cast<std::size_t>(steps));
   for (int i = 0; i < steps; ++i) {
-    std::vector<ContactManifold> now =
-        i == 0 ? std::vector<ContactManifold>(start.begin(), start.end())
-               : contacts_at(island, dt_s, trial.states);
+    std::vector<ContactManifold>& now = island.found;
+    if (i == 0)
+      now.assign(start.begin(), start.end());
+    else
+      contacts_at(island, dt_s, trial.states, now);
     keep_in_touch(island, dt_s, trial.states, start, now);
     scale_impulses(share, trial.states);
     const Vec3 push = push_newton_s(island, dt_s, trial.states);
     IslandReport part = advance_once(island.scene, dt_s, island.accurate, island.ids, now,
-                                     trial.states, island.counters, faults);
+                                     trial.states, island.scratch, island.counters, faults);
     part.static_impulse_newton_s += push;
     scale_impulses(1.0 / share, trial.states);
     if (i == 0)
@@ -196,13 +199,7 @@ void Extrapolation::add(const Trial& next) {
 }
 
 StepError Extrapolation::apart(const BodySizes& sizes, const Row& a, const Row& b) const {
-  std::vector<BodyDifference> apart;
-  for (std::size_t i = 0; i < a.bodies.size(); ++i) {
-    const BodyDifference &x = a.bodies[i], &y = b.bodies[i];
-    apart.push_back({y.place_m - x.place_m, y.turn_rad - x.turn_rad,
-                     y.velocity_m_s - x.velocity_m_s, y.spin_rad_s - x.spin_rad_s});
-  }
-  return largest_of(sizes, apart);
+  return apart_of(sizes, a.bodies, b.bodies);
 }
 
 StepError Extrapolation::error(const BodySizes& sizes) const {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "physics/advance.hpp"
+#include "physics/island_motion.hpp"
 #include "physics/refinement_error.hpp"
 
 namespace soda::physics {
@@ -19,6 +20,8 @@ struct RefinedIsland {
   StageCounters& counters;
   bool accurate = false;  // as of advance_once
   int solves = 0;
+  SolveScratch scratch = {};
+  std::vector<ContactManifold> found = {};  // scratch
 };
 
 // Equal steps, from the same states.
@@ -35,8 +38,8 @@ struct Trial {
 Vec3 push_newton_s(const RefinedIsland& island, double time_s, std::span<const BodyState> states);
 
 // The contacts of the island's pairs at these states, over time_s.
-std::vector<ContactManifold> contacts_at(const RefinedIsland& island, double time_s,
-                                         std::span<const BodyState> states);
+void contacts_at(const RefinedIsland& island, double time_s, std::span<const BodyState> states,
+                 std::vector<ContactManifold>& found);
 
 // `steps` steps over time_s. `start`: the contacts at `from` over that time. A point that pressed
 // before stays in touch: its gap at the start is closed at the same speed in every trial, and the

@@ -123,7 +123,7 @@ RefinedPart refine_part(RefinedIsland& island, const ErrorBudget& budget, const 
                         std::span<const ContactManifold> start, Trial one) {
   constexpr int kMostSteps = 16;
   constexpr double kMuchNearer = 0.125;
-  constexpr double kOfTwo = 1e4;   // two trials have to agree by as much more than three
+  constexpr double kOfTwo = 1e4;     // two trials have to agree by as much more than three
   constexpr double kAbrupt = 0.125;  // of all that changes
   const StepError change = change_of(island.sizes, from, one.states);
   if (budget.allows(change.widths, time_s)) return {PartResult{std::move(one), change}};
@@ -197,7 +197,7 @@ RefinedPart advance_part(RefinedIsland& island, const Limits& limits, const Erro
                          const PastPart& past, const Part& part, std::span<const BodyState> from,
                          std::span<const ContactManifold> known) {
   std::vector<ContactManifold> found;
-  if (known.empty()) found = contacts_at(island, part.time_s, from);
+  if (known.empty()) contacts_at(island, part.time_s, from, found);
   const std::span<const ContactManifold> start = known.empty() ? found : known;
   Trial one = try_steps(island, from, start, part.time_s, 1);
   if (one.failed) return {PartResult{std::move(one), {}}};
@@ -228,7 +228,9 @@ std::vector<ContactManifold> found_again(const SceneDescription& scene, const Ge
                                          std::span<const ContactManifold> manifolds,
                                          std::span<const BodyState> states,
                                          StageCounters& counters) {
-  return contacts_at({scene, geometry, ids, manifolds, {}, counters}, dt_s, states);
+  std::vector<ContactManifold> found;
+  contacts_at({scene, geometry, ids, manifolds, {}, counters}, dt_s, states, found);
+  return found;
 }
 
 bool is_refined(const SceneDescription& scene, const Geometry& geometry,
@@ -299,10 +301,12 @@ IslandReport advance_unrefined(const SceneDescription& scene, const Geometry& ge
                                std::span<const ContactManifold> manifolds,
                                std::span<BodyState> states, StageCounters& counters,
                                std::vector<AdvanceFault>& faults) {
+  SolveScratch scratch;
   if (!(scene.tolerance > 0.0))
-    return advance_once(scene, dt_s, false, ids, manifolds, states, counters, faults);
+    return advance_once(scene, dt_s, false, ids, manifolds, states, scratch, counters, faults);
   const std::vector<BodyState> from(states.begin(), states.end());
-  IslandReport report = advance_once(scene, dt_s, true, ids, manifolds, states, counters, faults);
+  IslandReport report =
+      advance_once(scene, dt_s, true, ids, manifolds, states, scratch, counters, faults);
   ErrorBudget budget(scene);
   const BodySizes sizes = sizes_of(scene, geometry, ids);
   budget.spend(larger(change_of(sizes, from, states), displacement_of(sizes, from, states, dt_s)),

@@ -77,8 +77,12 @@ StepError apart_of(const BodySizes& sizes, std::span<const BodyState> from,
   return largest(sizes, from.size(), [&](std::size_t i) { return difference_of(from[i], to[i]); });
 }
 
-StepError largest_of(const BodySizes& sizes, std::span<const BodyDifference> differences) {
-  return largest(sizes, differences.size(), [&](std::size_t i) { return differences[i]; });
+StepError apart_of(const BodySizes& sizes, std::span<const BodyDifference> a,
+                   std::span<const BodyDifference> b) {
+  return largest(sizes, a.size(), [&](std::size_t i) {
+    return BodyDifference{b[i].place_m - a[i].place_m, b[i].turn_rad - a[i].turn_rad,
+                          b[i].velocity_m_s - a[i].velocity_m_s, b[i].spin_rad_s - a[i].spin_rad_s};
+  });
 }
 
 StepError roughness(const BodySizes& sizes, std::span<const BodyState> from,

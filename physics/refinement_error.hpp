@@ -53,8 +53,9 @@ BodyDifference difference_of(const BodyState& from, const BodyState& to);
 StepError apart_of(const BodySizes& sizes, std::span<const BodyState> from,
                    std::span<const BodyState> to);
 
-// Of differences that should be none.
-StepError largest_of(const BodySizes& sizes, std::span<const BodyDifference> differences);
+// Of differences that should be the same.
+StepError apart_of(const BodySizes& sizes, std::span<const BodyDifference> a,
+                   std::span<const BodyDifference> b);
 
 // What the velocities deviate from a smooth course: a change within a step (from sliding to
 // sticking, say), which all trials can see alike. The first step is compared over its three

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <random>
 
+#include "physics/island_motion.hpp"
 #include "physics/newton_solver.hpp"
 #include "tests/physics/scenes.hpp"
 
@@ -135,8 +136,9 @@ IslandReport take_one_plain_step(World& world) {
   compute_boxes(world.scene, geometry, world.ids, world.states, scratch.boxes, world.counters);
   find_contacts(world.scene, geometry, world.ids, world.states, scratch, world.counters);
   std::vector<AdvanceFault> faults;
+  SolveScratch memory;
   return advance_once(world.scene, world.scene.dt_s, false, world.ids, scratch.manifolds,
-                      world.states, world.counters, faults);
+                      world.states, memory, world.counters, faults);
 }
 
 TEST(DirectContacts, SweepsComeToTheSameImpulses) {

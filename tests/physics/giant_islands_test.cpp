@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <random>
 
+#include "physics/island_motion.hpp"
 #include "physics/split_solver.hpp"
 #include "tests/physics/scenes.hpp"
 
@@ -193,8 +194,9 @@ TEST(GiantIslands, AnyDivisionOfTheBlocksAmongSolversHasTheBitsOfOneSolver) {
   ASSERT_GE(count, 4u);
   std::vector<BodyState> alone = island.states;
   std::vector<AdvanceFault> faults;
+  SolveScratch scratch;
   const IslandReport whole = advance_once(world.scene, world.scene.dt_s, false, island.ids,
-                                          island.manifolds, alone, world.counters, faults);
+                                          island.manifolds, alone, scratch, world.counters, faults);
   std::mt19937 random(7);
   for (int trial = 0; trial < 6; ++trial) {
     std::vector<std::uint32_t> ends{0, count};
