@@ -52,7 +52,7 @@ void keep_in_touch(const RefinedIsland& island, double dt_s, std::span<const Bod
     for (std::uint32_t i = 0; i < m.count; ++i) {
       ContactPoint& point = m.points[i];
       const bool apart = point.separation_m > 0.0;
-      if (!apart || point.separation_m > kInTouch * island.sizes.widths_m[a]) continue;
+      if (!apart || point.separation_m > kInTouch * island.sizes.bodies[a].width_m) continue;
       if (!pressed(states[a], m, point.feature)) continue;
       point.separation_m = gap_m(start, m, point.feature) * (dt_s / island.scene.dt_s);
     }
@@ -129,8 +129,7 @@ Trial try_steps(RefinedIsland& island, std::span<const BodyState> from,
   Trial trial{{from.begin(), from.end()}, {}, false, {}};
   const double dt_s = time_s / steps, share = dt_s / island.scene.dt_s;
   std::vector<AdvanceFault> faults;
-  trial.path.linear.reserve(from.size() * static_cast<std::size_t>(steps));
-  trial.path.angular.reserve(from.size() * static_cast<std::size_t>(steps));
+  trial.path.reserve(from.size() * static_cast<std::size_t>(steps));
   for (int i = 0; i < steps; ++i) {
     std::vector<ContactManifold>& now = island.found;
     if (i == 0)
@@ -148,20 +147,21 @@ Trial try_steps(RefinedIsland& island, std::span<const BodyState> from,
       trial.report = part;
     else
       add_part(part, trial.report);
-    for (const BodyState& state : trial.states) {
-      trial.path.linear.push_back(state.linear_velocity_m_s);
-      trial.path.angular.push_back(state.angular_velocity_rad_s);
-    }
+    for (const BodyState& state : trial.states)
+      trial.path.push_back({state.linear_velocity_m_s, state.angular_velocity_rad_s});
     ++island.solves;
   }
   trial.failed = !faults.empty();
   return trial;
 }
 
-Extrapolation::Extrapolation(const Trial& one) : one_(one), last_{against_first(one)} {}
+Extrapolation::Extrapolation(const Trial& one) : one_(one) {
+  last_.push_back(against_first(one));
+}
 
 Extrapolation::Row Extrapolation::against_first(const Trial& trial) const {
   Row row;
+  row.bodies.reserve(trial.states.size());
   for (std::size_t i = 0; i < trial.states.size(); ++i)
     row.bodies.push_back(difference_of(one_.states[i], trial.states[i]));
   const IslandReport &first = one_.report, &now = trial.report;
@@ -174,7 +174,9 @@ Extrapolation::Row Extrapolation::against_first(const Trial& trial) const {
 }
 
 void Extrapolation::add(const Trial& next) {
-  std::vector<Row> rows{against_first(next)};
+  std::vector<Row> rows;
+  rows.reserve(last_.size() + 1);
+  rows.push_back(against_first(next));
   double halvings = 1.0;  // 2^order
   for (const Row& coarse : last_) {
     halvings *= 2.0;
@@ -183,6 +185,7 @@ void Extrapolation::add(const Trial& next) {
       return to + (to - from) * (1.0 / (halvings - 1.0));
     };
     Row row;
+    row.bodies.reserve(fine.bodies.size());
     for (std::size_t i = 0; i < fine.bodies.size(); ++i) {
       const BodyDifference &a = coarse.bodies[i], &b = fine.bodies[i];
       row.bodies.push_back({further(a.place_m, b.place_m), further(a.turn_rad, b.turn_rad),
@@ -211,7 +214,7 @@ StepError Extrapolation::change(const BodySizes& sizes) const {
 }
 
 Trial Extrapolation::limit(const Trial& finest) const {
-  Trial limit = finest;
+  Trial limit{finest.states, finest.report, false, {}};
   const Row& row = last_.back();
   for (std::size_t i = 0; i < limit.states.size(); ++i) {
     const BodyState& from = one_.states[i];

@@ -97,20 +97,21 @@ bool can_be_smooth(const RefinedIsland& island, double time_s, std::span<const B
   for (std::size_t i = 0; i < from.size(); ++i) {
     const Vec3 linear = to[i].linear_velocity_m_s - from[i].linear_velocity_m_s;
     const Vec3 angular = to[i].angular_velocity_rad_s - from[i].angular_velocity_rad_s;
-    if (!(linear.norm() + island.sizes.radii_m[i] * angular.norm() <= most_m_s)) return false;
+    if (!(linear.norm() + island.sizes.bodies[i].radius_m * angular.norm() <= most_m_s))
+      return false;
   }
   return true;
 }
 
 // What trials lead to: their limit, or the finest where that is nearer.
 PartResult best_of(const RefinedIsland& island, std::span<const BodyState> from,
-                   const Extrapolation& trials, Trial finest) {
+                   const Extrapolation& trials, const Trial& finest) {
   const StepError of_finest = trials.change(island.sizes);
   StepError of_limit = trials.error(island.sizes);
-  if (of_finest.widths < 0.5 * of_limit.widths) return {std::move(finest), of_finest};
+  if (of_finest.widths < 0.5 * of_limit.widths) return {finest, of_finest};
   Trial limit = trials.limit(finest);
   const double taken = take_back_gain(island, from, limit);
-  if (taken > 1.0) return {std::move(finest), of_finest};
+  if (taken > 1.0) return {finest, of_finest};
   if (taken > 0.0) of_limit.widths += taken * speed_of(island.sizes, limit.states).widths;
   return {std::move(limit), of_limit};
 }

@@ -6,10 +6,10 @@ namespace soda::physics {
 namespace {
 
 double widths_of(const BodySizes& sizes, std::size_t body, const BodyDifference& d) {
-  const double radius = sizes.radii_m[body];
+  const double radius = sizes.bodies[body].radius_m;
   return (d.place_m.norm() + radius * d.turn_rad.norm() +
           sizes.dt_s * (d.velocity_m_s.norm() + radius * d.spin_rad_s.norm())) /
-         sizes.widths_m[body];
+         sizes.bodies[body].width_m;
 }
 
 // The largest of all bodies; `difference` gives that of one.
@@ -29,10 +29,10 @@ BodySizes sizes_of(const SceneDescription& scene, const Geometry& geometry,
                    std::span<const BodyId> ids) {
   BodySizes sizes;
   sizes.dt_s = scene.dt_s;
+  sizes.bodies.reserve(ids.size());
   for (const BodyId id : ids) {
     const CompiledShape& shape = geometry.impl().shapes[scene.bodies[index_of(id)].shape].shape;
-    sizes.radii_m.push_back(shape.bounding_radius_m);
-    sizes.widths_m.push_back(shape.min_extent_m);
+    sizes.bodies.push_back({shape.bounding_radius_m, shape.min_extent_m});
   }
   return sizes;
 }
@@ -93,18 +93,19 @@ StepError roughness(const BodySizes& sizes, std::span<const BodyState> from,
   const auto first = [](const Vec3& start, const Vec3& a, const Vec3& b, const Vec3& c) -> Vec3 {
     return (8.0 * (c - start) - 6.0 * (b - start) + (a - start)) * (1.0 / 3.0);
   };
-  const auto later = [n](const std::vector<Vec3>& path, std::size_t i) -> Vec3 {
-    return path[3 * n + i] - path[i] + 3.0 * (path[n + i] - path[2 * n + i]);
+  const auto later = [&four, n](std::size_t i, Vec3 BodyVelocity::*part) -> Vec3 {
+    return four[3 * n + i].*part - four[i].*part +
+           3.0 * (four[n + i].*part - four[2 * n + i].*part);
   };
   const StepError at_first = largest(sizes, n, [&](std::size_t i) {
     return BodyDifference{
         Vec3::Zero(), Vec3::Zero(),
-        first(from[i].linear_velocity_m_s, one.linear[i], two.linear[i], four.linear[i]),
-        first(from[i].angular_velocity_rad_s, one.angular[i], two.angular[i], four.angular[i])};
+        first(from[i].linear_velocity_m_s, one[i].linear, two[i].linear, four[i].linear),
+        first(from[i].angular_velocity_rad_s, one[i].angular, two[i].angular, four[i].angular)};
   });
   const StepError at_last = largest(sizes, n, [&](std::size_t i) {
-    return BodyDifference{Vec3::Zero(), Vec3::Zero(), later(four.linear, i),
-                          later(four.angular, i)};
+    return BodyDifference{Vec3::Zero(), Vec3::Zero(), later(i, &BodyVelocity::linear),
+                          later(i, &BodyVelocity::angular)};
   });
   StepError most = larger(at_first, at_last);
   most.widths *= 0.25 * time_s / sizes.dt_s;
@@ -117,11 +118,11 @@ StepError unsteadiness(const BodySizes& sizes, std::span<const BodyState> from,
   return largest(sizes, from.size(), [&](std::size_t i) {
     const BodyState &start = from[i], &one = after_one[i], &end = after_two[i];
     BodyDifference off = difference_of(one, end);
-    off.place_m -= (0.5 * time_s) * (two.linear[i] - end.linear_velocity_m_s);
-    off.turn_rad -= (0.5 * time_s) * (two.angular[i] - end.angular_velocity_rad_s);
-    const Vec3 bend = start.linear_velocity_m_s - 2.0 * two.linear[i] + end.linear_velocity_m_s;
+    off.place_m -= (0.5 * time_s) * (two[i].linear - end.linear_velocity_m_s);
+    off.turn_rad -= (0.5 * time_s) * (two[i].angular - end.angular_velocity_rad_s);
+    const Vec3 bend = start.linear_velocity_m_s - 2.0 * two[i].linear + end.linear_velocity_m_s;
     const Vec3 twist =
-        start.angular_velocity_rad_s - 2.0 * two.angular[i] + end.angular_velocity_rad_s;
+        start.angular_velocity_rad_s - 2.0 * two[i].angular + end.angular_velocity_rad_s;
     off.velocity_m_s = off.velocity_m_s.cwiseAbs() + bend.cwiseAbs();
     off.spin_rad_s = off.spin_rad_s.cwiseAbs() + twist.cwiseAbs();
     return off;
@@ -134,8 +135,8 @@ StepError bend_of(const BodySizes& sizes, std::span<const BodyState> from,
   return largest(sizes, n, [&](std::size_t i) {
     return BodyDifference{
         Vec3::Zero(), Vec3::Zero(),
-        from[i].linear_velocity_m_s - 2.0 * two.linear[i] + two.linear[n + i],
-        from[i].angular_velocity_rad_s - 2.0 * two.angular[i] + two.angular[n + i]};
+        from[i].linear_velocity_m_s - 2.0 * two[i].linear + two[n + i].linear,
+        from[i].angular_velocity_rad_s - 2.0 * two[i].angular + two[n + i].angular};
   });
 }
 
@@ -143,17 +144,18 @@ double share_before_bend(const BodySizes& sizes, std::size_t body,
                          std::span<const BodyState> before, double past_s,
                          std::span<const BodyState> from, const VelocityPath& two, double time_s) {
   const std::size_t n = from.size();
-  const auto crossing = [&](const Vec3& past, const Vec3& start, const std::vector<Vec3>& path) {
+  const BodyVelocity &middle = two[body], &end = two[n + body];
+  const auto crossing = [&](const Vec3& past, const Vec3& start, const Vec3& half,
+                            const Vec3& last) {
     const Vec3 first = (start - past) * (time_s / past_s);  // change over time_s
-    const Vec3 second = 2.0 * (path[n + body] - path[body]);
-    const Vec3 apart = start - (path[n + body] - second), turn = second - first;
+    const Vec3 second = 2.0 * (last - half), apart = start - (last - second), turn = second - first;
     return std::pair<double, double>{apart.dot(turn), turn.squaredNorm()};
   };
-  const auto linear =
-      crossing(before[body].linear_velocity_m_s, from[body].linear_velocity_m_s, two.linear);
-  const auto angular =
-      crossing(before[body].angular_velocity_rad_s, from[body].angular_velocity_rad_s, two.angular);
-  const double scale = sizes.radii_m[body] * sizes.radii_m[body];
+  const auto linear = crossing(before[body].linear_velocity_m_s, from[body].linear_velocity_m_s,
+                               middle.linear, end.linear);
+  const auto angular = crossing(before[body].angular_velocity_rad_s,
+                                from[body].angular_velocity_rad_s, middle.angular, end.angular);
+  const double scale = sizes.bodies[body].radius_m * sizes.bodies[body].radius_m;
   const double share =
       (linear.first + scale * angular.first) / (linear.second + scale * angular.second);
   return share > 0.0 && share < 0.5 ? share : 0.5;

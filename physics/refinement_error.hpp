@@ -11,17 +11,21 @@
 namespace soda::physics {
 
 // Of the bodies of an island, in the order of their ids.
+struct BodySize {
+  double radius_m = 0.0, width_m = 0.0;  // of the bounding sphere; the smallest one
+};
 struct BodySizes {
-  double dt_s = 0.0;                      // the scene's step
-  std::vector<double> radii_m, widths_m;  // of the bounding sphere; the smallest width
+  double dt_s = 0.0;  // the scene's step
+  std::vector<BodySize> bodies;
 };
 BodySizes sizes_of(const SceneDescription& scene, const Geometry& geometry,
                    std::span<const BodyId> ids);
 
 // Velocities after each of some steps, those of all bodies after the first step first.
-struct VelocityPath {
-  std::vector<Vec3> linear, angular;
+struct BodyVelocity {
+  Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
 };
+using VelocityPath = std::vector<BodyVelocity>;
 
 // Of a body's widths, what a point of it is off now, or after one more step of dt_s for the error
 // of its velocities. The body (index) for which it is largest.
