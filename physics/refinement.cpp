@@ -26,7 +26,7 @@ struct Limits {
 // Unasked, only a lone body gets more than its trials.
 Limits limits_of(const SceneDescription& scene, bool lone, std::size_t pairs) {
   constexpr std::size_t kMostSolves = 2000, kLeastSolves = 64, kPairsSolved = 128'000;
-  if (!(scene.tolerance > 0.0)) return lone ? Limits{150, 12} : Limits{0, 0};
+  if (!(scene.tolerance > 0.0)) return lone ? Limits{64, 12} : Limits{0, 0};
   const std::size_t solves =
       std::clamp(kPairsSolved / std::max<std::size_t>(pairs, 1), kLeastSolves, kMostSolves);
   return {static_cast<int>(solves), 26};
