@@ -155,9 +155,7 @@ Trial try_steps(RefinedIsland& island, std::span<const BodyState> from,
   return trial;
 }
 
-Extrapolation::Extrapolation(const Trial& one) : one_(one) {
-  last_.push_back(against_first(one));
-}
+Extrapolation::Extrapolation(const Trial& one) : one_(one) { last_.push_back(against_first(one)); }
 
 Extrapolation::Row Extrapolation::against_first(const Trial& trial) const {
   Row row;

@@ -116,9 +116,14 @@ PartResult best_of(const RefinedIsland& island, std::span<const BodyState> from,
   return {std::move(limit), of_limit};
 }
 
+// A single body without joints is advanced by sweeps, which leave nothing.
+bool is_lone(const RefinedIsland& island) {
+  return island.ids.size() == 1 && std::ranges::none_of(island.pairs, is_joint);
+}
+
 // One and two steps over the part, and if forces are not steady four, and more as long as each
 // order brings the limit much nearer. No result if that is not within the budget, and the part can
-// be cut: at once if two steps show that forces change abruptly.
+// be cut: at once if two steps of a lone body show that forces change abruptly.
 RefinedPart refine_part(RefinedIsland& island, const ErrorBudget& budget, const PastPart& past,
                         double time_s, bool can_be_cut, std::span<const BodyState> from,
                         std::span<const ContactManifold> start, Trial one) {
@@ -139,12 +144,12 @@ RefinedPart refine_part(RefinedIsland& island, const ErrorBudget& budget, const 
     best.error.widths = unsteady.widths;
     return {std::move(best)};
   }
-  const StepError bend = bend_of(island.sizes, from, two.path);
-  const double cut = past.time_s > 0.0 && can_be_cut
-                         ? share_before_bend(island.sizes, bend.body, past.from, past.time_s, from,
-                                             two.path, time_s)
-                         : 0.5;
-  if (can_be_cut && bend.widths > kAbrupt * change.widths) return {std::nullopt, cut};
+  double cut = 0.5;
+  if (can_be_cut && is_lone(island)) {
+    const StepError bend = bend_of(island.sizes, from, two.path);
+    cut = share_before_bend(island.sizes, past.from, past.time_s, from, two.path, time_s);
+    if (bend.widths > kAbrupt * change.widths) return {std::nullopt, cut};
+  }
   Trial finest = try_steps(island, from, start, time_s, 4);
   if (finest.failed) return {PartResult{std::move(one), change}};
   const StepError rough = roughness(island.sizes, from, one.path, two.path, finest.path, time_s);
@@ -168,11 +173,6 @@ RefinedPart refine_part(RefinedIsland& island, const ErrorBudget& budget, const 
     finest = std::move(next);
     trials.add(finest);
   }
-}
-
-// A single body without joints is advanced by sweeps, which leave nothing.
-bool is_lone(const RefinedIsland& island) {
-  return island.ids.size() == 1 && std::ranges::none_of(island.pairs, is_joint);
 }
 
 // Any other island without a tolerance: `plain` is their step. Trials take its place if they lead

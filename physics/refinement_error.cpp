@@ -140,24 +140,25 @@ StepError bend_of(const BodySizes& sizes, std::span<const BodyState> from,
   });
 }
 
-double share_before_bend(const BodySizes& sizes, std::size_t body,
-                         std::span<const BodyState> before, double past_s,
+double share_before_bend(const BodySizes& sizes, std::span<const BodyState> before, double past_s,
                          std::span<const BodyState> from, const VelocityPath& two, double time_s) {
-  const std::size_t n = from.size();
-  const BodyVelocity &middle = two[body], &end = two[n + body];
-  const auto crossing = [&](const Vec3& past, const Vec3& start, const Vec3& half,
-                            const Vec3& last) {
-    const Vec3 first = (start - past) * (time_s / past_s);  // change over time_s
-    const Vec3 second = 2.0 * (last - half), apart = start - (last - second), turn = second - first;
-    return std::pair<double, double>{apart.dot(turn), turn.squaredNorm()};
+  if (!(past_s > 0.0)) return 0.5;
+  struct Lines {
+    double along, squared;  // what parts them at the start, along their change of slope
   };
-  const auto linear = crossing(before[body].linear_velocity_m_s, from[body].linear_velocity_m_s,
-                               middle.linear, end.linear);
-  const auto angular = crossing(before[body].angular_velocity_rad_s,
-                                from[body].angular_velocity_rad_s, middle.angular, end.angular);
-  const double scale = sizes.bodies[body].radius_m * sizes.bodies[body].radius_m;
+  const auto lines = [&](const Vec3& past, const Vec3& start, const Vec3& half, const Vec3& end) {
+    const Vec3 first = (start - past) * (time_s / past_s);  // changes over time_s
+    const Vec3 second = 2.0 * (end - half), turn = second - first;
+    return Lines{(start - (end - second)).dot(turn), turn.squaredNorm()};
+  };
+  const BodyState &past = before.front(), &start = from.front();
+  const Lines linear =
+      lines(past.linear_velocity_m_s, start.linear_velocity_m_s, two[0].linear, two[1].linear);
+  const Lines angular = lines(past.angular_velocity_rad_s, start.angular_velocity_rad_s,
+                              two[0].angular, two[1].angular);
+  const double radius = sizes.bodies.front().radius_m, scale = radius * radius;
   const double share =
-      (linear.first + scale * angular.first) / (linear.second + scale * angular.second);
+      (linear.along + scale * angular.along) / (linear.squared + scale * angular.squared);
   return share > 0.0 && share < 0.5 ? share : 0.5;
 }
 

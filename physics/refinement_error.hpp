@@ -79,11 +79,10 @@ StepError unsteadiness(const BodySizes& sizes, std::span<const BodyState> from,
 // By how much velocities after two equal steps are off the line of those before.
 StepError bend_of(const BodySizes& sizes, std::span<const BodyState> from, const VelocityPath& two);
 
-// Where in time_s > 0 forces on a body change abruptly, as a share of that time, if its velocities
-// were on one line from `before` on, past_s > 0 ago, and are on another one after the middle: where
-// the two cross. .5 if they do not in the first half. `two` as above.
-double share_before_bend(const BodySizes& sizes, std::size_t body,
-                         std::span<const BodyState> before, double past_s,
+// Where in time_s > 0 forces on a lone body change abruptly, as a share of that time, if its
+// velocities were on one line from `before` on, past_s ago, and are on another one after the
+// middle: where the two cross. .5 if they do not in the first half, or past_s is 0.
+double share_before_bend(const BodySizes& sizes, std::span<const BodyState> before, double past_s,
                          std::span<const BodyState> from, const VelocityPath& two, double time_s);
 
 }  // namespace soda::physics
