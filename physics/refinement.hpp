@@ -1,4 +1,4 @@
-// Islands that are advanced in substeps until halving these changes nothing that counts.
+// Islands that are advanced in several steps, as many as change what counts.
 #pragma once
 
 #include <span>
@@ -15,13 +15,14 @@ bool is_refined(const SceneDescription& scene, const Geometry& geometry,
                 std::span<const BodyId> ids, std::span<const ContactManifold> manifolds);
 
 // Advances such an island by dt_s. Where velocities stay as they are this is one step of
-// advance_once. Else it takes one, two and four of them, and extrapolates what they tell to steps
-// of no length (third order), or takes the four where these are nearer already (joints have
-// steps of a higher order). Where the error is more than the tolerance allows, each half of the
-// time is treated alike. So motion between changes (from sliding to sticking, say) is smooth, and a
-// change is closed in upon. Without a tolerance that is for a lone body; several keep to the plain
-// step unless trials lead much nearer to a limit. `manifolds` were found at these states, over
-// dt_s. After a limited number of solves, halving ends.
+// advance_once. Else it takes one and two of them, and four unless forces are steady, and
+// extrapolates what they tell to steps of no length (third order), or takes the four where these
+// are nearer already (joints have steps of a higher order). Where the error is more than the
+// tolerance allows, the time is cut in two, and each part is treated alike. So motion between
+// changes (from sliding to sticking, say) is smooth, and a change is closed in upon. Without a
+// tolerance that is for a lone body; several keep to the plain step unless trials lead much nearer
+// to a limit. `manifolds` were found at these states, over dt_s. After a limited number of solves,
+// cutting ends.
 //
 // The tolerance is that of the scene for the whole step, with the report's estimate: half of it is
 // shared out over time, the other half is for changes. Without one, it is 1e-7 for each part, and
