@@ -55,14 +55,15 @@ bool wants_substeps(std::size_t bodies, double mass_ratio, const ContactProblem&
 // In a long step the last of a speed is a long way: sweeps over few rows go on until it is short.
 int sweep_velocities_until_close(int most, double dt_s, ContactProblem& problem) {
   constexpr std::size_t kFewRows = 16;
-  constexpr double kShort = 1e-4;  // of the smaller body
+  constexpr double kShort = 1e-4, kOfLone = 1e-12;  // of the smaller body
   constexpr int kMostRounds = 20;
   int sweeps = solve_velocities(most, problem);
   if (problem.normals.size() > kFewRows) return sweeps;
   double size_m = problem.contacts.empty() ? 0.0 : problem.contacts[0].size_m;
   for (const RowContact& contact : problem.contacts) size_m = std::min(size_m, contact.size_m);
+  const double short_m = (problem.bodies.size() == 2 ? kOfLone : kShort) * size_m;
   for (int round = 1; round < kMostRounds && sweeps == round * most; ++round) {
-    if (!(residual_m_s(problem) * dt_s > kShort * size_m)) break;
+    if (!(residual_m_s(problem) * dt_s > short_m)) break;
     sweeps += solve_velocities(most, problem);
   }
   return sweeps;
