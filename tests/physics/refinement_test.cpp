@@ -256,12 +256,29 @@ TEST(Refinement, ABoxComesToRestWhereFrictionStopsIt) {
     box.linear_velocity_m_s = Vec3(2, 0, 0);
     const double friction = std::sqrt(world.scene.bodies[0].material.friction *
                                       world.scene.statics[0].material.friction);
+    const double stops_s = 2.0 / (friction * kGravity);
+    const auto sliding = static_cast<std::uint64_t>(stops_s / dt);  // whole steps
     world.run(static_cast<int>(2.0 / dt));
-    // 1e-7 of its width for each part of each step at most.
-    EXPECT_NEAR(world.states[0].position_m.x(), 2.0 / (friction * kGravity), 1e-6) << dt;
+    // The end lies where two lines cross; 1e-11 of its width for each of some fifty parts at most.
+    EXPECT_NEAR(world.states[0].position_m.x(), 2.0 / (friction * kGravity), 1e-10) << dt;
     EXPECT_LE(world.states[0].linear_velocity_m_s.norm(), 1e-9);
-    EXPECT_GT(world.counters.refined_steps, 0u);
+    EXPECT_GT(world.counters.refined_steps, 2 * sliding);
+    EXPECT_LT(world.counters.refined_steps, 2 * sliding + 64) << "all that a step may take";
   }
+}
+
+// Friction on a slope is steady: two trials, of one and two steps, tell its whole course.
+TEST(Refinement, UnderSteadyForcesABodyTakesThreeSolvesAStep) {
+  World world;
+  world.scene.gravity_m_s2 = Vec3(5, 0, -kGravity);
+  world.add_floor();
+  world.add_body(world.add_shape(Box{}), Vec3(0, 0, 0.5)).linear_velocity_m_s = Vec3(1, 0, 0);
+  const double slowing = friction_of(world) * kGravity - 5.0;
+  ASSERT_LT(slowing, 0.0);
+  world.run(60);
+  EXPECT_EQ(world.counters.refined_steps, 2u * 60u);
+  const double time_s = 60 * world.scene.dt_s;
+  EXPECT_NEAR(world.states[0].position_m.x(), time_s - 0.5 * slowing * time_s * time_s, 1e-12);
 }
 
 TEST(Refinement, ABodyAtRestTakesOneStep) {
