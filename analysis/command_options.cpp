@@ -91,10 +91,10 @@ void define_accuracy(CLI::App& command, AccuracyRequest& request) {
       ->delimiter(',');
   command.add_option("--repeat", request.timing.repeats,
                      "timed runs, of which the median counts (default 3; 0: no timing)");
-  command
-      .add_option("--budget", request.timing.budget_s,
-                  "leave out settings beyond this many CPU seconds (default 60)")
-      ->check(CLI::NonNegativeNumber);
+  refuse_nan(*command
+                  .add_option("--budget", request.timing.budget_s,
+                              "leave out settings beyond this many CPU seconds (default 60)")
+                  ->check(CLI::NonNegativeNumber));
   command.add_flag("--extremes", request.extremes,
                    "a box at rest instead, over all sizes, steps, offsets and masses");
   command.add_flag("--check", request.check, "exit 1 if soda misses what it must reach");
@@ -182,12 +182,14 @@ void define_phold(CLI::App& phold, PholdRequest& request) {
       ->check(CLI::Range(1u, 1u << 26));
   phold.add_option("--start-events", model.start_events_per_lp, "per LP (default 1)")
       ->check(CLI::Range(0u, 1u << 20));
-  phold.add_option("--remote", model.remote, "probability of a destination drawn from all LPs")
-      ->check(CLI::Range(0.0, 1.0));
-  phold
-      .add_option("--lookahead", model.least_delay,
-                  "least delay L; a delay is L + Exp(1 - L) (default 0.1)")
-      ->check(CLI::Range(0.0, 1.0));
+  refuse_nan(
+      *phold
+           .add_option("--remote", model.remote, "probability of a destination drawn from all LPs")
+           ->check(CLI::Range(0.0, 1.0)));
+  refuse_nan(*phold
+                  .add_option("--lookahead", model.least_delay,
+                              "least delay L; a delay is L + Exp(1 - L) (default 0.1)")
+                  ->check(CLI::Range(0.0, 1.0)));
   phold.add_option("--end", request.end_units, "virtual time (default 100)");
   phold.add_option("--seed", model.seed, "default 1");
   phold.add_option("--executor", request.executor, "sequential (default), threads, mpi or virtual")
@@ -215,8 +217,9 @@ void define_phold(CLI::App& phold, PholdRequest& request) {
 void define_fuzz(CLI::App& fuzz, FuzzRequest& request) {
   fuzz.add_option("FILE", request.files, "scenarios to check (default: random scenes)");
   fuzz.add_option("--seeds", request.seeds, "FIRST..LAST (default 1..200)");
-  fuzz.add_option("--budget", request.budget_s, "start no trial after this many seconds")
-      ->check(CLI::NonNegativeNumber);
+  refuse_nan(
+      *fuzz.add_option("--budget", request.budget_s, "start no trial after this many seconds")
+           ->check(CLI::NonNegativeNumber));
   fuzz.add_option("--steps", request.steps, "of a random scene (default 60)")
       ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 20));
   fuzz.add_flag("--joints", request.joints, "with joints, limits and motors in every one");
@@ -236,8 +239,9 @@ void define_fuzz(CLI::App& fuzz, FuzzRequest& request) {
 void define_swarm(CLI::App& swarm, SwarmRequest& request) {
   swarm.add_option("FILE", request.files, "scenarios (default: PHOLD)");
   swarm.add_option("--seeds", request.seeds, "FIRST..LAST (default 1..200)");
-  swarm.add_option("--budget", request.budget_s, "start no trial after this many seconds")
-      ->check(CLI::NonNegativeNumber);
+  refuse_nan(
+      *swarm.add_option("--budget", request.budget_s, "start no trial after this many seconds")
+           ->check(CLI::NonNegativeNumber));
   swarm.add_option("--steps", request.most_steps, "of a scenario, at most (default 20)")
       ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 20));
   const std::string instead = "instead of what the seed draws: ";

@@ -8,6 +8,7 @@
 
 #include "analysis/exit_codes.hpp"
 #include "analysis/text_table.hpp"
+#include "scenarios/format.hpp"
 #include "scenarios/read_scenario.hpp"
 
 namespace soda::analysis {
@@ -22,6 +23,15 @@ void require_at_least(std::int64_t value, std::int64_t smallest, const char* opt
   if (value >= smallest) return;
   throw UsageError(std::string(option) + ": found " + std::to_string(value) +
                    "; allowed: at least " + std::to_string(smallest));
+}
+
+// As in scenario files: what is larger is out of memory at best, and overflows at worst.
+void require_within(std::int64_t value, std::int64_t smallest, std::int64_t largest,
+                    const char* option) {
+  require_at_least(value, smallest, option);
+  if (value <= largest) return;
+  throw UsageError(std::string(option) + ": found " + std::to_string(value) +
+                   "; allowed: at most " + std::to_string(largest));
 }
 
 // True if the ranks of a job execute the run.
@@ -160,11 +170,11 @@ void apply_overrides(const Overrides& overrides, models::TerritoryOptions& terri
     territory.worlds = *overrides.worlds;
   }
   if (overrides.buffer) {
-    require_at_least(*overrides.buffer, 1, "--buffer");
+    require_within(*overrides.buffer, 1, scenarios::kMaxBufferEntries, "--buffer");
     run.buffer = *overrides.buffer;
   }
   if (overrides.steps) {
-    require_at_least(*overrides.steps, 0, "--steps");
+    require_within(*overrides.steps, 0, scenarios::kMaxSteps, "--steps");
     run.steps = *overrides.steps;
   }
   if (overrides.scheduling_seed) run.scheduling_seed = *overrides.scheduling_seed;
@@ -175,7 +185,8 @@ void apply_overrides(const Overrides& overrides, models::TerritoryOptions& terri
   if (overrides.ghosts) run.ghosts = *overrides.ghosts;
   if (overrides.balancing) run.balancing.policy = *overrides.balancing;
   if (overrides.balancing_interval) {
-    require_at_least(*overrides.balancing_interval, 1, "--balancing-interval");
+    require_within(*overrides.balancing_interval, 1, scenarios::kMaxBalancingInterval,
+                   "--balancing-interval");
     run.balancing.interval = *overrides.balancing_interval;
   }
   if (overrides.balancing_seed) run.balancing.seed = *overrides.balancing_seed;

@@ -1,6 +1,8 @@
 #include "analysis/shared_options.hpp"
 
 #include <CLI/CLI.hpp>
+#include <cmath>
+#include <cstdlib>
 #include <map>
 
 namespace soda::analysis {
@@ -135,19 +137,26 @@ void add_cluster_options(CLI::App& command, ClusterOverrides& cluster, const std
   command.add_flag("--check-purity", cluster.check_purity, "execute every event twice and compare");
 }
 
+void refuse_nan(CLI::Option& option) {
+  option.check([](const std::string& text) {
+    const bool number = !std::isnan(std::strtod(text.c_str(), nullptr));
+    return number ? std::string() : "found " + text + "; allowed: a number";
+  });
+}
+
 // Only with --realtime or --help: what an option costs each run is counted (tests/analysis,
 // RunCost).
 void add_real_time_options(CLI::App& command, std::optional<RealTimeRequest>& wanted) {
   const auto add = [&](const char* name, auto member, double least, double most, const char* help) {
-    command
-        .add_option_function<double>(
-            name,
-            [&wanted, member](const double& value) {
-              if (!wanted) wanted.emplace();
-              member(*wanted) = value;
-            },
-            help)
-        ->check(CLI::Range(least, most));
+    refuse_nan(*command
+                    .add_option_function<double>(
+                        name,
+                        [&wanted, member](const double& value) {
+                          if (!wanted) wanted.emplace();
+                          member(*wanted) = value;
+                        },
+                        help)
+                    ->check(CLI::Range(least, most)));
   };
   add(
       "--fps", [](RealTimeRequest& r) -> double& { return r.frames_per_s; }, 0.1, 1000.0,

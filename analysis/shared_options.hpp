@@ -10,6 +10,7 @@
 
 namespace CLI {
 class App;
+class Option;
 }
 
 namespace soda::analysis {
@@ -24,6 +25,8 @@ void add_ghosts_option(CLI::App& command, Overrides& overrides);
 void add_balancing_options(CLI::App& command, Overrides& overrides, bool in_full);
 void add_policy_option(CLI::App& command, std::optional<kernel::Synchronisation>& policy);
 void add_cluster_options(CLI::App& command, ClusterOverrides& cluster, const std::string& cost);
+// For numbers with a range: nan compares with no bound, so that a range lets it pass.
+void refuse_nan(CLI::Option& option);
 void add_real_time_options(CLI::App& command, std::optional<RealTimeRequest>& wanted);
 
 }  // namespace soda::analysis

@@ -262,7 +262,7 @@ constexpr Field kDocumentFields[] = {
     field<DocumentSpec, &DocumentSpec::duration_s>(
         "duration_s", kOptional, Limits{0.0, 1e9},
         "Length of the run: a whole number of steps, within a relative 1e-9; or give steps."),
-    field<DocumentSpec, &DocumentSpec::steps>("steps", kOptional, Limits{0.0, 1e9},
+    field<DocumentSpec, &DocumentSpec::steps>("steps", kOptional, Limits{0.0, double{kMaxSteps}},
                                               "Length of the run; or give duration_s."),
     object_field<DocumentSpec, &DocumentSpec::solver>("solver", kOptional, kNone, kSolver,
                                                       "Settings of the contact solver."),
@@ -294,7 +294,7 @@ constexpr Field kDocumentFields[] = {
         "territory", kOptional, kNone, kTerritory,
         "Division of space; one cell and one world by default."),
     field<DocumentSpec, &DocumentSpec::buffer_entries>(
-        "buffer_entries", kOptional, Limits{1.0, 1e6},
+        "buffer_entries", kOptional, Limits{1.0, double{kMaxBufferEntries}},
         "Steps a world may run ahead: the size of its transform buffer."),
     object_field<DocumentSpec, &DocumentSpec::executor>(
         "executor", kOptional, kNone, kExecutor, "Default executor; the command line may differ."),

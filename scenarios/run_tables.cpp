@@ -77,8 +77,9 @@ constexpr Field kBalancingFields[] = {
     field<BalancingSpec, &BalancingSpec::policy>(
         "policy", kRequired, kNone,
         "paper: cells go from loaded worlds to their neighbours; random is for tests."),
-    field<BalancingSpec, &BalancingSpec::interval_steps>(
-        "interval_steps", kOptional, Limits{1.0, 1e6}, "Steps between two decisions."),
+    field<BalancingSpec, &BalancingSpec::interval_steps>("interval_steps", kOptional,
+                                                         Limits{1.0, double{kMaxBalancingInterval}},
+                                                         "Steps between two decisions."),
     field<BalancingSpec, &BalancingSpec::seed>("seed", kOptional, kSeed, "Of the random policy."),
 };
 
