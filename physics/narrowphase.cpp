@@ -11,6 +11,7 @@
 #include "physics/geometry_impl.hpp"
 #include "physics/mesh_contacts.hpp"
 #include "physics/separating_faces.hpp"
+#include "physics/separation.hpp"
 #include "physics/time_of_impact.hpp"
 
 // FCL says along which axis two solids meet; the contact points then come from the true shapes, by
@@ -18,11 +19,6 @@
 // shapes, one point per pair) does not reach the solver.
 namespace soda::physics {
 namespace {
-
-struct Solid {
-  const ShapeGeometry& geometry;
-  PlacedShape placed;
-};
 
 fcl::Transform3d to_fcl(const Pose& pose) {
   fcl::Transform3d transform = fcl::Transform3d::Identity();
@@ -368,31 +364,9 @@ void collide(const SceneDescription& scene, const Geometry& geometry, double dt_
   append_joints(scene, a, b, out);
 }
 
-Separation separation_of(const SceneDescription&, const Geometry& geometry, BodyId a,
-                         const BodyState& state_a, BodyId b, const BodyState* state_b) {
-  const PlacedPair pair = place_pair(geometry, a, state_a, b, state_b);
-  const PlacedShape &pa = pair.a.placed, &pb = pair.b.placed;
-  if (pb.shape.kind == ShapeKind::kHalfSpace) {
-    const Vec3 up = pb.pose.rotation * pb.shape.half_space.normal;
-    const double height = up.dot(support_point(pa, -up) - pb.pose.position);
-    return {-up, height - pb.shape.half_space.offset_m};
-  }
-  const bool first = pa.shape.kind == ShapeKind::kSphere;
-  const bool sphere = first || pb.shape.kind == ShapeKind::kSphere;
-  if (pair.kernel == ShapeKernel::kAnalytic && sphere) {
-    const PlacedShape &ball = first ? pa : pb, &other = first ? pb : pa;
-    const SurfacePoint nearest = nearest_surface(other, ball.pose.position);
-    return {first ? Vec3(-nearest.outward) : nearest.outward,
-            nearest.distance_m - ball.shape.radius_m};
-  }
-  const Axis axis = convex_axis(pair.a, pair.b, 1e300);
-  const Separation found{axis.normal, separation_along(pa, pb, axis.normal)};
-  const double near = kContactMargin * pa.shape.min_extent_m;
-  if (pair.kernel != ShapeKernel::kBoxBox || found.distance_m > near) return found;
-  // Exact also where edges meet.
-  const Vec3 normal = box_box_axis(pair.a, pair.b, near).normal;
-  const double along = separation_along(pa, pb, normal);
-  return along > found.distance_m ? Separation{normal, along} : found;
+Separation overlap_between(const Solid& a, const Solid& b) {
+  const Vec3 normal = convex_axis(a, b, 1e300).normal;
+  return {normal, separation_along(a.placed, b.placed, normal)};
 }
 
 }  // namespace soda::physics

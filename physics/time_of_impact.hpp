@@ -5,6 +5,7 @@
 #include <span>
 
 #include "physics/geometry.hpp"
+#include "physics/separation.hpp"
 
 namespace soda::physics {
 
@@ -18,16 +19,7 @@ bool have_met(std::span<const ContactManifold> manifolds, BodyId a, BodyId b);
 // None of what follows is for meshes.
 bool is_mesh(const SceneDescription& scene, BodyId id);
 
-// Two solids seen along a unit normal from a to b. No part of a is nearer to b than distance_m
-// (< 0: they overlap by that, as far as this direction tells).
-struct Separation {
-  Vec3 normal = Vec3::UnitZ();
-  double distance_m = 0.0;
-};
-
-// Along the direction in which they are farthest apart, or overlap least; of solids that are apart
-// it is their distance to 1e-6 of their size, and never more than it. `state_b` is
-// null for a static b.
+// See separation_between(). `state_b` is null for a static b.
 Separation separation_of(const SceneDescription& scene, const Geometry& geometry, BodyId a,
                          const BodyState& state_a, BodyId b, const BodyState* state_b);
 

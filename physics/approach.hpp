@@ -1,0 +1,53 @@
+// Two solids in free flight: where they are, and how long they cannot touch.
+#pragma once
+
+#include "physics/body_state.hpp"
+#include "physics/separation.hpp"
+
+namespace soda::physics {
+
+// One body of the pair at the moment that is looked at.
+struct Flyer {
+  Solid solid;                         // relative to the centre of a at that moment
+  const BodyParams* params = nullptr;  // null: static, or a sphere, whose turning is not followed
+  BodyState turning;                   // orientation and spin; of no use without params
+  double most_acceleration_m_s2 = 0.0;  // at any time, of its points against its centre
+
+  bool turns() const { return params != nullptr; }
+};
+
+// Moved from time to time: turning goes on from where it was, at a price that grows with the time.
+class FlyingSolids {
+ public:
+  // As of the beginning; `state_b` is null for a static b. No meshes.
+  FlyingSolids(const SceneDescription& scene, const Geometry& geometry, BodyId a,
+               const BodyState& state_a, BodyId b, const BodyState* state_b);
+
+  void go_to(double time_s);
+  // How long their bounding spheres (of a static: its box or plane) do not touch, from the beginning
+  // on: at most `most_s`. Exact for spheres.
+  double spheres_apart_s(double most_s) const;
+  // How long from now the gap along the normal, `apart_m` now, cannot fall below `floor_m`: to 1e-4
+  // of that time.
+  double apart_s(const Separation& now, double floor_m, double most_s) const;
+  // Of the points within `touching_m` of the supporting planes, how fast the first of them come
+  // nearer to the other solid.
+  double approach_m_s(const Vec3& normal, double touching_m) const;
+
+  const Flyer& a() const { return a_; }
+  const Flyer& b() const { return b_; }
+  bool is_static_b() const { return fixed_ != nullptr; }
+  bool turns() const { return a_.turns() || b_.turns(); }
+  Vec3 velocity() const { return velocity_ + gravity_ * time_s_; }  // of b against a
+  Vec3 centre_of_a_m() const;
+
+ private:
+  const StaticGeometry* fixed_;  // b, if it is one
+  Flyer a_, b_;
+  Vec3 centre_, velocity_;  // of b against a, at the beginning
+  Vec3 gravity_;
+  Vec3 start_m_, start_velocity_, pull_;  // of a
+  double time_s_ = 0.0;
+};
+
+}  // namespace soda::physics
