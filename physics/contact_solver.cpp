@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/few_contacts.hpp"
 #include "physics/rigid_motion.hpp"
 
 namespace soda::physics {
@@ -93,7 +94,10 @@ double sweep_velocities(bool forward, ContactProblem& problem) {
 }
 
 int solve_velocities(int iterations, ContactProblem& problem) {
+  constexpr int kWorthLoading = 5;  // sweeps after which more are to be expected
+  const bool few = problem.normals.size() <= kFewPoints;
   for (int i = 0; i < iterations; ++i) {
+    if (few && i == kWorthLoading) return sweep_few_contacts(i, iterations, kNegligible, problem);
     const double change = sweep_velocities(i % 2 == 0, problem);
     if (change <= kNegligible * largest_impulse(problem)) return i + 1;
   }
