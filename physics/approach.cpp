@@ -45,7 +45,7 @@ Flyer flyer(const SceneDescription& scene, const Geometry& geometry, BodyId id,
             const BodyState& state) {
   const BodyParams& params = scene.bodies[index_of(id)];
   const ShapeGeometry& shape = geometry.impl().shapes[params.shape];
-  Flyer f{{shape, {shape.shape, {state.orientation.toRotationMatrix(), Vec3::Zero()}}}, {}, {}, {}};
+  Flyer f{{shape, {shape.shape, {state.orientation.toRotationMatrix(), Vec3::Zero()}}}};
   const Vec3& spin = state.angular_velocity_rad_s;
   if (shape.shape.kind == ShapeKind::kSphere || spin == Vec3::Zero()) return f;
   f.params = &params;
@@ -57,7 +57,8 @@ Flyer flyer(const SceneDescription& scene, const Geometry& geometry, BodyId id,
   const double squared =
       isotropic ? spin.squaredNorm()
                 : most_squared_spin(params, to_local(f.solid.placed.pose.rotation, spin));
-  f.most_acceleration_m_s2 = (isotropic ? 1.0 : 1.6) * squared * shape.shape.bounding_radius_m;
+  f.most_spin_rad_s = std::sqrt(squared);
+  f.most_pull_1_s2 = (isotropic ? 1.0 : 1.6) * squared;
   return f;
 }
 
@@ -98,11 +99,11 @@ struct TurningReach {
   double height_now = 0.0;
 
   // r . (n + t (n x w)) = n . (r + t (w x r))
-  TurningReach(const Flyer& f, const Vec3& direction)
+  TurningReach(const Flyer& f, const Vec3& direction, const Vec3& spin)
       : shape(f.solid.placed.shape),
         now(to_local(f.solid.placed.pose.rotation, direction)),
         change(to_local(f.solid.placed.pose.rotation,
-                        direction.cross(f.turning.angular_velocity_rad_s))) {
+                        direction.cross(spin))) {
     height_now = now.dot(support(shape, now));
   }
   Value after(double t_s) const {
@@ -111,6 +112,11 @@ struct TurningReach {
     return {direction.dot(farthest) - height_now, change.dot(farthest)};
   }
 };
+
+bool is_face(const TurningReach& reach) {
+  constexpr double kAligned = 1.0 - 1e-12;
+  return reach.shape.kind == ShapeKind::kBox && reach.now.cwiseAbs().maxCoeff() > kAligned;
+}
 
 // Lower bound of the gap above a floor, concave in time.
 struct GapCurve {
@@ -223,12 +229,42 @@ double FlyingSolids::apart_s(const Separation& now, double floor_m, double most_
   if (!turns()) return left > 0.0 ? first_root(left, speed, pull, most_s) : 0.0;
   // Gravity that opens the gap is left out: the curve would not be concave.
   GapCurve curve{left, speed,
-                 std::min(pull, 0.0) - (a_.most_acceleration_m_s2 + b_.most_acceleration_m_s2),
+                 std::min(pull, 0.0) - a_.most_pull_1_s2 * a_.radius_m() -
+                     b_.most_pull_1_s2 * b_.radius_m(),
                  nullptr, nullptr};
   std::optional<TurningReach> of_a, of_b;
-  if (a_.turns()) curve.a = &of_a.emplace(a_, now.normal);
-  if (b_.turns()) curve.b = &of_b.emplace(b_, -now.normal);
-  return safe_time(curve, most_s);
+  const Vec3 to_a = -now.normal;
+  if (a_.turns()) curve.a = &of_a.emplace(a_, now.normal, a_.turning.angular_velocity_rad_s);
+  if (b_.turns()) curve.b = &of_b.emplace(b_, to_a, b_.turning.angular_velocity_rad_s);
+  double safe = safe_time(curve, most_s);
+  if (safe < most_s && left > 0.0 && of_a && is_face(*of_a))
+    safe = std::max(safe, apart_along_face_s(now, true, left, most_s));
+  if (safe < most_s && left > 0.0 && of_b && is_face(*of_b))
+    safe = std::max(safe, apart_along_face_s(now, false, left, most_s));
+  return safe;
+}
+
+// Along a normal that turns with the body whose face it belongs to: its corners do not come nearer
+// then. In the frame of that body, at r from its centre, a point of the other has the velocity
+// v - w x r; how fast that changes is bounded by all that turns the normal, times what it turns.
+double FlyingSolids::apart_along_face_s(const Separation& now, bool of_a, double left_m,
+                                        double most_s) const {
+  const Flyer &owner = of_a ? a_ : b_, &other = of_a ? b_ : a_;
+  // Towards the other, as the owner sees it.
+  const double sign = of_a ? 1.0 : -1.0;
+  const Vec3 outward = sign * now.normal, velocity = sign * this->velocity();
+  const Vec3 centre = sign * b_.solid.placed.pose.position;
+  const Vec3 spin = owner.turning.angular_velocity_rad_s;
+  const double pull_m_s2 = gravity_.norm(), speed = velocity.norm() + pull_m_s2 * most_s;
+  const double farthest = centre.norm() + speed * most_s + other.radius_m();
+  const double fastest = speed + other.most_spin_rad_s * other.radius_m();
+  const double bend = pull_m_s2 + other.most_pull_1_s2 * other.radius_m() +
+                      2.0 * owner.most_spin_rad_s * fastest + owner.most_pull_1_s2 * farthest;
+  const Vec3 other_spin =
+      other.turns() ? other.turning.angular_velocity_rad_s : Vec3(Vec3::Zero());
+  const TurningReach reach(other, -outward, other_spin - spin);
+  return safe_time({left_m, outward.dot(velocity - spin.cross(centre)), -bend, &reach, nullptr},
+                   most_s);
 }
 
 double FlyingSolids::approach_m_s(const Vec3& normal, double touching_m) const {
@@ -236,15 +272,18 @@ double FlyingSolids::approach_m_s(const Vec3& normal, double touching_m) const {
   if (!turns()) return -along;
   const auto fastest_turning = [](const Flyer& f) {
     if (!f.turns()) return 0.0;
-    return f.turning.angular_velocity_rad_s.norm() * f.solid.placed.shape.bounding_radius_m;
+    return f.turning.angular_velocity_rad_s.norm() * f.radius_m();
   };
   const double speed = velocity().norm() + fastest_turning(a_) + fastest_turning(b_);
   if (!(speed > 0.0)) return 0.0;
   // A little time ahead, the lowest point is one of those that are meant.
   const double t_s = touching_m / speed;
   double nearer = -along;
-  if (a_.turns()) nearer += TurningReach(a_, normal).after(t_s).slope;
-  if (b_.turns()) nearer += TurningReach(b_, -normal).after(t_s).slope;
+  const auto turning = [t_s](const Flyer& f, const Vec3& direction) {
+    return TurningReach(f, direction, f.turning.angular_velocity_rad_s).after(t_s).slope;
+  };
+  if (a_.turns()) nearer += turning(a_, normal);
+  if (b_.turns()) nearer += turning(b_, -normal);
   return nearer;
 }
 

@@ -11,9 +11,11 @@ struct Flyer {
   Solid solid;                         // relative to the centre of a at that moment
   const BodyParams* params = nullptr;  // null: static, or a sphere, whose turning is not followed
   BodyState turning;                   // orientation and spin; of no use without params
-  double most_acceleration_m_s2 = 0.0;  // at any time, of its points against its centre
+  // At any time: the spin, and the acceleration of its points against its centre, by distance.
+  double most_spin_rad_s = 0.0, most_pull_1_s2 = 0.0;
 
   bool turns() const { return params != nullptr; }
+  double radius_m() const { return solid.placed.shape.bounding_radius_m; }
 };
 
 // Moved from time to time: turning goes on from where it was, at a price that grows with the time.
@@ -42,6 +44,8 @@ class FlyingSolids {
   Vec3 centre_of_a_m() const;
 
  private:
+  double apart_along_face_s(const Separation& now, bool of_a, double left_m, double most_s) const;
+
   const StaticGeometry* fixed_;  // b, if it is one
   Flyer a_, b_;
   Vec3 centre_, velocity_;  // of b against a, at the beginning

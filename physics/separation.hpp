@@ -32,7 +32,7 @@ Separation separation_between(const Solid& a, const Solid& b, const Vec3& guess)
 // Between the supporting planes along a unit normal from a to b; of a halfspace, along its own.
 double gap_along(const PlacedShape& a, const PlacedShape& b, const Vec3& normal);
 
-// Of solids, none of them a sphere, box against box or halfspace, that touch or overlap.
+// Of solids that touch or overlap: no spheres but against hulls, not two boxes, no halfspaces.
 Separation overlap_between(const Solid& a, const Solid& b);
 
 }  // namespace soda::physics

@@ -50,6 +50,8 @@ std::optional<Touch> first_touch(const SceneDescription& scene, double touching_
   // Of the smaller body's width: how far bodies that turn while they touch, and that nothing
   // presses on each other, may sink in before they are looked at again.
   constexpr double kSinking = 1e-6;
+  // Or of the overlap that there is.
+  constexpr double kSinkingMore = 0.01;
   constexpr double kShortOfTouching = 0.1;
   const Solid &a = solids.a().solid, &b = solids.b().solid;
   const double halt =
@@ -65,7 +67,8 @@ std::optional<Touch> first_touch(const SceneDescription& scene, double touching_
     if (touches && solids.approach_m_s(now.normal, touching_m) > rounding)
       return Touch{{time, false}, now.normal};
     const bool pressed = solids.is_static_b() && now.normal.dot(scene.gravity_m_s2) > 0.0;
-    const double deeper = pressed ? touching_m : kSinking * width_m;
+    const double deeper =
+        pressed ? touching_m : std::max(kSinking * width_m, -kSinkingMore * now.distance_m);
     const double floor = touches ? std::min(now.distance_m, 0.0) - deeper : halt * touching_m;
     const double safe = solids.apart_s(now, floor, most_s - time);
     if (safe >= most_s - time) return std::nullopt;
