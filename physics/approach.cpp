@@ -51,14 +51,22 @@ Flyer flyer(const SceneDescription& scene, const Geometry& geometry, BodyId id,
   f.params = &params;
   f.turning.orientation = state.orientation;
   f.turning.angular_velocity_rad_s = spin;
-  // A point at r from the centre feels |w|^2 |r| and |dw/dt| |r|. As no moment is larger than the
-  // sum of the others, |dw/dt| is at most |w|^2 / sqrt(3).
-  const bool isotropic = is_isotropic(params.inertia_local_kg_m2);
-  const double squared =
-      isotropic ? spin.squaredNorm()
-                : most_squared_spin(params, to_local(f.solid.placed.pose.rotation, spin));
+  // A point at r from the centre feels |w|^2 |r| and |dw/dt| |r|.
+  const Mat3& inertia = params.inertia_local_kg_m2;
+  const Vec3 spin_local = to_local(f.solid.placed.pose.rotation, spin);
+  double squared = spin.squaredNorm();
+  if (is_isotropic(inertia)) {
+    f.most_pull_1_s2 = squared;
+  } else if (symmetry_axis(inertia) >= 0) {
+    // I dw/dt = (I w) x w, whose size stays.
+    const Vec3 moment = times(inertia, spin_local).cross(spin_local);
+    f.most_pull_1_s2 = squared + times(params.inverse_inertia_local, moment).norm();
+  } else {
+    // As no moment is larger than the sum of the others, |dw/dt| is at most |w|^2 / sqrt(3).
+    squared = most_squared_spin(params, spin_local);
+    f.most_pull_1_s2 = 1.6 * squared;
+  }
   f.most_spin_rad_s = std::sqrt(squared);
-  f.most_pull_1_s2 = (isotropic ? 1.0 : 1.6) * squared;
   return f;
 }
 

@@ -27,6 +27,9 @@ Mat3 rotated_tensor(const Mat3& rotation, const Mat3& tensor_local);
 
 // Whether all directions are principal with one moment: then the spin is constant.
 bool is_isotropic(const Mat3& inertia_local);
+// The axis about which a body is symmetric: the moments about the other two are equal and no
+// products of inertia are left. -1 if there is none.
+int symmetry_axis(const Mat3& inertia_local);
 
 // Turns the body for dt_s (of any sign) without torque; world angular momentum and energy are kept
 // to rounding. Exact to rounding for any dt_s: a constant spin for an isotropic body, a steady

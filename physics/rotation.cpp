@@ -77,15 +77,6 @@ Vec3 column(const Quat& q, int axis) {
   return {2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)};
 }
 
-// The axis about which the body is symmetric: the moments about the other two are equal and no
-// products of inertia are left. -1 if there is none.
-int symmetry_axis(const Mat3& inertia) {
-  if (inertia(0, 1) != 0.0 || inertia(0, 2) != 0.0 || inertia(1, 2) != 0.0) return -1;
-  if (inertia(0, 0) == inertia(1, 1)) return 2;
-  if (inertia(0, 0) == inertia(2, 2)) return 1;
-  return inertia(1, 1) == inertia(2, 2) ? 0 : -1;
-}
-
 // Precession about L at L / I1, and a spin about the body's axis that undoes the part of it that
 // does not belong to that axis. Both rates are constant, so the step has no error of its own.
 void rotate_symmetric(const Mat3& inertia, int axis, double dt_s, BodyState& state) {
@@ -176,6 +167,13 @@ void rotate_asymmetric(const BodyParams& params, double dt_s, BodyState& state) 
 bool is_isotropic(const Mat3& inertia) {
   return inertia(0, 0) == inertia(1, 1) && inertia(1, 1) == inertia(2, 2) && inertia(0, 1) == 0.0 &&
          inertia(0, 2) == 0.0 && inertia(1, 2) == 0.0;
+}
+
+int symmetry_axis(const Mat3& inertia) {
+  if (inertia(0, 1) != 0.0 || inertia(0, 2) != 0.0 || inertia(1, 2) != 0.0) return -1;
+  if (inertia(0, 0) == inertia(1, 1)) return 2;
+  if (inertia(0, 0) == inertia(2, 2)) return 1;
+  return inertia(1, 1) == inertia(2, 2) ? 0 : -1;
 }
 
 void rotate_freely(const BodyParams& params, double dt_s, BodyState& state) {

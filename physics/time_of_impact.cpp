@@ -52,16 +52,22 @@ std::optional<Touch> first_touch(const SceneDescription& scene, double touching_
   constexpr double kSinking = 1e-6;
   // Or of the overlap that there is.
   constexpr double kSinkingMore = 0.01;
-  constexpr double kShortOfTouching = 0.1;
+  constexpr double kShortOfTouching = 0.1, kMostOfIt = 0.5;
   const Solid &a = solids.a().solid, &b = solids.b().solid;
   const double halt =
       is_known_to_the_end(a.placed.shape.kind, b.placed.shape.kind) ? 0.0 : kShortOfTouching;
   double time = solids.spheres_apart_s(most_s);
   if (time > 0.0 && time >= most_s) return std::nullopt;
   Separation now{first_guess(b), 0.0};
+  double full_m = 0.0;
   for (int i = 0; i < kMostAdvances; ++i) {
     solids.go_to(time);
-    now = separation_between(a, b, now.normal);
+    // Most of a gap that is left along the direction it was found in is good enough.
+    now.distance_m = full_m > touching_m ? gap_along(a.placed, b.placed, now.normal) : 0.0;
+    if (!(now.distance_m > kMostOfIt * full_m)) {
+      now = separation_between(a, b, now.normal);
+      full_m = now.distance_m;
+    }
     const bool touches = now.distance_m <= touching_m;
     const double rounding = 1e-14 * solids.velocity().norm();
     if (touches && solids.approach_m_s(now.normal, touching_m) > rounding)
