@@ -144,7 +144,7 @@ bool has(const Simplex& s, const Vec3& gap) {
 
 }  // namespace
 
-CoreGap core_gap(const Core& a, const Core& b, const Vec3& guess, double tiny_m) {
+CoreGap core_gap(const Core& a, const Core& b, const Vec3& guess, double tiny_m, double far_m) {
   constexpr int kMostTrials = 64;
   constexpr double kNearEnough = 1e-10;  // of the distance
   Simplex simplex;
@@ -157,12 +157,13 @@ CoreGap core_gap(const Core& a, const Core& b, const Vec3& guess, double tiny_m)
     next.gap = next.on_b - next.on_a;
     if (i > 0) {
       reached = nearest.dot(next.gap);
+      if (reached > far_m * std::sqrt(squared)) return {.overlap = false, .far = true};
       const bool near_enough = squared - reached <= kNearEnough * squared;
       if (near_enough || has(simplex, next.gap) || i + 1 == kMostTrials) break;
     }
     ++simplex.count;
     const Nearest found = nearest_of(simplex);
-    if (!(found.squared > tiny_m * tiny_m)) return {.overlap = true};
+    if (!(found.squared > tiny_m * tiny_m)) return {.overlap = true, .far = false};
     // Rounding is all that is left to gain.
     if (i > 0 && !(found.squared < squared)) {
       --simplex.count;

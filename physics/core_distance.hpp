@@ -15,6 +15,7 @@ struct Core {
 struct CoreGap {
   // The nearest points are closer than `tiny_m`, or the cores overlap; nothing else is set then.
   bool overlap = false;
+  bool far = false;  // farther apart than `far_m`; nothing else is set then
   Vec3 normal = Vec3::UnitZ();  // unit, from a to b
   double distance_m = 0.0;      // between the nearest points
   // Between the supporting planes along the normal: never more than the true distance, and equal to
@@ -25,6 +26,7 @@ struct CoreGap {
 
 // `guess`, of any length but 0, is where the search begins: about from a to b. Another guess may
 // change the result by rounding, and which of equally near points is named.
-CoreGap core_gap(const Core& a, const Core& b, const Vec3& guess, double tiny_m);
+CoreGap core_gap(const Core& a, const Core& b, const Vec3& guess, double tiny_m,
+                 double far_m = 1e300);
 
 }  // namespace soda::physics

@@ -2,12 +2,12 @@
 #include <fcl/geometry/shape/box.h>
 #include <fcl/narrowphase/collision.h>
 #include <fcl/narrowphase/detail/primitive_shape_algorithm/box_box.h>
-#include <fcl/narrowphase/distance.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "physics/analytic_contacts.hpp"
+#include "physics/core_distance.hpp"
 #include "physics/geometry_impl.hpp"
 #include "physics/mesh_contacts.hpp"
 #include "physics/separating_faces.hpp"
@@ -98,24 +98,22 @@ Axis box_box_axis(const Solid& a, const Solid& b, double range) {
   return axis;
 }
 
-// Gap side: GJK on the cores, exact to its tolerance; the skins are taken off its distance.
+// Gap side: the distance of the cores; the skins are taken off it.
 Axis core_axis(const Solid& a, const Solid& b, double range, bool& cores_overlap) {
-  fcl::DistanceRequestd request(true);
-  fcl::DistanceResultd result;
-  fcl::distance(a.geometry.core.get(), to_fcl(a.placed.pose), b.geometry.core.get(),
-                to_fcl(b.placed.pose), request, result);
-  const Vec3 from = result.nearest_points[0], to = result.nearest_points[1];
-  const Vec3 gap = to - from;
-  const double distance = gap.norm();
+  constexpr double kTiny = 1e-6;  // of both widths
   const double size = a.placed.shape.min_extent_m + b.placed.shape.min_extent_m;
-  cores_overlap = !(result.min_distance > 1e-6 * size) || !(distance > 1e-6 * size);
+  const double skin_a = a.geometry.core_skin_m, skin_b = b.geometry.core_skin_m;
+  const Vec3 between = b.placed.pose.position - a.placed.pose.position;
+  const CoreGap gap =
+      core_gap({a.placed, skin_a}, {b.placed, skin_b},
+               between == Vec3::Zero() ? Vec3(Vec3::UnitZ()) : between, kTiny * size,
+               range + skin_a + skin_b);
+  cores_overlap = gap.overlap;
   Axis axis;
-  const double skins = a.geometry.core_skin_m + b.geometry.core_skin_m;
-  if (cores_overlap || !gap.allFinite() || distance - skins > range) return axis;
-  axis.found = true;
-  axis.normal = gap / distance;
-  axis.witness = 0.5 * (from + axis.normal * a.geometry.core_skin_m + to -
-                        axis.normal * b.geometry.core_skin_m);
+  if (gap.overlap || gap.far || gap.distance_m - skin_a - skin_b > range) return axis;
+  axis.found = gap.normal.allFinite();
+  axis.normal = gap.normal;
+  axis.witness = 0.5 * (gap.on_a + gap.normal * skin_a + gap.on_b - gap.normal * skin_b);
   return axis;
 }
 
