@@ -121,11 +121,6 @@ struct TurningReach {
   }
 };
 
-bool is_face(const TurningReach& reach) {
-  constexpr double kAligned = 1.0 - 1e-12;
-  return reach.shape.kind == ShapeKind::kBox && reach.now.cwiseAbs().maxCoeff() > kAligned;
-}
-
 // Lower bound of the gap above a floor, concave in time.
 struct GapCurve {
   double now_m, speed_m_s, pull_m_s2;
@@ -231,10 +226,11 @@ double FlyingSolids::spheres_apart_s(double most_s) const {
   return longest;
 }
 
-double FlyingSolids::apart_s(const Separation& now, double floor_m, double most_s) const {
+FlyingSolids::Wait FlyingSolids::apart_s(const Separation& now, double floor_m,
+                                         double most_s) const {
   const double speed = now.normal.dot(velocity()), pull = now.normal.dot(gravity_);
   const double left = now.distance_m - floor_m;
-  if (!turns()) return left > 0.0 ? first_root(left, speed, pull, most_s) : 0.0;
+  if (!turns()) return {left > 0.0 ? first_root(left, speed, pull, most_s) : 0.0, nullptr};
   // Gravity that opens the gap is left out: the curve would not be concave.
   GapCurve curve{left, speed,
                  std::min(pull, 0.0) - a_.most_pull_1_s2 * a_.radius_m() -
@@ -244,22 +240,23 @@ double FlyingSolids::apart_s(const Separation& now, double floor_m, double most_
   const Vec3 to_a = -now.normal;
   if (a_.turns()) curve.a = &of_a.emplace(a_, now.normal, a_.turning.angular_velocity_rad_s);
   if (b_.turns()) curve.b = &of_b.emplace(b_, to_a, b_.turning.angular_velocity_rad_s);
-  double safe = safe_time(curve, most_s);
-  if (safe < most_s && left > 0.0 && of_a && is_face(*of_a))
-    safe = std::max(safe, apart_along_face_s(now, true, left, most_s));
-  if (safe < most_s && left > 0.0 && of_b && is_face(*of_b))
-    safe = std::max(safe, apart_along_face_s(now, false, left, most_s));
-  return safe;
+  Wait longest{safe_time(curve, most_s), nullptr};
+  for (const Flyer* with : {&a_, &b_}) {
+    if (!with->turns() || !(longest.time_s < most_s) || !(left > 0.0)) continue;
+    const double safe = apart_turning_s(now, with == &a_, left, longest.time_s, most_s);
+    if (safe > longest.time_s) longest = {safe, with};
+  }
+  return longest;
 }
 
-// Along a normal that turns with the body whose face it belongs to: its corners do not come nearer
-// then. In the frame of that body, at r from its centre, a point of the other has the velocity
+// Along a normal that turns with a body nothing of it comes nearer, where ends of a face or an edge
+// do along one that stays: that would lead to impacts on these a share of the way at a time. In the frame of that body, at r from its centre, a point of the other has the velocity
 // v - w x r; how fast that changes is bounded by all that turns the normal, times what it turns.
-double FlyingSolids::apart_along_face_s(const Separation& now, bool of_a, double left_m,
-                                        double most_s) const {
-  const Flyer &owner = of_a ? a_ : b_, &other = of_a ? b_ : a_;
+double FlyingSolids::apart_turning_s(const Separation& now, bool with_a, double left_m,
+                                     double least_s, double most_s) const {
+  const Flyer &owner = with_a ? a_ : b_, &other = with_a ? b_ : a_;
   // Towards the other, as the owner sees it.
-  const double sign = of_a ? 1.0 : -1.0;
+  const double sign = with_a ? 1.0 : -1.0;
   const Vec3 outward = sign * now.normal, velocity = sign * this->velocity();
   const Vec3 centre = sign * b_.solid.placed.pose.position;
   const Vec3 spin = owner.turning.angular_velocity_rad_s;
@@ -268,6 +265,8 @@ double FlyingSolids::apart_along_face_s(const Separation& now, bool of_a, double
   const double fastest = speed + other.most_spin_rad_s * other.radius_m();
   const double bend = pull_m_s2 + other.most_pull_1_s2 * other.radius_m() +
                       2.0 * owner.most_spin_rad_s * fastest + owner.most_pull_1_s2 * farthest;
+  // It is of use shortly before an impact, and hardly ever promises more than the bend leaves.
+  if (0.5 * bend * least_s * least_s > left_m) return 0.0;
   const Vec3 other_spin =
       other.turns() ? other.turning.angular_velocity_rad_s : Vec3(Vec3::Zero());
   const TurningReach reach(other, -outward, other_spin - spin);

@@ -10,7 +10,7 @@ namespace soda::physics {
 struct Flyer {
   Solid solid;                         // relative to the centre of a at that moment
   const BodyParams* params = nullptr;  // null: static, or a sphere, whose turning is not followed
-  BodyState turning;                   // orientation and spin; of no use without params
+  BodyState turning{};                 // orientation and spin; of no use without params
   // At any time: the spin, and the acceleration of its points against its centre, by distance.
   double most_spin_rad_s = 0.0, most_pull_1_s2 = 0.0;
 
@@ -29,9 +29,13 @@ class FlyingSolids {
   // How long their bounding spheres (of a static: its box or plane) do not touch, from the beginning
   // on: at most `most_s`. Exact for spheres.
   double spheres_apart_s(double most_s) const;
-  // How long from now the gap along the normal, `apart_m` now, cannot fall below `floor_m`: to 1e-4
-  // of that time.
-  double apart_s(const Separation& now, double floor_m, double most_s) const;
+  // How long from now the gap along a direction, that is given now, cannot fall below `floor_m`: to 1e-4
+  // of that time. The direction stays, or turns with a or b: what promises most.
+  struct Wait {
+    double time_s = 0.0;
+    const Flyer* with = nullptr;  // the direction turns with it
+  };
+  Wait apart_s(const Separation& now, double floor_m, double most_s) const;
   // Of the points within `touching_m` of the supporting planes, how fast the first of them come
   // nearer to the other solid.
   double approach_m_s(const Vec3& normal, double touching_m) const;
@@ -44,7 +48,8 @@ class FlyingSolids {
   Vec3 centre_of_a_m() const;
 
  private:
-  double apart_along_face_s(const Separation& now, bool of_a, double left_m, double most_s) const;
+  double apart_turning_s(const Separation& now, bool with_a, double left_m, double least_s,
+                         double most_s) const;
 
   const StaticGeometry* fixed_;  // b, if it is one
   Flyer a_, b_;

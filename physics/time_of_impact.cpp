@@ -58,10 +58,20 @@ std::optional<Touch> first_touch(const SceneDescription& scene, double touching_
       is_known_to_the_end(a.placed.shape.kind, b.placed.shape.kind) ? 0.0 : kShortOfTouching;
   double time = solids.spheres_apart_s(most_s);
   if (time > 0.0 && time >= most_s) return std::nullopt;
-  Separation now{first_guess(b), 0.0};
+  // Most pairs that do not meet are seen to from where they are, along the line of their centres.
+  Separation now{first_guess(b).normalized(), 0.0};
+  if (b.placed.shape.kind != ShapeKind::kHalfSpace)
+    now.distance_m = gap_along(a.placed, b.placed, now.normal);
+  if (now.distance_m > touching_m) {
+    time = std::max(time, solids.apart_s(now, halt * touching_m, most_s).time_s);
+    if (time >= most_s) return std::nullopt;
+  }
   double full_m = 0.0;
+  const Pose* turns_with = nullptr;
+  Vec3 normal_local = Vec3::Zero();
   for (int i = 0; i < kMostAdvances; ++i) {
     solids.go_to(time);
+    if (turns_with) now.normal = turns_with->rotation * normal_local;
     // Most of a gap that is left along the direction it was found in is good enough.
     now.distance_m = full_m > touching_m ? gap_along(a.placed, b.placed, now.normal) : 0.0;
     if (!(now.distance_m > kMostOfIt * full_m)) {
@@ -76,10 +86,12 @@ std::optional<Touch> first_touch(const SceneDescription& scene, double touching_
     const double deeper =
         pressed ? touching_m : std::max(kSinking * width_m, -kSinkingMore * now.distance_m);
     const double floor = touches ? std::min(now.distance_m, 0.0) - deeper : halt * touching_m;
-    const double safe = solids.apart_s(now, floor, most_s - time);
-    if (safe >= most_s - time) return std::nullopt;
-    if (safe <= kStalled * most_s && touches) return Touch{{time, true}, now.normal};
-    time += safe;
+    const FlyingSolids::Wait safe = solids.apart_s(now, floor, most_s - time);
+    if (safe.time_s >= most_s - time) return std::nullopt;
+    if (safe.time_s <= kStalled * most_s && touches) return Touch{{time, true}, now.normal};
+    time += safe.time_s;
+    turns_with = safe.with ? &safe.with->solid.placed.pose : nullptr;
+    if (turns_with) normal_local = turns_with->direction_to_local(now.normal);
   }
   return Touch{{time, true}, now.normal};
 }
