@@ -94,10 +94,11 @@ double sweep_velocities(bool forward, ContactProblem& problem) {
 }
 
 int solve_velocities(int iterations, ContactProblem& problem) {
-  constexpr int kWorthLoading = 5;  // sweeps after which more are to be expected
+  // Sweeps after which so many are to be expected that they are worth it.
+  const int worth_loading = problem.normals.size() <= 2 ? 5 : 12;
   const bool few = problem.normals.size() <= kFewPoints;
   for (int i = 0; i < iterations; ++i) {
-    if (few && i == kWorthLoading) return sweep_few_contacts(i, iterations, kNegligible, problem);
+    if (few && i == worth_loading) return sweep_few_contacts(i, iterations, kNegligible, problem);
     const double change = sweep_velocities(i % 2 == 0, problem);
     if (change <= kNegligible * largest_impulse(problem)) return i + 1;
   }

@@ -64,8 +64,9 @@ void load(const ContactProblem& p, FewContacts& few) {
     for (int t = 0; t < 2; ++t) few.line[few.lines++] = line_of(row, t, p.bodies);
   for (std::size_t i = 0; i < few.lines; ++i) {
     few.velocity[i] = few.line[i].velocity(p.bodies);
-    for (std::size_t j = 0; j < few.lines; ++j)
-      few.response[i][j] = response_between(few.line[i], few.line[j], p.bodies);
+    for (std::size_t j = 0; j <= i; ++j)
+      few.response[i][j] = few.response[j][i] =
+          response_between(few.line[i], few.line[j], p.bodies);
   }
 }
 
