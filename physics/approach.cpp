@@ -241,6 +241,8 @@ FlyingSolids::Wait FlyingSolids::apart_s(const Separation& now, double floor_m,
   if (a_.turns()) curve.a = &of_a.emplace(a_, now.normal, a_.turning.angular_velocity_rad_s);
   if (b_.turns()) curve.b = &of_b.emplace(b_, to_a, b_.turning.angular_velocity_rad_s);
   Wait longest{safe_time(curve, most_s), nullptr};
+  // A plane has no end: no part of it stays within reach along a direction that turns.
+  if (fixed_ && fixed_->is_half_space) return longest;
   for (const Flyer* with : {&a_, &b_}) {
     if (!with->turns() || !(longest.time_s < most_s) || !(left > 0.0)) continue;
     const double safe = apart_turning_s(now, with == &a_, left, longest.time_s, most_s);

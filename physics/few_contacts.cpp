@@ -231,17 +231,20 @@ double largest_normal_impulse(const FewContacts& few) {
 
 int sweep_few_contacts(int done, int iterations, double negligible, ContactProblem& problem) {
   constexpr int kMostLeaps = 12, kAfterBadLeap = 6;
+  constexpr double kMuchLess = 1e-3;
   FewContacts few;
   load(problem, few);
   int sweeps = done, leaps = 0, next_leap = done;
   while (sweeps < iterations) {
-    double change = sweep(sweeps++ % 2 == 0, problem, few);
-    if (change <= negligible * largest_normal_impulse(few)) break;
+    const double change = sweep(sweeps++ % 2 == 0, problem, few);
+    // What one sweep changes is less than what is left; with steps of Newton's method more is cheap.
+    const double small = leaps < kMostLeaps ? kMuchLess * negligible : negligible;
+    if (change <= small * largest_normal_impulse(few)) break;
     if (leaps == kMostLeaps || sweeps < next_leap || sweeps >= iterations) continue;
     const FewContacts before = few;
     leap(problem, few);
     const double after = sweep(sweeps++ % 2 == 0, problem, few);
-    if (after <= negligible * largest_normal_impulse(few)) break;
+    if (after <= small * largest_normal_impulse(few)) break;
     ++leaps;
     if (after < change) continue;
     few = before;
