@@ -110,8 +110,7 @@ struct TurningReach {
   TurningReach(const Flyer& f, const Vec3& direction, const Vec3& spin)
       : shape(f.solid.placed.shape),
         now(to_local(f.solid.placed.pose.rotation, direction)),
-        change(to_local(f.solid.placed.pose.rotation,
-                        direction.cross(spin))) {
+        change(to_local(f.solid.placed.pose.rotation, direction.cross(spin))) {
     height_now = now.dot(support(shape, now));
   }
   Value after(double t_s) const {
@@ -127,8 +126,7 @@ struct GapCurve {
   const TurningReach *a, *b;  // null: does not turn
 
   Value after(double t_s) const {
-    Value value{now_m + speed_m_s * t_s + 0.5 * pull_m_s2 * t_s * t_s,
-                speed_m_s + pull_m_s2 * t_s};
+    Value value{now_m + speed_m_s * t_s + 0.5 * pull_m_s2 * t_s * t_s, speed_m_s + pull_m_s2 * t_s};
     for (const TurningReach* reach : {a, b}) {
       if (reach == nullptr) continue;
       const Value part = reach->after(t_s);
@@ -153,8 +151,7 @@ double safe_time(const GapCurve& curve, double most_s) {
     const double chord = left > 0.0 ? unsafe * (left / (left - value.height)) : 0.0;
     if (unsafe - chord <= kEnough * chord) return chord;
     // value + slope (-d) + pull d^2 / 2 = 0
-    const double discriminant =
-        value.slope * value.slope - 2.0 * curve.pull_m_s2 * value.height;
+    const double discriminant = value.slope * value.slope - 2.0 * curve.pull_m_s2 * value.height;
     if (!(value.slope < 0.0) || !(discriminant >= 0.0)) return chord;
     const double next = unsafe + 2.0 * value.height / (std::sqrt(discriminant) - value.slope);
     if (!(next > chord)) return chord;
@@ -185,8 +182,7 @@ void FlyingSolids::go_to(double time_s) {
   turn(time_s - time_s_, a_);
   turn(time_s - time_s_, b_);
   time_s_ = time_s;
-  b_.solid.placed.pose.position =
-      centre_ + velocity_ * time_s + gravity_ * (0.5 * time_s * time_s);
+  b_.solid.placed.pose.position = centre_ + velocity_ * time_s + gravity_ * (0.5 * time_s * time_s);
 }
 
 Vec3 FlyingSolids::centre_of_a_m() const {
@@ -208,7 +204,8 @@ double FlyingSolids::spheres_apart_s(double most_s) const {
   const auto consider = [&](const Vec3& up, double height) {
     const double apart = height - radius;
     if (apart > 0.0)
-      longest = std::max(longest, first_root(apart, up.dot(start_velocity_), up.dot(pull_), most_s));
+      longest =
+          std::max(longest, first_root(apart, up.dot(start_velocity_), up.dot(pull_), most_s));
   };
   if (fixed_->is_half_space) {
     consider(fixed_->plane.normal, fixed_->plane.normal.dot(start_m_) - fixed_->plane.offset_m);
@@ -216,8 +213,8 @@ double FlyingSolids::spheres_apart_s(double most_s) const {
   }
   const bool box = b_.solid.placed.shape.kind == ShapeKind::kBox;
   const Vec3 centre = box ? fixed_->pose.position : 0.5 * (fixed_->box.min + fixed_->box.max);
-  const Vec3 half = box ? b_.solid.placed.shape.half_extents_m
-                        : Vec3(0.5 * (fixed_->box.max - fixed_->box.min));
+  const Vec3 half =
+      box ? b_.solid.placed.shape.half_extents_m : Vec3(0.5 * (fixed_->box.max - fixed_->box.min));
   for (int i = 0; i < 3; ++i) {
     const Vec3 up = box ? Vec3(fixed_->pose.rotation.col(i)) : Vec3(Vec3::Unit(i));
     const double along = up.dot(start_m_ - centre);
@@ -232,10 +229,10 @@ FlyingSolids::Wait FlyingSolids::apart_s(const Separation& now, double floor_m,
   const double left = now.distance_m - floor_m;
   if (!turns()) return {left > 0.0 ? first_root(left, speed, pull, most_s) : 0.0, nullptr};
   // Gravity that opens the gap is left out: the curve would not be concave.
-  GapCurve curve{left, speed,
-                 std::min(pull, 0.0) - a_.most_pull_1_s2 * a_.radius_m() -
-                     b_.most_pull_1_s2 * b_.radius_m(),
-                 nullptr, nullptr};
+  GapCurve curve{
+      left, speed,
+      std::min(pull, 0.0) - a_.most_pull_1_s2 * a_.radius_m() - b_.most_pull_1_s2 * b_.radius_m(),
+      nullptr, nullptr};
   std::optional<TurningReach> of_a, of_b;
   const Vec3 to_a = -now.normal;
   if (a_.turns()) curve.a = &of_a.emplace(a_, now.normal, a_.turning.angular_velocity_rad_s);
@@ -252,8 +249,9 @@ FlyingSolids::Wait FlyingSolids::apart_s(const Separation& now, double floor_m,
 }
 
 // Along a normal that turns with a body nothing of it comes nearer, where ends of a face or an edge
-// do along one that stays: that would lead to impacts on these a share of the way at a time. In the frame of that body, at r from its centre, a point of the other has the velocity
-// v - w x r; how fast that changes is bounded by all that turns the normal, times what it turns.
+// do along one that stays: that would lead to impacts on these a share of the way at a time. In the
+// frame of that body, at r from its centre, a point of the other has the velocity v - w x r; how
+// fast that changes is bounded by all that turns the normal, times what it turns.
 double FlyingSolids::apart_turning_s(const Separation& now, bool with_a, double left_m,
                                      double least_s, double most_s) const {
   const Flyer &owner = with_a ? a_ : b_, &other = with_a ? b_ : a_;
@@ -269,8 +267,7 @@ double FlyingSolids::apart_turning_s(const Separation& now, bool with_a, double 
                       2.0 * owner.most_spin_rad_s * fastest + owner.most_pull_1_s2 * farthest;
   // It is of use shortly before an impact, and hardly ever promises more than the bend leaves.
   if (0.5 * bend * least_s * least_s > left_m) return 0.0;
-  const Vec3 other_spin =
-      other.turns() ? other.turning.angular_velocity_rad_s : Vec3(Vec3::Zero());
+  const Vec3 other_spin = other.turns() ? other.turning.angular_velocity_rad_s : Vec3(Vec3::Zero());
   const TurningReach reach(other, -outward, other_spin - spin);
   return safe_time({left_m, outward.dot(velocity - spin.cross(centre)), -bend, &reach, nullptr},
                    most_s);

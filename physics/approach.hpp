@@ -26,11 +26,11 @@ class FlyingSolids {
                const BodyState& state_a, BodyId b, const BodyState* state_b);
 
   void go_to(double time_s);
-  // How long their bounding spheres (of a static: its box or plane) do not touch, from the beginning
-  // on: at most `most_s`. Exact for spheres.
+  // How long their bounding spheres (of a static: its box or plane) do not touch, from the
+  // beginning on: at most `most_s`. Exact for spheres.
   double spheres_apart_s(double most_s) const;
-  // How long from now the gap along a direction, that is given now, cannot fall below `floor_m`: to 1e-4
-  // of that time. The direction stays, or turns with a or b: what promises most.
+  // How long from now the gap along a direction, that is given now, cannot fall below `floor_m`: to
+  // 1e-4 of that time. The direction stays, or turns with a or b: what promises most.
   struct Wait {
     double time_s = 0.0;
     const Flyer* with = nullptr;  // the direction turns with it

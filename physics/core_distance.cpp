@@ -3,9 +3,9 @@
 #include <array>
 #include <cmath>
 
-// All differences (point of b) - (point of a) form a convex set; the cores are as far apart as it is
-// from the origin. A simplex of at most four of its points is kept, of which the nearest point to
-// the origin is known; the support in its direction tells whether the set comes nearer.
+// All differences (point of b) - (point of a) form a convex set; the cores are as far apart as it
+// is from the origin. A simplex of at most four of its points is kept, of which the nearest point
+// to the origin is known; the support in its direction tells whether the set comes nearer.
 namespace soda::physics {
 namespace {
 
@@ -99,8 +99,7 @@ Nearest of_face(const Simplex& s, int i, int j, int k) {
 // Where the origin is inside, the squared distance is 0.
 Nearest of_solid(const Simplex& s) {
   const Vec3& from = s.corners[0].gap;
-  const Vec3 u = s.corners[1].gap - from, v = s.corners[2].gap - from,
-             w = s.corners[3].gap - from;
+  const Vec3 u = s.corners[1].gap - from, v = s.corners[2].gap - from, w = s.corners[3].gap - from;
   const Vec3 across = v.cross(w);
   const double volume = u.dot(across);
   const double sign = volume < 0.0 ? -1.0 : 1.0;

@@ -15,7 +15,7 @@ struct Core {
 struct CoreGap {
   // The nearest points are closer than `tiny_m`, or the cores overlap; nothing else is set then.
   bool overlap = false;
-  bool far = false;  // farther apart than `far_m`; nothing else is set then
+  bool far = false;             // farther apart than `far_m`; nothing else is set then
   Vec3 normal = Vec3::UnitZ();  // unit, from a to b
   double distance_m = 0.0;      // between the nearest points
   // Between the supporting planes along the normal: never more than the true distance, and equal to

@@ -72,8 +72,7 @@ void load(const ContactProblem& p, FewContacts& few) {
 
 double sweep_normal(const NormalRow& row, std::size_t i, FewContacts& few) {
   const double old = few.line[i].impulse;
-  const double change =
-      std::max(0.0, old + row.mass_kg * (row.target_m_s - few.velocity[i])) - old;
+  const double change = std::max(0.0, old + row.mass_kg * (row.target_m_s - few.velocity[i])) - old;
   if (change != 0.0) few.add(i, change);
   return std::abs(change);
 }
@@ -201,9 +200,10 @@ void apply(const Line& line, double change, std::vector<SolverBody>& bodies) {
 
 void store(const FewContacts& few, ContactProblem& p) {
   for (std::size_t i = 0; i < few.lines; ++i) {
-    double& impulse = i < few.normals
-                          ? p.normals[i].impulse_newton_s
-                          : p.frictions[(i - few.normals) / 2].impulse_newton_s[(i - few.normals) % 2];
+    double& impulse =
+        i < few.normals
+            ? p.normals[i].impulse_newton_s
+            : p.frictions[(i - few.normals) / 2].impulse_newton_s[(i - few.normals) % 2];
     apply(few.line[i], few.line[i].impulse - impulse, p.bodies);
     impulse = few.line[i].impulse;
   }
@@ -237,7 +237,8 @@ int sweep_few_contacts(int done, int iterations, double negligible, ContactProbl
   int sweeps = done, leaps = 0, next_leap = done;
   while (sweeps < iterations) {
     const double change = sweep(sweeps++ % 2 == 0, problem, few);
-    // What one sweep changes is less than what is left; with steps of Newton's method more is cheap.
+    // What one sweep changes is less than what is left; with steps of Newton's method more is
+    // cheap.
     const double small = leaps < kMostLeaps ? kMuchLess * negligible : negligible;
     if (change <= small * largest_normal_impulse(few)) break;
     if (leaps == kMostLeaps || sweeps < next_leap || sweeps >= iterations) continue;

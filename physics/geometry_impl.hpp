@@ -19,10 +19,7 @@ struct ShapeGeometry {
   CompiledShape shape;
   // The whole shape, for MPR; for a mesh its OBBRSS tree. Null for a halfspace.
   std::shared_ptr<fcl::CollisionGeometry<double>> whole;
-  // What is left after taking off a skin of core_skin_m, for GJK: the centre of a sphere, the
-  // segment of a capsule, a smaller cylinder; boxes and hulls are their own cores. Null for meshes
-  // and halfspaces.
-  std::shared_ptr<fcl::CollisionGeometry<double>> core;
+  // What contacts take off for their core_gap(): see Core.
   double core_skin_m = 0.0;
 };
 

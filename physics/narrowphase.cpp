@@ -104,10 +104,9 @@ Axis core_axis(const Solid& a, const Solid& b, double range, bool& cores_overlap
   const double size = a.placed.shape.min_extent_m + b.placed.shape.min_extent_m;
   const double skin_a = a.geometry.core_skin_m, skin_b = b.geometry.core_skin_m;
   const Vec3 between = b.placed.pose.position - a.placed.pose.position;
-  const CoreGap gap =
-      core_gap({a.placed, skin_a}, {b.placed, skin_b},
-               between == Vec3::Zero() ? Vec3(Vec3::UnitZ()) : between, kTiny * size,
-               range + skin_a + skin_b);
+  const CoreGap gap = core_gap({a.placed, skin_a}, {b.placed, skin_b},
+                               between == Vec3::Zero() ? Vec3(Vec3::UnitZ()) : between,
+                               kTiny * size, range + skin_a + skin_b);
   cores_overlap = gap.overlap;
   Axis axis;
   if (gap.overlap || gap.far || gap.distance_m - skin_a - skin_b > range) return axis;

@@ -47,8 +47,7 @@ void consider_faces(BoxPair& pair) {
       reach_b[j] += cosine * pair.half_a[i];
       along_b[j] += pair.between[i] * pair.cosine[i][j];
     }
-    pair.consider(pair.a.pose.rotation.col(i), pair.between[i],
-                  std::abs(pair.between[i]) - reach);
+    pair.consider(pair.a.pose.rotation.col(i), pair.between[i], std::abs(pair.between[i]) - reach);
   }
   for (int j = 0; j < 3; ++j)
     pair.consider(pair.b.pose.rotation.col(j), along_b[j], std::abs(along_b[j]) - reach_b[j]);
@@ -64,10 +63,9 @@ void consider_edges(int i, int j, BoxPair& pair) {
   const double squared = c1 * c1 + c2 * c2;  // of the sine
   if (squared < kParallel * kParallel) return;
   const double along = pair.between[i2] * c1 - pair.between[i1] * c2;
-  const double reach =
-      pair.half_a[i1] * std::abs(c2) + pair.half_a[i2] * std::abs(c1) +
-      pair.half_b[j1] * std::abs(pair.cosine[i][j2]) +
-      pair.half_b[j2] * std::abs(pair.cosine[i][j1]);
+  const double reach = pair.half_a[i1] * std::abs(c2) + pair.half_a[i2] * std::abs(c1) +
+                       pair.half_b[j1] * std::abs(pair.cosine[i][j2]) +
+                       pair.half_b[j2] * std::abs(pair.cosine[i][j1]);
   const double apart = std::abs(along) - reach;
   const bool inexact = squared < kInexact * kInexact;
   // Without the root, where the outcome is clear: positive only if better than what there is.

@@ -21,8 +21,6 @@ namespace {
 static_assert(sizeof(fcl::CollisionObjectd) == 224 && alignof(fcl::CollisionObjectd) == 16);
 static_assert(sizeof(fcl::ContinuousCollisionResultd) == 272);
 
-// GJK on a point or a segment needs a shape with some radius; this one is below its tolerance.
-constexpr double kCoreRadius = 1e-9;   // of the radius
 constexpr double kCylinderSkin = 0.1;  // of the smaller of radius and half length
 
 std::shared_ptr<fcl::CollisionGeometryd> make_convex(const CompiledShape& shape) {
@@ -54,28 +52,23 @@ ShapeGeometry make_geometry(const Shape& shape) {
   switch (out.shape.kind) {
     case ShapeKind::kSphere:
       out.whole = std::make_shared<fcl::Sphered>(r);
-      out.core = std::make_shared<fcl::Sphered>(kCoreRadius * r);
       out.core_skin_m = r;
       break;
     case ShapeKind::kBox:
       out.whole = std::make_shared<fcl::Boxd>(2.0 * out.shape.half_extents_m);
-      out.core = out.whole;
       break;
     case ShapeKind::kCapsule:
       out.whole = std::make_shared<fcl::Capsuled>(r, length);
-      out.core = std::make_shared<fcl::Capsuled>(kCoreRadius * r, length);
       out.core_skin_m = r;
       break;
     case ShapeKind::kCylinder: {
       const double skin = kCylinderSkin * std::min(r, 0.5 * length);
       out.whole = std::make_shared<fcl::Cylinderd>(r, length);
-      out.core = std::make_shared<fcl::Cylinderd>(r - skin, length - 2.0 * skin);
       out.core_skin_m = skin;
       break;
     }
     case ShapeKind::kHull:
       out.whole = make_convex(out.shape);
-      out.core = out.whole;
       break;
     case ShapeKind::kMesh:
       out.whole = make_tree(out.shape);

@@ -25,7 +25,9 @@ double width_of(const SceneDescription& scene, const Geometry& geometry, BodyId 
 // Whether the direction in which two solids are nearest is known at any gap; else it is lost in
 // rounding shortly before they touch.
 bool is_known_to_the_end(ShapeKind a, ShapeKind b) {
-  const auto simple = [](ShapeKind k) { return k == ShapeKind::kSphere || k == ShapeKind::kCapsule; };
+  const auto simple = [](ShapeKind k) {
+    return k == ShapeKind::kSphere || k == ShapeKind::kCapsule;
+  };
   const bool boxes = a == ShapeKind::kBox && b == ShapeKind::kBox;
   const bool round = (simple(a) || simple(b)) && a != ShapeKind::kHull && b != ShapeKind::kHull;
   return boxes || round || b == ShapeKind::kHalfSpace;
