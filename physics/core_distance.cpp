@@ -154,9 +154,9 @@ CoreGap core_gap(const Core& a, const Core& b, const Vec3& guess, double tiny_m,
     next.on_a = farthest(a, nearest);
     next.on_b = farthest(b, -nearest);
     next.gap = next.on_b - next.on_a;
+    reached = nearest.dot(next.gap);
+    if (reached > far_m * nearest.norm()) return {.overlap = false, .far = true};
     if (i > 0) {
-      reached = nearest.dot(next.gap);
-      if (reached > far_m * std::sqrt(squared)) return {.overlap = false, .far = true};
       const bool near_enough = squared - reached <= kNearEnough * squared;
       if (near_enough || has(simplex, next.gap) || i + 1 == kMostTrials) break;
     }
