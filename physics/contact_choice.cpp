@@ -52,18 +52,25 @@ bool wants_substeps(std::size_t bodies, double mass_ratio, const ContactProblem&
   return bodies > 2 && problem.restitution_rows == 0 && mass_ratio <= kMuchLighter;
 }
 
-// In a long step the last of a speed is a long way: sweeps over few rows go on until it is short.
+// In a long step the last of a speed is a long way: sweeps over few rows go on until it is short,
+// those of a lone body for as long as they bring it much nearer.
 int sweep_velocities_until_close(int most, double dt_s, ContactProblem& problem) {
   constexpr std::size_t kFewRows = 16;
   constexpr double kShort = 1e-4, kOfLone = 1e-12;  // of the smaller body
+  constexpr double kMuchNearer = 0.1;
   constexpr int kMostRounds = 20;
   int sweeps = solve_velocities(most, problem);
   if (problem.normals.size() > kFewRows) return sweeps;
   double size_m = problem.contacts.empty() ? 0.0 : problem.contacts[0].size_m;
   for (const RowContact& contact : problem.contacts) size_m = std::min(size_m, contact.size_m);
-  const double short_m = (problem.bodies.size() == 2 ? kOfLone : kShort) * size_m;
+  const bool lone = problem.bodies.size() == 2;
+  double before_m = 1e300;
   for (int round = 1; round < kMostRounds && sweeps == round * most; ++round) {
-    if (!(residual_m_s(problem) * dt_s > short_m)) break;
+    const double left_m = residual_m_s(problem) * dt_s;
+    const bool goes_on = left_m > kShort * size_m ||
+                         (lone && left_m > kOfLone * size_m && left_m <= kMuchNearer * before_m);
+    if (!goes_on) break;
+    before_m = left_m;
     sweeps += solve_velocities(most, problem);
   }
   return sweeps;
