@@ -201,7 +201,9 @@ bool advance_exactly(const SceneDescription& scene, double dt_s, std::span<const
                      std::span<const ContactManifold> manifolds, std::span<BodyState> states,
                      IslandReport& report, StageCounters& counters,
                      std::vector<AdvanceFault>& faults) {
-  if (manifolds.size() != 1 || !is_joint(manifolds.front())) return false;
+  if (manifolds.size() != 1 || !is_joint(manifolds.front()) ||
+      scene.joints[joint_of(manifolds.front())].kind != JointKind::kSpring)
+    return false;
   const JointSystem joints = find_joints(scene, ids, manifolds);
   report = report_of(ids, manifolds);
   if (!advance_lone_spring(scene, dt_s, ids, joints, states, report, faults)) return false;

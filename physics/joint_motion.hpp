@@ -17,7 +17,10 @@ double rounding_of(std::span<const BodyState> states);
 std::vector<SolverBody> bodies_at(const SceneDescription& scene, std::span<const BodyId> ids,
                                   std::span<const BodyState> states);
 
-// From `states` on, with these velocities and no force.
+// From `states` on, with these velocities and no force. Other fields of `next` stay.
+void drift_to(const SceneDescription& scene, std::span<const BodyId> ids,
+              std::span<const BodyState> states, std::span<const SolverBody> bodies, double dt_s,
+              std::span<BodyState> next);
 std::vector<BodyState> drifted(const SceneDescription& scene, std::span<const BodyId> ids,
                                std::span<const BodyState> states,
                                std::span<const SolverBody> bodies, double dt_s);
