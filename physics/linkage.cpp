@@ -54,20 +54,25 @@ Vec3 unforeseen_newton_s(const SceneDescription& scene, double dt_s, std::span<c
   return rest;
 }
 
+// By how much bodies may swing about taut joints and turn in a part.
+struct PartBounds {
+  double swing_rad = 0.0, spin_rad = 0.0;
+};
+// A spin has farther to go than a swing.
+constexpr PartBounds kOfFourthOrder{0.5, 0.2}, kOfSecondOrder{0.25, 0.25};
+// Where an estimate tells what longer parts are off by: well below what is unstable.
+constexpr PartBounds kEstimated{1.0, 1.0};
+
 // A joint under tension is a stiff spring for what turns across it: of a body that is held at an
 // arm r with a force f, the rate is sqrt(f r / (I + m r^2)). The explicit step is stable up to
 // twice its inverse, and accurate well below. 0 where no number would do.
 int substeps_of(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
-                std::span<const BodyState> states, bool fourth, JointSystem& joints) {
-  // Of a swing about a taut joint, and of a spin, which has farther to go.
-  const double most_swing_rad = fourth ? 0.5 : 0.25, most_spin_rad = fourth ? 0.2 : 0.25;
+                const PartBounds& bounds, LinkageMotion& motion) {
   constexpr int kMost = 100;
   constexpr double kHopeless = 1000.0;
-  std::vector<SolverBody> bodies = bodies_at(scene, ids, states);
-  push_all(scene, dt_s, ids, states, bodies);
-  build_joint_rows(scene, dt_s, states, false, joints);
-  bound_velocities(dt_s, rounding_of(states), joints);
-  stop_joint_velocities(ids.size(), bodies, joints);
+  const std::span<const SolverBody> bodies = motion.hold_against_push(dt_s);
+  const std::span<const BodyState> states = std::as_const(motion).states();
+  const JointSystem& joints = motion.joints();
   std::vector<double> squared(ids.size() + 1, 0.0);
   const auto stiffen = [&](std::uint32_t body, const JointRow& row, const Vec3& turn) {
     if (body >= ids.size() || row.linear == Vec3::Zero()) return;
@@ -81,8 +86,8 @@ int substeps_of(const SceneDescription& scene, double dt_s, std::span<const Body
   }
   double largest = 0.0;
   for (std::size_t i = 0; i < ids.size(); ++i)
-    largest = std::max({largest, std::sqrt(squared[i]) / most_swing_rad,
-                        states[i].angular_velocity_rad_s.norm() / most_spin_rad});
+    largest = std::max({largest, std::sqrt(squared[i]) / bounds.swing_rad,
+                        states[i].angular_velocity_rad_s.norm() / bounds.spin_rad});
   double parts = largest * dt_s;
   if (!(parts < kHopeless)) return 0;
   if (const std::vector<SpringRow> springs = spring_rows(scene, states, joints); !springs.empty()) {
@@ -91,22 +96,6 @@ int substeps_of(const SceneDescription& scene, double dt_s, std::span<const Body
     if (!(parts < std::max(most, kLeastSpringParts))) return 0;
   }
   return parts < kMost ? 1 + static_cast<int>(parts) : kMost;
-}
-
-// Whether velocities go against the joints, as those that contacts left: then energy is lost.
-bool goes_against(const SceneDescription& scene, std::span<const BodyId> ids,
-                  std::span<const BodyState> states, const JointSystem& joints) {
-  constexpr double kRounding = 1e-10;
-  const std::vector<SolverBody> bodies = bodies_at(scene, ids, states);
-  double most = 0.0, largest = 0.0;
-  for (const JointRow& row : joints.rows) {
-    const SolverBody &a = bodies[row.a], &b = bodies[row.b];
-    largest =
-        std::max(largest, a.linear.norm() + b.linear.norm() + row.turn_a.norm() * a.angular.norm() +
-                              row.turn_b.norm() * b.angular.norm());
-    if (row.kind == JointRowKind::kHolds) most = std::max(most, std::abs(velocity_of(row, bodies)));
-  }
-  return most > kRounding * largest;
 }
 
 // Of an island with springs. At the ends of a swing there is no motion to take an error from, nor
@@ -127,22 +116,78 @@ bool keep_sprung_energy(const SceneDescription& scene, double part_s, std::span<
                 : std::abs(gain) <= kTrace * (excess.moving_joule + lent + kept);
 }
 
-// Of a number of equal parts of the step. Its energy is kept, or may fall where something is
-// stopped. False if joints do not hold, or the energy errs by more than a trace; of a loss not
-// where there are to be no `more_parts`.
+// What parts of second order are off by, as far as their kicks tell.
+class KickErrors {
+ public:
+  KickErrors(const BodySizes& sizes, std::span<const BodyId> ids) : sizes_(sizes), ids_(ids) {}
+
+  void restart() { sum_ = largest_ = 0.0; }
+
+  // A part that kicks at both ends only sees a force that changes evenly in between as if it had
+  // its first half too long: of the change of velocity between both kicks, places are off by a
+  // third of the time. Velocities are only by what the force bends in the part, a sixth of that for
+  // as much as a radian of it. `scaled`: what energy took of velocities.
+  void add(double part_s, std::span<const LinkageMotion::KickChange> changes, double scaled,
+           std::span<const BodyState> states) {
+    constexpr double kOfWay = 1.0 / 3.0, kOfVelocity = 1.0 / 6.0;
+    differences_.clear();
+    for (std::size_t i = 0; i < changes.size(); ++i) {
+      const auto& [linear, angular] = changes[i];
+      const double way_s = kOfWay * part_s;
+      differences_.push_back({linear * way_s, angular * way_s,
+                              linear * kOfVelocity + states[i].linear_velocity_m_s * scaled,
+                              angular * kOfVelocity + states[i].angular_velocity_rad_s * scaled});
+    }
+    const StepError error = largest_of(sizes_, differences_);
+    sum_ += error.widths;
+    if (!(error.widths > largest_)) return;
+    largest_ = error.widths;
+    worst_ = ids_[error.body];
+  }
+
+  double widths() const { return sum_; }
+  void tell(IslandReport& report) const {
+    report.error_estimate = sum_;
+    report.worst_body = worst_;
+  }
+
+ private:
+  const BodySizes& sizes_;
+  std::span<const BodyId> ids_;
+  std::vector<BodyDifference> differences_;
+  double sum_ = 0.0, largest_ = 0.0;
+  BodyId worst_{};
+};
+
+// By which share of themselves velocities change for it.
+double scaled_by(const EnergyExcess& excess) {
+  return excess.moving_joule > 0.0 ? 0.5 * std::abs(excess.gain_joule) / excess.moving_joule : 0.0;
+}
+
+// Equal parts of a step.
+struct Parts {
+  int count = 1;
+  bool fourth = false;
+  bool more = false;  // whether there can be
+};
+
+// Its energy is kept, or may fall where something is stopped. False if joints do not hold, or the
+// energy errs by more than a trace; of a loss not where there are to be no more parts. `errors`:
+// of parts of second order, where somebody asks.
 bool advance_parts(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
-                   int parts, bool fourth, bool more_parts, LinkageMotion& motion,
+                   const Parts& parts, LinkageMotion& motion, KickErrors* errors,
                    IslandReport& report) {
   constexpr double kTrace = 1e-3, kMostGiven = 0.1;
-  const double part_s = dt_s / parts;
+  const bool fourth = parts.fourth;
+  const double part_s = dt_s / parts.count;
   const bool pushed = std::ranges::any_of(
       ids, [&scene](BodyId id) { return is_pushed(scene.bodies[index_of(id)]); });
   const bool sprung = has_springs(scene, motion.joints());
   LinkageWork& work = motion.work;
-  work.loses = goes_against(scene, ids, motion.states(), motion.joints());
+  work.loses = motion.goes_against_joints();
   const bool afloat = is_afloat(ids.size(), motion.joints(), nullptr);
   std::vector<BodyState> from;
-  for (int i = 0; i < parts; ++i) {
+  for (int i = 0; i < parts.count; ++i) {
     if (!pushed) from.assign(motion.states().begin(), motion.states().end());
     if (!fourth && !motion.advance(part_s, report)) return false;
     for (std::size_t k = 0; fourth && k < kStages.size(); ++k)
@@ -158,10 +203,11 @@ bool advance_parts(const SceneDescription& scene, double dt_s, std::span<const B
     if (!excess.is_trace(kTrace)) return false;
     const bool lost = excess.gain_joule < 0.0 && !work.loses;
     const bool little = -excess.gain_joule <= kTrace * excess.moving_joule;
-    if (!fourth && lost && !little && more_parts) return false;
+    if (!fourth && lost && !little && parts.more) return false;
     if (excess.gain_joule > 0.0 ||
         (lost && -excess.gain_joule <= (fourth ? kTrace : kMostGiven) * excess.moving_joule))
       take_excess(scene, ids, excess, afloat, states, report);
+    if (errors != nullptr) errors->add(part_s, motion.kick_changes(), scaled_by(excess), states);
     // A motor that pushes what rests works on its rounding: then the bodies know better.
     if (excess.gain_joule == 0.0 && work.motors_joule != 0.0)
       work.motors_joule = std::max(work.motors_joule, gain_joule(scene, ids, from, states));
@@ -171,31 +217,8 @@ bool advance_parts(const SceneDescription& scene, double dt_s, std::span<const B
   return true;
 }
 
-}  // namespace
-
-bool advance_linkage(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
-                     JointSystem& joints, std::span<BodyState> states, IslandReport& report,
-                     std::vector<AdvanceFault>& faults) {
-  const bool fourth = is_reversible(scene, ids, joints);
-  if (!fourth && has_springs(scene, joints)) return false;
-  const int substeps = substeps_of(scene, dt_s, ids, states, fourth, joints);
-  if (substeps == 0) return false;
-  LinkageMotion motion(scene, ids, joints);
-  IslandReport linked = report;
-  bool holds = false;
-  for (int parts = substeps; !holds && parts <= kMostParts; parts *= 4) {
-    motion.start(states);
-    linked = report;
-    const bool more = 4 * parts <= kMostParts;
-    holds = advance_parts(scene, dt_s, ids, parts, fourth, more, motion, linked);
-  }
-  if (!holds) return false;
-  const std::span<BodyState> next = motion.states();
-  if (!fourth) {
-    const Vec3 by_world = linked.static_impulse_newton_s - report.static_impulse_newton_s;
-    linked.static_impulse_newton_s += unforeseen_newton_s(scene, dt_s, ids, states, next, by_world);
-  }
-  report = linked;
+void take_states(std::span<const BodyId> ids, std::span<BodyState> next,
+                 std::span<BodyState> states, std::vector<AdvanceFault>& faults) {
   for (std::size_t i = 0; i < ids.size(); ++i) {
     next[i].impulses.clear();
     const char* fault = fault_of(next[i]);
@@ -204,7 +227,70 @@ bool advance_linkage(const SceneDescription& scene, double dt_s, std::span<const
     else
       states[i] = std::move(next[i]);
   }
+}
+
+}  // namespace
+
+bool advance_linkage(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
+                     JointSystem& joints, std::span<BodyState> states, IslandReport& report,
+                     std::vector<AdvanceFault>& faults) {
+  const bool fourth = is_reversible(scene, ids, joints);
+  if (!fourth && has_springs(scene, joints)) return false;
+  LinkageMotion motion(scene, ids, joints);
+  motion.start(states);
+  const int substeps =
+      substeps_of(scene, dt_s, ids, fourth ? kOfFourthOrder : kOfSecondOrder, motion);
+  if (substeps == 0) return false;
+  IslandReport linked = report;
+  bool holds = false;
+  for (int parts = substeps; !holds && parts <= kMostParts; parts *= 4) {
+    if (parts > substeps) motion.start(states);
+    linked = report;
+    const bool more = 4 * parts <= kMostParts;
+    holds = advance_parts(scene, dt_s, ids, {parts, fourth, more}, motion, nullptr, linked);
+  }
+  if (!holds) return false;
+  const std::span<BodyState> next = motion.states();
+  if (!fourth) {
+    const Vec3 by_world = linked.static_impulse_newton_s - report.static_impulse_newton_s;
+    linked.static_impulse_newton_s += unforeseen_newton_s(scene, dt_s, ids, states, next, by_world);
+  }
+  report = linked;
+  take_states(ids, next, states, faults);
   return true;
+}
+
+bool advance_linkage_within(double most_widths, const BodySizes& sizes,
+                            const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
+                            JointSystem& joints, std::span<BodyState> states, IslandReport& report,
+                            std::vector<AdvanceFault>& faults) {
+  constexpr int kMost = 32;  // parts: more take as long as those of a higher order
+  constexpr double kWanted = 0.7;
+  for (const BodyId id : ids)
+    if (is_pushed(scene.bodies[index_of(id)])) return false;
+  if (joints.bounded || has_springs(scene, joints)) return false;
+  LinkageMotion motion(scene, ids, joints);
+  motion.start(states);
+  const int fewest = substeps_of(scene, dt_s, ids, kEstimated, motion);
+  KickErrors errors(sizes, ids);
+  for (int parts = fewest, tries = 0; 0 < parts && parts <= kMost && tries < 3; ++tries) {
+    if (tries > 0) motion.start(states);
+    errors.restart();
+    IslandReport linked = report;
+    const bool holds =
+        advance_parts(scene, dt_s, ids, {parts, false, true}, motion, &errors, linked);
+    if (holds && errors.widths() <= most_widths) {
+      report = linked;
+      errors.tell(report);
+      take_states(ids, motion.states(), states, faults);
+      return true;
+    }
+    // What velocities are taken to be off by falls with the number of parts, the rest faster.
+    const double times = holds ? errors.widths() / (kWanted * most_widths) : 2.0;
+    if (!(times * parts <= kMost)) return false;
+    parts = std::max(parts + 1, static_cast<int>(std::ceil(times * parts)));
+  }
+  return false;
 }
 
 }  // namespace soda::physics

@@ -33,7 +33,8 @@ LinkageMotion::LinkageMotion(const SceneDescription& scene, std::span<const Body
       next_(ids.size()),
       other_(joints),
       at_(&joints),
-      end_(&other_) {}
+      end_(&other_),
+      kick_changes_(ids.size()) {}
 
 void LinkageMotion::start(std::span<const BodyState> states) {
   states_.assign(states.begin(), states.end());
@@ -43,6 +44,36 @@ void LinkageMotion::start(std::span<const BodyState> states) {
   end_->first_row = at_->first_row;
   corrected_s_ = 0.0;
   work = {};
+}
+
+void LinkageMotion::load_velocities() {
+  for (std::size_t i = 0; i < ids_.size(); ++i) {
+    bodies_[i].linear = states_[i].linear_velocity_m_s;
+    bodies_[i].angular = states_[i].angular_velocity_rad_s;
+  }
+}
+
+bool LinkageMotion::goes_against_joints() {
+  constexpr double kRounding = 1e-10;
+  load_velocities();
+  double most = 0.0, largest = 0.0;
+  for (const JointRow& row : at_->rows) {
+    const SolverBody &a = bodies_[row.a], &b = bodies_[row.b];
+    largest =
+        std::max(largest, a.linear.norm() + b.linear.norm() + row.turn_a.norm() * a.angular.norm() +
+                              row.turn_b.norm() * b.angular.norm());
+    if (row.kind == JointRowKind::kHolds)
+      most = std::max(most, std::abs(velocity_of(row, bodies_)));
+  }
+  return most > kRounding * largest;
+}
+
+std::span<const SolverBody> LinkageMotion::hold_against_push(double time_s) {
+  load_velocities();
+  push_all(scene_, time_s, ids_, states_, bodies_);
+  bound_velocities(time_s, rounding_of(states_), *at_);
+  stop_joint_velocities(ids_.size(), bodies_, *at_);
+  return bodies_;
 }
 
 // After half a kick; before_: the velocities until then, without external forces. A constant push
@@ -146,6 +177,8 @@ void LinkageMotion::arrive(double time_s, double enough, IslandReport& report) {
   add_work(*end_);
   report_joints(next_, *end_, report);
   for (std::size_t i = 0; i < ids_.size(); ++i) {
+    kick_changes_[i].linear_m_s += bodies_[i].linear - next_[i].linear_velocity_m_s;
+    kick_changes_[i].angular_rad_s += bodies_[i].angular - next_[i].angular_velocity_rad_s;
     next_[i].linear_velocity_m_s = bodies_[i].linear;
     next_[i].angular_velocity_rad_s = bodies_[i].angular;
   }
@@ -153,10 +186,7 @@ void LinkageMotion::arrive(double time_s, double enough, IslandReport& report) {
 
 bool LinkageMotion::advance(double time_s, IslandReport& report) {
   const double enough = rounding_of(states_);
-  for (std::size_t i = 0; i < ids_.size(); ++i) {
-    bodies_[i].linear = states_[i].linear_velocity_m_s;
-    bodies_[i].angular = states_[i].angular_velocity_rad_s;
-  }
+  load_velocities();
   if (at_->bounded) before_ = bodies_;
   push_all(scene_, 0.5 * time_s, ids_, states_, bodies_);
   if (sprung_)
@@ -169,6 +199,9 @@ bool LinkageMotion::advance(double time_s, IslandReport& report) {
   add_work(*at_);
   if (!hold_places(time_s, enough, report)) return false;
   report_joints(states_, *at_, report);
+  for (std::size_t i = 0; i < ids_.size(); ++i)
+    kick_changes_[i] = {states_[i].linear_velocity_m_s - bodies_[i].linear,
+                        states_[i].angular_velocity_rad_s - bodies_[i].angular};
   arrive(time_s, enough, report);
   std::swap(states_, next_);
   std::swap(at_, end_);

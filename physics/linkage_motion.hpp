@@ -37,11 +37,26 @@ class LinkageMotion {
 
   // Velocities may be changed between stages.
   std::span<BodyState> states() { return states_; }
+  std::span<const BodyState> states() const { return states_; }
   const JointSystem& joints() const { return *at_; }
+
+  // Whether velocities go against the joints, as those that contacts left: then energy is lost.
+  bool goes_against_joints();
+
+  // What the joints would give to keep the bodies from what pushes them for a time: impulses of the
+  // rows in joints(). Returns the bodies. Nothing moves.
+  std::span<const SolverBody> hold_against_push(double time_s);
+
+  // How far apart the two kicks of the last stage were, of each body.
+  struct KickChange {
+    Vec3 linear_m_s = Vec3::Zero(), angular_rad_s = Vec3::Zero();
+  };
+  std::span<const KickChange> kick_changes() const { return kick_changes_; }
 
   LinkageWork work;  // of the stages so far
 
  private:
+  void load_velocities();
   void drift(double time_s);
   bool hold_places(double time_s, double enough, IslandReport& report);
   void add_work(const JointSystem& joints);
@@ -56,6 +71,7 @@ class LinkageMotion {
   JointSystem *at_, *end_;          // rows at states_ and at next_
   std::vector<SolverBody> bodies_;  // inertia as at states_
   std::vector<SolverBody> before_;  // a kick; with limits or motors only
+  std::vector<KickChange> kick_changes_;
   // What each correction of the stage has shown: by how much it changed the errors, and what the
   // factors thought to be missing after it.
   struct Shown {
