@@ -230,6 +230,7 @@ bool advance_within_tolerance(const SceneDescription& scene, const Geometry& geo
   JointSystem joints = find_joints(scene, ids, manifolds);
   if (joints.empty()) return false;
   report = report_of(ids, manifolds);
+  close_left_open(scene, dt_s, ids, joints, states, report);
   if (!advance_linkage_within(scene.tolerance * (dt_s / scene.dt_s), sizes_of(scene, geometry, ids),
                               scene, dt_s, ids, joints, states, report, faults))
     return false;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "physics/ball_motion.hpp"
 #include "physics/forces.hpp"
 #include "physics/joint_bounds.hpp"
 #include "physics/joint_motion.hpp"
@@ -63,35 +64,27 @@ constexpr PartBounds kOfFourthOrder{0.5, 0.2}, kOfSecondOrder{0.25, 0.25};
 // Where an estimate tells what longer parts are off by: well below what is unstable.
 constexpr PartBounds kEstimated{1.0, 1.0};
 
-// A joint under tension is a stiff spring for what turns across it: of a body that is held at an
-// arm r with a force f, the rate is sqrt(f r / (I + m r^2)). The explicit step is stable up to
-// twice its inverse, and accurate well below. 0 where no number would do.
+double fastest_rad_s(std::span<const BodyState> states) {
+  double fastest = 0.0;
+  for (const BodyState& state : states)
+    fastest = std::max(fastest, state.angular_velocity_rad_s.norm());
+  return fastest;
+}
+
+// How many parts keep to the bounds, and are short enough to kick springs. 0 where no number would
+// do.
+template <class Motion>
 int substeps_of(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
-                const PartBounds& bounds, LinkageMotion& motion) {
+                const JointSystem& joints, const PartBounds& bounds, Motion& motion) {
   constexpr int kMost = 100;
   constexpr double kHopeless = 1000.0;
-  const std::span<const SolverBody> bodies = motion.hold_against_push(dt_s);
   const std::span<const BodyState> states = std::as_const(motion).states();
-  const JointSystem& joints = motion.joints();
-  std::vector<double> squared(ids.size() + 1, 0.0);
-  const auto stiffen = [&](std::uint32_t body, const JointRow& row, const Vec3& turn) {
-    if (body >= ids.size() || row.linear == Vec3::Zero()) return;
-    const double force = std::abs(row.impulse_newton_s) / dt_s, arm = turn.norm();
-    const double mass = scene.bodies[index_of(ids[body])].mass_kg;
-    squared[body] += force * arm / (1.0 / bodies[body].inverse_inertia.norm() + mass * arm * arm);
-  };
-  for (const JointRow& row : joints.rows) {
-    stiffen(row.a, row, row.turn_a);
-    stiffen(row.b, row, row.turn_b);
-  }
-  double largest = 0.0;
-  for (std::size_t i = 0; i < ids.size(); ++i)
-    largest = std::max({largest, std::sqrt(squared[i]) / bounds.swing_rad,
-                        states[i].angular_velocity_rad_s.norm() / bounds.spin_rad});
-  double parts = largest * dt_s;
+  double parts = dt_s * std::max(motion.swing_rad_s(dt_s) / bounds.swing_rad,
+                                 fastest_rad_s(states) / bounds.spin_rad);
   if (!(parts < kHopeless)) return 0;
-  if (const std::vector<SpringRow> springs = spring_rows(scene, states, joints); !springs.empty()) {
-    parts = std::max(parts, parts_for(rates_of(springs, bodies), dt_s));
+  if (has_springs(scene, joints)) {
+    const std::vector<SolverBody> bodies = bodies_at(scene, ids, states);
+    parts = std::max(parts, parts_for(rates_of(spring_rows(scene, states, joints), bodies), dt_s));
     const double most = kMostSpringWork / static_cast<double>(ids.size());
     if (!(parts < std::max(most, kLeastSpringParts))) return 0;
   }
@@ -127,7 +120,7 @@ class KickErrors {
   // its first half too long: of the change of velocity between both kicks, places are off by a
   // third of the time. Velocities are only by what the force bends in the part, a sixth of that for
   // as much as a radian of it. `scaled`: what energy took of velocities.
-  void add(double part_s, std::span<const LinkageMotion::KickChange> changes, double scaled,
+  void add(double part_s, std::span<const KickChange> changes, double scaled,
            std::span<const BodyState> states) {
     constexpr double kOfWay = 1.0 / 3.0, kOfVelocity = 1.0 / 6.0;
     differences_.clear();
@@ -174,18 +167,19 @@ struct Parts {
 // Its energy is kept, or may fall where something is stopped. False if joints do not hold, or the
 // energy errs by more than a trace; of a loss not where there are to be no more parts. `errors`:
 // of parts of second order, where somebody asks.
+template <class Motion>
 bool advance_parts(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
-                   const Parts& parts, LinkageMotion& motion, KickErrors* errors,
-                   IslandReport& report) {
+                   const JointSystem& joints, const Parts& parts, Motion& motion,
+                   KickErrors* errors, IslandReport& report) {
   constexpr double kTrace = 1e-3, kMostGiven = 0.1;
   const bool fourth = parts.fourth;
   const double part_s = dt_s / parts.count;
   const bool pushed = std::ranges::any_of(
       ids, [&scene](BodyId id) { return is_pushed(scene.bodies[index_of(id)]); });
-  const bool sprung = has_springs(scene, motion.joints());
+  const bool sprung = has_springs(scene, joints);
   LinkageWork& work = motion.work;
   work.loses = motion.goes_against_joints();
-  const bool afloat = is_afloat(ids.size(), motion.joints(), nullptr);
+  const bool afloat = motion.is_afloat();
   std::vector<BodyState> from;
   for (int i = 0; i < parts.count; ++i) {
     if (!pushed) from.assign(motion.states().begin(), motion.states().end());
@@ -195,7 +189,7 @@ bool advance_parts(const SceneDescription& scene, double dt_s, std::span<const B
     if (pushed) continue;
     const std::span<BodyState> states = motion.states();
     if (sprung) {
-      if (!keep_sprung_energy(scene, part_s, ids, from, motion.joints(), afloat, states, report))
+      if (!keep_sprung_energy(scene, part_s, ids, from, joints, afloat, states, report))
         return false;
       continue;
     }
@@ -229,17 +223,16 @@ void take_states(std::span<const BodyId> ids, std::span<BodyState> next,
   }
 }
 
-}  // namespace
-
-bool advance_linkage(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
-                     JointSystem& joints, std::span<BodyState> states, IslandReport& report,
-                     std::vector<AdvanceFault>& faults) {
+// As advance_linkage, for islands that move like this.
+template <class Motion>
+bool advance_as(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
+                const JointSystem& joints, Motion& motion, std::span<BodyState> states,
+                IslandReport& report, std::vector<AdvanceFault>& faults) {
   const bool fourth = is_reversible(scene, ids, joints);
   if (!fourth && has_springs(scene, joints)) return false;
-  LinkageMotion motion(scene, ids, joints);
   motion.start(states);
   const int substeps =
-      substeps_of(scene, dt_s, ids, fourth ? kOfFourthOrder : kOfSecondOrder, motion);
+      substeps_of(scene, dt_s, ids, joints, fourth ? kOfFourthOrder : kOfSecondOrder, motion);
   if (substeps == 0) return false;
   IslandReport linked = report;
   bool holds = false;
@@ -247,7 +240,7 @@ bool advance_linkage(const SceneDescription& scene, double dt_s, std::span<const
     if (parts > substeps) motion.start(states);
     linked = report;
     const bool more = 4 * parts <= kMostParts;
-    holds = advance_parts(scene, dt_s, ids, {parts, fourth, more}, motion, nullptr, linked);
+    holds = advance_parts(scene, dt_s, ids, joints, {parts, fourth, more}, motion, nullptr, linked);
   }
   if (!holds) return false;
   const std::span<BodyState> next = motion.states();
@@ -260,37 +253,74 @@ bool advance_linkage(const SceneDescription& scene, double dt_s, std::span<const
   return true;
 }
 
-bool advance_linkage_within(double most_widths, const BodySizes& sizes,
-                            const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
-                            JointSystem& joints, std::span<BodyState> states, IslandReport& report,
-                            std::vector<AdvanceFault>& faults) {
-  constexpr int kMost = 32;  // parts: more take as long as those of a higher order
+// How many parts there have to be where `parts` are off by some widths, to be off by no more than
+// are wanted; infinite numbers included. What ways are taken to be off by falls with the square of
+// the number, what velocities are with the number.
+double parts_for(double widths, double wanted_widths, int parts) {
+  constexpr double kOfWays = 2.0 / 3.0;  // of one part that takes the whole step
+  const double ways = kOfWays / parts / (kOfWays / parts + (1.0 - kOfWays));
+  const double half = 0.5 * (1.0 - ways) * widths / wanted_widths;
+  return parts * (half + std::sqrt(half * half + ways * widths / wanted_widths));
+}
+
+// As advance_linkage_within, for islands that move like this.
+template <class Motion>
+bool advance_within(double most_widths, const BodySizes& sizes, const SceneDescription& scene,
+                    double dt_s, std::span<const BodyId> ids, const JointSystem& joints,
+                    Motion& motion, std::span<BodyState> states, IslandReport& report,
+                    std::vector<AdvanceFault>& faults) {
+  constexpr int kMost = 32;  // more take as long as those of a higher order
+  constexpr int kMostTries = 3;
   constexpr double kWanted = 0.7;
-  for (const BodyId id : ids)
-    if (is_pushed(scene.bodies[index_of(id)])) return false;
-  if (joints.bounded || has_springs(scene, joints)) return false;
-  LinkageMotion motion(scene, ids, joints);
   motion.start(states);
-  const int fewest = substeps_of(scene, dt_s, ids, kEstimated, motion);
   KickErrors errors(sizes, ids);
-  for (int parts = fewest, tries = 0; 0 < parts && parts <= kMost && tries < 3; ++tries) {
+  double wanted = substeps_of(scene, dt_s, ids, joints, kEstimated, motion);
+  for (int tries = 0; tries < kMostTries && wanted >= 1.0 && wanted <= kMost; ++tries) {
     if (tries > 0) motion.start(states);
     errors.restart();
     IslandReport linked = report;
-    const bool holds =
-        advance_parts(scene, dt_s, ids, {parts, false, true}, motion, &errors, linked);
+    const Parts parts{static_cast<int>(wanted), false, true};
+    const bool holds = advance_parts(scene, dt_s, ids, joints, parts, motion, &errors, linked);
     if (holds && errors.widths() <= most_widths) {
       report = linked;
       errors.tell(report);
       take_states(ids, motion.states(), states, faults);
       return true;
     }
-    // What velocities are taken to be off by falls with the number of parts, the rest faster.
-    const double times = holds ? errors.widths() / (kWanted * most_widths) : 2.0;
-    if (!(times * parts <= kMost)) return false;
-    parts = std::max(parts + 1, static_cast<int>(std::ceil(times * parts)));
+    wanted = holds ? parts_for(errors.widths(), kWanted * most_widths, parts.count) + 1.0
+                   : 2.0 * parts.count;
   }
   return false;
+}
+
+}  // namespace
+
+bool advance_linkage(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
+                     JointSystem& joints, std::span<BodyState> states, IslandReport& report,
+                     std::vector<AdvanceFault>& faults) {
+  if (const Joint* ball = BallMotion::joint_of(scene, ids, joints)) {
+    BallMotion motion(scene, ids.front(), *ball);
+    return advance_as(scene, dt_s, ids, joints, motion, states, report, faults);
+  }
+  LinkageMotion motion(scene, ids, joints);
+  return advance_as(scene, dt_s, ids, joints, motion, states, report, faults);
+}
+
+bool advance_linkage_within(double most_widths, const BodySizes& sizes,
+                            const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
+                            JointSystem& joints, std::span<BodyState> states, IslandReport& report,
+                            std::vector<AdvanceFault>& faults) {
+  for (const BodyId id : ids)
+    if (is_pushed(scene.bodies[index_of(id)])) return false;
+  if (joints.bounded || has_springs(scene, joints)) return false;
+  if (const Joint* ball = BallMotion::joint_of(scene, ids, joints)) {
+    BallMotion motion(scene, ids.front(), *ball);
+    return advance_within(most_widths, sizes, scene, dt_s, ids, joints, motion, states, report,
+                          faults);
+  }
+  LinkageMotion motion(scene, ids, joints);
+  return advance_within(most_widths, sizes, scene, dt_s, ids, joints, motion, states, report,
+                        faults);
 }
 
 }  // namespace soda::physics

@@ -7,6 +7,7 @@
 #include "physics/forces.hpp"
 #include "physics/joint_bounds.hpp"
 #include "physics/joint_motion.hpp"
+#include "physics/joint_work.hpp"
 #include "physics/springs.hpp"
 
 namespace soda::physics {
@@ -23,6 +24,10 @@ void push_all(const SceneDescription& scene, double time_s, std::span<const Body
               std::span<const BodyState> states, std::span<SolverBody> bodies) {
   for (std::size_t i = 0; i < ids.size(); ++i)
     apply_external(scene, time_s, 0.0, ids[i], states[i], bodies[i]);
+}
+
+double swing_of(double force_newton, double arm_m, double mass_kg, const Mat3& inverse_inertia) {
+  return force_newton * arm_m / (1.0 / inverse_inertia.norm() + mass_kg * arm_m * arm_m);
 }
 
 LinkageMotion::LinkageMotion(const SceneDescription& scene, std::span<const BodyId> ids,
@@ -68,13 +73,26 @@ bool LinkageMotion::goes_against_joints() {
   return most > kRounding * largest;
 }
 
-std::span<const SolverBody> LinkageMotion::hold_against_push(double time_s) {
+double LinkageMotion::swing_rad_s(double time_s) {
   load_velocities();
   push_all(scene_, time_s, ids_, states_, bodies_);
   bound_velocities(time_s, rounding_of(states_), *at_);
   stop_joint_velocities(ids_.size(), bodies_, *at_);
-  return bodies_;
+  std::vector<double> squared(ids_.size(), 0.0);
+  const auto stiffen = [&](std::uint32_t body, const JointRow& row, const Vec3& turn) {
+    if (body >= ids_.size() || row.linear == Vec3::Zero()) return;
+    squared[body] +=
+        swing_of(std::abs(row.impulse_newton_s) / time_s, turn.norm(),
+                 scene_.bodies[index_of(ids_[body])].mass_kg, bodies_[body].inverse_inertia);
+  };
+  for (const JointRow& row : at_->rows) {
+    stiffen(row.a, row, row.turn_a);
+    stiffen(row.b, row, row.turn_b);
+  }
+  return std::sqrt(*std::ranges::max_element(squared));
 }
+
+bool LinkageMotion::is_afloat() const { return physics::is_afloat(ids_.size(), *at_, nullptr); }
 
 // After half a kick; before_: the velocities until then, without external forces. A constant push
 // over a constant acceleration does exactly its work.

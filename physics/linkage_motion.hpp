@@ -19,6 +19,16 @@ struct LinkageWork {
   bool loses = false;  // a limit has pushed, or started to
 };
 
+// How far apart the two kicks of a stage were, of a body.
+struct KickChange {
+  Vec3 linear_m_s = Vec3::Zero(), angular_rad_s = Vec3::Zero();
+};
+
+// A joint under tension is a stiff spring for what turns across it: of a body that is held at an
+// arm with a force, the square of the rate, 1/s^2. The explicit step is stable up to twice its
+// inverse, and accurate well below.
+double swing_of(double force_newton, double arm_m, double mass_kg, const Mat3& inverse_inertia);
+
 // Bodies that joints hold and nothing touches, at one time after the other.
 class LinkageMotion {
  public:
@@ -43,14 +53,11 @@ class LinkageMotion {
   // Whether velocities go against the joints, as those that contacts left: then energy is lost.
   bool goes_against_joints();
 
-  // What the joints would give to keep the bodies from what pushes them for a time: impulses of the
-  // rows in joints(). Returns the bodies. Nothing moves.
-  std::span<const SolverBody> hold_against_push(double time_s);
+  // How fast joints would swing a body about them, taut by what pushes the bodies for a time.
+  double swing_rad_s(double time_s);
+  bool is_afloat() const;  // nothing connects the bodies with the world
 
-  // How far apart the two kicks of the last stage were, of each body.
-  struct KickChange {
-    Vec3 linear_m_s = Vec3::Zero(), angular_rad_s = Vec3::Zero();
-  };
+  // Of the last stage, by body.
   std::span<const KickChange> kick_changes() const { return kick_changes_; }
 
   LinkageWork work;  // of the stages so far
