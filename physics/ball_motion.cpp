@@ -100,6 +100,29 @@ Vec3 BallMotion::drift(double time_s, const Velocity& velocity) {
   return next_.position_m + next_.orientation * joint_.anchor_a_m - joint_.anchor_b_m;
 }
 
+// Impulses at the start that move the anchor at the end of the time at some mean speed. A free
+// body's angular momentum L stays, and by how much farther it turns for a change of it follows
+// I d' = change + L x d: of the solution, the inverse up to the second power of the time.
+Mat3 BallMotion::correction_matrix(double time_s, const Velocity& velocity) const {
+  const Mat3 before =
+      rotated_tensor(state_.orientation.toRotationMatrix(), body_.inertia_local_kg_m2);
+  const Mat3 rotation = next_.orientation.toRotationMatrix();
+  const Mat3 after = rotated_tensor(rotation, body_.inertia_local_kg_m2);
+  const Vec3 half = times(before, velocity.angular) * (0.5 * time_s);
+  Mat3 bending = 0.5 * (before + after);
+  for (int i = 0; i < 3; ++i) {
+    const Vec3 bent = half.cross(Vec3::Unit(i));
+    bending.col(i) += half.cross(times(hold_.inverse_inertia, bent)) * (1.0 / 3.0) - bent;
+  }
+  const Mat3 turns = bending.inverse();
+  const Vec3 arm = times(rotation, joint_.anchor_a_m);
+  Mat3 moves;
+  for (int i = 0; i < 3; ++i)
+    moves.col(i) =
+        times(turns, hold_.arm.cross(Vec3::Unit(i))).cross(arm) + Vec3::Unit(i) * inverse_mass_;
+  return moves.inverse();
+}
+
 bool BallMotion::hold_place(double time_s, double enough, Velocity& velocity, Vec3& impulse,
                             IslandReport& report) {
   corrected_ = corrected_s_ != 0.0 ? Vec3(corrected_ * (time_s / corrected_s_)) : Vec3::Zero();
@@ -107,9 +130,10 @@ bool BallMotion::hold_place(double time_s, double enough, Velocity& velocity, Ve
   push(hold_, corrected_, velocity);
   Vec3 error = drift(time_s, velocity), before = error;
   double size = error.cwiseAbs().maxCoeff();
+  const Mat3 impulse_per_speed = size > enough ? correction_matrix(time_s, velocity) : Mat3::Zero();
   for (int i = 0; i < kMostCorrections && size > enough; ++i) {
     if (i > 0) shown_[i - 1].error_change = error - before;
-    Vec3 missing = hold_.impulse_for(error / time_s);
+    Vec3 missing = times(impulse_per_speed, error / time_s);
     for (int k = 0; k < i; ++k) {
       Shown& shown = shown_[k];
       if (k + 1 == i) shown.missed = missing;

@@ -54,6 +54,7 @@ class BallMotion {
   void push(const Hold& hold, const Vec3& impulse_newton_s, Velocity& velocity) const;
   Vec3 stop(const Hold& hold, Velocity& velocity) const;
   Vec3 drift(double time_s, const Velocity& velocity);
+  Mat3 correction_matrix(double time_s, const Velocity& velocity) const;
   bool hold_place(double time_s, double enough, Velocity& velocity, Vec3& impulse,
                   IslandReport& report);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 namespace soda::physics {
 namespace {
@@ -263,6 +264,14 @@ JointSystem find_joints(const SceneDescription& scene, std::span<const BodyId> i
   std::vector<std::uint32_t> joints;
   for (const ContactManifold& manifold : manifolds)
     if (is_joint(manifold)) joints.push_back(joint_of(manifold));
+  if (joints.size() == 1) {
+    const Joint& joint = scene.joints[joints.front()];
+    system.bodies.push_back({place_of(ids, joint.a), place_of(ids, joint.b)});
+    system.earliest.push_back(0);
+    system.bounded = joint.limits || joint.motor;
+    system.joints = std::move(joints);
+    return system;
+  }
   const std::vector<std::vector<std::uint32_t>> neighbours = neighbours_of(scene, ids, joints);
   const std::vector<std::uint32_t> order = elimination_order(neighbours);
   std::vector<std::uint32_t> place(order.size());
@@ -289,6 +298,7 @@ bool has_springs(const SceneDescription& scene, const JointSystem& system) {
 void build_joint_rows(const SceneDescription& scene, double dt_s, std::span<const BodyState> states,
                       bool with_springs, JointSystem& system) {
   system.rows.clear();
+  system.rows.reserve(3 * system.joints.size());  // balls, mostly
   system.factored = false;
   system.first_row.assign(1, 0);
   for (std::size_t j = 0; j < system.joints.size(); ++j) {
