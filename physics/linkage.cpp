@@ -230,9 +230,11 @@ bool advance_as(const SceneDescription& scene, double dt_s, std::span<const Body
                 IslandReport& report, std::vector<AdvanceFault>& faults) {
   const bool fourth = is_reversible(scene, ids, joints);
   if (!fourth && has_springs(scene, joints)) return false;
+  const PartBounds bounds = scene.tolerance > 0.0 ? kEstimated
+                            : fourth              ? kOfFourthOrder
+                                                  : kOfSecondOrder;
   motion.start(states);
-  const int substeps =
-      substeps_of(scene, dt_s, ids, joints, fourth ? kOfFourthOrder : kOfSecondOrder, motion);
+  const int substeps = substeps_of(scene, dt_s, ids, joints, bounds, motion);
   if (substeps == 0) return false;
   IslandReport linked = report;
   bool holds = false;
