@@ -72,14 +72,14 @@ Vec3 BallMotion::stop(const Hold& hold, Velocity& velocity) const {
   return impulse;
 }
 
-bool BallMotion::goes_against_joints() const {
+bool BallMotion::goes_against_joints() {
   constexpr double kRounding = 1e-10;
   const Vec3 &linear = state_.linear_velocity_m_s, &angular = state_.angular_velocity_rad_s;
   return (linear + angular.cross(hold_.arm)).norm() >
          kRounding * (linear.norm() + hold_.arm.norm() * angular.norm());
 }
 
-double BallMotion::swing_rad_s(double time_s) const {
+double BallMotion::swing_rad_s(double time_s) {
   Velocity velocity{state_.linear_velocity_m_s + scene_.gravity_m_s2 * time_s,
                     state_.angular_velocity_rad_s};
   const Vec3 impulse = stop(hold_, velocity);

@@ -3,16 +3,14 @@
 #pragma once
 
 #include <array>
-#include <optional>
 #include <span>
 
 #include "physics/linkage_motion.hpp"
 
 namespace soda::physics {
 
-// Moves as LinkageMotion does, with the same interface (see there), but for rounding: three rows
-// need no arrays.
-class BallMotion {
+// The same motion as RattleMotion's but for rounding: three rows need no arrays.
+class BallMotion final : public LinkageMotion {
  public:
   // The joint, if the island is such a body.
   static const Joint* joint_of(const SceneDescription& scene, std::span<const BodyId> ids,
@@ -20,16 +18,13 @@ class BallMotion {
 
   BallMotion(const SceneDescription& scene, BodyId id, const Joint& joint);
 
-  void start(std::span<const BodyState> states);
-  bool advance(double time_s, IslandReport& report);
-  std::span<BodyState> states() { return {&state_, 1}; }
-  std::span<const BodyState> states() const { return {&state_, 1}; }
-  bool is_afloat() const { return false; }
-  bool goes_against_joints() const;
-  double swing_rad_s(double time_s) const;
-  std::span<const KickChange> kick_changes() const { return {&kick_change_, 1}; }
-
-  LinkageWork work;
+  void start(std::span<const BodyState> states) override;
+  bool advance(double time_s, IslandReport& report) override;
+  std::span<BodyState> states() override { return {&state_, 1}; }
+  bool goes_against_joints() override;
+  double swing_rad_s(double time_s) override;
+  bool is_afloat() const override { return false; }
+  std::span<const KickChange> kick_changes() const override { return {&kick_change_, 1}; }
 
  private:
   // What an impulse at the anchor does, where the body is at some time.

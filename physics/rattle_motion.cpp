@@ -1,4 +1,4 @@
-#include "physics/linkage_motion.hpp"
+#include "physics/rattle_motion.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -20,18 +20,8 @@ constexpr double kReached = 1e3;
 
 }  // namespace
 
-void push_all(const SceneDescription& scene, double time_s, std::span<const BodyId> ids,
-              std::span<const BodyState> states, std::span<SolverBody> bodies) {
-  for (std::size_t i = 0; i < ids.size(); ++i)
-    apply_external(scene, time_s, 0.0, ids[i], states[i], bodies[i]);
-}
-
-double swing_of(double force_newton, double arm_m, double mass_kg, const Mat3& inverse_inertia) {
-  return force_newton * arm_m / (1.0 / inverse_inertia.norm() + mass_kg * arm_m * arm_m);
-}
-
-LinkageMotion::LinkageMotion(const SceneDescription& scene, std::span<const BodyId> ids,
-                             JointSystem& joints)
+RattleMotion::RattleMotion(const SceneDescription& scene, std::span<const BodyId> ids,
+                           JointSystem& joints)
     : scene_(scene),
       ids_(ids),
       sprung_(has_springs(scene, joints)),
@@ -41,7 +31,7 @@ LinkageMotion::LinkageMotion(const SceneDescription& scene, std::span<const Body
       end_(&other_),
       kick_changes_(ids.size()) {}
 
-void LinkageMotion::start(std::span<const BodyState> states) {
+void RattleMotion::start(std::span<const BodyState> states) {
   states_.assign(states.begin(), states.end());
   bodies_ = bodies_at(scene_, ids_, states_);
   build_joint_rows(scene_, scene_.dt_s, states_, false, *at_);
@@ -51,14 +41,20 @@ void LinkageMotion::start(std::span<const BodyState> states) {
   work = {};
 }
 
-void LinkageMotion::load_velocities() {
+// Gravity, drives, forces and damping at states_.
+void RattleMotion::push(double time_s) {
+  for (std::size_t i = 0; i < ids_.size(); ++i)
+    apply_external(scene_, time_s, 0.0, ids_[i], states_[i], bodies_[i]);
+}
+
+void RattleMotion::load_velocities() {
   for (std::size_t i = 0; i < ids_.size(); ++i) {
     bodies_[i].linear = states_[i].linear_velocity_m_s;
     bodies_[i].angular = states_[i].angular_velocity_rad_s;
   }
 }
 
-bool LinkageMotion::goes_against_joints() {
+bool RattleMotion::goes_against_joints() {
   constexpr double kRounding = 1e-10;
   load_velocities();
   double most = 0.0, largest = 0.0;
@@ -73,9 +69,9 @@ bool LinkageMotion::goes_against_joints() {
   return most > kRounding * largest;
 }
 
-double LinkageMotion::swing_rad_s(double time_s) {
+double RattleMotion::swing_rad_s(double time_s) {
   load_velocities();
-  push_all(scene_, time_s, ids_, states_, bodies_);
+  push(time_s);
   bound_velocities(time_s, rounding_of(states_), *at_);
   stop_joint_velocities(ids_.size(), bodies_, *at_);
   std::vector<double> squared(ids_.size(), 0.0);
@@ -92,11 +88,11 @@ double LinkageMotion::swing_rad_s(double time_s) {
   return std::sqrt(*std::ranges::max_element(squared));
 }
 
-bool LinkageMotion::is_afloat() const { return physics::is_afloat(ids_.size(), *at_, nullptr); }
+bool RattleMotion::is_afloat() const { return physics::is_afloat(ids_.size(), *at_, nullptr); }
 
 // After half a kick; before_: the velocities until then, without external forces. A constant push
 // over a constant acceleration does exactly its work.
-void LinkageMotion::add_work(const JointSystem& joints) {
+void RattleMotion::add_work(const JointSystem& joints) {
   if (!joints.bounded) return;
   for (const JointRow& row : joints.rows) {
     if (row.kind == JointRowKind::kMotor)
@@ -106,14 +102,12 @@ void LinkageMotion::add_work(const JointSystem& joints) {
   }
 }
 
-void LinkageMotion::drift(double time_s) {
-  drift_to(scene_, ids_, states_, bodies_, time_s, next_);
-}
+void RattleMotion::drift(double time_s) { drift_to(scene_, ids_, states_, bodies_, time_s, next_); }
 
 // Gives the bodies what takes the errors of end_ away after time_s: as the joints of at_ tell,
 // which is off by as much as the bodies turn in between, and as the corrections so far have shown
 // (Broyden's second method).
-void LinkageMotion::correct(double time_s) {
+void RattleMotion::correct(double time_s) {
   const std::size_t rows = at_->rows.size();
   change_.resize(rows);
   error_.resize(rows);
@@ -146,7 +140,7 @@ void LinkageMotion::correct(double time_s) {
 
 // Impulses act at the start of the stage: along its rows, until the joints hold at its end. The
 // first guess is what the stage before needed, in proportion to its length.
-bool LinkageMotion::hold_places(double time_s, double enough, IslandReport& report) {
+bool RattleMotion::hold_places(double time_s, double enough, IslandReport& report) {
   shown_count_ = 0;
   corrected_.resize(at_->rows.size());
   const double share = corrected_s_ != 0.0 ? time_s / corrected_s_ : 0.0;
@@ -183,12 +177,12 @@ bool LinkageMotion::hold_places(double time_s, double enough, IslandReport& repo
 }
 
 // The second half of a kick, at next_.
-void LinkageMotion::arrive(double time_s, double enough, IslandReport& report) {
+void RattleMotion::arrive(double time_s, double enough, IslandReport& report) {
   for (std::size_t i = 0; i < ids_.size(); ++i)
     bodies_[i] = solver_body(scene_.bodies[index_of(ids_[i])], next_[i]);
   if (end_->bounded) before_ = bodies_;
   if (sprung_) kick(spring_rows(scene_, next_, *end_), 0.5 * time_s, true, next_, bodies_, report);
-  push_all(scene_, 0.5 * time_s, ids_, states_, bodies_);
+  push(0.5 * time_s);
   build_joint_rows(scene_, time_s, next_, false, *end_);
   bound_velocities(0.5 * time_s, kReached * enough, *end_);
   stop_joint_velocities(ids_.size(), bodies_, *end_);
@@ -202,11 +196,11 @@ void LinkageMotion::arrive(double time_s, double enough, IslandReport& report) {
   }
 }
 
-bool LinkageMotion::advance(double time_s, IslandReport& report) {
+bool RattleMotion::advance(double time_s, IslandReport& report) {
   const double enough = rounding_of(states_);
   load_velocities();
   if (at_->bounded) before_ = bodies_;
-  push_all(scene_, 0.5 * time_s, ids_, states_, bodies_);
+  push(0.5 * time_s);
   if (sprung_)
     kick(spring_rows(scene_, states_, *at_), 0.5 * time_s, false, states_, bodies_, report);
   for (JointRow& row : at_->rows) row.impulse_newton_s = 0.0;
