@@ -23,7 +23,7 @@ struct PartBounds {
   double swing_rad = 0.0, spin_rad = 0.0;
 };
 // Where an estimate tells what parts are off by: well below what is unstable.
-inline constexpr PartBounds kLongestParts{1.0, 1.0};
+inline constexpr PartBounds kLongestParts{0.5, 1.0};
 
 // How many parts keep to the bounds, and are short enough to kick springs. 0 where no number would
 // do.
