@@ -102,7 +102,7 @@ Vec3 BallMotion::drift(double time_s, const Velocity& velocity) {
 
 // Impulses at the start that move the anchor at the end of the time at some mean speed. A free
 // body's angular momentum L stays, and by how much farther it turns for a change of it follows
-// I d' = change + L x d: of the solution, the inverse up to the second power of the time.
+// I d' = change + L x d: of the solution, the inverse up to the fourth power of the time.
 Mat3 BallMotion::correction_matrix(double time_s, const Velocity& velocity) const {
   const Mat3 before =
       rotated_tensor(state_.orientation.toRotationMatrix(), body_.inertia_local_kg_m2);
@@ -111,8 +111,11 @@ Mat3 BallMotion::correction_matrix(double time_s, const Velocity& velocity) cons
   const Vec3 half = times(before, velocity.angular) * (0.5 * time_s);
   Mat3 bending = 0.5 * (before + after);
   for (int i = 0; i < 3; ++i) {
-    const Vec3 bent = half.cross(Vec3::Unit(i));
-    bending.col(i) += half.cross(times(hold_.inverse_inertia, bent)) * (1.0 / 3.0) - bent;
+    const auto again = [&](const Vec3& bent) {
+      return Vec3(half.cross(times(hold_.inverse_inertia, bent)));
+    };
+    const Vec3 once = half.cross(Vec3::Unit(i)), twice = again(once);
+    bending.col(i) += twice * (1.0 / 3.0) - once - again(again(twice)) * (1.0 / 45.0);
   }
   const Mat3 turns = bending.inverse();
   const Vec3 arm = times(rotation, joint_.anchor_a_m);

@@ -300,7 +300,9 @@ void build_joint_rows(const SceneDescription& scene, double dt_s, std::span<cons
   system.rows.clear();
   system.rows.reserve(3 * system.joints.size());  // balls, mostly
   system.factored = false;
-  system.first_row.assign(1, 0);
+  system.first_row.clear();
+  system.first_row.reserve(system.joints.size() + 1);
+  system.first_row.push_back(0);
   for (std::size_t j = 0; j < system.joints.size(); ++j) {
     const Joint& joint = scene.joints[system.joints[j]];
     const Ends ends = ends_of(joint, system.bodies[j], states);
