@@ -218,7 +218,7 @@ bool advance_exactly(const SceneDescription& scene, double dt_s, std::span<const
   return true;
 }
 
-// To the scene's tolerance, if joints alone hold the island and that takes few parts.
+// To the scene's tolerance, if joints alone hold the island, are closed, and few parts are enough.
 bool advance_within_tolerance(const SceneDescription& scene, const Geometry& geometry, double dt_s,
                               std::span<const BodyId> ids,
                               std::span<const ContactManifold> manifolds,
@@ -228,9 +228,8 @@ bool advance_within_tolerance(const SceneDescription& scene, const Geometry& geo
   for (const ContactManifold& m : manifolds)
     if (!is_joint(m)) return false;
   JointSystem joints = find_joints(scene, ids, manifolds);
-  if (joints.empty()) return false;
+  if (joints.empty() || !are_closed(scene, dt_s, states, joints)) return false;
   report = report_of(ids, manifolds);
-  close_left_open(scene, dt_s, ids, joints, states, report);
   if (!advance_linkage_within(scene.tolerance * (dt_s / scene.dt_s), sizes_of(scene, geometry, ids),
                               scene, dt_s, ids, joints, states, report, faults))
     return false;

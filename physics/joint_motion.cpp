@@ -252,10 +252,15 @@ void add_untaken(double rest_joule, bool moved, const JointedStep& step, IslandR
 
 }  // namespace
 
+bool are_closed(const SceneDescription& scene, double dt_s, std::span<const BodyState> states,
+                JointSystem& joints) {
+  build_joint_rows(scene, dt_s, states, false, joints);
+  return largest_error(joints) <= 100.0 * rounding_of(states);
+}
+
 void close_left_open(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                      JointSystem& joints, std::span<BodyState> states, IslandReport& report) {
-  build_joint_rows(scene, dt_s, states, false, joints);
-  if (largest_error(joints) <= 100.0 * rounding_of(states)) return;
+  if (are_closed(scene, dt_s, states, joints)) return;
   report.push_out_work_joule += close_joints(scene, dt_s, ids, joints, states);
 }
 

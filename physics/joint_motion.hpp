@@ -47,6 +47,10 @@ void move_jointed(const JointedStep& step, const JointSystem& solved, const Cont
                   std::span<const PushOut> push, std::span<BodyState> states, IslandReport& report,
                   std::vector<AdvanceFault>& faults);
 
+// Whether joints hold these poses but for rounding. Builds their rows.
+bool are_closed(const SceneDescription& scene, double dt_s, std::span<const BodyState> states,
+                JointSystem& joints);
+
 // Closes, without velocity, what earlier steps have left open of the joints; the energy that this
 // gives is added to the push-out.
 void close_left_open(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
