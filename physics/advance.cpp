@@ -103,6 +103,17 @@ void count_rows(const JointSystem& joints, StageCounters& counters) {
   }
 }
 
+// Of an island that joints alone have moved.
+void count_linked(const SceneDescription& scene, std::span<const BodyId> ids,
+                  const JointSystem& joints, const IslandReport& report, StageCounters& counters) {
+  for (const BodyId id : ids) {
+    counters.driven_bodies += scene.bodies[index_of(id)].drive != kNoDrive;
+    counters.forced_bodies += scene.bodies[index_of(id)].forces != kNone;
+  }
+  counters.solver_iterations += report.iterations;
+  count_rows(joints, counters);
+}
+
 }  // namespace
 
 SolverBody solver_body(const BodyParams& params, const BodyState& state) {
@@ -143,12 +154,7 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, bool accur
   const bool linked = !joints.empty() && report.contact_points == 0 &&
                       advance_linkage(scene, dt_s, ids, joints, states, report, faults);
   if (linked) {
-    for (const BodyId id : ids) {
-      counters.driven_bodies += scene.bodies[index_of(id)].drive != kNoDrive;
-      counters.forced_bodies += scene.bodies[index_of(id)].forces != kNone;
-    }
-    counters.solver_iterations += report.iterations;
-    count_rows(joints, counters);
+    count_linked(scene, ids, joints, report, counters);
     return report;
   }
   const std::optional<Elimination> plan =
@@ -201,12 +207,34 @@ bool advance_exactly(const SceneDescription& scene, double dt_s, std::span<const
                      std::span<const ContactManifold> manifolds, std::span<BodyState> states,
                      IslandReport& report, StageCounters& counters,
                      std::vector<AdvanceFault>& faults) {
-  if (manifolds.size() != 1 || !is_joint(manifolds.front())) return false;
+  if (manifolds.size() != 1 || !is_joint(manifolds.front()) ||
+      scene.joints[joint_of(manifolds.front())].kind != JointKind::kSpring)
+    return false;
   const JointSystem joints = find_joints(scene, ids, manifolds);
   report = report_of(ids, manifolds);
   if (!advance_lone_spring(scene, dt_s, ids, joints, states, report, faults)) return false;
   report_lost_joints(scene, ids, manifolds, faults);
   ++counters.joint_rows;
+  return true;
+}
+
+// To the scene's tolerance, if joints alone hold the island, are closed, and few parts are enough.
+bool advance_within_tolerance(const SceneDescription& scene, const Geometry& geometry, double dt_s,
+                              std::span<const BodyId> ids,
+                              std::span<const ContactManifold> manifolds,
+                              std::span<BodyState> states, IslandReport& report,
+                              StageCounters& counters, std::vector<AdvanceFault>& faults) {
+  if (!(scene.tolerance > 0.0) || scene.joints.empty()) return false;
+  for (const ContactManifold& m : manifolds)
+    if (!is_joint(m)) return false;
+  JointSystem joints = find_joints(scene, ids, manifolds);
+  if (joints.empty() || !are_closed(scene, dt_s, states, joints)) return false;
+  report = report_of(ids, manifolds);
+  if (!advance_linkage_within(scene.tolerance * (dt_s / scene.dt_s), sizes_of(scene, geometry, ids),
+                              scene, dt_s, ids, joints, states, report, faults))
+    return false;
+  report_lost_joints(scene, ids, manifolds, faults);
+  count_linked(scene, ids, joints, report, counters);
   return true;
 }
 
@@ -219,6 +247,9 @@ IslandReport advance_resting(const SceneDescription& scene, const Geometry& geom
                              std::vector<AdvanceFault>& faults) {
   IslandReport report;
   if (advance_exactly(scene, dt_s, ids, manifolds, states, report, counters, faults)) return report;
+  if (advance_within_tolerance(scene, geometry, dt_s, ids, manifolds, states, report, counters,
+                               faults))
+    return report;
   return is_refined(scene, geometry, ids, manifolds)
              ? advance_refined(scene, geometry, dt_s, ids, manifolds, states, counters, faults)
              : advance_unrefined(scene, geometry, dt_s, ids, manifolds, states, counters, faults);

@@ -21,31 +21,39 @@ void EnvelopeMatrix::reset(std::span<const std::uint32_t> first) {
 void EnvelopeMatrix::factor() {
   inverse_pivots_.assign(first_.size(), 0.0);
   for (std::size_t i = 0; i < first_.size(); ++i) {
-    const double diagonal = at(i, i);
-    for (std::size_t j = first_[i]; j < i; ++j) {
-      double sum = at(i, j);
-      for (std::size_t k = std::max(first_[i], first_[j]); k < j; ++k) sum -= at(i, k) * at(j, k);
-      at(i, j) = sum;
+    double* const row = row_of(i);
+    const std::size_t first = first_[i];
+    const double diagonal = row[i];
+    for (std::size_t j = first; j < i; ++j) {
+      const double* const other = row_of(j);
+      double sum = row[j];
+      for (std::size_t k = std::max<std::size_t>(first, first_[j]); k < j; ++k)
+        sum -= row[k] * other[k];
+      row[j] = sum;
     }
     double pivot = diagonal;
-    for (std::size_t j = first_[i]; j < i; ++j) {
-      const double scaled = at(i, j) * inverse_pivots_[j];
-      pivot -= at(i, j) * scaled;
-      at(i, j) = scaled;
+    for (std::size_t j = first; j < i; ++j) {
+      const double scaled = row[j] * inverse_pivots_[j];
+      pivot -= row[j] * scaled;
+      row[j] = scaled;
     }
     if (pivot > kDependent * diagonal) inverse_pivots_[i] = 1.0 / pivot;
   }
 }
 
 void EnvelopeMatrix::solve(std::span<double> unknowns) const {
-  const auto entry = [this](std::size_t row, std::size_t column) {
-    return values_[begin_[row] + column - first_[row]];
-  };
-  for (std::size_t i = 0; i < unknowns.size(); ++i)
-    for (std::size_t j = first_[i]; j < i; ++j) unknowns[i] -= entry(i, j) * unknowns[j];
+  for (std::size_t i = 0; i < unknowns.size(); ++i) {
+    const double* const row = row_of(i);
+    double sum = unknowns[i];
+    for (std::size_t j = first_[i]; j < i; ++j) sum -= row[j] * unknowns[j];
+    unknowns[i] = sum;
+  }
   for (std::size_t i = 0; i < unknowns.size(); ++i) unknowns[i] *= inverse_pivots_[i];
-  for (std::size_t i = unknowns.size(); i-- > 0;)
-    for (std::size_t j = first_[i]; j < i; ++j) unknowns[j] -= entry(i, j) * unknowns[i];
+  for (std::size_t i = unknowns.size(); i-- > 0;) {
+    const double* const row = row_of(i);
+    const double known = unknowns[i];
+    for (std::size_t j = first_[i]; j < i; ++j) unknowns[j] -= row[j] * known;
+  }
 }
 
 }  // namespace soda::physics

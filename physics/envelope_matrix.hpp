@@ -22,6 +22,13 @@ class EnvelopeMatrix {
   void solve(std::span<double> unknowns) const;
 
  private:
+  // Such that an entry's place is its column, from the row's first one on.
+  double* row_of(std::size_t row) { return values_.data() + row_start(row); }
+  const double* row_of(std::size_t row) const { return values_.data() + row_start(row); }
+  std::ptrdiff_t row_start(std::size_t row) const {
+    return static_cast<std::ptrdiff_t>(begin_[row]) - static_cast<std::ptrdiff_t>(first_[row]);
+  }
+
   std::vector<std::uint32_t> first_;
   std::vector<std::size_t> begin_;  // of each row in values_; ends with its diagonal
   std::vector<double> values_;

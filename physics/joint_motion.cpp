@@ -28,10 +28,9 @@ std::vector<SolverBody> bodies_at(const SceneDescription& scene, std::span<const
   return bodies;
 }
 
-std::vector<BodyState> drifted(const SceneDescription& scene, std::span<const BodyId> ids,
-                               std::span<const BodyState> states,
-                               std::span<const SolverBody> bodies, double dt_s) {
-  std::vector<BodyState> next(states.size());
+void drift_to(const SceneDescription& scene, std::span<const BodyId> ids,
+              std::span<const BodyState> states, std::span<const SolverBody> bodies, double dt_s,
+              std::span<BodyState> next) {
   for (std::size_t i = 0; i < ids.size(); ++i) {
     next[i].position_m = states[i].position_m + bodies[i].linear * dt_s;
     next[i].orientation = states[i].orientation;
@@ -39,6 +38,13 @@ std::vector<BodyState> drifted(const SceneDescription& scene, std::span<const Bo
     next[i].angular_velocity_rad_s = bodies[i].angular;
     rotate_freely(scene.bodies[index_of(ids[i])], dt_s, next[i]);
   }
+}
+
+std::vector<BodyState> drifted(const SceneDescription& scene, std::span<const BodyId> ids,
+                               std::span<const BodyState> states,
+                               std::span<const SolverBody> bodies, double dt_s) {
+  std::vector<BodyState> next(states.size());
+  drift_to(scene, ids, states, bodies, dt_s, next);
   return next;
 }
 
@@ -123,7 +129,7 @@ std::uint32_t solve_alternately(const JointedStep& step, JointSystem& joints,
   constexpr double kSoftness = 1e-8;
   const auto& [scene, dt_s, ids, states, free] = step;
   const std::span<SolverBody> bodies = problem.bodies;
-  build_joint_rows(scene, dt_s, ids, states, true, joints);
+  build_joint_rows(scene, dt_s, states, true, joints);
   const std::vector<JointRow> start = joints.rows;
   bound_step(dt_s, joints);
   double error = 0.0;
@@ -139,7 +145,7 @@ std::uint32_t solve_alternately(const JointedStep& step, JointSystem& joints,
     if (aim > 0 && through && !both.through) break;
     through = both.through;
     JointSystem next = joints;
-    build_joint_rows(scene, dt_s, ids, drifted(scene, ids, states, bodies, dt_s), true, next);
+    build_joint_rows(scene, dt_s, drifted(scene, ids, states, bodies, dt_s), true, next);
     forgive(start, next);
     const double before = std::exchange(error, largest_error(next));
     if (aim > 0 && !(error < before)) break;
@@ -162,7 +168,7 @@ double close_joints(const SceneDescription& scene, double dt_s, std::span<const 
                     JointSystem& joints, std::span<BodyState> states) {
   std::vector<JointMove> moves;
   const double enough = rounding_of(states);
-  build_joint_rows(scene, dt_s, ids, states, false, joints);
+  build_joint_rows(scene, dt_s, states, false, joints);
   double error = largest_error(joints), work_joule = 0.0;
   for (int i = 0; i < kMostCorrections && error > enough; ++i) {
     const std::vector<SolverBody> bodies = bodies_at(scene, ids, states);
@@ -177,7 +183,7 @@ double close_joints(const SceneDescription& scene, double dt_s, std::span<const 
       turn_by(params, moves[b].angular, moved[b]);
       work -= params.mass_kg * scene.gravity_m_s2.dot(moves[b].linear);
     }
-    build_joint_rows(scene, dt_s, ids, moved, false, joints);
+    build_joint_rows(scene, dt_s, moved, false, joints);
     const double after = largest_error(joints);
     if (!(after < 0.9 * error)) break;  // a place that cannot be reached, or rounding
     error = after;
@@ -246,10 +252,15 @@ void add_untaken(double rest_joule, bool moved, const JointedStep& step, IslandR
 
 }  // namespace
 
+bool are_closed(const SceneDescription& scene, double dt_s, std::span<const BodyState> states,
+                JointSystem& joints) {
+  build_joint_rows(scene, dt_s, states, false, joints);
+  return largest_error(joints) <= 100.0 * rounding_of(states);
+}
+
 void close_left_open(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                      JointSystem& joints, std::span<BodyState> states, IslandReport& report) {
-  build_joint_rows(scene, dt_s, ids, states, false, joints);
-  if (largest_error(joints) <= 100.0 * rounding_of(states)) return;
+  if (are_closed(scene, dt_s, states, joints)) return;
   report.push_out_work_joule += close_joints(scene, dt_s, ids, joints, states);
 }
 

@@ -17,7 +17,10 @@ double rounding_of(std::span<const BodyState> states);
 std::vector<SolverBody> bodies_at(const SceneDescription& scene, std::span<const BodyId> ids,
                                   std::span<const BodyState> states);
 
-// From `states` on, with these velocities and no force.
+// From `states` on, with these velocities and no force. Other fields of `next` stay.
+void drift_to(const SceneDescription& scene, std::span<const BodyId> ids,
+              std::span<const BodyState> states, std::span<const SolverBody> bodies, double dt_s,
+              std::span<BodyState> next);
 std::vector<BodyState> drifted(const SceneDescription& scene, std::span<const BodyId> ids,
                                std::span<const BodyState> states,
                                std::span<const SolverBody> bodies, double dt_s);
@@ -43,6 +46,10 @@ ContactSolution solve_jointed(const JointedStep& step, JointSystem& joints,
 void move_jointed(const JointedStep& step, const JointSystem& solved, const ContactProblem& problem,
                   std::span<const PushOut> push, std::span<BodyState> states, IslandReport& report,
                   std::vector<AdvanceFault>& faults);
+
+// Whether joints hold these poses but for rounding. Builds their rows.
+bool are_closed(const SceneDescription& scene, double dt_s, std::span<const BodyState> states,
+                JointSystem& joints);
 
 // Closes, without velocity, what earlier steps have left open of the joints; the energy that this
 // gives is added to the push-out.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 namespace soda::physics {
 namespace {
@@ -71,25 +72,39 @@ struct End {
   Quat frame = Quat::Identity();
 };
 
-End end_of(std::span<const BodyId> ids, std::span<const BodyState> states, BodyId id,
-           const Vec3& anchor_local, const Quat& frame_local) {
+// `with_frame`: else the frame is not asked for.
+End end_of(std::span<const BodyState> states, std::uint32_t body, const Vec3& anchor_local,
+           const Quat& frame_local, bool with_frame) {
   End end;
-  end.body = place_of(ids, id);
-  if (is_static(id)) {
+  end.body = body;
+  if (body == states.size()) {
     end.anchor = anchor_local;
     end.frame = frame_local;
     return end;
   }
-  const BodyState& state = states[end.body];
+  const BodyState& state = states[body];
   end.arm = state.orientation * anchor_local;
   end.anchor = state.position_m + end.arm;
-  end.frame = state.orientation * frame_local;
+  if (with_frame) end.frame = state.orientation * frame_local;
   return end;
 }
 
+struct Ends {
+  End a, b;
+};
+
+Ends ends_of(const Joint& joint, const std::array<std::uint32_t, 2>& bodies,
+             std::span<const BodyState> states) {
+  const bool with_frame = joint.kind == JointKind::kHinge || joint.kind == JointKind::kSlider ||
+                          joint.kind == JointKind::kFixed;
+  return {end_of(states, bodies[0], joint.anchor_a_m, joint.frame_a, with_frame),
+          end_of(states, bodies[1], joint.anchor_b_m, joint.frame_b, with_frame)};
+}
+
+// Appends the rows of a joint.
 class RowBuilder {
  public:
-  RowBuilder(const End& a, const End& b, std::vector<JointRow>& rows) : a_(a), b_(b), rows_(rows) {}
+  RowBuilder(const Ends& ends, std::vector<JointRow>& rows) : a_(ends.a), b_(ends.b), rows_(rows) {}
 
   // The anchors have the same place along `direction`.
   JointRow& point(const Vec3& direction) {
@@ -127,6 +142,24 @@ class RowBuilder {
   std::vector<JointRow>& rows_;
 };
 
+// Goes over the rows of a joint that there are, one after the other, and writes errors only.
+class ErrorBuilder {
+ public:
+  ErrorBuilder(const Ends& ends, JointRow* first)
+      : between_m_(ends.b.anchor - ends.a.anchor), row_(first) {}
+
+  JointRow& point(const Vec3& direction) { return turn(direction, direction.dot(between_m_)); }
+  JointRow& along_a(const Vec3& direction) { return point(direction); }
+  JointRow& turn(const Vec3&, double error) {
+    row_->error = error;
+    return *row_++;
+  }
+
+ private:
+  Vec3 between_m_;
+  JointRow* row_;
+};
+
 // By how much b's frame is turned against a's, as a rotation vector (small angles: sin for it).
 Vec3 turned_by(const Quat& a, const Quat& b) {
   const Quat difference = b * a.conjugate();
@@ -134,9 +167,10 @@ Vec3 turned_by(const Quat& a, const Quat& b) {
   return sign * difference.vec();
 }
 
-void add_distance(const Joint& joint, double dt_s, bool with_springs, const End& a, const End& b,
-                  RowBuilder& add) {
-  const Vec3 between = b.anchor - a.anchor;
+template <class Builder>
+void add_distance(const Joint& joint, double dt_s, bool with_springs, const Ends& ends,
+                  Builder& add) {
+  const Vec3 between = ends.b.anchor - ends.a.anchor;
   const double distance = between.norm();
   const Vec3 direction = distance > 0.0 ? Vec3(between / distance) : Vec3(Vec3::UnitZ());
   JointRow& row = add.point(direction);
@@ -172,8 +206,9 @@ double turned_about_z(const Quat& a, const Quat& b) {
 }
 
 // The rows of a limit and a motor along the joint's axis.
-void add_bounded(const Joint& joint, const Vec3& axis, const End& a, const End& b,
-                 RowBuilder& add) {
+template <class Builder>
+void add_bounded(const Joint& joint, const Vec3& axis, const Ends& ends, Builder& add) {
+  const auto& [a, b] = ends;
   const bool turns = joint.kind == JointKind::kHinge;
   const double place =
       turns ? turned_about_z(a.frame, b.frame) : axis.dot(Vec3(b.anchor - a.anchor));
@@ -194,11 +229,15 @@ void add_bounded(const Joint& joint, const Vec3& axis, const End& a, const End& 
   motor.most_push = joint.motor->most_push;
 }
 
-void add_rows(const Joint& joint, double dt_s, bool with_springs, const End& a, const End& b,
-              std::vector<JointRow>& rows) {
-  RowBuilder add(a, b, rows);
+template <class Builder>
+void add_rows(const Joint& joint, double dt_s, bool with_springs, const Ends& ends, Builder& add) {
   if (joint.kind == JointKind::kDistance || joint.kind == JointKind::kSpring)
-    return add_distance(joint, dt_s, with_springs, a, b, add);
+    return add_distance(joint, dt_s, with_springs, ends, add);
+  if (joint.kind == JointKind::kBall) {
+    for (int i = 0; i < 3; ++i) add.point(Vec3::Unit(i));
+    return;
+  }
+  const auto& [a, b] = ends;
   const Mat3 axes = a.frame.toRotationMatrix();
   if (joint.kind == JointKind::kSlider) {
     add.along_a(axes.col(0));
@@ -209,11 +248,11 @@ void add_rows(const Joint& joint, double dt_s, bool with_springs, const End& a, 
   if (joint.kind == JointKind::kHinge) {
     const Vec3 tilt = Vec3(axes.col(2)).cross(b.frame * Vec3(Vec3::UnitZ()));
     for (int i = 0; i < 2; ++i) add.turn(axes.col(i), tilt.dot(axes.col(i)));
-  } else if (joint.kind != JointKind::kBall) {
+  } else {
     const Vec3 turn = turned_by(a.frame, b.frame);
     for (int i = 0; i < 3; ++i) add.turn(Vec3::Unit(i), turn[i]);
   }
-  if (joint.limits || joint.motor) add_bounded(joint, axes.col(2), a, b, add);
+  if (joint.limits || joint.motor) add_bounded(joint, axes.col(2), ends, add);
 }
 
 }  // namespace
@@ -225,6 +264,14 @@ JointSystem find_joints(const SceneDescription& scene, std::span<const BodyId> i
   std::vector<std::uint32_t> joints;
   for (const ContactManifold& manifold : manifolds)
     if (is_joint(manifold)) joints.push_back(joint_of(manifold));
+  if (joints.size() == 1) {
+    const Joint& joint = scene.joints[joints.front()];
+    system.bodies.push_back({place_of(ids, joint.a), place_of(ids, joint.b)});
+    system.earliest.push_back(0);
+    system.bounded = joint.limits || joint.motor;
+    system.joints = std::move(joints);
+    return system;
+  }
   const std::vector<std::vector<std::uint32_t>> neighbours = neighbours_of(scene, ids, joints);
   const std::vector<std::uint32_t> order = elimination_order(neighbours);
   std::vector<std::uint32_t> place(order.size());
@@ -236,6 +283,7 @@ JointSystem find_joints(const SceneDescription& scene, std::span<const BodyId> i
     system.joints.push_back(joints[order[i]]);
     system.earliest.push_back(earliest);
     const Joint& joint = scene.joints[system.joints.back()];
+    system.bodies.push_back({place_of(ids, joint.a), place_of(ids, joint.b)});
     system.bounded = system.bounded || joint.limits || joint.motor;
   }
   return system;
@@ -247,35 +295,49 @@ bool has_springs(const SceneDescription& scene, const JointSystem& system) {
   });
 }
 
-void build_joint_rows(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
-                      std::span<const BodyState> states, bool with_springs, JointSystem& system) {
+void build_joint_rows(const SceneDescription& scene, double dt_s, std::span<const BodyState> states,
+                      bool with_springs, JointSystem& system) {
   system.rows.clear();
-  system.first_row.assign(1, 0);
-  for (const std::uint32_t index : system.joints) {
-    const Joint& joint = scene.joints[index];
-    const End a = end_of(ids, states, joint.a, joint.anchor_a_m, joint.frame_a);
-    const End b = end_of(ids, states, joint.b, joint.anchor_b_m, joint.frame_b);
-    add_rows(joint, dt_s, with_springs, a, b, system.rows);
+  system.rows.reserve(3 * system.joints.size());  // balls, mostly
+  system.factored = false;
+  system.first_row.clear();
+  system.first_row.reserve(system.joints.size() + 1);
+  system.first_row.push_back(0);
+  for (std::size_t j = 0; j < system.joints.size(); ++j) {
+    const Joint& joint = scene.joints[system.joints[j]];
+    const Ends ends = ends_of(joint, system.bodies[j], states);
+    RowBuilder add(ends, system.rows);
+    add_rows(joint, dt_s, with_springs, ends, add);
     system.first_row.push_back(static_cast<std::uint32_t>(system.rows.size()));
   }
 }
 
-std::vector<SpringRow> spring_rows(const SceneDescription& scene, std::span<const BodyId> ids,
-                                   std::span<const BodyState> states, const JointSystem& system) {
+void build_joint_errors(const SceneDescription& scene, std::span<const BodyState> states,
+                        JointSystem& system) {
+  for (std::size_t j = 0; j < system.joints.size(); ++j) {
+    const Joint& joint = scene.joints[system.joints[j]];
+    const Ends ends = ends_of(joint, system.bodies[j], states);
+    ErrorBuilder add(ends, &system.rows[system.first_row[j]]);
+    add_rows(joint, 0.0, false, ends, add);
+  }
+}
+
+std::vector<SpringRow> spring_rows(const SceneDescription& scene, std::span<const BodyState> states,
+                                   const JointSystem& system) {
   std::vector<SpringRow> springs;
   std::vector<JointRow> rows;
-  for (const std::uint32_t index : system.joints) {
-    const Joint& joint = scene.joints[index];
+  for (std::size_t j = 0; j < system.joints.size(); ++j) {
+    const Joint& joint = scene.joints[system.joints[j]];
     if (joint.kind != JointKind::kSpring) continue;
-    const End a = end_of(ids, states, joint.a, joint.anchor_a_m, joint.frame_a);
-    const End b = end_of(ids, states, joint.b, joint.anchor_b_m, joint.frame_b);
+    const Ends ends = ends_of(joint, system.bodies[j], states);
     rows.clear();
-    add_rows(joint, scene.dt_s, true, a, b, rows);
+    RowBuilder add(ends, rows);
+    add_rows(joint, scene.dt_s, true, ends, add);
     springs.push_back({rows.front(),
                        joint.stiffness_newton_m,
                        joint.damping_newton_s_m,
-                       Vec3(b.anchor - a.anchor).norm(),
-                       {a.arm.norm(), b.arm.norm()}});
+                       Vec3(ends.b.anchor - ends.a.anchor).norm(),
+                       {ends.a.arm.norm(), ends.b.arm.norm()}});
   }
   return springs;
 }

@@ -38,15 +38,26 @@ struct JointRow {
   double impulse_newton_s = 0.0;  // or newton m s
 };
 
+// What an impulse of 1 along a row does to the spins of its bodies, but for the sign of a's.
+struct RowTwist {
+  Vec3 a = Vec3::Zero(), b = Vec3::Zero();
+};
+
 // Of one island. Joints are in an order of elimination (reverse Cuthill-McKee) that depends on the
 // island's content alone.
 struct JointSystem {
-  std::vector<std::uint32_t> joints;     // indices into SceneDescription::joints
-  std::vector<std::uint32_t> first_row;  // of each of them, and the end
+  std::vector<std::uint32_t> joints;                 // indices into SceneDescription::joints
+  std::vector<std::array<std::uint32_t, 2>> bodies;  // a and b of each of them, as in the rows
+  std::vector<std::uint32_t> first_row;              // of each of them, and the end
   std::vector<JointRow> rows;
   std::vector<std::uint32_t> earliest;  // place of the first joint that shares a body with each
+  // Of factor_joint_rows.
   EnvelopeMatrix matrix;
-  bool bounded = false;  // whether a joint has limits or a motor
+  std::vector<std::uint32_t> first_column;  // of each row
+  std::vector<RowTwist> twists;             // of each row
+  double regularisation = 0.0;
+  bool factored = false;  // and rows were not built since
+  bool bounded = false;   // whether a joint has limits or a motor
 
   bool empty() const { return joints.empty(); }
 };
@@ -58,8 +69,12 @@ bool has_springs(const SceneDescription& scene, const JointSystem& system);
 
 // Rows at these poses; impulses are 0. Of springs only if `with_springs`: else their rows do
 // nothing. Limits and motors are idle.
-void build_joint_rows(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
-                      std::span<const BodyState> states, bool with_springs, JointSystem& system);
+void build_joint_rows(const SceneDescription& scene, double dt_s, std::span<const BodyState> states,
+                      bool with_springs, JointSystem& system);
+
+// The errors alone, of rows that were built before at other poses; limits are idle.
+void build_joint_errors(const SceneDescription& scene, std::span<const BodyState> states,
+                        JointSystem& system);
 
 // For rows at the poses that the bodies would have after a step of dt_s with these velocities:
 // targets for which the joints hold there (springs: pull as they will there), to first order.
@@ -72,8 +87,8 @@ struct SpringRow {
   double length_m = 0.0;          // from end to end
   std::array<double, 2> arm_m{};  // from the centres of a and b to their ends
 };
-std::vector<SpringRow> spring_rows(const SceneDescription& scene, std::span<const BodyId> ids,
-                                   std::span<const BodyState> states, const JointSystem& system);
+std::vector<SpringRow> spring_rows(const SceneDescription& scene, std::span<const BodyState> states,
+                                   const JointSystem& system);
 
 double velocity_of(const JointRow& row, std::span<const SolverBody> bodies);
 void apply_joint_impulse(const JointRow& row, double impulse, std::span<SolverBody> bodies);
@@ -94,9 +109,9 @@ void solve_joint_velocities(JointSystem& system, std::span<SolverBody> bodies);
 // Factors, and takes away the velocities that the joints do not allow; targets are 0, but those of
 // motors, and bounds are kept. That costs energy and never gives any, but by motors. Where joints
 // contradict each other, as in a taut chain between two walls, exact impulses would: then as little
-// softness as is needed is added. Leaves the factors.
+// softness as is needed is added. Leaves the factors. `factored`: that they are there already.
 void stop_joint_velocities(std::size_t body_count, std::span<SolverBody> bodies,
-                           JointSystem& system);
+                           JointSystem& system, bool factored = false);
 
 // The displacements that take every row's error away to first order, as impulse over mass:
 // `moves[i]` of body i is overwritten.
@@ -106,8 +121,9 @@ struct JointMove {
 void solve_joint_errors(const JointSystem& system, std::span<const SolverBody> bodies,
                         std::vector<JointMove>& moves);
 
-// Adds the impulses that take the rows' errors, here those of velocity, away.
-void add_joint_impulses(JointSystem& system, std::span<SolverBody> bodies);
+// Adds an impulse to each row.
+void add_joint_impulses(std::span<const double> impulses, JointSystem& system,
+                        std::span<SolverBody> bodies);
 
 // The largest error of joints that are no springs, m or rad; of a limit that is idle, by how much
 // it is passed.

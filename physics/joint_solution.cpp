@@ -4,33 +4,33 @@
 
 #include "physics/joint_bounds.hpp"
 #include "physics/joint_rows.hpp"
+#include "physics/rigid_motion.hpp"
 
 namespace soda::physics {
 namespace {
 
-// What an impulse along `y` does to the velocity of `x`, by the one body.
-double response(const JointRow& x, double sign_x, const Vec3& turn_x, const JointRow& y,
-                double sign_y, const Vec3& turn_y, const SolverBody& body) {
-  return sign_x * sign_y *
-         (body.inverse_mass * x.linear.dot(y.linear) + turn_x.dot(body.inverse_inertia * turn_y));
+// What impulses along `y` do to the velocity of `x`, by the bodies that both have.
+double coupling(const JointRow& x, const JointRow& y, const RowTwist& twist_y,
+                std::span<const SolverBody> bodies, std::uint32_t world) {
+  const double along = x.linear.dot(y.linear);
+  double sum = 0.0;
+  if (x.a == y.a) sum += bodies[x.a].inverse_mass * along + x.turn_a.dot(twist_y.a);
+  if (x.a == y.b) sum -= bodies[x.a].inverse_mass * along + x.turn_a.dot(twist_y.b);
+  if (x.b == world) return sum;
+  if (x.b == y.a) sum -= bodies[x.b].inverse_mass * along + x.turn_b.dot(twist_y.a);
+  if (x.b == y.b) sum += bodies[x.b].inverse_mass * along + x.turn_b.dot(twist_y.b);
+  return sum;
 }
 
-double coupling(const JointRow& x, const JointRow& y, std::span<const SolverBody> bodies) {
-  const auto world = static_cast<std::uint32_t>(bodies.size());
-  double sum = 0.0;
-  const auto end = [](const JointRow& row, bool is_b) {
-    return std::pair(is_b ? row.b : row.a, is_b ? 1.0 : -1.0);
-  };
-  for (const bool x_is_b : {false, true}) {
-    for (const bool y_is_b : {false, true}) {
-      const auto [body_x, sign_x] = end(x, x_is_b);
-      const auto [body_y, sign_y] = end(y, y_is_b);
-      if (body_x != body_y || body_x >= world) continue;
-      sum += response(x, sign_x, x_is_b ? x.turn_b : x.turn_a, y, sign_y,
-                      y_is_b ? y.turn_b : y.turn_a, bodies[body_x]);
-    }
+void find_twists(JointSystem& system, std::span<const SolverBody> bodies) {
+  system.twists.resize(system.rows.size());
+  for (std::size_t r = 0; r < system.rows.size(); ++r) {
+    const JointRow& row = system.rows[r];
+    const SolverBody &a = bodies[row.a], &b = bodies[row.b];
+    system.twists[r].a = times(a.inverse_inertia, row.turn_a);
+    system.twists[r].b =
+        b.inverse_mass > 0.0 ? times(b.inverse_inertia, row.turn_b) : Vec3(Vec3::Zero());
   }
-  return sum;
 }
 
 bool share_a_body(const JointRow& x, const JointRow& y, std::uint32_t world) {
@@ -43,22 +43,25 @@ void factor_joint_rows(std::size_t body_count, std::span<const SolverBody> bodie
                        JointSystem& system, double regularisation) {
   const auto world = static_cast<std::uint32_t>(body_count);
   const std::vector<std::uint32_t>& begin = system.first_row;
-  std::vector<std::uint32_t> first(system.rows.size());
+  std::vector<JointRow>& rows = system.rows;
+  std::vector<std::uint32_t>& first = system.first_column;
+  first.resize(rows.size());
   for (std::size_t j = 0; j < system.joints.size(); ++j)
     std::fill(first.begin() + begin[j], first.begin() + begin[j + 1], begin[system.earliest[j]]);
   system.matrix.reset(first);
+  system.regularisation = regularisation;
+  system.factored = true;
+  find_twists(system, bodies);
   for (std::size_t j = 0; j < system.joints.size(); ++j)
     for (std::size_t k = system.earliest[j]; k <= j; ++k) {
-      if (!share_a_body(system.rows[begin[j]], system.rows[begin[k]], world)) continue;
+      if (!share_a_body(rows[begin[j]], rows[begin[k]], world)) continue;
       for (std::uint32_t r = begin[j]; r < begin[j + 1]; ++r)
         for (std::uint32_t c = begin[k]; c < begin[k + 1] && c <= r; ++c)
-          if (!system.rows[r].idle && !system.rows[c].idle)
-            system.matrix.at(r, c) =
-                coupling(system.rows[r], system.rows[c], bodies.first(body_count));
+          if (!rows[r].idle && !rows[c].idle)
+            system.matrix.at(r, c) = coupling(rows[r], rows[c], system.twists[c], bodies, world);
     }
-  for (std::size_t r = 0; r < system.rows.size(); ++r)
-    system.matrix.at(r, r) +=
-        system.rows[r].softness_1_kg + regularisation * system.matrix.at(r, r);
+  for (std::size_t r = 0; r < rows.size(); ++r)
+    system.matrix.at(r, r) += rows[r].softness_1_kg + regularisation * system.matrix.at(r, r);
   system.matrix.factor();
 }
 
@@ -78,18 +81,21 @@ void apply_joint_impulse(const JointRow& row, double impulse, std::span<SolverBo
   b.angular += b.inverse_inertia * row.turn_b * impulse;
 }
 
-namespace {
-
-// `change` are the right-hand sides, and then the impulses.
-void add_impulses(std::span<double> change, JointSystem& system, std::span<SolverBody> bodies) {
-  system.matrix.solve(change);
-  for (std::size_t r = 0; r < change.size(); ++r) {
-    system.rows[r].impulse_newton_s += change[r];
-    apply_joint_impulse(system.rows[r], change[r], bodies);
+void add_joint_impulses(std::span<const double> impulses, JointSystem& system,
+                        std::span<SolverBody> bodies) {
+  for (std::size_t r = 0; r < impulses.size(); ++r) {
+    JointRow& row = system.rows[r];
+    const double impulse = impulses[r];
+    row.impulse_newton_s += impulse;
+    SolverBody& a = bodies[row.a];
+    a.linear -= row.linear * (a.inverse_mass * impulse);
+    a.angular -= system.twists[r].a * impulse;
+    SolverBody& b = bodies[row.b];
+    if (!(b.inverse_mass > 0.0)) continue;
+    b.linear += row.linear * (b.inverse_mass * impulse);
+    b.angular += system.twists[r].b * impulse;
   }
 }
-
-}  // namespace
 
 // Springs: impulse = -dt (stiffness * stretch at the end + damping * velocity), with the stretch at
 // the end linear in the velocity. Joints: the same with a stiffness without bound.
@@ -105,12 +111,6 @@ void take_back_joint_impulses(JointSystem& system, std::span<SolverBody> bodies)
   for (JointRow& row : system.rows) apply_joint_impulse(row, -row.impulse_newton_s, bodies);
 }
 
-void add_joint_impulses(JointSystem& system, std::span<SolverBody> bodies) {
-  std::vector<double> change;
-  for (const JointRow& row : system.rows) change.push_back(-row.error);
-  add_impulses(change, system, bodies);
-}
-
 void solve_joint_velocities(JointSystem& system, std::span<SolverBody> bodies) {
   std::vector<double> change(system.rows.size());
   for (std::size_t r = 0; r < change.size(); ++r) {
@@ -118,14 +118,16 @@ void solve_joint_velocities(JointSystem& system, std::span<SolverBody> bodies) {
     change[r] =
         row.target_m_s - velocity_of(row, bodies) - row.softness_1_kg * row.impulse_newton_s;
   }
-  add_impulses(change, system, bodies);
+  system.matrix.solve(change);
+  add_joint_impulses(change, system, bodies);
 }
 
 void stop_joint_velocities(std::size_t body_count, std::span<SolverBody> bodies,
-                           JointSystem& system) {
+                           JointSystem& system, bool factored) {
   const std::vector<SolverBody> before(bodies.begin(), bodies.end());
   for (const double regularisation : {0.0, 1e-10, 1e-8, 1e-6, 1e-4}) {
-    factor_joint_rows(body_count, bodies, system, regularisation);
+    if (!factored || regularisation > 0.0)
+      factor_joint_rows(body_count, bodies, system, regularisation);
     solve_bounded(body_count, bodies, regularisation, system);
     double gained = 0.0, moved = 0.0;  // energy: half the impulses times both velocities
     for (const JointRow& row : system.rows) {

@@ -6,6 +6,7 @@
 
 #include "physics/advance.hpp"
 #include "physics/joint_rows.hpp"
+#include "physics/refinement_error.hpp"
 
 namespace soda::physics {
 
@@ -20,5 +21,14 @@ namespace soda::physics {
 bool advance_linkage(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                      JointSystem& joints, std::span<BodyState> states, IslandReport& report,
                      std::vector<AdvanceFault>& faults);
+
+// The same in parts of second order, as few as an estimate of their error allows (sizes: of ids):
+// the report has it. It is taken from how much the kicks at both ends of a part differ, and from
+// what was taken for energy. False, and no change, where that would take many parts, and for joints
+// with springs, limits or motors, and bodies with drives or forces of their own.
+bool advance_linkage_within(double most_widths, const BodySizes& sizes,
+                            const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
+                            JointSystem& joints, std::span<BodyState> states, IslandReport& report,
+                            std::vector<AdvanceFault>& faults);
 
 }  // namespace soda::physics

@@ -270,6 +270,8 @@ IslandReport advance_linked(const SceneDescription& scene, const Geometry& geome
                             std::span<BodyState> states, StageCounters& counters,
                             std::vector<AdvanceFault>& faults) {
   constexpr int kMostParts = 8;
+  if (ids.size() == 1 && scene.statics.empty())  // there is nothing to come to
+    return advance_resting(scene, geometry, dt_s, ids, manifolds, states, counters, faults);
   LinkedIsland island{scene, geometry, ids, counters};
   island.wedged = is_wedged(island, manifolds);
   const Vec3 foreseen = pushed_newton_s(island, dt_s, states);

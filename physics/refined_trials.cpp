@@ -78,8 +78,8 @@ double elastic_gain_joule(const RefinedIsland& island, std::span<const BodyState
                           std::span<const BodyState> to) {
   if (std::ranges::none_of(island.pairs, is_joint)) return 0.0;
   const JointSystem joints = find_joints(island.scene, island.ids, island.pairs);
-  return elastic_joule(spring_rows(island.scene, island.ids, to, joints)) -
-         elastic_joule(spring_rows(island.scene, island.ids, from, joints));
+  return elastic_joule(spring_rows(island.scene, to, joints)) -
+         elastic_joule(spring_rows(island.scene, from, joints));
 }
 
 bool is_supported(const RefinedIsland& island) {

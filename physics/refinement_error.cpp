@@ -77,6 +77,10 @@ StepError apart_of(const BodySizes& sizes, std::span<const BodyState> from,
   return largest(sizes, from.size(), [&](std::size_t i) { return difference_of(from[i], to[i]); });
 }
 
+StepError largest_of(const BodySizes& sizes, std::span<const BodyDifference> differences) {
+  return largest(sizes, differences.size(), [&](std::size_t i) { return differences[i]; });
+}
+
 StepError apart_of(const BodySizes& sizes, std::span<const BodyDifference> a,
                    std::span<const BodyDifference> b) {
   return largest(sizes, a.size(), [&](std::size_t i) {

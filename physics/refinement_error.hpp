@@ -57,6 +57,9 @@ BodyDifference difference_of(const BodyState& from, const BodyState& to);
 StepError apart_of(const BodySizes& sizes, std::span<const BodyState> from,
                    std::span<const BodyState> to);
 
+// Of differences that should be none.
+StepError largest_of(const BodySizes& sizes, std::span<const BodyDifference> differences);
+
 // Of differences that should be the same.
 StepError apart_of(const BodySizes& sizes, std::span<const BodyDifference> a,
                    std::span<const BodyDifference> b);

@@ -285,6 +285,20 @@ TEST(AccuracyReports, NameWhoeverIsFasterAtAnEqualOrSmallerError) {
   EXPECT_FALSE(found[1].soda_cpu_per_simulated_s);
 }
 
+TEST(AccuracyReports, CountRunsToAToleranceAsRunsOfSoda) {
+  AccuracyReport report;
+  report.cases.push_back(made_up_case());
+  CaseRun other = report.cases.back().runs.front(), loose = other;
+  other.engine = "faster";
+  other.cpu_per_simulated_s = 1e-5;
+  report.cases.back().runs.push_back(other);
+  ASSERT_EQ(advantages_of_others(report).size(), 1u);
+  loose.setting.tolerance = 1e-2;
+  loose.cpu_per_simulated_s = 9e-6;
+  report.cases.back().runs.push_back(loose);
+  EXPECT_TRUE(advantages_of_others(report).empty());
+}
+
 TEST(AccuracyReports, HtmlIsOneFileWithoutScripts) {
   AccuracyReport report;
   report.cases.push_back(made_up_case());

@@ -179,7 +179,7 @@ TEST(Bounds, ASolutionPushesWithinThemAndOnlyWhereItHasTo) {
     for (std::uint32_t i = 0; i + 1 < 6; ++i)
       append_joints(world.scene, BodyId{i}, BodyId{i + 1}, manifolds);
     JointSystem system = find_joints(world.scene, world.ids, manifolds);
-    build_joint_rows(world.scene, 0.1, world.ids, world.states, false, system);
+    build_joint_rows(world.scene, 0.1, world.states, false, system);
     bound_velocities(0.1, 1e-9, system);
     std::vector<SolverBody> bodies(7);
     for (std::size_t i = 0; i < 6; ++i)
