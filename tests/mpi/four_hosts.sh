@@ -6,7 +6,8 @@ set -euo pipefail
 build=$1
 scenarios=$2
 delay_us=1000
-hosts=(soda-h1 soda-h2 soda-h3 soda-h4)
+name=soda$$h  # of this run's own: network namespaces belong to the whole machine
+hosts=("$name"{1..4})
 
 skip() {
   echo "skipped: $1"
@@ -17,8 +18,8 @@ for tool in ip mpirun unshare; do
   command -v "$tool" >/dev/null || skip "no $tool"
 done
 [[ -c /dev/net/tun ]] || skip "no /dev/net/tun"
-ip netns add soda-probe 2>/dev/null || skip "network namespaces are not allowed"
-ip netns del soda-probe
+ip netns add "$name" 2>/dev/null || skip "network namespaces are not allowed"
+ip netns del "$name"
 
 folder=$(mktemp -d)
 switch=
@@ -47,16 +48,16 @@ for i in "${!hosts[@]}"; do
 done
 
 # What mpirun calls instead of ssh: AGENT ADDRESS COMMAND...
-cat >"$folder/agent" <<'AGENT'
+cat >"$folder/agent" <<AGENT
 #!/usr/bin/env bash
-host=soda-h${1##*.}
+host=$name\${1##*.}
 shift
-exec ip netns exec "$host" unshare --uts sh -c "hostname $host; $*"
+exec ip netns exec "\$host" unshare --uts sh -c "hostname \$host; \$*"
 AGENT
 chmod +x "$folder/agent"
 
 on_hosts() {
-  ip netns exec "${hosts[0]}" unshare --uts sh -c 'hostname soda-h1; exec "$@"' sh \
+  ip netns exec "${hosts[0]}" unshare --uts sh -c 'hostname "$0"; exec "$@"' "${hosts[0]}" \
     env OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 TMPDIR="$folder" \
     mpirun --mca plm rsh --mca plm_rsh_agent "$folder/agent" --mca pml ob1 --mca btl tcp,self \
     --mca oob_tcp_if_include 10.77.0.0/24 --mca btl_tcp_if_include 10.77.0.0/24 \
