@@ -28,7 +28,8 @@ double spin_energy(const BodyParams& params, const BodyState& state) {
 }
 
 // Of one body over a step. Positions count by their difference: far from the origin as near it.
-// Speeds below the rounding of what the scene started with are no motion.
+// Speeds below the rounding of the fastest that there was are no motion: impulses that took it away
+// are where the next step starts from.
 void add_change(const SceneDescription& scene, BodyId id, double fastest_m_s,
                 const BodyState& before, const BodyState& after, EnergyChange& change) {
   constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
@@ -81,6 +82,8 @@ class Checks {
     const std::vector<BodyState> before = states;
     physics::step(scene_, geometry_, ids_, states, scratch_, report_, counters_);
     for (const AdvanceFault& fault : report_.faults) fail(fault.body, fault.what);
+    for (std::size_t i = 0; i < states.size(); ++i)
+      fastest_m_s_ = std::max(fastest_m_s_, point_speed(i, before[i]));
     const Islands& islands = scratch_.islands;
     for (std::size_t i = 0; i < islands.count(); ++i) {
       const IslandReport& island = report_.islands[i];
@@ -210,7 +213,7 @@ class Checks {
   const std::vector<BodyId> ids_;
   std::vector<double> radii_m_;
   std::vector<bool> wedged_;  // has been in an island with an overlap deeper than itself
-  double fastest_m_s_ = 0.0;  // point at the start
+  double fastest_m_s_ = 0.0;  // point that there was so far
   double speed_limit_m_s_ = 0.0;
   StepScratch scratch_;
   StepReport report_;
