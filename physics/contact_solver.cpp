@@ -29,28 +29,15 @@ double sweep_row(NormalRow& row, SolverBody& a, SolverBody& b) {
 
 double sweep_row(FrictionRow& row, double normal_impulse, SolverBody& a, SolverBody& b) {
   const double limit = row.friction * normal_impulse;
-  const double old0 = row.impulse_newton_s[0], old1 = row.impulse_newton_s[1];
-  if (limit == 0.0 && old0 == 0.0 && old1 == 0.0) return 0.0;
+  const Tangential old{row.impulse_newton_s[0], row.impulse_newton_s[1]};
+  if (limit == 0.0 && old == Tangential{}) return 0.0;
   const Vec3 velocity =
       b.linear + b.angular.cross(row.arm_b) - a.linear - a.angular.cross(row.arm_a);
-  const double v0 = velocity.dot(row.tangent[0]), v1 = velocity.dot(row.tangent[1]);
-  // The impulse that stops the point, if the disc allows it.
-  double new0 = old0 - (row.inverse[0] * v0 + row.inverse[1] * v1);
-  double new1 = old1 - (row.inverse[1] * v0 + row.inverse[2] * v1);
-  if (new0 * new0 + new1 * new1 > limit * limit) {
-    // It slides: a step along the velocity itself, so that friction opposes the motion exactly
-    // however differently the two directions respond.
-    new0 = old0 - row.slide_mass_kg * v0;
-    new1 = old1 - row.slide_mass_kg * v1;
-    const double length = std::sqrt(new0 * new0 + new1 * new1);
-    if (length > limit) {
-      new0 *= limit / length;
-      new1 *= limit / length;
-    }
-  }
-  const double change0 = new0 - old0, change1 = new1 - old1;
-  row.impulse_newton_s[0] = new0;
-  row.impulse_newton_s[1] = new1;
+  const Tangential now = friction_impulse(
+      row, limit, old, {velocity.dot(row.tangent[0]), velocity.dot(row.tangent[1])});
+  const double change0 = now[0] - old[0], change1 = now[1] - old[1];
+  row.impulse_newton_s[0] = now[0];
+  row.impulse_newton_s[1] = now[1];
   if (change0 == 0.0 && change1 == 0.0) return 0.0;
   const Vec3 change = row.tangent[0] * change0 + row.tangent[1] * change1;
   a.linear -= change * a.inverse_mass;
@@ -78,6 +65,18 @@ double largest_impulse(const ContactProblem& p) {
 }
 
 }  // namespace
+
+Tangential friction_impulse(const FrictionRow& row, double limit, const Tangential& old,
+                            const Tangential& velocity_m_s) {
+  Tangential impulse = stopping_impulse(row, old, velocity_m_s);
+  if (!(impulse[0] * impulse[0] + impulse[1] * impulse[1] > limit * limit)) return impulse;
+  impulse = {old[0] - row.slide_mass_kg * velocity_m_s[0],
+             old[1] - row.slide_mass_kg * velocity_m_s[1]};
+  const double length = std::sqrt(impulse[0] * impulse[0] + impulse[1] * impulse[1]);
+  if (length > limit)
+    for (double& part : impulse) part *= limit / length;
+  return impulse;
+}
 
 double sweep_frictions(ContactProblem& p) {
   double change = 0.0;

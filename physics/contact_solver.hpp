@@ -50,6 +50,23 @@ struct FrictionRow {
   double impulse_newton_s[2] = {0.0, 0.0};
 };
 
+// Along the two tangents.
+using Tangential = std::array<double, 2>;
+
+// The impulse that stops a point which slides at this velocity with the impulse `old`.
+inline Tangential stopping_impulse(const FrictionRow& row, const Tangential& old,
+                                   const Tangential& velocity_m_s) {
+  const auto [v0, v1] = velocity_m_s;
+  return {old[0] - (row.inverse[0] * v0 + row.inverse[1] * v1),
+          old[1] - (row.inverse[1] * v0 + row.inverse[2] * v1)};
+}
+
+// The same if the disc of impulses up to `limit` allows it. Else the point slides: a step along the
+// velocity itself, so that friction opposes the motion exactly however differently the two
+// directions respond.
+Tangential friction_impulse(const FrictionRow& row, double limit, const Tangential& old,
+                            const Tangential& velocity_m_s);
+
 // What a contact point needs beside its rows.
 struct RowContact {
   std::uint32_t manifold = 0, point = 0;

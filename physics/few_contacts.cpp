@@ -77,26 +77,17 @@ double sweep_normal(const NormalRow& row, std::size_t i, FewContacts& few) {
   return std::abs(change);
 }
 
-// See sweep_row() in contact_solver.cpp.
 double sweep_friction(const FrictionRow& row, std::size_t i, FewContacts& few) {
   const double limit = row.friction * few.line[row.normal_row].impulse;
-  const double old0 = few.line[i].impulse, old1 = few.line[i + 1].impulse;
-  if (limit == 0.0 && old0 == 0.0 && old1 == 0.0) return 0.0;
-  const double v0 = few.velocity[i], v1 = few.velocity[i + 1];
-  double new0 = old0 - (row.inverse[0] * v0 + row.inverse[1] * v1);
-  double new1 = old1 - (row.inverse[1] * v0 + row.inverse[2] * v1);
-  if (new0 * new0 + new1 * new1 > limit * limit) {
-    new0 = old0 - row.slide_mass_kg * v0;
-    new1 = old1 - row.slide_mass_kg * v1;
-    const double length = std::sqrt(new0 * new0 + new1 * new1);
-    if (length > limit) {
-      new0 *= limit / length;
-      new1 *= limit / length;
-    }
+  const Tangential old{few.line[i].impulse, few.line[i + 1].impulse};
+  if (limit == 0.0 && old == Tangential{}) return 0.0;
+  const Tangential now = friction_impulse(row, limit, old, {few.velocity[i], few.velocity[i + 1]});
+  double largest = 0.0;
+  for (std::size_t t = 0; t < 2; ++t) {
+    if (now[t] != old[t]) few.add(i + t, now[t] - old[t]);
+    largest = std::max(largest, std::abs(now[t] - old[t]));
   }
-  if (new0 != old0) few.add(i, new0 - old0);
-  if (new1 != old1) few.add(i + 1, new1 - old1);
-  return std::max(std::abs(new0 - old0), std::abs(new1 - old1));
+  return largest;
 }
 
 using Column = std::array<double, kMostLines>;
@@ -142,11 +133,10 @@ void add_friction(const FrictionRow& friction, std::size_t i, const FewContacts&
                   Column& right) {
   const std::size_t n = friction.normal_row;
   const double limit = friction.friction * few.line[n].impulse;
-  const double p[2] = {few.line[i].impulse, few.line[i + 1].impulse};
-  const double v[2] = {few.velocity[i], few.velocity[i + 1]};
+  const Tangential p{few.line[i].impulse, few.line[i + 1].impulse};
+  const Tangential v{few.velocity[i], few.velocity[i + 1]};
   const double speed = std::sqrt(v[0] * v[0] + v[1] * v[1]);
-  const double stop[2] = {p[0] - (friction.inverse[0] * v[0] + friction.inverse[1] * v[1]),
-                          p[1] - (friction.inverse[1] * v[0] + friction.inverse[2] * v[1])};
+  const Tangential stop = stopping_impulse(friction, p, v);
   const bool slides = stop[0] * stop[0] + stop[1] * stop[1] > limit * limit && speed > 0.0;
   for (std::size_t t = 0; t < 2; ++t) {
     Column& row = rows[i + t];

@@ -3,10 +3,8 @@
 
 #include <algorithm>
 
-#include "physics/ball_motion.hpp"
 #include "physics/forces.hpp"
 #include "physics/linkage_parts.hpp"
-#include "physics/rattle_motion.hpp"
 
 namespace soda::physics {
 namespace {
@@ -78,12 +76,9 @@ bool advance(const Linkage& linkage, std::span<BodyState> states, IslandReport& 
 bool advance_linkage(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                      JointSystem& joints, std::span<BodyState> states, IslandReport& report,
                      std::vector<AdvanceFault>& faults) {
-  if (const Joint* ball = BallMotion::joint_of(scene, ids, joints)) {
-    BallMotion motion(scene, ids.front(), *ball);
-    return advance({scene, dt_s, ids, joints, motion}, states, report, faults);
-  }
-  RattleMotion motion(scene, ids, joints);
-  return advance({scene, dt_s, ids, joints, motion}, states, report, faults);
+  return with_linkage(scene, dt_s, ids, joints, [&](const Linkage& linkage) {
+    return advance(linkage, states, report, faults);
+  });
 }
 
 }  // namespace soda::physics

@@ -4,7 +4,9 @@
 #include <span>
 #include <vector>
 
+#include "physics/ball_motion.hpp"
 #include "physics/linkage_motion.hpp"
+#include "physics/rattle_motion.hpp"
 #include "physics/refinement_error.hpp"
 
 namespace soda::physics {
@@ -17,6 +19,18 @@ struct Linkage {
   const JointSystem& joints;
   LinkageMotion& motion;
 };
+
+// Calls `use` with the linkage and what moves it: a lone body on a ball joint needs no arrays.
+template <class Use>
+bool with_linkage(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
+                  JointSystem& joints, const Use& use) {
+  if (const Joint* ball = BallMotion::joint_of(scene, ids, joints)) {
+    BallMotion motion(scene, ids.front(), *ball);
+    return use(Linkage{scene, dt_s, ids, joints, motion});
+  }
+  RattleMotion motion(scene, ids, joints);
+  return use(Linkage{scene, dt_s, ids, joints, motion});
+}
 
 // By how much bodies may swing about taut joints and turn in a part.
 struct PartBounds {

@@ -1,11 +1,9 @@
 // Linkages to a tolerance: how many parts, of which order.
 #include <cmath>
 
-#include "physics/ball_motion.hpp"
 #include "physics/forces.hpp"
 #include "physics/linkage.hpp"
 #include "physics/linkage_parts.hpp"
-#include "physics/rattle_motion.hpp"
 
 namespace soda::physics {
 namespace {
@@ -98,14 +96,9 @@ bool advance_linkage_within(double most_widths, const BodySizes& sizes,
   for (const BodyId id : ids)
     if (is_pushed(scene.bodies[index_of(id)])) return false;
   if (joints.bounded || has_springs(scene, joints)) return false;
-  if (const Joint* ball = BallMotion::joint_of(scene, ids, joints)) {
-    BallMotion motion(scene, ids.front(), *ball);
-    return advance_within({scene, dt_s, ids, joints, motion}, most_widths, sizes, states, report,
-                          faults);
-  }
-  RattleMotion motion(scene, ids, joints);
-  return advance_within({scene, dt_s, ids, joints, motion}, most_widths, sizes, states, report,
-                        faults);
+  return with_linkage(scene, dt_s, ids, joints, [&](const Linkage& linkage) {
+    return advance_within(linkage, most_widths, sizes, states, report, faults);
+  });
 }
 
 }  // namespace soda::physics

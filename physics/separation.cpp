@@ -8,8 +8,6 @@
 namespace soda::physics {
 namespace {
 
-double dot(const Vec3& a, const Vec3& b) { return a.x() * b.x() + a.y() * b.y() + a.z() * b.z(); }
-
 // Two boxes in the frame of a.
 struct BoxPair {
   const PlacedShape &a, &b;
@@ -30,8 +28,8 @@ BoxPair box_pair(const PlacedShape& a, const PlacedShape& b) {
   const Vec3 between = b.pose.position - a.pose.position;
   for (int i = 0; i < 3; ++i) {
     const Vec3 edge = a.pose.rotation.col(i);
-    pair.between[i] = dot(edge, between);
-    for (int j = 0; j < 3; ++j) pair.cosine[i][j] = dot(edge, b.pose.rotation.col(j));
+    pair.between[i] = edge.dot(between);
+    for (int j = 0; j < 3; ++j) pair.cosine[i][j] = edge.dot(b.pose.rotation.col(j));
   }
   return pair;
 }
