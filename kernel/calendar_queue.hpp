@@ -5,6 +5,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -37,13 +38,16 @@ class CalendarQueue {
   bool empty() const { return size_ == 0; }
   std::size_t size() const { return size_; }
 
-  void push(const Key& key, Value value) {
-    ++size_;
+  // The value is constructed in place.
+  template <class... Arguments>
+  void push(const Key& key, Arguments&&... arguments) {
     const std::uint32_t node = take_node();
     nodes_[node].key = key;
-    nodes_[node].value = std::move(value);
+    std::destroy_at(&nodes_[node].value);  // what was taken out of it left an empty one
+    std::construct_at(&nodes_[node].value, std::forward<Arguments>(arguments)...);
     place(node);
-    if (size_ > grow_at_) rebuild();
+    if (++size_ > grow_at_) [[unlikely]]
+      rebuild();
   }
 
   // The earliest; not for an empty queue.
@@ -52,16 +56,15 @@ class CalendarQueue {
     return heap_.front().key;
   }
 
-  // Takes the earliest out; not for an empty queue.
-  Value pop() {
+  // Takes the earliest out and puts its value at the end of `values`; not for an empty queue.
+  void pop(std::vector<Value>& values) {
     if (heap_.empty()) advance();
     const std::uint32_t node = heap_.front().node;
     pop_heap();
     --size_;
-    Value value = std::move(nodes_[node].value);
+    values.push_back(std::move(nodes_[node].value));
     nodes_[node].next = free_;
     free_ = node;
-    return value;
   }
 
  private:

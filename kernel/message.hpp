@@ -17,7 +17,8 @@ namespace soda::kernel {
 struct alignas(64) Message {
   Message() = default;
   Message(VirtualTime time_, LpId source_, LpId destination_, std::uint32_t kind_,
-          std::uint32_t slot_, std::uint64_t incarnation_, bool anti_, Payload payload_)
+          std::uint32_t slot_, std::uint64_t incarnation_, bool anti_, Payload payload_,
+          bool first_ = false)
       : time(time_),
         source(source_),
         destination(destination_),
@@ -25,6 +26,7 @@ struct alignas(64) Message {
         slot(slot_),
         incarnation(incarnation_),
         anti(anti_),
+        first(first_),
         payload(std::move(payload_)) {}
 
   [[no_unique_address]] VirtualTime time;  // of reception

@@ -10,9 +10,11 @@ void MessageCalendar::advance() {
   for (std::size_t passed = 1;; ++passed) {
     if (passed > heads_.size()) return rebuild();
     ++current_;
-    // A list is a chain of cache misses; the first of it is under way when its turn comes.
+    // A list is a chain of cache misses: when its turn comes, the first two are under way.
     const std::uint32_t ahead = head_of(current_ + kBucketsAhead);
     if (ahead != kNone) __builtin_prefetch(&pool_[ahead]);
+    const std::uint32_t soon = head_of(current_ + kBucketsAhead / 2);
+    if (soon != kNone && pool_[soon].next != kNone) __builtin_prefetch(&pool_[pool_[soon].next]);
     std::uint32_t& head = head_of(current_);
     if (head == kNone) continue;
     adopt(head);

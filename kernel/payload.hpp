@@ -24,17 +24,17 @@ class Payload {
  public:
   static constexpr std::size_t kInlineBytes = 20;
 
-  Payload() = default;
-  Payload(std::nullptr_t) {}
+  Payload() : bits_{} {}
+  Payload(std::nullptr_t) : Payload() {}
 
-  explicit Payload(Bytes bytes) {
+  explicit Payload(Bytes bytes) : Payload() {
     if (bytes.size() <= kInlineBytes)
       copy_inline(bytes);
     else
       share(new Shared{1, std::move(bytes)});
   }
 
-  explicit Payload(std::span<const std::byte> bytes) {
+  explicit Payload(std::span<const std::byte> bytes) : Payload() {
     if (bytes.size() <= kInlineBytes)
       copy_inline(bytes);
     else
@@ -122,7 +122,7 @@ class Payload {
     if (shared()->owners.fetch_sub(1, std::memory_order_acq_rel) == 1) delete shared();
   }
 
-  alignas(8) std::byte bits_[kInlineBytes] = {};  // the bytes themselves, or a pointer to Shared
+  alignas(8) std::byte bits_[kInlineBytes];  // the bytes themselves, or a pointer to Shared
   std::uint32_t size_ = 0;
 };
 

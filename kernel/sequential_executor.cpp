@@ -35,7 +35,7 @@ class SequentialRun final : public Outbox {
   SequentialRun(std::span<const std::unique_ptr<LogicalProcess>> lps, VirtualTime end,
                 Outside* outside)
       : lps_(lps), end_(end), outside_(outside, lps.size(), end), agenda_(lps.size(), kNever) {
-    for (std::uint32_t i = 0; i < lps.size(); ++i) push_agenda(LpId{i});
+    for (std::uint32_t i = 0; i < lps.size(); ++i) push_agenda(LpId{i}, lps[i]->next_time());
   }
 
   RunResult run(const ProgressFn& progress) {
@@ -59,9 +59,8 @@ class SequentialRun final : public Outbox {
     SODA_ASSERT(index_of(destination) < lps_.size(), "LP ", index_of(executing_), " at ", now_,
                 " sends to LP ", index_of(destination), " of ", lps_.size());
     if (when >= end_) return;
-    queue_.push({when.t, when.round, index_of(destination)},
-                {result_.counters.messages, executing_, kind, std::move(payload)});
-    ++result_.counters.messages;
+    queue_.push({when.t, when.round, index_of(destination)}, result_.counters.messages++,
+                executing_, kind, std::move(payload));
   }
 
   void fault(Fault fault) override {
@@ -85,9 +84,9 @@ class SequentialRun final : public Outbox {
       from_outside_.clear();
       outside_.take(gvt, gvt, from_outside_);
       for (Message& message : from_outside_)
-        queue_.push(
-            {message.time.t, message.time.round, index_of(message.destination)},
-            {result_.counters.messages++, kOutside, message.kind, std::move(message.payload)});
+        queue_.push({message.time.t, message.time.round, index_of(message.destination)},
+                    result_.counters.messages++, kOutside, message.kind,
+                    std::move(message.payload));
       open_until_ = outside_.hold(kNever);
       if (next_or_end() < open_until_ || open_until_ >= end_) return;
       wait_for_outside();
@@ -99,42 +98,45 @@ class SequentialRun final : public Outbox {
     SODA_ASSERT(time > now_, "the queue goes back from ", now_, " to ", time);
     now_ = time;
     executed_.clear();
-    while (!queue_.empty() && next_time() == time) {
+    do {
       const LpId lp{queue_.top().lp};
-      if (take_bag(lp)) execute(lp);
+      take_bag(lp);
+      // Nothing to do: the wish of an LP that has changed its agenda since.
+      if (bag_.empty() && lps_[index_of(lp)]->next_time() != now_) continue;
+      execute(lp);
       if (result_.fault) return;
-    }
+    } while (!queue_.empty() && next_time() == time);
   }
 
-  // False if there is nothing to do: the wish of an LP that has changed its agenda since.
-  bool take_bag(LpId lp) {
+  void take_bag(LpId lp) {
     const Queue::Key key{now_.t, now_.round, index_of(lp)};
     bag_.clear();
     do {
-      Entry entry = queue_.pop();
-      if (entry.is_message())
-        bag_.push_back(std::move(entry));
-      else if (agenda_[index_of(lp)] == now_)
-        agenda_[index_of(lp)] = kNever;
+      queue_.pop(bag_);
+      if (bag_.back().is_message()) continue;
+      bag_.pop_back();
+      if (agenda_[index_of(lp)] == now_) agenda_[index_of(lp)] = kNever;
     } while (!queue_.empty() && queue_.top() == key);
     if (bag_.size() > 1) std::sort(bag_.begin(), bag_.end(), comes_first);
-    return !bag_.empty() || lps_[index_of(lp)]->next_time() == now_;
   }
 
   void execute(LpId lp) {
     executing_ = lp;
+    LogicalProcess& process = *lps_[index_of(lp)];
     views_.clear();
-    for (const Entry& entry : bag_) {
-      const bool same_register = !views_.empty() && views_.back().source == entry.source &&
-                                 views_.back().kind == entry.kind;
-      const std::uint32_t slot = same_register ? views_.back().slot + 1 : 0;
-      views_.push_back({entry.source, entry.kind, slot, entry.payload.bytes()});
-    }
+    for (const Entry& entry : bag_) view(entry);
     if (!queue_.empty()) __builtin_prefetch(lps_[queue_.top().lp].get());  // likely the next
-    lps_[index_of(lp)]->execute(now_, views_, *this);
+    process.execute(now_, views_, *this);
     ++result_.counters.executed;
     executed_.push_back(lp);
-    push_agenda(lp);
+    push_agenda(lp, process.next_time());
+  }
+
+  void view(const Entry& entry) {
+    const bool same_register =
+        !views_.empty() && views_.back().source == entry.source && views_.back().kind == entry.kind;
+    const std::uint32_t slot = same_register ? views_.back().slot + 1 : 0;
+    views_.push_back({entry.source, entry.kind, slot, entry.payload.bytes()});
   }
 
   void commit_time() {
@@ -142,13 +144,12 @@ class SequentialRun final : public Outbox {
     result_.counters.committed += executed_.size();
   }
 
-  void push_agenda(LpId lp) {
-    const VirtualTime next = lps_[index_of(lp)]->next_time();
+  void push_agenda(LpId lp, VirtualTime next) {
     SODA_ASSERT(result_.counters.executed == 0 || next > now_, "agenda of LP ", index_of(lp),
                 " after executing ", now_, " is ", next);
     if (next >= end_ || next == agenda_[index_of(lp)]) return;
     agenda_[index_of(lp)] = next;
-    queue_.push({next.t, next.round, index_of(lp)}, {});
+    queue_.push({next.t, next.round, index_of(lp)});
   }
 
   std::span<const std::unique_ptr<LogicalProcess>> lps_;

@@ -64,6 +64,7 @@ class SlotTable {
     }
     bool has(const Bits& bits) const { return (words_[bits.word] & bits.mask) == bits.mask; }
     void set(const Bits& bits) { words_[bits.word] |= bits.mask; }
+    void set_if(bool is, const Bits& bits) { words_[bits.word] |= is ? bits.mask : 0; }
 
    private:
     std::uint64_t words_[8] = {};

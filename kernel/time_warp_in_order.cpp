@@ -18,13 +18,11 @@ namespace soda::kernel {
   if (is_first && index_of(to.destination) - effects.first_own < effects.owns) {
     MessagePool& pool = inputs_.pool();
     const std::uint32_t place = pool.emplace(to.time, id_, to.destination, to.kind, slot,
-                                             next_incarnation_++, false, std::move(payload));
-    pool[place].first = true;
+                                             next_incarnation_++, false, std::move(payload), true);
     effects.calendar->push(place);
   } else {
     effects.outgoing.emplace_back(to.time, id_, to.destination, to.kind, slot, next_incarnation_++,
-                                  false, std::move(payload));
-    effects.outgoing.back().first = is_first;
+                                  false, std::move(payload), is_first);
   }
 }
 
@@ -47,14 +45,21 @@ class TimeWarpProcess::InOrderSender final : public Outbox {
   WorkerEffects& effects_;
 };
 
-void TimeWarpProcess::execute_in_order(VirtualTime now, std::uint32_t first_input,
-                                       std::uint32_t inputs, WorkerEffects& effects) {
-  SODA_ASSERT(now < end_ && now < next_time_ && inputs_.boundary() <= now, "LP ", index_of(id_),
-              " at ", now, ", end ", end_);
+std::span<const MessageView> TimeWarpProcess::gather_in_order(std::uint32_t first_input,
+                                                              WorkerEffects& effects) const {
   const MessagePool& pool = inputs_.pool();
   effects.bag.truncate(0);
   for (std::uint32_t place = first_input; place != MessagePool::kNone; place = pool[place].next)
     effects.bag.emplace_back(InputQueue::view(pool[place]));
+  return effects.bag;
+}
+
+bool TimeWarpProcess::execute_in_order(VirtualTime now, std::uint32_t first_input,
+                                       std::uint32_t inputs, WorkerEffects& effects) {
+  const MessageView only = InputQueue::view(inputs_.pool()[first_input]);
+  std::span<const MessageView> bag(&only, 1);
+  if (inputs > 1) [[unlikely]]
+    bag = gather_in_order(first_input, effects);
   const std::uint32_t state_at = journal_.next_state();
   if (saves_state())
     journal_.append_state(state_);
@@ -62,7 +67,7 @@ void TimeWarpProcess::execute_in_order(VirtualTime now, std::uint32_t first_inpu
     lp_.mark(now);
   const std::uint32_t output_at = journal_.next_output();
   InOrderSender sender(*this, now, effects);
-  lp_.execute(now, effects.bag, sender);
+  lp_.execute(now, bag, sender);
   const std::uint32_t outputs = journal_.next_output() - output_at;
   const std::uint64_t number = journal_.next_number();
   const bool follows = last_in_order_ != 0;
@@ -72,12 +77,11 @@ void TimeWarpProcess::execute_in_order(VirtualTime now, std::uint32_t first_inpu
   held_in_order_ += inputs + 1 + outputs;
   ++effects.counters.executed;
   inputs_.pass_over(now);
-  agenda_ = lp_.next_time();
-  SODA_ASSERT(now < agenda_, "agenda of LP ", index_of(id_), " after executing ", now, " is ",
-              agenda_);
-  refresh_next_time();
-  if (rare_) [[unlikely]]
-    note_quiet();
+  const bool is_later = note_agenda(now, lp_.next_time());
+  if (!rare_) [[likely]]
+    return is_later;
+  note_quiet();
+  return is_later || !is_quiet_;
 }
 
 void TimeWarpProcess::collect_in_order(std::uint64_t number, VirtualTime gvt, Counters& counters) {
@@ -109,7 +113,7 @@ void TimeWarpProcess::collect_in_order(std::uint64_t number, VirtualTime gvt, Co
     }
     entry.lp = nullptr;
   }
-  if (!executed_.empty() || inputs_.size() > 0) [[unlikely]] {
+  if (!executed_.empty() || !is_quiet_) [[unlikely]] {
     drop_history(gvt);
     note_quiet();
   }

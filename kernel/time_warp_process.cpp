@@ -19,8 +19,7 @@ namespace soda::kernel {
                 "): its execute is not a pure function");
     ++effects.counters.messages;
     effects.outgoing.emplace_back(id.time, id_, id.destination, id.kind, id.slot,
-                                  next_incarnation_++, false, payload);
-    effects.outgoing.back().first = id.time > resent_until_;
+                                  next_incarnation_++, false, payload, id.time > resent_until_);
   }
   outputs_.emplace_back(std::move(payload));
 }
@@ -230,7 +229,7 @@ void TimeWarpProcess::execute(WorkerEffects& effects) {
   inputs_.pass(now, passed);
   refresh_agenda();
   refresh_next_time();
-  if (!rare_) return;
+  if (!rare_ && is_quiet_) return;
   if (has_pending()) flush_pending(effects);
   note_quiet();
   if (!has_undone()) return;

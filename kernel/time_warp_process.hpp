@@ -96,12 +96,13 @@ class alignas(64) TimeWarpProcess {
 
   // Whether nothing stands against execute_in_order(now, ...).
   bool takes_in_order(VirtualTime now) const {
-    return is_quiet_ && inputs_.boundary() <= now && now < next_time_ && coast_until_ <= now;
+    return is_quiet_ && inputs_.boundary() <= now && now < next_time_;
   }
 
   // Executes `now` < end with `inputs` > 0 messages of that time, linked in canonical order from
   // `first_input`: none of them an anti-message, and no other of that time has been delivered.
-  void execute_in_order(VirtualTime now, std::uint32_t first_input, std::uint32_t inputs,
+  // takes_in_order(now) must be true. True if next_time() has changed or it is not quiet any more.
+  bool execute_in_order(VirtualTime now, std::uint32_t first_input, std::uint32_t inputs,
                         WorkerEffects& effects);
 
   // Commits the first entry of this LP in the journal, of a time < gvt, and takes it out.
@@ -112,9 +113,6 @@ class alignas(64) TimeWarpProcess {
     if (last_in_order_ != 0) [[unlikely]]
       take_all_back();
   }
-
-  // Whether it is not rolling back, nor cancelling, nor faulty.
-  bool is_quiet() const { return is_quiet_; }
 
   // Rolls back to `from`, as if a straggler had come: for tests of rollback under any schedule.
   // `from` must be >= every GVT that has been or is being computed.
@@ -157,6 +155,7 @@ class alignas(64) TimeWarpProcess {
   // called later, what it refers to.
   void prefetch() const {
     const char* const line = reinterpret_cast<const char*>(this);
+#pragma GCC unroll 8
     for (std::size_t at = 0; at < sizeof *this; at += 64) __builtin_prefetch(line + at);
   }
   void prefetch_lp() const {
@@ -245,6 +244,16 @@ class alignas(64) TimeWarpProcess {
   VirtualTime first_undone(VirtualTime to) const;
   void undo_outputs(const Executed& undone);
   void refresh_next_time() { next_time_ = std::min(agenda_, inputs_.next_time()); }
+  // What the LP says after it has executed `now` in order, of which the inputs know nothing.
+  bool note_agenda(VirtualTime now, VirtualTime agenda) {
+    if (agenda == agenda_) return false;  // it was later than `now`, as next_time_ was
+    SODA_ASSERT(now < agenda, "agenda of LP ", index_of(id_), " after executing ", now, " is ",
+                agenda);
+    agenda_ = agenda;
+    const VirtualTime before = next_time_;
+    refresh_next_time();
+    return next_time_ != before;
+  }
   void refresh_agenda() {
     agenda_ = lp_.next_time();
     SODA_ASSERT(executed_.empty() || executed_.back().time() < agenda_, "agenda of LP ",
@@ -261,6 +270,8 @@ class alignas(64) TimeWarpProcess {
   void send(VirtualTime now, const OutputId& to, Payload&& payload, WorkerEffects& effects);
   bool adopt(VirtualTime now, const OutputId& id, const Payload& payload);
   void flush_pending(WorkerEffects& effects);
+  std::span<const MessageView> gather_in_order(std::uint32_t first_input,
+                                               WorkerEffects& effects) const;
   void send_in_order(const OutputId& to, Payload&& payload, WorkerEffects& effects);
   void take_all_back();
   void move_to_history(Journal::Entry& entry);
@@ -270,12 +281,15 @@ class alignas(64) TimeWarpProcess {
   void restore_state(std::size_t at, VirtualTime to);
   // Lets the LP forget what no rollback to `gvt` or later needs.
   void forget_states(VirtualTime gvt) {
-    kept_ = saves_state() ? gvt : lp_.forget(gvt);
+    kept_ = gvt;
+    if (saves_state()) return;
+    kept_ = lp_.forget(gvt);
     SODA_ASSERT(kept_ <= gvt, "LP ", index_of(id_), " keeps nothing before ", kept_, " at GVT ",
                 gvt);
   }
   void note_quiet() {
     is_quiet_ = !inputs_.has_antis() && changed_from_ == kNever &&
+                coast_until_ <= inputs_.boundary() &&
                 (!rare_ ||
                  (rare_->faults.empty() && rare_->pending_order.empty() && rare_->pending.empty()));
   }
@@ -291,7 +305,7 @@ class alignas(64) TimeWarpProcess {
   std::unique_ptr<Rare> rare_;
   const LpId id_;
   const bool gates_, absorbs_, jumps_;
-  bool is_quiet_ = true;
+  bool is_quiet_ = true;         // not rolling back, coasting, cancelling or faulty
   std::uint32_t committed_ = 0;  // executed_ up to here has been committed
   LogicalProcess& lp_;
   const std::span<std::byte> state_;  // of the LP, if the executor saves it

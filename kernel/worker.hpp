@@ -69,8 +69,9 @@ class Worker {
   std::uint32_t pick();
   VirtualTime earliest() { return std::min(schedule_.top_time(), calendar_.top_time()); }
   void execute_one(std::uint32_t own);
+  bool precedes_schedule(VirtualTime now) const;
   std::size_t execute_arrived(std::size_t most);
-  void execute_bag(VirtualTime now);
+  bool execute_bag(VirtualTime now);
   std::uint32_t take_rest(VirtualTime now, LpId lp, std::uint32_t first);
   void deliver_list(std::uint32_t own, std::uint32_t first);
   void collect_journal();

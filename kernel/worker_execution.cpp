@@ -91,24 +91,34 @@ void Worker::adapt_batch(std::chrono::steady_clock::duration took, std::size_t e
     batch_size_ = std::min(batch_size_ * 2, kLongestBatch);
 }
 
-// Bags that come before anything in the schedule, at most `most` of them; returns how many. Of a
-// time that both have for an LP, the messages are delivered first, and then it is in the schedule.
+// Whether `now`, the top of the calendar, comes before anything in the schedule. Of a time that
+// both have for an LP, the messages are delivered first, and then it is in the schedule.
+bool Worker::precedes_schedule(VirtualTime now) const {
+  const VirtualTime scheduled = schedule_.top_time();
+  return now < scheduled ||
+         (now == scheduled && index_of(calendar_.top_lp()) - first_lp_ <= schedule_.top());
+}
+
+// Bags that come before anything in the schedule, at most `most` of them; returns how many.
 std::size_t Worker::execute_arrived(std::size_t most) {
   std::size_t executed = 0;
+  bool knows = knows_gvt();
+  VirtualTime limit = std::min(open_until_, schedule_.top_time());
   for (; executed < most; ++executed) {
     const VirtualTime now = calendar_.top_time();
-    const VirtualTime scheduled = schedule_.top_time();
-    if (now >= open_until_ || now > scheduled) break;
-    if (now == scheduled && index_of(calendar_.top_lp()) - first_lp_ > schedule_.top()) break;
+    if (now >= limit && (now >= open_until_ || !precedes_schedule(now))) break;
     if (shuffles() && random_.below(2) == 0) break;
-    if (knows_gvt()) gvt_ = now;
-    execute_bag(now);
+    if (knows) gvt_ = now;
+    if (execute_bag(now)) continue;
+    knows = knows_gvt();
+    limit = std::min(open_until_, schedule_.top_time());
   }
   return executed;
 }
 
-// The one that comes next; if it comes too late, the LP gets it and settles.
-inline void Worker::execute_bag(VirtualTime now) {
+// The one that comes next; if it comes too late, the LP gets it and settles. True if all that it
+// has changed is the calendar.
+inline bool Worker::execute_bag(VirtualTime now) {
   const LpId lp = calendar_.top_lp();
   const std::uint32_t own = index_of(lp) - first_lp_;
   TimeWarpProcess& process = processes_[own];
@@ -120,22 +130,23 @@ inline void Worker::execute_bag(VirtualTime now) {
   } else {
     pool_[first].next = MessagePool::kNone;
   }
-  if (!process.takes_in_order(now)) [[unlikely]]
-    return deliver_list(own, first);
+  if (!process.takes_in_order(now)) [[unlikely]] {
+    deliver_list(own, first);
+    return false;
+  }
   note_lead(now.t);
   process.collect(gvt_, effects_.counters);
   const TimeWarpProcess* const next = calendar_.top_time() != kNever
                                           ? &processes_[index_of(calendar_.top_lp()) - first_lp_]
                                           : nullptr;
   if (next) next->prefetch();
-  const VirtualTime next_before = process.next_time();
-  process.execute_in_order(now, first, inputs, effects_);
+  const bool changes = process.execute_in_order(now, first, inputs, effects_);
   if (next) next->prefetch_lp();
-  if (!effects_.outgoing.empty()) route_outgoing();
-  if (process.next_time() != next_before || !process.is_quiet()) [[unlikely]]
-    refresh(own);
-  if (!touched_.empty()) [[unlikely]]
-    settle_receivers();
+  if (!changes && effects_.outgoing.empty()) return true;
+  route_outgoing();
+  if (changes) refresh(own);
+  if (!touched_.empty()) settle_receivers();
+  return false;
 }
 
 // The other messages of a bag, in canonical order; returns the first.

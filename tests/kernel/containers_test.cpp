@@ -86,6 +86,7 @@ TEST(CalendarQueue, TakesOutTheEarliestWhateverTheTimesAreLike) {
   using Queue = CalendarQueue<std::uint64_t>;
   SplitMix64 random(7);
   Queue queue;
+  std::vector<std::uint64_t> values;
   std::multimap<std::tuple<std::int64_t, std::uint32_t, std::uint32_t>, std::uint64_t> plain;
   std::int64_t now = -1000;
   std::size_t most = 0;
@@ -105,7 +106,9 @@ TEST(CalendarQueue, TakesOutTheEarliestWhateverTheTimesAreLike) {
         const auto first = plain.begin()->first;
         ASSERT_EQ(std::tuple(key.t, key.round, key.lp), first);
         now = key.t;
-        const std::uint64_t value = queue.pop();
+        values.clear();
+        queue.pop(values);
+        const std::uint64_t value = values.front();
         const auto [begin, end] = plain.equal_range(first);
         const auto found =
             std::find_if(begin, end, [&](const auto& entry) { return entry.second == value; });

@@ -92,7 +92,8 @@ class Schedule {
       ++executed_in_order_;
       const std::uint32_t place = pool_.put(std::move(message));
       pool_[place].next = MessagePool::kNone;
-      return receiver.execute_in_order(time, place, 1, effects_);
+      receiver.execute_in_order(time, place, 1, effects_);
+      return;
     }
     receiver.deliver(std::move(message), effects_.counters);
     receiver.settle(effects_);
