@@ -71,10 +71,12 @@ class ShortHeap {
   // Not of an empty heap.
   const Entry& top() const { return few_[count_ - 1]; }
 
-  void push(const Entry& entry) {
+  // By value: what is referred to would be put together in memory first, and waited for there.
+  [[gnu::always_inline]] void push(Entry entry) {
     if (count_ == kMost) [[unlikely]]
       spill();
-    if (!rest_.empty() && few_[0] < entry) return rest_.push(entry);
+    if (!rest_.empty() && few_[0] < entry) [[unlikely]]
+      return push_rest(entry);
     std::size_t at = count_++;
     for (; at > 0 && few_[at - 1] < entry; --at) few_[at] = few_[at - 1];
     few_[at] = entry;
@@ -93,6 +95,8 @@ class ShortHeap {
 
  private:
   static constexpr std::size_t kMost = 16;
+
+  [[gnu::noinline]] void push_rest(Entry entry) { rest_.push(entry); }
 
   // The later half of the few.
   [[gnu::noinline]] void spill() {

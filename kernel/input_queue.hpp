@@ -84,7 +84,7 @@ class InputQueue {
   void forget(VirtualTime kept, VirtualTime gvt);
 
   // Hints that the next bag will be gathered soon.
-  void prefetch() const {
+  [[gnu::always_inline]] void prefetch() const {
     if (passed_ < near_.size()) __builtin_prefetch(&(*pool_)[near_[passed_].place]);
   }
 

@@ -5,25 +5,8 @@
 
 namespace soda::kernel {
 
-// To the next bucket with a message; there is one.
-void MessageCalendar::advance() {
-  for (std::size_t passed = 1;; ++passed) {
-    if (passed > heads_.size()) return rebuild();
-    ++current_;
-    // A list is a chain of cache misses: when its turn comes, the first two are under way.
-    const std::uint32_t ahead = head_of(current_ + kBucketsAhead);
-    if (ahead != kNone) __builtin_prefetch(&pool_[ahead]);
-    const std::uint32_t soon = head_of(current_ + kBucketsAhead / 2);
-    if (soon != kNone && pool_[soon].next != kNone) __builtin_prefetch(&pool_[pool_[soon].next]);
-    std::uint32_t& head = head_of(current_);
-    if (head == kNone) continue;
-    adopt(head);
-    if (!heap_.empty()) return note_work(passed);
-  }
-}
-
 // Moves those of the current bucket from the list to the heap; others wait for their turn.
-void MessageCalendar::adopt(std::uint32_t& head) {
+inline void MessageCalendar::adopt(std::uint32_t& head) {
   for (std::uint32_t* link = &head; *link != kNone;) {
     const std::uint32_t place = *link;
     Message& message = pool_[place];
@@ -39,7 +22,7 @@ void MessageCalendar::adopt(std::uint32_t& head) {
 
 // Buckets passed and messages that were too many for one: where they cost more than a rebuild, the
 // width does not fit any more.
-void MessageCalendar::note_work(std::size_t passed) {
+inline void MessageCalendar::note_work(std::size_t passed) {
   ++adopted_;
   work_ += passed;
   if (heap_.size() > kCrowded) work_ += heap_.size();
@@ -47,6 +30,23 @@ void MessageCalendar::note_work(std::size_t passed) {
   if (work_ > 6 * adopted_) rebuild();
   adopted_ = 0;
   work_ = 0;
+}
+
+// To the next bucket with a message; there is one.
+void MessageCalendar::advance() {
+  for (std::size_t passed = 1;; ++passed) {
+    if (passed > heads_.size()) return rebuild();
+    ++current_;
+    // A list is a chain of cache misses: when its turn comes, the first two are under way.
+    const std::uint32_t ahead = head_of(current_ + kBucketsAhead);
+    if (ahead != kNone) __builtin_prefetch(&pool_[ahead]);
+    const std::uint32_t soon = head_of(current_ + kBucketsAhead / 2);
+    if (soon != kNone && pool_[soon].next != kNone) __builtin_prefetch(&pool_[pool_[soon].next]);
+    std::uint32_t& head = head_of(current_);
+    if (head == kNone) continue;
+    adopt(head);
+    if (!heap_.empty()) return note_work(passed);
+  }
 }
 
 void MessageCalendar::rebuild() {

@@ -91,6 +91,39 @@ void Worker::adapt_batch(std::chrono::steady_clock::duration took, std::size_t e
     batch_size_ = std::min(batch_size_ * 2, kLongestBatch);
 }
 
+// The one that comes next; if it comes too late, the LP gets it and settles. True if all that it
+// has changed is the calendar.
+[[gnu::always_inline]] inline bool Worker::execute_bag(VirtualTime now) {
+  const LpId lp = calendar_.top_lp();
+  const std::uint32_t own = index_of(lp) - first_lp_;
+  TimeWarpProcess& process = processes_[own];
+  std::uint32_t first = calendar_.pop();
+  std::uint32_t inputs = 1;
+  if (calendar_.has_more(now, lp)) [[unlikely]] {
+    first = take_rest(now, lp, first);
+    inputs = static_cast<std::uint32_t>(places_.size());
+  } else {
+    pool_[first].next = MessagePool::kNone;
+  }
+  if (!process.takes_in_order(now)) [[unlikely]] {
+    deliver_list(own, first);
+    return false;
+  }
+  note_lead(now.t);
+  process.collect(gvt_, effects_.counters);
+  const TimeWarpProcess* const next = calendar_.top_time() != kNever
+                                          ? &processes_[index_of(calendar_.top_lp()) - first_lp_]
+                                          : nullptr;
+  if (next) next->prefetch();
+  const bool changes = process.execute_in_order(now, first, inputs, effects_);
+  if (next) next->prefetch_in_order();
+  if (!changes && effects_.outgoing.empty()) return true;
+  route_outgoing();
+  if (changes) refresh(own);
+  if (!touched_.empty()) settle_receivers();
+  return false;
+}
+
 // Whether `now`, the top of the calendar, comes before anything in the schedule. Of a time that
 // both have for an LP, the messages are delivered first, and then it is in the schedule.
 bool Worker::precedes_schedule(VirtualTime now) const {
@@ -114,39 +147,6 @@ std::size_t Worker::execute_arrived(std::size_t most) {
     limit = std::min(open_until_, schedule_.top_time());
   }
   return executed;
-}
-
-// The one that comes next; if it comes too late, the LP gets it and settles. True if all that it
-// has changed is the calendar.
-inline bool Worker::execute_bag(VirtualTime now) {
-  const LpId lp = calendar_.top_lp();
-  const std::uint32_t own = index_of(lp) - first_lp_;
-  TimeWarpProcess& process = processes_[own];
-  std::uint32_t first = calendar_.pop();
-  std::uint32_t inputs = 1;
-  if (calendar_.has_more(now, lp)) [[unlikely]] {
-    first = take_rest(now, lp, first);
-    inputs = static_cast<std::uint32_t>(places_.size());
-  } else {
-    pool_[first].next = MessagePool::kNone;
-  }
-  if (!process.takes_in_order(now)) [[unlikely]] {
-    deliver_list(own, first);
-    return false;
-  }
-  note_lead(now.t);
-  process.collect(gvt_, effects_.counters);
-  const TimeWarpProcess* const next = calendar_.top_time() != kNever
-                                          ? &processes_[index_of(calendar_.top_lp()) - first_lp_]
-                                          : nullptr;
-  if (next) next->prefetch();
-  const bool changes = process.execute_in_order(now, first, inputs, effects_);
-  if (next) next->prefetch_lp();
-  if (!changes && effects_.outgoing.empty()) return true;
-  route_outgoing();
-  if (changes) refresh(own);
-  if (!touched_.empty()) settle_receivers();
-  return false;
 }
 
 // The other messages of a bag, in canonical order; returns the first.
