@@ -1,18 +1,18 @@
 #include "physics/refinement.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <utility>
 
 #include "physics/contact_solver.hpp"
+#include "physics/error_budget.hpp"
 #include "physics/forces.hpp"
 #include "physics/geometry_impl.hpp"
 #include "physics/refined_trials.hpp"
 
 namespace soda::physics {
 namespace {
-
-constexpr double kOwnTolerance = 1e-7;  // of a single body; of its width, for each part of a step
 
 constexpr std::size_t kFewBodies = 8;  // that are refined unasked
 
@@ -26,49 +26,16 @@ struct Limits {
 // Unasked, only a lone body gets more than its trials.
 Limits limits_of(const SceneDescription& scene, bool lone, std::size_t pairs) {
   constexpr std::size_t kMostSolves = 2000, kLeastSolves = 64, kPairsSolved = 128'000;
-  if (!(scene.tolerance > 0.0)) return lone ? Limits{64, 12} : Limits{0, 0};
+  if (!(scene.tolerance > 0.0)) return lone ? Limits{32, 12} : Limits{0, 0};
   const std::size_t solves =
       std::clamp(kPairsSolved / std::max<std::size_t>(pairs, 1), kLeastSolves, kMostSolves);
   return {static_cast<int>(solves), 26};
 }
 
-// What errors a step may still have.
-class ErrorBudget {
- public:
-  explicit ErrorBudget(const SceneDescription& scene)
-      : tolerance_(scene.tolerance), dt_s_(scene.dt_s), for_changes_(0.5 * tolerance_) {}
-
-  // Half of what may still be spent on a change is kept for those that follow.
-  bool allows(double widths, double time_s) const {
-    if (!(tolerance_ > 0.0)) return widths <= kOwnTolerance;
-    return widths <= share_of(time_s) + kForOne * for_changes_;
-  }
-  void spend(const StepError& error, double time_s, std::span<const BodyId> ids) {
-    if (!(tolerance_ > 0.0)) return;
-    for_changes_ -= std::clamp(error.widths - share_of(time_s), 0.0, for_changes_);
-    sum_ += error.widths;
-    if (!(error.widths > largest_)) return;
-    largest_ = error.widths;
-    worst_ = ids[error.body];
-  }
-  void tell(IslandReport& report) const {
-    report.error_estimate = sum_;
-    report.worst_body = worst_;
-    report.beyond_tolerance = tolerance_ > 0.0 && !(sum_ <= tolerance_);
-  }
-
- private:
-  static constexpr double kForOne = 0.25;
-  double share_of(double time_s) const { return 0.5 * tolerance_ * (time_s / dt_s_); }
-
-  double tolerance_, dt_s_, for_changes_;
-  double sum_ = 0.0, largest_ = 0.0;
-  BodyId worst_{};
-};
-
 struct Part {
   double time_s = 0.0;
   int depth = 0;
+  double bend = 0.0;  // widths, of the part that this is the first half of
 };
 
 struct PartResult {
@@ -82,18 +49,42 @@ struct PastPart {
   double time_s = 0.0;  // none yet: 0
 };
 
-// A part's result, or which share of it comes first when it is cut in two.
-struct RefinedPart {
-  std::optional<PartResult> result;
-  double cut = 0.5;
+// Where a part is cut in two: the first one's share of its time, and how many cuts that counts for.
+struct Cut {
+  double share = 0.5;
+  int halvings = 1;
+  double bend = 0.0;  // widths, of the part; 0: not known
 };
 
+// A part's result, or the cut to be made.
+struct RefinedPart {
+  std::optional<PartResult> result;
+  Cut cut = {};
+};
+
+// A single body without joints is advanced by sweeps, which leave nothing.
+bool is_lone(const RefinedIsland& island) {
+  return island.ids.size() == 1 && std::ranges::none_of(island.pairs, is_joint);
+}
+
+bool is_asked(const RefinedIsland& island) { return island.scene.tolerance > 0.0; }
+
+// The largest friction that a lone body meets.
+double friction_of_lone(const RefinedIsland& island) {
+  double most = 0.0;
+  for (const ContactManifold& m : island.pairs)
+    if (is_static(m.b))
+      most = std::max(most, island.scene.statics[static_index_of(m.b)].material.friction);
+  return std::sqrt(island.scene.bodies[index_of(island.ids.front())].material.friction * most);
+}
+
 // Whether points change their velocities as gravity could make them do. What changes faster is hit,
-// and has no limit.
+// and has no limit. Friction turns what it stops: by 3.5 times itself in a sphere.
 bool can_be_smooth(const RefinedIsland& island, double time_s, std::span<const BodyState> from,
                    std::span<const BodyState> to) {
-  constexpr double kMost = 2.0;
-  const double most_m_s = kMost * island.scene.gravity_m_s2.norm() * time_s;
+  constexpr double kMost = 2.0, kOfFriction = 4.0;
+  const double most = kMost + (is_lone(island) ? kOfFriction * friction_of_lone(island) : 0.0);
+  const double most_m_s = most * island.scene.gravity_m_s2.norm() * time_s;
   for (std::size_t i = 0; i < from.size(); ++i) {
     const Vec3 linear = to[i].linear_velocity_m_s - from[i].linear_velocity_m_s;
     const Vec3 angular = to[i].angular_velocity_rad_s - from[i].angular_velocity_rad_s;
@@ -101,6 +92,17 @@ bool can_be_smooth(const RefinedIsland& island, double time_s, std::span<const B
       return false;
   }
   return true;
+}
+
+// Whether a lone body is hit and turns so little that the contacts of its start are those of the
+// part.
+bool is_plain_hit(const RefinedIsland& island, double time_s, std::span<const BodyState> from,
+                  std::span<const BodyState> to) {
+  constexpr double kMostTurn_rad = 0.25;
+  if (can_be_smooth(island, time_s, from, to)) return false;
+  return std::max(from[0].angular_velocity_rad_s.norm(), to[0].angular_velocity_rad_s.norm()) *
+             time_s <=
+         kMostTurn_rad;
 }
 
 // What trials lead to: their limit, or the finest where that is nearer.
@@ -116,63 +118,124 @@ PartResult best_of(const RefinedIsland& island, std::span<const BodyState> from,
   return {std::move(limit), of_limit};
 }
 
-// A single body without joints is advanced by sweeps, which leave nothing.
-bool is_lone(const RefinedIsland& island) {
-  return island.ids.size() == 1 && std::ranges::none_of(island.pairs, is_joint);
+// Where a lone body's forces change, told by two steps. A jump of the velocity at the start of the
+// part bends its half as much as the whole: then next to nothing comes first.
+Cut cut_at_change(const RefinedIsland& island, const Limits& limits, const PastPart& past,
+                  const Part& part, std::span<const BodyState> from, const Trial& two,
+                  double bend) {
+  constexpr double kAsMuch = 0.25;  // but for that share
+  if (!is_asked(island) && part.bend > 0.0 && std::abs(bend - part.bend) < kAsMuch * part.bend) {
+    const int halvings = limits.deepest - part.depth;
+    return {std::ldexp(1.0, -halvings), halvings, 0.0};
+  }
+  return {share_before_bend(island.sizes, past.from, past.time_s, from, two.path, part.time_s), 1,
+          bend};
 }
 
-// One and two steps over the part, and if forces are not steady four, and more as long as each
-// order brings the limit much nearer. No result if that is not within the budget, and the part can
-// be cut: at once if two steps of a lone body show that forces change abruptly.
-RefinedPart refine_part(RefinedIsland& island, const ErrorBudget& budget, const PastPart& past,
-                        double time_s, bool can_be_cut, std::span<const BodyState> from,
-                        std::span<const ContactManifold> start, Trial one) {
+// What trials told of a part, in widths.
+struct Course {
+  double before = 0.0, now = 0.0;  // what the last two orders changed
+  double rough = 0.0, bend = 0.0, change = 0.0;
+  int steps = 0;  // of the next trial
+
+  bool comes_nearer() const {
+    constexpr double kMuchNearer = 0.125;
+    return now <= kMuchNearer * before;
+  }
+  // Forces that change at any place within bend velocities by no more than twelve times what that
+  // leaves rough.
+  bool is_smooth(double share_of_step) const {
+    constexpr double kOfBend = 1.0 / 16.0, kLeastBend = 1.0 / 1024.0;
+    return comes_nearer() && rough <= kOfBend * std::max(bend, kLeastBend * change) * share_of_step;
+  }
+};
+
+enum class Next { kMoreSteps, kCut, kEnough };
+
+// Without a tolerance, smooth motion of a lone body gets more where that is expected to be all that
+// it needs: twice the steps, or once a cut in halves, whose limits are of the fifth order.
+Next next_for(const RefinedIsland& island, const ErrorBudget& budget, const Part& part,
+              const Course& course) {
   constexpr int kMostSteps = 16;
-  constexpr double kMuchNearer = 0.125;
-  constexpr double kOfTwo = 1e4;     // two trials have to agree by as much more than three
-  constexpr double kAbrupt = 0.125;  // of all that changes
+  const auto reaches = [&](double limit, double rough) {
+    return budget.allows(limit, part.time_s) && budget.allows(rough, part.time_s);
+  };
+  const bool more = course.steps <= kMostSteps;
+  if (!is_asked(island) && is_lone(island) && course.is_smooth(part.time_s / island.sizes.dt_s)) {
+    const double hoped = course.now * course.now / course.before;
+    if (more && reaches(hoped, course.rough)) return Next::kMoreSteps;
+    const bool halves = part.depth == 0 && reaches(hoped / 32.0, course.rough / 16.0);
+    return halves ? Next::kCut : Next::kEnough;
+  }
+  return more && course.comes_nearer() && reaches(0.0, course.rough) ? Next::kMoreSteps
+                                                                     : Next::kCut;
+}
+
+// Four steps over the part after one and two, and more as long as that is worth it. No result if
+// their limit is not within the budget, and the part is to be cut.
+RefinedPart refine_further(RefinedIsland& island, const ErrorBudget& budget, const Part& part,
+                           std::span<const BodyState> from, std::span<const ContactManifold> start,
+                           Extrapolation& trials, const Trial& one, const Trial& two, Course course,
+                           const std::optional<Cut>& cut) {
+  Trial finest = try_steps(island, from, start, part.time_s, 4);
+  if (finest.failed) return {PartResult{one, {course.change, 0}}};
+  const StepError rough =
+      roughness(island.sizes, from, one.path, two.path, finest.path, part.time_s);
+  course.rough = rough.widths;
+  course.before = trials.error(island.sizes).widths;
+  trials.add(finest);
+  for (course.steps = 8;; course.steps *= 2) {
+    course.now = trials.error(island.sizes).widths;
+    PartResult best = best_of(island, from, trials, finest);
+    best.error = larger(best.error, rough);
+    if (budget.allows(best.error.widths, part.time_s)) return {std::move(best)};
+    const Next next = next_for(island, budget, part, course);
+    if (next == Next::kCut && cut) return {std::nullopt, *cut};
+    if (next != Next::kMoreSteps) {
+      if (course.comes_nearer()) return {std::move(best)};
+      const StepError of_finest = larger(trials.change(island.sizes), rough);
+      return {PartResult{std::move(finest), of_finest}};
+    }
+    course.before = course.now;
+    Trial more = try_steps(island, from, start, part.time_s, course.steps);
+    if (more.failed) return {std::move(best)};
+    finest = std::move(more);
+    trials.add(finest);
+  }
+}
+
+// One and two steps over the part, and more if forces are not steady. No result if their limit is
+// not within the budget, and the part can be cut: at once if two steps of a lone body show that
+// forces change abruptly.
+RefinedPart refine_part(RefinedIsland& island, const Limits& limits, const ErrorBudget& budget,
+                        const PastPart& past, const Part& part, std::span<const BodyState> from,
+                        std::span<const ContactManifold> start, Trial one) {
+  constexpr double kOfTwo = 1e4;  // two trials have to agree by as much more than three
+  // Of all that changes. Without a tolerance two more trials tell what is just swift.
+  const double abrupt = is_asked(island) ? 0.125 : 0.25;
+  const bool can_be_cut = part.depth < limits.deepest && island.solves < limits.most_solves;
   const StepError change = change_of(island.sizes, from, one.states);
-  if (budget.allows(change.widths, time_s)) return {PartResult{std::move(one), change}};
-  const Trial two = try_steps(island, from, start, time_s, 2);
+  if (budget.allows(change.widths, part.time_s)) return {PartResult{std::move(one), change}};
+  const Trial two = try_steps(island, from, start, part.time_s, 2);
   if (two.failed) return {PartResult{std::move(one), change}};
   Extrapolation trials(one);
   trials.add(two);
   const StepError unsteady =
-      unsteadiness(island.sizes, from, one.states, two.states, two.path, time_s);
-  if (budget.allows(kOfTwo * unsteady.widths, time_s)) {
+      unsteadiness(island.sizes, from, one.states, two.states, two.path, part.time_s);
+  if (budget.allows(kOfTwo * unsteady.widths, part.time_s)) {
     PartResult best = best_of(island, from, trials, two);
     best.error.widths = unsteady.widths;
     return {std::move(best)};
   }
-  double cut = 0.5;
-  if (can_be_cut && is_lone(island)) {
-    const StepError bend = bend_of(island.sizes, from, two.path);
-    cut = share_before_bend(island.sizes, past.from, past.time_s, from, two.path, time_s);
-    if (bend.widths > kAbrupt * change.widths) return {std::nullopt, cut};
+  Course course{.change = change.widths};
+  std::optional<Cut> cut;
+  if (can_be_cut) cut.emplace();
+  if (is_lone(island)) {
+    course.bend = bend_of(island.sizes, from, two.path).widths;
+    if (cut) cut = cut_at_change(island, limits, past, part, from, two, course.bend);
+    if (cut && course.bend > abrupt * change.widths) return {std::nullopt, *cut};
   }
-  Trial finest = try_steps(island, from, start, time_s, 4);
-  if (finest.failed) return {PartResult{std::move(one), change}};
-  const StepError rough = roughness(island.sizes, from, one.path, two.path, finest.path, time_s);
-  double before = trials.error(island.sizes).widths;
-  trials.add(finest);
-  for (int steps = 8;; steps *= 2) {
-    const double now = trials.error(island.sizes).widths;
-    PartResult best = best_of(island, from, trials, finest);
-    best.error = larger(best.error, rough);
-    if (budget.allows(best.error.widths, time_s)) return {std::move(best)};
-    const bool nearer = now <= kMuchNearer * before && budget.allows(rough.widths, time_s);
-    if (!nearer || steps > kMostSteps) {
-      if (can_be_cut) return {std::nullopt, cut};
-      const StepError of_finest = larger(trials.change(island.sizes), rough);
-      if (now <= kMuchNearer * before) return {std::move(best)};
-      return {PartResult{std::move(finest), of_finest}};
-    }
-    before = now;
-    Trial next = try_steps(island, from, start, time_s, steps);
-    if (next.failed) return {std::move(best)};
-    finest = std::move(next);
-    trials.add(finest);
-  }
+  return refine_further(island, budget, part, from, start, trials, one, two, course, cut);
 }
 
 // Any other island without a tolerance: `plain` is their step. Trials take its place if they lead
@@ -188,10 +251,18 @@ PartResult advance_unasked(RefinedIsland& island, const ErrorBudget& budget, dou
   Trial one = try_steps(island, from, start, time_s, 1);
   if (one.failed) return {std::move(plain), change};
   PartResult refined =
-      *refine_part(island, budget, {}, time_s, false, from, start, std::move(one)).result;
+      *refine_part(island, {}, budget, {}, {time_s}, from, start, std::move(one)).result;
   const StepError apart = apart_of(island.sizes, plain.states, refined.trial.states);
   if (!(refined.error.widths <= kMuchNearer * apart.widths)) return {std::move(plain), apart};
   return refined;
+}
+
+// All that is still to be done, as one part.
+void join_parts(std::vector<Part>& parts) {
+  if (parts.size() < 2) return;
+  Part whole{0.0, parts.front().depth};
+  for (const Part& part : parts) whole.time_s += part.time_s;
+  parts = {whole};
 }
 
 RefinedPart advance_part(RefinedIsland& island, const Limits& limits, const ErrorBudget& budget,
@@ -202,10 +273,15 @@ RefinedPart advance_part(RefinedIsland& island, const Limits& limits, const Erro
   const std::span<const ContactManifold> start = known.empty() ? found : known;
   Trial one = try_steps(island, from, start, part.time_s, 1);
   if (one.failed) return {PartResult{std::move(one), {}}};
-  if (!(island.scene.tolerance > 0.0) && !is_lone(island))
-    return {advance_unasked(island, budget, part.time_s, from, start, std::move(one))};
-  const bool can_be_cut = part.depth < limits.deepest && island.solves < limits.most_solves;
-  return refine_part(island, budget, past, part.time_s, can_be_cut, from, start, std::move(one));
+  if (!is_asked(island)) {
+    if (!is_lone(island))
+      return {advance_unasked(island, budget, part.time_s, from, start, std::move(one))};
+    if (is_plain_hit(island, part.time_s, from, one.states)) {
+      const StepError change = change_of(island.sizes, from, one.states);
+      return {PartResult{std::move(one), change}};
+    }
+  }
+  return refine_part(island, limits, budget, past, part, from, start, std::move(one));
 }
 
 bool has_pushed(const SceneDescription& scene, std::span<const BodyId> ids) {
@@ -274,14 +350,16 @@ IslandReport advance_refined(const SceneDescription& scene, const Geometry& geom
         advance_part(island, limits, budget, past, part, now,
                      part.depth == 0 ? manifolds : std::span<const ContactManifold>{});
     if (!done.result) {
-      const double first_s = done.cut * part.time_s;
+      const double first_s = done.cut.share * part.time_s;
       parts.push_back({part.time_s - first_s, part.depth + 1});
-      parts.push_back({first_s, part.depth + 1});
+      parts.push_back({first_s, part.depth + done.cut.halvings, done.cut.bend});
       continue;
     }
     PartResult& result = *done.result;
     if (result.trial.failed)
       return advance_unrefined(scene, geometry, dt_s, ids, manifolds, states, counters, faults);
+    const bool closed_in = part.depth == limits.deepest || island.solves >= limits.most_solves;
+    if (closed_in && !is_asked(island)) join_parts(parts);
     budget.spend(result.error, part.time_s, ids);
     past = {std::exchange(now, std::move(result.trial.states)), part.time_s};
     if (first)

@@ -245,6 +245,70 @@ TEST(Refinement, SeveralBodiesThatAreHitTakeOneStep) {
   EXPECT_EQ(world.counters.refined_steps, 0u);
 }
 
+// A rod that stands on one end and falls over it, which sticks: it swings too fast for the error of
+// a single body, but smoothly, so that the limit of three trials (third order) is enough.
+double fallen_rod_error_rad(double dt, std::uint64_t& most_refined) {
+  constexpr double kDuration = 0.15, kLean = 0.2, kHalf = 0.5, kThin = 2e-3;
+  World world = under_gravity();
+  world.scene.dt_s = dt;
+  world.add_floor(Material{.friction = 2.0, .restitution = 0.0});
+  const Quat lean = test::about(Vec3::UnitY(), kLean);
+  const Vec3 edge(kThin, 0, -kHalf);  // from the centre; it touches
+  BodyState& rod = world.add_body(world.add_shape(Box{Vec3(kThin, kThin, kHalf)}), -(lean * edge),
+                                  1000.0, Material{.friction = 2.0, .restitution = 0.0});
+  rod.orientation = lean;
+  const BodyParams& params = world.scene.bodies[0];
+  const double squared_rate =
+      params.mass_kg * kGravity * edge.norm() /
+      (params.inertia_local_kg_m2(1, 1) + params.mass_kg * edge.squaredNorm());
+  const double start = kLean - std::atan2(kThin, kHalf);  // of the centre, seen from the edge
+  const Geometry geometry(world.scene);
+  for (int i = 0; i < static_cast<int>(kDuration / dt + 0.5); ++i) {
+    const std::uint64_t before = world.counters.refined_steps;
+    world.run(1, geometry);
+    most_refined = std::max(most_refined, world.counters.refined_steps - before);
+  }
+  const Vec3 up = world.states[0].orientation * Vec3::UnitZ();
+  return std::abs(std::atan2(up.x(), up.z()) - kLean -
+                  (fallen_rad(start, squared_rate, kDuration) - start));
+}
+
+TEST(Refinement, AThinRodThatFallsOverIsOfThirdOrderInSevenSolvesAStep) {
+  std::uint64_t most_refined = 0;
+  const double coarse = fallen_rod_error_rad(1.0 / 60.0, most_refined);
+  EXPECT_EQ(most_refined, 6u);
+  EXPECT_LT(coarse, 1e-5);
+  const double fine = fallen_rod_error_rad(1.0 / 120.0, most_refined);
+  EXPECT_GE(std::log2(coarse / fine), 2.5);
+}
+
+// What friction has more than one answer for, and what falls flat: a limit is looked for in a
+// bounded number of solves, also where there is none.
+TEST(Refinement, ARodThatHasNoLimitTakesBoundedSteps) {
+  constexpr Material kRough{.friction = 2.0, .restitution = 0.0};
+  for (const double lean : {0.3, 0.52, 0.8}) {
+    World world = under_gravity();
+    world.add_floor(kRough);
+    const Quat tilt = test::about(Vec3::UnitY(), -lean);
+    const Vec3 half(0.5, 0.01, 0.01);
+    const double low = half.x() * std::sin(lean) + half.z() * std::cos(lean);
+    BodyState& rod = world.add_body(world.add_shape(Box{half}), Vec3(0, 0, low), 1000.0, kRough);
+    rod.orientation = tilt;
+    rod.linear_velocity_m_s = Vec3(-5, 0, 0);
+    std::uint64_t most = 0;
+    const Geometry geometry(world.scene);
+    for (int i = 0; i < 120; ++i) {
+      const std::uint64_t before = world.counters.refined_steps;
+      world.run(1, geometry);
+      most = std::max(most, world.counters.refined_steps - before);
+    }
+    EXPECT_GT(most, 0u) << lean;
+    EXPECT_LE(most, 32u + 3u * 31u) << lean;
+    EXPECT_LT(world.counters.refined_steps, 600u) << lean;  // of 120; 1950 with up to 64 solves
+    EXPECT_LT(world.states[0].linear_velocity_m_s.norm(), 1e-3) << lean;
+  }
+}
+
 // A box thrown along a floor: the whole way v^2 / (2 mu g), wherever in a step it stops.
 TEST(Refinement, ABoxComesToRestWhereFrictionStopsIt) {
   for (const double dt : {1.0 / 60.0, 1.0 / 47.0, 0.1}) {
