@@ -94,15 +94,17 @@ bool can_be_smooth(const RefinedIsland& island, double time_s, std::span<const B
   return true;
 }
 
-// Whether a lone body is hit and turns so little that the contacts of its start are those of the
-// part.
+// Whether a lone body is hit, and one step stands: its contacts are solved, and it turns so little
+// that those of its start are those of the part.
 bool is_plain_hit(const RefinedIsland& island, double time_s, std::span<const BodyState> from,
-                  std::span<const BodyState> to) {
-  constexpr double kMostTurn_rad = 0.25;
+                  const Trial& one) {
+  constexpr double kMostTurn_rad = 0.25, kMostLeft = 1e-4;  // of the width
+  const std::span<const BodyState> to = one.states;
   if (can_be_smooth(island, time_s, from, to)) return false;
-  return std::max(from[0].angular_velocity_rad_s.norm(), to[0].angular_velocity_rad_s.norm()) *
-             time_s <=
-         kMostTurn_rad;
+  const double spin_rad_s =
+      std::max(from[0].angular_velocity_rad_s.norm(), to[0].angular_velocity_rad_s.norm());
+  return spin_rad_s * time_s <= kMostTurn_rad &&
+         one.report.constraint_residual_m_s * time_s <= kMostLeft * island.sizes.bodies[0].width_m;
 }
 
 // What trials lead to: their limit, or the finest where that is nearer.
@@ -276,7 +278,7 @@ RefinedPart advance_part(RefinedIsland& island, const Limits& limits, const Erro
   if (!is_asked(island)) {
     if (!is_lone(island))
       return {advance_unasked(island, budget, part.time_s, from, start, std::move(one))};
-    if (is_plain_hit(island, part.time_s, from, one.states)) {
+    if (is_plain_hit(island, part.time_s, from, one)) {
       const StepError change = change_of(island.sizes, from, one.states);
       return {PartResult{std::move(one), change}};
     }
@@ -358,8 +360,7 @@ IslandReport advance_refined(const SceneDescription& scene, const Geometry& geom
     PartResult& result = *done.result;
     if (result.trial.failed)
       return advance_unrefined(scene, geometry, dt_s, ids, manifolds, states, counters, faults);
-    const bool closed_in = part.depth == limits.deepest || island.solves >= limits.most_solves;
-    if (closed_in && !is_asked(island)) join_parts(parts);
+    if (part.depth == limits.deepest && !is_asked(island)) join_parts(parts);
     budget.spend(result.error, part.time_s, ids);
     past = {std::exchange(now, std::move(result.trial.states)), part.time_s};
     if (first)
