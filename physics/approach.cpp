@@ -60,11 +60,13 @@ Flyer flyer(const SceneDescription& scene, const Geometry& geometry, BodyId id,
   } else if (symmetry_axis(inertia) >= 0) {
     // I dw/dt = (I w) x w, whose size stays.
     const Vec3 moment = times(inertia, spin_local).cross(spin_local);
-    f.most_pull_1_s2 = squared + times(params.inverse_inertia_local, moment).norm();
+    f.most_change_rad_s2 = times(params.inverse_inertia_local, moment).norm();
+    f.most_pull_1_s2 = squared + f.most_change_rad_s2;
   } else {
     // As no moment is larger than the sum of the others, |dw/dt| is at most |w|^2 / sqrt(3).
     squared = most_squared_spin(params, spin_local);
     f.most_pull_1_s2 = 1.6 * squared;
+    f.most_change_rad_s2 = 0.6 * squared;
   }
   f.most_spin_rad_s = std::sqrt(squared);
   return f;
@@ -136,6 +138,20 @@ struct GapCurve {
     return value;
   }
 };
+
+// By how much points of a body are accelerated along n at most, at any time up to time_s from now.
+// The part of w x (w x r) along n is ((n w) w - w^2 n) r: little where the body is thin along n, or
+// turns about it. It changes by no more than |w|^3 |r| a second, and by what changes the spin.
+double pull_along(const Flyer& f, const Vec3& n, double time_s) {
+  if (!f.turns()) return 0.0;
+  const Vec3& w = f.turning.angular_velocity_rad_s;
+  const double spin = f.most_spin_rad_s, change = f.most_change_rad_s2;
+  const Vec3 along = w * n.dot(w) - n * w.squaredNorm();
+  const Vec3 local = to_local(f.solid.placed.pose.rotation, along);
+  const double now = local.dot(support(f.solid.placed.shape, local));
+  const double later = spin * (spin * spin + 3.0 * change) * f.radius_m();
+  return std::min(now + change * f.radius_m() + later * time_s, f.most_pull_1_s2 * f.radius_m());
+}
 
 // How long the curve stays above 0. Once a point of it is below, so is all that its tangent (bent
 // by `pull`) has below 0 before it: that leads from above to where it sinks. What lies on the chord
@@ -229,15 +245,24 @@ FlyingSolids::Wait FlyingSolids::apart_s(const Separation& now, double floor_m,
   const double left = now.distance_m - floor_m;
   if (!turns()) return {left > 0.0 ? first_root(left, speed, pull, most_s) : 0.0, nullptr};
   // Gravity that opens the gap is left out: the curve would not be concave.
+  const Vec3 to_a = -now.normal;
+  // As long as directions hardly change, points are bent by much less than ever.
+  constexpr double kTurn_rad = 0.25;
+  const double window =
+      std::min(most_s, kTurn_rad / std::max(a_.most_spin_rad_s, b_.most_spin_rad_s));
   GapCurve curve{
       left, speed,
-      std::min(pull, 0.0) - a_.most_pull_1_s2 * a_.radius_m() - b_.most_pull_1_s2 * b_.radius_m(),
+      std::min(pull, 0.0) - pull_along(a_, now.normal, window) - pull_along(b_, to_a, window),
       nullptr, nullptr};
   std::optional<TurningReach> of_a, of_b;
-  const Vec3 to_a = -now.normal;
   if (a_.turns()) curve.a = &of_a.emplace(a_, now.normal, a_.turning.angular_velocity_rad_s);
   if (b_.turns()) curve.b = &of_b.emplace(b_, to_a, b_.turning.angular_velocity_rad_s);
-  Wait longest{safe_time(curve, most_s), nullptr};
+  Wait longest{safe_time(curve, window), nullptr};
+  if (longest.time_s >= window && window < most_s) {
+    curve.pull_m_s2 =
+        std::min(pull, 0.0) - a_.most_pull_1_s2 * a_.radius_m() - b_.most_pull_1_s2 * b_.radius_m();
+    longest.time_s = std::max(longest.time_s, safe_time(curve, most_s));
+  }
   // A plane has no end: no part of it stays within reach along a direction that turns.
   if (fixed_ && fixed_->is_half_space) return longest;
   for (const Flyer* with : {&a_, &b_}) {

@@ -13,6 +13,7 @@ struct Flyer {
   BodyState turning{};                 // orientation and spin; of no use without params
   // At any time: the spin, and the acceleration of its points against its centre, by distance.
   double most_spin_rad_s = 0.0, most_pull_1_s2 = 0.0;
+  double most_change_rad_s2 = 0.0;  // of the spin
 
   bool turns() const { return params != nullptr; }
   double radius_m() const { return solid.placed.shape.bounding_radius_m; }

@@ -92,9 +92,21 @@ double sweep_velocities(bool forward, ContactProblem& problem) {
   return std::max(change, sweep_normals(forward, problem));
 }
 
+namespace {
+
+// Sweeps after which so many are to be expected that points are worth loading. A lone body meets
+// statics in all of its points at once: more than one take many.
+int worth_loading_after(const ContactProblem& problem) {
+  const std::size_t points = problem.normals.size();
+  const bool lone = problem.bodies.size() == 2 + problem.moving_surfaces.size();
+  if (lone && points > 1) return points == 2 ? 1 : 3;
+  return points <= 2 ? 5 : 12;
+}
+
+}  // namespace
+
 int solve_velocities(int iterations, ContactProblem& problem) {
-  // Sweeps after which so many are to be expected that they are worth it.
-  const int worth_loading = problem.normals.size() <= 2 ? 5 : 12;
+  const int worth_loading = worth_loading_after(problem);
   const bool few = problem.normals.size() <= kFewPoints;
   for (int i = 0; i < iterations; ++i) {
     if (few && i == worth_loading) return sweep_few_contacts(i, iterations, kNegligible, problem);

@@ -28,7 +28,7 @@ struct FewContacts {
   std::size_t normals = 0, lines = 0;  // first the normals, then two for each friction
   std::array<Line, kMostLines> line;
   std::array<double, kMostLines> velocity;
-  std::array<std::array<double, kMostLines>, kMostLines> response;  // [by][of]
+  std::array<std::array<double, kMostLines>, kMostLines> response;  // [by][of], symmetric
 
   void add(std::size_t by, double change) {
     line[by].impulse += change;
@@ -143,13 +143,13 @@ void add_friction(const FrictionRow& friction, std::size_t i, const FewContacts&
     if (!(limit > 0.0)) {
       row[i + t] = 1.0;
     } else if (!slides) {
-      for (std::size_t j = 0; j < few.lines; ++j) row[j] = few.response[j][i + t];
+      row = few.response[i + t];
       right[i + t] = -v[t];
     } else {
       // impulse + friction * (normal impulse) * v / |v| = 0
       const double along[2] = {v[0] / speed, v[1] / speed};
       for (std::size_t j = 0; j < few.lines; ++j) {
-        const double v0 = few.response[j][i], v1 = few.response[j][i + 1];
+        const double v0 = few.response[i][j], v1 = few.response[i + 1][j];
         const double faster = along[0] * v0 + along[1] * v1;
         row[j] = (limit / speed) * ((t == 0 ? v0 : v1) - along[t] * faster);
       }
@@ -163,11 +163,15 @@ void add_friction(const FrictionRow& friction, std::size_t i, const FewContacts&
 // A step of Newton's method on the laws of contact, each point as it is now: open, sticking or
 // sliding. Sweeps from there decide what is right.
 void leap(const ContactProblem& problem, FewContacts& few) {
-  Matrix rows{};
-  Column right{};
+  Matrix rows;
+  Column right;
+  for (std::size_t i = 0; i < few.lines; ++i) {
+    rows[i].fill(0.0);
+    right[i] = 0.0;
+  }
   for (std::size_t i = 0; i < few.normals; ++i) {
     if (few.line[i].impulse > 0.0) {
-      for (std::size_t j = 0; j < few.lines; ++j) rows[i][j] = few.response[j][i];
+      rows[i] = few.response[i];
       right[i] = problem.normals[i].target_m_s - few.velocity[i];
     } else {
       rows[i][i] = 1.0;
@@ -211,6 +215,25 @@ double sweep(bool forward, const ContactProblem& problem, FewContacts& few) {
   return change;
 }
 
+// What sweeps change.
+struct Progress {
+  std::array<double, kMostLines> impulse, velocity;
+};
+Progress progress_of(const FewContacts& few) {
+  Progress now;
+  for (std::size_t i = 0; i < few.lines; ++i) {
+    now.impulse[i] = few.line[i].impulse;
+    now.velocity[i] = few.velocity[i];
+  }
+  return now;
+}
+void go_back_to(const Progress& before, FewContacts& few) {
+  for (std::size_t i = 0; i < few.lines; ++i) {
+    few.line[i].impulse = before.impulse[i];
+    few.velocity[i] = before.velocity[i];
+  }
+}
+
 double largest_normal_impulse(const FewContacts& few) {
   double largest = 0.0;
   for (std::size_t i = 0; i < few.normals; ++i) largest = std::max(largest, few.line[i].impulse);
@@ -232,13 +255,13 @@ int sweep_few_contacts(int done, int iterations, double negligible, ContactProbl
     const double small = leaps < kMostLeaps ? kMuchLess * negligible : negligible;
     if (change <= small * largest_normal_impulse(few)) break;
     if (leaps == kMostLeaps || sweeps < next_leap || sweeps >= iterations) continue;
-    const FewContacts before = few;
+    const Progress before = progress_of(few);
     leap(problem, few);
     const double after = sweep(sweeps++ % 2 == 0, problem, few);
     if (after <= small * largest_normal_impulse(few)) break;
     ++leaps;
     if (after < change) continue;
-    few = before;
+    go_back_to(before, few);
     next_leap = sweeps + kAfterBadLeap;
     if (++bad_leaps == kMostBadLeaps) leaps = kMostLeaps;
   }

@@ -25,7 +25,7 @@ std::uint32_t position_of(std::span<const BodyId> ids, BodyId id, std::uint32_t 
   return static_cast<std::uint32_t>(found - ids.begin());
 }
 
-constexpr std::uint32_t kNone = 0xffffffffu;
+constexpr std::uint32_t kNone = 0xffffffffu, kTouched = 0xfffffffeu;  // instead of an island
 
 // Turns counts[i] at begin[i + 1] into offsets.
 void accumulate(std::vector<std::uint32_t>& begin) {
@@ -38,26 +38,27 @@ void build_islands(std::span<const BodyId> ids, std::span<const ContactManifold>
                    Islands& out) {
   const std::uint32_t n = static_cast<std::uint32_t>(ids.size());
   // The root of a set is its smallest member, so that no history of unions can show.
-  std::vector<std::uint32_t> parent(n), body_of_manifold(manifolds.size());
-  std::vector<bool> touched(n, false);
+  auto& [parent, body_of_manifold, island_of, next] = out.scratch;
+  parent.resize(n);
+  body_of_manifold.resize(manifolds.size());
+  island_of.assign(n, kNone);  // by body; roots come first by construction
   std::iota(parent.begin(), parent.end(), 0u);
   std::uint32_t a = 0;  // the manifolds ascend by it
   for (std::size_t m = 0; m < manifolds.size(); ++m) {
     a = position_of(ids, manifolds[m].a, a);
     body_of_manifold[m] = a;
-    touched[a] = true;
+    island_of[a] = kTouched;
     if (is_static(manifolds[m].b)) continue;
     const std::uint32_t b = position_of(ids, manifolds[m].b, a);
-    touched[b] = true;
+    island_of[b] = kTouched;
     const std::uint32_t root_a = find_root(parent, a), root_b = find_root(parent, b);
     parent[std::max(root_a, root_b)] = std::min(root_a, root_b);
   }
 
   out.free_bodies.clear();
   out.body_begin.assign(1, 0);
-  std::vector<std::uint32_t> island_of(n, kNone);  // by body; roots come first by construction
   for (std::uint32_t i = 0; i < n; ++i) {
-    if (!touched[i]) {
+    if (island_of[i] == kNone) {
       out.free_bodies.push_back(i);
       continue;
     }
@@ -78,7 +79,7 @@ void build_islands(std::span<const BodyId> ids, std::span<const ContactManifold>
   // Distributing in ascending order keeps each island's members ascending.
   out.bodies.resize(out.body_begin.back());
   out.manifolds.resize(manifolds.size());
-  std::vector<std::uint32_t> next(out.body_begin.begin(), out.body_begin.end());
+  next.assign(out.body_begin.begin(), out.body_begin.end());
   for (std::uint32_t i = 0; i < n; ++i) {
     if (island_of[i] != kNone) out.bodies[next[island_of[i]]++] = i;
   }

@@ -19,6 +19,11 @@ struct Islands {
   // Bodies without any contact, ascending: they belong to no island.
   std::vector<std::uint32_t> free_bodies;
 
+  // Memory that is worth keeping; carries no meaning.
+  struct Scratch {
+    std::vector<std::uint32_t> parent, body_of_manifold, island_of, next;
+  } scratch = {};
+
   std::size_t count() const { return body_begin.empty() ? 0 : body_begin.size() - 1; }
 };
 
