@@ -184,22 +184,6 @@ TEST(TimeWarp, CoastingProcessReportsTheStragglerNotItsRestartPoint) {
   EXPECT_EQ(bench.take_outgoing(), (Texts{"+(18, 0) k1=1", "+(19, 0) k1=1"}));
 }
 
-// It would have to be said that what it repeats may come out differently now.
-TEST(TimeWarp, CoastingProcessExecutesNothingAsItArrives) {
-  Bench bench({.mark_every_t = 10});
-  bench.deliver(at(10), 1, 1);
-  bench.deliver(at(12), 1, 2);
-  bench.deliver(at(14), 1, 3);
-  bench.execute_all();
-  EXPECT_TRUE(bench.process.takes_in_order(at(15)));
-  bench.deliver(at(13), 1, 4);
-  bench.process.execute(bench.effects);
-  ASSERT_EQ(bench.process.next_time(), at(12)) << "10 has been repeated, 12 has not";
-  EXPECT_FALSE(bench.process.takes_in_order(at(11)));
-  bench.execute_all();
-  EXPECT_TRUE(bench.process.takes_in_order(at(15)));
-}
-
 TEST(TimeWarp, ChangeBeforeTheStragglerLowersTheFloorOfACoastingProcess) {
   Bench bench(marks_every_fifth());
   bench.execute_all();

@@ -1,4 +1,4 @@
-// A bag that changes behind a process which is on its way back to where it was.
+// A process on its way back to where it was: what else comes meanwhile.
 #include <gtest/gtest.h>
 
 #include "tests/kernel/time_warp_bench.hpp"
@@ -9,6 +9,22 @@ namespace {
 using bench::at;
 using bench::Bench;
 using Texts = std::vector<std::string>;
+
+// It would have to be said that what it repeats may come out differently now.
+TEST(TimeWarp, CoastingProcessExecutesNothingAsItArrives) {
+  Bench bench({.mark_every_t = 10});
+  bench.deliver(at(10), 1, 1);
+  bench.deliver(at(12), 1, 2);
+  bench.deliver(at(14), 1, 3);
+  bench.execute_all();
+  EXPECT_TRUE(bench.process.takes_in_order(at(15)));
+  bench.deliver(at(13), 1, 4);
+  bench.process.execute(bench.effects);
+  ASSERT_EQ(bench.process.next_time(), at(12)) << "10 has been repeated, 12 has not";
+  EXPECT_FALSE(bench.process.takes_in_order(at(11)));
+  bench.execute_all();
+  EXPECT_TRUE(bench.process.takes_in_order(at(15)));
+}
 
 // Executes 1, 2, 3 and sends what it has received so far to ten later; restarts at 1 always. A late
 // member of bag 1 makes no difference to what is sent at 1, but to what is sent later.
