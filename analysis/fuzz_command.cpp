@@ -30,8 +30,8 @@ std::string description_of(std::uint64_t seed, std::string what) {
 }
 
 FuzzFailure shrunk_failure(const FuzzScene& scene, const std::string& what,
-                           const FuzzRequest& request) {
-  const ShrunkScene smallest = shrink(scene, what, request.most_shrinking);
+                           const FuzzRequest& request, const std::function<bool()>& out_of_time) {
+  const ShrunkScene smallest = shrink(scene, what, {request.most_shrinking, out_of_time});
   FuzzFailure failure{scene.seed, {}, what, smallest.what, smallest.tried, {}};
   failure.text = scenario_text(smallest.scene, description_of(scene.seed, smallest.what));
   if (request.folder.empty()) return failure;
@@ -55,14 +55,18 @@ void check_files(const FuzzRequest& request, FuzzResult& result) {
 
 void search(const FuzzRequest& request, const Stopwatch& stopwatch, FuzzResult& result) {
   const SeedRange seeds = parse_seeds(request.seeds);
-  for (std::uint64_t seed = seeds.first; seed <= seeds.last; ++seed) {
+  const auto out_of_time = [&] {
     result.out_of_time = request.budget_s > 0.0 && stopwatch.elapsed().wall_s > request.budget_s;
-    if (result.out_of_time || result.failures.size() >= request.most_failures) return;
+    return result.out_of_time;
+  };
+  for (std::uint64_t seed = seeds.first; seed <= seeds.last; ++seed) {
+    if (out_of_time() || result.failures.size() >= request.most_failures) return;
     const FuzzScene scene = draw_scene(seed, request.steps, request.joints);
     const FuzzOutcome outcome = try_drawn(scene);
     ++result.trials;
     add(outcome.sums, result.sums);
-    if (outcome.failed) result.failures.push_back(shrunk_failure(scene, outcome.what, request));
+    if (outcome.failed)
+      result.failures.push_back(shrunk_failure(scene, outcome.what, request, out_of_time));
   }
 }
 

@@ -36,7 +36,7 @@ struct FuzzResult {
   std::uint64_t trials = 0;
   FuzzSums sums;
   double wall_s = 0.0;
-  bool out_of_time = false;  // not all seeds were tried
+  bool out_of_time = false;  // not all seeds were tried, or not all made as small as they go
   std::vector<FuzzFailure> failures;
 };
 

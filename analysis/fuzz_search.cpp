@@ -83,8 +83,8 @@ std::vector<std::function<bool(FuzzStatic&)>> surface_edits() {
 
 class Shrinking {
  public:
-  Shrinking(ShrunkScene& smallest, unsigned most_trials, const TryScene& try_scene)
-      : smallest_(smallest), most_trials_(most_trials), try_(try_scene) {}
+  Shrinking(ShrunkScene& smallest, const ShrinkLimits& limits, const TryScene& try_scene)
+      : smallest_(smallest), limits_(limits), try_(try_scene) {}
 
   void run() {
     bool smaller = true;
@@ -98,7 +98,7 @@ class Shrinking {
 
  private:
   bool still_fails(FuzzScene scene) {
-    if (smallest_.tried >= most_trials_) return false;
+    if (limits_.reached(smallest_.tried)) return false;
     ++smallest_.tried;
     FuzzOutcome outcome = try_(scene);
     if (!outcome.failed || outcome.refused) return false;
@@ -181,7 +181,7 @@ class Shrinking {
   }
 
   ShrunkScene& smallest_;
-  const unsigned most_trials_;
+  const ShrinkLimits& limits_;
   const TryScene& try_;
 };
 
@@ -204,10 +204,10 @@ FuzzOutcome try_scene(const std::string& text, const std::string& file) {
 
 FuzzOutcome try_drawn(const FuzzScene& scene) { return try_scene(scenario_text(scene, "")); }
 
-ShrunkScene shrink(const FuzzScene& failing, std::string what, unsigned most_trials,
+ShrunkScene shrink(const FuzzScene& failing, std::string what, const ShrinkLimits& limits,
                    const TryScene& attempt) {
   ShrunkScene smallest{failing, std::move(what), 0};
-  Shrinking(smallest, most_trials, attempt).run();
+  Shrinking(smallest, limits, attempt).run();
   return smallest;
 }
 

@@ -6,6 +6,7 @@
 
 #include "analysis/fuzz_scene.hpp"
 #include "analysis/fuzz_trial.hpp"
+#include "analysis/shrink_limits.hpp"
 
 namespace soda::analysis {
 
@@ -32,8 +33,8 @@ struct ShrunkScene {
 };
 
 // Fewer bodies, statics, joints and steps, plainer shapes, things at rest, round numbers, as long
-// as it still fails in some way. At most `most_trials` trials.
-ShrunkScene shrink(const FuzzScene& failing, std::string what, unsigned most_trials,
+// as it still fails in some way. Ends at the limits.
+ShrunkScene shrink(const FuzzScene& failing, std::string what, const ShrinkLimits& limits,
                    const TryScene& attempt = try_drawn);
 
 }  // namespace soda::analysis

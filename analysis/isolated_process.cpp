@@ -1,8 +1,10 @@
 #include "analysis/isolated_process.hpp"
 
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstdio>
@@ -13,7 +15,6 @@
 namespace soda::analysis {
 namespace {
 
-constexpr unsigned kMostSeconds = 60;
 constexpr int kThrew = 1;
 
 // Both ends of a pipe, closed when it goes.
@@ -52,10 +53,19 @@ class Pipe {
   std::array<int, 2> ends_{-1, -1};
 };
 
-[[noreturn]] void run_and_exit(const std::function<void(ChildResults&)>& work, int results,
-                               int errors) {
+// Of this process. The signals end it: SIGXCPU and SIGALRM.
+void set_limits(const ChildLimits& limits) {
+  rlimit cpu{};
+  getrlimit(RLIMIT_CPU, &cpu);
+  cpu.rlim_cur = std::min<rlim_t>(limits.cpu_s, cpu.rlim_max);
+  setrlimit(RLIMIT_CPU, &cpu);
+  alarm(limits.wall_s);
+}
+
+[[noreturn]] void run_and_exit(const std::function<void(ChildResults&)>& work,
+                               const ChildLimits& limits, int results, int errors) {
   dup2(errors, STDERR_FILENO);
-  alarm(kMostSeconds);
+  set_limits(limits);
   try {
     ChildResults to_parent(results);
     work(to_parent);
@@ -82,12 +92,13 @@ void ChildResults::write_bytes(const char* bytes, std::size_t size) {
   }
 }
 
-ChildOutcome run_in_child(const std::function<void(ChildResults&)>& work) {
+ChildOutcome run_in_child(const std::function<void(ChildResults&)>& work,
+                          const ChildLimits& limits) {
   Pipe results, errors;
   std::fflush(nullptr);
   const pid_t child = fork();
   if (child < 0) throw CheckFailed(std::string("no process: ") + std::strerror(errno));
-  if (child == 0) run_and_exit(work, results.write_end(), errors.write_end());
+  if (child == 0) run_and_exit(work, limits, results.write_end(), errors.write_end());
   results.close_write_end();
   errors.close_write_end();
   ChildOutcome outcome;

@@ -30,8 +30,16 @@ struct ChildOutcome {
   std::string bytes;  // of its results
 };
 
-// Runs `work` in a forked child, for 60 s at most, and waits for it. To be called from a program
+// What ends a child, at least 1 s each. The first is the one for work that goes on and on: on a
+// busy machine it leaves it as much as on an idle one.
+struct ChildLimits {
+  unsigned cpu_s = 60;     // processor time, of all its threads together
+  unsigned wall_s = 3600;  // for one that waits for what does not come
+};
+
+// Runs `work` in a forked child, within the limits, and waits for it. To be called from a program
 // with one thread. Throws CheckFailed if no process can be made.
-ChildOutcome run_in_child(const std::function<void(ChildResults&)>& work);
+ChildOutcome run_in_child(const std::function<void(ChildResults&)>& work,
+                          const ChildLimits& limits = {});
 
 }  // namespace soda::analysis

@@ -62,17 +62,21 @@ SwarmResult swarm(const SwarmRequest& request) {
   const auto all = subjects(request);
   const Stopwatch stopwatch;
   SwarmResult result;
+  const auto out_of_time = [&] {
+    result.wall_s = stopwatch.elapsed().wall_s;
+    result.out_of_time = request.budget_s > 0.0 && result.wall_s > request.budget_s;
+    return result.out_of_time;
+  };
   for (std::uint64_t seed = seeds.first; seed <= seeds.last; ++seed) {
     for (const std::unique_ptr<SwarmSubject>& subject : all) {
-      result.wall_s = stopwatch.elapsed().wall_s;
-      result.out_of_time = request.budget_s > 0.0 && result.wall_s > request.budget_s;
-      if (result.out_of_time) return result;
+      if (out_of_time()) return result;
       const Trial trial = make_trial(request, *subject, seed);
       const TrialOutcome outcome = run_isolated(*subject, trial);
       ++result.trials;
       add(outcome.sums, result.sums);
       if (!outcome.failed) continue;
-      const ShrunkTrial smallest = shrink(*subject, trial, outcome.what, request.most_shrinking);
+      const ShrunkTrial smallest =
+          shrink(*subject, trial, outcome.what, {request.most_shrinking, out_of_time});
       result.failure = SwarmFailure{subject->file(), seed, outcome.what, smallest,
                                     reproducing_command(*subject, smallest.trial)};
       return result;

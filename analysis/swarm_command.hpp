@@ -37,7 +37,7 @@ struct SwarmResult {
   std::uint64_t trials = 0;
   TrialSums sums;
   double wall_s = 0.0;
-  bool out_of_time = false;             // not all seeds were tried
+  bool out_of_time = false;             // not all seeds were tried, or it could be smaller
   std::optional<SwarmFailure> failure;  // ends the search
 };
 

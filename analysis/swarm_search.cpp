@@ -11,8 +11,8 @@ namespace {
 
 class Shrinking {
  public:
-  Shrinking(const SwarmSubject& subject, ShrunkTrial& smallest, unsigned most_trials)
-      : subject_(subject), smallest_(smallest), most_trials_(most_trials) {}
+  Shrinking(const SwarmSubject& subject, ShrunkTrial& smallest, const ShrinkLimits& limits)
+      : subject_(subject), smallest_(smallest), limits_(limits) {}
 
   void run() {
     shrink_size();
@@ -31,7 +31,7 @@ class Shrinking {
  private:
   // Takes the trial over if it fails, too.
   bool still_fails(Trial trial) {
-    if (smallest_.tried >= most_trials_) return false;
+    if (limits_.reached(smallest_.tried)) return false;
     ++smallest_.tried;
     TrialOutcome outcome = run_isolated(subject_, trial);
     if (!outcome.failed) return false;
@@ -70,6 +70,7 @@ class Shrinking {
   bool record_decisions() {
     Trial trial = smallest_.trial;
     if (trial.decisions) return true;
+    if (limits_.reached(smallest_.tried)) return false;
     trial.decisions = run_isolated(subject_, trial, true).decisions;
     return still_fails(std::move(trial));
   }
@@ -94,7 +95,7 @@ class Shrinking {
 
   const SwarmSubject& subject_;
   ShrunkTrial& smallest_;
-  const unsigned most_trials_;
+  const ShrinkLimits& limits_;
 };
 
 std::uint64_t parse_number(const std::string& text, const std::string& whole) {
@@ -108,9 +109,9 @@ std::uint64_t parse_number(const std::string& text, const std::string& whole) {
 }  // namespace
 
 ShrunkTrial shrink(const SwarmSubject& subject, const Trial& failing, std::string what,
-                   unsigned most_trials) {
+                   const ShrinkLimits& limits) {
   ShrunkTrial smallest{failing, std::move(what), 0};
-  Shrinking(subject, smallest, most_trials).run();
+  Shrinking(subject, smallest, limits).run();
   return smallest;
 }
 

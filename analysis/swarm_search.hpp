@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "analysis/shrink_limits.hpp"
 #include "analysis/swarm_process.hpp"
 
 namespace soda::analysis {
@@ -14,9 +15,9 @@ struct ShrunkTrial {
 };
 
 // Fewer LPs, less time, a smaller window, fewer processors, then fewer decisions of the adversary,
-// as long as it still fails in some way. At most `most_trials` trials.
+// as long as it still fails in some way. Ends at the limits.
 ShrunkTrial shrink(const SwarmSubject& subject, const Trial& failing, std::string what,
-                   unsigned most_trials);
+                   const ShrinkLimits& limits);
 
 // The command that runs this trial alone.
 std::string reproducing_command(const SwarmSubject& subject, const Trial& trial);

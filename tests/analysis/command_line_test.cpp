@@ -253,13 +253,14 @@ TEST(CommandLine, TheSchemaIsJson) {
 TEST(CommandLine, AnticipationReportsEveryPointAndDrawsIt) {
   const TemporaryFolder folder;
   const std::string svg = folder.file("fig8.svg");
-  const ChildResult result = run_soda({"anticipation", "--buffers", "2,4", "--overloads", "1,2",
-                                       "--utilisation", "0.8", "--json", "-o", svg});
+  const ChildResult result =
+      run_soda({"anticipation", "--buffers", "2,4", "--overloads", "0,0.5", "--utilisation", "0.8",
+                "--max-steps", "20", "--json", "-o", svg});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   const Json json = Json::parse(result.out);
   ASSERT_EQ(json["points"].size(), 4u);
   EXPECT_EQ(json["points"][3]["buffer"], 4);
-  EXPECT_EQ(json["points"][3]["overload"], 2.0);
+  EXPECT_EQ(json["points"][3]["overload"], 0.5);
   EXPECT_TRUE(contains(read_file(svg), "<polyline"));
 }
 

@@ -2,9 +2,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
+#include <ctime>
 #include <set>
+#include <thread>
 
 #include "analysis/fuzz_search.hpp"
+#include "analysis/isolated_process.hpp"
 #include "scenarios/read_scenario.hpp"
 
 namespace soda::analysis {
@@ -91,7 +95,7 @@ TEST(Fuzz, AFailureIsShrunkToWhatItNeeds) {
   FuzzScene scene = draw_scene(3, 60);
   while (scene.bodies.size() < 5) scene = draw_scene(scene.seed + 1, 60);
   const std::uint32_t needed = scene.bodies[2].id;
-  const ShrunkScene smallest = shrink(scene, "as drawn", 400, [&](const FuzzScene& s) {
+  const ShrunkScene smallest = shrink(scene, "as drawn", {400}, [&](const FuzzScene& s) {
     const bool there = std::any_of(s.bodies.begin(), s.bodies.end(),
                                    [&](const FuzzBody& body) { return body.id == needed; });
     return there && s.steps >= 7 ? failure("still") : FuzzOutcome{};
@@ -111,7 +115,34 @@ TEST(Fuzz, AFailureIsShrunkToWhatItNeeds) {
 
 TEST(Fuzz, ShrinkingStopsAtItsLimit) {
   const FuzzScene scene = draw_scene(5, 60);
-  EXPECT_EQ(shrink(scene, "", 3, [](const FuzzScene&) { return failure("always"); }).tried, 3u);
+  const TryScene always = [](const FuzzScene&) { return failure("always"); };
+  EXPECT_EQ(shrink(scene, "", {3}, always).tried, 3u);
+  int asked = 0;
+  EXPECT_EQ(shrink(scene, "", {400, [&] { return ++asked > 5; }}, always).tried, 5u);
+}
+
+double cpu_s() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
+TEST(IsolatedProcess, IsLimitedByWhatItComputesNotByHowLongItWaitsForAProcessor) {
+  const auto wait = [](ChildResults&) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(2500));
+  };
+  EXPECT_FALSE(run_in_child(wait, {.cpu_s = 1}).failed);
+  const ChildOutcome endless = run_in_child(
+      [](ChildResults&) {
+        while (cpu_s() < 20.0) {
+        }
+      },
+      {.cpu_s = 1});
+  EXPECT_TRUE(endless.failed);
+  EXPECT_NE(endless.what.find("CPU time limit exceeded"), std::string::npos) << endless.what;
+}
+
+TEST(IsolatedProcess, EndsThoughItWaitsForWhatDoesNotCome) {
+  const auto wait = [](ChildResults&) { std::this_thread::sleep_for(std::chrono::seconds(20)); };
+  const ChildOutcome waiting = run_in_child(wait, {.wall_s = 1});
+  EXPECT_TRUE(waiting.failed);
+  EXPECT_NE(waiting.what.find("Alarm clock"), std::string::npos) << waiting.what;
 }
 
 }  // namespace

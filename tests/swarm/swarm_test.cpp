@@ -74,11 +74,20 @@ TEST(Swarm, AFailureIsShrunkToTheLeastSize) {
     if (size.lps >= 3 && size.end >= 7 && size.window >= 2) throw kernel::Violation("too large");
   });
   const ShrunkTrial smallest =
-      shrink(subject, {1, subject.draw_size(1), std::nullopt}, "too large", 400);
+      shrink(subject, {1, subject.draw_size(1), std::nullopt}, "too large", {400});
   EXPECT_EQ(smallest.trial.size, (TrialSize{3, 7, 2, 1}));
   EXPECT_EQ(smallest.what, "too large");
   ASSERT_TRUE(smallest.trial.decisions);
   EXPECT_TRUE(smallest.trial.decisions->empty()) << "no decision of the adversary matters";
+}
+
+TEST(Swarm, ShrinkingStartsNoTrialWhenItsTimeIsOver) {
+  const Faulty subject([](const auto&, const auto&) { throw kernel::Violation("always"); });
+  const Trial failing{1, subject.draw_size(1), std::nullopt};
+  const auto over = [] { return true; };
+  EXPECT_EQ(shrink(subject, failing, "always", {400, over}).tried, 0u);
+  int asked = 0;
+  EXPECT_EQ(shrink(subject, failing, "always", {400, [&] { return ++asked > 3; }}).tried, 3u);
 }
 
 TEST(Swarm, AFailureThatTheAdversaryBringsAboutKeepsTheDecisionsThatMatter) {
@@ -87,7 +96,7 @@ TEST(Swarm, AFailureThatTheAdversaryBringsAboutKeepsTheDecisionsThatMatter) {
   });
   const Trial failing = failing_trial(subject, 1);
   const TrialOutcome recorded = run_isolated(subject, failing, true);
-  const ShrunkTrial smallest = shrink(subject, failing, "takes long", 1000);
+  const ShrunkTrial smallest = shrink(subject, failing, "takes long", {1000});
   EXPECT_TRUE(run_isolated(subject, smallest.trial).failed);
   ASSERT_TRUE(smallest.trial.decisions);
   EXPECT_LT(smallest.trial.decisions->size(), recorded.decisions.size());
