@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <span>
 #include <utility>
 
@@ -50,26 +49,8 @@ class Journal {
   std::uint32_t next_state() const { return next_state_; }
   const std::byte* state(std::uint32_t number) { return &states_[number - first_state_]; }
 
-  // Of a multiple of 8 bytes. Few are copied faster than memcpy is called.
   void append_state(std::span<const std::byte> state) {
-    std::byte* const to = states_.extend(state.size());
-    const std::byte* const from = state.data();
-    switch (state.size()) {
-      case 8:
-        std::memcpy(to, from, 8);
-        break;
-      case 16:
-        std::memcpy(to, from, 16);
-        break;
-      case 24:
-        std::memcpy(to, from, 24);
-        break;
-      case 32:
-        std::memcpy(to, from, 32);
-        break;
-      default:
-        std::memcpy(to, from, state.size());
-    }
+    states_.append(state.data(), state.size());
     next_state_ += static_cast<std::uint32_t>(state.size());
   }
   void append(const Entry& entry) {

@@ -53,16 +53,13 @@ class SlidingVector {
     return *std::construct_at(end_++, std::forward<Arguments>(arguments)...);
   }
 
-  // Room for `count` more at the end, which the caller fills; of what is copied as bytes.
-  T* extend(std::size_t count) {
+  // `count` elements that lie elsewhere; to be copied as bytes.
+  void append(const T* items, std::size_t count) {
     static_assert(std::is_trivially_copyable_v<T>);
     if (static_cast<std::size_t>(limit_ - end_) < count) [[unlikely]]
       make_room(count);
-    return std::exchange(end_, end_ + count);
-  }
-  // `count` elements that lie elsewhere.
-  void append(const T* items, std::size_t count) {
-    std::memcpy(static_cast<void*>(extend(count)), items, count * sizeof(T));
+    std::memcpy(static_cast<void*>(end_), items, count * sizeof(T));
+    end_ += count;
   }
 
   // Before the element at `index` (<= size()); moves what comes after it.

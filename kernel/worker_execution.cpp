@@ -26,6 +26,9 @@ constexpr std::size_t kBagsPerRoundAlone = 65536;
 // So many entries of the journal may be taken out but not dropped, whatever is left.
 constexpr std::size_t kLongJournal = 4096;
 
+// What is collected is fetched so many entries before: between rounds it can have left the cache.
+constexpr std::uint64_t kEntriesAhead = 4;
+
 }  // namespace
 
 // Lowest floor first: what is furthest behind is least likely to be undone, and holds GVT back.
@@ -178,6 +181,11 @@ void Worker::collect_journal() {
   std::uint64_t left = 0;
   for (std::uint64_t number = journal_.first_number(); number < journal_.next_number(); ++number) {
     const Journal::Entry& entry = journal_[number];
+    if (number + kEntriesAhead < journal_.next_number()) {
+      const Journal::Entry& ahead = journal_[number + kEntriesAhead];
+      if (ahead.lp != nullptr) ahead.lp->prefetch();
+      __builtin_prefetch(&pool_[ahead.first_input]);
+    }
     if (entry.lp == nullptr) continue;
     if (entry.time() < gvt_)
       entry.lp->collect_in_order(number, gvt_, effects_.counters);
