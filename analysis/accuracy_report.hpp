@@ -40,11 +40,15 @@ bool ends_series(const AccuracyReport::Case& one, std::size_t run);
 // error as small in as little time. Of measures with a bound; errors below 1e-12 are equal. Errors
 // below 1e-3 first.
 struct Advantage {
-  std::string scene, measure, engine;
+  std::string scene, measure, engine;  // measure: "" for all
   double dt_s = 0.0, error = 0.0, cpu_per_simulated_s = 0.0;
   std::optional<double> soda_cpu_per_simulated_s;  // least for as small an error, if reached at all
 };
 std::vector<Advantage> advantages_of_others(const AccuracyReport& report);
+
+// The same over whole cases: no run of soda is as near in all measures with a bound in as little
+// time. `error` is the largest of them.
+std::vector<Advantage> advantages_in_cases(const AccuracyReport& report);
 
 // The measure of a run under a column, or null.
 const JudgedMeasure* find_measure(const CaseRun& run, const ErrorColumn& column);

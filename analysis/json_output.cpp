@@ -39,18 +39,17 @@ Json errors(const ErrorMeasures& error) {
           {"constraint_residual", error.constraint_residual_m_s}};
 }
 
-Json estimates_json(const std::optional<ErrorEstimates>& told) {
-  if (!told) return nullptr;
-  const ErrorEstimates& estimates = *told;
-  const bool any = estimates.step > 0;
-  return {{"tolerance", estimates.tolerance},
-          {"largest", estimates.largest},
-          {"step", any ? Json(estimates.step) : Json()},
-          {"island", any ? Json(estimates.island) : Json()},
-          {"body", any ? Json(estimates.body) : Json()},
-          {"sum", estimates.sum},
-          {"islands", estimates.islands},
-          {"beyond_tolerance", estimates.beyond}};
+Json estimates_json(const std::optional<ErrorEstimates>& estimates) {
+  if (!estimates) return nullptr;
+  const bool any = estimates->step > 0;
+  return {{"tolerance", estimates->tolerance},
+          {"largest", estimates->largest},
+          {"step", any ? Json(estimates->step) : Json()},
+          {"island", any ? Json(estimates->island) : Json()},
+          {"body", any ? Json(estimates->body) : Json()},
+          {"sum", estimates->sum},
+          {"islands", estimates->islands},
+          {"beyond_tolerance", estimates->beyond}};
 }
 
 Json cluster_json(const kernel::VirtualReport& cluster) {
@@ -122,6 +121,21 @@ Json contacts_json(const physics::ContactQuality& contacts) {
           {"complementarity_m_s", law(&Residuals::complementarity_m_s)},
           {"cone_m_s", law(&Residuals::cone_m_s)},
           {"dissipation_m_s", law(&Residuals::dissipation_m_s)}};
+}
+
+Json or_null(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
+
+Json advantages_json(const std::vector<Advantage>& all) {
+  Json list = Json::array();
+  for (const Advantage& a : all)
+    list.push_back({{"case", a.scene},
+                    {"measure", a.measure.empty() ? Json() : Json(a.measure)},
+                    {"engine", a.engine},
+                    {"dt_s", a.dt_s},
+                    {"error", a.error},
+                    {"cpu_s_per_simulated_s", a.cpu_per_simulated_s},
+                    {"soda_cpu_s_per_simulated_s", or_null(a.soda_cpu_per_simulated_s)}});
+  return list;
 }
 
 }  // namespace
@@ -250,7 +264,6 @@ std::string rollback_json(const RollbackReport& report) {
 }
 
 std::string accuracy_json(const AccuracyReport& report) {
-  const auto bound = [](const std::optional<double>& b) { return b ? Json(*b) : Json(); };
   Json cases = Json::array();
   for (const AccuracyReport::Case& one : report.cases) {
     Json runs = Json::array();
@@ -260,8 +273,8 @@ std::string accuracy_json(const AccuracyReport& report) {
         errors.push_back({{"reference", m.form},
                           {"measure", m.measure},
                           {"value", m.value},
-                          {"must", bound(m.must)},
-                          {"stretch", bound(m.stretch)},
+                          {"must", or_null(m.must)},
+                          {"stretch", or_null(m.stretch)},
                           {"missed", m.missed()}});
       runs.push_back(
           {{"engine", run.engine},
@@ -278,17 +291,9 @@ std::string accuracy_json(const AccuracyReport& report) {
     }
     cases.push_back({{"case", one.name}, {"runs", std::move(runs)}, {"left_out", one.left_out}});
   }
-  Json advantages = Json::array();
-  for (const Advantage& a : advantages_of_others(report))
-    advantages.push_back({{"case", a.scene},
-                          {"measure", a.measure},
-                          {"engine", a.engine},
-                          {"dt_s", a.dt_s},
-                          {"error", a.error},
-                          {"cpu_s_per_simulated_s", a.cpu_per_simulated_s},
-                          {"soda_cpu_s_per_simulated_s", bound(a.soda_cpu_per_simulated_s)}});
   return dumped({{"cases", std::move(cases)},
-                 {"advantages_of_others", std::move(advantages)},
+                 {"advantages_of_others", advantages_json(advantages_of_others(report))},
+                 {"advantages_in_cases", advantages_json(advantages_in_cases(report))},
                  {"missed", report.missed()},
                  {"missing_engines", report.missing_engines}});
 }
@@ -343,13 +348,12 @@ std::string swarm_json(const SwarmResult& result) {
                {"rollbacks", result.sums.rollbacks},
                {"anti_messages", result.sums.anti_messages},
                {"failed", result.failure.has_value()}};
-  if (result.failure) {
-    const SwarmFailure& failure = *result.failure;
-    json["failure"] = {{"scenario", failure.file},
-                       {"seed", failure.seed},
-                       {"what", failure.what},
-                       {"shrunk_what", failure.smallest.what},
-                       {"command", failure.command}};
+  if (const auto& failure = result.failure) {
+    json["failure"] = {{"scenario", failure->file},
+                       {"seed", failure->seed},
+                       {"what", failure->what},
+                       {"shrunk_what", failure->smallest.what},
+                       {"command", failure->command}};
   }
   return dumped(json);
 }

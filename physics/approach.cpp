@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "physics/gap_curve.hpp"
 #include "physics/rigid_motion.hpp"
 
 // Along any direction n the gap between two convex solids is bounded from below by that between
@@ -13,33 +14,6 @@
 // can touch, to second order in that time, and a few of them lead to the impact.
 namespace soda::physics {
 namespace {
-
-// The largest square of the spin that a free body comes to. Energy and angular momentum stay, and
-// both are linear in the squares of the spin about its principal axes, so it is reached where one
-// of the three vanishes.
-double most_squared_spin(const BodyParams& params, const Vec3& spin_local) {
-  const Mat3& inertia = params.inertia_local_kg_m2;
-  const Vec3 momentum = times(inertia, spin_local);
-  const double energy = momentum.dot(spin_local);  // twice
-  const bool principal = inertia(0, 1) == 0.0 && inertia(0, 2) == 0.0 && inertia(1, 2) == 0.0;
-  if (!principal) return energy * params.inverse_inertia_local.norm();
-  const double squared = momentum.squaredNorm();
-  double most = spin_local.squaredNorm();
-  for (int i = 0; i < 3; ++i) {
-    const int j = (i + 1) % 3;
-    const double low = std::min(inertia(i, i), inertia(j, j));
-    const double high = std::max(inertia(i, i), inertia(j, j));
-    if (!(low < high)) continue;
-    const double about_low = (energy * high - squared) / (low * (high - low));
-    const double about_high = (squared - energy * low) / (high * (high - low));
-    if (about_low >= 0.0 && about_high >= 0.0) most = std::max(most, about_low + about_high);
-  }
-  return 1.01 * most;
-}
-
-Vec3 to_local(const Mat3& rotation, const Vec3& v) {
-  return {rotation.col(0).dot(v), rotation.col(1).dot(v), rotation.col(2).dot(v)};
-}
 
 Flyer flyer(const SceneDescription& scene, const Geometry& geometry, BodyId id,
             const BodyState& state) {
@@ -51,30 +25,12 @@ Flyer flyer(const SceneDescription& scene, const Geometry& geometry, BodyId id,
   f.params = &params;
   f.turning.orientation = state.orientation;
   f.turning.angular_velocity_rad_s = spin;
-  // A point at r from the centre feels |w|^2 |r| and |dw/dt| |r|.
-  const Mat3& inertia = params.inertia_local_kg_m2;
-  const Vec3 spin_local = to_local(f.solid.placed.pose.rotation, spin);
-  double squared = spin.squaredNorm();
-  if (is_isotropic(inertia)) {
-    f.most_pull_1_s2 = squared;
-  } else if (symmetry_axis(inertia) >= 0) {
-    // I dw/dt = (I w) x w, whose size stays.
-    const Vec3 moment = times(inertia, spin_local).cross(spin_local);
-    f.most_change_rad_s2 = times(params.inverse_inertia_local, moment).norm();
-    f.most_pull_1_s2 = squared + f.most_change_rad_s2;
-  } else {
-    // As no moment is larger than the sum of the others, |dw/dt| is at most |w|^2 / sqrt(3).
-    squared = most_squared_spin(params, spin_local);
-    f.most_pull_1_s2 = 1.6 * squared;
-    f.most_change_rad_s2 = 0.6 * squared;
-  }
-  f.most_spin_rad_s = std::sqrt(squared);
   return f;
 }
 
 Flyer fixed(const Geometry& geometry, const StaticGeometry& body) {
   const ShapeGeometry& shape = geometry.impl().shapes[body.shape];
-  return {{shape, {shape.shape, {body.pose.rotation, Vec3::Zero()}}}, nullptr, {}, 0.0};
+  return {{shape, {shape.shape, {body.pose.rotation, Vec3::Zero()}}}, nullptr, {}};
 }
 
 void turn(double time_s, Flyer& f) {
@@ -98,83 +54,92 @@ double first_root(double c, double v, double g, double most) {
   return std::min(t, most);
 }
 
-struct Value {
-  double height = 0.0, slope = 0.0;
-};
-
-// By how much a body that turns comes farther in a direction, as far as velocities tell.
-struct TurningReach {
-  const CompiledShape& shape;
-  Vec3 now, change;  // the direction in the body's frame: now + t change
-  double height_now = 0.0;
-
-  // r . (n + t (n x w)) = n . (r + t (w x r))
-  TurningReach(const Flyer& f, const Vec3& direction, const Vec3& spin)
-      : shape(f.solid.placed.shape),
-        now(to_local(f.solid.placed.pose.rotation, direction)),
-        change(to_local(f.solid.placed.pose.rotation, direction.cross(spin))) {
-    height_now = now.dot(support(shape, now));
-  }
-  Value after(double t_s) const {
-    const Vec3 direction = now + change * t_s;
-    const Vec3 farthest = support(shape, direction);
-    return {direction.dot(farthest) - height_now, change.dot(farthest)};
-  }
-};
-
-// Lower bound of the gap above a floor, concave in time.
-struct GapCurve {
-  double now_m, speed_m_s, pull_m_s2;
-  const TurningReach *a, *b;  // null: does not turn
-
-  Value after(double t_s) const {
-    Value value{now_m + speed_m_s * t_s + 0.5 * pull_m_s2 * t_s * t_s, speed_m_s + pull_m_s2 * t_s};
-    for (const TurningReach* reach : {a, b}) {
-      if (reach == nullptr) continue;
-      const Value part = reach->after(t_s);
-      value.height -= part.height;
-      value.slope -= part.slope;
-    }
-    return value;
-  }
-};
+// By a spin that stays: r . (n + t (n x w)) = n . (r + t (w x r)).
+TurningReach turning_reach(const Flyer& f, const Vec3& direction, const Vec3& spin) {
+  return {f.solid.placed.shape, f.solid.placed.pose.rotation, direction, direction.cross(spin)};
+}
 
 // By how much points of a body are accelerated along n at most, at any time up to time_s from now.
 // The part of w x (w x r) along n is ((n w) w - w^2 n) r: little where the body is thin along n, or
-// turns about it. It changes by no more than |w|^3 |r| a second, and by what changes the spin.
+// turns about it. It changes by w x (w x (w x r)) a second, and by what changes the spin.
 double pull_along(const Flyer& f, const Vec3& n, double time_s) {
   if (!f.turns()) return 0.0;
   const Vec3& w = f.turning.angular_velocity_rad_s;
-  const double spin = f.most_spin_rad_s, change = f.most_change_rad_s2;
+  const double spin = f.most.spin_rad_s;
   const Vec3 along = w * n.dot(w) - n * w.squaredNorm();
   const Vec3 local = to_local(f.solid.placed.pose.rotation, along);
   const double now = local.dot(support(f.solid.placed.shape, local));
-  const double later = spin * (spin * spin + 3.0 * change) * f.radius_m();
-  return std::min(now + change * f.radius_m() + later * time_s, f.most_pull_1_s2 * f.radius_m());
+  const double later =
+      (spin * spin + f.most.change_rad_s2) * f.most.speed_m_s + spin * f.most.change_m_s2;
+  return std::min(now + f.most.change_m_s2 + later * time_s, f.most.pull_m_s2);
 }
 
-// How long the curve stays above 0. Once a point of it is below, so is all that its tangent (bent
-// by `pull`) has below 0 before it: that leads from above to where it sinks. What lies on the chord
-// between a point above and one below 0 is safe.
-double safe_time(const GapCurve& curve, double most_s) {
-  constexpr int kMostTrials = 50;
-  constexpr double kEnough = 1e-4;  // of the time itself: bodies are looked at again there
-  const double left = curve.now_m;
-  double unsafe = most_s;
-  for (int i = 0; i < kMostTrials; ++i) {
-    const Value value = curve.after(unsafe);
-    if (value.height >= 0.0) return unsafe;
-    const double chord = left > 0.0 ? unsafe * (left / (left - value.height)) : 0.0;
-    if (unsafe - chord <= kEnough * chord) return chord;
-    // value + slope (-d) + pull d^2 / 2 = 0
-    const double discriminant = value.slope * value.slope - 2.0 * curve.pull_m_s2 * value.height;
-    if (!(value.slope < 0.0) || !(discriminant >= 0.0)) return chord;
-    const double next = unsafe + 2.0 * value.height / (std::sqrt(discriminant) - value.slope);
-    if (!(next > chord)) return chord;
-    unsafe = next;
+// A body that is symmetric about an axis turns about it while that goes round its angular momentum
+// at a steady rate. So what it sweeps about the axis, a cylinder here, turns steadily, and slowly
+// where most of the spin is about the axis.
+struct Whirl {
+  CompiledShape swept;
+  Mat3 rotation;
+  Vec3 spin;
+  double pull_m_s2 = 0.0;
+
+  explicit Whirl(const Flyer& f) {
+    const int axis = f.most.whirl_axis;
+    const Mat3& inertia = f.params->inertia_local_kg_m2;
+    const CompiledShape& shape = f.solid.placed.shape;
+    const int i = (axis + 1) % 3, j = (axis + 2) % 3;
+    const auto& body = f.solid.placed.pose.rotation;
+    rotation << body.col(i), body.col(j), body.col(axis);
+    const Vec3& w = f.turning.angular_velocity_rad_s;
+    const double share = 1.0 - inertia(axis, axis) / inertia(i, i);
+    spin = w - rotation.col(2) * (share * rotation.col(2).dot(w));
+    swept.kind = ShapeKind::kCylinder;
+    swept.half_length_m = shape.reach_m[axis];
+    swept.radius_m =
+        std::sqrt(shape.reach_m[i] * shape.reach_m[i] + shape.reach_m[j] * shape.reach_m[j]);
+    pull_m_s2 = spin.squaredNorm() * std::sqrt(swept.half_length_m * swept.half_length_m +
+                                               swept.radius_m * swept.radius_m);
   }
-  return left > 0.0 ? unsafe * (left / (left - curve.after(unsafe).height)) : 0.0;
+};
+
+Vec3 spin_of(const Flyer& f) {
+  return f.turns() ? f.turning.angular_velocity_rad_s : Vec3(Vec3::Zero());
 }
+
+// The edge of a body, or a line on it, that is most nearly square to a direction.
+std::optional<Vec3> edge_square_to(const Flyer& f, const Vec3& n) {
+  const Mat3& rotation = f.solid.placed.pose.rotation;
+  const ShapeKind kind = f.solid.placed.shape.kind;
+  if (kind == ShapeKind::kCapsule || kind == ShapeKind::kCylinder) return Vec3(rotation.col(2));
+  if (kind != ShapeKind::kBox) return std::nullopt;
+  int edge = 0;
+  for (int i = 1; i < 3; ++i)
+    if (std::abs(n.dot(rotation.col(i))) < std::abs(n.dot(rotation.col(edge)))) edge = i;
+  return Vec3(rotation.col(edge));
+}
+
+// What a body takes from a gap along a direction as time goes on.
+struct Taken {
+  double now_m = 0.0, pull_m_s2 = 0.0;
+  std::optional<Whirl> whirl;
+  std::optional<TurningReach> reach;
+
+  Taken(const Flyer& f, const Vec3& direction) {
+    if (!f.turns()) return;
+    if (f.most.whirl_axis < 0) {
+      pull_m_s2 = f.most.pull_m_s2;
+      reach.emplace(turning_reach(f, direction, f.turning.angular_velocity_rad_s));
+      return;
+    }
+    whirl.emplace(f);
+    const Vec3 farthest =
+        f.solid.placed.pose.rotation *
+        support(f.solid.placed.shape, to_local(f.solid.placed.pose.rotation, direction));
+    reach.emplace(whirl->swept, whirl->rotation, direction, direction.cross(whirl->spin));
+    now_m = reach->height_now - direction.dot(farthest);
+    pull_m_s2 = whirl->pull_m_s2;
+  }
+};
 
 }  // namespace
 
@@ -191,6 +156,13 @@ FlyingSolids::FlyingSolids(const SceneDescription& scene, const Geometry& geomet
   if (state_b) velocity_ += state_b->linear_velocity_m_s;
   gravity_ = state_b ? Vec3(Vec3::Zero()) : Vec3(-pull_);
   b_.solid.placed.pose.position = centre_;
+}
+
+void FlyingSolids::bound_turning() {
+  for (Flyer* f : {&a_, &b_})
+    if (f->turns())
+      f->most = spin_bounds(*f->params, f->solid.placed.shape, f->solid.placed.pose.rotation,
+                            f->turning.angular_velocity_rad_s);
 }
 
 void FlyingSolids::go_to(double time_s) {
@@ -243,34 +215,86 @@ FlyingSolids::Wait FlyingSolids::apart_s(const Separation& now, double floor_m,
                                          double most_s) const {
   const double speed = now.normal.dot(velocity()), pull = now.normal.dot(gravity_);
   const double left = now.distance_m - floor_m;
-  if (!turns()) return {left > 0.0 ? first_root(left, speed, pull, most_s) : 0.0, nullptr};
+  if (!turns())
+    return {left > 0.0 ? first_root(left, speed, pull, most_s) : 0.0, nullptr, Vec3::Zero()};
   // Gravity that opens the gap is left out: the curve would not be concave.
   const Vec3 to_a = -now.normal;
   // As long as directions hardly change, points are bent by much less than ever.
   constexpr double kTurn_rad = 0.25;
   const double window =
-      std::min(most_s, kTurn_rad / std::max(a_.most_spin_rad_s, b_.most_spin_rad_s));
+      std::min(most_s, kTurn_rad / std::max(a_.most.spin_rad_s, b_.most.spin_rad_s));
   GapCurve curve{
       left, speed,
       std::min(pull, 0.0) - pull_along(a_, now.normal, window) - pull_along(b_, to_a, window),
       nullptr, nullptr};
   std::optional<TurningReach> of_a, of_b;
-  if (a_.turns()) curve.a = &of_a.emplace(a_, now.normal, a_.turning.angular_velocity_rad_s);
-  if (b_.turns()) curve.b = &of_b.emplace(b_, to_a, b_.turning.angular_velocity_rad_s);
-  Wait longest{safe_time(curve, window), nullptr};
+  if (a_.turns())
+    curve.a = &of_a.emplace(turning_reach(a_, now.normal, a_.turning.angular_velocity_rad_s));
+  if (b_.turns())
+    curve.b = &of_b.emplace(turning_reach(b_, to_a, b_.turning.angular_velocity_rad_s));
+  Wait longest{safe_time(curve, window), nullptr, Vec3::Zero()};
   if (longest.time_s >= window && window < most_s) {
-    curve.pull_m_s2 =
-        std::min(pull, 0.0) - a_.most_pull_1_s2 * a_.radius_m() - b_.most_pull_1_s2 * b_.radius_m();
+    curve.pull_m_s2 = std::min(pull, 0.0) - a_.most.pull_m_s2 - b_.most.pull_m_s2;
     longest.time_s = std::max(longest.time_s, safe_time(curve, most_s));
   }
+  if (longest.time_s < most_s)
+    longest.time_s = std::max(longest.time_s, apart_whirling_s(now, left, most_s));
   // A plane has no end: no part of it stays within reach along a direction that turns.
   if (fixed_ && fixed_->is_half_space) return longest;
   for (const Flyer* with : {&a_, &b_}) {
     if (!with->turns() || !(longest.time_s < most_s) || !(left > 0.0)) continue;
     const double safe = apart_turning_s(now, with == &a_, left, longest.time_s, most_s);
-    if (safe > longest.time_s) longest = {safe, with};
+    if (safe > longest.time_s) longest = {safe, with, Vec3::Zero()};
+  }
+  if (longest.time_s < most_s && left > 0.0) {
+    const Wait edges = apart_edges_s(now, floor_m, longest.time_s, most_s);
+    if (edges.time_s > longest.time_s) longest = edges;
   }
   return longest;
+}
+
+// Of two edges that cross, the ends come nearer along a direction that stays, and those of one
+// along a direction that turns with the other. Along n + t n', with n' such that it stays square to
+// both, only the edges as a whole do: n' e = -n (w x e). A point of a at r from its centre comes
+// farther by (n' + n x w) r t, and by what bends that.
+FlyingSolids::Wait FlyingSolids::apart_edges_s(const Separation& now, double floor_m,
+                                               double least_s, double most_s) const {
+  constexpr double kParallel = 1e-3;  // squared sine
+  constexpr double kTurn_rad = 0.25;
+  const std::optional<Vec3> of_a = edge_square_to(a_, now.normal),
+                            of_b = edge_square_to(b_, now.normal);
+  if (!of_a || !of_b) return {};
+  const double along = of_a->dot(*of_b), crossing = 1.0 - along * along;
+  if (!(crossing > kParallel)) return {};
+  const Vec3 spin_a = spin_of(a_), spin_b = spin_of(b_), &n = now.normal;
+  const double turn_a = -n.dot(spin_a.cross(*of_a)), turn_b = -n.dot(spin_b.cross(*of_b));
+  Vec3 drift = (*of_a * (turn_a - along * turn_b) + *of_b * (turn_b - along * turn_a)) / crossing;
+  drift -= n * n.dot(drift);
+  const double turning = drift.norm();
+  const double window = std::min(most_s, kTurn_rad / std::max(turning, 1e-300));
+  const double longer = std::sqrt(1.0 + turning * turning * window * window);
+  const double speed = velocity().norm() + a_.most.speed_m_s + b_.most.speed_m_s;
+  const double bend =
+      2.0 * turning * speed + longer * (gravity_.norm() + a_.most.pull_m_s2 + b_.most.pull_m_s2);
+  const double left = now.distance_m - std::max(floor_m, 0.0) * longer - std::min(floor_m, 0.0);
+  if (0.5 * bend * least_s * least_s > left) return {};
+  const auto reach = [&](const Flyer& f, const Vec3& direction, const Vec3& change) {
+    return TurningReach(f.solid.placed.shape, f.solid.placed.pose.rotation, direction, change);
+  };
+  const TurningReach by_a = reach(a_, n, drift + n.cross(spin_a));
+  const TurningReach by_b = reach(b_, -n, -drift - n.cross(spin_b));
+  const double opening = n.dot(velocity()) + drift.dot(b_.solid.placed.pose.position);
+  return {safe_time({left, opening, -bend, &by_a, &by_b}, window), nullptr, drift};
+}
+
+double FlyingSolids::apart_whirling_s(const Separation& now, double left_m, double most_s) const {
+  if (a_.most.whirl_axis < 0 && b_.most.whirl_axis < 0) return 0.0;
+  const Taken by_a(a_, now.normal), by_b(b_, -now.normal);
+  if (!(left_m > by_a.now_m + by_b.now_m)) return 0.0;
+  const double pull = std::min(now.normal.dot(gravity_), 0.0) - by_a.pull_m_s2 - by_b.pull_m_s2;
+  return safe_time({left_m - by_a.now_m - by_b.now_m, now.normal.dot(velocity()), pull,
+                    by_a.reach ? &*by_a.reach : nullptr, by_b.reach ? &*by_b.reach : nullptr},
+                   most_s);
 }
 
 // Along a normal that turns with a body nothing of it comes nearer, where ends of a face or an edge
@@ -287,13 +311,12 @@ double FlyingSolids::apart_turning_s(const Separation& now, bool with_a, double 
   const Vec3 spin = owner.turning.angular_velocity_rad_s;
   const double pull_m_s2 = gravity_.norm(), speed = velocity.norm() + pull_m_s2 * most_s;
   const double farthest = centre.norm() + speed * most_s + other.radius_m();
-  const double fastest = speed + other.most_spin_rad_s * other.radius_m();
-  const double bend = pull_m_s2 + other.most_pull_1_s2 * other.radius_m() +
-                      2.0 * owner.most_spin_rad_s * fastest + owner.most_pull_1_s2 * farthest;
+  const double fastest = speed + other.most.speed_m_s;
+  const double bend = pull_m_s2 + other.most.pull_m_s2 + 2.0 * owner.most.spin_rad_s * fastest +
+                      owner.most.pull_1_s2 * farthest;
   // It is of use shortly before an impact, and hardly ever promises more than the bend leaves.
   if (0.5 * bend * least_s * least_s > left_m) return 0.0;
-  const Vec3 other_spin = other.turns() ? other.turning.angular_velocity_rad_s : Vec3(Vec3::Zero());
-  const TurningReach reach(other, -outward, other_spin - spin);
+  const TurningReach reach = turning_reach(other, -outward, spin_of(other) - spin);
   return safe_time({left_m, outward.dot(velocity - spin.cross(centre)), -bend, &reach, nullptr},
                    most_s);
 }
@@ -311,7 +334,7 @@ double FlyingSolids::approach_m_s(const Vec3& normal, double touching_m) const {
   const double t_s = touching_m / speed;
   double nearer = -along;
   const auto turning = [t_s](const Flyer& f, const Vec3& direction) {
-    return TurningReach(f, direction, f.turning.angular_velocity_rad_s).after(t_s).slope;
+    return turning_reach(f, direction, f.turning.angular_velocity_rad_s).after(t_s).slope;
   };
   if (a_.turns()) nearer += turning(a_, normal);
   if (b_.turns()) nearer += turning(b_, -normal);

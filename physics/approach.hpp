@@ -3,6 +3,7 @@
 
 #include "physics/body_state.hpp"
 #include "physics/separation.hpp"
+#include "physics/spin_bounds.hpp"
 
 namespace soda::physics {
 
@@ -11,9 +12,7 @@ struct Flyer {
   Solid solid;                         // relative to the centre of a at that moment
   const BodyParams* params = nullptr;  // null: static, or a sphere, whose turning is not followed
   BodyState turning{};                 // orientation and spin; of no use without params
-  // At any time: the spin, and the acceleration of its points against its centre, by distance.
-  double most_spin_rad_s = 0.0, most_pull_1_s2 = 0.0;
-  double most_change_rad_s2 = 0.0;  // of the spin
+  SpinBounds most{};                   // see bound_turning()
 
   bool turns() const { return params != nullptr; }
   double radius_m() const { return solid.placed.shape.bounding_radius_m; }
@@ -27,14 +26,18 @@ class FlyingSolids {
                const BodyState& state_a, BodyId b, const BodyState* state_b);
 
   void go_to(double time_s);
+  // Before the first of apart_s().
+  void bound_turning();
   // How long their bounding spheres (of a static: its box or plane) do not touch, from the
   // beginning on: at most `most_s`. Exact for spheres.
   double spheres_apart_s(double most_s) const;
   // How long from now the gap along a direction, that is given now, cannot fall below `floor_m`: to
-  // 1e-4 of that time. The direction stays, or turns with a or b: what promises most.
+  // 1e-4 of that time. The direction stays, turns with a or b or with the edges that are nearest:
+  // what promises most.
   struct Wait {
     double time_s = 0.0;
-    const Flyer* with = nullptr;  // the direction turns with it
+    const Flyer* with = nullptr;    // the direction turns with it
+    Vec3 drift_1_s = Vec3::Zero();  // or by this a second, without one
   };
   Wait apart_s(const Separation& now, double floor_m, double most_s) const;
   // Of the points within `touching_m` of the supporting planes, how fast the first of them come
@@ -49,6 +52,8 @@ class FlyingSolids {
   Vec3 centre_of_a_m() const;
 
  private:
+  Wait apart_edges_s(const Separation& now, double floor_m, double least_s, double most_s) const;
+  double apart_whirling_s(const Separation& now, double left_m, double most_s) const;
   double apart_turning_s(const Separation& now, bool with_a, double left_m, double least_s,
                          double most_s) const;
 

@@ -165,6 +165,8 @@ CompiledShape compile(const Shape& shape) {
     const double length = half_space.normal.norm();
     out.half_space = {half_space.normal / length, half_space.offset_m / length};
   }
+  const Aabb box = tight_aabb(out, {Mat3::Identity(), Vec3::Zero()});
+  out.reach_m = box.min.cwiseAbs().cwiseMax(box.max.cwiseAbs());
   return out;
 }
 

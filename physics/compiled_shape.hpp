@@ -39,6 +39,7 @@ struct CompiledShape {
   std::vector<MeshTriangle> triangles;            // mesh
   double min_extent_m = 0.0;       // smallest width over all directions (halfspace, mesh: 0)
   double bounding_radius_m = 0.0;  // around the origin (halfspace: 0)
+  Vec3 reach_m = Vec3::Zero();     // from the origin along its axes, to the farther side (the same)
 };
 
 CompiledShape compile(const Shape& shape);

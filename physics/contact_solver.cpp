@@ -100,7 +100,7 @@ int worth_loading_after(const ContactProblem& problem) {
   const std::size_t points = problem.normals.size();
   const bool lone = problem.bodies.size() == 2 + problem.moving_surfaces.size();
   if (lone && points > 1) return points == 2 ? 1 : 3;
-  return points <= 2 ? 5 : 12;
+  return points <= 2 ? 2 : 12;
 }
 
 }  // namespace

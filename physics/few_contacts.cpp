@@ -243,11 +243,11 @@ double largest_normal_impulse(const FewContacts& few) {
 }  // namespace
 
 int sweep_few_contacts(int done, int iterations, double negligible, ContactProblem& problem) {
-  constexpr int kMostLeaps = 12, kMostBadLeaps = 2, kAfterBadLeap = 6;
+  constexpr int kMostLeaps = 12, kAfterBadLeap = 6, kLonger = 4;
   constexpr double kMuchLess = 1e-3;
   FewContacts few;
   load(problem, few);
-  int sweeps = done, leaps = 0, bad_leaps = 0, next_leap = done;
+  int sweeps = done, leaps = 0, next_leap = done, pause = kAfterBadLeap;
   while (sweeps < iterations) {
     const double change = sweep(sweeps++ % 2 == 0, problem, few);
     // What one sweep changes is less than what is left; with steps of Newton's method more is
@@ -262,8 +262,8 @@ int sweep_few_contacts(int done, int iterations, double negligible, ContactProbl
     ++leaps;
     if (after < change) continue;
     go_back_to(before, few);
-    next_leap = sweeps + kAfterBadLeap;
-    if (++bad_leaps == kMostBadLeaps) leaps = kMostLeaps;
+    next_leap = sweeps + pause;
+    pause *= kLonger;
   }
   store(few, problem);
   return sweeps;

@@ -60,6 +60,7 @@ std::optional<Touch> first_touch(const SceneDescription& scene, double touching_
       is_known_to_the_end(a.placed.shape.kind, b.placed.shape.kind) ? 0.0 : kShortOfTouching;
   double time = solids.spheres_apart_s(most_s);
   if (time > 0.0 && time >= most_s) return std::nullopt;
+  solids.bound_turning();
   // Most pairs that do not meet are seen to from where they are, along the line of their centres.
   Separation now{first_guess(b).normalized(), 0.0};
   if (b.placed.shape.kind != ShapeKind::kHalfSpace)
@@ -94,6 +95,7 @@ std::optional<Touch> first_touch(const SceneDescription& scene, double touching_
     time += safe.time_s;
     turns_with = safe.with ? &safe.with->solid.placed.pose : nullptr;
     if (turns_with) normal_local = turns_with->direction_to_local(now.normal);
+    now.normal = (now.normal + safe.time_s * safe.drift_1_s).normalized();
   }
   return Touch{{time, true}, now.normal};
 }

@@ -134,7 +134,7 @@ const std::vector<Reached> kReached = {
     {"motor-slider", {"position_m", "end_velocity_m_s"}},
     {"oblique",
      {"position_m", "end_velocity_m_s", "energy_rel", "momentum_rel", "angular_momentum_rel"}},
-    {"painleve", {"energy_gain_rel"}},
+    {"painleve", {"energy_gain_rel", "penetration_m"}},
     {"pyramid", {"position_m"}},
     {"rest-1km", {"displacement_rel"}},
     {"rest-1m", {"displacement_rel"}},
@@ -283,6 +283,37 @@ TEST(AccuracyReports, NameWhoeverIsFasterAtAnEqualOrSmallerError) {
   EXPECT_EQ(found[0].soda_cpu_per_simulated_s, 1e-5 / 0.005);
   EXPECT_EQ(found[1].engine, "nearer");
   EXPECT_FALSE(found[1].soda_cpu_per_simulated_s);
+}
+
+TEST(AccuracyReports, NameWhoeverIsFasterInAllMeasuresOfACase) {
+  AccuracyReport report;
+  report.cases.push_back(made_up_case());
+  for (CaseRun& run : report.cases.back().runs) {
+    JudgedMeasure other = run.measures[0];
+    other.measure = "gain";
+    other.value = 0.0;
+    run.measures.push_back(other);
+  }
+  CaseRun cheap = report.cases.back().runs.front();
+  cheap.engine = "other";
+  cheap.cpu_per_simulated_s = 1e-5;
+  cheap.measures[0].value = 1e-4;
+  cheap.measures[1].value = 2e-4;
+  report.cases.back().runs.push_back(cheap);
+  ASSERT_EQ(advantages_of_others(report).size(), 2u);
+  const std::vector<Advantage> found = advantages_in_cases(report);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].error, 2e-4);
+  EXPECT_EQ(found[0].measure, "");
+  EXPECT_EQ(found[0].soda_cpu_per_simulated_s, 1e-5 / 0.005);
+  CaseRun& sloppy = report.cases.back().runs.back();
+  sloppy.measures[0].value = 2e-3;
+  sloppy.cpu_per_simulated_s = 6e-4;
+  EXPECT_EQ(advantages_of_others(report).size(), 0u);
+  EXPECT_TRUE(advantages_in_cases(report).empty());
+  sloppy.measures[0].value = 1e-3;
+  EXPECT_EQ(advantages_of_others(report).size(), 1u);
+  ASSERT_EQ(advantages_in_cases(report).size(), 1u);
 }
 
 TEST(AccuracyReports, CountRunsToAToleranceAsRunsOfSoda) {
