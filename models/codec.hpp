@@ -62,6 +62,7 @@ class Writer {
     number(value.part);
     number(value.count);
     vector(value.normal);
+    number(value.impact_s);
     for (std::uint32_t i = 0; i < value.count; ++i) {
       vector(value.points[i].position_m);
       number(value.points[i].separation_m);
@@ -147,6 +148,7 @@ class Reader {
     value.part = number<std::uint32_t>();
     value.count = number<std::uint32_t>();
     value.normal = vector();
+    value.impact_s = number<double>();
     for (std::uint32_t i = 0; i < value.count; ++i) {
       value.points[i].position_m = vector();
       value.points[i].separation_m = number<double>();

@@ -187,7 +187,7 @@ bool ListItem<IslandReport>::same(const IslandReport& a, const IslandReport& b) 
 
 bool ListItem<ContactManifold>::same(const ContactManifold& a, const ContactManifold& b) {
   if (a.a != b.a || a.b != b.b || a.part != b.part || a.count != b.count) return false;
-  if (!same_bits(a.normal, b.normal)) return false;
+  if (!same_bits(a.normal, b.normal) || !same_bits(a.impact_s, b.impact_s)) return false;
   for (std::uint32_t i = 0; i < a.count; ++i)
     if (!same_bits(a.points[i], b.points[i])) return false;
   return true;

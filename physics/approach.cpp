@@ -141,7 +141,55 @@ struct Taken {
   }
 };
 
+const CompiledShape& shape_of(const SceneDescription& scene, const Geometry& geometry, BodyId id) {
+  return geometry.impl().shapes[scene.bodies[index_of(id)].shape].shape;
+}
+
+double sphere_apart_s(const Vec3& gravity_m_s2, double radius_m, const BodyState& state,
+                      const CompiledShape& shape, const StaticGeometry& fixed, double most_s) {
+  double longest = 0.0;
+  const auto consider = [&](const Vec3& up, double height) {
+    const double apart = height - radius_m;
+    if (apart > 0.0)
+      longest = std::max(longest, first_root(apart, up.dot(state.linear_velocity_m_s),
+                                             up.dot(gravity_m_s2), most_s));
+  };
+  if (fixed.is_half_space) {
+    consider(fixed.plane.normal, fixed.plane.normal.dot(state.position_m) - fixed.plane.offset_m);
+    return longest;
+  }
+  const bool box = shape.kind == ShapeKind::kBox;
+  const Vec3 centre = box ? fixed.pose.position : 0.5 * (fixed.box.min + fixed.box.max);
+  const Vec3 half = box ? shape.half_extents_m : Vec3(0.5 * (fixed.box.max - fixed.box.min));
+  for (int i = 0; i < 3; ++i) {
+    const Vec3 up = box ? Vec3(fixed.pose.rotation.col(i)) : Vec3(Vec3::Unit(i));
+    const double along = up.dot(state.position_m - centre);
+    consider(along >= 0.0 ? up : Vec3(-up), std::abs(along) - half[i]);
+  }
+  return longest;
+}
+
 }  // namespace
+
+double spheres_apart_s(const SceneDescription& scene, const Geometry& geometry, BodyId a,
+                       const BodyState& state_a, BodyId b, const BodyState* state_b,
+                       double most_s) {
+  const double radius = shape_of(scene, geometry, a).bounding_radius_m;
+  if (state_b == nullptr) {
+    const StaticGeometry& fixed = geometry.impl().statics[static_index_of(b)];
+    return sphere_apart_s(scene.gravity_m_s2, radius, state_a,
+                          geometry.impl().shapes[fixed.shape].shape, fixed, most_s);
+  }
+  const double reach = radius + shape_of(scene, geometry, b).bounding_radius_m;
+  const Vec3 centre = state_b->position_m - state_a.position_m;
+  const Vec3 velocity = state_b->linear_velocity_m_s - state_a.linear_velocity_m_s;
+  const double apart = centre.squaredNorm() - reach * reach;
+  if (!(apart > 0.0)) return 0.0;
+  const double v = centre.dot(velocity);
+  const double discriminant = v * v - velocity.squaredNorm() * apart;
+  if (!(v < 0.0) || !(discriminant >= 0.0)) return most_s;
+  return std::min(apart / (std::sqrt(discriminant) - v), most_s);
+}
 
 FlyingSolids::FlyingSolids(const SceneDescription& scene, const Geometry& geometry, BodyId a,
                            const BodyState& state_a, BodyId b, const BodyState* state_b)
@@ -175,40 +223,6 @@ void FlyingSolids::go_to(double time_s) {
 
 Vec3 FlyingSolids::centre_of_a_m() const {
   return start_m_ + start_velocity_ * time_s_ + pull_ * (0.5 * time_s_ * time_s_);
-}
-
-double FlyingSolids::spheres_apart_s(double most_s) const {
-  const double radius = a_.solid.placed.shape.bounding_radius_m;
-  if (fixed_ == nullptr) {
-    const double reach = radius + b_.solid.placed.shape.bounding_radius_m;
-    const double apart = centre_.squaredNorm() - reach * reach;
-    if (!(apart > 0.0)) return 0.0;
-    const double v = centre_.dot(velocity_);
-    const double discriminant = v * v - velocity_.squaredNorm() * apart;
-    if (!(v < 0.0) || !(discriminant >= 0.0)) return most_s;
-    return std::min(apart / (std::sqrt(discriminant) - v), most_s);
-  }
-  double longest = 0.0;
-  const auto consider = [&](const Vec3& up, double height) {
-    const double apart = height - radius;
-    if (apart > 0.0)
-      longest =
-          std::max(longest, first_root(apart, up.dot(start_velocity_), up.dot(pull_), most_s));
-  };
-  if (fixed_->is_half_space) {
-    consider(fixed_->plane.normal, fixed_->plane.normal.dot(start_m_) - fixed_->plane.offset_m);
-    return longest;
-  }
-  const bool box = b_.solid.placed.shape.kind == ShapeKind::kBox;
-  const Vec3 centre = box ? fixed_->pose.position : 0.5 * (fixed_->box.min + fixed_->box.max);
-  const Vec3 half =
-      box ? b_.solid.placed.shape.half_extents_m : Vec3(0.5 * (fixed_->box.max - fixed_->box.min));
-  for (int i = 0; i < 3; ++i) {
-    const Vec3 up = box ? Vec3(fixed_->pose.rotation.col(i)) : Vec3(Vec3::Unit(i));
-    const double along = up.dot(start_m_ - centre);
-    consider(along >= 0.0 ? up : Vec3(-up), std::abs(along) - half[i]);
-  }
-  return longest;
 }
 
 FlyingSolids::Wait FlyingSolids::apart_s(const Separation& now, double floor_m,

@@ -18,6 +18,11 @@ struct Flyer {
   double radius_m() const { return solid.placed.shape.bounding_radius_m; }
 };
 
+// How long the bounding spheres of a and b (of a static: its box or plane; `state_b` is null then)
+// do not touch, from now on: at most `most_s`. Exact for spheres.
+double spheres_apart_s(const SceneDescription& scene, const Geometry& geometry, BodyId a,
+                       const BodyState& state_a, BodyId b, const BodyState* state_b, double most_s);
+
 // Moved from time to time: turning goes on from where it was, at a price that grows with the time.
 class FlyingSolids {
  public:
@@ -28,9 +33,6 @@ class FlyingSolids {
   void go_to(double time_s);
   // Before the first of apart_s().
   void bound_turning();
-  // How long their bounding spheres (of a static: its box or plane) do not touch, from the
-  // beginning on: at most `most_s`. Exact for spheres.
-  double spheres_apart_s(double most_s) const;
   // How long from now the gap along a direction, that is given now, cannot fall below `floor_m`: to
   // 1e-4 of that time. The direction stays, turns with a or b or with the edges that are nearest:
   // what promises most.

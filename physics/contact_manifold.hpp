@@ -23,6 +23,8 @@ struct ContactManifold {
   std::uint32_t count = 0;      // 1 .. 4
   Vec3 normal = Vec3::UnitZ();  // unit, from a to b
   std::array<ContactPoint, 4> points;
+  // Of solids that are not near, but meet within the step, and part at once: when. Else 0.
+  double impact_s = 0.0;
 };
 
 // The order of contacts wherever it matters: (a, b, part).

@@ -213,10 +213,25 @@ const FlyingPair* next_of(const std::vector<FlyingPair>& pairs) {
   return first;
 }
 
+// From the beginning, of which the contacts may know already.
+void look_at_first(const Flyers& flyers, std::span<const ContactManifold> manifolds,
+                   FlyingPair& pair, StageCounters& counters) {
+  ContactManifold of_pair;
+  of_pair.a = flyers.ids[pair.a];
+  of_pair.b = flyers.other(pair);
+  const auto known =
+      std::lower_bound(manifolds.begin(), manifolds.end(), of_pair, canonical_before);
+  if (known != manifolds.end() && !canonical_before(of_pair, *known) && known->impact_s > 0.0)
+    pair.next = Impact{known->impact_s, false};
+  else
+    look_ahead(flyers, pair, counters);
+}
+
 // Through impacts until dt_s, or until something lasts.
-double fly(Flyers& flyers, IslandReport& report, StageCounters& counters) {
+double fly(std::span<const ContactManifold> manifolds, Flyers& flyers, IslandReport& report,
+           StageCounters& counters) {
   const std::size_t most_impacts = 60 + 10 * flyers.ids.size();
-  for (FlyingPair& pair : flyers.pairs) look_ahead(flyers, pair, counters);
+  for (FlyingPair& pair : flyers.pairs) look_at_first(flyers, manifolds, pair, counters);
   for (std::size_t impacts = 0;; ++impacts) {
     const FlyingPair* const next = next_of(flyers.pairs);
     if (next == nullptr) return flyers.dt_s;
@@ -246,7 +261,7 @@ double fly_through_impacts(const SceneDescription& scene, const Geometry& geomet
                 {}};
   if (!find_flying_pairs(flyers, counters)) return 0.0;
   IslandReport flight = report;
-  const double reached = fly(flyers, flight, counters);
+  const double reached = fly(manifolds, flyers, flight, counters);
   if (!(reached > 0.0)) return 0.0;
   std::vector<BodyState> next;
   for (std::uint32_t i = 0; i < ids.size(); ++i) {

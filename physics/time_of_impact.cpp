@@ -44,9 +44,9 @@ struct Touch {
   Vec3 normal = Vec3::UnitZ();
 };
 
-// Leaves the solids at that time.
+// Leaves the solids, which are apart until `time`, at that time.
 std::optional<Touch> first_touch(const SceneDescription& scene, double touching_m, double width_m,
-                                 double most_s, FlyingSolids& solids) {
+                                 double time, double most_s, FlyingSolids& solids) {
   constexpr int kMostAdvances = 200;
   constexpr double kStalled = 1e-9;  // of the whole time
   // Of the smaller body's width: how far bodies that turn while they touch, and that nothing
@@ -58,8 +58,6 @@ std::optional<Touch> first_touch(const SceneDescription& scene, double touching_
   const Solid &a = solids.a().solid, &b = solids.b().solid;
   const double halt =
       is_known_to_the_end(a.placed.shape.kind, b.placed.shape.kind) ? 0.0 : kShortOfTouching;
-  double time = solids.spheres_apart_s(most_s);
-  if (time > 0.0 && time >= most_s) return std::nullopt;
   solids.bound_turning();
   // Most pairs that do not meet are seen to from where they are, along the line of their centres.
   Separation now{first_guess(b).normalized(), 0.0};
@@ -143,27 +141,32 @@ Separation separation_of(const SceneDescription& scene, const Geometry& geometry
 std::optional<Impact> time_of_impact(const SceneDescription& scene, const Geometry& geometry,
                                      BodyId a, const BodyState& state_a, BodyId b,
                                      const BodyState* state_b, double most_s) {
+  const double apart_s = spheres_apart_s(scene, geometry, a, state_a, b, state_b, most_s);
+  if (apart_s > 0.0 && apart_s >= most_s) return std::nullopt;
   FlyingSolids solids(scene, geometry, a, state_a, b, state_b);
   const std::optional<Touch> touch =
       first_touch(scene, touching_gap_m(scene, geometry, a, state_a, b),
-                  width_of(scene, geometry, a, b), most_s, solids);
+                  width_of(scene, geometry, a, b), apart_s, most_s, solids);
   return touch ? std::optional(touch->impact) : std::nullopt;
 }
 
 void append_way_to_impact(const SceneDescription& scene, const Geometry& geometry, double dt_s,
                           BodyId a, const BodyState& state_a, BodyId b, const BodyState* state_b,
                           std::vector<ContactManifold>& out) {
-  const FlyingSolids start(scene, geometry, a, state_a, b, state_b);
-  FlyingSolids solids = start;
+  const double apart_s = spheres_apart_s(scene, geometry, a, state_a, b, state_b, dt_s);
+  if (apart_s > 0.0 && apart_s >= dt_s) return;
+  FlyingSolids solids(scene, geometry, a, state_a, b, state_b);
   const std::optional<Touch> touch =
       first_touch(scene, touching_gap_m(scene, geometry, a, state_a, b),
-                  width_of(scene, geometry, a, b), dt_s, solids);
+                  width_of(scene, geometry, a, b), apart_s, dt_s, solids);
   if (!touch || touch->impact.time_s == 0.0) return;
+  const FlyingSolids start(scene, geometry, a, state_a, b, state_b);
   const Vec3& normal = touch->normal;
   ContactCandidates candidates;
   candidates.add(support_point(solids.a().solid.placed, normal),
                  gap_along(start.a().solid.placed, start.b().solid.placed, normal), kWayToImpact);
   emit_manifold(a, b, 0, normal, solids.centre_of_a_m(), candidates, out);
+  if (!touch->impact.lasts) out.back().impact_s = touch->impact.time_s;
 }
 
 }  // namespace soda::physics

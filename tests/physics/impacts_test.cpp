@@ -89,6 +89,29 @@ TEST(Impacts, WhatNeitherBouncesNorIsFastIsNotSearched) {
   EXPECT_EQ(world.counters.impact_searches, 0u);
 }
 
+// A rod on its way to a wall, and when the contacts say that it meets it.
+TEST(Impacts, WhatContactsFoundAheadIsNotSearchedAgainAndChangesNothing) {
+  World world;
+  world.add_static(world.add_shape(Box{Vec3(0.01, 5, 5)}));
+  BodyState& rod = world.add_body(world.add_shape(Box{Vec3(0.2, 0.005, 0.005)}), Vec3(-1, 0, 0));
+  rod.linear_velocity_m_s = Vec3(100, 0, 0);
+  rod.angular_velocity_rad_s = Vec3(0, 3, 49);
+  const Geometry geometry(world.scene);
+  std::vector<ContactManifold> found = test::contacts_of(world, BodyId{0}, static_id(0));
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_GT(found[0].impact_s, 0.0);
+  std::vector<AdvanceFault> faults;
+  std::vector<BodyState> told = world.states, untold = world.states;
+  StageCounters with, without;
+  advance_island(world.scene, geometry, world.ids, found, told, with, faults);
+  found[0].impact_s = 0.0;
+  advance_island(world.scene, geometry, world.ids, found, untold, without, faults);
+  EXPECT_EQ(digest(world.ids, told), digest(world.ids, untold));
+  EXPECT_GT(with.impacts, 0u);
+  EXPECT_EQ(with.impacts, without.impacts);
+  EXPECT_EQ(with.impact_searches + 1, without.impact_searches);
+}
+
 TEST(Impacts, WhatIsKnockedOffItsRestDoesNotPassAWall) {
   World world;
   world.scene.gravity_m_s2 = Vec3(0, 0, -kGravity);
