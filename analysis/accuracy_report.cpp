@@ -200,7 +200,7 @@ std::string summary_text(const AccuracyReport& report) {
   text += advantages_text("faster at equal or smaller error, or nearer:\n",
                           advantages_of_others(report));
   text += advantages_text(
-      "so in all measures of a case that have a bound (with the largest of these errors):\n",
+      "and in all measures of a case that have a bound (with the largest of these errors):\n",
       advantages_in_cases(report));
   for (const std::string& what : report.missing_engines) text += "missing engine: " + what + "\n";
   return text;

@@ -15,6 +15,9 @@
 namespace soda::physics {
 namespace {
 
+// As long as directions hardly change, points are bent by much less than ever.
+constexpr double kTurn_rad = 0.25;
+
 Flyer flyer(const SceneDescription& scene, const Geometry& geometry, BodyId id,
             const BodyState& state) {
   const BodyParams& params = scene.bodies[index_of(id)];
@@ -141,10 +144,6 @@ struct Taken {
   }
 };
 
-const CompiledShape& shape_of(const SceneDescription& scene, const Geometry& geometry, BodyId id) {
-  return geometry.impl().shapes[scene.bodies[index_of(id)].shape].shape;
-}
-
 double sphere_apart_s(const Vec3& gravity_m_s2, double radius_m, const BodyState& state,
                       const CompiledShape& shape, const StaticGeometry& fixed, double most_s) {
   double longest = 0.0;
@@ -176,9 +175,8 @@ double spheres_apart_s(const SceneDescription& scene, const Geometry& geometry, 
                        double most_s) {
   const double radius = shape_of(scene, geometry, a).bounding_radius_m;
   if (state_b == nullptr) {
-    const StaticGeometry& fixed = geometry.impl().statics[static_index_of(b)];
-    return sphere_apart_s(scene.gravity_m_s2, radius, state_a,
-                          geometry.impl().shapes[fixed.shape].shape, fixed, most_s);
+    return sphere_apart_s(scene.gravity_m_s2, radius, state_a, shape_of(scene, geometry, b),
+                          geometry.impl().statics[static_index_of(b)], most_s);
   }
   const double reach = radius + shape_of(scene, geometry, b).bounding_radius_m;
   const Vec3 centre = state_b->position_m - state_a.position_m;
@@ -233,8 +231,6 @@ FlyingSolids::Wait FlyingSolids::apart_s(const Separation& now, double floor_m,
     return {left > 0.0 ? first_root(left, speed, pull, most_s) : 0.0, nullptr, Vec3::Zero()};
   // Gravity that opens the gap is left out: the curve would not be concave.
   const Vec3 to_a = -now.normal;
-  // As long as directions hardly change, points are bent by much less than ever.
-  constexpr double kTurn_rad = 0.25;
   const double window =
       std::min(most_s, kTurn_rad / std::max(a_.most.spin_rad_s, b_.most.spin_rad_s));
   GapCurve curve{
@@ -274,7 +270,6 @@ FlyingSolids::Wait FlyingSolids::apart_s(const Separation& now, double floor_m,
 FlyingSolids::Wait FlyingSolids::apart_edges_s(const Separation& now, double floor_m,
                                                double least_s, double most_s) const {
   constexpr double kParallel = 1e-3;  // squared sine
-  constexpr double kTurn_rad = 0.25;
   const std::optional<Vec3> of_a = edge_square_to(a_, now.normal),
                             of_b = edge_square_to(b_, now.normal);
   if (!of_a || !of_b) return {};

@@ -47,6 +47,14 @@ struct GeometryImpl {
   std::vector<bool> flies_simply;  // see free_flight.hpp
 };
 
+// Of a body or a static.
+inline const CompiledShape& shape_of(const SceneDescription& scene, const Geometry& geometry,
+                                     BodyId id) {
+  const std::uint32_t shape = is_static(id) ? geometry.impl().statics[static_index_of(id)].shape
+                                            : scene.bodies[index_of(id)].shape;
+  return geometry.impl().shapes[shape].shape;
+}
+
 // Contacts are kept from this part of the smaller dynamic body's smallest width on.
 inline constexpr double kContactMargin = 0.01;
 

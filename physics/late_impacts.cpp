@@ -14,7 +14,7 @@ namespace {
 
 bool is_unforeseen(const SceneDescription& scene, const Geometry& geometry, double dt_s, BodyId id,
                    const BodyState& before, const BodyState& now) {
-  const double width = geometry.impl().shapes[scene.bodies[index_of(id)].shape].shape.min_extent_m;
+  const double width = shape_of(scene, geometry, id).min_extent_m;
   const Vec3 foreseen = before.position_m + dt_s * before.linear_velocity_m_s;
   return (now.position_m - foreseen).squaredNorm() > 0.25 * width * width;
 }

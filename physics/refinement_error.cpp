@@ -31,7 +31,7 @@ BodySizes sizes_of(const SceneDescription& scene, const Geometry& geometry,
   sizes.dt_s = scene.dt_s;
   sizes.bodies.reserve(ids.size());
   for (const BodyId id : ids) {
-    const CompiledShape& shape = geometry.impl().shapes[scene.bodies[index_of(id)].shape].shape;
+    const CompiledShape& shape = shape_of(scene, geometry, id);
     sizes.bodies.push_back({shape.bounding_radius_m, shape.min_extent_m});
   }
   return sizes;

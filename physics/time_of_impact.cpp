@@ -10,12 +10,6 @@
 namespace soda::physics {
 namespace {
 
-const CompiledShape& shape_of(const SceneDescription& scene, const Geometry& geometry, BodyId id) {
-  const std::uint32_t shape = is_static(id) ? geometry.impl().statics[static_index_of(id)].shape
-                                            : scene.bodies[index_of(id)].shape;
-  return geometry.impl().shapes[shape].shape;
-}
-
 // Of the smaller body.
 double width_of(const SceneDescription& scene, const Geometry& geometry, BodyId a, BodyId b) {
   const double width = shape_of(scene, geometry, a).min_extent_m;
