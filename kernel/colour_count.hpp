@@ -19,6 +19,9 @@ class ColourCount {
  public:
   std::uint8_t colour() const { return colour_; }
 
+  // Whether the next contribution begins a computation.
+  bool begins() const { return begins_; }
+
   // A message left, with colour().
   void note_sent(VirtualTime time) {
     ++balance_[colour_];
@@ -58,7 +61,7 @@ class ColourCount {
   // Sent less received, of each colour, since the run began.
   std::array<std::int64_t, 2> balance_{};
   VirtualTime earliest_sent_ = kNever;  // of the newer colour
-  bool begins_ = true;                  // the next contribution begins a computation
+  bool begins_ = true;
   bool contributed_ = false;            // and its reduction is not concluded
 };
 

@@ -9,18 +9,6 @@
 namespace soda::kernel {
 namespace {
 
-// How often a worker looks whether the others have come before it sleeps, about 20 us: falling
-// asleep and being woken takes longer than many a round.
-constexpr int kLooks = 500;
-
-void pause() {
-#if defined(__x86_64__)
-  __builtin_ia32_pause();
-#else
-  std::this_thread::yield();
-#endif
-}
-
 // Keeps the first of two faults; of equals the one that is there already.
 void prefer_first(const std::optional<CommittedFault>& fault,
                   std::optional<CommittedFault>& first) {
@@ -34,67 +22,66 @@ void prefer_first(const std::optional<CommittedFault>& fault,
 GvtRounds::GvtRounds(unsigned workers, unsigned sharing)
     : workers_(workers), spins_(sharing <= std::thread::hardware_concurrency()) {}
 
-template <class Conclude>
-void GvtRounds::meet(std::unique_lock<std::mutex>& lock, const Conclude& conclude) {
-  const std::uint64_t meeting = meetings_.load(std::memory_order_relaxed);
-  if (++arrived_ == workers_) {
-    conclude();
-    arrived_ = 0;
-    meetings_.store(meeting + 1, std::memory_order_release);
-    meeting_over_.notify_all();
-    return;
-  }
-  const auto over = [&] {
-    return meetings_.load(std::memory_order_acquire) != meeting || run_stopped();
-  };
-  if (spins_) {
-    lock.unlock();
-    for (int look = 0; look < kLooks && !over(); ++look) pause();
-    lock.lock();
-  }
-  meeting_over_.wait(lock, over);
+void GvtRounds::pause() {
+#if defined(__x86_64__)
+  __builtin_ia32_pause();
+#else
+  std::this_thread::yield();
+#endif
 }
 
-bool GvtRounds::stop_all() {
-  std::unique_lock lock(mutex_);
-  meet(lock, [&] { least_ = {}; });
-  return !run_stopped();
+bool GvtRounds::request() {
+  if (steps() % 2 == 1) return false;
+  const std::lock_guard lock(mutex_);
+  if (steps() % 2 == 1) return false;
+  is_wanted_ = finished_ < workers_;
+  if (!is_wanted_) begin();
+  return !is_wanted_;
 }
 
-GvtOutcome GvtRounds::report(const GvtReport& report) {
-  std::unique_lock lock(mutex_);
+void GvtRounds::begin() {
+  finished_ = 0;
+  steps_.fetch_add(1, std::memory_order_release);
+}
+
+bool GvtRounds::report(const GvtReport& report) {
+  const std::lock_guard lock(mutex_);
   least_.floor = std::min(least_.floor, report.floor);
   prefer_first(report.fault, least_.fault);
   if (report.of_all_ranks) least_.of_all_ranks = report.of_all_ranks;
-  meet(lock, [&] {
-    SODA_ASSERT(least_.floor >= outcome_.gvt, "GVT went back from ", outcome_.gvt, " to ",
-                least_.floor);
-    outcome_.least = least_;
-    outcome_.gvt = least_.of_all_ranks ? least_.of_all_ranks->gvt : least_.floor;
-    if (least_.fault && least_.fault->when < outcome_.gvt) outcome_.fault = least_.fault;
-    if (least_.of_all_ranks) prefer_first(least_.of_all_ranks->fault, outcome_.fault);
-    ++rounds_;
-    requested_.store(false, std::memory_order_release);
-  });
-  GvtOutcome outcome = outcome_;
-  outcome.stopped = run_stopped();
-  return outcome;
+  if (++reported_ < workers_) return false;
+  SODA_ASSERT(least_.floor >= outcome_.gvt, "GVT went back from ", outcome_.gvt, " to ",
+              least_.floor);
+  outcome_.least = least_;
+  outcome_.gvt = least_.of_all_ranks ? least_.of_all_ranks->gvt : least_.floor;
+  if (least_.fault && least_.fault->when < outcome_.gvt) outcome_.fault = least_.fault;
+  if (least_.of_all_ranks) prefer_first(least_.of_all_ranks->fault, outcome_.fault);
+  least_ = {};
+  reported_ = 0;
+  ++rounds_;
+  steps_.fetch_add(1, std::memory_order_release);
+  return true;
 }
 
 std::optional<Counters> GvtRounds::finish(const Counters& counters) {
   const std::lock_guard lock(mutex_);
   sum_ += counters;
   if (++finished_ < workers_) return std::nullopt;
-  finished_ = 0;
   Counters sum = std::exchange(sum_, {});
   sum.gvt_rounds = rounds_;
+  if (std::exchange(is_wanted_, false)) begin();
   return sum;
 }
 
-void GvtRounds::stop_run() {
-  const std::lock_guard lock(mutex_);
-  run_stopped_.store(true, std::memory_order_release);
-  meeting_over_.notify_all();
+bool GvtPart::report(GvtReport report) {
+  report.floor = std::min(report.floor, std::exchange(earliest_sent_, kNever));
+  ++steps_done_;
+  return rounds_.report(report);
+}
+
+std::optional<Counters> GvtPart::finish(const Counters& counters) {
+  ++steps_done_;
+  return rounds_.finish(counters);
 }
 
 Counters& operator+=(Counters& sum, const Counters& more) {

@@ -1,8 +1,9 @@
-// Agreement of the workers on GVT: stop-the-world rounds with two meetings.
+// Agreement of the workers on GVT: rounds in which nobody waits for anybody.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
-#include <condition_variable>
+#include <cstdint>
 #include <mutex>
 #include <optional>
 
@@ -17,7 +18,7 @@ struct RankGvt {
   std::optional<CommittedFault> fault;  // the first before gvt, without its text
 };
 
-// What one worker knows while all have stopped.
+// What one worker knows when a round asks it.
 struct GvtReport {
   VirtualTime floor = kNever;           // over its LPs and over the messages that lie in its inbox
   std::optional<CommittedFault> fault;  // the first of its LPs, at any time
@@ -29,62 +30,108 @@ struct GvtReport {
 struct GvtOutcome {
   VirtualTime gvt = kBeginning;         // nothing earlier can change any more; never goes back
   std::optional<CommittedFault> fault;  // the first with a time < gvt
-  bool stopped = false;                 // the run was given up; gvt means nothing
   GvtReport least;                      // of this process: the earliest floor and fault
 };
 
-// A round: stop_all() once the worker's own messages lie in the inboxes of their receivers,
-// report(), commit up to the outcome, finish(). Between the meetings nobody executes or sends, so
-// nothing is in flight here and the minimum of the reports is GVT itself, if there are no other
-// ranks. Who waits looks for a short while and then sleeps; at once, if there are more workers than
-// processors.
+// A round has two steps: all workers are asked for a report, and then to take the outcome; each
+// does so when it comes by. It goes on executing and sending between the two. The next round begins
+// when all have taken the outcome. After R. M. Fujimoto and M. Hybinette, "Computing global virtual
+// time in shared-memory multiprocessors", ACM TOMACS 7 (4), 1997; there a flag and a count of who
+// has reported stand where here the number of steps stands.
 class GvtRounds {
  public:
   // `sharing` workers, of this process and others, run on this machine.
   GvtRounds(unsigned workers, unsigned sharing);
 
-  // Also true when the run was given up: the round is where workers learn of it.
-  bool requested() const { return requested_.load(std::memory_order_acquire) || run_stopped(); }
+  // Begins a round, now or when the one before is taken by all. True if it has begun by this call:
+  // the caller wakes those who sleep.
+  bool request();
 
-  // Asks all workers for a round. True for the caller that was first: it wakes those who sleep.
-  bool request() { return !requested_.exchange(true, std::memory_order_acq_rel); }
+  // How many steps were asked for so far: odd while reports are wanted. The first is, from the
+  // beginning.
+  std::uint64_t steps() const { return steps_.load(std::memory_order_acquire); }
 
-  // First meeting. False if the run was given up.
-  bool stop_all();
+  // True for the last of a round: the outcome is known, and the caller wakes those who sleep.
+  bool report(const GvtReport& report);
 
-  // Second meeting.
-  GvtOutcome report(const GvtReport& report);
+  // While steps() is even, by who has not finished yet.
+  const GvtOutcome& outcome() const { return outcome_; }
 
-  // Adds up the counters of all workers; the last one to finish gets the sum.
+  // The outcome is taken. Adds up the counters of all workers; the last one to finish gets the sum.
   std::optional<Counters> finish(const Counters& counters);
 
-  // Gives up the run: everybody who waits or will wait here is let go.
-  void stop_run();
+  // Gives up the run: workers learn of it as they learn of a step.
+  void stop_run() { run_stopped_.store(true, std::memory_order_release); }
+  bool run_stopped() const { return run_stopped_.load(std::memory_order_acquire); }
+
+  // Looks for a short while whether `over` holds, before somebody sleeps; not at all if there are
+  // more workers than processors.
+  template <class Over>
+  void look(const Over& over) const {
+    for (int looks = 0; spins_ && looks < kLooks && !over(); ++looks) pause();
+  }
 
   // How many rounds there were; while no worker runs.
   std::uint64_t rounds() const { return rounds_; }
 
-  bool run_stopped() const { return run_stopped_.load(std::memory_order_acquire); }
-
  private:
-  // All workers wait for the last, which calls `conclude` before it lets them go.
-  template <class Conclude>
-  void meet(std::unique_lock<std::mutex>& lock, const Conclude& conclude);
+  // About 20 us: falling asleep and being woken takes longer than many a round.
+  static constexpr int kLooks = 500;
+  static void pause();
+
+  void begin();
 
   const unsigned workers_;
   const bool spins_;  // only if each worker can have a processor
-  std::atomic<bool> requested_{false};
+  std::atomic<std::uint64_t> steps_{1};
   std::atomic<bool> run_stopped_{false};
 
   std::mutex mutex_;
-  std::condition_variable meeting_over_;
-  unsigned arrived_ = 0;
-  std::atomic<std::uint64_t> meetings_{0};
+  unsigned reported_ = 0;
+  unsigned finished_ = 0;
+  bool is_wanted_ = false;  // the next round, although not all have finished this one
   GvtReport least_;
   GvtOutcome outcome_;
-  unsigned finished_ = 0;
   Counters sum_;
   std::uint64_t rounds_ = 0;
+};
+
+// One worker's part. What it puts into the inbox of another lies there, or counts as sent here: it
+// notes it, and then looks whether a report is asked for. If not, all that it has put lies in the
+// inboxes when the others report, for they take what is there after they were asked. If so, the
+// earliest time of what it has put since it looked last is part of its report. What it puts after
+// its report is as late as that, or as a message that is part of somebody's report.
+class GvtPart {
+ public:
+  explicit GvtPart(GvtRounds& rounds) : rounds_(rounds) {}
+
+  // It was put into an inbox: by now.
+  void note_sent(VirtualTime time) { earliest_sent_ = std::min(earliest_sent_, time); }
+
+  // Whether a report is wanted, or an outcome to be taken, or the run was given up.
+  bool is_asked() const { return rounds_.steps() != steps_done_ || rounds_.run_stopped(); }
+
+  // To be called when all that was sent is put and noted.
+  bool look() {
+    if (is_asked()) return true;
+    earliest_sent_ = kNever;
+    return false;
+  }
+
+  // It has reported and the outcome is not known yet, or not taken.
+  bool awaits_outcome() const { return steps_done_ % 2 == 1; }
+
+  // `report` was made after look(); true as GvtRounds::report.
+  bool report(GvtReport report);
+
+  // When asked, it has reported, and the run was not given up. Good until finish().
+  const GvtOutcome& outcome() const { return rounds_.outcome(); }
+  std::optional<Counters> finish(const Counters& counters);
+
+ private:
+  GvtRounds& rounds_;
+  std::uint64_t steps_done_ = 0;
+  VirtualTime earliest_sent_ = kNever;  // since it looked and was not asked
 };
 
 Counters& operator+=(Counters& sum, const Counters& more);

@@ -29,9 +29,9 @@ class alignas(64) Inbox {
     if (sleeping_) wake_.notify_one();
   }
 
-  // Appends everything to `messages`.
+  // Appends everything to `messages`. Who puts something in later sees all that the owner has seen
+  // before.
   void take(std::vector<Message>& messages) {
-    if (!filled()) return;
     const std::lock_guard lock(mutex_);
     messages.insert(messages.end(), std::make_move_iterator(messages_.begin()),
                     std::make_move_iterator(messages_.end()));
@@ -61,7 +61,7 @@ class alignas(64) Inbox {
   std::condition_variable wake_;
   std::vector<Message> messages_;
   bool sleeping_ = false;
-  std::atomic<bool> filled_{false};  // lets take() pass without the lock
+  std::atomic<bool> filled_{false};  // spares the owner the lock
 };
 
 }  // namespace soda::kernel

@@ -35,6 +35,8 @@ class RankLink {
 
   // Whether a reduction is under way, so that a round of the rank's workers could not begin one.
   bool reduces() const { return reduces_.load(std::memory_order_acquire); }
+  // Whether the next is the first of a computation of GVT.
+  bool begins() const { return colours_.begins(); }
   // Begins one. Of the rank: the earliest floor and the first fault.
   void contribute(VirtualTime floor, const std::optional<CommittedFault>& fault);
   enum class Progress { kNone, kAgain, kNewGvt };  // kAgain: messages were in transit

@@ -10,8 +10,8 @@ namespace {
 
 using std::chrono::microseconds;
 
-// A worker that has used up its window needs a round to go on, but each round stops those who are
-// busy: it waits a little, and longer while GVT does not move.
+// A worker that has used up its window needs a round to go on, but each round costs those who are
+// busy time: it waits a little, and longer while GVT does not move.
 constexpr microseconds kLeastPatience{50};
 constexpr microseconds kMostPatience{2000};
 
@@ -46,6 +46,7 @@ Worker::Worker(std::size_t index, Team& team, std::span<const std::unique_ptr<Lo
       is_held_(schedule_.size(), false),
       is_uncommitted_(schedule_.size(), false),
       remote_(team.partition.workers),
+      gvt_part_(team.rounds),
       patience_(kLeastPatience),
       random_(append(options.scheduling_seed, index)) {
   processes_.reserve(schedule_.size());
@@ -63,14 +64,13 @@ Worker::Worker(std::size_t index, Team& team, std::span<const std::unique_ptr<Lo
 }
 
 void Worker::run() {
-  advance_gvt();
   while (!finished_) {
     take_in_messages();
     execute_batch();
     hand_over_messages();
-    if (team_.rounds.requested())
-      advance_gvt();
-    else if (!can_execute())
+    if (gvt_part_.look())
+      take_part_in_round();
+    else if (!can_execute() || is_far_ahead())
       wait_for_work();
   }
 }
@@ -78,14 +78,15 @@ void Worker::run() {
 void Worker::take_in_messages() {
   if (!held_back_.empty()) release_held_back();
   if (communicates()) exchange_with_other_ranks();
-  team_.inboxes[index_].take(arrived_);
+  if (team_.inboxes[index_].filled()) team_.inboxes[index_].take(arrived_);
   deliver_arrived();
 }
 
 void Worker::exchange_with_other_ranks() {
   RankLink& link = *team_.link;
   link.send_outgoing();
-  link.receive(received_);
+  // What is received between report and outcome would be in no floor that this rank contributes.
+  if (!gvt_part_.awaits_outcome()) link.receive(received_);
   if (!received_.empty()) nap_ = kShortestNap;
   for (Message& message : received_)
     remote_[team_.partition.owner_of(message.destination)].push_back(std::move(message));
@@ -201,6 +202,7 @@ void Worker::hand_over_messages() {
     if (remote_[receiver].empty()) continue;
     const std::size_t here = receiver - team_.first_worker;  // very large if it is before them
     if (here < team_.inboxes.size()) {
+      for (const Message& message : remote_[receiver]) gvt_part_.note_sent(message.time);
       team_.inboxes[here].put(remote_[receiver]);
     } else {
       team_.link->put(team_.rank_of(receiver), remote_[receiver]);
@@ -211,21 +213,32 @@ void Worker::hand_over_messages() {
 }
 
 // Entered with nothing left in remote_.
-void Worker::advance_gvt() {
-  finished_ = !team_.rounds.stop_all();
+void Worker::take_part_in_round() {
+  finished_ = team_.rounds.run_stopped();
   if (finished_) return;
-  const GvtOutcome outcome = team_.rounds.report(make_report());
-  finished_ = outcome.stopped || outcome.fault || outcome.gvt >= end_;
-  if (outcome.stopped) return;
+  if (!gvt_part_.awaits_outcome()) {
+    executed_since_report_ = 0;
+    last_report_ = std::chrono::steady_clock::now();
+    if (!gvt_part_.report(make_report())) return;
+    wake_others();
+  }
+  const GvtOutcome& outcome = gvt_part_.outcome();
+  finished_ = outcome.fault || outcome.gvt >= end_;
   VirtualTime floor = outcome.least.floor;
   if (asks_outside() && !finished_) floor = std::min(floor, take_from_outside(outcome));
   if (communicates() && !finished_ && !team_.link->reduces()) {
-    contributed_ = floor;
-    team_.link->contribute(floor, outcome.least.fault);
+    team_.link->send_outgoing();  // the others have put it there since this worker reported
+    // In lockstep nothing may be executed that a message in transit comes before, or with: GVT is
+    // not later than the first cut, for what is sent after it is later.
+    const bool first =
+        team_.link->begins() || options_.synchronisation != Synchronisation::kLockstep;
+    contributed_ = first ? floor : std::min(floor, contributed_);
+    team_.link->contribute(contributed_, outcome.least.fault);
   }
   note_gvt(outcome.gvt);
   commit(outcome);
-  const std::optional<Counters> sum = team_.rounds.finish(effects_.counters);
+  const std::optional<Counters> sum = gvt_part_.finish(effects_.counters);
+  if (gvt_part_.is_asked()) wake_others();
   if (sum && progress_ && gvt_ > kBeginning) progress_(std::min(gvt_, end_), *sum);
 }
 
@@ -233,8 +246,8 @@ void Worker::advance_gvt() {
 // or as what this rank has contributed to the next one, and lies in the inboxes before the next
 // round. Returns the earliest time of what was sent.
 VirtualTime Worker::take_from_outside(const GvtOutcome& outcome) {
-  const bool reduces = communicates() && team_.link->reduces();
-  const VirtualTime earliest = reduces ? contributed_ : outcome.gvt;
+  VirtualTime earliest = outcome.gvt;
+  if (communicates()) earliest = team_.link->reduces() ? contributed_ : team_.link->gvt();
   std::vector<Message> taken;
   outside_.take(outcome.gvt, earliest, taken);
   team_.held_from_outside.store(outside_.hold(kNever) <= outcome.gvt);
@@ -276,8 +289,6 @@ void Worker::note_gvt(VirtualTime gvt) {
   patience_ = gvt > gvt_ ? kLeastPatience : std::min(2 * patience_, kMostPatience);
   gvt_ = gvt;
   open_until_ = end_of_window();
-  executed_since_round_ = 0;
-  last_round_ = std::chrono::steady_clock::now();
   if (!held_.empty()) release_reached();
 }
 
@@ -314,10 +325,13 @@ void Worker::coast_to(VirtualTime limit) {
 
 void Worker::wait_for_work() {
   if (!held_back_.empty()) return;
+  const Inbox& inbox = team_.inboxes[index_];
+  if (gvt_part_.awaits_outcome())
+    team_.rounds.look([&] { return gvt_part_.is_asked() || inbox.filled(); });
   const bool all_idle = team_.idle.fetch_add(1) + 1 == team_.inboxes.size();
   if (all_idle && !team_.held_from_outside.load()) request_round();
   team_.inboxes[index_].sleep(communicates() ? nap_ : patience_, [&] {
-    return team_.rounds.requested() || (communicates() && team_.link->has_outgoing());
+    return gvt_part_.is_asked() || (communicates() && team_.link->has_outgoing());
   });
   nap_ = std::min(2 * nap_, kLongestNap);
   team_.idle.fetch_sub(1);
@@ -327,7 +341,10 @@ void Worker::wait_for_work() {
 // Between ranks, a round can begin a reduction or make known the result of one.
 void Worker::request_round() {
   if (team_.link != nullptr && team_.link->reduces()) return;
-  if (!team_.rounds.request()) return;
+  if (team_.rounds.request()) wake_others();
+}
+
+void Worker::wake_others() {
   for (std::size_t other = 0; other < team_.inboxes.size(); ++other)
     if (other != index_) team_.inboxes[other].wake();
 }

@@ -35,7 +35,7 @@ class Worker {
   void take_in_messages();
   void execute_batch();
   void hand_over_messages();
-  void advance_gvt();
+  void take_part_in_round();
   void wait_for_work();
 
   bool asks_outside() const { return outside_.exists(); }
@@ -82,6 +82,12 @@ class Worker {
   void commit(const GvtOutcome& outcome);
   void coast_to(VirtualTime limit);
   void request_round();
+  void wake_others();
+  std::size_t bags_per_round() const;
+  // It may not run away from the others while they make up GVT: their messages would come late.
+  bool is_far_ahead() const {
+    return gvt_part_.awaits_outcome() && executed_since_report_ >= bags_per_round();
+  }
   VirtualTime end_of_window() const;
   bool can_execute() { return earliest() < open_until_ || reopen(); }
   bool shuffles() const { return options_.scheduling_seed != 0; }
@@ -119,6 +125,7 @@ class Worker {
   std::vector<std::vector<Message>> remote_;  // by receiving worker of all ranks
   std::vector<Message> received_;             // from other ranks; scratch
 
+  GvtPart gvt_part_;
   VirtualTime gvt_ = kBeginning;
   static constexpr std::uint32_t kNobody = ~0u;
   std::uint32_t executing_ = kNobody;
@@ -126,8 +133,8 @@ class Worker {
   std::optional<CommittedFault> fault_;
   bool finished_ = false;
   std::size_t batch_size_ = 1;
-  std::chrono::steady_clock::time_point last_round_{};
-  std::size_t executed_since_round_ = 0;
+  std::chrono::steady_clock::time_point last_report_{};
+  std::size_t executed_since_report_ = 0;
   std::chrono::microseconds patience_;  // how long it sleeps before it asks for a round
   std::chrono::microseconds nap_{1};    // how long it sleeps between looks at the other ranks
   std::chrono::steady_clock::time_point round_due_{};  // if nobody asks for one before

@@ -15,9 +15,10 @@ constexpr std::size_t kLongestBatch = 64;
 constexpr microseconds kShortBatch{10};
 constexpr microseconds kLongBatch{40};
 
-// A round stops everybody, so it should come after many bags; but what is collected late has left
-// the cache, and history that is short stays there: after about one bag of each LP.
-// What bags that take long leave behind fills the cache sooner: so many us are enough, too.
+// A round costs each worker a look at all it has, so it should come after many bags; but what is
+// collected late has left the cache, and history that is short stays there: after about one bag of
+// each LP. What bags that take long leave behind fills the cache sooner: so many us are enough,
+// too.
 constexpr std::size_t kLeastBagsPerRound = 1024;
 constexpr microseconds kLongestRound{10'000};
 // A worker that is alone knows GVT without, and collects by itself.
@@ -42,6 +43,10 @@ inline std::uint32_t Worker::pick() {
   return schedule_.top();
 }
 
+std::size_t Worker::bags_per_round() const {
+  return std::max(is_alone_ ? kBagsPerRoundAlone : kLeastBagsPerRound, schedule_.size());
+}
+
 void Worker::execute_batch() {
   const auto start = std::chrono::steady_clock::now();
   std::size_t executed = 0;
@@ -52,18 +57,16 @@ void Worker::execute_batch() {
     if (schedule_.top_time() < open_until_) execute_one(pick());
     ++executed;
   }
-  executed_since_round_ += executed;
+  executed_since_report_ += executed;
   if (journal_.size() > 0 && knows_gvt()) {
     gvt_ = std::min(earliest(), end_);  // all of the journal is earlier
     collect_journal();
   }
   const auto now = std::chrono::steady_clock::now();
   adapt_batch(now - start, executed);
-  const std::size_t bags_per_round =
-      std::max(is_alone_ ? kBagsPerRoundAlone : kLeastBagsPerRound, schedule_.size());
   // A seed makes a run on one thread reproducible: then the clock decides nothing.
-  const bool is_late = shuffles() ? random_.below(32) == 0 : now - last_round_ >= kLongestRound;
-  if (executed_since_round_ >= bags_per_round || is_late) request_round();
+  const bool is_late = shuffles() ? random_.below(32) == 0 : now - last_report_ >= kLongestRound;
+  if (executed_since_report_ >= bags_per_round() || is_late) request_round();
 }
 
 void Worker::execute_one(std::uint32_t own) {
