@@ -29,8 +29,9 @@ double spin_energy(const BodyParams& params, const BodyState& state) {
 
 // Of one body over a step. Positions count by their difference: far from the origin as near it.
 // Speeds below the rounding of the fastest that there was are no motion: impulses that took it away
-// are where the next step starts from.
-void add_change(const SceneDescription& scene, BodyId id, double fastest_m_s,
+// are where the next step starts from. Each of `points` contacts adds its impulse to a velocity, and
+// each sum is off by half an epsilon in each component: sqrt(3) / 2 points epsilon of the fastest.
+void add_change(const SceneDescription& scene, BodyId id, double fastest_m_s, std::size_t points,
                 const BodyState& before, const BodyState& after, EnergyChange& change) {
   constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
   const BodyParams& params = scene.bodies[index_of(id)];
@@ -42,7 +43,7 @@ void add_change(const SceneDescription& scene, BodyId id, double fastest_m_s,
   change.scale_joule += 0.5 * m * (v0.squaredNorm() + v1.squaredNorm()) + spin0 + spin1 +
                         std::abs(lifted) + m * g * g * scene.dt_s * scene.dt_s;
   change.scale_joule += m * g * before.position_m.norm() * (8.0 * kEpsilon / kRounding);
-  const double rounding_m_s = kEpsilon * fastest_m_s;
+  const double rounding_m_s = kEpsilon * fastest_m_s * static_cast<double>(1 + points);
   change.scale_joule += m * rounding_m_s * rounding_m_s / kRounding;
 }
 
@@ -90,7 +91,8 @@ class Checks {
       EnergyChange change;
       for (std::uint32_t k = islands.body_begin[i]; k < islands.body_begin[i + 1]; ++k) {
         const std::uint32_t body = islands.bodies[k];
-        add_change(scene_, ids_[body], fastest_m_s_, before[body], states[body], change);
+        add_change(scene_, ids_[body], fastest_m_s_, island.contact_points, before[body],
+                   states[body], change);
         if (island.max_penetration_m > radii_m_[body]) wedged_[body] = true;
       }
       check_island(island, change);
@@ -98,7 +100,7 @@ class Checks {
     for (std::size_t i = 0; i < states.size(); ++i) check_place(i, before[i], states[i]);
     for (const std::uint32_t body : islands.free_bodies) {
       EnergyChange change;
-      add_change(scene_, ids_[body], fastest_m_s_, before[body], states[body], change);
+      add_change(scene_, ids_[body], fastest_m_s_, 0, before[body], states[body], change);
       check_gain(ids_[body], change, "a free body");
     }
     ++sums_.steps;
