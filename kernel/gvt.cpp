@@ -34,13 +34,13 @@ bool GvtRounds::request() {
   if (steps() % 2 == 1) return false;
   const std::lock_guard lock(mutex_);
   if (steps() % 2 == 1) return false;
-  is_wanted_ = finished_ < workers_;
-  if (!is_wanted_) begin();
+  is_wanted_ = !is_over_;
+  if (is_over_) begin();
   return !is_wanted_;
 }
 
 void GvtRounds::begin() {
-  finished_ = 0;
+  is_over_ = false;
   steps_.fetch_add(1, std::memory_order_release);
 }
 
@@ -67,10 +67,18 @@ std::optional<Counters> GvtRounds::finish(const Counters& counters) {
   const std::lock_guard lock(mutex_);
   sum_ += counters;
   if (++finished_ < workers_) return std::nullopt;
+  finished_ = 0;
   Counters sum = std::exchange(sum_, {});
   sum.gvt_rounds = rounds_;
-  if (std::exchange(is_wanted_, false)) begin();
   return sum;
+}
+
+bool GvtRounds::end_round() {
+  const std::lock_guard lock(mutex_);
+  is_over_ = true;
+  if (!std::exchange(is_wanted_, false)) return false;
+  begin();
+  return true;
 }
 
 bool GvtPart::report(GvtReport report) {

@@ -57,8 +57,12 @@ class GvtRounds {
   // While steps() is even, by who has not finished yet.
   const GvtOutcome& outcome() const { return outcome_; }
 
-  // The outcome is taken. Adds up the counters of all workers; the last one to finish gets the sum.
+  // The outcome is taken. Adds up the counters of all workers; the last one to finish gets the sum,
+  // and ends the round when it has told of it.
   std::optional<Counters> finish(const Counters& counters);
+
+  // True if the next round has begun by it: the caller wakes those who sleep.
+  bool end_round();
 
   // Gives up the run: workers learn of it as they learn of a step.
   void stop_run() { run_stopped_.store(true, std::memory_order_release); }
@@ -89,7 +93,8 @@ class GvtRounds {
   std::mutex mutex_;
   unsigned reported_ = 0;
   unsigned finished_ = 0;
-  bool is_wanted_ = false;  // the next round, although not all have finished this one
+  bool is_over_ = false;    // the newest round
+  bool is_wanted_ = false;  // the next, although it is not
   GvtReport least_;
   GvtOutcome outcome_;
   Counters sum_;

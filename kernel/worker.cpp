@@ -238,8 +238,9 @@ void Worker::take_part_in_round() {
   note_gvt(outcome.gvt);
   commit(outcome);
   const std::optional<Counters> sum = gvt_part_.finish(effects_.counters);
-  if (gvt_part_.is_asked()) wake_others();
-  if (sum && progress_ && gvt_ > kBeginning) progress_(std::min(gvt_, end_), *sum);
+  if (!sum) return;
+  if (progress_ && gvt_ > kBeginning) progress_(std::min(gvt_, end_), *sum);
+  if (team_.rounds.end_round()) wake_others();
 }
 
 // The others may have gone on already. That does not matter: what is sent here is as late as GVT,

@@ -59,7 +59,7 @@ class RoundsWorker {
     }
     EXPECT_GE(part_.outcome().gvt, gvt_);
     gvt_ = part_.outcome().gvt;
-    part_.finish({});
+    if (part_.finish({})) rounds_.end_round();
   }
 
  private:
@@ -140,11 +140,13 @@ TEST(GvtRounds, TheNextBeginsWhenAllHaveTakenTheOutcome) {
   EXPECT_FALSE(a.is_asked());
   EXPECT_TRUE(b.report({at(4), {}, {}}));
   EXPECT_EQ(a.outcome().gvt, at(4));
-  a.finish({});
+  EXPECT_FALSE(a.finish({}));
   EXPECT_FALSE(rounds.request()) << "b has not taken it";
   EXPECT_FALSE(a.is_asked());
   EXPECT_EQ(b.outcome().gvt, at(4));
-  b.finish({});
+  EXPECT_TRUE(b.finish({}));
+  EXPECT_FALSE(a.is_asked() || b.is_asked()) << "its end was not told";
+  EXPECT_TRUE(rounds.end_round());
   EXPECT_TRUE(a.is_asked() && b.is_asked()) << "a has asked for it";
   EXPECT_FALSE(rounds.request()) << "it is under way";
 }
