@@ -19,12 +19,7 @@ class alignas(64) Inbox {
   // Moves `messages` in and leaves it empty; one lock for all of them.
   void put(std::vector<Message>& messages) {
     const std::lock_guard lock(mutex_);
-    if (messages_.empty())
-      messages_.swap(messages);
-    else
-      messages_.insert(messages_.end(), std::make_move_iterator(messages.begin()),
-                       std::make_move_iterator(messages.end()));
-    messages.clear();
+    move_all(messages, messages_);
     filled_.store(true, std::memory_order_release);
     if (sleeping_) wake_.notify_one();
   }
@@ -33,9 +28,7 @@ class alignas(64) Inbox {
   // before.
   void take(std::vector<Message>& messages) {
     const std::lock_guard lock(mutex_);
-    messages.insert(messages.end(), std::make_move_iterator(messages_.begin()),
-                    std::make_move_iterator(messages_.end()));
-    messages_.clear();
+    move_all(messages_, messages);
     filled_.store(false, std::memory_order_release);
   }
 
@@ -57,6 +50,16 @@ class alignas(64) Inbox {
   }
 
  private:
+  // Leaves `from` empty.
+  static void move_all(std::vector<Message>& from, std::vector<Message>& to) {
+    if (to.empty())
+      to.swap(from);
+    else
+      to.insert(to.end(), std::make_move_iterator(from.begin()),
+                std::make_move_iterator(from.end()));
+    from.clear();
+  }
+
   std::mutex mutex_;
   std::condition_variable wake_;
   std::vector<Message> messages_;
