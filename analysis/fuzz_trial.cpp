@@ -29,8 +29,9 @@ double spin_energy(const BodyParams& params, const BodyState& state) {
 
 // Of one body over a step. Positions count by their difference: far from the origin as near it.
 // Speeds below the rounding of the fastest that there was are no motion: impulses that took it away
-// are where the next step starts from. Each of `points` contacts adds its impulse to a velocity, and
-// each sum is off by half an epsilon in each component: sqrt(3) / 2 points epsilon of the fastest.
+// are where the next step starts from. Each of `points` contacts adds its impulse to a velocity,
+// and each sum is off by half an epsilon in each component: sqrt(3) / 2 points epsilon of the
+// fastest.
 void add_change(const SceneDescription& scene, BodyId id, double fastest_m_s, std::size_t points,
                 const BodyState& before, const BodyState& after, EnergyChange& change) {
   constexpr double kEpsilon = std::numeric_limits<double>::epsilon();

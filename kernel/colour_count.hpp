@@ -62,7 +62,7 @@ class ColourCount {
   std::array<std::int64_t, 2> balance_{};
   VirtualTime earliest_sent_ = kNever;  // of the newer colour
   bool begins_ = true;
-  bool contributed_ = false;            // and its reduction is not concluded
+  bool contributed_ = false;  // and its reduction is not concluded
 };
 
 }  // namespace soda::kernel

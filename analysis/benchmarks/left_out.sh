@@ -41,7 +41,7 @@ per_step() { # file
 }
 
 named() { # file, what the plan must say; exit 1 if it does not
-  "$soda" plan "$folder/$1.json" | sed 's/  */ /g' | grep -qF "$2" ||
+  "$soda" plan "$folder/$1.json" | sed 's/  */ /g' | grep -F "$2" >/dev/null ||
     { echo "soda plan does not say: $2" >&2; exit 1; }
 }
 
