@@ -85,8 +85,10 @@ void Worker::take_in_messages() {
 void Worker::exchange_with_other_ranks() {
   RankLink& link = *team_.link;
   link.send_outgoing();
-  // What is received between report and outcome would be in no floor that this rank contributes.
-  if (!gvt_part_.awaits_outcome()) link.receive(received_);
+  // What was received now would be in no floor that this rank contributes with the outcome; and the
+  // last GVT of all must not become known behind a report, or this rank would contribute once more.
+  if (gvt_part_.awaits_outcome()) return;
+  link.receive(received_);
   if (!received_.empty()) nap_ = kShortestNap;
   for (Message& message : received_)
     remote_[team_.partition.owner_of(message.destination)].push_back(std::move(message));
@@ -247,8 +249,8 @@ void Worker::take_part_in_round() {
 // or as what this rank has contributed to the next one, and lies in the inboxes before the next
 // round. Returns the earliest time of what was sent.
 VirtualTime Worker::take_from_outside(const GvtOutcome& outcome) {
-  VirtualTime earliest = outcome.gvt;
-  if (communicates()) earliest = team_.link->reduces() ? contributed_ : team_.link->gvt();
+  const bool reduces = communicates() && team_.link->reduces();
+  const VirtualTime earliest = reduces ? contributed_ : outcome.gvt;
   std::vector<Message> taken;
   outside_.take(outcome.gvt, earliest, taken);
   team_.held_from_outside.store(outside_.hold(kNever) <= outcome.gvt);
