@@ -24,7 +24,8 @@ void add(const FuzzSums& more, FuzzSums& sums);
 // - a fault is recorded, or a number is none;
 // - energy: what an island or a free body has, kinetic and potential, rises in a step by more than
 //   the work that the island reports for displacements without velocity, and rounding: 1e-9 of its
-//   energies before and after and of what gravity moves in a step;
+//   energies before and after and of what gravity moves in a step, and that of a speed no larger
+//   than rounding leaves of the fastest one, which grows with the island's contact points;
 // - escape: a body's centre sinks below a halfspace by more than its own diameter, unless something
 //   in its island has overlapped deeper than its radius (then nothing says where out is; such are
 //   counted), or a point of it gets faster than 100 times all that it could come from: the largest

@@ -71,7 +71,7 @@ class GvtRounds {
   // Looks for a short while whether `over` holds, before somebody sleeps; not at all if there are
   // more workers than processors.
   template <class Over>
-  void look(const Over& over) const {
+  void spin_until(const Over& over) const {
     for (int looks = 0; spins_ && looks < kLooks && !over(); ++looks) pause();
   }
 

@@ -4,7 +4,6 @@
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
-#include <iterator>
 #include <mutex>
 #include <vector>
 
@@ -50,16 +49,6 @@ class alignas(64) Inbox {
   }
 
  private:
-  // Leaves `from` empty.
-  static void move_all(std::vector<Message>& from, std::vector<Message>& to) {
-    if (to.empty())
-      to.swap(from);
-    else
-      to.insert(to.end(), std::make_move_iterator(from.begin()),
-                std::make_move_iterator(from.end()));
-    from.clear();
-  }
-
   std::mutex mutex_;
   std::condition_variable wake_;
   std::vector<Message> messages_;

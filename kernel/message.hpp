@@ -3,8 +3,10 @@
 
 #include <compare>
 #include <cstdint>
+#include <iterator>
 #include <tuple>
 #include <utility>
+#include <vector>
 
 #include "kernel/logical_process.hpp"
 #include "kernel/virtual_time.hpp"
@@ -41,6 +43,15 @@ struct alignas(64) Message {
   Payload payload;
 };
 static_assert(sizeof(Message) == 64, "one cache line");
+
+// To the end of `to`; leaves `from` empty.
+inline void move_all(std::vector<Message>& from, std::vector<Message>& to) {
+  if (to.empty())
+    to.swap(from);
+  else
+    to.insert(to.end(), std::make_move_iterator(from.begin()), std::make_move_iterator(from.end()));
+  from.clear();
+}
 
 // Canonical order of the registers of one destination: bags are runs of equal time.
 inline auto register_key(const Message& message) {

@@ -25,13 +25,7 @@ RankLink::RankLink(Transport& transport, const RecordHooks& records)
 
 void RankLink::put(std::uint32_t rank, std::vector<Message>& messages) {
   const std::lock_guard lock(mutex_);
-  std::vector<Message>& waiting = outgoing_[rank];
-  if (waiting.empty())
-    waiting.swap(messages);
-  else
-    waiting.insert(waiting.end(), std::make_move_iterator(messages.begin()),
-                   std::make_move_iterator(messages.end()));
-  messages.clear();
+  move_all(messages, outgoing_[rank]);
   has_outgoing_.store(true, std::memory_order_release);
 }
 

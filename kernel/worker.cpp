@@ -330,7 +330,7 @@ void Worker::wait_for_work() {
   if (!held_back_.empty()) return;
   const Inbox& inbox = team_.inboxes[index_];
   if (gvt_part_.awaits_outcome())
-    team_.rounds.look([&] { return gvt_part_.is_asked() || inbox.filled(); });
+    team_.rounds.spin_until([&] { return gvt_part_.is_asked() || inbox.filled(); });
   const bool all_idle = team_.idle.fetch_add(1) + 1 == team_.inboxes.size();
   if (all_idle && !team_.held_from_outside.load()) request_round();
   team_.inboxes[index_].sleep(communicates() ? nap_ : patience_, [&] {

@@ -3,9 +3,8 @@
 //
 //   kernel_limits                  all of C1 .. C6, 5 times: medians and ratios
 //   kernel_limits C1 [REPEATS]     one configuration
-//   kernel_limits C1 RUN           one run: bare, bookkeeping, bookkeeping2, sequential, threads1
-//   or
-//                                  threads2
+//   kernel_limits C1 RUN           one run: bare, bookkeeping, bookkeeping2 (two side by side),
+//                                  sequential, threads1 or threads2
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -340,9 +339,8 @@ int main(int argc, char** argv) {
   if (repeats > 0)
     std::printf(
         "M events/s, medians of %d; a, b: the probes, 2b: two of b side by side\n"
-        "| | events | a | b | seq. | 1 thr. | 2 thr. | seq./a | 1/b | 2/1 | best 2/1 | best 2b/b | "
-        "eff. |"
-        " digest |\n",
+        "| | events | a | b | seq. | 1 thr. | 2 thr. | seq./a | 1/b | 2/1 | best 2/1 | best 2b/b |"
+        " eff. | digest |\n",
         repeats);
   bool agree = true;
   for (const PholdConfiguration& c : phold_configurations()) {

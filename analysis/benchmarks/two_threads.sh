@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # What two threads gain: wall times of one scene on one world, on its worlds in sequence, on one
-# thread, on two, and on two in lockstep; and of two runs on one world side by side, which share
-# nothing: twice as fast as one is what two processors of this machine give. Runs alternate, so that what else the machine does meets
-# all of them; medians are printed. Every run must end with the same digest, or the exit is 1.
+# thread, on two, and on two in lockstep; and of one world while another run does the same beside
+# it and shares nothing: as much longer as that takes, two processors of this machine give less than
+# twice one. Runs alternate, so that what else the machine does meets all of them; medians are
+# printed. Every run must end with the same digest, or the exit is 1.
 #   two_threads.sh [FILE [STEPS [RUNS]]]   default: twelve-worlds-piles, 48 steps, 9 runs of each
 # Environment: SODA (the program, default build/release/soda), BEFORE (what it is started by, such
 # as "chrt -f 5" on a machine that others use, too; runs shorter than a second then).
@@ -22,21 +23,22 @@ measure() { # name, options
   shift
   sleep 0.5
   report=$(soda_run "$@")
-  note
+  note "$name" "$report"
 }
 
-note() { # name and report are the caller's
+note() { # name, report
+  local report=$2
   value() { sed -n "s/^ *\"$1\": \"*\([0-9a-f.e+-]*\)\"*,*$/\1/p" <<< "$report" | head -n 1; }
-  echo "$name $(value wall_s) $(value cpu_s) $(value digest)" >> "$results"
+  echo "$1 $(value wall_s) $(value cpu_s) $(value digest)" >> "$results"
 }
 
 measure_pair() {
-  local name=one-world-beside-another report
+  local report
   sleep 0.5
   soda_run --executor sequential --worlds 1 > /dev/null &
   report=$(soda_run --executor sequential --worlds 1)
   wait $!
-  note
+  note one-world-beside-another "$report"
 }
 
 load_before=$(cut -d' ' -f1 /proc/loadavg)
