@@ -10,6 +10,7 @@ namespace {
 // Bytes of one contact impulse and of a body without any; see put_state.
 constexpr std::size_t kImpulseBytes = 3 * 4 + 4 * 8;
 constexpr std::size_t kStateBytes = 13 * 8 + 8;
+constexpr std::size_t kTerritoryChangeBytes = 3 * 4;
 
 void put_vec3(ByteBuffer& out, const physics::Vec3& v) {
   for (int i = 0; i < 3; ++i) put(out, v[i]);
@@ -239,6 +240,12 @@ ByteBuffer encode_step(const LoggedStep& step) {
   for (const physics::BodyState& state : step.states) put_state(out, state);
   put(out, static_cast<std::uint64_t>(step.inputs.size()));
   for (const models::CommittedInput& input : step.inputs) put_input(out, input);
+  put(out, static_cast<std::uint64_t>(step.territory_changes.size()));
+  for (const models::TerritoryChange& change : step.territory_changes) {
+    put(out, change.cell);
+    put(out, models::index_of(change.from));
+    put(out, models::index_of(change.to));
+  }
   return out;
 }
 
@@ -255,6 +262,13 @@ LoggedStep decode_step(std::span<const unsigned char> bytes) {
   for (std::size_t i = 0; i < bodies; ++i) logged.states.push_back(take_state(in));
   logged.inputs.resize(in.take_count(kStateBytes));
   for (models::CommittedInput& input : logged.inputs) input = take_input(in);
+  logged.territory_changes.resize(in.take_count(kTerritoryChangeBytes));
+  for (models::TerritoryChange& change : logged.territory_changes) {
+    change.step = logged.step - 1;
+    change.cell = in.take<std::uint32_t>();
+    change.from = models::WorldId{in.take<std::uint32_t>()};
+    change.to = models::WorldId{in.take<std::uint32_t>()};
+  }
   in.expect_end();
   return logged;
 }

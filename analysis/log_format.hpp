@@ -15,7 +15,7 @@
 namespace soda::analysis {
 
 inline constexpr std::array<unsigned char, 8> kLogMagic{'S', 'O', 'D', 'A', 'L', 'O', 'G', 0};
-inline constexpr std::uint32_t kLogVersion = 2;
+inline constexpr std::uint32_t kLogVersion = 3;
 
 enum class BlockType : std::uint32_t {
   kScenario = 1,  // first block
@@ -48,7 +48,9 @@ struct LoggedStep {
   std::uint64_t digest = 0;
   std::vector<physics::BodyId> ids;            // of the bodies that are there; ascending
   std::vector<physics::BodyState> states;      // of ids
-  std::vector<models::CommittedInput> inputs;  // of the beginning of the step that led here
+  // Of the beginning of the step that led here:
+  std::vector<models::CommittedInput> inputs;
+  std::vector<models::TerritoryChange> territory_changes;
 };
 
 std::uint64_t checksum(std::span<const unsigned char> bytes);

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <limits>
 
+#include "analysis/exit_codes.hpp"
 #include "analysis/measured_run.hpp"
 #include "models/territory.hpp"
 
 namespace soda::analysis {
 namespace {
 
-using models::Grid;
 using models::TerritoryMap;
 using physics::Vec3;
 
@@ -18,34 +18,26 @@ void append(std::vector<float>& floats, const Vector& vector) {
   for (int i = 0; i < vector.size(); ++i) floats.push_back(static_cast<float>(vector[i]));
 }
 
-// The face of `cell` towards larger coordinates along `axis`.
-void add_face(const Grid& grid, const std::array<std::int32_t, 3>& cell, int axis,
-              std::vector<float>& corners) {
-  const Vec3 low = grid.origin_m + grid.cell_size_m * Vec3(cell[0], cell[1], cell[2]);
-  const Vec3 at = low + grid.cell_size_m * Vec3::Unit(axis);
-  const Vec3 along = grid.cell_size_m * Vec3::Unit((axis + 1) % 3);
-  const Vec3 across = grid.cell_size_m * Vec3::Unit((axis + 2) % 3);
-  for (const Vec3& corner : {at, Vec3(at + along), Vec3(at + along + across), Vec3(at + across)})
-    append(corners, corner);
+std::uint16_t shown(models::WorldId owner) {
+  return static_cast<std::uint16_t>(models::index_of(owner) % Recording::kAway);
 }
 
-std::vector<float> borders_of(const TerritoryMap& map) {
-  const Grid& grid = map.grid();
-  const auto owner = [&](const std::array<std::int32_t, 3>& cell) {
-    return map.owners()[grid.index_of_cell(cell)];
-  };
-  std::vector<float> corners;
-  std::array<std::int32_t, 3> cell{};
-  for (cell[2] = 0; cell[2] < grid.cells[2]; ++cell[2])
-    for (cell[1] = 0; cell[1] < grid.cells[1]; ++cell[1])
-      for (cell[0] = 0; cell[0] < grid.cells[0]; ++cell[0])
-        for (int axis = 0; axis < 3; ++axis) {
-          std::array<std::int32_t, 3> next = cell;
-          const auto i = static_cast<std::size_t>(axis);
-          if (++next[i] < grid.cells[i] && owner(next) != owner(cell))
-            add_face(grid, cell, axis, corners);
-        }
-  return corners;
+// The territories after what changed at the beginning of the step that led to `logged`. A log of
+// another scenario may name cells that there are not.
+void follow_changes(const LoggedStep& logged, TerritoryMap& map, Recording& recording) {
+  if (logged.territory_changes.empty()) return;
+  const auto next_frame = static_cast<std::uint32_t>(recording.steps.size());
+  std::vector<models::CellTransfer> transfers;
+  for (const models::TerritoryChange& change : logged.territory_changes) {
+    if (change.cell >= map.owners().size() || models::index_of(change.to) >= map.worlds())
+      throw CheckFailed("step " + std::to_string(logged.step) + " gives cell " +
+                        std::to_string(change.cell) + " to world " +
+                        std::to_string(models::index_of(change.to)) +
+                        ": the logged scenario has no such cell or world");
+    transfers.push_back({change.cell, change.to});
+    recording.changes.push_back({next_frame, change.cell, shown(change.from), shown(change.to)});
+  }
+  map = map.after(transfers);
 }
 
 void add_frame(const LoggedStep& logged, const TerritoryMap& map, Recording& recording) {
@@ -62,8 +54,7 @@ void add_frame(const LoggedStep& logged, const TerritoryMap& map, Recording& rec
     append(recording.numbers, state.position_m);
     append(recording.numbers, Eigen::Vector4d(q.w(), q.x(), q.y(), q.z()));
     recording.numbers.push_back(static_cast<float>(state.linear_velocity_m_s.norm()));
-    const std::uint32_t owner = models::index_of(map.owner_at(state.position_m));
-    recording.owners.push_back(static_cast<std::uint16_t>(owner % Recording::kAway));
+    recording.owners.push_back(shown(map.owner_at(state.position_m)));
   }
 }
 
@@ -117,7 +108,7 @@ void add_scene(const physics::SceneDescription& scene, const Extent& extent, Rec
 }  // namespace
 
 Recording record(LogReader& log, const scenarios::Scenario& scenario, std::int64_t every) {
-  const TerritoryMap map =
+  TerritoryMap map =
       models::make_territory_map(scenario.territory, centres(scenario.initial), &scenario.scene);
   Recording recording;
   recording.name = scenario.name;
@@ -126,11 +117,14 @@ Recording record(LogReader& log, const scenarios::Scenario& scenario, std::int64
   if (gravity.norm() > 0.0) recording.up = -gravity.normalized();
   recording.worlds = map.worlds();
   add_scene(scenario.scene, extent_of(log, scenario.territory.grid.cell_size_m), recording);
-  recording.borders = borders_of(map);
+  recording.grid = map.grid();
+  for (const models::WorldId owner : map.owners()) recording.cell_owners.push_back(shown(owner));
   const std::int64_t last = log.last_step();
-  for (std::int64_t step = 0; step < last; step += every)
-    add_frame(log.read_step(step), map, recording);
-  add_frame(log.read_step(last), map, recording);
+  for (std::int64_t step = 0; step <= last; ++step) {
+    const LoggedStep logged = log.read_step(step);
+    follow_changes(logged, map, recording);
+    if (step % every == 0 || step == last) add_frame(logged, map, recording);
+  }
   return recording;
 }
 

@@ -8,6 +8,7 @@
 
 #include "analysis/log_reader.hpp"
 #include "analysis/triangles.hpp"
+#include "models/territory.hpp"
 #include "scenarios/scenario.hpp"
 
 namespace soda::analysis {
@@ -21,6 +22,11 @@ struct Recording {
     std::uint32_t shape = 0;
     std::array<float, 7> pose{};  // x, y, z in m; w, x, y, z of the orientation
   };
+  struct CellChange {
+    std::uint32_t frame = 0;  // the first one after it
+    std::uint32_t cell = 0;   // Grid::index_of_cell
+    std::uint16_t from = 0, to = 0;
+  };
   static constexpr std::size_t kNumbers = 8;      // a body and frame: its pose, its speed in m/s
   static constexpr std::uint16_t kAway = 0xffff;  // the owner of a body that is not there
 
@@ -31,15 +37,16 @@ struct Recording {
   std::vector<Triangles> shapes;
   std::vector<Body> bodies;  // by BodyId
   std::vector<Static> statics;
-  // Corners of the cells' faces between territories, 4 each, in m.
-  std::vector<float> borders;
-  std::vector<std::int64_t> steps;  // of each frame
+  models::Grid grid;
+  std::vector<std::uint16_t> cell_owners;  // in the first frame
+  std::vector<CellChange> changes;         // in order
+  std::vector<std::int64_t> steps;         // of each frame
   std::vector<float> numbers;       // by frame, then body
   std::vector<std::uint16_t> owners;
 };
 
-// Every `every`th step of the log and its last one. Territories are those at the beginning of the
-// run: a log does not hold what balancing made of them. `every` >= 1.
+// Every `every`th step of the log and its last one. Territories are those of the step that led to
+// a frame, whatever balancing has made of them by then. `every` >= 1.
 Recording record(LogReader& log, const scenarios::Scenario& scenario, std::int64_t every);
 
 }  // namespace soda::analysis

@@ -40,7 +40,8 @@ std::unique_ptr<LogWriter> open_log(const RunRequest& request, const std::string
                  .digest = physics::digest(ids, states),
                  .ids = {ids.begin(), ids.end()},
                  .states = {states.begin(), states.end()},
-                 .inputs = {}});
+                 .inputs = {},
+                 .territory_changes = {}});
   return log;
 }
 
@@ -58,11 +59,13 @@ MeasuredRun run_observed(const RunRequest& request, const scenarios::Scenario& s
       const std::uint64_t digest = physics::digest(step.ids, step.states);
       if (request.step_digests) step_digests.push_back(digest);
       if (log != nullptr)
-        log->add_step({.step = step.step,
-                       .digest = digest,
-                       .ids = {step.ids.begin(), step.ids.end()},
-                       .states = {step.states.begin(), step.states.end()},
-                       .inputs = {step.inputs.begin(), step.inputs.end()}});
+        log->add_step(
+            {.step = step.step,
+             .digest = digest,
+             .ids = {step.ids.begin(), step.ids.end()},
+             .states = {step.states.begin(), step.states.end()},
+             .inputs = {step.inputs.begin(), step.inputs.end()},
+             .territory_changes = {step.territory_changes.begin(), step.territory_changes.end()}});
     };
   }
   if (session) session->start();

@@ -43,7 +43,17 @@ ByteBuffer encoded(const Recording& recording) {
   put_integers(out, recording.steps);
   put_list<Triangles>(out, recording.shapes,
                       [&out](const Triangles& shape) { put_floats(out, shape); });
-  put_floats(out, recording.borders);
+  for (int i = 0; i < 3; ++i) analysis::put(out, recording.grid.origin_m[i]);
+  analysis::put(out, recording.grid.cell_size_m);
+  for (const std::int32_t cells : recording.grid.cells) analysis::put(out, cells);
+  put_integers(out, recording.cell_owners);
+  put_list<Recording::CellChange>(out, recording.changes,
+                                  [&out](const Recording::CellChange& change) {
+                                    analysis::put(out, change.frame);
+                                    analysis::put(out, change.cell);
+                                    analysis::put(out, change.from);
+                                    analysis::put(out, change.to);
+                                  });
   put_floats(out, recording.numbers);
   put_integers(out, recording.owners);
   return out;
@@ -73,6 +83,7 @@ void fill_in(std::string& page, const std::string& mark, const std::string& text
 
 std::string view_page(const Recording& recording) {
   std::string page = kViewerPage;
+  fill_in(page, "{{script}}", kViewerScript);
   fill_in(page, "{{title}}", escaped_xml(recording.name));
   fill_in(page, "{{recording}}", base64(encoded(recording)));
   return page;

@@ -8,7 +8,7 @@
 namespace soda::analysis {
 
 // One HTML file without anything from outside; it needs a browser with WebGL. What it does stands
-// in viewer/viewer.html.
+// in viewer/viewer.js.
 std::string view_page(const Recording& recording);
 
 }  // namespace soda::analysis

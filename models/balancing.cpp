@@ -46,6 +46,12 @@ void Balancing::take(kernel::VirtualTime gvt, kernel::VirtualTime earliest,
   if (!transfers.empty()) announce(step, transfers, out);
 }
 
+std::vector<TerritoryChange> Balancing::changes_at(std::int64_t step) {
+  const std::lock_guard lock(mutex_);
+  const auto of_step = std::ranges::equal_range(changes_, step, {}, &TerritoryChange::step);
+  return {of_step.begin(), of_step.end()};
+}
+
 // Of the newest step of which all worlds have told, by world; empty if there is none.
 std::vector<LoadSample> Balancing::newest_samples() {
   const std::lock_guard lock(mutex_);
@@ -83,6 +89,7 @@ void Balancing::announce(std::int64_t step, std::span<const CellTransfer> transf
     out.push_back(std::move(message));
   }
   std::vector<WorldId> owners(map_->owners().begin(), map_->owners().end());
+  const std::lock_guard lock(mutex_);
   for (const CellTransfer& transfer : transfers)
     changes_.push_back(
         {step, transfer.cell, std::exchange(owners[transfer.cell], transfer.to), transfer.to});

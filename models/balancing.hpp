@@ -30,7 +30,9 @@ class Balancing final : public kernel::Outside, public LoadSink {
   void take(kernel::VirtualTime gvt, kernel::VirtualTime earliest,
             std::vector<kernel::Message>& out) override;
 
-  // All transfers so far, in order of steps.
+  // When GVT has passed the beginning of `step`: its transfers. From any thread.
+  std::vector<TerritoryChange> changes_at(std::int64_t step);
+  // All transfers, in order of steps; after the run.
   const std::vector<TerritoryChange>& changes() const { return changes_; }
 
  private:
@@ -47,10 +49,10 @@ class Balancing final : public kernel::Outside, public LoadSink {
   kernel::SplitMix64 random_;
   std::int64_t holds_from_;
   std::int64_t next_decision_ = 0;
-  std::vector<TerritoryChange> changes_;
 
   std::mutex mutex_;                                         // of what follows
   std::map<std::int64_t, std::vector<LoadSample>> samples_;  // by step
+  std::vector<TerritoryChange> changes_;
 };
 
 }  // namespace soda::models

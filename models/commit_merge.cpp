@@ -18,7 +18,8 @@ void CommitMerge::add(WorldId world, const BufferEntry& entry) {
                        .states = {},
                        .owners = {},
                        .islands = entry.islands,
-                       .inputs = {}};
+                       .inputs = {},
+                       .territory_changes = {}};
     std::vector<WorldId> owners;
     if (observer_.wants_states) {
       owners.assign(entry.ids.size(), world);
@@ -69,7 +70,8 @@ void CommitMerge::deliver(std::int64_t step, Pending pending) {
                      .states = states,
                      .owners = owners,
                      .islands = pending.islands,
-                     .inputs = {}});
+                     .inputs = {},
+                     .territory_changes = {}});
 }
 
 }  // namespace soda::models

@@ -248,6 +248,17 @@ std::unique_ptr<InputFeed> connect_inputs(std::uint32_t worlds, RunOptions& opti
   return feed;
 }
 
+// Committed steps tell which cells changed hands.
+void connect_balancing(Balancing& balancing, CommitObserver& observer) {
+  if (!observer.on_step) return;
+  observer.on_step = [&from = balancing, on_step = observer.on_step](const CommittedStep& step) {
+    const std::vector<TerritoryChange> changes = from.changes_at(step.step - 1);
+    CommittedStep whole = step;
+    whole.territory_changes = changes;
+    on_step(whole);
+  };
+}
+
 }  // namespace
 
 WorldCounters& operator+=(WorldCounters& sum, const WorldCounters& more) {
@@ -319,7 +330,10 @@ SimulationResult simulate(const physics::SceneDescription& scene,
       std::shared_ptr<const TerritoryMap>(std::shared_ptr<const void>(), &map), scenes.with({}),
       std::make_shared<InputAccount>(InputAccount{Presence(options.inputs.absent), {}})};
   const std::unique_ptr<Balancing> balancing = make_balancing(options, rules.map);
-  if (balancing && is_root(options)) options.outsides.push_back(balancing.get());
+  if (balancing && is_root(options)) {
+    options.outsides.push_back(balancing.get());
+    connect_balancing(*balancing, observer);
+  }
   LoadSink* const loads = is_root(options) ? static_cast<LoadSink*>(balancing.get()) : &relay;
   const std::vector<std::uint32_t> processors = processors_of(options, map.worlds());
   const Worlds worlds = build_worlds({geometry, shares, scenes, maps, commits, options,

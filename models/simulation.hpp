@@ -55,6 +55,7 @@ struct TerritoryChange {
   std::int64_t step = 0;
   std::uint32_t cell = 0;  // Grid::index_of_cell
   WorldId from{}, to{};
+  friend bool operator==(const TerritoryChange&, const TerritoryChange&) = default;
 };
 
 enum class ExecutorKind { kSequential, kThreads, kVirtual, kMpi };
@@ -141,6 +142,7 @@ struct CommittedStep {
   std::span<const WorldId> owners;                 // of each body during this step
   std::span<const physics::IslandReport> islands;  // ascending by label, each island once
   std::span<const CommittedInput> inputs;  // of the step's beginning, in the order of acting
+  std::span<const TerritoryChange> territory_changes;  // of the step's beginning
 };
 
 struct CommitObserver {

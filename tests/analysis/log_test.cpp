@@ -38,7 +38,7 @@ std::uint64_t digest_of(const std::vector<physics::BodyState>& states) {
 
 LoggedStep logged_step(std::int64_t step, std::uint64_t digest,
                        const std::vector<physics::BodyState>& states) {
-  return {step, digest, all_ids(states.size()), states, {}};
+  return {step, digest, all_ids(states.size()), states, {}, {}};
 }
 
 void write_log(const std::string& file) {
@@ -141,7 +141,7 @@ TEST(EventLog, AnotherVersionIsRefusedByName) {
     LogReader log(file);
     FAIL() << "read a log of another version";
   } catch (const scenarios::FileError& error) {
-    EXPECT_NE(std::string(error.what()).find("version 2"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("version 3"), std::string::npos) << error.what();
   }
 }
 
@@ -228,6 +228,13 @@ TEST(EventLog, ReadsBackInputsAndWhichBodiesWereThere) {
   EXPECT_EQ(models::encode_input(found.inputs[1].input), models::encode_input(committed.input));
   EXPECT_EQ(found.inputs[1].asked_step, -1);
   EXPECT_TRUE(found.inputs[1].had_effect);
+}
+
+TEST(EventLog, ReadsBackWhichCellsChangedHands) {
+  LoggedStep step = logged_step(4, 5, states_at(4));
+  step.territory_changes = {{3, 7, models::WorldId{1}, models::WorldId{2}},
+                            {3, 0xfffffffe, models::WorldId{0xffff0}, models::WorldId{0}}};
+  EXPECT_EQ(decode_step(encode_step(step)).territory_changes, step.territory_changes);
 }
 
 TEST(StepComparison, SignedZerosAreDifferentValues) {

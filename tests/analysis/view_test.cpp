@@ -6,11 +6,13 @@
 #include <cmath>
 #include <numbers>
 #include <string>
+#include <utility>
 
 #include "analysis/byte_codec.hpp"
 #include "analysis/child_process.hpp"
 #include "analysis/exit_codes.hpp"
 #include "analysis/log_reader.hpp"
+#include "analysis/recording.hpp"
 #include "analysis/triangles.hpp"
 #include "physics/mass_properties.hpp"
 
@@ -110,7 +112,7 @@ ByteBuffer from_base64(const std::string& text) {
   return bytes;
 }
 
-// Field by field as viewer.html takes them.
+// Field by field as viewer.js takes them.
 struct Shown {
   std::string name;
   double dt_s = 0.0;
@@ -119,7 +121,10 @@ struct Shown {
   std::vector<std::uint32_t> labels, shape_of;
   std::vector<std::int64_t> steps;
   std::vector<std::vector<float>> shapes;
-  std::vector<float> borders, numbers;
+  models::Grid grid;
+  std::vector<std::uint16_t> cell_owners;
+  std::vector<Recording::CellChange> changes;
+  std::vector<float> numbers;
   std::vector<std::uint16_t> owners;
 };
 
@@ -152,7 +157,18 @@ Shown read_page(const std::string& page) {
     shown.steps.push_back(in.take<std::int64_t>());
   for (std::size_t left = in.take_count(8); left > 0; --left)
     shown.shapes.push_back(take_floats(in));
-  shown.borders = take_floats(in);
+  for (int i = 0; i < 3; ++i) shown.grid.origin_m[i] = in.take_double();
+  shown.grid.cell_size_m = in.take_double();
+  for (std::int32_t& cells : shown.grid.cells) cells = in.take<std::int32_t>();
+  for (std::size_t left = in.take_count(2); left > 0; --left)
+    shown.cell_owners.push_back(in.take<std::uint16_t>());
+  for (std::size_t left = in.take_count(12); left > 0; --left) {
+    Recording::CellChange& change = shown.changes.emplace_back();
+    change.frame = in.take<std::uint32_t>();
+    change.cell = in.take<std::uint32_t>();
+    change.from = in.take<std::uint16_t>();
+    change.to = in.take<std::uint16_t>();
+  }
   shown.numbers = take_floats(in);
   for (std::size_t left = in.take_count(2); left > 0; --left)
     shown.owners.push_back(in.take<std::uint16_t>());
@@ -193,7 +209,35 @@ TEST_F(View, ShowsTheLoggedStatesAndTheLastStep) {
     }
   for (const std::uint16_t owner : shown.owners) EXPECT_LT(owner, shown.worlds);
   EXPECT_GT(*std::ranges::max_element(shown.owners), *std::ranges::min_element(shown.owners));
-  EXPECT_FALSE(shown.borders.empty());
+  EXPECT_TRUE(shown.changes.empty());
+}
+
+// Whatever balancing does: a body has the colour of who owns its cell in that frame.
+TEST_F(View, ShowsTerritoriesAsTheyChange) {
+  const auto ran = run_soda({"run", library_file("eight-corner"), "--steps", "60", "--buffer", "4",
+                             "--executor", "virtual", "--balancing", "random",
+                             "--balancing-interval", "2", "--log", log_file_});
+  ASSERT_EQ(ran.exit_code, kExitOk) << ran.err;
+  ASSERT_EQ(run_soda({"view", log_file_, "--every", "7", "-o", page_file_}).exit_code, kExitOk);
+  const Shown shown = read_page(read_file(page_file_));
+  LogReader log(log_file_);
+  std::vector<std::uint16_t> owners = shown.cell_owners;
+  ASSERT_EQ(owners.size(), shown.grid.cell_count());
+  EXPECT_EQ(std::ranges::max(owners), shown.worlds - 1);
+  auto change = shown.changes.begin();
+  for (std::size_t frame = 0; frame < shown.steps.size(); ++frame) {
+    for (; change != shown.changes.end() && change->frame == frame; ++change)
+      ASSERT_EQ(std::exchange(owners.at(change->cell), change->to), change->from);
+    const LoggedStep logged = log.read_step(shown.steps[frame]);
+    for (std::size_t body = 0; body < logged.states.size(); ++body) {
+      const auto cell = shown.grid.cell_of(logged.states[body].position_m);
+      ASSERT_EQ(shown.owners[frame * logged.states.size() + body],
+                owners[shown.grid.index_of_cell(cell)]);
+    }
+  }
+  EXPECT_EQ(change, shown.changes.end());
+  EXPECT_GT(shown.changes.size(), 20u);
+  EXPECT_NE(owners, shown.cell_owners);
 }
 
 TEST_F(View, LeavesOutBodiesWhileTheyAreAway) {

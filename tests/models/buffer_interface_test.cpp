@@ -30,7 +30,13 @@ test::Scene few_balls() {
 }
 
 CommittedStep step_of(std::int64_t step) {
-  return {.step = step, .ids = {}, .states = {}, .owners = {}, .islands = {}, .inputs = {}};
+  return {.step = step,
+          .ids = {},
+          .states = {},
+          .owners = {},
+          .islands = {},
+          .inputs = {},
+          .territory_changes = {}};
 }
 
 TEST(BufferInterface, AnswersWithTheClockAskedForOrTheLargestBeforeIt) {

@@ -47,16 +47,23 @@ struct RunOutcome {
   SimulationResult result;
 };
 
+// Each step, and each change of territories, is told once and in order.
 inline RunOutcome run(const test::Scene& scene, const TerritoryMap& map,
                       const RunOptions& options) {
   RunOutcome outcome;
+  std::vector<TerritoryChange> changes;
   const CommitObserver observer{
       .wants_states = true, .on_step = [&](const CommittedStep& step) {
         EXPECT_EQ(step.step, static_cast<std::int64_t>(outcome.digests.size()) + 1);
         EXPECT_EQ(step.ids.size(), scene.states.size()) << "step " << step.step;
         outcome.digests.push_back(physics::digest(step.ids, step.states));
+        for (const TerritoryChange& change : step.territory_changes) {
+          EXPECT_EQ(change.step, step.step - 1);
+          changes.push_back(change);
+        }
       }};
   outcome.result = simulate(scene.description, scene.states, map, options, observer);
+  EXPECT_EQ(changes == outcome.result.territory_changes, true);
   return outcome;
 }
 
