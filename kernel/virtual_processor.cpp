@@ -19,7 +19,9 @@ VirtualProcessor::VirtualProcessor(std::size_t index, const Partition& partition
       undone_cost_ns_(spent_.size()),
       undone_until_(spent_.size(), kBeginning),
       schedule_(spent_.size()),
-      is_held_(spent_.size(), false) {
+      is_held_(spent_.size(), false),
+      is_uncommitted_(spent_.size(), false),
+      kept_(spent_.size(), 0) {
   processes_.reserve(spent_.size());
   for (std::uint32_t own = 0; own < spent_.size(); ++own) {
     const LpId id = id_of(own);
@@ -93,8 +95,10 @@ void VirtualProcessor::tell_sent() {
     options_.observer->on_send(effects_.outgoing[told_sent_]);
 }
 
-// As Worker::schedule().
+// As Worker::schedule(). Whatever happens to an LP, this follows.
 void VirtualProcessor::refresh(std::uint32_t own) {
+  note_uncommitted(own);
+  if (processes_[own].has_fault()) may_be_faulty_.insert(own);
   if (options_.synchronisation == Synchronisation::kOptimistic &&
       processes_[own].holds(gvt_, effects_)) {
     schedule_.update(own, kNever);
@@ -181,9 +185,9 @@ VirtualTime VirtualProcessor::floor() const {
 
 std::optional<CommittedFault> VirtualProcessor::first_fault() const {
   std::optional<CommittedFault> first;
-  for (const TimeWarpProcess& process : processes_) {
-    if (!process.has_fault()) continue;
-    const std::optional<CommittedFault> fault = process.first_fault();
+  for (const std::uint32_t own : may_be_faulty_) {
+    if (!processes_[own].has_fault()) continue;
+    const std::optional<CommittedFault> fault = processes_[own].first_fault();
     if (!first || std::pair(fault->when, fault->lp) < std::pair(first->when, first->lp))
       first = fault;
   }
@@ -191,18 +195,14 @@ std::optional<CommittedFault> VirtualProcessor::first_fault() const {
 }
 
 void VirtualProcessor::commit(VirtualTime limit, VirtualTime gvt, bool finished) {
-  for (std::uint32_t own = 0; own < processes_.size(); ++own) {
-    TimeWarpProcess& process = processes_[own];
-    if (finished) process.coast_to(limit, effects_);
-    process.commit(limit, effects_.counters);
-    if (!finished) process.forget(gvt);
-    SlidingVector<Spent>& spent = spent_[own];
-    std::size_t committed = 0;
-    for (; committed < spent.size() && spent[committed].time < limit; ++committed)
-      committed_cost_ns_ += spent[committed].cost_ns;
-    spent.drop_front(committed);
-    std::erase_if(undone_cost_ns_[own], [gvt](const auto& item) { return item.first < gvt; });
+  // In the end, too, who has been rolled back behind what was committed and has not run since.
+  for (std::uint32_t own = 0; finished && own < processes_.size(); ++own) note_uncommitted(own);
+  std::size_t left = 0;
+  for (const std::uint32_t own : uncommitted_) {
+    is_uncommitted_[own] = !commit_one(own, limit, gvt, finished);
+    if (is_uncommitted_[own]) uncommitted_[left++] = own;
   }
+  uncommitted_.resize(left);
   gvt_ = gvt;
   std::vector<std::uint32_t> held;
   held.swap(held_);
@@ -212,10 +212,32 @@ void VirtualProcessor::commit(VirtualTime limit, VirtualTime gvt, bool finished)
   }
 }
 
-std::size_t VirtualProcessor::history() const {
-  std::size_t executed = 0;
-  for (const TimeWarpProcess& process : processes_) executed += process.history_size().executed;
-  return executed;
+bool VirtualProcessor::commit_one(std::uint32_t own, VirtualTime limit, VirtualTime gvt,
+                                  bool finished) {
+  TimeWarpProcess& process = processes_[own];
+  if (finished) process.coast_to(limit, effects_);
+  process.commit(limit, effects_.counters);
+  if (!finished) process.forget(gvt);
+  SlidingVector<Spent>& spent = spent_[own];
+  std::size_t committed = 0;
+  for (; committed < spent.size() && spent[committed].time < limit; ++committed)
+    committed_cost_ns_ += spent[committed].cost_ns;
+  spent.drop_front(committed);
+  std::erase_if(undone_cost_ns_[own], [gvt](const auto& item) { return item.first < gvt; });
+  count_history(own);
+  return process.is_committed() && !process.has_antis() && spent.empty() &&
+         undone_cost_ns_[own].empty();
+}
+
+void VirtualProcessor::count_history(std::uint32_t own) {
+  const std::size_t executed = processes_[own].history_size().executed;
+  history_ += executed - kept_[own];
+  kept_[own] = executed;
+}
+
+std::size_t VirtualProcessor::history() {
+  for (const std::uint32_t own : uncommitted_) count_history(own);
+  return history_;
 }
 
 }  // namespace soda::kernel

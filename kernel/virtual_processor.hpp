@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
 #include <vector>
 
@@ -56,7 +57,8 @@ class VirtualProcessor {
 
   // Commits everything < limit; `gvt` as fossil horizon, unless the run is finished.
   void commit(VirtualTime limit, VirtualTime gvt, bool finished);
-  std::size_t history() const;
+  // Executions that are kept, of all its LPs.
+  std::size_t history();
   std::size_t lps() const { return processes_.size(); }
   const Counters& counters() const { return effects_.counters; }
   std::int64_t busy_ns() const { return busy_ns_; }
@@ -77,6 +79,14 @@ class VirtualProcessor {
 
   bool within_window(VirtualTime time, VirtualTime gvt) const;
   void refresh(std::uint32_t own);
+  // An LP that a commit has to look at: others cost it nothing.
+  void note_uncommitted(std::uint32_t own) {
+    if (!is_uncommitted_[own]) uncommitted_.push_back(own);
+    is_uncommitted_[own] = true;
+  }
+  // True if there is nothing left to do for it until it executes or hears something.
+  bool commit_one(std::uint32_t own, VirtualTime limit, VirtualTime gvt, bool finished);
+  void count_history(std::uint32_t own);
   void settle(std::uint32_t own);
   void note_standing_again(std::uint32_t own);
   void drop_undone(std::uint32_t own, std::uint64_t undone);
@@ -94,11 +104,16 @@ class VirtualProcessor {
   std::vector<SlidingVector<Spent>> spent_;  // of each LP, what stands and is not committed
   std::vector<std::map<VirtualTime, std::int64_t>> undone_cost_ns_;  // of each LP, by time
   std::vector<VirtualTime> undone_until_;                            // of each LP
-  LpHeap schedule_;                  // by floor, without those that are held
-  std::vector<std::uint32_t> held_;  // may hold (gating); in any order
-  std::vector<char> is_held_;        // whether an LP is among them
-  WorkerEffects effects_;            // .outgoing: of the execution that lasts
-  std::size_t told_sent_ = 0;        // how many of these the observer has heard of
+  LpHeap schedule_;                         // by floor, without those that are held
+  std::vector<std::uint32_t> held_;         // may hold (gating); in any order
+  std::vector<char> is_held_;               // whether an LP is among them
+  std::vector<std::uint32_t> uncommitted_;  // what a commit has to touch; in any order
+  std::vector<char> is_uncommitted_;        // whether an LP is among them
+  std::vector<std::size_t> kept_;           // of each LP: executions, when it was last counted
+  std::size_t history_ = 0;                 // their sum
+  std::set<std::uint32_t> may_be_faulty_;
+  WorkerEffects effects_;      // .outgoing: of the execution that lasts
+  std::size_t told_sent_ = 0;  // how many of these the observer has heard of
   std::vector<Message> inbox_;
   std::vector<Message> delivering_;
   std::vector<std::uint32_t> touched_;

@@ -134,8 +134,8 @@ ghosts() {
 
 balancing_row() { # scene, processors
   local file=$library/$1.json options=(--processors "$2" --jitter-us 5)
-  cluster off "$1" "$file" "${options[@]}" --balancing off
-  cluster paper "$1" "$file" "${options[@]}" --balancing paper
+  cluster off "$1-whole" "$file" "${options[@]}" --balancing off
+  cluster paper "$1-whole" "$file" "${options[@]}" --balancing paper
   echo "| \`$1\` | $2 | $(makespan_ms off 0) | $(makespan_ms paper 0) |" \
     "$(calculated %.2f "$(value makespan_s off) / $(value makespan_s paper)") |" \
     "$(value cells_transferred paper) |"
