@@ -67,7 +67,7 @@ void define_view(CLI::App& view, ViewRequest& request) {
   view.add_option("LOG", request.file, "log written by soda run --log")->required();
   view.add_option("-o,--output", request.page_file, "HTML file (default: LOG.html)");
   view.add_option("--every", request.every,
-                  "steps from frame to frame (default: what keeps the page below 15 MB)")
+                  "steps from frame to frame (default: so that bodies take 14 MB at most)")
       ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 40));
   view.footer(
       "examples:\n"

@@ -46,8 +46,8 @@ struct LoggedScenario {
 struct LoggedStep {
   std::int64_t step = 0;
   std::uint64_t digest = 0;
-  std::vector<physics::BodyId> ids;            // of the bodies that are there; ascending
-  std::vector<physics::BodyState> states;      // of ids
+  std::vector<physics::BodyId> ids;        // of the bodies that are there; ascending
+  std::vector<physics::BodyState> states;  // of ids
   // Of the beginning of the step that led here:
   std::vector<models::CommittedInput> inputs;
   std::vector<models::TerritoryChange> territory_changes;

@@ -41,7 +41,7 @@ struct Recording {
   std::vector<std::uint16_t> cell_owners;  // in the first frame
   std::vector<CellChange> changes;         // in order
   std::vector<std::int64_t> steps;         // of each frame
-  std::vector<float> numbers;       // by frame, then body
+  std::vector<float> numbers;              // by frame, then body
   std::vector<std::uint16_t> owners;
 };
 

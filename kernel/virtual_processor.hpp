@@ -111,9 +111,9 @@ class VirtualProcessor {
   std::vector<char> is_uncommitted_;        // whether an LP is among them
   std::vector<std::size_t> kept_;           // of each LP: executions, when it was last counted
   std::size_t history_ = 0;                 // their sum
-  std::set<std::uint32_t> may_be_faulty_;
-  WorkerEffects effects_;      // .outgoing: of the execution that lasts
-  std::size_t told_sent_ = 0;  // how many of these the observer has heard of
+  std::set<std::uint32_t> may_be_faulty_;   // all that are, and some that were
+  WorkerEffects effects_;                   // .outgoing: of the execution that lasts
+  std::size_t told_sent_ = 0;               // how many of these the observer has heard of
   std::vector<Message> inbox_;
   std::vector<Message> delivering_;
   std::vector<std::uint32_t> touched_;

@@ -13,11 +13,12 @@ trap 'rm -rf "$folder"' EXIT
 
 # Leaves the report of a run on the cluster in $1; digests of one $2 must agree.
 cluster() { # report, digest's name, scenario file, options
-  local report=$folder/$1 known=$folder/$2.digest
+  local report=$1 scene=$2
   shift 2
-  "$soda" run "$@" --executor virtual --quiet --json > "$report"
-  value digest "${report##*/}" >> "$known"
-  [ "$(sort -u "$known" | wc -l)" = 1 ] || { echo "digests of ${known##*/} differ" >&2; exit 1; }
+  "$soda" run "$@" --executor virtual --quiet --json > "$folder/$report"
+  value digest "$report" >> "$folder/$scene.digest"
+  [ "$(sort -u "$folder/$scene.digest" | wc -l)" = 1 ] ||
+    { echo "digests of $scene differ" >&2; exit 1; }
 }
 
 value() { # key, report: the first of this key
