@@ -169,6 +169,7 @@ std::string run_json(const RunReport& report) {
   json["events"] = events(result.events);
   json["islands"] = {{"committed", result.islands_committed},
                      {"solved", result.stages.islands_solved},
+                     {"at_rest", result.stages.islands_at_rest},
                      {"reused", result.worlds.islands_reused},
                      {"split", result.worlds.islands_split},
                      {"solves_committed", result.worlds.solves_committed}};

@@ -177,6 +177,8 @@ Counts stage_counts(const models::SimulationResult& result) {
       {"contact_points", stages.contact_points},
       {"free_bodies_advanced", stages.free_bodies_advanced},
       {"islands_solved", stages.islands_solved},
+      {"islands_at_rest", stages.islands_at_rest},
+      {"pairs_at_rest", stages.pairs_at_rest},
       {"direct_islands", stages.direct_islands},
       {"solver_iterations", stages.solver_iterations},
       {"row_sweeps", stages.row_sweeps},

@@ -48,6 +48,7 @@ void PlainLoop::advance() {
   for (; next_input_ < inputs_.size() && inputs_[next_input_].step <= step_; ++next_input_)
     if (presence_.note(inputs_[next_input_]))
       models::act_on_scene(inputs_[next_input_], scene_, bodies_.ids, bodies_.states);
+  scratch_.resting.forget();  // an oracle takes nothing over
   physics::step(scene_, geometry_, bodies_.ids, bodies_.states, scratch_, report_, counters_);
   ++step_;
 }

@@ -61,7 +61,8 @@ std::string events_text(const RunReport& report) {
        count(events.lead_max) + " steps"},
       {"committed", count(events.committed), "reused",
        count(report.run.result.worlds.islands_reused), "", ""},
-      {"stragglers", count(events.stragglers), "", "", "", ""},
+      {"stragglers", count(events.stragglers), "at rest",
+       count(report.run.result.stages.islands_at_rest), "", ""},
       {"anti-messages", count(events.anti_messages), "", "", "", ""},
       {"efficiency", format_number(100.0 * efficiency(events)) + " %", "", "", "", ""},
   };

@@ -73,6 +73,14 @@ void add_crossing(const Present& all, physics::IndexPair pair, WorldId self,
   if (a != self) add_fragment(all, pair.second, a, found, out.fragments);
 }
 
+bool take_contacts(const KnownContacts& known, physics::BodyId a, physics::BodyId b,
+                   std::vector<ContactManifold>& found, physics::StageCounters& counters) {
+  if (known.repetition.take_contacts(a, b, found)) return true;
+  const bool at_rest = known.resting.take_contacts(a, b, found);
+  counters.pairs_at_rest += at_rest;
+  return at_rest;
+}
+
 void sort_unique(std::vector<Node>& nodes) {
   std::stable_sort(nodes.begin(), nodes.end(),
                    [](const Node& x, const Node& y) { return x.id < y.id; });
@@ -88,7 +96,7 @@ BorderContacts find_border_contacts(const physics::SceneDescription& scene,
                                     WorldId self, std::span<const physics::BodyId> ids,
                                     std::span<const BodyState> states,
                                     std::span<const physics::Aabb> boxes,
-                                    std::span<const Ghost> ghosts, const Repetition& repetition,
+                                    std::span<const Ghost> ghosts, const KnownContacts& known,
                                     physics::StageCounters& counters) {
   const Present all = everybody(self, ids, states, boxes, ghosts);
   BorderContacts out;
@@ -105,7 +113,7 @@ BorderContacts find_border_contacts(const physics::SceneDescription& scene,
         (s < static_pairs.size() && ids[static_pairs[s].first] < all.ids[pairs[p].first])) {
       const physics::IndexPair pair = static_pairs[s++];
       const physics::BodyId other = physics::static_id(pair.second);
-      if (!repetition.take_contacts(ids[pair.first], other, out.manifolds))
+      if (!take_contacts(known, ids[pair.first], other, out.manifolds, counters))
         physics::collide(scene, geometry, scene.dt_s, ids[pair.first], states[pair.first], other,
                          nullptr, out.manifolds, counters);
       continue;
@@ -115,7 +123,7 @@ BorderContacts find_border_contacts(const physics::SceneDescription& scene,
     const bool crosses = all.owners[pair.first] != self || all.owners[pair.second] != self;
     crossing.clear();
     std::vector<ContactManifold>& found = crosses ? crossing : out.manifolds;
-    if (!repetition.take_contacts(all.ids[pair.first], all.ids[pair.second], found))
+    if (!take_contacts(known, all.ids[pair.first], all.ids[pair.second], found, counters))
       physics::collide(scene, geometry, scene.dt_s, all.ids[pair.first], *all.states[pair.first],
                        all.ids[pair.second], all.states[pair.second], found, counters);
     if (!crossing.empty()) add_crossing(all, pair, self, crossing, out);

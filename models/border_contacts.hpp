@@ -9,8 +9,16 @@
 #include "models/repetition.hpp"
 #include "models/territory.hpp"
 #include "physics/geometry.hpp"
+#include "physics/resting_islands.hpp"
 
 namespace soda::models {
+
+// Where contacts of bodies may be known that are as they were: in the execution that is replaced,
+// and in the step before.
+struct KnownContacts {
+  const Repetition& repetition;
+  const physics::RestingIslands& resting;
+};
 
 struct BorderContacts {
   // All contacts of own bodies that this world tests, in canonical order.
@@ -25,14 +33,14 @@ struct BorderContacts {
 // Pairs with one owner are tested by that owner; others by the world that owns the cell with the
 // min corner of the intersection of the two swept boxes. That point lies in both boxes, so this
 // world has both bodies and no other world tests them: every pair is tested exactly once.
-// `ids` ascending with their states and boxes; `ghosts` ascending by id, none of them own. Pairs
-// that the repetition knows are not tested again.
+// `ids` ascending with their states and boxes; `ghosts` ascending by id, none of them own. What is
+// `known` is not tested again.
 BorderContacts find_border_contacts(const physics::SceneDescription& scene,
                                     const physics::Geometry& geometry, const TerritoryMap& map,
                                     WorldId self, std::span<const physics::BodyId> ids,
                                     std::span<const physics::BodyState> states,
                                     std::span<const physics::Aabb> boxes,
-                                    std::span<const Ghost> ghosts, const Repetition& repetition,
+                                    std::span<const Ghost> ghosts, const KnownContacts& known,
                                     physics::StageCounters& counters);
 
 }  // namespace soda::models

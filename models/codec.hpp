@@ -74,6 +74,7 @@ class Writer {
     number(value.bodies);
     number(value.contact_points);
     number(static_cast<std::uint32_t>(value.direct));
+    number(static_cast<std::uint32_t>(value.rests));
     number(value.iterations);
     number(value.multiplications);
     number(value.max_penetration_m);
@@ -162,6 +163,7 @@ class Reader {
     value.bodies = number<std::uint32_t>();
     value.contact_points = number<std::uint32_t>();
     value.direct = number<std::uint32_t>() != 0;
+    value.rests = number<std::uint32_t>() != 0;
     value.iterations = number<std::uint32_t>();
     value.multiplications = number<std::uint64_t>();
     value.max_penetration_m = number<double>();

@@ -5,6 +5,7 @@
 #include "models/codec.hpp"
 #include "models/work_cost.hpp"
 #include "physics/island_blocks.hpp"
+#include "physics/rest.hpp"
 #include "physics/step.hpp"
 
 namespace soda::models {
@@ -22,27 +23,34 @@ std::uint32_t predicted_cell(const Rules& rules, const physics::BodyState& state
       grid.index_of_cell(grid.cell_of(state.position_m + time_s * state.linear_velocity_m_s)));
 }
 
-// The tests of each body's pairs, half a pair for each of two own bodies.
+// The tests of each body's pairs, half a pair for each of two own bodies. What two bodies without
+// velocity have in contact is known from the step before, as a rule.
 void add_pair_costs(const BufferEntry& entry, const physics::Geometry& geometry,
                     std::vector<BodyLoad>& bodies) {
   const physics::SceneDescription& scene = *entry.rules.scene;
   physics::StageCounters uncounted;
   physics::StepScratch scratch;
   physics::compute_boxes(scene, geometry, entry.ids, entry.states, scratch.boxes, uncounted);
+  const auto stands = [&](std::uint32_t body) {
+    return physics::has_no_velocity(entry.states[body]);
+  };
   const auto shape = [&](std::uint32_t body) -> const physics::Shape& {
     return scene.shapes[scene.bodies[physics::index_of(entry.ids[body])].shape];
   };
   physics::find_pairs(scene.broadphase, scratch.boxes, scratch.pairs, uncounted);
   for (const physics::IndexPair pair : scratch.pairs) {
+    if (stands(pair.first) && stands(pair.second)) continue;
     const std::int64_t cost =
         test_cost_ns(physics::kernel_for(shape(pair.first), shape(pair.second)));
     bodies[pair.first].cost_ns += cost / 2;
     bodies[pair.second].cost_ns += cost / 2;
   }
   physics::find_static_pairs(geometry, scratch.boxes, scratch.static_pairs, uncounted);
-  for (const physics::IndexPair pair : scratch.static_pairs)
+  for (const physics::IndexPair pair : scratch.static_pairs) {
+    if (stands(pair.first)) continue;
     bodies[pair.first].cost_ns += test_cost_ns(
         physics::kernel_for(shape(pair.first), scene.shapes[scene.statics[pair.second].shape]));
+  }
 }
 
 void add_islands(const BufferEntry& entry, bool splits, std::vector<IslandLoad>& islands) {
@@ -64,7 +72,8 @@ LoadSample sample_load(WorldId world, const BufferEntry& entry, const physics::G
   sample.step = entry.step;
   for (std::size_t i = 0; i < entry.ids.size(); ++i) {
     const physics::BodyState& state = entry.states[i];
-    const std::int64_t points = static_cast<std::int64_t>(state.impulses.size()) * point_cost_ns();
+    const std::size_t solved = physics::has_no_velocity(state) ? 0 : state.impulses.size();
+    const std::int64_t points = static_cast<std::int64_t>(solved) * point_cost_ns();
     sample.bodies.push_back({entry.ids[i], predicted_cell(entry.rules, state, sampling.from),
                              predicted_cell(entry.rules, state, sampling.until),
                              body_cost_ns() + points});

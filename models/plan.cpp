@@ -24,6 +24,8 @@ constexpr Stage kPairs{"broadphase pairs",
                        [](const SimulationResult& r) { return r.stages.candidate_pairs; }};
 constexpr Stage kSolver{"contact solver",
                         [](const SimulationResult& r) { return r.stages.islands_solved; }};
+constexpr Stage kRest{"contacts of bodies at rest",
+                      [](const SimulationResult& r) { return r.stages.pairs_at_rest; }};
 constexpr Stage kImpacts{"impacts located in time",
                          [](const SimulationResult& r) { return r.stages.impact_searches; }};
 constexpr Stage kRefinement{"refined steps of islands",
@@ -77,10 +79,10 @@ constexpr Stage kRollback{"rollback", [](const SimulationResult& r) { return r.e
 constexpr std::size_t kLeastInBlocks = 4;
 
 constexpr std::array kStages{
-    kBoxes,    kPairs,     kDrive,  kForces,    kSolver,      kDirect,    kFriction,
-    kConveyor, kJoints,    kLimits, kMotors,    kRestitution, kWarmStart, kBorderTests,
-    kGhosts,   kFragments, kMerge,  kMigration, kHistory,     kTaken,     kRollback,
-    kInputs,   kBalancing, kBlocks, kSplit,     kImpacts,     kRefinement};
+    kBoxes,    kPairs,     kDrive,  kForces,    kSolver,      kDirect,     kFriction,
+    kConveyor, kJoints,    kLimits, kMotors,    kRestitution, kWarmStart,  kBorderTests,
+    kGhosts,   kFragments, kMerge,  kMigration, kHistory,     kTaken,      kRollback,
+    kInputs,   kBalancing, kBlocks, kSplit,     kImpacts,     kRefinement, kRest};
 
 constexpr std::size_t kKernels = static_cast<std::size_t>(ShapeKernel::kCount);
 
@@ -213,6 +215,11 @@ void add_physics(const SceneDescription& scene, std::vector<PlanLine>& plan) {
       scene.tolerance > 0.0 ? "islands are advanced to a tolerance"
                             : "single bodies can slide or roll",
       response ? held : no_response);
+  const bool carried = !scene.statics.empty() || scene.gravity_m_s2 == physics::Vec3::Zero();
+  add(plan, kRest, response && loose && carried, "known from the step before",
+      !response ? no_response
+      : !loose  ? held
+                : "nothing carries what falls");
   add(plan, kBlocks, response && scene.bodies.size() >= kLeastInBlocks,
       "an island may have hundreds of contact points",
       response ? "too few bodies for two blocks" : no_response);

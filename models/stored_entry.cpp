@@ -173,7 +173,7 @@ bool ListItem<StepMemo::BorderBody>::same(const StepMemo::BorderBody& a,
 
 bool ListItem<IslandReport>::same(const IslandReport& a, const IslandReport& b) {
   return a.label == b.label && a.bodies == b.bodies && a.contact_points == b.contact_points &&
-         a.direct == b.direct && a.iterations == b.iterations &&
+         a.direct == b.direct && a.rests == b.rests && a.iterations == b.iterations &&
          a.multiplications == b.multiplications &&
          same_bits(a.max_penetration_m, b.max_penetration_m) &&
          same_bits(a.constraint_residual_m_s, b.constraint_residual_m_s) &&

@@ -84,6 +84,7 @@ void World::execute(kernel::VirtualTime now, Bag bag, kernel::Outbox& outbox) {
 // Own bodies: those of the entry that did not leave (under the map that the step before had), and
 // those that migrate in. Then user input.
 void World::begin(std::int64_t step, Bag bag) {
+  const std::shared_ptr<const physics::SceneDescription> scene_before = rules_.scene;
   rules_ = buffer_.rules(step);
   ghosts_.clear();
   gate_ = buffer_.gate(step);
@@ -126,6 +127,7 @@ void World::begin(std::int64_t step, Bag bag) {
   repetition_.start(buffer_.differs(step), replaced, *rules_.map);
   repetition_.note_own(ids_, migrants);
   std::vector<BodyId> touched = take_inputs(bag);
+  if (rules_.scene != scene_before) scratch_.resting.forget();
   // Of what was computed with other materials, nothing can be taken.
   if (replaced != nullptr) repetition_.note_constants(rules_of(*replaced).scene == rules_.scene);
   repetition_.note_touched(touched);
@@ -187,9 +189,10 @@ void World::pairs(std::int64_t step, kernel::Outbox& outbox) {
     return;
   }
   repetition_.note_ghosts(ghosts_);
+  scratch_.resting.start(ids_, states_);
   BorderContacts contacts =
       find_border_contacts(*rules_.scene, around_.geometry, *rules_.map, id_, ids_, states_,
-                           scratch_.boxes, ghosts_, repetition_, stages_);
+                           scratch_.boxes, ghosts_, {repetition_, scratch_.resting}, stages_);
   scratch_.manifolds = std::move(contacts.manifolds);
   if (remembers()) remember_contacts(step, contacts.for_others);
   merge_.nodes = std::move(contacts.foreign);

@@ -132,6 +132,7 @@ class World final : public kernel::LogicalProcess {
                       std::span<physics::BodyState> states);
   void note_owners(std::size_t island, const KnownBodies& known);
   void advance_own_island();
+  bool take_resting(physics::IslandReport& report);
   void advance_mixed_island(std::int64_t step, bool reports);
   void advance_free_body(std::size_t place, physics::BodyState& state);
   void start_warm();

@@ -85,6 +85,7 @@ void World::advance_known_islands(std::int64_t step, Bag bag) {
   memo_.islands.assign(remembers() ? ids_.size() : 0, {});
   for (std::size_t island = 0; island < scratch_.islands.count(); ++island)
     advance_island(step, bag, island, known, states);
+  scratch_.resting.finish();
   note_known(known, states);
   for (const std::uint32_t body : scratch_.islands.free_bodies)
     if (known.place[body] >= 0)
@@ -133,14 +134,25 @@ void World::start_warm() {
 void World::advance_own_island() {
   physics::IslandReport report;
   const bool taken = repetition_.take_island(scratch_.island_ids, scratch_.island_states, &report);
-  if (!taken) {
+  if (!taken && !take_resting(report)) {
     start_warm();
     report = physics::advance_island(*rules_.scene, around_.geometry, scratch_.island_ids,
                                      scratch_.island_manifolds, scratch_.island_states, stages_,
                                      report_.faults);
+    if (report.rests)
+      scratch_.resting.keep(scratch_.island_ids, scratch_.island_manifolds, scratch_.island_states,
+                            report);
   }
   report_.islands.push_back(report);
   count_repetition(taken, scratch_.island_ids.size());
+}
+
+bool World::take_resting(physics::IslandReport& report) {
+  const physics::IslandReport* const known = scratch_.resting.take_island(scratch_.island_ids);
+  if (known == nullptr) return false;
+  report = *known;
+  ++stages_.islands_at_rest;
+  return true;
 }
 
 // `place`: among the own bodies.

@@ -16,6 +16,7 @@
 #include "physics/linked_step.hpp"
 #include "physics/momentum.hpp"
 #include "physics/refinement.hpp"
+#include "physics/rest.hpp"
 #include "physics/rigid_motion.hpp"
 #include "physics/split_solver.hpp"
 #include "physics/springs.hpp"
@@ -268,6 +269,14 @@ IslandReport advance_island(const SceneDescription& scene, const Geometry& geome
   // Giant ones may be solved by several worlds, of which none has them all.
   const bool whole = !is_giant(manifolds), alone = whole && is_left_alone(scene, ids, manifolds);
   const IslandMomentum before = alone ? momentum_of(scene, ids, states) : IslandMomentum{};
+  std::vector<BodyState> slow;
+  if (is_nearly_at_rest(scene, geometry, ids, manifolds, states)) {
+    if (is_held(scene, geometry, ids, manifolds, states, report, counters)) {
+      ++counters.islands_at_rest;
+      return report;
+    }
+    slow.assign(states.begin(), states.end());
+  }
   const double flown_s =
       fly_through_impacts(scene, geometry, dt_s, ids, manifolds, states, report, counters);
   if (flown_s < dt_s) {
@@ -294,6 +303,8 @@ IslandReport advance_island(const SceneDescription& scene, const Geometry& geome
     if (!start.empty() && !linked)
       stop_at_unseen_statics(scene, geometry, rest_s, ids, met, start, states, counters);
   }
+  if (!slow.empty() && (whole || report.direct))
+    come_to_rest(scene, geometry, ids, slow, states, report);
   ++counters.islands_solved;
   counters.direct_islands += report.direct;
   return report;

@@ -22,6 +22,7 @@ struct IslandReport {
   std::uint32_t bodies = 0;
   std::uint32_t contact_points = 0;
   bool direct = false;                   // solved by Newton's method (contact_choice.hpp)
+  bool rests = false;                    // it ended as it began, bit for bit (rest.hpp)
   std::uint32_t iterations = 0;          // sweeps, and steps of Newton's method
   std::uint64_t multiplications = 0;     // of its factorisations, roughly
   double max_penetration_m = 0.0;        // at the start of the step, >= 0

@@ -28,7 +28,10 @@ struct StageCounters {
   std::uint64_t contact_points = 0;
   std::uint64_t free_bodies_advanced = 0;  // bodies without contact
   std::uint64_t islands_solved = 0;
-  std::uint64_t direct_islands = 0;          // of those, by Newton's method
+  // Not among them: islands that stay as they are (rest.hpp). Pairs whose contacts are known from
+  // the step before, for both bodies are at rest (resting_islands.hpp).
+  std::uint64_t islands_at_rest = 0, pairs_at_rest = 0;
+  std::uint64_t direct_islands = 0;          // of those solved, by Newton's method
   std::uint64_t solver_iterations = 0;       // sweeps and Newton steps, summed over islands
   std::uint64_t row_sweeps = 0;              // contact rows times those, of what is not in blocks
   std::uint64_t factor_multiplications = 0;  // of all factorisations, roughly
@@ -48,6 +51,8 @@ struct StageCounters {
   // times sweeps. Rows and sweeps are among the others; rows of a border that two solvers share
   // count twice.
   std::uint64_t islands_in_blocks = 0, blocks_solved = 0, block_row_sweeps = 0;
+
+  std::uint64_t islands_advanced() const { return islands_solved + islands_at_rest; }
 };
 
 StageCounters& operator+=(StageCounters& a, const StageCounters& b);

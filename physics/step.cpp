@@ -18,6 +18,7 @@ void compute_boxes(const SceneDescription& scene, const Geometry& geometry,
 void find_contacts(const SceneDescription& scene, const Geometry& geometry,
                    std::span<const BodyId> ids, std::span<const BodyState> states,
                    StepScratch& scratch, StageCounters& counters) {
+  scratch.resting.start(ids, states);
   scratch.kept.find(scene, geometry, ids, states, scratch.boxes, scratch.pairs, counters);
   find_static_pairs(geometry, scratch.boxes, scratch.static_pairs, counters);
   scratch.manifolds.clear();
@@ -28,8 +29,12 @@ void find_contacts(const SceneDescription& scene, const Geometry& geometry,
         s == scratch.static_pairs.size() ||
         (p < scratch.pairs.size() && scratch.pairs[p].first <= scratch.static_pairs[s].first);
     const IndexPair pair = dynamic ? scratch.pairs[p++] : scratch.static_pairs[s++];
-    collide(scene, geometry, scene.dt_s, ids[pair.first], states[pair.first],
-            dynamic ? ids[pair.second] : static_id(pair.second),
+    const BodyId a = ids[pair.first], b = dynamic ? ids[pair.second] : static_id(pair.second);
+    if (scratch.resting.take_contacts(a, b, scratch.manifolds)) {
+      ++counters.pairs_at_rest;
+      continue;
+    }
+    collide(scene, geometry, scene.dt_s, a, states[pair.first], b,
             dynamic ? &states[pair.second] : nullptr, scratch.manifolds, counters);
   }
   append_world_joints(scene, ids, scratch.manifolds);
@@ -73,17 +78,39 @@ void scatter_island(std::size_t island, std::span<BodyState> states, StepScratch
   }
 }
 
+namespace {
+
+bool take_resting(std::size_t island, std::span<const BodyId> ids, StepScratch& scratch,
+                  StepReport& report, StageCounters& counters) {
+  scratch.island_ids.clear();
+  for (std::uint32_t i = scratch.islands.body_begin[island];
+       i < scratch.islands.body_begin[island + 1]; ++i)
+    scratch.island_ids.push_back(ids[scratch.islands.bodies[i]]);
+  const IslandReport* const known = scratch.resting.take_island(scratch.island_ids);
+  if (known == nullptr) return false;
+  report.islands.push_back(*known);
+  ++counters.islands_at_rest;
+  return true;
+}
+
+}  // namespace
+
 void advance_bodies(const SceneDescription& scene, const Geometry& geometry,
                     std::span<const BodyId> ids, std::span<BodyState> states, StepScratch& scratch,
                     StepReport& report, StageCounters& counters) {
   build_islands(ids, scratch.manifolds, scratch.islands);
   for (std::size_t island = 0; island < scratch.islands.count(); ++island) {
+    if (take_resting(island, ids, scratch, report, counters)) continue;
     gather_island(island, ids, states, scratch);
     report.islands.push_back(advance_island(scene, geometry, scratch.island_ids,
                                             scratch.island_manifolds, scratch.island_states,
                                             counters, report.faults));
+    if (report.islands.back().rests)
+      scratch.resting.keep(scratch.island_ids, scratch.island_manifolds, scratch.island_states,
+                           report.islands.back());
     scatter_island(island, states, scratch);
   }
+  scratch.resting.finish();
   advance_free_bodies(scene, geometry, scene.dt_s, ids, scratch.islands.free_bodies, states,
                       counters, report.faults);
 }

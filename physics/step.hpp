@@ -9,6 +9,7 @@
 #include "physics/geometry.hpp"
 #include "physics/islands.hpp"
 #include "physics/kept_pairs.hpp"
+#include "physics/resting_islands.hpp"
 
 namespace soda::physics {
 
@@ -16,6 +17,7 @@ namespace soda::physics {
 struct StepScratch {
   std::vector<Aabb> boxes;
   KeptPairs kept;
+  RestingIslands resting;
   std::vector<IndexPair> pairs, static_pairs;
   std::vector<ContactManifold> manifolds;
   Islands islands;

@@ -47,7 +47,7 @@ std::uint64_t wasted_solves(const scenarios::Scenario& scenario, models::Rollbac
   const models::SimulationResult result = models::simulate(
       scenario.scene, scenario.initial,
       models::make_territory_map(scenario.territory, {}, &scenario.scene), options);
-  return result.stages.islands_solved - result.islands_committed;
+  return result.stages.islands_advanced() - result.islands_committed;
 }
 
 int run(const char* svg_file) {

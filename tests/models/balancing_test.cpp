@@ -158,13 +158,17 @@ TEST(Balancing, ABodyOfATransferredCellChangesItsOwnerOnceAndIsNeverInTwoWorlds)
   EXPECT_EQ(result.worlds.migrations >= bodies_moved, true);
 }
 
-// All bodies lie in the first world's territory, far from each other.
+// All bodies are in the first world's territory, far from each other, and spin: at rest, they would
+// cost nothing that could be shared.
 TEST(Balancing, ThePaperSchemeMovesCellsToIdleWorldsAndShortensTheRun) {
   test::Scene scene(Vec3(0, 0, -9.81));
   scene.ground();
-  const std::uint32_t box = scene.shape(physics::Box{Vec3(0.2, 0.2, 0.2)});
+  const std::uint32_t ball = scene.shape(physics::Sphere{0.2});
   for (int x = 0; x < 4; ++x)
-    for (int y = 0; y < 8; ++y) scene.body(box, Vec3(x - 3.5, y - 3.5, 0.2));
+    for (int y = 0; y < 8; ++y) {
+      scene.body(ball, Vec3(x - 3.5, y - 3.5, 0.2));
+      scene.states.back().angular_velocity_rad_s = Vec3(0, 0, 5);
+    }
   const TerritoryMap map = blocks(2);
   const auto with = [&](BalancingPolicy policy) {
     return run(scene, map,

@@ -94,7 +94,7 @@ TEST(BorderContacts, EveryTouchingPairIsTestedByExactlyOneWorldWithTheUndividedR
       const Owned& world = worlds[w];
       const BorderContacts contacts =
           find_border_contacts(scene.description, geometry, map, WorldId{w}, world.ids,
-                               world.states, world.boxes, world.ghosts, {}, counters);
+                               world.states, world.boxes, world.ghosts, {{}, {}}, counters);
       std::map<PairKey, std::vector<physics::ContactManifold>> found;
       for (const auto& manifold : contacts.manifolds)
         found[{manifold.a, manifold.b}].push_back(manifold);
@@ -143,7 +143,7 @@ TEST(BorderContacts, BothOwnersOfAPairHearOfItAndOfTheBodyThatTheyDoNotOwn) {
       const Owned& world = worlds[w];
       const BorderContacts contacts =
           find_border_contacts(scene.description, geometry, map, WorldId{w}, world.ids,
-                               world.states, world.boxes, world.ghosts, {}, counters);
+                               world.states, world.boxes, world.ghosts, {{}, {}}, counters);
       for (const auto& manifold : contacts.manifolds) {
         if (physics::is_static(manifold.b)) continue;
         found.insert({manifold.a, manifold.b});
@@ -180,7 +180,7 @@ TEST(BorderContacts, WithoutGhostsThereIsNothingToTell) {
   physics::StageCounters counters;
   const BorderContacts contacts =
       find_border_contacts(scene.description, geometry, map, WorldId{0}, worlds[0].ids,
-                           worlds[0].states, worlds[0].boxes, worlds[0].ghosts, {}, counters);
+                           worlds[0].states, worlds[0].boxes, worlds[0].ghosts, {{}, {}}, counters);
   EXPECT_FALSE(contacts.manifolds.empty());
   EXPECT_TRUE(contacts.fragments.empty());
   EXPECT_TRUE(contacts.foreign.empty());

@@ -84,6 +84,7 @@ Outcome bare_loop(const test::Scene& start, InputOptions inputs) {
       outcome.inputs.push_back({*next, next->step, has_effect});
       if (has_effect) act_on_scene(*next, scene.description, ids, states);
     }
+    scratch.resting.forget();
     physics::step(scene.description, geometry, ids, states, scratch, report, counters);
     outcome.digests.push_back(physics::digest(ids, states));
   }
@@ -282,6 +283,27 @@ TEST(UserInput, WithoutEffectIsTold) {
   for (const CommittedInput& committed : found.inputs) effects.push_back(committed.had_effect);
   EXPECT_EQ(effects, (std::vector<bool>{false, true, true, false, true, false, false, true}));
   EXPECT_EQ(found.result.final_ids.size(), scene.states.size() - 1);
+}
+
+// What was known of the box at rest was found with its old friction.
+TEST(UserInput, ABoxAtRestOnASlopeSlidesOnceItIsMadeSmooth) {
+  test::Scene scene(Vec3(3.0, 0, -9.81));
+  scene.ground();
+  scene.body(scene.shape(physics::Box{}), Vec3(0.2, 0.2, 0.5)).linear_velocity_m_s = Vec3::Zero();
+  InputOptions inputs;
+  UserInput input;
+  input.kind = InputKind::kChangeMaterial;
+  input.body = BodyId{0};
+  input.step = kSteps / 2;
+  input.material = {0.0, 0.0};
+  inputs.script.push_back(input);
+  const Outcome expected = bare_loop(scene, inputs);
+  for (const std::uint32_t worlds : {1u, 8u}) {
+    const Outcome found = simulated(scene, worlds, {.steps = kSteps, .inputs = inputs});
+    expect_equal(found, expected, std::to_string(worlds) + " worlds");
+    EXPECT_GT(found.result.stages.islands_at_rest, 0u);
+    EXPECT_GT(found.result.final_states.front().linear_velocity_m_s.x(), 0.1);
+  }
 }
 
 TEST(UserInput, ComesBackFromItsEncoding) {
