@@ -22,6 +22,12 @@ Json plan_lines(const std::vector<models::PlanLine>& plan,
   return lines;
 }
 
+Json object_of(const std::vector<std::pair<std::string, std::uint64_t>>& counts) {
+  Json object = Json::object();
+  for (const auto& [name, count] : counts) object[name] = count;
+  return object;
+}
+
 Json events(const kernel::Counters& counters) {
   return {{"executed", counters.executed},           {"rolled_back", counters.rolled_back},
           {"committed", counters.committed},         {"rollbacks", counters.rollbacks},
@@ -167,12 +173,7 @@ std::string run_json(const RunReport& report) {
                {"steps_per_s", steps_per_second(run)},
                {"real_time_factor", real_time_factor(run, report.dt_s)}};
   json["events"] = events(result.events);
-  json["islands"] = {{"committed", result.islands_committed},
-                     {"solved", result.stages.islands_solved},
-                     {"at_rest", result.stages.islands_at_rest},
-                     {"reused", result.worlds.islands_reused},
-                     {"split", result.worlds.islands_split},
-                     {"solves_committed", result.worlds.solves_committed}};
+  json["islands"] = object_of(island_counts(result));
   json["lead"] = {{"mean_steps", mean_lead_steps(result.events)},
                   {"max_steps", result.events.lead_max}};
   if (result.cluster) json["virtual"] = cluster_json(*result.cluster);
@@ -183,8 +184,7 @@ std::string run_json(const RunReport& report) {
     json["inputs"] = inputs_json(report);
     json["inputs_too_late"] = result.inputs_too_late;
   }
-  json["stages"] = Json::object();
-  for (const auto& [name, count] : stage_counts(result)) json["stages"][name] = count;
+  json["stages"] = object_of(stage_counts(result));
   json["plan"] = plan_lines(run.plan, &run.plan_counters);
   json["territory_changes"] = Json::array();
   for (const models::TerritoryChange& change : result.territory_changes)

@@ -205,6 +205,15 @@ Counts stage_counts(const models::SimulationResult& result) {
   return counts;
 }
 
+Counts island_counts(const models::SimulationResult& result) {
+  return {{"committed", result.islands_committed},
+          {"solved", result.stages.islands_solved},
+          {"at_rest", result.stages.islands_at_rest},
+          {"reused", result.worlds.islands_reused},
+          {"split", result.worlds.islands_split},
+          {"solves_committed", result.worlds.solves_committed}};
+}
+
 double efficiency(const kernel::Counters& events) {
   if (events.executed == 0) return 0.0;
   return 1.0 - static_cast<double>(events.rolled_back) / static_cast<double>(events.executed);

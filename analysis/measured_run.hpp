@@ -50,6 +50,10 @@ std::vector<std::string> broken_plan_lines(const MeasuredRun& run);
 std::vector<std::pair<std::string, std::uint64_t>> stage_counts(
     const models::SimulationResult& result);
 
+// What became of islands: how many were committed, solved, and so on.
+std::vector<std::pair<std::string, std::uint64_t>> island_counts(
+    const models::SimulationResult& result);
+
 // Fractions and means that reports share; 0 where nothing was executed.
 double efficiency(const kernel::Counters& events);  // 1 - rolled back / executed
 double mean_lead_steps(const kernel::Counters& events);

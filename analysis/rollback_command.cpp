@@ -68,7 +68,7 @@ ModeMeasures measure(const scenarios::Scenario& scenario, const std::vector<Exac
   const models::SimulationResult& result = run.result;
   mode.rollbacks = result.events.rollbacks;
   mode.steps_repeated = result.worlds.steps_repeated;
-  mode.islands_solved = result.stages.islands_advanced();
+  mode.islands_solved = result.stages.islands_solved;
   mode.islands_wasted = result.stages.islands_advanced() - result.islands_committed;
   mode.islands_warm = result.worlds.islands_warm;
   mode.iterations = result.stages.solver_iterations;

@@ -23,8 +23,7 @@ struct ModeMeasures {
   models::RollbackMode mode{};
   std::uint64_t rollbacks = 0;
   std::uint64_t steps_repeated = 0;
-  // By a world, at rest or not; beyond those committed.
-  std::uint64_t islands_solved = 0, islands_wasted = 0;
+  std::uint64_t islands_solved = 0, islands_wasted = 0;  // by a world; beyond those committed
   std::uint64_t islands_warm = 0;                        // of those solved
   std::uint64_t iterations = 0;                          // sweeps, over all solves
   double makespan_s = 0.0;                               // on the virtual clock

@@ -216,9 +216,10 @@ void add_physics(const SceneDescription& scene, std::vector<PlanLine>& plan) {
                             : "single bodies can slide or roll",
       response ? held : no_response);
   const bool carried = !scene.statics.empty() || scene.gravity_m_s2 == physics::Vec3::Zero();
-  add(plan, kRest, response && loose && carried, "known from the step before",
+  add(plan, kRest, response && loose && carried && scene.solver.rest, "known from the step before",
       !response ? no_response
       : !loose  ? held
+      : carried ? "switched off in the solver settings"
                 : "nothing carries what falls");
   add(plan, kBlocks, response && scene.bodies.size() >= kLeastInBlocks,
       "an island may have hundreds of contact points",

@@ -104,7 +104,7 @@ bool has_no_velocity(const BodyState& state) {
 bool is_nearly_at_rest(const SceneDescription& scene, const Geometry& geometry,
                        std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
                        std::span<const BodyState> states) {
-  if (!is_slow(scene, geometry, ids, states)) return false;
+  if (!scene.solver.rest || !is_slow(scene, geometry, ids, states)) return false;
   for (const ContactManifold& m : manifolds)
     if (is_joint(m)) return false;
   return std::ranges::none_of(ids, [&](BodyId id) {

@@ -18,9 +18,11 @@ std::size_t place_of(BodyId id, std::span<const BodyId> ids) {
 }  // namespace
 
 void RestingIslands::start(std::span<const BodyId> ids, std::span<const BodyState> states) {
-  ids_ = ids;
+  held_.clear();
   kept_.clear();
-  held_.assign(islands_.empty() ? 0 : ids.size(), {});
+  if (islands_.empty()) return;
+  ids_ = ids;
+  held_.resize(ids.size());
   for (Island& island : islands_) {
     island.held = 0;
     island.met = false;
@@ -34,13 +36,12 @@ void RestingIslands::start(std::span<const BodyId> ids, std::span<const BodyStat
 }
 
 RestingIslands::Held RestingIslands::find(BodyId id) const {
-  if (held_.empty()) return {};
   const std::size_t place = place_of(id, ids_);
   return place == ids_.size() ? Held{} : held_[place];
 }
 
-bool RestingIslands::take_contacts(BodyId a, BodyId b,
-                                   std::vector<ContactManifold>& manifolds) const {
+bool RestingIslands::take_known_contacts(BodyId a, BodyId b,
+                                         std::vector<ContactManifold>& manifolds) const {
   const Held first = find(a);
   if (first.island == nullptr) return false;
   if (!is_static(b) && find(b).island == nullptr) return false;
@@ -51,6 +52,7 @@ bool RestingIslands::take_contacts(BodyId a, BodyId b,
 }
 
 const IslandReport* RestingIslands::take_island(std::span<const BodyId> ids) {
+  if (!knows_any()) return nullptr;
   Island* const island = find(ids.front()).island;
   if (island == nullptr || island->held != ids.size() || !std::ranges::equal(ids, island->ids))
     return nullptr;

@@ -22,7 +22,9 @@ class RestingIslands {
   void start(std::span<const BodyId> ids, std::span<const BodyState> states);
 
   // Appends the contacts of a pair whose bodies are as they were; else false. `b` may be static.
-  bool take_contacts(BodyId a, BodyId b, std::vector<ContactManifold>& manifolds) const;
+  bool take_contacts(BodyId a, BodyId b, std::vector<ContactManifold>& manifolds) const {
+    return knows_any() && take_known_contacts(a, b, manifolds);
+  }
 
   // The report of the island of just these bodies if all are as they were, else null: they stay as
   // they are. Valid until finish().
@@ -31,6 +33,9 @@ class RestingIslands {
   // `report.rests`, of just these arguments. No joint is among the manifolds.
   void keep(std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
             std::span<const BodyState> states, const IslandReport& report);
+
+  // Whether any body is as it was: else there is nothing to take.
+  bool knows_any() const { return !held_.empty(); }
 
   // Islands that were neither taken nor kept since start() are dropped.
   void finish();
@@ -53,6 +58,7 @@ class RestingIslands {
   };
 
   Held find(BodyId id) const;
+  bool take_known_contacts(BodyId a, BodyId b, std::vector<ContactManifold>& manifolds) const;
 
   std::vector<Island> islands_;
   std::vector<Island> kept_;  // since start()

@@ -114,6 +114,7 @@ struct SolverSettings {
   bool contact_response = true;             // false: detection only, bodies pass through each other
   bool warm_starting = true;
   bool direct = true;  // Newton's method for the islands that it pays for; false: sweeps for all
+  bool rest = true;    // what does not move is left as it is (rest.hpp); false: all is solved
 };
 
 // Everything constant that a step needs.

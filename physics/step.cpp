@@ -100,7 +100,8 @@ void advance_bodies(const SceneDescription& scene, const Geometry& geometry,
                     StepReport& report, StageCounters& counters) {
   build_islands(ids, scratch.manifolds, scratch.islands);
   for (std::size_t island = 0; island < scratch.islands.count(); ++island) {
-    if (take_resting(island, ids, scratch, report, counters)) continue;
+    if (scratch.resting.knows_any() && take_resting(island, ids, scratch, report, counters))
+      continue;
     gather_island(island, ids, states, scratch);
     report.islands.push_back(advance_island(scene, geometry, scratch.island_ids,
                                             scratch.island_manifolds, scratch.island_states,

@@ -216,7 +216,8 @@ physics::SolverSettings solver_of(const SolverSpec& spec) {
           .restitution_threshold_m_s = spec.restitution_threshold_m_s,
           .contact_response = spec.contact_response,
           .warm_starting = spec.warm_starting,
-          .direct = spec.direct};
+          .direct = spec.direct,
+          .rest = spec.rest};
 }
 
 models::RunOptions run_of(const DocumentSpec& document, FaultList& faults) {

@@ -243,6 +243,7 @@ struct SolverSpec : Located {
   bool contact_response = physics::SolverSettings{}.contact_response;
   bool warm_starting = physics::SolverSettings{}.warm_starting;
   bool direct = physics::SolverSettings{}.direct;
+  bool rest = physics::SolverSettings{}.rest;
   physics::Broadphase broadphase = physics::Broadphase::kGrid;
 };
 

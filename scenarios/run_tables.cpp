@@ -34,6 +34,9 @@ constexpr Field kSolverFields[] = {
     field<SolverSpec, &SolverSpec::direct>(
         "direct", kOptional, kNone,
         "Newton's method for the islands that it pays for; false: for none."),
+    field<SolverSpec, &SolverSpec::rest>(
+        "rest", kOptional, kNone,
+        "Islands that do not move are left as they are; false: all are solved in each step."),
     field<SolverSpec, &SolverSpec::broadphase>(
         "broadphase", kOptional, kNone,
         "How candidate pairs are found; all-pairs is for experiments on cost."),

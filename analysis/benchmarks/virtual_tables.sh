@@ -59,6 +59,8 @@ rollback() {
   rollback_rows eight-corner
 }
 
+advanced() { echo $(($(value solved "$1") + $(value at_rest "$1"))); } # islands, by a solve or not
+
 gating_row() { # scene, steps, latency, on|off|both
   local file=$library/$1.json options=(--latency-us "$3" --steps "$2") gating=$4 lockstep=
   cluster run "$1-$2" "$file" "${options[@]}" --gating "${gating/both/on}"
@@ -70,7 +72,7 @@ gating_row() { # scene, steps, latency, on|off|both
     cluster other "$1-$2" "$file" "${options[@]}" --gating off
     [ "$(value makespan_s run)" = "$(value makespan_s other)" ] || gating=on
   fi
-  local solves="($(value solved run) + $(value reused run)) / $(value solves_committed run)"
+  local solves="($(advanced run) + $(value reused run)) / $(value solves_committed run)"
   echo "| \`$1\`, $2 | $3 | ${gating/both/on, off} | $(makespan_ms run 1) |" \
     "$(calculated %.2f "$solves") |" \
     "$(calculated %.1f "100 * $(value efficiency run)") | $(value messages run) |${lockstep:+ $lockstep} |"
@@ -107,7 +109,8 @@ ghosts_row() { # name, digest's name, scenario file, latency, options
     calculated %.0f "100 * $(value ghosts_confirmed "$1") / ($(value ghosts_answered "$1") + 1e-9)"
   }
   echo "| $name, $latency | $(each contacts_false) | $(each contacts_missed) | $(each rollbacks) |" \
-    "$(each solved) of $(value solves_committed told) |" \
+    "$(advanced told) / $(advanced dead-reckoning) / $(advanced predicted)" \
+    "of $(value solves_committed told) |" \
     "$(makespan_ms told 2) / $(makespan_ms dead-reckoning 2) / $(makespan_ms predicted 2) |" \
     "$(right dead-reckoning) / $(right predicted) |"
 }
