@@ -186,12 +186,10 @@ std::string run_json(const RunReport& report) {
   }
   json["stages"] = object_of(stage_counts(result));
   json["plan"] = plan_lines(run.plan, &run.plan_counters);
-  json["territory_changes"] = Json::array();
-  for (const models::TerritoryChange& change : result.territory_changes)
-    json["territory_changes"].push_back({{"step", change.step},
-                                         {"cell", change.cell},
-                                         {"from", models::index_of(change.from)},
-                                         {"to", models::index_of(change.to)}});
+  Json& changes = json["territory_changes"] = Json::array();
+  for (const auto& [step, cell, from, to] : result.territory_changes)
+    changes.push_back(
+        {{"step", step}, {"cell", cell}, {"from", index_of(from)}, {"to", index_of(to)}});
   if (report.with_step_digests) {
     json["step_digests"] = Json::array();
     for (const std::uint64_t digest : report.step_digests) {

@@ -117,7 +117,7 @@ TEST(Rest, WhatIsLeftOfAnIslandIsSolvedWhenABodyIsTakenAway) {
 TEST(Rest, AnOverlapIsPushedOutFirst) {
   World world = under_gravity();
   world.add_floor();
-  world.add_body(world.add_shape(Box{}), Vec3(0, 0, 0.48));
+  world.add_body(world.add_shape(Sphere{0.5}), Vec3(0, 0, 0.48));
   world.run(300);
   EXPECT_NEAR(world.states[0].position_m.z(), 0.5, 1e-3);
   EXPECT_TRUE(world.report.islands.front().rests);
