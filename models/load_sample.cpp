@@ -55,6 +55,7 @@ void add_pair_costs(const BufferEntry& entry, const physics::Geometry& geometry,
 
 void add_islands(const BufferEntry& entry, bool splits, std::vector<IslandLoad>& islands) {
   for (const physics::IslandReport& island : entry.islands) {
+    if (island.rests) continue;
     const bool is_giant = island.contact_points >= physics::kGiantPoints && !island.direct;
     islands.push_back(
         {island.label,

@@ -73,7 +73,7 @@ scene free "$box" -9.81 0.5 2 1 "$far"
 scene jointed "$box" -9.81 0.5 2 1 "$far$joint"
 
 named resting "contacts of bodies at rest yes"
-named solved "contacts of bodies at rest no no switched off"
+named solved "contacts of bodies at rest no switched off"
 named smooth "friction rows no no pair of materials has friction > 0"
 named rough "friction rows yes"
 named balls "core kernel no no such pair of shapes"
