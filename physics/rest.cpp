@@ -81,11 +81,22 @@ bool is_solved_whole(const SceneDescription& scene, std::span<const BodyId> ids,
          plan_direct_solve(scene, scene.dt_s, false, ids, manifolds, states).has_value();
 }
 
+// On a surface that slides along, friction has to pull, and what a body without velocity was left
+// with need not.
+bool lies_on_a_belt(const ContactProblem& problem) {
+  return std::ranges::any_of(problem.frictions, [&](const FrictionRow& row) {
+    const Vec3& surface = problem.bodies[row.b].linear;
+    return row.b != problem.normals[row.normal_row].b &&
+           (row.tangent[0].dot(surface) != 0.0 || row.tangent[1].dot(surface) != 0.0);
+  });
+}
+
 // Velocities after gravity and the impulses, and what these violate.
 bool hold(const SceneDescription& scene, const Geometry& geometry, std::span<const BodyId> ids,
           const ContactProblem& problem) {
   const double slow = slow_m_s(scene, ids.size());
-  if (problem.restitution_rows > 0 || needs_push_out(problem)) return false;
+  if (problem.restitution_rows > 0 || lies_on_a_belt(problem)) return false;
+  if (needs_push_out(problem)) return false;
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const SolverBody& body = problem.bodies[i];
     if (!are_within(slow, body.linear, body.angular.squaredNorm(),

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# What a stage costs that a scene does not need: instructions of a step of 216 bodies that fly in
-# line, beside those of a twin that moves alike but makes the stage work. Both are the same program;
-# what a run costs up to its fifth step is taken off. Instructions come from callgrind, so the
-# figures do not depend on what else the machine does.
+# What a stage costs that a scene does not need: instructions of a step of 216 bodies, in stacks or
+# flying in line, beside those of a twin that moves alike but makes the stage work. Both are the
+# same program; what a run costs up to its fifth step is taken off. Instructions come from
+# callgrind, so the figures do not depend on what else the machine does.
 #   left_out.sh [STEPS]   default 20. Environment: SODA (default build/release/soda)
 set -euo pipefail
 root=$(cd "$(dirname "$0")/../.." && pwd)

@@ -123,6 +123,20 @@ TEST(Rest, AnOverlapIsPushedOutFirst) {
   EXPECT_TRUE(world.report.islands.front().rests);
 }
 
+// It rode with the belt, so friction did nothing in the step before.
+TEST(Rest, ABoxThatIsStoppedOnABeltIsCarriedOn) {
+  World world = under_gravity();
+  world.add_floor();
+  world.scene.statics[0].surface_velocity_m_s = Vec3(1, 0, 0);
+  world.add_body(world.add_shape(Box{}), Vec3(0, 0, 0.5));
+  world.run(120);
+  ASSERT_NEAR(world.states[0].linear_velocity_m_s.x(), 1.0, 1e-9);
+  world.states[0].linear_velocity_m_s.setZero();
+  world.states[0].angular_velocity_rad_s.setZero();
+  world.run(120);
+  EXPECT_NEAR(world.states[0].linear_velocity_m_s.x(), 1.0, 1e-9);
+}
+
 TEST(Rest, ASlowBallRollsOn) {
   World world = under_gravity();
   world.add_floor();
@@ -134,7 +148,7 @@ TEST(Rest, ASlowBallRollsOn) {
 }
 
 // Ten times what may be taken for none by a solve of several bodies.
-TEST(Rest, AMillionthOfGravityMovesTwoBodiesThatNothingHolds) {
+TEST(Rest, ATenMillionthOfGravityMovesTwoBodiesThatNothingHolds) {
   World world = under_gravity();
   const double along = 1e-7 * kGravity;
   world.scene.gravity_m_s2.x() = along;
