@@ -8,6 +8,7 @@
 #include "physics/direct_contacts.hpp"
 #include "physics/forces.hpp"
 #include "physics/geometry.hpp"
+#include "physics/hits.hpp"
 #include "physics/impacts.hpp"
 #include "physics/island_motion.hpp"
 #include "physics/joint_motion.hpp"
@@ -289,9 +290,13 @@ IslandReport advance_island(const SceneDescription& scene, const Geometry& geome
       left = found_again(scene, geometry, rest_s, ids, manifolds, states, counters);
     const std::span<const ContactManifold> met = flown_s > 0.0 ? left : manifolds;
     const bool linked = whole && is_linked(met);
+    std::optional<IslandReport> hit;
+    if (whole && !linked)
+      hit = advance_through_hits(scene, geometry, rest_s, ids, met, states, counters, faults);
     const IslandReport part =
-        linked ? advance_linked(scene, geometry, rest_s, ids, met, states, counters, faults)
-               : advance_resting(scene, geometry, rest_s, ids, met, states, counters, faults);
+        hit      ? *hit
+        : linked ? advance_linked(scene, geometry, rest_s, ids, met, states, counters, faults)
+                 : advance_resting(scene, geometry, rest_s, ids, met, states, counters, faults);
     if (flown_s > 0.0)
       add_part(part, report);
     else
@@ -300,7 +305,7 @@ IslandReport advance_island(const SceneDescription& scene, const Geometry& geome
       keep_momentum(scene, dt_s, ids, before, states);
       report.push_out_work_joule = 0.0;
     }
-    if (!start.empty() && !linked)
+    if (!start.empty() && !linked && !hit)
       stop_at_unseen_statics(scene, geometry, rest_s, ids, met, start, states, counters);
   }
   if (!slow.empty() && (whole || report.direct))

@@ -4,11 +4,11 @@
 #include <cmath>
 #include <cstdint>
 #include <optional>
+#include <utility>
 
-#include "physics/contact_choice.hpp"
 #include "physics/forces.hpp"
-#include "physics/island_motion.hpp"
 #include "physics/rigid_motion.hpp"
+#include "physics/strike.hpp"
 #include "physics/time_of_impact.hpp"
 
 namespace soda::physics {
@@ -167,41 +167,23 @@ std::vector<ContactManifold> touching_points(const Flyers& flyers, const FlyingP
 }
 
 // Changes the velocities of the pair at `time_s`. False if nothing changed.
-bool strike(Flyers& flyers, const FlyingPair& pair, double time_s, IslandReport& report,
-            StageCounters& counters) {
-  constexpr int kMostSweeps = 300;
+bool strike_pair(Flyers& flyers, const FlyingPair& pair, double time_s, IslandReport& report,
+                 StageCounters& counters) {
   std::vector<BodyId> ids{flyers.ids[pair.a]};
   std::vector<BodyState> states{flyers.at(pair.a, time_s)};
   if (!pair.fixed) {
     ids.push_back(flyers.ids[pair.b]);
     states.push_back(flyers.at(pair.b, time_s));
   }
-  for (BodyState& state : states) state.impulses.clear();
   const std::vector<ContactManifold> manifolds =
       touching_points(flyers, pair, states[0], pair.fixed ? nullptr : &states[1], counters);
   if (manifolds.empty()) return false;
-  const Selection<BodyState> before{std::span<const BodyState>(states)};
-  ContactProblem problem;
-  load_bodies(flyers.scene, 0.0, ids, before, problem.bodies, counters);
-  const std::vector<SolverBody> free(problem.bodies.begin(), problem.bodies.end() - 1);
-  build_rows(flyers.scene, 0.0, ids, std::span<const ContactManifold>(manifolds), before, problem,
-             counters);
-  const int sweeps = solve_by_sweeps(kMostSweeps, 0.0, before, free, problem);
-  report.iterations += static_cast<std::uint32_t>(sweeps);
-  counters.solver_iterations += static_cast<std::uint64_t>(sweeps);
-  counters.row_sweeps += static_cast<std::uint64_t>(sweeps) * rows_of(problem);
-  report_contacts(before, problem, report);
-  bool changed = false;
+  const bool changed = strike(flyers.scene, ids, manifolds, states, report, counters);
   for (std::size_t i = 0; i < states.size(); ++i) {
-    changed = changed || problem.bodies[i].linear != states[i].linear_velocity_m_s ||
-              problem.bodies[i].angular != states[i].angular_velocity_rad_s;
-    states[i].linear_velocity_m_s = problem.bodies[i].linear;
-    states[i].angular_velocity_rad_s = problem.bodies[i].angular;
     const std::uint32_t body = i == 0 ? pair.a : pair.b;
-    flyers.states[body] = states[i];
+    flyers.states[body] = std::move(states[i]);
     flyers.since_s[body] = time_s;
   }
-  ++counters.impacts;
   return changed;
 }
 
@@ -238,7 +220,7 @@ double fly(std::span<const ContactManifold> manifolds, Flyers& flyers, IslandRep
     const double now = next->next->time_s;
     if (next->next->lasts || impacts == most_impacts) return now;
     const FlyingPair struck = *next;
-    if (!strike(flyers, struck, now, report, counters)) return now;
+    if (!strike_pair(flyers, struck, now, report, counters)) return now;
     for (FlyingPair& pair : flyers.pairs)
       if (pair.has(struck.a) || (!struck.fixed && pair.has(struck.b)))
         look_ahead(flyers, pair, counters);

@@ -12,17 +12,6 @@
 namespace soda::physics {
 namespace {
 
-// Stored impulses are those of a whole step, whatever the length of the last part.
-void scale_impulses(double factor, std::vector<BodyState>& states) {
-  if (factor == 1.0) return;
-  for (BodyState& state : states) {
-    for (ContactImpulse& impulse : state.impulses) {
-      impulse.normal_newton_s *= factor;
-      impulse.friction_newton_s *= factor;
-    }
-  }
-}
-
 std::size_t place_of(const RefinedIsland& island, BodyId id) {
   return static_cast<std::size_t>(std::lower_bound(island.ids.begin(), island.ids.end(), id) -
                                   island.ids.begin());
@@ -101,6 +90,16 @@ Vec3 common_velocity(const RefinedIsland& island, std::span<const BodyState> sta
 }
 
 }  // namespace
+
+void scale_impulses(double factor, std::span<BodyState> states) {
+  if (factor == 1.0) return;
+  for (BodyState& state : states) {
+    for (ContactImpulse& impulse : state.impulses) {
+      impulse.normal_newton_s *= factor;
+      impulse.friction_newton_s *= factor;
+    }
+  }
+}
 
 void contacts_at(const RefinedIsland& island, double time_s, std::span<const BodyState> states,
                  std::vector<ContactManifold>& found) {

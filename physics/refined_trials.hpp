@@ -32,6 +32,9 @@ struct Trial {
   VelocityPath path;
 };
 
+// Stored impulses are those of a whole step, whatever the length of the last part.
+void scale_impulses(double factor, std::span<BodyState> states);
+
 // What drives and forces of their own give the bodies in a step that starts at these states.
 // Measures know that of the whole step (drive_impulse, measures.hpp); trials count theirs, step by
 // step, among the impulses of statics.

@@ -1,0 +1,250 @@
+#include "physics/hits.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "physics/forces.hpp"
+#include "physics/geometry_impl.hpp"
+#include "physics/refinement.hpp"
+#include "physics/rigid_motion.hpp"
+#include "physics/strike.hpp"
+#include "physics/time_of_impact.hpp"
+
+namespace soda::physics {
+namespace {
+
+constexpr std::size_t kMostBodies = 8;
+constexpr double kNever = std::numeric_limits<double>::infinity();
+
+// Of the width. A gap counts as none, and points hit together. A body that rests is tilted by what
+// its solver leaves: a face that comes to a face by less than that is meant to hit as one.
+constexpr double kTouching = 1e-9, kTogether = 1e-4;
+
+struct HitIsland {
+  const SceneDescription& scene;
+  const Geometry& geometry;
+  std::span<const BodyId> ids;
+
+  template <typename State>
+  State& state_of(BodyId id, std::span<State> states) const {
+    return states[static_cast<std::size_t>(std::lower_bound(ids.begin(), ids.end(), id) -
+                                           ids.begin())];
+  }
+  const Material& material_of(BodyId id) const {
+    return is_static(id) ? scene.statics[static_index_of(id)].material
+                         : scene.bodies[index_of(id)].material;
+  }
+  bool bounces(const ContactManifold& m) const {
+    return std::max(material_of(m.a).restitution, material_of(m.b).restitution) > 0.0;
+  }
+  double width_m(const ContactManifold& m) const {
+    const double a = shape_of(scene, geometry, m.a).min_extent_m;
+    return is_static(m.b) ? a : std::min(a, shape_of(scene, geometry, m.b).min_extent_m);
+  }
+  // The largest approach at a point of this pair that is no hit.
+  double slow_m_s(const ContactManifold& m) const {
+    constexpr double kSteps = 2.0;  // as of what can be smooth (refinement.cpp)
+    double slow = bounces(m) ? scene.solver.restitution_threshold_m_s : kNever;
+    if (scene.tolerance > 0.0)
+      slow = std::min(slow, kSteps * scene.gravity_m_s2.norm() * scene.dt_s +
+                                kTogether * width_m(m) / scene.dt_s);
+    return slow;
+  }
+  // How fast the surfaces come nearer at the point.
+  double approach_m_s(const ContactManifold& m, const ContactPoint& p,
+                      std::span<const BodyState> states) const {
+    const Vec3 of_a = velocity_at(state_of(m.a, states), p.position_m);
+    const Vec3 of_b =
+        is_static(m.b) ? Vec3(Vec3::Zero()) : velocity_at(state_of(m.b, states), p.position_m);
+    return (of_a - of_b).dot(m.normal);
+  }
+};
+
+// How fast two bodies can come nearer along the normal, and how much faster that can get: by
+// gravity and as much friction, of both.
+struct Nearing {
+  double centres_m_s = 0.0;   // but for their spin
+  double turning_m_s = 0.0;   // of the points that spin moves fastest, of both
+  double turning_m_s2 = 0.0;  // they go in circles
+  double pulled_m_s2 = 0.0;
+};
+
+Nearing nearing_of(const HitIsland& island, const ContactManifold& m,
+                   std::span<const BodyState> states) {
+  Nearing nearing{.pulled_m_s2 = 4.0 * island.scene.gravity_m_s2.norm()};
+  for (const BodyId id : {m.a, m.b}) {
+    if (is_static(id)) continue;
+    const BodyState& state = island.state_of(id, states);
+    const double speed = state.linear_velocity_m_s.dot(m.normal);
+    nearing.centres_m_s += id == m.a ? speed : -speed;
+    const CompiledShape& shape = shape_of(island.scene, island.geometry, id);
+    if (shape.kind == ShapeKind::kSphere) continue;
+    const double spin = state.angular_velocity_rad_s.norm();
+    nearing.turning_m_s += spin * shape.bounding_radius_m;
+    nearing.turning_m_s2 += spin * spin * shape.bounding_radius_m;
+  }
+  return nearing;
+}
+
+double time_over_s(double gap_m, double speed_m_s, double faster_m_s2) {
+  const double meeting = std::sqrt(speed_m_s * speed_m_s + 2.0 * faster_m_s2 * gap_m);
+  return 2.0 * gap_m / (speed_m_s + meeting);
+}
+
+// For how long nothing is hit: 0 if something is now. Two bodies are apart as long as there is a
+// gap along any direction: that along the normal closes at the speed of the centres, and as fast as
+// spins can move points that are not known yet. Where it is small, its own points close it.
+double clear_s(const HitIsland& island, std::span<const ContactManifold> contacts,
+               std::span<const BodyState> states) {
+  constexpr double kSmall = 0.01;  // of the width
+  double clear = kNever;
+  for (const ContactManifold& m : contacts) {
+    const double slow = island.slow_m_s(m);
+    if (is_joint(m) || slow == kNever) continue;
+    const Nearing nearing = nearing_of(island, m, states);
+    const double width = island.width_m(m);
+    for (std::uint32_t i = 0; i < m.count; ++i) {
+      const double approach = island.approach_m_s(m, m.points[i], states);
+      if (!(approach > slow)) continue;
+      const double gap = m.points[i].separation_m;
+      if (gap <= kTouching * width) return 0.0;
+      const double time =
+          gap > kSmall * width
+              ? time_over_s(gap, nearing.centres_m_s + nearing.turning_m_s, nearing.pulled_m_s2)
+              : time_over_s(gap, approach, nearing.pulled_m_s2 + nearing.turning_m_s2);
+      clear = std::min(clear, time);
+    }
+  }
+  return clear;
+}
+
+// The contacts without points that come nearer for a hit: until then these have no part in it.
+// Solvers would slow them down before, as soon as they are within reach of one more of their steps;
+// and what they pressed with in the step before would have them held at the distance that they are
+// at (try_steps).
+std::vector<ContactManifold> without_hits(const HitIsland& island,
+                                          std::span<const ContactManifold> contacts,
+                                          std::span<BodyState> states) {
+  std::vector<ContactManifold> kept;
+  for (const ContactManifold& contact : contacts) {
+    const double slow = island.slow_m_s(contact);
+    ContactManifold m = contact;
+    m.count = 0;
+    for (std::uint32_t i = 0; i < contact.count; ++i) {
+      const ContactPoint& p = contact.points[i];
+      if (island.approach_m_s(m, p, states) > slow)
+        std::erase_if(island.state_of(m.a, states).impulses, [&](const ContactImpulse& impulse) {
+          return impulse.other == m.b && impulse.part == m.part && impulse.feature == p.feature;
+        });
+      else
+        m.points[m.count++] = p;
+    }
+    if (m.count > 0) kept.push_back(m);
+  }
+  return kept;
+}
+
+bool can_be_hit(const SceneDescription& scene, std::span<const BodyId> ids) {
+  if (ids.size() > kMostBodies) return false;
+  return std::ranges::none_of(ids, [&scene](BodyId id) {
+    const BodyParams& body = scene.bodies[index_of(id)];
+    return body.joints > 0 || is_pushed(body);
+  });
+}
+
+// All pairs that may meet however the island is hit, as manifolds without points.
+std::vector<ContactManifold> pairs_in_reach(const HitIsland& island, double dt_s,
+                                            std::span<const BodyState> states,
+                                            StageCounters& counters) {
+  double fastest = 0.0;
+  for (const BodyState& s : states) fastest = std::max(fastest, s.linear_velocity_m_s.norm());
+  const double reach = (2.0 * fastest + island.scene.gravity_m_s2.norm() * dt_s) * dt_s;
+  std::vector<Aabb> boxes;
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    Aabb box = swept_aabb(island.scene, island.geometry, island.ids[i], states[i]);
+    box.min -= Vec3::Constant(reach);
+    box.max += Vec3::Constant(reach);
+    boxes.push_back(box);
+  }
+  std::vector<ContactManifold> pairs;
+  const auto add = [&pairs](BodyId a, BodyId b) {
+    ContactManifold& m = pairs.emplace_back();
+    m.a = a;
+    m.b = b;
+  };
+  for (std::size_t i = 0; i < boxes.size(); ++i)
+    for (std::size_t j = i + 1; j < boxes.size(); ++j)
+      if (overlap(boxes[i], boxes[j])) add(island.ids[i], island.ids[j]);
+  std::vector<IndexPair> with_statics;
+  find_static_pairs(island.geometry, boxes, with_statics, counters);
+  for (const IndexPair& p : with_statics) add(island.ids[p.first], static_id(p.second));
+  std::sort(pairs.begin(), pairs.end(), canonical_before);
+  return pairs;
+}
+
+// What is hit now, and what is held meanwhile: points that touch, with no gap left.
+std::vector<ContactManifold> touching_points(const HitIsland& island,
+                                             std::span<const ContactManifold> contacts,
+                                             std::span<const BodyState> states) {
+  std::vector<ContactManifold> touching;
+  for (const ContactManifold& contact : contacts) {
+    ContactManifold m = contact;
+    const double together = kTogether * island.width_m(m), slow = island.slow_m_s(m);
+    bool is_hit = false;
+    m.count = 0;
+    for (std::uint32_t i = 0; i < contact.count; ++i) {
+      ContactPoint p = contact.points[i];
+      if (p.separation_m > together) continue;
+      is_hit = is_hit || island.approach_m_s(m, p, states) > slow;
+      p.separation_m = std::min(p.separation_m, 0.0);
+      m.points[m.count++] = p;
+    }
+    if (m.count > 0 && (is_hit || is_static(m.b) || !island.bounces(m))) touching.push_back(m);
+  }
+  return touching;
+}
+
+}  // namespace
+
+std::optional<IslandReport> advance_through_hits(
+    const SceneDescription& scene, const Geometry& geometry, double dt_s,
+    std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
+    std::span<BodyState> states, StageCounters& counters, std::vector<AdvanceFault>& faults) {
+  const HitIsland island{scene, geometry, ids};
+  double clear = kNever;
+  if (!can_be_hit(scene, ids) || !((clear = clear_s(island, manifolds, states)) < dt_s)) return {};
+  const std::vector<ContactManifold> pairs = pairs_in_reach(island, dt_s, states, counters);
+  std::vector<ContactManifold> found(manifolds.begin(), manifolds.end());
+  IslandReport report;
+  report.label = ids.front();
+  report.bodies = static_cast<std::uint32_t>(ids.size());
+  // A step that short is off by less than what refinement is content with.
+  constexpr double kShort = 0.01;
+  const auto advance = [&](double time_s, std::span<const ContactManifold> contacts) {
+    const bool short_enough = !(scene.tolerance > 0.0) && time_s <= kShort * scene.dt_s;
+    const auto advance_part = short_enough ? advance_unrefined : advance_resting;
+    add_part(advance_part(scene, geometry, time_s, ids, contacts, states, counters, faults),
+             report);
+  };
+  double left_s = dt_s;
+  const std::size_t most = 8 + 8 * ids.size();
+  for (std::size_t i = 0; i < most && clear < left_s; ++i) {
+    if (clear > 0.0) {
+      advance(clear, without_hits(island, found, states));
+      left_s -= clear;
+    } else if (!strike(scene, ids, touching_points(island, found, states), states, report,
+                       counters)) {
+      break;
+    }
+    found = found_again(scene, geometry, left_s, ids, pairs, states, counters);
+    clear = clear_s(island, found, states);
+  }
+  advance(left_s, found);
+  report.beyond_tolerance =
+      report.beyond_tolerance || (scene.tolerance > 0.0 && report.error_estimate > scene.tolerance);
+  return report;
+}
+
+}  // namespace soda::physics
