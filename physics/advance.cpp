@@ -290,11 +290,11 @@ IslandReport advance_island(const SceneDescription& scene, const Geometry& geome
       left = found_again(scene, geometry, rest_s, ids, manifolds, states, counters);
     const std::span<const ContactManifold> met = flown_s > 0.0 ? left : manifolds;
     const bool linked = whole && is_linked(met);
-    std::optional<IslandReport> hit;
+    std::optional<AmongHits> among;
     if (whole && !linked)
-      hit = advance_through_hits(scene, geometry, rest_s, ids, met, states, counters, faults);
+      among = advance_among_hits(scene, geometry, rest_s, ids, met, states, counters, faults);
     const IslandReport part =
-        hit      ? *hit
+        among    ? among->report
         : linked ? advance_linked(scene, geometry, rest_s, ids, met, states, counters, faults)
                  : advance_resting(scene, geometry, rest_s, ids, met, states, counters, faults);
     if (flown_s > 0.0)
@@ -305,7 +305,7 @@ IslandReport advance_island(const SceneDescription& scene, const Geometry& geome
       keep_momentum(scene, dt_s, ids, before, states);
       report.push_out_work_joule = 0.0;
     }
-    if (!start.empty() && !linked && !hit)
+    if (!start.empty() && !linked && !(among && among->hit))
       stop_at_unseen_statics(scene, geometry, rest_s, ids, met, start, states, counters);
   }
   if (!slow.empty() && (whole || report.direct))

@@ -208,43 +208,47 @@ std::vector<ContactManifold> touching_points(const HitIsland& island,
 
 }  // namespace
 
-std::optional<IslandReport> advance_through_hits(
-    const SceneDescription& scene, const Geometry& geometry, double dt_s,
-    std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
-    std::span<BodyState> states, StageCounters& counters, std::vector<AdvanceFault>& faults) {
+std::optional<AmongHits> advance_among_hits(const SceneDescription& scene, const Geometry& geometry,
+                                            double dt_s, std::span<const BodyId> ids,
+                                            std::span<const ContactManifold> manifolds,
+                                            std::span<BodyState> states, StageCounters& counters,
+                                            std::vector<AdvanceFault>& faults) {
   const HitIsland island{scene, geometry, ids};
-  double clear = kNever;
-  if (!can_be_hit(scene, ids) || !((clear = clear_s(island, manifolds, states)) < dt_s)) return {};
-  const std::vector<ContactManifold> pairs = pairs_in_reach(island, dt_s, states, counters);
-  std::vector<ContactManifold> found(manifolds.begin(), manifolds.end());
-  IslandReport report;
-  report.label = ids.front();
-  report.bodies = static_cast<std::uint32_t>(ids.size());
+  double clear = can_be_hit(scene, ids) ? clear_s(island, manifolds, states) : kNever;
+  if (clear == kNever) return {};
+  AmongHits result{.hit = clear < dt_s};
+  result.report.label = ids.front();
+  result.report.bodies = static_cast<std::uint32_t>(ids.size());
   // A step that short is off by less than what refinement is content with.
   constexpr double kShort = 0.01;
   const auto advance = [&](double time_s, std::span<const ContactManifold> contacts) {
     const bool short_enough = !(scene.tolerance > 0.0) && time_s <= kShort * scene.dt_s;
     const auto advance_part = short_enough ? advance_unrefined : advance_resting;
     add_part(advance_part(scene, geometry, time_s, ids, contacts, states, counters, faults),
-             report);
+             result.report);
   };
+  std::vector<ContactManifold> pairs, found(manifolds.begin(), manifolds.end());
+  if (result.hit) pairs = pairs_in_reach(island, dt_s, states, counters);
   double left_s = dt_s;
   const std::size_t most = 8 + 8 * ids.size();
   for (std::size_t i = 0; i < most && clear < left_s; ++i) {
     if (clear > 0.0) {
       advance(clear, without_hits(island, found, states));
       left_s -= clear;
-    } else if (!strike(scene, ids, touching_points(island, found, states), states, report,
+    } else if (!strike(scene, ids, touching_points(island, found, states), states, result.report,
                        counters)) {
       break;
     }
     found = found_again(scene, geometry, left_s, ids, pairs, states, counters);
     clear = clear_s(island, found, states);
   }
-  advance(left_s, found);
-  report.beyond_tolerance =
-      report.beyond_tolerance || (scene.tolerance > 0.0 && report.error_estimate > scene.tolerance);
-  return report;
+  if (clear < left_s)
+    advance(left_s, found);
+  else
+    advance(left_s, without_hits(island, found, states));
+  if (scene.tolerance > 0.0 && result.report.error_estimate > scene.tolerance)
+    result.report.beyond_tolerance = true;
+  return result;
 }
 
 }  // namespace soda::physics

@@ -231,7 +231,7 @@ struct StoredRunSpec : ReferenceBase {
 };
 using ReferenceSpec = std::variant<
     AnswerSpec<FreeFlight>, AnswerSpec<TorqueFree>, AnswerSpec<Sliding>, AnswerSpec<Rolling>,
-    AnswerSpec<Bouncing>, AnswerSpec<TwoSpheres>, AnswerSpec<FloorImpact>, AnswerSpec<SphereLine>,
+    AnswerSpec<Bouncing>, AnswerSpec<TwoSpheres>, AnswerSpec<FloorImpact>, AnswerSpec<SphereLine>, AnswerSpec<SlidingRow>,
     AnswerSpec<AtRest>, AnswerSpec<Conserved>, AnswerSpec<StackForces>, AnswerSpec<OneSide>,
     AnswerSpec<Separation>, AnswerSpec<Pile>, AnswerSpec<Reversal>, AnswerSpec<HardSphereGas>,
     AnswerSpec<ForcedFlight>, AnswerSpec<DampedOscillator>, AnswerSpec<SteadyPrecession>,

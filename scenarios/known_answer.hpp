@@ -53,6 +53,11 @@ struct FloorImpact {
 };
 // All bodies: equal spheres on a line along x that pass their velocities on (e = 1).
 struct SphereLine {};
+// All bodies: boxes in a row along x on a level floor, which slide along x and hit each other.
+struct SlidingRow {
+  double friction = 0.0;     // of each with the floor
+  double restitution = 0.0;  // of each with the next
+};
 // All bodies stay as they are.
 struct AtRest {};
 // Energy and momenta of all bodies keep their values, whatever happens.
@@ -113,7 +118,7 @@ struct StoredRun {
 
 using KnownAnswer =
     std::variant<FreeFlight, TorqueFree, Sliding, Rolling, Bouncing, TwoSpheres, FloorImpact,
-                 SphereLine, AtRest, Conserved, StackForces, OneSide, Separation, Pile, Reversal,
+                 SphereLine, SlidingRow, AtRest, Conserved, StackForces, OneSide, Separation, Pile, Reversal,
                  HardSphereGas, ForcedFlight, DampedOscillator, SteadyPrecession, JointTravel,
                  HangingChain, JointsHold, StoredRun>;
 

@@ -89,6 +89,16 @@ constexpr ObjectTable kSphereLine = object_table<AnswerSpec<SphereLine>>(
     "All bodies are equal elastic spheres on a line along x: they pass their velocities on.",
     kSphereLineKindFields);
 
+constexpr auto kSlidingRowKindFields =
+    with_bounds<AnswerSpec<SlidingRow>>(std::array{friction_field<AnswerSpec<SlidingRow>>(),
+                                                   restitution_field<AnswerSpec<SlidingRow>>()},
+                                        kMotionBounds);
+constexpr ObjectTable kSlidingRow = object_table<AnswerSpec<SlidingRow>>(
+    "sliding-row",
+    "All bodies are boxes in a row along x on a level floor: they slide along x, hit each other, "
+    "faster than the restitution threshold, and stop. Gravity is along -z.",
+    kSlidingRowKindFields);
+
 constexpr auto kAtRestKindFields =
     with_bounds<AnswerSpec<AtRest>>(std::array<Field, 0>{}, kRestBounds);
 constexpr ObjectTable kAtRest = object_table<AnswerSpec<AtRest>>(
@@ -173,6 +183,7 @@ constexpr ChoiceEntry kReferenceEntries[] = {
     choice_entry<ReferenceSpec, AnswerSpec<TwoSpheres>>("two-spheres", kTwoSpheres),
     choice_entry<ReferenceSpec, AnswerSpec<FloorImpact>>("floor-impact", kFloorImpact),
     choice_entry<ReferenceSpec, AnswerSpec<SphereLine>>("sphere-line", kSphereLine),
+    choice_entry<ReferenceSpec, AnswerSpec<SlidingRow>>("sliding-row", kSlidingRow),
     choice_entry<ReferenceSpec, AnswerSpec<AtRest>>("at-rest", kAtRest),
     choice_entry<ReferenceSpec, AnswerSpec<Conserved>>("conserved", kConserved),
     choice_entry<ReferenceSpec, AnswerSpec<StackForces>>("stack-forces", kStackForces),

@@ -77,6 +77,15 @@ struct TakeAnswer {
       check_joint<Answer>(spec.body, spec, scenario, faults);
     if constexpr (requires { spec.other; })
       check_body<Answer>(spec.other, "other", spec, scenario, faults);
+    if constexpr (std::is_same_v<Answer, SlidingRow>) {
+      for (const physics::BodyParams& body : scenario.scene.bodies) {
+        if (std::holds_alternative<physics::Box>(scenario.scene.shapes[body.shape])) continue;
+        add_fault(faults, *find_member(*spec.json, "type"),
+                  {"a scene whose body " + std::to_string(body.label) + " is no box",
+                   "boxes and nothing else", ""});
+        break;
+      }
+    }
     if constexpr (std::is_same_v<Answer, OneSide>) {
       if (spec.normal == Vec3::Zero())
         add_fault(faults, *find_member(*spec.json, "normal"),

@@ -4,6 +4,7 @@
 #include "analysis/accuracy/joint_judges.hpp"
 #include "analysis/accuracy/motion_judges.hpp"
 #include "analysis/accuracy/scene_judges.hpp"
+#include "analysis/accuracy/sliding_row.hpp"
 #include "scenarios/references.hpp"
 
 namespace soda::analysis {
@@ -43,15 +44,25 @@ struct MakeJudge {
                           MotionTrack(id_of_label(scenario, a.other), motions[1])});
   }
   Made operator()(const FloorImpact& a) const { return one(a.body, floor_impact(body(a.body), a)); }
-  Made operator()(const SphereLine&) const {
+  std::vector<StartingBody> all_bodies() const {
     std::vector<StartingBody> bodies;
     for (std::uint32_t i = 0; i < scenario.initial.size(); ++i)
       bodies.push_back(starting_body(scenario, physics::BodyId{i}));
+    return bodies;
+  }
+  Made all(const std::vector<MotionAt>& motions) const {
     std::vector<MotionTrack> tracks;
-    const std::vector<MotionAt> motions = sphere_line(bodies);
     for (std::uint32_t i = 0; i < motions.size(); ++i)
       tracks.emplace_back(physics::BodyId{i}, motions[i]);
     return judge_motions(std::move(tracks));
+  }
+  Made operator()(const SphereLine&) const { return all(sphere_line(all_bodies())); }
+  Made operator()(const SlidingRow& a) const {
+    std::vector<double> half_m;
+    for (const physics::BodyParams& body : scenario.scene.bodies)
+      half_m.push_back(
+          std::get<physics::Box>(scenario.scene.shapes[body.shape]).half_extents_m.x());
+    return all(sliding_row(all_bodies(), half_m, gravity(), a));
   }
   Made operator()(const AtRest&) const { return judge_rest(scenario); }
   Made operator()(const Conserved&) const { return judge_conserved(scenario); }
