@@ -216,7 +216,8 @@ std::optional<AmongHits> advance_among_hits(const SceneDescription& scene, const
   const HitIsland island{scene, geometry, ids};
   double clear = can_be_hit(scene, ids) ? clear_s(island, manifolds, states) : kNever;
   if (clear == kNever) return {};
-  AmongHits result{.hit = clear < dt_s};
+  AmongHits result;
+  result.hit = clear < dt_s;
   result.report.label = ids.front();
   result.report.bodies = static_cast<std::uint32_t>(ids.size());
   // A step that short is off by less than what refinement is content with.
