@@ -182,16 +182,18 @@ class Checks {
     // Sweeps: 20 rounds of 30 where few rows converge slowly, three times where something bounces
     // or closes, four times with joints; for a single body that in 32 solves and in trials of 1 to
     // 16 steps for each part that is left then, of which there are no more than 14 (12 cuts); for
-    // up to 8 bodies in one solve and such trials. 60 impacts and 10 for each body, of 600 sweeps.
+    // up to 8 bodies in one solve and such trials, and all that in each part between hits. 60
+    // impacts and 10 for each body, of 600 sweeps.
     // And up to 80 of Newton's steps for each of 40 corrections. That method stops at 40
     // factorisations, of velocities and of push-out; a full matrix of six rows a body takes a third
     // of its cube.
     const std::uint64_t trials = 1 + 2 + 4 + 8 + 16, solves = island.bodies > 8 ? 1 : 1 + trials;
+    const std::uint64_t parts = island.bodies > 8 ? 1 : 9 + 8 * island.bodies;
     const std::uint64_t most_iterations =
-        (island.bodies == 1 ? (32 + 14 * trials) * 1800 : solves * 8000) +
+        (island.bodies == 1 ? (32 + 14 * trials) * 1800 : solves * 8000) * parts +
         (60 + 10 * island.bodies) * 600;
     const std::uint64_t rows = 6 * island.bodies;
-    const std::uint64_t most_multiplications = solves * 80 * rows * rows * rows / 3;
+    const std::uint64_t most_multiplications = parts * solves * 80 * rows * rows * rows / 3;
     if (island.iterations > most_iterations || island.multiplications > most_multiplications)
       fail(island.label, "work: " + std::to_string(island.iterations) + " iterations and " +
                              std::to_string(island.multiplications) + " multiplications");

@@ -110,4 +110,13 @@ Vec3 push_impulse_newton_s(const SceneDescription& scene, double time_s, BodyId 
   return change * scene.bodies[index_of(id)].mass_kg;
 }
 
+Vec3 push_impulses_newton_s(const SceneDescription& scene, double time_s,
+                            std::span<const BodyId> ids, std::span<const BodyState> states) {
+  Vec3 sum = Vec3::Zero();
+  for (std::size_t i = 0; i < states.size(); ++i)
+    if (is_pushed(scene.bodies[index_of(ids[i])]))
+      sum += push_impulse_newton_s(scene, time_s, ids[i], states[i]);
+  return sum;
+}
+
 }  // namespace soda::physics

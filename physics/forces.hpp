@@ -49,4 +49,9 @@ void fly(const SceneDescription& scene, double time_s, BodyId id, BodyState& sta
 Vec3 push_impulse_newton_s(const SceneDescription& scene, double time_s, BodyId id,
                            const BodyState& state);
 
+// Its sum over bodies. Measures know that of a whole step; what advances bodies in parts of a step
+// counts those of the parts, less that, among the impulses of statics.
+Vec3 push_impulses_newton_s(const SceneDescription& scene, double time_s,
+                            std::span<const BodyId> ids, std::span<const BodyState> states);
+
 }  // namespace soda::physics

@@ -62,8 +62,22 @@ struct HitIsland {
   }
 };
 
+// By how much what pushes a body besides gravity can change the velocity of any of its points.
+double pushed_m_s2(const HitIsland& island, BodyId id, const BodyState& state) {
+  const SceneDescription& scene = island.scene;
+  const BodyParams& body = scene.bodies[index_of(id)];
+  double most = body.drive == kNoDrive ? 0.0 : scene.drives[body.drive].max_acceleration_m_s2;
+  if (body.forces == kNone) return most;
+  const BodyForces& own = scene.forces[body.forces];
+  const double turned = body.inverse_inertia_local.norm() * own.torque_newton_m.norm() +
+                        own.angular_damping_1_s * state.angular_velocity_rad_s.norm();
+  most += (own.force_newton.norm() + own.body_force_newton.norm()) / body.mass_kg;
+  most += own.linear_damping_1_s * state.linear_velocity_m_s.norm();
+  return most + turned * shape_of(scene, island.geometry, id).bounding_radius_m;
+}
+
 // How fast two bodies can come nearer along the normal, and how much faster that can get: by
-// gravity and as much friction, of both.
+// gravity, pushes, and as much friction, of both.
 struct Nearing {
   double centres_m_s = 0.0;   // but for their spin
   double turning_m_s = 0.0;   // of the points that spin moves fastest, of both
@@ -79,6 +93,7 @@ Nearing nearing_of(const HitIsland& island, const ContactManifold& m,
     const BodyState& state = island.state_of(id, states);
     const double speed = state.linear_velocity_m_s.dot(m.normal);
     nearing.centres_m_s += id == m.a ? speed : -speed;
+    nearing.pulled_m_s2 += 2.0 * pushed_m_s2(island, id, state);
     const CompiledShape& shape = shape_of(island.scene, island.geometry, id);
     if (shape.kind == ShapeKind::kSphere) continue;
     const double spin = state.angular_velocity_rad_s.norm();
@@ -120,6 +135,24 @@ double clear_s(const HitIsland& island, std::span<const ContactManifold> contact
   return clear;
 }
 
+// For how long the points that are nearest tell of what comes near: until something has turned by a
+// quarter radian. After a hit, what spins may come round and hit again.
+double foreseen_s(const HitIsland& island, std::span<const ContactManifold> contacts,
+                  std::span<const BodyState> states) {
+  constexpr double kTurn_rad = 0.25;
+  double foreseen = kNever;
+  for (const ContactManifold& m : contacts) {
+    if (is_joint(m) || island.slow_m_s(m) == kNever) continue;
+    for (const BodyId id : {m.a, m.b}) {
+      if (is_static(id) || shape_of(island.scene, island.geometry, id).kind == ShapeKind::kSphere)
+        continue;
+      const double spin = island.state_of(id, states).angular_velocity_rad_s.norm();
+      if (spin > 0.0) foreseen = std::min(foreseen, kTurn_rad / spin);
+    }
+  }
+  return foreseen;
+}
+
 // The contacts without points that come nearer for a hit: until then these have no part in it.
 // Solvers would slow them down before, as soon as they are within reach of one more of their steps;
 // and what they pressed with in the step before would have them held at the distance that they are
@@ -147,11 +180,9 @@ std::vector<ContactManifold> without_hits(const HitIsland& island,
 }
 
 bool can_be_hit(const SceneDescription& scene, std::span<const BodyId> ids) {
-  if (ids.size() > kMostBodies) return false;
-  return std::ranges::none_of(ids, [&scene](BodyId id) {
-    const BodyParams& body = scene.bodies[index_of(id)];
-    return body.joints > 0 || is_pushed(body);
-  });
+  return ids.size() <= kMostBodies && std::ranges::none_of(ids, [&scene](BodyId id) {
+           return scene.bodies[index_of(id)].joints > 0;
+         });
 }
 
 // All pairs that may meet however the island is hit, as manifolds without points.
@@ -220,9 +251,12 @@ std::optional<AmongHits> advance_among_hits(const SceneDescription& scene, const
   result.hit = clear < dt_s;
   result.report.label = ids.front();
   result.report.bodies = static_cast<std::uint32_t>(ids.size());
+  // Measures know what pushes give in a step from its start on; parts start elsewhere.
+  result.report.static_impulse_newton_s = -push_impulses_newton_s(scene, dt_s, ids, states);
   // A step that short is off by less than what refinement is content with.
   constexpr double kShort = 0.01;
   const auto advance = [&](double time_s, std::span<const ContactManifold> contacts) {
+    result.report.static_impulse_newton_s += push_impulses_newton_s(scene, time_s, ids, states);
     const bool short_enough = !(scene.tolerance > 0.0) && time_s <= kShort * scene.dt_s;
     const auto advance_part = short_enough ? advance_unrefined : advance_resting;
     add_part(advance_part(scene, geometry, time_s, ids, contacts, states, counters, faults),
@@ -241,7 +275,8 @@ std::optional<AmongHits> advance_among_hits(const SceneDescription& scene, const
       break;
     }
     found = found_again(scene, geometry, left_s, ids, pairs, states, counters);
-    clear = clear_s(island, found, states);
+    counters.impact_searches += pairs.size();
+    clear = std::min(clear_s(island, found, states), foreseen_s(island, found, states));
   }
   if (clear < left_s)
     advance(left_s, found);

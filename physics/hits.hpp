@@ -25,7 +25,7 @@ struct AmongHits {
 // its bodies can reach.
 //
 // Nothing, and nothing changed, if nothing comes near, or the island is not of this kind: more than
-// 8 bodies, joints, drives, forces or damping. After 8 hits or parts of the step and 8 for each
+// 8 bodies, or joints. After 8 hits or parts of the step and 8 for each
 // body, what is left is one step. `manifolds` were found at these states, over dt_s. The report's
 // estimate is that of the parts between hits. A function of the arguments only.
 std::optional<AmongHits> advance_among_hits(const SceneDescription& scene, const Geometry& geometry,

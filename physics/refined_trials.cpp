@@ -115,14 +115,6 @@ void contacts_at(const RefinedIsland& island, double time_s, std::span<const Bod
   append_world_joints(island.scene, island.ids, found);
 }
 
-Vec3 push_newton_s(const RefinedIsland& island, double time_s, std::span<const BodyState> states) {
-  Vec3 sum = Vec3::Zero();
-  for (std::size_t i = 0; i < states.size(); ++i)
-    if (is_pushed(island.scene.bodies[index_of(island.ids[i])]))
-      sum += push_impulse_newton_s(island.scene, time_s, island.ids[i], states[i]);
-  return sum;
-}
-
 Trial try_steps(RefinedIsland& island, std::span<const BodyState> from,
                 std::span<const ContactManifold> start, double time_s, int steps) {
   Trial trial{{from.begin(), from.end()}, {}, false, {}};
@@ -137,7 +129,7 @@ Trial try_steps(RefinedIsland& island, std::span<const BodyState> from,
       contacts_at(island, dt_s, trial.states, now);
     keep_in_touch(island, dt_s, trial.states, start, now);
     scale_impulses(share, trial.states);
-    const Vec3 push = push_newton_s(island, dt_s, trial.states);
+    const Vec3 push = push_impulses_newton_s(island.scene, dt_s, island.ids, trial.states);
     IslandReport part = advance_once(island.scene, dt_s, island.accurate, island.ids, now,
                                      trial.states, island.scratch, island.counters, faults);
     part.static_impulse_newton_s += push;

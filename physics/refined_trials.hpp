@@ -35,11 +35,6 @@ struct Trial {
 // Stored impulses are those of a whole step, whatever the length of the last part.
 void scale_impulses(double factor, std::span<BodyState> states);
 
-// What drives and forces of their own give the bodies in a step that starts at these states.
-// Measures know that of the whole step (drive_impulse, measures.hpp); trials count theirs, step by
-// step, among the impulses of statics.
-Vec3 push_newton_s(const RefinedIsland& island, double time_s, std::span<const BodyState> states);
-
 // The contacts of the island's pairs at these states, over time_s.
 void contacts_at(const RefinedIsland& island, double time_s, std::span<const BodyState> states,
                  std::vector<ContactManifold>& found);

@@ -278,10 +278,8 @@ RefinedPart advance_part(RefinedIsland& island, const Limits& limits, const Erro
   if (!is_asked(island)) {
     if (!is_lone(island))
       return {advance_unasked(island, budget, part.time_s, from, start, std::move(one))};
-    if (is_plain_hit(island, part.time_s, from, one)) {
-      const StepError change = change_of(island.sizes, from, one.states);
-      return {PartResult{std::move(one), change}};
-    }
+    if (is_plain_hit(island, part.time_s, from, one))
+      return {PartResult{one, change_of(island.sizes, from, one.states)}};
   }
   return refine_part(island, limits, budget, past, part, from, start, std::move(one));
 }
@@ -369,7 +367,7 @@ IslandReport advance_refined(const SceneDescription& scene, const Geometry& geom
       add_part(result.trial.report, report);
     first = false;
   }
-  report.static_impulse_newton_s -= push_newton_s(island, dt_s, states);
+  report.static_impulse_newton_s -= push_impulses_newton_s(scene, dt_s, ids, states);
   budget.tell(report);
   counters.refined_steps += static_cast<std::uint64_t>(island.solves) - 1;
   std::move(now.begin(), now.end(), states.begin());
@@ -384,8 +382,7 @@ IslandReport advance_unrefined(const SceneDescription& scene, const Geometry& ge
   SolveScratch scratch;
   const bool asked = scene.tolerance > 0.0;
   const double share = dt_s / scene.dt_s;
-  std::vector<BodyState> from;
-  if (asked) from.assign(states.begin(), states.end());
+  const std::vector<BodyState> from(states.begin(), asked ? states.end() : states.begin());
   scale_impulses(share, states);
   IslandReport report =
       advance_once(scene, dt_s, asked, ids, manifolds, states, scratch, counters, faults);

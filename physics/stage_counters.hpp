@@ -42,7 +42,7 @@ struct StageCounters {
   std::uint64_t limit_rows = 0, motor_rows = 0;  // among them
   std::uint64_t restitution_rows = 0;
   std::uint64_t warm_started_rows = 0;
-  std::uint64_t impact_searches = 0;  // pairs of flying bodies whose time of impact was looked for
+  std::uint64_t impact_searches = 0;  // pairs whose time of impact was looked for
   std::uint64_t impacts = 0;          // of them, that took place
   std::uint64_t refined_steps = 0;    // single steps beyond the first that refinement took
   std::uint64_t driven_bodies = 0;    // bodies that got a drive's acceleration

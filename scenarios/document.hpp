@@ -231,11 +231,12 @@ struct StoredRunSpec : ReferenceBase {
 };
 using ReferenceSpec = std::variant<
     AnswerSpec<FreeFlight>, AnswerSpec<TorqueFree>, AnswerSpec<Sliding>, AnswerSpec<Rolling>,
-    AnswerSpec<Bouncing>, AnswerSpec<TwoSpheres>, AnswerSpec<FloorImpact>, AnswerSpec<SphereLine>, AnswerSpec<SlidingRow>,
-    AnswerSpec<AtRest>, AnswerSpec<Conserved>, AnswerSpec<StackForces>, AnswerSpec<OneSide>,
-    AnswerSpec<Separation>, AnswerSpec<Pile>, AnswerSpec<Reversal>, AnswerSpec<HardSphereGas>,
-    AnswerSpec<ForcedFlight>, AnswerSpec<DampedOscillator>, AnswerSpec<SteadyPrecession>,
-    AnswerSpec<JointTravel>, AnswerSpec<HangingChain>, AnswerSpec<JointsHold>, StoredRunSpec>;
+    AnswerSpec<Bouncing>, AnswerSpec<TwoSpheres>, AnswerSpec<FloorImpact>, AnswerSpec<SphereLine>,
+    AnswerSpec<SlidingRow>, AnswerSpec<AtRest>, AnswerSpec<Conserved>, AnswerSpec<StackForces>,
+    AnswerSpec<OneSide>, AnswerSpec<Separation>, AnswerSpec<Pile>, AnswerSpec<Reversal>,
+    AnswerSpec<HardSphereGas>, AnswerSpec<ForcedFlight>, AnswerSpec<DampedOscillator>,
+    AnswerSpec<SteadyPrecession>, AnswerSpec<JointTravel>, AnswerSpec<HangingChain>,
+    AnswerSpec<JointsHold>, StoredRunSpec>;
 
 struct SolverSpec : Located {
   std::int64_t iterations = physics::SolverSettings{}.iterations;

@@ -118,9 +118,9 @@ struct StoredRun {
 
 using KnownAnswer =
     std::variant<FreeFlight, TorqueFree, Sliding, Rolling, Bouncing, TwoSpheres, FloorImpact,
-                 SphereLine, SlidingRow, AtRest, Conserved, StackForces, OneSide, Separation, Pile, Reversal,
-                 HardSphereGas, ForcedFlight, DampedOscillator, SteadyPrecession, JointTravel,
-                 HangingChain, JointsHold, StoredRun>;
+                 SphereLine, SlidingRow, AtRest, Conserved, StackForces, OneSide, Separation, Pile,
+                 Reversal, HardSphereGas, ForcedFlight, DampedOscillator, SteadyPrecession,
+                 JointTravel, HangingChain, JointsHold, StoredRun>;
 
 // How large one measure of error may be.
 struct Bound {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 
+#include "physics/forces.hpp"
 #include "tests/physics/scenes.hpp"
 
 namespace soda::physics {
@@ -26,8 +27,8 @@ World on_floor(double dt_s, double tolerance, Material material) {
 }
 
 void add_wall(World& world, double x_m, Material material) {
-  world.add_static(world.add_shape(HalfSpace{Vec3(-1, 0, 0), -x_m}), Vec3::Zero(),
-                   Quat::Identity(), material);
+  world.add_static(world.add_shape(HalfSpace{Vec3(-1, 0, 0), -x_m}), Vec3::Zero(), Quat::Identity(),
+                   material);
 }
 
 void run_for(World& world, double time_s) {
@@ -81,6 +82,28 @@ TEST(Hits, BoxesOnASmoothFloorHitWithTheirFacesWheneverInTheStep) {
   }
 }
 
+// Its ends come nearer along other lines than that on which it is nearest at first.
+TEST(Hits, WhereARodThatSpinsOnAFloorHitsDoesNotDependOnTheStep) {
+  const Material material{.friction = 0.0, .restitution = 1.0};
+  std::vector<Vec3> ends;
+  for (const double dt : {1.0 / 1920, 1.0 / 240, 1.0 / 60, 1.0 / 40}) {
+    World world = on_floor(dt, 0.0, material);
+    const Quat lying = test::about(Vec3::UnitY(), 0.5 * 3.14159265358979);
+    BodyState& rod = world.add_body(world.add_shape(Capsule{.radius_m = 0.05, .length_m = 0.9}),
+                                    Vec3(0, 0, 0.05), 1000.0, material);
+    rod.orientation = lying;
+    rod.angular_velocity_rad_s = Vec3(0, 0, 12);
+    world.add_body(world.add_shape(Box{Vec3(0.05, 0.05, 0.05)}), Vec3(0.35, 0.3, 0.05), 1000.0,
+                   material);
+    const double before = world.mechanics().kinetic_energy_joule;
+    run_for(world, 0.4);
+    EXPECT_NEAR(world.mechanics().kinetic_energy_joule / before, 1.0, 1e-6);
+    ends.push_back(world.states[1].position_m);
+    EXPECT_GT((ends[0] - Vec3(0.35, 0.3, 0.05)).norm(), 0.5);
+    EXPECT_LT((ends.back() - ends[0]).norm(), 2e-6) << dt;
+  }
+}
+
 // All at once, four would go on together.
 TEST(Hits, BallsThatTouchOnAFloorPassAMomentumOn) {
   const Material material{.friction = 0.0, .restitution = 1.0};
@@ -117,10 +140,10 @@ TEST(Hits, BallsOnATableKeepTheirEnergy) {
   const Material material{.friction = 0.0, .restitution = 1.0};
   World world = on_floor(1.0 / 120, 0.0, material);
   for (int wall = 0; wall < 4; ++wall)
-    world.add_static(world.add_shape(HalfSpace{
-                         test::about(Vec3::UnitZ(), 0.5 * 3.14159265358979 * wall) * Vec3::UnitX(),
-                         -1.0}),
-                     Vec3::Zero(), Quat::Identity(), material);
+    world.add_static(
+        world.add_shape(HalfSpace{
+            test::about(Vec3::UnitZ(), 0.5 * 3.14159265358979 * wall) * Vec3::UnitX(), -1.0}),
+        Vec3::Zero(), Quat::Identity(), material);
   const std::uint32_t ball = world.add_shape(Sphere{0.1});
   std::mt19937 random(7);
   std::uniform_real_distribution<double> speed(-2.0, 2.0);
@@ -147,6 +170,35 @@ TEST(Hits, ABallBouncesOnAMeshAsHighAsItShould) {
   const double since_s = world.scene.dt_s * std::floor(fall_s * 1.8 / world.scene.dt_s) - fall_s;
   EXPECT_NEAR(world.states[0].position_m.z(),
               0.1 + 0.8 * kGravity * fall_s * since_s - 0.5 * kGravity * since_s * since_s, 1e-7);
+}
+
+// With air that brakes them, and a wind. Flight through impacts is not for what is pushed.
+TEST(Hits, WhatIsPushedAndDampedBouncesWhereverInTheStep) {
+  const Material material{.friction = 0.2, .restitution = 0.7};
+  std::vector<BodyState> ends;
+  for (const double dt : {1.0 / 3840, 1.0 / 240, 1.0 / 60, 1.0 / 50}) {
+    World world = on_floor(dt, 0.0, material);
+    world.add_body(world.add_shape(Sphere{0.1}), Vec3(0, 0, 0.6), 1000.0, material);
+    world.scene.bodies[0].forces = 0;
+    world.scene.forces.push_back({.force_newton = Vec3(1.5, 0, 0), .linear_damping_1_s = 0.4});
+    const double fall_s = 0.6;  // after the first bounce
+    Vec3 momentum = world.mechanics().linear_momentum_newton_s;
+    const Geometry geometry(world.scene);
+    for (int step = 0; step < std::lround(fall_s / dt); ++step) {
+      const std::vector<BodyState> before = world.states;
+      world.run(1, geometry);
+      momentum += push_impulse_newton_s(world.scene, dt, BodyId{0}, before[0]) +
+                  world.scene.bodies[0].mass_kg * dt * world.scene.gravity_m_s2;
+      for (const IslandReport& island : world.report.islands)
+        momentum += island.static_impulse_newton_s;
+    }
+    EXPECT_EQ(world.counters.impacts, 1u);
+    EXPECT_LT((world.mechanics().linear_momentum_newton_s - momentum).norm(), 1e-12);
+    ends.push_back(world.states[0]);
+    EXPECT_LT((ends.back().position_m - ends[0].position_m).norm(), 1e-7) << dt;
+    EXPECT_LT((ends.back().linear_velocity_m_s - ends[0].linear_velocity_m_s).norm(), 1e-6) << dt;
+  }
+  EXPECT_GT(ends[0].position_m.z(), 0.2);
 }
 
 TEST(Hits, NothingIsLookedForWhereNothingBounces) {
