@@ -10,7 +10,7 @@
 namespace soda::analysis {
 namespace {
 
-constexpr double kWidth = 600, kHeight = 380, kLeft = 72, kRight = 116, kTop = 34, kBottom = 48;
+constexpr double kWidth = 600, kHeight = 380, kLeft = 72, kRight = 136, kTop = 34, kBottom = 48;
 constexpr double kSmallest = 1e-17;  // errors below are drawn here: rounding, or none at all
 constexpr std::array<const char*, 6> kColours{"#0072b2", "#d55e00", "#009e73",
                                               "#cc79a7", "#e69f00", "#56b4e9"};
