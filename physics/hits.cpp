@@ -8,6 +8,7 @@
 #include "physics/direct_contacts.hpp"
 #include "physics/forces.hpp"
 #include "physics/geometry_impl.hpp"
+#include "physics/reach.hpp"
 #include "physics/refinement.hpp"
 #include "physics/rigid_motion.hpp"
 #include "physics/strike.hpp"
@@ -198,32 +199,20 @@ bool can_be_hit(const HitIsland& island, double dt_s, std::span<const BodyState>
   return mass_ratio(island.scene, island.ids) <= kMostRatio;
 }
 
-// All pairs that may meet however the island is hit, as manifolds without points.
-std::vector<ContactManifold> pairs_in_reach(const HitIsland& island, double dt_s,
-                                            std::span<const BodyState> states,
-                                            StageCounters& counters) {
-  double fastest = 0.0;
-  for (const BodyState& s : states) fastest = std::max(fastest, s.linear_velocity_m_s.norm());
-  const double reach = (2.0 * fastest + island.scene.gravity_m_s2.norm() * dt_s) * dt_s;
-  std::vector<Aabb> boxes;
-  for (std::size_t i = 0; i < states.size(); ++i) {
-    Aabb box = swept_aabb(island.scene, island.geometry, island.ids[i], states[i]);
-    box.min -= Vec3::Constant(reach);
-    box.max += Vec3::Constant(reach);
-    boxes.push_back(box);
-  }
+// All pairs that may be hit, as manifolds without points.
+std::vector<ContactManifold> pairs_to_look_at(const HitIsland& island, double dt_s,
+                                              std::span<const BodyState> states,
+                                              StageCounters& counters) {
+  const auto& [scene, geometry, ids] = island;
+  const PairsInReach found = pairs_in_reach(scene, geometry, dt_s, ids, states, counters);
   std::vector<ContactManifold> pairs;
   const auto add = [&pairs](BodyId a, BodyId b) {
     ContactManifold& m = pairs.emplace_back();
     m.a = a;
     m.b = b;
   };
-  for (std::size_t i = 0; i < boxes.size(); ++i)
-    for (std::size_t j = i + 1; j < boxes.size(); ++j)
-      if (overlap(boxes[i], boxes[j])) add(island.ids[i], island.ids[j]);
-  std::vector<IndexPair> with_statics;
-  find_static_pairs(island.geometry, boxes, with_statics, counters);
-  for (const IndexPair& p : with_statics) add(island.ids[p.first], static_id(p.second));
+  for (const IndexPair& p : found.bodies) add(ids[p.first], ids[p.second]);
+  for (const IndexPair& p : found.statics) add(ids[p.first], static_id(p.second));
   std::sort(pairs.begin(), pairs.end(), canonical_before);
   return pairs;
 }
@@ -250,23 +239,11 @@ std::vector<ContactManifold> touching_points(const HitIsland& island,
   return touching;
 }
 
-// Whether a body is inside a static by more than contacts leave.
-bool has_sunk(const HitIsland& island, std::span<const ContactManifold> contacts) {
-  constexpr double kDeep = 0.05;  // of its width
-  for (const ContactManifold& m : contacts) {
-    if (!is_static(m.b)) continue;
-    for (std::uint32_t i = 0; i < m.count; ++i)
-      if (m.points[i].separation_m < -kDeep * island.width_m(m)) return true;
-  }
-  return false;
-}
-
-// From hit to hit. The pairs that were looked at, for what follows.
-std::vector<ContactManifold> advance_through(const HitIsland& island, double dt_s, double clear,
-                                             std::span<const ContactManifold> manifolds,
-                                             std::span<BodyState> states, IslandReport& report,
-                                             StageCounters& counters,
-                                             std::vector<AdvanceFault>& faults) {
+// From hit to hit. `clear`: how long there is none.
+void advance_through(const HitIsland& island, double dt_s, double clear,
+                     std::span<const ContactManifold> manifolds, std::span<BodyState> states,
+                     IslandReport& report, StageCounters& counters,
+                     std::vector<AdvanceFault>& faults) {
   const auto& [scene, geometry, ids] = island;
   // A step that short is off by less than what refinement is content with.
   constexpr double kShort = 0.01;
@@ -278,7 +255,7 @@ std::vector<ContactManifold> advance_through(const HitIsland& island, double dt_
              report);
   };
   std::vector<ContactManifold> pairs, found(manifolds.begin(), manifolds.end());
-  if (clear < dt_s) pairs = pairs_in_reach(island, dt_s, states, counters);
+  if (clear < dt_s) pairs = pairs_to_look_at(island, dt_s, states, counters);
   double left_s = dt_s;
   for (std::size_t i = 0; i < most_parts(ids) && clear < left_s; ++i) {
     if (clear > 0.0) {
@@ -296,7 +273,6 @@ std::vector<ContactManifold> advance_through(const HitIsland& island, double dt_
     advance(left_s, found);
   else
     advance(left_s, without_hits(island, found, states));
-  return pairs;
 }
 
 }  // namespace
@@ -306,29 +282,17 @@ std::optional<AmongHits> advance_among_hits(const SceneDescription& scene, const
                                             std::span<const ContactManifold> manifolds,
                                             std::span<BodyState> states, StageCounters& counters,
                                             std::vector<AdvanceFault>& faults) {
-  // As of stop_at_statics(): what is that much lighter can be thrown through a static by what
-  // sweeps leave.
-  constexpr double kMuchLighter = 100.0;
   const HitIsland island{scene, geometry, ids};
   const double clear =
       can_be_hit(island, dt_s, states) ? clear_s(island, manifolds, states) : kNever;
   if (clear == kNever) return {};
-  const std::vector<BodyState> before(states.begin(), states.end());
-  const std::size_t known_faults = faults.size();
   AmongHits result;
   result.hit = clear < dt_s;
   result.report.label = ids.front();
   result.report.bodies = static_cast<std::uint32_t>(ids.size());
-  const std::vector<ContactManifold> pairs =
-      advance_through(island, dt_s, clear, manifolds, states, result.report, counters, faults);
-  if (result.hit && mass_ratio(scene, ids) > kMuchLighter &&
-      has_sunk(island, found_again(scene, geometry, dt_s, ids, pairs, states, counters))) {
-    std::copy(before.begin(), before.end(), states.begin());
-    faults.resize(known_faults);
-    return {};
-  }
   // Measures know what pushes give in a step from its start on; parts start elsewhere.
-  result.report.static_impulse_newton_s -= push_impulses_newton_s(scene, dt_s, ids, before);
+  result.report.static_impulse_newton_s = -push_impulses_newton_s(scene, dt_s, ids, states);
+  advance_through(island, dt_s, clear, manifolds, states, result.report, counters, faults);
   if (scene.tolerance > 0.0 && result.report.error_estimate > scene.tolerance)
     result.report.beyond_tolerance = true;
   return result;

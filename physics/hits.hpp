@@ -25,11 +25,10 @@ struct AmongHits {
 // its bodies can reach.
 //
 // Nothing, and nothing changed, if nothing comes near, or the island is not of this kind: more than
-// 8 bodies, joints, masses that differ by more than ten thousand times, a body that turns by more
-// than 2 radians and 2 for each body; or if masses differ by more than a hundred times, and a body
-// would end inside a static. After 8 hits or parts of the step and 8 for each body, what is left is
-// one step. `manifolds` were found at these states, over dt_s. The report's estimate is that of the
-// parts between hits. A function of the arguments only.
+// 8 bodies, joints, masses that differ by more than ten thousand times, or a body that turns by
+// more than 2 radians and 2 for each body. After 8 hits or parts of the step and 8 for each body,
+// what is left is one step. `manifolds` were found at these states, over dt_s. The report's
+// estimate is that of the parts between hits. A function of the arguments only.
 std::optional<AmongHits> advance_among_hits(const SceneDescription& scene, const Geometry& geometry,
                                             double dt_s, std::span<const BodyId> ids,
                                             std::span<const ContactManifold> manifolds,

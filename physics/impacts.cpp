@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "physics/forces.hpp"
+#include "physics/reach.hpp"
 #include "physics/rigid_motion.hpp"
 #include "physics/strike.hpp"
 #include "physics/time_of_impact.hpp"
@@ -94,33 +95,13 @@ struct Flyers {
   }
 };
 
-// How far a body can come however it is hit.
-double reach_m(const Flyers& flyers) {
-  double fastest = 0.0;
-  for (const BodyState& s : flyers.states)
-    fastest = std::max(fastest, s.linear_velocity_m_s.norm());
-  return (2.0 * fastest + flyers.scene.gravity_m_s2.norm() * flyers.dt_s) * flyers.dt_s;
-}
-
-// Boxes that a bounce does not leave. False if a mesh is near.
+// False if a mesh is near.
 bool find_flying_pairs(Flyers& flyers, StageCounters& counters) {
-  const double reach = reach_m(flyers);
-  std::vector<Aabb> boxes;
-  for (std::size_t i = 0; i < flyers.ids.size(); ++i) {
-    BodyState still = flyers.states[i];
-    still.linear_velocity_m_s = Vec3::Zero();
-    still.angular_velocity_rad_s = still.angular_velocity_rad_s * 2.0;
-    Aabb box = swept_aabb(flyers.scene, flyers.geometry, flyers.ids[i], still);
-    box.min -= Vec3::Constant(reach);
-    box.max += Vec3::Constant(reach);
-    boxes.push_back(box);
-  }
-  for (std::uint32_t i = 0; i < boxes.size(); ++i)
-    for (std::uint32_t j = i + 1; j < boxes.size(); ++j)
-      if (overlap(boxes[i], boxes[j])) flyers.pairs.push_back({i, j, false, {}});
-  std::vector<IndexPair> with_statics;
-  find_static_pairs(flyers.geometry, boxes, with_statics, counters);
-  for (const IndexPair& pair : with_statics) {
+  const PairsInReach found = pairs_in_reach(flyers.scene, flyers.geometry, flyers.dt_s, flyers.ids,
+                                            flyers.states, counters);
+  for (const IndexPair& pair : found.bodies)
+    flyers.pairs.push_back({pair.first, pair.second, false, {}});
+  for (const IndexPair& pair : found.statics) {
     if (is_mesh(flyers.scene, static_id(pair.second))) return false;
     flyers.pairs.push_back({pair.first, pair.second, true, {}});
   }

@@ -1,0 +1,31 @@
+#include "physics/reach.hpp"
+
+#include <algorithm>
+
+namespace soda::physics {
+
+PairsInReach pairs_in_reach(const SceneDescription& scene, const Geometry& geometry, double dt_s,
+                            std::span<const BodyId> ids, std::span<const BodyState> states,
+                            StageCounters& counters) {
+  double fastest = 0.0;
+  for (const BodyState& s : states) fastest = std::max(fastest, s.linear_velocity_m_s.norm());
+  const double reach_m = (2.0 * fastest + scene.gravity_m_s2.norm() * dt_s) * dt_s;
+  std::vector<Aabb> boxes;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    BodyState still = states[i];
+    still.linear_velocity_m_s = Vec3::Zero();
+    still.angular_velocity_rad_s = still.angular_velocity_rad_s * 2.0;
+    Aabb box = swept_aabb(scene, geometry, ids[i], still);
+    box.min -= Vec3::Constant(reach_m);
+    box.max += Vec3::Constant(reach_m);
+    boxes.push_back(box);
+  }
+  PairsInReach pairs;
+  for (std::uint32_t i = 0; i < boxes.size(); ++i)
+    for (std::uint32_t j = i + 1; j < boxes.size(); ++j)
+      if (overlap(boxes[i], boxes[j])) pairs.bodies.push_back({i, j});
+  find_static_pairs(geometry, boxes, pairs.statics, counters);
+  return pairs;
+}
+
+}  // namespace soda::physics
