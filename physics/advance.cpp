@@ -290,8 +290,9 @@ IslandReport advance_island(const SceneDescription& scene, const Geometry& geome
       left = found_again(scene, geometry, rest_s, ids, manifolds, states, counters);
     const std::span<const ContactManifold> met = flown_s > 0.0 ? left : manifolds;
     const bool linked = whole && is_linked(met);
+    // What flight has left has been through its impacts.
     std::optional<AmongHits> among;
-    if (whole && !linked)
+    if (whole && !linked && flown_s == 0.0)
       among = advance_among_hits(scene, geometry, rest_s, ids, met, states, counters, faults);
     const IslandReport part =
         among    ? among->report
