@@ -66,9 +66,7 @@ class Journal {
     while (taken < size() && entries_[taken].lp == nullptr) ++taken;
     if (taken > 0) drop_first(taken);
   }
-  void drop_all() { drop_first(size()); }
-
- private:
+  // The same for the first `count`, all of which have been.
   void drop_first(std::uint64_t count) {
     const bool some_stay = count < size();
     const std::uint32_t output = some_stay ? entries_[count].output_at : next_output_;
@@ -81,6 +79,7 @@ class Journal {
     first_state_ = state;
   }
 
+ private:
   SlidingVector<Entry> entries_;
   SlidingVector<Payload> outputs_;   // as sent
   SlidingVector<std::byte> states_;  // of LPs whose state the executor saves

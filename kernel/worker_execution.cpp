@@ -24,9 +24,6 @@ constexpr microseconds kLongestRound{10'000};
 // A worker that is alone knows GVT without, and collects by itself.
 constexpr std::size_t kBagsPerRoundAlone = 65536;
 
-// So many entries of the journal may be taken out but not dropped, whatever is left.
-constexpr std::size_t kLongJournal = 4096;
-
 // What is collected is fetched so many entries before: between rounds it can have left the cache.
 constexpr std::uint64_t kEntriesAhead = 4;
 
@@ -178,26 +175,24 @@ void Worker::deliver_list(std::uint32_t own, std::uint32_t first) {
   settle_receivers();
 }
 
-// All that GVT has passed. What is left at the front after that can hold up much that was taken out
-// behind it: then it is not worth its room.
+// What GVT has passed, up to the first entry that it has not. What was executed again after a
+// rollback, and so lies behind that although it is earlier, waits for its turn: of what a worker
+// has executed ahead of the others, nothing is looked at twice.
 void Worker::collect_journal() {
-  std::uint64_t left = 0;
-  for (std::uint64_t number = journal_.first_number(); number < journal_.next_number(); ++number) {
+  const std::uint64_t end = journal_.next_number();
+  std::uint64_t number = journal_.first_number();
+  for (; number < end; ++number) {
     const Journal::Entry& entry = journal_[number];
-    if (number + kEntriesAhead < journal_.next_number()) {
+    if (entry.lp == nullptr) continue;
+    if (entry.time() >= gvt_) break;
+    if (number + kEntriesAhead < end) {
       const Journal::Entry& ahead = journal_[number + kEntriesAhead];
       if (ahead.lp != nullptr) ahead.lp->prefetch();
       __builtin_prefetch(&pool_[ahead.first_input]);
     }
-    if (entry.lp == nullptr) continue;
-    if (entry.time() < gvt_)
-      entry.lp->collect_in_order(number, gvt_, effects_.counters);
-    else
-      ++left;
+    entry.lp->collect_in_order(number, gvt_, effects_.counters);
   }
-  if (left == 0) return journal_.drop_all();
-  journal_.drop_taken();
-  if (journal_.size() > kLongJournal + 4 * left) take_back_journal();
+  journal_.drop_first(number - journal_.first_number());
 }
 
 void Worker::take_back_journal() {

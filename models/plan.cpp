@@ -5,6 +5,7 @@
 #include <cstddef>
 
 #include "models/split_plan.hpp"
+#include "physics/forces.hpp"
 #include "physics/geometry.hpp"
 
 namespace soda::models {
@@ -129,6 +130,19 @@ bool any_body_is_driven(const SceneDescription& scene) {
   return false;
 }
 
+// Whether nothing but contacts and springs acts on some body.
+bool any_body_is_loose(const SceneDescription& scene) {
+  std::vector<bool> held(scene.bodies.size());
+  for (const physics::Joint& joint : scene.joints) {
+    if (joint.kind == physics::JointKind::kSpring) continue;
+    held[physics::index_of(joint.a)] = true;
+    if (!physics::is_static(joint.b)) held[physics::index_of(joint.b)] = true;
+  }
+  for (std::size_t i = 0; i < held.size(); ++i)
+    if (!held[i] && !physics::is_pushed(scene.bodies[i])) return true;
+  return false;
+}
+
 struct MovingSurfaces {
   bool any = false, rough = false;  // rough: some body feels them
 };
@@ -203,17 +217,14 @@ void add_physics(const SceneDescription& scene, std::vector<PlanLine>& plan) {
   add_joints(scene, plan);
   add(plan, kRestitution, response && anything_bounces(scene), "a material has restitution > 0",
       response ? "no material has restitution > 0" : no_response);
-  const bool loose = std::any_of(scene.bodies.begin(), scene.bodies.end(), [](const auto& body) {
-    return body.joints == 0 && body.drive == physics::kNone && body.forces == physics::kNone;
-  });
-  const char* const held = "every body is driven, pushed or has a joint";
-  const bool linked = !scene.joints.empty();
+  const bool loose = any_body_is_loose(scene), linked = !scene.joints.empty();
+  const char* const held = "every body is driven, pushed or held by a joint";
   add(plan, kImpacts, response && (loose || linked),
       loose ? "bodies can fly into each other" : "joints can draw bodies along",
       response ? "every body is driven or pushed" : no_response);
-  add(plan, kRefinement, response && loose,
-      scene.tolerance > 0.0 ? "islands are advanced to a tolerance"
-                            : "single bodies can slide or roll",
+  const bool asked = scene.tolerance > 0.0;
+  add(plan, kRefinement, asked ? response || linked : response && loose,
+      asked ? "islands are advanced to a tolerance" : "single bodies can slide or roll",
       response ? held : no_response);
   const bool carried = !scene.statics.empty() || scene.gravity_m_s2 == physics::Vec3::Zero();
   add(plan, kRest, response && loose && carried && scene.solver.rest, "known from the step before",

@@ -16,6 +16,7 @@
 #include "physics/linkage.hpp"
 #include "physics/linked_step.hpp"
 #include "physics/momentum.hpp"
+#include "physics/refined_trials.hpp"
 #include "physics/refinement.hpp"
 #include "physics/rest.hpp"
 #include "physics/rigid_motion.hpp"
@@ -151,7 +152,6 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, bool accur
                           StageCounters& counters, std::vector<AdvanceFault>& faults) {
   IslandReport report = report_of(ids, manifolds);
   JointSystem joints = find_joints(scene, ids, manifolds);
-  if (!scene.joints.empty()) report_lost_joints(scene, ids, manifolds, faults);
   if (!joints.empty()) close_left_open(scene, dt_s, ids, joints, states, report);
   const bool linked = !joints.empty() && report.contact_points == 0 &&
                       advance_linkage(scene, dt_s, ids, joints, states, report, faults);
@@ -215,7 +215,6 @@ bool advance_exactly(const SceneDescription& scene, double dt_s, std::span<const
   const JointSystem joints = find_joints(scene, ids, manifolds);
   report = report_of(ids, manifolds);
   if (!advance_lone_spring(scene, dt_s, ids, joints, states, report, faults)) return false;
-  report_lost_joints(scene, ids, manifolds, faults);
   ++counters.joint_rows;
   return true;
 }
@@ -235,7 +234,6 @@ bool advance_within_tolerance(const SceneDescription& scene, const Geometry& geo
   if (!advance_linkage_within(scene.tolerance * (dt_s / scene.dt_s), sizes_of(scene, geometry, ids),
                               scene, dt_s, ids, joints, states, report, faults))
     return false;
-  report_lost_joints(scene, ids, manifolds, faults);
   count_linked(scene, ids, joints, report, counters);
   return true;
 }
@@ -267,6 +265,7 @@ IslandReport advance_island(const SceneDescription& scene, const Geometry& geome
     pass_through(scene, dt_s, ids, manifolds, states, report, counters, faults);
     return report;
   }
+  if (!scene.joints.empty()) report_lost_joints(scene, ids, manifolds, faults);
   // Giant ones may be solved by several worlds, of which none has them all.
   const bool whole = !is_giant(manifolds), alone = whole && is_left_alone(scene, ids, manifolds);
   const IslandMomentum before = alone ? momentum_of(scene, ids, states) : IslandMomentum{};

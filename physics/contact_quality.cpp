@@ -98,6 +98,7 @@ void add_contacts(const SceneDescription& scene, std::span<const ContactManifold
                              &ContactResiduals::complementarity_m_s, &ContactResiduals::cone_m_s,
                              &ContactResiduals::dissipation_m_s};
   for (const ContactManifold& m : manifolds) {
+    if (is_joint(m)) continue;
     const Pair pair = pair_of(scene, m, before, after);
     if (pair.restitution > 0.0) continue;
     for (std::uint32_t i = 0; i < m.count; ++i) {

@@ -9,6 +9,7 @@
 #include "physics/forces.hpp"
 #include "physics/geometry_impl.hpp"
 #include "physics/reach.hpp"
+#include "physics/refined_trials.hpp"
 #include "physics/refinement.hpp"
 #include "physics/rigid_motion.hpp"
 #include "physics/strike.hpp"

@@ -7,6 +7,7 @@
 #include "physics/forces.hpp"
 #include "physics/geometry.hpp"
 #include "physics/rigid_motion.hpp"
+#include "physics/spring_kicks.hpp"
 #include "physics/springs.hpp"
 
 namespace soda::physics {
@@ -62,13 +63,17 @@ bool has_other_source(const RefinedIsland& island) {
   return false;
 }
 
+double elastic_of(const RefinedIsland& island, std::span<const BodyState> states) {
+  const JointSystem joints = find_joints(island.scene, island.ids, island.pairs);
+  return elastic_joule(spring_rows(island.scene, states, joints));
+}
+
 // By how much springs hold more at `to`.
 double elastic_gain_joule(const RefinedIsland& island, std::span<const BodyState> from,
                           std::span<const BodyState> to) {
-  if (std::ranges::none_of(island.pairs, is_joint)) return 0.0;
-  const JointSystem joints = find_joints(island.scene, island.ids, island.pairs);
-  return elastic_joule(spring_rows(island.scene, to, joints)) -
-         elastic_joule(spring_rows(island.scene, from, joints));
+  return std::ranges::none_of(island.pairs, is_joint)
+             ? 0.0
+             : elastic_of(island, to) - elastic_of(island, from);
 }
 
 bool is_supported(const RefinedIsland& island) {
@@ -87,6 +92,22 @@ Vec3 common_velocity(const RefinedIsland& island, std::span<const BodyState> sta
     momentum += states[i].linear_velocity_m_s * mass;
   }
   return is_supported(island) ? Vec3(Vec3::Zero()) : Vec3(momentum / mass_kg);
+}
+
+// A step, or a part of one.
+IslandReport advance_kicked(RefinedIsland& island, double dt_s,
+                            std::span<const ContactManifold> contacts, std::span<BodyState> states,
+                            std::vector<AdvanceFault>& faults) {
+  IslandReport kicks;
+  if (!island.springs.empty()) {
+    kick_by_springs(island.scene, dt_s, island.ids, island.springs, states, kicks);
+    island.counters.joint_rows += island.springs.joints.size();
+  }
+  IslandReport report = advance_once(island.scene, dt_s, island.accurate, island.ids, contacts,
+                                     states, island.scratch, island.counters, faults);
+  report.static_impulse_newton_s += kicks.static_impulse_newton_s;
+  report.static_angular_impulse_newton_m_s += kicks.static_angular_impulse_newton_m_s;
+  return report;
 }
 
 }  // namespace
@@ -115,32 +136,46 @@ void contacts_at(const RefinedIsland& island, double time_s, std::span<const Bod
   append_world_joints(island.scene, island.ids, found);
 }
 
+std::vector<ContactManifold> found_again(const SceneDescription& scene, const Geometry& geometry,
+                                         double dt_s, std::span<const BodyId> ids,
+                                         std::span<const ContactManifold> manifolds,
+                                         std::span<const BodyState> states,
+                                         StageCounters& counters) {
+  std::vector<ContactManifold> found;
+  contacts_at({scene, geometry, ids, manifolds, {}, counters, false, {}}, dt_s, states, found);
+  return found;
+}
+
 Trial try_steps(RefinedIsland& island, std::span<const BodyState> from,
                 std::span<const ContactManifold> start, double time_s, int steps) {
   Trial trial{{from.begin(), from.end()}, {}, false, {}};
-  const double dt_s = time_s / steps, share = dt_s / island.scene.dt_s;
+  const bool kicked = !island.springs.empty();
+  const int parts =
+      kicked ? parts_to_kick(island.scene, time_s, island.ids, island.springs, from) : 1;
+  const double dt_s = time_s / (steps * parts), share = dt_s / island.scene.dt_s;
   std::vector<AdvanceFault> faults;
   trial.path.reserve(from.size() * static_cast<std::size_t>(steps));
-  for (int i = 0; i < steps; ++i) {
+  for (int i = 0; i < steps * parts; ++i) {
     std::vector<ContactManifold>& now = island.found;
     if (i == 0)
       now.assign(start.begin(), start.end());
     else
       contacts_at(island, dt_s, trial.states, now);
     keep_in_touch(island, dt_s, trial.states, start, now);
+    if (kicked) std::erase_if(now, is_joint);
     scale_impulses(share, trial.states);
     const Vec3 push = push_impulses_newton_s(island.scene, dt_s, island.ids, trial.states);
-    IslandReport part = advance_once(island.scene, dt_s, island.accurate, island.ids, now,
-                                     trial.states, island.scratch, island.counters, faults);
+    IslandReport part = advance_kicked(island, dt_s, now, trial.states, faults);
     part.static_impulse_newton_s += push;
     scale_impulses(1.0 / share, trial.states);
     if (i == 0)
       trial.report = part;
     else
       add_part(part, trial.report);
+    if ((i + 1) % parts != 0) continue;
+    ++island.solves;
     for (const BodyState& state : trial.states)
       trial.path.push_back({state.linear_velocity_m_s, state.angular_velocity_rad_s});
-    ++island.solves;
   }
   trial.failed = !faults.empty();
   return trial;
@@ -226,18 +261,60 @@ Trial Extrapolation::limit(const Trial& finest) const {
   return limit;
 }
 
+namespace {
+
+double gained_joule(const RefinedIsland& island, std::span<const BodyState> from,
+                    const Trial& trial) {
+  return gain_joule(island.scene, island.ids, from, trial.states) +
+         elastic_gain_joule(island, from, trial.states) - trial.report.push_out_work_joule;
+}
+
+// Where springs hold all the energy, at the ends of a swing, there is no velocity to take it from:
+// bodies go a trace further the way that their velocities are changing, along which forces but
+// those of contacts give what is too much. False, and no change, if that does not take it.
+bool take_from_springs(const RefinedIsland& island, std::span<const BodyState> from, double gain,
+                       Trial& trial) {
+  constexpr double kLeft = 1e-3;  // of the gain
+  const std::vector<BodyState> to = trial.states;
+  const auto left_after = [&](double time_s) {
+    for (std::size_t i = 0; i < to.size(); ++i) {
+      trial.states[i].position_m =
+          to[i].position_m + (to[i].linear_velocity_m_s - from[i].linear_velocity_m_s) * time_s;
+      trial.states[i].orientation = to[i].orientation;
+      turn_by(island.scene.bodies[index_of(island.ids[i])],
+              (to[i].angular_velocity_rad_s - from[i].angular_velocity_rad_s) * time_s,
+              trial.states[i]);
+    }
+    return gained_joule(island, from, trial);
+  };
+  constexpr double kFirst = 1e-6;  // of a step
+  double time_s = kFirst * island.sizes.dt_s;
+  const double taken = gain - left_after(time_s);
+  if (taken > 0.0) {
+    time_s *= gain / taken;
+    if (std::abs(left_after(time_s)) <= kLeft * gain) return true;
+  }
+  trial.states = to;
+  return false;
+}
+
+}  // namespace
+
 double take_back_gain(const RefinedIsland& island, std::span<const BodyState> from, Trial& trial) {
   constexpr double kTrace = 1e-3, kTooMuch = 2.0;
   if (has_other_source(island)) return 0.0;
-  const double gain = gain_joule(island.scene, island.ids, from, trial.states) +
-                      elastic_gain_joule(island, from, trial.states) -
-                      trial.report.push_out_work_joule;
+  const double gain = gained_joule(island, from, trial);
   if (!(gain > 0.0)) return 0.0;
   double mass_kg = 0.0;
   const Vec3 common = common_velocity(island, trial.states, mass_kg);
   const double moving =
       kinetic_joule(island.scene, island.ids, trial.states) - 0.5 * mass_kg * common.squaredNorm();
-  if (!(gain <= kTrace * moving)) return kTooMuch;
+  if (!(gain <= kTrace * moving)) {
+    const bool sprung = !island.springs.empty() &&
+                        gain <= kTrace * (moving + elastic_of(island, trial.states)) &&
+                        take_from_springs(island, from, gain, trial);
+    return sprung ? 0.0 : kTooMuch;
+  }
   const double share = std::sqrt(1.0 - gain / moving);
   for (std::size_t i = 0; i < from.size(); ++i) {
     BodyState& state = trial.states[i];

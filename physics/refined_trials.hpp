@@ -6,6 +6,7 @@
 
 #include "physics/advance.hpp"
 #include "physics/island_motion.hpp"
+#include "physics/joint_rows.hpp"
 #include "physics/refinement_error.hpp"
 
 namespace soda::physics {
@@ -19,6 +20,7 @@ struct RefinedIsland {
   BodySizes sizes;
   StageCounters& counters;
   bool accurate = false;  // as of advance_once
+  JointSystem springs;    // that kick it before its contacts are solved; else none
   int solves = 0;
   SolveScratch scratch = {};
   std::vector<ContactManifold> found = {};  // scratch
@@ -39,10 +41,18 @@ void scale_impulses(double factor, std::span<BodyState> states);
 void contacts_at(const RefinedIsland& island, double time_s, std::span<const BodyState> states,
                  std::vector<ContactManifold>& found);
 
-// `steps` steps over time_s. `start`: the contacts at `from` over that time. A point that pressed
-// before stays in touch: its gap at the start is closed at the same speed in every trial, and the
-// gaps that steps of finite length open in between are let be. They are of second order, and to
-// close them would make velocities of first order, but not in the first step of a trial.
+// The pairs of these manifolds once more, where the bodies are now.
+std::vector<ContactManifold> found_again(const SceneDescription& scene, const Geometry& geometry,
+                                         double dt_s, std::span<const BodyId> ids,
+                                         std::span<const ContactManifold> manifolds,
+                                         std::span<const BodyState> states,
+                                         StageCounters& counters);
+
+// `steps` steps over time_s, or of that many parts each if springs kick. `start`: the contacts at
+// `from` over that time. A point that pressed before stays in touch: its gap at the start is closed
+// at the same speed in every trial, and the gaps that steps of finite length open in between are
+// let be. They are of second order, and to close them would make velocities of first order, but not
+// in the first step of a trial.
 Trial try_steps(RefinedIsland& island, std::span<const BodyState> from,
                 std::span<const ContactManifold> start, double time_s, int steps);
 

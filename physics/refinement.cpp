@@ -10,6 +10,7 @@
 #include "physics/forces.hpp"
 #include "physics/geometry_impl.hpp"
 #include "physics/refined_trials.hpp"
+#include "physics/spring_kicks.hpp"
 
 namespace soda::physics {
 namespace {
@@ -41,6 +42,7 @@ struct Part {
 struct PartResult {
   Trial trial;
   StepError error;
+  bool is_limit = false;
 };
 
 // The last part that was done.
@@ -62,9 +64,10 @@ struct RefinedPart {
   Cut cut = {};
 };
 
-// A single body without joints is advanced by sweeps, which leave nothing.
+// A single body without joints but springs that kick is advanced by sweeps, which leave nothing.
 bool is_lone(const RefinedIsland& island) {
-  return island.ids.size() == 1 && std::ranges::none_of(island.pairs, is_joint);
+  return island.ids.size() == 1 &&
+         (!island.springs.empty() || std::ranges::none_of(island.pairs, is_joint));
 }
 
 bool is_asked(const RefinedIsland& island) { return island.scene.tolerance > 0.0; }
@@ -73,7 +76,7 @@ bool is_asked(const RefinedIsland& island) { return island.scene.tolerance > 0.0
 double friction_of_lone(const RefinedIsland& island) {
   double most = 0.0;
   for (const ContactManifold& m : island.pairs)
-    if (is_static(m.b))
+    if (is_static(m.b) && !is_joint(m))
       most = std::max(most, island.scene.statics[static_index_of(m.b)].material.friction);
   return std::sqrt(island.scene.bodies[index_of(island.ids.front())].material.friction * most);
 }
@@ -85,11 +88,15 @@ bool can_be_smooth(const RefinedIsland& island, double time_s, std::span<const B
   constexpr double kMost = 2.0, kOfFriction = 4.0;
   const double most = kMost + (is_lone(island) ? kOfFriction * friction_of_lone(island) : 0.0);
   const double most_m_s = most * island.scene.gravity_m_s2.norm() * time_s;
+  std::vector<double> kicked_m_s(from.size(), 0.0);
+  if (!island.springs.empty())
+    kicked_m_s =
+        most_kicked_m_s(island.scene, time_s, island.ids, island.springs, island.sizes, from);
   for (std::size_t i = 0; i < from.size(); ++i) {
     const Vec3 linear = to[i].linear_velocity_m_s - from[i].linear_velocity_m_s;
     const Vec3 angular = to[i].angular_velocity_rad_s - from[i].angular_velocity_rad_s;
-    if (!(linear.norm() + island.sizes.bodies[i].radius_m * angular.norm() <= most_m_s))
-      return false;
+    const double change_m_s = linear.norm() + island.sizes.bodies[i].radius_m * angular.norm();
+    if (!(change_m_s <= most_m_s + kicked_m_s[i])) return false;
   }
   return true;
 }
@@ -112,12 +119,18 @@ PartResult best_of(const RefinedIsland& island, std::span<const BodyState> from,
                    const Extrapolation& trials, const Trial& finest) {
   const StepError of_finest = trials.change(island.sizes);
   StepError of_limit = trials.error(island.sizes);
-  if (of_finest.widths < 0.5 * of_limit.widths) return {finest, of_finest};
+  const bool is_finest_nearer = of_finest.widths < 0.5 * of_limit.widths;
+  if (is_finest_nearer && island.springs.empty()) return {finest, of_finest};
   Trial limit = trials.limit(finest);
   const double taken = take_back_gain(island, from, limit);
   if (taken > 1.0) return {finest, of_finest};
   if (taken > 0.0) of_limit.widths += taken * speed_of(island.sizes, limit.states).widths;
-  return {std::move(limit), of_limit};
+  return {std::move(limit), of_limit, true};
+}
+
+// Steps of which springs kick give energy and take it: only their limit does neither.
+bool is_fit(const RefinedIsland& island, const PartResult& result) {
+  return result.is_limit || island.springs.empty();
 }
 
 // Where a lone body's forces change, told by two steps. A jump of the velocity at the start of the
@@ -130,6 +143,7 @@ Cut cut_at_change(const RefinedIsland& island, const Limits& limits, const PastP
     const int halvings = limits.deepest - part.depth;
     return {std::ldexp(1.0, -halvings), halvings, 0.0};
   }
+  if (!island.springs.empty()) return {0.5, 1, bend};  // no line, but a curve
   return {share_before_bend(island.sizes, past.from, past.time_s, from, two.path, part.time_s), 1,
           bend};
 }
@@ -163,11 +177,14 @@ Next next_for(const RefinedIsland& island, const ErrorBudget& budget, const Part
     return budget.allows(limit, part.time_s) && budget.allows(rough, part.time_s);
   };
   const bool more = course.steps <= kMostSteps;
-  if (!is_asked(island) && is_lone(island) && course.is_smooth(part.time_s / island.sizes.dt_s)) {
+  if (!is_asked(island) && (is_lone(island) || !island.springs.empty()) &&
+      course.is_smooth(part.time_s / island.sizes.dt_s)) {
     const double hoped = course.now * course.now / course.before;
     if (more && reaches(hoped, course.rough)) return Next::kMoreSteps;
-    const bool halves = part.depth == 0 && reaches(hoped / 32.0, course.rough / 16.0);
-    return halves ? Next::kCut : Next::kEnough;
+    const bool halves =
+        is_lone(island) && part.depth == 0 && reaches(hoped / 32.0, course.rough / 16.0);
+    if (halves) return Next::kCut;
+    return more && !island.springs.empty() ? Next::kMoreSteps : Next::kEnough;
   }
   return more && course.comes_nearer() && reaches(0.0, course.rough) ? Next::kMoreSteps
                                                                      : Next::kCut;
@@ -190,8 +207,10 @@ RefinedPart refine_further(RefinedIsland& island, const ErrorBudget& budget, con
     course.now = trials.error(island.sizes).widths;
     PartResult best = best_of(island, from, trials, finest);
     best.error = larger(best.error, rough);
-    if (budget.allows(best.error.widths, part.time_s)) return {std::move(best)};
-    const Next next = next_for(island, budget, part, course);
+    const bool fit = is_fit(island, best);
+    if (fit && budget.allows(best.error.widths, part.time_s)) return {std::move(best)};
+    const Next next =
+        fit || course.steps > 16 ? next_for(island, budget, part, course) : Next::kMoreSteps;
     if (next == Next::kCut && cut) return {std::nullopt, *cut};
     if (next != Next::kMoreSteps) {
       if (course.comes_nearer()) return {std::move(best)};
@@ -217,14 +236,17 @@ RefinedPart refine_part(RefinedIsland& island, const Limits& limits, const Error
   const double abrupt = is_asked(island) ? 0.125 : 0.25;
   const bool can_be_cut = part.depth < limits.deepest && island.solves < limits.most_solves;
   const StepError change = change_of(island.sizes, from, one.states);
-  if (budget.allows(change.widths, part.time_s)) return {PartResult{std::move(one), change}};
+  // Springs kick to and fro: velocities may end as they began.
+  if (island.springs.empty() && budget.allows(change.widths, part.time_s))
+    return {PartResult{std::move(one), change}};
   const Trial two = try_steps(island, from, start, part.time_s, 2);
   if (two.failed) return {PartResult{std::move(one), change}};
   Extrapolation trials(one);
   trials.add(two);
   const StepError unsteady =
       unsteadiness(island.sizes, from, one.states, two.states, two.path, part.time_s);
-  if (budget.allows(kOfTwo * unsteady.widths, part.time_s)) {
+  // Friction that springs overcome at the end of a swing can stop a body at the end of both.
+  if (island.springs.empty() && budget.allows(kOfTwo * unsteady.widths, part.time_s)) {
     PartResult best = best_of(island, from, trials, two);
     best.error.widths = unsteady.widths;
     return {std::move(best)};
@@ -232,8 +254,9 @@ RefinedPart refine_part(RefinedIsland& island, const Limits& limits, const Error
   Course course{.change = change.widths};
   std::optional<Cut> cut;
   if (can_be_cut) cut.emplace();
-  if (is_lone(island)) {
+  if (is_lone(island) || !island.springs.empty())
     course.bend = bend_of(island.sizes, from, two.path).widths;
+  if (is_lone(island)) {
     if (cut) cut = cut_at_change(island, limits, past, part, from, two, course.bend);
     if (cut && course.bend > abrupt * change.widths) return {std::nullopt, *cut};
   }
@@ -267,12 +290,9 @@ void join_parts(std::vector<Part>& parts) {
   parts = {whole};
 }
 
-RefinedPart advance_part(RefinedIsland& island, const Limits& limits, const ErrorBudget& budget,
-                         const PastPart& past, const Part& part, std::span<const BodyState> from,
-                         std::span<const ContactManifold> known) {
-  std::vector<ContactManifold> found;
-  if (known.empty()) contacts_at(island, part.time_s, from, found);
-  const std::span<const ContactManifold> start = known.empty() ? found : known;
+RefinedPart try_part(RefinedIsland& island, const Limits& limits, const ErrorBudget& budget,
+                     const PastPart& past, const Part& part, std::span<const BodyState> from,
+                     std::span<const ContactManifold> start) {
   Trial one = try_steps(island, from, start, part.time_s, 1);
   if (one.failed) return {PartResult{std::move(one), {}}};
   if (!is_asked(island)) {
@@ -282,6 +302,22 @@ RefinedPart advance_part(RefinedIsland& island, const Limits& limits, const Erro
       return {PartResult{one, change_of(island.sizes, from, one.states)}};
   }
   return refine_part(island, limits, budget, past, part, from, start, std::move(one));
+}
+
+// Where the limit of kicks cannot be had, one implicit step.
+RefinedPart advance_part(RefinedIsland& island, const Limits& limits, const ErrorBudget& budget,
+                         const PastPart& past, const Part& part, std::span<const BodyState> from,
+                         std::span<const ContactManifold> known) {
+  std::vector<ContactManifold> found;
+  if (known.empty()) contacts_at(island, part.time_s, from, found);
+  const std::span<const ContactManifold> start = known.empty() ? found : known;
+  RefinedPart done = try_part(island, limits, budget, past, part, from, start);
+  if (!done.result || is_fit(island, *done.result)) return done;
+  const JointSystem springs = std::exchange(island.springs, {});
+  Trial implicit = try_steps(island, from, start, part.time_s, 1);
+  island.springs = springs;
+  const StepError change = change_of(island.sizes, from, implicit.states);
+  return {PartResult{std::move(implicit), change}};
 }
 
 bool has_pushed(const SceneDescription& scene, std::span<const BodyId> ids) {
@@ -299,16 +335,6 @@ bool is_of_first_order(const SceneDescription& scene, std::span<const ContactMan
 }
 
 }  // namespace
-
-std::vector<ContactManifold> found_again(const SceneDescription& scene, const Geometry& geometry,
-                                         double dt_s, std::span<const BodyId> ids,
-                                         std::span<const ContactManifold> manifolds,
-                                         std::span<const BodyState> states,
-                                         StageCounters& counters) {
-  std::vector<ContactManifold> found;
-  contacts_at({scene, geometry, ids, manifolds, {}, counters}, dt_s, states, found);
-  return found;
-}
 
 bool is_refined(const SceneDescription& scene, const Geometry& geometry,
                 std::span<const BodyId> ids, std::span<const ContactManifold> manifolds) {
@@ -336,7 +362,8 @@ IslandReport advance_refined(const SceneDescription& scene, const Geometry& geom
                        manifolds,
                        sizes_of(scene, geometry, ids),
                        counters,
-                       scene.tolerance > 0.0};
+                       scene.tolerance > 0.0,
+                       springs_to_kick(scene, dt_s, ids, manifolds, states)};
   const Limits limits = limits_of(scene, is_lone(island), manifolds.size());
   ErrorBudget budget(scene);
   std::vector<BodyState> now(states.begin(), states.end());

@@ -42,11 +42,4 @@ IslandReport advance_unrefined(const SceneDescription& scene, const Geometry& ge
                                std::span<BodyState> states, StageCounters& counters,
                                std::vector<AdvanceFault>& faults);
 
-// The pairs of these manifolds once more, where the bodies are now.
-std::vector<ContactManifold> found_again(const SceneDescription& scene, const Geometry& geometry,
-                                         double dt_s, std::span<const BodyId> ids,
-                                         std::span<const ContactManifold> manifolds,
-                                         std::span<const BodyState> states,
-                                         StageCounters& counters);
-
 }  // namespace soda::physics

@@ -15,6 +15,7 @@
 #include "physics/island_blocks.hpp"
 #include "physics/island_motion.hpp"
 #include "physics/momentum.hpp"
+#include "physics/springs.hpp"
 
 namespace soda::physics {
 namespace {
@@ -106,6 +107,19 @@ bool hold(const SceneDescription& scene, const Geometry& geometry, std::span<con
   return residual_m_s(problem) <= slow;
 }
 
+// Whether all that holds the bodies besides contacts is here, and springs.
+bool are_all_springs(const SceneDescription& scene, std::span<const BodyId> ids,
+                     std::span<const ContactManifold> manifolds) {
+  std::size_t ends = 0, wanted = 0;
+  for (const ContactManifold& m : manifolds) {
+    if (!is_joint(m)) continue;
+    if (scene.joints[joint_of(m)].kind != JointKind::kSpring) return false;
+    ends += is_static(m.b) ? 1 : 2;
+  }
+  for (const BodyId id : ids) wanted += scene.bodies[index_of(id)].joints;
+  return ends == wanted;
+}
+
 }  // namespace
 
 bool has_no_velocity(const BodyState& state) {
@@ -116,12 +130,9 @@ bool is_nearly_at_rest(const SceneDescription& scene, const Geometry& geometry,
                        std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
                        std::span<const BodyState> states) {
   if (!scene.solver.rest || !is_slow(scene, geometry, ids, states)) return false;
-  for (const ContactManifold& m : manifolds)
-    if (is_joint(m)) return false;
-  return std::ranges::none_of(ids, [&](BodyId id) {
-    const BodyParams& params = scene.bodies[index_of(id)];
-    return is_pushed(params) || params.joints > 0;
-  });
+  if (!scene.joints.empty() && !are_all_springs(scene, ids, manifolds)) return false;
+  return std::ranges::none_of(ids,
+                              [&](BodyId id) { return is_pushed(scene.bodies[index_of(id)]); });
 }
 
 bool is_held(const SceneDescription& scene, const Geometry& geometry, std::span<const BodyId> ids,
@@ -131,6 +142,9 @@ bool is_held(const SceneDescription& scene, const Geometry& geometry, std::span<
   ContactProblem problem;
   const Selection<BodyState> bodies{states};
   load_bodies(scene, scene.dt_s, ids, bodies, problem.bodies, counters);
+  if (!scene.joints.empty())
+    kick(spring_rows(scene, states, find_joints(scene, ids, manifolds)), scene.dt_s, false, states,
+         problem.bodies, report);
   build_rows(scene, scene.dt_s, ids, manifolds, bodies, problem, counters);
   if (!hold(scene, geometry, ids, problem) || !is_solved_whole(scene, ids, manifolds, states))
     return false;

@@ -9,8 +9,9 @@ namespace soda::physics {
 
 bool has_no_velocity(const BodyState& state);
 
-// Whether the island begins the step so slowly that it can be at rest after it. Only contacts hold
-// it: what is driven, pushed, damped or jointed is never taken to be at rest. These are functions
+// Whether the island begins the step so slowly that it can be at rest after it. Only contacts
+// and springs hold it: what is driven, pushed, damped or jointed otherwise is never taken to be at
+// rest. These are functions
 // of their arguments only.
 bool is_nearly_at_rest(const SceneDescription& scene, const Geometry& geometry,
                        std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,

@@ -30,7 +30,7 @@ class RestingIslands {
   // they are. Valid until finish().
   const IslandReport* take_island(std::span<const BodyId> ids);
 
-  // `report.rests`, of just these arguments. No joint is among the manifolds.
+  // `report.rests`, of just these arguments.
   void keep(std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
             std::span<const BodyState> states, const IslandReport& report);
 

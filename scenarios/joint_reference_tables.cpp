@@ -13,10 +13,15 @@ constexpr ObjectTable kForcedFlight = object_table<AnswerSpec<ForcedFlight>>(
     kForcedFlightFields);
 
 constexpr auto kDampedOscillatorFields = with_bounds<AnswerSpec<DampedOscillator>>(
-    std::array{body_field<AnswerSpec<DampedOscillator>>()}, kMotionBounds);
+    std::array{body_field<AnswerSpec<DampedOscillator>>(),
+               field<AnswerSpec<DampedOscillator>, &AnswerSpec<DampedOscillator>::friction>(
+                   "friction", kOptional, Limits{0.0, 100.0},
+                   "Coulomb coefficient of it and the level floor that it slides on.")},
+    kMotionBounds);
 constexpr ObjectTable kDampedOscillator = object_table<AnswerSpec<DampedOscillator>>(
     "damped-oscillator",
-    "A body on one spring between its centre and the world, along which it moves.",
+    "A body on one spring between its centre and the world, along which it moves. With friction, "
+    "damping must let it swing.",
     kDampedOscillatorFields);
 
 constexpr auto kSteadyPrecessionFields = with_bounds<AnswerSpec<SteadyPrecession>>(

@@ -86,9 +86,11 @@ struct HardSphereGas {
 struct ForcedFlight {
   std::int64_t body = -1;
 };
-// A body whose one joint is a spring between its centre and the world; moves along that line.
+// A body whose one joint is a spring between its centre and the world; moves along that line. With
+// friction, it slides on a level floor, and the spring's damping lets it swing.
 struct DampedOscillator {
   std::int64_t body = -1;
+  double friction = 0.0;
 };
 // A heavy symmetric top, whose one joint is a ball with the world on its axis of symmetry, in
 // steady precession: it keeps its angle to gravity.

@@ -75,6 +75,7 @@ struct TakeAnswer {
       check_body<Answer>(spec.body, "body", spec, scenario, faults);
     if constexpr (kWantsJoint<Answer>[0].has_value())
       check_joint<Answer>(spec.body, spec, scenario, faults);
+    if constexpr (std::is_same_v<Answer, DampedOscillator>) check_swing(spec);
     if constexpr (requires { spec.other; })
       check_body<Answer>(spec.other, "other", spec, scenario, faults);
     if constexpr (std::is_same_v<Answer, SlidingRow>) {
@@ -92,6 +93,16 @@ struct TakeAnswer {
                   {"a normal of length 0", "any length but zero", ""});
     }
     return static_cast<const Answer&>(spec);
+  }
+  // The form with friction goes from end to end of swings.
+  void check_swing(const AnswerSpec<DampedOscillator>& spec) const {
+    const physics::Joint* const spring = joint_with_world(scenario.scene, spec.body);
+    if (!(spec.friction > 0.0) || spring == nullptr) return;
+    const double mass = scenario.scene.bodies[physics::index_of(spring->a)].mass_kg;
+    const double damping = spring->damping_newton_s_m;
+    if (damping * damping < 4.0 * spring->stiffness_newton_m * mass) return;
+    add_fault(faults, *find_member(*spec.json, "friction"),
+              {"friction and a spring too damped to swing", "less damping, or no friction", ""});
   }
   KnownAnswer operator()(const StoredRunSpec& spec) const {
     StoredRun run;

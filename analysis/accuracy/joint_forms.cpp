@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 namespace soda::analysis {
 namespace {
@@ -119,36 +120,93 @@ MotionAt forced_flight(const StartingBody& body, const physics::BodyForces& forc
   };
 }
 
+namespace {
+
+// y'' = -k/m y - 2 decay y'.
+struct Oscillator {
+  double decay_1_s = 0.0;
+  double squared = 0.0;  // of the rate; < 0: creeps back
+};
+struct Deviation {
+  double y = 0.0, v = 0.0;
+};
+
+Deviation after(const Oscillator& of, const Deviation& start, double t) {
+  const auto [decay, squared] = of;
+  const auto [y0, v0] = start;
+  const double damped = std::exp(-decay * t);
+  if (std::abs(squared) <= 1e-12 * decay * decay)
+    return {damped * (y0 + (v0 + decay * y0) * t), damped * (v0 - decay * (v0 + decay * y0) * t)};
+  if (squared > 0.0) {
+    const double rate = std::sqrt(squared), b = (v0 + decay * y0) / rate;
+    const double c = std::cos(rate * t), s = std::sin(rate * t);
+    return {damped * (y0 * c + b * s),
+            damped * ((b * rate - decay * y0) * c - (y0 * rate + decay * b) * s)};
+  }
+  const double root = std::sqrt(-squared), slow = -decay + root, fast = -decay - root;
+  const double of_slow = (v0 - fast * y0) / (slow - fast), of_fast = y0 - of_slow;
+  return {of_slow * std::exp(slow * t) + of_fast * std::exp(fast * t),
+          of_slow * slow * std::exp(slow * t) + of_fast * fast * std::exp(fast * t)};
+}
+
+// From one end of a swing to the next, about the place where spring and friction are equal.
+struct Swing {
+  double from_s = 0.0, place = 0.0;
+  Deviation start;
+  bool rests = false;
+};
+
+// Of an oscillator that swings; `reach`: how far from its place friction can hold it.
+std::vector<Swing> swings_of(const Oscillator& oscillator, Deviation now, double reach) {
+  constexpr std::size_t kMost = 10'000;
+  const double rate = std::sqrt(oscillator.squared), decay = oscillator.decay_1_s;
+  std::vector<Swing> all;
+  double from_s = 0.0;
+  while (all.size() < kMost) {
+    if (now.v == 0.0 && std::abs(now.y) <= reach) {
+      all.push_back({from_s, now.y, {}, true});
+      break;
+    }
+    const double way = now.v != 0.0 ? now.v : -now.y;
+    const double place = way > 0.0 ? -reach : reach;
+    const Deviation start{now.y - place, now.v};
+    all.push_back({from_s, place, start, false});
+    // v = 0: tan(rate t) = v0 rate / (decay v0 + (rate^2 + decay^2) y0)
+    const double squared = rate * rate + decay * decay;
+    double angle = std::numbers::pi;
+    if (start.v != 0.0) angle = std::atan2(start.v * rate, decay * start.v + squared * start.y);
+    if (angle <= 0.0) angle += std::numbers::pi;
+    const double t = angle / rate;
+    now = {place + after(oscillator, start, t).y, 0.0};
+    from_s += t;
+  }
+  return all;
+}
+
+}  // namespace
+
 MotionAt damped_oscillator(const StartingBody& body, const physics::Joint& spring,
-                           const Vec3& gravity_m_s2) {
+                           const Vec3& gravity_m_s2, double friction) {
   const Vec3 anchor = spring.anchor_b_m;
   const Vec3 line = (body.state.position_m - anchor).normalized();
   const double mass = body.params.mass_kg, k = spring.stiffness_newton_m;
   const double rest = spring.length_m + mass * gravity_m_s2.dot(line) / k;
-  const double y0 = (body.state.position_m - anchor).norm() - rest;
-  const double v0 = body.state.linear_velocity_m_s.dot(line);
+  const Deviation start{(body.state.position_m - anchor).norm() - rest,
+                        body.state.linear_velocity_m_s.dot(line)};
   const double decay = 0.5 * spring.damping_newton_s_m / mass;
-  const double squared = k / mass - decay * decay;  // of the rate; < 0: creeps back
+  const Oscillator oscillator{decay, k / mass - decay * decay};
+  const std::vector<Swing> swings =
+      friction > 0.0 ? swings_of(oscillator, start, friction * mass * gravity_m_s2.norm() / k)
+                     : std::vector<Swing>{{0.0, 0.0, start, false}};
   return [=](double t) {
-    const double damped = std::exp(-decay * t);
-    double y = 0.0, v = 0.0;
-    if (std::abs(squared) <= 1e-12 * decay * decay) {
-      y = damped * (y0 + (v0 + decay * y0) * t);
-      v = damped * (v0 - decay * (v0 + decay * y0) * t);
-    } else if (squared > 0.0) {
-      const double rate = std::sqrt(squared), b = (v0 + decay * y0) / rate;
-      const double c = std::cos(rate * t), s = std::sin(rate * t);
-      y = damped * (y0 * c + b * s);
-      v = damped * ((b * rate - decay * y0) * c - (y0 * rate + decay * b) * s);
-    } else {
-      const double root = std::sqrt(-squared), slow = -decay + root, fast = -decay - root;
-      const double of_slow = (v0 - fast * y0) / (slow - fast), of_fast = y0 - of_slow;
-      y = of_slow * std::exp(slow * t) + of_fast * std::exp(fast * t);
-      v = of_slow * slow * std::exp(slow * t) + of_fast * fast * std::exp(fast * t);
-    }
+    const auto next = std::find_if(swings.begin() + 1, swings.end(),
+                                   [t](const Swing& swing) { return swing.from_s > t; });
+    const Swing& swing = next[-1];
+    const Deviation now =
+        swing.rests ? Deviation{} : after(oscillator, swing.start, t - swing.from_s);
     Motion motion;
-    motion.position_m = anchor + line * (rest + y);
-    motion.linear_velocity_m_s = line * v;
+    motion.position_m = anchor + line * (rest + swing.place + now.y);
+    motion.linear_velocity_m_s = line * now.v;
     return motion;
   };
 }

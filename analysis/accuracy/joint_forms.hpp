@@ -13,9 +13,10 @@ MotionAt forced_flight(const StartingBody& body, const physics::BodyForces& forc
                        const physics::Vec3& gravity_m_s2);
 
 // m x'' = -k (x - l) - c x' + m g along the line from the spring's anchor in the world to the body,
-// which gravity and the velocity do not leave.
+// which gravity and the velocity do not leave. With friction, on a level floor, less mu m g against
+// the velocity: until a swing ends where the spring is too weak to begin the next one.
 MotionAt damped_oscillator(const StartingBody& body, const physics::Joint& spring,
-                           const physics::Vec3& gravity_m_s2);
+                           const physics::Vec3& gravity_m_s2, double friction);
 
 // A top about its fixed point, which the ball joint holds: the vertical part of its spin precesses
 // it, the rest turns it about its own axis, which goes through the point.

@@ -85,7 +85,8 @@ struct MakeJudge {
     return *joint_with_world(scenario.scene, label);
   }
   Made operator()(const DampedOscillator& a) const {
-    return one(a.body, damped_oscillator(body(a.body), joint(a.body), scenario.scene.gravity_m_s2));
+    return one(a.body, damped_oscillator(body(a.body), joint(a.body), scenario.scene.gravity_m_s2,
+                                         a.friction));
   }
   Made operator()(const SteadyPrecession& a) const {
     return one(a.body, steady_precession(body(a.body), joint(a.body), scenario.scene.gravity_m_s2,

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "analysis/accuracy/joint_judges.hpp"
 
@@ -69,7 +70,7 @@ TEST(JointForms, OscillatorsObeyTheirEquationWhateverTheirDamping) {
   spring.stiffness_newton_m = 50.0;
   for (const double damping : {0.0, 3.0, 20.0, 60.0}) {
     spring.damping_newton_s_m = damping;
-    const MotionAt motion = damped_oscillator(body, spring, kDown);
+    const MotionAt motion = damped_oscillator(body, spring, kDown, 0.0);
     EXPECT_LT((motion(0).position_m - body.state.position_m).norm(), 1e-15);
     EXPECT_LT(motion(0).linear_velocity_m_s.norm(), 1e-14);
     expect_law(
@@ -79,6 +80,33 @@ TEST(JointForms, OscillatorsObeyTheirEquationWhateverTheirDamping) {
           return Vec3(0, 0, -9.81 + (pull - damping * m.linear_velocity_m_s.z()) / 2.0);
         },
         1e-4, 1e-5);
+  }
+}
+
+TEST(JointForms, FrictionTakesAsMuchOfEachSwingAndEndsThemWhereItHoldsTheSpring) {
+  const StartingBody body = solid(Vec3(1, 1, 1), Vec3(1.3, 0, 0));
+  Joint spring;
+  spring.kind = JointKind::kSpring;
+  spring.length_m = 0.5;
+  spring.stiffness_newton_m = 50.0;
+  const double friction = 0.2, reach = friction * 2.0 * 9.81 / 50.0, half = std::numbers::pi / 5.0;
+  const MotionAt motion = damped_oscillator(body, spring, kDown, friction);
+  const auto place = [&](double t) { return motion(t).position_m.x() - 0.5; };
+  EXPECT_NEAR(place(half), -(0.8 - 2 * reach), 1e-14);
+  EXPECT_NEAR(place(2 * half), 0.8 - 4 * reach, 1e-14);
+  EXPECT_NEAR(place(10 * half), place(20 * half), 0.0);
+  EXPECT_LT(std::abs(place(20 * half)), reach);
+  spring.damping_newton_s_m = 3.0;
+  const MotionAt damped = damped_oscillator(body, spring, kDown, friction);
+  const double h = 1e-5;
+  for (const double t : {0.1, 0.5, 0.8, 1.2, 1.5}) {
+    const double v = damped(t).linear_velocity_m_s.x();
+    ASSERT_NE(v, 0.0);
+    const double a =
+        (damped(t + h).linear_velocity_m_s.x() - damped(t - h).linear_velocity_m_s.x()) / (2 * h);
+    const double law = (-50.0 * (damped(t).position_m.x() - 0.5) - 3.0 * v) / 2.0 -
+                       std::copysign(friction * 9.81, v);
+    EXPECT_NEAR(a, law, 1e-6) << t;
   }
 }
 

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include "tests/physics/scenes.hpp"
 
 namespace soda::physics {
@@ -29,9 +31,11 @@ struct OnePoint {
     // Stored on the pair's second body, the floor.
     after[0].impulses = {{static_id(0), 0, 0, push_newton_s, -friction_on_body_newton_s}};
   }
-  ContactResiduals measured() {
+  ContactResiduals measured(std::span<const ContactManifold> besides = {}) {
+    std::vector<ContactManifold> manifolds{manifold};
+    manifolds.insert(manifolds.end(), besides.begin(), besides.end());
     ContactQuality quality;
-    add_contacts(world.scene, {&manifold, 1}, before, after, quality);
+    add_contacts(world.scene, manifolds, before, after, quality);
     return quality.largest;
   }
 };
@@ -46,6 +50,21 @@ TEST(ContactQuality, FindsNothingWrongWithRestRollingAndSliding) {
     EXPECT_LT(r.cone_m_s, 1e-15);
     EXPECT_LT(r.dissipation_m_s, 1e-15);
   }
+}
+
+// `soda accuracy` ended with a signal here: a joint with the world is none with a static.
+TEST(ContactQuality, LeavesJointsOut) {
+  OnePoint point(Vec3(2.0, 0, 0), 3.0, Vec3::Zero());
+  Joint spring;
+  spring.a = BodyId{0};
+  spring.kind = JointKind::kSpring;
+  spring.length_m = spring.stiffness_newton_m = 1.0;
+  point.world.scene.joints = {spring};
+  order_joints(point.world.scene);
+  std::vector<ContactManifold> joints;
+  append_world_joints(point.world.scene, std::array{BodyId{0}}, joints);
+  ASSERT_EQ(joints.size(), 1u);
+  EXPECT_EQ(point.measured(joints).dissipation_m_s, point.measured().dissipation_m_s);
 }
 
 TEST(ContactQuality, TellsEachLawByTheSizeOfItsViolation) {
