@@ -13,17 +13,6 @@
 namespace soda::physics {
 namespace {
 
-std::size_t place_of(const RefinedIsland& island, BodyId id) {
-  return static_cast<std::size_t>(std::lower_bound(island.ids.begin(), island.ids.end(), id) -
-                                  island.ids.begin());
-}
-
-bool pressed(const BodyState& state, const ContactManifold& m, std::uint32_t feature) {
-  return std::any_of(state.impulses.begin(), state.impulses.end(), [&](const ContactImpulse& i) {
-    return i.feature == feature && i.other == m.b && i.part == m.part && i.normal_newton_s > 0.0;
-  });
-}
-
 double gap_m(std::span<const ContactManifold> contacts, const ContactManifold& m,
              std::uint32_t feature) {
   for (const ContactManifold& other : contacts) {
@@ -111,6 +100,17 @@ IslandReport advance_kicked(RefinedIsland& island, double dt_s,
 }
 
 }  // namespace
+
+std::size_t place_of(const RefinedIsland& island, BodyId id) {
+  return static_cast<std::size_t>(std::lower_bound(island.ids.begin(), island.ids.end(), id) -
+                                  island.ids.begin());
+}
+
+bool pressed(const BodyState& state, const ContactManifold& m, std::uint32_t feature) {
+  return std::any_of(state.impulses.begin(), state.impulses.end(), [&](const ContactImpulse& i) {
+    return i.feature == feature && i.other == m.b && i.part == m.part && i.normal_newton_s > 0.0;
+  });
+}
 
 void scale_impulses(double factor, std::span<BodyState> states) {
   if (factor == 1.0) return;

@@ -10,6 +10,7 @@
 #include "physics/forces.hpp"
 #include "physics/geometry_impl.hpp"
 #include "physics/refined_trials.hpp"
+#include "physics/reversals.hpp"
 #include "physics/spring_kicks.hpp"
 
 namespace soda::physics {
@@ -239,6 +240,13 @@ RefinedPart refine_part(RefinedIsland& island, const Limits& limits, const Error
   // Springs kick to and fro: velocities may end as they began.
   if (island.springs.empty() && budget.allows(change.widths, part.time_s))
     return {PartResult{std::move(one), change}};
+  const StepError turned = reversal_error(island, start, from, one.states);
+  if (can_be_cut && !budget.allows(turned.widths, part.time_s)) {
+    // The first part ends where friction turns, and the other begins there.
+    const std::optional<double> share =
+        share_before_reversal(island, budget, part.time_s, start, from, one.states);
+    if (share) return {std::nullopt, Cut{*share, 1, 0.0}};
+  }
   const Trial two = try_steps(island, from, start, part.time_s, 2);
   if (two.failed) return {PartResult{std::move(one), change}};
   Extrapolation trials(one);
