@@ -99,6 +99,7 @@ std::optional<double> share_before_reversal(RefinedIsland& island, const ErrorBu
                     const double slowed = -before.dot(change) / kShort;  // in all of the time
                     if (!(slowed > before.squaredNorm())) return;
                     const double share = before.squaredNorm() / slowed;
+                    if (share < 2.0 * kShort) return;  // a jump
                     if (budget.allows(widths * (1.0 - share), time_s)) return;
                     first = std::min(first, share);
                   });

@@ -20,7 +20,8 @@ StepError reversal_error(const RefinedIsland& island, std::span<const ContactMan
 
 // When the first of the points with more of that error than the budget allows turns round or stops,
 // as a share of time_s, if forces stay as they are in the first thousandth of it (one step more).
-// None if that is not within the time, or so near its end that it makes no difference.
+// None if that is not within the time, at its beginning, or so near its end that it makes no
+// difference.
 std::optional<double> share_before_reversal(RefinedIsland& island, const ErrorBudget& budget,
                                             double time_s, std::span<const ContactManifold> start,
                                             std::span<const BodyState> from,
