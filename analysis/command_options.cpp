@@ -222,7 +222,9 @@ void define_fuzz(CLI::App& fuzz, FuzzRequest& request) {
            ->check(CLI::NonNegativeNumber));
   fuzz.add_option("--steps", request.steps, "of a random scene (default 60)")
       ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 20));
-  fuzz.add_flag("--joints", request.joints, "with joints, limits and motors in every one");
+  CLI::Option* const joints =
+      fuzz.add_flag("--joints", request.joints, "with joints, limits and motors in every one");
+  fuzz.add_flag("--springs", request.springs, "with springs in every one")->excludes(joints);
   fuzz.add_option("--failures", request.most_failures, "stop after this many (default 1)")
       ->check(CLI::Range(1u, 1u << 20));
   fuzz.add_option("--shrinking", request.most_shrinking, "trials for each failure (default 400)")

@@ -59,9 +59,12 @@ void search(const FuzzRequest& request, const Stopwatch& stopwatch, FuzzResult& 
     result.out_of_time = request.budget_s > 0.0 && stopwatch.elapsed().wall_s > request.budget_s;
     return result.out_of_time;
   };
+  const FuzzJoints joints = request.springs  ? FuzzJoints::kSprings
+                            : request.joints ? FuzzJoints::kRigid
+                                             : FuzzJoints::kNone;
   for (std::uint64_t seed = seeds.first; seed <= seeds.last; ++seed) {
     if (out_of_time() || result.failures.size() >= request.most_failures) return;
-    const FuzzScene scene = draw_scene(seed, request.steps, request.joints);
+    const FuzzScene scene = draw_scene(seed, request.steps, joints);
     const FuzzOutcome outcome = try_drawn(scene);
     ++result.trials;
     add(outcome.sums, result.sums);

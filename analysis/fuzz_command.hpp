@@ -17,6 +17,7 @@ struct FuzzRequest {
   double budget_s = 0.0;                // start no trial after this; 0: no limit
   std::int64_t steps = 60;              // of a random scene
   bool joints = false;                  // in every scene; some let bodies through floors
+  bool springs = false;                 // in every scene, instead
   unsigned most_failures = 1;           // ends the search
   unsigned most_shrinking = 400;        // trials, for each failure
   std::string folder;                   // where shrunk scenes are written; empty: they are printed

@@ -21,7 +21,7 @@ class Draw {
     scene_.steps = steps;
   }
 
-  FuzzScene scene(bool joints) {
+  FuzzScene scene(FuzzJoints joints) {
     constexpr double kSteps_s[] = {0.1, 1.0 / 60.0, 1.0 / 60.0, 1.0 / 240.0, 1e-3, 1e-4};
     scene_.time_step_s = kSteps_s[below(6)];
     scene_.gravity_m_s2 = chance(5) ? 0.0 : 9.81;
@@ -33,7 +33,7 @@ class Draw {
     const std::uint32_t bodies = 1 + below(12);
     for (std::uint32_t id = 0; id < bodies; ++id) scene_.bodies.push_back(body(id, bodies));
     add_statics();
-    if (joints) add_joints();
+    if (joints != FuzzJoints::kNone) add_joints(joints);
     return scene_;
   }
 
@@ -141,12 +141,39 @@ class Draw {
 
   // Each body may hang on an earlier one, or on the world, and sometimes twice: then in a loop, or
   // held more than once.
-  void add_joints() {
+  void add_joints(FuzzJoints kind) {
+    const auto add = [&](const FuzzBody& body) {
+      scene_.joints.push_back(kind == FuzzJoints::kRigid ? joint(body) : spring(body));
+    };
     for (const FuzzBody& body : scene_.bodies) {
       if (chance(2)) continue;
-      scene_.joints.push_back(joint(body));
-      if (chance(5)) scene_.joints.push_back(joint(body));
+      add(body);
+      if (chance(5)) add(body);
     }
+  }
+
+  // Of a body and an earlier one or the world, from its centre or beside it.
+  FuzzJoint spring(const FuzzBody& body) {
+    constexpr double kMost = 1e15;  // that a scenario may say
+    FuzzJoint joint;
+    joint.type = "spring";
+    joint.body = body.id;
+    joint.other_anchor_m = body.position_m + size_m_ * direction();
+    double mass = body.mass_kg;
+    if (body.id > 0 && !chance(3)) {
+      joint.other_body = below(body.id);
+      const FuzzBody& other = scene_.bodies[*joint.other_body];
+      joint.other_anchor_m = other.position_m;
+      mass = std::min(mass, other.mass_kg);
+    }
+    joint.anchor_m = body.position_m;
+    if (chance(2)) joint.anchor_m += 0.5 * body.shape.size_m.minCoeff() * direction();
+    joint.length_m = (joint.anchor_m - joint.other_anchor_m).norm() * between(0.0, 2.0);
+    const double rate_1_s = powers(0.01, 30.0) / scene_.time_step_s;
+    joint.stiffness_newton_m = std::clamp(mass * rate_1_s * rate_1_s, 1e-12, kMost);
+    if (chance(2)) joint.damping_newton_s_m = std::min(mass * rate_1_s * powers(0.01, 10.0), kMost);
+    joint.can_collide = chance(2);
+    return joint;
   }
 
   FuzzJoint joint(const FuzzBody& body) {
@@ -198,7 +225,7 @@ class Draw {
 
 }  // namespace
 
-FuzzScene draw_scene(std::uint64_t seed, std::int64_t steps, bool joints) {
+FuzzScene draw_scene(std::uint64_t seed, std::int64_t steps, FuzzJoints joints) {
   return Draw(seed, steps).scene(joints);
 }
 

@@ -87,7 +87,12 @@ std::string joint_text(const FuzzJoint& joint, std::size_t id) {
             (turns ? ", \"motor_torque_newton_m\": " : ", \"motor_force_newton\": ") +
             number(joint.motor->second);
   if (joint.can_collide) text += ", \"can_collide\": true";
-  if (joint.type == "distance") text += ", \"other_anchor_m\": " + vector(joint.other_anchor_m);
+  if (joint.type == "spring")
+    text += ", \"length_m\": " + number(joint.length_m) +
+            ", \"stiffness_newton_m\": " + number(joint.stiffness_newton_m) +
+            ", \"damping_newton_s_m\": " + number(joint.damping_newton_s_m);
+  if (joint.type == "distance" || joint.type == "spring")
+    text += ", \"other_anchor_m\": " + vector(joint.other_anchor_m);
   return text + "}";
 }
 

@@ -16,6 +16,7 @@ namespace {
 using namespace physics;
 
 constexpr double kRounding = 1e-9;
+constexpr double kOfSprings = 1e-6;
 
 struct EnergyChange {
   double gain_joule = 0.0;
@@ -48,6 +49,31 @@ void add_change(const SceneDescription& scene, BodyId id, double fastest_m_s, st
   change.scale_joule += m * rounding_m_s * rounding_m_s / kRounding;
 }
 
+// What springs of an island hold more after a step. Lengths are known to the rounding of places.
+void add_elastic(const SceneDescription& scene, std::span<const BodyState> before,
+                 std::span<const BodyState> after, BodyId id, EnergyChange& change) {
+  constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+  for (const Joint& joint : scene.joints) {
+    if (joint.kind != JointKind::kSpring || joint.a != id) continue;
+    double far_m = 0.0;
+    const auto stretch = [&](std::span<const BodyState> states) {
+      const auto end = [&](BodyId body, const Vec3& anchor) -> Vec3 {
+        if (body == kWorldBody) return anchor;
+        const BodyState& state = states[index_of(body)];
+        return state.position_m + state.orientation * anchor;
+      };
+      const Vec3 a = end(joint.a, joint.anchor_a_m), b = end(joint.b, joint.anchor_b_m);
+      far_m = std::max(far_m, a.norm() + b.norm());
+      return (b - a).norm() - joint.length_m;
+    };
+    const double from = stretch(before), to = stretch(after), k = joint.stiffness_newton_m;
+    change.gain_joule += 0.5 * k * (to - from) * (to + from);
+    change.scale_joule += 0.5 * k * (from * from + to * to);
+    const double rounding_m = 4.0 * kEpsilon * far_m;
+    change.scale_joule += k * rounding_m * (std::abs(from) + std::abs(to) + rounding_m) / kRounding;
+  }
+}
+
 std::string name_of(const SceneDescription& scene, BodyId id) {
   return "body " + std::to_string(scene.bodies[index_of(id)].label);
 }
@@ -65,13 +91,19 @@ class Checks {
     }
     // What joints tie to a body turns with it, however far away, and motors drive it.
     const double tied_m = joined_reach_m();
+    double lent_joule = 0.0, lightest_kg = 1e300;
     for (std::size_t i = 0; i < ids_.size(); ++i) {
       if (scene_.bodies[i].joints == 0) continue;
       const BodyState& state = scenario.initial[i];
+      EnergyChange lent;
+      add_elastic(scene_, scenario.initial, scenario.initial, ids_[i], lent);
+      lent_joule += lent.scale_joule;
+      lightest_kg = std::min(lightest_kg, scene_.bodies[i].mass_kg);
       fastest_m_s_ = std::max(fastest_m_s_,
                               point_speed(i, state) + state.angular_velocity_rad_s.norm() * tied_m);
     }
     fastest_m_s_ = std::max(fastest_m_s_, motor_speed_m_s(tied_m));
+    fastest_m_s_ += std::sqrt(2.0 * lent_joule / lightest_kg);
     wedged_.resize(ids_.size(), false);
     const double duration = scene_.dt_s * static_cast<double>(scenario.run.steps);
     constexpr double kPushOut_1_s = 2.0;
@@ -94,6 +126,7 @@ class Checks {
         const std::uint32_t body = islands.bodies[k];
         add_change(scene_, ids_[body], fastest_m_s_, island.contact_points, before[body],
                    states[body], change);
+        add_elastic(scene_, before, states, ids_[body], change);
         if (island.max_penetration_m > radii_m_[body]) wedged_[body] = true;
       }
       check_island(island, change);
@@ -104,6 +137,7 @@ class Checks {
       add_change(scene_, ids_[body], fastest_m_s_, 0, before[body], states[body], change);
       check_gain(ids_[body], change, "a free body");
     }
+    if (has_springs_ && !ids_.empty()) check_balance(ids_.front());
     ++sums_.steps;
   }
 
@@ -204,7 +238,24 @@ class Checks {
     sums_.push_out_work_joule += std::max(0.0, island.push_out_work_joule);
   }
 
+  // Implicit steps over many turns of a spring lose nearly all energy, and may give back some of
+  // it: of a scene with springs, the balance over all of the run counts.
+  void check_balance(BodyId id) {
+    most_joule_ = std::max(most_joule_, now_.scale_joule);
+    balance_joule_ += now_.gain_joule;
+    now_ = {};
+    if (!(balance_joule_ <= kOfSprings * most_joule_))
+      fail(id, "energy: all bodies have gained " + format_number(balance_joule_) + " J, " +
+                   format_number(balance_joule_ / most_joule_) + " of the most that they had");
+    sums_.largest_gain = std::max(sums_.largest_gain, balance_joule_ / (kOfSprings * most_joule_));
+  }
+
   void check_gain(BodyId id, const EnergyChange& change, const std::string& of) {
+    if (has_springs_) {
+      now_.gain_joule += change.gain_joule;
+      now_.scale_joule += change.scale_joule;
+      return;
+    }
     if (change.scale_joule == 0.0 && change.gain_joule == 0.0) return;
     const double gain = change.gain_joule / (kRounding * change.scale_joule);
     if (!(gain <= 1.0))
@@ -219,6 +270,10 @@ class Checks {
   std::vector<double> radii_m_;
   std::vector<bool> wedged_;  // has been in an island with an overlap deeper than itself
   double fastest_m_s_ = 0.0;  // point that there was so far
+  const bool has_springs_ = std::ranges::any_of(
+      scene_.joints, [](const Joint& j) { return j.kind == JointKind::kSpring; });
+  EnergyChange now_;  // of the step, with springs
+  double balance_joule_ = 0.0, most_joule_ = 0.0;
   double speed_limit_m_s_ = 0.0;
   StepScratch scratch_;
   StepReport report_;

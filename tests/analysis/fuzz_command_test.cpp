@@ -27,17 +27,15 @@ TEST(FuzzCommand, PrintsOneJsonObjectWithEveryDocumentedKey) {
     EXPECT_TRUE(json.contains(key)) << key;
 }
 
-// A ball on a spring gains kinetic energy, which no check expects.
+// A force gives a ball kinetic energy, which no check expects.
 TEST(FuzzCommand, AFileThatFailsExitsWith1AndIsNamed) {
   const TemporaryFolder folder;
-  const std::string file = folder.file("spring.json");
+  const std::string file = folder.file("pushed.json");
   std::ofstream(file) << R"({
     "format": 1, "gravity_m_s2": [0, 0, 0], "time_step_s": 0.01, "steps": 5,
     "materials": [{"name": "stuff", "friction": 0, "restitution": 0}],
     "bodies": [{"id": 7, "shape": {"type": "sphere", "radius_m": 0.1}, "mass_kg": 1,
-                "material": "stuff", "position_m": [1, 0, 0]}],
-    "joints": [{"id": 0, "type": "spring", "body": 7, "anchor_m": [1, 0, 0], "length_m": 0,
-                "other_anchor_m": [0, 0, 0], "stiffness_newton_m": 10}]})";
+                "material": "stuff", "position_m": [1, 0, 0], "force_newton": [10, 0, 0]}]})";
   const ChildResult result = run_soda({"fuzz", file});
   EXPECT_EQ(result.exit_code, 1) << result.out;
   EXPECT_TRUE(contains(result.out, "FAILED: " + file)) << result.out;
