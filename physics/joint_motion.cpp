@@ -10,6 +10,7 @@
 #include "physics/joint_work.hpp"
 #include "physics/joints_alone.hpp"
 #include "physics/rigid_motion.hpp"
+#include "physics/springs.hpp"
 
 namespace soda::physics {
 
@@ -271,8 +272,12 @@ void move_jointed(const JointedStep& step, const JointSystem& solved, const Cont
   constexpr double kLeastShare = 1.0 / 64;
   const auto& [scene, dt_s, ids, before, free] = step;
   report.motor_work_joule = motor_work_joule(solved, problem.bodies);
-  const double given = report.motor_work_joule + spring_work_joule(solved, problem.bodies) +
-                       external_work_joule(scene, dt_s, before, free, problem);
+  const double pushed =
+      report.motor_work_joule + external_work_joule(scene, dt_s, before, free, problem);
+  const auto elastic = [&, sprung = has_springs(scene, solved)](std::span<const BodyState> at) {
+    return sprung ? elastic_joule(spring_rows(scene, at, solved)) : 0.0;
+  };
+  const double lent = elastic(before);
   // Where the way bends so much within the step that closing what it opened takes more than there
   // is, the bodies come less far.
   std::vector<BodyState> next;
@@ -282,7 +287,7 @@ void move_jointed(const JointedStep& step, const JointSystem& solved, const Cont
     next.assign(before.begin(), before.end());
     std::vector<AdvanceFault> found;
     moved_for(share * dt_s, step, solved, problem, next, found);
-    excess = energy_excess(scene, dt_s, ids, before, next, given);
+    excess = energy_excess(scene, dt_s, ids, before, next, pushed + lent - elastic(next));
     if (!excess.is_trace(kMostTaken) && share > 0.0) continue;
     faults.insert(faults.end(), found.begin(), found.end());
     break;
@@ -294,6 +299,7 @@ void move_jointed(const JointedStep& step, const JointSystem& solved, const Cont
     add_untaken(rest, share > 0.0, step, report);
   }
   if (push.empty()) return;
+  const double moved = elastic(states);
   for (std::size_t i = 0; i < ids.size(); ++i) {
     states[i].position_m += push[i].linear * dt_s;
     turn_by(scene.bodies[index_of(ids[i])], push[i].angular * dt_s, states[i]);
@@ -301,6 +307,7 @@ void move_jointed(const JointedStep& step, const JointSystem& solved, const Cont
   JointSystem joints = solved;
   report.push_out_work_joule += push_out_work_joule(scene, dt_s, ids, push);
   report.push_out_work_joule += close_joints(scene, dt_s, ids, joints, states);
+  report.push_out_work_joule += elastic(states) - moved;
 }
 
 void report_joints(std::span<const BodyState> states, const JointSystem& joints,

@@ -270,8 +270,4 @@ double motor_work_joule(const JointSystem& joints, std::span<const SolverBody> b
   return work_of(JointRowKind::kMotor, joints, bodies);
 }
 
-double spring_work_joule(const JointSystem& joints, std::span<const SolverBody> bodies) {
-  return work_of(JointRowKind::kSpring, joints, bodies);
-}
-
 }  // namespace soda::physics

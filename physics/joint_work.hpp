@@ -51,11 +51,10 @@ double solved_gain_joule(double dt_s, std::span<const BodyState> before,
                          std::span<const SolverBody> free, const JointSystem& joints,
                          const ContactProblem& problem);
 
-// What motors, springs, and drives and forces (as a field) do over the step at final velocities, J.
+// What motors, and drives and forces (as a field) do over the step at final velocities, J.
 double external_work_joule(const SceneDescription& scene, double dt_s,
                            std::span<const BodyState> before, std::span<const SolverBody> free,
                            const ContactProblem& problem);
 double motor_work_joule(const JointSystem& joints, std::span<const SolverBody> bodies);
-double spring_work_joule(const JointSystem& joints, std::span<const SolverBody> bodies);
 
 }  // namespace soda::physics
