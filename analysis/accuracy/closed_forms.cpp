@@ -58,20 +58,25 @@ SlidingLaw sliding_law(double speed_m_s, double gravity_m_s2, double slope_deg, 
   const double t = radians(slope_deg);
   SlidingLaw law;
   law.speed_m_s = speed_m_s;
-  law.acceleration_m_s2 = gravity_m_s2 * (std::sin(t) - friction * std::cos(t));
-  if (law.acceleration_m_s2 >= 0.0) return law;
-  law.stops = true;
+  const double pull = gravity_m_s2 * std::sin(t), rubs = gravity_m_s2 * friction * std::cos(t);
+  law.acceleration_m_s2 = speed_m_s < 0.0 ? pull + rubs : pull - rubs;
+  if (speed_m_s >= 0.0 && law.acceleration_m_s2 >= 0.0) return law;
+  law.turns = true;
+  law.stops = pull <= rubs;
   law.stop_time_s = -speed_m_s / law.acceleration_m_s2;
   law.stop_way_m = 0.5 * speed_m_s * law.stop_time_s;
+  law.after_m_s2 = std::max(0.0, pull - rubs);
   return law;
 }
 
 MotionAt sliding(const StartingBody& body, const Slope& slope, const SlidingLaw& law) {
   return [body, slope, law](double t) {
-    const bool moves = !law.stops || t < law.stop_time_s;
-    const double way =
-        moves ? law.speed_m_s * t + 0.5 * law.acceleration_m_s2 * t * t : law.stop_way_m;
-    const double speed = moves ? law.speed_m_s + law.acceleration_m_s2 * t : 0.0;
+    const bool first = !law.turns || t < law.stop_time_s;
+    const double then_s = t - law.stop_time_s;
+    const double way = first ? law.speed_m_s * t + 0.5 * law.acceleration_m_s2 * t * t
+                             : law.stop_way_m + 0.5 * law.after_m_s2 * then_s * then_s;
+    const double speed =
+        first ? law.speed_m_s + law.acceleration_m_s2 * t : law.after_m_s2 * then_s;
     return Motion{body.state.position_m + slope.down * way, slope.down * speed,
                   body.state.orientation, Vec3(Vec3::Zero())};
   };

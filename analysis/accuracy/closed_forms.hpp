@@ -24,12 +24,15 @@ Slope slope_of(double slope_deg, double azimuth_deg);
 
 MotionAt free_flight(const StartingBody& body, const physics::Vec3& gravity_m_s2);
 
-// Way, velocity and acceleration along a line, with stops: friction holds or brakes.
+// Way, velocity and acceleration along a line. What friction brings to a stop stays, or slides back
+// down.
 struct SlidingLaw {
-  double speed_m_s = 0.0;          // at the start, down the slope, >= 0
-  double acceleration_m_s2 = 0.0;  // until it stops
+  double speed_m_s = 0.0;          // at the start, down the slope
+  double acceleration_m_s2 = 0.0;  // until it stops or turns
+  bool turns = false;              // or stops
   bool stops = false;
-  double stop_time_s = 0.0, stop_way_m = 0.0;
+  double stop_time_s = 0.0, stop_way_m = 0.0;  // or of the turn
+  double after_m_s2 = 0.0;                     // acceleration from then on
 };
 SlidingLaw sliding_law(double speed_m_s, double gravity_m_s2, double slope_deg, double friction);
 MotionAt sliding(const StartingBody& body, const Slope& slope, const SlidingLaw& law);

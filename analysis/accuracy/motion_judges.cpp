@@ -75,7 +75,7 @@ class SlidingJudge final : public Judge {
     speed_m_s_ = now.linear_velocity_m_s.norm();
     // While it moves, its stop lies where its present speed will be used up.
     const double along = now.linear_velocity_m_s.dot(slope_.down);
-    if (law_.stops && along > 1e-3 * law_.speed_m_s)
+    if (law_.stops && std::abs(along) > 1e-3 * std::abs(law_.speed_m_s))
       stop_time_s_ = time_s - along / law_.acceleration_m_s2;
     at_rest_ = law_.stops && time_s > law_.stop_time_s;
   }
@@ -87,7 +87,7 @@ class SlidingJudge final : public Judge {
     all.push_back({"side_m", side_m_});
     all.push_back({"lift_m", lift_m_});
     if (at_rest_) {
-      if (law_.stop_time_s > 0.0)
+      if (law_.stops && law_.stop_time_s > 0.0)
         all.push_back({"stop_time_s", std::abs(stop_time_s_ - law_.stop_time_s)});
       all.push_back({"rest_speed_m_s", speed_m_s_});
     }

@@ -145,6 +145,22 @@ TEST(Sliding, StopsWhereItsEnergyIsUsedUp) {
   EXPECT_FALSE(sliding_law(0.0, 9.81, 30.0, 0.2).stops);
 }
 
+// Friction takes twice its work on the way up and down again.
+TEST(Sliding, WhatIsThrownUpASlopeComesBackSlowerByWhatFrictionTakes) {
+  const double t = 20.0 * std::numbers::pi / 180.0, friction = 0.2;
+  const SlidingLaw law = sliding_law(-3.0, 9.81, 20.0, friction);
+  ASSERT_TRUE(law.turns && !law.stops);
+  const double back_s = law.stop_time_s + std::sqrt(-2.0 * law.stop_way_m / law.after_m_s2);
+  const StartingBody body = sphere(0.1, 1.0, Vec3::Zero(), Vec3::Zero());
+  const Slope slope = slope_of(20.0, 0.0);
+  const Motion back = sliding(body, slope, law)(back_s);
+  EXPECT_NEAR(back.position_m.norm(), 0.0, 1e-14);
+  EXPECT_NEAR(0.5 * back.linear_velocity_m_s.squaredNorm(),
+              4.5 + 2.0 * friction * 9.81 * std::cos(t) * law.stop_way_m, 1e-12);
+  EXPECT_GT(back.linear_velocity_m_s.dot(slope.down), 0.0);
+  EXPECT_TRUE(sliding_law(-3.0, 9.81, 5.0, friction).stops);
+}
+
 TEST(Bouncing, LosesTheRightEnergyAndRests) {
   const StartingBody body = sphere(0.1, 1.0, Vec3(0, 0, 1.1), Vec3::Zero());
   const BouncingLaw law = bouncing_law(body, 9.81, 0.8);

@@ -22,6 +22,7 @@ TEST(Library, HoldsTheScenesThatOtherTestsRelyOn) {
                            "rope-bridge",
                            "sparse-10000",
                            "spheres-frictionless",
+                           "spring-sleds",
                            "third-world",
                            "twelve-worlds",
                            "twelve-worlds-blocks",
