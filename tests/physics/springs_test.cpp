@@ -156,5 +156,24 @@ TEST(Springs, AStiffSpringThatTurnsGainsNoEnergy) {
   }
 }
 
+// Hundreds of turns in a step about an end, or a pull that is over long before it: too much for an
+// implicit step, which goes straight on.
+TEST(Springs, WhatIsTooFastForItsStepGainsNoEnergy) {
+  for (const double length : {1e-3, 0.1, 1.0})
+    for (const double stiffness : {1e5, 1e9}) {
+      World world;
+      world.scene.dt_s = 1.0 / 60.0;
+      world.add_body(world.add_shape(Sphere{0.1}), Vec3(length, 0, 0)).linear_velocity_m_s =
+          Vec3(3, 80, -20);
+      add_spring(world, 0, std::nullopt, Vec3(length, 0, 0.05), Vec3::Zero(), length, stiffness);
+      const Geometry geometry(world.scene);
+      const double energy = energy_joule(world);
+      for (int step = 0; step < 20; ++step) {
+        world.run(1, geometry);
+        ASSERT_LE(energy_joule(world), energy * (1.0 + 1e-9)) << length << " " << stiffness;
+      }
+    }
+}
+
 }  // namespace
 }  // namespace soda::physics

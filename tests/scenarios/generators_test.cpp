@@ -169,6 +169,7 @@ TEST(LibraryStates, AreTheStoredBits) {
       {"rope-bridge", 0x7aec1aadaf531f22u},
       {"sparse-10000", 0x5a5bdd7936a350u},
       {"spheres-frictionless", 0x5d100c46196920b6u},
+      {"spring-sleds", 0x4239cbad26b7d0bdu},
       {"third-world", 0x471b561d07ea46d9u},
       {"twelve-worlds", 0x807207d07af09eaeu},
       {"twelve-worlds-blocks", 0x807207d07af09eaeu},
