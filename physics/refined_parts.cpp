@@ -94,6 +94,21 @@ Cut cut_at_change(const RefinedIsland& island, const Limits& limits, const PastP
           bend};
 }
 
+// Where friction turns round or ends: the first part ends there, and the other begins. Of several
+// bodies without a tolerance only where that is worth a part.
+std::optional<Cut> cut_at_turn(RefinedIsland& island, const ErrorBudget& budget, const Part& part,
+                               std::span<const BodyState> from,
+                               std::span<const ContactManifold> start, const Trial& one) {
+  constexpr double kWorthAPart = 1e-6;  // widths
+  const StepError turned = reversal_error(island, start, from, one.states);
+  if (budget.allows(turned.widths, part.time_s)) return {};
+  if (!is_asked(island) && !is_lone(island) && turned.widths < kWorthAPart) return {};
+  const std::optional<double> share =
+      share_before_reversal(island, budget, part.time_s, start, from, one.states);
+  if (!share) return {};
+  return Cut{*share, 1, 0.0};
+}
+
 // What trials told of a part, in widths.
 struct Course {
   double before = 0.0, now = 0.0;  // what the last two orders changed
@@ -185,13 +200,9 @@ RefinedPart refine_part(RefinedIsland& island, const Limits& limits, const Error
   // Springs kick to and fro: velocities may end as they began.
   if (island.springs.empty() && budget.allows(change.widths, part.time_s))
     return {PartResult{std::move(one), change}};
-  const StepError turned = reversal_error(island, start, from, one.states);
-  if (can_be_cut && !budget.allows(turned.widths, part.time_s)) {
-    // The first part ends where friction turns, and the other begins there.
-    const std::optional<double> share =
-        share_before_reversal(island, budget, part.time_s, start, from, one.states);
-    if (share) return {std::nullopt, Cut{*share, 1, 0.0}};
-  }
+  if (can_be_cut)
+    if (const std::optional<Cut> turn = cut_at_turn(island, budget, part, from, start, one))
+      return {std::nullopt, *turn};
   const Trial two = try_steps(island, from, start, part.time_s, 2);
   if (two.failed) return {PartResult{std::move(one), change}};
   Extrapolation trials(one);
@@ -238,11 +249,16 @@ PartResult advance_unasked(RefinedIsland& island, const ErrorBudget& budget, dou
 RefinedPart try_part(RefinedIsland& island, const Limits& limits, const ErrorBudget& budget,
                      const PastPart& past, const Part& part, std::span<const BodyState> from,
                      std::span<const ContactManifold> start) {
+  constexpr int kMostTurns = 2;  // of friction on several bodies, without a tolerance
   Trial one = try_steps(island, from, start, part.time_s, 1);
   if (one.failed) return {PartResult{std::move(one), {}}};
   if (!is_asked(island)) {
-    if (!is_lone(island))
+    if (!is_lone(island)) {
+      if (part.depth < kMostTurns && can_be_smooth(island, part.time_s, from, one.states))
+        if (const std::optional<Cut> turn = cut_at_turn(island, budget, part, from, start, one))
+          return {std::nullopt, *turn};
       return {advance_unasked(island, budget, part.time_s, from, start, std::move(one))};
+    }
     if (is_plain_hit(island, part.time_s, from, one))
       return {PartResult{one, change_of(island.sizes, from, one.states)}};
   }

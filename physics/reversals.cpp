@@ -32,8 +32,8 @@ const Material& material_of(const SceneDescription& scene, BodyId id) {
 }
 
 bool is_stopped(const Vec3& before, const Vec3& after) {
-  constexpr double kRounding = 1e-6;
-  return after.squaredNorm() <= kRounding * kRounding * before.squaredNorm();
+  constexpr double kTrace = 1e-3;
+  return after.squaredNorm() <= kTrace * kTrace * before.squaredNorm();
 }
 
 // Calls `see` with each point that slides at `from`, and at `to` slides another way or does not,

@@ -64,6 +64,16 @@ TEST(Reversals, TwoBoxesTurnTogetherToATolerance) {
   }
 }
 
+// Without one, too, where that is worth a part of its own.
+TEST(Reversals, TwoBoxesTurnTogetherUnasked) {
+  for (double speed = 2.0; speed < 3.0; speed += 0.083) {
+    Ramp ramp(0.35, 0.2, speed, 2);
+    ramp.world.run(60, Geometry(ramp.world.scene));
+    for (const BodyState& state : ramp.world.states)
+      EXPECT_NEAR(state.position_m.x(), ramp.place_m(speed), 1e-4) << speed;
+  }
+}
+
 // Steep enough to hold: it stops, and stays.
 TEST(Reversals, WhereFrictionHoldsABoxItStopsForGood) {
   for (double speed = 1.0; speed < 2.0; speed += 0.083) {
