@@ -281,6 +281,7 @@ bool take_from_springs(const RefinedIsland& island, std::span<const BodyState> f
       trial.states[i].position_m =
           to[i].position_m + (to[i].linear_velocity_m_s - from[i].linear_velocity_m_s) * time_s;
       trial.states[i].orientation = to[i].orientation;
+      trial.states[i].angular_velocity_rad_s = to[i].angular_velocity_rad_s;
       turn_by(island.scene.bodies[index_of(island.ids[i])],
               (to[i].angular_velocity_rad_s - from[i].angular_velocity_rad_s) * time_s,
               trial.states[i]);

@@ -14,7 +14,8 @@ namespace soda::physics {
 // that if it turns within the first of them, and no estimate sees it.
 //
 // What that can leave: of all pressed points with friction that slid one way at `from` and slide
-// the other way at `to`, the lesser of the two speeds. `start` are the contacts at `from`.
+// the other way at `to`, the lesser of the two speeds; of those that stop, the speed at `from`, for
+// what stops may have to slide back. `start` are the contacts at `from`.
 StepError reversal_error(const RefinedIsland& island, std::span<const ContactManifold> start,
                          std::span<const BodyState> from, std::span<const BodyState> to);
 

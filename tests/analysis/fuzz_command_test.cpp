@@ -45,6 +45,7 @@ TEST(FuzzCommand, AFileThatFailsExitsWith1AndIsNamed) {
 TEST(FuzzCommand, WhatCannotBeAskedForExitsWith2AndWhatCannotBeReadWith3) {
   EXPECT_EQ(run_soda({"fuzz", "--seeds", "3..1"}).exit_code, 2);
   EXPECT_EQ(run_soda({"fuzz", "--steps", "0"}).exit_code, 2);
+  EXPECT_EQ(run_soda({"fuzz", "--joints", "--springs"}).exit_code, 2);
   EXPECT_EQ(run_soda({"fuzz", "/no/such/file.json"}).exit_code, 3);
   EXPECT_EQ(run_soda({"accuracy", "--extremes", "bounce"}).exit_code, 2);
 }
