@@ -24,10 +24,8 @@ struct Party {
 bool may_bounce(const physics::SceneDescription& scene,
                 std::span<const ContactManifold> manifolds) {
   return std::any_of(manifolds.begin(), manifolds.end(), [&scene](const ContactManifold& m) {
-    const physics::Material& b = physics::is_static(m.b)
-                                     ? scene.statics[physics::static_index_of(m.b)].material
-                                     : scene.bodies[physics::index_of(m.b)].material;
-    return b.restitution > 0.0 || scene.bodies[physics::index_of(m.a)].material.restitution > 0.0;
+    return physics::material_of(scene, m.a).restitution > 0.0 ||
+           physics::material_of(scene, m.b).restitution > 0.0;
   });
 }
 

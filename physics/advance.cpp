@@ -265,7 +265,6 @@ IslandReport advance_island(const SceneDescription& scene, const Geometry& geome
     pass_through(scene, dt_s, ids, manifolds, states, report, counters, faults);
     return report;
   }
-  if (!scene.joints.empty()) report_lost_joints(scene, ids, manifolds, faults);
   // Giant ones may be solved by several worlds, of which none has them all.
   const bool whole = !is_giant(manifolds), alone = whole && is_left_alone(scene, ids, manifolds);
   const IslandMomentum before = alone ? momentum_of(scene, ids, states) : IslandMomentum{};
@@ -277,6 +276,7 @@ IslandReport advance_island(const SceneDescription& scene, const Geometry& geome
     }
     slow.assign(states.begin(), states.end());
   }
+  if (!scene.joints.empty()) report_lost_joints(scene, ids, manifolds, faults);
   const double flown_s =
       fly_through_impacts(scene, geometry, dt_s, ids, manifolds, states, report, counters);
   if (flown_s < dt_s) {

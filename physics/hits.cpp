@@ -37,12 +37,8 @@ struct HitIsland {
     return states[static_cast<std::size_t>(std::lower_bound(ids.begin(), ids.end(), id) -
                                            ids.begin())];
   }
-  const Material& material_of(BodyId id) const {
-    return is_static(id) ? scene.statics[static_index_of(id)].material
-                         : scene.bodies[index_of(id)].material;
-  }
   bool bounces(const ContactManifold& m) const {
-    return std::max(material_of(m.a).restitution, material_of(m.b).restitution) > 0.0;
+    return std::max(material_of(scene, m.a).restitution, material_of(scene, m.b).restitution) > 0.0;
   }
   double width_m(const ContactManifold& m) const {
     const double a = shape_of(scene, geometry, m.a).min_extent_m;
@@ -50,7 +46,7 @@ struct HitIsland {
   }
   // The largest approach at a point of this pair that is no hit.
   double slow_m_s(const ContactManifold& m) const {
-    constexpr double kSteps = 2.0;  // as of what can be smooth (refinement.cpp)
+    constexpr double kSteps = 2.0;  // as of what can be smooth (refined_parts.cpp)
     double slow = bounces(m) ? scene.solver.restitution_threshold_m_s : kNever;
     if (scene.tolerance > 0.0)
       slow = std::min(slow, kSteps * scene.gravity_m_s2.norm() * scene.dt_s +

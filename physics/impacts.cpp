@@ -40,9 +40,7 @@ bool can_fly(const SceneDescription& scene, BodyId id) {
 // What happens at an impact within the step is worth its time: the pair bounces, or flies farther
 // than its width.
 bool is_impact(const SceneDescription& scene, const ContactManifold& m) {
-  const Material& a = scene.bodies[index_of(m.a)].material;
-  const Material& b = is_static(m.b) ? scene.statics[static_index_of(m.b)].material
-                                     : scene.bodies[index_of(m.b)].material;
+  const Material &a = material_of(scene, m.a), &b = material_of(scene, m.b);
   return std::max(a.restitution, b.restitution) > 0.0 || m.points[0].feature == kWayToImpact;
 }
 

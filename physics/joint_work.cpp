@@ -97,13 +97,6 @@ double row_work(const JointRow& row, std::span<const SolverBody> bodies) {
   return row.impulse_newton_s * velocity_of(row, bodies);
 }
 
-double work_of(JointRowKind kind, const JointSystem& joints, std::span<const SolverBody> bodies) {
-  double sum = 0.0;
-  for (const JointRow& row : joints.rows)
-    if (row.kind == kind) sum += row_work(row, bodies);
-  return sum;
-}
-
 // Which bodies move by their final velocity.
 std::vector<Flight> flights_of(const JointSystem& joints, const ContactProblem& problem) {
   std::vector<Flight> flights = find_flights(problem);
@@ -267,7 +260,10 @@ double external_work_joule(const SceneDescription& scene, double dt_s,
 }
 
 double motor_work_joule(const JointSystem& joints, std::span<const SolverBody> bodies) {
-  return work_of(JointRowKind::kMotor, joints, bodies);
+  double sum = 0.0;
+  for (const JointRow& row : joints.rows)
+    if (row.kind == JointRowKind::kMotor) sum += row_work(row, bodies);
+  return sum;
 }
 
 }  // namespace soda::physics

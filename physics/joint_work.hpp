@@ -51,7 +51,7 @@ double solved_gain_joule(double dt_s, std::span<const BodyState> before,
                          std::span<const SolverBody> free, const JointSystem& joints,
                          const ContactProblem& problem);
 
-// What motors, and drives and forces (as a field) do over the step at final velocities, J.
+// What drives and forces (as a field), and motors, do over the step at final velocities, J.
 double external_work_joule(const SceneDescription& scene, double dt_s,
                            std::span<const BodyState> before, std::span<const SolverBody> free,
                            const ContactProblem& problem);

@@ -23,8 +23,8 @@ double friction_of_lone(const RefinedIsland& island) {
   double most = 0.0;
   for (const ContactManifold& m : island.pairs)
     if (is_static(m.b) && !is_joint(m))
-      most = std::max(most, island.scene.statics[static_index_of(m.b)].material.friction);
-  return std::sqrt(island.scene.bodies[index_of(island.ids.front())].material.friction * most);
+      most = std::max(most, material_of(island.scene, m.b).friction);
+  return std::sqrt(material_of(island.scene, island.ids.front()).friction * most);
 }
 
 // Whether points change their velocities as gravity could make them do. What changes faster is hit,
@@ -106,7 +106,7 @@ std::optional<Cut> cut_at_turn(RefinedIsland& island, const ErrorBudget& budget,
   const std::optional<double> share =
       share_before_reversal(island, budget, part.time_s, start, from, one.states);
   if (!share) return {};
-  return Cut{*share, 1, 0.0};
+  return Cut{*share};
 }
 
 // What trials told of a part, in widths.
@@ -130,14 +130,16 @@ struct Course {
 enum class Next { kMoreSteps, kCut, kEnough };
 
 // Without a tolerance, smooth motion of a lone body gets more where that is expected to be all that
-// it needs: twice the steps, or once a cut in halves, whose limits are of the fifth order.
+// it needs: twice the steps, or once a cut in halves, whose limits are of the fifth order. Where
+// springs kick, more steps bring it nearer in any case. `fit`: whether what there is would do.
 Next next_for(const RefinedIsland& island, const ErrorBudget& budget, const Part& part,
-              const Course& course) {
+              const Course& course, bool fit) {
   constexpr int kMostSteps = 16;
   const auto reaches = [&](double limit, double rough) {
     return budget.allows(limit, part.time_s) && budget.allows(rough, part.time_s);
   };
   const bool more = course.steps <= kMostSteps;
+  if (!fit && more) return Next::kMoreSteps;
   if (!is_asked(island) && (is_lone(island) || !island.springs.empty()) &&
       course.is_smooth(part.time_s / island.sizes.dt_s)) {
     const double hoped = course.now * course.now / course.before;
@@ -170,8 +172,7 @@ RefinedPart refine_further(RefinedIsland& island, const ErrorBudget& budget, con
     best.error = larger(best.error, rough);
     const bool fit = is_fit(island, best);
     if (fit && budget.allows(best.error.widths, part.time_s)) return {std::move(best)};
-    const Next next =
-        fit || course.steps > 16 ? next_for(island, budget, part, course) : Next::kMoreSteps;
+    const Next next = next_for(island, budget, part, course, fit);
     if (next == Next::kCut && cut) return {std::nullopt, *cut};
     if (next != Next::kMoreSteps) {
       if (course.comes_nearer()) return {std::move(best)};
@@ -275,9 +276,9 @@ RefinedPart advance_part(RefinedIsland& island, const Limits& limits, const Erro
   const std::span<const ContactManifold> start = known.empty() ? found : known;
   RefinedPart done = try_part(island, limits, budget, past, part, from, start);
   if (!done.result || is_fit(island, *done.result)) return done;
-  const JointSystem springs = std::exchange(island.springs, {});
+  JointSystem springs = std::exchange(island.springs, {});
   Trial implicit = try_steps(island, from, start, part.time_s, 1);
-  island.springs = springs;
+  island.springs = std::move(springs);
   const StepError change = change_of(island.sizes, from, implicit.states);
   return {PartResult{std::move(implicit), change}};
 }

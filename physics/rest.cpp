@@ -142,7 +142,7 @@ bool is_held(const SceneDescription& scene, const Geometry& geometry, std::span<
   ContactProblem problem;
   const Selection<BodyState> bodies{states};
   load_bodies(scene, scene.dt_s, ids, bodies, problem.bodies, counters);
-  if (!scene.joints.empty())
+  if (std::ranges::any_of(manifolds, is_joint))
     kick(spring_rows(scene, states, find_joints(scene, ids, manifolds)), scene.dt_s, false, states,
          problem.bodies, report);
   build_rows(scene, scene.dt_s, ids, manifolds, bodies, problem, counters);

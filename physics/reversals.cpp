@@ -26,11 +26,6 @@ struct SlidingPoint {
   }
 };
 
-const Material& material_of(const SceneDescription& scene, BodyId id) {
-  return is_static(id) ? scene.statics[static_index_of(id)].material
-                       : scene.bodies[index_of(id)].material;
-}
-
 bool is_stopped(const Vec3& before, const Vec3& after) {
   constexpr double kTrace = 1e-3;
   return after.squaredNorm() <= kTrace * kTrace * before.squaredNorm();

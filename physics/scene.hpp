@@ -136,4 +136,10 @@ struct SceneDescription {
   bool has_world_joints = false;
 };
 
+// Of a body or a static.
+inline const Material& material_of(const SceneDescription& scene, BodyId id) {
+  return is_static(id) ? scene.statics[static_index_of(id)].material
+                       : scene.bodies[index_of(id)].material;
+}
+
 }  // namespace soda::physics

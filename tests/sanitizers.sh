@@ -47,4 +47,5 @@ done
   tail -1
 "$soda" fuzz --seeds 1..6 | tail -1
 "$soda" fuzz --seeds 1..6 --joints | tail -1
+"$soda" fuzz --seeds 1..6 --springs | tail -1
 echo "$1: nothing found"
