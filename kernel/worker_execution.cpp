@@ -15,10 +15,9 @@ constexpr std::size_t kLongestBatch = 64;
 constexpr microseconds kShortBatch{10};
 constexpr microseconds kLongBatch{40};
 
-// A round costs each worker a look at all it has, so it should come after many bags; but what is
-// collected late has left the cache, and history that is short stays there: after about one bag of
-// each LP. What bags that take long leave behind fills the cache sooner: so many us are enough,
-// too.
+// A round costs each worker a look at all LPs that have a history of their own, so it should come
+// after as many bags; but what is collected late has left the cache. What bags that take long leave
+// behind fills the cache sooner: so many us are enough, too.
 constexpr std::size_t kLeastBagsPerRound = 1024;
 constexpr microseconds kLongestRound{10'000};
 // A worker that is alone knows GVT without, and collects by itself.
@@ -41,7 +40,7 @@ inline std::uint32_t Worker::pick() {
 }
 
 std::size_t Worker::bags_per_round() const {
-  return std::max(is_alone_ ? kBagsPerRoundAlone : kLeastBagsPerRound, schedule_.size());
+  return std::max(is_alone_ ? kBagsPerRoundAlone : kLeastBagsPerRound, uncommitted_.size());
 }
 
 void Worker::execute_batch() {

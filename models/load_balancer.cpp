@@ -8,6 +8,7 @@
 #include <set>
 
 #include "models/loads.hpp"
+#include "models/work_cost.hpp"
 
 namespace soda::models {
 namespace {
@@ -239,8 +240,14 @@ LoadPicture picture_of(std::span<const LoadSample> samples, std::size_t cells) {
       picture.cell_ns[body.cell] += body.cost_ns / 2;
       picture.cell_ns[body.later] += body.cost_ns / 2;
       const auto island = islands.find(links.label_of(body.id));
-      if (island != islands.end())
-        island->second.cells.insert(island->second.cells.end(), {body.cell, body.later});
+      if (island == islands.end()) continue;
+      island->second.cells.insert(island->second.cells.end(), {body.cell, body.later});
+      island->second.telling_ns += record_cost_ns();
+    }
+  for (const LoadSample& sample : samples)
+    for (const BodyLink& link : sample.links) {
+      const auto island = islands.find(links.label_of(link.a));
+      if (island != islands.end()) island->second.telling_ns += record_cost_ns();
     }
   for (auto& [label, island] : islands) {
     std::sort(island.cells.begin(), island.cells.end());

@@ -19,6 +19,7 @@ double anticipation_steps(double entries, double ratio);
 struct LoadPicture {
   struct Island {
     std::int64_t solve_ns = 0;         // by each world that has a part of it
+    std::int64_t telling_ns = 0;       // of all of it, to one world
     std::vector<std::uint32_t> cells;  // ascending
     bool is_shared_out = false;        // the solve: all who have a part do it together
   };
@@ -33,6 +34,7 @@ LoadPicture picture_of(std::span<const LoadSample> samples, std::size_t cells);
 struct BalancerOptions {
   double tolerance = 0.15;       // load above the neighbours' mean that is left alone
   double split_factor = 2.0;     // what an island of several owners costs each of them; >= 1
+  double telling_share = 0.3;    // of telling a shared-out island that each owner costs each owner
   double border_share = 0.5;     // of the load of the cells at a border face, for either side more
   std::size_t most_cells = 256;  // that are moved in one decision
   std::int64_t delay = 0;        // steps until a decision holds

@@ -64,13 +64,16 @@ void Loads::add(std::uint32_t processor, double ns) {
 }
 
 // Every processor that has a part solves the whole, and again when news of the other parts comes.
-// Of an island that is shared out all do equal parts, wherever its bodies lie: no reason to give.
+// Of an island that is shared out all do equal parts, wherever its bodies lie; but all of it is
+// told to each of them, from owner to owner, and the solve waits for the last.
 void Loads::add_island(std::uint32_t island, int sign) {
   const Parts& parts = parts_[island];
   const bool split = parts.size() > 1;
   const double solve_ns = static_cast<double>(picture_.islands[island].solve_ns);
   if (split && picture_.islands[island].is_shared_out) {
-    const double part_ns = solve_ns / static_cast<double>(parts.size());
+    const double owners = static_cast<double>(parts.size());
+    const double telling_ns = static_cast<double>(picture_.islands[island].telling_ns);
+    const double part_ns = solve_ns / owners + options_.telling_share * owners * telling_ns;
     for (const auto& [processor, cells] : parts) add(processor, sign * part_ns);
     return;
   }

@@ -78,6 +78,7 @@ std::int64_t work_cost_ns(const physics::StageCounters& before, const physics::S
 std::int64_t body_cost_ns() { return kBody + kBorderTest; }
 std::int64_t test_cost_ns(physics::ShapeKernel kernel) { return kPair + test_ns(kernel); }
 std::int64_t point_cost_ns() { return kContactPoint; }
+std::int64_t record_cost_ns() { return kRecord; }
 
 // With friction, which is one row, as it is counted.
 std::int64_t solve_cost_ns(std::uint32_t contact_points, std::uint64_t iterations,

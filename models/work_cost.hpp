@@ -16,10 +16,11 @@ std::int64_t work_cost_ns(const physics::StageCounters& before, const physics::S
                           const WorldCounters& worlds_before, const WorldCounters& worlds_after);
 
 // Parts of it, to tell beforehand what bodies and islands will cost: a body by itself, a pair of
-// shapes tested, a contact point found, and an island solved.
+// shapes tested, a contact point found, a record told, and an island solved.
 std::int64_t body_cost_ns();
 std::int64_t test_cost_ns(physics::ShapeKernel kernel);
 std::int64_t point_cost_ns();
+std::int64_t record_cost_ns();
 // (`multiplications` are those of the island's factorisations)
 std::int64_t solve_cost_ns(std::uint32_t contact_points, std::uint64_t iterations,
                            std::uint64_t multiplications);

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "models/territory_shape.hpp"
+#include "models/work_cost.hpp"
 
 namespace soda::models {
 namespace {
@@ -84,7 +85,7 @@ TEST(PaperScheme, TheLeastLoadedNeighbourGetsMost) {
 TEST(PaperScheme, AnIslandOfTwoWorldsIsPutTogetherThoughTheLoadsAreEqual) {
   Row row(2, 8);
   for (std::uint32_t cell = 6; cell < 10; ++cell) row.picture.cell_ns[cell] = 1000;
-  row.picture.islands.push_back({20'000, {6, 7, 8, 9}, false});
+  row.picture.islands.push_back({20'000, 0, {6, 7, 8, 9}, false});
   const TerritoryMap after = row.map.after(row.transfers());
   for (std::uint32_t cell = 7; cell < 10; ++cell)
     EXPECT_EQ(after.owners()[cell], after.owners()[6]) << cell;
@@ -94,14 +95,26 @@ TEST(PaperScheme, AnIslandOfTwoWorldsIsPutTogetherThoughTheLoadsAreEqual) {
 TEST(PaperScheme, AnIslandWhoseSolveIsSharedOutStaysWhereItIs) {
   Row row(2, 8);
   for (std::uint32_t cell = 6; cell < 10; ++cell) row.picture.cell_ns[cell] = 1000;
-  row.picture.islands.push_back({20'000, {6, 7, 8, 9}, true});
+  row.picture.islands.push_back({20'000, 0, {6, 7, 8, 9}, true});
   EXPECT_TRUE(row.transfers().empty());
+}
+
+// Two could do half of the solve each, but then all of the island has to be told.
+TEST(PaperScheme, AnIslandIsSharedOutWhereTellingCostsLessThanItsSolve) {
+  for (const std::int64_t telling_ns : {100, 100'000}) {
+    Row row(2, 8);
+    for (std::uint32_t cell = 2; cell < 8; ++cell) row.picture.cell_ns[cell] = 1000;
+    row.picture.islands.push_back({20'000, telling_ns, {6, 7}, true});
+    const TerritoryMap after = row.map.after(row.transfers());
+    const bool is_whole = after.owners()[6] == after.owners()[7];
+    EXPECT_EQ(is_whole, telling_ns > 20'000) << telling_ns;
+  }
 }
 
 TEST(PaperScheme, AnIslandOfOneWorldIsNotCutForTheSakeOfBalance) {
   Row row(2, 8);
   for (std::uint32_t cell = 0; cell < 8; ++cell) row.picture.cell_ns[cell] = 100;
-  row.picture.islands.push_back({20'000, {4, 5, 6, 7}, false});
+  row.picture.islands.push_back({20'000, 0, {4, 5, 6, 7}, false});
   const TerritoryMap after = row.map.after(row.transfers());
   for (std::uint32_t cell = 5; cell < 8; ++cell)
     EXPECT_EQ(after.owners()[cell], after.owners()[4]) << cell;
@@ -144,7 +157,7 @@ TEST(PaperScheme, TerritoriesStayInOnePieceHoweverTheLoadsChange) {
     for (int island = 0; island < 3; ++island) {
       const auto first = static_cast<std::uint32_t>(random.below(grid.cell_count() - 4));
       picture.islands.push_back(
-          {static_cast<std::int64_t>(random.below(9000)), {first, first + 1, first + 3}});
+          {static_cast<std::int64_t>(random.below(9000)), 0, {first, first + 1, first + 3}});
     }
     const std::vector<CellTransfer> transfers = paper_transfers(picture, map, processors, {});
     for (const CellTransfer& transfer : transfers) {
@@ -190,6 +203,7 @@ TEST(LoadPicture, JoinsIslandsOverWorldsAndCountsBodiesWhereTheyWillBe) {
   EXPECT_EQ(picture.cell_ns, (std::vector<std::int64_t>{50, 250, 200, 1000}));
   ASSERT_EQ(picture.islands.size(), 1u);
   EXPECT_EQ(picture.islands[0].solve_ns, 5000);
+  EXPECT_EQ(picture.islands[0].telling_ns, 3 * record_cost_ns());  // two bodies and a contact
   EXPECT_EQ(picture.islands[0].cells, (std::vector<std::uint32_t>{1, 2, 3}));
   EXPECT_EQ(picture.entries, (std::vector<std::int64_t>{7, 0}));
 }
