@@ -25,7 +25,7 @@ struct VerifyRequest {
   // hands at random, with the second by the paper's scheme. Told, dead-reckoning and predicted
   // ghosts take turns, in nine seeds with each of these three.
   unsigned seeds = 5;
-  bool all_modes = false;  // instead, each seed with all 36 combinations
+  bool all_modes = false;                      // instead, each seed with all 36 combinations
   std::optional<std::uint64_t> random_inputs;  // seed of user input beside the scenario's
   kernel::Transport* transport = nullptr;      // the runs are those of the job's ranks
   bool require_rollbacks = false;  // fail if no run rolled back: then nothing was proved

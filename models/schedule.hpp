@@ -12,7 +12,7 @@ enum class Phase : std::uint32_t {
   kBegin = 0,
   kBorderTraversal = 2,
   kPairs = 3,
-  kSync = 4,  // has merge rounds 0, 1, 2, ...
+  kSync = 4,   // has merge rounds 0, 1, 2, ...
   kSplit = 5,  // solvers of giant islands exchange their borders in rounds 0, 1, 2, ...
   kFinish = 6,
 };
@@ -31,8 +31,7 @@ enum class MessageKind : std::uint32_t {
 
 inline constexpr std::uint32_t kPhaseShift = 24;
 
-constexpr kernel::VirtualTime time_of(std::int64_t step, Phase phase,
-                                      std::uint32_t round = 0) {
+constexpr kernel::VirtualTime time_of(std::int64_t step, Phase phase, std::uint32_t round = 0) {
   return {step, (static_cast<std::uint32_t>(phase) << kPhaseShift) | round};
 }
 constexpr Phase phase_of(kernel::VirtualTime time) {

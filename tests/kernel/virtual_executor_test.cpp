@@ -158,6 +158,48 @@ TEST(VirtualExecutor, ARunThatFaultsEndsWithTheSequentialRunsFault) {
   EXPECT_EQ(phold_digest(lps), phold_digest(oracle));
 }
 
+// LP 0 saves its state every tenth tick. A message for tick 17 that comes late undoes what it has
+// executed since tick 10, and while its processor is busy with LP 1 at tick 16, round 5, GVT passes
+// the fault of LP 4 at tick 16.
+TEST(VirtualExecutor, WhatIsUndoneBehindTheFaultThatEndsTheRunIsCommittedAllTheSame) {
+  const auto ticks = [](std::int64_t count) {
+    std::vector<VirtualTime> times;
+    for (std::int64_t t = 0; t < count; ++t) times.push_back({t, 0});
+    return times;
+  };
+  ScriptedProcess::Script late{.agenda = {{10, 0}}};
+  late.on_execute = [](auto&, VirtualTime, auto, Outbox& outbox) {
+    outbox.send(LpId{0}, {17, 0}, 0, nullptr);
+    outbox.send(LpId{1}, {16, 5}, 0, nullptr);
+  };
+  ScriptedProcess::Script failing{.agenda = {{16, 0}}};
+  failing.on_execute = [](auto&, VirtualTime, auto, Outbox& outbox) { outbox.fault({1, ""}); };
+  Lps lps;
+  for (const ScriptedProcess::Script& script :
+       {ScriptedProcess::Script{.agenda = ticks(30), .mark_every_t = 10},
+        {},
+        late,
+        {},
+        failing,
+        {}})
+    lps.push_back(std::make_unique<ScriptedProcess>(script));
+  const RunResult result =
+      run_virtual(lps, {30, 0},
+                  {.processors = 3,  // of two LPs each
+                   .window = 10,
+                   .cost_ns = [](LpId lp) { return lp == LpId{2} ? 100'000 : 1000; },
+                   .latency_ns = 0,
+                   .gvt_interval_ns = 700,
+                   .gvt_delay_ns = 0})
+          .run;
+  ASSERT_TRUE(result.fault);
+  EXPECT_EQ(result.fault->when, (VirtualTime{16, 0}));
+  EXPECT_EQ(result.counters.rollbacks, 1u);
+  EXPECT_EQ(static_cast<const ScriptedProcess&>(*lps[0]).commits, ticks(16));
+  EXPECT_EQ(static_cast<const ScriptedProcess&>(*lps[0]).executions.back(), (VirtualTime{15, 0}))
+      << "nothing was left undone when GVT passed the fault: the test proves nothing";
+}
+
 TEST(VirtualExecutor, ARunWithTooManyActionsIsGivenUp) {
   const Lps lps = make_phold(rough_model(1));
   EXPECT_THROW(run_virtual(lps, kEnd, {.window = 4, .max_actions = 20}), Violation);
