@@ -134,7 +134,7 @@ class World final : public kernel::LogicalProcess {
   void advance_own_island();
   bool take_resting(physics::IslandReport& report);
   void advance_mixed_island(std::int64_t step, bool reports);
-  void advance_free_body(std::size_t place, physics::BodyState& state);
+  void advance_free_bodies(const KnownBodies& known, std::span<physics::BodyState> states);
   void start_warm();
   void count_repetition(bool taken, std::size_t bodies);
   void remember_island(std::size_t island, const KnownBodies& known, bool mixed);

@@ -5,6 +5,7 @@
 
 #include "models/work_cost.hpp"
 #include "models/world.hpp"
+#include "physics/free_flight.hpp"
 
 namespace soda::models {
 
@@ -87,9 +88,7 @@ void World::advance_known_islands(std::int64_t step, Bag bag) {
     advance_island(step, bag, island, known, states);
   scratch_.resting.finish();
   note_known(known, states);
-  for (const std::uint32_t body : scratch_.islands.free_bodies)
-    if (known.place[body] >= 0)
-      advance_free_body(static_cast<std::size_t>(known.place[body]), states[body]);
+  advance_free_bodies(known, states);
   for (std::size_t body = 0; !only_own && body < known.ids.size(); ++body) {
     if (known.place[body] >= 0) states_[known.place[body]] = std::move(states[body]);
   }
@@ -155,15 +154,19 @@ bool World::take_resting(physics::IslandReport& report) {
   return true;
 }
 
-// `place`: among the own bodies.
-void World::advance_free_body(std::size_t place, BodyState& state) {
-  const BodyId id = ids_[place];
-  const bool taken = repetition_.take_island({&id, 1}, {&state, 1}, nullptr);
-  if (!taken)
-    physics::advance_free_body(*rules_.scene, rules_.scene->dt_s, id, state, stages_,
-                               report_.faults);
-  count_repetition(taken, 1);
-  if (remembers()) memo_.islands[place] = {id, 1};
+// Own ones, except those that a repetition takes over.
+void World::advance_free_bodies(const KnownBodies& known, std::span<BodyState> states) {
+  std::vector<std::uint32_t>& free = scratch_.islands.free_bodies;
+  std::erase_if(free, [&](std::uint32_t body) {
+    if (known.place[body] < 0) return true;
+    const BodyId id = known.ids[body];
+    if (remembers()) memo_.islands[static_cast<std::size_t>(known.place[body])] = {id, 1};
+    const bool taken = repetition_.take_island({&id, 1}, {&states[body], 1}, nullptr);
+    count_repetition(taken, 1);
+    return taken;
+  });
+  physics::advance_free_bodies(*rules_.scene, around_.geometry, rules_.scene->dt_s, known.ids, free,
+                               states, stages_, report_.faults);
 }
 
 void World::count_repetition(bool taken, std::size_t bodies) {

@@ -1,53 +1,66 @@
 #include "physics/block_cholesky.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 
 namespace soda::physics {
 namespace {
 
-using Neighbours = std::vector<std::uint32_t>;  // ascending
-
 constexpr double kBlockProduct = kBlockRows * kBlockRows * kBlockRows;
 
-std::vector<Neighbours> neighbours_of(std::uint32_t bodies,
-                                      std::span<const std::array<std::uint32_t, 2>> edges) {
-  std::vector<Neighbours> out(bodies);
-  for (const auto& [a, b] : edges) {
-    out[a].push_back(b);
-    out[b].push_back(a);
+// Who is joined to whom: a row of bits for each body.
+class Graph {
+ public:
+  Graph(std::uint32_t bodies, std::span<const std::array<std::uint32_t, 2>> edges)
+      : words_((bodies + 63) / 64), bits_(std::size_t{words_} * bodies), degrees_(bodies, 0) {
+    for (const auto& [a, b] : edges) {
+      row(a)[b / 64] |= std::uint64_t{1} << b % 64;
+      row(b)[a / 64] |= std::uint64_t{1} << a % 64;
+    }
+    for (std::uint32_t i = 0; i < bodies; ++i) count(i);
   }
-  for (Neighbours& list : out) {
-    std::sort(list.begin(), list.end());
-    list.erase(std::unique(list.begin(), list.end()), list.end());
-  }
-  return out;
-}
 
-// Its neighbours become neighbours of each other.
-void eliminate(std::uint32_t body, std::vector<Neighbours>& graph, Neighbours& scratch) {
-  const Neighbours& clique = graph[body];
-  for (const std::uint32_t other : clique) {
-    Neighbours& list = graph[other];
-    scratch.clear();
-    std::set_union(list.begin(), list.end(), clique.begin(), clique.end(),
-                   std::back_inserter(scratch));
-    std::erase_if(scratch, [&](std::uint32_t i) { return i == body || i == other; });
-    list.swap(scratch);
-  }
-}
+  std::uint32_t degree(std::uint32_t body) const { return degrees_[body]; }
 
-std::uint32_t least_joined(const std::vector<Neighbours>& graph, const std::vector<bool>& done) {
-  std::uint32_t best = 0;
-  std::size_t least = ~std::size_t{0};
-  for (std::uint32_t i = 0; i < graph.size(); ++i) {
-    if (done[i] || graph[i].size() >= least) continue;
-    best = i;
-    least = graph[i].size();
+  template <class Do>
+  void for_each_neighbour(std::uint32_t body, Do do_with) const {
+    for (std::uint32_t word = 0; word < words_; ++word)
+      for (std::uint64_t left = row(body)[word]; left != 0; left &= left - 1)
+        do_with(64 * word + static_cast<std::uint32_t>(std::countr_zero(left)));
   }
-  return best;
-}
+
+  // Of those that were not eliminated; the first of several.
+  std::uint32_t least_joined() const {
+    return static_cast<std::uint32_t>(std::min_element(degrees_.begin(), degrees_.end()) -
+                                      degrees_.begin());
+  }
+
+  // Its neighbours become neighbours of each other, and lose it. It keeps them.
+  void eliminate(std::uint32_t body) {
+    for_each_neighbour(body, [&](std::uint32_t other) {
+      for (std::uint32_t word = 0; word < words_; ++word) row(other)[word] |= row(body)[word];
+      for (const std::uint32_t gone : {body, other})
+        row(other)[gone / 64] &= ~(std::uint64_t{1} << gone % 64);
+      count(other);
+    });
+    degrees_[body] = ~std::uint32_t{0};
+  }
+
+ private:
+  std::uint64_t* row(std::uint32_t body) { return &bits_[std::size_t{words_} * body]; }
+  const std::uint64_t* row(std::uint32_t body) const { return &bits_[std::size_t{words_} * body]; }
+  void count(std::uint32_t body) {
+    degrees_[body] = 0;
+    for (std::uint32_t word = 0; word < words_; ++word)
+      degrees_[body] += static_cast<std::uint32_t>(std::popcount(row(body)[word]));
+  }
+
+  std::uint32_t words_;  // of a row
+  std::vector<std::uint64_t> bits_;
+  std::vector<std::uint32_t> degrees_;  // the largest number: eliminated
+};
 
 }  // namespace
 
@@ -63,27 +76,30 @@ std::uint32_t Elimination::block_of(std::uint32_t body_a, std::uint32_t body_b) 
 std::optional<Elimination> plan_elimination(std::uint32_t bodies,
                                             std::span<const std::array<std::uint32_t, 2>> edges,
                                             double most_multiplications) {
-  std::vector<Neighbours> graph = neighbours_of(bodies, edges);
-  std::vector<bool> done(bodies, false);
+  Graph graph(bodies, edges);
   std::vector<std::uint32_t> order;
+  order.reserve(bodies);
   Elimination plan;
   plan.place_of.resize(bodies);
-  Neighbours scratch;
+  std::size_t blocks = bodies;
   for (std::uint32_t k = 0; k < bodies; ++k) {
-    const std::uint32_t body = least_joined(graph, done);
-    const double degree = static_cast<double>(graph[body].size());
+    const std::uint32_t body = graph.least_joined();
+    const double degree = graph.degree(body);
     plan.multiplications += kBlockProduct * (0.2 + 0.5 * degree + 0.5 * degree * (degree + 1.0));
     if (plan.multiplications > most_multiplications) return std::nullopt;
-    done[body] = true;
+    blocks += graph.degree(body);
     plan.place_of[body] = k;
     order.push_back(body);
-    eliminate(body, graph, scratch);
+    graph.eliminate(body);
   }
-  // What is left in each list is the column's pattern: those that were eliminated later.
+  // A column's pattern: those that were eliminated later.
+  plan.column_begin.reserve(bodies + 1);
+  plan.rows.reserve(blocks);
   for (const std::uint32_t body : order) {
     plan.column_begin.push_back(static_cast<std::uint32_t>(plan.rows.size()));
     plan.rows.push_back(plan.place_of[body]);
-    for (const std::uint32_t other : graph[body]) plan.rows.push_back(plan.place_of[other]);
+    graph.for_each_neighbour(
+        body, [&](std::uint32_t other) { plan.rows.push_back(plan.place_of[other]); });
     std::sort(plan.rows.begin() + plan.column_begin.back(), plan.rows.end());
   }
   plan.column_begin.push_back(static_cast<std::uint32_t>(plan.rows.size()));

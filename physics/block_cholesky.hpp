@@ -30,8 +30,9 @@ struct Elimination {
   std::uint32_t block_of(std::uint32_t body_a, std::uint32_t body_b) const;
 };
 
-// `edges` join bodies below `bodies`; any order, repetitions allowed. Empty if a factorisation
-// would take more than `most_multiplications`.
+// `edges` join two different bodies below `bodies`; any order, repetitions allowed. Empty if a
+// factorisation would take more than `most_multiplications`. Takes a bit of memory for each two
+// bodies meanwhile.
 std::optional<Elimination> plan_elimination(std::uint32_t bodies,
                                             std::span<const std::array<std::uint32_t, 2>> edges,
                                             double most_multiplications);
