@@ -70,8 +70,23 @@ class Draw {
       for (std::uint32_t i = 0; i < count; ++i)
         shape.points_m.push_back(
             shape.size_m.cwiseProduct(0.5 * scenarios::uniform_in_ball(random_)));
+      stretch_to_least(shape.points_m);
     }
     return shape;
+  }
+
+  // Points can lie closer together than the size that they are scattered over.
+  static void stretch_to_least(std::vector<Vec3>& points) {
+    constexpr double kRounding = 1e-9;
+    for (int axis = 0; axis < 3; ++axis) {
+      double low = points.front()[axis], high = low;
+      for (const Vec3& point : points) {
+        low = std::min(low, point[axis]);
+        high = std::max(high, point[axis]);
+      }
+      if (high - low >= kLeastSize_m) continue;
+      for (Vec3& point : points) point[axis] *= (1.0 + kRounding) * kLeastSize_m / (high - low);
+    }
   }
 
   void surface(FuzzStatic& thing) {

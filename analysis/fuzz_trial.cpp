@@ -104,7 +104,6 @@ class Checks {
     }
     fastest_m_s_ = std::max(fastest_m_s_, motor_speed_m_s(tied_m));
     fastest_m_s_ += std::sqrt(2.0 * lent_joule / lightest_kg);
-    wedged_.resize(ids_.size(), false);
     const double duration = scene_.dt_s * static_cast<double>(scenario.run.steps);
     constexpr double kPushOut_1_s = 2.0;
     speed_limit_m_s_ =
@@ -127,7 +126,6 @@ class Checks {
         add_change(scene_, ids_[body], fastest_m_s_, island.contact_points, before[body],
                    states[body], change);
         add_elastic(scene_, before, states, ids_[body], change);
-        if (island.max_penetration_m > radii_m_[body]) wedged_[body] = true;
       }
       check_island(island, change);
     }
@@ -195,11 +193,8 @@ class Checks {
       const auto height = [&](const BodyState& s) {
         return plane.normal.dot(s.position_m - fixed.position_m) - plane.offset_m;
       };
-      const double deep = -2.0 * radii_m_[body];
-      if (!(height(after) < deep && height(before) >= deep)) continue;
-      if (wedged_[body])
-        ++sums_.sunk_when_wedged;
-      else
+      const double deep = -radii_m_[body];
+      if (height(after) < deep && height(before) >= deep)
         fail(id,
              "escapes: its centre is " + format_number(-height(after)) + " m below " + fixed.name);
     }
@@ -268,7 +263,6 @@ class Checks {
   const Geometry geometry_;
   const std::vector<BodyId> ids_;
   std::vector<double> radii_m_;
-  std::vector<bool> wedged_;  // has been in an island with an overlap deeper than itself
   double fastest_m_s_ = 0.0;  // point that there was so far
   const bool has_springs_ = std::ranges::any_of(
       scene_.joints, [](const Joint& j) { return j.kind == JointKind::kSpring; });
@@ -292,7 +286,6 @@ void add(const FuzzSums& more, FuzzSums& sums) {
   sums.most_multiplications = std::max(sums.most_multiplications, more.most_multiplications);
   sums.largest_gain = std::max(sums.largest_gain, more.largest_gain);
   sums.push_out_work_joule += more.push_out_work_joule;
-  sums.sunk_when_wedged += more.sunk_when_wedged;
 }
 
 FuzzSums run_fuzz_trial(const scenarios::Scenario& scenario) {

@@ -376,7 +376,6 @@ std::string fuzz_json(const FuzzResult& result) {
                  {"most_multiplications", sums.most_multiplications},
                  {"largest_gain_rel", sums.largest_gain},
                  {"push_out_work_joule", sums.push_out_work_joule},
-                 {"sunk_when_wedged", sums.sunk_when_wedged},
                  {"failures", failures}});
 }
 

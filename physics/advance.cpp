@@ -307,6 +307,7 @@ IslandReport advance_island(const SceneDescription& scene, const Geometry& geome
     }
     if (!start.empty() && !linked && !(among && among->hit))
       stop_at_unseen_statics(scene, geometry, rest_s, ids, met, start, states, counters);
+    if (!start.empty()) stop_at_floors(scene, geometry, ids, start, states, report);
   }
   if (!slow.empty() && (whole || report.direct))
     come_to_rest(scene, geometry, ids, slow, states, report);

@@ -134,7 +134,6 @@ ContactSolution solve_contacts(const SceneDescription& scene, double dt_s, bool 
   if (!solution.direct)
     solution.iterations += static_cast<std::uint32_t>(solve_by_sweeps(
         accurate ? kSweepsIfAccurate : scene.solver.iterations, dt_s, before, free, problem));
-  if (!solution.direct && ratio > kMuchLighter) stop_at_statics(scene.gravity_m_s2, dt_s, problem);
   if (!needs_push_out(problem)) return solution;
   if (solution.direct) {
     const NewtonOutcome outcome = push_out_directly(dt_s, *plan, problem, solution.push);

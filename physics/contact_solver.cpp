@@ -116,30 +116,6 @@ int solve_velocities(int iterations, ContactProblem& problem) {
   return iterations;
 }
 
-void stop_at_statics(const Vec3& gravity_m_s2, double dt_s, ContactProblem& p) {
-  constexpr double kFar = 0.5;  // of the size
-  constexpr int kMostSweeps = 16;
-  const std::uint32_t statics =
-      static_cast<std::uint32_t>(p.bodies.size() - 1 - p.moving_surfaces.size());
-  bool any = true;
-  for (int sweep = 0; any && sweep < kMostSweeps; ++sweep) {
-    any = false;
-    for (std::size_t i = 0; i < p.normals.size(); ++i) {
-      NormalRow& row = p.normals[i];
-      if (row.b != statics) continue;
-      SolverBody& a = p.bodies[row.a];
-      const double velocity = -row.normal.dot(a.linear) - row.arm_a.dot(a.angular);
-      const double missing = std::min(row.target_m_s, 0.0) - velocity;
-      const double fallen = 2.0 * std::abs(gravity_m_s2.dot(row.normal)) * dt_s;
-      if (!(missing > fallen && missing * dt_s > kFar * p.contacts[i].size_m)) continue;
-      any = true;
-      row.impulse_newton_s += row.mass_kg * missing;
-      a.linear -= row.normal * (a.inverse_mass * row.mass_kg * missing);
-      a.angular -= row.turn_a * (row.mass_kg * missing);
-    }
-  }
-}
-
 bool aim_rebounds(ContactProblem& problem) {
   bool any = false;
   for (std::size_t i = 0; i < problem.normals.size(); ++i) {

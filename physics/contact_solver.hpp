@@ -109,12 +109,6 @@ void build_rows(const SceneDescription& scene, double dt_s, std::span<const Body
 // Returns the number of sweeps.
 int solve_velocities(int iterations, ContactProblem& problem);
 
-// What sweeps have left between very unequal bodies can throw a light one through a static. Where
-// velocities would take a body into one by more than half its size in dt_s, and faster than the
-// fall that the step began with, the static stops it: impulses that take more energy than its
-// height gives, and that other bodies do not feel.
-void stop_at_statics(const Vec3& gravity_m_s2, double dt_s, ContactProblem& problem);
-
 // Gives the rows that bounce their rebound as target. Returns whether there are any.
 bool aim_rebounds(ContactProblem& problem);
 

@@ -41,6 +41,7 @@ struct JointEnd {
 struct GeometryImpl {
   std::vector<ShapeGeometry> shapes;
   std::vector<StaticGeometry> statics;
+  std::vector<FacePlane> floors;     // planes of those that are halfspaces
   std::vector<JointEnd> joint_ends;  // of joints between bodies; ascending by body
   // By body: what a step asks of each, next to each other.
   std::vector<std::uint32_t> body_shapes;

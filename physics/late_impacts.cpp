@@ -67,4 +67,29 @@ void stop_at_unseen_statics(const SceneDescription& scene, const Geometry& geome
   }
 }
 
+void stop_at_floors(const SceneDescription& scene, const Geometry& geometry,
+                    std::span<const BodyId> ids, std::span<const BodyState> before,
+                    std::span<BodyState> states, IslandReport& report) {
+  constexpr double kLowest = 0.2;  // of the width
+  for (const FacePlane& floor : geometry.impl().floors) {
+    const auto height_m = [&floor](const BodyState& state) {
+      return floor.normal.dot(state.position_m) - floor.offset_m;
+    };
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+      BodyState& state = states[i];
+      const double now_m = height_m(state);
+      const double enough_m = kLowest * shape_of(scene, geometry, ids[i]).min_extent_m;
+      if (!(now_m < enough_m)) continue;
+      const double lift_m = std::min(height_m(before[i]), enough_m) - now_m;
+      if (!(lift_m > 0.0)) continue;
+      state.position_m += floor.normal * lift_m;
+      const double sinks_m_s = -floor.normal.dot(state.linear_velocity_m_s);
+      if (sinks_m_s > 0.0) state.linear_velocity_m_s += floor.normal * sinks_m_s;
+      report.beyond_tolerance = report.beyond_tolerance || scene.tolerance > 0.0;
+      report.push_out_work_joule -=
+          scene.bodies[index_of(ids[i])].mass_kg * lift_m * scene.gravity_m_s2.dot(floor.normal);
+    }
+  }
+}
+
 }  // namespace soda::physics

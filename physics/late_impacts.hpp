@@ -1,8 +1,9 @@
-// Statics that a body was not seen to reach when its contacts were looked for.
+// Statics that contacts do not keep a body from within the step.
 #pragma once
 
 #include <span>
 
+#include "physics/advance.hpp"
 #include "physics/geometry.hpp"
 
 namespace soda::physics {
@@ -17,5 +18,15 @@ void stop_at_unseen_statics(const SceneDescription& scene, const Geometry& geome
                             std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
                             std::span<const BodyState> before, std::span<BodyState> states,
                             StageCounters& counters);
+
+// Contacts keep the points of the step's start from a halfspace: what turns by many radians can
+// roll through it, and what others press or push out can pass it. The centre of mass of a convex
+// body is at least a quarter of its width above any plane that it lies on; where it comes to be
+// below a fifth of it, and lower than at the start, it is put there and goes down no more. What
+// that lifts is added to the report as work of push-out; it is beyond any tolerance. Bodies with
+// joints are left out. `before`: as above.
+void stop_at_floors(const SceneDescription& scene, const Geometry& geometry,
+                    std::span<const BodyId> ids, std::span<const BodyState> before,
+                    std::span<BodyState> states, IslandReport& report);
 
 }  // namespace soda::physics

@@ -106,6 +106,7 @@ std::shared_ptr<const GeometryImpl> build(const SceneDescription& scene) {
   for (const Shape& shape : scene.shapes) impl->shapes.push_back(make_geometry(shape));
   for (const StaticBody& body : scene.statics) {
     impl->statics.push_back(place(body, impl->shapes[body.shape]));
+    if (impl->statics.back().is_half_space) impl->floors.push_back(impl->statics.back().plane);
   }
   for (const BodyParams& body : scene.bodies) {
     impl->body_shapes.push_back(body.shape);
