@@ -136,8 +136,8 @@ void World::advance_own_island() {
   if (!taken && !take_resting(report)) {
     start_warm();
     report = physics::advance_island(*rules_.scene, around_.geometry, scratch_.island_ids,
-                                     scratch_.island_manifolds, scratch_.island_states, stages_,
-                                     report_.faults);
+                                     scratch_.island_manifolds, scratch_.island_states,
+                                     scratch_.solve, stages_, report_.faults);
     if (report.rests)
       scratch_.resting.keep(scratch_.island_ids, scratch_.island_manifolds, scratch_.island_states,
                             report);
@@ -202,7 +202,7 @@ void World::advance_mixed_island(std::int64_t step, bool reports) {
     auto fresh = std::make_shared<SolvedIsland>();
     fresh->report = physics::advance_island(*rules_.scene, around_.geometry, scratch_.island_ids,
                                             scratch_.island_manifolds, scratch_.island_states,
-                                            stages_, fresh->faults);
+                                            scratch_.solve, stages_, fresh->faults);
     fresh->states = scratch_.island_states;
     solved = fresh;
     around_.solves.store(step, std::move(input), std::move(fresh));

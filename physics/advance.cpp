@@ -88,7 +88,7 @@ void move_bodies(const SceneDescription& scene, double dt_s, std::span<const Bod
                  std::span<const ContactManifold> manifolds, const ContactProblem& problem,
                  const std::vector<PushOut>& push, std::span<BodyState> states,
                  std::vector<AdvanceFault>& faults) {
-  const std::vector<Flight> flights = find_flights(problem);
+  const Flights flights = find_flights(problem);
   std::size_t row = 0;
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const bool moved = move_body(scene, dt_s, ids[i], problem.bodies[i], flights[i],
@@ -243,22 +243,24 @@ bool advance_within_tolerance(const SceneDescription& scene, const Geometry& geo
 IslandReport advance_resting(const SceneDescription& scene, const Geometry& geometry, double dt_s,
                              std::span<const BodyId> ids,
                              std::span<const ContactManifold> manifolds,
-                             std::span<BodyState> states, StageCounters& counters,
-                             std::vector<AdvanceFault>& faults) {
+                             std::span<BodyState> states, SolveScratch& scratch,
+                             StageCounters& counters, std::vector<AdvanceFault>& faults) {
   IslandReport report;
   if (advance_exactly(scene, dt_s, ids, manifolds, states, report, counters, faults)) return report;
   if (advance_within_tolerance(scene, geometry, dt_s, ids, manifolds, states, report, counters,
                                faults))
     return report;
   return is_refined(scene, geometry, ids, manifolds)
-             ? advance_refined(scene, geometry, dt_s, ids, manifolds, states, counters, faults)
-             : advance_unrefined(scene, geometry, dt_s, ids, manifolds, states, counters, faults);
+             ? advance_refined(scene, geometry, dt_s, ids, manifolds, states, scratch, counters,
+                               faults)
+             : advance_unrefined(scene, geometry, dt_s, ids, manifolds, states, scratch, counters,
+                                 faults);
 }
 
 IslandReport advance_island(const SceneDescription& scene, const Geometry& geometry,
                             std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
-                            std::span<BodyState> states, StageCounters& counters,
-                            std::vector<AdvanceFault>& faults) {
+                            std::span<BodyState> states, SolveScratch& scratch,
+                            StageCounters& counters, std::vector<AdvanceFault>& faults) {
   const double dt_s = scene.dt_s;
   IslandReport report = report_of(ids, manifolds);
   if (!scene.solver.contact_response) {
@@ -282,21 +284,24 @@ IslandReport advance_island(const SceneDescription& scene, const Geometry& geome
   if (flown_s < dt_s) {
     const double rest_s = dt_s - flown_s;
     std::vector<BodyState> start;
-    if (whole && !scene.statics.empty())
+    if (whole && !scene.statics.empty()) {
+      start.reserve(states.size());
       for (const BodyState& state : states) start.push_back(motion_of(state));
+    }
     std::vector<ContactManifold> left;
-    if (flown_s > 0.0)
-      left = found_again(scene, geometry, rest_s, ids, manifolds, states, counters);
+    if (flown_s > 0.0) find_again(scene, geometry, rest_s, ids, manifolds, states, counters, left);
     const std::span<const ContactManifold> met = flown_s > 0.0 ? left : manifolds;
     const bool linked = whole && is_linked(met);
     // What flight has left has been through its impacts.
     std::optional<AmongHits> among;
     if (whole && !linked && flown_s == 0.0)
-      among = advance_among_hits(scene, geometry, rest_s, ids, met, states, counters, faults);
+      among =
+          advance_among_hits(scene, geometry, rest_s, ids, met, states, scratch, counters, faults);
     const IslandReport part =
-        among    ? among->report
-        : linked ? advance_linked(scene, geometry, rest_s, ids, met, states, counters, faults)
-                 : advance_resting(scene, geometry, rest_s, ids, met, states, counters, faults);
+        among ? among->report
+        : linked
+            ? advance_linked(scene, geometry, rest_s, ids, met, states, scratch, counters, faults)
+            : advance_resting(scene, geometry, rest_s, ids, met, states, scratch, counters, faults);
     if (flown_s > 0.0)
       add_part(part, report);
     else

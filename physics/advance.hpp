@@ -49,12 +49,12 @@ struct AdvanceFault {
 
 // Advances the bodies of one island by one step: external forces, contacts, pose. `ids` ascending,
 // `states[i]` belongs to ids[i], `manifolds` (canonical order, found at these states) connect them
-// with each other and with statics. A function of these arguments only. Faults are appended
-// (speculative: never throws).
+// with each other and with statics. A function of these arguments only; `scratch` is memory. Faults
+// are appended (speculative: never throws).
 IslandReport advance_island(const SceneDescription& scene, const Geometry& geometry,
                             std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
-                            std::span<BodyState> states, StageCounters& counters,
-                            std::vector<AdvanceFault>& faults);
+                            std::span<BodyState> states, SolveScratch& scratch,
+                            StageCounters& counters, std::vector<AdvanceFault>& faults);
 
 // The same over dt_s > 0, with each contact as the manifolds have it, to the end of that time.
 // `accurate`: contacts of several bodies are solved to rounding where that can be afforded, as is
@@ -69,8 +69,8 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, bool accur
 IslandReport advance_resting(const SceneDescription& scene, const Geometry& geometry, double dt_s,
                              std::span<const BodyId> ids,
                              std::span<const ContactManifold> manifolds,
-                             std::span<BodyState> states, StageCounters& counters,
-                             std::vector<AdvanceFault>& faults);
+                             std::span<BodyState> states, SolveScratch& scratch,
+                             StageCounters& counters, std::vector<AdvanceFault>& faults);
 
 // Of a later part of the same step: sums, and the largest errors.
 void add_part(const IslandReport& part, IslandReport& report);

@@ -68,11 +68,11 @@ void take_share(double share, std::span<const SolverBody> from_bodies, const Sol
 // Energy that the step gives the island, external forces counted as a field: what the contacts add.
 // `held`: which bodies move by their final velocity.
 Work gain(double dt_s, const Selection<BodyState>& before, std::span<const SolverBody> free,
-          const std::vector<Flight>& held, const ContactProblem& problem) {
+          const Flights& held, const ContactProblem& problem) {
   const Work after = power(std::span(problem.bodies).first(free.size()), problem);
   const Work without = power(free, problem);
   Work gain{0.5 * (after.sum + without.sum), 0.5 * (after.scale + without.scale)};
-  const std::vector<Flight> flights = find_flights(problem);
+  const Flights flights = find_flights(problem);
   for (std::size_t i = 0; i < free.size(); ++i) {
     const double mass = 1.0 / free[i].inverse_mass;
     const Vec3& start = before[i].linear_velocity_m_s;
@@ -104,7 +104,7 @@ double share_of_rebounds(double dt_s, const Selection<BodyState>& before,
   // Whatever acts in either solution acts in between, and that alone decides who is held.
   ContactProblem trial = problem;
   take_share(0.5, start, &plastic, trial);
-  const std::vector<Flight> held = find_flights(trial);
+  const Flights held = find_flights(trial);
   const double one = gain(dt_s, before, free, held, problem).sum;
   const double half = gain(dt_s, before, free, held, trial).sum;
   take_share(0.0, start, &plastic, trial);
@@ -132,6 +132,8 @@ void limit_gain(double dt_s, const Selection<BodyState>& before, std::span<const
 SolvedContacts solved_contacts(const ContactProblem& problem) {
   SolvedContacts solved;
   solved.bodies = problem.bodies;
+  solved.normal_newton_s.reserve(problem.normals.size());
+  solved.friction_newton_s.reserve(problem.frictions.size());
   for (const NormalRow& row : problem.normals)
     solved.normal_newton_s.push_back(row.impulse_newton_s);
   for (const FrictionRow& row : problem.frictions)
@@ -159,7 +161,7 @@ bool aim_to_close(double dt_s, ContactProblem& problem) {
   const auto closed = [&](std::size_t i) {
     return -std::max(problem.contacts[i].separation_m, 0.0) / dt_s;
   };
-  std::vector<Flight> flights;
+  Flights flights;
   bool any = false;
   for (std::size_t i = 0; i < problem.normals.size() && !any; ++i) {
     const NormalRow& row = problem.normals[i];

@@ -25,6 +25,7 @@ constexpr double kCompliance = 1.0, kSoftCompliance = 1000.0;
 
 void set_bodies(std::span<const SolverBody> bodies, bool is_costly, ConvexContacts& out) {
   double mass = 0.0;
+  out.bodies.reserve(bodies.size());
   for (const SolverBody& body : bodies) {
     out.bodies.push_back({1.0 / body.inverse_mass, inverse_of_symmetric(body.inverse_inertia)});
     mass += out.bodies.back().mass_kg;
@@ -144,6 +145,7 @@ std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, doub
     return static_cast<std::uint32_t>(std::lower_bound(ids.begin(), ids.end(), id) - ids.begin());
   };
   std::vector<std::array<std::uint32_t, 2>> edges;
+  edges.reserve(manifolds.size());
   for (const ContactManifold& m : manifolds) {
     const std::array<std::uint32_t, 2> edge{place(m.a), place(m.b)};
     const BodyState* const b = is_static(m.b) ? nullptr : &states[edge[1]];
@@ -165,7 +167,10 @@ NewtonOutcome solve_directly(bool accurate, std::span<const SolverBody> free,
   const double accepted = accurate ? 1e-7 : 2e-2;
   ConvexContacts convex;
   set_bodies(free, is_costly(plan, problem.normals.size()), convex);
+  convex.free.reserve(free.size());
+  convex.points.reserve(problem.normals.size());
   std::vector<Twist> twists;
+  twists.reserve(free.size());
   for (std::size_t i = 0; i < free.size(); ++i) {
     convex.free.push_back({free[i].linear, free[i].angular});
     twists.push_back({problem.bodies[i].linear, problem.bodies[i].angular});
@@ -199,6 +204,7 @@ NewtonOutcome push_out_directly(double dt_s, const Elimination& plan, const Cont
   set_bodies(moving, is_costly(plan, problem.normals.size()), convex);
   convex.free.resize(bodies);
   double fastest = 0.0;
+  convex.points.reserve(problem.normals.size());
   for (std::size_t i = 0; i < problem.normals.size(); ++i) {
     ConvexPoint p = frictionless_point(problem, i);
     const double target = push_out_target_m_s(problem.contacts[i], dt_s);

@@ -40,7 +40,8 @@ double response_between(const Line& by, const Line& of, const std::vector<Solver
   double sum = 0.0;
   const double along = by.direction.dot(of.direction);
   if (by.a == of.a) sum += along * bodies[by.a].inverse_mass + of.moment_a.dot(by.turn_a);
-  if (by.b == of.b) sum += along * bodies[by.b].inverse_mass + of.moment_b.dot(by.turn_b);
+  if (by.b == of.b && bodies[by.b].inverse_mass > 0.0)
+    sum += along * bodies[by.b].inverse_mass + of.moment_b.dot(by.turn_b);
   if (by.a == of.b) sum -= along * bodies[by.a].inverse_mass + of.moment_b.dot(by.turn_a);
   if (by.b == of.a) sum -= along * bodies[by.b].inverse_mass + of.moment_a.dot(by.turn_b);
   return sum;

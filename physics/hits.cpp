@@ -239,7 +239,7 @@ std::vector<ContactManifold> touching_points(const HitIsland& island,
 // From hit to hit. `clear`: how long there is none.
 void advance_through(const HitIsland& island, double dt_s, double clear,
                      std::span<const ContactManifold> manifolds, std::span<BodyState> states,
-                     IslandReport& report, StageCounters& counters,
+                     IslandReport& report, SolveScratch& scratch, StageCounters& counters,
                      std::vector<AdvanceFault>& faults) {
   const auto& [scene, geometry, ids] = island;
   // A step that short is off by less than what refinement is content with.
@@ -248,8 +248,9 @@ void advance_through(const HitIsland& island, double dt_s, double clear,
     report.static_impulse_newton_s += push_impulses_newton_s(scene, time_s, ids, states);
     const bool short_enough = !(scene.tolerance > 0.0) && time_s <= kShort * scene.dt_s;
     const auto advance_part = short_enough ? advance_unrefined : advance_resting;
-    add_part(advance_part(scene, geometry, time_s, ids, contacts, states, counters, faults),
-             report);
+    add_part(
+        advance_part(scene, geometry, time_s, ids, contacts, states, scratch, counters, faults),
+        report);
   };
   std::vector<ContactManifold> pairs, found(manifolds.begin(), manifolds.end());
   if (clear < dt_s) pairs = pairs_to_look_at(island, dt_s, states, counters);
@@ -262,7 +263,7 @@ void advance_through(const HitIsland& island, double dt_s, double clear,
                        counters)) {
       break;
     }
-    found = found_again(scene, geometry, left_s, ids, pairs, states, counters);
+    find_again(scene, geometry, left_s, ids, pairs, states, counters, found);
     counters.impact_searches += pairs.size();
     clear = std::min(clear_s(island, found, states), foreseen_s(island, found, states));
   }
@@ -277,7 +278,8 @@ void advance_through(const HitIsland& island, double dt_s, double clear,
 std::optional<AmongHits> advance_among_hits(const SceneDescription& scene, const Geometry& geometry,
                                             double dt_s, std::span<const BodyId> ids,
                                             std::span<const ContactManifold> manifolds,
-                                            std::span<BodyState> states, StageCounters& counters,
+                                            std::span<BodyState> states, SolveScratch& scratch,
+                                            StageCounters& counters,
                                             std::vector<AdvanceFault>& faults) {
   const HitIsland island{scene, geometry, ids};
   const double clear =
@@ -289,7 +291,7 @@ std::optional<AmongHits> advance_among_hits(const SceneDescription& scene, const
   result.report.bodies = static_cast<std::uint32_t>(ids.size());
   // Measures know what pushes give in a step from its start on; parts start elsewhere.
   result.report.static_impulse_newton_s = -push_impulses_newton_s(scene, dt_s, ids, states);
-  advance_through(island, dt_s, clear, manifolds, states, result.report, counters, faults);
+  advance_through(island, dt_s, clear, manifolds, states, result.report, scratch, counters, faults);
   if (scene.tolerance > 0.0 && result.report.error_estimate > scene.tolerance)
     result.report.beyond_tolerance = true;
   return result;

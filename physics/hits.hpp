@@ -32,7 +32,8 @@ struct AmongHits {
 std::optional<AmongHits> advance_among_hits(const SceneDescription& scene, const Geometry& geometry,
                                             double dt_s, std::span<const BodyId> ids,
                                             std::span<const ContactManifold> manifolds,
-                                            std::span<BodyState> states, StageCounters& counters,
+                                            std::span<BodyState> states, SolveScratch& scratch,
+                                            StageCounters& counters,
                                             std::vector<AdvanceFault>& faults);
 
 }  // namespace soda::physics

@@ -42,11 +42,11 @@ ContactImpulse stored_impulse(const Selection<ContactManifold>& manifolds,
           impulse_on_b(problem, row) - along};
 }
 
-std::vector<Flight> find_flights(const ContactProblem& problem) {
+Flights find_flights(const ContactProblem& problem) {
   constexpr std::uint32_t kNowhere = ~std::uint32_t{0};
   const std::size_t fixed = problem.bodies.size() - 1;
-  std::vector<Flight> flights(problem.bodies.size());
-  std::vector<std::uint32_t> struck_in;  // a manifold
+  Flights flights(problem.bodies.size());
+  ShortList<std::uint32_t, 4> struck_in;  // a manifold
   if (problem.restitution_rows > 0) struck_in.assign(problem.bodies.size(), kNowhere);
   const auto strike = [&](std::size_t body, std::uint32_t manifold) {
     if (body == fixed) return;

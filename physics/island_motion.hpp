@@ -6,6 +6,7 @@
 
 #include "physics/advance.hpp"
 #include "physics/contact_solver.hpp"
+#include "physics/short_list.hpp"
 
 namespace soda::physics {
 
@@ -30,8 +31,10 @@ struct Flight {
   Vec3 not_yet_m = Vec3::Zero();  // displacement that impulses would have made before their impact
 };
 
+using Flights = ShortList<Flight, 4>;
+
 // Of the problem's bodies, by its rows.
-std::vector<Flight> find_flights(const ContactProblem& problem);
+Flights find_flights(const ContactProblem& problem);
 
 // Memory of solves that follow each other; holds nothing that counts.
 struct SolveScratch {

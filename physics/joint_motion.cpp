@@ -222,7 +222,7 @@ namespace {
 void moved_for(double time_s, const JointedStep& step, const JointSystem& solved,
                const ContactProblem& problem, std::span<BodyState> states,
                std::vector<AdvanceFault>& faults) {
-  std::vector<Flight> flights = find_flights(problem);
+  Flights flights = find_flights(problem);
   for (const JointRow& row : solved.rows)
     flights[row.a].supported = flights[row.b].supported = true;
   for (std::size_t i = 0; i < step.ids.size(); ++i)

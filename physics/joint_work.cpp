@@ -98,8 +98,8 @@ double row_work(const JointRow& row, std::span<const SolverBody> bodies) {
 }
 
 // Which bodies move by their final velocity.
-std::vector<Flight> flights_of(const JointSystem& joints, const ContactProblem& problem) {
-  std::vector<Flight> flights = find_flights(problem);
+Flights flights_of(const JointSystem& joints, const ContactProblem& problem) {
+  Flights flights = find_flights(problem);
   for (const JointRow& row : joints.rows)
     flights[row.a].supported = flights[row.b].supported = true;
   return flights;
@@ -107,10 +107,10 @@ std::vector<Flight> flights_of(const JointSystem& joints, const ContactProblem& 
 
 // External forces count as a field, motors and springs as work that is given.
 Sum gain_of(double dt_s, std::span<const BodyState> before, std::span<const SolverBody> free,
-            const std::vector<Flight>& held, const JointSystem& joints,
+            const Flights& held, const JointSystem& joints,
             const ContactProblem& problem) {
   Sum gain;
-  const std::vector<Flight> flights = find_flights(problem);
+  const Flights flights = find_flights(problem);
   for (std::size_t i = 0; i < free.size(); ++i) {
     const SolverBody& body = problem.bodies[i];
     const double mass = 1.0 / body.inverse_mass;
@@ -238,7 +238,7 @@ void limit_joint_gain(double dt_s, std::span<const BodyState> before,
   JointSystem trial_joints = joints;
   ContactProblem trial = problem;
   mix(0.5, alone_joints, alone, trial_joints, trial);
-  const std::vector<Flight> held = flights_of(trial_joints, trial);
+  const Flights held = flights_of(trial_joints, trial);
   const double one = gain_of(dt_s, before, free, held, joints, problem).value;
   const double half = gain_of(dt_s, before, free, held, trial_joints, trial).value;
   const double none = gain_of(dt_s, before, free, held, alone_joints, alone).value;

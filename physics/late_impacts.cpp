@@ -79,7 +79,7 @@ void stop_at_floors(const SceneDescription& scene, const Geometry& geometry,
       BodyState& state = states[i];
       const double now_m = height_m(state);
       const double enough_m = kLowest * shape_of(scene, geometry, ids[i]).min_extent_m;
-      if (!(now_m < enough_m)) continue;
+      if (!(now_m < enough_m) || scene.bodies[index_of(ids[i])].joints > 0) continue;
       const double lift_m = std::min(height_m(before[i]), enough_m) - now_m;
       if (!(lift_m > 0.0)) continue;
       state.position_m += floor.normal * lift_m;

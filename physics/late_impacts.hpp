@@ -24,7 +24,7 @@ void stop_at_unseen_statics(const SceneDescription& scene, const Geometry& geome
 // body is at least a quarter of its width above any plane that it lies on; where it comes to be
 // below a fifth of it, and lower than at the start, it is put there and goes down no more. What
 // that lifts is added to the report as work of push-out; it is beyond any tolerance. Bodies with
-// joints are left out. `before`: as above.
+// joints are left out: to lift one of them opens its joints. `before`: as above.
 void stop_at_floors(const SceneDescription& scene, const Geometry& geometry,
                     std::span<const BodyId> ids, std::span<const BodyState> before,
                     std::span<BodyState> states, IslandReport& report);

@@ -19,6 +19,7 @@ struct LinkedIsland {
   const SceneDescription& scene;
   const Geometry& geometry;
   std::span<const BodyId> ids;
+  SolveScratch& scratch;
   StageCounters& counters;
   bool wedged = false;  // something overlaps by a good part of its width: little does not count
 
@@ -207,7 +208,7 @@ Part advance_part(const LinkedIsland& island, double time_s,
   std::copy(before.begin(), before.end(), states.begin());
   if (time_s > 0.0)
     part.report = advance_resting(island.scene, island.geometry, time_s, island.ids, manifolds,
-                                  states, island.counters, part.faults);
+                                  states, island.scratch, island.counters, part.faults);
   for (std::size_t i = 0; i < states.size(); ++i)
     part.ways.push_back(way_between(island.scene, std::max(time_s, 1e-300), before[i], states[i]));
   part.sunk_widths = sunk_widths(island, manifolds, before, states, part.ways, time_s);
@@ -267,12 +268,13 @@ bool is_linked(std::span<const ContactManifold> manifolds) {
 
 IslandReport advance_linked(const SceneDescription& scene, const Geometry& geometry, double dt_s,
                             std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
-                            std::span<BodyState> states, StageCounters& counters,
-                            std::vector<AdvanceFault>& faults) {
+                            std::span<BodyState> states, SolveScratch& scratch,
+                            StageCounters& counters, std::vector<AdvanceFault>& faults) {
   constexpr int kMostParts = 8;
   if (ids.size() == 1 && scene.statics.empty())  // there is nothing to come to
-    return advance_resting(scene, geometry, dt_s, ids, manifolds, states, counters, faults);
-  LinkedIsland island{scene, geometry, ids, counters};
+    return advance_resting(scene, geometry, dt_s, ids, manifolds, states, scratch, counters,
+                           faults);
+  LinkedIsland island{scene, geometry, ids, scratch, counters};
   island.wedged = is_wedged(island, manifolds);
   const Vec3 foreseen = pushed_newton_s(island, dt_s, states);
   Vec3 pushed = Vec3::Zero();

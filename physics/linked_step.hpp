@@ -19,8 +19,8 @@ namespace soda::physics {
 // what it looks at as impact_searches. A function of the arguments only.
 IslandReport advance_linked(const SceneDescription& scene, const Geometry& geometry, double dt_s,
                             std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
-                            std::span<BodyState> states, StageCounters& counters,
-                            std::vector<AdvanceFault>& faults);
+                            std::span<BodyState> states, SolveScratch& scratch,
+                            StageCounters& counters, std::vector<AdvanceFault>& faults);
 
 // Whether it is for an island with these manifolds: one of them is a joint.
 bool is_linked(std::span<const ContactManifold> manifolds);

@@ -34,7 +34,7 @@ bool can_be_smooth(const RefinedIsland& island, double time_s, std::span<const B
   constexpr double kMost = 2.0, kOfFriction = 4.0;
   const double most = kMost + (is_lone(island) ? kOfFriction * friction_of_lone(island) : 0.0);
   const double most_m_s = most * island.scene.gravity_m_s2.norm() * time_s;
-  std::vector<double> kicked_m_s(from.size(), 0.0);
+  std::vector<double> kicked_m_s;  // none without springs
   if (!island.springs.empty())
     kicked_m_s =
         most_kicked_m_s(island.scene, time_s, island.ids, island.springs, island.sizes, from);
@@ -42,7 +42,7 @@ bool can_be_smooth(const RefinedIsland& island, double time_s, std::span<const B
     const Vec3 linear = to[i].linear_velocity_m_s - from[i].linear_velocity_m_s;
     const Vec3 angular = to[i].angular_velocity_rad_s - from[i].angular_velocity_rad_s;
     const double change_m_s = linear.norm() + island.sizes.bodies[i].radius_m * angular.norm();
-    if (!(change_m_s <= most_m_s + kicked_m_s[i])) return false;
+    if (!(change_m_s <= most_m_s + (kicked_m_s.empty() ? 0.0 : kicked_m_s[i]))) return false;
   }
   return true;
 }

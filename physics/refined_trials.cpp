@@ -99,11 +99,28 @@ IslandReport advance_kicked(RefinedIsland& island, double dt_s,
   return report;
 }
 
+std::size_t place_in(std::span<const BodyId> ids, BodyId id) {
+  return static_cast<std::size_t>(std::lower_bound(ids.begin(), ids.end(), id) - ids.begin());
+}
+
 }  // namespace
 
-std::size_t place_of(const RefinedIsland& island, BodyId id) {
-  return static_cast<std::size_t>(std::lower_bound(island.ids.begin(), island.ids.end(), id) -
-                                  island.ids.begin());
+std::size_t place_of(const RefinedIsland& island, BodyId id) { return place_in(island.ids, id); }
+
+void find_again(const SceneDescription& scene, const Geometry& geometry, double dt_s,
+                std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
+                std::span<const BodyState> states, StageCounters& counters,
+                std::vector<ContactManifold>& found) {
+  found.clear();
+  const ContactManifold* before = nullptr;
+  for (const ContactManifold& m : manifolds) {
+    const bool again = before != nullptr && before->a == m.a && before->b == m.b;
+    before = &m;
+    if (again || m.b == kWorldBody) continue;
+    collide(scene, geometry, dt_s, m.a, states[place_in(ids, m.a)], m.b,
+            is_static(m.b) ? nullptr : &states[place_in(ids, m.b)], found, counters);
+  }
+  append_world_joints(scene, ids, found);
 }
 
 bool pressed(const BodyState& state, const ContactManifold& m, std::uint32_t feature) {
@@ -124,26 +141,8 @@ void scale_impulses(double factor, std::span<BodyState> states) {
 
 void contacts_at(const RefinedIsland& island, double time_s, std::span<const BodyState> states,
                  std::vector<ContactManifold>& found) {
-  found.clear();
-  const ContactManifold* before = nullptr;
-  for (const ContactManifold& m : island.pairs) {
-    const bool again = before != nullptr && before->a == m.a && before->b == m.b;
-    before = &m;
-    if (again || m.b == kWorldBody) continue;
-    collide(island.scene, island.geometry, time_s, m.a, states[place_of(island, m.a)], m.b,
-            is_static(m.b) ? nullptr : &states[place_of(island, m.b)], found, island.counters);
-  }
-  append_world_joints(island.scene, island.ids, found);
-}
-
-std::vector<ContactManifold> found_again(const SceneDescription& scene, const Geometry& geometry,
-                                         double dt_s, std::span<const BodyId> ids,
-                                         std::span<const ContactManifold> manifolds,
-                                         std::span<const BodyState> states,
-                                         StageCounters& counters) {
-  std::vector<ContactManifold> found;
-  contacts_at({scene, geometry, ids, manifolds, {}, counters, false, {}}, dt_s, states, found);
-  return found;
+  find_again(island.scene, island.geometry, time_s, island.ids, island.pairs, states,
+             island.counters, found);
 }
 
 Trial try_steps(RefinedIsland& island, std::span<const BodyState> from,
@@ -226,7 +225,7 @@ void Extrapolation::add(const Trial& next) {
 }
 
 StepError Extrapolation::apart(const BodySizes& sizes, const Row& a, const Row& b) const {
-  return apart_of(sizes, a.bodies, b.bodies);
+  return apart_of(sizes, as_span(a.bodies), as_span(b.bodies));
 }
 
 StepError Extrapolation::error(const BodySizes& sizes) const {

@@ -19,10 +19,10 @@ struct RefinedIsland {
   std::span<const ContactManifold> pairs;  // that are looked at
   BodySizes sizes;
   StageCounters& counters;
+  SolveScratch& scratch;
   bool accurate = false;  // as of advance_once
   JointSystem springs;    // that kick it before its contacts are solved; else none
   int solves = 0;
-  SolveScratch scratch = {};
   std::vector<ContactManifold> found = {};  // scratch
 };
 
@@ -43,16 +43,16 @@ bool pressed(const BodyState& state, const ContactManifold& m, std::uint32_t fea
 // Stored impulses are those of a whole step, whatever the length of the last part.
 void scale_impulses(double factor, std::span<BodyState> states);
 
-// The contacts of the island's pairs at these states, over time_s.
+// The contacts of the pairs of these manifolds once more, where the bodies are now, over dt_s.
+// `found` is overwritten.
+void find_again(const SceneDescription& scene, const Geometry& geometry, double dt_s,
+                std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
+                std::span<const BodyState> states, StageCounters& counters,
+                std::vector<ContactManifold>& found);
+
+// Those of the island's pairs.
 void contacts_at(const RefinedIsland& island, double time_s, std::span<const BodyState> states,
                  std::vector<ContactManifold>& found);
-
-// The pairs of these manifolds once more, where the bodies are now.
-std::vector<ContactManifold> found_again(const SceneDescription& scene, const Geometry& geometry,
-                                         double dt_s, std::span<const BodyId> ids,
-                                         std::span<const ContactManifold> manifolds,
-                                         std::span<const BodyState> states,
-                                         StageCounters& counters);
 
 // `steps` steps over time_s, or of that many parts each if springs kick. `start`: the contacts at
 // `from` over that time. A point that pressed before stays in touch: its gap at the start is closed
@@ -78,7 +78,7 @@ class Extrapolation {
 
  private:
   struct Row {  // against the first trial
-    std::vector<BodyDifference> bodies;
+    ShortList<BodyDifference, 2> bodies;
     Vec3 impulse = Vec3::Zero(), angular_impulse = Vec3::Zero();
     Vec3 work = Vec3::Zero();  // x: of push-out, y: of motors
   };

@@ -69,14 +69,15 @@ bool is_refined(const SceneDescription& scene, const Geometry& geometry,
 IslandReport advance_refined(const SceneDescription& scene, const Geometry& geometry, double dt_s,
                              std::span<const BodyId> ids,
                              std::span<const ContactManifold> manifolds,
-                             std::span<BodyState> states, StageCounters& counters,
-                             std::vector<AdvanceFault>& faults) {
+                             std::span<BodyState> states, SolveScratch& scratch,
+                             StageCounters& counters, std::vector<AdvanceFault>& faults) {
   RefinedIsland island{scene,
                        geometry,
                        ids,
                        manifolds,
                        sizes_of(scene, geometry, ids),
                        counters,
+                       scratch,
                        scene.tolerance > 0.0,
                        springs_to_kick(scene, dt_s, ids, manifolds, states)};
   const Limits limits = limits_of(scene, is_lone(island), manifolds.size());
@@ -99,7 +100,8 @@ IslandReport advance_refined(const SceneDescription& scene, const Geometry& geom
     }
     PartResult& result = *done.result;
     if (result.trial.failed)
-      return advance_unrefined(scene, geometry, dt_s, ids, manifolds, states, counters, faults);
+      return advance_unrefined(scene, geometry, dt_s, ids, manifolds, states, scratch, counters,
+                               faults);
     if (part.depth == limits.deepest && !is_asked(island)) join_parts(parts);
     budget.spend(result.error, part.time_s, ids);
     past = {std::exchange(now, std::move(result.trial.states)), part.time_s};
@@ -119,9 +121,8 @@ IslandReport advance_refined(const SceneDescription& scene, const Geometry& geom
 IslandReport advance_unrefined(const SceneDescription& scene, const Geometry& geometry, double dt_s,
                                std::span<const BodyId> ids,
                                std::span<const ContactManifold> manifolds,
-                               std::span<BodyState> states, StageCounters& counters,
-                               std::vector<AdvanceFault>& faults) {
-  SolveScratch scratch;
+                               std::span<BodyState> states, SolveScratch& scratch,
+                               StageCounters& counters, std::vector<AdvanceFault>& faults) {
   const bool asked = scene.tolerance > 0.0;
   const double share = dt_s / scene.dt_s;
   const std::vector<BodyState> from(states.begin(), asked ? states.end() : states.begin());

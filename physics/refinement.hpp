@@ -31,15 +31,15 @@ bool is_refined(const SceneDescription& scene, const Geometry& geometry,
 IslandReport advance_refined(const SceneDescription& scene, const Geometry& geometry, double dt_s,
                              std::span<const BodyId> ids,
                              std::span<const ContactManifold> manifolds,
-                             std::span<BodyState> states, StageCounters& counters,
-                             std::vector<AdvanceFault>& faults);
+                             std::span<BodyState> states, SolveScratch& scratch,
+                             StageCounters& counters, std::vector<AdvanceFault>& faults);
 
 // One step of an island that is not refined though the scene asks for a tolerance: all that changed
 // in it counts as its error.
 IslandReport advance_unrefined(const SceneDescription& scene, const Geometry& geometry, double dt_s,
                                std::span<const BodyId> ids,
                                std::span<const ContactManifold> manifolds,
-                               std::span<BodyState> states, StageCounters& counters,
-                               std::vector<AdvanceFault>& faults);
+                               std::span<BodyState> states, SolveScratch& scratch,
+                               StageCounters& counters, std::vector<AdvanceFault>& faults);
 
 }  // namespace soda::physics

@@ -7,6 +7,7 @@
 #include "physics/body_state.hpp"
 #include "physics/geometry.hpp"
 #include "physics/scene.hpp"
+#include "physics/short_list.hpp"
 
 namespace soda::physics {
 
@@ -16,7 +17,7 @@ struct BodySize {
 };
 struct BodySizes {
   double dt_s = 0.0;  // the scene's step
-  std::vector<BodySize> bodies;
+  ShortList<BodySize, 2> bodies;
 };
 BodySizes sizes_of(const SceneDescription& scene, const Geometry& geometry,
                    std::span<const BodyId> ids);
@@ -25,7 +26,7 @@ BodySizes sizes_of(const SceneDescription& scene, const Geometry& geometry,
 struct BodyVelocity {
   Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
 };
-using VelocityPath = std::vector<BodyVelocity>;
+using VelocityPath = ShortList<BodyVelocity, 4>;
 
 // Of a body's widths, what a point of it is off now, or after one more step of dt_s for the error
 // of its velocities. The body (index) for which it is largest.

@@ -242,8 +242,8 @@ void keep_impulses(const Selection<ContactManifold>& manifolds, const ContactPro
   }
 }
 
-void add_flights(std::span<const Flight> of_border, std::span<const std::uint32_t> in_border,
-                 std::span<const std::uint32_t> in_block, std::vector<Flight>& flights) {
+void add_flights(const Flights& of_border, std::span<const std::uint32_t> in_border,
+                 std::span<const std::uint32_t> in_block, Flights& flights) {
   for (std::size_t i = 0; i < in_border.size(); ++i) {
     flights[in_block[i]].supported |= of_border[in_border[i]].supported;
     flights[in_block[i]].not_yet_m += of_border[in_border[i]].not_yet_m;
@@ -255,7 +255,7 @@ void add_flights(std::span<const Flight> of_border, std::span<const std::uint32_
 void BlockSolver::move(std::uint32_t index, std::vector<BodyState>& moved,
                        std::vector<AdvanceFault>& faults) const {
   const Part& part = block(index);
-  std::vector<Flight> flights = find_flights(part.problem);
+  Flights flights = find_flights(part.problem);
   std::vector<KeptImpulse> kept;
   keep_impulses(
       part.manifolds, part.problem, [](std::uint32_t a) { return a; }, kept);

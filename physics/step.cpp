@@ -105,7 +105,7 @@ void advance_bodies(const SceneDescription& scene, const Geometry& geometry,
     gather_island(island, ids, states, scratch);
     report.islands.push_back(advance_island(scene, geometry, scratch.island_ids,
                                             scratch.island_manifolds, scratch.island_states,
-                                            counters, report.faults));
+                                            scratch.solve, counters, report.faults));
     if (report.islands.back().rests)
       scratch.resting.keep(scratch.island_ids, scratch.island_manifolds, scratch.island_states,
                            report.islands.back());

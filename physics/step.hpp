@@ -7,6 +7,7 @@
 
 #include "physics/advance.hpp"
 #include "physics/geometry.hpp"
+#include "physics/island_motion.hpp"
 #include "physics/islands.hpp"
 #include "physics/kept_pairs.hpp"
 #include "physics/resting_islands.hpp"
@@ -24,6 +25,7 @@ struct StepScratch {
   std::vector<BodyId> island_ids;
   std::vector<BodyState> island_states;
   std::vector<ContactManifold> island_manifolds;
+  SolveScratch solve;
 };
 
 // What a step leaves behind besides the new states.

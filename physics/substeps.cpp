@@ -165,7 +165,7 @@ std::uint32_t solve_in_substeps(const SolverSettings& settings, double dt_s,
   }
   end_substeps(problem, substeps);
   limit_gain(dt_s, states, free, problem);
-  const std::vector<Flight> flights = find_flights(problem);
+  const Flights flights = find_flights(problem);
   push.resize(states.size());
   for (std::size_t i = 0; i < states.size(); ++i)
     push[i] = beyond_final_velocity(dt_s, problem.bodies[i], flights[i], substeps.ways[i]);
