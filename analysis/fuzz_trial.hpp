@@ -25,10 +25,10 @@ void add(const FuzzSums& more, FuzzSums& sums);
 //   the work that the island reports for displacements without velocity, and rounding: 1e-9 of its
 //   energies before and after and of what gravity moves in a step, and that of a speed no larger
 //   than rounding leaves of the fastest one, which grows with the island's contact points;
-// - escape: a body's centre sinks into a halfspace by more than its own radius (but what joints hold
-//   where something in its island has overlapped by as much: nothing says where out is), or a point
-//   of it gets faster than 100 times all that it could come from: the largest speed of any point at
-//   the start, what gravity adds in the run, what push-out may reach;
+// - escape: a body's centre sinks into a halfspace by more than its own radius (but what joints
+//   hold where something in its island has overlapped by as much: nothing says where out is), or a
+//   point of it gets faster than 100 times all that it could come from: the largest speed of any
+//   point at the start, what gravity adds in the run, what push-out may reach;
 // - work: an island takes more solver iterations or multiplications than its size explains.
 FuzzSums run_fuzz_trial(const scenarios::Scenario& scenario);
 

@@ -107,8 +107,7 @@ Flights flights_of(const JointSystem& joints, const ContactProblem& problem) {
 
 // External forces count as a field, motors and springs as work that is given.
 Sum gain_of(double dt_s, std::span<const BodyState> before, std::span<const SolverBody> free,
-            const Flights& held, const JointSystem& joints,
-            const ContactProblem& problem) {
+            const Flights& held, const JointSystem& joints, const ContactProblem& problem) {
   Sum gain;
   const Flights flights = find_flights(problem);
   for (std::size_t i = 0; i < free.size(); ++i) {

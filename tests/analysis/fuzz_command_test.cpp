@@ -21,9 +21,9 @@ TEST(FuzzCommand, PrintsOneJsonObjectWithEveryDocumentedKey) {
   const Json json = Json::parse(result.out);
   EXPECT_EQ(json["trials"], 20);
   EXPECT_EQ(json["steps"], 200);
-  for (const char* key : {"out_of_time", "wall_s", "islands", "contact_points", "most_iterations",
-                          "most_multiplications", "largest_gain_rel", "push_out_work_joule",
-                          "failures"})
+  for (const char* key :
+       {"out_of_time", "wall_s", "islands", "contact_points", "most_iterations",
+        "most_multiplications", "largest_gain_rel", "push_out_work_joule", "failures"})
     EXPECT_TRUE(json.contains(key)) << key;
 }
 
