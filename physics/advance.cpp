@@ -311,7 +311,7 @@ IslandReport advance_island(const SceneDescription& scene, const Geometry& geome
       report.push_out_work_joule = 0.0;
     }
     if (!start.empty() && !linked && !(among && among->hit))
-      stop_at_unseen_statics(scene, geometry, rest_s, ids, met, start, states, counters);
+      stop_at_unseen_statics(scene, geometry, rest_s, ids, met, start, states, report, counters);
     if (!start.empty()) stop_at_floors(scene, geometry, ids, start, states, report);
   }
   if (!slow.empty() && (whole || report.direct))

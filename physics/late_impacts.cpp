@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "physics/geometry_impl.hpp"
+#include "physics/momentum.hpp"
 #include "physics/rigid_motion.hpp"
 #include "physics/time_of_impact.hpp"
 
@@ -30,12 +31,23 @@ BodyState start_of(const SceneDescription& scene, double dt_s, const BodyState& 
   return start;
 }
 
+// What a static gives a body that it takes from one state to the other.
+void add_static_impulse(const SceneDescription& scene, BodyId id, const BodyState& from,
+                        const BodyState& to, IslandReport& report) {
+  const IslandMomentum was = momentum_of(scene, {&id, 1}, {&from, 1}),
+                       now = momentum_of(scene, {&id, 1}, {&to, 1});
+  report.static_impulse_newton_s += now.linear_newton_s - was.linear_newton_s;
+  report.static_angular_impulse_newton_m_s += now.angular_newton_m_s - was.angular_newton_m_s +
+                                              now.centre_m.cross(now.linear_newton_s) -
+                                              was.centre_m.cross(was.linear_newton_s);
+}
+
 }  // namespace
 
 void stop_at_unseen_statics(const SceneDescription& scene, const Geometry& geometry, double dt_s,
                             std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
                             std::span<const BodyState> before, std::span<BodyState> states,
-                            StageCounters& counters) {
+                            IslandReport& report, StageCounters& counters) {
   std::vector<IndexPair> pairs;
   for (std::size_t i = 0; i < ids.size(); ++i) {
     if (scene.bodies[index_of(ids[i])].joints > 0) continue;
@@ -60,10 +72,12 @@ void stop_at_unseen_statics(const SceneDescription& scene, const Geometry& geome
     const double gain = gain_joule(scene, id, {&states[i], 1}, {&there, 1});
     if (gain > had) continue;
     const double share = gain > 0.0 ? std::sqrt(1.0 - gain / had) : 1.0;
+    const BodyState missed = states[i];
     states[i].position_m = there.position_m;
     states[i].orientation = there.orientation;
     states[i].linear_velocity_m_s = share * there.linear_velocity_m_s;
     states[i].angular_velocity_rad_s = share * there.angular_velocity_rad_s;
+    add_static_impulse(scene, ids[i], missed, states[i], report);
   }
 }
 
@@ -82,9 +96,11 @@ void stop_at_floors(const SceneDescription& scene, const Geometry& geometry,
       if (!(now_m < enough_m) || scene.bodies[index_of(ids[i])].joints > 0) continue;
       const double lift_m = std::min(height_m(before[i]), enough_m) - now_m;
       if (!(lift_m > 0.0)) continue;
+      const BodyState sunk = state;
       state.position_m += floor.normal * lift_m;
       const double sinks_m_s = -floor.normal.dot(state.linear_velocity_m_s);
       if (sinks_m_s > 0.0) state.linear_velocity_m_s += floor.normal * sinks_m_s;
+      add_static_impulse(scene, ids[i], sunk, state, report);
       report.beyond_tolerance = report.beyond_tolerance || scene.tolerance > 0.0;
       report.push_out_work_joule -=
           scene.bodies[index_of(ids[i])].mass_kg * lift_m * scene.gravity_m_s2.dot(floor.normal);
