@@ -46,7 +46,11 @@ FuzzFailure shrunk_failure(const FuzzScene& scene, const std::string& what,
 
 void check_files(const FuzzRequest& request, FuzzResult& result) {
   for (const std::string& file : request.files) {
-    const FuzzOutcome outcome = try_scene(text_of(file), file);
+    const std::string text = text_of(file);
+    const FileWarnings warnings{file, scenarios::read_scenario_text(text, file).warnings};
+    if (request.strict) refuse_warnings(file, warnings.warnings);
+    result.warnings.push_back(warnings);
+    const FuzzOutcome outcome = try_scene(text, file);
     ++result.trials;
     add(outcome.sums, result.sums);
     if (outcome.failed) result.failures.push_back({0, file, outcome.what, outcome.what, 0, {}});
@@ -109,8 +113,9 @@ FuzzResult fuzz(const FuzzRequest& request) {
   return result;
 }
 
-int fuzz_command(const FuzzRequest& request, std::ostream& out) {
+int fuzz_command(const FuzzRequest& request, std::ostream& out, std::ostream& err) {
   const FuzzResult result = fuzz(request);
+  tell_warnings(result.warnings, err);
   if (request.json)
     out << fuzz_json(result);
   else

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <ostream>
 
+#include "analysis/warnings.hpp"
 #include "scenarios/read_scenario.hpp"
 
 namespace soda::analysis {
@@ -11,6 +12,7 @@ scenarios::Scenario logged_scenario(LogReader& log, const Overrides& more) {
   const Overrides overrides = combined(log.overrides(), more);
   scenarios::Scenario scenario =
       scenarios::read_scenario_text(log.scenario().text, log.scenario().file, overrides.seed);
+  if (overrides.strict) refuse_warnings(log.scenario().file, scenario.warnings);
   apply_overrides(overrides, scenario.territory, scenario.run);
   if (!log.complete()) scenario.run.steps = std::min(scenario.run.steps, log.last_step());
   scenario.run.inputs.script.clear();

@@ -9,6 +9,7 @@
 #include "analysis/exit_codes.hpp"
 #include "analysis/text_table.hpp"
 #include "scenarios/format.hpp"
+#include "analysis/warnings.hpp"
 #include "scenarios/read_scenario.hpp"
 
 namespace soda::analysis {
@@ -152,6 +153,7 @@ Overrides combined(const Overrides& base, const Overrides& over) {
   take(result.balancing, over.balancing);
   take(result.balancing_interval, over.balancing_interval);
   take(result.balancing_seed, over.balancing_seed);
+  result.strict = base.strict || over.strict;
   if (over.transport != nullptr) result.transport = over.transport;
   if (over.cluster.given()) result.cluster = over.cluster;
   return result;
@@ -227,6 +229,7 @@ std::string read_whole_file(const std::string& file) {
 
 scenarios::Scenario load_scenario(const std::string& file, const Overrides& overrides) {
   scenarios::Scenario scenario = scenarios::read_scenario_file(file, overrides.seed);
+  if (overrides.strict) refuse_warnings(file, scenario.warnings);
   apply_overrides(overrides, scenario.territory, scenario.run);
   return scenario;
 }

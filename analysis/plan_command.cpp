@@ -5,15 +5,17 @@
 #include "analysis/exit_codes.hpp"
 #include "analysis/json_output.hpp"
 #include "analysis/run_report.hpp"
+#include "analysis/warnings.hpp"
 
 namespace soda::analysis {
 
-int plan_command(const PlanRequest& request, std::ostream& out) {
+int plan_command(const PlanRequest& request, std::ostream& out, std::ostream& err) {
   const scenarios::Scenario scenario = load_scenario(request.file, request.overrides);
+  tell_warnings(request.file, scenario.warnings, err);
   const std::vector<models::PlanLine> plan =
       models::make_plan(scenario.scene, scenario.territory.worlds, scenario.run);
   if (request.json) {
-    out << plan_json(scenario.name, plan);
+    out << plan_json(scenario.name, plan, scenario.warnings);
   } else {
     out << scenario.name << ": " << scenario.initial.size() << " bodies, "
         << scenario.territory.worlds << (scenario.territory.worlds == 1 ? " world" : " worlds")

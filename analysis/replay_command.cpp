@@ -11,6 +11,7 @@
 #include "analysis/progress.hpp"
 #include "analysis/step_comparison.hpp"
 #include "analysis/text_table.hpp"
+#include "analysis/warnings.hpp"
 
 namespace soda::analysis {
 namespace {
@@ -116,6 +117,7 @@ struct Comparison {
 
 int rerun(const ReplayRequest& request, LogReader& log, std::ostream& out, std::ostream& err) {
   const scenarios::Scenario scenario = logged_scenario(log, request.overrides);
+  tell_warnings(log.scenario().file, scenario.warnings, err);
   Comparison comparison{log, {}};
   const models::InputOptions& inputs = scenario.run.inputs;
   const InputFollower start(scenario.scene, scenario.initial, inputs);

@@ -5,6 +5,7 @@
 
 #include "analysis/exit_codes.hpp"
 #include "analysis/json_output.hpp"
+#include "analysis/warnings.hpp"
 #include "analysis/measured_run.hpp"
 #include "analysis/text_table.hpp"
 
@@ -110,7 +111,7 @@ std::string text(const RollbackReport& report) {
 RollbackReport compare_rollbacks(const RollbackRequest& request) {
   scenarios::Scenario scenario = load_scenario(request.file, request.overrides);
   scenario.run.executor = models::ExecutorKind::kVirtual;
-  RollbackReport report{scenario.name, scenario.run.steps, scenario.territory.worlds, {}};
+  RollbackReport report{scenario.name, scenario.run.steps, scenario.territory.worlds, {}, scenario.warnings};
   const std::vector<ExactStep> exact = exact_steps(scenario);
   for (const models::RollbackMode mode :
        {models::RollbackMode::kPropagate, models::RollbackMode::kInvalidate,
@@ -119,8 +120,9 @@ RollbackReport compare_rollbacks(const RollbackRequest& request) {
   return report;
 }
 
-int rollback_command(const RollbackRequest& request, std::ostream& out) {
+int rollback_command(const RollbackRequest& request, std::ostream& out, std::ostream& err) {
   const RollbackReport report = compare_rollbacks(request);
+  tell_warnings(request.file, report.warnings, err);
   out << (request.json ? rollback_json(report) : text(report));
   return kExitOk;
 }

@@ -37,10 +37,11 @@ struct RollbackReport {
   std::int64_t steps = 0;
   std::uint32_t worlds = 0;
   std::vector<ModeMeasures> modes;  // propagate, invalidate, warm
+  std::vector<scenarios::InputWarning> warnings;  // of the scenario
 };
 
 RollbackReport compare_rollbacks(const RollbackRequest& request);
 
-int rollback_command(const RollbackRequest& request, std::ostream& out);
+int rollback_command(const RollbackRequest& request, std::ostream& out, std::ostream& err);
 
 }  // namespace soda::analysis

@@ -13,6 +13,7 @@
 #include "analysis/run_report.hpp"
 #include "analysis/text_table.hpp"
 #include "analysis/version.hpp"
+#include "analysis/warnings.hpp"
 #include "scenarios/read_scenario.hpp"
 
 namespace soda::analysis {
@@ -23,6 +24,7 @@ scenarios::Scenario load_with_text(const RunRequest& request, std::string& text)
   text = read_whole_file(request.file);
   scenarios::Scenario scenario =
       scenarios::read_scenario_text(text, request.file, request.overrides.seed);
+  if (request.overrides.strict) refuse_warnings(request.file, scenario.warnings);
   apply_overrides(request.overrides, scenario.territory, scenario.run);
   return scenario;
 }
@@ -91,6 +93,7 @@ int run_command(const RunRequest& given, std::ostream& out, std::ostream& err) {
   scenarios::Scenario scenario = load_with_text(given, text);
   refuse_warm_where_bits_count(given);
   if (given.real_time) require_paceable(scenario.run);
+  tell_warnings(given.file, scenario.warnings, err);
   const std::unique_ptr<InputStream> stream = open_inputs(given.inputs, scenario, err);
   RunRequest request = given;
   if (request.log_file.empty()) request.log_file = scenario.output.log_file;
@@ -111,6 +114,7 @@ int run_command(const RunRequest& given, std::ostream& out, std::ostream& err) {
   if (log) log->finish(report.run.result.committed_steps, report.run.digest);
 
   report.scenario = scenario.name;
+  report.warnings = scenario.warnings;
   report.bodies = scenario.initial.size();
   report.worlds = scenario.territory.worlds;
   report.dt_s = scenario.scene.dt_s;

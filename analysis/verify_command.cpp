@@ -8,6 +8,7 @@
 #include "analysis/error_measures.hpp"
 #include "analysis/exit_codes.hpp"
 #include "analysis/json_output.hpp"
+#include "analysis/warnings.hpp"
 #include "analysis/measured_run.hpp"
 #include "analysis/overrides.hpp"
 #include "analysis/plain_loop.hpp"
@@ -197,6 +198,7 @@ std::size_t Verification::territory_changes() const {
 Verification verify(const VerifyRequest& request) {
   Overrides overrides;
   overrides.steps = request.steps;
+  overrides.strict = request.strict;
   scenarios::Scenario scenario = load_scenario(request.file, overrides);
   if (request.random_inputs) scenarios::add_random_inputs(*request.random_inputs, scenario);
   PlainLoop oracle(scenario);
@@ -205,7 +207,8 @@ Verification verify(const VerifyRequest& request) {
   Verification verification{.scenario = scenario.name,
                             .steps = scenario.run.steps,
                             .digest = oracle.digest_after(scenario.run.steps),
-                            .runs = {}};
+                            .runs = {},
+                            .warnings = scenario.warnings};
   models::TerritoryOptions territory = scenario.territory;
   std::optional<models::TerritoryMap> map;
   for (VerifiedRun run : matrix(request, territory.grid.cell_count())) {
@@ -221,9 +224,10 @@ Verification verify(const VerifyRequest& request) {
   return verification;
 }
 
-int verify_command(const VerifyRequest& request, std::ostream& out) {
+int verify_command(const VerifyRequest& request, std::ostream& out, std::ostream& err) {
   const Verification verification = verify(request);
   if (request.transport != nullptr && !request.transport->is_root()) return kExitOk;
+  tell_warnings(request.file, verification.warnings, err);
   if (request.json) {
     out << verification_json(verification);
   } else {

@@ -7,6 +7,7 @@
 #include "analysis/exit_codes.hpp"
 #include "analysis/logged_run.hpp"
 #include "analysis/view_page.hpp"
+#include "analysis/warnings.hpp"
 #include "scenarios/read_scenario.hpp"
 
 namespace soda::analysis {
@@ -27,7 +28,9 @@ int view_command(const ViewRequest& request, std::ostream& out, std::ostream& er
   const std::string file = request.page_file.empty() ? request.file + ".html" : request.page_file;
   tell_flaws(log, request.file, err);
   const std::int64_t every = request.every.value_or(steps_a_frame(log));
-  const Recording recording = record(log, logged_scenario(log, {}), every);
+  const scenarios::Scenario scenario = logged_scenario(log, {});
+  tell_warnings(log.scenario().file, scenario.warnings, err);
+  const Recording recording = record(log, scenario, every);
   std::ofstream page(file, std::ios::trunc | std::ios::binary);
   if (!page) throw scenarios::FileError(file + ": cannot be written");
   page << view_page(recording);
