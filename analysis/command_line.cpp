@@ -132,7 +132,8 @@ int run_command_line(int argc, const char* const* argv, kernel::Transport* trans
   const bool all = mentions(argc, argv, "--help");
   const Wanted wanted{.in_real_time = all || mentions(argc, argv, "--realtime"),
                       .balances = all || mentions(argc, argv, "--balancing"),
-                      .guesses = all || mentions(argc, argv, "--ghost")};
+                      .guesses = all || mentions(argc, argv, "--ghost"),
+                      .strict = all || mentions(argc, argv, "--strict")};
   std::vector<const CLI::App*> apps;
   for (const Command& command : kCommands) {
     CLI::App* const added = app.add_subcommand(command.name, command.purpose);

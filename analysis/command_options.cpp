@@ -29,7 +29,7 @@ void define_run(CLI::App& run, RunRequest& request, const Wanted& wanted) {
   run.add_flag("--json", request.json, "print one JSON object");
   run.add_flag("--step-digests", request.step_digests, "digest of every step");
   run.add_flag("--quiet", request.quiet, "no progress line");
-  add_strict_option(run, request.overrides.strict);
+  if (wanted.strict) add_strict_option(run, request.overrides.strict);
   run.footer(
       "examples:\n"
       "  soda run scenarios/library/twelve-worlds.json\n"

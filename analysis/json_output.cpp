@@ -129,27 +129,18 @@ Json contacts_json(const physics::ContactQuality& contacts) {
           {"dissipation_m_s", law(&Residuals::dissipation_m_s)}};
 }
 
-Json warnings_json(const std::vector<scenarios::InputWarning>& warnings) {
-  Json list = Json::array();
-  for (const scenarios::InputWarning& w : warnings)
-    list.push_back({{"kind", w.kind},
-                    {"line", w.line},
-                    {"column", w.column},
-                    {"pointer", w.pointer},
-                    {"found", w.found},
-                    {"likely", w.likely},
-                    {"more", w.more}});
-  return list;
-}
-
-// Of several files, each with the file's name.
 Json warnings_json(const std::vector<FileWarnings>& files) {
   Json list = Json::array();
-  for (const FileWarnings& one : files)
-    for (Json& warning : warnings_json(one.warnings)) {
-      warning["file"] = one.file;
-      list.push_back(std::move(warning));
-    }
+  for (const auto& [file, warnings] : files)
+    for (const auto& [kind, line, column, pointer, found, likely, more] : warnings)
+      list.push_back({{"kind", kind},
+                      {"file", file},
+                      {"line", line},
+                      {"column", column},
+                      {"pointer", pointer},
+                      {"found", found},
+                      {"likely", likely},
+                      {"more", more}});
   return list;
 }
 
@@ -208,7 +199,7 @@ std::string run_json(const RunReport& report) {
     json["inputs"] = inputs_json(report);
     json["inputs_too_late"] = result.inputs_too_late;
   }
-  json["warnings"] = warnings_json(report.warnings);
+  json["warnings"] = warnings_json({report.warnings});
   json["stages"] = object_of(stage_counts(result));
   json["plan"] = plan_lines(run.plan, &run.plan_counters);
   Json& changes = json["territory_changes"] = Json::array();
@@ -225,9 +216,9 @@ std::string run_json(const RunReport& report) {
 }
 
 std::string plan_json(const std::string& scenario, const std::vector<models::PlanLine>& plan,
-                      const std::vector<scenarios::InputWarning>& warnings) {
+                      const FileWarnings& warnings) {
   return dumped({{"scenario", scenario},
-                 {"warnings", warnings_json(warnings)},
+                 {"warnings", warnings_json({warnings})},
                  {"plan", plan_lines(plan, nullptr)}});
 }
 
@@ -263,7 +254,7 @@ std::string verification_json(const Verification& verification) {
                  {"digest", format_digest(verification.digest)},
                  {"rollbacks", verification.rollbacks()},
                  {"equal", !verification.diverged()},
-                 {"warnings", warnings_json(verification.warnings)},
+                 {"warnings", warnings_json({verification.warnings})},
                  {"runs", runs}});
 }
 
@@ -288,7 +279,7 @@ std::string rollback_json(const RollbackReport& report) {
   return dumped({{"scenario", report.scenario},
                  {"steps", report.steps},
                  {"worlds", report.worlds},
-                 {"warnings", warnings_json(report.warnings)},
+                 {"warnings", warnings_json({report.warnings})},
                  {"modes", modes}});
 }
 

@@ -8,8 +8,8 @@
 
 #include "analysis/exit_codes.hpp"
 #include "analysis/text_table.hpp"
-#include "scenarios/format.hpp"
 #include "analysis/warnings.hpp"
+#include "scenarios/format.hpp"
 #include "scenarios/read_scenario.hpp"
 
 namespace soda::analysis {

@@ -11,11 +11,12 @@ namespace soda::analysis {
 
 int plan_command(const PlanRequest& request, std::ostream& out, std::ostream& err) {
   const scenarios::Scenario scenario = load_scenario(request.file, request.overrides);
-  tell_warnings(request.file, scenario.warnings, err);
+  const FileWarnings warnings{request.file, scenario.warnings};
+  tell_warnings({warnings}, err);
   const std::vector<models::PlanLine> plan =
       models::make_plan(scenario.scene, scenario.territory.worlds, scenario.run);
   if (request.json) {
-    out << plan_json(scenario.name, plan, scenario.warnings);
+    out << plan_json(scenario.name, plan, warnings);
   } else {
     out << scenario.name << ": " << scenario.initial.size() << " bodies, "
         << scenario.territory.worlds << (scenario.territory.worlds == 1 ? " world" : " worlds")

@@ -117,7 +117,7 @@ struct Comparison {
 
 int rerun(const ReplayRequest& request, LogReader& log, std::ostream& out, std::ostream& err) {
   const scenarios::Scenario scenario = logged_scenario(log, request.overrides);
-  tell_warnings(log.scenario().file, scenario.warnings, err);
+  tell_warnings({{log.scenario().file, scenario.warnings}}, err);
   Comparison comparison{log, {}};
   const models::InputOptions& inputs = scenario.run.inputs;
   const InputFollower start(scenario.scene, scenario.initial, inputs);

@@ -5,9 +5,9 @@
 
 #include "analysis/exit_codes.hpp"
 #include "analysis/json_output.hpp"
-#include "analysis/warnings.hpp"
 #include "analysis/measured_run.hpp"
 #include "analysis/text_table.hpp"
+#include "analysis/warnings.hpp"
 
 namespace soda::analysis {
 namespace {
@@ -111,7 +111,11 @@ std::string text(const RollbackReport& report) {
 RollbackReport compare_rollbacks(const RollbackRequest& request) {
   scenarios::Scenario scenario = load_scenario(request.file, request.overrides);
   scenario.run.executor = models::ExecutorKind::kVirtual;
-  RollbackReport report{scenario.name, scenario.run.steps, scenario.territory.worlds, {}, scenario.warnings};
+  RollbackReport report{scenario.name,
+                        scenario.run.steps,
+                        scenario.territory.worlds,
+                        {},
+                        {request.file, scenario.warnings}};
   const std::vector<ExactStep> exact = exact_steps(scenario);
   for (const models::RollbackMode mode :
        {models::RollbackMode::kPropagate, models::RollbackMode::kInvalidate,
@@ -122,7 +126,7 @@ RollbackReport compare_rollbacks(const RollbackRequest& request) {
 
 int rollback_command(const RollbackRequest& request, std::ostream& out, std::ostream& err) {
   const RollbackReport report = compare_rollbacks(request);
-  tell_warnings(request.file, report.warnings, err);
+  tell_warnings({report.warnings}, err);
   out << (request.json ? rollback_json(report) : text(report));
   return kExitOk;
 }

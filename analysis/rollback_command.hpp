@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "analysis/overrides.hpp"
+#include "analysis/warnings.hpp"
 
 namespace soda::analysis {
 
@@ -37,7 +38,7 @@ struct RollbackReport {
   std::int64_t steps = 0;
   std::uint32_t worlds = 0;
   std::vector<ModeMeasures> modes;  // propagate, invalidate, warm
-  std::vector<scenarios::InputWarning> warnings;  // of the scenario
+  FileWarnings warnings;
 };
 
 RollbackReport compare_rollbacks(const RollbackRequest& request);

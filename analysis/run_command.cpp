@@ -93,7 +93,7 @@ int run_command(const RunRequest& given, std::ostream& out, std::ostream& err) {
   scenarios::Scenario scenario = load_with_text(given, text);
   refuse_warm_where_bits_count(given);
   if (given.real_time) require_paceable(scenario.run);
-  tell_warnings(given.file, scenario.warnings, err);
+  tell_warnings({{given.file, scenario.warnings}}, err);
   const std::unique_ptr<InputStream> stream = open_inputs(given.inputs, scenario, err);
   RunRequest request = given;
   if (request.log_file.empty()) request.log_file = scenario.output.log_file;
@@ -114,7 +114,7 @@ int run_command(const RunRequest& given, std::ostream& out, std::ostream& err) {
   if (log) log->finish(report.run.result.committed_steps, report.run.digest);
 
   report.scenario = scenario.name;
-  report.warnings = scenario.warnings;
+  report.warnings = {given.file, scenario.warnings};
   report.bodies = scenario.initial.size();
   report.worlds = scenario.territory.worlds;
   report.dt_s = scenario.scene.dt_s;

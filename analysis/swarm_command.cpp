@@ -15,8 +15,8 @@ namespace {
 std::vector<std::unique_ptr<SwarmSubject>> subjects(const SwarmRequest& request) {
   std::vector<std::unique_ptr<SwarmSubject>> all;
   for (const std::string& file : request.files)
-    all.push_back(scene_subject(file, std::max(request.most_steps, request.end.value_or(1)),
-                                request.strict));
+    all.push_back(
+        scene_subject(file, std::max(request.most_steps, request.end.value_or(1)), request.strict));
   if (all.empty()) all.push_back(phold_subject());
   return all;
 }

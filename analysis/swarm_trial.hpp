@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "kernel/virtual_executor.hpp"
+#include "scenarios/warning.hpp"
 
 namespace soda::analysis {
 

@@ -8,11 +8,11 @@
 #include "analysis/error_measures.hpp"
 #include "analysis/exit_codes.hpp"
 #include "analysis/json_output.hpp"
-#include "analysis/warnings.hpp"
 #include "analysis/measured_run.hpp"
 #include "analysis/overrides.hpp"
 #include "analysis/plain_loop.hpp"
 #include "analysis/text_table.hpp"
+#include "analysis/warnings.hpp"
 #include "physics/measures.hpp"
 #include "scenarios/random_inputs.hpp"
 
@@ -208,7 +208,7 @@ Verification verify(const VerifyRequest& request) {
                             .steps = scenario.run.steps,
                             .digest = oracle.digest_after(scenario.run.steps),
                             .runs = {},
-                            .warnings = scenario.warnings};
+                            .warnings = {request.file, scenario.warnings}};
   models::TerritoryOptions territory = scenario.territory;
   std::optional<models::TerritoryMap> map;
   for (VerifiedRun run : matrix(request, territory.grid.cell_count())) {
@@ -227,7 +227,7 @@ Verification verify(const VerifyRequest& request) {
 int verify_command(const VerifyRequest& request, std::ostream& out, std::ostream& err) {
   const Verification verification = verify(request);
   if (request.transport != nullptr && !request.transport->is_root()) return kExitOk;
-  tell_warnings(request.file, verification.warnings, err);
+  tell_warnings({verification.warnings}, err);
   if (request.json) {
     out << verification_json(verification);
   } else {

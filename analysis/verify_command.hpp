@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "analysis/warnings.hpp"
 #include "models/simulation.hpp"
 #include "models/territory.hpp"
-#include "scenarios/warning.hpp"
 
 namespace soda::analysis {
 
@@ -30,7 +30,7 @@ struct VerifyRequest {
   std::optional<std::uint64_t> random_inputs;  // seed of user input beside the scenario's
   kernel::Transport* transport = nullptr;      // the runs are those of the job's ranks
   bool require_rollbacks = false;  // fail if no run rolled back: then nothing was proved
-  bool strict = false;  // warnings of the scenario are errors
+  bool strict = false;             // warnings of the scenario are errors
   bool json = false;
 };
 
@@ -64,7 +64,7 @@ struct Verification {
   std::int64_t steps = 0;
   std::uint64_t digest = 0;  // of the oracle's last step
   std::vector<VerifiedRun> runs;
-  std::vector<scenarios::InputWarning> warnings;  // of the scenario
+  FileWarnings warnings;
 
   bool diverged() const { return !runs.empty() && runs.back().divergence.has_value(); }
   std::uint64_t rollbacks() const;

@@ -29,7 +29,7 @@ int view_command(const ViewRequest& request, std::ostream& out, std::ostream& er
   tell_flaws(log, request.file, err);
   const std::int64_t every = request.every.value_or(steps_a_frame(log));
   const scenarios::Scenario scenario = logged_scenario(log, {});
-  tell_warnings(log.scenario().file, scenario.warnings, err);
+  tell_warnings({{log.scenario().file, scenario.warnings}}, err);
   const Recording recording = record(log, scenario, every);
   std::ofstream page(file, std::ios::trunc | std::ios::binary);
   if (!page) throw scenarios::FileError(file + ": cannot be written");

@@ -23,14 +23,10 @@ void refuse_warnings(const std::string& file,
   throw scenarios::InputError(file, std::move(faults));
 }
 
-void tell_warnings(const std::string& file, const std::vector<scenarios::InputWarning>& warnings,
-                   std::ostream& err) {
-  for (const scenarios::InputWarning& warning : warnings)
-    err << scenarios::warning_text(file, warning) << "\n";
-}
-
 void tell_warnings(const std::vector<FileWarnings>& files, std::ostream& err) {
-  for (const FileWarnings& one : files) tell_warnings(one.file, one.warnings, err);
+  for (const auto& [file, warnings] : files)
+    for (const scenarios::InputWarning& warning : warnings)
+      err << scenarios::warning_text(file, warning) << "\n";
 }
 
 }  // namespace soda::analysis

@@ -9,18 +9,15 @@
 
 namespace soda::analysis {
 
-// Where there are warnings, throws InputError with each of them as a fault: --strict.
-void refuse_warnings(const std::string& file, const std::vector<scenarios::InputWarning>& warnings);
-
-// A line each.
-void tell_warnings(const std::string& file, const std::vector<scenarios::InputWarning>& warnings,
-                   std::ostream& err);
-
-// Warnings of one of several files.
 struct FileWarnings {
   std::string file;
   std::vector<scenarios::InputWarning> warnings;
 };
+
+// A line each.
 void tell_warnings(const std::vector<FileWarnings>& files, std::ostream& err);
+
+// Where there are warnings, throws InputError with each of them as a fault: --strict.
+void refuse_warnings(const std::string& file, const std::vector<scenarios::InputWarning>& warnings);
 
 }  // namespace soda::analysis
