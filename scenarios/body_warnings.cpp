@@ -27,7 +27,7 @@ std::string name_of(const physics::StaticBody& body) {
 
 WarningText of_overlap(const std::string& who, const std::string& whom, double depth_m,
                        const char* likely) {
-  return {who + " that overlaps " + whom + " by " + number_text(depth_m) + " m", likely};
+  return {who + " that overlaps " + whom + " by " + about(depth_m) + " m", likely};
 }
 
 // Depths of pairs. Collision geometry is made for the first pair that needs it: most scenes have
@@ -108,7 +108,7 @@ void check_halfspace(const Written& written, std::uint32_t i, const physics::Sta
       -normal.dot(pose.rotation * support(shape, pose.direction_to_local(-normal)));
   if (height < 0.0)
     warnings.add("below-floor", *written.places[i], [&] {
-      return WarningText{written.name_of(BodyId{i}) + " with its centre " + number_text(-height) +
+      return WarningText{written.name_of(BodyId{i}) + " with its centre " + about(-height) +
                              " m beneath " + name_of(floor),
                          "a place on the side to which its normal points"};
     });

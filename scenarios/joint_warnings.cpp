@@ -34,9 +34,9 @@ void tell(const Anchor& anchor, const End& end, WarningList& warnings) {
   warnings.add("anchor-far", anchor.place, [&] {
     const double apart = (anchor.at_m - end.centre_m).norm();
     const bool local = anchor.at_m.norm() <= 2.0 * end.radius_m;
-    return WarningText{"an anchor " + number_text(apart) + " m off the centre of body " +
-                           std::to_string(end.label) + ", which reaches " +
-                           number_text(end.radius_m) + " m",
+    return WarningText{"an anchor " + about(apart) + " m off the centre of body " +
+                           std::to_string(end.label) + ", which reaches " + about(end.radius_m) +
+                           " m",
                        local ? "an anchor in the world frame: add the body's position"
                              : "another anchor; it is given in the world frame, in metres"};
   });

@@ -118,9 +118,9 @@ void check_unit(const StaticSpec& spec, double size_m, const Around& bodies,
   if (!large && !small) return;
   warnings.add("mesh-unit", *find_member(*spec.json, "shape"), [&] {
     const std::string found =
-        large ? " m long among bodies within " + number_text(space) + " m"
-              : " m long among bodies of at least " + number_text(bodies.smallest_m) + " m";
-    return WarningText{name_of(spec) + ", " + number_text(size_m) + found,
+        large ? " m long among bodies within " + about(space) + " m"
+              : " m long among bodies of at least " + about(bodies.smallest_m) + " m";
+    return WarningText{name_of(spec) + ", " + about(size_m) + found,
                        large ? "\"unit_m\": 0.001, if the mesh is in millimetres"
                              : "another unit_m: 1, if the mesh is in metres"};
   });

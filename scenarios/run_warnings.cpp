@@ -15,7 +15,7 @@ constexpr std::size_t kIdleWorlds = 4;  // worlds a body
 constexpr double kLongFall = 5.0;       // of the largest body's size, in one step from rest
 
 std::string text_of(const Vec3& v) {
-  return "[" + number_text(v.x()) + ", " + number_text(v.y()) + ", " + number_text(v.z()) + "]";
+  return "[" + about(v.x()) + ", " + about(v.y()) + ", " + about(v.z()) + "]";
 }
 
 Aabb domain_of(const models::Grid& grid) {
@@ -74,8 +74,8 @@ void check_domain(const Written& written, WarningList& warnings) {
     const double apart = distance_m(scenario.initial[i].position_m, domain);
     if (!is_there(written, i) || apart <= kFarOutside * size) continue;
     warnings.add("outside-territory", *written.places[i], [&] {
-      return WarningText{written.name_of(BodyId{i}) + " " + number_text(apart) +
-                             " m outside a territory that is " + number_text(size) + " m long",
+      return WarningText{written.name_of(BodyId{i}) + " " + about(apart) +
+                             " m outside a territory that is " + about(size) + " m long",
                          "a nearer position, or more cells"};
     });
   }
@@ -101,8 +101,8 @@ void check_time(const Written& written, WarningList& warnings) {
   const double dt = scenario.scene.dt_s, fall = scenario.scene.gravity_m_s2.norm() * dt * dt;
   if (!scenario.initial.empty() && fall > kLongFall * size)
     warnings.add("long-step", *find_member(root, "time_step_s"), [&] {
-      return WarningText{"a step in which what is at rest falls " + number_text(fall) +
-                             " m, where the largest body has " + number_text(size) + " m",
+      return WarningText{"a step in which what is at rest falls " + about(fall) +
+                             " m, where the largest body has " + about(size) + " m",
                          "a shorter step, such as 0.01 s, or sizes and gravity in metres"};
     });
   for (std::size_t i = 0; i < scenario.run.inputs.script.size(); ++i) {
@@ -148,6 +148,7 @@ void check_motion(const Written& written, WarningList& warnings) {
       return WarningText{"no body that takes part", "bodies or generators"};
     });
   if (!written.scenario.scene.gravity_m_s2.isZero(0.0) || is_moved(written)) return;
+  if (warnings.has("overlap") || warnings.has("overlap-static")) return;  // they are pushed out
   warnings.add("nothing-moves", gravity, [] {
     return WarningText{"no gravity, and nothing else that moves a body",
                        "gravity, such as [0, 0, -9.81], or a velocity"};

@@ -116,7 +116,7 @@ std::string_view without_unit(std::string_view word) {
 }
 
 const Synonym* find_synonym(std::string_view word) {
-  for (const std::string& form : {plain(word), plain(without_unit(word))})
+  for (const std::string& form : {plain(without_unit(word)), plain(word)})
     for (const Synonym& synonym : kSynonyms)
       if (has_word(synonym.words, form)) return &synonym;
   return nullptr;

@@ -1,6 +1,8 @@
 #include "scenarios/warnings.hpp"
 
 #include <algorithm>
+#include <cstdio>
+#include <cstdlib>
 #include <tuple>
 #include <utility>
 
@@ -44,6 +46,12 @@ std::vector<InputWarning> WarningList::take() {
   }
   count_.clear();
   return std::exchange(told_, {});
+}
+
+std::string about(double value) {
+  char digits[32];
+  std::snprintf(digits, sizeof digits, "%.4g", value);
+  return number_text(std::strtod(digits, nullptr));
 }
 
 bool Written::is_absent(physics::BodyId id) const {

@@ -25,6 +25,7 @@ class WarningList {
  public:
   // At the value's place. The text is asked for only if it is among those that are told.
   void add(std::string_view kind, const JsonValue& at, const std::function<WarningText()>& text);
+  bool has(std::string_view kind) const { return count_.contains(kind); }
   // By place; the last told of a kind says how many more there are. Empties the list.
   std::vector<InputWarning> take();
 
@@ -45,6 +46,9 @@ struct Written {
   // `body 7`, which needs no more where the place is its own.
   std::string name_of(physics::BodyId id) const;
 };
+
+// A computed figure, to four digits.
+std::string about(double value);
 
 // All of them, of a scenario without faults. Takes n log n for n bodies.
 std::vector<InputWarning> find_warnings(const Written& written);
