@@ -37,8 +37,9 @@ class FileError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// Reads a scenario, with warnings of what it hardly means. `file` names it in messages; mesh files are looked up relative to its folder.
-// `seed`, if given, replaces every seed in the file (generators, territory map).
+// Reads a scenario, with warnings of what it hardly means. `file` names it in messages; mesh files
+// are looked up relative to its folder. `seed`, if given, replaces every seed in the file
+// (generators, territory map).
 // Throws InputError or FileError; nothing else, whatever the bytes.
 Scenario read_scenario_file(const std::string& file, std::optional<std::uint64_t> seed = {});
 Scenario read_scenario_text(std::string_view text, const std::string& file,

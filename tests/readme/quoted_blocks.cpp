@@ -89,8 +89,11 @@ std::string rewritten(std::vector<std::string> lines, const std::vector<Quote>& 
     const auto first = lines.begin() + static_cast<std::ptrdiff_t>(quote.first);
     std::vector<std::string> output = printed[q];
     if (quote.cut) output.resize(std::min(output.size(), quote.output.size()));
-    for (std::string& line : output)
-      if (!line.empty()) line.insert(0, kIndent);
+    for (std::size_t i = 0; i < output.size(); ++i) {
+      if (i < quote.output.size() && masked(output[i]) == masked(quote.output[i]))
+        output[i] = quote.output[i];
+      if (!output[i].empty()) output[i].insert(0, kIndent);
+    }
     lines.insert(lines.erase(first, first + static_cast<std::ptrdiff_t>(quote.output.size())),
                  output.begin(), output.end());
   }

@@ -30,7 +30,7 @@ std::string masked(const std::string& line);
 // The first lines that differ when masked, as text; empty if none do.
 std::string difference(const Quote& quote, const std::vector<std::string>& printed);
 
-// The README with the outputs of `printed` (by quote) where they differ when masked.
+// The README with the lines of `printed` (by quote) that differ when masked.
 std::string rewritten(std::vector<std::string> lines, const std::vector<Quote>& quotes,
                       const std::vector<std::vector<std::string>>& printed);
 

@@ -59,14 +59,11 @@ TEST_P(Warning, IsGivenOnceWithPlaceAndKind) {
   EXPECT_FALSE(warnings[0].likely.empty());
 }
 
-// A square of two triangles 10 m wide at z = 0, with more members before its triangles.
-#define SODA_SQUARE(triangles)                                                                       \
-  R"({"type": "mesh", "vertices_m": [[-5,-5,0],[5,-5,0],[5,5,0],[-5,5,0]], "triangles": )" triangles \
-  "}"
-// A tetrahedron well below, closed.
-#define SODA_SOLID(triangles)                                                                           \
-  R"({"type": "mesh", "vertices_m": [[-5,-5,-5],[5,-5,-5],[0,5,-5],[0,0,-1]], "triangles": )" triangles \
-  "}"
+#define SODA_MESH(vertices, triangles) \
+  R"({"type": "mesh", "vertices_m": )" vertices R"(, "triangles": )" triangles "}"
+// A square 10 m wide at z = 0, and a tetrahedron well below.
+#define SODA_SQUARE(triangles) SODA_MESH("[[-5,-5,0],[5,-5,0],[5,5,0],[-5,5,0]]", triangles)
+#define SODA_SOLID(triangles) SODA_MESH("[[-5,-5,-5],[5,-5,-5],[0,5,-5],[0,0,-1]]", triangles)
 #define SODA_JOINT(members) R"("joints": [{"id": 1, "body": 2, )" members "}]"
 
 const Slip kSlips[] = {
