@@ -10,7 +10,6 @@
 #include <filesystem>
 #include <ostream>
 
-#include "analysis/overrides.hpp"
 #include "scenarios/read_scenario.hpp"
 
 namespace soda::analysis {
@@ -70,7 +69,7 @@ std::unique_ptr<InputStream> open_inputs(const std::string& from, scenarios::Sce
   if (from.empty()) return nullptr;
   if (from != "-" && std::filesystem::is_regular_file(from)) {
     scenarios::InputLines lines(scenario, from);
-    for (const models::UserInput& input : lines.read_all(read_whole_file(from)))
+    for (const models::UserInput& input : lines.read_all(scenarios::read_text(from)))
       scenario.run.inputs.script.push_back(input);
     return nullptr;
   }
