@@ -38,6 +38,7 @@ std::size_t InputStream::stop() {
 // A read may wait for ever, so it is asked for only when there is something, or the end.
 void InputStream::read(const std::stop_token& stop) {
   constexpr int kLongest_ms = 20;
+  constexpr std::size_t kLongestLine = std::size_t{1} << 20;
   std::string rest;
   std::array<char, 4096> buffer;
   while (!stop.stop_requested()) {
@@ -51,6 +52,10 @@ void InputStream::read(const std::stop_token& stop) {
     for (std::size_t end; (end = rest.find('\n', begin)) != std::string::npos; begin = end + 1)
       take(std::string_view(rest).substr(begin, end - begin));
     rest.erase(0, begin);
+    if (rest.size() > kLongestLine) {
+      refuse("a line of more than 1 MiB; nothing more is read");
+      return;
+    }
   }
   take(rest);
 }
@@ -59,9 +64,13 @@ void InputStream::take(std::string_view line) {
   try {
     if (const auto input = lines_.read(line)) inputs_.offer(*input);
   } catch (const scenarios::InputError& error) {
-    ++bad_lines_;
-    err_ << std::string("soda: ") + error.what() + "\n" << std::flush;
+    refuse(error.what());
   }
+}
+
+void InputStream::refuse(const std::string& what) {
+  ++bad_lines_;
+  err_ << "soda: " + what + "\n" << std::flush;
 }
 
 std::unique_ptr<InputStream> open_inputs(const std::string& from, scenarios::Scenario& scenario,

@@ -192,6 +192,15 @@ TEST(InputFiles, AFifoOrADeviceIsRefusedAndDoesNotBlock) {
   EXPECT_TRUE(contains(told.err, "no regular file")) << told.err;
 }
 
+TEST(InputFiles, AStreamOfInputsWithoutALineBreakIsGivenUp) {
+  const ChildResult told = run_soda(
+      {"run", library_file("border-stack"), "--steps", "20", "--inputs", "/dev/zero", "--realtime"},
+      kNotForEver);
+  EXPECT_EQ(told.exit_code, kExitInput) << told.err << " signal " << told.signal;
+  EXPECT_TRUE(contains(told.err, "more than 1 MiB")) << told.err;
+  EXPECT_LT(told.peak_rss_kib, 100 << 10);
+}
+
 TEST(InputFiles, AScenarioBeyondTheLimitIsRefusedByEveryCommand) {
   const TemporaryFolder folder;
   const std::string scene = folder.file("scene.json");

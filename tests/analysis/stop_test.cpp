@@ -131,48 +131,63 @@ TEST(Signals, ThatWereIgnoredStaySo) {
   EXPECT_EQ(stop.load(), 0u);
 }
 
-// Whatever step it comes at: what was committed is the plain loop's, and nothing is left over.
-class Stop : public testing::TestWithParam<Words> {};
-
-TEST_P(Stop, AtAnyStepLeavesTheStatesOfTheStepsCommitted) {
-  for (const std::string& scene : {"border-stack", "third-world", "user-input"}) {
-    scenarios::Scenario scenario = load_scenario(library_file(scene), {});
-    scenario.run.steps = 60;
-    scenario.run.executor = GetParam()[0] == "threads"   ? models::ExecutorKind::kThreads
-                            : GetParam()[0] == "virtual" ? models::ExecutorKind::kVirtual
-                                                         : models::ExecutorKind::kSequential;
-    scenario.run.threads = static_cast<unsigned>(std::stoul(GetParam()[1]));
-    scenario.run.scheduling_seed = std::stoul(GetParam()[2]);
-    scenario.run.cluster.processors = scenario.territory.worlds;
-    scenario.run.buffer = 6;
-    const PlainLoop oracle(scenario);
-    for (const std::int64_t when : {1, 2, 17, 30, 58}) {
-      kernel::StopRequest stop{0};
-      scenario.run.stop = &stop;
-      models::CommitObserver observer;
-      std::int64_t last = 0;
-      observer.on_step = [&](const models::CommittedStep& step) {
-        last = step.step;
-        if (step.step == when) stop.store(5);
-      };
-      const MeasuredRun run = measure_run(scenario.scene, scenario.initial, scenario.territory,
-                                          scenario.run, observer, {});
-      ASSERT_EQ(run.result.committed_steps, last) << scene << " at " << when;
-      ASSERT_GE(last, when);
-      EXPECT_EQ(run.result.stopped, last < 60 ? 5u : 0u) << scene << " at " << when;
-      if (when < 40) {
-        EXPECT_LT(last, 60) << scene << " at " << when;
-      }
-      EXPECT_EQ(run.digest, oracle.digest_after(last)) << scene << " at " << when;
-      EXPECT_LT(run.error.momentum_drift_rel, 1e-12) << scene << " at " << when;
-    }
-  }
+scenarios::Scenario short_run(const std::string& scene, models::ExecutorKind executor,
+                              unsigned threads, std::uint64_t seed) {
+  scenarios::Scenario scenario = load_scenario(library_file(scene), {});
+  scenario.run.steps = 60;
+  scenario.run.executor = executor;
+  scenario.run.threads = threads;
+  scenario.run.scheduling_seed = seed;
+  scenario.run.cluster.processors = scenario.territory.worlds;
+  scenario.run.buffer = 6;
+  return scenario;
 }
 
-INSTANTIATE_TEST_SUITE_P(Executors, Stop,
-                         testing::Values(Words{"sequential", "1", "0"}, Words{"threads", "1", "0"},
-                                         Words{"threads", "2", "0"}, Words{"threads", "2", "3"},
-                                         Words{"threads", "4", "0"}, Words{"virtual", "1", "0"}));
+// What was committed is the plain loop's, and nothing is left over.
+void stop_at(std::int64_t when, scenarios::Scenario scenario, const PlainLoop& oracle) {
+  kernel::StopRequest stop{0};
+  scenario.run.stop = &stop;
+  models::CommitObserver observer;
+  std::int64_t last = 0;
+  observer.on_step = [&](const models::CommittedStep& step) {
+    last = step.step;
+    if (step.step == when) stop.store(5);
+  };
+  const MeasuredRun run =
+      measure_run(scenario.scene, scenario.initial, scenario.territory, scenario.run, observer, {});
+  ASSERT_EQ(run.result.committed_steps, last);
+  ASSERT_GE(last, when);
+  EXPECT_EQ(run.result.stopped, last < scenario.run.steps ? 5u : 0u);
+  if (when < 40) {
+    EXPECT_LT(last, scenario.run.steps);
+  }
+  EXPECT_EQ(run.digest, oracle.digest_after(last));
+  EXPECT_LT(run.error.momentum_drift_rel, 1e-12);
+}
+
+TEST(Stop, AtAnyStepLeavesTheStatesOfTheStepsCommitted) {
+  using Kind = models::ExecutorKind;
+  struct Execution {
+    Kind executor;
+    unsigned threads;
+    std::uint64_t seed;
+  };
+  for (const char* scene : {"border-stack", "third-world", "user-input"}) {
+    const scenarios::Scenario whole = short_run(scene, Kind::kSequential, 1, 0);
+    const PlainLoop oracle(whole);
+    for (const auto& [executor, threads, seed] : {Execution{Kind::kSequential, 1, 0},
+                                                  {Kind::kThreads, 1, 0},
+                                                  {Kind::kThreads, 2, 0},
+                                                  {Kind::kThreads, 2, 3},
+                                                  {Kind::kThreads, 4, 0},
+                                                  {Kind::kVirtual, 1, 0}})
+      for (const std::int64_t when : {1, 2, 17, 30, 58}) {
+        SCOPED_TRACE(std::string(scene) + ", " + name_of(executor) + ", " +
+                     std::to_string(threads) + " threads, step " + std::to_string(when));
+        stop_at(when, short_run(scene, executor, threads, seed), oracle);
+      }
+  }
+}
 
 // As on a disk that is full after some steps.
 TEST(FullDisks, EndARunAtOnceWithWhatIsKnown) {
