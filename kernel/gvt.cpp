@@ -51,11 +51,11 @@ bool GvtRounds::report(const GvtReport& report) {
   least_.stop = std::max(least_.stop, report.stop);
   if (report.of_all_ranks) least_.of_all_ranks = report.of_all_ranks;
   if (++reported_ < workers_) return false;
+  outcome_.stop = least_.of_all_ranks ? least_.of_all_ranks->stop : least_.stop;
   SODA_ASSERT(least_.floor >= outcome_.gvt, "GVT went back from ", outcome_.gvt, " to ",
               least_.floor);
   outcome_.least = least_;
   outcome_.gvt = least_.of_all_ranks ? least_.of_all_ranks->gvt : least_.floor;
-  outcome_.stop = least_.of_all_ranks ? least_.of_all_ranks->stop : least_.stop;
   if (least_.fault && least_.fault->when < outcome_.gvt) outcome_.fault = least_.fault;
   if (least_.of_all_ranks) prefer_first(least_.of_all_ranks->fault, outcome_.fault);
   least_ = {};

@@ -23,9 +23,9 @@ struct RankGvt {
 struct GvtReport {
   VirtualTime floor = kNever;           // over its LPs and over the messages that lie in its inbox
   std::optional<CommittedFault> fault;  // the first of its LPs, at any time
-  std::uint32_t stop = 0;               // a request to end the run early
   // From the communicating worker of a rank: the floors here then bound GVT, but are not GVT.
   std::optional<RankGvt> of_all_ranks;
+  std::uint32_t stop = 0;  // a request to end the run early
 };
 
 // What all workers then know.

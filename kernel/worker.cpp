@@ -268,12 +268,10 @@ VirtualTime Worker::take_from_outside(const GvtOutcome& outcome) {
 
 GvtReport Worker::make_report() {
   team_.inboxes[index_].take(arrived_);
-  GvtReport report;
-  report.floor = outside_.hold(earliest());
-  if (options_.stop != nullptr) report.stop = options_.stop->load(std::memory_order_relaxed);
+  GvtReport report{outside_.hold(earliest()), std::nullopt, std::nullopt};
   if (communicates()) {
     team_.link->send_outgoing();
-    report.of_all_ranks = RankGvt{team_.link->gvt(), team_.link->fault(), team_.link->stop()};
+    report.of_all_ranks = RankGvt{team_.link->gvt(), team_.link->fault()};
   }
   for (const std::uint32_t own : held_)
     report.floor = std::min(report.floor, processes_[own].floor());
@@ -289,6 +287,8 @@ GvtReport Worker::make_report() {
         std::pair(fault->when, fault->lp) < std::pair(report.fault->when, report.fault->lp))
       report.fault = fault;
   }
+  if (report.of_all_ranks) report.of_all_ranks->stop = team_.link->stop();
+  if (options_.stop != nullptr) report.stop = options_.stop->load(std::memory_order_relaxed);
   return report;
 }
 
