@@ -29,8 +29,10 @@ using analysis_test::write_file;
 const Meanwhile kNotForEver{[] { alarm(60); }, [](int) {}};
 
 std::string scene_with(const std::string& more) {
-  return R"({"format": 1, "duration_s": 0.1, "time_step_s": 0.01, "materials": {"m": {}},)" + more +
-         R"("bodies": [{"id": 1, "shape": {"sphere": {"radius_m": 1}}, "density_kg_m3": 1}]})";
+  return R"({"format": 1, "gravity_m_s2": [0, 0, -10], "time_step_s": 0.01, "steps": 10, )" + more +
+         R"("materials": [{"name": "m", "friction": 0.5, "restitution": 0}], )"
+         R"("bodies": [{"id": 1, "shape": {"type": "sphere", "radius_m": 1}, "density_kg_m3": 1, )"
+         R"("material": "m", "position_m": [0, 0, 0]}]})";
 }
 
 std::size_t files_in(const std::string& folder) {
@@ -185,8 +187,10 @@ TEST(InputFiles, AFifoOrADeviceIsRefusedAndDoesNotBlock) {
     }
   const std::string scene = folder.file("scene.json"), mesh = folder.file("mesh.stl");
   ASSERT_EQ(mkfifo(mesh.c_str(), 0600), 0);
-  write_file(scene,
-             scene_with(R"("statics": [{"name": "s", "shape": {"mesh": {"file": "mesh.stl"}}}],)"));
+  write_file(
+      scene,
+      scene_with(
+          R"("statics": [{"name": "s", "material": "m", "shape": {"type": "mesh", "file": "mesh.stl"}}],)"));
   const ChildResult told = run_soda({"run", scene}, kNotForEver);
   EXPECT_EQ(told.exit_code, kExitInput) << told.err << " signal " << told.signal;
   EXPECT_TRUE(contains(told.err, "no regular file")) << told.err;
