@@ -187,10 +187,8 @@ TEST(InputFiles, AFifoOrADeviceIsRefusedAndDoesNotBlock) {
     }
   const std::string scene = folder.file("scene.json"), mesh = folder.file("mesh.stl");
   ASSERT_EQ(mkfifo(mesh.c_str(), 0600), 0);
-  write_file(
-      scene,
-      scene_with(
-          R"("statics": [{"name": "s", "material": "m", "shape": {"type": "mesh", "file": "mesh.stl"}}],)"));
+  write_file(scene, scene_with(R"("statics": [{"name": "s", "material": "m", )"
+                               R"("shape": {"type": "mesh", "file": "mesh.stl"}}],)"));
   const ChildResult told = run_soda({"run", scene}, kNotForEver);
   EXPECT_EQ(told.exit_code, kExitInput) << told.err << " signal " << told.signal;
   EXPECT_TRUE(contains(told.err, "no regular file")) << told.err;

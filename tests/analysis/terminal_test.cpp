@@ -58,13 +58,15 @@ bool has_control(const std::string& text) {
 }
 
 std::string named_scene(const std::string& name) {
-  return R"({"format": 1, "gravity_m_s2": [0, 0, -10], "time_step_s": 0.01, "steps": 2, "name": ")" +
+  return R"({"format": 1, "gravity_m_s2": [0, 0, -10], "time_step_s": 0.01, "steps": 2, )"
+         R"("name": ")" +
          name + R"(", "materials": [{"name": ")" + name +
          R"(", "friction": 0.5, "restitution": 0}], "bodies": [{"id": 1, "shape": )"
          R"({"type": "sphere", "radius_m": 1}, "density_kg_m3": 1, "position_m": [0, 0, 0], )"
          R"("material": ")" +
          name + R"("}], "statics": [{"name": ")" + name +
-         R"(", "shape": {"type": "halfspace", "normal": [0, 0, 1], "offset_m": -9}, "material": ")" +
+         R"(", "shape": {"type": "halfspace", "normal": [0, 0, 1], "offset_m": -9}, )"
+         R"("material": ")" +
          name + R"("}]})";
 }
 
