@@ -65,7 +65,10 @@ constexpr std::size_t kIdsAt = 24;
 TEST_F(Logs, AWrongIdIsToldAndNothingCrashes) {
   for (const std::uint32_t id : {0x7ffffff0u, 0xffffffffu, 1000u}) {
     forge_log(log_, forged_, [id](ForgedBlock& block) {
-      if (block.step == 20) overwrite(block.payload, kIdsAt, id);
+      if (block.step != 20) return;
+      const std::uint64_t bodies =
+          ByteReader(std::span(block.payload).subspan(16)).take<std::uint64_t>();
+      overwrite(block.payload, kIdsAt + 4 * (bodies - 1), id);  // the last: the order is right
     });
     expect_refused("block 23 (step 20) at byte ");
   }
