@@ -4,20 +4,21 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
 
 packages=(
-  g++ cmake ninja-build pkg-config git
+  g++ cmake ninja-build pkg-config
   libfcl-dev libccd-dev libeigen3-dev libboost-dev libassimp-dev libqhull-dev
   nlohmann-json3-dev libcli11-dev libxxhash-dev libzstd-dev
   libopenmpi-dev openmpi-bin
-  libgtest-dev librapidcheck-dev libvalijson-dev valgrind iproute2
 )
+test_packages=(git patch libgtest-dev librapidcheck-dev libvalijson-dev valgrind iproute2)
 main_scenario=scenarios/library/twelve-worlds.json
 
 usage() {
   cat <<USAGE
 usage: ./soda.sh build              install missing packages and build build/release/soda
+       ./soda.sh configure          install all packages, those of the tests too, and configure
        ./soda.sh run [ARGUMENTS]    build, then soda run ARGUMENTS
                                     (without: $main_scenario)
-       ./soda.sh test [ARGUMENTS]   build, then run all tests (ARGUMENTS go to ctest)
+       ./soda.sh test [ARGUMENTS]   build everything, then run all tests (ARGUMENTS go to ctest)
 
 examples: ./soda.sh run scenarios/library/pyramid.json --executor threads --threads 2
           ./soda.sh test -LE slow
@@ -31,7 +32,7 @@ fail() {
 
 missing_packages() {
   local package
-  for package in "${packages[@]}"; do
+  for package in "$@"; do
     dpkg-query -W -f '${db:Status-Status}\n' "$package" 2>/dev/null | grep -qx installed ||
       echo "$package"
   done
@@ -40,7 +41,7 @@ missing_packages() {
 install_packages() {
   command -v dpkg-query >/dev/null || fail "needs a Debian system (dpkg-query not found)"
   local missing
-  mapfile -t missing < <(missing_packages)
+  mapfile -t missing < <(missing_packages "$@")
   ((${#missing[@]})) || return 0
   local as_root=()
   if ((EUID != 0)); then
@@ -48,17 +49,42 @@ install_packages() {
       fail "missing packages: ${missing[*]}; run as root or install sudo"
     as_root=(sudo)
   fi
-  echo "installing: ${missing[*]}"
+  echo "installing ${#missing[@]} packages and what they need (a minute or two): ${missing[*]}"
   "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get update -qq ||
     fail "apt-get update failed"
   "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
-    apt-get install -y -qq --no-install-recommends "${missing[@]}" ||
+    apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null ||
     fail "could not install: ${missing[*]}"
 }
 
-build() {
-  install_packages
-  cmake --preset release
+# Says what is still to be compiled: about two seconds of one processor a file.
+announce() {
+  local files processors minutes
+  files=$(ninja -C build/release -n "$@" | grep -c '\.o$\|\.gch$' || true)
+  processors=$(nproc)
+  minutes=$(((files * 2 / processors + 59) / 60))
+  ((files == 0)) ||
+    echo "building $files files with $processors processors: some $minutes min (from then on, only what changes)"
+}
+
+# build_for_use: the program only. build_for_tests: everything.
+build_for_use() {
+  install_packages "${packages[@]}"
+  local tests=()
+  [[ -f build/release/CMakeCache.txt ]] || tests=(-DBUILD_TESTING=OFF)
+  cmake --preset release "${tests[@]}" >/dev/null
+  announce soda
+  cmake --build --preset release --target soda
+}
+
+configure_all() {
+  install_packages "${packages[@]}" "${test_packages[@]}"
+  cmake --preset release -DBUILD_TESTING=ON
+}
+
+build_for_tests() {
+  configure_all
+  announce all
   cmake --build --preset release
 }
 
@@ -67,15 +93,19 @@ command=${1:-}
 case $command in
   build)
     (($# == 0)) || fail "build takes no arguments, got: $*" 2
-    build
+    build_for_use
+    ;;
+  configure)
+    (($# == 0)) || fail "configure takes no arguments, got: $*" 2
+    configure_all
     ;;
   run)
     (($# > 0)) || set -- "$main_scenario"
-    build >&2
+    build_for_use >&2
     exec build/release/soda run "$@"
     ;;
   test)
-    build
+    build_for_tests
     exec ctest --test-dir build/release --output-on-failure --parallel 2 "$@"
     ;;
   help | -h | --help)

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <filesystem>
-#include <fstream>
+#include <optional>
 #include <ostream>
 
 #include "analysis/accuracy_html.hpp"
@@ -12,6 +12,7 @@
 #include "analysis/extremes.hpp"
 #include "analysis/json_output.hpp"
 #include "analysis/nearest_name.hpp"
+#include "analysis/output_file.hpp"
 #include "analysis/text_table.hpp"
 #include "scenarios/read_scenario.hpp"
 
@@ -210,16 +211,12 @@ int accuracy_command(const AccuracyRequest& request, std::ostream& out, std::ost
     if (iterations < 1 || iterations > 1000)
       throw UsageError("--iterations: found " + std::to_string(iterations) +
                        "; allowed: 1 to 1000");
-  std::ofstream html;
-  if (!request.html_file.empty()) {
-    html.open(request.html_file, std::ios::trunc);
-    if (!html) throw scenarios::FileError(request.html_file + ": cannot be written");
-  }
+  std::optional<OutputFile> html;
+  if (!request.html_file.empty()) html.emplace(request.html_file, request.force);
   const AccuracyReport report = measure_accuracy(request, err);
-  if (html.is_open()) {
-    html << accuracy_html(report);
-    html.close();
-    if (!html) throw scenarios::FileError(request.html_file + ": writing the report failed");
+  if (html) {
+    html->write(accuracy_html(report));
+    html->complete();
   }
   out << (request.json ? accuracy_json(report) : accuracy_text(report));
   return request.check && report.missed() > 0 ? kExitCheckFailed : kExitOk;

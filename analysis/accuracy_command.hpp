@@ -26,6 +26,7 @@ struct AccuracyRequest {
   bool check = false;     // exit 1 if a must is missed
   bool json = false;
   std::string html_file;  // empty: none
+  bool force = false;     // replaces it if it exists
 };
 
 // Everything that was run, in the order of cases, engines, iterations and steps.

@@ -2,11 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
+#include <optional>
 #include <ostream>
 
 #include "analysis/exit_codes.hpp"
 #include "analysis/json_output.hpp"
+#include "analysis/output_file.hpp"
 #include "analysis/svg_plot.hpp"
 #include "analysis/text_table.hpp"
 #include "scenarios/read_scenario.hpp"
@@ -111,16 +112,12 @@ Plot figure(const AnticipationReport& report, const AnticipationOptions& options
 
 int anticipation_command(const AnticipationRequest& request, std::ostream& out) {
   check(request.options);
-  std::ofstream svg;
-  if (!request.svg_file.empty()) {
-    svg.open(request.svg_file, std::ios::trunc);
-    if (!svg) throw scenarios::FileError(request.svg_file + ": cannot be written");
-  }
+  std::optional<OutputFile> svg;
+  if (!request.svg_file.empty()) svg.emplace(request.svg_file, request.force);
   const AnticipationReport report = measure_anticipation(request.options);
-  if (svg.is_open()) {
-    svg << svg_plot(figure(report, request.options));
-    svg.close();
-    if (!svg) throw scenarios::FileError(request.svg_file + ": writing the plot failed");
+  if (svg) {
+    svg->write(svg_plot(figure(report, request.options)));
+    svg->complete();
   }
   out << (request.json ? anticipation_json(report) : report_text(report, request.options));
   return kExitOk;

@@ -12,6 +12,7 @@ struct AnticipationRequest {
   AnticipationOptions options;
   bool json = false;
   std::string svg_file;  // empty: no plot
+  bool force = false;    // replaces it if it exists
 };
 
 // Throws UsageError for options out of range, FileError if the plot cannot be written.

@@ -19,6 +19,7 @@ void define_run(CLI::App& run, RunRequest& request, const Wanted& wanted) {
   run.add_option("--inputs", request.inputs,
                  "user input, one JSON object a line: a file, or - for standard input");
   run.add_option("--log", request.log_file, "write an event log for soda replay");
+  run.add_flag("--force", request.force, "replace the log if it exists");
   run.add_flag_callback(
       "--realtime",
       [&request] {
@@ -69,6 +70,7 @@ void define_replay(CLI::App& replay, ReplayRequest& request) {
 void define_view(CLI::App& view, ViewRequest& request) {
   view.add_option("LOG", request.file, "log written by soda run --log")->required();
   view.add_option("-o,--output", request.page_file, "HTML file (default: LOG.html)");
+  view.add_flag("--force", request.force, "replace the page if it exists");
   view.add_option("--every", request.every,
                   "steps from frame to frame (default: so that bodies take 14 MB at most)")
       ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 40));
@@ -103,6 +105,7 @@ void define_accuracy(CLI::App& command, AccuracyRequest& request) {
   command.add_flag("--check", request.check, "exit 1 if soda misses what it must reach");
   command.add_flag("--json", request.json, "print one JSON object");
   command.add_option("-o,--output", request.html_file, "write tables and diagrams, one HTML file");
+  command.add_flag("--force", request.force, "replace it if it exists");
   add_strict_option(command, request.strict);
   command.footer(
       "examples:\n"
@@ -128,6 +131,7 @@ void define_anticipation(CLI::App& command, AnticipationRequest& request) {
   command.add_option("--max-steps", options.max_steps, "give up after this many (default 2000)");
   command.add_flag("--json", request.json, "print one JSON object");
   command.add_option("-o,--output", request.svg_file, "draw the figure into this SVG file");
+  command.add_flag("--force", request.force, "replace it if it exists");
   command.footer("example:\n  soda anticipation --buffers 1,48 --overloads 0.5,1.5 -o fig8.svg");
 }
 

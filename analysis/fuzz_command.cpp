@@ -1,12 +1,11 @@
 #include "analysis/fuzz_command.hpp"
 
 #include <filesystem>
-#include <fstream>
 #include <ostream>
-#include <sstream>
 
 #include "analysis/exit_codes.hpp"
 #include "analysis/json_output.hpp"
+#include "analysis/output_file.hpp"
 #include "analysis/seed_range.hpp"
 #include "analysis/stopwatch.hpp"
 #include "analysis/text_table.hpp"
@@ -14,13 +13,6 @@
 
 namespace soda::analysis {
 namespace {
-
-std::string text_of(const std::string& file) {
-  std::ifstream in(file);
-  std::ostringstream text;
-  if (!in || !(text << in.rdbuf())) throw scenarios::FileError(file + ": cannot be read");
-  return text.str();
-}
 
 // The text goes into a JSON string.
 std::string description_of(std::uint64_t seed, std::string what) {
@@ -37,16 +29,15 @@ FuzzFailure shrunk_failure(const FuzzScene& scene, const std::string& what,
   if (request.folder.empty()) return failure;
   const auto path = std::filesystem::path(request.folder);
   failure.file = (path / ("fuzz-" + std::to_string(scene.seed) + ".json")).string();
-  std::ofstream file(failure.file, std::ios::trunc);
-  file << failure.text;
-  file.close();
-  if (!file) throw scenarios::FileError(failure.file + ": cannot be written");
+  OutputFile file(failure.file, request.force);
+  file.write(failure.text);
+  file.complete();
   return failure;
 }
 
 void check_files(const FuzzRequest& request, FuzzResult& result) {
   for (const std::string& file : request.files) {
-    const std::string text = text_of(file);
+    const std::string text = scenarios::read_text(file);
     const FileWarnings warnings{file, scenarios::read_scenario_text(text, file).warnings};
     if (request.strict) refuse_warnings(file, warnings.warnings);
     result.warnings.push_back(warnings);

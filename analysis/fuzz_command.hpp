@@ -22,6 +22,7 @@ struct FuzzRequest {
   unsigned most_failures = 1;           // ends the search
   unsigned most_shrinking = 400;        // trials, for each failure
   std::string folder;                   // where shrunk scenes are written; empty: they are printed
+  bool force = false;                   // replaces files there
   bool strict = false;                  // warnings of the files are errors
   bool json = false;
 };

@@ -10,7 +10,6 @@
 #include <filesystem>
 #include <ostream>
 
-#include "analysis/overrides.hpp"
 #include "scenarios/read_scenario.hpp"
 
 namespace soda::analysis {
@@ -39,6 +38,7 @@ std::size_t InputStream::stop() {
 // A read may wait for ever, so it is asked for only when there is something, or the end.
 void InputStream::read(const std::stop_token& stop) {
   constexpr int kLongest_ms = 20;
+  constexpr std::size_t kLongestLine = std::size_t{1} << 20;
   std::string rest;
   std::array<char, 4096> buffer;
   while (!stop.stop_requested()) {
@@ -52,6 +52,10 @@ void InputStream::read(const std::stop_token& stop) {
     for (std::size_t end; (end = rest.find('\n', begin)) != std::string::npos; begin = end + 1)
       take(std::string_view(rest).substr(begin, end - begin));
     rest.erase(0, begin);
+    if (rest.size() > kLongestLine) {
+      refuse("a line of more than 1 MiB; nothing more is read");
+      return;
+    }
   }
   take(rest);
 }
@@ -60,9 +64,13 @@ void InputStream::take(std::string_view line) {
   try {
     if (const auto input = lines_.read(line)) inputs_.offer(*input);
   } catch (const scenarios::InputError& error) {
-    ++bad_lines_;
-    err_ << std::string("soda: ") + error.what() + "\n" << std::flush;
+    refuse(error.what());
   }
+}
+
+void InputStream::refuse(const std::string& what) {
+  ++bad_lines_;
+  err_ << "soda: " + what + "\n" << std::flush;
 }
 
 std::unique_ptr<InputStream> open_inputs(const std::string& from, scenarios::Scenario& scenario,
@@ -70,7 +78,7 @@ std::unique_ptr<InputStream> open_inputs(const std::string& from, scenarios::Sce
   if (from.empty()) return nullptr;
   if (from != "-" && std::filesystem::is_regular_file(from)) {
     scenarios::InputLines lines(scenario, from);
-    for (const models::UserInput& input : lines.read_all(read_whole_file(from)))
+    for (const models::UserInput& input : lines.read_all(scenarios::read_text(from)))
       scenario.run.inputs.script.push_back(input);
     return nullptr;
   }

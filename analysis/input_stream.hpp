@@ -14,7 +14,7 @@
 namespace soda::analysis {
 
 // Reads lines in a thread of its own and offers them to the run. A line that cannot be understood
-// is told to `err` and left out.
+// is told to `err` and left out; one that does not end within 1 MiB ends the stream.
 class InputStream {
  public:
   // Takes over the file descriptor. `scenario` and `err` must outlive this object.
@@ -34,6 +34,7 @@ class InputStream {
  private:
   void read(const std::stop_token& stop);
   void take(std::string_view line);
+  void refuse(const std::string& what);
 
   const int descriptor_;
   std::ostream& err_;

@@ -4,6 +4,7 @@
 
 #include "analysis/accuracy_report.hpp"
 #include "analysis/overrides.hpp"
+#include "analysis/stop_signals.hpp"
 #include "analysis/text_table.hpp"
 
 namespace soda::analysis {
@@ -170,6 +171,7 @@ std::string run_json(const RunReport& report) {
   Json json = {{"scenario", report.scenario},
                {"digest", format_digest(run.digest)},
                {"steps", result.committed_steps},
+               {"ended_early", result.stopped != 0 ? Json(name_of_stop(result.stopped)) : Json()},
                {"bodies", report.bodies},
                {"worlds", report.worlds},
                {"executor", name_of(report.options.executor)},

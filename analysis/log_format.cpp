@@ -3,6 +3,10 @@
 #include <xxhash.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "scenarios/format.hpp"
 
 namespace soda::analysis {
 namespace {
@@ -38,6 +42,12 @@ void put_state(ByteBuffer& out, const physics::BodyState& state) {
     put(out, impulse.normal_newton_s);
     put_vec3(out, impulse.friction_newton_s);
   }
+}
+
+bool take_flag(ByteReader& in) {
+  const auto flag = in.take<std::uint8_t>();
+  if (flag > 1) throw DecodeError("holds " + std::to_string(flag) + " where 0 or 1 stands");
+  return flag == 1;
 }
 
 physics::BodyState take_state(ByteReader& in) {
@@ -82,19 +92,20 @@ models::CommittedInput take_input(ByteReader& in) {
   models::UserInput& input = committed.input;
   input.id = in.take<std::uint32_t>();
   input.step = in.take<std::int64_t>();
-  input.kind = static_cast<models::InputKind>(in.take<std::uint32_t>());
+  const auto kind = in.take<std::uint32_t>();
+  if (kind > static_cast<std::uint32_t>(models::InputKind::kChangeMaterial))
+    throw DecodeError("holds an input of kind " + std::to_string(kind));
+  input.kind = static_cast<models::InputKind>(kind);
   input.body = static_cast<physics::BodyId>(in.take<std::uint32_t>());
   input.state = take_state(in);
-  input.sets_linear = in.take<std::uint8_t>() != 0;
-  input.sets_angular = in.take<std::uint8_t>() != 0;
+  input.sets_linear = take_flag(in);
+  input.sets_angular = take_flag(in);
   input.impulse_newton_s = take_vec3(in);
   input.point_local_m = take_vec3(in);
   input.material.friction = in.take_double();
   input.material.restitution = in.take_double();
   committed.asked_step = in.take<std::int64_t>();
-  committed.had_effect = in.take<std::uint8_t>() != 0;
-  if (input.kind > models::InputKind::kChangeMaterial)
-    throw DecodeError("holds an input of unknown kind");
+  committed.had_effect = take_flag(in);
   return committed;
 }
 
@@ -105,10 +116,42 @@ void put_optional(ByteBuffer& out, const std::optional<T>& value) {
 }
 
 template <class T>
-void take_optional(ByteReader& in, std::optional<T>& value) {
-  const bool present = in.take<std::uint8_t>() != 0;
+void take_optional(ByteReader& in, const char* name, std::uint64_t least, std::uint64_t most,
+                   std::optional<T>& value) {
+  const bool present = take_flag(in);
   const auto bits = in.take<std::uint64_t>();
+  if (present && (bits < least || bits > most))
+    throw DecodeError("holds " + std::to_string(bits) + " for the " + name +
+                      "; allowed: " + std::to_string(least) + " to " + std::to_string(most));
   if (present) value = static_cast<T>(bits);
+}
+
+bool is_finite(const models::UserInput& input) {
+  const physics::BodyState& state = input.state;
+  return state.position_m.allFinite() && state.orientation.coeffs().allFinite() &&
+         state.linear_velocity_m_s.allFinite() && state.angular_velocity_rad_s.allFinite() &&
+         input.impulse_newton_s.allFinite() && input.point_local_m.allFinite() &&
+         std::isfinite(input.material.friction) && std::isfinite(input.material.restitution);
+}
+
+void check_ids(const LoggedStep& logged, std::size_t bodies) {
+  for (std::size_t i = 0; i < logged.ids.size(); ++i) {
+    const std::uint32_t id = physics::index_of(logged.ids[i]);
+    if (id >= bodies)
+      throw DecodeError("holds body id " + std::to_string(id) + " of " + std::to_string(bodies));
+    if (i > 0 && id <= physics::index_of(logged.ids[i - 1]))
+      throw DecodeError("holds body id " + std::to_string(id) + " out of order");
+  }
+  for (const models::CommittedInput& committed : logged.inputs) {
+    const models::UserInput& input = committed.input;
+    const std::string name = "holds input " + std::to_string(input.id);
+    if (physics::index_of(input.body) >= bodies)
+      throw DecodeError(name + " to body id " + std::to_string(physics::index_of(input.body)) +
+                        " of " + std::to_string(bodies));
+    if (input.step != logged.step - 1)
+      throw DecodeError(name + " of step " + std::to_string(input.step));
+    if (!is_finite(input)) throw DecodeError(name + " with a value that is no number");
+  }
 }
 
 }  // namespace
@@ -204,13 +247,16 @@ ByteBuffer encode(const Overrides& overrides) {
 Overrides decode_overrides(std::span<const unsigned char> bytes) {
   ByteReader in(bytes);
   Overrides overrides;
-  take_optional(in, overrides.executor);
-  take_optional(in, overrides.threads);
-  take_optional(in, overrides.worlds);
-  take_optional(in, overrides.buffer);
-  take_optional(in, overrides.steps);
-  take_optional(in, overrides.seed);
-  take_optional(in, overrides.scheduling_seed);
+  constexpr std::uint64_t kAny = ~std::uint64_t{0};
+  // What encode does not write is refused, the executor of ranks among it.
+  take_optional(in, "executor", 0, static_cast<std::uint64_t>(models::ExecutorKind::kVirtual),
+                overrides.executor);
+  take_optional(in, "threads", 1, std::numeric_limits<unsigned>::max(), overrides.threads);
+  take_optional(in, "worlds", 1, scenarios::kMaxCells, overrides.worlds);
+  take_optional(in, "buffer", 1, scenarios::kMaxBufferEntries, overrides.buffer);
+  take_optional(in, "steps", 0, scenarios::kMaxSteps, overrides.steps);
+  take_optional(in, "seed", 0, kAny, overrides.seed);
+  take_optional(in, "scheduling seed", 0, kAny, overrides.scheduling_seed);
   in.expect_end();
   return overrides;
 }
@@ -249,7 +295,7 @@ ByteBuffer encode_step(const LoggedStep& step) {
   return out;
 }
 
-LoggedStep decode_step(std::span<const unsigned char> bytes) {
+LoggedStep decode_step(std::span<const unsigned char> bytes, std::size_t bodies_of_log) {
   ByteReader in(bytes);
   LoggedStep logged;
   logged.step = in.take<std::int64_t>();
@@ -270,14 +316,24 @@ LoggedStep decode_step(std::span<const unsigned char> bytes) {
     change.to = models::WorldId{in.take<std::uint32_t>()};
   }
   in.expect_end();
+  check_ids(logged, bodies_of_log);
   return logged;
 }
 
-ByteBuffer encode_end(std::int64_t steps, std::uint64_t digest) {
+ByteBuffer encode(const LoggedEnd& end) {
   ByteBuffer out;
-  put(out, steps);
-  put(out, digest);
+  put(out, end.steps);
+  put(out, end.digest);
   return out;
+}
+
+LoggedEnd decode_end(std::span<const unsigned char> bytes) {
+  ByteReader in(bytes);
+  LoggedEnd end;
+  end.steps = in.take<std::int64_t>();
+  end.digest = in.take<std::uint64_t>();
+  in.expect_end();
+  return end;
 }
 
 }  // namespace soda::analysis

@@ -22,12 +22,20 @@ enum class BlockType : std::uint32_t {
   kOverrides = 2,
   kBodies = 3,
   kStep = 4,  // one for each of the steps 0, 1, 2, ...
-  kEnd = 5,   // last block of a run that came to its end
+  kEnd = 5,   // last block of a run that came to its end, or was ended early
 };
 
 inline constexpr std::size_t kFileHeaderBytes = 24;   // magic, version, 0, checksum
 inline constexpr std::size_t kBlockHeaderBytes = 40;  // the fields below and a checksum of them
-inline constexpr std::uint64_t kMaxRawBytes = std::uint64_t{1} << 33;
+// The most that the payload of a block takes before compression; `bodies` of the log. What says
+// that it takes more is no log: nothing is decompressed beyond it.
+constexpr std::uint64_t max_raw_bytes(BlockType type, std::uint64_t bodies) {
+  if (type == BlockType::kScenario)
+    return std::uint64_t{257} << 20;                              // its text has 256 MiB at most
+  if (type == BlockType::kBodies) return std::uint64_t{4} << 20;  // labels of a million
+  if (type == BlockType::kStep) return (std::uint64_t{64} << 20) + (bodies << 10);
+  return 4096;
+}
 
 struct BlockHeader {
   BlockType type{};
@@ -53,6 +61,12 @@ struct LoggedStep {
   std::vector<models::TerritoryChange> territory_changes;
 };
 
+// Of a run that was ended as it should be, if early: then `steps` is less than was asked for.
+struct LoggedEnd {
+  std::int64_t steps = 0;
+  std::uint64_t digest = 0;  // after the last of them
+};
+
 std::uint64_t checksum(std::span<const unsigned char> bytes);
 
 ByteBuffer encode_file_header();
@@ -61,15 +75,17 @@ ByteBuffer encode(const LoggedScenario& scenario);
 ByteBuffer encode(const Overrides& overrides);
 ByteBuffer encode_labels(std::span<const std::uint32_t> labels);
 ByteBuffer encode_step(const LoggedStep& step);
-ByteBuffer encode_end(std::int64_t steps, std::uint64_t digest);
+ByteBuffer encode(const LoggedEnd& end);
 
-// Each throws DecodeError if the bytes are not what encode makes. The two headers also check their
-// checksum.
+// Each throws DecodeError if the bytes are not what encode makes, or hold a value that no run can
+// have: kinds, flags and counts are checked, ids of a step (ascending; below `bodies`) with its
+// inputs, which are finite. The two headers also check their checksum.
 void decode_file_header(std::span<const unsigned char> bytes);
 BlockHeader decode_block_header(std::span<const unsigned char> bytes);
 LoggedScenario decode_scenario(std::span<const unsigned char> bytes);
 Overrides decode_overrides(std::span<const unsigned char> bytes);
 std::vector<std::uint32_t> decode_labels(std::span<const unsigned char> bytes);
-LoggedStep decode_step(std::span<const unsigned char> bytes);
+LoggedStep decode_step(std::span<const unsigned char> bytes, std::size_t bodies);
+LoggedEnd decode_end(std::span<const unsigned char> bytes);
 
 }  // namespace soda::analysis

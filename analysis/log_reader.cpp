@@ -2,9 +2,11 @@
 
 #include <zstd.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <memory>
+#include <new>
 
-#include "analysis/exit_codes.hpp"
 #include "scenarios/read_scenario.hpp"
 
 namespace soda::analysis {
@@ -34,10 +36,14 @@ bool type_fits(std::uint32_t index, BlockType type) {
 
 }  // namespace
 
-LogReader::LogReader(const std::string& file) : file_(file), in_(file, std::ios::binary) {
+LogReader::LogReader(const std::string& file) : file_(file) {
   std::error_code error;
+  const auto status = std::filesystem::status(file, error);
+  if (!error && std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
+    throw scenarios::FileError(file + ": cannot be read: is no regular file");
   file_bytes_ = std::filesystem::file_size(file, error);
-  if (!in_ || error) {
+  if (!error) in_.open(file, std::ios::binary);
+  if (error || !in_) {
     throw scenarios::FileError(
         file + ": cannot be read: " + (error ? error.message() : "cannot be opened"));
   }
@@ -58,17 +64,23 @@ LogReader::LogReader(const std::string& file) : file_(file), in_(file, std::ios:
   }
 }
 
-std::string LogReader::place(std::streamoff offset) const {
-  std::string text = "block " + std::to_string(blocks_);
-  if (blocks_ >= kBlocksBeforeSteps) text += " (step " + std::to_string(last_step() + 1) + ")";
+std::string LogReader::place(std::uint32_t block, std::streamoff offset) const {
+  std::string text = "block " + std::to_string(block);
+  if (block >= kBlocksBeforeSteps)
+    text += " (step " + std::to_string(block - kBlocksBeforeSteps) + ")";
   return text + " at byte " + std::to_string(offset);
+}
+
+std::string LogReader::place_of(std::int64_t step) const {
+  return place(static_cast<std::uint32_t>(step) + kBlocksBeforeSteps,
+               step_offsets_[static_cast<std::size_t>(step)]);
 }
 
 LogReader::Next LogReader::next_block(Block& block) {
   const std::streamoff offset = in_.tellg();
   const std::uint64_t left = file_bytes_ - static_cast<std::uint64_t>(offset);
   if (left == 0) {
-    if (!complete_) cut_ = "cut off before " + place(offset);
+    if (!complete_) cut_ = "cut off before " + place(blocks_, offset);
     return Next::kEnd;
   }
   if (complete_) {
@@ -77,18 +89,25 @@ LogReader::Next LogReader::next_block(Block& block) {
   }
   ByteBuffer header;
   if (left < kBlockHeaderBytes || !read(in_, kBlockHeaderBytes, header)) {
-    cut_ = "cut off inside the header of " + place(offset);
+    cut_ = "cut off inside the header of " + place(blocks_, offset);
     return Next::kEnd;
   }
   try {
     block.header = decode_block_header(header);
   } catch (const DecodeError&) {
-    damage_ = place(offset) + ": the block's header does not match its checksum";
+    damage_ = place(blocks_, offset) + ": the block's header does not match its checksum";
+    return Next::kEnd;
+  }
+  const std::uint64_t most = max_raw_bytes(block.header.type, labels_.size());
+  if (block.header.raw_bytes > most || block.header.stored_bytes > ZSTD_compressBound(most)) {
+    damage_ = place(blocks_, offset) + ": says that it holds " +
+              std::to_string(block.header.raw_bytes) + " bytes; allowed: at most " +
+              std::to_string(most);
     return Next::kEnd;
   }
   if (block.header.stored_bytes > left - kBlockHeaderBytes ||
       !read(in_, block.header.stored_bytes, block.stored)) {
-    cut_ = "cut off inside " + place(offset);
+    cut_ = "cut off inside " + place(blocks_, offset);
     return Next::kEnd;
   }
   return Next::kBlock;
@@ -98,11 +117,11 @@ LogReader::Next LogReader::next_block(Block& block) {
 bool LogReader::keep(const Block& block, std::streamoff offset) {
   const BlockHeader& header = block.header;
   if (header.index != blocks_ || !type_fits(blocks_, header.type)) {
-    damage_ = place(offset) + ": is not the block that belongs here";
+    damage_ = place(blocks_, offset) + ": is not the block that belongs here";
     return false;
   }
   if (checksum(block.stored) != header.stored_checksum) {
-    damage_ = place(offset) + ": the block's content does not match its checksum";
+    damage_ = place(blocks_, offset) + ": the block's content does not match its checksum";
     return false;
   }
   try {
@@ -110,45 +129,80 @@ bool LogReader::keep(const Block& block, std::streamoff offset) {
     if (header.type == BlockType::kOverrides) overrides_ = decode_overrides(raw_payload(block));
     if (header.type == BlockType::kBodies) labels_ = decode_labels(raw_payload(block));
   } catch (const DecodeError& fault) {
-    damage_ = place(offset) + ": " + fault.what();
+    damage_ = place(blocks_, offset) + ": " + fault.what();
     return false;
   }
   if (header.type == BlockType::kStep) step_offsets_.push_back(offset);
-  if (header.type == BlockType::kEnd) complete_ = true;
+  if (header.type == BlockType::kEnd) {
+    complete_ = true;
+    if (!step_offsets_.empty()) check_end(block, offset);
+  }
   ++blocks_;
   return true;
 }
 
+// The whole file is read, so an end that is not that of its steps was not written by soda.
+void LogReader::check_end(const Block& block, std::streamoff offset) {
+  const std::streamoff next = in_.tellg();
+  std::string wrong;
+  try {
+    const LoggedEnd end = decode_end(raw_payload(block));
+    const LoggedStep last = read_step(last_step());
+    if (end.steps != last_step() || end.digest != last.digest)
+      wrong = "tells of the end of step " + std::to_string(end.steps) + ", but the last one is " +
+              std::to_string(last_step()) + ", or its digest another";
+  } catch (const DecodeError& fault) {
+    wrong = fault.what();
+  }
+  if (!wrong.empty())
+    throw scenarios::FileError(file_ + ": block " + std::to_string(blocks_) + " (end) at byte " +
+                               std::to_string(offset) + ": " + wrong);
+  in_.clear();
+  in_.seekg(next);
+}
+
+// Takes no more memory than there really is to be had, whatever the header says.
 ByteBuffer LogReader::raw_payload(const Block& block) const {
-  if (block.header.raw_bytes > kMaxRawBytes) throw DecodeError("the block is too large");
-  ByteBuffer raw(block.header.raw_bytes);
-  const std::size_t size =
-      ZSTD_decompress(raw.data(), raw.size(), block.stored.data(), block.stored.size());
-  if (ZSTD_isError(size) || size != raw.size()) throw DecodeError("the block does not decompress");
+  constexpr std::size_t kPiece = std::size_t{1} << 20;
+  const std::unique_ptr<ZSTD_DStream, decltype(&ZSTD_freeDStream)> stream(ZSTD_createDStream(),
+                                                                          &ZSTD_freeDStream);
+  if (!stream) throw std::bad_alloc();
+  const std::uint64_t wanted = block.header.raw_bytes;
+  ByteBuffer raw;
+  ZSTD_inBuffer in{block.stored.data(), block.stored.size(), 0};
+  std::size_t left = 1;
+  while (left != 0) {
+    const std::size_t begin = raw.size();
+    // One byte more than is wanted shows that there is more.
+    raw.resize(std::min<std::uint64_t>(begin + kPiece, wanted + 1));
+    ZSTD_outBuffer out{raw.data(), raw.size(), begin};
+    left = ZSTD_decompressStream(stream.get(), &out, &in);
+    raw.resize(out.pos);
+    const bool stands_still = out.pos == begin && in.pos == in.size && left != 0;
+    if (ZSTD_isError(left) || stands_still || raw.size() > wanted)
+      throw DecodeError("the block does not decompress");
+  }
+  if (raw.size() != wanted || in.pos != in.size) throw DecodeError("the block does not decompress");
   return raw;
 }
 
 LoggedStep LogReader::read_step(std::int64_t step) {
+  const std::streamoff offset = step_offsets_[static_cast<std::size_t>(step)];
   in_.clear();
-  in_.seekg(step_offsets_[static_cast<std::size_t>(step)]);
-  const std::string where = file_ + ": block of step " + std::to_string(step) + ": ";
+  in_.seekg(offset);
   Block block;
   ByteBuffer header;
   try {
     if (!read(in_, kBlockHeaderBytes, header)) throw DecodeError("cannot be read again");
     block.header = decode_block_header(header);
-    if (!read(in_, block.header.stored_bytes, block.stored)) {
+    if (block.header.stored_bytes > file_bytes_ ||
+        !read(in_, block.header.stored_bytes, block.stored))
       throw DecodeError("cannot be read again");
-    }
-    LoggedStep logged = decode_step(raw_payload(block));
-    const bool known = logged.ids.empty() || physics::index_of(logged.ids.back()) < labels_.size();
-    if (logged.step != step || !known) {
-      throw DecodeError("holds step " + std::to_string(logged.step) + " with " +
-                        std::to_string(logged.states.size()) + " bodies");
-    }
+    LoggedStep logged = decode_step(raw_payload(block), labels_.size());
+    if (logged.step != step) throw DecodeError("holds step " + std::to_string(logged.step));
     return logged;
   } catch (const DecodeError& fault) {
-    throw CheckFailed(where + fault.what());
+    throw scenarios::FileError(file_ + ": " + place_of(step) + ": " + fault.what());
   }
 }
 

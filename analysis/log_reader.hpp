@@ -14,9 +14,13 @@ namespace soda::analysis {
 // memory does not grow with what a log holds.
 class LogReader {
  public:
-  // Throws FileError if `file` cannot be read, is no log of this version, or is cut off or damaged
-  // before its first step is whole.
+  // Throws FileError if `file` cannot be read, is no regular file, no log of this version, is cut
+  // off or damaged before its first step is whole, or has an end that is not that of its steps.
   explicit LogReader(const std::string& file);
+
+  const std::string& file() const { return file_; }
+  // Of a step, in words: number and offset of its block.
+  std::string place_of(std::int64_t step) const;
 
   const LoggedScenario& scenario() const { return scenario_; }
   const Overrides& overrides() const { return overrides_; }
@@ -31,7 +35,8 @@ class LogReader {
   // What follows it is not read.
   const std::string& damage() const { return damage_; }
 
-  // 0 <= step <= last_step(). Throws CheckFailed if the payload does not decode to that step.
+  // 0 <= step <= last_step(). Every id in it is below labels().size(). Throws FileError, with block
+  // and offset, if what the block holds, though undamaged, is no such step: no soda wrote it.
   LoggedStep read_step(std::int64_t step);
 
  private:
@@ -43,7 +48,8 @@ class LogReader {
 
   Next next_block(Block& block);
   bool keep(const Block& block, std::streamoff offset);
-  std::string place(std::streamoff offset) const;
+  void check_end(const Block& block, std::streamoff offset);
+  std::string place(std::uint32_t block, std::streamoff offset) const;
   ByteBuffer raw_payload(const Block& block) const;
 
   std::string file_;

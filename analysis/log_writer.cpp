@@ -2,8 +2,7 @@
 
 #include <zstd.h>
 
-#include <cerrno>
-#include <cstring>
+#include <new>
 
 #include "scenarios/read_scenario.hpp"
 
@@ -17,55 +16,59 @@ ByteBuffer compress(std::span<const unsigned char> raw) {
   ByteBuffer stored(ZSTD_compressBound(raw.size()));
   const std::size_t size =
       ZSTD_compress(stored.data(), stored.size(), raw.data(), raw.size(), kCompressionLevel);
-  stored.resize(ZSTD_isError(size) ? 0 : size);
+  if (ZSTD_isError(size)) throw std::bad_alloc();  // nothing else can fail in it
+  stored.resize(size);
   return stored;
-}
-
-void write(std::ofstream& out, const ByteBuffer& bytes) {
-  out.write(reinterpret_cast<const char*>(bytes.data()),
-            static_cast<std::streamsize>(bytes.size()));
 }
 
 }  // namespace
 
-LogWriter::LogWriter(const std::string& file)
-    : file_(file), out_(file, std::ios::binary | std::ios::trunc) {
-  if (!out_) {
-    throw scenarios::FileError(file + ": cannot be written: " + std::strerror(errno));
-  }
-  write(out_, encode_file_header());
-}
+LogWriter::LogWriter(const std::string& file, bool replaces) : out_(file, replaces) {}
 
 void LogWriter::begin(const LoggedScenario& scenario, const Overrides& overrides,
                       std::span<const std::uint32_t> labels) {
+  bodies_ = labels.size();
+  out_.write(encode_file_header());
   write_block(BlockType::kScenario, encode(scenario));
   write_block(BlockType::kOverrides, encode(overrides));
   write_block(BlockType::kBodies, encode_labels(labels));
-  check();
 }
 
-void LogWriter::add_step(const LoggedStep& step) {
-  write_block(BlockType::kStep, encode_step(step));
+bool LogWriter::add_step(const LoggedStep& step) {
+  if (!failure_.empty()) return false;
+  try {
+    write_block(BlockType::kStep, encode_step(step));
+    out_.keep();
+    end_ = {step.step, step.digest};
+  } catch (const scenarios::FileError& error) {
+    failure_ = error.what();
+  } catch (const std::bad_alloc&) {
+    failure_ = out_.file() + ": no memory is left to write the log";
+  }
+  return failure_.empty();
 }
 
-void LogWriter::finish(std::int64_t steps, std::uint64_t digest) {
-  write_block(BlockType::kEnd, encode_end(steps, digest));
-  out_.close();
-  check();
+void LogWriter::finish() {
+  try {
+    if (!failure_.empty()) throw scenarios::FileError(failure_);
+    write_block(BlockType::kEnd, encode(end_));
+  } catch (const scenarios::FileError& error) {
+    throw scenarios::FileError(std::string(error.what()) + "; " + out_.partial_file() +
+                               " holds the log up to step " + std::to_string(end_.steps));
+  }
+  out_.complete();
 }
 
 void LogWriter::write_block(BlockType type, std::span<const unsigned char> payload) {
+  if (payload.size() > max_raw_bytes(type, bodies_))
+    throw scenarios::FileError(out_.file() + ": a block of " + std::to_string(payload.size()) +
+                               " bytes; a log has blocks of at most " +
+                               std::to_string(max_raw_bytes(type, bodies_)));
   const ByteBuffer stored = compress(payload);
-  if (stored.empty()) out_.setstate(std::ios::failbit);
-  if (!out_) return;
-  write(out_,
-        encode(BlockHeader{type, next_index_++, payload.size(), stored.size(), checksum(stored)}));
-  write(out_, stored);
-  out_.flush();
-}
-
-void LogWriter::check() const {
-  if (!out_) throw scenarios::FileError(file_ + ": writing the log failed");
+  ByteBuffer block =
+      encode(BlockHeader{type, next_index_++, payload.size(), stored.size(), checksum(stored)});
+  block.insert(block.end(), stored.begin(), stored.end());
+  out_.write(block);
 }
 
 }  // namespace soda::analysis

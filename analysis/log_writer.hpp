@@ -1,38 +1,41 @@
-// Writing an event log, block by block as steps are committed.
+// Writing an event log.
 #pragma once
 
 #include <cstdint>
-#include <fstream>
 #include <span>
 #include <string>
 
 #include "analysis/log_format.hpp"
+#include "analysis/output_file.hpp"
 
 namespace soda::analysis {
 
-// Writes straight into the file and flushes every block: a run that is killed leaves a log that is
-// readable up to its last whole block. Used by one thread at a time.
+// Every block goes straight to the file, which has its partial name (OutputFile) until finish(): a
+// run that is killed leaves it there, readable up to its last whole block. Used by one thread at a
+// time.
 class LogWriter {
  public:
-  // Creates or replaces `file`. Throws FileError.
-  explicit LogWriter(const std::string& file);
+  // Throws FileError; see OutputFile.
+  LogWriter(const std::string& file, bool replaces);
 
   // Before the first step. Throws FileError.
   void begin(const LoggedScenario& scenario, const Overrides& overrides,
              std::span<const std::uint32_t> labels);
-  // Steps 0, 1, 2, ... in order. Does not throw, as it is called from worker threads: a failed
-  // write is remembered for finish().
-  void add_step(const LoggedStep& step);
-  // Writes the end block and closes. Throws FileError if any write failed.
-  void finish(std::int64_t steps, std::uint64_t digest);
+  // Steps 0, 1, 2, ... in order. False if that fails, now or before: then the log holds the steps
+  // so far and takes no more. Does not throw, as it is called from worker threads.
+  bool add_step(const LoggedStep& step);
+  // Writes the end block and gives the log its name. Throws FileError if that fails, or add_step()
+  // did: the partial file stays, and is named.
+  void finish();
 
  private:
   void write_block(BlockType type, std::span<const unsigned char> payload);
-  void check() const;
 
-  std::string file_;
-  std::ofstream out_;
+  OutputFile out_;
+  std::uint64_t bodies_ = 0;
   std::uint32_t next_index_ = 0;
+  LoggedEnd end_;  // of what has been written
+  std::string failure_;
 };
 
 }  // namespace soda::analysis

@@ -7,19 +7,54 @@
 #include "scenarios/read_scenario.hpp"
 
 namespace soda::analysis {
+namespace {
+
+[[noreturn]] void refuse(const LogReader& log, const std::string& why) {
+  throw scenarios::FileError(log.file() + ": " + why + ", which the logged scenario does not have");
+}
+
+void check_bodies(const LogReader& log, const scenarios::Scenario& scenario) {
+  const std::vector<physics::BodyParams>& bodies = scenario.scene.bodies;
+  const std::vector<std::uint32_t>& labels = log.labels();
+  if (labels.size() != bodies.size())
+    refuse(log, "block 2 lists " + std::to_string(labels.size()) + " bodies");
+  for (std::size_t i = 0; i < labels.size(); ++i)
+    if (labels[i] != bodies[i].label)
+      refuse(log, "block 2 lists body " + std::to_string(labels[i]));
+}
+
+// `worlds` of the logged run: a replay may have others.
+void check_territories(const LogReader& log, const LoggedStep& step, std::size_t cells,
+                       std::uint32_t worlds) {
+  for (const models::TerritoryChange& change : step.territory_changes) {
+    if (change.cell >= cells)
+      refuse(log, log.place_of(step.step) + " gives away cell " + std::to_string(change.cell));
+    for (const models::WorldId world : {change.from, change.to})
+      if (models::index_of(world) >= worlds)
+        refuse(log,
+               log.place_of(step.step) + " names world " + std::to_string(models::index_of(world)));
+  }
+}
+
+}  // namespace
 
 scenarios::Scenario logged_scenario(LogReader& log, const Overrides& more) {
   const Overrides overrides = combined(log.overrides(), more);
   scenarios::Scenario scenario =
       scenarios::read_scenario_text(log.scenario().text, log.scenario().file, overrides.seed);
   if (overrides.strict) refuse_warnings(log.scenario().file, scenario.warnings);
+  check_bodies(log, scenario);
+  const std::uint32_t worlds = log.overrides().worlds.value_or(scenario.territory.worlds);
   apply_overrides(overrides, scenario.territory, scenario.run);
-  if (!log.complete()) scenario.run.steps = std::min(scenario.run.steps, log.last_step());
+  scenario.run.steps = std::min(scenario.run.steps, log.last_step());
   scenario.run.inputs.script.clear();
-  for (std::int64_t step = 0; step <= log.last_step(); ++step)
-    for (const models::CommittedInput& committed : log.read_step(step).inputs)
-      if (physics::index_of(committed.input.body) < scenario.initial.size())
-        scenario.run.inputs.script.push_back(committed.input);
+  const std::size_t cells = scenario.territory.grid.cell_count();
+  for (std::int64_t step = 0; step <= log.last_step(); ++step) {
+    const LoggedStep logged = log.read_step(step);
+    check_territories(log, logged, cells, worlds);
+    for (const models::CommittedInput& committed : logged.inputs)
+      scenario.run.inputs.script.push_back(committed.input);
+  }
   return scenario;
 }
 

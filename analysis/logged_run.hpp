@@ -11,7 +11,8 @@
 namespace soda::analysis {
 
 // As logged, with the options of that run and then `overrides`; to be run as far as the log goes.
-// Its inputs are those that acted, wherever they came from, at the steps at which they did.
+// Its inputs are those that acted, wherever they came from, at the steps at which they did. Reads
+// all steps. Throws FileError if they, or the bodies, are none of the logged scenario.
 scenarios::Scenario logged_scenario(LogReader& log, const Overrides& overrides);
 
 // Says where the log is cut off or damaged, if it is.

@@ -49,6 +49,7 @@ MeasuredRun measure_run(const physics::SceneDescription& scene,
   if (scene.tolerance > 0.0) run.estimates = ErrorEstimates{.tolerance = scene.tolerance};
 
   RunTotals totals;
+  RunTotals of_committed;  // without what drives do in a step that may not come
   models::CommitObserver both = observer;
   const bool followed = is_followed(options.inputs);
   both.wants_states = observer.wants_states || states_are_measured(scene) || followed;
@@ -69,10 +70,9 @@ MeasuredRun measure_run(const physics::SceneDescription& scene,
   both.on_step = [&](const models::CommittedStep& step) {
     add_islands(step.islands, totals);
     if (run.estimates) add_estimates(scene, step.step, step.islands, *run.estimates);
-    if (followed)
-      follower->follow(step, totals);
-    else if (step.step < options.steps)
-      add_drives(scene, step.ids, step.states, totals);
+    if (followed) follower->follow(step, totals);
+    of_committed = totals;
+    if (!followed && step.step < options.steps) add_drives(scene, step.ids, step.states, totals);
     if (observer.on_step) observer.on_step(step);
   };
 
@@ -88,8 +88,8 @@ MeasuredRun measure_run(const physics::SceneDescription& scene,
       end_states.push_back(run.result.final_states[physics::index_of(id)]);
     end.states = end_states;
   }
-  run.error =
-      measure_errors(scene, start, end, static_cast<double>(run.result.committed_steps), totals);
+  run.error = measure_errors(scene, start, end, static_cast<double>(run.result.committed_steps),
+                             of_committed);
   run.digest = models::final_digest(run.result);
   run.plan_counters = models::plan_counters(run.plan, run.result);
   return run;

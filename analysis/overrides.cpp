@@ -1,10 +1,6 @@
 #include "analysis/overrides.hpp"
 
-#include <cerrno>
 #include <cmath>
-#include <cstring>
-#include <fstream>
-#include <iterator>
 
 #include "analysis/exit_codes.hpp"
 #include "analysis/text_table.hpp"
@@ -215,16 +211,6 @@ void apply_cluster(const ClusterOverrides& overrides, std::uint32_t lps,
   cluster.check_purity = overrides.check_purity;
   // There and back: a reduction to one processor and its answer.
   cluster.gvt_delay_ns = 2 * (cluster.latency_ns + cluster.jitter_ns);
-}
-
-std::string read_whole_file(const std::string& file) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in) throw scenarios::FileError(file + ": cannot be opened: " + std::strerror(errno));
-  try {
-    return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-  } catch (const std::ios_base::failure&) {  // a directory opens but does not read
-    throw scenarios::FileError(file + ": cannot be read: " + std::strerror(errno));
-  }
 }
 
 scenarios::Scenario load_scenario(const std::string& file, const Overrides& overrides) {

@@ -64,9 +64,6 @@ void apply_overrides(const Overrides& overrides, models::TerritoryOptions& terri
 void apply_cluster(const ClusterOverrides& overrides, std::uint32_t lps,
                    kernel::VirtualOptions& cluster);
 
-// The bytes of a file. Throws scenarios::FileError.
-std::string read_whole_file(const std::string& file);
-
 // Read and overridden. Throws InputError, FileError, UsageError.
 scenarios::Scenario load_scenario(const std::string& file, const Overrides& overrides);
 

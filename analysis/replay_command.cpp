@@ -1,6 +1,7 @@
 #include "analysis/replay_command.hpp"
 
 #include <algorithm>
+#include <exception>
 #include <ostream>
 
 #include "analysis/exit_codes.hpp"
@@ -10,6 +11,7 @@
 #include "analysis/measured_run.hpp"
 #include "analysis/progress.hpp"
 #include "analysis/step_comparison.hpp"
+#include "analysis/stop_signals.hpp"
 #include "analysis/text_table.hpp"
 #include "analysis/warnings.hpp"
 
@@ -98,30 +100,42 @@ int show_state(const ReplayRequest& request, LogReader& log, std::ostream& out) 
   return kExitOk;
 }
 
-// Remembers the first difference. Called from worker threads: what reading the log throws is a
-// difference too.
+// Remembers the first difference, and ends the run there. Called from worker threads: what reading
+// the log again throws is thrown when the run has ended.
 struct Comparison {
   LogReader& log;
+  kernel::StopRequest& stop;
   std::string first_difference;
+  std::exception_ptr error;
 
   void compare(std::int64_t step, std::span<const physics::BodyId> ids,
                std::span<const physics::BodyState> states) {
-    if (!first_difference.empty()) return;
+    if (stop.load() != 0) return;
     try {
       first_difference = divergence(log.read_step(step), ids, states, log.labels());
-    } catch (const CheckFailed& fault) {
-      first_difference = fault.what();
+      if (first_difference.empty()) return;
+    } catch (const std::exception&) {
+      error = std::current_exception();
     }
+    stop.store(kStopForFailure);
   }
 };
 
+int tell(const ReplayRequest& request, const std::string& difference, std::ostream& err) {
+  err << "soda: " << request.file << ": divergence at " << difference << "\n";
+  return kExitCheckFailed;
+}
+
 int rerun(const ReplayRequest& request, LogReader& log, std::ostream& out, std::ostream& err) {
-  const scenarios::Scenario scenario = logged_scenario(log, request.overrides);
+  scenarios::Scenario scenario = logged_scenario(log, request.overrides);
   tell_warnings({{log.scenario().file, scenario.warnings}}, err);
-  Comparison comparison{log, {}};
+  kernel::StopRequest stop{0};
+  scenario.run.stop = &stop;
+  Comparison comparison{log, stop, {}, {}};
   const models::InputOptions& inputs = scenario.run.inputs;
   const InputFollower start(scenario.scene, scenario.initial, inputs);
   comparison.compare(0, start.bodies().ids, start.bodies().states);
+  if (!comparison.first_difference.empty()) return tell(request, comparison.first_difference, err);
   models::CommitObserver observer;
   observer.wants_states = true;
   observer.on_step = [&](const models::CommittedStep& step) {
@@ -130,10 +144,8 @@ int rerun(const ReplayRequest& request, LogReader& log, std::ostream& out, std::
   const MeasuredRun run =
       measure_run(scenario.scene, scenario.initial, scenario.territory, scenario.run, observer,
                   terminal_progress(scenario.run.steps, request.quiet));
-  if (!comparison.first_difference.empty()) {
-    err << "soda: " << request.file << ": divergence at " << comparison.first_difference << "\n";
-    return kExitCheckFailed;
-  }
+  if (comparison.error) std::rethrow_exception(comparison.error);
+  if (!comparison.first_difference.empty()) return tell(request, comparison.first_difference, err);
   out << request.file << ": " << run.result.committed_steps
       << " steps replayed without divergence; " << name_of(scenario.run.executor) << " executor, "
       << scenario.territory.worlds << " worlds, digest " << format_digest(run.digest) << "\n";

@@ -18,7 +18,8 @@ struct ReplayRequest {
   bool quiet = false;
 };
 
-// kExitCheckFailed if a step diverges or a block is damaged; a log that is merely cut off is read
+// kExitCheckFailed if a step diverges (the first one is told, and the run ends there) or a block is
+// damaged; a log that is merely cut off is read
 // up to its last whole block and said to be cut off.
 int replay_command(const ReplayRequest& request, std::ostream& out, std::ostream& err);
 

@@ -2,15 +2,19 @@
 
 #include <filesystem>
 #include <memory>
+#include <new>
 #include <ostream>
+#include <stdexcept>
 
 #include "analysis/exit_codes.hpp"
 #include "analysis/input_measures.hpp"
 #include "analysis/input_stream.hpp"
 #include "analysis/json_output.hpp"
 #include "analysis/log_writer.hpp"
+#include "analysis/output_file.hpp"
 #include "analysis/progress.hpp"
 #include "analysis/run_report.hpp"
+#include "analysis/stop_signals.hpp"
 #include "analysis/text_table.hpp"
 #include "analysis/version.hpp"
 #include "analysis/warnings.hpp"
@@ -21,7 +25,7 @@ namespace {
 
 // A log must hold exactly the text that is run, so the text is read once, here.
 scenarios::Scenario load_with_text(const RunRequest& request, std::string& text) {
-  text = read_whole_file(request.file);
+  text = scenarios::read_text(request.file);
   scenarios::Scenario scenario =
       scenarios::read_scenario_text(text, request.file, request.overrides.seed);
   if (request.overrides.strict) refuse_warnings(request.file, scenario.warnings);
@@ -33,23 +37,24 @@ std::unique_ptr<LogWriter> open_log(const RunRequest& request, const std::string
                                     const scenarios::Scenario& scenario) {
   std::vector<std::uint32_t> labels;
   for (const physics::BodyParams& body : scenario.scene.bodies) labels.push_back(body.label);
-  auto log = std::make_unique<LogWriter>(request.log_file);
+  refuse_own_input(request.log_file, request.file, "--log");
+  auto log = std::make_unique<LogWriter>(request.log_file, request.force);
   log->begin({kVersion, std::filesystem::absolute(request.file).string(), text}, request.overrides,
              labels);
   const InputFollower start(scenario.scene, scenario.initial, scenario.run.inputs);
   const auto [ids, states] = start.bodies();
-  log->add_step({.step = 0,
-                 .digest = physics::digest(ids, states),
-                 .ids = {ids.begin(), ids.end()},
-                 .states = {states.begin(), states.end()},
-                 .inputs = {},
-                 .territory_changes = {}});
+  const bool written = log->add_step({.step = 0,
+                                      .digest = physics::digest(ids, states),
+                                      .ids = {ids.begin(), ids.end()},
+                                      .states = {states.begin(), states.end()},
+                                      .inputs = {},
+                                      .territory_changes = {}});
+  if (!written) log->finish();  // throws
   return log;
 }
 
-MeasuredRun run_observed(const RunRequest& request, const scenarios::Scenario& scenario,
-                         LogWriter* log, std::vector<std::uint64_t>& step_digests,
-                         std::optional<RealTimeReport>& real_time) {
+void run_observed(const RunRequest& request, const scenarios::Scenario& scenario, LogWriter* log,
+                  kernel::StopRequest& stop, RunReport& report) {
   std::optional<RealTimeSession> session;
   if (request.real_time) session.emplace(*request.real_time, scenario);
   models::CommitObserver observer;
@@ -59,23 +64,22 @@ MeasuredRun run_observed(const RunRequest& request, const scenarios::Scenario& s
       if (session) session->add(step);
       if (log == nullptr && !request.step_digests) return;
       const std::uint64_t digest = physics::digest(step.ids, step.states);
-      if (request.step_digests) step_digests.push_back(digest);
-      if (log != nullptr)
-        log->add_step(
-            {.step = step.step,
-             .digest = digest,
-             .ids = {step.ids.begin(), step.ids.end()},
-             .states = {step.states.begin(), step.states.end()},
-             .inputs = {step.inputs.begin(), step.inputs.end()},
-             .territory_changes = {step.territory_changes.begin(), step.territory_changes.end()}});
+      if (request.step_digests) report.step_digests.push_back(digest);
+      if (log != nullptr && !log->add_step({.step = step.step,
+                                            .digest = digest,
+                                            .ids = {step.ids.begin(), step.ids.end()},
+                                            .states = {step.states.begin(), step.states.end()},
+                                            .inputs = {step.inputs.begin(), step.inputs.end()},
+                                            .territory_changes = {step.territory_changes.begin(),
+                                                                  step.territory_changes.end()}}))
+        stop.store(kStopForFailure);
     };
   }
   if (session) session->start();
-  MeasuredRun run = measure_run(scenario.scene, scenario.initial, scenario.territory,
-                                session ? session->paced(scenario.run) : scenario.run, observer,
-                                terminal_progress(scenario.run.steps, request.quiet));
-  if (session) real_time = session->finish();
-  return run;
+  report.run = measure_run(scenario.scene, scenario.initial, scenario.territory,
+                           session ? session->paced(scenario.run) : scenario.run, observer,
+                           terminal_progress(scenario.run.steps, request.quiet));
+  if (session) report.real_time = session->finish();
 }
 
 // A warm rollback's bits depend on when messages came.
@@ -84,6 +88,67 @@ void refuse_warm_where_bits_count(const RunRequest& request) {
   if (!request.log_file.empty()) throw UsageError("--log: what --rollback warm does has no replay");
   if (request.overrides.cluster.check_purity)
     throw UsageError("--check-purity: --rollback warm is not pure");
+}
+
+// What a run needs follows from what it is asked for, so that is named.
+std::string asked_for(const scenarios::Scenario& scenario) {
+  return std::to_string(scenario.initial.size()) + " bodies in " +
+         std::to_string(scenario.territory.worlds) + " worlds of " +
+         std::to_string(scenario.territory.grid.cell_count()) + " cells, with buffers of " +
+         std::to_string(scenario.run.buffer) + " entries";
+}
+
+void run_within_memory(const RunRequest& request, const scenarios::Scenario& scenario,
+                       LogWriter* log, kernel::StopRequest& stop, RunReport& report) {
+  const std::string what_for = asked_for(scenario);
+  try {
+    run_observed(request, scenario, log, stop, report);
+  } catch (const std::bad_alloc&) {
+    throw OutOfMemory(what_for);
+  } catch (const std::length_error&) {
+    throw OutOfMemory(what_for);
+  } catch (const NumericalFailure&) {
+    if (log != nullptr) log->finish();  // what led there is of use
+    throw;
+  }
+}
+
+void print(const RunReport& report, bool as_json, std::ostream& out) {
+  out << (as_json ? run_json(report) : run_text(report));
+  if (as_json) return;
+  for (std::size_t i = 0; i < report.step_digests.size(); ++i)
+    out << "step " << i + 1 << " " << format_digest(report.step_digests[i]) << "\n";
+}
+
+void describe(const scenarios::Scenario& scenario, const RunRequest& request, RunReport& report) {
+  report.scenario = scenario.name;
+  report.warnings = {request.file, scenario.warnings};
+  report.bodies = scenario.initial.size();
+  report.worlds = scenario.territory.worlds;
+  report.dt_s = scenario.scene.dt_s;
+  for (const physics::BodyParams& body : scenario.scene.bodies) report.labels.push_back(body.label);
+  report.options = scenario.run;
+  report.with_step_digests = request.step_digests;
+}
+
+// On a rank that is not the root.
+int run_own_worlds(const RunRequest& request, const scenarios::Scenario& scenario) {
+  models::CommitObserver observer;
+  observer.wants_states = !request.log_file.empty() || request.step_digests;
+  take_part(scenario.scene, scenario.initial, scenario.territory, scenario.run, observer);
+  return kExitOk;
+}
+
+// Closes the log; false if that, or writing it, failed, which is told.
+bool finish(LogWriter* log, std::ostream& err) {
+  if (log == nullptr) return true;
+  try {
+    log->finish();
+  } catch (const scenarios::FileError& error) {
+    err << "soda: " << error.what() << "\n";
+    return false;
+  }
+  return true;
 }
 
 }  // namespace
@@ -98,38 +163,27 @@ int run_command(const RunRequest& given, std::ostream& out, std::ostream& err) {
   RunRequest request = given;
   if (request.log_file.empty()) request.log_file = scenario.output.log_file;
   request.step_digests = request.step_digests || scenario.output.step_digests;
-  if (request.overrides.transport != nullptr && !request.overrides.transport->is_root()) {
-    models::CommitObserver observer;
-    observer.wants_states = !request.log_file.empty() || request.step_digests;
-    take_part(scenario.scene, scenario.initial, scenario.territory, scenario.run, observer);
-    return kExitOk;
-  }
+  kernel::StopRequest stop{0};
+  const StopOnSignals signals(stop);
+  scenario.run.stop = &stop;
+  if (request.overrides.transport != nullptr && !request.overrides.transport->is_root())
+    return run_own_worlds(request, scenario);
   const std::unique_ptr<LogWriter> log =
       request.log_file.empty() ? nullptr : open_log(request, text, scenario);
 
   RunReport report;
+  describe(scenario, request, report);
   if (stream) stream->start();
-  report.run = run_observed(request, scenario, log.get(), report.step_digests, report.real_time);
+  run_within_memory(request, scenario, log.get(), stop, report);
   const bool bad_lines = stream && stream->stop() > 0;
-  if (log) log->finish(report.run.result.committed_steps, report.run.digest);
-
-  report.scenario = scenario.name;
-  report.warnings = {given.file, scenario.warnings};
-  report.bodies = scenario.initial.size();
-  report.worlds = scenario.territory.worlds;
-  report.dt_s = scenario.scene.dt_s;
-  for (const physics::BodyParams& body : scenario.scene.bodies) report.labels.push_back(body.label);
-  report.options = scenario.run;
-  report.with_step_digests = request.step_digests;
-  out << (request.json ? run_json(report) : run_text(report));
-  if (!request.json) {
-    for (std::size_t i = 0; i < report.step_digests.size(); ++i) {
-      out << "step " << i + 1 << " " << format_digest(report.step_digests[i]) << "\n";
-    }
-  }
+  const bool is_written = finish(log.get(), err);
+  print(report, request.json, out);
 
   const std::vector<std::string> broken = broken_plan_lines(report.run);
   for (const std::string& line : broken) err << "soda: plan broken: " << line << "\n";
+  if (!is_written) return kExitFile;
+  if (const std::uint32_t why = report.run.result.stopped; why != 0)
+    return why == kStopForFailure ? kExitFile : kExitSignal + static_cast<int>(why);
   if (!broken.empty()) return kExitCheckFailed;
   return bad_lines ? kExitInput : kExitOk;
 }

@@ -14,6 +14,7 @@ struct RunRequest {
   std::string file;
   Overrides overrides;
   std::string log_file;  // empty: no log
+  bool force = false;    // replaces a log that exists
   std::string inputs;    // empty: none; a file, or "-" for standard input
   bool json = false;
   bool step_digests = false;
@@ -21,7 +22,9 @@ struct RunRequest {
   std::optional<RealTimeRequest> real_time;
 };
 
-// Returns an exit code. Errors as exceptions; nothing has been written to `out` then.
+// Returns an exit code. Errors as exceptions; nothing has been written to `out` then. A signal, or
+// a log that cannot be written any more, ends the run at the next commit: what is known is
+// reported, and the exit code is kExitSignal + its number, or kExitFile.
 int run_command(const RunRequest& request, std::ostream& out, std::ostream& err);
 
 }  // namespace soda::analysis

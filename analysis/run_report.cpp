@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "analysis/overrides.hpp"
+#include "analysis/stop_signals.hpp"
 #include "analysis/text_table.hpp"
 
 namespace soda::analysis {
@@ -29,7 +30,11 @@ std::string heading_text(const RunReport& report) {
             " processors, buffer of " + std::to_string(report.options.buffer) + " entries";
   }
   if (report.options.synchronisation == kernel::Synchronisation::kLockstep) text += ", lockstep";
-  return text + "\n  digest of the state after the last step  " + format_digest(report.run.digest) +
+  text += "\n";
+  if (const std::uint32_t why = report.run.result.stopped; why != 0)
+    text += std::string("  ended early by ") + name_of_stop(why) + ", after step " +
+            std::to_string(steps) + " of " + std::to_string(report.options.steps) + "\n";
+  return text + "  digest of the state after the last step  " + format_digest(report.run.digest) +
          "\n";
 }
 

@@ -1,14 +1,13 @@
 #include "analysis/view_command.hpp"
 
 #include <algorithm>
-#include <fstream>
 #include <ostream>
 
 #include "analysis/exit_codes.hpp"
 #include "analysis/logged_run.hpp"
+#include "analysis/output_file.hpp"
 #include "analysis/view_page.hpp"
 #include "analysis/warnings.hpp"
-#include "scenarios/read_scenario.hpp"
 
 namespace soda::analysis {
 namespace {
@@ -27,15 +26,14 @@ int view_command(const ViewRequest& request, std::ostream& out, std::ostream& er
   LogReader log(request.file);
   const std::string file = request.page_file.empty() ? request.file + ".html" : request.page_file;
   tell_flaws(log, request.file, err);
+  refuse_own_input(file, request.file, "-o");
+  OutputFile page(file, request.force);
   const std::int64_t every = request.every.value_or(steps_a_frame(log));
   const scenarios::Scenario scenario = logged_scenario(log, {});
   tell_warnings({{log.scenario().file, scenario.warnings}}, err);
   const Recording recording = record(log, scenario, every);
-  std::ofstream page(file, std::ios::trunc | std::ios::binary);
-  if (!page) throw scenarios::FileError(file + ": cannot be written");
-  page << view_page(recording);
-  page.close();
-  if (!page) throw scenarios::FileError(file + ": writing the page failed");
+  page.write(view_page(recording));
+  page.complete();
   out << file << ": " << recording.bodies.size() << " bodies, " << recording.worlds << " worlds, "
       << recording.steps.size() << " frames (every " << every << " of " << log.last_step()
       << " steps); open it in a browser\n";

@@ -11,6 +11,7 @@ namespace soda::analysis {
 struct ViewRequest {
   std::string file;                   // the log
   std::string page_file;              // empty: the log's name and .html
+  bool force = false;                 // replaces a page that exists
   std::optional<std::int64_t> every;  // >= 1; else what keeps the page below some 15 MB
 };
 

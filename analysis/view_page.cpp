@@ -1,11 +1,14 @@
 #include "analysis/view_page.hpp"
 
 #include <bit>
+#include <map>
 #include <span>
+#include <string_view>
 
 #include "analysis/byte_codec.hpp"
 #include "analysis/svg_plot.hpp"
 #include "analysis/viewer_page.hpp"
+#include "scenarios/printable.hpp"
 
 namespace soda::analysis {
 namespace {
@@ -74,19 +77,26 @@ std::string base64(const ByteBuffer& bytes) {
   return text;
 }
 
-// In place of the first `mark`, which is there.
-void fill_in(std::string& page, const std::string& mark, const std::string& text) {
-  page.replace(page.find(mark), mark.size(), text);
+// The template with a text in place of each {{mark}}. In one pass: what is put in is not looked at
+// again, whatever it holds.
+std::string filled(std::string_view page, const std::map<std::string_view, std::string>& texts) {
+  std::string out;
+  for (std::size_t mark; (mark = page.find("{{")) != std::string_view::npos;) {
+    const std::size_t end = page.find("}}", mark);
+    out += page.substr(0, mark);
+    out += texts.at(page.substr(mark + 2, end - mark - 2));
+    page.remove_prefix(end + 2);
+  }
+  out += page;
+  return out;
 }
 
 }  // namespace
 
 std::string view_page(const Recording& recording) {
-  std::string page = kViewerPage;
-  fill_in(page, "{{script}}", kViewerScript);
-  fill_in(page, "{{title}}", escaped_xml(recording.name));
-  fill_in(page, "{{recording}}", base64(encoded(recording)));
-  return page;
+  return filled(kViewerPage, {{"script", kViewerScript},
+                              {"title", escaped_xml(scenarios::printable_text(recording.name))},
+                              {"recording", base64(encoded(recording))}});
 }
 
 }  // namespace soda::analysis

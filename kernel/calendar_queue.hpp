@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <new>
 #include <utility>
 #include <vector>
 
@@ -44,7 +45,7 @@ class CalendarQueue {
     const std::uint32_t node = take_node();
     nodes_[node].key = key;
     std::destroy_at(&nodes_[node].value);  // what was taken out of it left an empty one
-    std::construct_at(&nodes_[node].value, std::forward<Arguments>(arguments)...);
+    ::new (&nodes_[node].value) Value{std::forward<Arguments>(arguments)...};
     place(node);
     if (++size_ > grow_at_) [[unlikely]]
       rebuild();

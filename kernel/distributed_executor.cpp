@@ -64,6 +64,8 @@ RunResult run_distributed(std::span<const std::unique_ptr<LogicalProcess>> lps, 
   if (!transport.is_root()) return own;
   RunResult sum;
   sum.fault = std::move(own.fault);
+  sum.stopped = own.stopped;
+  sum.stopped_at = own.stopped_at;
   for (const Bytes& bytes : all) add(bytes, sum);
   // Rounds of different ranks are not the same rounds: the root's own are reported.
   sum.counters.gvt_rounds = own.counters.gvt_rounds;

@@ -1,6 +1,7 @@
 // Running a set of logical processes to an end time: what all executors share.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -41,11 +42,19 @@ struct CommittedFault {
   Fault fault;
 };
 
+// A request to end a run early, from any thread or a signal handler. 0: go on. Anything else, once
+// and for all: why, for whoever asked. Looked at whenever GVT is announced; the largest of those of
+// all ranks counts.
+using StopRequest = std::atomic<std::uint32_t>;
+
 struct RunResult {
   Counters counters;
   // The first fault in (time, LP) order. Everything before its time has been committed, nothing at
   // or after it.
   std::optional<CommittedFault> fault;
+  // The value of the request that ended the run before its end; 0: it came to its end or a fault.
+  std::uint32_t stopped = 0;
+  VirtualTime stopped_at = kBeginning;  // if so: what is earlier has been committed, nothing else
 };
 
 // Called after everything before `gvt` (<= end) has been committed, one call at a time, from any
@@ -56,9 +65,10 @@ using ProgressFn = std::function<void(VirtualTime gvt, const Counters& so_far)>;
 // checkpoint, no rollback, nothing shared with the Time Warp executors but the LP interface.
 // The oracle that the others are compared with. A time is committed when all LPs have executed it.
 // LP i of the span is LpId{i}. `outside` may be null; nothing runs ahead of its floor: a time is
-// executed when the floor has passed it.
+// executed when the floor has passed it. A stop request (or null) is looked at before each new t.
 RunResult run_sequential(std::span<const std::unique_ptr<LogicalProcess>> lps, VirtualTime end,
-                         const ProgressFn& progress = {}, Outside* outside = nullptr);
+                         const ProgressFn& progress = {}, Outside* outside = nullptr,
+                         const StopRequest* stop = nullptr);
 
 // What makes sure that causes come before effects.
 enum class Synchronisation {
@@ -77,6 +87,7 @@ struct ThreadsOptions {
   Synchronisation synchronisation = Synchronisation::kOptimistic;
   // May be null, or must outlive the run. Of ranks, the root's counts.
   Outside* outside = nullptr;
+  const StopRequest* stop = nullptr;  // the same; of ranks, that of any ends the run of all
 };
 
 // Optimistic (Time Warp) execution of every time < end, over worker threads. Same committed

@@ -48,8 +48,10 @@ bool GvtRounds::report(const GvtReport& report) {
   const std::lock_guard lock(mutex_);
   least_.floor = std::min(least_.floor, report.floor);
   prefer_first(report.fault, least_.fault);
+  least_.stop = std::max(least_.stop, report.stop);
   if (report.of_all_ranks) least_.of_all_ranks = report.of_all_ranks;
   if (++reported_ < workers_) return false;
+  outcome_.stop = least_.of_all_ranks ? least_.of_all_ranks->stop : least_.stop;
   SODA_ASSERT(least_.floor >= outcome_.gvt, "GVT went back from ", outcome_.gvt, " to ",
               least_.floor);
   outcome_.least = least_;

@@ -16,6 +16,7 @@ namespace soda::kernel {
 struct RankGvt {
   VirtualTime gvt = kBeginning;
   std::optional<CommittedFault> fault;  // the first before gvt, without its text
+  std::uint32_t stop = 0;               // a request that all know of
 };
 
 // What one worker knows when a round asks it.
@@ -24,13 +25,15 @@ struct GvtReport {
   std::optional<CommittedFault> fault;  // the first of its LPs, at any time
   // From the communicating worker of a rank: the floors here then bound GVT, but are not GVT.
   std::optional<RankGvt> of_all_ranks;
+  std::uint32_t stop = 0;  // a request to end the run early
 };
 
 // What all workers then know.
 struct GvtOutcome {
   VirtualTime gvt = kBeginning;         // nothing earlier can change any more; never goes back
   std::optional<CommittedFault> fault;  // the first with a time < gvt
-  GvtReport least;                      // of this process: the earliest floor and fault
+  std::uint32_t stop = 0;               // if not 0, the run ends at gvt
+  GvtReport least;                      // of this process: the earliest floor and fault, any stop
 };
 
 // A round has two steps: all workers are asked for a report, and then to take the outcome; each

@@ -88,8 +88,10 @@ void RankLink::take_in(const Transport::Packet& packet, std::vector<Message>& me
   }
 }
 
-void RankLink::contribute(VirtualTime floor, const std::optional<CommittedFault>& fault) {
+void RankLink::contribute(VirtualTime floor, const std::optional<CommittedFault>& fault,
+                          std::uint32_t stop) {
   GvtEstimate own = colours_.contribution(floor);
+  own.stop = stop;
   if (fault) {
     own.fault_t = fault->when.t;
     own.fault_round = fault->when.round;
@@ -108,11 +110,13 @@ RankLink::Progress RankLink::look() {
   if (!is_gvt) return Progress::kAgain;
   SODA_ASSERT(sum->floor() >= gvt_, "GVT went back from ", gvt_, " to ", sum->floor());
   gvt_ = sum->floor();
+  stop_ = sum->stop;
   if (sum->fault_time() < gvt_) fault_ = {sum->fault_time(), LpId{sum->fault_lp}, {}};
   return Progress::kNewGvt;
 }
 
-// The end comes last from each rank. After a fault, messages that no longer matter come before it.
+// The end comes last from each rank. After a fault or a stop, messages that no longer matter come
+// before it.
 void RankLink::close() {
   send_outgoing();
   for (std::uint32_t to = 0; to < transport_.size(); ++to)
@@ -122,7 +126,7 @@ void RankLink::close() {
     receive(late);
     std::this_thread::sleep_for(std::chrono::microseconds(20));
   }
-  SODA_ASSERT(late.empty() || fault_, late.size(), " messages after the end");
+  SODA_ASSERT(late.empty() || fault_ || stop_ != 0, late.size(), " messages after the end");
 }
 
 }  // namespace soda::kernel

@@ -37,8 +37,9 @@ class RankLink {
   bool reduces() const { return reduces_.load(std::memory_order_acquire); }
   // Whether the next is the first of a computation of GVT.
   bool begins() const { return colours_.begins(); }
-  // Begins one. Of the rank: the earliest floor and the first fault.
-  void contribute(VirtualTime floor, const std::optional<CommittedFault>& fault);
+  // Begins one. Of the rank: the earliest floor, the first fault, and a stop request.
+  void contribute(VirtualTime floor, const std::optional<CommittedFault>& fault,
+                  std::uint32_t stop);
   enum class Progress { kNone, kAgain, kNewGvt };  // kAgain: messages were in transit
   // Looks whether the reduction has come to an end.
   Progress look();
@@ -46,6 +47,8 @@ class RankLink {
   // The newest GVT that all ranks know, and the first fault before it: without its text.
   VirtualTime gvt() const { return gvt_; }
   const std::optional<CommittedFault>& fault() const { return fault_; }
+  // The stop request that all ranks know of; the run ends at gvt(). 0: none.
+  std::uint32_t stop() const { return stop_; }
 
   // When all ranks know of the end: waits until nothing is on its way here from any of them.
   void close();
@@ -67,6 +70,7 @@ class RankLink {
   std::atomic<bool> reduces_{false};
   VirtualTime gvt_ = kBeginning;
   std::optional<CommittedFault> fault_;
+  std::uint32_t stop_ = 0;
   std::uint32_t ended_ranks_ = 0;  // others that will send nothing more
 };
 

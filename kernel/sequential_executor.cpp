@@ -33,21 +33,30 @@ using Queue = CalendarQueue<Entry>;
 class SequentialRun final : public Outbox {
  public:
   SequentialRun(std::span<const std::unique_ptr<LogicalProcess>> lps, VirtualTime end,
-                Outside* outside)
-      : lps_(lps), end_(end), outside_(outside, lps.size(), end), agenda_(lps.size(), kNever) {
+                Outside* outside, const StopRequest* stop)
+      : lps_(lps),
+        end_(end),
+        outside_(outside, lps.size(), end),
+        stop_(stop),
+        agenda_(lps.size(), kNever) {
     for (std::uint32_t i = 0; i < lps.size(); ++i) push_agenda(LpId{i}, lps[i]->next_time());
   }
 
   RunResult run(const ProgressFn& progress) {
-    if (outside_.exists()) ask_outside();
+    if (outside_.exists()) ask_outside(true);
     while (!queue_.empty()) {
       execute_time(next_time());
       if (result_.fault) break;
       commit_time();
-      if (outside_.exists() && (next_or_end().t != now_.t || next_or_end() >= open_until_))
-        ask_outside();
+      const bool t_ends = next_or_end().t != now_.t;
+      if (outside_.exists() && (t_ends || next_or_end() >= open_until_)) ask_outside(t_ends);
       if (progress && (queue_.empty() || next_time().t != now_.t))
         progress(queue_.empty() ? end_ : next_time(), result_.counters);
+      if (next_or_end() < end_ && next_time().t != now_.t && stop_wanted() != 0) {
+        result_.stopped = stop_wanted();
+        result_.stopped_at = next_time();
+        break;
+      }
     }
     return std::move(result_);
   }
@@ -75,9 +84,13 @@ class SequentialRun final : public Outbox {
 
   VirtualTime next_or_end() { return queue_.empty() ? end_ : next_time(); }
 
-  // Until what comes next can be executed: nothing may come from outside any more at that time.
-  // Everything before it is irrevocable already.
-  void ask_outside() {
+  std::uint32_t stop_wanted() const {
+    return stop_ != nullptr ? stop_->load(std::memory_order_relaxed) : 0;
+  }
+
+  // Until what comes next can be executed: nothing may come from outside any more at that time; or,
+  // if a t has ended, until the run is to stop there. Everything before it is irrevocable already.
+  void ask_outside(bool t_ends) {
     while (true) {
       const VirtualTime gvt = outside_.hold(next_or_end());
       if (gvt >= end_) return;
@@ -89,6 +102,7 @@ class SequentialRun final : public Outbox {
                     std::move(message.payload));
       open_until_ = outside_.hold(kNever);
       if (next_or_end() < open_until_ || open_until_ >= end_) return;
+      if (t_ends && stop_wanted() != 0) return;
       wait_for_outside();
     }
   }
@@ -155,6 +169,7 @@ class SequentialRun final : public Outbox {
   std::span<const std::unique_ptr<LogicalProcess>> lps_;
   const VirtualTime end_;
   OutsideDoor outside_;
+  const StopRequest* const stop_;
   VirtualTime open_until_ = kNever;    // the floor of the outside when it was last asked
   std::vector<Message> from_outside_;  // scratch
   Queue queue_;
@@ -170,8 +185,8 @@ class SequentialRun final : public Outbox {
 }  // namespace
 
 RunResult run_sequential(std::span<const std::unique_ptr<LogicalProcess>> lps, VirtualTime end,
-                         const ProgressFn& progress, Outside* outside) {
-  return SequentialRun(lps, end, outside).run(progress);
+                         const ProgressFn& progress, Outside* outside, const StopRequest* stop) {
+  return SequentialRun(lps, end, outside, stop).run(progress);
 }
 
 }  // namespace soda::kernel

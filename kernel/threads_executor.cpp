@@ -55,6 +55,8 @@ RunResult run_team(Team& team, std::span<const std::unique_ptr<LogicalProcess>> 
   for (const Worker& worker : workers) result.counters += worker.counters();
   result.counters.gvt_rounds = team.rounds.rounds();
   result.fault = workers.front().fault();
+  result.stopped = workers.front().stopped();
+  result.stopped_at = workers.front().gvt();
   return result;
 }
 

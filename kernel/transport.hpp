@@ -1,6 +1,7 @@
 // What connects the ranks of a distributed run: the seam between the kernel and MPI.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -19,16 +20,18 @@ struct GvtEstimate {
   std::uint32_t floor_round = kNever.round;
   std::uint32_t fault_round = kNever.round;
   std::uint32_t fault_lp = 0;
-  std::uint32_t reserved = 0;
+  std::uint32_t stop = 0;  // a StopRequest
 
   VirtualTime floor() const { return {floor_t, floor_round}; }
   VirtualTime fault_time() const { return {fault_t, fault_round}; }
 };
 static_assert(sizeof(GvtEstimate) == 40);
 
-// Sum of what is in transit, earliest floor, first fault. Associative and commutative.
+// Sum of what is in transit, earliest floor, first fault, largest stop. Associative and
+// commutative.
 inline void combine(const GvtEstimate& from, GvtEstimate& into) {
   into.in_transit += from.in_transit;
+  into.stop = std::max(into.stop, from.stop);
   if (from.floor() < into.floor()) {
     into.floor_t = from.floor_t;
     into.floor_round = from.floor_round;

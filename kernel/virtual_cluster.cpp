@@ -269,7 +269,9 @@ void VirtualCluster::take_from_outside() {
 void VirtualCluster::commit(VirtualTime gvt) {
   gvt_ = gvt;
   fault_ = fault_before(gvt);
-  finished_ = fault_.has_value() || gvt >= end_;
+  const bool at_end = fault_.has_value() || gvt >= end_;
+  if (!at_end && options_.stop != nullptr) run_.stopped = options_.stop->load();
+  finished_ = at_end || run_.stopped != 0;
   const VirtualTime limit = fault_ ? fault_->when : std::min(gvt, end_);
   std::uint64_t history = 0;
   Counters so_far = run_.counters;
@@ -310,7 +312,8 @@ VirtualResult VirtualCluster::result() {
     report_.committed_cost_ns += processor.committed_cost_ns();
   }
   run_.fault = fault_;
-  if (options_.observer && !fault_) options_.observer->on_end();
+  run_.stopped_at = gvt_;
+  if (options_.observer && !fault_ && run_.stopped == 0) options_.observer->on_end();
   return {std::move(run_), report_};
 }
 

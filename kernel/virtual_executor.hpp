@@ -35,6 +35,7 @@ struct VirtualOptions {
   Adversary* adversary = nullptr;
   RunObserver* observer = nullptr;
   Outside* outside = nullptr;
+  const StopRequest* stop = nullptr;
 };
 
 struct VirtualReport {

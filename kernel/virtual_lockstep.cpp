@@ -123,7 +123,7 @@ class LockstepCluster {
 
   std::int64_t most() const { return *std::max_element(clocks_ns_.begin(), clocks_ns_.end()); }
 
-  // False if the run ends with a fault.
+  // False if the run ends with a fault, or is to stop.
   bool commit(VirtualTime gvt) {
     for (const VirtualProcessor& processor : processors_) {
       const std::optional<CommittedFault> fault = processor.first_fault();
@@ -131,7 +131,10 @@ class LockstepCluster {
                                        std::pair(run_.fault->when, run_.fault->lp)))
         run_.fault = fault;
     }
-    const bool finished = run_.fault || gvt >= end_;
+    const bool at_end = run_.fault || gvt >= end_;
+    if (!at_end && options_.stop != nullptr) run_.stopped = options_.stop->load();
+    run_.stopped_at = gvt;
+    const bool finished = at_end || run_.stopped != 0;
     const VirtualTime limit = run_.fault ? run_.fault->when : gvt;
     Counters so_far;
     std::uint64_t history = 0;
@@ -143,7 +146,7 @@ class LockstepCluster {
     report_.most_history = std::max(report_.most_history, history);
     ++run_.counters.gvt_rounds;
     if (progress_) progress_(limit, so_far);
-    return !run_.fault;
+    return !run_.fault && run_.stopped == 0;
   }
 
   VirtualResult result() {

@@ -100,8 +100,8 @@ void Worker::exchange_with_other_ranks() {
   if (progress == RankLink::Progress::kNewGvt) {
     nap_ = kShortestNap;
     round_due_ = now + kLongestBetweenRounds;
-    if (link.gvt() > gvt_ && (team_.idle.load() > 0 || link.gvt() >= end_ || link.fault()))
-      request_round();
+    const bool is_last = link.gvt() >= end_ || link.fault() || link.stop() != 0;
+    if (is_last || (link.gvt() > gvt_ && team_.idle.load() > 0)) request_round();
   } else if (progress == RankLink::Progress::kAgain) {
     round_due_ = now + kTransit;
   }
@@ -225,7 +225,9 @@ void Worker::take_part_in_round() {
     wake_others();
   }
   const GvtOutcome& outcome = gvt_part_.outcome();
-  finished_ = outcome.fault || outcome.gvt >= end_;
+  const bool at_end = outcome.fault || outcome.gvt >= end_;
+  stopped_ = at_end ? 0 : outcome.stop;
+  finished_ = at_end || stopped_ != 0;
   VirtualTime floor = outcome.least.floor;
   if (asks_outside() && !finished_) floor = std::min(floor, take_from_outside(outcome));
   if (communicates() && !finished_ && !team_.link->reduces()) {
@@ -235,7 +237,7 @@ void Worker::take_part_in_round() {
     const bool first =
         team_.link->begins() || options_.synchronisation != Synchronisation::kLockstep;
     contributed_ = first ? floor : std::min(floor, contributed_);
-    team_.link->contribute(contributed_, outcome.least.fault);
+    team_.link->contribute(contributed_, outcome.least.fault, outcome.least.stop);
   }
   note_gvt(outcome.gvt);
   commit(outcome);
@@ -285,6 +287,8 @@ GvtReport Worker::make_report() {
         std::pair(fault->when, fault->lp) < std::pair(report.fault->when, report.fault->lp))
       report.fault = fault;
   }
+  if (report.of_all_ranks) report.of_all_ranks->stop = team_.link->stop();
+  if (options_.stop != nullptr) report.stop = options_.stop->load(std::memory_order_relaxed);
   return report;
 }
 

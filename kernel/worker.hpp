@@ -25,11 +25,14 @@ class Worker {
   Worker(std::size_t index, Team& team, std::span<const std::unique_ptr<LogicalProcess>> lps,
          VirtualTime end, const ThreadsOptions& options, const ProgressFn& progress);
 
-  // Returns when GVT has reached the end or a fault, or the run was given up.
+  // Returns when GVT has reached the end or a fault, or the run was to stop or given up.
   void run();
 
   const Counters& counters() const { return effects_.counters; }
   const std::optional<CommittedFault>& fault() const { return fault_; }
+  // The stop request that ended the run at gvt(), before its end; else 0.
+  std::uint32_t stopped() const { return stopped_; }
+  VirtualTime gvt() const { return gvt_; }
 
  private:
   void take_in_messages();
@@ -131,6 +134,7 @@ class Worker {
   std::uint32_t executing_ = kNobody;
   VirtualTime open_until_ = kBeginning;  // LPs may execute what is earlier
   std::optional<CommittedFault> fault_;
+  std::uint32_t stopped_ = 0;
   bool finished_ = false;
   std::size_t batch_size_ = 1;
   std::chrono::steady_clock::time_point last_report_{};

@@ -37,6 +37,11 @@ constexpr kernel::VirtualTime time_of(std::int64_t step, Phase phase, std::uint3
 constexpr Phase phase_of(kernel::VirtualTime time) {
   return static_cast<Phase>(time.round >> kPhaseShift);
 }
+// How many steps are over when everything before `time` is done.
+constexpr std::int64_t steps_before(kernel::VirtualTime time) {
+  if (time.t < 0) return 0;
+  return time > time_of(time.t, Phase::kFinish) ? time.t + 1 : time.t;
+}
 // Of the phases that have rounds.
 constexpr std::uint32_t merge_round_of(kernel::VirtualTime time) {
   return time.round & ((1u << kPhaseShift) - 1);

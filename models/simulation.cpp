@@ -149,17 +149,18 @@ kernel::ThreadsOptions threads_options(const RunOptions& options, kernel::Outsid
           .window = options.buffer,
           .scheduling_seed = options.scheduling_seed,
           .synchronisation = options.synchronisation,
-          .outside = outside};
+          .outside = outside,
+          .stop = options.stop};
 }
 
 kernel::RunResult run_on_cluster(const Worlds& worlds, const RunOptions& options,
                                  const kernel::ProgressFn& progress, kernel::Outside* outside,
                                  std::optional<kernel::VirtualReport>& report) {
   kernel::VirtualOptions cluster = options.cluster;
-  cluster.outside = outside;
   cluster.window = options.buffer;
   cluster.synchronisation = options.synchronisation;
   cluster.outside = outside;
+  cluster.stop = options.stop;
   if (!options.constant_cost) cluster.cost_ns = cost_from_counters(worlds);
   kernel::VirtualResult result =
       kernel::run_virtual(worlds, time_of(options.steps, Phase::kBegin), cluster, progress);
@@ -176,6 +177,17 @@ kernel::RunResult run_over_ranks(const Worlds& worlds, const RunOptions& options
   return kernel::run_distributed(worlds, time_of(options.steps, Phase::kBegin),
                                  threads_options(options, outside), *options.transport, records,
                                  progress);
+}
+
+// Worlds may be ahead of what was committed when a run was stopped, and so may territories.
+void end_early(const kernel::RunResult& outcome, const Worlds& worlds, SimulationResult& result) {
+  result.stopped = outcome.stopped;
+  if (result.stopped == 0) return;
+  const std::int64_t steps = steps_before(outcome.stopped_at);
+  for (const std::unique_ptr<kernel::LogicalProcess>& process : worlds)
+    if (process) static_cast<World&>(*process).end_after(steps);
+  std::erase_if(result.territory_changes,
+                [steps](const TerritoryChange& change) { return change.step >= steps; });
 }
 
 void collect(const Worlds& worlds, const RunOptions& options, SimulationResult& result) {
@@ -199,7 +211,7 @@ kernel::RunResult run(const Worlds& worlds, const RunOptions& options, CommitRel
   // One world has nobody to run ahead of: it needs no history.
   if (worlds.size() == 1 && !worlds[0]) return {};
   if (options.executor == ExecutorKind::kSequential || worlds.size() == 1)
-    return kernel::run_sequential(worlds, end, progress, outside);
+    return kernel::run_sequential(worlds, end, progress, outside, options.stop);
   if (options.executor == ExecutorKind::kMpi)
     return run_over_ranks(worlds, options, relay, commits, balancing, progress, outside);
   return kernel::run_threads(worlds, end, threads_options(options, outside), progress);
@@ -225,6 +237,7 @@ SimulationResult run_committed(const physics::SceneDescription& scene,
   options.executor = ExecutorKind::kSequential;
   options.outsides.clear();
   options.entries = nullptr;
+  options.stop = nullptr;
   options.inputs.live = nullptr;
   options.inputs.script.clear();
   for (const CommittedInput& committed : failed.inputs)
@@ -344,6 +357,7 @@ SimulationResult simulate(const physics::SceneDescription& scene,
   const kernel::RunResult outcome = run(worlds, options, relay, commits, balancing.get(),
                                         on_gvt(options.steps, progress), result.cluster);
   if (balancing) result.territory_changes = balancing->changes();
+  end_early(outcome, worlds, result);
   result.committed_steps = merge.committed_steps();
   result.islands_committed = merge.islands();
   result.events = outcome.counters;

@@ -82,6 +82,8 @@ struct RunOptions {
   // Who sends to worlds from outside; each outlives the run. Over ranks, the root's count.
   std::vector<kernel::Outside*> outsides = {};
   EntryObserver* entries = nullptr;  // who is told how far worlds are; outlives the run
+  // Ends the run at the next commit when it is no longer 0; may be null, or outlives the run.
+  const kernel::StopRequest* stop = nullptr;
   // kVirtual only. Its window and synchronisation are those above, and its cost_ns is work_cost_ns
   // (work_cost.hpp) unless `constant_cost`: then each event costs bag_cost_ns.
   kernel::VirtualOptions cluster = {};
@@ -160,7 +162,8 @@ struct SimulationFault {
 };
 
 struct SimulationResult {
-  std::int64_t committed_steps = 0;              // == options.steps unless there was a fault
+  std::int64_t committed_steps = 0;  // == options.steps unless there was a fault or a stop
+  std::uint32_t stopped = 0;         // the request that ended the run early; 0: none did
   std::vector<physics::BodyState> final_states;  // after committed_steps; index == BodyId
   std::vector<physics::BodyId> final_ids;        // ascending; others are absent, their states void
   std::vector<CommittedInput> inputs;            // all that acted, in the order of acting

@@ -84,7 +84,10 @@ class World final : public kernel::LogicalProcess {
   const BufferEntry& newest_entry(BufferEntry& copy) const {
     return buffer_.read(buffer_.newest(), true, copy);
   }
-  // The same; the world is of no use any more.
+  // After a run that was stopped: takes back what was executed after the first `steps` steps, which
+  // are committed. The newest entry is theirs then.
+  void end_after(std::int64_t steps) { buffer_.truncate(steps, counters_); }
+  // The newest entry; the world is of no use any more.
   BufferEntry release_newest_entry() { return buffer_.release_newest(); }
 
  private:

@@ -10,6 +10,7 @@
 #include "scenarios/inputs.hpp"
 #include "scenarios/joints.hpp"
 #include "scenarios/orientation.hpp"
+#include "scenarios/output_place.hpp"
 #include "scenarios/references.hpp"
 #include "scenarios/shapes.hpp"
 #include "scenarios/warnings.hpp"
@@ -255,7 +256,8 @@ Scenario build_scenario(const DocumentSpec& document, const std::string& file,
   scenario.scene.tolerance = document.accuracy.tolerance;
   scenario.territory = territory_of(document.territory, seed);
   scenario.run = run_of(document, faults);
-  scenario.output = {document.output.log.value_or(""), document.output.step_digests};
+  scenario.output = {log_place(document.output, folder_of(file), faults),
+                     document.output.step_digests};
 
   const MaterialIndex materials = index_materials(document.materials, faults);
   ShapeIndex index;

@@ -6,7 +6,8 @@
 
 namespace soda::scenarios {
 
-// The bytes of the file, or why they cannot be had. Reads at most max_bytes + 1 bytes, so that a
+// The bytes of a regular file, or why they cannot be had: a FIFO or a device would block, or never
+// end. Reads at most max_bytes + 1 bytes, so that a
 // caller sees by the size that there are more.
 struct FileText {
   std::string bytes;

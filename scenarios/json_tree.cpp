@@ -1,34 +1,15 @@
 #include "scenarios/json_tree.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <vector>
+
+#include "scenarios/printable.hpp"
 
 namespace soda::scenarios {
 namespace {
 
 constexpr std::size_t kLongestQuote = 60;
-
-void append_escape(std::string& out, unsigned char byte) {
-  char buffer[8];
-  std::snprintf(buffer, sizeof buffer, "\\x%02X", byte);
-  out += buffer;
-}
-
-// Length of the well-formed UTF-8 sequence of several bytes at `at`, or 0.
-std::size_t utf8_sequence(std::string_view text, std::size_t at) {
-  const unsigned char lead = static_cast<unsigned char>(text[at]);
-  const std::size_t length = lead >= 0xC2 && lead < 0xE0   ? 2
-                             : lead >= 0xE0 && lead < 0xF0 ? 3
-                             : lead >= 0xF0 && lead < 0xF5 ? 4
-                                                           : 0;
-  if (length == 0 || at + length > text.size()) return 0;
-  for (std::size_t i = 1; i < length; ++i) {
-    if ((static_cast<unsigned char>(text[at + i]) & 0xC0) != 0x80) return 0;
-  }
-  // C1 control characters (U+0080 to U+009F) steer terminals.
-  const bool control = lead == 0xC2 && static_cast<unsigned char>(text[at + 1]) < 0xA0;
-  return control ? 0 : length;
-}
 
 }  // namespace
 
@@ -62,21 +43,20 @@ std::string pointer_to(const JsonValue& value) {
 }
 
 std::string printable(std::string_view text) {
+  // Line breaks and tabs are harmless on a terminal, but not in the middle of a message.
+  std::size_t end = 0;
+  while (end < text.size() && end < kLongestQuote)
+    end += std::max<std::size_t>(1, utf8_length(text, end));
   std::string out;
-  for (std::size_t i = 0; i < text.size();) {
-    if (out.size() >= kLongestQuote) return out + "...";
-    const unsigned char byte = static_cast<unsigned char>(text[i]);
-    if (byte >= 0x20 && byte < 0x7F) {
-      out += text[i++];
-    } else if (const std::size_t length = byte < 0x80 ? 0 : utf8_sequence(text, i)) {
-      out += text.substr(i, length);
-      i += length;
-    } else {
-      append_escape(out, byte);
-      ++i;
-    }
+  for (const char c : printable_text(text.substr(0, end))) {
+    if (c == '\n')
+      out += "\\u000a";
+    else if (c == '\t')
+      out += "\\u0009";
+    else
+      out += c;
   }
-  return out;
+  return end < text.size() ? out + "..." : out;
 }
 
 std::string json_quoted(std::string_view text) {

@@ -30,8 +30,8 @@ Scenario read_scenario_text(std::string_view text, const std::string& file,
   return scenario;
 }
 
-Scenario read_scenario_file(const std::string& file, std::optional<std::uint64_t> seed) {
-  const FileText text = read_file_text(file, kMaxFileBytes);
+std::string read_text(const std::string& file) {
+  FileText text = read_file_text(file, kMaxFileBytes);
   if (!text.failure.empty()) throw FileError(file + ": cannot be read: " + text.failure);
   if (text.bytes.size() > kMaxFileBytes) {
     InputFault fault;
@@ -39,7 +39,11 @@ Scenario read_scenario_file(const std::string& file, std::optional<std::uint64_t
     fault.allowed = "at most 256 MiB";
     throw InputError(file, {fault});
   }
-  return read_scenario_text(text.bytes, file, seed);
+  return std::move(text.bytes);
+}
+
+Scenario read_scenario_file(const std::string& file, std::optional<std::uint64_t> seed) {
+  return read_scenario_text(read_text(file), file, seed);
 }
 
 }  // namespace soda::scenarios

@@ -31,11 +31,16 @@ class InputError : public std::runtime_error {
   std::vector<InputFault> faults_;
 };
 
-// The file cannot be opened or read (missing, a directory, no permission): exit code 3.
+// The file cannot be opened, read or written (missing, a directory or device, no permission, a full
+// disk), or there is not enough memory for what is in it: exit code 3.
 class FileError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
+
+// The text of a scenario, or of another input: of a regular file of at most 256 MiB. Throws
+// InputError if it is larger, FileError if it cannot be read.
+std::string read_text(const std::string& file);
 
 // Reads a scenario, with warnings of what it hardly means. `file` names it in messages; mesh files
 // are looked up relative to its folder. `seed`, if given, replaces every seed in the file

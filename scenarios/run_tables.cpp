@@ -89,7 +89,7 @@ constexpr Field kBalancingFields[] = {
 constexpr Field kOutputFields[] = {
     field<OutputSpec, &OutputSpec::log>(
         "log", kOptional, kText,
-        "Event log to write, relative to the folder in which soda runs; --log comes first."),
+        "Event log to write, below the folder of the scenario; --log comes first."),
     field<OutputSpec, &OutputSpec::step_digests>("step_digests", kOptional, kNone,
                                                  "Report the digest of every step."),
 };

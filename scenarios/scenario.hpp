@@ -17,7 +17,7 @@ namespace soda::scenarios {
 // An aggregate that is taken apart where a run is built; no function below takes a whole one.
 // What a run writes beside its report; command-line options come first.
 struct OutputOptions {
-  std::string log_file;  // empty: none
+  std::string log_file;  // below the folder of the scenario; empty: none
   bool step_digests = false;
 };
 

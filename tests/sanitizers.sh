@@ -34,7 +34,7 @@ for mode in "--gating on" "--gating off --rollback invalidate" \
   "--balancing random --balancing-interval 3" "--ghosts predicted"; do
   # shellcheck disable=SC2086
   inputs | "$soda" run $library/eight-corner.json --threads 2 --worlds 4 --steps 120 --realtime \
-    --inputs - --quiet --log "$log" $mode > /dev/null
+    --inputs - --quiet --log "$log" --force $mode > /dev/null
   "$soda" replay "$log" --quiet > /dev/null
 done
 

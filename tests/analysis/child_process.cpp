@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -14,7 +15,8 @@
 namespace soda::analysis_test {
 namespace {
 
-[[noreturn]] void become(const std::vector<std::string>& argv, int out, int err) {
+[[noreturn]] void become(const std::vector<std::string>& argv, int out, int err,
+                         const Meanwhile& meanwhile) {
   std::vector<char*> arguments;
   for (const std::string& argument : argv) {
     arguments.push_back(const_cast<char*>(argument.c_str()));
@@ -22,6 +24,8 @@ namespace {
   arguments.push_back(nullptr);
   dup2(out, STDOUT_FILENO);
   dup2(err, STDERR_FILENO);
+  for (const int number : {SIGINT, SIGTERM}) std::signal(number, SIG_DFL);
+  meanwhile.in_child();
   execv(arguments[0], arguments.data());
   _exit(127);
 }
@@ -47,14 +51,17 @@ void drain(std::array<int, 2> pipes, std::array<std::string*, 2> texts) {
 
 }  // namespace
 
-ChildResult run_child(const std::vector<std::string>& argv) {
+ChildResult run_child(const std::vector<std::string>& argv) { return run_child(argv, {}); }
+
+ChildResult run_child(const std::vector<std::string>& argv, const Meanwhile& meanwhile) {
   std::array<int, 2> out{}, err{};
   if (pipe(out.data()) != 0 || pipe(err.data()) != 0) throw std::runtime_error("pipe failed");
   const pid_t child = fork();
   if (child < 0) throw std::runtime_error("fork failed");
-  if (child == 0) become(argv, out[1], err[1]);
+  if (child == 0) become(argv, out[1], err[1], meanwhile);
   close(out[1]);
   close(err[1]);
+  meanwhile.here(child);
   ChildResult result;
   drain({out[0], err[0]}, {&result.out, &result.err});
   close(out[0]);
@@ -63,14 +70,21 @@ ChildResult run_child(const std::vector<std::string>& argv) {
   rusage usage{};
   if (wait4(child, &status, 0, &usage) != child) throw std::runtime_error("wait4 failed");
   result.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  result.signal = WIFSIGNALED(status) ? WTERMSIG(status) : 0;
+  const auto seconds = [](const timeval& t) {
+    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+  };
+  result.cpu_s = seconds(usage.ru_utime) + seconds(usage.ru_stime);
   result.peak_rss_kib = usage.ru_maxrss;
   return result;
 }
 
-ChildResult run_soda(const std::vector<std::string>& arguments) {
+ChildResult run_soda(const std::vector<std::string>& arguments) { return run_soda(arguments, {}); }
+
+ChildResult run_soda(const std::vector<std::string>& arguments, const Meanwhile& meanwhile) {
   std::vector<std::string> argv = {SODA_BINARY_DIR "/soda"};
   argv.insert(argv.end(), arguments.begin(), arguments.end());
-  return run_child(argv);
+  return run_child(argv, meanwhile);
 }
 
 std::string library_file(const std::string& name) {

@@ -1,63 +1,27 @@
-// Stored digests of the scenario library: the bits must not depend on optimisation, on the
+// Stored digests of whole runs: the bits must not depend on optimisation, on the compiler, on the
 // processor's libm variants, or on the day.
 
 #include <gtest/gtest.h>
 
-#include <filesystem>
-#include <fstream>
-#include <set>
-#include <sstream>
+#include "tests/determinism/golden_runs.hpp"
 
-#include "models/simulation.hpp"
-#include "scenarios/read_scenario.hpp"
-
-namespace soda {
+namespace soda::test {
 namespace {
 
-struct Golden {
-  std::string scenario;
-  std::int64_t steps;
-  std::uint64_t digest;
-};
+class GoldenDigests : public testing::TestWithParam<GoldenRun> {};
 
-// Lines "scenario steps digest"; made by tests/golden/update.sh.
-std::vector<Golden> stored_digests() {
-  std::ifstream file(SODA_SOURCE_DIR "/tests/golden/digests.txt");
-  std::vector<Golden> stored;
-  for (std::string line; std::getline(file, line);) {
-    Golden golden;
-    std::istringstream(line) >> golden.scenario >> golden.steps >> std::hex >> golden.digest;
-    stored.push_back(golden);
-  }
-  return stored;
+TEST_P(GoldenDigests, EveryStepOfTheWholeRunIsAsStored) {
+  EXPECT_EQ(golden_run(GetParam().scene), GetParam());
 }
 
-std::uint64_t final_digest(const Golden& golden) {
-  const scenarios::Scenario scenario = scenarios::read_scenario_file(
-      SODA_SOURCE_DIR "/scenarios/library/" + golden.scenario + ".json");
-  models::TerritoryOptions one = scenario.territory;
-  one.worlds = 1;
-  const models::SimulationResult result =
-      models::simulate(scenario.scene, scenario.initial, models::make_territory_map(one, {}),
-                       {.steps = golden.steps, .inputs = scenario.run.inputs});
-  return models::final_digest(result);
-}
+INSTANTIATE_TEST_SUITE_P(Scenes, GoldenDigests, testing::ValuesIn(stored_runs()),
+                         [](const auto& info) { return test_name(info.param); });
 
-TEST(GoldenDigests, EveryLibraryScenarioGivesItsStoredDigest) {
-  for (const Golden& golden : stored_digests()) {
-    EXPECT_EQ(final_digest(golden), golden.digest) << golden.scenario;
-  }
-}
-
-TEST(GoldenDigests, EveryLibraryScenarioHasOne) {
-  std::set<std::string> stored, library;
-  for (const Golden& golden : stored_digests()) stored.insert(golden.scenario);
-  for (const auto& entry :
-       std::filesystem::directory_iterator(SODA_SOURCE_DIR "/scenarios/library")) {
-    if (entry.path().extension() == ".json") library.insert(entry.path().stem());
-  }
-  EXPECT_EQ(stored, library);
+TEST(GoldenDigest, EveryLibraryAndCaseSceneHasOne) {
+  std::vector<std::string> stored;
+  for (const GoldenRun& run : stored_runs()) stored.push_back(run.scene);
+  EXPECT_EQ(stored, golden_scenes());
 }
 
 }  // namespace
-}  // namespace soda
+}  // namespace soda::test

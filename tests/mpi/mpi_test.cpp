@@ -204,5 +204,32 @@ TEST_F(Mpi, AKilledRankEndsTheJobWithinSeconds) {
   EXPECT_TRUE(soda_processes_with(seed).empty());
 }
 
+// One rank gets the signal; all agree where to end.
+TEST_F(Mpi, ASignalToAnyRankEndsTheRunAtACommitWithItsReport) {
+  for (const std::size_t rank : {0u, 2u}) {
+    const TemporaryFolder folder;
+    const std::string log = folder.file("run.sodalog");
+    ChildResult job;
+    std::thread runs([&] {
+      job = run_job(3, {"run", library_file("border-stack"), "--executor", "mpi", "--threads", "2",
+                        "--steps", "10000000", "--log", log});
+    });
+    std::vector<pid_t> ranks;
+    for (int look = 0; look < 100 && ranks.size() < 3; ++look) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+      ranks = soda_processes_with(log);
+    }
+    EXPECT_EQ(ranks.size(), 3u);
+    std::this_thread::sleep_for(std::chrono::seconds(2));
+    EXPECT_EQ(kill(ranks[rank], SIGINT), 0);
+    runs.join();
+    EXPECT_EQ(job.exit_code, 130) << job.err;
+    EXPECT_NE(job.out.find("ended early by SIGINT, after step "), std::string::npos) << job.out;
+    const ChildResult replay = run_soda({"replay", log});
+    EXPECT_EQ(replay.exit_code, 0) << replay.err;
+    EXPECT_NE(replay.out.find(after("after the last step  ", job.out)), std::string::npos);
+  }
+}
+
 }  // namespace
 }  // namespace soda

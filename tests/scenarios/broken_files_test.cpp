@@ -64,10 +64,10 @@ const SyntaxCase kSyntaxCases[] = {
     {"TwoDocuments", "{} @{}", "", "{"},
     {"WrongBracket", "{\"x\": [1, 2@}", "/x/2", "}"},
     {"OpenString", "{\"x\": \"abc@", "/x", "end of the file"},
-    {"LineBreakInString", "{\"x\": \"ab@\nc\"}", "/x", "\\x0A"},
+    {"LineBreakInString", "{\"x\": \"ab@\nc\"}", "/x", "\\u000a"},
     {"ByteThatIsNotUtf8", "{\"x\": \"ab@\xFF\"}", "/x", "\\xFF"},
     {"OverlongUtf8", "{\"x\": \"ab@\xC0\x80\"}", "/x", "not UTF-8"},
-    {"ControlCharacter", "{\"x\": \"ab@\x01\"}", "/x", "\\x01"},
+    {"ControlCharacter", "{\"x\": \"ab@\x01\"}", "/x", "\\u0001"},
     {"Utf16", "@\xFF\xFE{", "", "\\xFF\\xFE"},
 };
 
