@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <numeric>
+#include <utility>
 
 #include "models/simulation.hpp"
 #include "models/work_cost.hpp"
@@ -138,16 +139,14 @@ std::vector<SolverRange> divide_chain(std::span<const std::uint64_t> inside,
 }
 
 std::optional<SplitPlan> plan_split(const physics::SceneDescription& scene,
-                                    std::span<const BodyId> ids, std::span<const WorldId> owners,
+                                    physics::IslandBlocks blocks, std::span<const WorldId> owners,
                                     std::span<const ContactManifold> manifolds,
                                     std::span<const std::uint32_t> processors,
                                     std::int64_t exchange_ns) {
   std::vector<Party> parties = parties_of(owners, processors);
-  if (parties.size() < 2 || !scene.joints.empty() || may_bounce(scene, manifolds))
-    return std::nullopt;
-  SplitPlan plan{physics::split_island(ids, manifolds), {}};
-  if (plan.blocks.count() < 2) return std::nullopt;
-  for (std::size_t i = 0; i < ids.size(); ++i) {
+  if (parties.size() < 2 || may_bounce(scene, manifolds)) return std::nullopt;
+  SplitPlan plan{std::move(blocks), {}};
+  for (std::size_t i = 0; i < owners.size(); ++i) {
     const std::uint32_t processor = processors[index_of(owners[i])];
     std::lower_bound(parties.begin(), parties.end(), processor,
                      [](const Party& party, std::uint32_t p) { return party.processor < p; })

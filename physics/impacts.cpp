@@ -44,6 +44,8 @@ bool is_impact(const SceneDescription& scene, const ContactManifold& m) {
   return std::max(a.restitution, b.restitution) > 0.0 || m.points[0].feature == kWayToImpact;
 }
 
+}  // namespace
+
 bool is_in_flight(const SceneDescription& scene, const Geometry& geometry,
                   std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
                   std::span<const BodyState> states) {
@@ -65,6 +67,8 @@ bool is_in_flight(const SceneDescription& scene, const Geometry& geometry,
   }
   return true;
 }
+
+namespace {
 
 // Two bodies of the island, or one and a static, that may meet.
 struct FlyingPair {

@@ -9,12 +9,12 @@
 #include <algorithm>
 #include <vector>
 
-#include "physics/direct_contacts.hpp"
 #include "physics/forces.hpp"
 #include "physics/geometry_impl.hpp"
 #include "physics/island_blocks.hpp"
 #include "physics/island_motion.hpp"
 #include "physics/momentum.hpp"
+#include "physics/solve_choice.hpp"
 #include "physics/springs.hpp"
 
 namespace soda::physics {
@@ -79,7 +79,7 @@ bool is_solved_whole(const SceneDescription& scene, std::span<const BodyId> ids,
                      std::span<const ContactManifold> manifolds,
                      std::span<const BodyState> states) {
   return !is_giant(manifolds) ||
-         plan_direct_solve(scene, scene.dt_s, false, ids, manifolds, states).has_value();
+         !choose_solve(scene, scene.dt_s, false, ids, manifolds, states).blocks;
 }
 
 // On a surface that slides along, friction has to pull, and what a body without velocity was left
