@@ -63,7 +63,7 @@ std::int64_t work_cost_ns(const physics::StageCounters& before, const physics::S
   cost += kContactPoint * grown(before.contact_points, after.contact_points);
   cost += solves_ns(before, after);
   cost += kJointRow * grown(before.joint_rows, after.joint_rows);
-  cost += kImpactSearch * grown(before.impact_searches, after.impact_searches);
+  cost += kImpactSearch * grown(before.impact_searches(), after.impact_searches());
   cost += kDrive * (grown(before.driven_bodies, after.driven_bodies) +
                     grown(before.forced_bodies, after.forced_bodies));
   cost += kBorderTest * grown(worlds_before.border_tests, worlds_after.border_tests);

@@ -4,8 +4,11 @@
 #include <span>
 
 #include "physics/advance.hpp"
+#include "physics/need.hpp"
 
 namespace soda::physics {
+
+Need flights_needed(const SceneDescription& scene);
 
 // Whether an island is of the kind that flies: something bounces or comes far in a step, no joint,
 // drive, force or mesh has a part in it, it has few bodies, and nothing rests.

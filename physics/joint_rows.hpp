@@ -10,6 +10,7 @@
 #include "physics/contact_manifold.hpp"
 #include "physics/contact_solver.hpp"
 #include "physics/envelope_matrix.hpp"
+#include "physics/need.hpp"
 #include "physics/scene.hpp"
 
 namespace soda::physics {
@@ -61,6 +62,10 @@ struct JointSystem {
 
   bool empty() const { return joints.empty(); }
 };
+
+Need joint_rows_needed(const SceneDescription& scene);
+Need limits_needed(const SceneDescription& scene);
+Need motors_needed(const SceneDescription& scene);
 
 // Which joints there are; no rows yet. `ids` ascending.
 JointSystem find_joints(const SceneDescription& scene, std::span<const BodyId> ids,

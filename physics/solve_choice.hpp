@@ -9,9 +9,13 @@
 #include "physics/contact_manifold.hpp"
 #include "physics/geometry.hpp"
 #include "physics/island_blocks.hpp"
+#include "physics/need.hpp"
 #include "physics/scene.hpp"
 
 namespace soda::physics {
+
+Need direct_solves_needed(const SceneDescription& scene);
+Need blocks_needed(const SceneDescription& scene);
 
 // One of both at most. Neither: the whole by sweeps, in turns with its joints if it has any.
 struct SolveChoice {
