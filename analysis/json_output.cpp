@@ -199,8 +199,23 @@ std::string run_json(const RunReport& report) {
   return dumped(json);
 }
 
-std::string plan_json(const std::string& scenario, const std::vector<models::PlanLine>& plan) {
-  return dumped({{"scenario", scenario}, {"plan", plan_lines(plan, nullptr)}});
+std::string plan_json(const std::string& scenario, const std::vector<models::PlanLine>& plan,
+                      const std::vector<models::JointCost>& joints,
+                      const physics::SceneDescription& scene) {
+  Json islands = Json::array();
+  for (const models::JointCost& cost : joints)
+    islands.push_back(
+        {{"first_body", scene.bodies[physics::index_of(cost.island.bodies.front())].label},
+         {"bodies", cost.island.bodies.size()},
+         {"joints", cost.island.joints},
+         {"rows", cost.island.rows},
+         {"multiplications", cost.island.multiplications},
+         {"factorisations_ms_per_step", 1e-6 * static_cast<double>(cost.factors_ns)},
+         {"times_the_rest_of_a_step", cost.of_the_rest},
+         {"costly", cost.is_costly()},
+         {"meaning", models::words_for(scene, cost)}});
+  return dumped(
+      {{"scenario", scenario}, {"plan", plan_lines(plan, nullptr)}, {"joint_islands", islands}});
 }
 
 std::string verification_json(const Verification& verification) {

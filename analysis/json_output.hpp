@@ -13,6 +13,7 @@
 #include "analysis/run_report.hpp"
 #include "analysis/swarm_command.hpp"
 #include "analysis/verify_command.hpp"
+#include "models/joint_cost.hpp"
 #include "models/plan.hpp"
 
 namespace soda::analysis {
@@ -20,7 +21,9 @@ namespace soda::analysis {
 // Each returns one object, indented by two, with a final line break. Doubles read back as the same
 // bits; what is not finite becomes null.
 std::string run_json(const RunReport& report);
-std::string plan_json(const std::string& scenario, const std::vector<models::PlanLine>& plan);
+std::string plan_json(const std::string& scenario, const std::vector<models::PlanLine>& plan,
+                      const std::vector<models::JointCost>& joints,
+                      const physics::SceneDescription& scene);
 std::string verification_json(const Verification& verification);
 std::string accuracy_json(const AccuracyReport& report);
 std::string anticipation_json(const AnticipationReport& report);

@@ -173,6 +173,16 @@ std::string plan_text(const std::vector<models::PlanLine>& plan,
   return format_table(columns, rows);
 }
 
+std::string joint_costs_text(const physics::SceneDescription& scene) {
+  std::vector<models::JointCost> costs = models::joint_costs(scene);
+  if (costs.empty()) return "";
+  std::string text = "\n";
+  for (std::size_t i = 0; i < costs.size() && (i == 0 || costs[i].is_costly()); ++i)
+    text += std::string(costs[i].is_costly() ? "costly: " : "costliest: ") +
+            models::words_for(scene, costs[i]) + "\n";
+  return text;
+}
+
 std::string run_text(const RunReport& report) {
   const std::optional<kernel::VirtualReport>& cluster = report.run.result.cluster;
   return heading_text(report) + "\n" +

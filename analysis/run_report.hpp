@@ -26,6 +26,10 @@ struct RunReport {
 // Several tables; every figure with its unit.
 std::string run_text(const RunReport& report);
 
+// What islands of joints will cost: a line for each costly one, else one for the costliest; nothing
+// without joints between bodies.
+std::string joint_costs_text(const physics::SceneDescription& scene);
+
 // A plan as a table; with `counters` (one per line) a column of what was counted.
 std::string plan_text(const std::vector<models::PlanLine>& plan,
                       const std::vector<std::uint64_t>* counters);

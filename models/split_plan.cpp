@@ -5,8 +5,11 @@
 #include <numeric>
 #include <utility>
 
+#include "kernel/partition.hpp"
+#include "models/run_stages.hpp"
 #include "models/simulation.hpp"
 #include "models/work_cost.hpp"
+#include "physics/solve_choice.hpp"
 
 namespace soda::models {
 namespace {
@@ -102,6 +105,36 @@ bool splits_islands(const RunOptions& options) {
   return options.split_islands && options.gating && options.ghosts == GhostMode::kTold &&
          options.rollback != RollbackMode::kWarm && options.executor != ExecutorKind::kSequential &&
          options.synchronisation == kernel::Synchronisation::kOptimistic;
+}
+
+std::vector<std::uint32_t> processors_of(const RunOptions& options, std::uint32_t worlds) {
+  std::size_t processors = worlds;
+  if (options.executor == ExecutorKind::kThreads) processors = options.threads;
+  if (options.executor == ExecutorKind::kVirtual)
+    processors = std::min<std::size_t>(options.cluster.processors, worlds);
+  // A plan can be asked for before there are ranks: then there is no telling.
+  if (options.executor == ExecutorKind::kMpi && options.transport != nullptr)
+    processors = std::size_t{options.threads} * options.transport->size();
+  const kernel::Partition partition{worlds, processors};
+  std::vector<std::uint32_t> of_world(worlds);
+  for (std::uint32_t world = 0; world < worlds; ++world)
+    of_world[world] = static_cast<std::uint32_t>(partition.owner_of(kernel::LpId{world}));
+  return of_world;
+}
+
+physics::Need splits_needed(const physics::SceneDescription& scene, const RunOptions& options,
+                            std::uint32_t worlds) {
+  const physics::Need entries = entries_needed(options, worlds);
+  if (!entries) return entries;
+  if (worlds == 1) return borders_needed(worlds);
+  if (!splits_islands(options)) return {false, "each world solves the whole of its islands"};
+  const std::vector<std::uint32_t> processors = processors_of(options, worlds);
+  if (processors.front() == processors.back())
+    return {false, "one processor drives all worlds"};
+  if (scene.tolerance > 0.0) return {false, "each part of a step to a tolerance has its own blocks"};
+  const physics::Need blocks = physics::blocks_needed(scene);
+  if (!blocks) return blocks;
+  return {true, "worlds solve an island of many contacts together"};
 }
 
 std::int64_t exchange_ns(const RunOptions& options) {

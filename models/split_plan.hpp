@@ -6,9 +6,11 @@
 #include <optional>
 #include <span>
 #include <vector>
+#include <vector>
 
 #include "models/territory.hpp"
 #include "physics/island_blocks.hpp"
+#include "physics/need.hpp"
 #include "physics/scene.hpp"
 
 namespace soda::models {
@@ -19,6 +21,13 @@ struct RunOptions;
 // message between them takes. On the virtual cluster that is known, else a guess.
 bool splits_islands(const RunOptions& options);
 std::int64_t exchange_ns(const RunOptions& options);
+
+// The processor (thread, virtual processor) that drives each world; in sequence, each has its own.
+std::vector<std::uint32_t> processors_of(const RunOptions& options, std::uint32_t worlds);
+
+// Whether such a run of this scene may come to split one: what worlds are told (world.hpp).
+physics::Need splits_needed(const physics::SceneDescription& scene, const RunOptions& options,
+                            std::uint32_t worlds);
 
 // Blocks [first, last) are solved by the world.
 struct SolverRange {

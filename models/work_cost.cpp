@@ -12,6 +12,7 @@ constexpr std::int64_t kIsland = 500;
 constexpr std::int64_t kRowIteration = 45;
 constexpr std::int64_t kMultiplicationsPerNs = 1;  // of a factorisation
 constexpr std::int64_t kJointRow = 4000;           // of all factorisations and aims of a step
+constexpr std::int64_t kJointFactors = 5;          // factorisations of joint rows in a step
 constexpr std::int64_t kImpactSearch = 2500;
 constexpr std::int64_t kDrive = 50;
 constexpr std::int64_t kBorderTest = 50;
@@ -85,6 +86,14 @@ std::int64_t solve_cost_ns(std::uint32_t contact_points, std::uint64_t iteration
                            std::uint64_t multiplications) {
   return kIsland + static_cast<std::int64_t>(multiplications) / kMultiplicationsPerNs +
          kRowIteration * static_cast<std::int64_t>(2 * contact_points * iterations);
+}
+
+std::int64_t joint_rows_cost_ns(std::uint64_t rows) {
+  return kJointRow * static_cast<std::int64_t>(rows);
+}
+
+std::int64_t joint_factors_cost_ns(std::uint64_t multiplications) {
+  return kJointFactors * static_cast<std::int64_t>(multiplications) / kMultiplicationsPerNs;
 }
 
 std::int64_t sweep_cost_ns(std::uint64_t contact_points) {

@@ -95,6 +95,9 @@ struct SpringRow {
 std::vector<SpringRow> spring_rows(const SceneDescription& scene, std::span<const BodyState> states,
                                    const JointSystem& system);
 
+// Of one factorisation (factor_joint_rows) of rows that were built.
+std::uint64_t factor_multiplications(const JointSystem& system);
+
 double velocity_of(const JointRow& row, std::span<const SolverBody> bodies);
 void apply_joint_impulse(const JointRow& row, double impulse, std::span<SolverBody> bodies);
 
