@@ -190,32 +190,18 @@ std::string run_json(const RunReport& report) {
   for (const auto& [step, cell, from, to] : result.territory_changes)
     changes.push_back(
         {{"step", step}, {"cell", cell}, {"from", index_of(from)}, {"to", index_of(to)}});
-  if (report.with_step_digests) {
-    json["step_digests"] = Json::array();
-    for (const std::uint64_t digest : report.step_digests) {
-      json["step_digests"].push_back(format_digest(digest));
-    }
-  }
+  if (report.with_step_digests) json["step_digests"] = Json::array();
+  for (const std::uint64_t digest : report.step_digests)
+    json["step_digests"].push_back(format_digest(digest));
   return dumped(json);
 }
 
 std::string plan_json(const std::string& scenario, const std::vector<models::PlanLine>& plan,
-                      const std::vector<models::JointCost>& joints,
-                      const physics::SceneDescription& scene) {
-  Json islands = Json::array();
-  for (const models::JointCost& cost : joints)
-    islands.push_back(
-        {{"first_body", scene.bodies[physics::index_of(cost.island.bodies.front())].label},
-         {"bodies", cost.island.bodies.size()},
-         {"joints", cost.island.joints},
-         {"rows", cost.island.rows},
-         {"multiplications", cost.island.multiplications},
-         {"factorisations_ms_per_step", 1e-6 * static_cast<double>(cost.factors_ns)},
-         {"times_the_rest_of_a_step", cost.of_the_rest},
-         {"costly", cost.is_costly()},
-         {"meaning", models::words_for(scene, cost)}});
-  return dumped(
-      {{"scenario", scenario}, {"plan", plan_lines(plan, nullptr)}, {"joint_islands", islands}});
+                      const JointIslandFigures& joints) {
+  return dumped({{"scenario", scenario},
+                 {"plan", plan_lines(plan, nullptr)},
+                 {"joint_islands", joints.counts},
+                 {"joint_costs", joints.words}});
 }
 
 std::string verification_json(const Verification& verification) {

@@ -13,7 +13,6 @@
 #include "analysis/run_report.hpp"
 #include "analysis/swarm_command.hpp"
 #include "analysis/verify_command.hpp"
-#include "models/joint_cost.hpp"
 #include "models/plan.hpp"
 
 namespace soda::analysis {
@@ -22,8 +21,7 @@ namespace soda::analysis {
 // bits; what is not finite becomes null.
 std::string run_json(const RunReport& report);
 std::string plan_json(const std::string& scenario, const std::vector<models::PlanLine>& plan,
-                      const std::vector<models::JointCost>& joints,
-                      const physics::SceneDescription& scene);
+                      const JointIslandFigures& joints);
 std::string verification_json(const Verification& verification);
 std::string accuracy_json(const AccuracyReport& report);
 std::string anticipation_json(const AnticipationReport& report);

@@ -13,7 +13,7 @@ int plan_command(const PlanRequest& request, std::ostream& out) {
   const std::vector<models::PlanLine> plan =
       models::make_plan(scenario.scene, scenario.territory.worlds, scenario.run);
   if (request.json) {
-    out << plan_json(scenario.name, plan, models::joint_costs(scenario.scene), scenario.scene);
+    out << plan_json(scenario.name, plan, joint_island_figures(scenario.scene));
   } else {
     out << scenario.name << ": " << scenario.initial.size() << " bodies, "
         << scenario.territory.worlds << (scenario.territory.worlds == 1 ? " world" : " worlds")

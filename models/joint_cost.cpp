@@ -51,7 +51,7 @@ std::vector<JointCost> costly_islands(const physics::SceneDescription& scene) {
 std::string words_for(const physics::SceneDescription& scene, const JointCost& cost) {
   const physics::JointIsland& island = cost.island;
   const std::uint32_t first = scene.bodies[physics::index_of(island.bodies.front())].label;
-  return "joints hold " + std::to_string(island.bodies.size()) + " bodies (the first has id " +
+  return "joints hold " + std::to_string(island.bodies.size()) + " bodies (the lowest id is " +
          std::to_string(first) + ") in one island of " + std::to_string(island.rows) +
          " rows: a factorisation takes " + std::to_string(island.multiplications) +
          " multiplications, those of a step about " + time_text(cost.factors_ns) + ", " +

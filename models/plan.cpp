@@ -20,7 +20,8 @@ void add(std::string stage, const Need& need,
 
 void add(const char* stage, const Need& need, std::uint64_t WorldCounters::*member,
          std::vector<PlanLine>& plan) {
-  add(stage, need, [member](const SimulationResult& result) { return result.worlds.*member; },
+  add(
+      stage, need, [member](const SimulationResult& result) { return result.worlds.*member; },
       plan);
 }
 
@@ -51,18 +52,20 @@ void add_exchange(const SceneDescription& scene, std::uint32_t worlds,
 
 void add_run(const SceneDescription& scene, std::uint32_t worlds, const RunOptions& options,
              std::vector<PlanLine>& plan) {
-  add("buffer entries for rollback", entries_needed(options, worlds),
-      &WorldCounters::entries_saved, plan);
+  add("buffer entries for rollback", entries_needed(options, worlds), &WorldCounters::entries_saved,
+      plan);
   add("islands taken over by repeated steps", repetition_needed(options, worlds),
       &WorldCounters::islands_taken, plan);
   add("giant islands split between worlds", splits_needed(scene, options, worlds),
       &WorldCounters::islands_split, plan);
-  add("load balancing", balancing_needed(options, worlds),
+  add(
+      "load balancing", balancing_needed(options, worlds),
       [](const SimulationResult& result) {
         return result.worlds.bodies_sampled + result.territory_changes.size();
       },
       plan);
-  add("rollback", rollback_needed(options, worlds),
+  add(
+      "rollback", rollback_needed(options, worlds),
       [](const SimulationResult& result) { return result.events.rollbacks; }, plan);
   add("user input messages",
       physics::need_of(options.inputs.any(), "a user acts on bodies", "nobody acts from outside"),
@@ -76,7 +79,8 @@ std::vector<PlanLine> make_plan(const SceneDescription& scene, std::uint32_t wor
   std::vector<PlanLine> plan;
   for (const physics::Stage& stage :
        physics::stages_of(with_possible_materials(scene, options.inputs)))
-    add(stage.name, stage.need,
+    add(
+        stage.name, stage.need,
         [count = stage.count](const SimulationResult& result) { return count(result.stages); },
         plan);
   add_exchange(scene, worlds, plan);

@@ -88,6 +88,7 @@ Worlds build_worlds(const Surroundings& around, const Rules& rules,
   }
   const kernel::Partition partition{entries.size(), around.shares.size()};
   const bool splits = splits_needed(*rules.scene, options, rules.map->worlds()).is_needed;
+  const auto processors = splits ? around.processors : std::span<const std::uint32_t>{};
   Worlds worlds(entries.size());
   for (std::uint32_t id = own.first; id < own.last; ++id) {
     entries[id].step = 0;
@@ -101,8 +102,7 @@ Worlds build_worlds(const Surroundings& around, const Rules& rules,
                           .commits = around.commits,
                           .rollback = options.rollback,
                           .gating = options.gating,
-                          .processors =
-                              splits ? around.processors : std::span<const std::uint32_t>{},
+                          .processors = processors,
                           .exchange_ns = exchange_ns(options),
                           .ghosts = options.ghosts,
                           .audits = options.executor == ExecutorKind::kVirtual ||

@@ -129,9 +129,9 @@ physics::Need splits_needed(const physics::SceneDescription& scene, const RunOpt
   if (worlds == 1) return borders_needed(worlds);
   if (!splits_islands(options)) return {false, "each world solves the whole of its islands"};
   const std::vector<std::uint32_t> processors = processors_of(options, worlds);
-  if (processors.front() == processors.back())
-    return {false, "one processor drives all worlds"};
-  if (scene.tolerance > 0.0) return {false, "each part of a step to a tolerance has its own blocks"};
+  if (processors.front() == processors.back()) return {false, "one processor drives all worlds"};
+  if (scene.tolerance > 0.0)
+    return {false, "each part of a step to a tolerance has its own blocks"};
   const physics::Need blocks = physics::blocks_needed(scene);
   if (!blocks) return blocks;
   return {true, "worlds solve an island of many contacts together"};

@@ -6,7 +6,6 @@
 #include <optional>
 #include <span>
 #include <vector>
-#include <vector>
 
 #include "models/territory.hpp"
 #include "physics/island_blocks.hpp"
@@ -46,9 +45,9 @@ struct SplitPlan {
 // not save more than the `exchange_ns` that it takes to tell the neighbours; or if something may
 // bounce: what that does is known of the whole island only.
 //
-// `blocks` are those in which physics solves the island (solve_choice.hpp), two or more. `owners[i]`
-// owns its body i, `processors[w]` drives world w. All worlds that know the island alike
-// make the same plan. It changes who works, not what comes out.
+// `blocks` are those in which physics solves the island (solve_choice.hpp), two or more.
+// `owners[i]` owns its body i, `processors[w]` drives world w. All worlds that know the island
+// alike make the same plan. It changes who works, not what comes out.
 std::optional<SplitPlan> plan_split(const physics::SceneDescription& scene,
                                     physics::IslandBlocks blocks, std::span<const WorldId> owners,
                                     std::span<const physics::ContactManifold> manifolds,

@@ -46,10 +46,10 @@ struct StageCounters {
   // statics that contacts do not keep off (late_impacts.hpp), of bodies that joints draw along
   // (linked_step.hpp).
   std::uint64_t flight_searches = 0, hit_searches = 0, unseen_searches = 0, linked_searches = 0;
-  std::uint64_t impacts = 0;          // of them, that took place
-  std::uint64_t refined_steps = 0;    // single steps beyond the first that refinement took
-  std::uint64_t driven_bodies = 0;    // bodies that got a drive's acceleration
-  std::uint64_t forced_bodies = 0;    // bodies that got forces or damping of their own
+  std::uint64_t impacts = 0;        // of them, that took place
+  std::uint64_t refined_steps = 0;  // single steps beyond the first that refinement took
+  std::uint64_t driven_bodies = 0;  // bodies that got a drive's acceleration
+  std::uint64_t forced_bodies = 0;  // bodies that got forces or damping of their own
   // Giant islands: those among islands_solved that were solved in blocks, the blocks, and rows
   // times sweeps. Rows and sweeps are among the others; rows of a border that two solvers share
   // count twice.

@@ -64,14 +64,13 @@ void add_statics(test::Scene& scene, Choices& choices) {
 
 void push(test::Scene& scene, Choices& choices) {
   if (one_in(3, choices)) {
-    scene.description.forces.push_back({.force_newton = choices.vector(-200, 200),
-                                        .linear_damping_1_s = choices.between(0, 1)});
+    scene.description.forces.push_back(
+        {.force_newton = choices.vector(-200, 200), .linear_damping_1_s = choices.between(0, 1)});
     scene.description.bodies.back().forces =
         static_cast<std::uint32_t>(scene.description.forces.size() - 1);
   }
   if (!one_in(5, choices)) return;
-  scene.description.drives.push_back(
-      {.velocity_m_s = choices.vector(-2, 2), .lane = std::nullopt});
+  scene.description.drives.push_back({.velocity_m_s = choices.vector(-2, 2), .lane = std::nullopt});
   scene.description.bodies.back().drive =
       static_cast<std::uint32_t>(scene.description.drives.size() - 1);
 }
@@ -231,8 +230,8 @@ TEST(RandomPlans, WhatIsNotNeededIsNeverDone) {
   Tally tally;
   for (std::uint64_t seed = first; seed < first + seeds; ++seed) expect_an_honest_plan(seed, tally);
   EXPECT_EQ(tally.runs, seeds);
-  EXPECT_LT(3 * tally.faults, tally.runs);        // most runs come to their end
-  EXPECT_GT(tally.left_out, 12 * tally.runs);     // and plans leave much out
+  EXPECT_LT(3 * tally.faults, tally.runs);     // most runs come to their end
+  EXPECT_GT(tally.left_out, 12 * tally.runs);  // and plans leave much out
   RecordProperty("faults", static_cast<int>(tally.faults));
   RecordProperty("lines_left_out", static_cast<int>(tally.left_out));
 }
