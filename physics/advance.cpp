@@ -295,9 +295,9 @@ IslandReport advance_island(const SceneDescription& scene, const Geometry& geome
       among =
           advance_among_hits(scene, geometry, rest_s, ids, met, states, scratch, counters, faults);
     const IslandReport part =
-        one_solve ? advance_once(scene, dt_s, false, ids, manifolds, states, scratch, counters,
-                                 faults)
-        : among   ? among->report
+        one_solve
+            ? advance_once(scene, dt_s, false, ids, manifolds, states, scratch, counters, faults)
+        : among ? among->report
         : linked
             ? advance_linked(scene, geometry, rest_s, ids, met, states, scratch, counters, faults)
             : advance_resting(scene, geometry, rest_s, ids, met, states, scratch, counters, faults);

@@ -282,10 +282,10 @@ Need hits_needed(const SceneDescription& scene) {
     return {false, "joints hold the bodies that can touch"};
   if (scene.tolerance > 0.0) return {true, "contacts are resolved to a tolerance"};
   const auto springy = [](const auto& body) { return body.material.restitution > 0.0; };
-  const bool bounces = statics_that(scene, springy) > 0 ||
-                       bodies_that(scene, [&](const BodyParams& body) {
-                         return is_unjointed(body) && springy(body);
-                       }) > 0;
+  const bool bounces =
+      statics_that(scene, springy) > 0 || bodies_that(scene, [&](const BodyParams& body) {
+                                            return is_unjointed(body) && springy(body);
+                                          }) > 0;
   return need_of(bounces, "a material has restitution > 0",
                  "nothing without joints has restitution > 0");
 }

@@ -56,9 +56,8 @@ bool is_of_first_order(const SceneDescription& scene, std::span<const BodyId> id
 Need refinement_needed(const SceneDescription& scene) {
   const Need contacts = contacts_needed(scene);
   if (scene.tolerance > 0.0)
-    return contacts || joint_rows_needed(scene)
-               ? Need{true, "islands are advanced to a tolerance"}
-               : contacts;
+    return contacts || joint_rows_needed(scene) ? Need{true, "islands are advanced to a tolerance"}
+                                                : contacts;
   if (!contacts) return contacts;
   const std::size_t loose = loose_bodies(scene);
   if (loose == 0) return {false, "every body is driven, pushed or held by a joint"};

@@ -46,8 +46,9 @@ SolveChoice choose_solve(const SceneDescription& scene, double dt_s, bool accura
                          std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
                          std::span<const BodyState> states) {
   SolveChoice choice;
-  if (!scene.joints.empty() &&
-      !std::ranges::all_of(ids, [&](BodyId id) { return is_unjointed(scene.bodies[index_of(id)]); }))
+  if (!scene.joints.empty() && !std::ranges::all_of(ids, [&](BodyId id) {
+        return is_unjointed(scene.bodies[index_of(id)]);
+      }))
     return choice;
   choice.elimination = plan_direct_solve(scene, dt_s, accurate, ids, manifolds, states);
   if (choice.elimination || !is_giant(manifolds)) return choice;

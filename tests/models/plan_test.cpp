@@ -139,7 +139,7 @@ TEST(Plan, ForcesLimitsAndMotorsAreThereOnlyIfSomethingHasThem) {
 TEST(Plan, APushedBallThatBouncesIsLookedAtForHitsAndNeverFlies) {
   test::Scene scene(Vec3(0, 0, -9.81));
   scene.ground({0.5, 0.7});
-  scene.body(scene.shape(physics::Sphere{0.5}), Vec3(0, 0, 0.8), Vec3::Zero(), {0.5, 0.7});
+  scene.body(scene.shape(physics::Sphere{0.5}), Vec3(0, 0, 0.8), Vec3::Zero(), {0.5, 0.0});
   scene.description.forces = {{.force_newton = Vec3(1, 0, 0)}};
   scene.description.bodies[0].forces = 0;
   const RunOptions options{.steps = 60};
