@@ -192,17 +192,18 @@ std::string run_json(const RunReport& report) {
   for (const auto& [step, cell, from, to] : result.territory_changes)
     changes.push_back(
         {{"step", step}, {"cell", cell}, {"from", index_of(from)}, {"to", index_of(to)}});
-  if (report.with_step_digests) {
-    json["step_digests"] = Json::array();
-    for (const std::uint64_t digest : report.step_digests) {
-      json["step_digests"].push_back(format_digest(digest));
-    }
-  }
+  if (report.with_step_digests) json["step_digests"] = Json::array();
+  for (const std::uint64_t digest : report.step_digests)
+    json["step_digests"].push_back(format_digest(digest));
   return dumped(json);
 }
 
-std::string plan_json(const std::string& scenario, const std::vector<models::PlanLine>& plan) {
-  return dumped({{"scenario", scenario}, {"plan", plan_lines(plan, nullptr)}});
+std::string plan_json(const std::string& scenario, const std::vector<models::PlanLine>& plan,
+                      const JointIslandFigures& joints) {
+  return dumped({{"scenario", scenario},
+                 {"plan", plan_lines(plan, nullptr)},
+                 {"joint_islands", joints.counts},
+                 {"joint_costs", joints.words}});
 }
 
 std::string verification_json(const Verification& verification) {

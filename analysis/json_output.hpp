@@ -20,7 +20,8 @@ namespace soda::analysis {
 // Each returns one object, indented by two, with a final line break. Doubles read back as the same
 // bits; what is not finite becomes null.
 std::string run_json(const RunReport& report);
-std::string plan_json(const std::string& scenario, const std::vector<models::PlanLine>& plan);
+std::string plan_json(const std::string& scenario, const std::vector<models::PlanLine>& plan,
+                      const JointIslandFigures& joints);
 std::string verification_json(const Verification& verification);
 std::string accuracy_json(const AccuracyReport& report);
 std::string anticipation_json(const AnticipationReport& report);

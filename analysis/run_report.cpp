@@ -5,6 +5,7 @@
 #include "analysis/overrides.hpp"
 #include "analysis/stop_signals.hpp"
 #include "analysis/text_table.hpp"
+#include "models/joint_cost.hpp"
 
 namespace soda::analysis {
 namespace {
@@ -176,6 +177,34 @@ std::string plan_text(const std::vector<models::PlanLine>& plan,
     rows.push_back(row);
   }
   return format_table(columns, rows);
+}
+
+JointIslandFigures joint_island_figures(const physics::SceneDescription& scene) {
+  JointIslandFigures figures;
+  for (const models::JointCost& cost : models::joint_costs(scene)) {
+    const auto& [bodies, joints, rows, multiplications] = cost.island;
+    figures.counts.push_back(
+        {{"first_body", scene.bodies[physics::index_of(bodies.front())].label},
+         {"bodies", bodies.size()},
+         {"joints", joints},
+         {"rows", rows},
+         {"multiplications", multiplications},
+         {"factorisations_us_per_step", static_cast<std::uint64_t>(cost.factors_ns / 1000)},
+         {"percent_of_the_rest_of_a_step", static_cast<std::uint64_t>(100.0 * cost.of_the_rest)},
+         {"costly", cost.is_costly()}});
+    figures.words.push_back(models::words_for(scene, cost));
+  }
+  return figures;
+}
+
+std::string joint_costs_text(const physics::SceneDescription& scene) {
+  std::vector<models::JointCost> costs = models::joint_costs(scene);
+  if (costs.empty()) return "";
+  std::string text = "\n";
+  for (std::size_t i = 0; i < costs.size() && (i == 0 || costs[i].is_costly()); ++i)
+    text += std::string(costs[i].is_costly() ? "costly: " : "costliest: ") +
+            models::words_for(scene, costs[i]) + "\n";
+  return text;
 }
 
 std::string run_text(const RunReport& report) {

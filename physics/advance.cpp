@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "physics/contact_choice.hpp"
-#include "physics/direct_contacts.hpp"
 #include "physics/forces.hpp"
 #include "physics/geometry.hpp"
 #include "physics/hits.hpp"
@@ -20,6 +19,7 @@
 #include "physics/refinement.hpp"
 #include "physics/rest.hpp"
 #include "physics/rigid_motion.hpp"
+#include "physics/solve_choice.hpp"
 #include "physics/split_solver.hpp"
 #include "physics/springs.hpp"
 #include "physics/time_of_impact.hpp"
@@ -159,15 +159,11 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, bool accur
     count_linked(scene, ids, joints, report, counters);
     return report;
   }
-  const std::optional<Elimination> plan =
-      joints.empty() ? plan_direct_solve(scene, dt_s, accurate, ids, manifolds, states)
-                     : std::nullopt;
-  if (joints.empty() && !plan && is_giant(manifolds)) {
-    const IslandBlocks blocks = split_island(ids, manifolds);
-    if (blocks.count() > 1) {
-      advance_blocks({scene, ids, manifolds, states, blocks}, states, report, counters, faults);
-      return report;
-    }
+  const SolveChoice choice = choose_solve(scene, dt_s, accurate, ids, manifolds, states);
+  if (choice.blocks) {
+    advance_blocks({scene, ids, manifolds, states, *choice.blocks}, states, report, counters,
+                   faults);
+    return report;
   }
   ContactProblem& problem = scratch.problem;
   problem.clear();
@@ -178,7 +174,7 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, bool accur
   build_rows(scene, dt_s, ids, manifolds, before, problem, counters);
   const ContactSolution solution =
       joints.empty() ? solve_contacts(scene, dt_s, accurate, ids, before, free,
-                                      plan ? &*plan : nullptr, problem)
+                                      choice.elimination ? &*choice.elimination : nullptr, problem)
                      : solve_jointed({scene, dt_s, ids, states, free}, joints, problem);
   report.direct = solution.direct;
   report.iterations = solution.iterations;
@@ -279,6 +275,7 @@ IslandReport advance_island(const SceneDescription& scene, const Geometry& geome
     slow.assign(states.begin(), states.end());
   }
   if (!scene.joints.empty()) report_lost_joints(scene, ids, manifolds, faults);
+  const bool one_solve = !whole && is_one_solve(scene, geometry, ids, manifolds, states);
   const double flown_s =
       fly_through_impacts(scene, geometry, dt_s, ids, manifolds, states, report, counters);
   if (flown_s < dt_s) {
@@ -298,7 +295,9 @@ IslandReport advance_island(const SceneDescription& scene, const Geometry& geome
       among =
           advance_among_hits(scene, geometry, rest_s, ids, met, states, scratch, counters, faults);
     const IslandReport part =
-        among ? among->report
+        one_solve
+            ? advance_once(scene, dt_s, false, ids, manifolds, states, scratch, counters, faults)
+        : among ? among->report
         : linked
             ? advance_linked(scene, geometry, rest_s, ids, met, states, scratch, counters, faults)
             : advance_resting(scene, geometry, rest_s, ids, met, states, scratch, counters, faults);

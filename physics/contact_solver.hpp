@@ -8,6 +8,7 @@
 #include "physics/contact_manifold.hpp"
 #include "physics/scene.hpp"
 #include "physics/selection.hpp"
+#include "physics/need.hpp"
 #include "physics/stage_counters.hpp"
 
 namespace soda::physics {
@@ -98,6 +99,12 @@ struct ContactProblem {
 inline std::uint64_t rows_of(const ContactProblem& problem) {
   return problem.normals.size() + problem.frictions.size();
 }
+
+// Of rows, and of starting impulses.
+Need friction_needed(const SceneDescription& scene);
+Need conveyors_needed(const SceneDescription& scene);
+Need restitution_needed(const SceneDescription& scene);
+Need warm_starts_needed(const SceneDescription& scene);
 
 // Rows in the manifolds' order; impulses start from the bodies' stored ones where warm starting is
 // on, and are applied. `bodies` hold the velocities after external forces.

@@ -8,6 +8,7 @@
 #include "physics/contact_solver.hpp"
 #include "physics/forces.hpp"
 #include "physics/geometry_impl.hpp"
+#include "physics/joint_rows.hpp"
 #include "physics/refined_parts.hpp"
 #include "physics/spring_kicks.hpp"
 
@@ -42,20 +43,33 @@ bool has_pushed(const SceneDescription& scene, std::span<const BodyId> ids) {
 
 // Whether trials have a limit that a plain step is not near already: contacts without joints but
 // springs. (Springs alone are of a higher order, or so stiff that their limit is not smooth.)
-bool is_of_first_order(const SceneDescription& scene, std::span<const ContactManifold> manifolds) {
-  if (scene.joints.empty() || std::ranges::none_of(manifolds, is_joint)) return true;
-  for (const ContactManifold& m : manifolds)
-    if (is_joint(m) && scene.joints[joint_of(m)].kind != JointKind::kSpring) return false;
+bool is_of_first_order(const SceneDescription& scene, std::span<const BodyId> ids,
+                       std::span<const ContactManifold> manifolds) {
+  if (scene.joints.empty()) return true;
+  if (!are_all_springs(scene, ids, manifolds)) return false;
+  if (std::ranges::none_of(manifolds, is_joint)) return true;
   return std::ranges::any_of(manifolds, [](const ContactManifold& m) { return m.count > 0; });
 }
 
 }  // namespace
 
+Need refinement_needed(const SceneDescription& scene) {
+  const Need contacts = contacts_needed(scene);
+  if (scene.tolerance > 0.0)
+    return contacts || joint_rows_needed(scene) ? Need{true, "islands are advanced to a tolerance"}
+                                                : contacts;
+  if (!contacts) return contacts;
+  const std::size_t loose = loose_bodies(scene);
+  if (loose == 0) return {false, "every body is driven, pushed or held by a joint"};
+  return need_of(can_meet(loose, scene.statics.size()), "few bodies can slide or roll",
+                 "one body alone is not driven, pushed or held by a joint");
+}
+
 bool is_refined(const SceneDescription& scene, const Geometry& geometry,
                 std::span<const BodyId> ids, std::span<const ContactManifold> manifolds) {
   if (!(scene.tolerance > 0.0)) {
     if (ids.size() > kFewBodies) return false;
-    if (has_pushed(scene, ids) || !is_of_first_order(scene, manifolds)) return false;
+    if (has_pushed(scene, ids) || !is_of_first_order(scene, ids, manifolds)) return false;
   }
   for (const ContactManifold& m : manifolds) {
     const std::uint32_t shape = scene.bodies[index_of(m.a)].shape;
