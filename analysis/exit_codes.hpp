@@ -9,9 +9,9 @@ namespace soda::analysis {
 inline constexpr int kExitOk = 0;
 inline constexpr int kExitCheckFailed = 1;  // the program worked, and what it checked is not so
 inline constexpr int kExitInput = 2;        // command line or scenario
-inline constexpr int kExitFile = 3;         // cannot be opened, read or written; not a log
-inline constexpr int kExitNumerical = 4;    // a fault was committed: see NumericalFailure
-inline constexpr int kExitInternal = 70;    // a defect of soda
+inline constexpr int kExitFile = 3;  // cannot be opened, read or written; not a log; no threads
+inline constexpr int kExitNumerical = 4;  // a fault was committed: see NumericalFailure
+inline constexpr int kExitInternal = 70;  // a defect of soda
 
 // The command line asks for something that does not exist or does not fit. Exit code 2.
 class UsageError : public std::runtime_error {

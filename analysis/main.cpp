@@ -4,6 +4,7 @@
 #include "analysis/command_line.hpp"
 #include "analysis/exit_codes.hpp"
 #include "analysis/job.hpp"
+#include "kernel/executor.hpp"
 #include "scenarios/read_scenario.hpp"
 
 namespace {
@@ -31,6 +32,8 @@ analysis::Ending run(int argc, char** argv, kernel::Transport* transport) {
   } catch (const scenarios::InputError& error) {
     return {analysis::kExitInput, std::string(error.what()) + "\n"};  // starts with the file's name
   } catch (const scenarios::FileError& error) {
+    return failed(error, analysis::kExitFile);
+  } catch (const kernel::ThreadsNotStarted& error) {
     return failed(error, analysis::kExitFile);
   } catch (const analysis::NumericalFailure& error) {
     return failed(error, analysis::kExitNumerical);

@@ -23,9 +23,9 @@ struct MessageView {
 // A speculative fault: an absurd state that a handler met. With inputs missing it may be a mere
 // artefact of optimism, so it is data; it becomes an error only when GVT passes its event.
 struct Fault {
-  std::uint64_t subject = 0;  // the model's identification of what failed (SODA: the body id)
-  std::string what;           // one line for the user, with the offending value
-  std::exception_ptr error;   // what left the handler, if that is the fault; the executor's
+  std::uint64_t subject = 0;      // the model's identification of what failed (SODA: the body id)
+  std::string what;               // one line for the user, with the offending value
+  std::exception_ptr error = {};  // what left the handler, if that is the fault; the executor's
 };
 
 // Base of an exception that is not the model's but of who stands around it: it ends the run at
@@ -71,12 +71,11 @@ class Outbox {
 // An exception that leaves execute (std::bad_alloc, too) is a fault of that time: it is thrown to
 // whoever runs the LPs if and when GVT passes it. Until then the LP is asked for nothing but
 // forget(), commit() of what was before and rewind(), which must do whatever state the exception
-// left. Of an execution that only repeats one that stood, it is thrown at once: that time it was not
-// the model's. So is what any other call throws.
-// Between two calls an LP may be moved from one thread to another, never used by two at once.
-// The sequential executor calls execute and commit only: an LP whose mark was never called keeps
-// no history. An LP with state_bytes() gets no mark, rewind or forget from any executor: derive it
-// from SmallProcess (copy_history.hpp).
+// left. Of an execution that only repeats one that stood, it is thrown at once: that time it was
+// not the model's. So is what any other call throws. Between two calls an LP may be moved from one
+// thread to another, never used by two at once. The sequential executor calls execute and commit
+// only: an LP whose mark was never called keeps no history. An LP with state_bytes() gets no mark,
+// rewind or forget from any executor: derive it from SmallProcess (copy_history.hpp).
 class LogicalProcess {
  public:
   virtual ~LogicalProcess() = default;

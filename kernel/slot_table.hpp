@@ -101,7 +101,7 @@ class SlotTable {
 
   Filter filter_;  // of all entries, and of some that are gone
   SlidingVector<Entry> entries_;
-  std::uint32_t room_ = 1;   // so many more until it is time to drop void ones
+  std::uint32_t room_ = 1;                    // so many more until it is time to drop void ones
   std::unique_ptr<std::vector<Cell>> index_;  // by a hash; a power of two of cells, or none
 };
 

@@ -50,9 +50,9 @@ std::vector<std::jthread> start_workers(std::deque<Worker>& workers, Team& team,
     const std::size_t started = threads.size() + 1;
     stop(team);
     threads.clear();
-    throw ThreadsNotStarted(describe("of ", workers.size(), " worker threads only ", started,
-                                     " could be started: ", error.code().message(),
-                                     "; ask for fewer or raise the limit of this user or container"));
+    throw ThreadsNotStarted(describe(
+        "of ", workers.size(), " worker threads only ", started, " could be started: ",
+        error.code().message(), "; ask for fewer or raise the limit of this user or container"));
   }
   return threads;
 }
@@ -60,8 +60,7 @@ std::vector<std::jthread> start_workers(std::deque<Worker>& workers, Team& team,
 }  // namespace
 
 void raise_failure(const RunResult& result) {
-  if (result.fault && result.fault->fault.error)
-    std::rethrow_exception(result.fault->fault.error);
+  if (result.fault && result.fault->fault.error) std::rethrow_exception(result.fault->fault.error);
 }
 
 RunResult run_team(Team& team, std::span<const std::unique_ptr<LogicalProcess>> lps,

@@ -24,15 +24,6 @@ namespace soda::kernel {
   outputs_.emplace_back(std::move(payload));
 }
 
-// What is sent is half noted then: that is beyond repair, other than a handler that ran out of
-// memory.
-void TimeWarpProcess::end_without_memory() {
-  struct NoMemoryForMessages : std::bad_alloc, EndsRun {
-    const char* what() const noexcept override { return "no memory for messages"; }
-  };
-  throw NoMemoryForMessages();
-}
-
 class TimeWarpProcess::Sender final : public Outbox {
  public:
   Sender(TimeWarpProcess& process, VirtualTime now, WorkerEffects& effects)
@@ -57,40 +48,6 @@ class TimeWarpProcess::Sender final : public Outbox {
   const VirtualTime now_;
   WorkerEffects& effects_;
 };
-
-// While coasting, the record of the first time round still stands.
-void TimeWarpProcess::note_fault(VirtualTime now, Fault fault) {
-  auto& faults = rare().faults;
-  if (faults.empty() || faults.back().time < now) faults.push_back({now, std::move(fault)});
-}
-
-// False if an exception left it, which is then a fault of `now`. What was executed before came out
-// well, so an exception of a repetition is not the model's.
-bool TimeWarpProcess::run_handler(VirtualTime now, std::span<const MessageView> bag,
-                                  Outbox& outbox) {
-  try {
-    lp_.execute(now, bag, outbox);
-    return true;
-  } catch (const EndsRun&) {
-    throw;
-  } catch (...) {
-    if (now < coast_until_) throw;
-    note_failure(now);
-    return false;
-  }
-}
-
-void TimeWarpProcess::note_failure(VirtualTime now) {
-  Fault fault{0, "an exception", std::current_exception()};
-  try {
-    throw;
-  } catch (const std::exception& error) {
-    fault.what = error.what();
-  } catch (...) {
-  }
-  note_fault(now, std::move(fault));
-  failed_ = true;
-}
 
 TimeWarpProcess::TimeWarpProcess(LpId id, std::size_t lp_count, LogicalProcess& lp, VirtualTime end,
                                  MessagePool& pool, Journal& journal)
@@ -370,11 +327,6 @@ void TimeWarpProcess::withdraw(VirtualTime now, LpId destination, WorkerEffects&
     ++effects.counters.withdrawn;
     item = rare_->pending.erase(item);
   }
-}
-
-std::optional<CommittedFault> TimeWarpProcess::first_fault() const {
-  if (!has_fault()) return std::nullopt;
-  return CommittedFault{rare_->faults.front().time, id_, rare_->faults.front().fault};
 }
 
 void TimeWarpProcess::coast_to(VirtualTime limit, WorkerEffects& effects) {

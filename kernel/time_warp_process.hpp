@@ -355,4 +355,21 @@ inline bool TimeWarpProcess::deliver(Message&& message, Counters& counters) {
   return false;
 }
 
+// False if an exception left it, which is then a fault of `now`. What was executed before came out
+// well, so an exception of a repetition is not the model's.
+[[gnu::always_inline]] inline bool TimeWarpProcess::run_handler(VirtualTime now,
+                                                                std::span<const MessageView> bag,
+                                                                Outbox& outbox) {
+  try {
+    lp_.execute(now, bag, outbox);
+    return true;
+  } catch (const EndsRun&) {
+    throw;
+  } catch (...) {
+    if (now < coast_until_) throw;
+    note_failure(now);
+    return false;
+  }
+}
+
 }  // namespace soda::kernel

@@ -38,10 +38,9 @@ Worker::Worker(std::size_t index, Team& team, std::span<const std::unique_ptr<Lo
       first_lp_(static_cast<std::uint32_t>(team.partition.first_of(team.first_worker + index))),
       holds_back_(options.scheduling_seed != 0 &&
                   options.synchronisation == Synchronisation::kOptimistic),
-      is_alone_(team.partition.workers == 1 && team.link == nullptr &&
-                options.scheduling_seed == 0 &&
-                options.synchronisation == Synchronisation::kOptimistic &&
-                options.outside == nullptr),
+      is_alone_(
+          team.partition.workers == 1 && team.link == nullptr && options.scheduling_seed == 0 &&
+          options.synchronisation == Synchronisation::kOptimistic && options.outside == nullptr),
       calendar_(pool_),
       schedule_(team.partition.first_of(team.first_worker + index + 1) - first_lp_),
       is_held_(schedule_.size(), false),
