@@ -57,7 +57,7 @@ std::vector<std::pair<std::string, Run>> all_executors() {
                                                                                  VirtualTime end) {
       return run_virtual(
                  lps, end,
-                 {.processors = 2, .latency_ns = 5000, .window = 8, .synchronisation = policy})
+                 {.processors = 2, .window = 8, .synchronisation = policy, .latency_ns = 5000})
           .run;
     });
   return all;
