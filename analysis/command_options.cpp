@@ -145,7 +145,8 @@ void define_verify(CLI::App& verify, VerifyRequest& request) {
   verify.add_option("--buffers", request.buffers, "buffer entries (default 1,4,48)")
       ->delimiter(',')
       ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 20));
-  verify.add_option("--seeds", request.seeds, "scheduling seeds 1 to this (default 5)");
+  verify.add_option("--seeds", request.seeds,
+                    "scheduling seeds 0, the schedule of soda run, to this (default 5)");
   verify.add_flag("--all-modes", request.all_modes,
                   "each seed with every rollback mode, gating, ghosts and balancing; else by seed");
   verify.add_option("--random-inputs", request.random_inputs,

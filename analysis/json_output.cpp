@@ -30,13 +30,15 @@ Json object_of(const std::vector<std::pair<std::string, std::uint64_t>>& counts)
 }
 
 Json events(const kernel::Counters& counters) {
+  Json paths = Json::object();
+  for (const auto& [name, count] : kernel::kernel_paths()) paths[name] = counters.*count;
   return {{"executed", counters.executed},           {"rolled_back", counters.rolled_back},
           {"committed", counters.committed},         {"rollbacks", counters.rollbacks},
           {"stragglers", counters.stragglers},       {"messages", counters.messages},
           {"anti_messages", counters.anti_messages}, {"adopted", counters.adopted},
           {"absorbed", counters.absorbed},           {"jumps", counters.jumps},
           {"gvt_rounds", counters.gvt_rounds},       {"history_max", counters.history_max},
-          {"efficiency", efficiency(counters)}};
+          {"efficiency", efficiency(counters)},      {"paths", paths}};
 }
 
 Json errors(const ErrorMeasures& error) {
