@@ -235,8 +235,28 @@ void define_fuzz(CLI::App& fuzz, FuzzRequest& request) {
       ->check(CLI::Range(0u, 1u << 20));
   fuzz.add_option("-o,--output", request.folder, "folder for the shrunk scenarios");
   fuzz.add_flag("--json", request.json, "print one JSON object");
+  CLI::Option* const whole =
+      fuzz.add_flag("--whole", request.is_whole,
+                    "whole scenarios instead, run by the program with any executor and compared "
+                    "with the plain loop");
+  WholeRequest& of_whole = request.whole;
+  fuzz.add_option("--jobs", of_whole.jobs, "with --whole: scenes at a time (default 1)")
+      ->check(CLI::Range(1u, 1024u))
+      ->needs(whole);
+  fuzz.add_option("--executors", of_whole.executors,
+                  "with --whole: of default, sequential, threads, mpi and virtual (default: all)")
+      ->delimiter(',')
+      ->needs(whole);
+  fuzz.add_option("--program", of_whole.program, "with --whole: another soda, as of build/asan")
+      ->needs(whole);
+  refuse_nan(*fuzz.add_option("--patience", of_whole.patience_s,
+                              "with --whole: seconds that a run may take, beside 50 times what the "
+                              "plain loop takes (default 20)")
+                  ->check(CLI::PositiveNumber)
+                  ->needs(whole));
   fuzz.footer(
       "examples:\n"
+      "  soda fuzz --whole --seeds 1..10000 --jobs 2 --failures 50 -o /tmp/found\n"
       "  soda fuzz --seeds 1..10000 --failures 50 -o /tmp\n"
       "  soda fuzz --seeds 17..17 --steps 600\n"
       "  soda fuzz /tmp/fuzz-17.json");

@@ -64,6 +64,18 @@ void search(const FuzzRequest& request, const Stopwatch& stopwatch, FuzzResult& 
   }
 }
 
+WholeRequest whole_request(const FuzzRequest& request) {
+  if (!request.files.empty()) throw UsageError("--whole: it draws its scenes; allowed: no FILE");
+  WholeRequest whole = request.whole;
+  whole.seeds = request.seeds;
+  whole.budget_s = request.budget_s;
+  whole.most_failures = request.most_failures;
+  whole.most_shrinking = request.most_shrinking;
+  whole.folder = request.folder;
+  whole.json = request.json;
+  return whole;
+}
+
 void print(const FuzzResult& result, std::ostream& out) {
   const FuzzSums& sums = result.sums;
   out << result.trials << " scenes in " << format_number(result.wall_s) << " s"
@@ -101,6 +113,7 @@ FuzzResult fuzz(const FuzzRequest& request) {
 }
 
 int fuzz_command(const FuzzRequest& request, std::ostream& out) {
+  if (request.is_whole) return whole_command(whole_request(request), out);
   const FuzzResult result = fuzz(request);
   if (request.json)
     out << fuzz_json(result);

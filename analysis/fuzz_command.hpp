@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "analysis/fuzz_search.hpp"
+#include "analysis/whole/whole_command.hpp"
 
 namespace soda::analysis {
 
@@ -23,6 +24,8 @@ struct FuzzRequest {
   std::string folder;                   // where shrunk scenes are written; empty: they are printed
   bool force = false;                   // replaces files there
   bool json = false;
+  bool is_whole = false;
+  WholeRequest whole;  // what only it has
 };
 
 struct FuzzFailure {
