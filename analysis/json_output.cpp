@@ -415,6 +415,24 @@ std::string whole_json(const WholeResult& result) {
                  {"failures", failures}});
 }
 
+std::string continuity_json(const ContinuityResult& result) {
+  Json changes = Json::object(), failures = Json::array();
+  for (std::size_t i = 0; i < kContinuityKinds; ++i) {
+    const ContinuityTally& tally = result.tallies[i];
+    changes[name_of(static_cast<ContinuityKind>(i))] = {
+        {"scenes", tally.trials},     {"same_bits", tally.same_bits},
+        {"rounding", tally.rounding}, {"failed", tally.failed},
+        {"steps", tally.steps},       {"worst_over_allowed", tally.worst}};
+  }
+  for (const ContinuityFailure& failure : result.failures)
+    failures.push_back(
+        {{"seed", failure.seed}, {"change", name_of(failure.kind)}, {"what", failure.what}});
+  return dumped({{"out_of_time", result.out_of_time},
+                 {"wall_s", result.wall_s},
+                 {"changes", changes},
+                 {"failures", failures}});
+}
+
 std::string extremes_json(const ExtremesReport& report) {
   Json runs = Json::array();
   for (const ExtremeRun& run : report.runs)

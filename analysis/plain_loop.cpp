@@ -19,6 +19,7 @@ PlainLoop::PlainLoop(const scenarios::Scenario& scenario, std::vector<models::Us
   while (step_ < scenario.run.steps && work_of(counters_) < limits.work) {
     advance();
     if (limits.stop_at_fault && fault_) return;
+    if (limits.watch) limits.watch(bodies_.ids, bodies_.states);
     digests_.push_back(physics::digest(bodies_.ids, bodies_.states));
   }
 }

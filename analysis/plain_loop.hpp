@@ -2,8 +2,10 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -18,6 +20,9 @@ namespace soda::analysis {
 struct PlainLimits {
   bool stop_at_fault = false;
   std::uint64_t work = std::numeric_limits<std::uint64_t>::max();
+  // Told of each step; may be empty.
+  std::function<void(std::span<const physics::BodyId>, std::span<const physics::BodyState>)> watch =
+      {};
 };
 
 // The first that is recorded: in the step that begins after `step` steps; of the least body id.

@@ -128,7 +128,6 @@ WholeScene row_at_rest(std::uint64_t seed) {
   more.set("material", d.material());
   const std::uint32_t count = 1 + static_cast<std::uint32_t>(d.chance.powers(1.0, 30.0));
   for (std::uint32_t i = 0; i < count; ++i) d.add_body(shape, Vec3(i * edge, 0, 0.5 * edge), more);
-  const std::string mass = *d.scene[ScenePart::kBodies].front().find("shape");
   for (SceneObject& body : d.scene[ScenePart::kBodies]) {
     body.drop("density_kg_m3");
     body.set("mass_kg", "1");
@@ -218,9 +217,8 @@ std::optional<ContinuityPair> change(const WholeScene& scene, std::uint64_t seed
                                      ContinuityKind kind) {
   Chance chance(seed, 14);
   ContinuityPair pair{scene, scene, 0.0};
-  // What is far away still lies above any floor of the scene; a territory is no matter here.
   if (!apply(pair.changed, chance, kind)) return {};
-  if (kind == ContinuityKind::kTinyForce) pair.acceleration_m_s2 = kTinyForce_newton;
+  if (kind == ContinuityKind::kTinyForce) pair.force_newton = kTinyForce_newton;
   return pair;
 }
 

@@ -30,8 +30,7 @@ std::vector<ContinuityKind> parse_continuity_kinds(const std::vector<std::string
 
 struct ContinuityPair {
   WholeScene plain, changed;
-  // What the change itself may do: an acceleration.
-  double acceleration_m_s2 = 0.0;
+  double force_newton = 0.0;  // that was added
 };
 
 // The scene of a seed for this kind. For all but kLongerRow it is draw_whole_scene's.

@@ -38,6 +38,9 @@ double seconds_since(Clock::time_point start) {
     const rlimit limit{limits.address_bytes, limits.address_bytes};
     setrlimit(RLIMIT_AS, &limit);
   }
+  const auto cpu_s = static_cast<rlim_t>(limits.cpu_s) + 1;
+  const rlimit cpu{cpu_s, cpu_s + 5};
+  setrlimit(RLIMIT_CPU, &cpu);
   const rlimit no_core{0, 0};
   setrlimit(RLIMIT_CORE, &no_core);
   if (geteuid() == 0) {  // Open MPI refuses root unless told twice
@@ -149,6 +152,7 @@ ProgramOutcome run_program(const std::vector<std::string>& argv, const ProgramLi
   outcome.wall_s = seconds_since(start);
   if (WIFEXITED(status)) outcome.exit_code = WEXITSTATUS(status);
   if (WIFSIGNALED(status)) outcome.signal = WTERMSIG(status);
+  if (outcome.signal == SIGXCPU || outcome.exit_code == 128 + SIGXCPU) outcome.timed_out = true;
   return outcome;
 }
 

@@ -7,14 +7,17 @@
 
 namespace soda::analysis {
 
+// The first ends what goes on and on, on a busy machine as on an idle one; the second what waits
+// for something that does not come.
 struct ProgramLimits {
-  double wall_s = 60.0;
+  double cpu_s = 60.0;  // of each process
+  double wall_s = 600.0;
   std::uint64_t address_bytes = 0;  // of each process; 0: no limit
 };
 
 struct ProgramOutcome {
-  bool timed_out = false;
-  int exit_code = -1;  // -1: ended by a signal
+  bool timed_out = false;  // ended by either of them
+  int exit_code = -1;      // -1: ended by a signal
   int signal = 0;
   std::string out, err;
   double wall_s = 0.0;

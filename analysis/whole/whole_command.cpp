@@ -28,7 +28,7 @@ constexpr std::uint64_t kAddressBytes = std::uint64_t{8} << 30;
 
 bool starts(std::vector<std::string> command, const std::string& program, std::uint64_t bytes) {
   command.insert(command.end(), {program, "--version"});
-  return run_program(command, {60.0, bytes}).exit_code == kExitOk;
+  return run_program(command, {60.0, 120.0, bytes}).exit_code == kExitOk;
 }
 
 WholePlace find_place(const WholeRequest& request) {

@@ -24,7 +24,8 @@ void add_settings(SceneDraw& d) {
     solver.set("restitution_threshold_m_s", json_of(d.plain(d.chance.powers(0.001, 1.0))));
   for (const char* key : {"warm_starting", "direct", "rest"})
     if (d.chance.one_in(10)) solver.set(key, "false");
-  if (d.chance.one_in(40)) solver.set("contact_response", "false");
+  if (d.chance.one_in(40) && d.scene[ScenePart::kJoints].empty())
+    solver.set("contact_response", "false");
   if (d.chance.one_in(20)) solver.set("broadphase", quoted("all-pairs"));
   if (!solver.fields.empty()) d.scene.head.set("solver", solver.text());
   if (d.chance.one_in(25)) d.scene.head.set("accuracy", "{\"tolerance\": 0.001}");

@@ -105,7 +105,7 @@ Verdict judge_ending(const ProgramOutcome& run, double plain_s) {
     if (const std::size_t place = run.err.find(sign); place != std::string::npos)
       return {Kind::kSanitizer, run.err.substr(place, 600)};
   if (run.timed_out)
-    return {Kind::kHang, "did not end in " + format_number(run.wall_s) +
+    return {Kind::kHang, "was ended after " + format_number(run.wall_s) +
                              " s; the plain loop took " + format_number(plain_s) + " s" +
                              told(run)};
   // mpirun passes the signal of a rank on as a code beyond 128.
@@ -170,7 +170,9 @@ void run_all(const WholeTrial& trial, const WholePlace& place, const std::string
              const Oracle& oracle, WholeOutcome& outcome) {
   const std::string log = place.folder + "/run.sodalog";
   std::filesystem::remove(log);
-  const ProgramLimits limits{place.patience_s + 50.0 * oracle.cpu_s, place.address_bytes};
+  // Time Warp over many worlds and few processors does a step many times. Hundreds is livelock.
+  const double cpu_s = place.patience_s + 300.0 * oracle.cpu_s;
+  const ProgramLimits limits{cpu_s, 8.0 * cpu_s, place.address_bytes};
   const auto run = [&](const std::vector<std::string>& command) {
     ProgramOutcome done = run_program(command, limits);
     outcome.sums.program_s += done.wall_s;

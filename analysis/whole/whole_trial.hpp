@@ -57,7 +57,9 @@ struct WholePlace {
   std::string program;                     // soda
   std::string folder;                      // for files that are no longer needed afterwards
   std::uint64_t plain_work = 150'000'000;  // of the plain loop, as of PlainLimits
-  double patience_s = 20.0;                // that any run may take, beside 50 times the plain loop
+  // Processor time that any run may take, beside 300 times that of the plain loop; in wall time,
+  // eight times as much.
+  double patience_s = 20.0;
   std::uint64_t address_bytes = 0;
 };
 
