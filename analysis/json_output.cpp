@@ -381,58 +381,6 @@ std::string fuzz_json(const FuzzResult& result) {
                  {"failures", failures}});
 }
 
-std::string whole_json(const WholeResult& result) {
-  const WholeSums& sums = result.sums;
-  Json scenes = Json::object(), suspicious = Json::array(), failures = Json::array();
-  for (std::size_t i = 0; i < kRunExecutors; ++i)
-    scenes[name_of(static_cast<RunExecutor>(i))] = sums.scenes[i];
-  for (const SuspiciousScene& scene : result.suspicious)
-    suspicious.push_back({{"seed", scene.seed}, {"what", scene.what}});
-  for (const WholeFailure& failure : result.failures)
-    failures.push_back({{"seed", failure.seed},
-                        {"kind", failure.kind},
-                        {"what", failure.what},
-                        {"shrunk_what", failure.shrunk_what},
-                        {"command", failure.command},
-                        {"file", failure.file},
-                        {"scenario", failure.text}});
-  return dumped({{"trials", result.trials},
-                 {"out_of_time", result.out_of_time},
-                 {"wall_s", result.wall_s},
-                 {"scenes", scenes},
-                 {"left_out", result.left_out},
-                 {"bodies", sums.bodies},
-                 {"steps", sums.steps},
-                 {"executed", sums.events},
-                 {"rolled_back", sums.rolled_back},
-                 {"rollbacks", sums.rollbacks},
-                 {"runs_with_rollbacks", sums.runs_with_rollbacks},
-                 {"migrations", sums.migrations},
-                 {"replays", sums.replays},
-                 {"plain_s", sums.plain_s},
-                 {"program_s", sums.program_s},
-                 {"numerical_failures", suspicious},
-                 {"failures", failures}});
-}
-
-std::string continuity_json(const ContinuityResult& result) {
-  Json changes = Json::object(), failures = Json::array();
-  for (std::size_t i = 0; i < kContinuityKinds; ++i) {
-    const ContinuityTally& tally = result.tallies[i];
-    changes[name_of(static_cast<ContinuityKind>(i))] = {
-        {"scenes", tally.trials},     {"same_bits", tally.same_bits},
-        {"rounding", tally.rounding}, {"failed", tally.failed},
-        {"steps", tally.steps},       {"worst_over_allowed", tally.worst}};
-  }
-  for (const ContinuityFailure& failure : result.failures)
-    failures.push_back(
-        {{"seed", failure.seed}, {"change", name_of(failure.kind)}, {"what", failure.what}});
-  return dumped({{"out_of_time", result.out_of_time},
-                 {"wall_s", result.wall_s},
-                 {"changes", changes},
-                 {"failures", failures}});
-}
-
 std::string extremes_json(const ExtremesReport& report) {
   Json runs = Json::array();
   for (const ExtremeRun& run : report.runs)

@@ -27,8 +27,6 @@ std::string anticipation_json(const AnticipationReport& report);
 std::string rollback_json(const RollbackReport& report);
 std::string extremes_json(const ExtremesReport& report);
 std::string fuzz_json(const FuzzResult& result);
-std::string whole_json(const WholeResult& result);
-std::string continuity_json(const ContinuityResult& result);
 std::string swarm_json(const SwarmResult& result);
 std::string phold_json(const PholdRequest& request, const PholdRun& run);
 

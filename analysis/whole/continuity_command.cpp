@@ -5,9 +5,9 @@
 #include <ostream>
 
 #include "analysis/exit_codes.hpp"
-#include "analysis/json_output.hpp"
 #include "analysis/stopwatch.hpp"
 #include "analysis/text_table.hpp"
+#include "analysis/whole/search_json.hpp"
 #include "analysis/whole/whole_trial.hpp"
 #include "analysis/whole/whole_workers.hpp"
 #include "scenarios/read_scenario.hpp"

@@ -11,10 +11,10 @@
 #include <span>
 
 #include "analysis/exit_codes.hpp"
-#include "analysis/json_output.hpp"
 #include "analysis/stopwatch.hpp"
 #include "analysis/text_table.hpp"
 #include "analysis/whole/program_run.hpp"
+#include "analysis/whole/search_json.hpp"
 #include "analysis/whole/whole_scene.hpp"
 #include "analysis/whole/whole_search.hpp"
 #include "analysis/whole/whole_workers.hpp"
