@@ -2,11 +2,13 @@
 
 #include <poll.h>
 #include <sys/mman.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
@@ -160,6 +162,7 @@ bool share_seeds(
     if (process < 0) throw CheckFailed(std::string("no process: ") + std::strerror(errno));
     if (process == 0) {
       close(ends[0]);
+      prctl(PR_SET_PDEATHSIG, SIGTERM);  // nobody would read what it finds
       try {
         do_work(ends[1]);
         _exit(0);
