@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "analysis/fuzz_search.hpp"
+#include "analysis/whole/continuity_command.hpp"
+#include "analysis/whole/whole_command.hpp"
 
 namespace soda::analysis {
 
@@ -23,6 +25,11 @@ struct FuzzRequest {
   std::string folder;                   // where shrunk scenes are written; empty: they are printed
   bool force = false;                   // replaces files there
   bool json = false;
+  // Other searches in place of this one, with what only they have.
+  bool is_whole = false, is_continuity = false;
+  WholeRequest whole;
+  ContinuityRequest continuity;
+  unsigned jobs = 1;  // of these two
 };
 
 struct FuzzFailure {
