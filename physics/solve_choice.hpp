@@ -23,8 +23,8 @@ struct SolveChoice {
   std::optional<IslandBlocks> blocks;      // two or more (split_solver.hpp)
 };
 
-// Of one solve over dt_s (advance_once). What joints hold is never solved by contacts alone, so a
-// body that has any has neither, be its joints among the manifolds or lost. A function of the
+// Of one solve over dt_s (advance_once) of these manifolds: what a joint among them holds is solved
+// by none of both. (Springs that kick, spring_kicks.hpp, are not among them.) A function of the
 // island's content.
 SolveChoice choose_solve(const SceneDescription& scene, double dt_s, bool accurate,
                          std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
@@ -36,7 +36,8 @@ bool is_one_solve(const SceneDescription& scene, const Geometry& geometry,
                   std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
                   std::span<const BodyState> states);
 
-// The blocks in which advance_island solves an island, if it does. Only giant islands have any.
+// The blocks in which advance_island solves an island, if it does. Only giant islands have any, and
+// none whose bodies have joints: that one is lost is to be seen of the whole.
 std::optional<IslandBlocks> blocks_of_step(const SceneDescription& scene, const Geometry& geometry,
                                            std::span<const BodyId> ids,
                                            std::span<const ContactManifold> manifolds,
