@@ -174,7 +174,10 @@ AccuracyReport measure_accuracy(const AccuracyRequest& request, std::ostream& pr
     scenes.push_back(scenarios::read_scenario_file(file));
     if (scenes.back().references.empty())
       throw UsageError(file + ": has no references to compare with");
+    if (request.strict) refuse_warnings(file, scenes.back().warnings);
+    report.warnings.push_back({file, scenes.back().warnings});
   }
+  tell_warnings(report.warnings, progress);
   for (const scenarios::Scenario& scenario : scenes) {
     progress << "soda accuracy: " << scenario.name << "\n" << std::flush;
     AccuracyReport::Case& result = report.cases.emplace_back();

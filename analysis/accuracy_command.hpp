@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "analysis/accuracy/case_run.hpp"
+#include "analysis/warnings.hpp"
 
 namespace soda::analysis {
 
@@ -21,6 +22,7 @@ struct AccuracyRequest {
   bool sweep = false;  // the scene's dt, halved four times
   RepeatRule timing{.budget_s = 60.0};
   bool extremes = false;  // extremes.hpp instead of cases
+  bool strict = false;    // warnings of cases are errors
   bool check = false;     // exit 1 if a must is missed
   bool json = false;
   std::string html_file;  // empty: none
@@ -36,6 +38,7 @@ struct AccuracyReport {
   };
   std::vector<Case> cases;
   std::vector<std::string> missing_engines;  // asked for, but not in this build
+  std::vector<FileWarnings> warnings;
 
   std::size_t missed() const;  // measures over their must, and runs with a fault, of soda
 };

@@ -58,7 +58,7 @@ constexpr Command kCommands[] = {
      [](const R& r, Stream& out, Stream& err) { return run_command(r.run, out, err); }},
     {"plan", "show what a run will use, and why", false,
      [](CLI::App& app, R& r, const Wanted&) { define_plan(app, r.plan); },
-     [](const R& r, Stream& out, Stream&) { return plan_command(r.plan, out); }},
+     [](const R& r, Stream& out, Stream& err) { return plan_command(r.plan, out, err); }},
     {"replay", "re-run an event log and compare every step, or show a state", false,
      [](CLI::App& app, R& r, const Wanted&) { define_replay(app, r.replay); },
      [](const R& r, Stream& out, Stream& err) { return replay_command(r.replay, out, err); }},
@@ -73,19 +73,19 @@ constexpr Command kCommands[] = {
      [](const R& r, Stream& out, Stream&) { return anticipation_command(r.anticipation, out); }},
     {"verify", "check one trajectory: every executor against the plain loop, step by step", true,
      [](CLI::App& app, R& r, const Wanted&) { define_verify(app, r.verify); },
-     [](const R& r, Stream& out, Stream&) { return verify_command(r.verify, out); }},
+     [](const R& r, Stream& out, Stream& err) { return verify_command(r.verify, out, err); }},
     {"rollback", "compare the rollback modes: what they cost, and how far warm strays", false,
      [](CLI::App& app, R& r, const Wanted&) { define_rollback(app, r.rollback); },
-     [](const R& r, Stream& out, Stream&) { return rollback_command(r.rollback, out); }},
+     [](const R& r, Stream& out, Stream& err) { return rollback_command(r.rollback, out, err); }},
     {"phold", "benchmark of the kernel: events and no physics", true,
      [](CLI::App& app, R& r, const Wanted&) { define_phold(app, r.phold); },
      [](const R& r, Stream& out, Stream&) { return phold_command(r.phold, out); }},
     {"swarm", "random worlds, clusters and adversaries; every commit against the oracle", false,
      [](CLI::App& app, R& r, const Wanted&) { define_swarm(app, r.swarm); },
-     [](const R& r, Stream& out, Stream&) { return swarm_command(r.swarm, out); }},
+     [](const R& r, Stream& out, Stream& err) { return swarm_command(r.swarm, out, err); }},
     {"fuzz", "random scenes; no fault, escape or gain of energy; a failing one is shrunk", false,
      [](CLI::App& app, R& r, const Wanted&) { define_fuzz(app, r.fuzz); },
-     [](const R& r, Stream& out, Stream&) { return fuzz_command(r.fuzz, out); }},
+     [](const R& r, Stream& out, Stream& err) { return fuzz_command(r.fuzz, out, err); }},
     {"schema", "print the JSON Schema of scenario files", false, define_schema, print_schema},
 };
 
@@ -132,7 +132,8 @@ int run_command_line(int argc, const char* const* argv, kernel::Transport* trans
   const bool all = mentions(argc, argv, "--help");
   const Wanted wanted{.in_real_time = all || mentions(argc, argv, "--realtime"),
                       .balances = all || mentions(argc, argv, "--balancing"),
-                      .guesses = all || mentions(argc, argv, "--ghost")};
+                      .guesses = all || mentions(argc, argv, "--ghost"),
+                      .strict = all || mentions(argc, argv, "--strict")};
   std::vector<const CLI::App*> apps;
   for (const Command& command : kCommands) {
     CLI::App* const added = app.add_subcommand(command.name, command.purpose);

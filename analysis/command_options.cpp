@@ -30,6 +30,7 @@ void define_run(CLI::App& run, RunRequest& request, const Wanted& wanted) {
   run.add_flag("--json", request.json, "print one JSON object");
   run.add_flag("--step-digests", request.step_digests, "digest of every step");
   run.add_flag("--quiet", request.quiet, "no progress line");
+  if (wanted.strict) add_strict_option(run, request.overrides.strict);
   run.footer(
       "examples:\n"
       "  soda run scenarios/library/twelve-worlds.json\n"
@@ -46,6 +47,7 @@ void define_plan(CLI::App& plan, PlanRequest& request) {
   add_run_options(plan, request.overrides);
   add_balancing_options(plan, request.overrides, true);
   plan.add_flag("--json", request.json, "print one JSON object");
+  add_strict_option(plan, request.overrides.strict);
   plan.footer("example:\n  soda plan scenarios/library/mixed-shapes.json --worlds 1");
 }
 
@@ -57,6 +59,7 @@ void define_replay(CLI::App& replay, ReplayRequest& request) {
   CLI::Option* step = replay.add_option("--step", request.step, "show the state after this step");
   replay.add_option("--body", request.body, "with --step: only this body, all digits")->needs(step);
   replay.add_flag("--quiet", request.quiet, "no progress line");
+  add_strict_option(replay, request.overrides.strict);
   replay.footer(
       "examples:\n"
       "  soda replay run.sodalog\n"
@@ -103,6 +106,7 @@ void define_accuracy(CLI::App& command, AccuracyRequest& request) {
   command.add_flag("--json", request.json, "print one JSON object");
   command.add_option("-o,--output", request.html_file, "write tables and diagrams, one HTML file");
   command.add_flag("--force", request.force, "replace it if it exists");
+  add_strict_option(command, request.strict);
   command.footer(
       "examples:\n"
       "  soda accuracy free-fall bounce\n"
@@ -154,6 +158,7 @@ void define_verify(CLI::App& verify, VerifyRequest& request) {
   verify.add_flag("--require-rollbacks", request.require_rollbacks,
                   "fail if no run rolled back: then nothing was proved");
   verify.add_flag("--json", request.json, "print one JSON object");
+  add_strict_option(verify, request.strict);
   verify.footer(
       "examples:\n"
       "  soda verify scenarios/library/border-stack.json\n"
@@ -166,6 +171,7 @@ void define_rollback(CLI::App& rollback, RollbackRequest& request) {
   add_gating_option(rollback, request.overrides);
   add_cluster_options(rollback, request.overrides.cluster, "modelled from its counters");
   rollback.add_flag("--json", request.json, "print one JSON object");
+  add_strict_option(rollback, request.overrides.strict);
   rollback.footer(
       "examples:\n"
       "  soda rollback scenarios/library/border-stack.json --steps 60 --gating off\n"
@@ -271,6 +277,7 @@ void define_fuzz(CLI::App& fuzz, FuzzRequest& request) {
       ->check(CLI::Range(0u, 1u << 20));
   fuzz.add_option("-o,--output", request.folder, "folder for the shrunk scenarios");
   fuzz.add_flag("--json", request.json, "print one JSON object");
+  add_strict_option(fuzz, request.strict);
   define_whole(fuzz, request);
   fuzz.footer(
       "examples:\n"
@@ -301,6 +308,7 @@ void define_swarm(CLI::App& swarm, SwarmRequest& request) {
       ->check(CLI::Range(1u, 1u << 16));
   swarm.add_option("--decisions", request.decisions, instead + "the adversary's, none or a list");
   swarm.add_flag("--json", request.json, "print one JSON object");
+  add_strict_option(swarm, request.strict);
   swarm.footer(
       "examples:\n"
       "  soda swarm --seeds 1..10000 --budget 600\n"

@@ -21,7 +21,7 @@ namespace soda::analysis {
 
 // What a command line mentions: options of anything else are not registered.
 struct Wanted {
-  bool in_real_time, balances, guesses;
+  bool in_real_time, balances, guesses, strict;
 };
 
 // Each outlives the command line's parsing.

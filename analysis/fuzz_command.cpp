@@ -37,7 +37,11 @@ FuzzFailure shrunk_failure(const FuzzScene& scene, const std::string& what,
 
 void check_files(const FuzzRequest& request, FuzzResult& result) {
   for (const std::string& file : request.files) {
-    const FuzzOutcome outcome = try_scene(scenarios::read_text(file), file);
+    const std::string text = scenarios::read_text(file);
+    const FileWarnings warnings{file, scenarios::read_scenario_text(text, file).warnings};
+    if (request.strict) refuse_warnings(file, warnings.warnings);
+    result.warnings.push_back(warnings);
+    const FuzzOutcome outcome = try_scene(text, file);
     ++result.trials;
     add(outcome.sums, result.sums);
     if (outcome.failed) result.failures.push_back({0, file, outcome.what, outcome.what, 0, {}});
@@ -123,12 +127,13 @@ FuzzResult fuzz(const FuzzRequest& request) {
   return result;
 }
 
-int fuzz_command(const FuzzRequest& request, std::ostream& out) {
+int fuzz_command(const FuzzRequest& request, std::ostream& out, std::ostream& err) {
   if ((request.is_whole || request.is_continuity) && !request.files.empty())
     throw UsageError("--whole and --continuity draw their scenes; allowed: no FILE");
   if (request.is_continuity) return continuity_command(continuity_request(request), out);
   if (request.is_whole) return whole_command(whole_request(request), out);
   const FuzzResult result = fuzz(request);
+  tell_warnings(result.warnings, err);
   if (request.json)
     out << fuzz_json(result);
   else

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "analysis/fuzz_search.hpp"
+#include "analysis/warnings.hpp"
 #include "analysis/whole/continuity_command.hpp"
 #include "analysis/whole/whole_command.hpp"
 
@@ -24,6 +25,7 @@ struct FuzzRequest {
   unsigned most_shrinking = 400;        // trials, for each failure
   std::string folder;                   // where shrunk scenes are written; empty: they are printed
   bool force = false;                   // replaces files there
+  bool strict = false;                  // warnings of the files are errors
   bool json = false;
   // Other searches in place of this one, with what only they have.
   bool is_whole = false, is_continuity = false;
@@ -47,12 +49,13 @@ struct FuzzResult {
   double wall_s = 0.0;
   bool out_of_time = false;  // not all seeds were tried, or not all made as small as they go
   std::vector<FuzzFailure> failures;
+  std::vector<FileWarnings> warnings;
 };
 
 // Throws UsageError, and FileError where a file cannot be read or written.
 FuzzResult fuzz(const FuzzRequest& request);
 
 // Returns kExitOk, or kExitCheckFailed after telling what failed.
-int fuzz_command(const FuzzRequest& request, std::ostream& out);
+int fuzz_command(const FuzzRequest& request, std::ostream& out, std::ostream& err);
 
 }  // namespace soda::analysis

@@ -132,6 +132,21 @@ Json contacts_json(const physics::ContactQuality& contacts) {
           {"dissipation_m_s", law(&Residuals::dissipation_m_s)}};
 }
 
+Json warnings_json(const std::vector<FileWarnings>& files) {
+  Json list = Json::array();
+  for (const auto& [file, warnings] : files)
+    for (const auto& [kind, line, column, pointer, found, likely, more] : warnings)
+      list.push_back({{"kind", kind},
+                      {"file", file},
+                      {"line", line},
+                      {"column", column},
+                      {"pointer", pointer},
+                      {"found", found},
+                      {"likely", likely},
+                      {"more", more}});
+  return list;
+}
+
 Json or_null(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
 
 Json advantages_json(const std::vector<Advantage>& all) {
@@ -188,6 +203,7 @@ std::string run_json(const RunReport& report) {
     json["inputs"] = inputs_json(report);
     json["inputs_too_late"] = result.inputs_too_late;
   }
+  json["warnings"] = warnings_json({report.warnings});
   json["stages"] = object_of(stage_counts(result));
   json["plan"] = plan_lines(run.plan, &run.plan_counters);
   Json& changes = json["territory_changes"] = Json::array();
@@ -201,8 +217,9 @@ std::string run_json(const RunReport& report) {
 }
 
 std::string plan_json(const std::string& scenario, const std::vector<models::PlanLine>& plan,
-                      const JointIslandFigures& joints) {
+                      const JointIslandFigures& joints, const FileWarnings& warnings) {
   return dumped({{"scenario", scenario},
+                 {"warnings", warnings_json({warnings})},
                  {"plan", plan_lines(plan, nullptr)},
                  {"joint_islands", joints.counts},
                  {"joint_costs", joints.words}});
@@ -240,6 +257,7 @@ std::string verification_json(const Verification& verification) {
                  {"digest", format_digest(verification.digest)},
                  {"rollbacks", verification.rollbacks()},
                  {"equal", !verification.diverged()},
+                 {"warnings", warnings_json({verification.warnings})},
                  {"runs", runs}});
 }
 
@@ -264,6 +282,7 @@ std::string rollback_json(const RollbackReport& report) {
   return dumped({{"scenario", report.scenario},
                  {"steps", report.steps},
                  {"worlds", report.worlds},
+                 {"warnings", warnings_json({report.warnings})},
                  {"modes", modes}});
 }
 
@@ -299,7 +318,8 @@ std::string accuracy_json(const AccuracyReport& report) {
                  {"advantages_of_others", advantages_json(advantages_of_others(report))},
                  {"advantages_in_cases", advantages_json(advantages_in_cases(report))},
                  {"missed", report.missed()},
-                 {"missing_engines", report.missing_engines}});
+                 {"missing_engines", report.missing_engines},
+                 {"warnings", warnings_json(report.warnings)}});
 }
 
 std::string anticipation_json(const AnticipationReport& report) {
@@ -351,7 +371,8 @@ std::string swarm_json(const SwarmResult& result) {
                {"committed", result.sums.committed},
                {"rollbacks", result.sums.rollbacks},
                {"anti_messages", result.sums.anti_messages},
-               {"failed", result.failure.has_value()}};
+               {"failed", result.failure.has_value()},
+               {"warnings", warnings_json(result.warnings)}};
   if (const auto& failure = result.failure) {
     json["failure"] = {{"scenario", failure->file},
                        {"seed", failure->seed},
@@ -381,6 +402,7 @@ std::string fuzz_json(const FuzzResult& result) {
                  {"most_multiplications", sums.most_multiplications},
                  {"largest_gain_rel", sums.largest_gain},
                  {"push_out_work_joule", sums.push_out_work_joule},
+                 {"warnings", warnings_json(result.warnings)},
                  {"failures", failures}});
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <ostream>
 
+#include "analysis/warnings.hpp"
 #include "scenarios/read_scenario.hpp"
 
 namespace soda::analysis {
@@ -41,6 +42,7 @@ scenarios::Scenario logged_scenario(LogReader& log, const Overrides& more) {
   const Overrides overrides = combined(log.overrides(), more);
   scenarios::Scenario scenario =
       scenarios::read_scenario_text(log.scenario().text, log.scenario().file, overrides.seed);
+  if (overrides.strict) refuse_warnings(log.scenario().file, scenario.warnings);
   check_bodies(log, scenario);
   const std::uint32_t worlds = log.overrides().worlds.value_or(scenario.territory.worlds);
   apply_overrides(overrides, scenario.territory, scenario.run);

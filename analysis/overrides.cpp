@@ -4,6 +4,7 @@
 
 #include "analysis/exit_codes.hpp"
 #include "analysis/text_table.hpp"
+#include "analysis/warnings.hpp"
 #include "scenarios/format.hpp"
 #include "scenarios/read_scenario.hpp"
 
@@ -148,6 +149,7 @@ Overrides combined(const Overrides& base, const Overrides& over) {
   take(result.balancing, over.balancing);
   take(result.balancing_interval, over.balancing_interval);
   take(result.balancing_seed, over.balancing_seed);
+  result.strict = base.strict || over.strict;
   if (over.transport != nullptr) result.transport = over.transport;
   if (over.cluster.given()) result.cluster = over.cluster;
   return result;
@@ -213,6 +215,7 @@ void apply_cluster(const ClusterOverrides& overrides, std::uint32_t lps,
 
 scenarios::Scenario load_scenario(const std::string& file, const Overrides& overrides) {
   scenarios::Scenario scenario = scenarios::read_scenario_file(file, overrides.seed);
+  if (overrides.strict) refuse_warnings(file, scenario.warnings);
   apply_overrides(overrides, scenario.territory, scenario.run);
   return scenario;
 }

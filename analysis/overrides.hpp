@@ -42,6 +42,7 @@ struct Overrides {
   std::optional<models::BalancingPolicy> balancing;
   std::optional<std::int64_t> balancing_interval;
   std::optional<std::uint64_t> balancing_seed;
+  bool strict = false;                     // warnings of the scenario are errors
   kernel::Transport* transport = nullptr;  // of the job that mpirun started; it selects kMpi
   ClusterOverrides cluster;
 };

@@ -5,15 +5,18 @@
 #include "analysis/exit_codes.hpp"
 #include "analysis/json_output.hpp"
 #include "analysis/run_report.hpp"
+#include "analysis/warnings.hpp"
 
 namespace soda::analysis {
 
-int plan_command(const PlanRequest& request, std::ostream& out) {
+int plan_command(const PlanRequest& request, std::ostream& out, std::ostream& err) {
   const scenarios::Scenario scenario = load_scenario(request.file, request.overrides);
+  const FileWarnings warnings{request.file, scenario.warnings};
+  tell_warnings({warnings}, err);
   const std::vector<models::PlanLine> plan =
       models::make_plan(scenario.scene, scenario.territory.worlds, scenario.run);
   if (request.json) {
-    out << plan_json(scenario.name, plan, joint_island_figures(scenario.scene));
+    out << plan_json(scenario.name, plan, joint_island_figures(scenario.scene), warnings);
   } else {
     out << scenario.name << ": " << scenario.initial.size() << " bodies, "
         << scenario.territory.worlds << (scenario.territory.worlds == 1 ? " world" : " worlds")

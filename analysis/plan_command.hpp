@@ -14,6 +14,6 @@ struct PlanRequest {
   bool json = false;
 };
 
-int plan_command(const PlanRequest& request, std::ostream& out);
+int plan_command(const PlanRequest& request, std::ostream& out, std::ostream& err);
 
 }  // namespace soda::analysis

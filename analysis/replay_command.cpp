@@ -13,6 +13,7 @@
 #include "analysis/step_comparison.hpp"
 #include "analysis/stop_signals.hpp"
 #include "analysis/text_table.hpp"
+#include "analysis/warnings.hpp"
 
 namespace soda::analysis {
 namespace {
@@ -127,6 +128,7 @@ int tell(const ReplayRequest& request, const std::string& difference, std::ostre
 
 int rerun(const ReplayRequest& request, LogReader& log, std::ostream& out, std::ostream& err) {
   scenarios::Scenario scenario = logged_scenario(log, request.overrides);
+  tell_warnings({{log.scenario().file, scenario.warnings}}, err);
   kernel::StopRequest stop{0};
   scenario.run.stop = &stop;
   Comparison comparison{log, stop, {}, {}};

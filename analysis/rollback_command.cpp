@@ -7,6 +7,7 @@
 #include "analysis/json_output.hpp"
 #include "analysis/measured_run.hpp"
 #include "analysis/text_table.hpp"
+#include "analysis/warnings.hpp"
 
 namespace soda::analysis {
 namespace {
@@ -110,7 +111,11 @@ std::string text(const RollbackReport& report) {
 RollbackReport compare_rollbacks(const RollbackRequest& request) {
   scenarios::Scenario scenario = load_scenario(request.file, request.overrides);
   scenario.run.executor = models::ExecutorKind::kVirtual;
-  RollbackReport report{scenario.name, scenario.run.steps, scenario.territory.worlds, {}};
+  RollbackReport report{scenario.name,
+                        scenario.run.steps,
+                        scenario.territory.worlds,
+                        {},
+                        {request.file, scenario.warnings}};
   const std::vector<ExactStep> exact = exact_steps(scenario);
   for (const models::RollbackMode mode :
        {models::RollbackMode::kPropagate, models::RollbackMode::kInvalidate,
@@ -119,8 +124,9 @@ RollbackReport compare_rollbacks(const RollbackRequest& request) {
   return report;
 }
 
-int rollback_command(const RollbackRequest& request, std::ostream& out) {
+int rollback_command(const RollbackRequest& request, std::ostream& out, std::ostream& err) {
   const RollbackReport report = compare_rollbacks(request);
+  tell_warnings({report.warnings}, err);
   out << (request.json ? rollback_json(report) : text(report));
   return kExitOk;
 }

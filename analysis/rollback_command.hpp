@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "analysis/overrides.hpp"
+#include "analysis/warnings.hpp"
 
 namespace soda::analysis {
 
@@ -37,10 +38,11 @@ struct RollbackReport {
   std::int64_t steps = 0;
   std::uint32_t worlds = 0;
   std::vector<ModeMeasures> modes;  // propagate, invalidate, warm
+  FileWarnings warnings;
 };
 
 RollbackReport compare_rollbacks(const RollbackRequest& request);
 
-int rollback_command(const RollbackRequest& request, std::ostream& out);
+int rollback_command(const RollbackRequest& request, std::ostream& out, std::ostream& err);
 
 }  // namespace soda::analysis

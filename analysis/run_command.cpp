@@ -17,6 +17,7 @@
 #include "analysis/stop_signals.hpp"
 #include "analysis/text_table.hpp"
 #include "analysis/version.hpp"
+#include "analysis/warnings.hpp"
 #include "scenarios/read_scenario.hpp"
 
 namespace soda::analysis {
@@ -27,6 +28,7 @@ scenarios::Scenario load_with_text(const RunRequest& request, std::string& text)
   text = scenarios::read_text(request.file);
   scenarios::Scenario scenario =
       scenarios::read_scenario_text(text, request.file, request.overrides.seed);
+  if (request.overrides.strict) refuse_warnings(request.file, scenario.warnings);
   apply_overrides(request.overrides, scenario.territory, scenario.run);
   return scenario;
 }
@@ -120,6 +122,7 @@ void print(const RunReport& report, bool as_json, std::ostream& out) {
 
 void describe(const scenarios::Scenario& scenario, const RunRequest& request, RunReport& report) {
   report.scenario = scenario.name;
+  report.warnings = {request.file, scenario.warnings};
   report.bodies = scenario.initial.size();
   report.worlds = scenario.territory.worlds;
   report.dt_s = scenario.scene.dt_s;
@@ -155,6 +158,7 @@ int run_command(const RunRequest& given, std::ostream& out, std::ostream& err) {
   scenarios::Scenario scenario = load_with_text(given, text);
   refuse_warm_where_bits_count(given);
   if (given.real_time) require_paceable(scenario.run);
+  tell_warnings({{given.file, scenario.warnings}}, err);
   const std::unique_ptr<InputStream> stream = open_inputs(given.inputs, scenario, err);
   RunRequest request = given;
   if (request.log_file.empty()) request.log_file = scenario.output.log_file;

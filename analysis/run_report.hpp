@@ -8,6 +8,7 @@
 
 #include "analysis/measured_run.hpp"
 #include "analysis/realtime.hpp"
+#include "analysis/warnings.hpp"
 
 namespace soda::analysis {
 
@@ -22,6 +23,7 @@ struct RunReport {
   bool with_step_digests = false;
   std::vector<std::uint64_t> step_digests;  // of the states after step 1, 2, ...
   std::optional<RealTimeReport> real_time;
+  FileWarnings warnings;
 };
 
 // Several tables; every figure with its unit.

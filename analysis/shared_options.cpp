@@ -137,6 +137,10 @@ void add_cluster_options(CLI::App& command, ClusterOverrides& cluster, const std
   command.add_flag("--check-purity", cluster.check_purity, "execute every event twice and compare");
 }
 
+void add_strict_option(CLI::App& command, bool& strict) {
+  command.add_flag("--strict", strict, "warnings of a scenario are errors: exit 2, nothing is run");
+}
+
 void refuse_nan(CLI::Option& option) {
   option.check([](const std::string& text) {
     const bool number = !std::isnan(std::strtod(text.c_str(), nullptr));

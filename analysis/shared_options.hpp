@@ -15,6 +15,8 @@ class Option;
 
 namespace soda::analysis {
 
+void add_strict_option(CLI::App& command, bool& strict);
+
 void add_execution_options(CLI::App& command, Overrides& overrides);
 void add_run_options(CLI::App& command, Overrides& overrides);
 void add_rollback_option(CLI::App& command, Overrides& overrides);

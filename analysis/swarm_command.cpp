@@ -15,7 +15,8 @@ namespace {
 std::vector<std::unique_ptr<SwarmSubject>> subjects(const SwarmRequest& request) {
   std::vector<std::unique_ptr<SwarmSubject>> all;
   for (const std::string& file : request.files)
-    all.push_back(scene_subject(file, std::max(request.most_steps, request.end.value_or(1))));
+    all.push_back(
+        scene_subject(file, std::max(request.most_steps, request.end.value_or(1)), request.strict));
   if (all.empty()) all.push_back(phold_subject());
   return all;
 }
@@ -62,6 +63,8 @@ SwarmResult swarm(const SwarmRequest& request) {
   const auto all = subjects(request);
   const Stopwatch stopwatch;
   SwarmResult result;
+  for (const std::unique_ptr<SwarmSubject>& subject : all)
+    result.warnings.push_back({subject->file(), subject->warnings()});
   const auto out_of_time = [&] {
     result.wall_s = stopwatch.elapsed().wall_s;
     result.out_of_time = request.budget_s > 0.0 && result.wall_s > request.budget_s;
@@ -86,8 +89,9 @@ SwarmResult swarm(const SwarmRequest& request) {
   return result;
 }
 
-int swarm_command(const SwarmRequest& request, std::ostream& out) {
+int swarm_command(const SwarmRequest& request, std::ostream& out, std::ostream& err) {
   const SwarmResult result = swarm(request);
+  tell_warnings(result.warnings, err);
   if (request.json)
     out << swarm_json(result);
   else

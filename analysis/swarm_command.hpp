@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "analysis/swarm_search.hpp"
+#include "analysis/warnings.hpp"
 
 namespace soda::analysis {
 
@@ -22,6 +23,7 @@ struct SwarmRequest {
   std::optional<std::int64_t> end = {}, window = {};
   std::optional<std::string> decisions = {};
   unsigned most_shrinking = 400;  // trials
+  bool strict = false;            // warnings of scenarios are errors
   bool json = false;
 };
 
@@ -39,12 +41,13 @@ struct SwarmResult {
   double wall_s = 0.0;
   bool out_of_time = false;             // not all seeds were tried, or it could be smaller
   std::optional<SwarmFailure> failure;  // ends the search
+  std::vector<FileWarnings> warnings;
 };
 
 // Throws what load_scenario throws, and UsageError.
 SwarmResult swarm(const SwarmRequest& request);
 
 // Returns kExitOk, or kExitCheckFailed after telling how to reproduce the failure.
-int swarm_command(const SwarmRequest& request, std::ostream& out);
+int swarm_command(const SwarmRequest& request, std::ostream& out, std::ostream& err);
 
 }  // namespace soda::analysis

@@ -123,6 +123,7 @@ class SceneSubject final : public SwarmSubject {
   }
 
   std::string file() const override { return file_; }
+  std::vector<scenarios::InputWarning> warnings() const override { return scenario_.warnings; }
 
   TrialSize draw_size(std::uint64_t seed) const override {
     SplitMix64 random = stream(seed, Stream::kSize);
@@ -218,8 +219,10 @@ kernel::VirtualOptions draw_cluster(std::uint64_t seed, const TrialSize& size) {
 
 std::unique_ptr<SwarmSubject> phold_subject() { return std::make_unique<PholdSubject>(); }
 
-std::unique_ptr<SwarmSubject> scene_subject(const std::string& file, std::int64_t most_steps) {
+std::unique_ptr<SwarmSubject> scene_subject(const std::string& file, std::int64_t most_steps,
+                                            bool strict) {
   Overrides overrides;
+  overrides.strict = strict;
   overrides.steps = std::min(most_steps, load_scenario(file, {}).run.steps);
   return std::make_unique<SceneSubject>(file, overrides);
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "kernel/virtual_executor.hpp"
+#include "scenarios/warning.hpp"
 
 namespace soda::analysis {
 
@@ -28,6 +29,7 @@ class SwarmSubject {
  public:
   virtual ~SwarmSubject() = default;
   virtual std::string file() const = 0;  // empty: PHOLD
+  virtual std::vector<scenarios::InputWarning> warnings() const { return {}; }
   virtual TrialSize draw_size(std::uint64_t seed) const = 0;
   // Runs under the checkers. `cluster` lacks only what the size says. Throws kernel::Violation.
   virtual kernel::Counters run(std::uint64_t seed, const TrialSize& size,
@@ -37,8 +39,10 @@ class SwarmSubject {
 // Order-sensitive, with ties, zero-delay rounds, several slots and, for some seeds, faults.
 std::unique_ptr<SwarmSubject> phold_subject();
 
-// A scenario, of which at most `most_steps` steps are run. Throws what load_scenario throws.
-std::unique_ptr<SwarmSubject> scene_subject(const std::string& file, std::int64_t most_steps);
+// A scenario, of which at most `most_steps` steps are run; `strict`: none with warnings. Throws
+// what load_scenario throws.
+std::unique_ptr<SwarmSubject> scene_subject(const std::string& file, std::int64_t most_steps,
+                                            bool strict = false);
 
 struct Trial {
   std::uint64_t seed = 0;

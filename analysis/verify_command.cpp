@@ -12,6 +12,7 @@
 #include "analysis/overrides.hpp"
 #include "analysis/plain_loop.hpp"
 #include "analysis/text_table.hpp"
+#include "analysis/warnings.hpp"
 #include "physics/measures.hpp"
 #include "scenarios/random_inputs.hpp"
 
@@ -228,6 +229,7 @@ std::size_t Verification::territory_changes() const {
 Verification verify(const VerifyRequest& request) {
   Overrides overrides;
   overrides.steps = request.steps;
+  overrides.strict = request.strict;
   scenarios::Scenario scenario = load_scenario(request.file, overrides);
   if (request.random_inputs) scenarios::add_random_inputs(*request.random_inputs, scenario);
   PlainLoop oracle(scenario);
@@ -236,7 +238,8 @@ Verification verify(const VerifyRequest& request) {
   Verification verification{.scenario = scenario.name,
                             .steps = scenario.run.steps,
                             .digest = oracle.digest_after(scenario.run.steps),
-                            .runs = {}};
+                            .runs = {},
+                            .warnings = {request.file, scenario.warnings}};
   models::TerritoryOptions territory = scenario.territory;
   std::optional<models::TerritoryMap> map;
   for (VerifiedRun run : matrix(request, scenario.run, territory.grid.cell_count())) {
@@ -252,9 +255,10 @@ Verification verify(const VerifyRequest& request) {
   return verification;
 }
 
-int verify_command(const VerifyRequest& request, std::ostream& out) {
+int verify_command(const VerifyRequest& request, std::ostream& out, std::ostream& err) {
   const Verification verification = verify(request);
   if (request.transport != nullptr && !request.transport->is_root()) return kExitOk;
+  tell_warnings({verification.warnings}, err);
   if (request.json) {
     out << verification_json(verification);
   } else {

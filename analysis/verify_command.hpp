@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "analysis/warnings.hpp"
 #include "models/simulation.hpp"
 #include "models/territory.hpp"
 
@@ -30,6 +31,7 @@ struct VerifyRequest {
   std::optional<std::uint64_t> random_inputs;  // seed of user input beside the scenario's
   kernel::Transport* transport = nullptr;      // the runs are those of the job's ranks
   bool require_rollbacks = false;  // fail if no run rolled back: then nothing was proved
+  bool strict = false;             // warnings of the scenario are errors
   bool json = false;
 };
 
@@ -63,6 +65,7 @@ struct Verification {
   std::int64_t steps = 0;
   std::uint64_t digest = 0;  // of the oracle's last step
   std::vector<VerifiedRun> runs;
+  FileWarnings warnings;
 
   bool diverged() const { return !runs.empty() && runs.back().divergence.has_value(); }
   std::uint64_t rollbacks() const;
@@ -74,6 +77,6 @@ struct Verification {
 Verification verify(const VerifyRequest& request);
 
 // Returns kExitOk, or kExitCheckFailed after naming the first divergence.
-int verify_command(const VerifyRequest& request, std::ostream& out);
+int verify_command(const VerifyRequest& request, std::ostream& out, std::ostream& err);
 
 }  // namespace soda::analysis

@@ -7,6 +7,7 @@
 #include "analysis/logged_run.hpp"
 #include "analysis/output_file.hpp"
 #include "analysis/view_page.hpp"
+#include "analysis/warnings.hpp"
 
 namespace soda::analysis {
 namespace {
@@ -28,7 +29,9 @@ int view_command(const ViewRequest& request, std::ostream& out, std::ostream& er
   refuse_own_input(file, request.file, "-o");
   OutputFile page(file, request.force);
   const std::int64_t every = request.every.value_or(steps_a_frame(log));
-  const Recording recording = record(log, logged_scenario(log, {}), every);
+  const scenarios::Scenario scenario = logged_scenario(log, {});
+  tell_warnings({{log.scenario().file, scenario.warnings}}, err);
+  const Recording recording = record(log, scenario, every);
   page.write(view_page(recording));
   page.complete();
   out << file << ": " << recording.bodies.size() << " bodies, " << recording.worlds << " worlds, "

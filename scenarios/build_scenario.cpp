@@ -13,6 +13,7 @@
 #include "scenarios/output_place.hpp"
 #include "scenarios/references.hpp"
 #include "scenarios/shapes.hpp"
+#include "scenarios/warnings.hpp"
 
 namespace soda::scenarios {
 namespace {
@@ -24,6 +25,7 @@ using physics::Mat3;
 struct BuiltBody {
   BodyParams params;
   BodyState state;
+  const JsonValue* place = nullptr;  // its own, or its generator's
   bool present = true;
 };
 
@@ -115,8 +117,8 @@ bool within_limits(const Vec3& position_m) {
 }
 
 void add_body(Bodies& bodies, const BodyParams& params, const BodyState& state,
-              const PlacedShape& shape) {
-  bodies.built.push_back({params, state});
+              const PlacedShape& shape, const JsonValue* place) {
+  bodies.built.push_back({params, state, place});
   bodies.spheres.push_back({state.position_m, shape.bounding_radius_m});
 }
 
@@ -134,7 +136,7 @@ void build_body(const BodySpec& spec, Parts parts, Bodies& bodies, FaultList& fa
   state.orientation = orientation;
   state.linear_velocity_m_s = spec.velocity_m_s;
   state.angular_velocity_rad_s = spec.angular_velocity_rad_s;
-  add_body(bodies, *params, state, *shape);
+  add_body(bodies, *params, state, *shape, spec.json);
   bodies.built.back().present = spec.present;
 }
 
@@ -155,7 +157,7 @@ void build_generated(const GeneratorSpec& generator, Parts parts, std::optional<
                  "positions within 1e9 m in each component", ""});
       return;
     }
-    add_body(bodies, *params, state, *shape);
+    add_body(bodies, *params, state, *shape, base.json);
     ++params->label;
   }
 }
@@ -180,8 +182,9 @@ void build_static(const StaticSpec& spec, const std::string& folder, Parts parts
        .surface_velocity_m_s = orientation._transformVector(spec.surface_velocity_m_s)});
 }
 
-// Bodies by id: the index of each becomes its BodyId.
-void order_bodies(Bodies bodies, Scenario& scenario) {
+// Bodies by id: the index of each becomes its BodyId. Returns where they stand.
+std::vector<const JsonValue*> order_bodies(Bodies bodies, Scenario& scenario) {
+  std::vector<const JsonValue*> places;
   std::sort(bodies.built.begin(), bodies.built.end(),
             [](const BuiltBody& a, const BuiltBody& b) { return a.params.label < b.params.label; });
   for (BuiltBody& body : bodies.built) {
@@ -190,7 +193,9 @@ void order_bodies(Bodies bodies, Scenario& scenario) {
           physics::BodyId{static_cast<std::uint32_t>(scenario.initial.size())});
     scenario.scene.bodies.push_back(body.params);
     scenario.initial.push_back(std::move(body.state));
+    places.push_back(body.place);
   }
+  return places;
 }
 
 void build_inputs(const std::vector<InputSpec>& inputs, Scenario& scenario, FaultList& faults) {
@@ -267,11 +272,13 @@ Scenario build_scenario(const DocumentSpec& document, const std::string& file,
     build_static(spec, folder_of(file), parts, scenario.scene.statics, faults);
   }
   if (!faults.empty()) return scenario;
-  order_bodies(std::move(bodies), scenario);
+  const std::vector<const JsonValue*> places = order_bodies(std::move(bodies), scenario);
   // Whether their bodies exist can be told only of a scene that is whole.
   build_joints(document.joints, scenario, faults);
   build_inputs(document.inputs, scenario, faults);
   scenario.references = build_references(document.references, scenario, faults);
+  if (faults.empty())
+    scenario.warnings = find_warnings({document, scenario, places, placed_boxes(scenario)});
   return scenario;
 }
 

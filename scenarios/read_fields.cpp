@@ -1,11 +1,13 @@
 #include <algorithm>
 
 #include "scenarios/field_binding.hpp"
+#include "scenarios/synonyms.hpp"
 
 namespace soda::scenarios {
 namespace {
 
 bool fail(FaultList& faults, const JsonValue& at, std::string allowed, std::string hint = "") {
+  if (hint.empty()) hint = value_hint(at.key, at);
   add_fault(faults, at, {describe(at), std::move(allowed), std::move(hint)});
   return false;
 }
@@ -134,10 +136,7 @@ const ChoiceEntry* entry_by_tag(const ChoiceTable& table, const JsonValue& value
     for (const ChoiceEntry& entry : table.entries) {
       if (entry.name == tag->text) return &entry;
     }
-    const bool elsewhere = std::find(table.elsewhere.begin(), table.elsewhere.end(), tag->text) !=
-                           table.elsewhere.end();
-    fail(faults, *tag, allowed,
-         elsewhere ? std::string(table.elsewhere_hint) : nearest_name_hint(tag->text, names));
+    fail(faults, *tag, allowed, name_hint(tag->text, names, table.elsewhere, table.elsewhere_hint));
     return nullptr;
   }
   fail(faults, *tag, allowed);
@@ -157,7 +156,7 @@ void read_members(const ObjectTable& table, std::string_view tag, const JsonValu
     if (at == keys.end()) {
       add_fault_at_key(faults, *m,
                        {"the unknown key " + json_quoted(printable(m->key)),
-                        "the keys " + list_names(keys), nearest_name_hint(m->key, keys)});
+                        "the keys " + list_names(keys), name_hint(m->key, keys)});
       continue;
     }
     const std::size_t i = static_cast<std::size_t>(at - keys.begin());
@@ -307,7 +306,7 @@ bool read_name(const Field& field, const JsonValue& value, std::size_t& out, Fau
     const auto at = std::find(field.names.begin(), field.names.end(), value.text);
     out = static_cast<std::size_t>(at - field.names.begin());
     if (at != field.names.end()) return true;
-    return fail(faults, value, allowed_text(field), nearest_name_hint(value.text, field.names));
+    return fail(faults, value, allowed_text(field), name_hint(value.text, field.names));
   }
   return fail(faults, value, allowed_text(field));
 }

@@ -42,8 +42,9 @@ class FileError : public std::runtime_error {
 // InputError if it is larger, FileError if it cannot be read.
 std::string read_text(const std::string& file);
 
-// Reads a scenario. `file` names it in messages; mesh files are looked up relative to its folder.
-// `seed`, if given, replaces every seed in the file (generators, territory map).
+// Reads a scenario, with warnings of what it hardly means. `file` names it in messages; mesh files
+// are looked up relative to its folder. `seed`, if given, replaces every seed in the file
+// (generators, territory map).
 // Throws InputError or FileError; nothing else, whatever the bytes.
 Scenario read_scenario_file(const std::string& file, std::optional<std::uint64_t> seed = {});
 Scenario read_scenario_text(std::string_view text, const std::string& file,

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "scenarios/format.hpp"
+#include "scenarios/synonyms.hpp"
 
 namespace soda::scenarios {
 namespace {
@@ -35,6 +36,13 @@ Walk walk_format() {
 }
 
 std::string code(std::string_view text) { return "`" + std::string(text) + "`"; }
+
+// Of words apart by a space.
+std::string codes(std::string_view words) {
+  std::string text = "`";
+  for (const char c : words) text += c == ' ' ? "`, `" : std::string(1, c);
+  return text + "`";
+}
 
 std::string keys_text(std::span<const std::string_view> keys) {
   std::string text;
@@ -71,6 +79,14 @@ std::string section_of(const TaggedTable& entry) {
 std::vector<TaggedTable> all_tables() { return walk_format().tables; }
 
 std::vector<const ChoiceTable*> all_choices() { return walk_format().choices; }
+
+std::string synonyms_markdown() {
+  std::string text = "| word | name here | what differs |\n|---|---|---|\n";
+  for (const Synonym& synonym : synonyms())
+    text += "| " + codes(synonym.words) + " | " + codes(synonym.names) + " | " +
+            std::string(synonym.note) + " |\n";
+  return text;
+}
 
 std::string scenario_reference_markdown() {
   const Walk walk = walk_format();

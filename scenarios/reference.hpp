@@ -22,4 +22,7 @@ std::vector<const ChoiceTable*> all_choices();
 // Markdown: one section an object, one line a key.
 std::string scenario_reference_markdown();
 
+// Markdown: the table of synonyms.
+std::string synonyms_markdown();
+
 }  // namespace soda::scenarios

@@ -10,6 +10,7 @@
 #include "physics/body_state.hpp"
 #include "physics/scene.hpp"
 #include "scenarios/known_answer.hpp"
+#include "scenarios/warning.hpp"
 
 namespace soda::scenarios {
 
@@ -28,7 +29,8 @@ struct Scenario {
   models::TerritoryOptions territory;
   models::RunOptions run;  // steps, buffer and executor defaults
   OutputOptions output;
-  std::vector<Reference> references;  // what is known of the run beforehand
+  std::vector<Reference> references;   // what is known of the run beforehand
+  std::vector<InputWarning> warnings;  // what the file hardly means, by place
 };
 
 }  // namespace soda::scenarios

@@ -31,6 +31,12 @@ TEST(Reference, InTheReadmeIsThatOfTheReader) {
                    "scenario_reference.md", true);
 }
 
+TEST(Reference, NamesOfOtherProgramsInTheReadmeAreThoseOfTheReader) {
+  expect_committed(synonyms_markdown(),
+                   std::filesystem::path(SODA_SOURCE_DIR) / "scenarios/README.md", "synonyms.md",
+                   true);
+}
+
 TEST(FormatTables, GiveEveryFieldAMeaningAndEveryLengthAUnit) {
   for (const TaggedTable& entry : all_tables()) {
     for (const Field& field : entry.table->fields) {
