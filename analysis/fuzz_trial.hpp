@@ -32,7 +32,8 @@ void add(const FuzzSums& more, FuzzSums& sums);
 //   point at the start, what gravity adds in the run, what push-out may reach;
 // - way: where no impacts were counted in the step, a body without joints moves by more than the
 //   fastest of its island, before or after, gravity and push-out take it;
-// - momentum: an island's changes by other than gravity and what statics are reported to give, by
+// - momentum: an island's, without joints, changes by other than gravity and what statics are
+// reported to give, by
 //   more than 1e-9 of its masses at the speed of the fastest point so far;
 // - work: an island takes more solver iterations or multiplications than its size explains.
 FuzzSums run_fuzz_trial(const scenarios::Scenario& scenario);

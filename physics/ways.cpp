@@ -76,6 +76,17 @@ void limit_push_out(double most_m_s, std::span<PushOut> push) {
   for (PushOut& p : push) limit_push_out(most_m_s, p);
 }
 
+namespace {
+
+// Joints but springs are closed by any way that this takes: nothing bounds it.
+bool closes_joints(const SceneDescription& scene, std::span<const ContactManifold> manifolds) {
+  return std::ranges::any_of(manifolds, [&scene](const ContactManifold& m) {
+    return is_joint(m) && scene.joints[joint_of(m)].kind != JointKind::kSpring;
+  });
+}
+
+}  // namespace
+
 void start_ways(const SceneDescription& scene, std::span<const BodyId> ids,
                 std::span<const ContactManifold> manifolds, std::span<const BodyState> states,
                 StartOfWay& start) {
@@ -89,6 +100,7 @@ void report_impossible_ways(const SceneDescription& scene, double dt_s, std::spa
                             std::span<const ContactManifold> manifolds, const StartOfWay& start,
                             std::span<const BodyState> states, std::vector<AdvanceFault>& faults) {
   constexpr double kRounding = 1e-12;  // of where it is
+  if (closes_joints(scene, manifolds)) return;
   double mass_kg = 0.0, faster_m_s = 0.0;
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const BodyParams& body = scene.bodies[index_of(ids[i])];

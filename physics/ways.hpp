@@ -30,8 +30,8 @@ void start_ways(const SceneDescription& scene, std::span<const BodyId> ids,
 
 // Appends a fault for each body that has come farther in dt_s than it can have: at the speed that
 // it would have with all energy of its island, what forces and surfaces that slide along can add in
-// the step included, and by push-out. Contacts and joints give no energy, and motors none that is
-// not there at the end. `start`: of the same bodies.
+// the step included, and by push-out. Contacts and springs give no energy. Islands with other
+// joints are left out: these are closed by any way that it takes. `start`: of the same bodies.
 void report_impossible_ways(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                             std::span<const ContactManifold> manifolds, const StartOfWay& start,
                             std::span<const BodyState> states, std::vector<AdvanceFault>& faults);

@@ -136,6 +136,24 @@ TEST(Ways, OfOverlapsThatArePushedOutAreBounded) {
   for (const IslandReport& island : world.report.islands) EXPECT_LT(island.max_penetration_m, 0.01);
 }
 
+// In flight, and pressed on the ground by a driven body, where sweeps bring the rebound about.
+TEST(Ways, APairBouncesAsTheBouncierOfTheTwo) {
+  for (const bool pushed : {false, true}) {
+    World world;
+    world.scene.dt_s = 0.01;
+    world.add_floor(Material{.friction = 0.0, .restitution = 0.0});
+    BodyState& ball = world.add_body(world.add_shape(Sphere{0.5}), Vec3(0, 0, 0.5005), 1.0,
+                                     Material{.friction = 0.0, .restitution = 0.5});
+    ball.linear_velocity_m_s = Vec3(0, 0, -2.0);
+    if (pushed) {
+      world.scene.forces.push_back({.force_newton = Vec3(1e-12, 0, 0)});
+      world.scene.bodies[0].forces = 0;
+    }
+    world.run(1);
+    EXPECT_NEAR(world.states[0].linear_velocity_m_s.z(), 1.0, 1e-9) << pushed;
+  }
+}
+
 TEST(Ways, PushOutIsShortenedInItsDirection) {
   PushOut push{Vec3(3.0, 0.0, 4.0), Vec3(0.0, 8.0, 0.0)};
   limit_push_out(2.5, push);
