@@ -62,6 +62,33 @@ TEST(Ways, OfBodiesThatArePouredIntoABoxAreThoseOfTheirSpeeds) {
     }
 }
 
+// The next step starts from them: an impulse beyond what stops everything throws bodies.
+TEST(Ways, ImpulsesThatAStepLeavesAreNoLargerThanWhatStopsAllBodies) {
+  const auto expect_no_larger = [](int bodies, std::uint64_t seed) {
+    World world = poured({.kind = Poured::kBoxes, .bodies = bodies, .seed = seed});
+    const Geometry geometry(world.scene);
+    const auto motion_newton_s = [&world] {
+      double sum = 0.0;
+      for (std::size_t b = 0; b < world.states.size(); ++b)
+        sum += world.scene.bodies[b].mass_kg *
+               (world.states[b].linear_velocity_m_s.norm() + kGravity * world.scene.dt_s);
+      return sum;
+    };
+    for (int i = 0; i < 60; ++i) {
+      const double before = motion_newton_s();
+      world.run(1, geometry);
+      const double most = 0.5 * (before + motion_newton_s());
+      for (const BodyState& state : world.states)
+        for (const ContactImpulse& impulse : state.impulses)
+          ASSERT_LE(impulse.normal_newton_s, most) << "seed " << seed << ", step " << i;
+    }
+  };
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    expect_no_larger(5, seed);
+    expect_no_larger(40, seed);
+  }
+}
+
 TEST(Ways, OfAPourAreThoseOfItsSpeedsAtAnyStepAndNumber) {
   for (const double rate_hz : {30.0, 120.0, 240.0})
     for (const int bodies : {20, 80}) {
