@@ -45,7 +45,8 @@ Json errors(const ErrorMeasures& error) {
   return {{"energy_drift_rel", error.energy_drift_rel},
           {"momentum_drift_rel", error.momentum_drift_rel},
           {"max_penetration_m", error.max_penetration_m},
-          {"constraint_residual", error.constraint_residual_m_s}};
+          {"constraint_residual", error.constraint_residual_m_s},
+          {"push_out_work_joule", error.push_out_work_joule}};
 }
 
 Json estimates_json(const std::optional<ErrorEstimates>& estimates) {

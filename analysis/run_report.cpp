@@ -51,6 +51,7 @@ std::string error_text(const RunReport& report) {
        format_number(steps_per_second(run)), "steps/s"},
       {"constraint residual", format_number(error.constraint_residual_m_s, 3), "m/s",
        "real-time factor", format_number(real_time_factor(run, report.dt_s)), ""},
+      {"work of push-out", format_number(error.push_out_work_joule, 3), "J", "", "", ""},
   };
   return format_table(
       {{"error"}, {"", Align::kRight}, {""}, {"run time"}, {"", Align::kRight}, {""}}, rows);

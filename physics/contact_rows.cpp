@@ -5,7 +5,6 @@
 #include "physics/rigid_motion.hpp"
 
 namespace soda::physics {
-namespace {
 
 double size_of(const Shape& shape) {
   if (const auto* s = std::get_if<Sphere>(&shape)) return 2.0 * s->radius_m;
@@ -20,6 +19,8 @@ double size_of(const Shape& shape) {
   }
   return 1e300;
 }
+
+namespace {
 
 std::uint32_t local_index(std::span<const BodyId> ids, BodyId id) {
   if (is_static(id)) return static_cast<std::uint32_t>(ids.size());

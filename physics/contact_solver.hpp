@@ -16,6 +16,10 @@ namespace soda::physics {
 // Overlap that is left alone, of the smaller body's size.
 inline constexpr double kSlop = 5e-4;
 
+// The width of a body, roughly: twice the way from its centre to what is nearest of its surface; of
+// a hull, of its corners. 1e300 of what has none.
+double size_of(const Shape& shape);
+
 // Velocities of a body while its island is solved.
 struct SolverBody {
   Vec3 linear = Vec3::Zero();

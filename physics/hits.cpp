@@ -196,24 +196,6 @@ bool can_be_hit(const HitIsland& island, double dt_s, std::span<const BodyState>
   return mass_ratio(island.scene, island.ids) <= kMostRatio;
 }
 
-// All pairs that may be hit, as manifolds without points.
-std::vector<ContactManifold> pairs_to_look_at(const HitIsland& island, double dt_s,
-                                              std::span<const BodyState> states,
-                                              StageCounters& counters) {
-  const auto& [scene, geometry, ids] = island;
-  const PairsInReach found = pairs_in_reach(scene, geometry, dt_s, ids, states, counters);
-  std::vector<ContactManifold> pairs;
-  const auto add = [&pairs](BodyId a, BodyId b) {
-    ContactManifold& m = pairs.emplace_back();
-    m.a = a;
-    m.b = b;
-  };
-  for (const IndexPair& p : found.bodies) add(ids[p.first], ids[p.second]);
-  for (const IndexPair& p : found.statics) add(ids[p.first], static_id(p.second));
-  std::sort(pairs.begin(), pairs.end(), canonical_before);
-  return pairs;
-}
-
 // What is hit now, and what is held meanwhile: points that touch, with no gap left.
 std::vector<ContactManifold> touching_points(const HitIsland& island,
                                              std::span<const ContactManifold> contacts,
@@ -253,7 +235,7 @@ void advance_through(const HitIsland& island, double dt_s, double clear,
         report);
   };
   std::vector<ContactManifold> pairs, found(manifolds.begin(), manifolds.end());
-  if (clear < dt_s) pairs = pairs_to_look_at(island, dt_s, states, counters);
+  if (clear < dt_s) pairs = pairs_to_look_at(scene, geometry, dt_s, ids, states, counters);
   double left_s = dt_s;
   for (std::size_t i = 0; i < most_parts(ids) && clear < left_s; ++i) {
     if (clear > 0.0) {

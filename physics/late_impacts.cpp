@@ -13,11 +13,14 @@
 namespace soda::physics {
 namespace {
 
+// Contacts are looked for along the way that a body begins with, gravity and a margin included.
 bool is_unforeseen(const SceneDescription& scene, const Geometry& geometry, double dt_s, BodyId id,
                    const BodyState& before, const BodyState& now) {
-  const double width = shape_of(scene, geometry, id).min_extent_m;
+  const double width_m = shape_of(scene, geometry, id).min_extent_m;
+  const double fallen_m = scene.gravity_m_s2.norm() * dt_s * dt_s;
   const Vec3 foreseen = before.position_m + dt_s * before.linear_velocity_m_s;
-  return (now.position_m - foreseen).squaredNorm() > 0.25 * width * width;
+  const double most_m = kContactMargin * width_m + fallen_m;
+  return (now.position_m - foreseen).squaredNorm() > most_m * most_m;
 }
 
 // From where the step began, such that it ends with the velocities it has.
