@@ -149,7 +149,8 @@ void define_verify(CLI::App& verify, VerifyRequest& request) {
   verify.add_option("--buffers", request.buffers, "buffer entries (default 1,4,48)")
       ->delimiter(',')
       ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 20));
-  verify.add_option("--seeds", request.seeds, "scheduling seeds 1 to this (default 5)");
+  verify.add_option("--seeds", request.seeds,
+                    "scheduling seeds 0, the schedule of soda run, to this (default 5)");
   verify.add_flag("--all-modes", request.all_modes,
                   "each seed with every rollback mode, gating, ghosts and balancing; else by seed");
   verify.add_option("--random-inputs", request.random_inputs,
@@ -224,6 +225,41 @@ void define_phold(CLI::App& phold, PholdRequest& request) {
       "  soda phold --lps 64 --executor virtual --processors 8 --latency-us 5 --window 4");
 }
 
+namespace {
+
+// Searches of `soda fuzz` that run whole scenarios.
+void define_whole(CLI::App& fuzz, FuzzRequest& request) {
+  CLI::Option* const whole =
+      fuzz.add_flag("--whole", request.is_whole,
+                    "whole scenarios instead, run by the program with any executor and compared "
+                    "with the plain loop");
+  CLI::Option* const continuity =
+      fuzz.add_flag("--continuity", request.is_continuity,
+                    "changes of whole scenarios that should not matter to what they do not concern")
+          ->excludes(whole);
+  fuzz.add_option("--jobs", request.jobs,
+                  "of --whole and --continuity: seeds at a time (default 1)")
+      ->check(CLI::Range(1u, 1024u));
+  fuzz.add_option("--executors", request.whole.executors,
+                  "with --whole: of default, sequential, threads, mpi and virtual (default: all)")
+      ->delimiter(',')
+      ->needs(whole);
+  fuzz.add_option("--program", request.whole.program, "with --whole: another soda")->needs(whole);
+  refuse_nan(*fuzz.add_option("--patience", request.whole.patience_s,
+                              "with --whole: seconds of processor time that a run may take, beside "
+                              "300 times what the plain loop takes (default 20)")
+                  ->check(CLI::PositiveNumber)
+                  ->needs(whole));
+  fuzz.add_option(
+          "--kinds", request.continuity.kinds,
+          "with --continuity: of tiny-force, far-body, far-contact, far-joint, far-spring, "
+          "far-input, unused-material, unused-drive, default-key, longer-row (default: all)")
+      ->delimiter(',')
+      ->needs(continuity);
+}
+
+}  // namespace
+
 void define_fuzz(CLI::App& fuzz, FuzzRequest& request) {
   fuzz.add_option("FILE", request.files, "scenarios to check (default: random scenes)");
   fuzz.add_option("--seeds", request.seeds, "FIRST..LAST (default 1..200)");
@@ -242,8 +278,12 @@ void define_fuzz(CLI::App& fuzz, FuzzRequest& request) {
   fuzz.add_option("-o,--output", request.folder, "folder for the shrunk scenarios");
   fuzz.add_flag("--json", request.json, "print one JSON object");
   add_strict_option(fuzz, request.strict);
+  define_whole(fuzz, request);
   fuzz.footer(
       "examples:\n"
+      "  soda fuzz --whole --seeds 1..10000 --jobs 2 --failures 50 -o /tmp/found\n"
+      "  soda fuzz --whole --seeds 1..500 --program build/asan/soda --patience 200\n"
+      "  soda fuzz --continuity --seeds 1..1000 --jobs 2 --failures 1000\n"
       "  soda fuzz --seeds 1..10000 --failures 50 -o /tmp\n"
       "  soda fuzz --seeds 17..17 --steps 600\n"
       "  soda fuzz /tmp/fuzz-17.json");

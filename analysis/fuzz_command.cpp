@@ -68,6 +68,29 @@ void search(const FuzzRequest& request, const Stopwatch& stopwatch, FuzzResult& 
   }
 }
 
+WholeRequest whole_request(const FuzzRequest& request) {
+  WholeRequest whole = request.whole;
+  whole.seeds = request.seeds;
+  whole.budget_s = request.budget_s;
+  whole.most_failures = request.most_failures;
+  whole.most_shrinking = request.most_shrinking;
+  whole.folder = request.folder;
+  whole.jobs = request.jobs;
+  whole.json = request.json;
+  return whole;
+}
+
+ContinuityRequest continuity_request(const FuzzRequest& request) {
+  ContinuityRequest continuity = request.continuity;
+  continuity.seeds = request.seeds;
+  continuity.budget_s = request.budget_s;
+  continuity.most_failures = request.most_failures;
+  continuity.folder = request.folder;
+  continuity.jobs = request.jobs;
+  continuity.json = request.json;
+  return continuity;
+}
+
 void print(const FuzzResult& result, std::ostream& out) {
   const FuzzSums& sums = result.sums;
   out << result.trials << " scenes in " << format_number(result.wall_s) << " s"
@@ -105,6 +128,10 @@ FuzzResult fuzz(const FuzzRequest& request) {
 }
 
 int fuzz_command(const FuzzRequest& request, std::ostream& out, std::ostream& err) {
+  if ((request.is_whole || request.is_continuity) && !request.files.empty())
+    throw UsageError("--whole and --continuity draw their scenes; allowed: no FILE");
+  if (request.is_continuity) return continuity_command(continuity_request(request), out);
+  if (request.is_whole) return whole_command(whole_request(request), out);
   const FuzzResult result = fuzz(request);
   tell_warnings(result.warnings, err);
   if (request.json)

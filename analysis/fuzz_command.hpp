@@ -9,6 +9,8 @@
 
 #include "analysis/fuzz_search.hpp"
 #include "analysis/warnings.hpp"
+#include "analysis/whole/continuity_command.hpp"
+#include "analysis/whole/whole_command.hpp"
 
 namespace soda::analysis {
 
@@ -25,6 +27,11 @@ struct FuzzRequest {
   bool force = false;                   // replaces files there
   bool strict = false;                  // warnings of the files are errors
   bool json = false;
+  // Other searches in place of this one, with what only they have.
+  bool is_whole = false, is_continuity = false;
+  WholeRequest whole;
+  ContinuityRequest continuity;
+  unsigned jobs = 1;  // of these two
 };
 
 struct FuzzFailure {

@@ -8,7 +8,10 @@
 #include "analysis/error_measures.hpp"
 #include "analysis/exit_codes.hpp"
 #include "analysis/text_table.hpp"
+#include "physics/momentum.hpp"
+#include "physics/rigid_motion.hpp"
 #include "physics/step.hpp"
+#include "physics/ways.hpp"
 
 namespace soda::analysis {
 namespace {
@@ -114,6 +117,7 @@ class Checks {
   void step(std::int64_t number, std::vector<BodyState>& states) {
     number_ = number;
     const std::vector<BodyState> before = states;
+    const std::uint64_t impacts = counters_.impacts;
     physics::step(scene_, geometry_, ids_, states, scratch_, report_, counters_);
     for (const AdvanceFault& fault : report_.faults) fail(fault.body, fault.what);
     for (std::size_t i = 0; i < states.size(); ++i)
@@ -130,7 +134,10 @@ class Checks {
         if (scene_.bodies[body].joints > 0 && island.max_penetration_m > radii_m_[body])
           may_sink_[body] = true;
       }
-      check_island(island, change);
+      const IslandStates of_island = states_of(i, before, states);
+      check_island(island, change, of_island);
+      check_momentum(island, of_island);
+      if (counters_.impacts == impacts) check_ways(of_island);
     }
     for (std::size_t i = 0; i < states.size(); ++i) check_place(i, before[i], states[i]);
     for (const std::uint32_t body : islands.free_bodies) {
@@ -203,10 +210,89 @@ class Checks {
     }
   }
 
-  void check_island(const IslandReport& island, const EnergyChange& change) {
+  // An island before and after a step.
+  struct IslandStates {
+    std::vector<BodyId> ids;
+    std::vector<BodyState> before, after;
+  };
+
+  IslandStates states_of(std::size_t island, const std::vector<BodyState>& before,
+                         const std::vector<BodyState>& after) const {
+    IslandStates found;
+    const Islands& islands = scratch_.islands;
+    for (std::uint32_t k = islands.body_begin[island]; k < islands.body_begin[island + 1]; ++k) {
+      found.ids.push_back(ids_[islands.bodies[k]]);
+      found.before.push_back(before[islands.bodies[k]]);
+      found.after.push_back(after[islands.bodies[k]]);
+    }
+    return found;
+  }
+
+  // The most that push-out can lift: each body at its greatest speed, and by as much as its
+  // velocity changes, for a body goes on with the old one for a while.
+  double most_push_out_joule(const IslandStates& island) const {
+    const double g = scene_.gravity_m_s2.norm(), dt = scene_.dt_s;
+    const double pushed_m_s = fastest_push_out_m_s(scene_, island.ids);
+    double most = 0.0;
+    for (std::size_t i = 0; i < island.ids.size(); ++i) {
+      const double changed_m_s =
+          (island.after[i].linear_velocity_m_s - island.before[i].linear_velocity_m_s).norm();
+      most += scene_.bodies[index_of(island.ids[i])].mass_kg * g * dt *
+              (pushed_m_s + changed_m_s + g * dt);
+    }
+    return most;
+  }
+
+  // Without impacts within the step, no body is faster than the fastest of its island before or
+  // after, whose spin may have become speed in between. Joints pass on more than that.
+  void check_ways(const IslandStates& island) const {
+    constexpr double kRoundingOfPlaces = 1e-12;
+    const double g = scene_.gravity_m_s2.norm(), dt = scene_.dt_s;
+    double fastest_m_s = 0.0;
+    for (std::size_t i = 0; i < island.ids.size(); ++i) {
+      if (scene_.bodies[index_of(island.ids[i])].joints > 0) return;
+      for (const BodyState& state : {island.before[i], island.after[i]})
+        fastest_m_s = std::max(
+            fastest_m_s, std::sqrt(2.0 * kinetic_joule(scene_, {&island.ids[i], 1}, {&state, 1}) /
+                                   scene_.bodies[index_of(island.ids[i])].mass_kg));
+    }
+    const double most_m_s = fastest_m_s + g * dt + fastest_push_out_m_s(scene_, island.ids);
+    for (std::size_t i = 0; i < island.ids.size(); ++i) {
+      const double way_m = (island.after[i].position_m - island.before[i].position_m).norm();
+      const double most_m = dt * most_m_s + kRoundingOfPlaces * island.before[i].position_m.norm();
+      if (!(way_m <= most_m))
+        fail(island.ids[i], "way: moves " + format_number(way_m) +
+                                " m, though speeds and push-out allow " + format_number(most_m) +
+                                " m");
+    }
+  }
+
+  // An island's momentum changes by what gravity and statics give; without joints, to rounding.
+  void check_momentum(const IslandReport& report, const IslandStates& island) {
+    for (const BodyId id : island.ids)
+      if (scene_.bodies[index_of(id)].joints > 0) return;
+    const IslandMomentum was = momentum_of(scene_, island.ids, island.before);
+    const IslandMomentum now = momentum_of(scene_, island.ids, island.after);
+    const Vec3 weight = was.mass_kg * scene_.dt_s * scene_.gravity_m_s2;
+    const Vec3 given = weight + report.static_impulse_newton_s;
+    double scale = weight.norm() + report.static_impulse_newton_s.norm();
+    for (std::size_t i = 0; i < island.ids.size(); ++i)
+      scale += scene_.bodies[index_of(island.ids[i])].mass_kg *
+               (island.before[i].linear_velocity_m_s.norm() + fastest_m_s_);
+    const double off = (now.linear_newton_s - was.linear_newton_s - given).norm();
+    if (!(off <= kRounding * scale))
+      fail(report.label, "momentum: off by " + format_number(off) + " N s, " +
+                             format_number(off / scale) + " of its scale");
+  }
+
+  void check_island(const IslandReport& island, const EnergyChange& change,
+                    const IslandStates& states) {
+    const double pushed = has_springs_
+                              ? island.push_out_work_joule
+                              : std::min(island.push_out_work_joule, most_push_out_joule(states));
     EnergyChange rest = change;
-    rest.gain_joule -= island.push_out_work_joule + island.motor_work_joule;
-    rest.scale_joule += std::abs(island.push_out_work_joule) + std::abs(island.motor_work_joule);
+    rest.gain_joule -= pushed + island.motor_work_joule;
+    rest.scale_joule += std::abs(pushed) + std::abs(island.motor_work_joule);
     check_gain(island.label, rest,
                "an island of " + std::to_string(island.bodies) + " with " +
                    std::to_string(island.contact_points) + " points" +

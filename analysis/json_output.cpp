@@ -30,20 +30,23 @@ Json object_of(const std::vector<std::pair<std::string, std::uint64_t>>& counts)
 }
 
 Json events(const kernel::Counters& counters) {
+  Json paths = Json::object();
+  for (const auto& [name, count] : kernel::kernel_paths()) paths[name] = counters.*count;
   return {{"executed", counters.executed},           {"rolled_back", counters.rolled_back},
           {"committed", counters.committed},         {"rollbacks", counters.rollbacks},
           {"stragglers", counters.stragglers},       {"messages", counters.messages},
           {"anti_messages", counters.anti_messages}, {"adopted", counters.adopted},
           {"absorbed", counters.absorbed},           {"jumps", counters.jumps},
           {"gvt_rounds", counters.gvt_rounds},       {"history_max", counters.history_max},
-          {"efficiency", efficiency(counters)}};
+          {"efficiency", efficiency(counters)},      {"paths", paths}};
 }
 
 Json errors(const ErrorMeasures& error) {
   return {{"energy_drift_rel", error.energy_drift_rel},
           {"momentum_drift_rel", error.momentum_drift_rel},
           {"max_penetration_m", error.max_penetration_m},
-          {"constraint_residual", error.constraint_residual_m_s}};
+          {"constraint_residual", error.constraint_residual_m_s},
+          {"push_out_work_joule", error.push_out_work_joule}};
 }
 
 Json estimates_json(const std::optional<ErrorEstimates>& estimates) {
@@ -208,20 +211,19 @@ std::string run_json(const RunReport& report) {
   for (const auto& [step, cell, from, to] : result.territory_changes)
     changes.push_back(
         {{"step", step}, {"cell", cell}, {"from", index_of(from)}, {"to", index_of(to)}});
-  if (report.with_step_digests) {
-    json["step_digests"] = Json::array();
-    for (const std::uint64_t digest : report.step_digests) {
-      json["step_digests"].push_back(format_digest(digest));
-    }
-  }
+  if (report.with_step_digests) json["step_digests"] = Json::array();
+  for (const std::uint64_t digest : report.step_digests)
+    json["step_digests"].push_back(format_digest(digest));
   return dumped(json);
 }
 
 std::string plan_json(const std::string& scenario, const std::vector<models::PlanLine>& plan,
-                      const FileWarnings& warnings) {
+                      const JointIslandFigures& joints, const FileWarnings& warnings) {
   return dumped({{"scenario", scenario},
                  {"warnings", warnings_json({warnings})},
-                 {"plan", plan_lines(plan, nullptr)}});
+                 {"plan", plan_lines(plan, nullptr)},
+                 {"joint_islands", joints.counts},
+                 {"joint_costs", joints.words}});
 }
 
 std::string verification_json(const Verification& verification) {

@@ -21,7 +21,7 @@ namespace soda::analysis {
 // bits; what is not finite becomes null.
 std::string run_json(const RunReport& report);
 std::string plan_json(const std::string& scenario, const std::vector<models::PlanLine>& plan,
-                      const FileWarnings& warnings);
+                      const JointIslandFigures& joints, const FileWarnings& warnings);
 std::string verification_json(const Verification& verification);
 std::string accuracy_json(const AccuracyReport& report);
 std::string anticipation_json(const AnticipationReport& report);

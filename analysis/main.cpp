@@ -7,6 +7,7 @@
 #include "analysis/exit_codes.hpp"
 #include "analysis/job.hpp"
 #include "analysis/printable_stream.hpp"
+#include "kernel/executor.hpp"
 #include "scenarios/read_scenario.hpp"
 
 namespace {
@@ -42,6 +43,8 @@ analysis::Ending run(int argc, char** argv, kernel::Transport* transport) {
   } catch (const scenarios::InputError& error) {
     return {analysis::kExitInput, std::string(error.what()) + "\n"};  // starts with the file's name
   } catch (const scenarios::FileError& error) {
+    return failed(error, analysis::kExitFile);
+  } catch (const kernel::ThreadsNotStarted& error) {
     return failed(error, analysis::kExitFile);
   } catch (const analysis::OutOfMemory& error) {
     return failed(error, analysis::kExitFile);

@@ -191,7 +191,7 @@ Counts stage_counts(const models::SimulationResult& result) {
       {"motor_rows", stages.motor_rows},
       {"restitution_rows", stages.restitution_rows},
       {"warm_started_rows", stages.warm_started_rows},
-      {"impact_searches", stages.impact_searches},
+      {"impact_searches", stages.impact_searches()},
       {"impacts", stages.impacts},
       {"refined_steps", stages.refined_steps},
       {"islands_in_blocks", stages.islands_in_blocks},

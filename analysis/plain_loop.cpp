@@ -10,13 +10,16 @@ namespace soda::analysis {
 PlainLoop::PlainLoop(const scenarios::Scenario& scenario)
     : PlainLoop(scenario, scenario.run.inputs.script) {}
 
-PlainLoop::PlainLoop(const scenarios::Scenario& scenario, std::vector<models::UserInput> inputs)
+PlainLoop::PlainLoop(const scenarios::Scenario& scenario, std::vector<models::UserInput> inputs,
+                     const PlainLimits& limits)
     : scenario_(scenario), geometry_(scenario.scene), inputs_(std::move(inputs)) {
   std::sort(inputs_.begin(), inputs_.end(), models::acts_before);
   restart();
   digests_.push_back(physics::digest(bodies_.ids, bodies_.states));
-  while (step_ < scenario.run.steps) {
+  while (step_ < scenario.run.steps && work_of(counters_) < limits.work) {
     advance();
+    if (limits.stop_at_fault && fault_) return;
+    if (limits.watch) limits.watch(bodies_.ids, bodies_.states);
     digests_.push_back(physics::digest(bodies_.ids, bodies_.states));
   }
 }
@@ -50,7 +53,22 @@ void PlainLoop::advance() {
       models::act_on_scene(inputs_[next_input_], scene_, bodies_.ids, bodies_.states);
   scratch_.resting.forget();  // an oracle takes nothing over
   physics::step(scene_, geometry_, bodies_.ids, bodies_.states, scratch_, report_, counters_);
+  if (!fault_ && !report_.faults.empty()) note_fault();
   ++step_;
+}
+
+void PlainLoop::note_fault() {
+  const auto least =
+      std::ranges::min_element(report_.faults, {}, [](const auto& fault) { return fault.body; });
+  fault_ = PlainFault{step_, scene_.bodies[physics::index_of(least->body)].label, least->what};
+}
+
+std::uint64_t work_of(const physics::StageCounters& counters) {
+  std::uint64_t tests = 0;
+  for (const std::uint64_t count : counters.narrowphase_tests) tests += count;
+  return 1000 * tests + 500 * counters.candidate_pairs + 500 * counters.boxes +
+         60 * counters.row_sweeps + 2 * counters.factor_multiplications +
+         500 * counters.joint_rows + 2000 * counters.islands_solved;
 }
 
 }  // namespace soda::analysis

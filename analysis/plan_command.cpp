@@ -16,12 +16,12 @@ int plan_command(const PlanRequest& request, std::ostream& out, std::ostream& er
   const std::vector<models::PlanLine> plan =
       models::make_plan(scenario.scene, scenario.territory.worlds, scenario.run);
   if (request.json) {
-    out << plan_json(scenario.name, plan, warnings);
+    out << plan_json(scenario.name, plan, joint_island_figures(scenario.scene), warnings);
   } else {
     out << scenario.name << ": " << scenario.initial.size() << " bodies, "
         << scenario.territory.worlds << (scenario.territory.worlds == 1 ? " world" : " worlds")
         << ", " << name_of(scenario.run.executor) << " executor\n\n"
-        << plan_text(plan, nullptr);
+        << plan_text(plan, nullptr) << joint_costs_text(scenario.scene);
   }
   return kExitOk;
 }

@@ -5,6 +5,7 @@
 #include "analysis/overrides.hpp"
 #include "analysis/stop_signals.hpp"
 #include "analysis/text_table.hpp"
+#include "models/joint_cost.hpp"
 
 namespace soda::analysis {
 namespace {
@@ -50,6 +51,7 @@ std::string error_text(const RunReport& report) {
        format_number(steps_per_second(run)), "steps/s"},
       {"constraint residual", format_number(error.constraint_residual_m_s, 3), "m/s",
        "real-time factor", format_number(real_time_factor(run, report.dt_s)), ""},
+      {"work of push-out", format_number(error.push_out_work_joule, 3), "J", "", "", ""},
   };
   return format_table(
       {{"error"}, {"", Align::kRight}, {""}, {"run time"}, {"", Align::kRight}, {""}}, rows);
@@ -176,6 +178,34 @@ std::string plan_text(const std::vector<models::PlanLine>& plan,
     rows.push_back(row);
   }
   return format_table(columns, rows);
+}
+
+JointIslandFigures joint_island_figures(const physics::SceneDescription& scene) {
+  JointIslandFigures figures;
+  for (const models::JointCost& cost : models::joint_costs(scene)) {
+    const auto& [bodies, joints, rows, multiplications] = cost.island;
+    figures.counts.push_back(
+        {{"first_body", scene.bodies[physics::index_of(bodies.front())].label},
+         {"bodies", bodies.size()},
+         {"joints", joints},
+         {"rows", rows},
+         {"multiplications", multiplications},
+         {"factorisations_us_per_step", static_cast<std::uint64_t>(cost.factors_ns / 1000)},
+         {"percent_of_the_rest_of_a_step", static_cast<std::uint64_t>(100.0 * cost.of_the_rest)},
+         {"costly", cost.is_costly()}});
+    figures.words.push_back(models::words_for(scene, cost));
+  }
+  return figures;
+}
+
+std::string joint_costs_text(const physics::SceneDescription& scene) {
+  std::vector<models::JointCost> costs = models::joint_costs(scene);
+  if (costs.empty()) return "";
+  std::string text = "\n";
+  for (std::size_t i = 0; i < costs.size() && (i == 0 || costs[i].is_costly()); ++i)
+    text += std::string(costs[i].is_costly() ? "costly: " : "costliest: ") +
+            models::words_for(scene, costs[i]) + "\n";
+  return text;
 }
 
 std::string run_text(const RunReport& report) {

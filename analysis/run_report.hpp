@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,18 @@ struct RunReport {
 
 // Several tables; every figure with its unit.
 std::string run_text(const RunReport& report);
+
+// What islands that joints alone hold together will cost (models/joint_cost.hpp), the costliest
+// first, with each what it means in words.
+struct JointIslandFigures {
+  std::vector<std::map<std::string, std::uint64_t>> counts;
+  std::vector<std::string> words;
+};
+JointIslandFigures joint_island_figures(const physics::SceneDescription& scene);
+
+// The same as text: a line for each costly one, else one for the costliest; nothing
+// without joints between bodies.
+std::string joint_costs_text(const physics::SceneDescription& scene);
 
 // A plan as a table; with `counters` (one per line) a column of what was counted.
 std::string plan_text(const std::vector<models::PlanLine>& plan,

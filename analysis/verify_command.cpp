@@ -58,7 +58,10 @@ void verify_run(const scenarios::Scenario& scenario, const models::TerritoryMap&
                 kernel::Transport* transport, PlainLoop& oracle, VerifiedRun& run) {
   models::InputOptions inputs = scenario.run.inputs;
   // But for every third seed, inputs come so late that worlds which ran ahead roll back.
-  inputs.at_the_last_moment = run.scheduling_seed % 3 != 1;
+  if (run.scheduling_seed > 0) inputs.at_the_last_moment = run.scheduling_seed % 3 != 1;
+  models::BalancingOptions balancing{run.balancing, kBalancingInterval, run.scheduling_seed};
+  const models::BalancingOptions& users = scenario.run.balancing;
+  if (run.scheduling_seed == 0 && run.balancing == users.policy) balancing = users;
   std::optional<WrongStep> first;
   const models::CommitObserver observer{
       .wants_states = true, .on_step = [&](const models::CommittedStep& step) {
@@ -80,7 +83,7 @@ void verify_run(const scenarios::Scenario& scenario, const models::TerritoryMap&
                           .rollback = run.rollback,
                           .gating = run.gating,
                           .ghosts = run.ghosts,
-                          .balancing = {run.balancing, kBalancingInterval, run.scheduling_seed},
+                          .balancing = balancing,
                           .transport = transport,
                           .inputs = inputs},
                          observer);
@@ -96,9 +99,17 @@ constexpr models::GhostMode kGhostModes[] = {
 
 constexpr Balancing kPolicies[] = {Balancing::kOff, Balancing::kRandom, Balancing::kPaper};
 
-// The modes of a run, by its scheduling seed: each alone takes all its values, their combinations
-// come up as seeds go on.
-void draw_modes(VerifiedRun run, std::vector<VerifiedRun>& runs) {
+// The modes of a run, by its scheduling seed: with 0 those of the user; else each alone takes all
+// its values, their combinations come up as seeds go on.
+void draw_modes(const models::RunOptions& users, VerifiedRun run, std::vector<VerifiedRun>& runs) {
+  if (run.scheduling_seed == 0) {
+    run.rollback = users.rollback;
+    run.gating = users.gating;
+    run.ghosts = users.ghosts;
+    run.balancing = users.balancing.policy;
+    runs.push_back(run);
+    return;
+  }
   const std::uint64_t turn = run.scheduling_seed - 1;
   run.rollback = run.scheduling_seed % 2 == 0 ? models::RollbackMode::kInvalidate
                                               : models::RollbackMode::kPropagate;
@@ -122,7 +133,8 @@ void all_modes(VerifiedRun run, std::vector<VerifiedRun>& runs) {
 }
 
 // All cells of the matrix: each division once in sequence (not in a job), then under Time Warp.
-std::vector<VerifiedRun> matrix(const VerifyRequest& request, std::size_t cells) {
+std::vector<VerifiedRun> matrix(const VerifyRequest& request, const models::RunOptions& users,
+                                std::size_t cells) {
   std::vector<VerifiedRun> runs;
   for (const std::uint32_t wanted : request.worlds) {
     VerifiedRun run;
@@ -138,8 +150,12 @@ std::vector<VerifiedRun> matrix(const VerifyRequest& request, std::size_t cells)
       run.threads = threads;
       for (const std::int64_t buffer : request.buffers) {
         run.buffer = buffer;
-        for (run.scheduling_seed = 1; run.scheduling_seed <= request.seeds; ++run.scheduling_seed)
-          (request.all_modes ? all_modes : draw_modes)(run, runs);
+        for (run.scheduling_seed = 0; run.scheduling_seed <= request.seeds; ++run.scheduling_seed) {
+          if (request.all_modes)
+            all_modes(run, runs);
+          else
+            draw_modes(users, run, runs);
+        }
       }
     }
   }
@@ -158,16 +174,29 @@ std::string describe(const VerifiedRun& run) {
          name_of(run.ghosts) + " ghosts, balancing " + name_of(run.balancing);
 }
 
-void print(const Verification& verification, std::ostream& out) {
-  std::uint64_t executed = 0, rolled_back = 0;
-  for (const VerifiedRun& run : verification.runs) {
-    executed += run.events.executed;
-    rolled_back += run.events.rolled_back;
+// Of each path of the kernel, how often it was taken, and in how many runs.
+std::string paths_text(const Verification& verification) {
+  const kernel::Counters events = verification.events();
+  std::string taken, others;
+  for (const kernel::KernelPath& path : kernel::kernel_paths()) {
+    const std::uint64_t count = events.*path.count;
+    const auto runs = std::ranges::count_if(
+        verification.runs, [&](const VerifiedRun& run) { return run.events.*path.count > 0; });
+    std::string& text = count > 0 ? taken : others;
+    text += (text.empty() ? "" : ", ") + std::string(path.name);
+    if (count > 0) text += " " + std::to_string(count) + " (" + std::to_string(runs) + " runs)";
   }
+  return "paths of the kernel: " + (taken.empty() ? "none" : taken) +
+         (others.empty() ? "\n" : "\nnot taken: " + others + "\n");
+}
+
+void print(const Verification& verification, std::ostream& out) {
+  const kernel::Counters events = verification.events();
   out << verification.scenario << ": " << verification.runs.size() << " runs of "
       << verification.steps << " steps, " << verification.rollbacks() << " rollbacks, "
-      << rolled_back << " of " << executed << " events rolled back, "
-      << verification.territory_changes() << " cells changed hands\n";
+      << events.rolled_back << " of " << events.executed << " events rolled back, "
+      << verification.territory_changes() << " cells changed hands\n"
+      << paths_text(verification);
   if (!verification.diverged()) {
     out << "every committed step has the digest of the plain loop; the last one is "
         << format_digest(verification.digest) << "\n";
@@ -183,11 +212,13 @@ void print(const Verification& verification, std::ostream& out) {
 
 }  // namespace
 
-std::uint64_t Verification::rollbacks() const {
-  std::uint64_t sum = 0;
-  for (const VerifiedRun& run : runs) sum += run.events.rollbacks;
+kernel::Counters Verification::events() const {
+  kernel::Counters sum;
+  for (const VerifiedRun& run : runs) sum += run.events;
   return sum;
 }
+
+std::uint64_t Verification::rollbacks() const { return events().rollbacks; }
 
 std::size_t Verification::territory_changes() const {
   std::size_t sum = 0;
@@ -211,7 +242,7 @@ Verification verify(const VerifyRequest& request) {
                             .warnings = {request.file, scenario.warnings}};
   models::TerritoryOptions territory = scenario.territory;
   std::optional<models::TerritoryMap> map;
-  for (VerifiedRun run : matrix(request, territory.grid.cell_count())) {
+  for (VerifiedRun run : matrix(request, scenario.run, territory.grid.cell_count())) {
     if (!map || map->worlds() != run.worlds) {
       territory.worlds = run.worlds;
       map = models::make_territory_map(territory, positions, &scenario.scene);

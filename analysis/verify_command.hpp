@@ -21,12 +21,13 @@ struct VerifyRequest {
   std::vector<unsigned> threads{1, 2, 4};
   std::vector<std::uint32_t> worlds{1, 2, 4, 12, 48};
   std::vector<std::int64_t> buffers{1, 4, 48};
-  // Scheduling seeds 1 .. seeds; with every other one, rollbacks invalidate whole entries; with two
-  // of four, worlds do not wait for each other (gating). Of three, with the first cells change
-  // hands at random, with the second by the paper's scheme. Told, dead-reckoning and predicted
-  // ghosts take turns, in nine seeds with each of these three.
+  // Scheduling seeds 0 .. seeds. With 0, the run is the one that `soda run` makes of the scenario:
+  // its modes, its input, nothing at random. Of the others, with every other one, rollbacks
+  // invalidate whole entries; with two of four, worlds do not wait for each other (gating). Of
+  // three, with the first cells change hands at random, with the second by the paper's scheme.
+  // Told, dead-reckoning and predicted ghosts take turns, in nine seeds with each of these three.
   unsigned seeds = 5;
-  bool all_modes = false;                      // instead, each seed with all 36 combinations
+  bool all_modes = false;  // instead, each seed, 0 too, with all 36 combinations
   std::optional<std::uint64_t> random_inputs;  // seed of user input beside the scenario's
   kernel::Transport* transport = nullptr;      // the runs are those of the job's ranks
   bool require_rollbacks = false;  // fail if no run rolled back: then nothing was proved
@@ -68,6 +69,7 @@ struct Verification {
 
   bool diverged() const { return !runs.empty() && runs.back().divergence.has_value(); }
   std::uint64_t rollbacks() const;
+  kernel::Counters events() const;  // of all runs
   std::size_t territory_changes() const;
 };
 

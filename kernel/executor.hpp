@@ -7,33 +7,15 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <stdexcept>
 #include <vector>
 
+#include "kernel/counters.hpp"
 #include "kernel/logical_process.hpp"
 #include "kernel/outside.hpp"
 #include "kernel/virtual_time.hpp"
 
 namespace soda::kernel {
-
-// Work of a run. Counts of executed (LP, time) bags, not of messages, unless said otherwise.
-struct Counters {
-  std::uint64_t executed = 0;     // bags executed, including those rolled back later
-  std::uint64_t rolled_back = 0;  // executed bags that were undone, but not put back
-  std::uint64_t committed = 0;    // calls of commit: executed - rolled_back if nothing failed
-  std::uint64_t rollbacks = 0;    // calls of rewind
-  std::uint64_t stragglers = 0;   // messages (or anti-messages) at or before the last executed time
-  std::uint64_t messages = 0;     // positive messages sent
-  std::uint64_t anti_messages = 0;  // empty incarnations sent
-  std::uint64_t jumps = 0;          // times that undone executions were put back in force
-  std::uint64_t absorbed = 0;       // changed bags that needed no rollback
-  std::uint64_t adopted = 0;        // re-sends equal to what was already sent (lazy cancellation)
-  std::uint64_t gvt_rounds = 0;
-  std::uint64_t lead_sum = 0;  // sum over executed bags of t - GVT.t, for the mean lead
-  std::uint64_t lead_max = 0;
-  // Most that one LP held of what rollback needs: inputs, executed times and outputs. Looked at
-  // when it commits, which is where it is largest. 0: no history was kept.
-  std::uint64_t history_max = 0;
-};
 
 // A fault that GVT passed: the run's outcome.
 struct CommittedFault {
@@ -57,6 +39,9 @@ struct RunResult {
   VirtualTime stopped_at = kBeginning;  // if so: what is earlier has been committed, nothing else
 };
 
+// Throws what left a handler, if that is the outcome.
+void raise_failure(const RunResult& result);
+
 // Called after everything before `gvt` (<= end) has been committed, one call at a time, from any
 // worker thread. For progress displays; must be cheap.
 using ProgressFn = std::function<void(VirtualTime gvt, const Counters& so_far)>;
@@ -64,7 +49,9 @@ using ProgressFn = std::function<void(VirtualTime gvt, const Counters& so_far)>;
 // Executes every time < end of every LP, in increasing (time, LP) order, from one queue: no
 // checkpoint, no rollback, nothing shared with the Time Warp executors but the LP interface.
 // The oracle that the others are compared with. A time is committed when all LPs have executed it.
-// LP i of the span is LpId{i}. `outside` may be null; nothing runs ahead of its floor: a time is
+// LP i of the span is LpId{i}. An exception that leaves a handler is thrown here, by all executors
+// when everything before its time has been committed and nothing else: see
+// LogicalProcess::execute(). `outside` may be null; nothing runs ahead of its floor: a time is
 // executed when the floor has passed it. A stop request (or null) is looked at before each new t.
 RunResult run_sequential(std::span<const std::unique_ptr<LogicalProcess>> lps, VirtualTime end,
                          const ProgressFn& progress = {}, Outside* outside = nullptr,
@@ -90,9 +77,14 @@ struct ThreadsOptions {
   const StopRequest* stop = nullptr;  // the same; of ranks, that of any ends the run of all
 };
 
+// The system has started fewer threads than were asked for; those have ended.
+class ThreadsNotStarted : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
 // Optimistic (Time Warp) execution of every time < end, over worker threads. Same committed
-// outcome as run_sequential, for any options. An exception that leaves a handler stops all workers
-// and is thrown again here.
+// outcome as run_sequential, for any options. May throw ThreadsNotStarted.
 RunResult run_threads(std::span<const std::unique_ptr<LogicalProcess>> lps, VirtualTime end,
                       const ThreadsOptions& options, const ProgressFn& progress = {});
 

@@ -94,22 +94,4 @@ std::optional<Counters> GvtPart::finish(const Counters& counters) {
   return rounds_.finish(counters);
 }
 
-Counters& operator+=(Counters& sum, const Counters& more) {
-  sum.executed += more.executed;
-  sum.rolled_back += more.rolled_back;
-  sum.committed += more.committed;
-  sum.rollbacks += more.rollbacks;
-  sum.stragglers += more.stragglers;
-  sum.messages += more.messages;
-  sum.anti_messages += more.anti_messages;
-  sum.jumps += more.jumps;
-  sum.absorbed += more.absorbed;
-  sum.adopted += more.adopted;
-  sum.gvt_rounds += more.gvt_rounds;
-  sum.lead_sum += more.lead_sum;
-  sum.lead_max = std::max(sum.lead_max, more.lead_max);
-  sum.history_max = std::max(sum.history_max, more.history_max);
-  return sum;
-}
-
 }  // namespace soda::kernel

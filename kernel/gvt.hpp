@@ -142,6 +142,4 @@ class GvtPart {
   VirtualTime earliest_sent_ = kNever;  // since it looked and was not asked
 };
 
-Counters& operator+=(Counters& sum, const Counters& more);
-
 }  // namespace soda::kernel

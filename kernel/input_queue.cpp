@@ -70,6 +70,14 @@ VirtualTime InputQueue::next_time_beyond_antis() const {
   return kNever;
 }
 
+VirtualTime InputQueue::first_anti() const {
+  for (const Entry& entry : near_)
+    if (entry.anti) return entry.time();
+  for (const auto& [key, entry] : *far_)
+    if (entry.anti) return entry.time();
+  return kNever;
+}
+
 void InputQueue::pass_far(VirtualTime now) {
   if (passed_ == near_.size()) refill();
   while (passed_ < near_.size() && near_[passed_].time() <= now) {
@@ -102,7 +110,9 @@ void InputQueue::drop_antis(VirtualTime gvt) {
   Entry* const kept = std::remove_if(near_.begin(), near_.end(), drop);
   near_.truncate(static_cast<std::size_t>(kept - near_.begin()));
   passed_ -= dropped_passed;
-  if (passed_ == near_.size() && has_far()) refill();
+  if (passed_ < near_.size() || !has_far()) return;
+  refill();
+  if (antis_ > 0 && first_anti() < gvt) drop_antis(gvt);
 }
 
 // From the near ones to the tree, until half as many are left as may be near.

@@ -91,6 +91,9 @@ class InputQueue {
   // Whether there are empty registers, which forget() has to look for.
   bool has_antis() const { return antis_ > 0; }
 
+  // The time of the first of them; there is one.
+  VirtualTime first_anti() const;
+
   std::size_t size() const { return near_.size() + (far_ ? far_->size() : 0); }
 
  private:

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <exception>
 #include <span>
 #include <string>
 
@@ -22,8 +23,15 @@ struct MessageView {
 // A speculative fault: an absurd state that a handler met. With inputs missing it may be a mere
 // artefact of optimism, so it is data; it becomes an error only when GVT passes its event.
 struct Fault {
-  std::uint64_t subject = 0;  // the model's identification of what failed (SODA: the body id)
-  std::string what;           // one line for the user, with the offending value
+  std::uint64_t subject = 0;      // the model's identification of what failed (SODA: the body id)
+  std::string what;               // one line for the user, with the offending value
+  std::exception_ptr error = {};  // what left the handler, if that is the fault; the executor's
+};
+
+// Base of an exception that is not the model's but of who stands around it: it ends the run at
+// once, even if it leaves a handler.
+struct EndsRun {
+  virtual ~EndsRun() = default;
 };
 
 // The only way a handler affects anything but its own state. Handlers may run speculatively, any
@@ -60,14 +68,19 @@ class Outbox {
 //   commit(now)    exactly once for every executed time, in increasing order, when it can no
 //                  longer be undone. Effects leave the program here and nowhere else. The state
 //                  may already be far ahead: what commit needs, the LP keeps by time until then.
-// Between two calls an LP may be moved from one thread to another, never used by two at once.
-// The sequential executor calls execute and commit only: an LP whose mark was never called keeps
-// no history. An LP with state_bytes() gets no mark, rewind or forget from any executor: derive it
-// from SmallProcess (copy_history.hpp).
+// An exception that leaves execute (std::bad_alloc, too) is a fault of that time: it is thrown to
+// whoever runs the LPs if and when GVT passes it. Until then the LP is asked for nothing but
+// forget(), commit() of what was before and rewind(), which must do whatever state the exception
+// left. Of an execution that only repeats one that stood, it is thrown at once: that time it was
+// not the model's. So is what any other call throws. Between two calls an LP may be moved from one
+// thread to another, never used by two at once. The sequential executor calls execute and commit
+// only: an LP whose mark was never called keeps no history. An LP with state_bytes() gets no mark,
+// rewind or forget from any executor: derive it from SmallProcess (copy_history.hpp).
 class LogicalProcess {
  public:
   virtual ~LogicalProcess() = default;
-  // The next time on the agenda, > the last executed time; kNever if only messages wake the LP.
+  // The next time on the agenda, > kBeginning and > the last executed time; kNever if only messages
+  // wake the LP.
   virtual VirtualTime next_time() const = 0;
   virtual void execute(VirtualTime now, std::span<const MessageView> bag, Outbox& outbox) = 0;
   virtual void mark(VirtualTime now) = 0;
@@ -88,7 +101,8 @@ class LogicalProcess {
   // at `to` or later, where execution resumes.
   virtual void rewound(VirtualTime /*to*/) {}
   // Called before a rollback for each changed time that the LP has executed or passed over,
-  // earliest first: its messages are now `bag`. True if the executions that stand, with this one
+  // earliest first: its messages are now `bag`, which is empty only if the time was on its agenda.
+  // True if the executions that stand, with this one
   // (which is there now if it was not), send, leave behind and ask for just what they would with
   // the new bag: then nothing is undone, but what comes next may be executed in another way. False,
   // and no change, if it cannot tell. Asked only of an LP that absorbs(), which does not change.

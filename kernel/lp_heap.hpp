@@ -15,9 +15,10 @@ namespace soda::kernel {
 // cache.
 class LpHeap {
  public:
-  explicit LpHeap(std::size_t size) : positions_(size) {
+  explicit LpHeap(std::size_t size, VirtualTime time = kBeginning) : positions_(size) {
+    keys_.reserve(size);
     for (std::uint32_t lp = 0; lp < size; ++lp) {
-      keys_.push_back({kBeginning, lp});
+      keys_.push_back({time, lp});
       positions_[lp] = lp;
     }
   }

@@ -28,7 +28,8 @@ void OutsideDoor::take(VirtualTime gvt, VirtualTime earliest, std::vector<Messag
   outside_->take(gvt, earliest, taken_);
   slots_.erase(slots_.begin(), slots_.lower_bound({gvt, LpId{0}, 0, 0}));
   for (Message& message : taken_) {
-    SODA_ASSERT(message.time >= earliest && index_of(message.destination) < lp_count_,
+    SODA_ASSERT(message.time >= earliest && message.time > kBeginning &&
+                    index_of(message.destination) < lp_count_,
                 "from outside, to LP ", index_of(message.destination), " of ", lp_count_, " at ",
                 message.time, "; the earliest time is ", earliest);
     if (message.time >= end_) continue;

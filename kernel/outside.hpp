@@ -33,8 +33,9 @@ class Outside {
   // What it has to send now that everything before `gvt` is irrevocable: appends to `out`, of each
   // message the time, which must be >= `earliest`, destination, kind and payload; the rest is
   // filled in by the executor. `earliest` >= gvt is the least time that is still allowed, and <=
-  // floor(). Messages at the end of the run or later are dropped. Called in every GVT round but the
-  // last; run_sequential, where nothing runs ahead, calls it before each new t.
+  // floor(); kBeginning never is. Messages at the end of the run or later are dropped. Called in
+  // every GVT round but the last; run_sequential, where nothing runs ahead, calls it before each
+  // new t.
   virtual void take(VirtualTime gvt, VirtualTime earliest, std::vector<Message>& out) = 0;
 };
 

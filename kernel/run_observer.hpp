@@ -14,7 +14,7 @@
 namespace soda::kernel {
 
 // A run broke a rule; what() names the rule, the LP and the time.
-class Violation : public std::runtime_error {
+class Violation : public std::runtime_error, public EndsRun {
  public:
   using std::runtime_error::runtime_error;
 };

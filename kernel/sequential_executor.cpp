@@ -39,7 +39,12 @@ class SequentialRun final : public Outbox {
         outside_(outside, lps.size(), end),
         stop_(stop),
         agenda_(lps.size(), kNever) {
-    for (std::uint32_t i = 0; i < lps.size(); ++i) push_agenda(LpId{i}, lps[i]->next_time());
+    for (std::uint32_t i = 0; i < lps.size(); ++i) {
+      const VirtualTime first = lps[i]->next_time();
+      SODA_ASSERT(first > kBeginning, "agenda of LP ", i, " begins at ", first,
+                  ", which is earlier than every time that can be executed");
+      push_agenda(LpId{i}, first);
+    }
   }
 
   RunResult run(const ProgressFn& progress) {
@@ -140,7 +145,12 @@ class SequentialRun final : public Outbox {
     views_.clear();
     for (const Entry& entry : bag_) view(entry);
     if (!queue_.empty()) __builtin_prefetch(lps_[queue_.top().lp].get());  // likely the next
-    process.execute(now_, views_, *this);
+    try {
+      process.execute(now_, views_, *this);
+    } catch (...) {
+      if (!result_.fault) throw;
+      return;  // of what one execution tells, the first counts
+    }
     ++result_.counters.executed;
     executed_.push_back(lp);
     push_agenda(lp, process.next_time());

@@ -1,12 +1,31 @@
 #include "kernel/slot_table.hpp"
 
 #include <algorithm>
+#include <bit>
 
+#include "kernel/hash_mix.hpp"
 #include "kernel/invariant.hpp"
 
 namespace soda::kernel {
 
+// Where the register is, or would be.
+std::size_t SlotTable::cell_of(const OutputId& id) const {
+  const std::uint64_t place = std::uint64_t{index_of(id.destination)} << 32 | id.kind;
+  const std::uint64_t time = static_cast<std::uint64_t>(id.time.t) ^ mix64(id.time.round);
+  std::size_t at = mix64(time ^ mix64(place));
+  for (const std::size_t mask = index_->size() - 1;; ++at) {
+    const Cell& cell = (*index_)[at & mask];
+    if (cell.taken == 0 || entries_[cell.first].is_register(id)) return at & mask;
+  }
+}
+
+void SlotTable::note(const OutputId& id, std::size_t at) {
+  Cell& cell = (*index_)[cell_of(id)];
+  if (cell.taken++ == 0) cell.first = static_cast<std::uint32_t>(at);
+}
+
 std::uint32_t SlotTable::find_next(const OutputId& id) const {
+  if (index_) return (*index_)[cell_of(id)].taken;
   for (const Entry* entry = entries_.end(); entry != entries_.begin();)
     if ((--entry)->is_register(id)) return entry->slot + 1;
   return 0;
@@ -18,9 +37,11 @@ OutputId SlotTable::release(VirtualTime kept) {
               "a slot is given back, not taken, of ", entries_.size(), " taken, all up to ", kept,
               " forgotten");
   const Entry last = entries_.back();
+  const OutputId id{last.time(), last.destination, last.kind, last.slot};
+  if (index_) --(*index_)[cell_of(id)].taken;
   entries_.truncate(entries_.size() - 1);
   ++room_;
-  return {last.time(), last.destination, last.kind, last.slot};
+  return id;
 }
 
 void SlotTable::take_again(const OutputId& id, VirtualTime kept) {
@@ -41,6 +62,18 @@ void SlotTable::make_room(VirtualTime kept) {
   }
   entries_.truncate(static_cast<std::size_t>(end - entries_.begin()));
   room_ = std::max(8u, static_cast<std::uint32_t>(entries_.size()));
+  make_index();
+}
+
+// At most half full when there is room for no more.
+void SlotTable::make_index() {
+  index_.reset();
+  if (entries_.size() < kMostUnindexed) return;
+  index_ = std::make_unique<std::vector<Cell>>(4 * std::bit_ceil(entries_.size()));
+  for (std::size_t i = 0; i < entries_.size(); ++i) {
+    const Entry& entry = entries_[i];
+    note({entry.time(), entry.destination, entry.kind, 0}, i);
+  }
 }
 
 }  // namespace soda::kernel

@@ -3,6 +3,8 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <vector>
 
 #include "kernel/message.hpp"
 #include "kernel/sliding_vector.hpp"
@@ -13,7 +15,8 @@ namespace soda::kernel {
 // The registers that an LP has sent to, in the order of sending, for as long as it may send to
 // their times again. Slots of one (time, destination, kind) are numbered in that order and given
 // back in the reverse one, so the next free one follows the latest. Most registers have one slot:
-// a filter of few bits tells that at once, and the list is looked through for the others.
+// a filter of few bits tells that at once, and the list is looked through for the others. Of many
+// entries an index is kept: a send costs the same however many there are.
 class SlotTable {
  public:
   // Nothing will be sent to `kept` or earlier any more: entries of these times make room for
@@ -72,18 +75,34 @@ class SlotTable {
    private:
     std::uint64_t words_[8] = {};
   };
+
+  // Of one register: where its first entry lies, and how many slots of it are taken. Registers are
+  // given up in the reverse order of their first entries, so a cell can be emptied although others
+  // were passed on to the next ones: these are empty already.
+  struct Cell {
+    std::uint32_t first = 0;
+    std::uint32_t taken = 0;  // 0: empty
+  };
+  static constexpr std::size_t kMostUnindexed = 64;
+
   std::uint32_t find_next(const OutputId& id) const;
   void append(const OutputId& id, std::uint32_t slot, const Filter::Bits& bits, VirtualTime kept) {
     if (--room_ == 0) [[unlikely]]
       make_room(kept);
     filter_.set(bits);
     entries_.emplace_back(id.time.t, id.time.round, id.destination, id.kind, slot);
+    if (index_) [[unlikely]]
+      note(id, entries_.size() - 1);
   }
+  std::size_t cell_of(const OutputId& id) const;
+  void note(const OutputId& id, std::size_t at);
   void make_room(VirtualTime kept);
+  void make_index();
 
   Filter filter_;  // of all entries, and of some that are gone
   SlidingVector<Entry> entries_;
-  std::uint32_t room_ = 1;  // so many more until it is time to drop void ones
+  std::uint32_t room_ = 1;                    // so many more until it is time to drop void ones
+  std::unique_ptr<std::vector<Cell>> index_;  // by a hash; a power of two of cells, or none
 };
 
 inline std::uint32_t SlotTable::take(const OutputId& id, VirtualTime kept) {

@@ -41,7 +41,7 @@ struct Team {
 };
 
 // Drives the LPs of the team's workers to the end; worker 0 is the calling thread. The sums are
-// those of this team. Throws what left a handler first.
+// those of this team. Throws what left a handler, and ThreadsNotStarted.
 RunResult run_team(Team& team, std::span<const std::unique_ptr<LogicalProcess>> lps,
                    VirtualTime end, const ThreadsOptions& options, const ProgressFn& progress);
 

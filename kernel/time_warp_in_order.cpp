@@ -34,7 +34,11 @@ class TimeWarpProcess::InOrderSender final : public Outbox {
   void send(LpId destination, VirtualTime when, std::uint32_t kind, Payload payload) override {
     process_.check_send(now_, destination, when, kind);
     if (when >= process_.end_) return;
-    process_.send_in_order({when, destination, kind, 0}, std::move(payload), effects_);
+    try {
+      process_.send_in_order({when, destination, kind, 0}, std::move(payload), effects_);
+    } catch (const std::bad_alloc&) {
+      end_without_memory();
+    }
   }
 
   void fault(Fault fault) override { process_.note_fault(now_, std::move(fault)); }
@@ -67,7 +71,7 @@ bool TimeWarpProcess::execute_in_order(VirtualTime now, std::uint32_t first_inpu
     lp_.mark(now);
   const std::uint32_t output_at = journal_.next_output();
   InOrderSender sender(*this, now, effects);
-  lp_.execute(now, bag, sender);
+  const bool done = run_handler(now, bag, sender);
   const std::uint32_t outputs = journal_.next_output() - output_at;
   const std::uint64_t number = journal_.next_number();
   const bool follows = last_in_order_ != 0;
@@ -76,7 +80,14 @@ bool TimeWarpProcess::execute_in_order(VirtualTime now, std::uint32_t first_inpu
   last_in_order_ = number;
   held_in_order_ += inputs + 1 + outputs;
   ++effects.counters.executed;
+  ++effects.counters.in_order;
   inputs_.pass_over(now);
+  if (!done) [[unlikely]] {
+    ++effects.counters.failed;
+    refresh_next_time();
+    note_quiet();
+    return true;
+  }
   const bool is_later = note_agenda(now, lp_.next_time());
   if (!rare_) [[likely]]
     return is_later;
@@ -119,7 +130,7 @@ void TimeWarpProcess::collect_in_order(std::uint64_t number, VirtualTime gvt, Co
   }
 }
 
-void TimeWarpProcess::take_all_back() {
+void TimeWarpProcess::take_all_back(Counters& counters) {
   std::vector<std::uint64_t> numbers;
   for (std::uint64_t number = last_in_order_; journal_.has(number);) {
     const Journal::Entry& entry = journal_[number];
@@ -128,13 +139,14 @@ void TimeWarpProcess::take_all_back() {
     if (entry.back == 0) break;
     number -= entry.back;
   }
+  counters.taken_back += numbers.size();
   for (; !numbers.empty(); numbers.pop_back()) move_to_history(journal_[numbers.back()]);
   last_in_order_ = 0;
   held_in_order_ = 0;  // inputs, executed times and outputs
 }
 
 void TimeWarpProcess::move_to_history(Journal::Entry& entry) {
-  executed_.push_back({entry.t, entry.round, entry.outputs});
+  executed_.push_back({entry.t, entry.round, entry.outputs & 0x7fff'ffffu, false});
   for (std::uint32_t i = 0; i < entry.outputs; ++i)
     outputs_.push_back(std::move(journal_.output(entry.output_at + i)));
   if (saves_state()) states_.append(journal_.state(entry.state_at), state_.size());

@@ -32,8 +32,8 @@ void TimeWarpProcess::drop_replaced(VirtualTime now) {
 // The time of the first undone execution that would come out differently or whose outputs are not
 // all there any more; just after the last one if there is none.
 VirtualTime TimeWarpProcess::end_of_restorable() const {
-  const auto& [t, round, outputs] = rare_->undone.front();
-  VirtualTime end{t, round + 1};
+  const VirtualTime last = rare_->undone.front().time();
+  VirtualTime end{last.t, last.round + 1};
   for (const VirtualTime time : rare_->different) end = std::min(end, time);
   auto output = rare_->pending_order.rbegin();
   for (auto record = rare_->undone.rbegin(); record != rare_->undone.rend(); ++record) {

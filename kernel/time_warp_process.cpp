@@ -32,7 +32,11 @@ class TimeWarpProcess::Sender final : public Outbox {
   void send(LpId destination, VirtualTime when, std::uint32_t kind, Payload payload) override {
     process_.check_send(now_, destination, when, kind);
     if (when >= process_.end_) return;
-    process_.send(now_, {when, destination, kind, 0}, std::move(payload), effects_);
+    try {
+      process_.send(now_, {when, destination, kind, 0}, std::move(payload), effects_);
+    } catch (const std::bad_alloc&) {
+      end_without_memory();
+    }
   }
 
   void withdraw(LpId destination) override { process_.withdraw(now_, destination, effects_); }
@@ -44,12 +48,6 @@ class TimeWarpProcess::Sender final : public Outbox {
   const VirtualTime now_;
   WorkerEffects& effects_;
 };
-
-// While coasting, the record of the first time round still stands.
-void TimeWarpProcess::note_fault(VirtualTime now, Fault fault) {
-  auto& faults = rare().faults;
-  if (faults.empty() || faults.back().time < now) faults.push_back({now, std::move(fault)});
-}
 
 TimeWarpProcess::TimeWarpProcess(LpId id, std::size_t lp_count, LogicalProcess& lp, VirtualTime end,
                                  MessagePool& pool, Journal& journal)
@@ -65,6 +63,8 @@ TimeWarpProcess::TimeWarpProcess(LpId id, std::size_t lp_count, LogicalProcess& 
       agenda_(next_time_),
       lp_count_(static_cast<std::uint32_t>(lp_count)),
       end_(end) {
+  SODA_ASSERT(next_time_ > kBeginning, "agenda of LP ", index_of(id_), " begins at ", next_time_,
+              ", which is earlier than every time that can be executed");
   SODA_ASSERT(!saves_state() || !(absorbs_ || jumps_), "LP ", index_of(id_),
               " with state_bytes() absorbs or jumps");
   SODA_ASSERT(state_.size() % 8 == 0, "LP ", index_of(id_), " with ", state_.size(),
@@ -74,7 +74,7 @@ TimeWarpProcess::TimeWarpProcess(LpId id, std::size_t lp_count, LogicalProcess& 
 bool TimeWarpProcess::deliver_any(Message&& message, Counters& counters) {
   const VirtualTime time = message.time;
   const bool anti = message.anti;
-  if (needs_rollback(time)) take_back();
+  if (needs_rollback(time)) take_back(counters);
   const bool changes = inputs_.write(std::move(message));
   if (anti) is_quiet_ = false;
   if (!changes) return false;
@@ -107,7 +107,7 @@ void TimeWarpProcess::settle(WorkerEffects& effects) {
     std::erase_if(rare_->faults, [&](const FaultRecord& record) { return record.time >= from; });
   }
   if (needs_rollback(from)) {
-    take_back();
+    take_back(effects.counters);
     roll_back(from, effects.counters);
     coast_until_ = from;
     if (gates_)
@@ -134,15 +134,18 @@ void TimeWarpProcess::absorb_changes(WorkerEffects& effects) {
   changed.clear();
 }
 
-// The bag counts as executed.
+// The bag counts as executed. If nothing is left of it, there is nothing to execute, unless the
+// agenda asks for it: then the LP has to go back to where it had not executed it.
 bool TimeWarpProcess::absorb(VirtualTime time, WorkerEffects& effects) {
   inputs_.gather_passed(time, effects.bag);
-  if (!lp_.absorb(time, effects.bag)) return false;
+  const std::size_t at = executed_before(time);
+  const bool is_executed = at < executed_.size() && executed_[at].time() == time;
+  if (effects.bag.empty() && !(is_executed && executed_[at].on_agenda)) return !is_executed;
+  if (failed_ || !lp_.absorb(time, effects.bag)) return false;
   ++effects.counters.absorbed;
   if (next_time_ < coast_until_) stop_coasting(time);
-  const std::size_t at = executed_before(time);
-  if (at < executed_.size() && executed_[at].time() == time) return true;
-  executed_.insert(at, {time.t, time.round, 0});
+  if (is_executed) return true;
+  executed_.insert(at, {time.t, time.round, 0, false});
   ++effects.counters.executed;
   effects.stand_again.push_back(time);
   return true;
@@ -164,7 +167,7 @@ std::size_t TimeWarpProcess::executed_before(VirtualTime time) const {
 }
 
 void TimeWarpProcess::roll_back(VirtualTime to, Counters& counters) {
-  const bool was_as_before = has_undone() && lp_.is_as_before();
+  const bool was_as_before = has_undone() && !failed_ && lp_.is_as_before();
   const VirtualTime restart = saves_state() ? to : lp_.rewind_before(first_undone(to), to);
   SODA_ASSERT(restart <= to && restart >= kept_, "LP ", index_of(id_), " rewound to ", restart,
               " for ", to, ", kept from ", kept_);
@@ -175,6 +178,7 @@ void TimeWarpProcess::roll_back(VirtualTime to, Counters& counters) {
   for (std::size_t i = executed_.size(); i > standing; --i) undo_outputs(executed_[i - 1]);
   if (saves_state()) restore_state(standing, to);
   executed_.truncate(standing);
+  failed_ = false;
   committed_ = std::min(committed_, static_cast<std::uint32_t>(standing));
   refresh_agenda();
   inputs_.undo(restart);
@@ -214,7 +218,7 @@ void TimeWarpProcess::execute(WorkerEffects& effects) {
   const VirtualTime now = next_time_;
   SODA_ASSERT(now < end_ && changed_from_ == kNever, "LP ", index_of(id_), " at ", now, ", end ",
               end_);
-  take_back();
+  take_back(effects.counters);
   const std::uint32_t passed = inputs_.gather(now, effects.bag);
   if (saves_state())
     states_.append(state_.data(), state_.size());
@@ -222,19 +226,24 @@ void TimeWarpProcess::execute(WorkerEffects& effects) {
     lp_.mark(now);
   const std::size_t sent_before = outputs_.size();
   Sender sender(*this, now, effects);
-  lp_.execute(now, effects.bag, sender);
-  executed_.push_back(
-      {now.t, now.round, static_cast<std::uint32_t>(outputs_.size() - sent_before)});
+  const bool on_agenda = agenda_ == now;
+  const bool done = run_handler(now, effects.bag, sender);
+  const auto sent = static_cast<std::uint32_t>(outputs_.size() - sent_before);
+  executed_.push_back({now.t, now.round, sent & 0x7fff'ffffu, on_agenda});
   ++effects.counters.executed;
+  effects.counters.coasted += now < coast_until_;
   inputs_.pass(now, passed);
-  refresh_agenda();
+  if (done) [[likely]]
+    refresh_agenda();
+  else
+    ++effects.counters.failed;
   refresh_next_time();
   if (!rare_ && is_quiet_) return;
   if (has_pending()) flush_pending(effects);
   note_quiet();
   if (!has_undone()) return;
   drop_replaced(now);
-  if (next_time_ >= coast_until_ && has_undone() && lp_.is_as_before()) jump(effects);
+  if (done && next_time_ >= coast_until_ && has_undone() && lp_.is_as_before()) jump(effects);
 }
 
 // What coasts has all that it had.
@@ -251,7 +260,8 @@ void TimeWarpProcess::undo(VirtualTime from, WorkerEffects& effects) {
 
 // Coasts over what it undoes: sends that differ are noticed there.
 void TimeWarpProcess::repeat_last(WorkerEffects& effects) {
-  take_back();
+  if (failed_) return;
+  take_back(effects.counters);
   const VirtualTime last = executed_.back().time();
   const VirtualTime after_last{last.t, last.round + 1};
   const VirtualTime next = next_time_;
@@ -314,13 +324,9 @@ void TimeWarpProcess::withdraw(VirtualTime now, LpId destination, WorkerEffects&
       continue;
     }
     cancel(id, effects);
+    ++effects.counters.withdrawn;
     item = rare_->pending.erase(item);
   }
-}
-
-std::optional<CommittedFault> TimeWarpProcess::first_fault() const {
-  if (!has_fault()) return std::nullopt;
-  return CommittedFault{rare_->faults.front().time, id_, rare_->faults.front().fault};
 }
 
 void TimeWarpProcess::coast_to(VirtualTime limit, WorkerEffects& effects) {

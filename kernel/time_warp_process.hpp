@@ -109,9 +109,9 @@ class alignas(64) TimeWarpProcess {
   void collect_in_order(std::uint64_t number, VirtualTime gvt, Counters& counters);
 
   // Takes all entries of this LP out of the journal into its own history.
-  void take_back() {
+  void take_back(Counters& counters) {
     if (last_in_order_ != 0) [[unlikely]]
-      take_all_back();
+      take_all_back(counters);
   }
 
   // Rolls back to `from`, as if a straggler had come: for tests of rollback under any schedule.
@@ -136,6 +136,13 @@ class alignas(64) TimeWarpProcess {
   // Whether commit() and forget() have nothing left to do until it executes again.
   bool is_committed() const {
     return executed_.empty() || executed_.back().time() <= last_committed_;
+  }
+
+  // The earliest time that commit() or forget() may have something to do for, but for what lies in
+  // the journal; kNever if there is none.
+  VirtualTime uncommitted_from() const {
+    const VirtualTime anti = has_antis() ? inputs_.first_anti() : kNever;
+    return committed_ == executed_.size() ? anti : std::min(anti, executed_[committed_].time());
   }
 
   // Fossil collection: drops what no rollback to `gvt` or later needs.
@@ -192,7 +199,9 @@ class alignas(64) TimeWarpProcess {
   struct Executed {
     std::int64_t t = 0;
     std::uint32_t round = 0;
-    std::uint32_t outputs = 0;  // how many it sent
+    std::uint32_t outputs : 31 = 0;  // how many it sent
+    // Whether the LP's agenda asked for it, so that it stands without a message.
+    bool on_agenda : 1 = false;
 
     VirtualTime time() const { return {t, round}; }
   };
@@ -241,6 +250,8 @@ class alignas(64) TimeWarpProcess {
   void drop_replaced(VirtualTime now);
   void jump(WorkerEffects& effects);
   VirtualTime end_of_restorable() const;
+  bool run_handler(VirtualTime now, std::span<const MessageView> bag, Outbox& outbox);
+  void note_failure(VirtualTime now);
   void restore(const Executed& record, WorkerEffects& effects);
   void stop_coasting(VirtualTime time);
   bool waits_for_messages(WorkerEffects& effects) const;
@@ -248,7 +259,9 @@ class alignas(64) TimeWarpProcess {
   void roll_back(VirtualTime to, Counters& counters);
   VirtualTime first_undone(VirtualTime to) const;
   void undo_outputs(const Executed& undone);
-  void refresh_next_time() { next_time_ = std::min(agenda_, inputs_.next_time()); }
+  void refresh_next_time() {
+    next_time_ = failed_ ? kNever : std::min(agenda_, inputs_.next_time());
+  }
   // What the LP says after it has executed `now` in order, of which the inputs know nothing.
   bool note_agenda(VirtualTime now, VirtualTime agenda) {
     if (agenda == agenda_) return false;  // it was later than `now`, as next_time_ was
@@ -272,13 +285,14 @@ class alignas(64) TimeWarpProcess {
                 " sends to LP ", index_of(destination), " of ", lp_count_);
   }
   void note_fault(VirtualTime now, Fault fault);
+  [[noreturn]] static void end_without_memory();
   void send(VirtualTime now, const OutputId& to, Payload&& payload, WorkerEffects& effects);
   bool adopt(VirtualTime now, const OutputId& id, const Payload& payload);
   void flush_pending(WorkerEffects& effects);
   std::span<const MessageView> gather_in_order(std::uint32_t first_input,
                                                WorkerEffects& effects) const;
   void send_in_order(const OutputId& to, Payload&& payload, WorkerEffects& effects);
-  void take_all_back();
+  void take_all_back(Counters& counters);
   void move_to_history(Journal::Entry& entry);
   void drop_history(VirtualTime gvt);
   // Whether the executor saves the state, so that the LP can restart at any time.
@@ -326,6 +340,7 @@ class alignas(64) TimeWarpProcess {
   SlotTable slots_;                        // of what stands and of what is irrevocable
   VirtualTime agenda_;                     // of the LP
   const std::uint32_t lp_count_;
+  bool failed_ = false;  // an exception left the last execution: nothing follows it
   const VirtualTime end_;
   VirtualTime kept_ = kBeginning;  // no restart is earlier than that
 };
@@ -338,6 +353,23 @@ inline bool TimeWarpProcess::deliver(Message&& message, Counters& counters) {
     return deliver_any(std::move(message), counters);
   if (inputs_.write(std::move(message))) note_input(time);
   return false;
+}
+
+// False if an exception left it, which is then a fault of `now`. What was executed before came out
+// well, so an exception of a repetition is not the model's.
+[[gnu::always_inline]] inline bool TimeWarpProcess::run_handler(VirtualTime now,
+                                                                std::span<const MessageView> bag,
+                                                                Outbox& outbox) {
+  try {
+    lp_.execute(now, bag, outbox);
+    return true;
+  } catch (const EndsRun&) {
+    throw;
+  } catch (...) {
+    if (now < coast_until_) throw;
+    note_failure(now);
+    return false;
+  }
 }
 
 }  // namespace soda::kernel

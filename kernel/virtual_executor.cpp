@@ -24,8 +24,11 @@ VirtualResult run_virtual(std::span<const std::unique_ptr<LogicalProcess>> lps, 
               options.latency_ns, " ns, jitter ", options.jitter_ns, " ns, GVT ",
               options.gvt_interval_ns, " and ", options.gvt_delay_ns, " ns");
   if (lps.empty()) return {};
-  if (!options.observer) return run_as_asked(lps, end, options, progress);
-  return run_as_asked(observed(lps, *options.observer), end, options, progress);
+  VirtualResult result =
+      options.observer ? run_as_asked(observed(lps, *options.observer), end, options, progress)
+                       : run_as_asked(lps, end, options, progress);
+  raise_failure(result.run);
+  return result;
 }
 
 }  // namespace soda::kernel

@@ -38,13 +38,13 @@ Worker::Worker(std::size_t index, Team& team, std::span<const std::unique_ptr<Lo
       first_lp_(static_cast<std::uint32_t>(team.partition.first_of(team.first_worker + index))),
       holds_back_(options.scheduling_seed != 0 &&
                   options.synchronisation == Synchronisation::kOptimistic),
-      is_alone_(team.partition.workers == 1 && options.scheduling_seed == 0 &&
-                options.synchronisation == Synchronisation::kOptimistic &&
-                options.outside == nullptr),
+      is_alone_(
+          team.partition.workers == 1 && team.link == nullptr && options.scheduling_seed == 0 &&
+          options.synchronisation == Synchronisation::kOptimistic && options.outside == nullptr),
       calendar_(pool_),
       schedule_(team.partition.first_of(team.first_worker + index + 1) - first_lp_),
       is_held_(schedule_.size(), false),
-      is_uncommitted_(schedule_.size(), false),
+      uncommitted_(schedule_.size(), kNever),
       remote_(team.partition.workers),
       gvt_part_(team.rounds),
       patience_(kLeastPatience),
@@ -101,11 +101,12 @@ void Worker::exchange_with_other_ranks() {
     nap_ = kShortestNap;
     round_due_ = now + kLongestBetweenRounds;
     const bool is_last = link.gvt() >= end_ || link.fault() || link.stop() != 0;
-    if (is_last || (link.gvt() > gvt_ && team_.idle.load() > 0)) request_round();
+    if (is_last || (link.gvt() > gvt_ && team_.idle.load() > 0))
+      request_round(&Counters::idle_rounds);
   } else if (progress == RankLink::Progress::kAgain) {
     round_due_ = now + kTransit;
   }
-  if (now >= round_due_) request_round();
+  if (now >= round_due_) request_round(&Counters::timed_rounds);
 }
 
 // All of a batch is delivered before any of its receivers settles: an anti-message and what
@@ -133,11 +134,11 @@ inline void Worker::deliver(std::uint32_t own, Message&& message) {
 }
 
 void Worker::deliver_now(std::uint32_t own, Message&& message) {
-  if (is_plain_) note_uncommitted(own);  // it may take back what lies in the journal
   if (processes_[own].deliver(std::move(message), effects_.counters)) [[unlikely]]
     touched_.push_back(own);
   else if (own != executing_)  // which is scheduled when all it has sent is delivered
     schedule(own);
+  note_uncommitted(own);  // it may have taken back what lay in the journal, or got an anti-message
 }
 
 void Worker::refresh(std::uint32_t own) {
@@ -182,6 +183,7 @@ void Worker::schedule_gating(std::uint32_t own) {
   if (processes_[own].holds(gvt_, effects_) &&
       options_.synchronisation == Synchronisation::kOptimistic) {
     schedule_.update(own, kNever);
+    effects_.counters.held += !is_held_[own];
     if (!is_held_[own]) held_.push_back(own);
     is_held_[own] = true;
   } else {
@@ -203,7 +205,9 @@ void Worker::hand_over_messages() {
   for (std::size_t receiver = 0; receiver < remote_.size(); ++receiver) {
     if (remote_[receiver].empty()) continue;
     const std::size_t here = receiver - team_.first_worker;  // very large if it is before them
-    if (here < team_.inboxes.size()) {
+    const bool stays = here < team_.inboxes.size();
+    (stays ? effects_.counters.to_threads : effects_.counters.to_ranks) += remote_[receiver].size();
+    if (stays) {
       for (const Message& message : remote_[receiver]) gvt_part_.note_sent(message.time);
       team_.inboxes[here].put(remote_[receiver]);
     } else {
@@ -304,29 +308,28 @@ void Worker::note_gvt(VirtualTime gvt) {
 void Worker::commit(const GvtOutcome& outcome) {
   fault_ = outcome.fault;
   const VirtualTime limit = fault_ ? fault_->when : gvt_;
-  if (finished_) {
-    take_back_journal();
-    coast_to(std::min(limit, end_));
-  }
-  std::size_t kept = 0;
-  for (const std::uint32_t own : uncommitted_) {
+  if (finished_) return finish(std::min(limit, end_));
+  while (uncommitted_.top_time() < gvt_) {
+    const std::uint32_t own = uncommitted_.top();
     TimeWarpProcess& process = processes_[own];
-    process.commit(limit, effects_.counters);
-    if (process.has_antis() && !finished_) process.forget(gvt_);
-    if (process.is_committed() && !process.has_antis())
-      is_uncommitted_[own] = false;
-    else
-      uncommitted_[kept++] = own;
+    process.commit(gvt_, effects_.counters);
+    if (process.has_antis()) process.forget(gvt_);
+    uncommitted_.update(own, process.uncommitted_from());
   }
-  uncommitted_.resize(kept);
   collect_journal();
+}
+
+// All that is earlier than `limit` is executed, and committed.
+void Worker::finish(VirtualTime limit) {
+  take_back_journal();
+  coast_to(limit);
+  for (TimeWarpProcess& process : processes_) process.commit(limit, effects_.counters);
 }
 
 void Worker::coast_to(VirtualTime limit) {
   for (std::uint32_t own = 0; own < processes_.size(); ++own) {
     if (processes_[own].next_time() >= limit) continue;
     processes_[own].coast_to(limit, effects_);
-    note_uncommitted(own);
   }
 }
 
@@ -336,19 +339,21 @@ void Worker::wait_for_work() {
   if (gvt_part_.awaits_outcome())
     team_.rounds.spin_until([&] { return gvt_part_.is_asked() || inbox.filled(); });
   const bool all_idle = team_.idle.fetch_add(1) + 1 == team_.inboxes.size();
-  if (all_idle && !team_.held_from_outside.load()) request_round();
+  if (all_idle && !team_.held_from_outside.load()) request_round(&Counters::idle_rounds);
   team_.inboxes[index_].sleep(communicates() ? nap_ : patience_, [&] {
     return gvt_part_.is_asked() || (communicates() && team_.link->has_outgoing());
   });
   nap_ = std::min(2 * nap_, kLongestNap);
   team_.idle.fetch_sub(1);
-  if (!team_.inboxes[index_].filled()) request_round();
+  if (!team_.inboxes[index_].filled()) request_round(&Counters::idle_rounds);
 }
 
 // Between ranks, a round can begin a reduction or make known the result of one.
-void Worker::request_round() {
+void Worker::request_round(std::uint64_t Counters::*reason) {
   if (team_.link != nullptr && team_.link->reduces()) return;
-  if (team_.rounds.request()) wake_others();
+  if (!team_.rounds.request()) return;
+  ++(effects_.counters.*reason);
+  wake_others();
 }
 
 void Worker::wake_others() {

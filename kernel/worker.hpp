@@ -63,11 +63,11 @@ class Worker {
   // Whether GVT is the earliest floor of its LPs, now and without a round: nobody else can send.
   bool knows_gvt() const { return is_alone_ && held_.empty() && may_be_faulty_.empty(); }
   void release_reached();
-  // An LP whose history a round has to look at: others cost a round nothing.
+  // When a round has to look at the LP's history. So a round costs as much as it commits, and not
+  // what others hold that GVT has not passed.
   void note_uncommitted(std::uint32_t own) {
-    if (is_uncommitted_[own]) return;
-    is_uncommitted_[own] = true;
-    uncommitted_.push_back(own);
+    const VirtualTime from = processes_[own].uncommitted_from();
+    if (from < uncommitted_.time_of(own)) uncommitted_.update(own, from);
   }
   std::uint32_t pick();
   VirtualTime earliest() { return std::min(schedule_.top_time(), calendar_.top_time()); }
@@ -83,8 +83,9 @@ class Worker {
   GvtReport make_report();
   void note_gvt(VirtualTime gvt);
   void commit(const GvtOutcome& outcome);
+  void finish(VirtualTime limit);
   void coast_to(VirtualTime limit);
-  void request_round();
+  void request_round(std::uint64_t Counters::*reason);
   void wake_others();
   std::size_t bags_per_round() const;
   // It may not run away from the others while they make up GVT: their messages would come late.
@@ -106,7 +107,7 @@ class Worker {
   VirtualTime contributed_ = kBeginning;  // to the reduction that is under way, by this rank
   const std::uint32_t first_lp_;
   const bool holds_back_;  // messages, at random; in lockstep nothing may be late
-  const bool is_alone_;    // nobody else sends, and it executes in order
+  const bool is_alone_;    // nobody else sends or computes GVT, and it executes in order
 
   MessagePool pool_;  // of what they have received, and of what waits in the calendar
   MessageCalendar calendar_;
@@ -117,8 +118,7 @@ class Worker {
   std::vector<std::uint32_t> held_;         // may hold (gating); in any order
   std::vector<char> is_held_;               // whether an LP is among them
   std::vector<std::uint32_t> may_be_faulty_;
-  std::vector<std::uint32_t> uncommitted_;  // what a round has to touch; in any order
-  std::vector<char> is_uncommitted_;        // whether an LP is among them
+  LpHeap uncommitted_;  // by the earliest time that a commit has something to do for
   WorkerEffects effects_;
   std::vector<Message> arrived_;              // to be delivered next
   std::vector<Message> delivering_;           // scratch

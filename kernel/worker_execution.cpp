@@ -15,10 +15,9 @@ constexpr std::size_t kLongestBatch = 64;
 constexpr microseconds kShortBatch{10};
 constexpr microseconds kLongBatch{40};
 
-// A round costs each worker a look at all LPs that have a history of their own, so it should come
-// after as many bags; but what is collected late has left the cache. What bags that take long leave
-// behind fills the cache sooner: so many us are enough, too.
-constexpr std::size_t kLeastBagsPerRound = 1024;
+// A round has a cost of its own, but what is collected late has left the cache. What bags that take
+// long leave behind fills the cache sooner: so many us are enough, too.
+constexpr std::size_t kBagsPerRound = 1024;
 constexpr microseconds kLongestRound{10'000};
 // A worker that is alone knows GVT without, and collects by itself.
 constexpr std::size_t kBagsPerRoundAlone = 65536;
@@ -31,6 +30,7 @@ constexpr std::uint64_t kEntriesAhead = 4;
 // Lowest floor first: what is furthest behind is least likely to be undone, and holds GVT back.
 inline std::uint32_t Worker::pick() {
   if (shuffles()) {
+    ++effects_.counters.shuffled;
     for (int attempt = 0; attempt < 4; ++attempt) {
       const auto own = static_cast<std::uint32_t>(random_.below(schedule_.size()));
       if (schedule_.time_of(own) < open_until_) return own;
@@ -40,7 +40,7 @@ inline std::uint32_t Worker::pick() {
 }
 
 std::size_t Worker::bags_per_round() const {
-  return std::max(is_alone_ ? kBagsPerRoundAlone : kLeastBagsPerRound, uncommitted_.size());
+  return is_alone_ ? kBagsPerRoundAlone : kBagsPerRound;
 }
 
 void Worker::execute_batch() {
@@ -54,15 +54,22 @@ void Worker::execute_batch() {
     ++executed;
   }
   executed_since_report_ += executed;
-  if (journal_.size() > 0 && knows_gvt()) {
-    gvt_ = std::min(earliest(), end_);  // all of the journal is earlier
-    collect_journal();
+  effects_.counters.batches += executed > 1;
+  if (knows_gvt()) {
+    effects_.counters.alone += executed;
+    if (journal_.size() > 0) {
+      gvt_ = std::min(earliest(), end_);  // all of the journal is earlier
+      collect_journal();
+    }
   }
   const auto now = std::chrono::steady_clock::now();
   adapt_batch(now - start, executed);
   // A seed makes a run on one thread reproducible: then the clock decides nothing.
   const bool is_late = shuffles() ? random_.below(32) == 0 : now - last_report_ >= kLongestRound;
-  if (executed_since_report_ >= bags_per_round() || is_late) request_round();
+  if (executed_since_report_ >= bags_per_round())
+    request_round(&Counters::full_rounds);
+  else if (is_late)
+    request_round(&Counters::timed_rounds);
 }
 
 void Worker::execute_one(std::uint32_t own) {
@@ -198,8 +205,7 @@ void Worker::take_back_journal() {
   for (std::uint64_t number = journal_.first_number(); number < journal_.next_number(); ++number) {
     TimeWarpProcess* const process = journal_[number].lp;
     if (process == nullptr) continue;
-    process->take_back();
-    note_uncommitted(index_of(process->id()) - first_lp_);
+    process->take_back(effects_.counters);
   }
   journal_.drop_taken();
 }

@@ -12,6 +12,7 @@
 #include "models/commit_relay.hpp"
 #include "models/input_feed.hpp"
 #include "models/map_share.hpp"
+#include "models/run_stages.hpp"
 #include "models/solve_share.hpp"
 #include "models/split_plan.hpp"
 #include "models/work_cost.hpp"
@@ -53,25 +54,10 @@ kernel::LpRange own_worlds(const RunOptions& options, std::uint32_t worlds) {
   return kernel::own_lps(*options.transport, options.threads, worlds);
 }
 
-// The processor (thread, virtual processor) that drives each world; in sequence, each has its own.
-std::vector<std::uint32_t> processors_of(const RunOptions& options, std::uint32_t worlds) {
-  std::size_t processors = worlds;
-  if (options.executor == ExecutorKind::kThreads) processors = options.threads;
-  if (options.executor == ExecutorKind::kVirtual)
-    processors = std::min<std::size_t>(options.cluster.processors, worlds);
-  if (options.executor == ExecutorKind::kMpi)
-    processors = std::size_t{options.threads} * options.transport->size();
-  const kernel::Partition partition{worlds, processors};
-  std::vector<std::uint32_t> of_world(worlds);
-  for (std::uint32_t world = 0; world < worlds; ++world)
-    of_world[world] = static_cast<std::uint32_t>(partition.owner_of(kernel::LpId{world}));
-  return of_world;
-}
-
 // Null if territories stay as they are; one world has nobody to give to.
 std::unique_ptr<Balancing> make_balancing(const RunOptions& options,
                                           const std::shared_ptr<const TerritoryMap>& map) {
-  if (options.balancing.policy == BalancingPolicy::kOff || map->worlds() == 1) return nullptr;
+  if (!balancing_needed(options, map->worlds())) return nullptr;
   return std::make_unique<Balancing>(options.balancing, map, processors_of(options, map->worlds()),
                                      options.buffer, options.steps);
 }
@@ -101,6 +87,8 @@ Worlds build_worlds(const Surroundings& around, const Rules& rules,
     entry.states.push_back(initial[body]);
   }
   const kernel::Partition partition{entries.size(), around.shares.size()};
+  const bool splits = splits_needed(*rules.scene, options, rules.map->worlds()).is_needed;
+  const auto processors = splits ? around.processors : std::span<const std::uint32_t>{};
   Worlds worlds(entries.size());
   for (std::uint32_t id = own.first; id < own.last; ++id) {
     entries[id].step = 0;
@@ -114,8 +102,7 @@ Worlds build_worlds(const Surroundings& around, const Rules& rules,
                           .commits = around.commits,
                           .rollback = options.rollback,
                           .gating = options.gating,
-                          .processors = splits_islands(options) ? around.processors
-                                                                : std::span<const std::uint32_t>{},
+                          .processors = processors,
                           .exchange_ns = exchange_ns(options),
                           .ghosts = options.ghosts,
                           .audits = options.executor == ExecutorKind::kVirtual ||
@@ -208,9 +195,8 @@ kernel::RunResult run(const Worlds& worlds, const RunOptions& options, CommitRel
   kernel::Outside* const outside = options.outsides.empty() ? nullptr : &outsides;
   if (options.executor == ExecutorKind::kVirtual)
     return run_on_cluster(worlds, options, progress, outside, report);
-  // One world has nobody to run ahead of: it needs no history.
   if (worlds.size() == 1 && !worlds[0]) return {};
-  if (options.executor == ExecutorKind::kSequential || worlds.size() == 1)
+  if (executor_of(options, static_cast<std::uint32_t>(worlds.size())) == ExecutorKind::kSequential)
     return kernel::run_sequential(worlds, end, progress, outside, options.stop);
   if (options.executor == ExecutorKind::kMpi)
     return run_over_ranks(worlds, options, relay, commits, balancing, progress, outside);

@@ -3,9 +3,13 @@
 #include <algorithm>
 #include <map>
 #include <numeric>
+#include <utility>
 
+#include "kernel/partition.hpp"
+#include "models/run_stages.hpp"
 #include "models/simulation.hpp"
 #include "models/work_cost.hpp"
+#include "physics/solve_choice.hpp"
 
 namespace soda::models {
 namespace {
@@ -103,6 +107,36 @@ bool splits_islands(const RunOptions& options) {
          options.synchronisation == kernel::Synchronisation::kOptimistic;
 }
 
+std::vector<std::uint32_t> processors_of(const RunOptions& options, std::uint32_t worlds) {
+  std::size_t processors = worlds;
+  if (options.executor == ExecutorKind::kThreads) processors = options.threads;
+  if (options.executor == ExecutorKind::kVirtual)
+    processors = std::min<std::size_t>(options.cluster.processors, worlds);
+  // A plan can be asked for before there are ranks: then there is no telling.
+  if (options.executor == ExecutorKind::kMpi && options.transport != nullptr)
+    processors = std::size_t{options.threads} * options.transport->size();
+  const kernel::Partition partition{worlds, processors};
+  std::vector<std::uint32_t> of_world(worlds);
+  for (std::uint32_t world = 0; world < worlds; ++world)
+    of_world[world] = static_cast<std::uint32_t>(partition.owner_of(kernel::LpId{world}));
+  return of_world;
+}
+
+physics::Need splits_needed(const physics::SceneDescription& scene, const RunOptions& options,
+                            std::uint32_t worlds) {
+  const physics::Need entries = entries_needed(options, worlds);
+  if (!entries) return entries;
+  if (worlds == 1) return borders_needed(worlds);
+  if (!splits_islands(options)) return {false, "each world solves the whole of its islands"};
+  const std::vector<std::uint32_t> processors = processors_of(options, worlds);
+  if (processors.front() == processors.back()) return {false, "one processor drives all worlds"};
+  if (scene.tolerance > 0.0)
+    return {false, "each part of a step to a tolerance has its own blocks"};
+  const physics::Need blocks = physics::blocks_needed(scene);
+  if (!blocks) return blocks;
+  return {true, "worlds solve an island of many contacts together"};
+}
+
 std::int64_t exchange_ns(const RunOptions& options) {
   if (options.executor == ExecutorKind::kVirtual)
     return options.cluster.latency_ns + options.cluster.jitter_ns / 2;
@@ -138,16 +172,14 @@ std::vector<SolverRange> divide_chain(std::span<const std::uint64_t> inside,
 }
 
 std::optional<SplitPlan> plan_split(const physics::SceneDescription& scene,
-                                    std::span<const BodyId> ids, std::span<const WorldId> owners,
+                                    physics::IslandBlocks blocks, std::span<const WorldId> owners,
                                     std::span<const ContactManifold> manifolds,
                                     std::span<const std::uint32_t> processors,
                                     std::int64_t exchange_ns) {
   std::vector<Party> parties = parties_of(owners, processors);
-  if (parties.size() < 2 || !scene.joints.empty() || may_bounce(scene, manifolds))
-    return std::nullopt;
-  SplitPlan plan{physics::split_island(ids, manifolds), {}};
-  if (plan.blocks.count() < 2) return std::nullopt;
-  for (std::size_t i = 0; i < ids.size(); ++i) {
+  if (parties.size() < 2 || may_bounce(scene, manifolds)) return std::nullopt;
+  SplitPlan plan{std::move(blocks), {}};
+  for (std::size_t i = 0; i < owners.size(); ++i) {
     const std::uint32_t processor = processors[index_of(owners[i])];
     std::lower_bound(parties.begin(), parties.end(), processor,
                      [](const Party& party, std::uint32_t p) { return party.processor < p; })

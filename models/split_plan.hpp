@@ -9,6 +9,7 @@
 
 #include "models/territory.hpp"
 #include "physics/island_blocks.hpp"
+#include "physics/need.hpp"
 #include "physics/scene.hpp"
 
 namespace soda::models {
@@ -19,6 +20,13 @@ struct RunOptions;
 // message between them takes. On the virtual cluster that is known, else a guess.
 bool splits_islands(const RunOptions& options);
 std::int64_t exchange_ns(const RunOptions& options);
+
+// The processor (thread, virtual processor) that drives each world; in sequence, each has its own.
+std::vector<std::uint32_t> processors_of(const RunOptions& options, std::uint32_t worlds);
+
+// Whether such a run of this scene may come to split one: what worlds are told (world.hpp).
+physics::Need splits_needed(const physics::SceneDescription& scene, const RunOptions& options,
+                            std::uint32_t worlds);
 
 // Blocks [first, last) are solved by the world.
 struct SolverRange {
@@ -35,13 +43,13 @@ struct SplitPlan {
 // one), as long as there are blocks; ranges of about equal work, along the chain in the order in
 // which the processors' bodies lie. None if there would be one solver only; if a sweep would
 // not save more than the `exchange_ns` that it takes to tell the neighbours; or if something may
-// bounce, or the scene has joints: what they do is known of the whole island only.
+// bounce: what that does is known of the whole island only.
 //
-// `owners[i]` owns ids[i], `processors[w]` drives world w. All worlds that know the island alike
-// make the same plan. It changes who works, not what comes out.
+// `blocks` are those in which physics solves the island (solve_choice.hpp), two or more.
+// `owners[i]` owns its body i, `processors[w]` drives world w. All worlds that know the island
+// alike make the same plan. It changes who works, not what comes out.
 std::optional<SplitPlan> plan_split(const physics::SceneDescription& scene,
-                                    std::span<const physics::BodyId> ids,
-                                    std::span<const WorldId> owners,
+                                    physics::IslandBlocks blocks, std::span<const WorldId> owners,
                                     std::span<const physics::ContactManifold> manifolds,
                                     std::span<const std::uint32_t> processors,
                                     std::int64_t exchange_ns);

@@ -12,6 +12,7 @@ constexpr std::int64_t kIsland = 500;
 constexpr std::int64_t kRowIteration = 45;
 constexpr std::int64_t kMultiplicationsPerNs = 1;  // of a factorisation
 constexpr std::int64_t kJointRow = 4000;           // of all factorisations and aims of a step
+constexpr std::int64_t kJointFactors = 5;          // factorisations of joint rows in a step
 constexpr std::int64_t kImpactSearch = 2500;
 constexpr std::int64_t kDrive = 50;
 constexpr std::int64_t kBorderTest = 50;
@@ -63,7 +64,7 @@ std::int64_t work_cost_ns(const physics::StageCounters& before, const physics::S
   cost += kContactPoint * grown(before.contact_points, after.contact_points);
   cost += solves_ns(before, after);
   cost += kJointRow * grown(before.joint_rows, after.joint_rows);
-  cost += kImpactSearch * grown(before.impact_searches, after.impact_searches);
+  cost += kImpactSearch * grown(before.impact_searches(), after.impact_searches());
   cost += kDrive * (grown(before.driven_bodies, after.driven_bodies) +
                     grown(before.forced_bodies, after.forced_bodies));
   cost += kBorderTest * grown(worlds_before.border_tests, worlds_after.border_tests);
@@ -85,6 +86,14 @@ std::int64_t solve_cost_ns(std::uint32_t contact_points, std::uint64_t iteration
                            std::uint64_t multiplications) {
   return kIsland + static_cast<std::int64_t>(multiplications) / kMultiplicationsPerNs +
          kRowIteration * static_cast<std::int64_t>(2 * contact_points * iterations);
+}
+
+std::int64_t joint_rows_cost_ns(std::uint64_t rows) {
+  return kJointRow * static_cast<std::int64_t>(rows);
+}
+
+std::int64_t joint_factors_cost_ns(std::uint64_t multiplications) {
+  return kJointFactors * static_cast<std::int64_t>(multiplications) / kMultiplicationsPerNs;
 }
 
 std::int64_t sweep_cost_ns(std::uint64_t contact_points) {

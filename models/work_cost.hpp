@@ -25,6 +25,11 @@ std::int64_t record_cost_ns();
 std::int64_t solve_cost_ns(std::uint32_t contact_points, std::uint64_t iterations,
                            std::uint64_t multiplications);
 
+// Of the joints of an island in a step: their rows, in chains; and their factorisations, each with
+// so many multiplications, which count where rows have more in common than in chains.
+std::int64_t joint_rows_cost_ns(std::uint64_t rows);
+std::int64_t joint_factors_cost_ns(std::uint64_t multiplications);
+
 // A sweep over the rows of so many contact points.
 std::int64_t sweep_cost_ns(std::uint64_t contact_points);
 

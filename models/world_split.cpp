@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "models/world.hpp"
-#include "physics/direct_contacts.hpp"
+#include "physics/solve_choice.hpp"
 
 namespace soda::models {
 
@@ -14,7 +14,6 @@ using physics::BodyId;
 // Whether there can be a giant island with foreign bodies.
 bool World::may_split() const {
   if (around_.processors.empty() || merge_.nodes.empty()) return false;
-  if (rules_.scene->tolerance > 0.0) return false;  // each part of a step has its own blocks
   return physics::is_giant(scratch_.manifolds);
 }
 
@@ -43,13 +42,12 @@ void World::consider_split(std::size_t index, const KnownBodies& known) {
     island.states.push_back(place >= 0 ? states_[static_cast<std::size_t>(place)]
                                        : merge_.nodes[static_cast<std::size_t>(-1 - place)].state);
   }
-  // As physics::advance_island chooses.
-  if (physics::plan_direct_solve(*rules_.scene, rules_.scene->dt_s, false, island.ids,
-                                 island.manifolds, island.states))
-    return;
+  std::optional<physics::IslandBlocks> blocks = physics::blocks_of_step(
+      *rules_.scene, around_.geometry, island.ids, island.manifolds, island.states);
+  if (!blocks) return;
   std::optional<SplitPlan> plan =
-      plan_split(*rules_.scene, island.ids, island.owners, island.manifolds, around_.processors,
-                 around_.exchange_ns);
+      plan_split(*rules_.scene, std::move(*blocks), island.owners, island.manifolds,
+                 around_.processors, around_.exchange_ns);
   if (!plan) return;
   encode_island(island.ids, island.manifolds, island.states, island.input);
   if (!rules_.inputs->materials.empty()) encode_materials(*rules_.scene, island.ids, island.input);

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "physics/contact_choice.hpp"
-#include "physics/direct_contacts.hpp"
 #include "physics/forces.hpp"
 #include "physics/geometry.hpp"
 #include "physics/hits.hpp"
@@ -16,10 +15,12 @@
 #include "physics/linkage.hpp"
 #include "physics/linked_step.hpp"
 #include "physics/momentum.hpp"
+#include "physics/reach.hpp"
 #include "physics/refined_trials.hpp"
 #include "physics/refinement.hpp"
 #include "physics/rest.hpp"
 #include "physics/rigid_motion.hpp"
+#include "physics/solve_choice.hpp"
 #include "physics/split_solver.hpp"
 #include "physics/springs.hpp"
 #include "physics/time_of_impact.hpp"
@@ -159,15 +160,11 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, bool accur
     count_linked(scene, ids, joints, report, counters);
     return report;
   }
-  const std::optional<Elimination> plan =
-      joints.empty() ? plan_direct_solve(scene, dt_s, accurate, ids, manifolds, states)
-                     : std::nullopt;
-  if (joints.empty() && !plan && is_giant(manifolds)) {
-    const IslandBlocks blocks = split_island(ids, manifolds);
-    if (blocks.count() > 1) {
-      advance_blocks({scene, ids, manifolds, states, blocks}, states, report, counters, faults);
-      return report;
-    }
+  const SolveChoice choice = choose_solve(scene, dt_s, accurate, ids, manifolds, states);
+  if (choice.blocks) {
+    advance_blocks({scene, ids, manifolds, states, *choice.blocks}, states, report, counters,
+                   faults);
+    return report;
   }
   ContactProblem& problem = scratch.problem;
   problem.clear();
@@ -178,7 +175,7 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, bool accur
   build_rows(scene, dt_s, ids, manifolds, before, problem, counters);
   const ContactSolution solution =
       joints.empty() ? solve_contacts(scene, dt_s, accurate, ids, before, free,
-                                      plan ? &*plan : nullptr, problem)
+                                      choice.elimination ? &*choice.elimination : nullptr, problem)
                      : solve_jointed({scene, dt_s, ids, states, free}, joints, problem);
   report.direct = solution.direct;
   report.iterations = solution.iterations;
@@ -203,6 +200,12 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, bool accur
 }
 
 namespace {
+
+// Contacts do not tell: bodies that hit each other may come to statics within the step.
+bool has_met_no_static(const IslandReport& report) {
+  return report.static_impulse_newton_s == Vec3::Zero() &&
+         report.static_angular_impulse_newton_m_s == Vec3::Zero();
+}
 
 // One spring, if its motion has a closed form: no step to refine.
 bool advance_exactly(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
@@ -257,6 +260,50 @@ IslandReport advance_resting(const SceneDescription& scene, const Geometry& geom
                                  faults);
 }
 
+namespace {
+
+// The rest of a step of which the island has flown `flown_s`.
+void advance_rest(const SceneDescription& scene, const Geometry& geometry, double flown_s,
+                  std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
+                  std::span<BodyState> states, IslandReport& report, SolveScratch& scratch,
+                  StageCounters& counters, std::vector<AdvanceFault>& faults) {
+  const bool whole = !is_giant(manifolds);
+  const double rest_s = scene.dt_s - flown_s;
+  std::vector<BodyState> start;
+  if (whole && !scene.statics.empty()) {
+    start.reserve(states.size());
+    for (const BodyState& state : states) start.push_back(motion_of(state));
+  }
+  std::vector<ContactManifold> left;
+  // Impacts have brought bodies to others, and to statics, than those that the step began with.
+  if (flown_s > 0.0)
+    find_again(scene, geometry, rest_s, ids,
+               pairs_to_look_at(scene, geometry, rest_s, ids, states, counters), states, counters,
+               left);
+  const std::span<const ContactManifold> met = flown_s > 0.0 ? left : manifolds;
+  const bool linked = whole && is_linked(met);
+  // What flight has left has been through its impacts.
+  std::optional<AmongHits> among;
+  if (whole && !linked && flown_s == 0.0)
+    among =
+        advance_among_hits(scene, geometry, rest_s, ids, met, states, scratch, counters, faults);
+  const IslandReport part =
+      among ? among->report
+      : linked
+          ? advance_linked(scene, geometry, rest_s, ids, met, states, scratch, counters, faults)
+          : advance_resting(scene, geometry, rest_s, ids, met, states, scratch, counters, faults);
+  if (flown_s > 0.0)
+    add_part(part, report);
+  else
+    report = part;
+  if (start.empty()) return;
+  if (!linked && !(among && among->hit))
+    stop_at_unseen_statics(scene, geometry, rest_s, ids, met, start, states, report, counters);
+  stop_at_floors(scene, geometry, ids, start, states, report);
+}
+
+}  // namespace
+
 IslandReport advance_island(const SceneDescription& scene, const Geometry& geometry,
                             std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
                             std::span<BodyState> states, SolveScratch& scratch,
@@ -279,41 +326,21 @@ IslandReport advance_island(const SceneDescription& scene, const Geometry& geome
     slow.assign(states.begin(), states.end());
   }
   if (!scene.joints.empty()) report_lost_joints(scene, ids, manifolds, faults);
-  const double flown_s =
-      fly_through_impacts(scene, geometry, dt_s, ids, manifolds, states, report, counters);
-  if (flown_s < dt_s) {
-    const double rest_s = dt_s - flown_s;
-    std::vector<BodyState> start;
-    if (whole && !scene.statics.empty()) {
-      start.reserve(states.size());
-      for (const BodyState& state : states) start.push_back(motion_of(state));
-    }
-    std::vector<ContactManifold> left;
-    if (flown_s > 0.0) find_again(scene, geometry, rest_s, ids, manifolds, states, counters, left);
-    const std::span<const ContactManifold> met = flown_s > 0.0 ? left : manifolds;
-    const bool linked = whole && is_linked(met);
-    // What flight has left has been through its impacts.
-    std::optional<AmongHits> among;
-    if (whole && !linked && flown_s == 0.0)
-      among =
-          advance_among_hits(scene, geometry, rest_s, ids, met, states, scratch, counters, faults);
-    const IslandReport part =
-        among ? among->report
-        : linked
-            ? advance_linked(scene, geometry, rest_s, ids, met, states, scratch, counters, faults)
-            : advance_resting(scene, geometry, rest_s, ids, met, states, scratch, counters, faults);
-    if (flown_s > 0.0)
-      add_part(part, report);
-    else
-      report = part;
-    if (alone) {
-      keep_momentum(scene, dt_s, ids, before, states);
-      report.push_out_work_joule = 0.0;
-    }
-    if (!start.empty() && !linked && !(among && among->hit))
-      stop_at_unseen_statics(scene, geometry, rest_s, ids, met, start, states, report, counters);
-    if (!start.empty()) stop_at_floors(scene, geometry, ids, start, states, report);
+  start_ways(scene, ids, manifolds, states, scratch.start_of_way);
+  double flown_s = 0.0;
+  if (!whole && is_one_solve(scene, geometry, ids, manifolds, states)) {
+    report = advance_once(scene, dt_s, false, ids, manifolds, states, scratch, counters, faults);
+  } else {
+    flown_s = fly_through_impacts(scene, geometry, dt_s, ids, manifolds, states, report, counters);
+    if (flown_s < dt_s)
+      advance_rest(scene, geometry, flown_s, ids, manifolds, states, report, scratch, counters,
+                   faults);
   }
+  if (flown_s < dt_s && alone && has_met_no_static(report)) {
+    keep_momentum(scene, dt_s, ids, before, states);
+    report.push_out_work_joule = 0.0;
+  }
+  report_impossible_ways(scene, dt_s, ids, manifolds, scratch.start_of_way, states, faults);
   if (!slow.empty() && (whole || report.direct))
     come_to_rest(scene, geometry, ids, slow, states, report);
   ++counters.islands_solved;

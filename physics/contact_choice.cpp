@@ -6,6 +6,7 @@
 #include "physics/contact_work.hpp"
 #include "physics/direct_contacts.hpp"
 #include "physics/substeps.hpp"
+#include "physics/ways.hpp"
 
 namespace soda::physics {
 namespace {
@@ -128,7 +129,7 @@ ContactSolution solve_contacts(const SceneDescription& scene, double dt_s, bool 
   }
   if (!solution.direct && wants_substeps(ids.size(), ratio, problem)) {
     solution.iterations +=
-        solve_in_substeps(scene.solver, dt_s, before, free, problem, solution.push);
+        solve_in_substeps(scene, dt_s, ids, before, free, problem, solution.push);
     return solution;
   }
   if (!solution.direct)
@@ -138,11 +139,15 @@ ContactSolution solve_contacts(const SceneDescription& scene, double dt_s, bool 
   if (solution.direct) {
     const NewtonOutcome outcome = push_out_directly(dt_s, *plan, problem, solution.push);
     count(outcome, *plan, solution);
-    if (outcome.converged) return solution;
+    if (outcome.converged) {
+      limit_push_out(fastest_push_out_m_s(scene, ids), solution.push);
+      return solution;
+    }
   }
   PushOutProblem push;
   solve_push_out(scene.solver.iterations, dt_s, problem, push);
   solution.push = std::move(push.bodies);
+  limit_push_out(fastest_push_out_m_s(scene, ids), solution.push);
   return solution;
 }
 

@@ -5,7 +5,6 @@
 #include "physics/rigid_motion.hpp"
 
 namespace soda::physics {
-namespace {
 
 double size_of(const Shape& shape) {
   if (const auto* s = std::get_if<Sphere>(&shape)) return 2.0 * s->radius_m;
@@ -20,6 +19,8 @@ double size_of(const Shape& shape) {
   }
   return 1e300;
 }
+
+namespace {
 
 std::uint32_t local_index(std::span<const BodyId> ids, BodyId id) {
   if (is_static(id)) return static_cast<std::uint32_t>(ids.size());
@@ -278,6 +279,45 @@ void add_point(const SceneDescription& scene, double dt_s, const PairContext& c,
 }
 
 }  // namespace
+
+Need friction_needed(const SceneDescription& scene) {
+  const Need contacts = contacts_needed(scene);
+  if (!contacts) return contacts;
+  const auto rough = [](const auto& body) { return body.material.friction > 0.0; };
+  return need_of(can_meet(bodies_that(scene, rough), statics_that(scene, rough)),
+                 "two materials in contact can have friction > 0",
+                 "no pair of materials has friction > 0");
+}
+
+Need conveyors_needed(const SceneDescription& scene) {
+  const Need contacts = contacts_needed(scene);
+  if (!contacts) return contacts;
+  const auto rough = [](const auto& body) { return body.material.friction > 0.0; };
+  const auto moves = [](const StaticBody& fixed) {
+    return fixed.surface_velocity_m_s != Vec3::Zero();
+  };
+  if (statics_that(scene, moves) == 0) return {false, "no surface of a static moves"};
+  const std::size_t belts =
+      statics_that(scene, [&](const StaticBody& fixed) { return moves(fixed) && rough(fixed); });
+  return need_of(belts > 0 && bodies_that(scene, rough) > 0,
+                 "a static's surface moves and has friction",
+                 "surfaces move, but without friction");
+}
+
+Need restitution_needed(const SceneDescription& scene) {
+  const Need contacts = contacts_needed(scene);
+  if (!contacts) return contacts;
+  const auto springy = [](const auto& body) { return body.material.restitution > 0.0; };
+  return need_of(bodies_that(scene, springy) + statics_that(scene, springy) > 0,
+                 "a material has restitution > 0", "no material has restitution > 0");
+}
+
+Need warm_starts_needed(const SceneDescription& scene) {
+  const Need contacts = contacts_needed(scene);
+  if (!contacts) return contacts;
+  return need_of(scene.solver.warm_starting, "contacts last over steps",
+                 "switched off in the solver settings");
+}
 
 void ContactProblem::clear() {
   bodies.clear();

@@ -8,12 +8,17 @@
 #include "physics/contact_manifold.hpp"
 #include "physics/scene.hpp"
 #include "physics/selection.hpp"
+#include "physics/need.hpp"
 #include "physics/stage_counters.hpp"
 
 namespace soda::physics {
 
 // Overlap that is left alone, of the smaller body's size.
 inline constexpr double kSlop = 5e-4;
+
+// The width of a body, roughly: twice the way from its centre to what is nearest of its surface; of
+// a hull, of its corners. 1e300 of what has none.
+double size_of(const Shape& shape);
 
 // Velocities of a body while its island is solved.
 struct SolverBody {
@@ -98,6 +103,12 @@ struct ContactProblem {
 inline std::uint64_t rows_of(const ContactProblem& problem) {
   return problem.normals.size() + problem.frictions.size();
 }
+
+// Of rows, and of starting impulses.
+Need friction_needed(const SceneDescription& scene);
+Need conveyors_needed(const SceneDescription& scene);
+Need restitution_needed(const SceneDescription& scene);
+Need warm_starts_needed(const SceneDescription& scene);
 
 // Rows in the manifolds' order; impulses start from the bodies' stored ones where warm starting is
 // on, and are applied. `bodies` hold the velocities after external forces.

@@ -41,6 +41,14 @@ void EnvelopeMatrix::factor() {
   }
 }
 
+std::uint64_t EnvelopeMatrix::factor_multiplications(std::span<const std::uint32_t> first) {
+  std::uint64_t sum = 0;
+  for (std::size_t i = 0; i < first.size(); ++i)
+    for (std::size_t j = first[i]; j < i; ++j)
+      sum += 2 + j - std::max<std::size_t>(first[i], first[j]);
+  return sum;
+}
+
 void EnvelopeMatrix::solve(std::span<double> unknowns) const {
   for (std::size_t i = 0; i < unknowns.size(); ++i) {
     const double* const row = row_of(i);

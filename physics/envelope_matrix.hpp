@@ -18,6 +18,8 @@ class EnvelopeMatrix {
     return values_[begin_[row] + column - first_[row]];
   }
   void factor();
+  // That factor() does for a matrix with these first columns.
+  static std::uint64_t factor_multiplications(std::span<const std::uint32_t> first);
   // Overwrites the right-hand side with the solution.
   void solve(std::span<double> unknowns) const;
 

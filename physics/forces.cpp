@@ -1,5 +1,8 @@
 #include "physics/forces.hpp"
 
+#include <algorithm>
+#include <vector>
+
 #include "physics/drive.hpp"
 #include "physics/rigid_motion.hpp"
 
@@ -108,6 +111,41 @@ Vec3 push_impulse_newton_s(const SceneDescription& scene, double time_s, BodyId 
       (acceleration_of(scene, time_s, 0.5 * time_s, id, state) - g) * decay.speed_s +
       g * (decay.speed_s - time_s) + state.linear_velocity_m_s * (decay.left - 1.0);
   return change * scene.bodies[index_of(id)].mass_kg;
+}
+
+Need drives_needed(const SceneDescription& scene) {
+  const auto is_driven = [](const BodyParams& body) { return body.drive != kNoDrive; };
+  return need_of(bodies_that(scene, is_driven) > 0, "a body has a drive", "no body has a drive");
+}
+
+Need forces_needed(const SceneDescription& scene) {
+  const auto is_forced = [](const BodyParams& body) { return body.forces != kNone; };
+  return need_of(bodies_that(scene, is_forced) > 0, "a body has a force, a torque or damping",
+                 "no body has forces or damping of its own");
+}
+
+bool are_all_springs(const SceneDescription& scene, std::span<const BodyId> ids,
+                     std::span<const ContactManifold> manifolds) {
+  std::size_t ends = 0, wanted = 0;
+  for (const ContactManifold& m : manifolds) {
+    if (!is_joint(m)) continue;
+    if (scene.joints[joint_of(m)].kind != JointKind::kSpring) return false;
+    ends += is_static(m.b) ? 1 : 2;
+  }
+  for (const BodyId id : ids) wanted += scene.bodies[index_of(id)].joints;
+  return ends == wanted;
+}
+
+std::size_t loose_bodies(const SceneDescription& scene) {
+  std::vector<bool> held;
+  held.reserve(scene.bodies.size());
+  for (const BodyParams& body : scene.bodies) held.push_back(is_pushed(body));
+  for (const Joint& joint : scene.joints) {
+    if (joint.kind == JointKind::kSpring) continue;
+    held[index_of(joint.a)] = true;
+    if (!is_static(joint.b)) held[index_of(joint.b)] = true;
+  }
+  return static_cast<std::size_t>(std::ranges::count(held, false));
 }
 
 Vec3 push_impulses_newton_s(const SceneDescription& scene, double time_s,

@@ -3,7 +3,9 @@
 #pragma once
 
 #include "physics/body_state.hpp"
+#include "physics/contact_manifold.hpp"
 #include "physics/contact_solver.hpp"
+#include "physics/need.hpp"
 #include "physics/scene.hpp"
 
 namespace soda::physics {
@@ -18,6 +20,16 @@ Decay decay_over(double rate_1_s, double time_s);
 
 // Whether anything but gravity acts on the body.
 inline bool is_pushed(const BodyParams& body) { return (body.drive & body.forces) != kNone; }
+
+Need drives_needed(const SceneDescription& scene);
+Need forces_needed(const SceneDescription& scene);
+
+// Whether all that holds these bodies besides contacts is among the manifolds, and springs.
+bool are_all_springs(const SceneDescription& scene, std::span<const BodyId> ids,
+                     std::span<const ContactManifold> manifolds);
+
+// Bodies on which nothing but gravity, contacts and springs can act.
+std::size_t loose_bodies(const SceneDescription& scene);
 
 // The sum of the body's own forces, world frame; that of its own frame as it will stand `ahead_s`
 // later, at the present spin.

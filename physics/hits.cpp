@@ -189,29 +189,11 @@ bool can_be_hit(const HitIsland& island, double dt_s, std::span<const BodyState>
   if (island.ids.size() > kMostBodies) return false;
   const double most_turn_rad = kForeseenTurn_rad * static_cast<double>(most_parts(island.ids));
   for (std::size_t i = 0; i < states.size(); ++i) {
-    if (island.scene.bodies[index_of(island.ids[i])].joints > 0) return false;
+    if (!is_unjointed(island.scene.bodies[index_of(island.ids[i])])) return false;
     if (shape_of(island.scene, island.geometry, island.ids[i]).kind == ShapeKind::kSphere) continue;
     if (states[i].angular_velocity_rad_s.norm() * dt_s > most_turn_rad) return false;
   }
   return mass_ratio(island.scene, island.ids) <= kMostRatio;
-}
-
-// All pairs that may be hit, as manifolds without points.
-std::vector<ContactManifold> pairs_to_look_at(const HitIsland& island, double dt_s,
-                                              std::span<const BodyState> states,
-                                              StageCounters& counters) {
-  const auto& [scene, geometry, ids] = island;
-  const PairsInReach found = pairs_in_reach(scene, geometry, dt_s, ids, states, counters);
-  std::vector<ContactManifold> pairs;
-  const auto add = [&pairs](BodyId a, BodyId b) {
-    ContactManifold& m = pairs.emplace_back();
-    m.a = a;
-    m.b = b;
-  };
-  for (const IndexPair& p : found.bodies) add(ids[p.first], ids[p.second]);
-  for (const IndexPair& p : found.statics) add(ids[p.first], static_id(p.second));
-  std::sort(pairs.begin(), pairs.end(), canonical_before);
-  return pairs;
 }
 
 // What is hit now, and what is held meanwhile: points that touch, with no gap left.
@@ -253,7 +235,7 @@ void advance_through(const HitIsland& island, double dt_s, double clear,
         report);
   };
   std::vector<ContactManifold> pairs, found(manifolds.begin(), manifolds.end());
-  if (clear < dt_s) pairs = pairs_to_look_at(island, dt_s, states, counters);
+  if (clear < dt_s) pairs = pairs_to_look_at(scene, geometry, dt_s, ids, states, counters);
   double left_s = dt_s;
   for (std::size_t i = 0; i < most_parts(ids) && clear < left_s; ++i) {
     if (clear > 0.0) {
@@ -264,7 +246,7 @@ void advance_through(const HitIsland& island, double dt_s, double clear,
       break;
     }
     find_again(scene, geometry, left_s, ids, pairs, states, counters, found);
-    counters.impact_searches += pairs.size();
+    counters.hit_searches += pairs.size();
     clear = std::min(clear_s(island, found, states), foreseen_s(island, found, states));
   }
   if (clear < left_s)
@@ -274,6 +256,21 @@ void advance_through(const HitIsland& island, double dt_s, double clear,
 }
 
 }  // namespace
+
+Need hits_needed(const SceneDescription& scene) {
+  const Need contacts = contacts_needed(scene);
+  if (!contacts) return contacts;
+  if (!can_meet(bodies_that(scene, is_unjointed), scene.statics.size()))
+    return {false, "joints hold the bodies that can touch"};
+  if (scene.tolerance > 0.0) return {true, "contacts are resolved to a tolerance"};
+  const auto springy = [](const auto& body) { return body.material.restitution > 0.0; };
+  const bool bounces =
+      statics_that(scene, springy) > 0 || bodies_that(scene, [&](const BodyParams& body) {
+                                            return is_unjointed(body) && springy(body);
+                                          }) > 0;
+  return need_of(bounces, "a material has restitution > 0",
+                 "nothing without joints has restitution > 0");
+}
 
 std::optional<AmongHits> advance_among_hits(const SceneDescription& scene, const Geometry& geometry,
                                             double dt_s, std::span<const BodyId> ids,

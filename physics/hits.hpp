@@ -6,8 +6,12 @@
 #include <span>
 
 #include "physics/advance.hpp"
+#include "physics/need.hpp"
 
 namespace soda::physics {
+
+// Of such hits.
+Need hits_needed(const SceneDescription& scene);
 
 struct AmongHits {
   IslandReport report;

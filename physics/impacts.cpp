@@ -32,10 +32,7 @@ bool rests(const SceneDescription& scene, const ContactManifold& m, const BodySt
   return false;
 }
 
-bool can_fly(const SceneDescription& scene, BodyId id) {
-  const BodyParams& params = scene.bodies[index_of(id)];
-  return params.joints == 0 && !is_pushed(params);
-}
+bool can_fly(const BodyParams& body) { return is_unjointed(body) && !is_pushed(body); }
 
 // What happens at an impact within the step is worth its time: the pair bounces, or flies farther
 // than its width.
@@ -44,12 +41,23 @@ bool is_impact(const SceneDescription& scene, const ContactManifold& m) {
   return std::max(a.restitution, b.restitution) > 0.0 || m.points[0].feature == kWayToImpact;
 }
 
+}  // namespace
+
+Need flights_needed(const SceneDescription& scene) {
+  const Need contacts = contacts_needed(scene);
+  const std::size_t flyers = bodies_that(scene, can_fly);
+  if (!contacts) return contacts;
+  if (flyers == 0) return {false, "every body is driven, pushed or held by a joint"};
+  return need_of(can_meet(flyers, solid_statics(scene)), "bodies can fly into each other",
+                 "one body can fly, and there is nothing solid to fly into");
+}
+
 bool is_in_flight(const SceneDescription& scene, const Geometry& geometry,
                   std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
                   std::span<const BodyState> states) {
   if (ids.size() > kMostBodies) return false;
   for (const BodyId id : ids)
-    if (!can_fly(scene, id)) return false;
+    if (!can_fly(scene.bodies[index_of(id)])) return false;
   const auto state_of = [&](BodyId id) {
     return &states[static_cast<std::size_t>(std::lower_bound(ids.begin(), ids.end(), id) -
                                             ids.begin())];
@@ -65,6 +73,8 @@ bool is_in_flight(const SceneDescription& scene, const Geometry& geometry,
   }
   return true;
 }
+
+namespace {
 
 // Two bodies of the island, or one and a static, that may meet.
 struct FlyingPair {
@@ -114,7 +124,7 @@ void look_ahead(const Flyers& flyers, FlyingPair& pair, StageCounters& counters)
   pair.next = time_of_impact(flyers.scene, flyers.geometry, flyers.ids[pair.a], a,
                              flyers.other(pair), pair.fixed ? nullptr : &b, flyers.dt_s - begin);
   if (pair.next) pair.next->time_s += begin;
-  ++counters.impact_searches;
+  ++counters.flight_searches;
 }
 
 // The points at which the pair touches now, with no gap left.

@@ -7,6 +7,7 @@
 #include "physics/advance.hpp"
 #include "physics/contact_solver.hpp"
 #include "physics/short_list.hpp"
+#include "physics/ways.hpp"
 
 namespace soda::physics {
 
@@ -40,6 +41,7 @@ Flights find_flights(const ContactProblem& problem);
 struct SolveScratch {
   ContactProblem problem;
   std::vector<SolverBody> free;
+  StartOfWay start_of_way;
 };
 
 // Moves the body by its final velocities; `push` may be null. Its impulses stay. False if the new

@@ -11,6 +11,7 @@
 #include "physics/joints_alone.hpp"
 #include "physics/rigid_motion.hpp"
 #include "physics/springs.hpp"
+#include "physics/ways.hpp"
 
 namespace soda::physics {
 
@@ -213,6 +214,7 @@ ContactSolution solve_jointed(const JointedStep& step, JointSystem& joints,
   PushOutProblem push;
   solve_push_out(step.scene.solver.iterations, step.dt_s, problem, push);
   solution.push = std::move(push.bodies);
+  limit_push_out(fastest_push_out_m_s(step.scene, step.ids), solution.push);
   return solution;
 }
 

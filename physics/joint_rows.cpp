@@ -257,6 +257,27 @@ void add_rows(const Joint& joint, double dt_s, bool with_springs, const Ends& en
 
 }  // namespace
 
+// Without response everything passes through, joints or not (advance.cpp).
+Need joint_rows_needed(const SceneDescription& scene) {
+  if (scene.joints.empty()) return {false, "there are no joints"};
+  return need_of(scene.solver.contact_response, "joints hold bodies",
+                 "detection only: joints hold nothing");
+}
+
+Need limits_needed(const SceneDescription& scene) {
+  const Need joints = joint_rows_needed(scene);
+  if (!joints) return joints;
+  return need_of(std::ranges::any_of(scene.joints, [](const Joint& j) { return !!j.limits; }),
+                 "a joint has limits", "no joint has limits");
+}
+
+Need motors_needed(const SceneDescription& scene) {
+  const Need joints = joint_rows_needed(scene);
+  if (!joints) return joints;
+  return need_of(std::ranges::any_of(scene.joints, [](const Joint& j) { return !!j.motor; }),
+                 "a joint has a motor", "no joint has a motor");
+}
+
 JointSystem find_joints(const SceneDescription& scene, std::span<const BodyId> ids,
                         std::span<const ContactManifold> manifolds) {
   JointSystem system;

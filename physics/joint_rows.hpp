@@ -10,6 +10,7 @@
 #include "physics/contact_manifold.hpp"
 #include "physics/contact_solver.hpp"
 #include "physics/envelope_matrix.hpp"
+#include "physics/need.hpp"
 #include "physics/scene.hpp"
 
 namespace soda::physics {
@@ -62,6 +63,10 @@ struct JointSystem {
   bool empty() const { return joints.empty(); }
 };
 
+Need joint_rows_needed(const SceneDescription& scene);
+Need limits_needed(const SceneDescription& scene);
+Need motors_needed(const SceneDescription& scene);
+
 // Which joints there are; no rows yet. `ids` ascending.
 JointSystem find_joints(const SceneDescription& scene, std::span<const BodyId> ids,
                         std::span<const ContactManifold> manifolds);
@@ -89,6 +94,9 @@ struct SpringRow {
 };
 std::vector<SpringRow> spring_rows(const SceneDescription& scene, std::span<const BodyState> states,
                                    const JointSystem& system);
+
+// Of one factorisation (factor_joint_rows) of rows that were built.
+std::uint64_t factor_multiplications(const JointSystem& system);
 
 double velocity_of(const JointRow& row, std::span<const SolverBody> bodies);
 void apply_joint_impulse(const JointRow& row, double impulse, std::span<SolverBody> bodies);

@@ -37,18 +37,29 @@ bool share_a_body(const JointRow& x, const JointRow& y, std::uint32_t world) {
   return (x.a == y.a || x.a == y.b) || (x.b != world && (x.b == y.a || x.b == y.b));
 }
 
+// Of each row.
+void find_first_columns(const JointSystem& system, std::vector<std::uint32_t>& first) {
+  const std::vector<std::uint32_t>& begin = system.first_row;
+  first.resize(system.rows.size());
+  for (std::size_t j = 0; j < system.joints.size(); ++j)
+    std::fill(first.begin() + begin[j], first.begin() + begin[j + 1], begin[system.earliest[j]]);
+}
+
 }  // namespace
+
+std::uint64_t factor_multiplications(const JointSystem& system) {
+  std::vector<std::uint32_t> first;
+  find_first_columns(system, first);
+  return EnvelopeMatrix::factor_multiplications(first);
+}
 
 void factor_joint_rows(std::size_t body_count, std::span<const SolverBody> bodies,
                        JointSystem& system, double regularisation) {
   const auto world = static_cast<std::uint32_t>(body_count);
   const std::vector<std::uint32_t>& begin = system.first_row;
   std::vector<JointRow>& rows = system.rows;
-  std::vector<std::uint32_t>& first = system.first_column;
-  first.resize(rows.size());
-  for (std::size_t j = 0; j < system.joints.size(); ++j)
-    std::fill(first.begin() + begin[j], first.begin() + begin[j + 1], begin[system.earliest[j]]);
-  system.matrix.reset(first);
+  find_first_columns(system, system.first_column);
+  system.matrix.reset(system.first_column);
   system.regularisation = regularisation;
   system.factored = true;
   find_twists(system, bodies);

@@ -13,11 +13,14 @@
 namespace soda::physics {
 namespace {
 
+// Contacts are looked for along the way that a body begins with, gravity and a margin included.
 bool is_unforeseen(const SceneDescription& scene, const Geometry& geometry, double dt_s, BodyId id,
                    const BodyState& before, const BodyState& now) {
-  const double width = shape_of(scene, geometry, id).min_extent_m;
+  const double width_m = shape_of(scene, geometry, id).min_extent_m;
+  const double fallen_m = scene.gravity_m_s2.norm() * dt_s * dt_s;
   const Vec3 foreseen = before.position_m + dt_s * before.linear_velocity_m_s;
-  return (now.position_m - foreseen).squaredNorm() > 0.25 * width * width;
+  const double most_m = kContactMargin * width_m + fallen_m;
+  return (now.position_m - foreseen).squaredNorm() > most_m * most_m;
 }
 
 // From where the step began, such that it ends with the velocities it has.
@@ -44,13 +47,21 @@ void add_static_impulse(const SceneDescription& scene, BodyId id, const BodyStat
 
 }  // namespace
 
+Need unseen_statics_needed(const SceneDescription& scene) {
+  const Need contacts = contacts_needed(scene);
+  if (!contacts) return contacts;
+  if (solid_statics(scene) == 0) return {false, "there is no static that is not a mesh"};
+  return need_of(bodies_that(scene, is_unjointed) > 0, "contacts can send bodies to other statics",
+                 "joints hold every body");
+}
+
 void stop_at_unseen_statics(const SceneDescription& scene, const Geometry& geometry, double dt_s,
                             std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
                             std::span<const BodyState> before, std::span<BodyState> states,
                             IslandReport& report, StageCounters& counters) {
   std::vector<IndexPair> pairs;
   for (std::size_t i = 0; i < ids.size(); ++i) {
-    if (scene.bodies[index_of(ids[i])].joints > 0) continue;
+    if (!is_unjointed(scene.bodies[index_of(ids[i])])) continue;
     if (!is_unforeseen(scene, geometry, dt_s, ids[i], before[i], states[i])) continue;
     const BodyState start = start_of(scene, dt_s, before[i], states[i]);
     const Aabb box = swept_aabb(scene, geometry, ids[i], start);
@@ -61,7 +72,7 @@ void stop_at_unseen_statics(const SceneDescription& scene, const Geometry& geome
       if (is_mesh(scene, other) || have_met(manifolds, ids[i], other)) continue;
       const std::optional<Impact> impact =
           time_of_impact(scene, geometry, ids[i], start, other, nullptr, dt_s);
-      ++counters.impact_searches;
+      ++counters.unseen_searches;
       if (impact && (!first || impact->time_s < first->time_s)) first = impact;
     }
     if (!first) continue;

@@ -8,6 +8,7 @@
 #include "physics/advance.hpp"
 #include "physics/forces.hpp"
 #include "physics/geometry_impl.hpp"
+#include "physics/joint_rows.hpp"
 #include "physics/refinement.hpp"
 #include "physics/rigid_motion.hpp"
 #include "physics/time_of_impact.hpp"
@@ -121,7 +122,7 @@ std::optional<double> first_unseen_s(const LinkedIsland& island, double time_s,
     if (is_mesh(island.scene, pair.b) || have_met(manifolds, pair.a, pair.b)) continue;
     const std::optional<Impact> impact =
         time_of_impact(island.scene, island.geometry, pair.a, ways[a], pair.b, b, time_s);
-    ++island.counters.impact_searches;
+    ++island.counters.linked_searches;
     if (impact && (!first || impact->time_s < *first)) first = impact->time_s;
   }
   return first;
@@ -261,6 +262,15 @@ Vec3 pushed_newton_s(const LinkedIsland& island, double time_s, std::span<const 
 }
 
 }  // namespace
+
+Need linked_impacts_needed(const SceneDescription& scene) {
+  const Need joints = joint_rows_needed(scene), contacts = contacts_needed(scene);
+  if (!joints) return joints;
+  if (!contacts) return contacts;
+  return need_of(scene.bodies.size() > 1 || solid_statics(scene) > 0,
+                 "joints can draw bodies into others",
+                 "one body hangs on joints, and there is nothing solid to be drawn into");
+}
 
 bool is_linked(std::span<const ContactManifold> manifolds) {
   return std::any_of(manifolds.begin(), manifolds.end(), is_joint);

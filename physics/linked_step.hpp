@@ -6,8 +6,12 @@
 
 #include "physics/advance.hpp"
 #include "physics/geometry.hpp"
+#include "physics/need.hpp"
 
 namespace soda::physics {
+
+// Of looking for what joints draw bodies into.
+Need linked_impacts_needed(const SceneDescription& scene);
 
 // Contacts are looked for along the motion that a step begins with, but a joint or a motor can draw
 // a body along with another within it. Where that takes a body to a static, or to another body of
@@ -16,7 +20,7 @@ namespace soda::physics {
 // the step follows. After some such parts the island waits there for the next step. Meshes are not
 // looked for on the way, but found again. Nor does a body get deeper into a static by more than
 // half its width in a part: shorter parts err less, and where none does, the island stays. Counts
-// what it looks at as impact_searches. A function of the arguments only.
+// what it looks at as linked_searches. A function of the arguments only.
 IslandReport advance_linked(const SceneDescription& scene, const Geometry& geometry, double dt_s,
                             std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
                             std::span<BodyState> states, SolveScratch& scratch,

@@ -28,4 +28,22 @@ PairsInReach pairs_in_reach(const SceneDescription& scene, const Geometry& geome
   return pairs;
 }
 
+std::vector<ContactManifold> pairs_to_look_at(const SceneDescription& scene,
+                                              const Geometry& geometry, double dt_s,
+                                              std::span<const BodyId> ids,
+                                              std::span<const BodyState> states,
+                                              StageCounters& counters) {
+  const PairsInReach found = pairs_in_reach(scene, geometry, dt_s, ids, states, counters);
+  std::vector<ContactManifold> pairs;
+  const auto add = [&pairs](BodyId a, BodyId b) {
+    ContactManifold& m = pairs.emplace_back();
+    m.a = a;
+    m.b = b;
+  };
+  for (const IndexPair& p : found.bodies) add(ids[p.first], ids[p.second]);
+  for (const IndexPair& p : found.statics) add(ids[p.first], static_id(p.second));
+  std::sort(pairs.begin(), pairs.end(), canonical_before);
+  return pairs;
+}
+
 }  // namespace soda::physics

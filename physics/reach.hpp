@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "physics/body_state.hpp"
+#include "physics/contact_manifold.hpp"
 #include "physics/geometry.hpp"
 
 namespace soda::physics {
@@ -19,5 +20,12 @@ struct PairsInReach {
 PairsInReach pairs_in_reach(const SceneDescription& scene, const Geometry& geometry, double dt_s,
                             std::span<const BodyId> ids, std::span<const BodyState> states,
                             StageCounters& counters);
+
+// The same as manifolds without points, in canonical order.
+std::vector<ContactManifold> pairs_to_look_at(const SceneDescription& scene,
+                                              const Geometry& geometry, double dt_s,
+                                              std::span<const BodyId> ids,
+                                              std::span<const BodyState> states,
+                                              StageCounters& counters);
 
 }  // namespace soda::physics

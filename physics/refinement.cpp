@@ -8,6 +8,7 @@
 #include "physics/contact_solver.hpp"
 #include "physics/forces.hpp"
 #include "physics/geometry_impl.hpp"
+#include "physics/joint_rows.hpp"
 #include "physics/refined_parts.hpp"
 #include "physics/spring_kicks.hpp"
 
@@ -42,20 +43,53 @@ bool has_pushed(const SceneDescription& scene, std::span<const BodyId> ids) {
 
 // Whether trials have a limit that a plain step is not near already: contacts without joints but
 // springs. (Springs alone are of a higher order, or so stiff that their limit is not smooth.)
-bool is_of_first_order(const SceneDescription& scene, std::span<const ContactManifold> manifolds) {
-  if (scene.joints.empty() || std::ranges::none_of(manifolds, is_joint)) return true;
-  for (const ContactManifold& m : manifolds)
-    if (is_joint(m) && scene.joints[joint_of(m)].kind != JointKind::kSpring) return false;
+bool is_of_first_order(const SceneDescription& scene, std::span<const BodyId> ids,
+                       std::span<const ContactManifold> manifolds) {
+  if (scene.joints.empty()) return true;
+  if (!are_all_springs(scene, ids, manifolds)) return false;
+  if (std::ranges::none_of(manifolds, is_joint)) return true;
   return std::ranges::any_of(manifolds, [](const ContactManifold& m) { return m.count > 0; });
 }
 
+// The impulses of a part are kept as those of a whole step under the same load. What a hit took
+// from velocities is no load: a part of a hundredth of the step would leave it a hundredfold. So
+// where velocities change faster than loads change them, bodies keep the loads that they had.
+void keep_loads(const SceneDescription& scene, const Geometry& geometry, double time_s,
+                std::span<const BodyId> ids, std::span<const BodyState> from,
+                std::span<BodyState> states) {
+  constexpr double kMost = 2.0;  // as of what can be smooth (refined_parts.cpp)
+  const double most_m_s = kMost * scene.gravity_m_s2.norm() * time_s;
+  const auto is_hit = [&](std::size_t i) {
+    const double radius_m = shape_of(scene, geometry, ids[i]).bounding_radius_m;
+    const Vec3 linear = states[i].linear_velocity_m_s - from[i].linear_velocity_m_s;
+    const Vec3 angular = states[i].angular_velocity_rad_s - from[i].angular_velocity_rad_s;
+    return !(linear.norm() + radius_m * angular.norm() <= most_m_s);
+  };
+  bool any = false;
+  for (std::size_t i = 0; i < ids.size() && !any; ++i) any = is_hit(i);
+  if (!any) return;
+  for (std::size_t i = 0; i < ids.size(); ++i) states[i].impulses = from[i].impulses;
+}
+
 }  // namespace
+
+Need refinement_needed(const SceneDescription& scene) {
+  const Need contacts = contacts_needed(scene);
+  if (scene.tolerance > 0.0)
+    return contacts || joint_rows_needed(scene) ? Need{true, "islands are advanced to a tolerance"}
+                                                : contacts;
+  if (!contacts) return contacts;
+  const std::size_t loose = loose_bodies(scene);
+  if (loose == 0) return {false, "every body is driven, pushed or held by a joint"};
+  return need_of(can_meet(loose, scene.statics.size()), "few bodies can slide or roll",
+                 "one body alone is not driven, pushed or held by a joint");
+}
 
 bool is_refined(const SceneDescription& scene, const Geometry& geometry,
                 std::span<const BodyId> ids, std::span<const ContactManifold> manifolds) {
   if (!(scene.tolerance > 0.0)) {
     if (ids.size() > kFewBodies) return false;
-    if (has_pushed(scene, ids) || !is_of_first_order(scene, manifolds)) return false;
+    if (has_pushed(scene, ids) || !is_of_first_order(scene, ids, manifolds)) return false;
   }
   for (const ContactManifold& m : manifolds) {
     const std::uint32_t shape = scene.bodies[index_of(m.a)].shape;
@@ -105,6 +139,7 @@ IslandReport advance_refined(const SceneDescription& scene, const Geometry& geom
     if (part.depth == limits.deepest && !is_asked(island)) join_parts(parts);
     budget.spend(result.error, part.time_s, ids);
     past = {std::exchange(now, std::move(result.trial.states)), part.time_s};
+    if (part.time_s < scene.dt_s) keep_loads(scene, geometry, part.time_s, ids, past.from, now);
     if (first)
       report = result.trial.report;
     else
@@ -124,12 +159,14 @@ IslandReport advance_unrefined(const SceneDescription& scene, const Geometry& ge
                                std::span<BodyState> states, SolveScratch& scratch,
                                StageCounters& counters, std::vector<AdvanceFault>& faults) {
   const bool asked = scene.tolerance > 0.0;
+  const std::vector<BodyState> from(states.begin(),
+                                    asked || dt_s < scene.dt_s ? states.end() : states.begin());
   const double share = dt_s / scene.dt_s;
-  const std::vector<BodyState> from(states.begin(), asked ? states.end() : states.begin());
   scale_impulses(share, states);
   IslandReport report =
       advance_once(scene, dt_s, asked, ids, manifolds, states, scratch, counters, faults);
   scale_impulses(1.0 / share, states);
+  if (dt_s < scene.dt_s) keep_loads(scene, geometry, dt_s, ids, from, states);
   if (!asked) return report;
   ErrorBudget budget(scene);
   const BodySizes sizes = sizes_of(scene, geometry, ids);

@@ -5,8 +5,11 @@
 #include <vector>
 
 #include "physics/advance.hpp"
+#include "physics/need.hpp"
 
 namespace soda::physics {
+
+Need refinement_needed(const SceneDescription& scene);
 
 // Whether an island is worth it: nothing in it is pushed apart, and the scene asks for a tolerance,
 // or it is of a few bodies in contacts that nothing drives, pushes or holds by joints other than

@@ -9,12 +9,12 @@
 #include <algorithm>
 #include <vector>
 
-#include "physics/direct_contacts.hpp"
 #include "physics/forces.hpp"
 #include "physics/geometry_impl.hpp"
 #include "physics/island_blocks.hpp"
 #include "physics/island_motion.hpp"
 #include "physics/momentum.hpp"
+#include "physics/solve_choice.hpp"
 #include "physics/springs.hpp"
 
 namespace soda::physics {
@@ -79,7 +79,7 @@ bool is_solved_whole(const SceneDescription& scene, std::span<const BodyId> ids,
                      std::span<const ContactManifold> manifolds,
                      std::span<const BodyState> states) {
   return !is_giant(manifolds) ||
-         plan_direct_solve(scene, scene.dt_s, false, ids, manifolds, states).has_value();
+         !choose_solve(scene, scene.dt_s, false, ids, manifolds, states).blocks;
 }
 
 // On a surface that slides along, friction has to pull, and what a body without velocity was left
@@ -107,20 +107,23 @@ bool hold(const SceneDescription& scene, const Geometry& geometry, std::span<con
   return residual_m_s(problem) <= slow;
 }
 
-// Whether all that holds the bodies besides contacts is here, and springs.
-bool are_all_springs(const SceneDescription& scene, std::span<const BodyId> ids,
-                     std::span<const ContactManifold> manifolds) {
-  std::size_t ends = 0, wanted = 0;
-  for (const ContactManifold& m : manifolds) {
-    if (!is_joint(m)) continue;
-    if (scene.joints[joint_of(m)].kind != JointKind::kSpring) return false;
-    ends += is_static(m.b) ? 1 : 2;
-  }
-  for (const BodyId id : ids) wanted += scene.bodies[index_of(id)].joints;
-  return ends == wanted;
+// Whether anything can bear a weight: what falls has no rest.
+bool carries(const SceneDescription& scene) {
+  return !scene.statics.empty() || scene.has_world_joints || scene.gravity_m_s2 == Vec3::Zero();
 }
 
 }  // namespace
+
+Need rest_needed(const SceneDescription& scene) {
+  const Need contacts = contacts_needed(scene);
+  if (!contacts) return contacts;
+  if (!scene.solver.rest) return {false, "switched off in the solver settings"};
+  if (!carries(scene)) return {false, "nothing carries what falls"};
+  const std::size_t loose = loose_bodies(scene);
+  if (loose == 0) return {false, "every body is driven, pushed or held by a joint"};
+  return need_of(can_meet(loose, scene.statics.size()), "known from the step before",
+                 "one body alone is not driven, pushed or held by a joint");
+}
 
 bool has_no_velocity(const BodyState& state) {
   return state.linear_velocity_m_s == Vec3::Zero() && state.angular_velocity_rad_s == Vec3::Zero();
@@ -129,7 +132,7 @@ bool has_no_velocity(const BodyState& state) {
 bool is_nearly_at_rest(const SceneDescription& scene, const Geometry& geometry,
                        std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
                        std::span<const BodyState> states) {
-  if (!scene.solver.rest || !is_slow(scene, geometry, ids, states)) return false;
+  if (!scene.solver.rest || !carries(scene) || !is_slow(scene, geometry, ids, states)) return false;
   if (!scene.joints.empty() && !are_all_springs(scene, ids, manifolds)) return false;
   return std::ranges::none_of(ids,
                               [&](BodyId id) { return is_pushed(scene.bodies[index_of(id)]); });

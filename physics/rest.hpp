@@ -4,8 +4,12 @@
 #include <span>
 
 #include "physics/advance.hpp"
+#include "physics/need.hpp"
 
 namespace soda::physics {
+
+// Of what is known of contacts of bodies at rest.
+Need rest_needed(const SceneDescription& scene);
 
 bool has_no_velocity(const BodyState& state);
 

@@ -4,6 +4,7 @@
 #include <iterator>
 
 #include "physics/island_motion.hpp"
+#include "physics/ways.hpp"
 
 namespace soda::physics {
 void add(const BlockReport& block, IslandReport& island) {
@@ -16,7 +17,11 @@ void add(const BlockReport& block, IslandReport& island) {
 
 BlockSolver::BlockSolver(const GiantIsland& island, std::uint32_t first, std::uint32_t last,
                          StageCounters& counters)
-    : island_(island), first_(first), last_(last), first_border_(first > 0 ? first - 1 : 0) {
+    : island_(island),
+      first_(first),
+      last_(last),
+      first_border_(first > 0 ? first - 1 : 0),
+      fastest_push_out_m_s_(fastest_push_out_m_s(island.scene, island.ids)) {
   StageCounters built;
   for (std::uint32_t i = first_; i < last_; ++i) {
     blocks_.push_back(part_of(island_.blocks.inside[i]));
@@ -279,7 +284,8 @@ void BlockSolver::move(std::uint32_t index, std::vector<BodyState>& moved,
     moved.push_back(part.states[i]);
     const SolverBody& body = part.problem.bodies[i];
     const PushOut beyond =
-        beyond_final_velocity(island_.scene.dt_s, body, flights[i], part.substeps.ways[i]);
+        beyond_final_velocity(island_.scene.dt_s, fastest_push_out_m_s_, part.states[i], body,
+                              flights[i], part.substeps.ways[i]);
     const bool accepted = move_body(island_.scene, island_.scene.dt_s, part.ids[i], body,
                                     flights[i], &beyond, moved.back(), faults);
     if (accepted) moved.back().impulses.clear();

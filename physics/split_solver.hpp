@@ -111,6 +111,7 @@ class BlockSolver {
   const GiantIsland island_;
   const std::uint32_t first_, last_;
   const std::uint32_t first_border_;
+  const double fastest_push_out_m_s_;
   std::vector<Part> blocks_;
   std::vector<Border> borders_;
 };

@@ -42,16 +42,22 @@ struct StageCounters {
   std::uint64_t limit_rows = 0, motor_rows = 0;  // among them
   std::uint64_t restitution_rows = 0;
   std::uint64_t warm_started_rows = 0;
-  std::uint64_t impact_searches = 0;  // pairs whose time of impact was looked for
-  std::uint64_t impacts = 0;          // of them, that took place
-  std::uint64_t refined_steps = 0;    // single steps beyond the first that refinement took
-  std::uint64_t driven_bodies = 0;    // bodies that got a drive's acceleration
-  std::uint64_t forced_bodies = 0;    // bodies that got forces or damping of their own
+  // Pairs whose time of impact was looked for: in flight (impacts.hpp), after hits (hits.hpp), with
+  // statics that contacts do not keep off (late_impacts.hpp), of bodies that joints draw along
+  // (linked_step.hpp).
+  std::uint64_t flight_searches = 0, hit_searches = 0, unseen_searches = 0, linked_searches = 0;
+  std::uint64_t impacts = 0;        // of them, that took place
+  std::uint64_t refined_steps = 0;  // single steps beyond the first that refinement took
+  std::uint64_t driven_bodies = 0;  // bodies that got a drive's acceleration
+  std::uint64_t forced_bodies = 0;  // bodies that got forces or damping of their own
   // Giant islands: those among islands_solved that were solved in blocks, the blocks, and rows
   // times sweeps. Rows and sweeps are among the others; rows of a border that two solvers share
   // count twice.
   std::uint64_t islands_in_blocks = 0, blocks_solved = 0, block_row_sweeps = 0;
 
+  std::uint64_t impact_searches() const {
+    return flight_searches + hit_searches + unseen_searches + linked_searches;
+  }
   std::uint64_t islands_advanced() const { return islands_solved + islands_at_rest; }
 };
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "physics/contact_work.hpp"
+#include "physics/ways.hpp"
 
 namespace soda::physics {
 namespace {
@@ -144,18 +145,38 @@ void end_substeps(ContactProblem& problem, const Substeps& substeps) {
   }
 }
 
-PushOut beyond_final_velocity(double dt_s, const SolverBody& body, const Flight& flight,
-                              const Way& way) {
-  if (!flight.supported) return {};
-  return {way.linear_m * (1.0 / dt_s) - body.linear, way.angular_rad * (1.0 / dt_s) - body.angular};
+namespace {
+
+// The part of `beyond` that lies on the way back to what the velocity was.
+Vec3 towards_first(const Vec3& beyond, const Vec3& first, const Vec3& last) {
+  const Vec3 change = first - last;
+  const double squared = change.squaredNorm();
+  if (!(squared > 0.0)) return Vec3::Zero();
+  return change * std::clamp(beyond.dot(change) / squared, 0.0, 1.0);
 }
 
-std::uint32_t solve_in_substeps(const SolverSettings& settings, double dt_s,
-                                const Selection<BodyState>& states,
+}  // namespace
+
+PushOut beyond_final_velocity(double dt_s, double most_m_s, const BodyState& before,
+                              const SolverBody& body, const Flight& flight, const Way& way) {
+  if (!flight.supported) return {};
+  const PushOut beyond{way.linear_m * (1.0 / dt_s) - body.linear,
+                       way.angular_rad * (1.0 / dt_s) - body.angular};
+  const PushOut slowed{towards_first(beyond.linear, before.linear_velocity_m_s, body.linear),
+                       towards_first(beyond.angular, before.angular_velocity_rad_s, body.angular)};
+  PushOut pushed{beyond.linear - slowed.linear, beyond.angular - slowed.angular};
+  const PushOut whole = pushed;
+  limit_push_out(most_m_s, pushed);
+  return {beyond.linear + (pushed.linear - whole.linear),
+          beyond.angular + (pushed.angular - whole.angular)};
+}
+
+std::uint32_t solve_in_substeps(const SceneDescription& scene, double dt_s,
+                                std::span<const BodyId> ids, const Selection<BodyState>& states,
                                 std::span<const SolverBody> free, ContactProblem& problem,
                                 std::vector<PushOut>& push) {
   Substeps substeps;
-  const std::uint32_t count = substeps_of(settings);
+  const std::uint32_t count = substeps_of(scene.solver);
   begin_substeps(dt_s, count, states, problem, substeps);
   for (std::uint32_t i = 0; i < count; ++i) {
     if (i > 0) go_on(problem, substeps);
@@ -166,9 +187,11 @@ std::uint32_t solve_in_substeps(const SolverSettings& settings, double dt_s,
   end_substeps(problem, substeps);
   limit_gain(dt_s, states, free, problem);
   const Flights flights = find_flights(problem);
+  const double most_m_s = fastest_push_out_m_s(scene, ids);
   push.resize(states.size());
   for (std::size_t i = 0; i < states.size(); ++i)
-    push[i] = beyond_final_velocity(dt_s, problem.bodies[i], flights[i], substeps.ways[i]);
+    push[i] = beyond_final_velocity(dt_s, most_m_s, states[i], problem.bodies[i], flights[i],
+                                    substeps.ways[i]);
   return 2 * count;
 }
 

@@ -48,16 +48,17 @@ void go_on(ContactProblem& problem, Substeps& substeps);
 // After the last one: the rows have the step's impulses, and as targets what its end forbids.
 void end_substeps(ContactProblem& problem, const Substeps& substeps);
 
-// What a body moves beyond its final velocity times dt_s. Nothing if no impulse acted on it: it
-// flies.
-PushOut beyond_final_velocity(double dt_s, const SolverBody& body, const Flight& flight,
-                              const Way& way);
+// What a body moves beyond its final velocity times dt_s: between its first velocity and that, and
+// by push-out of at most `most_m_s` (ways.hpp). Nothing if no impulse acted on it: it flies.
+// `before`: the step's start.
+PushOut beyond_final_velocity(double dt_s, double most_m_s, const BodyState& before,
+                              const SolverBody& body, const Flight& flight, const Way& way);
 
 // All of it, for one problem. Returns the number of sweeps; `push` as in ContactSolution.
 // `free`: velocities after external forces. The impulses give the island no energy
 // (contact_work.hpp).
-std::uint32_t solve_in_substeps(const SolverSettings& settings, double dt_s,
-                                const Selection<BodyState>& states,
+std::uint32_t solve_in_substeps(const SceneDescription& scene, double dt_s,
+                                std::span<const BodyId> ids, const Selection<BodyState>& states,
                                 std::span<const SolverBody> free, ContactProblem& problem,
                                 std::vector<PushOut>& push);
 

@@ -150,6 +150,7 @@ TEST(CommandLine, JsonHasEveryDocumentedKey) {
                           "/error/momentum_drift_rel",
                           "/error/max_penetration_m",
                           "/error/constraint_residual",
+                          "/error/push_out_work_joule",
                           "/stages/boxes",
                           "/stages/islands_solved",
                           "/stages/ghosts_sent",

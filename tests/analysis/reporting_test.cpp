@@ -5,6 +5,7 @@
 
 #include "analysis/error_measures.hpp"
 #include "analysis/exit_codes.hpp"
+#include "analysis/measured_run.hpp"
 #include "analysis/nearest_name.hpp"
 #include "analysis/overrides.hpp"
 #include "analysis/text_table.hpp"
@@ -20,6 +21,17 @@ TEST(NearestName, FindsMisspeltNamesAndOnlyThose) {
   EXPECT_EQ(nearest_name("quit", names), "");
   EXPECT_EQ(nearest_name("", names), "");
   EXPECT_EQ(nearest_name(std::string(100000, 'x'), names), "");
+}
+
+TEST(BrokenPlan, IsALineThatCountsThoughItIsNotNeeded) {
+  MeasuredRun run;
+  run.plan = {{"friction rows", true, "rough", {}},
+              {"motor rows", false, "no joint has a motor", {}},
+              {"limit rows", false, "no joint has limits", {}}};
+  run.plan_counters = {5, 0, 1};
+  EXPECT_EQ(
+      broken_plan_lines(run),
+      std::vector<std::string>{"limit rows: not needed (no joint has limits), but counted 1"});
 }
 
 TEST(TextTable, ColumnsAreAsWideAsTheirWidestCell) {

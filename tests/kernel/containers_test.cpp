@@ -235,6 +235,38 @@ TEST(SlotTable, CountsWhatIsInUsePerRegister) {
   EXPECT_GT(now, 500);
 }
 
+// As many as an index is kept for: taken, given back and forgotten, a step costs the same however
+// many there are.
+TEST(SlotTable, CountsWhatIsInUseAmongVeryMany) {
+  SplitMix64 random(7);
+  SlotTable table;
+  std::map<std::pair<std::int64_t, std::uint32_t>, std::uint32_t> plain;
+  std::vector<OutputId> undoable;
+  std::int64_t now = 0;
+  for (int change = 0; change < 300'000; ++change) {
+    if (change % 1000 == 999) {  // all that was sent so far is irrevocable
+      undoable.clear();
+      now += change < 150'000 ? 1 : 90;
+      plain.erase(plain.begin(), plain.lower_bound({now + 1, 0}));
+    }
+    if (undoable.empty() || random.below(4) > 0) {
+      OutputId id{{now + 1 + static_cast<std::int64_t>(random.below(20'000)), 0},
+                  LpId{static_cast<std::uint32_t>(random.below(4))},
+                  0,
+                  0};
+      id.slot = table.take(id, {now, 0});
+      ASSERT_EQ(id.slot, (plain[{id.time.t, index_of(id.destination)}]++));
+      undoable.push_back(id);
+    } else {
+      const OutputId id = undoable.back();
+      undoable.pop_back();
+      ASSERT_EQ(table.release({now, 0}), id);
+      ASSERT_EQ(id.slot, (--plain[{id.time.t, index_of(id.destination)}]));
+    }
+  }
+  EXPECT_GT(now, 10'000);
+}
+
 TEST(SlotTableDeathTest, OnlyTheNextFreeSlotIsTakenAgain) {
   SlotTable table;
   const OutputId first{{5, 0}, LpId{1}, 0, 0};

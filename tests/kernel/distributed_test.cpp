@@ -109,14 +109,18 @@ TEST(Distributed, OrderSensitivePholdCommitsTheSequentialTrace) {
                              .seed = seed};
     const auto oracle = make_phold(model);
     const RunResult expected = run_sequential(oracle, {80, 0});
-    for (const std::uint32_t ranks : {2u, 3u, 4u}) {
-      const auto lps = make_phold(model);
-      const RunResult found = RankThreads::run(
-          ranks, lps, {80, 0},
-          {.threads = 1 + static_cast<unsigned>(seed % 2), .window = 10, .scheduling_seed = seed});
-      ASSERT_EQ(phold_digest(lps), phold_digest(oracle)) << "seed " << seed << ", ranks " << ranks;
-      EXPECT_EQ(found.counters.committed, expected.counters.committed);
-      rollbacks += found.counters.rollbacks;
+    for (const std::uint32_t ranks : {1u, 2u, 3u, 4u}) {
+      for (const std::uint64_t scheduling_seed : {std::uint64_t{0}, seed}) {
+        const auto lps = make_phold(model);
+        const RunResult found = RankThreads::run(ranks, lps, {80, 0},
+                                                 {.threads = 1 + static_cast<unsigned>(seed % 2),
+                                                  .window = 10,
+                                                  .scheduling_seed = scheduling_seed});
+        ASSERT_EQ(phold_digest(lps), phold_digest(oracle))
+            << "seed " << seed << ", ranks " << ranks << ", scheduling seed " << scheduling_seed;
+        EXPECT_EQ(found.counters.committed, expected.counters.committed);
+        rollbacks += found.counters.rollbacks;
+      }
     }
   }
   EXPECT_GT(rollbacks, 0u);
@@ -136,14 +140,15 @@ TEST(Distributed, LockstepRollsNothingBack) {
 TEST(Distributed, CheckpointsAreBoundedByTheWindowHoweverLongTheRun) {
   const PholdOptions model{
       .lps = 8, .start_events_per_lp = 4, .remote_per_mille = 500, .zero_delay_rounds = 2};
-  for (const std::int64_t window : {1, 6}) {
-    const auto lps = make_phold(model);
-    const RunResult result =
-        RankThreads::run(2, lps, {600, 0}, {.threads = 2, .window = window, .scheduling_seed = 1});
-    EXPECT_GT(result.counters.committed, 5000u);
-    const auto rounds_per_tick = static_cast<std::size_t>(model.zero_delay_rounds) + 1;
-    EXPECT_LE(phold_checkpoints(lps), static_cast<std::size_t>(window) * rounds_per_tick + 1);
-  }
+  for (const std::int64_t window : {1, 6})
+    for (const std::uint64_t seed : {0, 1}) {
+      const auto lps = make_phold(model);
+      const RunResult result = RankThreads::run(
+          2, lps, {600, 0}, {.threads = 2, .window = window, .scheduling_seed = seed});
+      EXPECT_GT(result.counters.committed, 5000u);
+      const auto rounds_per_tick = static_cast<std::size_t>(model.zero_delay_rounds) + 1;
+      EXPECT_LE(phold_checkpoints(lps), static_cast<std::size_t>(window) * rounds_per_tick + 1);
+    }
 }
 
 // Records come to the root whole, in the order of each rank, and none is missing at the end.

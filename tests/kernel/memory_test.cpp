@@ -68,13 +68,15 @@ std::vector<Way> all_ways() {
     }
   }
   for (const std::uint32_t ranks : {2u, 3u}) {
-    ways.push_back({describe(ranks, " ranks"), true, false,
-                    [=](const Lps& lps, VirtualTime end, std::int64_t window) {
-                      return RankThreads::run(
-                                 ranks, lps, end,
-                                 {.threads = 1, .window = window, .scheduling_seed = 1})
-                          .counters;
-                    }});
+    for (const std::uint64_t seed : {0, 1}) {
+      ways.push_back({describe(ranks, " ranks, seed ", seed), true, false,
+                      [=](const Lps& lps, VirtualTime end, std::int64_t window) {
+                        return RankThreads::run(
+                                   ranks, lps, end,
+                                   {.threads = 1, .window = window, .scheduling_seed = seed})
+                            .counters;
+                      }});
+    }
   }
   for (const std::uint64_t seed : {0, 1, 2, 3}) {
     ways.push_back({describe("virtual, adversary ", seed), false, false,

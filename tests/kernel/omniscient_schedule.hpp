@@ -44,7 +44,7 @@ class Schedule {
       if (collect_ == Collect::kAtOnce) collect_fossils();
     }
     for (TimeWarpProcess& process : processes_) {
-      process.take_back();
+      process.take_back(effects_.counters);
       process.commit(end_, effects_.counters);
     }
     return actions;

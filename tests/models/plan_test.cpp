@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "models/joint_cost.hpp"
 #include "tests/support/scenes.hpp"
 
 namespace soda::models {
@@ -133,6 +134,105 @@ TEST(Plan, ForcesLimitsAndMotorsAreThereOnlyIfSomethingHasThem) {
     EXPECT_EQ(result.stages.forced_bodies > 0, (has & 4) != 0);
     expect_unneeded_stages_cost_nothing(plan, result);
   }
+}
+
+TEST(Plan, APushedBallThatBouncesIsLookedAtForHitsAndNeverFlies) {
+  test::Scene scene(Vec3(0, 0, -9.81));
+  scene.ground({0.5, 0.7});
+  scene.body(scene.shape(physics::Sphere{0.5}), Vec3(0, 0, 0.8), Vec3::Zero(), {0.5, 0.0});
+  scene.description.forces = {{.force_newton = Vec3(1, 0, 0)}};
+  scene.description.bodies[0].forces = 0;
+  const RunOptions options{.steps = 60};
+  const std::vector<PlanLine> plan = make_plan(scene.description, 1, options);
+  EXPECT_TRUE(needs(plan, "hits among contacts"));
+  EXPECT_FALSE(needs(plan, "impacts in flight"));
+  EXPECT_FALSE(needs(plan, "refined steps of islands"));
+  const SimulationResult result = run_scene(scene, 1, options);
+  EXPECT_GT(result.stages.hit_searches, 0u);
+  expect_unneeded_stages_cost_nothing(plan, result);
+}
+
+TEST(Plan, WhatHangsOnASpringCanRestWithoutStatics) {
+  test::Scene scene(Vec3(0, 0, -9.81));
+  scene.body(scene.shape(physics::Box{}), Vec3(0, 0, 0));
+  scene.body(scene.shape(physics::Box{}), Vec3(0, 0, 2));
+  EXPECT_FALSE(needs(make_plan(scene.description, 1, {}), "contacts of bodies at rest"));
+  physics::Joint spring;
+  spring.kind = physics::JointKind::kSpring;
+  spring.stiffness_newton_m = 1.0;
+  scene.description.joints = {spring};
+  physics::order_joints(scene.description);
+  EXPECT_TRUE(needs(make_plan(scene.description, 1, {}), "contacts of bodies at rest"));
+}
+
+TEST(Plan, AFewBodiesHaveNoGiantIslandUnlessOnAMesh) {
+  test::Scene scene(Vec3(0, 0, -9.81));
+  scene.ground();
+  for (int i = 0; i < 5; ++i) scene.body(scene.shape(physics::Box{}), Vec3(2 * i, 0, 0.5));
+  EXPECT_FALSE(needs(make_plan(scene.description, 1, {}), "blocks of giant islands"));
+  physics::StaticBody slope;
+  slope.shape =
+      scene.shape(physics::TriangleMesh{{{-4, -4, 0}, {4, -4, 0}, {4, 4, 0}}, {{0, 1, 2}}});
+  scene.description.statics.push_back(slope);
+  EXPECT_TRUE(needs(make_plan(scene.description, 1, {}), "blocks of giant islands"));
+}
+
+// The input comes when GVT stands at its step, which the world may have executed by then.
+TEST(Plan, OneWorldOnTheVirtualClusterRollsBackForWhatAUserDoes) {
+  test::Scene scene;
+  scene.body(scene.shape(physics::Box{}), Vec3(0, 0, 0));
+  RunOptions options{.executor = ExecutorKind::kVirtual, .steps = 40};
+  EXPECT_FALSE(needs(make_plan(scene.description, 1, options), "rollback"));
+  UserInput push;
+  push.step = 20;
+  push.kind = InputKind::kPush;
+  push.impulse_newton_s = Vec3(1, 0, 0);
+  options.inputs.script = {push};
+  options.inputs.at_the_last_moment = true;
+  options.cluster.latency_ns = 60'000;
+  const std::vector<PlanLine> plan = make_plan(scene.description, 1, options);
+  EXPECT_TRUE(needs(plan, "rollback"));
+  const SimulationResult result = run_scene(scene, 1, options);
+  EXPECT_GT(result.events.rollbacks, 0u);
+  expect_unneeded_stages_cost_nothing(plan, result);
+}
+
+// A hub and its balls, or the same in a row.
+test::Scene joined_balls(int balls, bool star) {
+  test::Scene scene;
+  const std::uint32_t ball = scene.shape(physics::Sphere{0.1});
+  for (int i = 0; i <= balls; ++i) scene.body(ball, Vec3(i, 0, 0));
+  for (int i = 1; i <= balls; ++i) {
+    physics::Joint joint;
+    joint.a = physics::BodyId{static_cast<std::uint32_t>(star ? 0 : i - 1)};
+    joint.b = physics::BodyId{static_cast<std::uint32_t>(i)};
+    scene.description.joints.push_back(joint);
+  }
+  physics::order_joints(scene.description);
+  return scene;
+}
+
+TEST(JointCost, IsThatOfTheOrderInWhichThePhysicsEliminates) {
+  const auto multiplications = [](int balls, bool star) {
+    const std::vector<JointCost> costs = joint_costs(joined_balls(balls, star).description);
+    EXPECT_EQ(costs.size(), 1u);
+    EXPECT_EQ(costs.front().island.rows, 3u * static_cast<unsigned>(balls));
+    return static_cast<double>(costs.front().island.multiplications);
+  };
+  // Three rows below each other: 2 + 2 + 3.
+  EXPECT_EQ(multiplications(1, true), 7.0);
+  EXPECT_NEAR(multiplications(80, true) / multiplications(40, true), 8.0, 0.3);
+  EXPECT_NEAR(multiplications(80, false) / multiplications(40, false), 2.0, 0.1);
+}
+
+TEST(JointCost, ALargeStarIsCostlyAndAChainIsNot) {
+  EXPECT_TRUE(costly_islands(joined_balls(200, false).description).empty());
+  EXPECT_TRUE(costly_islands(joined_balls(6, true).description).empty());
+  const test::Scene star = joined_balls(200, true);
+  const std::vector<JointCost> costly = costly_islands(star.description);
+  ASSERT_EQ(costly.size(), 1u);
+  EXPECT_GT(costly.front().of_the_rest, 10.0);
+  EXPECT_NE(words_for(star.description, costly.front()).find("201 bodies"), std::string::npos);
 }
 
 TEST(Plan, OptimisticWorldsNeedHistory) {

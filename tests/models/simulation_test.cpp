@@ -59,7 +59,7 @@ TEST(Simulation, OptimisticWorldsRollBackAndStillGiveTheBitsOfTheBarePhysicsLoop
   for (const std::uint32_t worlds : {2u, 8u, 64u}) {
     for (const std::int64_t buffer : {1, 4, 48}) {
       for (const unsigned threads : {1u, 2u, 4u}) {
-        for (const std::uint64_t seed : {1u, 2u}) {
+        for (const std::uint64_t seed : {0u, 1u, 2u}) {
           const auto [digests, result] = run(scene, blocks(worlds),
                                              {.executor = ExecutorKind::kThreads,
                                               .threads = threads,
@@ -205,18 +205,20 @@ TEST(Simulation, ANumericalFaultIsTheSameForAllExecutorsAndKeepsWhatCameBefore) 
   EXPECT_EQ(sequential.fault->body_label, scene.description.bodies.back().label);
   EXPECT_EQ(sequential.committed_steps, sequential.fault->step);
   EXPECT_GT(sequential.committed_steps, 3) << "nothing came before";
-  const auto [digests, optimistic] = run(scene, blocks(8),
-                                         {.executor = ExecutorKind::kThreads,
-                                          .threads = 2,
-                                          .steps = 2000,
-                                          .buffer = 4,
-                                          .scheduling_seed = 3});
-  ASSERT_TRUE(optimistic.fault.has_value());
-  EXPECT_EQ(optimistic.fault->step, sequential.fault->step);
-  EXPECT_EQ(optimistic.fault->body_label, sequential.fault->body_label);
-  EXPECT_EQ(optimistic.fault->what, sequential.fault->what);
-  EXPECT_EQ(digests, expected);
-  EXPECT_EQ(static_cast<std::int64_t>(digests.size()), sequential.committed_steps);
+  for (const std::uint64_t seed : {0u, 3u}) {
+    const auto [digests, optimistic] = run(scene, blocks(8),
+                                           {.executor = ExecutorKind::kThreads,
+                                            .threads = 2,
+                                            .steps = 2000,
+                                            .buffer = 4,
+                                            .scheduling_seed = seed});
+    ASSERT_TRUE(optimistic.fault.has_value());
+    EXPECT_EQ(optimistic.fault->step, sequential.fault->step);
+    EXPECT_EQ(optimistic.fault->body_label, sequential.fault->body_label);
+    EXPECT_EQ(optimistic.fault->what, sequential.fault->what);
+    EXPECT_EQ(digests, expected);
+    EXPECT_EQ(static_cast<std::int64_t>(digests.size()), sequential.committed_steps);
+  }
 }
 
 TEST(Simulation, NoStepsMeansTheInitialStates) {

@@ -171,5 +171,20 @@ TEST(Rest, BodiesInTouchWithoutGravityAreLeftAlone) {
   EXPECT_EQ(world.counters.islands_at_rest, 10u);
 }
 
+TEST(Rest, AGiantIslandThatASpringHoldsToTheWorldIsLeftAloneToo) {
+  World world;
+  const std::uint32_t box = world.add_shape(Box{});
+  for (int i = 0; i < 216; ++i) world.add_body(box, Vec3(i % 6, i / 6 % 6, i / 36));
+  Joint spring;
+  spring.kind = JointKind::kSpring;
+  spring.anchor_b_m = world.states[0].position_m;
+  spring.stiffness_newton_m = 1.0;
+  spring.reach_m = 0.1;
+  world.scene.joints = {spring};
+  order_joints(world.scene);
+  world.run(3);
+  EXPECT_EQ(world.counters.islands_at_rest, 3u);
+}
+
 }  // namespace
 }  // namespace soda::physics

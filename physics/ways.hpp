@@ -1,0 +1,39 @@
+// How far a step can take a body: what its island's energy allows, and a bounded push-out.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "physics/advance.hpp"
+#include "physics/contact_solver.hpp"
+
+namespace soda::physics {
+
+// The fastest that bodies of an island are moved beyond their velocities: 2 widths of its widest
+// one a second, as a contact asks for 2 of its smaller body at most. Turns: 4 radians a second, 2
+// widths at the distance of half of one.
+double fastest_push_out_m_s(const SceneDescription& scene, std::span<const BodyId> ids);
+inline constexpr double kFastestPushOut_rad_s = 4.0;
+
+// Shortens what is faster. Direction stays.
+void limit_push_out(double most_m_s, PushOut& push);
+void limit_push_out(double most_m_s, std::span<PushOut> push);
+
+// An island at the start of a step, for comparison with its end.
+struct StartOfWay {
+  std::vector<Vec3> positions_m;
+  double energy_joule = 0.0;  // of motion, and what springs hold
+};
+void start_ways(const SceneDescription& scene, std::span<const BodyId> ids,
+                std::span<const ContactManifold> manifolds, std::span<const BodyState> states,
+                StartOfWay& start);
+
+// Appends a fault for each body that has come farther in dt_s than it can have: at the speed that
+// it would have with all energy of its island, what forces and surfaces that slide along can add in
+// the step included, and by push-out. Contacts and springs give no energy. Islands with other
+// joints are left out: these are closed by any way that it takes. `start`: of the same bodies.
+void report_impossible_ways(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
+                            std::span<const ContactManifold> manifolds, const StartOfWay& start,
+                            std::span<const BodyState> states, std::vector<AdvanceFault>& faults);
+
+}  // namespace soda::physics
