@@ -14,6 +14,7 @@
 #include "analysis/nearest_name.hpp"
 #include "analysis/output_file.hpp"
 #include "analysis/text_table.hpp"
+#include "analysis/whole/search_json.hpp"
 #include "scenarios/read_scenario.hpp"
 
 namespace soda::analysis {

@@ -10,7 +10,7 @@ namespace soda::analysis {
 inline constexpr int kExitOk = 0;
 inline constexpr int kExitCheckFailed = 1;  // the program worked, and what it checked is not so
 inline constexpr int kExitInput = 2;        // command line or scenario
-inline constexpr int kExitFile = 3;  // cannot be opened, read or written; no log; no memory, threads
+inline constexpr int kExitFile = 3;  // not opened, read or written; no log; no memory, no threads
 inline constexpr int kExitNumerical = 4;  // a fault was committed: see NumericalFailure
 inline constexpr int kExitInternal = 70;  // a defect of soda
 inline constexpr int kExitSignal = 128;   // and the number of the signal that ended a run early

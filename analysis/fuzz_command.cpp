@@ -4,11 +4,11 @@
 #include <ostream>
 
 #include "analysis/exit_codes.hpp"
-#include "analysis/json_output.hpp"
 #include "analysis/output_file.hpp"
 #include "analysis/seed_range.hpp"
 #include "analysis/stopwatch.hpp"
 #include "analysis/text_table.hpp"
+#include "analysis/whole/search_json.hpp"
 #include "scenarios/read_scenario.hpp"
 
 namespace soda::analysis {

@@ -1,4 +1,5 @@
-// All JSON that `soda` prints. Keys are documented in README.md, "JSON output".
+// All JSON that `soda` prints but for what searches find (whole/search_json.hpp). Keys are
+// documented in README.md, "JSON output".
 #pragma once
 
 #include <string>
@@ -6,12 +7,9 @@
 
 #include "analysis/accuracy_command.hpp"
 #include "analysis/anticipation.hpp"
-#include "analysis/extremes.hpp"
-#include "analysis/fuzz_command.hpp"
 #include "analysis/phold_command.hpp"
 #include "analysis/rollback_command.hpp"
 #include "analysis/run_report.hpp"
-#include "analysis/swarm_command.hpp"
 #include "analysis/verify_command.hpp"
 #include "models/plan.hpp"
 
@@ -26,9 +24,6 @@ std::string verification_json(const Verification& verification);
 std::string accuracy_json(const AccuracyReport& report);
 std::string anticipation_json(const AnticipationReport& report);
 std::string rollback_json(const RollbackReport& report);
-std::string extremes_json(const ExtremesReport& report);
-std::string fuzz_json(const FuzzResult& result);
-std::string swarm_json(const SwarmResult& result);
 std::string phold_json(const PholdRequest& request, const PholdRun& run);
 
 }  // namespace soda::analysis

@@ -4,10 +4,10 @@
 #include <ostream>
 
 #include "analysis/exit_codes.hpp"
-#include "analysis/json_output.hpp"
 #include "analysis/seed_range.hpp"
 #include "analysis/stopwatch.hpp"
 #include "analysis/text_table.hpp"
+#include "analysis/whole/search_json.hpp"
 
 namespace soda::analysis {
 namespace {

@@ -1,9 +1,13 @@
 #include "analysis/whole/search_json.hpp"
 
+#include <cmath>
+
 #include "analysis/whole/scene_parts.hpp"
 
 namespace soda::analysis {
 namespace {
+
+std::string finite_or_null(double value) { return std::isfinite(value) ? json_of(value) : "null"; }
 
 template <class Items, class Text>
 std::string list_of(const Items& items, Text text) {
@@ -20,7 +24,90 @@ std::string lines_of(const SceneObject& object) {
   return text + "\n}\n";
 }
 
+std::string list_of(const std::vector<FileWarnings>& files) {
+  std::vector<SceneObject> lines;
+  for (const auto& [file, warnings] : files)
+    for (const scenarios::InputWarning& warning : warnings)
+      lines.emplace_back()
+          .set("kind", quoted(warning.kind))
+          .set("file", quoted(file))
+          .set("line", json_of(warning.line))
+          .set("column", json_of(warning.column))
+          .set("pointer", quoted(warning.pointer))
+          .set("found", quoted(warning.found))
+          .set("likely", quoted(warning.likely))
+          .set("more", json_of(warning.more));
+  return list_of(lines, [](const SceneObject& line) { return line.text(); });
+}
+
 }  // namespace
+
+std::string swarm_json(const SwarmResult& result) {
+  SceneObject json;
+  json.set("trials", json_of(result.trials))
+      .set("out_of_time", json_of(result.out_of_time))
+      .set("wall_s", json_of(result.wall_s))
+      .set("executed", json_of(result.sums.executed))
+      .set("rolled_back", json_of(result.sums.rolled_back))
+      .set("committed", json_of(result.sums.committed))
+      .set("rollbacks", json_of(result.sums.rollbacks))
+      .set("anti_messages", json_of(result.sums.anti_messages))
+      .set("failed", json_of(result.failure.has_value()))
+      .set("warnings", list_of(result.warnings));
+  if (!result.failure) return lines_of(json);
+  SceneObject failure;
+  failure.set("scenario", quoted(result.failure->file))
+      .set("seed", json_of(result.failure->seed))
+      .set("what", quoted(result.failure->what))
+      .set("shrunk_what", quoted(result.failure->smallest.what))
+      .set("command", quoted(result.failure->command));
+  return lines_of(json.set("failure", failure.text()));
+}
+
+std::string fuzz_json(const FuzzResult& result) {
+  const FuzzSums& sums = result.sums;
+  SceneObject json;
+  json.set("trials", json_of(result.trials))
+      .set("out_of_time", json_of(result.out_of_time))
+      .set("wall_s", json_of(result.wall_s))
+      .set("steps", json_of(sums.steps))
+      .set("islands", json_of(sums.islands))
+      .set("contact_points", json_of(sums.contact_points))
+      .set("most_iterations", json_of(sums.most_iterations))
+      .set("most_multiplications", json_of(sums.most_multiplications))
+      .set("largest_gain_rel", finite_or_null(sums.largest_gain))
+      .set("push_out_work_joule", finite_or_null(sums.push_out_work_joule))
+      .set("warnings", list_of(result.warnings));
+  json.set("failures", list_of(result.failures, [](const FuzzFailure& failure) {
+             SceneObject line;
+             return line.set("seed", json_of(failure.seed))
+                 .set("file", quoted(failure.file))
+                 .set("what", quoted(failure.what))
+                 .set("shrunk_what", quoted(failure.shrunk_what))
+                 .set("scenario", quoted(failure.text))
+                 .text();
+           }));
+  return lines_of(json);
+}
+
+std::string extremes_json(const ExtremesReport& report) {
+  SceneObject json;
+  json.set("must", json_of(kExtremesMust))
+      .set("stretch", json_of(kExtremesStretch))
+      .set("missed", json_of(report.beyond(kExtremesMust)));
+  json.set("runs", list_of(report.runs, [](const ExtremeRun& run) {
+             SceneObject line;
+             return line.set("size_m", json_of(run.setting.size_m))
+                 .set("dt_s", json_of(run.setting.dt_s))
+                 .set("offset_m", json_of(run.setting.offset_m))
+                 .set("mass_kg", json_of(run.setting.mass_kg))
+                 .set("steps", json_of(run.steps))
+                 .set("displacement_rel", finite_or_null(run.displacement_rel))
+                 .set("fault", run.fault.empty() ? "null" : quoted(run.fault))
+                 .text();
+           }));
+  return lines_of(json);
+}
 
 std::string whole_json(const WholeResult& result) {
   const WholeSums& sums = result.sums;

@@ -1,14 +1,20 @@
-// Results of the searches over whole scenarios as JSON: one object, keys as in README.md, "JSON
+// Results of searches over many scenes or runs as JSON: one object, keys as in README.md, "JSON
 // output".
 #pragma once
 
 #include <string>
 
+#include "analysis/extremes.hpp"
+#include "analysis/fuzz_command.hpp"
+#include "analysis/swarm_command.hpp"
 #include "analysis/whole/continuity_command.hpp"
 #include "analysis/whole/whole_command.hpp"
 
 namespace soda::analysis {
 
+std::string swarm_json(const SwarmResult& result);
+std::string fuzz_json(const FuzzResult& result);
+std::string extremes_json(const ExtremesReport& report);
 std::string whole_json(const WholeResult& result);
 std::string continuity_json(const ContinuityResult& result);
 
