@@ -118,7 +118,7 @@ class Checks {
   void step(std::int64_t number, std::vector<BodyState>& states) {
     number_ = number;
     const std::vector<BodyState> before = states;
-    const std::uint64_t searches = counters_.impact_searches;
+    const std::uint64_t searches = counters_.impact_searches();
     physics::step(scene_, geometry_, ids_, states, scratch_, report_, counters_);
     for (const AdvanceFault& fault : report_.faults) fail(fault.body, fault.what);
     for (std::size_t i = 0; i < states.size(); ++i)
@@ -138,7 +138,7 @@ class Checks {
       const IslandStates of_island = states_of(i, before, states);
       check_island(island, change, of_island);
       check_momentum(island, of_island);
-      if (counters_.impact_searches == searches) check_ways(of_island);
+      if (counters_.impact_searches() == searches) check_ways(of_island);
     }
     for (std::size_t i = 0; i < states.size(); ++i) check_place(i, before[i], states[i]);
     for (const std::uint32_t body : islands.free_bodies) {
