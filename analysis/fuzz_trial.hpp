@@ -30,11 +30,12 @@ void add(const FuzzSums& more, FuzzSums& sums);
 //   hold where something in its island has overlapped by as much: nothing says where out is), or a
 //   point of it gets faster than 100 times all that it could come from: the largest speed of any
 //   point at the start, what gravity adds in the run, what push-out may reach;
-// - way: where no impacts were counted in the step, a body without joints moves by more than the
+// - way: where no impact was looked for within the step, a body without joints moves by more than
+// the
 //   fastest of its island, before or after, gravity and push-out take it;
 // - momentum: an island's, without joints, changes by other than gravity and what statics are
 // reported to give, by
-//   more than 1e-9 of its masses at the speed of the fastest point so far;
+//   more than 1e-7 of its masses at the speed of the fastest point so far;
 // - work: an island takes more solver iterations or multiplications than its size explains.
 FuzzSums run_fuzz_trial(const scenarios::Scenario& scenario);
 

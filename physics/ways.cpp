@@ -73,7 +73,17 @@ void limit_push_out(double most_m_s, PushOut& push) {
 }
 
 void limit_push_out(double most_m_s, std::span<PushOut> push) {
-  for (PushOut& p : push) limit_push_out(most_m_s, p);
+  double share = 1.0;
+  for (const PushOut& p : push) {
+    const double linear = p.linear.norm(), angular = p.angular.norm();
+    if (linear * share > most_m_s) share = most_m_s / linear;
+    if (angular * share > kFastestPushOut_rad_s) share = kFastestPushOut_rad_s / angular;
+  }
+  if (share == 1.0) return;
+  for (PushOut& p : push) {
+    p.linear *= share;
+    p.angular *= share;
+  }
 }
 
 namespace {
@@ -116,7 +126,7 @@ void report_impossible_ways(const SceneDescription& scene, double dt_s, std::spa
     const double most_m =
         dt_s * (fastest_m_s + pushed_m_s) + kRounding * start.positions_m[i].norm();
     const double way_m = (states[i].position_m - start.positions_m[i]).norm();
-    if (!(way_m <= most_m)) faults.push_back({ids[i], impossible_way(way_m, most_m)});
+    if (way_m > most_m) faults.push_back({ids[i], impossible_way(way_m, most_m)});
   }
 }
 

@@ -15,7 +15,8 @@ namespace soda::physics {
 double fastest_push_out_m_s(const SceneDescription& scene, std::span<const BodyId> ids);
 inline constexpr double kFastestPushOut_rad_s = 4.0;
 
-// Shortens what is faster. Direction stays.
+// Shortens what is faster. Direction stays; of an island, also the proportions in which bodies
+// part.
 void limit_push_out(double most_m_s, PushOut& push);
 void limit_push_out(double most_m_s, std::span<PushOut> push);
 
