@@ -191,7 +191,7 @@ TEST_F(FileOnDisk, WithAZeroByteInItsNameIsAFileError) {
 }
 
 TEST_F(FileOnDisk, ThatNeverEndsIsRefused) {
-  EXPECT_THROW(read_scenario_file("/dev/zero"), InputError);
+  EXPECT_THROW(read_scenario_file("/dev/zero"), FileError);
 }
 
 class MeshOnDisk : public FileOnDisk {
