@@ -244,11 +244,12 @@ class Checks {
     return most;
   }
 
-  // Where no impact within the step was looked for, no body is faster than the fastest of its
+  // Where no impact within the step was looked for, no body is faster than twice the fastest of its
   // island before or after, whose spin may have become speed in between. Joints pass on more than
   // that.
   void check_ways(const IslandStates& island) const {
     constexpr double kRoundingOfPlaces = 1e-12;
+    constexpr double kOfHeavy = 2.0;  // at which something heavy makes what is light fly off
     const double g = scene_.gravity_m_s2.norm(), dt = scene_.dt_s;
     double fastest_m_s = 0.0;
     for (std::size_t i = 0; i < island.ids.size(); ++i) {
@@ -258,7 +259,8 @@ class Checks {
             fastest_m_s, std::sqrt(2.0 * kinetic_joule(scene_, {&island.ids[i], 1}, {&state, 1}) /
                                    scene_.bodies[index_of(island.ids[i])].mass_kg));
     }
-    const double most_m_s = fastest_m_s + g * dt + fastest_push_out_m_s(scene_, island.ids);
+    const double most_m_s =
+        kOfHeavy * fastest_m_s + g * dt + fastest_push_out_m_s(scene_, island.ids);
     for (std::size_t i = 0; i < island.ids.size(); ++i) {
       const double way_m = (island.after[i].position_m - island.before[i].position_m).norm();
       const double most_m = dt * most_m_s + kRoundingOfPlaces * island.before[i].position_m.norm();
