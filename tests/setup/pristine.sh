@@ -28,9 +28,9 @@ make_base() {
   mirror=$(apt-get indextargets --format '$(REPO_URI) $(CODENAME)' 'Created-By: Packages' |
     awk '$2 == "bookworm" { print $1; exit }')
   [[ -n $mirror ]] || skip "apt on this machine knows no Debian mirror"
-  mmdebstrap --quiet --variant=minbase --include=ca-certificates,sudo bookworm "$base.new" "$mirror" ||
+  mmdebstrap --quiet --variant=minbase --include=ca-certificates,sudo bookworm "${base%.tar}-new.tar" "$mirror" ||
     skip "no base system from $mirror"
-  mv "$base.new" "$base"
+  mv "${base%.tar}-new.tar" "$base"
 }
 [[ -f $base ]] || make_base
 
