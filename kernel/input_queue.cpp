@@ -99,6 +99,8 @@ void InputQueue::undo(VirtualTime from) {
   boundary_ = from;
 }
 
+// What is pending can be earlier than `gvt`, too: an LP that has coasted back executes it again. So
+// antis before `gvt` can lie in the tree.
 void InputQueue::drop_antis(VirtualTime gvt) {
   const auto drop = [&](const Entry& entry) { return entry.anti && entry.time() < gvt; };
   std::uint32_t dropped_passed = 0;
@@ -110,9 +112,16 @@ void InputQueue::drop_antis(VirtualTime gvt) {
   Entry* const kept = std::remove_if(near_.begin(), near_.end(), drop);
   near_.truncate(static_cast<std::size_t>(kept - near_.begin()));
   passed_ -= dropped_passed;
-  if (passed_ < near_.size() || !has_far()) return;
-  refill();
-  if (antis_ > 0 && first_anti() < gvt) drop_antis(gvt);
+  if (!has_far()) return;
+  for (auto at = far_->begin(); at != far_->end() && at->second.time() < gvt;) {
+    if (drop(at->second)) {
+      release(at->second);
+      at = far_->erase(at);
+    } else {
+      ++at;
+    }
+  }
+  if (passed_ == near_.size()) refill();
 }
 
 // From the near ones to the tree, until half as many are left as may be near.

@@ -315,6 +315,8 @@ void Worker::commit(const GvtOutcome& outcome) {
     process.commit(gvt_, effects_.counters);
     if (process.has_antis()) process.forget(gvt_);
     uncommitted_.update(own, process.uncommitted_from());
+    SODA_ASSERT(uncommitted_.time_of(own) >= gvt_, "LP ", index_of(process.id()), " holds ",
+                uncommitted_.time_of(own), " after its commit to ", gvt_);
   }
   collect_journal();
 }

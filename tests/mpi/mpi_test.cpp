@@ -135,7 +135,7 @@ TEST_F(Mpi, AnErrorIsPrintedOnceAndFirstAndEndsAllRanksWithItsCode) {
     std::string message;
   };
   const std::vector<Case> cases = {
-      {{"run", "/nowhere.json", "--executor", "mpi"}, 3, "soda: /nowhere.json: cannot be opened"},
+      {{"run", "/nowhere.json", "--executor", "mpi"}, 3, "soda: /nowhere.json: cannot be read"},
       {{"run", scene, "--executor", "threads"}, 2, "soda: started by mpirun with another"},
       {{"run", scene, "--worlds", "0", "--executor", "mpi"}, 2, "soda: --worlds"},
       {{"plan", scene}, 2, "soda: started by mpirun; only"},
