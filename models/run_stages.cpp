@@ -15,6 +15,11 @@ bool hears_from_outside(const RunOptions& options) {
   return options.inputs.any() || !options.outsides.empty();
 }
 
+// The second execution takes over what the first one has computed.
+bool executes_twice(const RunOptions& options) {
+  return options.executor == ExecutorKind::kVirtual && options.cluster.check_purity;
+}
+
 }  // namespace
 
 ExecutorKind executor_of(const RunOptions& options, std::uint32_t worlds) {
@@ -41,7 +46,7 @@ Need rollback_needed(const RunOptions& options, std::uint32_t worlds) {
 
 Need repetition_needed(const RunOptions& options, std::uint32_t worlds) {
   const Need rollback = rollback_needed(options, worlds);
-  if (!rollback) return rollback;
+  if (!rollback && !executes_twice(options)) return rollback;
   if (worlds == 1) return {false, "one world repeats whole steps"};
   if (options.rollback == RollbackMode::kInvalidate)
     return {false, "rollbacks invalidate whole entries"};

@@ -3,6 +3,7 @@
 
 #include "scenarios/cross_checks.hpp"
 #include "scenarios/placed_boxes.hpp"
+#include "models/joint_cost.hpp"
 #include "scenarios/warnings.hpp"
 
 namespace soda::scenarios {
@@ -83,6 +84,19 @@ struct Checker {
 void check_anchors(const Written& written, WarningList& warnings) {
   for (const JointSpec& spec : written.document.joints)
     std::visit(Checker{written, warnings}, spec);
+}
+
+void check_joint_cost(const Written& written, WarningList& warnings) {
+  const physics::SceneDescription& scene = written.scenario.scene;
+  if (scene.joints.empty()) return;
+  const double step_ns = 1e9 * scene.dt_s;
+  for (const models::JointCost& cost : models::costly_islands(scene)) {
+    if (static_cast<double>(cost.factors_ns) <= step_ns) return;
+    warnings.add("joint-cost", *find_member(*written.document.json, "joints"), [&] {
+      return WarningText{models::words_for(scene, cost) + "; longer than the step itself",
+                         "fewer joints on one body, or islands that do not hang together"};
+    });
+  }
 }
 
 }  // namespace soda::scenarios

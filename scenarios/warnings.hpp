@@ -57,6 +57,7 @@ std::vector<InputWarning> find_warnings(const Written& written);
 void check_overlaps(const Written& written, WarningList& warnings);
 void check_floors(const Written& written, WarningList& warnings);
 void check_anchors(const Written& written, WarningList& warnings);
+void check_joint_cost(const Written& written, WarningList& warnings);
 void check_meshes(const Written& written, WarningList& warnings);
 void check_domain(const Written& written, WarningList& warnings);
 void check_time(const Written& written, WarningList& warnings);

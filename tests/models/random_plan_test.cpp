@@ -172,6 +172,7 @@ RunOptions random_run(const test::Scene& scene, Choices& choices) {
   run.cluster.processors = static_cast<unsigned>(1 + choices.below(4));
   run.cluster.latency_ns = static_cast<std::int64_t>(choices.below(200'000));
   run.cluster.jitter_ns = static_cast<std::int64_t>(choices.below(50'000));
+  run.cluster.check_purity = run.rollback != RollbackMode::kWarm && one_in(3, choices);
   run.inputs = random_inputs(scene, run.steps, choices);
   return run;
 }

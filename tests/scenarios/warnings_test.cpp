@@ -198,6 +198,34 @@ TEST(Warnings, OfAHeapInOnePlaceAreTakenBodyByBody) {
   EXPECT_EQ(warnings.back().more, 999u - kListedWarnings);
 }
 
+// A hub with many spokes fills in, a chain of as many joints does not.
+TEST(Warnings, TellOfJointsThatTakeLongerThanTheStep) {
+  const auto with_spokes = [](int spokes, bool chain) {
+    std::string bodies, joints;
+    for (int i = 0; i < spokes; ++i) {
+      const std::string id = std::to_string(10 + i);
+      const std::string other = chain ? std::to_string(i == 0 ? 2 : 9 + i) : "2";
+      const std::string place = "[3, " + std::to_string(i % 20) + ", " + std::to_string(8 + i) + "]";
+      bodies += R"(, {"id": )" + id +
+                R"(, "shape": {"type": "sphere", "radius_m": 0.2}, "mass_kg": 1,
+                       "material": "wood", "position_m": )" +
+                place + "}";
+      joints += (i ? "," : "") + (R"({"id": )" + id + R"(, "type": "ball", "body": )") + id +
+                R"(, "other_body": )" + other + R"(, "anchor_m": )" + place + "}";
+    }
+    const std::string text = replaced(kGoodScenario, "\"joints\": []", "\"joints\": [" + joints + "]");
+    const std::size_t end = text.find("]", text.find("\"position_m\": [3, 0, 5]")) + 2;
+    return text.substr(0, end) + bodies + text.substr(end);
+  };
+  const auto of_hub = warnings_of(with_spokes(200, false));
+  const auto cost = std::ranges::find(of_hub, "joint-cost", &InputWarning::kind);
+  ASSERT_NE(cost, of_hub.end());
+  EXPECT_EQ(cost->pointer, "/joints");
+  EXPECT_NE(cost->found.find("201 bodies"), std::string::npos) << cost->found;
+  for (const InputWarning& warning : warnings_of(with_spokes(200, true)))
+    EXPECT_NE(warning.kind, "joint-cost") << warning.found;
+}
+
 TEST(Warnings, OfScenesOfTheLibraryAreNone) {
   for (const auto& file : library_files())
     for (const InputWarning& warning : read_scenario_file(file.string()).warnings)
