@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <functional>
+#include <iomanip>
 #include <sstream>
 
 #include "kernel/hash_mix.hpp"
@@ -27,21 +29,50 @@ std::string scene_file(const std::string& scene) {
   return SODA_SOURCE_DIR "/scenarios/" + scene + ".json";
 }
 
-GoldenRun golden_run(const std::string& scene) {
-  const scenarios::Scenario scenario = scenarios::read_scenario_file(scene_file(scene));
+namespace {
+
+// In sequence and undivided; `digest` is made of the digests after every step.
+models::SimulationResult run_plainly(const scenarios::Scenario& scenario, std::int64_t steps,
+                                     const std::function<void(std::uint64_t)>& on_digest) {
   models::TerritoryOptions one = scenario.territory;
   one.worlds = 1;
-  GoldenRun run{.scene = scene, .steps = scenario.run.steps};
   models::CommitObserver observer;
   observer.wants_states = true;
-  observer.on_step = [&run](const models::CommittedStep& step) {
-    run.steps_digest = kernel::append(run.steps_digest, physics::digest(step.ids, step.states));
+  observer.on_step = [&](const models::CommittedStep& step) {
+    on_digest(physics::digest(step.ids, step.states));
   };
+  return models::simulate(scenario.scene, scenario.initial, models::make_territory_map(one, {}),
+                          {.steps = steps, .inputs = scenario.run.inputs}, observer);
+}
+
+// By the number of bodies, not by time: the same on every machine.
+std::int64_t first_steps_of(const scenarios::Scenario& scenario) {
+  constexpr std::int64_t kBodySteps = 2000, kLeast = 12;
+  const auto bodies = static_cast<std::int64_t>(scenario.initial.size());
+  return std::min(scenario.run.steps, std::max(kLeast, kBodySteps / (1 + bodies)));
+}
+
+}  // namespace
+
+GoldenRun golden_run(const std::string& scene) {
+  const scenarios::Scenario scenario = scenarios::read_scenario_file(scene_file(scene));
+  GoldenRun run{
+      .scene = scene, .steps = scenario.run.steps, .first_steps = first_steps_of(scenario)};
+  std::int64_t step = 0;
   const models::SimulationResult result =
-      models::simulate(scenario.scene, scenario.initial, models::make_territory_map(one, {}),
-                       {.steps = run.steps, .inputs = scenario.run.inputs}, observer);
+      run_plainly(scenario, run.steps, [&](std::uint64_t digest) {
+        run.steps_digest = kernel::append(run.steps_digest, digest);
+        if (++step == run.first_steps) run.first_digest = run.steps_digest;
+      });
   run.last = models::final_digest(result);
   return run;
+}
+
+std::uint64_t digest_of_first_steps(const std::string& scene, std::int64_t steps) {
+  std::uint64_t all = 0;
+  run_plainly(scenarios::read_scenario_file(scene_file(scene)), steps,
+              [&](std::uint64_t digest) { all = kernel::append(all, digest); });
+  return all;
 }
 
 std::vector<GoldenRun> stored_runs() {
@@ -49,7 +80,8 @@ std::vector<GoldenRun> stored_runs() {
   std::vector<GoldenRun> stored;
   for (std::string line; std::getline(file, line);) {
     GoldenRun run;
-    std::istringstream(line) >> run.scene >> run.steps >> std::hex >> run.last >> run.steps_digest;
+    std::istringstream(line) >> run.scene >> run.steps >> std::hex >> run.last >> run.steps_digest >>
+        std::dec >> run.first_steps >> std::hex >> run.first_digest;
     stored.push_back(run);
   }
   return stored;
@@ -57,13 +89,14 @@ std::vector<GoldenRun> stored_runs() {
 
 std::string to_line(const GoldenRun& run) {
   std::ostringstream line;
-  line << run.scene << " " << run.steps << std::hex;
-  for (const std::uint64_t digest : {run.last, run.steps_digest}) {
-    line << " ";
-    line.width(16);
-    line.fill('0');
-    line << digest;
-  }
+  const auto add = [&line](std::uint64_t digest) {
+    line << " " << std::hex << std::setw(16) << std::setfill('0') << digest << std::dec;
+  };
+  line << run.scene << " " << run.steps;
+  add(run.last);
+  add(run.steps_digest);
+  line << " " << run.first_steps;
+  add(run.first_digest);
   return line.str();
 }
 

@@ -13,6 +13,8 @@ struct GoldenRun {
   std::int64_t steps = 0;
   std::uint64_t last = 0;   // digest of the state after the last step: what `soda run` prints
   std::uint64_t steps_digest = 0;  // digest of the digests after every step
+  std::int64_t first_steps = 0;    // what code that is not optimised runs in a second or few
+  std::uint64_t first_digest = 0;  // digest of the digests after each of them
 
   bool operator==(const GoldenRun&) const = default;
 };
@@ -23,6 +25,9 @@ std::string scene_file(const std::string& scene);
 
 // Runs all steps of the scene.
 GoldenRun golden_run(const std::string& scene);
+
+// Runs `steps` of it; returns the digest of the digests after each.
+std::uint64_t digest_of_first_steps(const std::string& scene, std::int64_t steps);
 
 // tests/golden/digests.txt, a line a run; update.sh writes it.
 std::vector<GoldenRun> stored_runs();
