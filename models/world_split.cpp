@@ -6,6 +6,7 @@
 
 #include "models/world.hpp"
 #include "physics/solve_choice.hpp"
+#include "physics/ways.hpp"
 
 namespace soda::models {
 
@@ -90,11 +91,17 @@ bool World::take_split(Bag bag) {
   }
   ++counters_.mixed_islands;
   ++counters_.islands_split;
+  const physics::SceneDescription& scene = *rules_.scene;
+  physics::WayBounds bounds;
+  physics::bound_ways(scene, scene.dt_s, scratch_.island_ids, (*split)->island().manifolds,
+                      scratch_.island_states, bounds);
   for (const BlockNews::Moved& moved : heard->bodies) {
-    const auto place =
+    const auto at =
         std::lower_bound(scratch_.island_ids.begin(), scratch_.island_ids.end(), moved.id);
-    scratch_.island_states[static_cast<std::size_t>(place - scratch_.island_ids.begin())] =
-        moved.state;
+    const auto place = static_cast<std::size_t>(at - scratch_.island_ids.begin());
+    scratch_.island_states[place] = moved.state;
+    physics::report_impossible_way(scene, scene.dt_s, bounds, place, moved.id, moved.state,
+                                   report_.faults);
   }
   if (heard->report) report_.islands.push_back(*heard->report);
   report_.faults.insert(report_.faults.end(), heard->faults.begin(), heard->faults.end());

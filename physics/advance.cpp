@@ -326,7 +326,7 @@ IslandReport advance_island(const SceneDescription& scene, const Geometry& geome
     slow.assign(states.begin(), states.end());
   }
   if (!scene.joints.empty()) report_lost_joints(scene, ids, manifolds, faults);
-  start_ways(scene, ids, manifolds, states, scratch.start_of_way);
+  bound_ways(scene, dt_s, ids, manifolds, states, scratch.ways);
   double flown_s = 0.0;
   if (!whole && is_one_solve(scene, geometry, ids, manifolds, states)) {
     report = advance_once(scene, dt_s, false, ids, manifolds, states, scratch, counters, faults);
@@ -340,7 +340,8 @@ IslandReport advance_island(const SceneDescription& scene, const Geometry& geome
     keep_momentum(scene, dt_s, ids, before, states);
     report.push_out_work_joule = 0.0;
   }
-  report_impossible_ways(scene, dt_s, ids, manifolds, scratch.start_of_way, states, faults);
+  for (std::size_t i = 0; i < ids.size(); ++i)
+    report_impossible_way(scene, dt_s, scratch.ways, i, ids[i], states[i], faults);
   if (!slow.empty() && (whole || report.direct))
     come_to_rest(scene, geometry, ids, slow, states, report);
   ++counters.islands_solved;

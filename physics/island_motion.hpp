@@ -41,7 +41,7 @@ Flights find_flights(const ContactProblem& problem);
 struct SolveScratch {
   ContactProblem problem;
   std::vector<SolverBody> free;
-  StartOfWay start_of_way;
+  WayBounds ways;
 };
 
 // Moves the body by its final velocities; `push` may be null. Its impulses stay. False if the new

@@ -97,37 +97,36 @@ bool closes_joints(const SceneDescription& scene, std::span<const ContactManifol
 
 }  // namespace
 
-void start_ways(const SceneDescription& scene, std::span<const BodyId> ids,
+void bound_ways(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                 std::span<const ContactManifold> manifolds, std::span<const BodyState> states,
-                StartOfWay& start) {
-  start.positions_m.clear();
-  for (const BodyState& state : states) start.positions_m.push_back(state.position_m);
-  start.energy_joule =
-      kinetic_joule(scene, ids, states) + elastic_of(scene, ids, manifolds, states);
-}
-
-void report_impossible_ways(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
-                            std::span<const ContactManifold> manifolds, const StartOfWay& start,
-                            std::span<const BodyState> states, std::vector<AdvanceFault>& faults) {
-  constexpr double kRounding = 1e-12;  // of where it is
-  if (closes_joints(scene, manifolds)) return;
+                WayBounds& bounds) {
+  bounds.positions_m.clear();
+  bounds.any = !closes_joints(scene, manifolds);
+  if (!bounds.any) return;
   double mass_kg = 0.0, faster_m_s = 0.0;
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const BodyParams& body = scene.bodies[index_of(ids[i])];
+    bounds.positions_m.push_back(states[i].position_m);
     mass_kg += body.mass_kg;
     faster_m_s = std::max(faster_m_s, dt_s * most_acceleration_m_s2(scene, body, states[i]));
   }
   faster_m_s += fastest_surface_m_s(scene, manifolds);
-  const double root = std::sqrt(std::max(start.energy_joule, kinetic_joule(scene, ids, states))) +
-                      faster_m_s * std::sqrt(0.5 * mass_kg);
-  const double pushed_m_s = fastest_push_out_m_s(scene, ids);
-  for (std::size_t i = 0; i < ids.size(); ++i) {
-    const double fastest_m_s = root * std::sqrt(2.0 / scene.bodies[index_of(ids[i])].mass_kg);
-    const double most_m =
-        dt_s * (fastest_m_s + pushed_m_s) + kRounding * start.positions_m[i].norm();
-    const double way_m = (states[i].position_m - start.positions_m[i]).norm();
-    if (way_m > most_m) faults.push_back({ids[i], impossible_way(way_m, most_m)});
-  }
+  const double energy_joule =
+      kinetic_joule(scene, ids, states) + elastic_of(scene, ids, manifolds, states);
+  bounds.root = std::sqrt(energy_joule) + faster_m_s * std::sqrt(0.5 * mass_kg);
+  bounds.pushed_m_s = fastest_push_out_m_s(scene, ids);
+}
+
+void report_impossible_way(const SceneDescription& scene, double dt_s, const WayBounds& bounds,
+                           std::size_t i, BodyId id, const BodyState& state,
+                           std::vector<AdvanceFault>& faults) {
+  constexpr double kRounding = 1e-12;  // of where it is
+  if (!bounds.any) return;
+  const double fastest_m_s = bounds.root * std::sqrt(2.0 / scene.bodies[index_of(id)].mass_kg);
+  const double most_m = dt_s * (fastest_m_s + bounds.pushed_m_s) +
+                        kRounding * bounds.positions_m[i].norm();
+  const double way_m = (state.position_m - bounds.positions_m[i]).norm();
+  if (way_m > most_m) faults.push_back({id, impossible_way(way_m, most_m)});
 }
 
 }  // namespace soda::physics

@@ -20,21 +20,23 @@ inline constexpr double kFastestPushOut_rad_s = 4.0;
 void limit_push_out(double most_m_s, PushOut& push);
 void limit_push_out(double most_m_s, std::span<PushOut> push);
 
-// An island at the start of a step, for comparison with its end.
-struct StartOfWay {
+// How far each body of an island can come in a step: at the speed that it would have with all energy
+// of its island, what forces and surfaces that slide along can add in the step included, and by
+// push-out. Contacts and springs give no energy. Islands with other joints have no bounds: these are
+// closed by any way that it takes. Of the island as it starts: whoever solves a part of it can tell.
+struct WayBounds {
+  bool any = false;
+  double root = 0.0;  // of the greatest kinetic energy, joule
+  double pushed_m_s = 0.0;
   std::vector<Vec3> positions_m;
-  double energy_joule = 0.0;  // of motion, and what springs hold
 };
-void start_ways(const SceneDescription& scene, std::span<const BodyId> ids,
+void bound_ways(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                 std::span<const ContactManifold> manifolds, std::span<const BodyState> states,
-                StartOfWay& start);
+                WayBounds& bounds);
 
-// Appends a fault for each body that has come farther in dt_s than it can have: at the speed that
-// it would have with all energy of its island, what forces and surfaces that slide along can add in
-// the step included, and by push-out. Contacts and springs give no energy. Islands with other
-// joints are left out: these are closed by any way that it takes. `start`: of the same bodies.
-void report_impossible_ways(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
-                            std::span<const ContactManifold> manifolds, const StartOfWay& start,
-                            std::span<const BodyState> states, std::vector<AdvanceFault>& faults);
+// Appends a fault if the body, the i-th of those that were bounded, has come farther.
+void report_impossible_way(const SceneDescription& scene, double dt_s, const WayBounds& bounds,
+                           std::size_t i, BodyId id, const BodyState& state,
+                           std::vector<AdvanceFault>& faults);
 
 }  // namespace soda::physics

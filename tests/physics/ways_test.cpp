@@ -199,14 +199,14 @@ TEST(Ways, MoreThanEnergyAndPushOutAllowIsAFault) {
   const double density = 1.0 / mass_properties(world.scene.shapes[ball]).volume_m3;
   world.add_body(ball, Vec3(0, 0, 0), density).linear_velocity_m_s = Vec3(3.0, 0, 0);
   world.add_body(ball, Vec3(1, 0, 0), density);
-  StartOfWay start;
-  start_ways(world.scene, world.ids, {}, world.states, start);
+  WayBounds bounds;
+  bound_ways(world.scene, world.scene.dt_s, world.ids, {}, world.states, bounds);
   std::vector<AdvanceFault> faults;
   const auto moved = [&](double way_m) {
-    std::vector<BodyState> states = world.states;
-    states[1].position_m.x() += way_m;
+    BodyState state = world.states[1];
+    state.position_m.x() += way_m;
     faults.clear();
-    report_impossible_ways(world.scene, world.scene.dt_s, world.ids, {}, start, states, faults);
+    report_impossible_way(world.scene, world.scene.dt_s, bounds, 1, BodyId{1}, state, faults);
     return faults.size();
   };
   EXPECT_EQ(moved(0.1 * (3.0 + 2.0) - 1e-6), 0u);
