@@ -40,11 +40,11 @@ std::optional<RunOutput> parse_run_output(const std::string& text) {
 }
 
 std::optional<ToldFault> find_fault(const std::string& text) {
-  const std::size_t place = text.find("step ");
+  const std::size_t place = text.find("soda: step ");  // behind warnings, which name steps, too
   if (place == std::string::npos) return {};
   long long step = 0;
   unsigned long long world = 0, body = 0;
-  if (std::sscanf(text.c_str() + place, "step %lld, world %llu, body %llu:", &step, &world,
+  if (std::sscanf(text.c_str() + place, "soda: step %lld, world %llu, body %llu:", &step, &world,
                   &body) != 3)
     return {};
   return ToldFault{step, body};

@@ -60,6 +60,14 @@ void add_modes(Chance& chance, std::vector<Option>& options) {
   if (chance.one_in(5)) options.push_back({"--scheduling-seed", json_of(1 + chance.below(1000))});
 }
 
+// Without gating a slow network is busy with what is taken back: 99.8 % of the events, and a thousand
+// times what the plain loop takes, as such a cluster would. That would be taken for a hang.
+void leave_out_slow_networks_without_gating(std::vector<Option>& options) {
+  const bool gates = std::ranges::find(options, Option{"--gating", "off"}) == options.end();
+  if (!gates)
+    std::erase_if(options, [](const Option& option) { return option[0] == "--bandwidth-mb-s"; });
+}
+
 void append(const std::vector<Option>& options, std::vector<std::string>& command) {
   for (const Option& option : options) command.insert(command.end(), option.begin(), option.end());
 }
@@ -99,6 +107,7 @@ WholeRun draw_run(std::uint64_t seed, const WholeScene& scene,
   if (run.executor == RunExecutor::kVirtual) add_cluster(chance, run.options);
   add_worlds(chance, scene.cells, run.options);
   if (run.executor != RunExecutor::kSequential) add_modes(chance, run.options);
+  leave_out_slow_networks_without_gating(run.options);
   return run;
 }
 

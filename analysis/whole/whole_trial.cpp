@@ -4,6 +4,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 
 #include "analysis/byte_codec.hpp"
 #include "analysis/exit_codes.hpp"
@@ -90,13 +91,14 @@ struct Verdict {
   std::string what;
 };
 
-// The first lines of what a program says.
+// The first lines of what a program says, warnings left out.
 std::string told(const ProgramOutcome& run) {
   constexpr std::size_t kMost = 400;
-  std::string text = run.err.substr(0, kMost);
-  while (!text.empty() && text.back() == '\n') text.pop_back();
-  std::replace(text.begin(), text.end(), '\n', '|');
-  return text.empty() ? "" : ": " + text;
+  std::istringstream lines(run.err);
+  std::string text;
+  for (std::string line; text.size() < kMost && std::getline(lines, line);)
+    if (line.find(": warning ") == std::string::npos) text += (text.empty() ? ": " : "|") + line;
+  return text.substr(0, kMost);
 }
 
 // What holds for every run of the program: it ends, by itself, and no sanitizer speaks.

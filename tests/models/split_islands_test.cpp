@@ -269,7 +269,9 @@ TEST(SplitIslands, AGiantIslandThatAJointHoldsIsSolvedByEachAsAWhole) {
     EXPECT_GE(*std::max_element(alone.residuals.begin(), alone.residuals.end()), 512.0);
     EXPECT_EQ(divided.digests, alone.digests);
     // What drops is several islands at first, of which only one hangs on the joint.
-    if (drop_m == 0.0) EXPECT_EQ(divided.result.worlds.islands_split, 0u);
+    if (drop_m == 0.0) {
+      EXPECT_EQ(divided.result.worlds.islands_split, 0u);
+    }
   }
 }
 

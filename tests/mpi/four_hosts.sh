@@ -19,7 +19,10 @@ for tool in ip mpirun unshare; do
 done
 [[ -c /dev/net/tun ]] || skip "no /dev/net/tun"
 ip netns add "$name" 2>/dev/null || skip "network namespaces are not allowed"
+enters=0
+ip netns exec "$name" unshare --uts sh -c 'hostname "$0" && ip link set lo up' "$name" 2>/dev/null && enters=1
 ip netns del "$name"
+((enters)) || skip "network namespaces cannot be entered"
 
 folder=$(mktemp -d)
 switch=
