@@ -339,8 +339,7 @@ void report_lost_joints(const SceneDescription& scene, std::span<const BodyId> i
   }
   for (std::size_t i = 0; i < ids.size(); ++i)
     if (found[i] < scene.bodies[index_of(ids[i])].joints)
-      faults.push_back({ids[i],
-                        "is pulled farther from the other body of a joint or spring than its reach_m"});
+      faults.push_back({ids[i], "is pulled farther from a joint's other body than its reach_m"});
 }
 
 }  // namespace soda::physics

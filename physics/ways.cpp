@@ -123,8 +123,8 @@ void report_impossible_way(const SceneDescription& scene, double dt_s, const Way
   constexpr double kRounding = 1e-12;  // of where it is
   if (!bounds.any) return;
   const double fastest_m_s = bounds.root * std::sqrt(2.0 / scene.bodies[index_of(id)].mass_kg);
-  const double most_m = dt_s * (fastest_m_s + bounds.pushed_m_s) +
-                        kRounding * bounds.positions_m[i].norm();
+  const double most_m =
+      dt_s * (fastest_m_s + bounds.pushed_m_s) + kRounding * bounds.positions_m[i].norm();
   const double way_m = (state.position_m - bounds.positions_m[i]).norm();
   if (way_m > most_m) faults.push_back({id, impossible_way(way_m, most_m)});
 }

@@ -20,10 +20,11 @@ inline constexpr double kFastestPushOut_rad_s = 4.0;
 void limit_push_out(double most_m_s, PushOut& push);
 void limit_push_out(double most_m_s, std::span<PushOut> push);
 
-// How far each body of an island can come in a step: at the speed that it would have with all energy
-// of its island, what forces and surfaces that slide along can add in the step included, and by
-// push-out. Contacts and springs give no energy. Islands with other joints have no bounds: these are
-// closed by any way that it takes. Of the island as it starts: whoever solves a part of it can tell.
+// How far each body of an island can come in a step: at the speed that it would have with all
+// energy of its island, what forces and surfaces that slide along can add in the step included, and
+// by push-out. Contacts and springs give no energy. Islands with other joints have no bounds: these
+// are closed by any way that it takes. Of the island as it starts: whoever solves a part of it can
+// tell.
 struct WayBounds {
   bool any = false;
   double root = 0.0;  // of the greatest kinetic energy, joule

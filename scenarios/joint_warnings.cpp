@@ -1,9 +1,9 @@
 // Joints that hold their bodies far off.
 #include <cmath>
 
+#include "models/joint_cost.hpp"
 #include "scenarios/cross_checks.hpp"
 #include "scenarios/placed_boxes.hpp"
-#include "models/joint_cost.hpp"
 #include "scenarios/warnings.hpp"
 
 namespace soda::scenarios {

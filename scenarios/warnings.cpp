@@ -10,9 +10,9 @@ namespace soda::scenarios {
 namespace {
 
 using Check = void (*)(const Written& written, WarningList& warnings);
-constexpr Check kChecks[] = {check_overlaps, check_floors, check_anchors,
-                             check_joint_cost, check_meshes, check_domain,
-                             check_time, check_gravity, check_motion};
+constexpr Check kChecks[] = {check_overlaps,   check_floors,  check_anchors,
+                             check_joint_cost, check_meshes,  check_domain,
+                             check_time,       check_gravity, check_motion};
 
 }  // namespace
 

@@ -60,8 +60,9 @@ void add_modes(Chance& chance, std::vector<Option>& options) {
   if (chance.one_in(5)) options.push_back({"--scheduling-seed", json_of(1 + chance.below(1000))});
 }
 
-// Without gating a slow network is busy with what is taken back: 99.8 % of the events, and a thousand
-// times what the plain loop takes, as such a cluster would. That would be taken for a hang.
+// Without gating a slow network is busy with what is taken back: 99.8 % of the events, and a
+// thousand times what the plain loop takes, as such a cluster would. That would be taken for a
+// hang.
 void leave_out_slow_networks_without_gating(std::vector<Option>& options) {
   const bool gates = std::ranges::find(options, Option{"--gating", "off"}) == options.end();
   if (!gates)

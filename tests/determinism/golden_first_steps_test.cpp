@@ -1,5 +1,5 @@
-// Code that is not optimised has the stored bits, too: the first steps of every scene. Whole runs of
-// it take most of an hour: golden_test of the debug preset (tests/README.md).
+// Code that is not optimised has the stored bits, too: the first steps of every scene. Whole runs
+// of it take an hour and a half: golden_test of the debug preset (tests/README.md).
 #include <gtest/gtest.h>
 
 #include "tests/determinism/golden_runs.hpp"

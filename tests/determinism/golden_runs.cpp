@@ -17,8 +17,8 @@ namespace soda::test {
 std::vector<std::string> golden_scenes() {
   std::vector<std::string> scenes;
   for (const char* folder : {"library", "cases"})
-    for (const auto& entry : std::filesystem::directory_iterator(
-             std::string(SODA_SOURCE_DIR "/scenarios/") + folder))
+    for (const auto& entry :
+         std::filesystem::directory_iterator(std::string(SODA_SOURCE_DIR "/scenarios/") + folder))
       if (entry.path().extension() == ".json")
         scenes.push_back(std::string(folder) + "/" + entry.path().stem().string());
   std::sort(scenes.begin(), scenes.end());
@@ -80,8 +80,8 @@ std::vector<GoldenRun> stored_runs() {
   std::vector<GoldenRun> stored;
   for (std::string line; std::getline(file, line);) {
     GoldenRun run;
-    std::istringstream(line) >> run.scene >> run.steps >> std::hex >> run.last >> run.steps_digest >>
-        std::dec >> run.first_steps >> std::hex >> run.first_digest;
+    std::istringstream(line) >> run.scene >> run.steps >> std::hex >> run.last >>
+        run.steps_digest >> std::dec >> run.first_steps >> std::hex >> run.first_digest;
     stored.push_back(run);
   }
   return stored;

@@ -11,7 +11,7 @@ namespace soda::test {
 struct GoldenRun {
   std::string scene;  // "library/pyramid"
   std::int64_t steps = 0;
-  std::uint64_t last = 0;   // digest of the state after the last step: what `soda run` prints
+  std::uint64_t last = 0;  // digest of the state after the last step: what `soda run` prints
   std::uint64_t steps_digest = 0;  // digest of the digests after every step
   std::int64_t first_steps = 0;    // what code that is not optimised runs in a second or few
   std::uint64_t first_digest = 0;  // digest of the digests after each of them

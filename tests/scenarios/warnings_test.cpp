@@ -205,7 +205,8 @@ TEST(Warnings, TellOfJointsThatTakeLongerThanTheStep) {
     for (int i = 0; i < spokes; ++i) {
       const std::string id = std::to_string(10 + i);
       const std::string other = chain ? std::to_string(i == 0 ? 2 : 9 + i) : "2";
-      const std::string place = "[3, " + std::to_string(i % 20) + ", " + std::to_string(8 + i) + "]";
+      const std::string place =
+          "[3, " + std::to_string(i % 20) + ", " + std::to_string(8 + i) + "]";
       bodies += R"(, {"id": )" + id +
                 R"(, "shape": {"type": "sphere", "radius_m": 0.2}, "mass_kg": 1,
                        "material": "wood", "position_m": )" +
@@ -213,7 +214,8 @@ TEST(Warnings, TellOfJointsThatTakeLongerThanTheStep) {
       joints += (i ? "," : "") + (R"({"id": )" + id + R"(, "type": "ball", "body": )") + id +
                 R"(, "other_body": )" + other + R"(, "anchor_m": )" + place + "}";
     }
-    const std::string text = replaced(kGoodScenario, "\"joints\": []", "\"joints\": [" + joints + "]");
+    const std::string text =
+        replaced(kGoodScenario, "\"joints\": []", "\"joints\": [" + joints + "]");
     const std::size_t end = text.find("]", text.find("\"position_m\": [3, 0, 5]")) + 2;
     return text.substr(0, end) + bodies + text.substr(end);
   };
