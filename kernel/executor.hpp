@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 #include <stdexcept>
+#include <tuple>
 #include <vector>
 
 #include "kernel/counters.hpp"
@@ -24,6 +25,18 @@ struct CommittedFault {
   Fault fault;
 };
 
+// The order of faults: of one time, that of the lowest subject comes first, whoever met it. So the
+// outcome does not depend on how a model deals its subjects out among LPs.
+inline bool comes_before(const CommittedFault& a, const CommittedFault& b) {
+  return std::tie(a.when, a.fault.subject, a.lp) < std::tie(b.when, b.fault.subject, b.lp);
+}
+
+// Keeps the first of two faults; of equals the one that is there already.
+inline void keep_first(const std::optional<CommittedFault>& other,
+                       std::optional<CommittedFault>& first) {
+  if (other && (!first || comes_before(*other, *first))) first = other;
+}
+
 // A request to end a run early, from any thread or a signal handler. 0: go on. Anything else, once
 // and for all: why, for whoever asked. Looked at whenever GVT is announced; the largest of those of
 // all ranks counts.
@@ -31,7 +44,7 @@ using StopRequest = std::atomic<std::uint32_t>;
 
 struct RunResult {
   Counters counters;
-  // The first fault in (time, LP) order. Everything before its time has been committed, nothing at
+  // The first fault: see comes_before(). Everything before its time has been committed, nothing at
   // or after it.
   std::optional<CommittedFault> fault;
   // The value of the request that ended the run before its end; 0: it came to its end or a fault.

@@ -7,17 +7,6 @@
 #include "kernel/invariant.hpp"
 
 namespace soda::kernel {
-namespace {
-
-// Keeps the first of two faults; of equals the one that is there already.
-void prefer_first(const std::optional<CommittedFault>& fault,
-                  std::optional<CommittedFault>& first) {
-  if (!fault) return;
-  if (!first || std::pair(fault->when, fault->lp) < std::pair(first->when, first->lp))
-    first = fault;
-}
-
-}  // namespace
 
 GvtRounds::GvtRounds(unsigned workers, unsigned sharing)
     : workers_(workers), spins_(sharing <= std::thread::hardware_concurrency()) {}
@@ -47,7 +36,7 @@ void GvtRounds::begin() {
 bool GvtRounds::report(const GvtReport& report) {
   const std::lock_guard lock(mutex_);
   least_.floor = std::min(least_.floor, report.floor);
-  prefer_first(report.fault, least_.fault);
+  keep_first(report.fault, least_.fault);
   least_.stop = std::max(least_.stop, report.stop);
   if (report.of_all_ranks) least_.of_all_ranks = report.of_all_ranks;
   if (++reported_ < workers_) return false;
@@ -57,7 +46,7 @@ bool GvtRounds::report(const GvtReport& report) {
   outcome_.least = least_;
   outcome_.gvt = least_.of_all_ranks ? least_.of_all_ranks->gvt : least_.floor;
   if (least_.fault && least_.fault->when < outcome_.gvt) outcome_.fault = least_.fault;
-  if (least_.of_all_ranks) prefer_first(least_.of_all_ranks->fault, outcome_.fault);
+  if (least_.of_all_ranks) keep_first(least_.of_all_ranks->fault, outcome_.fault);
   least_ = {};
   reported_ = 0;
   ++rounds_;

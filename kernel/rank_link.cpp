@@ -95,6 +95,7 @@ void RankLink::contribute(VirtualTime floor, const std::optional<CommittedFault>
   if (fault) {
     own.fault_t = fault->when.t;
     own.fault_round = fault->when.round;
+    own.fault_subject = fault->fault.subject;
     own.fault_lp = index_of(fault->lp);
   }
   transport_.start_reduction(own);
@@ -111,7 +112,8 @@ RankLink::Progress RankLink::look() {
   SODA_ASSERT(sum->floor() >= gvt_, "GVT went back from ", gvt_, " to ", sum->floor());
   gvt_ = sum->floor();
   stop_ = sum->stop;
-  if (sum->fault_time() < gvt_) fault_ = {sum->fault_time(), LpId{sum->fault_lp}, {}};
+  if (sum->fault_time() < gvt_)
+    fault_ = {sum->fault_time(), LpId{sum->fault_lp}, {sum->fault_subject, {}}};
   return Progress::kNewGvt;
 }
 

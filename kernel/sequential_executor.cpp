@@ -78,7 +78,8 @@ class SequentialRun final : public Outbox {
   }
 
   void fault(Fault fault) override {
-    if (!result_.fault) result_.fault = {now_, executing_, std::move(fault)};
+    if (!std::exchange(tells_fault_, true))
+      keep_first(CommittedFault{now_, executing_, std::move(fault)}, result_.fault);
   }
 
  private:
@@ -112,7 +113,8 @@ class SequentialRun final : public Outbox {
     }
   }
 
-  // All LPs of one time execute before any is committed, for a fault of one holds back all.
+  // All LPs of one time execute before any is committed, for a fault of one holds back all, and of
+  // several one counts.
   void execute_time(VirtualTime time) {
     SODA_ASSERT(time > now_, "the queue goes back from ", now_, " to ", time);
     now_ = time;
@@ -123,7 +125,6 @@ class SequentialRun final : public Outbox {
       // Nothing to do: the wish of an LP that has changed its agenda since.
       if (bag_.empty() && lps_[index_of(lp)]->next_time() != now_) continue;
       execute(lp);
-      if (result_.fault) return;
     } while (!queue_.empty() && next_time() == time);
   }
 
@@ -145,11 +146,14 @@ class SequentialRun final : public Outbox {
     views_.clear();
     for (const Entry& entry : bag_) view(entry);
     if (!queue_.empty()) __builtin_prefetch(lps_[queue_.top().lp].get());  // likely the next
+    tells_fault_ = false;
     try {
       process.execute(now_, views_, *this);
     } catch (...) {
-      if (!result_.fault) throw;
-      return;  // of what one execution tells, the first counts
+      // An exception is a fault of subject 0. Of what one execution tells, the first counts.
+      const bool counts = !tells_fault_ && (!result_.fault || result_.fault->fault.subject > 0);
+      if (counts) throw;
+      return;
     }
     ++result_.counters.executed;
     executed_.push_back(lp);
@@ -186,6 +190,7 @@ class SequentialRun final : public Outbox {
   std::vector<VirtualTime> agenda_;  // of each LP, the wish queued last; kNever if none
   VirtualTime now_ = kBeginning;
   LpId executing_{};
+  bool tells_fault_ = false;  // in this execution
   std::vector<Entry> bag_;
   std::vector<MessageView> views_;
   std::vector<LpId> executed_;  // at now_, ascending

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "kernel/payload.hpp"
@@ -17,6 +18,7 @@ struct GvtEstimate {
   std::int64_t in_transit = 0;  // messages of the colour being counted: sent less received
   std::int64_t floor_t = kNever.t;
   std::int64_t fault_t = kNever.t;
+  std::uint64_t fault_subject = 0;
   std::uint32_t floor_round = kNever.round;
   std::uint32_t fault_round = kNever.round;
   std::uint32_t fault_lp = 0;
@@ -25,7 +27,7 @@ struct GvtEstimate {
   VirtualTime floor() const { return {floor_t, floor_round}; }
   VirtualTime fault_time() const { return {fault_t, fault_round}; }
 };
-static_assert(sizeof(GvtEstimate) == 40);
+static_assert(sizeof(GvtEstimate) == 48);
 
 // Sum of what is in transit, earliest floor, first fault, largest stop. Associative and
 // commutative.
@@ -36,10 +38,13 @@ inline void combine(const GvtEstimate& from, GvtEstimate& into) {
     into.floor_t = from.floor_t;
     into.floor_round = from.floor_round;
   }
-  const auto fault = [](const GvtEstimate& e) { return std::pair(e.fault_time(), e.fault_lp); };
+  const auto fault = [](const GvtEstimate& e) {
+    return std::tuple(e.fault_time(), e.fault_subject, e.fault_lp);
+  };
   if (fault(from) < fault(into)) {
     into.fault_t = from.fault_t;
     into.fault_round = from.fault_round;
+    into.fault_subject = from.fault_subject;
     into.fault_lp = from.fault_lp;
   }
 }

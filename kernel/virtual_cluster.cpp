@@ -288,9 +288,7 @@ std::optional<CommittedFault> VirtualCluster::fault_before(VirtualTime gvt) cons
   std::optional<CommittedFault> first;
   for (const VirtualProcessor& processor : processors_) {
     const std::optional<CommittedFault> fault = processor.first_fault();
-    if (!fault || fault->when >= gvt) continue;
-    if (!first || std::pair(fault->when, fault->lp) < std::pair(first->when, first->lp))
-      first = fault;
+    if (fault && fault->when < gvt) keep_first(fault, first);
   }
   return first;
 }

@@ -125,12 +125,8 @@ class LockstepCluster {
 
   // False if the run ends with a fault, or is to stop.
   bool commit(VirtualTime gvt) {
-    for (const VirtualProcessor& processor : processors_) {
-      const std::optional<CommittedFault> fault = processor.first_fault();
-      if (fault && (!run_.fault || std::pair(fault->when, fault->lp) <
-                                       std::pair(run_.fault->when, run_.fault->lp)))
-        run_.fault = fault;
-    }
+    for (const VirtualProcessor& processor : processors_)
+      keep_first(processor.first_fault(), run_.fault);
     const bool at_end = run_.fault || gvt >= end_;
     if (!at_end && options_.stop != nullptr) run_.stopped = options_.stop->load();
     run_.stopped_at = gvt;

@@ -185,12 +185,7 @@ VirtualTime VirtualProcessor::floor() const {
 
 std::optional<CommittedFault> VirtualProcessor::first_fault() const {
   std::optional<CommittedFault> first;
-  for (const std::uint32_t own : may_be_faulty_) {
-    if (!processes_[own].has_fault()) continue;
-    const std::optional<CommittedFault> fault = processes_[own].first_fault();
-    if (!first || std::pair(fault->when, fault->lp) < std::pair(first->when, first->lp))
-      first = fault;
-  }
+  for (const std::uint32_t own : may_be_faulty_) keep_first(processes_[own].first_fault(), first);
   return first;
 }
 

@@ -285,12 +285,8 @@ GvtReport Worker::make_report() {
   std::sort(may_be_faulty_.begin(), may_be_faulty_.end());
   may_be_faulty_.erase(std::unique(may_be_faulty_.begin(), may_be_faulty_.end()),
                        may_be_faulty_.end());
-  for (const std::uint32_t own : may_be_faulty_) {
-    const std::optional<CommittedFault> fault = processes_[own].first_fault();
-    if (!report.fault ||
-        std::pair(fault->when, fault->lp) < std::pair(report.fault->when, report.fault->lp))
-      report.fault = fault;
-  }
+  for (const std::uint32_t own : may_be_faulty_)
+    keep_first(processes_[own].first_fault(), report.fault);
   if (report.of_all_ranks) report.of_all_ranks->stop = team_.link->stop();
   if (options_.stop != nullptr) report.stop = options_.stop->load(std::memory_order_relaxed);
   return report;

@@ -181,20 +181,25 @@ TEST(Executors, RealFaultIsTheSameEverywhereAndHoldsBackWhatIsNotBeforeIt) {
   EXPECT_GT(rollbacks, 0u);
 }
 
-TEST(Executors, SmallestLpOfTheFaultTimeIsReportedAndNothingOfThatTimeCommitted) {
+// Whoever of the LPs met it: of one subject, the lowest LP. Its first fault counts.
+TEST(Executors, LowestSubjectOfTheFaultTimeIsReportedAndNothingOfThatTimeCommitted) {
   for (const Executor& executor : all_executors()) {
     SCOPED_TRACE(name_of(executor));
-    ScriptedProcess::Script sound{.agenda = every_tick(9)};
-    ScriptedProcess::Script failing = sound;
-    failing.on_execute = [](auto&, VirtualTime now, auto, Outbox& outbox) {
-      if (now.t == 4) outbox.fault({now.round, "first"});
-      if (now.t == 4) outbox.fault({now.round, "second"});
+    const ScriptedProcess::Script sound{.agenda = every_tick(9)};
+    const auto failing = [&](std::uint64_t subject) {
+      ScriptedProcess::Script script = sound;
+      script.on_execute = [subject](auto&, VirtualTime now, auto, Outbox& outbox) {
+        if (now.t == 4) outbox.fault({subject, "first"});
+        if (now.t == 4) outbox.fault({1, "second"});
+      };
+      return script;
     };
-    const Lps lps = make_lps({sound, failing, sound, failing});
+    const Lps lps = make_lps({sound, failing(9), failing(5), failing(5)});
     const RunResult result = run(lps, at(9), executor);
     ASSERT_TRUE(result.fault);
     EXPECT_EQ(result.fault->when, at(4));
-    EXPECT_EQ(result.fault->lp, LpId{1});
+    EXPECT_EQ(result.fault->lp, LpId{2});
+    EXPECT_EQ(result.fault->fault.subject, 5u);
     EXPECT_EQ(result.fault->fault.what, "first");
     for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(scripted(lps, i).commits, every_tick(4));
   }

@@ -140,6 +140,23 @@ TEST(Failures, WhatAHandlerThrowsFromOneExecutionItTellsAfterAFaultIsNotCounted)
   }
 }
 
+// An exception has no subject: it comes before the faults of its time, whichever LP it leaves.
+TEST(Failures, AnExceptionComesBeforeTheFaultsOfItsTime) {
+  for (const auto& [name, run] : all_executors()) {
+    SCOPED_TRACE(name);
+    ScriptedProcess::Script faulty{.agenda = every_tick(9)};
+    faulty.on_execute = [](auto&, VirtualTime now, auto, Outbox& outbox) {
+      if (now.t == 4) outbox.fault({1, "a fault"});
+    };
+    ScriptedProcess::Script failing = faulty;
+    failing.on_execute = [](auto&, VirtualTime now, auto, Outbox&) {
+      if (now.t == 4) throw std::runtime_error("an exception");
+    };
+    EXPECT_THROW(run(make_lps({faulty, failing}), at(9)), std::runtime_error);
+    EXPECT_THROW(run(make_lps({failing, faulty}), at(9)), std::runtime_error);
+  }
+}
+
 // Of an execution that is repeated, an exception is not the model's.
 TEST(Failures, AnExceptionWhileCoastingIsThrownAtOnce) {
   bool throws = false;

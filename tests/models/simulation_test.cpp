@@ -221,6 +221,28 @@ TEST(Simulation, ANumericalFaultIsTheSameForAllExecutorsAndKeepsWhatCameBefore) 
   }
 }
 
+// Bodies fail in one step, the later ones in the first worlds: the body that is named is that of
+// the plain run.
+TEST(Simulation, OfTheBodiesThatFailInOneStepTheFirstIsNamedWhicheverWorldItIsIn) {
+  test::Scene scene = busy_scene(3);
+  const std::uint32_t ball = scene.shape(physics::Sphere{0.1});
+  const auto first = static_cast<std::uint32_t>(scene.states.size());
+  for (const double x : {30.0, 20.0, 10.0, 2.0})
+    scene.body(ball, Vec3(x, 2, 1e12 - 8e7), Vec3(0, 0, 6e8));
+  const auto [expected, sequential] = run(scene, blocks(1), {.steps = 2000});
+  ASSERT_TRUE(sequential.fault.has_value());
+  EXPECT_EQ(sequential.fault->body_label, scene.description.bodies[first].label);
+  for (const ExecutorKind executor : {ExecutorKind::kThreads, ExecutorKind::kVirtual}) {
+    const auto [digests, optimistic] =
+        run(scene, blocks(8), {.executor = executor, .threads = 2, .steps = 2000, .buffer = 4});
+    ASSERT_TRUE(optimistic.fault.has_value());
+    EXPECT_EQ(optimistic.fault->step, sequential.fault->step);
+    EXPECT_EQ(optimistic.fault->body_label, sequential.fault->body_label);
+    EXPECT_NE(optimistic.fault->world, WorldId{0});
+    EXPECT_EQ(digests, expected);
+  }
+}
+
 TEST(Simulation, NoStepsMeansTheInitialStates) {
   const test::Scene scene = busy_scene(1);
   const SimulationResult result =
