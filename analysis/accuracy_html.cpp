@@ -31,7 +31,7 @@ std::string settings_of(const CaseRun& run) {
 }
 
 // Cells of a row that does not belong to one run.
-std::string settings_cells(const AccuracyReport::Case& one, const char* title) {
+std::string settings_html(const AccuracyReport::Case& one, const char* title) {
   return tag("td", title) + tag("td", "") + tag("td", "") +
          (has_tolerances(one) ? tag("td", "") : "");
 }
@@ -39,7 +39,7 @@ std::string settings_cells(const AccuracyReport::Case& one, const char* title) {
 std::string bound_row(const char* name, const AccuracyReport::Case& one,
                       const std::vector<ErrorColumn>& columns,
                       std::optional<double> ErrorColumn::*bound) {
-  std::string cells = settings_cells(one, name);
+  std::string cells = settings_html(one, name);
   bool any = false;
   for (const ErrorColumn& column : columns) {
     any = any || column.*bound;
@@ -74,7 +74,7 @@ std::string run_row(const CaseRun& run, bool with_tolerance,
 
 std::string order_row(const AccuracyReport::Case& one, std::size_t last,
                       const std::vector<ErrorColumn>& columns) {
-  std::string cells = settings_cells(one, "observed order");
+  std::string cells = settings_html(one, "observed order");
   bool any = false;
   for (const std::optional<double>& order : observed_orders(one, last, columns)) {
     any = any || order;

@@ -12,7 +12,7 @@ namespace {
 
 using Rows = std::vector<std::vector<std::string>>;
 
-constexpr double kRounding = 1e-12;  // errors below are equal, and have no order
+constexpr double kErrorRounding = 1e-12;  // errors below are equal, and have no order
 
 std::string fixed_number(double value) {
   char text[32];
@@ -142,7 +142,8 @@ std::optional<double> largest_error(const CaseRun& run, std::span<const ErrorCol
 bool is_as_near(const CaseRun& run, const CaseRun& other, std::span<const ErrorColumn> columns) {
   return std::all_of(columns.begin(), columns.end(), [&](const ErrorColumn& column) {
     const JudgedMeasure* reached = find_measure(run, column);
-    return reached && reached->value <= std::max(find_measure(other, column)->value, kRounding);
+    return reached &&
+           reached->value <= std::max(find_measure(other, column)->value, kErrorRounding);
   });
 }
 
@@ -268,7 +269,7 @@ std::vector<std::optional<double>> observed_orders(const AccuracyReport::Case& o
     const JudgedMeasure* before = find_measure(coarse, columns[i]);
     const JudgedMeasure* after = find_measure(fine, columns[i]);
     if (before == nullptr || after == nullptr || columns[i].measure == "step_ms") continue;
-    if (!(before->value > kRounding) || !(after->value > kRounding)) continue;
+    if (!(before->value > kErrorRounding) || !(after->value > kErrorRounding)) continue;
     if (std::isfinite(before->value) && std::isfinite(after->value) && ratio > 0.0)
       orders[i] = std::log(before->value / after->value) / ratio;
   }

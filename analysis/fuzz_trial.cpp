@@ -18,7 +18,7 @@ namespace {
 
 using namespace physics;
 
-constexpr double kRounding = 1e-9;
+constexpr double kEnergyRounding = 1e-9;
 constexpr double kOfSprings = 1e-6;
 constexpr double kOfMomentum = 1e-7;  // limits of refined steps leave 2e-9
 
@@ -48,9 +48,9 @@ void add_change(const SceneDescription& scene, BodyId id, double fastest_m_s, st
   change.gain_joule += 0.5 * m * (v1 - v0).dot(v1 + v0) + (spin1 - spin0) + lifted;
   change.scale_joule += 0.5 * m * (v0.squaredNorm() + v1.squaredNorm()) + spin0 + spin1 +
                         std::abs(lifted) + m * g * g * scene.dt_s * scene.dt_s;
-  change.scale_joule += m * g * before.position_m.norm() * (8.0 * kEpsilon / kRounding);
+  change.scale_joule += m * g * before.position_m.norm() * (8.0 * kEpsilon / kEnergyRounding);
   const double rounding_m_s = kEpsilon * fastest_m_s * static_cast<double>(1 + points);
-  change.scale_joule += m * rounding_m_s * rounding_m_s / kRounding;
+  change.scale_joule += m * rounding_m_s * rounding_m_s / kEnergyRounding;
 }
 
 // What springs of an island hold more after a step. Lengths are known to the rounding of places.
@@ -74,11 +74,12 @@ void add_elastic(const SceneDescription& scene, std::span<const BodyState> befor
     change.gain_joule += 0.5 * k * (to - from) * (to + from);
     change.scale_joule += 0.5 * k * (from * from + to * to);
     const double rounding_m = 4.0 * kEpsilon * far_m;
-    change.scale_joule += k * rounding_m * (std::abs(from) + std::abs(to) + rounding_m) / kRounding;
+    change.scale_joule +=
+        k * rounding_m * (std::abs(from) + std::abs(to) + rounding_m) / kEnergyRounding;
   }
 }
 
-std::string name_of(const SceneDescription& scene, BodyId id) {
+std::string body_name(const SceneDescription& scene, BodyId id) {
   return "body " + std::to_string(scene.bodies[index_of(id)].label);
 }
 
@@ -154,7 +155,8 @@ class Checks {
 
  private:
   [[noreturn]] void fail(BodyId id, const std::string& what) const {
-    throw CheckFailed("step " + std::to_string(number_) + ", " + name_of(scene_, id) + ": " + what);
+    throw CheckFailed("step " + std::to_string(number_) + ", " + body_name(scene_, id) + ": " +
+                      what);
   }
 
   static double radius_m(const Shape& shape) {
@@ -345,7 +347,7 @@ class Checks {
       return;
     }
     if (change.scale_joule == 0.0 && change.gain_joule == 0.0) return;
-    const double gain = change.gain_joule / (kRounding * change.scale_joule);
+    const double gain = change.gain_joule / (kEnergyRounding * change.scale_joule);
     if (!(gain <= 1.0))
       fail(id, "energy: " + of + " gains " + format_number(change.gain_joule) + " J, " +
                    format_number(change.gain_joule / change.scale_joule) + " of its energies");

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::uint32_t kBlocksBeforeSteps = 3;
 
-bool read(std::ifstream& in, std::size_t count, ByteBuffer& bytes) {
+bool read_bytes(std::ifstream& in, std::size_t count, ByteBuffer& bytes) {
   bytes.resize(count);
   in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(count));
   return static_cast<std::size_t>(in.gcount()) == count;
@@ -49,7 +49,7 @@ LogReader::LogReader(const std::string& file) : file_(file) {
   }
   ByteBuffer header;
   try {
-    read(in_, std::min<std::uint64_t>(file_bytes_, kFileHeaderBytes), header);
+    read_bytes(in_, std::min<std::uint64_t>(file_bytes_, kFileHeaderBytes), header);
     decode_file_header(header);
   } catch (const DecodeError& fault) {
     throw scenarios::FileError(file + ": " + fault.what());
@@ -88,7 +88,7 @@ LogReader::Next LogReader::next_block(Block& block) {
     return Next::kEnd;
   }
   ByteBuffer header;
-  if (left < kBlockHeaderBytes || !read(in_, kBlockHeaderBytes, header)) {
+  if (left < kBlockHeaderBytes || !read_bytes(in_, kBlockHeaderBytes, header)) {
     cut_ = "cut off inside the header of " + place(blocks_, offset);
     return Next::kEnd;
   }
@@ -106,7 +106,7 @@ LogReader::Next LogReader::next_block(Block& block) {
     return Next::kEnd;
   }
   if (block.header.stored_bytes > left - kBlockHeaderBytes ||
-      !read(in_, block.header.stored_bytes, block.stored)) {
+      !read_bytes(in_, block.header.stored_bytes, block.stored)) {
     cut_ = "cut off inside " + place(blocks_, offset);
     return Next::kEnd;
   }
@@ -193,10 +193,10 @@ LoggedStep LogReader::read_step(std::int64_t step) {
   Block block;
   ByteBuffer header;
   try {
-    if (!read(in_, kBlockHeaderBytes, header)) throw DecodeError("cannot be read again");
+    if (!read_bytes(in_, kBlockHeaderBytes, header)) throw DecodeError("cannot be read again");
     block.header = decode_block_header(header);
     if (block.header.stored_bytes > file_bytes_ ||
-        !read(in_, block.header.stored_bytes, block.stored))
+        !read_bytes(in_, block.header.stored_bytes, block.stored))
       throw DecodeError("cannot be read again");
     LoggedStep logged = decode_step(raw_payload(block), labels_.size());
     if (logged.step != step) throw DecodeError("holds step " + std::to_string(logged.step));

@@ -11,18 +11,18 @@ namespace {
 constexpr std::size_t kColumns = 60, kRows = 6;
 
 // What the worst frame of a stretch of time was like.
-struct Stretch {
+struct FrameColumn {
   std::int64_t least_fill = 0;
   models::FrameFate worst = models::FrameFate::kOnTime;
 };
 
-std::vector<Stretch> stretches(const std::vector<models::ShownFrame>& frames) {
+std::vector<FrameColumn> stretches(const std::vector<models::ShownFrame>& frames) {
   const std::size_t count = std::min(kColumns, frames.size());
-  std::vector<Stretch> result(count);
+  std::vector<FrameColumn> result(count);
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const std::size_t at = i * count / frames.size();
     const bool is_first = i == 0 || (i - 1) * count / frames.size() != at;
-    Stretch& stretch = result[at];
+    FrameColumn& stretch = result[at];
     stretch.least_fill = is_first ? frames[i].fill : std::min(stretch.least_fill, frames[i].fill);
     stretch.worst = std::max(stretch.worst, frames[i].fate);
   }
@@ -30,9 +30,9 @@ std::vector<Stretch> stretches(const std::vector<models::ShownFrame>& frames) {
 }
 
 std::string diagram(const RealTimeReport& report) {
-  const std::vector<Stretch> columns = stretches(report.frames);
+  const std::vector<FrameColumn> columns = stretches(report.frames);
   std::int64_t top = 1;
-  for (const Stretch& column : columns) top = std::max(top, column.least_fill);
+  for (const FrameColumn& column : columns) top = std::max(top, column.least_fill);
   std::string text =
       "  entries in store over time (least of each column); s: slow motion, L: late\n";
   for (std::size_t row = kRows; row > 0; --row) {
@@ -40,7 +40,7 @@ std::string diagram(const RealTimeReport& report) {
     std::string label = format_number(level, 3);
     label.insert(0, label.size() < 6 ? 6 - label.size() : 0, ' ');
     text += label + " |";
-    for (const Stretch& column : columns)
+    for (const FrameColumn& column : columns)
       text +=
           static_cast<double>(column.least_fill) >= level - 0.5 * static_cast<double>(top) / kRows
               ? '#'
@@ -48,7 +48,7 @@ std::string diagram(const RealTimeReport& report) {
     text += "\n";
   }
   text += "       +";
-  for (const Stretch& column : columns)
+  for (const FrameColumn& column : columns)
     text += column.worst == models::FrameFate::kLate   ? 'L'
             : column.worst == models::FrameFate::kSlow ? 's'
                                                        : '-';

@@ -10,9 +10,6 @@ namespace soda::analysis {
 namespace {
 
 constexpr double kWidth = 720, kHeight = 440, kLeft = 70, kRight = 130, kTop = 40, kBottom = 60;
-// Okabe and Ito's colours, distinguishable with any colour vision.
-constexpr std::array<const char*, 6> kColours{"#0072b2", "#d55e00", "#009e73",
-                                              "#cc79a7", "#e69f00", "#56b4e9"};
 
 double place_x(const Plot& plot, double x) {
   return kLeft + x / plot.x_max * (kWidth - kLeft - kRight);
@@ -98,7 +95,7 @@ std::string svg_plot(const Plot& plot) {
   for (const PlotSeries& series : plot.series) {
     auto found = std::find(names.begin(), names.end(), series.name);
     const auto index = static_cast<std::size_t>(found - names.begin());
-    const char* colour = kColours[index % kColours.size()];
+    const char* colour = kSeriesColours[index % kSeriesColours.size()];
     if (found == names.end()) {
       names.push_back(series.name);
       const double y = kTop + 12 + 20 * static_cast<double>(index);

@@ -9,9 +9,9 @@
 namespace soda::analysis {
 namespace {
 
-class Shrinking {
+class SwarmShrinking {
  public:
-  Shrinking(const SwarmSubject& subject, ShrunkTrial& smallest, const ShrinkLimits& limits)
+  SwarmShrinking(const SwarmSubject& subject, ShrunkTrial& smallest, const ShrinkLimits& limits)
       : subject_(subject), smallest_(smallest), limits_(limits) {}
 
   void run() {
@@ -111,7 +111,7 @@ std::uint64_t parse_number(const std::string& text, const std::string& whole) {
 ShrunkTrial shrink(const SwarmSubject& subject, const Trial& failing, std::string what,
                    const ShrinkLimits& limits) {
   ShrunkTrial smallest{failing, std::move(what), 0};
-  Shrinking(subject, smallest, limits).run();
+  SwarmShrinking(subject, smallest, limits).run();
   return smallest;
 }
 

@@ -13,7 +13,9 @@
 namespace soda::analysis {
 namespace {
 
-void put(ByteBuffer& out, float value) { analysis::put(out, std::bit_cast<std::uint32_t>(value)); }
+void put_float(ByteBuffer& out, float value) {
+  analysis::put(out, std::bit_cast<std::uint32_t>(value));
+}
 
 template <class T, class PutItem>
 void put_list(ByteBuffer& out, std::span<const T> items, PutItem put_item) {
@@ -21,7 +23,7 @@ void put_list(ByteBuffer& out, std::span<const T> items, PutItem put_item) {
   for (const T& item : items) put_item(item);
 }
 void put_floats(ByteBuffer& out, std::span<const float> floats) {
-  put_list(out, floats, [&out](float value) { put(out, value); });
+  put_list(out, floats, [&out](float value) { put_float(out, value); });
 }
 template <class T>
 void put_integers(ByteBuffer& out, const std::vector<T>& integers) {

@@ -10,10 +10,9 @@
 namespace soda::analysis {
 namespace {
 
-constexpr double kWidth = 600, kHeight = 380, kLeft = 72, kRight = 136, kTop = 34, kBottom = 48;
+constexpr double kSheetWidth = 600, kSheetHeight = 380, kSheetLeft = 72, kSheetRight = 136,
+                 kSheetTop = 34, kSheetBottom = 48;
 constexpr double kSmallest = 1e-17;  // errors below are drawn here: rounding, or none at all
-constexpr std::array<const char*, 6> kColours{"#0072b2", "#d55e00", "#009e73",
-                                              "#cc79a7", "#e69f00", "#56b4e9"};
 
 // A logarithmic axis between whole powers of ten.
 struct Axis {
@@ -40,17 +39,17 @@ Axis axis_over(const std::vector<double>& values, double from, double to) {
   return axis;
 }
 
-std::string number(double value) { return format_number(value, 5); }
+std::string digits(double value) { return format_number(value, 5); }
 
-std::string text_at(double x, double y, const char* anchor, const std::string& text,
-                    const char* extra = "") {
-  return "<text x=\"" + number(x) + "\" y=\"" + number(y) + "\" text-anchor=\"" + anchor + "\"" +
+std::string sheet_text(double x, double y, const char* anchor, const std::string& text,
+                       const char* extra = "") {
+  return "<text x=\"" + digits(x) + "\" y=\"" + digits(y) + "\" text-anchor=\"" + anchor + "\"" +
          extra + ">" + escaped_xml(text) + "</text>\n";
 }
 
 std::string line(double x1, double y1, double x2, double y2, const std::string& stroke) {
-  return "<line x1=\"" + number(x1) + "\" y1=\"" + number(y1) + "\" x2=\"" + number(x2) +
-         "\" y2=\"" + number(y2) + "\" " + stroke + "/>\n";
+  return "<line x1=\"" + digits(x1) + "\" y1=\"" + digits(y1) + "\" x2=\"" + digits(x2) +
+         "\" y2=\"" + digits(y2) + "\" " + stroke + "/>\n";
 }
 
 std::string power_text(int power) { return "1e" + std::to_string(power); }
@@ -61,16 +60,17 @@ std::string grid(const Axis& x, const Axis& y, const WorkPrecisionPlot& plot) {
   for (int power = x.low; power <= x.high; ++power) {
     const double at = x.place(std::pow(10.0, power));
     out += line(at, y.to, at, y.from, grey);
-    out += text_at(at, y.from + 16, "middle", power_text(power));
+    out += sheet_text(at, y.from + 16, "middle", power_text(power));
   }
   const int every = 1 + (y.high - y.low) / 9;
   for (int power = y.low; power <= y.high; power += every) {
     const double at = y.place(std::pow(10.0, power));
     out += line(x.from, at, x.to, at, grey);
-    out += text_at(x.from - 6, at + 4, "end", power_text(power));
+    out += sheet_text(x.from - 6, at + 4, "end", power_text(power));
   }
-  out += text_at((x.from + x.to) / 2, kHeight - 12, "middle", "CPU time per simulated second, s/s");
-  out += text_at(8, kTop - 14, "start", plot.y_label, " font-weight=\"bold\"");
+  out += sheet_text((x.from + x.to) / 2, kSheetHeight - 12, "middle",
+                    "CPU time per simulated second, s/s");
+  out += sheet_text(8, kSheetTop - 14, "start", plot.y_label, " font-weight=\"bold\"");
   return out;
 }
 
@@ -80,7 +80,7 @@ std::string bound_line(const Axis& x, const Axis& y, const std::optional<double>
   const double at = y.place(*bound);
   return line(x.from, at, x.to, at,
               std::string("stroke=\"#444444\" stroke-dasharray=\"") + dashes + "\"") +
-         text_at(x.from + 5, at - 4, "start", name, " fill=\"#444444\"");
+         sheet_text(x.from + 5, at - 4, "start", name, " fill=\"#444444\"");
 }
 
 std::string drawn(const WorkPrecisionSeries& series, const Axis& x, const Axis& y,
@@ -90,12 +90,12 @@ std::string drawn(const WorkPrecisionSeries& series, const Axis& x, const Axis& 
     const bool finite = std::isfinite(point.error);
     const double px = x.place(point.cpu_s);
     const double py = finite ? y.place(std::max(point.error, kSmallest)) : y.to;
-    path += number(px) + "," + number(py) + " ";
-    marks += "<circle cx=\"" + number(px) + "\" cy=\"" + number(py) + "\" r=\"3.5\" fill=\"" +
+    path += digits(px) + "," + digits(py) + " ";
+    marks += "<circle cx=\"" + digits(px) + "\" cy=\"" + digits(py) + "\" r=\"3.5\" fill=\"" +
              (finite ? colour : "white") + "\" stroke=\"" + colour + "\"><title>" +
              escaped_xml(series.name + " " + point.label + ": error " +
-                         (finite ? number(point.error) : "is no number") + ", " +
-                         number(point.cpu_s) + " s/s") +
+                         (finite ? digits(point.error) : "is no number") + ", " +
+                         digits(point.cpu_s) + " s/s") +
              "</title></circle>\n";
   }
   return "<polyline fill=\"none\" stroke=\"" + std::string(colour) +
@@ -113,22 +113,22 @@ std::string work_precision_svg(const WorkPrecisionPlot& plot) {
     }
   for (const std::optional<double>& bound : {plot.must, plot.stretch})
     if (bound) errors.push_back(*bound);
-  const Axis x = axis_over(times, kLeft, kWidth - kRight);
-  const Axis y = axis_over(errors, kHeight - kBottom, kTop);
-  std::string out = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + number(kWidth) +
-                    "\" height=\"" + number(kHeight) +
+  const Axis x = axis_over(times, kSheetLeft, kSheetWidth - kSheetRight);
+  const Axis y = axis_over(errors, kSheetHeight - kSheetBottom, kSheetTop);
+  std::string out = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + digits(kSheetWidth) +
+                    "\" height=\"" + digits(kSheetHeight) +
                     "\" font-family=\"sans-serif\" font-size=\"11\">\n"
                     "<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n" +
                     grid(x, y, plot) + bound_line(x, y, plot.must, "must", "6 3") +
                     bound_line(x, y, plot.stretch, "stretch", "2 3");
-  out += text_at((x.from + x.to) / 2, kTop - 14, "middle", plot.title);
-  double legend = kHeight - kBottom - 18.0 * static_cast<double>(plot.series.size()) + 14;
+  out += sheet_text((x.from + x.to) / 2, kSheetTop - 14, "middle", plot.title);
+  double legend = kSheetHeight - kSheetBottom - 18.0 * static_cast<double>(plot.series.size()) + 14;
   for (std::size_t i = 0; i < plot.series.size(); ++i, legend += 18) {
-    const char* colour = kColours[i % kColours.size()];
+    const char* colour = kSeriesColours[i % kSeriesColours.size()];
     out += drawn(plot.series[i], x, y, colour);
     out += line(x.to + 8, legend - 4, x.to + 24, legend - 4,
                 std::string("stroke-width=\"2\" stroke=\"") + colour + "\"");
-    out += text_at(x.to + 28, legend, "start", plot.series[i].name);
+    out += sheet_text(x.to + 28, legend, "start", plot.series[i].name);
   }
   return out + "</svg>\n";
 }

@@ -103,7 +103,7 @@ class PholdProcess final : public LogicalProcess {
     for (std::uint32_t i = 0; i < options_.start_events_per_lp; ++i) {
       const std::uint64_t token = append(append(options_.seed, index_of(id_)), i);
       const VirtualTime when{now.t + delay(token), 0};
-      outbox.send(id_, when, kEvent, encode({token, 0, options_.zero_delay_rounds}));
+      outbox.send(id_, when, kEvent, encode(EventPayload{token, 0, options_.zero_delay_rounds}));
     }
   }
 

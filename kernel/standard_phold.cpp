@@ -11,13 +11,13 @@
 namespace soda::kernel {
 namespace {
 
-constexpr std::uint32_t kEvent = 0;
+constexpr std::uint32_t kStandardEvent = 0;
 
-struct EventPayload {
+struct StandardPayload {
   std::uint64_t token;
   std::uint64_t hops_left;  // zero-delay hops
 };
-static_assert(sizeof(EventPayload) <= Payload::kInlineBytes);
+static_assert(sizeof(StandardPayload) <= Payload::kInlineBytes);
 
 struct State {
   std::uint64_t digest = 0;
@@ -58,13 +58,13 @@ class StandardPholdProcess final : public SmallProcess<State> {
     state_.started = 1;
     for (std::uint32_t i = 0; i < start_events_; ++i) {
       const std::uint64_t token = draws_->first_token(index_of(id_), i);
-      outbox.send(id_, {draws_->draw(token, 0).delay_ticks, 0}, kEvent,
-                  Payload::of(EventPayload{token, hops_}));
+      outbox.send(id_, {draws_->draw(token, 0).delay_ticks, 0}, kStandardEvent,
+                  Payload::of(StandardPayload{token, hops_}));
     }
   }
 
   void consume(VirtualTime now, const MessageView& message, Outbox& outbox) {
-    EventPayload event;
+    StandardPayload event;
     SODA_ASSERT(message.payload.size() == sizeof event, message.payload.size(), " bytes");
     std::memcpy(&event, message.payload.data(), sizeof event);
     ++state_.consumed;
@@ -74,12 +74,12 @@ class StandardPholdProcess final : public SmallProcess<State> {
       state_.digest += event.token;
     const PholdDraw draw = draws_->draw(event.token, index_of(id_));
     VirtualTime when{now.t + draw.delay_ticks, 0};
-    EventPayload next{draw.next_token, hops_};
+    StandardPayload next{draw.next_token, hops_};
     if (event.hops_left > 0) {
       when = {now.t, now.round + 1};
       next.hops_left = event.hops_left - 1;
     }
-    outbox.send(LpId{draw.destination}, when, kEvent, Payload::of(next));
+    outbox.send(LpId{draw.destination}, when, kStandardEvent, Payload::of(next));
   }
 
   const LpId id_;

@@ -10,12 +10,6 @@ using physics::ContactManifold;
 
 namespace {
 
-bool same_box(const physics::Aabb& a, const physics::Aabb& b) {
-  for (int axis = 0; axis < 3; ++axis)
-    if (a.min[axis] != b.min[axis] || a.max[axis] != b.max[axis]) return false;
-  return true;
-}
-
 void write_records(const Records& records, Writer& writer) {
   writer.number(static_cast<std::uint32_t>(records.nodes.size()));
   for (const Node& node : records.nodes) {
@@ -43,7 +37,7 @@ Records read_records(Reader& reader) {
 }  // namespace
 
 bool identical(const Ghost& a, const Ghost& b) {
-  return a.id == b.id && a.owner == b.owner && same_box(a.box, b.box) &&
+  return a.id == b.id && a.owner == b.owner && physics::identical(a.box, b.box) &&
          physics::identical(a.state, b.state);
 }
 

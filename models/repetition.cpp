@@ -11,12 +11,6 @@ using physics::BodyId;
 using physics::BodyState;
 using physics::ContactManifold;
 
-bool same_box(const physics::Aabb& a, const physics::Aabb& b) {
-  for (int axis = 0; axis < 3; ++axis)
-    if (a.min[axis] != b.min[axis] || a.max[axis] != b.max[axis]) return false;
-  return true;
-}
-
 }  // namespace
 
 void Repetition::start(std::span<const BodyId> changed, const StoredEntry* replaced,
@@ -65,8 +59,8 @@ void Repetition::note_ghosts(std::span<const Ghost> ghosts) {
   const auto own = static_cast<std::ptrdiff_t>(unchanged_.size());
   for (const Ghost& ghost : ghosts) {
     const StoredGhost* const before = replaced_->ghosts.find(ghost.id);
-    if (before != nullptr && before->owner == ghost.owner && same_box(before->box, ghost.box) &&
-        before->state.holds(ghost.state))
+    if (before != nullptr && before->owner == ghost.owner &&
+        physics::identical(before->box, ghost.box) && before->state.holds(ghost.state))
       unchanged_.push_back(ghost.id);
   }
   std::inplace_merge(unchanged_.begin(), unchanged_.begin() + own, unchanged_.end());

@@ -12,12 +12,12 @@ namespace soda::models {
 namespace {
 
 // A box of cells [low, high) still to be divided among worlds first_world .. first_world + worlds.
-struct Part {
+struct Block {
   std::array<std::int32_t, 3> low, high;
   std::uint32_t first_world, worlds;
 };
 
-std::int64_t volume(const Part& part) {
+std::int64_t volume(const Block& part) {
   std::int64_t cells = 1;
   for (int axis = 0; axis < 3; ++axis) cells *= part.high[axis] - part.low[axis];
   return cells;
@@ -25,7 +25,7 @@ std::int64_t volume(const Part& part) {
 
 // Cuts across the longest axis, worlds in proportion to cells as far as whole layers allow, and
 // never more worlds than cells on either side.
-std::array<Part, 2> bisect(const Part& part) {
+std::array<Block, 2> bisect(const Block& part) {
   int axis = 0;
   for (int candidate = 1; candidate < 3; ++candidate) {
     if (part.high[candidate] - part.low[candidate] > part.high[axis] - part.low[axis]) {
@@ -41,7 +41,7 @@ std::array<Part, 2> bisect(const Part& part) {
   lower_worlds = std::clamp<std::int64_t>(
       lower_worlds, std::max<std::int64_t>(1, worlds - (length - cut) * layer),
       std::min(worlds - 1, cut * layer));
-  Part lower = part, upper = part;
+  Block lower = part, upper = part;
   lower.high[axis] = upper.low[axis] = part.low[axis] + static_cast<std::int32_t>(cut);
   lower.worlds = static_cast<std::uint32_t>(lower_worlds);
   upper.first_world += lower.worlds;
@@ -51,12 +51,12 @@ std::array<Part, 2> bisect(const Part& part) {
 
 std::vector<WorldId> block_owners(const Grid& grid, std::uint32_t worlds) {
   std::vector<WorldId> owners(grid.cell_count(), WorldId{0});
-  std::vector<Part> open{{{0, 0, 0}, grid.cells, 0, worlds}};
+  std::vector<Block> open{{{0, 0, 0}, grid.cells, 0, worlds}};
   while (!open.empty()) {
-    const Part part = open.back();
+    const Block part = open.back();
     open.pop_back();
     if (part.worlds > 1) {
-      for (const Part& half : bisect(part)) open.push_back(half);
+      for (const Block& half : bisect(part)) open.push_back(half);
       continue;
     }
     for (std::int32_t x = part.low[0]; x < part.high[0]; ++x)

@@ -12,7 +12,6 @@ namespace {
 
 using physics::BodyId;
 using physics::BodyState;
-using BorderBody = StepMemo::BorderBody;
 
 template <class Packed>
 std::optional<BodyState> unpacked(const Packed& state) {
@@ -38,8 +37,8 @@ void look_into(const StepMemo& memo, const StoredEntry& start, ExecutedStep& ste
     const StoredBody* const body = start.bodies.find(id);
     return body == nullptr ? std::nullopt : unpacked(body->state);
   };
-  step.border_bodies = [&memo](std::uint32_t cell) -> std::span<const BorderBody> {
-    const auto found = std::ranges::equal_range(memo.border, cell, {}, &BorderBody::cell);
+  step.border_bodies = [&memo](std::uint32_t cell) -> std::span<const StepMemo::BorderBody> {
+    const auto found = std::ranges::equal_range(memo.border, cell, {}, &StepMemo::BorderBody::cell);
     return {found.begin(), found.end()};
   };
   step.contacts = memo.tested.size();

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "physics/disjoint_sets.hpp"
+
 namespace soda::physics {
 namespace {
 
@@ -81,11 +83,6 @@ std::vector<MeshEdge> sorted_edges(const TriangleMesh& mesh) {
            std::array{y.low, y.high, y.triangle, y.side};
   });
   return edges;
-}
-
-std::uint32_t find_root(std::vector<std::uint32_t>& parent, std::uint32_t i) {
-  while (parent[i] != i) i = parent[i] = parent[parent[i]];
-  return i;
 }
 
 // Marks the edges between two triangles that are flat or concave, and joins coplanar triangles.

@@ -244,13 +244,6 @@ void overlap_segments(const SupportFeature& a, const SupportFeature& b, const Ve
 
 namespace {
 
-bool before(const Vec3& a, const Vec3& b) {
-  for (int i = 0; i < 3; ++i) {
-    if (a[i] != b[i]) return a[i] < b[i];
-  }
-  return false;
-}
-
 template <typename Score>
 int best_of(const ContactCandidates& c, Score score) {
   int best = 0;
@@ -306,7 +299,7 @@ void emit_manifold(BodyId a, BodyId b, std::uint32_t part, const Vec3& normal, c
   std::sort(candidates.points.begin(), candidates.points.begin() + count,
             [](const ContactPoint& x, const ContactPoint& y) {
               if (x.feature != y.feature) return x.feature < y.feature;
-              return before(x.position_m, y.position_m);
+              return comes_before(x.position_m, y.position_m);
             });
   if (count > 4) reduce_to_four(normal, candidates);
   ContactManifold manifold{a, b, part, static_cast<std::uint32_t>(candidates.count), normal, {}};

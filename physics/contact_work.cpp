@@ -9,7 +9,7 @@ namespace soda::physics {
 namespace {
 
 // Of an energy; below it, a gain is rounding.
-constexpr double kRounding = 1e-13;
+constexpr double kContactRounding = 1e-13;
 // Of a whole: then all impulses that act in either of two solutions act.
 constexpr double kAlmost = 1.0 - 1e-9;
 constexpr double kTrace = 0.999;
@@ -117,7 +117,7 @@ double share_of_rebounds(double dt_s, const Selection<BodyState>& before,
 
 void limit_work(std::span<const SolverBody> free, ContactProblem& problem) {
   const Work after = power(std::span(problem.bodies).first(free.size()), problem);
-  if (!(after.sum > kRounding * after.scale)) return;
+  if (!(after.sum > kContactRounding * after.scale)) return;
   const double without = power(free, problem).sum;
   const double share = without < 0.0 ? without / (without - after.sum) : 0.0;
   take_share(share, free, nullptr, problem);
@@ -126,7 +126,7 @@ void limit_work(std::span<const SolverBody> free, ContactProblem& problem) {
 void limit_gain(double dt_s, const Selection<BodyState>& before, std::span<const SolverBody> free,
                 ContactProblem& problem) {
   const Work whole = gain(dt_s, before, free, find_flights(problem), problem);
-  if (whole.sum > kRounding * whole.scale) limit_work(free, problem);
+  if (whole.sum > kContactRounding * whole.scale) limit_work(free, problem);
 }
 
 SolvedContacts solved_contacts(const ContactProblem& problem) {
@@ -146,7 +146,7 @@ void limit_rebounds(double dt_s, const Selection<BodyState>& before,
                     ContactProblem& problem) {
   const std::span<const SolverBody> start = std::span(plastic.bodies).first(free.size());
   const Work whole = gain(dt_s, before, free, find_flights(problem), problem);
-  if (!(whole.sum > kRounding * whole.scale)) return;
+  if (!(whole.sum > kContactRounding * whole.scale)) return;
   double share = share_of_rebounds(dt_s, before, free, plastic, problem);
   if (share < kTrace) {
     // What is left of an impact without rebound belongs to the step's end, not to the impact's

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "physics/disjoint_sets.hpp"
 #include "physics/mass_properties.hpp"
 
 namespace soda::physics {
@@ -56,18 +57,11 @@ std::variant<std::vector<HullTriangle>, std::string> triangulated_hull(
   return triangles;
 }
 
-bool before(const Vec3& a, const Vec3& b) {
-  for (int i = 0; i < 3; ++i) {
-    if (a[i] != b[i]) return a[i] < b[i];
-  }
-  return false;
-}
-
 // Distinct points in lexicographic order: whatever is computed from them forgets the given order.
 std::vector<Vec3> sorted_unique(std::span<const Vec3> points) {
   std::vector<Vec3> sorted(points.begin(), points.end());
   for (Vec3& p : sorted) p += Vec3::Zero();  // -0 becomes 0
-  std::sort(sorted.begin(), sorted.end(), before);
+  std::sort(sorted.begin(), sorted.end(), comes_before);
   sorted.erase(std::unique(sorted.begin(), sorted.end()), sorted.end());
   return sorted;
 }
@@ -93,11 +87,6 @@ double thickness(const std::vector<Vec3>& points) {
   const double height =
       farthest([&](const Vec3& p) { return std::abs(normal.dot(p - origin)); }).second;
   return height / length;
-}
-
-std::uint32_t find_root(std::vector<std::uint32_t>& parent, std::uint32_t i) {
-  while (parent[i] != i) i = parent[i] = parent[parent[i]];
-  return i;
 }
 
 struct DirectedEdge {

@@ -10,7 +10,7 @@ namespace soda::physics {
 namespace {
 
 constexpr double kMostMultiplications = 5e6;  // of one factorisation: 10 Mflop
-constexpr std::uint32_t kMostBodies = 1000;
+constexpr std::uint32_t kMostDirectBodies = 1000;
 // Newton's method needs many steps for what slides or falls. So what is not calm must be small, and
 // have bodies for which sweeps fail.
 constexpr double kSmall = 1e4;  // multiplications
@@ -135,7 +135,7 @@ std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, doub
                                              bool accurate, std::span<const BodyId> ids,
                                              std::span<const ContactManifold> manifolds,
                                              std::span<const BodyState> states) {
-  if (!scene.solver.direct || ids.size() > kMostBodies) return std::nullopt;
+  if (!scene.solver.direct || ids.size() > kMostDirectBodies) return std::nullopt;
   const double ratio = mass_ratio(scene, ids);
   if (is_easy(accurate, ids.size(), ratio)) return std::nullopt;
   const bool is_uneven = ratio > kMuchHeavier;

@@ -13,15 +13,15 @@ Vec3 level(const Vec3& v, const Vec3& gravity) {
 }
 
 // Where a body stands beside a segment of a lane.
-struct Nearest {
+struct NearestSegment {
   Vec3 along = Vec3::Zero();  // unit direction of the segment
   Vec3 aside = Vec3::Zero();  // from the segment's nearest point to the body
 };
 
 // Where a way point is nearest, it is nearest of both its segments, to the bit: its offset is the
 // same vector. The later one wins, so that who cuts no corner still turns.
-Nearest nearest_segment(const Lane& lane, const Vec3& gravity, const Vec3& position) {
-  Nearest nearest;
+NearestSegment nearest_segment(const Lane& lane, const Vec3& gravity, const Vec3& position) {
+  NearestSegment nearest;
   double least = 0.0;
   const std::size_t segments = lane.way_points_m.size() - 1;
   Vec3 from_start = level(position - lane.way_points_m[0], gravity);
@@ -44,7 +44,7 @@ Nearest nearest_segment(const Lane& lane, const Vec3& gravity, const Vec3& posit
 
 // Along the lane; outside it, turned towards it, by 45 degrees at half a width from its edge.
 Vec3 lane_velocity(const Lane& lane, const Vec3& gravity, const Vec3& position) {
-  const Nearest nearest = nearest_segment(lane, gravity, position);
+  const NearestSegment nearest = nearest_segment(lane, gravity, position);
   const double distance = nearest.aside.norm();
   const double outside = distance - lane.half_width_m;
   if (!(outside > 0.0)) return nearest.along * lane.speed_m_s;

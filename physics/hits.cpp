@@ -18,7 +18,7 @@
 namespace soda::physics {
 namespace {
 
-constexpr std::size_t kMostBodies = 8;
+constexpr std::size_t kMostHitBodies = 8;
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
 // Of the width. A gap counts as none, and points hit together. A body that rests is tilted by what
@@ -186,7 +186,7 @@ std::size_t most_parts(std::span<const BodyId> ids) { return 8 + 8 * ids.size();
 // whirls so fast that no number of parts would show where it hits is not looked at.
 bool can_be_hit(const HitIsland& island, double dt_s, std::span<const BodyState> states) {
   constexpr double kMostRatio = 1e4;
-  if (island.ids.size() > kMostBodies) return false;
+  if (island.ids.size() > kMostHitBodies) return false;
   const double most_turn_rad = kForeseenTurn_rad * static_cast<double>(most_parts(island.ids));
   for (std::size_t i = 0; i < states.size(); ++i) {
     if (!is_unjointed(island.scene.bodies[index_of(island.ids[i])])) return false;

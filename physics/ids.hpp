@@ -32,6 +32,20 @@ struct Aabb {
   Vec3 max = Vec3::Zero();
 };
 
+// Lexicographic.
+inline bool comes_before(const Vec3& a, const Vec3& b) {
+  for (int i = 0; i < 3; ++i) {
+    if (a[i] != b[i]) return a[i] < b[i];
+  }
+  return false;
+}
+
+inline bool identical(const Aabb& a, const Aabb& b) {
+  for (int axis = 0; axis < 3; ++axis)
+    if (a.min[axis] != b.min[axis] || a.max[axis] != b.max[axis]) return false;
+  return true;
+}
+
 inline bool overlap(const Aabb& a, const Aabb& b) {
   return a.min.x() <= b.max.x() && b.min.x() <= a.max.x() && a.min.y() <= b.max.y() &&
          b.min.y() <= a.max.y() && a.min.z() <= b.max.z() && b.min.z() <= a.max.z();

@@ -15,7 +15,7 @@
 namespace soda::physics {
 namespace {
 
-constexpr std::size_t kMostBodies = 64;
+constexpr std::size_t kMostStruckBodies = 64;
 
 // At a point that neither bounces nor leaves, gravity presses a body on a static, or two overlap.
 bool rests(const SceneDescription& scene, const ContactManifold& m, const BodyState& a,
@@ -55,7 +55,7 @@ Need flights_needed(const SceneDescription& scene) {
 bool is_in_flight(const SceneDescription& scene, const Geometry& geometry,
                   std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
                   std::span<const BodyState> states) {
-  if (ids.size() > kMostBodies) return false;
+  if (ids.size() > kMostStruckBodies) return false;
   for (const BodyId id : ids)
     if (!can_fly(scene.bodies[index_of(id)])) return false;
   const auto state_of = [&](BodyId id) {

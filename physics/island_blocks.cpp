@@ -8,21 +8,22 @@ namespace {
 // Fewer make blocks whose borders cost more than dividing them gains.
 constexpr std::uint32_t kBlockPoints = 128;
 
-constexpr std::uint32_t kNone = 0xffffffffu;
+constexpr std::uint32_t kNowhere = 0xffffffffu;
 
-struct Ends {
-  std::uint32_t a = 0, b = kNone;  // places in the island; none for a static
+struct ContactEnds {
+  std::uint32_t a = 0, b = kNowhere;  // places in the island; none for a static
 };
 
-std::uint32_t place_of(std::span<const BodyId> ids, BodyId id) {
+std::uint32_t node_of(std::span<const BodyId> ids, BodyId id) {
   return static_cast<std::uint32_t>(std::lower_bound(ids.begin(), ids.end(), id) - ids.begin());
 }
 
-std::vector<Ends> ends_of(std::span<const BodyId> ids, std::span<const ContactManifold> manifolds) {
-  std::vector<Ends> ends;
+std::vector<ContactEnds> ends_of(std::span<const BodyId> ids,
+                                 std::span<const ContactManifold> manifolds) {
+  std::vector<ContactEnds> ends;
   ends.reserve(manifolds.size());
   for (const ContactManifold& m : manifolds)
-    ends.push_back({place_of(ids, m.a), is_static(m.b) ? kNone : place_of(ids, m.b)});
+    ends.push_back({node_of(ids, m.a), is_static(m.b) ? kNowhere : node_of(ids, m.b)});
   return ends;
 }
 
@@ -31,19 +32,19 @@ struct ContactGraph {
   std::vector<std::uint32_t> begin, neighbours;
 };
 
-ContactGraph graph_of(std::size_t bodies, std::span<const Ends> ends) {
+ContactGraph graph_of(std::size_t bodies, std::span<const ContactEnds> ends) {
   ContactGraph graph;
   graph.begin.assign(bodies + 1, 0);
-  for (const Ends& e : ends) {
-    if (e.b == kNone) continue;
+  for (const ContactEnds& e : ends) {
+    if (e.b == kNowhere) continue;
     ++graph.begin[e.a + 1];
     ++graph.begin[e.b + 1];
   }
   for (std::size_t i = 0; i < bodies; ++i) graph.begin[i + 1] += graph.begin[i];
   graph.neighbours.resize(graph.begin.back());
   std::vector<std::uint32_t> next(graph.begin.begin(), graph.begin.end() - 1);
-  for (const Ends& e : ends) {
-    if (e.b == kNone) continue;
+  for (const ContactEnds& e : ends) {
+    if (e.b == kNowhere) continue;
     graph.neighbours[next[e.a]++] = e.b;
     graph.neighbours[next[e.b]++] = e.a;
   }
@@ -59,7 +60,7 @@ struct Layers {
 
 Layers layers_from(std::uint32_t start, const ContactGraph& graph) {
   Layers layers;
-  layers.of.assign(graph.begin.size() - 1, kNone);
+  layers.of.assign(graph.begin.size() - 1, kNowhere);
   std::vector<std::uint32_t> layer{start}, next;
   layers.of[start] = 0;
   while (!layer.empty()) {
@@ -69,7 +70,7 @@ Layers layers_from(std::uint32_t start, const ContactGraph& graph) {
     for (const std::uint32_t body : layer) {
       for (std::uint32_t i = graph.begin[body]; i < graph.begin[body + 1]; ++i) {
         const std::uint32_t neighbour = graph.neighbours[i];
-        if (layers.of[neighbour] != kNone) continue;
+        if (layers.of[neighbour] != kNowhere) continue;
         layers.of[neighbour] = layers.count;
         next.push_back(neighbour);
       }
@@ -80,12 +81,12 @@ Layers layers_from(std::uint32_t start, const ContactGraph& graph) {
 }
 
 // The block of each layer. A contact counts for the farther of its layers.
-std::vector<std::uint32_t> group_layers(const Layers& layers, std::span<const Ends> ends,
+std::vector<std::uint32_t> group_layers(const Layers& layers, std::span<const ContactEnds> ends,
                                         std::span<const ContactManifold> manifolds) {
   std::vector<std::uint32_t> points(layers.count, 0);
   std::uint32_t rest = 0;
   for (std::size_t m = 0; m < ends.size(); ++m) {
-    const std::uint32_t b = ends[m].b == kNone ? ends[m].a : ends[m].b;
+    const std::uint32_t b = ends[m].b == kNowhere ? ends[m].a : ends[m].b;
     points[std::max(layers.of[ends[m].a], layers.of[b])] += manifolds[m].count;
     rest += manifolds[m].count;
   }
@@ -112,11 +113,11 @@ void note_border_body(std::uint32_t body, std::vector<std::uint32_t>& last_borde
   part.bodies.push_back(body);
 }
 
-void sort_contacts(std::span<const Ends> ends, IslandBlocks& blocks) {
-  std::vector<std::uint32_t> last_border(blocks.block_of.size(), kNone);
+void sort_contacts(std::span<const ContactEnds> ends, IslandBlocks& blocks) {
+  std::vector<std::uint32_t> last_border(blocks.block_of.size(), kNowhere);
   for (std::uint32_t m = 0; m < ends.size(); ++m) {
     const std::uint32_t of_a = blocks.block_of[ends[m].a];
-    const std::uint32_t of_b = ends[m].b == kNone ? of_a : blocks.block_of[ends[m].b];
+    const std::uint32_t of_b = ends[m].b == kNowhere ? of_a : blocks.block_of[ends[m].b];
     if (of_a == of_b) {
       blocks.inside[of_a].manifolds.push_back(m);
       continue;
@@ -138,12 +139,12 @@ bool is_giant(std::span<const ContactManifold> manifolds) {
 }
 
 IslandBlocks split_island(std::span<const BodyId> ids, std::span<const ContactManifold> manifolds) {
-  const std::vector<Ends> ends = ends_of(ids, manifolds);
+  const std::vector<ContactEnds> ends = ends_of(ids, manifolds);
   const ContactGraph graph = graph_of(ids.size(), ends);
   const Layers layers = layers_from(layers_from(0, graph).far_end, graph);
   IslandBlocks blocks;
   // Not one island, whatever the caller says.
-  if (std::find(layers.of.begin(), layers.of.end(), kNone) != layers.of.end()) return blocks;
+  if (std::find(layers.of.begin(), layers.of.end(), kNowhere) != layers.of.end()) return blocks;
   const std::vector<std::uint32_t> block_of_layer = group_layers(layers, ends, manifolds);
   blocks.inside.resize(block_of_layer.back() + 1);
   blocks.borders.resize(blocks.inside.size() - 1);

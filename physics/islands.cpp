@@ -3,13 +3,10 @@
 #include <algorithm>
 #include <numeric>
 
+#include "physics/disjoint_sets.hpp"
+
 namespace soda::physics {
 namespace {
-
-std::uint32_t find_root(std::vector<std::uint32_t>& parent, std::uint32_t i) {
-  while (parent[i] != i) i = parent[i] = parent[parent[i]];
-  return i;
-}
 
 // Where `id` is, not before `from`. Bodies in contact mostly have ids that lie close to each other,
 // with none missing between; else by steps that double.
@@ -24,7 +21,7 @@ std::uint32_t position_of(std::span<const BodyId> ids, BodyId id, std::uint32_t 
   return static_cast<std::uint32_t>(found - ids.begin());
 }
 
-constexpr std::uint32_t kNone = 0xffffffffu, kTouched = 0xfffffffeu;  // instead of an island
+constexpr std::uint32_t kNoIsland = 0xffffffffu, kTouched = 0xfffffffeu;  // instead of an island
 
 // Turns counts[i] at begin[i + 1] into offsets.
 void accumulate(std::vector<std::uint32_t>& begin) {
@@ -40,7 +37,7 @@ void build_islands(std::span<const BodyId> ids, std::span<const ContactManifold>
   auto& [parent, body_of_manifold, island_of, next] = out.scratch;
   parent.resize(n);
   body_of_manifold.resize(manifolds.size());
-  island_of.assign(n, kNone);  // by body; roots come first by construction
+  island_of.assign(n, kNoIsland);  // by body; roots come first by construction
   std::iota(parent.begin(), parent.end(), 0u);
   std::uint32_t a = 0;  // the manifolds ascend by it
   for (std::size_t m = 0; m < manifolds.size(); ++m) {
@@ -57,7 +54,7 @@ void build_islands(std::span<const BodyId> ids, std::span<const ContactManifold>
   out.free_bodies.clear();
   out.body_begin.assign(1, 0);
   for (std::uint32_t i = 0; i < n; ++i) {
-    if (island_of[i] == kNone) {
+    if (island_of[i] == kNoIsland) {
       out.free_bodies.push_back(i);
       continue;
     }
@@ -80,7 +77,7 @@ void build_islands(std::span<const BodyId> ids, std::span<const ContactManifold>
   out.manifolds.resize(manifolds.size());
   next.assign(out.body_begin.begin(), out.body_begin.end());
   for (std::uint32_t i = 0; i < n; ++i) {
-    if (island_of[i] != kNone) out.bodies[next[island_of[i]]++] = i;
+    if (island_of[i] != kNoIsland) out.bodies[next[island_of[i]]++] = i;
   }
   next.assign(out.manifold_begin.begin(), out.manifold_begin.end());
   for (std::uint32_t m = 0; m < manifolds.size(); ++m) {

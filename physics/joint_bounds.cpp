@@ -35,7 +35,7 @@ double scale_m_s(const JointSystem& system, std::span<const SolverBody> bodies) 
 
 // Of that scale: what rounding can leave, and what a solution can that found the row to depend on
 // others, as that of a motor that drives against a stop.
-constexpr double kRounding = 1e-13, kUnsolved = 1e-6;
+constexpr double kBoundRounding = 1e-13, kUnsolved = 1e-6;
 
 // What the row's velocity lacks of its target, as far as an impulse within its bounds can help.
 double missing_m_s(const JointRow& row, double slack_m_s, std::span<const SolverBody> bodies) {
@@ -89,7 +89,7 @@ bool change_one(double scale_m_s, JointSystem& system, std::span<SolverBody> bod
   double most = 0.0;
   for (JointRow& row : system.rows) {
     if (!is_bounded(row)) continue;
-    const double slack = (row.idle ? kRounding : kUnsolved) * scale_m_s;
+    const double slack = (row.idle ? kBoundRounding : kUnsolved) * scale_m_s;
     const double missing = missing_m_s(row, slack, bodies);
     const double bound = missing > 0.0 ? row.most_newton_s : row.least_newton_s;
     if (missing == 0.0 || (!row.idle && !std::isfinite(bound))) continue;

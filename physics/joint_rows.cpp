@@ -8,7 +8,7 @@
 namespace soda::physics {
 namespace {
 
-std::uint32_t place_of(std::span<const BodyId> ids, BodyId id) {
+std::uint32_t place_or_end(std::span<const BodyId> ids, BodyId id) {
   if (is_static(id)) return static_cast<std::uint32_t>(ids.size());
   return static_cast<std::uint32_t>(std::lower_bound(ids.begin(), ids.end(), id) - ids.begin());
 }
@@ -19,8 +19,8 @@ std::vector<std::vector<std::uint32_t>> neighbours_of(const SceneDescription& sc
                                                       std::span<const std::uint32_t> joints) {
   std::vector<std::vector<std::uint32_t>> of_body(ids.size() + 1), neighbours(joints.size());
   const auto bodies = [&](std::uint32_t joint) {
-    return std::array{place_of(ids, scene.joints[joints[joint]].a),
-                      place_of(ids, scene.joints[joints[joint]].b)};
+    return std::array{place_or_end(ids, scene.joints[joints[joint]].a),
+                      place_or_end(ids, scene.joints[joints[joint]].b)};
   };
   for (std::uint32_t joint = 0; joint < joints.size(); ++joint)
     for (const std::uint32_t body : bodies(joint)) of_body[body].push_back(joint);
@@ -65,7 +65,7 @@ std::vector<std::uint32_t> elimination_order(
 }
 
 // One body's end of a joint, in the world frame.
-struct End {
+struct HeldEnd {
   std::uint32_t body = 0;
   Vec3 arm = Vec3::Zero();  // from the centre to the anchor
   Vec3 anchor = Vec3::Zero();
@@ -73,9 +73,9 @@ struct End {
 };
 
 // `with_frame`: else the frame is not asked for.
-End end_of(std::span<const BodyState> states, std::uint32_t body, const Vec3& anchor_local,
-           const Quat& frame_local, bool with_frame) {
-  End end;
+HeldEnd end_of(std::span<const BodyState> states, std::uint32_t body, const Vec3& anchor_local,
+               const Quat& frame_local, bool with_frame) {
+  HeldEnd end;
   end.body = body;
   if (body == states.size()) {
     end.anchor = anchor_local;
@@ -89,12 +89,12 @@ End end_of(std::span<const BodyState> states, std::uint32_t body, const Vec3& an
   return end;
 }
 
-struct Ends {
-  End a, b;
+struct HeldEnds {
+  HeldEnd a, b;
 };
 
-Ends ends_of(const Joint& joint, const std::array<std::uint32_t, 2>& bodies,
-             std::span<const BodyState> states) {
+HeldEnds ends_of(const Joint& joint, const std::array<std::uint32_t, 2>& bodies,
+                 std::span<const BodyState> states) {
   const bool with_frame = joint.kind == JointKind::kHinge || joint.kind == JointKind::kSlider ||
                           joint.kind == JointKind::kFixed;
   return {end_of(states, bodies[0], joint.anchor_a_m, joint.frame_a, with_frame),
@@ -104,7 +104,8 @@ Ends ends_of(const Joint& joint, const std::array<std::uint32_t, 2>& bodies,
 // Appends the rows of a joint.
 class RowBuilder {
  public:
-  RowBuilder(const Ends& ends, std::vector<JointRow>& rows) : a_(ends.a), b_(ends.b), rows_(rows) {}
+  RowBuilder(const HeldEnds& ends, std::vector<JointRow>& rows)
+      : a_(ends.a), b_(ends.b), rows_(rows) {}
 
   // The anchors have the same place along `direction`.
   JointRow& point(const Vec3& direction) {
@@ -137,15 +138,15 @@ class RowBuilder {
     return rows_.back();
   }
 
-  const End& a_;
-  const End& b_;
+  const HeldEnd& a_;
+  const HeldEnd& b_;
   std::vector<JointRow>& rows_;
 };
 
 // Goes over the rows of a joint that there are, one after the other, and writes errors only.
 class ErrorBuilder {
  public:
-  ErrorBuilder(const Ends& ends, JointRow* first)
+  ErrorBuilder(const HeldEnds& ends, JointRow* first)
       : between_m_(ends.b.anchor - ends.a.anchor), row_(first) {}
 
   JointRow& point(const Vec3& direction) { return turn(direction, direction.dot(between_m_)); }
@@ -168,7 +169,7 @@ Vec3 turned_by(const Quat& a, const Quat& b) {
 }
 
 template <class Builder>
-void add_distance(const Joint& joint, double dt_s, bool with_springs, const Ends& ends,
+void add_distance(const Joint& joint, double dt_s, bool with_springs, const HeldEnds& ends,
                   Builder& add) {
   const Vec3 between = ends.b.anchor - ends.a.anchor;
   const double distance = between.norm();
@@ -207,7 +208,7 @@ double turned_about_z(const Quat& a, const Quat& b) {
 
 // The rows of a limit and a motor along the joint's axis.
 template <class Builder>
-void add_bounded(const Joint& joint, const Vec3& axis, const Ends& ends, Builder& add) {
+void add_bounded(const Joint& joint, const Vec3& axis, const HeldEnds& ends, Builder& add) {
   const auto& [a, b] = ends;
   const bool turns = joint.kind == JointKind::kHinge;
   const double place =
@@ -230,7 +231,8 @@ void add_bounded(const Joint& joint, const Vec3& axis, const Ends& ends, Builder
 }
 
 template <class Builder>
-void add_rows(const Joint& joint, double dt_s, bool with_springs, const Ends& ends, Builder& add) {
+void add_rows(const Joint& joint, double dt_s, bool with_springs, const HeldEnds& ends,
+              Builder& add) {
   if (joint.kind == JointKind::kDistance || joint.kind == JointKind::kSpring)
     return add_distance(joint, dt_s, with_springs, ends, add);
   if (joint.kind == JointKind::kBall) {
@@ -287,7 +289,7 @@ JointSystem find_joints(const SceneDescription& scene, std::span<const BodyId> i
     if (is_joint(manifold)) joints.push_back(joint_of(manifold));
   if (joints.size() == 1) {
     const Joint& joint = scene.joints[joints.front()];
-    system.bodies.push_back({place_of(ids, joint.a), place_of(ids, joint.b)});
+    system.bodies.push_back({place_or_end(ids, joint.a), place_or_end(ids, joint.b)});
     system.earliest.push_back(0);
     system.bounded = joint.limits || joint.motor;
     system.joints = std::move(joints);
@@ -304,7 +306,7 @@ JointSystem find_joints(const SceneDescription& scene, std::span<const BodyId> i
     system.joints.push_back(joints[order[i]]);
     system.earliest.push_back(earliest);
     const Joint& joint = scene.joints[system.joints.back()];
-    system.bodies.push_back({place_of(ids, joint.a), place_of(ids, joint.b)});
+    system.bodies.push_back({place_or_end(ids, joint.a), place_or_end(ids, joint.b)});
     system.bounded = system.bounded || joint.limits || joint.motor;
   }
   return system;
@@ -326,7 +328,7 @@ void build_joint_rows(const SceneDescription& scene, double dt_s, std::span<cons
   system.first_row.push_back(0);
   for (std::size_t j = 0; j < system.joints.size(); ++j) {
     const Joint& joint = scene.joints[system.joints[j]];
-    const Ends ends = ends_of(joint, system.bodies[j], states);
+    const HeldEnds ends = ends_of(joint, system.bodies[j], states);
     RowBuilder add(ends, system.rows);
     add_rows(joint, dt_s, with_springs, ends, add);
     system.first_row.push_back(static_cast<std::uint32_t>(system.rows.size()));
@@ -337,7 +339,7 @@ void build_joint_errors(const SceneDescription& scene, std::span<const BodyState
                         JointSystem& system) {
   for (std::size_t j = 0; j < system.joints.size(); ++j) {
     const Joint& joint = scene.joints[system.joints[j]];
-    const Ends ends = ends_of(joint, system.bodies[j], states);
+    const HeldEnds ends = ends_of(joint, system.bodies[j], states);
     ErrorBuilder add(ends, &system.rows[system.first_row[j]]);
     add_rows(joint, 0.0, false, ends, add);
   }
@@ -350,7 +352,7 @@ std::vector<SpringRow> spring_rows(const SceneDescription& scene, std::span<cons
   for (std::size_t j = 0; j < system.joints.size(); ++j) {
     const Joint& joint = scene.joints[system.joints[j]];
     if (joint.kind != JointKind::kSpring) continue;
-    const Ends ends = ends_of(joint, system.bodies[j], states);
+    const HeldEnds ends = ends_of(joint, system.bodies[j], states);
     rows.clear();
     RowBuilder add(ends, rows);
     add_rows(joint, scene.dt_s, true, ends, add);

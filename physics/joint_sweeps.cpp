@@ -8,7 +8,7 @@
 namespace soda::physics {
 namespace {
 
-constexpr double kNegligible = 1e-12;  // change of an impulse, of the largest impulse
+constexpr double kNegligibleJoint = 1e-12;  // change of an impulse, of the largest impulse
 // By how much the two ways to tell a direction's inverse mass may differ, as part of it.
 constexpr double kUnclear = 1e-3;
 // The largest ratio of a lever: how much faster than the contact itself it makes something.
@@ -208,7 +208,7 @@ int solve_jointed_velocities(int iterations, const JointedContacts& contacts,
     const double change = sweep(i % 2 == 0, contacts, problem);
     double largest = 0.0;
     for (const NormalRow& row : problem.normals) largest = std::max(largest, row.impulse_newton_s);
-    if (change <= kNegligible * largest) return i + 1;
+    if (change <= kNegligibleJoint * largest) return i + 1;
   }
   return iterations;
 }

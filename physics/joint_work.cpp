@@ -14,7 +14,7 @@ namespace soda::physics {
 namespace {
 
 // Of energies: below it, a gain is rounding.
-constexpr double kRounding = 1e-13;
+constexpr double kWorkRounding = 1e-13;
 // Of the energy that a fall of one step has: what places that hold to rounding are off by.
 constexpr double kFallPart = 1e-11;
 constexpr double kEpsilon = 2.3e-16;
@@ -154,8 +154,8 @@ EnergyExcess energy_excess(const SceneDescription& scene, double dt_s, std::span
   EnergyExcess excess;
   excess.moving_joule = kinetic_joule(scene, ids, to);
   const double gain = gain_joule(scene, ids, from, to) - work_joule;
-  double noise =
-      kRounding * (excess.moving_joule + kinetic_joule(scene, ids, from) + std::abs(work_joule));
+  double noise = kWorkRounding *
+                 (excess.moving_joule + kinetic_joule(scene, ids, from) + std::abs(work_joule));
   const double g = scene.gravity_m_s2.norm(), fall = g * dt_s;
   for (std::size_t i = 0; i < ids.size(); ++i)
     noise += scene.bodies[index_of(ids[i])].mass_kg *
@@ -217,7 +217,7 @@ double solved_gain_joule(double dt_s, std::span<const BodyState> before,
                          std::span<const SolverBody> free, const JointSystem& joints,
                          const ContactProblem& problem) {
   const Sum gain = gain_of(dt_s, before, free, flights_of(joints, problem), joints, problem);
-  return gain.value <= kRounding * gain.scale ? 0.0 : gain.value;
+  return gain.value <= kWorkRounding * gain.scale ? 0.0 : gain.value;
 }
 
 void limit_joint_gain(double dt_s, std::span<const BodyState> before,

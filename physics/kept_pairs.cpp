@@ -9,17 +9,17 @@
 namespace soda::physics {
 namespace {
 
-constexpr std::size_t kFewest = 64;      // bodies; below, boxes are made and compared at once
-constexpr double kLifetime = 10.0;       // steps that a body of usual speed stays in its room
-constexpr double kLeastSlack = 0.05;     // of the radius: bodies at rest
-constexpr double kMostSlack = 4.0;       // of the radius: faster ones are lost
-constexpr double kSpare = 1.25;          // of speeds
-constexpr double kLeastMove = 0.02;      // radii and radians a step
-constexpr double kNotQuiteUnit = 1e-6;   // of an attitude's square
-constexpr double kWider = 1.0 + 1e-5;    // covers that, and floats
-constexpr double kRounding = 1e-12;      // of coordinates
-constexpr std::size_t kMostLosses = 40;  // in a step; each costs about 1 / 40 of keeping anew
-constexpr std::size_t kMostPairs = 16;   // of candidates a body: more are not worth keeping
+constexpr std::size_t kFewest = 64;       // bodies; below, boxes are made and compared at once
+constexpr double kLifetime = 10.0;        // steps that a body of usual speed stays in its room
+constexpr double kLeastSlack = 0.05;      // of the radius: bodies at rest
+constexpr double kMostSlack = 4.0;        // of the radius: faster ones are lost
+constexpr double kSpare = 1.25;           // of speeds
+constexpr double kLeastMove = 0.02;       // radii and radians a step
+constexpr double kNotQuiteUnit = 1e-6;    // of an attitude's square
+constexpr double kWider = 1.0 + 1e-5;     // covers that, and floats
+constexpr double kPlaceRounding = 1e-12;  // of coordinates
+constexpr std::size_t kMostLosses = 40;   // in a step; each costs about 1 / 40 of keeping anew
+constexpr std::size_t kMostPairs = 16;    // of candidates a body: more are not worth keeping
 constexpr int kShortLife = 3, kLeastPause = 8, kMostPause = 512;  // steps
 
 double median(std::vector<double>& values) {
@@ -60,7 +60,7 @@ inline bool KeptPairs::keeps_to(const BodyState& state, const Bounds& b) {
 Aabb KeptPairs::room_of(const Bounds& b) {
   const Vec3 centre(b.centre_m[0], b.centre_m[1], b.centre_m[2]);
   const Vec3 room =
-      Vec3::Constant((double{b.slack_m} + b.reach_m) * kWider) + centre.cwiseAbs() * kRounding;
+      Vec3::Constant((double{b.slack_m} + b.reach_m) * kWider) + centre.cwiseAbs() * kPlaceRounding;
   return b.is_void() ? Aabb{} : Aabb{centre - room, centre + room};
 }
 
@@ -94,7 +94,7 @@ KeptPairs::Bounds KeptPairs::bounds_of(const Input& in, std::size_t body) const 
   const double slack = kLeastSlack * radius + kLifetime * dt_s_ * (moves + fall);
   const double reach = radius * (1.0 + std::min(spin * dt_s_, 2.0)) +
                        kContactMargin * shape.min_extent_m + (speed + fall) * dt_s_ +
-                       kRounding * state.position_m.cwiseAbs().maxCoeff();
+                       kPlaceRounding * state.position_m.cwiseAbs().maxCoeff();
   Bounds bounds;
   if (!(slack <= kMostSlack * radius) || !(reach + speed + spin <= kFarthest)) return bounds;
   for (int i = 0; i < 3; ++i)

@@ -9,7 +9,7 @@
 namespace soda::physics {
 namespace {
 
-constexpr int kMostParts = 256;  // of a step
+constexpr int kMostLinkageParts = 256;  // of a step
 
 // A spin has farther to go than a swing.
 constexpr PartBounds kOfFourthOrder{0.5, 0.2}, kOfSecondOrder{0.25, 0.25};
@@ -55,10 +55,11 @@ bool advance(const Linkage& linkage, std::span<BodyState> states, IslandReport& 
   if (substeps == 0) return false;
   IslandReport linked = report;
   bool holds = false;
-  for (int parts = substeps; !holds && parts <= kMostParts; parts *= 4) {
+  for (int parts = substeps; !holds && parts <= kMostLinkageParts; parts *= 4) {
     if (parts > substeps) motion.start(states);
     linked = report;
-    holds = advance_parts(linkage, {parts, fourth, 4 * parts <= kMostParts}, nullptr, linked);
+    holds =
+        advance_parts(linkage, {parts, fourth, 4 * parts <= kMostLinkageParts}, nullptr, linked);
   }
   if (!holds) return false;
   if (!fourth) {

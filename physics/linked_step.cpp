@@ -195,17 +195,17 @@ double sunk_widths(const LinkedIsland& island, std::span<const ContactManifold> 
   return most;
 }
 
-struct Part {
+struct LinkedPart {
   IslandReport report;
   std::vector<AdvanceFault> faults;
   std::vector<BodyState> ways;  // that the bodies came
   double sunk_widths = 0.0;
 };
 
-Part advance_part(const LinkedIsland& island, double time_s,
-                  std::span<const ContactManifold> manifolds, std::span<const BodyState> before,
-                  std::span<BodyState> states) {
-  Part part;
+LinkedPart advance_part(const LinkedIsland& island, double time_s,
+                        std::span<const ContactManifold> manifolds,
+                        std::span<const BodyState> before, std::span<BodyState> states) {
+  LinkedPart part;
   std::copy(before.begin(), before.end(), states.begin());
   if (time_s > 0.0)
     part.report = advance_resting(island.scene, island.geometry, time_s, island.ids, manifolds,
@@ -218,7 +218,7 @@ Part advance_part(const LinkedIsland& island, double time_s,
 
 // What a part of its length sinks by is of second order in it. A little is worth a few halvings of
 // the first parts, where much is worth more.
-bool is_to_be_halved(const LinkedIsland& island, const Part& part, int halvings, int number) {
+bool is_to_be_halved(const LinkedIsland& island, const LinkedPart& part, int halvings, int number) {
   constexpr double kVisible = 0.003;
   constexpr int kForVisible = 2, kForDeep = 8, kFirstParts = 5;
   if (part.sunk_widths > kTooDeep) return halvings < kForDeep;
@@ -296,7 +296,7 @@ IslandReport advance_linked(const SceneDescription& scene, const Geometry& geome
   double left_s = dt_s;
   for (int number = 0;; ++number) {
     const std::vector<BodyState> before(states.begin(), states.end());
-    Part part = advance_part(island, left_s, met, before, states);
+    LinkedPart part = advance_part(island, left_s, met, before, states);
     const std::optional<double> touch_s = first_unseen_s(island, left_s, met, before, part.ways);
     const std::vector<BodyState> ways = part.ways;
     double time_s = touch_s ? *touch_s : left_s;

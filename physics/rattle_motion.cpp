@@ -13,7 +13,7 @@
 namespace soda::physics {
 namespace {
 
-constexpr int kMostCorrections = 20;
+constexpr int kMostRattleCorrections = 20;
 
 // Limits this many roundings away are reached.
 constexpr double kReached = 1e3;
@@ -154,7 +154,7 @@ bool RattleMotion::hold_places(double time_s, double enough, IslandReport& repor
     hold_same_limits(*at_, *end_);
   }
   double error = largest_error(*end_);
-  for (int i = 0; i < kMostCorrections && error > enough; ++i) {
+  for (int i = 0; i < kMostRattleCorrections && error > enough; ++i) {
     const bool more = hold_passed_limits(enough, *end_);
     if (more) {
       work.loses = true;

@@ -227,7 +227,7 @@ struct KeptImpulse {
   ContactImpulse impulse;
 };
 
-bool before(const KeptImpulse& x, const KeptImpulse& y) {
+bool kept_before(const KeptImpulse& x, const KeptImpulse& y) {
   if (x.body != y.body) return x.body < y.body;
   if (x.impulse.other != y.impulse.other) return x.impulse.other < y.impulse.other;
   return x.impulse.part != y.impulse.part ? x.impulse.part < y.impulse.part
@@ -276,8 +276,8 @@ void BlockSolver::move(std::uint32_t index, std::vector<BodyState>& moved,
   };
   if (index > 0) add_border(*border_at(index - 1), border_at(index - 1)->upper);
   if (const Border* const behind = border_at(index)) add_border(*behind, behind->lower);
-  std::sort(kept.begin() + of_borders, kept.end(), before);
-  std::inplace_merge(kept.begin(), kept.begin() + of_borders, kept.end(), before);
+  std::sort(kept.begin() + of_borders, kept.end(), kept_before);
+  std::inplace_merge(kept.begin(), kept.begin() + of_borders, kept.end(), kept_before);
 
   auto next = kept.begin();
   for (std::uint32_t i = 0; i < part.ids.size(); ++i) {

@@ -12,7 +12,7 @@ namespace {
 // Of the parts in which springs that nothing touches are followed: trials of two and four times as
 // many parts lead to their limit.
 constexpr double kOfParts = 0.5;
-constexpr double kMostParts = 8.0;
+constexpr double kMostKicks = 8.0;
 
 double parts_of(const SceneDescription& scene, double time_s, std::span<const BodyId> ids,
                 const JointSystem& springs, std::span<const BodyState> states) {
@@ -39,14 +39,14 @@ JointSystem springs_to_kick(const SceneDescription& scene, double dt_s, std::spa
                             std::span<const BodyState> states) {
   if (scene.joints.empty() || !are_springs_in_contact(scene, manifolds)) return {};
   JointSystem springs = find_joints(scene, ids, manifolds);
-  if (!(parts_of(scene, dt_s, ids, springs, states) <= kMostParts)) return {};
+  if (!(parts_of(scene, dt_s, ids, springs, states) <= kMostKicks)) return {};
   return springs;
 }
 
 int parts_to_kick(const SceneDescription& scene, double time_s, std::span<const BodyId> ids,
                   const JointSystem& springs, std::span<const BodyState> states) {
   const double parts = parts_of(scene, time_s, ids, springs, states);
-  return parts < 2.0 * kMostParts ? 1 + static_cast<int>(parts) : static_cast<int>(kMostParts);
+  return parts < 2.0 * kMostKicks ? 1 + static_cast<int>(parts) : static_cast<int>(kMostKicks);
 }
 
 void kick_by_springs(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,

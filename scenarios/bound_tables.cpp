@@ -74,12 +74,12 @@ constexpr Field kRestFields[] = {kPositionM,    kAttitudeRad, kDisplacementRel,
                                  kPenetrationM, kSpeedMS,     kStepMs};
 constexpr Field kInvariantFields[] = {kEnergyRel, kEnergyGainRel, kMomentumRel, kAngularMomentumRel,
                                       kStepMs};
-constexpr Field kStackFields[] = {kForceRel};
+constexpr Field kStackBoundFields[] = {kForceRel};
 constexpr Field kSideFields[] = {kPassed, kEnergyGainRel, kStepMs};
 constexpr Field kPileFields[] = {kPenetrationM, kPenetrationP99M, kEnergyGainRel, kSpeedMS,
                                  kStepMs};
-constexpr Field kGasFields[] = {kPressureRel, kSpeedsRel, kStepMs};
-constexpr Field kChainFields[] = {kGapM, kForceRel, kStepMs};
+constexpr Field kGasBoundFields[] = {kPressureRel, kSpeedsRel, kStepMs};
+constexpr Field kChainBoundFields[] = {kGapM, kForceRel, kStepMs};
 constexpr Field kJointFields[] = {kGapM, kStepMs};
 
 constexpr MeasureKey kMeasureKeys[] = {{"position_m", &BoundsSpec::position_m},
@@ -122,14 +122,15 @@ constexpr ObjectTable kRestBounds =
 constexpr ObjectTable kInvariantBounds =
     object_table<BoundsSpec>("invariant-bounds", "Of what physics conserves.", kInvariantFields);
 constexpr ObjectTable kStackBounds =
-    object_table<BoundsSpec>("stack-bounds", "Of the forces in a stack.", kStackFields);
+    object_table<BoundsSpec>("stack-bounds", "Of the forces in a stack.", kStackBoundFields);
 constexpr ObjectTable kSideBounds =
     object_table<BoundsSpec>("side-bounds", "Of what must not get through.", kSideFields);
 constexpr ObjectTable kPileBounds =
     object_table<BoundsSpec>("pile-bounds", "Of piles.", kPileFields);
-constexpr ObjectTable kGasBounds = object_table<BoundsSpec>("gas-bounds", "Of a gas.", kGasFields);
+constexpr ObjectTable kGasBounds =
+    object_table<BoundsSpec>("gas-bounds", "Of a gas.", kGasBoundFields);
 constexpr ObjectTable kChainBounds =
-    object_table<BoundsSpec>("chain-bounds", "Of a chain that hangs.", kChainFields);
+    object_table<BoundsSpec>("chain-bounds", "Of a chain that hangs.", kChainBoundFields);
 constexpr ObjectTable kJointBounds =
     object_table<BoundsSpec>("joint-bounds", "Of bodies that joints hold.", kJointFields);
 

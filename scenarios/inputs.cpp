@@ -25,7 +25,7 @@ const JsonValue* located(const OrientationSpec& spec) {
 }
 
 // What is special to a kind. `declared`: the body's state in the scene.
-struct Fill {
+struct FillInput {
   const physics::BodyState& declared;
   UserInput& input;
   FaultList& faults;
@@ -111,7 +111,7 @@ std::optional<UserInput> InputBuilder::build(const InputSpec& spec, FaultList& f
   if (scene_.bodies[*body].joints > 0 && std::holds_alternative<RemoveSpec>(spec))
     add_fault(faults, *find_member(*base.json, "body"),
               {"a body that a joint holds", "a body without joints", ""});
-  std::visit(Fill{initial_[*body], input, faults}, spec);
+  std::visit(FillInput{initial_[*body], input, faults}, spec);
   if (faults.size() > before) return std::nullopt;
   return input;
 }

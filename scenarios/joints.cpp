@@ -26,7 +26,7 @@ double size_m(const Scenario& scenario, physics::BodyId id) {
 constexpr double kNoLimit = 1e9;
 
 // What is special to a kind; anchors and axes are still in the world frame.
-struct Fill {
+struct FillJoint {
   Joint& joint;
   double size_m;  // of the smaller body
   FaultList& faults;
@@ -144,7 +144,7 @@ class Builder {
     double size = size_m(scenario_, *a);
     if (!physics::is_static(*b)) size = std::min(size, size_m(scenario_, *b));
     joint.reach_m = 0.25 * size;
-    std::visit(Fill{joint, size, faults_}, spec);
+    std::visit(FillJoint{joint, size, faults_}, spec);
     joint.reach_m = base.reach_m.value_or(joint.reach_m);
     localise(scenario_, joint.a, joint.anchor_a_m, joint.frame_a);
     localise(scenario_, joint.b, joint.anchor_b_m, joint.frame_b);

@@ -11,7 +11,7 @@ namespace {
 
 using physics::Vec3;
 
-constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+constexpr std::uint32_t kNobody = std::numeric_limits<std::uint32_t>::max();
 
 bool too_close(const BoundingSphere& a, const BoundingSphere& b, double gap_m) {
   const double dx = a.center_m.x() - b.center_m.x();
@@ -40,7 +40,7 @@ class SphereGrid {
       cells_[i] = static_cast<std::int64_t>(std::max(wanted[i], 1.0));
       width_m_[i] = size[i] / static_cast<double>(cells_[i]);
     }
-    heads_.assign(static_cast<std::size_t>(cells_[0] * cells_[1] * cells_[2]), kNone);
+    heads_.assign(static_cast<std::size_t>(cells_[0] * cells_[1] * cells_[2]), kNobody);
   }
 
   void add(const BoundingSphere& sphere) {
@@ -82,7 +82,7 @@ class SphereGrid {
     return std::min(c[i] + 1, cells_[i] - 1);
   }
   bool is_free_in(std::size_t cell, const BoundingSphere& wanted, double gap_m) const {
-    for (std::uint32_t i = heads_[cell]; i != kNone; i = next_[i]) {
+    for (std::uint32_t i = heads_[cell]; i != kNobody; i = next_[i]) {
       if (too_close(spheres_[i], wanted, gap_m)) return false;
     }
     return true;

@@ -81,7 +81,7 @@ Members number_range(const Field& field, bool integer) {
           {"maximum", bound(field.limits.max)}};
 }
 
-Json list_of(Json items, std::size_t least, std::size_t most) {
+Json array_of(Json items, std::size_t least, std::size_t most) {
   return object({{"type", text("array")},
                  {"items", std::move(items)},
                  {"minItems", literal(std::to_string(least))},
@@ -92,10 +92,10 @@ Json list_of(Json items, std::size_t least, std::size_t most) {
 Json value_schema(const Field& field) {
   const Limits& limits = field.limits;
   const auto list = [&](Json items) {
-    return list_of(std::move(items), limits.min_items, limits.max_items);
+    return array_of(std::move(items), limits.min_items, limits.max_items);
   };
   const auto three = [&](bool integer) {
-    return list_of(object(number_range(field, integer)), 3, 3);
+    return array_of(object(number_range(field, integer)), 3, 3);
   };
   switch (field.kind) {
     case ValueKind::kNumber:

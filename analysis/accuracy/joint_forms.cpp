@@ -127,11 +127,11 @@ struct Oscillator {
   double decay_1_s = 0.0;
   double squared = 0.0;  // of the rate; < 0: creeps back
 };
-struct Deviation {
+struct SwingState {
   double y = 0.0, v = 0.0;
 };
 
-Deviation after(const Oscillator& of, const Deviation& start, double t) {
+SwingState after(const Oscillator& of, const SwingState& start, double t) {
   const auto [decay, squared] = of;
   const auto [y0, v0] = start;
   const double damped = std::exp(-decay * t);
@@ -152,12 +152,12 @@ Deviation after(const Oscillator& of, const Deviation& start, double t) {
 // From one end of a swing to the next, about the place where spring and friction are equal.
 struct Swing {
   double from_s = 0.0, place = 0.0;
-  Deviation start;
+  SwingState start;
   bool rests = false;
 };
 
 // Of an oscillator that swings; `reach`: how far from its place friction can hold it.
-std::vector<Swing> swings_of(const Oscillator& oscillator, Deviation now, double reach) {
+std::vector<Swing> swings_of(const Oscillator& oscillator, SwingState now, double reach) {
   constexpr std::size_t kMost = 10'000;
   const double rate = std::sqrt(oscillator.squared), decay = oscillator.decay_1_s;
   std::vector<Swing> all;
@@ -169,7 +169,7 @@ std::vector<Swing> swings_of(const Oscillator& oscillator, Deviation now, double
     }
     const double way = now.v != 0.0 ? now.v : -now.y;
     const double place = way > 0.0 ? -reach : reach;
-    const Deviation start{now.y - place, now.v};
+    const SwingState start{now.y - place, now.v};
     all.push_back({from_s, place, start, false});
     // v = 0: tan(rate t) = v0 rate / (decay v0 + (rate^2 + decay^2) y0)
     const double squared = rate * rate + decay * decay;
@@ -191,8 +191,8 @@ MotionAt damped_oscillator(const StartingBody& body, const physics::Joint& sprin
   const Vec3 line = (body.state.position_m - anchor).normalized();
   const double mass = body.params.mass_kg, k = spring.stiffness_newton_m;
   const double rest = spring.length_m + mass * gravity_m_s2.dot(line) / k;
-  const Deviation start{(body.state.position_m - anchor).norm() - rest,
-                        body.state.linear_velocity_m_s.dot(line)};
+  const SwingState start{(body.state.position_m - anchor).norm() - rest,
+                         body.state.linear_velocity_m_s.dot(line)};
   const double decay = 0.5 * spring.damping_newton_s_m / mass;
   const Oscillator oscillator{decay, k / mass - decay * decay};
   const std::vector<Swing> swings =
@@ -202,8 +202,8 @@ MotionAt damped_oscillator(const StartingBody& body, const physics::Joint& sprin
     const auto next = std::find_if(swings.begin() + 1, swings.end(),
                                    [t](const Swing& swing) { return swing.from_s > t; });
     const Swing& swing = next[-1];
-    const Deviation now =
-        swing.rests ? Deviation{} : after(oscillator, swing.start, t - swing.from_s);
+    const SwingState now =
+        swing.rests ? SwingState{} : after(oscillator, swing.start, t - swing.from_s);
     Motion motion;
     motion.position_m = anchor + line * (rest + swing.place + now.y);
     motion.linear_velocity_m_s = line * now.v;

@@ -8,7 +8,7 @@
 namespace soda::analysis {
 namespace {
 
-constexpr const char* kNames[] = {"default", "sequential", "threads", "mpi", "virtual"};
+constexpr const char* kExecutorNames[] = {"default", "sequential", "threads", "mpi", "virtual"};
 // Of 20.
 constexpr unsigned kWeights[] = {4, 1, 7, 4, 4};
 
@@ -75,16 +75,18 @@ void append(const std::vector<Option>& options, std::vector<std::string>& comman
 
 }  // namespace
 
-const char* name_of(RunExecutor executor) { return kNames[static_cast<std::size_t>(executor)]; }
+const char* name_of(RunExecutor executor) {
+  return kExecutorNames[static_cast<std::size_t>(executor)];
+}
 
 std::vector<RunExecutor> parse_executors(const std::vector<std::string>& names) {
   std::vector<RunExecutor> executors;
   for (const std::string& name : names) {
-    const auto found = std::ranges::find(kNames, name);
-    if (found == std::end(kNames))
+    const auto found = std::ranges::find(kExecutorNames, name);
+    if (found == std::end(kExecutorNames))
       throw UsageError("--executors: found " + name +
                        "; allowed: default, sequential, threads, mpi, virtual");
-    executors.push_back(static_cast<RunExecutor>(found - std::begin(kNames)));
+    executors.push_back(static_cast<RunExecutor>(found - std::begin(kExecutorNames)));
   }
   return executors;
 }

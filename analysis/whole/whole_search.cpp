@@ -7,9 +7,9 @@
 namespace soda::analysis {
 namespace {
 
-class Shrinking {
+class WholeShrinking {
  public:
-  Shrinking(ShrunkWhole& smallest, const ShrinkLimits& limits, const TryWhole& attempt)
+  WholeShrinking(ShrunkWhole& smallest, const ShrinkLimits& limits, const TryWhole& attempt)
       : smallest_(smallest), limits_(limits), try_(attempt), kind_(smallest.outcome.kind) {}
 
   void run() {
@@ -150,7 +150,7 @@ ShrunkWhole shrink(const WholeTrial& failing, const WholeOutcome& how, const Shr
                    const TryWhole& attempt) {
   ShrunkWhole smallest{failing, how, 0};
   if (how.steps > 0) smallest.trial.scene.head.set("steps", json_of(how.steps));
-  Shrinking(smallest, limits, attempt).run();
+  WholeShrinking(smallest, limits, attempt).run();
   return smallest;
 }
 

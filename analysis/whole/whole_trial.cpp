@@ -32,7 +32,7 @@ struct Oracle {
   std::string what;
 };
 
-constexpr const char* kRefused = "refused";
+constexpr const char* kRefusedSign = "refused";
 
 void write_oracle(const scenarios::Scenario& scenario, const WholePlace& place,
                   ChildResults& results) {
@@ -73,12 +73,12 @@ Oracle ask_oracle(const std::string& file, const WholePlace& place) {
     try {
       write_oracle(scenarios::read_scenario_file(file), place, results);
     } catch (const scenarios::InputError& error) {
-      throw CheckFailed(std::string(kRefused) + ": " + error.what());
+      throw CheckFailed(std::string(kRefusedSign) + ": " + error.what());
     }
   });
   Oracle oracle;
   if (child.failed) {
-    oracle.kind = child.what.starts_with(kRefused) ? Kind::kRefused : Kind::kPlainLoop;
+    oracle.kind = child.what.starts_with(kRefusedSign) ? Kind::kRefused : Kind::kPlainLoop;
     oracle.what = child.what;
   } else {
     read_oracle(child.bytes, oracle);

@@ -9,7 +9,7 @@ here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)
 work=${SODA_MUTATION_FOLDER:-$root/build/mutation}
 build=$work/build/release
-parts="kernel physics models scenarios analysis tests CMakeLists.txt CMakePresets.json precompiled.cmake"
+parts="kernel physics models scenarios analysis tests CMakeLists.txt CMakePresets.json"
 seconds=60  # a defect that makes a test hang is caught, too
 
 # Rows of the table: | `name` | defect | `test`, `test` |
