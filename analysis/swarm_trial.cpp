@@ -21,9 +21,9 @@ using kernel::SplitMix64;
 using kernel::Violation;
 
 // Draws for different purposes are independent streams: a smaller size must not change the model.
-enum class Stream : std::uint64_t { kSize = 1, kModel, kCluster, kMap };
+enum class Purpose : std::uint64_t { kSize = 1, kModel, kCluster, kMap };
 
-SplitMix64 stream(std::uint64_t seed, Stream purpose) {
+SplitMix64 stream(std::uint64_t seed, Purpose purpose) {
   return SplitMix64(kernel::append(seed, static_cast<std::uint64_t>(purpose)));
 }
 
@@ -50,7 +50,7 @@ class PholdSubject final : public SwarmSubject {
   std::string file() const override { return ""; }
 
   TrialSize draw_size(std::uint64_t seed) const override {
-    SplitMix64 random = stream(seed, Stream::kSize);
+    SplitMix64 random = stream(seed, Purpose::kSize);
     TrialSize size;
     size.lps = 1 + static_cast<std::uint32_t>(random.below(12));
     size.end = 2 + static_cast<std::int64_t>(random.below(30));
@@ -86,7 +86,7 @@ class PholdSubject final : public SwarmSubject {
 
  private:
   static kernel::PholdOptions draw_model(std::uint64_t seed, std::uint32_t lps) {
-    SplitMix64 random = stream(seed, Stream::kModel);
+    SplitMix64 random = stream(seed, Purpose::kModel);
     const auto below = [&](std::uint32_t bound) {
       return static_cast<std::uint32_t>(random.below(bound));
     };
@@ -126,7 +126,7 @@ class SceneSubject final : public SwarmSubject {
   std::vector<scenarios::InputWarning> warnings() const override { return scenario_.warnings; }
 
   TrialSize draw_size(std::uint64_t seed) const override {
-    SplitMix64 random = stream(seed, Stream::kSize);
+    SplitMix64 random = stream(seed, Purpose::kSize);
     constexpr std::uint32_t kWorlds[] = {1, 2, 3, 4, 5, 8, 12, 24};
     constexpr std::int64_t kBuffers[] = {1, 2, 3, 5, 10, 48};
     TrialSize size;
@@ -141,7 +141,7 @@ class SceneSubject final : public SwarmSubject {
 
   Counters run(std::uint64_t seed, const TrialSize& size,
                kernel::VirtualOptions cluster) const override {
-    SplitMix64 random = stream(seed, Stream::kMap);
+    SplitMix64 random = stream(seed, Purpose::kMap);
     models::TerritoryOptions territory = scenario_.territory;
     territory.worlds = size.lps;
     territory.map = random.below(2) == 0 ? models::MapKind::kBlocks : models::MapKind::kKMeans;
@@ -198,7 +198,7 @@ class SceneSubject final : public SwarmSubject {
 };
 
 kernel::VirtualOptions draw_cluster(std::uint64_t seed, const TrialSize& size) {
-  SplitMix64 random = stream(seed, Stream::kCluster);
+  SplitMix64 random = stream(seed, Purpose::kCluster);
   constexpr std::int64_t kLatencies_ns[] = {0, 100, 1000, 20'000};
   constexpr std::int64_t kIntervals_ns[] = {500, 3000, 20'000, 200'000};
   constexpr std::uint64_t kMostActions = 500'000;

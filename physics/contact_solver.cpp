@@ -5,6 +5,7 @@
 
 #include "physics/few_contacts.hpp"
 #include "physics/rigid_motion.hpp"
+#include "physics/ways.hpp"
 
 namespace soda::physics {
 namespace {
@@ -137,11 +138,10 @@ bool needs_push_out(const ContactProblem& problem) {
 }
 
 double push_out_target_m_s(const RowContact& c, double dt_s) {
-  constexpr double kShare = 0.2;        // of the excess overlap, per step
-  constexpr double kFastest_1_s = 2.0;  // body sizes per second
+  constexpr double kShare = 0.2;  // of the excess overlap, per step
   const double excess = -c.separation_m - c.slop_m;
   // Points in touch must not be pushed together; points apart have their gap to use.
-  return excess > 0.0 ? std::min(kShare * excess / dt_s, kFastest_1_s * c.size_m)
+  return excess > 0.0 ? std::min(kShare * excess / dt_s, kFastestPushOut_1_s * c.size_m)
                       : -std::max(c.separation_m, 0.0) / dt_s;
 }
 

@@ -19,7 +19,6 @@ constexpr double kDamping = 10.0;
 constexpr double kFirm = kTurn * (2.0 * kDamping + kTurn);
 constexpr Softness kSoft{kTurn / (2.0 * kDamping + kTurn), kFirm / (1.0 + kFirm),
                          1.0 / (1.0 + kFirm)};
-constexpr double kFastest_1_s = 2.0;  // body sizes per second
 
 inline double gap_m(const ContactProblem& problem, std::size_t i, const std::vector<Way>& ways) {
   const NormalRow& row = problem.normals[i];
@@ -55,7 +54,7 @@ void sweep(ContactProblem& problem, const Substeps& substeps) {
     } else {
       const RowContact& contact = problem.contacts[i];
       const double target = std::min(kSoft.rate * std::max(-gap - contact.slop_m, 0.0) * per_second,
-                                     kFastest_1_s * contact.size_m);
+                                     kFastestPushOut_1_s * contact.size_m);
       wanted += kSoft.mass_share * row.mass_kg * (target - velocity) - kSoft.impulse_share * wanted;
     }
     wanted = wanted > 0.0 ? wanted : 0.0;

@@ -15,8 +15,6 @@
 namespace soda::physics {
 namespace {
 
-constexpr double kFastestPush_1_s = 2.0;  // body sizes per second, as contacts ask for
-
 double elastic_of(const SceneDescription& scene, std::span<const BodyId> ids,
                   std::span<const ContactManifold> manifolds, std::span<const BodyState> states) {
   if (std::ranges::none_of(manifolds, is_joint)) return 0.0;
@@ -60,7 +58,7 @@ double fastest_push_out_m_s(const SceneDescription& scene, std::span<const BodyI
   double widest_m = 0.0;
   for (const BodyId id : ids)
     widest_m = std::max(widest_m, size_of(scene.shapes[scene.bodies[index_of(id)].shape]));
-  return kFastestPush_1_s * widest_m;
+  return kFastestPushOut_1_s * widest_m;
 }
 
 void limit_push_out(double most_m_s, PushOut& push) {
