@@ -60,7 +60,7 @@ install_packages() {
 # Says what is still to be compiled: about two seconds of one processor a file.
 announce() {
   local files processors minutes
-  files=$(ninja -C build/release -n "$@" | grep -c '\.o$\|\.gch$' || true)
+  files=$(ninja -C build/release -n "$@" | grep -c '\.o$' || true)
   processors=$(nproc)
   minutes=$(((files * 2 / processors + 59) / 60))
   ((files == 0)) ||

@@ -2,6 +2,8 @@
 // the machine, so that a slip shows.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <iostream>
 #include <sstream>
@@ -66,11 +68,15 @@ TEST(InstructionCount, OfTimeWarpOnOneThread) {
             1.1 * 731);
 }
 
-// Of committing and collecting fossils.
+// Of committing and collecting fossils. How much a round finds to commit depends on when it comes,
+// which spreads the count by a twentieth: the median of three counts.
 TEST(InstructionCount, OfCommittingOnOneThread) {
-  EXPECT_LE(instructions_per_event({"--toggle-collect=soda::kernel::Worker::collect_journal*"},
-                                   {"--executor", "threads", "--threads", "1"}),
-            1.1 * 164);
+  std::array<double, 3> counts{};
+  for (double& count : counts)
+    count = instructions_per_event({"--toggle-collect=soda::kernel::Worker::collect_journal*"},
+                                   {"--executor", "threads", "--threads", "1"});
+  std::ranges::sort(counts);
+  EXPECT_LE(counts[1], 1.1 * 164);
 }
 
 }  // namespace
