@@ -6,8 +6,8 @@
 #include <limits>
 
 #include "analysis/error_measures.hpp"
-#include "physics/mass_properties.hpp"
-#include "physics/step.hpp"
+#include "physics/shapes/mass_properties.hpp"
+#include "physics/step/step.hpp"
 
 namespace soda::analysis {
 namespace {

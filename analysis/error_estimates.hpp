@@ -6,7 +6,7 @@
 #include <span>
 #include <string>
 
-#include "physics/advance.hpp"
+#include "physics/model/island_report.hpp"
 
 namespace soda::analysis {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "models/simulation.hpp"
-#include "physics/measures.hpp"
+#include "physics/measures/measures.hpp"
 
 namespace soda::analysis {
 

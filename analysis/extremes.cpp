@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "analysis/text_table.hpp"
-#include "physics/mass_properties.hpp"
-#include "physics/step.hpp"
+#include "physics/shapes/mass_properties.hpp"
+#include "physics/step/step.hpp"
 
 namespace soda::analysis {
 namespace {

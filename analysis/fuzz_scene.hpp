@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "physics/ids.hpp"
+#include "physics/model/ids.hpp"
 
 namespace soda::analysis {
 

@@ -10,7 +10,7 @@
 
 #include "analysis/byte_codec.hpp"
 #include "analysis/overrides.hpp"
-#include "physics/body_state.hpp"
+#include "physics/model/body_state.hpp"
 
 namespace soda::analysis {
 

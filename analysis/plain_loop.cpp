@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "physics/measures.hpp"
+#include "physics/measures/measures.hpp"
 
 namespace soda::analysis {
 

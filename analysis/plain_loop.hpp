@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "physics/geometry.hpp"
-#include "physics/step.hpp"
+#include "physics/shapes/geometry.hpp"
+#include "physics/step/step.hpp"
 #include "scenarios/scenario.hpp"
 
 namespace soda::analysis {

@@ -1,7 +1,7 @@
 #include "analysis/step_comparison.hpp"
 
 #include "analysis/text_table.hpp"
-#include "physics/measures.hpp"
+#include "physics/measures/measures.hpp"
 
 namespace soda::analysis {
 namespace {

@@ -11,7 +11,7 @@
 #include "kernel/invariant.hpp"
 #include "kernel/phold.hpp"
 #include "models/simulation.hpp"
-#include "physics/measures.hpp"
+#include "physics/measures/measures.hpp"
 
 namespace soda::analysis {
 namespace {

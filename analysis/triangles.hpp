@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "physics/scene.hpp"
+#include "physics/model/scene.hpp"
 
 namespace soda::analysis {
 

@@ -13,7 +13,7 @@
 #include "analysis/plain_loop.hpp"
 #include "analysis/text_table.hpp"
 #include "analysis/warnings.hpp"
-#include "physics/measures.hpp"
+#include "physics/measures/measures.hpp"
 #include "scenarios/random_inputs.hpp"
 
 namespace soda::analysis {

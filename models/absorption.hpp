@@ -11,8 +11,8 @@
 #include "models/messages.hpp"
 #include "models/step_memo.hpp"
 #include "models/territory.hpp"
-#include "physics/geometry.hpp"
-#include "physics/scene.hpp"
+#include "physics/shapes/geometry.hpp"
+#include "physics/model/scene.hpp"
 
 namespace soda::models {
 

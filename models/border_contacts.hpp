@@ -8,8 +8,8 @@
 #include "models/messages.hpp"
 #include "models/repetition.hpp"
 #include "models/territory.hpp"
-#include "physics/geometry.hpp"
-#include "physics/resting_islands.hpp"
+#include "physics/shapes/geometry.hpp"
+#include "physics/step/resting_islands.hpp"
 
 namespace soda::models {
 

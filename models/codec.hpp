@@ -11,9 +11,9 @@
 
 #include "kernel/payload.hpp"
 #include "models/territory.hpp"
-#include "physics/advance.hpp"
-#include "physics/body_state.hpp"
-#include "physics/contact_manifold.hpp"
+#include "physics/model/body_state.hpp"
+#include "physics/model/contact_manifold.hpp"
+#include "physics/model/island_report.hpp"
 
 namespace soda::models {
 

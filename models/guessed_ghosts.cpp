@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <tuple>
 
-#include "physics/advance.hpp"
-#include "physics/rigid_motion.hpp"
-#include "physics/step.hpp"
+#include "physics/integrators/advance_once.hpp"
+#include "physics/model/island_report.hpp"
+#include "physics/math/rigid_motion.hpp"
+#include "physics/step/step.hpp"
 
 namespace soda::models {
 namespace {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "models/messages.hpp"
-#include "physics/islands.hpp"
+#include "physics/broadphase/islands.hpp"
 
 namespace soda::models {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "physics/joint_islands.hpp"
+#include "physics/constraints/joint_islands.hpp"
 
 namespace soda::models {
 

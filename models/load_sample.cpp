@@ -4,9 +4,9 @@
 
 #include "models/codec.hpp"
 #include "models/work_cost.hpp"
-#include "physics/island_blocks.hpp"
-#include "physics/rest.hpp"
-#include "physics/step.hpp"
+#include "physics/solvers/island_blocks.hpp"
+#include "physics/events/rest.hpp"
+#include "physics/step/step.hpp"
 
 namespace soda::models {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "kernel/payload.hpp"
 #include "models/transform_buffer.hpp"
-#include "physics/geometry.hpp"
+#include "physics/shapes/geometry.hpp"
 
 namespace soda::models {
 

@@ -6,9 +6,9 @@
 
 #include "kernel/logical_process.hpp"
 #include "models/territory.hpp"
-#include "physics/body_state.hpp"
-#include "physics/contact_manifold.hpp"
-#include "physics/scene.hpp"
+#include "physics/model/body_state.hpp"
+#include "physics/model/contact_manifold.hpp"
+#include "physics/model/scene.hpp"
 
 namespace soda::models {
 

@@ -6,7 +6,7 @@
 #include <span>
 
 #include "models/shared_array.hpp"
-#include "physics/body_state.hpp"
+#include "physics/model/body_state.hpp"
 
 namespace soda::models {
 

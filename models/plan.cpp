@@ -5,7 +5,7 @@
 
 #include "models/run_stages.hpp"
 #include "models/split_plan.hpp"
-#include "physics/stages.hpp"
+#include "physics/step/stages.hpp"
 
 namespace soda::models {
 namespace {

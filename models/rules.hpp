@@ -7,7 +7,7 @@
 #include "models/scene_versions.hpp"
 #include "models/territory.hpp"
 #include "models/user_input.hpp"
-#include "physics/scene.hpp"
+#include "physics/model/scene.hpp"
 
 namespace soda::models {
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "models/simulation.hpp"
-#include "physics/need.hpp"
+#include "physics/model/need.hpp"
 
 namespace soda::models {
 

@@ -8,7 +8,7 @@
 #include <mutex>
 #include <vector>
 
-#include "physics/scene.hpp"
+#include "physics/model/scene.hpp"
 
 namespace soda::models {
 

@@ -17,7 +17,7 @@
 #include "models/split_plan.hpp"
 #include "models/work_cost.hpp"
 #include "models/world.hpp"
-#include "physics/measures.hpp"
+#include "physics/measures/measures.hpp"
 
 namespace soda::models {
 namespace {

@@ -14,10 +14,10 @@
 #include "models/entry_observer.hpp"
 #include "models/territory.hpp"
 #include "models/user_input.hpp"
-#include "physics/advance.hpp"
-#include "physics/body_state.hpp"
-#include "physics/scene.hpp"
-#include "physics/stage_counters.hpp"
+#include "physics/model/body_state.hpp"
+#include "physics/model/island_report.hpp"
+#include "physics/model/scene.hpp"
+#include "physics/model/stage_counters.hpp"
 
 namespace soda::models {
 

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "kernel/logical_process.hpp"
-#include "physics/advance.hpp"
-#include "physics/split_solver.hpp"
+#include "physics/model/island_report.hpp"
+#include "physics/solvers/split_solver.hpp"
 
 namespace soda::models {
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "kernel/logical_process.hpp"
-#include "physics/split_solver.hpp"
+#include "physics/solvers/split_solver.hpp"
 
 namespace soda::models {
 

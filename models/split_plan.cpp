@@ -9,7 +9,7 @@
 #include "models/run_stages.hpp"
 #include "models/simulation.hpp"
 #include "models/work_cost.hpp"
-#include "physics/solve_choice.hpp"
+#include "physics/solvers/solve_choice.hpp"
 
 namespace soda::models {
 namespace {

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "models/territory.hpp"
-#include "physics/island_blocks.hpp"
-#include "physics/need.hpp"
-#include "physics/scene.hpp"
+#include "physics/solvers/island_blocks.hpp"
+#include "physics/model/need.hpp"
+#include "physics/model/scene.hpp"
 
 namespace soda::models {
 

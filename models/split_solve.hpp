@@ -10,7 +10,7 @@
 #include "models/solve_share.hpp"
 #include "models/split_messages.hpp"
 #include "models/split_plan.hpp"
-#include "physics/split_solver.hpp"
+#include "physics/solvers/split_solver.hpp"
 
 namespace soda::models {
 

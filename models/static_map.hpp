@@ -2,7 +2,7 @@
 #pragma once
 
 #include "models/territory.hpp"
-#include "physics/scene.hpp"
+#include "physics/model/scene.hpp"
 
 namespace soda::models {
 

@@ -13,8 +13,8 @@
 #include "models/shared_list.hpp"
 #include "models/simulation.hpp"
 #include "models/step_memo.hpp"
-#include "physics/advance.hpp"
-#include "physics/body_state.hpp"
+#include "physics/model/body_state.hpp"
+#include "physics/model/island_report.hpp"
 
 namespace soda::models {
 

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "physics/ids.hpp"
-#include "physics/scene.hpp"
+#include "physics/model/ids.hpp"
+#include "physics/model/scene.hpp"
 
 namespace soda::models {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "models/codec.hpp"
-#include "physics/rigid_motion.hpp"
+#include "physics/math/rigid_motion.hpp"
 
 namespace soda::models {
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "kernel/payload.hpp"
-#include "physics/body_state.hpp"
-#include "physics/scene.hpp"
+#include "physics/model/body_state.hpp"
+#include "physics/model/scene.hpp"
 
 namespace soda::models {
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "models/simulation.hpp"
-#include "physics/stage_counters.hpp"
+#include "physics/model/stage_counters.hpp"
 
 namespace soda::models {
 

@@ -10,7 +10,7 @@
 #include "kernel/hash_mix.hpp"
 #include "models/absorption.hpp"
 #include "models/border_contacts.hpp"
-#include "physics/measures.hpp"
+#include "physics/measures/measures.hpp"
 
 namespace soda::models {
 namespace {

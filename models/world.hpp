@@ -26,7 +26,7 @@
 #include "models/solve_share.hpp"
 #include "models/split_solve.hpp"
 #include "models/transform_buffer.hpp"
-#include "physics/step.hpp"
+#include "physics/step/step.hpp"
 
 namespace soda::models {
 

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "models/world.hpp"
-#include "physics/solve_choice.hpp"
-#include "physics/ways.hpp"
+#include "physics/events/one_solve.hpp"
+#include "physics/constraints/ways.hpp"
 
 namespace soda::models {
 

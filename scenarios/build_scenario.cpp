@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "physics/mass_properties.hpp"
+#include "physics/shapes/mass_properties.hpp"
 #include "scenarios/cross_checks.hpp"
 #include "scenarios/format.hpp"
 #include "scenarios/generators.hpp"

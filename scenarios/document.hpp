@@ -11,7 +11,7 @@
 
 #include "models/simulation.hpp"
 #include "models/territory.hpp"
-#include "physics/scene.hpp"
+#include "physics/model/scene.hpp"
 #include "scenarios/json_tree.hpp"
 #include "scenarios/known_answer.hpp"
 

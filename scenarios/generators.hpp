@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "physics/body_state.hpp"
+#include "physics/model/body_state.hpp"
 #include "scenarios/document.hpp"
 #include "scenarios/faults.hpp"
 #include "scenarios/placement.hpp"

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "models/user_input.hpp"
-#include "physics/scene.hpp"
+#include "physics/model/scene.hpp"
 #include "scenarios/document.hpp"
 #include "scenarios/faults.hpp"
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <map>
 
-#include "physics/mass_properties.hpp"
+#include "physics/shapes/mass_properties.hpp"
 #include "scenarios/cross_checks.hpp"
 #include "scenarios/json_tree.hpp"
 

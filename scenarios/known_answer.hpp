@@ -8,7 +8,7 @@
 #include <variant>
 #include <vector>
 
-#include "physics/body_state.hpp"
+#include "physics/model/body_state.hpp"
 
 namespace soda::scenarios {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <variant>
 
-#include "physics/scene.hpp"
+#include "physics/model/scene.hpp"
 
 namespace soda::scenarios {
 

@@ -1,7 +1,7 @@
 // Orientations as the file gives them, made into unit quaternions with the same bits everywhere.
 #pragma once
 
-#include "physics/ids.hpp"
+#include "physics/model/ids.hpp"
 #include "scenarios/document.hpp"
 #include "scenarios/faults.hpp"
 

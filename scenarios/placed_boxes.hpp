@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "physics/compiled_shape.hpp"
+#include "physics/shapes/compiled_shape.hpp"
 #include "scenarios/scenario.hpp"
 
 namespace soda::scenarios {

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "physics/ids.hpp"
+#include "physics/model/ids.hpp"
 #include "scenarios/random.hpp"
 
 namespace soda::scenarios {

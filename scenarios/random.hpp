@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "physics/ids.hpp"
+#include "physics/model/ids.hpp"
 
 namespace soda::scenarios {
 

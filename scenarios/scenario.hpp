@@ -7,8 +7,8 @@
 
 #include "models/simulation.hpp"
 #include "models/territory.hpp"
-#include "physics/body_state.hpp"
-#include "physics/scene.hpp"
+#include "physics/model/body_state.hpp"
+#include "physics/model/scene.hpp"
 #include "scenarios/known_answer.hpp"
 #include "scenarios/warning.hpp"
 

@@ -5,7 +5,7 @@
 
 #include "analysis/error_measures.hpp"
 #include "analysis/stopwatch.hpp"
-#include "physics/step.hpp"
+#include "physics/step/step.hpp"
 
 namespace soda::analysis {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "analysis/accuracy/engine.hpp"
 #include "analysis/accuracy/judge.hpp"
-#include "physics/contact_quality.hpp"
+#include "physics/measures/contact_quality.hpp"
 
 namespace soda::analysis {
 

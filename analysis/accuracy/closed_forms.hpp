@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "analysis/accuracy/motion.hpp"
-#include "physics/body_state.hpp"
+#include "physics/model/body_state.hpp"
 #include "scenarios/known_answer.hpp"
 
 namespace soda::analysis {

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "analysis/error_estimates.hpp"
-#include "physics/body_state.hpp"
-#include "physics/scene.hpp"
+#include "physics/model/body_state.hpp"
+#include "physics/model/scene.hpp"
 
 namespace soda::analysis {
 

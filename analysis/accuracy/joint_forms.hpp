@@ -3,7 +3,7 @@
 #pragma once
 
 #include "analysis/accuracy/closed_forms.hpp"
-#include "physics/joint.hpp"
+#include "physics/model/joint.hpp"
 
 namespace soda::analysis {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "physics/body_state.hpp"
+#include "physics/model/body_state.hpp"
 #include "scenarios/scenario.hpp"
 
 namespace soda::analysis {

@@ -4,7 +4,7 @@
 #include <functional>
 #include <optional>
 
-#include "physics/scene.hpp"
+#include "physics/model/scene.hpp"
 
 namespace soda::analysis {
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <string>
 
-#include "physics/body_state.hpp"
-#include "physics/scene.hpp"
+#include "physics/model/body_state.hpp"
+#include "physics/model/scene.hpp"
 
 namespace soda::analysis {
 

@@ -6,7 +6,7 @@
 
 #include "analysis/accuracy/motion_judges.hpp"
 #include "analysis/error_measures.hpp"
-#include "physics/mass_properties.hpp"
+#include "physics/shapes/mass_properties.hpp"
 
 namespace soda::analysis {
 namespace {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "analysis/accuracy/judge.hpp"
-#include "physics/step.hpp"
+#include "physics/step/step.hpp"
 
 namespace soda::analysis {
 

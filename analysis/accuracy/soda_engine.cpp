@@ -1,6 +1,6 @@
 #include "analysis/accuracy/engine.hpp"
 #include "analysis/error_measures.hpp"
-#include "physics/step.hpp"
+#include "physics/step/step.hpp"
 
 namespace soda::analysis {
 namespace {

@@ -18,8 +18,8 @@
 #include "analysis/error_measures.hpp"
 #include "analysis/stopwatch.hpp"
 #include "analysis/text_table.hpp"
-#include "physics/measures.hpp"
-#include "physics/step.hpp"
+#include "physics/measures/measures.hpp"
+#include "physics/step/step.hpp"
 #include "scenarios/read_scenario.hpp"
 
 namespace {

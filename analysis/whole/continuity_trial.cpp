@@ -13,7 +13,7 @@
 #include "analysis/plain_loop.hpp"
 #include "analysis/text_table.hpp"
 #include "analysis/whole/whole_trial.hpp"
-#include "physics/measures.hpp"
+#include "physics/measures/measures.hpp"
 #include "scenarios/read_scenario.hpp"
 
 namespace soda::analysis {

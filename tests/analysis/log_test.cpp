@@ -11,7 +11,7 @@
 #include "analysis/log_writer.hpp"
 #include "analysis/step_comparison.hpp"
 #include "analysis/text_table.hpp"
-#include "physics/measures.hpp"
+#include "physics/measures/measures.hpp"
 #include "scenarios/read_scenario.hpp"
 
 namespace soda::analysis {

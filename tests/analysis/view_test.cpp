@@ -14,7 +14,7 @@
 #include "analysis/log_reader.hpp"
 #include "analysis/recording.hpp"
 #include "analysis/triangles.hpp"
-#include "physics/mass_properties.hpp"
+#include "physics/shapes/mass_properties.hpp"
 
 namespace soda::analysis {
 namespace {

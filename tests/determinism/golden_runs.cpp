@@ -9,7 +9,7 @@
 
 #include "kernel/hash_mix.hpp"
 #include "models/simulation.hpp"
-#include "physics/measures.hpp"
+#include "physics/measures/measures.hpp"
 #include "scenarios/read_scenario.hpp"
 
 namespace soda::test {

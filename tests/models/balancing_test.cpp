@@ -6,7 +6,7 @@
 #include <thread>
 
 #include "models/simulation.hpp"
-#include "physics/measures.hpp"
+#include "physics/measures/measures.hpp"
 #include "tests/kernel/rank_threads.hpp"
 #include "tests/models/divided_runs.hpp"
 

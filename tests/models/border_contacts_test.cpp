@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "models/island_merge.hpp"
-#include "physics/step.hpp"
+#include "physics/step/step.hpp"
 #include "tests/support/scenes.hpp"
 
 namespace soda::models {

@@ -11,7 +11,7 @@
 
 #include "models/playback.hpp"
 #include "models/schedule.hpp"
-#include "physics/measures.hpp"
+#include "physics/measures/measures.hpp"
 #include "tests/models/divided_runs.hpp"
 
 namespace soda::models {

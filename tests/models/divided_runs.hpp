@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "models/simulation.hpp"
-#include "physics/measures.hpp"
+#include "physics/measures/measures.hpp"
 #include "tests/support/scenes.hpp"
 
 namespace soda::models {

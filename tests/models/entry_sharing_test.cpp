@@ -3,7 +3,7 @@
 
 #include "models/simulation.hpp"
 #include "models/stored_entry.hpp"
-#include "physics/measures.hpp"
+#include "physics/measures/measures.hpp"
 #include "tests/support/scenes.hpp"
 
 namespace soda::models {

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "models/simulation.hpp"
-#include "physics/measures.hpp"
+#include "physics/measures/measures.hpp"
 #include "tests/support/scenes.hpp"
 
 namespace soda::models {

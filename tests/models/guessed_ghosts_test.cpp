@@ -8,8 +8,8 @@
 
 #include "models/guess_audit.hpp"
 #include "models/simulation.hpp"
-#include "physics/measures.hpp"
-#include "physics/step.hpp"
+#include "physics/measures/measures.hpp"
+#include "physics/step/step.hpp"
 #include "tests/models/divided_runs.hpp"
 
 namespace soda::models {

@@ -2,9 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include "physics/geometry.hpp"
-#include "physics/measures.hpp"
-#include "physics/step.hpp"
+#include "physics/shapes/geometry.hpp"
+#include "physics/measures/measures.hpp"
+#include "physics/step/step.hpp"
 #include "tests/models/divided_runs.hpp"
 
 namespace soda::models {

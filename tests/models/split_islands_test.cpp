@@ -6,8 +6,8 @@
 #include "models/simulation.hpp"
 #include "models/split_messages.hpp"
 #include "models/split_plan.hpp"
-#include "physics/measures.hpp"
-#include "physics/step.hpp"
+#include "physics/measures/measures.hpp"
+#include "physics/step/step.hpp"
 #include "tests/support/scenes.hpp"
 
 namespace soda::models {

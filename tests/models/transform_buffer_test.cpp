@@ -4,7 +4,7 @@
 
 #include <map>
 
-#include "physics/measures.hpp"
+#include "physics/measures/measures.hpp"
 #include "tests/support/scenes.hpp"
 
 namespace soda::models {

@@ -10,8 +10,8 @@
 #include "models/scene_versions.hpp"
 #include "models/schedule.hpp"
 #include "models/simulation.hpp"
-#include "physics/measures.hpp"
-#include "physics/step.hpp"
+#include "physics/measures/measures.hpp"
+#include "physics/step/step.hpp"
 #include "tests/kernel/rank_threads.hpp"
 #include "tests/models/divided_runs.hpp"
 

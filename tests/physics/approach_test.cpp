@@ -1,13 +1,13 @@
 // How long solids in flight cannot touch.
-#include "physics/approach.hpp"
+#include "physics/continuous/approach.hpp"
 
 #include <gtest/gtest.h>
 
 #include <iostream>
 #include <random>
 
-#include "physics/rigid_motion.hpp"
-#include "physics/time_of_impact.hpp"
+#include "physics/math/rigid_motion.hpp"
+#include "physics/continuous/time_of_impact.hpp"
 #include "tests/physics/scenes.hpp"
 
 namespace soda::physics {

@@ -1,4 +1,4 @@
-#include "physics/block_cholesky.hpp"
+#include "physics/math/block_cholesky.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "physics/contact_quality.hpp"
+#include "physics/measures/contact_quality.hpp"
 
 #include <gtest/gtest.h>
 

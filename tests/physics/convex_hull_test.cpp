@@ -5,7 +5,7 @@
 #include <limits>
 #include <random>
 
-#include "physics/mass_properties.hpp"
+#include "physics/shapes/mass_properties.hpp"
 
 namespace soda::physics {
 namespace {

@@ -3,8 +3,9 @@
 #include <cmath>
 #include <random>
 
-#include "physics/island_motion.hpp"
-#include "physics/newton_solver.hpp"
+#include "physics/integrators/advance_once.hpp"
+#include "physics/solvers/island_motion.hpp"
+#include "physics/solvers/newton_solver.hpp"
 #include "tests/physics/scenes.hpp"
 
 namespace soda::physics {

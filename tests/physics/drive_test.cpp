@@ -1,5 +1,5 @@
 // Driven bodies: the law, lanes, and what it leaves alone.
-#include "physics/drive.hpp"
+#include "physics/forces/drive.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,11 +1,11 @@
 // Few contact points, solved from the points.
-#include "physics/few_contacts.hpp"
+#include "physics/solvers/few_contacts.hpp"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
-#include "physics/island_motion.hpp"
+#include "physics/solvers/island_motion.hpp"
 #include "tests/physics/scenes.hpp"
 
 namespace soda::physics {

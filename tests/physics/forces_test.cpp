@@ -1,5 +1,5 @@
 // Forces, torques and damping of a body's own.
-#include "physics/forces.hpp"
+#include "physics/forces/forces.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,5 @@
-#include "physics/free_flight.hpp"
+#include "physics/integrators/advance_once.hpp"
+#include "physics/integrators/free_flight.hpp"
 
 #include <gtest/gtest.h>
 

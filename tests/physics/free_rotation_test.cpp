@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "physics/rigid_motion.hpp"
+#include "physics/math/rigid_motion.hpp"
 #include "tests/physics/scenes.hpp"
 
 namespace soda::physics {

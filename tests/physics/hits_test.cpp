@@ -1,5 +1,5 @@
 // Hits of what rests, rolls or slides.
-#include "physics/hits.hpp"
+#include "physics/events/hits.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <random>
 
-#include "physics/forces.hpp"
+#include "physics/forces/forces.hpp"
 #include "tests/physics/scenes.hpp"
 
 namespace soda::physics {

@@ -1,4 +1,4 @@
-#include "physics/islands.hpp"
+#include "physics/broadphase/islands.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,12 +1,12 @@
 // Limits and motors of joints: what they do, what they keep, and what they may not do.
-#include "physics/joint_bounds.hpp"
+#include "physics/constraints/joint_bounds.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-#include "physics/joint.hpp"
+#include "physics/model/joint.hpp"
 #include "tests/physics/joints.hpp"
 #include "tests/physics/scenes.hpp"
 

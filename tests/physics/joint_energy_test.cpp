@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "physics/joint.hpp"
-#include "physics/measures.hpp"
+#include "physics/model/joint.hpp"
+#include "physics/measures/measures.hpp"
 #include "tests/physics/joints.hpp"
 #include "tests/physics/scenes.hpp"
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "physics/joint.hpp"
+#include "physics/model/joint.hpp"
 #include "tests/physics/scenes.hpp"
 
 namespace soda::physics::test {

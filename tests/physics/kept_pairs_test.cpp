@@ -1,4 +1,5 @@
-#include "physics/kept_pairs.hpp"
+#include "physics/integrators/advance_once.hpp"
+#include "physics/broadphase/kept_pairs.hpp"
 
 #include <gtest/gtest.h>
 

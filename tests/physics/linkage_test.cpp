@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "physics/ball_motion.hpp"
-#include "physics/joint_motion.hpp"
-#include "physics/joints_alone.hpp"
-#include "physics/rattle_motion.hpp"
-#include "physics/refinement_error.hpp"
+#include "physics/integrators/ball_motion.hpp"
+#include "physics/integrators/joint_motion.hpp"
+#include "physics/solvers/joints_alone.hpp"
+#include "physics/integrators/rattle_motion.hpp"
+#include "physics/measures/refinement_error.hpp"
 #include "tests/physics/joints.hpp"
 #include "tests/physics/scenes.hpp"
 

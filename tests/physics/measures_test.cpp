@@ -1,4 +1,4 @@
-#include "physics/measures.hpp"
+#include "physics/measures/measures.hpp"
 
 #include <gtest/gtest.h>
 

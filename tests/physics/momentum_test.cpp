@@ -1,5 +1,5 @@
 // What an island keeps that nothing outside acts on.
-#include "physics/momentum.hpp"
+#include "physics/integrators/momentum.hpp"
 
 #include <gtest/gtest.h>
 

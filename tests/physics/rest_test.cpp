@@ -1,4 +1,4 @@
-#include "physics/rest.hpp"
+#include "physics/events/rest.hpp"
 
 #include <gtest/gtest.h>
 

@@ -3,9 +3,9 @@
 
 #include <vector>
 
-#include "physics/mass_properties.hpp"
-#include "physics/measures.hpp"
-#include "physics/step.hpp"
+#include "physics/shapes/mass_properties.hpp"
+#include "physics/measures/measures.hpp"
+#include "physics/step/step.hpp"
 
 namespace soda::physics::test {
 

@@ -1,4 +1,4 @@
-#include "physics/separating_faces.hpp"
+#include "physics/narrowphase/separating_faces.hpp"
 
 #include <gtest/gtest.h>
 

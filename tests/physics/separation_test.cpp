@@ -1,12 +1,12 @@
 // How far two solids are apart.
-#include "physics/separation.hpp"
+#include "physics/narrowphase/separation.hpp"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
-#include "physics/mass_properties.hpp"
-#include "physics/time_of_impact.hpp"
+#include "physics/shapes/mass_properties.hpp"
+#include "physics/continuous/time_of_impact.hpp"
 #include "tests/physics/scenes.hpp"
 
 namespace soda::physics {

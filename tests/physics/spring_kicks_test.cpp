@@ -1,5 +1,5 @@
 // Springs on bodies in contact.
-#include "physics/spring_kicks.hpp"
+#include "physics/integrators/spring_kicks.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "physics/springs.hpp"
+#include "physics/constraints/springs.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <random>
 
-#include "physics/rigid_motion.hpp"
+#include "physics/math/rigid_motion.hpp"
 #include "tests/physics/scenes.hpp"
 
 namespace {

@@ -1,5 +1,5 @@
 // Islands that fall, slide or are large: projected Gauss-Seidel in substeps.
-#include "physics/substeps.hpp"
+#include "physics/solvers/substeps.hpp"
 
 #include <gtest/gtest.h>
 

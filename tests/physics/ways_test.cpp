@@ -1,5 +1,5 @@
 // No body comes farther in a step than its speed, or that of what it is hit by, takes it.
-#include "physics/ways.hpp"
+#include "physics/constraints/ways.hpp"
 
 #include <gtest/gtest.h>
 

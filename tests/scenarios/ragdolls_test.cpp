@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "physics/geometry.hpp"
-#include "physics/joint.hpp"
-#include "physics/step.hpp"
+#include "physics/shapes/geometry.hpp"
+#include "physics/model/joint.hpp"
+#include "physics/step/step.hpp"
 #include "scenarios/read_scenario.hpp"
 #include "tests/scenarios/scenario_texts.hpp"
 

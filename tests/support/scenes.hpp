@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "physics/body_state.hpp"
-#include "physics/mass_properties.hpp"
-#include "physics/scene.hpp"
+#include "physics/model/body_state.hpp"
+#include "physics/shapes/mass_properties.hpp"
+#include "physics/model/scene.hpp"
 
 namespace soda::test {
 

@@ -7,10 +7,10 @@ namespace soda::tidy {
 namespace {
 
 TEST(TidyRules, LayersMayIncludeOnlyWhatTheyAreBuiltOn) {
-  EXPECT_TRUE(check_layers({"models/a.cpp", "#include \"physics/ids.hpp\"\n"}).empty());
+  EXPECT_TRUE(check_layers({"models/a.cpp", "#include \"physics/model/ids.hpp\"\n"}).empty());
   EXPECT_TRUE(check_layers({"kernel/a.cpp", "#include <vector>\n"}).empty());
   const auto findings =
-      check_layers({"kernel/a.cpp", "#include <map>\n#  include \"physics/ids.hpp\"\n"});
+      check_layers({"kernel/a.cpp", "#include <map>\n#  include \"physics/model/ids.hpp\"\n"});
   ASSERT_EQ(findings.size(), 1u);
   EXPECT_EQ(findings[0].line, 2u);
   EXPECT_EQ(check_layers({"physics/a.cpp", "#include \"kernel/executor.hpp\"\n"}).size(), 1u);

@@ -1,0 +1,51 @@
+#include "physics/broadphase/reach.hpp"
+
+#include <algorithm>
+
+#include "physics/model/stage_counters.hpp"
+
+namespace soda::physics {
+
+PairsInReach pairs_in_reach(const SceneDescription& scene, const Geometry& geometry, double dt_s,
+                            std::span<const BodyId> ids, std::span<const BodyState> states,
+                            StageCounters& counters) {
+  double fastest = 0.0;
+  for (const BodyState& s : states) fastest = std::max(fastest, s.linear_velocity_m_s.norm());
+  const double reach_m = (2.0 * fastest + scene.gravity_m_s2.norm() * dt_s) * dt_s;
+  std::vector<Aabb> boxes;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    BodyState still = states[i];
+    still.linear_velocity_m_s = Vec3::Zero();
+    still.angular_velocity_rad_s = still.angular_velocity_rad_s * 2.0;
+    Aabb box = swept_aabb(scene, geometry, ids[i], still);
+    box.min -= Vec3::Constant(reach_m);
+    box.max += Vec3::Constant(reach_m);
+    boxes.push_back(box);
+  }
+  PairsInReach pairs;
+  for (std::uint32_t i = 0; i < boxes.size(); ++i)
+    for (std::uint32_t j = i + 1; j < boxes.size(); ++j)
+      if (overlap(boxes[i], boxes[j])) pairs.bodies.push_back({i, j});
+  find_static_pairs(geometry, boxes, pairs.statics, counters);
+  return pairs;
+}
+
+std::vector<ContactManifold> pairs_to_look_at(const SceneDescription& scene,
+                                              const Geometry& geometry, double dt_s,
+                                              std::span<const BodyId> ids,
+                                              std::span<const BodyState> states,
+                                              StageCounters& counters) {
+  const PairsInReach found = pairs_in_reach(scene, geometry, dt_s, ids, states, counters);
+  std::vector<ContactManifold> pairs;
+  const auto add = [&pairs](BodyId a, BodyId b) {
+    ContactManifold& m = pairs.emplace_back();
+    m.a = a;
+    m.b = b;
+  };
+  for (const IndexPair& p : found.bodies) add(ids[p.first], ids[p.second]);
+  for (const IndexPair& p : found.statics) add(ids[p.first], static_id(p.second));
+  std::sort(pairs.begin(), pairs.end(), canonical_before);
+  return pairs;
+}
+
+}  // namespace soda::physics

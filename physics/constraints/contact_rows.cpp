@@ -1,0 +1,360 @@
+#include "physics/constraints/contact_rows.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "physics/math/rigid_motion.hpp"
+
+namespace soda::physics {
+
+double size_of(const Shape& shape) {
+  if (const auto* s = std::get_if<Sphere>(&shape)) return 2.0 * s->radius_m;
+  if (const auto* s = std::get_if<Box>(&shape)) return 2.0 * s->half_extents_m.minCoeff();
+  if (const auto* s = std::get_if<Capsule>(&shape)) return 2.0 * s->radius_m;
+  if (const auto* s = std::get_if<Cylinder>(&shape))
+    return std::min(2.0 * s->radius_m, s->length_m);
+  if (const auto* s = std::get_if<ConvexHull>(&shape)) {
+    double squared = 1e300;
+    for (const Vec3& v : s->vertices_m) squared = std::min(squared, v.squaredNorm());
+    return 2.0 * std::sqrt(squared);
+  }
+  return 1e300;
+}
+
+namespace {
+
+std::uint32_t local_index(std::span<const BodyId> ids, BodyId id) {
+  if (is_static(id)) return static_cast<std::uint32_t>(ids.size());
+  return static_cast<std::uint32_t>(std::lower_bound(ids.begin(), ids.end(), id) - ids.begin());
+}
+
+struct Tangents {
+  Vec3 first, second;
+};
+
+Tangents tangents_of(const Vec3& n) {
+  const Vec3 axis = std::abs(n.x()) < 0.6 ? Vec3(Vec3::UnitX()) : Vec3(Vec3::UnitY());
+  const Vec3 first = n.cross(axis).normalized();
+  return {first, n.cross(first)};
+}
+
+// What the points of one manifold have in common.
+struct PairContext {
+  const ContactManifold* manifold = nullptr;
+  std::uint32_t index = 0;  // of the manifold
+  std::uint32_t a = 0, b = 0;
+  std::uint32_t rubs_b = 0;  // what friction meets: b, or the moving surface
+  const BodyState* state_a = nullptr;
+  const BodyState* state_b = nullptr;  // null for statics
+  const Sphere* sphere_a = nullptr;
+  const Sphere* sphere_b = nullptr;
+  double friction = 0.0, restitution = 0.0;
+  double size_m = 0.0;
+  double relative_gravity = 0.0;  // acceleration of b against a along the normal
+  Tangents tangents;              // where there is friction
+};
+
+// The solver's body that stands for a moving surface. An island touches few of them.
+std::uint32_t surface_body(std::uint32_t static_index, const Vec3& velocity_m_s,
+                           ContactProblem& problem) {
+  std::vector<std::uint32_t>& known = problem.moving_surfaces;
+  const auto at = std::find(known.begin(), known.end(), static_index);
+  const auto place = static_cast<std::size_t>(at - known.begin());
+  if (at == known.end()) {
+    known.push_back(static_index);
+    problem.bodies.emplace_back().linear = velocity_m_s;
+  }
+  return static_cast<std::uint32_t>(problem.bodies.size() - known.size() + place);
+}
+
+PairContext context_of(const SceneDescription& scene, std::span<const BodyId> ids,
+                       const Selection<BodyState>& states, const ContactManifold& m,
+                       std::uint32_t index, ContactProblem& problem) {
+  PairContext c;
+  c.manifold = &m;
+  c.index = index;
+  c.a = local_index(ids, m.a);
+  c.b = local_index(ids, m.b);
+  const BodyParams& pa = scene.bodies[index_of(m.a)];
+  const Shape& shape_a = scene.shapes[pa.shape];
+  c.state_a = &states[c.a];
+  c.sphere_a = std::get_if<Sphere>(&shape_a);
+  c.size_m = size_of(shape_a);
+  const Material* material = nullptr;
+  const Vec3* surface_velocity = nullptr;
+  if (is_static(m.b)) {
+    const StaticBody& fixed = scene.statics[static_index_of(m.b)];
+    material = &fixed.material;
+    surface_velocity = &fixed.surface_velocity_m_s;
+    c.relative_gravity = -scene.gravity_m_s2.dot(m.normal);
+  } else {
+    const BodyParams& pb = scene.bodies[index_of(m.b)];
+    material = &pb.material;
+    c.state_b = &states[c.b];
+    c.sphere_b = std::get_if<Sphere>(&scene.shapes[pb.shape]);
+    c.size_m = std::min(c.size_m, size_of(scene.shapes[pb.shape]));
+  }
+  c.friction = std::sqrt(pa.material.friction * material->friction);
+  c.restitution = std::max(pa.material.restitution, material->restitution);
+  c.rubs_b = c.b;
+  if (c.friction > 0.0) c.tangents = tangents_of(m.normal);
+  if (surface_velocity && *surface_velocity != Vec3::Zero() && c.friction > 0.0) {
+    c.rubs_b = surface_body(static_index_of(m.b), *surface_velocity, problem);
+  }
+  return c;
+}
+
+struct Arms {
+  Vec3 a, b;  // b: nothing if it is a static
+};
+
+// A sphere's arm lies along the normal exactly: no spin from rounding, nor from the way that is
+// still to go before an impact. Both bodies are pushed at the same point when they overlap, which
+// keeps angular momentum.
+Arms arms_of(const PairContext& c, const ContactPoint& p) {
+  const Vec3& n = c.manifold->normal;
+  const double overlap = std::min(p.separation_m, 0.0);
+  Vec3 at = p.position_m;
+  if (c.state_b == nullptr && p.separation_m > 0.0) at -= n * (0.5 * p.separation_m);
+  Arms arms{at - c.state_a->position_m, Vec3::Zero()};
+  if (c.sphere_a) arms.a = n * (c.sphere_a->radius_m + 0.5 * overlap);
+  if (c.state_b) {
+    arms.b = p.position_m - c.state_b->position_m;
+    if (c.sphere_b) arms.b = n * -(c.sphere_b->radius_m + 0.5 * overlap);
+  }
+  return arms;
+}
+
+NormalRow normal_row(const PairContext& c, const Arms& arms, const ContactProblem& problem) {
+  const SolverBody& a = problem.bodies[c.a];
+  const SolverBody& b = problem.bodies[c.b];
+  NormalRow row;
+  row.a = c.a;
+  row.b = c.b;
+  row.normal = c.manifold->normal;
+  row.arm_a = arms.a.cross(row.normal);
+  row.turn_a = times(a.inverse_inertia, row.arm_a);
+  double inverse_mass = a.inverse_mass + row.arm_a.dot(row.turn_a);
+  if (c.state_b) {
+    row.arm_b = arms.b.cross(row.normal);
+    row.turn_b = times(b.inverse_inertia, row.arm_b);
+    inverse_mass += b.inverse_mass + row.arm_b.dot(row.turn_b);
+  }
+  row.mass_kg = 1.0 / inverse_mass;
+  return row;
+}
+
+FrictionRow friction_row(const PairContext& c, const Arms& arms, const ContactProblem& problem) {
+  const SolverBody& a = problem.bodies[c.a];
+  const SolverBody& b = problem.bodies[c.b];
+  const Tangents& t = c.tangents;
+  FrictionRow row;
+  row.a = c.a;
+  row.b = c.rubs_b;
+  row.normal_row = static_cast<std::uint32_t>(problem.normals.size());
+  row.friction = c.friction;
+  row.arm_a = arms.a;
+  row.arm_b = arms.b;
+  row.tangent[0] = t.first;
+  row.tangent[1] = t.second;
+  const Vec3 a0 = arms.a.cross(t.first), a1 = arms.a.cross(t.second);
+  const Vec3 turn_a0 = times(a.inverse_inertia, a0), turn_a1 = times(a.inverse_inertia, a1);
+  double k11 = a.inverse_mass + a0.dot(turn_a0), k12 = a1.dot(turn_a0);
+  double k22 = a.inverse_mass + a1.dot(turn_a1);
+  if (c.state_b) {
+    const Vec3 b0 = arms.b.cross(t.first), b1 = arms.b.cross(t.second);
+    const Vec3 turn_b0 = times(b.inverse_inertia, b0), turn_b1 = times(b.inverse_inertia, b1);
+    k11 += b.inverse_mass + b0.dot(turn_b0);
+    k12 += b1.dot(turn_b0);
+    k22 += b.inverse_mass + b1.dot(turn_b1);
+  }
+  const double determinant = k11 * k22 - k12 * k12;
+  row.inverse[0] = k22 / determinant;
+  row.inverse[1] = -k12 / determinant;
+  row.inverse[2] = k11 / determinant;
+  const double difference = 0.5 * (k11 - k22);
+  row.slide_mass_kg = 1.0 / (0.5 * (k11 + k22) + std::sqrt(difference * difference + k12 * k12));
+  return row;
+}
+
+// Velocity of b against a along the normal before the step's forces.
+double approach_velocity(const PairContext& c, const Arms& arms) {
+  Vec3 relative =
+      -(c.state_a->linear_velocity_m_s + c.state_a->angular_velocity_rad_s.cross(arms.a));
+  if (c.state_b) {
+    relative += c.state_b->linear_velocity_m_s + c.state_b->angular_velocity_rad_s.cross(arms.b);
+  }
+  return relative.dot(c.manifold->normal);
+}
+
+// Where the surfaces meet within the step, under gravity alone, and what a bounce there leaves at
+// the step's end. Without a bounce the target lets the gap close, but not more.
+double aim(const SceneDescription& scene, double dt_s, const PairContext& c, const Arms& arms,
+           RowContact& contact) {
+  const double g = c.relative_gravity, gap = std::max(contact.separation_m, 0.0);
+  const double closed = gap > 0.0 ? -gap / dt_s : 0.0;
+  if (!(c.restitution > 0.0)) return closed;
+  const double v = approach_velocity(c, arms);
+  const double squared = v * v - 2.0 * g * gap;  // of the speed at the impact
+  if (squared < 0.0 || (gap == 0.0 && v >= 0.0)) return closed;
+  const double impact = std::sqrt(squared);
+  if (!(impact > scene.solver.restitution_threshold_m_s)) return closed;
+  const double time = gap > 0.0 ? 2.0 * gap / (impact - v) : 0.0;
+  // Not reached yet: only what ballistic flight cannot do is forbidden.
+  if (!(time >= 0.0) || time > dt_s) return closed + std::min(0.0, 0.5 * g * dt_s);
+  const double rest = dt_s - time, rebound = c.restitution * impact;
+  if (rebound + 0.5 * g * rest <= 0.0 && rest > 0.0) return closed;  // would land again
+  contact.bounces = true;
+  contact.impact_time_s = time;
+  contact.rebound_m_s = rebound + g * rest;
+  return closed;
+}
+
+void apply_start(const NormalRow& row, SolverBody& a, SolverBody& b) {
+  const double j = row.impulse_newton_s;
+  a.linear -= row.normal * (a.inverse_mass * j);
+  a.angular -= row.turn_a * j;
+  if (b.inverse_mass == 0.0) return;
+  b.linear += row.normal * (b.inverse_mass * j);
+  b.angular += row.turn_b * j;
+}
+
+void apply_start(const FrictionRow& row, SolverBody& a, SolverBody& b) {
+  const Vec3 j =
+      row.tangent[0] * row.impulse_newton_s[0] + row.tangent[1] * row.impulse_newton_s[1];
+  a.linear -= j * a.inverse_mass;
+  a.angular -= times(a.inverse_inertia, row.arm_a.cross(j));
+  if (b.inverse_mass == 0.0) return;
+  b.linear += j * b.inverse_mass;
+  b.angular += times(b.inverse_inertia, row.arm_b.cross(j));
+}
+
+std::array<std::uint32_t, 3> key_of(const ContactImpulse& i) {
+  return {index_of(i.other), i.part, i.feature};
+}
+
+// Stored impulses and contact points are both sorted, so that one walk meets all equal keys.
+const ContactImpulse* next_stored(const std::vector<ContactImpulse>& stored,
+                                  const ContactManifold& m, std::uint32_t feature,
+                                  std::size_t& cursor) {
+  const std::array<std::uint32_t, 3> key{index_of(m.b), m.part, feature};
+  while (cursor < stored.size() && key_of(stored[cursor]) < key) ++cursor;
+  if (cursor < stored.size() && key_of(stored[cursor]) == key) return &stored[cursor++];
+  return nullptr;
+}
+
+void warm_start(const ContactImpulse& stored, ContactProblem& problem, StageCounters& counters) {
+  NormalRow& normal = problem.normals.back();
+  normal.impulse_newton_s = stored.normal_newton_s;
+  apply_start(normal, problem.bodies[normal.a], problem.bodies[normal.b]);
+  ++counters.warm_started_rows;
+  if (problem.contacts.back().friction_row < 0) return;
+  FrictionRow& friction = problem.frictions.back();
+  for (int t = 0; t < 2; ++t) {
+    friction.impulse_newton_s[t] = stored.friction_newton_s.dot(friction.tangent[t]);
+  }
+  apply_start(friction, problem.bodies[friction.a], problem.bodies[friction.b]);
+}
+
+void add_point(const SceneDescription& scene, double dt_s, const PairContext& c,
+               std::uint32_t point, ContactProblem& problem) {
+  const ContactPoint& p = c.manifold->points[point];
+  const Arms arms = arms_of(c, p);
+  RowContact contact;
+  contact.manifold = c.index;
+  contact.point = point;
+  contact.separation_m = p.separation_m;
+  contact.slop_m = kSlop * c.size_m;
+  contact.size_m = c.size_m;
+  contact.arm_a = arms.a;
+  NormalRow normal = normal_row(c, arms, problem);
+  normal.target_m_s = aim(scene, dt_s, c, arms, contact);
+  if (contact.bounces) ++problem.restitution_rows;
+  if (c.friction > 0.0) {
+    contact.friction_row = static_cast<std::int32_t>(problem.frictions.size());
+    problem.frictions.push_back(friction_row(c, arms, problem));
+    if (c.rubs_b != c.b) ++problem.conveyor_rows;
+  }
+  problem.normals.push_back(normal);
+  problem.contacts.push_back(contact);
+}
+
+}  // namespace
+
+Need friction_needed(const SceneDescription& scene) {
+  const Need contacts = contacts_needed(scene);
+  if (!contacts) return contacts;
+  const auto rough = [](const auto& body) { return body.material.friction > 0.0; };
+  return need_of(can_meet(bodies_that(scene, rough), statics_that(scene, rough)),
+                 "two materials in contact can have friction > 0",
+                 "no pair of materials has friction > 0");
+}
+
+Need conveyors_needed(const SceneDescription& scene) {
+  const Need contacts = contacts_needed(scene);
+  if (!contacts) return contacts;
+  const auto rough = [](const auto& body) { return body.material.friction > 0.0; };
+  const auto moves = [](const StaticBody& fixed) {
+    return fixed.surface_velocity_m_s != Vec3::Zero();
+  };
+  if (statics_that(scene, moves) == 0) return {false, "no surface of a static moves"};
+  const std::size_t belts =
+      statics_that(scene, [&](const StaticBody& fixed) { return moves(fixed) && rough(fixed); });
+  return need_of(belts > 0 && bodies_that(scene, rough) > 0,
+                 "a static's surface moves and has friction",
+                 "surfaces move, but without friction");
+}
+
+Need restitution_needed(const SceneDescription& scene) {
+  const Need contacts = contacts_needed(scene);
+  if (!contacts) return contacts;
+  const auto springy = [](const auto& body) { return body.material.restitution > 0.0; };
+  return need_of(bodies_that(scene, springy) + statics_that(scene, springy) > 0,
+                 "a material has restitution > 0", "no material has restitution > 0");
+}
+
+Need warm_starts_needed(const SceneDescription& scene) {
+  const Need contacts = contacts_needed(scene);
+  if (!contacts) return contacts;
+  return need_of(scene.solver.warm_starting, "contacts last over steps",
+                 "switched off in the solver settings");
+}
+
+void ContactProblem::clear() {
+  bodies.clear();
+  moving_surfaces.clear();
+  normals.clear();
+  frictions.clear();
+  contacts.clear();
+  restitution_rows = conveyor_rows = 0;
+}
+
+void build_rows(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
+                const Selection<ContactManifold>& manifolds, const Selection<BodyState>& states,
+                ContactProblem& problem, StageCounters& counters) {
+  std::size_t points = 0;
+  for (std::size_t i = 0; i < manifolds.size(); ++i) points += manifolds[i].count;
+  problem.normals.reserve(points);
+  problem.contacts.reserve(points);
+  std::size_t cursor = 0;
+  for (std::uint32_t i = 0; i < manifolds.size(); ++i) {
+    const ContactManifold& m = manifolds[i];
+    if (is_joint(m)) continue;
+    if (i == 0 || m.a != manifolds[i - 1].a) cursor = 0;
+    const PairContext context = context_of(scene, ids, states, m, i, problem);
+    if (context.friction > 0.0 && problem.frictions.empty()) problem.frictions.reserve(points);
+    for (std::uint32_t point = 0; point < m.count; ++point) {
+      add_point(scene, dt_s, context, point, problem);
+      if (!scene.solver.warm_starting) continue;
+      const ContactImpulse* stored =
+          next_stored(context.state_a->impulses, m, m.points[point].feature, cursor);
+      if (stored) warm_start(*stored, problem, counters);
+    }
+  }
+  counters.normal_rows += problem.normals.size();
+  counters.friction_rows += problem.frictions.size();
+  counters.conveyor_rows += static_cast<std::uint64_t>(problem.conveyor_rows);
+  counters.restitution_rows += static_cast<std::uint64_t>(problem.restitution_rows);
+}
+
+}  // namespace soda::physics

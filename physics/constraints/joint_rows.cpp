@@ -1,0 +1,368 @@
+#include "physics/constraints/joint_rows.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+namespace soda::physics {
+namespace {
+
+std::uint32_t place_or_end(std::span<const BodyId> ids, BodyId id) {
+  if (is_static(id)) return static_cast<std::uint32_t>(ids.size());
+  return static_cast<std::uint32_t>(std::lower_bound(ids.begin(), ids.end(), id) - ids.begin());
+}
+
+// For each joint, those that share a dynamic body with it; ascending.
+std::vector<std::vector<std::uint32_t>> neighbours_of(const SceneDescription& scene,
+                                                      std::span<const BodyId> ids,
+                                                      std::span<const std::uint32_t> joints) {
+  std::vector<std::vector<std::uint32_t>> of_body(ids.size() + 1), neighbours(joints.size());
+  const auto bodies = [&](std::uint32_t joint) {
+    return std::array{place_or_end(ids, scene.joints[joints[joint]].a),
+                      place_or_end(ids, scene.joints[joints[joint]].b)};
+  };
+  for (std::uint32_t joint = 0; joint < joints.size(); ++joint)
+    for (const std::uint32_t body : bodies(joint)) of_body[body].push_back(joint);
+  of_body.back().clear();
+  for (std::uint32_t joint = 0; joint < joints.size(); ++joint) {
+    for (const std::uint32_t body : bodies(joint))
+      for (const std::uint32_t other : of_body[body])
+        if (other != joint) neighbours[joint].push_back(other);
+    std::sort(neighbours[joint].begin(), neighbours[joint].end());
+    neighbours[joint].erase(std::unique(neighbours[joint].begin(), neighbours[joint].end()),
+                            neighbours[joint].end());
+  }
+  return neighbours;
+}
+
+// Reverse Cuthill-McKee: breadth first from the joint with the fewest neighbours. Chains and trees
+// get an envelope as narrow as their branches.
+std::vector<std::uint32_t> elimination_order(
+    const std::vector<std::vector<std::uint32_t>>& neighbours) {
+  const auto fewer = [&neighbours](std::uint32_t x, std::uint32_t y) {
+    return std::pair(neighbours[x].size(), x) < std::pair(neighbours[y].size(), y);
+  };
+  std::vector<std::uint32_t> starts(neighbours.size()), order;
+  std::iota(starts.begin(), starts.end(), 0u);
+  std::sort(starts.begin(), starts.end(), fewer);
+  std::vector<bool> seen(neighbours.size(), false);
+  for (const std::uint32_t start : starts) {
+    if (seen[start]) continue;
+    seen[start] = true;
+    order.push_back(start);
+    for (std::size_t next = order.size() - 1; next < order.size(); ++next) {
+      std::vector<std::uint32_t> found;
+      for (const std::uint32_t other : neighbours[order[next]])
+        if (!seen[other]) found.push_back(other);
+      std::sort(found.begin(), found.end(), fewer);
+      for (const std::uint32_t other : found) seen[other] = true;
+      order.insert(order.end(), found.begin(), found.end());
+    }
+  }
+  std::reverse(order.begin(), order.end());
+  return order;
+}
+
+// One body's end of a joint, in the world frame.
+struct HeldEnd {
+  std::uint32_t body = 0;
+  Vec3 arm = Vec3::Zero();  // from the centre to the anchor
+  Vec3 anchor = Vec3::Zero();
+  Quat frame = Quat::Identity();
+};
+
+// `with_frame`: else the frame is not asked for.
+HeldEnd end_of(std::span<const BodyState> states, std::uint32_t body, const Vec3& anchor_local,
+               const Quat& frame_local, bool with_frame) {
+  HeldEnd end;
+  end.body = body;
+  if (body == states.size()) {
+    end.anchor = anchor_local;
+    end.frame = frame_local;
+    return end;
+  }
+  const BodyState& state = states[body];
+  end.arm = state.orientation * anchor_local;
+  end.anchor = state.position_m + end.arm;
+  if (with_frame) end.frame = state.orientation * frame_local;
+  return end;
+}
+
+struct HeldEnds {
+  HeldEnd a, b;
+};
+
+HeldEnds ends_of(const Joint& joint, const std::array<std::uint32_t, 2>& bodies,
+                 std::span<const BodyState> states) {
+  const bool with_frame = joint.kind == JointKind::kHinge || joint.kind == JointKind::kSlider ||
+                          joint.kind == JointKind::kFixed;
+  return {end_of(states, bodies[0], joint.anchor_a_m, joint.frame_a, with_frame),
+          end_of(states, bodies[1], joint.anchor_b_m, joint.frame_b, with_frame)};
+}
+
+// Appends the rows of a joint.
+class RowBuilder {
+ public:
+  RowBuilder(const HeldEnds& ends, std::vector<JointRow>& rows)
+      : a_(ends.a), b_(ends.b), rows_(rows) {}
+
+  // The anchors have the same place along `direction`.
+  JointRow& point(const Vec3& direction) {
+    JointRow& row = add();
+    row.linear = direction;
+    row.turn_a = a_.arm.cross(direction);
+    row.turn_b = b_.arm.cross(direction);
+    row.error = direction.dot(b_.anchor - a_.anchor);
+    return row;
+  }
+  // The same for a direction that is fixed in a.
+  JointRow& along_a(const Vec3& direction) {
+    JointRow& row = point(direction);
+    row.turn_a = (a_.arm + b_.anchor - a_.anchor).cross(direction);
+    return row;
+  }
+  // No turn about `axis`; `error` is the angle.
+  JointRow& turn(const Vec3& axis, double error) {
+    JointRow& row = add();
+    row.turn_a = row.turn_b = axis;
+    row.error = error;
+    return row;
+  }
+
+ private:
+  JointRow& add() {
+    rows_.emplace_back();
+    rows_.back().a = a_.body;
+    rows_.back().b = b_.body;
+    return rows_.back();
+  }
+
+  const HeldEnd& a_;
+  const HeldEnd& b_;
+  std::vector<JointRow>& rows_;
+};
+
+// Goes over the rows of a joint that there are, one after the other, and writes errors only.
+class ErrorBuilder {
+ public:
+  ErrorBuilder(const HeldEnds& ends, JointRow* first)
+      : between_m_(ends.b.anchor - ends.a.anchor), row_(first) {}
+
+  JointRow& point(const Vec3& direction) { return turn(direction, direction.dot(between_m_)); }
+  JointRow& along_a(const Vec3& direction) { return point(direction); }
+  JointRow& turn(const Vec3&, double error) {
+    row_->error = error;
+    return *row_++;
+  }
+
+ private:
+  Vec3 between_m_;
+  JointRow* row_;
+};
+
+// By how much b's frame is turned against a's, as a rotation vector (small angles: sin for it).
+Vec3 turned_by(const Quat& a, const Quat& b) {
+  const Quat difference = b * a.conjugate();
+  const double sign = difference.w() < 0.0 ? -2.0 : 2.0;
+  return sign * difference.vec();
+}
+
+template <class Builder>
+void add_distance(const Joint& joint, double dt_s, bool with_springs, const HeldEnds& ends,
+                  Builder& add) {
+  const Vec3 between = ends.b.anchor - ends.a.anchor;
+  const double distance = between.norm();
+  const Vec3 direction = distance > 0.0 ? Vec3(between / distance) : Vec3(Vec3::UnitZ());
+  JointRow& row = add.point(direction);
+  row.error = distance - joint.length_m;
+  if (joint.kind != JointKind::kSpring) return;
+  if (!with_springs) {
+    row.linear = row.turn_a = row.turn_b = Vec3::Zero();
+    row.error = 0.0;
+    return;
+  }
+  // Implicit in position and velocity: stable however stiff.
+  const double damping = joint.damping_newton_s_m + dt_s * joint.stiffness_newton_m;
+  row.kind = JointRowKind::kSpring;
+  row.softness_1_kg = 1.0 / (dt_s * damping);
+  row.stiffness_share_1_s = joint.stiffness_newton_m / damping;
+  row.target_m_s = -row.error * row.stiffness_share_1_s;
+}
+
+// By how much b's frame is turned against a's about their common z axis, rad in [-pi, pi].
+double turned_about_z(const Quat& a, const Quat& b) {
+  const Quat difference = a.conjugate() * b;
+  const double sign = difference.w() < 0.0 ? -1.0 : 1.0;
+  const double sine = sign * difference.z(), cosine = sign * difference.w();
+  const double length = std::sqrt(sine * sine + cosine * cosine);
+  if (!(length > 0.0)) return 0.0;
+  // The tangent of a quarter of the angle, halved three times more: there its series is short.
+  double tangent = sine / (length + cosine);
+  for (int i = 0; i < 3; ++i) tangent /= 1.0 + std::sqrt(1.0 + tangent * tangent);
+  const double squared = tangent * tangent;
+  double series = 0.0;
+  for (int k = 19; k >= 1; k -= 2) series = 1.0 / k - squared * series;
+  return 32.0 * tangent * series;
+}
+
+// The rows of a limit and a motor along the joint's axis.
+template <class Builder>
+void add_bounded(const Joint& joint, const Vec3& axis, const HeldEnds& ends, Builder& add) {
+  const auto& [a, b] = ends;
+  const bool turns = joint.kind == JointKind::kHinge;
+  const double place =
+      turns ? turned_about_z(a.frame, b.frame) : axis.dot(Vec3(b.anchor - a.anchor));
+  const auto row = [&](JointRowKind kind, double sign) -> JointRow& {
+    JointRow& made = turns ? add.turn(axis * sign, 0.0) : add.along_a(axis * sign);
+    made.error = 0.0;
+    made.kind = kind;
+    made.idle = true;
+    return made;
+  };
+  if (joint.limits) {
+    row(JointRowKind::kLimit, 1.0).error = place - joint.limits->least;
+    row(JointRowKind::kLimit, -1.0).error = joint.limits->most - place;
+  }
+  if (!joint.motor) return;
+  JointRow& motor = row(JointRowKind::kMotor, 1.0);
+  motor.target_m_s = joint.motor->speed;
+  motor.most_push = joint.motor->most_push;
+}
+
+template <class Builder>
+void add_rows(const Joint& joint, double dt_s, bool with_springs, const HeldEnds& ends,
+              Builder& add) {
+  if (joint.kind == JointKind::kDistance || joint.kind == JointKind::kSpring)
+    return add_distance(joint, dt_s, with_springs, ends, add);
+  if (joint.kind == JointKind::kBall) {
+    for (int i = 0; i < 3; ++i) add.point(Vec3::Unit(i));
+    return;
+  }
+  const auto& [a, b] = ends;
+  const Mat3 axes = a.frame.toRotationMatrix();
+  if (joint.kind == JointKind::kSlider) {
+    add.along_a(axes.col(0));
+    add.along_a(axes.col(1));
+  } else {
+    for (int i = 0; i < 3; ++i) add.point(Vec3::Unit(i));
+  }
+  if (joint.kind == JointKind::kHinge) {
+    const Vec3 tilt = Vec3(axes.col(2)).cross(b.frame * Vec3(Vec3::UnitZ()));
+    for (int i = 0; i < 2; ++i) add.turn(axes.col(i), tilt.dot(axes.col(i)));
+  } else {
+    const Vec3 turn = turned_by(a.frame, b.frame);
+    for (int i = 0; i < 3; ++i) add.turn(Vec3::Unit(i), turn[i]);
+  }
+  if (joint.limits || joint.motor) add_bounded(joint, axes.col(2), ends, add);
+}
+
+}  // namespace
+
+// Without response everything passes through, joints or not (advance.cpp).
+Need joint_rows_needed(const SceneDescription& scene) {
+  if (scene.joints.empty()) return {false, "there are no joints"};
+  return need_of(scene.solver.contact_response, "joints hold bodies",
+                 "detection only: joints hold nothing");
+}
+
+Need limits_needed(const SceneDescription& scene) {
+  const Need joints = joint_rows_needed(scene);
+  if (!joints) return joints;
+  return need_of(std::ranges::any_of(scene.joints, [](const Joint& j) { return !!j.limits; }),
+                 "a joint has limits", "no joint has limits");
+}
+
+Need motors_needed(const SceneDescription& scene) {
+  const Need joints = joint_rows_needed(scene);
+  if (!joints) return joints;
+  return need_of(std::ranges::any_of(scene.joints, [](const Joint& j) { return !!j.motor; }),
+                 "a joint has a motor", "no joint has a motor");
+}
+
+JointSystem find_joints(const SceneDescription& scene, std::span<const BodyId> ids,
+                        std::span<const ContactManifold> manifolds) {
+  JointSystem system;
+  if (scene.joints.empty()) return system;
+  std::vector<std::uint32_t> joints;
+  for (const ContactManifold& manifold : manifolds)
+    if (is_joint(manifold)) joints.push_back(joint_of(manifold));
+  if (joints.size() == 1) {
+    const Joint& joint = scene.joints[joints.front()];
+    system.bodies.push_back({place_or_end(ids, joint.a), place_or_end(ids, joint.b)});
+    system.earliest.push_back(0);
+    system.bounded = joint.limits || joint.motor;
+    system.joints = std::move(joints);
+    return system;
+  }
+  const std::vector<std::vector<std::uint32_t>> neighbours = neighbours_of(scene, ids, joints);
+  const std::vector<std::uint32_t> order = elimination_order(neighbours);
+  std::vector<std::uint32_t> place(order.size());
+  for (std::uint32_t i = 0; i < order.size(); ++i) place[order[i]] = i;
+  for (std::uint32_t i = 0; i < order.size(); ++i) {
+    std::uint32_t earliest = i;
+    for (const std::uint32_t other : neighbours[order[i]])
+      earliest = std::min(earliest, place[other]);
+    system.joints.push_back(joints[order[i]]);
+    system.earliest.push_back(earliest);
+    const Joint& joint = scene.joints[system.joints.back()];
+    system.bodies.push_back({place_or_end(ids, joint.a), place_or_end(ids, joint.b)});
+    system.bounded = system.bounded || joint.limits || joint.motor;
+  }
+  return system;
+}
+
+bool has_springs(const SceneDescription& scene, const JointSystem& system) {
+  return std::ranges::any_of(system.joints, [&scene](std::uint32_t joint) {
+    return scene.joints[joint].kind == JointKind::kSpring;
+  });
+}
+
+void build_joint_rows(const SceneDescription& scene, double dt_s, std::span<const BodyState> states,
+                      bool with_springs, JointSystem& system) {
+  system.rows.clear();
+  system.rows.reserve(3 * system.joints.size());  // balls, mostly
+  system.factored = false;
+  system.first_row.clear();
+  system.first_row.reserve(system.joints.size() + 1);
+  system.first_row.push_back(0);
+  for (std::size_t j = 0; j < system.joints.size(); ++j) {
+    const Joint& joint = scene.joints[system.joints[j]];
+    const HeldEnds ends = ends_of(joint, system.bodies[j], states);
+    RowBuilder add(ends, system.rows);
+    add_rows(joint, dt_s, with_springs, ends, add);
+    system.first_row.push_back(static_cast<std::uint32_t>(system.rows.size()));
+  }
+}
+
+void build_joint_errors(const SceneDescription& scene, std::span<const BodyState> states,
+                        JointSystem& system) {
+  for (std::size_t j = 0; j < system.joints.size(); ++j) {
+    const Joint& joint = scene.joints[system.joints[j]];
+    const HeldEnds ends = ends_of(joint, system.bodies[j], states);
+    ErrorBuilder add(ends, &system.rows[system.first_row[j]]);
+    add_rows(joint, 0.0, false, ends, add);
+  }
+}
+
+std::vector<SpringRow> spring_rows(const SceneDescription& scene, std::span<const BodyState> states,
+                                   const JointSystem& system) {
+  std::vector<SpringRow> springs;
+  std::vector<JointRow> rows;
+  for (std::size_t j = 0; j < system.joints.size(); ++j) {
+    const Joint& joint = scene.joints[system.joints[j]];
+    if (joint.kind != JointKind::kSpring) continue;
+    const HeldEnds ends = ends_of(joint, system.bodies[j], states);
+    rows.clear();
+    RowBuilder add(ends, rows);
+    add_rows(joint, scene.dt_s, true, ends, add);
+    springs.push_back({rows.front(),
+                       joint.stiffness_newton_m,
+                       joint.damping_newton_s_m,
+                       Vec3(ends.b.anchor - ends.a.anchor).norm(),
+                       {ends.a.arm.norm(), ends.b.arm.norm()}});
+  }
+  return springs;
+}
+
+}  // namespace soda::physics

@@ -1,0 +1,130 @@
+// Energy bounds speeds whatever happens within the step: bodies may pass their motion on, so that
+// one that is slow before and after was fast in between. With forces per mass of at most a, the
+// root of the kinetic energy K of a mass M grows by no more than a sqrt(M/2) a second, for dK/dt <=
+// a sum(m v) <= a sqrt(2 M K).
+#include "physics/constraints/ways.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "physics/constraints/joint_rows.hpp"
+#include "physics/math/rigid_motion.hpp"
+#include "physics/constraints/springs.hpp"
+
+namespace soda::physics {
+namespace {
+
+double elastic_of(const SceneDescription& scene, std::span<const BodyId> ids,
+                  std::span<const ContactManifold> manifolds, std::span<const BodyState> states) {
+  if (std::ranges::none_of(manifolds, is_joint)) return 0.0;
+  const JointSystem joints = find_joints(scene, ids, manifolds);
+  return has_springs(scene, joints) ? elastic_joule(spring_rows(scene, states, joints)) : 0.0;
+}
+
+// By which what acts on the body besides contacts and joints can change its speed.
+double most_acceleration_m_s2(const SceneDescription& scene, const BodyParams& body,
+                              const BodyState& state) {
+  double most = scene.gravity_m_s2.norm();
+  if (body.drive != kNoDrive) most += scene.drives[body.drive].max_acceleration_m_s2;
+  if (body.forces == kNone) return most;
+  const BodyForces& own = scene.forces[body.forces];
+  const double torque = own.torque_newton_m.norm();
+  most += (own.force_newton.norm() + own.body_force_newton.norm()) / body.mass_kg;
+  most += std::sqrt(body.inverse_inertia_local.norm() / body.mass_kg) * torque;
+  return most + own.linear_damping_1_s * state.linear_velocity_m_s.norm();
+}
+
+double fastest_surface_m_s(const SceneDescription& scene,
+                           std::span<const ContactManifold> manifolds) {
+  double fastest = 0.0;
+  for (const ContactManifold& m : manifolds)
+    if (is_static(m.b) && !is_joint(m))
+      fastest = std::max(fastest, scene.statics[static_index_of(m.b)].surface_velocity_m_s.norm());
+  return fastest;
+}
+
+std::string impossible_way(double way_m, double most_m) {
+  char text[160];
+  std::snprintf(text, sizeof text,
+                "moves %.6g m in one step; the energy of its island and push-out allow %.6g m",
+                way_m, most_m);
+  return text;
+}
+
+}  // namespace
+
+double fastest_push_out_m_s(const SceneDescription& scene, std::span<const BodyId> ids) {
+  double widest_m = 0.0;
+  for (const BodyId id : ids)
+    widest_m = std::max(widest_m, size_of(scene.shapes[scene.bodies[index_of(id)].shape]));
+  return kFastestPushOut_1_s * widest_m;
+}
+
+void limit_push_out(double most_m_s, PushOut& push) {
+  const auto shorten = [](double most, Vec3& v) {
+    const double squared = v.squaredNorm();
+    if (squared > most * most) v *= most / std::sqrt(squared);
+  };
+  shorten(most_m_s, push.linear);
+  shorten(kFastestPushOut_rad_s, push.angular);
+}
+
+void limit_push_out(double most_m_s, std::span<PushOut> push) {
+  double share = 1.0;
+  for (const PushOut& p : push) {
+    const double linear = p.linear.norm(), angular = p.angular.norm();
+    if (linear * share > most_m_s) share = most_m_s / linear;
+    if (angular * share > kFastestPushOut_rad_s) share = kFastestPushOut_rad_s / angular;
+  }
+  if (share == 1.0) return;
+  for (PushOut& p : push) {
+    p.linear *= share;
+    p.angular *= share;
+  }
+}
+
+namespace {
+
+// Joints but springs are closed by any way that this takes: nothing bounds it.
+bool closes_joints(const SceneDescription& scene, std::span<const ContactManifold> manifolds) {
+  return std::ranges::any_of(manifolds, [&scene](const ContactManifold& m) {
+    return is_joint(m) && scene.joints[joint_of(m)].kind != JointKind::kSpring;
+  });
+}
+
+}  // namespace
+
+void bound_ways(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
+                std::span<const ContactManifold> manifolds, std::span<const BodyState> states,
+                WayBounds& bounds) {
+  bounds.positions_m.clear();
+  bounds.any = !closes_joints(scene, manifolds);
+  if (!bounds.any) return;
+  double mass_kg = 0.0, faster_m_s = 0.0;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    const BodyParams& body = scene.bodies[index_of(ids[i])];
+    bounds.positions_m.push_back(states[i].position_m);
+    mass_kg += body.mass_kg;
+    faster_m_s = std::max(faster_m_s, dt_s * most_acceleration_m_s2(scene, body, states[i]));
+  }
+  faster_m_s += fastest_surface_m_s(scene, manifolds);
+  const double energy_joule =
+      kinetic_joule(scene, ids, states) + elastic_of(scene, ids, manifolds, states);
+  bounds.root = std::sqrt(energy_joule) + faster_m_s * std::sqrt(0.5 * mass_kg);
+  bounds.pushed_m_s = fastest_push_out_m_s(scene, ids);
+}
+
+void report_impossible_way(const SceneDescription& scene, double dt_s, const WayBounds& bounds,
+                           std::size_t i, BodyId id, const BodyState& state,
+                           std::vector<AdvanceFault>& faults) {
+  constexpr double kRounding = 1e-12;  // of where it is
+  if (!bounds.any) return;
+  const double fastest_m_s = bounds.root * std::sqrt(2.0 / scene.bodies[index_of(id)].mass_kg);
+  const double most_m =
+      dt_s * (fastest_m_s + bounds.pushed_m_s) + kRounding * bounds.positions_m[i].norm();
+  const double way_m = (state.position_m - bounds.positions_m[i]).norm();
+  if (way_m > most_m) faults.push_back({id, impossible_way(way_m, most_m)});
+}
+
+}  // namespace soda::physics

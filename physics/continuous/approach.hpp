@@ -1,0 +1,71 @@
+// Two solids in free flight: where they are, and how long they cannot touch.
+#pragma once
+
+#include "physics/model/body_state.hpp"
+#include "physics/narrowphase/separation.hpp"
+#include "physics/continuous/spin_bounds.hpp"
+#include "physics/shapes/geometry.hpp"
+
+namespace soda::physics {
+
+// One body of the pair at the moment that is looked at.
+struct Flyer {
+  Solid solid;                         // relative to the centre of a at that moment
+  const BodyParams* params = nullptr;  // null: static, or a sphere, whose turning is not followed
+  BodyState turning{};                 // orientation and spin; of no use without params
+  SpinBounds most{};                   // see bound_turning()
+
+  bool turns() const { return params != nullptr; }
+  double radius_m() const { return solid.placed.shape.bounding_radius_m; }
+};
+
+// How long the bounding spheres of a and b (of a static: its box or plane; `state_b` is null then)
+// do not touch, from now on: at most `most_s`. Exact for spheres.
+double spheres_apart_s(const SceneDescription& scene, const Geometry& geometry, BodyId a,
+                       const BodyState& state_a, BodyId b, const BodyState* state_b, double most_s);
+
+// Moved from time to time: turning goes on from where it was, at a price that grows with the time.
+class FlyingSolids {
+ public:
+  // As of the beginning; `state_b` is null for a static b. No meshes.
+  FlyingSolids(const SceneDescription& scene, const Geometry& geometry, BodyId a,
+               const BodyState& state_a, BodyId b, const BodyState* state_b);
+
+  void go_to(double time_s);
+  // Before the first of apart_s().
+  void bound_turning();
+  // How long from now the gap along a direction, that is given now, cannot fall below `floor_m`: to
+  // 1e-4 of that time. The direction stays, turns with a or b or with the edges that are nearest:
+  // what promises most.
+  struct Wait {
+    double time_s = 0.0;
+    const Flyer* with = nullptr;    // the direction turns with it
+    Vec3 drift_1_s = Vec3::Zero();  // or by this a second, without one
+  };
+  Wait apart_s(const Separation& now, double floor_m, double most_s) const;
+  // Of the points within `touching_m` of the supporting planes, how fast the first of them come
+  // nearer to the other solid.
+  double approach_m_s(const Vec3& normal, double touching_m) const;
+
+  const Flyer& a() const { return a_; }
+  const Flyer& b() const { return b_; }
+  bool is_static_b() const { return fixed_ != nullptr; }
+  bool turns() const { return a_.turns() || b_.turns(); }
+  Vec3 velocity() const { return velocity_ + gravity_ * time_s_; }  // of b against a
+  Vec3 centre_of_a_m() const;
+
+ private:
+  Wait apart_edges_s(const Separation& now, double floor_m, double least_s, double most_s) const;
+  double apart_whirling_s(const Separation& now, double left_m, double most_s) const;
+  double apart_turning_s(const Separation& now, bool with_a, double left_m, double least_s,
+                         double most_s) const;
+
+  const StaticGeometry* fixed_;  // b, if it is one
+  Flyer a_, b_;
+  Vec3 centre_, velocity_;  // of b against a, at the beginning
+  Vec3 gravity_;
+  Vec3 start_m_, start_velocity_, pull_;  // of a
+  double time_s_ = 0.0;
+};
+
+}  // namespace soda::physics

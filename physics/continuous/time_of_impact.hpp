@@ -1,0 +1,51 @@
+// When two bodies in free flight touch: conservative advancement.
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "physics/model/contact_manifold.hpp"
+#include "physics/shapes/geometry.hpp"
+#include "physics/narrowphase/separation.hpp"
+
+namespace soda::physics {
+
+// Whether these have contacts of the pair, a < b. Joints do not count.
+bool have_met(std::span<const ContactManifold> manifolds, BodyId a, BodyId b);
+
+// None of what follows is for meshes.
+bool is_mesh(const SceneDescription& scene, BodyId id);
+
+// See separation_between(). `state_b` is null for a static b.
+Separation separation_of(const SceneDescription& scene, const Geometry& geometry, BodyId a,
+                         const BodyState& state_a, BodyId b, const BodyState* state_b);
+
+// The gap below which two solids count as touching: of the size of rounding for spheres.
+double touching_gap_m(const SceneDescription& scene, const Geometry& geometry, BodyId a,
+                      const BodyState& state_a, BodyId b);
+
+struct Impact {
+  double time_s = 0.0;
+  // The solids touch and do not part for good, but do not approach either: they rest on each other,
+  // roll or slide. No flight describes what follows.
+  bool lasts = false;
+};
+
+// The first time within [0, most_s] at which the two touch and approach each other, or from which
+// they stay together. None of it: they do not touch. Solids that overlap at the start touch, and
+// may part.
+std::optional<Impact> time_of_impact(const SceneDescription& scene, const Geometry& geometry,
+                                     BodyId a, const BodyState& state_a, BodyId b,
+                                     const BodyState* state_b, double most_s);
+
+// The feature of the point that append_way_to_impact() gives.
+inline constexpr std::uint32_t kWayToImpact = 0x20000000u;
+
+// Solids that move by more than their width within dt_s: if they meet, appends a manifold of one
+// point with the place and normal of the impact, whose separation is the way to it along that
+// normal.
+void append_way_to_impact(const SceneDescription& scene, const Geometry& geometry, double dt_s,
+                          BodyId a, const BodyState& state_a, BodyId b, const BodyState* state_b,
+                          std::vector<ContactManifold>& out);
+
+}  // namespace soda::physics

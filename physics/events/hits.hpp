@@ -1,0 +1,47 @@
+// Islands in which something rests, rolls or slides, and something is hit: the hits one after the
+// other, each when it happens.
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "physics/model/contact_manifold.hpp"
+#include "physics/model/island_report.hpp"
+#include "physics/model/need.hpp"
+#include "physics/model/stage_counters.hpp"
+#include "physics/shapes/geometry.hpp"
+#include "physics/solvers/island_motion.hpp"
+
+namespace soda::physics {
+
+// Of such hits.
+Need hits_needed(const SceneDescription& scene);
+
+struct AmongHits {
+  IslandReport report;
+  bool hit = false;  // in this time
+};
+
+// Advances an island in which something comes near for a hit, by dt_s, from hit to hit. A hit is a
+// point that approaches faster than the restitution threshold where its pair bounces; if the scene
+// asks for a tolerance also one that approaches faster than gravity makes things in two steps,
+// whatever bounces. Up to a hit the island is advanced as if there were none (advance_resting):
+// points on their way to one have no part in that. Then its velocities change as strike() has it:
+// all points nearer than 1e-4 of a width at once, what rests on statics or does not bounce is held,
+// what bounces but is not hit itself is let go and hit next. So faces hit as faces, and bodies that
+// touch in a row pass a momentum on. All pairs of the island are looked at, and all statics that
+// its bodies can reach.
+//
+// Nothing, and nothing changed, if nothing comes near, or the island is not of this kind: more than
+// 8 bodies, joints, masses that differ by more than ten thousand times, or a body that turns by
+// more than 2 radians and 2 for each body. After 8 hits or parts of the step and 8 for each body,
+// what is left is one step. `manifolds` were found at these states, over dt_s. The report's
+// estimate is that of the parts between hits. A function of the arguments only.
+std::optional<AmongHits> advance_among_hits(const SceneDescription& scene, const Geometry& geometry,
+                                            double dt_s, std::span<const BodyId> ids,
+                                            std::span<const ContactManifold> manifolds,
+                                            std::span<BodyState> states, SolveScratch& scratch,
+                                            StageCounters& counters,
+                                            std::vector<AdvanceFault>& faults);
+
+}  // namespace soda::physics

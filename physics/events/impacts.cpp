@@ -1,0 +1,251 @@
+#include "physics/events/impacts.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <utility>
+
+#include "physics/forces/forces.hpp"
+#include "physics/broadphase/reach.hpp"
+#include "physics/math/rigid_motion.hpp"
+#include "physics/events/strike.hpp"
+#include "physics/continuous/time_of_impact.hpp"
+#include "physics/model/contact_manifold.hpp"
+#include "physics/model/stage_counters.hpp"
+#include "physics/shapes/geometry.hpp"
+
+namespace soda::physics {
+namespace {
+
+constexpr std::size_t kMostStruckBodies = 64;
+
+// At a point that neither bounces nor leaves, gravity presses a body on a static, or two overlap.
+bool rests(const SceneDescription& scene, const ContactManifold& m, const BodyState& a,
+           const BodyState* b, double touching_m) {
+  const double present_m =
+      b == nullptr && scene.gravity_m_s2.dot(m.normal) > 0.0 ? touching_m : -2.0 * touching_m;
+  for (std::uint32_t i = 0; i < m.count; ++i) {
+    const ContactPoint& p = m.points[i];
+    if (p.separation_m > present_m) continue;
+    const Vec3 other = b == nullptr ? Vec3(Vec3::Zero()) : velocity_at(*b, p.position_m);
+    const double opening = (other - velocity_at(a, p.position_m)).dot(m.normal);
+    if (std::abs(opening) <= scene.solver.restitution_threshold_m_s) return true;
+  }
+  return false;
+}
+
+bool can_fly(const BodyParams& body) { return is_unjointed(body) && !is_pushed(body); }
+
+// What happens at an impact within the step is worth its time: the pair bounces, or flies farther
+// than its width.
+bool is_impact(const SceneDescription& scene, const ContactManifold& m) {
+  const Material &a = material_of(scene, m.a), &b = material_of(scene, m.b);
+  return std::max(a.restitution, b.restitution) > 0.0 || m.points[0].feature == kWayToImpact;
+}
+
+}  // namespace
+
+Need flights_needed(const SceneDescription& scene) {
+  const Need contacts = contacts_needed(scene);
+  const std::size_t flyers = bodies_that(scene, can_fly);
+  if (!contacts) return contacts;
+  if (flyers == 0) return {false, "every body is driven, pushed or held by a joint"};
+  return need_of(can_meet(flyers, solid_statics(scene)), "bodies can fly into each other",
+                 "one body can fly, and there is nothing solid to fly into");
+}
+
+bool is_in_flight(const SceneDescription& scene, const Geometry& geometry,
+                  std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
+                  std::span<const BodyState> states) {
+  if (ids.size() > kMostStruckBodies) return false;
+  for (const BodyId id : ids)
+    if (!can_fly(scene.bodies[index_of(id)])) return false;
+  const auto state_of = [&](BodyId id) {
+    return &states[static_cast<std::size_t>(std::lower_bound(ids.begin(), ids.end(), id) -
+                                            ids.begin())];
+  };
+  bool impact = false;
+  for (const ContactManifold& m : manifolds) impact = impact || is_impact(scene, m);
+  if (!impact) return false;
+  for (const ContactManifold& m : manifolds) {
+    if (is_mesh(scene, m.b)) return false;
+    const BodyState& a = *state_of(m.a);
+    const BodyState* const b = is_static(m.b) ? nullptr : state_of(m.b);
+    if (rests(scene, m, a, b, touching_gap_m(scene, geometry, m.a, a, m.b))) return false;
+  }
+  return true;
+}
+
+namespace {
+
+// Two bodies of the island, or one and a static, that may meet.
+struct FlyingPair {
+  std::uint32_t a = 0, b = 0;  // b: of a static its index, when `fixed`
+  bool fixed = false;
+  std::optional<Impact> next;  // in the island's time
+
+  bool has(std::uint32_t body) const { return a == body || (!fixed && b == body); }
+};
+
+struct Flyers {
+  const SceneDescription& scene;
+  const Geometry& geometry;
+  double dt_s;
+  std::span<const BodyId> ids;
+  std::vector<BodyState> states;  // each as of its own time
+  std::vector<double> since_s;
+  std::vector<FlyingPair> pairs;
+
+  BodyState at(std::uint32_t body, double time_s) const {
+    const double passed = time_s - since_s[body];
+    return passed > 0.0 ? flown(scene, ids[body], states[body], passed) : states[body];
+  }
+  BodyId other(const FlyingPair& pair) const {
+    return pair.fixed ? static_id(pair.b) : ids[pair.b];
+  }
+};
+
+// False if a mesh is near.
+bool find_flying_pairs(Flyers& flyers, StageCounters& counters) {
+  const PairsInReach found = pairs_in_reach(flyers.scene, flyers.geometry, flyers.dt_s, flyers.ids,
+                                            flyers.states, counters);
+  for (const IndexPair& pair : found.bodies)
+    flyers.pairs.push_back({pair.first, pair.second, false, {}});
+  for (const IndexPair& pair : found.statics) {
+    if (is_mesh(flyers.scene, static_id(pair.second))) return false;
+    flyers.pairs.push_back({pair.first, pair.second, true, {}});
+  }
+  return true;
+}
+
+void look_ahead(const Flyers& flyers, FlyingPair& pair, StageCounters& counters) {
+  const double begin = pair.fixed ? flyers.since_s[pair.a]
+                                  : std::max(flyers.since_s[pair.a], flyers.since_s[pair.b]);
+  const BodyState a = flyers.at(pair.a, begin);
+  const BodyState b = pair.fixed ? BodyState{} : flyers.at(pair.b, begin);
+  pair.next = time_of_impact(flyers.scene, flyers.geometry, flyers.ids[pair.a], a,
+                             flyers.other(pair), pair.fixed ? nullptr : &b, flyers.dt_s - begin);
+  if (pair.next) pair.next->time_s += begin;
+  ++counters.flight_searches;
+}
+
+// The points at which the pair touches now, with no gap left.
+std::vector<ContactManifold> touching_points(const Flyers& flyers, const FlyingPair& pair,
+                                             const BodyState& a, const BodyState* b,
+                                             StageCounters& counters) {
+  std::vector<ContactManifold> found;
+  const BodyId id_a = flyers.ids[pair.a], id_b = flyers.other(pair);
+  collide(flyers.scene, flyers.geometry, 0.0, id_a, a, id_b, b, found, counters);
+  // The point that the impact was found at belongs to it, whatever two ways to find it differ by.
+  double nearest = 0.0;
+  if (!found.empty()) nearest = found[0].points[0].separation_m;
+  for (const ContactManifold& m : found)
+    for (std::uint32_t i = 0; i < m.count; ++i)
+      nearest = std::min(nearest, m.points[i].separation_m);
+  const double touching =
+      std::max(nearest, 0.0) + 2.0 * touching_gap_m(flyers.scene, flyers.geometry, id_a, a, id_b);
+  for (ContactManifold& m : found) {
+    std::uint32_t kept = 0;
+    for (std::uint32_t i = 0; i < m.count; ++i) {
+      if (m.points[i].separation_m > touching) continue;
+      m.points[kept] = m.points[i];
+      m.points[kept++].separation_m = std::min(m.points[i].separation_m, 0.0);
+    }
+    m.count = kept;
+  }
+  std::erase_if(found, [](const ContactManifold& m) { return m.count == 0; });
+  return found;
+}
+
+// Changes the velocities of the pair at `time_s`. False if nothing changed.
+bool strike_pair(Flyers& flyers, const FlyingPair& pair, double time_s, IslandReport& report,
+                 StageCounters& counters) {
+  std::vector<BodyId> ids{flyers.ids[pair.a]};
+  std::vector<BodyState> states{flyers.at(pair.a, time_s)};
+  if (!pair.fixed) {
+    ids.push_back(flyers.ids[pair.b]);
+    states.push_back(flyers.at(pair.b, time_s));
+  }
+  const std::vector<ContactManifold> manifolds =
+      touching_points(flyers, pair, states[0], pair.fixed ? nullptr : &states[1], counters);
+  if (manifolds.empty()) return false;
+  const bool changed = strike(flyers.scene, ids, manifolds, states, report, counters);
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    const std::uint32_t body = i == 0 ? pair.a : pair.b;
+    flyers.states[body] = std::move(states[i]);
+    flyers.since_s[body] = time_s;
+  }
+  return changed;
+}
+
+// The pair that is next, the first of equals.
+const FlyingPair* next_of(const std::vector<FlyingPair>& pairs) {
+  const FlyingPair* first = nullptr;
+  for (const FlyingPair& pair : pairs)
+    if (pair.next && (!first || pair.next->time_s < first->next->time_s)) first = &pair;
+  return first;
+}
+
+// From the beginning, of which the contacts may know already.
+void look_at_first(const Flyers& flyers, std::span<const ContactManifold> manifolds,
+                   FlyingPair& pair, StageCounters& counters) {
+  ContactManifold of_pair;
+  of_pair.a = flyers.ids[pair.a];
+  of_pair.b = flyers.other(pair);
+  const auto known =
+      std::lower_bound(manifolds.begin(), manifolds.end(), of_pair, canonical_before);
+  if (known != manifolds.end() && !canonical_before(of_pair, *known) && known->impact_s > 0.0)
+    pair.next = Impact{known->impact_s, false};
+  else
+    look_ahead(flyers, pair, counters);
+}
+
+// Through impacts until dt_s, or until something lasts.
+double fly(std::span<const ContactManifold> manifolds, Flyers& flyers, IslandReport& report,
+           StageCounters& counters) {
+  const std::size_t most_impacts = 60 + 10 * flyers.ids.size();
+  for (FlyingPair& pair : flyers.pairs) look_at_first(flyers, manifolds, pair, counters);
+  for (std::size_t impacts = 0;; ++impacts) {
+    const FlyingPair* const next = next_of(flyers.pairs);
+    if (next == nullptr) return flyers.dt_s;
+    const double now = next->next->time_s;
+    if (next->next->lasts || impacts == most_impacts) return now;
+    const FlyingPair struck = *next;
+    if (!strike_pair(flyers, struck, now, report, counters)) return now;
+    for (FlyingPair& pair : flyers.pairs)
+      if (pair.has(struck.a) || (!struck.fixed && pair.has(struck.b)))
+        look_ahead(flyers, pair, counters);
+  }
+}
+
+}  // namespace
+
+double fly_through_impacts(const SceneDescription& scene, const Geometry& geometry, double dt_s,
+                           std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
+                           std::span<BodyState> states, IslandReport& report,
+                           StageCounters& counters) {
+  if (!is_in_flight(scene, geometry, ids, manifolds, states)) return 0.0;
+  Flyers flyers{scene,
+                geometry,
+                dt_s,
+                ids,
+                {states.begin(), states.end()},
+                std::vector<double>(ids.size(), 0.0),
+                {}};
+  if (!find_flying_pairs(flyers, counters)) return 0.0;
+  IslandReport flight = report;
+  const double reached = fly(manifolds, flyers, flight, counters);
+  if (!(reached > 0.0)) return 0.0;
+  std::vector<BodyState> next;
+  for (std::uint32_t i = 0; i < ids.size(); ++i) {
+    next.push_back(flyers.at(i, reached));
+    next.back().impulses.clear();
+    if (*fault_of(next.back())) return 0.0;
+  }
+  std::move(next.begin(), next.end(), states.begin());
+  report = flight;
+  return reached;
+}
+
+}  // namespace soda::physics

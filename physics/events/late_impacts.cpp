@@ -1,0 +1,124 @@
+#include "physics/events/late_impacts.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "physics/model/contact_manifold.hpp"
+#include "physics/model/stage_counters.hpp"
+#include "physics/shapes/geometry_impl.hpp"
+#include "physics/integrators/momentum.hpp"
+#include "physics/math/rigid_motion.hpp"
+#include "physics/continuous/time_of_impact.hpp"
+
+namespace soda::physics {
+namespace {
+
+// Contacts are looked for along the way that a body begins with, gravity and a margin included.
+bool is_unforeseen(const SceneDescription& scene, const Geometry& geometry, double dt_s, BodyId id,
+                   const BodyState& before, const BodyState& now) {
+  const double width_m = shape_of(scene, geometry, id).min_extent_m;
+  const double fallen_m = scene.gravity_m_s2.norm() * dt_s * dt_s;
+  const Vec3 foreseen = before.position_m + dt_s * before.linear_velocity_m_s;
+  const double most_m = kContactMargin * width_m + fallen_m;
+  return (now.position_m - foreseen).squaredNorm() > most_m * most_m;
+}
+
+// From where the step began, such that it ends with the velocities it has.
+BodyState start_of(const SceneDescription& scene, double dt_s, const BodyState& before,
+                   const BodyState& now) {
+  BodyState start;
+  start.position_m = before.position_m;
+  start.orientation = before.orientation;
+  start.linear_velocity_m_s = now.linear_velocity_m_s - scene.gravity_m_s2 * dt_s;
+  start.angular_velocity_rad_s = now.angular_velocity_rad_s;
+  return start;
+}
+
+// What a static gives a body that it takes from one state to the other.
+void add_static_impulse(const SceneDescription& scene, BodyId id, const BodyState& from,
+                        const BodyState& to, IslandReport& report) {
+  const IslandMomentum was = momentum_of(scene, {&id, 1}, {&from, 1}),
+                       now = momentum_of(scene, {&id, 1}, {&to, 1});
+  report.static_impulse_newton_s += now.linear_newton_s - was.linear_newton_s;
+  report.static_angular_impulse_newton_m_s += now.angular_newton_m_s - was.angular_newton_m_s +
+                                              now.centre_m.cross(now.linear_newton_s) -
+                                              was.centre_m.cross(was.linear_newton_s);
+}
+
+}  // namespace
+
+Need unseen_statics_needed(const SceneDescription& scene) {
+  const Need contacts = contacts_needed(scene);
+  if (!contacts) return contacts;
+  if (solid_statics(scene) == 0) return {false, "there is no static that is not a mesh"};
+  return need_of(bodies_that(scene, is_unjointed) > 0, "contacts can send bodies to other statics",
+                 "joints hold every body");
+}
+
+void stop_at_unseen_statics(const SceneDescription& scene, const Geometry& geometry, double dt_s,
+                            std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
+                            std::span<const BodyState> before, std::span<BodyState> states,
+                            IslandReport& report, StageCounters& counters) {
+  std::vector<IndexPair> pairs;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    if (!is_unjointed(scene.bodies[index_of(ids[i])])) continue;
+    if (!is_unforeseen(scene, geometry, dt_s, ids[i], before[i], states[i])) continue;
+    const BodyState start = start_of(scene, dt_s, before[i], states[i]);
+    const Aabb box = swept_aabb(scene, geometry, ids[i], start);
+    find_static_pairs(geometry, {&box, 1}, pairs, counters);
+    std::optional<Impact> first;
+    for (const IndexPair& pair : pairs) {
+      const BodyId other = static_id(pair.second);
+      if (is_mesh(scene, other) || have_met(manifolds, ids[i], other)) continue;
+      const std::optional<Impact> impact =
+          time_of_impact(scene, geometry, ids[i], start, other, nullptr, dt_s);
+      ++counters.unseen_searches;
+      if (impact && (!first || impact->time_s < first->time_s)) first = impact;
+    }
+    if (!first) continue;
+    const BodyState there = flown(scene, ids[i], start, first->time_s);
+    // The way that it did not come had a share of its energy.
+    const std::span<const BodyId> id(&ids[i], 1);
+    const double had = kinetic_joule(scene, id, {&there, 1});
+    const double gain = gain_joule(scene, id, {&states[i], 1}, {&there, 1});
+    if (gain > had) continue;
+    const double share = gain > 0.0 ? std::sqrt(1.0 - gain / had) : 1.0;
+    const BodyState missed = states[i];
+    states[i].position_m = there.position_m;
+    states[i].orientation = there.orientation;
+    states[i].linear_velocity_m_s = share * there.linear_velocity_m_s;
+    states[i].angular_velocity_rad_s = share * there.angular_velocity_rad_s;
+    add_static_impulse(scene, ids[i], missed, states[i], report);
+  }
+}
+
+void stop_at_floors(const SceneDescription& scene, const Geometry& geometry,
+                    std::span<const BodyId> ids, std::span<const BodyState> before,
+                    std::span<BodyState> states, IslandReport& report) {
+  constexpr double kLowest = 0.2;  // of the width
+  for (const FacePlane& floor : geometry.impl().floors) {
+    const auto height_m = [&floor](const BodyState& state) {
+      return floor.normal.dot(state.position_m) - floor.offset_m;
+    };
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+      BodyState& state = states[i];
+      const double now_m = height_m(state);
+      const double enough_m = kLowest * shape_of(scene, geometry, ids[i]).min_extent_m;
+      if (!(now_m < enough_m) || scene.bodies[index_of(ids[i])].joints > 0) continue;
+      const double lift_m = std::min(height_m(before[i]), enough_m) - now_m;
+      if (!(lift_m > 0.0)) continue;
+      const BodyState sunk = state;
+      state.position_m += floor.normal * lift_m;
+      const double sinks_m_s = -floor.normal.dot(state.linear_velocity_m_s);
+      if (sinks_m_s > 0.0) state.linear_velocity_m_s += floor.normal * sinks_m_s;
+      add_static_impulse(scene, ids[i], sunk, state, report);
+      report.beyond_tolerance = report.beyond_tolerance || scene.tolerance > 0.0;
+      report.push_out_work_joule -=
+          scene.bodies[index_of(ids[i])].mass_kg * lift_m * scene.gravity_m_s2.dot(floor.normal);
+    }
+  }
+}
+
+}  // namespace soda::physics

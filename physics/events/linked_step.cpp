@@ -1,0 +1,333 @@
+#include "physics/events/linked_step.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "physics/integrators/advance_once.hpp"
+#include "physics/model/contact_manifold.hpp"
+#include "physics/model/stage_counters.hpp"
+#include "physics/refinement/advance_resting.hpp"
+#include "physics/forces/forces.hpp"
+#include "physics/shapes/geometry_impl.hpp"
+#include "physics/model/island_report.hpp"
+#include "physics/constraints/joint_rows.hpp"
+#include "physics/refinement/refinement.hpp"
+#include "physics/math/rigid_motion.hpp"
+#include "physics/continuous/time_of_impact.hpp"
+
+namespace soda::physics {
+namespace {
+
+struct LinkedIsland {
+  const SceneDescription& scene;
+  const Geometry& geometry;
+  std::span<const BodyId> ids;
+  SolveScratch& scratch;
+  StageCounters& counters;
+  bool wedged = false;  // something overlaps by a good part of its width: little does not count
+
+  const CompiledShape& shape_of(std::size_t body) const {
+    return geometry.impl().shapes[scene.bodies[index_of(ids[body])].shape].shape;
+  }
+  std::size_t place_of(BodyId id) const {
+    return static_cast<std::size_t>(std::lower_bound(ids.begin(), ids.end(), id) - ids.begin());
+  }
+};
+
+// The vector of the rotation that leads from one orientation to another, up to half a turn. To a
+// hundredth: it says where to look, not where things are.
+Vec3 turn_between(const Quat& from, const Quat& to) {
+  const Quat turn = to * from.conjugate();
+  const double sign = turn.w() < 0.0 ? -1.0 : 1.0;
+  const double quarter = turn.vec().norm() / (1.0 + sign * turn.w());  // its tangent
+  if (!(quarter > 0.0)) return Vec3::Zero();
+  const double squared = quarter * quarter;
+  const double angle = 4.0 * quarter * (15.0 + 4.0 * squared) / (15.0 + 9.0 * squared);
+  return turn.vec() * (sign * angle / turn.vec().norm());
+}
+
+// Free flight from where a part began to where it ended.
+BodyState way_between(const SceneDescription& scene, double time_s, const BodyState& before,
+                      const BodyState& after) {
+  BodyState start;
+  start.position_m = before.position_m;
+  start.orientation = before.orientation;
+  start.linear_velocity_m_s =
+      (after.position_m - before.position_m) / time_s - scene.gravity_m_s2 * (0.5 * time_s);
+  start.angular_velocity_rad_s = turn_between(before.orientation, after.orientation) / time_s;
+  return start;
+}
+
+constexpr double kTooDeep = 0.5;  // that a body may sink in a part, of its width
+
+bool is_wedged(const LinkedIsland& island, std::span<const ContactManifold> manifolds) {
+  constexpr double kGoodPart = 0.05;
+  for (const ContactManifold& m : manifolds) {
+    if (is_joint(m)) continue;
+    double width = island.shape_of(island.place_of(m.a)).min_extent_m;
+    if (!is_static(m.b))
+      width = std::min(width, island.shape_of(island.place_of(m.b)).min_extent_m);
+    for (std::uint32_t i = 0; i < m.count; ++i)
+      if (m.points[i].separation_m < -kGoodPart * width) return true;
+  }
+  return false;
+}
+
+// Contacts that are nearer than the margin are kept anyway.
+bool is_unforeseen(const LinkedIsland& island, double time_s, std::size_t body,
+                   const BodyState& before, const BodyState& way) {
+  const CompiledShape& shape = island.shape_of(body);
+  const double off_m =
+      time_s * ((way.linear_velocity_m_s - before.linear_velocity_m_s).norm() +
+                (shape.kind == ShapeKind::kSphere
+                     ? 0.0
+                     : shape.bounding_radius_m *
+                           (way.angular_velocity_rad_s - before.angular_velocity_rad_s).norm()));
+  return off_m > (island.wedged ? kTooDeep : kContactMargin) * shape.min_extent_m;
+}
+
+struct Touching {
+  BodyId a{}, b{};
+};
+
+// All pairs that can touch on these ways.
+std::vector<Touching> pairs_in_reach(const LinkedIsland& island, std::span<const BodyState> ways) {
+  std::vector<Aabb> boxes;
+  for (std::size_t i = 0; i < ways.size(); ++i)
+    boxes.push_back(swept_aabb(island.scene, island.geometry, island.ids[i], ways[i]));
+  std::vector<IndexPair> found;
+  std::vector<Touching> pairs;
+  find_pairs(island.scene.broadphase, boxes, found, island.counters);
+  for (const IndexPair& p : found)
+    if (may_touch(island.scene, island.ids[p.first], island.ids[p.second]))
+      pairs.push_back({island.ids[p.first], island.ids[p.second]});
+  find_static_pairs(island.geometry, boxes, found, island.counters);
+  for (const IndexPair& p : found) pairs.push_back({island.ids[p.first], static_id(p.second)});
+  return pairs;
+}
+
+// When the first pair without manifold touches, on the ways that the bodies came in `time_s`.
+std::optional<double> first_unseen_s(const LinkedIsland& island, double time_s,
+                                     std::span<const ContactManifold> manifolds,
+                                     std::span<const BodyState> before,
+                                     std::span<const BodyState> ways) {
+  std::vector<bool> unforeseen;
+  for (std::size_t i = 0; i < ways.size(); ++i)
+    unforeseen.push_back(is_unforeseen(island, time_s, i, before[i], ways[i]));
+  if (std::find(unforeseen.begin(), unforeseen.end(), true) == unforeseen.end()) return {};
+  std::optional<double> first;
+  for (const Touching& pair : pairs_in_reach(island, ways)) {
+    const std::size_t a = island.place_of(pair.a);
+    const BodyState* const b = is_static(pair.b) ? nullptr : &ways[island.place_of(pair.b)];
+    if (!unforeseen[a] && (b == nullptr || !unforeseen[static_cast<std::size_t>(b - ways.data())]))
+      continue;
+    if (is_mesh(island.scene, pair.b) || have_met(manifolds, pair.a, pair.b)) continue;
+    const std::optional<Impact> impact =
+        time_of_impact(island.scene, island.geometry, pair.a, ways[a], pair.b, b, time_s);
+    ++island.counters.linked_searches;
+    if (impact && (!first || impact->time_s < *first)) first = impact->time_s;
+  }
+  return first;
+}
+
+// Where the bodies are now: along their own velocities, and where that finds none along the ways
+// that the joints drew them.
+std::vector<ContactManifold> contacts_now(const LinkedIsland& island, double time_s,
+                                          std::span<const ContactManifold> before,
+                                          std::span<const BodyState> states,
+                                          std::span<const BodyState> ways) {
+  std::vector<BodyState> drawn(states.begin(), states.end());
+  for (std::size_t i = 0; i < drawn.size(); ++i) {
+    drawn[i].linear_velocity_m_s = ways[i].linear_velocity_m_s;
+    drawn[i].angular_velocity_rad_s = ways[i].angular_velocity_rad_s;
+  }
+  std::vector<ContactManifold> found;
+  const auto look = [&](const Touching& pair, std::span<const BodyState> at) {
+    const BodyState* const b = is_static(pair.b) ? nullptr : &at[island.place_of(pair.b)];
+    collide(island.scene, island.geometry, time_s, pair.a, at[island.place_of(pair.a)], pair.b, b,
+            found, island.counters);
+    std::erase_if(found, is_joint);
+  };
+  std::vector<Touching> pairs = pairs_in_reach(island, states);
+  for (const Touching& pair : pairs_in_reach(island, drawn)) pairs.push_back(pair);
+  std::sort(pairs.begin(), pairs.end(), [](const Touching& x, const Touching& y) {
+    return x.a < y.a || (x.a == y.a && x.b < y.b);
+  });
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    if (i > 0 && pairs[i].a == pairs[i - 1].a && pairs[i].b == pairs[i - 1].b) continue;
+    const std::size_t count = found.size();
+    look(pairs[i], states);
+    if (found.size() == count) look(pairs[i], drawn);
+  }
+  for (const ContactManifold& m : before)
+    if (is_joint(m)) found.push_back(m);
+  std::sort(found.begin(), found.end(), canonical_before);
+  return found;
+}
+
+// By how much a pair came to overlap, of the smaller body's width; overlaps there were do not
+// count. Pairs of which nothing moved by the margin are left out, and those of bodies that have no
+// manifold: these are looked for on the way.
+double sunk_widths(const LinkedIsland& island, std::span<const ContactManifold> manifolds,
+                   std::span<const BodyState> before, std::span<const BodyState> after,
+                   std::span<const BodyState> ways, double time_s) {
+  std::vector<bool> moved;
+  for (std::size_t i = 0; i < after.size(); ++i) {
+    const CompiledShape& shape = island.shape_of(i);
+    const double way_m = (after[i].position_m - before[i].position_m).norm() +
+                         shape.bounding_radius_m * time_s * ways[i].angular_velocity_rad_s.norm();
+    moved.push_back(way_m > (island.wedged ? kTooDeep : kContactMargin) * shape.min_extent_m);
+  }
+  double most = 0.0;
+  for (const Touching& pair : pairs_in_reach(island, after)) {
+    const std::size_t a = island.place_of(pair.a);
+    const bool fixed = is_static(pair.b);
+    const std::size_t b = fixed ? a : island.place_of(pair.b);
+    if ((!moved[a] && !moved[b]) || is_mesh(island.scene, pair.b)) continue;
+    if (!fixed && !have_met(manifolds, pair.a, pair.b)) continue;
+    const auto depth_m = [&](std::span<const BodyState> at) {
+      const Separation apart = separation_of(island.scene, island.geometry, pair.a, at[a], pair.b,
+                                             fixed ? nullptr : &at[b]);
+      return std::max(0.0, -apart.distance_m);
+    };
+    const double width = std::min(island.shape_of(a).min_extent_m, island.shape_of(b).min_extent_m);
+    const double depth = depth_m(after);
+    if (depth > most * width) most = std::max(most, (depth - depth_m(before)) / width);
+  }
+  return most;
+}
+
+struct LinkedPart {
+  IslandReport report;
+  std::vector<AdvanceFault> faults;
+  std::vector<BodyState> ways;  // that the bodies came
+  double sunk_widths = 0.0;
+};
+
+LinkedPart advance_part(const LinkedIsland& island, double time_s,
+                        std::span<const ContactManifold> manifolds,
+                        std::span<const BodyState> before, std::span<BodyState> states) {
+  LinkedPart part;
+  std::copy(before.begin(), before.end(), states.begin());
+  if (time_s > 0.0)
+    part.report = advance_resting(island.scene, island.geometry, time_s, island.ids, manifolds,
+                                  states, island.scratch, island.counters, part.faults);
+  for (std::size_t i = 0; i < states.size(); ++i)
+    part.ways.push_back(way_between(island.scene, std::max(time_s, 1e-300), before[i], states[i]));
+  part.sunk_widths = sunk_widths(island, manifolds, before, states, part.ways, time_s);
+  return part;
+}
+
+// What a part of its length sinks by is of second order in it. A little is worth a few halvings of
+// the first parts, where much is worth more.
+bool is_to_be_halved(const LinkedIsland& island, const LinkedPart& part, int halvings, int number) {
+  constexpr double kVisible = 0.003;
+  constexpr int kForVisible = 2, kForDeep = 8, kFirstParts = 5;
+  if (part.sunk_widths > kTooDeep) return halvings < kForDeep;
+  return !island.wedged && part.sunk_widths > kVisible && halvings < kForVisible &&
+         number < kFirstParts;
+}
+
+// As before, but for the velocities: they are those found, with no more energy than there was.
+void stay_at(const LinkedIsland& island, std::span<const BodyState> before,
+             std::span<BodyState> states, IslandReport& report) {
+  report.push_out_work_joule = report.motor_work_joule = 0.0;
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    states[i].position_m = before[i].position_m;
+    states[i].orientation = before[i].orientation;
+  }
+  const double had = kinetic_joule(island.scene, island.ids, before);
+  const double has = kinetic_joule(island.scene, island.ids, states);
+  if (!(has > had)) return;
+  const double share = std::sqrt(had / has);
+  for (BodyState& state : states) {
+    state.linear_velocity_m_s *= share;
+    state.angular_velocity_rad_s *= share;
+  }
+}
+
+// The time that is not used takes no weight away: what the island waits at bears it.
+void wait_for(double time_s, const LinkedIsland& island, IslandReport& report) {
+  report.beyond_tolerance = island.scene.tolerance > 0.0;
+  for (const BodyId id : island.ids)
+    report.static_impulse_newton_s -=
+        island.scene.gravity_m_s2 * (island.scene.bodies[index_of(id)].mass_kg * time_s);
+}
+
+// What drives and forces of their own give the bodies, as measures know it of a whole step.
+Vec3 pushed_newton_s(const LinkedIsland& island, double time_s, std::span<const BodyState> states) {
+  Vec3 sum = Vec3::Zero();
+  for (std::size_t i = 0; i < states.size(); ++i)
+    if (is_pushed(island.scene.bodies[index_of(island.ids[i])]))
+      sum += push_impulse_newton_s(island.scene, time_s, island.ids[i], states[i]);
+  return sum;
+}
+
+}  // namespace
+
+Need linked_impacts_needed(const SceneDescription& scene) {
+  const Need joints = joint_rows_needed(scene), contacts = contacts_needed(scene);
+  if (!joints) return joints;
+  if (!contacts) return contacts;
+  return need_of(scene.bodies.size() > 1 || solid_statics(scene) > 0,
+                 "joints can draw bodies into others",
+                 "one body hangs on joints, and there is nothing solid to be drawn into");
+}
+
+bool is_linked(std::span<const ContactManifold> manifolds) {
+  return std::any_of(manifolds.begin(), manifolds.end(), is_joint);
+}
+
+IslandReport advance_linked(const SceneDescription& scene, const Geometry& geometry, double dt_s,
+                            std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
+                            std::span<BodyState> states, SolveScratch& scratch,
+                            StageCounters& counters, std::vector<AdvanceFault>& faults) {
+  constexpr int kMostParts = 8;
+  if (ids.size() == 1 && scene.statics.empty())  // there is nothing to come to
+    return advance_resting(scene, geometry, dt_s, ids, manifolds, states, scratch, counters,
+                           faults);
+  LinkedIsland island{scene, geometry, ids, scratch, counters};
+  island.wedged = is_wedged(island, manifolds);
+  const Vec3 foreseen = pushed_newton_s(island, dt_s, states);
+  Vec3 pushed = Vec3::Zero();
+  IslandReport report;
+  report.label = ids.front();
+  report.bodies = static_cast<std::uint32_t>(ids.size());
+  std::vector<ContactManifold> found;
+  std::span<const ContactManifold> met = manifolds;
+  double left_s = dt_s;
+  for (int number = 0;; ++number) {
+    const std::vector<BodyState> before(states.begin(), states.end());
+    LinkedPart part = advance_part(island, left_s, met, before, states);
+    const std::optional<double> touch_s = first_unseen_s(island, left_s, met, before, part.ways);
+    const std::vector<BodyState> ways = part.ways;
+    double time_s = touch_s ? *touch_s : left_s;
+    if (touch_s) part = advance_part(island, time_s, met, before, states);
+    for (int halvings = 0; is_to_be_halved(island, part, halvings, number); ++halvings) {
+      time_s *= 0.5;
+      part = advance_part(island, time_s, met, before, states);
+    }
+    const bool sunk = part.sunk_widths > kTooDeep;
+    if (sunk) stay_at(island, before, states, part.report);
+    faults.insert(faults.end(), part.faults.begin(), part.faults.end());
+    if (number == 0 && time_s > 0.0)
+      report = part.report;
+    else
+      add_part(part.report, report);
+    if (!sunk) {
+      pushed += pushed_newton_s(island, time_s, before);
+      left_s -= time_s;
+    }
+    const bool waits = left_s > 0.0 && (sunk || number + 1 == kMostParts);
+    if (waits) wait_for(left_s, island, report);
+    if (waits || !(left_s > 0.0)) break;
+    found = contacts_now(island, left_s, met, states, ways);
+    met = found;
+  }
+  report.static_impulse_newton_s += pushed - foreseen;
+  return report;
+}
+
+}  // namespace soda::physics

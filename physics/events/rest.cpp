@@ -1,0 +1,181 @@
+// The impulses that hold an island are found to a share of what gravity asks of them. By that share
+// a body at rest still moves, now here, now there, or it creeps. No velocity at all obeys the laws
+// of contact as well, to the same share. So where a step shows no more than that, rest is the
+// better answer; and it costs next to nothing from then on, for the next step begins as this one.
+//
+// What is lost is an acceleration below that share of g: in a time t from rest, share g t^2 / 2.
+#include "physics/events/rest.hpp"
+
+#include <algorithm>
+#include <vector>
+
+#include "physics/constraints/contact_rows.hpp"
+#include "physics/forces/forces.hpp"
+#include "physics/math/solver_body.hpp"
+#include "physics/model/contact_manifold.hpp"
+#include "physics/model/stage_counters.hpp"
+#include "physics/shapes/geometry.hpp"
+#include "physics/shapes/geometry_impl.hpp"
+#include "physics/solvers/contact_solver.hpp"
+#include "physics/solvers/island_blocks.hpp"
+#include "physics/solvers/island_motion.hpp"
+#include "physics/integrators/momentum.hpp"
+#include "physics/solvers/solve_choice.hpp"
+#include "physics/constraints/springs.hpp"
+
+namespace soda::physics {
+namespace {
+
+// Of the speed that gravity gives in a step. A body alone, and what has to keep a tolerance, is
+// solved to rounding; others to 1e-9 or, where that is out of reach, 1e-7 (solve_directly).
+constexpr double kOfExact = 1e-12, kOfOthers = 1e-8;
+
+double slow_m_s(const SceneDescription& scene, std::size_t bodies) {
+  const bool exact = bodies == 1 || scene.tolerance > 0.0;
+  return (exact ? kOfExact : kOfOthers) * scene.gravity_m_s2.norm() * scene.dt_s;
+}
+
+double radius_of(const SceneDescription& scene, const Geometry& geometry, BodyId id) {
+  return shape_of(scene, geometry, id).bounding_radius_m;
+}
+
+// Whether two lengths, or speeds, are at most `most`: one of the centre, one of a turn.
+bool are_within(double most, const Vec3& linear, double angular_squared, double radius_m) {
+  return linear.squaredNorm() <= most * most &&
+         angular_squared * (radius_m * radius_m) <= most * most;
+}
+
+bool is_slow(const SceneDescription& scene, const Geometry& geometry, std::span<const BodyId> ids,
+             std::span<const BodyState> states) {
+  const double slow = slow_m_s(scene, ids.size());
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    if (!are_within(slow, states[i].linear_velocity_m_s,
+                    states[i].angular_velocity_rad_s.squaredNorm(),
+                    radius_of(scene, geometry, ids[i])))
+      return false;
+  }
+  return true;
+}
+
+bool is_in_place(const SceneDescription& scene, const Geometry& geometry,
+                 std::span<const BodyId> ids, std::span<const BodyState> before,
+                 std::span<const BodyState> states) {
+  const double way = slow_m_s(scene, ids.size()) * scene.dt_s;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    const auto turned = states[i].orientation.coeffs() - before[i].orientation.coeffs();
+    if (!are_within(way, states[i].position_m - before[i].position_m, 4.0 * turned.squaredNorm(),
+                    radius_of(scene, geometry, ids[i])))
+      return false;
+  }
+  return true;
+}
+
+// What statics gave to bodies that have lost their velocities in their places.
+void report_rest(const SceneDescription& scene, std::span<const BodyId> ids,
+                 std::span<const BodyState> before, IslandReport& report) {
+  const IslandMomentum lost = momentum_of(scene, ids, before);
+  const Vec3 given = -(lost.linear_newton_s + lost.mass_kg * scene.dt_s * scene.gravity_m_s2);
+  report.static_impulse_newton_s = given;
+  report.static_angular_impulse_newton_m_s = lost.centre_m.cross(given) - lost.angular_newton_m_s;
+  report.push_out_work_joule = 0.0;
+}
+
+// Giant islands that are solved in blocks are never seen as a whole (split_solver.hpp).
+bool is_solved_whole(const SceneDescription& scene, std::span<const BodyId> ids,
+                     std::span<const ContactManifold> manifolds,
+                     std::span<const BodyState> states) {
+  return !is_giant(manifolds) ||
+         !choose_solve(scene, scene.dt_s, false, ids, manifolds, states).blocks;
+}
+
+// On a surface that slides along, friction has to pull, and what a body without velocity was left
+// with need not.
+bool lies_on_a_belt(const ContactProblem& problem) {
+  return std::ranges::any_of(problem.frictions, [&](const FrictionRow& row) {
+    const Vec3& surface = problem.bodies[row.b].linear;
+    return row.b != problem.normals[row.normal_row].b &&
+           (row.tangent[0].dot(surface) != 0.0 || row.tangent[1].dot(surface) != 0.0);
+  });
+}
+
+// Velocities after gravity and the impulses, and what these violate.
+bool hold(const SceneDescription& scene, const Geometry& geometry, std::span<const BodyId> ids,
+          const ContactProblem& problem) {
+  const double slow = slow_m_s(scene, ids.size());
+  if (problem.restitution_rows > 0 || lies_on_a_belt(problem)) return false;
+  if (needs_push_out(problem)) return false;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    const SolverBody& body = problem.bodies[i];
+    if (!are_within(slow, body.linear, body.angular.squaredNorm(),
+                    radius_of(scene, geometry, ids[i])))
+      return false;
+  }
+  return residual_m_s(problem) <= slow;
+}
+
+// Whether anything can bear a weight: what falls has no rest.
+bool carries(const SceneDescription& scene) {
+  return !scene.statics.empty() || scene.has_world_joints || scene.gravity_m_s2 == Vec3::Zero();
+}
+
+}  // namespace
+
+Need rest_needed(const SceneDescription& scene) {
+  const Need contacts = contacts_needed(scene);
+  if (!contacts) return contacts;
+  if (!scene.solver.rest) return {false, "switched off in the solver settings"};
+  if (!carries(scene)) return {false, "nothing carries what falls"};
+  const std::size_t loose = loose_bodies(scene);
+  if (loose == 0) return {false, "every body is driven, pushed or held by a joint"};
+  return need_of(can_meet(loose, scene.statics.size()), "known from the step before",
+                 "one body alone is not driven, pushed or held by a joint");
+}
+
+bool has_no_velocity(const BodyState& state) {
+  return state.linear_velocity_m_s == Vec3::Zero() && state.angular_velocity_rad_s == Vec3::Zero();
+}
+
+bool is_nearly_at_rest(const SceneDescription& scene, const Geometry& geometry,
+                       std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
+                       std::span<const BodyState> states) {
+  if (!scene.solver.rest || !carries(scene) || !is_slow(scene, geometry, ids, states)) return false;
+  if (!scene.joints.empty() && !are_all_springs(scene, ids, manifolds)) return false;
+  return std::ranges::none_of(ids,
+                              [&](BodyId id) { return is_pushed(scene.bodies[index_of(id)]); });
+}
+
+bool is_held(const SceneDescription& scene, const Geometry& geometry, std::span<const BodyId> ids,
+             std::span<const ContactManifold> manifolds, std::span<const BodyState> states,
+             IslandReport& report, StageCounters& counters) {
+  if (!std::ranges::all_of(states, has_no_velocity)) return false;
+  ContactProblem problem;
+  const Selection<BodyState> bodies{states};
+  load_bodies(scene, scene.dt_s, ids, bodies, problem.bodies, counters);
+  if (std::ranges::any_of(manifolds, is_joint))
+    kick(spring_rows(scene, states, find_joints(scene, ids, manifolds)), scene.dt_s, false, states,
+         problem.bodies, report);
+  build_rows(scene, scene.dt_s, ids, manifolds, bodies, problem, counters);
+  if (!hold(scene, geometry, ids, problem) || !is_solved_whole(scene, ids, manifolds, states))
+    return false;
+  report.constraint_residual_m_s = residual_m_s(problem);
+  report_contacts(bodies, problem, report);
+  report_rest(scene, ids, states, report);
+  report.rests = true;
+  return true;
+}
+
+void come_to_rest(const SceneDescription& scene, const Geometry& geometry,
+                  std::span<const BodyId> ids, std::span<const BodyState> before,
+                  std::span<BodyState> states, IslandReport& report) {
+  if (!is_slow(scene, geometry, ids, states) || !is_in_place(scene, geometry, ids, before, states))
+    return;
+  report_rest(scene, ids, before, report);
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    states[i].position_m = before[i].position_m;
+    states[i].orientation = before[i].orientation;
+    states[i].linear_velocity_m_s = Vec3::Zero();
+    states[i].angular_velocity_rad_s = Vec3::Zero();
+  }
+}
+
+}  // namespace soda::physics

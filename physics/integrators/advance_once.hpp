@@ -1,0 +1,41 @@
+// One island over a time in one solve, and one body that touches nothing.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "physics/model/body_state.hpp"
+#include "physics/model/contact_manifold.hpp"
+#include "physics/model/island_report.hpp"
+#include "physics/model/scene.hpp"
+#include "physics/model/stage_counters.hpp"
+
+namespace soda::physics {
+
+struct JointSystem;
+struct SolveScratch;
+
+// Advances the bodies of one island over dt_s > 0 (ids ascending, states parallel to them) with each
+// contact as the manifolds have it, to the end of that time.
+// `accurate`: contacts of several bodies are solved to rounding where that can be afforded, as is
+// needed for what is compared with other steps; else they may leave a trace to the next step.
+IslandReport advance_once(const SceneDescription& scene, double dt_s, bool accurate,
+                          std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
+                          std::span<BodyState> states, SolveScratch& scratch,
+                          StageCounters& counters, std::vector<AdvanceFault>& faults);
+
+// What an island begins its step with.
+IslandReport report_of(std::span<const BodyId> ids, std::span<const ContactManifold> manifolds);
+
+// Counts what joints alone have moved.
+void count_linked(const SceneDescription& scene, std::span<const BodyId> ids,
+                  const JointSystem& joints, const IslandReport& report, StageCounters& counters);
+
+// Of a later part of the same step: sums, and the largest errors.
+void add_part(const IslandReport& part, IslandReport& report);
+
+// Advances one body that touches nothing, by dt_s.
+void advance_free_body(const SceneDescription& scene, double dt_s, BodyId id, BodyState& state,
+                       StageCounters& counters, std::vector<AdvanceFault>& faults);
+
+}  // namespace soda::physics

@@ -1,0 +1,346 @@
+#include "physics/integrators/joint_motion.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "physics/solvers/contact_solver.hpp"
+#include "physics/solvers/island_motion.hpp"
+#include "physics/constraints/joint_bounds.hpp"
+#include "physics/solvers/joint_sweeps.hpp"
+#include "physics/solvers/joint_work.hpp"
+#include "physics/solvers/joints_alone.hpp"
+#include "physics/math/rigid_motion.hpp"
+#include "physics/constraints/springs.hpp"
+#include "physics/constraints/ways.hpp"
+
+namespace soda::physics {
+
+double rounding_of(std::span<const BodyState> states) {
+  double largest = 1.0;
+  for (const BodyState& state : states)
+    largest = std::max(largest, state.position_m.cwiseAbs().maxCoeff());
+  return 1e-15 * largest;
+}
+
+std::vector<SolverBody> bodies_at(const SceneDescription& scene, std::span<const BodyId> ids,
+                                  std::span<const BodyState> states) {
+  std::vector<SolverBody> bodies(ids.size() + 1);
+  for (std::size_t i = 0; i < ids.size(); ++i)
+    bodies[i] = solver_body(scene.bodies[index_of(ids[i])], states[i]);
+  return bodies;
+}
+
+void drift_to(const SceneDescription& scene, std::span<const BodyId> ids,
+              std::span<const BodyState> states, std::span<const SolverBody> bodies, double dt_s,
+              std::span<BodyState> next) {
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    next[i].position_m = states[i].position_m + bodies[i].linear * dt_s;
+    next[i].orientation = states[i].orientation;
+    next[i].linear_velocity_m_s = bodies[i].linear;
+    next[i].angular_velocity_rad_s = bodies[i].angular;
+    rotate_freely(scene.bodies[index_of(ids[i])], dt_s, next[i]);
+  }
+}
+
+std::vector<BodyState> drifted(const SceneDescription& scene, std::span<const BodyId> ids,
+                               std::span<const BodyState> states,
+                               std::span<const SolverBody> bodies, double dt_s) {
+  std::vector<BodyState> next(states.size());
+  drift_to(scene, ids, states, bodies, dt_s, next);
+  return next;
+}
+
+namespace {
+
+constexpr int kMostCorrections = 20;
+
+// What joints were off by at the step's start is not to be closed by velocities.
+void forgive(std::span<const JointRow> start, JointSystem& system) {
+  for (std::size_t r = 0; r < start.size(); ++r) {
+    if (start[r].kind == JointRowKind::kHolds) system.rows[r].error -= start[r].error;
+    if (start[r].kind == JointRowKind::kLimit)
+      system.rows[r].error -= std::min(start[r].error, 0.0);
+  }
+}
+
+// Gives the bodies of `problem` the contact impulses of another solution.
+void take_contact_impulses(const ContactProblem& from, ContactProblem& problem) {
+  const auto push = [&problem](std::uint32_t a, std::uint32_t b, const Vec3& impulse,
+                               const Vec3& turn_a, const Vec3& turn_b) {
+    SolverBody &x = problem.bodies[a], &y = problem.bodies[b];
+    x.linear -= impulse * x.inverse_mass;
+    x.angular -= x.inverse_inertia * turn_a;
+    y.linear += impulse * y.inverse_mass;
+    y.angular += y.inverse_inertia * turn_b;
+  };
+  for (std::size_t i = 0; i < problem.normals.size(); ++i) {
+    NormalRow& row = problem.normals[i];
+    const double change = from.normals[i].impulse_newton_s - row.impulse_newton_s;
+    push(row.a, row.b, row.normal * change, row.arm_a * change, row.arm_b * change);
+    row.impulse_newton_s = from.normals[i].impulse_newton_s;
+  }
+  for (std::size_t i = 0; i < problem.frictions.size(); ++i) {
+    FrictionRow& row = problem.frictions[i];
+    Vec3 change = Vec3::Zero();
+    for (int t = 0; t < 2; ++t) {
+      change += row.tangent[t] * (from.frictions[i].impulse_newton_s[t] - row.impulse_newton_s[t]);
+      row.impulse_newton_s[t] = from.frictions[i].impulse_newton_s[t];
+    }
+    push(row.a, row.b, change, row.arm_a.cross(change), row.arm_b.cross(change));
+  }
+}
+
+struct BothSolved {
+  std::uint32_t sweeps = 0;
+  bool through = true;  // every contact met all that hangs on its bodies
+};
+
+// Sweeps over contacts, seen through the joints where that costs little, take turns with the exact
+// solution of all joints, which comes last.
+BothSolved solve_both(const JointedStep& step, double softness, JointSystem& joints,
+                      ContactProblem& problem) {
+  constexpr int kTurns = 4;  // limits and motors change which joints take part
+  const std::size_t count = step.ids.size();
+  const std::span<SolverBody> bodies = problem.bodies;
+  const int sweeps = step.scene.solver.iterations;
+  solve_bounded(count, bodies, softness, joints);
+  if (problem.normals.empty()) return {1, true};
+  std::uint32_t done = 0;
+  for (int turn = 0; turn < (joints.bounded ? kTurns : 1); ++turn) {
+    const std::optional<JointedContacts> contacts = jointed_contacts(joints, problem);
+    if (!contacts) {
+      for (int i = 0; i < sweeps; ++i, ++done) {
+        solve_velocities(1, problem);
+        solve_bounded(count, bodies, softness, joints);
+      }
+      return {done, false};
+    }
+    ContactProblem through = problem;
+    done += static_cast<std::uint32_t>(solve_jointed_velocities(10 * sweeps, *contacts, through));
+    take_contact_impulses(through, problem);
+    solve_bounded(count, bodies, softness, joints);
+  }
+  return {done, true};
+}
+
+// Velocities at the end of the step. Joints pull in the directions that they have at the end of the
+// step (implicit: stable however taut), unless that gives energy. Returns the number of sweeps.
+std::uint32_t solve_alternately(const JointedStep& step, JointSystem& joints,
+                                ContactProblem& problem) {
+  constexpr int kAims = 3;
+  constexpr double kSoftness = 1e-8;
+  const auto& [scene, dt_s, ids, states, free] = step;
+  const std::span<SolverBody> bodies = problem.bodies;
+  build_joint_rows(scene, dt_s, states, true, joints);
+  const std::vector<JointRow> start = joints.rows;
+  bound_step(dt_s, joints);
+  double error = 0.0;
+  std::uint32_t done = 0;
+  bool through = false;
+  ContactProblem best;
+  JointSystem best_joints;
+  for (int aim = 0; aim <= kAims; ++aim) {
+    const double softness = aim == 0 ? 0.0 : kSoftness;
+    factor_joint_rows(ids.size(), bodies, joints, softness);
+    const BothSolved both = solve_both(step, softness, joints, problem);
+    done += both.sweeps;
+    if (aim > 0 && through && !both.through) break;
+    through = both.through;
+    JointSystem next = joints;
+    build_joint_rows(scene, dt_s, drifted(scene, ids, states, bodies, dt_s), true, next);
+    forgive(start, next);
+    const double before = std::exchange(error, largest_error(next));
+    if (aim > 0 && !(error < before)) break;
+    if (aim > 0 && solved_gain_joule(dt_s, states, free, joints, problem) != 0.0) break;
+    best = problem;
+    best_joints = joints;
+    take_back_joint_impulses(joints, bodies);
+    bound_step(dt_s, next);
+    aim_joint_rows(dt_s, best.bodies, next);
+    joints = std::move(next);
+  }
+  problem = std::move(best);
+  joints = std::move(best_joints);
+  return done;
+}
+
+// Moves the bodies so that no joint that is no spring is off, by as little as their masses allow.
+// Velocities turn along. Returns the energy that this gives.
+double close_joints(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
+                    JointSystem& joints, std::span<BodyState> states) {
+  std::vector<JointMove> moves;
+  const double enough = rounding_of(states);
+  build_joint_rows(scene, dt_s, states, false, joints);
+  double error = largest_error(joints), work_joule = 0.0;
+  for (int i = 0; i < kMostCorrections && error > enough; ++i) {
+    const std::vector<SolverBody> bodies = bodies_at(scene, ids, states);
+    hold_passed_limits(enough, joints);
+    factor_joint_rows(ids.size(), bodies, joints);
+    solve_joint_errors(joints, bodies, moves);
+    std::vector<BodyState> moved(states.begin(), states.end());
+    double work = 0.0;
+    for (std::size_t b = 0; b < moved.size(); ++b) {
+      const BodyParams& params = scene.bodies[index_of(ids[b])];
+      moved[b].position_m += moves[b].linear;
+      turn_by(params, moves[b].angular, moved[b]);
+      work -= params.mass_kg * scene.gravity_m_s2.dot(moves[b].linear);
+    }
+    build_joint_rows(scene, dt_s, moved, false, joints);
+    const double after = largest_error(joints);
+    if (!(after < 0.9 * error)) break;  // a place that cannot be reached, or rounding
+    error = after;
+    work_joule += work;
+    std::move(moved.begin(), moved.end(), states.begin());
+  }
+  return work_joule;
+}
+
+}  // namespace
+
+ContactSolution solve_jointed(const JointedStep& step, JointSystem& joints,
+                              ContactProblem& problem) {
+  ContactSolution solution;
+  solution.iterations = solve_alternately(step, joints, problem);
+  limit_joint_gain(step.dt_s, step.states, step.free, joints, problem);
+  limit_throws(step.states, step.free, joints, problem);
+  const ContactProblem plastic = problem;
+  const JointSystem plastic_joints = joints;
+  if (problem.restitution_rows > 0 && aim_rebounds(problem)) {
+    take_back_joint_impulses(joints, problem.bodies);
+    solution.iterations += solve_alternately(step, joints, problem);
+    limit_joint_gain(step.dt_s, step.states, step.free, joints, problem);
+    limit_throws(step.states, step.free, joints, problem);
+  }
+  PushOutProblem push;
+  solve_push_out(step.scene.solver.iterations, step.dt_s, problem, push);
+  solution.push = std::move(push.bodies);
+  limit_push_out(fastest_push_out_m_s(step.scene, step.ids), solution.push);
+  return solution;
+}
+
+namespace {
+
+// The bodies at their final velocities for a part of the step, joints closed.
+void moved_for(double time_s, const JointedStep& step, const JointSystem& solved,
+               const ContactProblem& problem, std::span<BodyState> states,
+               std::vector<AdvanceFault>& faults) {
+  Flights flights = find_flights(problem);
+  for (const JointRow& row : solved.rows)
+    flights[row.a].supported = flights[row.b].supported = true;
+  for (std::size_t i = 0; i < step.ids.size(); ++i)
+    move_body(step.scene, time_s, step.ids[i], problem.bodies[i], flights[i], nullptr, states[i],
+              faults);
+  JointSystem joints = solved;
+  close_joints(step.scene, step.dt_s, step.ids, joints, states);
+}
+
+// What no velocity was left for. A motor that brakes what rests has taken nothing. The rest is
+// closing: of what was open before, if the bodies have not moved; else at most what places that
+// hold to rounding lift what hangs on them.
+void add_untaken(double rest_joule, bool moved, const JointedStep& step, IslandReport& report) {
+  constexpr double kRounding = 1e-12, kRoundings = 100.0;
+  const double braked = std::max(0.0, -report.motor_work_joule);
+  if (rest_joule < (1.0 - kRounding) * braked) {
+    report.motor_work_joule += rest_joule;
+    return;
+  }
+  if (braked > 0.0) report.motor_work_joule = 0.0;
+  double weight = 0.0;
+  for (const BodyId id : step.ids)
+    weight += step.scene.bodies[index_of(id)].mass_kg * step.scene.gravity_m_s2.norm();
+  const double lifted = rest_joule - braked;
+  if (lifted > 0.0 && (!moved || lifted <= kRoundings * rounding_of(step.states) * weight))
+    report.push_out_work_joule += lifted;
+}
+
+}  // namespace
+
+bool are_closed(const SceneDescription& scene, double dt_s, std::span<const BodyState> states,
+                JointSystem& joints) {
+  build_joint_rows(scene, dt_s, states, false, joints);
+  return largest_error(joints) <= 100.0 * rounding_of(states);
+}
+
+void close_left_open(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
+                     JointSystem& joints, std::span<BodyState> states, IslandReport& report) {
+  if (are_closed(scene, dt_s, states, joints)) return;
+  report.push_out_work_joule += close_joints(scene, dt_s, ids, joints, states);
+}
+
+void move_jointed(const JointedStep& step, const JointSystem& solved, const ContactProblem& problem,
+                  std::span<const PushOut> push, std::span<BodyState> states, IslandReport& report,
+                  std::vector<AdvanceFault>& faults) {
+  constexpr double kMostTaken = 0.5;  // of the energy of motion
+  constexpr double kLeastShare = 1.0 / 64;
+  const auto& [scene, dt_s, ids, before, free] = step;
+  report.motor_work_joule = motor_work_joule(solved, problem.bodies);
+  const double pushed =
+      report.motor_work_joule + external_work_joule(scene, dt_s, before, free, problem);
+  const auto elastic = [&, sprung = has_springs(scene, solved)](std::span<const BodyState> at) {
+    return sprung ? elastic_joule(spring_rows(scene, at, solved)) : 0.0;
+  };
+  const double lent = elastic(before);
+  // Where the way bends so much within the step that closing what it opened takes more than there
+  // is, the bodies come less far.
+  std::vector<BodyState> next;
+  EnergyExcess excess;
+  double share = 1.0;
+  for (;; share = share > kLeastShare ? 0.5 * share : 0.0) {
+    next.assign(before.begin(), before.end());
+    std::vector<AdvanceFault> found;
+    moved_for(share * dt_s, step, solved, problem, next, found);
+    excess = energy_excess(scene, dt_s, ids, before, next, pushed + lent - elastic(next));
+    if (!excess.is_trace(kMostTaken) && share > 0.0) continue;
+    faults.insert(faults.end(), found.begin(), found.end());
+    break;
+  }
+  std::move(next.begin(), next.end(), states.begin());
+  if (excess.gain_joule > 0.0) {
+    const double rest =
+        take_excess(scene, ids, excess, is_afloat(ids.size(), solved, &problem), states, report);
+    add_untaken(rest, share > 0.0, step, report);
+  }
+  if (push.empty()) return;
+  const double moved = elastic(states);
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    states[i].position_m += push[i].linear * dt_s;
+    turn_by(scene.bodies[index_of(ids[i])], push[i].angular * dt_s, states[i]);
+  }
+  JointSystem joints = solved;
+  report.push_out_work_joule += push_out_work_joule(scene, dt_s, ids, push);
+  report.push_out_work_joule += close_joints(scene, dt_s, ids, joints, states);
+  report.push_out_work_joule += elastic(states) - moved;
+}
+
+void report_joints(std::span<const BodyState> states, const JointSystem& joints,
+                   IslandReport& report) {
+  for (const JointRow& row : joints.rows) {
+    if (row.b != states.size()) continue;
+    report.static_impulse_newton_s -= row.linear * row.impulse_newton_s;
+    report.static_angular_impulse_newton_m_s -=
+        row.turn_a * row.impulse_newton_s +
+        states[row.a].position_m.cross(row.linear * row.impulse_newton_s);
+  }
+}
+
+void report_lost_joints(const SceneDescription& scene, std::span<const BodyId> ids,
+                        std::span<const ContactManifold> manifolds,
+                        std::vector<AdvanceFault>& faults) {
+  std::vector<std::uint32_t> found(ids.size() + 1, 0);
+  const auto place = [&ids](BodyId id) {
+    return is_static(id) ? ids.size()
+                         : static_cast<std::size_t>(std::lower_bound(ids.begin(), ids.end(), id) -
+                                                    ids.begin());
+  };
+  for (const ContactManifold& manifold : manifolds) {
+    if (!is_joint(manifold)) continue;
+    ++found[place(manifold.a)];
+    ++found[place(manifold.b)];
+  }
+  for (std::size_t i = 0; i < ids.size(); ++i)
+    if (found[i] < scene.bodies[index_of(ids[i])].joints)
+      faults.push_back({ids[i], "is pulled farther from a joint's other body than its reach_m"});
+}
+
+}  // namespace soda::physics

@@ -1,0 +1,72 @@
+// How joints move the bodies of an island beside contacts, or where they contradict each other.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "physics/constraints/contact_rows.hpp"
+#include "physics/math/solver_body.hpp"
+#include "physics/model/contact_manifold.hpp"
+#include "physics/solvers/contact_choice.hpp"
+#include "physics/model/island_report.hpp"
+#include "physics/constraints/joint_rows.hpp"
+
+namespace soda::physics {
+
+// Errors of rounding, m or rad, of coordinates up to the largest.
+double rounding_of(std::span<const BodyState> states);
+
+// Velocities and inertia as the states have them; one body more, for the world.
+std::vector<SolverBody> bodies_at(const SceneDescription& scene, std::span<const BodyId> ids,
+                                  std::span<const BodyState> states);
+
+// From `states` on, with these velocities and no force. Other fields of `next` stay.
+void drift_to(const SceneDescription& scene, std::span<const BodyId> ids,
+              std::span<const BodyState> states, std::span<const SolverBody> bodies, double dt_s,
+              std::span<BodyState> next);
+std::vector<BodyState> drifted(const SceneDescription& scene, std::span<const BodyId> ids,
+                               std::span<const BodyState> states,
+                               std::span<const SolverBody> bodies, double dt_s);
+
+// One step of an island with joints. `states` are those before it, `free` the velocities after
+// external forces.
+struct JointedStep {
+  const SceneDescription& scene;
+  double dt_s = 0.0;
+  std::span<const BodyId> ids;
+  std::span<const BodyState> states;
+  std::span<const SolverBody> free;
+};
+
+// Velocities at the end of the step, rebounds and push-out. They give no energy but by motors,
+// springs and what pushes the bodies.
+ContactSolution solve_jointed(const JointedStep& step, JointSystem& joints,
+                              ContactProblem& problem);
+
+// Moves the bodies (`states`, as before the step), closes what that opens of the joints, takes the
+// energy away that this gives, and pushes overlaps apart. Stored impulses stay. Adds the works to
+// the report: that of closing counts as push-out where push-out had opened them.
+void move_jointed(const JointedStep& step, const JointSystem& solved, const ContactProblem& problem,
+                  std::span<const PushOut> push, std::span<BodyState> states, IslandReport& report,
+                  std::vector<AdvanceFault>& faults);
+
+// Whether joints hold these poses but for rounding. Builds their rows.
+bool are_closed(const SceneDescription& scene, double dt_s, std::span<const BodyState> states,
+                JointSystem& joints);
+
+// Closes, without velocity, what earlier steps have left open of the joints; the energy that this
+// gives is added to the push-out.
+void close_left_open(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
+                     JointSystem& joints, std::span<BodyState> states, IslandReport& report);
+
+// What the world gives to the island through joints. `states` as when the rows were built.
+void report_joints(std::span<const BodyState> states, const JointSystem& joints,
+                   IslandReport& report);
+
+// A body with a joint whose other body is not in the island: it was farther away than the joint
+// reaches, or is not known yet.
+void report_lost_joints(const SceneDescription& scene, std::span<const BodyId> ids,
+                        std::span<const ContactManifold> manifolds,
+                        std::vector<AdvanceFault>& faults);
+
+}  // namespace soda::physics

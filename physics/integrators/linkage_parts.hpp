@@ -1,0 +1,92 @@
+// A step of a linkage in equal parts.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "physics/integrators/ball_motion.hpp"
+#include "physics/integrators/linkage_motion.hpp"
+#include "physics/integrators/rattle_motion.hpp"
+#include "physics/measures/refinement_error.hpp"
+#include "physics/model/island_report.hpp"
+
+namespace soda::physics {
+
+// What is advanced. `joints`: which there are; of no interest here are their rows.
+struct Linkage {
+  const SceneDescription& scene;
+  double dt_s = 0.0;
+  std::span<const BodyId> ids;
+  const JointSystem& joints;
+  LinkageMotion& motion;
+};
+
+// Calls `use` with the linkage and what moves it: a lone body on a ball joint needs no arrays.
+template <class Use>
+bool with_linkage(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
+                  JointSystem& joints, const Use& use) {
+  if (const Joint* ball = BallMotion::joint_of(scene, ids, joints)) {
+    BallMotion motion(scene, ids.front(), *ball);
+    return use(Linkage{scene, dt_s, ids, joints, motion});
+  }
+  RattleMotion motion(scene, ids, joints);
+  return use(Linkage{scene, dt_s, ids, joints, motion});
+}
+
+// By how much bodies may swing about taut joints and turn in a part.
+struct PartBounds {
+  double swing_rad = 0.0, spin_rad = 0.0;
+};
+// Where an estimate tells what parts are off by: well below what is unstable.
+inline constexpr PartBounds kLongestParts{0.5, 1.0};
+
+// How many parts keep to the bounds, and are short enough to kick springs. 0 where no number would
+// do.
+int substeps_of(const Linkage& linkage, const PartBounds& bounds);
+
+// What parts of second order are off by, as far as their kicks tell.
+class KickErrors {
+ public:
+  KickErrors(const BodySizes& sizes, std::span<const BodyId> ids) : sizes_(sizes), ids_(ids) {}
+
+  void restart() { sum_ = largest_ = 0.0; }
+
+  // A part that kicks at both ends only sees a force that changes evenly in between as if it had
+  // its first half too long: of the change of velocity between both kicks, places are off by a
+  // third of the time. Velocities are only by what the force bends in the part, a sixth of that for
+  // as much as a radian of it. `scaled`: what energy took of velocities.
+  void add(double part_s, std::span<const KickChange> changes, double scaled,
+           std::span<const BodyState> states);
+
+  double widths() const { return sum_; }
+  void tell(IslandReport& report) const {
+    report.error_estimate = sum_;
+    report.worst_body = worst_;
+  }
+
+ private:
+  const BodySizes& sizes_;
+  std::span<const BodyId> ids_;
+  std::vector<BodyDifference> differences_;
+  double sum_ = 0.0, largest_ = 0.0;
+  BodyId worst_{};
+};
+
+// Equal parts of a step.
+struct Parts {
+  int count = 1;
+  bool fourth = false;  // five stages each, of the fourth order; else one, of the second
+  bool more = false;    // whether there can be
+};
+
+// From where the motion was started. Energy is kept, or may fall where something is stopped. False
+// if joints do not hold, or the energy errs by more than a trace; of a loss not where there are to
+// be no more parts. `errors`: of parts of second order, where somebody asks.
+bool advance_parts(const Linkage& linkage, const Parts& parts, KickErrors* errors,
+                   IslandReport& report);
+
+// The states of the motion; those that are absurd stay and are faults.
+void take_states(const Linkage& linkage, std::span<BodyState> states,
+                 std::vector<AdvanceFault>& faults);
+
+}  // namespace soda::physics

@@ -1,0 +1,148 @@
+// What does not change during a run: shapes, materials, bodies' parameters, static environment.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "physics/model/ids.hpp"
+#include "physics/model/joint.hpp"
+
+namespace soda::physics {
+
+struct Material {
+  double friction = 0.5;     // Coulomb coefficient, >= 0; a pair takes the geometric mean
+  double restitution = 0.0;  // in [0, 1]; a pair takes the maximum
+};
+
+// Shapes are given in a local frame whose origin is the centre of mass.
+struct Sphere {
+  double radius_m = 0.5;
+};
+struct Box {
+  Vec3 half_extents_m = Vec3(0.5, 0.5, 0.5);
+};
+struct Capsule {  // around the local z axis
+  double radius_m = 0.5;
+  double length_m = 1.0;  // of the cylindrical part
+};
+struct Cylinder {  // around the local z axis
+  double radius_m = 0.5;
+  double length_m = 1.0;
+};
+struct ConvexHull {  // made by make_convex_hull (mass_properties.hpp)
+  std::vector<Vec3> vertices_m;
+  // Each face: vertex indices in order, counter-clockwise seen from outside.
+  std::vector<std::vector<std::uint32_t>> faces;
+};
+struct TriangleMesh {  // static only; hollow, triangles counter-clockwise seen from outside
+  std::vector<Vec3> vertices_m;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+};
+struct HalfSpace {  // static only; solid where normal . x <= offset, in the static's frame
+  Vec3 normal = Vec3::UnitZ();
+  double offset_m = 0.0;
+};
+using Shape = std::variant<Sphere, Box, Capsule, Cylinder, ConvexHull, TriangleMesh, HalfSpace>;
+
+// A street along which bodies are driven. Heights do not count: all of it is seen along gravity.
+// The first and the last segment go on without end.
+struct Lane {
+  std::vector<Vec3> way_points_m;  // >= 2; neighbours differ when seen along gravity
+  double half_width_m = 1.0;       // > 0; beyond it, bodies are steered back
+  double speed_m_s = 1.0;          // >= 0
+};
+
+// Legs or a motor: pushes a body in the plane orthogonal to gravity towards a wanted velocity, with
+// m (wanted - v) / time constant, but at most m * max_acceleration.
+struct Drive {
+  double time_constant_s = 0.5;        // > 0
+  double max_acceleration_m_s2 = 5.0;  // >= 0
+  Vec3 velocity_m_s = Vec3::Zero();    // wanted, where there is no lane
+  std::optional<Lane> lane;
+};
+
+// Forces of a body's own, and damping. All of them act at its centre of mass.
+struct BodyForces {
+  Vec3 force_newton = Vec3::Zero();       // world frame
+  Vec3 body_force_newton = Vec3::Zero();  // in the body's frame: a thruster
+  Vec3 torque_newton_m = Vec3::Zero();    // world frame
+  // The rates, >= 0, at which momentum and angular momentum decay: p' = -c p, L' = -c L.
+  double linear_damping_1_s = 0.0, angular_damping_1_s = 0.0;
+
+  bool operator==(const BodyForces&) const = default;
+};
+
+// Of the indices of a body's drive and forces.
+inline constexpr std::uint32_t kNone = 0xffffffffu;
+inline constexpr std::uint32_t kNoDrive = kNone;
+
+// A dynamic body's constants.
+struct BodyParams {
+  std::uint32_t label = 0;         // the id by which the user knows the body; ascending with BodyId
+  std::uint32_t shape = 0;         // index into SceneDescription::shapes
+  std::uint32_t drive = kNoDrive;  // index into SceneDescription::drives
+  std::uint32_t forces = kNone;    // index into SceneDescription::forces
+  std::uint32_t joints = 0;        // that it has; see order_joints()
+  Material material;
+  double mass_kg = 1.0;
+  Mat3 inertia_local_kg_m2 = Mat3::Identity();  // about the centre of mass
+  Mat3 inverse_inertia_local = Mat3::Identity();
+};
+
+// Immovable environment. Never part of an island.
+struct StaticBody {
+  std::string name;
+  std::uint32_t shape = 0;
+  Material material;
+  Vec3 position_m = Vec3::Zero();
+  Quat orientation = Quat::Identity();
+  // Velocity of the surface, as of a conveyor belt: friction drives what lies on it towards this.
+  // Its part along a contact's normal has no effect.
+  Vec3 surface_velocity_m_s = Vec3::Zero();
+};
+
+enum class Broadphase { kGrid, kAllPairs };  // kAllPairs: the paper's Figure 8 experiment
+
+// Settings of the contact solver. Lengths are relative to body size, see README.
+struct SolverSettings {
+  int iterations = 30;                      // sweeps, 1 .. 1000
+  double restitution_threshold_m_s = 0.05;  // slower impacts do not bounce, >= 0
+  bool contact_response = true;             // false: detection only, bodies pass through each other
+  bool warm_starting = true;
+  bool direct = true;  // Newton's method for the islands that it pays for; false: sweeps for all
+  bool rest = true;    // what does not move is left as it is (rest.hpp); false: all is solved
+};
+
+// Everything constant that a step needs.
+struct SceneDescription {
+  Vec3 gravity_m_s2 = Vec3::Zero();
+  double dt_s = 1.0 / 60.0;
+  Broadphase broadphase = Broadphase::kGrid;
+  SolverSettings solver;
+  // Accuracy mode: largest error of each island in a step, of its bodies' widths; islands take as
+  // many substeps as it needs, and say what error is left. 0: only single bodies are treated so, to
+  // 1e-7 in each part of a step, and nothing is said.
+  double tolerance = 0.0;
+  std::vector<Shape> shapes;
+  std::vector<Drive> drives;
+  std::vector<BodyForces> forces;
+  std::vector<BodyParams> bodies;   // index == BodyId
+  std::vector<StaticBody> statics;  // index == static_index_of(BodyId)
+  std::vector<Joint> joints;        // ascending by (a, b, label): see order_joints()
+  bool has_world_joints = false;
+};
+
+// Of a body or a static.
+inline const Material& material_of(const SceneDescription& scene, BodyId id) {
+  return is_static(id) ? scene.statics[static_index_of(id)].material
+                       : scene.bodies[index_of(id)].material;
+}
+
+// Whether anything but gravity acts on the body.
+inline bool is_pushed(const BodyParams& body) { return (body.drive & body.forces) != kNone; }
+
+}  // namespace soda::physics

@@ -1,0 +1,186 @@
+#include "physics/narrowphase/core_distance.hpp"
+
+#include <array>
+#include <cmath>
+
+// All differences (point of b) - (point of a) form a convex set; the cores are as far apart as it
+// is from the origin. A simplex of at most four of its points is kept, of which the nearest point
+// to the origin is known; the support in its direction tells whether the set comes nearer.
+namespace soda::physics {
+namespace {
+
+struct Corner {
+  Vec3 on_a, on_b, gap;  // gap = on_b - on_a
+};
+
+struct Simplex {
+  std::array<Corner, 4> corners;
+  std::array<double, 4> shares{};  // of the corners in the nearest point
+  int count = 0;
+};
+
+// The nearest point to the origin of the hull of some corners.
+struct Nearest {
+  Vec3 point = Vec3::Zero();
+  double squared = 1e300;
+  std::array<double, 4> shares{};
+};
+
+Vec3 farthest(const Core& core, const Vec3& direction) {
+  const CompiledShape& shape = core.solid.shape;
+  const Mat3& turn = core.solid.pose.rotation;
+  const Vec3 d(turn.col(0).dot(direction), turn.col(1).dot(direction), turn.col(2).dot(direction));
+  switch (shape.kind) {
+    case ShapeKind::kSphere:
+      return core.solid.pose.position;
+    case ShapeKind::kCapsule:
+      return core.solid.pose.position + turn.col(2) * std::copysign(shape.half_length_m, d.z());
+    case ShapeKind::kCylinder: {
+      const double radial = std::sqrt(d.x() * d.x() + d.y() * d.y());
+      const double scale = radial > 0.0 ? (shape.radius_m - core.skin_m) / radial : 0.0;
+      return core.solid.pose.position + turn.col(0) * (d.x() * scale) +
+             turn.col(1) * (d.y() * scale) +
+             turn.col(2) * std::copysign(shape.half_length_m - core.skin_m, d.z());
+    }
+    default:
+      return core.solid.pose.position + turn * support(shape, d);
+  }
+}
+
+void keep_nearer(const Nearest& other, Nearest& best) {
+  if (other.squared < best.squared) best = other;
+}
+
+Nearest of_corner(const Simplex& s, int i) {
+  Nearest out{s.corners[i].gap, s.corners[i].gap.squaredNorm(), {}};
+  out.shares[i] = 1.0;
+  return out;
+}
+
+Nearest of_edge(const Simplex& s, int i, int j) {
+  const Vec3& from = s.corners[i].gap;
+  const Vec3 along = s.corners[j].gap - from;
+  const double length = along.squaredNorm(), way = -from.dot(along);
+  if (!(way > 0.0)) return of_corner(s, i);
+  if (!(way < length)) return of_corner(s, j);
+  const double share = way / length;
+  Nearest out;
+  out.point = from + along * share;
+  out.squared = out.point.squaredNorm();
+  out.shares[i] = 1.0 - share;
+  out.shares[j] = share;
+  return out;
+}
+
+// Nearest points of a face lie inside it or on edges behind which the origin is.
+Nearest of_face(const Simplex& s, int i, int j, int k) {
+  const Vec3& from = s.corners[i].gap;
+  const Vec3 u = s.corners[j].gap - from, v = s.corners[k].gap - from;
+  const Vec3 normal = u.cross(v);
+  const double area = normal.squaredNorm();
+  const double of_j = v.cross(from).dot(normal), of_k = from.cross(u).dot(normal);
+  const double of_i = area - of_j - of_k;
+  if (of_i > 0.0 && of_j > 0.0 && of_k > 0.0) {
+    Nearest out;
+    out.point = normal * (normal.dot(from) / area);
+    out.squared = out.point.squaredNorm();
+    out.shares[i] = of_i / area;
+    out.shares[j] = of_j / area;
+    out.shares[k] = of_k / area;
+    return out;
+  }
+  Nearest best;
+  if (!(of_i > 0.0)) keep_nearer(of_edge(s, j, k), best);
+  if (!(of_j > 0.0)) keep_nearer(of_edge(s, i, k), best);
+  if (!(of_k > 0.0)) keep_nearer(of_edge(s, i, j), best);
+  return best;
+}
+
+// Where the origin is inside, the squared distance is 0.
+Nearest of_solid(const Simplex& s) {
+  const Vec3& from = s.corners[0].gap;
+  const Vec3 u = s.corners[1].gap - from, v = s.corners[2].gap - from, w = s.corners[3].gap - from;
+  const Vec3 across = v.cross(w);
+  const double volume = u.dot(across);
+  const double sign = volume < 0.0 ? -1.0 : 1.0;
+  const double of_1 = -sign * from.dot(across), of_2 = -sign * from.dot(w.cross(u)),
+               of_3 = -sign * from.dot(u.cross(v));
+  const double of_0 = sign * volume - of_1 - of_2 - of_3;
+  Nearest best;
+  if (of_0 > 0.0 && of_1 > 0.0 && of_2 > 0.0 && of_3 > 0.0) {
+    best.squared = 0.0;
+    return best;
+  }
+  if (!(of_0 > 0.0)) keep_nearer(of_face(s, 1, 2, 3), best);
+  if (!(of_1 > 0.0)) keep_nearer(of_face(s, 0, 2, 3), best);
+  if (!(of_2 > 0.0)) keep_nearer(of_face(s, 0, 1, 3), best);
+  if (!(of_3 > 0.0)) keep_nearer(of_face(s, 0, 1, 2), best);
+  return best;
+}
+
+Nearest nearest_of(const Simplex& s) {
+  if (s.count == 1) return of_corner(s, 0);
+  if (s.count == 2) return of_edge(s, 0, 1);
+  return s.count == 3 ? of_face(s, 0, 1, 2) : of_solid(s);
+}
+
+// Corners without a share go.
+void reduce(const Nearest& nearest, Simplex& s) {
+  int kept = 0;
+  for (int i = 0; i < s.count; ++i) {
+    if (!(nearest.shares[i] > 0.0)) continue;
+    if (kept != i) s.corners[kept] = s.corners[i];
+    s.shares[kept++] = nearest.shares[i];
+  }
+  s.count = kept;
+}
+
+bool has(const Simplex& s, const Vec3& gap) {
+  for (int i = 0; i < s.count; ++i)
+    if (s.corners[i].gap == gap) return true;
+  return false;
+}
+
+}  // namespace
+
+CoreGap core_gap(const Core& a, const Core& b, const Vec3& guess, double tiny_m, double far_m) {
+  constexpr int kMostTrials = 64;
+  constexpr double kNearEnough = 1e-10;  // of the distance
+  Simplex simplex;
+  Vec3 nearest = guess;
+  double squared = 0.0, reached = 0.0;
+  for (int i = 0;; ++i) {
+    Corner& next = simplex.corners[simplex.count];
+    next.on_a = farthest(a, nearest);
+    next.on_b = farthest(b, -nearest);
+    next.gap = next.on_b - next.on_a;
+    reached = nearest.dot(next.gap);
+    if (reached > far_m * nearest.norm()) return {.overlap = false, .far = true};
+    if (i > 0) {
+      const bool near_enough = squared - reached <= kNearEnough * squared;
+      if (near_enough || has(simplex, next.gap) || i + 1 == kMostTrials) break;
+    }
+    ++simplex.count;
+    const Nearest found = nearest_of(simplex);
+    if (!(found.squared > tiny_m * tiny_m)) return {.overlap = true, .far = false};
+    // Rounding is all that is left to gain.
+    if (i > 0 && !(found.squared < squared)) {
+      --simplex.count;
+      break;
+    }
+    reduce(found, simplex);
+    nearest = found.point;
+    squared = found.squared;
+  }
+  CoreGap gap;
+  gap.distance_m = std::sqrt(squared);
+  gap.normal = nearest / gap.distance_m;
+  gap.least_m = reached / gap.distance_m;
+  for (int i = 0; i < simplex.count; ++i) {
+    gap.on_a += simplex.corners[i].on_a * simplex.shares[i];
+    gap.on_b += simplex.corners[i].on_b * simplex.shares[i];
+  }
+  return gap;
+}
+
+}  // namespace soda::physics

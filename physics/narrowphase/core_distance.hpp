@@ -1,0 +1,32 @@
+// The distance of two convex solids: Gilbert, Johnson and Keerthi's method on their cores.
+#pragma once
+
+#include "physics/narrowphase/contact_features.hpp"
+
+namespace soda::physics {
+
+// What is left of a solid after a skin has been taken off: the centre of a sphere, the segment of a
+// capsule (their skin is the radius), a smaller cylinder, all of a box or a hull (no skin).
+struct Core {
+  const PlacedShape& solid;
+  double skin_m = 0.0;
+};
+
+struct CoreGap {
+  // The nearest points are closer than `tiny_m`, or the cores overlap; nothing else is set then.
+  bool overlap = false;
+  bool far = false;             // farther apart than `far_m`; nothing else is set then
+  Vec3 normal = Vec3::UnitZ();  // unit, from a to b
+  double distance_m = 0.0;      // between the nearest points
+  // Between the supporting planes along the normal: never more than the true distance, and equal to
+  // it to rounding for flat solids, to 1e-10 of it for round ones.
+  double least_m = 0.0;
+  Vec3 on_a = Vec3::Zero(), on_b = Vec3::Zero();  // the nearest points
+};
+
+// `guess`, of any length but 0, is where the search begins: about from a to b. Another guess may
+// change the result by rounding, and which of equally near points is named.
+CoreGap core_gap(const Core& a, const Core& b, const Vec3& guess, double tiny_m,
+                 double far_m = 1e300);
+
+}  // namespace soda::physics

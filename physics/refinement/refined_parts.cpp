@@ -1,0 +1,286 @@
+#include "physics/refinement/refined_parts.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "physics/refinement/reversals.hpp"
+#include "physics/integrators/spring_kicks.hpp"
+
+namespace soda::physics {
+
+bool is_lone(const RefinedIsland& island) {
+  return island.ids.size() == 1 &&
+         (!island.springs.empty() || std::ranges::none_of(island.pairs, is_joint));
+}
+
+bool is_asked(const RefinedIsland& island) { return island.scene.tolerance > 0.0; }
+
+namespace {
+
+// The largest friction that a lone body meets.
+double friction_of_lone(const RefinedIsland& island) {
+  double most = 0.0;
+  for (const ContactManifold& m : island.pairs)
+    if (is_static(m.b) && !is_joint(m))
+      most = std::max(most, material_of(island.scene, m.b).friction);
+  return std::sqrt(material_of(island.scene, island.ids.front()).friction * most);
+}
+
+// Whether points change their velocities as gravity could make them do. What changes faster is hit,
+// and has no limit. Friction turns what it stops: by 3.5 times itself in a sphere.
+bool can_be_smooth(const RefinedIsland& island, double time_s, std::span<const BodyState> from,
+                   std::span<const BodyState> to) {
+  constexpr double kMost = 2.0, kOfFriction = 4.0;
+  const double most = kMost + (is_lone(island) ? kOfFriction * friction_of_lone(island) : 0.0);
+  const double most_m_s = most * island.scene.gravity_m_s2.norm() * time_s;
+  std::vector<double> kicked_m_s;  // none without springs
+  if (!island.springs.empty())
+    kicked_m_s =
+        most_kicked_m_s(island.scene, time_s, island.ids, island.springs, island.sizes, from);
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    const Vec3 linear = to[i].linear_velocity_m_s - from[i].linear_velocity_m_s;
+    const Vec3 angular = to[i].angular_velocity_rad_s - from[i].angular_velocity_rad_s;
+    const double change_m_s = linear.norm() + island.sizes.bodies[i].radius_m * angular.norm();
+    if (!(change_m_s <= most_m_s + (kicked_m_s.empty() ? 0.0 : kicked_m_s[i]))) return false;
+  }
+  return true;
+}
+
+// Whether a lone body is hit, and one step stands: its contacts are solved, and it turns so little
+// that those of its start are those of the part.
+bool is_plain_hit(const RefinedIsland& island, double time_s, std::span<const BodyState> from,
+                  const Trial& one) {
+  constexpr double kMostTurn_rad = 0.25, kMostLeft = 1e-4;  // of the width
+  const std::span<const BodyState> to = one.states;
+  if (can_be_smooth(island, time_s, from, to)) return false;
+  const double spin_rad_s =
+      std::max(from[0].angular_velocity_rad_s.norm(), to[0].angular_velocity_rad_s.norm());
+  return spin_rad_s * time_s <= kMostTurn_rad &&
+         one.report.constraint_residual_m_s * time_s <= kMostLeft * island.sizes.bodies[0].width_m;
+}
+
+// What trials lead to: their limit, or the finest where that is nearer.
+PartResult best_of(const RefinedIsland& island, std::span<const BodyState> from,
+                   const Extrapolation& trials, const Trial& finest) {
+  const StepError of_finest = trials.change(island.sizes);
+  StepError of_limit = trials.error(island.sizes);
+  const bool is_finest_nearer = of_finest.widths < 0.5 * of_limit.widths;
+  if (is_finest_nearer && island.springs.empty()) return {finest, of_finest};
+  Trial limit = trials.limit(finest);
+  const double taken = take_back_gain(island, from, limit);
+  if (taken > 1.0) return {finest, of_finest};
+  if (taken > 0.0) of_limit.widths += taken * speed_of(island.sizes, limit.states).widths;
+  return {std::move(limit), of_limit, true};
+}
+
+// Steps of which springs kick give energy and take it: only their limit does neither.
+bool is_fit(const RefinedIsland& island, const PartResult& result) {
+  return result.is_limit || island.springs.empty();
+}
+
+// Where a lone body's forces change, told by two steps. A jump of the velocity at the start of the
+// part bends its half as much as the whole: then next to nothing comes first.
+Cut cut_at_change(const RefinedIsland& island, const Limits& limits, const PastPart& past,
+                  const Part& part, std::span<const BodyState> from, const Trial& two,
+                  double bend) {
+  constexpr double kAsMuch = 0.25;  // but for that share
+  if (!is_asked(island) && part.bend > 0.0 && std::abs(bend - part.bend) < kAsMuch * part.bend) {
+    const int halvings = limits.deepest - part.depth;
+    return {std::ldexp(1.0, -halvings), halvings, 0.0};
+  }
+  if (!island.springs.empty()) return {0.5, 1, bend};  // no line, but a curve
+  return {share_before_bend(island.sizes, past.from, past.time_s, from, two.path, part.time_s), 1,
+          bend};
+}
+
+// Where friction turns round or ends: the first part ends there, and the other begins. Of several
+// bodies without a tolerance only where that is worth a part.
+std::optional<Cut> cut_at_turn(RefinedIsland& island, const ErrorBudget& budget, const Part& part,
+                               std::span<const BodyState> from,
+                               std::span<const ContactManifold> start, const Trial& one) {
+  constexpr double kWorthAPart = 1e-6;  // widths
+  const StepError turned = reversal_error(island, start, from, one.states);
+  if (budget.allows(turned.widths, part.time_s)) return {};
+  if (!is_asked(island) && !is_lone(island) && turned.widths < kWorthAPart) return {};
+  const std::optional<double> share =
+      share_before_reversal(island, budget, part.time_s, start, from, one.states);
+  if (!share) return {};
+  return Cut{*share};
+}
+
+// What trials told of a part, in widths.
+struct Course {
+  double before = 0.0, now = 0.0;  // what the last two orders changed
+  double rough = 0.0, bend = 0.0, change = 0.0;
+  int steps = 0;  // of the next trial
+
+  bool comes_nearer() const {
+    constexpr double kMuchNearer = 0.125;
+    return now <= kMuchNearer * before;
+  }
+  // Forces that change at any place within bend velocities by no more than twelve times what that
+  // leaves rough.
+  bool is_smooth(double share_of_step) const {
+    constexpr double kOfBend = 1.0 / 16.0, kLeastBend = 1.0 / 1024.0;
+    return comes_nearer() && rough <= kOfBend * std::max(bend, kLeastBend * change) * share_of_step;
+  }
+};
+
+enum class Next { kMoreSteps, kCut, kEnough };
+
+// Without a tolerance, smooth motion of a lone body gets more where that is expected to be all that
+// it needs: twice the steps, or once a cut in halves, whose limits are of the fifth order. Where
+// springs kick, more steps bring it nearer in any case. `fit`: whether what there is would do.
+Next next_for(const RefinedIsland& island, const ErrorBudget& budget, const Part& part,
+              const Course& course, bool fit) {
+  constexpr int kMostSteps = 16;
+  const auto reaches = [&](double limit, double rough) {
+    return budget.allows(limit, part.time_s) && budget.allows(rough, part.time_s);
+  };
+  const bool more = course.steps <= kMostSteps;
+  if (!fit && more) return Next::kMoreSteps;
+  if (!is_asked(island) && (is_lone(island) || !island.springs.empty()) &&
+      course.is_smooth(part.time_s / island.sizes.dt_s)) {
+    const double hoped = course.now * course.now / course.before;
+    if (more && reaches(hoped, course.rough)) return Next::kMoreSteps;
+    const bool halves =
+        is_lone(island) && part.depth == 0 && reaches(hoped / 32.0, course.rough / 16.0);
+    if (halves) return Next::kCut;
+    return more && !island.springs.empty() ? Next::kMoreSteps : Next::kEnough;
+  }
+  return more && course.comes_nearer() && reaches(0.0, course.rough) ? Next::kMoreSteps
+                                                                     : Next::kCut;
+}
+
+// Four steps over the part after one and two, and more as long as that is worth it. No result if
+// their limit is not within the budget, and the part is to be cut.
+RefinedPart refine_further(RefinedIsland& island, const ErrorBudget& budget, const Part& part,
+                           std::span<const BodyState> from, std::span<const ContactManifold> start,
+                           Extrapolation& trials, const Trial& one, const Trial& two, Course course,
+                           const std::optional<Cut>& cut) {
+  Trial finest = try_steps(island, from, start, part.time_s, 4);
+  if (finest.failed) return {PartResult{one, {course.change, 0}}};
+  const StepError rough =
+      roughness(island.sizes, from, one.path, two.path, finest.path, part.time_s);
+  course.rough = rough.widths;
+  course.before = trials.error(island.sizes).widths;
+  trials.add(finest);
+  for (course.steps = 8;; course.steps *= 2) {
+    course.now = trials.error(island.sizes).widths;
+    PartResult best = best_of(island, from, trials, finest);
+    best.error = larger(best.error, rough);
+    const bool fit = is_fit(island, best);
+    if (fit && budget.allows(best.error.widths, part.time_s)) return {std::move(best)};
+    const Next next = next_for(island, budget, part, course, fit);
+    if (next == Next::kCut && cut) return {std::nullopt, *cut};
+    if (next != Next::kMoreSteps) {
+      if (course.comes_nearer()) return {std::move(best)};
+      const StepError of_finest = larger(trials.change(island.sizes), rough);
+      return {PartResult{std::move(finest), of_finest}};
+    }
+    course.before = course.now;
+    Trial more = try_steps(island, from, start, part.time_s, course.steps);
+    if (more.failed) return {std::move(best)};
+    finest = std::move(more);
+    trials.add(finest);
+  }
+}
+
+// One and two steps over the part, and more if forces are not steady. No result if their limit is
+// not within the budget, and the part can be cut: at once if two steps of a lone body show that
+// forces change abruptly.
+RefinedPart refine_part(RefinedIsland& island, const Limits& limits, const ErrorBudget& budget,
+                        const PastPart& past, const Part& part, std::span<const BodyState> from,
+                        std::span<const ContactManifold> start, Trial one) {
+  constexpr double kOfTwo = 1e4;  // two trials have to agree by as much more than three
+  // Of all that changes. Without a tolerance two more trials tell what is just swift.
+  const double abrupt = is_asked(island) ? 0.125 : 0.25;
+  const bool can_be_cut = part.depth < limits.deepest && island.solves < limits.most_solves;
+  const StepError change = change_of(island.sizes, from, one.states);
+  // Springs kick to and fro: velocities may end as they began.
+  if (island.springs.empty() && budget.allows(change.widths, part.time_s))
+    return {PartResult{std::move(one), change}};
+  if (can_be_cut)
+    if (const std::optional<Cut> turn = cut_at_turn(island, budget, part, from, start, one))
+      return {std::nullopt, *turn};
+  const Trial two = try_steps(island, from, start, part.time_s, 2);
+  if (two.failed) return {PartResult{std::move(one), change}};
+  Extrapolation trials(one);
+  trials.add(two);
+  const StepError unsteady =
+      unsteadiness(island.sizes, from, one.states, two.states, two.path, part.time_s);
+  // Friction that springs overcome at the end of a swing can stop a body at the end of both.
+  if (island.springs.empty() && budget.allows(kOfTwo * unsteady.widths, part.time_s)) {
+    PartResult best = best_of(island, from, trials, two);
+    best.error.widths = unsteady.widths;
+    return {std::move(best)};
+  }
+  Course course{.change = change.widths};
+  std::optional<Cut> cut;
+  if (can_be_cut) cut.emplace();
+  if (is_lone(island) || !island.springs.empty())
+    course.bend = bend_of(island.sizes, from, two.path).widths;
+  if (is_lone(island)) {
+    if (cut) cut = cut_at_change(island, limits, past, part, from, two, course.bend);
+    if (cut && course.bend > abrupt * change.widths) return {std::nullopt, *cut};
+  }
+  return refine_further(island, budget, part, from, start, trials, one, two, course, cut);
+}
+
+// Any other island without a tolerance: `plain` is their step. Trials take its place if they lead
+// much nearer to a limit than it is; where they tell of no limit they are no better than it.
+PartResult advance_unasked(RefinedIsland& island, const ErrorBudget& budget, double time_s,
+                           std::span<const BodyState> from, std::span<const ContactManifold> start,
+                           Trial plain) {
+  constexpr double kMuchNearer = 0.125;
+  const StepError change = change_of(island.sizes, from, plain.states);
+  if (budget.allows(change.widths, time_s) || !can_be_smooth(island, time_s, from, plain.states))
+    return {std::move(plain), change};
+  island.accurate = true;
+  Trial one = try_steps(island, from, start, time_s, 1);
+  if (one.failed) return {std::move(plain), change};
+  PartResult refined =
+      *refine_part(island, {}, budget, {}, {time_s}, from, start, std::move(one)).result;
+  const StepError apart = apart_of(island.sizes, plain.states, refined.trial.states);
+  if (!(refined.error.widths <= kMuchNearer * apart.widths)) return {std::move(plain), apart};
+  return refined;
+}
+
+RefinedPart try_part(RefinedIsland& island, const Limits& limits, const ErrorBudget& budget,
+                     const PastPart& past, const Part& part, std::span<const BodyState> from,
+                     std::span<const ContactManifold> start) {
+  constexpr int kMostTurns = 2;  // of friction on several bodies, without a tolerance
+  Trial one = try_steps(island, from, start, part.time_s, 1);
+  if (one.failed) return {PartResult{std::move(one), {}}};
+  if (!is_asked(island)) {
+    if (!is_lone(island)) {
+      if (part.depth < kMostTurns && can_be_smooth(island, part.time_s, from, one.states))
+        if (const std::optional<Cut> turn = cut_at_turn(island, budget, part, from, start, one))
+          return {std::nullopt, *turn};
+      return {advance_unasked(island, budget, part.time_s, from, start, std::move(one))};
+    }
+    if (is_plain_hit(island, part.time_s, from, one))
+      return {PartResult{one, change_of(island.sizes, from, one.states)}};
+  }
+  return refine_part(island, limits, budget, past, part, from, start, std::move(one));
+}
+
+}  // namespace
+
+RefinedPart advance_part(RefinedIsland& island, const Limits& limits, const ErrorBudget& budget,
+                         const PastPart& past, const Part& part, std::span<const BodyState> from,
+                         std::span<const ContactManifold> known) {
+  std::vector<ContactManifold> found;
+  if (known.empty()) contacts_at(island, part.time_s, from, found);
+  const std::span<const ContactManifold> start = known.empty() ? found : known;
+  RefinedPart done = try_part(island, limits, budget, past, part, from, start);
+  if (!done.result || is_fit(island, *done.result)) return done;
+  JointSystem springs = std::exchange(island.springs, {});
+  Trial implicit = try_steps(island, from, start, part.time_s, 1);
+  island.springs = std::move(springs);
+  const StepError change = change_of(island.sizes, from, implicit.states);
+  return {PartResult{std::move(implicit), change}};
+}
+
+}  // namespace soda::physics

@@ -1,0 +1,180 @@
+#include "physics/refinement/refinement.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "physics/integrators/advance_once.hpp"
+#include "physics/constraints/contact_rows.hpp"
+#include "physics/forces/forces.hpp"
+#include "physics/shapes/geometry_impl.hpp"
+#include "physics/constraints/joint_rows.hpp"
+#include "physics/refinement/refined_parts.hpp"
+#include "physics/integrators/spring_kicks.hpp"
+
+namespace soda::physics {
+namespace {
+
+constexpr std::size_t kFewBodies = 8;  // that are refined unasked
+
+// A change is closed in upon until its error, which halves with the part that holds it, is an
+// eighth of any tolerance. Large islands take less solves, for each of theirs takes longer.
+// Unasked, only a lone body gets more than its trials.
+Limits limits_of(const SceneDescription& scene, bool lone, std::size_t pairs) {
+  constexpr std::size_t kMostSolves = 2000, kLeastSolves = 64, kPairsSolved = 128'000;
+  if (!(scene.tolerance > 0.0)) return lone ? Limits{32, 12} : Limits{0, 0};
+  const std::size_t solves =
+      std::clamp(kPairsSolved / std::max<std::size_t>(pairs, 1), kLeastSolves, kMostSolves);
+  return {static_cast<int>(solves), 26};
+}
+
+// All that is still to be done, as one part.
+void join_parts(std::vector<Part>& parts) {
+  if (parts.size() < 2) return;
+  Part whole{0.0, parts.front().depth};
+  for (const Part& part : parts) whole.time_s += part.time_s;
+  parts = {whole};
+}
+
+bool has_pushed(const SceneDescription& scene, std::span<const BodyId> ids) {
+  return std::ranges::any_of(ids,
+                             [&scene](BodyId id) { return is_pushed(scene.bodies[index_of(id)]); });
+}
+
+// Whether trials have a limit that a plain step is not near already: contacts without joints but
+// springs. (Springs alone are of a higher order, or so stiff that their limit is not smooth.)
+bool is_of_first_order(const SceneDescription& scene, std::span<const BodyId> ids,
+                       std::span<const ContactManifold> manifolds) {
+  if (scene.joints.empty()) return true;
+  if (!are_all_springs(scene, ids, manifolds)) return false;
+  if (std::ranges::none_of(manifolds, is_joint)) return true;
+  return std::ranges::any_of(manifolds, [](const ContactManifold& m) { return m.count > 0; });
+}
+
+// The impulses of a part are kept as those of a whole step under the same load. What a hit took
+// from velocities is no load: a part of a hundredth of the step would leave it a hundredfold. So
+// where velocities change faster than loads change them, bodies keep the loads that they had.
+void keep_loads(const SceneDescription& scene, const Geometry& geometry, double time_s,
+                std::span<const BodyId> ids, std::span<const BodyState> from,
+                std::span<BodyState> states) {
+  constexpr double kMost = 2.0;  // as of what can be smooth (refined_parts.cpp)
+  const double most_m_s = kMost * scene.gravity_m_s2.norm() * time_s;
+  const auto is_hit = [&](std::size_t i) {
+    const double radius_m = shape_of(scene, geometry, ids[i]).bounding_radius_m;
+    const Vec3 linear = states[i].linear_velocity_m_s - from[i].linear_velocity_m_s;
+    const Vec3 angular = states[i].angular_velocity_rad_s - from[i].angular_velocity_rad_s;
+    return !(linear.norm() + radius_m * angular.norm() <= most_m_s);
+  };
+  bool any = false;
+  for (std::size_t i = 0; i < ids.size() && !any; ++i) any = is_hit(i);
+  if (!any) return;
+  for (std::size_t i = 0; i < ids.size(); ++i) states[i].impulses = from[i].impulses;
+}
+
+}  // namespace
+
+Need refinement_needed(const SceneDescription& scene) {
+  const Need contacts = contacts_needed(scene);
+  if (scene.tolerance > 0.0)
+    return contacts || joint_rows_needed(scene) ? Need{true, "islands are advanced to a tolerance"}
+                                                : contacts;
+  if (!contacts) return contacts;
+  const std::size_t loose = loose_bodies(scene);
+  if (loose == 0) return {false, "every body is driven, pushed or held by a joint"};
+  return need_of(can_meet(loose, scene.statics.size()), "few bodies can slide or roll",
+                 "one body alone is not driven, pushed or held by a joint");
+}
+
+bool is_refined(const SceneDescription& scene, const Geometry& geometry,
+                std::span<const BodyId> ids, std::span<const ContactManifold> manifolds) {
+  if (!(scene.tolerance > 0.0)) {
+    if (ids.size() > kFewBodies) return false;
+    if (has_pushed(scene, ids) || !is_of_first_order(scene, ids, manifolds)) return false;
+  }
+  for (const ContactManifold& m : manifolds) {
+    const std::uint32_t shape = scene.bodies[index_of(m.a)].shape;
+    const double most_m = kSlop * geometry.impl().shapes[shape].shape.min_extent_m;
+    for (std::uint32_t i = 0; i < m.count; ++i)
+      if (m.points[i].separation_m < -most_m) return false;
+  }
+  return true;
+}
+
+IslandReport advance_refined(const SceneDescription& scene, const Geometry& geometry, double dt_s,
+                             std::span<const BodyId> ids,
+                             std::span<const ContactManifold> manifolds,
+                             std::span<BodyState> states, SolveScratch& scratch,
+                             StageCounters& counters, std::vector<AdvanceFault>& faults) {
+  RefinedIsland island{scene,
+                       geometry,
+                       ids,
+                       manifolds,
+                       sizes_of(scene, geometry, ids),
+                       counters,
+                       scratch,
+                       scene.tolerance > 0.0,
+                       springs_to_kick(scene, dt_s, ids, manifolds, states)};
+  const Limits limits = limits_of(scene, is_lone(island), manifolds.size());
+  ErrorBudget budget(scene);
+  std::vector<BodyState> now(states.begin(), states.end());
+  PastPart past;
+  IslandReport report;
+  bool first = true;
+  for (std::vector<Part> parts{{dt_s, 0}}; !parts.empty();) {
+    const Part part = parts.back();
+    parts.pop_back();
+    RefinedPart done =
+        advance_part(island, limits, budget, past, part, now,
+                     part.depth == 0 ? manifolds : std::span<const ContactManifold>{});
+    if (!done.result) {
+      const double first_s = done.cut.share * part.time_s;
+      parts.push_back({part.time_s - first_s, part.depth + 1});
+      parts.push_back({first_s, part.depth + done.cut.halvings, done.cut.bend});
+      continue;
+    }
+    PartResult& result = *done.result;
+    if (result.trial.failed)
+      return advance_unrefined(scene, geometry, dt_s, ids, manifolds, states, scratch, counters,
+                               faults);
+    if (part.depth == limits.deepest && !is_asked(island)) join_parts(parts);
+    budget.spend(result.error, part.time_s, ids);
+    past = {std::exchange(now, std::move(result.trial.states)), part.time_s};
+    if (part.time_s < scene.dt_s) keep_loads(scene, geometry, part.time_s, ids, past.from, now);
+    if (first)
+      report = result.trial.report;
+    else
+      add_part(result.trial.report, report);
+    first = false;
+  }
+  report.static_impulse_newton_s -= push_impulses_newton_s(scene, dt_s, ids, states);
+  budget.tell(report);
+  counters.refined_steps += static_cast<std::uint64_t>(island.solves) - 1;
+  std::move(now.begin(), now.end(), states.begin());
+  return report;
+}
+
+IslandReport advance_unrefined(const SceneDescription& scene, const Geometry& geometry, double dt_s,
+                               std::span<const BodyId> ids,
+                               std::span<const ContactManifold> manifolds,
+                               std::span<BodyState> states, SolveScratch& scratch,
+                               StageCounters& counters, std::vector<AdvanceFault>& faults) {
+  const bool asked = scene.tolerance > 0.0;
+  const std::vector<BodyState> from(states.begin(),
+                                    asked || dt_s < scene.dt_s ? states.end() : states.begin());
+  const double share = dt_s / scene.dt_s;
+  scale_impulses(share, states);
+  IslandReport report =
+      advance_once(scene, dt_s, asked, ids, manifolds, states, scratch, counters, faults);
+  scale_impulses(1.0 / share, states);
+  if (dt_s < scene.dt_s) keep_loads(scene, geometry, dt_s, ids, from, states);
+  if (!asked) return report;
+  ErrorBudget budget(scene);
+  const BodySizes sizes = sizes_of(scene, geometry, ids);
+  budget.spend(larger(change_of(sizes, from, states), displacement_of(sizes, from, states, dt_s)),
+               dt_s, ids);
+  budget.tell(report);
+  return report;
+}
+
+}  // namespace soda::physics

@@ -1,0 +1,62 @@
+// FCL objects behind Geometry, for shape_geometry.cpp and narrowphase.cpp: the only files that see
+// FCL.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "physics/shapes/compiled_shape.hpp"
+#include "physics/shapes/geometry.hpp"
+
+namespace fcl {
+template <typename S>
+class CollisionGeometry;
+}  // namespace fcl
+
+namespace soda::physics {
+
+struct ShapeGeometry {
+  CompiledShape shape;
+  // The whole shape, for MPR; for a mesh its OBBRSS tree. Null for a halfspace.
+  std::shared_ptr<fcl::CollisionGeometry<double>> whole;
+  // What contacts take off for their core_gap(): see Core.
+  double core_skin_m = 0.0;
+};
+
+struct StaticGeometry {
+  std::uint32_t shape = 0;
+  Pose pose;
+  Aabb box;         // of everything but halfspaces
+  FacePlane plane;  // of halfspaces, in the world frame
+  bool is_half_space = false;
+};
+
+// A body's end of a joint.
+struct JointEnd {
+  BodyId body{};
+  Vec3 anchor_local_m = Vec3::Zero();
+  double reach_m = 0.0;
+};
+
+struct GeometryImpl {
+  std::vector<ShapeGeometry> shapes;
+  std::vector<StaticGeometry> statics;
+  std::vector<FacePlane> floors;     // planes of those that are halfspaces
+  std::vector<JointEnd> joint_ends;  // of joints between bodies; ascending by body
+  // By body: what a step asks of each, next to each other.
+  std::vector<std::uint32_t> body_shapes;
+  std::vector<bool> flies_simply;  // in flight: at a constant spin, under gravity alone
+};
+
+// Of a body or a static.
+inline const CompiledShape& shape_of(const SceneDescription& scene, const Geometry& geometry,
+                                     BodyId id) {
+  const std::uint32_t shape = is_static(id) ? geometry.impl().statics[static_index_of(id)].shape
+                                            : scene.bodies[index_of(id)].shape;
+  return geometry.impl().shapes[shape].shape;
+}
+
+// Contacts are kept from this part of the smaller dynamic body's smallest width on.
+inline constexpr double kContactMargin = 0.01;
+
+}  // namespace soda::physics

@@ -1,0 +1,155 @@
+#include "physics/solvers/contact_choice.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "physics/solvers/contact_solver.hpp"
+#include "physics/solvers/contact_work.hpp"
+#include "physics/solvers/direct_contacts.hpp"
+#include "physics/solvers/substeps.hpp"
+#include "physics/constraints/ways.hpp"
+
+namespace soda::physics {
+namespace {
+
+// The share of all start impulses that makes least what every solver here makes least,
+// 1/2 impulses W impulses + impulses (velocity without contacts - target).
+double best_share_of_start(std::span<const SolverBody> free, const ContactProblem& problem) {
+  double square = 0.0, product = 0.0;
+  for (std::size_t i = 0; i < free.size(); ++i) {
+    const SolverBody& body = problem.bodies[i];
+    const Mat3 inertia = inverse_of_symmetric(body.inverse_inertia);
+    const Vec3 linear = body.linear - free[i].linear, angular = body.angular - free[i].angular;
+    const Vec3 momentum = linear * (1.0 / body.inverse_mass), spin(inertia * angular);
+    square += momentum.dot(linear) + spin.dot(angular);
+    product += momentum.dot(free[i].linear) + spin.dot(free[i].angular);
+  }
+  for (const NormalRow& row : problem.normals) product -= row.impulse_newton_s * row.target_m_s;
+  for (const FrictionRow& row : problem.frictions) {
+    if (row.b == problem.normals[row.normal_row].b) continue;
+    const Vec3& surface = problem.bodies[row.b].linear;
+    for (int t = 0; t < 2; ++t) product += row.impulse_newton_s[t] * row.tangent[t].dot(surface);
+  }
+  return square > 0.0 ? -product / square : 1.0;
+}
+
+// Impulses of the step before, of the wrong size, throw away what is that much lighter.
+constexpr double kMuchLighter = 100.0;
+
+// Those of a hard impact are far too large in the step after it. Sweeps get rid of them, unless
+// they act on bodies that are much lighter than others.
+void drop_bad_start(double mass_ratio, std::span<const SolverBody> free, ContactProblem& problem) {
+  constexpr double kLeastShare = 0.1;
+  if (mass_ratio <= kMuchLighter) return;
+  if (best_share_of_start(free, problem) >= kLeastShare) return;
+  std::copy(free.begin(), free.end(), problem.bodies.begin());
+  for (NormalRow& row : problem.normals) row.impulse_newton_s = 0.0;
+  for (FrictionRow& row : problem.frictions)
+    row.impulse_newton_s[0] = row.impulse_newton_s[1] = 0.0;
+}
+
+// What bounces wants its rebounds exactly, one body or two are solved exactly by sweeps, and every
+// substep starts from the impulses of the one before.
+bool wants_substeps(std::size_t bodies, double mass_ratio, const ContactProblem& problem) {
+  return bodies > 2 && problem.restitution_rows == 0 && mass_ratio <= kMuchLighter;
+}
+
+// In a long step the last of a speed is a long way: sweeps over few rows go on until it is short,
+// those of a lone body for as long as they bring it much nearer.
+int sweep_velocities_until_close(int most, double dt_s, ContactProblem& problem) {
+  constexpr std::size_t kFewRows = 16;
+  constexpr double kShort = 1e-4, kOfLone = 1e-12;  // of the smaller body
+  constexpr double kMuchNearer = 0.1;
+  constexpr int kMostRounds = 20;
+  int sweeps = solve_velocities(most, problem);
+  if (problem.normals.size() > kFewRows) return sweeps;
+  double size_m = problem.contacts.empty() ? 0.0 : problem.contacts[0].size_m;
+  for (const RowContact& contact : problem.contacts) size_m = std::min(size_m, contact.size_m);
+  const bool lone = problem.bodies.size() == 2;
+  double before_m = 1e300;
+  for (int round = 1; round < kMostRounds && sweeps == round * most; ++round) {
+    const double left_m = residual_m_s(problem) * dt_s;
+    const bool goes_on = left_m > kShort * size_m ||
+                         (lone && left_m > kOfLone * size_m && left_m <= kMuchNearer * before_m);
+    if (!goes_on) break;
+    before_m = left_m;
+    sweeps += solve_velocities(most, problem);
+  }
+  return sweeps;
+}
+
+void count(const NewtonOutcome& outcome, const Elimination& plan, ContactSolution& solution) {
+  solution.iterations += static_cast<std::uint32_t>(outcome.steps);
+  solution.multiplications +=
+      static_cast<std::uint64_t>(outcome.factorisations * plan.multiplications);
+}
+
+// Whether Newton's method converged. The problem stays as it was where it did not.
+bool solve_by_newton(bool accurate, std::span<const SolverBody> free, const Elimination& plan,
+                     ContactProblem& problem, ContactSolution& solution) {
+  const NewtonOutcome outcome = solve_directly(accurate, free, plan, problem);
+  count(outcome, plan, solution);
+  if (outcome.converged) limit_work(free, problem);
+  return outcome.converged;
+}
+
+}  // namespace
+
+int solve_by_sweeps(int most, double dt_s, const Selection<BodyState>& before,
+                    std::span<const SolverBody> free, ContactProblem& problem) {
+  int sweeps = sweep_velocities_until_close(most, dt_s, problem);
+  limit_work(free, problem);
+  if (problem.restitution_rows > 0) {
+    const SolvedContacts plastic = solved_contacts(problem);
+    if (aim_rebounds(problem)) {
+      sweeps += sweep_velocities_until_close(most, dt_s, problem);
+      limit_rebounds(dt_s, before, free, plastic, problem);
+    }
+  }
+  if (dt_s > 0.0 && aim_to_close(dt_s, problem)) {
+    sweeps += sweep_velocities_until_close(most, dt_s, problem);
+    limit_work(free, problem);
+  }
+  return sweeps;
+}
+
+ContactSolution solve_contacts(const SceneDescription& scene, double dt_s, bool accurate,
+                               std::span<const BodyId> ids, const Selection<BodyState>& before,
+                               std::span<const SolverBody> free, const Elimination* plan,
+                               ContactProblem& problem) {
+  // Then sweeps end where they change nothing any more.
+  constexpr int kSweepsIfAccurate = 1000;
+  ContactSolution solution;
+  const double ratio = mass_ratio(scene, ids);
+  drop_bad_start(ratio, free, problem);
+  if (plan != nullptr && problem.restitution_rows == 0) {
+    solution.direct = solve_by_newton(accurate, free, *plan, problem, solution);
+    // Between very unequal masses, what rounding leaves is better than what sweeps find.
+    if (!solution.direct && accurate && ratio > kMuchLighter)
+      solution.direct = solve_by_newton(false, free, *plan, problem, solution);
+  }
+  if (!solution.direct && wants_substeps(ids.size(), ratio, problem)) {
+    solution.iterations +=
+        solve_in_substeps(scene, dt_s, ids, before, free, problem, solution.push);
+    return solution;
+  }
+  if (!solution.direct)
+    solution.iterations += static_cast<std::uint32_t>(solve_by_sweeps(
+        accurate ? kSweepsIfAccurate : scene.solver.iterations, dt_s, before, free, problem));
+  if (!needs_push_out(problem)) return solution;
+  if (solution.direct) {
+    const NewtonOutcome outcome = push_out_directly(dt_s, *plan, problem, solution.push);
+    count(outcome, *plan, solution);
+    if (outcome.converged) {
+      limit_push_out(fastest_push_out_m_s(scene, ids), solution.push);
+      return solution;
+    }
+  }
+  PushOutProblem push;
+  solve_push_out(scene.solver.iterations, dt_s, problem, push);
+  solution.push = std::move(push.bodies);
+  limit_push_out(fastest_push_out_m_s(scene, ids), solution.push);
+  return solution;
+}
+
+}  // namespace soda::physics

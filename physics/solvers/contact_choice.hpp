@@ -1,0 +1,38 @@
+// Which solver an island's contacts get, and what it did.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "physics/math/block_cholesky.hpp"
+#include "physics/constraints/contact_rows.hpp"
+#include "physics/model/scene.hpp"
+#include "physics/math/solver_body.hpp"
+
+namespace soda::physics {
+
+struct ContactSolution {
+  bool direct = false;                // by Newton's method; by sweeps otherwise
+  std::uint32_t iterations = 0;       // sweeps, and steps of Newton's method
+  std::uint64_t multiplications = 0;  // of all factorisations, roughly
+  std::vector<PushOut> push;          // see solve_push_out
+};
+
+// By projected Gauss-Seidel, with rebounds; the contacts give no energy. `most`: sweeps at a time.
+// dt_s of 0 is an impact: what touches is all there is. Returns the number of sweeps; `before` and
+// `free` as below.
+int solve_by_sweeps(int most, double dt_s, const Selection<BodyState>& before,
+                    std::span<const SolverBody> free, ContactProblem& problem);
+
+// Solves the rows of one island, whose bodies have the states `before` at the step's start and the
+// velocities `free` after external forces.
+// Directly if there is a plan (plan_direct_solve), nothing bounces and it converges, by sweeps
+// otherwise. The contacts give the island no energy (contact_work.hpp). The choice depends on
+// nothing but the island's content.
+ContactSolution solve_contacts(const SceneDescription& scene, double dt_s, bool accurate,
+                               std::span<const BodyId> ids, const Selection<BodyState>& before,
+                               std::span<const SolverBody> free, const Elimination* plan,
+                               ContactProblem& problem);
+
+}  // namespace soda::physics

@@ -1,0 +1,54 @@
+// Contact rows solved by projected Gauss-Seidel.
+#pragma once
+
+#include <vector>
+
+#include "physics/constraints/contact_rows.hpp"
+
+namespace soda::physics {
+
+// stopping_impulse() if the disc of impulses up to `limit` allows it. Else the point slides: a step along the
+// velocity itself, so that friction opposes the motion exactly however differently the two
+// directions respond.
+Tangential friction_impulse(const FrictionRow& row, double limit, const Tangential& old,
+                            const Tangential& velocity_m_s);
+
+// Sweeps until the largest change of an impulse is negligible or the iterations are used up.
+// Returns the number of sweeps.
+int solve_velocities(int iterations, ContactProblem& problem);
+
+// Gives the rows that bounce their rebound as target. Returns whether there are any.
+bool aim_rebounds(ContactProblem& problem);
+
+// One sweep: frictions, then normals in the order of rows or backwards. Returns the largest change
+// of an impulse.
+double sweep_velocities(bool forward, ContactProblem& problem);
+double sweep_frictions(ContactProblem& problem);
+
+// The rows of a contact problem once more, for displacement.
+struct PushOutProblem {
+  std::vector<PushOut> bodies;                       // parallel to the problem's
+  std::vector<double> target_m_s, impulse_newton_s;  // parallel to its normals
+};
+
+// Whether something overlaps by more than its slop.
+bool needs_push_out(const ContactProblem& problem);
+// What it wants of one contact: the velocity along the normal must not fall below it.
+double push_out_target_m_s(const RowContact& contact, double dt_s);
+
+// Bodies and impulses at zero, and the targets.
+void aim_push_out(double dt_s, const ContactProblem& problem, PushOutProblem& push);
+
+struct PushOutSweep {
+  double change_newton_s = 0.0, largest_newton_s = 0.0;  // over the rows' impulses
+};
+PushOutSweep sweep_push_out(bool forward, const ContactProblem& problem, PushOutProblem& push);
+
+// Sweeps until it changes little. `push` is left without bodies if none is needed.
+void solve_push_out(int iterations, double dt_s, const ContactProblem& problem,
+                    PushOutProblem& push);
+
+// Largest violation of a normal or friction constraint by the present velocities and impulses.
+double residual_m_s(const ContactProblem& problem);
+
+}  // namespace soda::physics

@@ -1,0 +1,183 @@
+#include "physics/solvers/contact_work.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "physics/solvers/island_motion.hpp"
+
+namespace soda::physics {
+namespace {
+
+// Of an energy; below it, a gain is rounding.
+constexpr double kContactRounding = 1e-13;
+// Of a whole: then all impulses that act in either of two solutions act.
+constexpr double kAlmost = 1.0 - 1e-9;
+constexpr double kTrace = 0.999;
+
+struct Work {
+  double sum = 0.0, scale = 0.0;  // of the magnitudes
+
+  void add(double part) {
+    sum += part;
+    scale += std::abs(part);
+  }
+};
+
+// Impulses times the relative velocities of their points, which have those of `bodies` (the
+// problem's own where there are none: statics and surfaces).
+Work power(std::span<const SolverBody> bodies, const ContactProblem& problem) {
+  const auto body = [&](std::uint32_t i) -> const SolverBody& {
+    return i < bodies.size() ? bodies[i] : problem.bodies[i];
+  };
+  Work work;
+  for (const NormalRow& row : problem.normals) {
+    const SolverBody &a = body(row.a), &b = body(row.b);
+    work.add(row.impulse_newton_s * (row.normal.dot(b.linear - a.linear) +
+                                     row.arm_b.dot(b.angular) - row.arm_a.dot(a.angular)));
+  }
+  for (const FrictionRow& row : problem.frictions) {
+    const SolverBody &a = body(row.a), &b = body(row.b);
+    const Vec3 velocity =
+        b.linear + b.angular.cross(row.arm_b) - a.linear - a.angular.cross(row.arm_a);
+    for (int t = 0; t < 2; ++t) work.add(row.impulse_newton_s[t] * velocity.dot(row.tangent[t]));
+  }
+  return work;
+}
+
+// from + share (to - from), where `to` is what the problem holds.
+void take_share(double share, std::span<const SolverBody> from_bodies, const SolvedContacts* from,
+                ContactProblem& problem) {
+  for (std::size_t i = 0; i < from_bodies.size(); ++i) {
+    SolverBody& body = problem.bodies[i];
+    const SolverBody& start = from_bodies[i];
+    body.linear = start.linear + (body.linear - start.linear) * share;
+    body.angular = start.angular + (body.angular - start.angular) * share;
+  }
+  const auto mixed = [share](double start, double end) { return start + (end - start) * share; };
+  for (std::size_t i = 0; i < problem.normals.size(); ++i) {
+    double& impulse = problem.normals[i].impulse_newton_s;
+    impulse = mixed(from ? from->normal_newton_s[i] : 0.0, impulse);
+  }
+  for (std::size_t i = 0; i < problem.frictions.size(); ++i)
+    for (int t = 0; t < 2; ++t) {
+      double& impulse = problem.frictions[i].impulse_newton_s[t];
+      impulse = mixed(from ? from->friction_newton_s[i][t] : 0.0, impulse);
+    }
+}
+
+// Energy that the step gives the island, external forces counted as a field: what the contacts add.
+// `held`: which bodies move by their final velocity.
+Work gain(double dt_s, const Selection<BodyState>& before, std::span<const SolverBody> free,
+          const Flights& held, const ContactProblem& problem) {
+  const Work after = power(std::span(problem.bodies).first(free.size()), problem);
+  const Work without = power(free, problem);
+  Work gain{0.5 * (after.sum + without.sum), 0.5 * (after.scale + without.scale)};
+  const Flights flights = find_flights(problem);
+  for (std::size_t i = 0; i < free.size(); ++i) {
+    const double mass = 1.0 / free[i].inverse_mass;
+    const Vec3& start = before[i].linear_velocity_m_s;
+    const Vec3 forced = free[i].linear - start;
+    if (forced == Vec3::Zero()) continue;  // an impact takes no time
+    Vec3 way = problem.bodies[i].linear * dt_s;
+    if (!held[i].supported) way -= forced * (0.5 * dt_s) + flights[i].not_yet_m;
+    gain.add(0.5 * mass * forced.dot(free[i].linear + start));
+    gain.add(-mass * forced.dot(way) / dt_s);
+  }
+  return gain;
+}
+
+// The largest root of the convex quadratic through (0, at0), (1/2, at_half), (1, at1), for at0 <= 0
+// and at1 > 0: between 0 and 1.
+double last_root(double at0, double at_half, double at1) {
+  const double a = 2.0 * (at1 + at0 - 2.0 * at_half), b = at1 - at0 - a;
+  const double root = std::sqrt(std::max(0.0, b * b - 4.0 * a * at0));
+  // Without cancellation, whichever sign b has.
+  const double share = b > 0.0 ? -2.0 * at0 / (b + root) : (root - b) / (2.0 * a);
+  return share >= 0.0 && share <= 1.0 ? share : 0.0;
+}
+
+// How much of the way from `plastic` to what the problem holds can be gone without a gain.
+double share_of_rebounds(double dt_s, const Selection<BodyState>& before,
+                         std::span<const SolverBody> free, const SolvedContacts& plastic,
+                         const ContactProblem& problem) {
+  const std::span<const SolverBody> start = std::span(plastic.bodies).first(free.size());
+  // Whatever acts in either solution acts in between, and that alone decides who is held.
+  ContactProblem trial = problem;
+  take_share(0.5, start, &plastic, trial);
+  const Flights held = find_flights(trial);
+  const double one = gain(dt_s, before, free, held, problem).sum;
+  const double half = gain(dt_s, before, free, held, trial).sum;
+  take_share(0.0, start, &plastic, trial);
+  const double none = gain(dt_s, before, free, held, trial).sum;
+  if (none > 0.0) return 0.0;
+  return one > 0.0 ? last_root(none, half, one) : kAlmost;
+}
+
+}  // namespace
+
+void limit_work(std::span<const SolverBody> free, ContactProblem& problem) {
+  const Work after = power(std::span(problem.bodies).first(free.size()), problem);
+  if (!(after.sum > kContactRounding * after.scale)) return;
+  const double without = power(free, problem).sum;
+  const double share = without < 0.0 ? without / (without - after.sum) : 0.0;
+  take_share(share, free, nullptr, problem);
+}
+
+void limit_gain(double dt_s, const Selection<BodyState>& before, std::span<const SolverBody> free,
+                ContactProblem& problem) {
+  const Work whole = gain(dt_s, before, free, find_flights(problem), problem);
+  if (whole.sum > kContactRounding * whole.scale) limit_work(free, problem);
+}
+
+SolvedContacts solved_contacts(const ContactProblem& problem) {
+  SolvedContacts solved;
+  solved.bodies = problem.bodies;
+  solved.normal_newton_s.reserve(problem.normals.size());
+  solved.friction_newton_s.reserve(problem.frictions.size());
+  for (const NormalRow& row : problem.normals)
+    solved.normal_newton_s.push_back(row.impulse_newton_s);
+  for (const FrictionRow& row : problem.frictions)
+    solved.friction_newton_s.push_back({row.impulse_newton_s[0], row.impulse_newton_s[1], 0.0});
+  return solved;
+}
+
+void limit_rebounds(double dt_s, const Selection<BodyState>& before,
+                    std::span<const SolverBody> free, const SolvedContacts& plastic,
+                    ContactProblem& problem) {
+  const std::span<const SolverBody> start = std::span(plastic.bodies).first(free.size());
+  const Work whole = gain(dt_s, before, free, find_flights(problem), problem);
+  if (!(whole.sum > kContactRounding * whole.scale)) return;
+  double share = share_of_rebounds(dt_s, before, free, plastic, problem);
+  if (share < kTrace) {
+    // What is left of an impact without rebound belongs to the step's end, not to the impact's
+    // time: with more than a trace of it, bodies move by their final velocity.
+    for (RowContact& contact : problem.contacts) contact.bounces = false;
+    share = share_of_rebounds(dt_s, before, free, plastic, problem);
+  }
+  take_share(share, start, &plastic, problem);
+}
+
+bool aim_to_close(double dt_s, ContactProblem& problem) {
+  const auto closed = [&](std::size_t i) {
+    return -std::max(problem.contacts[i].separation_m, 0.0) / dt_s;
+  };
+  Flights flights;
+  bool any = false;
+  for (std::size_t i = 0; i < problem.normals.size() && !any; ++i) {
+    const NormalRow& row = problem.normals[i];
+    if (!(row.target_m_s < closed(i))) continue;
+    if (flights.empty()) flights = find_flights(problem);
+    const SolverBody &a = problem.bodies[row.a], &b = problem.bodies[row.b];
+    const double velocity =
+        row.normal.dot(b.linear - a.linear) + row.arm_b.dot(b.angular) - row.arm_a.dot(a.angular);
+    any = (flights[row.a].supported || flights[row.b].supported) && velocity < closed(i);
+  }
+  if (!any) return false;
+  for (std::size_t i = 0; i < problem.normals.size(); ++i) {
+    problem.normals[i].target_m_s = closed(i);
+    problem.contacts[i].bounces = false;
+  }
+  return true;
+}
+
+}  // namespace soda::physics

@@ -1,0 +1,148 @@
+#include "physics/solvers/convex_contacts.hpp"
+
+#include <array>
+#include <cmath>
+
+#include "physics/math/rigid_motion.hpp"
+
+namespace soda::physics {
+namespace {
+
+using SixVector = std::array<double, 6>;
+
+// Adds weight * [I, -[c]x; [r]x, -[r]x [c]x] for the arms r of the row and c of the column: a point
+// that answers alike in all directions.
+void add_sticking(const Vec3& r, const Vec3& c, double weight, Block& out) {
+  const double dot = r.dot(c) * weight;
+  const Vec3 row = r * weight, column = c * weight;
+  for (int i = 0; i < 3; ++i) {
+    out[7 * i] += weight;
+    out[7 * (i + 3)] += dot;
+    for (int j = 0; j < 3; ++j) out[6 * (j + 3) + i + 3] -= column[i] * r[j];
+  }
+  const auto add_cross = [&out](const Vec3& v, int first) {  // [v]x, from entry `first` on
+    out[first + 1] += v.z();
+    out[first + 2] -= v.y();
+    out[first + 6] -= v.z();
+    out[first + 8] += v.x();
+    out[first + 12] += v.y();
+    out[first + 13] -= v.x();
+  };
+  add_cross(row, 3);
+  add_cross(-column, 18);
+}
+
+SixVector wrench(const Vec3& direction, const Vec3& arm) {
+  const Vec3 turn = arm.cross(direction);
+  return {direction.x(), direction.y(), direction.z(), turn.x(), turn.y(), turn.z()};
+}
+
+void add_product(const SixVector& row, const SixVector& column, double weight, Block& out) {
+  for (int c = 0; c < 6; ++c) {
+    const double factor = column[c] * weight;
+    for (int r = 0; r < 6; ++r) out[6 * c + r] += row[r] * factor;
+  }
+}
+
+// The directions in which a sliding point answers: along its cone, and less across its motion.
+struct Answers {
+  Vec3 edge, across;
+};
+
+Answers answers_of(const ConvexPoint& point, const PointResponse& response) {
+  const double shorter = 1.0 / std::sqrt(1.0 + point.friction * point.friction);
+  return {(point.normal + response.along * point.friction) * shorter,
+          point.normal.cross(response.along)};
+}
+
+// What a point adds to the blocks of its bodies: the derivative of its impulse.
+class PointBlocks {
+ public:
+  PointBlocks(const ConvexPoint& point, const PointResponse& response, double stiffness_kg)
+      : sticks_(response.mode == ContactMode::kStick),
+        stiffness_kg_(stiffness_kg),
+        aside_kg_(response.aside * stiffness_kg) {
+    if (!sticks_) answers_ = answers_of(point, response);
+  }
+
+  void add(const Vec3& arm_row, const Vec3& arm_column, double sign, Block& out) const {
+    if (sticks_) return add_sticking(arm_row, arm_column, sign * stiffness_kg_, out);
+    add_product(wrench(answers_.edge, arm_row), wrench(answers_.edge, arm_column),
+                sign * stiffness_kg_, out);
+    if (aside_kg_ == 0.0) return;
+    add_product(wrench(answers_.across, arm_row), wrench(answers_.across, arm_column),
+                sign * aside_kg_, out);
+  }
+
+ private:
+  bool sticks_;
+  double stiffness_kg_, aside_kg_;
+  Answers answers_;
+};
+
+void add_mass(const ConvexBody& body, Block& out) {
+  for (int i = 0; i < 3; ++i) {
+    out[7 * i] += body.mass_kg;
+    for (int j = 0; j < 3; ++j) out[6 * (i + 3) + j + 3] += body.inertia_kg_m2(j, i);
+  }
+}
+
+}  // namespace
+
+Mat3 inverse_of_symmetric(const Mat3& m) {
+  const double c00 = m(1, 1) * m(2, 2) - m(1, 2) * m(1, 2);
+  const double c01 = m(0, 2) * m(1, 2) - m(0, 1) * m(2, 2);
+  const double c02 = m(0, 1) * m(1, 2) - m(0, 2) * m(1, 1);
+  const double inverse = 1.0 / (m(0, 0) * c00 + m(0, 1) * c01 + m(0, 2) * c02);
+  Mat3 out;
+  out(0, 0) = c00 * inverse;
+  out(0, 1) = out(1, 0) = c01 * inverse;
+  out(0, 2) = out(2, 0) = c02 * inverse;
+  out(1, 1) = (m(0, 0) * m(2, 2) - m(0, 2) * m(0, 2)) * inverse;
+  out(1, 2) = out(2, 1) = (m(0, 1) * m(0, 2) - m(0, 0) * m(1, 2)) * inverse;
+  out(2, 2) = (m(0, 0) * m(1, 1) - m(0, 1) * m(0, 1)) * inverse;
+  return out;
+}
+
+void gradient(const ConvexContacts& problem, std::span<const Twist> twists,
+              std::span<const PointResponse> responses, std::vector<Twist>& out) {
+  out.resize(twists.size());
+  for (std::size_t i = 0; i < twists.size(); ++i) {
+    const ConvexBody& body = problem.bodies[i];
+    out[i].linear = (twists[i].linear - problem.free[i].linear) * body.mass_kg;
+    out[i].angular = times(body.inertia_kg_m2, twists[i].angular - problem.free[i].angular);
+  }
+  for (std::size_t i = 0; i < responses.size(); ++i) {
+    if (responses[i].mode == ContactMode::kOpen) continue;
+    const ConvexPoint& p = problem.points[i];
+    const Vec3& impulse = responses[i].impulse_newton_s;
+    out[p.a].linear += impulse;
+    out[p.a].angular += p.arm_a.cross(impulse);
+    if (p.b >= twists.size()) continue;
+    out[p.b].linear -= impulse;
+    out[p.b].angular -= p.arm_b.cross(impulse);
+  }
+}
+
+void assemble(const ConvexContacts& problem, const Elimination& plan,
+              std::span<const PointResponse> responses, std::vector<Block>& out) {
+  out.assign(plan.rows.size(), Block{});
+  const std::uint32_t count = static_cast<std::uint32_t>(problem.bodies.size());
+  for (std::uint32_t i = 0; i < count; ++i) add_mass(problem.bodies[i], out[plan.block_of(i, i)]);
+  const double stiffness_kg = 1.0 / problem.compliance_1_kg;
+  std::uint32_t a = count, b = count, joint = 0;  // the last pair, and its block
+  for (std::size_t i = 0; i < responses.size(); ++i) {
+    if (responses[i].mode == ContactMode::kOpen) continue;
+    const ConvexPoint& p = problem.points[i];
+    const PointBlocks blocks(p, responses[i], stiffness_kg);
+    blocks.add(p.arm_a, p.arm_a, 1.0, out[plan.block_of(p.a, p.a)]);
+    if (p.b >= count) continue;
+    blocks.add(p.arm_b, p.arm_b, 1.0, out[plan.block_of(p.b, p.b)]);
+    if (p.a != a || p.b != b) joint = plan.block_of(a = p.a, b = p.b);
+    // The row is the body that is eliminated later.
+    const bool row_is_b = plan.place_of[p.b] > plan.place_of[p.a];
+    blocks.add(row_is_b ? p.arm_b : p.arm_a, row_is_b ? p.arm_a : p.arm_b, -1.0, out[joint]);
+  }
+}
+
+}  // namespace soda::physics

@@ -1,0 +1,100 @@
+// The contacts of an island as a convex problem: find body velocities v that minimise
+//   1/2 (v - free)^T M (v - free) + sum over points of compliance/2 |P(y)|^2,
+//   y = start + (target - u) / compliance,
+// where u is the relative velocity at the point, P the projection into the friction cone and P(y)
+// the point's impulse. All vectors in the world frame.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "physics/math/block_cholesky.hpp"
+#include "physics/model/ids.hpp"
+
+namespace soda::physics {
+
+struct Twist {
+  Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
+};
+
+struct ConvexPoint {
+  std::uint32_t a = 0, b = 0;  // b may be one past the last body: immovable
+  Vec3 normal = Vec3::Zero();
+  Vec3 arm_a = Vec3::Zero(), arm_b = Vec3::Zero();
+  double friction = 0.0;
+  Vec3 target_m_s = Vec3::Zero();  // of b against a; the de Saxce shift included
+  Vec3 start_newton_s = Vec3::Zero();
+};
+
+enum class ContactMode : std::uint8_t { kOpen, kStick, kSlide };
+
+// Where a point's impulse lies in its cone.
+struct PointResponse {
+  ContactMode mode = ContactMode::kOpen;
+  Vec3 impulse_newton_s = Vec3::Zero();
+  Vec3 along = Vec3::Zero();  // unit, tangential, where it slides
+  double aside = 0.0;         // in [0, 1]: how the impulse answers across `along`, where it slides
+};
+
+struct ConvexBody {
+  double mass_kg = 0.0;
+  Mat3 inertia_kg_m2 = Mat3::Zero();
+};
+
+struct ConvexContacts {
+  std::vector<ConvexBody> bodies;
+  std::vector<Twist> free;  // velocities without contacts
+  std::vector<ConvexPoint> points;
+  double compliance_1_kg = 0.0;  // > 0
+};
+
+// By cofactors; for symmetric positive definite matrices.
+Mat3 inverse_of_symmetric(const Mat3& m);
+
+// For the relative velocity at the point; `stiffness_kg` is 1 / compliance. These two are the inner
+// loop of Newton's method, so they are defined here.
+[[gnu::always_inline]] inline PointResponse respond(const ConvexPoint& p, double stiffness_kg,
+                                                    const Vec3& velocity_m_s) {
+  const Vec3 y = p.start_newton_s + (p.target_m_s - velocity_m_s) * stiffness_kg;
+  const double normal = y.dot(p.normal);
+  const Vec3 tangential = y - p.normal * normal;
+  const double squared = tangential.squaredNorm();
+  const double limit = p.friction * normal;
+  PointResponse out;
+  if (normal >= 0.0 && squared <= limit * limit) {
+    out.mode = ContactMode::kStick;
+    out.impulse_newton_s = y;
+    return out;
+  }
+  if (normal <= 0.0 && p.friction * p.friction * squared <= normal * normal) return out;
+  const double size = std::sqrt(squared);
+  const double pressing = (normal + p.friction * size) / (1.0 + p.friction * p.friction);
+  out.mode = ContactMode::kSlide;
+  out.along = size > 0.0 ? Vec3(tangential * (1.0 / size)) : Vec3(Vec3::Zero());
+  out.impulse_newton_s = p.normal * pressing + out.along * (p.friction * pressing);
+  out.aside = size > 0.0 ? p.friction * pressing / size : 0.0;
+  return out;
+}
+
+[[gnu::always_inline]] inline Vec3 relative_velocity(const ConvexPoint& p,
+                                                     std::span<const Twist> twists) {
+  const Twist& a = twists[p.a];
+  Vec3 velocity = -(a.linear + a.angular.cross(p.arm_a));
+  if (p.b < twists.size()) {
+    const Twist& b = twists[p.b];
+    velocity += b.linear + b.angular.cross(p.arm_b);
+  }
+  return velocity;
+}
+
+// M (v - free) - J^T impulses, one per body.
+void gradient(const ConvexContacts& problem, std::span<const Twist> twists,
+              std::span<const PointResponse> responses, std::vector<Twist>& out);
+
+// M + J^T G J / compliance in the pattern of `plan`.
+void assemble(const ConvexContacts& problem, const Elimination& plan,
+              std::span<const PointResponse> responses, std::vector<Block>& out);
+
+}  // namespace soda::physics

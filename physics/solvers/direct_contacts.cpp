@@ -1,0 +1,231 @@
+#include "physics/solvers/direct_contacts.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "physics/math/rigid_motion.hpp"
+#include "physics/solvers/contact_solver.hpp"
+
+namespace soda::physics {
+namespace {
+
+constexpr double kMostMultiplications = 5e6;  // of one factorisation: 10 Mflop
+constexpr std::uint32_t kMostDirectBodies = 1000;
+// Newton's method needs many steps for what slides or falls. So what is not calm must be small, and
+// have bodies for which sweeps fail.
+constexpr double kSmall = 1e4;  // multiplications
+constexpr double kMuchHeavier = 10.0;
+constexpr double kCalm = 0.03;  // of the speed that gravity gives in a step
+
+// Of the reciprocal of an island's mass: what a point gives way, per impulse. Soft enough for few
+// Newton steps; the corrections take it out again, and make it harder where they get on slowly.
+// Softer where a factorisation costs far more than a step: then points that carry next to nothing
+// do not open and close with every rounding, and one factorisation serves them all.
+constexpr double kCompliance = 1.0, kSoftCompliance = 1000.0;
+
+void set_bodies(std::span<const SolverBody> bodies, bool is_costly, ConvexContacts& out) {
+  double mass = 0.0;
+  out.bodies.reserve(bodies.size());
+  for (const SolverBody& body : bodies) {
+    out.bodies.push_back({1.0 / body.inverse_mass, inverse_of_symmetric(body.inverse_inertia)});
+    mass += out.bodies.back().mass_kg;
+  }
+  out.compliance_1_kg = (is_costly ? kSoftCompliance : kCompliance) / mass;
+}
+
+// Of the arm only what a frictionless impulse can see, unless friction's own arms are at hand.
+ConvexPoint frictionless_point(const ContactProblem& problem, std::size_t i) {
+  const NormalRow& row = problem.normals[i];
+  ConvexPoint p;
+  p.a = row.a;
+  p.b = row.b;
+  p.normal = row.normal;
+  p.target_m_s = row.normal * row.target_m_s;
+  p.arm_a = row.normal.cross(row.arm_a);
+  p.arm_b = row.normal.cross(row.arm_b);
+  return p;
+}
+
+void add_friction(const ContactProblem& problem, const FrictionRow& row, ConvexPoint& p) {
+  p.friction = row.friction;
+  p.arm_a = row.arm_a;
+  p.arm_b = row.arm_b;
+  p.start_newton_s +=
+      row.tangent[0] * row.impulse_newton_s[0] + row.tangent[1] * row.impulse_newton_s[1];
+  if (row.b == p.b) return;
+  const Vec3& surface = problem.bodies[row.b].linear;
+  p.target_m_s -= surface - p.normal * surface.dot(p.normal);
+}
+
+ConvexPoint convex_point(const ContactProblem& problem, std::size_t i) {
+  ConvexPoint p = frictionless_point(problem, i);
+  p.start_newton_s = p.normal * problem.normals[i].impulse_newton_s;
+  const std::int32_t friction = problem.contacts[i].friction_row;
+  if (friction >= 0) add_friction(problem, problem.frictions[friction], p);
+  return p;
+}
+
+void apply(const PointResponse& response, const ConvexPoint& p, std::size_t i,
+           ContactProblem& problem) {
+  const Vec3& impulse = response.impulse_newton_s;
+  NormalRow& row = problem.normals[i];
+  row.impulse_newton_s = std::max(0.0, impulse.dot(row.normal));
+  Vec3 total = row.normal * row.impulse_newton_s;
+  if (problem.contacts[i].friction_row >= 0) {
+    FrictionRow& f = problem.frictions[problem.contacts[i].friction_row];
+    for (int t = 0; t < 2; ++t) {
+      f.impulse_newton_s[t] = impulse.dot(f.tangent[t]);
+      total += f.tangent[t] * f.impulse_newton_s[t];
+    }
+  }
+  SolverBody& a = problem.bodies[row.a];
+  SolverBody& b = problem.bodies[row.b];
+  a.linear -= total * a.inverse_mass;
+  a.angular -= times(a.inverse_inertia, p.arm_a.cross(total));
+  b.linear += total * b.inverse_mass;
+  b.angular += times(b.inverse_inertia, p.arm_b.cross(total));
+}
+
+// Sweeps and substeps are no good for uneven masses, so there more is tried before.
+int most_factorisations(std::span<const SolverBody> bodies, const Elimination& plan) {
+  const auto [heaviest, lightest] = std::minmax_element(
+      bodies.begin(), bodies.end(),
+      [](const SolverBody& x, const SolverBody& y) { return x.inverse_mass < y.inverse_mass; });
+  const bool is_uneven = lightest->inverse_mass > kMuchHeavier * heaviest->inverse_mass;
+  return is_uneven && plan.multiplications <= kSmall ? 40 : 20;
+}
+
+double calm_speed_m_s(const SceneDescription& scene, double dt_s) {
+  return kCalm * scene.gravity_m_s2.norm() * dt_s;
+}
+
+// Of the points of one manifold, squared; `b` null for a static.
+double squared_speed(const SceneDescription& scene, const ContactManifold& m, const BodyState& a,
+                     const BodyState* b) {
+  const Vec3 surface =
+      b == nullptr ? scene.statics[static_index_of(m.b)].surface_velocity_m_s : Vec3(Vec3::Zero());
+  double squared = 0.0;
+  for (std::uint32_t i = 0; i < m.count; ++i) {
+    const Vec3& point = m.points[i].position_m;
+    const Vec3 other = b == nullptr ? surface : velocity_at(*b, point);
+    squared = std::max(squared, (other - velocity_at(a, point)).squaredNorm());
+  }
+  return squared;
+}
+
+// Sweeps converge: one body, or two of like masses where a trace may be left.
+bool is_easy(bool accurate, std::size_t bodies, double ratio) {
+  constexpr double kLike = 10.0;
+  return bodies == 1 || (!accurate && bodies == 2 && ratio <= kLike);
+}
+
+}  // namespace
+
+double mass_ratio(const SceneDescription& scene, std::span<const BodyId> ids) {
+  double lightest = scene.bodies[index_of(ids[0])].mass_kg, heaviest = lightest;
+  for (const BodyId id : ids) {
+    const double mass = scene.bodies[index_of(id)].mass_kg;
+    lightest = std::min(lightest, mass);
+    heaviest = std::max(heaviest, mass);
+  }
+  return heaviest / lightest;
+}
+
+std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, double dt_s,
+                                             bool accurate, std::span<const BodyId> ids,
+                                             std::span<const ContactManifold> manifolds,
+                                             std::span<const BodyState> states) {
+  if (!scene.solver.direct || ids.size() > kMostDirectBodies) return std::nullopt;
+  const double ratio = mass_ratio(scene, ids);
+  if (is_easy(accurate, ids.size(), ratio)) return std::nullopt;
+  const bool is_uneven = ratio > kMuchHeavier;
+  const double calm_m_s = calm_speed_m_s(scene, dt_s);
+  bool calm = true;
+  const auto place = [&ids](BodyId id) {
+    return static_cast<std::uint32_t>(std::lower_bound(ids.begin(), ids.end(), id) - ids.begin());
+  };
+  std::vector<std::array<std::uint32_t, 2>> edges;
+  edges.reserve(manifolds.size());
+  for (const ContactManifold& m : manifolds) {
+    const std::array<std::uint32_t, 2> edge{place(m.a), place(m.b)};
+    const BodyState* const b = is_static(m.b) ? nullptr : &states[edge[1]];
+    calm = calm && squared_speed(scene, m, states[edge[0]], b) <= calm_m_s * calm_m_s;
+    // Substeps sink, however short they are.
+    if (!calm && !is_uneven && !accurate) return std::nullopt;
+    if (b != nullptr && (edges.empty() || edges.back() != edge)) edges.push_back(edge);
+  }
+  return plan_elimination(static_cast<std::uint32_t>(ids.size()), edges,
+                          calm || accurate ? kMostMultiplications : kSmall);
+}
+
+NewtonOutcome solve_directly(bool accurate, std::span<const SolverBody> free,
+                             const Elimination& plan, ContactProblem& problem) {
+  // Of the largest velocity of a point. The impulses go on from step to step, so that what a limit
+  // has left over is made good in the steps that follow; but a step that is compared with others
+  // has to be solved by itself.
+  const double wanted = accurate ? 1e-12 : 1e-9, rounding = accurate ? 1e-10 : 1e-7;
+  const double accepted = accurate ? 1e-7 : 2e-2;
+  ConvexContacts convex;
+  set_bodies(free, is_costly(plan, problem.normals.size()), convex);
+  convex.free.reserve(free.size());
+  convex.points.reserve(problem.normals.size());
+  std::vector<Twist> twists;
+  twists.reserve(free.size());
+  for (std::size_t i = 0; i < free.size(); ++i) {
+    convex.free.push_back({free[i].linear, free[i].angular});
+    twists.push_back({problem.bodies[i].linear, problem.bodies[i].angular});
+  }
+  double squared = 0.0;
+  for (std::size_t i = 0; i < problem.normals.size(); ++i) {
+    convex.points.push_back(convex_point(problem, i));
+    squared = std::max(squared, relative_velocity(convex.points[i], convex.free).squaredNorm());
+  }
+  const double scale = std::sqrt(squared);
+  const NewtonLimits limits{
+      scale, wanted * scale, rounding * scale, accepted * scale, most_factorisations(free, plan),
+      40};
+  std::vector<PointResponse> responses;
+  const NewtonOutcome outcome = solve_by_newton(limits, plan, convex, twists, responses);
+  if (!outcome.converged) return outcome;
+  // By the impulses, not by the velocities found: pairs are pushed by opposite impulses exactly.
+  std::copy(free.begin(), free.end(), problem.bodies.begin());
+  for (std::size_t i = 0; i < responses.size(); ++i) {
+    apply(responses[i], convex.points[i], i, problem);
+  }
+  return outcome;
+}
+
+NewtonOutcome push_out_directly(double dt_s, const Elimination& plan, const ContactProblem& problem,
+                                std::vector<PushOut>& push) {
+  constexpr double kWanted = 1e-2, kAccepted = 0.1;  // of the fastest; the next step corrects again
+  const std::size_t bodies = plan.count();
+  ConvexContacts convex;
+  const std::span<const SolverBody> moving = std::span(problem.bodies).first(bodies);
+  set_bodies(moving, is_costly(plan, problem.normals.size()), convex);
+  convex.free.resize(bodies);
+  double fastest = 0.0;
+  convex.points.reserve(problem.normals.size());
+  for (std::size_t i = 0; i < problem.normals.size(); ++i) {
+    ConvexPoint p = frictionless_point(problem, i);
+    const double target = push_out_target_m_s(problem.contacts[i], dt_s);
+    p.target_m_s = p.normal * target;
+    fastest = std::max(fastest, target);
+    convex.points.push_back(p);
+  }
+  const NewtonLimits limits{fastest,
+                            kWanted * fastest,
+                            kWanted * fastest,
+                            kAccepted * fastest,
+                            most_factorisations(moving, plan),
+                            20};
+  std::vector<Twist> twists(bodies);
+  std::vector<PointResponse> responses;
+  const NewtonOutcome outcome = solve_by_newton(limits, plan, convex, twists, responses);
+  if (!outcome.converged) return outcome;
+  push.resize(problem.bodies.size());
+  for (std::size_t i = 0; i < bodies; ++i) push[i] = {twists[i].linear, twists[i].angular};
+  return outcome;
+}
+
+}  // namespace soda::physics

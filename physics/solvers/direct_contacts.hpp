@@ -1,0 +1,42 @@
+// The direct contact solver: the contacts of one island by Newton's method, where that pays.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "physics/model/contact_manifold.hpp"
+#include "physics/constraints/contact_rows.hpp"
+#include "physics/solvers/newton_solver.hpp"
+#include "physics/model/scene.hpp"
+#include "physics/math/solver_body.hpp"
+
+namespace soda::physics {
+
+// Of the heaviest to the lightest; at least one body.
+double mass_ratio(const SceneDescription& scene, std::span<const BodyId> ids);
+
+// The elimination by which an island without joints is solved directly, or none if it is one for
+// sweeps: because it has one body, because a factorisation would cost too much, or, unless the
+// scene asks for a tolerance, because it has two bodies of like masses, or its contacts move
+// against each other and it is not both small and of bodies of which some are much heavier than
+// others. What bounces in it is not looked at. `ids` ascending, `states` at the step's start. A
+// function of the island's content.
+std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, double dt_s,
+                                             bool accurate, std::span<const BodyId> ids,
+                                             std::span<const ContactManifold> manifolds,
+                                             std::span<const BodyState> states);
+
+// Velocities and impulses that fulfil all contact laws. `free`: the bodies' velocities after
+// external forces, before any contact. Where it does not converge, the problem stays as it was.
+// `accurate`: to rounding, or not at all.
+NewtonOutcome solve_directly(bool accurate, std::span<const SolverBody> free,
+                             const Elimination& plan, ContactProblem& problem);
+
+// As solve_push_out (contact_solver.hpp), where needs_push_out. `push` stays as it was where it
+// does not converge.
+NewtonOutcome push_out_directly(double dt_s, const Elimination& plan, const ContactProblem& problem,
+                                std::vector<PushOut>& push);
+
+}  // namespace soda::physics

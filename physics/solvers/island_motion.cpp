@@ -1,0 +1,145 @@
+// Bodies of an island before and after its contacts are solved.
+#include "physics/solvers/island_motion.hpp"
+
+#include <algorithm>
+
+#include "physics/forces/forces.hpp"
+#include "physics/math/rigid_motion.hpp"
+
+namespace soda::physics {
+
+// Velocities after external forces, and the inertia that contacts meet.
+void load_bodies(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
+                 const Selection<BodyState>& states, std::vector<SolverBody>& bodies,
+                 StageCounters& counters) {
+  bodies.resize(ids.size() + 1);
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    const BodyParams& params = scene.bodies[index_of(ids[i])];
+    bodies[i] = solver_body(params, states[i]);
+    apply_external(scene, dt_s, 0.5 * dt_s, ids[i], states[i], bodies[i]);
+    counters.driven_bodies += params.drive != kNoDrive;
+    counters.forced_bodies += params.forces != kNone;
+  }
+}
+
+Vec3 impulse_on_b(const ContactProblem& problem, std::size_t row) {
+  const NormalRow& normal = problem.normals[row];
+  Vec3 impulse = normal.normal * normal.impulse_newton_s;
+  if (problem.contacts[row].friction_row >= 0) {
+    const FrictionRow& f = problem.frictions[problem.contacts[row].friction_row];
+    impulse += f.tangent[0] * f.impulse_newton_s[0] + f.tangent[1] * f.impulse_newton_s[1];
+  }
+  return impulse;
+}
+
+ContactImpulse stored_impulse(const Selection<ContactManifold>& manifolds,
+                              const ContactProblem& problem, std::size_t row) {
+  const NormalRow& normal = problem.normals[row];
+  const RowContact& contact = problem.contacts[row];
+  const ContactManifold& m = manifolds[contact.manifold];
+  const Vec3 along = normal.normal * normal.impulse_newton_s;
+  return {m.b, m.part, m.points[contact.point].feature, normal.impulse_newton_s,
+          impulse_on_b(problem, row) - along};
+}
+
+Flights find_flights(const ContactProblem& problem) {
+  constexpr std::uint32_t kNowhere = ~std::uint32_t{0};
+  const std::size_t fixed = problem.bodies.size() - 1;
+  Flights flights(problem.bodies.size());
+  ShortList<std::uint32_t, 4> struck_in;  // a manifold
+  if (problem.restitution_rows > 0) struck_in.assign(problem.bodies.size(), kNowhere);
+  const auto strike = [&](std::size_t body, std::uint32_t manifold) {
+    if (body == fixed) return;
+    if (struck_in[body] == kNowhere) struck_in[body] = manifold;
+    if (struck_in[body] != manifold) flights[body].supported = true;
+  };
+  // Friction acts, too, where the normal impulse ended at zero: see report_contacts.
+  for (std::size_t i = 0; i < problem.normals.size(); ++i) {
+    const NormalRow& row = problem.normals[i];
+    const RowContact& contact = problem.contacts[i];
+    if (impulse_on_b(problem, i) == Vec3::Zero()) continue;
+    if (!contact.bounces) {
+      flights[row.a].supported = true;
+      if (row.b != fixed) flights[row.b].supported = true;
+    } else {
+      // Between two, it was struck again and again: the sums of the impulses have no time each.
+      strike(row.a, contact.manifold);
+      strike(row.b, contact.manifold);
+    }
+  }
+  if (problem.restitution_rows == 0) return flights;
+  for (std::size_t i = 0; i < problem.normals.size(); ++i) {
+    const NormalRow& row = problem.normals[i];
+    Flight& a = flights[row.a];
+    Flight& b = flights[row.b];
+    // Both or neither: an impact in which one came later moves the centre of mass.
+    if (!problem.contacts[i].bounces || a.supported || b.supported) continue;
+    const Vec3 delayed = impulse_on_b(problem, i) * problem.contacts[i].impact_time_s;
+    a.not_yet_m -= delayed * problem.bodies[row.a].inverse_mass;
+    b.not_yet_m += delayed * problem.bodies[row.b].inverse_mass;
+  }
+  return flights;
+}
+
+namespace {
+
+BodyState moved(const SceneDescription& scene, double dt_s, BodyId id, const SolverBody& body,
+                const Flight& flight, const PushOut* push, const BodyState& state) {
+  BodyState next;
+  next.position_m = state.position_m + body.linear * dt_s;
+  if (!flight.supported) next.position_m -= flight_lag_m(scene, dt_s, id, state) + flight.not_yet_m;
+  next.linear_velocity_m_s = body.linear;
+  next.angular_velocity_rad_s = body.angular;
+  next.orientation = state.orientation;
+  rotate_freely(scene.bodies[index_of(id)], dt_s, next);
+  if (push != nullptr) {
+    next.position_m += push->linear * dt_s;
+    turn_by(scene.bodies[index_of(id)], push->angular * dt_s, next);
+  }
+  return next;
+}
+
+}  // namespace
+
+bool move_body(const SceneDescription& scene, double dt_s, BodyId id, const SolverBody& body,
+               const Flight& flight, const PushOut* push, BodyState& state,
+               std::vector<AdvanceFault>& faults) {
+  BodyState next = moved(scene, dt_s, id, body, flight, push, state);
+  const char* const fault = fault_of(next);
+  if (*fault) {
+    faults.push_back({id, fault});
+    return false;
+  }
+  next.impulses = std::move(state.impulses);
+  state = std::move(next);
+  return true;
+}
+
+double push_out_work_joule(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
+                           std::span<const PushOut> push) {
+  double work = 0.0;
+  if (push.empty()) return work;
+  for (std::size_t i = 0; i < ids.size(); ++i)
+    work -= scene.bodies[index_of(ids[i])].mass_kg * scene.gravity_m_s2.dot(push[i].linear);
+  return work * dt_s;
+}
+
+void report_contacts(const Selection<BodyState>& states, const ContactProblem& problem,
+                     IslandReport& report) {
+  const std::uint32_t statics = static_cast<std::uint32_t>(states.size());
+  for (std::size_t i = 0; i < problem.normals.size(); ++i) {
+    const RowContact& contact = problem.contacts[i];
+    report.max_penetration_m = std::max(report.max_penetration_m, -contact.separation_m);
+    const NormalRow& row = problem.normals[i];
+    if (row.b != statics) continue;
+    // Friction counts even where the normal impulse ended at zero: after the last sweep it may not
+    // have been taken back to its disc yet (a constraint residual, but an impulse all the same).
+    const Vec3 impulse = -impulse_on_b(problem, i);
+    if (impulse == Vec3::Zero()) continue;
+    report.static_impulse_newton_s += impulse;
+    report.static_angular_impulse_newton_m_s +=
+        (states[row.a].position_m + contact.arm_a).cross(impulse);
+  }
+}
+
+}  // namespace soda::physics

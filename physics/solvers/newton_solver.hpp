@@ -1,0 +1,38 @@
+// Solves the contacts of an island by Newton's method on the convex problem, and with it the exact
+// contact laws: the compliance is taken out again by starting from the impulses found (augmented
+// Lagrangian), the lift of sliding points by shifting their targets (de Saxce).
+#pragma once
+
+#include <vector>
+
+#include "physics/math/block_cholesky.hpp"
+#include "physics/solvers/convex_contacts.hpp"
+
+namespace soda::physics {
+
+struct NewtonLimits {
+  double scale_m_s = 0.0;     // largest velocity of a point without contacts
+  double wanted_m_s = 0.0;    // error at which the work ends
+  double rounding_m_s = 0.0;  // below it, an error that does not fall any more is rounding
+  double accepted_m_s = 0.0;  // error that is accepted where a limit ends the work before
+  int factorisations = 0;     // at most
+  int corrections = 0;        // of compliance and shift, at most
+};
+
+struct NewtonOutcome {
+  bool converged = false;  // to the accepted error
+  int factorisations = 0;
+  int steps = 0;  // of Newton's method
+};
+
+// Whether a factorisation takes several times as long as the rest of a step.
+bool is_costly(const Elimination& plan, std::size_t points);
+
+// `twists`: a guess, overwritten. `responses`: overwritten with one per point; where it converges,
+// their impulses fulfil the contact laws to the accepted error. The problem's start impulses are a
+// guess too; they, its targets and its compliance are changed. A function of its arguments only.
+NewtonOutcome solve_by_newton(const NewtonLimits& limits, const Elimination& plan,
+                              ConvexContacts& problem, std::vector<Twist>& twists,
+                              std::vector<PointResponse>& responses);
+
+}  // namespace soda::physics

@@ -1,0 +1,33 @@
+// Which way an island's step is solved: the one place where it is decided between a direct solve,
+// blocks and sweeps over the whole. Whoever divides an island between solvers asks here, too.
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "physics/math/block_cholesky.hpp"
+#include "physics/model/contact_manifold.hpp"
+#include "physics/shapes/geometry.hpp"
+#include "physics/solvers/island_blocks.hpp"
+#include "physics/model/need.hpp"
+#include "physics/model/scene.hpp"
+
+namespace soda::physics {
+
+Need direct_solves_needed(const SceneDescription& scene);
+Need blocks_needed(const SceneDescription& scene);
+
+// One of both at most. Neither: the whole by sweeps, in turns with its joints if it has any.
+struct SolveChoice {
+  std::optional<Elimination> elimination;  // directly (direct_contacts.hpp)
+  std::optional<IslandBlocks> blocks;      // two or more (split_solver.hpp)
+};
+
+// Of one solve over dt_s (advance_once) of these manifolds: what a joint among them holds is solved
+// by none of both. (Springs that kick, spring_kicks.hpp, are not among them.) A function of the
+// island's content.
+SolveChoice choose_solve(const SceneDescription& scene, double dt_s, bool accurate,
+                         std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
+                         std::span<const BodyState> states);
+
+}  // namespace soda::physics

@@ -1,0 +1,198 @@
+#include "physics/solvers/substeps.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "physics/solvers/contact_solver.hpp"
+#include "physics/solvers/contact_work.hpp"
+#include "physics/constraints/ways.hpp"
+
+namespace soda::physics {
+namespace {
+
+// A spring with ten times the critical damping, of .125 oscillations a substep: as a share of what
+// overlaps that goes in a substep, and of the impulse that it gives way.
+struct Softness {
+  double rate, mass_share, impulse_share;
+};
+constexpr double kTurn = 2.0 * 3.14159265358979323846 * 0.125;  // angle of a substep
+constexpr double kDamping = 10.0;
+constexpr double kFirm = kTurn * (2.0 * kDamping + kTurn);
+constexpr Softness kSoft{kTurn / (2.0 * kDamping + kTurn), kFirm / (1.0 + kFirm),
+                         1.0 / (1.0 + kFirm)};
+
+inline double gap_m(const ContactProblem& problem, std::size_t i, const std::vector<Way>& ways) {
+  const NormalRow& row = problem.normals[i];
+  const Way& a = ways[row.a];
+  const Way& b = ways[row.b];
+  return problem.contacts[i].separation_m + row.normal.dot(b.linear_m - a.linear_m) +
+         row.arm_b.dot(b.angular_rad) - row.arm_a.dot(a.angular_rad);
+}
+
+inline void give(const NormalRow& row, double change, SolverBody& a, SolverBody& b) {
+  a.linear -= row.normal * (a.inverse_mass * change);
+  a.angular -= row.turn_a * change;
+  b.linear += row.normal * (b.inverse_mass * change);
+  b.angular += row.turn_b * change;
+}
+
+template <bool kPresses>
+void sweep(ContactProblem& problem, const Substeps& substeps) {
+  sweep_frictions(problem);
+  const std::size_t count = problem.normals.size();
+  const double per_second = 1.0 / substeps.length_s;
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::size_t i = kPresses ? k : count - 1 - k;
+    NormalRow& row = problem.normals[i];
+    SolverBody& a = problem.bodies[row.a];
+    SolverBody& b = problem.bodies[row.b];
+    const double velocity =
+        row.normal.dot(b.linear - a.linear) + row.arm_b.dot(b.angular) - row.arm_a.dot(a.angular);
+    const double gap = gap_m(problem, i, substeps.ways);
+    double wanted = row.impulse_newton_s;
+    if (gap > 0.0 || !kPresses) {
+      wanted -= row.mass_kg * (velocity + std::max(gap, 0.0) * per_second);
+    } else {
+      const RowContact& contact = problem.contacts[i];
+      const double target = std::min(kSoft.rate * std::max(-gap - contact.slop_m, 0.0) * per_second,
+                                     kFastestPushOut_1_s * contact.size_m);
+      wanted += kSoft.mass_share * row.mass_kg * (target - velocity) - kSoft.impulse_share * wanted;
+    }
+    wanted = wanted > 0.0 ? wanted : 0.0;
+    const double change = wanted - row.impulse_newton_s;
+    if (change == 0.0) continue;
+    row.impulse_newton_s = wanted;
+    give(row, change, a, b);
+  }
+}
+
+void share_start_impulses(std::uint32_t count, ContactProblem& problem) {
+  const double share = 1.0 / count;
+  for (NormalRow& row : problem.normals) row.impulse_newton_s *= share;
+  for (FrictionRow& row : problem.frictions)
+    for (double& impulse : row.impulse_newton_s) impulse *= share;
+}
+
+void add_impulses(const ContactProblem& problem, Substeps& substeps) {
+  for (std::size_t i = 0; i < problem.normals.size(); ++i) {
+    double* const sum = &substeps.sum_newton_s[3 * i];
+    sum[0] += problem.normals[i].impulse_newton_s;
+    const std::int32_t friction = problem.contacts[i].friction_row;
+    if (friction < 0) continue;
+    sum[1] += problem.frictions[friction].impulse_newton_s[0];
+    sum[2] += problem.frictions[friction].impulse_newton_s[1];
+  }
+}
+
+}  // namespace
+
+std::uint32_t substeps_of(const SolverSettings& settings) {
+  return static_cast<std::uint32_t>(std::max(1, (settings.iterations + 2) / 4));
+}
+
+void begin_substeps(double dt_s, std::uint32_t count, const Selection<BodyState>& states,
+                    ContactProblem& problem, Substeps& substeps) {
+  const double share = 1.0 / count;
+  substeps.length_s = dt_s * share;
+  substeps.ways.assign(problem.bodies.size(), {});
+  substeps.at_start.resize(states.size());
+  substeps.sum_newton_s.assign(3 * problem.normals.size(), 0.0);
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    SolverBody& body = problem.bodies[i];
+    PushOut& start = substeps.at_start[i];
+    start = {states[i].linear_velocity_m_s, states[i].angular_velocity_rad_s};
+    body.linear = start.linear + (body.linear - start.linear) * share;
+    body.angular = start.angular + (body.angular - start.angular) * share;
+  }
+  share_start_impulses(count, problem);
+}
+
+void press(ContactProblem& problem, const Substeps& substeps) { sweep<true>(problem, substeps); }
+
+void relax(ContactProblem& problem, Substeps& substeps) {
+  sweep<false>(problem, substeps);
+  add_impulses(problem, substeps);
+}
+
+void move_on(const ContactProblem& problem, Substeps& substeps) {
+  for (std::size_t i = 0; i < substeps.at_start.size(); ++i) {
+    substeps.ways[i].linear_m += problem.bodies[i].linear * substeps.length_s;
+    substeps.ways[i].angular_rad += problem.bodies[i].angular * substeps.length_s;
+  }
+}
+
+void go_on(ContactProblem& problem, Substeps& substeps) {
+  for (std::size_t i = 0; i < substeps.at_start.size(); ++i) {
+    SolverBody& body = problem.bodies[i];
+    PushOut& start = substeps.at_start[i];
+    const PushOut end{body.linear, body.angular};
+    body.linear += end.linear - start.linear;
+    body.angular += end.angular - start.angular;
+    start = end;
+  }
+}
+
+void end_substeps(ContactProblem& problem, const Substeps& substeps) {
+  const double per_second = 1.0 / substeps.length_s;
+  for (std::size_t i = 0; i < problem.normals.size(); ++i) {
+    const double* const sum = &substeps.sum_newton_s[3 * i];
+    problem.normals[i].target_m_s = -std::max(gap_m(problem, i, substeps.ways), 0.0) * per_second;
+    problem.normals[i].impulse_newton_s = sum[0];
+    const std::int32_t friction = problem.contacts[i].friction_row;
+    if (friction < 0) continue;
+    problem.frictions[friction].impulse_newton_s[0] = sum[1];
+    problem.frictions[friction].impulse_newton_s[1] = sum[2];
+  }
+}
+
+namespace {
+
+// The part of `beyond` that lies on the way back to what the velocity was.
+Vec3 towards_first(const Vec3& beyond, const Vec3& first, const Vec3& last) {
+  const Vec3 change = first - last;
+  const double squared = change.squaredNorm();
+  if (!(squared > 0.0)) return Vec3::Zero();
+  return change * std::clamp(beyond.dot(change) / squared, 0.0, 1.0);
+}
+
+}  // namespace
+
+PushOut beyond_final_velocity(double dt_s, double most_m_s, const BodyState& before,
+                              const SolverBody& body, const Flight& flight, const Way& way) {
+  if (!flight.supported) return {};
+  const PushOut beyond{way.linear_m * (1.0 / dt_s) - body.linear,
+                       way.angular_rad * (1.0 / dt_s) - body.angular};
+  const PushOut slowed{towards_first(beyond.linear, before.linear_velocity_m_s, body.linear),
+                       towards_first(beyond.angular, before.angular_velocity_rad_s, body.angular)};
+  PushOut pushed{beyond.linear - slowed.linear, beyond.angular - slowed.angular};
+  const PushOut whole = pushed;
+  limit_push_out(most_m_s, pushed);
+  return {beyond.linear + (pushed.linear - whole.linear),
+          beyond.angular + (pushed.angular - whole.angular)};
+}
+
+std::uint32_t solve_in_substeps(const SceneDescription& scene, double dt_s,
+                                std::span<const BodyId> ids, const Selection<BodyState>& states,
+                                std::span<const SolverBody> free, ContactProblem& problem,
+                                std::vector<PushOut>& push) {
+  Substeps substeps;
+  const std::uint32_t count = substeps_of(scene.solver);
+  begin_substeps(dt_s, count, states, problem, substeps);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    if (i > 0) go_on(problem, substeps);
+    press(problem, substeps);
+    move_on(problem, substeps);
+    relax(problem, substeps);
+  }
+  end_substeps(problem, substeps);
+  limit_gain(dt_s, states, free, problem);
+  const Flights flights = find_flights(problem);
+  const double most_m_s = fastest_push_out_m_s(scene, ids);
+  push.resize(states.size());
+  for (std::size_t i = 0; i < states.size(); ++i)
+    push[i] = beyond_final_velocity(dt_s, most_m_s, states[i], problem.bodies[i], flights[i],
+                                    substeps.ways[i]);
+  return 2 * count;
+}
+
+}  // namespace soda::physics

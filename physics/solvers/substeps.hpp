@@ -1,0 +1,66 @@
+// Contacts of one island by projected Gauss-Seidel in substeps: what falls, slides or is large.
+//
+// A substep: velocities go on changing as they did in the one before (forces and impulses alike),
+// a sweep that also presses overlaps apart, bodies move, and a sweep that does not press. So what
+// parts bodies is not left in their velocities. Rows keep the directions of the step's start; the
+// gaps between bodies follow their ways to first order.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "physics/model/body_state.hpp"
+#include "physics/constraints/contact_rows.hpp"
+#include "physics/solvers/island_motion.hpp"
+#include "physics/model/scene.hpp"
+#include "physics/math/selection.hpp"
+#include "physics/math/solver_body.hpp"
+
+namespace soda::physics {
+
+// Of a step: one for four of the settings' `iterations`, at least one. Each takes two sweeps.
+std::uint32_t substeps_of(const SolverSettings& settings);
+
+// Way of a body since the step's start.
+struct Way {
+  Vec3 linear_m = Vec3::Zero(), angular_rad = Vec3::Zero();
+};
+
+// What bodies and rows of a contact problem have besides, while its step is under way.
+struct Substeps {
+  double length_s = 0.0;
+  std::vector<Way> ways;             // parallel to the problem's bodies
+  std::vector<PushOut> at_start;     // velocities at the substep's start, of those that move
+  std::vector<double> sum_newton_s;  // of the substeps that ended: three numbers a row
+};
+
+// `problem` as build_rows leaves it: with all forces and start impulses of a step of `dt_s`, of
+// which the first substep gets its share. `states` are those at the step's start; none for rows
+// whose bodies are moved elsewhere.
+void begin_substeps(double dt_s, std::uint32_t count, const Selection<BodyState>& states,
+                    ContactProblem& problem, Substeps& substeps);
+
+// The stages of a substep, in this order; go_on() leads to the next one.
+void press(ContactProblem& problem, const Substeps& substeps);
+void move_on(const ContactProblem& problem, Substeps& substeps);
+void relax(ContactProblem& problem, Substeps& substeps);
+void go_on(ContactProblem& problem, Substeps& substeps);
+
+// After the last one: the rows have the step's impulses, and as targets what its end forbids.
+void end_substeps(ContactProblem& problem, const Substeps& substeps);
+
+// What a body moves beyond its final velocity times dt_s: between its first velocity and that, and
+// by push-out of at most `most_m_s` (ways.hpp). Nothing if no impulse acted on it: it flies.
+// `before`: the step's start.
+PushOut beyond_final_velocity(double dt_s, double most_m_s, const BodyState& before,
+                              const SolverBody& body, const Flight& flight, const Way& way);
+
+// All of it, for one problem. Returns the number of sweeps; `push` as in ContactSolution.
+// `free`: velocities after external forces. The impulses give the island no energy
+// (contact_work.hpp).
+std::uint32_t solve_in_substeps(const SceneDescription& scene, double dt_s,
+                                std::span<const BodyId> ids, const Selection<BodyState>& states,
+                                std::span<const SolverBody> free, ContactProblem& problem,
+                                std::vector<PushOut>& push);
+
+}  // namespace soda::physics

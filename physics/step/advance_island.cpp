@@ -1,0 +1,132 @@
+#include "physics/step/advance_island.hpp"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "physics/integrators/advance_once.hpp"
+#include "physics/refinement/advance_resting.hpp"
+#include "physics/events/hits.hpp"
+#include "physics/events/impacts.hpp"
+#include "physics/solvers/island_motion.hpp"
+#include "physics/integrators/joint_motion.hpp"
+#include "physics/events/late_impacts.hpp"
+#include "physics/events/linked_step.hpp"
+#include "physics/integrators/momentum.hpp"
+#include "physics/events/one_solve.hpp"
+#include "physics/broadphase/reach.hpp"
+#include "physics/refinement/refined_trials.hpp"
+#include "physics/events/rest.hpp"
+
+namespace soda::physics {
+namespace {
+
+// Detection only: contacts are reported, bodies move as if they touched nothing.
+void pass_through(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
+                  std::span<const ContactManifold> manifolds, std::span<BodyState> states,
+                  IslandReport& report, StageCounters& counters,
+                  std::vector<AdvanceFault>& faults) {
+  for (const ContactManifold& m : manifolds) {
+    for (std::uint32_t i = 0; i < m.count; ++i) {
+      report.max_penetration_m = std::max(report.max_penetration_m, -m.points[i].separation_m);
+    }
+  }
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    advance_free_body(scene, dt_s, ids[i], states[i], counters, faults);
+  }
+}
+
+// Contacts do not tell: bodies that hit each other may come to statics within the step.
+bool has_met_no_static(const IslandReport& report) {
+  return report.static_impulse_newton_s == Vec3::Zero() &&
+         report.static_angular_impulse_newton_m_s == Vec3::Zero();
+}
+
+// The rest of a step of which the island has flown `flown_s`.
+void advance_rest(const SceneDescription& scene, const Geometry& geometry, double flown_s,
+                  std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
+                  std::span<BodyState> states, IslandReport& report, SolveScratch& scratch,
+                  StageCounters& counters, std::vector<AdvanceFault>& faults) {
+  const bool whole = !is_giant(manifolds);
+  const double rest_s = scene.dt_s - flown_s;
+  std::vector<BodyState> start;
+  if (whole && !scene.statics.empty()) {
+    start.reserve(states.size());
+    for (const BodyState& state : states) start.push_back(motion_of(state));
+  }
+  std::vector<ContactManifold> left;
+  // Impacts have brought bodies to others, and to statics, than those that the step began with.
+  if (flown_s > 0.0)
+    find_again(scene, geometry, rest_s, ids,
+               pairs_to_look_at(scene, geometry, rest_s, ids, states, counters), states, counters,
+               left);
+  const std::span<const ContactManifold> met = flown_s > 0.0 ? left : manifolds;
+  const bool linked = whole && is_linked(met);
+  // What flight has left has been through its impacts.
+  std::optional<AmongHits> among;
+  if (whole && !linked && flown_s == 0.0)
+    among =
+        advance_among_hits(scene, geometry, rest_s, ids, met, states, scratch, counters, faults);
+  const IslandReport part =
+      among ? among->report
+      : linked
+          ? advance_linked(scene, geometry, rest_s, ids, met, states, scratch, counters, faults)
+          : advance_resting(scene, geometry, rest_s, ids, met, states, scratch, counters, faults);
+  if (flown_s > 0.0)
+    add_part(part, report);
+  else
+    report = part;
+  if (start.empty()) return;
+  if (!linked && !(among && among->hit))
+    stop_at_unseen_statics(scene, geometry, rest_s, ids, met, start, states, report, counters);
+  stop_at_floors(scene, geometry, ids, start, states, report);
+}
+
+}  // namespace
+
+IslandReport advance_island(const SceneDescription& scene, const Geometry& geometry,
+                            std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
+                            std::span<BodyState> states, SolveScratch& scratch,
+                            StageCounters& counters, std::vector<AdvanceFault>& faults) {
+  const double dt_s = scene.dt_s;
+  IslandReport report = report_of(ids, manifolds);
+  if (!scene.solver.contact_response) {
+    pass_through(scene, dt_s, ids, manifolds, states, report, counters, faults);
+    return report;
+  }
+  // Giant ones may be solved by several worlds, of which none has them all.
+  const bool whole = !is_giant(manifolds), alone = whole && is_left_alone(scene, ids, manifolds);
+  const IslandMomentum before = alone ? momentum_of(scene, ids, states) : IslandMomentum{};
+  std::vector<BodyState> slow;
+  if (is_nearly_at_rest(scene, geometry, ids, manifolds, states)) {
+    if (is_held(scene, geometry, ids, manifolds, states, report, counters)) {
+      ++counters.islands_at_rest;
+      return report;
+    }
+    slow.assign(states.begin(), states.end());
+  }
+  if (!scene.joints.empty()) report_lost_joints(scene, ids, manifolds, faults);
+  bound_ways(scene, dt_s, ids, manifolds, states, scratch.ways);
+  double flown_s = 0.0;
+  if (!whole && is_one_solve(scene, geometry, ids, manifolds, states)) {
+    report = advance_once(scene, dt_s, false, ids, manifolds, states, scratch, counters, faults);
+  } else {
+    flown_s = fly_through_impacts(scene, geometry, dt_s, ids, manifolds, states, report, counters);
+    if (flown_s < dt_s)
+      advance_rest(scene, geometry, flown_s, ids, manifolds, states, report, scratch, counters,
+                   faults);
+  }
+  if (flown_s < dt_s && alone && has_met_no_static(report)) {
+    keep_momentum(scene, dt_s, ids, before, states);
+    report.push_out_work_joule = 0.0;
+  }
+  for (std::size_t i = 0; i < ids.size(); ++i)
+    report_impossible_way(scene, dt_s, scratch.ways, i, ids[i], states[i], faults);
+  if (!slow.empty() && (whole || report.direct))
+    come_to_rest(scene, geometry, ids, slow, states, report);
+  ++counters.islands_solved;
+  counters.direct_islands += report.direct;
+  return report;
+}
+
+}  // namespace soda::physics

@@ -1,0 +1,102 @@
+#include "physics/step/stages.hpp"
+
+#include <array>
+
+#include "physics/constraints/contact_rows.hpp"
+#include "physics/forces/forces.hpp"
+#include "physics/events/hits.hpp"
+#include "physics/events/impacts.hpp"
+#include "physics/constraints/joint_rows.hpp"
+#include "physics/events/late_impacts.hpp"
+#include "physics/events/linked_step.hpp"
+#include "physics/refinement/refinement.hpp"
+#include "physics/events/rest.hpp"
+#include "physics/solvers/solve_choice.hpp"
+
+namespace soda::physics {
+namespace {
+
+constexpr std::size_t kKernels = static_cast<std::size_t>(ShapeKernel::kCount);
+
+// Which kernels some pair of the scene asks for (kernel_for): shapes by use, not by body.
+std::array<bool, kKernels> kernels_needed(const SceneDescription& scene) {
+  std::vector<std::size_t> bodies_with(scene.shapes.size(), 0);
+  std::vector<bool> is_static(scene.shapes.size(), false);
+  for (const BodyParams& body : scene.bodies) ++bodies_with[body.shape];
+  for (const StaticBody& fixed : scene.statics) is_static[fixed.shape] = true;
+  std::array<bool, kKernels> needed{};
+  for (std::size_t a = 0; a < scene.shapes.size(); ++a) {
+    if (bodies_with[a] == 0) continue;
+    for (std::size_t b = 0; b < scene.shapes.size(); ++b) {
+      const bool dynamic_pair = b == a ? bodies_with[a] > 1 : bodies_with[b] > 0;
+      if (!dynamic_pair && !is_static[b]) continue;
+      needed[static_cast<std::size_t>(kernel_for(scene.shapes[a], scene.shapes[b]))] = true;
+    }
+  }
+  return needed;
+}
+
+// What a stage counts, if that is one number.
+std::function<std::uint64_t(const StageCounters&)> count_of(std::uint64_t StageCounters::*member) {
+  return [member](const StageCounters& counters) { return counters.*member; };
+}
+
+void add_detection(const SceneDescription& scene, std::vector<Stage>& stages) {
+  stages.push_back({"swept boxes",
+                    need_of(!scene.bodies.empty(), "bodies move", "the scene has no dynamic body"),
+                    count_of(&StageCounters::boxes)});
+  stages.push_back({"broadphase pairs",
+                    need_of(can_meet(scene.bodies.size(), scene.statics.size()),
+                            "bodies can meet bodies or statics", "nothing can touch"),
+                    count_of(&StageCounters::candidate_pairs)});
+  const std::array<bool, kKernels> kernels = kernels_needed(scene);
+  for (std::size_t kernel = 0; kernel < kKernels; ++kernel)
+    stages.push_back(
+        {std::string(name_of(static_cast<ShapeKernel>(kernel))) + " kernel",
+         need_of(kernels[kernel], "a pair of these shapes can meet", "no such pair of shapes"),
+         [kernel](const StageCounters& counters) { return counters.narrowphase_tests[kernel]; }});
+}
+
+// Islands are those of contacts and of joints.
+Need solver_needed(const SceneDescription& scene) {
+  const Need contacts = contacts_needed(scene), joints = joint_rows_needed(scene);
+  return !contacts && joints ? joints : contacts;
+}
+
+void add_solves(const SceneDescription& scene, std::vector<Stage>& stages) {
+  const std::vector<Stage> more = {
+      {"driven bodies", drives_needed(scene), count_of(&StageCounters::driven_bodies)},
+      {"forces and damping", forces_needed(scene), count_of(&StageCounters::forced_bodies)},
+      {"contact solver", solver_needed(scene), count_of(&StageCounters::islands_solved)},
+      {"direct contact solver", direct_solves_needed(scene),
+       count_of(&StageCounters::factor_multiplications)},
+      {"friction rows", friction_needed(scene), count_of(&StageCounters::friction_rows)},
+      {"conveyor rows", conveyors_needed(scene), count_of(&StageCounters::conveyor_rows)},
+      {"joint rows", joint_rows_needed(scene), count_of(&StageCounters::joint_rows)},
+      {"limit rows", limits_needed(scene), count_of(&StageCounters::limit_rows)},
+      {"motor rows", motors_needed(scene), count_of(&StageCounters::motor_rows)},
+      {"restitution rows", restitution_needed(scene), count_of(&StageCounters::restitution_rows)},
+      {"impacts in flight", flights_needed(scene), count_of(&StageCounters::flight_searches)},
+      {"hits among contacts", hits_needed(scene), count_of(&StageCounters::hit_searches)},
+      {"impacts on unseen statics", unseen_statics_needed(scene),
+       count_of(&StageCounters::unseen_searches)},
+      {"impacts of what joints draw", linked_impacts_needed(scene),
+       count_of(&StageCounters::linked_searches)},
+      {"refined steps of islands", refinement_needed(scene),
+       count_of(&StageCounters::refined_steps)},
+      {"contacts of bodies at rest", rest_needed(scene), count_of(&StageCounters::pairs_at_rest)},
+      {"blocks of giant islands", blocks_needed(scene), count_of(&StageCounters::blocks_solved)},
+      {"warm starting", warm_starts_needed(scene), count_of(&StageCounters::warm_started_rows)}};
+  stages.insert(stages.end(), more.begin(), more.end());
+}
+
+}  // namespace
+
+std::vector<Stage> stages_of(const SceneDescription& scene) {
+  std::vector<Stage> stages;
+  add_detection(scene, stages);
+  add_solves(scene, stages);
+  return stages;
+}
+
+}  // namespace soda::physics

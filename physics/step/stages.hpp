@@ -1,0 +1,23 @@
+// All stages of a step: what a scene needs of each, and what counts its work.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "physics/model/need.hpp"
+#include "physics/model/stage_counters.hpp"
+
+namespace soda::physics {
+
+struct Stage {
+  std::string name;  // e.g. "friction rows"
+  Need need;
+  std::function<std::uint64_t(const StageCounters&)> count;  // 0 if it is not needed
+};
+
+// Of a scene whose bodies' materials are the roughest and springiest that they can get in the run.
+std::vector<Stage> stages_of(const SceneDescription& scene);
+
+}  // namespace soda::physics
