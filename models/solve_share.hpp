@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "kernel/logical_process.hpp"
+#include "physics/model/body_state.hpp"
 #include "physics/model/island_report.hpp"
 #include "physics/solvers/split_solver.hpp"
 

@@ -14,6 +14,7 @@
 #include "models/simulation.hpp"
 #include "models/step_memo.hpp"
 #include "physics/model/body_state.hpp"
+#include "physics/model/contact_manifold.hpp"
 #include "physics/model/island_report.hpp"
 
 namespace soda::models {

@@ -259,7 +259,7 @@ void add_rows(const Joint& joint, double dt_s, bool with_springs, const HeldEnds
 
 }  // namespace
 
-// Without response everything passes through, joints or not (advance.cpp).
+// Without response everything passes through, joints or not (advance_island.cpp).
 Need joint_rows_needed(const SceneDescription& scene) {
   if (scene.joints.empty()) return {false, "there are no joints"};
   return need_of(scene.solver.contact_response, "joints hold bodies",

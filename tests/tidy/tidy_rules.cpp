@@ -171,6 +171,29 @@ std::vector<Finding> check_layers(const SourceFile& file) {
   });
 }
 
+std::vector<Finding> check_rooms(const SourceFile& file) {
+  static const std::vector<std::string> upwards = {
+      "model",       "math",       "shapes",      "forces",   "broadphase",
+      "narrowphase", "continuous", "constraints", "measures", "solvers",
+      "integrators", "refinement", "events",      "step"};
+  const auto floor_of = [](const std::string& path) {
+    const std::size_t begin = path.find('/') + 1, end = path.find('/', begin);
+    const std::string room = end == std::string::npos ? "" : path.substr(begin, end - begin);
+    return std::find(upwards.begin(), upwards.end(), room) - upwards.begin();
+  };
+  const auto outside = static_cast<std::ptrdiff_t>(upwards.size());
+  const bool is_code = is_header(file.path) || file.path.ends_with(".cpp");
+  if (folder_of(file.path) != "physics" || !is_code) return {};
+  const std::ptrdiff_t floor = floor_of(file.path);
+  if (floor == outside) return {{file.path, 0, "is in no room of physics/"}};
+  return for_each_line(file, [&](const std::string& line) -> std::string {
+    const std::string include = include_of(line);
+    if (!include.starts_with("\"physics/")) return {};
+    if (floor_of(include.substr(1, include.size() - 2)) <= floor) return {};
+    return "must not include " + include + " of a higher room";
+  });
+}
+
 std::vector<Finding> check_heavy_headers(const std::vector<SourceFile>& files) {
   const std::map<std::string, std::map<std::string, std::size_t>> most = {
       {"<fcl/", {{"physics", 2}}},

@@ -22,6 +22,9 @@ struct Finding {
 // includes a test.
 std::vector<Finding> check_layers(const SourceFile& file);
 
+// Inside physics/: every file is in a room, and includes those of its room and of lower ones.
+std::vector<Finding> check_rooms(const SourceFile& file);
+
 // FCL headers in shape geometry and narrowphase only; nlohmann in one .cpp a layer, CLI11 in three;
 // never in headers. Over all product files together.
 std::vector<Finding> check_heavy_headers(const std::vector<SourceFile>& files);

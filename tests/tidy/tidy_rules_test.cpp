@@ -18,6 +18,15 @@ TEST(TidyRules, LayersMayIncludeOnlyWhatTheyAreBuiltOn) {
   EXPECT_EQ(check_layers({"analysis/a.cpp", "#include \"tests/a.hpp\"\n"}).size(), 1u);
 }
 
+TEST(TidyRules, RoomsOfPhysicsAreAStair) {
+  EXPECT_TRUE(check_rooms({"physics/step/a.cpp", "#include \"physics/model/ids.hpp\"\n"}).empty());
+  EXPECT_TRUE(check_rooms({"physics/step/a.cpp", "#include \"physics/step/b.hpp\"\n"}).empty());
+  EXPECT_TRUE(check_rooms({"models/a.cpp", "#include \"physics/step/b.hpp\"\n"}).empty());
+  EXPECT_EQ(check_rooms({"physics/model/a.hpp", "#include \"physics/step/b.hpp\"\n"}).size(), 1u);
+  EXPECT_EQ(check_rooms({"physics/model/a.hpp", "#include \"physics/b.hpp\"\n"}).size(), 1u);
+  EXPECT_EQ(check_rooms({"physics/a.cpp", ""}).size(), 1u);
+}
+
 TEST(TidyRules, HeavyHeadersAreCountedPerLayerAndNeverAllowedInHeaders) {
   const std::string fcl = "#include <fcl/math/bv/OBB.h>\n";
   const std::string json = "#include <nlohmann/json.hpp>\n";
