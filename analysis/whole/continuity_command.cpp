@@ -79,7 +79,7 @@ ContinuityResult check_continuity(const ContinuityRequest& request) {
     if (error) throw scenarios::FileError(request.folder + ": " + error.message());
   }
   ContinuityResult result;
-  result.out_of_time = share_seeds(
+  result.end = share_seeds(
       seeds, {request.jobs, request.budget_s, request.most_failures},
       [&](std::uint64_t seed, const std::string& folder) {
         return try_seed(seed, folder, request, kinds);
@@ -112,7 +112,7 @@ std::string continuity_text(const ContinuityResult& result) {
                                    {"steps", Align::kRight},
                                    {"worst over allowed", Align::kRight}},
                                   rows);
-  text += format_number(result.wall_s) + " s" + (result.out_of_time ? " (out of time)" : "") + "\n";
+  text += format_number(result.wall_s) + " s" + text_of(result.end) + "\n";
   for (const ContinuityFailure& failure : result.failures)
     text += "FAILED: seed " + std::to_string(failure.seed) + ", " + name_of(failure.kind) + ": " +
             failure.what + "\n";
@@ -122,7 +122,7 @@ std::string continuity_text(const ContinuityResult& result) {
 int continuity_command(const ContinuityRequest& request, std::ostream& out) {
   const ContinuityResult result = check_continuity(request);
   out << (request.json ? continuity_json(result) : continuity_text(result));
-  return result.failures.empty() ? kExitOk : kExitCheckFailed;
+  return exit_code_of(result.end, !result.failures.empty());
 }
 
 }  // namespace soda::analysis

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "analysis/whole/continuity_trial.hpp"
+#include "analysis/whole/whole_workers.hpp"
 
 namespace soda::analysis {
 
@@ -37,7 +38,7 @@ struct ContinuityResult {
   std::array<ContinuityTally, kContinuityKinds> tallies{};
   std::vector<ContinuityFailure> failures;  // by seed and kind
   double wall_s = 0.0;
-  bool out_of_time = false;
+  SearchEnd end;
 };
 
 // Throws UsageError, FileError.
@@ -45,7 +46,7 @@ ContinuityResult check_continuity(const ContinuityRequest& request);
 
 std::string continuity_text(const ContinuityResult& result);
 
-// Returns kExitOk, or kExitCheckFailed after listing what failed.
+// Lists what failed. Returns exit_code_of() (whole_workers.hpp).
 int continuity_command(const ContinuityRequest& request, std::ostream& out);
 
 }  // namespace soda::analysis

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "analysis/stop_signals.hpp"
 #include "analysis/whole/scene_parts.hpp"
 
 namespace soda::analysis {
@@ -38,6 +39,10 @@ std::string list_of(const std::vector<FileWarnings>& files) {
           .set("likely", quoted(warning.likely))
           .set("more", json_of(warning.more));
   return list_of(lines, [](const SceneObject& line) { return line.text(); });
+}
+
+std::string stop_json(const SearchEnd& end) {
+  return end.stopped != 0 ? quoted(name_of_stop(end.stopped)) : "null";
 }
 
 }  // namespace
@@ -115,7 +120,8 @@ std::string whole_json(const WholeResult& result) {
   for (std::size_t i = 0; i < kRunExecutors; ++i)
     scenes.set(name_of(static_cast<RunExecutor>(i)), json_of(sums.scenes[i]));
   json.set("trials", json_of(result.trials))
-      .set("out_of_time", json_of(result.out_of_time))
+      .set("out_of_time", json_of(result.end.out_of_time))
+      .set("ended_early", stop_json(result.end))
       .set("wall_s", json_of(result.wall_s))
       .set("scenes", scenes.text())
       .set("left_out", quoted(result.left_out))
@@ -160,7 +166,8 @@ std::string continuity_json(const ContinuityResult& result) {
         .set("worst_over_allowed", json_of(tally.worst));
     changes.set(name_of(static_cast<ContinuityKind>(i)), line.text());
   }
-  json.set("out_of_time", json_of(result.out_of_time))
+  json.set("out_of_time", json_of(result.end.out_of_time))
+      .set("ended_early", stop_json(result.end))
       .set("wall_s", json_of(result.wall_s))
       .set("changes", changes.text());
   json.set("failures", list_of(result.failures, [](const ContinuityFailure& failure) {

@@ -147,7 +147,7 @@ WholeResult fuzz_whole(const WholeRequest& request) {
     if (error) throw scenarios::FileError(request.folder + ": " + error.message());
   }
   const bool shows = isatty(STDERR_FILENO) == 1;
-  result.out_of_time = share_seeds(
+  result.end = share_seeds(
       seeds, {request.jobs, request.budget_s, request.most_failures},
       [&](std::uint64_t seed, const std::string& folder) {
         return try_seed(seed, folder, request, place, executors);
@@ -166,7 +166,7 @@ WholeResult fuzz_whole(const WholeRequest& request) {
 std::string whole_text(const WholeResult& result) {
   const WholeSums& sums = result.sums;
   std::string text = std::to_string(result.trials) + " scenes in " + format_number(result.wall_s) +
-                     " s" + (result.out_of_time ? " (out of time)" : "") + ":";
+                     " s" + text_of(result.end) + ":";
   for (std::size_t i = 0; i < kRunExecutors; ++i)
     text += std::string(i > 0 ? "," : "") + " " + std::to_string(sums.scenes[i]) + " " +
             name_of(static_cast<RunExecutor>(i));
@@ -186,13 +186,13 @@ std::string whole_text(const WholeResult& result) {
             failure.shrunk_what + "\nreproduce with\n  " + failure.command + "\n";
     if (failure.file.empty()) text += failure.text;
   }
-  return text + (result.failures.empty() ? "every run is the plain loop's\n" : "");
+  return text + (result.failures.empty() && result.trials > 0 ? "every run is the plain loop's\n" : "");
 }
 
 int whole_command(const WholeRequest& request, std::ostream& out) {
   const WholeResult result = fuzz_whole(request);
   out << (request.json ? whole_json(result) : whole_text(result));
-  return result.failures.empty() ? kExitOk : kExitCheckFailed;
+  return exit_code_of(result.end, !result.failures.empty());
 }
 
 }  // namespace soda::analysis

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "analysis/whole/whole_trial.hpp"
+#include "analysis/whole/whole_workers.hpp"
 
 namespace soda::analysis {
 
@@ -46,7 +47,7 @@ struct WholeResult {
   std::vector<SuspiciousScene> suspicious;  // by seed
   std::string left_out;                     // which executors, and why
   double wall_s = 0.0;
-  bool out_of_time = false;
+  SearchEnd end;
 };
 
 // Trials run in `jobs` processes. Progress goes to standard error where that is a terminal. Throws
@@ -55,7 +56,7 @@ WholeResult fuzz_whole(const WholeRequest& request);
 
 std::string whole_text(const WholeResult& result);
 
-// Returns kExitOk, or kExitCheckFailed after telling what failed.
+// Tells what failed, also of a search that a signal ended early. Returns exit_code_of().
 int whole_command(const WholeRequest& request, std::ostream& out);
 
 }  // namespace soda::analysis

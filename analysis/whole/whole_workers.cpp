@@ -17,6 +17,7 @@
 #include <span>
 
 #include "analysis/exit_codes.hpp"
+#include "analysis/stop_signals.hpp"
 #include "analysis/stopwatch.hpp"
 
 namespace soda::analysis {
@@ -27,6 +28,7 @@ struct Shared {
   std::atomic<std::uint64_t> next{0};
   std::atomic<std::uint64_t> failures{0};
   std::atomic<bool> out_of_time{false};
+  kernel::StopRequest stop{0};
 };
 
 struct Unmap {
@@ -133,17 +135,29 @@ void require_good_end(const std::vector<Worker>& workers) {
 
 }  // namespace
 
-bool share_seeds(
+std::string text_of(const SearchEnd& end) {
+  if (end.stopped != 0) return std::string(" (ended early by ") + name_of_stop(end.stopped) + ")";
+  return end.out_of_time ? " (out of time)" : "";
+}
+
+int exit_code_of(const SearchEnd& end, bool failed) {
+  if (failed) return kExitCheckFailed;
+  return end.stopped != 0 ? kExitSignal + static_cast<int>(end.stopped) : kExitOk;
+}
+
+SearchEnd share_seeds(
     const SeedRange& seeds, const WorkerLimits& limits,
     const std::function<SeedReport(std::uint64_t seed, const std::string& folder)>& work,
     const Take& take) {
   const Stopwatch stopwatch;
   const auto shared = make_shared_memory();
+  const StopOnSignals stop_on_signals(shared->stop);
   const auto do_work = [&](int pipe) {
     const Folder folder;
     for (;;) {
       const std::uint64_t offset = shared->next.fetch_add(1);
       if (offset > seeds.last - seeds.first || shared->failures >= limits.most_failures) return;
+      if (shared->stop != 0) return;
       if (limits.budget_s > 0.0 && stopwatch.elapsed().wall_s > limits.budget_s) {
         shared->out_of_time = true;
         return;
@@ -176,7 +190,7 @@ bool share_seeds(
   }
   collect(workers, take);
   require_good_end(workers);
-  return shared->out_of_time;
+  return {shared->out_of_time, shared->stop};
 }
 
 }  // namespace soda::analysis

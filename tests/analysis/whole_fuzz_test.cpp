@@ -1,10 +1,16 @@
 // `soda fuzz --whole` and `--continuity` through the binary: what a wrong program is told.
 #include <gtest/gtest.h>
+#include <signal.h>
+#include <unistd.h>
 
+#include <chrono>
+#include <csignal>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "analysis/child_process.hpp"
+#include "analysis/exit_codes.hpp"
 
 namespace soda::analysis {
 namespace {
@@ -62,6 +68,25 @@ TEST(WholeFuzz, ASeedsRunsAreThePlainLoops) {
   EXPECT_EQ(json["trials"], 4);
   EXPECT_GT(json["steps"], 0);
   EXPECT_EQ(result.exit_code, 0) << result.out << result.err;
+}
+
+// The program under test holds still, so that the signal finds the search at a seed.
+TEST(WholeFuzz, WhatIsKnownIsToldWhenASignalEndsTheSearch) {
+  const TemporaryFolder folder;
+  const std::string begun = folder.file("begun");
+  const ChildResult result = run_soda(
+      {"fuzz", "--whole", "--seeds", "1..1000000", "--executors", "sequential", "--program",
+       impostor(folder, "touch " + begun + "; sleep 0.5; exec $real \"$@\""), "--json"},
+      {[] { alarm(100); }, [&](int child) {
+         while (!std::filesystem::exists(begun))
+           std::this_thread::sleep_for(std::chrono::milliseconds(10));
+         kill(child, SIGINT);
+       }});
+  EXPECT_EQ(result.exit_code, kExitSignal + SIGINT) << result.out << result.err;
+  const Json json = Json::parse(result.out);
+  EXPECT_EQ(json["ended_early"], "SIGINT");
+  EXPECT_EQ(json["trials"], 1);
+  EXPECT_TRUE(json["failures"].empty()) << json;
 }
 
 TEST(ContinuityFuzz, WhatIsFarAwayOrUnusedChangesNoBit) {

@@ -135,13 +135,20 @@ main() {
     check
     return
   fi
+  local name
+  for name in "$@"; do
+    names | grep -qx -- "$name" && continue
+    case $name in -h | --help) ;; *) echo "no defect '$name'" >&2 ;; esac
+    sed -n '2,6s/^# //p' "$here/run.sh" >&2
+    return 2
+  done
   mkdir -p "$work"
   copy_sources
   here=$work/tests/mutation
   [ $# -eq 0 ] && set -- $(names)
   [ -f "$build/build.ninja" ] || (cd "$work" && cmake --preset release > /dev/null) || return
   check_baseline "$@" || return
-  local name missed=0
+  local missed=0
   for name in "$@"; do try "$name" || missed=$((missed + 1)); done
   echo "$(($# - missed)) of $# caught"
   [ $missed -eq 0 ]
