@@ -41,6 +41,7 @@ struct Parts {
   ShapeIndex& index;
   const MaterialIndex& materials;
   const DriveIndex& drives;
+  const GroupIndex& groups;
   std::vector<physics::BodyForces>& forces;
 };
 
@@ -67,6 +68,37 @@ Mat3 inverse_of_symmetric(const Mat3& m) {
   return inverse;
 }
 
+physics::CollisionFilter filter_of(const std::optional<std::string>& group,
+                                   const GroupIndex& groups) {
+  return group ? groups.find(*group)->second : physics::CollisionFilter{};
+}
+
+// Of the shape filled evenly, or those that the file gives. False, and a fault, if no body can have
+// these.
+bool set_inertia(const SolidSpec& spec, const PlacedShape& shape, BodyParams& params,
+                 FaultList& faults) {
+  Mat3& inertia = params.inertia_local_kg_m2;
+  const double density = params.mass_kg / shape.mass.volume_m3;
+  for (int i = 0; i < 9; ++i)
+    inertia.data()[i] = density * shape.mass.inertia_per_density_m5.data()[i];
+  if (spec.principal_inertia_kg_m2) {
+    const Vec3& moments = *spec.principal_inertia_kg_m2;
+    for (int i = 0; i < 3; ++i) {
+      if (moments[i] <= moments[(i + 1) % 3] + moments[(i + 2) % 3]) continue;
+      add_fault(
+          faults, *find_member(*spec.json, "principal_inertia_kg_m2"),
+          {"a moment of " + number_text(moments[i]) + " kg m^2 beside others of " +
+               number_text(moments[(i + 1) % 3]) + " and " + number_text(moments[(i + 2) % 3]),
+           "each at most the sum of the other two", ""});
+      return false;
+    }
+    inertia = Mat3::Zero();
+    for (int i = 0; i < 3; ++i) inertia(i, i) = moments[i];
+  }
+  params.inverse_inertia_local = inverse_of_symmetric(inertia);
+  return true;
+}
+
 // Where they stand in the scene; bodies alike that follow each other share them.
 std::uint32_t forces_of(const SolidSpec& spec, std::vector<physics::BodyForces>& forces) {
   const physics::BodyForces own{.force_newton = spec.force_newton,
@@ -91,8 +123,8 @@ std::optional<BodyParams> params_of(const SolidSpec& spec, const PlacedShape& sh
   params.drive = *drive;
   params.forces = forces_of(spec, parts.forces);
   params.material = *material;
-  const double volume_m3 = shape.mass.volume_m3;
-  params.mass_kg = spec.mass_kg ? *spec.mass_kg : *spec.density_kg_m3 * volume_m3;
+  params.filter = filter_of(spec.collision_group, parts.groups);
+  params.mass_kg = spec.mass_kg ? *spec.mass_kg : *spec.density_kg_m3 * shape.mass.volume_m3;
   if (!(params.mass_kg >= kMinMass_kg && params.mass_kg <= kMaxMass_kg)) {
     add_fault(
         faults, *find_member(*spec.json, "density_kg_m3"),
@@ -101,11 +133,7 @@ std::optional<BodyParams> params_of(const SolidSpec& spec, const PlacedShape& sh
          ""});
     return std::nullopt;
   }
-  const double density = params.mass_kg / volume_m3;
-  for (int i = 0; i < 9; ++i) {
-    params.inertia_local_kg_m2.data()[i] = density * shape.mass.inertia_per_density_m5.data()[i];
-  }
-  params.inverse_inertia_local = inverse_of_symmetric(params.inertia_local_kg_m2);
+  if (!set_inertia(spec, shape, params, faults)) return std::nullopt;
   return params;
 }
 
@@ -179,7 +207,8 @@ void build_static(const StaticSpec& spec, const std::string& folder, Parts parts
        .material = *material,
        .position_m = position,
        .orientation = orientation,
-       .surface_velocity_m_s = orientation._transformVector(spec.surface_velocity_m_s)});
+       .surface_velocity_m_s = orientation._transformVector(spec.surface_velocity_m_s),
+       .filter = filter_of(spec.collision_group, parts.groups)});
 }
 
 // Bodies by id: the index of each becomes its BodyId. Returns where they stand.
@@ -262,7 +291,8 @@ Scenario build_scenario(const DocumentSpec& document, const std::string& file,
   const MaterialIndex materials = index_materials(document.materials, faults);
   ShapeIndex index;
   const DriveIndex drives = index_drives(document, scenario.scene.drives, faults);
-  const Parts parts{scenario.scene.shapes, index, materials, drives, scenario.scene.forces};
+  const GroupIndex groups = index_groups(document, faults);
+  const Parts parts{scenario.scene.shapes, index, materials, drives, groups, scenario.scene.forces};
   Bodies bodies;
   for (const BodySpec& body : document.bodies) build_body(body, parts, bodies, faults);
   for (const GeneratorSpec& generator : document.generators) {

@@ -175,6 +175,36 @@ DriveIndex index_drives(const DocumentSpec& document, std::vector<physics::Drive
   return index;
 }
 
+GroupIndex index_groups(const DocumentSpec& document, FaultList& faults) {
+  constexpr std::size_t kMostGroups = 64;
+  GroupIndex index;
+  const auto enter = [&](const std::optional<std::string>& group, const JsonValue* user) {
+    if (!group || user == nullptr || index.contains(*group)) return;
+    const std::size_t bit = index.size();
+    if (bit == kMostGroups)
+      add_fault(faults, *find_member(*user, "collision_group"),
+                {"collision group number 65, \"" + *group + "\"", "at most 64 groups", ""});
+    index[*group].groups = bit < kMostGroups ? std::uint64_t{1} << bit : 0;
+  };
+  for (const BodySpec& body : document.bodies) enter(body.collision_group, body.json);
+  for (const GeneratorSpec& generator : document.generators)
+    std::visit([&](const auto& g) { enter(g.collision_group, g.json); }, generator);
+  for (const StaticSpec& spec : document.statics) enter(spec.collision_group, spec.json);
+  for (const IgnoredCollisionSpec& ignored : document.ignored_collisions) {
+    if (!ignored.sound) continue;
+    const auto group = index.find(ignored.group), with = index.find(ignored.with);
+    if (group == index.end())
+      add_unknown_name(ignored.group, "collision group", "group", names_in(index), *ignored.json,
+                       faults);
+    if (with == index.end())
+      add_unknown_name(ignored.with, "collision group", "with", names_in(index), *ignored.json,
+                       faults);
+    if (group != index.end() && with != index.end())
+      group->second.ignored_groups |= with->second.groups;
+  }
+  return index;
+}
+
 std::optional<std::uint32_t> find_body(const physics::SceneDescription& scene, std::int64_t label) {
   const auto place = std::lower_bound(scene.bodies.begin(), scene.bodies.end(), label,
                                       [](const physics::BodyParams& body, std::int64_t wanted) {

@@ -35,6 +35,11 @@ DriveIndex index_drives(const DocumentSpec& document, std::vector<physics::Drive
 std::optional<std::uint32_t> find_drive(const DriveIndex& drives, const SolidSpec& body,
                                         FaultList& faults);
 
+// The filter of each collision group that a body or a static is in, by name. A fault: more than 64
+// groups, or an ignored collision of a group that nothing is in.
+using GroupIndex = std::map<std::string_view, physics::CollisionFilter, std::less<>>;
+GroupIndex index_groups(const DocumentSpec& document, FaultList& faults);
+
 // The place of the body that the user knows by this id.
 std::optional<std::uint32_t> find_body(const physics::SceneDescription& scene, std::int64_t label);
 

@@ -78,12 +78,17 @@ struct DriveSpec : Located {
   double time_constant_s = 0.0, max_acceleration_m_s2 = 0.0;
 };
 
+struct IgnoredCollisionSpec : Located {
+  std::string group, with;
+};
+
 // What a body and the bodies of a generator have in common.
 struct SolidSpec : Located {
   SolidShapeSpec shape;
   std::optional<double> mass_kg, density_kg_m3;
+  std::optional<Vec3> principal_inertia_kg_m2;
   std::string material;
-  std::optional<std::string> drive;
+  std::optional<std::string> drive, collision_group;
   Vec3 force_newton = Vec3::Zero(), body_force_newton = Vec3::Zero(),
        torque_newton_m = Vec3::Zero();
   double linear_damping_1_s = 0.0, angular_damping_1_s = 0.0;
@@ -100,6 +105,7 @@ struct BodySpec : SolidSpec {
 
 struct StaticSpec : Located {
   std::string name;
+  std::optional<std::string> collision_group;
   StaticShapeSpec shape;
   std::string material;
   Vec3 position_m = Vec3::Zero();
@@ -290,6 +296,7 @@ struct DocumentSpec : Located {
   AccuracySpec accuracy;
   std::vector<MaterialSpec> materials;
   std::vector<DriveSpec> drives;
+  std::vector<IgnoredCollisionSpec> ignored_collisions;
   std::vector<BodySpec> bodies;
   std::vector<StaticSpec> statics;
   std::vector<GeneratorSpec> generators;

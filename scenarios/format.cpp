@@ -57,6 +57,19 @@ constexpr ObjectTable kDrive = object_table<DriveSpec>(
     "drive", "What pushes bodies towards a wanted velocity, in the plane orthogonal to gravity.",
     kDriveFields, &kDriveAlternatives);
 
+constexpr std::string_view kGroupDoc =
+    "Collision group, by a name of your own; ignored_collisions says which groups pass through "
+    "each other.";
+constexpr Field kIgnoredCollisionFields[] = {
+    field<IgnoredCollisionSpec, &IgnoredCollisionSpec::group>("group", kRequired, kLabel,
+                                                              "A group of bodies or statics."),
+    field<IgnoredCollisionSpec, &IgnoredCollisionSpec::with>(
+        "with", kRequired, kLabel, "Another, or the same: its members pass through each other."),
+};
+constexpr ObjectTable kIgnoredCollision = object_table<IgnoredCollisionSpec>(
+    "ignored collision", "Two collision groups whose members do not touch.",
+    kIgnoredCollisionFields);
+
 constexpr std::string_view kMassKeys[] = {"mass_kg"};
 constexpr std::string_view kDensityKeys[] = {"density_kg_m3"};
 constexpr Alternatives kMassAlternatives{kMassKeys, kDensityKeys};
@@ -64,14 +77,19 @@ constexpr Limits kPush{-1e15, 1e15};
 constexpr Limits kDamping{0.0, 1e6};
 
 template <class T>
-constexpr std::array<Field, 10> solid_fields() {
+constexpr std::array<Field, 12> solid_fields() {
   return {
       choice_field<T, &T::shape>("shape", kRequired, kNone, kSolidShape, "Shape."),
       field<T, &T::mass_kg>("mass_kg", kOptional, Limits{kMinMass_kg, kMaxMass_kg},
                             "Mass; or give density_kg_m3."),
       field<T, &T::density_kg_m3>("density_kg_m3", kOptional, Limits{1e-9, 1e9},
                                   "Density; or give mass_kg. The mass it makes must be allowed."),
+      field<T, &T::principal_inertia_kg_m2>(
+          "principal_inertia_kg_m2", kOptional, Limits{1e-15, 1e15},
+          "Moments of inertia about the axes of the body's frame, through its centre of mass; by "
+          "default those of its shape, filled evenly."),
       field<T, &T::material>("material", kRequired, kLabel, "Name of a material."),
+      field<T, &T::collision_group>("collision_group", kOptional, kLabel, kGroupDoc),
       field<T, &T::drive>("drive", kOptional, kLabel, "Name of a drive; none by default."),
       field<T, &T::force_newton>("force_newton", kOptional, kPush,
                                  "Constant force at the centre of mass, world frame."),
@@ -124,6 +142,8 @@ constexpr Field kStaticFields[] = {
     field<StaticSpec, &StaticSpec::name>("name", kRequired, kLabel, "Unique among the statics."),
     choice_field<StaticSpec, &StaticSpec::shape>("shape", kRequired, kNone, kStaticShape, "Shape."),
     field<StaticSpec, &StaticSpec::material>("material", kRequired, kLabel, "Name of a material."),
+    field<StaticSpec, &StaticSpec::collision_group>("collision_group", kOptional, kLabel,
+                                                    kGroupDoc),
     field<StaticSpec, &StaticSpec::position_m>("position_m", kOptional, kPosition,
                                                "Origin of the shape's frame."),
     choice_field<StaticSpec, &StaticSpec::orientation>(
@@ -139,7 +159,7 @@ constexpr ObjectTable kStatic =
 // Generators.
 
 template <class T>
-constexpr std::array<Field, 11> generator_fields() {
+constexpr std::array<Field, 13> generator_fields() {
   return concat(std::array{field<T, &T::first_id>("first_id", kRequired, kId,
                                                   "Id of the first body; the others count up.")},
                 solid_fields<T>());
@@ -191,7 +211,7 @@ constexpr ObjectTable kChain = object_table<ChainSpec>(
     "chain", "Bodies in a row, each touching the next.", kChainFields, &kMassAlternatives);
 
 template <class T>
-constexpr std::array<Field, 17> scatter_fields() {
+constexpr std::array<Field, 19> scatter_fields() {
   return concat(
       generator_fields<T>(),
       std::array{
@@ -274,6 +294,9 @@ constexpr Field kDocumentFields[] = {
                                                          kMaterial, "Surfaces."),
     object_field<DocumentSpec, &DocumentSpec::drives>("drives", kOptional, list_of(0, 10'000),
                                                       kDrive, "What pushes bodies."),
+    object_field<DocumentSpec, &DocumentSpec::ignored_collisions>(
+        "ignored_collisions", kOptional, list_of(0, 10'000), kIgnoredCollision,
+        "Which collision groups pass through each other; all others touch."),
     object_field<DocumentSpec, &DocumentSpec::bodies>("bodies", kOptional, list_of(0, kMaxBodies),
                                                       kBody, "Moving bodies, one by one."),
     object_field<DocumentSpec, &DocumentSpec::statics>("statics", kOptional, list_of(0, 100'000),

@@ -27,6 +27,12 @@ PairsInReach pairs_in_reach(const SceneDescription& scene, const Geometry& geome
     for (std::uint32_t j = i + 1; j < boxes.size(); ++j)
       if (overlap(boxes[i], boxes[j])) pairs.bodies.push_back({i, j});
   find_static_pairs(geometry, boxes, pairs.statics, counters);
+  std::erase_if(pairs.bodies, [&](const IndexPair& p) {
+    return !groups_touch(scene, ids[p.first], ids[p.second]);
+  });
+  std::erase_if(pairs.statics, [&](const IndexPair& p) {
+    return !groups_touch(scene, ids[p.first], static_id(p.second));
+  });
   return pairs;
 }
 

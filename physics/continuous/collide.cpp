@@ -1,8 +1,8 @@
+#include "physics/continuous/time_of_impact.hpp"
 #include "physics/model/contact_manifold.hpp"
 #include "physics/model/stage_counters.hpp"
-#include "physics/shapes/geometry.hpp"
 #include "physics/narrowphase/separation.hpp"
-#include "physics/continuous/time_of_impact.hpp"
+#include "physics/shapes/geometry.hpp"
 
 namespace soda::physics {
 namespace {
@@ -22,13 +22,9 @@ void collide_shapes(const SceneDescription& scene, const Geometry& geometry, dou
 void collide(const SceneDescription& scene, const Geometry& geometry, double dt_s, BodyId a,
              const BodyState& state_a, BodyId b, const BodyState* state_b,
              std::vector<ContactManifold>& out, StageCounters& counters) {
-  if (scene.joints.empty() || is_static(b)) {
-    collide_shapes(scene, geometry, dt_s, a, state_a, b, state_b, out, counters);
-    return;
-  }
   if (may_touch(scene, a, b))
     collide_shapes(scene, geometry, dt_s, a, state_a, b, state_b, out, counters);
-  append_joints(scene, a, b, out);
+  if (!scene.joints.empty() && !is_static(b)) append_joints(scene, a, b, out);
 }
 
 }  // namespace soda::physics

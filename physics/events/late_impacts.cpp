@@ -5,12 +5,12 @@
 #include <optional>
 #include <vector>
 
+#include "physics/continuous/time_of_impact.hpp"
+#include "physics/integrators/momentum.hpp"
+#include "physics/math/rigid_motion.hpp"
 #include "physics/model/contact_manifold.hpp"
 #include "physics/model/stage_counters.hpp"
 #include "physics/shapes/geometry_impl.hpp"
-#include "physics/integrators/momentum.hpp"
-#include "physics/math/rigid_motion.hpp"
-#include "physics/continuous/time_of_impact.hpp"
 
 namespace soda::physics {
 namespace {
@@ -71,7 +71,8 @@ void stop_at_unseen_statics(const SceneDescription& scene, const Geometry& geome
     std::optional<Impact> first;
     for (const IndexPair& pair : pairs) {
       const BodyId other = static_id(pair.second);
-      if (is_mesh(scene, other) || have_met(manifolds, ids[i], other)) continue;
+      if (is_mesh(scene, other) || !groups_touch(scene, ids[i], other)) continue;
+      if (have_met(manifolds, ids[i], other)) continue;
       const std::optional<Impact> impact =
           time_of_impact(scene, geometry, ids[i], start, other, nullptr, dt_s);
       ++counters.unseen_searches;
@@ -98,7 +99,8 @@ void stop_at_floors(const SceneDescription& scene, const Geometry& geometry,
                     std::span<const BodyId> ids, std::span<const BodyState> before,
                     std::span<BodyState> states, IslandReport& report) {
   constexpr double kLowest = 0.2;  // of the width
-  for (const FacePlane& floor : geometry.impl().floors) {
+  for (const std::uint32_t index : geometry.impl().floors) {
+    const FacePlane& floor = geometry.impl().statics[index].plane;
     const auto height_m = [&floor](const BodyState& state) {
       return floor.normal.dot(state.position_m) - floor.offset_m;
     };
@@ -107,6 +109,7 @@ void stop_at_floors(const SceneDescription& scene, const Geometry& geometry,
       const double now_m = height_m(state);
       const double enough_m = kLowest * shape_of(scene, geometry, ids[i]).min_extent_m;
       if (!(now_m < enough_m) || scene.bodies[index_of(ids[i])].joints > 0) continue;
+      if (!groups_touch(scene, ids[i], static_id(index))) continue;
       const double lift_m = std::min(height_m(before[i]), enough_m) - now_m;
       if (!(lift_m > 0.0)) continue;
       const BodyState sunk = state;

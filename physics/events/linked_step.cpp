@@ -5,17 +5,17 @@
 #include <optional>
 #include <utility>
 
+#include "physics/constraints/joint_rows.hpp"
+#include "physics/continuous/time_of_impact.hpp"
+#include "physics/forces/forces.hpp"
 #include "physics/integrators/advance_once.hpp"
+#include "physics/math/rigid_motion.hpp"
 #include "physics/model/contact_manifold.hpp"
+#include "physics/model/island_report.hpp"
 #include "physics/model/stage_counters.hpp"
 #include "physics/refinement/advance_resting.hpp"
-#include "physics/forces/forces.hpp"
-#include "physics/shapes/geometry_impl.hpp"
-#include "physics/model/island_report.hpp"
-#include "physics/constraints/joint_rows.hpp"
 #include "physics/refinement/refinement.hpp"
-#include "physics/math/rigid_motion.hpp"
-#include "physics/continuous/time_of_impact.hpp"
+#include "physics/shapes/geometry_impl.hpp"
 
 namespace soda::physics {
 namespace {
@@ -104,7 +104,9 @@ std::vector<Touching> pairs_in_reach(const LinkedIsland& island, std::span<const
     if (may_touch(island.scene, island.ids[p.first], island.ids[p.second]))
       pairs.push_back({island.ids[p.first], island.ids[p.second]});
   find_static_pairs(island.geometry, boxes, found, island.counters);
-  for (const IndexPair& p : found) pairs.push_back({island.ids[p.first], static_id(p.second)});
+  for (const IndexPair& p : found)
+    if (may_touch(island.scene, island.ids[p.first], static_id(p.second)))
+      pairs.push_back({island.ids[p.first], static_id(p.second)});
   return pairs;
 }
 

@@ -55,7 +55,9 @@ void append_joints(const SceneDescription& scene, BodyId a, BodyId b,
 }
 
 bool may_touch(const SceneDescription& scene, BodyId a, BodyId b) {
-  return std::ranges::all_of(joints_between(scene, a, b),
+  if (!groups_touch(scene, a, b)) return false;
+  return is_static(b) ||
+         std::ranges::all_of(joints_between(scene, a, b),
                              [&scene](std::uint32_t i) { return scene.joints[i].collides; });
 }
 

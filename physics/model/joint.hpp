@@ -64,8 +64,8 @@ std::uint32_t joint_of(const ContactManifold& manifold);  // index into SceneDes
 // Puts the joints into their order and counts those of each body.
 void order_joints(SceneDescription& scene);
 
-// Of two bodies, a < b, or of a body and the world: appends their joints; whether they can touch in
-// spite of them.
+// Of two bodies, a < b, or of a body and the world: appends their joints. Of two bodies, or of a
+// body and a static: whether neither a joint nor their groups keep them from touching.
 void append_joints(const SceneDescription& scene, BodyId a, BodyId b,
                    std::vector<ContactManifold>& out);
 bool may_touch(const SceneDescription& scene, BodyId a, BodyId b);

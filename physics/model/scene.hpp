@@ -80,6 +80,12 @@ struct BodyForces {
 inline constexpr std::uint32_t kNone = 0xffffffffu;
 inline constexpr std::uint32_t kNoDrive = kNone;
 
+// Groups of bodies and statics that pass through each other: a bit for each group. Two touch unless
+// one is in a group that the other ignores.
+struct CollisionFilter {
+  std::uint64_t groups = 0, ignored_groups = 0;
+};
+
 // A dynamic body's constants.
 struct BodyParams {
   std::uint32_t label = 0;         // the id by which the user knows the body; ascending with BodyId
@@ -87,6 +93,7 @@ struct BodyParams {
   std::uint32_t drive = kNoDrive;  // index into SceneDescription::drives
   std::uint32_t forces = kNone;    // index into SceneDescription::forces
   std::uint32_t joints = 0;        // that it has; see order_joints()
+  CollisionFilter filter;
   Material material;
   double mass_kg = 1.0;
   Mat3 inertia_local_kg_m2 = Mat3::Identity();  // about the centre of mass
@@ -103,6 +110,7 @@ struct StaticBody {
   // Velocity of the surface, as of a conveyor belt: friction drives what lies on it towards this.
   // Its part along a contact's normal has no effect.
   Vec3 surface_velocity_m_s = Vec3::Zero();
+  CollisionFilter filter;
 };
 
 enum class Broadphase { kGrid, kAllPairs };  // kAllPairs: the paper's Figure 8 experiment
@@ -140,6 +148,17 @@ struct SceneDescription {
 inline const Material& material_of(const SceneDescription& scene, BodyId id) {
   return is_static(id) ? scene.statics[static_index_of(id)].material
                        : scene.bodies[index_of(id)].material;
+}
+
+inline const CollisionFilter& filter_of(const SceneDescription& scene, BodyId id) {
+  return is_static(id) ? scene.statics[static_index_of(id)].filter
+                       : scene.bodies[index_of(id)].filter;
+}
+
+// Whether their groups let them touch; the world of joints has none.
+inline bool groups_touch(const SceneDescription& scene, BodyId a, BodyId b) {
+  const CollisionFilter &x = filter_of(scene, a), &y = filter_of(scene, b);
+  return (x.groups & y.ignored_groups) == 0 && (y.groups & x.ignored_groups) == 0;
 }
 
 // Whether anything but gravity acts on the body.

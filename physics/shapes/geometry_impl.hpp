@@ -41,8 +41,8 @@ struct JointEnd {
 struct GeometryImpl {
   std::vector<ShapeGeometry> shapes;
   std::vector<StaticGeometry> statics;
-  std::vector<FacePlane> floors;     // planes of those that are halfspaces
-  std::vector<JointEnd> joint_ends;  // of joints between bodies; ascending by body
+  std::vector<std::uint32_t> floors;  // those that are halfspaces
+  std::vector<JointEnd> joint_ends;   // of joints between bodies; ascending by body
   // By body: what a step asks of each, next to each other.
   std::vector<std::uint32_t> body_shapes;
   std::vector<bool> flies_simply;  // in flight: at a constant spin, under gravity alone

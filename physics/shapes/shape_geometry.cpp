@@ -10,10 +10,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/math/rigid_motion.hpp"
 #include "physics/model/stage_counters.hpp"
 #include "physics/shapes/geometry.hpp"
 #include "physics/shapes/geometry_impl.hpp"
-#include "physics/math/rigid_motion.hpp"
 
 namespace soda::physics {
 namespace {
@@ -113,7 +113,8 @@ std::shared_ptr<const GeometryImpl> build(const SceneDescription& scene) {
   for (const Shape& shape : scene.shapes) impl->shapes.push_back(make_geometry(shape));
   for (const StaticBody& body : scene.statics) {
     impl->statics.push_back(place(body, impl->shapes[body.shape]));
-    if (impl->statics.back().is_half_space) impl->floors.push_back(impl->statics.back().plane);
+    const auto index = static_cast<std::uint32_t>(impl->statics.size() - 1);
+    if (impl->statics.back().is_half_space) impl->floors.push_back(index);
   }
   for (const BodyParams& body : scene.bodies) {
     impl->body_shapes.push_back(body.shape);
