@@ -48,7 +48,7 @@ MeetingPairs::MeetingPairs(const SceneDescription& scene, const Geometry& geomet
   for (std::uint32_t i = 0; i < ids.size(); ++i) add_statics_of(i, counters);
 }
 
-void MeetingPairs::add(const MeetingPair& pair) {
+std::uint32_t MeetingPairs::add(const MeetingPair& pair) {
   const auto before = [this, &pair](std::uint32_t body) {
     return [this, body](std::uint32_t known, const MeetingPair& p) {
       const MeetingPair& k = pairs_[known];
@@ -62,7 +62,7 @@ void MeetingPairs::add(const MeetingPair& pair) {
   const auto place = at(pair.a);
   if (place != of_[pair.a].end() && pairs_[*place].fixed == pair.fixed &&
       pairs_[*place].other(pair.a) == pair.b)
-    return;
+    return *place;
   const auto index = static_cast<std::uint32_t>(pairs_.size());
   of_[pair.a].insert(place, index);
   if (!pair.fixed) {
@@ -70,6 +70,7 @@ void MeetingPairs::add(const MeetingPair& pair) {
     of_[pair.b].insert(of_other, index);
   }
   pairs_.push_back(pair);
+  return index;
 }
 
 void MeetingPairs::add_statics_of(std::uint32_t body, StageCounters& counters) {

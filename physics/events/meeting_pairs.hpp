@@ -35,8 +35,8 @@ class MeetingPairs {
   bool are_near(std::uint32_t pair) const;
   // The body is on another way; pairs that it comes to are the last ones then.
   void turn(std::uint32_t body, const BodyState& state, StageCounters& counters);
-  // A pair that is known to meet.
-  void add(const MeetingPair& pair);
+  // A pair that is known to meet; its number, old or new.
+  std::uint32_t add(const MeetingPair& pair);
 
  private:
   Aabb box_of(std::uint32_t body, const BodyState& state) const;
