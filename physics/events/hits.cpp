@@ -209,6 +209,7 @@ void HitRun::advance_set(const Bodies& set, double to_s, bool all) {
   for (const std::uint32_t body : set) {
     for (const std::uint32_t pair : pairs_.of(body)) {
       if (pairs_[pair].a != body) continue;
+      if (!pairs_[pair].fixed && !looks_[pair].held && !all) continue;  // of two sets
       const std::vector<ContactManifold>& found = looks_[pair].found;
       if (all)
         contacts.insert(contacts.end(), found.begin(), found.end());
