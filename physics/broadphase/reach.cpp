@@ -23,9 +23,7 @@ PairsInReach pairs_in_reach(const SceneDescription& scene, const Geometry& geome
     boxes.push_back(box);
   }
   PairsInReach pairs;
-  for (std::uint32_t i = 0; i < boxes.size(); ++i)
-    for (std::uint32_t j = i + 1; j < boxes.size(); ++j)
-      if (overlap(boxes[i], boxes[j])) pairs.bodies.push_back({i, j});
+  find_pairs(scene.broadphase, boxes, pairs.bodies, counters);
   find_static_pairs(geometry, boxes, pairs.statics, counters);
   std::erase_if(pairs.bodies, [&](const IndexPair& p) {
     return !groups_touch(scene, ids[p.first], ids[p.second]);

@@ -3,193 +3,41 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <vector>
 
-#include "physics/integrators/advance_once.hpp"
-#include "physics/refinement/advance_resting.hpp"
-#include "physics/solvers/direct_contacts.hpp"
-#include "physics/forces/forces.hpp"
-#include "physics/shapes/geometry_impl.hpp"
-#include "physics/broadphase/reach.hpp"
-#include "physics/refinement/refined_trials.hpp"
-#include "physics/refinement/refinement.hpp"
-#include "physics/math/rigid_motion.hpp"
+#include "physics/events/hit_contacts.hpp"
+#include "physics/events/meeting_pairs.hpp"
 #include "physics/events/strike.hpp"
-#include "physics/continuous/time_of_impact.hpp"
+#include "physics/forces/forces.hpp"
+#include "physics/integrators/advance_once.hpp"
+#include "physics/math/rigid_motion.hpp"
+#include "physics/refinement/advance_resting.hpp"
+#include "physics/refinement/refinement.hpp"
+#include "physics/shapes/geometry_impl.hpp"
+#include "physics/solvers/direct_contacts.hpp"
 
 namespace soda::physics {
 namespace {
 
-constexpr std::size_t kMostHitBodies = 8;
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
-// Of the width. A gap counts as none, and points hit together. A body that rests is tilted by what
-// its solver leaves: a face that comes to a face by less than that is meant to hit as one.
-constexpr double kTouching = 1e-9, kTogether = 1e-4;
-
-constexpr double kForeseenTurn_rad = 0.25;
-
-struct HitIsland {
-  const SceneDescription& scene;
-  const Geometry& geometry;
-  std::span<const BodyId> ids;
-
-  template <typename State>
-  State& state_of(BodyId id, std::span<State> states) const {
-    return states[static_cast<std::size_t>(std::lower_bound(ids.begin(), ids.end(), id) -
-                                           ids.begin())];
-  }
-  bool bounces(const ContactManifold& m) const {
-    return std::max(material_of(scene, m.a).restitution, material_of(scene, m.b).restitution) > 0.0;
-  }
-  double width_m(const ContactManifold& m) const {
-    const double a = shape_of(scene, geometry, m.a).min_extent_m;
-    return is_static(m.b) ? a : std::min(a, shape_of(scene, geometry, m.b).min_extent_m);
-  }
-  // The largest approach at a point of this pair that is no hit.
-  double slow_m_s(const ContactManifold& m) const {
-    constexpr double kSteps = 2.0;  // as of what can be smooth (refined_parts.cpp)
-    double slow = bounces(m) ? scene.solver.restitution_threshold_m_s : kNever;
-    if (scene.tolerance > 0.0)
-      slow = std::min(slow, kSteps * scene.gravity_m_s2.norm() * scene.dt_s +
-                                kTogether * width_m(m) / scene.dt_s);
-    return slow;
-  }
-  // How fast the surfaces come nearer at the point.
-  double approach_m_s(const ContactManifold& m, const ContactPoint& p,
-                      std::span<const BodyState> states) const {
-    const Vec3 of_a = velocity_at(state_of(m.a, states), p.position_m);
-    const Vec3 of_b =
-        is_static(m.b) ? Vec3(Vec3::Zero()) : velocity_at(state_of(m.b, states), p.position_m);
-    return (of_a - of_b).dot(m.normal);
-  }
-};
-
-// By how much what pushes a body besides gravity can change the velocity of any of its points.
-double pushed_m_s2(const HitIsland& island, BodyId id, const BodyState& state) {
-  const SceneDescription& scene = island.scene;
-  const BodyParams& body = scene.bodies[index_of(id)];
-  double most = body.drive == kNoDrive ? 0.0 : scene.drives[body.drive].max_acceleration_m_s2;
-  if (body.forces == kNone) return most;
-  const BodyForces& own = scene.forces[body.forces];
-  const double turned = body.inverse_inertia_local.norm() * own.torque_newton_m.norm() +
-                        own.angular_damping_1_s * state.angular_velocity_rad_s.norm();
-  most += (own.force_newton.norm() + own.body_force_newton.norm()) / body.mass_kg;
-  most += own.linear_damping_1_s * state.linear_velocity_m_s.norm();
-  return most + turned * shape_of(scene, island.geometry, id).bounding_radius_m;
+// How often a step may advance, strike or look at each body of an island, on average.
+std::size_t most_work(std::size_t bodies) {
+  constexpr std::size_t kFew = 8, kOfEach = 16, kLeast = 32;
+  const std::size_t few = std::min(bodies, kFew);
+  return kOfEach * (1 + few) * few + kLeast * bodies;
 }
-
-// How fast two bodies can come nearer along the normal, and how much faster that can get: by
-// gravity, pushes, and as much friction, of both.
-struct Nearing {
-  double centres_m_s = 0.0;   // but for their spin
-  double turning_m_s = 0.0;   // of the points that spin moves fastest, of both
-  double turning_m_s2 = 0.0;  // they go in circles
-  double pulled_m_s2 = 0.0;
-};
-
-Nearing nearing_of(const HitIsland& island, const ContactManifold& m,
-                   std::span<const BodyState> states) {
-  Nearing nearing{.pulled_m_s2 = 4.0 * island.scene.gravity_m_s2.norm()};
-  for (const BodyId id : {m.a, m.b}) {
-    if (is_static(id)) continue;
-    const BodyState& state = island.state_of(id, states);
-    const double speed = state.linear_velocity_m_s.dot(m.normal);
-    nearing.centres_m_s += id == m.a ? speed : -speed;
-    nearing.pulled_m_s2 += 2.0 * pushed_m_s2(island, id, state);
-    const CompiledShape& shape = shape_of(island.scene, island.geometry, id);
-    if (shape.kind == ShapeKind::kSphere) continue;
-    const double spin = state.angular_velocity_rad_s.norm();
-    nearing.turning_m_s += spin * shape.bounding_radius_m;
-    nearing.turning_m_s2 += spin * spin * shape.bounding_radius_m;
-  }
-  return nearing;
-}
-
-double time_over_s(double gap_m, double speed_m_s, double faster_m_s2) {
-  const double meeting = std::sqrt(speed_m_s * speed_m_s + 2.0 * faster_m_s2 * gap_m);
-  return 2.0 * gap_m / (speed_m_s + meeting);
-}
-
-// For how long nothing is hit: 0 if something is now. Two bodies are apart as long as there is a
-// gap along any direction: that along the normal closes at the speed of the centres, and as fast as
-// spins can move points that are not known yet. Where it is small, its own points close it.
-double clear_s(const HitIsland& island, std::span<const ContactManifold> contacts,
-               std::span<const BodyState> states) {
-  constexpr double kSmall = 0.01;  // of the width
-  double clear = kNever;
-  for (const ContactManifold& m : contacts) {
-    const double slow = island.slow_m_s(m);
-    if (is_joint(m) || slow == kNever) continue;
-    const Nearing nearing = nearing_of(island, m, states);
-    const double width = island.width_m(m);
-    for (std::uint32_t i = 0; i < m.count; ++i) {
-      const double approach = island.approach_m_s(m, m.points[i], states);
-      if (!(approach > slow)) continue;
-      const double gap = m.points[i].separation_m;
-      if (gap <= kTouching * width) return 0.0;
-      const double time =
-          gap > kSmall * width
-              ? time_over_s(gap, nearing.centres_m_s + nearing.turning_m_s, nearing.pulled_m_s2)
-              : time_over_s(gap, approach, nearing.pulled_m_s2 + nearing.turning_m_s2);
-      clear = std::min(clear, time);
-    }
-  }
-  return clear;
-}
-
-// For how long the points that are nearest tell of what comes near: until something has turned by a
-// quarter radian. After a hit, what spins may come round and hit again.
-double foreseen_s(const HitIsland& island, std::span<const ContactManifold> contacts,
-                  std::span<const BodyState> states) {
-  double foreseen = kNever;
-  for (const ContactManifold& m : contacts) {
-    if (is_joint(m) || island.slow_m_s(m) == kNever) continue;
-    for (const BodyId id : {m.a, m.b}) {
-      if (is_static(id) || shape_of(island.scene, island.geometry, id).kind == ShapeKind::kSphere)
-        continue;
-      const double spin = island.state_of(id, states).angular_velocity_rad_s.norm();
-      if (spin > 0.0) foreseen = std::min(foreseen, kForeseenTurn_rad / spin);
-    }
-  }
-  return foreseen;
-}
-
-// The contacts without points that come nearer for a hit: until then these have no part in it.
-// Solvers would slow them down before, as soon as they are within reach of one more of their steps;
-// and what they pressed with in the step before would have them held at the distance that they are
-// at (try_steps).
-std::vector<ContactManifold> without_hits(const HitIsland& island,
-                                          std::span<const ContactManifold> contacts,
-                                          std::span<BodyState> states) {
-  std::vector<ContactManifold> kept;
-  for (const ContactManifold& contact : contacts) {
-    const double slow = island.slow_m_s(contact);
-    ContactManifold m = contact;
-    m.count = 0;
-    for (std::uint32_t i = 0; i < contact.count; ++i) {
-      const ContactPoint& p = contact.points[i];
-      if (island.approach_m_s(m, p, states) > slow)
-        std::erase_if(island.state_of(m.a, states).impulses, [&](const ContactImpulse& impulse) {
-          return impulse.other == m.b && impulse.part == m.part && impulse.feature == p.feature;
-        });
-      else
-        m.points[m.count++] = p;
-    }
-    if (m.count > 0) kept.push_back(m);
-  }
-  return kept;
-}
-
-std::size_t most_parts(std::span<const BodyId> ids) { return 8 + 8 * ids.size(); }
 
 // Sweeps, which solve what bounces, do not get anywhere with a grain between a block that is that
 // much heavier and the floor: it whirls, and is thrown. Without rebounds it is held. And what
 // whirls so fast that no number of parts would show where it hits is not looked at.
 bool can_be_hit(const HitIsland& island, double dt_s, std::span<const BodyState> states) {
   constexpr double kMostRatio = 1e4;
-  if (island.ids.size() > kMostHitBodies) return false;
-  const double most_turn_rad = kForeseenTurn_rad * static_cast<double>(most_parts(island.ids));
+  constexpr double kMostTurn_rad = 2.0, kOfEach_rad = 2.0;
+  constexpr std::size_t kFew = 8;
+  const double most_turn_rad =
+      kMostTurn_rad + kOfEach_rad * static_cast<double>(std::min(island.ids.size(), kFew));
   for (std::size_t i = 0; i < states.size(); ++i) {
     if (!is_unjointed(island.scene.bodies[index_of(island.ids[i])])) return false;
     if (shape_of(island.scene, island.geometry, island.ids[i]).kind == ShapeKind::kSphere) continue;
@@ -198,63 +46,333 @@ bool can_be_hit(const HitIsland& island, double dt_s, std::span<const BodyState>
   return mass_ratio(island.scene, island.ids) <= kMostRatio;
 }
 
-// What is hit now, and what is held meanwhile: points that touch, with no gap left.
-std::vector<ContactManifold> touching_points(const HitIsland& island,
-                                             std::span<const ContactManifold> contacts,
-                                             std::span<const BodyState> states) {
-  std::vector<ContactManifold> touching;
-  for (const ContactManifold& contact : contacts) {
-    ContactManifold m = contact;
-    const double together = kTogether * island.width_m(m), slow = island.slow_m_s(m);
-    bool is_hit = false;
-    m.count = 0;
-    for (std::uint32_t i = 0; i < contact.count; ++i) {
-      ContactPoint p = contact.points[i];
-      if (p.separation_m > together) continue;
-      is_hit = is_hit || island.approach_m_s(m, p, states) > slow;
-      p.separation_m = std::min(p.separation_m, 0.0);
-      m.points[m.count++] = p;
-    }
-    if (m.count > 0 && (is_hit || is_static(m.b) || !island.bounces(m))) touching.push_back(m);
+// What solves take and give besides the states.
+struct Means {
+  IslandReport& report;
+  SolveScratch& scratch;
+  StageCounters& counters;
+  std::vector<AdvanceFault>& faults;
+};
+
+// An island on its way through a step. Its bodies are in sets that contacts hold together, each at
+// its own time. A set is advanced when a pair of it is to be looked at, which is before the pair
+// can hit; so all times are at most that of the pair that is next.
+class HitRun {
+ public:
+  HitRun(const HitIsland& island, double dt_s, std::span<const ContactManifold> manifolds,
+         std::span<BodyState> states, const Means& means);
+  // Whether there is work enough for the hits that are known to come.
+  bool is_affordable();
+  // Whether something came near enough to be looked at again.
+  bool run();
+
+ private:
+  struct Look {  // at a pair
+    std::vector<ContactManifold> found;
+    double time_s = -1.0;
+    bool held = false;  // the pair is in one set
+  };
+  using Bodies = std::vector<std::uint32_t>;
+
+  std::span<const BodyState> states() const { return states_; }
+  bool is_at(const MeetingPair& pair, double now_s) const {
+    return since_s_[pair.a] == now_s && (pair.fixed || since_s_[pair.b] == now_s);
   }
-  return touching;
+  BodyId other(const MeetingPair& pair) const {
+    return pair.fixed ? static_id(pair.b) : island_.ids[pair.b];
+  }
+  void expect(std::uint32_t pair, double ahead_s);
+  void look(std::uint32_t pair, double now_s);
+  Bodies set_of(std::uint32_t body, bool all);
+  void advance_set(const Bodies& set, double to_s, bool all);
+  void bring(std::uint32_t body, double to_s);
+  void look_after(const Bodies& set, std::span<const BodyState> before, double from_s,
+                  double now_s);
+  void turn(std::uint32_t body, double now_s);
+  Bodies struck_with(std::uint32_t pair, double now_s, std::vector<ContactManifold>& touching);
+  bool strike_at(std::uint32_t pair, double now_s);
+  void finish(double now_s);
+
+  HitIsland island_;
+  double dt_s_;
+  std::span<BodyState> states_;
+  Means means_;
+  MeetingPairs pairs_;
+  NextPair next_;
+  std::vector<Look> looks_;
+  std::vector<double> since_s_, errors_;
+  std::vector<char> taken_, struck_, taken_pairs_;  // scratch
+  std::size_t work_ = 0;
+};
+
+HitRun::HitRun(const HitIsland& island, double dt_s, std::span<const ContactManifold> manifolds,
+               std::span<BodyState> states, const Means& means)
+    : island_(island),
+      dt_s_(dt_s),
+      states_(states),
+      means_(means),
+      pairs_(island.scene, island.geometry, island.ids, states, means.counters),
+      since_s_(states.size(), 0.0),
+      errors_(states.size(), 0.0),
+      taken_(states.size(), 0),
+      struck_(states.size(), 0) {
+  const auto place = [&](BodyId id) {
+    return static_cast<std::uint32_t>(std::lower_bound(island.ids.begin(), island.ids.end(), id) -
+                                      island.ids.begin());
+  };
+  for (const ContactManifold& m : manifolds) {
+    const bool fixed = is_static(m.b);
+    const std::uint32_t pair =
+        pairs_.add({place(m.a), fixed ? static_index_of(m.b) : place(m.b), fixed});
+    looks_.resize(pairs_.size());
+    looks_[pair].found.push_back(m);
+  }
+  looks_.resize(pairs_.size());
+  for (std::uint32_t pair = 0; pair < looks_.size(); ++pair) {
+    Look& look = looks_[pair];
+    look.time_s = 0.0;
+    look.held = are_held(island_, look.found, states);
+    expect(pair, clear_s(island_, look.found, states));
+  }
 }
 
-// From hit to hit. `clear`: how long there is none.
-void advance_through(const HitIsland& island, double dt_s, double clear,
-                     std::span<const ContactManifold> manifolds, std::span<BodyState> states,
-                     IslandReport& report, SolveScratch& scratch, StageCounters& counters,
-                     std::vector<AdvanceFault>& faults) {
-  const auto& [scene, geometry, ids] = island;
+void HitRun::expect(std::uint32_t pair, double ahead_s) {
+  const MeetingPair& p = pairs_[pair];
+  const double now = since_s_[p.a];
+  const double time = std::max(now + ahead_s, ahead_s > 0.0 ? std::nextafter(now, kNever) : now);
+  next_.set(pairs_, pair, time < dt_s_ ? time : kNever);
+}
+
+bool HitRun::is_affordable() {
+  std::vector<std::size_t> sizes(states_.size(), 0);
+  const auto size_of = [&](std::uint32_t body) {
+    if (sizes[body] == 0) {
+      const Bodies set = set_of(body, false);
+      for (const std::uint32_t one : set) sizes[one] = set.size();
+    }
+    return sizes[body];
+  };
+  std::size_t work = 0;
+  for (std::uint32_t pair = 0; pair < pairs_.size(); ++pair) {
+    if (next_.time_s(pair) == kNever) continue;
+    work += size_of(pairs_[pair].a);
+    if (!pairs_[pair].fixed) work += size_of(pairs_[pair].b);
+  }
+  return work <= most_work(states_.size());
+}
+
+// Both are there now.
+void HitRun::look(std::uint32_t pair, double now_s) {
+  const MeetingPair& p = pairs_[pair];
+  looks_.resize(std::max(looks_.size(), pairs_.size()));
+  Look& look = looks_[pair];
+  look.found.clear();
+  look.time_s = now_s;
+  if (pairs_.are_near(pair)) {
+    collide(island_.scene, island_.geometry, dt_s_ - now_s, island_.ids[p.a], states_[p.a],
+            other(p), p.fixed ? nullptr : &states_[p.b], look.found, means_.counters);
+    ++means_.counters.hit_searches;
+  }
+  look.held = are_held(island_, look.found, states());
+  if (look.found.empty())
+    next_.set(pairs_, pair, kNever);
+  else
+    expect(pair, std::min(clear_s(island_, look.found, states()),
+                          foreseen_s(island_, look.found, states())));
+}
+
+// The bodies that contacts hold together with this one, ascending; `all`: those that hit as well.
+HitRun::Bodies HitRun::set_of(std::uint32_t body, bool all) {
+  Bodies set{body};
+  taken_[body] = 1;
+  for (std::size_t i = 0; i < set.size(); ++i) {
+    for (const std::uint32_t pair : pairs_.of(set[i])) {
+      const MeetingPair& p = pairs_[pair];
+      if (p.fixed) break;
+      const Look& look = looks_[pair];
+      const std::uint32_t next = p.other(set[i]);
+      if (taken_[next] || !(look.held || (all && !look.found.empty()))) continue;
+      taken_[next] = 1;
+      set.push_back(next);
+    }
+  }
+  for (const std::uint32_t one : set) taken_[one] = 0;
+  std::sort(set.begin(), set.end());
+  return set;
+}
+
+// `all`: with the points that hit.
+void HitRun::advance_set(const Bodies& set, double to_s, bool all) {
+  const auto& [scene, geometry, every] = island_;
+  const double from_s = since_s_[set.front()], time_s = to_s - from_s;
+  std::vector<ContactManifold> contacts;
+  for (const std::uint32_t body : set) {
+    for (const std::uint32_t pair : pairs_.of(body)) {
+      if (pairs_[pair].a != body) continue;
+      if (!pairs_[pair].fixed && !looks_[pair].held && !all) continue;  // of two sets
+      const std::vector<ContactManifold>& found = looks_[pair].found;
+      if (all)
+        contacts.insert(contacts.end(), found.begin(), found.end());
+      else
+        append_held(island_, found, states_, contacts);
+    }
+  }
+  std::vector<BodyId> ids;
+  std::vector<BodyState> now;
+  for (const std::uint32_t body : set) {
+    ids.push_back(every[body]);
+    now.push_back(states_[body]);
+  }
   // A step that short is off by less than what refinement is content with.
   constexpr double kShort = 0.01;
-  const auto advance = [&](double time_s, std::span<const ContactManifold> contacts) {
-    report.static_impulse_newton_s += push_impulses_newton_s(scene, time_s, ids, states);
+  means_.report.static_impulse_newton_s += push_impulses_newton_s(scene, time_s, ids, now);
+  if (contacts.empty()) {
+    for (std::size_t i = 0; i < ids.size(); ++i)
+      advance_free_body(scene, time_s, ids[i], now[i], means_.counters, means_.faults);
+  } else {
     const bool short_enough = !(scene.tolerance > 0.0) && time_s <= kShort * scene.dt_s;
-    const auto advance_part = short_enough ? advance_unrefined : advance_resting;
-    add_part(
-        advance_part(scene, geometry, time_s, ids, contacts, states, scratch, counters, faults),
-        report);
-  };
-  std::vector<ContactManifold> pairs, found(manifolds.begin(), manifolds.end());
-  if (clear < dt_s) pairs = pairs_to_look_at(scene, geometry, dt_s, ids, states, counters);
-  double left_s = dt_s;
-  for (std::size_t i = 0; i < most_parts(ids) && clear < left_s; ++i) {
-    if (clear > 0.0) {
-      advance(clear, without_hits(island, found, states));
-      left_s -= clear;
-    } else if (!strike(scene, ids, touching_points(island, found, states), states, report,
-                       counters)) {
-      break;
-    }
-    find_again(scene, geometry, left_s, ids, pairs, states, counters, found);
-    counters.hit_searches += pairs.size();
-    clear = std::min(clear_s(island, found, states), foreseen_s(island, found, states));
+    const auto advance = short_enough ? advance_unrefined : advance_resting;
+    IslandReport part = advance(scene, geometry, time_s, ids, contacts, now, means_.scratch,
+                                means_.counters, means_.faults);
+    for (const std::uint32_t body : set) errors_[body] += part.error_estimate;
+    part.error_estimate = 0.0;
+    add_part(part, means_.report);
   }
-  if (clear < left_s)
-    advance(left_s, found);
-  else
-    advance(left_s, without_hits(island, found, states));
+  work_ += set.size();
+  for (std::size_t i = 0; i < set.size(); ++i) {
+    std::swap(states_[set[i]], now[i]);
+    since_s_[set[i]] = to_s;
+  }
+  if (to_s < dt_s_) look_after(set, now, from_s, to_s);
+}
+
+// Pairs within the set are looked at again; and those with others that a body comes to because
+// something has changed its velocity as only hits do.
+void HitRun::look_after(const Bodies& set, std::span<const BodyState> before, double from_s,
+                        double now_s) {
+  const double pulled_m_s = 2.0 * island_.scene.gravity_m_s2.norm() * (now_s - from_s);
+  for (std::size_t i = 0; i < set.size(); ++i) {
+    const BodyId id = island_.ids[set[i]];
+    const BodyState& now = states_[set[i]];
+    const double radius_m = shape_of(island_.scene, island_.geometry, id).bounding_radius_m;
+    const double most_m_s =
+        pulled_m_s + 2.0 * pushed_m_s2(island_, id, before[i]) * (now_s - from_s);
+    const double change_m_s =
+        (now.linear_velocity_m_s - before[i].linear_velocity_m_s).norm() +
+        radius_m * (now.angular_velocity_rad_s - before[i].angular_velocity_rad_s).norm();
+    if (change_m_s > most_m_s) turn(set[i], now_s);
+  }
+  for (const std::uint32_t body : set)
+    for (const std::uint32_t pair : pairs_.of(body))
+      if (is_at(pairs_[pair], now_s) && looks_[pair].time_s != now_s) look(pair, now_s);
+}
+
+void HitRun::bring(std::uint32_t body, double to_s) {
+  if (since_s_[body] < to_s) advance_set(set_of(body, false), to_s, false);
+}
+
+// The body is on another way now: all that it can meet is to be looked at.
+void HitRun::turn(std::uint32_t body, double now_s) {
+  pairs_.turn(body, states_[body], means_.counters);
+  looks_.resize(std::max(looks_.size(), pairs_.size()));
+  for (const std::uint32_t pair : pairs_.of(body)) {
+    if (is_at(pairs_[pair], now_s))
+      looks_[pair].time_s = -1.0;
+    else
+      next_.set(pairs_, pair, pairs_.are_near(pair) ? now_s : kNever);
+  }
+}
+
+// The bodies that something touches, and holds, from this pair on; ascending.
+HitRun::Bodies HitRun::struck_with(std::uint32_t pair, double now_s,
+                                   std::vector<ContactManifold>& touching) {
+  Bodies struck{pairs_[pair].a};
+  taken_pairs_.assign(pairs_.size(), 0);
+  struck_[struck.front()] = 1;
+  for (std::size_t i = 0; i < struck.size(); ++i) {
+    const std::uint32_t body = struck[i];
+    const std::vector<std::uint32_t> of(pairs_.of(body).begin(), pairs_.of(body).end());
+    for (const std::uint32_t q : of) {
+      const MeetingPair p = pairs_[q];
+      taken_pairs_.resize(pairs_.size(), 0);
+      if (taken_pairs_[q]) continue;
+      if (!is_at(p, now_s)) {
+        if (next_.time_s(q) == kNever) continue;
+        bring(p.other(body), now_s);
+      }
+      if (looks_[q].time_s != now_s) look(q, now_s);
+      if (!append_touching(island_, looks_[q].found, states(), touching)) continue;
+      taken_pairs_[q] = 1;
+      if (p.fixed || struck_[p.other(body)]) continue;
+      struck_[p.other(body)] = 1;
+      struck.push_back(p.other(body));
+    }
+  }
+  for (const std::uint32_t body : struck) struck_[body] = 0;
+  std::sort(struck.begin(), struck.end());
+  std::sort(touching.begin(), touching.end(), canonical_before);
+  return struck;
+}
+
+bool HitRun::strike_at(std::uint32_t pair, double now_s) {
+  std::vector<ContactManifold> touching;
+  const Bodies struck = struck_with(pair, now_s, touching);
+  std::vector<BodyId> ids;
+  std::vector<BodyState> after;
+  for (const std::uint32_t body : struck) {
+    ids.push_back(island_.ids[body]);
+    after.push_back(states_[body]);
+  }
+  work_ += struck.size();
+  if (!strike(island_.scene, ids, touching, after, means_.report, means_.counters)) return false;
+  Bodies changed;
+  for (std::size_t i = 0; i < struck.size(); ++i) {
+    const BodyState& before = states_[struck[i]];
+    if (before.linear_velocity_m_s != after[i].linear_velocity_m_s ||
+        before.angular_velocity_rad_s != after[i].angular_velocity_rad_s)
+      changed.push_back(struck[i]);
+    states_[struck[i]] = std::move(after[i]);
+  }
+  for (const std::uint32_t body : changed) turn(body, now_s);
+  for (const std::uint32_t body : changed)
+    for (const std::uint32_t q : pairs_.of(body))
+      if (is_at(pairs_[q], now_s) && looks_[q].time_s != now_s) look(q, now_s);
+  return true;
+}
+
+// What is left of the step at this time is one step, with all that comes near in it: there is no
+// work left for hits.
+void HitRun::finish(double now_s) {
+  for (std::uint32_t body = 0; body < since_s_.size(); ++body) bring(body, now_s);
+  for (std::uint32_t pair = 0; pair < pairs_.size(); ++pair)
+    if (pairs_.are_near(pair) && looks_[pair].time_s != now_s) look(pair, now_s);
+  for (std::uint32_t body = 0; body < since_s_.size(); ++body)
+    if (since_s_[body] < dt_s_) advance_set(set_of(body, true), dt_s_, true);
+  means_.report.beyond_tolerance = island_.scene.tolerance > 0.0;
+}
+
+bool HitRun::run() {
+  const std::size_t most = most_work(states_.size());
+  const bool any = next_.first_s() < dt_s_;
+  bool enough = true;
+  while (enough && next_.first_s() < dt_s_) {
+    const double now = next_.first_s();
+    const std::uint32_t pair = next_.take_first();
+    const MeetingPair p = pairs_[pair];
+    bring(p.a, now);
+    if (!p.fixed) bring(p.b, now);
+    if (looks_[pair].time_s != now) look(pair, now);
+    ++work_;
+    const bool is_hit = clear_s(island_, looks_[pair].found, states()) == 0.0;
+    enough = (!is_hit || strike_at(pair, now)) && work_ < most;
+    if (!enough) finish(now);
+  }
+  for (std::uint32_t body = 0; body < since_s_.size(); ++body) bring(body, dt_s_);
+  IslandReport& report = means_.report;
+  const auto worst = std::max_element(errors_.begin(), errors_.end());
+  report.error_estimate = *worst;
+  report.worst_body = island_.ids[static_cast<std::size_t>(worst - errors_.begin())];
+  return any;
 }
 
 }  // namespace
@@ -281,16 +399,14 @@ std::optional<AmongHits> advance_among_hits(const SceneDescription& scene, const
                                             StageCounters& counters,
                                             std::vector<AdvanceFault>& faults) {
   const HitIsland island{scene, geometry, ids};
-  const double clear =
-      can_be_hit(island, dt_s, states) ? clear_s(island, manifolds, states) : kNever;
-  if (clear == kNever) return {};
+  if (clear_s(island, manifolds, states) == kNever || !can_be_hit(island, dt_s, states)) return {};
   AmongHits result;
-  result.hit = clear < dt_s;
-  result.report.label = ids.front();
-  result.report.bodies = static_cast<std::uint32_t>(ids.size());
+  result.report = report_of(ids, manifolds);
+  HitRun hits(island, dt_s, manifolds, states, {result.report, scratch, counters, faults});
+  if (!hits.is_affordable()) return {};
   // Measures know what pushes give in a step from its start on; parts start elsewhere.
   result.report.static_impulse_newton_s = -push_impulses_newton_s(scene, dt_s, ids, states);
-  advance_through(island, dt_s, clear, manifolds, states, result.report, scratch, counters, faults);
+  result.hit = hits.run();
   if (scene.tolerance > 0.0 && result.report.error_estimate > scene.tolerance)
     result.report.beyond_tolerance = true;
   return result;

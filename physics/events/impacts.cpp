@@ -3,14 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <utility>
 
-#include "physics/forces/forces.hpp"
-#include "physics/broadphase/reach.hpp"
-#include "physics/math/rigid_motion.hpp"
-#include "physics/events/strike.hpp"
 #include "physics/continuous/time_of_impact.hpp"
+#include "physics/events/meeting_pairs.hpp"
+#include "physics/events/strike.hpp"
+#include "physics/forces/forces.hpp"
+#include "physics/math/rigid_motion.hpp"
 #include "physics/model/contact_manifold.hpp"
 #include "physics/model/stage_counters.hpp"
 #include "physics/shapes/geometry.hpp"
@@ -18,7 +19,7 @@
 namespace soda::physics {
 namespace {
 
-constexpr std::size_t kMostStruckBodies = 64;
+constexpr double kNever = std::numeric_limits<double>::infinity();
 
 // At a point that neither bounces nor leaves, gravity presses a body on a static, or two overlap.
 bool rests(const SceneDescription& scene, const ContactManifold& m, const BodyState& a,
@@ -58,7 +59,6 @@ Need flights_needed(const SceneDescription& scene) {
 bool is_in_flight(const SceneDescription& scene, const Geometry& geometry,
                   std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
                   std::span<const BodyState> states) {
-  if (ids.size() > kMostStruckBodies) return false;
   for (const BodyId id : ids)
     if (!can_fly(scene.bodies[index_of(id)])) return false;
   const auto state_of = [&](BodyId id) {
@@ -79,15 +79,6 @@ bool is_in_flight(const SceneDescription& scene, const Geometry& geometry,
 
 namespace {
 
-// Two bodies of the island, or one and a static, that may meet.
-struct FlyingPair {
-  std::uint32_t a = 0, b = 0;  // b: of a static its index, when `fixed`
-  bool fixed = false;
-  std::optional<Impact> next;  // in the island's time
-
-  bool has(std::uint32_t body) const { return a == body || (!fixed && b == body); }
-};
-
 struct Flyers {
   const SceneDescription& scene;
   const Geometry& geometry;
@@ -95,43 +86,50 @@ struct Flyers {
   std::span<const BodyId> ids;
   std::vector<BodyState> states;  // each as of its own time
   std::vector<double> since_s;
-  std::vector<FlyingPair> pairs;
+  MeetingPairs pairs;
+  NextPair next;
+  std::vector<bool> lasts;  // by pair, of what is next
 
   BodyState at(std::uint32_t body, double time_s) const {
     const double passed = time_s - since_s[body];
     return passed > 0.0 ? flown(scene, ids[body], states[body], passed) : states[body];
   }
-  BodyId other(const FlyingPair& pair) const {
+  BodyId other(const MeetingPair& pair) const {
     return pair.fixed ? static_id(pair.b) : ids[pair.b];
   }
 };
 
-// False if a mesh is near.
-bool find_flying_pairs(Flyers& flyers, StageCounters& counters) {
-  const PairsInReach found = pairs_in_reach(flyers.scene, flyers.geometry, flyers.dt_s, flyers.ids,
-                                            flyers.states, counters);
-  for (const IndexPair& pair : found.bodies)
-    flyers.pairs.push_back({pair.first, pair.second, false, {}});
-  for (const IndexPair& pair : found.statics) {
-    if (is_mesh(flyers.scene, static_id(pair.second))) return false;
-    flyers.pairs.push_back({pair.first, pair.second, true, {}});
+bool is_mesh_among(const Flyers& flyers, std::size_t from) {
+  for (std::size_t i = from; i < flyers.pairs.size(); ++i) {
+    const MeetingPair& pair = flyers.pairs[static_cast<std::uint32_t>(i)];
+    if (pair.fixed && is_mesh(flyers.scene, static_id(pair.b))) return true;
   }
-  return true;
+  return false;
 }
 
-void look_ahead(const Flyers& flyers, FlyingPair& pair, StageCounters& counters) {
+void expect(Flyers& flyers, std::uint32_t pair, const std::optional<Impact>& impact) {
+  flyers.lasts.resize(std::max(flyers.lasts.size(), flyers.pairs.size()));
+  flyers.lasts[pair] = impact && impact->lasts;
+  flyers.next.set(flyers.pairs, pair, impact ? impact->time_s : kNever);
+}
+
+void look_ahead(Flyers& flyers, std::uint32_t number, StageCounters& counters) {
+  if (!flyers.pairs.are_near(number)) return expect(flyers, number, {});
+  const MeetingPair pair = flyers.pairs[number];
   const double begin = pair.fixed ? flyers.since_s[pair.a]
                                   : std::max(flyers.since_s[pair.a], flyers.since_s[pair.b]);
   const BodyState a = flyers.at(pair.a, begin);
   const BodyState b = pair.fixed ? BodyState{} : flyers.at(pair.b, begin);
-  pair.next = time_of_impact(flyers.scene, flyers.geometry, flyers.ids[pair.a], a,
-                             flyers.other(pair), pair.fixed ? nullptr : &b, flyers.dt_s - begin);
-  if (pair.next) pair.next->time_s += begin;
+  std::optional<Impact> impact =
+      time_of_impact(flyers.scene, flyers.geometry, flyers.ids[pair.a], a, flyers.other(pair),
+                     pair.fixed ? nullptr : &b, flyers.dt_s - begin);
+  if (impact) impact->time_s += begin;
+  expect(flyers, number, impact);
   ++counters.flight_searches;
 }
 
 // The points at which the pair touches now, with no gap left.
-std::vector<ContactManifold> touching_points(const Flyers& flyers, const FlyingPair& pair,
+std::vector<ContactManifold> touching_points(const Flyers& flyers, const MeetingPair& pair,
                                              const BodyState& a, const BodyState* b,
                                              StageCounters& counters) {
   std::vector<ContactManifold> found;
@@ -159,7 +157,7 @@ std::vector<ContactManifold> touching_points(const Flyers& flyers, const FlyingP
 }
 
 // Changes the velocities of the pair at `time_s`. False if nothing changed.
-bool strike_pair(Flyers& flyers, const FlyingPair& pair, double time_s, IslandReport& report,
+bool strike_pair(Flyers& flyers, const MeetingPair& pair, double time_s, IslandReport& report,
                  StageCounters& counters) {
   std::vector<BodyId> ids{flyers.ids[pair.a]};
   std::vector<BodyState> states{flyers.at(pair.a, time_s)};
@@ -179,43 +177,52 @@ bool strike_pair(Flyers& flyers, const FlyingPair& pair, double time_s, IslandRe
   return changed;
 }
 
-// The pair that is next, the first of equals.
-const FlyingPair* next_of(const std::vector<FlyingPair>& pairs) {
-  const FlyingPair* first = nullptr;
-  for (const FlyingPair& pair : pairs)
-    if (pair.next && (!first || pair.next->time_s < first->next->time_s)) first = &pair;
-  return first;
-}
-
 // From the beginning, of which the contacts may know already.
-void look_at_first(const Flyers& flyers, std::span<const ContactManifold> manifolds,
-                   FlyingPair& pair, StageCounters& counters) {
+void look_at_first(Flyers& flyers, std::span<const ContactManifold> manifolds, std::uint32_t number,
+                   StageCounters& counters) {
+  const MeetingPair& pair = flyers.pairs[number];
   ContactManifold of_pair;
   of_pair.a = flyers.ids[pair.a];
   of_pair.b = flyers.other(pair);
   const auto known =
       std::lower_bound(manifolds.begin(), manifolds.end(), of_pair, canonical_before);
   if (known != manifolds.end() && !canonical_before(of_pair, *known) && known->impact_s > 0.0)
-    pair.next = Impact{known->impact_s, false};
+    expect(flyers, number, Impact{known->impact_s, false});
   else
-    look_ahead(flyers, pair, counters);
+    look_ahead(flyers, number, counters);
+}
+
+// The two are on other ways now. False if one comes to a mesh.
+bool turn(Flyers& flyers, const MeetingPair& struck, StageCounters& counters) {
+  const std::size_t known = flyers.pairs.size();
+  for (const std::uint32_t body : {struck.a, struck.b})
+    if (body == struck.a || !struck.fixed) flyers.pairs.turn(body, flyers.states[body], counters);
+  if (is_mesh_among(flyers, known)) return false;
+  for (const std::uint32_t pair : flyers.pairs.of(struck.a)) look_ahead(flyers, pair, counters);
+  if (struck.fixed) return true;
+  for (const std::uint32_t pair : flyers.pairs.of(struck.b))
+    if (flyers.pairs[pair].fixed || flyers.pairs[pair].other(struck.b) != struck.a)
+      look_ahead(flyers, pair, counters);
+  return true;
 }
 
 // Through impacts until dt_s, or until something lasts.
 double fly(std::span<const ContactManifold> manifolds, Flyers& flyers, IslandReport& report,
            StageCounters& counters) {
   const std::size_t most_impacts = 60 + 10 * flyers.ids.size();
-  for (FlyingPair& pair : flyers.pairs) look_at_first(flyers, manifolds, pair, counters);
+  for (std::uint32_t pair = 0; pair < flyers.pairs.size(); ++pair)
+    look_at_first(flyers, manifolds, pair, counters);
   for (std::size_t impacts = 0;; ++impacts) {
-    const FlyingPair* const next = next_of(flyers.pairs);
-    if (next == nullptr) return flyers.dt_s;
-    const double now = next->next->time_s;
-    if (next->next->lasts || impacts == most_impacts) return now;
-    const FlyingPair struck = *next;
-    if (!strike_pair(flyers, struck, now, report, counters)) return now;
-    for (FlyingPair& pair : flyers.pairs)
-      if (pair.has(struck.a) || (!struck.fixed && pair.has(struck.b)))
-        look_ahead(flyers, pair, counters);
+    const double now = flyers.next.first_s();
+    if (now == kNever) return flyers.dt_s;
+    if (impacts == most_impacts) {
+      report.beyond_tolerance = flyers.scene.tolerance > 0.0;
+      return now;
+    }
+    const std::uint32_t number = flyers.next.take_first();
+    const MeetingPair struck = flyers.pairs[number];
+    if (flyers.lasts[number] || !strike_pair(flyers, struck, now, report, counters)) return now;
+    if (!turn(flyers, struck, counters)) return now;
   }
 }
 
@@ -232,8 +239,10 @@ double fly_through_impacts(const SceneDescription& scene, const Geometry& geomet
                 ids,
                 {states.begin(), states.end()},
                 std::vector<double>(ids.size(), 0.0),
+                MeetingPairs(scene, geometry, ids, states, counters),
+                {},
                 {}};
-  if (!find_flying_pairs(flyers, counters)) return 0.0;
+  if (is_mesh_among(flyers, 0)) return 0.0;
   IslandReport flight = report;
   const double reached = fly(manifolds, flyers, flight, counters);
   if (!(reached > 0.0)) return 0.0;

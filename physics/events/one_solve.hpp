@@ -12,7 +12,8 @@
 namespace soda::physics {
 
 // Whether the whole step of an island that is giant is one such solve over the scene's dt_s, not
-// accurate: nothing flies through impacts, and nothing is refined.
+// accurate: nothing flies through impacts, nothing is refined, and it does not fall apart into
+// islands that are none (advance_apart.hpp).
 bool is_one_solve(const SceneDescription& scene, const Geometry& geometry,
                   std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
                   std::span<const BodyState> states);

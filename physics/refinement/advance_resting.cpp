@@ -2,13 +2,14 @@
 
 #include <algorithm>
 
+#include "physics/constraints/springs.hpp"
 #include "physics/integrators/advance_once.hpp"
-#include "physics/solvers/island_motion.hpp"
 #include "physics/integrators/joint_motion.hpp"
 #include "physics/integrators/linkage.hpp"
-#include "physics/refinement/refinement.hpp"
 #include "physics/measures/refinement_error.hpp"
-#include "physics/constraints/springs.hpp"
+#include "physics/refinement/advance_apart.hpp"
+#include "physics/refinement/refinement.hpp"
+#include "physics/solvers/island_motion.hpp"
 
 namespace soda::physics {
 namespace {
@@ -47,6 +48,55 @@ bool advance_within_tolerance(const SceneDescription& scene, const Geometry& geo
   return true;
 }
 
+// One set of bodies that nothing divides.
+IslandReport advance_together(const SceneDescription& scene, const Geometry& geometry, double dt_s,
+                              std::span<const BodyId> ids,
+                              std::span<const ContactManifold> manifolds,
+                              std::span<BodyState> states, SolveScratch& scratch,
+                              StageCounters& counters, std::vector<AdvanceFault>& faults) {
+  const auto advance =
+      is_refined(scene, geometry, ids, manifolds) ? advance_refined : advance_unrefined;
+  return advance(scene, geometry, dt_s, ids, manifolds, states, scratch, counters, faults);
+}
+
+// Islands that nothing holds together, each for itself. False, and nothing changed, if they do not
+// stay apart, or something goes wrong.
+bool advance_apart(const SceneDescription& scene, const Geometry& geometry, double dt_s,
+                   std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
+                   std::span<BodyState> states, IslandReport& report, SolveScratch& scratch,
+                   StageCounters& counters) {
+  std::vector<ContactManifold> kept;
+  const Islands islands = islands_apart(scene, geometry, dt_s, ids, manifolds, states, kept);
+  if (islands.count() + islands.free_bodies.size() < 2) return false;
+  report = report_of(ids, manifolds);
+  std::vector<BodyState> after(states.begin(), states.end());
+  std::vector<AdvanceFault> faults;
+  for (const std::uint32_t body : islands.free_bodies)
+    advance_free_body(scene, dt_s, ids[body], after[body], counters, faults);
+  for (std::size_t i = 0; i < islands.count(); ++i) {
+    std::vector<BodyId> own_ids;
+    std::vector<BodyState> own;
+    std::vector<ContactManifold> contacts;
+    const auto begin = islands.bodies.begin();
+    const std::vector<std::uint32_t> bodies(begin + islands.body_begin[i],
+                                            begin + islands.body_begin[i + 1]);
+    for (const std::uint32_t body : bodies) {
+      own_ids.push_back(ids[body]);
+      own.push_back(std::move(after[body]));
+    }
+    for (std::uint32_t m = islands.manifold_begin[i]; m < islands.manifold_begin[i + 1]; ++m)
+      contacts.push_back(kept[islands.manifolds[m]]);
+    add_part(
+        advance_together(scene, geometry, dt_s, own_ids, contacts, own, scratch, counters, faults),
+        report);
+    for (std::size_t j = 0; j < bodies.size(); ++j) after[bodies[j]] = std::move(own[j]);
+  }
+  if (!faults.empty() || !stayed_apart(scene, geometry, ids, manifolds, islands, states, after))
+    return false;
+  std::move(after.begin(), after.end(), states.begin());
+  return true;
+}
+
 }  // namespace
 
 IslandReport advance_resting(const SceneDescription& scene, const Geometry& geometry, double dt_s,
@@ -59,11 +109,9 @@ IslandReport advance_resting(const SceneDescription& scene, const Geometry& geom
   if (advance_within_tolerance(scene, geometry, dt_s, ids, manifolds, states, report, counters,
                                faults))
     return report;
-  return is_refined(scene, geometry, ids, manifolds)
-             ? advance_refined(scene, geometry, dt_s, ids, manifolds, states, scratch, counters,
-                               faults)
-             : advance_unrefined(scene, geometry, dt_s, ids, manifolds, states, scratch, counters,
-                                 faults);
+  if (advance_apart(scene, geometry, dt_s, ids, manifolds, states, report, scratch, counters))
+    return report;
+  return advance_together(scene, geometry, dt_s, ids, manifolds, states, scratch, counters, faults);
 }
 
 }  // namespace soda::physics

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "physics/forces/forces.hpp"
 #include "physics/refinement/reversals.hpp"
 #include "physics/integrators/spring_kicks.hpp"
 
@@ -27,7 +28,16 @@ double friction_of_lone(const RefinedIsland& island) {
   return std::sqrt(material_of(island.scene, island.ids.front()).friction * most);
 }
 
-// Whether points change their velocities as gravity could make them do. What changes faster is hit,
+// What drives and forces of its own give a body.
+double pushed_m_s_of(const RefinedIsland& island, double time_s, std::size_t body,
+                     const BodyState& from) {
+  const BodyParams& params = island.scene.bodies[index_of(island.ids[body])];
+  if (!is_pushed(params)) return 0.0;
+  return push_impulse_newton_s(island.scene, time_s, island.ids[body], from).norm() /
+         params.mass_kg;
+}
+
+// Whether points change their velocities as gravity and pushes could make them do. What changes faster is hit,
 // and has no limit. Friction turns what it stops: by 3.5 times itself in a sphere.
 bool can_be_smooth(const RefinedIsland& island, double time_s, std::span<const BodyState> from,
                    std::span<const BodyState> to) {
@@ -42,7 +52,8 @@ bool can_be_smooth(const RefinedIsland& island, double time_s, std::span<const B
     const Vec3 linear = to[i].linear_velocity_m_s - from[i].linear_velocity_m_s;
     const Vec3 angular = to[i].angular_velocity_rad_s - from[i].angular_velocity_rad_s;
     const double change_m_s = linear.norm() + island.sizes.bodies[i].radius_m * angular.norm();
-    if (!(change_m_s <= most_m_s + (kicked_m_s.empty() ? 0.0 : kicked_m_s[i]))) return false;
+    const double pushed_m_s = kMost * pushed_m_s_of(island, time_s, i, from[i]);
+    if (!(change_m_s <= most_m_s + pushed_m_s + (kicked_m_s.empty() ? 0.0 : kicked_m_s[i]))) return false;
   }
   return true;
 }

@@ -37,9 +37,15 @@ void join_parts(std::vector<Part>& parts) {
   parts = {whole};
 }
 
-bool has_pushed(const SceneDescription& scene, std::span<const BodyId> ids) {
-  return std::ranges::any_of(ids,
-                             [&scene](BodyId id) { return is_pushed(scene.bodies[index_of(id)]); });
+// Bodies that no joint but springs holds.
+std::size_t unheld_bodies(const SceneDescription& scene) {
+  std::vector<bool> held(scene.bodies.size(), false);
+  for (const Joint& joint : scene.joints) {
+    if (joint.kind == JointKind::kSpring) continue;
+    held[index_of(joint.a)] = true;
+    if (!is_static(joint.b)) held[index_of(joint.b)] = true;
+  }
+  return static_cast<std::size_t>(std::ranges::count(held, false));
 }
 
 // Whether trials have a limit that a plain step is not near already: contacts without joints but
@@ -80,17 +86,17 @@ Need refinement_needed(const SceneDescription& scene) {
     return contacts || joint_rows_needed(scene) ? Need{true, "islands are advanced to a tolerance"}
                                                 : contacts;
   if (!contacts) return contacts;
-  const std::size_t loose = loose_bodies(scene);
-  if (loose == 0) return {false, "every body is driven, pushed or held by a joint"};
-  return need_of(can_meet(loose, scene.statics.size()), "few bodies can slide or roll",
-                 "one body alone is not driven, pushed or held by a joint");
+  const std::size_t unheld = unheld_bodies(scene);
+  if (unheld == 0) return {false, "every body is held by a joint"};
+  return need_of(can_meet(unheld, scene.statics.size()), "few bodies can slide or roll",
+                 "one body alone is not held by a joint");
 }
 
 bool is_refined(const SceneDescription& scene, const Geometry& geometry,
                 std::span<const BodyId> ids, std::span<const ContactManifold> manifolds) {
   if (!(scene.tolerance > 0.0)) {
     if (ids.size() > kFewBodies) return false;
-    if (has_pushed(scene, ids) || !is_of_first_order(scene, ids, manifolds)) return false;
+    if (!is_of_first_order(scene, ids, manifolds)) return false;
   }
   for (const ContactManifold& m : manifolds) {
     const std::uint32_t shape = scene.bodies[index_of(m.a)].shape;

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "physics/solvers/island_motion.hpp"
+#include "physics/solvers/contact_solver.hpp"
 #include "tests/physics/scenes.hpp"
 
 namespace soda::physics {

@@ -1,0 +1,90 @@
+#include "physics/refinement/advance_apart.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "physics/constraints/contact_rows.hpp"
+#include "physics/math/rigid_motion.hpp"
+#include "physics/model/joint.hpp"
+#include "physics/refinement/refined_trials.hpp"
+#include "physics/shapes/geometry_impl.hpp"
+
+namespace soda::physics {
+namespace {
+
+// Of the width. A gap that closes by less stays as it is; what overlaps more is pushed apart.
+constexpr double kClosed = 1e-9, kStayed = 1e-8, kOverlap = 0.5 * kSlop;
+
+std::size_t place_in(std::span<const BodyId> ids, BodyId id) {
+  return static_cast<std::size_t>(std::lower_bound(ids.begin(), ids.end(), id) - ids.begin());
+}
+
+double width_m(const SceneDescription& scene, const Geometry& geometry, const ContactManifold& m) {
+  return std::min(shape_of(scene, geometry, m.a).min_extent_m,
+                  shape_of(scene, geometry, m.b).min_extent_m);
+}
+
+// Whether contacts of two bodies hold something. Gravity pulls both alike, but one may be held.
+bool holds(const SceneDescription& scene, double dt_s, const ContactManifold& m, double width,
+           const BodyState& a, const BodyState& b) {
+  const double pulled_m = std::abs(scene.gravity_m_s2.dot(m.normal)) * dt_s * dt_s;
+  for (std::uint32_t i = 0; i < m.count; ++i) {
+    const ContactPoint& p = m.points[i];
+    const double approach =
+        (velocity_at(a, p.position_m) - velocity_at(b, p.position_m)).dot(m.normal);
+    const double gap = p.separation_m - dt_s * approach - pulled_m;
+    if (p.separation_m < -kOverlap * width || pressed(a, m, p.feature) ||
+        !(gap >= std::min(p.separation_m, 0.0) - kClosed * width))
+      return true;
+  }
+  return false;
+}
+
+Vec3 moved(const Vec3& point, const BodyState& before, const BodyState& after) {
+  return after.position_m +
+         after.orientation * (before.orientation.conjugate() * (point - before.position_m));
+}
+
+}  // namespace
+
+Islands islands_apart(const SceneDescription& scene, const Geometry& geometry, double dt_s,
+                      std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
+                      std::span<const BodyState> states, std::vector<ContactManifold>& kept) {
+  Islands islands;
+  if (scene.tolerance > 0.0 || ids.size() < 2 || std::ranges::any_of(manifolds, is_joint))
+    return islands;
+  for (const ContactManifold& m : manifolds)
+    if (is_static(m.b) || holds(scene, dt_s, m, width_m(scene, geometry, m),
+                                states[place_in(ids, m.a)], states[place_in(ids, m.b)]))
+      kept.push_back(m);
+  if (kept.size() < manifolds.size()) build_islands(ids, kept, islands);
+  return islands;
+}
+
+bool stayed_apart(const SceneDescription& scene, const Geometry& geometry,
+                  std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
+                  const Islands& islands, std::span<const BodyState> before,
+                  std::span<const BodyState> after) {
+  std::vector<std::uint32_t> island_of(ids.size());
+  std::uint32_t count = 0;
+  for (; count < islands.count(); ++count)
+    for (std::uint32_t i = islands.body_begin[count]; i < islands.body_begin[count + 1]; ++i)
+      island_of[islands.bodies[i]] = count;
+  for (const std::uint32_t body : islands.free_bodies) island_of[body] = count++;
+  for (const ContactManifold& m : manifolds) {
+    if (is_static(m.b)) continue;
+    const std::size_t a = place_in(ids, m.a), b = place_in(ids, m.b);
+    if (island_of[a] == island_of[b]) continue;
+    const double width = width_m(scene, geometry, m);
+    for (std::uint32_t i = 0; i < m.count; ++i) {
+      const ContactPoint& p = m.points[i];
+      const Vec3 apart =
+          moved(p.position_m, before[b], after[b]) - moved(p.position_m, before[a], after[a]);
+      const double gap = p.separation_m + apart.dot(m.normal);
+      if (!(gap >= std::min(p.separation_m, 0.0) - kStayed * width)) return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace soda::physics

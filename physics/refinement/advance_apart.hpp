@@ -1,0 +1,29 @@
+// Islands whose contacts do not all hold something: what is not held together is advanced apart.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "physics/broadphase/islands.hpp"
+#include "physics/model/contact_manifold.hpp"
+#include "physics/model/island_report.hpp"
+#include "physics/model/stage_counters.hpp"
+#include "physics/shapes/geometry.hpp"
+#include "physics/solvers/island_motion.hpp"
+
+namespace soda::physics {
+
+// The islands that are left where contacts between bodies are taken away that pressed nothing in
+// the step before and do not close in this one. No more than one: nothing to take away, or the
+// scene asks for a tolerance, or a joint is among the manifolds.
+Islands islands_apart(const SceneDescription& scene, const Geometry& geometry, double dt_s,
+                      std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
+                      std::span<const BodyState> states, std::vector<ContactManifold>& kept);
+
+// Whether contacts that were taken away have kept their gaps from `before` to `after`.
+bool stayed_apart(const SceneDescription& scene, const Geometry& geometry,
+                  std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
+                  const Islands& islands, std::span<const BodyState> before,
+                  std::span<const BodyState> after);
+
+}  // namespace soda::physics
