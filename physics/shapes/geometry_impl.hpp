@@ -21,6 +21,8 @@ struct ShapeGeometry {
   std::shared_ptr<fcl::CollisionGeometry<double>> whole;
   // What contacts take off for their core_gap(): see Core.
   double core_skin_m = 0.0;
+  // Of a triangle of a mesh that is looked at as a hull: which. Else null.
+  const MeshTriangle* triangle = nullptr;
 };
 
 struct StaticGeometry {
