@@ -192,16 +192,35 @@ double spheres_apart_s(const SceneDescription& scene, const Geometry& geometry, 
 
 FlyingSolids::FlyingSolids(const SceneDescription& scene, const Geometry& geometry, BodyId a,
                            const BodyState& state_a, BodyId b, const BodyState* state_b)
-    : fixed_(state_b ? nullptr : &geometry.impl().statics[static_index_of(b)]),
+    : is_fixed_(state_b == nullptr),
+      is_plane_(shape_of(scene, geometry, b).kind == ShapeKind::kHalfSpace),
       a_(flyer(scene, geometry, a, state_a)),
-      b_(state_b ? flyer(scene, geometry, b, *state_b) : fixed(geometry, *fixed_)),
+      b_(state_b ? flyer(scene, geometry, b, *state_b)
+                 : fixed(geometry, geometry.impl().statics[static_index_of(b)])),
       start_m_(state_a.position_m),
       start_velocity_(state_a.linear_velocity_m_s),
       pull_(scene.gravity_m_s2) {
-  centre_ = (state_b ? state_b->position_m : fixed_->pose.position) - start_m_;
+  centre_ = (state_b ? state_b->position_m
+                     : geometry.impl().statics[static_index_of(b)].pose.position) -
+            start_m_;
   velocity_ = -start_velocity_;
   if (state_b) velocity_ += state_b->linear_velocity_m_s;
   gravity_ = state_b ? Vec3(Vec3::Zero()) : Vec3(-pull_);
+  b_.solid.placed.pose.position = centre_;
+}
+
+FlyingSolids::FlyingSolids(const SceneDescription& scene, const Geometry& geometry, BodyId a,
+                           const BodyState& state_a, const Solid& fixed)
+    : is_fixed_(true),
+      is_plane_(false),
+      a_(flyer(scene, geometry, a, state_a)),
+      b_{fixed, nullptr, {}, {}},
+      centre_(fixed.placed.pose.position - state_a.position_m),
+      velocity_(-state_a.linear_velocity_m_s),
+      gravity_(-scene.gravity_m_s2),
+      start_m_(state_a.position_m),
+      start_velocity_(state_a.linear_velocity_m_s),
+      pull_(scene.gravity_m_s2) {
   b_.solid.placed.pose.position = centre_;
 }
 
@@ -251,7 +270,7 @@ FlyingSolids::Wait FlyingSolids::apart_s(const Separation& now, double floor_m,
   if (longest.time_s < most_s)
     longest.time_s = std::max(longest.time_s, apart_whirling_s(now, left, most_s));
   // A plane has no end: no part of it stays within reach along a direction that turns.
-  if (fixed_ && fixed_->is_half_space) return longest;
+  if (is_plane_) return longest;
   for (const Flyer* with : {&a_, &b_}) {
     if (!with->turns() || !(longest.time_s < most_s) || !(left > 0.0)) continue;
     const double safe = apart_turning_s(now, with == &a_, left, longest.time_s, most_s);

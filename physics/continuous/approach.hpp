@@ -30,6 +30,9 @@ class FlyingSolids {
   // As of the beginning; `state_b` is null for a static b. No meshes.
   FlyingSolids(const SceneDescription& scene, const Geometry& geometry, BodyId a,
                const BodyState& state_a, BodyId b, const BodyState* state_b);
+  // A body and a solid that stays where it is in the world: a triangle of a mesh.
+  FlyingSolids(const SceneDescription& scene, const Geometry& geometry, BodyId a,
+               const BodyState& state_a, const Solid& fixed);
 
   void go_to(double time_s);
   // Before the first of apart_s().
@@ -49,7 +52,7 @@ class FlyingSolids {
 
   const Flyer& a() const { return a_; }
   const Flyer& b() const { return b_; }
-  bool is_static_b() const { return fixed_ != nullptr; }
+  bool is_static_b() const { return is_fixed_; }
   bool turns() const { return a_.turns() || b_.turns(); }
   Vec3 velocity() const { return velocity_ + gravity_ * time_s_; }  // of b against a
   Vec3 centre_of_a_m() const;
@@ -60,7 +63,7 @@ class FlyingSolids {
   double apart_turning_s(const Separation& now, bool with_a, double left_m, double least_s,
                          double most_s) const;
 
-  const StaticGeometry* fixed_;  // b, if it is one
+  bool is_fixed_, is_plane_;  // b
   Flyer a_, b_;
   Vec3 centre_, velocity_;  // of b against a, at the beginning
   Vec3 gravity_;

@@ -13,10 +13,9 @@ namespace soda::physics {
 // Whether these have contacts of the pair, a < b. Joints do not count.
 bool have_met(std::span<const ContactManifold> manifolds, BodyId a, BodyId b);
 
-// None of what follows is for meshes.
 bool is_mesh(const SceneDescription& scene, BodyId id);
 
-// See separation_between(). `state_b` is null for a static b.
+// See separation_between(); no meshes. `state_b` is null for a static b.
 Separation separation_of(const SceneDescription& scene, const Geometry& geometry, BodyId a,
                          const BodyState& state_a, BodyId b, const BodyState* state_b);
 
@@ -33,17 +32,25 @@ struct Impact {
 
 // The first time within [0, most_s] at which the two touch and approach each other, or from which
 // they stay together. None of it: they do not touch. Solids that overlap at the start touch, and
-// may part.
+// may part. A mesh touches on the front of its triangles only.
 std::optional<Impact> time_of_impact(const SceneDescription& scene, const Geometry& geometry,
                                      BodyId a, const BodyState& state_a, BodyId b,
                                      const BodyState* state_b, double most_s);
+
+// The same with a static b, of which the parts that these manifolds of the pair are of are left out:
+// all of a solid, the faces and edges of a mesh that have one.
+std::optional<Impact> time_of_unmet_impact(const SceneDescription& scene, const Geometry& geometry,
+                                           BodyId a, const BodyState& state_a, BodyId b,
+                                           std::span<const ContactManifold> manifolds,
+                                           double most_s);
 
 // The feature of the point that append_way_to_impact() gives.
 inline constexpr std::uint32_t kWayToImpact = 0x20000000u;
 
 // Solids that move by more than their width within dt_s: if they meet, appends a manifold of one
 // point with the place and normal of the impact, whose separation is the way to it along that
-// normal.
+// normal. Of a mesh, in its place among the manifolds of the pair, which end `out`; what of it has
+// one of these is left out.
 void append_way_to_impact(const SceneDescription& scene, const Geometry& geometry, double dt_s,
                           BodyId a, const BodyState& state_a, BodyId b, const BodyState* state_b,
                           std::vector<ContactManifold>& out);

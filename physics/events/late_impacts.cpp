@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "physics/continuous/mesh_impact.hpp"
 #include "physics/continuous/time_of_impact.hpp"
 #include "physics/integrators/momentum.hpp"
 #include "physics/math/rigid_motion.hpp"
@@ -71,10 +72,10 @@ void stop_at_unseen_statics(const SceneDescription& scene, const Geometry& geome
     std::optional<Impact> first;
     for (const IndexPair& pair : pairs) {
       const BodyId other = static_id(pair.second);
-      if (is_mesh(scene, other) || !groups_touch(scene, ids[i], other)) continue;
-      if (have_met(manifolds, ids[i], other)) continue;
+      if (!groups_touch(scene, ids[i], other)) continue;
+      if (!is_mesh(scene, other) && have_met(manifolds, ids[i], other)) continue;
       const std::optional<Impact> impact =
-          time_of_impact(scene, geometry, ids[i], start, other, nullptr, dt_s);
+          time_of_unmet_impact(scene, geometry, ids[i], start, other, manifolds, dt_s);
       ++counters.unseen_searches;
       if (impact && (!first || impact->time_s < first->time_s)) first = impact;
     }
@@ -95,31 +96,66 @@ void stop_at_unseen_statics(const SceneDescription& scene, const Geometry& geome
   }
 }
 
+namespace {
+
+constexpr double kLowest = 0.2;  // of the width, of a centre above a plane
+
+struct Stop {
+  const SceneDescription& scene;
+  BodyId id;
+  double enough_m;
+  const BodyState& before;
+};
+
+double height_m(const FacePlane& plane, const BodyState& state) {
+  return plane.normal.dot(state.position_m) - plane.offset_m;
+}
+
+// False if the body is high enough.
+bool stop_at_plane(const Stop& stop, const FacePlane& floor, BodyState& state,
+                   IslandReport& report) {
+  const SceneDescription& scene = stop.scene;
+  const double now_m = height_m(floor, state);
+  if (!(now_m < stop.enough_m)) return false;
+  const double lift_m = std::min(height_m(floor, stop.before), stop.enough_m) - now_m;
+  if (!(lift_m > 0.0)) return false;
+  const BodyState sunk = state;
+  state.position_m += floor.normal * lift_m;
+  const double sinks_m_s = -floor.normal.dot(state.linear_velocity_m_s);
+  if (sinks_m_s > 0.0) state.linear_velocity_m_s += floor.normal * sinks_m_s;
+  add_static_impulse(scene, stop.id, sunk, state, report);
+  report.beyond_tolerance = report.beyond_tolerance || scene.tolerance > 0.0;
+  report.push_out_work_joule -=
+      scene.bodies[index_of(stop.id)].mass_kg * lift_m * scene.gravity_m_s2.dot(floor.normal);
+  return true;
+}
+
+// A centre that is put in front of one face may be behind another then.
+void stop_at_mesh(const Stop& stop, const Geometry& geometry, BodyId mesh, BodyState& state,
+                  IslandReport& report) {
+  constexpr int kMostFaces = 8;
+  for (int i = 0; i < kMostFaces; ++i) {
+    const std::optional<FacePlane> face =
+        face_passed(geometry, mesh, stop.before.position_m, state.position_m, stop.enough_m);
+    if (!face || !stop_at_plane(stop, *face, state, report)) return;
+  }
+}
+
+}  // namespace
+
 void stop_at_floors(const SceneDescription& scene, const Geometry& geometry,
                     std::span<const BodyId> ids, std::span<const BodyState> before,
                     std::span<BodyState> states, IslandReport& report) {
-  constexpr double kLowest = 0.2;  // of the width
-  for (const std::uint32_t index : geometry.impl().floors) {
-    const FacePlane& floor = geometry.impl().statics[index].plane;
-    const auto height_m = [&floor](const BodyState& state) {
-      return floor.normal.dot(state.position_m) - floor.offset_m;
-    };
-    for (std::size_t i = 0; i < ids.size(); ++i) {
-      BodyState& state = states[i];
-      const double now_m = height_m(state);
-      const double enough_m = kLowest * shape_of(scene, geometry, ids[i]).min_extent_m;
-      if (!(now_m < enough_m) || scene.bodies[index_of(ids[i])].joints > 0) continue;
-      if (!groups_touch(scene, ids[i], static_id(index))) continue;
-      const double lift_m = std::min(height_m(before[i]), enough_m) - now_m;
-      if (!(lift_m > 0.0)) continue;
-      const BodyState sunk = state;
-      state.position_m += floor.normal * lift_m;
-      const double sinks_m_s = -floor.normal.dot(state.linear_velocity_m_s);
-      if (sinks_m_s > 0.0) state.linear_velocity_m_s += floor.normal * sinks_m_s;
-      add_static_impulse(scene, ids[i], sunk, state, report);
-      report.beyond_tolerance = report.beyond_tolerance || scene.tolerance > 0.0;
-      report.push_out_work_joule -=
-          scene.bodies[index_of(ids[i])].mass_kg * lift_m * scene.gravity_m_s2.dot(floor.normal);
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    if (scene.bodies[index_of(ids[i])].joints > 0) continue;
+    const Stop stop{scene, ids[i], kLowest * shape_of(scene, geometry, ids[i]).min_extent_m,
+                    before[i]};
+    for (const std::uint32_t s : geometry.impl().floors) {
+      const StaticGeometry& fixed = geometry.impl().statics[s];
+      if (!groups_touch(scene, ids[i], static_id(s))) continue;
+      if (fixed.is_half_space) stop_at_plane(stop, fixed.plane, states[i], report);
+      else
+        stop_at_mesh(stop, geometry, static_id(s), states[i], report);
     }
   }
 }

@@ -17,7 +17,7 @@ Need unseen_statics_needed(const SceneDescription& scene);
 // another one, by more than the margin that contacts are kept for, it may come to statics that it
 // has no manifold with: it stops where it touches the first, with the velocity that its energy
 // leaves it there, and the next step does the rest. `before`: the island at the start of the step;
-// impulses are not read. Meshes are left out, and bodies with joints (these: linked_step.hpp). The
+// impulses are not read. Bodies with joints are left out (these: linked_step.hpp). The
 // report gets what the static gave. Counts what it looks at as unseen_searches.
 void stop_at_unseen_statics(const SceneDescription& scene, const Geometry& geometry, double dt_s,
                             std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
@@ -29,7 +29,7 @@ void stop_at_unseen_statics(const SceneDescription& scene, const Geometry& geome
 // body is at least a quarter of its width above any plane that it lies on; where it comes to be
 // below a fifth of it, and lower than at the start, it is put there and goes down no more. What
 // that lifts is added to the report as work of push-out, and what the halfspace gave; it is beyond
-// any tolerance. Bodies with joints are left out: to lift one of them opens its joints. Not called
+// any tolerance. The same holds for the faces of meshes that the centre passes or comes to lie over. Bodies with joints are left out: to lift one of them opens its joints. Not called
 // for giant islands, and not for what flies through impacts for the whole step. `before`: as above.
 void stop_at_floors(const SceneDescription& scene, const Geometry& geometry,
                     std::span<const BodyId> ids, std::span<const BodyState> before,

@@ -104,7 +104,9 @@ void mesh_contacts(BodyId a, BodyId b, const PlacedShape& solid, const PlacedSha
   const bool sphere = solid.shape.kind == ShapeKind::kSphere;
   std::vector<std::array<std::uint32_t, 2>> by_group;  // (group, triangle)
   by_group.reserve(triangles.size());
-  for (const std::uint32_t t : triangles) by_group.push_back({mesh.shape.triangles[t].group, t});
+  for (const std::uint32_t t : triangles)
+    if (mesh.shape.triangles[t].plane.normal != Vec3::Zero())
+      by_group.push_back({mesh.shape.triangles[t].group, t});
   std::sort(by_group.begin(), by_group.end());
 
   for (std::size_t begin = 0; begin < by_group.size();) {

@@ -13,6 +13,7 @@
 #include "physics/shapes/geometry.hpp"
 #include "physics/shapes/geometry_impl.hpp"
 #include "physics/narrowphase/mesh_contacts.hpp"
+#include "physics/narrowphase/near_triangles.hpp"
 #include "physics/narrowphase/separating_faces.hpp"
 #include "physics/narrowphase/separation.hpp"
 
@@ -205,28 +206,6 @@ void add_feature_points(const Solid& a, const Solid& b, const Axis& axis, double
   }
 }
 
-// The triangles near a solid: FCL's OBBRSS tree against a box around the solid and its range.
-std::vector<std::uint32_t> near_triangles(const Solid& solid, const Solid& mesh, double range) {
-  const CompiledShape& s = solid.placed.shape;
-  const Aabb local = tight_aabb(s, Pose{});
-  const Vec3 sides = local.max - local.min + Vec3::Constant(2.0 * range);
-  const fcl::Boxd box(sides);
-  Pose pose = solid.placed.pose;
-  pose.position += pose.rotation * (0.5 * (local.min + local.max));
-  fcl::CollisionRequestd request(mesh.placed.shape.triangles.size(), true);
-  fcl::CollisionResultd result;
-  fcl::collide(mesh.geometry.whole.get(), to_fcl(mesh.placed.pose), &box, to_fcl(pose), request,
-               result);
-  std::vector<std::uint32_t> triangles;
-  triangles.reserve(result.numContacts());
-  for (std::size_t i = 0; i < result.numContacts(); ++i) {
-    triangles.push_back(static_cast<std::uint32_t>(result.getContact(i).b1));
-  }
-  std::sort(triangles.begin(), triangles.end());
-  triangles.erase(std::unique(triangles.begin(), triangles.end()), triangles.end());
-  return triangles;
-}
-
 ShapeKernel kernel_of(ShapeKind a, ShapeKind b) {
   const auto either = [&](ShapeKind kind) { return a == kind || b == kind; };
   const auto both = [&](ShapeKind kind) { return a == kind && b == kind; };
@@ -340,12 +319,13 @@ bool append_manifolds(const SceneDescription& scene, const Geometry& geometry, d
     emit_manifold(a, b, 0, normal, origin, candidates, out);
   } else if (pair.kernel == ShapeKernel::kMesh) {
     mesh_contacts(a, b, pair.a.placed, pair.b.placed,
-                  near_triangles(pair.a, pair.b, limited_range(motion)), motion, origin, out);
+                  near_triangles(pair.a.placed, pair.b.placed, limited_range(motion)), motion, origin, out);
   } else {
     collide_solids(pair.kernel, a, pair.a, b, pair.b, motion, origin, out);
   }
-  return out.size() == before && motion.range_m > limited_range(motion) &&
-         pair.kernel != ShapeKernel::kMesh;
+  // Of a mesh other parts may be met.
+  return (out.size() == before || pair.kernel == ShapeKernel::kMesh) &&
+         motion.range_m > limited_range(motion);
 }
 
 Separation overlap_between(const Solid& a, const Solid& b) {

@@ -4,6 +4,7 @@
 
 #include "physics/narrowphase/analytic_contacts.hpp"
 #include "physics/narrowphase/core_distance.hpp"
+#include "physics/narrowphase/triangle_solid.hpp"
 
 namespace soda::physics {
 namespace {
@@ -127,7 +128,8 @@ Separation separation_between(const Solid& a, const Solid& b, const Vec3& guess)
   const double skin_a = skin_of(pa.shape), skin_b = skin_of(pb.shape);
   const double tiny = kTiny * (pa.shape.min_extent_m + pb.shape.min_extent_m);
   const CoreGap gap = core_gap({pa, skin_a}, {pb, skin_b}, guess, tiny);
-  if (gap.overlap) return overlap_between(a, b);
+  if (gap.overlap)
+    return b.geometry.triangle ? overlap_with_triangle(pa, b) : overlap_between(a, b);
   return {gap.normal, gap.least_m - skin_a - skin_b};
 }
 

@@ -69,12 +69,29 @@ struct MeshEdge {
   std::uint32_t triangle = 0, side = 0;
 };
 
+// For each vertex the first one of its place: files may have corners once for each triangle.
+std::vector<std::uint32_t> welded(const std::vector<Vec3>& vertices) {
+  std::vector<std::uint32_t> order(vertices.size()), first(vertices.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::sort(order.begin(), order.end(), [&](std::uint32_t x, std::uint32_t y) {
+    if (vertices[x] != vertices[y]) return comes_before(vertices[x], vertices[y]);
+    return x < y;
+  });
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const bool same = i > 0 && vertices[order[i]] == vertices[order[i - 1]];
+    first[order[i]] = same ? first[order[i - 1]] : order[i];
+  }
+  return first;
+}
+
 std::vector<MeshEdge> sorted_edges(const TriangleMesh& mesh) {
+  const std::vector<std::uint32_t> first = welded(mesh.vertices_m);
   std::vector<MeshEdge> edges;
   edges.reserve(mesh.triangles.size() * 3);
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     for (std::uint32_t side = 0; side < 3; ++side) {
-      const std::uint32_t a = mesh.triangles[t][side], b = mesh.triangles[t][(side + 1) % 3];
+      const std::uint32_t a = first[mesh.triangles[t][side]],
+                          b = first[mesh.triangles[t][(side + 1) % 3]];
       edges.push_back({std::min(a, b), std::max(a, b), t, side});
     }
   }
@@ -103,6 +120,9 @@ void connect_triangles(const TriangleMesh& mesh, CompiledShape& out) {
       a.edge_active[first.side] = false;
       b.edge_active[second.side] = false;
     }
+    a.edge_limit[first.side] = b.plane.normal;
+    b.edge_limit[second.side] = a.plane.normal;
+    b.edge_own[second.side] = false;
     if (coplanar) {
       const std::uint32_t ra = find_root(parent, first.triangle);
       const std::uint32_t rb = find_root(parent, second.triangle);
@@ -114,14 +134,33 @@ void connect_triangles(const TriangleMesh& mesh, CompiledShape& out) {
   }
 }
 
+bool is_thin(const MeshTriangle& t) {
+  constexpr double kThin = 1e-12;  // height over the longest side
+  const Vec3 u = t.corners_m[1] - t.corners_m[0], v = t.corners_m[2] - t.corners_m[0];
+  const double longest =
+      std::max({u.squaredNorm(), v.squaredNorm(), (u - v).squaredNorm()});
+  return !(u.cross(v).norm() > kThin * longest);
+}
+
 void compile_mesh(const TriangleMesh& mesh, CompiledShape& out) {
   for (const auto& triangle : mesh.triangles) {
     MeshTriangle t;
     for (std::size_t i = 0; i < 3; ++i) t.corners_m[i] = mesh.vertices_m[triangle[i]];
     t.plane = plane_through(t.corners_m[0], t.corners_m[1], t.corners_m[2]);
+    // Without an area it touches nothing.
+    if (is_thin(t)) t.plane = {Vec3::Zero(), 0.0};
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Vec3 away = (t.corners_m[(i + 1) % 3] - t.corners_m[i]).cross(t.plane.normal);
+      const double length = away.norm();
+      t.edge_limit[i] = length > 0.0 ? Vec3(away / length) : t.plane.normal;
+    }
     out.triangles.push_back(t);
   }
   connect_triangles(mesh, out);
+  std::vector<std::array<Vec3, 3>> corners;
+  corners.reserve(out.triangles.size());
+  for (const MeshTriangle& t : out.triangles) corners.push_back(t.corners_m);
+  out.tree = TriangleTree(corners);
   for (const Vec3& v : mesh.vertices_m) {
     out.bounding_radius_m = std::max(out.bounding_radius_m, v.norm());
   }

@@ -7,6 +7,7 @@
 
 #include "physics/math/pose.hpp"
 #include "physics/model/scene.hpp"
+#include "physics/shapes/triangle_tree.hpp"
 
 namespace soda::physics {
 
@@ -25,6 +26,11 @@ struct MeshTriangle {
   // Edge i runs from corner i to corner i+1. An inactive edge is shared with a triangle that is
   // coplanar or rises in front of it: nothing can touch it without touching a face.
   std::array<bool, 3> edge_active{true, true, true};
+  // Of an active edge: normals of contacts on it lie between that of the face and this one, which
+  // is the other triangle's, or at a rim leads away from the triangle in its plane.
+  std::array<Vec3, 3> edge_limit{Vec3::UnitZ(), Vec3::UnitZ(), Vec3::UnitZ()};
+  // Of those two triangles, the one of smaller index: the other leaves the edge's contacts to it.
+  std::array<bool, 3> edge_own{true, true, true};
 };
 
 struct CompiledShape {
@@ -37,6 +43,7 @@ struct CompiledShape {
   std::vector<std::vector<std::uint32_t>> faces;  // hull
   std::vector<FacePlane> face_planes;             // hull, box, caps of a cylinder
   std::vector<MeshTriangle> triangles;            // mesh
+  TriangleTree tree;                              // of these
   double min_extent_m = 0.0;       // smallest width over all directions (halfspace, mesh: 0)
   double bounding_radius_m = 0.0;  // around the origin (halfspace: 0)
   Vec3 reach_m = Vec3::Zero();     // from the origin along its axes, to the farther side (the same)

@@ -21,6 +21,8 @@ struct ShapeGeometry {
   std::shared_ptr<fcl::CollisionGeometry<double>> whole;
   // What contacts take off for their core_gap(): see Core.
   double core_skin_m = 0.0;
+  // Of a triangle of a mesh that is looked at as a hull: which. Else null.
+  const MeshTriangle* triangle = nullptr;
 };
 
 struct StaticGeometry {
@@ -41,7 +43,7 @@ struct JointEnd {
 struct GeometryImpl {
   std::vector<ShapeGeometry> shapes;
   std::vector<StaticGeometry> statics;
-  std::vector<std::uint32_t> floors;  // those that are halfspaces
+  std::vector<std::uint32_t> floors;  // those that are halfspaces or meshes
   std::vector<JointEnd> joint_ends;   // of joints between bodies; ascending by body
   // By body: what a step asks of each, next to each other.
   std::vector<std::uint32_t> body_shapes;

@@ -5,6 +5,7 @@
 
 #include <random>
 
+#include "physics/solvers/contact_solver.hpp"
 #include "physics/solvers/island_motion.hpp"
 #include "physics/solvers/contact_solver.hpp"
 #include "tests/physics/scenes.hpp"

@@ -1,0 +1,207 @@
+#include "physics/continuous/mesh_impact.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "physics/continuous/approach.hpp"
+#include "physics/continuous/first_touch.hpp"
+#include "physics/narrowphase/triangle_solid.hpp"
+#include "physics/shapes/geometry_impl.hpp"
+
+namespace soda::physics {
+namespace {
+
+// A triangle and the first share of the whole time at which it can be touched.
+struct OnTheWay {
+  double begin = 0.0;
+  std::uint32_t triangle = 0;
+};
+
+// The way of the ball around a body, in the frame of the mesh. It bends, so a straight way of a
+// larger ball is looked at.
+struct Way {
+  Vec3 from, along;
+  double radius_m;
+
+  // The share of the way at which a box is entered; above 1 if it is not.
+  double enters(const Aabb& box) const {
+    double begin = 0.0, end = 1.0;
+    for (int i = 0; i < 3; ++i) {
+      const double low = box.min[i] - radius_m - from[i], high = box.max[i] + radius_m - from[i];
+      if (along[i] == 0.0) {
+        if (low > 0.0 || high < 0.0) return 2.0;
+        continue;
+      }
+      const double x = low / along[i], y = high / along[i];
+      begin = std::max(begin, std::min(x, y));
+      end = std::min(end, std::max(x, y));
+    }
+    return begin <= end ? begin : 2.0;
+  }
+};
+
+Way way_of(const MeshFlight& flight, const CompiledShape& shape, const Pose& pose) {
+  const double t = flight.most_s;
+  const Vec3 path = flight.state_a.linear_velocity_m_s * t + flight.scene.gravity_m_s2 * (0.5 * t * t);
+  const double bend = 0.125 * t * t * flight.scene.gravity_m_s2.norm();
+  const double rounding = 1e-12 * (flight.state_a.position_m.norm() + path.norm());
+  return {pose.to_local(flight.state_a.position_m), pose.direction_to_local(path),
+          (1.0 + 1e-9) * (shape.bounding_radius_m + bend) + rounding};
+}
+
+Aabb box_around(const MeshTriangle& t) {
+  return {t.corners_m[0].cwiseMin(t.corners_m[1]).cwiseMin(t.corners_m[2]),
+          t.corners_m[0].cwiseMax(t.corners_m[1]).cwiseMax(t.corners_m[2])};
+}
+
+// Whether the triangle's plane is never reached from its front.
+bool stays_off(const Way& way, const MeshTriangle& t) {
+  const double from = t.plane.normal.dot(way.from) - t.plane.offset_m;
+  const double to = from + t.plane.normal.dot(way.along);
+  return std::min(from, to) > way.radius_m || std::max(from, to) < -way.radius_m;
+}
+
+std::vector<OnTheWay> on_the_way(const Way& way, const CompiledShape& mesh,
+                                 std::span<const std::uint32_t> met) {
+  std::vector<OnTheWay> found;
+  if (!way.from.allFinite() || !way.along.allFinite() || !std::isfinite(way.radius_m)) return found;
+  mesh.tree.visit([&](const Aabb& box) { return way.enters(box) <= 1.0; },
+                  [&](std::uint32_t index) {
+                    const MeshTriangle& t = mesh.triangles[index];
+                    if (t.plane.normal == Vec3::Zero() || stays_off(way, t)) return;
+                    if (std::binary_search(met.begin(), met.end(), t.group)) return;
+                    const double begin = way.enters(box_around(t));
+                    if (begin <= 1.0) found.push_back({begin, index});
+                  });
+  std::sort(found.begin(), found.end(), [](const OnTheWay& x, const OnTheWay& y) {
+    return x.begin != y.begin ? x.begin < y.begin : x.triangle < y.triangle;
+  });
+  return found;
+}
+
+// Of the faces that manifolds of the pair are of; ascending.
+std::vector<std::uint32_t> faces_met(const MeshFlight& flight,
+                                     std::span<const ContactManifold> manifolds) {
+  std::vector<std::uint32_t> faces;
+  for (const ContactManifold& m : manifolds)
+    if (m.a == flight.a && m.b == flight.mesh) faces.push_back(m.part);
+  std::sort(faces.begin(), faces.end());
+  return faces;
+}
+
+struct MeshTouch {
+  Touch touch;
+  std::uint32_t triangle = 0;
+};
+
+// `later`: what touches at the beginning does not count.
+std::optional<MeshTouch> first_mesh_touch(const MeshFlight& flight,
+                                          std::span<const std::uint32_t> met, bool later) {
+  constexpr double kDeepest = 0.5;  // of the width: farther in than that nothing is pushed
+  const StaticGeometry& placed = flight.geometry.impl().statics[static_index_of(flight.mesh)];
+  const CompiledShape& mesh = flight.geometry.impl().shapes[placed.shape].shape;
+  const CompiledShape& shape = shape_of(flight.scene, flight.geometry, flight.a);
+  const Way way = way_of(flight, shape, placed.pose);
+  TouchSearch search{touching_gap_m(flight.scene, flight.geometry, flight.a, flight.state_a,
+                                    flight.mesh),
+                     shape.min_extent_m, 0.0, flight.most_s};
+  std::optional<MeshTouch> best;
+  TriangleSolid triangle;
+  for (const OnTheWay& next : on_the_way(way, mesh, met)) {
+    search.begin_s = next.begin * flight.most_s;
+    if (best && !(search.begin_s < best->touch.impact.time_s)) break;
+    triangle.set(mesh.triangles[next.triangle], placed.pose);
+    FlyingSolids solids(flight.scene, flight.geometry, flight.a, flight.state_a, triangle.solid());
+    const std::optional<Touch> touch = first_touch(flight.scene, search, solids);
+    if (!touch || (later && touch->impact.time_s == 0.0)) continue;
+    const Vec3 up = placed.pose.rotation * mesh.triangles[next.triangle].plane.normal;
+    if (up.dot(solids.b().solid.placed.pose.position) > 0.0) continue;
+    const double gap =
+        gap_along(solids.a().solid.placed, solids.b().solid.placed, touch->normal);
+    if (gap < -kDeepest * shape.min_extent_m) continue;
+    if (best && !(touch->impact.time_s < best->touch.impact.time_s)) continue;
+    best = {*touch, next.triangle};
+  }
+  return best;
+}
+
+}  // namespace
+
+std::optional<Impact> time_of_mesh_impact(const MeshFlight& flight,
+                                          std::span<const ContactManifold> manifolds) {
+  const std::optional<MeshTouch> first =
+      first_mesh_touch(flight, faces_met(flight, manifolds), false);
+  return first ? std::optional(first->touch.impact) : std::nullopt;
+}
+
+void append_way_to_mesh(const MeshFlight& flight, std::vector<ContactManifold>& out) {
+  const std::optional<MeshTouch> first = first_mesh_touch(flight, faces_met(flight, out), true);
+  if (!first) return;
+  const StaticGeometry& placed = flight.geometry.impl().statics[static_index_of(flight.mesh)];
+  const MeshTriangle& t =
+      flight.geometry.impl().shapes[placed.shape].shape.triangles[first->triangle];
+  TriangleSolid triangle;
+  triangle.set(t, placed.pose);
+  const Vec3 normal =
+      -(placed.pose.rotation *
+        allowed_normal(t, placed.pose.direction_to_local(-first->touch.normal)).normal);
+  FlyingSolids solids(flight.scene, flight.geometry, flight.a, flight.state_a, triangle.solid());
+  const double way = gap_along(solids.a().solid.placed, solids.b().solid.placed, normal);
+  solids.go_to(first->touch.impact.time_s);
+  ContactCandidates candidates;
+  candidates.add(support_point(solids.a().solid.placed, normal), way, kWayToImpact);
+  emit_manifold(flight.a, flight.mesh, t.group, normal, solids.centre_of_a_m(), candidates, out);
+  if (!first->touch.impact.lasts) out.back().impact_s = first->touch.impact.time_s;
+  for (std::size_t i = out.size() - 1; i > 0 && canonical_before(out[i], out[i - 1]); --i)
+    std::swap(out[i], out[i - 1]);
+}
+
+namespace {
+
+// Whether a way meets a triangle, rims included.
+bool crosses(const MeshTriangle& t, const Vec3& from, const Vec3& to) {
+  constexpr double kRounding = 1e-9;  // of the triangle's size
+  const Vec3& n = t.plane.normal;
+  const double above = n.dot(from) - t.plane.offset_m, below = n.dot(to) - t.plane.offset_m;
+  if (!(above >= 0.0 && below < 0.0)) return false;
+  const Vec3 at = from + (to - from) * (above / (above - below));
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vec3& corner = t.corners_m[i];
+    const Vec3 edge = t.corners_m[(i + 1) % 3] - corner;
+    if (n.cross(edge).dot(at - corner) < -kRounding * edge.squaredNorm()) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+std::optional<FacePlane> face_passed(const Geometry& geometry, BodyId mesh, const Vec3& from_m,
+                                     const Vec3& to_m, double clearance_m) {
+  const StaticGeometry& placed = geometry.impl().statics[static_index_of(mesh)];
+  const CompiledShape& shape = geometry.impl().shapes[placed.shape].shape;
+  const Vec3 from = placed.pose.to_local(from_m), to = placed.pose.to_local(to_m);
+  if (!from.allFinite() || !to.allFinite()) return std::nullopt;
+  const Way way{from, to - from, clearance_m};
+  std::optional<std::uint32_t> passed;
+  double first = 0.0;
+  shape.tree.visit(
+      [&](const Aabb& box) { return way.enters(box) <= 1.0; },
+      [&](std::uint32_t index) {
+        const MeshTriangle& t = shape.triangles[index];
+        const Vec3& n = t.plane.normal;
+        if (n == Vec3::Zero()) return;
+        if (!crosses(t, from, to) && !crosses(t, from, to - n * clearance_m)) return;
+        const double above = n.dot(from) - t.plane.offset_m, left = n.dot(from - to);
+        if (!(left > 0.0)) return;
+        const double share = (above - clearance_m) / left;
+        if (passed && (share > first || (share == first && index > *passed))) return;
+        first = share;
+        passed = index;
+      });
+  if (!passed) return std::nullopt;
+  const Vec3 normal = placed.pose.rotation * shape.triangles[*passed].plane.normal;
+  return FacePlane{normal,
+                   shape.triangles[*passed].plane.offset_m + normal.dot(placed.pose.position)};
+}
+
+}  // namespace soda::physics

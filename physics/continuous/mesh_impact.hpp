@@ -1,0 +1,36 @@
+// When a body in free flight touches a mesh.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "physics/continuous/time_of_impact.hpp"
+#include "physics/shapes/compiled_shape.hpp"
+
+namespace soda::physics {
+
+struct MeshFlight {
+  const SceneDescription& scene;
+  const Geometry& geometry;
+  BodyId a;
+  const BodyState& state_a;
+  BodyId mesh;  // a static
+  double most_s;
+};
+
+// Triangles push to their front: what reaches one while its centre is behind it does not touch it.
+// Only triangles along the way are looked at, by the time at which the ball around the body can
+// come to them. `manifolds`: see time_of_unmet_impact().
+std::optional<Impact> time_of_mesh_impact(const MeshFlight& flight,
+                                          std::span<const ContactManifold> manifolds);
+
+// See append_way_to_impact().
+void append_way_to_mesh(const MeshFlight& flight, std::vector<ContactManifold>& out);
+
+// The face of a mesh that a point which goes straight comes nearer to from its front than the
+// clearance, first; in the world frame.
+std::optional<FacePlane> face_passed(const Geometry& geometry, BodyId mesh, const Vec3& from_m,
+                                     const Vec3& to_m, double clearance_m);
+
+}  // namespace soda::physics
