@@ -165,8 +165,8 @@ std::uint32_t solve_alternately(const JointedStep& step, JointSystem& joints,
   return done;
 }
 
-// Moves the bodies so that no joint that is no spring is off, by as little as their masses allow.
-// Velocities turn along. Returns the energy that this gives.
+}  // namespace
+
 double close_joints(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                     JointSystem& joints, std::span<BodyState> states) {
   std::vector<JointMove> moves;
@@ -195,8 +195,6 @@ double close_joints(const SceneDescription& scene, double dt_s, std::span<const 
   }
   return work_joule;
 }
-
-}  // namespace
 
 ContactSolution solve_jointed(const JointedStep& step, JointSystem& joints,
                               ContactProblem& problem) {

@@ -59,6 +59,11 @@ bool are_closed(const SceneDescription& scene, double dt_s, std::span<const Body
 void close_left_open(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                      JointSystem& joints, std::span<BodyState> states, IslandReport& report);
 
+// Moves the bodies so that no joint that is no spring is off, by as little as their masses allow.
+// Velocities turn along. Returns the energy that this gives.
+double close_joints(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
+                    JointSystem& joints, std::span<BodyState> states);
+
 // What the world gives to the island through joints. `states` as when the rows were built.
 void report_joints(std::span<const BodyState> states, const JointSystem& joints,
                    IslandReport& report);
