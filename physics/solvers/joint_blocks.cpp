@@ -8,6 +8,14 @@
 
 namespace soda::physics {
 namespace {
+// Closing, as by a spring of a quarter of an oscillation a substep and twice the critical damping:
+// the share of what is open that goes, and of the impulse that it gives way. Closed at once, what
+// sweeps leave unsolved makes large nets flutter.
+constexpr double kTurn = 2.0 * 3.14159265358979323846 * 0.25;
+constexpr double kDamping = 2.0;
+constexpr double kFirm = kTurn * (2.0 * kDamping + kTurn);
+constexpr double kRate = kTurn / (2.0 * kDamping + kTurn);
+constexpr double kMassShare = kFirm / (1.0 + kFirm), kImpulseShare = 1.0 / (1.0 + kFirm);
 
 bool is_bounded(const JointRow& row) {
   return row.kind == JointRowKind::kLimit || row.kind == JointRowKind::kMotor;
@@ -67,7 +75,7 @@ double target_of(const JointRow& row, double per_second, double most_m_s) {
   if (row.kind == JointRowKind::kSpring || row.kind == JointRowKind::kMotor)
     return row.target_m_s;
   if (row.kind == JointRowKind::kLimit && row.error > 0.0) return -row.error * per_second;
-  return kPresses ? std::clamp(-row.error * per_second, -most_m_s, most_m_s) : 0.0;
+  return kPresses ? std::clamp(-kRate * row.error * per_second, -most_m_s, most_m_s) : 0.0;
 }
 
 template <bool kPresses>
@@ -94,6 +102,11 @@ void sweep_joint(double length_s, double most_m_s, const JointBlocks& blocks,
                 row.softness_1_kg * row.impulse_newton_s;
   }
   solve(block, change);
+  const bool closes = kPresses && rows[block.first].kind == JointRowKind::kHolds;
+  if (closes)
+    for (std::uint32_t i = 0; i < block.held; ++i)
+      change[i] =
+          kMassShare * change[i] - kImpulseShare * rows[block.first + i].impulse_newton_s;
   for (std::uint32_t i = 0; i < block.held; ++i) {
     rows[block.first + i].impulse_newton_s += change[i];
     give(rows[block.first + i], system.twists[block.first + i], change[i], a, b);
