@@ -37,13 +37,6 @@ void store_impulses(const Selection<ContactManifold>& manifolds, const ContactPr
   }
 }
 
-void store_all_impulses(const Selection<ContactManifold>& manifolds, const ContactProblem& problem,
-                        std::span<BodyState> states) {
-  std::size_t row = 0;
-  for (std::size_t i = 0; i < states.size(); ++i)
-    store_impulses(manifolds, problem, i, true, row, states[i].impulses);
-}
-
 // Both kinds in the manifolds' order.
 void store_jointed_impulses(const SceneDescription& scene, std::span<const BodyId> ids,
                             std::span<const ContactManifold> manifolds,
@@ -100,6 +93,50 @@ bool is_affordable(const SceneDescription& scene, double dt_s, std::span<const B
   return factor_multiplications(joints) <= kMostMultiplications;
 }
 
+// How an island with joints is to be advanced.
+struct JointedChoice {
+  bool accurate = false, closes = false;  // `closes`: its joints are cheap to solve directly
+  std::span<const ContactManifold> manifolds;
+};
+
+void advance_jointed(const JointedStep& given, const JointedChoice& how, const SolveChoice& choice,
+                     JointSystem& joints, ContactProblem& problem, std::span<BodyState> states,
+                     IslandReport& report, StageCounters& counters,
+                     std::vector<AdvanceFault>& faults) {
+  const auto& [scene, dt_s, ids, before, free] = given;
+  const std::vector<BodyState> start(states.begin(), states.end());
+  const JointedStep step{scene, dt_s, ids, start, free};
+  std::optional<ContactSolution> solution;
+  if (choice.elimination && problem.restitution_rows == 0)
+    solution = solve_jointed(step, how.accurate, *choice.elimination, joints, problem);
+  JointedMotion motion;
+  std::vector<double> impulses;
+  if (solution) {
+    report.direct = true;
+    report.iterations = solution->iterations;
+    report.multiplications = solution->multiplications;
+    report_joints(start, joints, report);
+    for (const JointRow& row : joints.rows) impulses.push_back(row.impulse_newton_s);
+  } else {
+    motion = solve_jointed_in_substeps(step, joints, problem);
+    report.iterations = motion.sweeps;
+    report.static_impulse_newton_s += motion.world_newton_s;
+    report.static_angular_impulse_newton_m_s += motion.world_newton_m_s;
+    impulses = motion.joint_newton_s;
+  }
+  report.constraint_residual_m_s = residual_m_s(problem);
+  report_contacts({start}, problem, report);
+  count_rows(joints, counters);
+  counters.solver_iterations += report.iterations;
+  counters.row_sweeps += report.iterations * rows_of(problem);
+  counters.factor_multiplications += report.multiplications;
+  if (solution)
+    move_jointed(step, joints, problem, solution->push, states, report, faults);
+  else
+    take_jointed_motion(step, motion, how.closes, joints, problem, states, report, faults);
+  store_jointed_impulses(scene, ids, how.manifolds, problem, joints, impulses, states);
+}
+
 }  // namespace
 
 IslandReport report_of(std::span<const BodyId> ids, std::span<const ContactManifold> manifolds) {
@@ -144,8 +181,8 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, bool accur
                           StageCounters& counters, std::vector<AdvanceFault>& faults) {
   IslandReport report = report_of(ids, manifolds);
   JointSystem joints = find_joints(scene, ids, manifolds);
-  const bool direct_joints = !joints.empty() && is_affordable(scene, dt_s, states, joints);
-  if (direct_joints && (accurate || report.contact_points == 0)) {
+  const bool closes = !joints.empty() && is_affordable(scene, dt_s, states, joints);
+  if (closes) {
     close_left_open(scene, dt_s, ids, joints, states, report);
     if (report.contact_points == 0 &&
         advance_linkage(scene, dt_s, ids, joints, states, report, faults)) {
@@ -166,42 +203,21 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, bool accur
   std::vector<SolverBody>& free = scratch.free;
   free.assign(problem.bodies.begin(), problem.bodies.end() - 1);
   build_rows(scene, dt_s, ids, manifolds, before, problem, counters);
-  if (!joints.empty() && !(accurate && direct_joints)) {
-    const std::vector<BodyState> start(states.begin(), states.end());
-    const JointedStep step{scene, dt_s, ids, start, free};
-    const JointedMotion motion = solve_jointed_in_substeps(step, joints, problem);
-    report.iterations = motion.sweeps;
-    count_rows(joints, counters);
-    report.constraint_residual_m_s = residual_m_s(problem);
-    report_contacts(before, problem, report);
-    report.static_impulse_newton_s += motion.world_newton_s;
-    report.static_angular_impulse_newton_m_s += motion.world_newton_m_s;
-    store_jointed_impulses(scene, ids, manifolds, problem, joints, motion.joint_newton_s, states);
-    take_jointed_motion(step, motion, direct_joints, joints, problem, states, report, faults);
-    counters.solver_iterations += motion.sweeps;
-    counters.row_sweeps += motion.sweeps * rows_of(problem);
+  if (!joints.empty()) {
+    advance_jointed({scene, dt_s, ids, states, free}, {accurate, closes, manifolds}, choice, joints,
+                    problem, states, report, counters, faults);
     return report;
   }
-  const ContactSolution solution =
-      joints.empty() ? solve_contacts(scene, dt_s, accurate, ids, before, free,
-                                      choice.elimination ? &*choice.elimination : nullptr, problem)
-                     : solve_jointed({scene, dt_s, ids, states, free}, joints, problem);
+  const ContactSolution solution = solve_contacts(
+      scene, dt_s, accurate, ids, before, free, choice.elimination ? &*choice.elimination : nullptr,
+      problem);
   report.direct = solution.direct;
   report.iterations = solution.iterations;
   report.multiplications = solution.multiplications;
-  count_rows(joints, counters);
   report.constraint_residual_m_s = residual_m_s(problem);
   report_contacts(before, problem, report);
-  report_joints(states, joints, report);
-  if (joints.empty()) {
-    move_bodies(scene, dt_s, ids, manifolds, problem, solution.push, states, faults);
-    report.push_out_work_joule = push_out_work_joule(scene, dt_s, ids, solution.push);
-  } else {
-    const std::vector<BodyState> start(states.begin(), states.end());
-    move_jointed({scene, dt_s, ids, start, free}, joints, problem, solution.push, states, report,
-                 faults);
-    store_all_impulses(manifolds, problem, states);
-  }
+  move_bodies(scene, dt_s, ids, manifolds, problem, solution.push, states, faults);
+  report.push_out_work_joule = push_out_work_joule(scene, dt_s, ids, solution.push);
   counters.solver_iterations += solution.iterations;
   counters.row_sweeps += solution.iterations * rows_of(problem);
   counters.factor_multiplications += solution.multiplications;
