@@ -7,9 +7,9 @@
 #include "physics/solvers/contact_solver.hpp"
 #include "physics/solvers/island_motion.hpp"
 #include "physics/constraints/joint_bounds.hpp"
-#include "physics/solvers/joint_sweeps.hpp"
+#include "physics/solvers/direct_contacts.hpp"
+#include "physics/solvers/joint_blocks.hpp"
 #include "physics/solvers/joint_work.hpp"
-#include "physics/solvers/joints_alone.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/constraints/springs.hpp"
 #include "physics/constraints/ways.hpp"
@@ -64,109 +64,57 @@ void forgive(std::span<const JointRow> start, JointSystem& system) {
   }
 }
 
-// Gives the bodies of `problem` the contact impulses of another solution.
-void take_contact_impulses(const ContactProblem& from, ContactProblem& problem) {
-  const auto push = [&problem](std::uint32_t a, std::uint32_t b, const Vec3& impulse,
-                               const Vec3& turn_a, const Vec3& turn_b) {
-    SolverBody &x = problem.bodies[a], &y = problem.bodies[b];
-    x.linear -= impulse * x.inverse_mass;
-    x.angular -= x.inverse_inertia * turn_a;
-    y.linear += impulse * y.inverse_mass;
-    y.angular += y.inverse_inertia * turn_b;
-  };
-  for (std::size_t i = 0; i < problem.normals.size(); ++i) {
-    NormalRow& row = problem.normals[i];
-    const double change = from.normals[i].impulse_newton_s - row.impulse_newton_s;
-    push(row.a, row.b, row.normal * change, row.arm_a * change, row.arm_b * change);
-    row.impulse_newton_s = from.normals[i].impulse_newton_s;
-  }
-  for (std::size_t i = 0; i < problem.frictions.size(); ++i) {
-    FrictionRow& row = problem.frictions[i];
-    Vec3 change = Vec3::Zero();
-    for (int t = 0; t < 2; ++t) {
-      change += row.tangent[t] * (from.frictions[i].impulse_newton_s[t] - row.impulse_newton_s[t]);
-      row.impulse_newton_s[t] = from.frictions[i].impulse_newton_s[t];
-    }
-    push(row.a, row.b, change, row.arm_a.cross(change), row.arm_b.cross(change));
-  }
+void count(const NewtonOutcome& outcome, const Elimination& plan, ContactSolution& solution) {
+  solution.iterations += static_cast<std::uint32_t>(outcome.steps);
+  solution.multiplications +=
+      static_cast<std::uint64_t>(outcome.factorisations * plan.multiplications);
 }
 
-struct BothSolved {
-  std::uint32_t sweeps = 0;
-  bool through = true;  // every contact met all that hangs on its bodies
-};
-
-// Sweeps over contacts, seen through the joints where that costs little, take turns with the exact
-// solution of all joints, which comes last.
-BothSolved solve_both(const JointedStep& step, double softness, JointSystem& joints,
-                      ContactProblem& problem) {
-  constexpr int kTurns = 4;  // limits and motors change which joints take part
-  const std::size_t count = step.ids.size();
-  const std::span<SolverBody> bodies = problem.bodies;
-  const int sweeps = step.scene.solver.iterations;
-  solve_bounded(count, bodies, softness, joints);
-  if (problem.normals.empty()) return {1, true};
-  std::uint32_t done = 0;
-  for (int turn = 0; turn < (joints.bounded ? kTurns : 1); ++turn) {
-    const std::optional<JointedContacts> contacts = jointed_contacts(joints, problem);
-    if (!contacts) {
-      for (int i = 0; i < sweeps; ++i, ++done) {
-        solve_velocities(1, problem);
-        solve_bounded(count, bodies, softness, joints);
-      }
-      return {done, false};
-    }
-    ContactProblem through = problem;
-    done += static_cast<std::uint32_t>(solve_jointed_velocities(10 * sweeps, *contacts, through));
-    take_contact_impulses(through, problem);
-    solve_bounded(count, bodies, softness, joints);
-  }
-  return {done, true};
+// The rows at the poses that the step would lead to, aimed so that the joints hold there; from the
+// impulses found on. Returns by how much they do not hold yet.
+double aim_again(const JointedStep& step, std::span<const JointRow> start, const JointSystem& solved,
+                 std::span<const SolverBody> bodies, JointSystem& next) {
+  const auto& [scene, dt_s, ids, states, free] = step;
+  next = solved;
+  build_joint_rows(scene, dt_s, drifted(scene, ids, states, bodies, dt_s), true, next);
+  forgive(start, next);
+  bound_step(dt_s, next);
+  aim_joint_rows(dt_s, bodies, next);
+  for (std::size_t r = 0; r < next.rows.size(); ++r)
+    next.rows[r].impulse_newton_s = solved.rows[r].impulse_newton_s;
+  return largest_error(next);
 }
 
 // Velocities at the end of the step. Joints pull in the directions that they have at the end of the
-// step (implicit: stable however taut), unless that gives energy. Returns the number of sweeps.
-std::uint32_t solve_alternately(const JointedStep& step, JointSystem& joints,
-                                ContactProblem& problem) {
+// step: stable however taut. False, and no change of the problem, if no solution is found.
+bool solve_aimed(const JointedStep& step, bool accurate, const Elimination& plan,
+                 JointSystem& joints, ContactProblem& problem, ContactSolution& solution) {
   constexpr int kAims = 3;
-  constexpr double kSoftness = 1e-8;
   const auto& [scene, dt_s, ids, states, free] = step;
-  const std::span<SolverBody> bodies = problem.bodies;
   build_joint_rows(scene, dt_s, states, true, joints);
   const std::vector<JointRow> start = joints.rows;
   bound_step(dt_s, joints);
-  double error = 0.0;
-  std::uint32_t done = 0;
-  bool through = false;
-  ContactProblem best;
-  JointSystem best_joints;
+  if (scene.solver.warm_starting) load_joint_impulses(scene, states, joints);
+  JointSystem trial_joints = joints, next;
+  ContactProblem trial = problem;
+  double before = 0.0;
   for (int aim = 0; aim <= kAims; ++aim) {
-    const double softness = aim == 0 ? 0.0 : kSoftness;
-    factor_joint_rows(ids.size(), bodies, joints, softness);
-    const BothSolved both = solve_both(step, softness, joints, problem);
-    done += both.sweeps;
-    if (aim > 0 && through && !both.through) break;
-    through = both.through;
-    JointSystem next = joints;
-    build_joint_rows(scene, dt_s, drifted(scene, ids, states, bodies, dt_s), true, next);
-    forgive(start, next);
-    const double before = std::exchange(error, largest_error(next));
-    if (aim > 0 && !(error < before)) break;
-    if (aim > 0 && solved_gain_joule(dt_s, states, free, joints, problem) != 0.0) break;
-    best = problem;
-    best_joints = joints;
-    take_back_joint_impulses(joints, bodies);
-    bound_step(dt_s, next);
-    aim_joint_rows(dt_s, best.bodies, next);
-    joints = std::move(next);
+    const NewtonOutcome outcome = solve_directly(accurate, free, plan, trial, &trial_joints);
+    count(outcome, plan, solution);
+    if (!outcome.converged) return aim > 0;
+    const double error = aim_again(step, start, trial_joints, trial.bodies, next);
+    if (aim > 0 && !(error < before)) return true;
+    before = error;
+    problem = trial;
+    joints = trial_joints;
+    if (error <= rounding_of(states)) return true;
+    std::swap(trial_joints, next);
   }
-  problem = std::move(best);
-  joints = std::move(best_joints);
-  return done;
+  return true;
 }
 
-// Moves the bodies so that no joint that is no spring is off, by as little as their masses allow.
-// Velocities turn along. Returns the energy that this gives.
+}  // namespace
+
 double close_joints(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                     JointSystem& joints, std::span<BodyState> states) {
   std::vector<JointMove> moves;
@@ -196,25 +144,14 @@ double close_joints(const SceneDescription& scene, double dt_s, std::span<const 
   return work_joule;
 }
 
-}  // namespace
-
-ContactSolution solve_jointed(const JointedStep& step, JointSystem& joints,
-                              ContactProblem& problem) {
+std::optional<ContactSolution> solve_jointed(const JointedStep& step, bool accurate,
+                                             const Elimination& plan, JointSystem& joints,
+                                             ContactProblem& problem) {
   ContactSolution solution;
-  solution.iterations = solve_alternately(step, joints, problem);
-  limit_joint_gain(step.dt_s, step.states, step.free, joints, problem);
-  limit_throws(step.states, step.free, joints, problem);
-  const ContactProblem plastic = problem;
-  const JointSystem plastic_joints = joints;
-  if (problem.restitution_rows > 0 && aim_rebounds(problem)) {
-    take_back_joint_impulses(joints, problem.bodies);
-    solution.iterations += solve_alternately(step, joints, problem);
-    limit_joint_gain(step.dt_s, step.states, step.free, joints, problem);
-    limit_throws(step.states, step.free, joints, problem);
-  }
-  PushOutProblem push;
-  solve_push_out(step.scene.solver.iterations, step.dt_s, problem, push);
-  solution.push = std::move(push.bodies);
+  if (!solve_aimed(step, accurate, plan, joints, problem, solution)) return std::nullopt;
+  solution.direct = true;
+  if (!needs_push_out(problem)) return solution;
+  count(push_out_directly(step.dt_s, plan, problem, solution.push, &joints), plan, solution);
   limit_push_out(fastest_push_out_m_s(step.scene, step.ids), solution.push);
   return solution;
 }

@@ -1,10 +1,12 @@
 // How joints move the bodies of an island beside contacts, or where they contradict each other.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "physics/constraints/contact_rows.hpp"
+#include "physics/math/block_cholesky.hpp"
 #include "physics/math/solver_body.hpp"
 #include "physics/model/contact_manifold.hpp"
 #include "physics/solvers/contact_choice.hpp"
@@ -38,10 +40,12 @@ struct JointedStep {
   std::span<const SolverBody> free;
 };
 
-// Velocities at the end of the step, rebounds and push-out. They give no energy but by motors,
-// springs and what pushes the bodies.
-ContactSolution solve_jointed(const JointedStep& step, JointSystem& joints,
-                              ContactProblem& problem);
+// Velocities at the end of the step and push-out, of joints and contacts at once, by Newton's
+// method: contacts as the rows have them, joints as at the step's end. Nothing, and the problem as
+// it was, where that does not converge. Nothing may bounce.
+std::optional<ContactSolution> solve_jointed(const JointedStep& step, bool accurate,
+                                             const Elimination& plan, JointSystem& joints,
+                                             ContactProblem& problem);
 
 // Moves the bodies (`states`, as before the step), closes what that opens of the joints, takes the
 // energy away that this gives, and pushes overlaps apart. Stored impulses stay. Adds the works to
@@ -58,6 +62,11 @@ bool are_closed(const SceneDescription& scene, double dt_s, std::span<const Body
 // gives is added to the push-out.
 void close_left_open(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                      JointSystem& joints, std::span<BodyState> states, IslandReport& report);
+
+// Moves the bodies so that no joint that is no spring is off, by as little as their masses allow.
+// Velocities turn along. Returns the energy that this gives.
+double close_joints(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
+                    JointSystem& joints, std::span<BodyState> states);
 
 // What the world gives to the island through joints. `states` as when the rows were built.
 void report_joints(std::span<const BodyState> states, const JointSystem& joints,

@@ -1,6 +1,8 @@
 // Few contact points, solved from the points.
 #include "physics/solvers/few_contacts.hpp"
 
+#include "physics/solvers/contact_solver.hpp"
+
 #include <gtest/gtest.h>
 
 #include <random>

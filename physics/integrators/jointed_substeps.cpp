@@ -1,0 +1,185 @@
+#include "physics/integrators/jointed_substeps.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "physics/constraints/springs.hpp"
+#include "physics/constraints/ways.hpp"
+#include "physics/math/rigid_motion.hpp"
+#include "physics/solvers/contact_solver.hpp"
+#include "physics/solvers/joint_blocks.hpp"
+#include "physics/solvers/joint_work.hpp"
+#include "physics/solvers/substeps.hpp"
+
+namespace soda::physics {
+namespace {
+
+// A step under way.
+class JointedSubsteps {
+ public:
+  JointedSubsteps(const JointedStep& step, JointSystem& joints, ContactProblem& problem)
+      : step_(step), joints_(joints), problem_(problem) {
+    for (const BodyState& state : step.states) motion_.states.push_back(motion_of(state));
+    motion_.flown_m.assign(step.ids.size(), Vec3::Zero());
+    closing_m_s_ = 2.0 * fastest_push_out_m_s(step.scene, step.ids);
+  }
+
+  JointedMotion run();
+
+ private:
+  void start(std::uint32_t count);
+  void build_rows_again();
+  void drift();
+  void add_impulses();
+  void rebound();
+
+  const JointedStep& step_;
+  JointSystem& joints_;
+  ContactProblem& problem_;
+  Substeps substeps_;
+  JointBlocks blocks_;
+  JointedMotion motion_;
+  std::vector<double> carried_newton_s_;
+  double closing_m_s_ = 0.0;
+};
+
+// From the impulses of the step before, of which each substep has its share.
+void JointedSubsteps::start(std::uint32_t count) {
+  const double length_s = step_.dt_s / count;
+  build_joint_rows(step_.scene, length_s, motion_.states, true, joints_);
+  motion_.joint_newton_s.assign(joints_.rows.size(), 0.0);
+  if (step_.scene.solver.warm_starting) load_joint_impulses(step_.scene, step_.states, joints_);
+  for (JointRow& row : joints_.rows) {
+    apply_joint_impulse(row, row.impulse_newton_s, problem_.bodies);
+    row.impulse_newton_s /= count;
+  }
+  begin_substeps(step_.dt_s, count, step_.states, problem_, substeps_);
+}
+
+void JointedSubsteps::build_rows_again() {
+  carried_newton_s_.clear();
+  for (const JointRow& row : joints_.rows) carried_newton_s_.push_back(row.impulse_newton_s);
+  build_joint_rows(step_.scene, substeps_.length_s, motion_.states, true, joints_);
+  for (std::size_t r = 0; r < carried_newton_s_.size(); ++r)
+    joints_.rows[r].impulse_newton_s = carried_newton_s_[r];
+}
+
+void JointedSubsteps::drift() {
+  for (std::size_t i = 0; i < step_.ids.size(); ++i) {
+    BodyState& state = motion_.states[i];
+    SolverBody& body = problem_.bodies[i];
+    state.position_m += body.linear * substeps_.length_s;
+    state.angular_velocity_rad_s = body.angular;
+    rotate_freely(step_.scene.bodies[index_of(step_.ids[i])], substeps_.length_s, state);
+    body.angular = state.angular_velocity_rad_s;
+  }
+}
+
+void JointedSubsteps::add_impulses() {
+  for (std::size_t r = 0; r < joints_.rows.size(); ++r) {
+    const JointRow& row = joints_.rows[r];
+    const double impulse = row.impulse_newton_s;
+    motion_.joint_newton_s[r] += impulse;
+    if (row.kind == JointRowKind::kMotor)
+      motion_.motor_work_joule += impulse * velocity_of(row, problem_.bodies);
+    if (row.b != step_.ids.size()) continue;
+    motion_.world_newton_s -= row.linear * impulse;
+    motion_.world_newton_m_s -=
+        row.turn_a * impulse + motion_.states[row.a].position_m.cross(row.linear * impulse);
+  }
+}
+
+// Bodies have moved: it changes how they leave the step only.
+void JointedSubsteps::rebound() {
+  if (problem_.restitution_rows == 0 || !aim_rebounds(problem_)) return;
+  for (RowContact& contact : problem_.contacts) contact.bounces = false;
+  const std::uint32_t sweeps = motion_.sweeps;
+  for (std::uint32_t i = 0; i < sweeps; ++i) {
+    relax_joints(substeps_.length_s, i % 2 == 0, blocks_, joints_, problem_.bodies);
+    sweep_velocities(i % 2 == 0, problem_);
+  }
+  motion_.sweeps += sweeps;
+}
+
+JointedMotion JointedSubsteps::run() {
+  const std::uint32_t count = substeps_of(step_.scene.solver);
+  start(count);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    if (i > 0) {
+      go_on(problem_, substeps_);
+      build_rows_again();
+    }
+    build_joint_blocks(problem_.bodies, joints_, blocks_);
+    press_joints(substeps_.length_s, closing_m_s_, blocks_, joints_, problem_.bodies);
+    press(problem_, substeps_);
+    move_on(problem_, substeps_);
+    drift();
+    relax_joints(substeps_.length_s, false, blocks_, joints_, problem_.bodies);
+    relax(problem_, substeps_);
+    add_impulses();
+    for (std::size_t k = 0; k < motion_.flown_m.size(); ++k)
+      motion_.flown_m[k] += (problem_.bodies[k].linear + substeps_.at_start[k].linear) *
+                            (0.5 * substeps_.length_s);
+  }
+  motion_.sweeps = 2 * count;
+  end_substeps(problem_, substeps_);
+  rebound();
+  return std::move(motion_);
+}
+
+}  // namespace
+
+JointedMotion solve_jointed_in_substeps(const JointedStep& step, JointSystem& joints,
+                                        ContactProblem& problem) {
+  return JointedSubsteps(step, joints, problem).run();
+}
+
+namespace {
+
+double elastic_at(const SceneDescription& scene, const JointSystem& joints,
+                  std::span<const BodyState> states) {
+  return has_springs(scene, joints) ? elastic_joule(spring_rows(scene, states, joints)) : 0.0;
+}
+
+}  // namespace
+
+void take_jointed_motion(const JointedStep& step, const JointedMotion& motion, bool affordable,
+                         JointSystem& joints, const ContactProblem& problem,
+                         std::span<BodyState> states, IslandReport& report,
+                         std::vector<AdvanceFault>& faults) {
+  const auto& [scene, dt_s, ids, before, free] = step;
+  std::vector<BodyState> next;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    BodyState& state = next.emplace_back(motion.states[i]);
+    state.linear_velocity_m_s = problem.bodies[i].linear;
+    state.angular_velocity_rad_s = problem.bodies[i].angular;
+    if (*fault_of(state)) state = motion_of(before[i]);
+  }
+  if (affordable) close_joints(scene, dt_s, ids, joints, next);
+  std::vector<BodyState> flown = next;
+  for (std::size_t i = 0; i < ids.size(); ++i)
+    flown[i].position_m = before[i].position_m + motion.flown_m[i];
+  report.motor_work_joule = motion.motor_work_joule;
+  const double work = motion.motor_work_joule +
+                      external_work_joule(scene, dt_s, before, free, problem) +
+                      elastic_at(scene, joints, before) - elastic_at(scene, joints, next);
+  const EnergyExcess excess = energy_excess(scene, dt_s, ids, before, flown, work);
+  if (excess.gain_joule > 0.0)
+    report.push_out_work_joule +=
+        take_excess(scene, ids, excess, is_afloat(ids.size(), joints, &problem), next, report);
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    const Vec3 beyond = next[i].position_m - flown[i].position_m;
+    report.push_out_work_joule -=
+        scene.bodies[index_of(ids[i])].mass_kg * scene.gravity_m_s2.dot(beyond);
+    const char* const fault = fault_of(next[i]);
+    if (*fault) {
+      faults.push_back({ids[i], fault});
+      continue;
+    }
+    next[i].impulses = std::move(states[i].impulses);
+    states[i] = std::move(next[i]);
+  }
+}
+
+}  // namespace soda::physics
