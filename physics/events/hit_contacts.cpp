@@ -131,30 +131,30 @@ double foreseen_s(const HitIsland& island, std::span<const ContactManifold> cont
   return foreseen;
 }
 
-bool are_held(const HitIsland& island, std::span<const ContactManifold> contacts,
-              std::span<const BodyState> states) {
-  for (const ContactManifold& m : contacts) {
-    const double slow = island.slow_m_s(m);
-    for (std::uint32_t i = 0; i < m.count; ++i)
-      if (!(island.approach_m_s(m, m.points[i], states) > slow)) return true;
-  }
-  return false;
+ContactManifold without_hits(const HitIsland& island, const ContactManifold& contact,
+                             std::span<const BodyState> states) {
+  const double slow = island.slow_m_s(contact);
+  ContactManifold m = contact;
+  m.count = 0;
+  for (std::uint32_t i = 0; i < contact.count; ++i)
+    if (!(island.approach_m_s(contact, contact.points[i], states) > slow))
+      m.points[m.count++] = contact.points[i];
+  return m;
 }
 
 void append_held(const HitIsland& island, std::span<const ContactManifold> contacts,
                  std::span<BodyState> states, std::vector<ContactManifold>& held) {
   for (const ContactManifold& contact : contacts) {
-    const double slow = island.slow_m_s(contact);
-    ContactManifold m = contact;
-    m.count = 0;
-    for (std::uint32_t i = 0; i < contact.count; ++i) {
-      const ContactPoint& p = contact.points[i];
-      if (island.approach_m_s(m, p, states) > slow)
-        std::erase_if(island.state_of(m.a, states).impulses, [&](const ContactImpulse& impulse) {
-          return impulse.other == m.b && impulse.part == m.part && impulse.feature == p.feature;
-        });
-      else
-        m.points[m.count++] = p;
+    const ContactManifold m = without_hits(island, contact, states);
+    for (std::uint32_t i = 0, kept = 0; i < contact.count; ++i) {
+      const std::uint32_t feature = contact.points[i].feature;
+      if (kept < m.count && m.points[kept].feature == feature) {
+        ++kept;
+        continue;
+      }
+      std::erase_if(island.state_of(m.a, states).impulses, [&](const ContactImpulse& impulse) {
+        return impulse.other == m.b && impulse.part == m.part && impulse.feature == feature;
+      });
     }
     if (m.count > 0) held.push_back(m);
   }

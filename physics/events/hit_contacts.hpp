@@ -47,13 +47,14 @@ double clear_s(const HitIsland& island, std::span<const ContactManifold> contact
 double foreseen_s(const HitIsland& island, std::span<const ContactManifold> contacts,
                   std::span<const BodyState> states);
 
-// Whether there are contacts without points that come nearer for a hit.
-bool are_held(const HitIsland& island, std::span<const ContactManifold> contacts,
-              std::span<const BodyState> states);
+// The contact without points that come nearer for a hit.
+ContactManifold without_hits(const HitIsland& island, const ContactManifold& contact,
+                             std::span<const BodyState> states);
 
-// Appends these: until a hit its points have no part in it. Solvers would slow them down before, as
-// soon as they are within reach of one more of their steps; and what they pressed with in the step
-// before would have them held at the distance that they are at (try_steps), so that is forgotten.
+// Appends contacts without these: until a hit its points have no part in it. Solvers would slow
+// them down before, as soon as they are within reach of one more of their steps; and what they
+// pressed with in the step before would have them held at the distance that they are at
+// (try_steps), so that is forgotten.
 void append_held(const HitIsland& island, std::span<const ContactManifold> contacts,
                  std::span<BodyState> states, std::vector<ContactManifold>& held);
 

@@ -12,6 +12,7 @@
 #include "physics/forces/forces.hpp"
 #include "physics/integrators/advance_once.hpp"
 #include "physics/math/rigid_motion.hpp"
+#include "physics/refinement/advance_apart.hpp"
 #include "physics/refinement/advance_resting.hpp"
 #include "physics/refinement/refinement.hpp"
 #include "physics/shapes/geometry_impl.hpp"
@@ -22,12 +23,11 @@ namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
-// How often a step may advance, strike or look at each body of an island, on average.
-std::size_t most_work(std::size_t bodies) {
-  constexpr std::size_t kFew = 8, kOfEach = 16, kLeast = 32;
-  const std::size_t few = std::min(bodies, kFew);
-  return kOfEach * (1 + few) * few + kLeast * bodies;
-}
+// Of a step, in bodies and contact points that are advanced or struck, and pairs looked at: what
+// hits that are known to come take once each, and what all of them may take. More and a large set
+// that contacts hold would be advanced again and again, each time for one hit.
+std::size_t most_ahead(std::size_t bodies) { return 160 + 2 * bodies; }
+std::size_t most_work(std::size_t bodies) { return 2048 + 96 * bodies; }
 
 // Sweeps, which solve what bounces, do not get anywhere with a grain between a block that is that
 // much heavier and the floor: it whirls, and is thrown. Without rebounds it is held. And what
@@ -59,12 +59,16 @@ struct Means {
 // can hit; so all times are at most that of the pair that is next.
 class HitRun {
  public:
-  HitRun(const HitIsland& island, double dt_s, std::span<const ContactManifold> manifolds,
-         std::span<BodyState> states, const Means& means);
+  // `apart`: contacts that hold nothing make no set.
+  HitRun(const HitIsland& island, double dt_s, bool apart,
+         std::span<const ContactManifold> manifolds, std::span<BodyState> states,
+         const Means& means);
   // Whether there is work enough for the hits that are known to come.
   bool is_affordable();
   // Whether something came near enough to be looked at again.
   bool run();
+  // Afterwards: whether contacts that make no set have kept their gaps.
+  bool stayed_apart() const;
 
  private:
   struct Look {  // at a pair
@@ -82,6 +86,8 @@ class HitRun {
     return pair.fixed ? static_id(pair.b) : island_.ids[pair.b];
   }
   void expect(std::uint32_t pair, double ahead_s);
+  bool is_held(const Look& look, double now_s) const;
+  std::size_t work_of(const Bodies& set) const;
   void look(std::uint32_t pair, double now_s);
   Bodies set_of(std::uint32_t body, bool all);
   void advance_set(const Bodies& set, double to_s, bool all);
@@ -95,6 +101,7 @@ class HitRun {
 
   HitIsland island_;
   double dt_s_;
+  bool apart_;
   std::span<BodyState> states_;
   Means means_;
   MeetingPairs pairs_;
@@ -105,10 +112,12 @@ class HitRun {
   std::size_t work_ = 0;
 };
 
-HitRun::HitRun(const HitIsland& island, double dt_s, std::span<const ContactManifold> manifolds,
-               std::span<BodyState> states, const Means& means)
+HitRun::HitRun(const HitIsland& island, double dt_s, bool apart,
+               std::span<const ContactManifold> manifolds, std::span<BodyState> states,
+               const Means& means)
     : island_(island),
       dt_s_(dt_s),
+      apart_(apart),
       states_(states),
       means_(means),
       pairs_(island.scene, island.geometry, island.ids, states, means.counters),
@@ -131,7 +140,7 @@ HitRun::HitRun(const HitIsland& island, double dt_s, std::span<const ContactMani
   for (std::uint32_t pair = 0; pair < looks_.size(); ++pair) {
     Look& look = looks_[pair];
     look.time_s = 0.0;
-    look.held = are_held(island_, look.found, states);
+    look.held = is_held(look, 0.0);
     expect(pair, clear_s(island_, look.found, states));
   }
 }
@@ -143,22 +152,68 @@ void HitRun::expect(std::uint32_t pair, double ahead_s) {
   next_.set(pairs_, pair, time < dt_s_ ? time : kNever);
 }
 
+bool HitRun::is_held(const Look& look, double now_s) const {
+  for (const ContactManifold& contact : look.found) {
+    const ContactManifold m = without_hits(island_, contact, states());
+    if (m.count == 0) continue;
+    if (!apart_ || is_static(m.b) || island_.scene.tolerance > 0.0) return true;
+    if (holds(island_.scene, island_.geometry, dt_s_ - now_s, m, island_.state_of(m.a, states()),
+              island_.state_of(m.b, states())))
+      return true;
+  }
+  return false;
+}
+
+// Of advancing it once.
+std::size_t HitRun::work_of(const Bodies& set) const {
+  std::size_t work = set.size();
+  for (const std::uint32_t body : set)
+    for (const std::uint32_t pair : pairs_.of(body))
+      if (pairs_[pair].a == body && looks_[pair].held)
+        for (const ContactManifold& m : looks_[pair].found) work += m.count;
+  return work;
+}
+
 bool HitRun::is_affordable() {
-  std::vector<std::size_t> sizes(states_.size(), 0);
-  const auto size_of = [&](std::uint32_t body) {
-    if (sizes[body] == 0) {
+  std::vector<std::size_t> works(states_.size(), 0);
+  const auto work_at = [&](std::uint32_t body) {
+    if (works[body] == 0) {
       const Bodies set = set_of(body, false);
-      for (const std::uint32_t one : set) sizes[one] = set.size();
+      const std::size_t of_set = work_of(set);
+      for (const std::uint32_t one : set) works[one] = of_set;
     }
-    return sizes[body];
+    return works[body];
   };
   std::size_t work = 0;
   for (std::uint32_t pair = 0; pair < pairs_.size(); ++pair) {
     if (next_.time_s(pair) == kNever) continue;
-    work += size_of(pairs_[pair].a);
-    if (!pairs_[pair].fixed) work += size_of(pairs_[pair].b);
+    work += work_at(pairs_[pair].a);
+    if (!pairs_[pair].fixed) work += work_at(pairs_[pair].b);
   }
-  return work <= most_work(states_.size());
+  return work <= most_ahead(states_.size());
+}
+
+bool HitRun::stayed_apart() const {
+  constexpr double kStayed = 1e-8;  // of the width
+  const auto nearest_m = [](std::span<const ContactManifold> contacts) {
+    double nearest = 0.0;
+    for (const ContactManifold& m : contacts)
+      for (std::uint32_t i = 0; i < m.count; ++i)
+        nearest = std::min(nearest, m.points[i].separation_m);
+    return nearest;
+  };
+  std::vector<ContactManifold> now;
+  for (std::uint32_t pair = 0; pair < pairs_.size(); ++pair) {
+    const MeetingPair& p = pairs_[pair];
+    const Look& look = looks_[pair];
+    if (p.fixed || look.held || look.found.empty()) continue;
+    now.clear();
+    collide(island_.scene, island_.geometry, 0.0, island_.ids[p.a], states_[p.a], other(p),
+            &states_[p.b], now, means_.counters);
+    if (nearest_m(now) < nearest_m(look.found) - kStayed * island_.width_m(look.found.front()))
+      return false;
+  }
+  return true;
 }
 
 // Both are there now.
@@ -173,7 +228,7 @@ void HitRun::look(std::uint32_t pair, double now_s) {
             other(p), p.fixed ? nullptr : &states_[p.b], look.found, means_.counters);
     ++means_.counters.hit_searches;
   }
-  look.held = are_held(island_, look.found, states());
+  look.held = is_held(look, now_s);
   if (look.found.empty())
     next_.set(pairs_, pair, kNever);
   else
@@ -238,7 +293,7 @@ void HitRun::advance_set(const Bodies& set, double to_s, bool all) {
     part.error_estimate = 0.0;
     add_part(part, means_.report);
   }
-  work_ += set.size();
+  work_ += work_of(set);
   for (std::size_t i = 0; i < set.size(); ++i) {
     std::swap(states_[set[i]], now[i]);
     since_s_[set[i]] = to_s;
@@ -297,7 +352,7 @@ HitRun::Bodies HitRun::struck_with(std::uint32_t pair, double now_s,
       taken_pairs_.resize(pairs_.size(), 0);
       if (taken_pairs_[q]) continue;
       if (!is_at(p, now_s)) {
-        if (next_.time_s(q) == kNever) continue;
+        if (next_.time_s(q) == kNever && looks_[q].found.empty()) continue;
         bring(p.other(body), now_s);
       }
       if (looks_[q].time_s != now_s) look(q, now_s);
@@ -400,13 +455,21 @@ std::optional<AmongHits> advance_among_hits(const SceneDescription& scene, const
                                             std::vector<AdvanceFault>& faults) {
   const HitIsland island{scene, geometry, ids};
   if (clear_s(island, manifolds, states) == kNever || !can_be_hit(island, dt_s, states)) return {};
-  AmongHits result;
-  result.report = report_of(ids, manifolds);
-  HitRun hits(island, dt_s, manifolds, states, {result.report, scratch, counters, faults});
-  if (!hits.is_affordable()) return {};
   // Measures know what pushes give in a step from its start on; parts start elsewhere.
-  result.report.static_impulse_newton_s = -push_impulses_newton_s(scene, dt_s, ids, states);
-  result.hit = hits.run();
+  const Vec3 known_newton_s = push_impulses_newton_s(scene, dt_s, ids, states);
+  const std::vector<BodyState> before(states.begin(), states.end());
+  const std::size_t faults_before = faults.size();
+  AmongHits result;
+  for (const bool apart : {true, false}) {
+    result.report = report_of(ids, manifolds);
+    result.report.static_impulse_newton_s = -known_newton_s;
+    HitRun hits(island, dt_s, apart, manifolds, states, {result.report, scratch, counters, faults});
+    if (!hits.is_affordable()) return {};
+    result.hit = hits.run();
+    if (!apart || hits.stayed_apart()) break;
+    std::copy(before.begin(), before.end(), states.begin());
+    faults.resize(faults_before);
+  }
   if (scene.tolerance > 0.0 && result.report.error_estimate > scene.tolerance)
     result.report.beyond_tolerance = true;
   return result;

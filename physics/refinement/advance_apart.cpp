@@ -24,9 +24,17 @@ double width_m(const SceneDescription& scene, const Geometry& geometry, const Co
                   shape_of(scene, geometry, m.b).min_extent_m);
 }
 
-// Whether contacts of two bodies hold something. Gravity pulls both alike, but one may be held.
-bool holds(const SceneDescription& scene, double dt_s, const ContactManifold& m, double width,
-           const BodyState& a, const BodyState& b) {
+Vec3 moved(const Vec3& point, const BodyState& before, const BodyState& after) {
+  return after.position_m +
+         after.orientation * (before.orientation.conjugate() * (point - before.position_m));
+}
+
+}  // namespace
+
+// Gravity pulls both alike, but one may be held.
+bool holds(const SceneDescription& scene, const Geometry& geometry, double dt_s,
+           const ContactManifold& m, const BodyState& a, const BodyState& b) {
+  const double width = width_m(scene, geometry, m);
   const double pulled_m = std::abs(scene.gravity_m_s2.dot(m.normal)) * dt_s * dt_s;
   for (std::uint32_t i = 0; i < m.count; ++i) {
     const ContactPoint& p = m.points[i];
@@ -40,13 +48,6 @@ bool holds(const SceneDescription& scene, double dt_s, const ContactManifold& m,
   return false;
 }
 
-Vec3 moved(const Vec3& point, const BodyState& before, const BodyState& after) {
-  return after.position_m +
-         after.orientation * (before.orientation.conjugate() * (point - before.position_m));
-}
-
-}  // namespace
-
 Islands islands_apart(const SceneDescription& scene, const Geometry& geometry, double dt_s,
                       std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
                       std::span<const BodyState> states, std::vector<ContactManifold>& kept) {
@@ -54,8 +55,8 @@ Islands islands_apart(const SceneDescription& scene, const Geometry& geometry, d
   if (scene.tolerance > 0.0 || ids.size() < 2 || std::ranges::any_of(manifolds, is_joint))
     return islands;
   for (const ContactManifold& m : manifolds)
-    if (is_static(m.b) || holds(scene, dt_s, m, width_m(scene, geometry, m),
-                                states[place_in(ids, m.a)], states[place_in(ids, m.b)]))
+    if (is_static(m.b) ||
+        holds(scene, geometry, dt_s, m, states[place_in(ids, m.a)], states[place_in(ids, m.b)]))
       kept.push_back(m);
   if (kept.size() < manifolds.size()) build_islands(ids, kept, islands);
   return islands;

@@ -13,9 +13,14 @@
 
 namespace soda::physics {
 
-// The islands that are left where contacts between bodies are taken away that pressed nothing in
-// the step before and do not close in this one. No more than one: nothing to take away, or the
-// scene asks for a tolerance, or a joint is among the manifolds.
+// Whether the contacts of two bodies hold something: they pressed in the step before, close within
+// dt_s, or overlap by what is to be pushed apart.
+bool holds(const SceneDescription& scene, const Geometry& geometry, double dt_s,
+           const ContactManifold& m, const BodyState& a, const BodyState& b);
+
+// The islands that are left where contacts between bodies are taken away that hold nothing. No more
+// than one: nothing to take away, or the scene asks for a tolerance, or a joint is among the
+// manifolds.
 Islands islands_apart(const SceneDescription& scene, const Geometry& geometry, double dt_s,
                       std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
                       std::span<const BodyState> states, std::vector<ContactManifold>& kept);
