@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "physics/events/meeting_pairs.hpp"
 #include "physics/forces/forces.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/shapes/geometry_impl.hpp"
@@ -9,7 +10,6 @@
 namespace soda::physics {
 namespace {
 
-constexpr double kNever = std::numeric_limits<double>::infinity();
 
 // Of the width. A gap counts as none, and points hit together. A body that rests is tilted by what
 // its solver leaves: a face that comes to a face by less than that is meant to hit as one.

@@ -21,7 +21,6 @@
 namespace soda::physics {
 namespace {
 
-constexpr double kNever = std::numeric_limits<double>::infinity();
 
 // Of a step, in bodies and contact points that are advanced or struck, and pairs looked at: what
 // hits that are known to come take once each, and what all of them may take. More and a large set

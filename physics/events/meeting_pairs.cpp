@@ -8,7 +8,6 @@
 namespace soda::physics {
 namespace {
 
-constexpr double kNever = std::numeric_limits<double>::infinity();
 
 // Free flight can change which way a body spins, and how fast: twice is enough for looking.
 Aabb way_of(const SceneDescription& scene, const Geometry& geometry, BodyId id,
@@ -75,7 +74,8 @@ std::uint32_t MeetingPairs::add(const MeetingPair& pair) {
 
 void MeetingPairs::add_statics_of(std::uint32_t body, StageCounters& counters) {
   find_static_pairs(geometry_, {&boxes_.box(body), 1}, statics_, counters);
-  for (const IndexPair& pair : statics_) add({body, pair.second, true});
+  for (const IndexPair& pair : statics_)
+    if (may_touch(scene_, ids_[body], static_id(pair.second))) add({body, pair.second, true});
 }
 
 bool MeetingPairs::are_near(std::uint32_t pair) const {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -11,6 +12,9 @@
 #include "physics/shapes/geometry.hpp"
 
 namespace soda::physics {
+
+// A time that does not come.
+inline constexpr double kNever = std::numeric_limits<double>::infinity();
 
 // Two bodies of the island, a < b, or one and a static. Places among its ids.
 struct MeetingPair {
