@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "physics/model/contact_manifold.hpp"
+#include "physics/narrowphase/core_distance.hpp"
+#include "physics/narrowphase/triangle_solid.hpp"
 
 namespace soda::physics {
 namespace {
@@ -62,10 +64,14 @@ bool sphere_triangle(const PlacedShape& sphere, const Triangle& t, const MeshTri
   return true;
 }
 
-// The solid's supporting feature over the triangle. A solid whose centre is behind the face, or
-// that reaches deeper than its own half width, is not pushed by it: meshes are hollow.
-void solid_triangle(const PlacedShape& solid, const Triangle& t, std::uint32_t index,
-                    ContactCandidates& out) {
+// The farthest in that a solid is pushed out of a triangle along its face though it is less far in
+// along another normal: there the other face has it.
+constexpr double kDeepest = 0.5;  // of the width
+
+// The solid's supporting feature over the triangle. A solid whose centre is behind the face is not
+// pushed by it: meshes are hollow.
+void solid_triangle(const PlacedShape& solid, const Triangle& t, const Solid& as_solid,
+                    std::uint32_t index, ContactCandidates& out) {
   if ((solid.pose.position - t.corners[0]).dot(t.normal) < 0.0) return;
   SupportFeature face;
   for (int i = 0; i < 3; ++i) face.points[i] = t.corners[i];
@@ -75,10 +81,109 @@ void solid_triangle(const PlacedShape& solid, const Triangle& t, std::uint32_t i
   const SupportFeature feature = support_feature(solid, -t.normal);
   ContactCandidates clipped;
   clip_to_reference(face, feature, clipped);
-  const double deepest = -0.5 * solid.shape.min_extent_m;
+  double deepest = 0.0;
+  for (int i = 0; i < clipped.count; ++i)
+    deepest = std::min(deepest, clipped.points[i].separation_m);
+  double most = -kDeepest * solid.shape.min_extent_m;
+  if (deepest < most && overlap_with_triangle(solid, as_solid).normal == -t.normal) most = deepest;
   for (int i = 0; i < clipped.count; ++i) {
     const ContactPoint& p = clipped.points[i];
-    if (p.separation_m > deepest) out.add(p.position_m, p.separation_m, p.feature);
+    if (p.separation_m >= most) out.add(p.position_m, p.separation_m, p.feature);
+  }
+}
+
+// Where a solid touches an edge of a triangle and neither of its faces.
+struct EdgeContact {
+  Vec3 normal = Vec3::UnitZ();  // from the solid
+  int edge = -1;
+  double separation_m = 0.0;
+  Vec3 witness = Vec3::Zero();
+};
+
+EdgeContact edge_contact(const PlacedShape& solid, const PlacedShape& mesh, const Solid& triangle,
+                         double range_m) {
+  constexpr double kTiny = 1e-10;  // of the width
+  const bool round = solid.shape.kind == ShapeKind::kCapsule;
+  const double skin = round ? solid.shape.radius_m : 0.0;
+  const MeshTriangle& t = *triangle.geometry.triangle;
+  const Vec3 guess = triangle.placed.pose.position - solid.pose.position;
+  const CoreGap gap = core_gap({solid, skin}, {triangle.placed, 0.0},
+                               guess == Vec3::Zero() ? Vec3(Vec3::UnitZ()) : guess,
+                               kTiny * solid.shape.min_extent_m, range_m + skin);
+  if (gap.far) return {};
+  EdgeContact found;
+  if (gap.overlap) {
+    const Separation overlap = overlap_with_triangle(solid, triangle);
+    found.normal = overlap.normal;
+    found.separation_m = overlap.distance_m;
+    found.witness = support_point(solid, found.normal) + found.normal * (0.5 * found.separation_m);
+  } else {
+    found.normal = gap.normal;
+    found.separation_m = gap.least_m - skin;
+    found.witness = 0.5 * (gap.on_a + gap.normal * skin + gap.on_b);
+  }
+  const TriangleNormal allowed = allowed_normal(t, mesh.pose.direction_to_local(-found.normal));
+  const bool strange = !found.normal.allFinite() || allowed.beyond || allowed.edge < 0;
+  if (strange || !t.edge_own[static_cast<std::size_t>(allowed.edge)]) return {};
+  if (found.separation_m > range_m ||
+      found.separation_m < -kDeepest * solid.shape.min_extent_m)
+    return {};
+  found.edge = allowed.edge;
+  return found;
+}
+
+void edge_points(const PlacedShape& solid, const Triangle& t, const EdgeContact& contact,
+                 ContactCandidates& out) {
+  constexpr double kAligned = 1.0 - 1e-9;
+  SupportFeature edge;
+  edge.points[0] = t.corners[static_cast<std::size_t>(contact.edge)];
+  edge.points[1] = t.corners[static_cast<std::size_t>(contact.edge + 1) % 3];
+  edge.count = 2;
+  const SupportFeature feature = support_feature(solid, contact.normal);
+  if (feature.count > 2 && feature.normal.dot(contact.normal) > kAligned)
+    clip_to_reference(feature, edge, out);
+  else
+    overlap_segments(feature, edge, contact.normal, out);
+  if (out.count == 0) out.add(contact.witness, contact.separation_m, 0x40000000u);
+}
+
+// Edges between faces that fall away from them, and rims, of the triangles near. What a face or
+// another edge has a point at is left to that.
+void append_edge_contacts(BodyId a, BodyId b, const PlacedShape& solid, const PlacedShape& mesh,
+                          std::span<const std::uint32_t> triangles, const PairMotion& motion,
+                          const Vec3& origin_m, std::vector<ContactManifold>& out) {
+  constexpr double kSame = 0.02;  // of the width
+  constexpr std::uint32_t kFirstEdgePart = 0x40000000u;
+  const double range = std::min(motion.range_m, solid.shape.min_extent_m);
+  const std::size_t first = out.size();
+  std::size_t before = first;
+  while (before > 0 && out[before - 1].a == a && out[before - 1].b == b) --before;
+  const double same = kSame * solid.shape.min_extent_m;
+  const auto has_point = [&](const Vec3& position) {
+    for (std::size_t m = before; m < out.size(); ++m)
+      for (std::uint32_t i = 0; i < out[m].count; ++i)
+        if ((out[m].points[i].position_m - position).squaredNorm() <= same * same) return true;
+    return false;
+  };
+  TriangleSolid triangle;
+  for (const std::uint32_t index : triangles) {
+    const MeshTriangle& compiled = mesh.shape.triangles[index];
+    bool active = false;
+    for (std::size_t i = 0; i < 3; ++i)
+      active = active || (compiled.edge_active[i] && compiled.edge_own[i]);
+    if (!active || compiled.plane.normal == Vec3::Zero()) continue;
+    const Triangle t = place(mesh, compiled);
+    triangle.set(compiled, mesh.pose);
+    const EdgeContact contact = edge_contact(solid, mesh, triangle.solid(), range);
+    // Meshes are hollow.
+    const Vec3 from_edge = solid.pose.position - t.corners[static_cast<std::size_t>(
+                                                     std::max(contact.edge, 0))];
+    if (contact.edge < 0 || from_edge.dot(contact.normal) > 0.0 || has_point(contact.witness + origin_m)) continue;
+    ContactCandidates candidates;
+    edge_points(solid, t, contact, candidates);
+    keep_reached(motion, contact.normal, candidates);
+    emit_manifold(a, b, kFirstEdgePart + 3 * index + static_cast<std::uint32_t>(contact.edge),
+                  contact.normal, origin_m, candidates, out);
   }
 }
 
@@ -109,6 +214,7 @@ void mesh_contacts(BodyId a, BodyId b, const PlacedShape& solid, const PlacedSha
       by_group.push_back({mesh.shape.triangles[t].group, t});
   std::sort(by_group.begin(), by_group.end());
 
+  TriangleSolid as_solid;
   for (std::size_t begin = 0; begin < by_group.size();) {
     std::size_t end = begin;
     ContactCandidates candidates;
@@ -129,7 +235,8 @@ void mesh_contacts(BodyId a, BodyId b, const PlacedShape& solid, const PlacedSha
         }
       } else {
         if (candidates.count == 0) normal = -t.normal;
-        solid_triangle(solid, t, index, candidates);
+        as_solid.set(compiled, mesh.pose);
+        solid_triangle(solid, t, as_solid.solid(), index, candidates);
       }
     }
     keep_reached(motion, normal, candidates);
@@ -137,6 +244,7 @@ void mesh_contacts(BodyId a, BodyId b, const PlacedShape& solid, const PlacedSha
     emit_manifold(a, b, by_group[begin][0], normal, origin_m, candidates, out);
     begin = end;
   }
+  if (!sphere) append_edge_contacts(a, b, solid, mesh, triangles, motion, origin_m, out);
 }
 
 }  // namespace soda::physics
