@@ -181,6 +181,7 @@ std::optional<FacePlane> face_passed(const Geometry& geometry, BodyId mesh, cons
   const CompiledShape& shape = geometry.impl().shapes[placed.shape].shape;
   const Vec3 from = placed.pose.to_local(from_m), to = placed.pose.to_local(to_m);
   if (!from.allFinite() || !to.allFinite()) return std::nullopt;
+  constexpr double kRounding = 1e-6;
   const Way way{from, to - from, clearance_m};
   std::optional<std::uint32_t> passed;
   double first = 0.0;
@@ -190,6 +191,8 @@ std::optional<FacePlane> face_passed(const Geometry& geometry, BodyId mesh, cons
         const MeshTriangle& t = shape.triangles[index];
         const Vec3& n = t.plane.normal;
         if (n == Vec3::Zero()) return;
+        // One that was put there before is clear, but for rounding.
+        if (!(n.dot(to) - t.plane.offset_m < (1.0 - kRounding) * clearance_m)) return;
         if (!crosses(t, from, to) && !crosses(t, from, to - n * clearance_m)) return;
         const double above = n.dot(from) - t.plane.offset_m, left = n.dot(from - to);
         if (!(left > 0.0)) return;

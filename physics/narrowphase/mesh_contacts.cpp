@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "physics/model/contact_manifold.hpp"
+#include "physics/narrowphase/core_distance.hpp"
+#include "physics/narrowphase/triangle_solid.hpp"
 
 namespace soda::physics {
 namespace {
@@ -62,10 +64,14 @@ bool sphere_triangle(const PlacedShape& sphere, const Triangle& t, const MeshTri
   return true;
 }
 
-// The solid's supporting feature over the triangle. A solid whose centre is behind the face, or
-// that reaches deeper than its own half width, is not pushed by it: meshes are hollow.
-void solid_triangle(const PlacedShape& solid, const Triangle& t, std::uint32_t index,
-                    ContactCandidates& out) {
+// The farthest in that a solid is pushed out of a triangle along its face though it is less far in
+// along another normal: there the other face has it.
+constexpr double kDeepest = 0.5;  // of the width
+
+// The solid's supporting feature over the triangle. A solid whose centre is behind the face is not
+// pushed by it: meshes are hollow.
+void solid_triangle(const PlacedShape& solid, const Triangle& t, const Solid& as_solid,
+                    std::uint32_t index, bool at_any_depth, ContactCandidates& out) {
   if ((solid.pose.position - t.corners[0]).dot(t.normal) < 0.0) return;
   SupportFeature face;
   for (int i = 0; i < 3; ++i) face.points[i] = t.corners[i];
@@ -75,10 +81,114 @@ void solid_triangle(const PlacedShape& solid, const Triangle& t, std::uint32_t i
   const SupportFeature feature = support_feature(solid, -t.normal);
   ContactCandidates clipped;
   clip_to_reference(face, feature, clipped);
-  const double deepest = -0.5 * solid.shape.min_extent_m;
+  double deepest = 0.0;
+  for (int i = 0; i < clipped.count; ++i)
+    deepest = std::min(deepest, clipped.points[i].separation_m);
+  double most = at_any_depth ? deepest : -kDeepest * solid.shape.min_extent_m;
+  if (deepest < most && overlap_with_triangle(solid, as_solid).normal == -t.normal) most = deepest;
   for (int i = 0; i < clipped.count; ++i) {
     const ContactPoint& p = clipped.points[i];
-    if (p.separation_m > deepest) out.add(p.position_m, p.separation_m, p.feature);
+    if (p.separation_m >= most) out.add(p.position_m, p.separation_m, p.feature);
+  }
+}
+
+// Where a solid touches an edge of a triangle and neither of its faces.
+struct EdgeContact {
+  Vec3 normal = Vec3::UnitZ();  // from the solid
+  int edge = -1;
+  double separation_m = 0.0;
+  Vec3 witness = Vec3::Zero();
+};
+
+EdgeContact edge_contact(const PlacedShape& solid, const PlacedShape& mesh, const Solid& triangle,
+                         double range_m) {
+  constexpr double kTiny = 1e-10;  // of the width
+  const bool round = solid.shape.kind == ShapeKind::kCapsule;
+  const double skin = round ? solid.shape.radius_m : 0.0;
+  const MeshTriangle& t = *triangle.geometry.triangle;
+  const Vec3 guess = triangle.placed.pose.position - solid.pose.position;
+  const CoreGap gap = core_gap({solid, skin}, {triangle.placed, 0.0},
+                               guess == Vec3::Zero() ? Vec3(Vec3::UnitZ()) : guess,
+                               kTiny * solid.shape.min_extent_m, range_m + skin);
+  if (gap.far) return {};
+  EdgeContact found;
+  if (gap.overlap) {
+    const Separation overlap = overlap_with_triangle(solid, triangle);
+    found.normal = overlap.normal;
+    found.separation_m = overlap.distance_m;
+    found.witness = support_point(solid, found.normal) + found.normal * (0.5 * found.separation_m);
+  } else {
+    found.normal = gap.normal;
+    found.separation_m = gap.least_m - skin;
+    found.witness = 0.5 * (gap.on_a + gap.normal * skin + gap.on_b);
+  }
+  const TriangleNormal allowed = allowed_normal(t, mesh.pose.direction_to_local(-found.normal));
+  const bool strange = !found.normal.allFinite() || allowed.beyond || allowed.edge < 0;
+  if (strange || !t.edge_own[static_cast<std::size_t>(allowed.edge)]) return {};
+  if (found.separation_m > range_m ||
+      found.separation_m < -kDeepest * solid.shape.min_extent_m)
+    return {};
+  found.edge = allowed.edge;
+  return found;
+}
+
+void edge_points(const PlacedShape& solid, const Triangle& t, const EdgeContact& contact,
+                 ContactCandidates& out) {
+  constexpr double kAligned = 1.0 - 1e-9;
+  SupportFeature edge;
+  edge.points[0] = t.corners[static_cast<std::size_t>(contact.edge)];
+  edge.points[1] = t.corners[static_cast<std::size_t>(contact.edge + 1) % 3];
+  edge.count = 2;
+  const SupportFeature feature = support_feature(solid, contact.normal);
+  if (feature.count > 2 && feature.normal.dot(contact.normal) > kAligned)
+    clip_to_reference(feature, edge, out);
+  else
+    overlap_segments(feature, edge, contact.normal, out);
+  if (out.count == 0) out.add(contact.witness, contact.separation_m, 0x40000000u);
+}
+
+struct MeshPair {
+  BodyId a, b;
+  const PlacedShape &solid, &mesh;
+  const PairMotion& motion;
+  const Vec3& origin_m;
+};
+
+// Edges between faces that fall away from them, and rims, of the triangles near. What a face or
+// another edge has a point at is left to that.
+void append_edge_contacts(const MeshPair& pair, std::span<const std::uint32_t> triangles,
+                          std::size_t before, std::vector<ContactManifold>& out) {
+  constexpr double kSame = 0.02;  // of the width
+  constexpr std::uint32_t kFirstEdgePart = 0x40000000u;
+  const PlacedShape &solid = pair.solid, &mesh = pair.mesh;
+  const double range = std::min(pair.motion.range_m, solid.shape.min_extent_m);
+  const double same = kSame * solid.shape.min_extent_m;
+  const auto has_point = [&](const Vec3& position) {
+    for (std::size_t m = before; m < out.size(); ++m)
+      for (std::uint32_t i = 0; i < out[m].count; ++i)
+        if ((out[m].points[i].position_m - position).squaredNorm() <= same * same) return true;
+    return false;
+  };
+  TriangleSolid triangle;
+  for (const std::uint32_t index : triangles) {
+    const MeshTriangle& compiled = mesh.shape.triangles[index];
+    bool active = false;
+    for (std::size_t i = 0; i < 3; ++i)
+      active = active || (compiled.edge_active[i] && compiled.edge_own[i]);
+    if (!active || compiled.plane.normal == Vec3::Zero()) continue;
+    const Triangle t = place(mesh, compiled);
+    triangle.set(compiled, mesh.pose);
+    const EdgeContact contact = edge_contact(solid, mesh, triangle.solid(), range);
+    // Meshes are hollow.
+    const Vec3 from_edge = solid.pose.position - t.corners[static_cast<std::size_t>(
+                                                     std::max(contact.edge, 0))];
+    if (contact.edge < 0 || from_edge.dot(contact.normal) > 0.0 || has_point(contact.witness + pair.origin_m)) continue;
+    ContactCandidates candidates;
+    edge_points(solid, t, contact, candidates);
+    keep_reached(pair.motion, contact.normal, candidates);
+    emit_manifold(pair.a, pair.b,
+                  kFirstEdgePart + 3 * index + static_cast<std::uint32_t>(contact.edge),
+                  contact.normal, pair.origin_m, candidates, out);
   }
 }
 
@@ -96,47 +206,107 @@ void drop_duplicates(double tolerance, ContactCandidates& c) {
   c.count = count;
 }
 
+// Makes room where a face has very many triangles: the outermost points in eight directions and the
+// deepest stay, so what is kept of all of them in the end does not depend on how many there were.
+void thin_out(const Vec3& normal, ContactCandidates& c) {
+  constexpr int kRoom = 8;
+  if (c.count + kRoom <= static_cast<int>(c.points.size())) return;
+  const Vec3 u = normal.unitOrthogonal(), v = normal.cross(u);
+  const std::array<Vec3, 9> directions{u,      v,     -u,    -v,          Vec3(u + v),
+                                       v - u, -u - v, u - v, Vec3::Zero()};
+  std::array<bool, 2 * kMaxFeaturePoints> kept{};
+  for (const Vec3& d : directions) {
+    int best = 0;
+    const auto score = [&](int i) {
+      return d == Vec3::Zero() ? -c.points[i].separation_m : d.dot(c.points[i].position_m);
+    };
+    for (int i = 1; i < c.count; ++i)
+      if (score(i) > score(best)) best = i;
+    kept[static_cast<std::size_t>(best)] = true;
+  }
+  int count = 0;
+  for (int i = 0; i < c.count; ++i)
+    if (kept[static_cast<std::size_t>(i)]) c.points[count++] = c.points[i];
+  c.count = count;
+}
+
+using GroupedTriangle = std::array<std::uint32_t, 2>;  // (group, triangle)
+
+// Of the triangles of one group. Returns the normal.
+Vec3 face_contacts(const MeshPair& pair, std::span<const GroupedTriangle> group, bool at_any_depth,
+                   TriangleSolid& as_solid, ContactCandidates& out) {
+  const PlacedShape& solid = pair.solid;
+  Vec3 normal = Vec3::Zero();
+  for (const auto& [first, index] : group) {
+    const MeshTriangle& compiled = pair.mesh.shape.triangles[index];
+    const Triangle t = place(pair.mesh, compiled);
+    if (solid.shape.kind == ShapeKind::kSphere) {
+      // A sphere meets a group in one point: the nearest.
+      ContactCandidates one;
+      Vec3 towards = Vec3::Zero();
+      if (sphere_triangle(solid, t, compiled, index - first, towards, one) &&
+          (out.count == 0 || one.points[0].separation_m < out.points[0].separation_m)) {
+        out = one;
+        normal = towards;
+      }
+    } else {
+      if (out.count == 0) normal = -t.normal;
+      thin_out(normal, out);
+      as_solid.set(compiled, pair.mesh.pose);
+      solid_triangle(solid, t, as_solid.solid(), index, at_any_depth, out);
+    }
+  }
+  keep_reached(pair.motion, normal, out);
+  drop_duplicates(1e-6 * solid.shape.min_extent_m, out);
+  return normal;
+}
+
+void append_face_contacts(const MeshPair& pair, std::span<const GroupedTriangle> triangles,
+                          bool at_any_depth, std::vector<ContactManifold>& out) {
+  TriangleSolid as_solid;
+  for (std::size_t begin = 0, end = 0; begin < triangles.size(); begin = end) {
+    while (end < triangles.size() && triangles[end][0] == triangles[begin][0]) ++end;
+    ContactCandidates candidates;
+    const Vec3 normal = face_contacts(pair, triangles.subspan(begin, end - begin), at_any_depth,
+                                      as_solid, candidates);
+    emit_manifold(pair.a, pair.b, triangles[begin][0], normal, pair.origin_m, candidates, out);
+  }
+}
+
+// Far in, every face may leave a solid to others. The one that it is least far in has it then.
+void keep_shallowest(std::size_t begin, std::vector<ContactManifold>& out) {
+  std::size_t best = begin;
+  double least = 1e300;
+  for (std::size_t m = begin; m < out.size(); ++m) {
+    double depth = 0.0;
+    for (std::uint32_t i = 0; i < out[m].count; ++i)
+      depth = std::max(depth, -out[m].points[i].separation_m);
+    if (depth < least) best = m, least = depth;
+  }
+  if (begin == out.size()) return;
+  out[begin] = out[best];
+  out.resize(begin + 1);
+}
+
 }  // namespace
 
 void mesh_contacts(BodyId a, BodyId b, const PlacedShape& solid, const PlacedShape& mesh,
                    std::span<const std::uint32_t> triangles, const PairMotion& motion,
                    const Vec3& origin_m, std::vector<ContactManifold>& out) {
-  const bool sphere = solid.shape.kind == ShapeKind::kSphere;
-  std::vector<std::array<std::uint32_t, 2>> by_group;  // (group, triangle)
+  const MeshPair pair{a, b, solid, mesh, motion, origin_m};
+  std::vector<GroupedTriangle> by_group;
   by_group.reserve(triangles.size());
   for (const std::uint32_t t : triangles)
     if (mesh.shape.triangles[t].plane.normal != Vec3::Zero())
       by_group.push_back({mesh.shape.triangles[t].group, t});
   std::sort(by_group.begin(), by_group.end());
-
-  for (std::size_t begin = 0; begin < by_group.size();) {
-    std::size_t end = begin;
-    ContactCandidates candidates;
-    Vec3 normal = Vec3::Zero();
-    for (; end < by_group.size() && by_group[end][0] == by_group[begin][0]; ++end) {
-      const std::uint32_t index = by_group[end][1];
-      const MeshTriangle& compiled = mesh.shape.triangles[index];
-      const Triangle t = place(mesh, compiled);
-      if (sphere) {
-        // A sphere meets a group in one point: the nearest.
-        ContactCandidates one;
-        Vec3 towards = Vec3::Zero();
-        if (sphere_triangle(solid, t, compiled, index - by_group[begin][0], towards, one) &&
-            (candidates.count == 0 ||
-             one.points[0].separation_m < candidates.points[0].separation_m)) {
-          candidates = one;
-          normal = towards;
-        }
-      } else {
-        if (candidates.count == 0) normal = -t.normal;
-        solid_triangle(solid, t, index, candidates);
-      }
-    }
-    keep_reached(motion, normal, candidates);
-    drop_duplicates(1e-6 * solid.shape.min_extent_m, candidates);
-    emit_manifold(a, b, by_group[begin][0], normal, origin_m, candidates, out);
-    begin = end;
-  }
+  const std::size_t before = out.size();
+  append_face_contacts(pair, by_group, false, out);
+  if (solid.shape.kind == ShapeKind::kSphere) return;
+  append_edge_contacts(pair, triangles, before, out);
+  if (out.size() > before) return;
+  append_face_contacts(pair, by_group, true, out);
+  keep_shallowest(before, out);
 }
 
 }  // namespace soda::physics
