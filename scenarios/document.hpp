@@ -244,8 +244,12 @@ using ReferenceSpec = std::variant<
     AnswerSpec<SteadyPrecession>, AnswerSpec<JointTravel>, AnswerSpec<HangingChain>,
     AnswerSpec<JointsHold>, StoredRunSpec>;
 
+// What a step may cost, for how small an error.
+enum class Quality { kFast, kBalanced, kAccurate };
+
 struct SolverSpec : Located {
-  std::int64_t iterations = physics::SolverSettings{}.iterations;
+  Quality quality = Quality::kBalanced;
+  std::optional<std::int64_t> iterations;
   double restitution_threshold_m_s = physics::SolverSettings{}.restitution_threshold_m_s;
   bool contact_response = physics::SolverSettings{}.contact_response;
   bool warm_starting = physics::SolverSettings{}.warm_starting;

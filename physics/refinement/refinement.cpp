@@ -86,6 +86,7 @@ Need refinement_needed(const SceneDescription& scene) {
     return contacts || joint_rows_needed(scene) ? Need{true, "islands are advanced to a tolerance"}
                                                 : contacts;
   if (!contacts) return contacts;
+  if (!scene.solver.refined) return {false, "switched off by the solver's quality"};
   const std::size_t unheld = unheld_bodies(scene);
   if (unheld == 0) return {false, "every body is held by a joint"};
   return need_of(can_meet(unheld, scene.statics.size()), "few bodies can slide or roll",
@@ -95,6 +96,7 @@ Need refinement_needed(const SceneDescription& scene) {
 bool is_refined(const SceneDescription& scene, const Geometry& geometry,
                 std::span<const BodyId> ids, std::span<const ContactManifold> manifolds) {
   if (!(scene.tolerance > 0.0)) {
+    if (!scene.solver.refined) return false;
     if (ids.size() > kFewBodies) return false;
     if (!is_of_first_order(scene, ids, manifolds)) return false;
   }
