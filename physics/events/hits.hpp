@@ -25,18 +25,22 @@ struct AmongHits {
 // Advances an island in which something comes near for a hit, by dt_s, from hit to hit. A hit is a
 // point that approaches faster than the restitution threshold where its pair bounces; if the scene
 // asks for a tolerance also one that approaches faster than gravity makes things in two steps,
-// whatever bounces. Up to a hit the island is advanced as if there were none (advance_resting):
-// points on their way to one have no part in that. Then its velocities change as strike() has it:
-// all points nearer than 1e-4 of a width at once, what rests on statics or does not bounce is held,
-// what bounces but is not hit itself is let go and hit next. So faces hit as faces, and bodies that
-// touch in a row pass a momentum on. All pairs of the island are looked at, and all statics that
-// its bodies can reach.
+// whatever bounces. Up to a hit bodies are advanced as if there were none (advance_resting): points
+// on their way to one have no part in that. What contacts hold together is advanced together, and
+// nothing else is: contacts that hold nothing (advance_apart.hpp) count as none as long as they
+// keep their gaps. At a hit velocities change as strike() has it: all points nearer than 1e-4 of a
+// width at once, from the hit on as far as what touches reaches; what rests on statics or does not
+// bounce is held, what bounces but is not hit itself is let go and hit next. So faces hit as faces,
+// and bodies that touch in a row pass a momentum on. What a body can meet is looked for on the way
+// that it is on, and again when a hit changes that.
 //
-// Nothing, and nothing changed, if nothing comes near, or the island is not of this kind: more than
-// 8 bodies, joints, masses that differ by more than ten thousand times, or a body that turns by
-// more than 2 radians and 2 for each body. After 8 hits or parts of the step and 8 for each body,
-// what is left is one step. `manifolds` were found at these states, over dt_s. The report's
-// estimate is that of the parts between hits. A function of the arguments only.
+// Nothing, and nothing changed, if nothing comes near, or the island is not of this kind: joints,
+// masses that differ by more than ten thousand times, a body that turns by more than 2 radians and
+// 2 for each body (8 at most), or more work for the hits that are known to come than a step has
+// (hit_run.cpp): contacts that hold many bodies together are advanced with all of them for each.
+// Where that work is done, what is left is one step. `manifolds` were found at these states, over
+// dt_s. The report's estimate is the largest of a body's over its parts. A function of the
+// arguments only.
 std::optional<AmongHits> advance_among_hits(const SceneDescription& scene, const Geometry& geometry,
                                             double dt_s, std::span<const BodyId> ids,
                                             std::span<const ContactManifold> manifolds,

@@ -16,7 +16,8 @@ namespace soda::physics {
 Need refinement_needed(const SceneDescription& scene);
 
 // Whether an island is worth it: nothing in it is pushed apart, and the scene asks for a tolerance,
-// or it is of a few bodies in contacts that no joints other than springs hold. A function of the arguments only.
+// or it has few contact points (256), and no joints other than springs. A function of the arguments
+// only.
 bool is_refined(const SceneDescription& scene, const Geometry& geometry,
                 std::span<const BodyId> ids, std::span<const ContactManifold> manifolds);
 

@@ -106,6 +106,29 @@ void print_boxes(int n, double friction, double speed_m_s, double dt_s, double p
       cost.worst_ms / n);
 }
 
+// Plates on each other, which slide as one; how far off they stop.
+void print_plates(int n, double dt_s) {
+  constexpr double kSpeed = 2.0, kFriction = 0.2, kThick_m = 0.02;
+  World world = test::under_gravity();
+  world.scene.dt_s = dt_s;
+  world.add_floor({.friction = 0.05});
+  const double friction = std::sqrt(0.05 * 0.8);
+  const std::uint32_t plate = world.add_shape(Box{Vec3(0.5, 0.5, 0.5 * kThick_m)});
+  for (int i = 0; i < n; ++i)
+    world.add_body(plate, Vec3(0, 0, (0.5 + i) * kThick_m), 1000.0, {.friction = 0.8})
+        .linear_velocity_m_s = Vec3(kSpeed, 0, 0);
+  const double slowing = friction * kGravity;
+  const int steps = 2 + static_cast<int>(kSpeed / slowing / dt_s);
+  const Cost cost = run_timed(world, steps);
+  double off = 0.0;
+  for (const BodyState& state : world.states)
+    off = std::max(off, std::abs(state.position_m.x() - 0.5 * kSpeed * kSpeed / slowing));
+  std::printf("plates mu %.1f dt 1/%.0f n %4d  off %.2e m  ms per body and step %.4f worst step "
+              "%.4f refined %llu\n",
+              kFriction, 1.0 / dt_s, n, off, cost.all_ms / n / steps, cost.worst_ms / n,
+              static_cast<unsigned long long>(world.counters.refined_steps));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -115,11 +138,15 @@ int main(int argc, char** argv) {
   for (const bool on_floor : {false, true})
     for (const double gap : {0.0, kGap_m})
       for (const double restitution : {1.0, 0.5, 0.0}) {
-        if (*only == 's' || (*only == 'f' && on_floor) || (*only == 'g' && !on_floor)) continue;
+        if (*only == 's' || *only == 'p' || (*only == 'f' && on_floor) || (*only == 'g' && !on_floor)) continue;
         for (const int n : kNumbers)
           if (n > 1 && n <= most) print_balls(n, gap, restitution, on_floor);
       }
   if (*only == 'f' || *only == 'g') return 0;
+  for (const double dt : {1.0 / 60, 1.0 / 240})
+    for (const int n : kNumbers)
+      if (n <= std::min(most, 100)) print_plates(n, dt);
+  if (*only == 'p') return 0;
   for (const double dt : {1.0 / 60, 1.0 / 240})
     for (const double friction : {0.3, 0.8})
       for (const double push : {0.0, 1e-12}) {
