@@ -182,10 +182,9 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, bool accur
   IslandReport report = report_of(ids, manifolds);
   JointSystem joints = find_joints(scene, ids, manifolds);
   const bool closes = !joints.empty() && is_affordable(scene, dt_s, states, joints);
-  if (closes) {
+  if (closes && report.contact_points == 0) {
     close_left_open(scene, dt_s, ids, joints, states, report);
-    if (report.contact_points == 0 &&
-        advance_linkage(scene, dt_s, ids, joints, states, report, faults)) {
+    if (advance_linkage(scene, dt_s, ids, joints, states, report, faults)) {
       count_linked(scene, ids, joints, report, counters);
       return report;
     }

@@ -89,7 +89,7 @@ double aim_again(const JointedStep& step, std::span<const JointRow> start, const
 // step: stable however taut. False, and no change of the problem, if no solution is found.
 bool solve_aimed(const JointedStep& step, bool accurate, const Elimination& plan,
                  JointSystem& joints, ContactProblem& problem, ContactSolution& solution) {
-  constexpr int kAims = 3;
+  constexpr int kAims = 1;
   const auto& [scene, dt_s, ids, states, free] = step;
   build_joint_rows(scene, dt_s, states, true, joints);
   const std::vector<JointRow> start = joints.rows;

@@ -8,12 +8,39 @@
 #include "physics/constraints/ways.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/solvers/contact_solver.hpp"
+#include "physics/solvers/convex_contacts.hpp"
 #include "physics/solvers/joint_blocks.hpp"
 #include "physics/solvers/joint_work.hpp"
 #include "physics/solvers/substeps.hpp"
 
 namespace soda::physics {
 namespace {
+
+// The share of all start impulses that makes the energy of motion least.
+double best_share_of_start(std::span<const SolverBody> free, const ContactProblem& problem) {
+  double square = 0.0, product = 0.0;
+  for (std::size_t i = 0; i < free.size(); ++i) {
+    const SolverBody& body = problem.bodies[i];
+    const Mat3 inertia = inverse_of_symmetric(body.inverse_inertia);
+    const Vec3 momentum = (body.linear - free[i].linear) * (1.0 / body.inverse_mass);
+    const Vec3 spin(inertia * (body.angular - free[i].angular));
+    square += momentum.dot(body.linear - free[i].linear) + spin.dot(body.angular - free[i].angular);
+    product += momentum.dot(free[i].linear) + spin.dot(free[i].angular);
+  }
+  return square > 0.0 ? -product / square : 1.0;
+}
+
+// Those of another load, or along other lines, would throw what is light.
+void drop_bad_start(std::span<const SolverBody> free, JointSystem& joints,
+                    ContactProblem& problem) {
+  constexpr double kLeastShare = 0.1;
+  if (best_share_of_start(free, problem) >= kLeastShare) return;
+  std::ranges::copy(free, problem.bodies.begin());
+  for (NormalRow& row : problem.normals) row.impulse_newton_s = 0.0;
+  for (FrictionRow& row : problem.frictions)
+    row.impulse_newton_s[0] = row.impulse_newton_s[1] = 0.0;
+  for (JointRow& row : joints.rows) row.impulse_newton_s = 0.0;
+}
 
 // A step under way.
 class JointedSubsteps {
@@ -50,10 +77,10 @@ void JointedSubsteps::start(std::uint32_t count) {
   build_joint_rows(step_.scene, length_s, motion_.states, true, joints_);
   motion_.joint_newton_s.assign(joints_.rows.size(), 0.0);
   if (step_.scene.solver.warm_starting) load_joint_impulses(step_.scene, step_.states, joints_);
-  for (JointRow& row : joints_.rows) {
+  for (const JointRow& row : joints_.rows)
     apply_joint_impulse(row, row.impulse_newton_s, problem_.bodies);
-    row.impulse_newton_s /= count;
-  }
+  drop_bad_start(step_.free, joints_, problem_);
+  for (JointRow& row : joints_.rows) row.impulse_newton_s /= count;
   begin_substeps(step_.dt_s, count, step_.states, problem_, substeps_);
 }
 

@@ -16,7 +16,9 @@ constexpr std::uint32_t kMostDirectBodies = 1000;
 // have bodies for which sweeps fail.
 constexpr double kSmall = 1e4;  // multiplications
 constexpr double kMuchHeavier = 10.0;
-constexpr double kMuchHeavierThanLinks = 30.0;  // joints are solved in blocks
+// With joints: of two that touch. Sweeps let the heavier one through what it lies on.
+constexpr double kHeavierThanLinks = 4.0;
+constexpr double kSmallWithJoints = 1e5;  // multiplications
 constexpr double kCalm = 0.03;  // of the speed that gravity gives in a step
 
 // Of the reciprocal of an island's mass: what a point gives way, per impulse. Soft enough for few
@@ -144,6 +146,17 @@ bool is_easy(bool accurate, std::size_t bodies, double ratio) {
   return bodies == 1 || (!accurate && bodies == 2 && ratio <= kLike);
 }
 
+// Whether something touches a body with joints that is much lighter.
+bool loads_links(const SceneDescription& scene, std::span<const ContactManifold> manifolds) {
+  return std::ranges::any_of(manifolds, [&scene](const ContactManifold& m) {
+    if (m.count == 0 || is_static(m.b)) return false;
+    const BodyParams &a = scene.bodies[index_of(m.a)], &b = scene.bodies[index_of(m.b)];
+    const BodyParams& lighter = a.mass_kg < b.mass_kg ? a : b;
+    return lighter.joints > 0 &&
+           std::max(a.mass_kg, b.mass_kg) > kHeavierThanLinks * lighter.mass_kg;
+  });
+}
+
 }  // namespace
 
 double mass_ratio(const SceneDescription& scene, std::span<const BodyId> ids) {
@@ -164,7 +177,7 @@ std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, doub
   const double ratio = mass_ratio(scene, ids);
   const bool jointed = !scene.joints.empty() && std::ranges::any_of(manifolds, is_joint);
   if (!jointed && is_easy(accurate, ids.size(), ratio)) return std::nullopt;
-  const bool is_uneven = ratio > (jointed ? kMuchHeavierThanLinks : kMuchHeavier);
+  const bool is_uneven = jointed ? loads_links(scene, manifolds) : ratio > kMuchHeavier;
   const double calm_m_s = calm_speed_m_s(scene, dt_s);
   bool calm = true;
   const auto place = [&ids](BodyId id) {
@@ -182,7 +195,9 @@ std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, doub
     if (b != nullptr && (edges.empty() || edges.back() != edge)) edges.push_back(edge);
   }
   return plan_elimination(static_cast<std::uint32_t>(ids.size()), edges,
-                          calm || accurate || jointed ? kMostMultiplications : kSmall);
+                          calm || accurate ? kMostMultiplications
+                          : jointed        ? kSmallWithJoints
+                                           : kSmall);
 }
 
 NewtonOutcome solve_directly(bool accurate, std::span<const SolverBody> free,
