@@ -121,9 +121,12 @@ double close_joints(const SceneDescription& scene, double dt_s, std::span<const 
   const double enough = rounding_of(states);
   build_joint_rows(scene, dt_s, states, false, joints);
   double error = largest_error(joints), work_joule = 0.0;
+  JointSystem held;  // limits that were passed stay held, or others push past them again
   for (int i = 0; i < kMostCorrections && error > enough; ++i) {
     const std::vector<SolverBody> bodies = bodies_at(scene, ids, states);
+    if (joints.bounded && i > 0) hold_same_limits(held, joints);
     hold_passed_limits(enough, joints);
+    if (joints.bounded) held = joints;
     factor_joint_rows(ids.size(), bodies, joints);
     solve_joint_errors(joints, bodies, moves);
     std::vector<BodyState> moved(states.begin(), states.end());
