@@ -108,7 +108,8 @@ void advance_jointed(const JointedStep& given, const JointedChoice& how, const S
   const JointedStep step{scene, dt_s, ids, start, free};
   std::optional<ContactSolution> solution;
   if (choice.elimination && problem.restitution_rows == 0)
-    solution = solve_jointed(step, how.accurate, *choice.elimination, joints, problem);
+    solution = solve_jointed(step, how.accurate || ids.size() == 1, *choice.elimination, joints,
+                             problem);
   JointedMotion motion;
   std::vector<double> impulses;
   if (solution) {

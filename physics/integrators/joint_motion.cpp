@@ -124,8 +124,7 @@ double close_joints(const SceneDescription& scene, double dt_s, std::span<const 
   JointSystem held;  // limits that were passed stay held, or others push past them again
   for (int i = 0; i < kMostCorrections && error > enough; ++i) {
     const std::vector<SolverBody> bodies = bodies_at(scene, ids, states);
-    if (joints.bounded && i > 0) hold_same_limits(held, joints);
-    hold_passed_limits(enough, joints);
+    if (i == 0) hold_passed_limits(enough, joints);
     if (joints.bounded) held = joints;
     factor_joint_rows(ids.size(), bodies, joints);
     solve_joint_errors(joints, bodies, moves);
@@ -139,7 +138,9 @@ double close_joints(const SceneDescription& scene, double dt_s, std::span<const 
     }
     build_joint_rows(scene, dt_s, moved, false, joints);
     const double after = largest_error(joints);
-    if (!(after < 0.9 * error)) break;  // a place that cannot be reached, or rounding
+    if (joints.bounded) hold_same_limits(held, joints);
+    const bool more = hold_passed_limits(enough, joints);
+    if (!(after < 0.9 * error) && !more) break;  // a place that cannot be reached, or rounding
     error = after;
     work_joule += work;
     std::move(moved.begin(), moved.end(), states.begin());
