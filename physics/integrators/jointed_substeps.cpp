@@ -129,6 +129,7 @@ void JointedSubsteps::rebound() {
     sweep_velocities(i % 2 == 0, problem_);
   }
   motion_.sweeps += sweeps;
+  limit_throws();
 }
 
 // Contacts of what is light and jammed between heavy bodies do not converge, and what is left of
@@ -201,13 +202,29 @@ double elastic_at(const SceneDescription& scene, const JointSystem& joints,
   return has_springs(scene, joints) ? elastic_joule(spring_rows(scene, states, joints)) : 0.0;
 }
 
+// Sweeps that diverged.
+bool are_absurd(std::span<const SolverBody> bodies) {
+  const auto within = [](const Vec3& v, double most) { return v.squaredNorm() <= most * most; };
+  return !std::ranges::all_of(bodies, [&](const SolverBody& body) {
+    return within(body.linear, kLargestSpeed_m_s) && within(body.angular, kLargestSpin_rad_s);
+  });
+}
+
+void stand_still(ContactProblem& problem) {
+  for (SolverBody& body : problem.bodies) body.linear = body.angular = Vec3::Zero();
+  for (NormalRow& row : problem.normals) row.impulse_newton_s = 0.0;
+  for (FrictionRow& row : problem.frictions)
+    row.impulse_newton_s[0] = row.impulse_newton_s[1] = 0.0;
+}
+
 }  // namespace
 
 void take_jointed_motion(const JointedStep& step, const JointedMotion& motion, bool affordable,
-                         JointSystem& joints, const ContactProblem& problem,
+                         JointSystem& joints, ContactProblem& problem,
                          std::span<BodyState> states, IslandReport& report,
                          std::vector<AdvanceFault>& faults) {
   const auto& [scene, dt_s, ids, before, free] = step;
+  if (are_absurd(problem.bodies)) stand_still(problem);
   std::vector<BodyState> next;
   for (std::size_t i = 0; i < ids.size(); ++i) {
     BodyState& state = next.emplace_back(motion.states[i]);
@@ -224,15 +241,19 @@ void take_jointed_motion(const JointedStep& step, const JointedMotion& motion, b
                       external_work_joule(scene, dt_s, before, free, problem) +
                       elastic_at(scene, joints, before) - elastic_at(scene, joints, next);
   const EnergyExcess excess = energy_excess(scene, dt_s, ids, before, flown, work);
-  if (excess.gain_joule > excess.moving_joule && has_springs(scene, joints))
-    return move_jointed(step, joints, problem, {}, states, report, faults);
+  IslandReport moved = report;
   if (excess.gain_joule > 0.0)
-    report.push_out_work_joule +=
-        take_excess(scene, ids, excess, is_afloat(ids.size(), joints, &problem), next, report);
+    moved.push_out_work_joule +=
+        take_excess(scene, ids, excess, is_afloat(ids.size(), joints, &problem), next, moved);
+  for (std::size_t i = 0; i < ids.size(); ++i)
+    moved.push_out_work_joule -= scene.bodies[index_of(ids[i])].mass_kg *
+                                 scene.gravity_m_s2.dot(next[i].position_m - flown[i].position_m);
+  const bool springs_gain =
+      excess.gain_joule > excess.moving_joule && has_springs(scene, joints);
+  if (springs_gain || !(moved.push_out_work_joule <= most_push_out_joule(step, next)))
+    return move_jointed(step, joints, problem, {}, states, report, faults);
+  report = moved;
   for (std::size_t i = 0; i < ids.size(); ++i) {
-    const Vec3 beyond = next[i].position_m - flown[i].position_m;
-    report.push_out_work_joule -=
-        scene.bodies[index_of(ids[i])].mass_kg * scene.gravity_m_s2.dot(beyond);
     const char* const fault = fault_of(next[i]);
     if (*fault) {
       faults.push_back({ids[i], fault});
