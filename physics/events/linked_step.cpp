@@ -210,10 +210,17 @@ LinkedPart advance_part(const LinkedIsland& island, double time_s,
   }
 }
 
-// Impulses of a part are a start for the next one; of a longer one, they would be too large if they
-// were those of a hit.
-void share_impulses(double share, std::span<BodyState> states) {
-  if (share < 1.0) scale_impulses(share, states);
+// Impulses of a part are the start of one of another length. Those of a hit in a shorter part are
+// not what a longer one has.
+void share_impulses(const LinkedIsland& island, double time_s, double next_s,
+                    std::span<const BodyState> before, std::span<BodyState> states) {
+  constexpr double kOfLoads = 4.0;
+  const double most_m_s = kOfLoads * island.scene.gravity_m_s2.norm() * time_s;
+  bool hit = false;
+  for (std::size_t i = 0; i < states.size(); ++i)
+    hit = hit || (states[i].linear_velocity_m_s - before[i].linear_velocity_m_s).squaredNorm() >
+                     most_m_s * most_m_s;
+  if (next_s < time_s || !hit) scale_impulses(next_s / time_s, states);
 }
 
 }  // namespace
@@ -259,8 +266,8 @@ IslandReport advance_linked(const SceneDescription& scene, const Geometry& geome
     else
       add_part(part.report, report);
     left_s -= time_s;
+    share_impulses(island, time_s, left_s > 0.0 ? left_s : dt_s, before, states);
     if (!(left_s > 0.0)) break;
-    share_impulses(left_s / time_s, states);
     met = contacts_now(island, left_s, met, states, part.ways);
   }
   return report;

@@ -108,7 +108,8 @@ void advance_jointed(const JointedStep& given, const JointedChoice& how, const S
   const JointedStep step{scene, dt_s, ids, start, free};
   std::optional<ContactSolution> solution;
   if (choice.elimination && problem.restitution_rows == 0)
-    solution = solve_jointed(step, how.accurate, *choice.elimination, joints, problem);
+    solution = solve_jointed(step, how.accurate || ids.size() == 1, *choice.elimination, joints,
+                             problem);
   JointedMotion motion;
   std::vector<double> impulses;
   if (solution) {
@@ -182,10 +183,9 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, bool accur
   IslandReport report = report_of(ids, manifolds);
   JointSystem joints = find_joints(scene, ids, manifolds);
   const bool closes = !joints.empty() && is_affordable(scene, dt_s, states, joints);
-  if (closes) {
+  if (closes && report.contact_points == 0) {
     close_left_open(scene, dt_s, ids, joints, states, report);
-    if (report.contact_points == 0 &&
-        advance_linkage(scene, dt_s, ids, joints, states, report, faults)) {
+    if (advance_linkage(scene, dt_s, ids, joints, states, report, faults)) {
       count_linked(scene, ids, joints, report, counters);
       return report;
     }

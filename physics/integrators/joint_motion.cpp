@@ -89,7 +89,7 @@ double aim_again(const JointedStep& step, std::span<const JointRow> start, const
 // step: stable however taut. False, and no change of the problem, if no solution is found.
 bool solve_aimed(const JointedStep& step, bool accurate, const Elimination& plan,
                  JointSystem& joints, ContactProblem& problem, ContactSolution& solution) {
-  constexpr int kAims = 3;
+  constexpr int kAims = 1;
   const auto& [scene, dt_s, ids, states, free] = step;
   build_joint_rows(scene, dt_s, states, true, joints);
   const std::vector<JointRow> start = joints.rows;
@@ -121,9 +121,11 @@ double close_joints(const SceneDescription& scene, double dt_s, std::span<const 
   const double enough = rounding_of(states);
   build_joint_rows(scene, dt_s, states, false, joints);
   double error = largest_error(joints), work_joule = 0.0;
+  JointSystem held;  // limits that were passed stay held, or others push past them again
   for (int i = 0; i < kMostCorrections && error > enough; ++i) {
     const std::vector<SolverBody> bodies = bodies_at(scene, ids, states);
-    hold_passed_limits(enough, joints);
+    if (i == 0) hold_passed_limits(enough, joints);
+    if (joints.bounded) held = joints;
     factor_joint_rows(ids.size(), bodies, joints);
     solve_joint_errors(joints, bodies, moves);
     std::vector<BodyState> moved(states.begin(), states.end());
@@ -136,7 +138,9 @@ double close_joints(const SceneDescription& scene, double dt_s, std::span<const 
     }
     build_joint_rows(scene, dt_s, moved, false, joints);
     const double after = largest_error(joints);
-    if (!(after < 0.9 * error)) break;  // a place that cannot be reached, or rounding
+    if (joints.bounded) hold_same_limits(held, joints);
+    const bool more = hold_passed_limits(enough, joints);
+    if (!(after < 0.9 * error) && !more) break;  // a place that cannot be reached, or rounding
     error = after;
     work_joule += work;
     std::move(moved.begin(), moved.end(), states.begin());
@@ -205,6 +209,17 @@ void close_left_open(const SceneDescription& scene, double dt_s, std::span<const
   report.push_out_work_joule += close_joints(scene, dt_s, ids, joints, states);
 }
 
+double most_push_out_joule(const JointedStep& step, std::span<const BodyState> after) {
+  const double g = step.scene.gravity_m_s2.norm();
+  const double pushed_m_s = fastest_push_out_m_s(step.scene, step.ids) + g * step.dt_s;
+  double most = 0.0;
+  for (std::size_t i = 0; i < step.ids.size(); ++i)
+    most += step.scene.bodies[index_of(step.ids[i])].mass_kg *
+            (pushed_m_s +
+             (after[i].linear_velocity_m_s - step.states[i].linear_velocity_m_s).norm());
+  return most * g * step.dt_s;
+}
+
 void move_jointed(const JointedStep& step, const JointSystem& solved, const ContactProblem& problem,
                   std::span<const PushOut> push, std::span<BodyState> states, IslandReport& report,
                   std::vector<AdvanceFault>& faults) {
@@ -239,15 +254,18 @@ void move_jointed(const JointedStep& step, const JointSystem& solved, const Cont
     add_untaken(rest, share > 0.0, step, report);
   }
   if (push.empty()) return;
-  const double moved = elastic(states);
+  std::vector<BodyState> parted(states.begin(), states.end());
   for (std::size_t i = 0; i < ids.size(); ++i) {
-    states[i].position_m += push[i].linear * dt_s;
-    turn_by(scene.bodies[index_of(ids[i])], push[i].angular * dt_s, states[i]);
+    parted[i].position_m += push[i].linear * dt_s;
+    turn_by(scene.bodies[index_of(ids[i])], push[i].angular * dt_s, parted[i]);
   }
   JointSystem joints = solved;
-  report.push_out_work_joule += push_out_work_joule(scene, dt_s, ids, push);
-  report.push_out_work_joule += close_joints(scene, dt_s, ids, joints, states);
-  report.push_out_work_joule += elastic(states) - moved;
+  const double work = push_out_work_joule(scene, dt_s, ids, push) +
+                      close_joints(scene, dt_s, ids, joints, parted) + elastic(parted) -
+                      elastic(states);
+  if (!(report.push_out_work_joule + work <= most_push_out_joule(step, parted))) return;
+  report.push_out_work_joule += work;
+  std::ranges::move(parted, states.begin());
 }
 
 void report_joints(std::span<const BodyState> states, const JointSystem& joints,

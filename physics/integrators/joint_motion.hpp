@@ -68,6 +68,10 @@ void close_left_open(const SceneDescription& scene, double dt_s, std::span<const
 double close_joints(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                     JointSystem& joints, std::span<BodyState> states);
 
+// The most that push-out can lift in a step: each body at its greatest speed, and by as much as its
+// velocity changes, for a body goes on with the old one for a while.
+double most_push_out_joule(const JointedStep& step, std::span<const BodyState> after);
+
 // What the world gives to the island through joints. `states` as when the rows were built.
 void report_joints(std::span<const BodyState> states, const JointSystem& joints,
                    IslandReport& report);

@@ -2,18 +2,46 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "physics/constraints/springs.hpp"
 #include "physics/constraints/ways.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/solvers/contact_solver.hpp"
+#include "physics/solvers/convex_contacts.hpp"
 #include "physics/solvers/joint_blocks.hpp"
 #include "physics/solvers/joint_work.hpp"
 #include "physics/solvers/substeps.hpp"
 
 namespace soda::physics {
 namespace {
+
+// The share of all start impulses that makes the energy of motion least.
+double best_share_of_start(std::span<const SolverBody> free, const ContactProblem& problem) {
+  double square = 0.0, product = 0.0;
+  for (std::size_t i = 0; i < free.size(); ++i) {
+    const SolverBody& body = problem.bodies[i];
+    const Mat3 inertia = inverse_of_symmetric(body.inverse_inertia);
+    const Vec3 momentum = (body.linear - free[i].linear) * (1.0 / body.inverse_mass);
+    const Vec3 spin(inertia * (body.angular - free[i].angular));
+    square += momentum.dot(body.linear - free[i].linear) + spin.dot(body.angular - free[i].angular);
+    product += momentum.dot(free[i].linear) + spin.dot(free[i].angular);
+  }
+  return square > 0.0 ? -product / square : 1.0;
+}
+
+// Those of another load, or along other lines, would throw what is light.
+void drop_bad_start(std::span<const SolverBody> free, JointSystem& joints,
+                    ContactProblem& problem) {
+  constexpr double kLeastShare = 0.1;
+  if (best_share_of_start(free, problem) >= kLeastShare) return;
+  std::ranges::copy(free, problem.bodies.begin());
+  for (NormalRow& row : problem.normals) row.impulse_newton_s = 0.0;
+  for (FrictionRow& row : problem.frictions)
+    row.impulse_newton_s[0] = row.impulse_newton_s[1] = 0.0;
+  for (JointRow& row : joints.rows) row.impulse_newton_s = 0.0;
+}
 
 // A step under way.
 class JointedSubsteps {
@@ -33,6 +61,7 @@ class JointedSubsteps {
   void drift();
   void add_impulses();
   void rebound();
+  void limit_throws();
 
   const JointedStep& step_;
   JointSystem& joints_;
@@ -50,10 +79,10 @@ void JointedSubsteps::start(std::uint32_t count) {
   build_joint_rows(step_.scene, length_s, motion_.states, true, joints_);
   motion_.joint_newton_s.assign(joints_.rows.size(), 0.0);
   if (step_.scene.solver.warm_starting) load_joint_impulses(step_.scene, step_.states, joints_);
-  for (JointRow& row : joints_.rows) {
+  for (const JointRow& row : joints_.rows)
     apply_joint_impulse(row, row.impulse_newton_s, problem_.bodies);
-    row.impulse_newton_s /= count;
-  }
+  drop_bad_start(step_.free, joints_, problem_);
+  for (JointRow& row : joints_.rows) row.impulse_newton_s /= count;
   begin_substeps(step_.dt_s, count, step_.states, problem_, substeps_);
 }
 
@@ -100,6 +129,36 @@ void JointedSubsteps::rebound() {
     sweep_velocities(i % 2 == 0, problem_);
   }
   motion_.sweeps += sweeps;
+  limit_throws();
+}
+
+// Contacts of what is light and jammed between heavy bodies do not converge, and what is left of
+// large impulses throws it. Nothing gets faster than 30 times the fastest body of its mass and
+// more, or three times its own speed, at the radius of gyration.
+void JointedSubsteps::limit_throws() {
+  constexpr double kMostOfOthers = 30.0, kMostOfOwn = 3.0;
+  const std::size_t count = step_.ids.size();
+  std::vector<std::uint32_t> order(count);
+  std::iota(order.begin(), order.end(), 0u);
+  std::ranges::stable_sort(order, {}, [&](std::uint32_t i) { return step_.free[i].inverse_mass; });
+  const auto speed_m_s = [](const SolverBody& body, const Vec3& linear, const Vec3& angular) {
+    return linear.norm() +
+           std::sqrt(body.inverse_mass / body.inverse_inertia.norm()) * angular.norm();
+  };
+  double heavier_m_s = 0.0;
+  for (const std::uint32_t i : order) {
+    const SolverBody& start = step_.free[i];
+    SolverBody& body = problem_.bodies[i];
+    const double own = std::max(speed_m_s(start, start.linear, start.angular),
+                                speed_m_s(start, step_.states[i].linear_velocity_m_s,
+                                          step_.states[i].angular_velocity_rad_s));
+    const double most = std::max(kMostOfOwn * own, kMostOfOthers * heavier_m_s);
+    heavier_m_s = std::max(heavier_m_s, own);
+    const double now = speed_m_s(body, body.linear, body.angular);
+    if (!(now > most)) continue;
+    body.linear *= most / now;
+    body.angular *= most / now;
+  }
 }
 
 JointedMotion JointedSubsteps::run() {
@@ -117,6 +176,7 @@ JointedMotion JointedSubsteps::run() {
     drift();
     relax_joints(substeps_.length_s, false, blocks_, joints_, problem_.bodies);
     relax(problem_, substeps_);
+    limit_throws();
     add_impulses();
     for (std::size_t k = 0; k < motion_.flown_m.size(); ++k)
       motion_.flown_m[k] += (problem_.bodies[k].linear + substeps_.at_start[k].linear) *
@@ -142,13 +202,29 @@ double elastic_at(const SceneDescription& scene, const JointSystem& joints,
   return has_springs(scene, joints) ? elastic_joule(spring_rows(scene, states, joints)) : 0.0;
 }
 
+// Sweeps that diverged.
+bool are_absurd(std::span<const SolverBody> bodies) {
+  const auto within = [](const Vec3& v, double most) { return v.squaredNorm() <= most * most; };
+  return !std::ranges::all_of(bodies, [&](const SolverBody& body) {
+    return within(body.linear, kLargestSpeed_m_s) && within(body.angular, kLargestSpin_rad_s);
+  });
+}
+
+void stand_still(ContactProblem& problem) {
+  for (SolverBody& body : problem.bodies) body.linear = body.angular = Vec3::Zero();
+  for (NormalRow& row : problem.normals) row.impulse_newton_s = 0.0;
+  for (FrictionRow& row : problem.frictions)
+    row.impulse_newton_s[0] = row.impulse_newton_s[1] = 0.0;
+}
+
 }  // namespace
 
 void take_jointed_motion(const JointedStep& step, const JointedMotion& motion, bool affordable,
-                         JointSystem& joints, const ContactProblem& problem,
+                         JointSystem& joints, ContactProblem& problem,
                          std::span<BodyState> states, IslandReport& report,
                          std::vector<AdvanceFault>& faults) {
   const auto& [scene, dt_s, ids, before, free] = step;
+  if (are_absurd(problem.bodies)) stand_still(problem);
   std::vector<BodyState> next;
   for (std::size_t i = 0; i < ids.size(); ++i) {
     BodyState& state = next.emplace_back(motion.states[i]);
@@ -165,13 +241,19 @@ void take_jointed_motion(const JointedStep& step, const JointedMotion& motion, b
                       external_work_joule(scene, dt_s, before, free, problem) +
                       elastic_at(scene, joints, before) - elastic_at(scene, joints, next);
   const EnergyExcess excess = energy_excess(scene, dt_s, ids, before, flown, work);
+  IslandReport moved = report;
   if (excess.gain_joule > 0.0)
-    report.push_out_work_joule +=
-        take_excess(scene, ids, excess, is_afloat(ids.size(), joints, &problem), next, report);
+    moved.push_out_work_joule +=
+        take_excess(scene, ids, excess, is_afloat(ids.size(), joints, &problem), next, moved);
+  for (std::size_t i = 0; i < ids.size(); ++i)
+    moved.push_out_work_joule -= scene.bodies[index_of(ids[i])].mass_kg *
+                                 scene.gravity_m_s2.dot(next[i].position_m - flown[i].position_m);
+  const bool springs_gain =
+      excess.gain_joule > excess.moving_joule && has_springs(scene, joints);
+  if (springs_gain || !(moved.push_out_work_joule <= most_push_out_joule(step, next)))
+    return move_jointed(step, joints, problem, {}, states, report, faults);
+  report = moved;
   for (std::size_t i = 0; i < ids.size(); ++i) {
-    const Vec3 beyond = next[i].position_m - flown[i].position_m;
-    report.push_out_work_joule -=
-        scene.bodies[index_of(ids[i])].mass_kg * scene.gravity_m_s2.dot(beyond);
     const char* const fault = fault_of(next[i]);
     if (*fault) {
       faults.push_back({ids[i], fault});

@@ -34,9 +34,10 @@ JointedMotion solve_jointed_in_substeps(const JointedStep& step, JointSystem& jo
 
 // The island after such a step; `states` are those before it. What it gains beyond the work of
 // motors and forces, and beyond what pressing and closing lift, is taken from its velocities.
-// Joints are closed at its end if that is `affordable`. Stored impulses stay.
+// Joints are closed at its end if that is `affordable`. Where that would lift more than push-out
+// may, it comes less far instead. Stored impulses stay.
 void take_jointed_motion(const JointedStep& step, const JointedMotion& motion, bool affordable,
-                         JointSystem& joints, const ContactProblem& problem,
+                         JointSystem& joints, ContactProblem& problem,
                          std::span<BodyState> states, IslandReport& report,
                          std::vector<AdvanceFault>& faults);
 

@@ -16,7 +16,10 @@ constexpr std::uint32_t kMostDirectBodies = 1000;
 // have bodies for which sweeps fail.
 constexpr double kSmall = 1e4;  // multiplications
 constexpr double kMuchHeavier = 10.0;
-constexpr double kMuchHeavierThanLinks = 30.0;  // joints are solved in blocks
+// With joints: of two that touch. Sweeps let the heavier one through what it lies on.
+constexpr double kHeavierThanLinks = 4.0;
+constexpr double kTooHeavy = 100.0;  // for substeps
+constexpr double kSmallWithJoints = 1e5;  // multiplications
 constexpr double kCalm = 0.03;  // of the speed that gravity gives in a step
 
 // Of the reciprocal of an island's mass: what a point gives way, per impulse. Soft enough for few
@@ -67,22 +70,25 @@ ConvexPoint convex_point(const ContactProblem& problem, std::size_t i) {
   return p;
 }
 
-// Joints answer alike in each step of Newton's method, so they can be stiff: the part of its own
-// response that a row gives way, before the corrections take that out.
-constexpr double kJointCompliance = 1e-5;
+// Joints answer alike in each step of Newton's method, so they can be stiff: the part of the
+// response of its heavier body that a row gives way, before the corrections take that out.
+constexpr double kJointCompliance = 1e-3;
 
 ConvexRow convex_row(const JointRow& row, std::span<const SolverBody> bodies) {
   const SolverBody &a = bodies[row.a], &b = bodies[row.b];
   ConvexRow out{row.a, row.b, row.linear, row.turn_a, row.turn_b};
-  const double turning = row.turn_a.dot(times(a.inverse_inertia, row.turn_a)) +
-                         row.turn_b.dot(times(b.inverse_inertia, row.turn_b));
-  const double masses = a.inverse_mass + b.inverse_mass;
-  const double response = masses * row.linear.squaredNorm() + turning;
+  const double squared = row.linear.squaredNorm();
+  const double of_a =
+      a.inverse_mass * squared + row.turn_a.dot(times(a.inverse_inertia, row.turn_a));
+  const double of_b =
+      b.inverse_mass * squared + row.turn_b.dot(times(b.inverse_inertia, row.turn_b));
+  const double least = of_b > 0.0 ? std::min(of_a, of_b) : of_a;
   out.soft = row.softness_1_kg > 0.0;
   out.target_m_s = row.target_m_s;
-  out.stiffness_kg = 1.0 / (out.soft ? row.softness_1_kg : kJointCompliance * response);
-  if (!(response > 0.0)) out.stiffness_kg = 1.0;  // a spring that is left out
-  if (row.linear == Vec3::Zero()) out.speed = std::sqrt(masses / response);
+  out.stiffness_kg = 1.0 / (out.soft ? row.softness_1_kg : kJointCompliance * least);
+  if (!(least > 0.0)) out.stiffness_kg = 1.0;  // a spring that is left out
+  if (row.linear == Vec3::Zero() && of_a + of_b > 0.0)
+    out.speed = std::sqrt((a.inverse_mass + b.inverse_mass) / (of_a + of_b));
   out.start_newton_s = out.soft ? 0.0 : row.impulse_newton_s;
   const bool bounded = row.kind == JointRowKind::kLimit || row.kind == JointRowKind::kMotor;
   out.least_newton_s = bounded ? row.least_newton_s : -1e300;
@@ -143,6 +149,17 @@ bool is_easy(bool accurate, std::size_t bodies, double ratio) {
   return bodies == 1 || (!accurate && bodies == 2 && ratio <= kLike);
 }
 
+// Whether something touches a body with joints that is much lighter.
+bool loads_links(const SceneDescription& scene, std::span<const ContactManifold> manifolds) {
+  return std::ranges::any_of(manifolds, [&scene](const ContactManifold& m) {
+    if (m.count == 0 || is_static(m.b)) return false;
+    const BodyParams &a = scene.bodies[index_of(m.a)], &b = scene.bodies[index_of(m.b)];
+    const BodyParams& lighter = a.mass_kg < b.mass_kg ? a : b;
+    return lighter.joints > 0 &&
+           std::max(a.mass_kg, b.mass_kg) > kHeavierThanLinks * lighter.mass_kg;
+  });
+}
+
 }  // namespace
 
 double mass_ratio(const SceneDescription& scene, std::span<const BodyId> ids) {
@@ -163,7 +180,8 @@ std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, doub
   const double ratio = mass_ratio(scene, ids);
   const bool jointed = !scene.joints.empty() && std::ranges::any_of(manifolds, is_joint);
   if (!jointed && is_easy(accurate, ids.size(), ratio)) return std::nullopt;
-  const bool is_uneven = ratio > (jointed ? kMuchHeavierThanLinks : kMuchHeavier);
+  const bool is_uneven = jointed ? ratio > kTooHeavy || loads_links(scene, manifolds)
+                                 : ratio > kMuchHeavier;
   const double calm_m_s = calm_speed_m_s(scene, dt_s);
   bool calm = true;
   const auto place = [&ids](BodyId id) {
@@ -181,7 +199,9 @@ std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, doub
     if (b != nullptr && (edges.empty() || edges.back() != edge)) edges.push_back(edge);
   }
   return plan_elimination(static_cast<std::uint32_t>(ids.size()), edges,
-                          calm || accurate || jointed ? kMostMultiplications : kSmall);
+                          calm || accurate ? kMostMultiplications
+                          : jointed        ? kSmallWithJoints
+                                           : kSmall);
 }
 
 NewtonOutcome solve_directly(bool accurate, std::span<const SolverBody> free,
@@ -212,7 +232,7 @@ NewtonOutcome solve_directly(bool accurate, std::span<const SolverBody> free,
       const ConvexRow& added = convex.rows.emplace_back(convex_row(row, problem.bodies));
       const double speed =
           added.speed * (relative_velocity(added, convex.free) - added.target_m_s);
-      if (!added.soft) squared = std::max(squared, speed * speed);
+      squared = std::max(squared, speed * speed);
     }
   const double scale = std::sqrt(squared);
   const NewtonLimits limits{

@@ -329,6 +329,8 @@ NewtonOutcome Newton::run() {
     }
     if (i > 0 && correction > kSlow * last && problem_.compliance_1_kg > hardest) {
       problem_.compliance_1_kg *= kHarder;
+      for (ConvexRow& row : problem_.rows)
+        if (!row.soft) row.stiffness_kg /= kHarder;
       factored_ = false;
     }
     wanted = std::max(limits_.wanted_m_s, kInexact * correction);
