@@ -175,8 +175,8 @@ bool crosses(const MeshTriangle& t, const Vec3& from, const Vec3& to) {
 
 }  // namespace
 
-std::optional<FacePlane> face_passed(const Geometry& geometry, BodyId mesh, const Vec3& from_m,
-                                     const Vec3& to_m, double clearance_m) {
+std::optional<FacePlane> mesh_face_passed(const Geometry& geometry, BodyId mesh, const Vec3& from_m,
+                                          const Vec3& to_m, double clearance_m) {
   const StaticGeometry& placed = geometry.impl().statics[static_index_of(mesh)];
   const CompiledShape& shape = geometry.impl().shapes[placed.shape].shape;
   const Vec3 from = placed.pose.to_local(from_m), to = placed.pose.to_local(to_m);
