@@ -1,8 +1,8 @@
+#include "physics/continuous/time_of_impact.hpp"
 #include "physics/model/contact_manifold.hpp"
 #include "physics/model/stage_counters.hpp"
-#include "physics/shapes/geometry.hpp"
 #include "physics/narrowphase/separation.hpp"
-#include "physics/continuous/time_of_impact.hpp"
+#include "physics/shapes/geometry.hpp"
 
 namespace soda::physics {
 namespace {

@@ -5,13 +5,13 @@
 #include <optional>
 #include <vector>
 
+#include "physics/continuous/face_passed.hpp"
+#include "physics/continuous/time_of_impact.hpp"
+#include "physics/integrators/momentum.hpp"
+#include "physics/math/rigid_motion.hpp"
 #include "physics/model/contact_manifold.hpp"
 #include "physics/model/stage_counters.hpp"
 #include "physics/shapes/geometry_impl.hpp"
-#include "physics/integrators/momentum.hpp"
-#include "physics/math/rigid_motion.hpp"
-#include "physics/continuous/face_passed.hpp"
-#include "physics/continuous/time_of_impact.hpp"
 
 namespace soda::physics {
 namespace {
@@ -134,8 +134,8 @@ void stop_at_faces(const Stop& stop, const Geometry& geometry, BodyId fixed, Bod
                    IslandReport& report) {
   constexpr int kMostFaces = 8;
   for (int i = 0; i < kMostFaces; ++i) {
-    const std::optional<FacePlane> face = face_passed(geometry, fixed, stop.before.position_m,
-                                                      state.position_m, stop.enough_m);
+    const std::optional<FacePlane> face =
+        face_passed(geometry, fixed, stop.before.position_m, state.position_m, stop.enough_m);
     if (!face || !stop_at_plane(stop, *face, state, report)) return;
   }
 }
@@ -153,10 +153,9 @@ void stop_at_floors(const SceneDescription& scene, const Geometry& geometry,
                     before[i]};
     for (const FacePlane& floor : geometry.impl().floors)
       stop_at_plane(stop, floor, states[i], report);
-    const Aabb way{before[i].position_m.cwiseMin(states[i].position_m) -
-                       Vec3::Constant(stop.enough_m),
-                   before[i].position_m.cwiseMax(states[i].position_m) +
-                       Vec3::Constant(stop.enough_m)};
+    const Aabb way{
+        before[i].position_m.cwiseMin(states[i].position_m) - Vec3::Constant(stop.enough_m),
+        before[i].position_m.cwiseMax(states[i].position_m) + Vec3::Constant(stop.enough_m)};
     find_static_pairs(geometry, {&way, 1}, near, unused);
     for (const IndexPair& pair : near)
       stop_at_faces(stop, geometry, static_id(pair.second), states[i], report);
