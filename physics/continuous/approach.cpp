@@ -200,9 +200,9 @@ FlyingSolids::FlyingSolids(const SceneDescription& scene, const Geometry& geomet
       start_m_(state_a.position_m),
       start_velocity_(state_a.linear_velocity_m_s),
       pull_(scene.gravity_m_s2) {
-  centre_ = (state_b ? state_b->position_m
-                     : geometry.impl().statics[static_index_of(b)].pose.position) -
-            start_m_;
+  centre_ =
+      (state_b ? state_b->position_m : geometry.impl().statics[static_index_of(b)].pose.position) -
+      start_m_;
   velocity_ = -start_velocity_;
   if (state_b) velocity_ += state_b->linear_velocity_m_s;
   gravity_ = state_b ? Vec3(Vec3::Zero()) : Vec3(-pull_);

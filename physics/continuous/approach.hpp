@@ -1,9 +1,9 @@
 // Two solids in free flight: where they are, and how long they cannot touch.
 #pragma once
 
+#include "physics/continuous/spin_bounds.hpp"
 #include "physics/model/body_state.hpp"
 #include "physics/narrowphase/separation.hpp"
-#include "physics/continuous/spin_bounds.hpp"
 #include "physics/shapes/geometry.hpp"
 
 namespace soda::physics {

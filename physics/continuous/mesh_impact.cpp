@@ -42,7 +42,8 @@ struct Way {
 
 Way way_of(const MeshFlight& flight, const CompiledShape& shape, const Pose& pose) {
   const double t = flight.most_s;
-  const Vec3 path = flight.state_a.linear_velocity_m_s * t + flight.scene.gravity_m_s2 * (0.5 * t * t);
+  const Vec3 path =
+      flight.state_a.linear_velocity_m_s * t + flight.scene.gravity_m_s2 * (0.5 * t * t);
   const double bend = 0.125 * t * t * flight.scene.gravity_m_s2.norm();
   const double rounding = 1e-12 * (flight.state_a.position_m.norm() + path.norm());
   return {pose.to_local(flight.state_a.position_m), pose.direction_to_local(path),
@@ -102,9 +103,9 @@ std::optional<MeshTouch> first_mesh_touch(const MeshFlight& flight,
   const CompiledShape& mesh = flight.geometry.impl().shapes[placed.shape].shape;
   const CompiledShape& shape = shape_of(flight.scene, flight.geometry, flight.a);
   const Way way = way_of(flight, shape, placed.pose);
-  TouchSearch search{touching_gap_m(flight.scene, flight.geometry, flight.a, flight.state_a,
-                                    flight.mesh),
-                     shape.min_extent_m, 0.0, flight.most_s};
+  TouchSearch search{
+      touching_gap_m(flight.scene, flight.geometry, flight.a, flight.state_a, flight.mesh),
+      shape.min_extent_m, 0.0, flight.most_s};
   std::optional<MeshTouch> best;
   TriangleSolid triangle;
   for (const OnTheWay& next : on_the_way(way, mesh, met)) {
@@ -116,8 +117,7 @@ std::optional<MeshTouch> first_mesh_touch(const MeshFlight& flight,
     if (!touch || (later && touch->impact.time_s == 0.0)) continue;
     const Vec3 up = placed.pose.rotation * mesh.triangles[next.triangle].plane.normal;
     if (up.dot(solids.b().solid.placed.pose.position) > 0.0) continue;
-    const double gap =
-        gap_along(solids.a().solid.placed, solids.b().solid.placed, touch->normal);
+    const double gap = gap_along(solids.a().solid.placed, solids.b().solid.placed, touch->normal);
     if (gap < -kDeepest * shape.min_extent_m) continue;
     if (best && !(touch->impact.time_s < best->touch.impact.time_s)) continue;
     best = {*touch, next.triangle};
@@ -175,8 +175,8 @@ bool crosses(const MeshTriangle& t, const Vec3& from, const Vec3& to) {
 
 }  // namespace
 
-std::optional<FacePlane> face_passed(const Geometry& geometry, BodyId mesh, const Vec3& from_m,
-                                     const Vec3& to_m, double clearance_m) {
+std::optional<FacePlane> mesh_face_passed(const Geometry& geometry, BodyId mesh, const Vec3& from_m,
+                                          const Vec3& to_m, double clearance_m) {
   const StaticGeometry& placed = geometry.impl().statics[static_index_of(mesh)];
   const CompiledShape& shape = geometry.impl().shapes[placed.shape].shape;
   const Vec3 from = placed.pose.to_local(from_m), to = placed.pose.to_local(to_m);
@@ -185,22 +185,21 @@ std::optional<FacePlane> face_passed(const Geometry& geometry, BodyId mesh, cons
   const Way way{from, to - from, clearance_m};
   std::optional<std::uint32_t> passed;
   double first = 0.0;
-  shape.tree.visit(
-      [&](const Aabb& box) { return way.enters(box) <= 1.0; },
-      [&](std::uint32_t index) {
-        const MeshTriangle& t = shape.triangles[index];
-        const Vec3& n = t.plane.normal;
-        if (n == Vec3::Zero()) return;
-        // One that was put there before is clear, but for rounding.
-        if (!(n.dot(to) - t.plane.offset_m < (1.0 - kRounding) * clearance_m)) return;
-        if (!crosses(t, from, to) && !crosses(t, from, to - n * clearance_m)) return;
-        const double above = n.dot(from) - t.plane.offset_m, left = n.dot(from - to);
-        if (!(left > 0.0)) return;
-        const double share = (above - clearance_m) / left;
-        if (passed && (share > first || (share == first && index > *passed))) return;
-        first = share;
-        passed = index;
-      });
+  shape.tree.visit([&](const Aabb& box) { return way.enters(box) <= 1.0; },
+                   [&](std::uint32_t index) {
+                     const MeshTriangle& t = shape.triangles[index];
+                     const Vec3& n = t.plane.normal;
+                     if (n == Vec3::Zero()) return;
+                     // One that was put there before is clear, but for rounding.
+                     if (!(n.dot(to) - t.plane.offset_m < (1.0 - kRounding) * clearance_m)) return;
+                     if (!crosses(t, from, to) && !crosses(t, from, to - n * clearance_m)) return;
+                     const double above = n.dot(from) - t.plane.offset_m, left = n.dot(from - to);
+                     if (!(left > 0.0)) return;
+                     const double share = (above - clearance_m) / left;
+                     if (passed && (share > first || (share == first && index > *passed))) return;
+                     first = share;
+                     passed = index;
+                   });
   if (!passed) return std::nullopt;
   const Vec3 normal = placed.pose.rotation * shape.triangles[*passed].plane.normal;
   return FacePlane{normal,

@@ -30,7 +30,7 @@ void append_way_to_mesh(const MeshFlight& flight, std::vector<ContactManifold>& 
 
 // The face of a mesh that a point which goes straight comes nearer to from its front than the
 // clearance, first; in the world frame.
-std::optional<FacePlane> face_passed(const Geometry& geometry, BodyId mesh, const Vec3& from_m,
-                                     const Vec3& to_m, double clearance_m);
+std::optional<FacePlane> mesh_face_passed(const Geometry& geometry, BodyId mesh, const Vec3& from_m,
+                                          const Vec3& to_m, double clearance_m);
 
 }  // namespace soda::physics

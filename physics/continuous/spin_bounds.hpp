@@ -1,8 +1,8 @@
 // How fast a body in free flight turns, and its points move by it, at most.
 #pragma once
 
-#include "physics/shapes/compiled_shape.hpp"
 #include "physics/model/scene.hpp"
+#include "physics/shapes/compiled_shape.hpp"
 
 namespace soda::physics {
 

@@ -6,9 +6,9 @@
 #include "physics/continuous/approach.hpp"
 #include "physics/continuous/first_touch.hpp"
 #include "physics/continuous/mesh_impact.hpp"
+#include "physics/math/rigid_motion.hpp"
 #include "physics/model/contact_manifold.hpp"
 #include "physics/shapes/geometry_impl.hpp"
-#include "physics/math/rigid_motion.hpp"
 
 namespace soda::physics {
 namespace {
@@ -65,9 +65,10 @@ std::optional<Impact> time_of_impact(const SceneDescription& scene, const Geomet
   const double apart_s = spheres_apart_s(scene, geometry, a, state_a, b, state_b, most_s);
   if (apart_s > 0.0 && apart_s >= most_s) return std::nullopt;
   FlyingSolids solids(scene, geometry, a, state_a, b, state_b);
-  const std::optional<Touch> touch =
-      first_touch(scene, {touching_gap_m(scene, geometry, a, state_a, b),
-                  width_of(scene, geometry, a, b), apart_s, most_s}, solids);
+  const std::optional<Touch> touch = first_touch(scene,
+                                                 {touching_gap_m(scene, geometry, a, state_a, b),
+                                                  width_of(scene, geometry, a, b), apart_s, most_s},
+                                                 solids);
   return touch ? std::optional(touch->impact) : std::nullopt;
 }
 
@@ -81,9 +82,10 @@ void append_way_to_impact(const SceneDescription& scene, const Geometry& geometr
   const double apart_s = spheres_apart_s(scene, geometry, a, state_a, b, state_b, dt_s);
   if (apart_s > 0.0 && apart_s >= dt_s) return;
   FlyingSolids solids(scene, geometry, a, state_a, b, state_b);
-  const std::optional<Touch> touch =
-      first_touch(scene, {touching_gap_m(scene, geometry, a, state_a, b),
-                  width_of(scene, geometry, a, b), apart_s, dt_s}, solids);
+  const std::optional<Touch> touch = first_touch(scene,
+                                                 {touching_gap_m(scene, geometry, a, state_a, b),
+                                                  width_of(scene, geometry, a, b), apart_s, dt_s},
+                                                 solids);
   if (!touch || touch->impact.time_s == 0.0) return;
   const FlyingSolids start(scene, geometry, a, state_a, b, state_b);
   const Vec3& normal = touch->normal;

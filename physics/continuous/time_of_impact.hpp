@@ -5,8 +5,8 @@
 #include <span>
 
 #include "physics/model/contact_manifold.hpp"
-#include "physics/shapes/geometry.hpp"
 #include "physics/narrowphase/separation.hpp"
+#include "physics/shapes/geometry.hpp"
 
 namespace soda::physics {
 
@@ -37,8 +37,8 @@ std::optional<Impact> time_of_impact(const SceneDescription& scene, const Geomet
                                      BodyId a, const BodyState& state_a, BodyId b,
                                      const BodyState* state_b, double most_s);
 
-// The same with a static b, of which the parts that these manifolds of the pair are of are left out:
-// all of a solid, the faces and edges of a mesh that have one.
+// The same with a static b, of which the parts that these manifolds of the pair are of are left
+// out: all of a solid, the faces and edges of a mesh that have one.
 std::optional<Impact> time_of_unmet_impact(const SceneDescription& scene, const Geometry& geometry,
                                            BodyId a, const BodyState& state_a, BodyId b,
                                            std::span<const ContactManifold> manifolds,

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "physics/continuous/mesh_impact.hpp"
+#include "physics/continuous/face_passed.hpp"
 #include "physics/continuous/time_of_impact.hpp"
 #include "physics/integrators/momentum.hpp"
 #include "physics/math/rigid_motion.hpp"
@@ -131,12 +131,12 @@ bool stop_at_plane(const Stop& stop, const FacePlane& floor, BodyState& state,
 }
 
 // A centre that is put in front of one face may be behind another then.
-void stop_at_mesh(const Stop& stop, const Geometry& geometry, BodyId mesh, BodyState& state,
-                  IslandReport& report) {
+void stop_at_faces(const Stop& stop, const Geometry& geometry, BodyId fixed, BodyState& state,
+                   IslandReport& report) {
   constexpr int kMostFaces = 8;
   for (int i = 0; i < kMostFaces; ++i) {
     const std::optional<FacePlane> face =
-        face_passed(geometry, mesh, stop.before.position_m, state.position_m, stop.enough_m);
+        face_passed(geometry, fixed, stop.before.position_m, state.position_m, stop.enough_m);
     if (!face || !stop_at_plane(stop, *face, state, report)) return;
   }
 }
@@ -146,17 +146,22 @@ void stop_at_mesh(const Stop& stop, const Geometry& geometry, BodyId mesh, BodyS
 void stop_at_floors(const SceneDescription& scene, const Geometry& geometry,
                     std::span<const BodyId> ids, std::span<const BodyState> before,
                     std::span<BodyState> states, IslandReport& report) {
+  std::vector<IndexPair> near;
+  StageCounters unused;
   for (std::size_t i = 0; i < ids.size(); ++i) {
     if (scene.bodies[index_of(ids[i])].joints > 0) continue;
     const Stop stop{scene, ids[i], kLowest * shape_of(scene, geometry, ids[i]).min_extent_m,
                     before[i]};
-    for (const std::uint32_t s : geometry.impl().floors) {
-      const StaticGeometry& fixed = geometry.impl().statics[s];
-      if (!groups_touch(scene, ids[i], static_id(s))) continue;
-      if (fixed.is_half_space) stop_at_plane(stop, fixed.plane, states[i], report);
-      else
-        stop_at_mesh(stop, geometry, static_id(s), states[i], report);
-    }
+    for (const std::uint32_t floor : geometry.impl().floors)
+      if (groups_touch(scene, ids[i], static_id(floor)))
+        stop_at_plane(stop, geometry.impl().statics[floor].plane, states[i], report);
+    const Aabb way{
+        before[i].position_m.cwiseMin(states[i].position_m) - Vec3::Constant(stop.enough_m),
+        before[i].position_m.cwiseMax(states[i].position_m) + Vec3::Constant(stop.enough_m)};
+    find_static_pairs(geometry, {&way, 1}, near, unused);
+    for (const IndexPair& pair : near)
+      if (groups_touch(scene, ids[i], static_id(pair.second)))
+        stop_at_faces(stop, geometry, static_id(pair.second), states[i], report);
   }
 }
 

@@ -4,10 +4,10 @@
 #include <span>
 
 #include "physics/model/contact_manifold.hpp"
-#include "physics/model/stage_counters.hpp"
-#include "physics/shapes/geometry.hpp"
 #include "physics/model/island_report.hpp"
 #include "physics/model/need.hpp"
+#include "physics/model/stage_counters.hpp"
+#include "physics/shapes/geometry.hpp"
 
 namespace soda::physics {
 
@@ -29,8 +29,9 @@ void stop_at_unseen_statics(const SceneDescription& scene, const Geometry& geome
 // body is at least a quarter of its width above any plane that it lies on; where it comes to be
 // below a fifth of it, and lower than at the start, it is put there and goes down no more. What
 // that lifts is added to the report as work of push-out, and what the halfspace gave; it is beyond
-// any tolerance. The same holds for the faces of meshes that the centre passes or comes to lie over. Bodies with joints are left out: to lift one of them opens its joints. Not called
-// for giant islands, and not for what flies through impacts for the whole step. `before`: as above.
+// any tolerance. The same holds for the faces of meshes that the centre passes or comes to lie
+// over. Bodies with joints are left out: to lift one of them opens its joints. Not called for giant
+// islands, and not for what flies through impacts for the whole step. `before`: as above.
 void stop_at_floors(const SceneDescription& scene, const Geometry& geometry,
                     std::span<const BodyId> ids, std::span<const BodyState> before,
                     std::span<BodyState> states, IslandReport& report);

@@ -5,8 +5,8 @@
 #include <array>
 #include <vector>
 
-#include "physics/shapes/compiled_shape.hpp"
 #include "physics/model/contact_manifold.hpp"
+#include "physics/shapes/compiled_shape.hpp"
 
 namespace soda::physics {
 

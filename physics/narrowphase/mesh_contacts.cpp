@@ -29,12 +29,18 @@ struct NearestOnTriangle {
 };
 
 NearestOnTriangle nearest_on(const Triangle& t, const MeshTriangle& mesh, const Vec3& p) {
+  constexpr double kSeam_rad = 3e-5, kRounding = 1e-12;  // of the angle between coplanar faces
   NearestOnTriangle best{p - t.normal * (p - t.corners[0]).dot(t.normal), true, true};
   double best_squared = 1e300;
+  const double height = std::abs((p - t.corners[0]).dot(t.normal));
   for (int i = 0; i < 3; ++i) {
     const Vec3& from = t.corners[i];
     const Vec3 edge = t.corners[(i + 1) % 3] - from;
-    if (t.normal.cross(edge).dot(p - from) >= 0.0) continue;
+    const double inside = t.normal.cross(edge).dot(p - from), length = edge.norm();
+    if (inside >= 0.0) continue;
+    // Between two faces that count as one plane, or over rounding, there is no way through.
+    const double gap = kSeam_rad * height + kRounding * length;
+    if (!mesh.edge_active[i] && inside > -gap * length) continue;
     const double s = std::clamp((p - from).dot(edge) / edge.squaredNorm(), 0.0, 1.0);
     const Vec3 on_edge = from + edge * s;
     const double squared = (p - on_edge).squaredNorm();
@@ -102,7 +108,8 @@ struct EdgeContact {
 
 EdgeContact edge_contact(const PlacedShape& solid, const PlacedShape& mesh, const Solid& triangle,
                          double range_m) {
-  constexpr double kTiny = 1e-10;  // of the width
+  constexpr double kTiny = 1e-10;        // of the width
+  constexpr double kSame = 1.0 - 1e-12;  // cosine
   const bool round = solid.shape.kind == ShapeKind::kCapsule;
   const double skin = round ? solid.shape.radius_m : 0.0;
   const MeshTriangle& t = *triangle.geometry.triangle;
@@ -125,10 +132,13 @@ EdgeContact edge_contact(const PlacedShape& solid, const PlacedShape& mesh, cons
   const TriangleNormal allowed = allowed_normal(t, mesh.pose.direction_to_local(-found.normal));
   const bool strange = !found.normal.allFinite() || allowed.beyond || allowed.edge < 0;
   if (strange || !t.edge_own[static_cast<std::size_t>(allowed.edge)]) return {};
-  if (found.separation_m > range_m ||
-      found.separation_m < -kDeepest * solid.shape.min_extent_m)
-    return {};
-  found.edge = allowed.edge;
+  const Vec3 along = -(mesh.pose.rotation * allowed.normal);
+  if (along.dot(found.normal) < kSame) {
+    found.normal = along;
+    found.separation_m = separation_along(solid, triangle.placed, along);
+  }
+  const bool deep = found.separation_m < -kDeepest * solid.shape.min_extent_m;
+  found.edge = deep || found.separation_m > range_m ? -1 : allowed.edge;
   return found;
 }
 
@@ -180,9 +190,11 @@ void append_edge_contacts(const MeshPair& pair, std::span<const std::uint32_t> t
     triangle.set(compiled, mesh.pose);
     const EdgeContact contact = edge_contact(solid, mesh, triangle.solid(), range);
     // Meshes are hollow.
-    const Vec3 from_edge = solid.pose.position - t.corners[static_cast<std::size_t>(
-                                                     std::max(contact.edge, 0))];
-    if (contact.edge < 0 || from_edge.dot(contact.normal) > 0.0 || has_point(contact.witness + pair.origin_m)) continue;
+    const Vec3 from_edge =
+        solid.pose.position - t.corners[static_cast<std::size_t>(std::max(contact.edge, 0))];
+    if (contact.edge < 0 || from_edge.dot(contact.normal) > 0.0 ||
+        has_point(contact.witness + pair.origin_m))
+      continue;
     ContactCandidates candidates;
     edge_points(solid, t, contact, candidates);
     keep_reached(pair.motion, contact.normal, candidates);
@@ -212,7 +224,7 @@ void thin_out(const Vec3& normal, ContactCandidates& c) {
   constexpr int kRoom = 8;
   if (c.count + kRoom <= static_cast<int>(c.points.size())) return;
   const Vec3 u = normal.unitOrthogonal(), v = normal.cross(u);
-  const std::array<Vec3, 9> directions{u,      v,     -u,    -v,          Vec3(u + v),
+  const std::array<Vec3, 9> directions{u,     v,      -u,    -v,          Vec3(u + v),
                                        v - u, -u - v, u - v, Vec3::Zero()};
   std::array<bool, 2 * kMaxFeaturePoints> kept{};
   for (const Vec3& d : directions) {

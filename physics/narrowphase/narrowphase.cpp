@@ -10,12 +10,12 @@
 #include "physics/model/stage_counters.hpp"
 #include "physics/narrowphase/analytic_contacts.hpp"
 #include "physics/narrowphase/core_distance.hpp"
-#include "physics/shapes/geometry.hpp"
-#include "physics/shapes/geometry_impl.hpp"
 #include "physics/narrowphase/mesh_contacts.hpp"
 #include "physics/narrowphase/near_triangles.hpp"
 #include "physics/narrowphase/separating_faces.hpp"
 #include "physics/narrowphase/separation.hpp"
+#include "physics/shapes/geometry.hpp"
+#include "physics/shapes/geometry_impl.hpp"
 
 // FCL says along which axis two solids meet; the contact points then come from the true shapes, by
 // their supporting features along that axis. So what is inexact in FCL's answer (depths of curved
@@ -302,9 +302,9 @@ ShapeKernel kernel_for(const Shape& a, const Shape& b) {
   return kernel_of(static_cast<ShapeKind>(a.index()), static_cast<ShapeKind>(b.index()));
 }
 
-bool append_manifolds(const SceneDescription& scene, const Geometry& geometry, double dt_s, BodyId a,
-                    const BodyState& state_a, BodyId b, const BodyState* state_b,
-                    std::vector<ContactManifold>& out, StageCounters& counters) {
+bool append_manifolds(const SceneDescription& scene, const Geometry& geometry, double dt_s,
+                      BodyId a, const BodyState& state_a, BodyId b, const BodyState* state_b,
+                      std::vector<ContactManifold>& out, StageCounters& counters) {
   const PlacedPair pair = place_pair(geometry, a, state_a, b, state_b);
   const CompiledShape& shape_b = pair.b.placed.shape;
   const Vec3& origin = state_a.position_m;
@@ -319,7 +319,8 @@ bool append_manifolds(const SceneDescription& scene, const Geometry& geometry, d
     emit_manifold(a, b, 0, normal, origin, candidates, out);
   } else if (pair.kernel == ShapeKernel::kMesh) {
     mesh_contacts(a, b, pair.a.placed, pair.b.placed,
-                  near_triangles(pair.a.placed, pair.b.placed, limited_range(motion)), motion, origin, out);
+                  near_triangles(pair.a.placed, pair.b.placed, limited_range(motion)), motion,
+                  origin, out);
   } else {
     collide_solids(pair.kernel, a, pair.a, b, pair.b, motion, origin, out);
   }

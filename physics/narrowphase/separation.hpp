@@ -27,9 +27,10 @@ struct Solid {
 // and edge, are what is nearest.
 Separation box_separation(const PlacedShape& a, const PlacedShape& b);
 
-// No meshes but single triangles (triangle_solid.hpp), as b; a halfspace is b. Where they are apart the distance, but of two boxes what
-// box_separation() says; where they overlap, along the direction in which they do so least, as far
-// as that is known. `guess` is a direction from a to b where the search may begin (not 0).
+// No meshes but single triangles (triangle_solid.hpp), as b; a halfspace is b. Where they are apart
+// the distance, but of two boxes what box_separation() says; where they overlap, along the
+// direction in which they do so least, as far as that is known. `guess` is a direction from a to b
+// where the search may begin (not 0).
 Separation separation_between(const Solid& a, const Solid& b, const Vec3& guess);
 
 // Between the supporting planes along a unit normal from a to b; of a halfspace, along its own.
@@ -39,10 +40,10 @@ double gap_along(const PlacedShape& a, const PlacedShape& b, const Vec3& normal)
 Separation overlap_between(const Solid& a, const Solid& b);
 
 // Tests two shapes where they are, as collide() does (geometry.hpp), but without joints. True if
-// they may meet within dt_s farther off than contacts are looked for, and have no contact, or one is
-// a mesh.
-bool append_manifolds(const SceneDescription& scene, const Geometry& geometry, double dt_s, BodyId a,
-                    const BodyState& state_a, BodyId b, const BodyState* state_b,
-                    std::vector<ContactManifold>& out, StageCounters& counters);
+// they may meet within dt_s farther off than contacts are looked for, and have no contact, or one
+// is a mesh.
+bool append_manifolds(const SceneDescription& scene, const Geometry& geometry, double dt_s,
+                      BodyId a, const BodyState& state_a, BodyId b, const BodyState* state_b,
+                      std::vector<ContactManifold>& out, StageCounters& counters);
 
 }  // namespace soda::physics

@@ -22,8 +22,7 @@ TriangleSolid::TriangleSolid() {
 
 void TriangleSolid::set(const MeshTriangle& triangle, const Pose& pose) {
   CompiledShape& shape = geometry_.shape;
-  const Vec3 centre =
-      (triangle.corners_m[0] + triangle.corners_m[1] + triangle.corners_m[2]) / 3.0;
+  const Vec3 centre = (triangle.corners_m[0] + triangle.corners_m[1] + triangle.corners_m[2]) / 3.0;
   shape.bounding_radius_m = 0.0;
   for (std::size_t i = 0; i < 3; ++i) {
     shape.vertices_m[i] = triangle.corners_m[i] - centre;
@@ -50,7 +49,9 @@ TriangleNormal allowed_normal(const MeshTriangle& triangle, const Vec3& directio
     farthest = out;
     const Vec3& limit = triangle.edge_limit[i];
     const double beyond = out * limit.dot(n) - up * limit.dot(away);
-    best = beyond > 0.0 ? TriangleNormal{limit, i, true} : TriangleNormal{direction, i, false};
+    // A corner is one of its edges: what leads along the edge is left out.
+    best = beyond > 0.0 ? TriangleNormal{limit, i, true}
+                        : TriangleNormal{(away * out + n * up).normalized(), i, false};
   }
   return best;
 }

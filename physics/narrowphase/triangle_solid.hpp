@@ -18,9 +18,9 @@ class TriangleSolid {
   Pose pose_;
 };
 
-// Where a direction from a triangle to a solid may point, so that they touch and no neighbour of the
-// triangle is in between: along the face's normal, or over an active edge between the normals of
-// both its faces.
+// Where a direction from a triangle to a solid may point, so that they touch and no neighbour of
+// the triangle is in between: along the face's normal, or over an active edge between the normals
+// of both its faces.
 struct TriangleNormal {
   Vec3 normal = Vec3::UnitZ();  // unit: the nearest direction that may be
   int edge = -1;                // over this edge; else along the face's

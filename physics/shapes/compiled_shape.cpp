@@ -137,8 +137,7 @@ void connect_triangles(const TriangleMesh& mesh, CompiledShape& out) {
 bool is_thin(const MeshTriangle& t) {
   constexpr double kThin = 1e-12;  // height over the longest side
   const Vec3 u = t.corners_m[1] - t.corners_m[0], v = t.corners_m[2] - t.corners_m[0];
-  const double longest =
-      std::max({u.squaredNorm(), v.squaredNorm(), (u - v).squaredNorm()});
+  const double longest = std::max({u.squaredNorm(), v.squaredNorm(), (u - v).squaredNorm()});
   return !(u.cross(v).norm() > kThin * longest);
 }
 

@@ -43,7 +43,7 @@ struct JointEnd {
 struct GeometryImpl {
   std::vector<ShapeGeometry> shapes;
   std::vector<StaticGeometry> statics;
-  std::vector<std::uint32_t> floors;  // those that are halfspaces or meshes
+  std::vector<std::uint32_t> floors;  // those that are halfspaces
   std::vector<JointEnd> joint_ends;   // of joints between bodies; ascending by body
   // By body: what a step asks of each, next to each other.
   std::vector<std::uint32_t> body_shapes;

@@ -113,8 +113,7 @@ std::shared_ptr<const GeometryImpl> build(const SceneDescription& scene) {
   for (const Shape& shape : scene.shapes) impl->shapes.push_back(make_geometry(shape));
   for (const StaticBody& body : scene.statics) {
     impl->statics.push_back(place(body, impl->shapes[body.shape]));
-    const bool is_mesh = std::holds_alternative<TriangleMesh>(scene.shapes[body.shape]);
-    if (impl->statics.back().is_half_space || is_mesh)
+    if (impl->statics.back().is_half_space)
       impl->floors.push_back(static_cast<std::uint32_t>(impl->statics.size() - 1));
   }
   for (const BodyParams& body : scene.bodies) {

@@ -47,7 +47,8 @@ TriangleTree::TriangleTree(std::span<const std::array<Vec3, 3>> corners_m)
     const Todo next = todo.back();
     todo.pop_back();
     if (next.closes >= 0) {
-      nodes_[static_cast<std::size_t>(next.closes)].next = static_cast<std::uint32_t>(nodes_.size());
+      nodes_[static_cast<std::size_t>(next.closes)].next =
+          static_cast<std::uint32_t>(nodes_.size());
       continue;
     }
     const std::span<std::uint32_t> ids = std::span(order_).subspan(next.first, next.count);
