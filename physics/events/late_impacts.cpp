@@ -53,7 +53,7 @@ void add_static_impulse(const SceneDescription& scene, BodyId id, const BodyStat
 Need unseen_statics_needed(const SceneDescription& scene) {
   const Need contacts = contacts_needed(scene);
   if (!contacts) return contacts;
-  if (solid_statics(scene) == 0) return {false, "there is no static that is not a mesh"};
+  if (scene.statics.empty()) return {false, "there is no static"};
   return need_of(bodies_that(scene, is_unjointed) > 0, "contacts can send bodies to other statics",
                  "joints hold every body");
 }
