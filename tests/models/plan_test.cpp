@@ -146,7 +146,7 @@ TEST(Plan, APushedBallThatBouncesIsLookedAtForHitsAndNeverFlies) {
   const std::vector<PlanLine> plan = make_plan(scene.description, 1, options);
   EXPECT_TRUE(needs(plan, "hits among contacts"));
   EXPECT_FALSE(needs(plan, "impacts in flight"));
-  EXPECT_FALSE(needs(plan, "refined steps of islands"));
+  EXPECT_TRUE(needs(plan, "refined steps of islands"));
   const SimulationResult result = run_scene(scene, 1, options);
   EXPECT_GT(result.stages.hit_searches, 0u);
   expect_unneeded_stages_cost_nothing(plan, result);
