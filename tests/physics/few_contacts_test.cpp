@@ -5,8 +5,8 @@
 
 #include <random>
 
-#include "physics/solvers/island_motion.hpp"
 #include "physics/solvers/contact_solver.hpp"
+#include "physics/solvers/island_motion.hpp"
 #include "tests/physics/scenes.hpp"
 
 namespace soda::physics {
