@@ -241,7 +241,7 @@ void HitRun::bring(std::uint32_t body, double to_s) {
 
 // The body is on another way now: all that it can meet is to be looked at.
 void HitRun::turn(std::uint32_t body, double now_s) {
-  pairs_.turn(body, states_[body], means_.counters);
+  pairs_.turn(body, states_[body], (dt_s_ - now_s) / island_.scene.dt_s, means_.counters);
   looks_.resize(std::max(looks_.size(), pairs_.size()));
   for (const std::uint32_t pair : pairs_.of(body)) {
     if (is_at(pairs_[pair], now_s))

@@ -195,7 +195,9 @@ void look_at_first(Flyers& flyers, std::span<const ContactManifold> manifolds, s
 bool turn(Flyers& flyers, const MeetingPair& struck, StageCounters& counters) {
   const std::size_t known = flyers.pairs.size();
   for (const std::uint32_t body : {struck.a, struck.b})
-    if (body == struck.a || !struck.fixed) flyers.pairs.turn(body, flyers.states[body], counters);
+    if (body == struck.a || !struck.fixed)
+      flyers.pairs.turn(body, flyers.states[body],
+                        (flyers.dt_s - flyers.since_s[body]) / flyers.scene.dt_s, counters);
   if (is_mesh_among(flyers, known)) return false;
   for (const std::uint32_t pair : flyers.pairs.of(struck.a)) look_ahead(flyers, pair, counters);
   if (struck.fixed) return true;

@@ -11,12 +11,12 @@ namespace {
 
 // Free flight can change which way a body spins, and how fast: twice is enough for looking.
 Aabb way_of(const SceneDescription& scene, const Geometry& geometry, BodyId id,
-            const BodyState& state) {
+            const BodyState& state, double share) {
   BodyState spinning;
   spinning.position_m = state.position_m;
   spinning.orientation = state.orientation;
-  spinning.linear_velocity_m_s = state.linear_velocity_m_s;
-  spinning.angular_velocity_rad_s = state.angular_velocity_rad_s * 2.0;
+  spinning.linear_velocity_m_s = state.linear_velocity_m_s * share;
+  spinning.angular_velocity_rad_s = state.angular_velocity_rad_s * (2.0 * share);
   return swept_aabb(scene, geometry, id, spinning);
 }
 
@@ -25,7 +25,7 @@ std::vector<Aabb> ways_of(const SceneDescription& scene, const Geometry& geometr
   std::vector<Aabb> boxes;
   boxes.reserve(ids.size());
   for (std::size_t i = 0; i < ids.size(); ++i)
-    boxes.push_back(way_of(scene, geometry, ids[i], states[i]));
+    boxes.push_back(way_of(scene, geometry, ids[i], states[i], 1.0));
   return boxes;
 }
 
@@ -83,8 +83,9 @@ bool MeetingPairs::are_near(std::uint32_t pair) const {
   return p.fixed || overlap(boxes_.box(p.a), boxes_.box(p.b));
 }
 
-void MeetingPairs::turn(std::uint32_t body, const BodyState& state, StageCounters& counters) {
-  boxes_.change(body, way_of(scene_, geometry_, ids_[body], state));
+void MeetingPairs::turn(std::uint32_t body, const BodyState& state, double share,
+                        StageCounters& counters) {
+  boxes_.change(body, way_of(scene_, geometry_, ids_[body], state, share));
   boxes_.find(boxes_.box(body), found_);
   for (const std::uint32_t other : found_)
     if (other != body) {

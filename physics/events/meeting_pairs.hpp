@@ -37,8 +37,9 @@ class MeetingPairs {
   std::span<const std::uint32_t> of(std::uint32_t body) const { return of_[body]; }
   // Whether the two can meet on the ways that they are on.
   bool are_near(std::uint32_t pair) const;
-  // The body is on another way; pairs that it comes to are the last ones then.
-  void turn(std::uint32_t body, const BodyState& state, StageCounters& counters);
+  // The body is on another way for this share of the scene's step; pairs that it comes to are the
+  // last ones then.
+  void turn(std::uint32_t body, const BodyState& state, double share, StageCounters& counters);
   // A pair that is known to meet; its number, old or new.
   std::uint32_t add(const MeetingPair& pair);
 

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "physics/forces/forces.hpp"
-#include "physics/refinement/reversals.hpp"
 #include "physics/integrators/spring_kicks.hpp"
+#include "physics/refinement/reversals.hpp"
 
 namespace soda::physics {
 
@@ -37,8 +37,8 @@ double pushed_m_s_of(const RefinedIsland& island, double time_s, std::size_t bod
          params.mass_kg;
 }
 
-// Whether points change their velocities as gravity and pushes could make them do. What changes faster is hit,
-// and has no limit. Friction turns what it stops: by 3.5 times itself in a sphere.
+// Whether points change their velocities as gravity and pushes could make them do. What changes
+// faster is hit, and has no limit. Friction turns what it stops: by 3.5 times itself in a sphere.
 bool can_be_smooth(const RefinedIsland& island, double time_s, std::span<const BodyState> from,
                    std::span<const BodyState> to) {
   constexpr double kMost = 2.0, kOfFriction = 4.0;
@@ -53,7 +53,8 @@ bool can_be_smooth(const RefinedIsland& island, double time_s, std::span<const B
     const Vec3 angular = to[i].angular_velocity_rad_s - from[i].angular_velocity_rad_s;
     const double change_m_s = linear.norm() + island.sizes.bodies[i].radius_m * angular.norm();
     const double pushed_m_s = kMost * pushed_m_s_of(island, time_s, i, from[i]);
-    if (!(change_m_s <= most_m_s + pushed_m_s + (kicked_m_s.empty() ? 0.0 : kicked_m_s[i]))) return false;
+    if (!(change_m_s <= most_m_s + pushed_m_s + (kicked_m_s.empty() ? 0.0 : kicked_m_s[i])))
+      return false;
   }
   return true;
 }

@@ -5,13 +5,13 @@
 #include <optional>
 #include <utility>
 
-#include "physics/integrators/advance_once.hpp"
 #include "physics/constraints/contact_rows.hpp"
-#include "physics/forces/forces.hpp"
-#include "physics/shapes/geometry_impl.hpp"
 #include "physics/constraints/joint_rows.hpp"
-#include "physics/refinement/refined_parts.hpp"
+#include "physics/forces/forces.hpp"
+#include "physics/integrators/advance_once.hpp"
 #include "physics/integrators/spring_kicks.hpp"
+#include "physics/refinement/refined_parts.hpp"
+#include "physics/shapes/geometry_impl.hpp"
 
 namespace soda::physics {
 namespace {

@@ -101,7 +101,11 @@ TEST(Plan, ConveyorRowsAndDrivesAreThereOnlyIfTheyHaveAnEffect) {
         EXPECT_EQ(needs(plan, "driven bodies"), driven);
         const SimulationResult result = run_scene(scene, 1, options);
         EXPECT_EQ(result.stages.conveyor_rows > 0, friction > 0.0 && speed > 0.0);
-        EXPECT_EQ(result.stages.driven_bodies, driven ? 10u : 0u);
+        if (driven) {
+          EXPECT_GE(result.stages.driven_bodies, 10u);  // more where steps are refined
+        } else {
+          EXPECT_EQ(result.stages.driven_bodies, 0u);
+        }
         expect_unneeded_stages_cost_nothing(plan, result);
       }
     }
@@ -146,7 +150,7 @@ TEST(Plan, APushedBallThatBouncesIsLookedAtForHitsAndNeverFlies) {
   const std::vector<PlanLine> plan = make_plan(scene.description, 1, options);
   EXPECT_TRUE(needs(plan, "hits among contacts"));
   EXPECT_FALSE(needs(plan, "impacts in flight"));
-  EXPECT_FALSE(needs(plan, "refined steps of islands"));
+  EXPECT_TRUE(needs(plan, "refined steps of islands"));
   const SimulationResult result = run_scene(scene, 1, options);
   EXPECT_GT(result.stages.hit_searches, 0u);
   expect_unneeded_stages_cost_nothing(plan, result);

@@ -123,10 +123,11 @@ void print_plates(int n, double dt_s) {
   double off = 0.0;
   for (const BodyState& state : world.states)
     off = std::max(off, std::abs(state.position_m.x() - 0.5 * kSpeed * kSpeed / slowing));
-  std::printf("plates mu %.1f dt 1/%.0f n %4d  off %.2e m  ms per body and step %.4f worst step "
-              "%.4f refined %llu\n",
-              kFriction, 1.0 / dt_s, n, off, cost.all_ms / n / steps, cost.worst_ms / n,
-              static_cast<unsigned long long>(world.counters.refined_steps));
+  std::printf(
+      "plates mu %.1f dt 1/%.0f n %4d  off %.2e m  ms per body and step %.4f worst step "
+      "%.4f refined %llu\n",
+      kFriction, 1.0 / dt_s, n, off, cost.all_ms / n / steps, cost.worst_ms / n,
+      static_cast<unsigned long long>(world.counters.refined_steps));
 }
 
 }  // namespace
@@ -138,7 +139,9 @@ int main(int argc, char** argv) {
   for (const bool on_floor : {false, true})
     for (const double gap : {0.0, kGap_m})
       for (const double restitution : {1.0, 0.5, 0.0}) {
-        if (*only == 's' || *only == 'p' || (*only == 'f' && on_floor) || (*only == 'g' && !on_floor)) continue;
+        if (*only == 's' || *only == 'p' || (*only == 'f' && on_floor) ||
+            (*only == 'g' && !on_floor))
+          continue;
         for (const int n : kNumbers)
           if (n > 1 && n <= most) print_balls(n, gap, restitution, on_floor);
       }

@@ -1,15 +1,12 @@
 // Few contact points, solved from the points.
 #include "physics/solvers/few_contacts.hpp"
 
-#include "physics/solvers/contact_solver.hpp"
-
 #include <gtest/gtest.h>
 
 #include <random>
 
 #include "physics/solvers/contact_solver.hpp"
 #include "physics/solvers/island_motion.hpp"
-#include "physics/solvers/contact_solver.hpp"
 #include "tests/physics/scenes.hpp"
 
 namespace soda::physics {
