@@ -39,7 +39,13 @@ void join_parts(std::vector<Part>& parts) {
   parts = {whole};
 }
 
-// Bodies that no joint but springs holds.
+// A drive's law is that of a whole step (drive.hpp), in flight and in contact: trials would find
+// another one.
+bool is_driven(const SceneDescription& scene, BodyId id) {
+  return scene.bodies[index_of(id)].drive != kNoDrive;
+}
+
+// Bodies that no drive pushes, and no joint but springs holds.
 std::size_t unheld_bodies(const SceneDescription& scene) {
   std::vector<bool> held(scene.bodies.size(), false);
   for (const Joint& joint : scene.joints) {
@@ -47,6 +53,8 @@ std::size_t unheld_bodies(const SceneDescription& scene) {
     held[index_of(joint.a)] = true;
     if (!is_static(joint.b)) held[index_of(joint.b)] = true;
   }
+  for (std::size_t i = 0; i < held.size(); ++i)
+    held[i] = held[i] || scene.bodies[i].drive != kNoDrive;
   return static_cast<std::size_t>(std::ranges::count(held, false));
 }
 
@@ -90,9 +98,9 @@ Need refinement_needed(const SceneDescription& scene) {
   if (!contacts) return contacts;
   if (!scene.solver.refined) return {false, "switched off by the solver's quality"};
   const std::size_t unheld = unheld_bodies(scene);
-  if (unheld == 0) return {false, "every body is held by a joint"};
+  if (unheld == 0) return {false, "every body is driven or held by a joint"};
   return need_of(can_meet(unheld, scene.statics.size()), "bodies can slide or roll",
-                 "one body alone is not held by a joint");
+                 "one body alone is neither driven nor held by a joint");
 }
 
 bool is_refined(const SceneDescription& scene, const Geometry& geometry,
@@ -103,6 +111,8 @@ bool is_refined(const SceneDescription& scene, const Geometry& geometry,
     for (const ContactManifold& m : manifolds) points += m.count;
     if (points > kMostPoints) return false;
     if (!is_of_first_order(scene, ids, manifolds)) return false;
+    const auto driven = [&scene](BodyId id) { return is_driven(scene, id); };
+    if (std::ranges::any_of(ids, driven)) return false;
   }
   for (const ContactManifold& m : manifolds) {
     const std::uint32_t shape = scene.bodies[index_of(m.a)].shape;

@@ -101,11 +101,7 @@ TEST(Plan, ConveyorRowsAndDrivesAreThereOnlyIfTheyHaveAnEffect) {
         EXPECT_EQ(needs(plan, "driven bodies"), driven);
         const SimulationResult result = run_scene(scene, 1, options);
         EXPECT_EQ(result.stages.conveyor_rows > 0, friction > 0.0 && speed > 0.0);
-        if (driven) {
-          EXPECT_GE(result.stages.driven_bodies, 10u);  // more where steps are refined
-        } else {
-          EXPECT_EQ(result.stages.driven_bodies, 0u);
-        }
+        EXPECT_EQ(result.stages.driven_bodies, driven ? 10u : 0u);
         expect_unneeded_stages_cost_nothing(plan, result);
       }
     }
