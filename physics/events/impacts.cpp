@@ -51,8 +51,8 @@ Need flights_needed(const SceneDescription& scene) {
   const std::size_t flyers = bodies_that(scene, can_fly);
   if (!contacts) return contacts;
   if (flyers == 0) return {false, "every body is driven, pushed or held by a joint"};
-  return need_of(can_meet(flyers, solid_statics(scene)), "bodies can fly into each other",
-                 "one body can fly, and there is nothing solid to fly into");
+  return need_of(can_meet(flyers, scene.statics.size()), "bodies can fly into each other",
+                 "one body can fly, and there is nothing to fly into");
 }
 
 bool is_in_flight(const SceneDescription& scene, const Geometry& geometry,
@@ -68,7 +68,6 @@ bool is_in_flight(const SceneDescription& scene, const Geometry& geometry,
   for (const ContactManifold& m : manifolds) impact = impact || is_impact(scene, m);
   if (!impact) return false;
   for (const ContactManifold& m : manifolds) {
-    if (is_mesh(scene, m.b)) return false;
     const BodyState& a = *state_of(m.a);
     const BodyState* const b = is_static(m.b) ? nullptr : state_of(m.b);
     if (rests(scene, m, a, b, touching_gap_m(scene, geometry, m.a, a, m.b))) return false;
@@ -97,14 +96,6 @@ struct Flyers {
     return pair.fixed ? static_id(pair.b) : ids[pair.b];
   }
 };
-
-bool is_mesh_among(const Flyers& flyers, std::size_t from) {
-  for (std::size_t i = from; i < flyers.pairs.size(); ++i) {
-    const MeetingPair& pair = flyers.pairs[static_cast<std::uint32_t>(i)];
-    if (pair.fixed && is_mesh(flyers.scene, static_id(pair.b))) return true;
-  }
-  return false;
-}
 
 void expect(Flyers& flyers, std::uint32_t pair, const std::optional<Impact>& impact) {
   flyers.lasts.resize(std::max(flyers.lasts.size(), flyers.pairs.size()));
@@ -191,20 +182,17 @@ void look_at_first(Flyers& flyers, std::span<const ContactManifold> manifolds, s
     look_ahead(flyers, number, counters);
 }
 
-// The two are on other ways now. False if one comes to a mesh.
-bool turn(Flyers& flyers, const MeetingPair& struck, StageCounters& counters) {
-  const std::size_t known = flyers.pairs.size();
+// The two are on other ways now.
+void turn(Flyers& flyers, const MeetingPair& struck, StageCounters& counters) {
   for (const std::uint32_t body : {struck.a, struck.b})
     if (body == struck.a || !struck.fixed)
       flyers.pairs.turn(body, flyers.states[body],
                         (flyers.dt_s - flyers.since_s[body]) / flyers.scene.dt_s, counters);
-  if (is_mesh_among(flyers, known)) return false;
   for (const std::uint32_t pair : flyers.pairs.of(struck.a)) look_ahead(flyers, pair, counters);
-  if (struck.fixed) return true;
+  if (struck.fixed) return;
   for (const std::uint32_t pair : flyers.pairs.of(struck.b))
     if (flyers.pairs[pair].fixed || flyers.pairs[pair].other(struck.b) != struck.a)
       look_ahead(flyers, pair, counters);
-  return true;
 }
 
 // Through impacts until dt_s, or until something lasts.
@@ -223,7 +211,7 @@ double fly(std::span<const ContactManifold> manifolds, Flyers& flyers, IslandRep
     const std::uint32_t number = flyers.next.take_first();
     const MeetingPair struck = flyers.pairs[number];
     if (flyers.lasts[number] || !strike_pair(flyers, struck, now, report, counters)) return now;
-    if (!turn(flyers, struck, counters)) return now;
+    turn(flyers, struck, counters);
   }
 }
 
@@ -243,7 +231,6 @@ double fly_through_impacts(const SceneDescription& scene, const Geometry& geomet
                 MeetingPairs(scene, geometry, ids, states, counters),
                 {},
                 {}};
-  if (is_mesh_among(flyers, 0)) return 0.0;
   IslandReport flight = report;
   const double reached = fly(manifolds, flyers, flight, counters);
   if (!(reached > 0.0)) return 0.0;

@@ -17,7 +17,7 @@ namespace soda::physics {
 
 struct ShapeGeometry {
   CompiledShape shape;
-  // The whole shape, for MPR; for a mesh its OBBRSS tree. Null for a halfspace.
+  // The whole shape, for MPR. Null for meshes and halfspaces.
   std::shared_ptr<fcl::CollisionGeometry<double>> whole;
   // What contacts take off for their core_gap(): see Core.
   double core_skin_m = 0.0;

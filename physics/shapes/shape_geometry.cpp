@@ -1,4 +1,3 @@
-#include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/capsule.h>
 #include <fcl/geometry/shape/convex.h>
@@ -41,17 +40,6 @@ std::shared_ptr<fcl::CollisionGeometryd> make_convex(const CompiledShape& shape)
   return std::make_shared<fcl::Convexd>(vertices, static_cast<int>(shape.faces.size()), faces);
 }
 
-std::shared_ptr<fcl::CollisionGeometryd> make_tree(const CompiledShape& shape) {
-  auto model = std::make_shared<fcl::BVHModel<fcl::OBBRSSd>>();
-  model->beginModel(static_cast<int>(shape.triangles.size()),
-                    static_cast<int>(3 * shape.triangles.size()));
-  for (const MeshTriangle& t : shape.triangles) {
-    model->addTriangle(t.corners_m[0], t.corners_m[1], t.corners_m[2]);
-  }
-  model->endModel();
-  return model;
-}
-
 ShapeGeometry make_geometry(const Shape& shape) {
   ShapeGeometry out;
   out.shape = compile(shape);
@@ -78,8 +66,6 @@ ShapeGeometry make_geometry(const Shape& shape) {
       out.whole = make_convex(out.shape);
       break;
     case ShapeKind::kMesh:
-      out.whole = make_tree(out.shape);
-      break;
     case ShapeKind::kHalfSpace:
       break;
   }
