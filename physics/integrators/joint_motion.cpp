@@ -121,6 +121,7 @@ double close_joints(const SceneDescription& scene, double dt_s, std::span<const 
   std::vector<JointMove> moves;
   const double enough = rounding_of(states);
   build_joint_rows(scene, dt_s, states, false, joints);
+  if (factor_multiplications(joints) > kMostJointMultiplications) return 0.0;
   double error = largest_error(joints), work_joule = 0.0;
   JointSystem held;  // limits that were passed stay held, or others push past them again
   for (int i = 0; i < kMostCorrections && error > enough; ++i) {

@@ -68,8 +68,11 @@ bool are_closed(const SceneDescription& scene, double dt_s, std::span<const Body
 void close_left_open(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                      JointSystem& joints, std::span<BodyState> states, IslandReport& report);
 
+// Of one factorisation: what joints may cost that are to be solved directly, as contacts.
+inline constexpr std::uint64_t kMostJointMultiplications = 5'000'000;
+
 // Moves the bodies so that no joint that is no spring is off, by as little as their masses allow.
-// Velocities turn along. Returns the energy that this gives.
+// Velocities turn along. Returns the energy that this gives. Does nothing where that costs too much.
 double close_joints(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                     JointSystem& joints, std::span<BodyState> states);
 
