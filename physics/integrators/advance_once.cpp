@@ -88,9 +88,8 @@ void count_rows(const JointSystem& joints, StageCounters& counters) {
 // Whether its joints are cheap enough to be solved directly, as a whole. Builds their rows.
 bool is_affordable(const SceneDescription& scene, double dt_s, std::span<const BodyState> states,
                    JointSystem& joints) {
-  constexpr std::uint64_t kMostMultiplications = 5'000'000;  // as of contacts
   build_joint_rows(scene, dt_s, states, false, joints);
-  return factor_multiplications(joints) <= kMostMultiplications;
+  return factor_multiplications(joints) <= kMostJointMultiplications;
 }
 
 // How an island with joints is to be advanced.
@@ -107,7 +106,7 @@ void advance_jointed(const JointedStep& given, const JointedChoice& how, const S
   const std::vector<BodyState> start(states.begin(), states.end());
   const JointedStep step{scene, dt_s, ids, start, free};
   std::optional<ContactSolution> solution;
-  if (choice.elimination && problem.restitution_rows == 0)
+  if (how.closes && choice.elimination && problem.restitution_rows == 0)
     solution = solve_jointed(step, how.accurate || ids.size() == 1, *choice.elimination, joints,
                              problem);
   JointedMotion motion;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "physics/solvers/contact_solver.hpp"
@@ -120,6 +121,7 @@ double close_joints(const SceneDescription& scene, double dt_s, std::span<const 
   std::vector<JointMove> moves;
   const double enough = rounding_of(states);
   build_joint_rows(scene, dt_s, states, false, joints);
+  if (factor_multiplications(joints) > kMostJointMultiplications) return 0.0;
   double error = largest_error(joints), work_joule = 0.0;
   JointSystem held;  // limits that were passed stay held, or others push past them again
   for (int i = 0; i < kMostCorrections && error > enough; ++i) {
@@ -148,12 +150,39 @@ double close_joints(const SceneDescription& scene, double dt_s, std::span<const 
   return work_joule;
 }
 
+void limit_throws(const JointedStep& step, double parting_m_s, std::span<SolverBody> bodies) {
+  constexpr double kMostOfOthers = 30.0, kMostOfOwn = 3.0;
+  const std::size_t count = step.ids.size();
+  std::vector<std::uint32_t> order(count);
+  std::iota(order.begin(), order.end(), 0u);
+  std::ranges::stable_sort(order, {}, [&](std::uint32_t i) { return step.free[i].inverse_mass; });
+  const auto speed_m_s = [](const SolverBody& body, const Vec3& linear, const Vec3& angular) {
+    return linear.norm() +
+           std::sqrt(body.inverse_mass / body.inverse_inertia.norm()) * angular.norm();
+  };
+  double heavier_m_s = 0.0;
+  for (const std::uint32_t i : order) {
+    const SolverBody& start = step.free[i];
+    SolverBody& body = bodies[i];
+    const double own = std::max(speed_m_s(start, start.linear, start.angular),
+                                speed_m_s(start, step.states[i].linear_velocity_m_s,
+                                          step.states[i].angular_velocity_rad_s));
+    const double most = parting_m_s + std::max(kMostOfOwn * own, kMostOfOthers * heavier_m_s);
+    heavier_m_s = std::max(heavier_m_s, own);
+    const double now = speed_m_s(body, body.linear, body.angular);
+    if (!(now > most)) continue;
+    body.linear *= most / now;
+    body.angular *= most / now;
+  }
+}
+
 std::optional<ContactSolution> solve_jointed(const JointedStep& step, bool accurate,
                                              const Elimination& plan, JointSystem& joints,
                                              ContactProblem& problem) {
   ContactSolution solution;
   if (!solve_aimed(step, accurate, plan, joints, problem, solution)) return std::nullopt;
   solution.direct = true;
+  limit_throws(step, 0.0, problem.bodies);
   if (!needs_push_out(problem)) return solution;
   count(push_out_directly(step.dt_s, plan, problem, solution.push, &joints), plan, solution);
   limit_push_out(fastest_push_out_m_s(step.scene, step.ids), solution.push);
@@ -242,7 +271,9 @@ void move_jointed(const JointedStep& step, const JointSystem& solved, const Cont
     next.assign(before.begin(), before.end());
     std::vector<AdvanceFault> found;
     moved_for(share * dt_s, step, solved, problem, next, found);
-    excess = energy_excess(scene, dt_s, ids, before, next, pushed + lent - elastic(next));
+    if (share == 0.0) report.motor_work_joule = 0.0;  // nothing moves, so nothing works
+    excess = energy_excess(scene, dt_s, ids, before, next,
+                           (share > 0.0 ? pushed : 0.0) + lent - elastic(next));
     if (!excess.is_trace(kMostTaken) && share > 0.0) continue;
     faults.insert(faults.end(), found.begin(), found.end());
     break;

@@ -40,6 +40,11 @@ struct JointedStep {
   std::span<const SolverBody> free;
 };
 
+// What contacts have left unsolved of large impulses throws what is light and jammed between heavy
+// bodies. Nothing gets faster than 30 times the fastest body of its mass and more, or three times
+// its own speed, at the radius of gyration, but for `parting_m_s`. `bodies`: of the step.
+void limit_throws(const JointedStep& step, double parting_m_s, std::span<SolverBody> bodies);
+
 // Velocities at the end of the step and push-out, of joints and contacts at once, by Newton's
 // method: contacts as the rows have them, joints as at the step's end. Nothing, and the problem as
 // it was, where that does not converge. Nothing may bounce.
@@ -63,8 +68,11 @@ bool are_closed(const SceneDescription& scene, double dt_s, std::span<const Body
 void close_left_open(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                      JointSystem& joints, std::span<BodyState> states, IslandReport& report);
 
+// Of one factorisation: what joints may cost that are to be solved directly, as contacts.
+inline constexpr std::uint64_t kMostJointMultiplications = 5'000'000;
+
 // Moves the bodies so that no joint that is no spring is off, by as little as their masses allow.
-// Velocities turn along. Returns the energy that this gives.
+// Velocities turn along. Returns the energy that this gives. Does nothing where that costs too much.
 double close_joints(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                     JointSystem& joints, std::span<BodyState> states);
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
 #include "physics/constraints/springs.hpp"
@@ -61,7 +60,6 @@ class JointedSubsteps {
   void drift();
   void add_impulses();
   void rebound();
-  void limit_throws();
 
   const JointedStep& step_;
   JointSystem& joints_;
@@ -129,36 +127,7 @@ void JointedSubsteps::rebound() {
     sweep_velocities(i % 2 == 0, problem_);
   }
   motion_.sweeps += sweeps;
-  limit_throws();
-}
-
-// Contacts of what is light and jammed between heavy bodies do not converge, and what is left of
-// large impulses throws it. Nothing gets faster than 30 times the fastest body of its mass and
-// more, or three times its own speed, at the radius of gyration.
-void JointedSubsteps::limit_throws() {
-  constexpr double kMostOfOthers = 30.0, kMostOfOwn = 3.0;
-  const std::size_t count = step_.ids.size();
-  std::vector<std::uint32_t> order(count);
-  std::iota(order.begin(), order.end(), 0u);
-  std::ranges::stable_sort(order, {}, [&](std::uint32_t i) { return step_.free[i].inverse_mass; });
-  const auto speed_m_s = [](const SolverBody& body, const Vec3& linear, const Vec3& angular) {
-    return linear.norm() +
-           std::sqrt(body.inverse_mass / body.inverse_inertia.norm()) * angular.norm();
-  };
-  double heavier_m_s = 0.0;
-  for (const std::uint32_t i : order) {
-    const SolverBody& start = step_.free[i];
-    SolverBody& body = problem_.bodies[i];
-    const double own = std::max(speed_m_s(start, start.linear, start.angular),
-                                speed_m_s(start, step_.states[i].linear_velocity_m_s,
-                                          step_.states[i].angular_velocity_rad_s));
-    const double most = std::max(kMostOfOwn * own, kMostOfOthers * heavier_m_s);
-    heavier_m_s = std::max(heavier_m_s, own);
-    const double now = speed_m_s(body, body.linear, body.angular);
-    if (!(now > most)) continue;
-    body.linear *= most / now;
-    body.angular *= most / now;
-  }
+  limit_throws(step_, closing_m_s_, problem_.bodies);
 }
 
 JointedMotion JointedSubsteps::run() {
@@ -172,11 +141,12 @@ JointedMotion JointedSubsteps::run() {
     build_joint_blocks(problem_.bodies, joints_, blocks_);
     press_joints(substeps_.length_s, closing_m_s_, blocks_, joints_, problem_.bodies);
     press(problem_, substeps_);
+    limit_throws(step_, closing_m_s_, problem_.bodies);
     move_on(problem_, substeps_);
     drift();
     relax_joints(substeps_.length_s, false, blocks_, joints_, problem_.bodies);
     relax(problem_, substeps_);
-    limit_throws();
+    limit_throws(step_, closing_m_s_, problem_.bodies);
     add_impulses();
     for (std::size_t k = 0; k < motion_.flown_m.size(); ++k)
       motion_.flown_m[k] += (problem_.bodies[k].linear + substeps_.at_start[k].linear) *

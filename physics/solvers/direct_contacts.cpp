@@ -17,7 +17,7 @@ constexpr std::uint32_t kMostDirectBodies = 1000;
 constexpr double kSmall = 1e4;  // multiplications
 constexpr double kMuchHeavier = 10.0;
 // With joints: of two that touch. Sweeps let the heavier one through what it lies on.
-constexpr double kHeavierThanLinks = 4.0;
+constexpr double kHeavierThanLinks = 8.0;
 constexpr double kTooHeavy = 100.0;  // for substeps
 constexpr double kSmallWithJoints = 1e5;  // multiplications
 constexpr double kCalm = 0.03;  // of the speed that gravity gives in a step
