@@ -8,10 +8,10 @@
 #include "analysis/error_measures.hpp"
 #include "analysis/exit_codes.hpp"
 #include "analysis/text_table.hpp"
+#include "physics/constraints/ways.hpp"
 #include "physics/integrators/momentum.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/step/step.hpp"
-#include "physics/constraints/ways.hpp"
 
 namespace soda::analysis {
 namespace {

@@ -11,8 +11,8 @@
 #include "models/messages.hpp"
 #include "models/step_memo.hpp"
 #include "models/territory.hpp"
-#include "physics/shapes/geometry.hpp"
 #include "physics/model/scene.hpp"
+#include "physics/shapes/geometry.hpp"
 
 namespace soda::models {
 

@@ -4,8 +4,8 @@
 #include <tuple>
 
 #include "physics/integrators/advance_once.hpp"
-#include "physics/model/island_report.hpp"
 #include "physics/math/rigid_motion.hpp"
+#include "physics/model/island_report.hpp"
 #include "physics/step/step.hpp"
 
 namespace soda::models {

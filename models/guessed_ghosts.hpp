@@ -8,8 +8,8 @@
 #include "models/messages.hpp"
 #include "models/rules.hpp"
 #include "models/simulation.hpp"
-#include "physics/shapes/geometry.hpp"
 #include "physics/model/stage_counters.hpp"
+#include "physics/shapes/geometry.hpp"
 
 namespace soda::models {
 

@@ -4,8 +4,8 @@
 
 #include "models/codec.hpp"
 #include "models/work_cost.hpp"
-#include "physics/solvers/island_blocks.hpp"
 #include "physics/events/rest.hpp"
+#include "physics/solvers/island_blocks.hpp"
 #include "physics/step/step.hpp"
 
 namespace soda::models {

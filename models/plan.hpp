@@ -10,9 +10,9 @@
 
 namespace soda::models {
 
-// Says what the code that does the work goes by (physics/model/need.hpp, run_stages.hpp). So a stage that
-// is not needed cannot be entered, by speculation as little as by what is committed, and it does
-// not matter that counters hold both.
+// Says what the code that does the work goes by (physics/model/need.hpp, run_stages.hpp). So a
+// stage that is not needed cannot be entered, by speculation as little as by what is committed, and
+// it does not matter that counters hold both.
 struct PlanLine {
   std::string stage;  // e.g. "friction rows", "ghosts", "box-box kernel"
   bool needed = false;

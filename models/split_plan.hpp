@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "models/territory.hpp"
-#include "physics/solvers/island_blocks.hpp"
 #include "physics/model/need.hpp"
 #include "physics/model/scene.hpp"
+#include "physics/solvers/island_blocks.hpp"
 
 namespace soda::models {
 

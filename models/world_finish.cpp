@@ -5,8 +5,8 @@
 
 #include "models/work_cost.hpp"
 #include "models/world.hpp"
-#include "physics/step/advance_island.hpp"
 #include "physics/integrators/free_flight.hpp"
+#include "physics/step/advance_island.hpp"
 
 namespace soda::models {
 

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "models/world.hpp"
-#include "physics/events/one_solve.hpp"
 #include "physics/constraints/ways.hpp"
+#include "physics/events/one_solve.hpp"
 
 namespace soda::models {
 

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <optional>
 
-#include "physics/shapes/geometry.hpp"
 #include "physics/model/joint.hpp"
+#include "physics/shapes/geometry.hpp"
 #include "scenarios/placed_boxes.hpp"
 #include "scenarios/warnings.hpp"
 

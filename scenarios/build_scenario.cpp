@@ -248,9 +248,12 @@ models::TerritoryOptions territory_of(const TerritorySpec& spec,
 
 std::int64_t iterations_of(Quality quality) {
   switch (quality) {
-    case Quality::kFast: return 16;
-    case Quality::kBalanced: return physics::SolverSettings{}.iterations;
-    case Quality::kAccurate: return 60;
+    case Quality::kFast:
+      return 16;
+    case Quality::kBalanced:
+      return physics::SolverSettings{}.iterations;
+    case Quality::kAccurate:
+      return 60;
   }
   return physics::SolverSettings{}.iterations;
 }

@@ -19,8 +19,8 @@ inline constexpr std::array kNamesOf<models::BalancingPolicy> =
     std::to_array<std::string_view>({"off", "paper", "random"});
 
 template <>
-inline constexpr std::array kNamesOf<Quality> =
-    std::to_array<std::string_view>({"fast", "balanced", "accurate"});
+inline constexpr std::array kNamesOf<Quality> = std::to_array<std::string_view>({"fast", "balanced",
+                                                                                 "accurate"});
 
 namespace {
 
@@ -29,10 +29,10 @@ constexpr Field kSolverFields[] = {
         "quality", kOptional, kNone,
         "fast: four substeps, and one part a step for all but impacts; balanced: eight, and more "
         "parts where they are cheap; accurate: fifteen, and a tolerance of 1e-6 (accuracy)."),
-    field<SolverSpec, &SolverSpec::iterations>(
-        "iterations", kOptional, Limits{1.0, 1000.0},
-        "Sweeps over the contacts of an island, or four times its substeps; by default what quality "
-        "says: 16, 30 or 60."),
+    field<SolverSpec, &SolverSpec::iterations>("iterations", kOptional, Limits{1.0, 1000.0},
+                                               "Sweeps over the contacts of an island, or four "
+                                               "times its substeps; by default what quality "
+                                               "says: 16, 30 or 60."),
     field<SolverSpec, &SolverSpec::restitution_threshold_m_s>(
         "restitution_threshold_m_s", kOptional, Limits{0.0, 1e6}, "Slower impacts do not bounce."),
     field<SolverSpec, &SolverSpec::contact_response>(

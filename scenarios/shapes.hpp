@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "physics/shapes/mass_properties.hpp"
 #include "physics/model/scene.hpp"
+#include "physics/shapes/mass_properties.hpp"
 #include "scenarios/document.hpp"
 #include "scenarios/faults.hpp"
 

@@ -186,7 +186,8 @@ std::string whole_text(const WholeResult& result) {
             failure.shrunk_what + "\nreproduce with\n  " + failure.command + "\n";
     if (failure.file.empty()) text += failure.text;
   }
-  return text + (result.failures.empty() && result.trials > 0 ? "every run is the plain loop's\n" : "");
+  return text +
+         (result.failures.empty() && result.trials > 0 ? "every run is the plain loop's\n" : "");
 }
 
 int whole_command(const WholeRequest& request, std::ostream& out) {

@@ -4,12 +4,12 @@
 #include <span>
 #include <vector>
 
-#include "physics/model/body_state.hpp"
-#include "physics/model/contact_manifold.hpp"
-#include "physics/model/scene.hpp"
 #include "physics/math/selection.hpp"
 #include "physics/math/solver_body.hpp"
+#include "physics/model/body_state.hpp"
+#include "physics/model/contact_manifold.hpp"
 #include "physics/model/need.hpp"
+#include "physics/model/scene.hpp"
 #include "physics/model/stage_counters.hpp"
 
 namespace soda::physics {

@@ -6,12 +6,12 @@
 #include <span>
 #include <vector>
 
+#include "physics/math/envelope_matrix.hpp"
+#include "physics/math/solver_body.hpp"
 #include "physics/model/body_state.hpp"
 #include "physics/model/contact_manifold.hpp"
-#include "physics/math/envelope_matrix.hpp"
 #include "physics/model/need.hpp"
 #include "physics/model/scene.hpp"
-#include "physics/math/solver_body.hpp"
 
 namespace soda::physics {
 

@@ -5,9 +5,9 @@
 #include <span>
 #include <vector>
 
+#include "physics/constraints/joint_rows.hpp"
 #include "physics/math/solver_body.hpp"
 #include "physics/model/island_report.hpp"
-#include "physics/constraints/joint_rows.hpp"
 
 namespace soda::physics {
 

@@ -9,8 +9,8 @@
 #include <cstdio>
 
 #include "physics/constraints/joint_rows.hpp"
-#include "physics/math/rigid_motion.hpp"
 #include "physics/constraints/springs.hpp"
+#include "physics/math/rigid_motion.hpp"
 
 namespace soda::physics {
 namespace {

@@ -10,7 +10,6 @@
 namespace soda::physics {
 namespace {
 
-
 // Of the width. A gap counts as none, and points hit together. A body that rests is tilted by what
 // its solver leaves: a face that comes to a face by less than that is meant to hit as one.
 constexpr double kTouching = 1e-9, kTogether = 1e-4;

@@ -13,7 +13,6 @@
 namespace soda::physics {
 namespace {
 
-
 // Sweeps, which solve what bounces, do not get anywhere with a grain between a block that is that
 // much heavier and the floor: it whirls, and is thrown. Without rebounds it is held. And what
 // whirls so fast that no number of parts would show where it hits is not looked at.

@@ -19,7 +19,6 @@
 namespace soda::physics {
 namespace {
 
-
 // At a point that neither bounces nor leaves, gravity presses a body on a static, or two overlap.
 bool rests(const SceneDescription& scene, const ContactManifold& m, const BodyState& a,
            const BodyState* b, double touching_m) {

@@ -14,7 +14,7 @@ namespace soda::physics {
 Need flights_needed(const SceneDescription& scene);
 
 // Whether an island is of the kind that flies: something bounces or comes far in a step, no joint,
-// drive, force or mesh has a part in it, and nothing rests.
+// drive or force has a part in it, and nothing rests.
 bool is_in_flight(const SceneDescription& scene, const Geometry& geometry,
                   std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
                   std::span<const BodyState> states);

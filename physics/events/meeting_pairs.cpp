@@ -8,7 +8,6 @@
 namespace soda::physics {
 namespace {
 
-
 // Free flight can change which way a body spins, and how fast: twice is enough for looking.
 Aabb way_of(const SceneDescription& scene, const Geometry& geometry, BodyId id,
             const BodyState& state, double share) {

@@ -5,9 +5,9 @@
 #include <span>
 
 #include "physics/model/contact_manifold.hpp"
+#include "physics/model/scene.hpp"
 #include "physics/shapes/geometry.hpp"
 #include "physics/solvers/island_blocks.hpp"
-#include "physics/model/scene.hpp"
 
 namespace soda::physics {
 

@@ -2,9 +2,9 @@
 // own.
 #pragma once
 
+#include "physics/math/solver_body.hpp"
 #include "physics/model/body_state.hpp"
 #include "physics/model/contact_manifold.hpp"
-#include "physics/math/solver_body.hpp"
 #include "physics/model/need.hpp"
 #include "physics/model/scene.hpp"
 

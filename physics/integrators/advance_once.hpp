@@ -15,10 +15,10 @@ namespace soda::physics {
 struct JointSystem;
 struct SolveScratch;
 
-// Advances the bodies of one island over dt_s > 0 (ids ascending, states parallel to them) with each
-// contact as the manifolds have it, to the end of that time.
-// `accurate`: contacts of several bodies are solved to rounding where that can be afforded, as is
-// needed for what is compared with other steps; else they may leave a trace to the next step.
+// Advances the bodies of one island over dt_s > 0 (ids ascending, states parallel to them) with
+// each contact as the manifolds have it, to the end of that time. `accurate`: contacts of several
+// bodies are solved to rounding where that can be afforded, as is needed for what is compared with
+// other steps; else they may leave a trace to the next step.
 IslandReport advance_once(const SceneDescription& scene, double dt_s, bool accurate,
                           std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
                           std::span<BodyState> states, SolveScratch& scratch,

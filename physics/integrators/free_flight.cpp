@@ -2,11 +2,11 @@
 
 #include <cmath>
 
-#include "physics/integrators/advance_once.hpp"
 #include "physics/forces/forces.hpp"
+#include "physics/integrators/advance_once.hpp"
+#include "physics/math/rigid_motion.hpp"
 #include "physics/model/stage_counters.hpp"
 #include "physics/shapes/geometry_impl.hpp"
-#include "physics/math/rigid_motion.hpp"
 
 // Two bodies fly side by side, one in each lane of a vector. Every lane does what flown() does, in
 // its order, so the bits are the same. What the common case does not cover (fast spins, states near

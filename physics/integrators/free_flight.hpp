@@ -5,9 +5,9 @@
 #include <span>
 #include <vector>
 
+#include "physics/model/island_report.hpp"
 #include "physics/model/stage_counters.hpp"
 #include "physics/shapes/geometry.hpp"
-#include "physics/model/island_report.hpp"
 
 namespace soda::physics {
 

@@ -3,8 +3,8 @@
 
 #include <span>
 
-#include "physics/model/island_report.hpp"
 #include "physics/constraints/joint_rows.hpp"
+#include "physics/model/island_report.hpp"
 
 namespace soda::physics {
 

@@ -7,7 +7,6 @@
 #include "physics/model/contact_manifold.hpp"
 #include "physics/model/scene.hpp"
 
-
 namespace soda::physics {
 
 // About the centre of mass, world frame.

@@ -4,13 +4,13 @@
 #include <cmath>
 #include <utility>
 
-#include "physics/forces/forces.hpp"
 #include "physics/constraints/joint_bounds.hpp"
+#include "physics/constraints/springs.hpp"
+#include "physics/forces/forces.hpp"
 #include "physics/integrators/joint_motion.hpp"
 #include "physics/math/solver_body.hpp"
 #include "physics/model/island_report.hpp"
 #include "physics/solvers/joint_work.hpp"
-#include "physics/constraints/springs.hpp"
 
 namespace soda::physics {
 namespace {

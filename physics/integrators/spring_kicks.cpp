@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "physics/integrators/joint_motion.hpp"
 #include "physics/constraints/springs.hpp"
+#include "physics/integrators/joint_motion.hpp"
 #include "physics/math/solver_body.hpp"
 #include "physics/model/contact_manifold.hpp"
 

@@ -5,10 +5,10 @@
 #include <span>
 #include <vector>
 
-#include "physics/model/contact_manifold.hpp"
-#include "physics/model/island_report.hpp"
 #include "physics/constraints/joint_rows.hpp"
 #include "physics/measures/refinement_error.hpp"
+#include "physics/model/contact_manifold.hpp"
+#include "physics/model/island_report.hpp"
 
 namespace soda::physics {
 

@@ -4,10 +4,10 @@
 #include <span>
 #include <vector>
 
-#include "physics/model/body_state.hpp"
-#include "physics/shapes/geometry.hpp"
-#include "physics/model/scene.hpp"
 #include "physics/math/short_list.hpp"
+#include "physics/model/body_state.hpp"
+#include "physics/model/scene.hpp"
+#include "physics/shapes/geometry.hpp"
 
 namespace soda::physics {
 

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <span>
 
-#include "physics/model/island_report.hpp"
 #include "physics/measures/refinement_error.hpp"
+#include "physics/model/island_report.hpp"
 
 namespace soda::physics {
 

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "physics/integrators/advance_once.hpp"
-#include "physics/forces/forces.hpp"
-#include "physics/shapes/geometry.hpp"
-#include "physics/math/rigid_motion.hpp"
-#include "physics/integrators/spring_kicks.hpp"
 #include "physics/constraints/springs.hpp"
+#include "physics/forces/forces.hpp"
+#include "physics/integrators/advance_once.hpp"
+#include "physics/integrators/spring_kicks.hpp"
+#include "physics/math/rigid_motion.hpp"
+#include "physics/shapes/geometry.hpp"
 
 namespace soda::physics {
 namespace {

@@ -4,13 +4,13 @@
 #include <span>
 #include <vector>
 
+#include "physics/constraints/joint_rows.hpp"
+#include "physics/measures/refinement_error.hpp"
 #include "physics/model/contact_manifold.hpp"
+#include "physics/model/island_report.hpp"
 #include "physics/model/stage_counters.hpp"
 #include "physics/shapes/geometry.hpp"
 #include "physics/solvers/island_motion.hpp"
-#include "physics/model/island_report.hpp"
-#include "physics/constraints/joint_rows.hpp"
-#include "physics/measures/refinement_error.hpp"
 
 namespace soda::physics {
 

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <utility>
 
+#include "physics/constraints/ways.hpp"
 #include "physics/solvers/contact_solver.hpp"
 #include "physics/solvers/contact_work.hpp"
 #include "physics/solvers/direct_contacts.hpp"
 #include "physics/solvers/substeps.hpp"
-#include "physics/constraints/ways.hpp"
 
 namespace soda::physics {
 namespace {

@@ -5,10 +5,10 @@
 #include <span>
 #include <vector>
 
-#include "physics/math/block_cholesky.hpp"
 #include "physics/constraints/contact_rows.hpp"
-#include "physics/model/scene.hpp"
+#include "physics/math/block_cholesky.hpp"
 #include "physics/math/solver_body.hpp"
+#include "physics/model/scene.hpp"
 
 namespace soda::physics {
 

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/constraints/ways.hpp"
+#include "physics/math/rigid_motion.hpp"
 #include "physics/math/solver_body.hpp"
 #include "physics/solvers/few_contacts.hpp"
-#include "physics/math/rigid_motion.hpp"
-#include "physics/constraints/ways.hpp"
 
 namespace soda::physics {
 namespace {

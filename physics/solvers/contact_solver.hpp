@@ -7,9 +7,9 @@
 
 namespace soda::physics {
 
-// stopping_impulse() if the disc of impulses up to `limit` allows it. Else the point slides: a step along the
-// velocity itself, so that friction opposes the motion exactly however differently the two
-// directions respond.
+// stopping_impulse() if the disc of impulses up to `limit` allows it. Else the point slides: a step
+// along the velocity itself, so that friction opposes the motion exactly however differently the
+// two directions respond.
 Tangential friction_impulse(const FrictionRow& row, double limit, const Tangential& old,
                             const Tangential& velocity_m_s);
 

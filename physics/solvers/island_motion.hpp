@@ -5,11 +5,11 @@
 #include <vector>
 
 #include "physics/constraints/contact_rows.hpp"
-#include "physics/model/contact_manifold.hpp"
-#include "physics/model/island_report.hpp"
+#include "physics/constraints/ways.hpp"
 #include "physics/math/short_list.hpp"
 #include "physics/math/solver_body.hpp"
-#include "physics/constraints/ways.hpp"
+#include "physics/model/contact_manifold.hpp"
+#include "physics/model/island_report.hpp"
 #include "physics/model/stage_counters.hpp"
 
 namespace soda::physics {

@@ -5,9 +5,9 @@
 #include <utility>
 #include <vector>
 
+#include "physics/math/rigid_motion.hpp"
 #include "physics/solvers/convex_contacts.hpp"
 #include "physics/solvers/island_motion.hpp"
-#include "physics/math/rigid_motion.hpp"
 
 namespace soda::physics {
 namespace {

@@ -5,9 +5,9 @@
 #include <span>
 
 #include "physics/constraints/contact_rows.hpp"
-#include "physics/model/island_report.hpp"
 #include "physics/constraints/joint_rows.hpp"
 #include "physics/math/solver_body.hpp"
+#include "physics/model/island_report.hpp"
 
 namespace soda::physics {
 

@@ -7,10 +7,10 @@
 
 #include "physics/math/block_cholesky.hpp"
 #include "physics/model/contact_manifold.hpp"
-#include "physics/shapes/geometry.hpp"
-#include "physics/solvers/island_blocks.hpp"
 #include "physics/model/need.hpp"
 #include "physics/model/scene.hpp"
+#include "physics/shapes/geometry.hpp"
+#include "physics/solvers/island_blocks.hpp"
 
 namespace soda::physics {
 

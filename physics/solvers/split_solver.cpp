@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <iterator>
 
+#include "physics/constraints/ways.hpp"
 #include "physics/math/solver_body.hpp"
 #include "physics/solvers/contact_solver.hpp"
 #include "physics/solvers/island_motion.hpp"
-#include "physics/constraints/ways.hpp"
 
 namespace soda::physics {
 void add(const BlockReport& block, IslandReport& island) {

@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "physics/constraints/contact_rows.hpp"
+#include "physics/math/selection.hpp"
 #include "physics/model/contact_manifold.hpp"
+#include "physics/model/island_report.hpp"
 #include "physics/model/stage_counters.hpp"
 #include "physics/solvers/island_blocks.hpp"
-#include "physics/model/island_report.hpp"
-#include "physics/math/selection.hpp"
 #include "physics/solvers/substeps.hpp"
 
 namespace soda::physics {

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/constraints/ways.hpp"
 #include "physics/solvers/contact_solver.hpp"
 #include "physics/solvers/contact_work.hpp"
-#include "physics/constraints/ways.hpp"
 
 namespace soda::physics {
 namespace {

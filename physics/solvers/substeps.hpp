@@ -9,12 +9,12 @@
 #include <cstdint>
 #include <vector>
 
-#include "physics/model/body_state.hpp"
 #include "physics/constraints/contact_rows.hpp"
-#include "physics/solvers/island_motion.hpp"
-#include "physics/model/scene.hpp"
 #include "physics/math/selection.hpp"
 #include "physics/math/solver_body.hpp"
+#include "physics/model/body_state.hpp"
+#include "physics/model/scene.hpp"
+#include "physics/solvers/island_motion.hpp"
 
 namespace soda::physics {
 

@@ -4,19 +4,19 @@
 #include <optional>
 #include <utility>
 
-#include "physics/integrators/advance_once.hpp"
-#include "physics/refinement/advance_resting.hpp"
+#include "physics/broadphase/reach.hpp"
 #include "physics/events/hits.hpp"
 #include "physics/events/impacts.hpp"
-#include "physics/solvers/island_motion.hpp"
-#include "physics/integrators/joint_motion.hpp"
 #include "physics/events/late_impacts.hpp"
 #include "physics/events/linked_step.hpp"
-#include "physics/integrators/momentum.hpp"
 #include "physics/events/one_solve.hpp"
-#include "physics/broadphase/reach.hpp"
-#include "physics/refinement/refined_trials.hpp"
 #include "physics/events/rest.hpp"
+#include "physics/integrators/advance_once.hpp"
+#include "physics/integrators/joint_motion.hpp"
+#include "physics/integrators/momentum.hpp"
+#include "physics/refinement/advance_resting.hpp"
+#include "physics/refinement/refined_trials.hpp"
+#include "physics/solvers/island_motion.hpp"
 
 namespace soda::physics {
 namespace {

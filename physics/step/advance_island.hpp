@@ -6,10 +6,10 @@
 
 #include "physics/model/body_state.hpp"
 #include "physics/model/contact_manifold.hpp"
-#include "physics/shapes/geometry.hpp"
 #include "physics/model/island_report.hpp"
 #include "physics/model/scene.hpp"
 #include "physics/model/stage_counters.hpp"
+#include "physics/shapes/geometry.hpp"
 
 namespace soda::physics {
 

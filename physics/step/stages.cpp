@@ -3,14 +3,14 @@
 #include <array>
 
 #include "physics/constraints/contact_rows.hpp"
-#include "physics/forces/forces.hpp"
+#include "physics/constraints/joint_rows.hpp"
 #include "physics/events/hits.hpp"
 #include "physics/events/impacts.hpp"
-#include "physics/constraints/joint_rows.hpp"
 #include "physics/events/late_impacts.hpp"
 #include "physics/events/linked_step.hpp"
-#include "physics/refinement/refinement.hpp"
 #include "physics/events/rest.hpp"
+#include "physics/forces/forces.hpp"
+#include "physics/refinement/refinement.hpp"
 #include "physics/solvers/solve_choice.hpp"
 
 namespace soda::physics {

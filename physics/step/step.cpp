@@ -2,8 +2,8 @@
 
 #include <utility>
 
-#include "physics/step/advance_island.hpp"
 #include "physics/integrators/free_flight.hpp"
+#include "physics/step/advance_island.hpp"
 
 namespace soda::physics {
 void compute_boxes(const SceneDescription& scene, const Geometry& geometry,

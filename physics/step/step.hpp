@@ -5,13 +5,13 @@
 #include <span>
 #include <vector>
 
+#include "physics/broadphase/islands.hpp"
+#include "physics/broadphase/kept_pairs.hpp"
 #include "physics/model/contact_manifold.hpp"
+#include "physics/model/island_report.hpp"
 #include "physics/model/stage_counters.hpp"
 #include "physics/shapes/geometry.hpp"
 #include "physics/solvers/island_motion.hpp"
-#include "physics/model/island_report.hpp"
-#include "physics/broadphase/islands.hpp"
-#include "physics/broadphase/kept_pairs.hpp"
 #include "physics/step/resting_islands.hpp"
 
 namespace soda::physics {

@@ -77,7 +77,8 @@ TEST(WholeFuzz, WhatIsKnownIsToldWhenASignalEndsTheSearch) {
   const ChildResult result = run_soda(
       {"fuzz", "--whole", "--seeds", "1..1000000", "--executors", "sequential", "--program",
        impostor(folder, "touch " + begun + "; sleep 0.5; exec $real \"$@\""), "--json"},
-      {[] { alarm(100); }, [&](int child) {
+      {[] { alarm(100); },
+       [&](int child) {
          while (!std::filesystem::exists(begun))
            std::this_thread::sleep_for(std::chrono::milliseconds(10));
          kill(child, SIGINT);

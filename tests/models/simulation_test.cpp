@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "physics/shapes/geometry.hpp"
 #include "physics/measures/measures.hpp"
+#include "physics/shapes/geometry.hpp"
 #include "physics/step/step.hpp"
 #include "tests/models/divided_runs.hpp"
 

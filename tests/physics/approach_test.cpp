@@ -6,8 +6,8 @@
 #include <iostream>
 #include <random>
 
-#include "physics/math/rigid_motion.hpp"
 #include "physics/continuous/time_of_impact.hpp"
+#include "physics/math/rigid_motion.hpp"
 #include "tests/physics/scenes.hpp"
 
 namespace soda::physics {

@@ -1,10 +1,10 @@
-#include "physics/integrators/advance_once.hpp"
 #include "physics/integrators/free_flight.hpp"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
+#include "physics/integrators/advance_once.hpp"
 #include "tests/physics/scenes.hpp"
 
 namespace soda::physics {

@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "physics/step/advance_island.hpp"
 #include "physics/continuous/time_of_impact.hpp"
+#include "physics/step/advance_island.hpp"
 #include "tests/physics/scenes.hpp"
 
 namespace soda::physics {

@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "physics/model/joint.hpp"
 #include "physics/measures/measures.hpp"
+#include "physics/model/joint.hpp"
 #include "tests/physics/joints.hpp"
 #include "tests/physics/scenes.hpp"
 

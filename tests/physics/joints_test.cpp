@@ -5,8 +5,8 @@
 
 #include <cmath>
 
-#include "physics/model/joint.hpp"
 #include "physics/measures/measures.hpp"
+#include "physics/model/joint.hpp"
 #include "tests/physics/scenes.hpp"
 
 namespace soda::physics {

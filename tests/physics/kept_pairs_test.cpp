@@ -1,4 +1,3 @@
-#include "physics/integrators/advance_once.hpp"
 #include "physics/broadphase/kept_pairs.hpp"
 
 #include <gtest/gtest.h>
@@ -6,6 +5,7 @@
 #include <limits>
 #include <random>
 
+#include "physics/integrators/advance_once.hpp"
 #include "tests/physics/scenes.hpp"
 
 namespace soda::physics {

@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "physics/shapes/mass_properties.hpp"
 #include "physics/measures/measures.hpp"
+#include "physics/shapes/mass_properties.hpp"
 #include "physics/step/step.hpp"
 
 namespace soda::physics::test {

@@ -5,8 +5,8 @@
 
 #include <random>
 
-#include "physics/shapes/mass_properties.hpp"
 #include "physics/continuous/time_of_impact.hpp"
+#include "physics/shapes/mass_properties.hpp"
 #include "tests/physics/scenes.hpp"
 
 namespace soda::physics {

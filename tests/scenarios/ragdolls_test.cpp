@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "physics/shapes/geometry.hpp"
 #include "physics/model/joint.hpp"
+#include "physics/shapes/geometry.hpp"
 #include "physics/step/step.hpp"
 #include "scenarios/read_scenario.hpp"
 #include "tests/scenarios/scenario_texts.hpp"

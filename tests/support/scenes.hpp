@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "physics/model/body_state.hpp"
-#include "physics/shapes/mass_properties.hpp"
 #include "physics/model/scene.hpp"
+#include "physics/shapes/mass_properties.hpp"
 
 namespace soda::test {
 
