@@ -4,14 +4,14 @@
 #include <cmath>
 
 #include "physics/constraints/joint_rows.hpp"
-#include "physics/model/contact_manifold.hpp"
-#include "physics/model/stage_counters.hpp"
+#include "physics/continuous/time_of_impact.hpp"
 #include "physics/integrators/advance_once.hpp"
+#include "physics/model/contact_manifold.hpp"
+#include "physics/model/island_report.hpp"
+#include "physics/model/stage_counters.hpp"
 #include "physics/refinement/advance_resting.hpp"
 #include "physics/refinement/refined_trials.hpp"
 #include "physics/shapes/geometry_impl.hpp"
-#include "physics/model/island_report.hpp"
-#include "physics/continuous/time_of_impact.hpp"
 
 namespace soda::physics {
 namespace {

@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "physics/model/contact_manifold.hpp"
-#include "physics/model/stage_counters.hpp"
-#include "physics/shapes/geometry.hpp"
 #include "physics/model/island_report.hpp"
 #include "physics/model/need.hpp"
+#include "physics/model/stage_counters.hpp"
+#include "physics/shapes/geometry.hpp"
 #include "physics/solvers/island_motion.hpp"
 
 namespace soda::physics {

@@ -10,7 +10,10 @@
 #include <vector>
 
 #include "physics/constraints/contact_rows.hpp"
+#include "physics/constraints/springs.hpp"
 #include "physics/forces/forces.hpp"
+#include "physics/integrators/joint_motion.hpp"
+#include "physics/integrators/momentum.hpp"
 #include "physics/math/solver_body.hpp"
 #include "physics/model/contact_manifold.hpp"
 #include "physics/model/stage_counters.hpp"
@@ -19,11 +22,8 @@
 #include "physics/solvers/contact_solver.hpp"
 #include "physics/solvers/island_blocks.hpp"
 #include "physics/solvers/island_motion.hpp"
-#include "physics/integrators/joint_motion.hpp"
-#include "physics/integrators/momentum.hpp"
 #include "physics/solvers/joint_blocks.hpp"
 #include "physics/solvers/solve_choice.hpp"
-#include "physics/constraints/springs.hpp"
 
 namespace soda::physics {
 namespace {
@@ -127,7 +127,8 @@ bool can_joints_rest(const SceneDescription& scene, std::span<const BodyId> ids,
          std::ranges::any_of(manifolds, [](const ContactManifold& m) { return m.count > 0; });
 }
 
-// Gives the bodies what their joints give, by the impulses that there are. Whether these are closed.
+// Gives the bodies what their joints give, by the impulses that there are. Whether these are
+// closed.
 bool pull_by_joints(const SceneDescription& scene, std::span<const BodyId> ids,
                     std::span<const ContactManifold> manifolds, std::span<const BodyState> states,
                     std::span<SolverBody> bodies, IslandReport& report) {

@@ -4,16 +4,16 @@
 #include <utility>
 
 #include "physics/constraints/contact_rows.hpp"
-#include "physics/math/solver_body.hpp"
-#include "physics/solvers/contact_choice.hpp"
 #include "physics/forces/forces.hpp"
-#include "physics/solvers/contact_solver.hpp"
-#include "physics/solvers/island_motion.hpp"
-#include "physics/solvers/joint_blocks.hpp"
 #include "physics/integrators/joint_motion.hpp"
 #include "physics/integrators/jointed_substeps.hpp"
 #include "physics/integrators/linkage.hpp"
 #include "physics/math/rigid_motion.hpp"
+#include "physics/math/solver_body.hpp"
+#include "physics/solvers/contact_choice.hpp"
+#include "physics/solvers/contact_solver.hpp"
+#include "physics/solvers/island_motion.hpp"
+#include "physics/solvers/joint_blocks.hpp"
 #include "physics/solvers/solve_choice.hpp"
 #include "physics/solvers/split_solver.hpp"
 
@@ -107,8 +107,8 @@ void advance_jointed(const JointedStep& given, const JointedChoice& how, const S
   const JointedStep step{scene, dt_s, ids, start, free};
   std::optional<ContactSolution> solution;
   if (how.closes && choice.elimination && problem.restitution_rows == 0)
-    solution = solve_jointed(step, how.accurate || ids.size() == 1, *choice.elimination, joints,
-                             problem);
+    solution =
+        solve_jointed(step, how.accurate || ids.size() == 1, *choice.elimination, joints, problem);
   JointedMotion motion;
   std::vector<double> impulses;
   if (solution) {
@@ -207,9 +207,9 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, bool accur
                     problem, states, report, counters, faults);
     return report;
   }
-  const ContactSolution solution = solve_contacts(
-      scene, dt_s, accurate, ids, before, free, choice.elimination ? &*choice.elimination : nullptr,
-      problem);
+  const ContactSolution solution =
+      solve_contacts(scene, dt_s, accurate, ids, before, free,
+                     choice.elimination ? &*choice.elimination : nullptr, problem);
   report.direct = solution.direct;
   report.iterations = solution.iterations;
   report.multiplications = solution.multiplications;

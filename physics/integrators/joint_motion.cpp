@@ -5,15 +5,15 @@
 #include <numeric>
 #include <utility>
 
-#include "physics/solvers/contact_solver.hpp"
-#include "physics/solvers/island_motion.hpp"
 #include "physics/constraints/joint_bounds.hpp"
-#include "physics/solvers/direct_contacts.hpp"
-#include "physics/solvers/joint_blocks.hpp"
-#include "physics/solvers/joint_work.hpp"
-#include "physics/math/rigid_motion.hpp"
 #include "physics/constraints/springs.hpp"
 #include "physics/constraints/ways.hpp"
+#include "physics/math/rigid_motion.hpp"
+#include "physics/solvers/contact_solver.hpp"
+#include "physics/solvers/direct_contacts.hpp"
+#include "physics/solvers/island_motion.hpp"
+#include "physics/solvers/joint_blocks.hpp"
+#include "physics/solvers/joint_work.hpp"
 
 namespace soda::physics {
 
@@ -73,8 +73,8 @@ void count(const NewtonOutcome& outcome, const Elimination& plan, ContactSolutio
 
 // The rows at the poses that the step would lead to, aimed so that the joints hold there; from the
 // impulses found on. Returns by how much they do not hold yet.
-double aim_again(const JointedStep& step, std::span<const JointRow> start, const JointSystem& solved,
-                 std::span<const SolverBody> bodies, JointSystem& next) {
+double aim_again(const JointedStep& step, std::span<const JointRow> start,
+                 const JointSystem& solved, std::span<const SolverBody> bodies, JointSystem& next) {
   const auto& [scene, dt_s, ids, states, free] = step;
   next = solved;
   build_joint_rows(scene, dt_s, drifted(scene, ids, states, bodies, dt_s), true, next);
@@ -243,9 +243,9 @@ double most_push_out_joule(const JointedStep& step, std::span<const BodyState> a
   const double pushed_m_s = fastest_push_out_m_s(step.scene, step.ids) + g * step.dt_s;
   double most = 0.0;
   for (std::size_t i = 0; i < step.ids.size(); ++i)
-    most += step.scene.bodies[index_of(step.ids[i])].mass_kg *
-            (pushed_m_s +
-             (after[i].linear_velocity_m_s - step.states[i].linear_velocity_m_s).norm());
+    most +=
+        step.scene.bodies[index_of(step.ids[i])].mass_kg *
+        (pushed_m_s + (after[i].linear_velocity_m_s - step.states[i].linear_velocity_m_s).norm());
   return most * g * step.dt_s;
 }
 

@@ -6,12 +6,12 @@
 #include <vector>
 
 #include "physics/constraints/contact_rows.hpp"
+#include "physics/constraints/joint_rows.hpp"
 #include "physics/math/block_cholesky.hpp"
 #include "physics/math/solver_body.hpp"
 #include "physics/model/contact_manifold.hpp"
-#include "physics/solvers/contact_choice.hpp"
 #include "physics/model/island_report.hpp"
-#include "physics/constraints/joint_rows.hpp"
+#include "physics/solvers/contact_choice.hpp"
 
 namespace soda::physics {
 
@@ -72,7 +72,8 @@ void close_left_open(const SceneDescription& scene, double dt_s, std::span<const
 inline constexpr std::uint64_t kMostJointMultiplications = 5'000'000;
 
 // Moves the bodies so that no joint that is no spring is off, by as little as their masses allow.
-// Velocities turn along. Returns the energy that this gives. Does nothing where that costs too much.
+// Velocities turn along. Returns the energy that this gives. Does nothing where that costs too
+// much.
 double close_joints(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                     JointSystem& joints, std::span<BodyState> states);
 

@@ -149,8 +149,8 @@ JointedMotion JointedSubsteps::run() {
     limit_throws(step_, closing_m_s_, problem_.bodies);
     add_impulses();
     for (std::size_t k = 0; k < motion_.flown_m.size(); ++k)
-      motion_.flown_m[k] += (problem_.bodies[k].linear + substeps_.at_start[k].linear) *
-                            (0.5 * substeps_.length_s);
+      motion_.flown_m[k] +=
+          (problem_.bodies[k].linear + substeps_.at_start[k].linear) * (0.5 * substeps_.length_s);
   }
   motion_.sweeps = 2 * count;
   end_substeps(problem_, substeps_);
@@ -190,9 +190,8 @@ void stand_still(ContactProblem& problem) {
 }  // namespace
 
 void take_jointed_motion(const JointedStep& step, const JointedMotion& motion, bool affordable,
-                         JointSystem& joints, ContactProblem& problem,
-                         std::span<BodyState> states, IslandReport& report,
-                         std::vector<AdvanceFault>& faults) {
+                         JointSystem& joints, ContactProblem& problem, std::span<BodyState> states,
+                         IslandReport& report, std::vector<AdvanceFault>& faults) {
   const auto& [scene, dt_s, ids, before, free] = step;
   if (are_absurd(problem.bodies)) stand_still(problem);
   std::vector<BodyState> next;
@@ -218,8 +217,7 @@ void take_jointed_motion(const JointedStep& step, const JointedMotion& motion, b
   for (std::size_t i = 0; i < ids.size(); ++i)
     moved.push_out_work_joule -= scene.bodies[index_of(ids[i])].mass_kg *
                                  scene.gravity_m_s2.dot(next[i].position_m - flown[i].position_m);
-  const bool springs_gain =
-      excess.gain_joule > excess.moving_joule && has_springs(scene, joints);
+  const bool springs_gain = excess.gain_joule > excess.moving_joule && has_springs(scene, joints);
   if (springs_gain || !(moved.push_out_work_joule <= most_push_out_joule(step, next)))
     return move_jointed(step, joints, problem, {}, states, report, faults);
   report = moved;

@@ -19,12 +19,12 @@ namespace soda::physics {
 
 // What the substeps of a step have come to.
 struct JointedMotion {
-  std::vector<BodyState> states;        // poses; velocities are those of the problem's bodies
-  std::vector<Vec3> flown_m;            // ways at mean velocities: what else there is is push-out
-  std::vector<double> joint_newton_s;   // of the whole step, of each row
+  std::vector<BodyState> states;       // poses; velocities are those of the problem's bodies
+  std::vector<Vec3> flown_m;           // ways at mean velocities: what else there is is push-out
+  std::vector<double> joint_newton_s;  // of the whole step, of each row
   double motor_work_joule = 0.0;
-  Vec3 world_newton_s = Vec3::Zero();   // by the world, through joints
-  Vec3 world_newton_m_s = Vec3::Zero(); // about the world origin
+  Vec3 world_newton_s = Vec3::Zero();    // by the world, through joints
+  Vec3 world_newton_m_s = Vec3::Zero();  // about the world origin
   std::uint32_t sweeps = 0;
 };
 
@@ -37,8 +37,7 @@ JointedMotion solve_jointed_in_substeps(const JointedStep& step, JointSystem& jo
 // Joints are closed at its end if that is `affordable`. Where that would lift more than push-out
 // may, it comes less far instead. Stored impulses stay.
 void take_jointed_motion(const JointedStep& step, const JointedMotion& motion, bool affordable,
-                         JointSystem& joints, ContactProblem& problem,
-                         std::span<BodyState> states, IslandReport& report,
-                         std::vector<AdvanceFault>& faults);
+                         JointSystem& joints, ContactProblem& problem, std::span<BodyState> states,
+                         IslandReport& report, std::vector<AdvanceFault>& faults);
 
 }  // namespace soda::physics

@@ -153,8 +153,8 @@ void add_row(const ConvexRow& row, const Elimination& plan, std::uint32_t count,
 
 }  // namespace
 
-void assemble(const ConvexContacts& problem, const Elimination& plan,
-              const Responses& responses, std::vector<Block>& out) {
+void assemble(const ConvexContacts& problem, const Elimination& plan, const Responses& responses,
+              std::vector<Block>& out) {
   out.assign(plan.rows.size(), Block{});
   const std::uint32_t count = static_cast<std::uint32_t>(problem.bodies.size());
   for (std::uint32_t i = 0; i < count; ++i) add_mass(problem.bodies[i], out[plan.block_of(i, i)]);

@@ -1,8 +1,9 @@
 // The contacts of an island as a convex problem: find body velocities v that minimise
 //   1/2 (v - free)^T M (v - free) + sum over points of compliance/2 |P(y)|^2,
 //   y = start + (target - u) / compliance,
-// and over rows of joints the same with scalars and bounds, where u is the relative velocity at the point, P the projection into the friction cone and P(y)
-// the point's impulse. All vectors in the world frame.
+// and over rows of joints the same with scalars and bounds, where u is the relative velocity at the
+// point, P the projection into the friction cone and P(y) the point's impulse. All vectors in the
+// world frame.
 #pragma once
 
 #include <cmath>
@@ -48,10 +49,10 @@ struct ConvexRow {
   std::uint32_t a = 0, b = 0;
   Vec3 linear = Vec3::Zero(), turn_a = Vec3::Zero(), turn_b = Vec3::Zero();
   double target_m_s = 0.0, start_newton_s = 0.0;
-  double stiffness_kg = 0.0;          // 1 / compliance
+  double stiffness_kg = 0.0;  // 1 / compliance
   double least_newton_s = 0.0, most_newton_s = 0.0;
-  double speed = 1.0;                 // of a unit of its velocity, m/s: that of the same energy
-  bool soft = false;                  // a spring: its compliance is meant
+  double speed = 1.0;  // of a unit of its velocity, m/s: that of the same energy
+  bool soft = false;   // a spring: its compliance is meant
 };
 
 struct ConvexContacts {
@@ -116,8 +117,7 @@ inline double relative_velocity(const ConvexRow& row, std::span<const Twist> twi
 }
 
 inline RowResponse respond(const ConvexRow& row, double velocity_m_s) {
-  const double wanted =
-      row.start_newton_s + (row.target_m_s - velocity_m_s) * row.stiffness_kg;
+  const double wanted = row.start_newton_s + (row.target_m_s - velocity_m_s) * row.stiffness_kg;
   if (wanted <= row.least_newton_s) return {row.least_newton_s, wanted, false};
   if (wanted >= row.most_newton_s) return {row.most_newton_s, wanted, false};
   return {wanted, wanted, true};
@@ -134,7 +134,7 @@ void gradient(const ConvexContacts& problem, std::span<const Twist> twists,
               const Responses& responses, std::vector<Twist>& out);
 
 // M + J^T G J / compliance in the pattern of `plan`.
-void assemble(const ConvexContacts& problem, const Elimination& plan,
-              const Responses& responses, std::vector<Block>& out);
+void assemble(const ConvexContacts& problem, const Elimination& plan, const Responses& responses,
+              std::vector<Block>& out);
 
 }  // namespace soda::physics

@@ -18,9 +18,9 @@ constexpr double kSmall = 1e4;  // multiplications
 constexpr double kMuchHeavier = 10.0;
 // With joints: of two that touch. Sweeps let the heavier one through what it lies on.
 constexpr double kHeavierThanLinks = 8.0;
-constexpr double kTooHeavy = 100.0;  // for substeps
+constexpr double kTooHeavy = 100.0;       // for substeps
 constexpr double kSmallWithJoints = 1e5;  // multiplications
-constexpr double kCalm = 0.03;  // of the speed that gravity gives in a step
+constexpr double kCalm = 0.03;            // of the speed that gravity gives in a step
 
 // Of the reciprocal of an island's mass: what a point gives way, per impulse. Soft enough for few
 // Newton steps; the corrections take it out again, and make it harder where they get on slowly.
@@ -181,8 +181,8 @@ std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, doub
   const double ratio = mass_ratio(scene, ids);
   const bool jointed = !scene.joints.empty() && std::ranges::any_of(manifolds, is_joint);
   if (!jointed && is_easy(accurate, ids.size(), ratio)) return std::nullopt;
-  const bool is_uneven = jointed ? ratio > kTooHeavy || loads_links(scene, manifolds)
-                                 : ratio > kMuchHeavier;
+  const bool is_uneven =
+      jointed ? ratio > kTooHeavy || loads_links(scene, manifolds) : ratio > kMuchHeavier;
   const double calm_m_s = calm_speed_m_s(scene, dt_s);
   bool calm = true;
   const auto place = [&ids](BodyId id) {
@@ -193,8 +193,8 @@ std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, doub
   for (const ContactManifold& m : manifolds) {
     const std::array<std::uint32_t, 2> edge{place(m.a), place(m.b)};
     const BodyState* const b = is_static(m.b) ? nullptr : &states[edge[1]];
-    calm = calm && (is_joint(m) ||
-                    squared_speed(scene, m, states[edge[0]], b) <= calm_m_s * calm_m_s);
+    calm =
+        calm && (is_joint(m) || squared_speed(scene, m, states[edge[0]], b) <= calm_m_s * calm_m_s);
     // Substeps sink, however short they are.
     if (!calm && !is_uneven && !accurate) return std::nullopt;
     if (b != nullptr && (edges.empty() || edges.back() != edge)) edges.push_back(edge);
@@ -231,8 +231,7 @@ NewtonOutcome solve_directly(bool accurate, std::span<const SolverBody> free,
   if (joints != nullptr)
     for (const JointRow& row : joints->rows) {
       const ConvexRow& added = convex.rows.emplace_back(convex_row(row, problem.bodies));
-      const double speed =
-          added.speed * (relative_velocity(added, convex.free) - added.target_m_s);
+      const double speed = added.speed * (relative_velocity(added, convex.free) - added.target_m_s);
       squared = std::max(squared, speed * speed);
     }
   const double scale = std::sqrt(squared);
@@ -277,8 +276,7 @@ NewtonOutcome push_out_directly(double dt_s, const Elimination& plan, const Cont
       if (row.kind == JointRowKind::kSpring || row.kind == JointRowKind::kMotor) continue;
       ConvexRow& added = convex.rows.emplace_back(convex_row(row, problem.bodies));
       added.start_newton_s = 0.0;
-      added.target_m_s =
-          row.kind == JointRowKind::kLimit ? -std::max(row.error, 0.0) / dt_s : 0.0;
+      added.target_m_s = row.kind == JointRowKind::kLimit ? -std::max(row.error, 0.0) / dt_s : 0.0;
     }
   const NewtonLimits limits{fastest,
                             kWanted * fastest,

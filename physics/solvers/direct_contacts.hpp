@@ -6,12 +6,12 @@
 #include <span>
 #include <vector>
 
-#include "physics/model/contact_manifold.hpp"
 #include "physics/constraints/contact_rows.hpp"
 #include "physics/constraints/joint_rows.hpp"
-#include "physics/solvers/newton_solver.hpp"
-#include "physics/model/scene.hpp"
 #include "physics/math/solver_body.hpp"
+#include "physics/model/contact_manifold.hpp"
+#include "physics/model/scene.hpp"
+#include "physics/solvers/newton_solver.hpp"
 
 namespace soda::physics {
 

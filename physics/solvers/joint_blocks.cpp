@@ -22,8 +22,8 @@ bool is_bounded(const JointRow& row) {
 }
 
 // What an impulse along row y does to row x of the same joint.
-double response(const JointRow& x, const JointRow& y, const RowTwist& twist,
-                const SolverBody& a, const SolverBody& b) {
+double response(const JointRow& x, const JointRow& y, const RowTwist& twist, const SolverBody& a,
+                const SolverBody& b) {
   return (a.inverse_mass + b.inverse_mass) * x.linear.dot(y.linear) + x.turn_a.dot(twist.a) +
          x.turn_b.dot(twist.b);
 }
@@ -72,8 +72,7 @@ double velocity(const JointRow& row, const SolverBody& a, const SolverBody& b) {
 
 template <bool kPresses>
 double target_of(const JointRow& row, double per_second, double most_m_s) {
-  if (row.kind == JointRowKind::kSpring || row.kind == JointRowKind::kMotor)
-    return row.target_m_s;
+  if (row.kind == JointRowKind::kSpring || row.kind == JointRowKind::kMotor) return row.target_m_s;
   if (row.kind == JointRowKind::kLimit && row.error > 0.0) return -row.error * per_second;
   return kPresses ? std::clamp(-kRate * row.error * per_second, -most_m_s, most_m_s) : 0.0;
 }
@@ -105,8 +104,7 @@ void sweep_joint(double length_s, double most_m_s, const JointBlocks& blocks,
   const bool closes = kPresses && rows[block.first].kind == JointRowKind::kHolds;
   if (closes)
     for (std::uint32_t i = 0; i < block.held; ++i)
-      change[i] =
-          kMassShare * change[i] - kImpulseShare * rows[block.first + i].impulse_newton_s;
+      change[i] = kMassShare * change[i] - kImpulseShare * rows[block.first + i].impulse_newton_s;
   for (std::uint32_t i = 0; i < block.held; ++i) {
     rows[block.first + i].impulse_newton_s += change[i];
     give(rows[block.first + i], system.twists[block.first + i], change[i], a, b);
@@ -185,8 +183,8 @@ void load_joint_impulses(const SceneDescription& scene, std::span<const BodyStat
       const bool bounded = is_bounded(row);
       const ContactImpulse* const one = at(motor ? 2 : bounded ? limit++ : turns ? 1 : 0);
       if (one == nullptr) continue;
-      row.impulse_newton_s =
-          bounded ? one->normal_newton_s : one->friction_newton_s.dot(turns ? row.turn_b : row.linear);
+      row.impulse_newton_s = bounded ? one->normal_newton_s
+                                     : one->friction_newton_s.dot(turns ? row.turn_b : row.linear);
     }
   }
 }

@@ -13,7 +13,12 @@ class Newton {
  public:
   Newton(const NewtonLimits& limits, const Elimination& plan, ConvexContacts& problem,
          std::vector<Twist>& twists, Responses& responses)
-      : limits_(limits), plan_(plan), problem_(problem), twists_(twists), all_(responses), responses_(responses.points) {
+      : limits_(limits),
+        plan_(plan),
+        problem_(problem),
+        twists_(twists),
+        all_(responses),
+        responses_(responses.points) {
     const std::size_t points = problem.points.size();
     responses_.resize(points);
     factor_modes_.resize(points);
@@ -51,9 +56,9 @@ class Newton {
   Responses& all_;
   std::vector<PointResponse>& responses_;  // of the points
   NewtonOutcome outcome_;
-  double error_m_s_ = 0.0;               // of the minimisation
-  std::vector<Vec3> laws_;               // targets without shift
-  std::vector<Vec3> velocity_, change_;  // of the points; along the direction
+  double error_m_s_ = 0.0;                         // of the minimisation
+  std::vector<Vec3> laws_;                         // targets without shift
+  std::vector<Vec3> velocity_, change_;            // of the points; along the direction
   std::vector<double> row_velocity_, row_change_;  // the same of the rows
   std::vector<Twist> gradient_, direction_;
   std::vector<Block> factor_;
@@ -102,7 +107,8 @@ double Newton::objective() const {
   }
   for (std::size_t i = 0; i < row_velocity_.size(); ++i) {
     const RowResponse& response = all_.rows[i];
-    sum += response.impulse_newton_s * (2.0 * response.wanted_newton_s - response.impulse_newton_s) /
+    sum += response.impulse_newton_s *
+           (2.0 * response.wanted_newton_s - response.impulse_newton_s) /
            problem_.rows[i].stiffness_kg;
   }
   return 0.5 * sum;

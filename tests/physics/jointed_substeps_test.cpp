@@ -112,8 +112,7 @@ TEST(JointedIslands, ANetThatIsHeldAtItsRimHangsWithSmallGaps) {
         add(world, joint_at(JointKind::kBall, world, number(x, y - 1), number(x, y),
                             0.5 * (place(x, y) + place(x, y - 1))));
       if (x % (kSide - 1) == 0 || y % (kSide - 1) == 0)
-        add(world,
-            joint_at(JointKind::kBall, world, number(x, y), std::nullopt, place(x, y)));
+        add(world, joint_at(JointKind::kBall, world, number(x, y), std::nullopt, place(x, y)));
     }
   for (Joint& joint : world.scene.joints) joint.reach_m = 0.5;
   const double start = world.mechanics().potential_energy_joule;
