@@ -72,6 +72,15 @@ struct Touching {
   BodyId a{}, b{};
 };
 
+// `manifolds` in canonical order.
+bool is_among(std::span<const ContactManifold> manifolds, const Touching& pair) {
+  ContactManifold first;
+  first.a = pair.a;
+  first.b = pair.b;
+  const auto at = std::ranges::lower_bound(manifolds, first, canonical_before);
+  return at != manifolds.end() && at->a == pair.a && at->b == pair.b && !is_joint(*at);
+}
+
 // All pairs that can touch on these ways.
 std::vector<Touching> pairs_in_reach(const LinkedIsland& island, std::span<const BodyState> ways) {
   std::vector<Aabb> boxes;
@@ -103,7 +112,7 @@ bool append_unseen(const LinkedIsland& island, double time_s, std::span<const Bo
     const std::size_t a = island.place_of(pair.a);
     const std::size_t b = is_static(pair.b) ? a : island.place_of(pair.b);
     const BodyState* const way_b = is_static(pair.b) ? nullptr : &ways[b];
-    if ((!unforeseen[a] && !unforeseen[b]) || have_met(manifolds, pair.a, pair.b)) continue;
+    if ((!unforeseen[a] && !unforeseen[b]) || is_among(manifolds, pair)) continue;
     if (!is_mesh(island.scene, pair.b)) {
       ++island.counters.linked_searches;
       if (!time_of_impact(island.scene, island.geometry, pair.a, ways[a], pair.b, way_b, time_s))
@@ -173,7 +182,7 @@ double sunk_widths(const LinkedIsland& island, std::span<const ContactManifold> 
     const bool fixed = is_static(pair.b);
     const std::size_t b = fixed ? a : island.place_of(pair.b);
     if ((!moved[a] && !moved[b]) || is_mesh(island.scene, pair.b)) continue;
-    if (!fixed && !have_met(manifolds, pair.a, pair.b)) continue;
+    if (!fixed && !is_among(manifolds, pair)) continue;
     const auto depth_m = [&](std::span<const BodyState> at) {
       const Separation apart = separation_of(island.scene, island.geometry, pair.a, at[a], pair.b,
                                              fixed ? nullptr : &at[b]);
