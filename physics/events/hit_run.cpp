@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "physics/events/meeting_pairs.hpp"
 #include "physics/events/strike.hpp"
 #include "physics/forces/forces.hpp"
 #include "physics/integrators/advance_once.hpp"
@@ -14,8 +15,6 @@
 
 namespace soda::physics {
 namespace {
-
-constexpr double kNever = std::numeric_limits<double>::infinity();
 
 // Of a step, in bodies and contact points that are advanced or struck, and pairs looked at: what
 // hits that are known to come take once each, and what all of them may take. More and a large set

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "physics/events/hit_run.hpp"
+#include "physics/events/meeting_pairs.hpp"
 #include "physics/forces/forces.hpp"
 #include "physics/integrators/advance_once.hpp"
 #include "physics/shapes/geometry_impl.hpp"
