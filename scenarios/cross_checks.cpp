@@ -194,10 +194,10 @@ GroupIndex index_groups(const DocumentSpec& document, FaultList& faults) {
     if (!ignored.sound) continue;
     const auto group = index.find(ignored.group), with = index.find(ignored.with);
     if (group == index.end())
-      add_unknown_name(ignored.group, "collision group", "group", names_in(index), *ignored.json,
+      add_unknown_name(ignored.group, "group", "collision group", names_in(index), *ignored.json,
                        faults);
     if (with == index.end())
-      add_unknown_name(ignored.with, "collision group", "with", names_in(index), *ignored.json,
+      add_unknown_name(ignored.with, "with", "collision group", names_in(index), *ignored.json,
                        faults);
     if (group != index.end() && with != index.end())
       group->second.ignored_groups |= with->second.groups;

@@ -150,7 +150,7 @@ double close_joints(const SceneDescription& scene, double dt_s, std::span<const 
   return work_joule;
 }
 
-void limit_throws(const JointedStep& step, double parting_m_s, std::span<SolverBody> bodies) {
+bool limit_throws(const JointedStep& step, double parting_m_s, std::span<SolverBody> bodies) {
   constexpr double kMostOfOthers = 30.0, kMostOfOwn = 3.0;
   const std::size_t count = step.ids.size();
   std::vector<std::uint32_t> order(count);
@@ -161,6 +161,7 @@ void limit_throws(const JointedStep& step, double parting_m_s, std::span<SolverB
            std::sqrt(body.inverse_mass / body.inverse_inertia.norm()) * angular.norm();
   };
   double heavier_m_s = 0.0;
+  bool limited = false;
   for (const std::uint32_t i : order) {
     const SolverBody& start = step.free[i];
     SolverBody& body = bodies[i];
@@ -173,7 +174,9 @@ void limit_throws(const JointedStep& step, double parting_m_s, std::span<SolverB
     if (!(now > most)) continue;
     body.linear *= most / now;
     body.angular *= most / now;
+    limited = true;
   }
+  return limited;
 }
 
 std::optional<ContactSolution> solve_jointed(const JointedStep& step, bool accurate,
@@ -209,19 +212,14 @@ void moved_for(double time_s, const JointedStep& step, const JointSystem& solved
 // closing: of what was open before, if the bodies have not moved; else at most what places that
 // hold to rounding lift what hangs on them.
 void add_untaken(double rest_joule, bool moved, const JointedStep& step, IslandReport& report) {
-  constexpr double kRounding = 1e-12, kRoundings = 100.0;
+  constexpr double kRounding = 1e-12;
   const double braked = std::max(0.0, -report.motor_work_joule);
   if (rest_joule < (1.0 - kRounding) * braked) {
     report.motor_work_joule += rest_joule;
     return;
   }
   if (braked > 0.0) report.motor_work_joule = 0.0;
-  double weight = 0.0;
-  for (const BodyId id : step.ids)
-    weight += step.scene.bodies[index_of(id)].mass_kg * step.scene.gravity_m_s2.norm();
-  const double lifted = rest_joule - braked;
-  if (lifted > 0.0 && (!moved || lifted <= kRoundings * rounding_of(step.states) * weight))
-    report.push_out_work_joule += lifted;
+  report.push_out_work_joule += std::max(rest_joule - braked, 0.0);
 }
 
 }  // namespace

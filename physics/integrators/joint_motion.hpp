@@ -42,8 +42,9 @@ struct JointedStep {
 
 // What contacts have left unsolved of large impulses throws what is light and jammed between heavy
 // bodies. Nothing gets faster than 30 times the fastest body of its mass and more, or three times
-// its own speed, at the radius of gyration, but for `parting_m_s`. `bodies`: of the step.
-void limit_throws(const JointedStep& step, double parting_m_s, std::span<SolverBody> bodies);
+// its own speed, at the radius of gyration, but for `parting_m_s`. `bodies`: of the step. Whether
+// anything was.
+bool limit_throws(const JointedStep& step, double parting_m_s, std::span<SolverBody> bodies);
 
 // Velocities at the end of the step and push-out, of joints and contacts at once, by Newton's
 // method: contacts as the rows have them, joints as at the step's end. Nothing, and the problem as

@@ -117,9 +117,13 @@ void JointedSubsteps::add_impulses() {
   }
 }
 
-// Bodies have moved: it changes how they leave the step only.
+// Bodies have moved: it changes how they leave the step only. Without rebounds where these throw
+// what is light.
 void JointedSubsteps::rebound() {
-  if (problem_.restitution_rows == 0 || !aim_rebounds(problem_)) return;
+  if (problem_.restitution_rows == 0) return;
+  const ContactProblem plastic = problem_;
+  const JointSystem plastic_joints = joints_;
+  if (!aim_rebounds(problem_)) return;
   for (RowContact& contact : problem_.contacts) contact.bounces = false;
   const std::uint32_t sweeps = motion_.sweeps;
   for (std::uint32_t i = 0; i < sweeps; ++i) {
@@ -127,7 +131,9 @@ void JointedSubsteps::rebound() {
     sweep_velocities(i % 2 == 0, problem_);
   }
   motion_.sweeps += sweeps;
-  limit_throws(step_, closing_m_s_, problem_.bodies);
+  if (!limit_throws(step_, 0.0, problem_.bodies)) return;
+  problem_ = plastic;
+  joints_ = plastic_joints;
 }
 
 JointedMotion JointedSubsteps::run() {

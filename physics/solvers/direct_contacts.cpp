@@ -119,10 +119,20 @@ void apply(const PointResponse& response, const ConvexPoint& p, std::size_t i,
 
 // What is all but out of balance (a stack that overhangs, a thin arch) takes many. Substeps would
 // let it fall, and whatever moves is not calm any more: so what is cheap to factorise may go on.
-int most_factorisations(const Elimination& plan) {
+// Bodies of uneven masses and those with joints are solved directly while they move, too, and what
+// moves need not converge: it gets twice as many as others where sweeps and substeps are no good.
+int most_factorisations(std::span<const SolverBody> bodies, const Elimination& plan, bool jointed) {
   constexpr double kMultiplications = 5e6;  // of all of them
-  constexpr double kLeast = 20.0, kMost = 200.0;
-  return static_cast<int>(std::clamp(kMultiplications / plan.multiplications, kLeast, kMost));
+  constexpr int kLeast = 20, kOfUneven = 40;
+  constexpr double kMost = 200.0;
+  if (jointed) return kLeast;
+  const auto [heaviest, lightest] = std::minmax_element(
+      bodies.begin(), bodies.end(),
+      [](const SolverBody& x, const SolverBody& y) { return x.inverse_mass < y.inverse_mass; });
+  if (lightest->inverse_mass > kMuchHeavier * heaviest->inverse_mass)
+    return plan.multiplications <= kSmall ? kOfUneven : kLeast;
+  return static_cast<int>(
+      std::clamp(kMultiplications / plan.multiplications, double{kLeast}, kMost));
 }
 
 double calm_speed_m_s(const SceneDescription& scene, double dt_s) {
@@ -181,7 +191,7 @@ std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, doub
   const bool jointed = !scene.joints.empty() && std::ranges::any_of(manifolds, is_joint);
   if (!jointed && is_easy(accurate, ids.size(), ratio)) return std::nullopt;
   const bool is_uneven =
-      jointed ? ratio > kTooHeavy || loads_links(scene, manifolds) : ratio > kMuchHeavier;
+      jointed || ratio > kMuchHeavier;
   const double calm_m_s = calm_speed_m_s(scene, dt_s);
   bool calm = true;
   const auto place = [&ids](BodyId id) {
@@ -234,8 +244,12 @@ NewtonOutcome solve_directly(bool accurate, std::span<const SolverBody> free,
       squared = std::max(squared, speed * speed);
     }
   const double scale = std::sqrt(squared);
-  const NewtonLimits limits{
-      scale, wanted * scale, rounding * scale, accepted * scale, most_factorisations(plan), 40};
+  const NewtonLimits limits{scale,
+                            wanted * scale,
+                            rounding * scale,
+                            accepted * scale,
+                            most_factorisations(free, plan, joints != nullptr),
+                            40};
   Responses responses;
   const NewtonOutcome outcome = solve_by_newton(limits, plan, convex, twists, responses);
   if (!outcome.converged) return outcome;
@@ -276,9 +290,12 @@ NewtonOutcome push_out_directly(double dt_s, const Elimination& plan, const Cont
       added.start_newton_s = 0.0;
       added.target_m_s = row.kind == JointRowKind::kLimit ? -std::max(row.error, 0.0) / dt_s : 0.0;
     }
-  const NewtonLimits limits{
-      fastest, kWanted * fastest, kWanted * fastest, kAccepted * fastest, most_factorisations(plan),
-      20};
+  const NewtonLimits limits{fastest,
+                            kWanted * fastest,
+                            kWanted * fastest,
+                            kAccepted * fastest,
+                            most_factorisations(moving, plan, joints != nullptr),
+                            20};
   std::vector<Twist> twists(bodies);
   Responses responses;
   const NewtonOutcome outcome = solve_by_newton(limits, plan, convex, twists, responses);
