@@ -1,8 +1,6 @@
 // Few contact points, solved from the points.
 #include "physics/solvers/few_contacts.hpp"
 
-#include "physics/solvers/contact_solver.hpp"
-
 #include <gtest/gtest.h>
 
 #include <random>
