@@ -7,7 +7,6 @@
 #include <string>
 
 #include "physics/model/island_report.hpp"
-#include "physics/model/scene.hpp"
 
 namespace soda::analysis {
 

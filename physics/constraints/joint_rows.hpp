@@ -101,6 +101,9 @@ std::uint64_t factor_multiplications(const JointSystem& system);
 double velocity_of(const JointRow& row, std::span<const SolverBody> bodies);
 void apply_joint_impulse(const JointRow& row, double impulse, std::span<SolverBody> bodies);
 
+// Takes the rows' impulses back.
+void take_back_joint_impulses(JointSystem& system, std::span<SolverBody> bodies);
+
 // The matrix of the rows that are not idle, factored; the functions below need it. `bodies` as in a
 // ContactProblem: inverse mass and inertia are read. `regularisation`: part of its diagonal that is
 // added to each row.

@@ -119,6 +119,10 @@ void aim_joint_rows(double dt_s, std::span<const SolverBody> bodies, JointSystem
   }
 }
 
+void take_back_joint_impulses(JointSystem& system, std::span<SolverBody> bodies) {
+  for (JointRow& row : system.rows) apply_joint_impulse(row, -row.impulse_newton_s, bodies);
+}
+
 void solve_joint_velocities(JointSystem& system, std::span<SolverBody> bodies) {
   std::vector<double> change(system.rows.size());
   for (std::size_t r = 0; r < change.size(); ++r) {

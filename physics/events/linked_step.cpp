@@ -2,15 +2,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include "physics/constraints/joint_rows.hpp"
 #include "physics/continuous/time_of_impact.hpp"
+#include "physics/forces/forces.hpp"
 #include "physics/integrators/advance_once.hpp"
+#include "physics/math/rigid_motion.hpp"
 #include "physics/model/contact_manifold.hpp"
 #include "physics/model/island_report.hpp"
 #include "physics/model/stage_counters.hpp"
 #include "physics/refinement/advance_resting.hpp"
-#include "physics/refinement/refined_trials.hpp"
+#include "physics/refinement/refinement.hpp"
 #include "physics/shapes/geometry_impl.hpp"
 
 namespace soda::physics {
@@ -22,6 +26,7 @@ struct LinkedIsland {
   std::span<const BodyId> ids;
   SolveScratch& scratch;
   StageCounters& counters;
+  bool wedged = false;  // something overlaps by a good part of its width: little does not count
 
   const CompiledShape& shape_of(std::size_t body) const {
     return geometry.impl().shapes[scene.bodies[index_of(ids[body])].shape].shape;
@@ -55,6 +60,21 @@ BodyState way_between(const SceneDescription& scene, double time_s, const BodySt
   return start;
 }
 
+constexpr double kTooDeep = 0.5;  // that a body may sink in a part, of its width
+
+bool is_wedged(const LinkedIsland& island, std::span<const ContactManifold> manifolds) {
+  constexpr double kGoodPart = 0.05;
+  for (const ContactManifold& m : manifolds) {
+    if (is_joint(m)) continue;
+    double width = island.shape_of(island.place_of(m.a)).min_extent_m;
+    if (!is_static(m.b))
+      width = std::min(width, island.shape_of(island.place_of(m.b)).min_extent_m);
+    for (std::uint32_t i = 0; i < m.count; ++i)
+      if (m.points[i].separation_m < -kGoodPart * width) return true;
+  }
+  return false;
+}
+
 // Contacts that are nearer than the margin are kept anyway.
 bool is_unforeseen(const LinkedIsland& island, double time_s, std::size_t body,
                    const BodyState& before, const BodyState& way) {
@@ -65,21 +85,12 @@ bool is_unforeseen(const LinkedIsland& island, double time_s, std::size_t body,
                      ? 0.0
                      : shape.bounding_radius_m *
                            (way.angular_velocity_rad_s - before.angular_velocity_rad_s).norm()));
-  return off_m > kContactMargin * shape.min_extent_m;
+  return off_m > (island.wedged ? kTooDeep : kContactMargin) * shape.min_extent_m;
 }
 
 struct Touching {
   BodyId a{}, b{};
 };
-
-// `manifolds` in canonical order.
-bool is_among(std::span<const ContactManifold> manifolds, const Touching& pair) {
-  ContactManifold first;
-  first.a = pair.a;
-  first.b = pair.b;
-  const auto at = std::ranges::lower_bound(manifolds, first, canonical_before);
-  return at != manifolds.end() && at->a == pair.a && at->b == pair.b && !is_joint(*at);
-}
 
 // All pairs that can touch on these ways.
 std::vector<Touching> pairs_in_reach(const LinkedIsland& island, std::span<const BodyState> ways) {
@@ -99,33 +110,28 @@ std::vector<Touching> pairs_in_reach(const LinkedIsland& island, std::span<const
   return pairs;
 }
 
-// Appends the contacts of pairs without manifold that touch on these ways, as they are seen at the
-// step's start by who knows the ways. Whether there are any.
-bool append_unseen(const LinkedIsland& island, double time_s, std::span<const BodyState> before,
-                   std::span<const BodyState> ways, std::vector<ContactManifold>& manifolds) {
+// When the first pair without manifold touches, on the ways that the bodies came in `time_s`.
+std::optional<double> first_unseen_s(const LinkedIsland& island, double time_s,
+                                     std::span<const ContactManifold> manifolds,
+                                     std::span<const BodyState> before,
+                                     std::span<const BodyState> ways) {
   std::vector<bool> unforeseen;
   for (std::size_t i = 0; i < ways.size(); ++i)
     unforeseen.push_back(is_unforeseen(island, time_s, i, before[i], ways[i]));
-  if (std::ranges::find(unforeseen, true) == unforeseen.end()) return false;
-  std::vector<ContactManifold> found;
+  if (std::find(unforeseen.begin(), unforeseen.end(), true) == unforeseen.end()) return {};
+  std::optional<double> first;
   for (const Touching& pair : pairs_in_reach(island, ways)) {
     const std::size_t a = island.place_of(pair.a);
-    const std::size_t b = is_static(pair.b) ? a : island.place_of(pair.b);
-    const BodyState* const way_b = is_static(pair.b) ? nullptr : &ways[b];
-    if ((!unforeseen[a] && !unforeseen[b]) || is_among(manifolds, pair)) continue;
-    if (!is_mesh(island.scene, pair.b)) {
-      ++island.counters.linked_searches;
-      if (!time_of_impact(island.scene, island.geometry, pair.a, ways[a], pair.b, way_b, time_s))
-        continue;
-    }
-    collide(island.scene, island.geometry, time_s, pair.a, ways[a], pair.b, way_b, found,
-            island.counters);
+    const BodyState* const b = is_static(pair.b) ? nullptr : &ways[island.place_of(pair.b)];
+    if (!unforeseen[a] && (b == nullptr || !unforeseen[static_cast<std::size_t>(b - ways.data())]))
+      continue;
+    if (is_mesh(island.scene, pair.b) || have_met(manifolds, pair.a, pair.b)) continue;
+    const std::optional<Impact> impact =
+        time_of_impact(island.scene, island.geometry, pair.a, ways[a], pair.b, b, time_s);
+    ++island.counters.linked_searches;
+    if (impact && (!first || impact->time_s < *first)) first = impact->time_s;
   }
-  std::erase_if(found, is_joint);
-  if (found.empty()) return false;
-  manifolds.insert(manifolds.end(), found.begin(), found.end());
-  std::ranges::sort(manifolds, canonical_before);
-  return true;
+  return first;
 }
 
 // Where the bodies are now: along their own velocities, and where that finds none along the ways
@@ -174,7 +180,7 @@ double sunk_widths(const LinkedIsland& island, std::span<const ContactManifold> 
     const CompiledShape& shape = island.shape_of(i);
     const double way_m = (after[i].position_m - before[i].position_m).norm() +
                          shape.bounding_radius_m * time_s * ways[i].angular_velocity_rad_s.norm();
-    moved.push_back(way_m > kContactMargin * shape.min_extent_m);
+    moved.push_back(way_m > (island.wedged ? kTooDeep : kContactMargin) * shape.min_extent_m);
   }
   double most = 0.0;
   for (const Touching& pair : pairs_in_reach(island, after)) {
@@ -182,7 +188,7 @@ double sunk_widths(const LinkedIsland& island, std::span<const ContactManifold> 
     const bool fixed = is_static(pair.b);
     const std::size_t b = fixed ? a : island.place_of(pair.b);
     if ((!moved[a] && !moved[b]) || is_mesh(island.scene, pair.b)) continue;
-    if (!fixed && !is_among(manifolds, pair)) continue;
+    if (!fixed && !have_met(manifolds, pair.a, pair.b)) continue;
     const auto depth_m = [&](std::span<const BodyState> at) {
       const Separation apart = separation_of(island.scene, island.geometry, pair.a, at[a], pair.b,
                                              fixed ? nullptr : &at[b]);
@@ -199,37 +205,66 @@ struct LinkedPart {
   IslandReport report;
   std::vector<AdvanceFault> faults;
   std::vector<BodyState> ways;  // that the bodies came
+  double sunk_widths = 0.0;
 };
 
-// A part of the step, with what the joints draw bodies to: its contacts are appended to the
-// manifolds.
 LinkedPart advance_part(const LinkedIsland& island, double time_s,
-                        std::span<const BodyState> before, std::vector<ContactManifold>& manifolds,
-                        std::span<BodyState> states) {
-  constexpr int kMostLooks = 3;
-  for (int look = 0;; ++look) {
-    LinkedPart part;
-    std::ranges::copy(before, states.begin());
+                        std::span<const ContactManifold> manifolds,
+                        std::span<const BodyState> before, std::span<BodyState> states) {
+  LinkedPart part;
+  std::copy(before.begin(), before.end(), states.begin());
+  if (time_s > 0.0)
     part.report = advance_resting(island.scene, island.geometry, time_s, island.ids, manifolds,
                                   states, island.scratch, island.counters, part.faults);
-    for (std::size_t i = 0; i < states.size(); ++i)
-      part.ways.push_back(way_between(island.scene, time_s, before[i], states[i]));
-    if (look == kMostLooks || !append_unseen(island, time_s, before, part.ways, manifolds))
-      return part;
+  for (std::size_t i = 0; i < states.size(); ++i)
+    part.ways.push_back(way_between(island.scene, std::max(time_s, 1e-300), before[i], states[i]));
+  part.sunk_widths = sunk_widths(island, manifolds, before, states, part.ways, time_s);
+  return part;
+}
+
+// What a part of its length sinks by is of second order in it. A little is worth a few halvings of
+// the first parts, where much is worth more.
+bool is_to_be_halved(const LinkedIsland& island, const LinkedPart& part, int halvings, int number) {
+  constexpr double kVisible = 0.003;
+  constexpr int kForVisible = 2, kForDeep = 8, kFirstParts = 5;
+  if (part.sunk_widths > kTooDeep) return halvings < kForDeep;
+  return !island.wedged && part.sunk_widths > kVisible && halvings < kForVisible &&
+         number < kFirstParts;
+}
+
+// As before, but for the velocities: they are those found, with no more energy than there was.
+void stay_at(const LinkedIsland& island, std::span<const BodyState> before,
+             std::span<BodyState> states, IslandReport& report) {
+  report.push_out_work_joule = report.motor_work_joule = 0.0;
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    states[i].position_m = before[i].position_m;
+    states[i].orientation = before[i].orientation;
+  }
+  const double had = kinetic_joule(island.scene, island.ids, before);
+  const double has = kinetic_joule(island.scene, island.ids, states);
+  if (!(has > had)) return;
+  const double share = std::sqrt(had / has);
+  for (BodyState& state : states) {
+    state.linear_velocity_m_s *= share;
+    state.angular_velocity_rad_s *= share;
   }
 }
 
-// Impulses of a part are the start of one of another length. Those of a hit in a shorter part are
-// not what a longer one has.
-void share_impulses(const LinkedIsland& island, double time_s, double next_s,
-                    std::span<const BodyState> before, std::span<BodyState> states) {
-  constexpr double kOfLoads = 4.0;
-  const double most_m_s = kOfLoads * island.scene.gravity_m_s2.norm() * time_s;
-  bool hit = false;
+// The time that is not used takes no weight away: what the island waits at bears it.
+void wait_for(double time_s, const LinkedIsland& island, IslandReport& report) {
+  report.beyond_tolerance = island.scene.tolerance > 0.0;
+  for (const BodyId id : island.ids)
+    report.static_impulse_newton_s -=
+        island.scene.gravity_m_s2 * (island.scene.bodies[index_of(id)].mass_kg * time_s);
+}
+
+// What drives and forces of their own give the bodies, as measures know it of a whole step.
+Vec3 pushed_newton_s(const LinkedIsland& island, double time_s, std::span<const BodyState> states) {
+  Vec3 sum = Vec3::Zero();
   for (std::size_t i = 0; i < states.size(); ++i)
-    hit = hit || (states[i].linear_velocity_m_s - before[i].linear_velocity_m_s).squaredNorm() >
-                     most_m_s * most_m_s;
-  if (next_s < time_s || !hit) scale_impulses(next_s / time_s, states);
+    if (is_pushed(island.scene.bodies[index_of(island.ids[i])]))
+      sum += push_impulse_newton_s(island.scene, time_s, island.ids[i], states[i]);
+  return sum;
 }
 
 }  // namespace
@@ -251,34 +286,49 @@ IslandReport advance_linked(const SceneDescription& scene, const Geometry& geome
                             std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
                             std::span<BodyState> states, SolveScratch& scratch,
                             StageCounters& counters, std::vector<AdvanceFault>& faults) {
-  constexpr double kVisible = 0.003;  // what sinks by less, of a width, is not worth a part
-  constexpr int kMostHalvings = 3, kMostParts = 8;
+  constexpr int kMostParts = 8;
   if (ids.size() == 1 && scene.statics.empty())  // there is nothing to come to
     return advance_resting(scene, geometry, dt_s, ids, manifolds, states, scratch, counters,
                            faults);
-  const LinkedIsland island{scene, geometry, ids, scratch, counters};
-  std::vector<ContactManifold> met(manifolds.begin(), manifolds.end());
+  LinkedIsland island{scene, geometry, ids, scratch, counters};
+  island.wedged = is_wedged(island, manifolds);
+  const Vec3 foreseen = pushed_newton_s(island, dt_s, states);
+  Vec3 pushed = Vec3::Zero();
   IslandReport report;
+  report.label = ids.front();
+  report.bodies = static_cast<std::uint32_t>(ids.size());
+  std::vector<ContactManifold> found;
+  std::span<const ContactManifold> met = manifolds;
   double left_s = dt_s;
-  for (int number = 0; left_s > 0.0; ++number) {
+  for (int number = 0;; ++number) {
     const std::vector<BodyState> before(states.begin(), states.end());
-    double time_s = left_s;
-    LinkedPart part = advance_part(island, time_s, before, met, states);
-    for (int halvings = 0; halvings < kMostHalvings && number + 1 < kMostParts; ++halvings) {
-      if (!(sunk_widths(island, met, before, states, part.ways, time_s) > kVisible)) break;
+    LinkedPart part = advance_part(island, left_s, met, before, states);
+    const std::optional<double> touch_s = first_unseen_s(island, left_s, met, before, part.ways);
+    const std::vector<BodyState> ways = part.ways;
+    double time_s = touch_s ? *touch_s : left_s;
+    if (touch_s) part = advance_part(island, time_s, met, before, states);
+    for (int halvings = 0; is_to_be_halved(island, part, halvings, number); ++halvings) {
       time_s *= 0.5;
-      part = advance_part(island, time_s, before, met, states);
+      part = advance_part(island, time_s, met, before, states);
     }
+    const bool sunk = part.sunk_widths > kTooDeep;
+    if (sunk) stay_at(island, before, states, part.report);
     faults.insert(faults.end(), part.faults.begin(), part.faults.end());
-    if (number == 0)
+    if (number == 0 && time_s > 0.0)
       report = part.report;
     else
       add_part(part.report, report);
-    left_s -= time_s;
-    share_impulses(island, time_s, left_s > 0.0 ? left_s : dt_s, before, states);
-    if (!(left_s > 0.0)) break;
-    met = contacts_now(island, left_s, met, states, part.ways);
+    if (!sunk) {
+      pushed += pushed_newton_s(island, time_s, before);
+      left_s -= time_s;
+    }
+    const bool waits = left_s > 0.0 && (sunk || number + 1 == kMostParts);
+    if (waits) wait_for(left_s, island, report);
+    if (waits || !(left_s > 0.0)) break;
+    found = contacts_now(island, left_s, met, states, ways);
+    met = found;
   }
+  report.static_impulse_newton_s += pushed - foreseen;
   return report;
 }
 

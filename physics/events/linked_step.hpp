@@ -18,8 +18,11 @@ Need linked_impacts_needed(const SceneDescription& scene);
 
 // Contacts are looked for along the motion that a step begins with, but a joint or a motor can draw
 // a body along with another within it. Where that takes a body to a static, or to another body of
-// the island, that it has no manifold with, the step is done again with their contact, as it is
-// seen from the step's start along the way that the body was drawn; three times at most. Counts
+// the island, that it has no manifold with, the island comes up to there only; then contacts are
+// looked for again, among all pairs of the island and with all statics in reach, and the rest of
+// the step follows. After some such parts the island waits there for the next step. Meshes are not
+// looked for on the way, but found again. Nor does a body get deeper into a static by more than
+// half its width in a part: shorter parts err less, and where none does, the island stays. Counts
 // what it looks at as linked_searches. A function of the arguments only.
 IslandReport advance_linked(const SceneDescription& scene, const Geometry& geometry, double dt_s,
                             std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,

@@ -6,14 +6,12 @@
 #include "physics/constraints/contact_rows.hpp"
 #include "physics/forces/forces.hpp"
 #include "physics/integrators/joint_motion.hpp"
-#include "physics/integrators/jointed_substeps.hpp"
 #include "physics/integrators/linkage.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/math/solver_body.hpp"
 #include "physics/solvers/contact_choice.hpp"
 #include "physics/solvers/contact_solver.hpp"
 #include "physics/solvers/island_motion.hpp"
-#include "physics/solvers/joint_blocks.hpp"
 #include "physics/solvers/solve_choice.hpp"
 #include "physics/solvers/split_solver.hpp"
 
@@ -37,30 +35,11 @@ void store_impulses(const Selection<ContactManifold>& manifolds, const ContactPr
   }
 }
 
-// Both kinds in the manifolds' order.
-void store_jointed_impulses(const SceneDescription& scene, std::span<const BodyId> ids,
-                            std::span<const ContactManifold> manifolds,
-                            const ContactProblem& problem, const JointSystem& joints,
-                            std::span<const double> joint_newton_s, std::span<BodyState> states) {
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> places;  // of joints, by index
-  for (std::uint32_t place = 0; place < joints.joints.size(); ++place)
-    places.push_back({joints.joints[place], place});
-  std::ranges::sort(places);
-  for (BodyState& state : states) state.impulses.clear();
-  std::size_t row = 0, body = 0;
-  for (std::uint32_t m = 0; m < manifolds.size(); ++m) {
-    while (ids[body] != manifolds[m].a) ++body;
-    std::vector<ContactImpulse>& stored = states[body].impulses;
-    if (is_joint(manifolds[m])) {
-      const auto at =
-          std::ranges::lower_bound(places, std::pair(joint_of(manifolds[m]), std::uint32_t{0}));
-      append_joint_impulses(scene, at->second, joint_newton_s, joints, stored);
-      continue;
-    }
-    for (; row < problem.normals.size() && problem.contacts[row].manifold == m; ++row)
-      if (problem.normals[row].impulse_newton_s != 0.0)
-        stored.push_back(stored_impulse(manifolds, problem, row));
-  }
+void store_all_impulses(const Selection<ContactManifold>& manifolds, const ContactProblem& problem,
+                        std::span<BodyState> states) {
+  std::size_t row = 0;
+  for (std::size_t i = 0; i < states.size(); ++i)
+    store_impulses(manifolds, problem, i, true, row, states[i].impulses);
 }
 
 void move_bodies(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
@@ -83,58 +62,6 @@ void count_rows(const JointSystem& joints, StageCounters& counters) {
     counters.limit_rows += row.kind == JointRowKind::kLimit;
     counters.motor_rows += row.kind == JointRowKind::kMotor;
   }
-}
-
-// Whether its joints are cheap enough to be solved directly, as a whole. Builds their rows.
-bool is_affordable(const SceneDescription& scene, double dt_s, std::span<const BodyState> states,
-                   JointSystem& joints) {
-  build_joint_rows(scene, dt_s, states, false, joints);
-  return factor_multiplications(joints) <= kMostJointMultiplications;
-}
-
-// How an island with joints is to be advanced.
-struct JointedChoice {
-  bool accurate = false, closes = false;  // `closes`: its joints are cheap to solve directly
-  std::span<const ContactManifold> manifolds;
-};
-
-void advance_jointed(const JointedStep& given, const JointedChoice& how, const SolveChoice& choice,
-                     JointSystem& joints, ContactProblem& problem, std::span<BodyState> states,
-                     IslandReport& report, StageCounters& counters,
-                     std::vector<AdvanceFault>& faults) {
-  const auto& [scene, dt_s, ids, before, free] = given;
-  const std::vector<BodyState> start(states.begin(), states.end());
-  const JointedStep step{scene, dt_s, ids, start, free};
-  std::optional<ContactSolution> solution;
-  if (how.closes && choice.elimination && problem.restitution_rows == 0)
-    solution =
-        solve_jointed(step, how.accurate || ids.size() == 1, *choice.elimination, joints, problem);
-  JointedMotion motion;
-  std::vector<double> impulses;
-  if (solution) {
-    report.direct = true;
-    report.iterations = solution->iterations;
-    report.multiplications = solution->multiplications;
-    report_joints(start, joints, report);
-    for (const JointRow& row : joints.rows) impulses.push_back(row.impulse_newton_s);
-  } else {
-    motion = solve_jointed_in_substeps(step, joints, problem);
-    report.iterations = motion.sweeps;
-    report.static_impulse_newton_s += motion.world_newton_s;
-    report.static_angular_impulse_newton_m_s += motion.world_newton_m_s;
-    impulses = motion.joint_newton_s;
-  }
-  report.constraint_residual_m_s = residual_m_s(problem);
-  report_contacts({start}, problem, report);
-  count_rows(joints, counters);
-  counters.solver_iterations += report.iterations;
-  counters.row_sweeps += report.iterations * rows_of(problem);
-  counters.factor_multiplications += report.multiplications;
-  if (solution)
-    move_jointed(step, joints, problem, solution->push, states, report, faults);
-  else
-    take_jointed_motion(step, motion, how.closes, joints, problem, states, report, faults);
-  store_jointed_impulses(scene, ids, how.manifolds, problem, joints, impulses, states);
 }
 
 }  // namespace
@@ -181,13 +108,12 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, bool accur
                           StageCounters& counters, std::vector<AdvanceFault>& faults) {
   IslandReport report = report_of(ids, manifolds);
   JointSystem joints = find_joints(scene, ids, manifolds);
-  const bool closes = !joints.empty() && is_affordable(scene, dt_s, states, joints);
-  if (closes && report.contact_points == 0) {
-    close_left_open(scene, dt_s, ids, joints, states, report);
-    if (advance_linkage(scene, dt_s, ids, joints, states, report, faults)) {
-      count_linked(scene, ids, joints, report, counters);
-      return report;
-    }
+  if (!joints.empty()) close_left_open(scene, dt_s, ids, joints, states, report);
+  const bool linked = !joints.empty() && report.contact_points == 0 &&
+                      advance_linkage(scene, dt_s, ids, joints, states, report, faults);
+  if (linked) {
+    count_linked(scene, ids, joints, report, counters);
+    return report;
   }
   const SolveChoice choice = choose_solve(scene, dt_s, accurate, ids, manifolds, states);
   if (choice.blocks) {
@@ -202,21 +128,26 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, bool accur
   std::vector<SolverBody>& free = scratch.free;
   free.assign(problem.bodies.begin(), problem.bodies.end() - 1);
   build_rows(scene, dt_s, ids, manifolds, before, problem, counters);
-  if (!joints.empty()) {
-    advance_jointed({scene, dt_s, ids, states, free}, {accurate, closes, manifolds}, choice, joints,
-                    problem, states, report, counters, faults);
-    return report;
-  }
   const ContactSolution solution =
-      solve_contacts(scene, dt_s, accurate, ids, before, free,
-                     choice.elimination ? &*choice.elimination : nullptr, problem);
+      joints.empty() ? solve_contacts(scene, dt_s, accurate, ids, before, free,
+                                      choice.elimination ? &*choice.elimination : nullptr, problem)
+                     : solve_jointed({scene, dt_s, ids, states, free}, joints, problem);
   report.direct = solution.direct;
   report.iterations = solution.iterations;
   report.multiplications = solution.multiplications;
+  count_rows(joints, counters);
   report.constraint_residual_m_s = residual_m_s(problem);
   report_contacts(before, problem, report);
-  move_bodies(scene, dt_s, ids, manifolds, problem, solution.push, states, faults);
-  report.push_out_work_joule = push_out_work_joule(scene, dt_s, ids, solution.push);
+  report_joints(states, joints, report);
+  if (joints.empty()) {
+    move_bodies(scene, dt_s, ids, manifolds, problem, solution.push, states, faults);
+    report.push_out_work_joule = push_out_work_joule(scene, dt_s, ids, solution.push);
+  } else {
+    const std::vector<BodyState> start(states.begin(), states.end());
+    move_jointed({scene, dt_s, ids, start, free}, joints, problem, solution.push, states, report,
+                 faults);
+    store_all_impulses(manifolds, problem, states);
+  }
   counters.solver_iterations += solution.iterations;
   counters.row_sweeps += solution.iterations * rows_of(problem);
   counters.factor_multiplications += solution.multiplications;

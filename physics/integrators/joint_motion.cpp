@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
 #include "physics/constraints/joint_bounds.hpp"
@@ -10,10 +9,10 @@
 #include "physics/constraints/ways.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/solvers/contact_solver.hpp"
-#include "physics/solvers/direct_contacts.hpp"
 #include "physics/solvers/island_motion.hpp"
-#include "physics/solvers/joint_blocks.hpp"
+#include "physics/solvers/joint_sweeps.hpp"
 #include "physics/solvers/joint_work.hpp"
+#include "physics/solvers/joints_alone.hpp"
 
 namespace soda::physics {
 
@@ -65,69 +64,118 @@ void forgive(std::span<const JointRow> start, JointSystem& system) {
   }
 }
 
-void count(const NewtonOutcome& outcome, const Elimination& plan, ContactSolution& solution) {
-  solution.iterations += static_cast<std::uint32_t>(outcome.steps);
-  solution.multiplications +=
-      static_cast<std::uint64_t>(outcome.factorisations * plan.multiplications);
+// Gives the bodies of `problem` the contact impulses of another solution.
+void take_contact_impulses(const ContactProblem& from, ContactProblem& problem) {
+  const auto push = [&problem](std::uint32_t a, std::uint32_t b, const Vec3& impulse,
+                               const Vec3& turn_a, const Vec3& turn_b) {
+    SolverBody &x = problem.bodies[a], &y = problem.bodies[b];
+    x.linear -= impulse * x.inverse_mass;
+    x.angular -= x.inverse_inertia * turn_a;
+    y.linear += impulse * y.inverse_mass;
+    y.angular += y.inverse_inertia * turn_b;
+  };
+  for (std::size_t i = 0; i < problem.normals.size(); ++i) {
+    NormalRow& row = problem.normals[i];
+    const double change = from.normals[i].impulse_newton_s - row.impulse_newton_s;
+    push(row.a, row.b, row.normal * change, row.arm_a * change, row.arm_b * change);
+    row.impulse_newton_s = from.normals[i].impulse_newton_s;
+  }
+  for (std::size_t i = 0; i < problem.frictions.size(); ++i) {
+    FrictionRow& row = problem.frictions[i];
+    Vec3 change = Vec3::Zero();
+    for (int t = 0; t < 2; ++t) {
+      change += row.tangent[t] * (from.frictions[i].impulse_newton_s[t] - row.impulse_newton_s[t]);
+      row.impulse_newton_s[t] = from.frictions[i].impulse_newton_s[t];
+    }
+    push(row.a, row.b, change, row.arm_a.cross(change), row.arm_b.cross(change));
+  }
 }
 
-// The rows at the poses that the step would lead to, aimed so that the joints hold there; from the
-// impulses found on. Returns by how much they do not hold yet.
-double aim_again(const JointedStep& step, std::span<const JointRow> start,
-                 const JointSystem& solved, std::span<const SolverBody> bodies, JointSystem& next) {
-  const auto& [scene, dt_s, ids, states, free] = step;
-  next = solved;
-  build_joint_rows(scene, dt_s, drifted(scene, ids, states, bodies, dt_s), true, next);
-  forgive(start, next);
-  bound_step(dt_s, next);
-  aim_joint_rows(dt_s, bodies, next);
-  for (std::size_t r = 0; r < next.rows.size(); ++r)
-    next.rows[r].impulse_newton_s = solved.rows[r].impulse_newton_s;
-  return largest_error(next);
+struct BothSolved {
+  std::uint32_t sweeps = 0;
+  bool through = true;  // every contact met all that hangs on its bodies
+};
+
+// Sweeps over contacts, seen through the joints where that costs little, take turns with the exact
+// solution of all joints, which comes last.
+BothSolved solve_both(const JointedStep& step, double softness, JointSystem& joints,
+                      ContactProblem& problem) {
+  constexpr int kTurns = 4;  // limits and motors change which joints take part
+  const std::size_t count = step.ids.size();
+  const std::span<SolverBody> bodies = problem.bodies;
+  const int sweeps = step.scene.solver.iterations;
+  solve_bounded(count, bodies, softness, joints);
+  if (problem.normals.empty()) return {1, true};
+  std::uint32_t done = 0;
+  for (int turn = 0; turn < (joints.bounded ? kTurns : 1); ++turn) {
+    const std::optional<JointedContacts> contacts = jointed_contacts(joints, problem);
+    if (!contacts) {
+      for (int i = 0; i < sweeps; ++i, ++done) {
+        solve_velocities(1, problem);
+        solve_bounded(count, bodies, softness, joints);
+      }
+      return {done, false};
+    }
+    ContactProblem through = problem;
+    done += static_cast<std::uint32_t>(solve_jointed_velocities(10 * sweeps, *contacts, through));
+    take_contact_impulses(through, problem);
+    solve_bounded(count, bodies, softness, joints);
+  }
+  return {done, true};
 }
 
 // Velocities at the end of the step. Joints pull in the directions that they have at the end of the
-// step: stable however taut. False, and no change of the problem, if no solution is found.
-bool solve_aimed(const JointedStep& step, bool accurate, const Elimination& plan,
-                 JointSystem& joints, ContactProblem& problem, ContactSolution& solution) {
-  constexpr int kAims = 1;
+// step (implicit: stable however taut), unless that gives energy. Returns the number of sweeps.
+std::uint32_t solve_alternately(const JointedStep& step, JointSystem& joints,
+                                ContactProblem& problem) {
+  constexpr int kAims = 3;
+  constexpr double kSoftness = 1e-8;
   const auto& [scene, dt_s, ids, states, free] = step;
+  const std::span<SolverBody> bodies = problem.bodies;
   build_joint_rows(scene, dt_s, states, true, joints);
   const std::vector<JointRow> start = joints.rows;
   bound_step(dt_s, joints);
-  if (scene.solver.warm_starting) load_joint_impulses(scene, states, joints);
-  JointSystem trial_joints = joints, next;
-  ContactProblem trial = problem;
-  double before = 0.0;
+  double error = 0.0;
+  std::uint32_t done = 0;
+  bool through = false;
+  ContactProblem best;
+  JointSystem best_joints;
   for (int aim = 0; aim <= kAims; ++aim) {
-    const NewtonOutcome outcome = solve_directly(accurate, free, plan, trial, &trial_joints);
-    count(outcome, plan, solution);
-    if (!outcome.converged) return aim > 0;
-    const double error = aim_again(step, start, trial_joints, trial.bodies, next);
-    if (aim > 0 && !(error < before)) return true;
-    before = error;
-    problem = trial;
-    joints = trial_joints;
-    if (error <= rounding_of(states)) return true;
-    std::swap(trial_joints, next);
+    const double softness = aim == 0 ? 0.0 : kSoftness;
+    factor_joint_rows(ids.size(), bodies, joints, softness);
+    const BothSolved both = solve_both(step, softness, joints, problem);
+    done += both.sweeps;
+    if (aim > 0 && through && !both.through) break;
+    through = both.through;
+    JointSystem next = joints;
+    build_joint_rows(scene, dt_s, drifted(scene, ids, states, bodies, dt_s), true, next);
+    forgive(start, next);
+    const double before = std::exchange(error, largest_error(next));
+    if (aim > 0 && !(error < before)) break;
+    if (aim > 0 && solved_gain_joule(dt_s, states, free, joints, problem) != 0.0) break;
+    best = problem;
+    best_joints = joints;
+    take_back_joint_impulses(joints, bodies);
+    bound_step(dt_s, next);
+    aim_joint_rows(dt_s, best.bodies, next);
+    joints = std::move(next);
   }
-  return true;
+  problem = std::move(best);
+  joints = std::move(best_joints);
+  return done;
 }
 
-}  // namespace
-
+// Moves the bodies so that no joint that is no spring is off, by as little as their masses allow.
+// Velocities turn along. Returns the energy that this gives.
 double close_joints(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                     JointSystem& joints, std::span<BodyState> states) {
   std::vector<JointMove> moves;
   const double enough = rounding_of(states);
   build_joint_rows(scene, dt_s, states, false, joints);
-  if (factor_multiplications(joints) > kMostJointMultiplications) return 0.0;
   double error = largest_error(joints), work_joule = 0.0;
-  JointSystem held;  // limits that were passed stay held, or others push past them again
   for (int i = 0; i < kMostCorrections && error > enough; ++i) {
     const std::vector<SolverBody> bodies = bodies_at(scene, ids, states);
-    if (i == 0) hold_passed_limits(enough, joints);
-    if (joints.bounded) held = joints;
+    hold_passed_limits(enough, joints);
     factor_joint_rows(ids.size(), bodies, joints);
     solve_joint_errors(joints, bodies, moves);
     std::vector<BodyState> moved(states.begin(), states.end());
@@ -140,9 +188,7 @@ double close_joints(const SceneDescription& scene, double dt_s, std::span<const 
     }
     build_joint_rows(scene, dt_s, moved, false, joints);
     const double after = largest_error(joints);
-    if (joints.bounded) hold_same_limits(held, joints);
-    const bool more = hold_passed_limits(enough, joints);
-    if (!(after < 0.9 * error) && !more) break;  // a place that cannot be reached, or rounding
+    if (!(after < 0.9 * error)) break;  // a place that cannot be reached, or rounding
     error = after;
     work_joule += work;
     std::move(moved.begin(), moved.end(), states.begin());
@@ -150,44 +196,25 @@ double close_joints(const SceneDescription& scene, double dt_s, std::span<const 
   return work_joule;
 }
 
-bool limit_throws(const JointedStep& step, double parting_m_s, std::span<SolverBody> bodies) {
-  constexpr double kMostOfOthers = 30.0, kMostOfOwn = 3.0;
-  const std::size_t count = step.ids.size();
-  std::vector<std::uint32_t> order(count);
-  std::iota(order.begin(), order.end(), 0u);
-  std::ranges::stable_sort(order, {}, [&](std::uint32_t i) { return step.free[i].inverse_mass; });
-  const auto speed_m_s = [](const SolverBody& body, const Vec3& linear, const Vec3& angular) {
-    return linear.norm() +
-           std::sqrt(body.inverse_mass / body.inverse_inertia.norm()) * angular.norm();
-  };
-  double heavier_m_s = 0.0;
-  bool limited = false;
-  for (const std::uint32_t i : order) {
-    const SolverBody& start = step.free[i];
-    SolverBody& body = bodies[i];
-    const double own = std::max(speed_m_s(start, start.linear, start.angular),
-                                speed_m_s(start, step.states[i].linear_velocity_m_s,
-                                          step.states[i].angular_velocity_rad_s));
-    const double most = parting_m_s + std::max(kMostOfOwn * own, kMostOfOthers * heavier_m_s);
-    heavier_m_s = std::max(heavier_m_s, own);
-    const double now = speed_m_s(body, body.linear, body.angular);
-    if (!(now > most)) continue;
-    body.linear *= most / now;
-    body.angular *= most / now;
-    limited = true;
-  }
-  return limited;
-}
+}  // namespace
 
-std::optional<ContactSolution> solve_jointed(const JointedStep& step, bool accurate,
-                                             const Elimination& plan, JointSystem& joints,
-                                             ContactProblem& problem) {
+ContactSolution solve_jointed(const JointedStep& step, JointSystem& joints,
+                              ContactProblem& problem) {
   ContactSolution solution;
-  if (!solve_aimed(step, accurate, plan, joints, problem, solution)) return std::nullopt;
-  solution.direct = true;
-  limit_throws(step, 0.0, problem.bodies);
-  if (!needs_push_out(problem)) return solution;
-  count(push_out_directly(step.dt_s, plan, problem, solution.push, &joints), plan, solution);
+  solution.iterations = solve_alternately(step, joints, problem);
+  limit_joint_gain(step.dt_s, step.states, step.free, joints, problem);
+  limit_throws(step.states, step.free, joints, problem);
+  const ContactProblem plastic = problem;
+  const JointSystem plastic_joints = joints;
+  if (problem.restitution_rows > 0 && aim_rebounds(problem)) {
+    take_back_joint_impulses(joints, problem.bodies);
+    solution.iterations += solve_alternately(step, joints, problem);
+    limit_joint_gain(step.dt_s, step.states, step.free, joints, problem);
+    limit_throws(step.states, step.free, joints, problem);
+  }
+  PushOutProblem push;
+  solve_push_out(step.scene.solver.iterations, step.dt_s, problem, push);
+  solution.push = std::move(push.bodies);
   limit_push_out(fastest_push_out_m_s(step.scene, step.ids), solution.push);
   return solution;
 }
@@ -212,14 +239,19 @@ void moved_for(double time_s, const JointedStep& step, const JointSystem& solved
 // closing: of what was open before, if the bodies have not moved; else at most what places that
 // hold to rounding lift what hangs on them.
 void add_untaken(double rest_joule, bool moved, const JointedStep& step, IslandReport& report) {
-  constexpr double kRounding = 1e-12;
+  constexpr double kRounding = 1e-12, kRoundings = 100.0;
   const double braked = std::max(0.0, -report.motor_work_joule);
   if (rest_joule < (1.0 - kRounding) * braked) {
     report.motor_work_joule += rest_joule;
     return;
   }
   if (braked > 0.0) report.motor_work_joule = 0.0;
-  report.push_out_work_joule += std::max(rest_joule - braked, 0.0);
+  double weight = 0.0;
+  for (const BodyId id : step.ids)
+    weight += step.scene.bodies[index_of(id)].mass_kg * step.scene.gravity_m_s2.norm();
+  const double lifted = rest_joule - braked;
+  if (lifted > 0.0 && (!moved || lifted <= kRoundings * rounding_of(step.states) * weight))
+    report.push_out_work_joule += lifted;
 }
 
 }  // namespace
@@ -234,17 +266,6 @@ void close_left_open(const SceneDescription& scene, double dt_s, std::span<const
                      JointSystem& joints, std::span<BodyState> states, IslandReport& report) {
   if (are_closed(scene, dt_s, states, joints)) return;
   report.push_out_work_joule += close_joints(scene, dt_s, ids, joints, states);
-}
-
-double most_push_out_joule(const JointedStep& step, std::span<const BodyState> after) {
-  const double g = step.scene.gravity_m_s2.norm();
-  const double pushed_m_s = fastest_push_out_m_s(step.scene, step.ids) + g * step.dt_s;
-  double most = 0.0;
-  for (std::size_t i = 0; i < step.ids.size(); ++i)
-    most +=
-        step.scene.bodies[index_of(step.ids[i])].mass_kg *
-        (pushed_m_s + (after[i].linear_velocity_m_s - step.states[i].linear_velocity_m_s).norm());
-  return most * g * step.dt_s;
 }
 
 void move_jointed(const JointedStep& step, const JointSystem& solved, const ContactProblem& problem,
@@ -269,9 +290,7 @@ void move_jointed(const JointedStep& step, const JointSystem& solved, const Cont
     next.assign(before.begin(), before.end());
     std::vector<AdvanceFault> found;
     moved_for(share * dt_s, step, solved, problem, next, found);
-    if (share == 0.0) report.motor_work_joule = 0.0;  // nothing moves, so nothing works
-    excess = energy_excess(scene, dt_s, ids, before, next,
-                           (share > 0.0 ? pushed : 0.0) + lent - elastic(next));
+    excess = energy_excess(scene, dt_s, ids, before, next, pushed + lent - elastic(next));
     if (!excess.is_trace(kMostTaken) && share > 0.0) continue;
     faults.insert(faults.end(), found.begin(), found.end());
     break;
@@ -283,18 +302,15 @@ void move_jointed(const JointedStep& step, const JointSystem& solved, const Cont
     add_untaken(rest, share > 0.0, step, report);
   }
   if (push.empty()) return;
-  std::vector<BodyState> parted(states.begin(), states.end());
+  const double moved = elastic(states);
   for (std::size_t i = 0; i < ids.size(); ++i) {
-    parted[i].position_m += push[i].linear * dt_s;
-    turn_by(scene.bodies[index_of(ids[i])], push[i].angular * dt_s, parted[i]);
+    states[i].position_m += push[i].linear * dt_s;
+    turn_by(scene.bodies[index_of(ids[i])], push[i].angular * dt_s, states[i]);
   }
   JointSystem joints = solved;
-  const double work = push_out_work_joule(scene, dt_s, ids, push) +
-                      close_joints(scene, dt_s, ids, joints, parted) + elastic(parted) -
-                      elastic(states);
-  if (!(report.push_out_work_joule + work <= most_push_out_joule(step, parted))) return;
-  report.push_out_work_joule += work;
-  std::ranges::move(parted, states.begin());
+  report.push_out_work_joule += push_out_work_joule(scene, dt_s, ids, push);
+  report.push_out_work_joule += close_joints(scene, dt_s, ids, joints, states);
+  report.push_out_work_joule += elastic(states) - moved;
 }
 
 void report_joints(std::span<const BodyState> states, const JointSystem& joints,

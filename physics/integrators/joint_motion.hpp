@@ -1,13 +1,11 @@
 // How joints move the bodies of an island beside contacts, or where they contradict each other.
 #pragma once
 
-#include <optional>
 #include <span>
 #include <vector>
 
 #include "physics/constraints/contact_rows.hpp"
 #include "physics/constraints/joint_rows.hpp"
-#include "physics/math/block_cholesky.hpp"
 #include "physics/math/solver_body.hpp"
 #include "physics/model/contact_manifold.hpp"
 #include "physics/model/island_report.hpp"
@@ -40,18 +38,10 @@ struct JointedStep {
   std::span<const SolverBody> free;
 };
 
-// What contacts have left unsolved of large impulses throws what is light and jammed between heavy
-// bodies. Nothing gets faster than 30 times the fastest body of its mass and more, or three times
-// its own speed, at the radius of gyration, but for `parting_m_s`. `bodies`: of the step. Whether
-// anything was.
-bool limit_throws(const JointedStep& step, double parting_m_s, std::span<SolverBody> bodies);
-
-// Velocities at the end of the step and push-out, of joints and contacts at once, by Newton's
-// method: contacts as the rows have them, joints as at the step's end. Nothing, and the problem as
-// it was, where that does not converge. Nothing may bounce.
-std::optional<ContactSolution> solve_jointed(const JointedStep& step, bool accurate,
-                                             const Elimination& plan, JointSystem& joints,
-                                             ContactProblem& problem);
+// Velocities at the end of the step, rebounds and push-out. They give no energy but by motors,
+// springs and what pushes the bodies.
+ContactSolution solve_jointed(const JointedStep& step, JointSystem& joints,
+                              ContactProblem& problem);
 
 // Moves the bodies (`states`, as before the step), closes what that opens of the joints, takes the
 // energy away that this gives, and pushes overlaps apart. Stored impulses stay. Adds the works to
@@ -68,19 +58,6 @@ bool are_closed(const SceneDescription& scene, double dt_s, std::span<const Body
 // gives is added to the push-out.
 void close_left_open(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                      JointSystem& joints, std::span<BodyState> states, IslandReport& report);
-
-// Of one factorisation: what joints may cost that are to be solved directly, as contacts.
-inline constexpr std::uint64_t kMostJointMultiplications = 5'000'000;
-
-// Moves the bodies so that no joint that is no spring is off, by as little as their masses allow.
-// Velocities turn along. Returns the energy that this gives. Does nothing where that costs too
-// much.
-double close_joints(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
-                    JointSystem& joints, std::span<BodyState> states);
-
-// The most that push-out can lift in a step: each body at its greatest speed, and by as much as its
-// velocity changes, for a body goes on with the old one for a while.
-double most_push_out_joule(const JointedStep& step, std::span<const BodyState> after);
 
 // What the world gives to the island through joints. `states` as when the rows were built.
 void report_joints(std::span<const BodyState> states, const JointSystem& joints,

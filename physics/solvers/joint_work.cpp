@@ -8,6 +8,7 @@
 #include "physics/math/rigid_motion.hpp"
 #include "physics/solvers/convex_contacts.hpp"
 #include "physics/solvers/island_motion.hpp"
+#include "physics/solvers/joints_alone.hpp"
 
 namespace soda::physics {
 namespace {
@@ -83,8 +84,59 @@ void scale_relative(double factor, const Motion& motion, std::span<BodyState> st
   }
 }
 
+struct Sum {
+  double value = 0.0, scale = 0.0;
+
+  void add(double part) {
+    value += part;
+    scale += std::abs(part);
+  }
+};
+
 double row_work(const JointRow& row, std::span<const SolverBody> bodies) {
   return row.impulse_newton_s * velocity_of(row, bodies);
+}
+
+// Which bodies move by their final velocity.
+Flights flights_of(const JointSystem& joints, const ContactProblem& problem) {
+  Flights flights = find_flights(problem);
+  for (const JointRow& row : joints.rows)
+    flights[row.a].supported = flights[row.b].supported = true;
+  return flights;
+}
+
+// External forces count as a field, motors and springs as work that is given.
+Sum gain_of(double dt_s, std::span<const BodyState> before, std::span<const SolverBody> free,
+            const Flights& held, const JointSystem& joints, const ContactProblem& problem) {
+  Sum gain;
+  const Flights flights = find_flights(problem);
+  for (std::size_t i = 0; i < free.size(); ++i) {
+    const SolverBody& body = problem.bodies[i];
+    const double mass = 1.0 / body.inverse_mass;
+    const Vec3 &v0 = before[i].linear_velocity_m_s, &w0 = before[i].angular_velocity_rad_s;
+    const Vec3 forced = free[i].linear - v0;
+    Vec3 way = body.linear * dt_s;
+    if (!held[i].supported) way -= forced * (0.5 * dt_s) + flights[i].not_yet_m;
+    gain.add(0.5 * mass * (body.linear - v0).dot(body.linear + v0));
+    gain.add(-mass * forced.dot(way) / dt_s);
+    const Mat3 inertia = inverse_of_symmetric(body.inverse_inertia);
+    gain.add(0.5 * Vec3(inertia * (body.angular - w0)).dot(body.angular + w0));
+    gain.add(-Vec3(inertia * (free[i].angular - w0)).dot(body.angular));
+  }
+  for (const JointRow& row : joints.rows)
+    if (row.kind == JointRowKind::kMotor || row.kind == JointRowKind::kSpring)
+      gain.add(-row_work(row, problem.bodies));
+  return gain;
+}
+
+// The largest share from 0 to 1 at which the quadratic through (0, at0), (1/2, at_half), (1, at1)
+// is not positive, for at1 > 0.
+double last_share(double at0, double at_half, double at1) {
+  if (!(at0 < 0.0)) return 0.0;
+  const double a = 2.0 * (at1 + at0 - 2.0 * at_half), b = at1 - at0 - a;
+  const double root = std::sqrt(std::max(0.0, b * b - 4.0 * a * at0));
+  const double share = b > 0.0 ? -2.0 * at0 / (b + root) : (root - b) / (2.0 * a);
+  return share >= 0.0 && share <= 1.0 ? share : 0.0;
 }
 
 }  // namespace
@@ -159,6 +211,37 @@ bool take_trace(const SceneDescription& scene, std::span<const BodyId> ids,
   if (!(gain <= part * bending)) return false;
   if (gain > 0.0) scale_relative(std::sqrt(1.0 - excess.gain_joule / bending), common, states);
   return true;
+}
+
+double solved_gain_joule(double dt_s, std::span<const BodyState> before,
+                         std::span<const SolverBody> free, const JointSystem& joints,
+                         const ContactProblem& problem) {
+  const Sum gain = gain_of(dt_s, before, free, flights_of(joints, problem), joints, problem);
+  return gain.value <= kWorkRounding * gain.scale ? 0.0 : gain.value;
+}
+
+void limit_joint_gain(double dt_s, std::span<const BodyState> before,
+                      std::span<const SolverBody> free, JointSystem& joints,
+                      ContactProblem& problem) {
+  const bool diverged = is_out_of_bounds(problem);
+  if (!diverged && solved_gain_joule(dt_s, before, free, joints, problem) == 0.0) return;
+  JointSystem alone_joints = joints;
+  ContactProblem alone = problem;
+  solve_joints_alone(free, alone_joints, alone);
+  if (diverged) {
+    joints = std::move(alone_joints);
+    problem = std::move(alone);
+    return;
+  }
+  // Whatever acts in either solution acts in between, and that alone decides who is held.
+  JointSystem trial_joints = joints;
+  ContactProblem trial = problem;
+  mix(0.5, alone_joints, alone, trial_joints, trial);
+  const Flights held = flights_of(trial_joints, trial);
+  const double one = gain_of(dt_s, before, free, held, joints, problem).value;
+  const double half = gain_of(dt_s, before, free, held, trial_joints, trial).value;
+  const double none = gain_of(dt_s, before, free, held, alone_joints, alone).value;
+  if (one > 0.0) mix(last_share(none, half, one), alone_joints, alone, joints, problem);
 }
 
 double external_work_joule(const SceneDescription& scene, double dt_s,

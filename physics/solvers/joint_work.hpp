@@ -40,6 +40,18 @@ bool take_trace(const SceneDescription& scene, std::span<const BodyId> ids,
                 const EnergyExcess& excess, double part, bool afloat, std::span<BodyState> states,
                 IslandReport& report);
 
+// What an unconverged or implicit solution of joints and contacts gives beyond the work of motors,
+// springs and what pushes the bodies: goes back so far towards joints alone, which give nothing,
+// that the step gives nothing either. `free`: velocities after external forces.
+void limit_joint_gain(double dt_s, std::span<const BodyState> before,
+                      std::span<const SolverBody> free, JointSystem& joints,
+                      ContactProblem& problem);
+
+// The part of that gain that is no rounding, J.
+double solved_gain_joule(double dt_s, std::span<const BodyState> before,
+                         std::span<const SolverBody> free, const JointSystem& joints,
+                         const ContactProblem& problem);
+
 // What drives and forces (as a field), and motors, do over the step at final velocities, J.
 double external_work_joule(const SceneDescription& scene, double dt_s,
                            std::span<const BodyState> before, std::span<const SolverBody> free,

@@ -44,9 +44,9 @@ SolveChoice choose_solve(const SceneDescription& scene, double dt_s, bool accura
                          std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
                          std::span<const BodyState> states) {
   SolveChoice choice;
+  if (!scene.joints.empty() && std::ranges::any_of(manifolds, is_joint)) return choice;
   choice.elimination = plan_direct_solve(scene, dt_s, accurate, ids, manifolds, states);
   if (choice.elimination || !is_giant(manifolds)) return choice;
-  if (!scene.joints.empty() && std::ranges::any_of(manifolds, is_joint)) return choice;
   IslandBlocks blocks = split_island(ids, manifolds);
   if (blocks.count() > 1) choice.blocks = std::move(blocks);
   return choice;

@@ -9,6 +9,7 @@
 #include "physics/integrators/joint_motion.hpp"
 #include "physics/integrators/rattle_motion.hpp"
 #include "physics/measures/refinement_error.hpp"
+#include "physics/solvers/joints_alone.hpp"
 #include "tests/physics/joints.hpp"
 #include "tests/physics/scenes.hpp"
 
@@ -187,6 +188,30 @@ TEST(BallMotion, IsThatOfAnyLinkage) {
                   .norm(),
               1e-11 * mass)
         << one.name;
+  }
+}
+
+// Sweeps that diverge give the statics an endless impulse, and 0 times that to their velocity.
+TEST(JointsAlone, StartFromStaticsAtRestWhateverSweepsMadeOfThem) {
+  World world = top(Sphere{0.3}, Vec3(0, 0, 0.5), 0.3, Vec3(0, 2, 0));
+  JointSystem joints;
+  joints.joints = {0};
+  joints.bodies = {{0, 1}};
+  joints.earliest = {0};
+  build_joint_rows(world.scene, kStep_s, world.states, false, joints);
+  ContactProblem problem;
+  problem.bodies = bodies_at(world.scene, world.ids, world.states);
+  std::vector<SolverBody> free(problem.bodies.begin(), problem.bodies.begin() + 1);
+  free[0].linear = Vec3(1, 2, 3);
+  ASSERT_EQ(problem.bodies.size(), 2u);
+  problem.bodies[1].linear = problem.bodies[1].angular = Vec3::Constant(std::nan(""));
+  factor_joint_rows(1, problem.bodies, joints);
+  solve_joints_alone(free, joints, problem);
+  EXPECT_EQ(problem.bodies[1].linear, Vec3(Vec3::Zero()));
+  EXPECT_EQ(problem.bodies[1].angular, Vec3(Vec3::Zero()));
+  for (const JointRow& row : joints.rows) {
+    EXPECT_TRUE(std::isfinite(row.impulse_newton_s));
+    EXPECT_NEAR(velocity_of(row, problem.bodies), 0.0, 1e-12);
   }
 }
 

@@ -1,0 +1,41 @@
+// Contacts of bodies that joints hold: sweeps in which each contact meets all that hangs on its
+// bodies.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "physics/constraints/contact_rows.hpp"
+#include "physics/constraints/joint_rows.hpp"
+
+namespace soda::physics {
+
+// What an impulse along one direction of a contact point does to all bodies, joints included.
+struct JointedDirection {
+  std::vector<JointMove> moves;  // m/s and rad/s for 1 newton s, of each body
+  double inverse_mass = 0.0;     // velocity along itself
+  bool is_clear = false;         // whether rounding has left enough of it to go by
+  // Velocity by which a normal gives way for 1 newton s: 0, but where a short lever would throw
+  // something at a multiple of the contact's own velocity.
+  double give_1_kg = 0.0;
+};
+
+// Of a contact problem and the joints that take part in a solution.
+struct JointedContacts {
+  std::vector<JointedDirection> normals;
+  std::vector<JointedDirection> tangents;  // two for each friction row
+  std::vector<double> slide_mass_kg;       // of each friction row: of its lightest direction
+};
+
+// `joints` are factored. None if that costs too much, or a contact can hardly move: where joints
+// hold it still, or tie it to what is much heavier.
+std::optional<JointedContacts> jointed_contacts(const JointSystem& joints,
+                                                const ContactProblem& problem);
+
+// Sweeps until the largest change of an impulse is negligible or the iterations are used up;
+// velocities and impulses of contacts change, but those of joints have to be solved for once more.
+// Returns the number of sweeps.
+int solve_jointed_velocities(int iterations, const JointedContacts& contacts,
+                             ContactProblem& problem);
+
+}  // namespace soda::physics
