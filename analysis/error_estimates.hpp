@@ -7,6 +7,7 @@
 #include <string>
 
 #include "physics/model/island_report.hpp"
+#include "physics/model/scene.hpp"
 
 namespace soda::analysis {
 
