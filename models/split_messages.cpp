@@ -20,11 +20,26 @@ IslandName read_island(Reader& reader) {
   return island;
 }
 
+void write_work(const physics::Work& work, Writer& writer) {
+  writer.number(work.sum);
+  writer.number(work.scale);
+}
+
+physics::Work read_work(Reader& reader) {
+  physics::Work work;
+  work.sum = reader.number<double>();
+  work.scale = reader.number<double>();
+  return work;
+}
+
 void write_report(const physics::BlockReport& report, Writer& writer) {
   writer.number(report.max_penetration_m);
   writer.number(report.constraint_residual_m_s);
   writer.vector(report.static_impulse_newton_s);
   writer.vector(report.static_angular_impulse_newton_m_s);
+  write_work(report.work.after, writer);
+  write_work(report.work.without, writer);
+  write_work(report.work.fields, writer);
 }
 
 physics::BlockReport read_report(Reader& reader) {
@@ -33,6 +48,9 @@ physics::BlockReport read_report(Reader& reader) {
   report.constraint_residual_m_s = reader.number<double>();
   report.static_impulse_newton_s = reader.vector();
   report.static_angular_impulse_newton_m_s = reader.vector();
+  report.work.after = read_work(reader);
+  report.work.without = read_work(reader);
+  report.work.fields = read_work(reader);
   return report;
 }
 

@@ -40,7 +40,7 @@ struct BlockNews {
   std::uint32_t first = 0, last = 0;
   std::vector<Moved> bodies;                  // those of the receiver; ascending
   std::vector<physics::AdvanceFault> faults;  // of these
-  std::vector<physics::BlockReport> reports;  // of each block, for whoever reports the island
+  std::vector<physics::BlockReport> reports;  // of each block
 };
 
 kernel::Payload encode_border_news(const BorderNews& news);

@@ -100,8 +100,8 @@ void SplitSolve::round(std::int64_t step, std::uint32_t round, Bag bag, SolveSha
 void SplitSolve::solve_stages(std::uint32_t stage, physics::StageCounters& counters) {
   std::uint32_t next = stage;
   if (!solver_) {
-    const physics::GiantIsland giant{*island_.scene, island_.ids, island_.manifolds, island_.states,
-                                     plan_.blocks};
+    const physics::GiantIsland giant{*island_.scene,    island_.scene->dt_s, island_.ids,
+                                     island_.manifolds, island_.states,      plan_.blocks};
     solver_ = std::make_unique<physics::BlockSolver>(giant, range_->first, range_->last, counters);
     next = 0;
   }
@@ -145,15 +145,6 @@ void SplitSolve::conclude(std::int64_t step, SolveShare& memory) {
   memory.store_blocks(step, island_.input, {range_->first, range_->last}, std::move(solved));
 }
 
-bool SplitSolve::tells(const SolverRange& range, WorldId world) const {
-  if (reports(world)) return true;
-  for (std::size_t i = 0; i < island_.ids.size(); ++i) {
-    const std::uint32_t block = plan_.blocks.block_of[i];
-    if (island_.owners[i] == world && block >= range.first && block < range.last) return true;
-  }
-  return false;
-}
-
 BlockNews SplitSolve::news_for(WorldId world) const {
   BlockNews news{name_, range_->first, range_->last, {}, {}, {}};
   for (std::size_t i = 0; i < island_.ids.size(); ++i) {
@@ -167,7 +158,7 @@ BlockNews SplitSolve::news_for(WorldId world) const {
     if (island_.owners[static_cast<std::size_t>(place - island_.ids.begin())] == world)
       news.faults.push_back(fault);
   }
-  if (reports(world)) news.reports = outcome_->reports;
+  news.reports = outcome_->reports;
   return news;
 }
 
@@ -177,15 +168,14 @@ std::vector<SplitSolve::Letter> SplitSolve::outcome_letters() const {
   worlds.erase(std::unique(worlds.begin(), worlds.end()), worlds.end());
   std::vector<Letter> letters;
   for (const WorldId world : worlds)
-    if (world != self_ && tells(*range_, world))
-      letters.push_back({world, encode_block_news(news_for(world))});
+    if (world != self_) letters.push_back({world, encode_block_news(news_for(world))});
   return letters;
 }
 
 bool SplitSolve::lacks_outcome(Bag bag) const {
   if (gave_up_) return false;
   return std::any_of(plan_.solvers.begin(), plan_.solvers.end(), [&](const SolverRange& range) {
-    return range.world != self_ && tells(range, self_) &&
+    return range.world != self_ &&
            std::none_of(bag.begin(), bag.end(), [&](const kernel::MessageView& message) {
              return is_from(message, range.world, MessageKind::kBlocks) &&
                     island_named_in(message.payload) == name_;
@@ -203,7 +193,7 @@ std::optional<SplitSolve::Heard> SplitSolve::outcome(Bag bag) const {
     ranges.emplace(news.first, std::move(news));
   }
   Heard heard;
-  std::uint32_t blocks_reported = 0;
+  std::vector<physics::BlockReport> reports;
   physics::IslandReport& report = heard.report.emplace();
   report.label = island_.ids.front();
   report.bodies = static_cast<std::uint32_t>(island_.ids.size());
@@ -212,16 +202,15 @@ std::optional<SplitSolve::Heard> SplitSolve::outcome(Bag bag) const {
   for (auto& [first, news] : ranges) {
     std::move(news.bodies.begin(), news.bodies.end(), std::back_inserter(heard.bodies));
     heard.faults.insert(heard.faults.end(), news.faults.begin(), news.faults.end());
-    if (first != blocks_reported) continue;
-    for (const physics::BlockReport& block : news.reports) add(block, report);
-    blocks_reported += static_cast<std::uint32_t>(news.reports.size());
+    if (first == reports.size())
+      reports.insert(reports.end(), news.reports.begin(), news.reports.end());
   }
   const auto own = std::count(island_.owners.begin(), island_.owners.end(), self_);
   if (static_cast<std::ptrdiff_t>(heard.bodies.size()) != own) return std::nullopt;
-  if (!reports(self_))
-    heard.report.reset();
-  else if (blocks_reported != plan_.blocks.count())
-    return std::nullopt;
+  if (reports.size() != plan_.blocks.count()) return std::nullopt;
+  if (is_more_than_rounding(gain_of(work_of(reports)))) return std::nullopt;
+  for (const physics::BlockReport& block : reports) add(block, report);
+  if (island_.owners.front() != self_) heard.report.reset();
   return heard;
 }
 

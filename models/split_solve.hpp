@@ -62,7 +62,8 @@ class SplitSolve {
   std::vector<Letter> outcome_letters() const;
 
   // What the owner of `self`'s bodies has heard of the outcome: bodies as they ended, and the
-  // report if it is this world's to make. Null if something is missing.
+  // report if it is this world's to make. Null if something is missing, or the island would
+  // gain energy: that is limited where all of it is solved.
   struct Heard {
     std::vector<BlockNews::Moved> bodies;
     std::vector<physics::AdvanceFault> faults;
@@ -76,8 +77,6 @@ class SplitSolve {
  private:
   using Bag = std::span<const kernel::MessageView>;
 
-  bool reports(WorldId world) const { return island_.owners.front() == world; }
-  bool tells(const SolverRange& range, WorldId world) const;
   BlockNews news_for(WorldId world) const;
   std::optional<std::vector<physics::BorderBody>> hear(const SolverRange* from, Bag bag) const;
   bool take(std::uint32_t stage);

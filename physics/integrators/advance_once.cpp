@@ -117,7 +117,7 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, bool accur
   }
   const SolveChoice choice = choose_solve(scene, dt_s, accurate, ids, manifolds, states);
   if (choice.blocks) {
-    advance_blocks({scene, ids, manifolds, states, *choice.blocks}, states, report, counters,
+    advance_blocks({scene, dt_s, ids, manifolds, states, *choice.blocks}, states, report, counters,
                    faults);
     return report;
   }

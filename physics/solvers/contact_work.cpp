@@ -8,20 +8,9 @@
 namespace soda::physics {
 namespace {
 
-// Of an energy; below it, a gain is rounding.
-constexpr double kContactRounding = 1e-13;
 // Of a whole: then all impulses that act in either of two solutions act.
 constexpr double kAlmost = 1.0 - 1e-9;
 constexpr double kTrace = 0.999;
-
-struct Work {
-  double sum = 0.0, scale = 0.0;  // of the magnitudes
-
-  void add(double part) {
-    sum += part;
-    scale += std::abs(part);
-  }
-};
 
 // Impulses times the relative velocities of their points, which have those of `bodies` (the
 // problem's own where there are none: statics and surfaces).
@@ -44,7 +33,77 @@ Work power(std::span<const SolverBody> bodies, const ContactProblem& problem) {
   return work;
 }
 
-// from + share (to - from), where `to` is what the problem holds.
+// Energy that the step gives the island. `held`: which bodies move by their final velocity.
+Work gain(double dt_s, const Selection<BodyState>& before, std::span<const SolverBody> free,
+          const Flights& held, const ContactProblem& problem) {
+  StepWork work;
+  add_contacts(free, problem, work);
+  add_fields(dt_s, before, free, held, find_flights(problem), problem, work);
+  return gain_of(work);
+}
+
+// How much of the way from `plastic` to what the problem holds can be gone without a gain.
+double share_of_rebounds(double dt_s, const Selection<BodyState>& before,
+                         std::span<const SolverBody> free, const SolvedContacts& plastic,
+                         const ContactProblem& problem) {
+  const std::span<const SolverBody> start = std::span(plastic.bodies).first(free.size());
+  // Whatever acts in either solution acts in between, and that alone decides who is held.
+  ContactProblem trial = problem;
+  take_share(0.5, start, &plastic, trial);
+  const Flights held = find_flights(trial);
+  const double one = gain(dt_s, before, free, held, problem).sum;
+  const double half = gain(dt_s, before, free, held, trial).sum;
+  take_share(0.0, start, &plastic, trial);
+  const double none = gain(dt_s, before, free, held, trial).sum;
+  return one > 0.0 || none > 0.0 ? share_without_gain(none, half, one) : kAlmost;
+}
+
+}  // namespace
+
+void StepWork::add(const StepWork& other) {
+  after.add(other.after);
+  without.add(other.without);
+  fields.add(other.fields);
+}
+
+void add_contacts(std::span<const SolverBody> free, const ContactProblem& problem, StepWork& work) {
+  work.after.add(power(std::span(problem.bodies).first(free.size()), problem));
+  work.without.add(power(free, problem));
+}
+
+void add_fields(double dt_s, const Selection<BodyState>& before, std::span<const SolverBody> free,
+                const Flights& held, const Flights& flights, const ContactProblem& problem,
+                StepWork& work) {
+  for (std::size_t i = 0; i < free.size(); ++i) {
+    const double mass = 1.0 / free[i].inverse_mass;
+    const Vec3& start = before[i].linear_velocity_m_s;
+    const Vec3 forced = free[i].linear - start;
+    if (forced == Vec3::Zero()) continue;  // an impact takes no time
+    Vec3 way = problem.bodies[i].linear * dt_s;
+    if (!held[i].supported) way -= forced * (0.5 * dt_s) + flights[i].not_yet_m;
+    work.fields.add(0.5 * mass * forced.dot(free[i].linear + start));
+    work.fields.add(-mass * forced.dot(way) / dt_s);
+  }
+}
+
+Work gain_of(const StepWork& work) {
+  Work gain{0.5 * (work.after.sum + work.without.sum),
+            0.5 * (work.after.scale + work.without.scale)};
+  gain.add(work.fields);
+  return gain;
+}
+
+bool is_more_than_rounding(const Work& work) {
+  constexpr double kContactRounding = 1e-13;
+  return work.sum > kContactRounding * work.scale;
+}
+
+double share_without_work(const StepWork& work) {
+  if (!is_more_than_rounding(work.after)) return 1.0;
+  const double without = work.without.sum;
+  return without < 0.0 ? without / (without - work.after.sum) : 0.0;
+}
+
 void take_share(double share, std::span<const SolverBody> from_bodies, const SolvedContacts* from,
                 ContactProblem& problem) {
   for (std::size_t i = 0; i < from_bodies.size(); ++i) {
@@ -65,30 +124,8 @@ void take_share(double share, std::span<const SolverBody> from_bodies, const Sol
     }
 }
 
-// Energy that the step gives the island, external forces counted as a field: what the contacts add.
-// `held`: which bodies move by their final velocity.
-Work gain(double dt_s, const Selection<BodyState>& before, std::span<const SolverBody> free,
-          const Flights& held, const ContactProblem& problem) {
-  const Work after = power(std::span(problem.bodies).first(free.size()), problem);
-  const Work without = power(free, problem);
-  Work gain{0.5 * (after.sum + without.sum), 0.5 * (after.scale + without.scale)};
-  const Flights flights = find_flights(problem);
-  for (std::size_t i = 0; i < free.size(); ++i) {
-    const double mass = 1.0 / free[i].inverse_mass;
-    const Vec3& start = before[i].linear_velocity_m_s;
-    const Vec3 forced = free[i].linear - start;
-    if (forced == Vec3::Zero()) continue;  // an impact takes no time
-    Vec3 way = problem.bodies[i].linear * dt_s;
-    if (!held[i].supported) way -= forced * (0.5 * dt_s) + flights[i].not_yet_m;
-    gain.add(0.5 * mass * forced.dot(free[i].linear + start));
-    gain.add(-mass * forced.dot(way) / dt_s);
-  }
-  return gain;
-}
-
-// The largest root of the convex quadratic through (0, at0), (1/2, at_half), (1, at1), for at0 <= 0
-// and at1 > 0: between 0 and 1.
-double last_root(double at0, double at_half, double at1) {
+double share_without_gain(double at0, double at_half, double at1) {
+  if (at0 > 0.0) return 0.0;
   const double a = 2.0 * (at1 + at0 - 2.0 * at_half), b = at1 - at0 - a;
   const double root = std::sqrt(std::max(0.0, b * b - 4.0 * a * at0));
   // Without cancellation, whichever sign b has.
@@ -96,37 +133,17 @@ double last_root(double at0, double at_half, double at1) {
   return share >= 0.0 && share <= 1.0 ? share : 0.0;
 }
 
-// How much of the way from `plastic` to what the problem holds can be gone without a gain.
-double share_of_rebounds(double dt_s, const Selection<BodyState>& before,
-                         std::span<const SolverBody> free, const SolvedContacts& plastic,
-                         const ContactProblem& problem) {
-  const std::span<const SolverBody> start = std::span(plastic.bodies).first(free.size());
-  // Whatever acts in either solution acts in between, and that alone decides who is held.
-  ContactProblem trial = problem;
-  take_share(0.5, start, &plastic, trial);
-  const Flights held = find_flights(trial);
-  const double one = gain(dt_s, before, free, held, problem).sum;
-  const double half = gain(dt_s, before, free, held, trial).sum;
-  take_share(0.0, start, &plastic, trial);
-  const double none = gain(dt_s, before, free, held, trial).sum;
-  if (none > 0.0) return 0.0;
-  return one > 0.0 ? last_root(none, half, one) : kAlmost;
-}
-
-}  // namespace
-
 void limit_work(std::span<const SolverBody> free, ContactProblem& problem) {
-  const Work after = power(std::span(problem.bodies).first(free.size()), problem);
-  if (!(after.sum > kContactRounding * after.scale)) return;
-  const double without = power(free, problem).sum;
-  const double share = without < 0.0 ? without / (without - after.sum) : 0.0;
-  take_share(share, free, nullptr, problem);
+  StepWork work;
+  add_contacts(free, problem, work);
+  const double share = share_without_work(work);
+  if (share != 1.0) take_share(share, free, nullptr, problem);
 }
 
 void limit_gain(double dt_s, const Selection<BodyState>& before, std::span<const SolverBody> free,
                 ContactProblem& problem) {
-  const Work whole = gain(dt_s, before, free, find_flights(problem), problem);
-  if (whole.sum > kContactRounding * whole.scale) limit_work(free, problem);
+  if (is_more_than_rounding(gain(dt_s, before, free, find_flights(problem), problem)))
+    limit_work(free, problem);
 }
 
 SolvedContacts solved_contacts(const ContactProblem& problem) {
@@ -145,8 +162,7 @@ void limit_rebounds(double dt_s, const Selection<BodyState>& before,
                     std::span<const SolverBody> free, const SolvedContacts& plastic,
                     ContactProblem& problem) {
   const std::span<const SolverBody> start = std::span(plastic.bodies).first(free.size());
-  const Work whole = gain(dt_s, before, free, find_flights(problem), problem);
-  if (!(whole.sum > kContactRounding * whole.scale)) return;
+  if (!is_more_than_rounding(gain(dt_s, before, free, find_flights(problem), problem))) return;
   double share = share_of_rebounds(dt_s, before, free, plastic, problem);
   if (share < kTrace) {
     // What is left of an impact without rebound belongs to the step's end, not to the impact's

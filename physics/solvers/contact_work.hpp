@@ -9,8 +9,49 @@
 #include "physics/constraints/contact_rows.hpp"
 #include "physics/math/selection.hpp"
 #include "physics/math/solver_body.hpp"
+#include "physics/solvers/island_motion.hpp"
 
 namespace soda::physics {
+
+// Energies, and the sum of their magnitudes.
+struct Work {
+  double sum = 0.0, scale = 0.0;
+
+  void add(double part) {
+    sum += part;
+    scale += part < 0.0 ? -part : part;
+  }
+  void add(const Work& other) {
+    sum += other.sum;
+    scale += other.scale;
+  }
+};
+bool is_more_than_rounding(const Work& work);
+
+// What a step does to the energy of an island or of a part of it, joule.
+struct StepWork {
+  // Twice what contact impulses do to bodies that go from the free velocities to those after it: as
+  // if they acted at the latter, at the former.
+  Work after, without;
+  Work
+      fields;  // external forces, taken for those of a field: kinetic energy less what is potential
+
+  void add(const StepWork& other);
+};
+// Adds the rows' part. `free`: velocities after external forces, without contacts.
+void add_contacts(std::span<const SolverBody> free, const ContactProblem& problem, StepWork& work);
+// Adds the bodies' part in a step of dt_s. `before`: the states at its start; `held`: which bodies
+// move by their final velocity; `flights`: how impacts within the step move the others.
+void add_fields(double dt_s, const Selection<BodyState>& before, std::span<const SolverBody> free,
+                const Flights& held, const Flights& flights, const ContactProblem& problem,
+                StepWork& work);
+// What the step gives, what moves beyond its final velocity not counted.
+Work gain_of(const StepWork& work);
+// Of the way between two solutions: the greatest that gives nothing. The gain is a convex quadratic
+// through (0, at0), (1/2, at_half), (1, at1) with at1 > 0; 0 if there is no such share.
+double share_without_gain(double at0, double at_half, double at1);
+// Of all impulses: the greatest that does no work in the velocities that it leads to.
+double share_without_work(const StepWork& work);
 
 // Scales all impulses, and the velocities with them, to where they do no work in the velocities
 // that they lead to; leaves them alone where they do none. `free`: velocities after external
@@ -31,6 +72,11 @@ struct SolvedContacts {
   std::vector<Vec3> friction_newton_s;  // x, y: the two tangents
 };
 SolvedContacts solved_contacts(const ContactProblem& problem);
+
+// Makes of impulses and velocities from + share (to - from), where `to` is what the problem holds;
+// no `from`: no impulses.
+void take_share(double share, std::span<const SolverBody> from_bodies, const SolvedContacts* from,
+                ContactProblem& problem);
 
 // After rebounds were solved for: goes back towards the solution without them so far that the step
 // gives the island no energy, potential energy in the field of the external forces included. dt_s

@@ -26,16 +26,14 @@ BlockSolver::BlockSolver(const GiantIsland& island, std::uint32_t first, std::ui
       fastest_push_out_m_s_(fastest_push_out_m_s(island.scene, island.ids)) {
   StageCounters built;
   for (std::uint32_t i = first_; i < last_; ++i) {
-    blocks_.push_back(part_of(island_.blocks.inside[i]));
+    blocks_.push_back(part_of(island_.blocks.inside[i], built));
     Part& part = blocks_.back();
-    load_bodies(island_.scene, island_.scene.dt_s, part.ids, part.states, part.problem.bodies,
-                built);
-    build_rows(island_.scene, island_.scene.dt_s, part.ids, part.manifolds, part.states,
-               part.problem, built);
+    build_rows(island_.scene, island_.dt_s, part.ids, part.manifolds, part.states, part.problem,
+               built);
   }
   const auto borders = static_cast<std::uint32_t>(island_.blocks.borders.size());
   for (std::uint32_t i = first_border_; i < std::min(last_, borders); ++i) add_border(i, built);
-  const double dt_s = island_.scene.dt_s;
+  const double dt_s = island_.dt_s;
   const std::uint32_t count = substeps_of(island_.scene.solver);
   for (Part& part : blocks_) begin_substeps(dt_s, count, part.states, part.problem, part.substeps);
   for (Border& border : borders_)
@@ -44,11 +42,13 @@ BlockSolver::BlockSolver(const GiantIsland& island, std::uint32_t first, std::ui
   counters += built;
 }
 
-BlockSolver::Part BlockSolver::part_of(const IslandPart& places) const {
+BlockSolver::Part BlockSolver::part_of(const IslandPart& places, StageCounters& counters) const {
   Part part;
   for (const std::uint32_t body : places.bodies) part.ids.push_back(island_.ids[body]);
   part.manifolds = {island_.manifolds, places.manifolds};
   part.states = {island_.states, places.bodies};
+  load_bodies(island_.scene, island_.dt_s, part.ids, part.states, part.problem.bodies, counters);
+  part.free.assign(part.problem.bodies.begin(), part.problem.bodies.end() - 1);
   return part;
 }
 
@@ -56,7 +56,8 @@ BlockSolver::Part BlockSolver::part_of(const IslandPart& places) const {
 // other bodies' velocities come with the first exchange.
 void BlockSolver::add_border(std::uint32_t index, StageCounters& counters) {
   const IslandPart& places = island_.blocks.borders[index];
-  Border border{part_of(places), {}, {}};
+  StageCounters counted_with_the_block;
+  Border border{part_of(places, counted_with_the_block), {}, {}};
   for (std::uint32_t i = 0; i < places.bodies.size(); ++i) {
     const std::uint32_t body = places.bodies[i];
     Side& side = island_.blocks.block_of[body] == index ? border.lower : border.upper;
@@ -64,11 +65,8 @@ void BlockSolver::add_border(std::uint32_t index, StageCounters& counters) {
     side.in_block.push_back(island_.blocks.place_in[body]);
   }
   Part& part = border.part;
-  StageCounters counted_with_the_block;
-  load_bodies(island_.scene, island_.scene.dt_s, part.ids, part.states, part.problem.bodies,
-              counted_with_the_block);
   load(index, border);
-  build_rows(island_.scene, island_.scene.dt_s, part.ids, part.manifolds, part.states, part.problem,
+  build_rows(island_.scene, island_.dt_s, part.ids, part.manifolds, part.states, part.problem,
              counters);
   store(index, border);
   borders_.push_back(std::move(border));
@@ -183,13 +181,14 @@ bool BlockSolver::take_upper(std::span<const BorderBody> bodies) {
 
 std::uint32_t BlockSolver::rebound(StageCounters& counters) {
   bool any = false;
-  const auto aim = [&any](ContactProblem& problem) {
-    any = aim_rebounds(problem) || any;
+  const auto aim = [&any](Part& part) {
+    part.plastic = solved_contacts(part.problem);
+    any = aim_rebounds(part.problem) || any;
     // Bodies have moved: the rebound changes how they leave the step only.
-    for (RowContact& contact : problem.contacts) contact.bounces = false;
+    for (RowContact& contact : part.problem.contacts) contact.bounces = false;
   };
-  for (Part& part : blocks_) aim(part.problem);
-  for (Border& border : borders_) aim(border.part.problem);
+  for (Part& part : blocks_) aim(part);
+  for (Border& border : borders_) aim(border.part);
   if (!any) return 0;
   const auto sweep_rebounds = [&counters](bool forward, ContactProblem& problem) {
     sweep_velocities(forward, problem);
@@ -207,18 +206,63 @@ std::uint32_t BlockSolver::rebound(StageCounters& counters) {
   return sweeps;
 }
 
+void BlockSolver::take_share(double share) {
+  const auto take = [share](Part& part) {
+    physics::take_share(share, part.free, nullptr, part.problem);
+  };
+  for (Part& part : blocks_) take(part);
+  for (Border& border : borders_) take(border.part);
+}
+
+void BlockSolver::take_rebounds(double share) {
+  const auto take = [share](Part& part) {
+    const std::span<const SolverBody> bodies =
+        std::span(part.plastic.bodies).first(part.free.size());
+    physics::take_share(share, bodies, &part.plastic, part.problem);
+  };
+  for (Part& part : blocks_) take(part);
+  for (Border& border : borders_) take(border.part);
+}
+
+namespace {
+
+void add_flights(const Flights& of_border, std::span<const std::uint32_t> in_border,
+                 std::span<const std::uint32_t> in_block, Flights& flights) {
+  for (std::size_t i = 0; i < in_border.size(); ++i) {
+    flights[in_block[i]].supported |= of_border[in_border[i]].supported;
+    flights[in_block[i]].not_yet_m += of_border[in_border[i]].not_yet_m;
+  }
+}
+
+}  // namespace
+
+Flights BlockSolver::flights_of(std::uint32_t index) const {
+  Flights flights = find_flights(block(index).problem);
+  const auto add_border = [&flights](const Border& border, const Side& side) {
+    add_flights(find_flights(border.part.problem), side.in_border, side.in_block, flights);
+  };
+  if (index > 0) add_border(*border_at(index - 1), border_at(index - 1)->upper);
+  if (const Border* const behind = border_at(index)) add_border(*behind, behind->lower);
+  return flights;
+}
+
 BlockReport BlockSolver::report(std::uint32_t index) const {
   IslandReport sum;
+  StepWork work;
   const Part& part = block(index);
+  const Flights flights = flights_of(index);
+  add_contacts(part.free, part.problem, work);
+  add_fields(island_.dt_s, part.states, part.free, flights, flights, part.problem, work);
   report_contacts(part.states, part.problem, sum);
   sum.constraint_residual_m_s = residual_m_s(part.problem);
   if (const Border* const border = border_at(index)) {
+    add_contacts(border->part.free, border->part.problem, work);
     report_contacts(border->part.states, border->part.problem, sum);
     sum.constraint_residual_m_s =
         std::max(sum.constraint_residual_m_s, residual_m_s(border->part.problem));
   }
   return {sum.max_penetration_m, sum.constraint_residual_m_s, sum.static_impulse_newton_s,
-          sum.static_angular_impulse_newton_m_s};
+          sum.static_angular_impulse_newton_m_s, work};
 }
 
 namespace {
@@ -249,20 +293,12 @@ void keep_impulses(const Selection<ContactManifold>& manifolds, const ContactPro
   }
 }
 
-void add_flights(const Flights& of_border, std::span<const std::uint32_t> in_border,
-                 std::span<const std::uint32_t> in_block, Flights& flights) {
-  for (std::size_t i = 0; i < in_border.size(); ++i) {
-    flights[in_block[i]].supported |= of_border[in_border[i]].supported;
-    flights[in_block[i]].not_yet_m += of_border[in_border[i]].not_yet_m;
-  }
-}
-
 }  // namespace
 
 void BlockSolver::move(std::uint32_t index, std::vector<BodyState>& moved,
                        std::vector<AdvanceFault>& faults) const {
   const Part& part = block(index);
-  Flights flights = find_flights(part.problem);
+  const Flights flights = flights_of(index);
   std::vector<KeptImpulse> kept;
   keep_impulses(
       part.manifolds, part.problem, [](std::uint32_t a) { return a; }, kept);
@@ -274,7 +310,6 @@ void BlockSolver::move(std::uint32_t index, std::vector<BodyState>& moved,
     keep_impulses(
         border.part.manifolds, border.part.problem,
         [&in_block](std::uint32_t a) { return in_block[a]; }, kept);
-    add_flights(find_flights(border.part.problem), side.in_border, side.in_block, flights);
   };
   if (index > 0) add_border(*border_at(index - 1), border_at(index - 1)->upper);
   if (const Border* const behind = border_at(index)) add_border(*behind, behind->lower);
@@ -286,15 +321,56 @@ void BlockSolver::move(std::uint32_t index, std::vector<BodyState>& moved,
     moved.push_back(part.states[i]);
     const SolverBody& body = part.problem.bodies[i];
     const PushOut beyond =
-        beyond_final_velocity(island_.scene.dt_s, fastest_push_out_m_s_, part.states[i], body,
-                              flights[i], part.substeps.ways[i]);
-    const bool accepted = move_body(island_.scene, island_.scene.dt_s, part.ids[i], body,
-                                    flights[i], &beyond, moved.back(), faults);
+        beyond_final_velocity(island_.dt_s, fastest_push_out_m_s_, part.states[i], body, flights[i],
+                              part.substeps.ways[i]);
+    const bool accepted = move_body(island_.scene, island_.dt_s, part.ids[i], body, flights[i],
+                                    &beyond, moved.back(), faults);
     if (accepted) moved.back().impulses.clear();
     for (; next != kept.end() && next->body == i; ++next)
       if (accepted) moved.back().impulses.push_back(next->impulse);
   }
 }
+
+StepWork work_of(std::span<const BlockReport> blocks) {
+  StepWork work;
+  for (const BlockReport& block : blocks) work.add(block.work);
+  return work;
+}
+
+namespace {
+
+std::vector<BlockReport> reports_of(const BlockSolver& solver, std::uint32_t blocks) {
+  std::vector<BlockReport> reports;
+  for (std::uint32_t i = 0; i < blocks; ++i) reports.push_back(solver.report(i));
+  return reports;
+}
+
+// What is unsolved of large overlaps, or of rebounds, puts in no energy.
+std::vector<BlockReport> limit_blocks(std::uint32_t blocks, BlockSolver& solver) {
+  std::vector<BlockReport> reports = reports_of(solver, blocks);
+  if (!is_more_than_rounding(gain_of(work_of(reports)))) return reports;
+  solver.take_share(share_without_work(work_of(reports)));
+  return reports_of(solver, blocks);
+}
+
+std::vector<BlockReport> limit_rebounds(std::uint32_t blocks, std::span<const BlockReport> plastic,
+                                        BlockSolver& solver) {
+  std::vector<BlockReport> reports = reports_of(solver, blocks);
+  if (!is_more_than_rounding(gain_of(work_of(reports)))) return reports;
+  const auto with = [&](double share) {
+    BlockSolver trial = solver;
+    trial.take_rebounds(share);
+    return gain_of(work_of(reports_of(trial, blocks)));
+  };
+  double share = share_without_gain(gain_of(work_of(plastic)).sum, with(0.5).sum,
+                                    gain_of(work_of(reports)).sum);
+  // Who is held may differ between the three.
+  if (is_more_than_rounding(with(share))) share = 0.0;
+  solver.take_rebounds(share);
+  return reports_of(solver, blocks);
+}
+
+}  // namespace
 
 void advance_blocks(const GiantIsland& island, std::span<BodyState> states, IslandReport& report,
                     StageCounters& counters, std::vector<AdvanceFault>& faults) {
@@ -306,10 +382,14 @@ void advance_blocks(const GiantIsland& island, std::span<BodyState> states, Isla
     solver.solve_blocks(stage, counted);
     solver.solve_borders(stage, counted);
   }
-  if (counted.restitution_rows > 0) report.iterations += solver.rebound(counted);
+  std::vector<BlockReport> reports = limit_blocks(blocks, solver);
+  if (counted.restitution_rows > 0) {
+    report.iterations += solver.rebound(counted);
+    reports = limit_rebounds(blocks, reports, solver);
+  }
   std::vector<std::vector<BodyState>> moved(blocks);
   for (std::uint32_t i = 0; i < blocks; ++i) {
-    add(solver.report(i), report);
+    add(reports[i], report);
     solver.move(i, moved[i], faults);
   }
   for (std::uint32_t i = 0; i < blocks; ++i)

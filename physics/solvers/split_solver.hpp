@@ -11,14 +11,17 @@
 #include "physics/model/contact_manifold.hpp"
 #include "physics/model/island_report.hpp"
 #include "physics/model/stage_counters.hpp"
+#include "physics/solvers/contact_work.hpp"
 #include "physics/solvers/island_blocks.hpp"
 #include "physics/solvers/substeps.hpp"
 
 namespace soda::physics {
 
-// A giant island at the start of a step. Refers to what it is made of.
+// A giant island at the start of a step, or of the rest of one that impacts have left. Refers to
+// what it is made of.
 struct GiantIsland {
   const SceneDescription& scene;
+  double dt_s;
   std::span<const BodyId> ids;
   std::span<const ContactManifold> manifolds;
   std::span<const BodyState> states;
@@ -37,8 +40,11 @@ struct BlockReport {
   double constraint_residual_m_s = 0.0;
   Vec3 static_impulse_newton_s = Vec3::Zero();
   Vec3 static_angular_impulse_newton_m_s = Vec3::Zero();
+  StepWork work;
 };
 void add(const BlockReport& block, IslandReport& island);
+// Of all blocks of an island, in their order.
+StepWork work_of(std::span<const BlockReport> blocks);
 
 // Solves blocks [first, last) of an island and the borders at them, in substeps (substeps.hpp): in
 // each sweep the rows inside the blocks, then those of the borders. Blocks have no body in common
@@ -71,6 +77,10 @@ class BlockSolver {
   // bounce, by as many sweeps. Returns their number.
   std::uint32_t rebound(StageCounters& counters);
 
+  // The same: takes that share of all impulses; of what rebounds have changed.
+  void take_share(double share);
+  void take_rebounds(double share);
+
   BlockReport report(std::uint32_t block) const;
   // Appends the block's bodies after the step, in the order of its bodies.
   void move(std::uint32_t block, std::vector<BodyState>& moved,
@@ -82,7 +92,9 @@ class BlockSolver {
     std::vector<BodyId> ids;
     Selection<ContactManifold> manifolds;
     Selection<BodyState> states;
+    std::vector<SolverBody> free;  // velocities without contacts
     ContactProblem problem;
+    SolvedContacts plastic;  // before rebounds
     Substeps substeps;
   };
   // Places in the border and in the block, of the border's bodies that are in one of its blocks.
@@ -94,7 +106,9 @@ class BlockSolver {
     Side lower, upper;  // in the block before it, in the one behind it
   };
 
-  Part part_of(const IslandPart& places) const;
+  Part part_of(const IslandPart& places, StageCounters& counters) const;
+  // Of the block's bodies, by all rows that act on them.
+  Flights flights_of(std::uint32_t block) const;
   void add_border(std::uint32_t index, StageCounters& counters);
   static void sweep(std::uint32_t stage, Part& part, StageCounters& counters);
   // What bodies are doing that two parts have in common.
