@@ -339,8 +339,8 @@ void build_rows(const SceneDescription& scene, double dt_s, std::span<const Body
   std::size_t cursor = 0;
   for (std::uint32_t i = 0; i < manifolds.size(); ++i) {
     const ContactManifold& m = manifolds[i];
-    if (is_joint(m)) continue;
     if (i == 0 || m.a != manifolds[i - 1].a) cursor = 0;
+    if (is_joint(m)) continue;
     const PairContext context = context_of(scene, ids, states, m, i, problem);
     if (context.friction > 0.0 && problem.frictions.empty()) problem.frictions.reserve(points);
     for (std::uint32_t point = 0; point < m.count; ++point) {

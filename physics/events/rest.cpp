@@ -10,8 +10,10 @@
 #include <vector>
 
 #include "physics/constraints/contact_rows.hpp"
+#include "physics/constraints/joint_impulses.hpp"
 #include "physics/constraints/springs.hpp"
 #include "physics/forces/forces.hpp"
+#include "physics/integrators/joint_motion.hpp"
 #include "physics/integrators/momentum.hpp"
 #include "physics/math/solver_body.hpp"
 #include "physics/model/contact_manifold.hpp"
@@ -113,6 +115,31 @@ bool hold(const SceneDescription& scene, const Geometry& geometry, std::span<con
   return residual_m_s(problem) <= slow;
 }
 
+// Springs pull as they are stretched. What other joints hold takes part if contacts hold it, too,
+// nothing drives it, and it is closed.
+bool can_joints_rest(const SceneDescription& scene, std::span<const BodyId> ids,
+                     std::span<const ContactManifold> manifolds) {
+  if (are_all_springs(scene, ids, manifolds)) return true;
+  const auto drives = [&scene](const ContactManifold& m) {
+    return is_joint(m) && scene.joints[joint_of(m)].motor.has_value();
+  };
+  return std::ranges::none_of(manifolds, drives) &&
+         std::ranges::any_of(manifolds, [](const ContactManifold& m) { return m.count > 0; });
+}
+
+// Gives the bodies what their joints give, by the impulses that there are. Whether these are
+// closed.
+bool pull_by_joints(const SceneDescription& scene, std::span<const BodyId> ids,
+                    std::span<const ContactManifold> manifolds, std::span<const BodyState> states,
+                    std::span<SolverBody> bodies, IslandReport& report) {
+  JointSystem joints = find_joints(scene, ids, manifolds);
+  kick(spring_rows(scene, states, joints), scene.dt_s, false, states, bodies, report);
+  if (!are_closed(scene, scene.dt_s, states, joints)) return false;
+  load_joint_impulses(scene, states, joints);
+  for (const JointRow& row : joints.rows) apply_joint_impulse(row, row.impulse_newton_s, bodies);
+  return true;
+}
+
 // Whether anything can bear a weight: what falls has no rest.
 bool carries(const SceneDescription& scene) {
   return !scene.statics.empty() || scene.has_world_joints || scene.gravity_m_s2 == Vec3::Zero();
@@ -125,10 +152,11 @@ Need rest_needed(const SceneDescription& scene) {
   if (!contacts) return contacts;
   if (!scene.solver.rest) return {false, "switched off in the solver settings"};
   if (!carries(scene)) return {false, "nothing carries what falls"};
-  const std::size_t loose = loose_bodies(scene);
-  if (loose == 0) return {false, "every body is driven, pushed or held by a joint"};
+  const std::size_t loose =
+      bodies_that(scene, [](const BodyParams& body) { return !is_pushed(body); });
+  if (loose == 0) return {false, "every body is driven or pushed"};
   return need_of(can_meet(loose, scene.statics.size()), "known from the step before",
-                 "one body alone is not driven, pushed or held by a joint");
+                 "one body alone is not driven or pushed");
 }
 
 bool has_no_velocity(const BodyState& state) {
@@ -139,7 +167,7 @@ bool is_nearly_at_rest(const SceneDescription& scene, const Geometry& geometry,
                        std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
                        std::span<const BodyState> states) {
   if (!scene.solver.rest || !carries(scene) || !is_slow(scene, geometry, ids, states)) return false;
-  if (!scene.joints.empty() && !are_all_springs(scene, ids, manifolds)) return false;
+  if (!scene.joints.empty() && !can_joints_rest(scene, ids, manifolds)) return false;
   return std::ranges::none_of(ids,
                               [&](BodyId id) { return is_pushed(scene.bodies[index_of(id)]); });
 }
@@ -151,9 +179,9 @@ bool is_held(const SceneDescription& scene, const Geometry& geometry, std::span<
   ContactProblem problem;
   const Selection<BodyState> bodies{states};
   load_bodies(scene, scene.dt_s, ids, bodies, problem.bodies, counters);
-  if (std::ranges::any_of(manifolds, is_joint))
-    kick(spring_rows(scene, states, find_joints(scene, ids, manifolds)), scene.dt_s, false, states,
-         problem.bodies, report);
+  if (std::ranges::any_of(manifolds, is_joint) &&
+      !pull_by_joints(scene, ids, manifolds, states, problem.bodies, report))
+    return false;
   build_rows(scene, scene.dt_s, ids, manifolds, bodies, problem, counters);
   if (!hold(scene, geometry, ids, problem) || !is_solved_whole(scene, ids, manifolds, states))
     return false;

@@ -16,10 +16,9 @@ Need rest_needed(const SceneDescription& scene);
 
 bool has_no_velocity(const BodyState& state);
 
-// Whether the island begins the step so slowly that it can be at rest after it. Only contacts
-// and springs hold it: what is driven, pushed, damped or jointed otherwise is never taken to be at
-// rest. These are functions
-// of their arguments only.
+// Whether the island begins the step so slowly that it can be at rest after it. Contacts
+// and joints hold it: what is driven, pushed or damped, has a motor or hangs from joints alone is
+// never taken to be at rest. These are functions of their arguments only.
 bool is_nearly_at_rest(const SceneDescription& scene, const Geometry& geometry,
                        std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
                        std::span<const BodyState> states);

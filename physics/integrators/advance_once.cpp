@@ -1,9 +1,11 @@
 #include "physics/integrators/advance_once.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "physics/constraints/contact_rows.hpp"
+#include "physics/constraints/joint_impulses.hpp"
 #include "physics/forces/forces.hpp"
 #include "physics/integrators/joint_motion.hpp"
 #include "physics/integrators/linkage.hpp"
@@ -35,11 +37,38 @@ void store_impulses(const Selection<ContactManifold>& manifolds, const ContactPr
   }
 }
 
-void store_all_impulses(const Selection<ContactManifold>& manifolds, const ContactProblem& problem,
-                        std::span<BodyState> states) {
-  std::size_t row = 0;
-  for (std::size_t i = 0; i < states.size(); ++i)
-    store_impulses(manifolds, problem, i, true, row, states[i].impulses);
+// Both kinds in the manifolds' order.
+void store_jointed_impulses(const SceneDescription& scene, std::span<const BodyId> ids,
+                            std::span<const ContactManifold> manifolds,
+                            const ContactProblem& problem, const JointSystem& joints,
+                            std::span<BodyState> states) {
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> places;  // of joints, by index
+  for (std::uint32_t place = 0; place < joints.joints.size(); ++place)
+    places.push_back({joints.joints[place], place});
+  std::ranges::sort(places);
+  for (BodyState& state : states) state.impulses.clear();
+  std::size_t row = 0, body = 0;
+  for (std::uint32_t m = 0; m < manifolds.size(); ++m) {
+    while (ids[body] != manifolds[m].a) ++body;
+    std::vector<ContactImpulse>& stored = states[body].impulses;
+    if (is_joint(manifolds[m])) {
+      const auto at =
+          std::ranges::lower_bound(places, std::pair(joint_of(manifolds[m]), std::uint32_t{0}));
+      append_joint_impulses(scene, at->second, joints, stored);
+      continue;
+    }
+    for (; row < problem.normals.size() && problem.contacts[row].manifold == m; ++row)
+      if (problem.normals[row].impulse_newton_s != 0.0)
+        stored.push_back(stored_impulse(manifolds, problem, row));
+  }
+}
+
+// Directly, where that is possible.
+ContactSolution solve_with_joints(const JointedStep& step, bool accurate, const Elimination* plan,
+                                  JointSystem& joints, ContactProblem& problem) {
+  std::optional<ContactSolution> direct;
+  if (plan != nullptr) direct = solve_jointed_directly(step, accurate, *plan, joints, problem);
+  return direct ? std::move(*direct) : solve_jointed(step, joints, problem);
 }
 
 void move_bodies(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
@@ -128,10 +157,11 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, bool accur
   std::vector<SolverBody>& free = scratch.free;
   free.assign(problem.bodies.begin(), problem.bodies.end() - 1);
   build_rows(scene, dt_s, ids, manifolds, before, problem, counters);
+  const Elimination* const plan = choice.elimination ? &*choice.elimination : nullptr;
   const ContactSolution solution =
-      joints.empty() ? solve_contacts(scene, dt_s, accurate, ids, before, free,
-                                      choice.elimination ? &*choice.elimination : nullptr, problem)
-                     : solve_jointed({scene, dt_s, ids, states, free}, joints, problem);
+      joints.empty()
+          ? solve_contacts(scene, dt_s, accurate, ids, before, free, plan, problem)
+          : solve_with_joints({scene, dt_s, ids, states, free}, accurate, plan, joints, problem);
   report.direct = solution.direct;
   report.iterations = solution.iterations;
   report.multiplications = solution.multiplications;
@@ -146,7 +176,7 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, bool accur
     const std::vector<BodyState> start(states.begin(), states.end());
     move_jointed({scene, dt_s, ids, start, free}, joints, problem, solution.push, states, report,
                  faults);
-    store_all_impulses(manifolds, problem, states);
+    store_jointed_impulses(scene, ids, manifolds, problem, joints, states);
   }
   counters.solver_iterations += solution.iterations;
   counters.row_sweeps += solution.iterations * rows_of(problem);

@@ -5,10 +5,12 @@
 #include <utility>
 
 #include "physics/constraints/joint_bounds.hpp"
+#include "physics/constraints/joint_impulses.hpp"
 #include "physics/constraints/springs.hpp"
 #include "physics/constraints/ways.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/solvers/contact_solver.hpp"
+#include "physics/solvers/direct_contacts.hpp"
 #include "physics/solvers/island_motion.hpp"
 #include "physics/solvers/joint_sweeps.hpp"
 #include "physics/solvers/joint_work.hpp"
@@ -54,6 +56,9 @@ std::vector<BodyState> drifted(const SceneDescription& scene, std::span<const Bo
 namespace {
 
 constexpr int kMostCorrections = 20;
+// Of masses, for Newton's method: between more unequal ones rounding is all that the light ones
+// get.
+constexpr double kMostRatio = 1e4;
 
 // What joints were off by at the step's start is not to be closed by velocities.
 void forgive(std::span<const JointRow> start, JointSystem& system) {
@@ -165,6 +170,55 @@ std::uint32_t solve_alternately(const JointedStep& step, JointSystem& joints,
   return done;
 }
 
+void count(const NewtonOutcome& outcome, const Elimination& plan, ContactSolution& solution) {
+  solution.iterations += static_cast<std::uint32_t>(outcome.steps);
+  solution.multiplications +=
+      static_cast<std::uint64_t>(outcome.factorisations * plan.multiplications);
+}
+
+// The rows at the poses that the step would lead to, aimed so that the joints hold there; from the
+// impulses found on. Returns by how much they do not hold yet.
+double aim_again(const JointedStep& step, std::span<const JointRow> start,
+                 const JointSystem& solved, std::span<const SolverBody> bodies, JointSystem& next) {
+  const auto& [scene, dt_s, ids, states, free] = step;
+  next = solved;
+  build_joint_rows(scene, dt_s, drifted(scene, ids, states, bodies, dt_s), true, next);
+  forgive(start, next);
+  bound_step(dt_s, next);
+  aim_joint_rows(dt_s, bodies, next);
+  for (std::size_t r = 0; r < next.rows.size(); ++r)
+    next.rows[r].impulse_newton_s = solved.rows[r].impulse_newton_s;
+  return largest_error(next);
+}
+
+// Velocities at the end of the step. Joints pull in the directions that they have at the end of the
+// step: stable however taut. False, and no change of the problem, if no solution is found.
+bool solve_aimed(const JointedStep& step, bool accurate, const Elimination& plan,
+                 JointSystem& joints, ContactProblem& problem, ContactSolution& solution) {
+  constexpr int kAims = 1;
+  const auto& [scene, dt_s, ids, states, free] = step;
+  build_joint_rows(scene, dt_s, states, true, joints);
+  const std::vector<JointRow> start = joints.rows;
+  bound_step(dt_s, joints);
+  if (scene.solver.warm_starting) load_joint_impulses(scene, states, joints);
+  JointSystem trial_joints = joints, next;
+  ContactProblem trial = problem;
+  double before = 0.0;
+  for (int aim = 0; aim <= kAims; ++aim) {
+    const NewtonOutcome outcome = solve_directly(accurate, free, plan, trial, &trial_joints);
+    count(outcome, plan, solution);
+    if (!outcome.converged) return aim > 0;
+    const double error = aim_again(step, start, trial_joints, trial.bodies, next);
+    if (aim > 0 && !(error < before)) return true;
+    before = error;
+    problem = trial;
+    joints = trial_joints;
+    if (error <= rounding_of(states)) return true;
+    std::swap(trial_joints, next);
+  }
+  return true;
+}
+
 // Moves the bodies so that no joint that is no spring is off, by as little as their masses allow.
 // Velocities turn along. Returns the energy that this gives.
 double close_joints(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
@@ -197,6 +251,26 @@ double close_joints(const SceneDescription& scene, double dt_s, std::span<const 
 }
 
 }  // namespace
+
+std::optional<ContactSolution> solve_jointed_directly(const JointedStep& step, bool accurate,
+                                                      const Elimination& plan, JointSystem& joints,
+                                                      ContactProblem& problem) {
+  if (problem.normals.empty() || problem.restitution_rows > 0) return std::nullopt;
+  if (mass_ratio(step.scene, step.ids) > kMostRatio) return std::nullopt;
+  JointSystem solved_joints = joints;
+  ContactProblem solved = problem;
+  ContactSolution solution;
+  if (!solve_aimed(step, accurate, plan, solved_joints, solved, solution)) return std::nullopt;
+  if (limit_throws(step.states, step.free, solved_joints, solved)) return std::nullopt;
+  limit_joint_gain(step.dt_s, step.states, step.free, solved_joints, solved);
+  joints = std::move(solved_joints);
+  problem = std::move(solved);
+  solution.direct = true;
+  if (!needs_push_out(problem)) return solution;
+  count(push_out_directly(step.dt_s, plan, problem, solution.push, &joints), plan, solution);
+  limit_push_out(fastest_push_out_m_s(step.scene, step.ids), solution.push);
+  return solution;
+}
 
 ContactSolution solve_jointed(const JointedStep& step, JointSystem& joints,
                               ContactProblem& problem) {

@@ -1,11 +1,13 @@
 // How joints move the bodies of an island beside contacts, or where they contradict each other.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "physics/constraints/contact_rows.hpp"
 #include "physics/constraints/joint_rows.hpp"
+#include "physics/math/block_cholesky.hpp"
 #include "physics/math/solver_body.hpp"
 #include "physics/model/contact_manifold.hpp"
 #include "physics/model/island_report.hpp"
@@ -37,6 +39,12 @@ struct JointedStep {
   std::span<const BodyState> states;
   std::span<const SolverBody> free;
 };
+
+// The same by Newton's method, of joints and contacts at once. Nothing, and the problem as it was,
+// where that does not converge, throws something, or masses are too unequal. Nothing may bounce.
+std::optional<ContactSolution> solve_jointed_directly(const JointedStep& step, bool accurate,
+                                                      const Elimination& plan, JointSystem& joints,
+                                                      ContactProblem& problem);
 
 // Velocities at the end of the step, rebounds and push-out. They give no energy but by motors,
 // springs and what pushes the bodies.

@@ -105,36 +105,67 @@ Mat3 inverse_of_symmetric(const Mat3& m) {
 }
 
 void gradient(const ConvexContacts& problem, std::span<const Twist> twists,
-              std::span<const PointResponse> responses, std::vector<Twist>& out) {
+              const Responses& responses, std::vector<Twist>& out) {
   out.resize(twists.size());
   for (std::size_t i = 0; i < twists.size(); ++i) {
     const ConvexBody& body = problem.bodies[i];
     out[i].linear = (twists[i].linear - problem.free[i].linear) * body.mass_kg;
     out[i].angular = times(body.inertia_kg_m2, twists[i].angular - problem.free[i].angular);
   }
-  for (std::size_t i = 0; i < responses.size(); ++i) {
-    if (responses[i].mode == ContactMode::kOpen) continue;
+  const std::vector<PointResponse>& points = responses.points;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (points[i].mode == ContactMode::kOpen) continue;
     const ConvexPoint& p = problem.points[i];
-    const Vec3& impulse = responses[i].impulse_newton_s;
+    const Vec3& impulse = points[i].impulse_newton_s;
     out[p.a].linear += impulse;
     out[p.a].angular += p.arm_a.cross(impulse);
     if (p.b >= twists.size()) continue;
     out[p.b].linear -= impulse;
     out[p.b].angular -= p.arm_b.cross(impulse);
   }
+  for (std::size_t i = 0; i < responses.rows.size(); ++i) {
+    const ConvexRow& row = problem.rows[i];
+    const double impulse = responses.rows[i].impulse_newton_s;
+    out[row.a].linear += row.linear * impulse;
+    out[row.a].angular += row.turn_a * impulse;
+    if (row.b >= twists.size()) continue;
+    out[row.b].linear -= row.linear * impulse;
+    out[row.b].angular -= row.turn_b * impulse;
+  }
 }
 
-void assemble(const ConvexContacts& problem, const Elimination& plan,
-              std::span<const PointResponse> responses, std::vector<Block>& out) {
+namespace {
+
+SixVector six(const Vec3& linear, const Vec3& turn) {
+  return {linear.x(), linear.y(), linear.z(), turn.x(), turn.y(), turn.z()};
+}
+
+void add_row(const ConvexRow& row, const Elimination& plan, std::uint32_t count,
+             std::vector<Block>& out) {
+  const SixVector a = six(row.linear, row.turn_a), b = six(row.linear, row.turn_b);
+  add_product(a, a, row.stiffness_kg, out[plan.block_of(row.a, row.a)]);
+  if (row.b >= count) return;
+  add_product(b, b, row.stiffness_kg, out[plan.block_of(row.b, row.b)]);
+  const bool row_is_b = plan.place_of[row.b] > plan.place_of[row.a];
+  add_product(row_is_b ? b : a, row_is_b ? a : b, -row.stiffness_kg,
+              out[plan.block_of(row.a, row.b)]);
+}
+
+}  // namespace
+
+void assemble(const ConvexContacts& problem, const Elimination& plan, const Responses& responses,
+              std::vector<Block>& out) {
   out.assign(plan.rows.size(), Block{});
   const std::uint32_t count = static_cast<std::uint32_t>(problem.bodies.size());
   for (std::uint32_t i = 0; i < count; ++i) add_mass(problem.bodies[i], out[plan.block_of(i, i)]);
   const double stiffness_kg = 1.0 / problem.compliance_1_kg;
   std::uint32_t a = count, b = count, joint = 0;  // the last pair, and its block
-  for (std::size_t i = 0; i < responses.size(); ++i) {
-    if (responses[i].mode == ContactMode::kOpen) continue;
+  for (std::size_t i = 0; i < responses.rows.size(); ++i)
+    if (responses.rows[i].held) add_row(problem.rows[i], plan, count, out);
+  for (std::size_t i = 0; i < responses.points.size(); ++i) {
+    if (responses.points[i].mode == ContactMode::kOpen) continue;
     const ConvexPoint& p = problem.points[i];
-    const PointBlocks blocks(p, responses[i], stiffness_kg);
+    const PointBlocks blocks(p, responses.points[i], stiffness_kg);
     blocks.add(p.arm_a, p.arm_a, 1.0, out[plan.block_of(p.a, p.a)]);
     if (p.b >= count) continue;
     blocks.add(p.arm_b, p.arm_b, 1.0, out[plan.block_of(p.b, p.b)]);

@@ -1,8 +1,9 @@
 // The contacts of an island as a convex problem: find body velocities v that minimise
 //   1/2 (v - free)^T M (v - free) + sum over points of compliance/2 |P(y)|^2,
 //   y = start + (target - u) / compliance,
-// where u is the relative velocity at the point, P the projection into the friction cone and P(y)
-// the point's impulse. All vectors in the world frame.
+// and over rows of joints the same with scalars and bounds, where u is the relative velocity at the
+// point, P the projection into the friction cone and P(y) the point's impulse. All vectors in the
+// world frame.
 #pragma once
 
 #include <cmath>
@@ -43,10 +44,22 @@ struct ConvexBody {
   Mat3 inertia_kg_m2 = Mat3::Zero();
 };
 
+// One row of a joint: its velocity is linear . (v_b - v_a) + turn_b . w_b - turn_a . w_a.
+struct ConvexRow {
+  std::uint32_t a = 0, b = 0;
+  Vec3 linear = Vec3::Zero(), turn_a = Vec3::Zero(), turn_b = Vec3::Zero();
+  double target_m_s = 0.0, start_newton_s = 0.0;
+  double stiffness_kg = 0.0;  // 1 / compliance
+  double least_newton_s = 0.0, most_newton_s = 0.0;
+  double speed = 1.0;  // of a unit of its velocity, m/s: that of the same energy
+  bool soft = false;   // a spring: its compliance is meant
+};
+
 struct ConvexContacts {
   std::vector<ConvexBody> bodies;
   std::vector<Twist> free;  // velocities without contacts
   std::vector<ConvexPoint> points;
+  std::vector<ConvexRow> rows;
   double compliance_1_kg = 0.0;  // > 0
 };
 
@@ -89,12 +102,39 @@ Mat3 inverse_of_symmetric(const Mat3& m);
   return velocity;
 }
 
+struct RowResponse {
+  double impulse_newton_s = 0.0;
+  double wanted_newton_s = 0.0;  // without bounds
+  bool held = false;             // within its bounds
+};
+
+inline double relative_velocity(const ConvexRow& row, std::span<const Twist> twists) {
+  const Twist& a = twists[row.a];
+  double velocity = -row.linear.dot(a.linear) - row.turn_a.dot(a.angular);
+  if (row.b < twists.size())
+    velocity += row.linear.dot(twists[row.b].linear) + row.turn_b.dot(twists[row.b].angular);
+  return velocity;
+}
+
+inline RowResponse respond(const ConvexRow& row, double velocity_m_s) {
+  const double wanted = row.start_newton_s + (row.target_m_s - velocity_m_s) * row.stiffness_kg;
+  if (wanted <= row.least_newton_s) return {row.least_newton_s, wanted, false};
+  if (wanted >= row.most_newton_s) return {row.most_newton_s, wanted, false};
+  return {wanted, wanted, true};
+}
+
+// How points and rows answer.
+struct Responses {
+  std::vector<PointResponse> points;
+  std::vector<RowResponse> rows;
+};
+
 // M (v - free) - J^T impulses, one per body.
 void gradient(const ConvexContacts& problem, std::span<const Twist> twists,
-              std::span<const PointResponse> responses, std::vector<Twist>& out);
+              const Responses& responses, std::vector<Twist>& out);
 
 // M + J^T G J / compliance in the pattern of `plan`.
-void assemble(const ConvexContacts& problem, const Elimination& plan,
-              std::span<const PointResponse> responses, std::vector<Block>& out);
+void assemble(const ConvexContacts& problem, const Elimination& plan, const Responses& responses,
+              std::vector<Block>& out);
 
 }  // namespace soda::physics

@@ -16,7 +16,9 @@ constexpr std::uint32_t kMostDirectBodies = 1000;
 // have bodies for which sweeps fail.
 constexpr double kSmall = 1e4;  // multiplications
 constexpr double kMuchHeavier = 10.0;
-constexpr double kCalm = 0.03;  // of the speed that gravity gives in a step
+// With joints, in motion: what sweeps take there costs as much as a factorisation.
+constexpr double kSmallWithJoints = 1e5;  // multiplications
+constexpr double kCalm = 0.03;            // of the speed that gravity gives in a step
 
 // Of the reciprocal of an island's mass: what a point gives way, per impulse. Soft enough for few
 // Newton steps; the corrections take it out again, and make it harder where they get on slowly.
@@ -66,6 +68,32 @@ ConvexPoint convex_point(const ContactProblem& problem, std::size_t i) {
   return p;
 }
 
+// Joints answer alike in each step of Newton's method, so they can be stiff: the part of the
+// response of its heavier body that a row gives way, before the corrections take that out.
+constexpr double kJointCompliance = 1e-3;
+
+ConvexRow convex_row(const JointRow& row, std::span<const SolverBody> bodies) {
+  const SolverBody &a = bodies[row.a], &b = bodies[row.b];
+  ConvexRow out{row.a, row.b, row.linear, row.turn_a, row.turn_b};
+  const double squared = row.linear.squaredNorm();
+  const double of_a =
+      a.inverse_mass * squared + row.turn_a.dot(times(a.inverse_inertia, row.turn_a));
+  const double of_b =
+      b.inverse_mass * squared + row.turn_b.dot(times(b.inverse_inertia, row.turn_b));
+  const double least = of_b > 0.0 ? std::min(of_a, of_b) : of_a;
+  out.soft = row.softness_1_kg > 0.0;
+  out.target_m_s = row.target_m_s;
+  out.stiffness_kg = 1.0 / (out.soft ? row.softness_1_kg : kJointCompliance * least);
+  if (!(least > 0.0)) out.stiffness_kg = 1.0;  // a spring that is left out
+  if (row.linear == Vec3::Zero() && of_a + of_b > 0.0)
+    out.speed = std::sqrt((a.inverse_mass + b.inverse_mass) / (of_a + of_b));
+  out.start_newton_s = out.soft ? 0.0 : row.impulse_newton_s;
+  const bool bounded = row.kind == JointRowKind::kLimit || row.kind == JointRowKind::kMotor;
+  out.least_newton_s = bounded ? row.least_newton_s : -1e300;
+  out.most_newton_s = bounded ? row.most_newton_s : 1e300;
+  return out;
+}
+
 void apply(const PointResponse& response, const ConvexPoint& p, std::size_t i,
            ContactProblem& problem) {
   const Vec3& impulse = response.impulse_newton_s;
@@ -89,12 +117,13 @@ void apply(const PointResponse& response, const ConvexPoint& p, std::size_t i,
 
 // What is all but out of balance (a stack that overhangs, a thin arch) takes many. Substeps would
 // let it fall, and whatever moves is not calm any more: so what is cheap to factorise may go on.
-// Bodies of uneven masses are solved directly while they move, too, and what moves need not
-// converge: it gets some more than others, as sweeps and substeps are no good there.
-int most_factorisations(std::span<const SolverBody> bodies, const Elimination& plan) {
+// Bodies of uneven masses and those with joints are solved directly while they move, too, and what
+// moves need not converge: it gets twice as many as others where sweeps and substeps are no good.
+int most_factorisations(std::span<const SolverBody> bodies, const Elimination& plan, bool jointed) {
   constexpr double kMultiplications = 5e6;  // of all of them
   constexpr int kLeast = 20, kOfUneven = 40;
   constexpr double kMost = 200.0;
+  if (jointed) return kLeast;
   const auto [heaviest, lightest] = std::minmax_element(
       bodies.begin(), bodies.end(),
       [](const SolverBody& x, const SolverBody& y) { return x.inverse_mass < y.inverse_mass; });
@@ -146,8 +175,9 @@ std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, doub
                                              std::span<const BodyState> states) {
   if (!scene.solver.direct || ids.size() > kMostDirectBodies) return std::nullopt;
   const double ratio = mass_ratio(scene, ids);
-  if (is_easy(accurate, ids.size(), ratio)) return std::nullopt;
-  const bool is_uneven = ratio > kMuchHeavier;
+  const bool jointed = !scene.joints.empty() && std::ranges::any_of(manifolds, is_joint);
+  if (!jointed && is_easy(accurate, ids.size(), ratio)) return std::nullopt;
+  const bool is_uneven = jointed || ratio > kMuchHeavier;
   const double calm_m_s = calm_speed_m_s(scene, dt_s);
   bool calm = true;
   const auto place = [&ids](BodyId id) {
@@ -158,17 +188,21 @@ std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, doub
   for (const ContactManifold& m : manifolds) {
     const std::array<std::uint32_t, 2> edge{place(m.a), place(m.b)};
     const BodyState* const b = is_static(m.b) ? nullptr : &states[edge[1]];
-    calm = calm && squared_speed(scene, m, states[edge[0]], b) <= calm_m_s * calm_m_s;
+    calm =
+        calm && (is_joint(m) || squared_speed(scene, m, states[edge[0]], b) <= calm_m_s * calm_m_s);
     // Substeps sink, however short they are.
     if (!calm && !is_uneven && !accurate) return std::nullopt;
     if (b != nullptr && (edges.empty() || edges.back() != edge)) edges.push_back(edge);
   }
   return plan_elimination(static_cast<std::uint32_t>(ids.size()), edges,
-                          calm || accurate ? kMostMultiplications : kSmall);
+                          calm || accurate ? kMostMultiplications
+                          : jointed        ? kSmallWithJoints
+                                           : kSmall);
 }
 
 NewtonOutcome solve_directly(bool accurate, std::span<const SolverBody> free,
-                             const Elimination& plan, ContactProblem& problem) {
+                             const Elimination& plan, ContactProblem& problem,
+                             JointSystem* joints) {
   // Of the largest velocity of a point. The impulses go on from step to step, so that what a limit
   // has left over is made good in the steps that follow; but a step that is compared with others
   // has to be solved by itself.
@@ -189,23 +223,37 @@ NewtonOutcome solve_directly(bool accurate, std::span<const SolverBody> free,
     convex.points.push_back(convex_point(problem, i));
     squared = std::max(squared, relative_velocity(convex.points[i], convex.free).squaredNorm());
   }
+  if (joints != nullptr)
+    for (const JointRow& row : joints->rows) {
+      const ConvexRow& added = convex.rows.emplace_back(convex_row(row, problem.bodies));
+      const double speed = added.speed * (relative_velocity(added, convex.free) - added.target_m_s);
+      squared = std::max(squared, speed * speed);
+    }
   const double scale = std::sqrt(squared);
-  const NewtonLimits limits{
-      scale, wanted * scale, rounding * scale, accepted * scale, most_factorisations(free, plan),
-      40};
-  std::vector<PointResponse> responses;
+  const NewtonLimits limits{scale,
+                            wanted * scale,
+                            rounding * scale,
+                            accepted * scale,
+                            most_factorisations(free, plan, joints != nullptr),
+                            40};
+  Responses responses;
   const NewtonOutcome outcome = solve_by_newton(limits, plan, convex, twists, responses);
   if (!outcome.converged) return outcome;
   // By the impulses, not by the velocities found: pairs are pushed by opposite impulses exactly.
   std::copy(free.begin(), free.end(), problem.bodies.begin());
-  for (std::size_t i = 0; i < responses.size(); ++i) {
-    apply(responses[i], convex.points[i], i, problem);
+  for (std::size_t i = 0; i < responses.points.size(); ++i) {
+    apply(responses.points[i], convex.points[i], i, problem);
+  }
+  for (std::size_t i = 0; i < responses.rows.size(); ++i) {
+    JointRow& row = joints->rows[i];
+    row.impulse_newton_s = responses.rows[i].impulse_newton_s;
+    apply_joint_impulse(row, row.impulse_newton_s, problem.bodies);
   }
   return outcome;
 }
 
 NewtonOutcome push_out_directly(double dt_s, const Elimination& plan, const ContactProblem& problem,
-                                std::vector<PushOut>& push) {
+                                std::vector<PushOut>& push, const JointSystem* joints) {
   constexpr double kWanted = 1e-2, kAccepted = 0.1;  // of the fastest; the next step corrects again
   const std::size_t bodies = plan.count();
   ConvexContacts convex;
@@ -221,14 +269,21 @@ NewtonOutcome push_out_directly(double dt_s, const Elimination& plan, const Cont
     fastest = std::max(fastest, target);
     convex.points.push_back(p);
   }
+  if (joints != nullptr)
+    for (const JointRow& row : joints->rows) {
+      if (row.kind == JointRowKind::kSpring || row.kind == JointRowKind::kMotor) continue;
+      ConvexRow& added = convex.rows.emplace_back(convex_row(row, problem.bodies));
+      added.start_newton_s = 0.0;
+      added.target_m_s = row.kind == JointRowKind::kLimit ? -std::max(row.error, 0.0) / dt_s : 0.0;
+    }
   const NewtonLimits limits{fastest,
                             kWanted * fastest,
                             kWanted * fastest,
                             kAccepted * fastest,
-                            most_factorisations(moving, plan),
+                            most_factorisations(moving, plan, joints != nullptr),
                             20};
   std::vector<Twist> twists(bodies);
-  std::vector<PointResponse> responses;
+  Responses responses;
   const NewtonOutcome outcome = solve_by_newton(limits, plan, convex, twists, responses);
   if (!outcome.converged) return outcome;
   push.resize(problem.bodies.size());

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "physics/constraints/contact_rows.hpp"
+#include "physics/constraints/joint_rows.hpp"
 #include "physics/math/solver_body.hpp"
 #include "physics/model/contact_manifold.hpp"
 #include "physics/model/scene.hpp"
@@ -17,7 +18,7 @@ namespace soda::physics {
 // Of the heaviest to the lightest; at least one body.
 double mass_ratio(const SceneDescription& scene, std::span<const BodyId> ids);
 
-// The elimination by which an island without joints is solved directly, or none if it is one for
+// The elimination by which an island is solved directly, or none if it is one for
 // sweeps: because it has one body, because a factorisation would cost too much, or, unless the
 // scene asks for a tolerance, because it has two bodies of like masses, or its contacts move
 // against each other and it is not both small and of bodies of which some are much heavier than
@@ -31,12 +32,15 @@ std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, doub
 // Velocities and impulses that fulfil all contact laws. `free`: the bodies' velocities after
 // external forces, before any contact. Where it does not converge, the problem stays as it was.
 // `accurate`: to rounding, or not at all.
+// With `joints`: their rows as well, to their targets, from their impulses on.
 NewtonOutcome solve_directly(bool accurate, std::span<const SolverBody> free,
-                             const Elimination& plan, ContactProblem& problem);
+                             const Elimination& plan, ContactProblem& problem,
+                             JointSystem* joints = nullptr);
 
 // As solve_push_out (contact_solver.hpp), where needs_push_out. `push` stays as it was where it
 // does not converge.
+// With `joints`: so that these stay as they are.
 NewtonOutcome push_out_directly(double dt_s, const Elimination& plan, const ContactProblem& problem,
-                                std::vector<PushOut>& push);
+                                std::vector<PushOut>& push, const JointSystem* joints = nullptr);
 
 }  // namespace soda::physics

@@ -121,16 +121,16 @@ void mix(double share, const JointSystem& from_joints, const ContactProblem& fro
   }
 }
 
-void limit_throws(std::span<const BodyState> before, std::span<const SolverBody> free,
+bool limit_throws(std::span<const BodyState> before, std::span<const SolverBody> free,
                   JointSystem& joints, ContactProblem& problem) {
-  if (problem.normals.empty()) return;
+  if (problem.normals.empty()) return false;
   std::vector<double> speeds = speeds_before(before, free);
-  if (!is_thrown(problem, most_speeds(free, speeds))) return;
+  if (!is_thrown(problem, most_speeds(free, speeds))) return false;
   const std::vector<SolverBody> driven = unhindered(free, joints, problem);
   for (std::size_t i = 0; i < free.size(); ++i)
     speeds[i] = std::max(speeds[i], speed_m_s(driven[i]));
   const std::vector<double> most = most_speeds(free, speeds);
-  if (!is_thrown(problem, most)) return;
+  if (!is_thrown(problem, most)) return false;
   JointSystem alone_joints = joints;
   ContactProblem alone = problem;
   solve_joints_alone(free, alone_joints, alone);
@@ -138,6 +138,7 @@ void limit_throws(std::span<const BodyState> before, std::span<const SolverBody>
   for (std::size_t i = 0; i < free.size(); ++i)
     share = std::min(share, share_within(most[i], alone.bodies[i], problem.bodies[i]));
   mix(share, alone_joints, alone, joints, problem);
+  return true;
 }
 
 }  // namespace soda::physics

@@ -30,8 +30,8 @@ void mix(double share, const JointSystem& from_joints, const ContactProblem& fro
 // large impulses throws it. Nothing gets faster by contacts than 30 times the fastest body of its
 // mass and more, or three times its own speed, at the radius of gyration: the island goes back
 // towards joints alone as far as that takes. Speeds count before the step, after external forces,
-// and after joints, motors and springs without contacts.
-void limit_throws(std::span<const BodyState> before, std::span<const SolverBody> free,
+// and after joints, motors and springs without contacts. Whether it had to.
+bool limit_throws(std::span<const BodyState> before, std::span<const SolverBody> free,
                   JointSystem& joints, ContactProblem& problem);
 
 }  // namespace soda::physics

@@ -12,13 +12,22 @@ namespace {
 class Newton {
  public:
   Newton(const NewtonLimits& limits, const Elimination& plan, ConvexContacts& problem,
-         std::vector<Twist>& twists, std::vector<PointResponse>& responses)
-      : limits_(limits), plan_(plan), problem_(problem), twists_(twists), responses_(responses) {
+         std::vector<Twist>& twists, Responses& responses)
+      : limits_(limits),
+        plan_(plan),
+        problem_(problem),
+        twists_(twists),
+        all_(responses),
+        responses_(responses.points) {
     const std::size_t points = problem.points.size();
     responses_.resize(points);
     factor_modes_.resize(points);
     velocity_.resize(points);
     change_.resize(points);
+    all_.rows.resize(problem.rows.size());
+    factor_held_.resize(problem.rows.size());
+    row_velocity_.resize(problem.rows.size());
+    row_change_.resize(problem.rows.size());
     laws_.reserve(points);
     for (const ConvexPoint& p : problem.points) laws_.push_back(p.target_m_s);
   }
@@ -44,15 +53,18 @@ class Newton {
   const Elimination& plan_;
   ConvexContacts& problem_;
   std::vector<Twist>& twists_;
-  std::vector<PointResponse>& responses_;
+  Responses& all_;
+  std::vector<PointResponse>& responses_;  // of the points
   NewtonOutcome outcome_;
-  double error_m_s_ = 0.0;               // of the minimisation
-  std::vector<Vec3> laws_;               // targets without shift
-  std::vector<Vec3> velocity_, change_;  // of the points; along the direction
+  double error_m_s_ = 0.0;                         // of the minimisation
+  std::vector<Vec3> laws_;                         // targets without shift
+  std::vector<Vec3> velocity_, change_;            // of the points; along the direction
+  std::vector<double> row_velocity_, row_change_;  // the same of the rows
   std::vector<Twist> gradient_, direction_;
   std::vector<Block> factor_;
   std::vector<BlockVector> values_;
   std::vector<ContactMode> factor_modes_;
+  std::vector<bool> factor_held_;  // of the rows
   bool factored_ = false;
 };
 
@@ -62,7 +74,11 @@ void Newton::update_responses() {
     velocity_[i] = relative_velocity(problem_.points[i], twists_);
     responses_[i] = respond(problem_.points[i], stiffness_kg, velocity_[i]);
   }
-  gradient(problem_, twists_, responses_, gradient_);
+  for (std::size_t i = 0; i < row_velocity_.size(); ++i) {
+    row_velocity_[i] = relative_velocity(problem_.rows[i], twists_);
+    all_.rows[i] = respond(problem_.rows[i], row_velocity_[i]);
+  }
+  gradient(problem_, twists_, all_, gradient_);
 }
 
 // The largest speed that a body alone would get from what is missing in its balance; of spins, that
@@ -89,6 +105,12 @@ double Newton::objective() const {
   for (const PointResponse& response : responses_) {
     sum += problem_.compliance_1_kg * response.impulse_newton_s.squaredNorm();
   }
+  for (std::size_t i = 0; i < row_velocity_.size(); ++i) {
+    const RowResponse& response = all_.rows[i];
+    sum += response.impulse_newton_s *
+           (2.0 * response.wanted_newton_s - response.impulse_newton_s) /
+           problem_.rows[i].stiffness_kg;
+  }
   return 0.5 * sum;
 }
 
@@ -101,6 +123,8 @@ bool Newton::fits_factor() const {
     same = mode == factor_modes_[i] &&
            (mode != ContactMode::kSlide || problem_.points[i].friction == 0.0);
   }
+  for (std::size_t i = 0; same && i < factor_held_.size(); ++i)
+    same = factor_held_[i] == all_.rows[i].held;
   return same;
 }
 
@@ -108,9 +132,10 @@ bool Newton::refactor() {
   if (fits_factor()) return true;
   if (outcome_.factorisations >= limits_.factorisations) return false;
   ++outcome_.factorisations;
-  assemble(problem_, plan_, responses_, factor_);
+  assemble(problem_, plan_, all_, factor_);
   factored_ = factorise(plan_, factor_);
   for (std::size_t i = 0; i < responses_.size(); ++i) factor_modes_[i] = responses_[i].mode;
+  for (std::size_t i = 0; i < factor_held_.size(); ++i) factor_held_[i] = all_.rows[i].held;
   return factored_;
 }
 
@@ -132,6 +157,8 @@ void Newton::find_direction() {
   for (std::size_t i = 0; i < change_.size(); ++i) {
     change_[i] = relative_velocity(problem_.points[i], direction_);
   }
+  for (std::size_t i = 0; i < row_change_.size(); ++i)
+    row_change_[i] = relative_velocity(problem_.rows[i], direction_);
 }
 
 void Newton::move(double step) {
@@ -159,6 +186,9 @@ double Newton::slope(double step) const {
         respond(problem_.points[i], stiffness_kg, velocity_[i] + change_[i] * step);
     if (response.mode != ContactMode::kOpen) sum -= response.impulse_newton_s.dot(change_[i]);
   }
+  for (std::size_t i = 0; i < row_change_.size(); ++i)
+    sum -= respond(problem_.rows[i], row_velocity_[i] + row_change_[i] * step).impulse_newton_s *
+           row_change_[i];
   return sum;
 }
 
@@ -207,7 +237,9 @@ void Newton::start_from_all_held() {
     responses_[i].impulse_newton_s =
         (rough ? missing : Vec3(p.normal * closing)) * (1.0 / problem_.compliance_1_kg);
   }
-  gradient(problem_, twists_, responses_, gradient_);
+  for (std::size_t i = 0; i < row_velocity_.size(); ++i)
+    all_.rows[i] = respond(problem_.rows[i], relative_velocity(problem_.rows[i], twists_));
+  gradient(problem_, twists_, all_, gradient_);
   if (refactor()) {
     find_direction();
     move(1.0);
@@ -264,7 +296,15 @@ double Newton::take_compliance_out() {
     squared = std::max(squared, change.squaredNorm());
     p.start_newton_s = responses_[i].impulse_newton_s;
   }
-  return std::sqrt(squared) * problem_.compliance_1_kg;
+  double largest = std::sqrt(squared) * problem_.compliance_1_kg;
+  for (std::size_t i = 0; i < all_.rows.size(); ++i) {
+    ConvexRow& row = problem_.rows[i];
+    if (row.soft) continue;
+    const double change = all_.rows[i].impulse_newton_s - row.start_newton_s;
+    largest = std::max(largest, std::abs(change) / row.stiffness_kg * row.speed);
+    row.start_newton_s = all_.rows[i].impulse_newton_s;
+  }
+  return largest;
 }
 
 NewtonOutcome Newton::run() {
@@ -278,7 +318,7 @@ NewtonOutcome Newton::run() {
   update_responses();
   if (gradient_m_s() > kSettled * limits_.scale_m_s) start_from_all_held();
   std::vector<Twist> good_twists;
-  std::vector<PointResponse> good_responses;
+  Responses good_responses;
   double wanted = limits_.wanted_m_s, last = 0.0;
   for (int i = 0; i < limits_.corrections && minimise(wanted); ++i) {
     const double shift = shift_targets();
@@ -291,10 +331,12 @@ NewtonOutcome Newton::run() {
       const double most = i > 3 ? 0.5 : 0.9;
       if (error <= limits_.rounding_m_s && i > 0 && correction > most * last) return outcome_;
       good_twists = twists_;
-      good_responses = responses_;
+      good_responses = all_;
     }
     if (i > 0 && correction > kSlow * last && problem_.compliance_1_kg > hardest) {
       problem_.compliance_1_kg *= kHarder;
+      for (ConvexRow& row : problem_.rows)
+        if (!row.soft) row.stiffness_kg /= kHarder;
       factored_ = false;
     }
     wanted = std::max(limits_.wanted_m_s, kInexact * correction);
@@ -302,7 +344,7 @@ NewtonOutcome Newton::run() {
   }
   if (outcome_.converged) {
     twists_ = good_twists;
-    responses_ = good_responses;
+    all_ = good_responses;
   }
   return outcome_;
 }
@@ -316,7 +358,7 @@ bool is_costly(const Elimination& plan, std::size_t points) {
 
 NewtonOutcome solve_by_newton(const NewtonLimits& limits, const Elimination& plan,
                               ConvexContacts& problem, std::vector<Twist>& twists,
-                              std::vector<PointResponse>& responses) {
+                              Responses& responses) {
   return Newton(limits, plan, problem, twists, responses).run();
 }
 

@@ -28,11 +28,12 @@ struct NewtonOutcome {
 // Whether a factorisation takes several times as long as the rest of a step.
 bool is_costly(const Elimination& plan, std::size_t points);
 
-// `twists`: a guess, overwritten. `responses`: overwritten with one per point; where it converges,
-// their impulses fulfil the contact laws to the accepted error. The problem's start impulses are a
-// guess too; they, its targets and its compliance are changed. A function of its arguments only.
+// `twists`: a guess, overwritten. `responses`: overwritten with one per point and row; where it
+// converges, their impulses fulfil the contact laws to the accepted error. The problem's start
+// impulses are a guess too; they, its targets and its compliance are changed. A function of its
+// arguments only.
 NewtonOutcome solve_by_newton(const NewtonLimits& limits, const Elimination& plan,
                               ConvexContacts& problem, std::vector<Twist>& twists,
-                              std::vector<PointResponse>& responses);
+                              Responses& responses);
 
 }  // namespace soda::physics

@@ -23,13 +23,13 @@ bool can_be_giant(const SceneDescription& scene) {
 
 }  // namespace
 
-// One body alone is never solved directly.
+// One body alone is solved directly where joints hold it, too.
 Need direct_solves_needed(const SceneDescription& scene) {
   const Need contacts = contacts_needed(scene);
   if (!contacts) return contacts;
   if (!scene.solver.direct) return {false, "switched off in the solver settings"};
-  return need_of(scene.bodies.size() > 1, "islands can be cheap to factorise",
-                 "one body alone is solved by sweeps");
+  return need_of(scene.bodies.size() > 1 || !scene.joints.empty(),
+                 "islands can be cheap to factorise", "one body alone is solved by sweeps");
 }
 
 Need blocks_needed(const SceneDescription& scene) {
@@ -44,9 +44,9 @@ SolveChoice choose_solve(const SceneDescription& scene, double dt_s, bool accura
                          std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
                          std::span<const BodyState> states) {
   SolveChoice choice;
-  if (!scene.joints.empty() && std::ranges::any_of(manifolds, is_joint)) return choice;
   choice.elimination = plan_direct_solve(scene, dt_s, accurate, ids, manifolds, states);
   if (choice.elimination || !is_giant(manifolds)) return choice;
+  if (!scene.joints.empty() && std::ranges::any_of(manifolds, is_joint)) return choice;
   IslandBlocks blocks = split_island(ids, manifolds);
   if (blocks.count() > 1) choice.blocks = std::move(blocks);
   return choice;

@@ -230,13 +230,13 @@ TEST(NewtonSolver, ASlidingBodyIsNotLifted) {
   const auto plan = plan_elimination(1, {}, 1e9);
   ASSERT_TRUE(plan);
   std::vector<Twist> twists = problem.free;
-  std::vector<PointResponse> responses;
+  Responses responses;
   const NewtonLimits limits{3.0, 1e-12, 1e-9, 1e-9, 100, 100};
   ASSERT_TRUE(solve_by_newton(limits, *plan, problem, twists, responses).converged);
   EXPECT_NEAR(twists[0].linear.z(), 0.0, 1e-9);
   EXPECT_NEAR(twists[0].linear.x(), 3.0 - kFriction * kGravity * kDt, 1e-9);
   EXPECT_LT(twists[0].angular.norm(), 1e-9);
-  for (const PointResponse& r : responses) {
+  for (const PointResponse& r : responses.points) {
     EXPECT_EQ(r.mode, ContactMode::kSlide);
     EXPECT_NEAR(r.impulse_newton_s.x(), kFriction * -r.impulse_newton_s.z(), 1e-9);
   }
