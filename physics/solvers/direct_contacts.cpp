@@ -17,7 +17,7 @@ constexpr std::uint32_t kMostDirectBodies = 1000;
 constexpr double kSmall = 1e4;  // multiplications
 constexpr double kMuchHeavier = 10.0;
 // With joints, in motion: what sweeps take there costs as much as a factorisation.
-constexpr double kSmallWithJoints = 1e5;  // multiplications
+constexpr double kSmallWithJoints = 1e6;  // multiplications
 constexpr double kCalm = 0.03;            // of the speed that gravity gives in a step
 
 // Of the reciprocal of an island's mass: what a point gives way, per impulse. Soft enough for few
