@@ -387,34 +387,4 @@ void move_jointed(const JointedStep& step, const JointSystem& solved, const Cont
   report.push_out_work_joule += elastic(states) - moved;
 }
 
-void report_joints(std::span<const BodyState> states, const JointSystem& joints,
-                   IslandReport& report) {
-  for (const JointRow& row : joints.rows) {
-    if (row.b != states.size()) continue;
-    report.static_impulse_newton_s -= row.linear * row.impulse_newton_s;
-    report.static_angular_impulse_newton_m_s -=
-        row.turn_a * row.impulse_newton_s +
-        states[row.a].position_m.cross(row.linear * row.impulse_newton_s);
-  }
-}
-
-void report_lost_joints(const SceneDescription& scene, std::span<const BodyId> ids,
-                        std::span<const ContactManifold> manifolds,
-                        std::vector<AdvanceFault>& faults) {
-  std::vector<std::uint32_t> found(ids.size() + 1, 0);
-  const auto place = [&ids](BodyId id) {
-    return is_static(id) ? ids.size()
-                         : static_cast<std::size_t>(std::lower_bound(ids.begin(), ids.end(), id) -
-                                                    ids.begin());
-  };
-  for (const ContactManifold& manifold : manifolds) {
-    if (!is_joint(manifold)) continue;
-    ++found[place(manifold.a)];
-    ++found[place(manifold.b)];
-  }
-  for (std::size_t i = 0; i < ids.size(); ++i)
-    if (found[i] < scene.bodies[index_of(ids[i])].joints)
-      faults.push_back({ids[i], "is pulled farther from a joint's other body than its reach_m"});
-}
-
 }  // namespace soda::physics
