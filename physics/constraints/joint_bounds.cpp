@@ -15,10 +15,6 @@ void let_push(double time_s, JointRow& row) {
   row.idle = !(row.most_push > 0.0);
 }
 
-bool is_bounded(const JointRow& row) {
-  return row.kind == JointRowKind::kLimit || row.kind == JointRowKind::kMotor;
-}
-
 // The largest velocities that those of the rows are made of: what rounding is measured by. Of the
 // whole system, for impulses carry rounding from what moves to what rests.
 double scale_m_s(const JointSystem& system, std::span<const SolverBody> bodies) {

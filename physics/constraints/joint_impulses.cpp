@@ -7,10 +7,6 @@ namespace soda::physics {
 namespace {
 
 bool turns_only(const JointRow& row) { return row.linear == Vec3::Zero(); }
-bool is_bounded(const JointRow& row) {
-  return row.kind == JointRowKind::kLimit || row.kind == JointRowKind::kMotor;
-}
-
 }  // namespace
 
 void load_joint_impulses(const SceneDescription& scene, std::span<const BodyState> states,

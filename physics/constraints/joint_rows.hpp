@@ -38,6 +38,10 @@ struct JointRow {
   double least_newton_s = 0.0, most_newton_s = 0.0;
   double impulse_newton_s = 0.0;  // or newton m s
 };
+// Limits and motors.
+inline bool is_bounded(const JointRow& row) {
+  return row.kind == JointRowKind::kLimit || row.kind == JointRowKind::kMotor;
+}
 
 // What an impulse of 1 along a row does to the spins of its bodies, but for the sign of a's.
 struct RowTwist {

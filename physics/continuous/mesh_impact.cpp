@@ -19,7 +19,7 @@ struct OnTheWay {
 
 // The way of the ball around a body, in the frame of the mesh. It bends, so a straight way of a
 // larger ball is looked at.
-struct Way {
+struct SweptWay {
   Vec3 from, along;
   double radius_m;
 
@@ -40,7 +40,7 @@ struct Way {
   }
 };
 
-Way way_of(const MeshFlight& flight, const CompiledShape& shape, const Pose& pose) {
+SweptWay way_of(const MeshFlight& flight, const CompiledShape& shape, const Pose& pose) {
   const double t = flight.most_s;
   const Vec3 path =
       flight.state_a.linear_velocity_m_s * t + flight.scene.gravity_m_s2 * (0.5 * t * t);
@@ -56,13 +56,13 @@ Aabb box_around(const MeshTriangle& t) {
 }
 
 // Whether the triangle's plane is never reached from its front.
-bool stays_off(const Way& way, const MeshTriangle& t) {
+bool stays_off(const SweptWay& way, const MeshTriangle& t) {
   const double from = t.plane.normal.dot(way.from) - t.plane.offset_m;
   const double to = from + t.plane.normal.dot(way.along);
   return std::min(from, to) > way.radius_m || std::max(from, to) < -way.radius_m;
 }
 
-std::vector<OnTheWay> on_the_way(const Way& way, const CompiledShape& mesh,
+std::vector<OnTheWay> on_the_way(const SweptWay& way, const CompiledShape& mesh,
                                  std::span<const std::uint32_t> met) {
   std::vector<OnTheWay> found;
   if (!way.from.allFinite() || !way.along.allFinite() || !std::isfinite(way.radius_m)) return found;
@@ -102,7 +102,7 @@ std::optional<MeshTouch> first_mesh_touch(const MeshFlight& flight,
   const StaticGeometry& placed = flight.geometry.impl().statics[static_index_of(flight.mesh)];
   const CompiledShape& mesh = flight.geometry.impl().shapes[placed.shape].shape;
   const CompiledShape& shape = shape_of(flight.scene, flight.geometry, flight.a);
-  const Way way = way_of(flight, shape, placed.pose);
+  const SweptWay way = way_of(flight, shape, placed.pose);
   TouchSearch search{
       touching_gap_m(flight.scene, flight.geometry, flight.a, flight.state_a, flight.mesh),
       shape.min_extent_m, 0.0, flight.most_s};
@@ -182,7 +182,7 @@ std::optional<FacePlane> mesh_face_passed(const Geometry& geometry, BodyId mesh,
   const Vec3 from = placed.pose.to_local(from_m), to = placed.pose.to_local(to_m);
   if (!from.allFinite() || !to.allFinite()) return std::nullopt;
   constexpr double kRounding = 1e-6;
-  const Way way{from, to - from, clearance_m};
+  const SweptWay way{from, to - from, clearance_m};
   std::optional<std::uint32_t> passed;
   double first = 0.0;
   shape.tree.visit([&](const Aabb& box) { return way.enters(box) <= 1.0; },

@@ -88,7 +88,7 @@ ConvexRow convex_row(const JointRow& row, std::span<const SolverBody> bodies) {
   if (row.linear == Vec3::Zero() && of_a + of_b > 0.0)
     out.speed = std::sqrt((a.inverse_mass + b.inverse_mass) / (of_a + of_b));
   out.start_newton_s = out.soft ? 0.0 : row.impulse_newton_s;
-  const bool bounded = row.kind == JointRowKind::kLimit || row.kind == JointRowKind::kMotor;
+  const bool bounded = is_bounded(row);
   out.least_newton_s = bounded ? row.least_newton_s : -1e300;
   out.most_newton_s = bounded ? row.most_newton_s : 1e300;
   return out;
