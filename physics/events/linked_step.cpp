@@ -225,8 +225,8 @@ LinkedPart advance_part(const LinkedIsland& island, double time_s,
 // What a part of its length sinks by is of second order in it. A little is worth a few halvings of
 // the first parts, where much is worth more.
 bool is_to_be_halved(const LinkedIsland& island, const LinkedPart& part, int halvings, int number) {
-  constexpr double kVisible = 0.003;
-  constexpr int kForVisible = 2, kForDeep = 8, kFirstParts = 5;
+  constexpr double kVisible = 0.001;
+  constexpr int kForVisible = 3, kForDeep = 8, kFirstParts = 8;
   if (part.sunk_widths > kTooDeep) return halvings < kForDeep;
   return !island.wedged && part.sunk_widths > kVisible && halvings < kForVisible &&
          number < kFirstParts;
