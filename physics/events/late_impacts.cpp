@@ -130,22 +130,15 @@ bool stop_at_plane(const Stop& stop, const FacePlane& floor, BodyState& state,
   return true;
 }
 
-// A centre that is put in front of one face may be behind another then. Where that would take it
-// farther than it came, it stays where the step began: in front of all.
+// A centre that is put in front of one face may be behind another then.
 void stop_at_faces(const Stop& stop, const Geometry& geometry, BodyId fixed, BodyState& state,
                    IslandReport& report) {
   constexpr int kMostFaces = 8;
-  const Vec3 start_m = stop.before.position_m;
-  const double way_squared = (state.position_m - start_m).squaredNorm();
   for (int i = 0; i < kMostFaces; ++i) {
     const std::optional<FacePlane> face =
-        face_passed(geometry, fixed, start_m, state.position_m, stop.enough_m);
-    if (!face || !stop_at_plane(stop, *face, state, report)) break;
+        face_passed(geometry, fixed, stop.before.position_m, state.position_m, stop.enough_m);
+    if (!face || !stop_at_plane(stop, *face, state, report)) return;
   }
-  if (!((state.position_m - start_m).squaredNorm() > way_squared)) return;
-  report.push_out_work_joule -= stop.scene.bodies[index_of(stop.id)].mass_kg *
-                                stop.scene.gravity_m_s2.dot(start_m - state.position_m);
-  state.position_m = start_m;
 }
 
 }  // namespace
