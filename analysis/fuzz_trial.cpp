@@ -311,10 +311,10 @@ class Checks {
     // And up to 80 of Newton's steps for each of 40 corrections. That method stops at 40
     // factorisations, of velocities and of push-out; a full matrix of six rows a body takes a third
     // of its cube. Larger islands are solved once; with joints in 8 parts, each tried again at a
-    // half and at a quarter of its length.
+    // half, a quarter and an eighth of its length.
     const std::uint64_t trials = 1 + 2 + 4 + 8 + 16, solves = island.bodies > 8 ? 1 : 1 + trials;
     const bool jointed = scene_.bodies[index_of(island.label)].joints > 0;
-    const std::uint64_t parts = island.bodies <= 8 ? 9 + 8 * island.bodies : (jointed ? 8 * 3 : 1);
+    const std::uint64_t parts = island.bodies <= 8 ? 9 + 8 * island.bodies : (jointed ? 8 * 4 : 1);
     const std::uint64_t most_iterations =
         (island.bodies == 1 ? (32 + 14 * trials) * 1800 : solves * 8000) * parts +
         (60 + 10 * island.bodies) * 600;
