@@ -1,6 +1,7 @@
 #include "analysis/whole/whole_run.hpp"
 
 #include <algorithm>
+#include <filesystem>
 
 #include "analysis/exit_codes.hpp"
 #include "analysis/whole/scene_draw.hpp"
@@ -117,8 +118,15 @@ WholeRun draw_run(std::uint64_t seed, const WholeScene& scene,
 std::vector<std::string> run_command_of(const WholeRun& run, const std::string& program,
                                         const std::string& file, const std::string& log) {
   std::vector<std::string> command;
+  // Jobs that begin and end at once quarrel about Open MPI's folder if they share it.
   if (run.executor == RunExecutor::kMpi)
-    command = {"mpirun", "-n", std::to_string(run.ranks), "--oversubscribe"};
+    command = {"mpirun",
+               "-n",
+               std::to_string(run.ranks),
+               "--oversubscribe",
+               "--mca",
+               "orte_tmpdir_base",
+               std::filesystem::absolute(file).parent_path().string()};
   command.insert(command.end(), {program, "run", file});
   append(run.options, command);
   if (run.logged) command.insert(command.end(), {"--log", log});
