@@ -7,6 +7,7 @@ namespace soda::physics {
 namespace {
 
 bool turns_only(const JointRow& row) { return row.linear == Vec3::Zero(); }
+
 }  // namespace
 
 void load_joint_impulses(const SceneDescription& scene, std::span<const BodyState> states,
