@@ -32,6 +32,24 @@ physics::Work read_work(Reader& reader) {
   return work;
 }
 
+void write_driven(const physics::Driven& driven, Writer& writer) {
+  writer.number(driven.surface_m_s);
+  writer.number(driven.mass_kg);
+  writer.number(driven.without_joule);
+  writer.number(driven.half_joule);
+  writer.number(driven.after_joule);
+}
+
+physics::Driven read_driven(Reader& reader) {
+  physics::Driven driven;
+  driven.surface_m_s = reader.number<double>();
+  driven.mass_kg = reader.number<double>();
+  driven.without_joule = reader.number<double>();
+  driven.half_joule = reader.number<double>();
+  driven.after_joule = reader.number<double>();
+  return driven;
+}
+
 void write_report(const physics::BlockReport& report, Writer& writer) {
   writer.number(report.max_penetration_m);
   writer.number(report.constraint_residual_m_s);
@@ -40,6 +58,7 @@ void write_report(const physics::BlockReport& report, Writer& writer) {
   write_work(report.work.after, writer);
   write_work(report.work.without, writer);
   write_work(report.work.fields, writer);
+  write_driven(report.work.driven, writer);
 }
 
 physics::BlockReport read_report(Reader& reader) {
@@ -51,6 +70,7 @@ physics::BlockReport read_report(Reader& reader) {
   report.work.after = read_work(reader);
   report.work.without = read_work(reader);
   report.work.fields = read_work(reader);
+  report.work.driven = read_driven(reader);
   return report;
 }
 

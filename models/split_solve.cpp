@@ -208,7 +208,7 @@ std::optional<SplitSolve::Heard> SplitSolve::outcome(Bag bag) const {
   const auto own = std::count(island_.owners.begin(), island_.owners.end(), self_);
   if (static_cast<std::ptrdiff_t>(heard.bodies.size()) != own) return std::nullopt;
   if (reports.size() != plan_.blocks.count()) return std::nullopt;
-  if (is_more_than_rounding(gain_of(work_of(reports)))) return std::nullopt;
+  if (gives_energy(work_of(reports))) return std::nullopt;
   for (const physics::BlockReport& block : reports) add(block, report);
   if (island_.owners.front() != self_) heard.report.reset();
   return heard;

@@ -22,24 +22,28 @@ std::vector<BlockReport> reports_of(const BlockSolver& solver, std::uint32_t blo
 // What is unsolved of large overlaps, or of rebounds, puts in no energy.
 std::vector<BlockReport> limit_blocks(std::uint32_t blocks, BlockSolver& solver) {
   std::vector<BlockReport> reports = reports_of(solver, blocks);
-  if (!is_more_than_rounding(gain_of(work_of(reports)))) return reports;
-  solver.take_share(share_without_work(work_of(reports)));
+  if (is_more_than_rounding(gain_of(work_of(reports)))) {
+    solver.take_share(share_without_work(work_of(reports)));
+    reports = reports_of(solver, blocks);
+  }
+  if (!is_too_fast(work_of(reports).driven)) return reports;
+  solver.take_share(share_as_driven(work_of(reports).driven));
   return reports_of(solver, blocks);
 }
 
 std::vector<BlockReport> limit_rebounds(std::uint32_t blocks, std::span<const BlockReport> plastic,
                                         BlockSolver& solver) {
   std::vector<BlockReport> reports = reports_of(solver, blocks);
-  if (!is_more_than_rounding(gain_of(work_of(reports)))) return reports;
+  if (!gives_energy(work_of(reports))) return reports;
   const auto with = [&](double share) {
     BlockSolver trial = solver;
     trial.take_rebounds(share);
-    return gain_of(work_of(reports_of(trial, blocks)));
+    return work_of(reports_of(trial, blocks));
   };
-  double share = share_without_gain(gain_of(work_of(plastic)).sum, with(0.5).sum,
+  double share = share_without_gain(gain_of(work_of(plastic)).sum, gain_of(with(0.5)).sum,
                                     gain_of(work_of(reports)).sum);
   // Who is held may differ between the three.
-  if (is_more_than_rounding(with(share))) share = 0.0;
+  if (gives_energy(with(share))) share = 0.0;
   solver.take_rebounds(share);
   return reports_of(solver, blocks);
 }

@@ -93,10 +93,8 @@ bool solve_by_newton(bool accurate, std::span<const SolverBody> free, const Elim
   return outcome.converged;
 }
 
-}  // namespace
-
-int solve_by_sweeps(int most, double dt_s, const Selection<BodyState>& before,
-                    std::span<const SolverBody> free, ContactProblem& problem) {
+int sweep_with_rebounds(int most, double dt_s, const Selection<BodyState>& before,
+                        std::span<const SolverBody> free, ContactProblem& problem) {
   int sweeps = sweep_velocities_until_close(most, dt_s, problem);
   limit_work(free, problem);
   if (problem.restitution_rows > 0) {
@@ -113,10 +111,10 @@ int solve_by_sweeps(int most, double dt_s, const Selection<BodyState>& before,
   return sweeps;
 }
 
-ContactSolution solve_contacts(const SceneDescription& scene, double dt_s, bool accurate,
-                               std::span<const BodyId> ids, const Selection<BodyState>& before,
-                               std::span<const SolverBody> free, const Elimination* plan,
-                               ContactProblem& problem) {
+ContactSolution solve_with_surfaces(const SceneDescription& scene, double dt_s, bool accurate,
+                                    std::span<const BodyId> ids, const Selection<BodyState>& before,
+                                    std::span<const SolverBody> free, const Elimination* plan,
+                                    ContactProblem& problem) {
   // Then sweeps end where they change nothing any more.
   constexpr int kSweepsIfAccurate = 1000;
   ContactSolution solution;
@@ -134,7 +132,7 @@ ContactSolution solve_contacts(const SceneDescription& scene, double dt_s, bool 
     return solution;
   }
   if (!solution.direct)
-    solution.iterations += static_cast<std::uint32_t>(solve_by_sweeps(
+    solution.iterations += static_cast<std::uint32_t>(sweep_with_rebounds(
         accurate ? kSweepsIfAccurate : scene.solver.iterations, dt_s, before, free, problem));
   if (!needs_push_out(problem)) return solution;
   if (solution.direct) {
@@ -150,6 +148,38 @@ ContactSolution solve_contacts(const SceneDescription& scene, double dt_s, bool 
   solution.push = std::move(push.bodies);
   limit_push_out(fastest_push_out_m_s(scene, ids), solution.push);
   return solution;
+}
+
+// Where surfaces that move would make bodies too fast, in wedges that pressure locks, they stand.
+template <class Solve>
+auto solve_driven(std::span<const SolverBody> free, ContactProblem& problem, const Solve& solve) {
+  if (problem.moving_surfaces.empty()) return solve();
+  const ContactProblem start = problem;
+  const auto solved = solve();
+  StepWork work;
+  add_driven(free, problem, work);
+  if (!is_too_fast(work.driven)) return solved;
+  problem = start;
+  for (std::size_t i = free.size() + 1; i < problem.bodies.size(); ++i)
+    problem.bodies[i].linear = Vec3::Zero();
+  return solve();
+}
+
+}  // namespace
+
+int solve_by_sweeps(int most, double dt_s, const Selection<BodyState>& before,
+                    std::span<const SolverBody> free, ContactProblem& problem) {
+  return solve_driven(free, problem,
+                      [&] { return sweep_with_rebounds(most, dt_s, before, free, problem); });
+}
+
+ContactSolution solve_contacts(const SceneDescription& scene, double dt_s, bool accurate,
+                               std::span<const BodyId> ids, const Selection<BodyState>& before,
+                               std::span<const SolverBody> free, const Elimination* plan,
+                               ContactProblem& problem) {
+  return solve_driven(free, problem, [&] {
+    return solve_with_surfaces(scene, dt_s, accurate, ids, before, free, plan, problem);
+  });
 }
 
 }  // namespace soda::physics

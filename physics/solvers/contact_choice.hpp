@@ -28,8 +28,9 @@ int solve_by_sweeps(int most, double dt_s, const Selection<BodyState>& before,
 // Solves the rows of one island, whose bodies have the states `before` at the step's start and the
 // velocities `free` after external forces.
 // Directly if there is a plan (plan_direct_solve), nothing bounces and it converges, by sweeps
-// otherwise. The contacts give the island no energy (contact_work.hpp). The choice depends on
-// nothing but the island's content.
+// otherwise. The contacts give the island no energy (contact_work.hpp); surfaces that move stand
+// where they would make bodies too fast (Driven). The choice depends on nothing but the island's
+// content.
 ContactSolution solve_contacts(const SceneDescription& scene, double dt_s, bool accurate,
                                std::span<const BodyId> ids, const Selection<BodyState>& before,
                                std::span<const SolverBody> free, const Elimination* plan,

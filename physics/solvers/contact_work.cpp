@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/solvers/convex_contacts.hpp"
 #include "physics/solvers/island_motion.hpp"
 
 namespace soda::physics {
@@ -58,15 +59,65 @@ double share_of_rebounds(double dt_s, const Selection<BodyState>& before,
   return one > 0.0 || none > 0.0 ? share_without_gain(none, half, one) : kAlmost;
 }
 
+void note_surfaces(std::size_t bodies, const ContactProblem& problem, Driven& driven) {
+  for (std::size_t i = bodies + 1; i < problem.bodies.size(); ++i)
+    driven.surface_m_s = std::max(driven.surface_m_s, problem.bodies[i].linear.norm());
+}
+
+double most_joule(const Driven& driven) {
+  const double root =
+      std::sqrt(driven.without_joule) + driven.surface_m_s * std::sqrt(0.5 * driven.mass_kg);
+  return root * root;
+}
+
 }  // namespace
+
+void Driven::add(const Driven& other) {
+  surface_m_s = std::max(surface_m_s, other.surface_m_s);
+  mass_kg += other.mass_kg;
+  without_joule += other.without_joule;
+  half_joule += other.half_joule;
+  after_joule += other.after_joule;
+}
+
+bool is_too_fast(const Driven& driven) {
+  constexpr double kRounding = 1e-9;
+  return driven.surface_m_s > 0.0 && driven.after_joule > (1.0 + kRounding) * most_joule(driven);
+}
+
+double share_as_driven(const Driven& driven) {
+  const double most = most_joule(driven);
+  return share_without_gain(driven.without_joule - most, driven.half_joule - most,
+                            driven.after_joule - most);
+}
 
 void StepWork::add(const StepWork& other) {
   after.add(other.after);
   without.add(other.without);
   fields.add(other.fields);
+  driven.add(other.driven);
+}
+
+void add_driven(std::span<const SolverBody> start, const ContactProblem& problem, StepWork& work) {
+  Driven& driven = work.driven;
+  note_surfaces(start.size(), problem, driven);
+  const auto joule = [](double mass, const Mat3& inertia, const Vec3& linear, const Vec3& angular) {
+    return 0.5 * (mass * linear.squaredNorm() + angular.dot(Vec3(inertia * angular)));
+  };
+  for (std::size_t i = 0; i < start.size(); ++i) {
+    const SolverBody &from = start[i], &to = problem.bodies[i];
+    const double mass = 1.0 / from.inverse_mass;
+    const Mat3 inertia = inverse_of_symmetric(from.inverse_inertia);
+    driven.mass_kg += mass;
+    driven.without_joule += joule(mass, inertia, from.linear, from.angular);
+    driven.half_joule +=
+        joule(mass, inertia, 0.5 * (from.linear + to.linear), 0.5 * (from.angular + to.angular));
+    driven.after_joule += joule(mass, inertia, to.linear, to.angular);
+  }
 }
 
 void add_contacts(std::span<const SolverBody> free, const ContactProblem& problem, StepWork& work) {
+  note_surfaces(free.size(), problem, work.driven);
   work.after.add(power(std::span(problem.bodies).first(free.size()), problem));
   work.without.add(power(free, problem));
 }
@@ -96,6 +147,10 @@ Work gain_of(const StepWork& work) {
 bool is_more_than_rounding(const Work& work) {
   constexpr double kContactRounding = 1e-13;
   return work.sum > kContactRounding * work.scale;
+}
+
+bool gives_energy(const StepWork& work) {
+  return is_more_than_rounding(gain_of(work)) || is_too_fast(work.driven);
 }
 
 double share_without_work(const StepWork& work) {

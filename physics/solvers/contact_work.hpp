@@ -28,6 +28,23 @@ struct Work {
 };
 bool is_more_than_rounding(const Work& work);
 
+// What surfaces that move have to do with the energy of bodies. Contact laws bound what is lost in
+// velocities relative to a surface, not what the surface gives: in a wedge that pressure locks,
+// impulses, and what the surface gives, grow without bound.
+struct Driven {
+  double surface_m_s = 0.0;  // the fastest that something rubs on; 0: none
+  double mass_kg = 0.0;
+  // Kinetic energy with none, half, and all of the impulses.
+  double without_joule = 0.0, half_joule = 0.0, after_joule = 0.0;
+
+  void add(const Driven& other);
+};
+// Whether bodies are faster than what they have and the surface's speed, given to all of them,
+// explain: the root of the energy grows by no more than that of the mass at the surface's speed.
+bool is_too_fast(const Driven& driven);
+// Of all impulses: the greatest that makes no body too fast.
+double share_as_driven(const Driven& driven);
+
 // What a step does to the energy of an island or of a part of it, joule.
 struct StepWork {
   // Twice what contact impulses do to bodies that go from the free velocities to those after it: as
@@ -35,11 +52,14 @@ struct StepWork {
   Work after, without;
   Work
       fields;  // external forces, taken for those of a field: kinetic energy less what is potential
+  Driven driven;
 
   void add(const StepWork& other);
 };
 // Adds the rows' part. `free`: velocities after external forces, without contacts.
 void add_contacts(std::span<const SolverBody> free, const ContactProblem& problem, StepWork& work);
+// Adds the bodies' part of what surfaces drive. `start`: velocities without the impulses.
+void add_driven(std::span<const SolverBody> start, const ContactProblem& problem, StepWork& work);
 // Adds the bodies' part in a step of dt_s. `before`: the states at its start; `held`: which bodies
 // move by their final velocity; `flights`: how impacts within the step move the others.
 void add_fields(double dt_s, const Selection<BodyState>& before, std::span<const SolverBody> free,
@@ -47,6 +67,8 @@ void add_fields(double dt_s, const Selection<BodyState>& before, std::span<const
                 StepWork& work);
 // What the step gives, what moves beyond its final velocity not counted.
 Work gain_of(const StepWork& work);
+// Whether that is more than rounding, or something is too fast.
+bool gives_energy(const StepWork& work);
 // Of the way between two solutions: the greatest that gives nothing. The gain is a convex quadratic
 // through (0, at0), (1/2, at_half), (1, at1) with at1 > 0; 0 if there is no such share.
 double share_without_gain(double at0, double at_half, double at1);

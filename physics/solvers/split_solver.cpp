@@ -252,6 +252,7 @@ BlockReport BlockSolver::report(std::uint32_t index) const {
   const Part& part = block(index);
   const Flights flights = flights_of(index);
   add_contacts(part.free, part.problem, work);
+  add_driven(part.free, part.problem, work);
   add_fields(island_.dt_s, part.states, part.free, flights, flights, part.problem, work);
   report_contacts(part.states, part.problem, sum);
   sum.constraint_residual_m_s = residual_m_s(part.problem);

@@ -138,5 +138,53 @@ TEST(Conveyor, ImpulseOfStaticsIsWhatTheBodyGained) {
   EXPECT_GT(belt.speed_uphill(), 0.0);
 }
 
+// A ball between floor and belt, dragged over a small one. Pressure locks such a wedge: Coulomb's
+// law does not bound what the belt gives, and impulses grow until the sweeps end.
+struct Wedge {
+  World world = test::under_gravity();
+  Wedge(double small_m, const Material& material, double overlap_m, double speed) {
+    world.add_floor(material);
+    const double belt_m = 1.5 - overlap_m;
+    world.add_static(world.add_shape(Box{Vec3(10, 10, 0.5)}), Vec3(0, 0, belt_m), Quat::Identity(),
+                     material);
+    world.scene.statics.back().surface_velocity_m_s = Vec3(speed, 0, 0);
+    constexpr double kRadius = 0.45, kHigh = 1.0 - kRadius;
+    world.add_body(world.add_shape(Sphere{kRadius}), Vec3(0, 0, kHigh), 1000.0, material);
+    const double apart = kRadius + small_m, higher = kHigh - small_m;
+    world.add_body(world.add_shape(Sphere{small_m}),
+                   Vec3(std::sqrt(apart * apart - higher * higher), 0, small_m), 1000.0, material);
+  }
+  double speed_of_all() const {
+    double square = 0.0, mass = 0.0;
+    for (std::size_t i = 0; i < world.states.size(); ++i) {
+      const BodyParams& body = world.scene.bodies[i];
+      const Vec3& spin = world.states[i].angular_velocity_rad_s;
+      square += body.mass_kg * world.states[i].linear_velocity_m_s.squaredNorm() +
+                spin.dot(Vec3(body.inertia_local_kg_m2 * spin));
+      mass += body.mass_kg;
+    }
+    return std::sqrt(square / mass);
+  }
+};
+
+TEST(Conveyor, GivesWhatIsJammedNoMoreThanItsOwnSpeed) {
+  constexpr double kSpeed = 3.0;
+  const double most = kSpeed + kGravity * test::under_gravity().scene.dt_s + 1e-6;
+  for (const double small_m : {0.1, 0.15, 0.2, 0.3})
+    for (const double friction : {0.5, 1.0, 2.0})
+      for (const double restitution : {0.0, 0.5, 1.0})
+        for (const double overlap_m : {0.0, 0.02, 0.1}) {
+          Wedge wedge(small_m, Material{friction, restitution}, overlap_m, kSpeed);
+          const Geometry geometry(wedge.world.scene);
+          for (int step = 0; step < 60; ++step) {
+            const double before = wedge.speed_of_all();
+            wedge.world.run(1, geometry);
+            ASSERT_LE(wedge.speed_of_all(), before + most)
+                << "small " << small_m << ", friction " << friction << ", restitution "
+                << restitution << ", overlap " << overlap_m << ", step " << step;
+          }
+        }
+}
+
 }  // namespace
 }  // namespace soda::physics
