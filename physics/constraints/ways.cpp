@@ -108,11 +108,19 @@ void bound_ways(const SceneDescription& scene, double dt_s, std::span<const Body
     mass_kg += body.mass_kg;
     faster_m_s = std::max(faster_m_s, dt_s * most_acceleration_m_s2(scene, body, states[i]));
   }
-  faster_m_s += fastest_surface_m_s(scene, manifolds);
+  const double surface_m_s = fastest_surface_m_s(scene, manifolds);
+  bounds.driven = surface_m_s > 0.0;
+  faster_m_s += surface_m_s;
   const double energy_joule =
       kinetic_joule(scene, ids, states) + elastic_of(scene, ids, manifolds, states);
   bounds.root = std::sqrt(energy_joule) + faster_m_s * std::sqrt(0.5 * mass_kg);
   bounds.pushed_m_s = fastest_push_out_m_s(scene, ids);
+}
+
+bool is_overdriven(const SceneDescription& scene, std::span<const BodyId> ids,
+                   std::span<const BodyState> states, const WayBounds& bounds) {
+  return bounds.any && bounds.driven &&
+         kinetic_joule(scene, ids, states) > bounds.root * bounds.root;
 }
 
 void report_impossible_way(const SceneDescription& scene, double dt_s, const WayBounds& bounds,

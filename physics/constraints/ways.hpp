@@ -29,13 +29,19 @@ void limit_push_out(double most_m_s, std::span<PushOut> push);
 // tell.
 struct WayBounds {
   bool any = false;
-  double root = 0.0;  // of the greatest kinetic energy, joule
+  bool driven = false;  // by surfaces that move
+  double root = 0.0;    // of the greatest kinetic energy, joule
   double pushed_m_s = 0.0;
   std::vector<Vec3> positions_m;
 };
 void bound_ways(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                 std::span<const ContactManifold> manifolds, std::span<const BodyState> states,
                 WayBounds& bounds);
+
+// Whether surfaces have given the island more than the bounds allow: in one solve they do not
+// (contact_work.hpp), but every strike within a step is a solve.
+bool is_overdriven(const SceneDescription& scene, std::span<const BodyId> ids,
+                   std::span<const BodyState> states, const WayBounds& bounds);
 
 // Appends a fault if the body, the i-th of those that were bounded, has come farther.
 void report_impossible_way(const SceneDescription& scene, double dt_s, const WayBounds& bounds,

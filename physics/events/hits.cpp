@@ -4,6 +4,7 @@
 #include <limits>
 #include <vector>
 
+#include "physics/constraints/ways.hpp"
 #include "physics/events/hit_run.hpp"
 #include "physics/events/meeting_pairs.hpp"
 #include "physics/forces/forces.hpp"
@@ -67,9 +68,11 @@ std::optional<AmongHits> advance_among_hits(const SceneDescription& scene, const
     HitRun hits(island, dt_s, apart, manifolds, states, {result.report, scratch, counters, faults});
     if (!hits.is_affordable()) return {};
     result.hit = hits.run();
-    if (!apart || hits.stayed_apart()) break;
+    const bool overdriven = is_overdriven(scene, ids, states, scratch.ways);
+    if (!overdriven && (!apart || hits.stayed_apart())) break;
     std::copy(before.begin(), before.end(), states.begin());
     faults.resize(faults_before);
+    if (overdriven) return {};
   }
   if (scene.tolerance > 0.0 && result.report.error_estimate > scene.tolerance)
     result.report.beyond_tolerance = true;

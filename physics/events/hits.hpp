@@ -38,9 +38,10 @@ struct AmongHits {
 // masses that differ by more than ten thousand times, a body that turns by more than 2 radians and
 // 2 for each body (8 at most), or more work for the hits that are known to come than a step has
 // (hit_run.cpp): contacts that hold many bodies together are advanced with all of them for each.
-// Where that work is done, what is left is one step. `manifolds` were found at these states, over
-// dt_s. The report's estimate is the largest of a body's over its parts. A function of the
-// arguments only.
+// Nor if moving surfaces would give, strike by strike, more than the bounds in `scratch`
+// (ways.hpp). Where that work is done, what is left is one step. `manifolds` were found at these
+// states, over dt_s. The report's estimate is the largest of a body's over its parts. A function of
+// the arguments only.
 std::optional<AmongHits> advance_among_hits(const SceneDescription& scene, const Geometry& geometry,
                                             double dt_s, std::span<const BodyId> ids,
                                             std::span<const ContactManifold> manifolds,

@@ -1,6 +1,7 @@
 // Surfaces of statics that move, and friction that carries bodies along.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
 #include "tests/physics/scenes.hpp"
@@ -138,6 +139,19 @@ TEST(Conveyor, ImpulseOfStaticsIsWhatTheBodyGained) {
   EXPECT_GT(belt.speed_uphill(), 0.0);
 }
 
+// That all bodies would have with the kinetic energy of them all.
+double speed_of_all(const World& world) {
+  double square = 0.0, mass = 0.0;
+  for (std::size_t i = 0; i < world.states.size(); ++i) {
+    const BodyParams& body = world.scene.bodies[i];
+    const Vec3& spin = world.states[i].angular_velocity_rad_s;
+    square += body.mass_kg * world.states[i].linear_velocity_m_s.squaredNorm() +
+              spin.dot(Vec3(body.inertia_local_kg_m2 * spin));
+    mass += body.mass_kg;
+  }
+  return std::sqrt(square / mass);
+}
+
 // A ball between floor and belt, dragged over a small one. Pressure locks such a wedge: Coulomb's
 // law does not bound what the belt gives, and impulses grow until the sweeps end.
 struct Wedge {
@@ -154,17 +168,6 @@ struct Wedge {
     world.add_body(world.add_shape(Sphere{small_m}),
                    Vec3(std::sqrt(apart * apart - higher * higher), 0, small_m), 1000.0, material);
   }
-  double speed_of_all() const {
-    double square = 0.0, mass = 0.0;
-    for (std::size_t i = 0; i < world.states.size(); ++i) {
-      const BodyParams& body = world.scene.bodies[i];
-      const Vec3& spin = world.states[i].angular_velocity_rad_s;
-      square += body.mass_kg * world.states[i].linear_velocity_m_s.squaredNorm() +
-                spin.dot(Vec3(body.inertia_local_kg_m2 * spin));
-      mass += body.mass_kg;
-    }
-    return std::sqrt(square / mass);
-  }
 };
 
 TEST(Conveyor, GivesWhatIsJammedNoMoreThanItsOwnSpeed) {
@@ -177,13 +180,37 @@ TEST(Conveyor, GivesWhatIsJammedNoMoreThanItsOwnSpeed) {
           Wedge wedge(small_m, Material{friction, restitution}, overlap_m, kSpeed);
           const Geometry geometry(wedge.world.scene);
           for (int step = 0; step < 60; ++step) {
-            const double before = wedge.speed_of_all();
+            const double before = speed_of_all(wedge.world);
             wedge.world.run(1, geometry);
-            ASSERT_LE(wedge.speed_of_all(), before + most)
+            ASSERT_LE(speed_of_all(wedge.world), before + most)
                 << "small " << small_m << ", friction " << friction << ", restitution "
                 << restitution << ", overlap " << overlap_m << ", step " << step;
           }
         }
+}
+
+// The last of a stack of springy boxes is deep in the belt: each of its strikes is a solve.
+TEST(Conveyor, GivesAStackThatIsStruckAgainAndAgainNoMoreThanItsOwnSpeed) {
+  constexpr double kSpeed = 19.0, kSize = 6.4;
+  World world = test::under_gravity();
+  world.scene.dt_s = 1.0 / 60.0;
+  world.scene.solver.restitution_threshold_m_s = 0.006;
+  world.add_floor(Material{0.7, 0.3});
+  world.add_static(world.add_shape(Box{Vec3(160, 30, 7.3)}), Vec3(0, 0, 29.2), Quat::Identity(),
+                   Material{0.9, 1.0});
+  world.scene.statics.back().surface_velocity_m_s = Vec3(kSpeed, 0, 0);
+  const std::uint32_t box = world.add_shape(Box{Vec3::Constant(0.5 * kSize)});
+  const std::array<Material, 5> materials = {Material{0.7, 0.4}, Material{0.9, 1.0},
+                                             Material{0.7, 0.3}, Material{0.9, 1.0},
+                                             Material{0.0, 1.0}};
+  for (int i = 0; i < 5; ++i)
+    world.add_body(box, Vec3(0, 0, (i + 0.5) * kSize), 130.0, materials[i]);
+  const Geometry geometry(world.scene);
+  for (int step = 0; step < 20; ++step) {
+    const double before = speed_of_all(world);
+    world.run(1, geometry);
+    ASSERT_LE(speed_of_all(world), before + kSpeed + kGravity * world.scene.dt_s) << step;
+  }
 }
 
 }  // namespace
