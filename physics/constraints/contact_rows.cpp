@@ -357,4 +357,10 @@ void build_rows(const SceneDescription& scene, double dt_s, std::span<const Body
   counters.restitution_rows += static_cast<std::uint64_t>(problem.restitution_rows);
 }
 
+void forget_impulses(ContactProblem& problem) {
+  for (NormalRow& row : problem.normals) row.impulse_newton_s = 0.0;
+  for (FrictionRow& row : problem.frictions)
+    row.impulse_newton_s[0] = row.impulse_newton_s[1] = 0.0;
+}
+
 }  // namespace soda::physics

@@ -100,6 +100,9 @@ void build_rows(const SceneDescription& scene, double dt_s, std::span<const Body
                 const Selection<ContactManifold>& manifolds, const Selection<BodyState>& states,
                 ContactProblem& problem, StageCounters& counters);
 
+// The rows' impulses are 0; bodies keep what they have.
+void forget_impulses(ContactProblem& problem);
+
 // Displacement velocities that push overlapping bodies apart; they never become kinetic energy.
 struct PushOut {
   Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();

@@ -6,6 +6,7 @@
 
 #include "physics/constraints/joint_bounds.hpp"
 #include "physics/constraints/joint_impulses.hpp"
+#include "physics/solvers/joint_stiffness.hpp"
 #include "physics/constraints/springs.hpp"
 #include "physics/constraints/ways.hpp"
 #include "physics/math/rigid_motion.hpp"
@@ -56,6 +57,10 @@ std::vector<BodyState> drifted(const SceneDescription& scene, std::span<const Bo
 namespace {
 
 constexpr int kMostCorrections = 20;
+// How often joints are aimed at the poses that the step leads to; and the part of the error before
+// at which the next time is not needed. Only taut chains, which halve their sag, go on beyond it.
+constexpr int kMostAims = 10;
+constexpr double kConverges = 0.1;
 // Of masses, for Newton's method: between more unequal ones rounding is all that the light ones
 // get.
 constexpr double kMostRatio = 1e4;
@@ -103,13 +108,12 @@ struct BothSolved {
 
 // Sweeps over contacts, seen through the joints where that costs little, take turns with the exact
 // solution of all joints, which comes last.
-BothSolved solve_both(const JointedStep& step, double softness, JointSystem& joints,
-                      ContactProblem& problem) {
+BothSolved solve_both(const JointedStep& step, JointSystem& joints, ContactProblem& problem) {
   constexpr int kTurns = 4;  // limits and motors change which joints take part
   const std::size_t count = step.ids.size();
   const std::span<SolverBody> bodies = problem.bodies;
   const int sweeps = step.scene.solver.iterations;
-  solve_bounded(count, bodies, softness, joints);
+  solve_bounded(count, bodies, 0.0, joints);
   if (problem.normals.empty()) return {1, true};
   std::uint32_t done = 0;
   for (int turn = 0; turn < (joints.bounded ? kTurns : 1); ++turn) {
@@ -117,26 +121,25 @@ BothSolved solve_both(const JointedStep& step, double softness, JointSystem& joi
     if (!contacts) {
       for (int i = 0; i < sweeps; ++i, ++done) {
         solve_velocities(1, problem);
-        solve_bounded(count, bodies, softness, joints);
+        solve_bounded(count, bodies, 0.0, joints);
       }
       return {done, false};
     }
     ContactProblem through = problem;
     done += static_cast<std::uint32_t>(solve_jointed_velocities(10 * sweeps, *contacts, through));
     take_contact_impulses(through, problem);
-    solve_bounded(count, bodies, softness, joints);
+    solve_bounded(count, bodies, 0.0, joints);
   }
   return {done, true};
 }
 
 // Velocities at the end of the step. Joints pull in the directions that they have at the end of the
-// step (implicit: stable however taut), unless that gives energy. Returns the number of sweeps.
+// step (implicit: stable however taut). Returns the number of sweeps.
 std::uint32_t solve_alternately(const JointedStep& step, JointSystem& joints,
                                 ContactProblem& problem) {
-  constexpr int kAims = 3;
-  constexpr double kSoftness = 1e-8;
   const auto& [scene, dt_s, ids, states, free] = step;
   const std::span<SolverBody> bodies = problem.bodies;
+  const double enough = rounding_of(states);
   build_joint_rows(scene, dt_s, states, true, joints);
   const std::vector<JointRow> start = joints.rows;
   bound_step(dt_s, joints);
@@ -145,28 +148,31 @@ std::uint32_t solve_alternately(const JointedStep& step, JointSystem& joints,
   bool through = false;
   ContactProblem best;
   JointSystem best_joints;
-  for (int aim = 0; aim <= kAims; ++aim) {
-    const double softness = aim == 0 ? 0.0 : kSoftness;
-    factor_joint_rows(ids.size(), bodies, joints, softness);
-    const BothSolved both = solve_both(step, softness, joints, problem);
+  for (int aim = 0; aim <= kMostAims; ++aim) {
+    factor_joint_rows(ids.size(), bodies, joints);
+    const BothSolved both = solve_both(step, joints, problem);
     done += both.sweeps;
     if (aim > 0 && through && !both.through) break;
     through = both.through;
+    const std::vector<BodyState> there = drifted(scene, ids, states, bodies, dt_s);
     JointSystem next = joints;
-    build_joint_rows(scene, dt_s, drifted(scene, ids, states, bodies, dt_s), true, next);
+    build_joint_rows(scene, dt_s, there, true, next);
     forgive(start, next);
     const double before = std::exchange(error, largest_error(next));
     if (aim > 0 && !(error < before)) break;
-    if (aim > 0 && solved_gain_joule(dt_s, states, free, joints, problem) != 0.0) break;
     best = problem;
     best_joints = joints;
-    take_back_joint_impulses(joints, bodies);
+    if (error <= enough || (aim > 0 && error <= kConverges * before)) break;
     bound_step(dt_s, next);
     aim_joint_rows(dt_s, best.bodies, next);
+    stiffen(scene, dt_s, there, joints, free, bodies);
+    forget_impulses(problem);
+    take_contact_impulses(best, problem);
     joints = std::move(next);
   }
   problem = std::move(best);
   joints = std::move(best_joints);
+  unstiffen(free, problem.bodies);
   return done;
 }
 
@@ -176,46 +182,44 @@ void count(const NewtonOutcome& outcome, const Elimination& plan, ContactSolutio
       static_cast<std::uint64_t>(outcome.factorisations * plan.multiplications);
 }
 
-// The rows at the poses that the step would lead to, aimed so that the joints hold there; from the
-// impulses found on. Returns by how much they do not hold yet.
-double aim_again(const JointedStep& step, std::span<const JointRow> start,
-                 const JointSystem& solved, std::span<const SolverBody> bodies, JointSystem& next) {
-  const auto& [scene, dt_s, ids, states, free] = step;
-  next = solved;
-  build_joint_rows(scene, dt_s, drifted(scene, ids, states, bodies, dt_s), true, next);
-  forgive(start, next);
-  bound_step(dt_s, next);
-  aim_joint_rows(dt_s, bodies, next);
-  for (std::size_t r = 0; r < next.rows.size(); ++r)
-    next.rows[r].impulse_newton_s = solved.rows[r].impulse_newton_s;
-  return largest_error(next);
-}
-
 // Velocities at the end of the step. Joints pull in the directions that they have at the end of the
 // step: stable however taut. False, and no change of the problem, if no solution is found.
 bool solve_aimed(const JointedStep& step, bool accurate, const Elimination& plan,
                  JointSystem& joints, ContactProblem& problem, ContactSolution& solution) {
-  constexpr int kAims = 1;
   const auto& [scene, dt_s, ids, states, free] = step;
   build_joint_rows(scene, dt_s, states, true, joints);
   const std::vector<JointRow> start = joints.rows;
   bound_step(dt_s, joints);
   if (scene.solver.warm_starting) load_joint_impulses(scene, states, joints);
-  JointSystem trial_joints = joints, next;
+  JointSystem trial_joints = joints;
   ContactProblem trial = problem;
+  std::vector<SolverBody> from(free.begin(), free.end());
   double before = 0.0;
-  for (int aim = 0; aim <= kAims; ++aim) {
-    const NewtonOutcome outcome = solve_directly(accurate, free, plan, trial, &trial_joints);
+  for (int aim = 0; aim <= kMostAims; ++aim) {
+    const NewtonOutcome outcome = solve_directly(accurate, from, plan, trial, &trial_joints);
     count(outcome, plan, solution);
-    if (!outcome.converged) return aim > 0;
-    const double error = aim_again(step, start, trial_joints, trial.bodies, next);
-    if (aim > 0 && !(error < before)) return true;
-    before = error;
+    if (!outcome.converged && aim == 0) return false;
+    if (!outcome.converged) break;
+    const std::vector<BodyState> there = drifted(scene, ids, states, trial.bodies, dt_s);
+    JointSystem next = trial_joints;
+    build_joint_rows(scene, dt_s, there, true, next);
+    forgive(start, next);
+    const double error = largest_error(next);
+    if (aim > 0 && !(error < before)) break;
     problem = trial;
     joints = trial_joints;
-    if (error <= rounding_of(states)) return true;
-    std::swap(trial_joints, next);
+    const bool converges = aim > 0 && error <= kConverges * before;
+    if (converges || error <= rounding_of(states)) break;
+    before = error;
+    bound_step(dt_s, next);
+    aim_joint_rows(dt_s, trial.bodies, next);
+    for (std::size_t r = 0; r < next.rows.size(); ++r)
+      next.rows[r].impulse_newton_s = joints.rows[r].impulse_newton_s;
+    std::copy_n(problem.bodies.begin(), from.size(), from.begin());
+    stiffen(scene, dt_s, there, joints, free, from);
+    trial_joints = std::move(next);
   }
+  unstiffen(free, problem.bodies);
   return true;
 }
 
@@ -255,14 +259,19 @@ double close_joints(const SceneDescription& scene, double dt_s, std::span<const 
 std::optional<ContactSolution> solve_jointed_directly(const JointedStep& step, bool accurate,
                                                       const Elimination& plan, JointSystem& joints,
                                                       ContactProblem& problem) {
-  if (problem.normals.empty() || problem.restitution_rows > 0) return std::nullopt;
+  if (problem.normals.empty()) return std::nullopt;
   if (mass_ratio(step.scene, step.ids) > kMostRatio) return std::nullopt;
   JointSystem solved_joints = joints;
   ContactProblem solved = problem;
   ContactSolution solution;
-  if (!solve_aimed(step, accurate, plan, solved_joints, solved, solution)) return std::nullopt;
-  if (limit_throws(step.states, step.free, solved_joints, solved)) return std::nullopt;
-  limit_joint_gain(step.dt_s, step.states, step.free, solved_joints, solved);
+  const auto solve = [&] {
+    if (!solve_aimed(step, accurate, plan, solved_joints, solved, solution)) return false;
+    if (limit_throws(step.states, step.free, solved_joints, solved)) return false;
+    limit_joint_gain(step.dt_s, step.states, step.free, solved_joints, solved);
+    return true;
+  };
+  if (!solve()) return std::nullopt;
+  if (solved.restitution_rows > 0 && aim_rebounds(solved) && !solve()) return std::nullopt;
   joints = std::move(solved_joints);
   problem = std::move(solved);
   solution.direct = true;

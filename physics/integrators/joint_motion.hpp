@@ -41,7 +41,7 @@ struct JointedStep {
 };
 
 // The same by Newton's method, of joints and contacts at once. Nothing, and the problem as it was,
-// where that does not converge, throws something, or masses are too unequal. Nothing may bounce.
+// where that does not converge, throws something, or masses are too unequal.
 std::optional<ContactSolution> solve_jointed_directly(const JointedStep& step, bool accurate,
                                                       const Elimination& plan, JointSystem& joints,
                                                       ContactProblem& problem);

@@ -43,9 +43,7 @@ void drop_bad_start(double mass_ratio, std::span<const SolverBody> free, Contact
   if (mass_ratio <= kMuchLighter) return;
   if (best_share_of_start(free, problem) >= kLeastShare) return;
   std::copy(free.begin(), free.end(), problem.bodies.begin());
-  for (NormalRow& row : problem.normals) row.impulse_newton_s = 0.0;
-  for (FrictionRow& row : problem.frictions)
-    row.impulse_newton_s[0] = row.impulse_newton_s[1] = 0.0;
+  forget_impulses(problem);
 }
 
 // What bounces wants its rebounds exactly, one body or two are solved exactly by sweeps, and every

@@ -213,18 +213,12 @@ bool take_trace(const SceneDescription& scene, std::span<const BodyId> ids,
   return true;
 }
 
-double solved_gain_joule(double dt_s, std::span<const BodyState> before,
-                         std::span<const SolverBody> free, const JointSystem& joints,
-                         const ContactProblem& problem) {
-  const Sum gain = gain_of(dt_s, before, free, flights_of(joints, problem), joints, problem);
-  return gain.value <= kWorkRounding * gain.scale ? 0.0 : gain.value;
-}
-
 void limit_joint_gain(double dt_s, std::span<const BodyState> before,
                       std::span<const SolverBody> free, JointSystem& joints,
                       ContactProblem& problem) {
   const bool diverged = is_out_of_bounds(problem);
-  if (!diverged && solved_gain_joule(dt_s, before, free, joints, problem) == 0.0) return;
+  const Sum gain = gain_of(dt_s, before, free, flights_of(joints, problem), joints, problem);
+  if (!diverged && gain.value <= kWorkRounding * gain.scale) return;
   JointSystem alone_joints = joints;
   ContactProblem alone = problem;
   solve_joints_alone(free, alone_joints, alone);

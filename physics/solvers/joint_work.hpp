@@ -47,11 +47,6 @@ void limit_joint_gain(double dt_s, std::span<const BodyState> before,
                       std::span<const SolverBody> free, JointSystem& joints,
                       ContactProblem& problem);
 
-// The part of that gain that is no rounding, J.
-double solved_gain_joule(double dt_s, std::span<const BodyState> before,
-                         std::span<const SolverBody> free, const JointSystem& joints,
-                         const ContactProblem& problem);
-
 // What drives and forces (as a field), and motors, do over the step at final velocities, J.
 double external_work_joule(const SceneDescription& scene, double dt_s,
                            std::span<const BodyState> before, std::span<const SolverBody> free,

@@ -83,9 +83,7 @@ void solve_joints_alone(std::span<const SolverBody> free, JointSystem& joints,
                         ContactProblem& problem) {
   std::copy(free.begin(), free.end(), problem.bodies.begin());
   problem.bodies[free.size()] = {};  // not what an endless impulse has made of the statics' rest
-  for (NormalRow& row : problem.normals) row.impulse_newton_s = 0.0;
-  for (FrictionRow& row : problem.frictions)
-    row.impulse_newton_s[0] = row.impulse_newton_s[1] = 0.0;
+  forget_impulses(problem);
   for (JointRow& row : joints.rows) {
     row.impulse_newton_s = 0.0;
     if (row.kind == JointRowKind::kHolds) row.target_m_s = 0.0;
