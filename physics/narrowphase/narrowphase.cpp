@@ -33,6 +33,8 @@ fcl::Transform3d to_fcl(const Pose& pose) {
 // Where and along which direction (from a to b) two solids meet.
 struct Axis {
   bool found = false;
+  bool nearest =
+      false;  // the solids are nearest to each other along it, or along a face about as near
   Vec3 normal = Vec3::UnitZ();
   Vec3 witness = Vec3::Zero();  // a point between the surfaces
 };
@@ -113,7 +115,7 @@ Axis core_axis(const Solid& a, const Solid& b, double range, bool& cores_overlap
   cores_overlap = gap.overlap;
   Axis axis;
   if (gap.overlap || gap.far || gap.distance_m - skin_a - skin_b > range) return axis;
-  axis.found = gap.normal.allFinite();
+  axis.found = axis.nearest = gap.normal.allFinite();
   axis.normal = gap.normal;
   axis.witness = 0.5 * (gap.on_a + gap.normal * skin_a + gap.on_b - gap.normal * skin_b);
   return axis;
@@ -197,13 +199,16 @@ void add_feature_points(const Solid& a, const Solid& b, const Axis& axis, double
   } else {
     overlap_segments(fa, fb, normal, out);
   }
-  bool any = false;
-  for (int i = 0; i < out.count; ++i) any = any || out.points[i].separation_m <= range;
-  if (!any) {
-    out.count = 0;
-    const double separation = separation_along(a.placed, b.placed, normal);
-    if (separation <= range) out.add(axis.witness, separation, 0x40000000u);
-  }
+  double least = 1e300;
+  for (int i = 0; i < out.count; ++i) least = std::min(least, out.points[i].separation_m);
+  if (least <= range && !axis.nearest) return;
+  // What is nearest may lie beyond a face's edge, where features are cut off.
+  constexpr double kCutOff = 1e-3;  // of the smaller width
+  const double separation = separation_along(a.placed, b.placed, normal);
+  const double width = std::min(a.placed.shape.min_extent_m, b.placed.shape.min_extent_m);
+  if (least <= range && least <= separation + kCutOff * width) return;
+  if (least > range) out.count = 0;
+  if (separation <= range) out.add(axis.witness, separation, 0x40000000u);
 }
 
 ShapeKernel kernel_of(ShapeKind a, ShapeKind b) {
