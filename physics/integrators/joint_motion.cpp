@@ -62,8 +62,8 @@ constexpr int kMostCorrections = 20;
 // beyond it. Joints alone go on to rounding, which takes little.
 constexpr int kMostAims = 10;
 constexpr double kConverges = 0.1;
-// Of masses, for Newton's method: between more unequal ones rounding is all that the light ones
-// get.
+// Of masses, for Newton's method and stiffness: between more unequal ones rounding is all that the
+// light ones get.
 constexpr double kMostRatio = 1e4;
 
 // What joints were off by at the step's start is not to be closed by velocities.
@@ -141,6 +141,7 @@ std::uint32_t solve_alternately(const JointedStep& step, JointSystem& joints,
   const auto& [scene, dt_s, ids, states, free] = step;
   const std::span<SolverBody> bodies = problem.bodies;
   const double enough = rounding_of(states);
+  const bool even = mass_ratio(scene, ids) <= kMostRatio;
   build_joint_rows(scene, dt_s, states, true, joints);
   const std::vector<JointRow> start = joints.rows;
   bound_step(dt_s, joints);
@@ -167,7 +168,10 @@ std::uint32_t solve_alternately(const JointedStep& step, JointSystem& joints,
     if (error <= enough || converges) break;
     bound_step(dt_s, next);
     aim_joint_rows(dt_s, best.bodies, next);
-    stiffen(scene, dt_s, there, joints, free, bodies);
+    if (even)
+      stiffen(scene, dt_s, there, joints, free, bodies);
+    else
+      std::copy(free.begin(), free.end(), bodies.begin());
     forget_impulses(problem);
     take_contact_impulses(best, problem);
     joints = std::move(next);
@@ -176,12 +180,6 @@ std::uint32_t solve_alternately(const JointedStep& step, JointSystem& joints,
   joints = std::move(best_joints);
   unstiffen(free, problem.bodies);
   return done;
-}
-
-void count(const NewtonOutcome& outcome, const Elimination& plan, ContactSolution& solution) {
-  solution.iterations += static_cast<std::uint32_t>(outcome.steps);
-  solution.multiplications +=
-      static_cast<std::uint64_t>(outcome.factorisations * plan.multiplications);
 }
 
 // Velocities at the end of the step. Joints pull in the directions that they have at the end of the

@@ -76,12 +76,6 @@ int sweep_velocities_until_close(int most, double dt_s, ContactProblem& problem)
   return sweeps;
 }
 
-void count(const NewtonOutcome& outcome, const Elimination& plan, ContactSolution& solution) {
-  solution.iterations += static_cast<std::uint32_t>(outcome.steps);
-  solution.multiplications +=
-      static_cast<std::uint64_t>(outcome.factorisations * plan.multiplications);
-}
-
 // Whether Newton's method converged. The problem stays as it was where it did not.
 bool solve_by_newton(bool accurate, std::span<const SolverBody> free, const Elimination& plan,
                      ContactProblem& problem, ContactSolution& solution) {
@@ -164,6 +158,12 @@ auto solve_driven(std::span<const SolverBody> free, ContactProblem& problem, con
 }
 
 }  // namespace
+
+void count(const NewtonOutcome& outcome, const Elimination& plan, ContactSolution& solution) {
+  solution.iterations += static_cast<std::uint32_t>(outcome.steps);
+  solution.multiplications +=
+      static_cast<std::uint64_t>(outcome.factorisations * plan.multiplications);
+}
 
 int solve_by_sweeps(int most, double dt_s, const Selection<BodyState>& before,
                     std::span<const SolverBody> free, ContactProblem& problem) {

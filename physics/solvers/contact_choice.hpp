@@ -9,6 +9,7 @@
 #include "physics/math/block_cholesky.hpp"
 #include "physics/math/solver_body.hpp"
 #include "physics/model/scene.hpp"
+#include "physics/solvers/newton_solver.hpp"
 
 namespace soda::physics {
 
@@ -18,6 +19,9 @@ struct ContactSolution {
   std::uint64_t multiplications = 0;  // of all factorisations, roughly
   std::vector<PushOut> push;          // see solve_push_out
 };
+
+// Adds what a solution by Newton's method took.
+void count(const NewtonOutcome& outcome, const Elimination& plan, ContactSolution& solution);
 
 // By projected Gauss-Seidel, with rebounds; the contacts give no energy. `most`: sweeps at a time.
 // dt_s of 0 is an impact: what touches is all there is. Returns the number of sweeps; `before` and
