@@ -235,6 +235,24 @@ TEST(JointCost, ALargeStarIsCostlyAndAChainIsNot) {
   EXPECT_NE(words_for(star.description, costly.front()).find("201 bodies"), std::string::npos);
 }
 
+// Nobody rolls back in lockstep, but whoever executes everything twice repeats every step.
+TEST(Plan, ExecutingEverythingTwiceTakesIslandsOverInLockstepToo) {
+  test::Scene scene(Vec3(0, 0, -9.81));
+  const std::uint32_t ball = scene.shape(physics::Sphere{0.5});
+  for (const double y : {-2.0, 2.0})
+    for (const double x : {-0.4, 0.4}) scene.body(ball, Vec3(x, y, 0), Vec3(-x, 0, 0));
+  RunOptions options{.executor = ExecutorKind::kVirtual, .steps = 20};
+  options.synchronisation = kernel::Synchronisation::kLockstep;
+  for (const bool twice : {false, true}) {
+    options.cluster.check_purity = twice;
+    const std::vector<PlanLine> plan = make_plan(scene.description, 4, options);
+    EXPECT_EQ(needs(plan, "islands taken over by repeated steps"), twice);
+    const SimulationResult result = run_scene(scene, 4, options);
+    EXPECT_EQ(result.worlds.islands_taken > 0, twice);
+    expect_unneeded_stages_cost_nothing(plan, result);
+  }
+}
+
 TEST(Plan, OptimisticWorldsNeedHistory) {
   test::Scene scene;
   scene.body(scene.shape(physics::Sphere{0.5}), Vec3::Zero(), Vec3(1, 0, 0));
