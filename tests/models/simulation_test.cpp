@@ -227,7 +227,7 @@ TEST(Simulation, OfTheBodiesThatFailInOneStepTheFirstIsNamedWhicheverWorldItIsIn
   test::Scene scene = busy_scene(3);
   const std::uint32_t ball = scene.shape(physics::Sphere{0.1});
   const auto first = static_cast<std::uint32_t>(scene.states.size());
-  for (const double x : {30.0, 20.0, 10.0, 2.0})
+  for (const double x : {30.0, 20.0, 10.0, -2.0})
     scene.body(ball, Vec3(x, 2, 1e12 - 8e7), Vec3(0, 0, 6e8));
   const auto [expected, sequential] = run(scene, blocks(1), {.steps = 2000});
   ASSERT_TRUE(sequential.fault.has_value());
