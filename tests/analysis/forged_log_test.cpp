@@ -204,7 +204,7 @@ TEST_F(Logs, AFifoIsNoLog) {
 TEST_F(Logs, AReplayEndsAtTheFirstDivergenceAndNamesIt) {
   const std::string sound = folder_.file("long.sodalog");
   ASSERT_EQ(
-      run_soda({"run", library_file("twelve-worlds"), "--steps", "150", "--log", sound}).exit_code,
+      run_soda({"run", library_file("twelve-worlds"), "--steps", "600", "--log", sound}).exit_code,
       kExitOk);
   forge_log(sound, forged_, [](ForgedBlock& block) {
     if (block.step != 2) return;
