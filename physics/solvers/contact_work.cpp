@@ -59,11 +59,6 @@ double share_of_rebounds(double dt_s, const Selection<BodyState>& before,
   return one > 0.0 || none > 0.0 ? share_without_gain(none, half, one) : kAlmost;
 }
 
-void note_surfaces(std::size_t bodies, const ContactProblem& problem, Driven& driven) {
-  for (std::size_t i = bodies + 1; i < problem.bodies.size(); ++i)
-    driven.surface_m_s = std::max(driven.surface_m_s, problem.bodies[i].linear.norm());
-}
-
 double most_joule(const Driven& driven) {
   const double root =
       std::sqrt(driven.without_joule) + driven.surface_m_s * std::sqrt(0.5 * driven.mass_kg);
@@ -100,7 +95,8 @@ void StepWork::add(const StepWork& other) {
 
 void add_driven(std::span<const SolverBody> start, const ContactProblem& problem, StepWork& work) {
   Driven& driven = work.driven;
-  note_surfaces(start.size(), problem, driven);
+  for (std::size_t i = start.size() + 1; i < problem.bodies.size(); ++i)
+    driven.surface_m_s = std::max(driven.surface_m_s, problem.bodies[i].linear.norm());
   const auto joule = [](double mass, const Mat3& inertia, const Vec3& linear, const Vec3& angular) {
     return 0.5 * (mass * linear.squaredNorm() + angular.dot(Vec3(inertia * angular)));
   };
@@ -117,7 +113,6 @@ void add_driven(std::span<const SolverBody> start, const ContactProblem& problem
 }
 
 void add_contacts(std::span<const SolverBody> free, const ContactProblem& problem, StepWork& work) {
-  note_surfaces(free.size(), problem, work.driven);
   work.after.add(power(std::span(problem.bodies).first(free.size()), problem));
   work.without.add(power(free, problem));
 }

@@ -126,7 +126,7 @@ TEST(JointedIslands, ATautBridgeHangsNearlyStraightFromAnyNumberOfPlanks) {
       world.run(2 * rate);
       EXPECT_TRUE(world.report.faults.empty())
           << planks << " planks, " << rate << " steps a second";
-      EXPECT_GT(lowest_m(world, planks), 2.0 - 0.01 * planks * kPlank_m)
+      EXPECT_GT(lowest_m(world, planks), 2.0 - 0.006 * planks * kPlank_m)
           << planks << " planks, " << rate << " steps a second";
     }
 }
@@ -134,7 +134,7 @@ TEST(JointedIslands, ATautBridgeHangsNearlyStraightFromAnyNumberOfPlanks) {
 TEST(JointedIslands, ATautBridgeCarriesWhatFallsOnItBouncingOrNot) {
   for (const int planks : {4, 12, 30})
     for (const double restitution : {0.0, 0.5, 0.9})
-      for (const double ratio : {0.05, 1.0}) {
+      for (const double ratio : {0.05, 1.0, 10.0}) {
         World world = taut_bridge(planks, 60);
         const Material material{0.5, restitution};
         const double volume = 4.0 / 3.0 * M_PI * 0.15 * 0.15 * 0.15;
