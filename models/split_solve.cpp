@@ -10,6 +10,7 @@
 
 #include "kernel/hash_mix.hpp"
 #include "models/schedule.hpp"
+#include "physics/model/body_places.hpp"
 
 namespace soda::models {
 namespace {
@@ -154,8 +155,7 @@ BlockNews SplitSolve::news_for(WorldId world) const {
         {island_.ids[i], outcome_->moved[block - range_->first][plan_.blocks.place_in[i]]});
   }
   for (const physics::AdvanceFault& fault : outcome_->faults) {
-    const auto place = std::lower_bound(island_.ids.begin(), island_.ids.end(), fault.body);
-    if (island_.owners[static_cast<std::size_t>(place - island_.ids.begin())] == world)
+    if (island_.owners[physics::place_of(island_.ids, fault.body)] == world)
       news.faults.push_back(fault);
   }
   news.reports = outcome_->reports;

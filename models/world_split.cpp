@@ -7,6 +7,7 @@
 #include "models/world.hpp"
 #include "physics/constraints/ways.hpp"
 #include "physics/events/one_solve.hpp"
+#include "physics/model/body_places.hpp"
 
 namespace soda::models {
 
@@ -96,9 +97,7 @@ bool World::take_split(Bag bag) {
   physics::bound_ways(scene, scene.dt_s, scratch_.island_ids, (*split)->island().manifolds,
                       scratch_.island_states, bounds);
   for (const BlockNews::Moved& moved : heard->bodies) {
-    const auto at =
-        std::lower_bound(scratch_.island_ids.begin(), scratch_.island_ids.end(), moved.id);
-    const auto place = static_cast<std::size_t>(at - scratch_.island_ids.begin());
+    const std::size_t place = physics::place_of(scratch_.island_ids, moved.id);
     scratch_.island_states[place] = moved.state;
     physics::report_impossible_way(scene, scene.dt_s, bounds, place, moved.id, moved.state,
                                    report_.faults);

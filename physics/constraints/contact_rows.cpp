@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "physics/math/rigid_motion.hpp"
+#include "physics/model/body_places.hpp"
 
 namespace soda::physics {
 
@@ -22,11 +23,6 @@ double size_of(const Shape& shape) {
 }
 
 namespace {
-
-std::uint32_t local_index(std::span<const BodyId> ids, BodyId id) {
-  if (is_static(id)) return static_cast<std::uint32_t>(ids.size());
-  return static_cast<std::uint32_t>(std::lower_bound(ids.begin(), ids.end(), id) - ids.begin());
-}
 
 struct Tangents {
   Vec3 first, second;
@@ -73,8 +69,8 @@ PairContext context_of(const SceneDescription& scene, std::span<const BodyId> id
   PairContext c;
   c.manifold = &m;
   c.index = index;
-  c.a = local_index(ids, m.a);
-  c.b = local_index(ids, m.b);
+  c.a = place_of(ids, m.a);
+  c.b = place_of(ids, m.b);
   const BodyParams& pa = scene.bodies[index_of(m.a)];
   const Shape& shape_a = scene.shapes[pa.shape];
   c.state_a = &states[c.a];

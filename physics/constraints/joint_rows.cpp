@@ -5,13 +5,10 @@
 #include <numeric>
 #include <utility>
 
+#include "physics/model/body_places.hpp"
+
 namespace soda::physics {
 namespace {
-
-std::uint32_t place_or_end(std::span<const BodyId> ids, BodyId id) {
-  if (is_static(id)) return static_cast<std::uint32_t>(ids.size());
-  return static_cast<std::uint32_t>(std::lower_bound(ids.begin(), ids.end(), id) - ids.begin());
-}
 
 // For each joint, those that share a dynamic body with it; ascending.
 std::vector<std::vector<std::uint32_t>> neighbours_of(const SceneDescription& scene,
@@ -19,8 +16,8 @@ std::vector<std::vector<std::uint32_t>> neighbours_of(const SceneDescription& sc
                                                       std::span<const std::uint32_t> joints) {
   std::vector<std::vector<std::uint32_t>> of_body(ids.size() + 1), neighbours(joints.size());
   const auto bodies = [&](std::uint32_t joint) {
-    return std::array{place_or_end(ids, scene.joints[joints[joint]].a),
-                      place_or_end(ids, scene.joints[joints[joint]].b)};
+    return std::array{place_of(ids, scene.joints[joints[joint]].a),
+                      place_of(ids, scene.joints[joints[joint]].b)};
   };
   for (std::uint32_t joint = 0; joint < joints.size(); ++joint)
     for (const std::uint32_t body : bodies(joint)) of_body[body].push_back(joint);
@@ -289,7 +286,7 @@ JointSystem find_joints(const SceneDescription& scene, std::span<const BodyId> i
     if (is_joint(manifold)) joints.push_back(joint_of(manifold));
   if (joints.size() == 1) {
     const Joint& joint = scene.joints[joints.front()];
-    system.bodies.push_back({place_or_end(ids, joint.a), place_or_end(ids, joint.b)});
+    system.bodies.push_back({place_of(ids, joint.a), place_of(ids, joint.b)});
     system.earliest.push_back(0);
     system.bounded = joint.limits || joint.motor;
     system.joints = std::move(joints);
@@ -306,7 +303,7 @@ JointSystem find_joints(const SceneDescription& scene, std::span<const BodyId> i
     system.joints.push_back(joints[order[i]]);
     system.earliest.push_back(earliest);
     const Joint& joint = scene.joints[system.joints.back()];
-    system.bodies.push_back({place_or_end(ids, joint.a), place_or_end(ids, joint.b)});
+    system.bodies.push_back({place_of(ids, joint.a), place_of(ids, joint.b)});
     system.bounded = system.bounded || joint.limits || joint.motor;
   }
   return system;

@@ -1,11 +1,11 @@
 // Contacts of an island in which something comes near for a hit: which points hit, and when.
 #pragma once
 
-#include <algorithm>
 #include <limits>
 #include <span>
 #include <vector>
 
+#include "physics/model/body_places.hpp"
 #include "physics/model/contact_manifold.hpp"
 #include "physics/shapes/geometry.hpp"
 
@@ -18,8 +18,7 @@ struct HitIsland {
 
   template <typename State>
   State& state_of(BodyId id, std::span<State> states) const {
-    return states[static_cast<std::size_t>(std::lower_bound(ids.begin(), ids.end(), id) -
-                                           ids.begin())];
+    return states[place_of(ids, id)];
   }
   bool bounces(const ContactManifold& m) const;
   double width_m(const ContactManifold& m) const;

@@ -8,6 +8,7 @@
 #include "physics/events/strike.hpp"
 #include "physics/forces/forces.hpp"
 #include "physics/integrators/advance_once.hpp"
+#include "physics/model/body_places.hpp"
 #include "physics/refinement/advance_apart.hpp"
 #include "physics/refinement/advance_resting.hpp"
 #include "physics/refinement/refinement.hpp"
@@ -37,14 +38,11 @@ HitRun::HitRun(const HitIsland& island, double dt_s, bool apart,
       errors_(states.size(), 0.0),
       taken_(states.size(), 0),
       struck_(states.size(), 0) {
-  const auto place = [&](BodyId id) {
-    return static_cast<std::uint32_t>(std::lower_bound(island.ids.begin(), island.ids.end(), id) -
-                                      island.ids.begin());
-  };
   for (const ContactManifold& m : manifolds) {
     const bool fixed = is_static(m.b);
     const std::uint32_t pair =
-        pairs_.add({place(m.a), fixed ? static_index_of(m.b) : place(m.b), fixed});
+        pairs_.add({place_of(island.ids, m.a),
+                    fixed ? static_index_of(m.b) : place_of(island.ids, m.b), fixed});
     looks_.resize(pairs_.size());
     looks_[pair].found.push_back(m);
   }

@@ -12,6 +12,7 @@
 #include "physics/events/strike.hpp"
 #include "physics/forces/forces.hpp"
 #include "physics/math/rigid_motion.hpp"
+#include "physics/model/body_places.hpp"
 #include "physics/model/contact_manifold.hpp"
 #include "physics/model/stage_counters.hpp"
 #include "physics/shapes/geometry.hpp"
@@ -59,10 +60,7 @@ bool is_in_flight(const SceneDescription& scene, const Geometry& geometry,
                   std::span<const BodyState> states) {
   for (const BodyId id : ids)
     if (!can_fly(scene.bodies[index_of(id)])) return false;
-  const auto state_of = [&](BodyId id) {
-    return &states[static_cast<std::size_t>(std::lower_bound(ids.begin(), ids.end(), id) -
-                                            ids.begin())];
-  };
+  const auto state_of = [&](BodyId id) { return &states[place_of(ids, id)]; };
   bool impact = false;
   for (const ContactManifold& m : manifolds) impact = impact || is_impact(scene, m);
   if (!impact) return false;

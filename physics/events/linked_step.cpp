@@ -10,6 +10,7 @@
 #include "physics/forces/forces.hpp"
 #include "physics/integrators/advance_once.hpp"
 #include "physics/math/rigid_motion.hpp"
+#include "physics/model/body_places.hpp"
 #include "physics/model/contact_manifold.hpp"
 #include "physics/model/island_report.hpp"
 #include "physics/model/stage_counters.hpp"
@@ -31,9 +32,7 @@ struct LinkedIsland {
   const CompiledShape& shape_of(std::size_t body) const {
     return geometry.impl().shapes[scene.bodies[index_of(ids[body])].shape].shape;
   }
-  std::size_t place_of(BodyId id) const {
-    return static_cast<std::size_t>(std::lower_bound(ids.begin(), ids.end(), id) - ids.begin());
-  }
+  std::size_t place_of(BodyId id) const { return physics::place_of(ids, id); }
 };
 
 // The vector of the rotation that leads from one orientation to another, up to half a turn. To a

@@ -1,7 +1,7 @@
 // What a step tells of joints (joint_motion.hpp).
-#include <algorithm>
 
 #include "physics/integrators/joint_motion.hpp"
+#include "physics/model/body_places.hpp"
 
 namespace soda::physics {
 
@@ -20,15 +20,10 @@ void report_lost_joints(const SceneDescription& scene, std::span<const BodyId> i
                         std::span<const ContactManifold> manifolds,
                         std::vector<AdvanceFault>& faults) {
   std::vector<std::uint32_t> found(ids.size() + 1, 0);
-  const auto place = [&ids](BodyId id) {
-    return is_static(id) ? ids.size()
-                         : static_cast<std::size_t>(std::lower_bound(ids.begin(), ids.end(), id) -
-                                                    ids.begin());
-  };
   for (const ContactManifold& manifold : manifolds) {
     if (!is_joint(manifold)) continue;
-    ++found[place(manifold.a)];
-    ++found[place(manifold.b)];
+    ++found[place_of(ids, manifold.a)];
+    ++found[place_of(ids, manifold.b)];
   }
   for (std::size_t i = 0; i < ids.size(); ++i)
     if (found[i] < scene.bodies[index_of(ids[i])].joints)

@@ -5,6 +5,7 @@
 
 #include "physics/constraints/contact_rows.hpp"
 #include "physics/math/rigid_motion.hpp"
+#include "physics/model/body_places.hpp"
 #include "physics/model/joint.hpp"
 #include "physics/refinement/refined_trials.hpp"
 #include "physics/shapes/geometry_impl.hpp"
@@ -14,10 +15,6 @@ namespace {
 
 // Of the width. A gap that closes by less stays as it is; what overlaps more is pushed apart.
 constexpr double kClosed = 1e-9, kStayed = 1e-8, kOverlap = 0.5 * kSlop;
-
-std::size_t place_in(std::span<const BodyId> ids, BodyId id) {
-  return static_cast<std::size_t>(std::lower_bound(ids.begin(), ids.end(), id) - ids.begin());
-}
 
 double width_m(const SceneDescription& scene, const Geometry& geometry, const ContactManifold& m) {
   return std::min(shape_of(scene, geometry, m.a).min_extent_m,
@@ -56,7 +53,7 @@ Islands islands_apart(const SceneDescription& scene, const Geometry& geometry, d
     return islands;
   for (const ContactManifold& m : manifolds)
     if (is_static(m.b) ||
-        holds(scene, geometry, dt_s, m, states[place_in(ids, m.a)], states[place_in(ids, m.b)]))
+        holds(scene, geometry, dt_s, m, states[place_of(ids, m.a)], states[place_of(ids, m.b)]))
       kept.push_back(m);
   if (kept.size() < manifolds.size()) build_islands(ids, kept, islands);
   return islands;
@@ -74,7 +71,7 @@ bool stayed_apart(const SceneDescription& scene, const Geometry& geometry,
   for (const std::uint32_t body : islands.free_bodies) island_of[body] = count++;
   for (const ContactManifold& m : manifolds) {
     if (is_static(m.b)) continue;
-    const std::size_t a = place_in(ids, m.a), b = place_in(ids, m.b);
+    const std::size_t a = place_of(ids, m.a), b = place_of(ids, m.b);
     if (island_of[a] == island_of[b]) continue;
     const double width = width_m(scene, geometry, m);
     for (std::uint32_t i = 0; i < m.count; ++i) {

@@ -8,6 +8,7 @@
 #include "physics/integrators/advance_once.hpp"
 #include "physics/integrators/spring_kicks.hpp"
 #include "physics/math/rigid_motion.hpp"
+#include "physics/model/body_places.hpp"
 #include "physics/shapes/geometry.hpp"
 
 namespace soda::physics {
@@ -27,7 +28,7 @@ void keep_in_touch(const RefinedIsland& island, double dt_s, std::span<const Bod
                    std::span<const ContactManifold> start, std::vector<ContactManifold>& now) {
   constexpr double kInTouch = 5e-3;  // of the width; half of what is kept though it does not close
   for (ContactManifold& m : now) {
-    const std::size_t a = place_of(island, m.a);
+    const std::size_t a = place_of(island.ids, m.a);
     for (std::uint32_t i = 0; i < m.count; ++i) {
       ContactPoint& point = m.points[i];
       const bool apart = point.separation_m > 0.0;
@@ -99,13 +100,7 @@ IslandReport advance_kicked(RefinedIsland& island, double dt_s,
   return report;
 }
 
-std::size_t place_in(std::span<const BodyId> ids, BodyId id) {
-  return static_cast<std::size_t>(std::lower_bound(ids.begin(), ids.end(), id) - ids.begin());
-}
-
 }  // namespace
-
-std::size_t place_of(const RefinedIsland& island, BodyId id) { return place_in(island.ids, id); }
 
 void find_again(const SceneDescription& scene, const Geometry& geometry, double dt_s,
                 std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
@@ -117,8 +112,8 @@ void find_again(const SceneDescription& scene, const Geometry& geometry, double 
     const bool again = before != nullptr && before->a == m.a && before->b == m.b;
     before = &m;
     if (again || m.b == kWorldBody) continue;
-    collide(scene, geometry, dt_s, m.a, states[place_in(ids, m.a)], m.b,
-            is_static(m.b) ? nullptr : &states[place_in(ids, m.b)], found, counters);
+    collide(scene, geometry, dt_s, m.a, states[place_of(ids, m.a)], m.b,
+            is_static(m.b) ? nullptr : &states[place_of(ids, m.b)], found, counters);
   }
   append_world_joints(scene, ids, found);
 }

@@ -37,9 +37,6 @@ struct Trial {
   VelocityPath path;
 };
 
-// Of a body's state in the island's.
-std::size_t place_of(const RefinedIsland& island, BodyId id);
-
 // Whether a point of these contacts pushed in the step that led to the state of the lower body.
 bool pressed(const BodyState& state, const ContactManifold& m, std::uint32_t feature);
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "physics/math/rigid_motion.hpp"
+#include "physics/model/body_places.hpp"
 
 namespace soda::physics {
 namespace {
@@ -42,9 +43,9 @@ void for_each_turned(const RefinedIsland& island, std::span<const ContactManifol
         !(material_of(island.scene, m.b).friction > 0.0))
       continue;
     SlidingPoint point;
-    point.a = place_of(island, m.a);
+    point.a = place_of(island.ids, m.a);
     if (!is_static(m.b))
-      point.b = place_of(island, m.b);
+      point.b = place_of(island.ids, m.b);
     else
       point.surface_m_s = island.scene.statics[static_index_of(m.b)].surface_velocity_m_s;
     point.normal = m.normal;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "physics/math/rigid_motion.hpp"
+#include "physics/model/body_places.hpp"
 #include "physics/solvers/contact_solver.hpp"
 
 namespace soda::physics {
@@ -180,13 +181,10 @@ std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, doub
   const bool is_uneven = jointed || ratio > kMuchHeavier;
   const double calm_m_s = calm_speed_m_s(scene, dt_s);
   bool calm = true;
-  const auto place = [&ids](BodyId id) {
-    return static_cast<std::uint32_t>(std::lower_bound(ids.begin(), ids.end(), id) - ids.begin());
-  };
   std::vector<std::array<std::uint32_t, 2>> edges;
   edges.reserve(manifolds.size());
   for (const ContactManifold& m : manifolds) {
-    const std::array<std::uint32_t, 2> edge{place(m.a), place(m.b)};
+    const std::array<std::uint32_t, 2> edge{place_of(ids, m.a), place_of(ids, m.b)};
     const BodyState* const b = is_static(m.b) ? nullptr : &states[edge[1]];
     calm =
         calm && (is_joint(m) || squared_speed(scene, m, states[edge[0]], b) <= calm_m_s * calm_m_s);

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "physics/model/body_places.hpp"
+
 namespace soda::physics {
 namespace {
 
@@ -14,16 +16,12 @@ struct ContactEnds {
   std::uint32_t a = 0, b = kNowhere;  // places in the island; none for a static
 };
 
-std::uint32_t node_of(std::span<const BodyId> ids, BodyId id) {
-  return static_cast<std::uint32_t>(std::lower_bound(ids.begin(), ids.end(), id) - ids.begin());
-}
-
 std::vector<ContactEnds> ends_of(std::span<const BodyId> ids,
                                  std::span<const ContactManifold> manifolds) {
   std::vector<ContactEnds> ends;
   ends.reserve(manifolds.size());
   for (const ContactManifold& m : manifolds)
-    ends.push_back({node_of(ids, m.a), is_static(m.b) ? kNowhere : node_of(ids, m.b)});
+    ends.push_back({place_of(ids, m.a), is_static(m.b) ? kNowhere : place_of(ids, m.b)});
   return ends;
 }
 
