@@ -94,7 +94,8 @@ std::vector<EngineKind> engines_of(const AccuracyRequest& request, AccuracyRepor
                                    [&](const PeerModule& m) { return name.starts_with(m.name); });
     if (peer == peers.end())
       throw UsageError("--engines: found " + name +
-                       "; allowed: soda, bullet, ode, ode-direct, mujoco");
+                       "; allowed: soda, soda-fast, soda-accurate, soda-fcl, soda-own, bullet, "
+                       "ode, ode-direct, mujoco");
     report.missing_engines.push_back(name + " (not in this build: install " + peer->package +
                                      " and build again)");
   }
@@ -137,8 +138,7 @@ std::vector<Series> series_of(const AccuracyRequest& request, bool has_accuracy_
 void run_settings(const scenarios::Scenario& scenario, const EngineKind& engine,
                   const AccuracyRequest& request, AccuracyReport::Case& result) {
   const double duration_s = static_cast<double>(scenario.run.steps) * scenario.scene.dt_s;
-  for (const Series& series :
-       series_of(request, engine.name == soda_engine().name, scenario.scene.dt_s)) {
+  for (const Series& series : series_of(request, is_soda(engine.name), scenario.scene.dt_s)) {
     double step_s = 0.0;  // what one took at the setting before
     for (const EngineSetting& setting : series) {
       const bool too_long = step_s * duration_s / setting.dt_s > request.timing.budget_s;

@@ -152,7 +152,7 @@ void add_advantages(const AccuracyReport::Case& one, std::span<const ErrorColumn
                     const std::string& measure, std::vector<Advantage>& all) {
   for (const CaseRun& other : one.runs) {
     const std::optional<double> error = largest_error(other, columns);
-    if (other.engine == "soda" || !error || !(other.cpu_per_simulated_s > 0.0)) continue;
+    if (is_soda(other.engine) || !error || !(other.cpu_per_simulated_s > 0.0)) continue;
     std::optional<double> least;
     for (const CaseRun& own : one.runs)
       if (own.engine == "soda" && is_as_near(own, other, columns))

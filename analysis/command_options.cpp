@@ -92,7 +92,10 @@ void define_accuracy(CLI::App& command, AccuracyRequest& request) {
                   "run soda in accuracy mode, as 1e-4,1e-6; beside --dt, if given, or instead")
       ->delimiter(',');
   command.add_option("--iterations", request.iterations, "of the contact solver")->delimiter(',');
-  command.add_option("--engines", request.engines, "soda (default), bullet, ode, mujoco")
+  command
+      .add_option("--engines", request.engines,
+                  "soda (default), soda-fast, soda-accurate, soda-fcl, soda-own, bullet, ode, "
+                  "mujoco")
       ->delimiter(',');
   command.add_option("--repeat", request.timing.repeats,
                      "timed runs, of which the median counts (default 3; 0: no timing)");
@@ -111,6 +114,7 @@ void define_accuracy(CLI::App& command, AccuracyRequest& request) {
       "examples:\n"
       "  soda accuracy free-fall bounce\n"
       "  soda accuracy slip-0 --sweep -o slip.html\n"
+      "  soda accuracy arch chain --engines soda,soda-fast,soda-accurate\n"
       "  soda accuracy tip stop --tolerance 1e-3,1e-6,1e-9\n"
       "  soda accuracy --dt 1/60,1/240 --engines soda,bullet,ode --json\n"
       "  soda accuracy spin --check\n"

@@ -218,10 +218,17 @@ std::string run_json(const RunReport& report) {
 }
 
 std::string plan_json(const std::string& scenario, const std::vector<models::PlanLine>& plan,
+                      const std::vector<physics::ShapePair>& pairs,
                       const JointIslandFigures& joints, const FileWarnings& warnings) {
+  Json shapes = Json::array();
+  for (const physics::ShapePair& pair : pairs)
+    shapes.push_back({{"shapes", {pair.first, pair.second}},
+                      {"kernel", physics::name_of(pair.kernel)},
+                      {"routine", pair.by_fcl ? "fcl" : "own"}});
   return dumped({{"scenario", scenario},
                  {"warnings", warnings_json({warnings})},
                  {"plan", plan_lines(plan, nullptr)},
+                 {"shape_pairs", shapes},
                  {"joint_islands", joints.counts},
                  {"joint_costs", joints.words}});
 }

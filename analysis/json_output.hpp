@@ -12,6 +12,7 @@
 #include "analysis/run_report.hpp"
 #include "analysis/verify_command.hpp"
 #include "models/plan.hpp"
+#include "physics/step/stages.hpp"
 
 namespace soda::analysis {
 
@@ -19,6 +20,7 @@ namespace soda::analysis {
 // bits; what is not finite becomes null.
 std::string run_json(const RunReport& report);
 std::string plan_json(const std::string& scenario, const std::vector<models::PlanLine>& plan,
+                      const std::vector<physics::ShapePair>& pairs,
                       const JointIslandFigures& joints, const FileWarnings& warnings);
 std::string verification_json(const Verification& verification);
 std::string accuracy_json(const AccuracyReport& report);

@@ -173,6 +173,8 @@ Counts stage_counts(const models::SimulationResult& result) {
         stages.narrowphase_tests[kernel]);
   }
   const Counts rest = {
+      {"fcl_calls", stages.fcl_calls},
+      {"fcl_failures", stages.fcl_failures},
       {"manifolds", stages.manifolds},
       {"contact_points", stages.contact_points},
       {"free_bodies_advanced", stages.free_bodies_advanced},

@@ -6,6 +6,7 @@
 #include "analysis/json_output.hpp"
 #include "analysis/run_report.hpp"
 #include "analysis/warnings.hpp"
+#include "physics/step/stages.hpp"
 
 namespace soda::analysis {
 
@@ -16,12 +17,14 @@ int plan_command(const PlanRequest& request, std::ostream& out, std::ostream& er
   const std::vector<models::PlanLine> plan =
       models::make_plan(scenario.scene, scenario.territory.worlds, scenario.run);
   if (request.json) {
-    out << plan_json(scenario.name, plan, joint_island_figures(scenario.scene), warnings);
+    out << plan_json(scenario.name, plan, physics::shape_pairs(scenario.scene),
+                     joint_island_figures(scenario.scene), warnings);
   } else {
     out << scenario.name << ": " << scenario.initial.size() << " bodies, "
         << scenario.territory.worlds << (scenario.territory.worlds == 1 ? " world" : " worlds")
         << ", " << name_of(scenario.run.executor) << " executor\n\n"
-        << plan_text(plan, nullptr) << joint_costs_text(scenario.scene);
+        << plan_text(plan, nullptr) << shape_pairs_text(scenario.scene)
+        << joint_costs_text(scenario.scene);
   }
   return kExitOk;
 }

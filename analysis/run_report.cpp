@@ -6,6 +6,7 @@
 #include "analysis/stop_signals.hpp"
 #include "analysis/text_table.hpp"
 #include "models/joint_cost.hpp"
+#include "physics/step/stages.hpp"
 
 namespace soda::analysis {
 namespace {
@@ -196,6 +197,15 @@ JointIslandFigures joint_island_figures(const physics::SceneDescription& scene) 
     figures.words.push_back(models::words_for(scene, cost));
   }
   return figures;
+}
+
+std::string shape_pairs_text(const physics::SceneDescription& scene) {
+  std::vector<std::vector<std::string>> rows;
+  for (const physics::ShapePair& pair : physics::shape_pairs(scene))
+    rows.push_back({pair.first + ", " + pair.second, physics::name_of(pair.kernel),
+                    pair.by_fcl ? "FCL" : "own"});
+  if (rows.empty()) return "";
+  return "\n" + format_table({{"shapes that can meet"}, {"kernel"}, {"routine"}}, rows);
 }
 
 std::string joint_costs_text(const physics::SceneDescription& scene) {

@@ -37,7 +37,10 @@ struct JointIslandFigures {
 };
 JointIslandFigures joint_island_figures(const physics::SceneDescription& scene);
 
-// The same as text: a line for each costly one, else one for the costliest; nothing
+// Who tests each pair of shapes that can meet: a kernel, and FCL or own code.
+std::string shape_pairs_text(const physics::SceneDescription& scene);
+
+// Of the joint islands, as text: a line for each costly one, else one for the costliest; nothing
 // without joints between bodies.
 std::string joint_costs_text(const physics::SceneDescription& scene);
 

@@ -246,32 +246,18 @@ models::TerritoryOptions territory_of(const TerritorySpec& spec,
   return options;
 }
 
-std::int64_t iterations_of(Quality quality) {
-  switch (quality) {
-    case Quality::kFast:
-      return 16;
-    case Quality::kBalanced:
-      return physics::SolverSettings{}.iterations;
-    case Quality::kAccurate:
-      return 60;
-  }
-  return physics::SolverSettings{}.iterations;
-}
-
-double tolerance_of(const DocumentSpec& document) {
-  constexpr double kAccurate = 1e-6;
-  if (document.accuracy.json != nullptr) return document.accuracy.tolerance;
-  return document.solver.quality == Quality::kAccurate ? kAccurate : 0.0;
-}
-
-physics::SolverSettings solver_of(const SolverSpec& spec) {
-  return {.iterations = static_cast<int>(spec.iterations.value_or(iterations_of(spec.quality))),
-          .restitution_threshold_m_s = spec.restitution_threshold_m_s,
-          .contact_response = spec.contact_response,
-          .warm_starting = spec.warm_starting,
-          .direct = spec.direct,
-          .rest = spec.rest,
-          .refined = spec.quality != Quality::kFast};
+void set_solver(const DocumentSpec& document, physics::SceneDescription& scene) {
+  const SolverSpec& spec = document.solver;
+  set_quality(spec.quality, scene);
+  if (spec.iterations) scene.solver.iterations = static_cast<int>(*spec.iterations);
+  if (document.accuracy.json != nullptr) scene.tolerance = document.accuracy.tolerance;
+  scene.solver.restitution_threshold_m_s = spec.restitution_threshold_m_s;
+  scene.solver.contact_response = spec.contact_response;
+  scene.solver.warm_starting = spec.warm_starting;
+  scene.solver.direct = spec.direct;
+  scene.solver.rest = spec.rest;
+  scene.broadphase = spec.broadphase;
+  scene.narrowphase = spec.narrowphase;
 }
 
 models::RunOptions run_of(const DocumentSpec& document, FaultList& faults) {
@@ -299,9 +285,7 @@ Scenario build_scenario(const DocumentSpec& document, const std::string& file,
   scenario.description = document.description;
   scenario.scene.gravity_m_s2 = document.gravity_m_s2;
   scenario.scene.dt_s = document.time_step_s;
-  scenario.scene.broadphase = document.solver.broadphase;
-  scenario.scene.solver = solver_of(document.solver);
-  scenario.scene.tolerance = tolerance_of(document);
+  set_solver(document, scenario.scene);
   scenario.territory = territory_of(document.territory, seed);
   scenario.run = run_of(document, faults);
   scenario.output = {log_place(document.output, folder_of(file), faults),

@@ -14,6 +14,7 @@
 #include "physics/model/scene.hpp"
 #include "scenarios/json_tree.hpp"
 #include "scenarios/known_answer.hpp"
+#include "scenarios/quality.hpp"
 
 namespace soda::scenarios {
 
@@ -244,9 +245,6 @@ using ReferenceSpec = std::variant<
     AnswerSpec<SteadyPrecession>, AnswerSpec<JointTravel>, AnswerSpec<HangingChain>,
     AnswerSpec<JointsHold>, StoredRunSpec>;
 
-// What a step may cost, for how small an error.
-enum class Quality { kFast, kBalanced, kAccurate };
-
 struct SolverSpec : Located {
   Quality quality = Quality::kBalanced;
   std::optional<std::int64_t> iterations;
@@ -256,6 +254,7 @@ struct SolverSpec : Located {
   bool direct = physics::SolverSettings{}.direct;
   bool rest = physics::SolverSettings{}.rest;
   physics::Broadphase broadphase = physics::Broadphase::kGrid;
+  physics::Narrowphase narrowphase = physics::Narrowphase::kAuto;
 };
 
 struct AccuracySpec : Located {

@@ -9,6 +9,9 @@ template <>
 inline constexpr std::array kNamesOf<physics::Broadphase> =
     std::to_array<std::string_view>({"grid", "all-pairs"});
 template <>
+inline constexpr std::array kNamesOf<physics::Narrowphase> =
+    std::to_array<std::string_view>({"auto", "fcl", "own"});
+template <>
 inline constexpr std::array kNamesOf<models::MapKind> =
     std::to_array<std::string_view>({"blocks", "k-means", "statics"});
 template <>
@@ -49,6 +52,10 @@ constexpr Field kSolverFields[] = {
     field<SolverSpec, &SolverSpec::broadphase>(
         "broadphase", kOptional, kNone,
         "How candidate pairs are found; all-pairs is for experiments on cost."),
+    field<SolverSpec, &SolverSpec::narrowphase>(
+        "narrowphase", kOptional, kNone,
+        "Whose routine says along which direction two solids meet. auto: FCL's for two boxes, own "
+        "ones for all others; fcl: FCL's for all but halfspaces and meshes; own: no FCL."),
 };
 
 constexpr Field kAccuracyFields[] = {

@@ -61,6 +61,11 @@ std::vector<PeerModule> peer_modules();
 using AppendEngines = void (*)(std::vector<EngineKind>&);
 inline constexpr const char* kPeerEnginesSymbol = "soda_append_engines";
 
+// At the settings of the scene.
 EngineKind soda_engine();
+// That, and at others instead: soda-fast and soda-accurate (scenarios/quality.hpp), soda-fcl and
+// soda-own (physics::Narrowphase).
+std::vector<EngineKind> soda_engines();
+inline bool is_soda(const std::string& engine) { return engine.starts_with("soda"); }
 
 }  // namespace soda::analysis

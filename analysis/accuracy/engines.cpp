@@ -12,7 +12,7 @@ std::vector<PeerModule> peer_modules() {
 
 // Modules stay loaded until the program ends, because their engines do.
 std::vector<EngineKind> engine_kinds() {
-  std::vector<EngineKind> kinds{soda_engine()};
+  std::vector<EngineKind> kinds = soda_engines();
   const auto folder = std::filesystem::read_symlink("/proc/self/exe").parent_path();
   for (const PeerModule& peer : peer_modules()) {
     const auto module = folder / ("soda_engine_" + peer.name + ".so");

@@ -1,6 +1,7 @@
 #include "analysis/accuracy/engine.hpp"
 #include "analysis/error_measures.hpp"
 #include "physics/step/step.hpp"
+#include "scenarios/quality.hpp"
 
 namespace soda::analysis {
 namespace {
@@ -59,14 +60,38 @@ class SodaEngine final : public Engine {
   std::string fault_;
 };
 
-}  // namespace
-
-EngineKind soda_engine() {
-  return {"soda", SODA_VERSION, [](const physics::SceneDescription&) { return std::string(); },
+template <void (*change)(physics::SceneDescription&)>
+EngineKind kind(const char* name) {
+  return {name, SODA_VERSION, [](const physics::SceneDescription&) { return std::string(); },
           [](const physics::SceneDescription& scene, std::span<const physics::BodyState> initial,
              const EngineSetting& setting) -> std::unique_ptr<Engine> {
-            return std::make_unique<SodaEngine>(scene, initial, setting);
+            physics::SceneDescription changed = scene;
+            change(changed);
+            return std::make_unique<SodaEngine>(changed, initial, setting);
           }};
+}
+
+void change_nothing(physics::SceneDescription&) {}
+
+template <scenarios::Quality quality>
+void to(physics::SceneDescription& scene) {
+  set_quality(quality, scene);
+}
+
+template <physics::Narrowphase narrowphase>
+void to(physics::SceneDescription& scene) {
+  scene.narrowphase = narrowphase;
+}
+
+}  // namespace
+
+EngineKind soda_engine() { return kind<change_nothing>("soda"); }
+
+std::vector<EngineKind> soda_engines() {
+  return {soda_engine(), kind<to<scenarios::Quality::kFast>>("soda-fast"),
+          kind<to<scenarios::Quality::kAccurate>>("soda-accurate"),
+          kind<to<physics::Narrowphase::kFcl>>("soda-fcl"),
+          kind<to<physics::Narrowphase::kOwn>>("soda-own")};
 }
 
 }  // namespace soda::analysis

@@ -27,6 +27,8 @@ void add_settings(SceneDraw& d) {
   if (d.chance.one_in(40) && d.scene[ScenePart::kJoints].empty())
     solver.set("contact_response", "false");
   if (d.chance.one_in(20)) solver.set("broadphase", quoted("all-pairs"));
+  if (d.chance.one_in(6)) solver.set("narrowphase", quoted(d.chance.one_in(2) ? "fcl" : "own"));
+  if (d.chance.one_in(12)) solver.set("quality", quoted("fast"));
   if (!solver.fields.empty()) d.scene.head.set("solver", solver.text());
   if (d.chance.one_in(25)) d.scene.head.set("accuracy", "{\"tolerance\": 0.001}");
 }

@@ -115,6 +115,11 @@ struct StaticBody {
 
 enum class Broadphase { kGrid, kAllPairs };  // kAllPairs: the paper's Figure 8 experiment
 
+// Whose routines say along which direction two solids meet that are neither halfspaces nor meshes.
+// kAuto: FCL's for two boxes, own ones for all others. kFcl: FCL's for all. kOwn: own ones for all.
+// Contact points, halfspaces, meshes and times of impact are own work for each.
+enum class Narrowphase { kAuto, kFcl, kOwn };
+
 // Settings of the contact solver. Lengths are relative to body size, see README.
 struct SolverSettings {
   int iterations = 30;                      // sweeps, 1 .. 1000
@@ -131,6 +136,7 @@ struct SceneDescription {
   Vec3 gravity_m_s2 = Vec3::Zero();
   double dt_s = 1.0 / 60.0;
   Broadphase broadphase = Broadphase::kGrid;
+  Narrowphase narrowphase = Narrowphase::kAuto;
   SolverSettings solver;
   // Accuracy mode: largest error of each island in a step, of its bodies' widths; islands take as
   // many substeps as it needs, and say what error is left. 0: only single bodies are treated so, to

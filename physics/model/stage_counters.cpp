@@ -28,6 +28,8 @@ StageCounters& operator+=(StageCounters& a, const StageCounters& b) {
   for (std::size_t i = 0; i < a.narrowphase_tests.size(); ++i) {
     a.narrowphase_tests[i] += b.narrowphase_tests[i];
   }
+  a.fcl_calls += b.fcl_calls;
+  a.fcl_failures += b.fcl_failures;
   a.manifolds += b.manifolds;
   a.contact_points += b.contact_points;
   a.free_bodies_advanced += b.free_bodies_advanced;

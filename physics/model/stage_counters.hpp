@@ -24,6 +24,8 @@ struct StageCounters {
   std::uint64_t boxes = 0;
   std::uint64_t candidate_pairs = 0;  // out of the broadphase
   std::array<std::uint64_t, static_cast<std::size_t>(ShapeKernel::kCount)> narrowphase_tests{};
+  // Pairs that FCL was asked about, and those of which it said nothing of use: an own routine did.
+  std::uint64_t fcl_calls = 0, fcl_failures = 0;
   std::uint64_t manifolds = 0;
   std::uint64_t contact_points = 0;
   std::uint64_t free_bodies_advanced = 0;  // bodies without contact

@@ -1,5 +1,6 @@
 #include "physics/narrowphase/core_distance.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -34,16 +35,18 @@ Vec3 farthest(const Core& core, const Vec3& direction) {
     case ShapeKind::kSphere:
       return core.solid.pose.position;
     case ShapeKind::kCapsule:
-      return core.solid.pose.position + turn.col(2) * std::copysign(shape.half_length_m, d.z());
+      return core.solid.pose.position +
+             turn.col(2) * std::copysign(core.scale * shape.half_length_m, d.z());
     case ShapeKind::kCylinder: {
       const double radial = std::sqrt(d.x() * d.x() + d.y() * d.y());
-      const double scale = radial > 0.0 ? (shape.radius_m - core.skin_m) / radial : 0.0;
+      const double scale =
+          radial > 0.0 ? core.scale * (shape.radius_m - core.skin_m) / radial : 0.0;
       return core.solid.pose.position + turn.col(0) * (d.x() * scale) +
              turn.col(1) * (d.y() * scale) +
-             turn.col(2) * std::copysign(shape.half_length_m - core.skin_m, d.z());
+             turn.col(2) * std::copysign(core.scale * (shape.half_length_m - core.skin_m), d.z());
     }
     default:
-      return core.solid.pose.position + turn * support(shape, d);
+      return core.solid.pose.position + turn * (core.scale * support(shape, d));
   }
 }
 
@@ -181,6 +184,39 @@ CoreGap core_gap(const Core& a, const Core& b, const Vec3& guess, double tiny_m,
     gap.on_b += simplex.corners[i].on_b * simplex.shares[i];
   }
   return gap;
+}
+
+ShrunkTouch touch_of_shrunk(const PlacedShape& a, const PlacedShape& b) {
+  constexpr double kTiny = 1e-10;  // of the width
+  constexpr double kFirst = 1e-3;  // of the size, taken off
+  constexpr double kExact = 1.01;  // ratio of what is taken off
+  const auto skin = [](const CompiledShape& shape) {
+    const bool round = shape.kind == ShapeKind::kSphere || shape.kind == ShapeKind::kCapsule;
+    return round ? shape.radius_m : 0.0;
+  };
+  const double skin_a = skin(a.shape), skin_b = skin(b.shape);
+  const Vec3 between = b.pose.position - a.pose.position;
+  ShrunkTouch touch{between == Vec3::Zero() ? Vec3(Vec3::UnitZ()) : Vec3(between.normalized()),
+                    a.pose.position};
+  const auto are_apart = [&](double shrunk) {
+    const double scale = 1.0 - shrunk;
+    const CoreGap gap = core_gap({a, skin_a, scale}, {b, skin_b}, touch.normal,
+                                 kTiny * (a.shape.min_extent_m + b.shape.min_extent_m));
+    if (gap.overlap || gap.least_m <= scale * skin_a + skin_b) return false;
+    touch = {gap.normal, gap.on_b - gap.normal * skin_b};
+    return true;
+  };
+  double less = 0.0, more = kFirst;
+  while (!are_apart(more)) {
+    if (more == 1.0) return touch;
+    less = more;
+    more = std::min(1.0, 4.0 * more);
+  }
+  while (more > kExact * less && more > kTiny) {
+    const double middle = less > 0.0 ? std::sqrt(less * more) : 0.1 * more;
+    (are_apart(middle) ? more : less) = middle;
+  }
+  return touch;
 }
 
 }  // namespace soda::physics

@@ -10,6 +10,7 @@ namespace soda::physics {
 struct Core {
   const PlacedShape& solid;
   double skin_m = 0.0;
+  double scale = 1.0;  // about the solid's origin, of what is left
 };
 
 struct CoreGap {
@@ -28,5 +29,17 @@ struct CoreGap {
 // change the result by rounding, and which of equally near points is named.
 CoreGap core_gap(const Core& a, const Core& b, const Vec3& guess, double tiny_m,
                  double far_m = 1e300);
+
+struct ShrunkTouch {
+  Vec3 normal = Vec3::UnitZ();  // unit, from a to b
+  Vec3 on_b = Vec3::Zero();
+};
+
+// Of two solids that touch or overlap: where they touch as soon as a, whose origin is inside it,
+// has shrunk about it far enough (to a hundredth of that; C. J. Ong and E. G. Gilbert, "Growth
+// distances: new measures for object separation and penetration", 1996, where both shrink). Little
+// overlap has the normal of the least depth, but where another normal is about as good. If a's
+// origin is in b, the normal leads from one origin to the other, and the point is that origin.
+ShrunkTouch touch_of_shrunk(const PlacedShape& a, const PlacedShape& b);
 
 }  // namespace soda::physics

@@ -98,6 +98,13 @@ void solid_triangle(const PlacedShape& solid, const Triangle& t, const Solid& as
   }
 }
 
+struct MeshPair {
+  BodyId a, b;
+  const PlacedShape &solid, &mesh;
+  const PairMotion& motion;
+  const Vec3& origin_m;
+};
+
 // Where a solid touches an edge of a triangle and neither of its faces.
 struct EdgeContact {
   Vec3 normal = Vec3::UnitZ();  // from the solid
@@ -106,36 +113,65 @@ struct EdgeContact {
   Vec3 witness = Vec3::Zero();
 };
 
-EdgeContact edge_contact(const PlacedShape& solid, const PlacedShape& mesh, const Solid& triangle,
-                         double range_m) {
-  constexpr double kTiny = 1e-10;        // of the width
-  constexpr double kSame = 1.0 - 1e-12;  // cosine
-  const bool round = solid.shape.kind == ShapeKind::kCapsule;
-  const double skin = round ? solid.shape.radius_m : 0.0;
-  const MeshTriangle& t = *triangle.geometry.triangle;
-  const Vec3 guess = triangle.placed.pose.position - solid.pose.position;
-  const CoreGap gap = core_gap({solid, skin}, {triangle.placed, 0.0},
-                               guess == Vec3::Zero() ? Vec3(Vec3::UnitZ()) : guess,
-                               kTiny * solid.shape.min_extent_m, range_m + skin);
-  if (gap.far) return {};
+// The corner that lies farthest along a direction.
+const Vec3& farthest_corner(const MeshTriangle& t, const Vec3& direction) {
+  const auto along = [&](const Vec3& corner) { return corner.dot(direction); };
+  return *std::ranges::max_element(t.corners_m, {}, along);
+}
+
+// Whether what lies from a corner in this direction is as near to none of the triangles there as to
+// the corner itself. Else another triangle is what it touches.
+bool is_over_corner(const CompiledShape& mesh, std::span<const std::uint32_t> triangles,
+                    const Vec3& corner, const Vec3& direction) {
+  constexpr double kSlack = 1e-6;  // cosine
+  for (const std::uint32_t index : triangles) {
+    const std::array<Vec3, 3>& corners = mesh.triangles[index].corners_m;
+    if (std::ranges::find(corners, corner) == corners.end()) continue;
+    for (const Vec3& other : corners)
+      if ((other - corner).dot(direction) > kSlack * (other - corner).norm()) return false;
+  }
+  return true;
+}
+
+// Along the direction in which they are apart, or overlap least; the edge is not known yet.
+EdgeContact nearest_of(const PlacedShape& solid, const Solid& triangle, double range_m) {
+  constexpr double kTiny = 1e-10;  // of the width
+  const double tiny = kTiny * solid.shape.min_extent_m;
+  const double skin = solid.shape.kind == ShapeKind::kCapsule ? solid.shape.radius_m : 0.0;
+  const Vec3 between = triangle.placed.pose.position - solid.pose.position;
+  const Vec3 guess = between == Vec3::Zero() ? Vec3(Vec3::UnitZ()) : between;
+  const CoreGap gap = core_gap({solid, skin}, {triangle.placed, 0.0}, guess, tiny, range_m + skin);
   EdgeContact found;
-  if (gap.overlap) {
-    const Separation overlap = overlap_with_triangle(solid, triangle);
-    found.normal = overlap.normal;
-    found.separation_m = overlap.distance_m;
+  if (gap.far) {
+    found.separation_m = 1e300;
+  } else if (gap.overlap) {
+    found.normal = touch_of_shrunk(solid, triangle.placed).normal;
+    found.separation_m = separation_along(solid, triangle.placed, found.normal);
     found.witness = support_point(solid, found.normal) + found.normal * (0.5 * found.separation_m);
   } else {
     found.normal = gap.normal;
     found.separation_m = gap.least_m - skin;
     found.witness = 0.5 * (gap.on_a + gap.normal * skin + gap.on_b);
   }
-  const TriangleNormal allowed = allowed_normal(t, mesh.pose.direction_to_local(-found.normal));
-  const bool strange = !found.normal.allFinite() || allowed.beyond || allowed.edge < 0;
-  if (strange || !t.edge_own[static_cast<std::size_t>(allowed.edge)]) return {};
-  const Vec3 along = -(mesh.pose.rotation * allowed.normal);
-  if (along.dot(found.normal) < kSame) {
-    found.normal = along;
-    found.separation_m = separation_along(solid, triangle.placed, along);
+  return found;
+}
+
+EdgeContact edge_contact(const MeshPair& pair, std::span<const std::uint32_t> triangles,
+                         const Solid& triangle, double range_m) {
+  constexpr double kSame = 1.0 - 1e-8;  // cosine
+  const PlacedShape &solid = pair.solid, &mesh = pair.mesh;
+  const MeshTriangle& t = *triangle.geometry.triangle;
+  EdgeContact found = nearest_of(solid, triangle, range_m);
+  if (found.separation_m > range_m || !found.normal.allFinite()) return {};
+  const Vec3 direction = mesh.pose.direction_to_local(-found.normal);
+  const TriangleNormal allowed = allowed_normal(t, direction);
+  if (allowed.edge < 0) return {};
+  if (!allowed.beyond && allowed.normal.dot(direction) >= kSame) {
+    if (!t.edge_own[static_cast<std::size_t>(allowed.edge)]) return {};
+    found.normal = -(mesh.pose.rotation * allowed.normal);
+    found.separation_m = separation_along(solid, triangle.placed, found.normal);
+  } else if (!is_over_corner(mesh.shape, triangles, farthest_corner(t, direction), direction)) {
+    return {};
   }
   const bool deep = found.separation_m < -kDeepest * solid.shape.min_extent_m;
   found.edge = deep || found.separation_m > range_m ? -1 : allowed.edge;
@@ -157,26 +193,22 @@ void edge_points(const PlacedShape& solid, const Triangle& t, const EdgeContact&
   if (out.count == 0) out.add(contact.witness, contact.separation_m, 0x40000000u);
 }
 
-struct MeshPair {
-  BodyId a, b;
-  const PlacedShape &solid, &mesh;
-  const PairMotion& motion;
-  const Vec3& origin_m;
-};
-
 // Edges between faces that fall away from them, and rims, of the triangles near. What a face or
-// another edge has a point at is left to that.
+// another edge has a point at, as deep, is left to that.
 void append_edge_contacts(const MeshPair& pair, std::span<const std::uint32_t> triangles,
                           std::size_t before, std::vector<ContactManifold>& out) {
-  constexpr double kSame = 0.02;  // of the width
+  constexpr double kSame = 0.02, kAsDeep = 1e-3;  // of the width
   constexpr std::uint32_t kFirstEdgePart = 0x40000000u;
   const PlacedShape &solid = pair.solid, &mesh = pair.mesh;
   const double range = std::min(pair.motion.range_m, solid.shape.min_extent_m);
   const double same = kSame * solid.shape.min_extent_m;
-  const auto has_point = [&](const Vec3& position) {
+  const double as_deep = kAsDeep * solid.shape.min_extent_m;
+  const auto has_point = [&](const Vec3& position, double separation_m) {
     for (std::size_t m = before; m < out.size(); ++m)
       for (std::uint32_t i = 0; i < out[m].count; ++i)
-        if ((out[m].points[i].position_m - position).squaredNorm() <= same * same) return true;
+        if ((out[m].points[i].position_m - position).squaredNorm() <= same * same &&
+            out[m].points[i].separation_m <= separation_m + as_deep)
+          return true;
     return false;
   };
   TriangleSolid triangle;
@@ -188,12 +220,12 @@ void append_edge_contacts(const MeshPair& pair, std::span<const std::uint32_t> t
     if (!active || compiled.plane.normal == Vec3::Zero()) continue;
     const Triangle t = place(mesh, compiled);
     triangle.set(compiled, mesh.pose);
-    const EdgeContact contact = edge_contact(solid, mesh, triangle.solid(), range);
+    const EdgeContact contact = edge_contact(pair, triangles, triangle.solid(), range);
     // Meshes are hollow.
     const Vec3 from_edge =
         solid.pose.position - t.corners[static_cast<std::size_t>(std::max(contact.edge, 0))];
     if (contact.edge < 0 || from_edge.dot(contact.normal) > 0.0 ||
-        has_point(contact.witness + pair.origin_m))
+        has_point(contact.witness + pair.origin_m, contact.separation_m))
       continue;
     ContactCandidates candidates;
     edge_points(solid, t, contact, candidates);

@@ -52,11 +52,13 @@ void find_static_pairs(const Geometry& geometry, std::span<const Aabb> boxes,
 
 // Which kernel collide uses for a pair of shapes, in either order.
 ShapeKernel kernel_for(const Shape& a, const Shape& b);
+// Whether FCL says along which direction shapes of this kernel meet.
+bool is_asked_of_fcl(Narrowphase narrowphase, ShapeKernel kernel);
 
 // Tests one pair and appends its manifolds (none if apart by more than the margin). `a` is dynamic
 // and lower; for a static `b`, `state_b` is null. A function of ids, states and the scene only.
 // Speculative: never throws or hangs for finite states, however absurd; what FCL returns is
-// validated (finite, unit normal) and dropped otherwise.
+// validated (finite, unit normal) and replaced or dropped otherwise, and counted.
 void collide(const SceneDescription& scene, const Geometry& geometry, double dt_s, BodyId a,
              const BodyState& state_a, BodyId b, const BodyState* state_b,
              std::vector<ContactManifold>& out, StageCounters& counters);

@@ -1,4 +1,4 @@
-// FCL objects behind Geometry, for shape_geometry.cpp and narrowphase.cpp: the only files that see
+// Behind Geometry. FCL objects are for shape_geometry.cpp and fcl_axis.cpp: the only files that see
 // FCL.
 #pragma once
 
@@ -17,7 +17,7 @@ namespace soda::physics {
 
 struct ShapeGeometry {
   CompiledShape shape;
-  // The whole shape, for MPR. Null for meshes and halfspaces.
+  // Null for meshes and halfspaces, and for all unless the scene's narrowphase is kFcl.
   std::shared_ptr<fcl::CollisionGeometry<double>> whole;
   // What contacts take off for their core_gap(): see Core.
   double core_skin_m = 0.0;

@@ -40,36 +40,42 @@ std::shared_ptr<fcl::CollisionGeometryd> make_convex(const CompiledShape& shape)
   return std::make_shared<fcl::Convexd>(vertices, static_cast<int>(shape.faces.size()), faces);
 }
 
-ShapeGeometry make_geometry(const Shape& shape) {
-  ShapeGeometry out;
-  out.shape = compile(shape);
-  const double r = out.shape.radius_m, length = 2.0 * out.shape.half_length_m;
-  switch (out.shape.kind) {
+std::shared_ptr<fcl::CollisionGeometryd> make_fcl(const CompiledShape& shape) {
+  const double r = shape.radius_m, length = 2.0 * shape.half_length_m;
+  std::shared_ptr<fcl::CollisionGeometryd> out;
+  switch (shape.kind) {
     case ShapeKind::kSphere:
-      out.whole = std::make_shared<fcl::Sphered>(r);
-      out.core_skin_m = r;
+      out = std::make_shared<fcl::Sphered>(r);
       break;
     case ShapeKind::kBox:
-      out.whole = std::make_shared<fcl::Boxd>(2.0 * out.shape.half_extents_m);
+      out = std::make_shared<fcl::Boxd>(2.0 * shape.half_extents_m);
       break;
     case ShapeKind::kCapsule:
-      out.whole = std::make_shared<fcl::Capsuled>(r, length);
-      out.core_skin_m = r;
+      out = std::make_shared<fcl::Capsuled>(r, length);
       break;
-    case ShapeKind::kCylinder: {
-      const double skin = kCylinderSkin * std::min(r, 0.5 * length);
-      out.whole = std::make_shared<fcl::Cylinderd>(r, length);
-      out.core_skin_m = skin;
+    case ShapeKind::kCylinder:
+      out = std::make_shared<fcl::Cylinderd>(r, length);
       break;
-    }
     case ShapeKind::kHull:
-      out.whole = make_convex(out.shape);
+      out = make_convex(shape);
       break;
     case ShapeKind::kMesh:
     case ShapeKind::kHalfSpace:
-      break;
+      return nullptr;
   }
-  if (out.whole) out.whole->computeLocalAABB();
+  out->computeLocalAABB();
+  return out;
+}
+
+ShapeGeometry make_geometry(const Shape& shape, Narrowphase routine) {
+  ShapeGeometry out;
+  out.shape = compile(shape);
+  if (routine == Narrowphase::kFcl) out.whole = make_fcl(out.shape);
+  const double r = out.shape.radius_m;
+  if (out.shape.kind == ShapeKind::kSphere || out.shape.kind == ShapeKind::kCapsule)
+    out.core_skin_m = r;
+  if (out.shape.kind == ShapeKind::kCylinder)
+    out.core_skin_m = kCylinderSkin * std::min(r, out.shape.half_length_m);
   return out;
 }
 
@@ -96,7 +102,8 @@ std::shared_ptr<const GeometryImpl> build(const SceneDescription& scene) {
   }
   std::stable_sort(impl->joint_ends.begin(), impl->joint_ends.end(),
                    [](const JointEnd& x, const JointEnd& y) { return x.body < y.body; });
-  for (const Shape& shape : scene.shapes) impl->shapes.push_back(make_geometry(shape));
+  for (const Shape& shape : scene.shapes)
+    impl->shapes.push_back(make_geometry(shape, scene.narrowphase));
   for (const StaticBody& body : scene.statics) {
     impl->statics.push_back(place(body, impl->shapes[body.shape]));
     if (impl->statics.back().is_half_space)

@@ -18,23 +18,9 @@ namespace {
 
 constexpr std::size_t kKernels = static_cast<std::size_t>(ShapeKernel::kCount);
 
-// Which kernels some pair of the scene asks for (kernel_for): shapes by use, not by body.
-std::array<bool, kKernels> kernels_needed(const SceneDescription& scene) {
-  std::vector<std::size_t> bodies_with(scene.shapes.size(), 0);
-  std::vector<bool> is_static(scene.shapes.size(), false);
-  for (const BodyParams& body : scene.bodies) ++bodies_with[body.shape];
-  for (const StaticBody& fixed : scene.statics) is_static[fixed.shape] = true;
-  std::array<bool, kKernels> needed{};
-  for (std::size_t a = 0; a < scene.shapes.size(); ++a) {
-    if (bodies_with[a] == 0) continue;
-    for (std::size_t b = 0; b < scene.shapes.size(); ++b) {
-      const bool dynamic_pair = b == a ? bodies_with[a] > 1 : bodies_with[b] > 0;
-      if (!dynamic_pair && !is_static[b]) continue;
-      needed[static_cast<std::size_t>(kernel_for(scene.shapes[a], scene.shapes[b]))] = true;
-    }
-  }
-  return needed;
-}
+constexpr std::array kShapeNames = std::to_array<const char*>(
+    {"sphere", "box", "capsule", "cylinder", "hull", "mesh", "halfspace"});
+static_assert(kShapeNames.size() == std::variant_size_v<Shape>);
 
 // What a stage counts, if that is one number.
 std::function<std::uint64_t(const StageCounters&)> count_of(std::uint64_t StageCounters::*member) {
@@ -49,12 +35,25 @@ void add_detection(const SceneDescription& scene, std::vector<Stage>& stages) {
                     need_of(can_meet(scene.bodies.size(), scene.statics.size()),
                             "bodies can meet bodies or statics", "nothing can touch"),
                     count_of(&StageCounters::candidate_pairs)});
-  const std::array<bool, kKernels> kernels = kernels_needed(scene);
+  std::array<bool, kKernels> kernels{};
+  bool fcl = false;
+  for (const ShapePair& pair : shape_pairs(scene)) {
+    kernels[static_cast<std::size_t>(pair.kernel)] = true;
+    fcl = fcl || pair.by_fcl;
+  }
   for (std::size_t kernel = 0; kernel < kKernels; ++kernel)
     stages.push_back(
         {std::string(name_of(static_cast<ShapeKernel>(kernel))) + " kernel",
          need_of(kernels[kernel], "a pair of these shapes can meet", "no such pair of shapes"),
          [kernel](const StageCounters& counters) { return counters.narrowphase_tests[kernel]; }});
+  stages.push_back({"FCL's routines",
+                    need_of(fcl, "FCL says how a pair of these shapes meets",
+                            "no pair of these shapes is asked of FCL"),
+                    count_of(&StageCounters::fcl_calls)});
+  stages.push_back({"own routines for FCL's",
+                    need_of(scene.narrowphase == Narrowphase::kFcl && fcl,
+                            "FCL may give no answer of use", "FCL is asked about boxes at most"),
+                    count_of(&StageCounters::fcl_failures)});
 }
 
 // Islands are those of contacts and of joints.
@@ -91,6 +90,27 @@ void add_solves(const SceneDescription& scene, std::vector<Stage>& stages) {
 }
 
 }  // namespace
+
+std::vector<ShapePair> shape_pairs(const SceneDescription& scene) {
+  constexpr std::size_t kKinds = kShapeNames.size();
+  std::array<std::size_t, kKinds> bodies{}, statics{};
+  std::array<const Shape*, kKinds> example{};
+  for (const Shape& shape : scene.shapes) example[shape.index()] = &shape;
+  for (const BodyParams& body : scene.bodies) ++bodies[scene.shapes[body.shape].index()];
+  for (const StaticBody& fixed : scene.statics) ++statics[scene.shapes[fixed.shape].index()];
+  std::vector<ShapePair> pairs;
+  for (std::size_t a = 0; a < kKinds; ++a)
+    for (std::size_t b = a; b < kKinds; ++b) {
+      const bool two_bodies = a == b ? bodies[a] > 1 : bodies[a] > 0 && bodies[b] > 0;
+      const bool with_static =
+          (bodies[a] > 0 && statics[b] > 0) || (statics[a] > 0 && bodies[b] > 0);
+      if (!two_bodies && !with_static) continue;
+      const ShapeKernel kernel = kernel_for(*example[a], *example[b]);
+      pairs.push_back(
+          {kShapeNames[a], kShapeNames[b], kernel, is_asked_of_fcl(scene.narrowphase, kernel)});
+    }
+  return pairs;
+}
 
 std::vector<Stage> stages_of(const SceneDescription& scene) {
   std::vector<Stage> stages;

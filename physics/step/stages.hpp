@@ -17,6 +17,15 @@ struct Stage {
   std::function<std::uint64_t(const StageCounters&)> count;  // 0 if it is not needed
 };
 
+// Two kinds of shapes that can meet in a scene, and who tests them.
+struct ShapePair {
+  std::string first, second;  // e.g. "box" and "halfspace"
+  ShapeKernel kernel{};
+  bool by_fcl = false;  // FCL says along which direction they meet
+};
+// Each once, in the order of Shape's alternatives.
+std::vector<ShapePair> shape_pairs(const SceneDescription& scene);
+
 // Of a scene whose bodies' materials are the roughest and springiest that they can get in the run.
 std::vector<Stage> stages_of(const SceneDescription& scene);
 

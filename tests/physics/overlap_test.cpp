@@ -1,0 +1,224 @@
+// Solids that overlap: along which direction, and how deep contacts say that it is.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "physics/narrowphase/contact_features.hpp"
+#include "physics/narrowphase/core_distance.hpp"
+#include "tests/physics/scenes.hpp"
+
+namespace soda::physics {
+namespace {
+
+using test::World;
+
+constexpr BodyId kA{0}, kB{1};
+
+Vec3 random_direction(std::mt19937_64& random) {
+  std::normal_distribution<double> normal;
+  return Vec3(normal(random), normal(random), normal(random)).normalized();
+}
+
+Quat random_turn(std::mt19937_64& random) {
+  std::normal_distribution<double> normal;
+  return Quat(normal(random), normal(random), normal(random), normal(random)).normalized();
+}
+
+std::vector<Shape> solids() {
+  const std::vector<Vec3> spikes = {{0.5, 0, 0},  {-0.5, 0, 0}, {0, 0.5, 0},
+                                    {0, -0.5, 0}, {0, 0, 0.6},  {0, 0, -0.4}};
+  return {Box{Vec3(0.4, 0.3, 0.25)}, Capsule{0.25, 0.6}, Cylinder{0.35, 0.7},
+          std::get<ConvexHull>(make_convex_hull(spikes))};
+}
+
+// The largest separation that some direction shows: a search, by many directions and then near the
+// best of them.
+double largest_separation(const PlacedShape& a, const PlacedShape& b, std::mt19937_64& random) {
+  Vec3 best = Vec3::UnitZ();
+  double most = -1e300;
+  const auto look = [&](const Vec3& direction) {
+    const double separation = separation_along(a, b, direction);
+    if (separation > most) most = separation, best = direction;
+  };
+  for (int i = 0; i < 2000; ++i) look(random_direction(random));
+  for (double wide = 0.3; wide > 1e-5; wide *= 0.97)
+    look((best + wide * random_direction(random)).normalized());
+  return most;
+}
+
+// By how much solids overlap along the contact's normal, over the least overlap that there is;
+// ascending.
+std::vector<double> overlaps(Narrowphase narrowphase) {
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> near(0.3, 1.0);
+  std::vector<double> ratios;
+  const std::vector<Shape> shapes = solids();
+  for (std::size_t i = 0; i < 4000; ++i) {
+    World world;
+    world.scene.narrowphase = narrowphase;
+    for (const std::size_t which : {i % shapes.size(), i / shapes.size() % shapes.size()}) {
+      const Vec3 at =
+          world.ids.empty() ? Vec3(Vec3::Zero()) : Vec3(near(random) * random_direction(random));
+      world.add_body(world.add_shape(shapes[which]), at).orientation = random_turn(random);
+    }
+    const CompiledShape a = compile(world.scene.shapes[0]), b = compile(world.scene.shapes[1]);
+    const auto placed = [&](const CompiledShape& shape, const BodyState& state) {
+      return PlacedShape{shape, {state.orientation.toRotationMatrix(), state.position_m}};
+    };
+    const PlacedShape pa = placed(a, world.states[0]), pb = placed(b, world.states[1]);
+    const double most = largest_separation(pa, pb, random);
+    const double width = std::min(a.min_extent_m, b.min_extent_m);
+    if (most > -0.02 * width || most < -0.2 * width) continue;
+    const std::vector<ContactManifold> found = test::contacts_of(world, kA, kB);
+    EXPECT_EQ(found.size(), 1u) << "pair " << i;
+    if (!found.empty()) ratios.push_back(separation_along(pa, pb, found[0].normal) / most);
+  }
+  std::ranges::sort(ratios);
+  return ratios;
+}
+
+TEST(Overlap, IsAlongADirectionInWhichItIsAboutLeast) {
+  for (const Narrowphase own : {Narrowphase::kOwn, Narrowphase::kAuto}) {
+    const std::vector<double> ratios = overlaps(own);
+    ASSERT_GT(ratios.size(), 500u);
+    EXPECT_GT(ratios.front(), 0.9) << "the search is no reference";
+    EXPECT_LT(ratios[ratios.size() / 2], 1.001);
+    EXPECT_LT(ratios[ratios.size() * 99 / 100], 1.2);
+    EXPECT_LT(ratios.back(), 1.5);
+  }
+}
+
+// MPR's directions are no better than that, though faces that separate more replace them.
+TEST(Overlap, IsAlongAWorseDirectionByFcl) {
+  const std::vector<double> ratios = overlaps(Narrowphase::kFcl);
+  ASSERT_GT(ratios.size(), 500u);
+  EXPECT_LT(ratios[ratios.size() / 2], 1.001);
+  EXPECT_LT(ratios.back(), 10.0);
+  EXPECT_GT(ratios.back(), overlaps(Narrowphase::kOwn).back());
+}
+
+// Hills of random heights on a grid of unit cells, two triangles each.
+TriangleMesh hills(double rise_m, std::mt19937_64& random) {
+  constexpr std::uint32_t kSide = 7;
+  std::uniform_real_distribution<double> height(-rise_m, rise_m);
+  TriangleMesh mesh;
+  for (std::uint32_t y = 0; y < kSide; ++y)
+    for (std::uint32_t x = 0; x < kSide; ++x)
+      mesh.vertices_m.push_back(Vec3(x - 3.0, y - 3.0, height(random)));
+  for (std::uint32_t y = 0; y + 1 < kSide; ++y)
+    for (std::uint32_t x = 0; x + 1 < kSide; ++x) {
+      const std::uint32_t v = y * kSide + x;
+      mesh.triangles.push_back({v, v + 1, v + kSide + 1});
+      mesh.triangles.push_back({v, v + kSide + 1, v + kSide});
+    }
+  return mesh;
+}
+
+double distance_to(const std::array<Vec3, 3>& t, const Vec3& p) {
+  const Vec3 normal = (t[1] - t[0]).cross(t[2] - t[0]).normalized();
+  bool inside = true;
+  double nearest = 1e300;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vec3 edge = t[(i + 1) % 3] - t[i], to = p - t[i];
+    inside = inside && normal.cross(edge).dot(to) >= 0.0;
+    const double s = std::clamp(to.dot(edge) / edge.squaredNorm(), 0.0, 1.0);
+    nearest = std::min(nearest, (to - edge * s).norm());
+  }
+  return inside ? std::abs(normal.dot(p - t[0])) : nearest;
+}
+
+// A capsule's distance is that of its segment.
+double capsule_distance(const TriangleMesh& mesh, const Capsule& capsule, const BodyState& state) {
+  double nearest = 1e300;
+  for (int i = -100; i <= 100; ++i) {
+    const Vec3 on_axis =
+        state.position_m + state.orientation * Vec3(0, 0, 5e-3 * i * capsule.length_m);
+    for (const auto& t : mesh.triangles)
+      nearest = std::min(nearest, distance_to({mesh.vertices_m[t[0]], mesh.vertices_m[t[1]],
+                                               mesh.vertices_m[t[2]]},
+                                              on_axis));
+  }
+  return nearest - capsule.radius_m;
+}
+
+// Lets the solid down until it is about as far from the hills as wanted; returns how far it is.
+template <class Distance>
+double let_down(double wanted_m, double from_m, BodyState& state, Distance distance) {
+  state.position_m.z() = from_m;
+  double left = distance() - wanted_m;
+  for (int k = 0; k < 40 && left > 1e-5; ++k) {
+    state.position_m.z() -= left;
+    left = distance() - wanted_m;
+  }
+  return left + wanted_m;
+}
+
+double least_separation(const World& world) {
+  double least = 1e300;
+  for (const ContactManifold& m : test::contacts_of(world, kA, static_id(0)))
+    for (std::uint32_t i = 0; i < m.count; ++i) least = std::min(least, m.points[i].separation_m);
+  return least;
+}
+
+constexpr double kRises_m[] = {0.02, 0.1, 0.3, 0.6};
+
+TEST(Overlap, OfACapsuleWithHillsIsAsDeepAsItIs) {
+  const Capsule capsule{0.25, 0.6};
+  std::mt19937_64 random(11);
+  std::uniform_real_distribution<double> place(-1.0, 1.0), depth(-0.04, 0.004);
+  for (const double rise : kRises_m)
+    for (int i = 0; i < 100; ++i) {
+      World world;
+      const TriangleMesh mesh = hills(rise, random);
+      world.add_static(world.add_shape(mesh));
+      BodyState& state =
+          world.add_body(world.add_shape(capsule), Vec3(place(random), place(random), 0));
+      state.orientation = random_turn(random);
+      const double truth = let_down(depth(random), rise + 2.0, state,
+                                    [&] { return capsule_distance(mesh, capsule, state); });
+      EXPECT_NEAR(least_separation(world), truth, 5e-4) << "rise " << rise << ", trial " << i;
+    }
+}
+
+// Of triangles as solids of no thickness.
+double solid_distance(const TriangleMesh& mesh, const CompiledShape& shape,
+                      const BodyState& state) {
+  const PlacedShape solid{shape, {state.orientation.toRotationMatrix(), state.position_m}};
+  double nearest = 1e300;
+  for (const auto& t : mesh.triangles) {
+    CompiledShape triangle;
+    triangle.kind = ShapeKind::kHull;
+    for (const std::uint32_t v : t) triangle.vertices_m.push_back(mesh.vertices_m[v]);
+    const PlacedShape placed{triangle, Pose{}};
+    const CoreGap gap = core_gap({solid}, {placed}, -Vec3::UnitZ(), 1e-9);
+    nearest = std::min(nearest, gap.overlap ? 0.0 : gap.distance_m);
+  }
+  return nearest;
+}
+
+TEST(Overlap, OfWhatIsJustAboveHillsIsNone) {
+  std::mt19937_64 random(12);
+  std::uniform_real_distribution<double> place(-1.0, 1.0), gap(5e-4, 2e-3);
+  for (const Shape& shape : solids()) {
+    if (std::holds_alternative<Capsule>(shape)) continue;
+    const CompiledShape compiled = compile(shape);
+    for (const double rise : kRises_m)
+      for (int i = 0; i < 100; ++i) {
+        World world;
+        const TriangleMesh mesh = hills(rise, random);
+        world.add_static(world.add_shape(mesh));
+        BodyState& state =
+            world.add_body(world.add_shape(shape), Vec3(place(random), place(random), 0));
+        state.orientation = random_turn(random);
+        const double truth = let_down(gap(random), rise + 2.0, state,
+                                      [&] { return solid_distance(mesh, compiled, state); });
+        EXPECT_NEAR(least_separation(world), truth, 1e-3)
+            << "shape " << shape.index() << ", rise " << rise << ", trial " << i;
+      }
+  }
+}
+
+}  // namespace
+}  // namespace soda::physics
