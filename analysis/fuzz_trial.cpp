@@ -313,7 +313,8 @@ class Checks {
     // of its cube. Larger islands are solved once; with joints in 8 parts, each tried again at a
     // half, a quarter and an eighth of its length.
     const std::uint64_t trials = 1 + 2 + 4 + 8 + 16, solves = island.bodies > 8 ? 1 : 1 + trials;
-    const bool jointed = scene_.bodies[index_of(island.label)].joints > 0;
+    const bool jointed = std::ranges::any_of(
+        states.ids, [&](BodyId id) { return scene_.bodies[index_of(id)].joints > 0; });
     const std::uint64_t parts = island.bodies <= 8 ? 9 + 8 * island.bodies : (jointed ? 8 * 4 : 1);
     const std::uint64_t most_iterations =
         (island.bodies == 1 ? (32 + 14 * trials) * 1800 : solves * 8000) * parts +

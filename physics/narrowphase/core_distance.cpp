@@ -186,7 +186,7 @@ CoreGap core_gap(const Core& a, const Core& b, const Vec3& guess, double tiny_m,
   return gap;
 }
 
-ShrunkTouch touch_of_shrunk(const PlacedShape& a, const PlacedShape& b) {
+ShrunkTouch touch_of_shrunk(const PlacedShape& a, const PlacedShape& b, bool b_too) {
   constexpr double kTiny = 1e-10;  // of the width
   constexpr double kFirst = 1e-3;  // of the size, taken off
   constexpr double kExact = 1.01;  // ratio of what is taken off
@@ -199,11 +199,11 @@ ShrunkTouch touch_of_shrunk(const PlacedShape& a, const PlacedShape& b) {
   ShrunkTouch touch{between == Vec3::Zero() ? Vec3(Vec3::UnitZ()) : Vec3(between.normalized()),
                     a.pose.position};
   const auto are_apart = [&](double shrunk) {
-    const double scale = 1.0 - shrunk;
-    const CoreGap gap = core_gap({a, skin_a, scale}, {b, skin_b}, touch.normal,
+    const double of_a = 1.0 - shrunk, of_b = b_too ? of_a : 1.0;
+    const CoreGap gap = core_gap({a, skin_a, of_a}, {b, skin_b, of_b}, touch.normal,
                                  kTiny * (a.shape.min_extent_m + b.shape.min_extent_m));
-    if (gap.overlap || gap.least_m <= scale * skin_a + skin_b) return false;
-    touch = {gap.normal, gap.on_b - gap.normal * skin_b};
+    if (gap.overlap || gap.least_m <= of_a * skin_a + of_b * skin_b) return false;
+    touch = {gap.normal, gap.on_b - gap.normal * (of_b * skin_b)};
     return true;
   };
   double less = 0.0, more = kFirst;

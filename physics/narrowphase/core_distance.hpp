@@ -35,11 +35,12 @@ struct ShrunkTouch {
   Vec3 on_b = Vec3::Zero();
 };
 
-// Of two solids that touch or overlap: where they touch as soon as a, whose origin is inside it,
-// has shrunk about it far enough (to a hundredth of that; C. J. Ong and E. G. Gilbert, "Growth
-// distances: new measures for object separation and penetration", 1996, where both shrink). Little
-// overlap has the normal of the least depth, but where another normal is about as good. If a's
-// origin is in b, the normal leads from one origin to the other, and the point is that origin.
-ShrunkTouch touch_of_shrunk(const PlacedShape& a, const PlacedShape& b);
+// Of two solids that touch or overlap: where they touch as soon as both have shrunk about their
+// origins, which are inside them, by the same share (C. J. Ong and E. G. Gilbert, "Growth
+// distances: new measures for object separation and penetration", 1996; to a hundredth of what is
+// taken off). Little overlap has the normal of the least depth, but where another normal is about
+// as good. `b_too` false: b keeps its size. Where a's origin is in it, the normal leads from one
+// origin to the other.
+ShrunkTouch touch_of_shrunk(const PlacedShape& a, const PlacedShape& b, bool b_too);
 
 }  // namespace soda::physics

@@ -130,7 +130,7 @@ Axis fcl_axis(const Solid& a, const Solid& b, double range, StageCounters& count
     ++counters.fcl_failures;
     return own_axis(a, b, range);
   }
-  refine_by_faces(a, b, axis);
+  refine_by_faces(a, b, kFaceSlack, axis);
   return axis;
 }
 

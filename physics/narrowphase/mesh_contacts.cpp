@@ -145,7 +145,7 @@ EdgeContact nearest_of(const PlacedShape& solid, const Solid& triangle, double r
   if (gap.far) {
     found.separation_m = 1e300;
   } else if (gap.overlap) {
-    found.normal = touch_of_shrunk(solid, triangle.placed).normal;
+    found.normal = touch_of_shrunk(solid, triangle.placed, false).normal;
     found.separation_m = separation_along(solid, triangle.placed, found.normal);
     found.witness = support_point(solid, found.normal) + found.normal * (0.5 * found.separation_m);
   } else {

@@ -36,11 +36,10 @@ Vec3 first_face_normal(const PlacedShape& a, const PlacedShape& b, const Vec3& n
   return separation_along(a, b, of_a) > separation_along(a, b, normal) - slack ? of_a : normal;
 }
 
-void refine_by_faces(const Solid& a, const Solid& b, Axis& axis) {
+void refine_by_faces(const Solid& a, const Solid& b, double slack_share, Axis& axis) {
   constexpr double kFacePreference = 0.05;  // of the depth
-  constexpr double kFaceSlack = 1.5e-3;     // of the smaller width
   const double slack =
-      kFaceSlack * std::min(a.placed.shape.min_extent_m, b.placed.shape.min_extent_m);
+      slack_share * std::min(a.placed.shape.min_extent_m, b.placed.shape.min_extent_m);
   double best = axis.found ? separation_along(a.placed, b.placed, axis.normal) : -1e300;
   best -= slack + kFacePreference * std::max(0.0, -best);
   const auto consider = [&](const PlacedShape& owner, const PlacedShape& other,
@@ -66,22 +65,25 @@ Axis own_axis(const Solid& a, const Solid& b, double range_m) {
   if (!cores_overlap && !axis.found) return axis;
   if (cores_overlap) {
     axis.found = true;
-    const ShrunkTouch touch = touch_of_shrunk(a.placed, b.placed);
+    const ShrunkTouch touch = touch_of_shrunk(a.placed, b.placed, true);
     axis.normal = touch.normal;
     axis.witness = touch.on_b;
   }
-  refine_by_faces(a, b, axis);
+  refine_by_faces(a, b, kFaceSlack, axis);
   return axis;
 }
 
 Axis own_box_axis(const Solid& a, const Solid& b, double range_m) {
+  // Of two boxes that lie flat on each other an edge separates more than a face by rounding, and
+  // has one point of contact where a face has four.
+  constexpr double kSlack = 1.5e-3;
   const Separation best = box_separation(a.placed, b.placed);
   Axis axis;
   if (best.distance_m > range_m) return axis;
   axis.found = true;
   axis.normal = best.normal;
   axis.witness = support_point(a.placed, best.normal) + best.normal * (0.5 * best.distance_m);
-  refine_by_faces(a, b, axis);
+  refine_by_faces(a, b, kSlack, axis);
   axis.normal = first_face_normal(a.placed, b.placed, axis.normal);
   return axis;
 }
