@@ -62,12 +62,16 @@ Axis overlap_axis(const Solid& a, const Solid& b) {
   if (!axis.found) return axis;
   axis.normal = contact.normal.normalized();
   axis.witness = contact.pos;
+  // FCL may name the opposite.
+  axis.found = separation_along(a.placed, b.placed, axis.normal) >=
+               separation_along(a.placed, b.placed, -axis.normal);
   return axis;
 }
 
-// Where they are apart by FCL's distance; nothing where its points do not say a direction.
+// Where they are apart by FCL's distance; nothing where its points do not say a direction along
+// which they are.
 std::optional<Axis> gap_axis(const Solid& a, const Solid& b, double range) {
-  constexpr double kTiny = 1e-9;  // of both widths
+  constexpr double kTiny = 1e-9, kInexact = 1e-3;  // of both widths
   const double size = a.placed.shape.min_extent_m + b.placed.shape.min_extent_m;
   fcl::DistanceRequestd request(true);
   request.distance_tolerance = kTiny * size;
@@ -78,8 +82,10 @@ std::optional<Axis> gap_axis(const Solid& a, const Solid& b, double range) {
   const Vec3 gap = result.nearest_points[1] - result.nearest_points[0];
   const double distance = gap.norm();
   if (!gap.allFinite() || !(distance > kTiny * size)) return std::nullopt;
-  return Axis{true, true, gap / distance,
-              0.5 * (result.nearest_points[0] + result.nearest_points[1])};
+  const Vec3 normal = gap / distance;
+  if (separation_along(a.placed, b.placed, normal) < distance - kInexact * size)
+    return std::nullopt;
+  return Axis{true, true, normal, 0.5 * (result.nearest_points[0] + result.nearest_points[1])};
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <limits>
+#include <map>
 #include <ostream>
 
 #include "analysis/accuracy/case_run.hpp"
@@ -178,6 +179,21 @@ const std::vector<Reached> kReached = {
     {"tunnel-rods", {"passed", "energy_gain_rel"}},
     {"tunnel-spheres", {"passed", "energy_gain_rel"}},
 };
+
+TEST(SodaEngines, RunTheSceneAtOtherSettings) {
+  const auto scenario = scenarios::read_scenario_file(case_file("tip"));
+  std::map<std::string, CaseRun> runs;
+  for (const EngineKind& engine : soda_engines()) {
+    EXPECT_TRUE(is_soda(engine.name));
+    runs[engine.name] = run_case(scenario, engine, {scenario.scene.dt_s, 0}, {.repeats = 0});
+    EXPECT_EQ(runs[engine.name].fault, "") << engine.name;
+    EXPECT_EQ(runs[engine.name].estimates.has_value(), engine.name == "soda-accurate");
+  }
+  ASSERT_EQ(runs.size(), 5u);
+  ASSERT_TRUE(runs["soda-accurate"].estimates);
+  EXPECT_EQ(runs["soda-accurate"].estimates->tolerance, 1e-6);
+  EXPECT_NE(runs["soda-fast"].measures[0].value, runs["soda"].measures[0].value);
+}
 
 class ReachedCase : public testing::TestWithParam<Reached> {};
 

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "models/joint_cost.hpp"
+#include "physics/shapes/mass_properties.hpp"
+#include "physics/step/stages.hpp"
 #include "tests/support/scenes.hpp"
 
 namespace soda::models {
@@ -76,6 +78,39 @@ TEST(Plan, DetectionOnlySceneHasNoSolverButFindsContacts) {
   const SimulationResult result = run_scene(scene, 4, options);
   EXPECT_GT(result.stages.contact_points, 0u);
   expect_unneeded_stages_cost_nothing(plan, result);
+}
+
+// Two boxes and two hulls that overlap: who says along which direction they meet is what the scene
+// asks for, and the counters tell.
+TEST(Plan, FclIsCalledForThePairsThatItIsAskedAbout) {
+  struct Asked {
+    physics::Narrowphase narrowphase;
+    bool boxes, hulls;
+  };
+  for (const Asked& asked : {Asked{physics::Narrowphase::kAuto, true, false},
+                             Asked{physics::Narrowphase::kFcl, true, true},
+                             Asked{physics::Narrowphase::kOwn, false, false}})
+    for (const bool hulls : {false, true}) {
+      test::Scene scene;
+      scene.description.narrowphase = asked.narrowphase;
+      const std::vector<Vec3> corners = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, -1, -1}};
+      const physics::Shape hull = std::get<physics::ConvexHull>(physics::make_convex_hull(corners));
+      const std::uint32_t shape = scene.shape(hulls ? hull : physics::Box{});
+      scene.body(shape, Vec3(0, 0, 0));
+      scene.body(shape, Vec3(0.3, 0.2, 0.1));
+      const bool by_fcl = hulls ? asked.hulls : asked.boxes;
+      const std::vector<physics::ShapePair> pairs = physics::shape_pairs(scene.description);
+      ASSERT_EQ(pairs.size(), 1u);
+      EXPECT_EQ(pairs[0].first, hulls ? "hull" : "box");
+      EXPECT_EQ(pairs[0].by_fcl, by_fcl);
+      const RunOptions options{.steps = 5};
+      const std::vector<PlanLine> plan = make_plan(scene.description, 2, options);
+      EXPECT_EQ(needs(plan, "FCL's routines"), by_fcl);
+      const SimulationResult result = run_scene(scene, 2, options);
+      EXPECT_EQ(result.stages.fcl_calls > 0, by_fcl);
+      EXPECT_GT(result.stages.contact_points, 0u);
+      expect_unneeded_stages_cost_nothing(plan, result);
+    }
 }
 
 // A box on a belt, and a driven ball: the belt and the ball's drive, each with and without effect.
