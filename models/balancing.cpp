@@ -48,8 +48,8 @@ void Balancing::take(kernel::VirtualTime gvt, kernel::VirtualTime earliest,
 
 std::vector<TerritoryChange> Balancing::changes_at(std::int64_t step) {
   const std::lock_guard lock(mutex_);
-  const auto of_step = std::ranges::equal_range(changes_, step, {}, &TerritoryChange::step);
-  return {of_step.begin(), of_step.end()};
+  return {std::ranges::lower_bound(changes_, step, {}, &TerritoryChange::step),
+          std::ranges::upper_bound(changes_, step, {}, &TerritoryChange::step)};
 }
 
 // Of the newest step of which all worlds have told, by world; empty if there is none.

@@ -38,8 +38,9 @@ void look_into(const StepMemo& memo, const StoredEntry& start, ExecutedStep& ste
     return body == nullptr ? std::nullopt : unpacked(body->state);
   };
   step.border_bodies = [&memo](std::uint32_t cell) -> std::span<const StepMemo::BorderBody> {
-    const auto found = std::ranges::equal_range(memo.border, cell, {}, &StepMemo::BorderBody::cell);
-    return {found.begin(), found.end()};
+    const auto of = &StepMemo::BorderBody::cell;
+    return {std::ranges::lower_bound(memo.border, cell, {}, of),
+            std::ranges::upper_bound(memo.border, cell, {}, of)};
   };
   step.contacts = memo.tested.size();
   step.has_contact = [&memo](BodyId id) { return has_contact(memo.tested, id); };

@@ -1,7 +1,7 @@
 #include "physics/model/joint.hpp"
 
 #include <algorithm>
-#include <ranges>
+#include <span>
 #include <tuple>
 #include <utility>
 
@@ -20,12 +20,10 @@ ContactManifold manifold_of(const SceneDescription& scene, std::uint32_t index) 
   return manifold;
 }
 
-// Indices.
-auto joints_between(const SceneDescription& scene, BodyId a, BodyId b) {
+std::span<const Joint> joints_between(const SceneDescription& scene, BodyId a, BodyId b) {
   const auto key = [](const Joint& joint) { return std::pair(joint.a, joint.b); };
-  const auto found = std::ranges::equal_range(scene.joints, std::pair(a, b), {}, key);
-  const auto first = static_cast<std::uint32_t>(found.begin() - scene.joints.begin());
-  return std::views::iota(first, first + static_cast<std::uint32_t>(found.size()));
+  return {std::ranges::lower_bound(scene.joints, std::pair(a, b), {}, key),
+          std::ranges::upper_bound(scene.joints, std::pair(a, b), {}, key)};
 }
 
 }  // namespace
@@ -51,14 +49,13 @@ void order_joints(SceneDescription& scene) {
 
 void append_joints(const SceneDescription& scene, BodyId a, BodyId b,
                    std::vector<ContactManifold>& out) {
-  for (const std::uint32_t i : joints_between(scene, a, b)) out.push_back(manifold_of(scene, i));
+  for (const Joint& joint : joints_between(scene, a, b))
+    out.push_back(manifold_of(scene, static_cast<std::uint32_t>(&joint - scene.joints.data())));
 }
 
 bool may_touch(const SceneDescription& scene, BodyId a, BodyId b) {
   if (!groups_touch(scene, a, b)) return false;
-  return is_static(b) ||
-         std::ranges::all_of(joints_between(scene, a, b),
-                             [&scene](std::uint32_t i) { return scene.joints[i].collides; });
+  return is_static(b) || std::ranges::all_of(joints_between(scene, a, b), &Joint::collides);
 }
 
 void append_world_joints(const SceneDescription& scene, std::span<const BodyId> ids,

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <memory>
-#include <ranges>
 
 #include "tests/support/scenes.hpp"
 
