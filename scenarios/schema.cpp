@@ -1,4 +1,5 @@
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -9,15 +10,23 @@
 namespace soda::scenarios {
 namespace {
 
+struct Member;
+using Members = std::vector<Member>;
+
 // A piece of JSON to be printed: a literal, an object or an array.
 struct Json {
   enum class Kind { kLiteral, kObject, kArray };
   Kind kind = Kind::kLiteral;
   std::string literal;
-  std::vector<std::pair<std::string, Json>> members;  // keys of array items are empty
+  Members members;  // keys of array items are empty
 };
 
-using Members = std::vector<std::pair<std::string, Json>>;
+struct Member {
+  std::string key;
+  Json value;
+
+  Member(std::string_view its_key, Json its_value) : key(its_key), value(std::move(its_value)) {}
+};
 
 Json literal(std::string text) {
   return {.kind = Json::Kind::kLiteral, .literal = std::move(text), .members = {}};

@@ -361,7 +361,7 @@ void move_jointed(const JointedStep& step, const JointSystem& solved, const Cont
   const double pushed =
       report.motor_work_joule + external_work_joule(scene, dt_s, before, free, problem);
   const auto elastic = [&, sprung = has_springs(scene, solved)](std::span<const BodyState> at) {
-    return sprung ? elastic_joule(spring_rows(scene, at, solved)) : 0.0;
+    return sprung ? elastic_joule(spring_rows(step.scene, at, solved)) : 0.0;
   };
   const double lent = elastic(before);
   // Where the way bends so much within the step that closing what it opened takes more than there
