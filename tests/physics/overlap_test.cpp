@@ -129,17 +129,22 @@ double distance_to(const std::array<Vec3, 3>& t, const Vec3& p) {
   return inside ? std::abs(normal.dot(p - t[0])) : nearest;
 }
 
+double distance_to(const TriangleMesh& mesh, const Vec3& p) {
+  double nearest = 1e300;
+  for (const auto& t : mesh.triangles)
+    nearest = std::min(
+        nearest,
+        distance_to({mesh.vertices_m[t[0]], mesh.vertices_m[t[1]], mesh.vertices_m[t[2]]}, p));
+  return nearest;
+}
+
 // A capsule's distance is that of its segment.
 double capsule_distance(const TriangleMesh& mesh, const Capsule& capsule, const BodyState& state) {
   double nearest = 1e300;
-  for (int i = -100; i <= 100; ++i) {
-    const Vec3 on_axis =
-        state.position_m + state.orientation * Vec3(0, 0, 5e-3 * i * capsule.length_m);
-    for (const auto& t : mesh.triangles)
-      nearest = std::min(nearest, distance_to({mesh.vertices_m[t[0]], mesh.vertices_m[t[1]],
-                                               mesh.vertices_m[t[2]]},
-                                              on_axis));
-  }
+  for (int i = -100; i <= 100; ++i)
+    nearest = std::min(
+        nearest, distance_to(mesh, state.position_m + state.orientation *
+                                                          Vec3(0, 0, 5e-3 * i * capsule.length_m)));
   return nearest - capsule.radius_m;
 }
 
@@ -162,6 +167,17 @@ double least_separation(const World& world) {
   return least;
 }
 
+// Of contacts on edges and corners: off the mesh along the normal, nothing else of it is nearer.
+void expect_normals_lead_away(const World& world, const TriangleMesh& mesh) {
+  constexpr std::uint32_t kFirstEdgePart = 0x40000000u;
+  constexpr double kStep_m = 1e-4;
+  for (const ContactManifold& m : test::contacts_of(world, kA, static_id(0)))
+    for (std::uint32_t i = 0; i < m.count && m.part >= kFirstEdgePart; ++i) {
+      const Vec3 on_mesh = m.points[i].position_m + m.normal * (0.5 * m.points[i].separation_m);
+      EXPECT_GT(distance_to(mesh, on_mesh - m.normal * kStep_m), 0.999 * kStep_m);
+    }
+}
+
 constexpr double kRises_m[] = {0.02, 0.1, 0.3, 0.6};
 
 TEST(Overlap, OfACapsuleWithHillsIsAsDeepAsItIs) {
@@ -179,6 +195,7 @@ TEST(Overlap, OfACapsuleWithHillsIsAsDeepAsItIs) {
       const double truth = let_down(depth(random), rise + 2.0, state,
                                     [&] { return capsule_distance(mesh, capsule, state); });
       EXPECT_NEAR(least_separation(world), truth, 5e-4) << "rise " << rise << ", trial " << i;
+      expect_normals_lead_away(world, mesh);
     }
 }
 
