@@ -85,8 +85,8 @@ TEST(Overlap, IsAlongADirectionInWhichItIsAboutLeast) {
     ASSERT_GT(ratios.size(), 500u);
     EXPECT_GT(ratios.front(), 0.9) << "the search is no reference";
     EXPECT_LT(ratios[ratios.size() / 2], 1.001);
-    EXPECT_LT(ratios[ratios.size() * 99 / 100], 1.2);
-    EXPECT_LT(ratios.back(), 1.5);
+    EXPECT_LT(ratios[ratios.size() * 99 / 100], 1.1);
+    EXPECT_LT(ratios.back(), 1.2);
   }
 }
 
