@@ -28,9 +28,9 @@ Axis fcl_axis(const Solid& a, const Solid& b, double range_m, StageCounters& cou
 // both is taken; then it is always a's, so that features do not flicker.
 Vec3 first_face_normal(const PlacedShape& a, const PlacedShape& b, const Vec3& normal);
 
-// Replaces the axis by a face normal of either shape that separates more, or as much within a
-// tolerance that favours faces (a twentieth of the depth and a share of the smaller width):
-// corrects wrong faces, and gives face contacts an exact normal.
+// Replaces an axis that is found by a face normal of either shape that separates more, or as much
+// within a tolerance that favours faces (a twentieth of the depth and a share of the smaller
+// width): corrects wrong faces, and gives face contacts an exact normal.
 void refine_by_faces(const Solid& a, const Solid& b, double slack_share, Axis& axis);
 inline constexpr double kFaceSlack = 1e-4;
 

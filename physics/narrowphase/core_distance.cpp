@@ -146,6 +146,11 @@ bool has(const Simplex& s, const Vec3& gap) {
 
 }  // namespace
 
+double skin_of(const CompiledShape& shape) {
+  const bool round = shape.kind == ShapeKind::kSphere || shape.kind == ShapeKind::kCapsule;
+  return round ? shape.radius_m : 0.0;
+}
+
 CoreGap core_gap(const Core& a, const Core& b, const Vec3& guess, double tiny_m, double far_m) {
   constexpr int kMostTrials = 64;
   constexpr double kNearEnough = 1e-10;  // of the distance
@@ -190,11 +195,7 @@ ShrunkTouch touch_of_shrunk(const PlacedShape& a, const PlacedShape& b, bool b_t
   constexpr double kTiny = 1e-10;  // of the width
   constexpr double kFirst = 1e-3;  // of the size, taken off
   constexpr double kExact = 1.01;  // ratio of what is taken off
-  const auto skin = [](const CompiledShape& shape) {
-    const bool round = shape.kind == ShapeKind::kSphere || shape.kind == ShapeKind::kCapsule;
-    return round ? shape.radius_m : 0.0;
-  };
-  const double skin_a = skin(a.shape), skin_b = skin(b.shape);
+  const double skin_a = skin_of(a.shape), skin_b = skin_of(b.shape);
   const Vec3 between = b.pose.position - a.pose.position;
   ShrunkTouch touch{between == Vec3::Zero() ? Vec3(Vec3::UnitZ()) : Vec3(between.normalized()),
                     a.pose.position};

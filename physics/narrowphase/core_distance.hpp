@@ -13,6 +13,10 @@ struct Core {
   double scale = 1.0;  // about the solid's origin, of what is left
 };
 
+// The radius of spheres and capsules. A cylinder keeps its edges: without them it would be farther
+// away than it is along them.
+double skin_of(const CompiledShape& shape);
+
 struct CoreGap {
   // The nearest points are closer than `tiny_m`, or the cores overlap; nothing else is set then.
   bool overlap = false;

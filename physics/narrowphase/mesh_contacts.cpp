@@ -119,8 +119,8 @@ const Vec3& farthest_corner(const MeshTriangle& t, const Vec3& direction) {
   return *std::ranges::max_element(t.corners_m, {}, along);
 }
 
-// Whether what lies from a corner in this direction is as near to none of the triangles there as to
-// the corner itself. Else another triangle is what it touches.
+// Whether to what lies in this direction from a corner no triangle there is nearer than the corner
+// itself. Else that triangle is what it touches.
 bool is_over_corner(const CompiledShape& mesh, std::span<const std::uint32_t> triangles,
                     const Vec3& corner, const Vec3& direction) {
   constexpr double kSlack = 1e-6;  // cosine
@@ -137,7 +137,7 @@ bool is_over_corner(const CompiledShape& mesh, std::span<const std::uint32_t> tr
 EdgeContact nearest_of(const PlacedShape& solid, const Solid& triangle, double range_m) {
   constexpr double kTiny = 1e-10;  // of the width
   const double tiny = kTiny * solid.shape.min_extent_m;
-  const double skin = solid.shape.kind == ShapeKind::kCapsule ? solid.shape.radius_m : 0.0;
+  const double skin = skin_of(solid.shape);
   const Vec3 between = triangle.placed.pose.position - solid.pose.position;
   const Vec3 guess = between == Vec3::Zero() ? Vec3(Vec3::UnitZ()) : between;
   const CoreGap gap = core_gap({solid, skin}, {triangle.placed, 0.0}, guess, tiny, range_m + skin);

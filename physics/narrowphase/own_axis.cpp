@@ -40,7 +40,7 @@ void refine_by_faces(const Solid& a, const Solid& b, double slack_share, Axis& a
   constexpr double kFacePreference = 0.05;  // of the depth
   const double slack =
       slack_share * std::min(a.placed.shape.min_extent_m, b.placed.shape.min_extent_m);
-  double best = axis.found ? separation_along(a.placed, b.placed, axis.normal) : -1e300;
+  double best = separation_along(a.placed, b.placed, axis.normal);
   best -= slack + kFacePreference * std::max(0.0, -best);
   const auto consider = [&](const PlacedShape& owner, const PlacedShape& other,
                             const FacePlane& face, double sign) {
@@ -50,7 +50,7 @@ void refine_by_faces(const Solid& a, const Solid& b, double slack_share, Axis& a
     if (bound <= best) return;
     const Vec3 normal = sign * outward;
     const double separation = separation_along(a.placed, b.placed, normal);
-    if (separation > best) best = separation, axis.normal = normal, axis.found = true;
+    if (separation > best) best = separation, axis.normal = normal;
   };
   const auto consider_all = [&](const PlacedShape& owner, const PlacedShape& other, double sign) {
     for (const FacePlane& face : owner.shape.face_planes) consider(owner, other, face, sign);

@@ -96,12 +96,6 @@ Separation of_sphere(const PlacedShape& a, const PlacedShape& b) {
           nearest.distance_m - ball.shape.radius_m};
 }
 
-// A cylinder keeps its edges: without them it would be farther away than it is along them.
-double skin_of(const CompiledShape& shape) {
-  const bool round = shape.kind == ShapeKind::kSphere || shape.kind == ShapeKind::kCapsule;
-  return round ? shape.radius_m : 0.0;
-}
-
 }  // namespace
 
 Separation box_separation(const PlacedShape& a, const PlacedShape& b) {

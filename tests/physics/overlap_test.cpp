@@ -148,6 +148,16 @@ double capsule_distance(const TriangleMesh& mesh, const Capsule& capsule, const 
   return nearest - capsule.radius_m;
 }
 
+// The solid over the middle of the hills, turned anyhow.
+World over_hills(const TriangleMesh& mesh, const Shape& shape, std::mt19937_64& random) {
+  std::uniform_real_distribution<double> place(-1.0, 1.0);
+  World world;
+  world.add_static(world.add_shape(mesh));
+  BodyState& state = world.add_body(world.add_shape(shape), Vec3(place(random), place(random), 0));
+  state.orientation = random_turn(random);
+  return world;
+}
+
 // Lets the solid down until it is about as far from the hills as wanted; returns how far it is.
 template <class Distance>
 double let_down(double wanted_m, double from_m, BodyState& state, Distance distance) {
@@ -183,15 +193,12 @@ constexpr double kRises_m[] = {0.02, 0.1, 0.3, 0.6};
 TEST(Overlap, OfACapsuleWithHillsIsAsDeepAsItIs) {
   const Capsule capsule{0.25, 0.6};
   std::mt19937_64 random(11);
-  std::uniform_real_distribution<double> place(-1.0, 1.0), depth(-0.04, 0.004);
+  std::uniform_real_distribution<double> depth(-0.04, 0.004);
   for (const double rise : kRises_m)
     for (int i = 0; i < 100; ++i) {
-      World world;
       const TriangleMesh mesh = hills(rise, random);
-      world.add_static(world.add_shape(mesh));
-      BodyState& state =
-          world.add_body(world.add_shape(capsule), Vec3(place(random), place(random), 0));
-      state.orientation = random_turn(random);
+      World world = over_hills(mesh, capsule, random);
+      BodyState& state = world.states[0];
       const double truth = let_down(depth(random), rise + 2.0, state,
                                     [&] { return capsule_distance(mesh, capsule, state); });
       EXPECT_NEAR(least_separation(world), truth, 5e-4) << "rise " << rise << ", trial " << i;
@@ -217,18 +224,15 @@ double solid_distance(const TriangleMesh& mesh, const CompiledShape& shape,
 
 TEST(Overlap, OfWhatIsJustAboveHillsIsNone) {
   std::mt19937_64 random(12);
-  std::uniform_real_distribution<double> place(-1.0, 1.0), gap(5e-4, 2e-3);
+  std::uniform_real_distribution<double> gap(5e-4, 2e-3);
   for (const Shape& shape : solids()) {
     if (std::holds_alternative<Capsule>(shape)) continue;
     const CompiledShape compiled = compile(shape);
     for (const double rise : kRises_m)
       for (int i = 0; i < 100; ++i) {
-        World world;
         const TriangleMesh mesh = hills(rise, random);
-        world.add_static(world.add_shape(mesh));
-        BodyState& state =
-            world.add_body(world.add_shape(shape), Vec3(place(random), place(random), 0));
-        state.orientation = random_turn(random);
+        World world = over_hills(mesh, shape, random);
+        BodyState& state = world.states[0];
         const double truth = let_down(gap(random), rise + 2.0, state,
                                       [&] { return solid_distance(mesh, compiled, state); });
         EXPECT_NEAR(least_separation(world), truth, 1e-3)
