@@ -23,6 +23,7 @@ struct Requests {
   RunRequest run;
   PlanRequest plan;
   ReplayRequest replay;
+  ContactsRequest contacts;
   ViewRequest view;
   AccuracyRequest accuracy;
   AnticipationRequest anticipation;
@@ -62,6 +63,9 @@ constexpr Command kCommands[] = {
     {"replay", "re-run an event log and compare every step, or show a state", false,
      [](CLI::App& app, R& r, const Wanted&) { define_replay(app, r.replay); },
      [](const R& r, Stream& out, Stream& err) { return replay_command(r.replay, out, err); }},
+    {"contacts", "the forces that contacts bear, of steps of an event log", false,
+     [](CLI::App& app, R& r, const Wanted&) { define_contacts(app, r.contacts); },
+     [](const R& r, Stream& out, Stream& err) { return contacts_command(r.contacts, out, err); }},
     {"view", "an event log as a page to look at in a browser", false,
      [](CLI::App& app, R& r, const Wanted&) { define_view(app, r.view); },
      [](const R& r, Stream& out, Stream& err) { return view_command(r.view, out, err); }},

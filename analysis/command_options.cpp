@@ -67,6 +67,23 @@ void define_replay(CLI::App& replay, ReplayRequest& request) {
       "  soda replay run.sodalog --step 100 --body 7");
 }
 
+void define_contacts(CLI::App& command, ContactsRequest& request) {
+  command.add_option("LOG", request.file, "log written by soda run --log")->required();
+  CLI::Option* step =
+      command.add_option("--step", request.step, "after this step (default: the last)");
+  command.add_option("--every", request.every, "after step 0 and each multiple of this")
+      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 40))
+      ->excludes(step);
+  command.add_option("--body", request.body, "only contacts of this body");
+  CLI::Option* csv = command.add_flag("--csv", request.csv, "a line for each contact point");
+  command.add_flag("--json", request.json, "print one JSON object")->excludes(csv);
+  command.footer(
+      "examples:\n"
+      "  soda run scenarios/library/pyramid.json --log pyramid.sodalog\n"
+      "  soda contacts pyramid.sodalog --body 0\n"
+      "  soda contacts pyramid.sodalog --every 60 --csv > forces.csv");
+}
+
 void define_view(CLI::App& view, ViewRequest& request) {
   view.add_option("LOG", request.file, "log written by soda run --log")->required();
   view.add_option("-o,--output", request.page_file, "HTML file (default: LOG.html)");

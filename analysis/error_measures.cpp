@@ -21,7 +21,7 @@ double total_mass_kg(const physics::SceneDescription& scene) {
 double lifting_energy_joule(const physics::SceneDescription& scene) {
   std::vector<double> size_m;
   for (const physics::Shape& shape : scene.shapes) {
-    size_m.push_back(std::cbrt(physics::mass_properties(shape).volume_m3));
+    size_m.push_back(std::cbrt(physics::mass_properties(shape, scene.shapes).volume_m3));
   }
   const double gravity = scene.gravity_m_s2.norm();
   double energy = 0.0;

@@ -349,6 +349,29 @@ std::string anticipation_json(const AnticipationReport& report) {
                  {"points", points}});
 }
 
+std::string contacts_json(const std::vector<StepContacts>& steps, const ContactNames& names) {
+  Json lines = Json::array();
+  const auto triple = [](const physics::Vec3& v) { return Json{v.x(), v.y(), v.z()}; };
+  for (const StepContacts& contacts : steps) {
+    Json points = Json::array();
+    for (const physics::ContactLoad& load : contacts.loads) {
+      Json point = {{"body", names.labels[physics::index_of(load.a)]}};
+      if (physics::is_static(load.b))
+        point["static"] = names.statics[physics::static_index_of(load.b)];
+      else
+        point["other"] = names.labels[physics::index_of(load.b)];
+      point["point_m"] = load.point ? triple(load.point->position_m) : Json();
+      point["depth_m"] = load.point ? Json(-load.point->separation_m) : Json();
+      point["normal"] = load.point ? triple(load.normal) : Json();
+      point["normal_newton"] = load.normal_newton;
+      point["friction_newton"] = triple(load.friction_newton);
+      points.push_back(std::move(point));
+    }
+    lines.push_back({{"step", contacts.step}, {"contacts", std::move(points)}});
+  }
+  return dumped({{"steps", std::move(lines)}});
+}
+
 std::string phold_json(const PholdRequest& request, const PholdRun& run) {
   const bool lockstep = request.policy == kernel::Synchronisation::kLockstep;
   Json json = {{"executor", request.executor},

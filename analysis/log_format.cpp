@@ -83,6 +83,13 @@ void put_input(ByteBuffer& out, const models::CommittedInput& committed) {
   put_vec3(out, input.point_local_m);
   put(out, input.material.friction);
   put(out, input.material.restitution);
+  put(out, input.material.rolling_friction_m);
+  put(out, input.material.torsional_friction_m);
+  put(out, input.joint);
+  for (const auto& value : {input.motor_speed, input.motor_push, input.motor_target}) {
+    put(out, static_cast<std::uint8_t>(value.has_value()));
+    put(out, value.value_or(0.0));
+  }
   put(out, committed.asked_step);
   put(out, static_cast<std::uint8_t>(committed.had_effect));
 }
@@ -93,7 +100,7 @@ models::CommittedInput take_input(ByteReader& in) {
   input.id = in.take<std::uint32_t>();
   input.step = in.take<std::int64_t>();
   const auto kind = in.take<std::uint32_t>();
-  if (kind > static_cast<std::uint32_t>(models::InputKind::kChangeMaterial))
+  if (kind >= models::kInputKinds)
     throw DecodeError("holds an input of kind " + std::to_string(kind));
   input.kind = static_cast<models::InputKind>(kind);
   input.body = static_cast<physics::BodyId>(in.take<std::uint32_t>());
@@ -104,6 +111,14 @@ models::CommittedInput take_input(ByteReader& in) {
   input.point_local_m = take_vec3(in);
   input.material.friction = in.take_double();
   input.material.restitution = in.take_double();
+  input.material.rolling_friction_m = in.take_double();
+  input.material.torsional_friction_m = in.take_double();
+  input.joint = in.take<std::uint32_t>();
+  for (auto* const value : {&input.motor_speed, &input.motor_push, &input.motor_target}) {
+    const bool given = take_flag(in);
+    const double number = in.take_double();
+    if (given) *value = number;
+  }
   committed.asked_step = in.take<std::int64_t>();
   committed.had_effect = take_flag(in);
   return committed;
@@ -131,7 +146,12 @@ bool is_finite(const models::UserInput& input) {
   return state.position_m.allFinite() && state.orientation.coeffs().allFinite() &&
          state.linear_velocity_m_s.allFinite() && state.angular_velocity_rad_s.allFinite() &&
          input.impulse_newton_s.allFinite() && input.point_local_m.allFinite() &&
-         std::isfinite(input.material.friction) && std::isfinite(input.material.restitution);
+         std::isfinite(input.material.friction) && std::isfinite(input.material.restitution) &&
+         std::isfinite(input.material.rolling_friction_m) &&
+         std::isfinite(input.material.torsional_friction_m) &&
+         std::isfinite(input.motor_speed.value_or(0.0)) &&
+         std::isfinite(input.motor_push.value_or(0.0)) &&
+         std::isfinite(input.motor_target.value_or(0.0));
 }
 
 void check_ids(const LoggedStep& logged, std::size_t bodies) {

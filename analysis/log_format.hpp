@@ -15,7 +15,7 @@
 namespace soda::analysis {
 
 inline constexpr std::array<unsigned char, 8> kLogMagic{'S', 'O', 'D', 'A', 'L', 'O', 'G', 0};
-inline constexpr std::uint32_t kLogVersion = 3;
+inline constexpr std::uint32_t kLogVersion = 4;
 
 enum class BlockType : std::uint32_t {
   kScenario = 1,  // first block

@@ -36,6 +36,16 @@ void check_territories(const LogReader& log, const LoggedStep& step, std::size_t
   }
 }
 
+void check_motors(const LogReader& log, const LoggedStep& step,
+                  const std::vector<physics::Joint>& joints) {
+  for (const models::CommittedInput& committed : step.inputs) {
+    const models::UserInput& input = committed.input;
+    if (input.kind != models::InputKind::kSetMotor) continue;
+    if (input.joint >= joints.size() || !joints[input.joint].motor)
+      refuse(log, log.place_of(step.step) + " has an input for a motor that is not there");
+  }
+}
+
 }  // namespace
 
 scenarios::Scenario logged_scenario(LogReader& log, const Overrides& more) {
@@ -52,6 +62,7 @@ scenarios::Scenario logged_scenario(LogReader& log, const Overrides& more) {
   for (std::int64_t step = 0; step <= log.last_step(); ++step) {
     const LoggedStep logged = log.read_step(step);
     check_territories(log, logged, cells, worlds);
+    check_motors(log, logged, scenario.scene.joints);
     for (const models::CommittedInput& committed : logged.inputs)
       scenario.run.inputs.script.push_back(committed.input);
   }

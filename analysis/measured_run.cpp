@@ -187,6 +187,7 @@ Counts stage_counts(const models::SimulationResult& result) {
       {"factor_multiplications", stages.factor_multiplications},
       {"normal_rows", stages.normal_rows},
       {"friction_rows", stages.friction_rows},
+      {"rolling_rows", stages.rolling_rows},
       {"conveyor_rows", stages.conveyor_rows},
       {"joint_rows", stages.joint_rows},
       {"limit_rows", stages.limit_rows},
@@ -200,6 +201,7 @@ Counts stage_counts(const models::SimulationResult& result) {
       {"blocks_solved", stages.blocks_solved},
       {"block_row_sweeps", stages.block_row_sweeps},
       {"driven_bodies", stages.driven_bodies},
+      {"kinematic_bodies", stages.kinematic_bodies},
       {"forced_bodies", stages.forced_bodies},
   };
   counts.insert(counts.end(), rest.begin(), rest.end());

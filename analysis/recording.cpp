@@ -68,17 +68,18 @@ Extent extent_of(LogReader& log, double cell_m) {
   return {0.5 * (low + high), (high - low).norm() + 2.0 * cell_m};
 }
 
-Triangles seen(const physics::Shape& shape, const physics::StaticBody* body, const Extent& extent) {
-  if (body == nullptr) return triangles_of(shape, Vec3::Zero(), 0.0);
+Triangles seen(const physics::Shape& shape, std::span<const physics::Shape> shapes,
+               const physics::StaticBody* body, const Extent& extent) {
+  if (body == nullptr) return triangles_of(shape, shapes, Vec3::Zero(), 0.0);
   const Vec3 middle = body->orientation.conjugate() * (extent.middle_m - body->position_m);
-  return triangles_of(shape, middle, extent.reach_m);
+  return triangles_of(shape, shapes, middle, extent.reach_m);
 }
 
 void add_scene(const physics::SceneDescription& scene, const Extent& extent, Recording& recording) {
   // Half spaces are drawn where bodies are, so each static has a shape of its own.
   for (const physics::Shape& shape : scene.shapes) {
     const bool endless = std::holds_alternative<physics::HalfSpace>(shape);
-    recording.shapes.push_back(endless ? Triangles() : seen(shape, nullptr, extent));
+    recording.shapes.push_back(endless ? Triangles() : seen(shape, scene.shapes, nullptr, extent));
   }
   for (const physics::BodyParams& body : scene.bodies)
     recording.bodies.push_back({body.label, body.shape});
@@ -86,7 +87,7 @@ void add_scene(const physics::SceneDescription& scene, const Extent& extent, Rec
     std::uint32_t shape = body.shape;
     if (std::holds_alternative<physics::HalfSpace>(scene.shapes[shape])) {
       shape = static_cast<std::uint32_t>(recording.shapes.size());
-      recording.shapes.push_back(seen(scene.shapes[body.shape], &body, extent));
+      recording.shapes.push_back(seen(scene.shapes[body.shape], scene.shapes, &body, extent));
     }
     Recording::Static drawn{.name = body.name, .shape = shape, .pose = {}};
     std::vector<float> pose;

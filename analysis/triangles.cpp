@@ -119,14 +119,32 @@ void add_square(Surface& surface, const physics::HalfSpace& solid, const Vec3& m
   surface.face(4, [&](std::size_t i) { return corners[i]; });
 }
 
+// Each whole, where the others hide it, too.
+Triangles parts_of(const physics::Compound& compound, std::span<const physics::Shape> shapes) {
+  Triangles all;
+  for (const physics::CompoundPart& part : compound.parts) {
+    const Triangles own = triangles_of(shapes[part.shape], shapes, Vec3::Zero(), 0.0);
+    for (std::size_t i = 0; i + 2 < own.size(); i += 3) {
+      const Vec3 turned = part.orientation * Vec3(own[i], own[i + 1], own[i + 2]);
+      const bool is_position = i % 6 == 0;
+      const Vec3 v = is_position ? Vec3(turned + part.position_m) : turned;
+      for (int k = 0; k < 3; ++k) all.push_back(static_cast<float>(v[k]));
+    }
+  }
+  return all;
+}
+
 }  // namespace
 
-Triangles triangles_of(const physics::Shape& shape, const Vec3& middle_m, double reach_m) {
+Triangles triangles_of(const physics::Shape& shape, std::span<const physics::Shape> shapes,
+                       const Vec3& middle_m, double reach_m) {
+  if (const auto* compound = std::get_if<physics::Compound>(&shape))
+    return parts_of(*compound, shapes);
   Surface surface;
   const auto draw = [&](const auto& solid) {
     if constexpr (std::is_same_v<std::decay_t<decltype(solid)>, physics::HalfSpace>)
       add_square(surface, solid, middle_m, reach_m);
-    else
+    else if constexpr (!std::is_same_v<std::decay_t<decltype(solid)>, physics::Compound>)
       add(surface, solid);
   };
   std::visit(draw, shape);

@@ -1,6 +1,7 @@
 // Shapes as triangles, to be looked at.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "physics/model/scene.hpp"
@@ -13,6 +14,8 @@ using Triangles = std::vector<float>;
 
 // What is round is drawn with 24 sides; its corners lie on the surface, so its faces lie inside. A
 // half space is a square around `middle_m` (in the shape's frame), `reach_m` to each side.
-Triangles triangles_of(const physics::Shape& shape, const physics::Vec3& middle_m, double reach_m);
+// `shapes`: those that a compound's parts are of.
+Triangles triangles_of(const physics::Shape& shape, std::span<const physics::Shape> shapes,
+                       const physics::Vec3& middle_m, double reach_m);
 
 }  // namespace soda::analysis

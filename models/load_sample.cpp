@@ -5,6 +5,7 @@
 #include "models/codec.hpp"
 #include "models/work_cost.hpp"
 #include "physics/events/rest.hpp"
+#include "physics/narrowphase/part_pairs.hpp"
 #include "physics/solvers/island_blocks.hpp"
 #include "physics/step/step.hpp"
 
@@ -21,6 +22,16 @@ std::uint32_t predicted_cell(const Rules& rules, const physics::BodyState& state
   const double time_s = static_cast<double>(ahead) * rules.scene->dt_s;
   return static_cast<std::uint32_t>(
       grid.index_of_cell(grid.cell_of(state.position_m + time_s * state.linear_velocity_m_s)));
+}
+
+std::int64_t cost_of_tests(const physics::SceneDescription& scene, const physics::Shape& a,
+                           const physics::Shape& b) {
+  const physics::KernelCounts tests = physics::most_tests(scene, a, b);
+  std::int64_t cost = 0;
+  for (std::size_t kernel = 0; kernel < tests.size(); ++kernel)
+    if (tests[kernel] > 0)
+      cost += tests[kernel] * test_cost_ns(static_cast<physics::ShapeKernel>(kernel));
+  return cost;
 }
 
 // The tests of each body's pairs, half a pair for each of two own bodies. What two bodies without
@@ -40,16 +51,15 @@ void add_pair_costs(const BufferEntry& entry, const physics::Geometry& geometry,
   physics::find_pairs(scene.broadphase, scratch.boxes, scratch.pairs, uncounted);
   for (const physics::IndexPair pair : scratch.pairs) {
     if (stands(pair.first) && stands(pair.second)) continue;
-    const std::int64_t cost =
-        test_cost_ns(physics::kernel_for(shape(pair.first), shape(pair.second)));
+    const std::int64_t cost = cost_of_tests(scene, shape(pair.first), shape(pair.second));
     bodies[pair.first].cost_ns += cost / 2;
     bodies[pair.second].cost_ns += cost / 2;
   }
   physics::find_static_pairs(geometry, scratch.boxes, scratch.static_pairs, uncounted);
   for (const physics::IndexPair pair : scratch.static_pairs) {
     if (stands(pair.first)) continue;
-    bodies[pair.first].cost_ns += test_cost_ns(
-        physics::kernel_for(shape(pair.first), scene.shapes[scene.statics[pair.second].shape]));
+    bodies[pair.first].cost_ns +=
+        cost_of_tests(scene, shape(pair.first), scene.shapes[scene.statics[pair.second].shape]);
   }
 }
 

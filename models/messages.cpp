@@ -158,13 +158,25 @@ void encode_island(std::span<const BodyId> ids, std::span<const ContactManifold>
   for (const ContactManifold& manifold : manifolds) writer.manifold(manifold);
 }
 
-void encode_materials(const physics::SceneDescription& scene, std::span<const BodyId> ids,
-                      kernel::Bytes& out) {
+void encode_changeable(const physics::SceneDescription& scene, std::span<const BodyId> ids,
+                       std::span<const ContactManifold> manifolds, kernel::Bytes& out) {
   Writer writer(out);
   for (const BodyId id : ids) {
     const physics::Material& material = scene.bodies[physics::index_of(id)].material;
     writer.number(material.friction);
     writer.number(material.restitution);
+    writer.number(material.rolling_friction_m);
+    writer.number(material.torsional_friction_m);
+  }
+  for (const ContactManifold& manifold : manifolds) {
+    if (!physics::is_joint(manifold)) continue;
+    const std::optional<physics::JointMotor>& motor =
+        scene.joints[physics::joint_of(manifold)].motor;
+    if (!motor) continue;
+    writer.number(motor->speed);
+    writer.number(motor->most_push);
+    writer.number(static_cast<std::uint8_t>(motor->target.has_value()));
+    writer.number(motor->target.value_or(0.0));
   }
 }
 

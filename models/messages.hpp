@@ -68,8 +68,9 @@ Fragment decode_fragment(std::span<const std::byte> payload);
 void encode_island(std::span<const physics::BodyId> ids,
                    std::span<const physics::ContactManifold> manifolds,
                    std::span<const physics::BodyState> states, kernel::Bytes& out);
-// What the key needs beside, where materials are not those of the scene any more; appended.
-void encode_materials(const physics::SceneDescription& scene, std::span<const physics::BodyId> ids,
-                      kernel::Bytes& out);
+// What the key needs beside, where user input has changed the scene: the materials of the bodies
+// and the motors of the joints; appended.
+void encode_changeable(const physics::SceneDescription& scene, std::span<const physics::BodyId> ids,
+                       std::span<const physics::ContactManifold> manifolds, kernel::Bytes& out);
 
 }  // namespace soda::models

@@ -31,12 +31,15 @@ SceneDescription with_possible_materials(SceneDescription scene, const InputOpti
     physics::Material& most = scene.bodies[body].material;
     most.friction = std::max(most.friction, material.friction);
     most.restitution = std::max(most.restitution, material.restitution);
+    most.rolling_friction_m = std::max(most.rolling_friction_m, material.rolling_friction_m);
+    most.torsional_friction_m = std::max(most.torsional_friction_m, material.torsional_friction_m);
   };
   for (const UserInput& input : inputs.script)
     if (input.kind == InputKind::kChangeMaterial)
       allow(physics::index_of(input.body), input.material);
   if (inputs.live != nullptr)
-    for (std::size_t body = 0; body < scene.bodies.size(); ++body) allow(body, {1.0, 1.0});
+    for (std::size_t body = 0; body < scene.bodies.size(); ++body)
+      allow(body, {1.0, 1.0, 1.0, 1.0});
   return scene;
 }
 

@@ -14,7 +14,7 @@ namespace soda::models {
 // What user input has done so far that lasts.
 struct InputAccount {
   Presence presence;
-  MaterialChanges materials;
+  SceneChanges changes;
 
   friend bool operator==(const InputAccount&, const InputAccount&) = default;
 };

@@ -1,4 +1,5 @@
-// A scene whose bodies' materials change: one description for each version, shared by all worlds.
+// A scene whose constants user input changes: one description for each version, shared by all
+// worlds.
 #pragma once
 
 #include <compare>
@@ -6,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <vector>
 
 #include "physics/model/scene.hpp"
@@ -16,14 +18,36 @@ namespace soda::models {
 struct MaterialChange {
   physics::BodyId body{};
   double friction = 0.0, restitution = 0.0;
+  double rolling_friction_m = 0.0, torsional_friction_m = 0.0;
 
   friend auto operator<=>(const MaterialChange&, const MaterialChange&) = default;
 };
-using MaterialChanges = std::vector<MaterialChange>;  // ascending by body, each once
 
-// Sets or replaces the change of one body.
-void set_material(physics::BodyId body, const physics::Material& material,
-                  MaterialChanges& changes);
+// A joint whose motor has another task than that of the scene.
+struct MotorChange {
+  std::uint32_t joint = 0;  // index into SceneDescription::joints
+  double speed = 0.0, most_push = 0.0;
+  std::optional<double> target;
+
+  friend auto operator<=>(const MotorChange&, const MotorChange&) = default;
+};
+
+// Each ascending by body or joint, each of these once.
+struct SceneChanges {
+  std::vector<MaterialChange> materials;
+  std::vector<MotorChange> motors;
+
+  bool empty() const { return materials.empty() && motors.empty(); }
+  friend auto operator<=>(const SceneChanges&, const SceneChanges&) = default;
+};
+
+// Sets or replaces the change of one body, or of one joint.
+void set_material(physics::BodyId body, const physics::Material& material, SceneChanges& changes);
+void set_motor(std::uint32_t joint, const physics::JointMotor& motor, SceneChanges& changes);
+
+// The motor of a joint that has one, in any version of the scene, as the changes leave it.
+physics::JointMotor motor_with(const physics::SceneDescription& scene, const SceneChanges& changes,
+                               std::uint32_t joint);
 
 // The memory of a pure function: equal changes, same description, for as long as somebody holds it.
 // A new version costs a copy of the scene, once in a process. From all worker threads.
@@ -33,12 +57,12 @@ class SceneVersions {
   explicit SceneVersions(const physics::SceneDescription& scene)
       : unchanged_(std::shared_ptr<const void>(), &scene) {}
 
-  std::shared_ptr<const physics::SceneDescription> with(const MaterialChanges& changes);
+  std::shared_ptr<const physics::SceneDescription> with(const SceneChanges& changes);
 
  private:
   const std::shared_ptr<const physics::SceneDescription> unchanged_;
   std::mutex mutex_;
-  std::map<MaterialChanges, std::weak_ptr<const physics::SceneDescription>> versions_;
+  std::map<SceneChanges, std::weak_ptr<const physics::SceneDescription>> versions_;
 };
 
 }  // namespace soda::models

@@ -11,7 +11,8 @@ using physics::BodyId;
 using physics::BodyState;
 
 const char* name_of(InputKind kind) {
-  constexpr const char* kNames[] = {"add", "remove", "push", "set-velocity", "change-material"};
+  constexpr const char* kNames[] = {"add",          "remove",          "push",
+                                    "set-velocity", "change-material", "set-motor"};
   return kNames[static_cast<std::size_t>(kind)];
 }
 
@@ -33,9 +34,18 @@ bool Presence::note(const UserInput& input) {
     case InputKind::kSetVelocity:
       return !is_absent;
     case InputKind::kChangeMaterial:
+    case InputKind::kSetMotor:
       return true;
   }
   return false;
+}
+
+physics::JointMotor motor_after(const UserInput& input, const physics::JointMotor& motor) {
+  physics::JointMotor after = motor;
+  if (input.motor_speed) after.speed = *input.motor_speed;
+  if (input.motor_push) after.most_push = *input.motor_push;
+  if (input.motor_target) after.target = input.motor_target;
+  return after;
 }
 
 void act_on(const UserInput& input, const physics::BodyParams& params, BodyState& state) {
@@ -51,6 +61,11 @@ void act_on_scene(const UserInput& input, physics::SceneDescription& scene,
   physics::BodyParams& params = scene.bodies[physics::index_of(input.body)];
   if (input.kind == InputKind::kChangeMaterial) {
     params.material = input.material;
+    return;
+  }
+  if (input.kind == InputKind::kSetMotor) {
+    std::optional<physics::JointMotor>& motor = scene.joints[input.joint].motor;
+    motor = motor_after(input, *motor);
     return;
   }
   const auto place = std::lower_bound(ids.begin(), ids.end(), input.body);
@@ -80,6 +95,13 @@ kernel::Payload encode_input(const UserInput& input) {
   writer.vector(input.point_local_m);
   writer.number(input.material.friction);
   writer.number(input.material.restitution);
+  writer.number(input.material.rolling_friction_m);
+  writer.number(input.material.torsional_friction_m);
+  writer.number(input.joint);
+  for (const auto& value : {input.motor_speed, input.motor_push, input.motor_target}) {
+    writer.number(static_cast<std::uint8_t>(value.has_value()));
+    writer.number(value.value_or(0.0));
+  }
   return kernel::Payload(std::move(bytes));
 }
 
@@ -97,6 +119,14 @@ UserInput decode_input(std::span<const std::byte> payload) {
   input.point_local_m = reader.vector();
   input.material.friction = reader.number<double>();
   input.material.restitution = reader.number<double>();
+  input.material.rolling_friction_m = reader.number<double>();
+  input.material.torsional_friction_m = reader.number<double>();
+  input.joint = reader.number<std::uint32_t>();
+  for (auto* const value : {&input.motor_speed, &input.motor_push, &input.motor_target}) {
+    const bool given = reader.number<std::uint8_t>() != 0;
+    const double number = reader.number<double>();
+    if (given) *value = number;
+  }
   return input;
 }
 

@@ -13,7 +13,15 @@
 namespace soda::models {
 
 // The order is that of the event log: append only.
-enum class InputKind : std::uint32_t { kAdd, kRemove, kPush, kSetVelocity, kChangeMaterial };
+enum class InputKind : std::uint32_t {
+  kAdd,
+  kRemove,
+  kPush,
+  kSetVelocity,
+  kChangeMaterial,
+  kSetMotor
+};
+inline constexpr std::uint32_t kInputKinds = 6;
 
 // As in the scenario format, e.g. "set-velocity".
 const char* name_of(InputKind kind);
@@ -24,13 +32,15 @@ struct UserInput {
   std::uint32_t id = 0;   // given by the user, unique over a run
   std::int64_t step = 0;  // >= 0
   InputKind kind{};
-  physics::BodyId body{};
+  physics::BodyId body{};  // kSetMotor: the lower one of the joint
   // kAdd: pose and velocities, without impulses. kSetVelocity: the velocities.
   physics::BodyState state;
   bool sets_linear = false, sets_angular = false;          // kSetVelocity
   physics::Vec3 impulse_newton_s = physics::Vec3::Zero();  // kPush
   physics::Vec3 point_local_m = physics::Vec3::Zero();     // kPush: where, from the centre of mass
   physics::Material material;                              // kChangeMaterial: the new one
+  std::uint32_t joint = 0;  // kSetMotor: index into SceneDescription::joints; it has a motor
+  std::optional<double> motor_speed, motor_push, motor_target;  // kSetMotor: what is new of it
 };
 
 constexpr bool acts_before(const UserInput& a, const UserInput& b) {
@@ -42,7 +52,7 @@ struct CommittedInput {
   UserInput input;              // with the step at which it acted
   std::int64_t asked_step = 0;  // what the user wanted: earlier if it came late; -1: at once
   // An add of a body that was there, or anything else to one that was not, has no effect. A new
-  // material always has one.
+  // material and a motor's new task always have one.
   bool had_effect = false;
 };
 
@@ -63,6 +73,9 @@ class Presence {
  private:
   std::vector<physics::BodyId> absent_;  // ascending
 };
+
+// As the motor is after kSetMotor.
+physics::JointMotor motor_after(const UserInput& input, const physics::JointMotor& motor);
 
 // Effect of kPush or kSetVelocity on its body; nothing for other kinds.
 void act_on(const UserInput& input, const physics::BodyParams& params, physics::BodyState& state);

@@ -193,8 +193,8 @@ void World::advance_mixed_island(std::int64_t step, bool reports) {
   start_warm();
   kernel::Bytes input;
   encode_island(scratch_.island_ids, scratch_.island_manifolds, scratch_.island_states, input);
-  if (!rules_.inputs->materials.empty())
-    encode_materials(*rules_.scene, scratch_.island_ids, input);
+  if (!rules_.inputs->changes.empty())
+    encode_changeable(*rules_.scene, scratch_.island_ids, scratch_.island_manifolds, input);
   std::shared_ptr<const SolvedIsland> solved = around_.solves.find(input);
   const bool is_fresh = solved == nullptr;
   if (solved) {

@@ -24,11 +24,15 @@ std::vector<BodyId> World::take_inputs(Bag bag) {
   for (const UserInput& input : inputs) {
     if (!account->presence.note(input)) continue;
     if (input.kind == InputKind::kChangeMaterial)
-      set_material(input.body, input.material, account->materials);
+      set_material(input.body, input.material, account->changes);
+    else if (input.kind == InputKind::kSetMotor)
+      set_motor(input.joint,
+                motor_after(input, motor_with(*rules_.scene, account->changes, input.joint)),
+                account->changes);
     else if (act(input))
       touched.push_back(input.body);
   }
-  rules_.scene = around_.scenes.with(account->materials);
+  rules_.scene = around_.scenes.with(account->changes);
   rules_.inputs = std::move(account);
   std::sort(touched.begin(), touched.end());
   touched.erase(std::unique(touched.begin(), touched.end()), touched.end());

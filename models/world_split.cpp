@@ -52,7 +52,8 @@ void World::consider_split(std::size_t index, const KnownBodies& known) {
                  around_.processors, around_.exchange_ns);
   if (!plan) return;
   encode_island(island.ids, island.manifolds, island.states, island.input);
-  if (!rules_.inputs->materials.empty()) encode_materials(*rules_.scene, island.ids, island.input);
+  if (!rules_.inputs->changes.empty())
+    encode_changeable(*rules_.scene, island.ids, island.manifolds, island.input);
   island.scene = rules_.scene;
   splits_.push_back(std::make_unique<SplitSolve>(std::move(island), std::move(*plan), id_));
 }

@@ -150,7 +150,8 @@ bool ray_meets(const physics::Vec3& from, const physics::Vec3& along, const Aabb
 
 bool holds_itself(const Written& written, std::uint32_t i, const physics::Vec3& up) {
   const physics::BodyParams& body = written.scenario.scene.bodies[i];
-  return body.joints > 0 || body.drive != physics::kNoDrive || body.forces != physics::kNone ||
+  return body.kinematic || body.joints > 0 || body.drive != physics::kNoDrive ||
+         body.forces != physics::kNone ||
          written.scenario.initial[i].linear_velocity_m_s.dot(up) > 0.0;
 }
 
@@ -202,7 +203,7 @@ void check_floors(const Written& written, WarningList& warnings) {
   const std::optional<Aabb> statics = box_of_statics(written);
   const physics::Vec3 up = -scene.gravity_m_s2;
   for (std::uint32_t i = 0; i < scene.bodies.size(); ++i) {
-    if (written.is_absent(BodyId{i})) continue;
+    if (written.is_absent(BodyId{i}) || scene.bodies[i].kinematic) continue;
     for (const physics::StaticBody* floor : floors) check_halfspace(written, i, *floor, warnings);
     if (!statics || up.isZero(0.0) || holds_itself(written, i, up)) continue;
     if (-lowest_along(-up, written.boxes.bodies[i]) >= lowest_along(up, *statics)) continue;

@@ -9,6 +9,7 @@
 #include "scenarios/generators.hpp"
 #include "scenarios/inputs.hpp"
 #include "scenarios/joints.hpp"
+#include "scenarios/kinematic.hpp"
 #include "scenarios/orientation.hpp"
 #include "scenarios/output_place.hpp"
 #include "scenarios/references.hpp"
@@ -27,6 +28,7 @@ struct BuiltBody {
   BodyState state;
   const JsonValue* place = nullptr;  // its own, or its generator's
   bool present = true;
+  std::vector<PathLeg> legs = {};
 };
 
 // The bodies found so far, in the order of the file.
@@ -113,7 +115,7 @@ std::uint32_t forces_of(const SolidSpec& spec, std::vector<physics::BodyForces>&
 
 // Everything of a body but its id; nothing if it has a fault.
 std::optional<BodyParams> params_of(const SolidSpec& spec, const PlacedShape& shape,
-                                    const Parts& parts, FaultList& faults) {
+                                    const Parts& parts, bool kinematic, FaultList& faults) {
   const physics::Material* material =
       find_material(parts.materials, spec.material, *spec.json, faults);
   const std::optional<std::uint32_t> drive = find_drive(parts.drives, spec, faults);
@@ -124,6 +126,11 @@ std::optional<BodyParams> params_of(const SolidSpec& spec, const PlacedShape& sh
   params.forces = forces_of(spec, parts.forces);
   params.material = *material;
   params.filter = filter_of(spec.collision_group, parts.groups);
+  params.kinematic = kinematic;
+  if (kinematic) {
+    params.inverse_inertia_local = Mat3::Zero();
+    return params;
+  }
   params.mass_kg = spec.mass_kg ? *spec.mass_kg : *spec.density_kg_m3 * shape.mass.volume_m3;
   if (!(params.mass_kg >= kMinMass_kg && params.mass_kg <= kMaxMass_kg)) {
     add_fault(
@@ -150,11 +157,16 @@ void add_body(Bodies& bodies, const BodyParams& params, const BodyState& state,
   bodies.spheres.push_back({state.position_m, shape.bounding_radius_m});
 }
 
-void build_body(const BodySpec& spec, Parts parts, Bodies& bodies, FaultList& faults) {
+void build_body(const BodySpec& spec, double time_step_s, Parts parts, Bodies& bodies,
+                FaultList& faults) {
   if (!spec.json) return;
-  const auto shape = place_shape(spec.shape, parts.shapes, parts.index, faults);
+  const std::size_t before = faults.size();
+  if (spec.sound) check_kinematic(spec, faults);
+  const bool clear = faults.size() == before;
+  const auto shape = place_body_shape(spec, parts.shapes, parts.index, faults);
   const physics::Quat orientation = orientation_of(spec.orientation, faults);
-  auto params = params_of(spec, shape.value_or(PlacedShape{}), parts, faults);
+  if (!clear) return;
+  auto params = params_of(spec, shape.value_or(PlacedShape{}), parts, spec.kinematic, faults);
   if (!shape || !params) return;
   params->label = static_cast<std::uint32_t>(spec.id);
   BodyState state;
@@ -164,8 +176,14 @@ void build_body(const BodySpec& spec, Parts parts, Bodies& bodies, FaultList& fa
   state.orientation = orientation;
   state.linear_velocity_m_s = spec.velocity_m_s;
   state.angular_velocity_rad_s = spec.angular_velocity_rad_s;
+  std::vector<PathLeg> legs = legs_of(spec, shape->center_m, state, time_step_s, faults);
+  if (!legs.empty()) {
+    state.linear_velocity_m_s = legs.front().linear_m_s;
+    state.angular_velocity_rad_s = legs.front().angular_rad_s;
+  }
   add_body(bodies, *params, state, *shape, spec.json);
   bodies.built.back().present = spec.present;
+  bodies.built.back().legs = std::move(legs);
 }
 
 void build_generated(const GeneratorSpec& generator, Parts parts, std::optional<std::uint64_t> seed,
@@ -173,8 +191,8 @@ void build_generated(const GeneratorSpec& generator, Parts parts, std::optional<
   const GeneratorBase& base =
       std::visit([](const auto& s) -> const GeneratorBase& { return s; }, generator);
   if (!base.json) return;
-  const auto shape = place_shape(base.shape, parts.shapes, parts.index, faults);
-  auto params = params_of(base, shape.value_or(PlacedShape{}), parts, faults);
+  const auto shape = place_body_shape(base, parts.shapes, parts.index, faults);
+  auto params = params_of(base, shape.value_or(PlacedShape{}), parts, false, faults);
   const auto room = static_cast<std::int64_t>(kMaxBodies - bodies.built.size());
   if (!shape || !params || count_of(generator) > room) return;
   params->label = static_cast<std::uint32_t>(base.first_id);
@@ -211,6 +229,25 @@ void build_static(const StaticSpec& spec, const std::string& folder, Parts parts
        .filter = filter_of(spec.collision_group, parts.groups)});
 }
 
+// After all that users can give.
+constexpr std::uint32_t kFirstPathInput = static_cast<std::uint32_t>(kMaxBodyId) + 1;
+
+// The legs but the first, with which the body starts.
+void append_path_inputs(const std::vector<PathLeg>& legs, physics::BodyId body,
+                        std::vector<models::UserInput>& script) {
+  for (std::size_t i = 1; i < legs.size(); ++i) {
+    models::UserInput input;
+    input.id = kFirstPathInput + static_cast<std::uint32_t>(script.size());
+    input.step = legs[i].step;
+    input.kind = models::InputKind::kSetVelocity;
+    input.body = body;
+    input.sets_linear = input.sets_angular = true;
+    input.state.linear_velocity_m_s = legs[i].linear_m_s;
+    input.state.angular_velocity_rad_s = legs[i].angular_rad_s;
+    script.push_back(input);
+  }
+}
+
 // Bodies by id: the index of each becomes its BodyId. Returns where they stand.
 std::vector<const JsonValue*> order_bodies(Bodies bodies, Scenario& scenario) {
   std::vector<const JsonValue*> places;
@@ -220,6 +257,9 @@ std::vector<const JsonValue*> order_bodies(Bodies bodies, Scenario& scenario) {
     if (!body.present)
       scenario.run.inputs.absent.push_back(
           physics::BodyId{static_cast<std::uint32_t>(scenario.initial.size())});
+    append_path_inputs(body.legs,
+                       physics::BodyId{static_cast<std::uint32_t>(scenario.initial.size())},
+                       scenario.run.inputs.script);
     scenario.scene.bodies.push_back(body.params);
     scenario.initial.push_back(std::move(body.state));
     places.push_back(body.place);
@@ -228,7 +268,7 @@ std::vector<const JsonValue*> order_bodies(Bodies bodies, Scenario& scenario) {
 }
 
 void build_inputs(const std::vector<InputSpec>& inputs, Scenario& scenario, FaultList& faults) {
-  InputBuilder builder(scenario.scene, scenario.initial);
+  InputBuilder builder(scenario);
   for (const InputSpec& spec : inputs)
     if (const auto input = builder.build(spec, faults))
       scenario.run.inputs.script.push_back(*input);
@@ -297,7 +337,8 @@ Scenario build_scenario(const DocumentSpec& document, const std::string& file,
   const GroupIndex groups = index_groups(document, faults);
   const Parts parts{scenario.scene.shapes, index, materials, drives, groups, scenario.scene.forces};
   Bodies bodies;
-  for (const BodySpec& body : document.bodies) build_body(body, parts, bodies, faults);
+  for (const BodySpec& body : document.bodies)
+    build_body(body, document.time_step_s, parts, bodies, faults);
   for (const GeneratorSpec& generator : document.generators) {
     build_generated(generator, parts, seed, bodies, faults);
   }

@@ -140,7 +140,8 @@ MaterialIndex index_materials(const std::vector<MaterialSpec>& materials, FaultL
   for (const MaterialSpec& m : materials) {
     if (m.name.empty()) continue;
     const auto [at, is_new] = first.try_emplace(m.name, &m);
-    index.try_emplace(m.name, physics::Material{m.friction, m.restitution});
+    index.try_emplace(m.name, physics::Material{m.friction, m.restitution, m.rolling_friction_m,
+                                                m.torsional_friction_m});
     if (is_new) continue;
     add_name_again(*find_member(*m.json, "name"), "material",
                    *find_member(*at->second->json, "name"), faults);

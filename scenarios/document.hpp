@@ -53,10 +53,6 @@ struct HalfSpaceSpec : Located {
   Vec3 normal = Vec3::UnitZ();
   double offset_m = 0.0;
 };
-using SolidShapeSpec = std::variant<SphereSpec, BoxSpec, CapsuleSpec, CylinderSpec, HullSpec>;
-using StaticShapeSpec =
-    std::variant<SphereSpec, BoxSpec, CapsuleSpec, CylinderSpec, HullSpec, MeshSpec, HalfSpaceSpec>;
-
 struct QuaternionSpec : Located {
   double w = 1.0, x = 0.0, y = 0.0, z = 0.0;
 };
@@ -66,9 +62,24 @@ struct AxisAngleSpec : Located {
 };
 using OrientationSpec = std::variant<QuaternionSpec, AxisAngleSpec>;
 
+using ConvexShapeSpec = std::variant<SphereSpec, BoxSpec, CapsuleSpec, CylinderSpec, HullSpec>;
+struct PartSpec : Located {
+  ConvexShapeSpec shape;
+  Vec3 position_m = Vec3::Zero();
+  OrientationSpec orientation;
+};
+struct CompoundSpec : Located {
+  std::vector<PartSpec> parts;
+};
+using SolidShapeSpec =
+    std::variant<SphereSpec, BoxSpec, CapsuleSpec, CylinderSpec, HullSpec, CompoundSpec>;
+using StaticShapeSpec = std::variant<SphereSpec, BoxSpec, CapsuleSpec, CylinderSpec, HullSpec,
+                                     CompoundSpec, MeshSpec, HalfSpaceSpec>;
+
 struct MaterialSpec : Located {
   std::string name;
   double friction = 0.0, restitution = 0.0;
+  double rolling_friction_m = 0.0, torsional_friction_m = 0.0;
 };
 
 struct DriveSpec : Located {
@@ -87,12 +98,18 @@ struct IgnoredCollisionSpec : Located {
 struct SolidSpec : Located {
   SolidShapeSpec shape;
   std::optional<double> mass_kg, density_kg_m3;
-  std::optional<Vec3> principal_inertia_kg_m2;
+  std::optional<Vec3> principal_inertia_kg_m2, center_of_mass_m;
   std::string material;
   std::optional<std::string> drive, collision_group;
   Vec3 force_newton = Vec3::Zero(), body_force_newton = Vec3::Zero(),
        torque_newton_m = Vec3::Zero();
   double linear_damping_1_s = 0.0, angular_damping_1_s = 0.0;
+};
+
+struct WayPointSpec : Located {
+  double time_s = 0.0;
+  Vec3 position_m = Vec3::Zero();
+  OrientationSpec orientation;
 };
 
 struct BodySpec : SolidSpec {
@@ -102,6 +119,8 @@ struct BodySpec : SolidSpec {
   Vec3 velocity_m_s = Vec3::Zero();
   Vec3 angular_velocity_rad_s = Vec3::Zero();
   bool present = true;
+  bool kinematic = false;
+  std::vector<WayPointSpec> path;
 };
 
 struct StaticSpec : Located {
@@ -171,12 +190,14 @@ struct FixedSpec : JointBase {};
 struct HingeSpec : JointBase {
   Vec3 axis = Vec3::Zero();
   std::optional<double> min_angle_rad, max_angle_rad;
-  std::optional<double> motor_speed_rad_s, motor_torque_newton_m;
+  std::optional<double> motor_speed_rad_s, motor_torque_newton_m, motor_target_rad;
+  std::optional<double> motor_time_constant_s;
 };
 struct SliderSpec : JointBase {
   Vec3 axis = Vec3::Zero();
   std::optional<double> min_way_m, max_way_m;
-  std::optional<double> motor_speed_m_s, motor_force_newton;
+  std::optional<double> motor_speed_m_s, motor_force_newton, motor_target_m;
+  std::optional<double> motor_time_constant_s;
 };
 struct DistanceSpec : JointBase {
   Vec3 other_anchor_m = Vec3::Zero();
@@ -190,29 +211,38 @@ struct SpringSpec : JointBase {
 using JointSpec =
     std::variant<BallSpec, FixedSpec, HingeSpec, SliderSpec, DistanceSpec, SpringSpec>;
 
-// User input: what is done to a body, and when; without a time, at once.
+// User input: what is done to a body or a joint, and when; without a time, at once.
 struct InputBase : Located {
   std::int64_t id = -1;
-  std::int64_t body = -1;
   std::optional<std::int64_t> step;
   std::optional<double> time_s;
 };
-struct AddSpec : InputBase {
+struct BodyInputBase : InputBase {
+  std::int64_t body = -1;
+};
+struct AddSpec : BodyInputBase {
   std::optional<Vec3> position_m, velocity_m_s, angular_velocity_rad_s;
   OrientationSpec orientation;
 };
-struct RemoveSpec : InputBase {};
-struct PushSpec : InputBase {
+struct RemoveSpec : BodyInputBase {};
+struct PushSpec : BodyInputBase {
   Vec3 impulse_newton_s = Vec3::Zero();
   Vec3 point_m = Vec3::Zero();
 };
-struct SetVelocitySpec : InputBase {
+struct SetVelocitySpec : BodyInputBase {
   std::optional<Vec3> velocity_m_s, angular_velocity_rad_s;
 };
-struct ChangeMaterialSpec : InputBase {
+struct ChangeMaterialSpec : BodyInputBase {
   double friction = 0.0, restitution = 0.0;
+  double rolling_friction_m = 0.0, torsional_friction_m = 0.0;
 };
-using InputSpec = std::variant<AddSpec, RemoveSpec, PushSpec, SetVelocitySpec, ChangeMaterialSpec>;
+struct SetMotorSpec : InputBase {
+  std::int64_t joint = -1;
+  std::optional<double> motor_speed_rad_s, motor_torque_newton_m, motor_target_rad;  // of hinges
+  std::optional<double> motor_speed_m_s, motor_force_newton, motor_target_m;         // of sliders
+};
+using InputSpec =
+    std::variant<AddSpec, RemoveSpec, PushSpec, SetVelocitySpec, ChangeMaterialSpec, SetMotorSpec>;
 
 // Bounds on measures of error; reference_tables.cpp says what each is.
 struct BoundsSpec : Located {

@@ -51,9 +51,10 @@ struct Field {
   std::string (*fallback)() = nullptr;
 };
 
-// Two sets of keys of which exactly one must be there, whole.
+// Two sets of keys of which exactly one must be there, whole; where `unless` is, cross checks say.
 struct Alternatives {
   std::span<const std::string_view> first, second;
+  std::string_view unless = {};
 };
 
 struct ObjectTable {

@@ -26,6 +26,13 @@ constexpr Field kMaterialFields[] = {
     field<MaterialSpec, &MaterialSpec::restitution>(
         "restitution", kRequired, kUnitInterval,
         "Relative speed after over before an impact; a pair takes the maximum."),
+    field<MaterialSpec, &MaterialSpec::rolling_friction_m>(
+        "rolling_friction_m", kOptional, Limits{0.0, 1e5},
+        "The most that a contact turns a rolling body back, over the force on it; a pair takes the "
+        "larger one. A ball stays on slopes up to this over its radius."),
+    field<MaterialSpec, &MaterialSpec::torsional_friction_m>(
+        "torsional_friction_m", kOptional, Limits{0.0, 1e5},
+        "The same about the contact's normal, of what spins on the spot."),
 };
 constexpr ObjectTable kMaterial =
     object_table<MaterialSpec>("material", "A surface.", kMaterialFields);
@@ -77,7 +84,7 @@ constexpr Limits kPush{-1e15, 1e15};
 constexpr Limits kDamping{0.0, 1e6};
 
 template <class T>
-constexpr std::array<Field, 12> solid_fields() {
+constexpr std::array<Field, 13> solid_fields() {
   return {
       choice_field<T, &T::shape>("shape", kRequired, kNone, kSolidShape, "Shape."),
       field<T, &T::mass_kg>("mass_kg", kOptional, Limits{kMinMass_kg, kMaxMass_kg},
@@ -88,6 +95,10 @@ constexpr std::array<Field, 12> solid_fields() {
           "principal_inertia_kg_m2", kOptional, Limits{1e-15, 1e15},
           "Moments of inertia about the axes of the body's frame, through its centre of mass; by "
           "default those of its shape, filled evenly."),
+      field<T, &T::center_of_mass_m>(
+          "center_of_mass_m", kOptional, Limits{-kMaxLength_m, kMaxLength_m},
+          "Centre of mass in the shape's frame; by default that of the shape, filled evenly. The "
+          "body still turns as if its mass were spread like that, but about this point."),
       field<T, &T::material>("material", kRequired, kLabel, "Name of a material."),
       field<T, &T::collision_group>("collision_group", kOptional, kLabel, kGroupDoc),
       field<T, &T::drive>("drive", kOptional, kLabel, "Name of a drive; none by default."),
@@ -128,15 +139,39 @@ constexpr auto concat(const std::array<Field, N>&... parts) {
   return all;
 }
 
+constexpr Field kWayPointFields[] = {
+    field<WayPointSpec, &WayPointSpec::time_s>("time_s", kRequired, Limits{0.0, 1e9},
+                                               "When it is there: a whole number of steps."),
+    field<WayPointSpec, &WayPointSpec::position_m>("position_m", kRequired, kPosition,
+                                                   "Where; as position_m of the body."),
+    choice_field<WayPointSpec, &WayPointSpec::orientation>(
+        "orientation", kOptional, kNone, kOrientation,
+        "Orientation; that of the way point before by default. It turns the shorter way round."),
+};
+constexpr ObjectTable kWayPoint =
+    object_table<WayPointSpec>("way point", "A pose of a kinematic body.", kWayPointFields);
+
+constexpr Alternatives kBodyMassAlternatives{kMassKeys, kDensityKeys, "kinematic"};
 constexpr auto kBodyFields = concat(
     std::array{field<BodySpec, &BodySpec::id>(
         "id", kRequired, kId, "Identity, unique over bodies and generators; orders the bodies.")},
     solid_fields<BodySpec>(),
-    motion_fields<BodySpec>("Origin of the shape's frame: the centre of mass, but for a hull."),
+    motion_fields<BodySpec>(
+        "Origin of the shape's frame: the centre of mass, but for hulls, compounds and bodies with "
+        "center_of_mass_m."),
     std::array{field<BodySpec, &BodySpec::present>(
-        "present", kOptional, kNone, "false: it takes part only when an input has added it.")});
+        "present", kOptional, kNone, "false: it takes part only when an input has added it.")},
+    std::array{
+        field<BodySpec, &BodySpec::kinematic>(
+            "kinematic", kOptional, kNone,
+            "true: it moves by its velocities alone, whatever it meets: a lift, a pusher. No mass, "
+            "drive, force, damping or joint then. It touches no static and no other of its kind."),
+        object_field<BodySpec, &BodySpec::path>(
+            "path", kOptional, list_of(2, 10'000), kWayPoint,
+            "Where a kinematic body comes by, at constant velocities in between; the first way "
+            "point is where it starts, at 0 s. It stands still after the last.")});
 constexpr ObjectTable kBody =
-    object_table<BodySpec>("body", "A moving body.", kBodyFields, &kMassAlternatives);
+    object_table<BodySpec>("body", "A moving body.", kBodyFields, &kBodyMassAlternatives);
 
 constexpr Field kStaticFields[] = {
     field<StaticSpec, &StaticSpec::name>("name", kRequired, kLabel, "Unique among the statics."),
@@ -159,7 +194,7 @@ constexpr ObjectTable kStatic =
 // Generators.
 
 template <class T>
-constexpr std::array<Field, 13> generator_fields() {
+constexpr auto generator_fields() {
   return concat(std::array{field<T, &T::first_id>("first_id", kRequired, kId,
                                                   "Id of the first body; the others count up.")},
                 solid_fields<T>());
@@ -211,7 +246,7 @@ constexpr ObjectTable kChain = object_table<ChainSpec>(
     "chain", "Bodies in a row, each touching the next.", kChainFields, &kMassAlternatives);
 
 template <class T>
-constexpr std::array<Field, 19> scatter_fields() {
+constexpr auto scatter_fields() {
   return concat(
       generator_fields<T>(),
       std::array{

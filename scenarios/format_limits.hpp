@@ -19,6 +19,7 @@ inline constexpr Limits kNone{};
 inline constexpr Limits kLabel{.min_items = 1, .max_items = 200};
 inline constexpr Limits kText{.min_items = 0, .max_items = 10'000};
 inline constexpr Limits kUnitInterval{0.0, 1.0};
+inline constexpr double kMostTurn_rad = 3.0;  // of the half turn after which an angle is not known
 
 constexpr Limits list_of(std::size_t least, std::size_t most, double min = 0.0, double max = 0.0) {
   return {.min = min, .max = max, .min_items = least, .max_items = most};

@@ -6,6 +6,7 @@
 #include "scenarios/cross_checks.hpp"
 #include "scenarios/field_table.hpp"
 #include "scenarios/input_tables.hpp"
+#include "scenarios/joints.hpp"
 #include "scenarios/orientation.hpp"
 #include "scenarios/read_json.hpp"
 #include "scenarios/scenario.hpp"
@@ -18,10 +19,6 @@ using models::UserInput;
 
 const InputBase& base_of(const InputSpec& spec) {
   return std::visit([](const auto& s) -> const InputBase& { return s; }, spec);
-}
-
-const JsonValue* located(const OrientationSpec& spec) {
-  return std::visit([](const auto& s) { return s.json; }, spec);
 }
 
 // What is special to a kind. `declared`: the body's state in the scene.
@@ -58,9 +55,18 @@ struct FillInput {
   }
   void operator()(const ChangeMaterialSpec& spec) const {
     input.kind = InputKind::kChangeMaterial;
-    input.material = {spec.friction, spec.restitution};
+    input.material = {spec.friction, spec.restitution, spec.rolling_friction_m,
+                      spec.torsional_friction_m};
   }
+  void operator()(const SetMotorSpec&) const {}  // of a joint
 };
+
+// A key that is meant for the other kind of joint.
+const char* key_of_other(const JsonValue& json, const MotorKeys& other) {
+  for (const char* const key : {other.speed, other.push, other.target})
+    if (find_member(json, key) != nullptr) return key;
+  return nullptr;
+}
 
 }  // namespace
 
@@ -75,8 +81,10 @@ bool InputBuilder::check_id(const InputBase& base, FaultList& faults) {
   return is_new;
 }
 
-std::optional<std::uint32_t> InputBuilder::body_of(const InputBase& base, FaultList& faults) const {
-  if (const std::optional<std::uint32_t> place = find_body(scene_, base.body)) return place;
+std::optional<std::uint32_t> InputBuilder::body_of(const BodyInputBase& base,
+                                                   FaultList& faults) const {
+  if (const std::optional<std::uint32_t> place = find_body(scenario_.scene, base.body))
+    return place;
   const JsonValue& member = *find_member(*base.json, "body");
   add_fault(faults, member,
             {describe(member) + ", which no body has", "the id of a body of the scene",
@@ -92,32 +100,80 @@ std::optional<std::int64_t> InputBuilder::step_of(const InputBase& base, FaultLi
   }
   if (base.step) return base.step;
   if (!base.time_s) return -1;
-  return whole_steps(*base.time_s, scene_.dt_s, *find_member(*base.json, "time_s"),
+  return whole_steps(*base.time_s, scenario_.scene.dt_s, *find_member(*base.json, "time_s"),
                      "give step instead", faults);
+}
+
+bool InputBuilder::fill(const BodyInputBase& base, const InputSpec& spec, UserInput& input,
+                        FaultList& faults) const {
+  const std::optional<std::uint32_t> body = body_of(base, faults);
+  if (!body) return false;
+  input.body = physics::BodyId{*body};
+  const std::size_t before = faults.size();
+  if (scenario_.scene.bodies[*body].joints > 0 && std::holds_alternative<RemoveSpec>(spec))
+    add_fault(faults, *find_member(*base.json, "body"),
+              {"a body that a joint holds", "a body without joints", ""});
+  if (scenario_.scene.bodies[*body].kinematic && std::holds_alternative<PushSpec>(spec))
+    add_fault(
+        faults, *find_member(*base.json, "body"),
+        {"a push on a kinematic body, which nothing moves", "set-velocity, or another body", ""});
+  std::visit(FillInput{scenario_.initial[*body], input, faults}, spec);
+  return faults.size() == before;
+}
+
+bool InputBuilder::fill(const SetMotorSpec& spec, UserInput& input, FaultList& faults) const {
+  const auto& joints = scenario_.scene.joints;
+  const auto fault = [&](const char* key, const std::string& found, const char* allowed) {
+    add_fault(faults, *find_member(*spec.json, key), {found, allowed, ""});
+    return false;
+  };
+  const auto joint = std::ranges::find(joints, spec.joint, &physics::Joint::label);
+  if (joint == joints.end() || !joint->motor)
+    return fault("joint", describe(*find_member(*spec.json, "joint")) + ", which no motor has",
+                 "the id of a joint with a motor");
+  const bool turns = joint->kind == physics::JointKind::kHinge;
+  if (const char* const key = key_of_other(*spec.json, turns ? kSliderMotor : kHingeMotor))
+    return fault(key, std::string(key) + " for a " + (turns ? "hinge" : "slider"),
+                 turns ? "keys of a hinge" : "keys of a slider");
+  const double sign = scenario_.motor_signs.at(joint->label);
+  const auto of_b = [sign](std::optional<double> value) {
+    return value ? std::optional(sign * *value) : std::nullopt;
+  };
+  input.kind = InputKind::kSetMotor;
+  input.body = joint->a;
+  input.joint = static_cast<std::uint32_t>(joint - joints.begin());
+  input.motor_speed = of_b(turns ? spec.motor_speed_rad_s : spec.motor_speed_m_s);
+  input.motor_push = turns ? spec.motor_torque_newton_m : spec.motor_force_newton;
+  input.motor_target = of_b(turns ? spec.motor_target_rad : spec.motor_target_m);
+  if (!input.motor_speed && !input.motor_push && !input.motor_target) {
+    add_fault(faults, *spec.json, {"nothing new of the motor", "a speed, a push or a target", ""});
+    return false;
+  }
+  if (input.motor_target && !are_within_limits(*joint, *input.motor_target))
+    return fault(turns ? kHingeMotor.target : kSliderMotor.target,
+                 "a target that the joint's limits do not let it reach",
+                 "a target within the limits");
+  return true;
 }
 
 std::optional<UserInput> InputBuilder::build(const InputSpec& spec, FaultList& faults) {
   const InputBase& base = base_of(spec);
   if (!base.sound) return std::nullopt;
   const bool is_new = check_id(base, faults);
-  const std::optional<std::uint32_t> body = body_of(base, faults);
   const std::optional<std::int64_t> step = step_of(base, faults);
-  if (!is_new || !body || !step) return std::nullopt;
   UserInput input;
+  const auto* const motor = std::get_if<SetMotorSpec>(&spec);
+  const bool filled = motor != nullptr
+                          ? fill(*motor, input, faults)
+                          : fill(static_cast<const BodyInputBase&>(base), spec, input, faults);
+  if (!is_new || !step || !filled) return std::nullopt;
   input.id = static_cast<std::uint32_t>(base.id);
   input.step = *step;
-  input.body = physics::BodyId{*body};
-  const std::size_t before = faults.size();
-  if (scene_.bodies[*body].joints > 0 && std::holds_alternative<RemoveSpec>(spec))
-    add_fault(faults, *find_member(*base.json, "body"),
-              {"a body that a joint holds", "a body without joints", ""});
-  std::visit(FillInput{initial_[*body], input, faults}, spec);
-  if (faults.size() > before) return std::nullopt;
   return input;
 }
 
 InputLines::InputLines(const Scenario& scenario, std::string file)
-    : builder_(scenario.scene, scenario.initial), file_(std::move(file)) {
+    : builder_(scenario), file_(std::move(file)) {
   for (const UserInput& input : scenario.run.inputs.script)
     builder_.take_id(input.id, "the scenario");
 }

@@ -4,13 +4,11 @@
 #include <cstdint>
 #include <map>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "models/user_input.hpp"
-#include "physics/model/scene.hpp"
 #include "scenarios/document.hpp"
 #include "scenarios/faults.hpp"
 
@@ -21,23 +19,24 @@ struct Scenario;
 // Turns the inputs of one run into UserInputs. What it refers to must outlive it.
 class InputBuilder {
  public:
-  // `initial[i]` is the declared state of scene.bodies[i].
-  InputBuilder(const physics::SceneDescription& scene, std::span<const physics::BodyState> initial)
-      : scene_(scene), initial_(initial) {}
+  // Of a scenario with all its bodies and joints.
+  explicit InputBuilder(const Scenario& scenario) : scenario_(scenario) {}
 
-  // Nothing, and faults, if the body is unknown, the id was used before, or the time is not a whole
-  // number of steps. Without a time the step is -1.
+  // Nothing, and faults, if the body or joint is unknown, the id was used before, or the time is
+  // not a whole number of steps. Without a time the step is -1.
   std::optional<models::UserInput> build(const InputSpec& spec, FaultList& faults);
   // Ids that are taken already.
   void take_id(std::uint32_t id, std::string where) { ids_.try_emplace(id, std::move(where)); }
 
  private:
   bool check_id(const InputBase& base, FaultList& faults);
-  std::optional<std::uint32_t> body_of(const InputBase& base, FaultList& faults) const;
+  bool fill(const BodyInputBase& base, const InputSpec& spec, models::UserInput& input,
+            FaultList& faults) const;
+  bool fill(const SetMotorSpec& spec, models::UserInput& input, FaultList& faults) const;
+  std::optional<std::uint32_t> body_of(const BodyInputBase& base, FaultList& faults) const;
   std::optional<std::int64_t> step_of(const InputBase& base, FaultList& faults) const;
 
-  const physics::SceneDescription& scene_;
-  const std::span<const physics::BodyState> initial_;
+  const Scenario& scenario_;
   std::map<std::uint32_t, std::string> ids_;  // with the place of the first use
 };
 

@@ -35,6 +35,14 @@ constexpr Field axis_field() {
 }
 
 template <class T>
+constexpr Field time_constant_field() {
+  return field<T, &T::motor_time_constant_s>(
+      "motor_time_constant_s", kOptional, Limits{1e-4, 1e6},
+      "With a target: the time in which what is left falls to 1/e, as far as speed and push allow; "
+      "0.1 s by default.");
+}
+
+template <class T>
 constexpr std::array<Field, 2> distance_fields() {
   return {field<T, &T::other_anchor_m>("other_anchor_m", kRequired, kPosition,
                                        "Where it holds the other body, or the world, at the start, "
@@ -45,7 +53,6 @@ constexpr std::array<Field, 2> distance_fields() {
 }
 
 constexpr auto kBallFields = joint_fields<BallSpec>(std::array<Field, 0>{});
-constexpr double kMostTurn_rad = 3.0;  // of the half turn after which an angle is no longer known
 constexpr auto kHingeFields = joint_fields<HingeSpec>(std::array{
     axis_field<HingeSpec>(),
     field<HingeSpec, &HingeSpec::min_angle_rad>(
@@ -58,7 +65,12 @@ constexpr auto kHingeFields = joint_fields<HingeSpec>(std::array{
         "motor_speed_rad_s", kOptional, Limits{-1e6, 1e6},
         "Speed to which a motor turns the body about the axis, against the other one."),
     field<HingeSpec, &HingeSpec::motor_torque_newton_m>(
-        "motor_torque_newton_m", kOptional, Limits{0.0, 1e15}, "The most that the motor can do.")});
+        "motor_torque_newton_m", kOptional, Limits{0.0, 1e15}, "The most that the motor can do."),
+    field<HingeSpec, &HingeSpec::motor_target_rad>(
+        "motor_target_rad", kOptional, Limits{-kMostTurn_rad, kMostTurn_rad},
+        "Angle to which the motor turns the body from the start, and holds it there (a servo), at "
+        "no more than its speed."),
+    time_constant_field<HingeSpec>()});
 constexpr auto kSliderFields = joint_fields<SliderSpec>(std::array{
     axis_field<SliderSpec>(),
     field<SliderSpec, &SliderSpec::min_way_m>(
@@ -70,7 +82,12 @@ constexpr auto kSliderFields = joint_fields<SliderSpec>(std::array{
         "motor_speed_m_s", kOptional, Limits{-1e6, 1e6},
         "Speed to which a motor moves the body along the axis, against the other one."),
     field<SliderSpec, &SliderSpec::motor_force_newton>(
-        "motor_force_newton", kOptional, Limits{0.0, 1e15}, "The most that the motor can do.")});
+        "motor_force_newton", kOptional, Limits{0.0, 1e15}, "The most that the motor can do."),
+    field<SliderSpec, &SliderSpec::motor_target_m>(
+        "motor_target_m", kOptional, Limits{-kMaxLength_m, kMaxLength_m},
+        "Way along the axis to which the motor moves the body from the start, and holds it there "
+        "(a servo), at no more than its speed."),
+    time_constant_field<SliderSpec>()});
 constexpr auto kFixedFields = joint_fields<FixedSpec>(std::array<Field, 0>{});
 constexpr auto kDistanceFields = joint_fields<DistanceSpec>(distance_fields<DistanceSpec>());
 constexpr auto kSpringOwn = distance_fields<SpringSpec>();

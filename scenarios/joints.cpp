@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "physics/model/kinematic.hpp"
 #include "physics/shapes/mass_properties.hpp"
 #include "scenarios/cross_checks.hpp"
 #include "scenarios/json_tree.hpp"
@@ -20,10 +21,24 @@ const JointBase& base_of(const JointSpec& spec) {
 
 double size_m(const Scenario& scenario, physics::BodyId id) {
   const std::uint32_t shape = scenario.scene.bodies[physics::index_of(id)].shape;
-  return std::cbrt(physics::mass_properties(scenario.scene.shapes[shape]).volume_m3);
+  return std::cbrt(
+      physics::mass_properties(scenario.scene.shapes[shape], scenario.scene.shapes).volume_m3);
 }
 
 constexpr double kNoLimit = 1e9;
+
+struct MotorValues {
+  std::optional<double> speed, push, target, time_constant_s;
+};
+
+bool points_down(const Vec3& axis) { return axis.z() < 0.0; }
+
+// Whether the axis of the joint is the opposite of that in the file.
+bool is_flipped(const JointSpec& spec) {
+  if (const auto* hinge = std::get_if<HingeSpec>(&spec)) return points_down(hinge->axis);
+  if (const auto* slider = std::get_if<SliderSpec>(&spec)) return points_down(slider->axis);
+  return false;
+}
 
 // What is special to a kind; anchors and axes are still in the world frame.
 struct FillJoint {
@@ -37,8 +52,10 @@ struct FillJoint {
     joint.kind = JointKind::kHinge;
     const bool flipped = turn(spec, spec.axis);
     bound(spec, spec.min_angle_rad, spec.max_angle_rad, 3.0, flipped);
-    drive(spec, spec.motor_speed_rad_s, spec.motor_torque_newton_m, "motor_speed_rad_s",
-          "motor_torque_newton_m", flipped);
+    drive(spec,
+          {spec.motor_speed_rad_s, spec.motor_torque_newton_m, spec.motor_target_rad,
+           spec.motor_time_constant_s},
+          kHingeMotor, flipped);
   }
   void operator()(const SliderSpec& spec) const {
     joint.kind = JointKind::kSlider;
@@ -47,8 +64,10 @@ struct FillJoint {
     if (spec.min_way_m && spec.max_way_m)
       joint.reach_m = 2.0 * size_m + std::max(-*spec.min_way_m, *spec.max_way_m);
     bound(spec, spec.min_way_m, spec.max_way_m, kNoLimit, flipped);
-    drive(spec, spec.motor_speed_m_s, spec.motor_force_newton, "motor_speed_m_s",
-          "motor_force_newton", flipped);
+    drive(spec,
+          {spec.motor_speed_m_s, spec.motor_force_newton, spec.motor_target_m,
+           spec.motor_time_constant_s},
+          kSliderMotor, flipped);
   }
   void operator()(const DistanceSpec& spec) const {
     joint.kind = JointKind::kDistance;
@@ -79,17 +98,34 @@ struct FillJoint {
     const double low = least.value_or(-none), high = most.value_or(none);
     joint.limits = flipped ? physics::JointLimits{low, high} : physics::JointLimits{-high, -low};
   }
-  void drive(const JointBase& spec, std::optional<double> speed, std::optional<double> push,
-             const char* speed_key, const char* push_key, bool flipped) const {
-    if (speed.has_value() != push.has_value()) {
-      const char* const there = speed ? speed_key : push_key;
-      const char* const missing = speed ? push_key : speed_key;
-      add_fault(faults, *find_member(*spec.json, there),
-                {std::string(there) + " without " + missing,
-                 "both " + std::string(speed_key) + " and " + push_key + ", or neither", ""});
-      return;
+  // After bound().
+  void drive(const JointBase& spec, const MotorValues& given, const MotorKeys& keys,
+             bool flipped) const {
+    const auto fault = [&](const char* there, const std::string& found, std::string allowed) {
+      add_fault(faults, *find_member(*spec.json, there), {found, std::move(allowed), ""});
+    };
+    if (given.speed.has_value() != given.push.has_value()) {
+      const char* const there = given.speed ? keys.speed : keys.push;
+      const char* const missing = given.speed ? keys.push : keys.speed;
+      return fault(there, std::string(there) + " without " + missing,
+                   "both " + std::string(keys.speed) + " and " + keys.push + ", or neither");
     }
-    if (speed) joint.motor = physics::JointMotor{flipped ? *speed : -*speed, *push};
+    if (given.target && !given.speed)
+      return fault(keys.target, std::string(keys.target) + " without a motor",
+                   "a target beside " + std::string(keys.speed) + " and " + keys.push);
+    if (given.time_constant_s && !given.target)
+      return fault("motor_time_constant_s", "motor_time_constant_s without a target",
+                   "a time constant beside " + std::string(keys.target));
+    if (!given.speed) return;
+    const double sign = flipped ? 1.0 : -1.0;
+    joint.motor = physics::JointMotor{sign * *given.speed, *given.push, std::nullopt};
+    if (!given.target) return;
+    joint.motor->target = sign * *given.target;
+    if (given.time_constant_s) joint.motor->time_constant_s = *given.time_constant_s;
+    if (!are_within_limits(joint, *joint.motor->target))
+      fault(keys.target,
+            number_text(*given.target) + ", which the joint's limits do not let it reach",
+            "a target within the limits");
   }
   // Whether the axis is flipped.
   bool turn(const JointBase& spec, const Vec3& axis) const {
@@ -101,9 +137,9 @@ struct FillJoint {
     }
     // Either end of an axis will do. That of the upper half never meets Eigen's iterative way for
     // opposite vectors, whose bits are not promised.
-    const Vec3 up = axis.z() < 0.0 ? Vec3(-axis / norm) : Vec3(axis / norm);
+    const Vec3 up = points_down(axis) ? Vec3(-axis / norm) : Vec3(axis / norm);
     joint.frame_a = joint.frame_b = physics::Quat::FromTwoVectors(Vec3::UnitZ(), up);
-    return axis.z() < 0.0;
+    return points_down(axis);
   }
   void stretch(const JointBase& spec, const Vec3& other, std::optional<double> length_m) const {
     joint.anchor_b_m = other;
@@ -132,6 +168,9 @@ class Builder {
     const auto b = base.other_body ? body(base, "other_body", *base.other_body)
                                    : std::optional(physics::kWorldBody);
     if (!a || !b) return;
+    if (is_kinematic(*a) || is_kinematic(*b))
+      return add_fault(faults_, *find_member(*base.json, is_kinematic(*a) ? "body" : "other_body"),
+                       {"a joint of a kinematic body", "bodies that have a mass", ""});
     if (*a == *b)
       return add_fault(faults_, *find_member(*base.json, "other_body"),
                        {"a joint of a body with itself", "another body", ""});
@@ -145,6 +184,7 @@ class Builder {
     if (!physics::is_static(*b)) size = std::min(size, size_m(scenario_, *b));
     joint.reach_m = 0.25 * size;
     std::visit(FillJoint{joint, size, faults_}, spec);
+    double sign = is_flipped(spec) ? 1.0 : -1.0;
     joint.reach_m = base.reach_m.value_or(joint.reach_m);
     localise(scenario_, joint.a, joint.anchor_a_m, joint.frame_a);
     localise(scenario_, joint.b, joint.anchor_b_m, joint.frame_b);
@@ -154,11 +194,17 @@ class Builder {
       std::swap(joint.frame_a, joint.frame_b);
       if (joint.limits) joint.limits = {-joint.limits->most, -joint.limits->least};
       if (joint.motor) joint.motor->speed = -joint.motor->speed;
+      if (joint.motor && joint.motor->target) joint.motor->target = -*joint.motor->target;
+      sign = -sign;
     }
+    if (joint.motor) scenario_.motor_signs[joint.label] = sign;
     scenario_.scene.joints.push_back(joint);
   }
 
  private:
+  bool is_kinematic(physics::BodyId id) const {
+    return id != physics::kWorldBody && physics::is_kinematic(scenario_.scene, id);
+  }
   bool is_new(const JointBase& base) {
     const JsonValue& member = *find_member(*base.json, "id");
     const auto [first, is_new] = ids_.try_emplace(base.id, place_of(member));
@@ -195,6 +241,10 @@ class Builder {
 };
 
 }  // namespace
+
+bool are_within_limits(const physics::Joint& joint, double place) {
+  return !joint.limits || (place >= joint.limits->least && place <= joint.limits->most);
+}
 
 void build_joints(const std::vector<JointSpec>& joints, Scenario& scenario, FaultList& faults) {
   if (!joints.empty() && !scenario.scene.solver.contact_response)

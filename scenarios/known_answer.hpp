@@ -30,11 +30,13 @@ struct Sliding {
   double slope_deg = 0.0, azimuth_deg = 0.0;
   double friction = 0.0;  // of the pair
 };
-// A sphere on such a slope: slides until it rolls, if friction is enough for that.
+// A sphere on such a slope: slides until it rolls, if friction is enough for that. With rolling
+// friction it rolls from the start; it stops, and rests or turns back.
 struct Rolling {
   std::int64_t body = -1;
   double slope_deg = 0.0, azimuth_deg = 0.0;
   double friction = 0.0;
+  double rolling_friction_m = 0.0;  // of the pair
 };
 // A sphere that falls on a level floor at z = 0 and bounces, until it rests.
 struct Bouncing {

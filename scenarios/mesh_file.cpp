@@ -10,6 +10,7 @@
 #include <cmath>
 #include <map>
 
+#include "physics/narrowphase/part_pairs.hpp"
 #include "scenarios/faults.hpp"
 #include "scenarios/file_text.hpp"
 #include "scenarios/format.hpp"
@@ -19,6 +20,8 @@ namespace {
 
 constexpr std::size_t kMaxMeshBytes = std::size_t{64} << 20;
 constexpr std::size_t kMaxTriangles = 1'000'000;
+// Compounds can meet it.
+static_assert(kMaxTriangles <= physics::most_triangles(physics::kMostParts));
 
 // Lets the mesh library open nothing: the file is handed to it as bytes.
 class NoFiles : public Assimp::IOSystem {

@@ -75,6 +75,10 @@ SineCosine sine_cosine_of_degrees(double angle_deg) {
   }
 }
 
+const JsonValue* located(const OrientationSpec& spec) {
+  return std::visit([](const auto& s) { return s.json; }, spec);
+}
+
 physics::Quat orientation_of(const OrientationSpec& spec, FaultList& faults) {
   if (const auto* q = std::get_if<QuaternionSpec>(&spec)) {
     const bool given = q->json != nullptr;

@@ -15,6 +15,9 @@ struct SineCosine {
 // library's functions give other bits on processors with FMA.
 SineCosine sine_cosine_of_degrees(double angle_deg);
 
+// Where the file gives it; null if it does not.
+const JsonValue* located(const OrientationSpec& spec);
+
 // Identity, and a fault, if the norm of the quaternion or axis is not acceptable.
 physics::Quat orientation_of(const OrientationSpec& spec, FaultList& faults);
 

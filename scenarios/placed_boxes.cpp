@@ -37,7 +37,7 @@ PlacedBoxes placed_boxes(const Scenario& scenario) {
   PlacedBoxes boxes;
   for (const physics::Shape& shape : scene.shapes) {
     const bool mesh = std::holds_alternative<physics::TriangleMesh>(shape);
-    boxes.shapes.push_back(mesh ? physics::CompiledShape{} : physics::compile(shape));
+    boxes.shapes.push_back(mesh ? physics::CompiledShape{} : physics::compile(shape, scene.shapes));
   }
   boxes.bodies.reserve(scene.bodies.size());
   for (std::size_t i = 0; i < scene.bodies.size(); ++i)

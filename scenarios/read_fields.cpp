@@ -87,6 +87,7 @@ std::string join(std::span<const std::string_view> keys) {
 void check_alternatives(const ObjectTable& table, const JsonValue& value, const Seen& seen,
                         FaultList& faults) {
   if (!table.alternatives) return;
+  if (!table.alternatives->unless.empty() && seen(table, table.alternatives->unless)) return;
   std::vector<std::string_view> there;
   bool whole[2] = {true, true}, any[2] = {false, false};
   const std::span<const std::string_view> sets[2] = {table.alternatives->first,

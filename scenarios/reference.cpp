@@ -63,7 +63,10 @@ std::string section_of(const TaggedTable& entry) {
   text += std::string(table.doc);
   if (table.alternatives) {
     text += " Exactly one of: " + keys_text(table.alternatives->first) + "; " +
-            keys_text(table.alternatives->second) + ".";
+            keys_text(table.alternatives->second);
+    if (!table.alternatives->unless.empty())
+      text += "; none beside " + code(table.alternatives->unless);
+    text += ".";
   }
   text += "\n\n| key | value | default | meaning |\n|---|---|---|---|\n";
   if (!entry.tag.empty()) {

@@ -47,11 +47,19 @@ constexpr ObjectTable kSliding =
                                       "or stops on it. Gravity is along -z.",
                                       kSlidingKindFields);
 
+constexpr std::array<Field, 5> rolling_fields() {
+  const auto slope = slope_fields<AnswerSpec<Rolling>>();
+  return {slope[0], slope[1], slope[2], slope[3],
+          field<AnswerSpec<Rolling>, &AnswerSpec<Rolling>::rolling_friction_m>(
+              "rolling_friction_m", kOptional, Limits{0.0, 1e5},
+              "Of the pair. If > 0, the sphere rolls from the start, and friction is enough.")};
+}
 constexpr auto kRollingKindFields =
-    with_bounds<AnswerSpec<Rolling>>(slope_fields<AnswerSpec<Rolling>>(), kMotionBounds);
+    with_bounds<AnswerSpec<Rolling>>(rolling_fields(), kMotionBounds);
 constexpr ObjectTable kRolling = object_table<AnswerSpec<Rolling>>(
     "rolling",
-    "A sphere that slides on a slope until it rolls, if friction is enough. Gravity is along -z.",
+    "A sphere that slides on a slope until it rolls, if friction is enough; or rolls until rolling "
+    "friction stops it. Gravity is along -z.",
     kRollingKindFields);
 
 constexpr auto kBouncingKindFields = with_bounds<AnswerSpec<Bouncing>>(

@@ -1,6 +1,7 @@
 #include "scenarios/references.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <type_traits>
 #include <utility>
 
@@ -76,6 +77,7 @@ struct TakeAnswer {
     if constexpr (kWantsJoint<Answer>[0].has_value())
       check_joint<Answer>(spec.body, spec, scenario, faults);
     if constexpr (std::is_same_v<Answer, DampedOscillator>) check_swing(spec);
+    if constexpr (std::is_same_v<Answer, Rolling>) check_rolling(spec);
     if constexpr (requires { spec.other; })
       check_body<Answer>(spec.other, "other", spec, scenario, faults);
     if constexpr (std::is_same_v<Answer, SlidingRow>) {
@@ -93,6 +95,23 @@ struct TakeAnswer {
                   {"a normal of length 0", "any length but zero", ""});
     }
     return static_cast<const Answer&>(spec);
+  }
+  // The form with rolling friction begins with rolling, and knows no slip.
+  void check_rolling(const AnswerSpec<Rolling>& spec) const {
+    constexpr double kRounding = 1e-9;
+    const auto& bodies = scenario.scene.bodies;
+    const auto at = std::ranges::find(bodies, spec.body, &physics::BodyParams::label);
+    if (!(spec.rolling_friction_m > 0.0) || at == bodies.end()) return;
+    const auto* const sphere = std::get_if<physics::Sphere>(&scenario.scene.shapes[at->shape]);
+    if (sphere == nullptr) return;
+    const physics::BodyState& start =
+        scenario.initial[static_cast<std::size_t>(at - bodies.begin())];
+    const double speed = start.linear_velocity_m_s.norm();
+    const double rim = start.angular_velocity_rad_s.norm() * sphere->radius_m;
+    if (std::abs(speed - rim) <= kRounding * speed) return;
+    add_fault(
+        faults, *find_member(*spec.json, "rolling_friction_m"),
+        {"rolling friction of a sphere that slides at first", "one that rolls, or is at rest", ""});
   }
   // The form with friction goes from end to end of swings.
   void check_swing(const AnswerSpec<DampedOscillator>& spec) const {

@@ -105,8 +105,10 @@ void check_time(const Written& written, WarningList& warnings) {
                              " m, where the largest body has " + about(size) + " m",
                          "a shorter step, such as 0.01 s, or sizes and gravity in metres"};
     });
-  for (std::size_t i = 0; i < scenario.run.inputs.script.size(); ++i) {
-    const std::int64_t step = scenario.run.inputs.script[i].step;
+  // Those of paths come first; a path may be longer than a run.
+  const std::size_t of_paths = scenario.run.inputs.script.size() - written.document.inputs.size();
+  for (std::size_t i = 0; i < written.document.inputs.size(); ++i) {
+    const std::int64_t step = scenario.run.inputs.script[of_paths + i].step;
     if (step < scenario.run.steps || scenario.run.steps == 0) continue;
     const JsonValue* const input =
         std::visit([](const auto& s) { return s.json; }, written.document.inputs[i]);

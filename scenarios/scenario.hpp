@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -29,6 +30,8 @@ struct Scenario {
   models::TerritoryOptions territory;
   models::RunOptions run;  // steps, buffer and executor defaults
   OutputOptions output;
+  // By id of each joint with a motor: 1 if what the file says of it is b's against a, else -1.
+  std::map<std::uint32_t, double> motor_signs;
   std::vector<Reference> references;   // what is known of the run beforehand
   std::vector<InputWarning> warnings;  // what the file hardly means, by place
 };

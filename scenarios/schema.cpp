@@ -178,9 +178,10 @@ Members object_schema(const TaggedTable& entry) {
                   {"required", array(std::move(required))},
                   {"additionalProperties", literal("false")}};
   if (table.alternatives) {
-    const auto& [first, second] = *table.alternatives;
-    members.emplace_back("oneOf",
-                         array({one_alternative(first, second), one_alternative(second, first)}));
+    const auto& [first, second, unless] = *table.alternatives;
+    std::vector<Json> ways{one_alternative(first, second), one_alternative(second, first)};
+    if (!unless.empty()) ways.push_back(object({{"required", texts({&unless, 1})}}));
+    members.emplace_back(unless.empty() ? "oneOf" : "anyOf", array(std::move(ways)));
   }
   return members;
 }

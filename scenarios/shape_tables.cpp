@@ -6,6 +6,8 @@
 namespace soda::scenarios {
 namespace {
 
+constexpr Limits kOffset{-kMaxLength_m, kMaxLength_m};
+
 // Shapes.
 
 constexpr Field kSphereFields[] = {
@@ -68,12 +70,45 @@ constexpr Field kHalfSpaceFields[] = {
 constexpr ObjectTable kHalfSpace = object_table<HalfSpaceSpec>(
     "halfspace", "Everything below a plane. Static only.", kHalfSpaceFields);
 
+constexpr ChoiceEntry kConvexEntries[] = {
+    choice_entry<ConvexShapeSpec, SphereSpec>("sphere", kSphere),
+    choice_entry<ConvexShapeSpec, BoxSpec>("box", kBox),
+    choice_entry<ConvexShapeSpec, CapsuleSpec>("capsule", kCapsule),
+    choice_entry<ConvexShapeSpec, CylinderSpec>("cylinder", kCylinder),
+    choice_entry<ConvexShapeSpec, HullSpec>("hull", kHull),
+};
+constexpr std::string_view kNoParts[] = {"compound", "mesh", "halfspace"};
+constexpr ChoiceTable kConvexShape{.name = "convex-shape",
+                                   .doc = "The shape of a compound's part.",
+                                   .tag = "type",
+                                   .entries = kConvexEntries,
+                                   .elsewhere = kNoParts,
+                                   .elsewhere_hint = "no part of a compound may have this shape"};
+
+constexpr Field kPartFields[] = {
+    choice_field<PartSpec, &PartSpec::shape>("shape", kRequired, kNone, kConvexShape, "Shape."),
+    field<PartSpec, &PartSpec::position_m>("position_m", kOptional, kOffset,
+                                           "Origin of the part's frame in the compound's."),
+    choice_field<PartSpec, &PartSpec::orientation>("orientation", kOptional, kNone, kOrientation,
+                                                   "Part to compound; not turned by default."),
+};
+constexpr ObjectTable kPart = object_table<PartSpec>("part", "A part of a compound.", kPartFields);
+constexpr Field kCompoundFields[] = {
+    object_field<CompoundSpec, &CompoundSpec::parts>(
+        "parts", kRequired, list_of(1, physics::kMostParts), kPart,
+        "Convex solids that hold together, in a frame of their own choice. They are filled evenly; "
+        "where they overlap, mass counts twice."),
+};
+constexpr ObjectTable kCompound =
+    object_table<CompoundSpec>("compound", "Several convex solids in one body.", kCompoundFields);
+
 constexpr ChoiceEntry kSolidEntries[] = {
     choice_entry<SolidShapeSpec, SphereSpec>("sphere", kSphere),
     choice_entry<SolidShapeSpec, BoxSpec>("box", kBox),
     choice_entry<SolidShapeSpec, CapsuleSpec>("capsule", kCapsule),
     choice_entry<SolidShapeSpec, CylinderSpec>("cylinder", kCylinder),
     choice_entry<SolidShapeSpec, HullSpec>("hull", kHull),
+    choice_entry<SolidShapeSpec, CompoundSpec>("compound", kCompound),
 };
 constexpr std::string_view kStaticOnly[] = {"mesh", "halfspace"};
 constexpr ChoiceEntry kStaticEntries[] = {
@@ -82,6 +117,7 @@ constexpr ChoiceEntry kStaticEntries[] = {
     choice_entry<StaticShapeSpec, CapsuleSpec>("capsule", kCapsule),
     choice_entry<StaticShapeSpec, CylinderSpec>("cylinder", kCylinder),
     choice_entry<StaticShapeSpec, HullSpec>("hull", kHull),
+    choice_entry<StaticShapeSpec, CompoundSpec>("compound", kCompound),
     choice_entry<StaticShapeSpec, MeshSpec>("mesh", kMesh),
     choice_entry<StaticShapeSpec, HalfSpaceSpec>("halfspace", kHalfSpace),
 };

@@ -3,13 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/shapes/compiled_shape.hpp"
 #include "scenarios/format.hpp"
 #include "scenarios/mesh_file.hpp"
+#include "scenarios/orientation.hpp"
 
 namespace soda::scenarios {
 namespace {
 
-enum class KeyKind { kSphere, kBox, kCapsule, kCylinder, kHull };
+enum class KeyKind { kSphere, kBox, kCapsule, kCylinder, kHull, kCompound };
 
 double length_of(const Vec3& v) { return std::sqrt(v.x() * v.x() + v.y() * v.y() + v.z() * v.z()); }
 
@@ -43,7 +45,7 @@ struct Adder {
                     .center_m = center,
                     .size_m = size,
                     .bounding_radius_m = radius,
-                    .mass = physics::mass_properties(shape)};
+                    .mass = physics::mass_properties(shape, shapes)};
       shapes.push_back(std::move(shape));
     }
     return at->second;
@@ -121,6 +123,84 @@ std::optional<PlacedShape> place(const HullSpec& s, Adder adder, FaultList& faul
   return adder.add(std::move(key), std::move(hull), size, radius, mass.center_local_m);
 }
 
+// Parts in the file's frame become those about this centre.
+PlacedShape add_compound(physics::Compound compound, const Vec3& center,
+                         physics::MassProperties mass, Adder adder) {
+  std::vector<double> key{static_cast<double>(KeyKind::kCompound)};
+  for (physics::CompoundPart& part : compound.parts) {
+    part.position_m = Vec3(part.position_m.x() - center.x(), part.position_m.y() - center.y(),
+                           part.position_m.z() - center.z());
+    const physics::Quat& q = part.orientation;
+    key.insert(key.end(), {static_cast<double>(part.shape), part.position_m.x(),
+                           part.position_m.y(), part.position_m.z(), q.w(), q.x(), q.y(), q.z()});
+  }
+  // Where the parts are tells what the centre is but for its name in the file.
+  key.insert(key.end(), {center.x(), center.y(), center.z()});
+  if (const auto known = adder.index.find(key); known != adder.index.end()) return known->second;
+  const physics::CompiledShape compiled = physics::compile(compound, adder.shapes);
+  const physics::Aabb box = physics::tight_aabb(compiled, {});
+  const Vec3 size(box.max.x() - box.min.x(), box.max.y() - box.min.y(), box.max.z() - box.min.z());
+  PlacedShape placed =
+      adder.add(key, std::move(compound), size, compiled.bounding_radius_m, center);
+  placed.mass = mass;
+  return adder.index[key] = placed;
+}
+
+std::optional<PlacedShape> place(const CompoundSpec& s, Adder adder, FaultList& faults) {
+  physics::Compound compound;
+  for (const PartSpec& part : s.parts) {
+    const physics::Quat orientation = orientation_of(part.orientation, faults);
+    const std::optional<PlacedShape> placed = std::visit(
+        [&](const auto& shape) -> std::optional<PlacedShape> {
+          return shape.sound ? place(shape, adder, faults) : std::nullopt;
+        },
+        part.shape);
+    if (!placed) return std::nullopt;
+    const Vec3 center = orientation._transformVector(placed->center_m);
+    compound.parts.push_back(
+        {placed->index,
+         Vec3(part.position_m.x() + center.x(), part.position_m.y() + center.y(),
+              part.position_m.z() + center.z()),
+         orientation});
+  }
+  physics::MassProperties mass = physics::mass_properties(compound, adder.shapes);
+  const Vec3 center = mass.center_local_m;
+  mass.center_local_m = Vec3::Zero();
+  return add_compound(std::move(compound), center, mass, adder);
+}
+
+// The shape about another centre of mass: a compound, if of one part.
+std::optional<PlacedShape> recenter(const PlacedShape& shape, const Vec3& center,
+                                    const JsonValue& at, Adder adder, FaultList& faults) {
+  if (center == shape.center_m) return shape;
+  const Vec3 way = center - shape.center_m;
+  const physics::CompiledShape compiled = physics::compile(adder.shapes[shape.index], adder.shapes);
+  const physics::Aabb box = physics::tight_aabb(compiled, {});
+  if ((way - box.min).minCoeff() < 0.0 || (box.max - way).minCoeff() < 0.0) {
+    const auto range = [&](int i) {
+      return number_text(box.min[i] + shape.center_m[i]) + " to " +
+             number_text(box.max[i] + shape.center_m[i]);
+    };
+    add_fault(
+        faults, at,
+        {"a centre of mass outside of the shape",
+         "a point within it: x from " + range(0) + ", y from " + range(1) + ", z from " + range(2),
+         ""});
+    return std::nullopt;
+  }
+  physics::Compound compound;
+  if (const auto* parts = std::get_if<physics::Compound>(&adder.shapes[shape.index]))
+    compound = *parts;
+  else
+    compound.parts.push_back({.shape = shape.index});
+  for (physics::CompoundPart& part : compound.parts) part.position_m += shape.center_m;
+  physics::MassProperties mass = shape.mass;
+  mass.center_local_m = Vec3::Zero();
+  mass.inertia_per_density_m5 =
+      physics::inertia_about(mass.inertia_per_density_m5, mass.volume_m3, way);
+  return add_compound(std::move(compound), center, mass, adder);
+}
+
 // An index beyond the vertices or a triangle without area; else true.
 bool check_triangles(const MeshSpec& s, FaultList& faults) {
   bool good = true;
@@ -190,6 +270,15 @@ std::optional<PlacedShape> place_shape(const SolidShapeSpec& spec,
         return s.sound ? place(s, Adder{shapes, index}, faults) : std::nullopt;
       },
       spec);
+}
+
+std::optional<PlacedShape> place_body_shape(const SolidSpec& spec,
+                                            std::vector<physics::Shape>& shapes, ShapeIndex& index,
+                                            FaultList& faults) {
+  const std::optional<PlacedShape> shape = place_shape(spec.shape, shapes, index, faults);
+  if (!shape || !spec.center_of_mass_m) return shape;
+  return recenter(*shape, *spec.center_of_mass_m, *find_member(*spec.json, "center_of_mass_m"),
+                  {shapes, index}, faults);
 }
 
 std::optional<PlacedShape> place_shape(const StaticShapeSpec& spec, const std::string& folder,

@@ -31,6 +31,10 @@ using ShapeIndex = std::map<std::vector<double>, PlacedShape>;
 std::optional<PlacedShape> place_shape(const SolidShapeSpec& spec,
                                        std::vector<physics::Shape>& shapes, ShapeIndex& index,
                                        FaultList& faults);
+// The same for a body, whose centre of mass may be elsewhere than in the shape's.
+std::optional<PlacedShape> place_body_shape(const SolidSpec& spec,
+                                            std::vector<physics::Shape>& shapes, ShapeIndex& index,
+                                            FaultList& faults);
 std::optional<PlacedShape> place_shape(const StaticShapeSpec& spec, const std::string& folder,
                                        std::vector<physics::Shape>& shapes, ShapeIndex& index,
                                        FaultList& faults);

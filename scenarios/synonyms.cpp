@@ -16,6 +16,7 @@ constexpr Synonym kSynonyms[] = {
     {"pill", "capsule", ""},
     {"tube", "cylinder", ""},
     {"convex convexhull convexmesh polyhedron polytope", "hull", ""},
+    {"multishape composite multi union group aggregate", "compound", "of convex parts"},
     {"trimesh trianglemesh heightfield terrain", "mesh", "among statics only"},
     // Joints.
     {"revolute pivot", "hinge", ""},
@@ -38,7 +39,10 @@ constexpr Synonym kSynonyms[] = {
     // Bodies.
     {"mass weight", "mass_kg", ""},
     {"density", "density_kg_m3", ""},
-    {"pos position translation location xyz origin com", "position_m origin_m", ""},
+    {"com centerofmass centreofmass centerofgravity cog", "center_of_mass_m",
+     "in the shape's frame"},
+    {"children shapes elements pieces subshapes", "parts", "of a compound"},
+    {"pos position translation location xyz origin offset", "position_m origin_m", ""},
     {"rotation rot quaternion quat euler rpy attitude", "orientation",
      R"({"w", "x", "y", "z"} or {"axis", "angle_deg"})"},
     {"angle", "angle_deg", "in degrees"},
@@ -51,6 +55,10 @@ constexpr Synonym kSynonyms[] = {
     {"geometry collider collision collisionshape geom", "shape", ""},
     {"label uid", "id", "an integer"},
     {"mu frictioncoefficient", "friction", ""},
+    {"rollingfriction rollingresistance rollingfrictioncoefficient rollingcoefficient",
+     "rolling_friction_m", "a length: torque over force"},
+    {"spinningfriction spinfriction torsionalfriction torsionfriction pivotfriction",
+     "torsional_friction_m", "a length: torque over force"},
     {"bounciness bounce elasticity cor", "restitution", ""},
     // Joints' members.
     {"bodya body1 parent", "body", ""},
@@ -62,6 +70,7 @@ constexpr Synonym kSynonyms[] = {
     {"motorspeed targetvelocity targetspeed", "motor_speed_rad_s motor_speed_m_s", ""},
     {"motorforce maxforce", "motor_force_newton motor_torque_newton_m", ""},
     {"maxtorque motortorque", "motor_torque_newton_m", ""},
+    {"servo target targetangle targetposition setpoint", "motor_target_rad motor_target_m", ""},
     {"stiffness k springconstant", "stiffness_newton_m", ""},
     {"damping c", "damping_newton_s_m linear_damping_1_s", ""},
     {"length restlength", "length_m", ""},

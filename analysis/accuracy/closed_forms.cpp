@@ -82,7 +82,27 @@ MotionAt sliding(const StartingBody& body, const Slope& slope, const SlidingLaw&
   };
 }
 
+// A sphere that rolls slides like a box on which 5/7 of all forces act.
+MotionAt rolling_to_a_stop(const StartingBody& body, double gravity_m_s2,
+                           const scenarios::Rolling& answer) {
+  const Slope slope = slope_of(answer.slope_deg, answer.azimuth_deg);
+  const Vec3 axis = slope.normal.cross(slope.down);
+  const double radius = body.radius_m, start = body.state.position_m.dot(slope.down);
+  const MotionAt way =
+      sliding(body, slope,
+              sliding_law(body.state.linear_velocity_m_s.dot(slope.down), 5.0 / 7.0 * gravity_m_s2,
+                          answer.slope_deg, answer.rolling_friction_m / radius));
+  return [=](double time) {
+    Motion motion = way(time);
+    const double angle = (motion.position_m.dot(slope.down) - start) / radius;
+    motion.orientation = turned_by(axis * angle, body.state.orientation);
+    motion.angular_velocity_rad_s = axis * (motion.linear_velocity_m_s.dot(slope.down) / radius);
+    return motion;
+  };
+}
+
 MotionAt rolling(const StartingBody& body, double gravity_m_s2, const scenarios::Rolling& answer) {
+  if (answer.rolling_friction_m > 0.0) return rolling_to_a_stop(body, gravity_m_s2, answer);
   const Slope slope = slope_of(answer.slope_deg, answer.azimuth_deg);
   const Vec3 axis = slope.normal.cross(slope.down);
   const double t = radians(answer.slope_deg), radius = body.radius_m;

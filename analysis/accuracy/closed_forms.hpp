@@ -38,6 +38,7 @@ SlidingLaw sliding_law(double speed_m_s, double gravity_m_s2, double slope_deg, 
 MotionAt sliding(const StartingBody& body, const Slope& slope, const SlidingLaw& law);
 
 // A sphere; its spin must be about the slope's horizontal axis.
+// With rolling friction it must roll from the start.
 MotionAt rolling(const StartingBody& body, double gravity_m_s2, const scenarios::Rolling& answer);
 
 // Bounces from rest or from a vertical velocity.

@@ -15,11 +15,17 @@ namespace soda::analysis {
 inline std::string unknown_to_peers(const physics::SceneDescription& scene, bool balls) {
   for (const physics::Shape& shape : scene.shapes)
     if (std::holds_alternative<physics::ConvexHull>(shape) ||
-        std::holds_alternative<physics::TriangleMesh>(shape))
-      return "hulls and meshes are not handed over";
+        std::holds_alternative<physics::TriangleMesh>(shape) ||
+        std::holds_alternative<physics::Compound>(shape))
+      return "hulls, meshes and compounds are not handed over";
   for (const physics::Joint& joint : scene.joints)
     if (!balls || joint.kind != physics::JointKind::kBall || joint.collides)
       return "joints other than balls are not handed over";
+  for (const physics::BodyParams& body : scene.bodies) {
+    if (body.kinematic) return "kinematic bodies are not handed over";
+    if (body.material.rolling_friction_m > 0.0 || body.material.torsional_friction_m > 0.0)
+      return "rolling friction is not handed over";
+  }
   if (!scene.drives.empty()) return "drives are not handed over";
   if (!scene.forces.empty()) return "forces and damping are not handed over";
   if (!scene.solver.contact_response) return "contacts without response are not handed over";

@@ -47,8 +47,9 @@ class EnergyTrack {
   double scale_ = 0.0, drift_ = 0.0, gain_ = 0.0;
 };
 
-double diameter_m(const physics::Shape& shape) {
-  return std::cbrt(6.0 * physics::mass_properties(shape).volume_m3 / std::numbers::pi);
+double diameter_m(const physics::SceneDescription& scene, std::uint32_t shape) {
+  const double volume = physics::mass_properties(scene.shapes[shape], scene.shapes).volume_m3;
+  return std::cbrt(6.0 * volume / std::numbers::pi);
 }
 
 double deepest(std::span<const double> depths_m) {
@@ -62,7 +63,7 @@ class RestJudge final : public Judge {
   explicit RestJudge(const scenarios::Scenario& scenario)
       : scenario_(scenario), overlaps_(scenario) {
     for (const physics::BodyParams& body : scenario.scene.bodies)
-      sizes_m_.push_back(diameter_m(scenario.scene.shapes[body.shape]));
+      sizes_m_.push_back(diameter_m(scenario.scene, body.shape));
   }
   void see(double, std::span<const BodyState> states) override {
     for (std::size_t i = 0; i < states.size(); ++i) {

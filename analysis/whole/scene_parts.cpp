@@ -84,6 +84,9 @@ void drop_dangling(WholeScene& scene) {
     std::erase_if(scene[part], [&](const SceneObject& object) {
       return !names_one_of(object, "body", bodies) || !names_one_of(object, "other_body", bodies);
     });
+  const Names joints = values_of(scene[ScenePart::kJoints], "id");
+  std::erase_if(scene[ScenePart::kInputs],
+                [&](const SceneObject& object) { return !names_one_of(object, "joint", joints); });
 }
 
 std::string scene_text(const WholeScene& scene) {

@@ -145,6 +145,39 @@ void add_inputs(SceneDraw& d) {
   }
 }
 
+// Some motors become servos, and some get another task on their way. Chances of their own: without
+// motors, a scene is what it was.
+void add_motor_tasks(SceneDraw& d) {
+  Chance chance(d.seed, 13);
+  auto next_id = static_cast<std::uint32_t>(d.scene[ScenePart::kInputs].size());
+  for (SceneObject& joint : d.scene[ScenePart::kJoints]) {
+    const bool turns = joint.find("motor_speed_rad_s") != nullptr;
+    if (!turns && joint.find("motor_speed_m_s") == nullptr) continue;
+    const char* const target = turns ? "motor_target_rad" : "motor_target_m";
+    const auto within = [&](double share) {
+      const std::string* const least = joint.find(turns ? "min_angle_rad" : "min_way_m");
+      const std::string* const most = joint.find(turns ? "max_angle_rad" : "max_way_m");
+      const double low = least != nullptr ? std::stod(*least) : -1.0;
+      const double high = most != nullptr ? std::stod(*most) : 1.0;
+      return json_of(low + share * (high - low));
+    };
+    if (chance.one_in(3)) {
+      joint.set(target, within(chance.between(0, 1)));
+      if (chance.one_in(2)) joint.set("motor_time_constant_s", json_of(chance.powers(1e-3, 1.0)));
+    }
+    if (!chance.one_in(3)) continue;
+    SceneObject& input = d.scene[ScenePart::kInputs].emplace_back();
+    input.set("type", quoted("set-motor"))
+        .set("id", json_of(next_id++))
+        .set("step", json_of(chance.below(60)))
+        .set("joint", *joint.find("id"));
+    if (chance.one_in(2))
+      input.set(target, within(chance.between(0, 1)));
+    else
+      input.set(turns ? "motor_speed_rad_s" : "motor_speed_m_s", json_of(chance.between(-5, 5)));
+  }
+}
+
 void add_idioms(SceneDraw& d) {
   const std::uint32_t idioms = d.chance.one_in(3) ? 2 + d.chance.below(2) : 1;
   for (std::uint32_t i = 0; i < idioms && d.bodies_left() > 0; ++i) {
@@ -168,6 +201,7 @@ WholeScene draw_whole_scene(std::uint64_t seed) {
   add_idioms(d);
   add_settings(d);
   if (d.chance.one_in(4)) add_inputs(d);
+  add_motor_tasks(d);
   if (!d.chance.one_in(12)) add_territory(d);
   add_execution(d);
   return d.scene;

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/constraints/rolling_rows.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/model/body_places.hpp"
+#include "physics/model/kinematic.hpp"
 
 namespace soda::physics {
 
@@ -22,17 +24,16 @@ double size_of(const Shape& shape) {
   return 1e300;
 }
 
-namespace {
-
-struct Tangents {
-  Vec3 first, second;
-};
-
-Tangents tangents_of(const Vec3& n) {
-  const Vec3 axis = std::abs(n.x()) < 0.6 ? Vec3(Vec3::UnitX()) : Vec3(Vec3::UnitY());
-  const Vec3 first = n.cross(axis).normalized();
-  return {first, n.cross(first)};
+double size_of(const SceneDescription& scene, std::uint32_t shape) {
+  const auto* compound = std::get_if<Compound>(&scene.shapes[shape]);
+  if (compound == nullptr) return size_of(scene.shapes[shape]);
+  double least = 1e300;
+  for (const CompoundPart& part : compound->parts)
+    least = std::min(least, size_of(scene.shapes[part.shape]));
+  return least;
 }
+
+namespace {
 
 // What the points of one manifold have in common.
 struct PairContext {
@@ -45,6 +46,7 @@ struct PairContext {
   const Sphere* sphere_a = nullptr;
   const Sphere* sphere_b = nullptr;
   double friction = 0.0, restitution = 0.0;
+  RollingFriction rolling;
   double size_m = 0.0;
   double relative_gravity = 0.0;  // acceleration of b against a along the normal
   Tangents tangents;              // where there is friction
@@ -75,7 +77,7 @@ PairContext context_of(const SceneDescription& scene, std::span<const BodyId> id
   const Shape& shape_a = scene.shapes[pa.shape];
   c.state_a = &states[c.a];
   c.sphere_a = std::get_if<Sphere>(&shape_a);
-  c.size_m = size_of(shape_a);
+  c.size_m = size_of(scene, pa.shape);
   const Material* material = nullptr;
   const Vec3* surface_velocity = nullptr;
   if (is_static(m.b)) {
@@ -88,10 +90,13 @@ PairContext context_of(const SceneDescription& scene, std::span<const BodyId> id
     material = &pb.material;
     c.state_b = &states[c.b];
     c.sphere_b = std::get_if<Sphere>(&scene.shapes[pb.shape]);
-    c.size_m = std::min(c.size_m, size_of(scene.shapes[pb.shape]));
+    c.size_m = std::min(c.size_m, size_of(scene, pb.shape));
+    if (pa.kinematic != pb.kinematic)
+      c.relative_gravity = relative_gravity(scene, m.a, m.b).dot(m.normal);
   }
   c.friction = std::sqrt(pa.material.friction * material->friction);
   c.restitution = std::max(pa.material.restitution, material->restitution);
+  c.rolling = rolling_friction(pa.material, *material);
   c.rubs_b = c.b;
   if (c.friction > 0.0) c.tangents = tangents_of(m.normal);
   if (surface_velocity && *surface_velocity != Vec3::Zero() && c.friction > 0.0) {
@@ -286,6 +291,15 @@ Need friction_needed(const SceneDescription& scene) {
                  "no pair of materials has friction > 0");
 }
 
+Need rolling_needed(const SceneDescription& scene) {
+  const Need contacts = contacts_needed(scene);
+  if (!contacts) return contacts;
+  const auto turns_back = [](const auto& body) { return turns_back_rolling(body.material); };
+  return need_of(bodies_that(scene, turns_back) + statics_that(scene, turns_back) > 0,
+                 "a material has rolling or torsional friction > 0",
+                 "no material has rolling or torsional friction > 0");
+}
+
 Need conveyors_needed(const SceneDescription& scene) {
   const Need contacts = contacts_needed(scene);
   if (!contacts) return contacts;
@@ -321,6 +335,7 @@ void ContactProblem::clear() {
   moving_surfaces.clear();
   normals.clear();
   frictions.clear();
+  rollings.clear();
   contacts.clear();
   restitution_rows = conveyor_rows = 0;
 }
@@ -339,6 +354,8 @@ void build_rows(const SceneDescription& scene, double dt_s, std::span<const Body
     if (is_joint(m)) continue;
     const PairContext context = context_of(scene, ids, states, m, i, problem);
     if (context.friction > 0.0 && problem.frictions.empty()) problem.frictions.reserve(points);
+    if (context.rolling)
+      problem.rollings.push_back(rolling_row(context.rolling, context.a, context.b, m, problem));
     for (std::uint32_t point = 0; point < m.count; ++point) {
       add_point(scene, dt_s, context, point, problem);
       if (!scene.solver.warm_starting) continue;
@@ -349,6 +366,7 @@ void build_rows(const SceneDescription& scene, double dt_s, std::span<const Body
   }
   counters.normal_rows += problem.normals.size();
   counters.friction_rows += problem.frictions.size();
+  counters.rolling_rows += problem.rollings.size();
   counters.conveyor_rows += static_cast<std::uint64_t>(problem.conveyor_rows);
   counters.restitution_rows += static_cast<std::uint64_t>(problem.restitution_rows);
 }
@@ -357,6 +375,7 @@ void forget_impulses(ContactProblem& problem) {
   for (NormalRow& row : problem.normals) row.impulse_newton_s = 0.0;
   for (FrictionRow& row : problem.frictions)
     row.impulse_newton_s[0] = row.impulse_newton_s[1] = 0.0;
+  for (RollingRow& row : problem.rollings) row.impulse_newton_m_s = Vec3::Zero();
 }
 
 }  // namespace soda::physics

@@ -20,6 +20,8 @@ inline constexpr double kSlop = 5e-4;
 // The width of a body, roughly: twice the way from its centre to what is nearest of its surface; of
 // a hull, of its corners. 1e300 of what has none.
 double size_of(const Shape& shape);
+// Of one of the scene's shapes: of a compound, that of its smallest part.
+double size_of(const SceneDescription& scene, std::uint32_t shape);
 
 // One contact point: the relative velocity along the normal must not fall below `target_m_s`.
 struct NormalRow {
@@ -43,6 +45,21 @@ struct FrictionRow {
   double inverse[3] = {0, 0, 0};  // of the 2x2 effective-mass matrix: 11, 12, 22
   double slide_mass_kg = 0.0;     // 1 / its largest eigenvalue's inverse mass
   double impulse_newton_s[2] = {0.0, 0.0};
+};
+
+// Rolling and torsional friction, of all points of a manifold together: an impulse of torque on b.
+// In the contact plane it lies inside the disc of radius rolling_m * normal impulses; along the
+// normal it is at most torsional_m * these.
+struct RollingRow {
+  std::uint32_t a = 0, b = 0;  // those of the normal rows
+  std::uint32_t first_normal = 0, points = 0;
+  double rolling_m = 0.0, torsional_m = 0.0;
+  Vec3 axis[3] = {Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};  // two tangents, the normal
+  double inverse[3] = {0, 0, 0};     // of the tangents' 2x2 effective-inertia matrix: 11, 12, 22
+  double slide_inertia_kg_m2 = 0.0;  // 1 / its largest eigenvalue's inverse inertia
+  double spin_inertia_kg_m2 = 0.0;   // effective, about the normal
+  double gyration_m = 0.0;           // that the two bodies have together
+  Vec3 impulse_newton_m_s = Vec3::Zero();  // along the axes
 };
 
 // Along the two tangents.
@@ -77,6 +94,7 @@ struct ContactProblem {
   std::vector<std::uint32_t> moving_surfaces;  // their static indices, parallel to those bodies
   std::vector<NormalRow> normals;
   std::vector<FrictionRow> frictions;
+  std::vector<RollingRow> rollings;
   std::vector<RowContact> contacts;  // parallel to normals
   int restitution_rows = 0;
   int conveyor_rows = 0;
@@ -85,17 +103,19 @@ struct ContactProblem {
 };
 
 inline std::uint64_t rows_of(const ContactProblem& problem) {
-  return problem.normals.size() + problem.frictions.size();
+  return problem.normals.size() + problem.frictions.size() + problem.rollings.size();
 }
 
 // Of rows, and of starting impulses.
 Need friction_needed(const SceneDescription& scene);
+Need rolling_needed(const SceneDescription& scene);
 Need conveyors_needed(const SceneDescription& scene);
 Need restitution_needed(const SceneDescription& scene);
 Need warm_starts_needed(const SceneDescription& scene);
 
 // Rows in the manifolds' order; impulses start from the bodies' stored ones where warm starting is
-// on, and are applied. `bodies` hold the velocities after external forces.
+// on, and are applied; those of rolling rows are not stored (start_rolling). `bodies` hold the
+// velocities after external forces.
 void build_rows(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                 const Selection<ContactManifold>& manifolds, const Selection<BodyState>& states,
                 ContactProblem& problem, StageCounters& counters);

@@ -9,10 +9,21 @@ namespace {
 
 constexpr double kAnyPush = std::numeric_limits<double>::infinity();
 
-void let_push(double time_s, JointRow& row) {
-  row.least_newton_s = -row.most_push * time_s;
-  row.most_newton_s = row.most_push * time_s;
-  row.idle = !(row.most_push > 0.0);
+// The speed at which a motor wants to go on for a part of a step. What a servo has left falls by
+// the trapezoidal rule, or at once where that would pass the target.
+double wanted_speed(double part_s, const JointRow& row) {
+  const JointMotor& motor = *row.motor;
+  if (!motor.target) return motor.speed;
+  const double half_s = 0.5 * part_s, most = std::abs(motor.speed);
+  return std::clamp(row.left / (std::max(motor.time_constant_s, half_s) + half_s), -most, most);
+}
+
+// For `time_s` of the part.
+void let_push(double time_s, double part_s, JointRow& row) {
+  row.least_newton_s = -row.motor->most_push * time_s;
+  row.most_newton_s = row.motor->most_push * time_s;
+  row.idle = !(row.motor->most_push > 0.0);
+  row.target_m_s = wanted_speed(part_s, row);
 }
 
 // The largest velocities that those of the rows are made of: what rounding is measured by. Of the
@@ -106,7 +117,7 @@ bool change_one(double scale_m_s, JointSystem& system, std::span<SolverBody> bod
 void bound_velocities(double time_s, double reached, JointSystem& system) {
   if (!system.bounded) return;
   for (JointRow& row : system.rows) {
-    if (row.kind == JointRowKind::kMotor) let_push(time_s, row);
+    if (row.kind == JointRowKind::kMotor) let_push(time_s, 2.0 * time_s, row);
     if (row.kind != JointRowKind::kLimit) continue;
     row.most_newton_s = row.error <= reached ? kAnyPush : 0.0;
     row.target_m_s = 0.0;
@@ -116,7 +127,7 @@ void bound_velocities(double time_s, double reached, JointSystem& system) {
 void bound_step(double time_s, JointSystem& system) {
   if (!system.bounded) return;
   for (JointRow& row : system.rows) {
-    if (row.kind == JointRowKind::kMotor) let_push(time_s, row);
+    if (row.kind == JointRowKind::kMotor) let_push(time_s, time_s, row);
     if (row.kind != JointRowKind::kLimit) continue;
     row.most_newton_s = kAnyPush;
     row.target_m_s = -std::max(row.error, 0.0) / time_s;

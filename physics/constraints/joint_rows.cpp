@@ -223,8 +223,8 @@ void add_bounded(const Joint& joint, const Vec3& axis, const HeldEnds& ends, Bui
   }
   if (!joint.motor) return;
   JointRow& motor = row(JointRowKind::kMotor, 1.0);
-  motor.target_m_s = joint.motor->speed;
-  motor.most_push = joint.motor->most_push;
+  motor.motor = &*joint.motor;
+  motor.left = joint.motor->target.value_or(place) - place;
 }
 
 template <class Builder>

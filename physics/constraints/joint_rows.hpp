@@ -32,8 +32,9 @@ struct JointRow {
   double target_m_s = 0.0;
   double stiffness_share_1_s = 0.0;  // of springs: stiffness / (damping + dt stiffness)
   JointRowKind kind = JointRowKind::kHolds;
-  bool idle = false;       // of limits and motors: takes no part in solutions
-  double most_push = 0.0;  // of motors, N or N m
+  bool idle = false;                  // of limits and motors: takes no part in solutions
+  const JointMotor* motor = nullptr;  // of motors
+  double left = 0.0;                  // of servos: to the target, m or rad
   // Between which its impulse has to be, of limits and motors (see joint_bounds.hpp).
   double least_newton_s = 0.0, most_newton_s = 0.0;
   double impulse_newton_s = 0.0;  // or newton m s

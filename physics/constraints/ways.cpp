@@ -11,6 +11,7 @@
 #include "physics/constraints/joint_rows.hpp"
 #include "physics/constraints/springs.hpp"
 #include "physics/math/rigid_motion.hpp"
+#include "physics/model/kinematic.hpp"
 
 namespace soda::physics {
 namespace {
@@ -57,7 +58,8 @@ std::string impossible_way(double way_m, double most_m) {
 double fastest_push_out_m_s(const SceneDescription& scene, std::span<const BodyId> ids) {
   double widest_m = 0.0;
   for (const BodyId id : ids)
-    widest_m = std::max(widest_m, size_of(scene.shapes[scene.bodies[index_of(id)].shape]));
+    if (!is_kinematic(scene, id))
+      widest_m = std::max(widest_m, size_of(scene, scene.bodies[index_of(id)].shape));
   return kFastestPushOut_1_s * widest_m;
 }
 
@@ -99,12 +101,13 @@ void bound_ways(const SceneDescription& scene, double dt_s, std::span<const Body
                 std::span<const ContactManifold> manifolds, std::span<const BodyState> states,
                 WayBounds& bounds) {
   bounds.positions_m.clear();
-  bounds.any = !closes_joints(scene, manifolds);
+  bounds.any = !closes_joints(scene, manifolds) && !any_carries(scene, ids, states);
   if (!bounds.any) return;
   double mass_kg = 0.0, faster_m_s = 0.0;
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const BodyParams& body = scene.bodies[index_of(ids[i])];
     bounds.positions_m.push_back(states[i].position_m);
+    if (body.kinematic) continue;
     mass_kg += body.mass_kg;
     faster_m_s = std::max(faster_m_s, dt_s * most_acceleration_m_s2(scene, body, states[i]));
   }
@@ -127,7 +130,7 @@ void report_impossible_way(const SceneDescription& scene, double dt_s, const Way
                            std::size_t i, BodyId id, const BodyState& state,
                            std::vector<AdvanceFault>& faults) {
   constexpr double kRounding = 1e-12;  // of where it is
-  if (!bounds.any) return;
+  if (!bounds.any || is_kinematic(scene, id)) return;
   const double fastest_m_s = bounds.root * std::sqrt(2.0 / scene.bodies[index_of(id)].mass_kg);
   const double most_m =
       dt_s * (fastest_m_s + bounds.pushed_m_s) + kRounding * bounds.positions_m[i].norm();

@@ -6,41 +6,55 @@
 
 #include "physics/continuous/gap_curve.hpp"
 #include "physics/math/rigid_motion.hpp"
+#include "physics/model/kinematic.hpp"
 #include "physics/shapes/geometry.hpp"
 
 // Along any direction n the gap between two convex solids is bounded from below by that between
 // their supporting planes. For a short time ahead every point of a body moves by v t + w x r t, up
-// to half an acceleration that is bounded by |w|^2 |r|; the lowest such point along n is what the
-// support function finds in the direction n + t (n x w). So one direction tells how long nothing
-// can touch, to second order in that time, and a few of them lead to the impact.
+// to half an acceleration bounded by |w|^2 |r|; the lowest such point along n is what the support
+// function finds in the direction n + t (n x w). So one direction tells how long nothing can touch.
 namespace soda::physics {
 namespace {
 
 // As long as directions hardly change, points are bent by much less than ever.
 constexpr double kTurn_rad = 0.25;
 
+// Of a body whose centre is where `whole` says.
+Flyer flyer_of(const Geometry& geometry, const Solid& whole, std::uint32_t part) {
+  Flyer f{part_of(geometry.impl(), whole, part), whole.placed.shape};
+  if (f.whole.parts.empty()) return f;
+  f.part = &f.whole.parts[part];
+  f.arm = f.solid.placed.pose.position - whole.placed.pose.position;
+  return f;
+}
+
 Flyer flyer(const SceneDescription& scene, const Geometry& geometry, BodyId id,
-            const BodyState& state) {
+            const BodyState& state, std::uint32_t part) {
   const BodyParams& params = scene.bodies[index_of(id)];
   const ShapeGeometry& shape = geometry.impl().shapes[params.shape];
-  Flyer f{{shape, {shape.shape, {state.orientation.toRotationMatrix(), Vec3::Zero()}}}};
+  const Solid whole{shape, {shape.shape, {state.orientation.toRotationMatrix(), Vec3::Zero()}}};
+  Flyer f = flyer_of(geometry, whole, part);
   const Vec3& spin = state.angular_velocity_rad_s;
-  if (shape.shape.kind == ShapeKind::kSphere || spin == Vec3::Zero()) return f;
+  const bool ball = f.solid.placed.shape.kind == ShapeKind::kSphere && f.arm == Vec3::Zero();
+  if (ball || spin == Vec3::Zero()) return f;
   f.params = &params;
   f.turning.orientation = state.orientation;
   f.turning.angular_velocity_rad_s = spin;
   return f;
 }
 
-Flyer fixed(const Geometry& geometry, const StaticGeometry& body) {
+Flyer fixed(const Geometry& geometry, const StaticGeometry& body, std::uint32_t part) {
   const ShapeGeometry& shape = geometry.impl().shapes[body.shape];
-  return {{shape, {shape.shape, {body.pose.rotation, Vec3::Zero()}}}, nullptr, {}};
+  return flyer_of(geometry, {shape, {shape.shape, {body.pose.rotation, Vec3::Zero()}}}, part);
 }
 
 void turn(double time_s, Flyer& f) {
   if (!f.turns()) return;
   rotate_freely(*f.params, time_s, f.turning);
   f.solid.placed.pose.rotation = f.turning.orientation.toRotationMatrix();
+  if (f.part == nullptr) return;
+  f.arm = f.solid.placed.pose.rotation * f.part->pose.position;
+  f.solid.placed.pose.rotation = f.solid.placed.pose.rotation * f.part->pose.rotation;
 }
 
 // The first root of c + v t + g t^2 / 2 in (0, most], for c > 0; most if there is none. Without
@@ -60,7 +74,8 @@ double first_root(double c, double v, double g, double most) {
 
 // By a spin that stays: r . (n + t (n x w)) = n . (r + t (w x r)).
 TurningReach turning_reach(const Flyer& f, const Vec3& direction, const Vec3& spin) {
-  return {f.solid.placed.shape, f.solid.placed.pose.rotation, direction, direction.cross(spin)};
+  return {f.solid.placed.shape, f.solid.placed.pose.rotation, direction, direction.cross(spin),
+          f.local_arm()};
 }
 
 // By how much points of a body are accelerated along n at most, at any time up to time_s from now.
@@ -72,7 +87,7 @@ double pull_along(const Flyer& f, const Vec3& n, double time_s) {
   const double spin = f.most.spin_rad_s;
   const Vec3 along = w * n.dot(w) - n * w.squaredNorm();
   const Vec3 local = to_local(f.solid.placed.pose.rotation, along);
-  const double now = local.dot(support(f.solid.placed.shape, local));
+  const double now = local.dot(support(f.solid.placed.shape, local)) + along.dot(f.arm);
   const double later =
       (spin * spin + f.most.change_rad_s2) * f.most.speed_m_s + spin * f.most.change_m_s2;
   return std::min(now + f.most.change_m_s2 + later * time_s, f.most.pull_m_s2);
@@ -90,9 +105,9 @@ struct Whirl {
   explicit Whirl(const Flyer& f) {
     const int axis = f.most.whirl_axis;
     const Mat3& inertia = f.params->inertia_local_kg_m2;
-    const CompiledShape& shape = f.solid.placed.shape;
+    const CompiledShape& shape = f.whole;
     const int i = (axis + 1) % 3, j = (axis + 2) % 3;
-    const auto& body = f.solid.placed.pose.rotation;
+    const Mat3 body = f.rotation();
     rotation << body.col(i), body.col(j), body.col(axis);
     const Vec3& w = f.turning.angular_velocity_rad_s;
     const double share = 1.0 - inertia(axis, axis) / inertia(i, i);
@@ -138,7 +153,8 @@ struct Taken {
     whirl.emplace(f);
     const Vec3 farthest =
         f.solid.placed.pose.rotation *
-        support(f.solid.placed.shape, to_local(f.solid.placed.pose.rotation, direction));
+            support(f.solid.placed.shape, to_local(f.solid.placed.pose.rotation, direction)) +
+        f.arm;
     reach.emplace(whirl->swept, whirl->rotation, direction, direction.cross(whirl->spin));
     now_m = reach->height_now - direction.dot(farthest);
     pull_m_s2 = whirl->pull_m_s2;
@@ -182,6 +198,13 @@ double spheres_apart_s(const SceneDescription& scene, const Geometry& geometry, 
   const double reach = radius + shape_of(scene, geometry, b).bounding_radius_m;
   const Vec3 centre = state_b->position_m - state_a.position_m;
   const Vec3 velocity = state_b->linear_velocity_m_s - state_a.linear_velocity_m_s;
+  const Vec3 pull = relative_gravity(scene, a, b);
+  if (pull != Vec3::Zero()) {  // along the line of the centres as they are
+    const double distance = centre.norm();
+    if (!(distance > reach)) return 0.0;
+    const Vec3 along = centre / distance;
+    return first_root(distance - reach, along.dot(velocity), along.dot(pull), most_s);
+  }
   const double apart = centre.squaredNorm() - reach * reach;
   if (!(apart > 0.0)) return 0.0;
   const double v = centre.dot(velocity);
@@ -191,44 +214,45 @@ double spheres_apart_s(const SceneDescription& scene, const Geometry& geometry, 
 }
 
 FlyingSolids::FlyingSolids(const SceneDescription& scene, const Geometry& geometry, BodyId a,
-                           const BodyState& state_a, BodyId b, const BodyState* state_b)
+                           const BodyState& state_a, BodyId b, const BodyState* state_b,
+                           PartPair parts)
     : is_fixed_(state_b == nullptr),
       is_plane_(shape_of(scene, geometry, b).kind == ShapeKind::kHalfSpace),
-      a_(flyer(scene, geometry, a, state_a)),
-      b_(state_b ? flyer(scene, geometry, b, *state_b)
-                 : fixed(geometry, geometry.impl().statics[static_index_of(b)])),
+      a_(flyer(scene, geometry, a, state_a, parts.a)),
+      b_(state_b ? flyer(scene, geometry, b, *state_b, parts.b)
+                 : fixed(geometry, geometry.impl().statics[static_index_of(b)], parts.b)),
       start_m_(state_a.position_m),
       start_velocity_(state_a.linear_velocity_m_s),
-      pull_(scene.gravity_m_s2) {
-  centre_ =
-      (state_b ? state_b->position_m : geometry.impl().statics[static_index_of(b)].pose.position) -
-      start_m_;
+      pull_(falls(scene, a) ? scene.gravity_m_s2 : Vec3(Vec3::Zero())) {
+  centre_ = state_b ? state_b->position_m - start_m_
+                    : geometry.impl().statics[static_index_of(b)].pose.position - start_m_;
   velocity_ = -start_velocity_;
   if (state_b) velocity_ += state_b->linear_velocity_m_s;
-  gravity_ = state_b ? Vec3(Vec3::Zero()) : Vec3(-pull_);
-  b_.solid.placed.pose.position = centre_;
+  gravity_ = state_b ? relative_gravity(scene, a, b) : Vec3(-pull_);
+  between_ = centre_;
+  b_.solid.placed.pose.position = centre_ + b_.arm;
 }
 
 FlyingSolids::FlyingSolids(const SceneDescription& scene, const Geometry& geometry, BodyId a,
-                           const BodyState& state_a, const Solid& fixed)
+                           const BodyState& state_a, const Solid& fixed, std::uint32_t part_a)
     : is_fixed_(true),
       is_plane_(false),
-      a_(flyer(scene, geometry, a, state_a)),
-      b_{fixed, nullptr, {}, {}},
+      a_(flyer(scene, geometry, a, state_a, part_a)),
+      b_{fixed, fixed.placed.shape},
       centre_(fixed.placed.pose.position - state_a.position_m),
       velocity_(-state_a.linear_velocity_m_s),
       gravity_(-scene.gravity_m_s2),
       start_m_(state_a.position_m),
       start_velocity_(state_a.linear_velocity_m_s),
       pull_(scene.gravity_m_s2) {
-  b_.solid.placed.pose.position = centre_;
+  between_ = centre_;
+  b_.solid.placed.pose.position = centre_ + b_.arm;
 }
 
 void FlyingSolids::bound_turning() {
   for (Flyer* f : {&a_, &b_})
     if (f->turns())
-      f->most = spin_bounds(*f->params, f->solid.placed.shape, f->solid.placed.pose.rotation,
-                            f->turning.angular_velocity_rad_s);
+      f->most = spin_bounds(*f->params, f->whole, f->rotation(), f->turning.angular_velocity_rad_s);
 }
 
 void FlyingSolids::go_to(double time_s) {
@@ -236,7 +260,9 @@ void FlyingSolids::go_to(double time_s) {
   turn(time_s - time_s_, a_);
   turn(time_s - time_s_, b_);
   time_s_ = time_s;
-  b_.solid.placed.pose.position = centre_ + velocity_ * time_s + gravity_ * (0.5 * time_s * time_s);
+  between_ = centre_ + velocity_ * time_s + gravity_ * (0.5 * time_s * time_s);
+  a_.solid.placed.pose.position = a_.arm;
+  b_.solid.placed.pose.position = between_ + b_.arm;
 }
 
 Vec3 FlyingSolids::centre_of_a_m() const {
@@ -308,11 +334,12 @@ FlyingSolids::Wait FlyingSolids::apart_edges_s(const Separation& now, double flo
   const double left = now.distance_m - std::max(floor_m, 0.0) * longer - std::min(floor_m, 0.0);
   if (0.5 * bend * least_s * least_s > left) return {};
   const auto reach = [&](const Flyer& f, const Vec3& direction, const Vec3& change) {
-    return TurningReach(f.solid.placed.shape, f.solid.placed.pose.rotation, direction, change);
+    return TurningReach(f.solid.placed.shape, f.solid.placed.pose.rotation, direction, change,
+                        f.local_arm());
   };
   const TurningReach by_a = reach(a_, n, drift + n.cross(spin_a));
   const TurningReach by_b = reach(b_, -n, -drift - n.cross(spin_b));
-  const double opening = n.dot(velocity()) + drift.dot(b_.solid.placed.pose.position);
+  const double opening = n.dot(velocity()) + drift.dot(between_);
   return {safe_time({left, opening, -bend, &by_a, &by_b}, window), nullptr, drift};
 }
 
@@ -336,7 +363,7 @@ double FlyingSolids::apart_turning_s(const Separation& now, bool with_a, double 
   // Towards the other, as the owner sees it.
   const double sign = with_a ? 1.0 : -1.0;
   const Vec3 outward = sign * now.normal, velocity = sign * this->velocity();
-  const Vec3 centre = sign * b_.solid.placed.pose.position;
+  const Vec3 centre = sign * between_;
   const Vec3 spin = owner.turning.angular_velocity_rad_s;
   const double pull_m_s2 = gravity_.norm(), speed = velocity.norm() + pull_m_s2 * most_s;
   const double farthest = centre.norm() + speed * most_s + other.radius_m();

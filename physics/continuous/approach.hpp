@@ -3,6 +3,7 @@
 
 #include "physics/continuous/spin_bounds.hpp"
 #include "physics/model/body_state.hpp"
+#include "physics/narrowphase/part_pairs.hpp"
 #include "physics/narrowphase/separation.hpp"
 #include "physics/shapes/geometry.hpp"
 
@@ -10,13 +11,24 @@ namespace soda::physics {
 
 // One body of the pair at the moment that is looked at.
 struct Flyer {
-  Solid solid;                         // relative to the centre of a at that moment
+  Solid solid;                         // relative to the centre of a at that moment; or a part
+  const CompiledShape& whole;          // of the body
   const BodyParams* params = nullptr;  // null: static, or a sphere, whose turning is not followed
   BodyState turning{};                 // orientation and spin; of no use without params
   SpinBounds most{};                   // see bound_turning()
+  const CompiledPart* part = nullptr;  // of a compound, that the solid is
+  Vec3 arm = Vec3::Zero();             // from the body's centre to the solid's
 
   bool turns() const { return params != nullptr; }
-  double radius_m() const { return solid.placed.shape.bounding_radius_m; }
+  // Of the body, which a part may be turned against. It turns.
+  Mat3 rotation() const {
+    return part ? turning.orientation.toRotationMatrix() : solid.placed.pose.rotation;
+  }
+  // In the solid's frame.
+  Vec3 local_arm() const {
+    return part ? part->pose.direction_to_local(part->pose.position) : Vec3(Vec3::Zero());
+  }
+  double radius_m() const { return whole.bounding_radius_m; }  // about the body's centre
 };
 
 // How long the bounding spheres of a and b (of a static: its box or plane; `state_b` is null then)
@@ -27,12 +39,12 @@ double spheres_apart_s(const SceneDescription& scene, const Geometry& geometry, 
 // Moved from time to time: turning goes on from where it was, at a price that grows with the time.
 class FlyingSolids {
  public:
-  // As of the beginning; `state_b` is null for a static b. No meshes.
+  // As of the beginning; `state_b` is null for a static b. No meshes. Of compounds, the parts.
   FlyingSolids(const SceneDescription& scene, const Geometry& geometry, BodyId a,
-               const BodyState& state_a, BodyId b, const BodyState* state_b);
+               const BodyState& state_a, BodyId b, const BodyState* state_b, PartPair parts = {});
   // A body and a solid that stays where it is in the world: a triangle of a mesh.
   FlyingSolids(const SceneDescription& scene, const Geometry& geometry, BodyId a,
-               const BodyState& state_a, const Solid& fixed);
+               const BodyState& state_a, const Solid& fixed, std::uint32_t part_a = 0);
 
   void go_to(double time_s);
   // Before the first of apart_s().
@@ -54,6 +66,7 @@ class FlyingSolids {
   const Flyer& b() const { return b_; }
   bool is_static_b() const { return is_fixed_; }
   bool turns() const { return a_.turns() || b_.turns(); }
+  const Vec3& relative_gravity_m_s2() const { return gravity_; }    // of b against a
   Vec3 velocity() const { return velocity_ + gravity_ * time_s_; }  // of b against a
   Vec3 centre_of_a_m() const;
 
@@ -66,6 +79,7 @@ class FlyingSolids {
   bool is_fixed_, is_plane_;  // b
   Flyer a_, b_;
   Vec3 centre_, velocity_;  // of b against a, at the beginning
+  Vec3 between_;            // the centre of b against that of a now
   Vec3 gravity_;
   Vec3 start_m_, start_velocity_, pull_;  // of a
   double time_s_ = 0.0;

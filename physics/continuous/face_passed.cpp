@@ -40,6 +40,20 @@ const FacePlane* face_below(const std::vector<FacePlane>& faces, const Vec3& poi
   return face;
 }
 
+std::optional<FacePlane> solid_face_passed(const CompiledShape& shape, const Pose& pose,
+                                           const Vec3& from_m, const Vec3& to_m,
+                                           double clearance_m) {
+  if (shape.kind != ShapeKind::kBox && shape.kind != ShapeKind::kHull) return std::nullopt;
+  const Vec3 from = pose.to_local(from_m), to = pose.to_local(to_m);
+  const FacePlane* face = entered(shape.face_planes, from, to);
+  if (face == nullptr) {
+    face = face_below(shape.face_planes, to);
+    if (face == nullptr || !(height(*face, to) < clearance_m)) return std::nullopt;
+  }
+  const Vec3 normal = pose.rotation * face->normal;
+  return FacePlane{normal, face->offset_m + normal.dot(pose.position)};
+}
+
 }  // namespace
 
 std::optional<FacePlane> face_passed(const Geometry& geometry, BodyId fixed, const Vec3& from_m,
@@ -48,15 +62,13 @@ std::optional<FacePlane> face_passed(const Geometry& geometry, BodyId fixed, con
   const CompiledShape& shape = geometry.impl().shapes[placed.shape].shape;
   if (shape.kind == ShapeKind::kMesh)
     return mesh_face_passed(geometry, fixed, from_m, to_m, clearance_m);
-  if (shape.kind != ShapeKind::kBox && shape.kind != ShapeKind::kHull) return std::nullopt;
-  const Vec3 from = placed.pose.to_local(from_m), to = placed.pose.to_local(to_m);
-  const FacePlane* face = entered(shape.face_planes, from, to);
-  if (face == nullptr) {
-    face = face_below(shape.face_planes, to);
-    if (face == nullptr || !(height(*face, to) < clearance_m)) return std::nullopt;
+  for (const CompiledPart& part : shape.parts) {
+    const Pose pose{placed.pose.rotation * part.pose.rotation,
+                    placed.pose.to_world(part.pose.position)};
+    const auto face = solid_face_passed(*part.solid, pose, from_m, to_m, clearance_m);
+    if (face) return face;
   }
-  const Vec3 normal = placed.pose.rotation * face->normal;
-  return FacePlane{normal, face->offset_m + normal.dot(placed.pose.position)};
+  return solid_face_passed(shape, placed.pose, from_m, to_m, clearance_m);
 }
 
 }  // namespace soda::physics

@@ -19,8 +19,8 @@ bool is_known_to_the_end(ShapeKind a, ShapeKind b) {
 
 }  // namespace
 
-Vec3 first_guess(const Solid& b) {
-  const Vec3& between = b.placed.pose.position;
+Vec3 first_guess(const Solid& a, const Solid& b) {
+  const Vec3 between = b.placed.pose.position - a.placed.pose.position;
   return between == Vec3::Zero() ? Vec3(Vec3::UnitZ()) : between;
 }
 
@@ -41,7 +41,7 @@ std::optional<Touch> first_touch(const SceneDescription& scene, const TouchSearc
       is_known_to_the_end(a.placed.shape.kind, b.placed.shape.kind) ? 0.0 : kShortOfTouching;
   solids.bound_turning();
   // Most pairs that do not meet are seen to from where they are, along the line of their centres.
-  Separation now{first_guess(b).normalized(), 0.0};
+  Separation now{first_guess(a, b).normalized(), 0.0};
   if (b.placed.shape.kind != ShapeKind::kHalfSpace)
     now.distance_m = gap_along(a.placed, b.placed, now.normal);
   if (now.distance_m > touching_m) {
@@ -64,7 +64,7 @@ std::optional<Touch> first_touch(const SceneDescription& scene, const TouchSearc
     const double rounding = 1e-14 * solids.velocity().norm();
     if (touches && solids.approach_m_s(now.normal, touching_m) > rounding)
       return Touch{{time, false}, now.normal};
-    const bool pressed = solids.is_static_b() && now.normal.dot(scene.gravity_m_s2) > 0.0;
+    const bool pressed = now.normal.dot(solids.relative_gravity_m_s2()) < 0.0;
     const double deeper =
         pressed ? touching_m : std::max(kSinking * search.width_m, -kSinkingMore * now.distance_m);
     const double floor = touches ? std::min(now.distance_m, 0.0) - deeper : halt * touching_m;

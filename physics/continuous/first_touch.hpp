@@ -21,7 +21,7 @@ struct TouchSearch {
 };
 
 // From the centre of a to that of b.
-Vec3 first_guess(const Solid& b);
+Vec3 first_guess(const Solid& a, const Solid& b);
 
 // Leaves the solids at that time. As time_of_impact().
 std::optional<Touch> first_touch(const SceneDescription& scene, const TouchSearch& search,

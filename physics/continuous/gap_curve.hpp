@@ -18,18 +18,20 @@ struct CurvePoint {
 struct TurningReach {
   const CompiledShape& shape;
   Vec3 now, change;  // the direction in the solid's frame: now + t change
+  Vec3 arm;          // there, from the centre about which it turns to its own
   double height_now;
 
   TurningReach(const CompiledShape& shape_, const Mat3& rotation, const Vec3& direction,
-               const Vec3& change_1_s)
+               const Vec3& change_1_s, const Vec3& arm_ = Vec3::Zero())
       : shape(shape_),
         now(to_local(rotation, direction)),
         change(to_local(rotation, change_1_s)),
-        height_now(now.dot(support(shape_, now))) {}
+        arm(arm_),
+        height_now(now.dot(support(shape_, now) + arm_)) {}
 
   CurvePoint after(double t_s) const {
     const Vec3 direction = now + change * t_s;
-    const Vec3 farthest = support(shape, direction);
+    const Vec3 farthest = support(shape, direction) + arm;
     return {direction.dot(farthest) - height_now, change.dot(farthest)};
   }
 };

@@ -84,8 +84,13 @@ std::vector<OnTheWay> on_the_way(const SweptWay& way, const CompiledShape& mesh,
 std::vector<std::uint32_t> faces_met(const MeshFlight& flight,
                                      std::span<const ContactManifold> manifolds) {
   std::vector<std::uint32_t> faces;
-  for (const ContactManifold& m : manifolds)
-    if (m.a == flight.a && m.b == flight.mesh) faces.push_back(m.part);
+  const StaticGeometry& placed = flight.geometry.impl().statics[static_index_of(flight.mesh)];
+  const CompiledShape& mesh = flight.geometry.impl().shapes[placed.shape].shape;
+  for (const ContactManifold& m : manifolds) {
+    if (m.a != flight.a || m.b != flight.mesh) continue;
+    const NumberedPart met = parts_of(mesh, m.part);
+    if (met.parts.a == flight.part && met.face != kNone) faces.push_back(met.face);
+  }
   std::sort(faces.begin(), faces.end());
   return faces;
 }
@@ -112,11 +117,12 @@ std::optional<MeshTouch> first_mesh_touch(const MeshFlight& flight,
     search.begin_s = next.begin * flight.most_s;
     if (best && !(search.begin_s < best->touch.impact.time_s)) break;
     triangle.set(mesh.triangles[next.triangle], placed.pose);
-    FlyingSolids solids(flight.scene, flight.geometry, flight.a, flight.state_a, triangle.solid());
+    FlyingSolids solids(flight.scene, flight.geometry, flight.a, flight.state_a, triangle.solid(),
+                        flight.part);
     const std::optional<Touch> touch = first_touch(flight.scene, search, solids);
     if (!touch || (later && touch->impact.time_s == 0.0)) continue;
     const Vec3 up = placed.pose.rotation * mesh.triangles[next.triangle].plane.normal;
-    if (up.dot(solids.b().solid.placed.pose.position) > 0.0) continue;
+    if (up.dot(first_guess(solids.a().solid, solids.b().solid)) > 0.0) continue;
     const double gap = gap_along(solids.a().solid.placed, solids.b().solid.placed, touch->normal);
     if (gap < -kDeepest * shape.min_extent_m) continue;
     if (best && !(touch->impact.time_s < best->touch.impact.time_s)) continue;
@@ -145,13 +151,17 @@ void append_way_to_mesh(const MeshFlight& flight, std::vector<ContactManifold>& 
   const Vec3 normal =
       -(placed.pose.rotation *
         allowed_normal(t, placed.pose.direction_to_local(-first->touch.normal)).normal);
-  FlyingSolids solids(flight.scene, flight.geometry, flight.a, flight.state_a, triangle.solid());
+  FlyingSolids solids(flight.scene, flight.geometry, flight.a, flight.state_a, triangle.solid(),
+                      flight.part);
   const double way = gap_along(solids.a().solid.placed, solids.b().solid.placed, normal);
   solids.go_to(first->touch.impact.time_s);
   ContactCandidates candidates;
   candidates.add(support_point(solids.a().solid.placed, normal), way, kWayToImpact);
+  const std::size_t before = out.size();
   emit_manifold(flight.a, flight.mesh, t.group, normal, solids.centre_of_a_m(), candidates, out);
-  if (!first->touch.impact.lasts) out.back().impact_s = first->touch.impact.time_s;
+  number_parts(flight.geometry.impl().shapes[placed.shape].shape, {flight.part, 0}, before, out);
+  const bool whole = solids.a().part == nullptr;
+  if (whole && !first->touch.impact.lasts) out.back().impact_s = first->touch.impact.time_s;
   for (std::size_t i = out.size() - 1; i > 0 && canonical_before(out[i], out[i - 1]); --i)
     std::swap(out[i], out[i - 1]);
 }

@@ -17,9 +17,11 @@ struct MeshFlight {
   const BodyState& state_a;
   BodyId mesh;  // a static
   double most_s;
+  std::uint32_t part = 0;  // of a compound
 };
 
 // Triangles push to their front: what reaches one while its centre is behind it does not touch it.
+// Of a compound, the part is what this is said of.
 // Only triangles along the way are looked at, by the time at which the ball around the body can
 // come to them. `manifolds`: see time_of_unmet_impact().
 std::optional<Impact> time_of_mesh_impact(const MeshFlight& flight,

@@ -15,7 +15,8 @@ bool have_met(std::span<const ContactManifold> manifolds, BodyId a, BodyId b);
 
 bool is_mesh(const SceneDescription& scene, BodyId id);
 
-// See separation_between(); no meshes. `state_b` is null for a static b.
+// See separation_between(); no meshes. `state_b` is null for a static b. Of compounds, that of the
+// parts that are nearest.
 Separation separation_of(const SceneDescription& scene, const Geometry& geometry, BodyId a,
                          const BodyState& state_a, BodyId b, const BodyState* state_b);
 
@@ -38,7 +39,7 @@ std::optional<Impact> time_of_impact(const SceneDescription& scene, const Geomet
                                      const BodyState* state_b, double most_s);
 
 // The same with a static b, of which the parts that these manifolds of the pair are of are left
-// out: all of a solid, the faces and edges of a mesh that have one.
+// out: all of a solid, the faces and edges of a mesh that have one, pairs of parts of compounds.
 std::optional<Impact> time_of_unmet_impact(const SceneDescription& scene, const Geometry& geometry,
                                            BodyId a, const BodyState& state_a, BodyId b,
                                            std::span<const ContactManifold> manifolds,
@@ -50,7 +51,7 @@ inline constexpr std::uint32_t kWayToImpact = 0x20000000u;
 // Solids that move by more than their width within dt_s: if they meet, appends a manifold of one
 // point with the place and normal of the impact, whose separation is the way to it along that
 // normal. Of a mesh, in its place among the manifolds of the pair, which end `out`; what of it has
-// one of these is left out.
+// one of these is left out. Of compounds, one for each pair of parts that meet and have none.
 void append_way_to_impact(const SceneDescription& scene, const Geometry& geometry, double dt_s,
                           BodyId a, const BodyState& state_a, BodyId b, const BodyState* state_b,
                           std::vector<ContactManifold>& out);

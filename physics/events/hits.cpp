@@ -9,6 +9,7 @@
 #include "physics/events/meeting_pairs.hpp"
 #include "physics/forces/forces.hpp"
 #include "physics/integrators/advance_once.hpp"
+#include "physics/model/kinematic.hpp"
 #include "physics/shapes/geometry_impl.hpp"
 #include "physics/solvers/direct_contacts.hpp"
 
@@ -56,6 +57,7 @@ std::optional<AmongHits> advance_among_hits(const SceneDescription& scene, const
                                             StageCounters& counters,
                                             std::vector<AdvanceFault>& faults) {
   const HitIsland island{scene, geometry, ids};
+  if (any_kinematic(scene, ids)) return {};
   if (clear_s(island, manifolds, states) == kNever || !can_be_hit(island, dt_s, states)) return {};
   // Measures know what pushes give in a step from its start on; parts start elsewhere.
   const Vec3 known_newton_s = push_impulses_newton_s(scene, dt_s, ids, states);

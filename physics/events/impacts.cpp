@@ -14,17 +14,18 @@
 #include "physics/math/rigid_motion.hpp"
 #include "physics/model/body_places.hpp"
 #include "physics/model/contact_manifold.hpp"
+#include "physics/model/kinematic.hpp"
 #include "physics/model/stage_counters.hpp"
 #include "physics/shapes/geometry.hpp"
 
 namespace soda::physics {
 namespace {
 
-// At a point that neither bounces nor leaves, gravity presses a body on a static, or two overlap.
+// At a point that neither bounces nor leaves, gravity presses a body on what holds, or two overlap.
 bool rests(const SceneDescription& scene, const ContactManifold& m, const BodyState& a,
            const BodyState* b, double touching_m) {
   const double present_m =
-      b == nullptr && scene.gravity_m_s2.dot(m.normal) > 0.0 ? touching_m : -2.0 * touching_m;
+      relative_gravity(scene, m.a, m.b).dot(m.normal) < 0.0 ? touching_m : -2.0 * touching_m;
   for (std::uint32_t i = 0; i < m.count; ++i) {
     const ContactPoint& p = m.points[i];
     if (p.separation_m > present_m) continue;

@@ -10,7 +10,9 @@
 #include "physics/integrators/momentum.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/model/contact_manifold.hpp"
+#include "physics/model/kinematic.hpp"
 #include "physics/model/stage_counters.hpp"
+#include "physics/narrowphase/part_pairs.hpp"
 #include "physics/shapes/geometry_impl.hpp"
 
 namespace soda::physics {
@@ -64,7 +66,7 @@ void stop_at_unseen_statics(const SceneDescription& scene, const Geometry& geome
                             IslandReport& report, StageCounters& counters) {
   std::vector<IndexPair> pairs;
   for (std::size_t i = 0; i < ids.size(); ++i) {
-    if (!is_unjointed(scene.bodies[index_of(ids[i])])) continue;
+    if (!is_unjointed(scene.bodies[index_of(ids[i])]) || is_kinematic(scene, ids[i])) continue;
     if (!is_unforeseen(scene, geometry, dt_s, ids[i], before[i], states[i])) continue;
     const BodyState start = start_of(scene, dt_s, before[i], states[i]);
     const Aabb box = swept_aabb(scene, geometry, ids[i], start);
@@ -73,7 +75,7 @@ void stop_at_unseen_statics(const SceneDescription& scene, const Geometry& geome
     for (const IndexPair& pair : pairs) {
       const BodyId other = static_id(pair.second);
       if (!groups_touch(scene, ids[i], other)) continue;
-      if (!is_mesh(scene, other) && have_met(manifolds, ids[i], other)) continue;
+      if (!meets_in_parts(scene, ids[i], other) && have_met(manifolds, ids[i], other)) continue;
       const std::optional<Impact> impact =
           time_of_unmet_impact(scene, geometry, ids[i], start, other, manifolds, dt_s);
       ++counters.unseen_searches;
@@ -105,19 +107,23 @@ struct Stop {
   BodyId id;
   double enough_m;
   const BodyState& before;
-};
+  const Pose* part = nullptr;  // of a compound: it is the part's centre that stays above
 
-double height_m(const FacePlane& plane, const BodyState& state) {
-  return plane.normal.dot(state.position_m) - plane.offset_m;
-}
+  Vec3 centre_m(const BodyState& state) const {
+    return part ? Vec3(state.position_m + state.orientation * part->position) : state.position_m;
+  }
+  double height_m(const FacePlane& plane, const BodyState& state) const {
+    return plane.normal.dot(centre_m(state)) - plane.offset_m;
+  }
+};
 
 // False if the body is high enough.
 bool stop_at_plane(const Stop& stop, const FacePlane& floor, BodyState& state,
                    IslandReport& report) {
   const SceneDescription& scene = stop.scene;
-  const double now_m = height_m(floor, state);
+  const double now_m = stop.height_m(floor, state);
   if (!(now_m < stop.enough_m)) return false;
-  const double lift_m = std::min(height_m(floor, stop.before), stop.enough_m) - now_m;
+  const double lift_m = std::min(stop.height_m(floor, stop.before), stop.enough_m) - now_m;
   if (!(lift_m > 0.0)) return false;
   const BodyState sunk = state;
   state.position_m += floor.normal * lift_m;
@@ -135,10 +141,25 @@ void stop_at_faces(const Stop& stop, const Geometry& geometry, BodyId fixed, Bod
                    IslandReport& report) {
   constexpr int kMostFaces = 8;
   for (int i = 0; i < kMostFaces; ++i) {
-    const std::optional<FacePlane> face =
-        face_passed(geometry, fixed, stop.before.position_m, state.position_m, stop.enough_m);
+    const std::optional<FacePlane> face = face_passed(geometry, fixed, stop.centre_m(stop.before),
+                                                      stop.centre_m(state), stop.enough_m);
     if (!face || !stop_at_plane(stop, *face, state, report)) return;
   }
+}
+
+void stop_body(const Stop& stop, const Geometry& geometry, BodyState& state, IslandReport& report) {
+  for (const std::uint32_t floor : geometry.impl().floors)
+    if (groups_touch(stop.scene, stop.id, static_id(floor)))
+      stop_at_plane(stop, geometry.impl().statics[floor].plane, state, report);
+  const Vec3 from = stop.centre_m(stop.before), to = stop.centre_m(state);
+  const Aabb way{from.cwiseMin(to) - Vec3::Constant(stop.enough_m),
+                 from.cwiseMax(to) + Vec3::Constant(stop.enough_m)};
+  std::vector<IndexPair> near;
+  StageCounters unused;
+  find_static_pairs(geometry, {&way, 1}, near, unused);
+  for (const IndexPair& pair : near)
+    if (groups_touch(stop.scene, stop.id, static_id(pair.second)))
+      stop_at_faces(stop, geometry, static_id(pair.second), state, report);
 }
 
 }  // namespace
@@ -146,22 +167,15 @@ void stop_at_faces(const Stop& stop, const Geometry& geometry, BodyId fixed, Bod
 void stop_at_floors(const SceneDescription& scene, const Geometry& geometry,
                     std::span<const BodyId> ids, std::span<const BodyState> before,
                     std::span<BodyState> states, IslandReport& report) {
-  std::vector<IndexPair> near;
-  StageCounters unused;
   for (std::size_t i = 0; i < ids.size(); ++i) {
-    if (scene.bodies[index_of(ids[i])].joints > 0) continue;
-    const Stop stop{scene, ids[i], kLowest * shape_of(scene, geometry, ids[i]).min_extent_m,
-                    before[i]};
-    for (const std::uint32_t floor : geometry.impl().floors)
-      if (groups_touch(scene, ids[i], static_id(floor)))
-        stop_at_plane(stop, geometry.impl().statics[floor].plane, states[i], report);
-    const Aabb way{
-        before[i].position_m.cwiseMin(states[i].position_m) - Vec3::Constant(stop.enough_m),
-        before[i].position_m.cwiseMax(states[i].position_m) + Vec3::Constant(stop.enough_m)};
-    find_static_pairs(geometry, {&way, 1}, near, unused);
-    for (const IndexPair& pair : near)
-      if (groups_touch(scene, ids[i], static_id(pair.second)))
-        stop_at_faces(stop, geometry, static_id(pair.second), states[i], report);
+    if (scene.bodies[index_of(ids[i])].joints > 0 || is_kinematic(scene, ids[i])) continue;
+    const CompiledShape& shape = shape_of(scene, geometry, ids[i]);
+    if (shape.parts.empty())
+      stop_body({scene, ids[i], kLowest * shape.min_extent_m, before[i]}, geometry, states[i],
+                report);
+    for (const CompiledPart& part : shape.parts)
+      stop_body({scene, ids[i], kLowest * part.solid->min_extent_m, before[i], &part.pose},
+                geometry, states[i], report);
   }
 }
 

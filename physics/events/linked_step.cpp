@@ -13,6 +13,7 @@
 #include "physics/model/body_places.hpp"
 #include "physics/model/contact_manifold.hpp"
 #include "physics/model/island_report.hpp"
+#include "physics/model/kinematic.hpp"
 #include "physics/model/stage_counters.hpp"
 #include "physics/refinement/advance_resting.hpp"
 #include "physics/refinement/refinement.hpp"
@@ -48,13 +49,13 @@ Vec3 turn_between(const Quat& from, const Quat& to) {
 }
 
 // Free flight from where a part began to where it ended.
-BodyState way_between(const SceneDescription& scene, double time_s, const BodyState& before,
+BodyState way_between(const Vec3& gravity_m_s2, double time_s, const BodyState& before,
                       const BodyState& after) {
   BodyState start;
   start.position_m = before.position_m;
   start.orientation = before.orientation;
   start.linear_velocity_m_s =
-      (after.position_m - before.position_m) / time_s - scene.gravity_m_s2 * (0.5 * time_s);
+      (after.position_m - before.position_m) / time_s - gravity_m_s2 * (0.5 * time_s);
   start.angular_velocity_rad_s = turn_between(before.orientation, after.orientation) / time_s;
   return start;
 }
@@ -216,7 +217,9 @@ LinkedPart advance_part(const LinkedIsland& island, double time_s,
     part.report = advance_resting(island.scene, island.geometry, time_s, island.ids, manifolds,
                                   states, island.scratch, island.counters, part.faults);
   for (std::size_t i = 0; i < states.size(); ++i)
-    part.ways.push_back(way_between(island.scene, std::max(time_s, 1e-300), before[i], states[i]));
+    part.ways.push_back(way_between(
+        falls(island.scene, island.ids[i]) ? island.scene.gravity_m_s2 : Vec3(Vec3::Zero()),
+        std::max(time_s, 1e-300), before[i], states[i]));
   part.sunk_widths = sunk_widths(island, manifolds, before, states, part.ways, time_s);
   return part;
 }
@@ -253,8 +256,9 @@ void stay_at(const LinkedIsland& island, std::span<const BodyState> before,
 void wait_for(double time_s, const LinkedIsland& island, IslandReport& report) {
   report.beyond_tolerance = island.scene.tolerance > 0.0;
   for (const BodyId id : island.ids)
-    report.static_impulse_newton_s -=
-        island.scene.gravity_m_s2 * (island.scene.bodies[index_of(id)].mass_kg * time_s);
+    if (falls(island.scene, id))
+      report.static_impulse_newton_s -=
+          island.scene.gravity_m_s2 * (island.scene.bodies[index_of(id)].mass_kg * time_s);
 }
 
 // What drives and forces of their own give the bodies, as measures know it of a whole step.

@@ -11,12 +11,14 @@
 
 #include "physics/constraints/contact_rows.hpp"
 #include "physics/constraints/joint_impulses.hpp"
+#include "physics/constraints/rolling_rows.hpp"
 #include "physics/constraints/springs.hpp"
 #include "physics/forces/forces.hpp"
 #include "physics/integrators/joint_motion.hpp"
 #include "physics/integrators/momentum.hpp"
 #include "physics/math/solver_body.hpp"
 #include "physics/model/contact_manifold.hpp"
+#include "physics/model/kinematic.hpp"
 #include "physics/model/stage_counters.hpp"
 #include "physics/shapes/geometry.hpp"
 #include "physics/shapes/geometry_impl.hpp"
@@ -62,10 +64,13 @@ bool is_slow(const SceneDescription& scene, const Geometry& geometry, std::span<
 bool is_in_place(const SceneDescription& scene, const Geometry& geometry,
                  std::span<const BodyId> ids, std::span<const BodyState> before,
                  std::span<const BodyState> states) {
+  constexpr double kRounding = 1e-15;  // of an orientation that is made a unit again
   const double way = slow_m_s(scene, ids.size()) * scene.dt_s;
   for (std::size_t i = 0; i < ids.size(); ++i) {
-    const auto turned = states[i].orientation.coeffs() - before[i].orientation.coeffs();
-    if (!are_within(way, states[i].position_m - before[i].position_m, 4.0 * turned.squaredNorm(),
+    const auto difference = states[i].orientation.coeffs() - before[i].orientation.coeffs();
+    const double turned = 4.0 * difference.squaredNorm();
+    if (!are_within(way, states[i].position_m - before[i].position_m,
+                    turned > kRounding * kRounding ? turned : 0.0,
                     radius_of(scene, geometry, ids[i])))
       return false;
   }
@@ -151,7 +156,7 @@ Need rest_needed(const SceneDescription& scene) {
   const Need contacts = contacts_needed(scene);
   if (!contacts) return contacts;
   if (!scene.solver.rest) return {false, "switched off in the solver settings"};
-  if (!carries(scene)) return {false, "nothing carries what falls"};
+  if (!carries(scene) && !kinematic_needed(scene)) return {false, "nothing carries what falls"};
   const std::size_t loose =
       bodies_that(scene, [](const BodyParams& body) { return !is_pushed(body); });
   if (loose == 0) return {false, "every body is driven or pushed"};
@@ -166,7 +171,9 @@ bool has_no_velocity(const BodyState& state) {
 bool is_nearly_at_rest(const SceneDescription& scene, const Geometry& geometry,
                        std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
                        std::span<const BodyState> states) {
-  if (!scene.solver.rest || !carries(scene) || !is_slow(scene, geometry, ids, states)) return false;
+  if (!scene.solver.rest || !(carries(scene) || any_kinematic(scene, ids))) return false;
+  if (!is_slow(scene, geometry, ids, states)) return false;
+  if (any_carries(scene, ids, states)) return false;
   if (!scene.joints.empty() && !can_joints_rest(scene, ids, manifolds)) return false;
   return std::ranges::none_of(ids,
                               [&](BodyId id) { return is_pushed(scene.bodies[index_of(id)]); });
@@ -183,6 +190,7 @@ bool is_held(const SceneDescription& scene, const Geometry& geometry, std::span<
       !pull_by_joints(scene, ids, manifolds, states, problem.bodies, report))
     return false;
   build_rows(scene, scene.dt_s, ids, manifolds, bodies, problem, counters);
+  start_rolling(scene.solver.iterations, problem);
   if (!hold(scene, geometry, ids, problem) || !is_solved_whole(scene, ids, manifolds, states))
     return false;
   report.constraint_residual_m_s = residual_m_s(problem);

@@ -82,6 +82,7 @@ void push_body(const SceneDescription& scene, double time_s, double ahead_s, Bod
 }
 
 Vec3 flight_lag_m(const SceneDescription& scene, double time_s, BodyId id, const BodyState& state) {
+  if (scene.bodies[index_of(id)].kinematic) return Vec3::Zero();
   if (!is_pushed(scene.bodies[index_of(id)])) return scene.gravity_m_s2 * (0.5 * time_s * time_s);
   const Decay decay = decay_over(forces_of(scene, id).linear_damping_1_s, time_s);
   return acceleration_of(scene, time_s, 0.5 * time_s, id, state) *

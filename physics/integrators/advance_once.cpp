@@ -6,6 +6,7 @@
 
 #include "physics/constraints/contact_rows.hpp"
 #include "physics/constraints/joint_impulses.hpp"
+#include "physics/constraints/rolling_rows.hpp"
 #include "physics/forces/forces.hpp"
 #include "physics/integrators/joint_motion.hpp"
 #include "physics/integrators/linkage.hpp"
@@ -157,6 +158,7 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, bool accur
   std::vector<SolverBody>& free = scratch.free;
   free.assign(problem.bodies.begin(), problem.bodies.end() - 1);
   build_rows(scene, dt_s, ids, manifolds, before, problem, counters);
+  if (joints.empty()) start_rolling(scene.solver.iterations, problem);
   const Elimination* const plan = choice.elimination ? &*choice.elimination : nullptr;
   const ContactSolution solution =
       joints.empty()

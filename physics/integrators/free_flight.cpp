@@ -137,6 +137,7 @@ void advance_free_bodies(const SceneDescription& scene, const Geometry& geometry
       continue;
     }
     advance_free_body(scene, dt_s, ids[free[i]], states[free[i]], counters, faults);
+    counters.kinematic_bodies += scene.bodies[index_of(ids[free[i]])].kinematic;
     ++i;
   }
 }

@@ -10,6 +10,7 @@
 #include "physics/constraints/ways.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/solvers/contact_solver.hpp"
+#include "physics/solvers/contact_work.hpp"
 #include "physics/solvers/direct_contacts.hpp"
 #include "physics/solvers/island_motion.hpp"
 #include "physics/solvers/joint_stiffness.hpp"
@@ -72,33 +73,6 @@ void forgive(std::span<const JointRow> start, JointSystem& system) {
     if (start[r].kind == JointRowKind::kHolds) system.rows[r].error -= start[r].error;
     if (start[r].kind == JointRowKind::kLimit)
       system.rows[r].error -= std::min(start[r].error, 0.0);
-  }
-}
-
-// Gives the bodies of `problem` the contact impulses of another solution.
-void take_contact_impulses(const ContactProblem& from, ContactProblem& problem) {
-  const auto push = [&problem](std::uint32_t a, std::uint32_t b, const Vec3& impulse,
-                               const Vec3& turn_a, const Vec3& turn_b) {
-    SolverBody &x = problem.bodies[a], &y = problem.bodies[b];
-    x.linear -= impulse * x.inverse_mass;
-    x.angular -= x.inverse_inertia * turn_a;
-    y.linear += impulse * y.inverse_mass;
-    y.angular += y.inverse_inertia * turn_b;
-  };
-  for (std::size_t i = 0; i < problem.normals.size(); ++i) {
-    NormalRow& row = problem.normals[i];
-    const double change = from.normals[i].impulse_newton_s - row.impulse_newton_s;
-    push(row.a, row.b, row.normal * change, row.arm_a * change, row.arm_b * change);
-    row.impulse_newton_s = from.normals[i].impulse_newton_s;
-  }
-  for (std::size_t i = 0; i < problem.frictions.size(); ++i) {
-    FrictionRow& row = problem.frictions[i];
-    Vec3 change = Vec3::Zero();
-    for (int t = 0; t < 2; ++t) {
-      change += row.tangent[t] * (from.frictions[i].impulse_newton_s[t] - row.impulse_newton_s[t]);
-      row.impulse_newton_s[t] = from.frictions[i].impulse_newton_s[t];
-    }
-    push(row.a, row.b, change, row.arm_a.cross(change), row.arm_b.cross(change));
   }
 }
 
@@ -358,8 +332,9 @@ void move_jointed(const JointedStep& step, const JointSystem& solved, const Cont
   constexpr double kLeastShare = 1.0 / 64;
   const auto& [scene, dt_s, ids, before, free] = step;
   report.motor_work_joule = motor_work_joule(solved, problem.bodies);
-  const double pushed =
-      report.motor_work_joule + external_work_joule(scene, dt_s, before, free, problem);
+  const double pushed = report.motor_work_joule +
+                        external_work_joule(scene, dt_s, before, free, problem) +
+                        kinematic_work_joule(free, problem);
   const auto elastic = [&, sprung = has_springs(scene, solved)](std::span<const BodyState> at) {
     return sprung ? elastic_joule(spring_rows(step.scene, at, solved)) : 0.0;
   };

@@ -11,6 +11,7 @@
 
 #include "physics/forces/forces.hpp"
 #include "physics/math/rigid_motion.hpp"
+#include "physics/model/kinematic.hpp"
 
 namespace soda::physics {
 namespace {
@@ -52,6 +53,7 @@ IslandMomentum momentum_of(const SceneDescription& scene, std::span<const BodyId
   IslandMomentum sum;
   const Vec3 near = states.front().position_m;  // far from the origin, small numbers
   for (std::size_t i = 0; i < ids.size(); ++i) {
+    if (is_kinematic(scene, ids[i])) continue;
     const double mass = scene.bodies[index_of(ids[i])].mass_kg;
     sum.mass_kg += mass;
     sum.centre_m += mass * (states[i].position_m - near);
@@ -61,6 +63,7 @@ IslandMomentum momentum_of(const SceneDescription& scene, std::span<const BodyId
   const Vec3 drift = sum.linear_newton_s / sum.mass_kg;
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const BodyParams& params = scene.bodies[index_of(ids[i])];
+    if (params.kinematic) continue;
     const Mat3 inertia = world_inertia(params, states[i]);
     const Vec3 arm = states[i].position_m - sum.centre_m;
     const Vec3 velocity = states[i].linear_velocity_m_s - drift;

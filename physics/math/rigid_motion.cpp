@@ -2,6 +2,9 @@
 
 #include <cmath>
 
+#include "physics/math/carried.hpp"
+#include "physics/model/kinematic.hpp"
+
 namespace soda::physics {
 
 Mat3 rotated_tensor(const Mat3& rotation, const Mat3& tensor_local) {
@@ -25,6 +28,7 @@ void turn_by(const BodyParams& params, const Vec3& angle_rad, BodyState& state) 
 
 void push(const BodyParams& params, const Vec3& impulse_newton_s, const Vec3& point_local_m,
           BodyState& state) {
+  if (params.kinematic) return;
   const Mat3 rotation = state.orientation.toRotationMatrix();
   const Mat3 inverse_inertia = rotated_tensor(rotation, params.inverse_inertia_local);
   const Vec3 arm(rotation * point_local_m);
@@ -45,6 +49,7 @@ double kinetic_joule(const SceneDescription& scene, std::span<const BodyId> ids,
   double sum = 0.0;
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const BodyParams& params = scene.bodies[index_of(ids[i])];
+    if (params.kinematic) continue;
     sum += 0.5 * params.mass_kg * states[i].linear_velocity_m_s.squaredNorm() +
            spin_energy_joule(params, states[i]);
   }
@@ -55,8 +60,9 @@ double gain_joule(const SceneDescription& scene, std::span<const BodyId> ids,
                   std::span<const BodyState> from, std::span<const BodyState> to) {
   double gain = kinetic_joule(scene, ids, to) - kinetic_joule(scene, ids, from);
   for (std::size_t i = 0; i < ids.size(); ++i)
-    gain -= scene.bodies[index_of(ids[i])].mass_kg *
-            scene.gravity_m_s2.dot(to[i].position_m - from[i].position_m);
+    if (falls(scene, ids[i]))
+      gain -= scene.bodies[index_of(ids[i])].mass_kg *
+              scene.gravity_m_s2.dot(to[i].position_m - from[i].position_m);
   return gain;
 }
 
@@ -75,7 +81,16 @@ const char* fault_of(const BodyState& s) {
   return "";
 }
 
+BodyState carried(const SceneDescription& scene, BodyId id, const BodyState& state, double t_s) {
+  BodyState next = motion_of(state);
+  if (state.linear_velocity_m_s != Vec3::Zero()) next.position_m += state.linear_velocity_m_s * t_s;
+  if (state.angular_velocity_rad_s != Vec3::Zero())
+    rotate_freely(scene.bodies[index_of(id)], t_s, next);
+  return next;
+}
+
 BodyState flown(const SceneDescription& scene, BodyId id, const BodyState& state, double t_s) {
+  if (is_kinematic(scene, id)) return carried(scene, id, state, t_s);
   BodyState next;
   next.position_m =
       state.position_m + state.linear_velocity_m_s * t_s + scene.gravity_m_s2 * (0.5 * t_s * t_s);

@@ -35,7 +35,8 @@ Pair pair_of(const SceneDescription& scene, const ContactManifold& m,
     material = &b.material;
     pair.before_b = &before[index_of(m.b)];
     pair.after_b = &after[index_of(m.b)];
-    pair.reduced_mass_kg = 1.0 / (1.0 / a.mass_kg + 1.0 / b.mass_kg);
+    const auto inverse = [](const BodyParams& p) { return p.kinematic ? 0.0 : 1.0 / p.mass_kg; };
+    pair.reduced_mass_kg = 1.0 / (inverse(a) + inverse(b));
   }
   pair.friction = std::sqrt(a.material.friction * material->friction);
   pair.restitution = std::max(a.material.restitution, material->restitution);

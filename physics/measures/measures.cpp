@@ -83,6 +83,7 @@ Mechanics measure(const SceneDescription& scene, std::span<const BodyId> ids,
   Mechanics sum;
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const BodyParams& params = scene.bodies[index_of(ids[i])];
+    if (params.kinematic) continue;
     const BodyState& s = states[i];
     const Mat3 rotation = s.orientation.toRotationMatrix();
     const Vec3 spin_local = rotation.transpose() * s.angular_velocity_rad_s;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "physics/model/contact_manifold.hpp"
+#include "physics/model/kinematic.hpp"
 #include "physics/model/scene.hpp"
 
 namespace soda::physics {
@@ -55,6 +56,7 @@ void append_joints(const SceneDescription& scene, BodyId a, BodyId b,
 
 bool may_touch(const SceneDescription& scene, BodyId a, BodyId b) {
   if (!groups_touch(scene, a, b)) return false;
+  if (!falls(scene, a) && !falls(scene, b)) return false;  // nothing could keep them apart
   return is_static(b) || std::ranges::all_of(joints_between(scene, a, b), &Joint::collides);
 }
 

@@ -33,9 +33,13 @@ struct JointLimits {
   double least = 0.0, most = 0.0;  // least <= most
 };
 
-// Turns or moves b against a at this speed (rad/s or m/s), with at most this push (N m or N).
+// Turns or moves b against a at this speed (rad/s or m/s), with at most this push (N m or N). With
+// a target (rad, within +-3, or m, from the frames of the joint on) it is a servo: it goes there at
+// no more than |speed|, and what is left falls to 1/e in each time constant.
 struct JointMotor {
   double speed = 0.0, most_push = 0.0;  // most_push >= 0
+  std::optional<double> target = std::nullopt;
+  double time_constant_s = 0.1;  // > 0
 };
 
 struct Joint {

@@ -16,6 +16,9 @@ namespace soda::physics {
 struct Material {
   double friction = 0.5;     // Coulomb coefficient, >= 0; a pair takes the geometric mean
   double restitution = 0.0;  // in [0, 1]; a pair takes the maximum
+  // The most that a contact turns bodies back as they roll (about axes in its plane) and as they
+  // spin (about its normal), over its force: N m / N, >= 0. A pair takes the larger ones.
+  double rolling_friction_m = 0.0, torsional_friction_m = 0.0;
 };
 
 // Shapes are given in a local frame whose origin is the centre of mass.
@@ -46,7 +49,18 @@ struct HalfSpace {  // static only; solid where normal . x <= offset, in the sta
   Vec3 normal = Vec3::UnitZ();
   double offset_m = 0.0;
 };
-using Shape = std::variant<Sphere, Box, Capsule, Cylinder, ConvexHull, TriangleMesh, HalfSpace>;
+// A convex solid of a body that has several: its pose in the body's frame.
+struct CompoundPart {
+  std::uint32_t shape = 0;  // index into SceneDescription::shapes, of a solid
+  Vec3 position_m = Vec3::Zero();
+  Quat orientation = Quat::Identity();
+};
+inline constexpr std::size_t kMostParts = 64;
+struct Compound {
+  std::vector<CompoundPart> parts;  // 1 .. kMostParts
+};
+using Shape =
+    std::variant<Sphere, Box, Capsule, Cylinder, ConvexHull, TriangleMesh, HalfSpace, Compound>;
 
 // A street along which bodies are driven. Heights do not count: all of it is seen along gravity.
 // The first and the last segment go on without end.
@@ -93,6 +107,9 @@ struct BodyParams {
   std::uint32_t drive = kNoDrive;  // index into SceneDescription::drives
   std::uint32_t forces = kNone;    // index into SceneDescription::forces
   std::uint32_t joints = 0;        // that it has; see order_joints()
+  // It moves as its velocities say, whatever it meets: nothing but an input changes them. Its mass
+  // and inertia have no effect.
+  bool kinematic = false;
   CollisionFilter filter;
   Material material;
   double mass_kg = 1.0;

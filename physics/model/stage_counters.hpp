@@ -40,6 +40,7 @@ struct StageCounters {
   std::uint64_t normal_rows = 0;
   std::uint64_t friction_rows = 0;
   std::uint64_t conveyor_rows = 0;  // friction rows against a moving surface
+  std::uint64_t rolling_rows = 0;   // of rolling and torsional friction
   std::uint64_t joint_rows = 0;
   std::uint64_t limit_rows = 0, motor_rows = 0;  // among them
   std::uint64_t restitution_rows = 0;
@@ -52,6 +53,7 @@ struct StageCounters {
   std::uint64_t refined_steps = 0;  // single steps beyond the first that refinement took
   std::uint64_t driven_bodies = 0;  // bodies that got a drive's acceleration
   std::uint64_t forced_bodies = 0;  // bodies that got forces or damping of their own
+  std::uint64_t kinematic_bodies = 0;
   // Giant islands: those among islands_solved that were solved in blocks, the blocks, and rows
   // times sweeps. Rows and sweeps are among the others; rows of a border that two solvers share
   // count twice.

@@ -75,7 +75,7 @@ PointContact sphere_contact(const PlacedShape& a, const PlacedShape& b, const Pa
   const PlacedShape& sphere = first ? a : b;
   const PlacedShape& other = first ? b : a;
   const double radius = sphere.shape.radius_m;
-  const Vec3 sign_free = motion.velocity_b - motion.velocity_a;
+  const Vec3 sign_free = motion.centres_velocity();
   const Vec3 velocity = first ? Vec3(-sign_free) : sign_free;  // of the sphere against the other
 
   SurfacePoint nearest = nearest_surface(other, sphere.pose.position);

@@ -44,6 +44,8 @@ struct PairMotion {
   Vec3 velocity_a = Vec3::Zero(), spin_a = Vec3::Zero();
   Vec3 velocity_b = Vec3::Zero(), spin_b = Vec3::Zero();
   Vec3 center_b = Vec3::Zero();  // a's is the origin
+  // Of parts of compounds: from the centres of the bodies to those of the solids.
+  Vec3 arm_a = Vec3::Zero(), arm_b = Vec3::Zero();
   double dt_s = 0.0;
   double margin_m = 0.0;  // contacts within it are kept even when not closing
   double range_m = 0.0;   // no contact farther apart can be reached in this step
@@ -52,6 +54,13 @@ struct PairMotion {
   Vec3 relative_velocity(const Vec3& point) const {
     return velocity_b + spin_b.cross(point - center_b) - velocity_a - spin_a.cross(point);
   }
+  // Of the centre of b's solid relative to that of a's.
+  Vec3 centres_velocity() const {
+    const Vec3 bodies = velocity_b - velocity_a;
+    if (!is_off_centre()) return bodies;
+    return bodies + spin_b.cross(arm_b) - spin_a.cross(arm_a);
+  }
+  bool is_off_centre() const { return arm_a != Vec3::Zero() || arm_b != Vec3::Zero(); }
   bool reaches(const Vec3& point, const Vec3& normal, double separation) const;
 };
 

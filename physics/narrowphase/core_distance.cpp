@@ -45,6 +45,13 @@ Vec3 farthest(const Core& core, const Vec3& direction) {
              turn.col(1) * (d.y() * scale) +
              turn.col(2) * std::copysign(core.scale * (shape.half_length_m - core.skin_m), d.z());
     }
+    case ShapeKind::kBox: {
+      const Vec3& half = shape.half_extents_m;
+      return core.solid.pose.position +
+             turn.col(0) * std::copysign(core.scale * (half.x() - core.skin_m), d.x()) +
+             turn.col(1) * std::copysign(core.scale * (half.y() - core.skin_m), d.y()) +
+             turn.col(2) * std::copysign(core.scale * (half.z() - core.skin_m), d.z());
+    }
     default:
       return core.solid.pose.position + turn * (core.scale * support(shape, d));
   }
@@ -191,31 +198,69 @@ CoreGap core_gap(const Core& a, const Core& b, const Vec3& guess, double tiny_m,
   return gap;
 }
 
+namespace {
+
+// A solid that has shrunk: down to its inmost segment or rectangle, of share 1, all surfaces come
+// in by the same; then that shrinks to its middle, at 2. A hull does so from the start.
+struct Shrunk {
+  Core core;
+  double round_m = 0.0;  // what is left of the skin around the core
+
+  Shrunk(const PlacedShape& solid, double share) : core{solid} {
+    if (solid.shape.kind == ShapeKind::kHull) {
+      core.scale = 1.0 - 0.5 * share;
+      return;
+    }
+    const double in = std::min(share, 1.0);
+    core.scale = std::min(1.0, 2.0 - share);
+    const double skin = skin_of(solid.shape);
+    round_m = (1.0 - in) * skin;
+    core.skin_m = skin > 0.0 ? skin : in * 0.5 * solid.shape.min_extent_m;
+  }
+};
+
+}  // namespace
+
+// Along a fixed direction the gap is linear in the share, so the largest gap of all directions is
+// convex in it: from where they are apart, Newton's method comes down to where they touch.
 ShrunkTouch touch_of_shrunk(const PlacedShape& a, const PlacedShape& b, bool b_too) {
-  constexpr double kTiny = 1e-10;  // of the width
-  constexpr double kFirst = 1e-3;  // of the size, taken off
-  constexpr double kExact = 1.01;  // ratio of what is taken off
-  const double skin_a = skin_of(a.shape), skin_b = skin_of(b.shape);
+  constexpr double kTiny = 1e-10;    // of the width
+  constexpr double kFirst = 1e-3;    // of the size, taken off
+  constexpr double kAll = 2.0;       // of what can be taken off
+  constexpr double kExact = 1.01;    // ratio of what is taken off
+  constexpr double kBeyond = 1.001;  // so that they are apart there, but for rounding
   const Vec3 between = b.pose.position - a.pose.position;
   ShrunkTouch touch{between == Vec3::Zero() ? Vec3(Vec3::UnitZ()) : Vec3(between.normalized()),
                     a.pose.position};
-  const auto are_apart = [&](double shrunk) {
-    const double of_a = 1.0 - shrunk, of_b = b_too ? of_a : 1.0;
-    const CoreGap gap = core_gap({a, skin_a, of_a}, {b, skin_b, of_b}, touch.normal,
+  double gap_m = 0.0;
+  const auto are_apart = [&](double share) {
+    const Shrunk of_a(a, share), of_b(b, b_too ? share : 0.0);
+    const CoreGap gap = core_gap(of_a.core, of_b.core, touch.normal,
                                  kTiny * (a.shape.min_extent_m + b.shape.min_extent_m));
-    if (gap.overlap || gap.least_m <= of_a * skin_a + of_b * skin_b) return false;
-    touch = {gap.normal, gap.on_b - gap.normal * (of_b * skin_b)};
+    gap_m = gap.least_m - of_a.round_m - of_b.round_m;
+    if (gap.overlap || gap_m <= 0.0) return false;
+    touch = {gap.normal, gap.on_b - gap.normal * of_b.round_m};
     return true;
   };
   double less = 0.0, more = kFirst;
   while (!are_apart(more)) {
-    if (more == 1.0) return touch;
+    if (more == kAll) return touch;
     less = more;
-    more = std::min(1.0, 4.0 * more);
+    more = std::min(kAll, 4.0 * more);
   }
-  while (more > kExact * less && more > kTiny) {
+  double next = 0.0;
+  const auto foretell = [&] {
+    const double depth_m = std::max(0.0, -separation_along(a, b, touch.normal));
+    next = more * depth_m / (depth_m + gap_m);
+  };
+  foretell();
+  while (more > kExact * std::max(less, next) && more > kTiny) {
     const double middle = less > 0.0 ? std::sqrt(less * more) : 0.1 * more;
-    (are_apart(middle) ? more : less) = middle;
+    const double share = next * kBeyond > less ? next * kBeyond : middle;
+    if (are_apart(share))
+      more = share, foretell();
+    else
+      less = share, next = 0.0;
   }
   return touch;
 }

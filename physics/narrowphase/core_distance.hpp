@@ -6,7 +6,7 @@
 namespace soda::physics {
 
 // What is left of a solid after a skin has been taken off: the centre of a sphere, the segment of a
-// capsule (their skin is the radius), a smaller cylinder, all of a box or a hull (no skin).
+// capsule (their skin is the radius), a smaller cylinder or box, all of a hull (no skin).
 struct Core {
   const PlacedShape& solid;
   double skin_m = 0.0;
@@ -39,12 +39,13 @@ struct ShrunkTouch {
   Vec3 on_b = Vec3::Zero();
 };
 
-// Of two solids that touch or overlap: where they touch as soon as both have shrunk about their
-// origins, which are inside them, by the same share (C. J. Ong and E. G. Gilbert, "Growth
-// distances: new measures for object separation and penetration", 1996; to a hundredth of what is
-// taken off). Little overlap has the normal of the least depth, but where another normal is about
-// as good. `b_too` false: b keeps its size. Where a's origin is in it, the normal leads from one
-// origin to the other.
+// Of two solids that touch or overlap: where they touch as soon as both have shrunk by the same
+// share, to a hundredth of what is taken off. Surfaces come in by the same all over; those of
+// hulls, and of what is left when a solid has no thickness any more, about its origin, which is
+// inside (C. J. Ong and E. G. Gilbert, "Growth distances: new measures for object separation and
+// penetration", 1996). Little overlap has the normal of the least depth, but where another normal
+// is about as good, and a thin hull's may be far off. `b_too` false: b keeps its size. Where a's
+// origin is in it, the normal leads from one origin to the other.
 ShrunkTouch touch_of_shrunk(const PlacedShape& a, const PlacedShape& b, bool b_too);
 
 }  // namespace soda::physics

@@ -5,6 +5,7 @@
 
 #include "physics/model/contact_manifold.hpp"
 #include "physics/narrowphase/core_distance.hpp"
+#include "physics/narrowphase/part_pairs.hpp"
 #include "physics/narrowphase/triangle_solid.hpp"
 
 namespace soda::physics {
@@ -198,7 +199,6 @@ void edge_points(const PlacedShape& solid, const Triangle& t, const EdgeContact&
 void append_edge_contacts(const MeshPair& pair, std::span<const std::uint32_t> triangles,
                           std::size_t before, std::vector<ContactManifold>& out) {
   constexpr double kSame = 0.02, kAsDeep = 1e-3;  // of the width
-  constexpr std::uint32_t kFirstEdgePart = 0x40000000u;
   const PlacedShape &solid = pair.solid, &mesh = pair.mesh;
   const double range = std::min(pair.motion.range_m, solid.shape.min_extent_m);
   const double same = kSame * solid.shape.min_extent_m;

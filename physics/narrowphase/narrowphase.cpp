@@ -2,11 +2,13 @@
 #include <cmath>
 
 #include "physics/model/contact_manifold.hpp"
+#include "physics/model/kinematic.hpp"
 #include "physics/model/stage_counters.hpp"
 #include "physics/narrowphase/analytic_contacts.hpp"
 #include "physics/narrowphase/contact_axis.hpp"
 #include "physics/narrowphase/mesh_contacts.hpp"
 #include "physics/narrowphase/near_triangles.hpp"
+#include "physics/narrowphase/part_pairs.hpp"
 #include "physics/narrowphase/separation.hpp"
 #include "physics/shapes/geometry.hpp"
 #include "physics/shapes/geometry_impl.hpp"
@@ -69,8 +71,8 @@ ShapeKernel kernel_of(ShapeKind a, ShapeKind b) {
   return polytope(a) && polytope(b) ? ShapeKernel::kPolytopeClip : ShapeKernel::kCore;
 }
 
-PairMotion motion_of(const SceneDescription& scene, double dt_s, const BodyState& a,
-                     const BodyState* b, const CompiledShape& shape_a, const CompiledShape& shape_b,
+PairMotion motion_of(const Vec3& pull_m_s2, double dt_s, const BodyState& a, const BodyState* b,
+                     const CompiledShape& shape_a, const CompiledShape& shape_b,
                      const Vec3& center_b) {
   PairMotion motion;
   motion.velocity_a = a.linear_velocity_m_s;
@@ -84,9 +86,8 @@ PairMotion motion_of(const SceneDescription& scene, double dt_s, const BodyState
     motion.spin_b = b->angular_velocity_rad_s;
     extent = std::min(extent, shape_b.min_extent_m);
     turning += motion.spin_b.norm() * shape_b.bounding_radius_m;
-  } else {
-    motion.velocity_a += scene.gravity_m_s2 * dt_s;
   }
+  if (b == nullptr || pull_m_s2 != Vec3::Zero()) motion.velocity_a += pull_m_s2 * dt_s;
   motion.margin_m = kContactMargin * extent;
   const double speed = (motion.velocity_b - motion.velocity_a).norm() + turning;
   motion.range_m = std::min(motion.margin_m + speed * dt_s, 1e300);
@@ -118,9 +119,17 @@ PlacedPair place_pair(const Geometry& geometry, BodyId a, const BodyState& state
           kernel_of(ga.shape.kind, gb.shape.kind)};
 }
 
-void collide_solids(Narrowphase narrowphase, BodyId id_a, BodyId id_b, const PlacedPair& pair,
-                    const PairMotion& motion, const Vec3& origin, StageCounters& counters,
-                    std::vector<ContactManifold>& out) {
+// What all parts of a pair have in common.
+struct PairTest {
+  Narrowphase narrowphase;
+  BodyId a, b;
+  const Vec3& origin;
+  StageCounters& counters;
+  std::vector<ContactManifold>& out;
+};
+
+void collide_solids(const PairTest& test, const PlacedPair& pair, const PairMotion& motion) {
+  const auto& [narrowphase, id_a, id_b, origin, counters, out] = test;
   const Solid &a = pair.a, &b = pair.b;
   ContactCandidates candidates;
   Vec3 normal = Vec3::UnitZ();
@@ -147,6 +156,47 @@ void collide_solids(Narrowphase narrowphase, BodyId id_a, BodyId id_b, const Pla
   emit_manifold(id_a, id_b, 0, normal, origin, candidates, out);
 }
 
+// No compounds.
+void collide_placed(const PairTest& test, const PlacedPair& pair, const PairMotion& motion) {
+  const CompiledShape& shape_b = pair.b.placed.shape;
+  ++test.counters.narrowphase_tests[static_cast<std::size_t>(pair.kernel)];
+  if (shape_b.kind == ShapeKind::kHalfSpace) {
+    ContactCandidates candidates;
+    const Vec3 normal = halfspace_contacts(pair.a.placed, shape_b, pair.b.placed.pose, candidates);
+    keep_reached(motion, normal, candidates);
+    emit_manifold(test.a, test.b, 0, normal, test.origin, candidates, test.out);
+  } else if (pair.kernel == ShapeKernel::kMesh) {
+    mesh_contacts(test.a, test.b, pair.a.placed, pair.b.placed,
+                  near_triangles(pair.a.placed, pair.b.placed, limited_range(motion)), motion,
+                  test.origin, test.out);
+  } else {
+    collide_solids(test, pair, motion);
+  }
+}
+
+// A ball that goes round a centre is not on a straight way: it looks no farther ahead than others.
+PairMotion motion_of_parts(const PairMotion& whole, const PlacedPair& pair) {
+  PairMotion motion = whole;
+  motion.arm_a = pair.a.placed.pose.position;
+  motion.arm_b = pair.b.placed.pose.position - whole.center_b;
+  if (motion.is_off_centre()) motion.range_m = limited_range(whole);
+  return motion;
+}
+
+void collide_compounds(const PairTest& test, const GeometryImpl& impl, const PlacedPair& whole,
+                       const PairMotion& motion) {
+  const std::size_t begin = test.out.size();
+  for (const PartPair& parts : near_parts(whole.a, whole.b, limited_range(motion))) {
+    const Solid a = part_of(impl, whole.a, parts.a), b = part_of(impl, whole.b, parts.b);
+    const PlacedPair pair{a, b, kernel_of(a.placed.shape.kind, b.placed.shape.kind)};
+    const std::size_t before = test.out.size();
+    collide_placed(test, pair, motion_of_parts(motion, pair));
+    number_parts(whole.b.placed.shape, parts, before, test.out);
+  }
+  std::sort(test.out.begin() + static_cast<std::ptrdiff_t>(begin), test.out.end(),
+            canonical_before);
+}
+
 }  // namespace
 
 ShapeKernel kernel_for(const Shape& a, const Shape& b) {
@@ -165,24 +215,17 @@ bool append_manifolds(const SceneDescription& scene, const Geometry& geometry, d
   const PlacedPair pair = place_pair(geometry, a, state_a, b, state_b);
   const CompiledShape& shape_b = pair.b.placed.shape;
   const Vec3& origin = state_a.position_m;
-  const PairMotion motion = motion_of(scene, dt_s, state_a, state_b, pair.a.placed.shape, shape_b,
-                                      pair.b.placed.pose.position);
-  ++counters.narrowphase_tests[static_cast<std::size_t>(pair.kernel)];
+  const PairMotion motion = motion_of(-relative_gravity(scene, a, b), dt_s, state_a, state_b,
+                                      pair.a.placed.shape, shape_b, pair.b.placed.pose.position);
+  const PairTest test{scene.narrowphase, a, b, origin, counters, out};
   const std::size_t before = out.size();
-  if (shape_b.kind == ShapeKind::kHalfSpace) {
-    ContactCandidates candidates;
-    const Vec3 normal = halfspace_contacts(pair.a.placed, shape_b, pair.b.placed.pose, candidates);
-    keep_reached(motion, normal, candidates);
-    emit_manifold(a, b, 0, normal, origin, candidates, out);
-  } else if (pair.kernel == ShapeKernel::kMesh) {
-    mesh_contacts(a, b, pair.a.placed, pair.b.placed,
-                  near_triangles(pair.a.placed, pair.b.placed, limited_range(motion)), motion,
-                  origin, out);
-  } else {
-    collide_solids(scene.narrowphase, a, b, pair, motion, origin, counters, out);
-  }
-  // Of a mesh other parts may be met.
-  return (out.size() == before || pair.kernel == ShapeKernel::kMesh) &&
+  const bool compound = !pair.a.placed.shape.parts.empty() || !shape_b.parts.empty();
+  if (compound)
+    collide_compounds(test, geometry.impl(), pair, motion);
+  else
+    collide_placed(test, pair, motion);
+  // Of a mesh, and of compounds, other parts may be met.
+  return (out.size() == before || compound || pair.kernel == ShapeKernel::kMesh) &&
          motion.range_m > limited_range(motion);
 }
 

@@ -8,21 +8,65 @@ namespace soda::physics {
 namespace {
 
 // Gap side: the distance of the cores; the skins are taken off it.
-Axis core_axis(const Solid& a, const Solid& b, double range, bool& cores_overlap) {
+struct CoreAxis {
+  Axis axis;  // not found: farther apart than the range, or
+  bool cores_overlap = false;
+  double separation_m = 0.0;  // of the cores with their skins, where found
+};
+
+CoreAxis core_axis(const Solid& a, double skin_a, const Solid& b, double skin_b, double range) {
   constexpr double kTiny = 1e-6;  // of both widths
   const double size = a.placed.shape.min_extent_m + b.placed.shape.min_extent_m;
-  const double skin_a = a.geometry.core_skin_m, skin_b = b.geometry.core_skin_m;
   const Vec3 between = b.placed.pose.position - a.placed.pose.position;
   const CoreGap gap = core_gap({a.placed, skin_a}, {b.placed, skin_b},
                                between == Vec3::Zero() ? Vec3(Vec3::UnitZ()) : between,
                                kTiny * size, range + skin_a + skin_b);
-  cores_overlap = gap.overlap;
-  Axis axis;
-  if (gap.overlap || gap.far || gap.distance_m - skin_a - skin_b > range) return axis;
-  axis.found = axis.nearest = gap.normal.allFinite();
-  axis.normal = gap.normal;
-  axis.witness = 0.5 * (gap.on_a + gap.normal * skin_a + gap.on_b - gap.normal * skin_b);
-  return axis;
+  CoreAxis out{{}, gap.overlap, gap.distance_m - skin_a - skin_b};
+  if (gap.overlap || gap.far || out.separation_m > range) return out;
+  out.axis.found = out.axis.nearest = gap.normal.allFinite();
+  out.axis.normal = gap.normal;
+  out.axis.witness = 0.5 * (gap.on_a + gap.normal * skin_a + gap.on_b - gap.normal * skin_b);
+  return out;
+}
+
+// By how much the edges of a cylinder stick out of its core with its skin.
+double edges_m(const Solid& solid) {
+  constexpr double kOfSkin = 0.4143;  // more than the root of 2 less 1
+  return solid.placed.shape.kind == ShapeKind::kCylinder ? kOfSkin * solid.geometry.core_skin_m
+                                                         : 0.0;
+}
+
+// Whether the other's extreme point is over a face that a solid shows along its outward normal.
+bool is_over_face(const PlacedShape& of, const PlacedShape& other, const Vec3& outward) {
+  constexpr double kAligned = 1.0 - 1e-9;
+  const SupportFeature face = support_feature(of, outward);
+  if (face.count < 3 || face.normal.dot(outward) < kAligned) return false;
+  const Vec3 point = support_point(other, -outward);
+  for (int i = 0; i < face.count; ++i) {
+    const Vec3& from = face.points[i];
+    const Vec3& to = face.points[i + 1 == face.count ? 0 : i + 1];
+    if (face.normal.cross(to - from).dot(point - from) < 0.0) return false;
+  }
+  return true;
+}
+
+// Cylinders without their edges are looked at first: what lies on a cap or a side is found so, also
+// where it overlaps. Along any direction the whole solids are no farther apart. As far, or an edge
+// over a face, and it is theirs; else an edge is what is nearest, and they are looked at whole.
+CoreAxis nearest_axis(const Solid& a, const Solid& b, double range) {
+  constexpr double kTiny = 1e-6;  // of the smaller width
+  const double edges = edges_m(a) + edges_m(b);
+  CoreAxis round = core_axis(a, a.geometry.core_skin_m, b, b.geometry.core_skin_m, range + edges);
+  if (edges == 0.0 || !round.axis.found) return round;
+  const double width = std::min(a.placed.shape.min_extent_m, b.placed.shape.min_extent_m);
+  const Vec3& normal = round.axis.normal;
+  const double whole = separation_along(a.placed, b.placed, normal);
+  if (whole < round.separation_m - kTiny * width && !is_over_face(b.placed, a.placed, -normal) &&
+      !is_over_face(a.placed, b.placed, normal))
+    return core_axis(a, skin_of(a.placed.shape), b, skin_of(b.placed.shape), range);
+  round.separation_m = whole;
+  round.axis.found = round.separation_m <= range;
+  return round;
 }
 
 }  // namespace
@@ -60,11 +104,10 @@ void refine_by_faces(const Solid& a, const Solid& b, double slack_share, Axis& a
 }
 
 Axis own_axis(const Solid& a, const Solid& b, double range_m) {
-  bool cores_overlap = false;
-  Axis axis = core_axis(a, b, range_m, cores_overlap);
+  auto [axis, cores_overlap, separation_m] = nearest_axis(a, b, range_m);
   if (!cores_overlap && !axis.found) return axis;
   if (cores_overlap) {
-    axis.found = true;
+    axis.found = axis.nearest = true;
     const ShrunkTouch touch = touch_of_shrunk(a.placed, b.placed, true);
     axis.normal = touch.normal;
     axis.witness = touch.on_b;

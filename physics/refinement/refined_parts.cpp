@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "physics/constraints/rolling_rows.hpp"
 #include "physics/forces/forces.hpp"
 #include "physics/integrators/spring_kicks.hpp"
 #include "physics/refinement/reversals.hpp"
@@ -19,13 +20,18 @@ bool is_asked(const RefinedIsland& island) { return island.scene.tolerance > 0.0
 
 namespace {
 
-// The largest friction that a lone body meets.
+// The largest friction that a lone body meets; rolling friction as that at its radius.
 double friction_of_lone(const RefinedIsland& island) {
-  double most = 0.0;
-  for (const ContactManifold& m : island.pairs)
-    if (is_static(m.b) && !is_joint(m))
-      most = std::max(most, material_of(island.scene, m.b).friction);
-  return std::sqrt(material_of(island.scene, island.ids.front()).friction * most);
+  const Material& own = material_of(island.scene, island.ids.front());
+  double most = 0.0, rolling_m = 0.0;
+  for (const ContactManifold& m : island.pairs) {
+    if (!is_static(m.b) || is_joint(m)) continue;
+    const Material& other = material_of(island.scene, m.b);
+    most = std::max(most, other.friction);
+    const RollingFriction rolling = rolling_friction(own, other);
+    rolling_m = std::max({rolling_m, rolling.rolling_m, rolling.torsional_m});
+  }
+  return std::sqrt(own.friction * most) + rolling_m / island.sizes.bodies[0].radius_m;
 }
 
 // What drives and forces of its own give a body.

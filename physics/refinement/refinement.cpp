@@ -10,6 +10,7 @@
 #include "physics/forces/forces.hpp"
 #include "physics/integrators/advance_once.hpp"
 #include "physics/integrators/spring_kicks.hpp"
+#include "physics/model/kinematic.hpp"
 #include "physics/refinement/refined_parts.hpp"
 #include "physics/shapes/geometry_impl.hpp"
 
@@ -105,6 +106,7 @@ Need refinement_needed(const SceneDescription& scene) {
 
 bool is_refined(const SceneDescription& scene, const Geometry& geometry,
                 std::span<const BodyId> ids, std::span<const ContactManifold> manifolds) {
+  if (any_kinematic(scene, ids)) return false;
   if (!(scene.tolerance > 0.0)) {
     if (!scene.solver.refined) return false;
     std::size_t points = 0;

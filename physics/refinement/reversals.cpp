@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/constraints/rolling_rows.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/model/body_places.hpp"
 
@@ -17,8 +18,13 @@ struct SlidingPoint {
   std::size_t b = kNone;  // of a static: none
   Vec3 arm_a = Vec3::Zero(), arm_b = Vec3::Zero(), normal = Vec3::Zero();
   Vec3 surface_m_s = Vec3::Zero();
+  double spin_arm_m = 0.0;  // > 0: the bodies' spin against each other, at this distance, instead
 
   Vec3 slip_m_s(std::span<const BodyState> states) const {
+    if (spin_arm_m > 0.0) {
+      const Vec3 of_b = b == kNone ? Vec3(Vec3::Zero()) : states[b].angular_velocity_rad_s;
+      return (of_b - states[a].angular_velocity_rad_s) * spin_arm_m;
+    }
     const auto speed_of = [&states](std::size_t body, const Vec3& arm) -> Vec3 {
       return states[body].linear_velocity_m_s + states[body].angular_velocity_rad_s.cross(arm);
     };
@@ -32,31 +38,50 @@ bool is_stopped(const Vec3& before, const Vec3& after) {
   return after.squaredNorm() <= kTrace * kTrace * before.squaredNorm();
 }
 
+SlidingPoint point_of(const RefinedIsland& island, const ContactManifold& m) {
+  SlidingPoint point;
+  point.a = place_of(island.ids, m.a);
+  if (!is_static(m.b))
+    point.b = place_of(island.ids, m.b);
+  else
+    point.surface_m_s = island.scene.statics[static_index_of(m.b)].surface_velocity_m_s;
+  point.normal = m.normal;
+  return point;
+}
+
+bool presses(const ContactManifold& m, const BodyState& a) {
+  for (std::uint32_t i = 0; i < m.count; ++i)
+    if (pressed(a, m, m.points[i].feature)) return true;
+  return false;
+}
+
 // Calls `see` with each point that slides at `from`, and at `to` slides another way or does not,
-// and with the slip at both.
+// and with the slip at both; where there is rolling friction, the same with what turns.
 template <class See>
 void for_each_turned(const RefinedIsland& island, std::span<const ContactManifold> start,
                      std::span<const BodyState> from, std::span<const BodyState> to,
                      const See& see) {
+  const auto look = [&](const SlidingPoint& point) {
+    const Vec3 before = point.slip_m_s(from), after = point.slip_m_s(to);
+    if (before.dot(after) < 0.0 || is_stopped(before, after)) see(point, before, after);
+  };
   for (const ContactManifold& m : start) {
-    if (is_joint(m) || !(material_of(island.scene, m.a).friction > 0.0) ||
-        !(material_of(island.scene, m.b).friction > 0.0))
-      continue;
-    SlidingPoint point;
-    point.a = place_of(island.ids, m.a);
-    if (!is_static(m.b))
-      point.b = place_of(island.ids, m.b);
-    else
-      point.surface_m_s = island.scene.statics[static_index_of(m.b)].surface_velocity_m_s;
-    point.normal = m.normal;
-    for (std::uint32_t i = 0; i < m.count; ++i) {
+    if (is_joint(m)) continue;
+    const Material &a = material_of(island.scene, m.a), &b = material_of(island.scene, m.b);
+    const bool rubs = a.friction > 0.0 && b.friction > 0.0;
+    const bool rolls = turns_back_rolling(a) || turns_back_rolling(b);
+    if (!rubs && !rolls) continue;
+    SlidingPoint point = point_of(island, m);
+    for (std::uint32_t i = 0; rubs && i < m.count; ++i) {
       if (!pressed(to[point.a], m, m.points[i].feature)) continue;
       const Vec3& at = m.points[i].position_m;
       point.arm_a = at - from[point.a].position_m;
       if (point.b != SlidingPoint::kNone) point.arm_b = at - from[point.b].position_m;
-      const Vec3 before = point.slip_m_s(from), after = point.slip_m_s(to);
-      if (before.dot(after) < 0.0 || is_stopped(before, after)) see(point, before, after);
+      look(point);
     }
+    if (!rolls || !presses(m, to[point.a])) continue;
+    point.spin_arm_m = island.sizes.bodies[point.a].radius_m;
+    look(point);
   }
 }
 

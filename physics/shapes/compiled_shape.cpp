@@ -170,9 +170,40 @@ void compile_round(double radius_m, double half_length_m, CompiledShape& out) {
   out.half_length_m = half_length_m;
 }
 
+// Exact for solids.
+double farthest_m(const CompiledShape& solid, const Vec3& from) {
+  const double across = std::sqrt(from.x() * from.x() + from.y() * from.y());
+  const double along = std::abs(from.z()) + solid.half_length_m;
+  switch (solid.kind) {
+    case ShapeKind::kBox:
+      return (from.cwiseAbs() + solid.half_extents_m).norm();
+    case ShapeKind::kCylinder:
+      return Vec3(across + solid.radius_m, 0.0, along).norm();
+    case ShapeKind::kHull: {
+      double most = 0.0;
+      for (const Vec3& v : solid.vertices_m) most = std::max(most, (v - from).norm());
+      return most;
+    }
+    default:
+      return Vec3(across, 0.0, along).norm() + solid.radius_m;
+  }
+}
+
+void compile_compound(const Compound& compound, std::span<const Shape> shapes, CompiledShape& out) {
+  out.min_extent_m = 1e300;
+  for (const CompoundPart& part : compound.parts) {
+    auto solid = std::make_shared<const CompiledShape>(compile(shapes[part.shape]));
+    const Pose pose{part.orientation.toRotationMatrix(), part.position_m};
+    const double reach = farthest_m(*solid, pose.to_local(Vec3::Zero()));
+    out.min_extent_m = std::min(out.min_extent_m, solid->min_extent_m);
+    out.bounding_radius_m = std::max(out.bounding_radius_m, reach);
+    out.parts.push_back({part.shape, pose, std::move(solid)});
+  }
+}
+
 }  // namespace
 
-CompiledShape compile(const Shape& shape) {
+CompiledShape compile(const Shape& shape, std::span<const Shape> shapes) {
   CompiledShape out;
   out.kind = static_cast<ShapeKind>(shape.index());
   if (const auto* sphere = std::get_if<Sphere>(&shape)) {
@@ -195,6 +226,8 @@ CompiledShape compile(const Shape& shape) {
     compile_hull(*hull, out);
   } else if (const auto* mesh = std::get_if<TriangleMesh>(&shape)) {
     compile_mesh(*mesh, out);
+  } else if (const auto* compound = std::get_if<Compound>(&shape)) {
+    compile_compound(*compound, shapes, out);
   } else {
     const HalfSpace& half_space = std::get<HalfSpace>(shape);
     const double length = half_space.normal.norm();
@@ -204,6 +237,22 @@ CompiledShape compile(const Shape& shape) {
   out.reach_m = box.min.cwiseAbs().cwiseMax(box.max.cwiseAbs());
   return out;
 }
+
+namespace {
+
+Vec3 support_of_parts(const CompiledShape& shape, const Vec3& direction) {
+  Vec3 best = Vec3::Zero();
+  double farthest = -1e300;
+  for (const CompiledPart& part : shape.parts) {
+    const Vec3 point =
+        part.pose.to_world(support(*part.solid, part.pose.direction_to_local(direction)));
+    const double dot = direction.dot(point);
+    if (dot > farthest) best = point, farthest = dot;
+  }
+  return best;
+}
+
+}  // namespace
 
 Vec3 support(const CompiledShape& shape, const Vec3& direction) {
   switch (shape.kind) {
@@ -238,6 +287,8 @@ Vec3 support(const CompiledShape& shape, const Vec3& direction) {
       }
       return shape.vertices_m[best];
     }
+    case ShapeKind::kCompound:
+      return support_of_parts(shape, direction);
     case ShapeKind::kMesh:
     case ShapeKind::kHalfSpace:
       break;
@@ -257,6 +308,17 @@ Aabb around_points(const CompiledShape& shape, const Pose& pose) {
   for (const Vec3& v : shape.vertices_m) include(v);
   for (const MeshTriangle& t : shape.triangles) {
     for (const Vec3& v : t.corners_m) include(v);
+  }
+  return box;
+}
+
+Aabb around_parts(const CompiledShape& shape, const Pose& pose) {
+  Aabb box{Vec3::Constant(1e300), Vec3::Constant(-1e300)};
+  for (const CompiledPart& part : shape.parts) {
+    const Aabb one = tight_aabb(
+        *part.solid, {pose.rotation * part.pose.rotation, pose.to_world(part.pose.position)});
+    box.min = box.min.cwiseMin(one.min);
+    box.max = box.max.cwiseMax(one.max);
   }
   return box;
 }
@@ -288,6 +350,8 @@ Aabb tight_aabb(const CompiledShape& shape, const Pose& pose) {
     case ShapeKind::kHull:
     case ShapeKind::kMesh:
       return around_points(shape, pose);
+    case ShapeKind::kCompound:
+      return around_parts(shape, pose);
   }
   return {pose.position - half, pose.position + half};
 }

@@ -3,6 +3,8 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
+#include <span>
 #include <vector>
 
 #include "physics/math/pose.hpp"
@@ -12,7 +14,7 @@
 namespace soda::physics {
 
 // In the order of the alternatives of Shape.
-enum class ShapeKind { kSphere, kBox, kCapsule, kCylinder, kHull, kMesh, kHalfSpace };
+enum class ShapeKind { kSphere, kBox, kCapsule, kCylinder, kHull, kMesh, kHalfSpace, kCompound };
 
 struct FacePlane {
   Vec3 normal = Vec3::UnitZ();  // unit, outward
@@ -33,6 +35,15 @@ struct MeshTriangle {
   std::array<bool, 3> edge_own{true, true, true};
 };
 
+struct CompiledShape;
+struct CompiledPart {
+  std::uint32_t shape = 0;  // index into SceneDescription::shapes
+  Pose pose;                // in the compound's frame
+  std::shared_ptr<const CompiledShape> solid;
+};
+
+// Of a compound, what is asked of it as a whole (support, boxes, extents) is that of its convex
+// hull; but its smallest width is that of its thinnest part.
 struct CompiledShape {
   ShapeKind kind = ShapeKind::kSphere;
   double radius_m = 0.0;                          // sphere, capsule, cylinder
@@ -44,12 +55,14 @@ struct CompiledShape {
   std::vector<FacePlane> face_planes;             // hull, box, caps of a cylinder
   std::vector<MeshTriangle> triangles;            // mesh
   TriangleTree tree;                              // of these
+  std::vector<CompiledPart> parts;                // compound
   double min_extent_m = 0.0;       // smallest width over all directions (halfspace, mesh: 0)
   double bounding_radius_m = 0.0;  // around the origin (halfspace: 0)
   Vec3 reach_m = Vec3::Zero();     // from the origin along its axes, to the farther side (the same)
 };
 
-CompiledShape compile(const Shape& shape);
+// `shapes`: those that a compound's parts are of.
+CompiledShape compile(const Shape& shape, std::span<const Shape> shapes = {});
 
 // Farthest point of a solid in a direction (any length), in the shape's frame. Ties: first vertex.
 Vec3 support(const CompiledShape& shape, const Vec3& direction_local);

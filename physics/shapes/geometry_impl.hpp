@@ -17,7 +17,7 @@ namespace soda::physics {
 
 struct ShapeGeometry {
   CompiledShape shape;
-  // Null for meshes and halfspaces, and for all unless the scene's narrowphase is kFcl.
+  // Null for meshes, halfspaces and compounds, and for all unless the scene's narrowphase is kFcl.
   std::shared_ptr<fcl::CollisionGeometry<double>> whole;
   // What contacts take off for their core_gap(): see Core.
   double core_skin_m = 0.0;

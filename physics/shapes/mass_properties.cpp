@@ -84,10 +84,44 @@ MassProperties of(const ConvexHull& hull) {
 MassProperties of(const TriangleMesh&) { return {}; }
 MassProperties of(const HalfSpace&) { return {}; }
 
+MassProperties of(const Compound& compound, std::span<const Shape> shapes) {
+  std::vector<MassProperties> parts;
+  MassProperties out;
+  Vec3 first = Vec3::Zero();
+  for (const CompoundPart& part : compound.parts) {
+    MassProperties& p = parts.emplace_back(mass_properties(shapes[part.shape]));
+    const Mat3 turn = part.orientation.toRotationMatrix();
+    p.center_local_m = part.position_m + turn * p.center_local_m;
+    p.inertia_per_density_m5 = turn * p.inertia_per_density_m5 * turn.transpose();
+    out.volume_m3 += p.volume_m3;
+    first += p.center_local_m * p.volume_m3;
+  }
+  out.center_local_m = first / out.volume_m3;
+  for (const MassProperties& p : parts)
+    out.inertia_per_density_m5 +=
+        inertia_about(p.inertia_per_density_m5, p.volume_m3, p.center_local_m - out.center_local_m);
+  // To the last bit symmetric: rounding of a product is not.
+  const Mat3 turned = out.inertia_per_density_m5.transpose();
+  out.inertia_per_density_m5 = 0.5 * (out.inertia_per_density_m5 + turned);
+  return out;
+}
+
 }  // namespace
 
-MassProperties mass_properties(const Shape& shape) {
-  return std::visit([](const auto& solid) { return of(solid); }, shape);
+Mat3 inertia_about(const Mat3& about_center, double mass, const Vec3& way_m) {
+  return about_center + mass * (way_m.squaredNorm() * Mat3::Identity() - way_m * way_m.transpose());
+}
+
+MassProperties mass_properties(const Shape& shape, std::span<const Shape> shapes) {
+  if (const auto* compound = std::get_if<Compound>(&shape)) return of(*compound, shapes);
+  return std::visit(
+      [](const auto& solid) -> MassProperties {
+        if constexpr (std::is_same_v<std::decay_t<decltype(solid)>, Compound>)
+          return {};
+        else
+          return of(solid);
+      },
+      shape);
 }
 
 }  // namespace soda::physics

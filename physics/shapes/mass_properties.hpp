@@ -15,8 +15,12 @@ struct MassProperties {
   Mat3 inertia_per_density_m5 = Mat3::Zero();  // about the centre, for density 1 kg/m^3
 };
 
-// Exact for all solid shapes. Zero for meshes and halfspaces, which are static only.
-MassProperties mass_properties(const Shape& shape);
+// Exact for all solid shapes. Zero for meshes and halfspaces, which are static only. Of a compound
+// the sum over its parts, which are among `shapes`: where they overlap, mass counts twice.
+MassProperties mass_properties(const Shape& shape, std::span<const Shape> shapes = {});
+
+// The inertia of a mass about a point at this way from its centre.
+Mat3 inertia_about(const Mat3& about_center, double mass, const Vec3& way_m);
 
 // The convex hull of the points (Qhull), faces merged where coplanar, in a canonical order that
 // does not depend on the order of the points; or why there is none (fewer than four points, all in

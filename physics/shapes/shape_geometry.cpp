@@ -19,7 +19,8 @@ namespace {
 
 // Whether the body spins at a constant rate, and nothing but gravity ever acts on it in flight.
 bool flies_simply(const BodyParams& params) {
-  return params.joints == 0 && !is_pushed(params) && is_isotropic(params.inertia_local_kg_m2);
+  return params.joints == 0 && !params.kinematic && !is_pushed(params) &&
+         is_isotropic(params.inertia_local_kg_m2);
 }
 
 // libfcl is compiled for baseline x86-64. Flags that change Eigen's alignment change these sizes
@@ -61,15 +62,17 @@ std::shared_ptr<fcl::CollisionGeometryd> make_fcl(const CompiledShape& shape) {
       break;
     case ShapeKind::kMesh:
     case ShapeKind::kHalfSpace:
+    case ShapeKind::kCompound:
       return nullptr;
   }
   out->computeLocalAABB();
   return out;
 }
 
-ShapeGeometry make_geometry(const Shape& shape, Narrowphase routine) {
+ShapeGeometry make_geometry(const Shape& shape, std::span<const Shape> shapes,
+                            Narrowphase routine) {
   ShapeGeometry out;
-  out.shape = compile(shape);
+  out.shape = compile(shape, shapes);
   if (routine == Narrowphase::kFcl) out.whole = make_fcl(out.shape);
   const double r = out.shape.radius_m;
   if (out.shape.kind == ShapeKind::kSphere || out.shape.kind == ShapeKind::kCapsule)
@@ -103,7 +106,7 @@ std::shared_ptr<const GeometryImpl> build(const SceneDescription& scene) {
   std::stable_sort(impl->joint_ends.begin(), impl->joint_ends.end(),
                    [](const JointEnd& x, const JointEnd& y) { return x.body < y.body; });
   for (const Shape& shape : scene.shapes)
-    impl->shapes.push_back(make_geometry(shape, scene.narrowphase));
+    impl->shapes.push_back(make_geometry(shape, scene.shapes, scene.narrowphase));
   for (const StaticBody& body : scene.statics) {
     impl->statics.push_back(place(body, impl->shapes[body.shape]));
     if (impl->statics.back().is_half_space)

@@ -18,6 +18,7 @@ double best_share_of_start(std::span<const SolverBody> free, const ContactProble
   double square = 0.0, product = 0.0;
   for (std::size_t i = 0; i < free.size(); ++i) {
     const SolverBody& body = problem.bodies[i];
+    if (body.inverse_mass == 0.0) continue;
     const Mat3 inertia = inverse_of_symmetric(body.inverse_inertia);
     const Vec3 linear = body.linear - free[i].linear, angular = body.angular - free[i].angular;
     const Vec3 momentum = linear * (1.0 / body.inverse_mass), spin(inertia * angular);
@@ -25,6 +26,7 @@ double best_share_of_start(std::span<const SolverBody> free, const ContactProble
     product += momentum.dot(free[i].linear) + spin.dot(free[i].angular);
   }
   for (const NormalRow& row : problem.normals) product -= row.impulse_newton_s * row.target_m_s;
+  product -= kinematic_work_joule(free, problem);
   for (const FrictionRow& row : problem.frictions) {
     if (row.b == problem.normals[row.normal_row].b) continue;
     const Vec3& surface = problem.bodies[row.b].linear;
@@ -47,8 +49,11 @@ void drop_bad_start(double mass_ratio, std::span<const SolverBody> free, Contact
 }
 
 // What bounces wants its rebounds exactly, one body or two are solved exactly by sweeps, and every
-// substep starts from the impulses of the one before.
-bool wants_substeps(std::size_t bodies, double mass_ratio, const ContactProblem& problem) {
+// substep starts from the impulses of the one before. Where rounding is asked for, rolling friction
+// gets it by sweeps alone.
+bool wants_substeps(bool accurate, std::size_t bodies, double mass_ratio,
+                    const ContactProblem& problem) {
+  if (accurate && !problem.rollings.empty()) return false;
   return bodies > 2 && problem.restitution_rows == 0 && mass_ratio <= kMuchLighter;
 }
 
@@ -63,7 +68,10 @@ int sweep_velocities_until_close(int most, double dt_s, ContactProblem& problem)
   if (problem.normals.size() > kFewRows) return sweeps;
   double size_m = problem.contacts.empty() ? 0.0 : problem.contacts[0].size_m;
   for (const RowContact& contact : problem.contacts) size_m = std::min(size_m, contact.size_m);
-  const bool lone = problem.bodies.size() == 2;
+  const bool lone = problem.moving_surfaces.empty() &&
+                    std::ranges::count_if(problem.bodies, [](const SolverBody& body) {
+                      return body.inverse_mass > 0.0;
+                    }) == 1;
   double before_m = 1e300;
   for (int round = 1; round < kMostRounds && sweeps == round * most; ++round) {
     const double left_m = residual_m_s(problem) * dt_s;
@@ -118,7 +126,7 @@ ContactSolution solve_with_surfaces(const SceneDescription& scene, double dt_s, 
     if (!solution.direct && accurate && ratio > kMuchLighter)
       solution.direct = solve_by_newton(false, free, *plan, problem, solution);
   }
-  if (!solution.direct && wants_substeps(ids.size(), ratio, problem)) {
+  if (!solution.direct && wants_substeps(accurate, ids.size(), ratio, problem)) {
     solution.iterations +=
         solve_in_substeps(scene, dt_s, ids, before, free, problem, solution.push);
     return solution;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/constraints/rolling_rows.hpp"
 #include "physics/constraints/ways.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/math/solver_body.hpp"
@@ -70,18 +71,11 @@ double largest_impulse(const ContactProblem& p) {
 
 Tangential friction_impulse(const FrictionRow& row, double limit, const Tangential& old,
                             const Tangential& velocity_m_s) {
-  Tangential impulse = stopping_impulse(row, old, velocity_m_s);
-  if (!(impulse[0] * impulse[0] + impulse[1] * impulse[1] > limit * limit)) return impulse;
-  impulse = {old[0] - row.slide_mass_kg * velocity_m_s[0],
-             old[1] - row.slide_mass_kg * velocity_m_s[1]};
-  const double length = std::sqrt(impulse[0] * impulse[0] + impulse[1] * impulse[1]);
-  if (length > limit)
-    for (double& part : impulse) part *= limit / length;
-  return impulse;
+  return impulse_in_disc(row.inverse, row.slide_mass_kg, limit, old, velocity_m_s);
 }
 
 double sweep_frictions(ContactProblem& p) {
-  double change = 0.0;
+  double change = p.rollings.empty() ? 0.0 : sweep_rolling(p);
   for (FrictionRow& row : p.frictions) {
     const double normal = p.normals[row.normal_row].impulse_newton_s;
     change = std::max(change, sweep_row(row, normal, p.bodies[row.a], p.bodies[row.b]));
@@ -100,7 +94,9 @@ namespace {
 // statics in all of its points at once: more than one take many.
 int worth_loading_after(const ContactProblem& problem) {
   const std::size_t points = problem.normals.size();
-  const bool lone = problem.bodies.size() == 2 + problem.moving_surfaces.size();
+  const bool lone = std::ranges::count_if(problem.bodies, [](const SolverBody& body) {
+                      return body.inverse_mass > 0.0;
+                    }) == 1;
   if (lone && points > 1) return points == 2 ? 1 : 3;
   return points <= 2 ? 2 : 12;
 }
@@ -109,7 +105,7 @@ int worth_loading_after(const ContactProblem& problem) {
 
 int solve_velocities(int iterations, ContactProblem& problem) {
   const int worth_loading = worth_loading_after(problem);
-  const bool few = problem.normals.size() <= kFewPoints;
+  const bool few = are_few(problem);
   for (int i = 0; i < iterations; ++i) {
     if (few && i == worth_loading) return sweep_few_contacts(i, iterations, kNegligible, problem);
     const double change = sweep_velocities(i % 2 == 0, problem);
@@ -204,8 +200,11 @@ double residual_m_s(const ContactProblem& problem) {
     const double length = std::sqrt(row.impulse_newton_s[0] * row.impulse_newton_s[0] +
                                     row.impulse_newton_s[1] * row.impulse_newton_s[1]);
     const double limit = row.friction * problem.normals[row.normal_row].impulse_newton_s;
-    residual = std::max(residual, (length - limit) * problem.bodies[row.a].inverse_mass);
+    const double of_a = problem.bodies[row.a].inverse_mass;
+    residual = std::max(
+        residual, (length - limit) * (of_a > 0.0 ? of_a : problem.bodies[row.b].inverse_mass));
   }
+  if (!problem.rollings.empty()) residual = std::max(residual, rolling_residual_m_s(problem));
   return residual;
 }
 

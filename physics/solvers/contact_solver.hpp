@@ -20,8 +20,8 @@ int solve_velocities(int iterations, ContactProblem& problem);
 // Gives the rows that bounce their rebound as target. Returns whether there are any.
 bool aim_rebounds(ContactProblem& problem);
 
-// One sweep: frictions, then normals in the order of rows or backwards. Returns the largest change
-// of an impulse.
+// One sweep: frictions (rolling ones first), then normals in the order of rows or backwards.
+// Returns the largest change of an impulse.
 double sweep_velocities(bool forward, ContactProblem& problem);
 double sweep_frictions(ContactProblem& problem);
 

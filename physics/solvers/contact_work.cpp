@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/constraints/rolling_rows.hpp"
 #include "physics/solvers/convex_contacts.hpp"
 #include "physics/solvers/island_motion.hpp"
 
@@ -31,6 +32,8 @@ Work power(std::span<const SolverBody> bodies, const ContactProblem& problem) {
         b.linear + b.angular.cross(row.arm_b) - a.linear - a.angular.cross(row.arm_a);
     for (int t = 0; t < 2; ++t) work.add(row.impulse_newton_s[t] * velocity.dot(row.tangent[t]));
   }
+  for (const RollingRow& row : problem.rollings)
+    work.add(torque_impulse(row).dot(body(row.b).angular - body(row.a).angular));
   return work;
 }
 
@@ -102,6 +105,10 @@ void add_driven(std::span<const SolverBody> start, const ContactProblem& problem
   };
   for (std::size_t i = 0; i < start.size(); ++i) {
     const SolverBody &from = start[i], &to = problem.bodies[i];
+    if (from.inverse_mass == 0.0) {  // a surface, too
+      driven.surface_m_s = std::max(driven.surface_m_s, from.linear.norm());
+      continue;
+    }
     const double mass = 1.0 / from.inverse_mass;
     const Mat3 inertia = inverse_of_symmetric(from.inverse_inertia);
     driven.mass_kg += mass;
@@ -121,6 +128,7 @@ void add_fields(double dt_s, const Selection<BodyState>& before, std::span<const
                 const Flights& held, const Flights& flights, const ContactProblem& problem,
                 StepWork& work) {
   for (std::size_t i = 0; i < free.size(); ++i) {
+    if (free[i].inverse_mass == 0.0) continue;
     const double mass = 1.0 / free[i].inverse_mass;
     const Vec3& start = before[i].linear_velocity_m_s;
     const Vec3 forced = free[i].linear - start;
@@ -172,6 +180,8 @@ void take_share(double share, std::span<const SolverBody> from_bodies, const Sol
       double& impulse = problem.frictions[i].impulse_newton_s[t];
       impulse = mixed(from ? from->friction_newton_s[i][t] : 0.0, impulse);
     }
+  if (!problem.rollings.empty())
+    mix_rolling(share, from ? std::span(from->rollings) : std::span<const RollingRow>(), problem);
 }
 
 double share_without_gain(double at0, double at_half, double at1) {
@@ -205,6 +215,7 @@ SolvedContacts solved_contacts(const ContactProblem& problem) {
     solved.normal_newton_s.push_back(row.impulse_newton_s);
   for (const FrictionRow& row : problem.frictions)
     solved.friction_newton_s.push_back({row.impulse_newton_s[0], row.impulse_newton_s[1], 0.0});
+  solved.rollings = problem.rollings;
   return solved;
 }
 
@@ -244,6 +255,23 @@ bool aim_to_close(double dt_s, ContactProblem& problem) {
     problem.contacts[i].bounces = false;
   }
   return true;
+}
+
+double kinematic_work_joule(std::span<const SolverBody> free, const ContactProblem& problem) {
+  double work = 0.0;
+  const auto velocity = [&](std::uint32_t body, const Vec3& arm) {
+    if (body >= free.size() || free[body].inverse_mass > 0.0) return Vec3(Vec3::Zero());
+    return Vec3(free[body].linear + free[body].angular.cross(arm));
+  };
+  for (const NormalRow& row : problem.normals) {
+    const Vec3 arm_a = row.normal.cross(row.arm_a), arm_b = row.normal.cross(row.arm_b);
+    work += row.impulse_newton_s * row.normal.dot(velocity(row.a, arm_a) - velocity(row.b, arm_b));
+  }
+  for (const FrictionRow& row : problem.frictions)
+    for (int t = 0; t < 2; ++t)
+      work += row.impulse_newton_s[t] *
+              row.tangent[t].dot(velocity(row.a, row.arm_a) - velocity(row.b, row.arm_b));
+  return work;
 }
 
 }  // namespace soda::physics

@@ -92,6 +92,7 @@ struct SolvedContacts {
   std::vector<SolverBody> bodies;
   std::vector<double> normal_newton_s;
   std::vector<Vec3> friction_newton_s;  // x, y: the two tangents
+  std::vector<RollingRow> rollings;
 };
 SolvedContacts solved_contacts(const ContactProblem& problem);
 
@@ -112,5 +113,8 @@ void limit_rebounds(double dt_s, const Selection<BodyState>& before,
 // one that is held after all is so fast that it would get through: gives all contacts the target to
 // close, none bounces any more, and returns true. Then they are to be solved again.
 bool aim_to_close(double dt_s, ContactProblem& problem);
+
+// What kinematic bodies, at their velocities in `free`, give the others by the problem's impulses.
+double kinematic_work_joule(std::span<const SolverBody> free, const ContactProblem& problem);
 
 }  // namespace soda::physics

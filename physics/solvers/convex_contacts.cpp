@@ -132,6 +132,8 @@ void gradient(const ConvexContacts& problem, std::span<const Twist> twists,
     out[row.b].linear -= row.linear * impulse;
     out[row.b].angular -= row.turn_b * impulse;
   }
+  for (std::size_t i = 0; i < twists.size(); ++i)
+    if (problem.bodies[i].is_kinematic) out[i] = {};
 }
 
 namespace {
@@ -166,9 +168,11 @@ void assemble(const ConvexContacts& problem, const Elimination& plan, const Resp
     if (responses.points[i].mode == ContactMode::kOpen) continue;
     const ConvexPoint& p = problem.points[i];
     const PointBlocks blocks(p, responses.points[i], stiffness_kg);
-    blocks.add(p.arm_a, p.arm_a, 1.0, out[plan.block_of(p.a, p.a)]);
-    if (p.b >= count) continue;
+    const bool moves_a = !problem.bodies[p.a].is_kinematic;
+    if (moves_a) blocks.add(p.arm_a, p.arm_a, 1.0, out[plan.block_of(p.a, p.a)]);
+    if (p.b >= count || problem.bodies[p.b].is_kinematic) continue;
     blocks.add(p.arm_b, p.arm_b, 1.0, out[plan.block_of(p.b, p.b)]);
+    if (!moves_a) continue;
     if (p.a != a || p.b != b) joint = plan.block_of(a = p.a, b = p.b);
     // The row is the body that is eliminated later.
     const bool row_is_b = plan.place_of[p.b] > plan.place_of[p.a];

@@ -42,6 +42,7 @@ struct PointResponse {
 struct ConvexBody {
   double mass_kg = 0.0;
   Mat3 inertia_kg_m2 = Mat3::Zero();
+  bool is_kinematic = false;  // keeps its free velocity; mass and inertia are any > 0
 };
 
 // One row of a joint: its velocity is linear . (v_b - v_a) + turn_b . w_b - turn_a . w_a.

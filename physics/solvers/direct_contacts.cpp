@@ -4,8 +4,10 @@
 #include <array>
 #include <cmath>
 
+#include "physics/constraints/rolling_rows.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/model/body_places.hpp"
+#include "physics/model/kinematic.hpp"
 #include "physics/solvers/contact_solver.hpp"
 
 namespace soda::physics {
@@ -31,6 +33,10 @@ void set_bodies(std::span<const SolverBody> bodies, bool is_costly, ConvexContac
   double mass = 0.0;
   out.bodies.reserve(bodies.size());
   for (const SolverBody& body : bodies) {
+    if (body.inverse_mass == 0.0) {
+      out.bodies.push_back({1.0, Mat3::Identity(), true});
+      continue;
+    }
     out.bodies.push_back({1.0 / body.inverse_mass, inverse_of_symmetric(body.inverse_inertia)});
     mass += out.bodies.back().mass_kg;
   }
@@ -125,11 +131,13 @@ int most_factorisations(std::span<const SolverBody> bodies, const Elimination& p
   constexpr int kLeast = 20, kOfUneven = 40;
   constexpr double kMost = 200.0;
   if (jointed) return kLeast;
-  const auto [heaviest, lightest] = std::minmax_element(
-      bodies.begin(), bodies.end(),
-      [](const SolverBody& x, const SolverBody& y) { return x.inverse_mass < y.inverse_mass; });
-  if (lightest->inverse_mass > kMuchHeavier * heaviest->inverse_mass)
-    return plan.multiplications <= kSmall ? kOfUneven : kLeast;
+  double least = 1e300, most = 0.0;  // of what is moved
+  for (const SolverBody& body : bodies) {
+    if (body.inverse_mass == 0.0) continue;
+    least = std::min(least, body.inverse_mass);
+    most = std::max(most, body.inverse_mass);
+  }
+  if (most > kMuchHeavier * least) return plan.multiplications <= kSmall ? kOfUneven : kLeast;
   return static_cast<int>(
       std::clamp(kMultiplications / plan.multiplications, double{kLeast}, kMost));
 }
@@ -161,8 +169,9 @@ bool is_easy(bool accurate, std::size_t bodies, double ratio) {
 }  // namespace
 
 double mass_ratio(const SceneDescription& scene, std::span<const BodyId> ids) {
-  double lightest = scene.bodies[index_of(ids[0])].mass_kg, heaviest = lightest;
+  double lightest = 1e300, heaviest = 0.0;
   for (const BodyId id : ids) {
+    if (is_kinematic(scene, id)) continue;
     const double mass = scene.bodies[index_of(id)].mass_kg;
     lightest = std::min(lightest, mass);
     heaviest = std::max(heaviest, mass);
@@ -175,9 +184,13 @@ std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, doub
                                              std::span<const ContactManifold> manifolds,
                                              std::span<const BodyState> states) {
   if (!scene.solver.direct || ids.size() > kMostDirectBodies) return std::nullopt;
+  // Its points have no torques of their own.
+  if (has_rolling(scene, manifolds)) return std::nullopt;
   const double ratio = mass_ratio(scene, ids);
   const bool jointed = !scene.joints.empty() && std::ranges::any_of(manifolds, is_joint);
-  if (!jointed && is_easy(accurate, ids.size(), ratio)) return std::nullopt;
+  const auto moved = static_cast<std::size_t>(
+      std::ranges::count_if(ids, [&](BodyId id) { return falls(scene, id); }));
+  if (!jointed && is_easy(accurate, moved, ratio)) return std::nullopt;
   const bool is_uneven = jointed || ratio > kMuchHeavier;
   const double calm_m_s = calm_speed_m_s(scene, dt_s);
   bool calm = true;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "physics/constraints/rolling_rows.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/math/solver_body.hpp"
 #include "physics/solvers/contact_solver.hpp"
@@ -11,7 +12,8 @@
 namespace soda::physics {
 namespace {
 
-constexpr std::size_t kMostLines = 3 * kFewPoints;
+// Normal and friction of each point, rolling friction of two manifolds.
+constexpr std::size_t kMostLines = kMostFewLines;
 
 // One direction at one point: the relative velocity along it, and the impulse.
 struct Line {
@@ -27,7 +29,8 @@ struct Line {
 };
 
 struct FewContacts {
-  std::size_t normals = 0, lines = 0;  // first the normals, then two for each friction
+  // First the normals, then two for each friction, then three for each rolling row.
+  std::size_t normals = 0, rollings = 0, lines = 0;  // `rollings`: where these begin
   std::array<Line, kMostLines> line;
   std::array<double, kMostLines> velocity;
   std::array<std::array<double, kMostLines>, kMostLines> response;  // [by][of], symmetric
@@ -58,6 +61,14 @@ Line line_of(const FrictionRow& row, int tangent, const std::vector<SolverBody>&
   return line;
 }
 
+Line line_of(const RollingRow& row, int axis, const std::vector<SolverBody>& bodies) {
+  Line line{row.a,          row.b, Vec3::Zero(), row.axis[axis],
+            row.axis[axis], {},    {},           row.impulse_newton_m_s[axis]};
+  line.turn_a = times(bodies[row.a].inverse_inertia, line.moment_a);
+  line.turn_b = times(bodies[row.b].inverse_inertia, line.moment_b);
+  return line;
+}
+
 void load(const ContactProblem& p, FewContacts& few) {
   for (const NormalRow& row : p.normals)
     few.line[few.lines++] = {row.a,     row.b,      row.normal, row.arm_a,
@@ -65,6 +76,9 @@ void load(const ContactProblem& p, FewContacts& few) {
   few.normals = few.lines;
   for (const FrictionRow& row : p.frictions)
     for (int t = 0; t < 2; ++t) few.line[few.lines++] = line_of(row, t, p.bodies);
+  few.rollings = few.lines;
+  for (const RollingRow& row : p.rollings)
+    for (int axis = 0; axis < 3; ++axis) few.line[few.lines++] = line_of(row, axis, p.bodies);
   for (std::size_t i = 0; i < few.lines; ++i) {
     few.velocity[i] = few.line[i].velocity(p.bodies);
     for (std::size_t j = 0; j <= i; ++j)
@@ -91,6 +105,32 @@ double sweep_friction(const FrictionRow& row, std::size_t i, FewContacts& few) {
     largest = std::max(largest, std::abs(now[t] - old[t]));
   }
   return largest;
+}
+
+double pressing(const RollingRow& row, const FewContacts& few) {
+  double sum = 0.0;
+  for (std::uint32_t i = 0; i < row.points; ++i) sum += few.line[row.first_normal + i].impulse;
+  return sum;
+}
+
+double sweep_rolling(const RollingRow& row, std::size_t i, FewContacts& few) {
+  const double pressed = pressing(row, few);
+  const Tangential old{few.line[i].impulse, few.line[i + 1].impulse};
+  const double old_spin = few.line[i + 2].impulse;
+  if (pressed == 0.0 && old == Tangential{} && old_spin == 0.0) return 0.0;
+  const Tangential now =
+      impulse_in_disc(row.inverse, row.slide_inertia_kg_m2, row.rolling_m * pressed, old,
+                      {few.velocity[i], few.velocity[i + 1]});
+  double largest = 0.0;
+  for (std::size_t t = 0; t < 2; ++t) {
+    if (now[t] != old[t]) few.add(i + t, now[t] - old[t]);
+    largest = std::max(largest, std::abs(now[t] - old[t]));
+  }
+  const double limit = row.torsional_m * pressed;
+  const double spin =
+      std::clamp(old_spin - row.spin_inertia_kg_m2 * few.velocity[i + 2], -limit, limit);
+  if (spin != old_spin) few.add(i + 2, spin - old_spin);
+  return std::max(largest, std::abs(spin - old_spin)) / row.gyration_m;
 }
 
 using Column = std::array<double, kMostLines>;
@@ -131,15 +171,23 @@ void solve(std::size_t size, Matrix& rows, Column& right) {
   right = found;
 }
 
-// What the changes of impulses have to meet for both lines of friction, as linear equations.
-void add_friction(const FrictionRow& friction, std::size_t i, const FewContacts& few, Matrix& rows,
-                  Column& right) {
-  const std::size_t n = friction.normal_row;
-  const double limit = friction.friction * few.line[n].impulse;
+// A disc of impulses along two lines: up to `coefficient` times the sum of some normal impulses.
+struct Disc {
+  double coefficient = 0.0;
+  std::size_t first_normal = 0, normals = 0;
+  Tangential stop{};  // what would stop it
+};
+
+// What the changes of impulses have to meet for both lines of a disc, as linear equations.
+void add_disc(const Disc& disc, std::size_t i, const FewContacts& few, Matrix& rows,
+              Column& right) {
+  double pressed = 0.0;
+  for (std::size_t n = 0; n < disc.normals; ++n) pressed += few.line[disc.first_normal + n].impulse;
+  const double limit = disc.coefficient * pressed;
   const Tangential p{few.line[i].impulse, few.line[i + 1].impulse};
   const Tangential v{few.velocity[i], few.velocity[i + 1]};
   const double speed = std::sqrt(v[0] * v[0] + v[1] * v[1]);
-  const Tangential stop = stopping_impulse(friction, p, v);
+  const Tangential& stop = disc.stop;
   const bool slides = stop[0] * stop[0] + stop[1] * stop[1] > limit * limit && speed > 0.0;
   for (std::size_t t = 0; t < 2; ++t) {
     Column& row = rows[i + t];
@@ -149,7 +197,7 @@ void add_friction(const FrictionRow& friction, std::size_t i, const FewContacts&
       row = few.response[i + t];
       right[i + t] = -v[t];
     } else {
-      // impulse + friction * (normal impulse) * v / |v| = 0
+      // impulse + coefficient * (normal impulses) * v / |v| = 0
       const double along[2] = {v[0] / speed, v[1] / speed};
       for (std::size_t j = 0; j < few.lines; ++j) {
         const double v0 = few.response[i][j], v1 = few.response[i + 1][j];
@@ -157,9 +205,43 @@ void add_friction(const FrictionRow& friction, std::size_t i, const FewContacts&
         row[j] = (limit / speed) * ((t == 0 ? v0 : v1) - along[t] * faster);
       }
       row[i + t] += 1.0;
-      row[n] += friction.friction * along[t];
+      for (std::size_t n = 0; n < disc.normals; ++n)
+        row[disc.first_normal + n] += disc.coefficient * along[t];
       right[i + t] = -p[t] - limit * along[t];
     }
+  }
+}
+
+void add_friction(const FrictionRow& friction, std::size_t i, const FewContacts& few, Matrix& rows,
+                  Column& right) {
+  const Tangential p{few.line[i].impulse, few.line[i + 1].impulse};
+  const Tangential v{few.velocity[i], few.velocity[i + 1]};
+  add_disc({friction.friction, friction.normal_row, 1, stopping_impulse(friction, p, v)}, i, few,
+           rows, right);
+}
+
+void add_rolling(const RollingRow& rolling, std::size_t i, const FewContacts& few, Matrix& rows,
+                 Column& right) {
+  const Tangential p{few.line[i].impulse, few.line[i + 1].impulse};
+  const Tangential v{few.velocity[i], few.velocity[i + 1]};
+  add_disc({rolling.rolling_m, rolling.first_normal, rolling.points,
+            stopping_impulse(rolling.inverse, p, v)},
+           i, few, rows, right);
+  // About the normal: an interval.
+  const std::size_t k = i + 2;
+  const double limit = rolling.torsional_m * pressing(rolling, few);
+  const double stop = few.line[k].impulse - rolling.spin_inertia_kg_m2 * few.velocity[k];
+  if (!(limit > 0.0)) {
+    rows[k][k] = 1.0;
+  } else if (std::abs(stop) <= limit) {
+    rows[k] = few.response[k];
+    right[k] = -few.velocity[k];
+  } else {
+    const double sign = stop > 0.0 ? 1.0 : -1.0;
+    rows[k][k] = 1.0;
+    for (std::uint32_t n = 0; n < rolling.points; ++n)
+      rows[k][rolling.first_normal + n] -= sign * rolling.torsional_m;
+    right[k] = sign * limit - few.line[k].impulse;
   }
 }
 
@@ -169,7 +251,7 @@ void leap(const ContactProblem& problem, FewContacts& few) {
   Matrix rows;
   Column right;
   for (std::size_t i = 0; i < few.lines; ++i) {
-    rows[i].fill(0.0);
+    std::fill_n(rows[i].begin(), few.lines, 0.0);
     right[i] = 0.0;
   }
   for (std::size_t i = 0; i < few.normals; ++i) {
@@ -182,6 +264,8 @@ void leap(const ContactProblem& problem, FewContacts& few) {
   }
   for (std::size_t k = 0; k < problem.frictions.size(); ++k)
     add_friction(problem.frictions[k], few.normals + 2 * k, few, rows, right);
+  for (std::size_t k = 0; k < problem.rollings.size(); ++k)
+    add_rolling(problem.rollings[k], few.rollings + 3 * k, few, rows, right);
   solve(few.lines, rows, right);
   for (std::size_t i = 0; i < few.lines; ++i)
     few.add(i, i < few.normals ? std::max(right[i], -few.line[i].impulse) : right[i]);
@@ -195,12 +279,16 @@ void apply(const Line& line, double change, std::vector<SolverBody>& bodies) {
   b.angular += line.turn_b * change;
 }
 
+double& impulse_of(std::size_t i, const FewContacts& few, ContactProblem& p) {
+  if (i < few.normals) return p.normals[i].impulse_newton_s;
+  if (i < few.rollings)
+    return p.frictions[(i - few.normals) / 2].impulse_newton_s[(i - few.normals) % 2];
+  return p.rollings[(i - few.rollings) / 3].impulse_newton_m_s[(i - few.rollings) % 3];
+}
+
 void store(const FewContacts& few, ContactProblem& p) {
   for (std::size_t i = 0; i < few.lines; ++i) {
-    double& impulse =
-        i < few.normals
-            ? p.normals[i].impulse_newton_s
-            : p.frictions[(i - few.normals) / 2].impulse_newton_s[(i - few.normals) % 2];
+    double& impulse = impulse_of(i, few, p);
     apply(few.line[i], few.line[i].impulse - impulse, p.bodies);
     impulse = few.line[i].impulse;
   }
@@ -209,6 +297,8 @@ void store(const FewContacts& few, ContactProblem& p) {
 // Returns the largest change of an impulse.
 double sweep(bool forward, const ContactProblem& problem, FewContacts& few) {
   double change = 0.0;
+  for (std::size_t k = 0; k < problem.rollings.size(); ++k)
+    change = std::max(change, sweep_rolling(problem.rollings[k], few.rollings + 3 * k, few));
   for (std::size_t k = 0; k < problem.frictions.size(); ++k)
     change = std::max(change, sweep_friction(problem.frictions[k], few.normals + 2 * k, few));
   for (std::size_t k = 0; k < few.normals; ++k) {

@@ -3,8 +3,10 @@
 
 #include <algorithm>
 
+#include "physics/constraints/rolling_rows.hpp"
 #include "physics/forces/forces.hpp"
 #include "physics/math/rigid_motion.hpp"
+#include "physics/model/kinematic.hpp"
 
 namespace soda::physics {
 
@@ -16,6 +18,7 @@ void load_bodies(const SceneDescription& scene, double dt_s, std::span<const Bod
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const BodyParams& params = scene.bodies[index_of(ids[i])];
     bodies[i] = solver_body(params, states[i]);
+    if (params.kinematic) continue;
     apply_external(scene, dt_s, 0.5 * dt_s, ids[i], states[i], bodies[i]);
     counters.driven_bodies += params.drive != kNoDrive;
     counters.forced_bodies += params.forces != kNone;
@@ -44,12 +47,13 @@ ContactImpulse stored_impulse(const Selection<ContactManifold>& manifolds,
 
 Flights find_flights(const ContactProblem& problem) {
   constexpr std::uint32_t kNowhere = ~std::uint32_t{0};
-  const std::size_t fixed = problem.bodies.size() - 1;
+  // What nothing moves flies on, whatever it carries.
+  const auto moves = [&](std::size_t body) { return problem.bodies[body].inverse_mass > 0.0; };
   Flights flights(problem.bodies.size());
   ShortList<std::uint32_t, 4> struck_in;  // a manifold
   if (problem.restitution_rows > 0) struck_in.assign(problem.bodies.size(), kNowhere);
   const auto strike = [&](std::size_t body, std::uint32_t manifold) {
-    if (body == fixed) return;
+    if (!moves(body)) return;
     if (struck_in[body] == kNowhere) struck_in[body] = manifold;
     if (struck_in[body] != manifold) flights[body].supported = true;
   };
@@ -59,8 +63,8 @@ Flights find_flights(const ContactProblem& problem) {
     const RowContact& contact = problem.contacts[i];
     if (impulse_on_b(problem, i) == Vec3::Zero()) continue;
     if (!contact.bounces) {
-      flights[row.a].supported = true;
-      if (row.b != fixed) flights[row.b].supported = true;
+      if (moves(row.a)) flights[row.a].supported = true;
+      if (moves(row.b)) flights[row.b].supported = true;
     } else {
       // Between two, it was struck again and again: the sums of the impulses have no time each.
       strike(row.a, contact.manifold);
@@ -120,7 +124,8 @@ double push_out_work_joule(const SceneDescription& scene, double dt_s, std::span
   double work = 0.0;
   if (push.empty()) return work;
   for (std::size_t i = 0; i < ids.size(); ++i)
-    work -= scene.bodies[index_of(ids[i])].mass_kg * scene.gravity_m_s2.dot(push[i].linear);
+    if (falls(scene, ids[i]))
+      work -= scene.bodies[index_of(ids[i])].mass_kg * scene.gravity_m_s2.dot(push[i].linear);
   return work * dt_s;
 }
 
@@ -131,15 +136,19 @@ void report_contacts(const Selection<BodyState>& states, const ContactProblem& p
     const RowContact& contact = problem.contacts[i];
     report.max_penetration_m = std::max(report.max_penetration_m, -contact.separation_m);
     const NormalRow& row = problem.normals[i];
-    if (row.b != statics) continue;
+    // Kinematic bodies take and give as statics do.
+    const bool from_a = problem.bodies[row.a].inverse_mass == 0.0;
+    if (row.b != statics && !from_a && problem.bodies[row.b].inverse_mass > 0.0) continue;
     // Friction counts even where the normal impulse ended at zero: after the last sweep it may not
     // have been taken back to its disc yet (a constraint residual, but an impulse all the same).
-    const Vec3 impulse = -impulse_on_b(problem, i);
+    const Vec3 on_b = impulse_on_b(problem, i), impulse = from_a ? on_b : Vec3(-on_b);
     if (impulse == Vec3::Zero()) continue;
     report.static_impulse_newton_s += impulse;
     report.static_angular_impulse_newton_m_s +=
         (states[row.a].position_m + contact.arm_a).cross(impulse);
   }
+  for (const RollingRow& row : problem.rollings)
+    if (row.b == statics) report.static_angular_impulse_newton_m_s -= torque_impulse(row);
 }
 
 }  // namespace soda::physics

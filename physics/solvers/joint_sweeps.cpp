@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/constraints/rolling_rows.hpp"
 #include "physics/math/solver_body.hpp"
 #include "physics/solvers/convex_contacts.hpp"
 
@@ -28,6 +29,10 @@ Direction normal_of(const NormalRow& row) {
 Direction tangent_of(const FrictionRow& row, int t) {
   const Vec3& tangent = row.tangent[t];
   return {row.a, row.b, tangent, row.arm_a.cross(tangent), row.arm_b.cross(tangent)};
+}
+
+Direction turn_of(const RollingRow& row, int axis) {
+  return {row.a, row.b, Vec3::Zero(), row.axis[axis], row.axis[axis]};
 }
 
 template <class Body>
@@ -154,8 +159,36 @@ double sweep_friction(const JointedDirection* tangents, double step_kg, double l
   return std::max(std::abs(change[0]), std::abs(change[1]));
 }
 
+// The same in the contact plane, and within its bound about the normal.
+double sweep_rolling(const JointedDirection* turns, double step_kg_m2, double pressed,
+                     RollingRow& row, std::span<SolverBody> bodies) {
+  const Vec3 old = row.impulse_newton_m_s;
+  const auto velocity = [&](int t) {
+    return turns[t].moves.empty() ? 0.0 : along(turn_of(row, t), bodies[row.a], bodies[row.b]);
+  };
+  Vec3 wanted(old[0] - step_kg_m2 * velocity(0), old[1] - step_kg_m2 * velocity(1), old[2]);
+  const double length = std::sqrt(wanted[0] * wanted[0] + wanted[1] * wanted[1]);
+  const double limit = row.rolling_m * pressed;
+  for (int t = 0; t < 2; ++t) {
+    if (length > limit) wanted[t] *= limit / length;
+    push(turns[t], wanted[t] - old[t], bodies);
+  }
+  if (!turns[2].moves.empty()) {
+    const double most = row.torsional_m * pressed;
+    wanted[2] = std::clamp(old[2] - velocity(2) / turns[2].inverse_mass, -most, most);
+    push(turns[2], wanted[2] - old[2], bodies);
+  }
+  row.impulse_newton_m_s = wanted;
+  return (wanted - old).cwiseAbs().maxCoeff() / row.gyration_m;
+}
+
 double sweep(bool forward, const JointedContacts& contacts, ContactProblem& problem) {
   double change = 0.0;
+  for (std::size_t r = 0; r < problem.rollings.size(); ++r) {
+    RollingRow& row = problem.rollings[r];
+    change = std::max(change, sweep_rolling(&contacts.turns[3 * r], contacts.slide_inertia_kg_m2[r],
+                                            pressing(row, problem), row, problem.bodies));
+  }
   for (std::size_t f = 0; f < problem.frictions.size(); ++f) {
     FrictionRow& row = problem.frictions[f];
     const double limit = row.friction * problem.normals[row.normal_row].impulse_newton_s;
@@ -171,12 +204,33 @@ double sweep(bool forward, const JointedContacts& contacts, ContactProblem& prob
   return change;
 }
 
+// 1 / the larger eigenvalue of the response of two directions; `across`: of one to the other.
+double slide_mass(const double (&inverse)[2], double across) {
+  const double half = 0.5 * (inverse[0] - inverse[1]);
+  const double most = 0.5 * (inverse[0] + inverse[1]) + std::sqrt(half * half + across * across);
+  return most > 0.0 ? 1.0 / most : 0.0;
+}
+
+void add_rolling(const RollingRow& row, Response& response, JointedContacts& contacts) {
+  double inverse[2] = {0.0, 0.0}, across = 0.0;
+  for (int t = 0; t < 3; ++t) {
+    contacts.turns.push_back(response.to(turn_of(row, t)));
+    JointedDirection& turn = contacts.turns.back();
+    if (!turn.is_clear) turn.moves.clear();
+    if (turn.moves.empty() || t == 2) continue;
+    inverse[t] = turn.inverse_mass;
+    if (t == 0) across = along(turn_of(row, 1), turn.moves[row.a], turn.moves[row.b]);
+  }
+  contacts.slide_inertia_kg_m2.push_back(slide_mass(inverse, across));
+}
+
 }  // namespace
 
 std::optional<JointedContacts> jointed_contacts(const JointSystem& joints,
                                                 const ContactProblem& problem) {
   constexpr std::size_t kMost = 20000;
-  const std::size_t directions = problem.normals.size() + 2 * problem.frictions.size();
+  const std::size_t directions =
+      problem.normals.size() + 2 * problem.frictions.size() + 3 * problem.rollings.size();
   if (directions * problem.bodies.size() > kMost) return std::nullopt;
   JointedContacts contacts;
   Response response(joints, problem.bodies);
@@ -196,10 +250,9 @@ std::optional<JointedContacts> jointed_contacts(const JointSystem& joints,
       const std::vector<JointMove>& moves = contacts.tangents.back().moves;
       if (t == 0) across = along(tangent_of(row, 1), moves[row.a], moves[row.b]);
     }
-    const double half = 0.5 * (inverse[0] - inverse[1]);
-    const double most = 0.5 * (inverse[0] + inverse[1]) + std::sqrt(half * half + across * across);
-    contacts.slide_mass_kg.push_back(most > 0.0 ? 1.0 / most : 0.0);
+    contacts.slide_mass_kg.push_back(slide_mass(inverse, across));
   }
+  for (const RollingRow& row : problem.rollings) add_rolling(row, response, contacts);
   return contacts;
 }
 

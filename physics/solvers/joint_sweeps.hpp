@@ -25,6 +25,9 @@ struct JointedContacts {
   std::vector<JointedDirection> normals;
   std::vector<JointedDirection> tangents;  // two for each friction row
   std::vector<double> slide_mass_kg;       // of each friction row: of its lightest direction
+  // Three for each rolling row; without moves where joints let nothing turn.
+  std::vector<JointedDirection> turns;
+  std::vector<double> slide_inertia_kg_m2;  // as slide_mass_kg
 };
 
 // `joints` are factored. None if that costs too much, or a contact can hardly move: where joints

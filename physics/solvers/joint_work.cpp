@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "physics/math/rigid_motion.hpp"
+#include "physics/solvers/contact_work.hpp"
 #include "physics/solvers/convex_contacts.hpp"
 #include "physics/solvers/island_motion.hpp"
 #include "physics/solvers/joints_alone.hpp"
@@ -112,6 +113,7 @@ Sum gain_of(double dt_s, std::span<const BodyState> before, std::span<const Solv
   const Flights flights = find_flights(problem);
   for (std::size_t i = 0; i < free.size(); ++i) {
     const SolverBody& body = problem.bodies[i];
+    if (body.inverse_mass == 0.0) continue;  // kinematic
     const double mass = 1.0 / body.inverse_mass;
     const Vec3 &v0 = before[i].linear_velocity_m_s, &w0 = before[i].angular_velocity_rad_s;
     const Vec3 forced = free[i].linear - v0;
@@ -126,6 +128,7 @@ Sum gain_of(double dt_s, std::span<const BodyState> before, std::span<const Solv
   for (const JointRow& row : joints.rows)
     if (row.kind == JointRowKind::kMotor || row.kind == JointRowKind::kSpring)
       gain.add(-row_work(row, problem.bodies));
+  gain.add(-kinematic_work_joule(free, problem));
   return gain;
 }
 
@@ -143,9 +146,12 @@ double last_share(double at0, double at_half, double at1) {
 
 bool is_afloat(std::size_t body_count, const JointSystem& joints, const ContactProblem* problem) {
   const auto fixed = [body_count](const auto& row) { return row.b >= body_count; };
-  return std::none_of(joints.rows.begin(), joints.rows.end(), fixed) &&
-         (problem == nullptr ||
-          std::none_of(problem->normals.begin(), problem->normals.end(), fixed));
+  const auto held = [problem, fixed](const NormalRow& row) {
+    return fixed(row) || problem->bodies[row.a].inverse_mass == 0.0 ||
+           problem->bodies[row.b].inverse_mass == 0.0;
+  };
+  return std::ranges::none_of(joints.rows, fixed) &&
+         (problem == nullptr || std::ranges::none_of(problem->normals, held));
 }
 
 EnergyExcess energy_excess(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
@@ -187,6 +193,7 @@ double take_excess(const SceneDescription& scene, std::span<const BodyId> ids,
   const double share = factor(excess.moving_joule);
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const BodyParams& params = scene.bodies[index_of(ids[i])];
+    if (params.kinematic) continue;
     const Vec3 given = states[i].linear_velocity_m_s * ((share - 1.0) * params.mass_kg);
     const Vec3 twist =
         inertia_of(params, states[i]) * states[i].angular_velocity_rad_s * (share - 1.0);
@@ -244,6 +251,7 @@ double external_work_joule(const SceneDescription& scene, double dt_s,
   double sum = 0.0;
   for (std::size_t i = 0; i < free.size(); ++i) {
     const SolverBody& body = problem.bodies[i];
+    if (body.inverse_mass == 0.0) continue;
     const Vec3 push = free[i].linear - before[i].linear_velocity_m_s - scene.gravity_m_s2 * dt_s;
     const Vec3 turn = free[i].angular - before[i].angular_velocity_rad_s;
     sum += push.dot(body.linear) / body.inverse_mass;

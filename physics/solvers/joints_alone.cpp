@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "physics/constraints/joint_bounds.hpp"
+#include "physics/constraints/rolling_rows.hpp"
 #include "physics/math/rigid_motion.hpp"
 
 namespace soda::physics {
@@ -12,7 +13,10 @@ namespace {
 
 double mixed(double share, double from, double to) { return from + (to - from) * share; }
 
+// A kinematic body's size is not known here: where it turns, it may throw as fast as it likes.
 double gyration_m(const SolverBody& body) {
+  constexpr double kAny = 1e6;
+  if (body.inverse_mass == 0.0) return kAny;
   return std::sqrt(body.inverse_mass / body.inverse_inertia.norm());
 }
 
@@ -96,6 +100,38 @@ void solve_joints_alone(std::span<const SolverBody> free, JointSystem& joints,
   std::copy(free.begin(), free.end(), problem.bodies.begin());
 }
 
+void take_contact_impulses(const ContactProblem& from, ContactProblem& problem) {
+  const auto push = [&problem](std::uint32_t a, std::uint32_t b, const Vec3& impulse,
+                               const Vec3& turn_a, const Vec3& turn_b) {
+    SolverBody &x = problem.bodies[a], &y = problem.bodies[b];
+    x.linear -= impulse * x.inverse_mass;
+    x.angular -= x.inverse_inertia * turn_a;
+    y.linear += impulse * y.inverse_mass;
+    y.angular += y.inverse_inertia * turn_b;
+  };
+  for (std::size_t i = 0; i < problem.normals.size(); ++i) {
+    NormalRow& row = problem.normals[i];
+    const double change = from.normals[i].impulse_newton_s - row.impulse_newton_s;
+    push(row.a, row.b, row.normal * change, row.arm_a * change, row.arm_b * change);
+    row.impulse_newton_s = from.normals[i].impulse_newton_s;
+  }
+  for (std::size_t i = 0; i < problem.frictions.size(); ++i) {
+    FrictionRow& row = problem.frictions[i];
+    Vec3 change = Vec3::Zero();
+    for (int t = 0; t < 2; ++t) {
+      change += row.tangent[t] * (from.frictions[i].impulse_newton_s[t] - row.impulse_newton_s[t]);
+      row.impulse_newton_s[t] = from.frictions[i].impulse_newton_s[t];
+    }
+    push(row.a, row.b, change, row.arm_a.cross(change), row.arm_b.cross(change));
+  }
+  for (std::size_t i = 0; i < problem.rollings.size(); ++i) {
+    RollingRow& row = problem.rollings[i];
+    const Vec3& impulse = from.rollings[i].impulse_newton_m_s;
+    turn(row, impulse - row.impulse_newton_m_s, problem);
+    row.impulse_newton_m_s = impulse;
+  }
+}
+
 void mix(double share, const JointSystem& from_joints, const ContactProblem& from,
          JointSystem& joints, ContactProblem& problem) {
   for (std::size_t i = 0; i < problem.bodies.size(); ++i) {
@@ -113,6 +149,7 @@ void mix(double share, const JointSystem& from_joints, const ContactProblem& fro
       double& impulse = problem.frictions[i].impulse_newton_s[t];
       impulse = mixed(share, from.frictions[i].impulse_newton_s[t], impulse);
     }
+  if (!problem.rollings.empty()) mix_rolling(share, from.rollings, problem);
   for (std::size_t i = 0; i < joints.rows.size(); ++i) {
     double& impulse = joints.rows[i].impulse_newton_s;
     impulse = mixed(share, from_joints.rows[i].impulse_newton_s, impulse);

@@ -26,6 +26,9 @@ void solve_joints_alone(std::span<const SolverBody> free, JointSystem& joints,
 void mix(double share, const JointSystem& from_joints, const ContactProblem& from,
          JointSystem& joints, ContactProblem& problem);
 
+// Gives the bodies of `problem` the contact impulses of another solution.
+void take_contact_impulses(const ContactProblem& from, ContactProblem& problem);
+
 // Contacts of what is light and jammed between heavy bodies do not converge, and what is left of
 // large impulses throws it. Nothing gets faster by contacts than 30 times the fastest body of its
 // mass and more, or three times its own speed, at the radius of gyration: the island goes back

@@ -4,6 +4,7 @@
 #include <tuple>
 #include <utility>
 
+#include "physics/model/kinematic.hpp"
 #include "physics/solvers/direct_contacts.hpp"
 
 namespace soda::physics {
@@ -47,6 +48,7 @@ SolveChoice choose_solve(const SceneDescription& scene, double dt_s, bool accura
   choice.elimination = plan_direct_solve(scene, dt_s, accurate, ids, manifolds, states);
   if (choice.elimination || !is_giant(manifolds)) return choice;
   if (!scene.joints.empty() && std::ranges::any_of(manifolds, is_joint)) return choice;
+  if (any_kinematic(scene, ids)) return choice;
   IslandBlocks blocks = split_island(ids, manifolds);
   if (blocks.count() > 1) choice.blocks = std::move(blocks);
   return choice;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "physics/constraints/rolling_rows.hpp"
 #include "physics/constraints/ways.hpp"
 #include "physics/math/solver_body.hpp"
 #include "physics/solvers/contact_solver.hpp"
@@ -30,6 +31,8 @@ BlockSolver::BlockSolver(const GiantIsland& island, std::uint32_t first, std::ui
     Part& part = blocks_.back();
     build_rows(island_.scene, island_.dt_s, part.ids, part.manifolds, part.states, part.problem,
                built);
+    // Of borders, the solvers of both sides know the same velocities from the first sweep on.
+    start_rolling(island_.scene.solver.iterations, part.problem);
   }
   const auto borders = static_cast<std::uint32_t>(island_.blocks.borders.size());
   for (std::uint32_t i = first_border_; i < std::min(last_, borders); ++i) add_border(i, built);
@@ -106,7 +109,7 @@ void BlockSolver::sweep(std::uint32_t stage, Part& part, StageCounters& counters
   } else {
     relax(part.problem, part.substeps);
   }
-  counters.block_row_sweeps += part.problem.normals.size() + part.problem.frictions.size();
+  counters.block_row_sweeps += rows_of(part.problem);
 }
 
 void BlockSolver::solve_blocks(std::uint32_t stage, StageCounters& counters) {
@@ -192,7 +195,7 @@ std::uint32_t BlockSolver::rebound(StageCounters& counters) {
   if (!any) return 0;
   const auto sweep_rebounds = [&counters](bool forward, ContactProblem& problem) {
     sweep_velocities(forward, problem);
-    counters.block_row_sweeps += problem.normals.size() + problem.frictions.size();
+    counters.block_row_sweeps += rows_of(problem);
   };
   const std::uint32_t sweeps = stages(island_.scene);
   for (std::uint32_t i = 0; i < sweeps; ++i) {

@@ -71,6 +71,7 @@ void share_start_impulses(std::uint32_t count, ContactProblem& problem) {
   for (NormalRow& row : problem.normals) row.impulse_newton_s *= share;
   for (FrictionRow& row : problem.frictions)
     for (double& impulse : row.impulse_newton_s) impulse *= share;
+  for (RollingRow& row : problem.rollings) row.impulse_newton_m_s *= share;
 }
 
 void add_impulses(const ContactProblem& problem, Substeps& substeps) {
@@ -82,6 +83,8 @@ void add_impulses(const ContactProblem& problem, Substeps& substeps) {
     sum[1] += problem.frictions[friction].impulse_newton_s[0];
     sum[2] += problem.frictions[friction].impulse_newton_s[1];
   }
+  for (std::size_t i = 0; i < problem.rollings.size(); ++i)
+    substeps.sum_newton_m_s[i] += problem.rollings[i].impulse_newton_m_s;
 }
 
 }  // namespace
@@ -97,6 +100,7 @@ void begin_substeps(double dt_s, std::uint32_t count, const Selection<BodyState>
   substeps.ways.assign(problem.bodies.size(), {});
   substeps.at_start.resize(states.size());
   substeps.sum_newton_s.assign(3 * problem.normals.size(), 0.0);
+  substeps.sum_newton_m_s.assign(problem.rollings.size(), Vec3::Zero());
   for (std::size_t i = 0; i < states.size(); ++i) {
     SolverBody& body = problem.bodies[i];
     PushOut& start = substeps.at_start[i];
@@ -143,6 +147,8 @@ void end_substeps(ContactProblem& problem, const Substeps& substeps) {
     problem.frictions[friction].impulse_newton_s[0] = sum[1];
     problem.frictions[friction].impulse_newton_s[1] = sum[2];
   }
+  for (std::size_t i = 0; i < problem.rollings.size(); ++i)
+    problem.rollings[i].impulse_newton_m_s = substeps.sum_newton_m_s[i];
 }
 
 namespace {

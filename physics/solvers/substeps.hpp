@@ -32,6 +32,7 @@ struct Substeps {
   std::vector<Way> ways;             // parallel to the problem's bodies
   std::vector<PushOut> at_start;     // velocities at the substep's start, of those that move
   std::vector<double> sum_newton_s;  // of the substeps that ended: three numbers a row
+  std::vector<Vec3> sum_newton_m_s;  // the same of the rolling rows
 };
 
 // `problem` as build_rows leaves it: with all forces and start impulses of a step of `dt_s`, of

@@ -14,6 +14,8 @@
 #include "physics/integrators/advance_once.hpp"
 #include "physics/integrators/joint_motion.hpp"
 #include "physics/integrators/momentum.hpp"
+#include "physics/math/carried.hpp"
+#include "physics/model/kinematic.hpp"
 #include "physics/refinement/advance_resting.hpp"
 #include "physics/refinement/refined_trials.hpp"
 #include "physics/solvers/island_motion.hpp"
@@ -33,6 +35,7 @@ void pass_through(const SceneDescription& scene, double dt_s, std::span<const Bo
   }
   for (std::size_t i = 0; i < ids.size(); ++i) {
     advance_free_body(scene, dt_s, ids[i], states[i], counters, faults);
+    counters.kinematic_bodies += scene.bodies[index_of(ids[i])].kinematic;
   }
 }
 
@@ -40,6 +43,28 @@ void pass_through(const SceneDescription& scene, double dt_s, std::span<const Bo
 bool has_met_no_static(const IslandReport& report) {
   return report.static_impulse_newton_s == Vec3::Zero() &&
          report.static_angular_impulse_newton_m_s == Vec3::Zero();
+}
+
+// Those of kinematic bodies, in the order of `ids`.
+std::vector<BodyState> carried_on(const SceneDescription& scene, std::span<const BodyId> ids,
+                                  std::span<const BodyState> states) {
+  std::vector<BodyState> after;
+  for (std::size_t i = 0; i < ids.size(); ++i)
+    if (is_kinematic(scene, ids[i])) after.push_back(carried(scene, ids[i], states[i], scene.dt_s));
+  return after;
+}
+
+// What solvers have made of their motion has rounding in it. Impulses stay.
+void set_carried(const SceneDescription& scene, std::span<const BodyId> ids,
+                 std::span<BodyState> after, std::span<BodyState> states, StageCounters& counters) {
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < ids.size() && next < after.size(); ++i) {
+    if (!is_kinematic(scene, ids[i])) continue;
+    BodyState& state = after[next++];
+    state.impulses = std::move(states[i].impulses);
+    states[i] = std::move(state);
+    ++counters.kinematic_bodies;
+  }
 }
 
 // The rest of a step of which the island has flown `flown_s`.
@@ -95,7 +120,9 @@ IslandReport advance_island(const SceneDescription& scene, const Geometry& geome
     return report;
   }
   // Giant ones may be solved by several worlds, of which none has them all.
-  const bool whole = !is_giant(manifolds), alone = whole && is_left_alone(scene, ids, manifolds);
+  std::vector<BodyState> after = carried_on(scene, ids, states);
+  const bool whole = !is_giant(manifolds),
+             alone = whole && after.empty() && is_left_alone(scene, ids, manifolds);
   const IslandMomentum before = alone ? momentum_of(scene, ids, states) : IslandMomentum{};
   std::vector<BodyState> slow;
   if (is_nearly_at_rest(scene, geometry, ids, manifolds, states)) {
@@ -124,6 +151,7 @@ IslandReport advance_island(const SceneDescription& scene, const Geometry& geome
     report_impossible_way(scene, dt_s, scratch.ways, i, ids[i], states[i], faults);
   if (!slow.empty() && (whole || report.direct))
     come_to_rest(scene, geometry, ids, slow, states, report);
+  set_carried(scene, ids, after, states, counters);
   ++counters.islands_solved;
   counters.direct_islands += report.direct;
   return report;

@@ -10,6 +10,7 @@
 #include "physics/events/linked_step.hpp"
 #include "physics/events/rest.hpp"
 #include "physics/forces/forces.hpp"
+#include "physics/model/kinematic.hpp"
 #include "physics/refinement/refinement.hpp"
 #include "physics/solvers/solve_choice.hpp"
 
@@ -19,7 +20,7 @@ namespace {
 constexpr std::size_t kKernels = static_cast<std::size_t>(ShapeKernel::kCount);
 
 constexpr std::array kShapeNames = std::to_array<const char*>(
-    {"sphere", "box", "capsule", "cylinder", "hull", "mesh", "halfspace"});
+    {"sphere", "box", "capsule", "cylinder", "hull", "mesh", "halfspace", "compound"});
 static_assert(kShapeNames.size() == std::variant_size_v<Shape>);
 
 // What a stage counts, if that is one number.
@@ -66,10 +67,12 @@ void add_solves(const SceneDescription& scene, std::vector<Stage>& stages) {
   const std::vector<Stage> more = {
       {"driven bodies", drives_needed(scene), count_of(&StageCounters::driven_bodies)},
       {"forces and damping", forces_needed(scene), count_of(&StageCounters::forced_bodies)},
+      {"kinematic bodies", kinematic_needed(scene), count_of(&StageCounters::kinematic_bodies)},
       {"contact solver", solver_needed(scene), count_of(&StageCounters::islands_solved)},
       {"direct contact solver", direct_solves_needed(scene),
        count_of(&StageCounters::factor_multiplications)},
       {"friction rows", friction_needed(scene), count_of(&StageCounters::friction_rows)},
+      {"rolling friction rows", rolling_needed(scene), count_of(&StageCounters::rolling_rows)},
       {"conveyor rows", conveyors_needed(scene), count_of(&StageCounters::conveyor_rows)},
       {"joint rows", joint_rows_needed(scene), count_of(&StageCounters::joint_rows)},
       {"limit rows", limits_needed(scene), count_of(&StageCounters::limit_rows)},
@@ -89,6 +92,20 @@ void add_solves(const SceneDescription& scene, std::vector<Stage>& stages) {
   stages.insert(stages.end(), more.begin(), more.end());
 }
 
+// A compound is of each kind that its parts are of.
+void count_kinds(const SceneDescription& scene, std::uint32_t shape,
+                 std::array<std::size_t, kShapeNames.size()>& count) {
+  const auto* compound = std::get_if<Compound>(&scene.shapes[shape]);
+  if (compound == nullptr) {
+    ++count[scene.shapes[shape].index()];
+    return;
+  }
+  std::array<bool, kShapeNames.size()> is_of{};
+  for (const CompoundPart& part : compound->parts) is_of[scene.shapes[part.shape].index()] = true;
+  for (std::size_t kind = 0; kind < is_of.size(); ++kind)
+    if (is_of[kind]) ++count[kind];
+}
+
 }  // namespace
 
 std::vector<ShapePair> shape_pairs(const SceneDescription& scene) {
@@ -96,8 +113,8 @@ std::vector<ShapePair> shape_pairs(const SceneDescription& scene) {
   std::array<std::size_t, kKinds> bodies{}, statics{};
   std::array<const Shape*, kKinds> example{};
   for (const Shape& shape : scene.shapes) example[shape.index()] = &shape;
-  for (const BodyParams& body : scene.bodies) ++bodies[scene.shapes[body.shape].index()];
-  for (const StaticBody& fixed : scene.statics) ++statics[scene.shapes[fixed.shape].index()];
+  for (const BodyParams& body : scene.bodies) count_kinds(scene, body.shape, bodies);
+  for (const StaticBody& fixed : scene.statics) count_kinds(scene, fixed.shape, statics);
   std::vector<ShapePair> pairs;
   for (std::size_t a = 0; a < kKinds; ++a)
     for (std::size_t b = a; b < kKinds; ++b) {

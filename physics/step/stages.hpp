@@ -17,7 +17,7 @@ struct Stage {
   std::function<std::uint64_t(const StageCounters&)> count;  // 0 if it is not needed
 };
 
-// Two kinds of shapes that can meet in a scene, and who tests them.
+// Two kinds of shapes that can meet in a scene, and who tests them; of compounds, those of parts.
 struct ShapePair {
   std::string first, second;  // e.g. "box" and "halfspace"
   ShapeKernel kernel{};

@@ -151,6 +151,7 @@ const std::vector<Reached> kReached = {
     {"slip-to-roll", {"position_m", "velocity_m_s"}},
     {"sparse-10000", {"momentum_rel"}},
     {"spin", {"attitude_rad", "energy_rel", "angular_momentum_rel"}},
+    {"spin-hammer", {"energy_rel", "angular_momentum_rel"}},
     {"spin-impact-grip", {"position_m", "end_velocity_m_s", "end_spin_rad_s"}},
     {"spin-impact-skid", {"position_m", "end_velocity_m_s", "end_spin_rad_s"}},
     {"spin-needle", {"energy_rel", "angular_momentum_rel"}},
@@ -176,6 +177,7 @@ const std::vector<Reached> kReached = {
     {"symmetric-top", {"attitude_rad", "energy_rel"}},
     {"tip", {"position_m"}},
     {"tip-on-block", {"position_m"}},
+    {"tunnel-dumbbells", {"passed", "energy_gain_rel"}},
     {"tunnel-rods", {"passed", "energy_gain_rel"}},
     {"tunnel-spheres", {"passed", "energy_gain_rel"}},
 };

@@ -145,7 +145,7 @@ TEST(EventLog, AnotherVersionIsRefusedByName) {
     LogReader log(file);
     FAIL() << "read a log of another version";
   } catch (const scenarios::FileError& error) {
-    EXPECT_NE(std::string(error.what()).find("version 3"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("version 4"), std::string::npos) << error.what();
   }
 }
 

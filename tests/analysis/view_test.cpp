@@ -53,7 +53,7 @@ double least_cosine_of_normals(const Triangles& floats) {
   return least;
 }
 
-Triangles drawn(const physics::Shape& shape) { return triangles_of(shape, Vec3::Zero(), 1.0); }
+Triangles drawn(const physics::Shape& shape) { return triangles_of(shape, {}, Vec3::Zero(), 1.0); }
 
 // A regular polygon of 24 sides has this share of its circle's area.
 const double kPolygon = 24.0 * std::sin(2.0 * kPi / 24.0) / (2.0 * kPi);
@@ -82,9 +82,23 @@ TEST(ShapesAsTriangles, HaveNormalsThatPointOutwards) {
     EXPECT_GT(least_cosine_of_normals(drawn(shape)), 0.97);  // 13 degrees
 }
 
+TEST(ShapesAsTriangles, OfACompoundAreThoseOfItsParts) {
+  const std::vector<physics::Shape> shapes{physics::Box{{0.5, 1.0, 2.0}}, physics::Sphere{1.0}};
+  const double turn = std::sqrt(0.5);
+  const physics::Compound both{{{0, Vec3(3, 0, 0), physics::Quat(turn, turn, 0, 0)},
+                                {1, Vec3(-3, 0, 0), physics::Quat::Identity()}}};
+  const Triangles together = triangles_of(both, shapes, Vec3::Zero(), 1.0);
+  EXPECT_NEAR(enclosed_volume_m3(together), 8.0 + enclosed_volume_m3(drawn(shapes[1])), 1e-4);
+  double farthest = 0.0;
+  for (std::size_t at = 0; at < together.size(); at += 6)
+    farthest = std::max(farthest, std::abs(vector_at(together, at).y()));
+  EXPECT_NEAR(farthest, 2.0, 1e-5);  // the box's z lies along y
+  EXPECT_GT(least_cosine_of_normals(together), 0.97);
+}
+
 TEST(ShapesAsTriangles, OfAHalfSpaceAreASquareOnItAroundTheMiddle) {
   const Vec3 normal = Vec3(1, 2, 2) / 3.0;
-  const Triangles square = triangles_of(physics::HalfSpace{normal, 0.5}, Vec3(7, 8, 9), 4.0);
+  const Triangles square = triangles_of(physics::HalfSpace{normal, 0.5}, {}, Vec3(7, 8, 9), 4.0);
   ASSERT_EQ(square.size(), 2u * 18u);
   Vec3 middle = Vec3::Zero();
   for (std::size_t at = 0; at < square.size(); at += 6) {

@@ -313,7 +313,7 @@ TEST(SplitIslands, NobodySplitsWhereNobodyWaitsOrEachSolvesTheWhole) {
 // On eight processors the whole is solved eight times, or split between them once, but for the
 // borders that two of them share and for what is done again.
 TEST(SplitIslands, SplitTheSweepsAreDoneAboutOnceInsteadOfOnEachProcessor) {
-  test::Scene scene = trough(0.0, 8);  // giant by the contacts alone that hold something
+  test::Scene scene = trough(0.0, 8);        // giant by the contacts alone that hold something
   scene.description.solver.iterations = 60;  // 30 sweeps: what else a step takes is little to that
   const Outcome alone = run(scene, {.steps = kSteps});
   RunOptions options{.executor = ExecutorKind::kVirtual, .steps = kSteps};

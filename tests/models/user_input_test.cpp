@@ -7,7 +7,6 @@
 #include <thread>
 
 #include "models/input_feed.hpp"
-#include "models/scene_versions.hpp"
 #include "models/schedule.hpp"
 #include "models/simulation.hpp"
 #include "physics/measures/measures.hpp"
@@ -126,6 +125,61 @@ TEST(UserInput, OfAScriptGivesTheBitsOfTheBareLoopInAnyDivisionInSequence) {
       expect_equal(simulated(scene, worlds, {.steps = kSteps, .inputs = inputs}), expected,
                    std::to_string(worlds) + " worlds, seed " + std::to_string(seed));
   }
+}
+
+// One of the bodies slides along a rail of the world.
+test::Scene with_a_motor(std::uint64_t seed) {
+  test::Scene scene = stack_and_sliders(seed);
+  physics::Joint joint;
+  joint.kind = physics::JointKind::kSlider;
+  joint.a = BodyId{2};
+  joint.anchor_b_m = scene.states[2].position_m;
+  joint.frame_a = scene.states[2].orientation.conjugate() *
+                  physics::Quat::FromTwoVectors(Vec3::UnitZ(), Vec3::UnitX());
+  joint.frame_b = physics::Quat::FromTwoVectors(Vec3::UnitZ(), Vec3::UnitX());
+  joint.motor = physics::JointMotor{1.0, 50.0 * scene.description.bodies[2].mass_kg};
+  joint.reach_m = 10.0;
+  scene.description.joints = {joint};
+  physics::order_joints(scene.description);
+  return scene;
+}
+
+InputOptions motor_inputs(std::uint64_t seed) {
+  test::Choices choices(seed);
+  InputOptions inputs;
+  inputs.absent = kAbsent;
+  for (std::uint32_t id = 0; id < 12; ++id) {
+    UserInput& input = inputs.script.emplace_back();
+    input.id = id;
+    input.step = static_cast<std::int64_t>(choices.below(kSteps));
+    input.kind = InputKind::kSetMotor;
+    input.body = BodyId{2};
+    if (choices.below(2) == 0) input.motor_speed = choices.between(-4, 4);
+    if (choices.below(2) == 0) input.motor_target = choices.between(-1, 1);
+    if (choices.below(4) == 0) input.motor_push = choices.between(0, 20);
+  }
+  return inputs;
+}
+
+TEST(UserInput, ForMotorsGivesTheBitsOfTheBareLoopInAnyDivision) {
+  std::uint64_t rollbacks = 0;
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    const test::Scene scene = with_a_motor(seed);
+    InputOptions inputs = motor_inputs(seed);
+    const Outcome expected = bare_loop(scene, inputs);
+    EXPECT_NE(expected.digests, bare_loop(scene, {kAbsent, {}}).digests);
+    for (const ExecutorKind executor : {ExecutorKind::kSequential, ExecutorKind::kThreads})
+      for (const std::uint32_t worlds : {1u, 2u, 16u}) {
+        inputs.at_the_last_moment = executor == ExecutorKind::kThreads && seed % 2 == 0;
+        const Outcome found = simulated(
+            scene, worlds,
+            {.executor = executor, .threads = 2, .steps = kSteps, .buffer = 12, .inputs = inputs});
+        expect_equal(found, expected,
+                     std::to_string(worlds) + " worlds, seed " + std::to_string(seed));
+        rollbacks += found.result.events.rollbacks;
+      }
+  }
+  EXPECT_GT(rollbacks, 0u);
 }
 
 TEST(UserInput, RollsBackLikeAnyStragglerUnderThreads) {
@@ -314,6 +368,12 @@ TEST(UserInput, ComesBackFromItsEncoding) {
     const kernel::Payload payload = encode_input(input);
     EXPECT_EQ(encode_input(decode_input(payload.bytes())), payload);
   }
+  for (const UserInput& input : motor_inputs(3).script) {
+    const UserInput back = decode_input(encode_input(input).bytes());
+    EXPECT_EQ(back.motor_speed, input.motor_speed);
+    EXPECT_EQ(back.motor_push, input.motor_push);
+    EXPECT_EQ(back.motor_target, input.motor_target);
+  }
 }
 
 TEST(UserInput, APushOffTheCentreTurnsTheBody) {
@@ -328,45 +388,6 @@ TEST(UserInput, APushOffTheCentreTurnsTheBody) {
   EXPECT_EQ(state.linear_velocity_m_s, Vec3(0, 1, 0));
   // m v r / (2/5 m r^2) = 5 v / (2 r)
   EXPECT_NEAR(state.angular_velocity_rad_s.z(), 5.0, 1e-12);
-}
-
-TEST(InputFeed, GivesLateInputsTheEarliestStepAndHoldsGvtAtTheOthers) {
-  LiveInputs live;
-  InputFeed feed({.absent = {}, .script = {}, .live = &live}, 2, 10);
-  std::vector<kernel::Message> out;
-  UserInput input;
-  input.id = 1;
-  input.step = 3;
-  live.offer(input);
-  input.id = 2;
-  input.step = 40;
-  live.offer(input);
-  EXPECT_EQ(feed.floor(), kernel::kNever);
-  feed.take(time_of(5, Phase::kPairs), time_of(5, Phase::kPairs), out);
-  ASSERT_EQ(out.size(), 2u);
-  EXPECT_EQ(out[0].time, time_of(6, Phase::kBegin));
-  EXPECT_EQ(feed.floor(), time_of(40, Phase::kBegin));
-  const auto acted = feed.committed(6);
-  ASSERT_EQ(acted.size(), 1u);
-  EXPECT_EQ(acted[0].asked_step, 3);
-  EXPECT_EQ(acted[0].input.step, 6);
-  EXPECT_EQ(feed.too_late(), 1u);
-}
-
-TEST(SceneVersions, EqualChangesAreOneDescriptionAndOthersAnother) {
-  const test::Scene scene = stack_and_sliders(1);
-  SceneVersions versions(scene.description);
-  MaterialChanges changes;
-  set_material(BodyId{4}, {0.25, 0.5}, changes);
-  set_material(BodyId{2}, {0.75, 0.0}, changes);
-  const auto one = versions.with(changes), again = versions.with(changes);
-  EXPECT_EQ(one, again);
-  EXPECT_NE(one, versions.with({}));
-  EXPECT_EQ(one->bodies[4].material.friction, 0.25);
-  EXPECT_EQ(one->bodies[2].material.friction, 0.75);
-  EXPECT_EQ(versions.with({})->bodies[2].material.friction, 0.5);
-  set_material(BodyId{4}, {0.25, 0.25}, changes);
-  EXPECT_EQ(versions.with(changes)->bodies[4].material.restitution, 0.25);
 }
 
 }  // namespace

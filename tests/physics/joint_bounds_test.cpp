@@ -86,6 +86,63 @@ TEST(Motors, DriveACartOnWheelsOverTheGround) {
   EXPECT_GT(world.counters.motor_rows, 0u);
 }
 
+double place_of_slider(const World& world) { return world.states[0].position_m.z(); }
+
+// A servo that holds a weight, at no more than its speed; its push never falls short.
+World servo_lift(double target, double time_constant_s, double dt_s) {
+  World world = lift(0.5, 1e6, dt_s);
+  JointMotor& motor = *world.scene.joints[0].motor;
+  motor.target = -target;
+  motor.time_constant_s = time_constant_s;
+  return world;
+}
+
+TEST(Servos, GoToTheirTargetAtTheirSpeedAndStayThereUnderAWeight) {
+  for (const double dt : {1.0 / 30, 1.0 / 60, 1.0 / 240})
+    for (const double time_constant_s : {1e-4, 0.02, 0.1})
+      for (const double target : {-0.7, 0.3, 0.9}) {
+        World world = servo_lift(target, time_constant_s, dt);
+        double fastest = 0.0, passed = 0.0;
+        for (int i = 0; i < static_cast<int>(5.0 / dt + 0.5); ++i) {
+          const double before = place_of_slider(world);
+          world.run(1);
+          fastest = std::max(fastest, std::abs(place_of_slider(world) - before) / dt);
+          passed = std::max(passed, (place_of_slider(world) - target) * (target > 0 ? 1 : -1));
+        }
+        EXPECT_NEAR(place_of_slider(world), target, 1e-12) << dt << " " << time_constant_s;
+        EXPECT_LT(world.states[0].linear_velocity_m_s.norm(), 1e-11);
+        EXPECT_NEAR(fastest, 0.5, 1e-9);
+        EXPECT_LT(passed, 1e-12);
+      }
+}
+
+// What is left falls as an exponential: to second order in the step.
+TEST(Servos, ApproachAsTheirTimeConstantSays) {
+  for (const double dt : {1.0 / 60, 1.0 / 120, 1.0 / 240}) {
+    World world = servo_lift(0.04, 0.1, dt);
+    double error = 0.0;
+    for (int i = 1; i <= static_cast<int>(0.5 / dt + 0.5); ++i) {
+      world.run(1);
+      error =
+          std::max(error, std::abs(0.04 - place_of_slider(world) - 0.04 * std::exp(-10 * i * dt)));
+    }
+    EXPECT_LT(error, 0.04 * 50.0 * dt * dt);
+  }
+}
+
+TEST(Servos, TurnAHingeByAnAngleOfEitherSign) {
+  for (const double target : {-2.9, -0.4, 1.5, 2.9}) {
+    World world = test::under_gravity();
+    world.add_body(world.add_shape(Box{{0.5, 0.1, 0.1}}), Vec3(0.5, 0, 0));
+    add(world, joint_at(JointKind::kHinge, world, 0, std::nullopt, Vec3::Zero(), Vec3::UnitY()))
+        .motor = JointMotor{3.0, 1e4, target, 0.05};
+    world.run(300);
+    const Quat& q = world.states[0].orientation;
+    // The world is turned against the body.
+    EXPECT_NEAR(-2.0 * std::atan2(q.y(), q.w()), target, 1e-10);
+  }
+}
+
 double angle_between(const World& world, const Joint& joint) {
   const auto frame = [&](BodyId id, const Quat& local) {
     return is_static(id) ? local : Quat(world.states[index_of(id)].orientation * local);

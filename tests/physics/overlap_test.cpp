@@ -99,6 +99,136 @@ TEST(Overlap, IsAlongAWorseDirectionByFcl) {
   EXPECT_GT(ratios.back(), overlaps(Narrowphase::kOwn).back());
 }
 
+// Rims of cylinders, and what they are pressed into.
+constexpr std::size_t kOthers = 5;
+constexpr std::size_t kHull = 4;
+
+Shape drawn_solid(std::size_t which, std::mt19937_64& random, double size_m) {
+  std::uniform_real_distribution<double> share(-2.0, 2.0);
+  const double half = size_m * std::pow(10.0, share(random));  // 1:100 to 100:1
+  const double x = 0.9 * size_m, y = size_m;
+  const std::vector<Vec3> spikes = {{x, 0, 0},  {-x, 0, 0},         {0, y, 0},
+                                    {0, -y, 0}, {0, 0, 1.2 * half}, {0, 0, -0.8 * half}};
+  switch (which) {
+    case 0:
+      return Sphere{size_m};
+    case 1:
+      return Box{Vec3(x, y, half)};
+    case 2:
+      return Capsule{size_m, 2.0 * half};
+    case 3:
+      return Cylinder{size_m, 2.0 * half};
+    default:
+      return std::get<ConvexHull>(make_convex_hull(spikes));
+  }
+}
+
+struct Pressed {
+  World world;
+  std::vector<CompiledShape> shapes;
+  double width_m = 0.0;
+  bool met = false;
+  Vec3 normal = Vec3::UnitZ();
+
+  PlacedShape placed(std::size_t i) const {
+    const BodyState& state = world.states[i];
+    return {shapes[i], {state.orientation.toRotationMatrix(), state.position_m}};
+  }
+  Vec3 inner_point(std::size_t i, std::mt19937_64& random) const {
+    std::uniform_real_distribution<double> share(0.0, 1.0);
+    return world.states[i].orientation *
+           (share(random) * support(shapes[i], random_direction(random)));
+  }
+};
+
+// A cylinder and another, turned anyhow, of 1e-4 to 1 m, up to a ratio of ten: some point in one is
+// moved towards some point in the other until they are this far apart, along the normal of what is
+// nearest then. Negative: they overlap by that along it.
+Pressed pressed(std::size_t other, double widths_apart, std::mt19937_64& random) {
+  std::uniform_real_distribution<double> size(-4.0, 0.0), ratio(-1.0, 1.0);
+  Pressed out;
+  const double size_m = std::pow(10.0, size(random));
+  const double sizes_m[2] = {size_m, std::min(1.0, size_m * std::pow(10.0, ratio(random)))};
+  for (std::size_t i = 0; i < 2; ++i) {
+    const Shape shape = drawn_solid(i == 0 ? 3 : other, random, sizes_m[i]);
+    out.world.add_body(out.world.add_shape(shape), Vec3::Zero()).orientation = random_turn(random);
+    out.shapes.push_back(compile(shape));
+  }
+  out.width_m = std::min(out.shapes[0].min_extent_m, out.shapes[1].min_extent_m);
+  const double skin = skin_of(out.shapes[0]) + skin_of(out.shapes[1]);
+  const Vec3 way = random_direction(random);
+  Vec3& at = out.world.states[1].position_m;
+  at = out.inner_point(0, random) - out.inner_point(1, random) +
+       2.1 * (out.shapes[0].bounding_radius_m + out.shapes[1].bounding_radius_m) * way;
+  for (int trial = 0; trial < 200 && !out.met; ++trial) {
+    const CoreGap gap = core_gap({out.placed(0), skin_of(out.shapes[0])},
+                                 {out.placed(1), skin_of(out.shapes[1])}, way, 1e-12 * out.width_m);
+    if (gap.overlap) return out;
+    const double gap_m = gap.distance_m - skin;
+    out.met = gap_m < 1e-3 * out.width_m;
+    out.normal = gap.normal;
+    at -= out.met ? Vec3(gap.normal * (gap_m - widths_apart * out.width_m)) : Vec3(way * gap_m);
+  }
+  return out;
+}
+
+struct RimDepths {
+  int pairs = 0, unseen = 0;
+  std::vector<double>
+      ratios;  // along the contact's normal, over the least that is known; ascending
+};
+
+RimDepths rim_depths(std::size_t other) {
+  std::mt19937_64 random(17 + other);
+  std::uniform_real_distribution<double> log_depth(-4.0, std::log10(0.2));
+  RimDepths out;
+  for (int i = 0; i < 800; ++i) {
+    const Pressed pair = pressed(other, -std::pow(10.0, log_depth(random)), random);
+    if (!pair.met) continue;
+    ++out.pairs;
+    const std::vector<ContactManifold> found = test::contacts_of(pair.world, kA, kB);
+    if (found.empty()) {
+      ++out.unseen;
+      continue;
+    }
+    const PlacedShape a = pair.placed(0), b = pair.placed(1);
+    const double said = separation_along(a, b, found[0].normal);
+    const double known =
+        std::max(separation_along(a, b, pair.normal), largest_separation(a, b, random));
+    out.ratios.push_back(said / known);
+    double deepest = 1e300;
+    for (std::uint32_t p = 0; p < found[0].count; ++p)
+      deepest = std::min(deepest, found[0].points[p].separation_m);
+    EXPECT_NEAR(deepest, said, 1.1e-3 * pair.width_m) << "shape " << other << ", pair " << i;
+  }
+  std::ranges::sort(out.ratios);
+  return out;
+}
+
+// Rims are edges: with the skin of a rounded cylinder, an overlap of less than a twentieth of the
+// radius had no contact.
+TEST(Overlap, OfRimsIsSeenAndAsDeepAsItIsHoweverThinOrSmall) {
+  for (std::size_t other = 0; other < kOthers; ++other) {
+    const RimDepths depths = rim_depths(other);
+    ASSERT_GT(depths.pairs, 700) << "shape " << other;
+    EXPECT_EQ(depths.unseen, 0) << "shape " << other;
+    EXPECT_LT(depths.ratios[depths.ratios.size() * 98 / 100], 1.1) << "shape " << other;
+    if (other != kHull) EXPECT_LT(depths.ratios.back(), 1.2) << "shape " << other;
+    EXPECT_LT(depths.ratios.back(), 10.0) << "shape " << other;
+  }
+}
+
+TEST(Overlap, OfRimsIsNoneBeyondTheMargin) {
+  std::mt19937_64 random(23);
+  std::uniform_real_distribution<double> gap(0.0101, 0.5);
+  for (std::size_t other = 0; other < kOthers; ++other)
+    for (int i = 0; i < 400; ++i) {
+      const Pressed pair = pressed(other, gap(random), random);
+      if (!pair.met) continue;
+      EXPECT_TRUE(test::contacts_of(pair.world, kA, kB).empty()) << "shape " << other;
+    }
+}
+
 // Hills of random heights on a grid of unit cells, two triangles each.
 TriangleMesh hills(double rise_m, std::mt19937_64& random) {
   constexpr std::uint32_t kSide = 7;

@@ -27,7 +27,7 @@ struct World {
 
   BodyState& add_body(std::uint32_t shape, const Vec3& position, double density = 1000.0,
                       Material material = {}) {
-    const MassProperties p = mass_properties(scene.shapes[shape]);
+    const MassProperties p = mass_properties(scene.shapes[shape], scene.shapes);
     BodyParams params;
     params.label = static_cast<std::uint32_t>(scene.bodies.size());
     params.shape = shape;

@@ -166,6 +166,7 @@ TEST(LibraryStates, AreTheStoredBits) {
       {"mixed-shapes", 0x218fa851e93b661au},
       {"pyramid", 0x4f1b4274bfb6ddeeu},
       {"ragdolls", 0x84af93aff7c405ddu},
+      {"robot-arm", 0x283c0845eb71921au},
       {"rope-bridge", 0x7aec1aadaf531f22u},
       {"sparse-10000", 0x5a5bdd7936a350u},
       {"spheres-frictionless", 0x5d100c46196920b6u},

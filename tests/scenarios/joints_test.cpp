@@ -105,6 +105,50 @@ TEST(JointsOfAScenario, AMotorHasASpeedAndAPush) {
     EXPECT_NE(motors.find(part), std::string::npos) << part << "\nin\n" << motors;
 }
 
+TEST(JointsOfAScenario, AServoTakesItsTargetAboutTheAxisOfTheFile) {
+  for (const bool down : {false, true}) {
+    const Scenario scenario = read_scenario_text(
+        scene_with(std::string(R"({"id": 4, "type": "hinge", "body": 3, "anchor_m": [0, 0, 0],
+ "min_angle_rad": -1, "max_angle_rad": 2, "motor_speed_rad_s": 3, "motor_torque_newton_m": 9,
+ "motor_target_rad": 1.5, "axis": [0, 0, )") +
+                   (down ? "-1]}" : "1]}") + R"(], "inputs": [{"id": 7, "type": "set-motor",
+ "step": 3, "joint": 4, "motor_target_rad": -0.5, "motor_torque_newton_m": 2})"),
+        "a.json", {});
+    const physics::Joint& joint = scenario.scene.joints.at(0);
+    // The world against the body, about the axis that points up.
+    const double sign = down ? 1.0 : -1.0;
+    EXPECT_EQ(joint.motor->target, sign * 1.5);
+    EXPECT_EQ(joint.motor->time_constant_s, 0.1);
+    const models::UserInput& input = scenario.run.inputs.script.at(0);
+    EXPECT_EQ(input.motor_target, sign * -0.5);
+    EXPECT_EQ(input.motor_push, 2.0);
+    EXPECT_FALSE(input.motor_speed.has_value());
+  }
+}
+
+TEST(JointsOfAScenario, TargetsAndTasksOfMotorsAreChecked) {
+  const std::string faults = faults_of(scene_with(R"(
+{"id": 1, "type": "hinge", "body": 3, "anchor_m": [0, 0, 0], "axis": [0, 0, 1],
+ "motor_target_rad": 1},
+{"id": 2, "type": "slider", "body": 3, "anchor_m": [0, 0, 0], "axis": [0, 0, 1],
+ "motor_speed_m_s": 1, "motor_force_newton": 1, "motor_time_constant_s": 1},
+{"id": 3, "type": "slider", "body": 3, "anchor_m": [0, 0, 0], "axis": [0, 0, 1],
+ "motor_speed_m_s": 1, "motor_force_newton": 1, "motor_target_m": 2, "max_way_m": 1}],
+"inputs": [{"id": 1, "type": "set-motor", "step": 1, "joint": 9, "motor_speed_m_s": 1},
+ {"id": 2, "type": "set-motor", "step": 1, "joint": 3, "motor_speed_rad_s": 1},
+ {"id": 3, "type": "set-motor", "step": 1, "joint": 3},
+ {"id": 4, "type": "set-motor", "step": 1, "joint": 3, "motor_target_m": 1.5})"));
+  for (const char* part :
+       {"/joints/0/motor_target_rad: found motor_target_rad without a motor",
+        "/joints/1/motor_time_constant_s: found motor_time_constant_s without a target",
+        "/joints/2/motor_target_m: found 2, which the joint's limits do not let it reach",
+        "/inputs/0/joint: found 9, which no motor has",
+        "/inputs/1/motor_speed_rad_s: found motor_speed_rad_s for a slider",
+        "/inputs/2: found nothing new of the motor",
+        "/inputs/3/motor_target_m: found a target that the joint's limits do not let it reach"})
+    EXPECT_NE(faults.find(part), std::string::npos) << part << "\nin\n" << faults;
+}
+
 TEST(ForcesOfAScenario, AreSharedByBodiesAlikeAndAbsentWithout) {
   const std::string body = R"("shape": {"type": "sphere", "radius_m": 1}, "mass_kg": 1,
     "material": "m")";

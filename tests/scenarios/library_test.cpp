@@ -19,6 +19,7 @@ TEST(Library, HoldsTheScenesThatOtherTestsRelyOn) {
                            "mixed-shapes",
                            "pyramid",
                            "ragdolls",
+                           "robot-arm",
                            "rope-bridge",
                            "sparse-10000",
                            "spheres-frictionless",

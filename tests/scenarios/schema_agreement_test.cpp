@@ -156,8 +156,8 @@ std::optional<json> edited(const json& original, const std::vector<json::json_po
       return std::nullopt;
     case 1: {
       const json other = any_value(stream);
-      const bool checked =
-          has_cross_checks(at) || at.back() == "materials" || at.back() == "drives";
+      const bool checked = has_cross_checks(at) || at.back() == "materials" ||
+                           at.back() == "drives" || at.back() == "joints";
       if (checked && (other.is_number() || other.type() == value.type() || other.is_string() ||
                       at.back() == "file")) {
         return std::nullopt;
@@ -167,8 +167,8 @@ std::optional<json> edited(const json& original, const std::vector<json::json_po
     }
     case 2: {
       json& parent = document[at.parent_pointer()];
-      // A material or drive that is gone may be missed elsewhere.
-      for (const char* named : {"materials", "drives"}) {
+      // A material, drive or joint that is gone may be missed elsewhere.
+      for (const char* named : {"materials", "drives", "joints"}) {
         if (at.parent_pointer().to_string() == std::string("/") + named || at.back() == named) {
           return std::nullopt;
         }

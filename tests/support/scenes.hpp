@@ -27,7 +27,8 @@ struct Scene {
                            const physics::Vec3& velocity_m_s = physics::Vec3::Zero(),
                            physics::Material material = {}) {
     constexpr double kDensity = 1000.0;
-    const physics::MassProperties mass = physics::mass_properties(description.shapes[shape]);
+    const physics::MassProperties mass =
+        physics::mass_properties(description.shapes[shape], description.shapes);
     physics::BodyParams params;
     params.label = static_cast<std::uint32_t>(description.bodies.size());
     params.shape = shape;
