@@ -1,5 +1,7 @@
 #include "scenarios/shape_tables.hpp"
 
+#include <array>
+
 #include "scenarios/field_binding.hpp"
 #include "scenarios/format_limits.hpp"
 
@@ -70,13 +72,19 @@ constexpr Field kHalfSpaceFields[] = {
 constexpr ObjectTable kHalfSpace = object_table<HalfSpaceSpec>(
     "halfspace", "Everything below a plane. Static only.", kHalfSpaceFields);
 
-constexpr ChoiceEntry kConvexEntries[] = {
-    choice_entry<ConvexShapeSpec, SphereSpec>("sphere", kSphere),
-    choice_entry<ConvexShapeSpec, BoxSpec>("box", kBox),
-    choice_entry<ConvexShapeSpec, CapsuleSpec>("capsule", kCapsule),
-    choice_entry<ConvexShapeSpec, CylinderSpec>("cylinder", kCylinder),
-    choice_entry<ConvexShapeSpec, HullSpec>("hull", kHull),
-};
+// Those that may be parts of a compound, and others.
+template <class Spec, std::size_t N>
+constexpr std::array<ChoiceEntry, 5 + N> convex_and(const std::array<ChoiceEntry, N>& others) {
+  std::array<ChoiceEntry, 5 + N> all{choice_entry<Spec, SphereSpec>("sphere", kSphere),
+                                     choice_entry<Spec, BoxSpec>("box", kBox),
+                                     choice_entry<Spec, CapsuleSpec>("capsule", kCapsule),
+                                     choice_entry<Spec, CylinderSpec>("cylinder", kCylinder),
+                                     choice_entry<Spec, HullSpec>("hull", kHull)};
+  for (std::size_t i = 0; i < N; ++i) all[5 + i] = others[i];
+  return all;
+}
+
+constexpr auto kConvexEntries = convex_and<ConvexShapeSpec>(std::array<ChoiceEntry, 0>{});
 constexpr std::string_view kNoParts[] = {"compound", "mesh", "halfspace"};
 constexpr ChoiceTable kConvexShape{.name = "convex-shape",
                                    .doc = "The shape of a compound's part.",
@@ -102,25 +110,14 @@ constexpr Field kCompoundFields[] = {
 constexpr ObjectTable kCompound =
     object_table<CompoundSpec>("compound", "Several convex solids in one body.", kCompoundFields);
 
-constexpr ChoiceEntry kSolidEntries[] = {
-    choice_entry<SolidShapeSpec, SphereSpec>("sphere", kSphere),
-    choice_entry<SolidShapeSpec, BoxSpec>("box", kBox),
-    choice_entry<SolidShapeSpec, CapsuleSpec>("capsule", kCapsule),
-    choice_entry<SolidShapeSpec, CylinderSpec>("cylinder", kCylinder),
-    choice_entry<SolidShapeSpec, HullSpec>("hull", kHull),
-    choice_entry<SolidShapeSpec, CompoundSpec>("compound", kCompound),
-};
+constexpr auto kSolidEntries = convex_and<SolidShapeSpec>(
+    std::array{choice_entry<SolidShapeSpec, CompoundSpec>("compound", kCompound)});
 constexpr std::string_view kStaticOnly[] = {"mesh", "halfspace"};
-constexpr ChoiceEntry kStaticEntries[] = {
-    choice_entry<StaticShapeSpec, SphereSpec>("sphere", kSphere),
-    choice_entry<StaticShapeSpec, BoxSpec>("box", kBox),
-    choice_entry<StaticShapeSpec, CapsuleSpec>("capsule", kCapsule),
-    choice_entry<StaticShapeSpec, CylinderSpec>("cylinder", kCylinder),
-    choice_entry<StaticShapeSpec, HullSpec>("hull", kHull),
-    choice_entry<StaticShapeSpec, CompoundSpec>("compound", kCompound),
-    choice_entry<StaticShapeSpec, MeshSpec>("mesh", kMesh),
-    choice_entry<StaticShapeSpec, HalfSpaceSpec>("halfspace", kHalfSpace),
-};
+constexpr auto kStaticEntries = convex_and<StaticShapeSpec>(
+    std::array{choice_entry<StaticShapeSpec, CompoundSpec>("compound", kCompound),
+               choice_entry<StaticShapeSpec, MeshSpec>("mesh", kMesh),
+               choice_entry<StaticShapeSpec, HalfSpaceSpec>("halfspace", kHalfSpace)});
+
 // Orientations.
 
 constexpr Limits kComponent{-1.001, 1.001};

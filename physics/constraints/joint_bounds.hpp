@@ -7,8 +7,8 @@
 namespace soda::physics {
 
 // For velocities at the rows' poses, at either end of a part of a step: motors may push for
-// `time_s`, half of it, and limits that are nearer than
-// `reached` (m or rad) stop what goes on towards them.
+// `time_s`, half of it, and limits that are nearer than `reached` (m or rad) stop what goes on
+// towards them.
 void bound_velocities(double time_s, double reached, JointSystem& system);
 
 // For a step of `time_s`: the same of motors; limits stop what would pass them within it.

@@ -271,6 +271,12 @@ double kinematic_work_joule(std::span<const SolverBody> free, const ContactProbl
     for (int t = 0; t < 2; ++t)
       work += row.impulse_newton_s[t] *
               row.tangent[t].dot(velocity(row.a, row.arm_a) - velocity(row.b, row.arm_b));
+  const auto spin = [&](std::uint32_t body) {
+    return body < free.size() && free[body].inverse_mass == 0.0 ? free[body].angular
+                                                                : Vec3(Vec3::Zero());
+  };
+  for (const RollingRow& row : problem.rollings)
+    work += torque_impulse(row).dot(spin(row.a) - spin(row.b));
   return work;
 }
 
