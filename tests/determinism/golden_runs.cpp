@@ -47,7 +47,7 @@ models::SimulationResult run_plainly(const scenarios::Scenario& scenario, std::i
 
 // By the number of bodies, not by time: the same on every machine.
 std::int64_t first_steps_of(const scenarios::Scenario& scenario) {
-  constexpr std::int64_t kBodySteps = 2000, kLeast = 12;
+  constexpr std::int64_t kBodySteps = 1000, kLeast = 12;
   const auto bodies = static_cast<std::int64_t>(scenario.initial.size());
   return std::min(scenario.run.steps, std::max(kLeast, kBodySteps / (1 + bodies)));
 }
