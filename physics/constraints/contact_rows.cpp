@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/constraints/carried_rows.hpp"
 #include "physics/constraints/rolling_rows.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/model/body_places.hpp"
@@ -336,6 +337,7 @@ void ContactProblem::clear() {
   normals.clear();
   frictions.clear();
   rollings.clear();
+  carried.clear();
   contacts.clear();
   restitution_rows = conveyor_rows = 0;
 }
@@ -356,6 +358,7 @@ void build_rows(const SceneDescription& scene, double dt_s, std::span<const Body
     if (context.friction > 0.0 && problem.frictions.empty()) problem.frictions.reserve(points);
     if (context.rolling)
       problem.rollings.push_back(rolling_row(context.rolling, context.a, context.b, m, problem));
+    keep_carried(scene, m, context.a, context.b, states, problem);
     for (std::uint32_t point = 0; point < m.count; ++point) {
       add_point(scene, dt_s, context, point, problem);
       if (!scene.solver.warm_starting) continue;
@@ -364,6 +367,7 @@ void build_rows(const SceneDescription& scene, double dt_s, std::span<const Body
       if (stored) warm_start(*stored, problem, counters);
     }
   }
+  carry(0.0, dt_s, problem);
   counters.normal_rows += problem.normals.size();
   counters.friction_rows += problem.frictions.size();
   counters.rolling_rows += problem.rollings.size();

@@ -81,10 +81,20 @@ struct RowContact {
   double slop_m = 0.0;  // penetration that is left alone
   double size_m = 0.0;  // of the smaller body
   Vec3 arm_a = Vec3::Zero();
+  double carried_m = 0.0;  // added to gaps that arms as they are now give (carried_rows.hpp)
   // Impact within this step, where the pair bounces.
   bool bounces = false;
   double impact_time_s = 0.0;
   double rebound_m_s = 0.0;  // target at the end of the step
+};
+
+// Rows of a contact with a kinematic body that turns (carried_rows.hpp).
+struct CarriedRows {
+  std::uint32_t kinematic = 0;  // local index
+  bool is_a = false;
+  std::uint32_t first = 0, points = 0;
+  Vec3 arm_m = Vec3::Zero();     // from its centre to the other body's, at the step's start
+  Vec3 change_m = Vec3::Zero();  // of the kinematic body's arms
 };
 
 struct ContactProblem {
@@ -95,6 +105,7 @@ struct ContactProblem {
   std::vector<NormalRow> normals;
   std::vector<FrictionRow> frictions;
   std::vector<RollingRow> rollings;
+  std::vector<CarriedRows> carried;
   std::vector<RowContact> contacts;  // parallel to normals
   int restitution_rows = 0;
   int conveyor_rows = 0;

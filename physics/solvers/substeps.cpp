@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/constraints/carried_rows.hpp"
 #include "physics/constraints/ways.hpp"
 #include "physics/solvers/contact_solver.hpp"
 #include "physics/solvers/contact_work.hpp"
@@ -25,7 +26,8 @@ inline double gap_m(const ContactProblem& problem, std::size_t i, const std::vec
   const NormalRow& row = problem.normals[i];
   const Way& a = ways[row.a];
   const Way& b = ways[row.b];
-  return problem.contacts[i].separation_m + row.normal.dot(b.linear_m - a.linear_m) +
+  const RowContact& contact = problem.contacts[i];
+  return contact.separation_m + contact.carried_m + row.normal.dot(b.linear_m - a.linear_m) +
          row.arm_b.dot(b.angular_rad) - row.arm_a.dot(a.angular_rad);
 }
 
@@ -186,11 +188,13 @@ std::uint32_t solve_in_substeps(const SceneDescription& scene, double dt_s,
   begin_substeps(dt_s, count, states, problem, substeps);
   for (std::uint32_t i = 0; i < count; ++i) {
     if (i > 0) go_on(problem, substeps);
+    carry(i * substeps.length_s, substeps.length_s, problem);
     press(problem, substeps);
     move_on(problem, substeps);
     relax(problem, substeps);
   }
   end_substeps(problem, substeps);
+  carry(0.0, dt_s, problem);
   limit_gain(dt_s, states, free, problem);
   const Flights flights = find_flights(problem);
   const double most_m_s = fastest_push_out_m_s(scene, ids);
