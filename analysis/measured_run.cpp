@@ -197,6 +197,7 @@ Counts stage_counts(const models::SimulationResult& result) {
       {"impact_searches", stages.impact_searches()},
       {"impacts", stages.impacts},
       {"refined_steps", stages.refined_steps},
+      {"islands_over_budget", stages.islands_over_budget},
       {"islands_in_blocks", stages.islands_in_blocks},
       {"blocks_solved", stages.blocks_solved},
       {"block_row_sweeps", stages.block_row_sweeps},

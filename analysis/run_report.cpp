@@ -71,7 +71,8 @@ std::string events_text(const RunReport& report) {
        count(report.run.result.worlds.islands_reused), "", ""},
       {"stragglers", count(events.stragglers), "at rest",
        count(report.run.result.stages.islands_at_rest), "", ""},
-      {"anti-messages", count(events.anti_messages), "", "", "", ""},
+      {"anti-messages", count(events.anti_messages), "over budget",
+       count(report.run.result.stages.islands_over_budget), "", ""},
       {"efficiency", format_number(100.0 * efficiency(events)) + " %", "", "", "", ""},
   };
   return format_table({{"events"},

@@ -330,6 +330,7 @@ bool HitRun::run() {
     ++work_;
     const bool is_hit = clear_s(island_, looks_[pair].found, states()) == 0.0;
     enough = (!is_hit || strike_at(pair, now)) && work_ < most;
+    means_.counters.islands_over_budget += work_ >= most;
     if (!enough) finish(now);
   }
   for (std::uint32_t body = 0; body < since_s_.size(); ++body) bring(body, dt_s_);

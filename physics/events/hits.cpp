@@ -68,7 +68,10 @@ std::optional<AmongHits> advance_among_hits(const SceneDescription& scene, const
     result.report = report_of(ids, manifolds);
     result.report.static_impulse_newton_s = -known_newton_s;
     HitRun hits(island, dt_s, apart, manifolds, states, {result.report, scratch, counters, faults});
-    if (!hits.is_affordable()) return {};
+    if (!hits.is_affordable()) {
+      ++counters.islands_over_budget;
+      return {};
+    }
     result.hit = hits.run();
     const bool overdriven = is_overdriven(scene, ids, states, scratch.ways);
     if (!overdriven && (!apart || hits.stayed_apart())) break;

@@ -203,6 +203,7 @@ double fly(std::span<const ContactManifold> manifolds, Flyers& flyers, IslandRep
     const double now = flyers.next.first_s();
     if (now == kNever) return flyers.dt_s;
     if (impacts == most_impacts) {
+      ++counters.islands_over_budget;
       report.beyond_tolerance = flyers.scene.tolerance > 0.0;
       return now;
     }

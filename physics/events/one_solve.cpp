@@ -35,7 +35,8 @@ bool is_one_solve(const SceneDescription& scene, const Geometry& geometry,
                   std::span<const BodyState> states) {
   return scene.solver.contact_response && !(scene.tolerance > 0.0) &&
          !is_in_flight(scene, geometry, ids, manifolds, states) &&
-         !is_refined(scene, geometry, ids, manifolds) &&
+         !(is_affordable(scene, manifolds) &&
+           gains_by_refinement(scene, geometry, ids, manifolds)) &&
          (!is_giant(manifolds) || has_giant_part(scene, geometry, ids, manifolds, states));
 }
 

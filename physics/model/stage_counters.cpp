@@ -55,6 +55,7 @@ StageCounters& operator+=(StageCounters& a, const StageCounters& b) {
   a.linked_searches += b.linked_searches;
   a.impacts += b.impacts;
   a.refined_steps += b.refined_steps;
+  a.islands_over_budget += b.islands_over_budget;
   a.driven_bodies += b.driven_bodies;
   a.forced_bodies += b.forced_bodies;
   a.kinematic_bodies += b.kinematic_bodies;

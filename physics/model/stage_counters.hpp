@@ -51,6 +51,9 @@ struct StageCounters {
   std::uint64_t flight_searches = 0, hit_searches = 0, unseen_searches = 0, linked_searches = 0;
   std::uint64_t impacts = 0;        // of them, that took place
   std::uint64_t refined_steps = 0;  // single steps beyond the first that refinement took
+  // Islands of which impacts, hits or refinement ended at their budget of work: the laws are the
+  // same, but the rest of the step is one step, of first order.
+  std::uint64_t islands_over_budget = 0;
   std::uint64_t driven_bodies = 0;  // bodies that got a drive's acceleration
   std::uint64_t forced_bodies = 0;  // bodies that got forces or damping of their own
   std::uint64_t kinematic_bodies = 0;

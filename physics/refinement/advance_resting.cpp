@@ -54,8 +54,10 @@ IslandReport advance_together(const SceneDescription& scene, const Geometry& geo
                               std::span<const ContactManifold> manifolds,
                               std::span<BodyState> states, SolveScratch& scratch,
                               StageCounters& counters, std::vector<AdvanceFault>& faults) {
-  const auto advance =
-      is_refined(scene, geometry, ids, manifolds) ? advance_refined : advance_unrefined;
+  const bool affordable = is_affordable(scene, manifolds);
+  const bool gains = gains_by_refinement(scene, geometry, ids, manifolds);
+  counters.islands_over_budget += gains && !affordable;
+  const auto advance = gains && affordable ? advance_refined : advance_unrefined;
   return advance(scene, geometry, dt_s, ids, manifolds, states, scratch, counters, faults);
 }
 

@@ -17,9 +17,9 @@
 namespace soda::physics {
 namespace {
 
-// Of contacts, in an island that is refined unasked. That takes up to thirty solves: a body costs
-// twice as much as in an island that is not (plates on each other, physics_event_rows).
-constexpr std::size_t kMostPoints = 256;
+// Budget of work, unasked: up to so many solves of a step, times the contact points of each. A body
+// of a refined island costs twice as much as of another (plates on each other, physics_event_rows).
+constexpr std::size_t kSolvesUnasked = 30, kMostPointsSolved = 7680;
 
 // A change is closed in upon until its error, which halves with the part that holds it, is an
 // eighth of any tolerance. Large islands take less solves, for each of theirs takes longer.
@@ -104,14 +104,18 @@ Need refinement_needed(const SceneDescription& scene) {
                  "one body alone is neither driven nor held by a joint");
 }
 
-bool is_refined(const SceneDescription& scene, const Geometry& geometry,
-                std::span<const BodyId> ids, std::span<const ContactManifold> manifolds) {
+bool is_affordable(const SceneDescription& scene, std::span<const ContactManifold> manifolds) {
+  if (scene.tolerance > 0.0) return true;
+  std::size_t points = 0;
+  for (const ContactManifold& m : manifolds) points += m.count;
+  return kSolvesUnasked * points <= kMostPointsSolved;
+}
+
+bool gains_by_refinement(const SceneDescription& scene, const Geometry& geometry,
+                         std::span<const BodyId> ids, std::span<const ContactManifold> manifolds) {
   if (any_kinematic(scene, ids)) return false;
   if (!(scene.tolerance > 0.0)) {
     if (!scene.solver.refined) return false;
-    std::size_t points = 0;
-    for (const ContactManifold& m : manifolds) points += m.count;
-    if (points > kMostPoints) return false;
     if (!is_of_first_order(scene, ids, manifolds)) return false;
     const auto driven = [&scene](BodyId id) { return is_driven(scene, id); };
     if (std::ranges::any_of(ids, driven)) return false;

@@ -15,11 +15,15 @@ namespace soda::physics {
 
 Need refinement_needed(const SceneDescription& scene);
 
-// Whether an island is worth it: nothing in it is pushed apart, and the scene asks for a tolerance,
-// or it has few contact points (256), and no joints other than springs. A function of the arguments
-// only.
-bool is_refined(const SceneDescription& scene, const Geometry& geometry,
-                std::span<const BodyId> ids, std::span<const ContactManifold> manifolds);
+// Whether refinement leads an island nearer: nothing in it is pushed apart, and the scene asks for
+// a tolerance, or no joint other than springs holds it. A function of the arguments only.
+bool gains_by_refinement(const SceneDescription& scene, const Geometry& geometry,
+                         std::span<const BodyId> ids, std::span<const ContactManifold> manifolds);
+
+// Whether that stays within the budget of work that a step has unasked: 7680 contact points solved
+// (thirty solves of 256). Beyond it an island takes a plain step, of first order, and is counted
+// (islands_over_budget).
+bool is_affordable(const SceneDescription& scene, std::span<const ContactManifold> manifolds);
 
 // Advances such an island by dt_s. Where velocities stay as they are this is one step of
 // advance_once. Else it takes one and two of them, and four unless forces are steady, and

@@ -18,6 +18,7 @@
 #include "physics/model/kinematic.hpp"
 #include "physics/refinement/advance_resting.hpp"
 #include "physics/refinement/refined_trials.hpp"
+#include "physics/refinement/refinement.hpp"
 #include "physics/solvers/island_motion.hpp"
 
 namespace soda::physics {
@@ -136,6 +137,7 @@ IslandReport advance_island(const SceneDescription& scene, const Geometry& geome
   bound_ways(scene, dt_s, ids, manifolds, states, scratch.ways);
   double flown_s = 0.0;
   if (!whole && is_one_solve(scene, geometry, ids, manifolds, states)) {
+    counters.islands_over_budget += gains_by_refinement(scene, geometry, ids, manifolds);
     report = advance_once(scene, dt_s, false, ids, manifolds, states, scratch, counters, faults);
   } else {
     flown_s = fly_through_impacts(scene, geometry, dt_s, ids, manifolds, states, report, counters);

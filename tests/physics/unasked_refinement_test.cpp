@@ -38,5 +38,27 @@ TEST(UnaskedRefinement, ARodThatHasNoLimitTakesBoundedSteps) {
   }
 }
 
+// Boxes on each other that slide together, with four contact points each.
+World sliding_stack(int count) {
+  constexpr Material kRough{.friction = 0.5, .restitution = 0.0};
+  World world = under_gravity();
+  world.add_floor(kRough);
+  const std::uint32_t box = world.add_shape(Box{Vec3(0.5, 0.5, 0.05)});
+  for (int i = 0; i < count; ++i)
+    world.add_body(box, Vec3(0, 0, 0.05 + 0.1 * i), 1000.0, kRough).linear_velocity_m_s =
+        Vec3(1, 0, 0);
+  return world;
+}
+
+TEST(UnaskedRefinement, TellsOfIslandsThatAreMoreWorkThanAStepMayTake) {
+  World within = sliding_stack(8), beyond = sliding_stack(80);
+  within.run(1);
+  EXPECT_GT(within.counters.refined_steps, 0u);
+  EXPECT_EQ(within.counters.islands_over_budget, 0u);
+  beyond.run(1);
+  EXPECT_GE(beyond.counters.contact_points, 4u * 80u);
+  EXPECT_EQ(beyond.counters.islands_over_budget, 1u);
+}
+
 }  // namespace
 }  // namespace soda::physics
