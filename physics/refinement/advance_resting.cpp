@@ -55,7 +55,7 @@ IslandReport advance_together(const SceneDescription& scene, const Geometry& geo
                               std::span<BodyState> states, SolveScratch& scratch,
                               StageCounters& counters, std::vector<AdvanceFault>& faults) {
   const auto advance =
-      is_refined(scene, geometry, ids, manifolds) ? advance_refined : advance_unrefined;
+      is_refined(scene, geometry, ids, manifolds, states) ? advance_refined : advance_unrefined;
   return advance(scene, geometry, dt_s, ids, manifolds, states, scratch, counters, faults);
 }
 

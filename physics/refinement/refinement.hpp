@@ -19,7 +19,8 @@ Need refinement_needed(const SceneDescription& scene);
 // or it has few contact points (256), and no joints other than springs. A function of the arguments
 // only.
 bool is_refined(const SceneDescription& scene, const Geometry& geometry,
-                std::span<const BodyId> ids, std::span<const ContactManifold> manifolds);
+                std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
+                std::span<const BodyState> states);
 
 // Advances such an island by dt_s. Where velocities stay as they are this is one step of
 // advance_once. Else it takes one and two of them, and four unless forces are steady, and
