@@ -206,6 +206,7 @@ std::string run_json(const RunReport& report) {
   }
   json["warnings"] = warnings_json({report.warnings});
   json["stages"] = object_of(stage_counts(result));
+  json["broken_joints"] = broken_joints(result);
   json["plan"] = plan_lines(run.plan, &run.plan_counters);
   Json& changes = json["territory_changes"] = Json::array();
   for (const auto& [step, cell, from, to] : result.territory_changes)

@@ -192,6 +192,7 @@ Counts stage_counts(const models::SimulationResult& result) {
       {"joint_rows", stages.joint_rows},
       {"limit_rows", stages.limit_rows},
       {"motor_rows", stages.motor_rows},
+      {"joints_broken", stages.joints_broken},
       {"restitution_rows", stages.restitution_rows},
       {"warm_started_rows", stages.warm_started_rows},
       {"impact_searches", stages.impact_searches()},
@@ -217,6 +218,16 @@ Counts island_counts(const models::SimulationResult& result) {
           {"reused", result.worlds.islands_reused},
           {"split", result.worlds.islands_split},
           {"solves_committed", result.worlds.solves_committed}};
+}
+
+std::vector<std::uint32_t> broken_joints(const models::SimulationResult& result) {
+  std::vector<std::uint32_t> labels;
+  for (const physics::BodyState& state : result.final_states)
+    labels.insert(labels.end(), state.broken_joints.begin(), state.broken_joints.end());
+  std::ranges::sort(labels);
+  const auto again = std::ranges::unique(labels);
+  labels.erase(again.begin(), again.end());
+  return labels;
 }
 
 double efficiency(const kernel::Counters& events) {

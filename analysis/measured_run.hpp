@@ -54,6 +54,9 @@ std::vector<std::pair<std::string, std::uint64_t>> stage_counts(
 std::vector<std::pair<std::string, std::uint64_t>> island_counts(
     const models::SimulationResult& result);
 
+// Labels of the joints that are broken at the end, ascending.
+std::vector<std::uint32_t> broken_joints(const models::SimulationResult& result);
+
 // Fractions and means that reports share; 0 where nothing was executed.
 double efficiency(const kernel::Counters& events);  // 1 - rolled back / executed
 double mean_lead_steps(const kernel::Counters& events);

@@ -84,6 +84,20 @@ std::string events_text(const RunReport& report) {
                       rows);
 }
 
+// Empty if none is broken.
+std::string broken_text(const RunReport& report) {
+  constexpr std::size_t kMostIds = 20;
+  const std::vector<std::uint32_t> broken = broken_joints(report.run.result);
+  if (broken.empty()) return "";
+  std::string text =
+      std::to_string(broken.size()) + (broken.size() == 1 ? " joint broke: " : " joints broke: ");
+  for (std::size_t i = 0; i < std::min(broken.size(), kMostIds); ++i)
+    text += (i == 0 ? "" : ", ") + std::to_string(broken[i]);
+  if (broken.size() > kMostIds)
+    text += " and " + std::to_string(broken.size() - kMostIds) + " more (--json lists all)";
+  return text + "\n\n";
+}
+
 // What the user could not expect is told line by line, up to a number that can be read.
 std::string inputs_text(const RunReport& report) {
   constexpr std::size_t kMostLines = 20;
@@ -226,7 +240,7 @@ std::string run_text(const RunReport& report) {
          "\n" + (report.run.estimates ? estimates_text(*report.run.estimates) + "\n" : "") +
          events_text(report) + "\n" + entries_text(report.run.result.worlds) +
          (cluster ? cluster_text(*cluster) + "\n" : "") + inputs_text(report) +
-         plan_text(report.run.plan, &report.run.plan_counters);
+         broken_text(report) + plan_text(report.run.plan, &report.run.plan_counters);
 }
 
 }  // namespace soda::analysis

@@ -128,7 +128,7 @@ BorderContacts find_border_contacts(const physics::SceneDescription& scene,
                        all.ids[pair.second], all.states[pair.second], found, counters);
     if (!crossing.empty()) add_crossing(all, pair, self, crossing, out);
   }
-  physics::append_world_joints(scene, ids, out.manifolds);
+  physics::append_world_joints(scene, ids, states, out.manifolds);
   sort_unique(out.foreign);
   for (auto& [target, fragment] : out.fragments) sort_unique(fragment.records.nodes);
   return out;

@@ -20,6 +20,9 @@ namespace soda::models {
 static_assert(std::endian::native == std::endian::little,
               "the wire format is little-endian: big-endian machines need byte swaps here");
 
+// Of the number of a state's impulses: broken joints follow them.
+inline constexpr std::uint32_t kHasBroken = 0x80000000u;
+
 // Appends to `out`, which outlives it.
 class Writer {
  public:
@@ -53,8 +56,12 @@ class Writer {
     // At once: growing by a number at a time took 4 % of a run with many messages.
     append(std::array{x.x(), x.y(), x.z(), q.w(), q.x(), q.y(), q.z(), v.x(), v.y(), v.z(), w.x(),
                       w.y(), w.z()});
-    number(static_cast<std::uint32_t>(value.impulses.size()));
+    const bool breaks = !value.broken_joints.empty();
+    number(static_cast<std::uint32_t>(value.impulses.size()) | (breaks ? kHasBroken : 0u));
     for (const physics::ContactImpulse& item : value.impulses) impulse(item);
+    if (!breaks) return;
+    number(static_cast<std::uint32_t>(value.broken_joints.size()));
+    for (const std::uint32_t joint : value.broken_joints) number(joint);
   }
   void manifold(const physics::ContactManifold& value) {
     id(value.a);
@@ -138,8 +145,12 @@ class Reader {
     value.orientation.z() = number<double>();
     value.linear_velocity_m_s = vector();
     value.angular_velocity_rad_s = vector();
-    value.impulses.resize(number<std::uint32_t>());
+    const auto impulses = number<std::uint32_t>();
+    value.impulses.resize(impulses & ~kHasBroken);
     for (physics::ContactImpulse& item : value.impulses) item = impulse();
+    if ((impulses & kHasBroken) == 0) return value;
+    value.broken_joints.resize(number<std::uint32_t>());
+    for (std::uint32_t& joint : value.broken_joints) joint = number<std::uint32_t>();
     return value;
   }
   physics::ContactManifold manifold() {

@@ -35,6 +35,17 @@ std::array<std::uint64_t, kImpulseWords> impulse_words(const ContactImpulse& imp
           word(impulse.friction_newton_s[2])};
 }
 
+// Broken joints come last, a word each, and the number of them after some zeros: so many that what
+// follows the body is one word more than impulses take. Nothing where none is broken.
+std::size_t broken_words(std::size_t broken) {
+  if (broken == 0) return 0;
+  return (broken + kImpulseWords - 1) / kImpulseWords * kImpulseWords + 1;
+}
+
+std::size_t broken_words(std::span<const std::uint64_t> words) {
+  return (words.size() - kBodyWords) % kImpulseWords == 0 ? 0 : broken_words(words.back());
+}
+
 template <std::size_t N>
 bool begins_with(std::span<const std::uint64_t> words, const std::array<std::uint64_t, N>& wanted) {
   for (std::size_t i = 0; i < N; ++i)
@@ -46,6 +57,11 @@ void pack(const BodyState& state, std::uint64_t* out) {
   out = std::ranges::copy(body_words(state), out).out;
   for (const ContactImpulse& impulse : state.impulses)
     out = std::ranges::copy(impulse_words(impulse), out).out;
+  const std::size_t broken = state.broken_joints.size();
+  if (broken == 0) return;
+  out = std::ranges::copy(state.broken_joints, out).out;
+  out = std::fill_n(out, broken_words(broken) - broken - 1, std::uint64_t{0});
+  *out = broken;
 }
 
 bool are_of(std::span<const std::uint64_t> words, const BodyState& state) {
@@ -57,7 +73,9 @@ bool are_of(std::span<const std::uint64_t> words, const BodyState& state) {
     if (!begins_with(words, impulse_words(impulse))) return false;
     words = words.subspan(kImpulseWords);
   }
-  return true;
+  const std::vector<std::uint32_t>& broken = state.broken_joints;
+  return broken.empty() ||
+         (words.back() == broken.size() && std::ranges::equal(broken, words.first(broken.size())));
 }
 
 void unpack_from(std::span<const std::uint64_t> words, BodyState& state) {
@@ -71,7 +89,8 @@ void unpack_from(std::span<const std::uint64_t> words, BodyState& state) {
   state.orientation.x() = number(words[10]);
   state.orientation.y() = number(words[11]);
   state.orientation.z() = number(words[12]);
-  state.impulses.resize((words.size() - kBodyWords) / kImpulseWords);
+  const std::size_t of_broken = broken_words(words);
+  state.impulses.resize((words.size() - kBodyWords - of_broken) / kImpulseWords);
   std::size_t at = kBodyWords;
   for (ContactImpulse& impulse : state.impulses) {
     impulse.other = BodyId{static_cast<std::uint32_t>(words[at] >> 32)};
@@ -81,6 +100,8 @@ void unpack_from(std::span<const std::uint64_t> words, BodyState& state) {
     impulse.friction_newton_s = vector(at + 3);
     at += kImpulseWords;
   }
+  state.broken_joints.resize(of_broken == 0 ? 0 : words.back());
+  for (std::uint32_t& joint : state.broken_joints) joint = static_cast<std::uint32_t>(words[at++]);
 }
 
 // What moves has other low bits in one of these, nearly always.
@@ -94,7 +115,8 @@ std::uint32_t fingerprint(const BodyState& state) {
 }  // namespace
 
 std::size_t packed_words(const BodyState& state) {
-  return kBodyWords + kImpulseWords * state.impulses.size();
+  return kBodyWords + kImpulseWords * state.impulses.size() +
+         broken_words(state.broken_joints.size());
 }
 
 PackedState::PackedState(SharedMemory& memory, const BodyState& state)

@@ -10,7 +10,8 @@
 
 namespace soda::models {
 
-// Bits of every named field, without padding: 104 bytes and 48 a contact impulse. In words of 8.
+// Bits of every named field, without padding: 104 bytes and 48 a contact impulse, and where
+// joints are broken some more. In words of 8.
 std::size_t packed_words(const physics::BodyState& state);
 
 // One state in a block of its own.

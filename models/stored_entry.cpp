@@ -150,7 +150,8 @@ bool is_empty(const ForeignView& view) {
 std::uint64_t whole_bytes(const std::vector<BodyState>& states) {
   std::uint64_t bytes = states.size() * sizeof(BodyState);
   for (const BodyState& state : states)
-    bytes += state.impulses.size() * sizeof(physics::ContactImpulse);
+    bytes += state.impulses.size() * sizeof(physics::ContactImpulse) +
+             state.broken_joints.size() * sizeof(std::uint32_t);
   return bytes;
 }
 

@@ -80,7 +80,8 @@ std::vector<std::uint32_t> without_coincident(const Written& written, WarningLis
   for (const std::uint32_t i : there) {
     const bool new_place = kept.empty() || centre(first) != centre(i);
     if (new_place) kept.push_back(first = i);
-    if (new_place || !physics::may_touch(written.scenario.scene, BodyId{first}, BodyId{i}))
+    if (new_place || !physics::may_touch(written.scenario.scene, BodyId{first},
+                                         written.scenario.initial[first], BodyId{i}))
       continue;
     warnings.add("overlap", *written.places[i], [&] {
       return WarningText{

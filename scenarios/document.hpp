@@ -183,18 +183,22 @@ struct JointBase : Located {
   std::optional<std::int64_t> other_body;
   Vec3 anchor_m = Vec3::Zero();
   bool can_collide = false;
-  std::optional<double> reach_m;
+  std::optional<double> reach_m, break_force_newton;
 };
 struct BallSpec : JointBase {};
-struct FixedSpec : JointBase {};
+struct FixedSpec : JointBase {
+  std::optional<double> break_torque_newton_m;
+};
 struct HingeSpec : JointBase {
   Vec3 axis = Vec3::Zero();
+  std::optional<double> break_torque_newton_m;
   std::optional<double> min_angle_rad, max_angle_rad;
   std::optional<double> motor_speed_rad_s, motor_torque_newton_m, motor_target_rad;
   std::optional<double> motor_time_constant_s;
 };
 struct SliderSpec : JointBase {
   Vec3 axis = Vec3::Zero();
+  std::optional<double> break_torque_newton_m;
   std::optional<double> min_way_m, max_way_m;
   std::optional<double> motor_speed_m_s, motor_force_newton, motor_target_m;
   std::optional<double> motor_time_constant_s;

@@ -6,9 +6,11 @@
 namespace soda::scenarios {
 namespace {
 
+constexpr Limits kBreaking{1e-12, 1e15};
+
 template <class T, std::size_t N>
-constexpr std::array<Field, 6 + N> joint_fields(const std::array<Field, N>& others) {
-  std::array<Field, 6 + N> all{
+constexpr std::array<Field, 7 + N> joint_fields(const std::array<Field, N>& others) {
+  std::array<Field, 7 + N> all{
       field<T, &T::id>("id", kRequired, kId, "Identity, unique among the joints."),
       field<T, &T::body>("body", kRequired, kId, "Id of a body that is there from the start."),
       field<T, &T::other_body>("other_body", kOptional, kId,
@@ -23,8 +25,12 @@ constexpr std::array<Field, 6 + N> joint_fields(const std::array<Field, N>& othe
                             "of the smaller body's size, four times that for sliders, and the "
                             "length and four times that for distances and springs; of a slider "
                             "with two limits the farther one, and twice the size."),
+      field<T, &T::break_force_newton>(
+          "break_force_newton", kOptional, kBreaking,
+          "It breaks, for ever, at the end of a step over which it pulled or pushed by more on the "
+          "mean; without it, never. Limits and motors count."),
   };
-  for (std::size_t i = 0; i < N; ++i) all[6 + i] = others[i];
+  for (std::size_t i = 0; i < N; ++i) all[7 + i] = others[i];
   return all;
 }
 
@@ -32,6 +38,14 @@ template <class T>
 constexpr Field axis_field() {
   return field<T, &T::axis>("axis", kRequired, Limits{-1e6, 1e6},
                             "Its axis at the start, world frame; of any length.");
+}
+
+template <class T>
+constexpr Field break_torque_field() {
+  return field<T, &T::break_torque_newton_m>(
+      "break_torque_newton_m", kOptional, kBreaking,
+      "Of what turns or bends it, as break_force_newton of forces; about its anchor, of a slider "
+      "that in the world or the body with the higher id.");
 }
 
 template <class T>
@@ -54,7 +68,7 @@ constexpr std::array<Field, 2> distance_fields() {
 
 constexpr auto kBallFields = joint_fields<BallSpec>(std::array<Field, 0>{});
 constexpr auto kHingeFields = joint_fields<HingeSpec>(std::array{
-    axis_field<HingeSpec>(),
+    axis_field<HingeSpec>(), break_torque_field<HingeSpec>(),
     field<HingeSpec, &HingeSpec::min_angle_rad>(
         "min_angle_rad", kOptional, Limits{-kMostTurn_rad, 0.0},
         "How far the body can be turned back about the axis, against the other one."),
@@ -72,7 +86,7 @@ constexpr auto kHingeFields = joint_fields<HingeSpec>(std::array{
         "no more than its speed."),
     time_constant_field<HingeSpec>()});
 constexpr auto kSliderFields = joint_fields<SliderSpec>(std::array{
-    axis_field<SliderSpec>(),
+    axis_field<SliderSpec>(), break_torque_field<SliderSpec>(),
     field<SliderSpec, &SliderSpec::min_way_m>(
         "min_way_m", kOptional, Limits{-kMaxLength_m, 0.0},
         "How far the body can be moved back along the axis, against the other one."),
@@ -88,7 +102,7 @@ constexpr auto kSliderFields = joint_fields<SliderSpec>(std::array{
         "Way along the axis to which the motor moves the body from the start, and holds it there "
         "(a servo), at no more than its speed."),
     time_constant_field<SliderSpec>()});
-constexpr auto kFixedFields = joint_fields<FixedSpec>(std::array<Field, 0>{});
+constexpr auto kFixedFields = joint_fields<FixedSpec>(std::array{break_torque_field<FixedSpec>()});
 constexpr auto kDistanceFields = joint_fields<DistanceSpec>(distance_fields<DistanceSpec>());
 constexpr auto kSpringOwn = distance_fields<SpringSpec>();
 constexpr auto kSpringFields = joint_fields<SpringSpec>(

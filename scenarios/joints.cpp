@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 
 #include "physics/model/kinematic.hpp"
@@ -157,6 +158,18 @@ void localise(const Scenario& scenario, physics::BodyId id, Vec3& anchor, physic
   frame = back * frame;
 }
 
+double most_torque_newton_m(const JointSpec& spec) {
+  static constexpr double kNever = std::numeric_limits<double>::infinity();
+  return std::visit(
+      [](const auto& s) {
+        if constexpr (requires { s.break_torque_newton_m; })
+          return s.break_torque_newton_m.value_or(kNever);
+        else
+          return kNever;
+      },
+      spec);
+}
+
 class Builder {
  public:
   Builder(Scenario& scenario, FaultList& faults) : scenario_(scenario), faults_(faults) {}
@@ -179,6 +192,8 @@ class Builder {
     joint.a = *a;
     joint.b = *b;
     joint.collides = base.can_collide;
+    joint.most_force_newton = base.break_force_newton.value_or(joint.most_force_newton);
+    joint.most_torque_newton_m = most_torque_newton_m(spec);
     joint.anchor_a_m = joint.anchor_b_m = base.anchor_m;
     double size = size_m(scenario_, *a);
     if (!physics::is_static(*b)) size = std::min(size, size_m(scenario_, *b));

@@ -74,6 +74,12 @@ constexpr Synonym kSynonyms[] = {
     {"stiffness k springconstant", "stiffness_newton_m", ""},
     {"damping c", "damping_newton_s_m linear_damping_1_s", ""},
     {"length restlength", "length_m", ""},
+    {"breakforce breakingforce maxbreakforce breakingforcethreshold", "break_force_newton",
+     "the mean over a step"},
+    {"breaktorque breakingtorque maxbreaktorque breakingtorquethreshold", "break_torque_newton_m",
+     "of hinges, sliders and fixed joints: the others bear none"},
+    {"breakingimpulse breakimpulse breakingimpulsethreshold", "break_force_newton",
+     "impulse over time step"},
     // The file.
     {"gravity g", "gravity_m_s2", "three numbers, such as [0, 0, -9.81]"},
     {"dt timestep step stepsize deltat h", "time_step_s", ""},

@@ -3,6 +3,7 @@
 set(steps_of_big-body 30)
 set(steps_of_bin-1000 8)
 set(steps_of_border-stack 8)
+set(steps_of_breaking-bridge 48)
 set(steps_of_crowd 30)
 set(steps_of_detection-only 20)
 set(steps_of_eight-corner 40)

@@ -21,6 +21,8 @@ inline std::string unknown_to_peers(const physics::SceneDescription& scene, bool
   for (const physics::Joint& joint : scene.joints)
     if (!balls || joint.kind != physics::JointKind::kBall || joint.collides)
       return "joints other than balls are not handed over";
+  if (std::ranges::any_of(scene.joints, physics::can_break))
+    return "joints that can break are not handed over";
   for (const physics::BodyParams& body : scene.bodies) {
     if (body.kinematic) return "kinematic bodies are not handed over";
     if (body.material.rolling_friction_m > 0.0 || body.material.torsional_friction_m > 0.0)

@@ -178,6 +178,24 @@ void add_motor_tasks(SceneDraw& d) {
   }
 }
 
+// Some joints can break, at loads about the weights that they hold. Chances of their own, too.
+void add_breaking_joints(SceneDraw& d) {
+  Chance chance(d.seed, 16);
+  if (!chance.one_in(3)) return;
+  for (SceneObject& joint : d.scene[ScenePart::kJoints]) {
+    const auto body = std::ranges::find(d.bodies, *joint.find("body"),
+                                        [](const AddedBody& b) { return json_of(b.id); });
+    if (body == d.bodies.end() || !chance.one_in(2)) continue;
+    const double weight = body->mass_kg * std::max(d.gravity_m_s2, 0.1);
+    joint.set("break_force_newton", json_of(d.plain(weight * chance.powers(0.1, 300.0))));
+    const std::string& type = *joint.find("type");
+    if (type != quoted("hinge") && type != quoted("slider") && type != quoted("fixed")) continue;
+    if (chance.one_in(2))
+      joint.set("break_torque_newton_m",
+                json_of(d.plain(weight * body->size_m.maxCoeff() * chance.powers(0.1, 300.0))));
+  }
+}
+
 void add_idioms(SceneDraw& d) {
   const std::uint32_t idioms = d.chance.one_in(3) ? 2 + d.chance.below(2) : 1;
   for (std::uint32_t i = 0; i < idioms && d.bodies_left() > 0; ++i) {
@@ -202,6 +220,7 @@ WholeScene draw_whole_scene(std::uint64_t seed) {
   add_settings(d);
   if (d.chance.one_in(4)) add_inputs(d);
   add_motor_tasks(d);
+  add_breaking_joints(d);
   if (!d.chance.one_in(12)) add_territory(d);
   add_execution(d);
   return d.scene;

@@ -10,14 +10,15 @@ namespace {
 std::vector<ContactManifold> joint_manifolds(const SceneDescription& scene,
                                              std::span<const BodyId> ids) {
   std::vector<ContactManifold> manifolds;
+  const std::vector<BodyState> whole(ids.size());
   for (std::size_t i = 0; i < scene.joints.size(); ++i) {
     const Joint& joint = scene.joints[i];
     if (is_static(joint.b)) continue;
     const bool again =
         i > 0 && scene.joints[i - 1].a == joint.a && scene.joints[i - 1].b == joint.b;
-    if (!again) append_joints(scene, joint.a, joint.b, manifolds);
+    if (!again) append_joints(scene, joint.a, {}, joint.b, manifolds);
   }
-  append_world_joints(scene, ids, manifolds);
+  append_world_joints(scene, ids, whole, manifolds);
   return manifolds;
 }
 

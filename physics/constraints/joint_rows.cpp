@@ -289,6 +289,7 @@ JointSystem find_joints(const SceneDescription& scene, std::span<const BodyId> i
     system.bodies.push_back({place_of(ids, joint.a), place_of(ids, joint.b)});
     system.earliest.push_back(0);
     system.bounded = joint.limits || joint.motor;
+    if (can_break(joint)) system.breakable.push_back(0);
     system.joints = std::move(joints);
     return system;
   }
@@ -305,6 +306,7 @@ JointSystem find_joints(const SceneDescription& scene, std::span<const BodyId> i
     const Joint& joint = scene.joints[system.joints.back()];
     system.bodies.push_back({place_of(ids, joint.a), place_of(ids, joint.b)});
     system.bounded = system.bounded || joint.limits || joint.motor;
+    if (can_break(joint)) system.breakable.push_back(i);
   }
   return system;
 }
@@ -357,7 +359,9 @@ std::vector<SpringRow> spring_rows(const SceneDescription& scene, std::span<cons
                        joint.stiffness_newton_m,
                        joint.damping_newton_s_m,
                        Vec3(ends.b.anchor - ends.a.anchor).norm(),
-                       {ends.a.arm.norm(), ends.b.arm.norm()}});
+                       {ends.a.arm.norm(), ends.b.arm.norm()},
+                       system.joints[j],
+                       can_break(joint)});
   }
   return springs;
 }

@@ -56,7 +56,8 @@ struct JointSystem {
   std::vector<std::array<std::uint32_t, 2>> bodies;  // a and b of each of them, as in the rows
   std::vector<std::uint32_t> first_row;              // of each of them, and the end
   std::vector<JointRow> rows;
-  std::vector<std::uint32_t> earliest;  // place of the first joint that shares a body with each
+  std::vector<std::uint32_t> earliest;   // place of the first joint that shares a body with each
+  std::vector<std::uint32_t> breakable;  // places of those that can break
   // Of factor_joint_rows.
   EnvelopeMatrix matrix;
   std::vector<std::uint32_t> first_column;  // of each row
@@ -96,6 +97,8 @@ struct SpringRow {
   double stiffness_newton_m = 0.0, damping_newton_s_m = 0.0;
   double length_m = 0.0;          // from end to end
   std::array<double, 2> arm_m{};  // from the centres of a and b to their ends
+  std::uint32_t joint = 0;        // index into SceneDescription::joints
+  bool can_break = false;
 };
 std::vector<SpringRow> spring_rows(const SceneDescription& scene, std::span<const BodyState> states,
                                    const JointSystem& system);

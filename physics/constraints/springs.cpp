@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "physics/constraints/joint_loads.hpp"
 #include "physics/forces/forces.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/math/solver_body.hpp"
@@ -134,6 +135,7 @@ bool advance_lone_spring(const SceneDescription& scene, double dt_s, std::span<c
     const BodyParams& params = scene.bodies[index_of(ids[i])];
     const double share = (i == 0 ? -1.0 : 1.0) / params.mass_kg;
     BodyState moved;
+    moved.broken_joints = states[i].broken_joints;
     moved.orientation = states[i].orientation;
     moved.angular_velocity_rad_s = states[i].angular_velocity_rad_s;
     moved.position_m = states[i].position_m + states[i].linear_velocity_m_s * dt_s +
@@ -147,6 +149,7 @@ bool advance_lone_spring(const SceneDescription& scene, double dt_s, std::span<c
     else
       states[i] = std::move(moved);
   }
+  if (can_break(joint)) add_load({joints.joints.front(), impulse}, report);
   if (ids.size() > 1) return true;
   report.static_impulse_newton_s -= impulse;
   report.static_angular_impulse_newton_m_s -= spring.anchor_b_m.cross(impulse);
@@ -195,6 +198,7 @@ void kick(std::span<const SpringRow> springs, double time_s, bool backwards,
         -(spring.stiffness_newton_m * time_s * row.error + damped * velocity_of(row, bodies)) /
         (1.0 + 0.5 * damped * give_of(row, bodies));
     apply_joint_impulse(row, impulse, bodies);
+    if (spring.can_break) add_load({spring.joint, row.linear * impulse}, report);
     if (row.b != states.size()) continue;
     const Vec3 given = row.linear * -impulse;
     report.static_impulse_newton_s += given;

@@ -22,9 +22,9 @@ void collide_shapes(const SceneDescription& scene, const Geometry& geometry, dou
 void collide(const SceneDescription& scene, const Geometry& geometry, double dt_s, BodyId a,
              const BodyState& state_a, BodyId b, const BodyState* state_b,
              std::vector<ContactManifold>& out, StageCounters& counters) {
-  if (may_touch(scene, a, b))
+  if (may_touch(scene, a, state_a, b))
     collide_shapes(scene, geometry, dt_s, a, state_a, b, state_b, out, counters);
-  if (!scene.joints.empty() && !is_static(b)) append_joints(scene, a, b, out);
+  if (!scene.joints.empty() && !is_static(b)) append_joints(scene, a, state_a, b, out);
 }
 
 }  // namespace soda::physics

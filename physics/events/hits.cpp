@@ -26,7 +26,7 @@ bool can_be_hit(const HitIsland& island, double dt_s, std::span<const BodyState>
   const double most_turn_rad =
       kMostTurn_rad + kOfEach_rad * static_cast<double>(std::min(island.ids.size(), kFew));
   for (std::size_t i = 0; i < states.size(); ++i) {
-    if (!is_unjointed(island.scene.bodies[index_of(island.ids[i])])) return false;
+    if (!is_unjointed(island.scene.bodies[index_of(island.ids[i])], states[i])) return false;
     if (shape_of(island.scene, island.geometry, island.ids[i]).kind == ShapeKind::kSphere) continue;
     if (states[i].angular_velocity_rad_s.norm() * dt_s > most_turn_rad) return false;
   }
@@ -38,13 +38,13 @@ bool can_be_hit(const HitIsland& island, double dt_s, std::span<const BodyState>
 Need hits_needed(const SceneDescription& scene) {
   const Need contacts = contacts_needed(scene);
   if (!contacts) return contacts;
-  if (!can_meet(bodies_that(scene, is_unjointed), scene.statics.size()))
+  if (!can_meet(bodies_that(scene, can_be_unjointed), scene.statics.size()))
     return {false, "joints hold the bodies that can touch"};
   if (scene.tolerance > 0.0) return {true, "contacts are resolved to a tolerance"};
   const auto springy = [](const auto& body) { return body.material.restitution > 0.0; };
   const bool bounces =
       statics_that(scene, springy) > 0 || bodies_that(scene, [&](const BodyParams& body) {
-                                            return is_unjointed(body) && springy(body);
+                                            return can_be_unjointed(body) && springy(body);
                                           }) > 0;
   return need_of(bounces, "a material has restitution > 0",
                  "nothing without joints has restitution > 0");

@@ -36,7 +36,7 @@ bool rests(const SceneDescription& scene, const ContactManifold& m, const BodySt
   return false;
 }
 
-bool can_fly(const BodyParams& body) { return is_unjointed(body) && !is_pushed(body); }
+bool can_fly(const BodyParams& body) { return can_be_unjointed(body) && !is_pushed(body); }
 
 // What happens at an impact within the step is worth its time: the pair bounces, or flies farther
 // than its width.
@@ -59,8 +59,10 @@ Need flights_needed(const SceneDescription& scene) {
 bool is_in_flight(const SceneDescription& scene, const Geometry& geometry,
                   std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
                   std::span<const BodyState> states) {
-  for (const BodyId id : ids)
-    if (!can_fly(scene.bodies[index_of(id)])) return false;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    const BodyParams& body = scene.bodies[index_of(ids[i])];
+    if (!can_fly(body) || !is_unjointed(body, states[i])) return false;
+  }
   const auto state_of = [&](BodyId id) { return &states[place_of(ids, id)]; };
   bool impact = false;
   for (const ContactManifold& m : manifolds) impact = impact || is_impact(scene, m);

@@ -32,6 +32,7 @@ bool is_unforeseen(const SceneDescription& scene, const Geometry& geometry, doub
 BodyState start_of(const SceneDescription& scene, double dt_s, const BodyState& before,
                    const BodyState& now) {
   BodyState start;
+  start.broken_joints = before.broken_joints;
   start.position_m = before.position_m;
   start.orientation = before.orientation;
   start.linear_velocity_m_s = now.linear_velocity_m_s - scene.gravity_m_s2 * dt_s;
@@ -56,8 +57,8 @@ Need unseen_statics_needed(const SceneDescription& scene) {
   const Need contacts = contacts_needed(scene);
   if (!contacts) return contacts;
   if (scene.statics.empty()) return {false, "there is no static"};
-  return need_of(bodies_that(scene, is_unjointed) > 0, "contacts can send bodies to other statics",
-                 "joints hold every body");
+  return need_of(bodies_that(scene, can_be_unjointed) > 0,
+                 "contacts can send bodies to other statics", "joints hold every body");
 }
 
 void stop_at_unseen_statics(const SceneDescription& scene, const Geometry& geometry, double dt_s,
@@ -66,7 +67,8 @@ void stop_at_unseen_statics(const SceneDescription& scene, const Geometry& geome
                             IslandReport& report, StageCounters& counters) {
   std::vector<IndexPair> pairs;
   for (std::size_t i = 0; i < ids.size(); ++i) {
-    if (!is_unjointed(scene.bodies[index_of(ids[i])]) || is_kinematic(scene, ids[i])) continue;
+    if (!is_unjointed(scene.bodies[index_of(ids[i])], states[i]) || is_kinematic(scene, ids[i]))
+      continue;
     if (!is_unforeseen(scene, geometry, dt_s, ids[i], before[i], states[i])) continue;
     const BodyState start = start_of(scene, dt_s, before[i], states[i]);
     const Aabb box = swept_aabb(scene, geometry, ids[i], start);
@@ -168,7 +170,8 @@ void stop_at_floors(const SceneDescription& scene, const Geometry& geometry,
                     std::span<const BodyId> ids, std::span<const BodyState> before,
                     std::span<BodyState> states, IslandReport& report) {
   for (std::size_t i = 0; i < ids.size(); ++i) {
-    if (scene.bodies[index_of(ids[i])].joints > 0 || is_kinematic(scene, ids[i])) continue;
+    if (!is_unjointed(scene.bodies[index_of(ids[i])], states[i]) || is_kinematic(scene, ids[i]))
+      continue;
     const CompiledShape& shape = shape_of(scene, geometry, ids[i]);
     if (shape.parts.empty())
       stop_body({scene, ids[i], kLowest * shape.min_extent_m, before[i]}, geometry, states[i],

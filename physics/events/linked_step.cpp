@@ -52,6 +52,7 @@ Vec3 turn_between(const Quat& from, const Quat& to) {
 BodyState way_between(const Vec3& gravity_m_s2, double time_s, const BodyState& before,
                       const BodyState& after) {
   BodyState start;
+  start.broken_joints = before.broken_joints;
   start.position_m = before.position_m;
   start.orientation = before.orientation;
   start.linear_velocity_m_s =
@@ -101,11 +102,11 @@ std::vector<Touching> pairs_in_reach(const LinkedIsland& island, std::span<const
   std::vector<Touching> pairs;
   find_pairs(island.scene.broadphase, boxes, found, island.counters);
   for (const IndexPair& p : found)
-    if (may_touch(island.scene, island.ids[p.first], island.ids[p.second]))
+    if (may_touch(island.scene, island.ids[p.first], ways[p.first], island.ids[p.second]))
       pairs.push_back({island.ids[p.first], island.ids[p.second]});
   find_static_pairs(island.geometry, boxes, found, island.counters);
   for (const IndexPair& p : found)
-    if (may_touch(island.scene, island.ids[p.first], static_id(p.second)))
+    if (may_touch(island.scene, island.ids[p.first], ways[p.first], static_id(p.second)))
       pairs.push_back({island.ids[p.first], static_id(p.second)});
   return pairs;
 }

@@ -12,6 +12,7 @@ namespace {
 Aabb way_of(const SceneDescription& scene, const Geometry& geometry, BodyId id,
             const BodyState& state, double share) {
   BodyState spinning;
+  spinning.broken_joints = state.broken_joints;
   spinning.position_m = state.position_m;
   spinning.orientation = state.orientation;
   spinning.linear_velocity_m_s = state.linear_velocity_m_s * share;
@@ -41,7 +42,7 @@ MeetingPairs::MeetingPairs(const SceneDescription& scene, const Geometry& geomet
   for (std::uint32_t i = 0; i < ids.size(); ++i) {
     boxes_.find(boxes_.box(i), found_);
     for (const std::uint32_t j : found_)
-      if (j > i && may_touch(scene, ids[i], ids[j])) add({i, j, false});
+      if (j > i && may_touch_unheld(scene, ids[i], ids[j])) add({i, j, false});
   }
   for (std::uint32_t i = 0; i < ids.size(); ++i) add_statics_of(i, counters);
 }
@@ -74,7 +75,8 @@ std::uint32_t MeetingPairs::add(const MeetingPair& pair) {
 void MeetingPairs::add_statics_of(std::uint32_t body, StageCounters& counters) {
   find_static_pairs(geometry_, {&boxes_.box(body), 1}, statics_, counters);
   for (const IndexPair& pair : statics_)
-    if (may_touch(scene_, ids_[body], static_id(pair.second))) add({body, pair.second, true});
+    if (may_touch_unheld(scene_, ids_[body], static_id(pair.second)))
+      add({body, pair.second, true});
 }
 
 bool MeetingPairs::are_near(std::uint32_t pair) const {
@@ -89,7 +91,7 @@ void MeetingPairs::turn(std::uint32_t body, const BodyState& state, double share
   for (const std::uint32_t other : found_)
     if (other != body) {
       const std::uint32_t a = std::min(body, other), b = std::max(body, other);
-      if (may_touch(scene_, ids_[a], ids_[b])) add({a, b, false});
+      if (may_touch_unheld(scene_, ids_[a], ids_[b])) add({a, b, false});
     }
   counters.candidate_pairs += found_.size();
   add_statics_of(body, counters);

@@ -36,7 +36,7 @@ bool is_one_solve(const SceneDescription& scene, const Geometry& geometry,
   return scene.solver.contact_response && !(scene.tolerance > 0.0) &&
          !is_in_flight(scene, geometry, ids, manifolds, states) &&
          !(is_affordable(scene, manifolds) &&
-           gains_by_refinement(scene, geometry, ids, manifolds)) &&
+           gains_by_refinement(scene, geometry, ids, manifolds, states)) &&
          (!is_giant(manifolds) || has_giant_part(scene, geometry, ids, manifolds, states));
 }
 
@@ -46,8 +46,9 @@ std::optional<IslandBlocks> blocks_of_step(const SceneDescription& scene, const 
                                            std::span<const BodyState> states) {
   if (!is_giant(manifolds) || !is_one_solve(scene, geometry, ids, manifolds, states))
     return std::nullopt;
-  const auto unjointed = [&](BodyId id) { return is_unjointed(scene.bodies[index_of(id)]); };
-  if (!scene.joints.empty() && !std::ranges::all_of(ids, unjointed)) return std::nullopt;
+  if (!scene.joints.empty())
+    for (std::size_t i = 0; i < ids.size(); ++i)
+      if (!is_unjointed(scene.bodies[index_of(ids[i])], states[i])) return std::nullopt;
   return choose_solve(scene, scene.dt_s, false, ids, manifolds, states).blocks;
 }
 

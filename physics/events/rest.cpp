@@ -11,6 +11,7 @@
 
 #include "physics/constraints/contact_rows.hpp"
 #include "physics/constraints/joint_impulses.hpp"
+#include "physics/constraints/joint_loads.hpp"
 #include "physics/constraints/rolling_rows.hpp"
 #include "physics/constraints/springs.hpp"
 #include "physics/forces/forces.hpp"
@@ -123,8 +124,9 @@ bool hold(const SceneDescription& scene, const Geometry& geometry, std::span<con
 // Springs pull as they are stretched. What other joints hold takes part if contacts hold it, too,
 // nothing drives it, and it is closed.
 bool can_joints_rest(const SceneDescription& scene, std::span<const BodyId> ids,
-                     std::span<const ContactManifold> manifolds) {
-  if (are_all_springs(scene, ids, manifolds)) return true;
+                     std::span<const ContactManifold> manifolds,
+                     std::span<const BodyState> states) {
+  if (are_all_springs(scene, ids, manifolds, states)) return true;
   const auto drives = [&scene](const ContactManifold& m) {
     return is_joint(m) && scene.joints[joint_of(m)].motor.has_value();
   };
@@ -141,6 +143,7 @@ bool pull_by_joints(const SceneDescription& scene, std::span<const BodyId> ids,
   kick(spring_rows(scene, states, joints), scene.dt_s, false, states, bodies, report);
   if (!are_closed(scene, scene.dt_s, states, joints)) return false;
   load_joint_impulses(scene, states, joints);
+  add_loads(joints, report);
   for (const JointRow& row : joints.rows) apply_joint_impulse(row, row.impulse_newton_s, bodies);
   return true;
 }
@@ -174,7 +177,7 @@ bool is_nearly_at_rest(const SceneDescription& scene, const Geometry& geometry,
   if (!scene.solver.rest || !(carries(scene) || any_kinematic(scene, ids))) return false;
   if (!is_slow(scene, geometry, ids, states)) return false;
   if (any_carries(scene, ids, states)) return false;
-  if (!scene.joints.empty() && !can_joints_rest(scene, ids, manifolds)) return false;
+  if (!scene.joints.empty() && !can_joints_rest(scene, ids, manifolds, states)) return false;
   return std::ranges::none_of(ids,
                               [&](BodyId id) { return is_pushed(scene.bodies[index_of(id)]); });
 }

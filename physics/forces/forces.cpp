@@ -126,14 +126,16 @@ Need forces_needed(const SceneDescription& scene) {
 }
 
 bool are_all_springs(const SceneDescription& scene, std::span<const BodyId> ids,
-                     std::span<const ContactManifold> manifolds) {
+                     std::span<const ContactManifold> manifolds,
+                     std::span<const BodyState> states) {
   std::size_t ends = 0, wanted = 0;
   for (const ContactManifold& m : manifolds) {
     if (!is_joint(m)) continue;
     if (scene.joints[joint_of(m)].kind != JointKind::kSpring) return false;
     ends += is_static(m.b) ? 1 : 2;
   }
-  for (const BodyId id : ids) wanted += scene.bodies[index_of(id)].joints;
+  for (std::size_t i = 0; i < ids.size(); ++i)
+    wanted += scene.bodies[index_of(ids[i])].joints - states[i].broken_joints.size();
   return ends == wanted;
 }
 
@@ -142,7 +144,7 @@ std::size_t loose_bodies(const SceneDescription& scene) {
   held.reserve(scene.bodies.size());
   for (const BodyParams& body : scene.bodies) held.push_back(is_pushed(body));
   for (const Joint& joint : scene.joints) {
-    if (joint.kind == JointKind::kSpring) continue;
+    if (joint.kind == JointKind::kSpring || can_break(joint)) continue;
     held[index_of(joint.a)] = true;
     if (!is_static(joint.b)) held[index_of(joint.b)] = true;
   }

@@ -23,7 +23,7 @@ Need forces_needed(const SceneDescription& scene);
 
 // Whether all that holds these bodies besides contacts is among the manifolds, and springs.
 bool are_all_springs(const SceneDescription& scene, std::span<const BodyId> ids,
-                     std::span<const ContactManifold> manifolds);
+                     std::span<const ContactManifold> manifolds, std::span<const BodyState> states);
 
 // Bodies on which nothing but gravity, contacts and springs can act.
 std::size_t loose_bodies(const SceneDescription& scene);

@@ -6,6 +6,7 @@
 
 #include "physics/constraints/contact_rows.hpp"
 #include "physics/constraints/joint_impulses.hpp"
+#include "physics/constraints/joint_loads.hpp"
 #include "physics/constraints/rolling_rows.hpp"
 #include "physics/forces/forces.hpp"
 #include "physics/integrators/joint_motion.hpp"
@@ -130,6 +131,7 @@ void add_part(const IslandReport& part, IslandReport& report) {
   report.motor_work_joule += part.motor_work_joule;
   report.static_impulse_newton_s += part.static_impulse_newton_s;
   report.static_angular_impulse_newton_m_s += part.static_angular_impulse_newton_m_s;
+  for (const JointLoad& load : part.joint_loads) add_load(load, report);
 }
 
 IslandReport advance_once(const SceneDescription& scene, double dt_s, bool accurate,
@@ -189,7 +191,8 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, bool accur
 void advance_free_body(const SceneDescription& scene, double dt_s, BodyId id, BodyState& state,
                        StageCounters& counters, std::vector<AdvanceFault>& faults) {
   ++counters.free_bodies_advanced;
-  if (scene.bodies[index_of(id)].joints > 0) report_lost_joints(scene, {&id, 1}, {}, faults);
+  if (scene.bodies[index_of(id)].joints > 0)
+    report_lost_joints(scene, {&id, 1}, {}, {&state, 1}, faults);
   const BodyParams& params = scene.bodies[index_of(id)];
   BodyState next;
   if (is_pushed(params)) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "physics/constraints/joint_loads.hpp"
 #include "physics/forces/forces.hpp"
 #include "physics/integrators/joint_motion.hpp"
 #include "physics/math/rigid_motion.hpp"
@@ -160,8 +161,11 @@ bool BallMotion::hold_place(double time_s, double enough, Velocity& velocity, Ve
 }
 
 bool BallMotion::advance(double time_s, IslandReport& report) {
+  const bool breaks = can_break(joint_);
   const auto give = [&](const Vec3& impulse, const Vec3& position, const Vec3& arm) {
     report.static_impulse_newton_s += impulse;
+    if (breaks)
+      add_load({static_cast<std::uint32_t>(&joint_ - scene_.joints.data()), -impulse}, report);
     report.static_angular_impulse_newton_m_s += (position + arm).cross(impulse);
   };
   const double enough = rounding_of({&state_, 1});

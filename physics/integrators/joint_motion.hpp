@@ -67,7 +67,8 @@ bool are_closed(const SceneDescription& scene, double dt_s, std::span<const Body
 void close_left_open(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                      JointSystem& joints, std::span<BodyState> states, IslandReport& report);
 
-// What the world gives to the island through joints. `states` as when the rows were built.
+// What the world gives to the island through joints, and what those that can break bear. `states`
+// as when the rows were built.
 void report_joints(std::span<const BodyState> states, const JointSystem& joints,
                    IslandReport& report);
 
@@ -75,6 +76,6 @@ void report_joints(std::span<const BodyState> states, const JointSystem& joints,
 // reaches, or is not known yet.
 void report_lost_joints(const SceneDescription& scene, std::span<const BodyId> ids,
                         std::span<const ContactManifold> manifolds,
-                        std::vector<AdvanceFault>& faults);
+                        std::span<const BodyState> states, std::vector<AdvanceFault>& faults);
 
 }  // namespace soda::physics

@@ -1,5 +1,6 @@
 // What a step tells of joints (joint_motion.hpp).
 
+#include "physics/constraints/joint_loads.hpp"
 #include "physics/integrators/joint_motion.hpp"
 #include "physics/model/body_places.hpp"
 
@@ -7,6 +8,7 @@ namespace soda::physics {
 
 void report_joints(std::span<const BodyState> states, const JointSystem& joints,
                    IslandReport& report) {
+  add_loads(joints, report);
   for (const JointRow& row : joints.rows) {
     if (row.b != states.size()) continue;
     report.static_impulse_newton_s -= row.linear * row.impulse_newton_s;
@@ -18,7 +20,7 @@ void report_joints(std::span<const BodyState> states, const JointSystem& joints,
 
 void report_lost_joints(const SceneDescription& scene, std::span<const BodyId> ids,
                         std::span<const ContactManifold> manifolds,
-                        std::vector<AdvanceFault>& faults) {
+                        std::span<const BodyState> states, std::vector<AdvanceFault>& faults) {
   std::vector<std::uint32_t> found(ids.size() + 1, 0);
   for (const ContactManifold& manifold : manifolds) {
     if (!is_joint(manifold)) continue;
@@ -26,7 +28,7 @@ void report_lost_joints(const SceneDescription& scene, std::span<const BodyId> i
     ++found[place_of(ids, manifold.b)];
   }
   for (std::size_t i = 0; i < ids.size(); ++i)
-    if (found[i] < scene.bodies[index_of(ids[i])].joints)
+    if (found[i] + states[i].broken_joints.size() < scene.bodies[index_of(ids[i])].joints)
       faults.push_back({ids[i], "is pulled farther from a joint's other body than its reach_m"});
 }
 

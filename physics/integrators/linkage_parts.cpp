@@ -143,8 +143,10 @@ void take_states(const Linkage& linkage, std::span<BodyState> states,
     const char* fault = fault_of(next[i]);
     if (*fault)
       faults.push_back({ids[i], fault});
-    else
+    else {
+      next[i].broken_joints = std::move(states[i].broken_joints);
       states[i] = std::move(next[i]);
+    }
   }
 }
 

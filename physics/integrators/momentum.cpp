@@ -78,14 +78,15 @@ IslandMomentum momentum_of(const SceneDescription& scene, std::span<const BodyId
 }
 
 bool is_left_alone(const SceneDescription& scene, std::span<const BodyId> ids,
-                   std::span<const ContactManifold> manifolds) {
+                   std::span<const ContactManifold> manifolds, std::span<const BodyState> states) {
   if (ids.size() < 2) return false;
   for (const ContactManifold& m : manifolds)
     if (is_static(m.b) || m.b == kWorldBody) return false;
-  return std::none_of(ids.begin(), ids.end(), [&](BodyId id) {
-    const BodyParams& params = scene.bodies[index_of(id)];
-    return is_pushed(params) || params.joints > 0;
-  });
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    const BodyParams& params = scene.bodies[index_of(ids[i])];
+    if (is_pushed(params) || !is_unjointed(params, states[i])) return false;
+  }
+  return true;
 }
 
 void keep_momentum(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,

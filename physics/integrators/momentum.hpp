@@ -24,7 +24,7 @@ IslandMomentum momentum_of(const SceneDescription& scene, std::span<const BodyId
 // Whether only gravity acts on the island from outside: no static, drive or force; and no joint is
 // in it. Several bodies: one alone flies.
 bool is_left_alone(const SceneDescription& scene, std::span<const BodyId> ids,
-                   std::span<const ContactManifold> manifolds);
+                   std::span<const ContactManifold> manifolds, std::span<const BodyState> states);
 
 // Gives an island that was left alone for dt_s since `before` the centre of mass and the momenta
 // that it must have, to rounding: it is shifted, and a rigid motion of the whole is added, the one

@@ -92,6 +92,7 @@ BodyState carried(const SceneDescription& scene, BodyId id, const BodyState& sta
 BodyState flown(const SceneDescription& scene, BodyId id, const BodyState& state, double t_s) {
   if (is_kinematic(scene, id)) return carried(scene, id, state, t_s);
   BodyState next;
+  if (!state.broken_joints.empty()) next.broken_joints = state.broken_joints;
   next.position_m =
       state.position_m + state.linear_velocity_m_s * t_s + scene.gravity_m_s2 * (0.5 * t_s * t_s);
   next.linear_velocity_m_s = state.linear_velocity_m_s + scene.gravity_m_s2 * t_s;

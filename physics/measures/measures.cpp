@@ -48,6 +48,10 @@ bool visit_fields(const BodyState& s, Visit visit) {
       return false;
     }
   }
+  if (s.broken_joints.empty()) return true;  // digests of what cannot break have nothing of it
+  if (!integer("broken_joints.size", s.broken_joints.size())) return false;
+  for (const std::uint32_t joint : s.broken_joints)
+    if (!integer("broken_joints", joint)) return false;
   return true;
 }
 
@@ -60,16 +64,18 @@ double spring_energy_joule(const SceneDescription& scene, std::span<const BodyId
   double sum = 0.0;
   for (const Joint& joint : scene.joints) {
     if (joint.kind != JointKind::kSpring) continue;
+    bool broken = false;
     const auto anchor = [&](BodyId id, const Vec3& local) -> std::optional<Vec3> {
       if (is_static(id)) return local;
       const auto at = std::lower_bound(ids.begin(), ids.end(), id);
       if (at == ids.end() || *at != id) return std::nullopt;
       const BodyState& state = states[static_cast<std::size_t>(at - ids.begin())];
+      broken = broken || is_broken(joint, state);
       return state.position_m + state.orientation * local;
     };
     const std::optional<Vec3> a = anchor(joint.a, joint.anchor_a_m);
     const std::optional<Vec3> b = anchor(joint.b, joint.anchor_b_m);
-    if (!a || !b) continue;
+    if (!a || !b || broken) continue;
     const double stretch = (*b - *a).norm() - joint.length_m;
     sum += 0.5 * joint.stiffness_newton_m * stretch * stretch;
   }
@@ -146,7 +152,7 @@ bool identical(const BodyState& a, const BodyState& b) {
         same(p.y(), q.y()) && same(p.z(), q.z()) &&
         same3(a.linear_velocity_m_s, b.linear_velocity_m_s) &&
         same3(a.angular_velocity_rad_s, b.angular_velocity_rad_s) &&
-        a.impulses.size() == b.impulses.size())) {
+        a.impulses.size() == b.impulses.size() && a.broken_joints == b.broken_joints)) {
     return false;
   }
   for (std::size_t i = 0; i < a.impulses.size(); ++i) {
@@ -172,15 +178,17 @@ FieldDifference first_difference(const BodyState& a, const BodyState& b) {
     return true;
   });
   // The number of impulses is itself a field that stands before them, so the walks agree in length
-  // up to the first difference.
+  // up to the first difference, or the joints that are broken in one of them only.
   FieldDifference difference;
   std::size_t next = 0;
-  visit_fields(b, [&](const char* name, double value, std::uint64_t bits) {
-    const Field& field = fields[next++];
+  const bool all = visit_fields(b, [&](const char* name, double value, std::uint64_t bits) {
+    const Field field = next < fields.size() ? fields[next] : Field{0.0, 0};
+    ++next;
     if (field.bits == bits) return true;
     difference = {name, field.value, value};
     return false;
   });
+  if (all && next < fields.size()) difference = {"broken_joints.size", fields[next].value, 0.0};
   return difference;
 }
 

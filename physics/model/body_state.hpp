@@ -25,6 +25,8 @@ struct BodyState {
   Vec3 angular_velocity_rad_s = Vec3::Zero();
   // Contacts in which this body is the lower id, sorted by (other, part, feature).
   std::vector<ContactImpulse> impulses;
+  // Labels of its joints that have broken, ascending; both bodies of such a joint have it.
+  std::vector<std::uint32_t> broken_joints;
 };
 
 // Bitwise equality of every named field (so -0 != +0 and NaN == the same NaN).
@@ -45,6 +47,7 @@ inline BodyState motion_of(const BodyState& state) {
   motion.orientation = state.orientation;
   motion.linear_velocity_m_s = state.linear_velocity_m_s;
   motion.angular_velocity_rad_s = state.angular_velocity_rad_s;
+  motion.broken_joints = state.broken_joints;
   return motion;
 }
 

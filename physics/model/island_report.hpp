@@ -3,10 +3,18 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "physics/model/ids.hpp"
 
 namespace soda::physics {
+
+// What a joint that can break bore: the sums of its impulses on b over the time that is reported.
+struct JointLoad {
+  std::uint32_t joint = 0;  // index into SceneDescription::joints
+  Vec3 impulse_newton_s = Vec3::Zero();
+  Vec3 angular_impulse_newton_m_s = Vec3::Zero();  // about its anchor
+};
 
 // What a solved island has to report. All of it is a function of the island's content.
 struct IslandReport {
@@ -31,6 +39,7 @@ struct IslandReport {
   double motor_work_joule = 0.0;                          // of motors of joints
   Vec3 static_impulse_newton_s = Vec3::Zero();            // by statics (linkages: linkage.hpp)
   Vec3 static_angular_impulse_newton_m_s = Vec3::Zero();  // about the world origin
+  std::vector<JointLoad> joint_loads;  // ascending; while the step is solved (joint_loads.hpp)
 };
 
 // A body whose new state would not be finite. It keeps its old one.

@@ -5,6 +5,7 @@
 #include <tuple>
 #include <utility>
 
+#include "physics/model/body_state.hpp"
 #include "physics/model/contact_manifold.hpp"
 #include "physics/model/kinematic.hpp"
 #include "physics/model/scene.hpp"
@@ -37,35 +38,53 @@ void order_joints(SceneDescription& scene) {
   std::sort(scene.joints.begin(), scene.joints.end(), [](const Joint& x, const Joint& y) {
     return std::tie(x.a, x.b, x.label) < std::tie(y.a, y.b, y.label);
   });
-  for (BodyParams& body : scene.bodies) body.joints = 0;
+  for (BodyParams& body : scene.bodies) body.joints = body.lasting_joints = 0;
   scene.has_world_joints = false;
+  const auto count = [&scene](const Joint& joint, BodyId id) {
+    BodyParams& body = scene.bodies[index_of(id)];
+    ++body.joints;
+    body.lasting_joints += can_break(joint) ? 0 : 1;
+  };
   for (const Joint& joint : scene.joints) {
-    ++scene.bodies[index_of(joint.a)].joints;
+    count(joint, joint.a);
     if (joint.b == kWorldBody)
       scene.has_world_joints = true;
     else
-      ++scene.bodies[index_of(joint.b)].joints;
+      count(joint, joint.b);
   }
 }
 
-void append_joints(const SceneDescription& scene, BodyId a, BodyId b,
-                   std::vector<ContactManifold>& out) {
-  for (const Joint& joint : joints_between(scene, a, b))
-    out.push_back(manifold_of(scene, static_cast<std::uint32_t>(&joint - scene.joints.data())));
+bool is_broken(const Joint& joint, const BodyState& state) {
+  return std::ranges::binary_search(state.broken_joints, joint.label);
 }
 
-bool may_touch(const SceneDescription& scene, BodyId a, BodyId b) {
+void append_joints(const SceneDescription& scene, BodyId a, const BodyState& lower, BodyId b,
+                   std::vector<ContactManifold>& out) {
+  for (const Joint& joint : joints_between(scene, a, b))
+    if (!is_broken(joint, lower))
+      out.push_back(manifold_of(scene, static_cast<std::uint32_t>(&joint - scene.joints.data())));
+}
+
+bool may_touch_unheld(const SceneDescription& scene, BodyId a, BodyId b) {
   if (!groups_touch(scene, a, b)) return false;
-  if (!falls(scene, a) && !falls(scene, b)) return false;  // nothing could keep them apart
-  return is_static(b) || std::ranges::all_of(joints_between(scene, a, b), &Joint::collides);
+  return falls(scene, a) || falls(scene, b);  // else nothing could keep them apart
+}
+
+bool may_touch(const SceneDescription& scene, BodyId a, const BodyState& lower, BodyId b) {
+  if (!may_touch_unheld(scene, a, b)) return false;
+  return is_static(b) ||
+         std::ranges::all_of(joints_between(scene, a, b), [&lower](const Joint& joint) {
+           return joint.collides || is_broken(joint, lower);
+         });
 }
 
 void append_world_joints(const SceneDescription& scene, std::span<const BodyId> ids,
+                         std::span<const BodyState> states,
                          std::vector<ContactManifold>& manifolds) {
   if (!scene.has_world_joints) return;
-  for (const BodyId id : ids) {
-    if (scene.bodies[index_of(id)].joints == 0) continue;
-    append_joints(scene, id, kWorldBody, manifolds);
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    if (scene.bodies[index_of(ids[i])].joints == 0) continue;
+    append_joints(scene, ids[i], states[i], kWorldBody, manifolds);
   }
   std::sort(manifolds.begin(), manifolds.end(), canonical_before);
 }

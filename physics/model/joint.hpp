@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <vector>
@@ -57,7 +58,17 @@ struct Joint {
   std::optional<JointMotor> motor;    // kHinge, kSlider
   double reach_m = 0.0;               // how far from its anchor each body looks for the other's
   bool collides = false;              // whether its two bodies can touch
+  // Of what it bears over a step, on the mean: beyond, it is broken from the next step on.
+  double most_force_newton = std::numeric_limits<double>::infinity();
+  double most_torque_newton_m = std::numeric_limits<double>::infinity();
 };
+inline bool can_break(const Joint& joint) {
+  return joint.most_force_newton < std::numeric_limits<double>::infinity() ||
+         joint.most_torque_newton_m < std::numeric_limits<double>::infinity();
+}
+
+// `state` is that of any of its bodies.
+bool is_broken(const Joint& joint, const BodyState& state);
 
 // In a step a joint is found where the boxes of its bodies meet, like a contact, and travels as
 // one: a manifold without points whose part says which joint it is.
@@ -69,14 +80,18 @@ std::uint32_t joint_of(const ContactManifold& manifold);  // index into SceneDes
 void order_joints(SceneDescription& scene);
 
 // Of two bodies, a < b, or of a body and the world: appends their joints. Of two bodies, or of a
-// body and a static: whether neither a joint nor their groups keep them from touching.
-void append_joints(const SceneDescription& scene, BodyId a, BodyId b,
+// body and a static: whether neither a joint nor their groups keep them from touching. Broken ones
+// do not count: `lower` is the state of a.
+void append_joints(const SceneDescription& scene, BodyId a, const BodyState& lower, BodyId b,
                    std::vector<ContactManifold>& out);
-bool may_touch(const SceneDescription& scene, BodyId a, BodyId b);
+bool may_touch(const SceneDescription& scene, BodyId a, const BodyState& lower, BodyId b);
+// The same of two that no joint holds.
+bool may_touch_unheld(const SceneDescription& scene, BodyId a, BodyId b);
 
 // Appends the joints of these bodies with the world, and puts `manifolds` into canonical order.
 // Does nothing for a scene that has none.
 void append_world_joints(const SceneDescription& scene, std::span<const BodyId> ids,
+                         std::span<const BodyState> states,
                          std::vector<ContactManifold>& manifolds);
 
 }  // namespace soda::physics

@@ -12,7 +12,8 @@ std::uint64_t pairs_apart(const SceneDescription& scene) {
   std::uint64_t pairs = 0;
   std::optional<std::pair<BodyId, BodyId>> last;
   for (const Joint& joint : scene.joints) {
-    if (joint.collides || is_static(joint.b) || last == std::pair(joint.a, joint.b)) continue;
+    if (joint.collides || can_break(joint) || is_static(joint.b)) continue;
+    if (last == std::pair(joint.a, joint.b)) continue;
     last = std::pair(joint.a, joint.b);
     ++pairs;
   }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "physics/model/body_state.hpp"
 #include "physics/model/scene.hpp"
 
 namespace soda::physics {
@@ -36,7 +37,11 @@ inline bool can_meet(std::size_t bodies, std::size_t statics) {
   return bodies > 1 || (bodies == 1 && statics > 0);
 }
 
-inline bool is_unjointed(const BodyParams& body) { return body.joints == 0; }
+// As long as its joints are not broken; and whether all of them can break.
+inline bool is_unjointed(const BodyParams& body, const BodyState& state) {
+  return body.joints == state.broken_joints.size();
+}
+inline bool can_be_unjointed(const BodyParams& body) { return body.lasting_joints == 0; }
 
 // Statics that are no meshes.
 std::size_t solid_statics(const SceneDescription& scene);

@@ -106,7 +106,8 @@ struct BodyParams {
   std::uint32_t shape = 0;         // index into SceneDescription::shapes
   std::uint32_t drive = kNoDrive;  // index into SceneDescription::drives
   std::uint32_t forces = kNone;    // index into SceneDescription::forces
-  std::uint32_t joints = 0;        // that it has; see order_joints()
+  // That it has, and those of them that can not break; see order_joints().
+  std::uint32_t joints = 0, lasting_joints = 0;
   // It moves as its velocities say, whatever it meets: nothing but an input changes them. Its mass
   // and inertia have no effect.
   bool kinematic = false;

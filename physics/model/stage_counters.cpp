@@ -47,6 +47,7 @@ StageCounters& operator+=(StageCounters& a, const StageCounters& b) {
   a.joint_rows += b.joint_rows;
   a.limit_rows += b.limit_rows;
   a.motor_rows += b.motor_rows;
+  a.joints_broken += b.joints_broken;
   a.restitution_rows += b.restitution_rows;
   a.warm_started_rows += b.warm_started_rows;
   a.flight_searches += b.flight_searches;

@@ -43,6 +43,7 @@ struct StageCounters {
   std::uint64_t rolling_rows = 0;   // of rolling and torsional friction
   std::uint64_t joint_rows = 0;
   std::uint64_t limit_rows = 0, motor_rows = 0;  // among them
+  std::uint64_t joints_broken = 0;
   std::uint64_t restitution_rows = 0;
   std::uint64_t warm_started_rows = 0;
   // Pairs whose time of impact was looked for: in flight (impacts.hpp), after hits (hits.hpp), with

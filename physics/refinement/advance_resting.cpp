@@ -55,7 +55,7 @@ IslandReport advance_together(const SceneDescription& scene, const Geometry& geo
                               std::span<BodyState> states, SolveScratch& scratch,
                               StageCounters& counters, std::vector<AdvanceFault>& faults) {
   const bool affordable = is_affordable(scene, manifolds);
-  const bool gains = gains_by_refinement(scene, geometry, ids, manifolds);
+  const bool gains = gains_by_refinement(scene, geometry, ids, manifolds, states);
   counters.islands_over_budget += gains && !affordable;
   const auto advance = gains && affordable ? advance_refined : advance_unrefined;
   return advance(scene, geometry, dt_s, ids, manifolds, states, scratch, counters, faults);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/constraints/joint_loads.hpp"
 #include "physics/constraints/springs.hpp"
 #include "physics/forces/forces.hpp"
 #include "physics/integrators/advance_once.hpp"
@@ -97,6 +98,7 @@ IslandReport advance_kicked(RefinedIsland& island, double dt_s,
                                      states, island.scratch, island.counters, faults);
   report.static_impulse_newton_s += kicks.static_impulse_newton_s;
   report.static_angular_impulse_newton_m_s += kicks.static_angular_impulse_newton_m_s;
+  for (const JointLoad& load : kicks.joint_loads) add_load(load, report);
   return report;
 }
 
@@ -115,7 +117,7 @@ void find_again(const SceneDescription& scene, const Geometry& geometry, double 
     collide(scene, geometry, dt_s, m.a, states[place_of(ids, m.a)], m.b,
             is_static(m.b) ? nullptr : &states[place_of(ids, m.b)], found, counters);
   }
-  append_world_joints(scene, ids, found);
+  append_world_joints(scene, ids, states, found);
 }
 
 bool pressed(const BodyState& state, const ContactManifold& m, std::uint32_t feature) {
@@ -188,6 +190,7 @@ Extrapolation::Row Extrapolation::against_first(const Trial& trial) const {
       now.static_angular_impulse_newton_m_s - first.static_angular_impulse_newton_m_s;
   row.work.x() = now.push_out_work_joule - first.push_out_work_joule;
   row.work.y() = now.motor_work_joule - first.motor_work_joule;
+  row.loads = now.joint_loads;
   return row;
 }
 
@@ -213,6 +216,13 @@ void Extrapolation::add(const Trial& next) {
     row.impulse = further(coarse.impulse, fine.impulse);
     row.angular_impulse = further(coarse.angular_impulse, fine.angular_impulse);
     row.work = further(coarse.work, fine.work);
+    row.loads = fine.loads;
+    for (std::size_t i = 0; i < row.loads.size(); ++i) {
+      const JointLoad &a = coarse.loads[i], &b = fine.loads[i];
+      row.loads[i].impulse_newton_s = further(a.impulse_newton_s, b.impulse_newton_s);
+      row.loads[i].angular_impulse_newton_m_s =
+          further(a.angular_impulse_newton_m_s, b.angular_impulse_newton_m_s);
+    }
     rows.push_back(std::move(row));
   }
   before_ = std::move(last_.front());
@@ -250,6 +260,7 @@ Trial Extrapolation::limit(const Trial& finest) const {
   limit.report.static_impulse_newton_s = first.static_impulse_newton_s + row.impulse;
   limit.report.static_angular_impulse_newton_m_s =
       first.static_angular_impulse_newton_m_s + row.angular_impulse;
+  limit.report.joint_loads = row.loads;
   limit.report.push_out_work_joule = first.push_out_work_joule + row.work.x();
   limit.report.motor_work_joule = first.motor_work_joule + row.work.y();
   return limit;

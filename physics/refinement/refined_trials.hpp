@@ -80,7 +80,8 @@ class Extrapolation {
   struct Row {  // against the first trial
     ShortList<BodyDifference, 2> bodies;
     Vec3 impulse = Vec3::Zero(), angular_impulse = Vec3::Zero();
-    Vec3 work = Vec3::Zero();  // x: of push-out, y: of motors
+    Vec3 work = Vec3::Zero();      // x: of push-out, y: of motors
+    std::vector<JointLoad> loads;  // themselves; the same joints in every trial
   };
   Row against_first(const Trial& trial) const;
   StepError apart(const BodySizes& sizes, const Row& a, const Row& b) const;

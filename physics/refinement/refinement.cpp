@@ -50,7 +50,7 @@ bool is_driven(const SceneDescription& scene, BodyId id) {
 std::size_t unheld_bodies(const SceneDescription& scene) {
   std::vector<bool> held(scene.bodies.size(), false);
   for (const Joint& joint : scene.joints) {
-    if (joint.kind == JointKind::kSpring) continue;
+    if (joint.kind == JointKind::kSpring || can_break(joint)) continue;
     held[index_of(joint.a)] = true;
     if (!is_static(joint.b)) held[index_of(joint.b)] = true;
   }
@@ -62,9 +62,10 @@ std::size_t unheld_bodies(const SceneDescription& scene) {
 // Whether trials have a limit that a plain step is not near already: contacts without joints but
 // springs. (Springs alone are of a higher order, or so stiff that their limit is not smooth.)
 bool is_of_first_order(const SceneDescription& scene, std::span<const BodyId> ids,
-                       std::span<const ContactManifold> manifolds) {
+                       std::span<const ContactManifold> manifolds,
+                       std::span<const BodyState> states) {
   if (scene.joints.empty()) return true;
-  if (!are_all_springs(scene, ids, manifolds)) return false;
+  if (!are_all_springs(scene, ids, manifolds, states)) return false;
   if (std::ranges::none_of(manifolds, is_joint)) return true;
   return std::ranges::any_of(manifolds, [](const ContactManifold& m) { return m.count > 0; });
 }
@@ -112,11 +113,12 @@ bool is_affordable(const SceneDescription& scene, std::span<const ContactManifol
 }
 
 bool gains_by_refinement(const SceneDescription& scene, const Geometry& geometry,
-                         std::span<const BodyId> ids, std::span<const ContactManifold> manifolds) {
+                         std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
+                         std::span<const BodyState> states) {
   if (any_kinematic(scene, ids)) return false;
   if (!(scene.tolerance > 0.0)) {
     if (!scene.solver.refined) return false;
-    if (!is_of_first_order(scene, ids, manifolds)) return false;
+    if (!is_of_first_order(scene, ids, manifolds, states)) return false;
     const auto driven = [&scene](BodyId id) { return is_driven(scene, id); };
     if (std::ranges::any_of(ids, driven)) return false;
   }

@@ -18,7 +18,8 @@ Need refinement_needed(const SceneDescription& scene);
 // Whether refinement leads an island nearer: nothing in it is pushed apart, and the scene asks for
 // a tolerance, or no joint other than springs holds it. A function of the arguments only.
 bool gains_by_refinement(const SceneDescription& scene, const Geometry& geometry,
-                         std::span<const BodyId> ids, std::span<const ContactManifold> manifolds);
+                         std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
+                         std::span<const BodyState> states);
 
 // Whether that stays within the budget of work that a step has unasked: 7680 contact points solved
 // (thirty solves of 256). Beyond it an island takes a plain step, of first order, and is counted

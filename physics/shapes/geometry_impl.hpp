@@ -38,6 +38,7 @@ struct JointEnd {
   BodyId body{};
   Vec3 anchor_local_m = Vec3::Zero();
   double reach_m = 0.0;
+  std::uint32_t joint = 0;  // its label
 };
 
 struct GeometryImpl {

@@ -100,8 +100,8 @@ std::shared_ptr<const GeometryImpl> build(const SceneDescription& scene) {
   auto impl = std::make_shared<GeometryImpl>();
   for (const Joint& joint : scene.joints) {
     if (joint.b == kWorldBody) continue;
-    impl->joint_ends.push_back({joint.a, joint.anchor_a_m, joint.reach_m});
-    impl->joint_ends.push_back({joint.b, joint.anchor_b_m, joint.reach_m});
+    impl->joint_ends.push_back({joint.a, joint.anchor_a_m, joint.reach_m, joint.label});
+    impl->joint_ends.push_back({joint.b, joint.anchor_b_m, joint.reach_m, joint.label});
   }
   std::stable_sort(impl->joint_ends.begin(), impl->joint_ends.end(),
                    [](const JointEnd& x, const JointEnd& y) { return x.body < y.body; });
@@ -142,6 +142,7 @@ void cover_joints(const GeometryImpl& impl, double dt_s, BodyId id, const BodySt
                               [](const JointEnd& e, BodyId body) { return e.body < body; });
   const double speed = state.linear_velocity_m_s.norm(), spin = state.angular_velocity_rad_s.norm();
   for (; end != impl.joint_ends.end() && end->body == id; ++end) {
+    if (std::ranges::binary_search(state.broken_joints, end->joint)) continue;
     const Vec3 arm = state.orientation * end->anchor_local_m;
     const Vec3 anchor = state.position_m + arm;
     const double reach =

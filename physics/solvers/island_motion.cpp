@@ -115,6 +115,7 @@ bool move_body(const SceneDescription& scene, double dt_s, BodyId id, const Solv
     return false;
   }
   next.impulses = std::move(state.impulses);
+  next.broken_joints = std::move(state.broken_joints);
   state = std::move(next);
   return true;
 }

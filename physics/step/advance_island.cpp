@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "physics/broadphase/reach.hpp"
+#include "physics/constraints/joint_loads.hpp"
 #include "physics/events/hits.hpp"
 #include "physics/events/impacts.hpp"
 #include "physics/events/late_impacts.hpp"
@@ -123,21 +124,22 @@ IslandReport advance_island(const SceneDescription& scene, const Geometry& geome
   // Giant ones may be solved by several worlds, of which none has them all.
   std::vector<BodyState> after = carried_on(scene, ids, states);
   const bool whole = !is_giant(manifolds),
-             alone = whole && after.empty() && is_left_alone(scene, ids, manifolds);
+             alone = whole && after.empty() && is_left_alone(scene, ids, manifolds, states);
   const IslandMomentum before = alone ? momentum_of(scene, ids, states) : IslandMomentum{};
   std::vector<BodyState> slow;
   if (is_nearly_at_rest(scene, geometry, ids, manifolds, states)) {
     if (is_held(scene, geometry, ids, manifolds, states, report, counters)) {
       ++counters.islands_at_rest;
+      break_joints(scene, ids, states, report, counters);
       return report;
     }
     slow.assign(states.begin(), states.end());
   }
-  if (!scene.joints.empty()) report_lost_joints(scene, ids, manifolds, faults);
+  if (!scene.joints.empty()) report_lost_joints(scene, ids, manifolds, states, faults);
   bound_ways(scene, dt_s, ids, manifolds, states, scratch.ways);
   double flown_s = 0.0;
   if (!whole && is_one_solve(scene, geometry, ids, manifolds, states)) {
-    counters.islands_over_budget += gains_by_refinement(scene, geometry, ids, manifolds);
+    counters.islands_over_budget += gains_by_refinement(scene, geometry, ids, manifolds, states);
     report = advance_once(scene, dt_s, false, ids, manifolds, states, scratch, counters, faults);
   } else {
     flown_s = fly_through_impacts(scene, geometry, dt_s, ids, manifolds, states, report, counters);
@@ -154,6 +156,7 @@ IslandReport advance_island(const SceneDescription& scene, const Geometry& geome
   if (!slow.empty() && (whole || report.direct))
     come_to_rest(scene, geometry, ids, slow, states, report);
   set_carried(scene, ids, after, states, counters);
+  break_joints(scene, ids, states, report, counters);
   ++counters.islands_solved;
   counters.direct_islands += report.direct;
   return report;

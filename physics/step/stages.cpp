@@ -3,6 +3,7 @@
 #include <array>
 
 #include "physics/constraints/contact_rows.hpp"
+#include "physics/constraints/joint_loads.hpp"
 #include "physics/constraints/joint_rows.hpp"
 #include "physics/events/hits.hpp"
 #include "physics/events/impacts.hpp"
@@ -77,6 +78,7 @@ void add_solves(const SceneDescription& scene, std::vector<Stage>& stages) {
       {"joint rows", joint_rows_needed(scene), count_of(&StageCounters::joint_rows)},
       {"limit rows", limits_needed(scene), count_of(&StageCounters::limit_rows)},
       {"motor rows", motors_needed(scene), count_of(&StageCounters::motor_rows)},
+      {"breaking joints", breaks_needed(scene), count_of(&StageCounters::joints_broken)},
       {"restitution rows", restitution_needed(scene), count_of(&StageCounters::restitution_rows)},
       {"impacts in flight", flights_needed(scene), count_of(&StageCounters::flight_searches)},
       {"hits among contacts", hits_needed(scene), count_of(&StageCounters::hit_searches)},

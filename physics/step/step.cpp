@@ -38,7 +38,7 @@ void find_contacts(const SceneDescription& scene, const Geometry& geometry,
     collide(scene, geometry, scene.dt_s, a, states[pair.first], b,
             dynamic ? &states[pair.second] : nullptr, scratch.manifolds, counters);
   }
-  append_world_joints(scene, ids, scratch.manifolds);
+  append_world_joints(scene, ids, states, scratch.manifolds);
 }
 
 // Statics are compared with all boxes. Without them, only those are made that KeptPairs asks for.

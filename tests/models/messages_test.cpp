@@ -25,6 +25,8 @@ physics::BodyState random_state(test::Choices& choices) {
                               static_cast<std::uint32_t>(choices.next()), choices.between(0, 1),
                               choices.vector(-1, 1)});
   }
+  for (std::uint64_t left = choices.below(3); left > 0; --left)
+    state.broken_joints.push_back(static_cast<std::uint32_t>(choices.next()));
   return state;
 }
 
@@ -104,6 +106,7 @@ TEST(Messages, EncodedIslandsDifferWhereAnyInputOfTheSolveDiffers) {
   test::Choices choices(4);
   const std::vector<BodyId> ids{BodyId{2}, BodyId{9}};
   physics::BodyState state = random_state(choices);
+  state.broken_joints.clear();
   state.impulses.assign(2, {BodyId{9}, 1, 2, 0.5, physics::Vec3(1, 2, 3)});
   physics::ContactManifold contact = random_manifold(choices);
   contact.count = 2;
@@ -113,7 +116,7 @@ TEST(Messages, EncodedIslandsDifferWhereAnyInputOfTheSolveDiffers) {
     return key;
   };
   const kernel::Bytes key = key_of();
-  const auto expect_difference = [&](auto& input, const char* name) {
+  const auto expect_difference_from = [&](const kernel::Bytes& key, auto& input, const char* name) {
     const auto before = input;
     if constexpr (std::is_floating_point_v<std::remove_reference_t<decltype(input)>>)
       input = std::nextafter(input, 1e300);
@@ -123,6 +126,9 @@ TEST(Messages, EncodedIslandsDifferWhereAnyInputOfTheSolveDiffers) {
     EXPECT_NE(key_of(), key) << name;
     input = before;
     EXPECT_EQ(key_of(), key) << name;
+  };
+  const auto expect_difference = [&](auto& input, const char* name) {
+    expect_difference_from(key, input, name);
   };
   for (int axis = 0; axis < 3; ++axis) {
     expect_difference(state.position_m[axis], "position");
@@ -143,6 +149,11 @@ TEST(Messages, EncodedIslandsDifferWhereAnyInputOfTheSolveDiffers) {
   expect_difference(contact.part, "part");
   expect_difference(contact.points[1].separation_m, "separation");
   expect_difference(contact.points[1].feature, "feature");
+  state.broken_joints.push_back(0);
+  EXPECT_NE(key_of(), key) << "broken joints";
+  const kernel::Bytes broken = key_of();
+  expect_difference_from(broken, state.broken_joints.back(), "which joint is broken");
+  state.broken_joints.pop_back();
   state.impulses.pop_back();
   EXPECT_NE(key_of(), key) << "number of impulses";
 }

@@ -110,6 +110,7 @@ TEST(TransformBuffer, GivesBackTheBitsThatWereWrittenThroughAnyRollback) {
       const double odd[] = {0.0, -0.0, std::nan(""), 1e308, choices.between(-1, 1)};
       state.angular_velocity_rad_s[choices.below(3)] = odd[choices.below(5)];
       state.impulses.resize(choices.below(4));
+      state.broken_joints.assign(choices.below(3) * choices.below(8), 7);
       for (physics::ContactImpulse& impulse : state.impulses) {
         impulse.part = 3;
         impulse.normal_newton_s = odd[choices.below(5)];

@@ -62,7 +62,7 @@ TEST(ContactQuality, LeavesJointsOut) {
   point.world.scene.joints = {spring};
   order_joints(point.world.scene);
   std::vector<ContactManifold> joints;
-  append_world_joints(point.world.scene, std::array{BodyId{0}}, joints);
+  append_world_joints(point.world.scene, std::array{BodyId{0}}, std::array{BodyState{}}, joints);
   ASSERT_EQ(joints.size(), 1u);
   EXPECT_EQ(point.measured(joints).dissipation_m_s, point.measured().dissipation_m_s);
 }

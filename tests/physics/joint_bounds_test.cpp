@@ -234,7 +234,7 @@ TEST(Bounds, ASolutionPushesWithinThemAndOnlyWhereItHasTo) {
     }
     std::vector<ContactManifold> manifolds;
     for (std::uint32_t i = 0; i + 1 < 6; ++i)
-      append_joints(world.scene, BodyId{i}, BodyId{i + 1}, manifolds);
+      append_joints(world.scene, BodyId{i}, world.states[i], BodyId{i + 1}, manifolds);
     JointSystem system = find_joints(world.scene, world.ids, manifolds);
     build_joint_rows(world.scene, 0.1, world.states, false, system);
     bound_velocities(0.1, 1e-9, system);

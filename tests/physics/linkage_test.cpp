@@ -157,7 +157,7 @@ TEST(BallMotion, IsThatOfAnyLinkage) {
   for (const Case& one : cases()) {
     const World& world = one.world;
     std::vector<ContactManifold> manifolds;
-    append_world_joints(world.scene, world.ids, manifolds);
+    append_world_joints(world.scene, world.ids, world.states, manifolds);
     JointSystem joints = find_joints(world.scene, world.ids, manifolds);
     const Joint* const ball = BallMotion::joint_of(world.scene, world.ids, joints);
     EXPECT_EQ(ball != nullptr, world.ids.size() == 1) << one.name;

@@ -53,6 +53,7 @@ std::vector<Change> every_field() {
        [](BodyState& s) { s.impulses[0].friction_newton_s.y() += 1; }},
       {"impulses.friction_newton_s.z",
        [](BodyState& s) { s.impulses[0].friction_newton_s.z() += 1; }},
+      {"broken_joints.size", [](BodyState& s) { s.broken_joints.push_back(3); }},
   };
 }
 

@@ -156,6 +156,7 @@ TEST(LibraryStates, AreTheStoredBits) {
       {"big-body", 0x81e554bff91d17d1u},
       {"bin-1000", 0x7b367e61e1a3023du},
       {"border-stack", 0x6162be1876413164u},
+      {"breaking-bridge", 0xfe9b2432c013d70bu},
       {"crowd", 0xfa7b945695cf8e21u},
       {"detection-only", 0x6885ac246c12ab3bu},
       {"eight-corner", 0x5c6e310c27913e2eu},

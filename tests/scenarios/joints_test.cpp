@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "scenarios/read_scenario.hpp"
 
 namespace soda::scenarios {
@@ -205,6 +207,38 @@ TEST(JointsOfAScenario, NeedContactResponseAndBodiesThatStay) {
           scene_with(ball, R"("inputs": [{"id": 1, "type": "remove", "step": 1, "body": 3}],)"))
           .find("a body that a joint holds"),
       std::string::npos);
+}
+
+TEST(JointsOfAScenario, BreakAsTheFileSays) {
+  const Scenario scenario = read_scenario_text(scene_with(R"(
+{"id": 1, "type": "ball", "body": 3, "anchor_m": [4, 0, 0], "break_force_newton": 12},
+{"id": 2, "type": "fixed", "body": 3, "other_body": 7, "anchor_m": [3, 0, 0],
+ "break_torque_newton_m": 3},
+{"id": 3, "type": "ball", "body": 7, "anchor_m": [1, 0, 0]})"),
+                                               "a.json", {});
+  const auto joint = [&](std::uint32_t label) {
+    return *std::ranges::find(scenario.scene.joints, label, &physics::Joint::label);
+  };
+  EXPECT_EQ(joint(1).most_force_newton, 12.0);
+  EXPECT_FALSE(joint(1).most_torque_newton_m < 1e300);
+  EXPECT_FALSE(joint(2).most_force_newton < 1e300);
+  EXPECT_EQ(joint(2).most_torque_newton_m, 3.0);
+  EXPECT_TRUE(can_break(joint(1)) && can_break(joint(2)));
+  EXPECT_FALSE(can_break(joint(3)));
+  EXPECT_EQ(scenario.scene.bodies[0].lasting_joints, 0u) << "body 3";
+  EXPECT_EQ(scenario.scene.bodies[1].lasting_joints, 1u) << "body 7";
+}
+
+TEST(JointsOfAScenario, BreakAtPositiveLoadsThatTheirKindBears) {
+  const std::string faults = faults_of(scene_with(R"(
+{"id": 1, "type": "hinge", "body": 3, "anchor_m": [4, 0, 0], "axis": [0, 0, 1],
+ "break_force_newton": 0, "break_torque_newton_m": -1},
+{"id": 2, "type": "ball", "body": 3, "anchor_m": [4, 0, 0], "break_torque_newton_m": 1},
+{"id": 3, "type": "fixed", "body": 3, "anchor_m": [4, 0, 0], "breakForce": 1})"));
+  for (const char* part :
+       {"/joints/0/break_force_newton", "/joints/0/break_torque_newton_m",
+        "/joints/1/break_torque_newton_m", "did you mean \"break_force_newton\"?"})
+    EXPECT_NE(faults.find(part), std::string::npos) << part << "\nin\n" << faults;
 }
 
 }  // namespace

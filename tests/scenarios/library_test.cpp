@@ -9,6 +9,7 @@ TEST(Library, HoldsTheScenesThatOtherTestsRelyOn) {
   for (const char* name : {"big-body",
                            "bin-1000",
                            "border-stack",
+                           "breaking-bridge",
                            "crowd",
                            "detection-only",
                            "eight-corner",
