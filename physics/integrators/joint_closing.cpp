@@ -47,12 +47,13 @@ class Closing {
     errors_ = errors_of(joints_);
   }
 
-  double close() {
+  double close(double most_joule) {
     constexpr int kMostCorrections = 200;  // some long chains take half of them
     double work_joule = 0.0;
     for (int i = 0; i < kMostCorrections && errors_.largest > enough_; ++i) {
       Correction found = best_correction();
       if (found.states.empty()) break;  // a place that cannot be reached, or rounding
+      if (found.damping > 0 && work_joule + found.work_joule > most_joule) break;
       errors_ = found.errors;
       damping_ = found.damping > 0 ? std::max(kEqualMasses, found.damping - 1) : 0;
       work_joule += found.work_joule;
@@ -147,8 +148,8 @@ class Closing {
 }  // namespace
 
 double close_joints(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
-                    JointSystem& joints, std::span<BodyState> states) {
-  return Closing(scene, dt_s, ids, joints, states).close();
+                    double most_joule, JointSystem& joints, std::span<BodyState> states) {
+  return Closing(scene, dt_s, ids, joints, states).close(most_joule);
 }
 
 }  // namespace soda::physics

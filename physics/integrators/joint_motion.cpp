@@ -258,7 +258,8 @@ void moved_for(double time_s, const JointedStep& step, const JointSystem& solved
     move_body(step.scene, time_s, step.ids[i], problem.bodies[i], flights[i], nullptr, states[i],
               faults);
   JointSystem joints = solved;
-  close_joints(step.scene, step.dt_s, step.ids, joints, states);
+  close_joints(step.scene, step.dt_s, step.ids, kinetic_joule(step.scene, step.ids, states), joints,
+               states);
 }
 
 // What no velocity was left for. A motor that brakes what rests has taken nothing. The rest is
@@ -292,8 +293,8 @@ void close_left_open(const SceneDescription& scene, double dt_s, std::span<const
                      JointSystem& joints, std::span<BodyState> states, IslandReport& report) {
   if (are_closed(scene, dt_s, states, joints)) return;
   EnergyExcess lifted;
-  lifted.gain_joule = close_joints(scene, dt_s, ids, joints, states);
   lifted.moving_joule = kinetic_joule(scene, ids, states);
+  lifted.gain_joule = close_joints(scene, dt_s, ids, lifted.moving_joule, joints, states);
   const bool afloat = is_afloat(ids.size(), joints, nullptr);
   report.push_out_work_joule += lifted.gain_joule > 0.0
                                     ? take_excess(scene, ids, lifted, afloat, states, report)
@@ -342,7 +343,7 @@ void move_jointed(const JointedStep& step, const JointSystem& solved, const Cont
   }
   JointSystem joints = solved;
   report.push_out_work_joule += push_out_work_joule(scene, dt_s, ids, push);
-  report.push_out_work_joule += close_joints(scene, dt_s, ids, joints, states);
+  report.push_out_work_joule += close_joints(scene, dt_s, ids, 0.0, joints, states);
   report.push_out_work_joule += elastic(states) - moved;
 }
 
