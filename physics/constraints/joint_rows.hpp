@@ -141,8 +141,9 @@ void solve_joint_errors(const JointSystem& system, std::span<const SolverBody> b
 void add_joint_impulses(std::span<const double> impulses, JointSystem& system,
                         std::span<SolverBody> bodies);
 
-// The largest error of joints that are no springs, m or rad; of a limit that is idle, by how much
-// it is passed.
+// Errors of joints that are no springs, m or rad; of a limit that is idle, by how much it is
+// passed: the largest, and the root of the sum of all squares.
 double largest_error(const JointSystem& system);
+double norm_of_errors(const JointSystem& system);
 
 }  // namespace soda::physics

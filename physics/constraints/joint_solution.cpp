@@ -46,6 +46,11 @@ void find_first_columns(const JointSystem& system, std::vector<std::uint32_t>& f
     std::fill(first.begin() + begin[j], first.begin() + begin[j + 1], begin[system.earliest[j]]);
 }
 
+bool is_to_be_closed(const JointRow& row) {
+  const bool open = row.kind == JointRowKind::kLimit && row.idle && row.error > 0.0;
+  return !(row.softness_1_kg > 0.0) && !open;
+}
+
 }  // namespace
 
 std::uint64_t factor_multiplications(const JointSystem& system) {
@@ -176,11 +181,16 @@ void solve_joint_errors(const JointSystem& system, std::span<const SolverBody> b
 
 double largest_error(const JointSystem& system) {
   double largest = 0.0;
-  for (const JointRow& row : system.rows) {
-    const bool open = row.kind == JointRowKind::kLimit && row.idle && row.error > 0.0;
-    if (!(row.softness_1_kg > 0.0) && !open) largest = std::max(largest, std::abs(row.error));
-  }
+  for (const JointRow& row : system.rows)
+    if (is_to_be_closed(row)) largest = std::max(largest, std::abs(row.error));
   return largest;
+}
+
+double norm_of_errors(const JointSystem& system) {
+  double squares = 0.0;
+  for (const JointRow& row : system.rows)
+    if (is_to_be_closed(row)) squares += row.error * row.error;
+  return std::sqrt(squares);
 }
 
 }  // namespace soda::physics

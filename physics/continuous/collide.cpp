@@ -1,8 +1,11 @@
+#include <algorithm>
+
 #include "physics/continuous/time_of_impact.hpp"
 #include "physics/model/contact_manifold.hpp"
 #include "physics/model/stage_counters.hpp"
 #include "physics/narrowphase/separation.hpp"
 #include "physics/shapes/geometry.hpp"
+#include "physics/shapes/geometry_impl.hpp"
 
 namespace soda::physics {
 namespace {
@@ -17,14 +20,49 @@ void collide_shapes(const SceneDescription& scene, const Geometry& geometry, dou
   for (std::size_t m = before; m < out.size(); ++m) counters.contact_points += out[m].count;
 }
 
+// How far one of a pair can come along the normal towards another that stands still.
+double way_towards_m(const SceneDescription& scene, const Geometry& geometry, BodyId id,
+                     const BodyState& state, const Vec3& normal) {
+  const double turn = std::min(state.angular_velocity_rad_s.norm() * scene.dt_s, 2.0);
+  const Vec3 way = (state.linear_velocity_m_s + scene.gravity_m_s2 * scene.dt_s) * scene.dt_s;
+  return std::max(0.0, way.dot(normal)) + turn * shape_of(scene, geometry, id).bounding_radius_m;
+}
+
+// Joints can stop either of the pair within the step, and then the other comes up to it: a manifold
+// without points, so that they are of one island, which looks at their ways (linked_step.hpp). What
+// joints connect is of one island anyway.
+void append_if_one_stops(const SceneDescription& scene, const Geometry& geometry, BodyId a,
+                         const BodyState& state_a, BodyId b, const BodyState& state_b,
+                         std::vector<ContactManifold>& out, StageCounters& counters) {
+  const std::vector<std::uint32_t>& linkages = geometry.impl().linkages;
+  if (linkages[index_of(a)] == linkages[index_of(b)] || !may_touch(scene, a, state_a, b)) return;
+  if (!overlap(swept_solid(scene, geometry, a, state_a), swept_solid(scene, geometry, b, state_b)))
+    return;
+  const Separation apart = separation_of(scene, geometry, a, state_a, b, &state_b);
+  ++counters.linked_searches;
+  const double width = std::min(shape_of(scene, geometry, a).min_extent_m,
+                                shape_of(scene, geometry, b).min_extent_m);
+  if (apart.distance_m > kContactMargin * width +
+                             way_towards_m(scene, geometry, a, state_a, apart.normal) +
+                             way_towards_m(scene, geometry, b, state_b, -apart.normal))
+    return;
+  ContactManifold& reached = out.emplace_back();
+  reached.a = a;
+  reached.b = b;
+}
+
 }  // namespace
 
 void collide(const SceneDescription& scene, const Geometry& geometry, double dt_s, BodyId a,
              const BodyState& state_a, BodyId b, const BodyState* state_b,
              std::vector<ContactManifold>& out, StageCounters& counters) {
+  const std::size_t before = out.size();
   if (may_touch(scene, a, state_a, b))
     collide_shapes(scene, geometry, dt_s, a, state_a, b, state_b, out, counters);
-  if (!scene.joints.empty() && !is_static(b)) append_joints(scene, a, state_a, b, out);
+  if (scene.joints.empty() || is_static(b)) return;
+  if (out.size() == before && scene.solver.contact_response)
+    append_if_one_stops(scene, geometry, a, state_a, b, *state_b, out, counters);
+  append_joints(scene, a, state_a, b, out);
 }
 
 }  // namespace soda::physics

@@ -48,7 +48,7 @@ std::vector<ContactManifold> of_pair(std::span<const ContactManifold> manifolds,
 
 bool have_met(std::span<const ContactManifold> manifolds, BodyId a, BodyId b) {
   return std::any_of(manifolds.begin(), manifolds.end(),
-                     [&](const ContactManifold& m) { return is_of_pair(m, a, b); });
+                     [&](const ContactManifold& m) { return m.count > 0 && is_of_pair(m, a, b); });
 }
 
 bool is_mesh(const SceneDescription& scene, BodyId id) {

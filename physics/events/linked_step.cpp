@@ -151,7 +151,7 @@ std::vector<ContactManifold> contacts_now(const LinkedIsland& island, double tim
     const BodyState* const b = is_static(pair.b) ? nullptr : &at[island.place_of(pair.b)];
     collide(island.scene, island.geometry, time_s, pair.a, at[island.place_of(pair.a)], pair.b, b,
             found, island.counters);
-    std::erase_if(found, is_joint);
+    std::erase_if(found, [](const ContactManifold& m) { return m.count == 0; });
   };
   std::vector<Touching> pairs = pairs_in_reach(island, states);
   for (const Touching& pair : pairs_in_reach(island, drawn)) pairs.push_back(pair);

@@ -8,6 +8,7 @@
 #include "physics/constraints/joint_impulses.hpp"
 #include "physics/constraints/springs.hpp"
 #include "physics/constraints/ways.hpp"
+#include "physics/integrators/joint_closing.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/solvers/contact_solver.hpp"
 #include "physics/solvers/contact_work.hpp"
@@ -57,7 +58,6 @@ std::vector<BodyState> drifted(const SceneDescription& scene, std::span<const Bo
 
 namespace {
 
-constexpr int kMostCorrections = 20;
 // How often joints are aimed at the poses that the step leads to; and beside contacts the part of
 // the error before at which the next time is not needed. Taut chains, which halve their sag, go on
 // beyond it. Joints alone go on to rounding, which takes little.
@@ -197,37 +197,6 @@ bool solve_aimed(const JointedStep& step, bool accurate, const Elimination& plan
   return true;
 }
 
-// Moves the bodies so that no joint that is no spring is off, by as little as their masses allow.
-// Velocities turn along. Returns the energy that this gives.
-double close_joints(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
-                    JointSystem& joints, std::span<BodyState> states) {
-  std::vector<JointMove> moves;
-  const double enough = rounding_of(states);
-  build_joint_rows(scene, dt_s, states, false, joints);
-  double error = largest_error(joints), work_joule = 0.0;
-  for (int i = 0; i < kMostCorrections && error > enough; ++i) {
-    const std::vector<SolverBody> bodies = bodies_at(scene, ids, states);
-    hold_passed_limits(enough, joints);
-    factor_joint_rows(ids.size(), bodies, joints);
-    solve_joint_errors(joints, bodies, moves);
-    std::vector<BodyState> moved(states.begin(), states.end());
-    double work = 0.0;
-    for (std::size_t b = 0; b < moved.size(); ++b) {
-      const BodyParams& params = scene.bodies[index_of(ids[b])];
-      moved[b].position_m += moves[b].linear;
-      turn_by(params, moves[b].angular, moved[b]);
-      work -= params.mass_kg * scene.gravity_m_s2.dot(moves[b].linear);
-    }
-    build_joint_rows(scene, dt_s, moved, false, joints);
-    const double after = largest_error(joints);
-    if (!(after < 0.9 * error)) break;  // a place that cannot be reached, or rounding
-    error = after;
-    work_joule += work;
-    std::move(moved.begin(), moved.end(), states.begin());
-  }
-  return work_joule;
-}
-
 }  // namespace
 
 std::optional<ContactSolution> solve_jointed_directly(const JointedStep& step, bool accurate,
@@ -289,7 +258,8 @@ void moved_for(double time_s, const JointedStep& step, const JointSystem& solved
     move_body(step.scene, time_s, step.ids[i], problem.bodies[i], flights[i], nullptr, states[i],
               faults);
   JointSystem joints = solved;
-  close_joints(step.scene, step.dt_s, step.ids, joints, states);
+  close_joints(step.scene, step.dt_s, step.ids, kinetic_joule(step.scene, step.ids, states), joints,
+               states);
 }
 
 // What no velocity was left for. A motor that brakes what rests has taken nothing. The rest is
@@ -322,7 +292,13 @@ bool are_closed(const SceneDescription& scene, double dt_s, std::span<const Body
 void close_left_open(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                      JointSystem& joints, std::span<BodyState> states, IslandReport& report) {
   if (are_closed(scene, dt_s, states, joints)) return;
-  report.push_out_work_joule += close_joints(scene, dt_s, ids, joints, states);
+  EnergyExcess lifted;
+  lifted.moving_joule = kinetic_joule(scene, ids, states);
+  lifted.gain_joule = close_joints(scene, dt_s, ids, lifted.moving_joule, joints, states);
+  const bool afloat = is_afloat(ids.size(), joints, nullptr);
+  report.push_out_work_joule += lifted.gain_joule > 0.0
+                                    ? take_excess(scene, ids, lifted, afloat, states, report)
+                                    : lifted.gain_joule;
 }
 
 void move_jointed(const JointedStep& step, const JointSystem& solved, const ContactProblem& problem,
@@ -367,7 +343,7 @@ void move_jointed(const JointedStep& step, const JointSystem& solved, const Cont
   }
   JointSystem joints = solved;
   report.push_out_work_joule += push_out_work_joule(scene, dt_s, ids, push);
-  report.push_out_work_joule += close_joints(scene, dt_s, ids, joints, states);
+  report.push_out_work_joule += close_joints(scene, dt_s, ids, 0.0, joints, states);
   report.push_out_work_joule += elastic(states) - moved;
 }
 

@@ -62,8 +62,8 @@ void move_jointed(const JointedStep& step, const JointSystem& solved, const Cont
 bool are_closed(const SceneDescription& scene, double dt_s, std::span<const BodyState> states,
                 JointSystem& joints);
 
-// Closes, without velocity, what earlier steps have left open of the joints; the energy that this
-// gives is added to the push-out.
+// Closes, without velocity, what earlier steps have left open of the joints. The energy that this
+// gives is taken from the velocities; what these have not is added to the push-out.
 void close_left_open(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                      JointSystem& joints, std::span<BodyState> states, IslandReport& report);
 

@@ -49,7 +49,14 @@ struct GeometryImpl {
   // By body: what a step asks of each, next to each other.
   std::vector<std::uint32_t> body_shapes;
   std::vector<bool> flies_simply;  // in flight: at a constant spin, under gravity alone
+  // By body: the lowest of those that joints which cannot break connect it with, itself if with
+  // none but the world; kNone: it has no joint. Empty if there are no joints.
+  std::vector<std::uint32_t> linkages;
 };
+
+// swept_aabb() but for what joints reach.
+Aabb swept_solid(const SceneDescription& scene, const Geometry& geometry, BodyId id,
+                 const BodyState& state);
 
 // Of a body or a static.
 inline const CompiledShape& shape_of(const SceneDescription& scene, const Geometry& geometry,

@@ -8,7 +8,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
+#include "physics/math/disjoint_sets.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/model/stage_counters.hpp"
 #include "physics/shapes/geometry.hpp"
@@ -96,6 +98,22 @@ StaticGeometry place(const StaticBody& body, const ShapeGeometry& geometry) {
   return out;
 }
 
+std::vector<std::uint32_t> linkages_of(const SceneDescription& scene) {
+  if (scene.joints.empty()) return {};
+  std::vector<std::uint32_t> parent(scene.bodies.size());
+  std::iota(parent.begin(), parent.end(), 0u);
+  for (const Joint& joint : scene.joints) {
+    if (joint.b == kWorldBody || can_break(joint)) continue;
+    const std::uint32_t a = find_root(parent, index_of(joint.a)),
+                        b = find_root(parent, index_of(joint.b));
+    parent[std::max(a, b)] = std::min(a, b);
+  }
+  std::vector<std::uint32_t> linkages(scene.bodies.size(), kNone);
+  for (std::uint32_t i = 0; i < linkages.size(); ++i)
+    if (scene.bodies[i].joints > 0) linkages[i] = find_root(parent, i);
+  return linkages;
+}
+
 std::shared_ptr<const GeometryImpl> build(const SceneDescription& scene) {
   auto impl = std::make_shared<GeometryImpl>();
   for (const Joint& joint : scene.joints) {
@@ -116,6 +134,7 @@ std::shared_ptr<const GeometryImpl> build(const SceneDescription& scene) {
     impl->body_shapes.push_back(body.shape);
     impl->flies_simply.push_back(flies_simply(body));
   }
+  impl->linkages = linkages_of(scene);
   return impl;
 }
 
@@ -172,8 +191,8 @@ inline Aabb tight_box(const CompiledShape& shape, const BodyState& state) {
 
 }  // namespace
 
-Aabb swept_aabb(const SceneDescription& scene, const Geometry& geometry, BodyId id,
-                const BodyState& state) {
+Aabb swept_solid(const SceneDescription& scene, const Geometry& geometry, BodyId id,
+                 const BodyState& state) {
   constexpr double kLargest = 1e300;
   const GeometryImpl& impl = geometry.impl();
   const CompiledShape& shape = impl.shapes[impl.body_shapes[index_of(id)]].shape;
@@ -193,6 +212,13 @@ Aabb swept_aabb(const SceneDescription& scene, const Geometry& geometry, BodyId 
     box.min[i] = std::clamp(box.min[i] + low - reach, -kLargest, kLargest);
     box.max[i] = std::clamp(box.max[i] + high + reach, -kLargest, kLargest);
   }
+  return box;
+}
+
+Aabb swept_aabb(const SceneDescription& scene, const Geometry& geometry, BodyId id,
+                const BodyState& state) {
+  Aabb box = swept_solid(scene, geometry, id, state);
+  const GeometryImpl& impl = geometry.impl();
   if (!impl.joint_ends.empty()) cover_joints(impl, scene.dt_s, id, state, box);
   return box;
 }

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "tests/physics/joints.hpp"
 #include "tests/physics/scenes.hpp"
@@ -59,6 +60,60 @@ TEST(LinkedStep, WhatIsOnItsWayAsForeseenIsNotLookedForAgain) {
   test::add(world, test::joint_at(JointKind::kFixed, world, 0, 1, Vec3(0.5, 0, 50)));
   world.run(10);
   EXPECT_EQ(world.counters.impact_searches(), 0u);
+}
+
+// A plank comes down on the floor with one end, and something as fast just above that end: they do
+// not approach each other before the floor stops the plank, within the step.
+World seesaw_that_is_stopped(double ratio, double speed_m_s, int rate) {
+  World world = under_gravity();
+  world.scene.dt_s = 1.0 / rate;
+  world.add_floor();
+  const double way_m = 0.5 * speed_m_s / rate;
+  const Vec3 plank(1.0, 0.3, 0.05), box(0.1, 0.1, 0.1);
+  const double pivot_m = 0.3, slope = std::asin((pivot_m - 0.05 - way_m) / 1.0);
+  const Quat turn = test::about(Vec3::UnitY(), slope);
+  world.add_body(world.add_shape(Box{plank}), Vec3(0, 0, pivot_m), 100.0).orientation = turn;
+  world.states[0].angular_velocity_rad_s = Vec3(0, speed_m_s, 0);
+  test::add(world,
+            test::joint_at(JointKind::kHinge, world, 0, {}, Vec3(0, 0, pivot_m), Vec3::UnitY()));
+  const Vec3 over = Vec3(0, 0, pivot_m) + turn * Vec3(0.8, 0, 0.15 + 0.25 * way_m + 0.005);
+  const double density = ratio * 100.0 * plank.prod() / box.prod();
+  BodyState& falling = world.add_body(world.add_shape(Box{box}), over, density);
+  falling.orientation = turn;
+  falling.linear_velocity_m_s =
+      world.states[0].angular_velocity_rad_s.cross(Vec3(over - world.states[0].position_m));
+  return world;
+}
+
+TEST(LinkedStep, WhatFallsAlongWithALeverThatIsStoppedDoesNotSinkIntoIt) {
+  for (const double ratio : {0.1, 1.0, 100.0, 1000.0})
+    for (const double speed_m_s : {3.0, 6.0, 10.0})
+      for (const int rate : {60, 240}) {
+        World world = seesaw_that_is_stopped(ratio, speed_m_s, rate);
+        double deepest_m = 0.0;
+        for (int step = 0; step < rate / 4; ++step) {
+          world.run(1);
+          for (const ContactManifold& m : test::contacts_of(world, BodyId{0}, BodyId{1}))
+            for (std::uint32_t i = 0; i < m.count; ++i)
+              deepest_m = std::max(deepest_m, -m.points[i].separation_m);
+        }
+        EXPECT_LT(deepest_m, 0.003) << ratio << ", " << speed_m_s << " m/s, " << rate;
+      }
+}
+
+// What hangs beside it and moves along is of no island with it.
+TEST(LinkedStep, WhatNoStopCanBringTogetherStaysApart) {
+  World world = under_gravity();
+  const std::uint32_t rod = world.add_shape(Box{Vec3(0.05, 0.05, 0.5)});
+  for (const double x : {0.0, 0.2}) {
+    world.add_body(rod, Vec3(x, 0, 0)).angular_velocity_rad_s = Vec3(3, 0, 0);
+    const auto body = static_cast<std::uint32_t>(world.states.size() - 1);
+    world.states[body].linear_velocity_m_s = Vec3(0, 1.5, 0);
+    test::add(world,
+              test::joint_at(JointKind::kHinge, world, body, {}, Vec3(x, 0, 0.5), Vec3::UnitX()));
+  }
+  world.run(30);
+  EXPECT_EQ(world.report.islands.size(), 2u);
 }
 
 }  // namespace

@@ -1,0 +1,155 @@
+#include "physics/integrators/joint_closing.hpp"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "physics/constraints/joint_bounds.hpp"
+#include "physics/integrators/joint_motion.hpp"
+#include "physics/math/rigid_motion.hpp"
+
+namespace soda::physics {
+namespace {
+
+// The largest error tells when to stop, the root of the sum of all squares what is nearer: damped
+// corrections move errors from joint to joint.
+struct JointErrors {
+  double largest = 0.0, norm = 0.0;
+};
+JointErrors errors_of(const JointSystem& joints) {
+  return {largest_error(joints), norm_of_errors(joints)};
+}
+
+// Corrections are damped in degrees: 0 is Gauss and Newton's, with the true masses; from 1 on all
+// masses are equal, and from 2 on the diagonal grows (Levenberg and Marquardt).
+constexpr int kEqualMasses = 1, kStrongest = 8;
+double regularisation_of(int damping) {
+  constexpr double kWeakest = 1e-6, kGrows = 10.0;
+  double share = 0.0;
+  for (int i = kEqualMasses; i < damping; ++i) share = share > 0.0 ? kGrows * share : kWeakest;
+  return share;
+}
+
+// How the bodies come nearer.
+struct Correction {
+  std::vector<BodyState> states;  // none: it leads nowhere
+  JointErrors errors;
+  double work_joule = 0.0;
+  int damping = 0;
+};
+
+class Closing {
+ public:
+  Closing(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
+          JointSystem& joints, std::span<BodyState> states)
+      : scene_(scene), dt_s_(dt_s), ids_(ids), joints_(joints), states_(states) {
+    build(states_);
+    errors_ = errors_of(joints_);
+  }
+
+  double close(double most_joule) {
+    constexpr int kMostCorrections = 200;  // some long chains take half of them
+    double work_joule = 0.0;
+    for (int i = 0; i < kMostCorrections && errors_.largest > enough_; ++i) {
+      Correction found = best_correction();
+      if (found.states.empty()) break;  // a place that cannot be reached, or rounding
+      if (found.damping > 0 && work_joule + found.work_joule > most_joule) break;
+      errors_ = found.errors;
+      damping_ = found.damping > 0 ? std::max(kEqualMasses, found.damping - 1) : 0;
+      work_joule += found.work_joule;
+      std::move(found.states.begin(), found.states.end(), states_.begin());
+      if (damping_ > 0) build(states_);
+    }
+    return work_joule;
+  }
+
+ private:
+  void build(std::span<const BodyState> states) {
+    build_joint_rows(scene_, dt_s_, states, false, joints_);
+  }
+
+  // What takes all errors away to first order. Needs the rows of states_.
+  void find_moves(int damping) {
+    std::vector<SolverBody> bodies = bodies_at(scene_, ids_, states_);
+    for (std::size_t b = 0; b < ids_.size() && damping >= kEqualMasses; ++b) {
+      const double mass_kg = scene_.bodies[index_of(ids_[b])].mass_kg;
+      bodies[b].inverse_mass *= mass_kg;
+      bodies[b].inverse_inertia *= mass_kg;
+    }
+    hold_passed_limits(enough_, joints_);
+    factor_joint_rows(ids_.size(), bodies, joints_, regularisation_of(damping));
+    solve_joint_errors(joints_, bodies, moves_);
+  }
+
+  // The rows are those of the new places then.
+  Correction moved_by(double share) {
+    Correction moved;
+    moved.states.assign(states_.begin(), states_.end());
+    for (std::size_t b = 0; b < ids_.size(); ++b) {
+      const BodyParams& params = scene_.bodies[index_of(ids_[b])];
+      const Vec3 way = share * moves_[b].linear;
+      moved.states[b].position_m += way;
+      turn_by(params, share * moves_[b].angular, moved.states[b]);
+      moved.work_joule -= params.mass_kg * scene_.gravity_m_s2.dot(way);
+    }
+    build(moved.states);
+    moved.errors = errors_of(joints_);
+    return moved;
+  }
+
+  // Of ever shorter parts of moves_ the first that comes as much nearer as it is long.
+  Correction along_moves(int halvings) {
+    constexpr double kCloser = 0.1;  // of what it promises
+    double share = 1.0;
+    for (int i = 0; i <= halvings; ++i, share *= 0.5) {
+      Correction found = moved_by(share);
+      const double left = 1.0 - kCloser * share;
+      const bool closer = halvings == 0 ? found.errors.largest < left * errors_.largest
+                                        : found.errors.norm < left * errors_.norm;
+      if (closer && found.errors.largest <= errors_.largest) return found;
+    }
+    return {};
+  }
+
+  // Of ever more damped ones the first that is good, or the best before one that is worse.
+  Correction best_correction() {
+    constexpr int kHalvings = 6;
+    constexpr double kGood = 0.5;
+    constexpr double kRoundings = 1e3;  // below that, it is as good as closed
+    const bool nearly = errors_.largest <= kRoundings * enough_;
+    Correction best;
+    best.errors = errors_;
+    for (int damping = damping_; damping <= (nearly ? damping_ : kStrongest); ++damping) {
+      if (damping > damping_) build(states_);
+      find_moves(damping);
+      Correction found = along_moves(nearly || damping == 0 ? 0 : kHalvings);
+      const bool better =
+          !found.states.empty() && (damping == 0 || found.errors.norm < best.errors.norm);
+      if (!better && !best.states.empty()) break;
+      if (!better) continue;
+      best = std::move(found);
+      best.damping = damping;
+      if (damping == 0 || best.errors.norm < kGood * errors_.norm) break;
+    }
+    return best;
+  }
+
+  const SceneDescription& scene_;
+  double dt_s_;
+  std::span<const BodyId> ids_;
+  JointSystem& joints_;  // its rows are those of states_ between two corrections
+  std::span<BodyState> states_;
+  double enough_ = rounding_of(states_);
+  JointErrors errors_;
+  int damping_ = 0;
+  std::vector<JointMove> moves_;
+};
+
+}  // namespace
+
+double close_joints(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
+                    double most_joule, JointSystem& joints, std::span<BodyState> states) {
+  return Closing(scene, dt_s, ids, joints, states).close(most_joule);
+}
+
+}  // namespace soda::physics
