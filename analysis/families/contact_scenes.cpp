@@ -106,9 +106,11 @@ constexpr double kPileWidth_m = 0.2;
 // In a bin as wide as it is filled high, from a lattice, turned at random.
 FamilyScene pile(bool of_boxes, int n) {
   FamilyScene scene = scene_under_gravity();
-  const int side = std::max(2, static_cast<int>(std::ceil(std::cbrt(n))));
   constexpr double kApart_m = 1.15 * kPileWidth_m;
-  const double half_m = 0.5 * kApart_m * side;
+  // No whole number of bodies: no n is special.
+  const double half_m = 0.5 * kApart_m * std::cbrt(n);
+  const int side = static_cast<int>(std::cbrt(n + 0.5));
+  const double column_m = 2.0 * half_m / side;
   add_floor(scene, {});
   for (const Vec3& normal : {Vec3(1, 0, 0), Vec3(-1, 0, 0), Vec3(0, 1, 0), Vec3(0, -1, 0)}) {
     physics::StaticBody wall;
@@ -123,8 +125,8 @@ FamilyScene pile(bool of_boxes, int n) {
   const auto unit = [&random] { return static_cast<double>(random() >> 11) * 0x1p-52 - 1.0; };
   for (int i = 0; i < n; ++i) {
     const Vec3 cell(i % side + 0.5, i / side % side + 0.5, i / (side * side) + 0.5);
-    const Vec3 place =
-        kApart_m * cell - Vec3(half_m, half_m, 0.0) + 0.005 * Vec3(unit(), unit(), unit());
+    const Vec3 place = cell.cwiseProduct(Vec3(column_m, column_m, kApart_m)) -
+                       Vec3(half_m, half_m, 0.0) + 0.005 * Vec3(unit(), unit(), unit());
     add_body(scene, shape, place, 1.0).orientation =
         physics::Quat(1.0, 0.05 * unit(), 0.05 * unit(), 0.05 * unit()).normalized();
   }
