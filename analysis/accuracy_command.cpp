@@ -10,6 +10,7 @@
 #include "analysis/accuracy_report.hpp"
 #include "analysis/exit_codes.hpp"
 #include "analysis/extremes.hpp"
+#include "analysis/families/family_run.hpp"
 #include "analysis/json_output.hpp"
 #include "analysis/nearest_name.hpp"
 #include "analysis/output_file.hpp"
@@ -23,6 +24,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kLeastStep_s = 1e-6, kMostStep_s = 1.0;  // as in scenario files
+constexpr double kShortBudget_s = 3.0;  // of a scene of a family, unless all n are asked for
 constexpr double kLeastTolerance = 1e-12, kMostTolerance = 1e-2;
 
 std::optional<double> number_of(std::string_view text) {
@@ -154,6 +156,43 @@ void run_settings(const scenarios::Scenario& scenario, const EngineKind& engine,
   }
 }
 
+// Those that are named, in that order; all if none is.
+std::vector<Family> families_of(const std::vector<std::string>& names) {
+  const std::vector<Family> all = all_families();
+  if (names.empty()) return all;
+  std::vector<std::string> known;
+  for (const Family& family : all) known.push_back(family.name);
+  std::vector<Family> families;
+  for (const std::string& name : names) {
+    const auto found = std::ranges::find(all, name, &Family::name);
+    if (found == all.end()) {
+      const std::string nearest = nearest_name(name, known);
+      throw UsageError("no family " + name +
+                       (nearest.empty() ? "" : " (did you mean " + nearest + "?)"));
+    }
+    families.push_back(*found);
+  }
+  return families;
+}
+
+int families_command(const AccuracyRequest& request, std::ostream& out, std::ostream& err) {
+  FamilyRequest how;
+  how.full = request.full;
+  how.timing.repeats = request.timing.repeats;
+  how.timing.budget_s =
+      request.full ? request.timing.budget_s : std::min(request.timing.budget_s, kShortBudget_s);
+  const std::vector<Family> families = families_of(request.cases);
+  std::optional<OutputFile> html;
+  if (!request.html_file.empty()) html.emplace(request.html_file, request.force);
+  const FamiliesReport report = measure_families(families, how, err);
+  if (html) {
+    html->write(families_html(report));
+    html->complete();
+  }
+  out << (request.json ? families_json(report) : families_text(report));
+  return request.check && report.misses() > 0 ? kExitCheckFailed : kExitOk;
+}
+
 }  // namespace
 
 std::size_t AccuracyReport::missed() const {
@@ -196,7 +235,9 @@ AccuracyReport measure_accuracy(const AccuracyRequest& request, std::ostream& pr
 }
 
 int accuracy_command(const AccuracyRequest& request, std::ostream& out, std::ostream& err) {
+  if (request.full && !request.families) throw UsageError("--full: needs --families");
   if (request.extremes) {
+    if (request.families) throw UsageError("--extremes: not together with --families");
     if (!request.cases.empty()) throw UsageError("--extremes: has no cases");
     const ExtremesReport report = measure_extremes(extreme_settings());
     out << (request.json ? extremes_json(report) : extremes_text(report));
@@ -204,6 +245,7 @@ int accuracy_command(const AccuracyRequest& request, std::ostream& out, std::ost
   }
   if (request.timing.repeats < 0 || request.timing.repeats > 1000)
     throw UsageError("--repeat: allowed: 0 (no timing) to 1000");
+  if (request.families) return families_command(request, out, err);
   for (const double tolerance : request.tolerances)
     if (!(tolerance >= kLeastTolerance && tolerance <= kMostTolerance))
       throw UsageError("--tolerance: found " + format_number(tolerance) +

@@ -22,6 +22,8 @@ struct AccuracyRequest {
   bool sweep = false;  // the scene's dt, halved four times
   RepeatRule timing{.budget_s = 60.0};
   bool extremes = false;  // extremes.hpp instead of cases
+  bool families = false;  // families/family.hpp instead of cases, which are their names then
+  bool full = false;      // with their largest n
   bool strict = false;    // warnings of cases are errors
   bool check = false;     // exit 1 if a must is missed
   bool json = false;

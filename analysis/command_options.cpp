@@ -122,6 +122,10 @@ void define_accuracy(CLI::App& command, AccuracyRequest& request) {
                   ->check(CLI::NonNegativeNumber));
   command.add_flag("--extremes", request.extremes,
                    "a box at rest instead, over all sizes, steps, offsets and masses");
+  command.add_flag("--families", request.families,
+                   "scenes over n instead: rows, stacks, piles, chains, stars, grids; CASE: names");
+  command.add_flag("--full", request.full,
+                   "with --families: up to the largest n; without, --budget is 3 at most");
   command.add_flag("--check", request.check, "exit 1 if soda misses what it must reach");
   command.add_flag("--json", request.json, "print one JSON object");
   command.add_option("-o,--output", request.html_file, "write tables and diagrams, one HTML file");
@@ -135,7 +139,9 @@ void define_accuracy(CLI::App& command, AccuracyRequest& request) {
       "  soda accuracy tip stop --tolerance 1e-3,1e-6,1e-9\n"
       "  soda accuracy --dt 1/60,1/240 --engines soda,bullet,ode --json\n"
       "  soda accuracy spin --check\n"
-      "  soda accuracy --extremes");
+      "  soda accuracy --extremes\n"
+      "  soda accuracy --families stack star --check\n"
+      "  soda accuracy --families --full -o families.html");
 }
 
 void define_anticipation(CLI::App& command, AnticipationRequest& request) {

@@ -68,8 +68,7 @@ std::string grid(const Axis& x, const Axis& y, const WorkPrecisionPlot& plot) {
     out += line(x.from, at, x.to, at, grey);
     out += sheet_text(x.from - 6, at + 4, "end", power_text(power));
   }
-  out += sheet_text((x.from + x.to) / 2, kSheetHeight - 12, "middle",
-                    "CPU time per simulated second, s/s");
+  out += sheet_text((x.from + x.to) / 2, kSheetHeight - 12, "middle", plot.x_label);
   out += sheet_text(8, kSheetTop - 14, "start", plot.y_label, " font-weight=\"bold\"");
   return out;
 }
@@ -84,7 +83,7 @@ std::string bound_line(const Axis& x, const Axis& y, const std::optional<double>
 }
 
 std::string drawn(const WorkPrecisionSeries& series, const Axis& x, const Axis& y,
-                  const char* colour) {
+                  const std::string& colour, const char* dashes, const std::string& x_unit) {
   std::string path, marks;
   for (const WorkPrecisionPoint& point : series.points) {
     const bool finite = std::isfinite(point.error);
@@ -95,11 +94,11 @@ std::string drawn(const WorkPrecisionSeries& series, const Axis& x, const Axis& 
              (finite ? colour : "white") + "\" stroke=\"" + colour + "\"><title>" +
              escaped_xml(series.name + " " + point.label + ": error " +
                          (finite ? digits(point.error) : "is no number") + ", " +
-                         digits(point.cpu_s) + " s/s") +
+                         digits(point.cpu_s) + " " + x_unit) +
              "</title></circle>\n";
   }
-  return "<polyline fill=\"none\" stroke=\"" + std::string(colour) +
-         "\" stroke-width=\"1.3\" points=\"" + path + "\"/>\n" + marks;
+  return "<polyline fill=\"none\" stroke=\"" + colour + "\"" + dashes +
+         " stroke-width=\"1.3\" points=\"" + path + "\"/>\n" + marks;
 }
 
 }  // namespace
@@ -119,15 +118,17 @@ std::string work_precision_svg(const WorkPrecisionPlot& plot) {
                     "\" height=\"" + digits(kSheetHeight) +
                     "\" font-family=\"sans-serif\" font-size=\"11\">\n"
                     "<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n" +
-                    grid(x, y, plot) + bound_line(x, y, plot.must, "must", "6 3") +
-                    bound_line(x, y, plot.stretch, "stretch", "2 3");
+                    grid(x, y, plot) + bound_line(x, y, plot.must, plot.must_name, "6 3") +
+                    bound_line(x, y, plot.stretch, plot.stretch_name, "2 3");
   out += sheet_text((x.from + x.to) / 2, kSheetTop - 14, "middle", plot.title);
   double legend = kSheetHeight - kSheetBottom - 18.0 * static_cast<double>(plot.series.size()) + 14;
   for (std::size_t i = 0; i < plot.series.size(); ++i, legend += 18) {
     const char* colour = kSeriesColours[i % kSeriesColours.size()];
-    out += drawn(plot.series[i], x, y, colour);
+    // More series than colours: dashed.
+    const char* dashes = i < kSeriesColours.size() ? "" : " stroke-dasharray=\"5 3\"";
+    out += drawn(plot.series[i], x, y, colour, dashes, plot.x_unit);
     out += line(x.to + 8, legend - 4, x.to + 24, legend - 4,
-                std::string("stroke-width=\"2\" stroke=\"") + colour + "\"");
+                std::string("stroke-width=\"2\" stroke=\"") + colour + "\"" + dashes);
     out += sheet_text(x.to + 28, legend, "start", plot.series[i].name);
   }
   return out + "</svg>\n";
