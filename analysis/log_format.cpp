@@ -14,6 +14,8 @@ namespace {
 // Bytes of one contact impulse and of a body without any; see put_state.
 constexpr std::size_t kImpulseBytes = 3 * 4 + 4 * 8;
 constexpr std::size_t kStateBytes = 13 * 8 + 8;
+// Broken joints stand among the impulses, after the others: each as its label for a feature.
+constexpr std::uint32_t kBrokenPart = 0xffffffffu;
 constexpr std::size_t kTerritoryChangeBytes = 3 * 4;
 
 void put_vec3(ByteBuffer& out, const physics::Vec3& v) {
@@ -34,14 +36,17 @@ void put_state(ByteBuffer& out, const physics::BodyState& state) {
   put(out, state.orientation.z());
   put_vec3(out, state.linear_velocity_m_s);
   put_vec3(out, state.angular_velocity_rad_s);
-  put(out, static_cast<std::uint64_t>(state.impulses.size()));
-  for (const physics::ContactImpulse& impulse : state.impulses) {
+  put(out, static_cast<std::uint64_t>(state.impulses.size() + state.broken_joints.size()));
+  const auto put_impulse = [&out](const physics::ContactImpulse& impulse) {
     put(out, physics::index_of(impulse.other));
     put(out, impulse.part);
     put(out, impulse.feature);
     put(out, impulse.normal_newton_s);
     put_vec3(out, impulse.friction_newton_s);
-  }
+  };
+  for (const physics::ContactImpulse& impulse : state.impulses) put_impulse(impulse);
+  for (const std::uint32_t joint : state.broken_joints)
+    put_impulse({physics::BodyId{0}, kBrokenPart, joint, 0.0, physics::Vec3::Zero()});
 }
 
 bool take_flag(ByteReader& in) {
@@ -66,7 +71,9 @@ physics::BodyState take_state(ByteReader& in) {
     impulse.feature = in.take<std::uint32_t>();
     impulse.normal_newton_s = in.take_double();
     impulse.friction_newton_s = take_vec3(in);
+    if (impulse.part == kBrokenPart) state.broken_joints.push_back(impulse.feature);
   }
+  state.impulses.resize(state.impulses.size() - state.broken_joints.size());
   return state;
 }
 
