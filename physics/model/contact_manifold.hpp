@@ -20,7 +20,7 @@ struct ContactManifold {
   BodyId a{};  // the lower id, always dynamic
   BodyId b{};
   std::uint32_t part = 0;
-  std::uint32_t count = 0;      // 1 .. 4
+  std::uint32_t count = 0;      // 1 .. 4; 0: it only connects
   Vec3 normal = Vec3::UnitZ();  // unit, from a to b
   std::array<ContactPoint, 4> points;
   // Of solids that are not near, but meet within the step, and part at once: when. Else 0.

@@ -55,8 +55,9 @@ ShapeKernel kernel_for(const Shape& a, const Shape& b);
 // Whether FCL says along which direction shapes of this kernel meet.
 bool is_asked_of_fcl(Narrowphase narrowphase, ShapeKernel kernel);
 
-// Tests one pair and appends its manifolds (none if apart by more than the margin). `a` is dynamic
-// and lower; for a static `b`, `state_b` is null. A function of ids, states and the scene only.
+// Appends a pair's manifolds (none if apart by more than the margin; one without points if it would
+// meet as soon as a joint stops either). `a` is dynamic and lower; for a static `b`, `state_b` is
+// null. A function of ids, states and the scene only.
 // Speculative: never throws or hangs for finite states, however absurd; what FCL returns is
 // validated (finite, unit normal) and replaced or dropped otherwise, and counted.
 void collide(const SceneDescription& scene, const Geometry& geometry, double dt_s, BodyId a,
