@@ -1,19 +1,8 @@
-#include <cmath>
-
 #include "analysis/families/family_run.hpp"
 #include "analysis/whole/scene_parts.hpp"
 
 namespace soda::analysis {
 namespace {
-
-std::string finite_or_null(double value) { return std::isfinite(value) ? json_of(value) : "null"; }
-
-template <class Items, class Text>
-std::string list_of(const Items& items, Text text) {
-  std::string all = "[";
-  for (const auto& item : items) all += (all.size() > 1 ? ",\n    " : "\n    ") + text(item);
-  return all + "]";
-}
 
 std::string text_or_null(const std::string& text) { return text.empty() ? "null" : quoted(text); }
 

@@ -1,6 +1,7 @@
 #include "analysis/whole/scene_parts.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 
 #include "analysis/text_table.hpp"
@@ -34,6 +35,7 @@ std::string json_of(const physics::Quat& q) {
          ", \"z\": " + json_of(q.z()) + "}";
 }
 std::string json_of(bool value) { return value ? "true" : "false"; }
+std::string finite_or_null(double value) { return std::isfinite(value) ? json_of(value) : "null"; }
 std::string quoted(const std::string& text) { return scenarios::json_quoted(text); }
 
 SceneObject& SceneObject::set(const std::string& key, std::string value) {

@@ -20,6 +20,14 @@ std::string json_of(bool value);
 template <class T>
 requires std::is_integral_v<T> std::string json_of(T value) { return std::to_string(value); }
 std::string quoted(const std::string& text);
+std::string finite_or_null(double value);
+// An array with a line for each item.
+template <class Items, class Text>
+std::string list_of(const Items& items, Text text) {
+  std::string all = "[";
+  for (const auto& item : items) all += (all.size() > 1 ? ",\n    " : "\n    ") + text(item);
+  return all + "]";
+}
 
 // An object of a file: its keys in order, each with its value as JSON text.
 struct SceneObject {

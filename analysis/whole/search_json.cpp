@@ -1,21 +1,10 @@
 #include "analysis/whole/search_json.hpp"
 
-#include <cmath>
-
 #include "analysis/stop_signals.hpp"
 #include "analysis/whole/scene_parts.hpp"
 
 namespace soda::analysis {
 namespace {
-
-std::string finite_or_null(double value) { return std::isfinite(value) ? json_of(value) : "null"; }
-
-template <class Items, class Text>
-std::string list_of(const Items& items, Text text) {
-  std::string all = "[";
-  for (const auto& item : items) all += (all.size() > 1 ? ",\n    " : "\n    ") + text(item);
-  return all + "]";
-}
 
 // The object with a line for each key.
 std::string lines_of(const SceneObject& object) {

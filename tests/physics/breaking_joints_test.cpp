@@ -131,9 +131,10 @@ TEST(BreakingJoints, TheTopJointBearsAllThatHangs) {
       }
       world.run(100);
       EXPECT_EQ(world.counters.joints_broken, factor < 1.0 ? 1u : 0u) << ratio;
-      if (factor < 1.0)
+      if (factor < 1.0) {
         EXPECT_NEAR(world.states[3].position_m.z(),
                     -1.75 - kGravity * 0.5 * std::pow(99.0 / 60.0, 2), 1e-9);
+      }
     }
 }
 
