@@ -6,12 +6,14 @@
 namespace soda::physics {
 namespace {
 
-// The mean over `length_s` of what `arm` turns to, less the arm; `spin` is no zero.
+// The mean over `length_s` of what `arm` turns to, less the arm.
 Vec3 mean_turned(const Vec3& spin, double length_s, const Vec3& arm) {
   const Vec3 angle = spin * length_s;
+  const double squared = angle.squaredNorm();
+  if (squared == 0.0) return Vec3::Zero();  // of a spin so slow, too, that its square is none
   const Quat turn = rotation_by(angle);
   const Vec3 half(turn.x(), turn.y(), turn.z());  // the axis times the sine of half the angle
-  const double squared = angle.squaredNorm(), share = 2.0 * half.dot(angle) / squared;
+  const double share = 2.0 * half.dot(angle) / squared;
   const Vec3 across = arm - angle * (angle.dot(arm) / squared);
   return across * (share * turn.w() - 1.0) + half.cross(arm) * share;
 }

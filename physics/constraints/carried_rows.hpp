@@ -18,8 +18,8 @@ namespace soda::physics {
 void keep_carried(const SceneDescription& scene, const ContactManifold& manifold, std::uint32_t a,
                   std::uint32_t b, const Selection<BodyState>& states, ContactProblem& problem);
 
-// Arms for the time from `from_s` of the step on, for `length_s`. Gaps
-// since the step's start stay those of the arms that there were.
+// Arms for the time from `from_s` of the step on, for `length_s`. Gaps stay those of the arms that
+// there were since the step's start.
 void carry(double from_s, double length_s, ContactProblem& problem);
 
 }  // namespace soda::physics

@@ -186,6 +186,18 @@ TEST(Kinematic, TurnsWhatRidesOnItInACircle) {
         }
 }
 
+// The square of such a spin is nothing.
+TEST(Kinematic, CarriesWhatIsOnItHoweverSlowlyItTurns) {
+  for (const double spin : {1e-200, 1e-100, 1e-12}) {
+    const std::vector<double> radii{1.0, 2.0};
+    World world = turntable(60.0, spin, radii);
+    world.run(60);
+    ASSERT_TRUE(world.report.faults.empty()) << spin;
+    for (std::size_t i = 0; i < radii.size(); ++i)
+      EXPECT_NEAR(distance_from_axis_m(world.states[i + 1].position_m), radii[i], 1e-9) << spin;
+  }
+}
+
 TEST(Kinematic, PassesThroughStaticsAndItsKind) {
   World world;
   world.add_floor();
