@@ -24,8 +24,7 @@ Vec3 first_guess(const Solid& a, const Solid& b) {
   return between == Vec3::Zero() ? Vec3(Vec3::UnitZ()) : between;
 }
 
-std::optional<Touch> first_touch(const SceneDescription& scene, const TouchSearch& search,
-                                 FlyingSolids& solids) {
+std::optional<Touch> first_touch(const TouchSearch& search, FlyingSolids& solids) {
   const double touching_m = search.touching_m, most_s = search.most_s;
   double time = search.begin_s;
   constexpr int kMostAdvances = 200;

@@ -24,7 +24,6 @@ struct TouchSearch {
 Vec3 first_guess(const Solid& a, const Solid& b);
 
 // Leaves the solids at that time. As time_of_impact().
-std::optional<Touch> first_touch(const SceneDescription& scene, const TouchSearch& search,
-                                 FlyingSolids& solids);
+std::optional<Touch> first_touch(const TouchSearch& search, FlyingSolids& solids);
 
 }  // namespace soda::physics

@@ -119,7 +119,7 @@ std::optional<MeshTouch> first_mesh_touch(const MeshFlight& flight,
     triangle.set(mesh.triangles[next.triangle], placed.pose);
     FlyingSolids solids(flight.scene, flight.geometry, flight.a, flight.state_a, triangle.solid(),
                         flight.part);
-    const std::optional<Touch> touch = first_touch(flight.scene, search, solids);
+    const std::optional<Touch> touch = first_touch(search, solids);
     if (!touch || (later && touch->impact.time_s == 0.0)) continue;
     const Vec3 up = placed.pose.rotation * mesh.triangles[next.triangle].plane.normal;
     if (up.dot(first_guess(solids.a().solid, solids.b().solid)) > 0.0) continue;

@@ -90,8 +90,7 @@ struct PairFlight {
 
 std::optional<Touch> touch_of(const PairFlight& flight, double apart_s, FlyingSolids& solids) {
   const auto& [scene, geometry, a, state_a, b, state_b, most_s] = flight;
-  return first_touch(scene,
-                     {touching_gap_m(scene, geometry, a, state_a, b),
+  return first_touch({touching_gap_m(scene, geometry, a, state_a, b),
                       width_of(scene, geometry, a, b), apart_s, most_s},
                      solids);
 }

@@ -290,7 +290,7 @@ IslandReport advance_linked(const SceneDescription& scene, const Geometry& geome
                             std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
                             std::span<BodyState> states, SolveScratch& scratch,
                             StageCounters& counters, std::vector<AdvanceFault>& faults) {
-  constexpr int kMostParts = 8;
+  constexpr int kMostPartsOfStep = 8;
   if (ids.size() == 1 && scene.statics.empty())  // there is nothing to come to
     return advance_resting(scene, geometry, dt_s, ids, manifolds, states, scratch, counters,
                            faults);
@@ -326,7 +326,7 @@ IslandReport advance_linked(const SceneDescription& scene, const Geometry& geome
       pushed += pushed_newton_s(island, time_s, before);
       left_s -= time_s;
     }
-    const bool waits = left_s > 0.0 && (sunk || number + 1 == kMostParts);
+    const bool waits = left_s > 0.0 && (sunk || number + 1 == kMostPartsOfStep);
     if (waits) wait_for(left_s, island, report);
     if (waits || !(left_s > 0.0)) break;
     found = contacts_now(island, left_s, met, states, ways);
