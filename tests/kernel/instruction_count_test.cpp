@@ -43,19 +43,21 @@ CountedRun count(const std::vector<std::string>& valgrind_options,
   return {number_after(result.err, "Collected :"), number_after(result.out, "")};
 }
 
-// Of the second half of a run: neither starting the program nor filling the queues counts.
+// From virtual time 100 to `end`: neither starting the program nor filling the queues counts.
 double instructions_per_event(const std::vector<std::string>& valgrind_options,
-                              const std::vector<std::string>& phold_options) {
-  const CountedRun half = count(valgrind_options, phold_options, "100");
-  const CountedRun whole = count(valgrind_options, phold_options, "200");
-  EXPECT_GT(half.instructions, 0.0);
-  EXPECT_GT(whole.events, half.events + 100000);
-  const double per_event = (whole.instructions - half.instructions) / (whole.events - half.events);
+                              const std::vector<std::string>& phold_options,
+                              const std::string& end = "200") {
+  const CountedRun start = count(valgrind_options, phold_options, "100");
+  const CountedRun whole = count(valgrind_options, phold_options, end);
+  EXPECT_GT(start.instructions, 0.0);
+  EXPECT_GT(whole.events, start.events + 100000);
+  const double per_event =
+      (whole.instructions - start.instructions) / (whole.events - start.events);
   std::cout << per_event << " instructions per event\n";
   return per_event;
 }
 
-// Ceilings: what was measured, and a tenth more.
+// Ceilings: what was measured in a build as soda.sh makes it, and a tenth more.
 TEST(InstructionCount, OfTheSequentialExecutor) {
   EXPECT_LE(instructions_per_event({}, {"--executor", "sequential"}), 1.1 * 648);
 }
@@ -68,15 +70,16 @@ TEST(InstructionCount, OfTimeWarpOnOneThread) {
             1.1 * 731);
 }
 
-// Of committing and collecting fossils. How much a round finds to commit depends on when it comes,
-// which spreads the count by a twentieth: the median of three counts.
+// Of committing and collecting fossils. How much a batch leaves to commit depends on its length,
+// and that on the speed of the machine: over four times the events the spread is a twenty-fifth of
+// the count (178 to 191 with five other processes on two cores); the median of three counts.
 TEST(InstructionCount, OfCommittingOnOneThread) {
   std::array<double, 3> counts{};
   for (double& count : counts)
     count = instructions_per_event({"--toggle-collect=soda::kernel::Worker::collect_journal*"},
-                                   {"--executor", "threads", "--threads", "1"});
+                                   {"--executor", "threads", "--threads", "1"}, "500");
   std::ranges::sort(counts);
-  EXPECT_LE(counts[1], 1.1 * 164);
+  EXPECT_LE(counts[1], 1.1 * 184);
 }
 
 }  // namespace
