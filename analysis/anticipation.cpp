@@ -27,7 +27,7 @@ class CoincidentCubes {
   // CPU time of one step.
   double step_s() {
     const double start_s = thread_cpu_s();
-    physics::step(scene_, geometry_, ids_, states_, scratch_, report_, counters_);
+    physics::step(scene_, geometry_, ids_, states_, {scratch_, report_, counters_});
     const double end_s = thread_cpu_s();
     for (physics::BodyState& state : states_) put_back(state);
     return end_s - start_s;

@@ -76,7 +76,7 @@ ExtremeRun run_extreme(const ExtremeSetting& setting) {
                  0.0,
                  {}};
   for (std::int64_t step = 1; step <= run.steps; ++step) {
-    physics::step(scene, geometry, ids, states, scratch, report, counters);
+    physics::step(scene, geometry, ids, states, {scratch, report, counters});
     if (!report.faults.empty()) {
       run.fault = "step " + std::to_string(step) + ": " + report.faults[0].what;
       break;

@@ -120,7 +120,7 @@ class Checks {
     number_ = number;
     const std::vector<BodyState> before = states;
     const std::uint64_t searches = counters_.impact_searches();
-    physics::step(scene_, geometry_, ids_, states, scratch_, report_, counters_);
+    physics::step(scene_, geometry_, ids_, states, {scratch_, report_, counters_});
     for (const AdvanceFault& fault : report_.faults) fail(fault.body, fault.what);
     for (std::size_t i = 0; i < states.size(); ++i)
       fastest_m_s_ = std::max(fastest_m_s_, point_speed(i, before[i]));

@@ -52,7 +52,7 @@ void PlainLoop::advance() {
     if (presence_.note(inputs_[next_input_]))
       models::act_on_scene(inputs_[next_input_], scene_, bodies_.ids, bodies_.states);
   scratch_.resting.forget();  // an oracle takes nothing over
-  physics::step(scene_, geometry_, bodies_.ids, bodies_.states, scratch_, report_, counters_);
+  physics::step(scene_, geometry_, bodies_.ids, bodies_.states, {scratch_, report_, counters_});
   if (!fault_ && !report_.faults.empty()) note_fault();
   ++step_;
 }

@@ -17,8 +17,8 @@ using physics::BodyState;
 // later is a straggler.
 void World::finish(std::int64_t step, Bag bag, kernel::Outbox& outbox) {
   if (merge_.nodes.empty() && !remembers()) {
-    physics::advance_bodies(*rules_.scene, around_.geometry, ids_, states_, scratch_, report_,
-                            stages_);
+    physics::advance_bodies(*rules_.scene, around_.geometry, ids_, states_,
+                            {scratch_, report_, stages_});
     solves_ = static_cast<std::uint32_t>(report_.islands.size());
   } else {
     advance_known_islands(step, bag);
@@ -136,9 +136,10 @@ void World::advance_own_island() {
   const bool taken = repetition_.take_island(scratch_.island_ids, scratch_.island_states, &report);
   if (!taken && !take_resting(report)) {
     start_warm();
-    report = physics::advance_island(*rules_.scene, around_.geometry, scratch_.island_ids,
-                                     scratch_.island_manifolds, scratch_.island_states,
-                                     scratch_.solve, stages_, report_.faults);
+    report =
+        physics::advance_island(physics::whole_step(*rules_.scene, around_.geometry,
+                                                    scratch_.island_ids, scratch_.island_manifolds),
+                                scratch_.island_states, {scratch_.solve, stages_, report_.faults});
     if (report.rests)
       scratch_.resting.keep(scratch_.island_ids, scratch_.island_manifolds, scratch_.island_states,
                             report);
@@ -166,8 +167,8 @@ void World::advance_free_bodies(const KnownBodies& known, std::span<BodyState> s
     count_repetition(taken, 1);
     return taken;
   });
-  physics::advance_free_bodies(*rules_.scene, around_.geometry, rules_.scene->dt_s, known.ids, free,
-                               states, stages_, report_.faults);
+  physics::advance_free_bodies(physics::whole_step(*rules_.scene, around_.geometry, known.ids, {}),
+                               free, states, stages_, report_.faults);
 }
 
 void World::count_repetition(bool taken, std::size_t bodies) {
@@ -201,9 +202,10 @@ void World::advance_mixed_island(std::int64_t step, bool reports) {
     ++counters_.islands_reused;
   } else {
     auto fresh = std::make_shared<SolvedIsland>();
-    fresh->report = physics::advance_island(*rules_.scene, around_.geometry, scratch_.island_ids,
-                                            scratch_.island_manifolds, scratch_.island_states,
-                                            scratch_.solve, stages_, fresh->faults);
+    fresh->report =
+        physics::advance_island(physics::whole_step(*rules_.scene, around_.geometry,
+                                                    scratch_.island_ids, scratch_.island_manifolds),
+                                scratch_.island_states, {scratch_.solve, stages_, fresh->faults});
     fresh->states = scratch_.island_states;
     solved = fresh;
     around_.solves.store(step, std::move(input), std::move(fresh));

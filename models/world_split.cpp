@@ -45,7 +45,8 @@ void World::consider_split(std::size_t index, const KnownBodies& known) {
                                        : merge_.nodes[static_cast<std::size_t>(-1 - place)].state);
   }
   std::optional<physics::IslandBlocks> blocks = physics::blocks_of_step(
-      *rules_.scene, around_.geometry, island.ids, island.manifolds, island.states);
+      physics::whole_step(*rules_.scene, around_.geometry, island.ids, island.manifolds),
+      island.states);
   if (!blocks) return;
   std::optional<SplitPlan> plan =
       plan_split(*rules_.scene, std::move(*blocks), island.owners, island.manifolds,

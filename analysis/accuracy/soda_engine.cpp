@@ -20,7 +20,7 @@ class SodaEngine final : public Engine {
   }
 
   void step() override {
-    physics::step(scene_, geometry_, ids_, states_, scratch_, report_, counters_);
+    physics::step(scene_, geometry_, ids_, states_, {scratch_, report_, counters_});
     ++steps_;
     if (estimates_) add_estimates(scene_, steps_, report_.islands, *estimates_);
     if (!report_.faults.empty() && fault_.empty()) {

@@ -115,7 +115,7 @@ StepTimes measure_steps(const scenarios::Scenario& scenario, std::int64_t steps,
       bodies[i].pose = pose(states[i].position_m, states[i].orientation);
     }
     const double start_s = analysis::thread_cpu_s();
-    physics::step(scene, geometry, ids, states, scratch, report, counters);
+    physics::step(scene, geometry, ids, states, {scratch, report, counters});
     const double step_s = analysis::thread_cpu_s() - start_s;
     const Floor floor = measure_floor(bodies, statics, scratch);
     times.step_s.push_back(step_s);

@@ -27,7 +27,7 @@ int run(const std::string& file, const char* steps_text) {
   analysis::RunTotals totals;
   for (std::int64_t step = 0; step < steps; ++step) {
     analysis::add_drives(scenario.scene, ids, states, totals);
-    physics::step(scenario.scene, geometry, ids, states, scratch, report, counters);
+    physics::step(scenario.scene, geometry, ids, states, {scratch, report, counters});
     analysis::add_islands(report.islands, totals);
   }
   const analysis::ErrorMeasures error = analysis::measure_errors(

@@ -29,7 +29,7 @@ bool run_once(const FamilyScene& family_scene, double budget_s, FamilyRun& run) 
   run.cpu_s = 0.0;
   for (std::int64_t step = 1; step <= run.steps; ++step) {
     const double before_s = thread_cpu_s();
-    physics::step(scene, geometry, ids, states, scratch, report, counters);
+    physics::step(scene, geometry, ids, states, {scratch, report, counters});
     run.cpu_s += thread_cpu_s() - before_s;
     if (!report.faults.empty()) {
       run.fault = "step " + std::to_string(step) + ": " + report.faults[0].what;

@@ -6,16 +6,13 @@
 #include <vector>
 
 #include "physics/model/body_places.hpp"
+#include "physics/model/body_state.hpp"
 #include "physics/model/contact_manifold.hpp"
-#include "physics/shapes/geometry.hpp"
+#include "physics/model/island_step.hpp"
 
 namespace soda::physics {
 
-struct HitIsland {
-  const SceneDescription& scene;
-  const Geometry& geometry;
-  std::span<const BodyId> ids;
-
+struct HitIsland : IslandStep {
   template <typename State>
   State& state_of(BodyId id, std::span<State> states) const {
     return states[place_of(ids, id)];

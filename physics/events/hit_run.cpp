@@ -25,20 +25,19 @@ std::size_t most_work(std::size_t bodies) { return 512 + 64 * bodies; }
 
 }  // namespace
 
-HitRun::HitRun(const HitIsland& island, double dt_s, bool apart,
-               std::span<const ContactManifold> manifolds, std::span<BodyState> states,
-               const Means& means)
+HitRun::HitRun(const HitIsland& island, bool apart, std::span<BodyState> states,
+               IslandReport& report, const IslandEffects& effects)
     : island_(island),
-      dt_s_(dt_s),
       apart_(apart),
       states_(states),
-      means_(means),
-      pairs_(island.scene, island.geometry, island.ids, states, means.counters),
+      report_(report),
+      effects_(effects),
+      pairs_(island.scene, island.geometry, island.ids, states, effects.counters),
       since_s_(states.size(), 0.0),
       errors_(states.size(), 0.0),
       taken_(states.size(), 0),
       struck_(states.size(), 0) {
-  for (const ContactManifold& m : manifolds) {
+  for (const ContactManifold& m : island.manifolds) {
     const bool fixed = is_static(m.b);
     const std::uint32_t pair =
         pairs_.add({place_of(island.ids, m.a),
@@ -59,7 +58,7 @@ void HitRun::expect(std::uint32_t pair, double ahead_s) {
   const MeetingPair& p = pairs_[pair];
   const double now = since_s_[p.a];
   const double time = std::max(now + ahead_s, ahead_s > 0.0 ? std::nextafter(now, kNever) : now);
-  next_.set(pairs_, pair, time < dt_s_ ? time : kNever);
+  next_.set(pairs_, pair, time < island_.dt_s ? time : kNever);
 }
 
 bool HitRun::is_held(const Look& look, double now_s) const {
@@ -67,8 +66,8 @@ bool HitRun::is_held(const Look& look, double now_s) const {
     const ContactManifold m = without_hits(island_, contact, states());
     if (m.count == 0) continue;
     if (!apart_ || is_static(m.b) || island_.scene.tolerance > 0.0) return true;
-    if (holds(island_.scene, island_.geometry, dt_s_ - now_s, m, island_.state_of(m.a, states()),
-              island_.state_of(m.b, states())))
+    if (holds(island_.scene, island_.geometry, island_.dt_s - now_s, m,
+              island_.state_of(m.a, states()), island_.state_of(m.b, states())))
       return true;
   }
   return false;
@@ -119,7 +118,7 @@ bool HitRun::stayed_apart() const {
     if (p.fixed || look.held || look.found.empty()) continue;
     now.clear();
     collide(island_.scene, island_.geometry, 0.0, island_.ids[p.a], states_[p.a], other(p),
-            &states_[p.b], now, means_.counters);
+            &states_[p.b], now, effects_.counters);
     if (nearest_m(now) < nearest_m(look.found) - kStayed * island_.width_m(look.found.front()))
       return false;
   }
@@ -134,9 +133,9 @@ void HitRun::look(std::uint32_t pair, double now_s) {
   look.found.clear();
   look.time_s = now_s;
   if (pairs_.are_near(pair)) {
-    collide(island_.scene, island_.geometry, dt_s_ - now_s, island_.ids[p.a], states_[p.a],
-            other(p), p.fixed ? nullptr : &states_[p.b], look.found, means_.counters);
-    ++means_.counters.hit_searches;
+    collide(island_.scene, island_.geometry, island_.dt_s - now_s, island_.ids[p.a], states_[p.a],
+            other(p), p.fixed ? nullptr : &states_[p.b], look.found, effects_.counters);
+    ++effects_.counters.hit_searches;
   }
   look.held = is_held(look, now_s);
   if (look.found.empty())
@@ -168,7 +167,7 @@ HitRun::Bodies HitRun::set_of(std::uint32_t body, bool all) {
 
 // `all`: with the points that hit.
 void HitRun::advance_set(const Bodies& set, double to_s, bool all) {
-  const auto& [scene, geometry, every] = island_;
+  const SceneDescription& scene = island_.scene;
   const double from_s = since_s_[set.front()], time_s = to_s - from_s;
   std::vector<ContactManifold> contacts;
   for (const std::uint32_t body : set) {
@@ -185,30 +184,29 @@ void HitRun::advance_set(const Bodies& set, double to_s, bool all) {
   std::vector<BodyId> ids;
   std::vector<BodyState> now;
   for (const std::uint32_t body : set) {
-    ids.push_back(every[body]);
+    ids.push_back(island_.ids[body]);
     now.push_back(states_[body]);
   }
   // A step that short is off by less than what refinement is content with.
   constexpr double kShort = 0.01;
-  means_.report.static_impulse_newton_s += push_impulses_newton_s(scene, time_s, ids, now);
+  report_.static_impulse_newton_s += push_impulses_newton_s(scene, time_s, ids, now);
   if (contacts.empty()) {
     for (std::size_t i = 0; i < ids.size(); ++i)
-      advance_free_body(scene, time_s, ids[i], now[i], means_.counters, means_.faults);
+      advance_free_body(scene, time_s, ids[i], now[i], effects_.counters, effects_.faults);
   } else {
     const bool short_enough = !(scene.tolerance > 0.0) && time_s <= kShort * scene.dt_s;
     const auto advance = short_enough ? advance_unrefined : advance_resting;
-    IslandReport part = advance(scene, geometry, time_s, ids, contacts, now, means_.scratch,
-                                means_.counters, means_.faults);
+    IslandReport part = advance({scene, island_.geometry, time_s, ids, contacts}, now, effects_);
     for (const std::uint32_t body : set) errors_[body] += part.error_estimate;
     part.error_estimate = 0.0;
-    add_part(part, means_.report);
+    add_part(part, report_);
   }
   work_ += work_of(set);
   for (std::size_t i = 0; i < set.size(); ++i) {
     std::swap(states_[set[i]], now[i]);
     since_s_[set[i]] = to_s;
   }
-  if (to_s < dt_s_) look_after(set, now, from_s, to_s);
+  if (to_s < island_.dt_s) look_after(set, now, from_s, to_s);
 }
 
 // Pairs within the set are looked at again; and those with others that a body comes to because
@@ -238,7 +236,7 @@ void HitRun::bring(std::uint32_t body, double to_s) {
 
 // The body is on another way now: all that it can meet is to be looked at.
 void HitRun::turn(std::uint32_t body, double now_s) {
-  pairs_.turn(body, states_[body], (dt_s_ - now_s) / island_.scene.dt_s, means_.counters);
+  pairs_.turn(body, states_[body], (island_.dt_s - now_s) / island_.scene.dt_s, effects_.counters);
   looks_.resize(std::max(looks_.size(), pairs_.size()));
   for (const std::uint32_t pair : pairs_.of(body)) {
     if (is_at(pairs_[pair], now_s))
@@ -289,7 +287,7 @@ bool HitRun::strike_at(std::uint32_t pair, double now_s) {
     after.push_back(states_[body]);
   }
   work_ += struck.size();
-  if (!strike(island_.scene, ids, touching, after, means_.report, means_.counters)) return false;
+  if (!strike(island_.scene, ids, touching, after, report_, effects_.counters)) return false;
   Bodies changed;
   for (std::size_t i = 0; i < struck.size(); ++i) {
     const BodyState& before = states_[struck[i]];
@@ -312,15 +310,15 @@ void HitRun::finish(double now_s) {
   for (std::uint32_t pair = 0; pair < pairs_.size(); ++pair)
     if (pairs_.are_near(pair) && looks_[pair].time_s != now_s) look(pair, now_s);
   for (std::uint32_t body = 0; body < since_s_.size(); ++body)
-    if (since_s_[body] < dt_s_) advance_set(set_of(body, true), dt_s_, true);
-  means_.report.beyond_tolerance = island_.scene.tolerance > 0.0;
+    if (since_s_[body] < island_.dt_s) advance_set(set_of(body, true), island_.dt_s, true);
+  report_.beyond_tolerance = island_.scene.tolerance > 0.0;
 }
 
 bool HitRun::run() {
   const std::size_t most = most_work(states_.size());
-  const bool any = next_.first_s() < dt_s_;
+  const bool any = next_.first_s() < island_.dt_s;
   bool enough = true;
-  while (enough && next_.first_s() < dt_s_) {
+  while (enough && next_.first_s() < island_.dt_s) {
     const double now = next_.first_s();
     const std::uint32_t pair = next_.take_first();
     const MeetingPair p = pairs_[pair];
@@ -330,14 +328,13 @@ bool HitRun::run() {
     ++work_;
     const bool is_hit = clear_s(island_, looks_[pair].found, states()) == 0.0;
     enough = (!is_hit || strike_at(pair, now)) && work_ < most;
-    means_.counters.islands_over_budget += work_ >= most;
+    effects_.counters.islands_over_budget += work_ >= most;
     if (!enough) finish(now);
   }
-  for (std::uint32_t body = 0; body < since_s_.size(); ++body) bring(body, dt_s_);
-  IslandReport& report = means_.report;
+  for (std::uint32_t body = 0; body < since_s_.size(); ++body) bring(body, island_.dt_s);
   const auto worst = std::max_element(errors_.begin(), errors_.end());
-  report.error_estimate = *worst;
-  report.worst_body = island_.ids[static_cast<std::size_t>(worst - errors_.begin())];
+  report_.error_estimate = *worst;
+  report_.worst_body = island_.ids[static_cast<std::size_t>(worst - errors_.begin())];
   return any;
 }
 

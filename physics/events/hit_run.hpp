@@ -8,28 +8,18 @@
 #include "physics/events/meeting_pairs.hpp"
 #include "physics/model/contact_manifold.hpp"
 #include "physics/model/island_report.hpp"
-#include "physics/model/stage_counters.hpp"
-#include "physics/solvers/island_motion.hpp"
+#include "physics/model/island_step.hpp"
 
 namespace soda::physics {
-
-// What solves take and give besides the states.
-struct Means {
-  IslandReport& report;
-  SolveScratch& scratch;
-  StageCounters& counters;
-  std::vector<AdvanceFault>& faults;
-};
 
 // An island on its way through a step. Its bodies are in sets that contacts hold together, each at
 // its own time. A set is advanced when a pair of it is to be looked at, which is before the pair
 // can hit; so all times are at most that of the pair that is next.
 class HitRun {
  public:
-  // `apart`: contacts that hold nothing make no set.
-  HitRun(const HitIsland& island, double dt_s, bool apart,
-         std::span<const ContactManifold> manifolds, std::span<BodyState> states,
-         const Means& means);
+  // `apart`: contacts that hold nothing make no set. Adds to the report.
+  HitRun(const HitIsland& island, bool apart, std::span<BodyState> states, IslandReport& report,
+         const IslandEffects& effects);
   // Whether there is work enough for the hits that are known to come.
   bool is_affordable();
   // Whether something came near enough to be looked at again.
@@ -67,10 +57,10 @@ class HitRun {
   void finish(double now_s);
 
   HitIsland island_;
-  double dt_s_;
   bool apart_;
   std::span<BodyState> states_;
-  Means means_;
+  IslandReport& report_;
+  IslandEffects effects_;
   MeetingPairs pairs_;
   NextPair next_;
   std::vector<Look> looks_;

@@ -12,6 +12,7 @@
 #include "physics/model/kinematic.hpp"
 #include "physics/shapes/geometry_impl.hpp"
 #include "physics/solvers/direct_contacts.hpp"
+#include "physics/solvers/island_motion.hpp"
 
 namespace soda::physics {
 namespace {
@@ -19,7 +20,7 @@ namespace {
 // Sweeps, which solve what bounces, do not get anywhere with a grain between a block that is that
 // much heavier and the floor: it whirls, and is thrown. Without rebounds it is held. And what
 // whirls so fast that no number of parts would show where it hits is not looked at.
-bool can_be_hit(const HitIsland& island, double dt_s, std::span<const BodyState> states) {
+bool can_be_hit(const HitIsland& island, std::span<const BodyState> states) {
   constexpr double kMostRatio = 1e4;
   constexpr double kMostTurn_rad = 2.0, kOfEach_rad = 2.0;
   constexpr std::size_t kFew = 8;
@@ -28,7 +29,7 @@ bool can_be_hit(const HitIsland& island, double dt_s, std::span<const BodyState>
   for (std::size_t i = 0; i < states.size(); ++i) {
     if (!is_unjointed(island.scene.bodies[index_of(island.ids[i])], states[i])) return false;
     if (shape_of(island.scene, island.geometry, island.ids[i]).kind == ShapeKind::kSphere) continue;
-    if (states[i].angular_velocity_rad_s.norm() * dt_s > most_turn_rad) return false;
+    if (states[i].angular_velocity_rad_s.norm() * island.dt_s > most_turn_rad) return false;
   }
   return mass_ratio(island.scene, island.ids) <= kMostRatio;
 }
@@ -50,33 +51,30 @@ Need hits_needed(const SceneDescription& scene) {
                  "nothing without joints has restitution > 0");
 }
 
-std::optional<AmongHits> advance_among_hits(const SceneDescription& scene, const Geometry& geometry,
-                                            double dt_s, std::span<const BodyId> ids,
-                                            std::span<const ContactManifold> manifolds,
-                                            std::span<BodyState> states, SolveScratch& scratch,
-                                            StageCounters& counters,
-                                            std::vector<AdvanceFault>& faults) {
-  const HitIsland island{scene, geometry, ids};
+std::optional<AmongHits> advance_among_hits(const IslandStep& step, std::span<BodyState> states,
+                                            const IslandEffects& effects) {
+  const auto& [scene, geometry, dt_s, ids, manifolds] = step;
+  const HitIsland island{step};
   if (any_kinematic(scene, ids)) return {};
-  if (clear_s(island, manifolds, states) == kNever || !can_be_hit(island, dt_s, states)) return {};
+  if (clear_s(island, manifolds, states) == kNever || !can_be_hit(island, states)) return {};
   // Measures know what pushes give in a step from its start on; parts start elsewhere.
   const Vec3 known_newton_s = push_impulses_newton_s(scene, dt_s, ids, states);
   const std::vector<BodyState> before(states.begin(), states.end());
-  const std::size_t faults_before = faults.size();
+  const std::size_t faults_before = effects.faults.size();
   AmongHits result;
   for (const bool apart : {true, false}) {
     result.report = report_of(ids, manifolds);
     result.report.static_impulse_newton_s = -known_newton_s;
-    HitRun hits(island, dt_s, apart, manifolds, states, {result.report, scratch, counters, faults});
+    HitRun hits(island, apart, states, result.report, effects);
     if (!hits.is_affordable()) {
-      ++counters.islands_over_budget;
+      ++effects.counters.islands_over_budget;
       return {};
     }
     result.hit = hits.run();
-    const bool overdriven = is_overdriven(scene, ids, states, scratch.ways);
+    const bool overdriven = is_overdriven(scene, ids, states, effects.scratch.ways);
     if (!overdriven && (!apart || hits.stayed_apart())) break;
     std::copy(before.begin(), before.end(), states.begin());
-    faults.resize(faults_before);
+    effects.faults.resize(faults_before);
     if (overdriven) return {};
   }
   if (scene.tolerance > 0.0 && result.report.error_estimate > scene.tolerance)

@@ -5,12 +5,10 @@
 #include <optional>
 #include <span>
 
-#include "physics/model/contact_manifold.hpp"
+#include "physics/model/body_state.hpp"
 #include "physics/model/island_report.hpp"
+#include "physics/model/island_step.hpp"
 #include "physics/model/need.hpp"
-#include "physics/model/stage_counters.hpp"
-#include "physics/shapes/geometry.hpp"
-#include "physics/solvers/island_motion.hpp"
 
 namespace soda::physics {
 
@@ -22,7 +20,7 @@ struct AmongHits {
   bool hit = false;  // in this time
 };
 
-// Advances an island in which something comes near for a hit, by dt_s, from hit to hit. A hit is a
+// Advances an island in which something comes near for a hit, from hit to hit. A hit is a
 // point that approaches faster than the restitution threshold where its pair bounces; if the scene
 // asks for a tolerance also one that approaches faster than gravity makes things in two steps,
 // whatever bounces. Up to a hit bodies are advanced as if there were none (advance_resting): points
@@ -39,14 +37,10 @@ struct AmongHits {
 // 2 for each body (8 at most), or more work for the hits that are known to come than a step has
 // (hit_run.cpp): contacts that hold many bodies together are advanced with all of them for each.
 // Nor if moving surfaces would give, strike by strike, more than the bounds in `scratch`
-// (ways.hpp). Where that work is done, what is left is one step. `manifolds` were found at these
-// states, over dt_s. The report's estimate is the largest of a body's over its parts. A function of
+// (ways.hpp). Where that work is done, what is left is one step. The manifolds were found at
+// these states. The report's estimate is the largest of a body's over its parts. A function of
 // the arguments only.
-std::optional<AmongHits> advance_among_hits(const SceneDescription& scene, const Geometry& geometry,
-                                            double dt_s, std::span<const BodyId> ids,
-                                            std::span<const ContactManifold> manifolds,
-                                            std::span<BodyState> states, SolveScratch& scratch,
-                                            StageCounters& counters,
-                                            std::vector<AdvanceFault>& faults);
+std::optional<AmongHits> advance_among_hits(const IslandStep& step, std::span<BodyState> states,
+                                            const IslandEffects& effects);
 
 }  // namespace soda::physics

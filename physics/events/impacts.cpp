@@ -56,14 +56,13 @@ Need flights_needed(const SceneDescription& scene) {
                  "one body can fly, and there is nothing to fly into");
 }
 
-bool is_in_flight(const SceneDescription& scene, const Geometry& geometry,
-                  std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
-                  std::span<const BodyState> states) {
+bool is_in_flight(const IslandStep& island, std::span<const BodyState> states) {
+  const auto& [scene, geometry, dt_s, ids, manifolds] = island;
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const BodyParams& body = scene.bodies[index_of(ids[i])];
     if (!can_fly(body) || !is_unjointed(body, states[i])) return false;
   }
-  const auto state_of = [&](BodyId id) { return &states[place_of(ids, id)]; };
+  const auto state_of = [&](BodyId id) { return &states[place_of(island.ids, id)]; };
   bool impact = false;
   for (const ContactManifold& m : manifolds) impact = impact || is_impact(scene, m);
   if (!impact) return false;
@@ -77,11 +76,7 @@ bool is_in_flight(const SceneDescription& scene, const Geometry& geometry,
 
 namespace {
 
-struct Flyers {
-  const SceneDescription& scene;
-  const Geometry& geometry;
-  double dt_s;
-  std::span<const BodyId> ids;
+struct Flyers : IslandStep {
   std::vector<BodyState> states;  // each as of its own time
   std::vector<double> since_s;
   MeetingPairs pairs;
@@ -168,8 +163,8 @@ bool strike_pair(Flyers& flyers, const MeetingPair& pair, double time_s, IslandR
 }
 
 // From the beginning, of which the contacts may know already.
-void look_at_first(Flyers& flyers, std::span<const ContactManifold> manifolds, std::uint32_t number,
-                   StageCounters& counters) {
+void look_at_first(Flyers& flyers, std::uint32_t number, StageCounters& counters) {
+  const std::span<const ContactManifold> manifolds = flyers.manifolds;
   const MeetingPair& pair = flyers.pairs[number];
   ContactManifold of_pair;
   of_pair.a = flyers.ids[pair.a];
@@ -196,11 +191,10 @@ void turn(Flyers& flyers, const MeetingPair& struck, StageCounters& counters) {
 }
 
 // Through impacts until dt_s, or until something lasts.
-double fly(std::span<const ContactManifold> manifolds, Flyers& flyers, IslandReport& report,
-           StageCounters& counters) {
+double fly(Flyers& flyers, IslandReport& report, StageCounters& counters) {
   const std::size_t most_impacts = 60 + 10 * flyers.ids.size();
   for (std::uint32_t pair = 0; pair < flyers.pairs.size(); ++pair)
-    look_at_first(flyers, manifolds, pair, counters);
+    look_at_first(flyers, pair, counters);
   for (std::size_t impacts = 0;; ++impacts) {
     const double now = flyers.next.first_s();
     if (now == kNever) return flyers.dt_s;
@@ -218,22 +212,18 @@ double fly(std::span<const ContactManifold> manifolds, Flyers& flyers, IslandRep
 
 }  // namespace
 
-double fly_through_impacts(const SceneDescription& scene, const Geometry& geometry, double dt_s,
-                           std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
-                           std::span<BodyState> states, IslandReport& report,
-                           StageCounters& counters) {
-  if (!is_in_flight(scene, geometry, ids, manifolds, states)) return 0.0;
-  Flyers flyers{scene,
-                geometry,
-                dt_s,
-                ids,
+double fly_through_impacts(const IslandStep& island, std::span<BodyState> states,
+                           IslandReport& report, StageCounters& counters) {
+  if (!is_in_flight(island, states)) return 0.0;
+  const std::span<const BodyId> ids = island.ids;
+  Flyers flyers{island,
                 {states.begin(), states.end()},
                 std::vector<double>(ids.size(), 0.0),
-                MeetingPairs(scene, geometry, ids, states, counters),
+                MeetingPairs(island.scene, island.geometry, ids, states, counters),
                 {},
                 {}};
   IslandReport flight = report;
-  const double reached = fly(manifolds, flyers, flight, counters);
+  const double reached = fly(flyers, flight, counters);
   if (!(reached > 0.0)) return 0.0;
   std::vector<BodyState> next;
   for (std::uint32_t i = 0; i < ids.size(); ++i) {

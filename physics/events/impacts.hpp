@@ -3,11 +3,11 @@
 
 #include <span>
 
-#include "physics/model/contact_manifold.hpp"
+#include "physics/model/body_state.hpp"
 #include "physics/model/island_report.hpp"
+#include "physics/model/island_step.hpp"
 #include "physics/model/need.hpp"
 #include "physics/model/stage_counters.hpp"
-#include "physics/shapes/geometry.hpp"
 
 namespace soda::physics {
 
@@ -15,9 +15,7 @@ Need flights_needed(const SceneDescription& scene);
 
 // Whether an island is of the kind that flies: something bounces or comes far in a step, no joint,
 // drive or force has a part in it, and nothing rests.
-bool is_in_flight(const SceneDescription& scene, const Geometry& geometry,
-                  std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
-                  std::span<const BodyState> states);
+bool is_in_flight(const IslandStep& island, std::span<const BodyState> states);
 
 // Advances the bodies of an island by at most dt_s, for as long as nothing in it lasts: no body
 // rests on another, rolls or slides. Between impacts bodies fly freely (exactly), at an impact the
@@ -27,9 +25,7 @@ bool is_in_flight(const SceneDescription& scene, const Geometry& geometry,
 // is not in flight; less than dt_s if something comes to rest on something then,
 // or bounces on too often. What statics gave is added to `report`. A function of the arguments
 // only.
-double fly_through_impacts(const SceneDescription& scene, const Geometry& geometry, double dt_s,
-                           std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
-                           std::span<BodyState> states, IslandReport& report,
-                           StageCounters& counters);
+double fly_through_impacts(const IslandStep& island, std::span<BodyState> states,
+                           IslandReport& report, StageCounters& counters);
 
 }  // namespace soda::physics

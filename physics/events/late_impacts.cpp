@@ -61,10 +61,10 @@ Need unseen_statics_needed(const SceneDescription& scene) {
                  "contacts can send bodies to other statics", "joints hold every body");
 }
 
-void stop_at_unseen_statics(const SceneDescription& scene, const Geometry& geometry, double dt_s,
-                            std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
-                            std::span<const BodyState> before, std::span<BodyState> states,
-                            IslandReport& report, StageCounters& counters) {
+void stop_at_unseen_statics(const IslandStep& island, std::span<const BodyState> before,
+                            std::span<BodyState> states, IslandReport& report,
+                            StageCounters& counters) {
+  const auto& [scene, geometry, dt_s, ids, manifolds] = island;
   std::vector<IndexPair> pairs;
   for (std::size_t i = 0; i < ids.size(); ++i) {
     if (!is_unjointed(scene.bodies[index_of(ids[i])], states[i]) || is_kinematic(scene, ids[i]))
@@ -166,9 +166,9 @@ void stop_body(const Stop& stop, const Geometry& geometry, BodyState& state, Isl
 
 }  // namespace
 
-void stop_at_floors(const SceneDescription& scene, const Geometry& geometry,
-                    std::span<const BodyId> ids, std::span<const BodyState> before,
+void stop_at_floors(const IslandStep& island, std::span<const BodyState> before,
                     std::span<BodyState> states, IslandReport& report) {
+  const auto& [scene, geometry, dt_s, ids, manifolds] = island;
   for (std::size_t i = 0; i < ids.size(); ++i) {
     if (!is_unjointed(scene.bodies[index_of(ids[i])], states[i]) || is_kinematic(scene, ids[i]))
       continue;

@@ -3,11 +3,11 @@
 
 #include <span>
 
-#include "physics/model/contact_manifold.hpp"
+#include "physics/model/body_state.hpp"
 #include "physics/model/island_report.hpp"
+#include "physics/model/island_step.hpp"
 #include "physics/model/need.hpp"
 #include "physics/model/stage_counters.hpp"
-#include "physics/shapes/geometry.hpp"
 
 namespace soda::physics {
 
@@ -19,10 +19,9 @@ Need unseen_statics_needed(const SceneDescription& scene);
 // leaves it there, and the next step does the rest. `before`: the island at the start of the step;
 // impulses are not read. Bodies with joints are left out (these: linked_step.hpp). The
 // report gets what the static gave. Counts what it looks at as unseen_searches.
-void stop_at_unseen_statics(const SceneDescription& scene, const Geometry& geometry, double dt_s,
-                            std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
-                            std::span<const BodyState> before, std::span<BodyState> states,
-                            IslandReport& report, StageCounters& counters);
+void stop_at_unseen_statics(const IslandStep& island, std::span<const BodyState> before,
+                            std::span<BodyState> states, IslandReport& report,
+                            StageCounters& counters);
 
 // Contacts keep the points of the step's start from a halfspace: what turns by many radians can
 // roll through it, and what others press or push out can pass it. The centre of mass of a convex
@@ -32,8 +31,7 @@ void stop_at_unseen_statics(const SceneDescription& scene, const Geometry& geome
 // any tolerance. The same holds for the faces of meshes that the centre passes or comes to lie
 // over. Bodies with joints are left out: to lift one of them opens its joints. Not called for giant
 // islands, and not for what flies through impacts for the whole step. `before`: as above.
-void stop_at_floors(const SceneDescription& scene, const Geometry& geometry,
-                    std::span<const BodyId> ids, std::span<const BodyState> before,
+void stop_at_floors(const IslandStep& island, std::span<const BodyState> before,
                     std::span<BodyState> states, IslandReport& report);
 
 }  // namespace soda::physics

@@ -22,10 +22,8 @@
 namespace soda::physics {
 namespace {
 
-struct LinkedIsland {
-  const SceneDescription& scene;
-  const Geometry& geometry;
-  std::span<const BodyId> ids;
+// Parts have faults of their own.
+struct LinkedIsland : IslandStep {
   SolveScratch& scratch;
   StageCounters& counters;
   bool wedged = false;  // something overlaps by a good part of its width: little does not count
@@ -63,9 +61,9 @@ BodyState way_between(const Vec3& gravity_m_s2, double time_s, const BodyState& 
 
 constexpr double kTooDeep = 0.5;  // that a body may sink in a part, of its width
 
-bool is_wedged(const LinkedIsland& island, std::span<const ContactManifold> manifolds) {
+bool is_wedged(const LinkedIsland& island) {
   constexpr double kGoodPart = 0.05;
-  for (const ContactManifold& m : manifolds) {
+  for (const ContactManifold& m : island.manifolds) {
     if (is_joint(m)) continue;
     double width = island.shape_of(island.place_of(m.a)).min_extent_m;
     if (!is_static(m.b))
@@ -215,8 +213,8 @@ LinkedPart advance_part(const LinkedIsland& island, double time_s,
   LinkedPart part;
   std::copy(before.begin(), before.end(), states.begin());
   if (time_s > 0.0)
-    part.report = advance_resting(island.scene, island.geometry, time_s, island.ids, manifolds,
-                                  states, island.scratch, island.counters, part.faults);
+    part.report = advance_resting(island.over(time_s, manifolds), states,
+                                  {island.scratch, island.counters, part.faults});
   for (std::size_t i = 0; i < states.size(); ++i)
     part.ways.push_back(way_between(
         falls(island.scene, island.ids[i]) ? island.scene.gravity_m_s2 : Vec3(Vec3::Zero()),
@@ -286,24 +284,21 @@ bool is_linked(std::span<const ContactManifold> manifolds) {
   return std::any_of(manifolds.begin(), manifolds.end(), is_joint);
 }
 
-IslandReport advance_linked(const SceneDescription& scene, const Geometry& geometry, double dt_s,
-                            std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
-                            std::span<BodyState> states, SolveScratch& scratch,
-                            StageCounters& counters, std::vector<AdvanceFault>& faults) {
+IslandReport advance_linked(const IslandStep& step, std::span<BodyState> states,
+                            const IslandEffects& effects) {
   constexpr int kMostPartsOfStep = 8;
-  if (ids.size() == 1 && scene.statics.empty())  // there is nothing to come to
-    return advance_resting(scene, geometry, dt_s, ids, manifolds, states, scratch, counters,
-                           faults);
-  LinkedIsland island{scene, geometry, ids, scratch, counters};
-  island.wedged = is_wedged(island, manifolds);
-  const Vec3 foreseen = pushed_newton_s(island, dt_s, states);
+  if (step.ids.size() == 1 && step.scene.statics.empty())  // there is nothing to come to
+    return advance_resting(step, states, effects);
+  LinkedIsland island{step, effects.scratch, effects.counters};
+  island.wedged = is_wedged(island);
+  const Vec3 foreseen = pushed_newton_s(island, step.dt_s, states);
   Vec3 pushed = Vec3::Zero();
   IslandReport report;
-  report.label = ids.front();
-  report.bodies = static_cast<std::uint32_t>(ids.size());
+  report.label = step.ids.front();
+  report.bodies = static_cast<std::uint32_t>(step.ids.size());
   std::vector<ContactManifold> found;
-  std::span<const ContactManifold> met = manifolds;
-  double left_s = dt_s;
+  std::span<const ContactManifold> met = step.manifolds;
+  double left_s = step.dt_s;
   for (int number = 0;; ++number) {
     const std::vector<BodyState> before(states.begin(), states.end());
     LinkedPart part = advance_part(island, left_s, met, before, states);
@@ -317,7 +312,7 @@ IslandReport advance_linked(const SceneDescription& scene, const Geometry& geome
     }
     const bool sunk = part.sunk_widths > kTooDeep;
     if (sunk) stay_at(island, before, states, part.report);
-    faults.insert(faults.end(), part.faults.begin(), part.faults.end());
+    effects.faults.insert(effects.faults.end(), part.faults.begin(), part.faults.end());
     if (number == 0 && time_s > 0.0)
       report = part.report;
     else

@@ -2,14 +2,12 @@
 #pragma once
 
 #include <span>
-#include <vector>
 
+#include "physics/model/body_state.hpp"
 #include "physics/model/contact_manifold.hpp"
 #include "physics/model/island_report.hpp"
+#include "physics/model/island_step.hpp"
 #include "physics/model/need.hpp"
-#include "physics/model/stage_counters.hpp"
-#include "physics/shapes/geometry.hpp"
-#include "physics/solvers/island_motion.hpp"
 
 namespace soda::physics {
 
@@ -24,10 +22,8 @@ Need linked_impacts_needed(const SceneDescription& scene);
 // looked for on the way, but found again. Nor does a body get deeper into a static by more than
 // half its width in a part: shorter parts err less, and where none does, the island stays. Counts
 // what it looks at as linked_searches. A function of the arguments only.
-IslandReport advance_linked(const SceneDescription& scene, const Geometry& geometry, double dt_s,
-                            std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
-                            std::span<BodyState> states, SolveScratch& scratch,
-                            StageCounters& counters, std::vector<AdvanceFault>& faults);
+IslandReport advance_linked(const IslandStep& step, std::span<BodyState> states,
+                            const IslandEffects& effects);
 
 // Whether it is for an island with these manifolds: one of them is a joint.
 bool is_linked(std::span<const ContactManifold> manifolds);

@@ -171,20 +171,19 @@ bool has_no_velocity(const BodyState& state) {
   return state.linear_velocity_m_s == Vec3::Zero() && state.angular_velocity_rad_s == Vec3::Zero();
 }
 
-bool is_nearly_at_rest(const SceneDescription& scene, const Geometry& geometry,
-                       std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
-                       std::span<const BodyState> states) {
+bool is_nearly_at_rest(const IslandStep& island, std::span<const BodyState> states) {
+  const auto& [scene, geometry, dt_s, ids, manifolds] = island;
   if (!scene.solver.rest || !(carries(scene) || any_kinematic(scene, ids))) return false;
   if (!is_slow(scene, geometry, ids, states)) return false;
   if (any_carries(scene, ids, states)) return false;
   if (!scene.joints.empty() && !can_joints_rest(scene, ids, manifolds, states)) return false;
-  return std::ranges::none_of(ids,
-                              [&](BodyId id) { return is_pushed(scene.bodies[index_of(id)]); });
+  const auto pushed = [&island](BodyId id) { return is_pushed(island.scene.bodies[index_of(id)]); };
+  return std::ranges::none_of(ids, pushed);
 }
 
-bool is_held(const SceneDescription& scene, const Geometry& geometry, std::span<const BodyId> ids,
-             std::span<const ContactManifold> manifolds, std::span<const BodyState> states,
-             IslandReport& report, StageCounters& counters) {
+bool is_held(const IslandStep& island, std::span<const BodyState> states, IslandReport& report,
+             StageCounters& counters) {
+  const auto& [scene, geometry, dt_s, ids, manifolds] = island;
   if (!std::ranges::all_of(states, has_no_velocity)) return false;
   ContactProblem problem;
   const Selection<BodyState> bodies{states};
@@ -203,9 +202,11 @@ bool is_held(const SceneDescription& scene, const Geometry& geometry, std::span<
   return true;
 }
 
-void come_to_rest(const SceneDescription& scene, const Geometry& geometry,
-                  std::span<const BodyId> ids, std::span<const BodyState> before,
+void come_to_rest(const IslandStep& island, std::span<const BodyState> before,
                   std::span<BodyState> states, IslandReport& report) {
+  const SceneDescription& scene = island.scene;
+  const std::span<const BodyId> ids = island.ids;
+  const Geometry& geometry = island.geometry;
   if (!is_slow(scene, geometry, ids, states) || !is_in_place(scene, geometry, ids, before, states))
     return;
   report_rest(scene, ids, before, report);

@@ -3,11 +3,11 @@
 
 #include <span>
 
-#include "physics/model/contact_manifold.hpp"
+#include "physics/model/body_state.hpp"
 #include "physics/model/island_report.hpp"
+#include "physics/model/island_step.hpp"
 #include "physics/model/need.hpp"
 #include "physics/model/stage_counters.hpp"
-#include "physics/shapes/geometry.hpp"
 
 namespace soda::physics {
 
@@ -18,22 +18,18 @@ bool has_no_velocity(const BodyState& state);
 
 // Whether the island begins the step so slowly that it can be at rest after it. Contacts
 // and joints hold it: what is driven, pushed or damped, has a motor or hangs from joints alone is
-// never taken to be at rest. These are functions of their arguments only.
-bool is_nearly_at_rest(const SceneDescription& scene, const Geometry& geometry,
-                       std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
-                       std::span<const BodyState> states);
+// never taken to be at rest. These are functions of their arguments only, of whole steps.
+bool is_nearly_at_rest(const IslandStep& island, std::span<const BodyState> states);
 
 // Whether such an island has no velocity, and the impulses that it begins with hold it: then the
 // step leaves it as it is, bit for bit. Fills in `report`.
-bool is_held(const SceneDescription& scene, const Geometry& geometry, std::span<const BodyId> ids,
-             std::span<const ContactManifold> manifolds, std::span<const BodyState> states,
-             IslandReport& report, StageCounters& counters);
+bool is_held(const IslandStep& island, std::span<const BodyState> states, IslandReport& report,
+             StageCounters& counters);
 
-// Such an island after a step over the scene's dt_s: if it is as slow as before, and in its place,
-// it stays where it was `before`, without any velocity, and what statics gave is what that takes.
+// Such an island after the step: if it is as slow as before, and in its place, it stays where it
+// was `before`, without any velocity, and what statics gave is what that takes.
 // The impulses found stay, and hold it from now on.
-void come_to_rest(const SceneDescription& scene, const Geometry& geometry,
-                  std::span<const BodyId> ids, std::span<const BodyState> before,
+void come_to_rest(const IslandStep& island, std::span<const BodyState> before,
                   std::span<BodyState> states, IslandReport& report);
 
 }  // namespace soda::physics

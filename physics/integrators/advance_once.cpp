@@ -73,16 +73,15 @@ ContactSolution solve_with_joints(const JointedStep& step, bool accurate, const 
   return direct ? std::move(*direct) : solve_jointed(step, joints, problem);
 }
 
-void move_bodies(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
-                 std::span<const ContactManifold> manifolds, const ContactProblem& problem,
+void move_bodies(const IslandStep& island, const ContactProblem& problem,
                  const std::vector<PushOut>& push, std::span<BodyState> states,
                  std::vector<AdvanceFault>& faults) {
   const Flights flights = find_flights(problem);
   std::size_t row = 0;
-  for (std::size_t i = 0; i < ids.size(); ++i) {
-    const bool moved = move_body(scene, dt_s, ids[i], problem.bodies[i], flights[i],
-                                 push.empty() ? nullptr : &push[i], states[i], faults);
-    store_impulses(manifolds, problem, i, moved, row, states[i].impulses);
+  for (std::size_t i = 0; i < island.ids.size(); ++i) {
+    const bool moved = move_body(island.scene, island.dt_s, island.ids[i], problem.bodies[i],
+                                 flights[i], push.empty() ? nullptr : &push[i], states[i], faults);
+    store_impulses(island.manifolds, problem, i, moved, row, states[i].impulses);
   }
 }
 
@@ -134,15 +133,15 @@ void add_part(const IslandReport& part, IslandReport& report) {
   for (const JointLoad& load : part.joint_loads) add_load(load, report);
 }
 
-IslandReport advance_once(const SceneDescription& scene, double dt_s, bool accurate,
-                          std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
-                          std::span<BodyState> states, SolveScratch& scratch,
-                          StageCounters& counters, std::vector<AdvanceFault>& faults) {
+IslandReport advance_once(const IslandStep& island, bool accurate, std::span<BodyState> states,
+                          const IslandEffects& effects) {
+  const auto& [scene, geometry, dt_s, ids, manifolds] = island;
+  const auto& [scratch, counters, faults] = effects;
   IslandReport report = report_of(ids, manifolds);
   JointSystem joints = find_joints(scene, ids, manifolds);
-  if (!joints.empty()) close_left_open(scene, dt_s, ids, joints, states, report);
+  if (!joints.empty()) close_left_open(island, joints, states, report);
   const bool linked = !joints.empty() && report.contact_points == 0 &&
-                      advance_linkage(scene, dt_s, ids, joints, states, report, faults);
+                      advance_linkage(island, joints, states, report, faults);
   if (linked) {
     count_linked(scene, ids, joints, report, counters);
     return report;
@@ -163,9 +162,8 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, bool accur
   if (joints.empty()) start_rolling(scene.solver.iterations, problem);
   const Elimination* const plan = choice.elimination ? &*choice.elimination : nullptr;
   const ContactSolution solution =
-      joints.empty()
-          ? solve_contacts(scene, dt_s, accurate, ids, before, free, plan, problem)
-          : solve_with_joints({scene, dt_s, ids, states, free}, accurate, plan, joints, problem);
+      joints.empty() ? solve_contacts(scene, dt_s, accurate, ids, before, free, plan, problem)
+                     : solve_with_joints({island, states, free}, accurate, plan, joints, problem);
   report.direct = solution.direct;
   report.iterations = solution.iterations;
   report.multiplications = solution.multiplications;
@@ -174,12 +172,11 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, bool accur
   report_contacts(before, problem, report);
   report_joints(states, joints, report);
   if (joints.empty()) {
-    move_bodies(scene, dt_s, ids, manifolds, problem, solution.push, states, faults);
+    move_bodies(island, problem, solution.push, states, faults);
     report.push_out_work_joule = push_out_work_joule(scene, dt_s, ids, solution.push);
   } else {
     const std::vector<BodyState> start(states.begin(), states.end());
-    move_jointed({scene, dt_s, ids, start, free}, joints, problem, solution.push, states, report,
-                 faults);
+    move_jointed({island, start, free}, {joints, problem, solution.push}, states, report, faults);
     store_jointed_impulses(scene, ids, manifolds, problem, joints, states);
   }
   counters.solver_iterations += solution.iterations;

@@ -7,22 +7,20 @@
 #include "physics/model/body_state.hpp"
 #include "physics/model/contact_manifold.hpp"
 #include "physics/model/island_report.hpp"
+#include "physics/model/island_step.hpp"
 #include "physics/model/scene.hpp"
 #include "physics/model/stage_counters.hpp"
 
 namespace soda::physics {
 
 struct JointSystem;
-struct SolveScratch;
 
-// Advances the bodies of one island over dt_s > 0 (ids ascending, states parallel to them) with
-// each contact as the manifolds have it, to the end of that time. `accurate`: contacts of several
+// Advances the bodies of one island with each contact as the manifolds have it, to the end of its
+// time. The geometry is not looked at. `accurate`: contacts of several
 // bodies are solved to rounding where that can be afforded, as is needed for what is compared with
 // other steps; else they may leave a trace to the next step.
-IslandReport advance_once(const SceneDescription& scene, double dt_s, bool accurate,
-                          std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
-                          std::span<BodyState> states, SolveScratch& scratch,
-                          StageCounters& counters, std::vector<AdvanceFault>& faults);
+IslandReport advance_once(const IslandStep& island, bool accurate, std::span<BodyState> states,
+                          const IslandEffects& effects);
 
 // What an island begins its step with.
 IslandReport report_of(std::span<const BodyId> ids, std::span<const ContactManifold> manifolds);

@@ -120,11 +120,13 @@ bool fly_two(const Flight2& flight, BodyState& a, BodyState& b) {
 
 }  // namespace
 
-void advance_free_bodies(const SceneDescription& scene, const Geometry& geometry, double dt_s,
-                         std::span<const BodyId> ids, std::span<const std::uint32_t> free,
+void advance_free_bodies(const IslandStep& step, std::span<const std::uint32_t> free,
                          std::span<BodyState> states, StageCounters& counters,
                          std::vector<AdvanceFault>& faults) {
-  const std::vector<bool>& simple = geometry.impl().flies_simply;
+  const SceneDescription& scene = step.scene;
+  const std::span<const BodyId> ids = step.ids;
+  const double dt_s = step.dt_s;
+  const std::vector<bool>& simple = step.geometry.impl().flies_simply;
   const Flight2 flight{both(scene.gravity_m_s2 * dt_s),
                        both(scene.gravity_m_s2 * (0.5 * dt_s * dt_s)), both(dt_s)};
   const auto is_simple = [&](std::size_t i) { return simple[index_of(ids[free[i]])]; };

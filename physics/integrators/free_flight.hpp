@@ -5,16 +5,14 @@
 #include <span>
 #include <vector>
 
-#include "physics/model/island_report.hpp"
-#include "physics/model/stage_counters.hpp"
-#include "physics/shapes/geometry.hpp"
+#include "physics/model/body_state.hpp"
+#include "physics/model/island_step.hpp"
 
 namespace soda::physics {
 
-// Advances states[i] of body ids[i] by dt_s, for each i of `free` (ascending): the bits and the
-// faults of advance_free_body() for one after the other.
-void advance_free_bodies(const SceneDescription& scene, const Geometry& geometry, double dt_s,
-                         std::span<const BodyId> ids, std::span<const std::uint32_t> free,
+// Advances states[i] of body ids[i], for each i of `free` (ascending): the bits and the faults of
+// advance_free_body() for one after the other. Manifolds are not read.
+void advance_free_bodies(const IslandStep& step, std::span<const std::uint32_t> free,
                          std::span<BodyState> states, StageCounters& counters,
                          std::vector<AdvanceFault>& faults);
 

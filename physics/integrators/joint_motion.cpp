@@ -85,9 +85,9 @@ struct BothSolved {
 // solution of all joints, which comes last.
 BothSolved solve_both(const JointedStep& step, JointSystem& joints, ContactProblem& problem) {
   constexpr int kTurns = 4;  // limits and motors change which joints take part
-  const std::size_t count = step.ids.size();
+  const std::size_t count = step.island.ids.size();
   const std::span<SolverBody> bodies = problem.bodies;
-  const int sweeps = step.scene.solver.iterations;
+  const int sweeps = step.island.scene.solver.iterations;
   solve_bounded(count, bodies, 0.0, joints);
   if (problem.normals.empty()) return {1, true};
   std::uint32_t done = 0;
@@ -112,7 +112,8 @@ BothSolved solve_both(const JointedStep& step, JointSystem& joints, ContactProbl
 // step (implicit: stable however taut). Returns the number of sweeps.
 std::uint32_t solve_alternately(const JointedStep& step, JointSystem& joints,
                                 ContactProblem& problem) {
-  const auto& [scene, dt_s, ids, states, free] = step;
+  const auto& [island, states, free] = step;
+  const auto& [scene, geometry, dt_s, ids, manifolds] = island;
   const std::span<SolverBody> bodies = problem.bodies;
   const double enough = rounding_of(states);
   const bool even = mass_ratio(scene, ids) <= kMostRatio;
@@ -160,7 +161,8 @@ std::uint32_t solve_alternately(const JointedStep& step, JointSystem& joints,
 // step: stable however taut. False, and no change of the problem, if no solution is found.
 bool solve_aimed(const JointedStep& step, bool accurate, const Elimination& plan,
                  JointSystem& joints, ContactProblem& problem, ContactSolution& solution) {
-  const auto& [scene, dt_s, ids, states, free] = step;
+  const auto& [island, states, free] = step;
+  const auto& [scene, geometry, dt_s, ids, manifolds] = island;
   build_joint_rows(scene, dt_s, states, true, joints);
   const std::vector<JointRow> start = joints.rows;
   bound_step(dt_s, joints);
@@ -203,14 +205,14 @@ std::optional<ContactSolution> solve_jointed_directly(const JointedStep& step, b
                                                       const Elimination& plan, JointSystem& joints,
                                                       ContactProblem& problem) {
   if (problem.normals.empty()) return std::nullopt;
-  if (mass_ratio(step.scene, step.ids) > kMostRatio) return std::nullopt;
+  if (mass_ratio(step.island.scene, step.island.ids) > kMostRatio) return std::nullopt;
   JointSystem solved_joints = joints;
   ContactProblem solved = problem;
   ContactSolution solution;
   const auto solve = [&] {
     if (!solve_aimed(step, accurate, plan, solved_joints, solved, solution)) return false;
     if (limit_throws(step.states, step.free, solved_joints, solved)) return false;
-    limit_joint_gain(step.dt_s, step.states, step.free, solved_joints, solved);
+    limit_joint_gain(step.island.dt_s, step.states, step.free, solved_joints, solved);
     return true;
   };
   if (!solve()) return std::nullopt;
@@ -219,8 +221,8 @@ std::optional<ContactSolution> solve_jointed_directly(const JointedStep& step, b
   problem = std::move(solved);
   solution.direct = true;
   if (!needs_push_out(problem)) return solution;
-  count(push_out_directly(step.dt_s, plan, problem, solution.push, &joints), plan, solution);
-  limit_push_out(fastest_push_out_m_s(step.scene, step.ids), solution.push);
+  count(push_out_directly(step.island.dt_s, plan, problem, solution.push, &joints), plan, solution);
+  limit_push_out(fastest_push_out_m_s(step.island.scene, step.island.ids), solution.push);
   return solution;
 }
 
@@ -228,38 +230,37 @@ ContactSolution solve_jointed(const JointedStep& step, JointSystem& joints,
                               ContactProblem& problem) {
   ContactSolution solution;
   solution.iterations = solve_alternately(step, joints, problem);
-  limit_joint_gain(step.dt_s, step.states, step.free, joints, problem);
+  limit_joint_gain(step.island.dt_s, step.states, step.free, joints, problem);
   limit_throws(step.states, step.free, joints, problem);
   const ContactProblem plastic = problem;
   const JointSystem plastic_joints = joints;
   if (problem.restitution_rows > 0 && aim_rebounds(problem)) {
     take_back_joint_impulses(joints, problem.bodies);
     solution.iterations += solve_alternately(step, joints, problem);
-    limit_joint_gain(step.dt_s, step.states, step.free, joints, problem);
+    limit_joint_gain(step.island.dt_s, step.states, step.free, joints, problem);
     limit_throws(step.states, step.free, joints, problem);
   }
   PushOutProblem push;
-  solve_push_out(step.scene.solver.iterations, step.dt_s, problem, push);
+  solve_push_out(step.island.scene.solver.iterations, step.island.dt_s, problem, push);
   solution.push = std::move(push.bodies);
-  limit_push_out(fastest_push_out_m_s(step.scene, step.ids), solution.push);
+  limit_push_out(fastest_push_out_m_s(step.island.scene, step.island.ids), solution.push);
   return solution;
 }
 
 namespace {
 
 // The bodies at their final velocities for a part of the step, joints closed.
-void moved_for(double time_s, const JointedStep& step, const JointSystem& solved,
-               const ContactProblem& problem, std::span<BodyState> states,
-               std::vector<AdvanceFault>& faults) {
-  Flights flights = find_flights(problem);
-  for (const JointRow& row : solved.rows)
+void moved_for(double time_s, const JointedStep& step, const JointedSolution& solved,
+               std::span<BodyState> states, std::vector<AdvanceFault>& faults) {
+  const auto& [scene, geometry, dt_s, ids, manifolds] = step.island;
+  Flights flights = find_flights(solved.problem);
+  for (const JointRow& row : solved.joints.rows)
     flights[row.a].supported = flights[row.b].supported = true;
-  for (std::size_t i = 0; i < step.ids.size(); ++i)
-    move_body(step.scene, time_s, step.ids[i], problem.bodies[i], flights[i], nullptr, states[i],
+  for (std::size_t i = 0; i < ids.size(); ++i)
+    move_body(scene, time_s, ids[i], solved.problem.bodies[i], flights[i], nullptr, states[i],
               faults);
-  JointSystem joints = solved;
-  close_joints(step.scene, step.dt_s, step.ids, kinetic_joule(step.scene, step.ids, states), joints,
-               states);
+  JointSystem joints = solved.joints;
+  close_joints(scene, dt_s, ids, kinetic_joule(scene, ids, states), joints, states);
 }
 
 // What no velocity was left for. A motor that brakes what rests has taken nothing. The rest is
@@ -274,8 +275,9 @@ void add_untaken(double rest_joule, bool moved, const JointedStep& step, IslandR
   }
   if (braked > 0.0) report.motor_work_joule = 0.0;
   double weight = 0.0;
-  for (const BodyId id : step.ids)
-    weight += step.scene.bodies[index_of(id)].mass_kg * step.scene.gravity_m_s2.norm();
+  for (const BodyId id : step.island.ids)
+    weight +=
+        step.island.scene.bodies[index_of(id)].mass_kg * step.island.scene.gravity_m_s2.norm();
   const double lifted = rest_joule - braked;
   if (lifted > 0.0 && (!moved || lifted <= kRoundings * rounding_of(step.states) * weight))
     report.push_out_work_joule += lifted;
@@ -289,8 +291,9 @@ bool are_closed(const SceneDescription& scene, double dt_s, std::span<const Body
   return largest_error(joints) <= 100.0 * rounding_of(states);
 }
 
-void close_left_open(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
-                     JointSystem& joints, std::span<BodyState> states, IslandReport& report) {
+void close_left_open(const IslandStep& island, JointSystem& joints, std::span<BodyState> states,
+                     IslandReport& report) {
+  const auto& [scene, geometry, dt_s, ids, manifolds] = island;
   if (are_closed(scene, dt_s, states, joints)) return;
   EnergyExcess lifted;
   lifted.moving_joule = kinetic_joule(scene, ids, states);
@@ -301,18 +304,20 @@ void close_left_open(const SceneDescription& scene, double dt_s, std::span<const
                                     : lifted.gain_joule;
 }
 
-void move_jointed(const JointedStep& step, const JointSystem& solved, const ContactProblem& problem,
-                  std::span<const PushOut> push, std::span<BodyState> states, IslandReport& report,
+void move_jointed(const JointedStep& step, const JointedSolution& solved,
+                  std::span<BodyState> states, IslandReport& report,
                   std::vector<AdvanceFault>& faults) {
   constexpr double kMostTaken = 0.5;  // of the energy of motion
   constexpr double kLeastShare = 1.0 / 64;
-  const auto& [scene, dt_s, ids, before, free] = step;
-  report.motor_work_joule = motor_work_joule(solved, problem.bodies);
+  const auto& [island, before, free] = step;
+  const auto& [scene, geometry, dt_s, ids, manifolds] = island;
+  const auto& [joints, problem, push] = solved;
+  report.motor_work_joule = motor_work_joule(joints, problem.bodies);
   const double pushed = report.motor_work_joule +
                         external_work_joule(scene, dt_s, before, free, problem) +
                         kinematic_work_joule(free, problem);
-  const auto elastic = [&, sprung = has_springs(scene, solved)](std::span<const BodyState> at) {
-    return sprung ? elastic_joule(spring_rows(step.scene, at, solved)) : 0.0;
+  const auto elastic = [&, sprung = has_springs(scene, joints)](std::span<const BodyState> at) {
+    return sprung ? elastic_joule(spring_rows(step.island.scene, at, solved.joints)) : 0.0;
   };
   const double lent = elastic(before);
   // Where the way bends so much within the step that closing what it opened takes more than there
@@ -323,7 +328,7 @@ void move_jointed(const JointedStep& step, const JointSystem& solved, const Cont
   for (;; share = share > kLeastShare ? 0.5 * share : 0.0) {
     next.assign(before.begin(), before.end());
     std::vector<AdvanceFault> found;
-    moved_for(share * dt_s, step, solved, problem, next, found);
+    moved_for(share * dt_s, step, solved, next, found);
     excess = energy_excess(scene, dt_s, ids, before, next, pushed + lent - elastic(next));
     if (!excess.is_trace(kMostTaken) && share > 0.0) continue;
     faults.insert(faults.end(), found.begin(), found.end());
@@ -332,7 +337,7 @@ void move_jointed(const JointedStep& step, const JointSystem& solved, const Cont
   std::move(next.begin(), next.end(), states.begin());
   if (excess.gain_joule > 0.0) {
     const double rest =
-        take_excess(scene, ids, excess, is_afloat(ids.size(), solved, &problem), states, report);
+        take_excess(scene, ids, excess, is_afloat(ids.size(), joints, &problem), states, report);
     add_untaken(rest, share > 0.0, step, report);
   }
   if (push.empty()) return;
@@ -341,9 +346,9 @@ void move_jointed(const JointedStep& step, const JointSystem& solved, const Cont
     states[i].position_m += push[i].linear * dt_s;
     turn_by(scene.bodies[index_of(ids[i])], push[i].angular * dt_s, states[i]);
   }
-  JointSystem joints = solved;
+  JointSystem closed = joints;
   report.push_out_work_joule += push_out_work_joule(scene, dt_s, ids, push);
-  report.push_out_work_joule += close_joints(scene, dt_s, ids, 0.0, joints, states);
+  report.push_out_work_joule += close_joints(scene, dt_s, ids, 0.0, closed, states);
   report.push_out_work_joule += elastic(states) - moved;
 }
 

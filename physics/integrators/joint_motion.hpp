@@ -11,6 +11,7 @@
 #include "physics/math/solver_body.hpp"
 #include "physics/model/contact_manifold.hpp"
 #include "physics/model/island_report.hpp"
+#include "physics/model/island_step.hpp"
 #include "physics/solvers/contact_choice.hpp"
 
 namespace soda::physics {
@@ -33,11 +34,16 @@ std::vector<BodyState> drifted(const SceneDescription& scene, std::span<const Bo
 // One step of an island with joints. `states` are those before it, `free` the velocities after
 // external forces.
 struct JointedStep {
-  const SceneDescription& scene;
-  double dt_s = 0.0;
-  std::span<const BodyId> ids;
+  const IslandStep& island;
   std::span<const BodyState> states;
   std::span<const SolverBody> free;
+};
+
+// Its solution: joints and contacts with their impulses, and what is pushed apart (may be empty).
+struct JointedSolution {
+  const JointSystem& joints;
+  const ContactProblem& problem;
+  std::span<const PushOut> push;
 };
 
 // The same by Newton's method, of joints and contacts at once. Nothing, and the problem as it was,
@@ -54,8 +60,8 @@ ContactSolution solve_jointed(const JointedStep& step, JointSystem& joints,
 // Moves the bodies (`states`, as before the step), closes what that opens of the joints, takes the
 // energy away that this gives, and pushes overlaps apart. Stored impulses stay. Adds the works to
 // the report: that of closing counts as push-out where push-out had opened them.
-void move_jointed(const JointedStep& step, const JointSystem& solved, const ContactProblem& problem,
-                  std::span<const PushOut> push, std::span<BodyState> states, IslandReport& report,
+void move_jointed(const JointedStep& step, const JointedSolution& solved,
+                  std::span<BodyState> states, IslandReport& report,
                   std::vector<AdvanceFault>& faults);
 
 // Whether joints hold these poses but for rounding. Builds their rows.
@@ -64,8 +70,8 @@ bool are_closed(const SceneDescription& scene, double dt_s, std::span<const Body
 
 // Closes, without velocity, what earlier steps have left open of the joints. The energy that this
 // gives is taken from the velocities; what these have not is added to the push-out.
-void close_left_open(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
-                     JointSystem& joints, std::span<BodyState> states, IslandReport& report);
+void close_left_open(const IslandStep& island, JointSystem& joints, std::span<BodyState> states,
+                     IslandReport& report);
 
 // What the world gives to the island through joints, and what those that can break bear. `states`
 // as when the rows were built.

@@ -44,7 +44,8 @@ Vec3 unforeseen_newton_s(const SceneDescription& scene, double dt_s, std::span<c
 
 bool advance(const Linkage& linkage, std::span<BodyState> states, IslandReport& report,
              std::vector<AdvanceFault>& faults) {
-  const auto& [scene, dt_s, ids, joints, motion] = linkage;
+  const auto& [island, joints, motion] = linkage;
+  const auto& [scene, geometry, dt_s, ids, manifolds] = island;
   const bool fourth = is_reversible(scene, ids, joints);
   if (!fourth && has_springs(scene, joints)) return false;
   const PartBounds bounds = scene.tolerance > 0.0 ? kLongestParts
@@ -74,10 +75,9 @@ bool advance(const Linkage& linkage, std::span<BodyState> states, IslandReport& 
 
 }  // namespace
 
-bool advance_linkage(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
-                     JointSystem& joints, std::span<BodyState> states, IslandReport& report,
-                     std::vector<AdvanceFault>& faults) {
-  return with_linkage(scene, dt_s, ids, joints, [&](const Linkage& linkage) {
+bool advance_linkage(const IslandStep& island, JointSystem& joints, std::span<BodyState> states,
+                     IslandReport& report, std::vector<AdvanceFault>& faults) {
+  return with_linkage(island, joints, [&](const Linkage& linkage) {
     return advance(linkage, states, report, faults);
   });
 }

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "physics/constraints/joint_rows.hpp"
-#include "physics/measures/refinement_error.hpp"
 #include "physics/model/island_report.hpp"
+#include "physics/model/island_step.hpp"
 
 namespace soda::physics {
 
@@ -18,17 +18,16 @@ namespace soda::physics {
 // (measures.hpp) tells of the start, as velocities that the joints change are damped. False, and no
 // change, if that does not work out because the joints are nearly contradictory, or with springs
 // that are too stiff or not of the fourth order: then they have to be solved as beside contacts.
-bool advance_linkage(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
-                     JointSystem& joints, std::span<BodyState> states, IslandReport& report,
-                     std::vector<AdvanceFault>& faults);
+bool advance_linkage(const IslandStep& island, JointSystem& joints, std::span<BodyState> states,
+                     IslandReport& report, std::vector<AdvanceFault>& faults);
 
-// The same in parts of second order, as few as an estimate of their error allows (sizes: of ids):
-// the report has it. It is taken from how much the kicks at both ends of a part differ, and from
-// what was taken for energy. False, and no change, where that would take many parts, and for joints
-// with springs, limits or motors, and bodies with drives or forces of their own.
-bool advance_linkage_within(double most_widths, const BodySizes& sizes,
-                            const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
-                            JointSystem& joints, std::span<BodyState> states, IslandReport& report,
-                            std::vector<AdvanceFault>& faults);
+// The same to the time's share of the scene's tolerance, in parts of second order, as few as an
+// estimate of their error allows: the report has it. It is taken from how much the kicks at both
+// ends of a part differ, and from what was taken for energy. False, and no change, where that would
+// take many parts, and for joints with springs, limits or motors, and bodies with drives or forces
+// of their own.
+bool advance_linkage_to_tolerance(const IslandStep& island, JointSystem& joints,
+                                  std::span<BodyState> states, IslandReport& report,
+                                  std::vector<AdvanceFault>& faults);
 
 }  // namespace soda::physics

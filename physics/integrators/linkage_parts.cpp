@@ -31,20 +31,23 @@ double fastest_rad_s(std::span<const BodyState> states) {
   return fastest;
 }
 
-// Of an island with springs. At the ends of a swing there is no motion to take an error from, nor
-// does the composition, symmetric in time, leave one there. False if it errs by more than a trace.
-bool keep_sprung_energy(const SceneDescription& scene, double part_s, std::span<const BodyId> ids,
-                        std::span<const BodyState> from, const JointSystem& joints, bool afloat,
-                        std::span<BodyState> states, IslandReport& report) {
+// Of an island with springs, after a part. At the ends of a swing there is no motion to take an
+// error from, nor does the composition, symmetric in time, leave one there. False if it errs by
+// more than a trace.
+bool keep_sprung_energy(const Linkage& linkage, double part_s, std::span<const BodyState> from,
+                        bool afloat, IslandReport& report) {
   constexpr double kTrace = 1e-3;
+  const auto& [island, joints, motion] = linkage;
+  const SceneDescription& scene = island.scene;
+  const std::span<BodyState> states = motion.states();
   const std::vector<SpringRow> before = spring_rows(scene, from, joints);
   const std::vector<SpringRow> after = spring_rows(scene, states, joints);
   const double lent = elastic_joule(before), kept = elastic_joule(after);
-  const EnergyExcess excess = energy_excess(scene, part_s, ids, from, states, lent - kept);
+  const EnergyExcess excess = energy_excess(scene, part_s, island.ids, from, states, lent - kept);
   const double gain = excess.gain_joule;
   const bool damped = std::ranges::any_of(
       after, [](const SpringRow& spring) { return spring.damping_newton_s_m > 0.0; });
-  if (gain > 0.0 || !damped) take_trace(scene, ids, excess, kTrace, afloat, states, report);
+  if (gain > 0.0 || !damped) take_trace(scene, island.ids, excess, kTrace, afloat, states, report);
   return damped ? gain <= kTrace * (excess.moving_joule + lent + kept)
                 : std::abs(gain) <= kTrace * (excess.moving_joule + lent + kept);
 }
@@ -59,7 +62,8 @@ double scaled_by(const EnergyExcess& excess) {
 int substeps_of(const Linkage& linkage, const PartBounds& bounds) {
   constexpr int kMost = 100;
   constexpr double kHopeless = 1000.0;
-  const auto& [scene, dt_s, ids, joints, motion] = linkage;
+  const auto& [island, joints, motion] = linkage;
+  const auto& [scene, geometry, dt_s, ids, manifolds] = island;
   const std::span<const BodyState> states = motion.states();
   double parts = dt_s * std::max(motion.swing_rad_s(dt_s) / bounds.swing_rad,
                                  fastest_rad_s(states) / bounds.spin_rad);
@@ -93,7 +97,8 @@ void KickErrors::add(double part_s, std::span<const KickChange> changes, double 
 
 bool advance_parts(const Linkage& linkage, const Parts& parts, KickErrors* errors,
                    IslandReport& report) {
-  const auto& [scene, dt_s, ids, joints, motion] = linkage;
+  const auto& [island, joints, motion] = linkage;
+  const auto& [scene, geometry, dt_s, ids, manifolds] = island;
   constexpr double kTrace = 1e-3, kMostGiven = 0.1;
   const bool fourth = parts.fourth;
   const double part_s = dt_s / parts.count;
@@ -112,8 +117,7 @@ bool advance_parts(const Linkage& linkage, const Parts& parts, KickErrors* error
     if (pushed) continue;
     const std::span<BodyState> states = motion.states();
     if (sprung) {
-      if (!keep_sprung_energy(scene, part_s, ids, from, joints, afloat, states, report))
-        return false;
+      if (!keep_sprung_energy(linkage, part_s, from, afloat, report)) return false;
       continue;
     }
     const EnergyExcess excess = energy_excess(scene, part_s, ids, from, states, work.motors_joule);
@@ -136,7 +140,7 @@ bool advance_parts(const Linkage& linkage, const Parts& parts, KickErrors* error
 
 void take_states(const Linkage& linkage, std::span<BodyState> states,
                  std::vector<AdvanceFault>& faults) {
-  const std::span<const BodyId> ids = linkage.ids;
+  const std::span<const BodyId> ids = linkage.island.ids;
   const std::span<BodyState> next = linkage.motion.states();
   for (std::size_t i = 0; i < ids.size(); ++i) {
     next[i].impulses.clear();

@@ -9,28 +9,26 @@
 #include "physics/integrators/rattle_motion.hpp"
 #include "physics/measures/refinement_error.hpp"
 #include "physics/model/island_report.hpp"
+#include "physics/model/island_step.hpp"
 
 namespace soda::physics {
 
 // What is advanced. `joints`: which there are; of no interest here are their rows.
 struct Linkage {
-  const SceneDescription& scene;
-  double dt_s = 0.0;
-  std::span<const BodyId> ids;
+  const IslandStep& island;
   const JointSystem& joints;
   LinkageMotion& motion;
 };
 
 // Calls `use` with the linkage and what moves it: a lone body on a ball joint needs no arrays.
 template <class Use>
-bool with_linkage(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
-                  JointSystem& joints, const Use& use) {
-  if (const Joint* ball = BallMotion::joint_of(scene, ids, joints)) {
-    BallMotion motion(scene, ids.front(), *ball);
-    return use(Linkage{scene, dt_s, ids, joints, motion});
+bool with_linkage(const IslandStep& island, JointSystem& joints, const Use& use) {
+  if (const Joint* ball = BallMotion::joint_of(island.scene, island.ids, joints)) {
+    BallMotion motion(island.scene, island.ids.front(), *ball);
+    return use(Linkage{island, joints, motion});
   }
-  RattleMotion motion(scene, ids, joints);
-  return use(Linkage{scene, dt_s, ids, joints, motion});
+  RattleMotion motion(island.scene, island.ids, joints);
+  return use(Linkage{island, joints, motion});
 }
 
 // By how much bodies may swing about taut joints and turn in a part.

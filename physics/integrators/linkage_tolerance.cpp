@@ -66,7 +66,7 @@ bool advance_by_fourth(const Linkage& linkage, double most_widths, int fewest,
     if (holds && error.widths <= most_widths) {
       report = fine;
       report.error_estimate = error.widths;
-      report.worst_body = linkage.ids[error.body];
+      report.worst_body = linkage.island.ids[error.body];
       return true;
     }
     wanted *= holds ? 1.0 + std::sqrt(std::sqrt(error.widths / (kWanted * most_widths))) : 2.0;
@@ -80,7 +80,7 @@ bool advance_within(const Linkage& linkage, double most_widths, const BodySizes&
   linkage.motion.start(states);
   const int fewest = substeps_of(linkage, kLongestParts);
   if (fewest == 0) return false;
-  KickErrors errors(sizes, linkage.ids);
+  KickErrors errors(sizes, linkage.island.ids);
   if (!advance_by_second(linkage, most_widths, fewest, errors, states, report) &&
       !advance_by_fourth(linkage, most_widths, fewest, sizes, states, report))
     return false;
@@ -90,14 +90,16 @@ bool advance_within(const Linkage& linkage, double most_widths, const BodySizes&
 
 }  // namespace
 
-bool advance_linkage_within(double most_widths, const BodySizes& sizes,
-                            const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
-                            JointSystem& joints, std::span<BodyState> states, IslandReport& report,
-                            std::vector<AdvanceFault>& faults) {
-  for (const BodyId id : ids)
+bool advance_linkage_to_tolerance(const IslandStep& island, JointSystem& joints,
+                                  std::span<BodyState> states, IslandReport& report,
+                                  std::vector<AdvanceFault>& faults) {
+  const SceneDescription& scene = island.scene;
+  for (const BodyId id : island.ids)
     if (is_pushed(scene.bodies[index_of(id)])) return false;
   if (joints.bounded || has_springs(scene, joints)) return false;
-  return with_linkage(scene, dt_s, ids, joints, [&](const Linkage& linkage) {
+  const double most_widths = scene.tolerance * (island.dt_s / scene.dt_s);
+  const BodySizes sizes = sizes_of(scene, island.geometry, island.ids);
+  return with_linkage(island, joints, [&](const Linkage& linkage) {
     return advance_within(linkage, most_widths, sizes, states, report, faults);
   });
 }

@@ -36,9 +36,8 @@ bool are_springs_in_contact(const SceneDescription& scene,
 
 }  // namespace
 
-JointSystem springs_to_kick(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
-                            std::span<const ContactManifold> manifolds,
-                            std::span<const BodyState> states) {
+JointSystem springs_to_kick(const IslandStep& island, std::span<const BodyState> states) {
+  const auto& [scene, geometry, dt_s, ids, manifolds] = island;
   if (scene.joints.empty() || !are_springs_in_contact(scene, manifolds)) return {};
   JointSystem springs = find_joints(scene, ids, manifolds);
   if (!(parts_of(scene, dt_s, ids, springs, states) <= kMostKicks)) return {};

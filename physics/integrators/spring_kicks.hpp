@@ -9,14 +9,13 @@
 #include "physics/measures/refinement_error.hpp"
 #include "physics/model/contact_manifold.hpp"
 #include "physics/model/island_report.hpp"
+#include "physics/model/island_step.hpp"
 
 namespace soda::physics {
 
-// The joints of an island that contacts hold, too, if all of them are springs that steps of `dt_s`
-// can follow in a few parts; else none. `manifolds` as of advance_island.
-JointSystem springs_to_kick(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
-                            std::span<const ContactManifold> manifolds,
-                            std::span<const BodyState> states);
+// The joints of an island that contacts hold, too, if all of them are springs that steps of its
+// length can follow in a few parts; else none.
+JointSystem springs_to_kick(const IslandStep& island, std::span<const BodyState> states);
 
 // In how many parts of time_s the springs are followed: at most half a radian of their fastest
 // swing each. At least 1.

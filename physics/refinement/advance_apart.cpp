@@ -45,9 +45,9 @@ bool holds(const SceneDescription& scene, const Geometry& geometry, double dt_s,
   return false;
 }
 
-Islands islands_apart(const SceneDescription& scene, const Geometry& geometry, double dt_s,
-                      std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
-                      std::span<const BodyState> states, std::vector<ContactManifold>& kept) {
+Islands islands_apart(const IslandStep& island, std::span<const BodyState> states,
+                      std::vector<ContactManifold>& kept) {
+  const auto& [scene, geometry, dt_s, ids, manifolds] = island;
   Islands islands;
   if (scene.tolerance > 0.0 || ids.size() < 2 || std::ranges::any_of(manifolds, is_joint))
     return islands;
@@ -59,10 +59,9 @@ Islands islands_apart(const SceneDescription& scene, const Geometry& geometry, d
   return islands;
 }
 
-bool stayed_apart(const SceneDescription& scene, const Geometry& geometry,
-                  std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
-                  const Islands& islands, std::span<const BodyState> before,
-                  std::span<const BodyState> after) {
+bool stayed_apart(const IslandStep& island, const Islands& islands,
+                  std::span<const BodyState> before, std::span<const BodyState> after) {
+  const auto& [scene, geometry, dt_s, ids, manifolds] = island;
   std::vector<std::uint32_t> island_of(ids.size());
   std::uint32_t count = 0;
   for (; count < islands.count(); ++count)

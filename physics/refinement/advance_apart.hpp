@@ -5,11 +5,9 @@
 #include <vector>
 
 #include "physics/broadphase/islands.hpp"
+#include "physics/model/body_state.hpp"
 #include "physics/model/contact_manifold.hpp"
-#include "physics/model/island_report.hpp"
-#include "physics/model/stage_counters.hpp"
-#include "physics/shapes/geometry.hpp"
-#include "physics/solvers/island_motion.hpp"
+#include "physics/model/island_step.hpp"
 
 namespace soda::physics {
 
@@ -21,14 +19,11 @@ bool holds(const SceneDescription& scene, const Geometry& geometry, double dt_s,
 // The islands that are left where contacts between bodies are taken away that hold nothing. No more
 // than one: nothing to take away, or the scene asks for a tolerance, or a joint is among the
 // manifolds.
-Islands islands_apart(const SceneDescription& scene, const Geometry& geometry, double dt_s,
-                      std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
-                      std::span<const BodyState> states, std::vector<ContactManifold>& kept);
+Islands islands_apart(const IslandStep& island, std::span<const BodyState> states,
+                      std::vector<ContactManifold>& kept);
 
 // Whether contacts that were taken away have kept their gaps from `before` to `after`.
-bool stayed_apart(const SceneDescription& scene, const Geometry& geometry,
-                  std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
-                  const Islands& islands, std::span<const BodyState> before,
-                  std::span<const BodyState> after);
+bool stayed_apart(const IslandStep& island, const Islands& islands,
+                  std::span<const BodyState> before, std::span<const BodyState> after);
 
 }  // namespace soda::physics

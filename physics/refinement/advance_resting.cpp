@@ -15,60 +15,51 @@ namespace soda::physics {
 namespace {
 
 // One spring, if its motion has a closed form: no step to refine.
-bool advance_exactly(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
-                     std::span<const ContactManifold> manifolds, std::span<BodyState> states,
-                     IslandReport& report, StageCounters& counters,
-                     std::vector<AdvanceFault>& faults) {
+bool advance_exactly(const IslandStep& island, std::span<BodyState> states, IslandReport& report,
+                     const IslandEffects& effects) {
+  const auto& [scene, geometry, dt_s, ids, manifolds] = island;
   if (manifolds.size() != 1 || !is_joint(manifolds.front()) ||
       scene.joints[joint_of(manifolds.front())].kind != JointKind::kSpring)
     return false;
   const JointSystem joints = find_joints(scene, ids, manifolds);
   report = report_of(ids, manifolds);
-  if (!advance_lone_spring(scene, dt_s, ids, joints, states, report, faults)) return false;
-  ++counters.joint_rows;
+  if (!advance_lone_spring(scene, dt_s, ids, joints, states, report, effects.faults)) return false;
+  ++effects.counters.joint_rows;
   return true;
 }
 
 // To the scene's tolerance, if joints alone hold the island, are closed, and few parts are enough.
-bool advance_within_tolerance(const SceneDescription& scene, const Geometry& geometry, double dt_s,
-                              std::span<const BodyId> ids,
-                              std::span<const ContactManifold> manifolds,
-                              std::span<BodyState> states, IslandReport& report,
-                              StageCounters& counters, std::vector<AdvanceFault>& faults) {
+bool advance_within_tolerance(const IslandStep& island, std::span<BodyState> states,
+                              IslandReport& report, const IslandEffects& effects) {
+  const auto& [scene, geometry, dt_s, ids, manifolds] = island;
   if (!(scene.tolerance > 0.0) || scene.joints.empty()) return false;
   for (const ContactManifold& m : manifolds)
     if (!is_joint(m)) return false;
   JointSystem joints = find_joints(scene, ids, manifolds);
   if (joints.empty() || !are_closed(scene, dt_s, states, joints)) return false;
   report = report_of(ids, manifolds);
-  if (!advance_linkage_within(scene.tolerance * (dt_s / scene.dt_s), sizes_of(scene, geometry, ids),
-                              scene, dt_s, ids, joints, states, report, faults))
-    return false;
-  count_linked(scene, ids, joints, report, counters);
+  if (!advance_linkage_to_tolerance(island, joints, states, report, effects.faults)) return false;
+  count_linked(scene, ids, joints, report, effects.counters);
   return true;
 }
 
 // One set of bodies that nothing divides.
-IslandReport advance_together(const SceneDescription& scene, const Geometry& geometry, double dt_s,
-                              std::span<const BodyId> ids,
-                              std::span<const ContactManifold> manifolds,
-                              std::span<BodyState> states, SolveScratch& scratch,
-                              StageCounters& counters, std::vector<AdvanceFault>& faults) {
-  const bool affordable = is_affordable(scene, manifolds);
-  const bool gains = gains_by_refinement(scene, geometry, ids, manifolds, states);
-  counters.islands_over_budget += gains && !affordable;
+IslandReport advance_together(const IslandStep& island, std::span<BodyState> states,
+                              const IslandEffects& effects) {
+  const bool affordable = is_affordable(island.scene, island.manifolds);
+  const bool gains = gains_by_refinement(island, states);
+  effects.counters.islands_over_budget += gains && !affordable;
   const auto advance = gains && affordable ? advance_refined : advance_unrefined;
-  return advance(scene, geometry, dt_s, ids, manifolds, states, scratch, counters, faults);
+  return advance(island, states, effects);
 }
 
 // Islands that nothing holds together, each for itself. False, and nothing changed, if they do not
 // stay apart, or something goes wrong.
-bool advance_apart(const SceneDescription& scene, const Geometry& geometry, double dt_s,
-                   std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
-                   std::span<BodyState> states, IslandReport& report, SolveScratch& scratch,
-                   StageCounters& counters) {
+bool advance_apart(const IslandStep& island, std::span<BodyState> states, IslandReport& report,
+                   SolveScratch& scratch, StageCounters& counters) {
+  const auto& [scene, geometry, dt_s, ids, manifolds] = island;
   std::vector<ContactManifold> kept;
-  const Islands islands = islands_apart(scene, geometry, dt_s, ids, manifolds, states, kept);
+  const Islands islands = islands_apart(island, states, kept);
   if (islands.count() + islands.free_bodies.size() < 2) return false;
   report = report_of(ids, manifolds);
   std::vector<BodyState> after(states.begin(), states.end());
@@ -88,32 +79,25 @@ bool advance_apart(const SceneDescription& scene, const Geometry& geometry, doub
     }
     for (std::uint32_t m = islands.manifold_begin[i]; m < islands.manifold_begin[i + 1]; ++m)
       contacts.push_back(kept[islands.manifolds[m]]);
-    add_part(
-        advance_together(scene, geometry, dt_s, own_ids, contacts, own, scratch, counters, faults),
-        report);
+    add_part(advance_together({scene, geometry, dt_s, own_ids, contacts}, own,
+                              {scratch, counters, faults}),
+             report);
     for (std::size_t j = 0; j < bodies.size(); ++j) after[bodies[j]] = std::move(own[j]);
   }
-  if (!faults.empty() || !stayed_apart(scene, geometry, ids, manifolds, islands, states, after))
-    return false;
+  if (!faults.empty() || !stayed_apart(island, islands, states, after)) return false;
   std::move(after.begin(), after.end(), states.begin());
   return true;
 }
 
 }  // namespace
 
-IslandReport advance_resting(const SceneDescription& scene, const Geometry& geometry, double dt_s,
-                             std::span<const BodyId> ids,
-                             std::span<const ContactManifold> manifolds,
-                             std::span<BodyState> states, SolveScratch& scratch,
-                             StageCounters& counters, std::vector<AdvanceFault>& faults) {
+IslandReport advance_resting(const IslandStep& island, std::span<BodyState> states,
+                             const IslandEffects& effects) {
   IslandReport report;
-  if (advance_exactly(scene, dt_s, ids, manifolds, states, report, counters, faults)) return report;
-  if (advance_within_tolerance(scene, geometry, dt_s, ids, manifolds, states, report, counters,
-                               faults))
-    return report;
-  if (advance_apart(scene, geometry, dt_s, ids, manifolds, states, report, scratch, counters))
-    return report;
-  return advance_together(scene, geometry, dt_s, ids, manifolds, states, scratch, counters, faults);
+  if (advance_exactly(island, states, report, effects)) return report;
+  if (advance_within_tolerance(island, states, report, effects)) return report;
+  if (advance_apart(island, states, report, effects.scratch, effects.counters)) return report;
+  return advance_together(island, states, effects);
 }
 
 }  // namespace soda::physics

@@ -13,7 +13,7 @@ namespace soda::physics {
 
 bool is_lone(const RefinedIsland& island) {
   return island.ids.size() == 1 &&
-         (!island.springs.empty() || std::ranges::none_of(island.pairs, is_joint));
+         (!island.springs.empty() || std::ranges::none_of(island.manifolds, is_joint));
 }
 
 bool is_asked(const RefinedIsland& island) { return island.scene.tolerance > 0.0; }
@@ -24,7 +24,7 @@ namespace {
 double friction_of_lone(const RefinedIsland& island) {
   const Material& own = material_of(island.scene, island.ids.front());
   double most = 0.0, rolling_m = 0.0;
-  for (const ContactManifold& m : island.pairs) {
+  for (const ContactManifold& m : island.manifolds) {
     if (!is_static(m.b) || is_joint(m)) continue;
     const Material& other = material_of(island.scene, m.b);
     most = std::max(most, other.friction);
@@ -99,36 +99,35 @@ bool is_fit(const RefinedIsland& island, const PartResult& result) {
 
 // Where a lone body's forces change, told by two steps. A jump of the velocity at the start of the
 // part bends its half as much as the whole: then next to nothing comes first.
-Cut cut_at_change(const RefinedIsland& island, const Limits& limits, const PastPart& past,
-                  const Part& part, std::span<const BodyState> from, const Trial& two,
+Cut cut_at_change(const RefinedIsland& island, const StartedPart& part, const Trial& two,
                   double bend) {
   constexpr double kAsMuch = 0.25;  // but for that share
   if (!is_asked(island) && part.bend > 0.0 && std::abs(bend - part.bend) < kAsMuch * part.bend) {
-    const int halvings = limits.deepest - part.depth;
+    const int halvings = island.limits.deepest - part.depth;
     return {std::ldexp(1.0, -halvings), halvings, 0.0};
   }
   if (!island.springs.empty()) return {0.5, 1, bend};  // no line, but a curve
-  return {share_before_bend(island.sizes, past.from, past.time_s, from, two.path, part.time_s), 1,
-          bend};
+  const PastPart& past = island.past;
+  return {share_before_bend(island.sizes, past.from, past.time_s, part.from, two.path, part.time_s),
+          1, bend};
 }
 
 // Where friction turns round or ends: the first part ends there, and the other begins. Of several
 // bodies without a tolerance only where that is worth a part.
-std::optional<Cut> cut_at_turn(RefinedIsland& island, const ErrorBudget& budget, const Part& part,
-                               std::span<const BodyState> from,
-                               std::span<const ContactManifold> start, const Trial& one) {
+std::optional<Cut> cut_at_turn(RefinedIsland& island, const StartedPart& part, const Trial& one) {
   constexpr double kWorthAPart = 1e-6;  // widths
-  const StepError turned = reversal_error(island, start, from, one.states);
-  if (budget.allows(turned.widths, part.time_s)) return {};
+  const StepError turned = reversal_error(island, part.start, part.from, one.states);
+  if (island.budget.allows(turned.widths, part.time_s)) return {};
   if (!is_asked(island) && !is_lone(island) && turned.widths < kWorthAPart) return {};
   const std::optional<double> share =
-      share_before_reversal(island, budget, part.time_s, start, from, one.states);
+      share_before_reversal(island, part.time_s, part.start, part.from, one.states);
   if (!share) return {};
   return Cut{*share};
 }
 
 // What trials told of a part, in widths.
 struct Course {
+  std::optional<Cut> cut = {};     // to be made where they do not do; none where none can be
   double before = 0.0, now = 0.0;  // what the last two orders changed
   double rough = 0.0, bend = 0.0, change = 0.0;
   int steps = 0;  // of the next trial
@@ -150,11 +149,10 @@ enum class Next { kMoreSteps, kCut, kEnough };
 // Without a tolerance, smooth motion of a lone body gets more where that is expected to be all that
 // it needs: twice the steps, or once a cut in halves, whose limits are of the fifth order. Where
 // springs kick, more steps bring it nearer in any case. `fit`: whether what there is would do.
-Next next_for(const RefinedIsland& island, const ErrorBudget& budget, const Part& part,
-              const Course& course, bool fit) {
+Next next_for(const RefinedIsland& island, const Part& part, const Course& course, bool fit) {
   constexpr int kMostSteps = 16;
   const auto reaches = [&](double limit, double rough) {
-    return budget.allows(limit, part.time_s) && budget.allows(rough, part.time_s);
+    return island.budget.allows(limit, part.time_s) && island.budget.allows(rough, part.time_s);
   };
   const bool more = course.steps <= kMostSteps;
   if (!fit && more) return Next::kMoreSteps;
@@ -173,11 +171,10 @@ Next next_for(const RefinedIsland& island, const ErrorBudget& budget, const Part
 
 // Four steps over the part after one and two, and more as long as that is worth it. No result if
 // their limit is not within the budget, and the part is to be cut.
-RefinedPart refine_further(RefinedIsland& island, const ErrorBudget& budget, const Part& part,
-                           std::span<const BodyState> from, std::span<const ContactManifold> start,
-                           Extrapolation& trials, const Trial& one, const Trial& two, Course course,
-                           const std::optional<Cut>& cut) {
-  Trial finest = try_steps(island, from, start, part.time_s, 4);
+RefinedPart refine_further(RefinedIsland& island, const StartedPart& part, Extrapolation& trials,
+                           const Trial& one, const Trial& two, Course course) {
+  const std::span<const BodyState> from = part.from;
+  Trial finest = try_steps(island, from, part.start, part.time_s, 4);
   if (finest.failed) return {PartResult{one, {course.change, 0}}};
   const StepError rough =
       roughness(island.sizes, from, one.path, two.path, finest.path, part.time_s);
@@ -189,16 +186,16 @@ RefinedPart refine_further(RefinedIsland& island, const ErrorBudget& budget, con
     PartResult best = best_of(island, from, trials, finest);
     best.error = larger(best.error, rough);
     const bool fit = is_fit(island, best);
-    if (fit && budget.allows(best.error.widths, part.time_s)) return {std::move(best)};
-    const Next next = next_for(island, budget, part, course, fit);
-    if (next == Next::kCut && cut) return {std::nullopt, *cut};
+    if (fit && island.budget.allows(best.error.widths, part.time_s)) return {std::move(best)};
+    const Next next = next_for(island, part, course, fit);
+    if (next == Next::kCut && course.cut) return {std::nullopt, *course.cut};
     if (next != Next::kMoreSteps) {
       if (course.comes_nearer()) return {std::move(best)};
       const StepError of_finest = larger(trials.change(island.sizes), rough);
       return {PartResult{std::move(finest), of_finest}};
     }
     course.before = course.now;
-    Trial more = try_steps(island, from, start, part.time_s, course.steps);
+    Trial more = try_steps(island, from, part.start, part.time_s, course.steps);
     if (more.failed) return {std::move(best)};
     finest = std::move(more);
     trials.add(finest);
@@ -208,91 +205,87 @@ RefinedPart refine_further(RefinedIsland& island, const ErrorBudget& budget, con
 // One and two steps over the part, and more if forces are not steady. No result if their limit is
 // not within the budget, and the part can be cut: at once if two steps of a lone body show that
 // forces change abruptly.
-RefinedPart refine_part(RefinedIsland& island, const Limits& limits, const ErrorBudget& budget,
-                        const PastPart& past, const Part& part, std::span<const BodyState> from,
-                        std::span<const ContactManifold> start, Trial one) {
+RefinedPart refine_part(RefinedIsland& island, const StartedPart& part, Trial one) {
   constexpr double kOfTwo = 1e4;  // two trials have to agree by as much more than three
   // Of all that changes. Without a tolerance two more trials tell what is just swift.
   const double abrupt = is_asked(island) ? 0.125 : 0.25;
+  const Limits& limits = island.limits;
   const bool can_be_cut = part.depth < limits.deepest && island.solves < limits.most_solves;
-  const StepError change = change_of(island.sizes, from, one.states);
+  const StepError change = change_of(island.sizes, part.from, one.states);
   // Springs kick to and fro: velocities may end as they began.
-  if (island.springs.empty() && budget.allows(change.widths, part.time_s))
+  if (island.springs.empty() && island.budget.allows(change.widths, part.time_s))
     return {PartResult{std::move(one), change}};
   if (can_be_cut)
-    if (const std::optional<Cut> turn = cut_at_turn(island, budget, part, from, start, one))
+    if (const std::optional<Cut> turn = cut_at_turn(island, part, one))
       return {std::nullopt, *turn};
-  const Trial two = try_steps(island, from, start, part.time_s, 2);
+  const Trial two = try_steps(island, part.from, part.start, part.time_s, 2);
   if (two.failed) return {PartResult{std::move(one), change}};
   Extrapolation trials(one);
   trials.add(two);
   const StepError unsteady =
-      unsteadiness(island.sizes, from, one.states, two.states, two.path, part.time_s);
+      unsteadiness(island.sizes, part.from, one.states, two.states, two.path, part.time_s);
   // Friction that springs overcome at the end of a swing can stop a body at the end of both.
-  if (island.springs.empty() && budget.allows(kOfTwo * unsteady.widths, part.time_s)) {
-    PartResult best = best_of(island, from, trials, two);
+  if (island.springs.empty() && island.budget.allows(kOfTwo * unsteady.widths, part.time_s)) {
+    PartResult best = best_of(island, part.from, trials, two);
     best.error.widths = unsteady.widths;
     return {std::move(best)};
   }
   Course course{.change = change.widths};
-  std::optional<Cut> cut;
+  std::optional<Cut>& cut = course.cut;
   if (can_be_cut) cut.emplace();
   if (is_lone(island) || !island.springs.empty())
-    course.bend = bend_of(island.sizes, from, two.path).widths;
+    course.bend = bend_of(island.sizes, part.from, two.path).widths;
   if (is_lone(island)) {
-    if (cut) cut = cut_at_change(island, limits, past, part, from, two, course.bend);
+    if (cut) cut = cut_at_change(island, part, two, course.bend);
     if (cut && course.bend > abrupt * change.widths) return {std::nullopt, *cut};
   }
-  return refine_further(island, budget, part, from, start, trials, one, two, course, cut);
+  return refine_further(island, part, trials, one, two, course);
 }
 
 // Any other island without a tolerance: `plain` is their step. Trials take its place if they lead
-// much nearer to a limit than it is; where they tell of no limit they are no better than it.
-PartResult advance_unasked(RefinedIsland& island, const ErrorBudget& budget, double time_s,
-                           std::span<const BodyState> from, std::span<const ContactManifold> start,
-                           Trial plain) {
+// much nearer to a limit than it is; where they tell of no limit they are no better than it. The
+// limits of such an island allow no cut.
+PartResult advance_unasked(RefinedIsland& island, const StartedPart& part, Trial plain) {
   constexpr double kMuchNearer = 0.125;
-  const StepError change = change_of(island.sizes, from, plain.states);
-  if (budget.allows(change.widths, time_s) || !can_be_smooth(island, time_s, from, plain.states))
+  const StepError change = change_of(island.sizes, part.from, plain.states);
+  if (island.budget.allows(change.widths, part.time_s) ||
+      !can_be_smooth(island, part.time_s, part.from, plain.states))
     return {std::move(plain), change};
   island.accurate = true;
-  Trial one = try_steps(island, from, start, time_s, 1);
+  Trial one = try_steps(island, part.from, part.start, part.time_s, 1);
   if (one.failed) return {std::move(plain), change};
-  PartResult refined =
-      *refine_part(island, {}, budget, {}, {time_s}, from, start, std::move(one)).result;
+  PartResult refined = *refine_part(island, part, std::move(one)).result;
   const StepError apart = apart_of(island.sizes, plain.states, refined.trial.states);
   if (!(refined.error.widths <= kMuchNearer * apart.widths)) return {std::move(plain), apart};
   return refined;
 }
 
-RefinedPart try_part(RefinedIsland& island, const Limits& limits, const ErrorBudget& budget,
-                     const PastPart& past, const Part& part, std::span<const BodyState> from,
-                     std::span<const ContactManifold> start) {
+RefinedPart try_part(RefinedIsland& island, const StartedPart& part) {
   constexpr int kMostTurns = 2;  // of friction on several bodies, without a tolerance
-  Trial one = try_steps(island, from, start, part.time_s, 1);
+  const std::span<const BodyState> from = part.from;
+  Trial one = try_steps(island, from, part.start, part.time_s, 1);
   if (one.failed) return {PartResult{std::move(one), {}}};
   if (!is_asked(island)) {
     if (!is_lone(island)) {
       if (part.depth < kMostTurns && can_be_smooth(island, part.time_s, from, one.states))
-        if (const std::optional<Cut> turn = cut_at_turn(island, budget, part, from, start, one))
+        if (const std::optional<Cut> turn = cut_at_turn(island, part, one))
           return {std::nullopt, *turn};
-      return {advance_unasked(island, budget, part.time_s, from, start, std::move(one))};
+      return {advance_unasked(island, part, std::move(one))};
     }
     if (is_plain_hit(island, part.time_s, from, one))
       return {PartResult{one, change_of(island.sizes, from, one.states)}};
   }
-  return refine_part(island, limits, budget, past, part, from, start, std::move(one));
+  return refine_part(island, part, std::move(one));
 }
 
 }  // namespace
 
-RefinedPart advance_part(RefinedIsland& island, const Limits& limits, const ErrorBudget& budget,
-                         const PastPart& past, const Part& part, std::span<const BodyState> from,
+RefinedPart advance_part(RefinedIsland& island, const Part& part, std::span<const BodyState> from,
                          std::span<const ContactManifold> known) {
   std::vector<ContactManifold> found;
   if (known.empty()) contacts_at(island, part.time_s, from, found);
   const std::span<const ContactManifold> start = known.empty() ? found : known;
-  RefinedPart done = try_part(island, limits, budget, past, part, from, start);
+  RefinedPart done = try_part(island, {part, from, start});
   if (!done.result || is_fit(island, *done.result)) return done;
   JointSystem springs = std::exchange(island.springs, {});
   Trial implicit = try_steps(island, from, start, part.time_s, 1);

@@ -11,27 +11,22 @@
 
 namespace soda::physics {
 
-struct Limits {
-  int most_solves = 0;
-  int deepest = 0;  // cuts
-};
-
 struct Part {
   double time_s = 0.0;
   int depth = 0;
   double bend = 0.0;  // widths, of the part that this is the first half of
 };
 
+// Such a part where it begins: from these states, with the contacts there.
+struct StartedPart : Part {
+  std::span<const BodyState> from;
+  std::span<const ContactManifold> start;
+};
+
 struct PartResult {
   Trial trial;
   StepError error;
   bool is_limit = false;
-};
-
-// The last part that was done.
-struct PastPart {
-  std::vector<BodyState> from;
-  double time_s = 0.0;  // none yet: 0
 };
 
 // Where a part is cut in two: the first one's share of its time, and how many cuts that counts for.
@@ -57,8 +52,7 @@ bool is_asked(const RefinedIsland& island);
 // Trials over a part: its result, within the budget if that is possible, or where it is to be cut.
 // `known`: the contacts at `from` if they are known, else none. Where springs kick and their limit
 // cannot be had, the part is one implicit step.
-RefinedPart advance_part(RefinedIsland& island, const Limits& limits, const ErrorBudget& budget,
-                         const PastPart& past, const Part& part, std::span<const BodyState> from,
+RefinedPart advance_part(RefinedIsland& island, const Part& part, std::span<const BodyState> from,
                          std::span<const ContactManifold> known);
 
 }  // namespace soda::physics

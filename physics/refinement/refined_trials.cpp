@@ -43,7 +43,7 @@ void keep_in_touch(const RefinedIsland& island, double dt_s, std::span<const Bod
 bool has_other_source(const RefinedIsland& island) {
   for (const BodyId id : island.ids)
     if (is_pushed(island.scene.bodies[index_of(id)])) return true;
-  for (const ContactManifold& m : island.pairs) {
+  for (const ContactManifold& m : island.manifolds) {
     if (is_joint(m)) {
       if (island.scene.joints[joint_of(m)].motor) return true;
     } else if (is_static(m.b) &&
@@ -55,20 +55,20 @@ bool has_other_source(const RefinedIsland& island) {
 }
 
 double elastic_of(const RefinedIsland& island, std::span<const BodyState> states) {
-  const JointSystem joints = find_joints(island.scene, island.ids, island.pairs);
+  const JointSystem joints = find_joints(island.scene, island.ids, island.manifolds);
   return elastic_joule(spring_rows(island.scene, states, joints));
 }
 
 // By how much springs hold more at `to`.
 double elastic_gain_joule(const RefinedIsland& island, std::span<const BodyState> from,
                           std::span<const BodyState> to) {
-  return std::ranges::none_of(island.pairs, is_joint)
+  return std::ranges::none_of(island.manifolds, is_joint)
              ? 0.0
              : elastic_of(island, to) - elastic_of(island, from);
 }
 
 bool is_supported(const RefinedIsland& island) {
-  return std::any_of(island.pairs.begin(), island.pairs.end(),
+  return std::any_of(island.manifolds.begin(), island.manifolds.end(),
                      [](const ContactManifold& m) { return is_static(m.b); });
 }
 
@@ -94,8 +94,8 @@ IslandReport advance_kicked(RefinedIsland& island, double dt_s,
     kick_by_springs(island.scene, dt_s, island.ids, island.springs, states, kicks);
     island.counters.joint_rows += island.springs.joints.size();
   }
-  IslandReport report = advance_once(island.scene, dt_s, island.accurate, island.ids, contacts,
-                                     states, island.scratch, island.counters, faults);
+  IslandReport report = advance_once(island.over(dt_s, contacts), island.accurate, states,
+                                     {island.scratch, island.counters, faults});
   report.static_impulse_newton_s += kicks.static_impulse_newton_s;
   report.static_angular_impulse_newton_m_s += kicks.static_angular_impulse_newton_m_s;
   for (const JointLoad& load : kicks.joint_loads) add_load(load, report);
@@ -104,10 +104,9 @@ IslandReport advance_kicked(RefinedIsland& island, double dt_s,
 
 }  // namespace
 
-void find_again(const SceneDescription& scene, const Geometry& geometry, double dt_s,
-                std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
-                std::span<const BodyState> states, StageCounters& counters,
-                std::vector<ContactManifold>& found) {
+void find_again(const IslandStep& island, std::span<const BodyState> states,
+                StageCounters& counters, std::vector<ContactManifold>& found) {
+  const auto& [scene, geometry, dt_s, ids, manifolds] = island;
   found.clear();
   const ContactManifold* before = nullptr;
   for (const ContactManifold& m : manifolds) {
@@ -138,8 +137,7 @@ void scale_impulses(double factor, std::span<BodyState> states) {
 
 void contacts_at(const RefinedIsland& island, double time_s, std::span<const BodyState> states,
                  std::vector<ContactManifold>& found) {
-  find_again(island.scene, island.geometry, time_s, island.ids, island.pairs, states,
-             island.counters, found);
+  find_again(island.over(time_s, island.manifolds), states, island.counters, found);
 }
 
 Trial try_steps(RefinedIsland& island, std::span<const BodyState> from,

@@ -8,23 +8,33 @@
 #include "physics/measures/refinement_error.hpp"
 #include "physics/model/contact_manifold.hpp"
 #include "physics/model/island_report.hpp"
-#include "physics/model/stage_counters.hpp"
-#include "physics/shapes/geometry.hpp"
-#include "physics/solvers/island_motion.hpp"
+#include "physics/model/island_step.hpp"
+#include "physics/refinement/error_budget.hpp"
 
 namespace soda::physics {
 
-// An island while it is refined: what stays, and how many steps were taken so far.
-struct RefinedIsland {
-  const SceneDescription& scene;
-  const Geometry& geometry;
-  std::span<const BodyId> ids;
-  std::span<const ContactManifold> pairs;  // that are looked at
-  BodySizes sizes;
-  StageCounters& counters;
+struct Limits {
+  int most_solves = 0;
+  int deepest = 0;  // cuts
+};
+
+// The last part that was done.
+struct PastPart {
+  std::vector<BodyState> from;
+  double time_s = 0.0;  // none yet: 0
+};
+
+// An island while it is refined: its manifolds tell which pairs are looked at; what else stays, and
+// how far it came. Trials have faults of their own.
+struct RefinedIsland : IslandStep {
   SolveScratch& scratch;
+  StageCounters& counters;
+  BodySizes sizes;
+  ErrorBudget budget;
   bool accurate = false;  // as of advance_once
   JointSystem springs;    // that kick it before its contacts are solved; else none
+  Limits limits = {};
+  PastPart past = {};
   int solves = 0;
   std::vector<ContactManifold> found = {};  // scratch
 };
@@ -43,14 +53,12 @@ bool pressed(const BodyState& state, const ContactManifold& m, std::uint32_t fea
 // Stored impulses are those of a whole step, whatever the length of the last part.
 void scale_impulses(double factor, std::span<BodyState> states);
 
-// The contacts of the pairs of these manifolds once more, where the bodies are now, over dt_s.
-// `found` is overwritten.
-void find_again(const SceneDescription& scene, const Geometry& geometry, double dt_s,
-                std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
-                std::span<const BodyState> states, StageCounters& counters,
-                std::vector<ContactManifold>& found);
+// The contacts of the pairs of the island's manifolds once more, where the bodies are now, over its
+// time. `found` is overwritten.
+void find_again(const IslandStep& island, std::span<const BodyState> states,
+                StageCounters& counters, std::vector<ContactManifold>& found);
 
-// Those of the island's pairs.
+// The same over time_s.
 void contacts_at(const RefinedIsland& island, double time_s, std::span<const BodyState> states,
                  std::vector<ContactManifold>& found);
 

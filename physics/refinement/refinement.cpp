@@ -73,13 +73,13 @@ bool is_of_first_order(const SceneDescription& scene, std::span<const BodyId> id
 // The impulses of a part are kept as those of a whole step under the same load. What a hit took
 // from velocities is no load: a part of a hundredth of the step would leave it a hundredfold. So
 // where velocities change faster than loads change them, bodies keep the loads that they had.
-void keep_loads(const SceneDescription& scene, const Geometry& geometry, double time_s,
-                std::span<const BodyId> ids, std::span<const BodyState> from,
+void keep_loads(const IslandStep& island, double time_s, std::span<const BodyState> from,
                 std::span<BodyState> states) {
+  const std::span<const BodyId> ids = island.ids;
   constexpr double kMost = 2.0;  // as of what can be smooth (refined_parts.cpp)
-  const double most_m_s = kMost * scene.gravity_m_s2.norm() * time_s;
+  const double most_m_s = kMost * island.scene.gravity_m_s2.norm() * time_s;
   const auto is_hit = [&](std::size_t i) {
-    const double radius_m = shape_of(scene, geometry, ids[i]).bounding_radius_m;
+    const double radius_m = shape_of(island.scene, island.geometry, ids[i]).bounding_radius_m;
     const Vec3 linear = states[i].linear_velocity_m_s - from[i].linear_velocity_m_s;
     const Vec3 angular = states[i].angular_velocity_rad_s - from[i].angular_velocity_rad_s;
     return !(linear.norm() + radius_m * angular.norm() <= most_m_s);
@@ -112,14 +112,13 @@ bool is_affordable(const SceneDescription& scene, std::span<const ContactManifol
   return kSolvesUnasked * points <= kMostPointsSolved;
 }
 
-bool gains_by_refinement(const SceneDescription& scene, const Geometry& geometry,
-                         std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
-                         std::span<const BodyState> states) {
+bool gains_by_refinement(const IslandStep& island, std::span<const BodyState> states) {
+  const auto& [scene, geometry, dt_s, ids, manifolds] = island;
   if (any_kinematic(scene, ids)) return false;
   if (!(scene.tolerance > 0.0)) {
     if (!scene.solver.refined) return false;
     if (!is_of_first_order(scene, ids, manifolds, states)) return false;
-    const auto driven = [&scene](BodyId id) { return is_driven(scene, id); };
+    const auto driven = [&scene = scene](BodyId id) { return is_driven(scene, id); };
     if (std::ranges::any_of(ids, driven)) return false;
   }
   for (const ContactManifold& m : manifolds) {
@@ -131,32 +130,25 @@ bool gains_by_refinement(const SceneDescription& scene, const Geometry& geometry
   return true;
 }
 
-IslandReport advance_refined(const SceneDescription& scene, const Geometry& geometry, double dt_s,
-                             std::span<const BodyId> ids,
-                             std::span<const ContactManifold> manifolds,
-                             std::span<BodyState> states, SolveScratch& scratch,
-                             StageCounters& counters, std::vector<AdvanceFault>& faults) {
-  RefinedIsland island{scene,
-                       geometry,
-                       ids,
-                       manifolds,
+IslandReport advance_refined(const IslandStep& step, std::span<BodyState> states,
+                             const IslandEffects& effects) {
+  const auto& [scene, geometry, dt_s, ids, manifolds] = step;
+  RefinedIsland island{step,
+                       effects.scratch,
+                       effects.counters,
                        sizes_of(scene, geometry, ids),
-                       counters,
-                       scratch,
+                       ErrorBudget(scene),
                        scene.tolerance > 0.0,
-                       springs_to_kick(scene, dt_s, ids, manifolds, states)};
-  const Limits limits = limits_of(scene, is_lone(island), manifolds.size());
-  ErrorBudget budget(scene);
+                       springs_to_kick(step, states)};
+  island.limits = limits_of(scene, is_lone(island), manifolds.size());
   std::vector<BodyState> now(states.begin(), states.end());
-  PastPart past;
   IslandReport report;
   bool first = true;
   for (std::vector<Part> parts{{dt_s, 0}}; !parts.empty();) {
     const Part part = parts.back();
     parts.pop_back();
-    RefinedPart done =
-        advance_part(island, limits, budget, past, part, now,
-                     part.depth == 0 ? manifolds : std::span<const ContactManifold>{});
+    RefinedPart done = advance_part(
+        island, part, now, part.depth == 0 ? manifolds : std::span<const ContactManifold>{});
     if (!done.result) {
       const double first_s = done.cut.share * part.time_s;
       parts.push_back({part.time_s - first_s, part.depth + 1});
@@ -164,13 +156,11 @@ IslandReport advance_refined(const SceneDescription& scene, const Geometry& geom
       continue;
     }
     PartResult& result = *done.result;
-    if (result.trial.failed)
-      return advance_unrefined(scene, geometry, dt_s, ids, manifolds, states, scratch, counters,
-                               faults);
-    if (part.depth == limits.deepest && !is_asked(island)) join_parts(parts);
-    budget.spend(result.error, part.time_s, ids);
-    past = {std::exchange(now, std::move(result.trial.states)), part.time_s};
-    if (part.time_s < scene.dt_s) keep_loads(scene, geometry, part.time_s, ids, past.from, now);
+    if (result.trial.failed) return advance_unrefined(step, states, effects);
+    if (part.depth == island.limits.deepest && !is_asked(island)) join_parts(parts);
+    island.budget.spend(result.error, part.time_s, ids);
+    island.past = {std::exchange(now, std::move(result.trial.states)), part.time_s};
+    if (part.time_s < scene.dt_s) keep_loads(step, part.time_s, island.past.from, now);
     if (first)
       report = result.trial.report;
     else
@@ -178,26 +168,23 @@ IslandReport advance_refined(const SceneDescription& scene, const Geometry& geom
     first = false;
   }
   report.static_impulse_newton_s -= push_impulses_newton_s(scene, dt_s, ids, states);
-  budget.tell(report);
-  counters.refined_steps += static_cast<std::uint64_t>(island.solves) - 1;
+  island.budget.tell(report);
+  effects.counters.refined_steps += static_cast<std::uint64_t>(island.solves) - 1;
   std::move(now.begin(), now.end(), states.begin());
   return report;
 }
 
-IslandReport advance_unrefined(const SceneDescription& scene, const Geometry& geometry, double dt_s,
-                               std::span<const BodyId> ids,
-                               std::span<const ContactManifold> manifolds,
-                               std::span<BodyState> states, SolveScratch& scratch,
-                               StageCounters& counters, std::vector<AdvanceFault>& faults) {
+IslandReport advance_unrefined(const IslandStep& island, std::span<BodyState> states,
+                               const IslandEffects& effects) {
+  const auto& [scene, geometry, dt_s, ids, manifolds] = island;
   const bool asked = scene.tolerance > 0.0;
   const std::vector<BodyState> from(states.begin(),
                                     asked || dt_s < scene.dt_s ? states.end() : states.begin());
   const double share = dt_s / scene.dt_s;
   scale_impulses(share, states);
-  IslandReport report =
-      advance_once(scene, dt_s, asked, ids, manifolds, states, scratch, counters, faults);
+  IslandReport report = advance_once(island, asked, states, effects);
   scale_impulses(1.0 / share, states);
-  if (dt_s < scene.dt_s) keep_loads(scene, geometry, dt_s, ids, from, states);
+  if (dt_s < scene.dt_s) keep_loads(island, dt_s, from, states);
   if (!asked) return report;
   ErrorBudget budget(scene);
   const BodySizes sizes = sizes_of(scene, geometry, ids);

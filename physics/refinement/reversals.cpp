@@ -105,8 +105,8 @@ StepError reversal_error(const RefinedIsland& island, std::span<const ContactMan
   return most;
 }
 
-std::optional<double> share_before_reversal(RefinedIsland& island, const ErrorBudget& budget,
-                                            double time_s, std::span<const ContactManifold> start,
+std::optional<double> share_before_reversal(RefinedIsland& island, double time_s,
+                                            std::span<const ContactManifold> start,
                                             std::span<const BodyState> from,
                                             std::span<const BodyState> to) {
   constexpr double kShort = 1.0 / 1024.0;
@@ -121,7 +121,7 @@ std::optional<double> share_before_reversal(RefinedIsland& island, const ErrorBu
                     if (!(slowed > before.squaredNorm())) return;
                     const double share = before.squaredNorm() / slowed;
                     if (share < 2.0 * kShort) return;  // a jump
-                    if (budget.allows(widths * (1.0 - share), time_s)) return;
+                    if (island.budget.allows(widths * (1.0 - share), time_s)) return;
                     first = std::min(first, share);
                   });
   if (!(first < 1.0)) return {};

@@ -5,7 +5,6 @@
 #include <span>
 
 #include "physics/model/contact_manifold.hpp"
-#include "physics/refinement/error_budget.hpp"
 #include "physics/refinement/refined_trials.hpp"
 
 namespace soda::physics {
@@ -24,8 +23,8 @@ StepError reversal_error(const RefinedIsland& island, std::span<const ContactMan
 // as a share of time_s, if forces stay as they are in the first thousandth of it (one step more).
 // None if that is not within the time, at its beginning, or so near its end that it makes no
 // difference.
-std::optional<double> share_before_reversal(RefinedIsland& island, const ErrorBudget& budget,
-                                            double time_s, std::span<const ContactManifold> start,
+std::optional<double> share_before_reversal(RefinedIsland& island, double time_s,
+                                            std::span<const ContactManifold> start,
                                             std::span<const BodyState> from,
                                             std::span<const BodyState> to);
 

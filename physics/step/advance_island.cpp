@@ -26,18 +26,17 @@ namespace soda::physics {
 namespace {
 
 // Detection only: contacts are reported, bodies move as if they touched nothing.
-void pass_through(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
-                  std::span<const ContactManifold> manifolds, std::span<BodyState> states,
-                  IslandReport& report, StageCounters& counters,
-                  std::vector<AdvanceFault>& faults) {
+void pass_through(const IslandStep& island, std::span<BodyState> states, IslandReport& report,
+                  const IslandEffects& effects) {
+  const auto& [scene, geometry, dt_s, ids, manifolds] = island;
   for (const ContactManifold& m : manifolds) {
     for (std::uint32_t i = 0; i < m.count; ++i) {
       report.max_penetration_m = std::max(report.max_penetration_m, -m.points[i].separation_m);
     }
   }
   for (std::size_t i = 0; i < ids.size(); ++i) {
-    advance_free_body(scene, dt_s, ids[i], states[i], counters, faults);
-    counters.kinematic_bodies += scene.bodies[index_of(ids[i])].kinematic;
+    advance_free_body(scene, dt_s, ids[i], states[i], effects.counters, effects.faults);
+    effects.counters.kinematic_bodies += scene.bodies[index_of(ids[i])].kinematic;
   }
 }
 
@@ -70,12 +69,12 @@ void set_carried(const SceneDescription& scene, std::span<const BodyId> ids,
 }
 
 // The rest of a step of which the island has flown `flown_s`.
-void advance_rest(const SceneDescription& scene, const Geometry& geometry, double flown_s,
-                  std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
-                  std::span<BodyState> states, IslandReport& report, SolveScratch& scratch,
-                  StageCounters& counters, std::vector<AdvanceFault>& faults) {
+void advance_rest(const IslandStep& island, double flown_s, std::span<BodyState> states,
+                  IslandReport& report, const IslandEffects& effects) {
+  const auto& [scene, geometry, dt_s, ids, manifolds] = island;
+  StageCounters& counters = effects.counters;
   const bool whole = !is_giant(manifolds);
-  const double rest_s = scene.dt_s - flown_s;
+  const double rest_s = dt_s - flown_s;
   std::vector<BodyState> start;
   if (whole && !scene.statics.empty()) {
     start.reserve(states.size());
@@ -84,41 +83,36 @@ void advance_rest(const SceneDescription& scene, const Geometry& geometry, doubl
   std::vector<ContactManifold> left;
   // Impacts have brought bodies to others, and to statics, than those that the step began with.
   if (flown_s > 0.0)
-    find_again(scene, geometry, rest_s, ids,
-               pairs_to_look_at(scene, geometry, rest_s, ids, states, counters), states, counters,
-               left);
-  const std::span<const ContactManifold> met = flown_s > 0.0 ? left : manifolds;
-  const bool linked = whole && is_linked(met);
+    find_again(
+        island.over(rest_s, pairs_to_look_at(scene, geometry, rest_s, ids, states, counters)),
+        states, counters, left);
+  const IslandStep rest = island.over(rest_s, flown_s > 0.0 ? left : manifolds);
+  const bool linked = whole && is_linked(rest.manifolds);
   // What flight has left has been through its impacts.
   std::optional<AmongHits> among;
-  if (whole && !linked && flown_s == 0.0)
-    among =
-        advance_among_hits(scene, geometry, rest_s, ids, met, states, scratch, counters, faults);
-  const IslandReport part =
-      among ? among->report
-      : linked
-          ? advance_linked(scene, geometry, rest_s, ids, met, states, scratch, counters, faults)
-          : advance_resting(scene, geometry, rest_s, ids, met, states, scratch, counters, faults);
+  if (whole && !linked && flown_s == 0.0) among = advance_among_hits(rest, states, effects);
+  const IslandReport part = among    ? among->report
+                            : linked ? advance_linked(rest, states, effects)
+                                     : advance_resting(rest, states, effects);
   if (flown_s > 0.0)
     add_part(part, report);
   else
     report = part;
   if (start.empty()) return;
   if (!linked && !(among && among->hit))
-    stop_at_unseen_statics(scene, geometry, rest_s, ids, met, start, states, report, counters);
-  stop_at_floors(scene, geometry, ids, start, states, report);
+    stop_at_unseen_statics(rest, start, states, report, counters);
+  stop_at_floors(rest, start, states, report);
 }
 
 }  // namespace
 
-IslandReport advance_island(const SceneDescription& scene, const Geometry& geometry,
-                            std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
-                            std::span<BodyState> states, SolveScratch& scratch,
-                            StageCounters& counters, std::vector<AdvanceFault>& faults) {
-  const double dt_s = scene.dt_s;
+IslandReport advance_island(const IslandStep& island, std::span<BodyState> states,
+                            const IslandEffects& effects) {
+  const auto& [scene, geometry, dt_s, ids, manifolds] = island;
+  const auto& [scratch, counters, faults] = effects;
   IslandReport report = report_of(ids, manifolds);
   if (!scene.solver.contact_response) {
-    pass_through(scene, dt_s, ids, manifolds, states, report, counters, faults);
+    pass_through(island, states, report, effects);
     return report;
   }
   // Giant ones may be solved by several worlds, of which none has them all.
@@ -127,8 +121,8 @@ IslandReport advance_island(const SceneDescription& scene, const Geometry& geome
              alone = whole && after.empty() && is_left_alone(scene, ids, manifolds, states);
   const IslandMomentum before = alone ? momentum_of(scene, ids, states) : IslandMomentum{};
   std::vector<BodyState> slow;
-  if (is_nearly_at_rest(scene, geometry, ids, manifolds, states)) {
-    if (is_held(scene, geometry, ids, manifolds, states, report, counters)) {
+  if (is_nearly_at_rest(island, states)) {
+    if (is_held(island, states, report, counters)) {
       ++counters.islands_at_rest;
       break_joints(scene, ids, states, report, counters);
       return report;
@@ -138,14 +132,12 @@ IslandReport advance_island(const SceneDescription& scene, const Geometry& geome
   if (!scene.joints.empty()) report_lost_joints(scene, ids, manifolds, states, faults);
   bound_ways(scene, dt_s, ids, manifolds, states, scratch.ways);
   double flown_s = 0.0;
-  if (!whole && is_one_solve(scene, geometry, ids, manifolds, states)) {
-    counters.islands_over_budget += gains_by_refinement(scene, geometry, ids, manifolds, states);
-    report = advance_once(scene, dt_s, false, ids, manifolds, states, scratch, counters, faults);
+  if (!whole && is_one_solve(island, states)) {
+    counters.islands_over_budget += gains_by_refinement(island, states);
+    report = advance_once(island, false, states, effects);
   } else {
-    flown_s = fly_through_impacts(scene, geometry, dt_s, ids, manifolds, states, report, counters);
-    if (flown_s < dt_s)
-      advance_rest(scene, geometry, flown_s, ids, manifolds, states, report, scratch, counters,
-                   faults);
+    flown_s = fly_through_impacts(island, states, report, counters);
+    if (flown_s < dt_s) advance_rest(island, flown_s, states, report, effects);
   }
   if (flown_s < dt_s && alone && has_met_no_static(report)) {
     keep_momentum(scene, dt_s, ids, before, states);
@@ -153,8 +145,7 @@ IslandReport advance_island(const SceneDescription& scene, const Geometry& geome
   }
   for (std::size_t i = 0; i < ids.size(); ++i)
     report_impossible_way(scene, dt_s, scratch.ways, i, ids[i], states[i], faults);
-  if (!slow.empty() && (whole || report.direct))
-    come_to_rest(scene, geometry, ids, slow, states, report);
+  if (!slow.empty() && (whole || report.direct)) come_to_rest(island, slow, states, report);
   set_carried(scene, ids, after, states, counters);
   break_joints(scene, ids, states, report, counters);
   ++counters.islands_solved;

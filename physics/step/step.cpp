@@ -97,33 +97,34 @@ bool take_resting(std::size_t island, std::span<const BodyId> ids, StepScratch& 
 }  // namespace
 
 void advance_bodies(const SceneDescription& scene, const Geometry& geometry,
-                    std::span<const BodyId> ids, std::span<BodyState> states, StepScratch& scratch,
-                    StepReport& report, StageCounters& counters) {
+                    std::span<const BodyId> ids, std::span<BodyState> states,
+                    const StepEffects& effects) {
+  const auto& [scratch, report, counters] = effects;
+  const IslandEffects of_island{scratch.solve, counters, report.faults};
   build_islands(ids, scratch.manifolds, scratch.islands);
   for (std::size_t island = 0; island < scratch.islands.count(); ++island) {
     if (scratch.resting.knows_any() && take_resting(island, ids, scratch, report, counters))
       continue;
     gather_island(island, ids, states, scratch);
-    report.islands.push_back(advance_island(scene, geometry, scratch.island_ids,
-                                            scratch.island_manifolds, scratch.island_states,
-                                            scratch.solve, counters, report.faults));
+    report.islands.push_back(
+        advance_island(whole_step(scene, geometry, scratch.island_ids, scratch.island_manifolds),
+                       scratch.island_states, of_island));
     if (report.islands.back().rests)
       scratch.resting.keep(scratch.island_ids, scratch.island_manifolds, scratch.island_states,
                            report.islands.back());
     scatter_island(island, states, scratch);
   }
   scratch.resting.finish();
-  advance_free_bodies(scene, geometry, scene.dt_s, ids, scratch.islands.free_bodies, states,
+  advance_free_bodies(whole_step(scene, geometry, ids, {}), scratch.islands.free_bodies, states,
                       counters, report.faults);
 }
 
 void step(const SceneDescription& scene, const Geometry& geometry, std::span<const BodyId> ids,
-          std::span<BodyState> states, StepScratch& scratch, StepReport& report,
-          StageCounters& counters) {
-  report.islands.clear();
-  report.faults.clear();
-  find_contacts_alone(scene, geometry, ids, states, scratch, counters);
-  advance_bodies(scene, geometry, ids, states, scratch, report, counters);
+          std::span<BodyState> states, const StepEffects& effects) {
+  effects.report.islands.clear();
+  effects.report.faults.clear();
+  find_contacts_alone(scene, geometry, ids, states, effects.scratch, effects.counters);
+  advance_bodies(scene, geometry, ids, states, effects);
 }
 
 }  // namespace soda::physics

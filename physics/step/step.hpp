@@ -36,6 +36,12 @@ struct StepReport {
   std::vector<AdvanceFault> faults;
 };
 
+struct StepEffects {
+  StepScratch& scratch;
+  StepReport& report;
+  StageCounters& counters;
+};
+
 // Stage 1: the swept box of each body. `ids` ascending, states[i] of ids[i]; `boxes` is
 // overwritten.
 void compute_boxes(const SceneDescription& scene, const Geometry& geometry,
@@ -62,15 +68,14 @@ void gather_island(std::size_t island, std::span<const BodyId> ids, std::span<Bo
 void scatter_island(std::size_t island, std::span<BodyState> states, StepScratch& scratch);
 
 // Stage 3: islands from the manifolds, each advanced by itself, then the bodies without contact.
-// Reads scratch.manifolds; `report` is appended to.
+// Reads the scratch's manifolds; the report is appended to.
 void advance_bodies(const SceneDescription& scene, const Geometry& geometry,
-                    std::span<const BodyId> ids, std::span<BodyState> states, StepScratch& scratch,
-                    StepReport& report, StageCounters& counters);
+                    std::span<const BodyId> ids, std::span<BodyState> states,
+                    const StepEffects& effects);
 
-// Advances states[i] (of body BodyId{i}) by one step: the three stages. `report` is overwritten.
+// Advances states[i] (of body BodyId{i}) by one step: the three stages. The report is overwritten.
 // Same bits as any division into worlds.
 void step(const SceneDescription& scene, const Geometry& geometry, std::span<const BodyId> ids,
-          std::span<BodyState> states, StepScratch& scratch, StepReport& report,
-          StageCounters& counters);
+          std::span<BodyState> states, const StepEffects& effects);
 
 }  // namespace soda::physics

@@ -70,7 +70,7 @@ TEST(GuessedGhosts, AFreeBodyIsPredictedBitForBitOverManySteps) {
   view.sent_to = {kEast};
   view.heard.ghosts = {ghost_of(scene, 0, truth[0], kEast)};
   for (int step = 0; step < 20; ++step) {
-    physics::step(scene.description, geometry, {&id, 1}, truth, scratch, report, counters);
+    physics::step(scene.description, geometry, {&id, 1}, truth, {scratch, report, counters});
     view.heard.ghosts = guess(GhostMode::kPredicted, scene, view);
     ASSERT_EQ(view.heard.ghosts.size(), 1u) << step;
     EXPECT_TRUE(identical(view.heard.ghosts[0], ghost_of(scene, 0, truth[0], kEast))) << step;

@@ -25,7 +25,7 @@ std::vector<std::uint64_t> bare_digests(const test::Scene& scene, std::int64_t s
   std::vector<std::uint64_t> digests;
   for (std::int64_t step = 0; step < steps; ++step) {
     scratch.resting.forget();
-    physics::step(scene.description, geometry, ids, states, scratch, report, counters);
+    physics::step(scene.description, geometry, ids, states, {scratch, report, counters});
     digests.push_back(physics::digest(ids, states));
   }
   return digests;

@@ -84,7 +84,7 @@ Outcome bare_loop(const test::Scene& start, InputOptions inputs) {
       if (has_effect) act_on_scene(*next, scene.description, ids, states);
     }
     scratch.resting.forget();
-    physics::step(scene.description, geometry, ids, states, scratch, report, counters);
+    physics::step(scene.description, geometry, ids, states, {scratch, report, counters});
     outcome.digests.push_back(physics::digest(ids, states));
   }
   return outcome;

@@ -59,7 +59,7 @@ TEST(FreeFlight, ManyAtATimeHaveTheBitsAndTheFaultsOfOneAfterTheOther) {
       for (const std::uint32_t i : free)
         advance_free_body(world.scene, world.scene.dt_s, world.ids[i], alone[i], counters_alone,
                           faults_alone);
-      advance_free_bodies(world.scene, geometry, world.scene.dt_s, world.ids, free, world.states,
+      advance_free_bodies(whole_step(world.scene, geometry, world.ids, {}), free, world.states,
                           counters, faults);
     }
     for (std::uint32_t i = 0; i < alone.size(); ++i)

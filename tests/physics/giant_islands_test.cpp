@@ -196,8 +196,10 @@ TEST(GiantIslands, AnyDivisionOfTheBlocksAmongSolversHasTheBitsOfOneSolver) {
   std::vector<BodyState> alone = island.states;
   std::vector<AdvanceFault> faults;
   SolveScratch scratch;
-  const IslandReport whole = advance_once(world.scene, world.scene.dt_s, false, island.ids,
-                                          island.manifolds, alone, scratch, world.counters, faults);
+  const Geometry geometry(world.scene);
+  const IslandReport whole =
+      advance_once(whole_step(world.scene, geometry, island.ids, island.manifolds), false, alone,
+                   {scratch, world.counters, faults});
   std::mt19937 random(7);
   for (int trial = 0; trial < 6; ++trial) {
     std::vector<std::uint32_t> ends{0, count};
@@ -261,12 +263,13 @@ TEST(GiantIslands, BlocksMoveByThePartOfTheStepThatIsLeft) {
   World world = trough(30);
   world.run(10);
   const Island island = largest_island(world);
+  const Geometry geometry(world.scene);
   const auto after = [&](const SceneDescription& scene, double dt_s) {
     std::vector<BodyState> states = island.states;
     SolveScratch scratch;
     std::vector<AdvanceFault> faults;
-    advance_once(scene, dt_s, false, island.ids, island.manifolds, states, scratch, world.counters,
-                 faults);
+    advance_once({scene, geometry, dt_s, island.ids, island.manifolds}, false, states,
+                 {scratch, world.counters, faults});
     EXPECT_TRUE(faults.empty());
     return states;
   };

@@ -104,10 +104,10 @@ TEST(Impacts, WhatContactsFoundAheadIsNotSearchedAgainAndChangesNothing) {
   std::vector<AdvanceFault> faults;
   std::vector<BodyState> told = world.states, untold = world.states;
   StageCounters with, without;
-  advance_island(world.scene, geometry, world.ids, found, told, world.scratch.solve, with, faults);
+  const IslandStep island = whole_step(world.scene, geometry, world.ids, found);
+  advance_island(island, told, {world.scratch.solve, with, faults});
   found[0].impact_s = 0.0;
-  advance_island(world.scene, geometry, world.ids, found, untold, world.scratch.solve, without,
-                 faults);
+  advance_island(island, untold, {world.scratch.solve, without, faults});
   EXPECT_EQ(digest(world.ids, told), digest(world.ids, untold));
   EXPECT_GT(with.impacts, 0u);
   EXPECT_EQ(with.impacts, without.impacts);

@@ -59,7 +59,7 @@ struct World {
   void run(int steps) { run(steps, Geometry(scene)); }
   void run(int steps, const Geometry& geometry) {
     for (int i = 0; i < steps; ++i) {
-      step(scene, geometry, ids, states, scratch, report, counters);
+      step(scene, geometry, ids, states, {scratch, report, counters});
     }
   }
 

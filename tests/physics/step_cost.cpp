@@ -55,8 +55,8 @@ void measure_steps(const char* name, World world, int warm_up, int steps) {
     find_contacts(world.scene, geometry, world.ids, world.states, world.scratch, world.counters);
     contacts.push_back(watch.lap_ms());
     world.report = {};
-    advance_bodies(world.scene, geometry, world.ids, world.states, world.scratch, world.report,
-                   world.counters);
+    advance_bodies(world.scene, geometry, world.ids, world.states,
+                   {world.scratch, world.report, world.counters});
     advance.push_back(watch.lap_ms());
     for (const IslandReport& r : world.report.islands) {
       deepest = std::max(deepest, r.max_penetration_m);

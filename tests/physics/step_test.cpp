@@ -74,7 +74,7 @@ TEST(Step, AnIslandAloneGivesTheSameBitsAsAmongOthers) {
     StepScratch scratch;
     StepReport report;
     StageCounters counters;
-    step(world.scene, geometry, ids, states, scratch, report, counters);
+    step(world.scene, geometry, ids, states, {scratch, report, counters});
     for (std::size_t k = 0; k < ids.size(); ++k) {
       EXPECT_TRUE(identical(states[k], world.states[index_of(ids[k])]))
           << first_difference(states[k], world.states[index_of(ids[k])]).field;

@@ -39,7 +39,7 @@ TEST(Ragdolls, TumbleDownWithHardlyAnyGapOrOverlap) {
   StageCounters counters;
   double overlap_m = 0.0, gap_m = 0.0;
   for (std::int64_t step = 0; step < scenario.run.steps; ++step) {
-    physics::step(scenario.scene, geometry, ids, states, scratch, report, counters);
+    physics::step(scenario.scene, geometry, ids, states, {scratch, report, counters});
     ASSERT_TRUE(report.faults.empty()) << step;
     for (const IslandReport& island : report.islands)
       overlap_m = std::max(overlap_m, island.max_penetration_m);
