@@ -80,8 +80,9 @@ void move_bodies(const SceneDescription& scene, double dt_s, std::span<const Bod
   const Flights flights = find_flights(problem);
   std::size_t row = 0;
   for (std::size_t i = 0; i < ids.size(); ++i) {
-    const bool moved = move_body(scene, dt_s, ids[i], problem.bodies[i], flights[i],
-                                 push.empty() ? nullptr : &push[i], states[i], faults);
+    const bool moved = move_body(
+        {scene, dt_s, ids[i], problem.bodies[i], flights[i], push.empty() ? nullptr : &push[i]},
+        states[i], faults);
     store_impulses(manifolds, problem, i, moved, row, states[i].impulses);
   }
 }
@@ -156,15 +157,16 @@ IslandReport advance_once(const SceneDescription& scene, double dt_s, bool accur
   ContactProblem& problem = scratch.problem;
   problem.clear();
   const Selection<BodyState> before{std::span<const BodyState>(states)};
-  load_bodies(scene, dt_s, ids, before, problem.bodies, counters);
+  const SolveStep step{scene, dt_s, ids, before};
+  load_bodies(step, problem.bodies, counters);
   std::vector<SolverBody>& free = scratch.free;
   free.assign(problem.bodies.begin(), problem.bodies.end() - 1);
-  build_rows(scene, dt_s, ids, manifolds, before, problem, counters);
+  build_rows(step, manifolds, problem, counters);
   if (joints.empty()) start_rolling(scene.solver.iterations, problem);
   const Elimination* const plan = choice.elimination ? &*choice.elimination : nullptr;
   const ContactSolution solution =
       joints.empty()
-          ? solve_contacts(scene, dt_s, accurate, ids, before, free, plan, problem)
+          ? solve_contacts(step, accurate, free, plan, problem)
           : solve_with_joints({scene, dt_s, ids, states, free}, accurate, plan, joints, problem);
   report.direct = solution.direct;
   report.iterations = solution.iterations;

@@ -255,7 +255,7 @@ void moved_for(double time_s, const JointedStep& step, const JointSystem& solved
   for (const JointRow& row : solved.rows)
     flights[row.a].supported = flights[row.b].supported = true;
   for (std::size_t i = 0; i < step.ids.size(); ++i)
-    move_body(step.scene, time_s, step.ids[i], problem.bodies[i], flights[i], nullptr, states[i],
+    move_body({step.scene, time_s, step.ids[i], problem.bodies[i], flights[i], nullptr}, states[i],
               faults);
   JointSystem joints = solved;
   close_joints(step.scene, step.dt_s, step.ids, kinetic_joule(step.scene, step.ids, states), joints,

@@ -24,7 +24,7 @@ bool advance_exactly(const SceneDescription& scene, double dt_s, std::span<const
     return false;
   const JointSystem joints = find_joints(scene, ids, manifolds);
   report = report_of(ids, manifolds);
-  if (!advance_lone_spring(scene, dt_s, ids, joints, states, report, faults)) return false;
+  if (!advance_lone_spring(scene, dt_s, joints, states, report, faults)) return false;
   ++counters.joint_rows;
   return true;
 }
