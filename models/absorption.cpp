@@ -18,10 +18,10 @@ bool touch(const ExecutedStep& step, BodyId a, const BodyState& state_a, BodyId 
            const BodyState& state_b, physics::StageCounters& counters) {
   std::vector<physics::ContactManifold> found;
   if (a < b)
-    physics::collide(step.scene, step.geometry, step.scene.dt_s, a, state_a, b, &state_b, found,
+    physics::collide({step.scene, step.geometry, step.scene.dt_s, a, state_a, b, &state_b}, found,
                      counters);
   else
-    physics::collide(step.scene, step.geometry, step.scene.dt_s, b, state_b, a, &state_a, found,
+    physics::collide({step.scene, step.geometry, step.scene.dt_s, b, state_b, a, &state_a}, found,
                      counters);
   return !found.empty();
 }

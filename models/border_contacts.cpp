@@ -114,8 +114,9 @@ BorderContacts find_border_contacts(const physics::SceneDescription& scene,
       const physics::IndexPair pair = static_pairs[s++];
       const physics::BodyId other = physics::static_id(pair.second);
       if (!take_contacts(known, ids[pair.first], other, out.manifolds, counters))
-        physics::collide(scene, geometry, scene.dt_s, ids[pair.first], states[pair.first], other,
-                         nullptr, out.manifolds, counters);
+        physics::collide(
+            {scene, geometry, scene.dt_s, ids[pair.first], states[pair.first], other, nullptr},
+            out.manifolds, counters);
       continue;
     }
     const physics::IndexPair pair = pairs[p++];
@@ -124,8 +125,9 @@ BorderContacts find_border_contacts(const physics::SceneDescription& scene,
     crossing.clear();
     std::vector<ContactManifold>& found = crosses ? crossing : out.manifolds;
     if (!take_contacts(known, all.ids[pair.first], all.ids[pair.second], found, counters))
-      physics::collide(scene, geometry, scene.dt_s, all.ids[pair.first], *all.states[pair.first],
-                       all.ids[pair.second], all.states[pair.second], found, counters);
+      physics::collide({scene, geometry, scene.dt_s, all.ids[pair.first], *all.states[pair.first],
+                        all.ids[pair.second], all.states[pair.second]},
+                       found, counters);
     if (!crossing.empty()) add_crossing(all, pair, self, crossing, out);
   }
   physics::append_world_joints(scene, ids, states, out.manifolds);

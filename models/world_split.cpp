@@ -101,8 +101,7 @@ bool World::take_split(Bag bag) {
   for (const BlockNews::Moved& moved : heard->bodies) {
     const std::size_t place = physics::place_of(scratch_.island_ids, moved.id);
     scratch_.island_states[place] = moved.state;
-    physics::report_impossible_way(scene, scene.dt_s, bounds, place, moved.id, moved.state,
-                                   report_.faults);
+    physics::report_impossible_way(scene, bounds, place, moved.id, moved.state, report_.faults);
   }
   if (heard->report) report_.islands.push_back(*heard->report);
   report_.faults.insert(report_.faults.end(), heard->faults.begin(), heard->faults.end());

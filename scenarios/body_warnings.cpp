@@ -42,8 +42,9 @@ class Depths {
     found_.clear();
     const bool fixed = physics::is_static(b);
     constexpr double kNow = 0.0;  // no look ahead
-    physics::collide(scenario_.scene, *geometry_, kNow, a, scenario_.initial[index_of(a)], b,
-                     fixed ? nullptr : &scenario_.initial[index_of(b)], found_, counters_);
+    physics::collide({scenario_.scene, *geometry_, kNow, a, scenario_.initial[index_of(a)], b,
+                      fixed ? nullptr : &scenario_.initial[index_of(b)]},
+                     found_, counters_);
     double depth = 0.0;
     for (const physics::ContactManifold& manifold : found_) {
       if (physics::is_joint(manifold)) continue;

@@ -271,14 +271,10 @@ void KeptPairs::find_anew(const Input& in, std::vector<IndexPair>& pairs, StageC
   find_pairs(in.scene.broadphase, boxes_, pairs, counters);
 }
 
-void KeptPairs::find(const SceneDescription& scene, const Geometry& geometry,
-                     std::span<const BodyId> ids, std::span<const BodyState> states,
-                     std::span<const Aabb> boxes, std::vector<IndexPair>& pairs,
-                     StageCounters& counters) {
-  const Input in{scene, geometry, ids, states, boxes};
+void KeptPairs::find(const Input& in, std::vector<IndexPair>& pairs, StageCounters& counters) {
   // Boxes of joined bodies hold more than what the bodies themselves can reach.
-  served_ = ids.size() >= kFewest && scene.broadphase == Broadphase::kGrid &&
-            scene.joints.empty() && is_kept(in);
+  served_ = in.ids.size() >= kFewest && in.scene.broadphase == Broadphase::kGrid &&
+            in.scene.joints.empty() && is_kept(in);
   if (!served_) return find_anew(in, pairs, counters);
   choose_near();
   make_boxes(in);

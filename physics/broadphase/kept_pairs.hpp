@@ -17,11 +17,17 @@ namespace soda::physics {
 // with and without what is kept, whatever was asked before (other bodies, another scene).
 class KeptPairs {
  public:
-  // All pairs of overlapping swept boxes, sorted: those that find_pairs() finds. `boxes`: one for
-  // each body, or none, and then the few are made that it takes. `pairs` is overwritten.
-  void find(const SceneDescription& scene, const Geometry& geometry, std::span<const BodyId> ids,
-            std::span<const BodyState> states, std::span<const Aabb> boxes,
-            std::vector<IndexPair>& pairs, StageCounters& counters);
+  // Bodies whose pairs are sought.
+  struct Input {
+    const SceneDescription& scene;
+    const Geometry& geometry;
+    std::span<const BodyId> ids;
+    std::span<const BodyState> states;
+    std::span<const Aabb> given;  // a box for each body; none: the few are made that it takes
+  };
+  // All pairs of overlapping swept boxes, sorted: those that find_pairs() finds. `pairs` is
+  // overwritten.
+  void find(const Input& in, std::vector<IndexPair>& pairs, StageCounters& counters);
 
   // Whether what was kept has served the last time.
   bool served() const { return served_; }
@@ -44,13 +50,6 @@ class KeptPairs {
   // Along x, and no less than that of the room.
   struct Stretch {
     float from = 0.0f, to = 0.0f;
-  };
-  struct Input {
-    const SceneDescription& scene;
-    const Geometry& geometry;
-    std::span<const BodyId> ids;
-    std::span<const BodyState> states;
-    std::span<const Aabb> given;  // all boxes, or none
   };
 
   bool is_for(const Input& in) const;

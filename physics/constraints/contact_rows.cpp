@@ -342,9 +342,9 @@ void ContactProblem::clear() {
   restitution_rows = conveyor_rows = 0;
 }
 
-void build_rows(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
-                const Selection<ContactManifold>& manifolds, const Selection<BodyState>& states,
+void build_rows(const SolveStep& step, const Selection<ContactManifold>& manifolds,
                 ContactProblem& problem, StageCounters& counters) {
+  const auto& [scene, dt_s, ids, states] = step;
   std::size_t points = 0;
   for (std::size_t i = 0; i < manifolds.size(); ++i) points += manifolds[i].count;
   problem.normals.reserve(points);

@@ -124,11 +124,18 @@ Need conveyors_needed(const SceneDescription& scene);
 Need restitution_needed(const SceneDescription& scene);
 Need warm_starts_needed(const SceneDescription& scene);
 
+// Bodies at the start of a step in which their contacts are solved together. Refers to all of it.
+struct SolveStep {
+  const SceneDescription& scene;
+  double dt_s;  // 0: an impact
+  std::span<const BodyId> ids;
+  Selection<BodyState> before;  // parallel to the ids
+};
+
 // Rows in the manifolds' order; impulses start from the bodies' stored ones where warm starting is
 // on, and are applied; those of rolling rows are not stored (start_rolling). `bodies` hold the
 // velocities after external forces.
-void build_rows(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
-                const Selection<ContactManifold>& manifolds, const Selection<BodyState>& states,
+void build_rows(const SolveStep& step, const Selection<ContactManifold>& manifolds,
                 ContactProblem& problem, StageCounters& counters);
 
 // The rows' impulses are 0; bodies keep what they have.

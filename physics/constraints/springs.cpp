@@ -1,6 +1,7 @@
 #include "physics/constraints/springs.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -65,17 +66,17 @@ bool keeps_line(const BodyState& state, const Vec3& arm, const Vec3& direction) 
 }
 
 LoneSpring lone_spring(const SceneDescription& scene, const Joint& joint,
-                       std::span<const BodyId> ids, std::span<const BodyState> states) {
+                       std::span<const BodyState> states) {
   LoneSpring spring{joint};
   const BodyState& a = states[0];
-  const bool with_world = ids.size() == 1;
-  spring.give_1_kg = 1.0 / scene.bodies[index_of(ids[0])].mass_kg;
+  const bool with_world = states.size() == 1;
+  spring.give_1_kg = 1.0 / scene.bodies[index_of(joint.a)].mass_kg;
   spring.anchor_b_m = joint.anchor_b_m;
   spring.velocity_m_s = -a.linear_velocity_m_s;
   spring.field_m_s2 = -scene.gravity_m_s2;
   if (!with_world) {
     const BodyState& b = states[1];
-    spring.give_1_kg += 1.0 / scene.bodies[index_of(ids[1])].mass_kg;
+    spring.give_1_kg += 1.0 / scene.bodies[index_of(joint.b)].mass_kg;
     spring.anchor_b_m = b.position_m + b.orientation * joint.anchor_b_m;
     spring.velocity_m_s += b.linear_velocity_m_s;
     spring.field_m_s2 = Vec3::Zero();
@@ -109,15 +110,18 @@ bool is_linear(const LoneSpring& spring, std::span<const BodyState> states) {
 
 }  // namespace
 
-bool advance_lone_spring(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
-                         const JointSystem& joints, std::span<BodyState> states,
-                         IslandReport& report, std::vector<AdvanceFault>& faults) {
+bool advance_lone_spring(const SceneDescription& scene, double dt_s, const JointSystem& joints,
+                         std::span<BodyState> states, IslandReport& report,
+                         std::vector<AdvanceFault>& faults) {
   if (joints.joints.size() != 1) return false;
   const Joint& joint = scene.joints[joints.joints.front()];
-  if (joint.kind != JointKind::kSpring || ids.size() != (is_static(joint.b) ? 1 : 2)) return false;
+  if (joint.kind != JointKind::kSpring || states.size() != (is_static(joint.b) ? 1 : 2))
+    return false;
+  const std::array both{joint.a, joint.b};
+  const std::span<const BodyId> ids = std::span(both).first(states.size());
   for (const BodyId id : ids)
     if (is_pushed(scene.bodies[index_of(id)])) return false;
-  const LoneSpring spring = lone_spring(scene, joint, ids, states);
+  const LoneSpring spring = lone_spring(scene, joint, states);
   if (!is_linear(spring, states)) return false;
 
   const double squared_rate = joint.stiffness_newton_m * spring.give_1_kg;

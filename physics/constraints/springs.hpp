@@ -22,10 +22,11 @@ Oscillation oscillate(double squared_rate_1_s2, double damping_1_s, double time_
 // Advances an island that is one spring between two bodies, or a body and the world, if the motion
 // is linear: its line goes through the centres of mass and does not turn, and neither do the ends
 // meet (or the spring has no length at rest and no damping); only gravity acts besides. That is
-// exact for any stiffness and any dt_s. False, and no change, for any other island.
-bool advance_lone_spring(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
-                         const JointSystem& joints, std::span<BodyState> states,
-                         IslandReport& report, std::vector<AdvanceFault>& faults);
+// exact for any stiffness and any dt_s. False, and no change, for any other island. `joints`: those
+// of the island, whose bodies have the `states`.
+bool advance_lone_spring(const SceneDescription& scene, double dt_s, const JointSystem& joints,
+                         std::span<BodyState> states, IslandReport& report,
+                         std::vector<AdvanceFault>& faults);
 
 // Bounds of how fast these springs can swing the bodies (rad/s), and damp them (1/s).
 struct SpringRates {

@@ -103,6 +103,7 @@ void bound_ways(const SceneDescription& scene, double dt_s, std::span<const Body
   bounds.positions_m.clear();
   bounds.any = !closes_joints(scene, manifolds) && !any_carries(scene, ids, states);
   if (!bounds.any) return;
+  bounds.dt_s = dt_s;
   double mass_kg = 0.0, faster_m_s = 0.0;
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const BodyParams& body = scene.bodies[index_of(ids[i])];
@@ -126,14 +127,13 @@ bool is_overdriven(const SceneDescription& scene, std::span<const BodyId> ids,
          kinetic_joule(scene, ids, states) > bounds.root * bounds.root;
 }
 
-void report_impossible_way(const SceneDescription& scene, double dt_s, const WayBounds& bounds,
-                           std::size_t i, BodyId id, const BodyState& state,
-                           std::vector<AdvanceFault>& faults) {
+void report_impossible_way(const SceneDescription& scene, const WayBounds& bounds, std::size_t i,
+                           BodyId id, const BodyState& state, std::vector<AdvanceFault>& faults) {
   constexpr double kRounding = 1e-12;  // of where it is
   if (!bounds.any || is_kinematic(scene, id)) return;
   const double fastest_m_s = bounds.root * std::sqrt(2.0 / scene.bodies[index_of(id)].mass_kg);
   const double most_m =
-      dt_s * (fastest_m_s + bounds.pushed_m_s) + kRounding * bounds.positions_m[i].norm();
+      bounds.dt_s * (fastest_m_s + bounds.pushed_m_s) + kRounding * bounds.positions_m[i].norm();
   const double way_m = (state.position_m - bounds.positions_m[i]).norm();
   if (way_m > most_m) faults.push_back({id, impossible_way(way_m, most_m)});
 }

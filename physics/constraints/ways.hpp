@@ -30,7 +30,8 @@ void limit_push_out(double most_m_s, std::span<PushOut> push);
 struct WayBounds {
   bool any = false;
   bool driven = false;  // by surfaces that move
-  double root = 0.0;    // of the greatest kinetic energy, joule
+  double dt_s = 0.0;
+  double root = 0.0;  // of the greatest kinetic energy, joule
   double pushed_m_s = 0.0;
   std::vector<Vec3> positions_m;
 };
@@ -44,8 +45,7 @@ bool is_overdriven(const SceneDescription& scene, std::span<const BodyId> ids,
                    std::span<const BodyState> states, const WayBounds& bounds);
 
 // Appends a fault if the body, the i-th of those that were bounded, has come farther.
-void report_impossible_way(const SceneDescription& scene, double dt_s, const WayBounds& bounds,
-                           std::size_t i, BodyId id, const BodyState& state,
-                           std::vector<AdvanceFault>& faults);
+void report_impossible_way(const SceneDescription& scene, const WayBounds& bounds, std::size_t i,
+                           BodyId id, const BodyState& state, std::vector<AdvanceFault>& faults);
 
 }  // namespace soda::physics

@@ -187,15 +187,14 @@ double sphere_apart_s(const Vec3& gravity_m_s2, double radius_m, const BodyState
 
 }  // namespace
 
-double spheres_apart_s(const SceneDescription& scene, const Geometry& geometry, BodyId a,
-                       const BodyState& state_a, BodyId b, const BodyState* state_b,
-                       double most_s) {
-  const double radius = shape_of(scene, geometry, a).bounding_radius_m;
+double spheres_apart_s(const PairStep& pair) {
+  const auto& [scene, geometry, most_s, a, state_a, b, state_b] = pair;
+  const double radius = shape_of_a(pair).bounding_radius_m;
   if (state_b == nullptr) {
-    return sphere_apart_s(scene.gravity_m_s2, radius, state_a, shape_of(scene, geometry, b),
+    return sphere_apart_s(scene.gravity_m_s2, radius, state_a, shape_of_b(pair),
                           geometry.impl().statics[static_index_of(b)], most_s);
   }
-  const double reach = radius + shape_of(scene, geometry, b).bounding_radius_m;
+  const double reach = radius + shape_of_b(pair).bounding_radius_m;
   const Vec3 centre = state_b->position_m - state_a.position_m;
   const Vec3 velocity = state_b->linear_velocity_m_s - state_a.linear_velocity_m_s;
   const Vec3 pull = relative_gravity(scene, a, b);
@@ -213,38 +212,38 @@ double spheres_apart_s(const SceneDescription& scene, const Geometry& geometry, 
   return std::min(apart / (std::sqrt(discriminant) - v), most_s);
 }
 
-FlyingSolids::FlyingSolids(const SceneDescription& scene, const Geometry& geometry, BodyId a,
-                           const BodyState& state_a, BodyId b, const BodyState* state_b,
-                           PartPair parts)
-    : is_fixed_(state_b == nullptr),
-      is_plane_(shape_of(scene, geometry, b).kind == ShapeKind::kHalfSpace),
-      a_(flyer(scene, geometry, a, state_a, parts.a)),
-      b_(state_b ? flyer(scene, geometry, b, *state_b, parts.b)
-                 : fixed(geometry, geometry.impl().statics[static_index_of(b)], parts.b)),
-      start_m_(state_a.position_m),
-      start_velocity_(state_a.linear_velocity_m_s),
-      pull_(falls(scene, a) ? scene.gravity_m_s2 : Vec3(Vec3::Zero())) {
-  centre_ = state_b ? state_b->position_m - start_m_
-                    : geometry.impl().statics[static_index_of(b)].pose.position - start_m_;
+FlyingSolids::FlyingSolids(const PairStep& pair, PartPair parts)
+    : is_fixed_(pair.state_b == nullptr),
+      is_plane_(shape_of_b(pair).kind == ShapeKind::kHalfSpace),
+      a_(flyer(pair.scene, pair.geometry, pair.a, pair.state_a, parts.a)),
+      b_(pair.state_b ? flyer(pair.scene, pair.geometry, pair.b, *pair.state_b, parts.b)
+                      : fixed(pair.geometry, pair.geometry.impl().statics[static_index_of(pair.b)],
+                              parts.b)),
+      start_m_(pair.state_a.position_m),
+      start_velocity_(pair.state_a.linear_velocity_m_s),
+      pull_(falls(pair.scene, pair.a) ? pair.scene.gravity_m_s2 : Vec3(Vec3::Zero())) {
+  const BodyState* const state_b = pair.state_b;
+  centre_ = state_b
+                ? state_b->position_m - start_m_
+                : pair.geometry.impl().statics[static_index_of(pair.b)].pose.position - start_m_;
   velocity_ = -start_velocity_;
   if (state_b) velocity_ += state_b->linear_velocity_m_s;
-  gravity_ = state_b ? relative_gravity(scene, a, b) : Vec3(-pull_);
+  gravity_ = state_b ? relative_gravity(pair.scene, pair.a, pair.b) : Vec3(-pull_);
   between_ = centre_;
   b_.solid.placed.pose.position = centre_ + b_.arm;
 }
 
-FlyingSolids::FlyingSolids(const SceneDescription& scene, const Geometry& geometry, BodyId a,
-                           const BodyState& state_a, const Solid& fixed, std::uint32_t part_a)
+FlyingSolids::FlyingSolids(const PairStep& pair, const Solid& fixed, std::uint32_t part_a)
     : is_fixed_(true),
       is_plane_(false),
-      a_(flyer(scene, geometry, a, state_a, part_a)),
+      a_(flyer(pair.scene, pair.geometry, pair.a, pair.state_a, part_a)),
       b_{fixed, fixed.placed.shape},
-      centre_(fixed.placed.pose.position - state_a.position_m),
-      velocity_(-state_a.linear_velocity_m_s),
-      gravity_(-scene.gravity_m_s2),
-      start_m_(state_a.position_m),
-      start_velocity_(state_a.linear_velocity_m_s),
-      pull_(scene.gravity_m_s2) {
+      centre_(fixed.placed.pose.position - pair.state_a.position_m),
+      velocity_(-pair.state_a.linear_velocity_m_s),
+      gravity_(-pair.scene.gravity_m_s2),
+      start_m_(pair.state_a.position_m),
+      start_velocity_(pair.state_a.linear_velocity_m_s),
+      pull_(pair.scene.gravity_m_s2) {
   between_ = centre_;
   b_.solid.placed.pose.position = centre_ + b_.arm;
 }

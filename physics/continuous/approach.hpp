@@ -31,20 +31,18 @@ struct Flyer {
   double radius_m() const { return whole.bounding_radius_m; }  // about the body's centre
 };
 
-// How long the bounding spheres of a and b (of a static: its box or plane; `state_b` is null then)
-// do not touch, from now on: at most `most_s`. Exact for spheres.
-double spheres_apart_s(const SceneDescription& scene, const Geometry& geometry, BodyId a,
-                       const BodyState& state_a, BodyId b, const BodyState* state_b, double most_s);
+// How long the bounding spheres of a and b (of a static: its box or plane) do not touch, from now
+// on: at most dt_s. Exact for spheres.
+double spheres_apart_s(const PairStep& pair);
 
 // Moved from time to time: turning goes on from where it was, at a price that grows with the time.
 class FlyingSolids {
  public:
-  // As of the beginning; `state_b` is null for a static b. No meshes. Of compounds, the parts.
-  FlyingSolids(const SceneDescription& scene, const Geometry& geometry, BodyId a,
-               const BodyState& state_a, BodyId b, const BodyState* state_b, PartPair parts = {});
-  // A body and a solid that stays where it is in the world: a triangle of a mesh.
-  FlyingSolids(const SceneDescription& scene, const Geometry& geometry, BodyId a,
-               const BodyState& state_a, const Solid& fixed, std::uint32_t part_a = 0);
+  // As of the beginning. No meshes. Of compounds, the parts.
+  explicit FlyingSolids(const PairStep& pair, PartPair parts = {});
+  // The pair's body a, or a part of it, and a solid that stays where it is in the world: a triangle
+  // of a mesh.
+  FlyingSolids(const PairStep& pair, const Solid& fixed, std::uint32_t part_a);
 
   void go_to(double time_s);
   // Before the first of apart_s().

@@ -10,12 +10,10 @@
 namespace soda::physics {
 namespace {
 
-void collide_shapes(const SceneDescription& scene, const Geometry& geometry, double dt_s, BodyId a,
-                    const BodyState& state_a, BodyId b, const BodyState* state_b,
-                    std::vector<ContactManifold>& out, StageCounters& counters) {
+void collide_shapes(const PairStep& pair, std::vector<ContactManifold>& out,
+                    StageCounters& counters) {
   const std::size_t before = out.size();
-  if (append_manifolds(scene, geometry, dt_s, a, state_a, b, state_b, out, counters))
-    append_way_to_impact(scene, geometry, dt_s, a, state_a, b, state_b, out);
+  if (append_manifolds(pair, out, counters)) append_way_to_impact(pair, out);
   counters.manifolds += out.size() - before;
   for (std::size_t m = before; m < out.size(); ++m) counters.contact_points += out[m].count;
 }
@@ -31,20 +29,19 @@ double way_towards_m(const SceneDescription& scene, const Geometry& geometry, Bo
 // Joints can stop either of the pair within the step, and then the other comes up to it: a manifold
 // without points, so that they are of one island, which looks at their ways (linked_step.hpp). What
 // joints connect is of one island anyway.
-void append_if_one_stops(const SceneDescription& scene, const Geometry& geometry, BodyId a,
-                         const BodyState& state_a, BodyId b, const BodyState& state_b,
-                         std::vector<ContactManifold>& out, StageCounters& counters) {
+void append_if_one_stops(const PairStep& pair, std::vector<ContactManifold>& out,
+                         StageCounters& counters) {
+  const auto& [scene, geometry, dt_s, a, state_a, b, state_b] = pair;
   const std::vector<std::uint32_t>& linkages = geometry.impl().linkages;
   if (linkages[index_of(a)] == linkages[index_of(b)] || !may_touch(scene, a, state_a, b)) return;
-  if (!overlap(swept_solid(scene, geometry, a, state_a), swept_solid(scene, geometry, b, state_b)))
+  if (!overlap(swept_solid(scene, geometry, a, state_a), swept_solid(scene, geometry, b, *state_b)))
     return;
-  const Separation apart = separation_of(scene, geometry, a, state_a, b, &state_b);
+  const Separation apart = separation_of(pair);
   ++counters.linked_searches;
-  const double width = std::min(shape_of(scene, geometry, a).min_extent_m,
-                                shape_of(scene, geometry, b).min_extent_m);
+  const double width = std::min(shape_of_a(pair).min_extent_m, shape_of_b(pair).min_extent_m);
   if (apart.distance_m > kContactMargin * width +
                              way_towards_m(scene, geometry, a, state_a, apart.normal) +
-                             way_towards_m(scene, geometry, b, state_b, -apart.normal))
+                             way_towards_m(scene, geometry, b, *state_b, -apart.normal))
     return;
   ContactManifold& reached = out.emplace_back();
   reached.a = a;
@@ -53,16 +50,14 @@ void append_if_one_stops(const SceneDescription& scene, const Geometry& geometry
 
 }  // namespace
 
-void collide(const SceneDescription& scene, const Geometry& geometry, double dt_s, BodyId a,
-             const BodyState& state_a, BodyId b, const BodyState* state_b,
-             std::vector<ContactManifold>& out, StageCounters& counters) {
+void collide(const PairStep& pair, std::vector<ContactManifold>& out, StageCounters& counters) {
+  const SceneDescription& scene = pair.scene;
   const std::size_t before = out.size();
-  if (may_touch(scene, a, state_a, b))
-    collide_shapes(scene, geometry, dt_s, a, state_a, b, state_b, out, counters);
-  if (scene.joints.empty() || is_static(b)) return;
+  if (may_touch(scene, pair.a, pair.state_a, pair.b)) collide_shapes(pair, out, counters);
+  if (scene.joints.empty() || is_static(pair.b)) return;
   if (out.size() == before && scene.solver.contact_response)
-    append_if_one_stops(scene, geometry, a, state_a, b, *state_b, out, counters);
-  append_joints(scene, a, state_a, b, out);
+    append_if_one_stops(pair, out, counters);
+  append_joints(scene, pair.a, pair.state_a, pair.b, out);
 }
 
 }  // namespace soda::physics

@@ -40,13 +40,12 @@ struct SweptWay {
   }
 };
 
-SweptWay way_of(const MeshFlight& flight, const CompiledShape& shape, const Pose& pose) {
-  const double t = flight.most_s;
-  const Vec3 path =
-      flight.state_a.linear_velocity_m_s * t + flight.scene.gravity_m_s2 * (0.5 * t * t);
-  const double bend = 0.125 * t * t * flight.scene.gravity_m_s2.norm();
-  const double rounding = 1e-12 * (flight.state_a.position_m.norm() + path.norm());
-  return {pose.to_local(flight.state_a.position_m), pose.direction_to_local(path),
+SweptWay way_of(const PairStep& pair, const CompiledShape& shape, const Pose& pose) {
+  const double t = pair.dt_s;
+  const Vec3 path = pair.state_a.linear_velocity_m_s * t + pair.scene.gravity_m_s2 * (0.5 * t * t);
+  const double bend = 0.125 * t * t * pair.scene.gravity_m_s2.norm();
+  const double rounding = 1e-12 * (pair.state_a.position_m.norm() + path.norm());
+  return {pose.to_local(pair.state_a.position_m), pose.direction_to_local(path),
           (1.0 + 1e-9) * (shape.bounding_radius_m + bend) + rounding};
 }
 
@@ -81,15 +80,14 @@ std::vector<OnTheWay> on_the_way(const SweptWay& way, const CompiledShape& mesh,
 }
 
 // Of the faces that manifolds of the pair are of; ascending.
-std::vector<std::uint32_t> faces_met(const MeshFlight& flight,
+std::vector<std::uint32_t> faces_met(const PairStep& pair, std::uint32_t part_a,
                                      std::span<const ContactManifold> manifolds) {
   std::vector<std::uint32_t> faces;
-  const StaticGeometry& placed = flight.geometry.impl().statics[static_index_of(flight.mesh)];
-  const CompiledShape& mesh = flight.geometry.impl().shapes[placed.shape].shape;
+  const CompiledShape& mesh = shape_of_b(pair);
   for (const ContactManifold& m : manifolds) {
-    if (m.a != flight.a || m.b != flight.mesh) continue;
+    if (m.a != pair.a || m.b != pair.b) continue;
     const NumberedPart met = parts_of(mesh, m.part);
-    if (met.parts.a == flight.part && met.face != kNone) faces.push_back(met.face);
+    if (met.parts.a == part_a && met.face != kNone) faces.push_back(met.face);
   }
   std::sort(faces.begin(), faces.end());
   return faces;
@@ -101,24 +99,21 @@ struct MeshTouch {
 };
 
 // `later`: what touches at the beginning does not count.
-std::optional<MeshTouch> first_mesh_touch(const MeshFlight& flight,
+std::optional<MeshTouch> first_mesh_touch(const PairStep& pair, std::uint32_t part_a,
                                           std::span<const std::uint32_t> met, bool later) {
   constexpr double kDeepest = 0.5;  // of the width: farther in than that nothing is pushed
-  const StaticGeometry& placed = flight.geometry.impl().statics[static_index_of(flight.mesh)];
-  const CompiledShape& mesh = flight.geometry.impl().shapes[placed.shape].shape;
-  const CompiledShape& shape = shape_of(flight.scene, flight.geometry, flight.a);
-  const SweptWay way = way_of(flight, shape, placed.pose);
-  TouchSearch search{
-      touching_gap_m(flight.scene, flight.geometry, flight.a, flight.state_a, flight.mesh),
-      shape.min_extent_m, 0.0, flight.most_s};
+  const StaticGeometry& placed = pair.geometry.impl().statics[static_index_of(pair.b)];
+  const CompiledShape &mesh = shape_of_b(pair), &shape = shape_of_a(pair);
+  const SweptWay way = way_of(pair, shape, placed.pose);
+  TouchSearch search{touching_gap_m(pair.scene, pair.geometry, pair.a, pair.state_a, pair.b),
+                     shape.min_extent_m, 0.0, pair.dt_s};
   std::optional<MeshTouch> best;
   TriangleSolid triangle;
   for (const OnTheWay& next : on_the_way(way, mesh, met)) {
-    search.begin_s = next.begin * flight.most_s;
+    search.begin_s = next.begin * pair.dt_s;
     if (best && !(search.begin_s < best->touch.impact.time_s)) break;
     triangle.set(mesh.triangles[next.triangle], placed.pose);
-    FlyingSolids solids(flight.scene, flight.geometry, flight.a, flight.state_a, triangle.solid(),
-                        flight.part);
+    FlyingSolids solids(pair, triangle.solid(), part_a);
     const std::optional<Touch> touch = first_touch(search, solids);
     if (!touch || (later && touch->impact.time_s == 0.0)) continue;
     const Vec3 up = placed.pose.rotation * mesh.triangles[next.triangle].plane.normal;
@@ -133,33 +128,34 @@ std::optional<MeshTouch> first_mesh_touch(const MeshFlight& flight,
 
 }  // namespace
 
-std::optional<Impact> time_of_mesh_impact(const MeshFlight& flight,
+std::optional<Impact> time_of_mesh_impact(const PairStep& pair, std::uint32_t part_a,
                                           std::span<const ContactManifold> manifolds) {
   const std::optional<MeshTouch> first =
-      first_mesh_touch(flight, faces_met(flight, manifolds), false);
+      first_mesh_touch(pair, part_a, faces_met(pair, part_a, manifolds), false);
   return first ? std::optional(first->touch.impact) : std::nullopt;
 }
 
-void append_way_to_mesh(const MeshFlight& flight, std::vector<ContactManifold>& out) {
-  const std::optional<MeshTouch> first = first_mesh_touch(flight, faces_met(flight, out), true);
+void append_way_to_mesh(const PairStep& pair, std::uint32_t part_a,
+                        std::vector<ContactManifold>& out) {
+  const std::optional<MeshTouch> first =
+      first_mesh_touch(pair, part_a, faces_met(pair, part_a, out), true);
   if (!first) return;
-  const StaticGeometry& placed = flight.geometry.impl().statics[static_index_of(flight.mesh)];
-  const MeshTriangle& t =
-      flight.geometry.impl().shapes[placed.shape].shape.triangles[first->triangle];
+  const StaticGeometry& placed = pair.geometry.impl().statics[static_index_of(pair.b)];
+  const CompiledShape& mesh = shape_of_b(pair);
+  const MeshTriangle& t = mesh.triangles[first->triangle];
   TriangleSolid triangle;
   triangle.set(t, placed.pose);
   const Vec3 normal =
       -(placed.pose.rotation *
         allowed_normal(t, placed.pose.direction_to_local(-first->touch.normal)).normal);
-  FlyingSolids solids(flight.scene, flight.geometry, flight.a, flight.state_a, triangle.solid(),
-                      flight.part);
+  FlyingSolids solids(pair, triangle.solid(), part_a);
   const double way = gap_along(solids.a().solid.placed, solids.b().solid.placed, normal);
   solids.go_to(first->touch.impact.time_s);
   ContactCandidates candidates;
   candidates.add(support_point(solids.a().solid.placed, normal), way, kWayToImpact);
   const std::size_t before = out.size();
-  emit_manifold(flight.a, flight.mesh, t.group, normal, solids.centre_of_a_m(), candidates, out);
-  number_parts(flight.geometry.impl().shapes[placed.shape].shape, {flight.part, 0}, before, out);
+  emit_manifold(pair, t.group, normal, solids.centre_of_a_m(), candidates, out);
+  number_parts(mesh, {part_a, 0}, before, out);
   const bool whole = solids.a().part == nullptr;
   if (whole && !first->touch.impact.lasts) out.back().impact_s = first->touch.impact.time_s;
   for (std::size_t i = out.size() - 1; i > 0 && canonical_before(out[i], out[i - 1]); --i)

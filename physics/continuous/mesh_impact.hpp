@@ -10,25 +10,16 @@
 
 namespace soda::physics {
 
-struct MeshFlight {
-  const SceneDescription& scene;
-  const Geometry& geometry;
-  BodyId a;
-  const BodyState& state_a;
-  BodyId mesh;  // a static
-  double most_s;
-  std::uint32_t part = 0;  // of a compound
-};
-
-// Triangles push to their front: what reaches one while its centre is behind it does not touch it.
-// Of a compound, the part is what this is said of.
+// As time_of_impact(), where b is a mesh; of a compound, that of this part. Triangles push to their
+// front: what reaches one while its centre is behind it does not touch it.
 // Only triangles along the way are looked at, by the time at which the ball around the body can
 // come to them. `manifolds`: see time_of_unmet_impact().
-std::optional<Impact> time_of_mesh_impact(const MeshFlight& flight,
+std::optional<Impact> time_of_mesh_impact(const PairStep& pair, std::uint32_t part_a,
                                           std::span<const ContactManifold> manifolds);
 
 // See append_way_to_impact().
-void append_way_to_mesh(const MeshFlight& flight, std::vector<ContactManifold>& out);
+void append_way_to_mesh(const PairStep& pair, std::uint32_t part_a,
+                        std::vector<ContactManifold>& out);
 
 // The face of a mesh that a point which goes straight comes nearer to from its front than the
 // clearance, first; in the world frame.

@@ -68,42 +68,21 @@ double touching_gap_m(const SceneDescription& scene, const Geometry& geometry, B
 
 namespace {
 
-// Two bodies, or one and a static, of which parts may meet.
-struct PairFlight {
-  const SceneDescription& scene;
-  const Geometry& geometry;
-  BodyId a;
-  const BodyState& state_a;
-  BodyId b;
-  const BodyState* state_b;
-  double most_s;
+// Whether parts of them may meet: either is a compound.
+bool is_of_compounds(const PairStep& pair) {
+  return !shape_of_a(pair).parts.empty() || !shape_of_b(pair).parts.empty();
+}
 
-  const CompiledShape& shape(BodyId id) const { return shape_of(scene, geometry, id); }
-  bool of_compounds() const { return !shape(a).parts.empty() || !shape(b).parts.empty(); }
-  MeshFlight with_mesh(std::uint32_t part) const {
-    return {scene, geometry, a, state_a, b, most_s, part};
-  }
-  FlyingSolids solids(PartPair parts) const {
-    return {scene, geometry, a, state_a, b, state_b, parts};
-  }
-};
-
-std::optional<Touch> touch_of(const PairFlight& flight, double apart_s, FlyingSolids& solids) {
-  const auto& [scene, geometry, a, state_a, b, state_b, most_s] = flight;
+std::optional<Touch> touch_of(const PairStep& pair, double apart_s, FlyingSolids& solids) {
+  const auto& [scene, geometry, most_s, a, state_a, b, state_b] = pair;
   return first_touch({touching_gap_m(scene, geometry, a, state_a, b),
                       width_of(scene, geometry, a, b), apart_s, most_s},
                      solids);
 }
 
-// How long the balls around them are apart.
-double apart_s(const PairFlight& flight) {
-  return spheres_apart_s(flight.scene, flight.geometry, flight.a, flight.state_a, flight.b,
-                         flight.state_b, flight.most_s);
-}
-
 // All parts that anything of them can come to.
-std::vector<PartPair> parts_in_reach(const PairFlight& flight) {
-  const auto& [scene, geometry, a, state_a, b, state_b, most_s] = flight;
+std::vector<PartPair> parts_in_reach(const PairStep& pair) {
+  const auto& [scene, geometry, most_s, a, state_a, b, state_b] = pair;
   const auto whole = [&](BodyId id, const BodyState* state) -> Solid {
     const GeometryImpl& impl = geometry.impl();
     const StaticGeometry* fixed = is_static(id) ? &impl.statics[static_index_of(id)] : nullptr;
@@ -129,20 +108,20 @@ std::vector<PartPair> parts_in_reach(const PairFlight& flight) {
 }
 
 // The first of parts that no manifold of the pair is of.
-std::optional<Impact> impact_of_parts(const PairFlight& flight,
+std::optional<Impact> impact_of_parts(const PairStep& pair,
                                       std::span<const ContactManifold> manifolds) {
-  const CompiledShape& shape_b = flight.shape(flight.b);
+  const CompiledShape& shape_b = shape_of_b(pair);
   const bool mesh = shape_b.kind == ShapeKind::kMesh;
-  const double apart = mesh ? 0.0 : apart_s(flight);
-  if (apart > 0.0 && apart >= flight.most_s) return std::nullopt;
+  const double apart = mesh ? 0.0 : spheres_apart_s(pair);
+  if (apart > 0.0 && apart >= pair.dt_s) return std::nullopt;
   std::optional<Impact> first;
-  for (const PartPair& parts : parts_in_reach(flight)) {
+  for (const PartPair& parts : parts_in_reach(pair)) {
     std::optional<Impact> impact;
     if (mesh) {
-      impact = time_of_mesh_impact(flight.with_mesh(parts.a), manifolds);
-    } else if (!have_met_parts(manifolds, flight.a, flight.b, parts, shape_b)) {
-      FlyingSolids solids = flight.solids(parts);
-      const std::optional<Touch> touch = touch_of(flight, apart, solids);
+      impact = time_of_mesh_impact(pair, parts.a, manifolds);
+    } else if (!have_met_parts(manifolds, pair.a, pair.b, parts, shape_b)) {
+      FlyingSolids solids(pair, parts);
+      const std::optional<Touch> touch = touch_of(pair, apart, solids);
       if (touch) impact = touch->impact;
     }
     // What comes nearer goes before what stays.
@@ -154,24 +133,19 @@ std::optional<Impact> impact_of_parts(const PairFlight& flight,
 
 }  // namespace
 
-std::optional<Impact> time_of_unmet_impact(const SceneDescription& scene, const Geometry& geometry,
-                                           BodyId a, const BodyState& state_a, BodyId b,
-                                           std::span<const ContactManifold> manifolds,
-                                           double most_s) {
-  const PairFlight flight{scene, geometry, a, state_a, b, nullptr, most_s};
-  if (flight.of_compounds()) return impact_of_parts(flight, manifolds);
-  if (is_mesh(scene, b)) return time_of_mesh_impact(flight.with_mesh(0), manifolds);
-  if (have_met(manifolds, a, b)) return std::nullopt;
-  return time_of_impact(scene, geometry, a, state_a, b, nullptr, most_s);
+std::optional<Impact> time_of_unmet_impact(const PairStep& pair,
+                                           std::span<const ContactManifold> manifolds) {
+  if (is_of_compounds(pair)) return impact_of_parts(pair, manifolds);
+  if (is_mesh(pair.scene, pair.b)) return time_of_mesh_impact(pair, 0, manifolds);
+  if (have_met(manifolds, pair.a, pair.b)) return std::nullopt;
+  return time_of_impact(pair);
 }
 
-Separation separation_of(const SceneDescription& scene, const Geometry& geometry, BodyId a,
-                         const BodyState& state_a, BodyId b, const BodyState* state_b) {
-  const PairFlight flight{scene, geometry, a, state_a, b, state_b, 0.0};
+Separation separation_of(const PairStep& pair) {
   Separation nearest{Vec3::UnitZ(), 1e300};
-  for (std::uint32_t i = 0; i < part_count(flight.shape(a)); ++i)
-    for (std::uint32_t k = 0; k < part_count(flight.shape(b)); ++k) {
-      const FlyingSolids solids = flight.solids({i, k});
+  for (std::uint32_t i = 0; i < part_count(shape_of_a(pair)); ++i)
+    for (std::uint32_t k = 0; k < part_count(shape_of_b(pair)); ++k) {
+      const FlyingSolids solids(pair, PartPair{i, k});
       const Solid &pa = solids.a().solid, &pb = solids.b().solid;
       const Separation apart = separation_between(pa, pb, first_guess(pa, pb));
       if (apart.distance_m < nearest.distance_m || (i == 0 && k == 0)) nearest = apart;
@@ -179,68 +153,62 @@ Separation separation_of(const SceneDescription& scene, const Geometry& geometry
   return nearest;
 }
 
-std::optional<Impact> time_of_impact(const SceneDescription& scene, const Geometry& geometry,
-                                     BodyId a, const BodyState& state_a, BodyId b,
-                                     const BodyState* state_b, double most_s) {
-  const PairFlight flight{scene, geometry, a, state_a, b, state_b, most_s};
-  if (flight.of_compounds()) return impact_of_parts(flight, {});
-  if (is_mesh(scene, b)) return time_of_mesh_impact(flight.with_mesh(0), {});
-  const double apart = apart_s(flight);
-  if (apart > 0.0 && apart >= most_s) return std::nullopt;
-  FlyingSolids solids = flight.solids({});
-  const std::optional<Touch> touch = touch_of(flight, apart, solids);
+std::optional<Impact> time_of_impact(const PairStep& pair) {
+  if (is_of_compounds(pair)) return impact_of_parts(pair, {});
+  if (is_mesh(pair.scene, pair.b)) return time_of_mesh_impact(pair, 0, {});
+  const double apart = spheres_apart_s(pair);
+  if (apart > 0.0 && apart >= pair.dt_s) return std::nullopt;
+  FlyingSolids solids(pair);
+  const std::optional<Touch> touch = touch_of(pair, apart, solids);
   return touch ? std::optional(touch->impact) : std::nullopt;
 }
 
 namespace {
 
-void append_way_of_parts(const PairFlight& flight, double apart, PartPair parts,
+void append_way_of_parts(const PairStep& pair, double apart, PartPair parts,
                          std::vector<ContactManifold>& out) {
-  FlyingSolids solids = flight.solids(parts);
-  const std::optional<Touch> touch = touch_of(flight, apart, solids);
+  FlyingSolids solids(pair, parts);
+  const std::optional<Touch> touch = touch_of(pair, apart, solids);
   if (!touch || touch->impact.time_s == 0.0) return;
-  const FlyingSolids start = flight.solids(parts);
+  const FlyingSolids start(pair, parts);
   const Vec3& normal = touch->normal;
   ContactCandidates candidates;
   candidates.add(support_point(solids.a().solid.placed, normal),
                  gap_along(start.a().solid.placed, start.b().solid.placed, normal), kWayToImpact);
   const std::size_t before = out.size();
-  emit_manifold(flight.a, flight.b, 0, normal, solids.centre_of_a_m(), candidates, out);
-  if (flight.of_compounds())
-    number_parts(flight.shape(flight.b), parts, before, out);
+  emit_manifold(pair, 0, normal, solids.centre_of_a_m(), candidates, out);
+  if (is_of_compounds(pair))
+    number_parts(shape_of_b(pair), parts, before, out);
   else if (!touch->impact.lasts)
     out.back().impact_s = touch->impact.time_s;
 }
 
-void append_ways_of_compounds(const PairFlight& flight, double apart,
+void append_ways_of_compounds(const PairStep& pair, double apart,
                               std::vector<ContactManifold>& out) {
-  const CompiledShape& shape_b = flight.shape(flight.b);
+  const CompiledShape& shape_b = shape_of_b(pair);
   // Those that there are.
-  const std::vector<ContactManifold> met = of_pair(out, flight.a, flight.b);
-  for (const PartPair& parts : parts_in_reach(flight)) {
+  const std::vector<ContactManifold> met = of_pair(out, pair.a, pair.b);
+  for (const PartPair& parts : parts_in_reach(pair)) {
     if (shape_b.kind == ShapeKind::kMesh)
-      append_way_to_mesh(flight.with_mesh(parts.a), out);
-    else if (!have_met_parts(met, flight.a, flight.b, parts, shape_b))
-      append_way_of_parts(flight, apart, parts, out);
+      append_way_to_mesh(pair, parts.a, out);
+    else if (!have_met_parts(met, pair.a, pair.b, parts, shape_b))
+      append_way_of_parts(pair, apart, parts, out);
   }
-  const auto of_this = [&](const ContactManifold& m) { return m.a == flight.a && m.b == flight.b; };
+  const auto of_this = [&](const ContactManifold& m) { return m.a == pair.a && m.b == pair.b; };
   std::sort(std::find_if(out.begin(), out.end(), of_this), out.end(), canonical_before);
 }
 
 }  // namespace
 
-void append_way_to_impact(const SceneDescription& scene, const Geometry& geometry, double dt_s,
-                          BodyId a, const BodyState& state_a, BodyId b, const BodyState* state_b,
-                          std::vector<ContactManifold>& out) {
-  const PairFlight flight{scene, geometry, a, state_a, b, state_b, dt_s};
-  const bool mesh = is_mesh(scene, b);
-  if (mesh && !flight.of_compounds()) return append_way_to_mesh(flight.with_mesh(0), out);
-  const double apart = mesh ? 0.0 : apart_s(flight);
-  if (apart > 0.0 && apart >= dt_s) return;
-  if (flight.of_compounds())
-    append_ways_of_compounds(flight, apart, out);
+void append_way_to_impact(const PairStep& pair, std::vector<ContactManifold>& out) {
+  const bool mesh = is_mesh(pair.scene, pair.b);
+  if (mesh && !is_of_compounds(pair)) return append_way_to_mesh(pair, 0, out);
+  const double apart = mesh ? 0.0 : spheres_apart_s(pair);
+  if (apart > 0.0 && apart >= pair.dt_s) return;
+  if (is_of_compounds(pair))
+    append_ways_of_compounds(pair, apart, out);
   else
-    append_way_of_parts(flight, apart, {}, out);
+    append_way_of_parts(pair, apart, {}, out);
 }
 
 }  // namespace soda::physics

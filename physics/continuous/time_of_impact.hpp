@@ -15,10 +15,9 @@ bool have_met(std::span<const ContactManifold> manifolds, BodyId a, BodyId b);
 
 bool is_mesh(const SceneDescription& scene, BodyId id);
 
-// See separation_between(); no meshes. `state_b` is null for a static b. Of compounds, that of the
-// parts that are nearest.
-Separation separation_of(const SceneDescription& scene, const Geometry& geometry, BodyId a,
-                         const BodyState& state_a, BodyId b, const BodyState* state_b);
+// As they are now: see separation_between(); no meshes. Of compounds, that of the parts that are
+// nearest.
+Separation separation_of(const PairStep& pair);
 
 // The gap below which two solids count as touching: of the size of rounding for spheres.
 double touching_gap_m(const SceneDescription& scene, const Geometry& geometry, BodyId a,
@@ -31,19 +30,15 @@ struct Impact {
   bool lasts = false;
 };
 
-// The first time within [0, most_s] at which the two touch and approach each other, or from which
+// The first time within [0, dt_s] at which the two touch and approach each other, or from which
 // they stay together. None of it: they do not touch. Solids that overlap at the start touch, and
 // may part. A mesh touches on the front of its triangles only.
-std::optional<Impact> time_of_impact(const SceneDescription& scene, const Geometry& geometry,
-                                     BodyId a, const BodyState& state_a, BodyId b,
-                                     const BodyState* state_b, double most_s);
+std::optional<Impact> time_of_impact(const PairStep& pair);
 
 // The same with a static b, of which the parts that these manifolds of the pair are of are left
 // out: all of a solid, the faces and edges of a mesh that have one, pairs of parts of compounds.
-std::optional<Impact> time_of_unmet_impact(const SceneDescription& scene, const Geometry& geometry,
-                                           BodyId a, const BodyState& state_a, BodyId b,
-                                           std::span<const ContactManifold> manifolds,
-                                           double most_s);
+std::optional<Impact> time_of_unmet_impact(const PairStep& pair,
+                                           std::span<const ContactManifold> manifolds);
 
 // The feature of the point that append_way_to_impact() gives.
 inline constexpr std::uint32_t kWayToImpact = 0x20000000u;
@@ -52,8 +47,6 @@ inline constexpr std::uint32_t kWayToImpact = 0x20000000u;
 // point with the place and normal of the impact, whose separation is the way to it along that
 // normal. Of a mesh, in its place among the manifolds of the pair, which end `out`; what of it has
 // one of these is left out. Of compounds, one for each pair of parts that meet and have none.
-void append_way_to_impact(const SceneDescription& scene, const Geometry& geometry, double dt_s,
-                          BodyId a, const BodyState& state_a, BodyId b, const BodyState* state_b,
-                          std::vector<ContactManifold>& out);
+void append_way_to_impact(const PairStep& pair, std::vector<ContactManifold>& out);
 
 }  // namespace soda::physics

@@ -117,8 +117,9 @@ bool HitRun::stayed_apart() const {
     const Look& look = looks_[pair];
     if (p.fixed || look.held || look.found.empty()) continue;
     now.clear();
-    collide(island_.scene, island_.geometry, 0.0, island_.ids[p.a], states_[p.a], other(p),
-            &states_[p.b], now, effects_.counters);
+    collide({island_.scene, island_.geometry, 0.0, island_.ids[p.a], states_[p.a], other(p),
+             &states_[p.b]},
+            now, effects_.counters);
     if (nearest_m(now) < nearest_m(look.found) - kStayed * island_.width_m(look.found.front()))
       return false;
   }
@@ -133,8 +134,9 @@ void HitRun::look(std::uint32_t pair, double now_s) {
   look.found.clear();
   look.time_s = now_s;
   if (pairs_.are_near(pair)) {
-    collide(island_.scene, island_.geometry, island_.dt_s - now_s, island_.ids[p.a], states_[p.a],
-            other(p), p.fixed ? nullptr : &states_[p.b], look.found, effects_.counters);
+    collide({island_.scene, island_.geometry, island_.dt_s - now_s, island_.ids[p.a], states_[p.a],
+             other(p), p.fixed ? nullptr : &states_[p.b]},
+            look.found, effects_.counters);
     ++effects_.counters.hit_searches;
   }
   look.held = is_held(look, now_s);

@@ -106,8 +106,8 @@ void look_ahead(Flyers& flyers, std::uint32_t number, StageCounters& counters) {
   const BodyState a = flyers.at(pair.a, begin);
   const BodyState b = pair.fixed ? BodyState{} : flyers.at(pair.b, begin);
   std::optional<Impact> impact =
-      time_of_impact(flyers.scene, flyers.geometry, flyers.ids[pair.a], a, flyers.other(pair),
-                     pair.fixed ? nullptr : &b, flyers.dt_s - begin);
+      time_of_impact({flyers.scene, flyers.geometry, flyers.dt_s - begin, flyers.ids[pair.a], a,
+                      flyers.other(pair), pair.fixed ? nullptr : &b});
   if (impact) impact->time_s += begin;
   expect(flyers, number, impact);
   ++counters.flight_searches;
@@ -119,7 +119,7 @@ std::vector<ContactManifold> touching_points(const Flyers& flyers, const Meeting
                                              StageCounters& counters) {
   std::vector<ContactManifold> found;
   const BodyId id_a = flyers.ids[pair.a], id_b = flyers.other(pair);
-  collide(flyers.scene, flyers.geometry, 0.0, id_a, a, id_b, b, found, counters);
+  collide({flyers.scene, flyers.geometry, 0.0, id_a, a, id_b, b}, found, counters);
   // The point that the impact was found at belongs to it, whatever two ways to find it differ by.
   double nearest = 0.0;
   if (!found.empty()) nearest = found[0].points[0].separation_m;

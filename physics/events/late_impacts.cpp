@@ -79,7 +79,7 @@ void stop_at_unseen_statics(const IslandStep& island, std::span<const BodyState>
       if (!groups_touch(scene, ids[i], other)) continue;
       if (!meets_in_parts(scene, ids[i], other) && have_met(manifolds, ids[i], other)) continue;
       const std::optional<Impact> impact =
-          time_of_unmet_impact(scene, geometry, ids[i], start, other, manifolds, dt_s);
+          time_of_unmet_impact({scene, geometry, dt_s, ids[i], start, other, nullptr}, manifolds);
       ++counters.unseen_searches;
       if (impact && (!first || impact->time_s < first->time_s)) first = impact;
     }

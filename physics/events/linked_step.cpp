@@ -126,7 +126,7 @@ std::optional<double> first_unseen_s(const LinkedIsland& island, double time_s,
       continue;
     if (is_mesh(island.scene, pair.b) || have_met(manifolds, pair.a, pair.b)) continue;
     const std::optional<Impact> impact =
-        time_of_impact(island.scene, island.geometry, pair.a, ways[a], pair.b, b, time_s);
+        time_of_impact({island.scene, island.geometry, time_s, pair.a, ways[a], pair.b, b});
     ++island.counters.linked_searches;
     if (impact && (!first || impact->time_s < *first)) first = impact->time_s;
   }
@@ -147,7 +147,7 @@ std::vector<ContactManifold> contacts_now(const LinkedIsland& island, double tim
   std::vector<ContactManifold> found;
   const auto look = [&](const Touching& pair, std::span<const BodyState> at) {
     const BodyState* const b = is_static(pair.b) ? nullptr : &at[island.place_of(pair.b)];
-    collide(island.scene, island.geometry, time_s, pair.a, at[island.place_of(pair.a)], pair.b, b,
+    collide({island.scene, island.geometry, time_s, pair.a, at[island.place_of(pair.a)], pair.b, b},
             found, island.counters);
     std::erase_if(found, [](const ContactManifold& m) { return m.count == 0; });
   };
@@ -189,8 +189,8 @@ double sunk_widths(const LinkedIsland& island, std::span<const ContactManifold> 
     if ((!moved[a] && !moved[b]) || is_mesh(island.scene, pair.b)) continue;
     if (!fixed && !have_met(manifolds, pair.a, pair.b)) continue;
     const auto depth_m = [&](std::span<const BodyState> at) {
-      const Separation apart = separation_of(island.scene, island.geometry, pair.a, at[a], pair.b,
-                                             fixed ? nullptr : &at[b]);
+      const Separation apart = separation_of(
+          {island.scene, island.geometry, 0.0, pair.a, at[a], pair.b, fixed ? nullptr : &at[b]});
       return std::max(0.0, -apart.distance_m);
     };
     const double width = std::min(island.shape_of(a).min_extent_m, island.shape_of(b).min_extent_m);

@@ -187,11 +187,11 @@ bool is_held(const IslandStep& island, std::span<const BodyState> states, Island
   if (!std::ranges::all_of(states, has_no_velocity)) return false;
   ContactProblem problem;
   const Selection<BodyState> bodies{states};
-  load_bodies(scene, scene.dt_s, ids, bodies, problem.bodies, counters);
+  load_bodies({scene, scene.dt_s, ids, bodies}, problem.bodies, counters);
   if (std::ranges::any_of(manifolds, is_joint) &&
       !pull_by_joints(scene, ids, manifolds, states, problem.bodies, report))
     return false;
-  build_rows(scene, scene.dt_s, ids, manifolds, bodies, problem, counters);
+  build_rows({scene, scene.dt_s, ids, bodies}, manifolds, problem, counters);
   start_rolling(scene.solver.iterations, problem);
   if (!hold(scene, geometry, ids, problem) || !is_solved_whole(scene, ids, manifolds, states))
     return false;

@@ -17,10 +17,11 @@ bool strike(const SceneDescription& scene, std::span<const BodyId> ids,
   for (BodyState& state : start) state.impulses.clear();
   const Selection<BodyState> before{std::span<const BodyState>(start)};
   ContactProblem problem;
-  load_bodies(scene, 0.0, ids, before, problem.bodies, counters);
+  const SolveStep impact{scene, 0.0, ids, before};
+  load_bodies(impact, problem.bodies, counters);
   const std::vector<SolverBody> free(problem.bodies.begin(), problem.bodies.end() - 1);
-  build_rows(scene, 0.0, ids, manifolds, before, problem, counters);
-  const int sweeps = solve_by_sweeps(kMostSweeps, 0.0, before, free, problem);
+  build_rows(impact, manifolds, problem, counters);
+  const int sweeps = solve_by_sweeps(kMostSweeps, impact, free, problem);
   report.iterations += static_cast<std::uint32_t>(sweeps);
   counters.solver_iterations += static_cast<std::uint64_t>(sweeps);
   counters.row_sweeps += static_cast<std::uint64_t>(sweeps) * rows_of(problem);

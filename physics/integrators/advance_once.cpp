@@ -79,8 +79,9 @@ void move_bodies(const IslandStep& island, const ContactProblem& problem,
   const Flights flights = find_flights(problem);
   std::size_t row = 0;
   for (std::size_t i = 0; i < island.ids.size(); ++i) {
-    const bool moved = move_body(island.scene, island.dt_s, island.ids[i], problem.bodies[i],
-                                 flights[i], push.empty() ? nullptr : &push[i], states[i], faults);
+    const bool moved = move_body({island.scene, island.dt_s, island.ids[i], problem.bodies[i],
+                                  flights[i], push.empty() ? nullptr : &push[i]},
+                                 states[i], faults);
     store_impulses(island.manifolds, problem, i, moved, row, states[i].impulses);
   }
 }
@@ -155,14 +156,15 @@ IslandReport advance_once(const IslandStep& island, bool accurate, std::span<Bod
   ContactProblem& problem = scratch.problem;
   problem.clear();
   const Selection<BodyState> before{std::span<const BodyState>(states)};
-  load_bodies(scene, dt_s, ids, before, problem.bodies, counters);
+  const SolveStep step{scene, dt_s, ids, before};
+  load_bodies(step, problem.bodies, counters);
   std::vector<SolverBody>& free = scratch.free;
   free.assign(problem.bodies.begin(), problem.bodies.end() - 1);
-  build_rows(scene, dt_s, ids, manifolds, before, problem, counters);
+  build_rows(step, manifolds, problem, counters);
   if (joints.empty()) start_rolling(scene.solver.iterations, problem);
   const Elimination* const plan = choice.elimination ? &*choice.elimination : nullptr;
   const ContactSolution solution =
-      joints.empty() ? solve_contacts(scene, dt_s, accurate, ids, before, free, plan, problem)
+      joints.empty() ? solve_contacts(step, accurate, free, plan, problem)
                      : solve_with_joints({island, states, free}, accurate, plan, joints, problem);
   report.direct = solution.direct;
   report.iterations = solution.iterations;

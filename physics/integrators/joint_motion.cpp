@@ -257,7 +257,7 @@ void moved_for(double time_s, const JointedStep& step, const JointedSolution& so
   for (const JointRow& row : solved.joints.rows)
     flights[row.a].supported = flights[row.b].supported = true;
   for (std::size_t i = 0; i < ids.size(); ++i)
-    move_body(scene, time_s, ids[i], solved.problem.bodies[i], flights[i], nullptr, states[i],
+    move_body({scene, time_s, ids[i], solved.problem.bodies[i], flights[i], nullptr}, states[i],
               faults);
   JointSystem joints = solved.joints;
   close_joints(scene, dt_s, ids, kinetic_joule(scene, ids, states), joints, states);

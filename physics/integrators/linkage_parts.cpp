@@ -47,7 +47,7 @@ bool keep_sprung_energy(const Linkage& linkage, double part_s, std::span<const B
   const double gain = excess.gain_joule;
   const bool damped = std::ranges::any_of(
       after, [](const SpringRow& spring) { return spring.damping_newton_s_m > 0.0; });
-  if (gain > 0.0 || !damped) take_trace(scene, island.ids, excess, kTrace, afloat, states, report);
+  if (gain > 0.0 || !damped) take_trace(scene, island.ids, excess, afloat, states, report);
   return damped ? gain <= kTrace * (excess.moving_joule + lent + kept)
                 : std::abs(gain) <= kTrace * (excess.moving_joule + lent + kept);
 }

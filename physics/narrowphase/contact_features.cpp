@@ -168,24 +168,32 @@ std::uint32_t crossing_code(std::uint32_t edge, std::uint32_t side) {
   return (edge + 1) << 6 | side;
 }
 
-// Sutherland-Hodgman against one side plane; `tolerance` keeps corners that lie on the plane, so
-// that aligned faces show their own corners rather than crossings.
-void clip_by_side(const ClipPolygon& in, const Vec3& on_side, const Vec3& inward,
-                  std::uint32_t side, double tolerance, bool closed, ClipPolygon& out) {
+// Of the prism over the reference.
+struct SidePlane {
+  const Vec3& point;
+  Vec3 inward;
+  std::uint32_t number;
+  // Keeps corners that lie on the plane, so that aligned faces show their own corners rather than
+  // crossings.
+  double tolerance;
+};
+
+// Sutherland-Hodgman against one side plane.
+void clip_by_side(const ClipPolygon& in, const SidePlane& side, bool closed, ClipPolygon& out) {
   out.count = 0;
   for (int i = 0; i < in.count; ++i) {
     const bool last = i + 1 == in.count;
     const int j = !last ? i + 1 : closed ? 0 : i;
-    const double di = (in.points[i] - on_side).dot(inward);
-    const double dj = (in.points[j] - on_side).dot(inward);
-    const bool inside_i = di >= -tolerance, inside_j = dj >= -tolerance;
+    const double di = (in.points[i] - side.point).dot(side.inward);
+    const double dj = (in.points[j] - side.point).dot(side.inward);
+    const bool inside_i = di >= -side.tolerance, inside_j = dj >= -side.tolerance;
     if (inside_i) out.add(in.points[i], in.edge[i], in.code[i]);
     if (inside_i == inside_j) continue;
     const double t = std::clamp(di / (di - dj), 0.0, 1.0);
     const Vec3 crossing = in.points[i] + (in.points[j] - in.points[i]) * t;
     // Leaving, the outline goes on along the side; entering, along the edge it came in by.
-    const std::uint32_t next = inside_i ? kReferenceEdge + side : in.edge[i];
-    out.add(crossing, next, crossing_code(in.edge[i], side));
+    const std::uint32_t next = inside_i ? kReferenceEdge + side.number : in.edge[i];
+    out.add(crossing, next, crossing_code(in.edge[i], side.number));
   }
 }
 
@@ -208,8 +216,9 @@ void clip_to_reference(const SupportFeature& reference, const SupportFeature& in
     const Vec3 inward = reference.normal.cross(to - from);
     const double length = inward.norm();
     if (!(length > 0.0)) continue;
-    clip_by_side(*current, from, inward / length, static_cast<std::uint32_t>(side),
-                 kTolerance * size, closed, *next);
+    const SidePlane plane{from, inward / length, static_cast<std::uint32_t>(side),
+                          kTolerance * size};
+    clip_by_side(*current, plane, closed, *next);
     std::swap(current, next);
   }
   const std::uint32_t faces = ((reference.code * 31u + incident.code) & 0xffffu) << 14;
@@ -287,8 +296,9 @@ void keep_reached(const PairMotion& motion, const Vec3& normal, ContactCandidate
   candidates.count = count;
 }
 
-void emit_manifold(BodyId a, BodyId b, std::uint32_t part, const Vec3& normal, const Vec3& origin_m,
-                   ContactCandidates& candidates, std::vector<ContactManifold>& out) {
+void emit_manifold(const PairStep& pair, std::uint32_t part, const Vec3& normal,
+                   const Vec3& origin_m, ContactCandidates& candidates,
+                   std::vector<ContactManifold>& out) {
   int count = 0;
   for (int i = 0; i < candidates.count; ++i) {
     const ContactPoint& p = candidates.points[i];
@@ -302,7 +312,8 @@ void emit_manifold(BodyId a, BodyId b, std::uint32_t part, const Vec3& normal, c
               return comes_before(x.position_m, y.position_m);
             });
   if (count > 4) reduce_to_four(normal, candidates);
-  ContactManifold manifold{a, b, part, static_cast<std::uint32_t>(candidates.count), normal, {}};
+  const auto points = static_cast<std::uint32_t>(candidates.count);
+  ContactManifold manifold{pair.a, pair.b, part, points, normal, {}};
   for (int i = 0; i < candidates.count; ++i) {
     manifold.points[i] = candidates.points[i];
     manifold.points[i].position_m += origin_m;

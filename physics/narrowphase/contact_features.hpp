@@ -7,6 +7,7 @@
 
 #include "physics/model/contact_manifold.hpp"
 #include "physics/shapes/compiled_shape.hpp"
+#include "physics/shapes/geometry.hpp"
 
 namespace soda::physics {
 
@@ -98,10 +99,11 @@ void overlap_segments(const SupportFeature& a, const SupportFeature& b, const Ve
 // Drops the points that the motion cannot bring to touch within the step.
 void keep_reached(const PairMotion& motion, const Vec3& normal, ContactCandidates& candidates);
 
-// Keeps four points of large area including the deepest, sorts them and appends the manifold in
-// world coordinates (`origin_m` is the centre of body a). Nothing if there is no point, or anything
-// is not finite.
-void emit_manifold(BodyId a, BodyId b, std::uint32_t part, const Vec3& normal, const Vec3& origin_m,
-                   ContactCandidates& candidates, std::vector<ContactManifold>& out);
+// Keeps four points of large area including the deepest, sorts them and appends the pair's manifold
+// in world coordinates (`origin_m` is the centre of body a when they touch). Nothing if there is no
+// point, or anything is not finite.
+void emit_manifold(const PairStep& pair, std::uint32_t part, const Vec3& normal,
+                   const Vec3& origin_m, ContactCandidates& candidates,
+                   std::vector<ContactManifold>& out);
 
 }  // namespace soda::physics

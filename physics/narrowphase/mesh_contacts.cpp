@@ -99,12 +99,8 @@ void solid_triangle(const PlacedShape& solid, const Triangle& t, const Solid& as
   }
 }
 
-struct MeshPair {
-  BodyId a, b;
-  const PlacedShape &solid, &mesh;
-  const PairMotion& motion;
-  const Vec3& origin_m;
-};
+// Of the solid's body, which all coordinates are relative to.
+const Vec3& origin_m(const MeshPair& pair) { return pair.step.state_a.position_m; }
 
 // Where a solid touches an edge of a triangle and neither of its faces.
 struct EdgeContact {
@@ -225,14 +221,13 @@ void append_edge_contacts(const MeshPair& pair, std::span<const std::uint32_t> t
     const Vec3 from_edge =
         solid.pose.position - t.corners[static_cast<std::size_t>(std::max(contact.edge, 0))];
     if (contact.edge < 0 || from_edge.dot(contact.normal) > 0.0 ||
-        has_point(contact.witness + pair.origin_m, contact.separation_m))
+        has_point(contact.witness + origin_m(pair), contact.separation_m))
       continue;
     ContactCandidates candidates;
     edge_points(solid, t, contact, candidates);
     keep_reached(pair.motion, contact.normal, candidates);
-    emit_manifold(pair.a, pair.b,
-                  kFirstEdgePart + 3 * index + static_cast<std::uint32_t>(contact.edge),
-                  contact.normal, pair.origin_m, candidates, out);
+    emit_manifold(pair.step, kFirstEdgePart + 3 * index + static_cast<std::uint32_t>(contact.edge),
+                  contact.normal, origin_m(pair), candidates, out);
   }
 }
 
@@ -313,7 +308,7 @@ void append_face_contacts(const MeshPair& pair, std::span<const GroupedTriangle>
     ContactCandidates candidates;
     const Vec3 normal = face_contacts(pair, triangles.subspan(begin, end - begin), at_any_depth,
                                       as_solid, candidates);
-    emit_manifold(pair.a, pair.b, triangles[begin][0], normal, pair.origin_m, candidates, out);
+    emit_manifold(pair.step, triangles[begin][0], normal, origin_m(pair), candidates, out);
   }
 }
 
@@ -334,19 +329,18 @@ void keep_shallowest(std::size_t begin, std::vector<ContactManifold>& out) {
 
 }  // namespace
 
-void mesh_contacts(BodyId a, BodyId b, const PlacedShape& solid, const PlacedShape& mesh,
-                   std::span<const std::uint32_t> triangles, const PairMotion& motion,
-                   const Vec3& origin_m, std::vector<ContactManifold>& out) {
-  const MeshPair pair{a, b, solid, mesh, motion, origin_m};
+void mesh_contacts(const MeshPair& pair, std::span<const std::uint32_t> triangles,
+                   std::vector<ContactManifold>& out) {
+  const CompiledShape& mesh = pair.mesh.shape;
   std::vector<GroupedTriangle> by_group;
   by_group.reserve(triangles.size());
   for (const std::uint32_t t : triangles)
-    if (mesh.shape.triangles[t].plane.normal != Vec3::Zero())
-      by_group.push_back({mesh.shape.triangles[t].group, t});
+    if (mesh.triangles[t].plane.normal != Vec3::Zero())
+      by_group.push_back({mesh.triangles[t].group, t});
   std::sort(by_group.begin(), by_group.end());
   const std::size_t before = out.size();
   append_face_contacts(pair, by_group, false, out);
-  if (solid.shape.kind == ShapeKind::kSphere) return;
+  if (pair.solid.shape.kind == ShapeKind::kSphere) return;
   append_edge_contacts(pair, triangles, before, out);
   if (out.size() > before) return;
   append_face_contacts(pair, by_group, true, out);

@@ -8,11 +8,17 @@
 
 namespace soda::physics {
 
+// Body a, or a part of it, and the mesh that b is. Refers to what it is made of.
+struct MeshPair {
+  const PairStep& step;
+  const PlacedShape &solid, &mesh;
+  const PairMotion& motion;
+};
+
 // `triangles`: indices of the triangles near the solid, ascending. Appends one manifold per
 // coplanar group of triangles, in ascending order of the group's smallest triangle (its part), and
 // then one for each edge that the solid touches where it touches no face.
-void mesh_contacts(BodyId a, BodyId b, const PlacedShape& solid, const PlacedShape& mesh,
-                   std::span<const std::uint32_t> triangles, const PairMotion& motion,
-                   const Vec3& origin_m, std::vector<ContactManifold>& out);
+void mesh_contacts(const MeshPair& pair, std::span<const std::uint32_t> triangles,
+                   std::vector<ContactManifold>& out);
 
 }  // namespace soda::physics

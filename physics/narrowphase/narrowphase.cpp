@@ -71,13 +71,21 @@ ShapeKernel kernel_of(ShapeKind a, ShapeKind b) {
   return polytope(a) && polytope(b) ? ShapeKernel::kPolytopeClip : ShapeKernel::kCore;
 }
 
-PairMotion motion_of(const Vec3& pull_m_s2, double dt_s, const BodyState& a, const BodyState* b,
-                     const CompiledShape& shape_a, const CompiledShape& shape_b,
-                     const Vec3& center_b) {
+// A pair where it is, relative to the centre of a.
+struct PlacedPair {
+  Solid a, b;
+  ShapeKernel kernel;
+};
+
+PairMotion motion_of(const PairStep& pair, const PlacedPair& placed) {
+  const CompiledShape &shape_a = placed.a.placed.shape, &shape_b = placed.b.placed.shape;
+  const BodyState &a = pair.state_a, *b = pair.state_b;
+  const Vec3 pull_m_s2 = -relative_gravity(pair.scene, pair.a, pair.b);
+  const double dt_s = pair.dt_s;
   PairMotion motion;
   motion.velocity_a = a.linear_velocity_m_s;
   motion.spin_a = a.angular_velocity_rad_s;
-  motion.center_b = center_b;
+  motion.center_b = placed.b.placed.pose.position;
   motion.dt_s = dt_s;
   double extent = shape_a.min_extent_m;
   double turning = motion.spin_a.norm() * shape_a.bounding_radius_m;
@@ -100,14 +108,8 @@ double limited_range(const PairMotion& motion) {
   return std::min(motion.range_m, motion.margin_m * (1.0 / kContactMargin));
 }
 
-// A pair where it is, relative to the centre of a.
-struct PlacedPair {
-  Solid a, b;
-  ShapeKernel kernel;
-};
-
-PlacedPair place_pair(const Geometry& geometry, BodyId a, const BodyState& state_a, BodyId b,
-                      const BodyState* state_b) {
+PlacedPair place_pair(const PairStep& pair) {
+  const auto& [scene, geometry, dt_s, a, state_a, b, state_b] = pair;
   const GeometryImpl& impl = geometry.impl();
   const StaticGeometry* fixed = is_static(b) ? &impl.statics[static_index_of(b)] : nullptr;
   const ShapeGeometry& ga = impl.shapes[impl.body_shapes[index_of(a)]];
@@ -119,58 +121,51 @@ PlacedPair place_pair(const Geometry& geometry, BodyId a, const BodyState& state
           kernel_of(ga.shape.kind, gb.shape.kind)};
 }
 
-// What all parts of a pair have in common.
-struct PairTest {
-  Narrowphase narrowphase;
-  BodyId a, b;
-  const Vec3& origin;
-  StageCounters& counters;
-  std::vector<ContactManifold>& out;
-};
-
-void collide_solids(const PairTest& test, const PlacedPair& pair, const PairMotion& motion) {
-  const auto& [narrowphase, id_a, id_b, origin, counters, out] = test;
-  const Solid &a = pair.a, &b = pair.b;
+// The placed pair, here and below: the bodies, or parts of them.
+void collide_solids(const PairStep& pair, const PlacedPair& placed, const PairMotion& motion,
+                    std::vector<ContactManifold>& out, StageCounters& counters) {
+  const Solid &a = placed.a, &b = placed.b;
+  const Narrowphase narrowphase = pair.scene.narrowphase;
+  const Vec3& origin = pair.state_a.position_m;
   ContactCandidates candidates;
   Vec3 normal = Vec3::UnitZ();
   const double range = limited_range(motion);
   const bool sphere =
       a.placed.shape.kind == ShapeKind::kSphere || b.placed.shape.kind == ShapeKind::kSphere;
   const bool closed_form =
-      pair.kernel == ShapeKernel::kAnalytic && !is_asked_of_fcl(narrowphase, pair.kernel);
+      placed.kernel == ShapeKernel::kAnalytic && !is_asked_of_fcl(narrowphase, placed.kernel);
   if (closed_form && sphere) {
     const PointContact contact = sphere_contact(a.placed, b.placed, motion);
     if (!contact.found) return;
     candidates.add(contact.position, contact.separation_m, 0);
-    emit_manifold(id_a, id_b, 0, contact.normal, origin, candidates, out);
+    emit_manifold(pair, 0, contact.normal, origin, candidates, out);
     return;
   }
   if (closed_form) {
     normal = capsule_contacts(a.placed, b.placed, candidates);
   } else {
-    const Axis axis = axis_of(narrowphase, pair.kernel, a, b, range, counters);
+    const Axis axis = axis_of(narrowphase, placed.kernel, a, b, range, counters);
     if (!axis.found) return;
     add_feature_points(a, b, axis, range, normal, candidates);
   }
   keep_reached(motion, normal, candidates);
-  emit_manifold(id_a, id_b, 0, normal, origin, candidates, out);
+  emit_manifold(pair, 0, normal, origin, candidates, out);
 }
 
 // No compounds.
-void collide_placed(const PairTest& test, const PlacedPair& pair, const PairMotion& motion) {
-  const CompiledShape& shape_b = pair.b.placed.shape;
-  ++test.counters.narrowphase_tests[static_cast<std::size_t>(pair.kernel)];
-  if (shape_b.kind == ShapeKind::kHalfSpace) {
+void collide_placed(const PairStep& pair, const PlacedPair& placed, const PairMotion& motion,
+                    std::vector<ContactManifold>& out, StageCounters& counters) {
+  const PlacedShape &a = placed.a.placed, &b = placed.b.placed;
+  ++counters.narrowphase_tests[static_cast<std::size_t>(placed.kernel)];
+  if (b.shape.kind == ShapeKind::kHalfSpace) {
     ContactCandidates candidates;
-    const Vec3 normal = halfspace_contacts(pair.a.placed, shape_b, pair.b.placed.pose, candidates);
+    const Vec3 normal = halfspace_contacts(a, b.shape, b.pose, candidates);
     keep_reached(motion, normal, candidates);
-    emit_manifold(test.a, test.b, 0, normal, test.origin, candidates, test.out);
-  } else if (pair.kernel == ShapeKernel::kMesh) {
-    mesh_contacts(test.a, test.b, pair.a.placed, pair.b.placed,
-                  near_triangles(pair.a.placed, pair.b.placed, limited_range(motion)), motion,
-                  test.origin, test.out);
+    emit_manifold(pair, 0, normal, pair.state_a.position_m, candidates, out);
+  } else if (placed.kernel == ShapeKernel::kMesh) {
+    mesh_contacts({pair, a, b, motion}, near_triangles(a, b, limited_range(motion)), out);
   } else {
-    collide_solids(test, pair, motion);
+    collide_solids(pair, placed, motion, out, counters);
   }
 }
 
@@ -183,18 +178,18 @@ PairMotion motion_of_parts(const PairMotion& whole, const PlacedPair& pair) {
   return motion;
 }
 
-void collide_compounds(const PairTest& test, const GeometryImpl& impl, const PlacedPair& whole,
-                       const PairMotion& motion) {
-  const std::size_t begin = test.out.size();
+void collide_compounds(const PairStep& pair, const PlacedPair& whole, const PairMotion& motion,
+                       std::vector<ContactManifold>& out, StageCounters& counters) {
+  const GeometryImpl& impl = pair.geometry.impl();
+  const std::size_t begin = out.size();
   for (const PartPair& parts : near_parts(whole.a, whole.b, limited_range(motion))) {
     const Solid a = part_of(impl, whole.a, parts.a), b = part_of(impl, whole.b, parts.b);
-    const PlacedPair pair{a, b, kernel_of(a.placed.shape.kind, b.placed.shape.kind)};
-    const std::size_t before = test.out.size();
-    collide_placed(test, pair, motion_of_parts(motion, pair));
-    number_parts(whole.b.placed.shape, parts, before, test.out);
+    const PlacedPair placed{a, b, kernel_of(a.placed.shape.kind, b.placed.shape.kind)};
+    const std::size_t before = out.size();
+    collide_placed(pair, placed, motion_of_parts(motion, placed), out, counters);
+    number_parts(whole.b.placed.shape, parts, before, out);
   }
-  std::sort(test.out.begin() + static_cast<std::ptrdiff_t>(begin), test.out.end(),
-            canonical_before);
+  std::sort(out.begin() + static_cast<std::ptrdiff_t>(begin), out.end(), canonical_before);
 }
 
 }  // namespace
@@ -209,23 +204,19 @@ bool is_asked_of_fcl(Narrowphase narrowphase, ShapeKernel kernel) {
          (narrowphase == Narrowphase::kAuto && kernel == ShapeKernel::kBoxBox);
 }
 
-bool append_manifolds(const SceneDescription& scene, const Geometry& geometry, double dt_s,
-                      BodyId a, const BodyState& state_a, BodyId b, const BodyState* state_b,
-                      std::vector<ContactManifold>& out, StageCounters& counters) {
-  const PlacedPair pair = place_pair(geometry, a, state_a, b, state_b);
-  const CompiledShape& shape_b = pair.b.placed.shape;
-  const Vec3& origin = state_a.position_m;
-  const PairMotion motion = motion_of(-relative_gravity(scene, a, b), dt_s, state_a, state_b,
-                                      pair.a.placed.shape, shape_b, pair.b.placed.pose.position);
-  const PairTest test{scene.narrowphase, a, b, origin, counters, out};
+bool append_manifolds(const PairStep& pair, std::vector<ContactManifold>& out,
+                      StageCounters& counters) {
+  const PlacedPair placed = place_pair(pair);
+  const PairMotion motion = motion_of(pair, placed);
   const std::size_t before = out.size();
-  const bool compound = !pair.a.placed.shape.parts.empty() || !shape_b.parts.empty();
+  const bool compound =
+      !placed.a.placed.shape.parts.empty() || !placed.b.placed.shape.parts.empty();
   if (compound)
-    collide_compounds(test, geometry.impl(), pair, motion);
+    collide_compounds(pair, placed, motion, out, counters);
   else
-    collide_placed(test, pair, motion);
+    collide_placed(pair, placed, motion, out, counters);
   // Of a mesh, and of compounds, other parts may be met.
-  return (out.size() == before || compound || pair.kernel == ShapeKernel::kMesh) &&
+  return (out.size() == before || compound || placed.kernel == ShapeKernel::kMesh) &&
          motion.range_m > limited_range(motion);
 }
 

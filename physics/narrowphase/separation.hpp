@@ -42,8 +42,7 @@ Separation overlap_between(const Solid& a, const Solid& b);
 // Tests two shapes where they are, as collide() does (geometry.hpp), but without joints. True if
 // they may meet within dt_s farther off than contacts are looked for, and have no contact, or meet
 // in parts (part_pairs.hpp).
-bool append_manifolds(const SceneDescription& scene, const Geometry& geometry, double dt_s,
-                      BodyId a, const BodyState& state_a, BodyId b, const BodyState* state_b,
-                      std::vector<ContactManifold>& out, StageCounters& counters);
+bool append_manifolds(const PairStep& pair, std::vector<ContactManifold>& out,
+                      StageCounters& counters);
 
 }  // namespace soda::physics

@@ -23,7 +23,7 @@ bool advance_exactly(const IslandStep& island, std::span<BodyState> states, Isla
     return false;
   const JointSystem joints = find_joints(scene, ids, manifolds);
   report = report_of(ids, manifolds);
-  if (!advance_lone_spring(scene, dt_s, ids, joints, states, report, effects.faults)) return false;
+  if (!advance_lone_spring(scene, dt_s, joints, states, report, effects.faults)) return false;
   ++effects.counters.joint_rows;
   return true;
 }

@@ -113,8 +113,9 @@ void find_again(const IslandStep& island, std::span<const BodyState> states,
     const bool again = before != nullptr && before->a == m.a && before->b == m.b;
     before = &m;
     if (again || m.b == kWorldBody) continue;
-    collide(scene, geometry, dt_s, m.a, states[place_of(ids, m.a)], m.b,
-            is_static(m.b) ? nullptr : &states[place_of(ids, m.b)], found, counters);
+    collide({scene, geometry, dt_s, m.a, states[place_of(ids, m.a)], m.b,
+             is_static(m.b) ? nullptr : &states[place_of(ids, m.b)]},
+            found, counters);
   }
   append_world_joints(scene, ids, states, found);
 }

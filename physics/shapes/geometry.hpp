@@ -55,13 +55,22 @@ ShapeKernel kernel_for(const Shape& a, const Shape& b);
 // Whether FCL says along which direction shapes of this kernel meet.
 bool is_asked_of_fcl(Narrowphase narrowphase, ShapeKernel kernel);
 
+// Two bodies, or a body and a static, that may meet within dt_s from now on. Refers to what it is
+// made of.
+struct PairStep {
+  const SceneDescription& scene;
+  const Geometry& geometry;
+  double dt_s;
+  BodyId a;  // dynamic, and lower than b
+  const BodyState& state_a;
+  BodyId b;
+  const BodyState* state_b;  // null: b is a static
+};
+
 // Appends a pair's manifolds (none if apart by more than the margin; one without points if it would
-// meet as soon as a joint stops either). `a` is dynamic and lower; for a static `b`, `state_b` is
-// null. A function of ids, states and the scene only.
+// meet as soon as a joint stops either). A function of ids, states and the scene only.
 // Speculative: never throws or hangs for finite states, however absurd; what FCL returns is
 // validated (finite, unit normal) and replaced or dropped otherwise, and counted.
-void collide(const SceneDescription& scene, const Geometry& geometry, double dt_s, BodyId a,
-             const BodyState& state_a, BodyId b, const BodyState* state_b,
-             std::vector<ContactManifold>& out, StageCounters& counters);
+void collide(const PairStep& pair, std::vector<ContactManifold>& out, StageCounters& counters);
 
 }  // namespace soda::physics

@@ -66,6 +66,13 @@ inline const CompiledShape& shape_of(const SceneDescription& scene, const Geomet
   return geometry.impl().shapes[shape].shape;
 }
 
+inline const CompiledShape& shape_of_a(const PairStep& pair) {
+  return shape_of(pair.scene, pair.geometry, pair.a);
+}
+inline const CompiledShape& shape_of_b(const PairStep& pair) {
+  return shape_of(pair.scene, pair.geometry, pair.b);
+}
+
 // Contacts are kept from this part of the smaller dynamic body's smallest width on.
 inline constexpr double kContactMargin = 0.01;
 

@@ -93,15 +93,16 @@ bool solve_by_newton(bool accurate, std::span<const SolverBody> free, const Elim
   return outcome.converged;
 }
 
-int sweep_with_rebounds(int most, double dt_s, const Selection<BodyState>& before,
-                        std::span<const SolverBody> free, ContactProblem& problem) {
+int sweep_with_rebounds(int most, const SolveStep& step, std::span<const SolverBody> free,
+                        ContactProblem& problem) {
+  const double dt_s = step.dt_s;
   int sweeps = sweep_velocities_until_close(most, dt_s, problem);
   limit_work(free, problem);
   if (problem.restitution_rows > 0) {
     const SolvedContacts plastic = solved_contacts(problem);
     if (aim_rebounds(problem)) {
       sweeps += sweep_velocities_until_close(most, dt_s, problem);
-      limit_rebounds(dt_s, before, free, plastic, problem);
+      limit_rebounds(step, free, plastic, problem);
     }
   }
   if (dt_s > 0.0 && aim_to_close(dt_s, problem)) {
@@ -111,10 +112,10 @@ int sweep_with_rebounds(int most, double dt_s, const Selection<BodyState>& befor
   return sweeps;
 }
 
-ContactSolution solve_with_surfaces(const SceneDescription& scene, double dt_s, bool accurate,
-                                    std::span<const BodyId> ids, const Selection<BodyState>& before,
+ContactSolution solve_with_surfaces(const SolveStep& step, bool accurate,
                                     std::span<const SolverBody> free, const Elimination* plan,
                                     ContactProblem& problem) {
+  const auto& [scene, dt_s, ids, before] = step;
   // Then sweeps end where they change nothing any more.
   constexpr int kSweepsIfAccurate = 1000;
   ContactSolution solution;
@@ -127,13 +128,12 @@ ContactSolution solve_with_surfaces(const SceneDescription& scene, double dt_s, 
       solution.direct = solve_by_newton(false, free, *plan, problem, solution);
   }
   if (!solution.direct && wants_substeps(accurate, ids.size(), ratio, problem)) {
-    solution.iterations +=
-        solve_in_substeps(scene, dt_s, ids, before, free, problem, solution.push);
+    solution.iterations += solve_in_substeps(step, free, problem, solution.push);
     return solution;
   }
   if (!solution.direct)
     solution.iterations += static_cast<std::uint32_t>(sweep_with_rebounds(
-        accurate ? kSweepsIfAccurate : scene.solver.iterations, dt_s, before, free, problem));
+        accurate ? kSweepsIfAccurate : scene.solver.iterations, step, free, problem));
   if (!needs_push_out(problem)) return solution;
   if (solution.direct) {
     const NewtonOutcome outcome = push_out_directly(dt_s, *plan, problem, solution.push);
@@ -173,19 +173,17 @@ void count(const NewtonOutcome& outcome, const Elimination& plan, ContactSolutio
       static_cast<std::uint64_t>(outcome.factorisations * plan.multiplications);
 }
 
-int solve_by_sweeps(int most, double dt_s, const Selection<BodyState>& before,
-                    std::span<const SolverBody> free, ContactProblem& problem) {
+int solve_by_sweeps(int most, const SolveStep& step, std::span<const SolverBody> free,
+                    ContactProblem& problem) {
   return solve_driven(free, problem,
-                      [&] { return sweep_with_rebounds(most, dt_s, before, free, problem); });
+                      [&] { return sweep_with_rebounds(most, step, free, problem); });
 }
 
-ContactSolution solve_contacts(const SceneDescription& scene, double dt_s, bool accurate,
-                               std::span<const BodyId> ids, const Selection<BodyState>& before,
+ContactSolution solve_contacts(const SolveStep& step, bool accurate,
                                std::span<const SolverBody> free, const Elimination* plan,
                                ContactProblem& problem) {
-  return solve_driven(free, problem, [&] {
-    return solve_with_surfaces(scene, dt_s, accurate, ids, before, free, plan, problem);
-  });
+  return solve_driven(free, problem,
+                      [&] { return solve_with_surfaces(step, accurate, free, plan, problem); });
 }
 
 }  // namespace soda::physics

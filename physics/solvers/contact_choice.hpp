@@ -24,19 +24,16 @@ struct ContactSolution {
 void count(const NewtonOutcome& outcome, const Elimination& plan, ContactSolution& solution);
 
 // By projected Gauss-Seidel, with rebounds; the contacts give no energy. `most`: sweeps at a time.
-// dt_s of 0 is an impact: what touches is all there is. Returns the number of sweeps; `before` and
-// `free` as below.
-int solve_by_sweeps(int most, double dt_s, const Selection<BodyState>& before,
-                    std::span<const SolverBody> free, ContactProblem& problem);
+// On an impact what touches is all there is. Returns the number of sweeps; `free` as below.
+int solve_by_sweeps(int most, const SolveStep& step, std::span<const SolverBody> free,
+                    ContactProblem& problem);
 
-// Solves the rows of one island, whose bodies have the states `before` at the step's start and the
-// velocities `free` after external forces.
+// Solves the rows of one island, whose bodies have the velocities `free` after external forces.
 // Directly if there is a plan (plan_direct_solve), nothing bounces and it converges, by sweeps
 // otherwise. The contacts give the island no energy (contact_work.hpp); surfaces that move stand
 // where they would make bodies too fast (Driven). The choice depends on nothing but the island's
 // content.
-ContactSolution solve_contacts(const SceneDescription& scene, double dt_s, bool accurate,
-                               std::span<const BodyId> ids, const Selection<BodyState>& before,
+ContactSolution solve_contacts(const SolveStep& step, bool accurate,
                                std::span<const SolverBody> free, const Elimination* plan,
                                ContactProblem& problem);
 

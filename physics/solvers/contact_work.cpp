@@ -38,27 +38,26 @@ Work power(std::span<const SolverBody> bodies, const ContactProblem& problem) {
 }
 
 // Energy that the step gives the island. `held`: which bodies move by their final velocity.
-Work gain(double dt_s, const Selection<BodyState>& before, std::span<const SolverBody> free,
-          const Flights& held, const ContactProblem& problem) {
+Work gain(const SolveStep& step, std::span<const SolverBody> free, const Flights& held,
+          const ContactProblem& problem) {
   StepWork work;
   add_contacts(free, problem, work);
-  add_fields(dt_s, before, free, held, find_flights(problem), problem, work);
+  add_fields(step, free, held, find_flights(problem), problem, work);
   return gain_of(work);
 }
 
 // How much of the way from `plastic` to what the problem holds can be gone without a gain.
-double share_of_rebounds(double dt_s, const Selection<BodyState>& before,
-                         std::span<const SolverBody> free, const SolvedContacts& plastic,
-                         const ContactProblem& problem) {
+double share_of_rebounds(const SolveStep& step, std::span<const SolverBody> free,
+                         const SolvedContacts& plastic, const ContactProblem& problem) {
   const std::span<const SolverBody> start = std::span(plastic.bodies).first(free.size());
   // Whatever acts in either solution acts in between, and that alone decides who is held.
   ContactProblem trial = problem;
   take_share(0.5, start, &plastic, trial);
   const Flights held = find_flights(trial);
-  const double one = gain(dt_s, before, free, held, problem).sum;
-  const double half = gain(dt_s, before, free, held, trial).sum;
+  const double one = gain(step, free, held, problem).sum;
+  const double half = gain(step, free, held, trial).sum;
   take_share(0.0, start, &plastic, trial);
-  const double none = gain(dt_s, before, free, held, trial).sum;
+  const double none = gain(step, free, held, trial).sum;
   return one > 0.0 || none > 0.0 ? share_without_gain(none, half, one) : kAlmost;
 }
 
@@ -124,13 +123,13 @@ void add_contacts(std::span<const SolverBody> free, const ContactProblem& proble
   work.without.add(power(free, problem));
 }
 
-void add_fields(double dt_s, const Selection<BodyState>& before, std::span<const SolverBody> free,
-                const Flights& held, const Flights& flights, const ContactProblem& problem,
-                StepWork& work) {
+void add_fields(const SolveStep& step, std::span<const SolverBody> free, const Flights& held,
+                const Flights& flights, const ContactProblem& problem, StepWork& work) {
+  const double dt_s = step.dt_s;
   for (std::size_t i = 0; i < free.size(); ++i) {
     if (free[i].inverse_mass == 0.0) continue;
     const double mass = 1.0 / free[i].inverse_mass;
-    const Vec3& start = before[i].linear_velocity_m_s;
+    const Vec3& start = step.before[i].linear_velocity_m_s;
     const Vec3 forced = free[i].linear - start;
     if (forced == Vec3::Zero()) continue;  // an impact takes no time
     Vec3 way = problem.bodies[i].linear * dt_s;
@@ -200,9 +199,8 @@ void limit_work(std::span<const SolverBody> free, ContactProblem& problem) {
   if (share != 1.0) take_share(share, free, nullptr, problem);
 }
 
-void limit_gain(double dt_s, const Selection<BodyState>& before, std::span<const SolverBody> free,
-                ContactProblem& problem) {
-  if (is_more_than_rounding(gain(dt_s, before, free, find_flights(problem), problem)))
+void limit_gain(const SolveStep& step, std::span<const SolverBody> free, ContactProblem& problem) {
+  if (is_more_than_rounding(gain(step, free, find_flights(problem), problem)))
     limit_work(free, problem);
 }
 
@@ -219,17 +217,16 @@ SolvedContacts solved_contacts(const ContactProblem& problem) {
   return solved;
 }
 
-void limit_rebounds(double dt_s, const Selection<BodyState>& before,
-                    std::span<const SolverBody> free, const SolvedContacts& plastic,
-                    ContactProblem& problem) {
+void limit_rebounds(const SolveStep& step, std::span<const SolverBody> free,
+                    const SolvedContacts& plastic, ContactProblem& problem) {
   const std::span<const SolverBody> start = std::span(plastic.bodies).first(free.size());
-  if (!is_more_than_rounding(gain(dt_s, before, free, find_flights(problem), problem))) return;
-  double share = share_of_rebounds(dt_s, before, free, plastic, problem);
+  if (!is_more_than_rounding(gain(step, free, find_flights(problem), problem))) return;
+  double share = share_of_rebounds(step, free, plastic, problem);
   if (share < kTrace) {
     // What is left of an impact without rebound belongs to the step's end, not to the impact's
     // time: with more than a trace of it, bodies move by their final velocity.
     for (RowContact& contact : problem.contacts) contact.bounces = false;
-    share = share_of_rebounds(dt_s, before, free, plastic, problem);
+    share = share_of_rebounds(step, free, plastic, problem);
   }
   take_share(share, start, &plastic, problem);
 }

@@ -60,11 +60,10 @@ struct StepWork {
 void add_contacts(std::span<const SolverBody> free, const ContactProblem& problem, StepWork& work);
 // Adds the bodies' part of what surfaces drive. `start`: velocities without the impulses.
 void add_driven(std::span<const SolverBody> start, const ContactProblem& problem, StepWork& work);
-// Adds the bodies' part in a step of dt_s. `before`: the states at its start; `held`: which bodies
-// move by their final velocity; `flights`: how impacts within the step move the others.
-void add_fields(double dt_s, const Selection<BodyState>& before, std::span<const SolverBody> free,
-                const Flights& held, const Flights& flights, const ContactProblem& problem,
-                StepWork& work);
+// Adds the bodies' part. `held`: which bodies move by their final velocity; `flights`: how impacts
+// within the step move the others.
+void add_fields(const SolveStep& step, std::span<const SolverBody> free, const Flights& held,
+                const Flights& flights, const ContactProblem& problem, StepWork& work);
 // What the step gives, what moves beyond its final velocity not counted.
 Work gain_of(const StepWork& work);
 // Whether that is more than rounding, or something is too fast.
@@ -81,11 +80,9 @@ double share_without_work(const StepWork& work);
 // closes by the share that is taken off. Targets are at most 0: rebounds come later.
 void limit_work(std::span<const SolverBody> free, ContactProblem& problem);
 
-// The same where a step of dt_s gives the island energy, potential energy in the field of the
-// external forces included; what moves beyond its final velocity is not counted. `before`: the
-// states at the step's start.
-void limit_gain(double dt_s, const Selection<BodyState>& before, std::span<const SolverBody> free,
-                ContactProblem& problem);
+// The same where the step gives the island energy, potential energy in the field of the external
+// forces included; what moves beyond its final velocity is not counted.
+void limit_gain(const SolveStep& step, std::span<const SolverBody> free, ContactProblem& problem);
 
 // The impulses of a problem, and the velocities that they lead to.
 struct SolvedContacts {
@@ -102,12 +99,10 @@ void take_share(double share, std::span<const SolverBody> from_bodies, const Sol
                 ContactProblem& problem);
 
 // After rebounds were solved for: goes back towards the solution without them so far that the step
-// gives the island no energy, potential energy in the field of the external forces included. dt_s
-// of 0 is an impact, on which no force acts. `plastic`: that solution; `before`: the states at the
-// step's start.
-void limit_rebounds(double dt_s, const Selection<BodyState>& before,
-                    std::span<const SolverBody> free, const SolvedContacts& plastic,
-                    ContactProblem& problem);
+// gives the island no energy, potential energy in the field of the external forces included. On an
+// impact no force acts. `plastic`: that solution.
+void limit_rebounds(const SolveStep& step, std::span<const SolverBody> free,
+                    const SolvedContacts& plastic, ContactProblem& problem);
 
 // A body in flight may end a step faster downwards than would close a gap, as its way is curved. If
 // one that is held after all is so fast that it would get through: gives all contacts the target to

@@ -11,9 +11,8 @@
 namespace soda::physics {
 
 // Velocities after external forces, and the inertia that contacts meet.
-void load_bodies(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
-                 const Selection<BodyState>& states, std::vector<SolverBody>& bodies,
-                 StageCounters& counters) {
+void load_bodies(const SolveStep& step, std::vector<SolverBody>& bodies, StageCounters& counters) {
+  const auto& [scene, dt_s, ids, states] = step;
   bodies.resize(ids.size() + 1);
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const BodyParams& params = scene.bodies[index_of(ids[i])];
@@ -87,8 +86,8 @@ Flights find_flights(const ContactProblem& problem) {
 
 namespace {
 
-BodyState moved(const SceneDescription& scene, double dt_s, BodyId id, const SolverBody& body,
-                const Flight& flight, const PushOut* push, const BodyState& state) {
+BodyState moved(const BodyMove& move, const BodyState& state) {
+  const auto& [scene, dt_s, id, body, flight, push] = move;
   BodyState next;
   next.position_m = state.position_m + body.linear * dt_s;
   if (!flight.supported) next.position_m -= flight_lag_m(scene, dt_s, id, state) + flight.not_yet_m;
@@ -105,13 +104,11 @@ BodyState moved(const SceneDescription& scene, double dt_s, BodyId id, const Sol
 
 }  // namespace
 
-bool move_body(const SceneDescription& scene, double dt_s, BodyId id, const SolverBody& body,
-               const Flight& flight, const PushOut* push, BodyState& state,
-               std::vector<AdvanceFault>& faults) {
-  BodyState next = moved(scene, dt_s, id, body, flight, push, state);
+bool move_body(const BodyMove& move, BodyState& state, std::vector<AdvanceFault>& faults) {
+  BodyState next = moved(move, state);
   const char* const fault = fault_of(next);
   if (*fault) {
-    faults.push_back({id, fault});
+    faults.push_back({move.id, fault});
     return false;
   }
   next.impulses = std::move(state.impulses);

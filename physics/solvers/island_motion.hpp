@@ -16,9 +16,7 @@ namespace soda::physics {
 
 // Velocities after external forces, and the inertia that contacts meet. One body more than `ids`:
 // it stands for the statics.
-void load_bodies(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
-                 const Selection<BodyState>& states, std::vector<SolverBody>& bodies,
-                 StageCounters& counters);
+void load_bodies(const SolveStep& step, std::vector<SolverBody>& bodies, StageCounters& counters);
 
 // Normal impulse and friction of a contact point.
 Vec3 impulse_on_b(const ContactProblem& problem, std::size_t row);
@@ -47,11 +45,19 @@ struct SolveScratch {
   WayBounds ways;
 };
 
-// Moves the body by its final velocities; `push` may be null. Its impulses stay. False if the new
-// state would be absurd: then it keeps its old one, and a fault is appended.
-bool move_body(const SceneDescription& scene, double dt_s, BodyId id, const SolverBody& body,
-               const Flight& flight, const PushOut* push, BodyState& state,
-               std::vector<AdvanceFault>& faults);
+// What moves a body in a step. Refers to all of it.
+struct BodyMove {
+  const SceneDescription& scene;
+  double dt_s;
+  BodyId id;
+  const SolverBody& body;  // with its final velocities
+  const Flight& flight;
+  const PushOut* push;  // or null
+};
+
+// Its impulses stay. False if the new state would be absurd: then it keeps its old one, and a fault
+// is appended.
+bool move_body(const BodyMove& move, BodyState& state, std::vector<AdvanceFault>& faults);
 
 // Potential energy that the push-out of these bodies gives; `push` may be empty.
 double push_out_work_joule(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,

@@ -205,17 +205,18 @@ double take_excess(const SceneDescription& scene, std::span<const BodyId> ids,
 }
 
 bool take_trace(const SceneDescription& scene, std::span<const BodyId> ids,
-                const EnergyExcess& excess, double part, bool afloat, std::span<BodyState> states,
+                const EnergyExcess& excess, bool afloat, std::span<BodyState> states,
                 IslandReport& report) {
+  constexpr double kTrace = 1e-3;
   const double gain = std::abs(excess.gain_joule);
   if (!afloat) {
-    if (!(gain <= part * excess.moving_joule)) return false;
+    if (!(gain <= kTrace * excess.moving_joule)) return false;
     take_excess(scene, ids, excess, false, states, report);
     return true;
   }
   const Motion common = common_motion(scene, ids, states);
   const double bending = relative_joule(scene, ids, states, common);
-  if (!(gain <= part * bending)) return false;
+  if (!(gain <= kTrace * bending)) return false;
   if (gain > 0.0) scale_relative(std::sqrt(1.0 - excess.gain_joule / bending), common, states);
   return true;
 }

@@ -34,10 +34,10 @@ double take_excess(const SceneDescription& scene, std::span<const BodyId> ids,
                    const EnergyExcess& excess, bool afloat, std::span<BodyState> states,
                    IslandReport& report);
 
-// The same of an excess that is at most this part of the energy of motion, as seen from the whole
-// where the island is afloat: momenta stay. Else nothing, and false.
+// The same of an excess that is at most a thousandth of the energy of motion, as seen from the
+// whole where the island is afloat: momenta stay. Else nothing, and false.
 bool take_trace(const SceneDescription& scene, std::span<const BodyId> ids,
-                const EnergyExcess& excess, double part, bool afloat, std::span<BodyState> states,
+                const EnergyExcess& excess, bool afloat, std::span<BodyState> states,
                 IslandReport& report);
 
 // What an unconverged or implicit solution of joints and contacts gives beyond the work of motors,

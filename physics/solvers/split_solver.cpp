@@ -29,8 +29,7 @@ BlockSolver::BlockSolver(const GiantIsland& island, std::uint32_t first, std::ui
   for (std::uint32_t i = first_; i < last_; ++i) {
     blocks_.push_back(part_of(island_.blocks.inside[i], built));
     Part& part = blocks_.back();
-    build_rows(island_.scene, island_.dt_s, part.ids, part.manifolds, part.states, part.problem,
-               built);
+    build_rows(step_of(part), part.manifolds, part.problem, built);
     // Of borders, the solvers of both sides know the same velocities from the first sweep on.
     start_rolling(island_.scene.solver.iterations, part.problem);
   }
@@ -50,7 +49,7 @@ BlockSolver::Part BlockSolver::part_of(const IslandPart& places, StageCounters& 
   for (const std::uint32_t body : places.bodies) part.ids.push_back(island_.ids[body]);
   part.manifolds = {island_.manifolds, places.manifolds};
   part.states = {island_.states, places.bodies};
-  load_bodies(island_.scene, island_.dt_s, part.ids, part.states, part.problem.bodies, counters);
+  load_bodies(step_of(part), part.problem.bodies, counters);
   part.free.assign(part.problem.bodies.begin(), part.problem.bodies.end() - 1);
   return part;
 }
@@ -69,8 +68,7 @@ void BlockSolver::add_border(std::uint32_t index, StageCounters& counters) {
   }
   Part& part = border.part;
   load(index, border);
-  build_rows(island_.scene, island_.dt_s, part.ids, part.manifolds, part.states, part.problem,
-             counters);
+  build_rows(step_of(part), part.manifolds, part.problem, counters);
   store(index, border);
   borders_.push_back(std::move(border));
 }
@@ -256,7 +254,7 @@ BlockReport BlockSolver::report(std::uint32_t index) const {
   const Flights flights = flights_of(index);
   add_contacts(part.free, part.problem, work);
   add_driven(part.free, part.problem, work);
-  add_fields(island_.dt_s, part.states, part.free, flights, flights, part.problem, work);
+  add_fields(step_of(part), part.free, flights, flights, part.problem, work);
   report_contacts(part.states, part.problem, sum);
   sum.constraint_residual_m_s = residual_m_s(part.problem);
   if (const Border* const border = border_at(index)) {
@@ -327,8 +325,9 @@ void BlockSolver::move(std::uint32_t index, std::vector<BodyState>& moved,
     const PushOut beyond =
         beyond_final_velocity(island_.dt_s, fastest_push_out_m_s_, part.states[i], body, flights[i],
                               part.substeps.ways[i]);
-    const bool accepted = move_body(island_.scene, island_.dt_s, part.ids[i], body, flights[i],
-                                    &beyond, moved.back(), faults);
+    const bool accepted =
+        move_body({island_.scene, island_.dt_s, part.ids[i], body, flights[i], &beyond},
+                  moved.back(), faults);
     if (accepted) moved.back().impulses.clear();
     for (; next != kept.end() && next->body == i; ++next)
       if (accepted) moved.back().impulses.push_back(next->impulse);

@@ -106,6 +106,9 @@ class BlockSolver {
     Side lower, upper;  // in the block before it, in the one behind it
   };
 
+  SolveStep step_of(const Part& part) const {
+    return {island_.scene, island_.dt_s, part.ids, part.states};
+  }
   Part part_of(const IslandPart& places, StageCounters& counters) const;
   // Of the block's bodies, by all rows that act on them.
   Flights flights_of(std::uint32_t block) const;

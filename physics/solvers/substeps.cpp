@@ -179,10 +179,9 @@ PushOut beyond_final_velocity(double dt_s, double most_m_s, const BodyState& bef
           beyond.angular + (pushed.angular - whole.angular)};
 }
 
-std::uint32_t solve_in_substeps(const SceneDescription& scene, double dt_s,
-                                std::span<const BodyId> ids, const Selection<BodyState>& states,
-                                std::span<const SolverBody> free, ContactProblem& problem,
-                                std::vector<PushOut>& push) {
+std::uint32_t solve_in_substeps(const SolveStep& step, std::span<const SolverBody> free,
+                                ContactProblem& problem, std::vector<PushOut>& push) {
+  const auto& [scene, dt_s, ids, states] = step;
   Substeps substeps;
   const std::uint32_t count = substeps_of(scene.solver);
   begin_substeps(dt_s, count, states, problem, substeps);
@@ -195,7 +194,7 @@ std::uint32_t solve_in_substeps(const SceneDescription& scene, double dt_s,
   }
   end_substeps(problem, substeps);
   carry(0.0, dt_s, problem);
-  limit_gain(dt_s, states, free, problem);
+  limit_gain(step, free, problem);
   const Flights flights = find_flights(problem);
   const double most_m_s = fastest_push_out_m_s(scene, ids);
   push.resize(states.size());

@@ -59,9 +59,7 @@ PushOut beyond_final_velocity(double dt_s, double most_m_s, const BodyState& bef
 // All of it, for one problem. Returns the number of sweeps; `push` as in ContactSolution.
 // `free`: velocities after external forces. The impulses give the island no energy
 // (contact_work.hpp).
-std::uint32_t solve_in_substeps(const SceneDescription& scene, double dt_s,
-                                std::span<const BodyId> ids, const Selection<BodyState>& states,
-                                std::span<const SolverBody> free, ContactProblem& problem,
-                                std::vector<PushOut>& push);
+std::uint32_t solve_in_substeps(const SolveStep& step, std::span<const SolverBody> free,
+                                ContactProblem& problem, std::vector<PushOut>& push);
 
 }  // namespace soda::physics

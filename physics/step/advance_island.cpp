@@ -144,7 +144,7 @@ IslandReport advance_island(const IslandStep& island, std::span<BodyState> state
     report.push_out_work_joule = 0.0;
   }
   for (std::size_t i = 0; i < ids.size(); ++i)
-    report_impossible_way(scene, dt_s, scratch.ways, i, ids[i], states[i], faults);
+    report_impossible_way(scene, scratch.ways, i, ids[i], states[i], faults);
   if (!slow.empty() && (whole || report.direct)) come_to_rest(island, slow, states, report);
   set_carried(scene, ids, after, states, counters);
   break_joints(scene, ids, states, report, counters);

@@ -20,7 +20,7 @@ void find_contacts(const SceneDescription& scene, const Geometry& geometry,
                    std::span<const BodyId> ids, std::span<const BodyState> states,
                    StepScratch& scratch, StageCounters& counters) {
   scratch.resting.start(ids, states);
-  scratch.kept.find(scene, geometry, ids, states, scratch.boxes, scratch.pairs, counters);
+  scratch.kept.find({scene, geometry, ids, states, scratch.boxes}, scratch.pairs, counters);
   find_static_pairs(geometry, scratch.boxes, scratch.static_pairs, counters);
   scratch.manifolds.clear();
   // Statics have the higher ids: per first body, its dynamic partners come before them.
@@ -35,8 +35,9 @@ void find_contacts(const SceneDescription& scene, const Geometry& geometry,
       ++counters.pairs_at_rest;
       continue;
     }
-    collide(scene, geometry, scene.dt_s, a, states[pair.first], b,
-            dynamic ? &states[pair.second] : nullptr, scratch.manifolds, counters);
+    collide({scene, geometry, scene.dt_s, a, states[pair.first], b,
+             dynamic ? &states[pair.second] : nullptr},
+            scratch.manifolds, counters);
   }
   append_world_joints(scene, ids, states, scratch.manifolds);
 }

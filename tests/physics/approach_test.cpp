@@ -106,8 +106,9 @@ TEST(FlyingSolids, DoNotTouchBeforeTheTimeThatTheyArePromisedToBeApart) {
     const bool fixed = i % 3 == 0;
     world.add_static(1, world.states[1].position_m, world.states[1].orientation);
     const Geometry geometry(world.scene);
-    FlyingSolids solids(world.scene, geometry, BodyId{0}, world.states[0],
-                        fixed ? static_id(0) : BodyId{1}, fixed ? nullptr : &world.states[1]);
+    FlyingSolids solids(PairStep{world.scene, geometry, kMost_s, BodyId{0}, world.states[0],
+                                 fixed ? static_id(0) : BodyId{1},
+                                 fixed ? nullptr : &world.states[1]});
     solids.bound_turning();
     const Solid &a = solids.a().solid, &b = solids.b().solid;
     const Separation now = separation_between(a, b, b.placed.pose.position.normalized());
@@ -148,8 +149,8 @@ TEST(FlyingSolids, ThatMeetWithTheirEdgesAreFollowedToTheirImpactInAFewLooks) {
   for (int i = 0; i < 100; ++i) {
     World world = crossing_rods(0.05, engine);
     const Geometry geometry(world.scene);
-    FlyingSolids solids(world.scene, geometry, BodyId{0}, world.states[0], BodyId{1},
-                        &world.states[1]);
+    FlyingSolids solids(PairStep{world.scene, geometry, 1.0, BodyId{0}, world.states[0], BodyId{1},
+                                 &world.states[1]});
     solids.bound_turning();
     double time = 0.0;
     for (int look = 1; look < 100; ++look) {

@@ -71,7 +71,7 @@ TEST(CompoundImpacts, TheTimeIsThatAtWhichTheFirstPartTouches) {
     one.states[0].linear_velocity_m_s = Vec3(5, 0, 0);
     const Geometry geometry(one.scene);
     const auto impact =
-        time_of_impact(one.scene, geometry, BodyId{0}, one.states[0], static_id(0), nullptr, 1.0);
+        time_of_impact({one.scene, geometry, 1.0, BodyId{0}, one.states[0], static_id(0), nullptr});
     ASSERT_TRUE(impact);
     // The nearer ball's front is at 5 t + .4 |sin| + .1.
     const auto gap = [&](double t) {

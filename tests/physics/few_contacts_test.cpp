@@ -38,9 +38,9 @@ ContactProblem random_strike(std::mt19937_64& engine) {
   const std::vector<ContactManifold> manifolds{m};
   const Selection<BodyState> before{std::span<const BodyState>(world.states)};
   ContactProblem problem;
-  load_bodies(world.scene, 0.0, world.ids, before, problem.bodies, world.counters);
-  build_rows(world.scene, 0.0, world.ids, std::span<const ContactManifold>(manifolds), before,
-             problem, world.counters);
+  const SolveStep impact{world.scene, 0.0, world.ids, before};
+  load_bodies(impact, problem.bodies, world.counters);
+  build_rows(impact, std::span<const ContactManifold>(manifolds), problem, world.counters);
   return problem;
 }
 

@@ -19,8 +19,8 @@ TEST(TimeOfImpact, OfAFallingSphereIsTheRootOfItsParabola) {
   world.add_floor();
   world.add_body(world.add_shape(Sphere{0.1}), Vec3(0, 0, 1.1));
   const Geometry geometry(world.scene);
-  const auto impact =
-      time_of_impact(world.scene, geometry, BodyId{0}, world.states[0], static_id(0), nullptr, 1.0);
+  const auto impact = time_of_impact(
+      {world.scene, geometry, 1.0, BodyId{0}, world.states[0], static_id(0), nullptr});
   ASSERT_TRUE(impact.has_value());
   EXPECT_FALSE(impact->lasts);
   EXPECT_NEAR(impact->time_s, std::sqrt(2.0 / kGravity), 1e-14);
@@ -33,8 +33,8 @@ TEST(TimeOfImpact, OfASpinningRodIsWhenItsTipArrives) {
   rod.angular_velocity_rad_s = Vec3(0, 0, 20);
   rod.linear_velocity_m_s = Vec3(-2, 0, 0);
   const Geometry geometry(world.scene);
-  const auto impact =
-      time_of_impact(world.scene, geometry, BodyId{0}, world.states[0], static_id(0), nullptr, 1.0);
+  const auto impact = time_of_impact(
+      {world.scene, geometry, 1.0, BodyId{0}, world.states[0], static_id(0), nullptr});
   ASSERT_TRUE(impact.has_value());
   const double angle = 20.0 * impact->time_s;
   const double lowest =
@@ -54,8 +54,8 @@ TEST(TimeOfImpact, BodiesThatPassEachOtherHaveNone) {
   world.add_body(box, Vec3(0, 0, 0)).linear_velocity_m_s = Vec3(10, 0, 0);
   world.add_body(box, Vec3(1, 0.21, 0)).linear_velocity_m_s = Vec3(-10, 0, 0);
   const Geometry geometry(world.scene);
-  EXPECT_FALSE(time_of_impact(world.scene, geometry, BodyId{0}, world.states[0], BodyId{1},
-                              &world.states[1], 1.0));
+  EXPECT_FALSE(time_of_impact(
+      {world.scene, geometry, 1.0, BodyId{0}, world.states[0], BodyId{1}, &world.states[1]}));
 }
 
 TEST(Impacts, ElasticBoxesThatTumbleIntoEachOtherKeepEnergyAndBothMomenta) {

@@ -67,7 +67,7 @@ class Asked {
     std::vector<Aabb> boxes;
     StageCounters counters;
     if (++asked_ % 3 == 0) compute_boxes(world.scene, geometry, ids, states, boxes, counters);
-    kept_.find(world.scene, geometry, ids, states, boxes, pairs_, counters);
+    kept_.find({world.scene, geometry, ids, states, boxes}, pairs_, counters);
     EXPECT_EQ(pairs_, expected) << "at " << asked_;
     EXPECT_EQ(counters.candidate_pairs, expected.size());
     served += kept_.served();

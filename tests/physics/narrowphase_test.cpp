@@ -385,7 +385,7 @@ TEST(Narrowphase, CountersNameTheKernelUsed) {
   const Geometry geometry(world.scene);
   StageCounters counters;
   std::vector<ContactManifold> out;
-  collide(world.scene, geometry, world.scene.dt_s, kA, world.states[0], kB, &world.states[1], out,
+  collide({world.scene, geometry, world.scene.dt_s, kA, world.states[0], kB, &world.states[1]}, out,
           counters);
   for (std::size_t k = 0; k < counters.narrowphase_tests.size(); ++k) {
     const bool box_box = static_cast<ShapeKernel>(k) == ShapeKernel::kBoxBox;

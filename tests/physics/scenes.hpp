@@ -78,8 +78,9 @@ inline std::vector<ContactManifold> contacts_of(const World& world, BodyId a, Bo
   const Geometry geometry(world.scene);
   StageCounters counters;
   std::vector<ContactManifold> out;
-  collide(world.scene, geometry, world.scene.dt_s, a, world.states[index_of(a)], b,
-          is_static(b) ? nullptr : &world.states[index_of(b)], out, counters);
+  collide({world.scene, geometry, world.scene.dt_s, a, world.states[index_of(a)], b,
+           is_static(b) ? nullptr : &world.states[index_of(b)]},
+          out, counters);
   return out;
 }
 

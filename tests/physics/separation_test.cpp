@@ -48,8 +48,8 @@ World random_pair(const Shape& a, const Shape& b, std::mt19937_64& engine) {
 }
 
 Separation separation_in(const World& world, const Geometry& geometry) {
-  return separation_of(world.scene, geometry, BodyId{0}, world.states[0], BodyId{1},
-                       &world.states[1]);
+  return separation_of(
+      {world.scene, geometry, 0.0, BodyId{0}, world.states[0], BodyId{1}, &world.states[1]});
 }
 
 TEST(Separation, OfSolidsThatAreApartIsTheLargestGapThatAnyDirectionShows) {

@@ -101,8 +101,9 @@ TEST(Step, CollideGivesTheSameBitsInAnyOrderOfPairsAndOverAnyGarbage) {
   StageCounters counters;
   const auto run = [&](const IndexPair& p) {
     std::vector<ContactManifold> out;
-    collide(world.scene, geometry, world.scene.dt_s, world.ids[p.first], world.states[p.first],
-            world.ids[p.second], &world.states[p.second], out, counters);
+    collide({world.scene, geometry, world.scene.dt_s, world.ids[p.first], world.states[p.first],
+             world.ids[p.second], &world.states[p.second]},
+            out, counters);
     return out;
   };
   std::vector<Tested> tests;

@@ -206,7 +206,7 @@ TEST(Ways, MoreThanEnergyAndPushOutAllowIsAFault) {
     BodyState state = world.states[1];
     state.position_m.x() += way_m;
     faults.clear();
-    report_impossible_way(world.scene, world.scene.dt_s, bounds, 1, BodyId{1}, state, faults);
+    report_impossible_way(world.scene, bounds, 1, BodyId{1}, state, faults);
     return faults.size();
   };
   EXPECT_EQ(moved(0.1 * (3.0 + 2.0) - 1e-6), 0u);
