@@ -199,6 +199,8 @@ Counts stage_counts(const models::SimulationResult& result) {
       {"impacts", stages.impacts},
       {"refined_steps", stages.refined_steps},
       {"islands_over_budget", stages.islands_over_budget},
+      {"blows", stages.blows},
+      {"blows_left", stages.blows_left},
       {"islands_in_blocks", stages.islands_in_blocks},
       {"blocks_solved", stages.blocks_solved},
       {"block_row_sweeps", stages.block_row_sweeps},

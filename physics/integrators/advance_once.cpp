@@ -184,6 +184,8 @@ IslandReport advance_once(const IslandStep& island, bool accurate, std::span<Bod
   counters.solver_iterations += solution.iterations;
   counters.row_sweeps += solution.iterations * rows_of(problem);
   counters.factor_multiplications += solution.multiplications;
+  counters.blows += solution.blows;
+  counters.blows_left += solution.blows_left;
   return report;
 }
 

@@ -55,6 +55,9 @@ struct StageCounters {
   // Islands of which impacts, hits or refinement ended at their budget of work: the laws are the
   // same, but the rest of the step is one step, of first order.
   std::uint64_t islands_over_budget = 0;
+  // What comes to something without a rebound within a step in substeps (blows.hpp): shared out to
+  // rounding, and left to what sweeps make of it.
+  std::uint64_t blows = 0, blows_left = 0;
   std::uint64_t driven_bodies = 0;  // bodies that got a drive's acceleration
   std::uint64_t forced_bodies = 0;  // bodies that got forces or damping of their own
   std::uint64_t kinematic_bodies = 0;

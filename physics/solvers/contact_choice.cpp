@@ -128,7 +128,11 @@ ContactSolution solve_with_surfaces(const SolveStep& step, bool accurate,
       solution.direct = solve_by_newton(false, free, *plan, problem, solution);
   }
   if (!solution.direct && wants_substeps(accurate, ids.size(), ratio, problem)) {
-    solution.iterations += solve_in_substeps(step, free, problem, solution.push);
+    const SubstepWork work = solve_in_substeps(step, free, problem, solution.push);
+    solution.iterations += work.sweeps;
+    solution.multiplications += work.blows.multiplications;
+    solution.blows = work.blows.shared;
+    solution.blows_left = work.blows.left;
     return solution;
   }
   if (!solution.direct)

@@ -14,10 +14,11 @@
 namespace soda::physics {
 
 struct ContactSolution {
-  bool direct = false;                // by Newton's method; by sweeps otherwise
-  std::uint32_t iterations = 0;       // sweeps, and steps of Newton's method
-  std::uint64_t multiplications = 0;  // of all factorisations, roughly
-  std::vector<PushOut> push;          // see solve_push_out
+  bool direct = false;                      // by Newton's method; by sweeps otherwise
+  std::uint32_t iterations = 0;             // sweeps, and steps of Newton's method
+  std::uint64_t multiplications = 0;        // of all factorisations, roughly
+  std::uint32_t blows = 0, blows_left = 0;  // shared out, left to sweeps (blows.hpp)
+  std::vector<PushOut> push;                // see solve_push_out
 };
 
 // Adds what a solution by Newton's method took.

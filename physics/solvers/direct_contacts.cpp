@@ -213,7 +213,7 @@ std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, doub
 
 NewtonOutcome solve_directly(bool accurate, std::span<const SolverBody> free,
                              const Elimination& plan, ContactProblem& problem,
-                             JointSystem* joints) {
+                             JointSystem* joints, int most) {
   // Of the largest velocity of a point. The impulses go on from step to step, so that what a limit
   // has left over is made good in the steps that follow; but a step that is compared with others
   // has to be solved by itself.
@@ -245,7 +245,7 @@ NewtonOutcome solve_directly(bool accurate, std::span<const SolverBody> free,
                             wanted * scale,
                             rounding * scale,
                             accepted * scale,
-                            most_factorisations(free, plan, joints != nullptr),
+                            most > 0 ? most : most_factorisations(free, plan, joints != nullptr),
                             40};
   Responses responses;
   const NewtonOutcome outcome = solve_by_newton(limits, plan, convex, twists, responses);

@@ -32,10 +32,11 @@ std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, doub
 // Velocities and impulses that fulfil all contact laws. `free`: the bodies' velocities after
 // external forces, before any contact. Where it does not converge, the problem stays as it was.
 // `accurate`: to rounding, or not at all.
-// With `joints`: their rows as well, to their targets, from their impulses on.
+// With `joints`: their rows as well, to their targets, from their impulses on. `most`: of
+// factorisations; 0: as many as this island is worth.
 NewtonOutcome solve_directly(bool accurate, std::span<const SolverBody> free,
                              const Elimination& plan, ContactProblem& problem,
-                             JointSystem* joints = nullptr);
+                             JointSystem* joints = nullptr, int most = 0);
 
 // As solve_push_out (contact_solver.hpp), where needs_push_out. `push` stays as it was where it
 // does not converge.

@@ -9,6 +9,16 @@
 #include "physics/solvers/contact_work.hpp"
 
 namespace soda::physics {
+
+double gap_m(const ContactProblem& problem, std::size_t i, const std::vector<Way>& ways) {
+  const NormalRow& row = problem.normals[i];
+  const Way& a = ways[row.a];
+  const Way& b = ways[row.b];
+  const RowContact& contact = problem.contacts[i];
+  return contact.separation_m + contact.carried_m + row.normal.dot(b.linear_m - a.linear_m) +
+         row.arm_b.dot(b.angular_rad) - row.arm_a.dot(a.angular_rad);
+}
+
 namespace {
 
 // A spring with ten times the critical damping, of .125 oscillations a substep: as a share of what
@@ -21,15 +31,6 @@ constexpr double kDamping = 10.0;
 constexpr double kFirm = kTurn * (2.0 * kDamping + kTurn);
 constexpr Softness kSoft{kTurn / (2.0 * kDamping + kTurn), kFirm / (1.0 + kFirm),
                          1.0 / (1.0 + kFirm)};
-
-inline double gap_m(const ContactProblem& problem, std::size_t i, const std::vector<Way>& ways) {
-  const NormalRow& row = problem.normals[i];
-  const Way& a = ways[row.a];
-  const Way& b = ways[row.b];
-  const RowContact& contact = problem.contacts[i];
-  return contact.separation_m + contact.carried_m + row.normal.dot(b.linear_m - a.linear_m) +
-         row.arm_b.dot(b.angular_rad) - row.arm_a.dot(a.angular_rad);
-}
 
 inline void give(const NormalRow& row, double change, SolverBody& a, SolverBody& b) {
   a.linear -= row.normal * (a.inverse_mass * change);
@@ -76,6 +77,8 @@ void share_start_impulses(std::uint32_t count, ContactProblem& problem) {
   for (RollingRow& row : problem.rollings) row.impulse_newton_m_s *= share;
 }
 
+}  // namespace
+
 void add_impulses(const ContactProblem& problem, Substeps& substeps) {
   for (std::size_t i = 0; i < problem.normals.size(); ++i) {
     double* const sum = &substeps.sum_newton_s[3 * i];
@@ -89,8 +92,6 @@ void add_impulses(const ContactProblem& problem, Substeps& substeps) {
     substeps.sum_newton_m_s[i] += problem.rollings[i].impulse_newton_m_s;
 }
 
-}  // namespace
-
 std::uint32_t substeps_of(const SolverSettings& settings) {
   return static_cast<std::uint32_t>(std::max(1, (settings.iterations + 2) / 4));
 }
@@ -98,6 +99,7 @@ std::uint32_t substeps_of(const SolverSettings& settings) {
 void begin_substeps(double dt_s, std::uint32_t count, const Selection<BodyState>& states,
                     ContactProblem& problem, Substeps& substeps) {
   const double share = 1.0 / count;
+  substeps.count = count;
   substeps.length_s = dt_s * share;
   substeps.ways.assign(problem.bodies.size(), {});
   substeps.at_start.resize(states.size());
@@ -179,17 +181,21 @@ PushOut beyond_final_velocity(double dt_s, double most_m_s, const BodyState& bef
           beyond.angular + (pushed.angular - whole.angular)};
 }
 
-std::uint32_t solve_in_substeps(const SolveStep& step, std::span<const SolverBody> free,
-                                ContactProblem& problem, std::vector<PushOut>& push) {
+SubstepWork solve_in_substeps(const SolveStep& step, std::span<const SolverBody> free,
+                              ContactProblem& problem, std::vector<PushOut>& push) {
   const auto& [scene, dt_s, ids, states] = step;
   Substeps substeps;
   const std::uint32_t count = substeps_of(scene.solver);
+  const Blows blows = find_blows(step, problem);
+  SubstepWork work{2 * count, {}};
   begin_substeps(dt_s, count, states, problem, substeps);
   for (std::uint32_t i = 0; i < count; ++i) {
     if (i > 0) go_on(problem, substeps);
     carry(i * substeps.length_s, substeps.length_s, problem);
+    if (i == 0) start_with_blow(blows, free, problem, substeps, work.blows);
     press(problem, substeps);
     move_on(problem, substeps);
+    share_blow(blows, problem, substeps, work.blows);
     relax(problem, substeps);
   }
   end_substeps(problem, substeps);
@@ -201,7 +207,7 @@ std::uint32_t solve_in_substeps(const SolveStep& step, std::span<const SolverBod
   for (std::size_t i = 0; i < states.size(); ++i)
     push[i] = beyond_final_velocity(dt_s, most_m_s, states[i], problem.bodies[i], flights[i],
                                     substeps.ways[i]);
-  return 2 * count;
+  return work;
 }
 
 }  // namespace soda::physics

@@ -14,6 +14,7 @@
 #include "physics/math/solver_body.hpp"
 #include "physics/model/body_state.hpp"
 #include "physics/model/scene.hpp"
+#include "physics/solvers/blows.hpp"
 #include "physics/solvers/island_motion.hpp"
 
 namespace soda::physics {
@@ -28,6 +29,7 @@ struct Way {
 
 // What bodies and rows of a contact problem have besides, while its step is under way.
 struct Substeps {
+  std::uint32_t count = 0;
   double length_s = 0.0;
   std::vector<Way> ways;             // parallel to the problem's bodies
   std::vector<PushOut> at_start;     // velocities at the substep's start, of those that move
@@ -40,6 +42,11 @@ struct Substeps {
 // whose bodies are moved elsewhere.
 void begin_substeps(double dt_s, std::uint32_t count, const Selection<BodyState>& states,
                     ContactProblem& problem, Substeps& substeps);
+
+// Of a contact after those ways, to first order.
+double gap_m(const ContactProblem& problem, std::size_t row, const std::vector<Way>& ways);
+// To the sums.
+void add_impulses(const ContactProblem& problem, Substeps& substeps);
 
 // The stages of a substep, in this order; go_on() leads to the next one.
 void press(ContactProblem& problem, const Substeps& substeps);
@@ -56,10 +63,15 @@ void end_substeps(ContactProblem& problem, const Substeps& substeps);
 PushOut beyond_final_velocity(double dt_s, double most_m_s, const BodyState& before,
                               const SolverBody& body, const Flight& flight, const Way& way);
 
-// All of it, for one problem. Returns the number of sweeps; `push` as in ContactSolution.
+struct SubstepWork {
+  std::uint32_t sweeps = 0;
+  BlowWork blows;
+};
+
+// All of it, for one problem, with blows shared out (blows.hpp); `push` as in ContactSolution.
 // `free`: velocities after external forces. The impulses give the island no energy
 // (contact_work.hpp).
-std::uint32_t solve_in_substeps(const SolveStep& step, std::span<const SolverBody> free,
-                                ContactProblem& problem, std::vector<PushOut>& push);
+SubstepWork solve_in_substeps(const SolveStep& step, std::span<const SolverBody> free,
+                              ContactProblem& problem, std::vector<PushOut>& push);
 
 }  // namespace soda::physics

@@ -13,6 +13,7 @@
 #include "physics/forces/forces.hpp"
 #include "physics/model/kinematic.hpp"
 #include "physics/refinement/refinement.hpp"
+#include "physics/solvers/blows.hpp"
 #include "physics/solvers/solve_choice.hpp"
 
 namespace soda::physics {
@@ -80,6 +81,7 @@ void add_solves(const SceneDescription& scene, std::vector<Stage>& stages) {
       {"motor rows", motors_needed(scene), count_of(&StageCounters::motor_rows)},
       {"breaking joints", breaks_needed(scene), count_of(&StageCounters::joints_broken)},
       {"restitution rows", restitution_needed(scene), count_of(&StageCounters::restitution_rows)},
+      {"blows shared out", blows_needed(scene), count_of(&StageCounters::blows)},
       {"impacts in flight", flights_needed(scene), count_of(&StageCounters::flight_searches)},
       {"hits among contacts", hits_needed(scene), count_of(&StageCounters::hit_searches)},
       {"impacts on unseen statics", unseen_statics_needed(scene),

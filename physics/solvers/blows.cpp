@@ -1,0 +1,324 @@
+#include "physics/solvers/blows.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include "physics/math/block_cholesky.hpp"
+#include "physics/solvers/contact_solver.hpp"
+#include "physics/solvers/direct_contacts.hpp"
+#include "physics/solvers/substeps.hpp"
+
+namespace soda::physics {
+namespace {
+
+constexpr double kSlow = 0.03;    // of the speed that gravity gives in a step
+constexpr double kStill = 1e-11;  // of the width, in a step
+
+struct Motion {
+  Vec3 linear, angular;
+};
+
+Motion motion_of(const SolverBody& body) { return {body.linear, body.angular}; }
+
+double closing_m_s(const NormalRow& row, const Motion& a, const Motion& b) {
+  return row.normal.dot(a.linear - b.linear) + row.arm_a.dot(a.angular) - row.arm_b.dot(b.angular);
+}
+
+// The fastest that a point may close in the substep that comes.
+double most_closing_m_s(const ContactProblem& problem, const Substeps& substeps, std::size_t i) {
+  return std::max(gap_m(problem, i, substeps.ways), 0.0) / substeps.length_s;
+}
+
+// How much faster a point closes than it may, if to stop that takes more than what it bears; else
+// nothing.
+double struck_m_s(const ContactProblem& problem, const Substeps& substeps, std::size_t i,
+                  double closing_m_s) {
+  if (!(closing_m_s > 0.0)) return 0.0;
+  const NormalRow& row = problem.normals[i];
+  const double excess = closing_m_s - most_closing_m_s(problem, substeps, i);
+  const double still = kStill * problem.contacts[i].size_m / substeps.length_s;
+  return excess > still && row.mass_kg * excess > row.impulse_newton_s ? excess : 0.0;
+}
+
+// Rows by body, of those that move.
+struct RowsOfBodies {
+  std::vector<std::uint32_t> begin, rows;
+
+  RowsOfBodies(const ContactProblem& problem, std::size_t bodies) : begin(bodies + 1, 0) {
+    for (const NormalRow& row : problem.normals)
+      for (const std::uint32_t body : {row.a, row.b})
+        if (body < bodies) ++begin[body + 1];
+    for (std::size_t i = 0; i < bodies; ++i) begin[i + 1] += begin[i];
+    rows.resize(begin[bodies]);
+    std::vector<std::uint32_t> next = begin;
+    for (std::uint32_t i = 0; i < problem.normals.size(); ++i)
+      for (const std::uint32_t body : {problem.normals[i].a, problem.normals[i].b})
+        if (body < bodies) rows[next[body]++] = i;
+  }
+};
+
+// What touches from body to body, from struck rows on: bodies and rows, ascending.
+struct Cluster {
+  std::vector<std::uint32_t> bodies, rows;
+  bool is_tree = false;  // each pair meets in one point, and pairs of bodies make no rings
+};
+
+bool is_tree(const Cluster& cluster, const ContactProblem& problem, std::size_t bodies) {
+  std::size_t pairs = 0;
+  const NormalRow* last = nullptr;
+  for (const std::uint32_t i : cluster.rows) {
+    const NormalRow& row = problem.normals[i];
+    const RowContact& contact = problem.contacts[i];
+    if (contact.point > 0 ||
+        (last != nullptr && last->a == row.a && last->b == row.b && row.b < bodies))
+      return false;
+    pairs += row.b < bodies;
+    last = &row;
+  }
+  return pairs < cluster.bodies.size();
+}
+
+// `reach_m_s`: rows whose gap is farther away than that are not part of it, unless they bear.
+Cluster cluster_of(const std::vector<std::uint32_t>& struck, double reach_m_s,
+                   const ContactProblem& problem, const Substeps& substeps) {
+  const std::size_t bodies = substeps.at_start.size();
+  const RowsOfBodies of(problem, bodies);
+  std::vector<char> has_body(bodies, 0), has_row(problem.normals.size(), 0);
+  Cluster cluster;
+  const auto take = [&](std::uint32_t i) {
+    has_row[i] = 1;
+    cluster.rows.push_back(i);
+    for (const std::uint32_t body : {problem.normals[i].a, problem.normals[i].b}) {
+      if (body >= bodies || has_body[body]) continue;
+      has_body[body] = 1;
+      cluster.bodies.push_back(body);
+    }
+  };
+  for (const std::uint32_t i : struck)
+    if (!has_row[i]) take(i);
+  for (std::size_t next = 0; next < cluster.bodies.size(); ++next) {
+    const std::uint32_t body = cluster.bodies[next];
+    for (std::uint32_t k = of.begin[body]; k < of.begin[body + 1]; ++k) {
+      const std::uint32_t i = of.rows[k];
+      if (has_row[i]) continue;
+      if (problem.normals[i].impulse_newton_s > 0.0 ||
+          most_closing_m_s(problem, substeps, i) <= reach_m_s)
+        take(i);
+    }
+  }
+  std::sort(cluster.bodies.begin(), cluster.bodies.end());
+  std::sort(cluster.rows.begin(), cluster.rows.end());
+  cluster.is_tree = is_tree(cluster, problem, bodies);
+  return cluster;
+}
+
+// The rows and bodies of a cluster as a problem of their own, without impulses.
+ContactProblem problem_of(const Cluster& cluster, const ContactProblem& whole,
+                          const Substeps& substeps) {
+  const std::size_t moving = substeps.at_start.size();
+  std::vector<std::uint32_t> place(whole.bodies.size());
+  ContactProblem problem;
+  for (const std::uint32_t body : cluster.bodies) {
+    place[body] = static_cast<std::uint32_t>(problem.bodies.size());
+    problem.bodies.push_back(whole.bodies[body]);
+  }
+  for (std::size_t body = moving; body < whole.bodies.size(); ++body) {
+    place[body] = static_cast<std::uint32_t>(problem.bodies.size());
+    problem.bodies.push_back(whole.bodies[body]);
+  }
+  for (const std::uint32_t i : cluster.rows) {
+    NormalRow row = whole.normals[i];
+    row.a = place[row.a];
+    row.b = place[row.b];
+    row.target_m_s = -most_closing_m_s(whole, substeps, i);
+    RowContact contact = whole.contacts[i];
+    if (contact.friction_row >= 0) {
+      FrictionRow friction = whole.frictions[contact.friction_row];
+      friction.a = place[friction.a];
+      friction.b = place[friction.b];
+      friction.normal_row = static_cast<std::uint32_t>(problem.normals.size());
+      contact.friction_row = static_cast<std::int32_t>(problem.frictions.size());
+      problem.frictions.push_back(friction);
+    }
+    problem.normals.push_back(row);
+    problem.contacts.push_back(contact);
+  }
+  forget_impulses(problem);
+  return problem;
+}
+
+// Whether nothing closes faster than it may, but for rounding.
+bool nothing_closes(double length_s, const ContactProblem& problem) {
+  for (std::size_t i = 0; i < problem.normals.size(); ++i) {
+    const NormalRow& row = problem.normals[i];
+    const double closing =
+        closing_m_s(row, motion_of(problem.bodies[row.a]), motion_of(problem.bodies[row.b]));
+    if (closing + row.target_m_s > kStill * problem.contacts[i].size_m / length_s) return false;
+  }
+  return true;
+}
+
+// All contact laws at once, from the bodies' velocities and no impulses on. Whether they are met.
+bool meet_laws(double length_s, std::size_t moving, ContactProblem& problem, BlowWork& work) {
+  constexpr int kFewSweeps = 30, kFewFactorisations = 24;
+  if (nothing_closes(length_s, problem)) return true;
+  if (work.gave_up) return false;
+  const auto end = problem.bodies.begin() + static_cast<std::ptrdiff_t>(moving);
+  const std::vector<SolverBody> before(problem.bodies.begin(), end);
+  if (solve_velocities(kFewSweeps, problem) < kFewSweeps) return true;
+  std::copy(before.begin(), before.end(), problem.bodies.begin());
+  forget_impulses(problem);
+  std::vector<std::array<std::uint32_t, 2>> edges;
+  for (const NormalRow& row : problem.normals)
+    if (row.b < moving) edges.push_back({row.a, row.b});
+  const std::optional<Elimination> plan =
+      plan_elimination(static_cast<std::uint32_t>(moving), edges, 1e300);
+  const NewtonOutcome outcome =
+      solve_directly(true, before, *plan, problem, nullptr, kFewFactorisations);
+  work.multiplications +=
+      static_cast<std::uint64_t>(outcome.factorisations * plan->multiplications);
+  work.gave_up = !outcome.converged;
+  return outcome.converged;
+}
+
+// The blow's impulses join the sums.
+void add_blow(const Cluster& cluster, const ContactProblem& solved, Substeps& substeps) {
+  for (std::size_t k = 0; k < cluster.rows.size(); ++k) {
+    double* const sum = &substeps.sum_newton_s[3 * cluster.rows[k]];
+    sum[0] += solved.normals[k].impulse_newton_s;
+    const std::int32_t friction = solved.contacts[k].friction_row;
+    if (friction < 0) continue;
+    sum[1] += solved.frictions[friction].impulse_newton_s[0];
+    sum[2] += solved.frictions[friction].impulse_newton_s[1];
+  }
+}
+
+void set_impulses(const Cluster& cluster, const ContactProblem& solved, ContactProblem& whole) {
+  for (std::size_t k = 0; k < cluster.rows.size(); ++k) {
+    const std::uint32_t i = cluster.rows[k];
+    whole.normals[i].impulse_newton_s = solved.normals[k].impulse_newton_s;
+    const std::int32_t friction = solved.contacts[k].friction_row;
+    if (friction < 0) continue;
+    FrictionRow& row = whole.frictions[whole.contacts[i].friction_row];
+    for (int t = 0; t < 2; ++t)
+      row.impulse_newton_s[t] = solved.frictions[friction].impulse_newton_s[t];
+  }
+}
+
+}  // namespace
+
+Need blows_needed(const SceneDescription& scene) {
+  const Need contacts = contacts_needed(scene);
+  if (!contacts) return contacts;
+  return need_of(scene.bodies.size() > 2, "three bodies can touch", "no three bodies");
+}
+
+Blows find_blows(const SolveStep& step, const ContactProblem& problem) {
+  const auto& [scene, dt_s, ids, states] = step;
+  Blows blows;
+  if (!problem.rollings.empty()) return blows;
+  const auto motion = [&, &states = states](std::uint32_t i) {
+    if (i < states.size())
+      return Motion{states[i].linear_velocity_m_s, states[i].angular_velocity_rad_s};
+    return motion_of(problem.bodies[i]);
+  };
+  const double slow = kSlow * scene.gravity_m_s2.norm() * dt_s;
+  for (std::uint32_t i = 0; i < problem.normals.size(); ++i) {
+    const NormalRow& row = problem.normals[i];
+    const RowContact& contact = problem.contacts[i];
+    const bool bears = row.impulse_newton_s > 0.0;
+    const double least = (bears ? slow : 0.0) + kStill * contact.size_m / dt_s;
+    if (std::abs(closing_m_s(row, motion(row.a), motion(row.b))) > least || !bears)
+      blows.can_be_struck.push_back(i);
+    const double borne =
+        closing_m_s(row, motion_of(problem.bodies[row.a]), motion_of(problem.bodies[row.b]));
+    if (bears && borne < -least) blows.kicked.push_back(i);
+  }
+  return blows;
+}
+
+void start_with_blow(const Blows& blows, std::span<const SolverBody> free, ContactProblem& problem,
+                     Substeps& substeps, BlowWork& work) {
+  std::vector<PushOut>& start = substeps.at_start;
+  const auto motion = [&](std::uint32_t i) {
+    return i < start.size() ? Motion{start[i].linear, start[i].angular}
+                            : motion_of(problem.bodies[i]);
+  };
+  std::vector<std::uint32_t> struck = blows.kicked;
+  double reach_m_s = 0.0;
+  for (const std::uint32_t i : blows.can_be_struck) {
+    const NormalRow& row = problem.normals[i];
+    const double excess =
+        struck_m_s(problem, substeps, i, closing_m_s(row, motion(row.a), motion(row.b)));
+    if (excess > 0.0) struck.push_back(i);
+    reach_m_s = std::max(reach_m_s, 2.0 * excess);
+  }
+  if (struck.empty()) return;
+  const Cluster cluster = cluster_of(struck, reach_m_s, problem, substeps);
+  if (!cluster.is_tree) {
+    ++work.left;
+    return;
+  }
+  ContactProblem part = problem_of(cluster, problem, substeps);
+  const std::size_t moving = cluster.bodies.size();
+  for (std::size_t k = 0; k < moving; ++k) {
+    part.bodies[k].linear = start[cluster.bodies[k]].linear;
+    part.bodies[k].angular = start[cluster.bodies[k]].angular;
+  }
+  if (!meet_laws(substeps.length_s, moving, part, work)) {
+    ++work.left;
+    return;
+  }
+  ++work.shared;
+  add_blow(cluster, part, substeps);
+  const double share = 1.0 / substeps.count;
+  for (std::size_t k = 0; k < moving; ++k) {
+    const std::uint32_t i = cluster.bodies[k];
+    SolverBody& body = part.bodies[k];
+    const PushOut after{body.linear, body.angular};
+    body.linear += (free[i].linear - start[i].linear) * share;
+    body.angular += (free[i].angular - start[i].angular) * share;
+    start[i] = after;
+  }
+  forget_impulses(part);
+  meet_laws(substeps.length_s, moving, part, work);
+  set_impulses(cluster, part, problem);
+  for (std::size_t k = 0; k < moving; ++k) problem.bodies[cluster.bodies[k]] = part.bodies[k];
+}
+
+void share_blow(const Blows& blows, ContactProblem& problem, Substeps& substeps, BlowWork& work) {
+  std::vector<std::uint32_t> struck;
+  double reach_m_s = 0.0;
+  for (const std::uint32_t i : blows.can_be_struck) {
+    const NormalRow& row = problem.normals[i];
+    const double excess = struck_m_s(
+        problem, substeps, i,
+        closing_m_s(row, motion_of(problem.bodies[row.a]), motion_of(problem.bodies[row.b])));
+    if (excess > 0.0) struck.push_back(i);
+    reach_m_s = std::max(reach_m_s, 2.0 * excess);
+  }
+  if (struck.empty()) return;
+  const Cluster cluster = cluster_of(struck, reach_m_s, problem, substeps);
+  if (!cluster.is_tree) {
+    ++work.left;
+    return;
+  }
+  ContactProblem part = problem_of(cluster, problem, substeps);
+  if (!meet_laws(substeps.length_s, cluster.bodies.size(), part, work)) {
+    ++work.left;
+    return;
+  }
+  ++work.shared;
+  add_blow(cluster, part, substeps);
+  for (std::size_t k = 0; k < cluster.bodies.size(); ++k) {
+    SolverBody& body = problem.bodies[cluster.bodies[k]];
+    PushOut& start = substeps.at_start[cluster.bodies[k]];
+    start.linear += part.bodies[k].linear - body.linear;
+    start.angular += part.bodies[k].angular - body.angular;
+    body = part.bodies[k];
+  }
+}
+
+}  // namespace soda::physics

@@ -1,0 +1,53 @@
+// Blows within a step in substeps: what comes to something that does not bounce. Sweeps share a
+// blow out over what touches as far as they get, and what they leave flies apart; here it is
+// shared out until every contact law is fulfilled.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "physics/constraints/contact_rows.hpp"
+#include "physics/model/need.hpp"
+
+namespace soda::physics {
+
+struct Substeps;
+
+// Of islands of three bodies or more.
+Need blows_needed(const SceneDescription& scene);
+
+// Rows of one step, ascending.
+struct Blows {
+  std::vector<std::uint32_t> can_be_struck;  // that bore nothing in the step before, or move
+  // That open as soon as they bear what they bore in the step before: that was a blow.
+  std::vector<std::uint32_t> kicked;
+};
+
+// What blows took: how many were shared out, how many left to the sweeps, and multiplications of
+// factorisations, roughly.
+struct BlowWork {
+  std::uint32_t shared = 0, left = 0;
+  std::uint64_t multiplications = 0;
+  bool gave_up = false;  // Newton's method did not converge: it is not tried again in this step
+};
+
+// `problem` as build_rows leaves it. None where rolling friction is.
+Blows find_blows(const SolveStep& step, const ContactProblem& problem);
+
+// After begin_substeps(): what closes at the step's start is a blow, and what is kicked gets what
+// it bears in the first substep anew. `free`: velocities after external forces.
+void start_with_blow(const Blows& blows, std::span<const SolverBody> free, ContactProblem& problem,
+                     Substeps& substeps, BlowWork& work);
+
+// Before relax(): where a point closes in the substep that comes, and to stop it takes more than
+// what it bears, the velocities of all that touches, from body to body, become at once what
+// fulfils the contact laws: by sweeps if few do, else by Newton's method. Only where each pair
+// meets in one point and pairs of bodies make no rings: then a factorisation is linear in their
+// number, and few do. (Faces that meet in several points, with friction, took 160 in the mean.)
+// Else, and where Newton's method does not converge, it is left to the sweeps of the substeps. The
+// impulses of a blow are in the substeps' sums alone, so that the next substep does not expect them
+// again.
+void share_blow(const Blows& blows, ContactProblem& problem, Substeps& substeps, BlowWork& work);
+
+}  // namespace soda::physics

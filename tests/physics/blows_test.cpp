@@ -1,0 +1,110 @@
+// What comes to something that does not bounce is shared out to the last body that it reaches.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "tests/physics/scenes.hpp"
+
+namespace soda::physics {
+namespace {
+
+using test::kGravity;
+using test::World;
+
+constexpr double kRadius_m = 0.1, kWay_m = 0.0075;
+
+// A ball at 1 m/s comes to a row of n - 1; the last is as heavy as `ratio` times the first.
+World ball_row(int n, double gap_m, double ratio, bool on_floor) {
+  World world;
+  const Material smooth{.friction = 0.0, .restitution = 0.0};
+  world.scene.gravity_m_s2 = on_floor ? Vec3(0, 0, -kGravity) : Vec3(Vec3::Zero());
+  if (on_floor) world.add_floor(smooth);
+  const std::uint32_t ball = world.add_shape(Sphere{kRadius_m});
+  for (int i = 0; i < n; ++i) {
+    const double x = i == 0 ? -2.0 * kRadius_m - kWay_m : (2.0 * kRadius_m + gap_m) * (i - 1);
+    world.add_body(ball, Vec3(x, 0, kRadius_m), std::pow(ratio, i / (n - 1.0)), smooth);
+  }
+  world.states[0].linear_velocity_m_s = Vec3(1, 0, 0);
+  return world;
+}
+
+double mass_of(const World& world) {
+  double mass = 0.0;
+  for (const BodyParams& body : world.scene.bodies) mass += body.mass_kg;
+  return mass;
+}
+
+TEST(Blows, TouchingBallsGoOnTogetherForAnyNumber) {
+  for (const bool on_floor : {false, true})
+    for (const double ratio : {1.0, 0.02})
+      for (const int n : {3, 4, 5, 8, 9, 16, 33, 64, 65, 120}) {
+        World world = ball_row(n, 0.0, ratio, on_floor);
+        const double together_m_s = world.scene.bodies[0].mass_kg / mass_of(world);
+        world.run(3);
+        double off = 0.0;
+        for (const BodyState& state : world.states)
+          off = std::max(off, (state.linear_velocity_m_s - Vec3(together_m_s, 0, 0)).norm());
+        EXPECT_LE(off, 1e-8) << n << " balls, ratio " << ratio << ", floor " << on_floor;
+      }
+}
+
+// Blow after blow, several in a step.
+TEST(Blows, SpacedBallsAreTakenAlongOneAfterTheOther) {
+  for (const bool on_floor : {false, true})
+    for (const double dt_s : {1.0 / 30, 1.0 / 60, 1.0 / 240})
+      for (const int n : {3, 7, 12, 20}) {
+        constexpr double kGap_m = 0.0015;
+        World world = ball_row(n, kGap_m, 1.0, on_floor);
+        world.scene.dt_s = dt_s;
+        double needed_s = kWay_m;
+        for (int i = 2; i < n; ++i) needed_s += kGap_m * i;
+        world.run(static_cast<int>(needed_s / dt_s) + 2);
+        double off = 0.0;
+        for (const BodyState& state : world.states)
+          off = std::max(off, (state.linear_velocity_m_s - Vec3(1.0 / n, 0, 0)).norm());
+        EXPECT_LE(off, 1e-6) << n << " balls, step " << dt_s << ", floor " << on_floor;
+        EXPECT_GT(world.counters.blows, 0u);
+        EXPECT_EQ(world.counters.blows_left, 0u);
+      }
+}
+
+// Off the line of centres: nothing says where they go, but for what contact laws do. With friction
+// Newton's method may give up, and sweeps leave a trace.
+TEST(Blows, LeaveNothingThatClosesAndNoMomentum) {
+  for (const double friction : {0.0, 0.3})
+    for (const int n : {4, 10, 30}) {
+      World world = ball_row(n, 0.0, 1.0, false);
+      for (BodyParams& body : world.scene.bodies) body.material.friction = friction;
+      for (int i = 0; i < n; ++i) world.states[i].position_m.y() = 0.03 * (i % 2);
+      world.states[0].linear_velocity_m_s = Vec3(1, 0.2, 0.1);
+      const Mechanics before = measure(world.scene, world.ids, world.states);
+      world.run(60);
+      const Mechanics after = measure(world.scene, world.ids, world.states);
+      EXPECT_LE((after.linear_momentum_newton_s - before.linear_momentum_newton_s).norm(), 1e-13);
+      EXPECT_LE(after.kinetic_energy_joule, before.kinetic_energy_joule);
+      for (int i = 0; i + 1 < n; ++i) {
+        const Vec3 way = world.states[i + 1].position_m - world.states[i].position_m;
+        if (way.norm() > 2.0 * kRadius_m * (1.0 + 1e-9)) continue;
+        const Vec3 closing =
+            world.states[i].linear_velocity_m_s - world.states[i + 1].linear_velocity_m_s;
+        EXPECT_LE(closing.dot(way.normalized()), friction > 0.0 ? 1e-4 : 1e-6)
+            << "between " << i << " and the next of " << n << ", friction " << friction;
+      }
+    }
+}
+
+TEST(Blows, AreNotLookedForInWhatRests) {
+  World world;
+  world.add_floor({.friction = 0.5, .restitution = 0.0});
+  world.scene.gravity_m_s2 = Vec3(0, 0, -kGravity);
+  world.scene.solver.rest = false;
+  const std::uint32_t box = world.add_shape(Box{Vec3(0.5, 0.5, 0.5)});
+  for (int i = 0; i < 5; ++i) world.add_body(box, Vec3(0, 0, 0.5 + i));
+  world.run(60);
+  EXPECT_EQ(world.counters.blows + world.counters.blows_left, 0u);
+}
+
+}  // namespace
+}  // namespace soda::physics
