@@ -7,6 +7,7 @@
 
 #include "physics/math/block_cholesky.hpp"
 #include "physics/solvers/contact_solver.hpp"
+#include "physics/solvers/convex_contacts.hpp"
 #include "physics/solvers/direct_contacts.hpp"
 #include "physics/solvers/substeps.hpp"
 
@@ -16,13 +17,9 @@ namespace {
 constexpr double kSlow = 0.03;    // of the speed that gravity gives in a step
 constexpr double kStill = 1e-11;  // of the width, in a step
 
-struct Motion {
-  Vec3 linear, angular;
-};
+Twist twist_of(const SolverBody& body) { return {body.linear, body.angular}; }
 
-Motion motion_of(const SolverBody& body) { return {body.linear, body.angular}; }
-
-double closing_m_s(const NormalRow& row, const Motion& a, const Motion& b) {
+double closing_m_s(const NormalRow& row, const Twist& a, const Twist& b) {
   return row.normal.dot(a.linear - b.linear) + row.arm_a.dot(a.angular) - row.arm_b.dot(b.angular);
 }
 
@@ -154,7 +151,7 @@ bool nothing_closes(double length_s, const ContactProblem& problem) {
   for (std::size_t i = 0; i < problem.normals.size(); ++i) {
     const NormalRow& row = problem.normals[i];
     const double closing =
-        closing_m_s(row, motion_of(problem.bodies[row.a]), motion_of(problem.bodies[row.b]));
+        closing_m_s(row, twist_of(problem.bodies[row.a]), twist_of(problem.bodies[row.b]));
     if (closing + row.target_m_s > kStill * problem.contacts[i].size_m / length_s) return false;
   }
   return true;
@@ -221,8 +218,8 @@ Blows find_blows(const SolveStep& step, const ContactProblem& problem) {
   if (!problem.rollings.empty()) return blows;
   const auto motion = [&, &states = states](std::uint32_t i) {
     if (i < states.size())
-      return Motion{states[i].linear_velocity_m_s, states[i].angular_velocity_rad_s};
-    return motion_of(problem.bodies[i]);
+      return Twist{states[i].linear_velocity_m_s, states[i].angular_velocity_rad_s};
+    return twist_of(problem.bodies[i]);
   };
   const double slow = kSlow * scene.gravity_m_s2.norm() * dt_s;
   for (std::uint32_t i = 0; i < problem.normals.size(); ++i) {
@@ -233,7 +230,7 @@ Blows find_blows(const SolveStep& step, const ContactProblem& problem) {
     if (std::abs(closing_m_s(row, motion(row.a), motion(row.b))) > least || !bears)
       blows.can_be_struck.push_back(i);
     const double borne =
-        closing_m_s(row, motion_of(problem.bodies[row.a]), motion_of(problem.bodies[row.b]));
+        closing_m_s(row, twist_of(problem.bodies[row.a]), twist_of(problem.bodies[row.b]));
     if (bears && borne < -least) blows.kicked.push_back(i);
   }
   return blows;
@@ -243,8 +240,8 @@ void start_with_blow(const Blows& blows, std::span<const SolverBody> free, Conta
                      Substeps& substeps, BlowWork& work) {
   std::vector<PushOut>& start = substeps.at_start;
   const auto motion = [&](std::uint32_t i) {
-    return i < start.size() ? Motion{start[i].linear, start[i].angular}
-                            : motion_of(problem.bodies[i]);
+    return i < start.size() ? Twist{start[i].linear, start[i].angular}
+                            : twist_of(problem.bodies[i]);
   };
   std::vector<std::uint32_t> struck = blows.kicked;
   double reach_m_s = 0.0;
@@ -295,7 +292,7 @@ void share_blow(const Blows& blows, ContactProblem& problem, Substeps& substeps,
     const NormalRow& row = problem.normals[i];
     const double excess = struck_m_s(
         problem, substeps, i,
-        closing_m_s(row, motion_of(problem.bodies[row.a]), motion_of(problem.bodies[row.b])));
+        closing_m_s(row, twist_of(problem.bodies[row.a]), twist_of(problem.bodies[row.b])));
     if (excess > 0.0) struck.push_back(i);
     reach_m_s = std::max(reach_m_s, 2.0 * excess);
   }
