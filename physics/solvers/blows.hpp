@@ -29,7 +29,8 @@ struct Blows {
 struct BlowWork {
   std::uint32_t shared = 0, left = 0;
   std::uint64_t multiplications = 0;
-  bool gave_up = false;  // Newton's method did not converge: it is not tried again in this step
+  // Newton's method is switched off, or did not converge: it is not tried again in this step.
+  bool gave_up = false;
 };
 
 // `problem` as build_rows leaves it. None where rolling friction is.

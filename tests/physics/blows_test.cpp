@@ -95,6 +95,14 @@ TEST(Blows, LeaveNothingThatClosesAndNoMomentum) {
     }
 }
 
+TEST(Blows, AreSharedOutBySweepsAloneWhereTheDirectSolverIsOff) {
+  World world = ball_row(5, 0.0, 1.0, false);
+  world.scene.solver.direct = false;
+  world.run(3);
+  EXPECT_EQ(world.counters.factor_multiplications, 0u);
+  EXPECT_GT(world.counters.blows + world.counters.blows_left, 0u);
+}
+
 TEST(Blows, AreNotLookedForInWhatRests) {
   World world;
   world.add_floor({.friction = 0.5, .restitution = 0.0});
