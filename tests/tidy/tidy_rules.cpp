@@ -133,23 +133,6 @@ std::vector<Finding> find_quiet_fprintf(const SourceFile& file, const std::strin
   return findings;
 }
 
-enum class Scope { kNamespace, kType, kFunction, kOther };
-
-// What a block is that the statement `head` (everything since the last ; { or }) opens.
-Scope scope_of(const std::string& head, Scope outer) {
-  static const std::regex space(R"(\bnamespace\b|extern\s*$)");
-  static const std::regex type(R"(\b(class|struct|enum|union)\b(\s*alignas\([^()]*\))?[^()]*$)");
-  if (outer == Scope::kFunction || outer == Scope::kOther) return Scope::kOther;
-  if (std::regex_search(head, space)) return Scope::kNamespace;
-  if (std::regex_search(head, type)) return Scope::kType;
-  // An initialiser, as in `int a{1}` or `x = {...}`: no parameter list, or an assignment.
-  static const std::regex assignment(R"([^=!<>]=\s*$)");
-  if (head.find('(') == std::string::npos || std::regex_search(head, assignment)) {
-    return Scope::kOther;
-  }
-  return Scope::kFunction;
-}
-
 }  // namespace
 
 std::vector<Finding> check_layers(const SourceFile& file) {
@@ -262,46 +245,6 @@ std::vector<Finding> check_file_length(const SourceFile& file) {
   return {{file.path, 0,
            std::to_string(lines) + " lines; allowed: " + std::to_string(kMaxFileLines) +
                ": split it by concept"}};
-}
-
-std::vector<FunctionLength> function_lengths(const SourceFile& file) {
-  const std::string text = without_comments_and_literals(file.text);
-  std::vector<FunctionLength> lengths;
-  std::vector<std::pair<Scope, std::size_t>> open;  // with the line where it opened
-  std::string head;
-  std::size_t line = 1;
-  int parentheses = 0;
-  for (const char c : text) {
-    if (c == '\n') ++line;
-    parentheses += (c == '(') - (c == ')');
-    if (c == '{') {
-      const Scope outer = open.empty() ? Scope::kNamespace : open.back().first;
-      open.emplace_back(parentheses > 0 ? Scope::kOther : scope_of(head, outer), line);
-      head.clear();
-    } else if (c == '}') {
-      if (open.empty()) return lengths;  // not C++ as we write it
-      const auto [scope, begin] = open.back();
-      open.pop_back();
-      if (scope == Scope::kFunction) lengths.push_back({file.path, begin, line - begin + 1});
-      head.clear();
-    } else if (c == ';' && parentheses == 0) {
-      head.clear();
-    } else {
-      head += c;
-    }
-  }
-  return lengths;
-}
-
-std::vector<Finding> check_function_length(const SourceFile& file, std::size_t limit) {
-  std::vector<Finding> findings;
-  for (const FunctionLength& function : function_lengths(file)) {
-    if (function.lines <= limit) continue;
-    findings.push_back({file.path, function.line,
-                        "function of " + std::to_string(function.lines) +
-                            " lines; allowed: " + std::to_string(limit)});
-  }
-  return findings;
 }
 
 std::vector<Finding> check_leftovers(const SourceFile& file) {

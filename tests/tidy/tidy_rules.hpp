@@ -38,18 +38,22 @@ std::vector<Finding> check_lines(const SourceFile& file);
 // Files of at most 400 lines.
 std::vector<Finding> check_file_length(const SourceFile& file);
 
-struct FunctionLength {
+struct FunctionSize {
   std::string path;
   std::size_t line = 0;   // where the body opens
   std::size_t lines = 0;  // from there to its end
+  std::size_t parameters = 0;
 };
 
 // Function bodies of clang-formatted C++: a block opened by a line that does not open a namespace,
 // type or initialiser, in namespace or class scope.
-std::vector<FunctionLength> function_lengths(const SourceFile& file);
+std::vector<FunctionSize> function_sizes(const SourceFile& file);
 
 // Functions longer than `limit` lines.
 std::vector<Finding> check_function_length(const SourceFile& file, std::size_t limit);
+
+// Functions of more than `limit` parameters.
+std::vector<Finding> check_parameters(const SourceFile& file, std::size_t limit);
 
 // Work marked as left over.
 std::vector<Finding> check_leftovers(const SourceFile& file);

@@ -110,14 +110,30 @@ TEST(TidyRules, FunctionsAreMeasuredInNamespacesAndClassesButNotTypesOrInitialis
       "  }\n"                         // 13
       "}  // g\n"                     // 14
       "}\n";
-  const auto lengths = function_lengths({"a.cpp", text});
-  ASSERT_EQ(lengths.size(), 2u);
-  EXPECT_EQ(lengths[0].line, 4u);
-  EXPECT_EQ(lengths[0].lines, 3u);
-  EXPECT_EQ(lengths[1].line, 10u);
-  EXPECT_EQ(lengths[1].lines, 5u);
+  const auto sizes = function_sizes({"a.cpp", text});
+  ASSERT_EQ(sizes.size(), 2u);
+  EXPECT_EQ(sizes[0].line, 4u);
+  EXPECT_EQ(sizes[0].lines, 3u);
+  EXPECT_EQ(sizes[1].line, 10u);
+  EXPECT_EQ(sizes[1].lines, 5u);
   EXPECT_EQ(check_function_length({"a.cpp", text}, 4).size(), 1u);
   EXPECT_TRUE(check_function_length({"a.cpp", text}, 5).empty());
+}
+
+TEST(TidyRules, ParametersAreCountedButNotCommasInsideThem) {
+  const std::string text =
+      "template <class T, class U>\n"
+      "void f(std::map<int, int> a, T (&b)[2], U c = g(1, 2)) {\n"
+      "}\n"
+      "void h() {\n"
+      "  f(1, 2, 3, 4);\n"
+      "}\n";
+  const auto sizes = function_sizes({"a.cpp", text});
+  ASSERT_EQ(sizes.size(), 2u);
+  EXPECT_EQ(sizes[0].parameters, 3u);
+  EXPECT_EQ(sizes[1].parameters, 0u);
+  EXPECT_EQ(check_parameters({"a.cpp", text}, 2).size(), 1u);
+  EXPECT_TRUE(check_parameters({"a.cpp", text}, 3).empty());
 }
 
 TEST(TidyRules, LeftoversAreFoundAsWholeWords) {

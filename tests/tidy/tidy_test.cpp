@@ -129,6 +129,17 @@ TEST(Tidy, FunctionsAreShort) {
             "");
 }
 
+TEST(Tidy, FunctionsTakeFewParameters) {
+  constexpr std::size_t kMostParameters = 6;
+  EXPECT_EQ(check_all([](const SourceFile& file) -> std::vector<Finding> {
+              const bool checked =
+                  file.path.starts_with("physics/") || file.path.starts_with("scenarios/");
+              if (!is_code(file.path) || !checked) return {};
+              return check_parameters(file, kMostParameters);
+            }),
+            "");
+}
+
 TEST(Tidy, NothingIsLeftOver) { EXPECT_EQ(check_all(check_leftovers), ""); }
 
 TEST(Tidy, EveryReadmeNamesEachHeaderOfItsFolder) {
