@@ -204,6 +204,44 @@ void set_impulses(const Cluster& cluster, const ContactProblem& solved, ContactP
   }
 }
 
+// A blow that all laws are met after: what it reaches, and that by itself.
+struct SharedBlow {
+  Cluster cluster;
+  ContactProblem part;
+};
+
+// From rows `struck` and those that close by the bodies' velocities `twist`; nothing where there
+// are none, or where the blow is left to the sweeps.
+template <class TwistOf>
+std::optional<SharedBlow> share_out(const Blows& blows, std::vector<std::uint32_t> struck,
+                                    const TwistOf& twist, const ContactProblem& problem,
+                                    Substeps& substeps, BlowWork& work) {
+  double reach_m_s = 0.0;
+  for (const std::uint32_t i : blows.can_be_struck) {
+    const NormalRow& row = problem.normals[i];
+    const double excess =
+        struck_m_s(problem, substeps, i, closing_m_s(row, twist(row.a), twist(row.b)));
+    if (excess > 0.0) struck.push_back(i);
+    reach_m_s = std::max(reach_m_s, 2.0 * excess);
+  }
+  if (struck.empty()) return {};
+  ++work.left;
+  SharedBlow blow{cluster_of(struck, reach_m_s, problem, substeps), {}};
+  if (!blow.cluster.is_tree) return {};
+  blow.part = problem_of(blow.cluster, problem, substeps);
+  const std::size_t moving = blow.cluster.bodies.size();
+  for (std::size_t k = 0; k < moving; ++k) {
+    const Twist begin = twist(blow.cluster.bodies[k]);
+    blow.part.bodies[k].linear = begin.linear;
+    blow.part.bodies[k].angular = begin.angular;
+  }
+  if (!meet_laws(substeps.length_s, moving, blow.part, work)) return {};
+  --work.left;
+  ++work.shared;
+  add_blow(blow.cluster, blow.part, substeps);
+  return blow;
+}
+
 }  // namespace
 
 Need blows_needed(const SceneDescription& scene) {
@@ -239,37 +277,15 @@ Blows find_blows(const SolveStep& step, const ContactProblem& problem) {
 void start_with_blow(const Blows& blows, std::span<const SolverBody> free, ContactProblem& problem,
                      Substeps& substeps, BlowWork& work) {
   std::vector<PushOut>& start = substeps.at_start;
-  const auto motion = [&](std::uint32_t i) {
+  const auto at_start = [&](std::uint32_t i) {
     return i < start.size() ? Twist{start[i].linear, start[i].angular}
                             : twist_of(problem.bodies[i]);
   };
-  std::vector<std::uint32_t> struck = blows.kicked;
-  double reach_m_s = 0.0;
-  for (const std::uint32_t i : blows.can_be_struck) {
-    const NormalRow& row = problem.normals[i];
-    const double excess =
-        struck_m_s(problem, substeps, i, closing_m_s(row, motion(row.a), motion(row.b)));
-    if (excess > 0.0) struck.push_back(i);
-    reach_m_s = std::max(reach_m_s, 2.0 * excess);
-  }
-  if (struck.empty()) return;
-  const Cluster cluster = cluster_of(struck, reach_m_s, problem, substeps);
-  if (!cluster.is_tree) {
-    ++work.left;
-    return;
-  }
-  ContactProblem part = problem_of(cluster, problem, substeps);
+  std::optional<SharedBlow> blow =
+      share_out(blows, blows.kicked, at_start, problem, substeps, work);
+  if (!blow) return;
+  auto& [cluster, part] = *blow;
   const std::size_t moving = cluster.bodies.size();
-  for (std::size_t k = 0; k < moving; ++k) {
-    part.bodies[k].linear = start[cluster.bodies[k]].linear;
-    part.bodies[k].angular = start[cluster.bodies[k]].angular;
-  }
-  if (!meet_laws(substeps.length_s, moving, part, work)) {
-    ++work.left;
-    return;
-  }
-  ++work.shared;
-  add_blow(cluster, part, substeps);
   const double share = 1.0 / substeps.count;
   for (std::size_t k = 0; k < moving; ++k) {
     const std::uint32_t i = cluster.bodies[k];
@@ -286,35 +302,16 @@ void start_with_blow(const Blows& blows, std::span<const SolverBody> free, Conta
 }
 
 void share_blow(const Blows& blows, ContactProblem& problem, Substeps& substeps, BlowWork& work) {
-  std::vector<std::uint32_t> struck;
-  double reach_m_s = 0.0;
-  for (const std::uint32_t i : blows.can_be_struck) {
-    const NormalRow& row = problem.normals[i];
-    const double excess = struck_m_s(
-        problem, substeps, i,
-        closing_m_s(row, twist_of(problem.bodies[row.a]), twist_of(problem.bodies[row.b])));
-    if (excess > 0.0) struck.push_back(i);
-    reach_m_s = std::max(reach_m_s, 2.0 * excess);
-  }
-  if (struck.empty()) return;
-  const Cluster cluster = cluster_of(struck, reach_m_s, problem, substeps);
-  if (!cluster.is_tree) {
-    ++work.left;
-    return;
-  }
-  ContactProblem part = problem_of(cluster, problem, substeps);
-  if (!meet_laws(substeps.length_s, cluster.bodies.size(), part, work)) {
-    ++work.left;
-    return;
-  }
-  ++work.shared;
-  add_blow(cluster, part, substeps);
-  for (std::size_t k = 0; k < cluster.bodies.size(); ++k) {
-    SolverBody& body = problem.bodies[cluster.bodies[k]];
-    PushOut& start = substeps.at_start[cluster.bodies[k]];
-    start.linear += part.bodies[k].linear - body.linear;
-    start.angular += part.bodies[k].angular - body.angular;
-    body = part.bodies[k];
+  const auto now = [&](std::uint32_t i) { return twist_of(problem.bodies[i]); };
+  const std::optional<SharedBlow> blow = share_out(blows, {}, now, problem, substeps, work);
+  if (!blow) return;
+  for (std::size_t k = 0; k < blow->cluster.bodies.size(); ++k) {
+    const SolverBody& after = blow->part.bodies[k];
+    SolverBody& body = problem.bodies[blow->cluster.bodies[k]];
+    PushOut& start = substeps.at_start[blow->cluster.bodies[k]];
+    start.linear += after.linear - body.linear;
+    start.angular += after.angular - body.angular;
+    body = after;
   }
 }
 

@@ -77,8 +77,6 @@ void share_start_impulses(std::uint32_t count, ContactProblem& problem) {
   for (RollingRow& row : problem.rollings) row.impulse_newton_m_s *= share;
 }
 
-}  // namespace
-
 void add_impulses(const ContactProblem& problem, Substeps& substeps) {
   for (std::size_t i = 0; i < problem.normals.size(); ++i) {
     double* const sum = &substeps.sum_newton_s[3 * i];
@@ -91,6 +89,8 @@ void add_impulses(const ContactProblem& problem, Substeps& substeps) {
   for (std::size_t i = 0; i < problem.rollings.size(); ++i)
     substeps.sum_newton_m_s[i] += problem.rollings[i].impulse_newton_m_s;
 }
+
+}  // namespace
 
 std::uint32_t substeps_of(const SolverSettings& settings) {
   return static_cast<std::uint32_t>(std::max(1, (settings.iterations + 2) / 4));

@@ -45,8 +45,6 @@ void begin_substeps(double dt_s, std::uint32_t count, const Selection<BodyState>
 
 // Of a contact after those ways, to first order.
 double gap_m(const ContactProblem& problem, std::size_t row, const std::vector<Way>& ways);
-// To the sums.
-void add_impulses(const ContactProblem& problem, Substeps& substeps);
 
 // The stages of a substep, in this order; go_on() leads to the next one.
 void press(ContactProblem& problem, const Substeps& substeps);
