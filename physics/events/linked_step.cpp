@@ -60,6 +60,7 @@ BodyState way_between(const Vec3& gravity_m_s2, double time_s, const BodyState& 
 }
 
 constexpr double kTooDeep = 0.5;  // that a body may sink in a part, of its width
+constexpr double kVisible = 0.001;
 
 bool is_wedged(const LinkedIsland& island) {
   constexpr double kGoodPart = 0.05;
@@ -169,31 +170,31 @@ std::vector<ContactManifold> contacts_now(const LinkedIsland& island, double tim
 }
 
 // By how much a pair came to overlap, of the smaller body's width; overlaps there were do not
-// count. Pairs of which nothing moved by the margin are left out, and those of bodies that have no
-// manifold: these are looked for on the way.
+// count. Pairs that did not come far enough for what is looked for are left out, and those of
+// bodies that have no manifold: these are looked for on the way.
 double sunk_widths(const LinkedIsland& island, std::span<const ContactManifold> manifolds,
                    std::span<const BodyState> before, std::span<const BodyState> after,
                    std::span<const BodyState> ways, double time_s) {
-  std::vector<bool> moved;
-  for (std::size_t i = 0; i < after.size(); ++i) {
-    const CompiledShape& shape = island.shape_of(i);
-    const double way_m = (after[i].position_m - before[i].position_m).norm() +
-                         shape.bounding_radius_m * time_s * ways[i].angular_velocity_rad_s.norm();
-    moved.push_back(way_m > (island.wedged ? kTooDeep : kContactMargin) * shape.min_extent_m);
-  }
+  std::vector<double> way_m;
+  for (std::size_t i = 0; i < after.size(); ++i)
+    way_m.push_back((after[i].position_m - before[i].position_m).norm() +
+                    island.shape_of(i).bounding_radius_m * time_s *
+                        ways[i].angular_velocity_rad_s.norm());
   double most = 0.0;
   for (const Touching& pair : pairs_in_reach(island, after)) {
     const std::size_t a = island.place_of(pair.a);
     const bool fixed = is_static(pair.b);
     const std::size_t b = fixed ? a : island.place_of(pair.b);
-    if ((!moved[a] && !moved[b]) || is_mesh(island.scene, pair.b)) continue;
+    const double width = std::min(island.shape_of(a).min_extent_m, island.shape_of(b).min_extent_m);
+    const double sunk_m = way_m[a] + (fixed ? 0.0 : way_m[b]);  // at most
+    if (sunk_m <= (island.wedged ? kTooDeep : kVisible) * width) continue;
+    if (is_mesh(island.scene, pair.b)) continue;
     if (!fixed && !have_met(manifolds, pair.a, pair.b)) continue;
     const auto depth_m = [&](std::span<const BodyState> at) {
       const Separation apart = separation_of(
           {island.scene, island.geometry, 0.0, pair.a, at[a], pair.b, fixed ? nullptr : &at[b]});
       return std::max(0.0, -apart.distance_m);
     };
-    const double width = std::min(island.shape_of(a).min_extent_m, island.shape_of(b).min_extent_m);
     const double depth = depth_m(after);
     if (depth > most * width) most = std::max(most, (depth - depth_m(before)) / width);
   }
@@ -226,7 +227,6 @@ LinkedPart advance_part(const LinkedIsland& island, double time_s,
 // What a part of its length sinks by is of second order in it. A little is worth a few halvings of
 // the first parts, where much is worth more.
 bool is_to_be_halved(const LinkedIsland& island, const LinkedPart& part, int halvings, int number) {
-  constexpr double kVisible = 0.001;
   constexpr int kForVisible = 3, kForDeep = 8, kFirstParts = 8;
   if (part.sunk_widths > kTooDeep) return halvings < kForDeep;
   return !island.wedged && part.sunk_widths > kVisible && halvings < kForVisible &&

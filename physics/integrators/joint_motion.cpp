@@ -172,7 +172,8 @@ bool solve_aimed(const JointedStep& step, bool accurate, const Elimination& plan
   std::vector<SolverBody> from(free.begin(), free.end());
   double before = 0.0;
   for (int aim = 0; aim <= kMostAims; ++aim) {
-    const NewtonOutcome outcome = solve_directly(accurate, from, plan, trial, &trial_joints);
+    const NewtonOutcome outcome =
+        solve_directly(accurate ? kByItself : kOngoing, from, plan, trial, &trial_joints);
     count(outcome, plan, solution);
     if (!outcome.converged && aim == 0) return false;
     if (!outcome.converged) break;

@@ -7,6 +7,8 @@
 #include "physics/constraints/rolling_rows.hpp"
 #include "physics/forces/forces.hpp"
 #include "physics/integrators/spring_kicks.hpp"
+#include "physics/math/rigid_motion.hpp"
+#include "physics/model/body_places.hpp"
 #include "physics/refinement/reversals.hpp"
 
 namespace soda::physics {
@@ -63,6 +65,22 @@ bool can_be_smooth(const RefinedIsland& island, double time_s, std::span<const B
       return false;
   }
   return true;
+}
+
+// Whether a point comes to another faster than gravity makes things in two such times.
+bool comes_fast(const RefinedIsland& island, const StartedPart& part) {
+  const double most_m_s = 2.0 * island.scene.gravity_m_s2.norm() * part.time_s;
+  const auto at = [&](BodyId id) -> const BodyState& {
+    return part.from[place_of(island.ids, id)];
+  };
+  for (const ContactManifold& m : part.start)
+    for (std::uint32_t i = 0; i < m.count; ++i) {
+      const ContactPoint& point = m.points[i];
+      Vec3 closing = velocity_at(at(m.a), point.position_m);
+      if (!is_static(m.b)) closing -= velocity_at(at(m.b), point.position_m);
+      if (closing.dot(m.normal) > most_m_s) return true;
+    }
+  return false;
 }
 
 // Whether a lone body is hit, and one step stands: its contacts are solved, and it turns so little
@@ -243,13 +261,14 @@ RefinedPart refine_part(RefinedIsland& island, const StartedPart& part, Trial on
 }
 
 // Any other island without a tolerance: `plain` is their step. Trials take its place if they lead
-// much nearer to a limit than it is; where they tell of no limit they are no better than it. The
-// limits of such an island allow no cut.
+// much nearer to a limit than it is; where they tell of no limit they are no better than it. What
+// is hit has none; but where nothing comes fast, it is the plain step that throws. The limits of
+// such an island allow no cut.
 PartResult advance_unasked(RefinedIsland& island, const StartedPart& part, Trial plain) {
   constexpr double kMuchNearer = 0.125;
   const StepError change = change_of(island.sizes, part.from, plain.states);
   if (island.budget.allows(change.widths, part.time_s) ||
-      !can_be_smooth(island, part.time_s, part.from, plain.states))
+      (!can_be_smooth(island, part.time_s, part.from, plain.states) && comes_fast(island, part)))
     return {std::move(plain), change};
   island.accurate = true;
   Trial one = try_steps(island, part.from, part.start, part.time_s, 1);

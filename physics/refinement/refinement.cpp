@@ -13,13 +13,10 @@
 #include "physics/model/kinematic.hpp"
 #include "physics/refinement/refined_parts.hpp"
 #include "physics/shapes/geometry_impl.hpp"
+#include "physics/solvers/island_blocks.hpp"
 
 namespace soda::physics {
 namespace {
-
-// Budget of work, unasked: up to so many solves of a step, times the contact points of each. A body
-// of a refined island costs twice as much as of another (plates on each other, physics_event_rows).
-constexpr std::size_t kSolvesUnasked = 30, kMostPointsSolved = 7680;
 
 // A change is closed in upon until its error, which halves with the part that holds it, is an
 // eighth of any tolerance. Large islands take less solves, for each of theirs takes longer.
@@ -107,9 +104,7 @@ Need refinement_needed(const SceneDescription& scene) {
 
 bool is_affordable(const SceneDescription& scene, std::span<const ContactManifold> manifolds) {
   if (scene.tolerance > 0.0) return true;
-  std::size_t points = 0;
-  for (const ContactManifold& m : manifolds) points += m.count;
-  return kSolvesUnasked * points <= kMostPointsSolved;
+  return !is_giant(manifolds);
 }
 
 bool gains_by_refinement(const IslandStep& island, std::span<const BodyState> states) {

@@ -18,9 +18,8 @@ Need refinement_needed(const SceneDescription& scene);
 // of the time.
 bool gains_by_refinement(const IslandStep& island, std::span<const BodyState> states);
 
-// Whether that stays within the budget of work that a step has unasked: 7680 contact points solved
-// (thirty solves of 256). Beyond it an island takes a plain step, of first order, and is counted
-// (islands_over_budget).
+// Whether that stays within the budget of work that a step has unasked: giant islands are beyond
+// it, take a plain step, of first order, and are counted (islands_over_budget).
 bool is_affordable(const SceneDescription& scene, std::span<const ContactManifold> manifolds);
 
 // Advances such an island. Where velocities stay as they are this is one step of

@@ -14,8 +14,13 @@
 namespace soda::physics {
 namespace {
 
-constexpr double kSlow = 0.03;    // of the speed that gravity gives in a step
-constexpr double kStill = 1e-11;  // of the width, in a step
+constexpr double kSlow = 0.03;       // of the speed that gravity gives in a step
+constexpr double kStill = 1e-11;     // of the width, in a step
+constexpr double kOfHardest = 1e-7;  // of the step's hardest blow: what solving it leaves
+// What Newton's method may take: factorisations of a blow and of all in a step; multiplications of
+// a step, for each of its contact points; and how many factorisations these must be enough for.
+constexpr int kOfBlow = 24, kFurther = 8, kOfStep = 64;
+constexpr double kOfPoint = 3500.0, kAnyway = 2e5, kWorthwhile = 4.0;
 
 Twist twist_of(const SolverBody& body) { return {body.linear, body.angular}; }
 
@@ -59,23 +64,7 @@ struct RowsOfBodies {
 // What touches from body to body, from struck rows on: bodies and rows, ascending.
 struct Cluster {
   std::vector<std::uint32_t> bodies, rows;
-  bool is_tree = false;  // each pair meets in one point, and pairs of bodies make no rings
 };
-
-bool is_tree(const Cluster& cluster, const ContactProblem& problem, std::size_t bodies) {
-  std::size_t pairs = 0;
-  const NormalRow* last = nullptr;
-  for (const std::uint32_t i : cluster.rows) {
-    const NormalRow& row = problem.normals[i];
-    const RowContact& contact = problem.contacts[i];
-    if (contact.point > 0 ||
-        (last != nullptr && last->a == row.a && last->b == row.b && row.b < bodies))
-      return false;
-    pairs += row.b < bodies;
-    last = &row;
-  }
-  return pairs < cluster.bodies.size();
-}
 
 // `reach_m_s`: rows whose gap is farther away than that are not part of it, unless they bear.
 Cluster cluster_of(const std::vector<std::uint32_t>& struck, double reach_m_s,
@@ -107,7 +96,6 @@ Cluster cluster_of(const std::vector<std::uint32_t>& struck, double reach_m_s,
   }
   std::sort(cluster.bodies.begin(), cluster.bodies.end());
   std::sort(cluster.rows.begin(), cluster.rows.end());
-  cluster.is_tree = is_tree(cluster, problem, bodies);
   return cluster;
 }
 
@@ -159,24 +147,29 @@ bool nothing_closes(double length_s, const ContactProblem& problem) {
 
 // All contact laws at once, from the bodies' velocities and no impulses on. Whether they are met.
 bool meet_laws(double length_s, std::size_t moving, ContactProblem& problem, BlowWork& work) {
-  constexpr int kFewSweeps = 30, kFewFactorisations = 24;
   if (nothing_closes(length_s, problem)) return true;
   if (work.gave_up) return false;
-  const auto end = problem.bodies.begin() + static_cast<std::ptrdiff_t>(moving);
-  const std::vector<SolverBody> before(problem.bodies.begin(), end);
-  if (solve_velocities(kFewSweeps, problem) < kFewSweeps) return true;
-  std::copy(before.begin(), before.end(), problem.bodies.begin());
-  forget_impulses(problem);
   std::vector<std::array<std::uint32_t, 2>> edges;
   for (const NormalRow& row : problem.normals)
     if (row.b < moving) edges.push_back({row.a, row.b});
+  const double left = work.most_multiplications - static_cast<double>(work.multiplications);
   const std::optional<Elimination> plan =
-      plan_elimination(static_cast<std::uint32_t>(moving), edges, 1e300);
-  const NewtonOutcome outcome =
-      solve_directly(true, before, *plan, problem, nullptr, kFewFactorisations);
+      plan_elimination(static_cast<std::uint32_t>(moving), edges, left / kWorthwhile);
+  if (!plan || is_costly(*plan, problem.normals.size())) return false;
+  const double affordable = std::min<double>(kOfBlow, left / plan->multiplications);
+  const DirectAim aim{
+      .wanted = 1e-12,
+      .rounding = 1e-9,
+      .accepted = 1e-4,
+      .factorisations = std::min(static_cast<int>(affordable), kOfStep - work.factorisations),
+      .further = kFurther};
+  const auto end = problem.bodies.begin() + static_cast<std::ptrdiff_t>(moving);
+  const std::vector<SolverBody> before(problem.bodies.begin(), end);
+  const NewtonOutcome outcome = solve_directly(aim, before, *plan, problem);
+  work.factorisations += outcome.factorisations;
   work.multiplications +=
       static_cast<std::uint64_t>(outcome.factorisations * plan->multiplications);
-  work.gave_up = !outcome.converged;
+  work.gave_up = !outcome.converged || work.factorisations == kOfStep;
   return outcome.converged;
 }
 
@@ -221,13 +214,15 @@ std::optional<SharedBlow> share_out(const Blows& blows, std::vector<std::uint32_
     const NormalRow& row = problem.normals[i];
     const double excess =
         struck_m_s(problem, substeps, i, closing_m_s(row, twist(row.a), twist(row.b)));
-    if (excess > 0.0) struck.push_back(i);
+    if (!(excess > kOfHardest * work.hardest_m_s)) continue;
+    struck.push_back(i);
     reach_m_s = std::max(reach_m_s, 2.0 * excess);
   }
   if (struck.empty()) return {};
+  work.most_multiplications = kAnyway + kOfPoint * static_cast<double>(problem.normals.size());
+  work.hardest_m_s = std::max(work.hardest_m_s, 0.5 * reach_m_s);
   ++work.left;
   SharedBlow blow{cluster_of(struck, reach_m_s, problem, substeps), {}};
-  if (!blow.cluster.is_tree) return {};
   blow.part = problem_of(blow.cluster, problem, substeps);
   const std::size_t moving = blow.cluster.bodies.size();
   for (std::size_t k = 0; k < moving; ++k) {
@@ -247,13 +242,14 @@ std::optional<SharedBlow> share_out(const Blows& blows, std::vector<std::uint32_
 Need blows_needed(const SceneDescription& scene) {
   const Need contacts = contacts_needed(scene);
   if (!contacts) return contacts;
+  if (!scene.solver.direct) return {false, "the direct solver is switched off"};
   return need_of(scene.bodies.size() > 2, "three bodies can touch", "no three bodies");
 }
 
 Blows find_blows(const SolveStep& step, const ContactProblem& problem) {
   const auto& [scene, dt_s, ids, states] = step;
   Blows blows;
-  if (!problem.rollings.empty()) return blows;
+  if (!scene.solver.direct || !problem.rollings.empty()) return blows;
   const auto motion = [&, &states = states](std::uint32_t i) {
     if (i < states.size())
       return Twist{states[i].linear_velocity_m_s, states[i].angular_velocity_rad_s};

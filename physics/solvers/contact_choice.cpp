@@ -87,7 +87,8 @@ int sweep_velocities_until_close(int most, double dt_s, ContactProblem& problem)
 // Whether Newton's method converged. The problem stays as it was where it did not.
 bool solve_by_newton(bool accurate, std::span<const SolverBody> free, const Elimination& plan,
                      ContactProblem& problem, ContactSolution& solution) {
-  const NewtonOutcome outcome = solve_directly(accurate, free, plan, problem);
+  const NewtonOutcome outcome =
+      solve_directly(accurate ? kByItself : kOngoing, free, plan, problem);
   count(outcome, plan, solution);
   if (outcome.converged) limit_work(free, problem);
   return outcome.converged;

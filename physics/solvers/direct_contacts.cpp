@@ -126,7 +126,8 @@ void apply(const PointResponse& response, const ConvexPoint& p, std::size_t i,
 // let it fall, and whatever moves is not calm any more: so what is cheap to factorise may go on.
 // Bodies of uneven masses and those with joints are solved directly while they move, too, and what
 // moves need not converge: it gets twice as many as others where sweeps and substeps are no good.
-int most_factorisations(std::span<const SolverBody> bodies, const Elimination& plan, bool jointed) {
+int most_factorisations(bool goes_on, std::span<const SolverBody> bodies, const Elimination& plan,
+                        bool jointed) {
   constexpr double kMultiplications = 5e6;  // of all of them
   constexpr int kLeast = 20, kOfUneven = 40;
   constexpr double kMost = 200.0;
@@ -137,7 +138,8 @@ int most_factorisations(std::span<const SolverBody> bodies, const Elimination& p
     least = std::min(least, body.inverse_mass);
     most = std::max(most, body.inverse_mass);
   }
-  if (most > kMuchHeavier * least) return plan.multiplications <= kSmall ? kOfUneven : kLeast;
+  if (goes_on && most > kMuchHeavier * least)
+    return plan.multiplications <= kSmall ? kOfUneven : kLeast;
   return static_cast<int>(
       std::clamp(kMultiplications / plan.multiplications, double{kLeast}, kMost));
 }
@@ -211,14 +213,9 @@ std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, doub
                                            : kSmall);
 }
 
-NewtonOutcome solve_directly(bool accurate, std::span<const SolverBody> free,
+NewtonOutcome solve_directly(const DirectAim& aim, std::span<const SolverBody> free,
                              const Elimination& plan, ContactProblem& problem,
-                             JointSystem* joints, int most) {
-  // Of the largest velocity of a point. The impulses go on from step to step, so that what a limit
-  // has left over is made good in the steps that follow; but a step that is compared with others
-  // has to be solved by itself.
-  const double wanted = accurate ? 1e-12 : 1e-9, rounding = accurate ? 1e-10 : 1e-7;
-  const double accepted = accurate ? 1e-7 : 2e-2;
+                             JointSystem* joints) {
   ConvexContacts convex;
   set_bodies(free, is_costly(plan, problem.normals.size()), convex);
   convex.free.reserve(free.size());
@@ -241,12 +238,11 @@ NewtonOutcome solve_directly(bool accurate, std::span<const SolverBody> free,
       squared = std::max(squared, speed * speed);
     }
   const double scale = std::sqrt(squared);
-  const NewtonLimits limits{scale,
-                            wanted * scale,
-                            rounding * scale,
-                            accepted * scale,
-                            most > 0 ? most : most_factorisations(free, plan, joints != nullptr),
-                            40};
+  const int most = aim.factorisations > 0
+                       ? aim.factorisations
+                       : most_factorisations(aim.goes_on, free, plan, joints != nullptr);
+  const NewtonLimits limits{
+      scale, aim.wanted * scale, aim.rounding * scale, aim.accepted * scale, most, 40, aim.further};
   Responses responses;
   const NewtonOutcome outcome = solve_by_newton(limits, plan, convex, twists, responses);
   if (!outcome.converged) return outcome;
@@ -291,7 +287,7 @@ NewtonOutcome push_out_directly(double dt_s, const Elimination& plan, const Cont
                             kWanted * fastest,
                             kWanted * fastest,
                             kAccepted * fastest,
-                            most_factorisations(moving, plan, joints != nullptr),
+                            most_factorisations(true, moving, plan, joints != nullptr),
                             20};
   std::vector<Twist> twists(bodies);
   Responses responses;

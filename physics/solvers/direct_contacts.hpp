@@ -29,14 +29,24 @@ std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, doub
                                              std::span<const ContactManifold> manifolds,
                                              std::span<const BodyState> states);
 
+// How near a direct solve comes: shares of the largest velocity of a point without contacts, as in
+// NewtonLimits.
+struct DirectAim {
+  double wanted = 0.0, rounding = 0.0, accepted = 0.0;
+  bool goes_on = false;    // in the step after: what moves need not converge
+  int factorisations = 0;  // at most; 0: as many as the island is worth
+  int further = 1000;      // of these, once an error is accepted
+};
+// The impulses go on from step to step, so what a limit has left over is made good in the steps
+// that follow. A step that is compared with others has to be solved by itself.
+inline constexpr DirectAim kOngoing{1e-9, 1e-7, 2e-2, true}, kByItself{1e-12, 1e-10, 1e-7};
+
 // Velocities and impulses that fulfil all contact laws. `free`: the bodies' velocities after
 // external forces, before any contact. Where it does not converge, the problem stays as it was.
-// `accurate`: to rounding, or not at all.
-// With `joints`: their rows as well, to their targets, from their impulses on. `most`: of
-// factorisations; 0: as many as this island is worth.
-NewtonOutcome solve_directly(bool accurate, std::span<const SolverBody> free,
+// With `joints`: their rows as well, to their targets, from their impulses on.
+NewtonOutcome solve_directly(const DirectAim& aim, std::span<const SolverBody> free,
                              const Elimination& plan, ContactProblem& problem,
-                             JointSystem* joints = nullptr, int most = 0);
+                             JointSystem* joints = nullptr);
 
 // As solve_push_out (contact_solver.hpp), where needs_push_out. `push` stays as it was where it
 // does not converge.

@@ -18,7 +18,8 @@ class Newton {
         problem_(problem),
         twists_(twists),
         all_(responses),
-        responses_(responses.points) {
+        responses_(responses.points),
+        softest_1_kg_(problem.compliance_1_kg) {
     const std::size_t points = problem.points.size();
     responses_.resize(points);
     factor_modes_.resize(points);
@@ -37,6 +38,7 @@ class Newton {
  private:
   void update_responses();
   double gradient_m_s() const;
+  double rounding_m_s() const;
   double objective() const;
   void start_from_all_held();
   bool minimise(double wanted_m_s);  // false if the limits are used up
@@ -56,7 +58,9 @@ class Newton {
   Responses& all_;
   std::vector<PointResponse>& responses_;  // of the points
   NewtonOutcome outcome_;
+  int further_ = 0;  // factorisations since an error was accepted
   double error_m_s_ = 0.0;                         // of the minimisation
+  double softest_1_kg_ = 0.0;                      // compliance at the start
   std::vector<Vec3> laws_;                         // targets without shift
   std::vector<Vec3> velocity_, change_;            // of the points; along the direction
   std::vector<double> row_velocity_, row_change_;  // the same of the rows
@@ -92,6 +96,13 @@ double Newton::gradient_m_s() const {
     squared = std::max(squared, gradient_[i].angular.squaredNorm() / (mass * moment));
   }
   return std::sqrt(squared);
+}
+
+// What rounding leaves of it grows with the stiffness of points.
+double Newton::rounding_m_s() const {
+  constexpr double kOfScale = 1e-15;
+  return std::max(limits_.rounding_m_s,
+                  kOfScale * limits_.scale_m_s * (softest_1_kg_ / problem_.compliance_1_kg));
 }
 
 double Newton::objective() const {
@@ -131,6 +142,7 @@ bool Newton::fits_factor() const {
 bool Newton::refactor() {
   if (fits_factor()) return true;
   if (outcome_.factorisations >= limits_.factorisations) return false;
+  if (outcome_.converged && further_++ >= limits_.further) return false;
   ++outcome_.factorisations;
   assemble(problem_, plan_, all_, factor_);
   factored_ = factorise(plan_, factor_);
@@ -266,9 +278,9 @@ bool Newton::minimise(double wanted_m_s) {
     error_m_s_ = gradient_m_s();
     is_fast = costly && error_m_s_ <= kFast * before;
     // Rounding has ended the descent.
-    if (error_m_s_ <= limits_.rounding_m_s && error_m_s_ > 0.25 * before) return true;
+    if (error_m_s_ <= rounding_m_s() && error_m_s_ > 0.25 * before) return true;
   }
-  return error_m_s_ <= std::max(wanted_m_s, limits_.rounding_m_s);
+  return error_m_s_ <= std::max(wanted_m_s, rounding_m_s());
 }
 
 // The convex law lets a sliding point part by friction times its slip; a target that is lower by as

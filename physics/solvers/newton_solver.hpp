@@ -17,6 +17,7 @@ struct NewtonLimits {
   double accepted_m_s = 0.0;  // error that is accepted where a limit ends the work before
   int factorisations = 0;     // at most
   int corrections = 0;        // of compliance and shift, at most
+  int further = 1000;         // factorisations once an error is accepted, at most
 };
 
 struct NewtonOutcome {

@@ -51,13 +51,39 @@ World sliding_stack(int count) {
 }
 
 TEST(UnaskedRefinement, TellsOfIslandsThatAreMoreWorkThanAStepMayTake) {
-  World within = sliding_stack(8), beyond = sliding_stack(80);
+  World within = sliding_stack(8), beyond = sliding_stack(130);
   within.run(1);
   EXPECT_GT(within.counters.refined_steps, 0u);
   EXPECT_EQ(within.counters.islands_over_budget, 0u);
   beyond.run(1);
-  EXPECT_GE(beyond.counters.contact_points, 4u * 80u);
+  EXPECT_GE(beyond.counters.contact_points, 4u * 130u);
   EXPECT_EQ(beyond.counters.islands_over_budget, 1u);
+}
+
+// Plates on each other stop as one: a plain step that throws them is no hit.
+TEST(UnaskedRefinement, PlatesSlideAsOneForAnyNumber) {
+  constexpr double kPlate_m = 0.02, kFriction = 0.2;
+  const Material rough{.friction = 4.0 * kFriction, .restitution = 0.0};
+  const auto off_m_s = [&](int count, double ratio, int steps) {
+    World world = under_gravity();
+    world.add_floor({.friction = kFriction * kFriction / rough.friction, .restitution = 0.0});
+    const std::uint32_t plate = world.add_shape(Box{Vec3(0.5, 0.5, 0.5 * kPlate_m)});
+    for (int i = 0; i < count; ++i)
+      world
+          .add_body(plate, Vec3(0, 0, (0.5 + i) * kPlate_m),
+                    1000.0 * std::pow(ratio, i / (count - 1.0)), rough)
+          .linear_velocity_m_s = Vec3(3, 0, 0);
+    world.run(steps);
+    const double right = 3.0 - kFriction * test::kGravity * steps * world.scene.dt_s;
+    double off = 0.0;
+    for (const BodyState& state : world.states)
+      off = std::max(off, (state.linear_velocity_m_s - Vec3(right, 0, 0)).norm());
+    return off;
+  };
+  for (const int count : {2, 8, 31, 32, 33, 40, 63, 64, 65, 90})
+    EXPECT_LE(off_m_s(count, 1.0, 20), 1e-6) << count;
+  for (const int count : {2, 8, 25, 32, 40, 64})
+    EXPECT_LE(off_m_s(count, 100.0, 10), 1e-6) << count;
 }
 
 }  // namespace
