@@ -187,7 +187,8 @@ SubstepWork solve_in_substeps(const SolveStep& step, std::span<const SolverBody>
   Substeps substeps;
   const std::uint32_t count = substeps_of(scene.solver);
   const Blows blows = find_blows(step, problem);
-  SubstepWork work{.sweeps = 2 * count};
+  SubstepWork work;
+  work.sweeps = 2 * count;
   begin_substeps(dt_s, count, states, problem, substeps);
   for (std::uint32_t i = 0; i < count; ++i) {
     if (i > 0) go_on(problem, substeps);
