@@ -12,7 +12,7 @@ namespace {
 
 using physics::Vec3;
 
-constexpr double kRadius_m = 0.1, kWayToRow_m = 0.0075, kGap_m = 0.0015;
+constexpr double kRadius_m = 0.1, kWayToRow_m = 0.0075, kGap_m = 0.0015, kApart_m = 0.005;
 
 struct BallRow {
   double gap_m = 0.0;
@@ -143,6 +143,8 @@ std::vector<FamilySeries> row_series(bool on_floor) {
     add(name + "e 1, 1:100", {gap_m, 1.0, 0.01, on_floor});
     add(name + "e 0, 1:100", {gap_m, 0.0, 0.01, on_floor});
   }
+  add("apart e 1", {kApart_m, 1.0, 1.0, on_floor});
+  add("apart e 0", {kApart_m, 0.0, 1.0, on_floor});
   return series;
 }
 
@@ -151,7 +153,8 @@ Family row_family(bool on_floor) {
   family.name = on_floor ? "balls-floor" : "balls-flight";
   family.scene = std::string("a ball at 1 m/s comes to a row of n - 1, ") +
                  (on_floor ? "on a smooth floor" : "in flight") +
-                 ", touching or 1.5 mm apart; 1:100: the first is 100 times as heavy as the last";
+                 ", touching, spaced by 1.5 mm or 5 mm apart; 1:100: the first is 100 times as "
+                 "heavy as the last";
   family.measures = {
       {"velocity off, m/s",
        "against the law of the hits; where their order decides (touching, e .5, or e 1 of several "
