@@ -63,7 +63,7 @@ constexpr double kTooDeep = 0.5;  // that a body may sink in a part, of its widt
 constexpr double kVisible = 0.001;
 
 bool is_wedged(const LinkedIsland& island) {
-  constexpr double kGoodPart = 0.1;
+  constexpr double kGoodPart = 0.05;
   for (const ContactManifold& m : island.manifolds) {
     if (is_joint(m)) continue;
     double width = island.shape_of(island.place_of(m.a)).min_extent_m;
