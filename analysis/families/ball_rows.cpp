@@ -12,7 +12,7 @@ namespace {
 
 using physics::Vec3;
 
-constexpr double kRadius_m = 0.1, kWayToRow_m = 0.0075, kGap_m = 0.0015, kApart_m = 0.005;
+constexpr double kRadius_m = 0.1, kWayToRow_m = 0.0075, kGap_m = 0.0015, kWideGap_m = 0.005;
 
 struct BallRow {
   double gap_m = 0.0;
@@ -143,8 +143,8 @@ std::vector<FamilySeries> row_series(bool on_floor) {
     add(name + "e 1, 1:100", {gap_m, 1.0, 0.01, on_floor});
     add(name + "e 0, 1:100", {gap_m, 0.0, 0.01, on_floor});
   }
-  add("apart e 1", {kApart_m, 1.0, 1.0, on_floor});
-  add("apart e 0", {kApart_m, 0.0, 1.0, on_floor});
+  add("apart e 1", {kWideGap_m, 1.0, 1.0, on_floor});
+  add("apart e 0", {kWideGap_m, 0.0, 1.0, on_floor});
   return series;
 }
 
