@@ -58,7 +58,7 @@ class Newton {
   Responses& all_;
   std::vector<PointResponse>& responses_;  // of the points
   NewtonOutcome outcome_;
-  int further_ = 0;  // factorisations since an error was accepted
+  int further_ = 0;                                // factorisations since an error was accepted
   double error_m_s_ = 0.0;                         // of the minimisation
   double softest_1_kg_ = 0.0;                      // compliance at the start
   std::vector<Vec3> laws_;                         // targets without shift
