@@ -180,6 +180,7 @@ Counts stage_counts(const models::SimulationResult& result) {
       {"free_bodies_advanced", stages.free_bodies_advanced},
       {"islands_solved", stages.islands_solved},
       {"islands_at_rest", stages.islands_at_rest},
+      {"islands_again", stages.islands_again},
       {"pairs_at_rest", stages.pairs_at_rest},
       {"direct_islands", stages.direct_islands},
       {"solver_iterations", stages.solver_iterations},

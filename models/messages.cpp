@@ -34,6 +34,24 @@ Records read_records(Reader& reader) {
   return records;
 }
 
+void write_ghost(const Ghost& ghost, Writer& writer) {
+  writer.id(ghost.id);
+  writer.world(ghost.owner);
+  writer.vector(ghost.box.min);
+  writer.vector(ghost.box.max);
+  writer.state(ghost.state);
+}
+
+Ghost read_ghost(Reader& reader) {
+  Ghost ghost;
+  ghost.id = reader.id();
+  ghost.owner = reader.world();
+  ghost.box.min = reader.vector();
+  ghost.box.max = reader.vector();
+  ghost.state = reader.state();
+  return ghost;
+}
+
 }  // namespace
 
 bool identical(const Ghost& a, const Ghost& b) {
@@ -67,12 +85,17 @@ kernel::Payload encode_ghosts(std::span<const Ghost> ghosts) {
   kernel::Bytes bytes;
   Writer writer(bytes);
   writer.number(static_cast<std::uint32_t>(ghosts.size()));
-  for (const Ghost& ghost : ghosts) {
-    writer.id(ghost.id);
-    writer.world(ghost.owner);
-    writer.vector(ghost.box.min);
-    writer.vector(ghost.box.max);
-    writer.state(ghost.state);
+  for (const Ghost& ghost : ghosts) write_ghost(ghost, writer);
+  return kernel::Payload(std::move(bytes));
+}
+
+kernel::Payload encode_sent(std::span<const SentBody> bodies) {
+  kernel::Bytes bytes;
+  Writer writer(bytes);
+  writer.number(static_cast<std::uint32_t>(bodies.size()));
+  for (const SentBody& body : bodies) {
+    write_ghost(body.ghost, writer);
+    writer.state(body.end);
   }
   return kernel::Payload(std::move(bytes));
 }
@@ -119,13 +142,16 @@ void decode_transfers(std::span<const std::byte> payload, std::vector<CellTransf
 void decode_ghosts(std::span<const std::byte> payload, std::vector<Ghost>& out) {
   Reader reader(payload);
   for (std::uint32_t left = reader.number<std::uint32_t>(); left > 0; --left) {
-    Ghost ghost;
-    ghost.id = reader.id();
-    ghost.owner = reader.world();
-    ghost.box.min = reader.vector();
-    ghost.box.max = reader.vector();
-    ghost.state = reader.state();
-    out.push_back(std::move(ghost));
+    out.push_back(read_ghost(reader));
+  }
+}
+
+void decode_sent(std::span<const std::byte> payload, std::vector<SentBody>& out) {
+  Reader reader(payload);
+  for (std::uint32_t left = reader.number<std::uint32_t>(); left > 0; --left) {
+    SentBody& body = out.emplace_back();
+    body.ghost = read_ghost(reader);
+    body.end = reader.state();
   }
 }
 

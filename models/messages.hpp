@@ -27,6 +27,12 @@ struct Ghost {
   physics::BodyState state;
 };
 
+// A body that a hit has sent on, and where it ends: its ghost's box is that of all its ways.
+struct SentBody {
+  Ghost ghost;
+  physics::BodyState end;
+};
+
 // Bitwise equality of every field.
 bool identical(const Ghost& a, const Ghost& b);
 
@@ -54,6 +60,7 @@ struct Fragment {
 kernel::Payload encode_migrants(std::span<const Migrant> migrants);
 kernel::Payload encode_transfers(std::span<const CellTransfer> transfers);
 kernel::Payload encode_ghosts(std::span<const Ghost> ghosts);
+kernel::Payload encode_sent(std::span<const SentBody> bodies);
 kernel::Payload encode_records(const Records& records);
 kernel::Payload encode_fragment(const Fragment& fragment);
 
@@ -61,6 +68,7 @@ kernel::Payload encode_fragment(const Fragment& fragment);
 void decode_migrants(std::span<const std::byte> payload, std::vector<Migrant>& out);
 void decode_transfers(std::span<const std::byte> payload, std::vector<CellTransfer>& out);
 void decode_ghosts(std::span<const std::byte> payload, std::vector<Ghost>& out);
+void decode_sent(std::span<const std::byte> payload, std::vector<SentBody>& out);
 Records decode_records(std::span<const std::byte> payload);
 Fragment decode_fragment(std::span<const std::byte> payload);
 

@@ -17,7 +17,8 @@ struct ListItem<physics::ContactManifold> {
 
 struct StepMemo {
   // The island that an own body was in: its label and how many bodies; 0 bodies if the island had
-  // foreign ones, too. A body without contact is an island of itself.
+  // foreign ones, too, or was advanced in a further pass. A body without contact is an island of
+  // itself.
   struct Membership {
     physics::BodyId label{};
     std::uint32_t bodies = 0;
@@ -31,7 +32,8 @@ struct StepMemo {
   };
 
   bool valid = false;
-  std::vector<Migrant> migrants;                // those that became own bodies; ascending by id
+  bool sends = false;             // hits have sent bodies on, which ghosts may meet that come late
+  std::vector<Migrant> migrants;  // those that became own bodies; ascending by id
   std::vector<physics::BodyId> touched;         // by user input; ascending
   std::vector<Ghost> ghosts;                    // ascending by id
   SharedList<physics::ContactManifold> tested;  // by this world; canonical order

@@ -200,6 +200,7 @@ StoredEntry store(SharedMemory& memory, BufferEntry& entry, const StoredEntry& o
   StoredEntry stored;
   stored.step = entry.step;
   stored.memo_valid = entry.memo.valid;
+  stored.memo_sends = entry.memo.sends;
   stored.differs = std::exchange(entry.differs, {});
   stored.bodies = stored_bodies(memory, entry, older, replaced);
   stored.rules = stored_one(memory, entry.rules, older.rules, replaced.rules, same_objects);

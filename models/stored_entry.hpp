@@ -99,6 +99,7 @@ struct StoredEntry {
   std::vector<physics::BodyId> differs;
   std::uint32_t solves = 0;
   bool memo_valid = false;  // false: nothing of the memo
+  bool memo_sends = false;
   bool frame_differs = false;
   bool may_leave = true;
 };

@@ -69,15 +69,17 @@ void World::execute(kernel::VirtualTime now, Bag bag, kernel::Outbox& outbox) {
       begin(now.t, bag);
       return detect(now.t, outbox);
     case Phase::kBorderTraversal:
-      return border_traversal(now.t, bag);
+      return pass_of(now) == 0 ? border_traversal(now.t, bag) : hear_of_sent(now, bag, outbox);
     case Phase::kPairs:
-      return pairs(now.t, outbox);
+      return pass_of(now) == 0 ? pairs(now.t, outbox) : connect_sent(now, bag, outbox);
     case Phase::kSync:
       return sync(now, bag, outbox);
     case Phase::kSplit:
       return split(now, bag, outbox);
+    case Phase::kSolve:
+      return solve(now, bag, outbox);
     case Phase::kFinish:
-      return finish(now.t, bag, outbox);
+      return finish(now.t, outbox);
   }
 }
 
@@ -87,6 +89,7 @@ void World::begin(std::int64_t step, Bag bag) {
   const std::shared_ptr<const physics::SceneDescription> scene_before = rules_.scene;
   rules_ = buffer_.rules(step);
   ghosts_.clear();
+  sent_.clear();
   gate_ = buffer_.gate(step);
   expected_ = expected_from(gate_, id_);
   next_gate_ = {};
@@ -132,6 +135,7 @@ void World::begin(std::int64_t step, Bag bag) {
   if (replaced != nullptr) repetition_.note_constants(rules_of(*replaced).scene == rules_.scene);
   repetition_.note_touched(touched);
   memo_.valid = remembers();
+  memo_.sends = false;
   if (remembers()) {
     std::swap(memo_.migrants, migrants);
     std::swap(memo_.touched, touched);
@@ -178,10 +182,11 @@ void World::border_traversal(std::int64_t step, Bag bag) {
 
 // Contacts; those with a foreign body go to its owner.
 void World::pairs(std::int64_t step, kernel::Outbox& outbox) {
-  next_ = after_round(step, next_round(gate_, expected_, 0));
+  next_ = time_of(step, Phase::kFinish);
   if (!divided())
     return physics::find_contacts_alone(*rules_.scene, around_.geometry, ids_, states_, scratch_,
                                         stages_);
+  next_ = after_round(step, next_round(gate_, expected_, 0));
   if (ghosts_.empty() && expected_.fragments_to.empty() && !repetition_.can_take()) {
     physics::find_contacts(*rules_.scene, around_.geometry, ids_, states_, scratch_, stages_);
     if (remembers()) remember_contacts(step, {});
@@ -285,12 +290,19 @@ std::uint64_t World::digest() const {
   kernel::Bytes gathered;
   encode_island(ids_, scratch_.manifolds, states_, gathered);
   // From the contacts on, a ghost matters no more.
-  const bool reads_ghosts = phase_of(next_) <= Phase::kPairs;
+  const bool reads_ghosts = next_ <= time_of(next_.t, Phase::kPairs);
   const kernel::Payload ghosts = encode_ghosts(reads_ghosts ? ghosts_ : std::vector<Ghost>{});
   const kernel::Payload nodes = encode_records({merge_.nodes, {}});
   for (const std::span<const std::byte> bytes :
        {std::span<const std::byte>(gathered), ghosts.bytes(), nodes.bytes()})
     digest = kernel::append(digest, XXH3_64bits(bytes.data(), bytes.size()));
+  if (pass_of(next_) > 0) {
+    kernel::Bytes begun;
+    encode_island(ids_, {}, states_at_start(), begun);
+    const kernel::Payload sent = encode_sent(sent_);
+    for (const std::span<const std::byte> bytes : {std::span<const std::byte>(begun), sent.bytes()})
+      digest = kernel::append(digest, XXH3_64bits(bytes.data(), bytes.size()));
+  }
   for (const std::unique_ptr<SplitSolve>& split : splits_)
     digest = kernel::append(digest, split->digest());
   for (const auto& [partner, records] : merge_.exchanged)

@@ -108,18 +108,27 @@ class World final : public kernel::LogicalProcess {
   bool comes_out_alike(std::int64_t step, std::span<const Ghost> usable);
   void adopt_ghosts(std::int64_t step, Heard heard, std::vector<Ghost> usable);
   void audit_guesses(std::int64_t step, const Heard& heard);
-  void note_known(const KnownBodies& known, std::span<const physics::BodyState> states);
+  void note_known(std::span<const std::uint32_t> bodies, const KnownBodies& known);
   void audit_contacts(std::int64_t step, const std::map<WorldId, Fragment>& fragments);
   void pairs(std::int64_t step, kernel::Outbox& outbox);
+  void hear_of_sent(kernel::VirtualTime now, Bag bag, kernel::Outbox& outbox);
+  void connect_sent(kernel::VirtualTime now, Bag bag, kernel::Outbox& outbox);
+  bool connect(const SentBody& sent, std::uint32_t own, std::map<WorldId, Fragment>& fragments);
   void sync(kernel::VirtualTime now, Bag bag, kernel::Outbox& outbox);
   void split(kernel::VirtualTime now, Bag bag, kernel::Outbox& outbox);
-  void finish(std::int64_t step, Bag bag, kernel::Outbox& outbox);
+  void solve(kernel::VirtualTime now, Bag bag, kernel::Outbox& outbox);
+  void send_sent(kernel::VirtualTime now, kernel::Outbox& outbox);
+  void pass_on(const SentBody& sent, kernel::VirtualTime when, kernel::Outbox& outbox);
+  SentBody sent_own(std::uint32_t place) const;
+  std::vector<physics::BodyState> states_at_start() const;
+  void finish(std::int64_t step, kernel::Outbox& outbox);
 
   bool divided() const { return rules_.map->worlds() > 1; }
   kernel::VirtualTime after_round(std::int64_t step, std::uint32_t next) const;
   bool has_changed(const Fragment& fragment) const;
-  void take_in_fragment(WorldId from, const Fragment& fragment);
-  void take_in_records(std::uint32_t round, WorldId from, const Records& records);
+  void take_in_fragment(std::uint32_t pass, WorldId from, const Fragment& fragment);
+  void take_in_records(std::uint32_t pass, std::uint32_t round, WorldId from,
+                       const Records& records);
   void send_fragments(std::int64_t step, std::map<WorldId, Fragment> fragments,
                       kernel::Outbox& outbox);
   bool remembers() const { return keeps_history_ && divided() && propagates(); }
@@ -130,14 +139,17 @@ class World final : public kernel::LogicalProcess {
   void start_splits();
   void consider_split(std::size_t island, const KnownBodies& known);
   bool take_split(Bag bag);
-  void advance_known_islands(std::int64_t step, Bag bag);
-  void advance_island(std::int64_t step, Bag bag, std::size_t island, const KnownBodies& known,
-                      std::span<physics::BodyState> states);
+  bool advance_known_islands(kernel::VirtualTime now, Bag bag);
+  bool advance_island(kernel::VirtualTime now, Bag bag, std::size_t island,
+                      const KnownBodies& known, std::span<physics::BodyState> states);
+  void begin_pass(std::span<const std::uint32_t> bodies, std::size_t manifolds, std::uint32_t pass,
+                  const KnownBodies& known);
+  void end_pass(std::span<const std::uint32_t> bodies, const KnownBodies& known);
   void note_owners(std::size_t island, const KnownBodies& known);
-  void advance_own_island();
+  void advance_own_island(std::uint32_t pass);
   bool take_resting(physics::IslandReport& report);
   void advance_mixed_island(std::int64_t step, bool reports);
-  void advance_free_bodies(const KnownBodies& known, std::span<physics::BodyState> states);
+  void advance_free_bodies();
   void start_warm();
   void count_repetition(bool taken, std::size_t bodies);
   void remember_island(std::size_t island, const KnownBodies& known, bool mixed);
@@ -162,12 +174,13 @@ class World final : public kernel::LogicalProcess {
   Rules rules_;
   std::vector<physics::BodyId> ids_;  // own bodies, ascending
   std::vector<physics::BodyState> states_;
-  Gate gate_;                  // of the step before; empty if it does not gate
-  Expected expected_;          // from it
-  Gate next_gate_;             // of this step, as far as it goes
-  std::vector<WorldId> owed_;  // worlds that get ghosts, if only an empty message; ascending
-  ForeignView next_view_;      // of this step, as far as it goes; only if it guesses()
-  std::vector<Ghost> ghosts_;  // ascending by id, none of them own
+  Gate gate_;                   // of the step before; empty if it does not gate
+  Expected expected_;           // from it
+  Gate next_gate_;              // of this step, as far as it goes
+  std::vector<WorldId> owed_;   // worlds that get ghosts, if only an empty message; ascending
+  ForeignView next_view_;       // of this step, as far as it goes; only if it guesses()
+  std::vector<Ghost> ghosts_;   // ascending by id, none of them own
+  std::vector<SentBody> sent_;  // foreign bodies that hits have sent on; ascending by id
   Repetition repetition_;
   std::uint32_t solves_ = 0;  // islands with an own body
   StepMemo memo_;             // only if it remembers()

@@ -83,6 +83,7 @@ std::optional<ExecutedStep> World::executed_step(std::int64_t step,
   const StoredEntry* const end = is_over ? buffer_.stored(step + 1) : nullptr;
   const StepMemo& memo = open != nullptr ? open->memo : memo_;
   if (start == nullptr || !(end != nullptr ? end->memo_valid : memo.valid)) return std::nullopt;
+  if (end != nullptr ? end->memo_sends : memo.sends) return std::nullopt;
   const Rules& rules = is_over ? buffer_.rules(step + 1) : rules_;
   ExecutedStep executed{.map = *rules.map,
                         .scene = *rules.scene,
@@ -106,7 +107,7 @@ std::optional<ExecutedStep> World::executed_step(std::int64_t step,
 // Whether the step, of which `usable` are the ghosts now, stands as it was executed. Where the
 // pairs have not been tested yet, nothing has been made of the ghosts.
 bool World::comes_out_alike(std::int64_t step, std::span<const Ghost> usable) {
-  if (step == next_.t && phase_of(next_) <= Phase::kPairs) return true;
+  if (step == next_.t && next_ <= time_of(step, Phase::kPairs)) return true;
   std::vector<Ghost> before;
   const std::optional<ExecutedStep> executed = executed_step(step, before);
   return executed && makes_no_difference(*executed, usable, stages_, counters_.absorption_looks);
@@ -114,10 +115,10 @@ bool World::comes_out_alike(std::int64_t step, std::span<const Ghost> usable) {
 
 // Late ghosts of a step whose pairs have been tested.
 bool World::absorb(kernel::VirtualTime now, Bag bag) {
-  if (phase_of(now) != Phase::kBorderTraversal || bag.empty()) return false;
+  if (now != time_of(now.t, Phase::kBorderTraversal) || bag.empty()) return false;
   if (guesses()) return absorb_with_guesses(now.t, bag);
   const bool is_over = next_.t > now.t;
-  if (!is_over && phase_of(next_) <= Phase::kPairs) return false;
+  if (!is_over && next_ <= time_of(now.t, Phase::kPairs)) return false;
   std::vector<Ghost> ghosts;
   for (const kernel::MessageView& message : bag) decode_ghosts(message.payload, ghosts);
   ghosts = foreign_ghosts(std::move(ghosts), own_bodies(now.t));

@@ -1,4 +1,5 @@
-// The last phase of a step: islands are solved, own bodies advanced, the next entry is written.
+// The last phases of a step: islands are solved, then own bodies advanced and the next entry
+// written.
 #include <algorithm>
 #include <map>
 #include <utility>
@@ -13,15 +14,27 @@ namespace soda::models {
 using physics::BodyId;
 using physics::BodyState;
 
-// Solve, integrate, write the entry of the next step. Does not wait for foreign news: what comes
-// later is a straggler.
-void World::finish(std::int64_t step, Bag bag, kernel::Outbox& outbox) {
-  if (merge_.nodes.empty() && !remembers()) {
+// Does not wait for foreign news: what comes later is a straggler.
+void World::solve(kernel::VirtualTime now, Bag bag, kernel::Outbox& outbox) {
+  if (pass_of(now) == 0) scratch_.passes.start(ids_.size());
+  const bool advanced = advance_known_islands(now, bag);
+  const bool sends = !scratch_.passes.ever_sent().empty() || !sent_.empty();
+  memo_.sends = memo_.sends || sends;
+  send_sent(now, outbox);
+  next_ = advanced && sends ? time_of(now.t, Phase::kPairs, 0, pass_of(now) + 1)
+                            : time_of(now.t, Phase::kFinish);
+}
+
+// Bodies without contact move, the entry of the next step is written.
+void World::finish(std::int64_t step, kernel::Outbox& outbox) {
+  if (divided()) {
+    scratch_.resting.finish();
+    std::ranges::sort(report_.islands, {}, &physics::IslandReport::label);
+    advance_free_bodies();
+  } else {
     physics::advance_bodies(*rules_.scene, around_.geometry, ids_, states_,
                             {scratch_, report_, stages_});
     solves_ = static_cast<std::uint32_t>(report_.islands.size());
-  } else {
-    advance_known_islands(step, bag);
   }
   report_faults(outbox);
   const bool somebody_leaves = divided() && send_migrants(step, outbox);
@@ -71,8 +84,8 @@ std::int64_t World::spent_since_last_entry() {
 
 // Own bodies and foreign nodes side by side. Every participating world solves the whole of a mixed
 // island in canonical order and keeps its own bodies: same bits, no message back. Giant ones may
-// have been split between worlds before.
-void World::advance_known_islands(std::int64_t step, Bag bag) {
+// have been split between worlds before. Whether there are any that have not been solved.
+bool World::advance_known_islands(kernel::VirtualTime now, Bag bag) {
   const KnownBodies known = known_bodies(ids_, id_, merge_);
   const bool only_own = merge_.nodes.empty();
   std::vector<BodyState> with_foreign;
@@ -84,36 +97,68 @@ void World::advance_known_islands(std::int64_t step, Bag bag) {
   }
   const std::span<BodyState> states = only_own ? states_ : with_foreign;
   physics::build_islands(known.ids, scratch_.manifolds, scratch_.islands);
-  memo_.islands.assign(remembers() ? ids_.size() : 0, {});
+  if (pass_of(now) == 0) memo_.islands.assign(remembers() ? ids_.size() : 0, {});
+  bool any = false;
   for (std::size_t island = 0; island < scratch_.islands.count(); ++island)
-    advance_island(step, bag, island, known, states);
-  scratch_.resting.finish();
-  note_known(known, states);
-  advance_free_bodies(known, states);
+    any = advance_island(now, bag, island, known, states) || any;
   for (std::size_t body = 0; !only_own && body < known.ids.size(); ++body) {
     if (known.place[body] >= 0) states_[known.place[body]] = std::move(states[body]);
   }
+  return any;
 }
 
-// If it has an own body.
-void World::advance_island(std::int64_t step, Bag bag, std::size_t island, const KnownBodies& known,
-                           std::span<BodyState> states) {
-  const auto is_own = [&](std::uint32_t body) { return known.place[body] >= 0; };
+// If it has an own body, and has not been advanced as it is now. Whether it was.
+bool World::advance_island(kernel::VirtualTime now, Bag bag, std::size_t island,
+                           const KnownBodies& known, std::span<BodyState> states) {
   const physics::Islands& islands = scratch_.islands;
-  const auto first = islands.bodies.begin() + islands.body_begin[island];
-  const auto last = islands.bodies.begin() + islands.body_begin[island + 1];
-  const auto own = std::count_if(first, last, is_own);
-  if (own == 0) return;
+  const std::span<const std::uint32_t> bodies = islands.bodies_of(island);
+  const std::size_t manifolds = islands.manifold_begin[island + 1] - islands.manifold_begin[island];
+  const auto is_own = [&](std::uint32_t body) { return known.place[body] >= 0; };
+  const auto own = std::ranges::count_if(bodies, is_own);
+  if (own == 0) return false;
+  const std::uint32_t first_own = *std::ranges::find_if(bodies, is_own);
+  if (!scratch_.passes.is_new(static_cast<std::uint32_t>(known.place[first_own]), manifolds))
+    return false;
   ++solves_;
   physics::gather_island(island, known.ids, states, scratch_);
-  const bool mixed = own != last - first;
-  if (mixed) note_owners(island, known);
+  begin_pass(bodies, manifolds, pass_of(now), known);
+  const bool mixed = own != std::ssize(bodies);
+  if (mixed && pass_of(now) == 0) note_owners(island, known);
   if (!mixed)
-    advance_own_island();
-  else if (!take_split(bag))
-    advance_mixed_island(step, is_own(*first));
-  if (remembers()) remember_island(island, known, mixed);
+    advance_own_island(pass_of(now));
+  else if (pass_of(now) > 0 || !take_split(bag))
+    advance_mixed_island(now.t, is_own(bodies.front()));
+  if (remembers() && pass_of(now) == 0) remember_island(island, known, mixed);
+  note_known(bodies, known);
+  end_pass(bodies, known);
   physics::scatter_island(island, states, scratch_);
+  return true;
+}
+
+// The gathered island starts where the step did; what an earlier pass has told of it is void.
+void World::begin_pass(std::span<const std::uint32_t> bodies, std::size_t manifolds,
+                       std::uint32_t pass, const KnownBodies& known) {
+  for (std::size_t i = 0; i < bodies.size(); ++i)
+    if (const std::int32_t place = known.place[bodies[i]]; place >= 0)
+      scratch_.passes.begin(static_cast<std::uint32_t>(place), manifolds,
+                            scratch_.island_states[i]);
+  if (pass == 0) return;
+  for (const std::uint32_t body : bodies)
+    if (remembers() && known.place[body] >= 0)
+      memo_.islands[static_cast<std::size_t>(known.place[body])] = {};
+  ++stages_.islands_again;
+  physics::forget_reports(scratch_.island_ids, report_);
+  std::erase_if(next_view_.known, [this](const Node& node) {
+    return std::ranges::binary_search(scratch_.island_ids, node.id);
+  });
+}
+
+void World::end_pass(std::span<const std::uint32_t> bodies, const KnownBodies& known) {
+  for (std::size_t i = 0; i < bodies.size(); ++i)
+    if (const std::int32_t place = known.place[bodies[i]]; place >= 0)
+      scratch_.passes.end(*rules_.scene, around_.geometry, scratch_.island_ids[i],
+                          static_cast<std::uint32_t>(place), scratch_.island_states[i],
+                          &scratch_.boxes[static_cast<std::size_t>(place)]);
 }
 
 void World::note_owners(std::size_t island, const KnownBodies& known) {
@@ -131,16 +176,17 @@ void World::start_warm() {
   counters_.islands_warm += repetition_.take_impulses(scratch_.island_ids, scratch_.island_states);
 }
 
-void World::advance_own_island() {
+void World::advance_own_island(std::uint32_t pass) {
   physics::IslandReport report;
-  const bool taken = repetition_.take_island(scratch_.island_ids, scratch_.island_states, &report);
-  if (!taken && !take_resting(report)) {
+  const bool taken =
+      pass == 0 && repetition_.take_island(scratch_.island_ids, scratch_.island_states, &report);
+  if (!taken && (pass > 0 || !take_resting(report))) {
     start_warm();
     report =
         physics::advance_island(physics::whole_step(*rules_.scene, around_.geometry,
                                                     scratch_.island_ids, scratch_.island_manifolds),
                                 scratch_.island_states, {scratch_.solve, stages_, report_.faults});
-    if (report.rests)
+    if (report.rests && pass == 0)
       scratch_.resting.keep(scratch_.island_ids, scratch_.island_manifolds, scratch_.island_states,
                             report);
   }
@@ -157,18 +203,18 @@ bool World::take_resting(physics::IslandReport& report) {
 }
 
 // Own ones, except those that a repetition takes over.
-void World::advance_free_bodies(const KnownBodies& known, std::span<BodyState> states) {
-  std::vector<std::uint32_t>& free = scratch_.islands.free_bodies;
-  std::erase_if(free, [&](std::uint32_t body) {
-    if (known.place[body] < 0) return true;
-    const BodyId id = known.ids[body];
-    if (remembers()) memo_.islands[static_cast<std::size_t>(known.place[body])] = {id, 1};
-    const bool taken = repetition_.take_island({&id, 1}, {&states[body], 1}, nullptr);
+void World::advance_free_bodies() {
+  std::vector<std::uint32_t> free;
+  for (std::uint32_t body = 0; body < ids_.size(); ++body) {
+    if (!scratch_.passes.is_free(body)) continue;
+    const BodyId id = ids_[body];
+    if (remembers()) memo_.islands[body] = {id, 1};
+    const bool taken = repetition_.take_island({&id, 1}, {&states_[body], 1}, nullptr);
     count_repetition(taken, 1);
-    return taken;
-  });
-  physics::advance_free_bodies(physics::whole_step(*rules_.scene, around_.geometry, known.ids, {}),
-                               free, states, stages_, report_.faults);
+    if (!taken) free.push_back(body);
+  }
+  physics::advance_free_bodies(physics::whole_step(*rules_.scene, around_.geometry, ids_, {}), free,
+                               states_, stages_, report_.faults);
 }
 
 void World::count_repetition(bool taken, std::size_t bodies) {

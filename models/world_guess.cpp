@@ -86,7 +86,7 @@ bool World::absorb_with_guesses(std::int64_t from, Bag bag) {
   std::vector<physics::BodyId> changed;
   ForeignView before = buffer_.view(from);
   Heard heard = heard_in(bag);
-  const std::int64_t after = next_.t + (phase_of(next_) > Phase::kBorderTraversal);
+  const std::int64_t after = next_.t + (next_ > time_of(next_.t, Phase::kBorderTraversal));
   for (std::int64_t step = from; step < after; ++step) {
     const bool is_over = step < next_.t;
     const Rules& rules = is_over ? buffer_.rules(step + 1) : rules_;
@@ -138,20 +138,14 @@ void World::audit_guesses(std::int64_t step, const Heard& heard) {
       audit_.note_guess(step, world, of_owner(heard.ghosts, world));
 }
 
-// `states` of the known bodies at the end of the step. Only of islands that were solved here: of
-// other foreign bodies this world does not know all contacts.
-void World::note_known(const KnownBodies& known, std::span<const physics::BodyState> states) {
+// Of the gathered island, which has been solved here: of other foreign bodies this world does not
+// know all contacts.
+void World::note_known(std::span<const std::uint32_t> bodies, const KnownBodies& known) {
   if (around_.ghosts != GhostMode::kPredicted) return;
-  const physics::Islands& islands = scratch_.islands;
-  for (std::size_t i = 0; i < islands.count(); ++i) {
-    const std::span<const std::uint32_t> bodies(&islands.bodies[islands.body_begin[i]],
-                                                islands.body_begin[i + 1] - islands.body_begin[i]);
-    if (std::none_of(bodies.begin(), bodies.end(), [&](auto b) { return known.place[b] >= 0; }))
-      continue;
-    for (const std::uint32_t body : bodies)
-      if (known.place[body] < 0)
-        next_view_.known.push_back({known.ids[body], known.owners[body], states[body]});
-  }
+  for (std::size_t i = 0; i < bodies.size(); ++i)
+    if (known.place[bodies[i]] < 0)
+      next_view_.known.push_back(
+          {known.ids[bodies[i]], known.owners[bodies[i]], scratch_.island_states[i]});
 }
 
 void World::audit_contacts(std::int64_t step, const std::map<WorldId, Fragment>& fragments) {

@@ -72,13 +72,13 @@ void World::split(kernel::VirtualTime now, Bag bag, kernel::Outbox& outbox) {
     goes_on = goes_on || (split->solves() && !split->is_done());
     if (!split->is_done()) continue;
     for (SplitSolve::Letter& letter : split->outcome_letters())
-      send(letter.to, time_of(now.t, Phase::kFinish), MessageKind::kBlocks,
+      send(letter.to, time_of(now.t, Phase::kSolve), MessageKind::kBlocks,
            std::move(letter.payload), outbox);
   }
   for (SplitSolve::Letter& letter : letters)
     send(letter.to, time_of(now.t, Phase::kSplit, round + 1), MessageKind::kBorders,
          std::move(letter.payload), outbox);
-  next_ = goes_on ? time_of(now.t, Phase::kSplit, round + 1) : time_of(now.t, Phase::kFinish);
+  next_ = goes_on ? time_of(now.t, Phase::kSplit, round + 1) : time_of(now.t, Phase::kSolve);
 }
 
 // Fills in how the own bodies of the gathered island ended, if it was split and all has been heard.

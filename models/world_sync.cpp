@@ -41,7 +41,8 @@ bool World::holds(kernel::VirtualTime now, Bag bag) const {
   if (now != next_) return false;
   const auto lacks_outcome = [bag](const auto& split) { return split->lacks_outcome(bag); };
   const auto lacks_news = [bag](const auto& split) { return split->lacks_news(bag); };
-  if (phase_of(now) == Phase::kFinish)
+  if (pass_of(now) > 0) return false;
+  if (phase_of(now) == Phase::kSolve)
     return std::any_of(splits_.begin(), splits_.end(), lacks_outcome);
   if (phase_of(now) == Phase::kSplit)
     return merge_round_of(now) > 0 && std::any_of(splits_.begin(), splits_.end(), lacks_news);
@@ -61,46 +62,53 @@ std::vector<kernel::LpId> World::disappoints() const {
   return lps;
 }
 
-// One merge round: take in records, pass on what others lack. Round 0 takes in fragments.
+// One merge round: take in records, pass on what others lack. Round 0 takes in fragments. In
+// further passes nobody is waited for.
 void World::sync(kernel::VirtualTime now, Bag bag, kernel::Outbox& outbox) {
-  const std::uint32_t round = merge_round_of(now);
+  const std::uint32_t round = merge_round_of(now), pass = pass_of(now);
   for (const kernel::MessageView& message : bag) {
     const WorldId from{kernel::index_of(message.source)};
     if (message.kind == static_cast<std::uint32_t>(MessageKind::kFragments))
-      take_in_fragment(from, decode_fragment(message.payload));
+      take_in_fragment(pass, from, decode_fragment(message.payload));
     else
-      take_in_records(round, from, decode_records(message.payload));
+      take_in_records(pass, round, from, decode_records(message.payload));
   }
   counters_.merge_rounds += !bag.empty();
-  std::map<WorldId, Records> outgoing = outgoing_records(
-      round, id_, known_bodies(ids_, id_, merge_), states_, scratch_.manifolds, merge_);
-  if (around_.gating)
+  const std::vector<physics::BodyState> started =
+      pass > 0 ? states_at_start() : std::vector<physics::BodyState>{};
+  std::map<WorldId, Records> outgoing =
+      outgoing_records(round, id_, known_bodies(ids_, id_, merge_), pass > 0 ? started : states_,
+                       scratch_.manifolds, merge_);
+  if (around_.gating && pass == 0)
     for (const auto& [partner, records] : outgoing)
       next_gate_.told.emplace_back(round + 1, partner);
   for (const auto& [told, world] : gate_.told)
-    if (told == round + 1) outgoing[world];
+    if (pass == 0 && told == round + 1) outgoing[world];
   for (const auto& [partner, records] : outgoing) {
     counters_.records_sent += records.nodes.size() + records.manifolds.size();
-    send(partner, time_of(now.t, Phase::kSync, round + 1), MessageKind::kRecords,
+    send(partner, time_of(now.t, Phase::kSync, round + 1, pass), MessageKind::kRecords,
          encode_records(records), outbox);
   }
-  next_ = after_round(now.t, next_round(gate_, expected_, round + 1));
+  next_ = pass > 0 ? time_of(now.t, Phase::kSolve, 0, pass)
+                   : after_round(now.t, next_round(gate_, expected_, round + 1));
 }
 
-void World::take_in_fragment(WorldId from, const Fragment& fragment) {
-  if (around_.gating && !fragment.records.manifolds.empty()) next_gate_.testers.push_back(from);
+void World::take_in_fragment(std::uint32_t pass, WorldId from, const Fragment& fragment) {
+  if (around_.gating && pass == 0 && !fragment.records.manifolds.empty())
+    next_gate_.testers.push_back(from);
   take_fragment(ids_, id_, from, fragment, gate_.groups, merge_, scratch_.manifolds);
 }
 
-void World::take_in_records(std::uint32_t round, WorldId from, const Records& records) {
+void World::take_in_records(std::uint32_t pass, std::uint32_t round, WorldId from,
+                            const Records& records) {
   const bool has_news = !records.nodes.empty() || !records.manifolds.empty();
-  if (around_.gating && has_news) next_gate_.heard.emplace_back(round, from);
+  if (around_.gating && pass == 0 && has_news) next_gate_.heard.emplace_back(round, from);
   add_records(ids_, from, records, merge_, scratch_.manifolds);
 }
 
 kernel::VirtualTime World::after_round(std::int64_t step, std::uint32_t next) const {
   if (next != kNoRound) return time_of(step, Phase::kSync, next);
-  return time_of(step, may_split() ? Phase::kSplit : Phase::kFinish);
+  return time_of(step, may_split() ? Phase::kSplit : Phase::kSolve);
 }
 
 }  // namespace soda::models

@@ -24,6 +24,10 @@ struct Islands {
     std::vector<std::uint32_t> parent, body_of_manifold, island_of, next;
   } scratch = {};
 
+  std::span<const std::uint32_t> bodies_of(std::size_t island) const {
+    return std::span(bodies).subspan(body_begin[island],
+                                     body_begin[island + 1] - body_begin[island]);
+  }
   std::size_t count() const { return body_begin.empty() ? 0 : body_begin.size() - 1; }
 };
 

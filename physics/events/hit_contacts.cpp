@@ -16,6 +16,9 @@ constexpr double kTouching = 1e-9, kTogether = 1e-4;
 
 }  // namespace
 
+HitIsland::HitIsland(const IslandStep& step)
+    : IslandStep(step), sends_(std::ranges::any_of(manifolds, is_link)) {}
+
 bool HitIsland::bounces(const ContactManifold& m) const {
   return std::max(material_of(scene, m.a).restitution, material_of(scene, m.b).restitution) > 0.0;
 }
@@ -28,7 +31,7 @@ double HitIsland::width_m(const ContactManifold& m) const {
 double HitIsland::slow_m_s(const ContactManifold& m) const {
   constexpr double kSteps = 2.0;  // as of what can be smooth (refined_parts.cpp)
   double slow = bounces(m) ? scene.solver.restitution_threshold_m_s : kNever;
-  if (scene.tolerance > 0.0)
+  if (scene.tolerance > 0.0 || sends_)
     slow = std::min(slow, kSteps * scene.gravity_m_s2.norm() * scene.dt_s +
                               kTogether * width_m(m) / scene.dt_s);
   return slow;

@@ -13,6 +13,8 @@
 namespace soda::physics {
 
 struct HitIsland : IslandStep {
+  explicit HitIsland(const IslandStep& step);
+
   template <typename State>
   State& state_of(BodyId id, std::span<State> states) const {
     return states[place_of(ids, id)];
@@ -24,6 +26,9 @@ struct HitIsland : IslandStep {
   // How fast the surfaces come nearer at the point.
   double approach_m_s(const ContactManifold& m, const ContactPoint& p,
                       std::span<const BodyState> states) const;
+
+ private:
+  bool sends_;  // some body on to others (sent_on.hpp): a manifold without points connects them
 };
 
 inline constexpr double kForeseenTurn_rad = 0.25;

@@ -47,6 +47,8 @@ Need hits_needed(const SceneDescription& scene) {
       statics_that(scene, springy) > 0 || bodies_that(scene, [&](const BodyParams& body) {
                                             return can_be_unjointed(body) && springy(body);
                                           }) > 0;
+  if (!bounces && bodies_that(scene, can_be_unjointed) > 1)
+    return {true, "hits can send bodies on to others"};
   return need_of(bounces, "a material has restitution > 0",
                  "nothing without joints has restitution > 0");
 }
@@ -54,7 +56,7 @@ Need hits_needed(const SceneDescription& scene) {
 std::optional<AmongHits> advance_among_hits(const IslandStep& step, std::span<BodyState> states,
                                             const IslandEffects& effects) {
   const auto& [scene, geometry, dt_s, ids, manifolds] = step;
-  const HitIsland island{step};
+  const HitIsland island(step);
   if (any_kinematic(scene, ids)) return {};
   if (clear_s(island, manifolds, states) == kNever || !can_be_hit(island, states)) return {};
   // Measures know what pushes give in a step from its start on; parts start elsewhere.

@@ -27,6 +27,9 @@ struct ContactManifold {
   double impact_s = 0.0;
 };
 
+// It only connects its bodies.
+inline bool is_link(const ContactManifold& m) { return m.count == 0; }
+
 // The order of contacts wherever it matters: (a, b, part).
 inline bool canonical_before(const ContactManifold& x, const ContactManifold& y) {
   if (x.a != y.a) return x.a < y.a;

@@ -33,6 +33,7 @@ struct StageCounters {
   // Not among them: islands that stay as they are (rest.hpp). Pairs whose contacts are known from
   // the step before, for both bodies are at rest (resting_islands.hpp).
   std::uint64_t islands_at_rest = 0, pairs_at_rest = 0;
+  std::uint64_t islands_again = 0;           // of those solved, in a further pass (sent_on.hpp)
   std::uint64_t direct_islands = 0;          // of those solved, by Newton's method
   std::uint64_t solver_iterations = 0;       // sweeps and Newton steps, summed over islands
   std::uint64_t row_sweeps = 0;              // contact rows times those, of what is not in blocks
@@ -50,6 +51,7 @@ struct StageCounters {
   // statics that contacts do not keep off (late_impacts.hpp), of bodies that joints draw along
   // (linked_step.hpp).
   std::uint64_t flight_searches = 0, hit_searches = 0, unseen_searches = 0, linked_searches = 0;
+  std::uint64_t sent_searches = 0;  // pairs of which hits sent one on (sent_on.hpp)
   std::uint64_t impacts = 0;        // of them, that took place
   std::uint64_t refined_steps = 0;  // single steps beyond the first that refinement took
   // Islands of which impacts, hits or refinement ended at their budget of work: the laws are the

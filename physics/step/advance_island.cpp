@@ -68,6 +68,15 @@ void set_carried(const SceneDescription& scene, std::span<const BodyId> ids,
   }
 }
 
+// Those of them that connect two bodies without contact now.
+void add_links(std::span<const ContactManifold> manifolds, std::vector<ContactManifold>& left) {
+  for (const ContactManifold& m : manifolds) {
+    if (!is_link(m)) continue;
+    const auto at = std::ranges::lower_bound(left, m, canonical_before);
+    if (at == left.end() || canonical_before(m, *at)) left.insert(at, m);
+  }
+}
+
 // The rest of a step of which the island has flown `flown_s`.
 void advance_rest(const IslandStep& island, double flown_s, std::span<BodyState> states,
                   IslandReport& report, const IslandEffects& effects) {
@@ -82,15 +91,19 @@ void advance_rest(const IslandStep& island, double flown_s, std::span<BodyState>
   }
   std::vector<ContactManifold> left;
   // Impacts have brought bodies to others, and to statics, than those that the step began with.
-  if (flown_s > 0.0)
+  if (flown_s > 0.0) {
     find_again(
         island.over(rest_s, pairs_to_look_at(scene, geometry, rest_s, ids, states, counters)),
         states, counters, left);
+    add_links(manifolds, left);
+  }
   const IslandStep rest = island.over(rest_s, flown_s > 0.0 ? left : manifolds);
   const bool linked = whole && is_linked(rest.manifolds);
-  // What flight has left has been through its impacts.
+  // What flight has left has been through its impacts, unless it is sent on to others.
+  const bool sent_on = std::ranges::any_of(manifolds, is_link);
   std::optional<AmongHits> among;
-  if (whole && !linked && flown_s == 0.0) among = advance_among_hits(rest, states, effects);
+  if (whole && !linked && (flown_s == 0.0 || sent_on))
+    among = advance_among_hits(rest, states, effects);
   const IslandReport part = among    ? among->report
                             : linked ? advance_linked(rest, states, effects)
                                      : advance_resting(rest, states, effects);

@@ -15,6 +15,7 @@
 #include "physics/refinement/refinement.hpp"
 #include "physics/solvers/blows.hpp"
 #include "physics/solvers/solve_choice.hpp"
+#include "physics/step/sent_on.hpp"
 
 namespace soda::physics {
 namespace {
@@ -88,6 +89,7 @@ void add_solves(const SceneDescription& scene, std::vector<Stage>& stages) {
        count_of(&StageCounters::unseen_searches)},
       {"impacts of what joints draw", linked_impacts_needed(scene),
        count_of(&StageCounters::linked_searches)},
+      {"islands advanced anew", passes_needed(scene), count_of(&StageCounters::islands_again)},
       {"refined steps of islands", refinement_needed(scene),
        count_of(&StageCounters::refined_steps)},
       {"contacts of bodies at rest", rest_needed(scene), count_of(&StageCounters::pairs_at_rest)},

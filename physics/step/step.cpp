@@ -1,5 +1,6 @@
 #include "physics/step/step.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "physics/integrators/free_flight.hpp"
@@ -80,19 +81,97 @@ void scatter_island(std::size_t island, std::span<BodyState> states, StepScratch
   }
 }
 
+void forget_reports(std::span<const BodyId> ids, StepReport& report) {
+  const auto is_one = [ids](BodyId id) { return std::ranges::binary_search(ids, id); };
+  std::erase_if(report.islands, [&](const IslandReport& island) { return is_one(island.label); });
+  std::erase_if(report.faults, [&](const AdvanceFault& fault) { return is_one(fault.body); });
+}
+
 namespace {
 
-bool take_resting(std::size_t island, std::span<const BodyId> ids, StepScratch& scratch,
-                  StepReport& report, StageCounters& counters) {
+// A step on its way through its passes.
+struct Advance {
+  const SceneDescription& scene;
+  const Geometry& geometry;
+  std::span<const BodyId> ids;
+  std::span<BodyState> states;
+  const StepEffects& effects;
+};
+
+bool take_resting(std::size_t island, std::size_t manifolds, const Advance& of) {
+  const auto& [scratch, report, counters] = of.effects;
+  if (!scratch.resting.knows_any()) return false;
   scratch.island_ids.clear();
-  for (std::uint32_t i = scratch.islands.body_begin[island];
-       i < scratch.islands.body_begin[island + 1]; ++i)
-    scratch.island_ids.push_back(ids[scratch.islands.bodies[i]]);
+  for (const std::uint32_t body : scratch.islands.bodies_of(island))
+    scratch.island_ids.push_back(of.ids[body]);
   const IslandReport* const known = scratch.resting.take_island(scratch.island_ids);
   if (known == nullptr) return false;
   report.islands.push_back(*known);
   ++counters.islands_at_rest;
+  for (const std::uint32_t body : scratch.islands.bodies_of(island))
+    scratch.passes.keep(body, manifolds);
   return true;
+}
+
+void advance_one(std::size_t island, std::size_t manifolds, bool again, const Advance& of) {
+  const auto& [scene, geometry, ids, states, effects] = of;
+  const auto& [scratch, report, counters] = effects;
+  gather_island(island, ids, states, scratch);
+  const std::span<const std::uint32_t> bodies = scratch.islands.bodies_of(island);
+  for (std::size_t i = 0; i < bodies.size(); ++i)
+    scratch.passes.begin(bodies[i], manifolds, scratch.island_states[i]);
+  if (again) forget_reports(scratch.island_ids, report);
+  counters.islands_again += again;
+  report.islands.push_back(
+      advance_island(whole_step(scene, geometry, scratch.island_ids, scratch.island_manifolds),
+                     scratch.island_states, {scratch.solve, counters, report.faults}));
+  if (report.islands.back().rests && !again)
+    scratch.resting.keep(scratch.island_ids, scratch.island_manifolds, scratch.island_states,
+                         report.islands.back());
+  for (std::size_t i = 0; i < bodies.size() && !report.islands.back().rests; ++i)
+    scratch.passes.end(scene, geometry, scratch.island_ids[i], bodies[i], scratch.island_states[i],
+                       scratch.boxes.empty() ? nullptr : &scratch.boxes[bodies[i]]);
+  scatter_island(island, states, scratch);
+}
+
+// Those that have not been advanced yet as they are now.
+void advance_islands(bool again, const Advance& of) {
+  StepScratch& scratch = of.effects.scratch;
+  build_islands(of.ids, scratch.manifolds, scratch.islands);
+  for (std::size_t island = 0; island < scratch.islands.count(); ++island) {
+    const std::uint32_t first = scratch.islands.bodies[scratch.islands.body_begin[island]];
+    const std::size_t manifolds =
+        scratch.islands.manifold_begin[island + 1] - scratch.islands.manifold_begin[island];
+    if (!scratch.passes.is_new(first, manifolds)) continue;
+    if (again || !take_resting(island, manifolds, of)) advance_one(island, manifolds, again, of);
+  }
+}
+
+// Whether somebody that was sent on comes to somebody new.
+bool connect_sent(const Advance& of) {
+  const auto& [scene, geometry, ids, states, effects] = of;
+  const auto& [scratch, report, counters] = effects;
+  Passes& passes = scratch.passes;
+  if (passes.sent().empty() && passes.ever_sent().empty()) return false;
+  const auto start_of = [&](std::uint32_t i) -> const BodyState& {
+    return passes.start_of(i, states[i]);
+  };
+  for (std::uint32_t i = 0; scratch.boxes.size() < ids.size(); ++i)
+    scratch.boxes.push_back(swept_aabb(scene, geometry, ids[i], start_of(i)));
+  for (const auto& [place, box] : passes.sent()) scratch.boxes[place] = box;
+  passes.next_pass();
+  std::vector<IndexPair> pairs;
+  find_pairs(scene.broadphase, scratch.boxes, pairs, counters);
+  bool any = false;
+  for (const auto& [a, b] : pairs) {
+    if (!passes.was_sent(a) && !passes.was_sent(b)) continue;
+    const BodyState end_a = passes.end_of(scene, ids[a], a, states[a]),
+                    end_b = passes.end_of(scene, ids[b], b, states[b]);
+    if (may_meet(scene, geometry, {ids[a], start_of(a), end_a, scratch.boxes[a]},
+                 {ids[b], start_of(b), end_b, scratch.boxes[b]}, counters))
+      any = connect(scene, ids[a], start_of(a), ids[b], scratch.manifolds) || any;
+  }
+  return any;
 }
 
 }  // namespace
@@ -101,20 +180,11 @@ void advance_bodies(const SceneDescription& scene, const Geometry& geometry,
                     std::span<const BodyId> ids, std::span<BodyState> states,
                     const StepEffects& effects) {
   const auto& [scratch, report, counters] = effects;
-  const IslandEffects of_island{scratch.solve, counters, report.faults};
-  build_islands(ids, scratch.manifolds, scratch.islands);
-  for (std::size_t island = 0; island < scratch.islands.count(); ++island) {
-    if (scratch.resting.knows_any() && take_resting(island, ids, scratch, report, counters))
-      continue;
-    gather_island(island, ids, states, scratch);
-    report.islands.push_back(
-        advance_island(whole_step(scene, geometry, scratch.island_ids, scratch.island_manifolds),
-                       scratch.island_states, of_island));
-    if (report.islands.back().rests)
-      scratch.resting.keep(scratch.island_ids, scratch.island_manifolds, scratch.island_states,
-                           report.islands.back());
-    scatter_island(island, states, scratch);
-  }
+  const Advance all{scene, geometry, ids, states, effects};
+  scratch.passes.start(ids.size());
+  advance_islands(false, all);
+  while (connect_sent(all)) advance_islands(true, all);
+  std::ranges::sort(report.islands, {}, &IslandReport::label);
   scratch.resting.finish();
   advance_free_bodies(whole_step(scene, geometry, ids, {}), scratch.islands.free_bodies, states,
                       counters, report.faults);

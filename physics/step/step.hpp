@@ -13,6 +13,7 @@
 #include "physics/shapes/geometry.hpp"
 #include "physics/solvers/island_motion.hpp"
 #include "physics/step/resting_islands.hpp"
+#include "physics/step/sent_on.hpp"
 
 namespace soda::physics {
 
@@ -27,6 +28,7 @@ struct StepScratch {
   std::vector<BodyId> island_ids;
   std::vector<BodyState> island_states;
   std::vector<ContactManifold> island_manifolds;
+  Passes passes;
   SolveScratch solve;
 };
 
@@ -67,11 +69,15 @@ void gather_island(std::size_t island, std::span<const BodyId> ids, std::span<Bo
                    StepScratch& scratch);
 void scatter_island(std::size_t island, std::span<BodyState> states, StepScratch& scratch);
 
-// Stage 3: islands from the manifolds, each advanced by itself, then the bodies without contact.
-// Reads the scratch's manifolds; the report is appended to.
+// Stage 3: islands from the manifolds, each advanced by itself, in as many passes as hits send
+// bodies on (sent_on.hpp); then the bodies without contact. Reads and adds to the scratch's
+// manifolds; its boxes are those of `states` or empty. The report is appended to.
 void advance_bodies(const SceneDescription& scene, const Geometry& geometry,
                     std::span<const BodyId> ids, std::span<BodyState> states,
                     const StepEffects& effects);
+
+// Takes back what the gathered island's bodies have reported in an earlier pass.
+void forget_reports(std::span<const BodyId> ids, StepReport& report);
 
 // Advances states[i] (of body BodyId{i}) by one step: the three stages. The report is overwritten.
 // Same bits as any division into worlds.

@@ -1,0 +1,159 @@
+#include "physics/step/sent_on.hpp"
+
+#include <algorithm>
+
+#include "physics/continuous/time_of_impact.hpp"
+#include "physics/math/rigid_motion.hpp"
+#include "physics/model/kinematic.hpp"
+#include "physics/narrowphase/separation.hpp"
+#include "physics/shapes/geometry_impl.hpp"
+
+namespace soda::physics {
+namespace {
+
+// Speculative states can be absurd: boxes stay finite.
+void cover(const Aabb& more, Aabb& box) {
+  constexpr double kLargest = 1e300;
+  for (int i = 0; i < 3; ++i) {
+    box.min[i] = std::clamp(std::min(box.min[i], more.min[i]), -kLargest, kLargest);
+    box.max[i] = std::clamp(std::max(box.max[i], more.max[i]), -kLargest, kLargest);
+  }
+}
+
+Aabb tight_box_of(const CompiledShape& shape, const BodyState& state) {
+  return tight_aabb(shape, {state.orientation.toRotationMatrix(), state.position_m});
+}
+
+// A way of two straight legs: at the velocity of the start, from some time on at that of the end.
+struct TwoLegs {
+  Vec3 from, to;  // velocities, m/s
+  Vec3 end;       // displacement, m
+  double turn_s = 0.0;
+  double missed_m = 0.0;  // by what the legs miss each other: the way has turned more than once
+  double dt_s = 0.0;
+
+  Vec3 at(double time_s) const {
+    return time_s < turn_s ? Vec3(from * time_s) : Vec3(end - to * (dt_s - time_s));
+  }
+};
+
+TwoLegs legs_of(double dt_s, const BodyState& start, const BodyState& end) {
+  TwoLegs way{start.linear_velocity_m_s, end.linear_velocity_m_s,
+              end.position_m - start.position_m};
+  way.dt_s = dt_s;
+  const Vec3 gap = way.end - way.to * dt_s, turn = way.from - way.to;
+  const double square = turn.squaredNorm();
+  if (square > 0.0) way.turn_s = std::clamp(gap.dot(turn) / square, 0.0, dt_s);
+  way.missed_m = (gap - turn * way.turn_s).norm();
+  return way;
+}
+
+// How far a turn from one orientation to the other moves any of its points, at most.
+double turned_m(const CompiledShape& shape, const Quat& from, const Quat& to) {
+  if (shape.kind == ShapeKind::kSphere) return 0.0;
+  return 2.0 * (to * from.conjugate()).vec().norm() * shape.bounding_radius_m;
+}
+
+// Where it ends if nothing is in its way.
+BodyState foreseen(const SceneDescription& scene, BodyId id, const BodyState& start) {
+  BodyState end = start;
+  if (falls(scene, id)) end.linear_velocity_m_s += scene.gravity_m_s2 * scene.dt_s;
+  end.position_m += end.linear_velocity_m_s * scene.dt_s;
+  end.orientation = turned(end.angular_velocity_rad_s * scene.dt_s, end.orientation);
+  return end;
+}
+
+// By how much its end is off that. What rests does not fall, and is not off for that.
+double off_m(const SceneDescription& scene, const CompiledShape& shape, BodyId id,
+             const BodyState& start, const BodyState& end) {
+  const BodyState free = foreseen(scene, id, start);
+  const Vec3 off = end.position_m - free.position_m;
+  const Vec3 fall = scene.gravity_m_s2 * (scene.dt_s * scene.dt_s);
+  const double square = fall.squaredNorm();
+  const double held = square > 0.0 ? std::clamp(-off.dot(fall) / square, 0.0, 1.0) : 0.0;
+  return (off + fall * held).norm() + turned_m(shape, free.orientation, end.orientation);
+}
+
+}  // namespace
+
+Need passes_needed(const SceneDescription& scene) {
+  const Need contacts = contacts_needed(scene);
+  if (!contacts) return contacts;
+  return need_of(scene.bodies.size() > 1, "hits can send bodies on to others",
+                 "one body has nobody to be sent on to");
+}
+
+void Passes::start(std::size_t bodies) {
+  advanced_with_.assign(bodies, 0);
+  began_.assign(bodies, 0);
+  was_sent_.assign(bodies, 0);
+  if (starts_.size() < bodies) starts_.resize(bodies);
+  sent_.clear();
+  ever_sent_.clear();
+}
+
+void Passes::begin(std::uint32_t place, std::size_t manifolds, BodyState& state) {
+  advanced_with_[place] = static_cast<std::uint32_t>(manifolds);
+  if (began_[place])
+    state = starts_[place];
+  else
+    starts_[place] = state;
+  began_[place] = 1;
+}
+
+void Passes::keep(std::uint32_t place, std::size_t manifolds) {
+  advanced_with_[place] = static_cast<std::uint32_t>(manifolds);
+}
+
+// A way that turned more than once can have been farther out than where it ended: on its last leg.
+void Passes::end(const SceneDescription& scene, const Geometry& geometry, BodyId id,
+                 std::uint32_t place, const BodyState& state, const Aabb* box) {
+  const BodyState& start = starts_[place];
+  const CompiledShape& shape = shape_of(scene, geometry, id);
+  const double smooth_m = kContactMargin * shape.min_extent_m;
+  if (!was_sent_[place] && off_m(scene, shape, id, start, state) <= smooth_m) return;
+  Sent sent{place, box != nullptr ? *box : swept_aabb(scene, geometry, id, start)};
+  Aabb reached = tight_box_of(shape, state);
+  if (legs_of(scene.dt_s, start, state).missed_m > smooth_m) {
+    const Vec3 back = state.linear_velocity_m_s * scene.dt_s;
+    cover({reached.min - back, reached.max - back}, reached);
+  }
+  if (!was_sent_[place]) ever_sent_.push_back(place);
+  was_sent_[place] = 1;
+  cover(reached, sent.box);
+  sent_.push_back(sent);
+}
+
+BodyState Passes::end_of(const SceneDescription& scene, BodyId id, std::uint32_t place,
+                         const BodyState& now) const {
+  return is_free(place) ? foreseen(scene, id, now) : now;
+}
+
+bool may_meet(const SceneDescription& scene, const Geometry& geometry, const OnItsWay& a,
+              const OnItsWay& b, StageCounters& counters) {
+  if (!overlap(a.box, b.box) || !may_touch(scene, a.id, a.start, b.id)) return false;
+  ++counters.sent_searches;
+  const auto [normal, distance_m] =
+      separation_of({scene, geometry, scene.dt_s, a.id, a.start, b.id, &b.start});
+  const TwoLegs way_a = legs_of(scene.dt_s, a.start, a.end),
+                way_b = legs_of(scene.dt_s, b.start, b.end);
+  double closed_m = 0.0;
+  for (const double time_s : {way_a.turn_s, way_b.turn_s, scene.dt_s})
+    closed_m = std::max(closed_m, (way_a.at(time_s) - way_b.at(time_s)).dot(normal));
+  if (distance_m <= closed_m + way_a.missed_m + way_b.missed_m) return true;
+  return separation_of({scene, geometry, scene.dt_s, a.id, a.end, b.id, &b.end}).distance_m <= 0.0;
+}
+
+bool connect(const SceneDescription& scene, BodyId a, const BodyState& start_a, BodyId b,
+             std::vector<ContactManifold>& manifolds) {
+  ContactManifold link;
+  link.a = a;
+  link.b = b;
+  const auto at = std::ranges::lower_bound(manifolds, link, canonical_before);
+  if (at != manifolds.end() && at->a == a && at->b == b) return false;
+  if (!may_touch(scene, a, start_a, b)) return false;
+  manifolds.insert(at, link);
+  return true;
+}
+
+}  // namespace soda::physics

@@ -1,0 +1,82 @@
+// What hits send on, over several worlds: the bits of the undivided run.
+#include <gtest/gtest.h>
+
+#include "tests/models/divided_runs.hpp"
+
+namespace soda::models {
+namespace {
+
+using physics::Vec3;
+
+// Loose balls, boxes and capsules all over the place, and fast heavy balls.
+test::Scene loose_heap(std::uint64_t seed) {
+  test::Choices choices(seed);
+  test::Scene scene(Vec3(0, 0, -9.81));
+  scene.ground();
+  const std::uint32_t ball = scene.shape(physics::Sphere{0.2}),
+                      box = scene.shape(physics::Box{Vec3(0.2, 0.2, 0.2)}),
+                      capsule = scene.shape(physics::Capsule{0.15, 0.1});
+  const double restitution = seed % 3 == 0 ? 0.0 : 0.6;
+  for (int x = 0; x < 10; ++x)
+    for (int y = 0; y < 6; ++y) {
+      const std::uint32_t shape = (x + y) % 3 == 0 ? box : (x + y) % 3 == 1 ? ball : capsule;
+      scene.body(shape, Vec3(-2.4 + 0.52 * x, -1.3 + 0.52 * y, 0.26) + choices.vector(-0.02, 0.02),
+                 Vec3::Zero(), {.friction = 0.2, .restitution = restitution});
+    }
+  for (int i = 0; i < 4; ++i)
+    scene.body(ball, Vec3(-3.6, -1.2 + 0.8 * i, 0.3), Vec3(12.0 + 4.0 * i, 0, 0),
+               {.friction = 0.2, .restitution = restitution});
+  return scene;
+}
+
+TEST(SentOnRuns, HaveTheSameBitsOverWorldsAndThreads) {
+  std::uint64_t again = 0, rolled_back = 0;
+  for (std::uint64_t seed = 0; seed < 5; ++seed) {
+    const test::Scene scene = loose_heap(seed);
+    RunOptions options;
+    options.steps = 40;
+    const RunOutcome alone = run(scene, blocks(1), options);
+    again += alone.result.stages.islands_again;
+    for (const ExecutorKind kind :
+         {ExecutorKind::kSequential, ExecutorKind::kThreads, ExecutorKind::kVirtual})
+      for (const std::uint32_t worlds : {2u, 5u, 16u, 64u}) {
+        RunOptions divided = options;
+        divided.executor = kind;
+        divided.threads = 2;
+        divided.scheduling_seed = seed;
+        const RunOutcome outcome = run(scene, blocks(worlds), divided);
+        rolled_back += outcome.result.events.rolled_back;
+        EXPECT_EQ(outcome.digests, alone.digests)
+            << worlds << " worlds, executor " << static_cast<int>(kind) << ", seed " << seed;
+      }
+  }
+  EXPECT_GT(again, 50u);
+  EXPECT_GT(rolled_back, 100u);
+}
+
+// Late ghosts, guesses, repetitions and buffers of one entry have nothing to do with it.
+TEST(SentOnRuns, HaveTheSameBitsInAllModes) {
+  for (std::uint64_t seed = 1; seed < 4; ++seed) {
+    const test::Scene scene = loose_heap(seed);
+    RunOptions options;
+    options.steps = 40;
+    const RunOutcome alone = run(scene, blocks(1), options);
+    options.executor = ExecutorKind::kVirtual;
+    options.cluster.check_purity = true;
+    for (const GhostMode ghosts :
+         {GhostMode::kTold, GhostMode::kDeadReckoning, GhostMode::kPredicted})
+      for (const RollbackMode rollback : {RollbackMode::kPropagate, RollbackMode::kInvalidate})
+        for (const std::int64_t buffer : {1, 12}) {
+          options.ghosts = ghosts;
+          options.rollback = rollback;
+          options.buffer = buffer;
+          options.gating = buffer == 1;
+          EXPECT_EQ(run(scene, blocks(12), options).digests, alone.digests)
+              << "ghosts " << static_cast<int>(ghosts) << ", rollback "
+              << static_cast<int>(rollback) << ", buffer " << buffer << ", seed " << seed;
+        }
+  }
+}
+
+}  // namespace
+}  // namespace soda::models
