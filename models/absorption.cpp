@@ -54,9 +54,17 @@ bool is_clear_of_ghosts(const ExecutedStep& step, const Ghost& ghost, std::span<
   return true;
 }
 
-bool touched_anything(const ExecutedStep& step, BodyId ghost, std::uint64_t& looked_at) {
-  looked_at += step.contacts;
-  return step.has_contact(ghost);
+// To one of them that another world owns: of its own bodies that one knows itself.
+bool comes_near(const auto& others, const Ghost& ghost) {
+  return std::ranges::any_of(others, [&ghost](const auto& other) {
+    return other.owner != ghost.owner && overlap(other.box, ghost.box);
+  });
+}
+
+// The ghost that was there made a difference: it had a contact, or something sent on came near.
+bool mattered(const ExecutedStep& step, const Ghost& ghost, std::uint64_t& looked_at) {
+  looked_at += step.contacts + step.sent.size();
+  return step.has_contact(ghost.id) || comes_near(step.sent, ghost);
 }
 
 }  // namespace
@@ -77,20 +85,34 @@ bool makes_no_difference(const ExecutedStep& step, std::span<const Ghost> ghosts
   const auto end = step.ghosts.end();
   for (const Ghost& ghost : ghosts) {
     for (; before != end && before->id < ghost.id; ++before)
-      if (touched_anything(step, before->id, looked_at)) return false;
+      if (mattered(step, *before, looked_at)) return false;
     if (before != end && before->id == ghost.id) {
       const Ghost& old = *before++;
       if (identical(old, ghost)) continue;
-      if (touched_anything(step, old.id, looked_at)) return false;
+      if (mattered(step, old, looked_at)) return false;
     }
     if (step.is_own(ghost.id)) return false;
+    if (comes_near(step.sent, ghost)) return false;
     if (!is_clear_of_own(step, ghost, counters, looked_at) ||
         !is_clear_of_ghosts(step, ghost, ghosts, counters, looked_at))
       return false;
   }
   for (; before != end; ++before)
-    if (touched_anything(step, before->id, looked_at)) return false;
+    if (mattered(step, *before, looked_at)) return false;
   return true;
+}
+
+bool is_out_of_reach(const ExecutedStep& step, const Ghost& sent, std::uint64_t& looked_at) {
+  if (step.connects) return false;
+  std::vector<std::uint32_t> cells;
+  if (!step.map.border_cells_of(sent.box, step.self, cells)) return false;
+  for (const std::uint32_t cell : cells)
+    for (const StepMemo::BorderBody& item : step.border_bodies(cell)) {
+      ++looked_at;
+      if (overlap(item.box, sent.box)) return false;
+    }
+  looked_at += step.ghosts.size() + step.sent.size();
+  return !comes_near(step.ghosts, sent) && !comes_near(step.sent, sent);
 }
 
 }  // namespace soda::models

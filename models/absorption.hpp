@@ -35,6 +35,8 @@ struct ExecutedStep {
   // Of an own body at the start of the step; none if it is not known.
   std::function<std::optional<physics::BodyState>(physics::BodyId)> begin_state;
   std::function<std::span<const StepMemo::BorderBody>(std::uint32_t cell)> border_bodies;
+  std::span<const StepMemo::SentWay> sent;  // ways of what hits have sent on
+  bool connects = false;                    // further passes have made a difference
   // Of the contacts that this world tested: how many, and whether the body has one.
   std::size_t contacts = 0;
   std::function<bool(physics::BodyId)> has_contact;
@@ -42,9 +44,14 @@ struct ExecutedStep {
 
 // Whether the step comes out as it did with these ghosts instead of those it had: of the contacts
 // that this world has to test, no old ghost that is gone or changed had one, and no new or changed
-// one makes one. `ghosts` ascending by id and unique. Looks only at bodies in the border cells that
-// the new ghosts cover, at ghosts and at contacts; `looked_at` is raised by their number.
+// one makes one, or may be met by what was sent on. `ghosts` ascending by id and unique. Looks only
+// at bodies in the border cells that the new ghosts cover, at ghosts and at contacts; `looked_at`
+// is raised by their number.
 bool makes_no_difference(const ExecutedStep& step, std::span<const Ghost> ghosts,
                          physics::StageCounters& counters, std::uint64_t& looked_at);
+
+// Whether a body that is sent on, which this world has not heard of, makes none either: it
+// comes near no own body, and no foreign one in a cell of this world.
+bool is_out_of_reach(const ExecutedStep& step, const Ghost& sent, std::uint64_t& looked_at);
 
 }  // namespace soda::models

@@ -31,12 +31,19 @@ struct StepMemo {
     physics::Aabb box;  // swept
   };
 
+  // All ways of a body that a hit has sent on.
+  struct SentWay {
+    WorldId owner{};
+    physics::Aabb box;
+  };
+
   bool valid = false;
-  bool sends = false;             // hits have sent bodies on, which ghosts may meet that come late
+  bool connects = false;          // further passes have connected bodies, or were told to others
   std::vector<Migrant> migrants;  // those that became own bodies; ascending by id
   std::vector<physics::BodyId> touched;         // by user input; ascending
   std::vector<Ghost> ghosts;                    // ascending by id
   SharedList<physics::ContactManifold> tested;  // by this world; canonical order
+  std::vector<SentWay> sent;                    // foreign ones, too
   std::vector<BorderBody> border;               // ascending by cell, then by id
   std::vector<Membership> islands;              // of each own body, by id
 };

@@ -200,7 +200,7 @@ StoredEntry store(SharedMemory& memory, BufferEntry& entry, const StoredEntry& o
   StoredEntry stored;
   stored.step = entry.step;
   stored.memo_valid = entry.memo.valid;
-  stored.memo_sends = entry.memo.sends;
+  stored.memo_connects = entry.memo.connects;
   stored.differs = std::exchange(entry.differs, {});
   stored.bodies = stored_bodies(memory, entry, older, replaced);
   stored.rules = stored_one(memory, entry.rules, older.rules, replaced.rules, same_objects);
@@ -216,6 +216,7 @@ StoredEntry store(SharedMemory& memory, BufferEntry& entry, const StoredEntry& o
   stored.may_leave = entry.may_leave;
   stored.spent_ns = entry.spent_ns;
   if (entry.memo.valid) stored.touched = entry.memo.touched;
+  if (entry.memo.valid) stored.sent = entry.memo.sent;
   counters.bodies_stored += entry.ids.size();
   counters.state_bytes_whole += whole_bytes(entry.states);
   counters.state_bytes_stored += sizeof stored + with_bodies - before;

@@ -96,10 +96,11 @@ struct StoredEntry {
   std::unique_ptr<ForeignView> view;  // null: empty
   std::int64_t spent_ns = 0;
   std::vector<physics::BodyId> touched;  // of the memo
+  std::vector<StepMemo::SentWay> sent;   // the same
   std::vector<physics::BodyId> differs;
   std::uint32_t solves = 0;
   bool memo_valid = false;  // false: nothing of the memo
-  bool memo_sends = false;
+  bool memo_connects = false;
   bool frame_differs = false;
   bool may_leave = true;
 };

@@ -131,6 +131,12 @@ void TransformBuffer::replace_ghosts(std::int64_t step, std::vector<Ghost> ghost
     models::replace_ghosts(memory_, slot(step), ghosts);
 }
 
+void TransformBuffer::add_sent(std::int64_t step, std::span<const StepMemo::SentWay> ways) {
+  require_held(step);
+  std::vector<StepMemo::SentWay>& sent = is_open(step) ? open_.memo.sent : slot(step).sent;
+  sent.insert(sent.end(), ways.begin(), ways.end());
+}
+
 void TransformBuffer::replace_heard(std::int64_t step, Heard heard) {
   require_held(step);
   if (is_open(step)) {

@@ -47,6 +47,7 @@ class TransformBuffer {
   const StoredEntry* stored(std::int64_t step) const;
   // In the memo of the entry.
   void replace_ghosts(std::int64_t step, std::vector<Ghost> ghosts);
+  void add_sent(std::int64_t step, std::span<const StepMemo::SentWay> ways);
   // In the view of the entry.
   void replace_heard(std::int64_t step, Heard heard);
   // The entry: itself if it is open, else a copy in `copy`. Without memo; without bodies unless

@@ -135,7 +135,8 @@ void World::begin(std::int64_t step, Bag bag) {
   if (replaced != nullptr) repetition_.note_constants(rules_of(*replaced).scene == rules_.scene);
   repetition_.note_touched(touched);
   memo_.valid = remembers();
-  memo_.sends = false;
+  memo_.connects = false;
+  memo_.sent.clear();
   if (remembers()) {
     std::swap(memo_.migrants, migrants);
     std::swap(memo_.touched, touched);
@@ -296,7 +297,7 @@ std::uint64_t World::digest() const {
   for (const std::span<const std::byte> bytes :
        {std::span<const std::byte>(gathered), ghosts.bytes(), nodes.bytes()})
     digest = kernel::append(digest, XXH3_64bits(bytes.data(), bytes.size()));
-  if (pass_of(next_) > 0) {
+  if (divided() && pass_of(next_) > 0) {
     kernel::Bytes begun;
     encode_island(ids_, {}, states_at_start(), begun);
     const kernel::Payload sent = encode_sent(sent_);

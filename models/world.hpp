@@ -102,6 +102,7 @@ class World final : public kernel::LogicalProcess {
   Heard completed_again(const Rules& rules, const ForeignView& before,
                         std::span<const physics::BodyId> changed, const Heard& was, Heard heard);
   std::vector<Ghost> ghosts_and_guesses(std::int64_t step, Bag bag);
+  bool absorb_sent(kernel::VirtualTime now, Bag bag);
   bool absorb_with_guesses(std::int64_t from, Bag bag);
   std::function<bool(physics::BodyId)> own_bodies(std::int64_t step) const;
   std::optional<ExecutedStep> executed_step(std::int64_t step, std::vector<Ghost>& ghosts) const;

@@ -42,6 +42,8 @@ void look_into(const StepMemo& memo, const StoredEntry& start, ExecutedStep& ste
     return {std::ranges::lower_bound(memo.border, cell, {}, of),
             std::ranges::upper_bound(memo.border, cell, {}, of)};
   };
+  step.sent = memo.sent;
+  step.connects = memo.connects;
   step.contacts = memo.tested.size();
   step.has_contact = [&memo](BodyId id) { return has_contact(memo.tested, id); };
 }
@@ -57,6 +59,8 @@ void look_into(const StoredEntry& end, std::span<const Ghost> ghosts, const Stor
     return body == nullptr ? std::nullopt : unpacked(body->state);
   };
   step.border_bodies = [&end](std::uint32_t cell) { return end.border.range(cell); };
+  step.sent = end.sent;
+  step.connects = end.memo_connects;
   step.contacts = end.tested.size();
   step.has_contact = [&end](BodyId id) { return has_contact(end.tested, id); };
 }
@@ -83,7 +87,6 @@ std::optional<ExecutedStep> World::executed_step(std::int64_t step,
   const StoredEntry* const end = is_over ? buffer_.stored(step + 1) : nullptr;
   const StepMemo& memo = open != nullptr ? open->memo : memo_;
   if (start == nullptr || !(end != nullptr ? end->memo_valid : memo.valid)) return std::nullopt;
-  if (end != nullptr ? end->memo_sends : memo.sends) return std::nullopt;
   const Rules& rules = is_over ? buffer_.rules(step + 1) : rules_;
   ExecutedStep executed{.map = *rules.map,
                         .scene = *rules.scene,
@@ -93,6 +96,8 @@ std::optional<ExecutedStep> World::executed_step(std::int64_t step,
                         .is_own = own_bodies(step),
                         .begin_state = {},
                         .border_bodies = {},
+                        .sent = {},
+                        .connects = false,
                         .contacts = 0,
                         .has_contact = {}};
   if (end != nullptr) {
@@ -113,9 +118,33 @@ bool World::comes_out_alike(std::int64_t step, std::span<const Ghost> usable) {
   return executed && makes_no_difference(*executed, usable, stages_, counters_.absorption_looks);
 }
 
+// Late news of further passes, of a step that is over, from the owner: what is passed on comes near
+// an own body, if elsewhere.
+bool World::absorb_sent(kernel::VirtualTime now, Bag bag) {
+  std::vector<Ghost> before;
+  const std::optional<ExecutedStep> executed = executed_step(now.t, before);
+  if (!executed) return false;
+  std::vector<StepMemo::SentWay> ways;
+  for (const kernel::MessageView& message : bag) {
+    std::vector<SentBody> sent;
+    decode_sent(message.payload, sent);
+    for (const SentBody& body : sent) {
+      const Ghost& ghost = body.ghost;
+      if (executed->is_own(ghost.id) ||
+          !is_out_of_reach(*executed, ghost, counters_.absorption_looks))
+        return false;
+      ways.push_back({ghost.owner, ghost.box});
+    }
+  }
+  buffer_.add_sent(now.t + 1, ways);
+  ++counters_.bags_absorbed;
+  return true;
+}
+
 // Late ghosts of a step whose pairs have been tested.
 bool World::absorb(kernel::VirtualTime now, Bag bag) {
-  if (now != time_of(now.t, Phase::kBorderTraversal) || bag.empty()) return false;
+  if (phase_of(now) != Phase::kBorderTraversal || bag.empty()) return false;
+  if (pass_of(now) > 0) return now.t < next_.t && absorb_sent(now, bag);
   if (guesses()) return absorb_with_guesses(now.t, bag);
   const bool is_over = next_.t > now.t;
   if (!is_over && next_ <= time_of(now.t, Phase::kPairs)) return false;

@@ -18,9 +18,10 @@ using physics::BodyState;
 void World::solve(kernel::VirtualTime now, Bag bag, kernel::Outbox& outbox) {
   if (pass_of(now) == 0) scratch_.passes.start(ids_.size());
   const bool advanced = advance_known_islands(now, bag);
-  const bool sends = !scratch_.passes.ever_sent().empty() || !sent_.empty();
-  memo_.sends = memo_.sends || sends;
-  send_sent(now, outbox);
+  // Warm solves depend on the rollbacks before, and what others are told within a step must not.
+  const bool sends = around_.rollback != RollbackMode::kWarm &&
+                     (!scratch_.passes.ever_sent().empty() || !sent_.empty());
+  if (sends) send_sent(now, outbox);
   next_ = advanced && sends ? time_of(now.t, Phase::kPairs, 0, pass_of(now) + 1)
                             : time_of(now.t, Phase::kFinish);
 }

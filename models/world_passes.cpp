@@ -53,6 +53,7 @@ void World::send_sent(kernel::VirtualTime now, kernel::Outbox& outbox) {
   std::vector<WorldId> owners;
   for (const auto& [place, box] : scratch_.passes.sent()) {
     scratch_.boxes[place] = box;
+    if (remembers()) memo_.sent.push_back({id_, box});
     const SentBody sent = sent_own(place);
     rules_.map->owners_of(box, owners);
     for (const WorldId owner : owners)
@@ -79,6 +80,7 @@ void World::pass_on(const SentBody& sent, kernel::VirtualTime when, kernel::Outb
   for (const Ghost& ghost : ghosts_) consider(ghost);
   for (const SentBody& other : sent_) consider(other.ghost);
   sort_unique(owners);
+  memo_.connects = memo_.connects || !owners.empty();
   for (const WorldId owner : owners) {
     ++counters_.ghosts_sent;
     send(owner, when, MessageKind::kSent, encode_sent({&sent, 1}), outbox);
@@ -86,29 +88,31 @@ void World::pass_on(const SentBody& sent, kernel::VirtualTime when, kernel::Outb
 }
 
 void World::hear_of_sent(kernel::VirtualTime now, Bag bag, kernel::Outbox& outbox) {
-  memo_.sends = true;
   std::vector<SentBody> news;
   for (const kernel::MessageView& message : bag) take_in(message, news);
   for (const kernel::MessageView& message : bag) take_in(message, sent_);
   const kernel::VirtualTime when = time_of(now.t, Phase::kPairs, 0, pass_of(now));
-  for (const SentBody& sent : news) pass_on(sent, when, outbox);
+  for (const SentBody& sent : news) {
+    if (remembers()) memo_.sent.push_back({sent.ghost.owner, sent.ghost.box});
+    pass_on(sent, when, outbox);
+  }
   next_ = when;
 }
 
 // All bodies that are sent on, and own bodies that they may come to.
 void World::connect_sent(kernel::VirtualTime now, Bag bag, kernel::Outbox& outbox) {
-  memo_.sends = true;
   for (const kernel::MessageView& message : bag) take_in(message, sent_);
   std::erase_if(sent_, [this](const SentBody& sent) {
     return std::ranges::binary_search(ids_, sent.ghost.id);
   });
   std::vector<SentBody> all = sent_;
-  for (const std::uint32_t place : scratch_.passes.ever_sent()) all.push_back(sent_own(place));
+  for (const auto& [place, box] : scratch_.passes.ever_sent()) all.push_back(sent_own(place));
   std::map<WorldId, Fragment> fragments;
   bool any = false;
   for (const SentBody& sent : all)
     for (std::uint32_t own = 0; own < ids_.size(); ++own)
       any = connect(sent, own, fragments) || any;
+  memo_.connects = memo_.connects || any;
   for (auto& [target, fragment] : fragments) {
     note_exchanged(fragment.records, target, merge_);
     counters_.fragments_sent += fragment.records.manifolds.size();

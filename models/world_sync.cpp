@@ -74,6 +74,7 @@ void World::sync(kernel::VirtualTime now, Bag bag, kernel::Outbox& outbox) {
       take_in_records(pass, round, from, decode_records(message.payload));
   }
   counters_.merge_rounds += !bag.empty();
+  memo_.connects = memo_.connects || pass > 0;
   const std::vector<physics::BodyState> started =
       pass > 0 ? states_at_start() : std::vector<physics::BodyState>{};
   std::map<WorldId, Records> outgoing =

@@ -1,6 +1,7 @@
 # How many steps of each library scenario the tests of one trajectory run, so that a matrix takes
 # minutes. The full one is `soda verify FILE` without --steps.
 set(steps_of_big-body 30)
+set(steps_of_billiards 48)
 set(steps_of_bin-1000 8)
 set(steps_of_border-stack 8)
 set(steps_of_breaking-bridge 48)

@@ -86,7 +86,7 @@ Need passes_needed(const SceneDescription& scene) {
 void Passes::start(std::size_t bodies) {
   advanced_with_.assign(bodies, 0);
   began_.assign(bodies, 0);
-  was_sent_.assign(bodies, 0);
+  sent_as_.assign(bodies, 0);
   if (starts_.size() < bodies) starts_.resize(bodies);
   sent_.clear();
   ever_sent_.clear();
@@ -108,18 +108,21 @@ void Passes::keep(std::uint32_t place, std::size_t manifolds) {
 // A way that turned more than once can have been farther out than where it ended: on its last leg.
 void Passes::end(const SceneDescription& scene, const Geometry& geometry, BodyId id,
                  std::uint32_t place, const BodyState& state, const Aabb* box) {
+  if (!scene.solver.contact_response) return;
   const BodyState& start = starts_[place];
   const CompiledShape& shape = shape_of(scene, geometry, id);
   const double smooth_m = kContactMargin * shape.min_extent_m;
-  if (!was_sent_[place] && off_m(scene, shape, id, start, state) <= smooth_m) return;
-  Sent sent{place, box != nullptr ? *box : swept_aabb(scene, geometry, id, start)};
+  if (!was_sent(place) && off_m(scene, shape, id, start, state) <= smooth_m) return;
+  if (!was_sent(place)) {
+    ever_sent_.push_back({place, box != nullptr ? *box : swept_aabb(scene, geometry, id, start)});
+    sent_as_[place] = static_cast<std::uint32_t>(ever_sent_.size());
+  }
+  Sent& sent = ever_sent_[sent_as_[place] - 1];
   Aabb reached = tight_box_of(shape, state);
   if (legs_of(scene.dt_s, start, state).missed_m > smooth_m) {
     const Vec3 back = state.linear_velocity_m_s * scene.dt_s;
     cover({reached.min - back, reached.max - back}, reached);
   }
-  if (!was_sent_[place]) ever_sent_.push_back(place);
-  was_sent_[place] = 1;
   cover(reached, sent.box);
   sent_.push_back(sent);
 }

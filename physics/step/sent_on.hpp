@@ -41,8 +41,8 @@ class Passes {
   void begin(std::uint32_t place, std::size_t manifolds, BodyState& state);
   // Its island stays as it is.
   void keep(std::uint32_t place, std::size_t manifolds);
-  // It has been advanced, and ends in this state. `box`: all that it has come to in earlier passes;
-  // null: the swept box of the start.
+  // It has been advanced, and ends in this state. `box`: its swept box of the start; null: to be
+  // made where it is needed.
   void end(const SceneDescription& scene, const Geometry& geometry, BodyId id, std::uint32_t place,
            const BodyState& state, const Aabb* box);
   // As the step began; `now` is its present state.
@@ -60,17 +60,18 @@ class Passes {
     Aabb box;
   };
   const std::vector<Sent>& sent() const { return sent_; }
-  // Places of all that were sent on in this step.
-  const std::vector<std::uint32_t>& ever_sent() const { return ever_sent_; }
-  bool was_sent(std::uint32_t place) const { return was_sent_[place] != 0; }
+  // All that were sent on in this step, with their boxes now.
+  const std::vector<Sent>& ever_sent() const { return ever_sent_; }
+  bool was_sent(std::uint32_t place) const { return sent_as_[place] != 0; }
+  const Aabb& box_of_sent(std::uint32_t place) const { return ever_sent_[sent_as_[place] - 1].box; }
   void next_pass() { sent_.clear(); }
 
  private:
   std::vector<std::uint32_t> advanced_with_;  // manifolds; 0: not yet
-  std::vector<char> began_, was_sent_;
-  std::vector<BodyState> starts_;  // where it began
-  std::vector<Sent> sent_;
-  std::vector<std::uint32_t> ever_sent_;
+  std::vector<char> began_;
+  std::vector<std::uint32_t> sent_as_;  // number in ever_sent_, from 1 on
+  std::vector<BodyState> starts_;       // where it began
+  std::vector<Sent> sent_, ever_sent_;
 };
 
 // Whether two bodies may meet on their ways: where they end they do, or what parts them when the

@@ -1,9 +1,11 @@
 #include "physics/step/step.hpp"
 
 #include <algorithm>
+#include <tuple>
 #include <utility>
 
 #include "physics/integrators/free_flight.hpp"
+#include "physics/shapes/geometry_impl.hpp"
 #include "physics/step/advance_island.hpp"
 
 namespace soda::physics {
@@ -147,29 +149,52 @@ void advance_islands(bool again, const Advance& of) {
   }
 }
 
-// Whether somebody that was sent on comes to somebody new.
+// No less than a body's swept box, without its attitude.
+Aabb around(const Advance& of, BodyId id, const BodyState& start) {
+  constexpr double kTurned = 3.0 + kContactMargin * 2.0;  // radii
+  const double dt_s = of.scene.dt_s;
+  const Vec3 reach_m =
+      start.linear_velocity_m_s.cwiseAbs() * dt_s +
+      of.scene.gravity_m_s2.cwiseAbs() * (dt_s * dt_s) +
+      Vec3::Constant(kTurned * shape_of(of.scene, of.geometry, id).bounding_radius_m);
+  return {start.position_m - reach_m, start.position_m + reach_m};
+}
+
+// Whether somebody that was sent on comes to somebody new. Who was is put in order along x: with
+// many bodies, few boxes are made.
 bool connect_sent(const Advance& of) {
   const auto& [scene, geometry, ids, states, effects] = of;
   const auto& [scratch, report, counters] = effects;
   Passes& passes = scratch.passes;
-  if (passes.sent().empty() && passes.ever_sent().empty()) return false;
-  const auto start_of = [&](std::uint32_t i) -> const BodyState& {
-    return passes.start_of(i, states[i]);
-  };
-  for (std::uint32_t i = 0; scratch.boxes.size() < ids.size(); ++i)
-    scratch.boxes.push_back(swept_aabb(scene, geometry, ids[i], start_of(i)));
-  for (const auto& [place, box] : passes.sent()) scratch.boxes[place] = box;
+  if (passes.ever_sent().empty()) return false;
   passes.next_pass();
-  std::vector<IndexPair> pairs;
-  find_pairs(scene.broadphase, scratch.boxes, pairs, counters);
+  std::vector<Passes::Sent> sent = passes.ever_sent();
+  const auto from = [](const Passes::Sent& s) { return s.box.min.x(); };
+  std::ranges::sort(sent, {}, from);
+  double widest_m = 0.0;
+  for (const Passes::Sent& s : sent) widest_m = std::max(widest_m, s.box.max.x() - s.box.min.x());
   bool any = false;
-  for (const auto& [a, b] : pairs) {
-    if (!passes.was_sent(a) && !passes.was_sent(b)) continue;
-    const BodyState end_a = passes.end_of(scene, ids[a], a, states[a]),
-                    end_b = passes.end_of(scene, ids[b], b, states[b]);
-    if (may_meet(scene, geometry, {ids[a], start_of(a), end_a, scratch.boxes[a]},
-                 {ids[b], start_of(b), end_b, scratch.boxes[b]}, counters))
-      any = connect(scene, ids[a], start_of(a), ids[b], scratch.manifolds) || any;
+  for (std::uint32_t other = 0; other < ids.size(); ++other) {
+    const BodyState& start = passes.start_of(other, states[other]);
+    const bool was_sent = passes.was_sent(other);
+    Aabb box = was_sent ? passes.box_of_sent(other) : around(of, ids[other], start);
+    bool exact = was_sent;
+    auto at = std::ranges::lower_bound(sent, box.min.x() - widest_m, {}, from);
+    for (; at != sent.end() && from(*at) <= box.max.x(); ++at) {
+      const std::uint32_t place = at->place;
+      if (place == other || (was_sent && place < other) || !overlap(at->box, box)) continue;
+      if (!exact)
+        box = scratch.boxes.empty() ? swept_aabb(scene, geometry, ids[other], start)
+                                    : scratch.boxes[other];
+      exact = true;
+      const BodyState end = passes.end_of(scene, ids[other], other, states[other]);
+      const OnItsWay mine{ids[other], start, end, box};
+      const OnItsWay theirs{ids[place], passes.start_of(place, states[place]), states[place],
+                            at->box};
+      const auto& [a, b] = place < other ? std::tie(theirs, mine) : std::tie(mine, theirs);
+      if (may_meet(scene, geometry, a, b, counters))
+        any = connect(scene, a.id, a.start, b.id, scratch.manifolds) || any;
+    }
   }
   return any;
 }

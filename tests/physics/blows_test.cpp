@@ -82,18 +82,21 @@ TEST(Blows, LeaveNothingThatClosesAndNoMomentum) {
       for (int i = 0; i < n; ++i) world.states[i].position_m.y() = 0.03 * (i % 2);
       world.states[0].linear_velocity_m_s = Vec3(1, 0.2, 0.1);
       const Mechanics before = measure(world.scene, world.ids, world.states);
-      world.run(60);
+      for (int step = 0; step < 60; ++step) {
+        world.run(1);
+        for (int i = 0; i + 1 < n; ++i) {
+          const Vec3 way = world.states[i + 1].position_m - world.states[i].position_m;
+          if (way.norm() > 2.0 * kRadius_m * (1.0 + 1e-9)) continue;
+          const Vec3 closing =
+              world.states[i].linear_velocity_m_s - world.states[i + 1].linear_velocity_m_s;
+          EXPECT_LE(closing.dot(way.normalized()), friction > 0.0 ? 1e-3 : 1e-6)
+              << "step " << step << ", between " << i << " and the next of " << n << ", friction "
+              << friction;
+        }
+      }
       const Mechanics after = measure(world.scene, world.ids, world.states);
       EXPECT_LE((after.linear_momentum_newton_s - before.linear_momentum_newton_s).norm(), 1e-13);
       EXPECT_LE(after.kinetic_energy_joule, before.kinetic_energy_joule);
-      for (int i = 0; i + 1 < n; ++i) {
-        const Vec3 way = world.states[i + 1].position_m - world.states[i].position_m;
-        if (way.norm() > 2.0 * kRadius_m * (1.0 + 1e-9)) continue;
-        const Vec3 closing =
-            world.states[i].linear_velocity_m_s - world.states[i + 1].linear_velocity_m_s;
-        EXPECT_LE(closing.dot(way.normalized()), friction > 0.0 ? 1e-4 : 1e-6)
-            << "between " << i << " and the next of " << n << ", friction " << friction;
-      }
     }
 }
 

@@ -262,7 +262,7 @@ TEST(RollingFriction, KeepsAHeapOfBalls) {
       squared += state.position_m.head<2>().squaredNorm();
       fastest = std::max(fastest, state.linear_velocity_m_s.norm());
     }
-    if (rolling_m > 0.0) EXPECT_EQ(fastest, 0.0);
+    if (rolling_m > 0.0) EXPECT_LE(fastest, 1e-6);
     return std::sqrt(squared / 60.0);
   };
   const double heap = radius_of_heap(0.02), spread = radius_of_heap(0.0);

@@ -154,6 +154,7 @@ TEST(RandomGenerator, KeepsClearOfBodiesFurtherUpWhateverTheirSize) {
 TEST(LibraryStates, AreTheStoredBits) {
   const std::map<std::string, std::uint64_t> stored = {
       {"big-body", 0x81e554bff91d17d1u},
+      {"billiards", 0xb2b7caba828a50f5u},
       {"bin-1000", 0x7b367e61e1a3023du},
       {"border-stack", 0x6162be1876413164u},
       {"breaking-bridge", 0xfe9b2432c013d70bu},

@@ -7,6 +7,7 @@ namespace {
 
 TEST(Library, HoldsTheScenesThatOtherTestsRelyOn) {
   for (const char* name : {"big-body",
+                           "billiards",
                            "bin-1000",
                            "border-stack",
                            "breaking-bridge",
