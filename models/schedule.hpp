@@ -19,7 +19,7 @@ enum class Phase : std::uint32_t {
   kFinish = 7,
 };
 
-// Message types; each arrives in one phase only.
+// Message types, and when they arrive.
 enum class MessageKind : std::uint32_t {
   kMigrants = 0,   // at kBegin: bodies whose centre entered the receiver's territory
   kGhosts = 1,     // at kBorderTraversal: bodies whose swept box covers a cell of the receiver

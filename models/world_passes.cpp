@@ -6,6 +6,7 @@
 // body elsewhere from the world that would test that pair in the first pass (border_contacts.hpp).
 #include <algorithm>
 #include <map>
+#include <tuple>
 #include <utility>
 
 #include "models/world.hpp"

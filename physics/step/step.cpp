@@ -149,7 +149,7 @@ void advance_islands(bool again, const Advance& of) {
   }
 }
 
-// No less than a body's swept box, without its attitude.
+// No less than the swept box of a body without joints, and made without its attitude.
 Aabb around(const Advance& of, BodyId id, const BodyState& start) {
   constexpr double kTurned = 3.0 + kContactMargin * 2.0;  // radii
   const double dt_s = of.scene.dt_s;
@@ -158,6 +158,14 @@ Aabb around(const Advance& of, BodyId id, const BodyState& start) {
       of.scene.gravity_m_s2.cwiseAbs() * (dt_s * dt_s) +
       Vec3::Constant(kTurned * shape_of(of.scene, of.geometry, id).bounding_radius_m);
   return {start.position_m - reach_m, start.position_m + reach_m};
+}
+
+// All that it has come to.
+Aabb box_of(const Advance& of, std::uint32_t body, const BodyState& start) {
+  const StepScratch& scratch = of.effects.scratch;
+  if (scratch.passes.was_sent(body)) return scratch.passes.box_of_sent(body);
+  return scratch.boxes.empty() ? swept_aabb(of.scene, of.geometry, of.ids[body], start)
+                               : scratch.boxes[body];
 }
 
 // Whether somebody that was sent on comes to somebody new. Who was is put in order along x: with
@@ -177,16 +185,15 @@ bool connect_sent(const Advance& of) {
   for (std::uint32_t other = 0; other < ids.size(); ++other) {
     const BodyState& start = passes.start_of(other, states[other]);
     const bool was_sent = passes.was_sent(other);
-    Aabb box = was_sent ? passes.box_of_sent(other) : around(of, ids[other], start);
-    bool exact = was_sent;
+    bool exact = was_sent || !scratch.boxes.empty() || !scene.joints.empty();
+    Aabb box = exact ? box_of(of, other, start) : around(of, ids[other], start);
     auto at = std::ranges::lower_bound(sent, box.min.x() - widest_m, {}, from);
     for (; at != sent.end() && from(*at) <= box.max.x(); ++at) {
       const std::uint32_t place = at->place;
       if (place == other || (was_sent && place < other) || !overlap(at->box, box)) continue;
-      if (!exact)
-        box = scratch.boxes.empty() ? swept_aabb(scene, geometry, ids[other], start)
-                                    : scratch.boxes[other];
+      if (!exact) box = box_of(of, other, start);
       exact = true;
+      if (!overlap(at->box, box)) continue;
       const BodyState end = passes.end_of(scene, ids[other], other, states[other]);
       const OnItsWay mine{ids[other], start, end, box};
       const OnItsWay theirs{ids[place], passes.start_of(place, states[place]), states[place],

@@ -78,5 +78,52 @@ TEST(SentOnRuns, HaveTheSameBitsInAllModes) {
   }
 }
 
+// Pairs of balls on joints in space, where no static makes anybody's box.
+test::Scene joined_pairs(std::uint64_t seed) {
+  test::Choices choices(seed);
+  test::Scene scene(Vec3::Zero());
+  const std::uint32_t ball = scene.shape(physics::Sphere{0.15});
+  const physics::Material springy{.friction = 0.2, .restitution = 0.5};
+  for (int x = 0; x < 6; ++x)
+    for (int y = 0; y < 5; ++y) {
+      const Vec3 at = Vec3(-2.4 + 0.75 * x, -1.2 + 0.4 * y, 2.0) + choices.vector(-0.02, 0.02);
+      const auto first = static_cast<std::uint32_t>(scene.states.size());
+      scene.body(ball, at, Vec3::Zero(), springy);
+      scene.body(ball, at + Vec3(0.36, 0, 0), Vec3::Zero(), springy);
+      if ((x + y) % 2 == 0) continue;
+      physics::Joint joint;
+      joint.kind = physics::JointKind::kBall;
+      joint.label = static_cast<std::uint32_t>(scene.description.joints.size());
+      joint.a = physics::BodyId{first};
+      joint.b = physics::BodyId{first + 1};
+      joint.anchor_a_m = Vec3(0.18, 0, 0);
+      joint.anchor_b_m = Vec3(-0.18, 0, 0);
+      joint.reach_m = 0.5;
+      scene.description.joints.push_back(joint);
+    }
+  for (int i = 0; i < 4; ++i)
+    scene.body(ball, Vec3(-3.6, -1.1 + 0.5 * i, 2.0), Vec3(8.0 + 4.0 * i, 0.5, 0), springy);
+  physics::order_joints(scene.description);
+  return scene;
+}
+
+TEST(SentOnRuns, HaveTheSameBitsWithJoints) {
+  std::uint64_t again = 0;
+  for (std::uint64_t seed = 0; seed < 6; ++seed) {
+    const test::Scene scene = joined_pairs(seed);
+    RunOptions options;
+    options.steps = 60;
+    const RunOutcome alone = run(scene, blocks(1), options);
+    again += alone.result.stages.islands_again;
+    for (const ExecutorKind kind : {ExecutorKind::kSequential, ExecutorKind::kVirtual})
+      for (const std::uint32_t worlds : {3u, 16u, 64u}) {
+        options.executor = kind;
+        EXPECT_EQ(run(scene, blocks(worlds), options).digests, alone.digests)
+            << worlds << " worlds, executor " << static_cast<int>(kind) << ", seed " << seed;
+      }
+  }
+  EXPECT_GT(again, 20u);
+}
+
 }  // namespace
 }  // namespace soda::models

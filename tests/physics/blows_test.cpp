@@ -72,6 +72,19 @@ TEST(Blows, SpacedBallsAreTakenAlongOneAfterTheOther) {
       }
 }
 
+// How fast balls of a row come nearer that touch, at most.
+double closing_of_touching(const World& world) {
+  double closing_m_s = 0.0;
+  for (std::size_t i = 0; i + 1 < world.states.size(); ++i) {
+    const BodyState &a = world.states[i], &b = world.states[i + 1];
+    const Vec3 way = b.position_m - a.position_m;
+    if (way.norm() > 2.0 * kRadius_m * (1.0 + 1e-9)) continue;
+    closing_m_s = std::max(closing_m_s,
+                           (a.linear_velocity_m_s - b.linear_velocity_m_s).dot(way.normalized()));
+  }
+  return closing_m_s;
+}
+
 // Off the line of centres: nothing says where they go, but for what contact laws do. With friction
 // Newton's method may give up, and sweeps leave a trace.
 TEST(Blows, LeaveNothingThatClosesAndNoMomentum) {
@@ -82,18 +95,15 @@ TEST(Blows, LeaveNothingThatClosesAndNoMomentum) {
       for (int i = 0; i < n; ++i) world.states[i].position_m.y() = 0.03 * (i % 2);
       world.states[0].linear_velocity_m_s = Vec3(1, 0.2, 0.1);
       const Mechanics before = measure(world.scene, world.ids, world.states);
+      int steps_with_a_trace = 0;
       for (int step = 0; step < 60; ++step) {
         world.run(1);
-        for (int i = 0; i + 1 < n; ++i) {
-          const Vec3 way = world.states[i + 1].position_m - world.states[i].position_m;
-          if (way.norm() > 2.0 * kRadius_m * (1.0 + 1e-9)) continue;
-          const Vec3 closing =
-              world.states[i].linear_velocity_m_s - world.states[i + 1].linear_velocity_m_s;
-          EXPECT_LE(closing.dot(way.normalized()), friction > 0.0 ? 1e-3 : 1e-6)
-              << "step " << step << ", between " << i << " and the next of " << n << ", friction "
-              << friction;
-        }
+        const double closing_m_s = closing_of_touching(world);
+        EXPECT_LE(closing_m_s, friction > 0.0 ? 1e-3 : 1e-6)
+            << "step " << step << ", " << n << " balls, friction " << friction;
+        steps_with_a_trace += closing_m_s > 1e-4;
       }
+      EXPECT_LE(steps_with_a_trace, n < 30 ? 0 : 3) << n << " balls, friction " << friction;
       const Mechanics after = measure(world.scene, world.ids, world.states);
       EXPECT_LE((after.linear_momentum_newton_s - before.linear_momentum_newton_s).norm(), 1e-13);
       EXPECT_LE(after.kinetic_energy_joule, before.kinetic_energy_joule);
