@@ -1,5 +1,6 @@
 #include "scenarios/printable.hpp"
 
+#include <algorithm>
 #include <cstdio>
 
 namespace soda::scenarios {
@@ -47,7 +48,13 @@ std::size_t utf8_length(std::string_view text, std::size_t at) {
 std::string printable_text(std::string_view text) {
   std::string out;
   out.reserve(text.size());
+  const auto is_plain = [](char c) { return (c >= 0x20 && c < 0x7f) || c == '\n' || c == '\t'; };
   for (std::size_t at = 0; at < text.size();) {
+    const auto begin = text.begin() + static_cast<std::ptrdiff_t>(at);
+    const auto plain = std::find_if_not(begin, text.end(), is_plain) - begin;
+    out.append(begin, begin + plain);
+    at += static_cast<std::size_t>(plain);
+    if (at == text.size()) break;
     const std::size_t length = utf8_length(text, at);
     if (length == 0) {
       append(out, "\\x%02X", byte_at(text, at++));
