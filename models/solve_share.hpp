@@ -24,14 +24,16 @@ struct SolvedIsland {
   std::vector<physics::AdvanceFault> faults;
 };
 
-// How a range of blocks of a giant island was solved: what was said and heard after each stage, and
-// how it ended.
+// How a range of blocks of a giant island was solved: what was said and heard after each stage and
+// in the end.
 struct SolvedBlocks {
   struct Stage {
     kernel::Payload to_before, to_behind;
     std::vector<physics::BorderBody> from_before, from_behind;
   };
   std::vector<Stage> stages;
+  std::vector<physics::StepWork> work;  // by block: of all impulses, of which `share` was allowed
+  double share = 1.0;
   std::vector<std::vector<physics::BodyState>> moved;  // by block, in the order of its bodies
   std::vector<physics::BlockReport> reports;           // by block
   std::vector<physics::AdvanceFault> faults;

@@ -50,15 +50,27 @@ physics::Driven read_driven(Reader& reader) {
   return driven;
 }
 
+void write_step_work(const physics::StepWork& work, Writer& writer) {
+  write_work(work.after, writer);
+  write_work(work.without, writer);
+  write_work(work.fields, writer);
+  write_driven(work.driven, writer);
+}
+
+physics::StepWork read_step_work(Reader& reader) {
+  physics::StepWork work;
+  work.after = read_work(reader);
+  work.without = read_work(reader);
+  work.fields = read_work(reader);
+  work.driven = read_driven(reader);
+  return work;
+}
+
 void write_report(const physics::BlockReport& report, Writer& writer) {
   writer.number(report.max_penetration_m);
   writer.number(report.constraint_residual_m_s);
   writer.vector(report.static_impulse_newton_s);
   writer.vector(report.static_angular_impulse_newton_m_s);
-  write_work(report.work.after, writer);
-  write_work(report.work.without, writer);
-  write_work(report.work.fields, writer);
-  write_driven(report.work.driven, writer);
 }
 
 physics::BlockReport read_report(Reader& reader) {
@@ -67,10 +79,6 @@ physics::BlockReport read_report(Reader& reader) {
   report.constraint_residual_m_s = reader.number<double>();
   report.static_impulse_newton_s = reader.vector();
   report.static_angular_impulse_newton_m_s = reader.vector();
-  report.work.after = read_work(reader);
-  report.work.without = read_work(reader);
-  report.work.fields = read_work(reader);
-  report.work.driven = read_driven(reader);
   return report;
 }
 
@@ -110,6 +118,26 @@ BorderNews decode_border_news(std::span<const std::byte> payload) {
     body.way.linear_m = reader.vector();
     body.way.angular_rad = reader.vector();
   }
+  return news;
+}
+
+kernel::Payload encode_work_news(const WorkNews& news) {
+  kernel::Bytes bytes;
+  Writer writer(bytes);
+  write_island(news.island, writer);
+  writer.number(news.first);
+  writer.number(static_cast<std::uint32_t>(news.work.size()));
+  for (const physics::StepWork& work : news.work) write_step_work(work, writer);
+  return kernel::Payload(std::move(bytes));
+}
+
+WorkNews decode_work_news(std::span<const std::byte> payload) {
+  Reader reader(payload);
+  WorkNews news;
+  news.island = read_island(reader);
+  news.first = reader.number<std::uint32_t>();
+  news.work.resize(reader.number<std::uint32_t>());
+  for (physics::StepWork& work : news.work) work = read_step_work(reader);
   return news;
 }
 

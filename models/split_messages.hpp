@@ -30,6 +30,13 @@ struct BorderNews {
   std::vector<physics::BorderBody> bodies;
 };
 
+// What the impulses in a range of blocks do, all of them.
+struct WorkNews {
+  IslandName island;
+  std::uint32_t first = 0;
+  std::vector<physics::StepWork> work;  // of each block
+};
+
 // How a range of blocks ended.
 struct BlockNews {
   struct Moved {
@@ -40,14 +47,16 @@ struct BlockNews {
   std::uint32_t first = 0, last = 0;
   std::vector<Moved> bodies;                  // those of the receiver; ascending
   std::vector<physics::AdvanceFault> faults;  // of these
-  std::vector<physics::BlockReport> reports;  // of each block
+  std::vector<physics::BlockReport> reports;  // of each block; without the work
 };
 
 kernel::Payload encode_border_news(const BorderNews& news);
 BorderNews decode_border_news(std::span<const std::byte> payload);
+kernel::Payload encode_work_news(const WorkNews& news);
+WorkNews decode_work_news(std::span<const std::byte> payload);
 kernel::Payload encode_block_news(const BlockNews& news);
 BlockNews decode_block_news(std::span<const std::byte> payload);
-// Of either.
+// Of any of these.
 IslandName island_named_in(std::span<const std::byte> payload);
 
 }  // namespace soda::models

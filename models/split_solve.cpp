@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "kernel/hash_mix.hpp"
-#include "models/schedule.hpp"
 #include "physics/model/body_places.hpp"
 
 namespace soda::models {
@@ -47,7 +46,7 @@ SplitSolve::SplitSolve(SplitIsland island, SplitPlan plan, WorldId self)
   }
 }
 
-std::uint32_t SplitSolve::rounds() const { return physics::BlockSolver::stages(*island_.scene); }
+std::uint32_t SplitSolve::sweeps() const { return physics::BlockSolver::stages(*island_.scene); }
 
 // What the solver beside this one says of the border between them.
 std::optional<std::vector<BorderBody>> SplitSolve::hear(const SolverRange* from, Bag bag) const {
@@ -64,8 +63,25 @@ std::optional<std::vector<BorderBody>> SplitSolve::hear(const SolverRange* from,
   return std::nullopt;
 }
 
+// That of all blocks, in their order.
+std::optional<physics::StepWork> SplitSolve::hear_work(Bag bag) const {
+  physics::StepWork sum;
+  for (const SolverRange& range : plan_.solvers) {
+    std::optional<std::vector<physics::StepWork>> work;
+    if (&range == range_) work = work_;
+    for (const kernel::MessageView& message : bag)
+      if (is_from(message, range.world, MessageKind::kWork) &&
+          island_named_in(message.payload) == name_)
+        work = decode_work_news(message.payload).work;
+    if (!work) return std::nullopt;
+    for (const physics::StepWork& of_block : *work) sum.add(of_block);
+  }
+  return sum;
+}
+
 bool SplitSolve::lacks_news(Bag bag) const {
-  return solves() && !is_done() && (!hear(before_, bag) || !hear(behind_, bag));
+  if (!solves() || is_done()) return false;
+  return work_.empty() ? !hear(before_, bag) || !hear(behind_, bag) : !hear_work(bag);
 }
 
 void SplitSolve::round(std::int64_t step, std::uint32_t round, Bag bag, SolveShare& memory,
@@ -74,8 +90,21 @@ void SplitSolve::round(std::int64_t step, std::uint32_t round, Bag bag, SolveSha
   if (round == 0) {
     known_ = memory.find_blocks(island_.input, {range_->first, range_->last});
     if (!known_) solve_stages(0, counters);
-    return say(letters);
+    return say_borders(letters);
   }
+  if (round > sweeps()) {
+    const std::optional<physics::StepWork> work = hear_work(bag);
+    gave_up_ = !work;
+    if (work) conclude(step, physics::allowed_share(*work), memory, counters);
+    return;
+  }
+  hear_borders(round, bag, counters);
+  if (gave_up_) return;
+  if (round < sweeps()) return say_borders(letters);
+  say_work(letters);
+}
+
+void SplitSolve::hear_borders(std::uint32_t round, Bag bag, physics::StageCounters& counters) {
   auto before = hear(before_, bag), behind = hear(behind_, bag);
   gave_up_ = !before || !behind;
   if (gave_up_) return;
@@ -91,9 +120,6 @@ void SplitSolve::round(std::int64_t step, std::uint32_t round, Bag bag, SolveSha
   } else {
     solve_stages(round, counters);
   }
-  if (gave_up_) return;
-  if (round < rounds()) return say(letters);
-  conclude(step, memory);
 }
 
 // The borders of stage - 1 and the blocks of `stage`; all before that, too, if nothing has been
@@ -113,11 +139,11 @@ void SplitSolve::solve_stages(std::uint32_t stage, physics::StageCounters& count
       if (gave_up_) return;
       solver_->solve_borders(next - 1, counters);
     }
-    if (next < rounds()) solver_->solve_blocks(next, counters);
+    if (next < sweeps()) solver_->solve_blocks(next, counters);
   }
 }
 
-void SplitSolve::say(std::vector<Letter>& letters) {
+void SplitSolve::say_borders(std::vector<Letter>& letters) {
   SolvedBlocks::Stage stage;
   if (known_) {
     stage.to_before = known_->stages[stages_.size()].to_before;
@@ -128,15 +154,38 @@ void SplitSolve::say(std::vector<Letter>& letters) {
     if (behind_ != nullptr)
       stage.to_behind = encode_border_news({name_, range_->last - 1, true, solver_->at_upper()});
   }
-  if (before_ != nullptr) letters.push_back({before_->world, stage.to_before});
-  if (behind_ != nullptr) letters.push_back({behind_->world, stage.to_behind});
+  if (before_ != nullptr)
+    letters.push_back({before_->world, MessageKind::kBorders, stage.to_before});
+  if (behind_ != nullptr)
+    letters.push_back({behind_->world, MessageKind::kBorders, stage.to_behind});
   stages_.push_back(std::move(stage));
 }
 
-void SplitSolve::conclude(std::int64_t step, SolveShare& memory) {
-  outcome_ = known_;
-  if (outcome_) return;
+void SplitSolve::say_work(std::vector<Letter>& letters) {
+  if (known_) {
+    work_ = known_->work;
+  } else {
+    for (std::uint32_t block = range_->first; block < range_->last; ++block)
+      work_.push_back(solver_->report(block).work);
+  }
+  const kernel::Payload news = encode_work_news({name_, range_->first, work_});
+  for (const SolverRange& range : plan_.solvers)
+    if (&range != range_) letters.push_back({range.world, MessageKind::kWork, news});
+}
+
+void SplitSolve::conclude(std::int64_t step, double share, SolveShare& memory,
+                          physics::StageCounters& counters) {
+  if (known_ && known_->share == share) {
+    outcome_ = known_;
+    return;
+  }
+  known_ = nullptr;
+  if (!solver_) solve_stages(sweeps(), counters);
+  if (gave_up_) return;
+  if (share != 1.0) solver_->take_share(share);
   auto solved = std::make_shared<SolvedBlocks>();
+  solved->work = work_;
+  solved->share = share;
   for (std::uint32_t block = range_->first; block < range_->last; ++block) {
     solved->reports.push_back(solver_->report(block));
     solver_->move(block, solved->moved.emplace_back(), solved->faults);
@@ -168,7 +217,8 @@ std::vector<SplitSolve::Letter> SplitSolve::outcome_letters() const {
   worlds.erase(std::unique(worlds.begin(), worlds.end()), worlds.end());
   std::vector<Letter> letters;
   for (const WorldId world : worlds)
-    if (world != self_) letters.push_back({world, encode_block_news(news_for(world))});
+    if (world != self_)
+      letters.push_back({world, MessageKind::kBlocks, encode_block_news(news_for(world))});
   return letters;
 }
 
@@ -198,7 +248,7 @@ std::optional<SplitSolve::Heard> SplitSolve::outcome(Bag bag) const {
   report.label = island_.ids.front();
   report.bodies = static_cast<std::uint32_t>(island_.ids.size());
   for (const physics::ContactManifold& m : island_.manifolds) report.contact_points += m.count;
-  report.iterations = rounds();
+  report.iterations = sweeps();
   for (auto& [first, news] : ranges) {
     std::move(news.bodies.begin(), news.bodies.end(), std::back_inserter(heard.bodies));
     heard.faults.insert(heard.faults.end(), news.faults.begin(), news.faults.end());
@@ -208,7 +258,6 @@ std::optional<SplitSolve::Heard> SplitSolve::outcome(Bag bag) const {
   const auto own = std::count(island_.owners.begin(), island_.owners.end(), self_);
   if (static_cast<std::ptrdiff_t>(heard.bodies.size()) != own) return std::nullopt;
   if (reports.size() != plan_.blocks.count()) return std::nullopt;
-  if (gives_energy(work_of(reports))) return std::nullopt;
   for (const physics::BlockReport& block : reports) add(block, report);
   if (island_.owners.front() != self_) heard.report.reset();
   return heard;
@@ -218,6 +267,7 @@ std::uint64_t SplitSolve::digest() const {
   std::uint64_t digest = name_.content[0];
   digest = kernel::append(digest, stages_.size());
   digest = kernel::append(digest, gave_up_);
+  digest = kernel::append(digest, work_.size());
   for (const SolvedBlocks::Stage& stage : stages_) {
     for (const auto* heard : {&stage.from_before, &stage.from_behind})
       digest =

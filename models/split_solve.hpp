@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "models/schedule.hpp"
 #include "models/solve_share.hpp"
 #include "models/split_messages.hpp"
 #include "models/split_plan.hpp"
@@ -24,14 +25,16 @@ struct SplitIsland {
   kernel::Bytes input;  // all of it but the owners, as key of shared solves
 };
 
-// A solver goes through rounds 0, 1, ... rounds(): it hears in each but the first what the solvers
-// beside it have said in the one before, and says what they have to hear; after the last one its
-// blocks are solved. Who is no solver waits for the outcome. Nothing is lost where what others
-// have to say does not come: then each owner solves the whole.
+// A solver goes through rounds 0, 1, ... sweeps(): it hears in each but the first what the solvers
+// beside it have said in the one before, and says what they have to hear. In the last one it tells
+// all solvers the work of its impulses; in one more, which share all of them allow. Who is no
+// solver waits for the outcome. Nothing is lost where what others have to say does not come: then
+// each owner solves the whole.
 class SplitSolve {
  public:
   struct Letter {
     WorldId to{};
+    MessageKind kind{};
     kernel::Payload payload;
   };
 
@@ -42,15 +45,15 @@ class SplitSolve {
   const IslandName& name() const { return name_; }
   const SplitPlan& plan() const { return plan_; }
   const SplitIsland& island() const { return island_; }
-  std::uint32_t rounds() const;
+  std::uint32_t sweeps() const;
   // Whether this world has blocks to solve and has heard all that it needed so far.
   bool solves() const { return range_ != nullptr && !gave_up_; }
   bool is_done() const { return outcome_ != nullptr; }
   // Has computed blocks in this execution of the step, not only repeated what it had said before.
   bool has_computed() const { return solver_ != nullptr; }
 
-  // Whether the bag lacks border news for the next round; or news of how the blocks ended that have
-  // a body of this world, after the last one.
+  // Whether the bag lacks what solvers have to hear in the next round; or news of how the blocks
+  // ended that have a body of this world, after the last one.
   bool lacks_news(std::span<const kernel::MessageView> bag) const;
   bool lacks_outcome(std::span<const kernel::MessageView> bag) const;
   // One round; appends what it has to say for the next one. Repeats what it said in an execution
@@ -62,8 +65,7 @@ class SplitSolve {
   std::vector<Letter> outcome_letters() const;
 
   // What the owner of `self`'s bodies has heard of the outcome: bodies as they ended, and the
-  // report if it is this world's to make. Null if something is missing, or the island would
-  // gain energy: that is limited where all of it is solved.
+  // report if it is this world's to make. Null if something is missing.
   struct Heard {
     std::vector<BlockNews::Moved> bodies;
     std::vector<physics::AdvanceFault> faults;
@@ -79,10 +81,13 @@ class SplitSolve {
 
   BlockNews news_for(WorldId world) const;
   std::optional<std::vector<physics::BorderBody>> hear(const SolverRange* from, Bag bag) const;
-  bool take(std::uint32_t stage);
-  void solve_stages(std::uint32_t count, physics::StageCounters& counters);
-  void say(std::vector<Letter>& letters);
-  void conclude(std::int64_t step, SolveShare& memory);
+  std::optional<physics::StepWork> hear_work(Bag bag) const;
+  void hear_borders(std::uint32_t round, Bag bag, physics::StageCounters& counters);
+  void solve_stages(std::uint32_t stage, physics::StageCounters& counters);
+  void say_borders(std::vector<Letter>& letters);
+  void say_work(std::vector<Letter>& letters);
+  void conclude(std::int64_t step, double share, SolveShare& memory,
+                physics::StageCounters& counters);
 
   const SplitIsland island_;
   const SplitPlan plan_;
@@ -94,6 +99,7 @@ class SplitSolve {
   bool gave_up_ = false;
   std::unique_ptr<physics::BlockSolver> solver_;
   std::vector<SolvedBlocks::Stage> stages_;  // so far
+  std::vector<physics::StepWork> work_;      // of its blocks, after the last of them
   std::shared_ptr<const SolvedBlocks> known_;
   std::shared_ptr<const SolvedBlocks> outcome_;
 };

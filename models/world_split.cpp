@@ -72,11 +72,11 @@ void World::split(kernel::VirtualTime now, Bag bag, kernel::Outbox& outbox) {
     goes_on = goes_on || (split->solves() && !split->is_done());
     if (!split->is_done()) continue;
     for (SplitSolve::Letter& letter : split->outcome_letters())
-      send(letter.to, time_of(now.t, Phase::kSolve), MessageKind::kBlocks,
-           std::move(letter.payload), outbox);
+      send(letter.to, time_of(now.t, Phase::kSolve), letter.kind, std::move(letter.payload),
+           outbox);
   }
   for (SplitSolve::Letter& letter : letters)
-    send(letter.to, time_of(now.t, Phase::kSplit, round + 1), MessageKind::kBorders,
+    send(letter.to, time_of(now.t, Phase::kSplit, round + 1), letter.kind,
          std::move(letter.payload), outbox);
   next_ = goes_on ? time_of(now.t, Phase::kSplit, round + 1) : time_of(now.t, Phase::kSolve);
 }

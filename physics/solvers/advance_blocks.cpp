@@ -22,12 +22,9 @@ std::vector<BlockReport> reports_of(const BlockSolver& solver, std::uint32_t blo
 // What is unsolved of large overlaps, or of rebounds, puts in no energy.
 std::vector<BlockReport> limit_blocks(std::uint32_t blocks, BlockSolver& solver) {
   std::vector<BlockReport> reports = reports_of(solver, blocks);
-  if (is_more_than_rounding(gain_of(work_of(reports)))) {
-    solver.take_share(share_without_work(work_of(reports)));
-    reports = reports_of(solver, blocks);
-  }
-  if (!is_too_fast(work_of(reports).driven)) return reports;
-  solver.take_share(share_as_driven(work_of(reports).driven));
+  const double share = allowed_share(work_of(reports));
+  if (share == 1.0) return reports;
+  solver.take_share(share);
   return reports_of(solver, blocks);
 }
 

@@ -161,6 +161,11 @@ double share_without_work(const StepWork& work) {
   return without < 0.0 ? without / (without - work.after.sum) : 0.0;
 }
 
+double allowed_share(const StepWork& work) {
+  const double share = is_more_than_rounding(gain_of(work)) ? share_without_work(work) : 1.0;
+  return is_too_fast(work.driven) ? std::min(share, share_as_driven(work.driven)) : share;
+}
+
 void take_share(double share, std::span<const SolverBody> from_bodies, const SolvedContacts* from,
                 ContactProblem& problem) {
   for (std::size_t i = 0; i < from_bodies.size(); ++i) {

@@ -73,6 +73,8 @@ bool gives_energy(const StepWork& work);
 double share_without_gain(double at0, double at_half, double at1);
 // Of all impulses: the greatest that does no work in the velocities that it leads to.
 double share_without_work(const StepWork& work);
+// Of all impulses: all, or the greatest that puts in no energy and makes nothing too fast.
+double allowed_share(const StepWork& work);
 
 // Scales all impulses, and the velocities with them, to where they do no work in the velocities
 // that they lead to; leaves them alone where they do none. `free`: velocities after external

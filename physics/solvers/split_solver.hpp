@@ -52,7 +52,8 @@ StepWork work_of(std::span<const BlockReport> blocks);
 // solvers of neighbouring ranges both solve the border between them, alike.
 //
 // For each stage, which is a sweep: solve_blocks(); tell the solvers beside it what at_lower() and
-// at_upper() say, take what they say; solve_borders(). Then report() and move().
+// at_upper() say, take what they say; solve_borders(). Then the share of the impulses that the work
+// of all blocks allows (contact_work.hpp: allowed_share), report() and move().
 class BlockSolver {
  public:
   BlockSolver(const GiantIsland& island, std::uint32_t first, std::uint32_t last,
@@ -73,12 +74,13 @@ class BlockSolver {
   bool take_lower(std::span<const BorderBody> bodies);
   bool take_upper(std::span<const BorderBody> bodies);
 
-  // For a solver of all blocks, after all stages: brings about the rebounds of the rows that
-  // bounce, by as many sweeps. Returns their number.
-  std::uint32_t rebound(StageCounters& counters);
-
-  // The same: takes that share of all impulses; of what rebounds have changed.
+  // After all stages: takes that share of all impulses, which all solvers of the island do alike.
   void take_share(double share);
+
+  // For a solver of all blocks, then: brings about the rebounds of the rows that bounce, by as many
+  // sweeps. Returns their number.
+  std::uint32_t rebound(StageCounters& counters);
+  // Takes that share of what rebounds have changed.
   void take_rebounds(double share);
 
   BlockReport report(std::uint32_t block) const;
