@@ -10,8 +10,8 @@
 namespace soda::physics {
 namespace {
 
-// Of the width. A gap counts as none, and points hit together. A body that rests is tilted by what
-// its solver leaves: a face that comes to a face by less than that is meant to hit as one.
+// Of the width. A gap counts as none, and points of a pair hit together: a body that rests is
+// tilted by what its solver leaves, so a face that comes to a face by less is meant to hit as one.
 constexpr double kTouching = 1e-9, kTogether = 1e-4;
 
 }  // namespace
@@ -133,6 +133,16 @@ double foreseen_s(const HitIsland& island, std::span<const ContactManifold> cont
   return foreseen;
 }
 
+namespace {
+
+double nearest_m(const ContactManifold& m) {
+  double nearest = kNever;
+  for (std::uint32_t i = 0; i < m.count; ++i) nearest = std::min(nearest, m.points[i].separation_m);
+  return nearest;
+}
+
+}  // namespace
+
 ContactManifold without_hits(const HitIsland& island, const ContactManifold& contact,
                              std::span<const BodyState> states) {
   const double slow = island.slow_m_s(contact);
@@ -167,7 +177,11 @@ bool append_touching(const HitIsland& island, std::span<const ContactManifold> c
   const std::size_t before = touching.size();
   for (const ContactManifold& contact : contacts) {
     ContactManifold m = contact;
-    const double together = kTogether * island.width_m(m), slow = island.slow_m_s(m);
+    const double width = island.width_m(m), together = kTogether * width;
+    // Who is hit is held by statics that it is just above; bodies that are apart are hit one by
+    // one.
+    if (!is_static(m.b) && nearest_m(m) > kTouching * width) continue;
+    const double slow = island.slow_m_s(m);
     bool is_hit = false;
     m.count = 0;
     for (std::uint32_t i = 0; i < contact.count; ++i) {

@@ -22,14 +22,11 @@ namespace {
 // whirls so fast that no number of parts would show where it hits is not looked at.
 bool can_be_hit(const HitIsland& island, std::span<const BodyState> states) {
   constexpr double kMostRatio = 1e4;
-  constexpr double kMostTurn_rad = 2.0, kOfEach_rad = 2.0;
-  constexpr std::size_t kFew = 8;
-  const double most_turn_rad =
-      kMostTurn_rad + kOfEach_rad * static_cast<double>(std::min(island.ids.size(), kFew));
+  constexpr double kMostTurn_rad = 18.0;
   for (std::size_t i = 0; i < states.size(); ++i) {
     if (!is_unjointed(island.scene.bodies[index_of(island.ids[i])], states[i])) return false;
     if (shape_of(island.scene, island.geometry, island.ids[i]).kind == ShapeKind::kSphere) continue;
-    if (states[i].angular_velocity_rad_s.norm() * island.dt_s > most_turn_rad) return false;
+    if (states[i].angular_velocity_rad_s.norm() * island.dt_s > kMostTurn_rad) return false;
   }
   return mass_ratio(island.scene, island.ids) <= kMostRatio;
 }

@@ -27,15 +27,15 @@ struct AmongHits {
 // are advanced as if there were none (advance_resting): points on their way to one have no part in
 // that. What contacts hold together is advanced together, and nothing else is: contacts that hold
 // nothing (advance_apart.hpp) count as none as long as they keep their gaps. At a hit velocities
-// change as strike() has it: all points nearer than 1e-4 of a width at once, from the hit on as far
-// as what touches reaches; what rests on statics or does not bounce is held, what bounces but is
-// not hit itself is let go and hit next. So faces hit as faces, and bodies that touch in a row pass
-// a momentum on. What a body can meet is looked for on the way that it is on, and again when a hit
-// changes that.
+// change as strike() has it: all points nearer than 1e-4 of a width of a pair that touches, and of
+// what is that near above statics, at once, from the hit on as far as what touches reaches; what
+// rests on statics or does not bounce is held, what bounces but is not hit itself is let go and hit
+// next. So faces hit as faces, and bodies that touch in a row pass a momentum on. What a body can
+// meet is looked for on the way that it is on, and again when a hit changes that.
 //
 // Nothing, and nothing changed, if nothing comes near, or the island is not of this kind: joints,
-// masses that differ by more than ten thousand times, a body that turns by more than 2 radians and
-// 2 for each body (8 at most), or more work for the hits that are known to come than a step has
+// masses that differ by more than ten thousand times, a body that turns by more than 18 radians, or
+// more work for the hits that are known to come than a step has
 // (hit_run.cpp): contacts that hold many bodies together are advanced with all of them for each.
 // Nor if moving surfaces would give, strike by strike, more than the bounds in `scratch`
 // (ways.hpp). Where that work is done, what is left is one step. The manifolds were found at
