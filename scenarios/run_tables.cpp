@@ -35,7 +35,7 @@ constexpr Field kSolverFields[] = {
     field<SolverSpec, &SolverSpec::iterations>("iterations", kOptional, Limits{1.0, 1000.0},
                                                "Sweeps over the contacts of an island, or four "
                                                "times its substeps; by default what quality "
-                                               "says: 16, 30 or 60."),
+                                               "says: 24, 30 or 60."),
     field<SolverSpec, &SolverSpec::restitution_threshold_m_s>(
         "restitution_threshold_m_s", kOptional, Limits{0.0, 1e6}, "Slower impacts do not bounce."),
     field<SolverSpec, &SolverSpec::contact_response>(

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
@@ -31,6 +32,13 @@ class KeptPairs {
 
   // Whether what was kept has served the last time.
   bool served() const { return served_; }
+  // Then, or if no boxes were given: what holds a body's swept box, or is that.
+  Aabb room(std::uint32_t body) const {
+    if (!served_) return boxes_[body];
+    const Near& near = near_[body];
+    const Vec3 place(near.x, near.y, near.z), reach = Vec3::Constant(near.reach_m);
+    return {place - reach, place + reach};
+  }
 
  private:
   // What a body must keep to. Its floats are numbers of their own, so nothing is lost by rounding.
@@ -38,7 +46,8 @@ class KeptPairs {
     std::array<float, 3> centre_m{};
     float slack_m = -1.0f;  // the centre of mass is within it of centre_m, along each axis
     float speed2 = 0.0f, spin2 = 0.0f;
-    float reach_m = 0.0f;  // then the swept box is within it of the centre of mass
+    // Then the swept box is within it of the centre of mass.
+    float reach_m = std::numeric_limits<float>::infinity();
 
     bool is_void() const { return slack_m < 0.0f; }
   };

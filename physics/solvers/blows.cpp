@@ -19,7 +19,8 @@ constexpr double kStill = 1e-11;     // of the width, in a step
 constexpr double kOfHardest = 1e-7;  // of the step's hardest blow: what solving it leaves
 // What Newton's method may take: factorisations of a blow and of all in a step; multiplications of
 // a step, for each of its contact points; and how many factorisations these must be enough for.
-constexpr int kOfBlow = 24, kFurther = 8, kOfStep = 64;
+// A heap that tumbles needs more until the first correction, and then seldom converges.
+constexpr int kOfBlow = 24, kUntilCorrected = 9, kFurther = 8, kOfStep = 64;
 constexpr double kOfPoint = 3500.0, kAnyway = 2e5, kWorthwhile = 4.0;
 
 Twist twist_of(const SolverBody& body) { return {body.linear, body.angular}; }
@@ -162,7 +163,8 @@ bool meet_laws(double length_s, std::size_t moving, ContactProblem& problem, Blo
       .rounding = 1e-9,
       .accepted = 1e-4,
       .factorisations = std::min(static_cast<int>(affordable), kOfStep - work.factorisations),
-      .further = kFurther};
+      .further = kFurther,
+      .first = kUntilCorrected};
   const auto end = problem.bodies.begin() + static_cast<std::ptrdiff_t>(moving);
   const std::vector<SolverBody> before(problem.bodies.begin(), end);
   const NewtonOutcome outcome = solve_directly(aim, before, *plan, problem);

@@ -4,6 +4,8 @@
 #include <tuple>
 #include <utility>
 
+#include "physics/broadphase/box_tree.hpp"
+#include "physics/broadphase/occupied_cells.hpp"
 #include "physics/integrators/free_flight.hpp"
 #include "physics/shapes/geometry_impl.hpp"
 #include "physics/step/advance_island.hpp"
@@ -149,17 +151,6 @@ void advance_islands(bool again, const Advance& of) {
   }
 }
 
-// No less than the swept box of a body without joints, and made without its attitude.
-Aabb around(const Advance& of, BodyId id, const BodyState& start) {
-  constexpr double kTurned = 3.0 + kContactMargin * 2.0;  // radii
-  const double dt_s = of.scene.dt_s;
-  const Vec3 reach_m =
-      start.linear_velocity_m_s.cwiseAbs() * dt_s +
-      of.scene.gravity_m_s2.cwiseAbs() * (dt_s * dt_s) +
-      Vec3::Constant(kTurned * shape_of(of.scene, of.geometry, id).bounding_radius_m);
-  return {start.position_m - reach_m, start.position_m + reach_m};
-}
-
 // All that it has come to.
 Aabb box_of(const Advance& of, std::uint32_t body, const BodyState& start) {
   const StepScratch& scratch = of.effects.scratch;
@@ -168,36 +159,35 @@ Aabb box_of(const Advance& of, std::uint32_t body, const BodyState& start) {
                                : scratch.boxes[body];
 }
 
-// Whether somebody that was sent on comes to somebody new. Who was is put in order along x: with
-// many bodies, few boxes are made.
+// Whether somebody that was sent on comes to somebody new. Few other boxes are made.
 bool connect_sent(const Advance& of) {
   const auto& [scene, geometry, ids, states, effects] = of;
   const auto& [scratch, report, counters] = effects;
   Passes& passes = scratch.passes;
   if (passes.ever_sent().empty()) return false;
   passes.next_pass();
-  std::vector<Passes::Sent> sent = passes.ever_sent();
-  const auto from = [](const Passes::Sent& s) { return s.box.min.x(); };
-  std::ranges::sort(sent, {}, from);
-  double widest_m = 0.0;
-  for (const Passes::Sent& s : sent) widest_m = std::max(widest_m, s.box.max.x() - s.box.min.x());
+  const std::vector<Passes::Sent>& sent = passes.ever_sent();
+  std::vector<Aabb> boxes;
+  for (const Passes::Sent& s : sent) boxes.push_back(s.box);
+  const OccupiedCells cells(boxes);
+  const BoxTree tree(boxes);
+  std::vector<std::uint32_t> near;
   bool any = false;
   for (std::uint32_t other = 0; other < ids.size(); ++other) {
-    const BodyState& start = passes.start_of(other, states[other]);
     const bool was_sent = passes.was_sent(other);
-    bool exact = was_sent || !scratch.boxes.empty() || !scene.joints.empty();
-    Aabb box = exact ? box_of(of, other, start) : around(of, ids[other], start);
-    auto at = std::ranges::lower_bound(sent, box.min.x() - widest_m, {}, from);
-    for (; at != sent.end() && from(*at) <= box.max.x(); ++at) {
-      const std::uint32_t place = at->place;
-      if (place == other || (was_sent && place < other) || !overlap(at->box, box)) continue;
-      if (!exact) box = box_of(of, other, start);
-      exact = true;
-      if (!overlap(at->box, box)) continue;
-      const BodyState end = passes.end_of(scene, ids[other], other, states[other]);
-      const OnItsWay mine{ids[other], start, end, box};
+    if (!was_sent && scratch.boxes.empty() && !cells.may_overlap(scratch.kept.room(other)))
+      continue;
+    const BodyState& start = passes.start_of(other, states[other]);
+    const Aabb box = box_of(of, other, start);
+    tree.find(box, near);
+    if (near.empty()) continue;
+    const BodyState end = passes.end_of(scene, ids[other], other, states[other]);
+    const OnItsWay mine{ids[other], start, end, box};
+    for (const std::uint32_t i : near) {
+      const std::uint32_t place = sent[i].place;
+      if (place == other || (was_sent && place < other)) continue;
       const OnItsWay theirs{ids[place], passes.start_of(place, states[place]), states[place],
-                            at->box};
+                            sent[i].box};
       const auto& [a, b] = place < other ? std::tie(theirs, mine) : std::tie(mine, theirs);
       if (may_meet(scene, geometry, a, b, counters))
         any = connect(scene, a.id, a.start, b.id, scratch.manifolds) || any;
