@@ -19,9 +19,9 @@ constexpr double kStill = 1e-11;     // of the width, in a step
 constexpr double kOfHardest = 1e-7;  // of the step's hardest blow: what solving it leaves
 // What Newton's method may take: factorisations of a blow and of all in a step; multiplications of
 // a step, for each of its contact points; and how many factorisations these must be enough for.
-// A heap that tumbles needs more until the first correction, and then seldom converges.
-constexpr int kOfBlow = 24, kUntilCorrected = 9, kFurther = 8, kOfStep = 64;
+constexpr int kOfBlow = 24, kFurther = 8, kOfStep = 64;
 constexpr double kOfPoint = 3500.0, kAnyway = 2e5, kWorthwhile = 4.0;
+constexpr double kOfPointInHaste = 300.0, kAnywayInHaste = 1e4;
 
 Twist twist_of(const SolverBody& body) { return {body.linear, body.angular}; }
 
@@ -163,8 +163,7 @@ bool meet_laws(double length_s, std::size_t moving, ContactProblem& problem, Blo
       .rounding = 1e-9,
       .accepted = 1e-4,
       .factorisations = std::min(static_cast<int>(affordable), kOfStep - work.factorisations),
-      .further = kFurther,
-      .first = kUntilCorrected};
+      .further = kFurther};
   const auto end = problem.bodies.begin() + static_cast<std::ptrdiff_t>(moving);
   const std::vector<SolverBody> before(problem.bodies.begin(), end);
   const NewtonOutcome outcome = solve_directly(aim, before, *plan, problem);
@@ -221,7 +220,7 @@ std::optional<SharedBlow> share_out(const Blows& blows, std::vector<std::uint32_
     reach_m_s = std::max(reach_m_s, 2.0 * excess);
   }
   if (struck.empty()) return {};
-  work.most_multiplications = kAnyway + kOfPoint * static_cast<double>(problem.normals.size());
+  work.most_multiplications = blows.most_multiplications;
   work.hardest_m_s = std::max(work.hardest_m_s, 0.5 * reach_m_s);
   ++work.left;
   SharedBlow blow{cluster_of(struck, reach_m_s, problem, substeps), {}};
@@ -252,6 +251,9 @@ Blows find_blows(const SolveStep& step, const ContactProblem& problem) {
   const auto& [scene, dt_s, ids, states] = step;
   Blows blows;
   if (!scene.solver.direct || !problem.rollings.empty()) return blows;
+  const auto points = static_cast<double>(problem.normals.size());
+  blows.most_multiplications = scene.solver.refined ? kAnyway + kOfPoint * points
+                                                    : kAnywayInHaste + kOfPointInHaste * points;
   const auto motion = [&, &states = states](std::uint32_t i) {
     if (i < states.size())
       return Twist{states[i].linear_velocity_m_s, states[i].angular_velocity_rad_s};

@@ -242,8 +242,7 @@ NewtonOutcome solve_directly(const DirectAim& aim, std::span<const SolverBody> f
                        ? aim.factorisations
                        : most_factorisations(aim.goes_on, free, plan, joints != nullptr);
   const NewtonLimits limits{
-      scale,       aim.wanted * scale, aim.rounding * scale, aim.accepted * scale, most, 40,
-      aim.further, aim.first};
+      scale, aim.wanted * scale, aim.rounding * scale, aim.accepted * scale, most, 40, aim.further};
   Responses responses;
   const NewtonOutcome outcome = solve_by_newton(limits, plan, convex, twists, responses);
   if (!outcome.converged) return outcome;

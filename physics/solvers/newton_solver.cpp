@@ -59,7 +59,6 @@ class Newton {
   std::vector<PointResponse>& responses_;  // of the points
   NewtonOutcome outcome_;
   int further_ = 0;                                // factorisations since an error was accepted
-  bool corrected_ = false;                         // compliance and shift, once at least
   double error_m_s_ = 0.0;                         // of the minimisation
   double softest_1_kg_ = 0.0;                      // compliance at the start
   std::vector<Vec3> laws_;                         // targets without shift
@@ -144,7 +143,6 @@ bool Newton::refactor() {
   if (fits_factor()) return true;
   if (outcome_.factorisations >= limits_.factorisations) return false;
   if (outcome_.converged && further_++ >= limits_.further) return false;
-  if (!corrected_ && outcome_.factorisations >= limits_.first) return false;
   ++outcome_.factorisations;
   assemble(problem_, plan_, all_, factor_);
   factored_ = factorise(plan_, factor_);
@@ -336,7 +334,6 @@ NewtonOutcome Newton::run() {
   double wanted = limits_.wanted_m_s, last = 0.0;
   for (int i = 0; i < limits_.corrections && minimise(wanted); ++i) {
     const double shift = shift_targets();
-    corrected_ = true;
     const double correction = std::max(take_compliance_out(), shift);
     const double error = std::max(error_m_s_, correction);
     if (error <= limits_.accepted_m_s) {

@@ -18,7 +18,6 @@ struct NewtonLimits {
   int factorisations = 0;     // at most
   int corrections = 0;        // of compliance and shift, at most
   int further = 1000;         // factorisations once an error is accepted, at most
-  int first = 1000;           // factorisations until the first correction, at most
 };
 
 struct NewtonOutcome {

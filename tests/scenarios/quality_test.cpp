@@ -16,7 +16,7 @@ physics::SceneDescription scene_with(const std::string& keys) {
 
 TEST(SolverQuality, TradesSubstepsAndPartsForTime) {
   const auto fast = scene_with(R"(, "solver": {"quality": "fast"})");
-  EXPECT_EQ(fast.solver.iterations, 16);
+  EXPECT_EQ(fast.solver.iterations, 24);
   EXPECT_FALSE(fast.solver.refined);
   EXPECT_EQ(fast.tolerance, 0.0);
   const auto accurate = scene_with(R"(, "solver": {"quality": "accurate"})");
