@@ -171,11 +171,11 @@ void KeptPairs::renew(const Input& in) {
     mine = bounds_of(in, lost);
     renewed_[lost] = 0;  // from now on the other lost ones find it
     if (!mine.is_void() && !keeps_to(in.states[lost], mine)) mine = {};
+    near_[lost] = near_of(in.states[lost].position_m, mine.reach_m);
     if (mine.is_void()) {
       unbounded_.push_back(lost);
       continue;
     }
-    near_[lost] = near_of(in.states[lost].position_m, mine.reach_m);
     const Aabb room = room_of(mine);
     const Stretch mine_x = stretches_[lost] = stretch_of(room);
     for (std::uint32_t i = 0; i < in.ids.size(); ++i) {

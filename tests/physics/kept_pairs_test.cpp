@@ -70,6 +70,7 @@ class Asked {
     kept_.find({world.scene, geometry, ids, states, boxes}, pairs_, counters);
     EXPECT_EQ(pairs_, expected) << "at " << asked_;
     EXPECT_EQ(counters.candidate_pairs, expected.size());
+    if (boxes.empty()) expect_rooms(world, geometry, ids, states);
     served += kept_.served();
     found += expected.size();
   }
@@ -77,6 +78,18 @@ class Asked {
   std::size_t found = 0;
 
  private:
+  // Absurd places are in no room that is a number.
+  void expect_rooms(const World& world, const Geometry& geometry, std::span<const BodyId> ids,
+                    std::span<const BodyState> states) const {
+    for (std::uint32_t i = 0; i < ids.size(); ++i) {
+      const Aabb box = swept_aabb(world.scene, geometry, ids[i], states[i]), room = kept_.room(i);
+      for (int axis = 0; axis < 3; ++axis) {
+        EXPECT_FALSE(room.min[axis] > box.min[axis]) << i << " at " << asked_;
+        EXPECT_FALSE(room.max[axis] < box.max[axis]) << i << " at " << asked_;
+      }
+    }
+  }
+
   KeptPairs kept_;
   std::vector<IndexPair> pairs_;
   int asked_ = 0;
