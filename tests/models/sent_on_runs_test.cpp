@@ -63,6 +63,9 @@ TEST(SentOnRuns, HaveTheSameBitsInAllModes) {
     const RunOutcome alone = run(scene, blocks(1), options);
     options.executor = ExecutorKind::kVirtual;
     options.cluster.check_purity = true;
+    options.cluster.processors = 5;
+    options.cluster.latency_ns = 20000;
+    options.cluster.jitter_ns = 60000;  // ghosts come after what is sent on
     for (const GhostMode ghosts :
          {GhostMode::kTold, GhostMode::kDeadReckoning, GhostMode::kPredicted})
       for (const RollbackMode rollback : {RollbackMode::kPropagate, RollbackMode::kInvalidate})
