@@ -3,6 +3,7 @@
 #include <xxhash.h>
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
 #include <iterator>
 #include <map>
@@ -267,7 +268,9 @@ std::uint64_t SplitSolve::digest() const {
   std::uint64_t digest = name_.content[0];
   digest = kernel::append(digest, stages_.size());
   digest = kernel::append(digest, gave_up_);
-  digest = kernel::append(digest, work_.size());
+  for (const physics::StepWork& work : work_)
+    digest = kernel::append(digest, std::bit_cast<std::uint64_t>(work.after.sum));
+  if (outcome_) digest = kernel::append(digest, std::bit_cast<std::uint64_t>(outcome_->share));
   for (const SolvedBlocks::Stage& stage : stages_) {
     for (const auto* heard : {&stage.from_before, &stage.from_behind})
       digest =

@@ -19,8 +19,8 @@ class OccupiedCells {
   // the widest of these, and for what is wider.
   bool may_overlap(const Aabb& box) const {
     const Vec3 middle = 0.5 * (box.min + box.max);
-    const double half_m = (box.max - middle).maxCoeff();
-    if (!(half_m <= half_m_)) return true;
+    for (int axis = 0; axis < 3; ++axis)  // also for what is no number
+      if (!(box.max[axis] - middle[axis] <= half_m_)) return true;
     return (rows_[kCells * cell_of(2, middle.z()) + cell_of(1, middle.y())] >>
                 cell_of(0, middle.x()) &
             1u) != 0;

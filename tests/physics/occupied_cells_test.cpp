@@ -43,6 +43,12 @@ TEST(OccupiedCells, TakeWhatIsNotFiniteForNear) {
   const Aabb everywhere{Vec3::Constant(-far), Vec3::Constant(far)};
   const Aabb one = box_at(Vec3(1, 2, 3), Vec3(1, 1, 1));
   EXPECT_TRUE(OccupiedCells({&one, 1}).may_overlap(everywhere));
+  for (int axis = 0; axis < 3; ++axis) {
+    Aabb line = one;
+    line.min[axis] = -far;
+    line.max[axis] = far;
+    EXPECT_TRUE(OccupiedCells({&one, 1}).may_overlap(line)) << axis;
+  }
   const Aabb huge = box_at(Vec3::Zero(), Vec3::Constant(1e300));
   const std::vector<Aabb> both{one, huge};
   EXPECT_TRUE(OccupiedCells(both).may_overlap(one));
