@@ -49,9 +49,9 @@ void start_with_blow(const Blows& blows, std::span<const SolverBody> free, Conta
 // fulfils the contact laws: by Newton's method, to 1e-4 of the blow at least. Budget of work: 24
 // factorisations a blow, 64 a step; 2e5 multiplications a step and 3500 for each contact point of
 // the island, 1e4 and 300 if the scene is not to be refined; and none where a factorisation costs
-// far more than the sweeps. Beyond it, and where Newton's method does not converge, the blow is left
-// to the sweeps of the substeps. The impulses of a blow are in the substeps' sums alone, so that
-// the next substep does not expect them again.
+// far more than the sweeps. Beyond it, and where Newton's method does not converge, the blow is
+// left to the sweeps of the substeps. The impulses of a blow are in the substeps' sums alone, so
+// that the next substep does not expect them again.
 void share_blow(const Blows& blows, ContactProblem& problem, Substeps& substeps, BlowWork& work);
 
 }  // namespace soda::physics
