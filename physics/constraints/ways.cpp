@@ -129,11 +129,11 @@ bool is_overdriven(const SceneDescription& scene, std::span<const BodyId> ids,
 
 void report_impossible_way(const SceneDescription& scene, const WayBounds& bounds, std::size_t i,
                            BodyId id, const BodyState& state, std::vector<AdvanceFault>& faults) {
-  constexpr double kRounding = 1e-12;  // of where it is
+  constexpr double kRounding = 1e-12;  // of where it is, and of its way
   if (!bounds.any || is_kinematic(scene, id)) return;
   const double fastest_m_s = bounds.root * std::sqrt(2.0 / scene.bodies[index_of(id)].mass_kg);
-  const double most_m =
-      bounds.dt_s * (fastest_m_s + bounds.pushed_m_s) + kRounding * bounds.positions_m[i].norm();
+  const double allowed_m = bounds.dt_s * (fastest_m_s + bounds.pushed_m_s);
+  const double most_m = allowed_m + kRounding * (allowed_m + bounds.positions_m[i].norm());
   const double way_m = (state.position_m - bounds.positions_m[i]).norm();
   if (way_m > most_m) faults.push_back({id, impossible_way(way_m, most_m)});
 }

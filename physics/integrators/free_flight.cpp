@@ -5,6 +5,7 @@
 #include "physics/forces/forces.hpp"
 #include "physics/integrators/advance_once.hpp"
 #include "physics/math/rigid_motion.hpp"
+#include "physics/math/two_lanes.hpp"
 #include "physics/model/stage_counters.hpp"
 #include "physics/shapes/geometry_impl.hpp"
 
@@ -14,8 +15,6 @@
 namespace soda::physics {
 namespace {
 
-using Two = double __attribute__((vector_size(16)));
-
 struct Two3 {
   Two x, y, z;
 };
@@ -23,8 +22,10 @@ struct Two4 {
   Two w, x, y, z;
 };
 
-inline Two both(double value) { return Two{value, value}; }
+using physics::both;
 inline Two3 both(const Vec3& v) { return {both(v.x()), both(v.y()), both(v.z())}; }
+using physics::load;
+using physics::store;
 inline Two3 load(const Vec3& a, const Vec3& b) {
   return {Two{a.x(), b.x()}, Two{a.y(), b.y()}, Two{a.z(), b.z()}};
 }

@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstring>
+
+#include "physics/math/two_lanes.hpp"
 
 namespace soda::physics {
 namespace {
@@ -139,23 +140,12 @@ void divide_by_diagonal(const Block& diagonal, Block& block) {
   }
 }
 
-// Two rows at once, each by itself: the bits are those of single numbers. Compilers do not find
-// this by themselves at -O2.
-using Two [[gnu::vector_size(16)]] = double;
-
-inline Two load(const double* from) {
-  Two out;
-  std::memcpy(&out, from, sizeof out);
-  return out;
-}
-inline void store(Two value, double* to) { std::memcpy(to, &value, sizeof value); }
-
 // target -= a b^T
 void subtract_product(const Block& a, const Block& b, Block& target) {
   for (int c = 0; c < kBlockRows; ++c) {
-    Two top{0.0, 0.0}, middle{0.0, 0.0}, bottom{0.0, 0.0};
+    Two top = both(0.0), middle = top, bottom = top;
     for (int m = 0; m < kBlockRows; ++m) {
-      const Two factor{b[6 * m + c], b[6 * m + c]};
+      const Two factor = both(b[6 * m + c]);
       top += load(&a[6 * m]) * factor;
       middle += load(&a[6 * m + 2]) * factor;
       bottom += load(&a[6 * m + 4]) * factor;
@@ -189,9 +179,9 @@ namespace {
 
 // target -= block * x
 void subtract_image(const Block& block, const BlockVector& x, BlockVector& target) {
-  Two top{0.0, 0.0}, middle{0.0, 0.0}, bottom{0.0, 0.0};
+  Two top = both(0.0), middle = top, bottom = top;
   for (int c = 0; c < kBlockRows; ++c) {
-    const Two factor{x[c], x[c]};
+    const Two factor = both(x[c]);
     top += load(&block[6 * c]) * factor;
     middle += load(&block[6 * c + 2]) * factor;
     bottom += load(&block[6 * c + 4]) * factor;

@@ -17,11 +17,12 @@ namespace {
 constexpr double kSlow = 0.03;       // of the speed that gravity gives in a step
 constexpr double kStill = 1e-11;     // of the width, in a step
 constexpr double kOfHardest = 1e-7;  // of the step's hardest blow: what solving it leaves
-// What Newton's method may take: factorisations of a blow and of all in a step; multiplications of
-// a step, for each of its contact points; and how many factorisations these must be enough for.
-constexpr int kOfBlow = 24, kFurther = 8, kOfStep = 64;
-constexpr double kOfPoint = 3500.0, kAnyway = 2e5, kWorthwhile = 4.0;
-constexpr double kOfPointInHaste = 300.0, kAnywayInHaste = 1e4;
+// What Newton's method may take: factorisations of a blow (of a kick alone, which the sweeps undo
+// as well), and of all in a step; multiplications of a step, for each of its pairs in touch; and
+// how many factorisations these must be enough for.
+constexpr int kOfBlow = 24, kOfKick = 6, kFurther = 8, kOfStep = 128;
+constexpr double kOfPair = 2e4, kAnyway = 2e5, kWorthwhile = 4.0;
+constexpr double kOfPairInHaste = 1000.0, kAnywayInHaste = 1e4;
 
 Twist twist_of(const SolverBody& body) { return {body.linear, body.angular}; }
 
@@ -146,8 +147,10 @@ bool nothing_closes(double length_s, const ContactProblem& problem) {
   return true;
 }
 
-// All contact laws at once, from the bodies' velocities and no impulses on. Whether they are met.
-bool meet_laws(double length_s, std::size_t moving, ContactProblem& problem, BlowWork& work) {
+// All contact laws at once, from the bodies' velocities and no impulses on, by `most`
+// factorisations. Whether they are met.
+bool meet_laws(int most, double length_s, std::size_t moving, ContactProblem& problem,
+               BlowWork& work) {
   if (nothing_closes(length_s, problem)) return true;
   if (work.gave_up) return false;
   std::vector<std::array<std::uint32_t, 2>> edges;
@@ -157,13 +160,15 @@ bool meet_laws(double length_s, std::size_t moving, ContactProblem& problem, Blo
   const std::optional<Elimination> plan =
       plan_elimination(static_cast<std::uint32_t>(moving), edges, left / kWorthwhile);
   if (!plan || is_costly(*plan, problem.normals.size())) return false;
-  const double affordable = std::min<double>(kOfBlow, left / plan->multiplications);
+  const double affordable = std::min<double>(most, left / plan->multiplications);
   const DirectAim aim{
       .wanted = 1e-12,
       .rounding = 1e-9,
       .accepted = 1e-4,
       .factorisations = std::min(static_cast<int>(affordable), kOfStep - work.factorisations),
-      .further = kFurther};
+      .further = kFurther,
+      .first = 1e-3,
+      .counts = 0.1};
   const auto end = problem.bodies.begin() + static_cast<std::ptrdiff_t>(moving);
   const std::vector<SolverBody> before(problem.bodies.begin(), end);
   const NewtonOutcome outcome = solve_directly(aim, before, *plan, problem);
@@ -204,12 +209,13 @@ struct SharedBlow {
   ContactProblem part;
 };
 
-// From rows `struck` and those that close by the bodies' velocities `twist`; nothing where there
-// are none, or where the blow is left to the sweeps.
+// From rows `struck` (kicked ones) and those that close by the bodies' velocities `twist`; nothing
+// where there are none, or where the blow is left to the sweeps.
 template <class TwistOf>
 std::optional<SharedBlow> share_out(const Blows& blows, std::vector<std::uint32_t> struck,
                                     const TwistOf& twist, const ContactProblem& problem,
                                     Substeps& substeps, BlowWork& work) {
+  const std::size_t kicked = struck.size();
   double reach_m_s = 0.0;
   for (const std::uint32_t i : blows.can_be_struck) {
     const NormalRow& row = problem.normals[i];
@@ -231,7 +237,8 @@ std::optional<SharedBlow> share_out(const Blows& blows, std::vector<std::uint32_
     blow.part.bodies[k].linear = begin.linear;
     blow.part.bodies[k].angular = begin.angular;
   }
-  if (!meet_laws(substeps.length_s, moving, blow.part, work)) return {};
+  const int most = struck.size() > kicked ? kOfBlow : kOfKick;
+  if (!meet_laws(most, substeps.length_s, moving, blow.part, work)) return {};
   --work.left;
   ++work.shared;
   add_blow(blow.cluster, blow.part, substeps);
@@ -247,13 +254,28 @@ Need blows_needed(const SceneDescription& scene) {
   return need_of(scene.bodies.size() > 2, "three bodies can touch", "no three bodies");
 }
 
+namespace {
+
+// Rows of a pair follow one another.
+double pairs_in_touch(const ContactProblem& problem) {
+  double pairs = 0.0;
+  const NormalRow* last = nullptr;
+  for (const NormalRow& row : problem.normals) {
+    if (last == nullptr || row.a != last->a || row.b != last->b) pairs += 1.0;
+    last = &row;
+  }
+  return pairs;
+}
+
+}  // namespace
+
 Blows find_blows(const SolveStep& step, const ContactProblem& problem) {
   const auto& [scene, dt_s, ids, states] = step;
   Blows blows;
   if (!scene.solver.direct || !problem.rollings.empty()) return blows;
-  const auto points = static_cast<double>(problem.normals.size());
-  blows.most_multiplications = scene.solver.refined ? kAnyway + kOfPoint * points
-                                                    : kAnywayInHaste + kOfPointInHaste * points;
+  const double pairs = pairs_in_touch(problem);
+  blows.most_multiplications =
+      scene.solver.refined ? kAnyway + kOfPair * pairs : kAnywayInHaste + kOfPairInHaste * pairs;
   const auto motion = [&, &states = states](std::uint32_t i) {
     if (i < states.size())
       return Twist{states[i].linear_velocity_m_s, states[i].angular_velocity_rad_s};
@@ -296,7 +318,7 @@ void start_with_blow(const Blows& blows, std::span<const SolverBody> free, Conta
     start[i] = after;
   }
   forget_impulses(part);
-  meet_laws(substeps.length_s, moving, part, work);
+  meet_laws(kOfBlow, substeps.length_s, moving, part, work);
   set_impulses(cluster, part, problem);
   for (std::size_t k = 0; k < moving; ++k) problem.bodies[cluster.bodies[k]] = part.bodies[k];
 }

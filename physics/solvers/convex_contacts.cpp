@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "physics/math/rigid_motion.hpp"
+#include "physics/math/two_lanes.hpp"
 
 namespace soda::physics {
 namespace {
@@ -38,46 +39,70 @@ SixVector wrench(const Vec3& direction, const Vec3& arm) {
 }
 
 void add_product(const SixVector& row, const SixVector& column, double weight, Block& out) {
+  const Two top = load(&row[0]), middle = load(&row[2]), bottom = load(&row[4]);
   for (int c = 0; c < 6; ++c) {
-    const double factor = column[c] * weight;
-    for (int r = 0; r < 6; ++r) out[6 * c + r] += row[r] * factor;
+    const Two factor = both(column[c] * weight);
+    store(load(&out[6 * c]) + top * factor, &out[6 * c]);
+    store(load(&out[6 * c + 2]) + middle * factor, &out[6 * c + 2]);
+    store(load(&out[6 * c + 4]) + bottom * factor, &out[6 * c + 4]);
   }
 }
 
-// The directions in which a sliding point answers: along its cone, and less across its motion.
-struct Answers {
-  Vec3 edge, across;
-};
-
-Answers answers_of(const ConvexPoint& point, const PointResponse& response) {
-  const double shorter = 1.0 / std::sqrt(1.0 + point.friction * point.friction);
-  return {(point.normal + response.along * point.friction) * shorter,
-          point.normal.cross(response.along)};
+// Of a diagonal block, whose upper triangle nobody reads.
+void add_square(const SixVector& v, double weight, Block& out) {
+  const Two top = load(&v[0]), middle = load(&v[2]), bottom = load(&v[4]);
+  for (int c = 0; c < 6; ++c) {
+    const Two factor = both(v[c] * weight);
+    if (c < 2) store(load(&out[6 * c]) + top * factor, &out[6 * c]);
+    if (c < 4) store(load(&out[6 * c + 2]) + middle * factor, &out[6 * c + 2]);
+    store(load(&out[6 * c + 4]) + bottom * factor, &out[6 * c + 4]);
+  }
 }
 
-// What a point adds to the blocks of its bodies: the derivative of its impulse.
+// What a point adds to the blocks of its bodies: the derivative of its impulse. A sliding one
+// answers along its cone, and less across its motion.
 class PointBlocks {
  public:
   PointBlocks(const ConvexPoint& point, const PointResponse& response, double stiffness_kg)
-      : sticks_(response.mode == ContactMode::kStick),
+      : point_(point),
+        sticks_(response.mode == ContactMode::kStick),
         stiffness_kg_(stiffness_kg),
         aside_kg_(response.aside * stiffness_kg) {
-    if (!sticks_) answers_ = answers_of(point, response);
+    if (sticks_) return;
+    const double shorter = 1.0 / std::sqrt(1.0 + point.friction * point.friction);
+    const Vec3 edge = (point.normal + response.along * point.friction) * shorter;
+    const Vec3 across = point.normal.cross(response.along);
+    edge_a_ = wrench(edge, point.arm_a);
+    edge_b_ = wrench(edge, point.arm_b);
+    across_a_ = wrench(across, point.arm_a);
+    across_b_ = wrench(across, point.arm_b);
   }
 
-  void add(const Vec3& arm_row, const Vec3& arm_column, double sign, Block& out) const {
-    if (sticks_) return add_sticking(arm_row, arm_column, sign * stiffness_kg_, out);
-    add_product(wrench(answers_.edge, arm_row), wrench(answers_.edge, arm_column),
-                sign * stiffness_kg_, out);
-    if (aside_kg_ == 0.0) return;
-    add_product(wrench(answers_.across, arm_row), wrench(answers_.across, arm_column),
-                sign * aside_kg_, out);
+  void add_a(Block& out) const {
+    if (sticks_) return add_sticking(point_.arm_a, point_.arm_a, stiffness_kg_, out);
+    add_square(edge_a_, stiffness_kg_, out);
+    if (aside_kg_ != 0.0) add_square(across_a_, aside_kg_, out);
+  }
+  void add_b(Block& out) const {
+    if (sticks_) return add_sticking(point_.arm_b, point_.arm_b, stiffness_kg_, out);
+    add_square(edge_b_, stiffness_kg_, out);
+    if (aside_kg_ != 0.0) add_square(across_b_, aside_kg_, out);
+  }
+  void add_both(bool row_is_b, Block& out) const {
+    const Vec3 &row = row_is_b ? point_.arm_b : point_.arm_a,
+               &column = row_is_b ? point_.arm_a : point_.arm_b;
+    if (sticks_) return add_sticking(row, column, -stiffness_kg_, out);
+    add_product(row_is_b ? edge_b_ : edge_a_, row_is_b ? edge_a_ : edge_b_, -stiffness_kg_, out);
+    if (aside_kg_ != 0.0)
+      add_product(row_is_b ? across_b_ : across_a_, row_is_b ? across_a_ : across_b_, -aside_kg_,
+                  out);
   }
 
  private:
+  const ConvexPoint& point_;
   bool sticks_;
   double stiffness_kg_, aside_kg_;
-  Answers answers_;
+  SixVector edge_a_, edge_b_, across_a_, across_b_;
 };
 
 void add_mass(const ConvexBody& body, Block& out) {
@@ -169,14 +194,14 @@ void assemble(const ConvexContacts& problem, const Elimination& plan, const Resp
     const ConvexPoint& p = problem.points[i];
     const PointBlocks blocks(p, responses.points[i], stiffness_kg);
     const bool moves_a = !problem.bodies[p.a].is_kinematic;
-    if (moves_a) blocks.add(p.arm_a, p.arm_a, 1.0, out[plan.block_of(p.a, p.a)]);
+    if (moves_a) blocks.add_a(out[plan.block_of(p.a, p.a)]);
     if (p.b >= count || problem.bodies[p.b].is_kinematic) continue;
-    blocks.add(p.arm_b, p.arm_b, 1.0, out[plan.block_of(p.b, p.b)]);
+    blocks.add_b(out[plan.block_of(p.b, p.b)]);
     if (!moves_a) continue;
     if (p.a != a || p.b != b) joint = plan.block_of(a = p.a, b = p.b);
     // The row is the body that is eliminated later.
     const bool row_is_b = plan.place_of[p.b] > plan.place_of[p.a];
-    blocks.add(row_is_b ? p.arm_b : p.arm_a, row_is_b ? p.arm_a : p.arm_b, -1.0, out[joint]);
+    blocks.add_both(row_is_b, out[joint]);
   }
 }
 

@@ -241,8 +241,15 @@ NewtonOutcome solve_directly(const DirectAim& aim, std::span<const SolverBody> f
   const int most = aim.factorisations > 0
                        ? aim.factorisations
                        : most_factorisations(aim.goes_on, free, plan, joints != nullptr);
-  const NewtonLimits limits{
-      scale, aim.wanted * scale, aim.rounding * scale, aim.accepted * scale, most, 40, aim.further};
+  const NewtonLimits limits{scale,
+                            aim.wanted * scale,
+                            aim.rounding * scale,
+                            aim.accepted * scale,
+                            most,
+                            40,
+                            aim.further,
+                            aim.first * scale,
+                            aim.counts};
   Responses responses;
   const NewtonOutcome outcome = solve_by_newton(limits, plan, convex, twists, responses);
   if (!outcome.converged) return outcome;

@@ -46,6 +46,8 @@ class Newton {
   bool refactor();  // unless it fits
   void find_direction();
   void move(double step);
+  double slope_of_bodies(double step) const;
+  double slope_at_start() const;
   double slope(double step) const;
   double step_length() const;
   double shift_targets();
@@ -182,8 +184,7 @@ void Newton::move(double step) {
   update_responses();
 }
 
-// Derivative of the objective along the direction.
-double Newton::slope(double step) const {
+double Newton::slope_of_bodies(double step) const {
   double sum = 0.0;
   for (std::size_t i = 0; i < twists_.size(); ++i) {
     const ConvexBody& body = problem_.bodies[i];
@@ -192,6 +193,23 @@ double Newton::slope(double step) const {
     const Vec3 angular = twists_[i].angular - problem_.free[i].angular + d.angular * step;
     sum += body.mass_kg * linear.dot(d.linear) + angular.dot(times(body.inertia_kg_m2, d.angular));
   }
+  return sum;
+}
+
+// slope(0), bit for bit, by the responses that are known.
+double Newton::slope_at_start() const {
+  double sum = slope_of_bodies(0.0);
+  for (std::size_t i = 0; i < change_.size(); ++i)
+    if (responses_[i].mode != ContactMode::kOpen)
+      sum -= responses_[i].impulse_newton_s.dot(change_[i]);
+  for (std::size_t i = 0; i < row_change_.size(); ++i)
+    sum -= all_.rows[i].impulse_newton_s * row_change_[i];
+  return sum;
+}
+
+// Derivative of the objective along the direction.
+double Newton::slope(double step) const {
+  double sum = slope_of_bodies(step);
   const double stiffness_kg = 1.0 / problem_.compliance_1_kg;
   for (std::size_t i = 0; i < change_.size(); ++i) {
     const PointResponse response =
@@ -211,7 +229,7 @@ double Newton::step_length() const {
   constexpr double kFlat = 0.05;
   constexpr int kMostTrials = 20;
   double low = 0.0, high = 1.0;
-  double at_low = slope(low), at_high = slope(high);
+  double at_low = slope_at_start(), at_high = slope(high);
   const double limit = kFlat * std::abs(at_low);
   if (!(at_low < 0.0) || at_high <= limit) return 1.0;
   for (int i = 0; i < kMostTrials; ++i) {
@@ -331,10 +349,11 @@ NewtonOutcome Newton::run() {
   if (gradient_m_s() > kSettled * limits_.scale_m_s) start_from_all_held();
   std::vector<Twist> good_twists;
   Responses good_responses;
-  double wanted = limits_.wanted_m_s, last = 0.0;
+  double wanted = std::max(limits_.wanted_m_s, limits_.first_m_s), last = 0.0, last_gave = 0.0;
   for (int i = 0; i < limits_.corrections && minimise(wanted); ++i) {
     const double shift = shift_targets();
-    const double correction = std::max(take_compliance_out(), shift);
+    const double gave = take_compliance_out();
+    const double correction = std::max(gave, shift);
     const double error = std::max(error_m_s_, correction);
     if (error <= limits_.accepted_m_s) {
       outcome_.converged = true;
@@ -345,7 +364,10 @@ NewtonOutcome Newton::run() {
       good_twists = twists_;
       good_responses = all_;
     }
-    if (i > 0 && correction > kSlow * last && problem_.compliance_1_kg > hardest) {
+    const bool is_slow = limits_.counts == 0.0
+                             ? correction > kSlow * last
+                             : gave > kSlow * last_gave && gave > limits_.counts * shift;
+    if (i > 0 && is_slow && problem_.compliance_1_kg > hardest) {
       problem_.compliance_1_kg *= kHarder;
       for (ConvexRow& row : problem_.rows)
         if (!row.soft) row.stiffness_kg /= kHarder;
@@ -353,6 +375,7 @@ NewtonOutcome Newton::run() {
     }
     wanted = std::max(limits_.wanted_m_s, kInexact * correction);
     last = correction;
+    last_gave = gave;
   }
   if (outcome_.converged) {
     twists_ = good_twists;

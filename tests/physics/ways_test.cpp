@@ -197,8 +197,8 @@ TEST(Ways, MoreThanEnergyAndPushOutAllowIsAFault) {
   world.scene.dt_s = 0.1;
   const std::uint32_t ball = world.add_shape(Sphere{0.5});
   const double density = 1.0 / mass_properties(world.scene.shapes[ball]).volume_m3;
-  world.add_body(ball, Vec3(0, 0, 0), density).linear_velocity_m_s = Vec3(3.0, 0, 0);
-  world.add_body(ball, Vec3(1, 0, 0), density);
+  world.add_body(ball, Vec3(-1, 0, 0), density).linear_velocity_m_s = Vec3(3.0, 0, 0);
+  world.add_body(ball, Vec3(0, 0, 0), density);
   WayBounds bounds;
   bound_ways(world.scene, world.scene.dt_s, world.ids, {}, world.states, bounds);
   std::vector<AdvanceFault> faults;
@@ -210,6 +210,7 @@ TEST(Ways, MoreThanEnergyAndPushOutAllowIsAFault) {
     return faults.size();
   };
   EXPECT_EQ(moved(0.1 * (3.0 + 2.0) - 1e-6), 0u);
+  EXPECT_EQ(moved(0.1 * (3.0 + 2.0) * (1.0 + 1e-14)), 0u);  // rounding
   ASSERT_EQ(moved(0.1 * (3.0 + 2.0) + 1e-6), 1u);
   EXPECT_EQ(faults[0].body, BodyId{1});
   EXPECT_EQ(faults[0].what,
