@@ -51,6 +51,11 @@ class ByteReader {
     const std::span<const unsigned char> bytes = take_bytes(take<std::uint64_t>());
     return {bytes.begin(), bytes.end()};
   }
+  bool take_flag() {
+    const auto flag = take<std::uint8_t>();
+    if (flag > 1) throw DecodeError("holds " + std::to_string(flag) + " where 0 or 1 stands");
+    return flag == 1;
+  }
   // A count of items of at least `item_bytes` each: never more than the bytes left can hold.
   std::size_t take_count(std::size_t item_bytes) {
     const std::uint64_t count = take<std::uint64_t>();

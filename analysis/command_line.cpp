@@ -23,6 +23,7 @@ struct Requests {
   RunRequest run;
   PlanRequest plan;
   ReplayRequest replay;
+  DiffRequest diff;
   ContactsRequest contacts;
   ViewRequest view;
   AccuracyRequest accuracy;
@@ -63,6 +64,9 @@ constexpr Command kCommands[] = {
     {"replay", "re-run an event log and compare every step, or show a state", false,
      [](CLI::App& app, R& r, const Wanted&) { define_replay(app, r.replay); },
      [](const R& r, Stream& out, Stream& err) { return replay_command(r.replay, out, err); }},
+    {"diff", "compare two event logs: options, inputs, and the first step that differs", false,
+     [](CLI::App& app, R& r, const Wanted&) { define_diff(app, r.diff); },
+     [](const R& r, Stream& out, Stream& err) { return diff_command(r.diff, out, err); }},
     {"contacts", "the forces that contacts bear, of steps of an event log", false,
      [](CLI::App& app, R& r, const Wanted&) { define_contacts(app, r.contacts); },
      [](const R& r, Stream& out, Stream& err) { return contacts_command(r.contacts, out, err); }},

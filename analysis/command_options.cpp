@@ -54,17 +54,37 @@ void define_plan(CLI::App& plan, PlanRequest& request) {
 void define_replay(CLI::App& replay, ReplayRequest& request) {
   replay.add_option("LOG", request.file, "log written by soda run --log")->required();
   add_execution_options(replay, request.overrides);
+  add_rollback_option(replay, request.overrides);
+  add_gating_option(replay, request.overrides);
+  add_split_islands_option(replay, request.overrides);
+  add_ghosts_option(replay, request.overrides);
+  add_balancing_options(replay, request.overrides, true);
+  add_policy_option(replay, request.overrides.policy);
+  add_cluster_options(replay, request.overrides.cluster, "modelled from its counters");
   replay.add_option("--scheduling-seed", request.overrides.scheduling_seed,
                     "threads executor: shuffle its scheduling (0: do not)");
   CLI::Option* step = replay.add_option("--step", request.step, "show the state after this step");
   replay.add_option("--body", request.body, "with --step: only this body, all digits")->needs(step);
+  replay.add_flag("--json", request.json, "what soda run --json says, of this run")->excludes(step);
   replay.add_flag("--quiet", request.quiet, "no progress line");
   add_strict_option(replay, request.overrides.strict);
   replay.footer(
       "examples:\n"
       "  soda replay run.sodalog\n"
+      "  soda replay run.sodalog --json\n"
       "  soda replay run.sodalog --threads 2 --worlds 48\n"
       "  soda replay run.sodalog --step 100 --body 7");
+}
+
+void define_diff(CLI::App& diff, DiffRequest& request) {
+  diff.add_option("LOG", request.files[0], "log written by soda run --log")->required();
+  diff.add_option("OTHER", request.files[1], "another one")->required();
+  diff.add_flag("--json", request.json, "print one JSON object");
+  diff.footer(
+      "example:\n"
+      "  soda run scenarios/library/crowd.json --log a.sodalog\n"
+      "  soda run scenarios/library/crowd.json --worlds 4 --log b.sodalog\n"
+      "  soda diff a.sodalog b.sodalog");
 }
 
 void define_contacts(CLI::App& command, ContactsRequest& request) {

@@ -4,6 +4,7 @@
 #include "analysis/accuracy_command.hpp"
 #include "analysis/anticipation_command.hpp"
 #include "analysis/contacts_command.hpp"
+#include "analysis/diff_command.hpp"
 #include "analysis/fuzz_command.hpp"
 #include "analysis/phold_command.hpp"
 #include "analysis/plan_command.hpp"
@@ -29,6 +30,7 @@ struct Wanted {
 void define_run(CLI::App& run, RunRequest& request, const Wanted& wanted);
 void define_plan(CLI::App& plan, PlanRequest& request);
 void define_replay(CLI::App& replay, ReplayRequest& request);
+void define_diff(CLI::App& diff, DiffRequest& request);
 void define_contacts(CLI::App& command, ContactsRequest& request);
 void define_view(CLI::App& view, ViewRequest& request);
 void define_accuracy(CLI::App& command, AccuracyRequest& request);

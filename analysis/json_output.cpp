@@ -148,7 +148,10 @@ Json warnings_json(const std::vector<FileWarnings>& files) {
   return list;
 }
 
-Json or_null(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
+template <class T>
+Json or_null(const std::optional<T>& value) {
+  return value ? Json(*value) : Json();
+}
 
 Json advantages_json(const std::vector<Advantage>& all) {
   Json list = Json::array();
@@ -170,7 +173,6 @@ std::string run_json(const RunReport& report) {
   const models::SimulationResult& result = run.result;
   const bool threads = report.options.executor == models::ExecutorKind::kThreads ||
                        report.options.executor == models::ExecutorKind::kMpi;
-  const bool lockstep = report.options.synchronisation == kernel::Synchronisation::kLockstep;
   Json json = {{"scenario", report.scenario},
                {"digest", format_digest(run.digest)},
                {"steps", result.committed_steps},
@@ -181,7 +183,7 @@ std::string run_json(const RunReport& report) {
                {"threads", threads ? report.options.threads : 1u},
                {"ranks", report.options.transport ? report.options.transport->size() : 1u},
                {"buffer", report.options.buffer},
-               {"policy", lockstep ? "lockstep" : "optimistic"},
+               {"policy", name_of(report.options.synchronisation)},
                {"rollback", name_of(report.options.rollback)},
                {"gating", report.options.gating},
                {"split_islands", report.options.split_islands},
@@ -215,6 +217,8 @@ std::string run_json(const RunReport& report) {
   if (report.with_step_digests) json["step_digests"] = Json::array();
   for (const std::uint64_t digest : report.step_digests)
     json["step_digests"].push_back(format_digest(digest));
+  if (report.replay) json["log"] = report.replay->log;
+  if (report.replay) json["divergence"] = or_null(report.replay->divergence);
   return dumped(json);
 }
 
@@ -374,11 +378,10 @@ std::string contacts_json(const std::vector<StepContacts>& steps, const ContactN
 }
 
 std::string phold_json(const PholdRequest& request, const PholdRun& run) {
-  const bool lockstep = request.policy == kernel::Synchronisation::kLockstep;
   Json json = {{"executor", request.executor},
                {"ranks", request.transport ? request.transport->size() : 1},
                {"threads", request.threads},
-               {"policy", lockstep ? "lockstep" : "optimistic"},
+               {"policy", name_of(request.policy.value_or(kernel::Synchronisation::kOptimistic))},
                {"lps", request.model.lps},
                {"start_events", request.model.start_events_per_lp},
                {"remote", request.model.remote},

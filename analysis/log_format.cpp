@@ -4,9 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-
-#include "scenarios/format.hpp"
 
 namespace soda::analysis {
 namespace {
@@ -47,12 +44,6 @@ void put_state(ByteBuffer& out, const physics::BodyState& state) {
   for (const physics::ContactImpulse& impulse : state.impulses) put_impulse(impulse);
   for (const std::uint32_t joint : state.broken_joints)
     put_impulse({physics::BodyId{0}, kBrokenPart, joint, 0.0, physics::Vec3::Zero()});
-}
-
-bool take_flag(ByteReader& in) {
-  const auto flag = in.take<std::uint8_t>();
-  if (flag > 1) throw DecodeError("holds " + std::to_string(flag) + " where 0 or 1 stands");
-  return flag == 1;
 }
 
 physics::BodyState take_state(ByteReader& in) {
@@ -112,8 +103,8 @@ models::CommittedInput take_input(ByteReader& in) {
   input.kind = static_cast<models::InputKind>(kind);
   input.body = static_cast<physics::BodyId>(in.take<std::uint32_t>());
   input.state = take_state(in);
-  input.sets_linear = take_flag(in);
-  input.sets_angular = take_flag(in);
+  input.sets_linear = in.take_flag();
+  input.sets_angular = in.take_flag();
   input.impulse_newton_s = take_vec3(in);
   input.point_local_m = take_vec3(in);
   input.material.friction = in.take_double();
@@ -122,30 +113,13 @@ models::CommittedInput take_input(ByteReader& in) {
   input.material.torsional_friction_m = in.take_double();
   input.joint = in.take<std::uint32_t>();
   for (auto* const value : {&input.motor_speed, &input.motor_push, &input.motor_target}) {
-    const bool given = take_flag(in);
+    const bool given = in.take_flag();
     const double number = in.take_double();
     if (given) *value = number;
   }
   committed.asked_step = in.take<std::int64_t>();
-  committed.had_effect = take_flag(in);
+  committed.had_effect = in.take_flag();
   return committed;
-}
-
-template <class T>
-void put_optional(ByteBuffer& out, const std::optional<T>& value) {
-  put(out, static_cast<std::uint8_t>(value.has_value()));
-  put(out, value ? static_cast<std::uint64_t>(*value) : std::uint64_t{0});
-}
-
-template <class T>
-void take_optional(ByteReader& in, const char* name, std::uint64_t least, std::uint64_t most,
-                   std::optional<T>& value) {
-  const bool present = take_flag(in);
-  const auto bits = in.take<std::uint64_t>();
-  if (present && (bits < least || bits > most))
-    throw DecodeError("holds " + std::to_string(bits) + " for the " + name +
-                      "; allowed: " + std::to_string(least) + " to " + std::to_string(most));
-  if (present) value = static_cast<T>(bits);
 }
 
 bool is_finite(const models::UserInput& input) {
@@ -256,36 +230,20 @@ LoggedScenario decode_scenario(std::span<const unsigned char> bytes) {
   return scenario;
 }
 
-ByteBuffer encode(const Overrides& overrides) {
+ByteBuffer encode(const scenarios::MeshFile& mesh) {
   ByteBuffer out;
-  // A replay need not be started by mpirun.
-  std::optional<models::ExecutorKind> executor = overrides.executor;
-  if (executor == models::ExecutorKind::kMpi) executor = models::ExecutorKind::kThreads;
-  put_optional(out, executor);
-  put_optional(out, overrides.threads);
-  put_optional(out, overrides.worlds);
-  put_optional(out, overrides.buffer);
-  put_optional(out, overrides.steps);
-  put_optional(out, overrides.seed);
-  put_optional(out, overrides.scheduling_seed);
+  put(out, mesh.name);
+  put(out, mesh.bytes);
   return out;
 }
 
-Overrides decode_overrides(std::span<const unsigned char> bytes) {
+scenarios::MeshFile decode_mesh(std::span<const unsigned char> bytes) {
   ByteReader in(bytes);
-  Overrides overrides;
-  constexpr std::uint64_t kAny = ~std::uint64_t{0};
-  // What encode does not write is refused, the executor of ranks among it.
-  take_optional(in, "executor", 0, static_cast<std::uint64_t>(models::ExecutorKind::kVirtual),
-                overrides.executor);
-  take_optional(in, "threads", 1, std::numeric_limits<unsigned>::max(), overrides.threads);
-  take_optional(in, "worlds", 1, scenarios::kMaxCells, overrides.worlds);
-  take_optional(in, "buffer", 1, scenarios::kMaxBufferEntries, overrides.buffer);
-  take_optional(in, "steps", 0, scenarios::kMaxSteps, overrides.steps);
-  take_optional(in, "seed", 0, kAny, overrides.seed);
-  take_optional(in, "scheduling seed", 0, kAny, overrides.scheduling_seed);
+  scenarios::MeshFile mesh;
+  mesh.name = in.take_string();
+  mesh.bytes = in.take_string();
   in.expect_end();
-  return overrides;
+  return mesh;
 }
 
 ByteBuffer encode_labels(std::span<const std::uint32_t> labels) {
@@ -351,6 +309,8 @@ ByteBuffer encode(const LoggedEnd& end) {
   ByteBuffer out;
   put(out, end.steps);
   put(out, end.digest);
+  put(out, static_cast<std::uint8_t>(end.execution_digest.has_value()));
+  put(out, end.execution_digest.value_or(0));
   return out;
 }
 
@@ -359,6 +319,9 @@ LoggedEnd decode_end(std::span<const unsigned char> bytes) {
   LoggedEnd end;
   end.steps = in.take<std::int64_t>();
   end.digest = in.take<std::uint64_t>();
+  const bool was_virtual = in.take_flag();
+  const auto execution_digest = in.take<std::uint64_t>();
+  if (was_virtual) end.execution_digest = execution_digest;
   in.expect_end();
   return end;
 }

@@ -11,16 +11,18 @@
 #include "analysis/byte_codec.hpp"
 #include "analysis/overrides.hpp"
 #include "physics/model/body_state.hpp"
+#include "scenarios/mesh_file.hpp"
 
 namespace soda::analysis {
 
 inline constexpr std::array<unsigned char, 8> kLogMagic{'S', 'O', 'D', 'A', 'L', 'O', 'G', 0};
-inline constexpr std::uint32_t kLogVersion = 4;
+inline constexpr std::uint32_t kLogVersion = 5;
 
 enum class BlockType : std::uint32_t {
   kScenario = 1,  // first block
-  kOverrides = 2,
+  kOptions = 2,
   kBodies = 3,
+  kMesh = 6,  // one for each mesh file of the scenario
   kStep = 4,  // one for each of the steps 0, 1, 2, ...
   kEnd = 5,   // last block of a run that came to its end, or was ended early
 };
@@ -33,6 +35,7 @@ constexpr std::uint64_t max_raw_bytes(BlockType type, std::uint64_t bodies) {
   if (type == BlockType::kScenario)
     return std::uint64_t{257} << 20;                              // its text has 256 MiB at most
   if (type == BlockType::kBodies) return std::uint64_t{4} << 20;  // labels of a million
+  if (type == BlockType::kMesh) return scenarios::kMaxMeshBytes + 8192;  // with its name
   if (type == BlockType::kStep) return (std::uint64_t{64} << 20) + (bodies << 10);
   return 4096;
 }
@@ -47,9 +50,21 @@ struct BlockHeader {
 
 struct LoggedScenario {
   std::string program_version;  // of the soda that wrote the log
-  std::string file;             // absolute path; mesh files are found relative to its folder
+  std::string file;             // absolute path
   std::string text;
 };
+
+struct LoggedOptions {
+  Overrides overrides;      // but what these say is not written
+  std::uint32_t ranks = 0;  // of the job; 0: mpirun did not start it
+};
+
+// An option by name and value, as a user reads it.
+struct OptionText {
+  std::string name, value;
+};
+// All of them, each in its place.
+std::vector<OptionText> in_words(const LoggedOptions& options);  // log_options.cpp
 
 struct LoggedStep {
   std::int64_t step = 0;
@@ -64,7 +79,8 @@ struct LoggedStep {
 // Of a run that was ended as it should be, if early: then `steps` is less than was asked for.
 struct LoggedEnd {
   std::int64_t steps = 0;
-  std::uint64_t digest = 0;  // after the last of them
+  std::uint64_t digest = 0;                       // after the last of them
+  std::optional<std::uint64_t> execution_digest;  // of a virtual cluster, where it can be had again
 };
 
 std::uint64_t checksum(std::span<const unsigned char> bytes);
@@ -72,7 +88,8 @@ std::uint64_t checksum(std::span<const unsigned char> bytes);
 ByteBuffer encode_file_header();
 ByteBuffer encode(const BlockHeader& header);
 ByteBuffer encode(const LoggedScenario& scenario);
-ByteBuffer encode(const Overrides& overrides);
+ByteBuffer encode(const LoggedOptions& options);  // log_options.cpp
+ByteBuffer encode(const scenarios::MeshFile& mesh);
 ByteBuffer encode_labels(std::span<const std::uint32_t> labels);
 ByteBuffer encode_step(const LoggedStep& step);
 ByteBuffer encode(const LoggedEnd& end);
@@ -83,7 +100,8 @@ ByteBuffer encode(const LoggedEnd& end);
 void decode_file_header(std::span<const unsigned char> bytes);
 BlockHeader decode_block_header(std::span<const unsigned char> bytes);
 LoggedScenario decode_scenario(std::span<const unsigned char> bytes);
-Overrides decode_overrides(std::span<const unsigned char> bytes);
+LoggedOptions decode_options(std::span<const unsigned char> bytes);  // log_options.cpp
+scenarios::MeshFile decode_mesh(std::span<const unsigned char> bytes);
 std::vector<std::uint32_t> decode_labels(std::span<const unsigned char> bytes);
 LoggedStep decode_step(std::span<const unsigned char> bytes, std::size_t bodies);
 LoggedEnd decode_end(std::span<const unsigned char> bytes);

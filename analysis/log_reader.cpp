@@ -12,7 +12,7 @@
 namespace soda::analysis {
 namespace {
 
-constexpr std::uint32_t kBlocksBeforeSteps = 3;
+constexpr std::uint32_t kBlocksBeforeMeshes = 3;
 
 bool read_bytes(std::ifstream& in, std::size_t count, ByteBuffer& bytes) {
   bytes.resize(count);
@@ -20,21 +20,27 @@ bool read_bytes(std::ifstream& in, std::size_t count, ByteBuffer& bytes) {
   return static_cast<std::size_t>(in.gcount()) == count;
 }
 
-// Which type block number `index` must have; step and end blocks share the rest.
-bool type_fits(std::uint32_t index, BlockType type) {
+}  // namespace
+
+// Which type block number `index` must have; mesh, step and end blocks share the rest, in this
+// order.
+bool LogReader::type_fits(std::uint32_t index, BlockType type) const {
   switch (index) {
     case 0:
       return type == BlockType::kScenario;
     case 1:
-      return type == BlockType::kOverrides;
+      return type == BlockType::kOptions;
     case 2:
       return type == BlockType::kBodies;
     default:
-      return type == BlockType::kStep || type == BlockType::kEnd;
+      return type == BlockType::kStep || type == BlockType::kEnd ||
+             (type == BlockType::kMesh && step_offsets_.empty());
   }
 }
 
-}  // namespace
+std::uint32_t LogReader::blocks_before_steps() const {
+  return kBlocksBeforeMeshes + static_cast<std::uint32_t>(meshes_.size());
+}
 
 LogReader::LogReader(const std::string& file) : file_(file) {
   std::error_code error;
@@ -66,13 +72,13 @@ LogReader::LogReader(const std::string& file) : file_(file) {
 
 std::string LogReader::place(std::uint32_t block, std::streamoff offset) const {
   std::string text = "block " + std::to_string(block);
-  if (block >= kBlocksBeforeSteps)
-    text += " (step " + std::to_string(block - kBlocksBeforeSteps) + ")";
+  if (block >= blocks_before_steps())
+    text += " (step " + std::to_string(block - blocks_before_steps()) + ")";
   return text + " at byte " + std::to_string(offset);
 }
 
 std::string LogReader::place_of(std::int64_t step) const {
-  return place(static_cast<std::uint32_t>(step) + kBlocksBeforeSteps,
+  return place(static_cast<std::uint32_t>(step) + blocks_before_steps(),
                step_offsets_[static_cast<std::size_t>(step)]);
 }
 
@@ -126,8 +132,9 @@ bool LogReader::keep(const Block& block, std::streamoff offset) {
   }
   try {
     if (header.type == BlockType::kScenario) scenario_ = decode_scenario(raw_payload(block));
-    if (header.type == BlockType::kOverrides) overrides_ = decode_overrides(raw_payload(block));
+    if (header.type == BlockType::kOptions) options_ = decode_options(raw_payload(block));
     if (header.type == BlockType::kBodies) labels_ = decode_labels(raw_payload(block));
+    if (header.type == BlockType::kMesh) meshes_.push_back(decode_mesh(raw_payload(block)));
   } catch (const DecodeError& fault) {
     damage_ = place(blocks_, offset) + ": " + fault.what();
     return false;
@@ -148,6 +155,7 @@ void LogReader::check_end(const Block& block, std::streamoff offset) {
   try {
     const LoggedEnd end = decode_end(raw_payload(block));
     const LoggedStep last = read_step(last_step());
+    execution_digest_ = end.execution_digest;
     if (end.steps != last_step() || end.digest != last.digest)
       wrong = "tells of the end of step " + std::to_string(end.steps) + ", but the last one is " +
               std::to_string(last_step()) + ", or its digest another";

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <fstream>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,12 +24,15 @@ class LogReader {
   std::string place_of(std::int64_t step) const;
 
   const LoggedScenario& scenario() const { return scenario_; }
-  const Overrides& overrides() const { return overrides_; }
+  const LoggedOptions& options() const { return options_; }
+  const std::vector<scenarios::MeshFile>& meshes() const { return meshes_; }
   const std::vector<std::uint32_t>& labels() const { return labels_; }
   // The last step whose block is whole and sound; all before it are too.
   std::int64_t last_step() const { return static_cast<std::int64_t>(step_offsets_.size()) - 1; }
   // Whether the log ends with its end block.
   bool complete() const { return complete_; }
+  // Of a virtual cluster; nothing if it was none, or the log is not complete.
+  std::optional<std::uint64_t> execution_digest() const { return execution_digest_; }
   // Where and how the log is cut off; empty if it is not.
   const std::string& cut() const { return cut_; }
   // The first block whose bytes are not what was written, with its step; empty if all are sound.
@@ -48,6 +52,8 @@ class LogReader {
 
   Next next_block(Block& block);
   bool keep(const Block& block, std::streamoff offset);
+  bool type_fits(std::uint32_t index, BlockType type) const;
+  std::uint32_t blocks_before_steps() const;
   void check_end(const Block& block, std::streamoff offset);
   std::string place(std::uint32_t block, std::streamoff offset) const;
   ByteBuffer raw_payload(const Block& block) const;
@@ -56,11 +62,13 @@ class LogReader {
   std::ifstream in_;
   std::uint64_t file_bytes_ = 0;
   LoggedScenario scenario_;
-  Overrides overrides_;
+  LoggedOptions options_;
+  std::vector<scenarios::MeshFile> meshes_;
   std::vector<std::uint32_t> labels_;
   std::vector<std::streamoff> step_offsets_;
   std::uint32_t blocks_ = 0;
   bool complete_ = false;
+  std::optional<std::uint64_t> execution_digest_;
   std::string cut_, damage_;
 };
 

@@ -25,13 +25,15 @@ ByteBuffer compress(std::span<const unsigned char> raw) {
 
 LogWriter::LogWriter(const std::string& file, bool replaces) : out_(file, replaces) {}
 
-void LogWriter::begin(const LoggedScenario& scenario, const Overrides& overrides,
-                      std::span<const std::uint32_t> labels) {
+void LogWriter::begin(const LoggedScenario& scenario, const LoggedOptions& options,
+                      std::span<const std::uint32_t> labels,
+                      std::span<const scenarios::MeshFile> meshes) {
   bodies_ = labels.size();
   out_.write(encode_file_header());
   write_block(BlockType::kScenario, encode(scenario));
-  write_block(BlockType::kOverrides, encode(overrides));
+  write_block(BlockType::kOptions, encode(options));
   write_block(BlockType::kBodies, encode_labels(labels));
+  for (const scenarios::MeshFile& mesh : meshes) write_block(BlockType::kMesh, encode(mesh));
 }
 
 bool LogWriter::add_step(const LoggedStep& step) {
@@ -39,7 +41,8 @@ bool LogWriter::add_step(const LoggedStep& step) {
   try {
     write_block(BlockType::kStep, encode_step(step));
     out_.keep();
-    end_ = {step.step, step.digest};
+    end_.steps = step.step;
+    end_.digest = step.digest;
   } catch (const scenarios::FileError& error) {
     failure_ = error.what();
   } catch (const std::bad_alloc&) {

@@ -19,11 +19,13 @@ class LogWriter {
   LogWriter(const std::string& file, bool replaces);
 
   // Before the first step. Throws FileError.
-  void begin(const LoggedScenario& scenario, const Overrides& overrides,
-             std::span<const std::uint32_t> labels);
+  void begin(const LoggedScenario& scenario, const LoggedOptions& options,
+             std::span<const std::uint32_t> labels, std::span<const scenarios::MeshFile> meshes);
   // Steps 0, 1, 2, ... in order. False if that fails, now or before: then the log holds the steps
   // so far and takes no more. Does not throw, as it is called from worker threads.
   bool add_step(const LoggedStep& step);
+  // The whole run's, for the end block.
+  void set_execution(std::uint64_t digest) { end_.execution_digest = digest; }
   // Writes the end block and gives the log its name. Throws FileError if that fails, or add_step()
   // did: the partial file stays, and is named.
   void finish();

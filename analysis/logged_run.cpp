@@ -46,15 +46,28 @@ void check_motors(const LogReader& log, const LoggedStep& step,
   }
 }
 
+// A replay need not be started by mpirun: then as many threads stand for a job.
+Overrides options_of_run(const LoggedOptions& logged) {
+  Overrides overrides = logged.overrides;
+  if (logged.ranks == 0) return overrides;
+  constexpr unsigned kMostThreads = 1024;  // as on the command line
+  overrides.executor = models::ExecutorKind::kThreads;
+  overrides.threads = static_cast<unsigned>(std::min<std::uint64_t>(
+      kMostThreads, std::uint64_t{logged.ranks} * overrides.threads.value_or(1)));
+  return overrides;
+}
+
 }  // namespace
 
 scenarios::Scenario logged_scenario(LogReader& log, const Overrides& more) {
-  const Overrides overrides = combined(log.overrides(), more);
-  scenarios::Scenario scenario =
-      scenarios::read_scenario_text(log.scenario().text, log.scenario().file, overrides.seed);
+  const Overrides own = options_of_run(log.options());
+  const Overrides overrides = combined(own, more);
+  const scenarios::MeshFiles meshes{.folder = "", .kept = &log.meshes(), .read = nullptr};
+  scenarios::Scenario scenario = scenarios::read_scenario_text(
+      log.scenario().text, log.scenario().file, overrides.seed, meshes);
   if (overrides.strict) refuse_warnings(log.scenario().file, scenario.warnings);
   check_bodies(log, scenario);
-  const std::uint32_t worlds = log.overrides().worlds.value_or(scenario.territory.worlds);
+  const std::uint32_t worlds = own.worlds.value_or(scenario.territory.worlds);
   apply_overrides(overrides, scenario.territory, scenario.run);
   scenario.run.steps = std::min(scenario.run.steps, log.last_step());
   scenario.run.inputs.script.clear();

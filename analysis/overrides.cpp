@@ -93,6 +93,10 @@ const char* name_of(models::ExecutorKind executor) {
   return "";
 }
 
+const char* name_of(kernel::Synchronisation policy) {
+  return policy == kernel::Synchronisation::kLockstep ? "lockstep" : "optimistic";
+}
+
 const char* name_of(models::RollbackMode rollback) {
   switch (rollback) {
     case models::RollbackMode::kPropagate:
@@ -131,9 +135,14 @@ const char* name_of(models::BalancingPolicy policy) {
 
 Overrides combined(const Overrides& base, const Overrides& over) {
   Overrides result = base;
-  // A thread count belongs to its executor: one asked for anew does not inherit the old count.
+  // A thread count and a cluster belong to their executor: one asked for anew inherits neither.
   if (over.executor) result.threads.reset();
-  if (over.threads && !over.executor) result.executor.reset();
+  if ((over.threads || over.cluster.given()) && !over.executor) result.executor.reset();
+  if (over.cluster.given()) result.threads.reset();
+  const bool leaves_cluster =
+      over.threads ||
+      over.executor.value_or(models::ExecutorKind::kVirtual) != models::ExecutorKind::kVirtual;
+  if (leaves_cluster) result.cluster = {};
   take(result.executor, over.executor);
   take(result.threads, over.threads);
   take(result.worlds, over.worlds);
@@ -151,7 +160,14 @@ Overrides combined(const Overrides& base, const Overrides& over) {
   take(result.balancing_seed, over.balancing_seed);
   result.strict = base.strict || over.strict;
   if (over.transport != nullptr) result.transport = over.transport;
-  if (over.cluster.given()) result.cluster = over.cluster;
+  take(result.cluster.processors, over.cluster.processors);
+  take(result.cluster.latency_us, over.cluster.latency_us);
+  take(result.cluster.jitter_us, over.cluster.jitter_us);
+  take(result.cluster.cost_us, over.cluster.cost_us);
+  take(result.cluster.bandwidth_mb_s, over.cluster.bandwidth_mb_s);
+  take(result.cluster.gvt_interval_us, over.cluster.gvt_interval_us);
+  take(result.cluster.execution_seed, over.cluster.execution_seed);
+  result.cluster.check_purity = base.cluster.check_purity || over.cluster.check_purity;
   return result;
 }
 

@@ -33,7 +33,6 @@ struct Overrides {
   std::optional<std::int64_t> steps;
   std::optional<std::uint64_t> seed;  // replaces every seed of the scenario
   std::optional<std::uint64_t> scheduling_seed;
-  // Not written to logs: they say how a run is executed, which a replay decides anew.
   std::optional<kernel::Synchronisation> policy;
   std::optional<models::RollbackMode> rollback;
   std::optional<bool> gating;
@@ -42,17 +41,20 @@ struct Overrides {
   std::optional<models::BalancingPolicy> balancing;
   std::optional<std::int64_t> balancing_interval;
   std::optional<std::uint64_t> balancing_seed;
+  ClusterOverrides cluster;
+  // What follows is not written to logs.
   bool strict = false;                     // warnings of the scenario are errors
   kernel::Transport* transport = nullptr;  // of the job that mpirun started; it selects kMpi
-  ClusterOverrides cluster;
 };
 
 const char* name_of(models::ExecutorKind executor);
+const char* name_of(kernel::Synchronisation policy);
 const char* name_of(models::RollbackMode rollback);
 const char* name_of(models::GhostMode ghosts);
 const char* name_of(models::BalancingPolicy policy);
 
-// `over` where it says something, else `base`.
+// `over` where it says something, else `base`; but of an executor that `over` does not select,
+// nothing: neither threads nor a cluster.
 Overrides combined(const Overrides& base, const Overrides& over);
 
 // Applies all but the seed, which acts while a scenario is read. Throws UsageError for values out

@@ -6,10 +6,12 @@
 
 #include "analysis/exit_codes.hpp"
 #include "analysis/input_measures.hpp"
+#include "analysis/json_output.hpp"
 #include "analysis/log_reader.hpp"
 #include "analysis/logged_run.hpp"
 #include "analysis/measured_run.hpp"
 #include "analysis/progress.hpp"
+#include "analysis/run_report.hpp"
 #include "analysis/step_comparison.hpp"
 #include "analysis/stop_signals.hpp"
 #include "analysis/text_table.hpp"
@@ -105,15 +107,16 @@ int show_state(const ReplayRequest& request, LogReader& log, std::ostream& out) 
 struct Comparison {
   LogReader& log;
   kernel::StopRequest& stop;
-  std::string first_difference;
+  std::optional<std::string> first_difference;
   std::exception_ptr error;
 
   void compare(std::int64_t step, std::span<const physics::BodyId> ids,
                std::span<const physics::BodyState> states) {
     if (stop.load() != 0) return;
     try {
-      first_difference = divergence(log.read_step(step), ids, states, log.labels());
-      if (first_difference.empty()) return;
+      const std::string found = divergence(log.read_step(step), ids, states, log.labels());
+      if (found.empty()) return;
+      first_difference = found;
     } catch (const std::exception&) {
       error = std::current_exception();
     }
@@ -121,9 +124,37 @@ struct Comparison {
   }
 };
 
-int tell(const ReplayRequest& request, const std::string& difference, std::ostream& err) {
-  err << "soda: " << request.file << ": divergence at " << difference << "\n";
-  return kExitCheckFailed;
+// That say how the run is executed.
+bool any_options(const Overrides& given) {
+  return given.executor || given.threads || given.worlds || given.buffer || given.scheduling_seed ||
+         given.policy || given.rollback || given.gating || given.split_islands || given.ghosts ||
+         given.balancing || given.balancing_interval || given.balancing_seed ||
+         given.cluster.given();
+}
+
+// Of a virtual cluster that did the same work another way, though it was to be the same.
+std::optional<std::string> execution_divergence(const ReplayRequest& request, const LogReader& log,
+                                                const MeasuredRun& run) {
+  const std::optional<std::uint64_t> logged = log.execution_digest();
+  const bool is_comparable = logged && run.result.cluster && !any_options(request.overrides);
+  if (!is_comparable || *logged == run.result.cluster->execution_digest) return std::nullopt;
+  return "the end: execution digest " + format_digest(run.result.cluster->execution_digest) +
+         ", logged " + format_digest(*logged);
+}
+
+int tell(const ReplayRequest& request, const RunReport& report, std::ostream& out,
+         std::ostream& err) {
+  if (request.json) out << run_json(report);
+  if (report.replay->divergence) {
+    err << "soda: " << request.file << ": divergence at " << *report.replay->divergence << "\n";
+    return kExitCheckFailed;
+  }
+  if (!request.json)
+    out << request.file << ": " << report.run.result.committed_steps
+        << " steps replayed without divergence; " << name_of(report.options.executor)
+        << " executor, " << report.worlds << " worlds, digest " << format_digest(report.run.digest)
+        << "\n";
+  return kExitOk;
 }
 
 int rerun(const ReplayRequest& request, LogReader& log, std::ostream& out, std::ostream& err) {
@@ -132,24 +163,27 @@ int rerun(const ReplayRequest& request, LogReader& log, std::ostream& out, std::
   kernel::StopRequest stop{0};
   scenario.run.stop = &stop;
   Comparison comparison{log, stop, {}, {}};
+  RunReport report = report_of(scenario, log.scenario().file);
+  report.replay = {request.file, std::nullopt};
   const models::InputOptions& inputs = scenario.run.inputs;
   const InputFollower start(scenario.scene, scenario.initial, inputs);
   comparison.compare(0, start.bodies().ids, start.bodies().states);
-  if (!comparison.first_difference.empty()) return tell(request, comparison.first_difference, err);
+  if (comparison.first_difference) {
+    report.replay->divergence = comparison.first_difference;
+    return tell(request, report, out, err);
+  }
   models::CommitObserver observer;
   observer.wants_states = true;
   observer.on_step = [&](const models::CommittedStep& step) {
     comparison.compare(step.step, step.ids, step.states);
   };
-  const MeasuredRun run =
-      measure_run(scenario.scene, scenario.initial, scenario.territory, scenario.run, observer,
-                  terminal_progress(scenario.run.steps, request.quiet));
+  report.run = measure_run(scenario.scene, scenario.initial, scenario.territory, scenario.run,
+                           observer, terminal_progress(scenario.run.steps, request.quiet));
   if (comparison.error) std::rethrow_exception(comparison.error);
-  if (!comparison.first_difference.empty()) return tell(request, comparison.first_difference, err);
-  out << request.file << ": " << run.result.committed_steps
-      << " steps replayed without divergence; " << name_of(scenario.run.executor) << " executor, "
-      << scenario.territory.worlds << " worlds, digest " << format_digest(run.digest) << "\n";
-  return kExitOk;
+  report.replay->divergence = comparison.first_difference;
+  if (!comparison.first_difference)
+    report.replay->divergence = execution_divergence(request, log, report.run);
+  return tell(request, report, out, err);
 }
 
 }  // namespace

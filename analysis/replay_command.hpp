@@ -12,15 +12,16 @@ namespace soda::analysis {
 
 struct ReplayRequest {
   std::string file;
-  Overrides overrides;                // executor, threads, worlds, buffer, scheduling seed
+  Overrides overrides;                // over the options of the logged run
   std::optional<std::int64_t> step;   // show this step instead of re-running
   std::optional<std::uint32_t> body;  // only this body, by label
+  bool json = false;                  // what `soda run --json` says, of the run again
   bool quiet = false;
 };
 
-// kExitCheckFailed if a step diverges (the first one is told, and the run ends there) or a block is
-// damaged; a log that is merely cut off is read
-// up to its last whole block and said to be cut off.
+// kExitCheckFailed if a step diverges (the first one is told, and the run ends there), a virtual
+// cluster executed otherwise with the same options, or a block is damaged; a log that is merely cut
+// off is read up to its last whole block and said to be cut off.
 int replay_command(const ReplayRequest& request, std::ostream& out, std::ostream& err);
 
 }  // namespace soda::analysis

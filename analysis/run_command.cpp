@@ -23,24 +23,31 @@
 namespace soda::analysis {
 namespace {
 
-// A log must hold exactly the text that is run, so the text is read once, here.
-scenarios::Scenario load_with_text(const RunRequest& request, std::string& text) {
-  text = scenarios::read_text(request.file);
+// A log must hold exactly what is run, so that is read once, here.
+struct ScenarioFiles {
+  std::string text;
+  std::vector<scenarios::MeshFile> meshes;
+};
+
+scenarios::Scenario load_with_files(const RunRequest& request, ScenarioFiles& files) {
+  files.text = scenarios::read_text(request.file);
   scenarios::Scenario scenario =
-      scenarios::read_scenario_text(text, request.file, request.overrides.seed);
+      scenarios::read_scenario_text(files.text, request.file, request.overrides.seed,
+                                    {.folder = "", .kept = nullptr, .read = &files.meshes});
   if (request.overrides.strict) refuse_warnings(request.file, scenario.warnings);
   apply_overrides(request.overrides, scenario.territory, scenario.run);
   return scenario;
 }
 
-std::unique_ptr<LogWriter> open_log(const RunRequest& request, const std::string& text,
+std::unique_ptr<LogWriter> open_log(const RunRequest& request, const ScenarioFiles& files,
                                     const scenarios::Scenario& scenario) {
   std::vector<std::uint32_t> labels;
   for (const physics::BodyParams& body : scenario.scene.bodies) labels.push_back(body.label);
   refuse_own_input(request.log_file, request.file, "--log");
   auto log = std::make_unique<LogWriter>(request.log_file, request.force);
-  log->begin({kVersion, std::filesystem::absolute(request.file).string(), text}, request.overrides,
-             labels);
+  const kernel::Transport* const job = request.overrides.transport;
+  log->begin({kVersion, std::filesystem::absolute(request.file).string(), files.text},
+             {request.overrides, job == nullptr ? 0 : job->size()}, labels, files.meshes);
   const InputFollower start(scenario.scene, scenario.initial, scenario.run.inputs);
   const auto [ids, states] = start.bodies();
   const bool written = log->add_step({.step = 0,
@@ -120,17 +127,6 @@ void print(const RunReport& report, bool as_json, std::ostream& out) {
     out << "step " << i + 1 << " " << format_digest(report.step_digests[i]) << "\n";
 }
 
-void describe(const scenarios::Scenario& scenario, const RunRequest& request, RunReport& report) {
-  report.scenario = scenario.name;
-  report.warnings = {request.file, scenario.warnings};
-  report.bodies = scenario.initial.size();
-  report.worlds = scenario.territory.worlds;
-  report.dt_s = scenario.scene.dt_s;
-  for (const physics::BodyParams& body : scenario.scene.bodies) report.labels.push_back(body.label);
-  report.options = scenario.run;
-  report.with_step_digests = request.step_digests;
-}
-
 // On a rank that is not the root.
 int run_own_worlds(const RunRequest& request, const scenarios::Scenario& scenario) {
   models::CommitObserver observer;
@@ -140,9 +136,13 @@ int run_own_worlds(const RunRequest& request, const scenarios::Scenario& scenari
 }
 
 // Closes the log; false if that, or writing it, failed, which is told.
-bool finish(LogWriter* log, std::ostream& err) {
+bool finish(LogWriter* log, const RunReport& report, std::ostream& err) {
   if (log == nullptr) return true;
+  const models::SimulationResult& result = report.run.result;
+  // A replay gets inputs as messages of other times, and of a part of a run it executes another.
+  const bool is_repeatable = result.stopped == 0 && !report.options.inputs.any();
   try {
+    if (result.cluster && is_repeatable) log->set_execution(result.cluster->execution_digest);
     log->finish();
   } catch (const scenarios::FileError& error) {
     err << "soda: " << error.what() << "\n";
@@ -154,8 +154,8 @@ bool finish(LogWriter* log, std::ostream& err) {
 }  // namespace
 
 int run_command(const RunRequest& given, std::ostream& out, std::ostream& err) {
-  std::string text;
-  scenarios::Scenario scenario = load_with_text(given, text);
+  ScenarioFiles files;
+  scenarios::Scenario scenario = load_with_files(given, files);
   refuse_warm_where_bits_count(given);
   if (given.real_time) require_paceable(scenario.run);
   tell_warnings({{given.file, scenario.warnings}}, err);
@@ -169,14 +169,15 @@ int run_command(const RunRequest& given, std::ostream& out, std::ostream& err) {
   if (request.overrides.transport != nullptr && !request.overrides.transport->is_root())
     return run_own_worlds(request, scenario);
   const std::unique_ptr<LogWriter> log =
-      request.log_file.empty() ? nullptr : open_log(request, text, scenario);
+      request.log_file.empty() ? nullptr : open_log(request, files, scenario);
 
-  RunReport report;
-  describe(scenario, request, report);
+  files = {};  // they take memory
+  RunReport report = report_of(scenario, request.file);
+  report.with_step_digests = request.step_digests;
   if (stream) stream->start();
   run_within_memory(request, scenario, log.get(), stop, report);
   const bool bad_lines = stream && stream->stop() > 0;
-  const bool is_written = finish(log.get(), err);
+  const bool is_written = finish(log.get(), report, err);
   print(report, request.json, out);
 
   const std::vector<std::string> broken = broken_plan_lines(report.run);

@@ -233,6 +233,18 @@ std::string joint_costs_text(const physics::SceneDescription& scene) {
   return text;
 }
 
+RunReport report_of(const scenarios::Scenario& scenario, const std::string& file) {
+  RunReport report;
+  report.scenario = scenario.name;
+  report.warnings = {file, scenario.warnings};
+  report.bodies = scenario.initial.size();
+  report.worlds = scenario.territory.worlds;
+  report.dt_s = scenario.scene.dt_s;
+  for (const physics::BodyParams& body : scenario.scene.bodies) report.labels.push_back(body.label);
+  report.options = scenario.run;
+  return report;
+}
+
 std::string run_text(const RunReport& report) {
   const std::optional<kernel::VirtualReport>& cluster = report.run.result.cluster;
   return heading_text(report) + "\n" +

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,12 @@
 #include "analysis/warnings.hpp"
 
 namespace soda::analysis {
+
+// Of a log's run again.
+struct ReplayOutcome {
+  std::string log;
+  std::optional<std::string> divergence;  // the first one
+};
 
 struct RunReport {
   std::string scenario;
@@ -24,7 +31,11 @@ struct RunReport {
   std::vector<std::uint64_t> step_digests;  // of the states after step 1, 2, ...
   std::optional<RealTimeReport> real_time;
   FileWarnings warnings;
+  std::optional<ReplayOutcome> replay;
 };
+
+// What is known of a run beforehand; `file` is that of the scenario.
+RunReport report_of(const scenarios::Scenario& scenario, const std::string& file);
 
 // Several tables; every figure with its unit.
 std::string run_text(const RunReport& report);

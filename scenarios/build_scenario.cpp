@@ -208,10 +208,10 @@ void build_generated(const GeneratorSpec& generator, Parts parts, std::optional<
   }
 }
 
-void build_static(const StaticSpec& spec, const std::string& folder, Parts parts,
+void build_static(const StaticSpec& spec, const MeshFiles& files, Parts parts,
                   std::vector<physics::StaticBody>& statics, FaultList& faults) {
   if (!spec.json) return;
-  const auto shape = place_shape(spec.shape, folder, parts.shapes, parts.index, faults);
+  const auto shape = place_shape(spec.shape, files, parts.shapes, parts.index, faults);
   const physics::Quat orientation = orientation_of(spec.orientation, faults);
   const physics::Material* material =
       find_material(parts.materials, spec.material, *spec.json, faults);
@@ -315,7 +315,7 @@ models::RunOptions run_of(const DocumentSpec& document, FaultList& faults) {
 }  // namespace
 
 Scenario build_scenario(const DocumentSpec& document, const std::string& file,
-                        std::optional<std::uint64_t> seed, FaultList& faults) {
+                        std::optional<std::uint64_t> seed, MeshFiles files, FaultList& faults) {
   check_ids(document, faults);
   check_static_names(document.statics, faults);
   check_territory(document.territory, faults);
@@ -342,8 +342,9 @@ Scenario build_scenario(const DocumentSpec& document, const std::string& file,
   for (const GeneratorSpec& generator : document.generators) {
     build_generated(generator, parts, seed, bodies, faults);
   }
+  files.folder = folder_of(file);
   for (const StaticSpec& spec : document.statics) {
-    build_static(spec, folder_of(file), parts, scenario.scene.statics, faults);
+    build_static(spec, files, parts, scenario.scene.statics, faults);
   }
   if (!faults.empty()) return scenario;
   const std::vector<const JsonValue*> places = order_bodies(std::move(bodies), scenario);

@@ -18,7 +18,6 @@
 namespace soda::scenarios {
 namespace {
 
-constexpr std::size_t kMaxMeshBytes = std::size_t{64} << 20;
 constexpr std::size_t kMaxTriangles = 1'000'000;
 // Compounds can meet it.
 static_assert(kMaxTriangles <= physics::most_triangles(physics::kMostParts));
@@ -84,11 +83,33 @@ bool coordinates_allowed(const aiMesh& part, double unit_m) {
 
 }  // namespace
 
-std::variant<physics::TriangleMesh, std::string> read_mesh_file(const std::string& path,
-                                                                double unit_m) {
-  const std::string ending = ending_of(path);
+namespace {
+
+const MeshFile* find(const std::vector<MeshFile>& files, const std::string& name) {
+  const auto at = std::ranges::find(files, name, &MeshFile::name);
+  return at == files.end() ? nullptr : &*at;
+}
+
+FileText text_of(const std::string& name, const MeshFiles& files) {
+  if (files.kept != nullptr) {
+    const MeshFile* kept = find(*files.kept, name);
+    return kept == nullptr ? FileText{"", "is not among the files that are kept"}
+                           : FileText{kept->bytes, ""};
+  }
+  FileText text = read_file_text(name.starts_with('/') ? name : files.folder + name, kMaxMeshBytes);
+  if (text.failure.empty() && files.read != nullptr && find(*files.read, name) == nullptr)
+    files.read->push_back({name, text.bytes});
+  return text;
+}
+
+}  // namespace
+
+std::variant<physics::TriangleMesh, std::string> read_mesh_file(const std::string& name,
+                                                                double unit_m,
+                                                                const MeshFiles& files) {
+  const std::string ending = ending_of(name);
   if (ending != "obj" && ending != "stl") return std::string("neither .obj nor .stl");
-  const FileText text = read_file_text(path, kMaxMeshBytes);
+  const FileText text = text_of(name, files);
   if (!text.failure.empty()) return text.failure;
   if (text.bytes.size() > kMaxMeshBytes) return std::string("more than 64 MiB");
 

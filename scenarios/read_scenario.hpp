@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "scenarios/mesh_file.hpp"
 #include "scenarios/scenario.hpp"
 
 namespace soda::scenarios {
@@ -43,12 +44,12 @@ class FileError : public std::runtime_error {
 std::string read_text(const std::string& file);
 
 // Reads a scenario, with warnings of what it hardly means. `file` names it in messages; mesh files
-// are looked up relative to its folder. `seed`, if given, replaces every seed in the file
-// (generators, territory map).
+// are looked up relative to its folder, unless `files` holds them. `seed`, if given, replaces every
+// seed in the file (generators, territory map).
 // Throws InputError or FileError; nothing else, whatever the bytes.
 Scenario read_scenario_file(const std::string& file, std::optional<std::uint64_t> seed = {});
 Scenario read_scenario_text(std::string_view text, const std::string& file,
-                            std::optional<std::uint64_t> seed = {});
+                            std::optional<std::uint64_t> seed = {}, const MeshFiles& files = {});
 
 // The JSON Schema (draft-07) of the format, made from the reader's own field table.
 std::string scenario_schema();

@@ -224,12 +224,12 @@ bool check_triangles(const MeshSpec& s, FaultList& faults) {
   return good;
 }
 
-std::optional<PlacedShape> place_mesh(const MeshSpec& s, const std::string& folder, Adder adder,
+std::optional<PlacedShape> place_mesh(const MeshSpec& s, const MeshFiles& files, Adder adder,
                                       FaultList& faults) {
   if (s.file) {
-    const std::string path = s.file->starts_with('/') ? *s.file : folder + *s.file;
-    auto read = read_mesh_file(path, s.unit_m);
+    auto read = read_mesh_file(*s.file, s.unit_m, files);
     if (const auto* why = std::get_if<std::string>(&read)) {
+      const std::string path = s.file->starts_with('/') ? *s.file : files.folder + *s.file;
       const std::string found = printable(path) + ": " + printable(*why);
       add_fault(faults, *find_member(*s.json, "file"),
                 {found, "a readable .obj or .stl file with triangles", ""});
@@ -281,7 +281,7 @@ std::optional<PlacedShape> place_body_shape(const SolidSpec& spec,
                   {shapes, index}, faults);
 }
 
-std::optional<PlacedShape> place_shape(const StaticShapeSpec& spec, const std::string& folder,
+std::optional<PlacedShape> place_shape(const StaticShapeSpec& spec, const MeshFiles& files,
                                        std::vector<physics::Shape>& shapes, ShapeIndex& index,
                                        FaultList& faults) {
   return std::visit(
@@ -290,7 +290,7 @@ std::optional<PlacedShape> place_shape(const StaticShapeSpec& spec, const std::s
         const Adder adder{shapes, index};
         if (!s.sound) return std::nullopt;
         if constexpr (std::is_same_v<S, MeshSpec>)
-          return place_mesh(s, folder, adder, faults);
+          return place_mesh(s, files, adder, faults);
         else if constexpr (std::is_same_v<S, HalfSpaceSpec>)
           return place_halfspace(s, adder, faults);
         else

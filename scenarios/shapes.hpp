@@ -10,6 +10,7 @@
 #include "physics/shapes/mass_properties.hpp"
 #include "scenarios/document.hpp"
 #include "scenarios/faults.hpp"
+#include "scenarios/mesh_file.hpp"
 
 namespace soda::scenarios {
 
@@ -27,7 +28,6 @@ struct PlacedShape {
 using ShapeIndex = std::map<std::vector<double>, PlacedShape>;
 
 // Adds the shape unless it is there. Nothing, and perhaps a fault, if the file's shape is faulty.
-// `folder`: where relative mesh files are looked up.
 std::optional<PlacedShape> place_shape(const SolidShapeSpec& spec,
                                        std::vector<physics::Shape>& shapes, ShapeIndex& index,
                                        FaultList& faults);
@@ -35,7 +35,7 @@ std::optional<PlacedShape> place_shape(const SolidShapeSpec& spec,
 std::optional<PlacedShape> place_body_shape(const SolidSpec& spec,
                                             std::vector<physics::Shape>& shapes, ShapeIndex& index,
                                             FaultList& faults);
-std::optional<PlacedShape> place_shape(const StaticShapeSpec& spec, const std::string& folder,
+std::optional<PlacedShape> place_shape(const StaticShapeSpec& spec, const MeshFiles& files,
                                        std::vector<physics::Shape>& shapes, ShapeIndex& index,
                                        FaultList& faults);
 

@@ -1,6 +1,7 @@
 #include "analysis/whole/search_json.hpp"
 
 #include "analysis/stop_signals.hpp"
+#include "analysis/text_table.hpp"
 #include "analysis/whole/scene_parts.hpp"
 
 namespace soda::analysis {
@@ -35,6 +36,35 @@ std::string stop_json(const SearchEnd& end) {
 }
 
 }  // namespace
+
+std::string diff_json(const LogDifference& difference) {
+  SceneObject json;
+  json.set("settings", list_of(difference.settings,
+                               [](const LogDifference::Setting& setting) {
+                                 SceneObject line;
+                                 return line.set("name", quoted(setting.name))
+                                     .set("first", quoted(setting.values[0]))
+                                     .set("second", quoted(setting.values[1]))
+                                     .text();
+                               }))
+      .set("first_last_step", json_of(difference.last_steps[0]))
+      .set("second_last_step", json_of(difference.last_steps[1]))
+      .set("equal_steps", json_of(difference.equal_steps));
+  if (!difference.step) return lines_of(json.set("difference", "null"));
+  const auto& [step, what, body, values] = *difference.step;
+  SceneObject found;
+  found.set("step", json_of(step)).set("what", quoted(what));
+  if (body) {
+    const std::optional<std::uint64_t> ulps = ulps_between(values[0], values[1]);
+    found.set("body", json_of(*body))
+        .set("first", finite_or_null(values[0]))
+        .set("first_bits", quoted(format_bits(values[0])))
+        .set("second", finite_or_null(values[1]))
+        .set("second_bits", quoted(format_bits(values[1])))
+        .set("ulps", ulps ? json_of(*ulps) : "null");
+  }
+  return lines_of(json.set("difference", found.text()));
+}
 
 std::string swarm_json(const SwarmResult& result) {
   SceneObject json;

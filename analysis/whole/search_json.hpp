@@ -1,9 +1,10 @@
-// Results of searches over many scenes or runs as JSON: one object, keys as in README.md, "JSON
-// output".
+// Results of searches over many scenes or runs, and of comparisons, as JSON: one object, keys as in
+// README.md, "JSON output".
 #pragma once
 
 #include <string>
 
+#include "analysis/diff_command.hpp"
 #include "analysis/extremes.hpp"
 #include "analysis/fuzz_command.hpp"
 #include "analysis/swarm_command.hpp"
@@ -12,6 +13,7 @@
 
 namespace soda::analysis {
 
+std::string diff_json(const LogDifference& difference);
 std::string swarm_json(const SwarmResult& result);
 std::string fuzz_json(const FuzzResult& result);
 std::string extremes_json(const ExtremesReport& report);

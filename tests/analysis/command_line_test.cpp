@@ -289,7 +289,7 @@ class Replay : public testing::Test {
   void rewrite(std::int64_t changed_step, const std::function<void(LoggedStep&)>& change) const {
     LogReader log(log_);
     LogWriter altered(folder_.file("altered.sodalog"), true);
-    altered.begin(log.scenario(), log.overrides(), log.labels());
+    altered.begin(log.scenario(), log.options(), log.labels(), log.meshes());
     for (std::int64_t step = 0; step <= log.last_step(); ++step) {
       LoggedStep logged = log.read_step(step);
       if (step == changed_step) change(logged);

@@ -91,9 +91,9 @@ TEST_F(Logs, AWrongStepNumberIsTold) {
 }
 
 TEST_F(Logs, AnUnknownExecutorIsTold) {
-  for (const std::uint64_t executor : {77u, 3u}) {
+  for (const std::uint64_t executor : {77u, 4u}) {
     forge_log(log_, forged_, [executor](ForgedBlock& block) {
-      if (block.type != BlockType::kOverrides) return;
+      if (block.type != BlockType::kOptions) return;
       overwrite(block.payload, 0, std::uint8_t{1});
       overwrite(block.payload, 1, executor);
     });
@@ -103,11 +103,20 @@ TEST_F(Logs, AnUnknownExecutorIsTold) {
   }
 }
 
+TEST_F(Logs, RanksWithoutAJobAreTold) {
+  forge_log(log_, forged_, [](ForgedBlock& block) {
+    if (block.type != BlockType::kOptions) return;
+    overwrite(block.payload, 0, std::uint8_t{1});
+    overwrite(block.payload, 1, static_cast<std::uint64_t>(models::ExecutorKind::kMpi));
+  });
+  expect_refused("block 1 at byte ");
+}
+
 TEST_F(Logs, OptionsThatAreOutOfRangeAreTold) {
   for (const std::size_t option : {1u, 2u, 3u})  // threads, worlds, buffer
     for (const std::uint64_t value : {std::uint64_t{0}, ~std::uint64_t{0}}) {
       forge_log(log_, forged_, [=](ForgedBlock& block) {
-        if (block.type != BlockType::kOverrides) return;
+        if (block.type != BlockType::kOptions) return;
         overwrite(block.payload, 9 * option, std::uint8_t{1});
         overwrite(block.payload, 9 * option + 1, value);
       });

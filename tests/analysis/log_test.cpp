@@ -23,6 +23,7 @@ using analysis_test::write_file;
 
 constexpr std::int64_t kSteps = 6;
 const std::vector<std::uint32_t> kLabels = {3, 7, 40};
+const std::vector<scenarios::MeshFile> kMeshes = {{"a.obj", "v 0 0 0"}, {"b/c.stl", {0, 1, 2}}};
 
 std::vector<physics::BodyState> states_at(std::int64_t step) {
   std::vector<physics::BodyState> states(kLabels.size());
@@ -50,7 +51,7 @@ void write_log(const std::string& file) {
   overrides.worlds = 12;
   overrides.executor = models::ExecutorKind::kThreads;
   LogWriter log(file, false);
-  log.begin({"9.9", "/somewhere/scene.json", "{ the text }"}, overrides, kLabels);
+  log.begin({"9.9", "/somewhere/scene.json", "{ the text }"}, {overrides, 0}, kLabels, kMeshes);
   for (std::int64_t step = 0; step <= kSteps; ++step) {
     log.add_step(logged_step(step, digest_of(states_at(step)), states_at(step)));
   }
@@ -70,9 +71,12 @@ TEST(EventLog, ReadsBackEveryBitThatWasWritten) {
   EXPECT_EQ(log.scenario().program_version, "9.9");
   EXPECT_EQ(log.scenario().file, "/somewhere/scene.json");
   EXPECT_EQ(log.scenario().text, "{ the text }");
-  EXPECT_EQ(log.overrides().worlds, 12u);
-  EXPECT_EQ(log.overrides().executor, models::ExecutorKind::kThreads);
-  EXPECT_FALSE(log.overrides().seed.has_value());
+  EXPECT_EQ(log.options().overrides.worlds, 12u);
+  EXPECT_EQ(log.options().overrides.executor, models::ExecutorKind::kThreads);
+  EXPECT_FALSE(log.options().overrides.seed.has_value());
+  ASSERT_EQ(log.meshes().size(), kMeshes.size());
+  EXPECT_EQ(log.meshes()[1].name, kMeshes[1].name);
+  EXPECT_EQ(log.meshes()[1].bytes, kMeshes[1].bytes);
   for (const std::int64_t step : {kSteps, std::int64_t{0}, std::int64_t{3}}) {
     const LoggedStep found = log.read_step(step);
     EXPECT_EQ(found.step, step);
@@ -145,7 +149,7 @@ TEST(EventLog, AnotherVersionIsRefusedByName) {
     LogReader log(file);
     FAIL() << "read a log of another version";
   } catch (const scenarios::FileError& error) {
-    EXPECT_NE(std::string(error.what()).find("version 4"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("version 5"), std::string::npos) << error.what();
   }
 }
 
@@ -157,6 +161,43 @@ TEST(EventLog, WhatIsNoLogIsRefused) {
   EXPECT_THROW(LogReader(folder.file("")), scenarios::FileError);
 }
 
+TEST(EventLog, EveryOptionOfARunReadsBack) {
+  LoggedOptions options;
+  Overrides& given = options.overrides;
+  given.policy = kernel::Synchronisation::kLockstep;
+  given.rollback = models::RollbackMode::kInvalidate;
+  given.gating = false;
+  given.split_islands = true;
+  given.ghosts = models::GhostMode::kPredicted;
+  given.balancing = models::BalancingPolicy::kPaper;
+  given.balancing_interval = 7;
+  given.balancing_seed = ~std::uint64_t{0};
+  given.cluster = {.processors = 3,
+                   .latency_us = 60.5,
+                   .jitter_us = 0.0,
+                   .cost_us = 1e-3,
+                   .bandwidth_mb_s = 1e9,
+                   .gvt_interval_us = 100.0,
+                   .execution_seed = 11,
+                   .check_purity = true};
+  options.ranks = 4;
+  const ByteBuffer bytes = encode(options);
+  EXPECT_EQ(encode(decode_options(bytes)), bytes);
+  const std::vector<OptionText> told = in_words(decode_options(bytes));
+  const auto value_of = [&told](const std::string& name) {
+    for (const OptionText& option : told)
+      if (option.name == name) return option.value;
+    return std::string("no such option");
+  };
+  EXPECT_EQ(value_of("policy"), "lockstep");
+  EXPECT_EQ(value_of("gating"), "off");
+  EXPECT_EQ(value_of("ghosts"), "predicted");
+  EXPECT_EQ(value_of("latency"), "60.5");
+  EXPECT_EQ(value_of("check of purity"), "on");
+  EXPECT_EQ(value_of("ranks"), "4");
+  EXPECT_EQ(value_of("worlds"), "not given");
+}
+
 TEST(EventLog, AnUnwritablePlaceIsAFileError) {
   EXPECT_THROW(LogWriter("/nonexistent-folder/a.sodalog", false), scenarios::FileError);
 }
@@ -166,7 +207,7 @@ TEST(EventLog, AFailedWriteIsKnownAtOnceAndToldAtTheEnd) {
   const TemporaryFolder folder;
   const auto states = states_at(0);
   LogWriter log(folder.file("a.sodalog"), false);
-  log.begin({"9.9", "/a.json", "{}"}, {}, kLabels);
+  log.begin({"9.9", "/a.json", "{}"}, {}, kLabels, {});
   EXPECT_TRUE(log.add_step(logged_step(0, digest_of(states), states)));
   rlimit before{};
   getrlimit(RLIMIT_FSIZE, &before);
