@@ -21,7 +21,7 @@ constexpr double kOfHardest = 1e-7;  // of the step's hardest blow: what solving
 // as well), and of all in a step; multiplications of a step, for each of its pairs in touch; and
 // how many factorisations these must be enough for.
 constexpr int kOfBlow = 24, kOfKick = 6, kFurther = 8, kOfStep = 128;
-constexpr double kOfPair = 2e4, kAnyway = 2e5, kWorthwhile = 4.0;
+constexpr double kOfPair = 7000.0, kAnyway = 2e5, kWorthwhile = 4.0;
 constexpr double kOfPairInHaste = 1000.0, kAnywayInHaste = 1e4;
 
 Twist twist_of(const SolverBody& body) { return {body.linear, body.angular}; }
