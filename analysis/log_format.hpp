@@ -29,6 +29,8 @@ enum class BlockType : std::uint32_t {
 
 inline constexpr std::size_t kFileHeaderBytes = 24;   // magic, version, 0, checksum
 inline constexpr std::size_t kBlockHeaderBytes = 40;  // the fields below and a checksum of them
+// Of all mesh blocks of a log together, before compression.
+inline constexpr std::uint64_t kMaxMeshBlocksBytes = std::uint64_t{256} << 20;
 // The most that the payload of a block takes before compression; `bodies` of the log. What says
 // that it takes more is no log: nothing is decompressed beyond it.
 constexpr std::uint64_t max_raw_bytes(BlockType type, std::uint64_t bodies) {

@@ -104,7 +104,8 @@ LogReader::Next LogReader::next_block(Block& block) {
     damage_ = place(blocks_, offset) + ": the block's header does not match its checksum";
     return Next::kEnd;
   }
-  const std::uint64_t most = max_raw_bytes(block.header.type, labels_.size());
+  std::uint64_t most = max_raw_bytes(block.header.type, labels_.size());
+  if (block.header.type == BlockType::kMesh) most = std::min(most, left_for_meshes_);
   if (block.header.raw_bytes > most || block.header.stored_bytes > ZSTD_compressBound(most)) {
     damage_ = place(blocks_, offset) + ": says that it holds " +
               std::to_string(block.header.raw_bytes) + " bytes; allowed: at most " +
@@ -134,7 +135,10 @@ bool LogReader::keep(const Block& block, std::streamoff offset) {
     if (header.type == BlockType::kScenario) scenario_ = decode_scenario(raw_payload(block));
     if (header.type == BlockType::kOptions) options_ = decode_options(raw_payload(block));
     if (header.type == BlockType::kBodies) labels_ = decode_labels(raw_payload(block));
-    if (header.type == BlockType::kMesh) meshes_.push_back(decode_mesh(raw_payload(block)));
+    if (header.type == BlockType::kMesh) {
+      meshes_.push_back(decode_mesh(raw_payload(block)));
+      left_for_meshes_ -= header.raw_bytes;
+    }
   } catch (const DecodeError& fault) {
     damage_ = place(blocks_, offset) + ": " + fault.what();
     return false;

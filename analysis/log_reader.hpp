@@ -64,6 +64,7 @@ class LogReader {
   LoggedScenario scenario_;
   LoggedOptions options_;
   std::vector<scenarios::MeshFile> meshes_;
+  std::uint64_t left_for_meshes_ = kMaxMeshBlocksBytes;
   std::vector<std::uint32_t> labels_;
   std::vector<std::streamoff> step_offsets_;
   std::uint32_t blocks_ = 0;

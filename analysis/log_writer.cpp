@@ -33,7 +33,15 @@ void LogWriter::begin(const LoggedScenario& scenario, const LoggedOptions& optio
   write_block(BlockType::kScenario, encode(scenario));
   write_block(BlockType::kOptions, encode(options));
   write_block(BlockType::kBodies, encode_labels(labels));
-  for (const scenarios::MeshFile& mesh : meshes) write_block(BlockType::kMesh, encode(mesh));
+  std::uint64_t left = kMaxMeshBlocksBytes;
+  for (const scenarios::MeshFile& mesh : meshes) {
+    const ByteBuffer payload = encode(mesh);
+    if (payload.size() > left)
+      throw scenarios::FileError(out_.file() + ": the scenario's mesh files are too large; a log " +
+                                 "has at most 256 MiB of them");
+    left -= payload.size();
+    write_block(BlockType::kMesh, payload);
+  }
 }
 
 bool LogWriter::add_step(const LoggedStep& step) {

@@ -124,19 +124,12 @@ struct Comparison {
   }
 };
 
-// That say how the run is executed.
-bool any_options(const Overrides& given) {
-  return given.executor || given.threads || given.worlds || given.buffer || given.scheduling_seed ||
-         given.policy || given.rollback || given.gating || given.split_islands || given.ghosts ||
-         given.balancing || given.balancing_interval || given.balancing_seed ||
-         given.cluster.given();
-}
-
 // Of a virtual cluster that did the same work another way, though it was to be the same.
 std::optional<std::string> execution_divergence(const ReplayRequest& request, const LogReader& log,
                                                 const MeasuredRun& run) {
   const std::optional<std::uint64_t> logged = log.execution_digest();
-  const bool is_comparable = logged && run.result.cluster && !any_options(request.overrides);
+  const bool adds_nothing = encode(LoggedOptions{request.overrides}) == encode(LoggedOptions{});
+  const bool is_comparable = logged && run.result.cluster && adds_nothing;
   if (!is_comparable || *logged == run.result.cluster->execution_digest) return std::nullopt;
   return "the end: execution digest " + format_digest(run.result.cluster->execution_digest) +
          ", logged " + format_digest(*logged);

@@ -81,10 +81,6 @@ bool coordinates_allowed(const aiMesh& part, double unit_m) {
   return true;
 }
 
-}  // namespace
-
-namespace {
-
 const MeshFile* find(const std::vector<MeshFile>& files, const std::string& name) {
   const auto at = std::ranges::find(files, name, &MeshFile::name);
   return at == files.end() ? nullptr : &*at;
@@ -96,7 +92,7 @@ FileText text_of(const std::string& name, const MeshFiles& files) {
     return kept == nullptr ? FileText{"", "is not among the files that are kept"}
                            : FileText{kept->bytes, ""};
   }
-  FileText text = read_file_text(name.starts_with('/') ? name : files.folder + name, kMaxMeshBytes);
+  FileText text = read_file_text(files.path_of(name), kMaxMeshBytes);
   if (text.failure.empty() && files.read != nullptr && find(*files.read, name) == nullptr)
     files.read->push_back({name, text.bytes});
   return text;

@@ -21,6 +21,10 @@ struct MeshFiles {
   std::string folder;  // of relative names: empty, or with a slash at its end
   const std::vector<MeshFile>* kept = nullptr;  // these and no others; null: from disk
   std::vector<MeshFile>* read = nullptr;        // what is read is added here, each name once
+
+  std::string path_of(const std::string& name) const {
+    return name.starts_with('/') ? name : folder + name;
+  }
 };
 
 // Reads `name` (.obj or .stl, at most 64 MiB), scales by unit_m and merges equal vertices, keeping

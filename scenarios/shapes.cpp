@@ -229,8 +229,7 @@ std::optional<PlacedShape> place_mesh(const MeshSpec& s, const MeshFiles& files,
   if (s.file) {
     auto read = read_mesh_file(*s.file, s.unit_m, files);
     if (const auto* why = std::get_if<std::string>(&read)) {
-      const std::string path = s.file->starts_with('/') ? *s.file : files.folder + *s.file;
-      const std::string found = printable(path) + ": " + printable(*why);
+      const std::string found = printable(files.path_of(*s.file)) + ": " + printable(*why);
       add_fault(faults, *find_member(*s.json, "file"),
                 {found, "a readable .obj or .stl file with triangles", ""});
       return std::nullopt;

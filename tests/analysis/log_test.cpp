@@ -202,6 +202,18 @@ TEST(EventLog, AnUnwritablePlaceIsAFileError) {
   EXPECT_THROW(LogWriter("/nonexistent-folder/a.sodalog", false), scenarios::FileError);
 }
 
+// They are kept in memory, and compress to nothing.
+TEST(EventLog, MeshFilesHaveALimitTogether) {
+  const TemporaryFolder folder;
+  const auto begin = [&folder](const std::string& name, std::size_t last_bytes) {
+    std::vector<scenarios::MeshFile> meshes(4, {"a.obj", std::string(63u << 20, ' ')});
+    meshes.push_back({"last.obj", std::string(last_bytes, ' ')});
+    LogWriter(folder.file(name), false).begin({"9.9", "/a.json", "{}"}, {}, kLabels, meshes);
+  };
+  EXPECT_NO_THROW(begin("a.sodalog", (4u << 20) - 4096));
+  EXPECT_THROW(begin("b.sodalog", 4u << 20), scenarios::FileError);
+}
+
 // As on a full disk.
 TEST(EventLog, AFailedWriteIsKnownAtOnceAndToldAtTheEnd) {
   const TemporaryFolder folder;
