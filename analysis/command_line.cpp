@@ -7,6 +7,7 @@
 #include "analysis/command_options.hpp"
 #include "analysis/exit_codes.hpp"
 #include "analysis/nearest_name.hpp"
+#include "analysis/trace/trace_options.hpp"
 #include "analysis/version.hpp"
 #include "scenarios/read_scenario.hpp"
 
@@ -24,6 +25,10 @@ struct Requests {
   PlanRequest plan;
   ReplayRequest replay;
   DiffRequest diff;
+  LogRequest log;
+  WhyRequest why;
+  WhatIfRequest what_if;
+  TraceRequest trace;
   ContactsRequest contacts;
   ViewRequest view;
   AccuracyRequest accuracy;
@@ -67,6 +72,18 @@ constexpr Command kCommands[] = {
     {"diff", "compare two event logs: options, inputs, and the first step that differs", false,
      [](CLI::App& app, R& r, const Wanted&) { define_diff(app, r.diff); },
      [](const R& r, Stream& out, Stream& err) { return diff_command(r.diff, out, err); }},
+    {"log", "what an event log holds, as a summary, JSON or CSV", false,
+     [](CLI::App& app, R& r, const Wanted&) { define_log(app, r.log); },
+     [](const R& r, Stream& out, Stream& err) { return log_command(r.log, out, err); }},
+    {"why", "what led to the rollbacks of a traced run, and what they cost", false,
+     [](CLI::App& app, R& r, const Wanted&) { define_why(app, r.why); },
+     [](const R& r, Stream& out, Stream& err) { return why_command(r.why, out, err); }},
+    {"what-if", "a logged run on the virtual cluster with one thing changed", false,
+     [](CLI::App& app, R& r, const Wanted&) { define_what_if(app, r.what_if); },
+     [](const R& r, Stream& out, Stream& err) { return what_if_command(r.what_if, out, err); }},
+    {"trace", "the execution of a traced run as a file for ui.perfetto.dev", false,
+     [](CLI::App& app, R& r, const Wanted&) { define_trace(app, r.trace); },
+     [](const R& r, Stream& out, Stream& err) { return trace_command(r.trace, out, err); }},
     {"contacts", "the forces that contacts bear, of steps of an event log", false,
      [](CLI::App& app, R& r, const Wanted&) { define_contacts(app, r.contacts); },
      [](const R& r, Stream& out, Stream& err) { return contacts_command(r.contacts, out, err); }},

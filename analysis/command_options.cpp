@@ -19,6 +19,16 @@ void define_run(CLI::App& run, RunRequest& request, const Wanted& wanted) {
   run.add_option("--inputs", request.inputs,
                  "user input, one JSON object a line: a file, or - for standard input");
   run.add_option("--log", request.log_file, "write an event log for soda replay");
+  run.add_option_function<std::string>(
+         "--log-level",
+         [&request](const std::string& name) {
+           request.log_level = LogLevel(std::ranges::find(kLogLevels, name) - kLogLevels.begin());
+         },
+         "commits (default): all states; inputs: what a replay needs; trace: the life of every "
+         "event, too")
+      ->check(CLI::IsMember(std::vector<std::string>(kLogLevels.begin(), kLogLevels.end())));
+  run.add_option("--log-every", request.log_every, "states of every Kth step only")
+      ->check(CLI::PositiveNumber);
   run.add_flag("--force", request.force, "replace the log if it exists");
   run.add_flag_callback(
       "--realtime",

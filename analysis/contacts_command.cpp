@@ -4,10 +4,10 @@
 #include <ostream>
 
 #include "analysis/exit_codes.hpp"
-#include "analysis/json_output.hpp"
 #include "analysis/log_reader.hpp"
 #include "analysis/logged_run.hpp"
 #include "analysis/text_table.hpp"
+#include "analysis/whole/search_json.hpp"
 
 namespace soda::analysis {
 namespace {
@@ -86,16 +86,18 @@ std::string table_text(const StepContacts& contacts, const ContactNames& names) 
          (rows.empty() ? "" : format_table(columns, rows) + "\n");
 }
 
-std::vector<std::int64_t> steps_of(const ContactsRequest& request, std::int64_t last) {
+std::vector<std::int64_t> steps_of(const ContactsRequest& request, const LogReader& log) {
+  const std::int64_t last = log.last_step();
   if (request.step) {
     if (*request.step < 0 || *request.step > last)
       throw UsageError("--step: found " + std::to_string(*request.step) + "; allowed: 0 to " +
                        std::to_string(last) + ", the last whole step of " + request.file);
     return {*request.step};
   }
-  if (!request.every) return {last};
+  if (!request.every) return {log.last_states()};
   std::vector<std::int64_t> steps;
-  for (std::int64_t step = 0; step <= last; step += *request.every) steps.push_back(step);
+  for (std::int64_t step = 0; step <= last; step += *request.every)
+    if (has_states(log.options(), step)) steps.push_back(step);
   return steps;
 }
 
@@ -117,8 +119,8 @@ int contacts_command(const ContactsRequest& request, std::ostream& out, std::ost
   }
   std::vector<StepContacts> all;
   if (request.csv) out << kCsvHead;
-  for (const std::int64_t step : steps_of(request, log.last_step())) {
-    const LoggedStep logged = log.read_step(step);
+  for (const std::int64_t step : steps_of(request, log)) {
+    const LoggedStep logged = log.read_states(step);
     StepContacts contacts{
         step, physics::contact_loads(scenario.scene, geometry, logged.ids, logged.states)};
     if (only)

@@ -6,6 +6,7 @@
 #include "analysis/overrides.hpp"
 #include "analysis/stop_signals.hpp"
 #include "analysis/text_table.hpp"
+#include "models/event_kinds.hpp"
 
 namespace soda::analysis {
 namespace {
@@ -39,6 +40,22 @@ Json events(const kernel::Counters& counters) {
           {"absorbed", counters.absorbed},           {"jumps", counters.jumps},
           {"gvt_rounds", counters.gvt_rounds},       {"history_max", counters.history_max},
           {"efficiency", efficiency(counters)},      {"paths", paths}};
+}
+
+// Of kinds that nothing was counted of: nothing.
+Json kinds_json(const kernel::EventCounts& kinds, bool of_messages) {
+  Json json = Json::object();
+  const auto names = of_messages ? models::message_kinds() : models::event_kinds();
+  for (std::size_t kind = 0; kind < names.size(); ++kind) {
+    const auto& [executed, rolled_back, committed] = kinds.executions[kind];
+    const auto& [sent, late, anti] = kinds.messages[kind];
+    if (of_messages && sent + late + anti > 0)
+      json[names[kind]] = {{"sent", sent}, {"late", late}, {"anti", anti}};
+    if (!of_messages && executed > 0)
+      json[names[kind]] = {
+          {"executed", executed}, {"rolled_back", rolled_back}, {"committed", committed}};
+  }
+  return json;
 }
 
 Json errors(const ErrorMeasures& error) {
@@ -195,6 +212,8 @@ std::string run_json(const RunReport& report) {
                {"steps_per_s", steps_per_second(run)},
                {"real_time_factor", real_time_factor(run, report.dt_s)}};
   json["events"] = events(result.events);
+  json["events"]["by_kind"] = kinds_json(result.kinds, false);
+  json["events"]["messages_by_kind"] = kinds_json(result.kinds, true);
   json["islands"] = object_of(island_counts(result));
   json["lead"] = {{"mean_steps", mean_lead_steps(result.events)},
                   {"max_steps", result.events.lead_max}};
@@ -352,29 +371,6 @@ std::string anticipation_json(const AnticipationReport& report) {
                  {"frame_s", report.frame_s},
                  {"utilisation", report.utilisation},
                  {"points", points}});
-}
-
-std::string contacts_json(const std::vector<StepContacts>& steps, const ContactNames& names) {
-  Json lines = Json::array();
-  const auto triple = [](const physics::Vec3& v) { return Json{v.x(), v.y(), v.z()}; };
-  for (const StepContacts& contacts : steps) {
-    Json points = Json::array();
-    for (const physics::ContactLoad& load : contacts.loads) {
-      Json point = {{"body", names.labels[physics::index_of(load.a)]}};
-      if (physics::is_static(load.b))
-        point["static"] = names.statics[physics::static_index_of(load.b)];
-      else
-        point["other"] = names.labels[physics::index_of(load.b)];
-      point["point_m"] = load.point ? triple(load.point->position_m) : Json();
-      point["depth_m"] = load.point ? Json(-load.point->separation_m) : Json();
-      point["normal"] = load.point ? triple(load.normal) : Json();
-      point["normal_newton"] = load.normal_newton;
-      point["friction_newton"] = triple(load.friction_newton);
-      points.push_back(std::move(point));
-    }
-    lines.push_back({{"step", contacts.step}, {"contacts", std::move(points)}});
-  }
-  return dumped({{"steps", std::move(lines)}});
 }
 
 std::string phold_json(const PholdRequest& request, const PholdRun& run) {

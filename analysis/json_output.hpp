@@ -7,7 +7,6 @@
 
 #include "analysis/accuracy_command.hpp"
 #include "analysis/anticipation.hpp"
-#include "analysis/contacts_command.hpp"
 #include "analysis/phold_command.hpp"
 #include "analysis/rollback_command.hpp"
 #include "analysis/run_report.hpp"
@@ -27,7 +26,6 @@ std::string verification_json(const Verification& verification);
 std::string accuracy_json(const AccuracyReport& report);
 std::string anticipation_json(const AnticipationReport& report);
 std::string rollback_json(const RollbackReport& report);
-std::string contacts_json(const std::vector<StepContacts>& steps, const ContactNames& names);
 std::string phold_json(const PholdRequest& request, const PholdRun& run);
 
 }  // namespace soda::analysis

@@ -266,6 +266,7 @@ ByteBuffer encode_step(const LoggedStep& step) {
   out.reserve(32 + step.states.size() * (4 + kStateBytes + 4 * kImpulseBytes));
   put(out, step.step);
   put(out, step.digest);
+  put(out, static_cast<std::uint8_t>(step.has_states));
   put(out, static_cast<std::uint64_t>(step.states.size()));
   for (const physics::BodyId id : step.ids) put(out, physics::index_of(id));
   for (const physics::BodyState& state : step.states) put_state(out, state);
@@ -285,7 +286,9 @@ LoggedStep decode_step(std::span<const unsigned char> bytes, std::size_t bodies_
   LoggedStep logged;
   logged.step = in.take<std::int64_t>();
   logged.digest = in.take<std::uint64_t>();
+  logged.has_states = in.take_flag();
   const std::size_t bodies = in.take_count(kStateBytes);
+  if (!logged.has_states && bodies > 0) throw DecodeError("holds states that it says it has not");
   logged.ids.reserve(bodies);
   logged.states.reserve(bodies);
   for (std::size_t i = 0; i < bodies; ++i)

@@ -16,15 +16,16 @@
 namespace soda::analysis {
 
 inline constexpr std::array<unsigned char, 8> kLogMagic{'S', 'O', 'D', 'A', 'L', 'O', 'G', 0};
-inline constexpr std::uint32_t kLogVersion = 5;
+inline constexpr std::uint32_t kLogVersion = 6;
 
 enum class BlockType : std::uint32_t {
   kScenario = 1,  // first block
   kOptions = 2,
   kBodies = 3,
-  kMesh = 6,  // one for each mesh file of the scenario
-  kStep = 4,  // one for each of the steps 0, 1, 2, ...
-  kEnd = 5,   // last block of a run that came to its end, or was ended early
+  kMesh = 6,   // one for each mesh file of the scenario
+  kStep = 4,   // one for each of the steps 0, 1, 2, ...
+  kTrace = 7,  // a chunk of the trace, anywhere after step 0
+  kEnd = 5,    // last block of a run that came to its end, or was ended early
 };
 
 inline constexpr std::size_t kFileHeaderBytes = 24;   // magic, version, 0, checksum
@@ -39,6 +40,7 @@ constexpr std::uint64_t max_raw_bytes(BlockType type, std::uint64_t bodies) {
   if (type == BlockType::kBodies) return std::uint64_t{4} << 20;  // labels of a million
   if (type == BlockType::kMesh) return scenarios::kMaxMeshBytes + 8192;  // with its name
   if (type == BlockType::kStep) return (std::uint64_t{64} << 20) + (bodies << 10);
+  if (type == BlockType::kTrace) return std::uint64_t{8} << 20;
   return 4096;
 }
 
@@ -56,10 +58,25 @@ struct LoggedScenario {
   std::string text;
 };
 
+// How much of a run a log holds. What it needs to be run again is always there.
+enum class LogLevel : std::uint8_t {
+  kInputs,   // of a step its digest, and what came from outside
+  kCommits,  // also the committed states
+  kTrace,    // also the life of every event
+};
+inline constexpr std::array kLogLevels{"inputs", "commits", "trace"};  // by LogLevel
+
 struct LoggedOptions {
   Overrides overrides;      // but what these say is not written
   std::uint32_t ranks = 0;  // of the job; 0: mpirun did not start it
+  LogLevel level = LogLevel::kCommits;
+  std::int64_t every = 1;  // states of the steps that this divides; >= 1
 };
+
+// Whether the log has the states of a step.
+inline bool has_states(const LoggedOptions& options, std::int64_t step) {
+  return options.level != LogLevel::kInputs && step % options.every == 0;
+}
 
 // An option by name and value, as a user reads it.
 struct OptionText {
@@ -71,6 +88,7 @@ std::vector<OptionText> in_words(const LoggedOptions& options);  // log_options.
 struct LoggedStep {
   std::int64_t step = 0;
   std::uint64_t digest = 0;
+  bool has_states = true;                  // else ids and states are empty
   std::vector<physics::BodyId> ids;        // of the bodies that are there; ascending
   std::vector<physics::BodyState> states;  // of ids
   // Of the beginning of the step that led here:

@@ -24,6 +24,10 @@ class Writing {
   }
   void flag(bool value) { put(out_, static_cast<std::uint8_t>(value)); }
   void count(std::uint32_t value) { put(out_, value); }
+  void log(LogLevel level, std::int64_t every) {
+    put(out_, static_cast<std::uint8_t>(level));
+    put(out_, every);
+  }
 
  private:
   ByteBuffer& out_;
@@ -53,6 +57,13 @@ class Reading {
   }
   void flag(bool& value) { value = in_.take_flag(); }
   void count(std::uint32_t& value) { value = in_.take<std::uint32_t>(); }
+  void log(LogLevel& level, std::int64_t& every) {
+    const auto bits = in_.take<std::uint8_t>();
+    if (bits >= kLogLevels.size()) throw DecodeError("holds log level " + std::to_string(bits));
+    level = LogLevel{bits};
+    every = in_.take<std::int64_t>();
+    if (every < 1) throw DecodeError("holds states of every " + std::to_string(every) + "th step");
+  }
 
  private:
   ByteReader& in_;
@@ -71,6 +82,10 @@ class Telling {
   }
   void flag(bool value) { out_.push_back({"check of purity", text(value)}); }
   void count(std::uint32_t value) { out_.push_back({"ranks", text(value)}); }
+  void log(LogLevel level, std::int64_t every) {
+    out_.push_back({"log level", kLogLevels[static_cast<std::size_t>(level)]});
+    out_.push_back({"states of every", text(every)});
+  }
 
  private:
   static constexpr const char* kNotGiven = "not given";
@@ -123,6 +138,7 @@ void pass_options(Pass& pass, Options& options) {
   pass.number(cluster.execution_seed, "execution seed", 0, kAny);
   pass.flag(cluster.check_purity);
   pass.count(options.ranks);
+  pass.log(options.level, options.every);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <memory>
 #include <new>
 
+#include "analysis/exit_codes.hpp"
 #include "scenarios/read_scenario.hpp"
 
 namespace soda::analysis {
@@ -22,8 +23,8 @@ bool read_bytes(std::ifstream& in, std::size_t count, ByteBuffer& bytes) {
 
 }  // namespace
 
-// Which type block number `index` must have; mesh, step and end blocks share the rest, in this
-// order.
+// Which type block number `index` must have. The rest are mesh blocks, then steps, with blocks of
+// trace behind the first, then the end.
 bool LogReader::type_fits(std::uint32_t index, BlockType type) const {
   switch (index) {
     case 0:
@@ -34,12 +35,9 @@ bool LogReader::type_fits(std::uint32_t index, BlockType type) const {
       return type == BlockType::kBodies;
     default:
       return type == BlockType::kStep || type == BlockType::kEnd ||
-             (type == BlockType::kMesh && step_offsets_.empty());
+             (type == BlockType::kMesh && step_blocks_.empty()) ||
+             (type == BlockType::kTrace && !step_blocks_.empty());
   }
-}
-
-std::uint32_t LogReader::blocks_before_steps() const {
-  return kBlocksBeforeMeshes + static_cast<std::uint32_t>(meshes_.size());
 }
 
 LogReader::LogReader(const std::string& file) : file_(file) {
@@ -65,28 +63,29 @@ LogReader::LogReader(const std::string& file) : file_(file) {
     const std::streamoff offset = in_.tellg();
     if (next_block(block) == Next::kEnd || !keep(block, offset)) break;
   }
-  if (step_offsets_.empty()) {
+  if (step_blocks_.empty()) {
     throw scenarios::FileError(file + ": holds no whole step: " + (cut_.empty() ? damage_ : cut_));
   }
 }
 
-std::string LogReader::place(std::uint32_t block, std::streamoff offset) const {
-  std::string text = "block " + std::to_string(block);
-  if (block >= blocks_before_steps())
-    text += " (step " + std::to_string(block - blocks_before_steps()) + ")";
+std::string LogReader::place(std::streamoff offset) const {
+  std::string text = "block " + std::to_string(blocks_);
+  if (blocks_ >= kBlocksBeforeMeshes + meshes_.size())
+    text += " (step " + std::to_string(step_blocks_.size()) + ")";
   return text + " at byte " + std::to_string(offset);
 }
 
 std::string LogReader::place_of(std::int64_t step) const {
-  return place(static_cast<std::uint32_t>(step) + blocks_before_steps(),
-               step_offsets_[static_cast<std::size_t>(step)]);
+  const Place& at = step_blocks_[static_cast<std::size_t>(step)];
+  return "block " + std::to_string(at.block) + " (step " + std::to_string(step) + ") at byte " +
+         std::to_string(at.offset);
 }
 
 LogReader::Next LogReader::next_block(Block& block) {
   const std::streamoff offset = in_.tellg();
   const std::uint64_t left = file_bytes_ - static_cast<std::uint64_t>(offset);
   if (left == 0) {
-    if (!complete_) cut_ = "cut off before " + place(blocks_, offset);
+    if (!complete_) cut_ = "cut off before " + place(offset);
     return Next::kEnd;
   }
   if (complete_) {
@@ -95,26 +94,25 @@ LogReader::Next LogReader::next_block(Block& block) {
   }
   ByteBuffer header;
   if (left < kBlockHeaderBytes || !read_bytes(in_, kBlockHeaderBytes, header)) {
-    cut_ = "cut off inside the header of " + place(blocks_, offset);
+    cut_ = "cut off inside the header of " + place(offset);
     return Next::kEnd;
   }
   try {
     block.header = decode_block_header(header);
   } catch (const DecodeError&) {
-    damage_ = place(blocks_, offset) + ": the block's header does not match its checksum";
+    damage_ = place(offset) + ": the block's header does not match its checksum";
     return Next::kEnd;
   }
   std::uint64_t most = max_raw_bytes(block.header.type, labels_.size());
   if (block.header.type == BlockType::kMesh) most = std::min(most, left_for_meshes_);
   if (block.header.raw_bytes > most || block.header.stored_bytes > ZSTD_compressBound(most)) {
-    damage_ = place(blocks_, offset) + ": says that it holds " +
-              std::to_string(block.header.raw_bytes) + " bytes; allowed: at most " +
-              std::to_string(most);
+    damage_ = place(offset) + ": says that it holds " + std::to_string(block.header.raw_bytes) +
+              " bytes; allowed: at most " + std::to_string(most);
     return Next::kEnd;
   }
   if (block.header.stored_bytes > left - kBlockHeaderBytes ||
       !read_bytes(in_, block.header.stored_bytes, block.stored)) {
-    cut_ = "cut off inside " + place(blocks_, offset);
+    cut_ = "cut off inside " + place(offset);
     return Next::kEnd;
   }
   return Next::kBlock;
@@ -124,11 +122,11 @@ LogReader::Next LogReader::next_block(Block& block) {
 bool LogReader::keep(const Block& block, std::streamoff offset) {
   const BlockHeader& header = block.header;
   if (header.index != blocks_ || !type_fits(blocks_, header.type)) {
-    damage_ = place(blocks_, offset) + ": is not the block that belongs here";
+    damage_ = place(offset) + ": is not the block that belongs here";
     return false;
   }
   if (checksum(block.stored) != header.stored_checksum) {
-    damage_ = place(blocks_, offset) + ": the block's content does not match its checksum";
+    damage_ = place(offset) + ": the block's content does not match its checksum";
     return false;
   }
   try {
@@ -140,13 +138,14 @@ bool LogReader::keep(const Block& block, std::streamoff offset) {
       left_for_meshes_ -= header.raw_bytes;
     }
   } catch (const DecodeError& fault) {
-    damage_ = place(blocks_, offset) + ": " + fault.what();
+    damage_ = place(offset) + ": " + fault.what();
     return false;
   }
-  if (header.type == BlockType::kStep) step_offsets_.push_back(offset);
+  if (header.type == BlockType::kStep) step_blocks_.push_back({blocks_, offset});
+  if (header.type == BlockType::kTrace) trace_blocks_.push_back({blocks_, offset});
   if (header.type == BlockType::kEnd) {
     complete_ = true;
-    if (!step_offsets_.empty()) check_end(block, offset);
+    if (!step_blocks_.empty()) check_end(block, offset);
   }
   ++blocks_;
   return true;
@@ -198,23 +197,55 @@ ByteBuffer LogReader::raw_payload(const Block& block) const {
   return raw;
 }
 
-LoggedStep LogReader::read_step(std::int64_t step) {
-  const std::streamoff offset = step_offsets_[static_cast<std::size_t>(step)];
+ByteBuffer LogReader::read_again(const Place& at) {
   in_.clear();
-  in_.seekg(offset);
+  in_.seekg(at.offset);
   Block block;
   ByteBuffer header;
+  if (!read_bytes(in_, kBlockHeaderBytes, header)) throw DecodeError("cannot be read again");
+  block.header = decode_block_header(header);
+  if (block.header.stored_bytes > file_bytes_ ||
+      !read_bytes(in_, block.header.stored_bytes, block.stored))
+    throw DecodeError("cannot be read again");
+  return raw_payload(block);
+}
+
+LoggedStep LogReader::read_step(std::int64_t step) {
   try {
-    if (!read_bytes(in_, kBlockHeaderBytes, header)) throw DecodeError("cannot be read again");
-    block.header = decode_block_header(header);
-    if (block.header.stored_bytes > file_bytes_ ||
-        !read_bytes(in_, block.header.stored_bytes, block.stored))
-      throw DecodeError("cannot be read again");
-    LoggedStep logged = decode_step(raw_payload(block), labels_.size());
+    LoggedStep logged =
+        decode_step(read_again(step_blocks_[static_cast<std::size_t>(step)]), labels_.size());
     if (logged.step != step) throw DecodeError("holds step " + std::to_string(logged.step));
     return logged;
   } catch (const DecodeError& fault) {
     throw scenarios::FileError(file_ + ": " + place_of(step) + ": " + fault.what());
+  }
+}
+
+std::int64_t LogReader::last_states() const {
+  std::int64_t step = last_step();
+  while (step > 0 && !has_states(options_, step)) --step;
+  if (!has_states(options_, step))
+    throw UsageError(file_ + ": has no states; soda run --log-level commits writes them");
+  return step;
+}
+
+LoggedStep LogReader::read_states(std::int64_t step) {
+  LoggedStep logged = read_step(step);
+  if (logged.has_states) return logged;
+  throw UsageError(file_ + ": has no states of step " + std::to_string(step) +
+                   "; the last are of step " + std::to_string(last_states()) +
+                   ", and it has those of every " + std::to_string(options_.every) + "th step");
+}
+
+kernel::Bytes LogReader::read_trace(std::size_t index) {
+  const Place& at = trace_blocks_[index];
+  try {
+    const ByteBuffer raw = read_again(at);
+    const auto bytes = std::as_bytes(std::span(raw));
+    return {bytes.begin(), bytes.end()};
+  } catch (const DecodeError& fault) {
+    throw scenarios::FileError(file_ + ": block " + std::to_string(at.block) + " (trace) at byte " +
+                               std::to_string(at.offset) + ": " + fault.what());
   }
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "analysis/log_format.hpp"
+#include "kernel/payload.hpp"
 
 namespace soda::analysis {
 
@@ -28,7 +29,7 @@ class LogReader {
   const std::vector<scenarios::MeshFile>& meshes() const { return meshes_; }
   const std::vector<std::uint32_t>& labels() const { return labels_; }
   // The last step whose block is whole and sound; all before it are too.
-  std::int64_t last_step() const { return static_cast<std::int64_t>(step_offsets_.size()) - 1; }
+  std::int64_t last_step() const { return static_cast<std::int64_t>(step_blocks_.size()) - 1; }
   // Whether the log ends with its end block.
   bool complete() const { return complete_; }
   // Of a virtual cluster; nothing if it was none, or the log is not complete.
@@ -39,23 +40,38 @@ class LogReader {
   // What follows it is not read.
   const std::string& damage() const { return damage_; }
 
+  // How many blocks of trace there are; and one of them, for kernel::TraceChunk. Throws FileError
+  // as read_step().
+  std::size_t traces() const { return trace_blocks_.size(); }
+  kernel::Bytes read_trace(std::size_t index);
+
+  // The last step whose states the log has; throws UsageError if it has none.
+  std::int64_t last_states() const;
   // 0 <= step <= last_step(). Every id in it is below labels().size(). Throws FileError, with block
   // and offset, if what the block holds, though undamaged, is no such step: no soda wrote it.
   LoggedStep read_step(std::int64_t step);
+  // The same of a step with states; throws UsageError if it has none.
+  LoggedStep read_states(std::int64_t step);
 
  private:
   struct Block {
     BlockHeader header;
     ByteBuffer stored;
   };
+  // Where a block begins, and its number in the file.
+  struct Place {
+    std::uint32_t block = 0;
+    std::streamoff offset = 0;
+  };
   enum class Next { kBlock, kEnd };
 
   Next next_block(Block& block);
   bool keep(const Block& block, std::streamoff offset);
   bool type_fits(std::uint32_t index, BlockType type) const;
-  std::uint32_t blocks_before_steps() const;
+  ByteBuffer read_again(const Place& at);
   void check_end(const Block& block, std::streamoff offset);
-  std::string place(std::uint32_t block, std::streamoff offset) const;
+  // Of the block that comes next.
+  std::string place(std::streamoff offset) const;
   ByteBuffer raw_payload(const Block& block) const;
 
   std::string file_;
@@ -66,7 +82,7 @@ class LogReader {
   std::vector<scenarios::MeshFile> meshes_;
   std::uint64_t left_for_meshes_ = kMaxMeshBlocksBytes;
   std::vector<std::uint32_t> labels_;
-  std::vector<std::streamoff> step_offsets_;
+  std::vector<Place> step_blocks_, trace_blocks_;
   std::uint32_t blocks_ = 0;
   bool complete_ = false;
   std::optional<std::uint64_t> execution_digest_;

@@ -45,12 +45,27 @@ void LogWriter::begin(const LoggedScenario& scenario, const LoggedOptions& optio
 }
 
 bool LogWriter::add_step(const LoggedStep& step) {
-  if (!failure_.empty()) return false;
-  try {
+  return add([&] {
     write_block(BlockType::kStep, encode_step(step));
-    out_.keep();
     end_.steps = step.step;
     end_.digest = step.digest;
+  });
+}
+
+bool LogWriter::add_trace(std::span<const std::byte> chunk) {
+  return add([&] {
+    write_block(BlockType::kTrace,
+                {reinterpret_cast<const unsigned char*>(chunk.data()), chunk.size()});
+  });
+}
+
+template <class Write>
+bool LogWriter::add(Write write) {
+  const std::lock_guard lock(mutex_);
+  if (!failure_.empty()) return false;
+  try {
+    write();
+    out_.keep();
   } catch (const scenarios::FileError& error) {
     failure_ = error.what();
   } catch (const std::bad_alloc&) {

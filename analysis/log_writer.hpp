@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <mutex>
 #include <span>
 #include <string>
 
@@ -11,8 +12,8 @@
 namespace soda::analysis {
 
 // Every block goes straight to the file, which has its partial name (OutputFile) until finish(): a
-// run that is killed leaves it there, readable up to its last whole block. Used by one thread at a
-// time.
+// run that is killed leaves it there, readable up to its last whole block. Steps and traces may be
+// added by several threads at once, all else by one.
 class LogWriter {
  public:
   // Throws FileError; see OutputFile.
@@ -24,6 +25,8 @@ class LogWriter {
   // Steps 0, 1, 2, ... in order. False if that fails, now or before: then the log holds the steps
   // so far and takes no more. Does not throw, as it is called from worker threads.
   bool add_step(const LoggedStep& step);
+  // A chunk of the trace; the same.
+  bool add_trace(std::span<const std::byte> chunk);
   // The whole run's, for the end block.
   void set_execution(std::uint64_t digest) { end_.execution_digest = digest; }
   // Writes the end block and gives the log its name. Throws FileError if that fails, or add_step()
@@ -31,8 +34,11 @@ class LogWriter {
   void finish();
 
  private:
+  template <class Write>
+  bool add(Write write);
   void write_block(BlockType type, std::span<const unsigned char> payload);
 
+  std::mutex mutex_;
   OutputFile out_;
   std::uint64_t bodies_ = 0;
   std::uint32_t next_index_ = 0;

@@ -59,8 +59,8 @@ struct Extent {
 Extent extent_of(LogReader& log, double cell_m) {
   constexpr double kFar = std::numeric_limits<double>::infinity();
   Vec3 low = Vec3::Constant(kFar), high = Vec3::Constant(-kFar);
-  for (const std::int64_t step : {std::int64_t{0}, log.last_step()})
-    for (const physics::BodyState& state : log.read_step(step).states) {
+  for (const std::int64_t step : {std::int64_t{0}, log.last_states()})
+    for (const physics::BodyState& state : log.read_states(step).states) {
       low = low.cwiseMin(state.position_m);
       high = high.cwiseMax(state.position_m);
     }
@@ -113,11 +113,11 @@ Recording record(LogReader& log, const scenarios::Scenario& scenario, std::int64
   add_scene(scenario.scene, extent_of(log, scenario.territory.grid.cell_size_m), recording);
   recording.grid = map.grid();
   for (const models::WorldId owner : map.owners()) recording.cell_owners.push_back(shown(owner));
-  const std::int64_t last = log.last_step();
+  const std::int64_t last = log.last_states();
   for (std::int64_t step = 0; step <= last; ++step) {
     const LoggedStep logged = log.read_step(step);
     follow_changes(logged, map, recording);
-    if (step % every == 0 || step == last) add_frame(logged, map, recording);
+    if (logged.has_states && (step % every == 0 || step == last)) add_frame(logged, map, recording);
   }
   return recording;
 }

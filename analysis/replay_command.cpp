@@ -79,7 +79,7 @@ int show_state(const ReplayRequest& request, LogReader& log, std::ostream& out) 
                      std::to_string(log.last_step()) + ", the last whole step of " + request.file);
   }
   const std::vector<std::uint32_t>& labels = log.labels();
-  const LoggedStep logged = log.read_step(*request.step);
+  const LoggedStep logged = log.read_states(*request.step);
   std::string text =
       "step " + std::to_string(logged.step) + ", digest " + format_digest(logged.digest);
   if (request.body) {

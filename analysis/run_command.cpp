@@ -39,6 +39,27 @@ scenarios::Scenario load_with_files(const RunRequest& request, ScenarioFiles& fi
   return scenario;
 }
 
+LogLevel level_of(const RunRequest& request) {
+  return request.log_level.value_or(LogLevel::kCommits);
+}
+
+LoggedStep logged(const RunRequest& request, const models::CommittedStep& step) {
+  LoggedStep logged{
+      .step = step.step,
+      .digest = physics::digest(step.ids, step.states),
+      .has_states = false,
+      .ids = {},
+      .states = {},
+      .inputs = {step.inputs.begin(), step.inputs.end()},
+      .territory_changes = {step.territory_changes.begin(), step.territory_changes.end()}};
+  logged.has_states =
+      has_states({{}, 0, level_of(request), request.log_every.value_or(1)}, step.step);
+  if (!logged.has_states) return logged;
+  logged.ids.assign(step.ids.begin(), step.ids.end());
+  logged.states.assign(step.states.begin(), step.states.end());
+  return logged;
+}
+
 std::unique_ptr<LogWriter> open_log(const RunRequest& request, const ScenarioFiles& files,
                                     const scenarios::Scenario& scenario) {
   std::vector<std::uint32_t> labels;
@@ -47,17 +68,21 @@ std::unique_ptr<LogWriter> open_log(const RunRequest& request, const ScenarioFil
   auto log = std::make_unique<LogWriter>(request.log_file, request.force);
   const kernel::Transport* const job = request.overrides.transport;
   log->begin({kVersion, std::filesystem::absolute(request.file).string(), files.text},
-             {request.overrides, job == nullptr ? 0 : job->size()}, labels, files.meshes);
+             {request.overrides, job == nullptr ? 0 : job->size(), level_of(request),
+              request.log_every.value_or(1)},
+             labels, files.meshes);
   const InputFollower start(scenario.scene, scenario.initial, scenario.run.inputs);
   const auto [ids, states] = start.bodies();
-  const bool written = log->add_step({.step = 0,
-                                      .digest = physics::digest(ids, states),
-                                      .ids = {ids.begin(), ids.end()},
-                                      .states = {states.begin(), states.end()},
-                                      .inputs = {},
-                                      .territory_changes = {}});
+  models::CommittedStep first;
+  first.ids = ids;
+  first.states = states;
+  const bool written = log->add_step(logged(request, first));
   if (!written) log->finish();  // throws
   return log;
+}
+
+bool wants_trace(const RunRequest& request) {
+  return !request.log_file.empty() && level_of(request) == LogLevel::kTrace;
 }
 
 void run_observed(const RunRequest& request, const scenarios::Scenario& scenario, LogWriter* log,
@@ -70,18 +95,15 @@ void run_observed(const RunRequest& request, const scenarios::Scenario& scenario
     observer.on_step = [&](const models::CommittedStep& step) {
       if (session) session->add(step);
       if (log == nullptr && !request.step_digests) return;
-      const std::uint64_t digest = physics::digest(step.ids, step.states);
-      if (request.step_digests) report.step_digests.push_back(digest);
-      if (log != nullptr && !log->add_step({.step = step.step,
-                                            .digest = digest,
-                                            .ids = {step.ids.begin(), step.ids.end()},
-                                            .states = {step.states.begin(), step.states.end()},
-                                            .inputs = {step.inputs.begin(), step.inputs.end()},
-                                            .territory_changes = {step.territory_changes.begin(),
-                                                                  step.territory_changes.end()}}))
-        stop.store(kStopForFailure);
+      if (request.step_digests)
+        report.step_digests.push_back(physics::digest(step.ids, step.states));
+      if (log != nullptr && !log->add_step(logged(request, step))) stop.store(kStopForFailure);
     };
   }
+  observer.wants_trace = wants_trace(request);
+  observer.on_trace = [&](std::span<const std::byte> chunk) {
+    if (!log->add_trace(chunk)) stop.store(kStopForFailure);
+  };
   if (session) session->start();
   report.run = measure_run(scenario.scene, scenario.initial, scenario.territory,
                            session ? session->paced(scenario.run) : scenario.run, observer,
@@ -131,6 +153,7 @@ void print(const RunReport& report, bool as_json, std::ostream& out) {
 int run_own_worlds(const RunRequest& request, const scenarios::Scenario& scenario) {
   models::CommitObserver observer;
   observer.wants_states = !request.log_file.empty() || request.step_digests;
+  observer.wants_trace = wants_trace(request);
   take_part(scenario.scene, scenario.initial, scenario.territory, scenario.run, observer);
   return kExitOk;
 }
@@ -163,6 +186,8 @@ int run_command(const RunRequest& given, std::ostream& out, std::ostream& err) {
   RunRequest request = given;
   if (request.log_file.empty()) request.log_file = scenario.output.log_file;
   request.step_digests = request.step_digests || scenario.output.step_digests;
+  if (request.log_file.empty() && (request.log_level || request.log_every))
+    throw UsageError("--log-level, --log-every: there is no --log");
   kernel::StopRequest stop{0};
   const StopOnSignals signals(stop);
   scenario.run.stop = &stop;

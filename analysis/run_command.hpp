@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "analysis/log_format.hpp"
 #include "analysis/overrides.hpp"
 #include "analysis/realtime.hpp"
 
@@ -13,9 +14,11 @@ namespace soda::analysis {
 struct RunRequest {
   std::string file;
   Overrides overrides;
-  std::string log_file;  // empty: no log
-  bool force = false;    // replaces a log that exists
-  std::string inputs;    // empty: none; a file, or "-" for standard input
+  std::string log_file;                   // empty: no log
+  std::optional<LogLevel> log_level;      // without: kCommits
+  std::optional<std::int64_t> log_every;  // states of the steps that it divides; without: 1
+  bool force = false;                     // replaces a log that exists
+  std::string inputs;                     // empty: none; a file, or "-" for standard input
   bool json = false;
   bool step_digests = false;
   bool quiet = false;  // no progress line

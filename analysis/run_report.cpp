@@ -5,6 +5,7 @@
 #include "analysis/overrides.hpp"
 #include "analysis/stop_signals.hpp"
 #include "analysis/text_table.hpp"
+#include "models/event_kinds.hpp"
 #include "models/joint_cost.hpp"
 #include "physics/step/stages.hpp"
 
@@ -82,6 +83,42 @@ std::string events_text(const RunReport& report) {
                        {"lead over GVT"},
                        {"", Align::kRight}},
                       rows);
+}
+
+// What kinds of events were undone and which messages came late; empty if nobody sent anything.
+std::string kinds_text(const kernel::EventCounts& kinds) {
+  const auto words = [](std::string name) {
+    std::ranges::replace(name, '_', ' ');
+    return name;
+  };
+  const auto count = [](std::uint64_t value) { return std::to_string(value); };
+  std::vector<std::vector<std::string>> executions, messages;
+  for (std::size_t kind = 0; kind < models::event_kinds().size(); ++kind) {
+    const auto& [executed, rolled_back, committed] = kinds.executions[kind];
+    if (executed > 0)
+      executions.push_back(
+          {words(models::event_kinds()[kind]), count(executed), count(rolled_back)});
+  }
+  for (std::size_t kind = 0; kind < models::message_kinds().size(); ++kind) {
+    const auto& [sent, late, anti] = kinds.messages[kind];
+    if (sent + late + anti > 0)
+      messages.push_back(
+          {words(models::message_kinds()[kind]), count(sent), count(late), count(anti)});
+  }
+  if (messages.empty()) return "";
+  executions.resize(std::max(executions.size(), messages.size()), {"", "", ""});
+  messages.resize(executions.size(), {"", "", "", ""});
+  for (std::size_t i = 0; i < executions.size(); ++i)
+    executions[i].insert(executions[i].end(), messages[i].begin(), messages[i].end());
+  return format_table({{"event"},
+                       {"executed", Align::kRight},
+                       {"rolled back", Align::kRight},
+                       {"message"},
+                       {"sent", Align::kRight},
+                       {"late", Align::kRight},
+                       {"anti", Align::kRight}},
+                      executions) +
+         "\n";
 }
 
 // Empty if none is broken.
@@ -250,9 +287,10 @@ std::string run_text(const RunReport& report) {
   return heading_text(report) + "\n" +
          (report.real_time ? real_time_text(*report.real_time) + "\n" : "") + error_text(report) +
          "\n" + (report.run.estimates ? estimates_text(*report.run.estimates) + "\n" : "") +
-         events_text(report) + "\n" + entries_text(report.run.result.worlds) +
-         (cluster ? cluster_text(*cluster) + "\n" : "") + inputs_text(report) +
-         broken_text(report) + plan_text(report.run.plan, &report.run.plan_counters);
+         events_text(report) + "\n" + kinds_text(report.run.result.kinds) +
+         entries_text(report.run.result.worlds) + (cluster ? cluster_text(*cluster) + "\n" : "") +
+         inputs_text(report) + broken_text(report) +
+         plan_text(report.run.plan, &report.run.plan_counters);
 }
 
 }  // namespace soda::analysis

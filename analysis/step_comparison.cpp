@@ -20,6 +20,12 @@ std::string divergence(const LoggedStep& logged, std::span<const physics::BodyId
                        std::span<const physics::BodyState> replayed,
                        std::span<const std::uint32_t> labels) {
   const std::string at_step = "step " + std::to_string(logged.step) + ": ";
+  if (!logged.has_states) {
+    const std::uint64_t digest = physics::digest(ids, replayed);
+    if (digest == logged.digest) return {};
+    return at_step + "digest " + format_digest(digest) + ", logged " +
+           format_digest(logged.digest) + "; the log has no states of the step";
+  }
   if (logged.states.size() != replayed.size()) {
     return at_step + std::to_string(logged.states.size()) + " bodies logged, " +
            std::to_string(replayed.size()) + " replayed";

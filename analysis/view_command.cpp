@@ -28,7 +28,11 @@ int view_command(const ViewRequest& request, std::ostream& out, std::ostream& er
   tell_flaws(log, request.file, err);
   refuse_own_input(file, request.file, "-o");
   OutputFile page(file, request.force);
-  const std::int64_t every = request.every.value_or(steps_a_frame(log));
+  log.last_states();  // there are some
+  // A multiple of the steps whose states there are.
+  const std::int64_t apart = log.options().every;
+  const std::int64_t wanted = request.every.value_or(steps_a_frame(log));
+  const std::int64_t every = (wanted + apart - 1) / apart * apart;
   const scenarios::Scenario scenario = logged_scenario(log, {});
   tell_warnings({{log.scenario().file, scenario.warnings}}, err);
   const Recording recording = record(log, scenario, every);

@@ -18,6 +18,7 @@ Partition all_workers(const Transport& transport, unsigned threads, std::size_t 
 Bytes encode(const RunResult& result) {
   Bytes bytes;
   append_plain(bytes, result.counters);
+  append_plain(bytes, result.kinds);
   // The text of a fault is known where its LP lives.
   const bool tells = result.fault && !result.fault->fault.what.empty();
   append_number(bytes, static_cast<std::uint8_t>(tells));
@@ -31,6 +32,7 @@ Bytes encode(const RunResult& result) {
 
 void add(std::span<const std::byte> bytes, RunResult& sum) {
   sum.counters += take_plain<Counters>(bytes);
+  sum.kinds += take_plain<EventCounts>(bytes);
   if (take_number<std::uint8_t>(bytes) == 0) return;
   SODA_ASSERT(sum.fault.has_value(), "a fault that the root does not know");
   sum.fault->fault.subject = take_number<decltype(Fault::subject)>(bytes);

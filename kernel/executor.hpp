@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "kernel/counters.hpp"
+#include "kernel/event_recorder.hpp"
 #include "kernel/logical_process.hpp"
 #include "kernel/outside.hpp"
 #include "kernel/virtual_time.hpp"
@@ -44,6 +45,7 @@ using StopRequest = std::atomic<std::uint32_t>;
 
 struct RunResult {
   Counters counters;
+  EventCounts kinds;  // if they were recorded
   // The first fault: see comes_before(). Everything before its time has been committed, nothing at
   // or after it.
   std::optional<CommittedFault> fault;
@@ -68,7 +70,7 @@ using ProgressFn = std::function<void(VirtualTime gvt, const Counters& so_far)>;
 // executed when the floor has passed it. A stop request (or null) is looked at before each new t.
 RunResult run_sequential(std::span<const std::unique_ptr<LogicalProcess>> lps, VirtualTime end,
                          const ProgressFn& progress = {}, Outside* outside = nullptr,
-                         const StopRequest* stop = nullptr);
+                         const StopRequest* stop = nullptr, const Recording& recording = {});
 
 // What makes sure that causes come before effects.
 enum class Synchronisation {
@@ -88,6 +90,7 @@ struct ThreadsOptions {
   // May be null, or must outlive the run. Of ranks, the root's counts.
   Outside* outside = nullptr;
   const StopRequest* stop = nullptr;  // the same; of ranks, that of any ends the run of all
+  Recording recording = {};           // of ranks, each has its own trace
 };
 
 // The system has started fewer threads than were asked for; those have ended.

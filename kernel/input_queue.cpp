@@ -26,12 +26,24 @@ bool InputQueue::write_far(Message&& message) {
   return changes;
 }
 
-bool InputQueue::write_executed(Message&& message) {
-  Entry* const at = std::lower_bound(
+// Where its register lies, or belongs.
+std::size_t InputQueue::place_of_executed(const Message& message) const {
+  const Entry* const at = std::lower_bound(
       near_.begin(), near_.begin() + passed_, message,
       [this](const Entry& entry, const Message& m) { return compare(entry, m) < 0; });
-  const auto index = static_cast<std::size_t>(at - near_.begin());
-  if (index < passed_ && compare(*at, message) == 0) return replace(*at, std::move(message));
+  return static_cast<std::size_t>(at - near_.begin());
+}
+
+const Message* InputQueue::find_executed(const Message& message) const {
+  const std::size_t index = place_of_executed(message);
+  const bool is_there = index < passed_ && compare(near_[index], message) == 0;
+  return is_there && !near_[index].anti ? &message_of(near_[index]) : nullptr;
+}
+
+bool InputQueue::write_executed(Message&& message) {
+  const std::size_t index = place_of_executed(message);
+  if (index < passed_ && compare(near_[index], message) == 0)
+    return replace(near_[index], std::move(message));
   const bool changes = !message.anti;
   near_.insert(index, store(std::move(message)));
   ++passed_;

@@ -30,6 +30,9 @@ class InputQueue {
   // changes what a bag holds.
   bool write(Message&& message);
 
+  // What lies in the register of `message`, if that has been executed; null if nothing does.
+  const Message* find_executed(const Message& message) const;
+
   // Where executed and pending registers meet: just after the time last passed, or what undo() was
   // called with last.
   VirtualTime boundary() const { return boundary_; }
@@ -125,6 +128,7 @@ class InputQueue {
   bool has_far() const { return far_ && !far_->empty(); }
   bool write_near(Message&& message);
   bool write_far(Message&& message);
+  std::size_t place_of_executed(const Message& message) const;
   bool write_executed(Message&& message);
   bool replace(Entry& entry, Message&& message);
   VirtualTime next_time_beyond_antis() const;

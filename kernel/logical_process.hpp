@@ -28,6 +28,12 @@ struct Fault {
   std::exception_ptr error = {};  // what left the handler, if that is the fault; the executor's
 };
 
+// Why an LP refused to absorb a change, in the model's terms: for traces, nothing depends on it.
+struct Refusal {
+  std::uint32_t code = 0;  // 0: it does not say
+  std::uint64_t subject = 0, other = 0;
+};
+
 // Base of an exception that is not the model's but of who stands around it: it ends the run at
 // once, even if it leaves a handler.
 struct EndsRun {
@@ -108,6 +114,8 @@ class LogicalProcess {
   // and no change, if it cannot tell. Asked only of an LP that absorbs(), which does not change.
   virtual bool absorb(VirtualTime /*now*/, std::span<const MessageView> /*bag*/) { return false; }
   virtual bool absorbs() const { return false; }
+  // Of the last absorb() that was false.
+  virtual Refusal refusal() const { return {}; }
   // Whether the LP, at one of its restart points, is in the state in which a rollback has undone
   // the execution that would come next. Asked only of an LP that jumps(), which does not change.
   virtual bool is_as_before() const { return false; }

@@ -80,6 +80,7 @@ class ObservedProcess final : public LogicalProcess {
     return true;
   }
   bool absorbs() const override { return lp_.absorbs(); }
+  Refusal refusal() const override { return lp_.refusal(); }
   bool is_as_before() const override { return lp_.is_as_before(); }
   void jump(VirtualTime limit) override {
     const VirtualTime now = lp_.next_time();

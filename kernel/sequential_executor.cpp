@@ -33,11 +33,13 @@ using Queue = CalendarQueue<Entry>;
 class SequentialRun final : public Outbox {
  public:
   SequentialRun(std::span<const std::unique_ptr<LogicalProcess>> lps, VirtualTime end,
-                Outside* outside, const StopRequest* stop)
+                Outside* outside, const StopRequest* stop, const Recording& recording)
       : lps_(lps),
         end_(end),
         outside_(outside, lps.size(), end),
         stop_(stop),
+        records_(recording.kind_of != nullptr),
+        recorder_(recording, 0),
         agenda_(lps.size(), kNever) {
     for (std::uint32_t i = 0; i < lps.size(); ++i) {
       const VirtualTime first = lps[i]->next_time();
@@ -63,6 +65,8 @@ class SequentialRun final : public Outbox {
         break;
       }
     }
+    result_.kinds = recorder_.counts();
+    recorder_.flush(true);
     return std::move(result_);
   }
 
@@ -73,6 +77,9 @@ class SequentialRun final : public Outbox {
     SODA_ASSERT(index_of(destination) < lps_.size(), "LP ", index_of(executing_), " at ", now_,
                 " sends to LP ", index_of(destination), " of ", lps_.size());
     if (when >= end_) return;
+    if (records_) [[unlikely]]
+      recorder_.sent({when, executing_, destination, kind, 0, result_.counters.messages, false, {}},
+                     now_);
     queue_.push({when.t, when.round, index_of(destination)}, result_.counters.messages++,
                 executing_, kind, std::move(payload));
   }
@@ -147,6 +154,7 @@ class SequentialRun final : public Outbox {
     for (const Entry& entry : bag_) view(entry);
     if (!queue_.empty()) __builtin_prefetch(lps_[queue_.top().lp].get());  // likely the next
     tells_fault_ = false;
+    const std::int64_t began_ns = records_ ? recorder_.now_ns() : 0;
     try {
       process.execute(now_, views_, *this);
     } catch (...) {
@@ -156,6 +164,8 @@ class SequentialRun final : public Outbox {
       return;
     }
     ++result_.counters.executed;
+    if (records_) [[unlikely]]
+      recorder_.executed(lp, now_, began_ns, false);
     executed_.push_back(lp);
     push_agenda(lp, process.next_time());
   }
@@ -168,7 +178,11 @@ class SequentialRun final : public Outbox {
   }
 
   void commit_time() {
-    for (const LpId lp : executed_) lps_[index_of(lp)]->commit(now_);
+    for (const LpId lp : executed_) {
+      lps_[index_of(lp)]->commit(now_);
+      if (records_) [[unlikely]]
+        recorder_.committed(lp, now_);
+    }
     result_.counters.committed += executed_.size();
   }
 
@@ -184,6 +198,8 @@ class SequentialRun final : public Outbox {
   const VirtualTime end_;
   OutsideDoor outside_;
   const StopRequest* const stop_;
+  const bool records_;
+  EventRecorder recorder_;
   VirtualTime open_until_ = kNever;    // the floor of the outside when it was last asked
   std::vector<Message> from_outside_;  // scratch
   Queue queue_;
@@ -200,8 +216,9 @@ class SequentialRun final : public Outbox {
 }  // namespace
 
 RunResult run_sequential(std::span<const std::unique_ptr<LogicalProcess>> lps, VirtualTime end,
-                         const ProgressFn& progress, Outside* outside, const StopRequest* stop) {
-  return SequentialRun(lps, end, outside, stop).run(progress);
+                         const ProgressFn& progress, Outside* outside, const StopRequest* stop,
+                         const Recording& recording) {
+  return SequentialRun(lps, end, outside, stop, recording).run(progress);
 }
 
 }  // namespace soda::kernel

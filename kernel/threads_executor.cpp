@@ -79,7 +79,10 @@ RunResult run_team(Team& team, std::span<const std::unique_ptr<LogicalProcess>> 
   if (first.error) std::rethrow_exception(first.error);
 
   RunResult result;
-  for (const Worker& worker : workers) result.counters += worker.counters();
+  for (const Worker& worker : workers) {
+    result.counters += worker.counters();
+    result.kinds += worker.kinds();
+  }
   result.counters.gvt_rounds = team.rounds.rounds();
   result.fault = workers.front().fault();
   result.stopped = workers.front().stopped();

@@ -8,7 +8,8 @@
 
 namespace soda::kernel {
 
-[[gnu::always_inline]] inline void TimeWarpProcess::send_in_order(const OutputId& to,
+[[gnu::always_inline]] inline void TimeWarpProcess::send_in_order(VirtualTime now,
+                                                                  const OutputId& to,
                                                                   Payload&& payload,
                                                                   WorkerEffects& effects) {
   const std::uint32_t slot = slots_.take(to, kept_);
@@ -19,10 +20,14 @@ namespace soda::kernel {
     MessagePool& pool = inputs_.pool();
     const std::uint32_t place = pool.emplace(to.time, id_, to.destination, to.kind, slot,
                                              next_incarnation_++, false, std::move(payload), true);
+    if (effects.recorder != nullptr) [[unlikely]]
+      effects.recorder->sent(pool[place], now);
     effects.calendar->push(place);
   } else {
     effects.outgoing.emplace_back(to.time, id_, to.destination, to.kind, slot, next_incarnation_++,
                                   false, std::move(payload), is_first);
+    if (effects.recorder != nullptr) [[unlikely]]
+      effects.recorder->sent(effects.outgoing.back(), now);
   }
 }
 
@@ -35,7 +40,7 @@ class TimeWarpProcess::InOrderSender final : public Outbox {
     process_.check_send(now_, destination, when, kind);
     if (when >= process_.end_) return;
     try {
-      process_.send_in_order({when, destination, kind, 0}, std::move(payload), effects_);
+      process_.send_in_order(now_, {when, destination, kind, 0}, std::move(payload), effects_);
     } catch (const std::bad_alloc&) {
       end_without_memory();
     }
@@ -71,6 +76,7 @@ bool TimeWarpProcess::execute_in_order(VirtualTime now, std::uint32_t first_inpu
     lp_.mark(now);
   const std::uint32_t output_at = journal_.next_output();
   InOrderSender sender(*this, now, effects);
+  const std::int64_t began_ns = effects.recorder != nullptr ? effects.recorder->now_ns() : 0;
   const bool done = run_handler(now, bag, sender);
   const std::uint32_t outputs = journal_.next_output() - output_at;
   const std::uint64_t number = journal_.next_number();
@@ -81,6 +87,8 @@ bool TimeWarpProcess::execute_in_order(VirtualTime now, std::uint32_t first_inpu
   held_in_order_ += inputs + 1 + outputs;
   ++effects.counters.executed;
   ++effects.counters.in_order;
+  if (effects.recorder != nullptr) [[unlikely]]
+    tell_in_order(first_input, now, began_ns, *effects.recorder);
   inputs_.pass_over(now);
   if (!done) [[unlikely]] {
     ++effects.counters.failed;
@@ -95,17 +103,21 @@ bool TimeWarpProcess::execute_in_order(VirtualTime now, std::uint32_t first_inpu
   return is_later || !is_quiet_;
 }
 
-void TimeWarpProcess::collect_in_order(std::uint64_t number, VirtualTime gvt, Counters& counters) {
+void TimeWarpProcess::collect_in_order(std::uint64_t number, VirtualTime gvt,
+                                       WorkerEffects& effects) {
+  Counters& counters = effects.counters;
   Journal::Entry& entry = journal_[number];
   const VirtualTime time = entry.time();
   if (executed_.empty())
     counters.history_max = std::max<std::uint64_t>(counters.history_max, held_in_order_);
   else
-    commit(gvt, counters);
+    commit(gvt, effects);
   if (time > last_committed_) {
     lp_.commit(time);
     last_committed_ = time;
     ++counters.committed;
+    if (effects.recorder != nullptr) [[unlikely]]
+      effects.recorder->committed(id_, time);
   }
   gvt_ = gvt;
   forget_states(gvt);

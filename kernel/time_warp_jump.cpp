@@ -55,7 +55,10 @@ void TimeWarpProcess::jump(WorkerEffects& effects) {
   const VirtualTime resume = lp_.next_time();
   SODA_ASSERT(resume <= limit, "LP ", index_of(id_), " jumps to ", resume, ", allowed is ", limit);
   std::vector<Executed>& undone = rare_->undone;
-  if (resume > next_time_) ++effects.counters.jumps;
+  if (resume > next_time_) {
+    ++effects.counters.jumps;
+    if (effects.recorder != nullptr) effects.recorder->jumped(id_, resume);
+  }
   for (; !undone.empty() && undone.back().time() < resume; undone.pop_back())
     restore(undone.back(), effects);
   inputs_.pass_to(resume);
@@ -65,7 +68,7 @@ void TimeWarpProcess::jump(WorkerEffects& effects) {
 
 // Outputs come back in the order in which they were sent: they were undone in the reverse one.
 void TimeWarpProcess::restore(const Executed& record, WorkerEffects& effects) {
-  auto& [faults, pending, order, undone, different, changed] = *rare_;
+  auto& [faults, pending, order, undone, different, changed, refused] = *rare_;
   while (!order.empty() && order.back().first <= record.time()) {
     const auto [send_time, id] = order.back();
     order.pop_back();
@@ -79,6 +82,7 @@ void TimeWarpProcess::restore(const Executed& record, WorkerEffects& effects) {
   }
   executed_.push_back(record);
   --effects.counters.rolled_back;
+  if (effects.recorder != nullptr) effects.recorder->put_back(id_, record.time());
   effects.stand_again.push_back(record.time());
 }
 

@@ -12,6 +12,7 @@ namespace soda::kernel {
   const OutputId id{to.time, to.destination, to.kind, slots_.take(to, kept_)};
   if (has_pending() && adopt(now, id, payload)) {
     ++effects.counters.adopted;
+    if (effects.recorder != nullptr) tell_adopted(id, now, *effects.recorder);
   } else {
     SODA_ASSERT(now >= coast_until_, "LP ", index_of(id_), " executing ", now,
                 " again with the same inputs sends something else to LP ", index_of(id.destination),
@@ -20,6 +21,7 @@ namespace soda::kernel {
     ++effects.counters.messages;
     effects.outgoing.emplace_back(id.time, id_, id.destination, id.kind, id.slot,
                                   next_incarnation_++, false, payload, id.time > resent_until_);
+    if (effects.recorder != nullptr) effects.recorder->sent(effects.outgoing.back(), now);
   }
   outputs_.emplace_back(std::move(payload));
 }
@@ -71,17 +73,17 @@ TimeWarpProcess::TimeWarpProcess(LpId id, std::size_t lp_count, LogicalProcess& 
               " state_bytes()");
 }
 
-bool TimeWarpProcess::deliver_any(Message&& message, Counters& counters) {
+bool TimeWarpProcess::deliver_any(Message&& message, WorkerEffects& effects) {
   const VirtualTime time = message.time;
   const bool anti = message.anti;
-  if (needs_rollback(time)) take_back(counters);
+  if (needs_rollback(time)) take_back(effects.counters);
   const bool changes = inputs_.write(std::move(message));
   if (anti) is_quiet_ = false;
   if (!changes) return false;
   if (jumps_ && (has_undone() || (needs_rollback(time) && !absorbs_)))
     rare().different.push_back(time);
   if (needs_rollback(time)) {
-    ++counters.stragglers;
+    ++effects.counters.stragglers;
     if (absorbs_) {
       rare().changed.push_back(time);
       return changed_from_ == kNever && rare_->changed.size() == 1;
@@ -108,7 +110,7 @@ void TimeWarpProcess::settle(WorkerEffects& effects) {
   }
   if (needs_rollback(from)) {
     take_back(effects.counters);
-    roll_back(from, effects.counters);
+    roll_back(from, effects);
     coast_until_ = from;
     if (gates_)
       for (const LpId lp : lp_.disappoints()) withdraw(from, lp, effects);
@@ -140,9 +142,12 @@ bool TimeWarpProcess::absorb(VirtualTime time, WorkerEffects& effects) {
   inputs_.gather_passed(time, effects.bag);
   const std::size_t at = executed_before(time);
   const bool is_executed = at < executed_.size() && executed_[at].time() == time;
-  if (effects.bag.empty() && !(is_executed && executed_[at].on_agenda)) return !is_executed;
-  if (failed_ || !lp_.absorb(time, effects.bag)) return false;
+  const bool asks = !effects.bag.empty() || (is_executed && executed_[at].on_agenda);
+  rare_->has_refused = asks && !failed_ && !lp_.absorb(time, effects.bag);
+  if (!asks) return !is_executed;
+  if (failed_ || rare_->has_refused) return false;
   ++effects.counters.absorbed;
+  if (effects.recorder != nullptr) effects.recorder->absorbed(id_, time, !is_executed);
   if (next_time_ < coast_until_) stop_coasting(time);
   if (is_executed) return true;
   executed_.insert(at, {time.t, time.round, 0, false});
@@ -166,14 +171,15 @@ std::size_t TimeWarpProcess::executed_before(VirtualTime time) const {
   return static_cast<std::size_t>(end - executed_.begin());
 }
 
-void TimeWarpProcess::roll_back(VirtualTime to, Counters& counters) {
+void TimeWarpProcess::roll_back(VirtualTime to, WorkerEffects& effects) {
   const bool was_as_before = has_undone() && !failed_ && lp_.is_as_before();
   const VirtualTime restart = saves_state() ? to : lp_.rewind_before(first_undone(to), to);
   SODA_ASSERT(restart <= to && restart >= kept_, "LP ", index_of(id_), " rewound to ", restart,
               " for ", to, ", kept from ", kept_);
   const std::size_t standing = executed_before(restart);
-  ++counters.rollbacks;
-  counters.rolled_back += executed_.size() - standing;
+  ++effects.counters.rollbacks;
+  effects.counters.rolled_back += executed_.size() - standing;
+  if (effects.recorder != nullptr) tell_undone(standing, restart, to, *effects.recorder);
   if (jumps_) note_undone(standing, was_as_before);
   for (std::size_t i = executed_.size(); i > standing; --i) undo_outputs(executed_[i - 1]);
   if (saves_state()) restore_state(standing, to);
@@ -227,10 +233,13 @@ void TimeWarpProcess::execute(WorkerEffects& effects) {
   const std::size_t sent_before = outputs_.size();
   Sender sender(*this, now, effects);
   const bool on_agenda = agenda_ == now;
+  const std::int64_t began_ns = effects.recorder != nullptr ? effects.recorder->now_ns() : 0;
   const bool done = run_handler(now, effects.bag, sender);
   const auto sent = static_cast<std::uint32_t>(outputs_.size() - sent_before);
   executed_.push_back({now.t, now.round, sent & 0x7fff'ffffu, on_agenda});
   ++effects.counters.executed;
+  if (effects.recorder != nullptr) [[unlikely]]
+    effects.recorder->executed(id_, now, began_ns, now < coast_until_);
   effects.counters.coasted += now < coast_until_;
   inputs_.pass(now, passed);
   if (done) [[likely]]
@@ -266,7 +275,7 @@ void TimeWarpProcess::repeat_last(WorkerEffects& effects) {
   const VirtualTime after_last{last.t, last.round + 1};
   const VirtualTime next = next_time_;
   const std::uint64_t digest = lp_.digest();
-  roll_back(last, effects.counters);
+  roll_back(last, effects);
   coast_until_ = std::max(coast_until_, after_last);
   refresh_next_time();
   coast_to(after_last, effects);
@@ -313,6 +322,7 @@ void TimeWarpProcess::cancel(const OutputId& id, WorkerEffects& effects) {
   ++effects.counters.anti_messages;
   effects.outgoing.push_back(
       {id.time, id_, id.destination, id.kind, id.slot, next_incarnation_++, true, {}});
+  if (effects.recorder != nullptr) effects.recorder->sent(effects.outgoing.back(), kBeginning);
 }
 
 void TimeWarpProcess::withdraw(VirtualTime now, LpId destination, WorkerEffects& effects) {
@@ -337,7 +347,8 @@ void TimeWarpProcess::coast_to(VirtualTime limit, WorkerEffects& effects) {
   }
 }
 
-void TimeWarpProcess::commit(VirtualTime limit, Counters& counters) {
+void TimeWarpProcess::commit(VirtualTime limit, WorkerEffects& effects) {
+  Counters& counters = effects.counters;
   const HistorySize held = history_size();
   counters.history_max = std::max<std::uint64_t>(
       counters.history_max, held.inputs + held.executed + held.outputs + held_in_order_);
@@ -349,6 +360,7 @@ void TimeWarpProcess::commit(VirtualTime limit, Counters& counters) {
     lp_.commit(time);
     last_committed_ = time;
     ++counters.committed;
+    if (effects.recorder != nullptr) effects.recorder->committed(id_, time);
   }
   committed_ = static_cast<std::uint32_t>(executed - executed_.begin());
 }

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "kernel/event_recorder.hpp"
 #include "kernel/executor.hpp"
 #include "kernel/input_queue.hpp"
 #include "kernel/invariant.hpp"
@@ -34,7 +35,8 @@ struct WorkerEffects {
   std::uint32_t first_own = 0;
   std::uint32_t owns = 0;
   Counters counters;
-  SlidingVector<MessageView> bag;  // scratch
+  EventRecorder* recorder = nullptr;  // of what happens; or null
+  SlidingVector<MessageView> bag;     // scratch
   // Times that count as executed though they were not: bags absorbed, and what a jump put back in
   // force. The executor clears it.
   std::vector<VirtualTime> stand_again;
@@ -82,7 +84,7 @@ class alignas(64) TimeWarpProcess {
 
   // Takes in a message, of time >= the last GVT. True if settle() must follow before anything else;
   // if not, next_time() and floor() may have changed already.
-  bool deliver(Message&& message, Counters& counters);
+  bool deliver(Message&& message, WorkerEffects& effects);
 
   // Rolls back if what was delivered since the last call changed a time that has been executed;
   // cancels what thereby can no longer be sent again.
@@ -106,7 +108,7 @@ class alignas(64) TimeWarpProcess {
                         WorkerEffects& effects);
 
   // Commits the first entry of this LP in the journal, of a time < gvt, and takes it out.
-  void collect_in_order(std::uint64_t number, VirtualTime gvt, Counters& counters);
+  void collect_in_order(std::uint64_t number, VirtualTime gvt, WorkerEffects& effects);
 
   // Takes all entries of this LP out of the journal into its own history.
   void take_back(Counters& counters) {
@@ -131,7 +133,7 @@ class alignas(64) TimeWarpProcess {
   void coast_to(VirtualTime limit, WorkerEffects& effects);
 
   // Commits what has been executed before `limit` (<= GVT) and not been committed yet.
-  void commit(VirtualTime limit, Counters& counters);
+  void commit(VirtualTime limit, WorkerEffects& effects);
 
   // Whether commit() and forget() have nothing left to do until it executes again.
   bool is_committed() const {
@@ -150,9 +152,9 @@ class alignas(64) TimeWarpProcess {
 
   // Both, before it executes: then what they touch is needed anyway. Only if there is enough to
   // collect to be worth it. Nothing may fail before `gvt`.
-  void collect(VirtualTime gvt, Counters& counters) {
+  void collect(VirtualTime gvt, WorkerEffects& effects) {
     if (executed_.size() <= kFewFossils || executed_[kFewFossils].time() > gvt) return;
-    commit(gvt, counters);
+    commit(gvt, effects);
     forget(gvt);
   }
   // Whether there are empty registers: forget() drops them, though nothing is executed any more.
@@ -226,6 +228,7 @@ class alignas(64) TimeWarpProcess {
     std::vector<Executed> undone;
     std::vector<VirtualTime> different;
     std::vector<VirtualTime> changed;  // since settle(), behind the LP, if it absorbs
+    bool has_refused = false;          // to absorb the last of them
   };
 
   // Whether a change at `time` makes the LP's state wrong: it has executed that time, or it stands
@@ -236,7 +239,8 @@ class alignas(64) TimeWarpProcess {
     return *rare_;
   }
   bool has_pending() const { return rare_ && !rare_->pending_order.empty(); }
-  bool deliver_any(Message&& message, Counters& counters);
+  bool deliver_any(Message&& message, WorkerEffects& effects);
+  bool deliver_recorded(Message&& message, WorkerEffects& effects);
   // Of the usual kind: nothing that has been executed is concerned, and nothing gets later, so
   // nothing can be left to cancel.
   void note_input(VirtualTime time) {
@@ -256,7 +260,10 @@ class alignas(64) TimeWarpProcess {
   void stop_coasting(VirtualTime time);
   bool waits_for_messages(WorkerEffects& effects) const;
   std::size_t executed_before(VirtualTime time) const;
-  void roll_back(VirtualTime to, Counters& counters);
+  void roll_back(VirtualTime to, WorkerEffects& effects);
+  void tell_adopted(const OutputId& id, VirtualTime now, EventRecorder& recorder) const;
+  void tell_undone(std::size_t standing, VirtualTime restart, VirtualTime changed,
+                   EventRecorder& recorder) const;
   VirtualTime first_undone(VirtualTime to) const;
   void undo_outputs(const Executed& undone);
   void refresh_next_time() {
@@ -291,7 +298,10 @@ class alignas(64) TimeWarpProcess {
   void flush_pending(WorkerEffects& effects);
   std::span<const MessageView> gather_in_order(std::uint32_t first_input,
                                                WorkerEffects& effects) const;
-  void send_in_order(const OutputId& to, Payload&& payload, WorkerEffects& effects);
+  void send_in_order(VirtualTime now, const OutputId& to, Payload&& payload,
+                     WorkerEffects& effects);
+  void tell_in_order(std::uint32_t first_input, VirtualTime now, std::int64_t began_ns,
+                     EventRecorder& recorder) const;
   void take_all_back(Counters& counters);
   void move_to_history(Journal::Entry& entry);
   void drop_history(VirtualTime gvt);
@@ -345,12 +355,14 @@ class alignas(64) TimeWarpProcess {
   VirtualTime kept_ = kBeginning;  // no restart is earlier than that
 };
 
-inline bool TimeWarpProcess::deliver(Message&& message, Counters& counters) {
+inline bool TimeWarpProcess::deliver(Message&& message, WorkerEffects& effects) {
   SODA_ASSERT(message.time >= gvt_, "message from LP ", index_of(message.source), " to LP ",
               index_of(id_), " at ", message.time, " behind GVT ", gvt_);
   const VirtualTime time = message.time;
+  if (effects.recorder != nullptr) [[unlikely]]
+    return deliver_recorded(std::move(message), effects);
   if (needs_rollback(time) || message.anti || rare_ || changed_from_.t != kNever.t) [[unlikely]]
-    return deliver_any(std::move(message), counters);
+    return deliver_any(std::move(message), effects);
   if (inputs_.write(std::move(message))) note_input(time);
   return false;
 }

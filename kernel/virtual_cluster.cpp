@@ -34,12 +34,13 @@ VirtualCluster::VirtualCluster(std::span<const std::unique_ptr<LogicalProcess>> 
       options_(options),
       progress_(progress),
       partition_{lps.size(), std::min<std::size_t>(options.processors, lps.size())},
+      recorder_(options.recording, 0),
       executing_(partition_.workers),
       links_(partition_.workers),
       outside_(options.outside, lps.size(), end),
       jitter_(append(options.seed, 0x6a69u)) {
   for (std::size_t i = 0; i < partition_.workers; ++i)
-    processors_.emplace_back(i, partition_, lps, end, options);
+    processors_.emplace_back(i, partition_, lps, end, options, recorder_);
   report_.processors = static_cast<unsigned>(partition_.workers);
 }
 
@@ -49,6 +50,7 @@ VirtualResult VirtualCluster::run() {
   while (!finished_) {
     const Appointment next = next_appointment();
     now_ns_ = next.at_ns;
+    recorder_.set_clock(now_ns_);
     act(next);
   }
   return result();
@@ -247,6 +249,11 @@ void VirtualCluster::announce_gvt() {
     for (std::uint32_t i = 0; i < processors_.size(); ++i)
       if (!processors_[i].busy) wake_later(i, now_ns_);
   }
+  if (options_.awaited && stands && appointments_.empty() && !finished_)
+    for (std::uint32_t i = 0; i < processors_.size(); ++i) {
+      processors_[i].stop_waiting();
+      wake_later(i, now_ns_);
+    }
   if (outside_.exists() && !finished_) {
     take_from_outside();
     // The outside may go by a clock of its own.
@@ -281,6 +288,7 @@ void VirtualCluster::commit(VirtualTime gvt) {
     if (progress_) so_far += processor.counters();
   }
   report_.most_history = std::max(report_.most_history, history);
+  recorder_.gvt(gvt);
   if (progress_) progress_(std::min(gvt_, end_), so_far);
 }
 
@@ -309,6 +317,8 @@ VirtualResult VirtualCluster::result() {
     report_.busy_ns += processor.busy_ns();
     report_.committed_cost_ns += processor.committed_cost_ns();
   }
+  run_.kinds = recorder_.counts();
+  recorder_.flush(true);
   run_.fault = fault_;
   run_.stopped_at = gvt_;
   if (options_.observer && !fault_ && run_.stopped == 0) options_.observer->on_end();

@@ -79,6 +79,7 @@ class VirtualCluster {
   const VirtualOptions& options_;
   const ProgressFn& progress_;
   const Partition partition_;
+  EventRecorder recorder_;
   std::deque<VirtualProcessor> processors_;
   std::vector<Execution> executing_;  // of each processor
   std::vector<Link> links_;           // of each processor, if bandwidth is limited

@@ -4,13 +4,29 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 
 #include "kernel/adversary.hpp"
 #include "kernel/executor.hpp"
+#include "kernel/message.hpp"
 #include "kernel/run_observer.hpp"
 
 namespace soda::kernel {
+
+// A message that came late in a run, and that its receiver waits for when the run is repeated: its
+// register, and the least incarnation that will do.
+struct AwaitedMessage {
+  LpId source{}, destination{};
+  VirtualTime time;
+  std::uint32_t kind = 0, slot = 0;
+  std::uint64_t incarnation = 0;
+
+  bool is_register_of(const Message& message) const {
+    return message.source == source && message.destination == destination && message.time == time &&
+           message.kind == kind && message.slot == slot;
+  }
+};
 
 // Times of the virtual wall clock are integer nanoseconds.
 struct VirtualOptions {
@@ -36,6 +52,10 @@ struct VirtualOptions {
   RunObserver* observer = nullptr;
   Outside* outside = nullptr;
   const StopRequest* stop = nullptr;
+  // Its destination executes nothing of its time or later before it is there, as if it were
+  // delivered in time; or before nothing else is left to happen, if it is not sent any more.
+  std::optional<AwaitedMessage> awaited = {};
+  Recording recording = {};  // one chunk after the other, in the order of what happens
 };
 
 struct VirtualReport {

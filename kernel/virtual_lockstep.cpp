@@ -19,11 +19,12 @@ class LockstepCluster {
         options_(options),
         progress_(progress),
         partition_{lps.size(), std::min<std::size_t>(options.processors, lps.size())},
+        recorder_(options.recording, 0),
         clocks_ns_(partition_.workers, 0),
         outside_(options.outside, lps.size(), end),
         jitter_(append(options.seed, 0x6a69u)) {
     for (std::size_t i = 0; i < partition_.workers; ++i)
-      processors_.emplace_back(i, partition_, lps, end, options);
+      processors_.emplace_back(i, partition_, lps, end, options, recorder_);
     report_.processors = static_cast<unsigned>(partition_.workers);
   }
 
@@ -73,6 +74,7 @@ class LockstepCluster {
       const std::uint64_t before = processor.counters().messages;
       while (processor.lowest_floor() == now) {
         const std::uint32_t own = processor.lowest();
+        recorder_.set_clock(clocks_ns_[i]);
         const VirtualProcessor::Done done = processor.execute(own, now);
         clocks_ns_[i] += done.cost_ns;
         for (const auto word :
@@ -141,12 +143,16 @@ class LockstepCluster {
     }
     report_.most_history = std::max(report_.most_history, history);
     ++run_.counters.gvt_rounds;
+    recorder_.set_clock(most());
+    recorder_.gvt(gvt);
     if (progress_) progress_(limit, so_far);
     return !run_.fault && run_.stopped == 0;
   }
 
   VirtualResult result() {
     report_.makespan_ns = most();
+    run_.kinds = recorder_.counts();
+    recorder_.flush(true);
     for (const VirtualProcessor& processor : processors_) {
       run_.counters += processor.counters();
       report_.busy_ns += processor.busy_ns();
@@ -159,6 +165,7 @@ class LockstepCluster {
   const VirtualOptions& options_;
   const ProgressFn& progress_;
   const Partition partition_;
+  EventRecorder recorder_;
   std::deque<VirtualProcessor> processors_;
   std::vector<std::int64_t> clocks_ns_;  // of each processor
   std::int64_t last_arrival_ns_ = 0;

@@ -9,7 +9,8 @@ namespace soda::kernel {
 
 VirtualProcessor::VirtualProcessor(std::size_t index, const Partition& partition,
                                    std::span<const std::unique_ptr<LogicalProcess>> lps,
-                                   VirtualTime end, const VirtualOptions& options)
+                                   VirtualTime end, const VirtualOptions& options,
+                                   EventRecorder& recorder)
     : partition_(partition),
       index_(index),
       first_lp_(static_cast<std::uint32_t>(partition.first_of(index))),
@@ -22,6 +23,8 @@ VirtualProcessor::VirtualProcessor(std::size_t index, const Partition& partition
       is_held_(spent_.size(), false),
       is_uncommitted_(spent_.size(), false),
       kept_(spent_.size(), 0) {
+  if (options.recording.kind_of != nullptr) effects_.recorder = &recorder;
+  awaits_ = options.awaited && partition.owner_of(options.awaited->destination) == index;
   processes_.reserve(spent_.size());
   for (std::uint32_t own = 0; own < spent_.size(); ++own) {
     const LpId id = id_of(own);
@@ -36,8 +39,11 @@ void VirtualProcessor::take_in(std::vector<Message>& outgoing) {
     delivering_.swap(inbox_);
     for (Message& message : delivering_) {
       if (options_.observer) options_.observer->on_deliver(message);
+      if (awaits_ && options_.awaited->is_register_of(message) &&
+          message.incarnation >= options_.awaited->incarnation)
+        awaits_ = false;
       const std::uint32_t own = index_of(message.destination) - first_lp_;
-      if (processes_[own].deliver(std::move(message), effects_.counters))
+      if (processes_[own].deliver(std::move(message), effects_))
         touched_.push_back(own);
       else
         refresh(own);
@@ -99,14 +105,25 @@ void VirtualProcessor::tell_sent() {
 void VirtualProcessor::refresh(std::uint32_t own) {
   note_uncommitted(own);
   if (processes_[own].has_fault()) may_be_faulty_.insert(own);
-  if (options_.synchronisation == Synchronisation::kOptimistic &&
-      processes_[own].holds(gvt_, effects_)) {
+  if (options_.synchronisation == Synchronisation::kOptimistic && holds(own)) {
     schedule_.update(own, kNever);
     if (!is_held_[own]) held_.push_back(own);
     is_held_[own] = true;
   } else {
     schedule_.update(own, processes_[own].floor());
   }
+}
+
+void VirtualProcessor::stop_waiting() {
+  if (std::exchange(awaits_, false)) refresh(index_of(options_.awaited->destination) - first_lp_);
+}
+
+bool VirtualProcessor::holds(std::uint32_t own) {
+  const VirtualTime next = processes_[own].next_time();
+  if (awaits_ && id_of(own) == options_.awaited->destination && next >= options_.awaited->time &&
+      next < end_)
+    return true;
+  return processes_[own].holds(gvt_, effects_);
 }
 
 std::optional<std::uint32_t> VirtualProcessor::choose(VirtualTime gvt) {
@@ -146,10 +163,13 @@ VirtualProcessor::Done VirtualProcessor::execute(std::uint32_t own, VirtualTime 
   tell_sent();
   const std::int64_t cost_ns = ask();
   SODA_ASSERT(cost_ns >= 0, "LP ", index_of(id_of(own)), " at ", now, " costs ", cost_ns, " ns");
+  if (effects_.recorder != nullptr) effects_.recorder->cost(id_of(own), cost_ns);
   if (options_.check_purity) {
     const Counters counted = effects_.counters;
+    EventRecorder* const recorder = std::exchange(effects_.recorder, nullptr);
     process.repeat_last(effects_);
     effects_.counters = counted;
+    effects_.recorder = recorder;
     ask();  // what the repetition cost is not part of the model
   }
   // What is executed again behind GVT was paid for when it was committed.
@@ -211,7 +231,7 @@ bool VirtualProcessor::commit_one(std::uint32_t own, VirtualTime limit, VirtualT
                                   bool finished) {
   TimeWarpProcess& process = processes_[own];
   if (finished) process.coast_to(limit, effects_);
-  process.commit(limit, effects_.counters);
+  process.commit(limit, effects_);
   if (!finished) process.forget(gvt);
   SlidingVector<Spent>& spent = spent_[own];
   std::size_t committed = 0;

@@ -22,7 +22,7 @@ class VirtualProcessor {
  public:
   VirtualProcessor(std::size_t index, const Partition& partition,
                    std::span<const std::unique_ptr<LogicalProcess>> lps, VirtualTime end,
-                   const VirtualOptions& options);
+                   const VirtualOptions& options, EventRecorder& recorder);
 
   // A message has arrived; it is looked at by the next take_in().
   void receive(Message message) { inbox_.push_back(std::move(message)); }
@@ -46,6 +46,9 @@ class VirtualProcessor {
   // each time, so that there is an end to it, and not behind a GVT that is being computed.
   bool may_undo(std::uint32_t own, VirtualTime time, VirtualTime gvt) const;
   void undo(std::uint32_t own, VirtualTime time);
+
+  // Nothing else is left to happen: what is awaited will not come.
+  void stop_waiting();
 
   // Earliest of all floors and of all messages that are here: what GVT is the minimum of.
   VirtualTime floor() const;
@@ -79,6 +82,7 @@ class VirtualProcessor {
 
   bool within_window(VirtualTime time, VirtualTime gvt) const;
   void refresh(std::uint32_t own);
+  bool holds(std::uint32_t own);
   // An LP that a commit has to look at: others cost it nothing.
   void note_uncommitted(std::uint32_t own) {
     if (!is_uncommitted_[own]) uncommitted_.push_back(own);
@@ -118,6 +122,7 @@ class VirtualProcessor {
   std::vector<Message> delivering_;
   std::vector<std::uint32_t> touched_;
   std::vector<LpId> candidates_;
+  bool awaits_ = false;  // a message that has not come yet
   VirtualTime gvt_ = kBeginning;
   std::int64_t busy_ns_ = 0;
   std::int64_t committed_cost_ns_ = 0;

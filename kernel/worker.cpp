@@ -45,6 +45,7 @@ Worker::Worker(std::size_t index, Team& team, std::span<const std::unique_ptr<Lo
       schedule_(team.partition.first_of(team.first_worker + index + 1) - first_lp_),
       is_held_(schedule_.size(), false),
       uncommitted_(schedule_.size(), kNever),
+      recorder_(options.recording, static_cast<std::uint32_t>(team.first_worker + index)),
       remote_(team.partition.workers),
       gvt_part_(team.rounds),
       patience_(kLeastPatience),
@@ -56,6 +57,7 @@ Worker::Worker(std::size_t index, Team& team, std::span<const std::unique_ptr<Lo
     refresh(own);
     is_plain_ = is_plain_ && processes_.back().is_plain();
   }
+  if (options.recording.kind_of != nullptr) effects_.recorder = &recorder_;
   effects_.calendar = &calendar_;
   effects_.first_own = first_lp_;
   // A random scheduler decides about each message; but in lockstep nothing may be late.
@@ -73,6 +75,7 @@ void Worker::run() {
     else if (!can_execute() || is_far_ahead())
       wait_for_work();
   }
+  recorder_.flush(true);
 }
 
 void Worker::take_in_messages() {
@@ -134,7 +137,7 @@ inline void Worker::deliver(std::uint32_t own, Message&& message) {
 }
 
 void Worker::deliver_now(std::uint32_t own, Message&& message) {
-  if (processes_[own].deliver(std::move(message), effects_.counters)) [[unlikely]]
+  if (processes_[own].deliver(std::move(message), effects_)) [[unlikely]]
     touched_.push_back(own);
   else if (own != executing_)  // which is scheduled when all it has sent is delivered
     schedule(own);
@@ -308,20 +311,21 @@ void Worker::commit(const GvtOutcome& outcome) {
   while (uncommitted_.top_time() < gvt_) {
     const std::uint32_t own = uncommitted_.top();
     TimeWarpProcess& process = processes_[own];
-    process.commit(gvt_, effects_.counters);
+    process.commit(gvt_, effects_);
     if (process.has_antis()) process.forget(gvt_);
     uncommitted_.update(own, process.uncommitted_from());
     SODA_ASSERT(uncommitted_.time_of(own) >= gvt_, "LP ", index_of(process.id()), " holds ",
                 uncommitted_.time_of(own), " after its commit to ", gvt_);
   }
   collect_journal();
+  recorder_.gvt(gvt_);
 }
 
 // All that is earlier than `limit` is executed, and committed.
 void Worker::finish(VirtualTime limit) {
   take_back_journal();
   coast_to(limit);
-  for (TimeWarpProcess& process : processes_) process.commit(limit, effects_.counters);
+  for (TimeWarpProcess& process : processes_) process.commit(limit, effects_);
 }
 
 void Worker::coast_to(VirtualTime limit) {

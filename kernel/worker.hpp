@@ -29,6 +29,7 @@ class Worker {
   void run();
 
   const Counters& counters() const { return effects_.counters; }
+  const EventCounts& kinds() const { return recorder_.counts(); }
   const std::optional<CommittedFault>& fault() const { return fault_; }
   // The stop request that ended the run at gvt(), before its end; else 0.
   std::uint32_t stopped() const { return stopped_; }
@@ -119,6 +120,7 @@ class Worker {
   std::vector<char> is_held_;               // whether an LP is among them
   std::vector<std::uint32_t> may_be_faulty_;
   LpHeap uncommitted_;  // by the earliest time that a commit has something to do for
+  EventRecorder recorder_;
   WorkerEffects effects_;
   std::vector<Message> arrived_;              // to be delivered next
   std::vector<Message> delivering_;           // scratch

@@ -79,7 +79,7 @@ void Worker::execute_one(std::uint32_t own) {
   const TimeWarpProcess* const next =
       schedule_.top_time() < end_ ? &processes_[schedule_.top()] : nullptr;
   if (next) next->prefetch();
-  process.collect(gvt_, effects_.counters);
+  process.collect(gvt_, effects_);
   executing_ = own;
   process.execute(effects_);
   effects_.stand_again.clear();
@@ -119,7 +119,7 @@ void Worker::adapt_batch(std::chrono::steady_clock::duration took, std::size_t e
     return false;
   }
   note_lead(now.t);
-  process.collect(gvt_, effects_.counters);
+  process.collect(gvt_, effects_);
   const TimeWarpProcess* const next = calendar_.top_time() != kNever
                                           ? &processes_[index_of(calendar_.top_lp()) - first_lp_]
                                           : nullptr;
@@ -196,7 +196,7 @@ void Worker::collect_journal() {
       if (ahead.lp != nullptr) ahead.lp->prefetch();
       __builtin_prefetch(&pool_[ahead.first_input]);
     }
-    entry.lp->collect_in_order(number, gvt_, effects_.counters);
+    entry.lp->collect_in_order(number, gvt_, effects_);
   }
   journal_.drop_first(number - journal_.first_number());
 }

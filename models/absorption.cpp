@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "models/event_kinds.hpp"
+
 namespace soda::models {
 namespace {
 
@@ -26,9 +28,14 @@ bool touch(const ExecutedStep& step, BodyId a, const BodyState& state_a, BodyId 
   return !found.empty();
 }
 
+kernel::Refusal refusal(Refused why, BodyId subject, BodyId other = BodyId{~0u}) {
+  return {static_cast<std::uint32_t>(why), physics::index_of(subject), physics::index_of(other)};
+}
+
 // With own bodies. A cell that is no border cell is not in the index, so nothing is known of it.
 bool is_clear_of_own(const ExecutedStep& step, const Ghost& ghost, physics::StageCounters& counters,
-                     std::uint64_t& looked_at) {
+                     std::uint64_t& looked_at, kernel::Refusal& why) {
+  why = refusal(Refused::kInDoubt, ghost.id);
   std::vector<std::uint32_t> cells;
   if (!step.map.border_cells_of(ghost.box, step.self, cells)) return false;
   for (const std::uint32_t cell : cells) {
@@ -36,20 +43,25 @@ bool is_clear_of_own(const ExecutedStep& step, const Ghost& ghost, physics::Stag
       ++looked_at;
       if (!overlap(item.box, ghost.box) || !is_tester(step, item.box, ghost.box)) continue;
       const std::optional<BodyState> state = step.begin_state(item.id);
-      if (!state || touch(step, item.id, *state, ghost.id, ghost.state, counters)) return false;
+      if (state && !touch(step, item.id, *state, ghost.id, ghost.state, counters)) continue;
+      why = refusal(Refused::kTouches, ghost.id, item.id);
+      return false;
     }
   }
   return true;
 }
 
 bool is_clear_of_ghosts(const ExecutedStep& step, const Ghost& ghost, std::span<const Ghost> ghosts,
-                        physics::StageCounters& counters, std::uint64_t& looked_at) {
+                        physics::StageCounters& counters, std::uint64_t& looked_at,
+                        kernel::Refusal& why) {
   for (const Ghost& other : ghosts) {
     ++looked_at;
     if (other.owner == ghost.owner || !overlap(other.box, ghost.box) ||
         !is_tester(step, other.box, ghost.box))
       continue;
-    if (touch(step, other.id, other.state, ghost.id, ghost.state, counters)) return false;
+    if (!touch(step, other.id, other.state, ghost.id, ghost.state, counters)) continue;
+    why = refusal(Refused::kTouches, ghost.id, other.id);
+    return false;
   }
   return true;
 }
@@ -62,9 +74,15 @@ bool comes_near(const auto& others, const Ghost& ghost) {
 }
 
 // The ghost that was there made a difference: it had a contact, or something sent on came near.
-bool mattered(const ExecutedStep& step, const Ghost& ghost, std::uint64_t& looked_at) {
+bool mattered(const ExecutedStep& step, const Ghost& ghost, std::uint64_t& looked_at,
+              kernel::Refusal& why) {
   looked_at += step.contacts + step.sent.size();
-  return step.has_contact(ghost.id) || comes_near(step.sent, ghost);
+  if (const std::optional<BodyId> other = step.contact_of(ghost.id)) {
+    why = refusal(Refused::kTouched, ghost.id, *other);
+    return true;
+  }
+  why = refusal(Refused::kMeetsSent, ghost.id);
+  return comes_near(step.sent, ghost);
 }
 
 }  // namespace
@@ -80,25 +98,28 @@ void index_border(std::span<const BodyId> ids, std::span<const Aabb> boxes,
 }
 
 bool makes_no_difference(const ExecutedStep& step, std::span<const Ghost> ghosts,
-                         physics::StageCounters& counters, std::uint64_t& looked_at) {
+                         physics::StageCounters& counters, std::uint64_t& looked_at,
+                         kernel::Refusal& why) {
   auto before = step.ghosts.begin();
   const auto end = step.ghosts.end();
   for (const Ghost& ghost : ghosts) {
     for (; before != end && before->id < ghost.id; ++before)
-      if (mattered(step, *before, looked_at)) return false;
+      if (mattered(step, *before, looked_at, why)) return false;
     if (before != end && before->id == ghost.id) {
       const Ghost& old = *before++;
       if (identical(old, ghost)) continue;
-      if (mattered(step, old, looked_at)) return false;
+      if (mattered(step, old, looked_at, why)) return false;
     }
+    why = refusal(Refused::kIsOwn, ghost.id);
     if (step.is_own(ghost.id)) return false;
+    why = refusal(Refused::kMeetsSent, ghost.id);
     if (comes_near(step.sent, ghost)) return false;
-    if (!is_clear_of_own(step, ghost, counters, looked_at) ||
-        !is_clear_of_ghosts(step, ghost, ghosts, counters, looked_at))
+    if (!is_clear_of_own(step, ghost, counters, looked_at, why) ||
+        !is_clear_of_ghosts(step, ghost, ghosts, counters, looked_at, why))
       return false;
   }
   for (; before != end; ++before)
-    if (mattered(step, *before, looked_at)) return false;
+    if (mattered(step, *before, looked_at, why)) return false;
   return true;
 }
 

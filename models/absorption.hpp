@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "kernel/logical_process.hpp"
 #include "models/messages.hpp"
 #include "models/step_memo.hpp"
 #include "models/territory.hpp"
@@ -37,18 +38,19 @@ struct ExecutedStep {
   std::function<std::span<const StepMemo::BorderBody>(std::uint32_t cell)> border_bodies;
   std::span<const StepMemo::SentWay> sent;  // ways of what hits have sent on
   bool connects = false;                    // further passes have made a difference
-  // Of the contacts that this world tested: how many, and whether the body has one.
+  // Of the contacts that this world tested: how many, and the other body of one that the body has.
   std::size_t contacts = 0;
-  std::function<bool(physics::BodyId)> has_contact;
+  std::function<std::optional<physics::BodyId>(physics::BodyId)> contact_of;
 };
 
 // Whether the step comes out as it did with these ghosts instead of those it had: of the contacts
 // that this world has to test, no old ghost that is gone or changed had one, and no new or changed
 // one makes one, or may be met by what was sent on. `ghosts` ascending by id and unique. Looks only
 // at bodies in the border cells that the new ghosts cover, at ghosts and at contacts; `looked_at`
-// is raised by their number.
+// is raised by their number. If not, `why` says for whom (Refused in event_kinds.hpp).
 bool makes_no_difference(const ExecutedStep& step, std::span<const Ghost> ghosts,
-                         physics::StageCounters& counters, std::uint64_t& looked_at);
+                         physics::StageCounters& counters, std::uint64_t& looked_at,
+                         kernel::Refusal& why);
 
 // Whether a body that is sent on, which this world has not heard of, makes none either: it
 // comes near no own body, and no foreign one in a cell of this world.

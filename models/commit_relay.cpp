@@ -23,7 +23,7 @@ void read_bodies(Reader& reader, BufferEntry& entry) {
 }
 
 // What a record holds: its first byte.
-enum class RecordKind : std::uint8_t { kCommit, kLoad };
+enum class RecordKind : std::uint8_t { kCommit, kLoad, kTrace };
 
 }  // namespace
 
@@ -33,6 +33,12 @@ void CommitRelay::add(LoadSample sample) {
   record.insert(record.end(), bytes.begin(), bytes.end());
   const std::lock_guard lock(mutex_);
   records_.push_back(std::move(record));
+}
+
+void CommitRelay::take(kernel::Bytes trace) {
+  trace.insert(trace.begin(), static_cast<std::byte>(RecordKind::kTrace));
+  const std::lock_guard lock(mutex_);
+  records_.push_back(std::move(trace));
 }
 
 void CommitRelay::add(WorldId world, const BufferEntry& entry) {
@@ -55,18 +61,18 @@ std::vector<kernel::Bytes> CommitRelay::take() {
   return std::exchange(records_, {});
 }
 
-void join(std::span<const std::byte> record, CommitSink& commits, LoadSink* loads) {
-  if (record.front() == static_cast<std::byte>(RecordKind::kLoad)) {
-    loads->add(decode_load(record.subspan(1)));
-    return;
-  }
+void join(std::span<const std::byte> record, const RecordSinks& sinks) {
+  const auto kind = static_cast<RecordKind>(record.front());
+  if (kind == RecordKind::kLoad) return sinks.loads->add(decode_load(record.subspan(1)));
+  if (kind == RecordKind::kTrace)
+    return sinks.trace->take(kernel::Bytes(record.begin() + 1, record.end()));
   Reader reader(record.subspan(1));
   const WorldId world = reader.world();
   BufferEntry entry;
   entry.step = reader.number<std::int64_t>();
   read_bodies(reader, entry);
   while (!reader.at_end()) entry.islands.push_back(reader.island());
-  commits.add(world, entry);
+  sinks.commits.add(world, entry);
 }
 
 kernel::Bytes encode_outcome(std::span<const std::unique_ptr<kernel::LogicalProcess>> worlds) {

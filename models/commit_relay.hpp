@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "kernel/event_recorder.hpp"
 #include "kernel/payload.hpp"
 #include "models/commit_merge.hpp"
 #include "models/world.hpp"
@@ -13,13 +14,14 @@
 namespace soda::models {
 
 // Where worlds leave their committed parts on a rank that is not the root.
-class CommitRelay final : public CommitSink, public LoadSink {
+class CommitRelay final : public CommitSink, public LoadSink, public kernel::TraceSink {
  public:
   // States travel only if somebody wants them.
   explicit CommitRelay(bool with_states) : with_states_(with_states) {}
 
   void add(WorldId world, const BufferEntry& entry) override;
   void add(LoadSample sample) override;
+  void take(kernel::Bytes trace) override;
   bool wants_states() const override { return with_states_; }
 
   // All records since the last call, for join() at the root.
@@ -31,9 +33,13 @@ class CommitRelay final : public CommitSink, public LoadSink {
   std::vector<kernel::Bytes> records_;
 };
 
-// Adds a record to what the root's own worlds have committed, or sampled; `loads` may be null if
-// nothing is sampled.
-void join(std::span<const std::byte> record, CommitSink& commits, LoadSink* loads = nullptr);
+// Where records of other ranks go at the root; what nobody sends may be null.
+struct RecordSinks {
+  CommitSink& commits;
+  LoadSink* loads = nullptr;
+  kernel::TraceSink* trace = nullptr;
+};
+void join(std::span<const std::byte> record, const RecordSinks& sinks);
 
 // Of a world, or of all that live here: their work counters, and the states that they ended with.
 // `result.final_states` has a place for each body.

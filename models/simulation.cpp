@@ -10,6 +10,7 @@
 #include "models/balancing.hpp"
 #include "models/commit_merge.hpp"
 #include "models/commit_relay.hpp"
+#include "models/event_kinds.hpp"
 #include "models/input_feed.hpp"
 #include "models/map_share.hpp"
 #include "models/run_stages.hpp"
@@ -131,39 +132,57 @@ std::function<std::int64_t(kernel::LpId)> cost_from_counters(const Worlds& world
   };
 }
 
-kernel::ThreadsOptions threads_options(const RunOptions& options, kernel::Outside* outside) {
+// Passes on what the workers of this process, or other ranks, have written down.
+struct TraceToObserver final : kernel::TraceSink {
+  explicit TraceToObserver(const CommitObserver& to) : observer(to) {}
+  void take(kernel::Bytes chunk) override { observer.on_trace(chunk); }
+
+  const CommitObserver& observer;
+};
+
+// What the kernel drives the worlds for, and with.
+struct Driver {
+  const RunOptions& options;
+  kernel::Outside* outside;
+  kernel::Recording recording;
+  const kernel::ProgressFn& progress;
+};
+
+kernel::ThreadsOptions threads_options(const Driver& driver) {
+  const RunOptions& options = driver.options;
   return {.threads = options.threads,
           .window = options.buffer,
           .scheduling_seed = options.scheduling_seed,
           .synchronisation = options.synchronisation,
-          .outside = outside,
-          .stop = options.stop};
+          .outside = driver.outside,
+          .stop = options.stop,
+          .recording = driver.recording};
 }
 
-kernel::RunResult run_on_cluster(const Worlds& worlds, const RunOptions& options,
-                                 const kernel::ProgressFn& progress, kernel::Outside* outside,
+kernel::RunResult run_on_cluster(const Worlds& worlds, const Driver& driver,
                                  std::optional<kernel::VirtualReport>& report) {
+  const RunOptions& options = driver.options;
   kernel::VirtualOptions cluster = options.cluster;
   cluster.window = options.buffer;
   cluster.synchronisation = options.synchronisation;
-  cluster.outside = outside;
+  cluster.outside = driver.outside;
   cluster.stop = options.stop;
+  cluster.recording = driver.recording;
   if (!options.constant_cost) cluster.cost_ns = cost_from_counters(worlds);
   kernel::VirtualResult result =
-      kernel::run_virtual(worlds, time_of(options.steps, Phase::kBegin), cluster, progress);
+      kernel::run_virtual(worlds, time_of(options.steps, Phase::kBegin), cluster, driver.progress);
   report = result.report;
   return std::move(result.run);
 }
 
-kernel::RunResult run_over_ranks(const Worlds& worlds, const RunOptions& options,
-                                 CommitRelay& relay, CommitSink& commits, Balancing* balancing,
-                                 const kernel::ProgressFn& progress, kernel::Outside* outside) {
+kernel::RunResult run_over_ranks(const Worlds& worlds, const Driver& driver, CommitRelay& relay,
+                                 const RecordSinks& sinks) {
   kernel::RecordHooks records;
   records.take = [&] { return relay.take(); };
-  records.receive = [&](std::span<const std::byte> record) { join(record, commits, balancing); };
-  return kernel::run_distributed(worlds, time_of(options.steps, Phase::kBegin),
-                                 threads_options(options, outside), *options.transport, records,
-                                 progress);
+  records.receive = [&](std::span<const std::byte> record) { join(record, sinks); };
+  return kernel::run_distributed(worlds, time_of(driver.options.steps, Phase::kBegin),
+                                 threads_options(driver), *driver.options.transport, records,
+                                 driver.progress);
 }
 
 // Worlds may be ahead of what was committed when a run was stopped, and so may territories.
@@ -187,20 +206,17 @@ void collect(const Worlds& worlds, const RunOptions& options, SimulationResult& 
     add_outcome(outcome, result);
 }
 
-kernel::RunResult run(const Worlds& worlds, const RunOptions& options, CommitRelay& relay,
-                      CommitSink& commits, Balancing* balancing, const kernel::ProgressFn& progress,
-                      std::optional<kernel::VirtualReport>& report) {
+kernel::RunResult run(const Worlds& worlds, const Driver& driver, CommitRelay& relay,
+                      const RecordSinks& sinks, std::optional<kernel::VirtualReport>& report) {
+  const RunOptions& options = driver.options;
   const kernel::VirtualTime end = time_of(options.steps, Phase::kBegin);
-  kernel::OutsideList outsides(options.outsides);
-  kernel::Outside* const outside = options.outsides.empty() ? nullptr : &outsides;
-  if (options.executor == ExecutorKind::kVirtual)
-    return run_on_cluster(worlds, options, progress, outside, report);
+  if (options.executor == ExecutorKind::kVirtual) return run_on_cluster(worlds, driver, report);
   if (worlds.size() == 1 && !worlds[0]) return {};
   if (executor_of(options, static_cast<std::uint32_t>(worlds.size())) == ExecutorKind::kSequential)
-    return kernel::run_sequential(worlds, end, progress, outside, options.stop);
-  if (options.executor == ExecutorKind::kMpi)
-    return run_over_ranks(worlds, options, relay, commits, balancing, progress, outside);
-  return kernel::run_threads(worlds, end, threads_options(options, outside), progress);
+    return kernel::run_sequential(worlds, end, driver.progress, driver.outside, options.stop,
+                                  driver.recording);
+  if (options.executor == ExecutorKind::kMpi) return run_over_ranks(worlds, driver, relay, sinks);
+  return kernel::run_threads(worlds, end, threads_options(driver), driver.progress);
 }
 
 kernel::ProgressFn on_gvt(std::int64_t steps,
@@ -340,13 +356,24 @@ SimulationResult simulate(const physics::SceneDescription& scene,
                                      rules, initial, own_worlds(options, map.worlds()));
 
   SimulationResult result;
-  const kernel::RunResult outcome = run(worlds, options, relay, commits, balancing.get(),
-                                        on_gvt(options.steps, progress), result.cluster);
+  kernel::OutsideList outsides(options.outsides);
+  TraceToObserver to_observer(observer);
+  kernel::TraceSink* const trace =
+      is_root(options) ? static_cast<kernel::TraceSink*>(&to_observer) : &relay;
+  const kernel::ProgressFn tell = on_gvt(options.steps, progress);
+  const kernel::RunResult outcome =
+      run(worlds,
+          {.options = options,
+           .outside = options.outsides.empty() ? nullptr : &outsides,
+           .recording = {kind_of, observer.wants_trace ? trace : nullptr, note_bodies},
+           .progress = tell},
+          relay, {commits, balancing.get(), trace}, result.cluster);
   if (balancing) result.territory_changes = balancing->changes();
   end_early(outcome, worlds, result);
   result.committed_steps = merge.committed_steps();
   result.islands_committed = merge.islands();
   result.events = outcome.counters;
+  result.kinds = outcome.kinds;
   result.final_states.resize(initial.size());
   collect(worlds, options, result);
   std::sort(result.final_ids.begin(), result.final_ids.end());

@@ -152,6 +152,10 @@ struct CommitObserver {
   bool wants_states = false;
   // Called in order of steps, one call at a time, from any worker thread.
   std::function<void(const CommittedStep&)> on_step;
+  // Whether the life of every event is written down, for on_trace.
+  bool wants_trace = false;
+  // A chunk for kernel::TraceChunk; called from any worker thread, in order of those of a worker.
+  std::function<void(std::span<const std::byte>)> on_trace = {};
 };
 
 struct SimulationFault {
@@ -169,6 +173,7 @@ struct SimulationResult {
   std::vector<CommittedInput> inputs;            // all that acted, in the order of acting
   std::size_t inputs_too_late = 0;               // others, for which no step was left
   kernel::Counters events;
+  kernel::EventCounts kinds;  // as event_kinds.hpp names them
   physics::StageCounters stages;
   WorldCounters worlds;
   std::uint64_t islands_committed = 0;

@@ -68,6 +68,7 @@ class World final : public kernel::LogicalProcess {
   kernel::VirtualTime forget(kernel::VirtualTime horizon) override;
   bool absorb(kernel::VirtualTime now, std::span<const kernel::MessageView> bag) override;
   bool absorbs() const override { return divided() && propagates(); }
+  kernel::Refusal refusal() const override { return refusal_; }
   bool is_as_before() const override;
   bool jumps() const override { return divided() && propagates(); }
   void jump(kernel::VirtualTime limit) override;
@@ -189,8 +190,9 @@ class World final : public kernel::LogicalProcess {
   std::vector<std::unique_ptr<SplitSolve>> splits_;  // ascending by label
   physics::StepScratch scratch_;
   physics::StepReport report_;
-  BufferEntry committed_;  // memory only
-  CellCovers covers_;      // of own bodies
+  BufferEntry committed_;    // memory only
+  CellCovers covers_;        // of own bodies
+  kernel::Refusal refusal_;  // of the last absorb()
 
   physics::StageCounters stages_;
   WorldCounters counters_;

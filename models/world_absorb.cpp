@@ -20,10 +20,13 @@ std::optional<BodyState> unpacked(const Packed& state) {
   return result;
 }
 
-bool has_contact(const SharedList<physics::ContactManifold>& tested, BodyId id) {
-  bool found = tested.find(id) != nullptr;
-  if (!found) tested.for_each([&found, id](const auto& m) { found = found || m.b == id; });
-  return found;
+std::optional<BodyId> contact_of(const SharedList<physics::ContactManifold>& tested, BodyId id) {
+  if (const physics::ContactManifold* const first = tested.find(id)) return first->b;
+  std::optional<BodyId> other;
+  tested.for_each([&other, id](const auto& m) {
+    if (m.b == id) other = m.a;
+  });
+  return other;
 }
 
 // Of a step whose memo is open. `start`, the entry that it began from, is stored: its bodies were
@@ -45,7 +48,7 @@ void look_into(const StepMemo& memo, const StoredEntry& start, ExecutedStep& ste
   step.sent = memo.sent;
   step.connects = memo.connects;
   step.contacts = memo.tested.size();
-  step.has_contact = [&memo](BodyId id) { return has_contact(memo.tested, id); };
+  step.contact_of = [&memo](BodyId id) { return contact_of(memo.tested, id); };
 }
 
 // Of a step that wrote `end`; `ghosts` are its, and must last.
@@ -62,7 +65,7 @@ void look_into(const StoredEntry& end, std::span<const Ghost> ghosts, const Stor
   step.sent = end.sent;
   step.connects = end.memo_connects;
   step.contacts = end.tested.size();
-  step.has_contact = [&end](BodyId id) { return has_contact(end.tested, id); };
+  step.contact_of = [&end](BodyId id) { return contact_of(end.tested, id); };
 }
 
 }  // namespace
@@ -99,7 +102,7 @@ std::optional<ExecutedStep> World::executed_step(std::int64_t step,
                         .sent = {},
                         .connects = false,
                         .contacts = 0,
-                        .has_contact = {}};
+                        .contact_of = {}};
   if (end != nullptr) {
     ghosts = load_ghosts(*end);
     look_into(*end, ghosts, *start, executed);
@@ -115,7 +118,8 @@ bool World::comes_out_alike(std::int64_t step, std::span<const Ghost> usable) {
   if (step == next_.t && next_ <= time_of(step, Phase::kPairs)) return true;
   std::vector<Ghost> before;
   const std::optional<ExecutedStep> executed = executed_step(step, before);
-  return executed && makes_no_difference(*executed, usable, stages_, counters_.absorption_looks);
+  return executed &&
+         makes_no_difference(*executed, usable, stages_, counters_.absorption_looks, refusal_);
 }
 
 // Late news of further passes, of a step that is over, from the owner: what is passed on comes near
@@ -143,6 +147,7 @@ bool World::absorb_sent(kernel::VirtualTime now, Bag bag) {
 
 // Late ghosts of a step whose pairs have been tested.
 bool World::absorb(kernel::VirtualTime now, Bag bag) {
+  refusal_ = {};
   if (phase_of(now) != Phase::kBorderTraversal || bag.empty()) return false;
   if (pass_of(now) > 0) return now.t < next_.t && absorb_sent(now, bag);
   if (guesses()) return absorb_with_guesses(now.t, bag);

@@ -37,6 +37,29 @@ std::string stop_json(const SearchEnd& end) {
 
 }  // namespace
 
+std::string contacts_json(const std::vector<StepContacts>& steps, const ContactNames& names) {
+  const auto of_load = [&names](const physics::ContactLoad& load) {
+    SceneObject point;
+    point.set("body", json_of(names.labels[physics::index_of(load.a)]));
+    if (physics::is_static(load.b))
+      point.set("static", quoted(names.statics[physics::static_index_of(load.b)]));
+    else
+      point.set("other", json_of(names.labels[physics::index_of(load.b)]));
+    return point.set("point_m", load.point ? json_of(load.point->position_m) : "null")
+        .set("depth_m", load.point ? json_of(-load.point->separation_m) : "null")
+        .set("normal", load.point ? json_of(load.normal) : "null")
+        .set("normal_newton", finite_or_null(load.normal_newton))
+        .set("friction_newton", json_of(load.friction_newton))
+        .text();
+  };
+  return lines_of(SceneObject().set("steps", list_of(steps, [&of_load](const StepContacts& of) {
+                                      return SceneObject()
+                                          .set("step", json_of(of.step))
+                                          .set("contacts", list_of(of.loads, of_load))
+                                          .text();
+                                    })));
+}
+
 std::string diff_json(const LogDifference& difference) {
   SceneObject json;
   json.set("settings", list_of(difference.settings,

@@ -1,9 +1,10 @@
-// Results of searches over many scenes or runs, and of comparisons, as JSON: one object, keys as in
-// README.md, "JSON output".
+// Results of searches over many scenes or runs, of comparisons and of logs, as JSON: one object,
+// keys as in README.md, "JSON output".
 #pragma once
 
 #include <string>
 
+#include "analysis/contacts_command.hpp"
 #include "analysis/diff_command.hpp"
 #include "analysis/extremes.hpp"
 #include "analysis/fuzz_command.hpp"
@@ -13,6 +14,7 @@
 
 namespace soda::analysis {
 
+std::string contacts_json(const std::vector<StepContacts>& steps, const ContactNames& names);
 std::string diff_json(const LogDifference& difference);
 std::string swarm_json(const SwarmResult& result);
 std::string fuzz_json(const FuzzResult& result);

@@ -43,7 +43,7 @@ std::uint64_t digest_of(const std::vector<physics::BodyState>& states) {
 
 LoggedStep logged_step(std::int64_t step, std::uint64_t digest,
                        const std::vector<physics::BodyState>& states) {
-  return {step, digest, all_ids(states.size()), states, {}, {}};
+  return {step, digest, true, all_ids(states.size()), states, {}, {}};
 }
 
 void write_log(const std::string& file) {
@@ -149,7 +149,7 @@ TEST(EventLog, AnotherVersionIsRefusedByName) {
     LogReader log(file);
     FAIL() << "read a log of another version";
   } catch (const scenarios::FileError& error) {
-    EXPECT_NE(std::string(error.what()).find("version 5"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("version 6"), std::string::npos) << error.what();
   }
 }
 

@@ -45,7 +45,7 @@ class Schedule {
     }
     for (TimeWarpProcess& process : processes_) {
       process.take_back(effects_.counters);
-      process.commit(end_, effects_.counters);
+      process.commit(end_, effects_);
     }
     return actions;
   }
@@ -70,13 +70,13 @@ class Schedule {
 
   void collect_fossils() {
     for (TimeWarpProcess& process : processes_) {
-      process.commit(gvt_, effects_.counters);
+      process.commit(gvt_, effects_);
       process.forget(gvt_);
     }
     for (auto number = journal_.first_number(); number < journal_.next_number(); ++number) {
       const Journal::Entry& entry = journal_[number];
       if (entry.lp != nullptr && entry.time() < gvt_)
-        entry.lp->collect_in_order(number, gvt_, effects_.counters);
+        entry.lp->collect_in_order(number, gvt_, effects_);
     }
     journal_.drop_taken();
     collected_ = gvt_;
@@ -95,7 +95,7 @@ class Schedule {
       receiver.execute_in_order(time, place, 1, effects_);
       return;
     }
-    receiver.deliver(std::move(message), effects_.counters);
+    receiver.deliver(std::move(message), effects_);
     receiver.settle(effects_);
   }
 

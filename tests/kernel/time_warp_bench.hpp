@@ -25,19 +25,18 @@ struct BenchOf {
 
   void deliver(VirtualTime time, std::uint64_t value, std::uint64_t incarnation,
                std::uint32_t slot = 0) {
-    process.deliver({time, LpId{2}, kSelf, 7, slot, incarnation, false, number(value)},
-                    effects.counters);
+    process.deliver({time, LpId{2}, kSelf, 7, slot, incarnation, false, number(value)}, effects);
     process.settle(effects);
   }
   void deliver_anti(VirtualTime time, std::uint64_t incarnation, std::uint32_t slot = 0) {
-    process.deliver({time, LpId{2}, kSelf, 7, slot, incarnation, true, {}}, effects.counters);
+    process.deliver({time, LpId{2}, kSelf, 7, slot, incarnation, true, {}}, effects);
     process.settle(effects);
   }
   void execute_all() {
     while (process.next_time() < kEnd) process.execute(effects);
   }
   void advance_gvt(VirtualTime gvt) {
-    process.commit(gvt, effects.counters);
+    process.commit(gvt, effects);
     process.forget(gvt);
   }
   // As "+(5, 0) k1=9" or "-(5, 0) k1", in the order of sending.

@@ -65,7 +65,7 @@ TEST(TimeWarp, BagsOfWhatWaitsAreInCanonicalOrderWhateverTheOrderOfArrival) {
       const auto at_place = static_cast<std::uint32_t>(i);
       bench.process.deliver({at(1), LpId{1 + at_place / 3}, kSelf, at_place % 3 / 2,
                              at_place % 3 % 2, i + 1, false, number(i)},
-                            bench.effects.counters);
+                            bench.effects);
       bench.process.settle(bench.effects);
     }
     bench.execute_all();
@@ -252,9 +252,9 @@ TEST(TimeWarp, WhatIsExecutedAgainBehindGvtIsCommittedBeforeItIsCollected) {
   bench.advance_gvt(at(9));
   bench.execute_all();
   EXPECT_EQ(bench.lp.commits.size(), 5u);
-  bench.process.collect(at(9), bench.effects.counters);
+  bench.process.collect(at(9), bench.effects);
   EXPECT_EQ(bench.lp.commits.size(), 9u);
-  bench.process.commit(kEnd, bench.effects.counters);
+  bench.process.commit(kEnd, bench.effects);
   Times expected;
   for (std::int64_t t = 0; t < 10; ++t) expected.push_back(at(t));
   EXPECT_EQ(bench.lp.commits, expected);
@@ -264,7 +264,7 @@ TEST(TimeWarp, MessageForAFreeTimeNeedsNoSettling) {
   Bench bench(constant_and_sum());
   const auto deliver = [&](VirtualTime time, std::uint64_t incarnation) {
     return bench.process.deliver({time, LpId{2}, kSelf, 7, 0, incarnation, false, number(1)},
-                                 bench.effects.counters);
+                                 bench.effects);
   };
   EXPECT_FALSE(deliver(at(5), 1));
   EXPECT_EQ(bench.process.next_time(), at(5));

@@ -45,7 +45,7 @@ TEST(CommitRelay, TheRootHasStepsInOrderWithStatesOwnersAndIslandsOfAllWorlds) {
   for (std::int64_t step = 1; step <= 3; ++step) merge.add(WorldId{1}, entry_of(step, 1));
   for (std::int64_t step = 1; step <= 3; ++step)
     for (const std::uint32_t world : {2u, 0u}) relay.add(WorldId{world}, entry_of(step, world));
-  for (const kernel::Bytes& record : relay.take()) join(record, merge);
+  for (const kernel::Bytes& record : relay.take()) join(record, {merge});
   EXPECT_EQ(last, 3);
   EXPECT_TRUE(relay.take().empty()) << "each record is taken once";
 }
@@ -57,7 +57,7 @@ TEST(CommitRelay, StatesThatNobodyWantsDoNotTravelButIslandsDo) {
   } last;
   CommitRelay relay(false);
   relay.add(WorldId{1}, entry_of(4, 1));
-  for (const kernel::Bytes& record : relay.take()) join(record, last);
+  for (const kernel::Bytes& record : relay.take()) join(record, {last});
   EXPECT_EQ(last.part.step, 4);
   EXPECT_TRUE(last.part.ids.empty());
   EXPECT_EQ(last.part.islands.size(), 1u);

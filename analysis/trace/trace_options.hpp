@@ -1,0 +1,21 @@
+// The options of the commands that look into event logs, and their examples.
+#pragma once
+
+#include "analysis/trace/log_command.hpp"
+#include "analysis/trace/trace_command.hpp"
+#include "analysis/trace/what_if_command.hpp"
+#include "analysis/trace/why_command.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace soda::analysis {
+
+// Each outlives the command line's parsing.
+void define_log(CLI::App& command, LogRequest& request);
+void define_why(CLI::App& command, WhyRequest& request);
+void define_what_if(CLI::App& command, WhatIfRequest& request);
+void define_trace(CLI::App& command, TraceRequest& request);
+
+}  // namespace soda::analysis

@@ -1,0 +1,51 @@
+#include "analysis/trace/trace_words.hpp"
+
+#include <algorithm>
+
+#include "analysis/text_table.hpp"
+#include "kernel/outside.hpp"
+#include "models/event_kinds.hpp"
+#include "models/schedule.hpp"
+
+namespace soda::analysis {
+namespace {
+
+std::string spaced(std::string name) {
+  std::ranges::replace(name, '_', ' ');
+  return name;
+}
+
+}  // namespace
+
+std::string event_words(kernel::VirtualTime time) {
+  const std::size_t kind = models::kind_of(time);
+  const auto names = models::event_kinds();
+  return kind < names.size() && *names[kind] != '\0' ? spaced(names[kind])
+                                                     : "phase " + std::to_string(kind);
+}
+
+std::string words_of(kernel::VirtualTime time) {
+  std::string text = "step " + std::to_string(time.t);
+  const models::Phase phase = models::phase_of(time);
+  if (phase == models::Phase::kBegin) return text + ", begin";
+  const std::uint32_t pass = models::pass_of(time), round = models::merge_round_of(time);
+  if (pass > 0 && phase != models::Phase::kFinish) text += ", pass " + std::to_string(pass);
+  text += ", " + event_words(time);
+  return round > 0 ? text + ", round " + std::to_string(round) : text;
+}
+
+std::string message_words(std::uint32_t kind) { return spaced(models::message_kinds()[kind]); }
+
+std::string milliseconds(std::int64_t ns) {
+  return format_number(1e-6 * static_cast<double>(ns)) + " ms";
+}
+
+std::string world_words(std::uint32_t world) {
+  return world == kernel::index_of(kernel::kOutside) ? "outside" : "world " + std::to_string(world);
+}
+
+std::string counted(std::uint64_t count, const std::string& what) {
+  return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
+}
+
+}  // namespace soda::analysis

@@ -1,0 +1,23 @@
+// What a trace tells of, as words for people.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "kernel/virtual_time.hpp"
+
+namespace soda::analysis {
+
+// "step 41, sync, round 2", "step 41, pass 1, pairs".
+std::string words_of(kernel::VirtualTime time);
+// The kind of an execution or a message, with spaces.
+std::string event_words(kernel::VirtualTime time);
+std::string message_words(std::uint32_t kind);
+// "3.412 ms".
+std::string milliseconds(std::int64_t ns);
+// "world 3", or "outside".
+std::string world_words(std::uint32_t world);
+// "1 rollback", "2 rollbacks".
+std::string counted(std::uint64_t count, const std::string& what);
+
+}  // namespace soda::analysis
