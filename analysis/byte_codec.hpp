@@ -62,6 +62,7 @@ class ByteReader {
     if (count > rest_.size() / item_bytes) throw DecodeError("a count exceeds the bytes left");
     return count;
   }
+  std::size_t left() const { return rest_.size(); }
   void expect_end() const {
     if (!rest_.empty()) throw DecodeError(std::to_string(rest_.size()) + " bytes too many");
   }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace soda::analysis {
 namespace {
@@ -135,6 +136,46 @@ bool is_finite(const models::UserInput& input) {
          std::isfinite(input.motor_target.value_or(0.0));
 }
 
+// What follows says how the states are written.
+enum class StatesForm : std::uint8_t { kNone, kWhole, kDifference };
+
+void put_states(ByteBuffer& out, const LoggedStep& step, const LoggedStates* before,
+                double between_s) {
+  const StatesForm form = !step.has_states    ? StatesForm::kNone
+                          : before == nullptr ? StatesForm::kWhole
+                                              : StatesForm::kDifference;
+  put(out, static_cast<std::uint8_t>(form));
+  if (form == StatesForm::kNone) return;
+  if (form == StatesForm::kDifference) {
+    const ByteBuffer difference = encode_difference(step.ids, step.states, *before, between_s);
+    out.insert(out.end(), difference.begin(), difference.end());
+    return;
+  }
+  put(out, static_cast<std::uint64_t>(step.states.size()));
+  for (const physics::BodyId id : step.ids) put(out, physics::index_of(id));
+  for (const physics::BodyState& state : step.states) put_state(out, state);
+}
+
+void take_states(ByteReader& in, const LoggedStates* before, double between_s, LoggedStep& logged) {
+  const auto form = in.take<std::uint8_t>();
+  if (form > static_cast<std::uint8_t>(StatesForm::kDifference))
+    throw DecodeError("holds states of form " + std::to_string(form));
+  logged.has_states = StatesForm{form} != StatesForm::kNone;
+  if (StatesForm{form} == StatesForm::kDifference) {
+    if (before == nullptr) throw DecodeError("holds a difference to states that are not there");
+    LoggedStates now = decode_difference(in, *before, between_s);
+    logged.ids = std::move(now.ids);
+    logged.states = std::move(now.states);
+  }
+  if (StatesForm{form} != StatesForm::kWhole) return;
+  const std::size_t bodies = in.take_count(kStateBytes);
+  logged.ids.reserve(bodies);
+  logged.states.reserve(bodies);
+  for (std::size_t i = 0; i < bodies; ++i)
+    logged.ids.push_back(static_cast<physics::BodyId>(in.take<std::uint32_t>()));
+  for (std::size_t i = 0; i < bodies; ++i) logged.states.push_back(take_state(in));
+}
+
 void check_ids(const LoggedStep& logged, std::size_t bodies) {
   for (std::size_t i = 0; i < logged.ids.size(); ++i) {
     const std::uint32_t id = physics::index_of(logged.ids[i]);
@@ -217,6 +258,7 @@ ByteBuffer encode(const LoggedScenario& scenario) {
   put(out, scenario.program_version);
   put(out, scenario.file);
   put(out, scenario.text);
+  put(out, scenario.dt_s);
   return out;
 }
 
@@ -226,6 +268,7 @@ LoggedScenario decode_scenario(std::span<const unsigned char> bytes) {
   scenario.program_version = in.take_string();
   scenario.file = in.take_string();
   scenario.text = in.take_string();
+  scenario.dt_s = in.take_double();
   in.expect_end();
   return scenario;
 }
@@ -261,15 +304,12 @@ std::vector<std::uint32_t> decode_labels(std::span<const unsigned char> bytes) {
   return labels;
 }
 
-ByteBuffer encode_step(const LoggedStep& step) {
+ByteBuffer encode_step(const LoggedStep& step, const LoggedStates* before, double between_s) {
   ByteBuffer out;
   out.reserve(32 + step.states.size() * (4 + kStateBytes + 4 * kImpulseBytes));
   put(out, step.step);
   put(out, step.digest);
-  put(out, static_cast<std::uint8_t>(step.has_states));
-  put(out, static_cast<std::uint64_t>(step.states.size()));
-  for (const physics::BodyId id : step.ids) put(out, physics::index_of(id));
-  for (const physics::BodyState& state : step.states) put_state(out, state);
+  put_states(out, step, before, between_s);
   put(out, static_cast<std::uint64_t>(step.inputs.size()));
   for (const models::CommittedInput& input : step.inputs) put_input(out, input);
   put(out, static_cast<std::uint64_t>(step.territory_changes.size()));
@@ -281,19 +321,13 @@ ByteBuffer encode_step(const LoggedStep& step) {
   return out;
 }
 
-LoggedStep decode_step(std::span<const unsigned char> bytes, std::size_t bodies_of_log) {
+LoggedStep decode_step(std::span<const unsigned char> bytes, std::size_t bodies_of_log,
+                       const LoggedStates* before, double between_s) {
   ByteReader in(bytes);
   LoggedStep logged;
   logged.step = in.take<std::int64_t>();
   logged.digest = in.take<std::uint64_t>();
-  logged.has_states = in.take_flag();
-  const std::size_t bodies = in.take_count(kStateBytes);
-  if (!logged.has_states && bodies > 0) throw DecodeError("holds states that it says it has not");
-  logged.ids.reserve(bodies);
-  logged.states.reserve(bodies);
-  for (std::size_t i = 0; i < bodies; ++i)
-    logged.ids.push_back(static_cast<physics::BodyId>(in.take<std::uint32_t>()));
-  for (std::size_t i = 0; i < bodies; ++i) logged.states.push_back(take_state(in));
+  take_states(in, before, between_s, logged);
   logged.inputs.resize(in.take_count(kStateBytes));
   for (models::CommittedInput& input : logged.inputs) input = take_input(in);
   logged.territory_changes.resize(in.take_count(kTerritoryChangeBytes));

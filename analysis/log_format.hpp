@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "analysis/byte_codec.hpp"
+#include "analysis/log_states.hpp"
 #include "analysis/overrides.hpp"
 #include "physics/model/body_state.hpp"
 #include "scenarios/mesh_file.hpp"
@@ -56,6 +57,7 @@ struct LoggedScenario {
   std::string program_version;  // of the soda that wrote the log
   std::string file;             // absolute path
   std::string text;
+  double dt_s = 0.0;  // its step, from which states are predicted
 };
 
 // How much of a run a log holds. What it needs to be run again is always there.
@@ -85,6 +87,12 @@ struct OptionText {
 // All of them, each in its place.
 std::vector<OptionText> in_words(const LoggedOptions& options);  // log_options.cpp
 
+// Every so many states are written whole, the others as what has changed since the states before.
+inline constexpr std::int64_t kStatesAWhole = 128;
+inline bool is_whole(const LoggedOptions& options, std::int64_t step) {
+  return step / options.every % kStatesAWhole == 0;
+}
+
 struct LoggedStep {
   std::int64_t step = 0;
   std::uint64_t digest = 0;
@@ -111,7 +119,9 @@ ByteBuffer encode(const LoggedScenario& scenario);
 ByteBuffer encode(const LoggedOptions& options);  // log_options.cpp
 ByteBuffer encode(const scenarios::MeshFile& mesh);
 ByteBuffer encode_labels(std::span<const std::uint32_t> labels);
-ByteBuffer encode_step(const LoggedStep& step);
+// `before`: the states before, to write what has changed since; null: they are written whole.
+ByteBuffer encode_step(const LoggedStep& step, const LoggedStates* before = nullptr,
+                       double between_s = 0.0);
 ByteBuffer encode(const LoggedEnd& end);
 
 // Each throws DecodeError if the bytes are not what encode makes, or hold a value that no run can
@@ -123,7 +133,8 @@ LoggedScenario decode_scenario(std::span<const unsigned char> bytes);
 LoggedOptions decode_options(std::span<const unsigned char> bytes);  // log_options.cpp
 scenarios::MeshFile decode_mesh(std::span<const unsigned char> bytes);
 std::vector<std::uint32_t> decode_labels(std::span<const unsigned char> bytes);
-LoggedStep decode_step(std::span<const unsigned char> bytes, std::size_t bodies);
+LoggedStep decode_step(std::span<const unsigned char> bytes, std::size_t bodies,
+                       const LoggedStates* before = nullptr, double between_s = 0.0);
 LoggedEnd decode_end(std::span<const unsigned char> bytes);
 
 }  // namespace soda::analysis

@@ -210,15 +210,37 @@ ByteBuffer LogReader::read_again(const Place& at) {
   return raw_payload(block);
 }
 
-LoggedStep LogReader::read_step(std::int64_t step) {
+// The states before, if it needs them, are last_.
+LoggedStep LogReader::read_after_last(std::int64_t step) {
   try {
-    LoggedStep logged =
-        decode_step(read_again(step_blocks_[static_cast<std::size_t>(step)]), labels_.size());
+    const bool follows = last_read_ >= 0 && last_read_ == step - options_.every;
+    const double between_s = scenario_.dt_s * static_cast<double>(options_.every);
+    LoggedStep logged = decode_step(read_again(step_blocks_[static_cast<std::size_t>(step)]),
+                                    labels_.size(), follows ? &last_ : nullptr, between_s);
     if (logged.step != step) throw DecodeError("holds step " + std::to_string(logged.step));
+    if (logged.has_states != has_states(options_, step))
+      throw DecodeError("has states where the log has none, or none where it has");
     return logged;
   } catch (const DecodeError& fault) {
     throw scenarios::FileError(file_ + ": " + place_of(step) + ": " + fault.what());
   }
+}
+
+// Differences lead from the whole states before to the step.
+LoggedStep LogReader::read_step(std::int64_t step) {
+  if (!has_states(options_, step)) return read_after_last(step);
+  const std::int64_t whole = step - step / options_.every % kStatesAWhole * options_.every;
+  const bool is_on_the_way = last_read_ >= whole && last_read_ < step;
+  std::int64_t next = is_on_the_way ? last_read_ + options_.every : whole;
+  for (; next < step; next += options_.every) {
+    LoggedStep before = read_after_last(next);
+    last_ = {std::move(before.ids), std::move(before.states)};
+    last_read_ = next;
+  }
+  LoggedStep logged = read_after_last(step);
+  last_ = {logged.ids, logged.states};
+  last_read_ = step;
+  return logged;
 }
 
 std::int64_t LogReader::last_states() const {

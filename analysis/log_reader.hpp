@@ -69,6 +69,7 @@ class LogReader {
   bool keep(const Block& block, std::streamoff offset);
   bool type_fits(std::uint32_t index, BlockType type) const;
   ByteBuffer read_again(const Place& at);
+  LoggedStep read_after_last(std::int64_t step);
   void check_end(const Block& block, std::streamoff offset);
   // Of the block that comes next.
   std::string place(std::streamoff offset) const;
@@ -83,6 +84,8 @@ class LogReader {
   std::uint64_t left_for_meshes_ = kMaxMeshBlocksBytes;
   std::vector<std::uint32_t> labels_;
   std::vector<Place> step_blocks_, trace_blocks_;
+  LoggedStates last_;  // that were read, of last_read_
+  std::int64_t last_read_ = -1;
   std::uint32_t blocks_ = 0;
   bool complete_ = false;
   std::optional<std::uint64_t> execution_digest_;

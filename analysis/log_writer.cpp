@@ -3,6 +3,7 @@
 #include <zstd.h>
 
 #include <new>
+#include <utility>
 
 #include "scenarios/read_scenario.hpp"
 
@@ -10,7 +11,7 @@ namespace soda::analysis {
 namespace {
 
 // The lowest level: random low bits of doubles hardly compress further at higher ones.
-constexpr int kCompressionLevel = 1;
+constexpr int kCompressionLevel = -5;
 
 ByteBuffer compress(std::span<const unsigned char> raw) {
   ByteBuffer stored(ZSTD_compressBound(raw.size()));
@@ -29,6 +30,8 @@ void LogWriter::begin(const LoggedScenario& scenario, const LoggedOptions& optio
                       std::span<const std::uint32_t> labels,
                       std::span<const scenarios::MeshFile> meshes) {
   bodies_ = labels.size();
+  options_ = options;
+  between_s_ = scenario.dt_s * static_cast<double>(options.every);
   out_.write(encode_file_header());
   write_block(BlockType::kScenario, encode(scenario));
   write_block(BlockType::kOptions, encode(options));
@@ -44,9 +47,11 @@ void LogWriter::begin(const LoggedScenario& scenario, const LoggedOptions& optio
   }
 }
 
-bool LogWriter::add_step(const LoggedStep& step) {
+bool LogWriter::add_step(LoggedStep step) {
   return add([&] {
-    write_block(BlockType::kStep, encode_step(step));
+    const bool whole = !step.has_states || is_whole(options_, step.step);
+    write_block(BlockType::kStep, encode_step(step, whole ? nullptr : &last_, between_s_));
+    if (step.has_states) last_ = {std::move(step.ids), std::move(step.states)};
     end_.steps = step.step;
     end_.digest = step.digest;
   });

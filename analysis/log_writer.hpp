@@ -24,7 +24,7 @@ class LogWriter {
              std::span<const std::uint32_t> labels, std::span<const scenarios::MeshFile> meshes);
   // Steps 0, 1, 2, ... in order. False if that fails, now or before: then the log holds the steps
   // so far and takes no more. Does not throw, as it is called from worker threads.
-  bool add_step(const LoggedStep& step);
+  bool add_step(LoggedStep step);
   // A chunk of the trace; the same.
   bool add_trace(std::span<const std::byte> chunk);
   // The whole run's, for the end block.
@@ -41,6 +41,9 @@ class LogWriter {
   std::mutex mutex_;
   OutputFile out_;
   std::uint64_t bodies_ = 0;
+  LoggedOptions options_;
+  double between_s_ = 0.0;  // states that are written
+  LoggedStates last_;       // that were written
   std::uint32_t next_index_ = 0;
   LoggedEnd end_;  // of what has been written
   std::string failure_;

@@ -67,10 +67,11 @@ std::unique_ptr<LogWriter> open_log(const RunRequest& request, const ScenarioFil
   refuse_own_input(request.log_file, request.file, "--log");
   auto log = std::make_unique<LogWriter>(request.log_file, request.force);
   const kernel::Transport* const job = request.overrides.transport;
-  log->begin({kVersion, std::filesystem::absolute(request.file).string(), files.text},
-             {request.overrides, job == nullptr ? 0 : job->size(), level_of(request),
-              request.log_every.value_or(1)},
-             labels, files.meshes);
+  log->begin(
+      {kVersion, std::filesystem::absolute(request.file).string(), files.text, scenario.scene.dt_s},
+      {request.overrides, job == nullptr ? 0 : job->size(), level_of(request),
+       request.log_every.value_or(1)},
+      labels, files.meshes);
   const InputFollower start(scenario.scene, scenario.initial, scenario.run.inputs);
   const auto [ids, states] = start.bodies();
   models::CommittedStep first;

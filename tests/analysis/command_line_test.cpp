@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/child_process.hpp"
+#include "analysis/forged_log.hpp"
 #include "analysis/log_reader.hpp"
 #include "analysis/log_writer.hpp"
 #include "analysis/text_table.hpp"
@@ -285,17 +286,11 @@ class Replay : public testing::Test {
     return decode_block_header({data + at, kBlockHeaderBytes});
   }
 
-  // Writes the log anew, sound in all its checksums, with one step changed.
+  // The log with one step changed.
   void rewrite(std::int64_t changed_step, const std::function<void(LoggedStep&)>& change) const {
-    LogReader log(log_);
-    LogWriter altered(folder_.file("altered.sodalog"), true);
-    altered.begin(log.scenario(), log.options(), log.labels(), log.meshes());
-    for (std::int64_t step = 0; step <= log.last_step(); ++step) {
-      LoggedStep logged = log.read_step(step);
-      if (step == changed_step) change(logged);
-      altered.add_step(logged);
-    }
-    altered.finish();
+    analysis_test::rewrite_log(log_, folder_.file("altered.sodalog"), [&](LoggedStep& step) {
+      if (step.step == changed_step) change(step);
+    });
   }
 
   TemporaryFolder folder_;

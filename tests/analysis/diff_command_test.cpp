@@ -11,7 +11,7 @@
 
 #include "analysis/child_process.hpp"
 #include "analysis/exit_codes.hpp"
-#include "analysis/log_writer.hpp"
+#include "analysis/forged_log.hpp"
 
 namespace soda::analysis {
 namespace {
@@ -35,16 +35,10 @@ class Diff : public testing::Test {
 
   // The log with one step changed, sound by its checksums.
   std::string with_step(const std::string& log, std::int64_t changed, auto change) const {
-    LogReader from(log);
     const std::string file = folder_.file("changed.sodalog");
-    LogWriter to(file, true);
-    to.begin(from.scenario(), from.options(), from.labels(), from.meshes());
-    for (std::int64_t step = 0; step <= from.last_step(); ++step) {
-      LoggedStep logged = from.read_step(step);
-      if (step == changed) change(logged);
-      to.add_step(logged);
-    }
-    to.finish();
+    analysis_test::rewrite_log(log, file, [&](LoggedStep& step) {
+      if (step.step == changed) change(step);
+    });
     return file;
   }
 

@@ -5,6 +5,8 @@
 #include <stdexcept>
 
 #include "analysis/child_process.hpp"
+#include "analysis/log_reader.hpp"
+#include "analysis/log_writer.hpp"
 
 namespace soda::analysis_test {
 
@@ -35,6 +37,19 @@ void forge_log(const std::string& from, const std::string& to,
     out.insert(out.end(), stored.begin(), stored.end());
   }
   write_file(to, std::string(out.begin(), out.end()));
+}
+
+void rewrite_log(const std::string& from, const std::string& to,
+                 const std::function<void(LoggedStep&)>& change) {
+  LogReader log(from);
+  LogWriter altered(to, true);
+  altered.begin(log.scenario(), log.options(), log.labels(), log.meshes());
+  for (std::int64_t step = 0; step <= log.last_step(); ++step) {
+    LoggedStep logged = log.read_step(step);
+    change(logged);
+    altered.add_step(std::move(logged));
+  }
+  altered.finish();
 }
 
 }  // namespace soda::analysis_test

@@ -20,6 +20,11 @@ struct ForgedBlock {
 void forge_log(const std::string& from, const std::string& to,
                const std::function<void(ForgedBlock&)>& change);
 
+// The log in `from`, written anew to `to` with what `change` makes of its steps: sound in all its
+// checksums.
+void rewrite_log(const std::string& from, const std::string& to,
+                 const std::function<void(analysis::LoggedStep&)>& change);
+
 // In place of the bytes at `at`.
 template <class T>
 void overwrite(analysis::ByteBuffer& bytes, std::size_t at, T value) {

@@ -59,26 +59,18 @@ class Logs : public testing::Test {
                     page_ = folder_.file("page.html");
 };
 
-// A step is i64 step, u64 digest, u64 number of bodies, u32 ids, states, inputs, territories.
-constexpr std::size_t kIdsAt = 24;
-
 TEST_F(Logs, AWrongIdIsToldAndNothingCrashes) {
   for (const std::uint32_t id : {0x7ffffff0u, 0xffffffffu, 1000u}) {
-    forge_log(log_, forged_, [id](ForgedBlock& block) {
-      if (block.step != 20) return;
-      const std::uint64_t bodies =
-          ByteReader(std::span(block.payload).subspan(16)).take<std::uint64_t>();
-      overwrite(block.payload, kIdsAt + 4 * (bodies - 1), id);  // the last: the order is right
+    analysis_test::rewrite_log(log_, forged_, [id](LoggedStep& step) {
+      if (step.step == 20) step.ids.back() = physics::BodyId{id};  // the order is right
     });
     expect_refused("block 23 (step 20) at byte ");
   }
 }
 
 TEST_F(Logs, IdsOutOfOrderAreTold) {
-  forge_log(log_, forged_, [](ForgedBlock& block) {
-    if (block.step != 20) return;
-    overwrite(block.payload, kIdsAt, std::uint32_t{1});
-    overwrite(block.payload, kIdsAt + 4, std::uint32_t{1});
+  analysis_test::rewrite_log(log_, forged_, [](LoggedStep& step) {
+    if (step.step == 20) step.ids[0] = step.ids[1];
   });
   expect_refused("block 23 (step 20) at byte ");
 }
@@ -135,11 +127,8 @@ TEST_F(Logs, BodiesThatTheScenarioDoesNotHaveAreTold) {
 void change_step(const std::string& from, const std::string& to,
                  const std::function<bool(LoggedStep&)>& change) {
   bool is_done = false;
-  forge_log(from, to, [&](ForgedBlock& block) {
-    if (block.type != BlockType::kStep || is_done) return;
-    LoggedStep step = decode_step(block.payload, 1000);
-    is_done = change(step);
-    if (is_done) block.payload = encode_step(step);
+  analysis_test::rewrite_log(from, to, [&](LoggedStep& step) {
+    if (!is_done) is_done = change(step);
   });
   ASSERT_TRUE(is_done);
 }
@@ -215,11 +204,8 @@ TEST_F(Logs, AReplayEndsAtTheFirstDivergenceAndNamesIt) {
   ASSERT_EQ(
       run_soda({"run", library_file("twelve-worlds"), "--steps", "600", "--log", sound}).exit_code,
       kExitOk);
-  forge_log(sound, forged_, [](ForgedBlock& block) {
-    if (block.step != 2) return;
-    LoggedStep step = decode_step(block.payload, 1000);
-    step.states[7].linear_velocity_m_s.y() = 0.25;
-    block.payload = encode_step(step);
+  analysis_test::rewrite_log(sound, forged_, [](LoggedStep& step) {
+    if (step.step == 2) step.states[7].linear_velocity_m_s.y() = 0.25;
   });
   const ChildResult whole = run_soda({"replay", sound});
   const ChildResult ended = run_soda({"replay", forged_});

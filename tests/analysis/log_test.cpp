@@ -3,6 +3,7 @@
 
 #include <csignal>
 #include <filesystem>
+#include <limits>
 
 #include "analysis/child_process.hpp"
 #include "analysis/error_measures.hpp"
@@ -295,6 +296,76 @@ TEST(EventLog, ReadsBackInputsAndWhichBodiesWereThere) {
   EXPECT_EQ(models::encode_input(found.inputs[1].input), models::encode_input(committed.input));
   EXPECT_EQ(found.inputs[1].asked_step, -1);
   EXPECT_TRUE(found.inputs[1].had_effect);
+}
+
+// Bodies come and go, touch and part; velocities of any size, and what is no number.
+TEST(EventLog, DifferencesReadBackBitForBit) {
+  LoggedStates before;
+  before.ids = all_ids(3);
+  before.states = states_at(2);
+  LoggedStates now = before;
+  now.ids = {physics::BodyId{0}, physics::BodyId{2}, physics::BodyId{7}};
+  now.states[1].linear_velocity_m_s.x() = std::numeric_limits<double>::quiet_NaN();
+  now.states[1].angular_velocity_rad_s = physics::Vec3(1e300, -1e-310, -0.0);
+  now.states[2] = states_at(5)[1];
+  now.states[2].broken_joints = {4, 9};
+  now.states[2].impulses.push_back({physics::BodyId{0xffffffffu}, 8, ~0u, -0.0, {1.0, 2.0, 3.0}});
+  for (const auto& [from, to] : {std::pair(before, now), std::pair(now, before),
+                                 std::pair(now, now), std::pair(LoggedStates{}, now)}) {
+    const ByteBuffer bytes = encode_difference(to.ids, to.states, from, 0.01);
+    ByteReader in(bytes);
+    const LoggedStates found = decode_difference(in, from, 0.01);
+    in.expect_end();
+    EXPECT_EQ(found.ids, to.ids);
+    ASSERT_EQ(found.states.size(), to.states.size());
+    for (std::size_t i = 0; i < to.states.size(); ++i)
+      EXPECT_TRUE(physics::identical(found.states[i], to.states[i])) << i;
+  }
+  EXPECT_LT(encode_difference(now.ids, now.states, now, 0.01).size(), 40u);
+}
+
+TEST(EventLog, ADamagedDifferenceIsNoDifference) {
+  LoggedStates before{all_ids(3), states_at(2)}, now{all_ids(3), states_at(3)};
+  const ByteBuffer sound = encode_difference(now.ids, now.states, before, 0.01);
+  for (std::size_t at = 0; at < sound.size(); ++at)
+    for (const unsigned char flip : {0x01, 0x80, 0xff}) {
+      ByteBuffer bytes = sound;
+      bytes[at] ^= flip;
+      bytes.resize(flip == 0x80 ? at : bytes.size());
+      ByteReader in(bytes);
+      try {
+        EXPECT_LE(decode_difference(in, before, 0.01).states.size(), 1000u);
+      } catch (const DecodeError&) {
+      }
+    }
+}
+
+// From the whole states before, wherever it was read last.
+TEST(EventLog, StepsReadInAnyOrder) {
+  const TemporaryFolder folder;
+  const std::string file = folder.file("long.sodalog");
+  constexpr std::int64_t kLong = 2 * kStatesAWhole + 10;
+  LoggedOptions options;
+  options.every = 3;
+  LogWriter log(file, false);
+  log.begin({"9.9", "/somewhere/scene.json", "{ the text }", 0.01}, options, kLabels, kMeshes);
+  for (std::int64_t step = 0; step <= 3 * kLong; ++step) {
+    LoggedStep logged = logged_step(step, digest_of(states_at(step)), states_at(step));
+    if (step % 3 != 0) logged = {step, logged.digest, false, {}, {}, {}, {}};
+    log.add_step(logged);
+  }
+  log.finish();
+  LogReader reader(file);
+  EXPECT_EQ(reader.last_states(), 3 * kLong);
+  for (std::int64_t at = 0; at < 60; ++at) {
+    const std::int64_t step = at * 7919 % (3 * kLong + 1);
+    const LoggedStep found = reader.read_step(step);
+    EXPECT_EQ(found.has_states, step % 3 == 0);
+    if (found.has_states) {
+      EXPECT_EQ(physics::digest(found.ids, found.states), found.digest) << step;
+    }
+    EXPECT_EQ(found.digest, digest_of(states_at(step)));
+  }
 }
 
 TEST(EventLog, ReadsBackWhichCellsChangedHands) {

@@ -137,6 +137,15 @@ TEST_F(Trace, WhyNamesThePairsThatMeetInAThirdWorld) {
       met.emplace(std::min(a, b), std::max(a, b));
     }
   EXPECT_EQ(met, (Pairs{{0, 1}, {2, 3}})) << told;
+  // Nobody asks a world about ghosts that are all gone.
+  std::size_t gone = 0;
+  for (const json& rollback : told["found"]) {
+    if (!std::ranges::all_of(rollback["late"], [](const json& m) { return m["anti"] == true; }))
+      continue;
+    EXPECT_EQ(rollback["reason"], "unknown") << rollback;
+    ++gone;
+  }
+  EXPECT_GT(gone, 0u);
 }
 
 TEST_F(Trace, WhyNamesTheBallAndWhatItHits) {

@@ -63,5 +63,21 @@ TEST(CommitRelay, StatesThatNobodyWantsDoNotTravelButIslandsDo) {
   EXPECT_EQ(last.part.islands.size(), 1u);
 }
 
+TEST(CommitRelay, TracesComeAsTheyAre) {
+  struct Chunks final : kernel::TraceSink {
+    void take(kernel::Bytes chunk) override { all.push_back(std::move(chunk)); }
+    std::vector<kernel::Bytes> all;
+  } chunks;
+  struct Nobody final : CommitSink {
+    void add(WorldId, const BufferEntry&) override { FAIL(); }
+  } nobody;
+  const std::vector<kernel::Bytes> sent = {kernel::Bytes(7, std::byte{9}), kernel::Bytes{}};
+  CommitRelay relay(true);
+  for (const kernel::Bytes& chunk : sent) relay.take(chunk);
+  for (const kernel::Bytes& record : relay.take())
+    join(record, {.commits = nobody, .trace = &chunks});
+  EXPECT_EQ(chunks.all, sent);
+}
+
 }  // namespace
 }  // namespace soda::models

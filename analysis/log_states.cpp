@@ -1,0 +1,309 @@
+#include "analysis/log_states.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <string>
+#include <tuple>
+#include <utility>
+
+namespace soda::analysis {
+namespace {
+
+using physics::BodyState;
+using physics::ContactImpulse;
+using physics::Quat;
+using physics::Vec3;
+
+// Velocity, angular velocity, orientation, position: what the next ones are predicted from comes
+// first.
+constexpr std::size_t kNumbers = 13;
+using Numbers = std::array<double, kNumbers>;
+// Of a step: what fits into a block of 64 MiB, where they are written whole.
+constexpr std::size_t kMostImpulses = (std::size_t{64} << 20) / 44;
+constexpr std::uint16_t kImpulsesBit = 1u << kNumbers, kBrokenBit = 1u << (kNumbers + 1);
+
+Numbers numbers_of(const BodyState& state) {
+  const Vec3 &v = state.linear_velocity_m_s, &w = state.angular_velocity_rad_s,
+             &x = state.position_m;
+  const Quat& q = state.orientation;
+  return {v.x(), v.y(), v.z(), w.x(), w.y(), w.z(), q.w(),
+          q.x(), q.y(), q.z(), x.x(), x.y(), x.z()};
+}
+
+void set_numbers(const Numbers& words, BodyState& state) {
+  state.linear_velocity_m_s = {words[0], words[1], words[2]};
+  state.angular_velocity_rad_s = {words[3], words[4], words[5]};
+  state.orientation = Quat(words[6], words[7], words[8], words[9]);
+  state.position_m = {words[10], words[11], words[12]};
+}
+
+// What word number `at` may be, when those before it are known. Only sums and products, in a fixed
+// order: it must come out alike wherever the log is read.
+double predicted(const Numbers& before, const Numbers& now, std::size_t at, double dt_s) {
+  if (at < 6) return before[at];
+  if (at >= 10) return before[at] + dt_s * now[at - 10];
+  const double x = 0.5 * dt_s * now[3], y = 0.5 * dt_s * now[4], z = 0.5 * dt_s * now[5];
+  const double square = x * x + y * y + z * z;
+  const double c = 1.0 - square * (0.5 - square * (1.0 / 24.0));
+  const double s = 1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0));
+  const double qw = before[6], qx = before[7], qy = before[8], qz = before[9];
+  switch (at) {
+    case 6:
+      return c * qw - s * (x * qx + y * qy + z * qz);
+    case 7:
+      return c * qx + s * (x * qw + y * qz - z * qy);
+    case 8:
+      return c * qy + s * (y * qw + z * qx - x * qz);
+    default:
+      return c * qz + s * (z * qw + x * qy - y * qx);
+  }
+}
+
+// The parts of a difference lie apart: alike bytes beside each other are compressed.
+enum Part { kBodies, kKeys, kLengths, kBytes, kParts };
+
+void put_count(ByteBuffer& out, std::uint64_t count) {
+  for (; count >= 0x80; count >>= 7) out.push_back(static_cast<unsigned char>(count | 0x80));
+  out.push_back(static_cast<unsigned char>(count));
+}
+
+std::uint64_t take_count(ByteReader& in) {
+  std::uint64_t count = 0;
+  for (unsigned shift = 0; shift < 64; shift += 7) {
+    const auto group = in.take<std::uint8_t>();
+    count |= std::uint64_t{group & 0x7fu} << shift;
+    if ((group & 0x80) == 0) return count;
+  }
+  throw DecodeError("holds a number of more than 64 bits");
+}
+
+std::uint32_t take_32(ByteReader& in) {
+  const std::uint64_t count = take_count(in);
+  if (count > 0xffffffffu) throw DecodeError("holds a number of more than 32 bits");
+  return static_cast<std::uint32_t>(count);
+}
+
+auto key_of(const ContactImpulse& impulse) {
+  return std::tuple(impulse.other, impulse.part, impulse.feature);
+}
+
+// Of the same contact point before; of a new one nothing.
+ContactImpulse found_in(const std::vector<ContactImpulse>& impulses, const ContactImpulse& key) {
+  const auto found = std::ranges::find_if(
+      impulses, [&key](const ContactImpulse& i) { return key_of(i) == key_of(key); });
+  return found != impulses.end() ? *found : ContactImpulse{};
+}
+
+bool same_bits(double a, double b) {
+  return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
+}
+
+bool same(const ContactImpulse& a, const ContactImpulse& b) {
+  const Vec3 &x = a.friction_newton_s, &y = b.friction_newton_s;
+  return key_of(a) == key_of(b) && same_bits(a.normal_newton_s, b.normal_newton_s) &&
+         same_bits(x.x(), y.x()) && same_bits(x.y(), y.y()) && same_bits(x.z(), y.z());
+}
+
+class Encoder {
+ public:
+  explicit Encoder(double between_s) : between_s_(between_s) {}
+
+  void add(std::size_t skipped, const BodyState& now, const BodyState& before) {
+    const Numbers words = numbers_of(now), old = numbers_of(before);
+    std::uint16_t mask = 0;
+    for (std::size_t i = 0; i < kNumbers; ++i) {
+      const double guess = predicted(old, words, i, between_s_);
+      if (same_bits(words[i], guess)) continue;
+      mask |= static_cast<std::uint16_t>(1u << i);
+      put_word(words[i], guess);
+    }
+    if (!std::ranges::equal(now.impulses, before.impulses, same)) {
+      mask |= kImpulsesBit;
+      put_impulses(now.impulses, before.impulses);
+    }
+    if (now.broken_joints != before.broken_joints) {
+      mask |= kBrokenBit;
+      put_count(parts_[kKeys], now.broken_joints.size());
+      for (const std::uint32_t joint : now.broken_joints) put_count(parts_[kKeys], joint);
+    }
+    put_count(parts_[kBodies], skipped);
+    put(parts_[kBodies], mask);
+  }
+
+  // `skipped` bodies at the end are as they were.
+  void finish(std::size_t skipped, ByteBuffer& out) {
+    put_count(parts_[kBodies], skipped);
+    for (const ByteBuffer& part : parts_) {
+      put(out, static_cast<std::uint64_t>(part.size()));
+      out.insert(out.end(), part.begin(), part.end());
+    }
+  }
+
+ private:
+  void put_word(double value, double guess) {
+    std::uint64_t bits = std::bit_cast<std::uint64_t>(value) ^ std::bit_cast<std::uint64_t>(guess);
+    const auto length = static_cast<unsigned>(8 - std::countl_zero(bits) / 8);
+    put(parts_[kLengths], static_cast<std::uint8_t>(length));
+    // All eight bytes at once, then those that count: faster than one by one.
+    ByteBuffer& bytes = parts_[kBytes];
+    const std::size_t at = bytes.size();
+    bytes.resize(at + 8);
+    for (unsigned i = 0; i < 8; ++i, bits >>= 8) bytes[at + i] = static_cast<unsigned char>(bits);
+    bytes.resize(at + length);
+  }
+
+  void put_impulses(const std::vector<ContactImpulse>& now,
+                    const std::vector<ContactImpulse>& before) {
+    const bool same_keys = std::ranges::equal(now, before, {}, key_of, key_of);
+    put_count(parts_[kKeys], same_keys ? 0 : now.size() + 1);
+    for (const ContactImpulse& impulse : now) {
+      if (!same_keys) {
+        put_count(parts_[kKeys], physics::index_of(impulse.other));
+        put_count(parts_[kKeys], impulse.part);
+        put_count(parts_[kKeys], impulse.feature);
+      }
+      const ContactImpulse old = found_in(before, impulse);
+      put_word(impulse.normal_newton_s, old.normal_newton_s);
+      for (int i = 0; i < 3; ++i) put_word(impulse.friction_newton_s[i], old.friction_newton_s[i]);
+    }
+  }
+
+  const double between_s_;
+  std::array<ByteBuffer, kParts> parts_;
+};
+
+class Decoder {
+ public:
+  Decoder(ByteReader& in, double between_s)
+      : between_s_(between_s),
+        texts_{in.take_string(), in.take_string(), in.take_string(), in.take_string()} {
+    for (const std::string& text : texts_)
+      parts_.emplace_back(
+          std::span(reinterpret_cast<const unsigned char*>(text.data()), text.size()));
+  }
+
+  // How many bodies are as they were, before one that is not.
+  std::uint64_t take_skipped() { return take_count(parts_[kBodies]); }
+
+  void change(BodyState& state) {
+    const auto mask = parts_[kBodies].take<std::uint16_t>();
+    const Numbers before = numbers_of(state);
+    Numbers words{};
+    for (std::size_t i = 0; i < kNumbers; ++i) {
+      const double guess = predicted(before, words, i, between_s_);
+      words[i] = (mask >> i & 1) != 0 ? take_word(guess) : guess;
+    }
+    set_numbers(words, state);
+    if ((mask & kImpulsesBit) != 0) take_impulses(state.impulses);
+    if ((mask & kBrokenBit) != 0) {
+      state.broken_joints.resize(take_at_most(parts_[kKeys]));
+      for (std::uint32_t& joint : state.broken_joints) joint = take_32(parts_[kKeys]);
+    }
+    if (mask >> (kNumbers + 2) != 0) throw DecodeError("holds a change of nothing that there is");
+  }
+
+  void expect_end() const {
+    for (const ByteReader& part : parts_) part.expect_end();
+  }
+
+ private:
+  double take_word(double guess) {
+    const auto length = parts_[kLengths].take<std::uint8_t>();
+    if (length > 8) throw DecodeError("holds a double of " + std::to_string(length) + " bytes");
+    std::uint64_t bits = 0;
+    for (unsigned i = 0; i < length; ++i)
+      bits |= std::uint64_t{parts_[kBytes].take<std::uint8_t>()} << (8 * i);
+    return std::bit_cast<double>(bits ^ std::bit_cast<std::uint64_t>(guess));
+  }
+
+  // A count of what takes a byte at least.
+  static std::size_t take_at_most(ByteReader& in) {
+    const std::uint64_t count = take_count(in);
+    if (count > in.left()) throw DecodeError("a count exceeds the bytes left");
+    return count;
+  }
+
+  void take_impulses(std::vector<ContactImpulse>& impulses) {
+    const std::vector<ContactImpulse> before = impulses;
+    const std::uint64_t count = take_count(parts_[kKeys]);
+    if (count > parts_[kKeys].left() + 1) throw DecodeError("a count exceeds the bytes left");
+    if (count > 0) impulses.assign(count - 1, {});
+    impulses_ += impulses.size();
+    if (impulses_ > kMostImpulses) throw DecodeError("holds more impulses than any step");
+    for (ContactImpulse& impulse : impulses) {
+      if (count > 0) {
+        impulse.other = physics::BodyId{take_32(parts_[kKeys])};
+        impulse.part = take_32(parts_[kKeys]);
+        impulse.feature = take_32(parts_[kKeys]);
+      }
+      const ContactImpulse old = found_in(before, impulse);
+      impulse.normal_newton_s = take_word(old.normal_newton_s);
+      for (int axis = 0; axis < 3; ++axis)
+        impulse.friction_newton_s[axis] = take_word(old.friction_newton_s[axis]);
+    }
+  }
+
+  const double between_s_;
+  std::size_t impulses_ = 0;
+  const std::array<std::string, kParts> texts_;
+  std::vector<ByteReader> parts_;
+};
+
+// Null if it was not there.
+const BodyState* state_of(physics::BodyId id, const LoggedStates& before) {
+  const auto found = std::ranges::lower_bound(before.ids, id);
+  if (found == before.ids.end() || *found != id) return nullptr;
+  return &before.states[static_cast<std::size_t>(found - before.ids.begin())];
+}
+
+}  // namespace
+
+ByteBuffer encode_difference(std::span<const physics::BodyId> ids,
+                             std::span<const BodyState> states, const LoggedStates& before,
+                             double between_s) {
+  ByteBuffer out;
+  const bool same_ids = std::ranges::equal(ids, before.ids);
+  put(out, static_cast<std::uint8_t>(same_ids));
+  if (!same_ids) {
+    put(out, static_cast<std::uint64_t>(ids.size()));
+    for (const physics::BodyId id : ids) put(out, physics::index_of(id));
+  }
+  const BodyState nothing;
+  Encoder encoder(between_s);
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    const BodyState* const found = same_ids ? &before.states[i] : state_of(ids[i], before);
+    const BodyState& old = found != nullptr ? *found : nothing;
+    if (physics::identical(states[i], old)) continue;
+    encoder.add(i - std::exchange(next, i + 1), states[i], old);
+  }
+  encoder.finish(ids.size() - next, out);
+  return out;
+}
+
+LoggedStates decode_difference(ByteReader& in, const LoggedStates& before, double between_s) {
+  LoggedStates now;
+  now.ids = before.ids;
+  if (!in.take_flag()) {
+    now.ids.resize(in.take_count(sizeof(std::uint32_t)));
+    for (physics::BodyId& id : now.ids) id = physics::BodyId{in.take<std::uint32_t>()};
+  }
+  for (const physics::BodyId id : now.ids) {
+    const BodyState* const found = state_of(id, before);
+    now.states.push_back(found != nullptr ? *found : BodyState{});
+  }
+  Decoder decoder(in, between_s);
+  for (std::size_t next = 0;; ++next) {
+    const std::uint64_t skipped = decoder.take_skipped();
+    if (skipped > now.states.size() - next) throw DecodeError("changes a body that is not there");
+    next += skipped;
+    if (next == now.states.size()) break;
+    decoder.change(now.states[next]);
+  }
+  decoder.expect_end();
+  return now;
+}
+
+}  // namespace soda::analysis
