@@ -73,6 +73,8 @@ void define_replay(CLI::App& replay, ReplayRequest& request) {
   add_cluster_options(replay, request.overrides.cluster, "modelled from its counters");
   replay.add_option("--scheduling-seed", request.overrides.scheduling_seed,
                     "threads executor: shuffle its scheduling (0: do not)");
+  replay.add_flag("--as-executed", request.as_executed,
+                  "in one thread, event for event as the log's trace has it");
   CLI::Option* step = replay.add_option("--step", request.step, "show the state after this step");
   replay.add_option("--body", request.body, "with --step: only this body, all digits")->needs(step);
   replay.add_flag("--json", request.json, "what soda run --json says, of this run")->excludes(step);

@@ -82,6 +82,15 @@ scenarios::Scenario logged_scenario(LogReader& log, const Overrides& more) {
   return scenario;
 }
 
+std::int64_t asked_steps(const LogReader& log) {
+  const Overrides own = options_of_run(log.options());
+  const scenarios::MeshFiles meshes{.folder = "", .kept = &log.meshes(), .read = nullptr};
+  scenarios::Scenario scenario =
+      scenarios::read_scenario_text(log.scenario().text, log.scenario().file, own.seed, meshes);
+  apply_overrides(own, scenario.territory, scenario.run);
+  return scenario.run.steps;
+}
+
 void tell_flaws(const LogReader& log, const std::string& file, std::ostream& err) {
   if (!log.cut().empty())
     err << "soda: " << file << ": " << log.cut() << "; read up to step " << log.last_step() << "\n";

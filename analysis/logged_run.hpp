@@ -15,6 +15,9 @@ namespace soda::analysis {
 // all steps. Throws FileError if they, or the bodies, are none of the logged scenario.
 scenarios::Scenario logged_scenario(LogReader& log, const Overrides& overrides);
 
+// How many steps the logged run was to have.
+std::int64_t asked_steps(const LogReader& log);
+
 // Says where the log is cut off or damaged, if it is.
 void tell_flaws(const LogReader& log, const std::string& file, std::ostream& err);
 

@@ -15,6 +15,7 @@
 #include "analysis/step_comparison.hpp"
 #include "analysis/stop_signals.hpp"
 #include "analysis/text_table.hpp"
+#include "analysis/trace/recorded_order.hpp"
 #include "analysis/warnings.hpp"
 
 namespace soda::analysis {
@@ -166,16 +167,34 @@ int rerun(const ReplayRequest& request, LogReader& log, std::ostream& out, std::
     return tell(request, report, out, err);
   }
   models::CommitObserver observer;
+  kernel::RecordedOrder order;
+  std::vector<kernel::Bytes> chunks;
+  if (request.as_executed) {
+    order = recorded_order(log, scenario);
+    scenario.run.recorded = &order;
+    scenario.run.recorded_over_ranks = log.options().ranks > 1;
+    observer.wants_trace = true;
+    observer.on_trace = [&chunks](std::span<const std::byte> chunk) {
+      chunks.emplace_back(chunk.begin(), chunk.end());
+    };
+  }
   observer.wants_states = true;
   observer.on_step = [&](const models::CommittedStep& step) {
     comparison.compare(step.step, step.ids, step.states);
   };
-  report.run = measure_run(scenario.scene, scenario.initial, scenario.territory, scenario.run,
-                           observer, terminal_progress(scenario.run.steps, request.quiet));
+  try {
+    report.run = measure_run(scenario.scene, scenario.initial, scenario.territory, scenario.run,
+                             observer, terminal_progress(scenario.run.steps, request.quiet));
+  } catch (const kernel::NotAsRecorded& fault) {
+    err << "soda: " << request.file << ": divergence: " << fault.what() << "\n";
+    return kExitCheckFailed;
+  }
   if (comparison.error) std::rethrow_exception(comparison.error);
   report.replay->divergence = comparison.first_difference;
   if (!comparison.first_difference)
-    report.replay->divergence = execution_divergence(request, log, report.run);
+    report.replay->divergence = request.as_executed
+                                    ? trace_divergence(log, report.worlds, chunks)
+                                    : execution_divergence(request, log, report.run);
   return tell(request, report, out, err);
 }
 

@@ -15,6 +15,7 @@ struct ReplayRequest {
   Overrides overrides;                // over the options of the logged run
   std::optional<std::int64_t> step;   // show this step instead of re-running
   std::optional<std::uint32_t> body;  // only this body, by label
+  bool as_executed = false;           // in the order of the log's trace
   bool json = false;                  // what `soda run --json` says, of the run again
   bool quiet = false;
 };
@@ -22,6 +23,7 @@ struct ReplayRequest {
 // kExitCheckFailed if a step diverges (the first one is told, and the run ends there), a virtual
 // cluster executed otherwise with the same options, or a block is damaged; a log that is merely cut
 // off is read up to its last whole block and said to be cut off.
+// Throws UsageError if it is to be had again as it was executed and cannot be (recorded_order.hpp).
 int replay_command(const ReplayRequest& request, std::ostream& out, std::ostream& err);
 
 }  // namespace soda::analysis

@@ -112,6 +112,10 @@ void EventRecorder::cost(LpId lp, std::int64_t took_ns) {
   write(record);
 }
 
+void EventRecorder::settled(LpId lp) {
+  if (traces()) write(about(Happening::kSettled, lp, last_time_));
+}
+
 void EventRecorder::absorbed(LpId lp, VirtualTime time, bool counts) {
   of(time).executed += counts;
   if (!traces()) return;

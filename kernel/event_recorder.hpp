@@ -45,8 +45,9 @@ enum class Happening : std::uint8_t {
   kJumped = 10,     // goes on at `time` without executing what lies between
   kCommitted = 11,  // `time`
   kGvt = 12,        // is `time`
+  kSettled = 13,    // what had arrived late has been looked at
 };
-inline constexpr std::uint8_t kHappenings = 13;
+inline constexpr std::uint8_t kHappenings = 14;
 
 // What belongs to a happening is set; the rest is as here.
 struct TraceRecord {
@@ -125,6 +126,7 @@ class EventRecorder {
   void late(const Message& message);
   void executed(LpId lp, VirtualTime time, std::int64_t began_ns, bool anew);
   void cost(LpId lp, std::int64_t took_ns);
+  void settled(LpId lp);
   void absorbed(LpId lp, VirtualTime time, bool counts);
   void rewound(LpId lp, VirtualTime restart, VirtualTime changed, const Refusal& refusal);
   void rolled_back(LpId lp, VirtualTime time);

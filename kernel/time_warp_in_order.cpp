@@ -76,7 +76,8 @@ bool TimeWarpProcess::execute_in_order(VirtualTime now, std::uint32_t first_inpu
     lp_.mark(now);
   const std::uint32_t output_at = journal_.next_output();
   InOrderSender sender(*this, now, effects);
-  const std::int64_t began_ns = effects.recorder != nullptr ? effects.recorder->now_ns() : 0;
+  const std::int64_t began_ns =
+      effects.recorder != nullptr ? tell_arrived(first_input, *effects.recorder) : 0;
   const bool done = run_handler(now, bag, sender);
   const std::uint32_t outputs = journal_.next_output() - output_at;
   const std::uint64_t number = journal_.next_number();
@@ -88,7 +89,7 @@ bool TimeWarpProcess::execute_in_order(VirtualTime now, std::uint32_t first_inpu
   ++effects.counters.executed;
   ++effects.counters.in_order;
   if (effects.recorder != nullptr) [[unlikely]]
-    tell_in_order(first_input, now, began_ns, *effects.recorder);
+    effects.recorder->executed(id_, now, began_ns, false);
   inputs_.pass_over(now);
   if (!done) [[unlikely]] {
     ++effects.counters.failed;

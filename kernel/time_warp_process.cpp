@@ -99,6 +99,7 @@ bool TimeWarpProcess::deliver_any(Message&& message, WorkerEffects& effects) {
 }
 
 void TimeWarpProcess::settle(WorkerEffects& effects) {
+  if (effects.recorder != nullptr) effects.recorder->settled(id_);
   if (absorbs_ && rare_ && !rare_->changed.empty()) absorb_changes(effects);
   if (changed_from_ == kNever) return note_quiet();
   const VirtualTime from = std::exchange(changed_from_, kNever);

@@ -300,8 +300,7 @@ class alignas(64) TimeWarpProcess {
                                                WorkerEffects& effects) const;
   void send_in_order(VirtualTime now, const OutputId& to, Payload&& payload,
                      WorkerEffects& effects);
-  void tell_in_order(std::uint32_t first_input, VirtualTime now, std::int64_t began_ns,
-                     EventRecorder& recorder) const;
+  std::int64_t tell_arrived(std::uint32_t first_input, EventRecorder& recorder) const;
   void take_all_back(Counters& counters);
   void move_to_history(Journal::Entry& entry);
   void drop_history(VirtualTime gvt);

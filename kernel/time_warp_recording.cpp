@@ -32,13 +32,13 @@ void TimeWarpProcess::tell_undone(std::size_t standing, VirtualTime restart, Vir
     recorder.rolled_back(id_, executed_[i - 1].time());
 }
 
-// Messages that came by the calendar have not been told yet.
-void TimeWarpProcess::tell_in_order(std::uint32_t first_input, VirtualTime now,
-                                    std::int64_t began_ns, EventRecorder& recorder) const {
+// Messages that came by the calendar have not been told yet. Returns when that was.
+std::int64_t TimeWarpProcess::tell_arrived(std::uint32_t first_input,
+                                           EventRecorder& recorder) const {
   const MessagePool& pool = inputs_.pool();
   for (std::uint32_t place = first_input; place != MessagePool::kNone; place = pool[place].next)
     recorder.arrived(pool[place]);
-  recorder.executed(id_, now, began_ns, false);
+  return recorder.now_ns();
 }
 
 }  // namespace soda::kernel

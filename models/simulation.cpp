@@ -145,7 +145,7 @@ struct Driver {
   const RunOptions& options;
   kernel::Outside* outside;
   kernel::Recording recording;
-  const kernel::ProgressFn& progress;
+  const kernel::ProgressFn progress;
 };
 
 kernel::ThreadsOptions threads_options(const Driver& driver) {
@@ -210,6 +210,8 @@ kernel::RunResult run(const Worlds& worlds, const Driver& driver, CommitRelay& r
                       const RecordSinks& sinks, std::optional<kernel::VirtualReport>& report) {
   const RunOptions& options = driver.options;
   const kernel::VirtualTime end = time_of(options.steps, Phase::kBegin);
+  if (options.recorded != nullptr)
+    return kernel::run_as_recorded(worlds, end, *options.recorded, driver.recording);
   if (options.executor == ExecutorKind::kVirtual) return run_on_cluster(worlds, driver, report);
   if (worlds.size() == 1 && !worlds[0]) return {};
   if (executor_of(options, static_cast<std::uint32_t>(worlds.size())) == ExecutorKind::kSequential)
@@ -360,13 +362,12 @@ SimulationResult simulate(const physics::SceneDescription& scene,
   TraceToObserver to_observer(observer);
   kernel::TraceSink* const trace =
       is_root(options) ? static_cast<kernel::TraceSink*>(&to_observer) : &relay;
-  const kernel::ProgressFn tell = on_gvt(options.steps, progress);
   const kernel::RunResult outcome =
       run(worlds,
           {.options = options,
            .outside = options.outsides.empty() ? nullptr : &outsides,
            .recording = {kind_of, observer.wants_trace ? trace : nullptr, note_bodies},
-           .progress = tell},
+           .progress = on_gvt(options.steps, progress)},
           relay, {commits, balancing.get(), trace}, result.cluster);
   if (balancing) result.territory_changes = balancing->changes();
   end_early(outcome, worlds, result);

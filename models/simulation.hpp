@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "kernel/executor.hpp"
+#include "kernel/recorded_executor.hpp"
 #include "kernel/transport.hpp"
 #include "kernel/virtual_executor.hpp"
 #include "models/entry_observer.hpp"
@@ -88,6 +89,10 @@ struct RunOptions {
   // (work_cost.hpp) unless `constant_cost`: then each event costs bag_cost_ns.
   kernel::VirtualOptions cluster = {};
   bool constant_cost = false;
+  // A traced run again, in the order in which it was executed: instead of what `executor` says.
+  // Nothing comes from outside; `outsides` and balancing must be none.
+  const kernel::RecordedOrder* recorded = nullptr;
+  bool recorded_over_ranks = false;
 };
 
 // Work that only divided scenes have; sums over all worlds, speculative work included.

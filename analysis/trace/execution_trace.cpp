@@ -35,9 +35,9 @@ void check(const TraceRecord& record, std::uint32_t worlds, std::size_t bodies) 
   must_hold(is_world(record.lp), "tells of world " + std::to_string(kernel::index_of(record.lp)));
   if (is_of_message(record.what)) {
     must_hold(is_world(record.peer) || record.peer == kernel::kOutside,
-            "tells of world " + std::to_string(kernel::index_of(record.peer)));
+              "tells of world " + std::to_string(kernel::index_of(record.peer)));
     must_hold(record.kind < models::message_kinds().size(),
-            "tells of a message of kind " + std::to_string(record.kind));
+              "tells of a message of kind " + std::to_string(record.kind));
   }
   if (record.what == Happening::kLate) {
     must_hold(record.note.size() % 4 == 0, "names half a body");
@@ -46,7 +46,7 @@ void check(const TraceRecord& record, std::uint32_t worlds, std::size_t bodies) 
   }
   if (record.what == Happening::kRewound) {
     must_hold(record.note.size() == sizeof(std::uint32_t) + 2 * sizeof(std::uint64_t),
-            "tells of a rollback without its reason");
+              "tells of a rollback without its reason");
     must_hold(noted_refusal(record).code < models::kRefusals, "tells of a reason that is none");
   }
 }
@@ -93,6 +93,7 @@ class Story {
       case Happening::kAdopted:
       case Happening::kArrived:
       case Happening::kJumped:
+      case Happening::kSettled:
       case Happening::kGvt:
         return;
     }
@@ -175,6 +176,7 @@ class Story {
     const ExecutionNumber number = add_execution(world, worker, record);
     trace_.executions[number].repeats = record.anew;
     world.last = number;
+    world.late.clear();  // what is left of it changed nothing
     world.rolls_back = false;
     for (const std::uint64_t incarnation : world.sending)
       senders_[{kernel::index_of(record.lp), incarnation}].execution = number;
@@ -209,7 +211,7 @@ class Story {
   void rolled_back(World& world, const TraceRecord& record) {
     const auto found = world.standing.find(record.time);
     must_hold(found != world.standing.end() && world.last_rollback,
-            "undoes what has not been executed");
+              "undoes what has not been executed");
     trace_.executions[found->second].undone_by = world.last_rollback;
     trace_.rollbacks[*world.last_rollback].undone.push_back(found->second);
     world.undone[record.time] = found->second;

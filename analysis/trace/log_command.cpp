@@ -1,6 +1,5 @@
 #include "analysis/trace/log_command.hpp"
 
-#include <array>
 #include <ostream>
 
 #include "analysis/exit_codes.hpp"
@@ -16,12 +15,6 @@
 
 namespace soda::analysis {
 namespace {
-
-// By kernel::Happening.
-constexpr std::array kHappenings{"sent",   "adopted",   "arrived", "late",        "executed",
-                                 "cost",   "absorbed",  "rewound", "rolled_back", "put_back",
-                                 "jumped", "committed", "gvt"};
-static_assert(kHappenings.size() == kernel::kHappenings);
 
 // Lines of equal fields, each value as JSON text, in one of two forms.
 class Lines {
@@ -115,7 +108,8 @@ SceneObject event_line(std::uint32_t worker, const kernel::TraceRecord& record,
   const bool is_gvt = what == Happening::kGvt;
   const bool is_of_message = what == Happening::kSent || what == Happening::kAdopted ||
                              what == Happening::kArrived || what == Happening::kLate;
-  const bool has_time = what != Happening::kCost && record.time != kernel::kNever;
+  const bool has_time =
+      what != Happening::kCost && what != Happening::kSettled && record.time != kernel::kNever;
   std::string bodies;
   if (what == Happening::kLate)
     for (const std::uint32_t id : noted_bodies(record))
@@ -123,7 +117,7 @@ SceneObject event_line(std::uint32_t worker, const kernel::TraceRecord& record,
   return SceneObject()
       .set("clock_s", json_of(1e-9 * static_cast<double>(record.clock_ns)))
       .set("worker", json_of(worker))
-      .set("what", quoted(kHappenings[static_cast<std::size_t>(what)]))
+      .set("what", quoted(happening_name(what)))
       .set("world", is_gvt ? "null" : json_of(kernel::index_of(record.lp)))
       .set("step", has_time ? json_of(record.time.t) : "null")
       .set("event", has_time ? quoted(event_words(record.time)) : "null")

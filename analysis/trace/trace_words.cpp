@@ -1,6 +1,7 @@
 #include "analysis/trace/trace_words.hpp"
 
 #include <algorithm>
+#include <array>
 
 #include "analysis/text_table.hpp"
 #include "kernel/outside.hpp"
@@ -9,6 +10,12 @@
 
 namespace soda::analysis {
 namespace {
+
+// By kernel::Happening.
+constexpr std::array kHappenings{"sent",   "adopted",   "arrived", "late",        "executed",
+                                 "cost",   "absorbed",  "rewound", "rolled_back", "put_back",
+                                 "jumped", "committed", "gvt",     "settled"};
+static_assert(kHappenings.size() == kernel::kHappenings);
 
 std::string spaced(std::string name) {
   std::ranges::replace(name, '_', ' ');
@@ -33,6 +40,12 @@ std::string words_of(kernel::VirtualTime time) {
   text += ", " + event_words(time);
   return round > 0 ? text + ", round " + std::to_string(round) : text;
 }
+
+const char* happening_name(kernel::Happening what) {
+  return kHappenings[static_cast<std::size_t>(what)];
+}
+
+std::string happening_words(kernel::Happening what) { return spaced(happening_name(what)); }
 
 std::string message_words(std::uint32_t kind) { return spaced(models::message_kinds()[kind]); }
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 
+#include "kernel/event_recorder.hpp"
 #include "kernel/virtual_time.hpp"
 
 namespace soda::analysis {
@@ -13,6 +14,9 @@ std::string words_of(kernel::VirtualTime time);
 // The kind of an execution or a message, with spaces.
 std::string event_words(kernel::VirtualTime time);
 std::string message_words(std::uint32_t kind);
+// "put back".
+const char* happening_name(kernel::Happening what);  // "put_back"
+std::string happening_words(kernel::Happening what);
 // "3.412 ms".
 std::string milliseconds(std::int64_t ns);
 // "world 3", or "outside".

@@ -246,6 +246,36 @@ TEST_F(Trace, WhatIfTellsTheCostBeforeAndAfter) {
   EXPECT_EQ(run_soda({"what-if", log_, "--deliver-in-time", "box"}).exit_code, kExitInput);
 }
 
+// Event for event, the same rollbacks in one thread; and nothing else is taken for the same.
+TEST_F(Trace, ARunOverThreadsOrRanksIsHadAgainAsItWasExecuted) {
+  const std::vector<std::vector<std::string>> all = {
+      {"--threads", "2"},
+      {"--threads", "4", "--gating", "off"},
+      {"--threads", "4", "--scheduling-seed", "3"},
+      {"--threads", "3", "--rollback", "invalidate", "--gating", "off"},
+      {"--executor", "virtual", "--latency-us", "60"}};
+  std::uint64_t rolled_back = 0;
+  for (const char* scene : {"border-stack", "billiards", "third-world"})
+    for (std::vector<std::string> options : all) {
+      options.insert(options.end(), {"--steps", "90"});
+      json run = traced(scene, options)["events"];
+      const ChildResult again = run_soda({"replay", log_, "--as-executed", "--json"});
+      EXPECT_EQ(again.exit_code, kExitOk) << scene << " " << options[1] << again.err;
+      json told = json::parse(again.out)["events"];
+      rolled_back += run["rolled_back"].get<std::uint64_t>();
+      for (const char* key :
+           {"executed", "rolled_back", "committed", "rollbacks", "stragglers", "messages",
+            "anti_messages", "adopted", "absorbed", "jumps", "by_kind", "messages_by_kind"})
+        EXPECT_EQ(run[key], told[key]) << scene << " " << key;
+    }
+  EXPECT_GT(rolled_back, 2000u);
+  traced("border-stack", {"--threads", "4", "--gating", "off", "--steps", "90"});
+  EXPECT_EQ(run_soda({"replay", log_, "--as-executed", "--rollback", "invalidate"}).exit_code,
+            kExitCheckFailed);
+  traced("border-stack", {"--executor", "sequential", "--steps", "30"});
+  EXPECT_EQ(run_soda({"replay", log_, "--as-executed"}).exit_code, kExitInput);
+}
+
 // Slices of a track follow each other or lie within each other, and arrows have both ends.
 TEST_F(Trace, ATraceFileHasASliceForEachExecutionOnBothTracks) {
   const json run = traced("border-stack", {"--threads", "2"});

@@ -1,0 +1,26 @@
+// A traced run to be had again as it was executed: the order in a log, and whether it came out so.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "analysis/log_reader.hpp"
+#include "kernel/recorded_executor.hpp"
+#include "scenarios/scenario.hpp"
+
+namespace soda::analysis {
+
+// Throws UsageError if the log is of a run that cannot be had again so: without a trace, in
+// sequence, ended early, with user input or balancing. `scenario`: the logged one, which is made to
+// run as far as it was asked to.
+kernel::RecordedOrder recorded_order(LogReader& log, scenarios::Scenario& scenario);
+
+// Where what a world did, in `chunks` of its run again, is first not what the log tells: world,
+// number of the happening, and both. Commits and GVT may lie elsewhere.
+std::optional<std::string> trace_divergence(LogReader& log, std::uint32_t worlds,
+                                            std::span<const kernel::Bytes> chunks);
+
+}  // namespace soda::analysis
