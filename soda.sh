@@ -100,7 +100,7 @@ case $command in
     configure_all
     ;;
   run)
-    (($# > 0)) || set -- "$main_scenario"
+    (($# > 0)) || set -- "$main_scenario" --view build/main-scenario.html --force
     build_for_use >&2
     exec build/release/soda run "$@"
     ;;

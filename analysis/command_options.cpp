@@ -29,7 +29,8 @@ void define_run(CLI::App& run, RunRequest& request, const Wanted& wanted) {
       ->check(CLI::IsMember(std::vector<std::string>(kLogLevels.begin(), kLogLevels.end())));
   run.add_option("--log-every", request.log_every, "states of every Kth step only")
       ->check(CLI::PositiveNumber);
-  run.add_flag("--force", request.force, "replace the log if it exists");
+  run.add_option("--view", request.view_file, "write a page to look at the run in a browser");
+  run.add_flag("--force", request.force, "replace the log and the page if they exist");
   run.add_flag_callback(
       "--realtime",
       [&request] {

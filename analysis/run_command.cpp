@@ -1,5 +1,7 @@
 #include "analysis/run_command.hpp"
 
+#include <unistd.h>
+
 #include <filesystem>
 #include <memory>
 #include <new>
@@ -11,12 +13,14 @@
 #include "analysis/input_stream.hpp"
 #include "analysis/json_output.hpp"
 #include "analysis/log_writer.hpp"
+#include "analysis/logged_run.hpp"
 #include "analysis/output_file.hpp"
 #include "analysis/progress.hpp"
 #include "analysis/run_report.hpp"
 #include "analysis/stop_signals.hpp"
 #include "analysis/text_table.hpp"
 #include "analysis/version.hpp"
+#include "analysis/view_command.hpp"
 #include "analysis/warnings.hpp"
 #include "scenarios/read_scenario.hpp"
 
@@ -115,7 +119,8 @@ void run_observed(const RunRequest& request, const scenarios::Scenario& scenario
 // A warm rollback's bits depend on when messages came.
 void refuse_warm_where_bits_count(const RunRequest& request) {
   if (request.overrides.rollback != models::RollbackMode::kWarm) return;
-  if (!request.log_file.empty()) throw UsageError("--log: what --rollback warm does has no replay");
+  if (!request.log_file.empty() || !request.view_file.empty())
+    throw UsageError("--log: what --rollback warm does has no replay");
   if (request.overrides.cluster.check_purity)
     throw UsageError("--check-purity: --rollback warm is not pure");
 }
@@ -153,7 +158,8 @@ void print(const RunReport& report, bool as_json, std::ostream& out) {
 // On a rank that is not the root.
 int run_own_worlds(const RunRequest& request, const scenarios::Scenario& scenario) {
   models::CommitObserver observer;
-  observer.wants_states = !request.log_file.empty() || request.step_digests;
+  observer.wants_states =
+      !request.log_file.empty() || !request.view_file.empty() || request.step_digests;
   observer.wants_trace = wants_trace(request);
   take_part(scenario.scene, scenario.initial, scenario.territory, scenario.run, observer);
   return kExitOk;
@@ -175,6 +181,28 @@ bool finish(LogWriter* log, const RunReport& report, std::ostream& err) {
   return true;
 }
 
+// What a page needs and nobody has asked to keep.
+struct TemporaryLog {
+  std::string file;
+
+  ~TemporaryLog() {
+    std::error_code ignored;
+    if (!file.empty()) std::filesystem::remove(file, ignored);
+  }
+};
+
+// The page is made when the run is over, but that it can be written is known before.
+std::unique_ptr<OutputFile> open_page(RunRequest& request, TemporaryLog& own) {
+  if (request.view_file.empty()) return nullptr;
+  if (level_of(request) == LogLevel::kInputs)
+    throw UsageError("--view: --log-level inputs leaves out the states that it shows");
+  refuse_own_input(request.view_file, request.file, "--view");
+  auto page = std::make_unique<OutputFile>(request.view_file, request.force);
+  if (!request.log_file.empty()) return page;
+  own.file = request.log_file = request.view_file + "." + std::to_string(getpid()) + ".sodalog";
+  return page;
+}
+
 }  // namespace
 
 int run_command(const RunRequest& given, std::ostream& out, std::ostream& err) {
@@ -194,6 +222,8 @@ int run_command(const RunRequest& given, std::ostream& out, std::ostream& err) {
   scenario.run.stop = &stop;
   if (request.overrides.transport != nullptr && !request.overrides.transport->is_root())
     return run_own_worlds(request, scenario);
+  TemporaryLog own_log;
+  const std::unique_ptr<OutputFile> page = open_page(request, own_log);
   const std::unique_ptr<LogWriter> log =
       request.log_file.empty() ? nullptr : open_log(request, files, scenario);
 
@@ -205,6 +235,11 @@ int run_command(const RunRequest& given, std::ostream& out, std::ostream& err) {
   const bool bad_lines = stream && stream->stop() > 0;
   const bool is_written = finish(log.get(), report, err);
   print(report, request.json, out);
+  if (page && is_written) {
+    LogReader written(request.log_file);
+    const std::string said = write_page(written, logged_scenario(written, {}), *page, std::nullopt);
+    if (!request.json) out << "\n" << said;
+  }
 
   const std::vector<std::string> broken = broken_plan_lines(report.run);
   for (const std::string& line : broken) err << "soda: plan broken: " << line << "\n";

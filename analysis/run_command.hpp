@@ -17,7 +17,8 @@ struct RunRequest {
   std::string log_file;                   // empty: no log
   std::optional<LogLevel> log_level;      // without: kCommits
   std::optional<std::int64_t> log_every;  // states of the steps that it divides; without: 1
-  bool force = false;                     // replaces a log that exists
+  std::string view_file;                  // empty: no page
+  bool force = false;                     // replaces a log or a page that exists
   std::string inputs;                     // empty: none; a file, or "-" for standard input
   bool json = false;
   bool step_digests = false;

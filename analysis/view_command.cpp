@@ -22,25 +22,30 @@ std::int64_t steps_a_frame(const LogReader& log) {
 
 }  // namespace
 
+std::string write_page(LogReader& log, const scenarios::Scenario& scenario, OutputFile& page,
+                       std::optional<std::int64_t> asked) {
+  log.last_states();  // there are some
+  // A multiple of the steps whose states there are.
+  const std::int64_t apart = log.options().every;
+  const std::int64_t every = (asked.value_or(steps_a_frame(log)) + apart - 1) / apart * apart;
+  const Recording recording = record(log, scenario, every);
+  page.write(view_page(recording));
+  page.complete();
+  return page.file() + ": " + std::to_string(recording.bodies.size()) + " bodies, " +
+         std::to_string(recording.worlds) + " worlds, " + std::to_string(recording.steps.size()) +
+         " frames (every " + std::to_string(every) + " of " + std::to_string(log.last_step()) +
+         " steps); open it in a browser\n";
+}
+
 int view_command(const ViewRequest& request, std::ostream& out, std::ostream& err) {
   LogReader log(request.file);
   const std::string file = request.page_file.empty() ? request.file + ".html" : request.page_file;
   tell_flaws(log, request.file, err);
   refuse_own_input(file, request.file, "-o");
   OutputFile page(file, request.force);
-  log.last_states();  // there are some
-  // A multiple of the steps whose states there are.
-  const std::int64_t apart = log.options().every;
-  const std::int64_t wanted = request.every.value_or(steps_a_frame(log));
-  const std::int64_t every = (wanted + apart - 1) / apart * apart;
   const scenarios::Scenario scenario = logged_scenario(log, {});
   tell_warnings({{log.scenario().file, scenario.warnings}}, err);
-  const Recording recording = record(log, scenario, every);
-  page.write(view_page(recording));
-  page.complete();
-  out << file << ": " << recording.bodies.size() << " bodies, " << recording.worlds << " worlds, "
-      << recording.steps.size() << " frames (every " << every << " of " << log.last_step()
-      << " steps); open it in a browser\n";
+  out << write_page(log, scenario, page, request.every);
   return log.damage().empty() ? kExitOk : kExitCheckFailed;
 }
 

@@ -6,6 +6,10 @@
 #include <optional>
 #include <string>
 
+#include "analysis/log_reader.hpp"
+#include "analysis/output_file.hpp"
+#include "scenarios/scenario.hpp"
+
 namespace soda::analysis {
 
 struct ViewRequest {
@@ -14,6 +18,10 @@ struct ViewRequest {
   bool force = false;                 // replaces a page that exists
   std::optional<std::int64_t> every;  // >= 1; else what keeps the page below some 15 MB
 };
+
+// Writes the page of a log; returns what is to be said of it, with a line break.
+std::string write_page(LogReader& log, const scenarios::Scenario& scenario, OutputFile& page,
+                       std::optional<std::int64_t> every);
 
 // Throws FileError if the log cannot be read or the page not be written. kExitCheckFailed if a
 // block is damaged: the page then ends before it.

@@ -39,6 +39,7 @@ class TemporaryFolder {
   TemporaryFolder(const TemporaryFolder&) = delete;
   TemporaryFolder& operator=(const TemporaryFolder&) = delete;
   std::string file(const std::string& name) const;
+  std::vector<std::string> files() const;  // names of all there are
 
  private:
   std::string path_;

@@ -292,5 +292,24 @@ TEST_F(View, RefusesWhatItCannotReadOrWrite) {
   EXPECT_EQ(run_soda({"view", log_file_, "--every", "0"}).exit_code, kExitInput);
 }
 
+TEST(ViewPage, ARunMakesThePageThatItsLogWouldAndLeavesNothingElse) {
+  const TemporaryFolder folder;
+  const std::string page = folder.file("page.html"), log = folder.file("run.sodalog");
+  const std::string scene = library_file("crowd");
+  const auto ran = run_soda({"run", scene, "--steps", "30", "--view", page});
+  EXPECT_EQ(ran.exit_code, kExitOk) << ran.err;
+  EXPECT_TRUE(contains(ran.out, "page.html: 400 bodies, 12 worlds, 31 frames")) << ran.out;
+  EXPECT_EQ(folder.files(), (std::vector<std::string>{"page.html"}));
+  EXPECT_EQ(run_soda({"run", scene, "--steps", "30", "--log", log}).exit_code, kExitOk);
+  EXPECT_EQ(run_soda({"view", log}).exit_code, kExitOk);
+  EXPECT_TRUE(read_file(page) == read_file(log + ".html"));
+  EXPECT_EQ(run_soda({"run", scene, "--steps", "30", "--view", page}).exit_code, kExitFile);
+  EXPECT_EQ(run_soda({"run", scene, "--view", scene, "--force"}).exit_code, kExitInput);
+  EXPECT_EQ(run_soda({"run", scene, "--view", folder.file("other.html"), "--log", log, "--force",
+                      "--log-level", "inputs"})
+                .exit_code,
+            kExitInput);
+}
+
 }  // namespace
 }  // namespace soda::analysis
