@@ -1,6 +1,7 @@
 #include "analysis/trace/execution_trace.hpp"
 
 #include <algorithm>
+#include <cstdlib>
 #include <map>
 #include <numeric>
 #include <unordered_map>
@@ -30,6 +31,10 @@ void must_hold(bool holds, const std::string& what) {
 
 // What a world, a message or a body is called must be there.
 void check(const TraceRecord& record, std::uint32_t worlds, std::size_t bodies) {
+  // Times that sums of them can hold.
+  must_hold(record.took_ns >= 0 && record.took_ns < std::int64_t{1} << 45 &&
+                std::abs(record.clock_ns / 2) < std::int64_t{1} << 55,
+            "tells of a time beyond any run");
   const auto is_world = [worlds](kernel::LpId lp) { return kernel::index_of(lp) < worlds; };
   if (record.what == Happening::kGvt) return;
   must_hold(is_world(record.lp), "tells of world " + std::to_string(kernel::index_of(record.lp)));

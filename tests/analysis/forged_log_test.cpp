@@ -6,8 +6,13 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <random>
+
 #include "analysis/child_process.hpp"
 #include "analysis/exit_codes.hpp"
+#include "analysis/log_reader.hpp"
+#include "analysis/trace/why_command.hpp"
+#include "scenarios/read_scenario.hpp"
 
 namespace soda::analysis {
 namespace {
@@ -171,6 +176,43 @@ TEST_F(Logs, AnEndThatIsNotThatOfTheStepsIsTold) {
     });
     expect_refused("(end) at byte ");
   }
+}
+
+// One to three bytes of one block are others, and every checksum fits: what can be read is read,
+// the rest is told. In this process: a crash would end the test.
+TEST(ForgedLogs, AThousandAreReadOrTold) {
+  const TemporaryFolder folder;
+  const std::string sound = folder.file("sound.sodalog"), forged = folder.file("forged.sodalog");
+  ASSERT_EQ(run_soda({"run", library_file("border-stack"), "--steps", "100", "--executor",
+                      "virtual", "--gating", "off", "--log", sound, "--log-level", "trace"})
+                .exit_code,
+            kExitOk);
+  std::size_t blocks = 0, told = 0;
+  forge_log(sound, forged, [&blocks](ForgedBlock&) { ++blocks; });
+  std::mt19937 random(11);
+  for (int trial = 0; trial < 1000; ++trial) {
+    std::size_t left = random() % blocks;
+    forge_log(sound, forged, [&](ForgedBlock& block) {
+      if (left-- != 0) return;
+      for (std::size_t change = 1 + random() % 3; change > 0 && !block.payload.empty(); --change)
+        block.payload[random() % block.payload.size()] ^=
+            static_cast<unsigned char>(1 + random() % 255);
+    });
+    try {
+      LogReader log(forged);
+      for (std::int64_t step = 0; step <= log.last_step(); ++step)
+        for (const physics::BodyId id : log.read_step(step).ids)
+          ASSERT_LT(physics::index_of(id), log.labels().size());
+      const ExecutionTrace trace = read_trace(log, 4);
+      for (RollbackNumber number = 0; number < trace.rollbacks.size(); ++number)
+        ASSERT_FALSE(why_text(trace, number, log.labels()).empty());
+    } catch (const scenarios::FileError&) {
+      ++told;
+    } catch (const UsageError&) {
+      ++told;
+    }
+  }
+  EXPECT_GT(told, 500u);
 }
 
 // More than any step has, of a block or really there; within 3 GiB of address space.
