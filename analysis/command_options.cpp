@@ -47,6 +47,8 @@ void define_run(CLI::App& run, RunRequest& request, const Wanted& wanted) {
       "  soda run scenarios/library/twelve-worlds.json\n"
       "  soda run scenarios/library/border-stack.json --threads 2 --worlds 4 --buffer 8\n"
       "  soda run scenarios/library/pyramid.json --steps 100 --json --log run.sodalog\n"
+      "  soda run scenarios/library/border-stack.json --log run.sodalog --log-level trace\n"
+      "  soda run scenarios/library/crowd.json --view crowd.html\n"
       "  soda run scenarios/library/twelve-worlds.json --executor virtual --latency-us 50\n"
       "  soda run scenarios/library/user-input.json --inputs more.jsonl\n"
       "  soda run scenarios/library/crowd.json --realtime --load 0.5 --peak 1.5\n"

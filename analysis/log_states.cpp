@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <cstring>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -24,6 +25,8 @@ using Numbers = std::array<double, kNumbers>;
 constexpr std::size_t kMostImpulses = (std::size_t{64} << 20) / 44;
 constexpr std::uint16_t kImpulsesBit = 1u << kNumbers, kBrokenBit = 1u << (kNumbers + 1);
 
+static_assert(std::endian::native == std::endian::little, "bytes of numbers, the lowest first");
+
 Numbers numbers_of(const BodyState& state) {
   const Vec3 &v = state.linear_velocity_m_s, &w = state.angular_velocity_rad_s,
              &x = state.position_m;
@@ -32,33 +35,30 @@ Numbers numbers_of(const BodyState& state) {
           q.x(), q.y(), q.z(), x.x(), x.y(), x.z()};
 }
 
-void set_numbers(const Numbers& words, BodyState& state) {
-  state.linear_velocity_m_s = {words[0], words[1], words[2]};
-  state.angular_velocity_rad_s = {words[3], words[4], words[5]};
-  state.orientation = Quat(words[6], words[7], words[8], words[9]);
-  state.position_m = {words[10], words[11], words[12]};
+void set_numbers(const Numbers& n, BodyState& state) {
+  state.linear_velocity_m_s = {n[0], n[1], n[2]};
+  state.angular_velocity_rad_s = {n[3], n[4], n[5]};
+  state.orientation = Quat(n[6], n[7], n[8], n[9]);
+  state.position_m = {n[10], n[11], n[12]};
 }
 
-// What word number `at` may be, when those before it are known. Only sums and products, in a fixed
-// order: it must come out alike wherever the log is read.
-double predicted(const Numbers& before, const Numbers& now, std::size_t at, double dt_s) {
-  if (at < 6) return before[at];
-  if (at >= 10) return before[at] + dt_s * now[at - 10];
+// Velocities are taken to stay; where they have led to is known when they are.
+constexpr std::size_t kVelocities = 6;
+
+// What the numbers behind the velocities may be, when those are `now`'s. Only sums and products, in
+// a fixed order: it must come out alike wherever the log is read.
+void predict_rest(const Numbers& before, const Numbers& now, double dt_s, Numbers& guess) {
   const double x = 0.5 * dt_s * now[3], y = 0.5 * dt_s * now[4], z = 0.5 * dt_s * now[5];
   const double square = x * x + y * y + z * z;
   const double c = 1.0 - square * (0.5 - square * (1.0 / 24.0));
   const double s = 1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0));
   const double qw = before[6], qx = before[7], qy = before[8], qz = before[9];
-  switch (at) {
-    case 6:
-      return c * qw - s * (x * qx + y * qy + z * qz);
-    case 7:
-      return c * qx + s * (x * qw + y * qz - z * qy);
-    case 8:
-      return c * qy + s * (y * qw + z * qx - x * qz);
-    default:
-      return c * qz + s * (z * qw + x * qy - y * qx);
-  }
+  guess[6] = c * qw - s * (x * qx + y * qy + z * qz);
+  guess[7] = c * qx + s * (x * qw + y * qz - z * qy);
+  guess[8] = c * qy + s * (y * qw + z * qx - x * qz);
+  guess[9] = c * qz + s * (z * qw + x * qy - y * qx);
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    guess[10 + axis] = before[10 + axis] + dt_s * now[axis];
 }
 
 // The parts of a difference lie apart: alike bytes beside each other are compressed.
@@ -111,13 +111,14 @@ class Encoder {
   explicit Encoder(double between_s) : between_s_(between_s) {}
 
   void add(std::size_t skipped, const BodyState& now, const BodyState& before) {
-    const Numbers words = numbers_of(now), old = numbers_of(before);
+    const Numbers numbers = numbers_of(now), old = numbers_of(before);
+    Numbers guess = old;
+    predict_rest(old, numbers, between_s_, guess);
     std::uint16_t mask = 0;
     for (std::size_t i = 0; i < kNumbers; ++i) {
-      const double guess = predicted(old, words, i, between_s_);
-      if (same_bits(words[i], guess)) continue;
+      if (same_bits(numbers[i], guess[i])) continue;
       mask |= static_cast<std::uint16_t>(1u << i);
-      put_word(words[i], guess);
+      put_number(numbers[i], guess[i]);
     }
     if (!std::ranges::equal(now.impulses, before.impulses, same)) {
       mask |= kImpulsesBit;
@@ -135,6 +136,7 @@ class Encoder {
   // `skipped` bodies at the end are as they were.
   void finish(std::size_t skipped, ByteBuffer& out) {
     put_count(parts_[kBodies], skipped);
+    parts_[kBytes].resize(used_);
     for (const ByteBuffer& part : parts_) {
       put(out, static_cast<std::uint64_t>(part.size()));
       out.insert(out.end(), part.begin(), part.end());
@@ -142,16 +144,16 @@ class Encoder {
   }
 
  private:
-  void put_word(double value, double guess) {
-    std::uint64_t bits = std::bit_cast<std::uint64_t>(value) ^ std::bit_cast<std::uint64_t>(guess);
+  void put_number(double value, double guess) {
+    const std::uint64_t bits =
+        std::bit_cast<std::uint64_t>(value) ^ std::bit_cast<std::uint64_t>(guess);
     const auto length = static_cast<unsigned>(8 - std::countl_zero(bits) / 8);
-    put(parts_[kLengths], static_cast<std::uint8_t>(length));
-    // All eight bytes at once, then those that count: faster than one by one.
+    parts_[kLengths].push_back(static_cast<unsigned char>(length));
+    // All eight bytes at once, of which those count: faster than one by one.
     ByteBuffer& bytes = parts_[kBytes];
-    const std::size_t at = bytes.size();
-    bytes.resize(at + 8);
-    for (unsigned i = 0; i < 8; ++i, bits >>= 8) bytes[at + i] = static_cast<unsigned char>(bits);
-    bytes.resize(at + length);
+    if (bytes.size() < used_ + 8) bytes.resize(2 * bytes.size() + 1024);
+    std::memcpy(bytes.data() + used_, &bits, sizeof bits);
+    used_ += length;
   }
 
   void put_impulses(const std::vector<ContactImpulse>& now,
@@ -165,13 +167,15 @@ class Encoder {
         put_count(parts_[kKeys], impulse.feature);
       }
       const ContactImpulse old = found_in(before, impulse);
-      put_word(impulse.normal_newton_s, old.normal_newton_s);
-      for (int i = 0; i < 3; ++i) put_word(impulse.friction_newton_s[i], old.friction_newton_s[i]);
+      put_number(impulse.normal_newton_s, old.normal_newton_s);
+      for (int i = 0; i < 3; ++i)
+        put_number(impulse.friction_newton_s[i], old.friction_newton_s[i]);
     }
   }
 
   const double between_s_;
   std::array<ByteBuffer, kParts> parts_;
+  std::size_t used_ = 0;  // of the bytes
 };
 
 class Decoder {
@@ -190,12 +194,12 @@ class Decoder {
   void change(BodyState& state) {
     const auto mask = parts_[kBodies].take<std::uint16_t>();
     const Numbers before = numbers_of(state);
-    Numbers words{};
+    Numbers numbers{}, guess = before;
     for (std::size_t i = 0; i < kNumbers; ++i) {
-      const double guess = predicted(before, words, i, between_s_);
-      words[i] = (mask >> i & 1) != 0 ? take_word(guess) : guess;
+      if (i == kVelocities) predict_rest(before, numbers, between_s_, guess);
+      numbers[i] = (mask >> i & 1) != 0 ? take_number(guess[i]) : guess[i];
     }
-    set_numbers(words, state);
+    set_numbers(numbers, state);
     if ((mask & kImpulsesBit) != 0) take_impulses(state.impulses);
     if ((mask & kBrokenBit) != 0) {
       state.broken_joints.resize(take_at_most(parts_[kKeys]));
@@ -209,7 +213,7 @@ class Decoder {
   }
 
  private:
-  double take_word(double guess) {
+  double take_number(double guess) {
     const auto length = parts_[kLengths].take<std::uint8_t>();
     if (length > 8) throw DecodeError("holds a double of " + std::to_string(length) + " bytes");
     std::uint64_t bits = 0;
@@ -239,9 +243,9 @@ class Decoder {
         impulse.feature = take_32(parts_[kKeys]);
       }
       const ContactImpulse old = found_in(before, impulse);
-      impulse.normal_newton_s = take_word(old.normal_newton_s);
+      impulse.normal_newton_s = take_number(old.normal_newton_s);
       for (int axis = 0; axis < 3; ++axis)
-        impulse.friction_newton_s[axis] = take_word(old.friction_newton_s[axis]);
+        impulse.friction_newton_s[axis] = take_number(old.friction_newton_s[axis]);
     }
   }
 
