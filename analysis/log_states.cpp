@@ -89,11 +89,11 @@ auto key_of(const ContactImpulse& impulse) {
   return std::tuple(impulse.other, impulse.part, impulse.feature);
 }
 
-// Of the same contact point before; of a new one nothing.
+// Of the same contact point before; of a new one nothing. A step has them in the order of keys.
 ContactImpulse found_in(const std::vector<ContactImpulse>& impulses, const ContactImpulse& key) {
-  const auto found = std::ranges::find_if(
-      impulses, [&key](const ContactImpulse& i) { return key_of(i) == key_of(key); });
-  return found != impulses.end() ? *found : ContactImpulse{};
+  const auto found = std::ranges::lower_bound(impulses, key_of(key), {}, key_of);
+  const bool is_there = found != impulses.end() && key_of(*found) == key_of(key);
+  return is_there ? *found : ContactImpulse{};
 }
 
 bool same_bits(double a, double b) {

@@ -8,8 +8,9 @@ namespace soda::kernel {
 // A late one is told with what it says, or with what it takes away.
 bool TimeWarpProcess::deliver_recorded(Message&& message, WorkerEffects& effects) {
   effects.recorder->arrived(message);
+  if (!needs_rollback(message.time)) return deliver_any(std::move(message), effects);
   Message told = message;
-  if (needs_rollback(message.time) && message.anti) {
+  if (message.anti) {
     take_back(effects.counters);
     if (const Message* const old = inputs_.find_executed(message)) told.payload = old->payload;
   }
