@@ -9,13 +9,7 @@ namespace soda::analysis {
 void define_run(CLI::App& run, RunRequest& request, const Wanted& wanted) {
   run.add_option("FILE", request.file, "scenario")->required();
   add_run_options(run, request.overrides);
-  add_rollback_option(run, request.overrides);
-  add_gating_option(run, request.overrides);
-  add_split_islands_option(run, request.overrides);
-  if (wanted.guesses) add_ghosts_option(run, request.overrides);
-  add_balancing_options(run, request.overrides, wanted.balances);
-  add_policy_option(run, request.overrides.policy);
-  add_cluster_options(run, request.overrides.cluster, "modelled from its counters");
+  add_world_options(run, request.overrides, wanted.guesses, wanted.balances);
   run.add_option("--inputs", request.inputs,
                  "user input, one JSON object a line: a file, or - for standard input");
   run.add_option("--log", request.log_file, "write an event log for soda replay");
@@ -67,13 +61,7 @@ void define_plan(CLI::App& plan, PlanRequest& request) {
 void define_replay(CLI::App& replay, ReplayRequest& request) {
   replay.add_option("LOG", request.file, "log written by soda run --log")->required();
   add_execution_options(replay, request.overrides);
-  add_rollback_option(replay, request.overrides);
-  add_gating_option(replay, request.overrides);
-  add_split_islands_option(replay, request.overrides);
-  add_ghosts_option(replay, request.overrides);
-  add_balancing_options(replay, request.overrides, true);
-  add_policy_option(replay, request.overrides.policy);
-  add_cluster_options(replay, request.overrides.cluster, "modelled from its counters");
+  add_world_options(replay, request.overrides, true, true);
   replay.add_option("--scheduling-seed", request.overrides.scheduling_seed,
                     "threads executor: shuffle its scheduling (0: do not)");
   replay.add_flag("--as-executed", request.as_executed,

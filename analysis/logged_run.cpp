@@ -57,16 +57,22 @@ Overrides options_of_run(const LoggedOptions& logged) {
   return overrides;
 }
 
-}  // namespace
-
-scenarios::Scenario logged_scenario(LogReader& log, const Overrides& more) {
-  const Overrides own = options_of_run(log.options());
-  const Overrides overrides = combined(own, more);
+// As far as it was asked to run.
+scenarios::Scenario scenario_of(const LogReader& log, const Overrides& overrides) {
   const scenarios::MeshFiles meshes{.folder = "", .kept = &log.meshes(), .read = nullptr};
   scenarios::Scenario scenario = scenarios::read_scenario_text(
       log.scenario().text, log.scenario().file, overrides.seed, meshes);
   if (overrides.strict) refuse_warnings(log.scenario().file, scenario.warnings);
   check_bodies(log, scenario);
+  return scenario;
+}
+
+}  // namespace
+
+scenarios::Scenario logged_scenario(LogReader& log, const Overrides& more) {
+  const Overrides own = options_of_run(log.options());
+  const Overrides overrides = combined(own, more);
+  scenarios::Scenario scenario = scenario_of(log, overrides);
   const std::uint32_t worlds = own.worlds.value_or(scenario.territory.worlds);
   apply_overrides(overrides, scenario.territory, scenario.run);
   scenario.run.steps = std::min(scenario.run.steps, log.last_step());
@@ -83,12 +89,8 @@ scenarios::Scenario logged_scenario(LogReader& log, const Overrides& more) {
 }
 
 std::int64_t asked_steps(const LogReader& log) {
-  const Overrides own = options_of_run(log.options());
-  const scenarios::MeshFiles meshes{.folder = "", .kept = &log.meshes(), .read = nullptr};
-  scenarios::Scenario scenario =
-      scenarios::read_scenario_text(log.scenario().text, log.scenario().file, own.seed, meshes);
-  apply_overrides(own, scenario.territory, scenario.run);
-  return scenario.run.steps;
+  return log.options().overrides.steps.value_or(
+      scenario_of(log, options_of_run(log.options())).run.steps);
 }
 
 void tell_flaws(const LogReader& log, const std::string& file, std::ostream& err) {

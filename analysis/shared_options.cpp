@@ -141,6 +141,16 @@ void add_strict_option(CLI::App& command, bool& strict) {
   command.add_flag("--strict", strict, "warnings of a scenario are errors: exit 2, nothing is run");
 }
 
+void add_world_options(CLI::App& command, Overrides& overrides, bool guesses, bool balances) {
+  add_rollback_option(command, overrides);
+  add_gating_option(command, overrides);
+  add_split_islands_option(command, overrides);
+  if (guesses) add_ghosts_option(command, overrides);
+  add_balancing_options(command, overrides, balances);
+  add_policy_option(command, overrides.policy);
+  add_cluster_options(command, overrides.cluster, "modelled from its counters");
+}
+
 void refuse_nan(CLI::Option& option) {
   option.check([](const std::string& text) {
     const bool number = !std::isnan(std::strtod(text.c_str(), nullptr));

@@ -27,6 +27,9 @@ void add_ghosts_option(CLI::App& command, Overrides& overrides);
 void add_balancing_options(CLI::App& command, Overrides& overrides, bool in_full);
 void add_policy_option(CLI::App& command, std::optional<kernel::Synchronisation>& policy);
 void add_cluster_options(CLI::App& command, ClusterOverrides& cluster, const std::string& cost);
+// All of these that say how worlds go about their work, and on what cluster: without ghosts if
+// `guesses` is not set, balancing in full if `balances` is.
+void add_world_options(CLI::App& command, Overrides& overrides, bool guesses, bool balances);
 // For numbers with a range: nan compares with no bound, so that a range lets it pass.
 void refuse_nan(CLI::Option& option);
 void add_real_time_options(CLI::App& command, std::optional<RealTimeRequest>& wanted);

@@ -15,10 +15,6 @@ constexpr std::size_t kMostInChunk = 4 << 20;
 
 constexpr std::uint8_t kAntiBit = 0x40, kAnewBit = 0x80;
 
-bool is_of_message(Happening what) {
-  return what == Happening::kSent || what == Happening::kAdopted || what == Happening::kArrived ||
-         what == Happening::kLate;
-}
 bool has_other(Happening what) {
   return what == Happening::kSent || what == Happening::kAdopted || what == Happening::kRewound;
 }

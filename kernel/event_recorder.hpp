@@ -49,6 +49,11 @@ enum class Happening : std::uint8_t {
 };
 inline constexpr std::uint8_t kHappenings = 14;
 
+constexpr bool is_of_message(Happening what) {
+  return what == Happening::kSent || what == Happening::kAdopted || what == Happening::kArrived ||
+         what == Happening::kLate;
+}
+
 // What belongs to a happening is set; the rest is as here.
 struct TraceRecord {
   std::int64_t clock_ns = 0;  // of the executor's clock: steady from the run's begin, or modelled

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "analysis/exit_codes.hpp"
+#include "kernel/wire.hpp"
 #include "models/event_kinds.hpp"
 #include "scenarios/read_scenario.hpp"
 
@@ -18,12 +19,8 @@ using kernel::Happening;
 using kernel::TraceRecord;
 using kernel::VirtualTime;
 
-constexpr std::uint32_t kOutside = kernel::index_of(kernel::kOutside);
-
-bool is_of_message(Happening what) {
-  return what == Happening::kSent || what == Happening::kAdopted || what == Happening::kArrived ||
-         what == Happening::kLate;
-}
+// Those of many ranks can be more than there are worlds. What is kept for each is little.
+constexpr std::uint32_t kMostWorkers = 1u << 20;
 
 void must_hold(bool holds, const std::string& what) {
   if (!holds) throw DecodeError(what);
@@ -54,14 +51,6 @@ void check(const TraceRecord& record, std::uint32_t worlds, std::size_t bodies) 
               "tells of a rollback without its reason");
     must_hold(noted_refusal(record).code < models::kRefusals, "tells of a reason that is none");
   }
-}
-
-template <class T>
-T number_at(std::span<const std::byte> bytes, std::size_t at) {
-  T number = 0;
-  for (std::size_t i = 0; i < sizeof(T); ++i)
-    number |= std::to_integer<T>(bytes[at + i]) << (8 * i);
-  return number;
 }
 
 // Follows the worlds through the records.
@@ -264,14 +253,18 @@ class Story {
 
 std::vector<std::uint32_t> noted_bodies(const TraceRecord& record) {
   std::vector<std::uint32_t> bodies;
-  for (std::size_t at = 0; at + 4 <= record.note.size(); at += 4)
-    bodies.push_back(number_at<std::uint32_t>(record.note, at));
+  for (std::span<const std::byte> left = record.note; left.size() >= sizeof(std::uint32_t);)
+    bodies.push_back(kernel::take_number<std::uint32_t>(left));
   return bodies;
 }
 
 kernel::Refusal noted_refusal(const TraceRecord& record) {
-  return {number_at<std::uint32_t>(record.note, 0), number_at<std::uint64_t>(record.note, 4),
-          number_at<std::uint64_t>(record.note, 12)};
+  std::span<const std::byte> left = record.note;
+  kernel::Refusal refusal;
+  refusal.code = kernel::take_number<std::uint32_t>(left);
+  refusal.subject = kernel::take_number<std::uint64_t>(left);
+  refusal.other = kernel::take_number<std::uint64_t>(left);
+  return refusal;
 }
 
 void read_records(LogReader& log, std::uint32_t worlds, const OnRecord& on_record) {
@@ -287,7 +280,7 @@ void read_records(LogReader& log, std::uint32_t worlds, const OnRecord& on_recor
       const kernel::Bytes bytes = log.read_trace(i);
       kernel::TraceChunk chunk(bytes);
       try {
-        must_hold(worker < worlds || worlds == 0, "tells of worker " + std::to_string(worker));
+        must_hold(worker < kMostWorkers, "tells of worker " + std::to_string(worker));
         for (TraceRecord record; chunk.next(record);) {
           check(record, worlds, log.labels().size());
           on_record(worker, record);

@@ -106,8 +106,7 @@ SceneObject event_line(std::uint32_t worker, const kernel::TraceRecord& record,
   using kernel::Happening;
   const Happening what = record.what;
   const bool is_gvt = what == Happening::kGvt;
-  const bool is_of_message = what == Happening::kSent || what == Happening::kAdopted ||
-                             what == Happening::kArrived || what == Happening::kLate;
+  const bool is_of_message = kernel::is_of_message(what);
   const bool has_time =
       what != Happening::kCost && what != Happening::kSettled && record.time != kernel::kNever;
   std::string bodies;

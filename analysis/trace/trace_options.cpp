@@ -45,13 +45,7 @@ void define_what_if(CLI::App& command, WhatIfRequest& request) {
   command.add_option("--worlds", request.overrides.worlds, "territories");
   command.add_option("--buffer", request.overrides.buffer,
                      "entries of each world's transform buffer");
-  add_rollback_option(command, request.overrides);
-  add_gating_option(command, request.overrides);
-  add_split_islands_option(command, request.overrides);
-  add_ghosts_option(command, request.overrides);
-  add_balancing_options(command, request.overrides, true);
-  add_policy_option(command, request.overrides.policy);
-  add_cluster_options(command, request.overrides.cluster, "modelled from its counters");
+  add_world_options(command, request.overrides, true, true);
   command.add_flag("--json", request.json, "print one JSON object");
   command.footer(
       "examples:\n"

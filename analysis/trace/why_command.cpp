@@ -12,6 +12,7 @@
 #include "analysis/trace/trace_words.hpp"
 #include "analysis/trace/what_if_command.hpp"
 #include "models/event_kinds.hpp"
+#include "models/schedule.hpp"
 
 namespace soda::analysis {
 namespace {
@@ -117,7 +118,7 @@ std::string cause_of(const ExecutionTrace& trace, RollbackNumber number) {
   const TracedRollback& rollback = trace.rollbacks[number];
   if (rollback.late.empty()) return "a test";
   const LateMessage& message = trace.late[rollback.late.front()];
-  const bool are_ghosts = models::message_kinds()[message.kind] == std::string("ghosts");
+  const bool are_ghosts = message.kind == static_cast<std::uint32_t>(models::MessageKind::kGhosts);
   const std::string what = are_ghosts ? ghosts_words(static_cast<Refused>(rollback.refusal.code))
                                       : message_words(message.kind);
   return message.anti ? "taken back: " + what : what;

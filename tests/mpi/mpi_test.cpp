@@ -114,6 +114,22 @@ TEST_F(Mpi, ALogOfAJobIsReplayedWithoutMpi) {
   EXPECT_EQ(replay.exit_code, 0) << replay.err;
 }
 
+// Of more ranks than worlds, too: those without one tell of GVT only.
+TEST_F(Mpi, ATracedJobIsExplainedAndHadAgainAsItWasExecuted) {
+  const TemporaryFolder folder;
+  const std::string log = folder.file("run.sodalog");
+  for (const char* worlds : {"2", "4"}) {
+    const ChildResult job =
+        run_job(4, {"run", library_file("third-world"), "--steps", "60", "--worlds", worlds,
+                    "--executor", "mpi", "--log", log, "--log-level", "trace", "--force"});
+    EXPECT_EQ(job.exit_code, 0) << job.err;
+    const ChildResult why = run_soda({"why", log});
+    EXPECT_EQ(why.exit_code, 0) << why.err;
+    const ChildResult again = run_soda({"replay", log, "--as-executed"});
+    EXPECT_EQ(again.exit_code, 0) << again.err;
+  }
+}
+
 TEST_F(Mpi, FewerWorldsThanRanksAndOneWorldRunToo) {
   const std::string digest =
       after("digest of the state after the last step",
