@@ -7,7 +7,10 @@
 namespace soda::analysis {
 
 void define_run(CLI::App& run, RunRequest& request, const Wanted& wanted) {
-  run.add_option("FILE", request.file, "scenario")->required();
+  auto* const file = run.add_option("FILE", request.file, "scenario");
+  run.add_option("--resume", request.resume,
+                 "go on from a checkpoint, or from the last states of an event log")
+      ->excludes(file);
   add_run_options(run, request.overrides);
   add_world_options(run, request.overrides, wanted.guesses, wanted.balances);
   run.add_option("--inputs", request.inputs,
@@ -24,7 +27,13 @@ void define_run(CLI::App& run, RunRequest& request, const Wanted& wanted) {
   run.add_option("--log-every", request.log_every, "states of every Kth step only")
       ->check(CLI::PositiveNumber);
   run.add_option("--view", request.view_file, "write a page to look at the run in a browser");
-  run.add_flag("--force", request.force, "replace the log and the page if they exist");
+  auto* const checkpoint = run.add_option("--checkpoint", request.checkpoint_file,
+                                          "write checkpoints, each over the one before");
+  run.add_option("--every", request.checkpoint_every,
+                 "steps between checkpoints (default 1000); one is written at the end, too")
+      ->check(CLI::PositiveNumber)
+      ->needs(checkpoint);
+  run.add_flag("--force", request.force, "replace log, page and checkpoint if they exist");
   run.add_flag_callback(
       "--realtime",
       [&request] {
@@ -43,6 +52,8 @@ void define_run(CLI::App& run, RunRequest& request, const Wanted& wanted) {
       "  soda run scenarios/library/pyramid.json --steps 100 --json --log run.sodalog\n"
       "  soda run scenarios/library/border-stack.json --log run.sodalog --log-level trace\n"
       "  soda run scenarios/library/crowd.json --view crowd.html\n"
+      "  soda run scenarios/library/crowd.json --checkpoint crowd.sodapoint --every 100\n"
+      "  soda run --resume crowd.sodapoint --threads 2\n"
       "  soda run scenarios/library/twelve-worlds.json --executor virtual --latency-us 50\n"
       "  soda run scenarios/library/user-input.json --inputs more.jsonl\n"
       "  soda run scenarios/library/crowd.json --realtime --load 0.5 --peak 1.5\n"

@@ -89,14 +89,14 @@ std::string table_text(const StepContacts& contacts, const ContactNames& names) 
 std::vector<std::int64_t> steps_of(const ContactsRequest& request, const LogReader& log) {
   const std::int64_t last = log.last_step();
   if (request.step) {
-    if (*request.step < 0 || *request.step > last)
-      throw UsageError("--step: found " + std::to_string(*request.step) + "; allowed: 0 to " +
-                       std::to_string(last) + ", the last whole step of " + request.file);
+    if (*request.step < log.first_step() || *request.step > last)
+      throw UsageError("--step: found " + std::to_string(*request.step) + "; allowed: " +
+                       std::to_string(log.first_step()) + " to " + std::to_string(last) + ", the last whole step of " + request.file);
     return {*request.step};
   }
   if (!request.every) return {log.last_states()};
   std::vector<std::int64_t> steps;
-  for (std::int64_t step = 0; step <= last; step += *request.every)
+  for (std::int64_t step = log.first_step(); step <= last; step += *request.every)
     if (has_states(log.options(), step)) steps.push_back(step);
   return steps;
 }

@@ -121,8 +121,9 @@ LogDifference difference_of(LogReader& first, LogReader& second) {
     difference.step = LogDifference::Step{0, "bodies", {}, {}};
     return difference;
   }
+  const std::int64_t begin = std::max(first.first_step(), second.first_step());
   const std::int64_t last = std::min(first.last_step(), second.last_step());
-  for (std::int64_t step = 0; step <= last && !difference.step; ++step) {
+  for (std::int64_t step = begin; step <= last && !difference.step; ++step) {
     difference.step = compare_steps(first.read_step(step), second.read_step(step), first.labels());
     if (!difference.step) ++difference.equal_steps;
   }

@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <ostream>
 
+#include "analysis/exit_codes.hpp"
 #include "scenarios/read_scenario.hpp"
 
 namespace soda::analysis {
@@ -78,8 +79,13 @@ std::unique_ptr<InputStream> open_inputs(const std::string& from, scenarios::Sce
   if (from.empty()) return nullptr;
   if (from != "-" && std::filesystem::is_regular_file(from)) {
     scenarios::InputLines lines(scenario, from);
-    for (const models::UserInput& input : lines.read_all(scenarios::read_text(from)))
+    for (const models::UserInput& input : lines.read_all(scenarios::read_text(from))) {
+      if (input.step < scenario.run.first_step)
+        throw UsageError("--inputs: " + from + ": input " + std::to_string(input.id) +
+                         " is for step " + std::to_string(input.step) +
+                         "; the run goes on from step " + std::to_string(scenario.run.first_step));
       scenario.run.inputs.script.push_back(input);
+    }
     return nullptr;
   }
   const int descriptor = from == "-" ? STDIN_FILENO : open(from.c_str(), O_RDONLY | O_NONBLOCK);

@@ -192,6 +192,7 @@ std::string run_json(const RunReport& report) {
                        report.options.executor == models::ExecutorKind::kMpi;
   Json json = {{"scenario", report.scenario},
                {"digest", format_digest(run.digest)},
+               {"first_step", report.options.first_step},
                {"steps", result.committed_steps},
                {"ended_early", result.stopped != 0 ? Json(name_of_stop(result.stopped)) : Json()},
                {"bodies", report.bodies},

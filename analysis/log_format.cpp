@@ -176,7 +176,8 @@ void take_states(ByteReader& in, const LoggedStates* before, double between_s, L
   for (std::size_t i = 0; i < bodies; ++i) logged.states.push_back(take_state(in));
 }
 
-void check_ids(const LoggedStep& logged, std::size_t bodies) {
+void check_ids(const LoggedStep& logged, const StepInLog& in_log) {
+  const std::size_t bodies = in_log.bodies;
   for (std::size_t i = 0; i < logged.ids.size(); ++i) {
     const std::uint32_t id = physics::index_of(logged.ids[i]);
     if (id >= bodies)
@@ -190,7 +191,7 @@ void check_ids(const LoggedStep& logged, std::size_t bodies) {
     if (physics::index_of(input.body) >= bodies)
       throw DecodeError(name + " to body id " + std::to_string(physics::index_of(input.body)) +
                         " of " + std::to_string(bodies));
-    if (input.step != logged.step - 1)
+    if (in_log.is_first ? input.step < 0 : input.step != logged.step - 1)
       throw DecodeError(name + " of step " + std::to_string(input.step));
     if (!is_finite(input)) throw DecodeError(name + " with a value that is no number");
   }
@@ -321,7 +322,7 @@ ByteBuffer encode_step(const LoggedStep& step, const LoggedStates* before, doubl
   return out;
 }
 
-LoggedStep decode_step(std::span<const unsigned char> bytes, std::size_t bodies_of_log,
+LoggedStep decode_step(std::span<const unsigned char> bytes, const StepInLog& in_log,
                        const LoggedStates* before, double between_s) {
   ByteReader in(bytes);
   LoggedStep logged;
@@ -338,7 +339,7 @@ LoggedStep decode_step(std::span<const unsigned char> bytes, std::size_t bodies_
     change.to = models::WorldId{in.take<std::uint32_t>()};
   }
   in.expect_end();
-  check_ids(logged, bodies_of_log);
+  check_ids(logged, in_log);
   return logged;
 }
 

@@ -17,15 +17,15 @@
 namespace soda::analysis {
 
 inline constexpr std::array<unsigned char, 8> kLogMagic{'S', 'O', 'D', 'A', 'L', 'O', 'G', 0};
-inline constexpr std::uint32_t kLogVersion = 6;
+inline constexpr std::uint32_t kLogVersion = 7;
 
 enum class BlockType : std::uint32_t {
   kScenario = 1,  // first block
   kOptions = 2,
   kBodies = 3,
   kMesh = 6,   // one for each mesh file of the scenario
-  kStep = 4,   // one for each of the steps 0, 1, 2, ...
-  kTrace = 7,  // a chunk of the trace, anywhere after step 0
+  kStep = 4,   // one for each step, from the first on
+  kTrace = 7,  // a chunk of the trace, anywhere after the first step
   kEnd = 5,    // last block of a run that came to its end, or was ended early
 };
 
@@ -72,12 +72,16 @@ struct LoggedOptions {
   Overrides overrides;      // but what these say is not written
   std::uint32_t ranks = 0;  // of the job; 0: mpirun did not start it
   LogLevel level = LogLevel::kCommits;
-  std::int64_t every = 1;  // states of the steps that this divides; >= 1
+  std::int64_t every = 1;  // states of every so many steps, from the first on; >= 1
+  // Before which the run begins: 0, or that of the checkpoint from which it goes on.
+  std::int64_t first_step = 0;
 };
 
-// Whether the log has the states of a step.
+// Whether the log has the states of a step: a run that goes on begins with some.
 inline bool has_states(const LoggedOptions& options, std::int64_t step) {
-  return options.level != LogLevel::kInputs && step % options.every == 0;
+  const std::int64_t since = step - options.first_step;
+  if (since == 0 && step > 0) return true;
+  return options.level != LogLevel::kInputs && since % options.every == 0;
 }
 
 // An option by name and value, as a user reads it.
@@ -90,7 +94,7 @@ std::vector<OptionText> in_words(const LoggedOptions& options);  // log_options.
 // Every so many states are written whole, the others as what has changed since the states before.
 inline constexpr std::int64_t kStatesAWhole = 128;
 inline bool is_whole(const LoggedOptions& options, std::int64_t step) {
-  return step / options.every % kStatesAWhole == 0;
+  return (step - options.first_step) / options.every % kStatesAWhole == 0;
 }
 
 struct LoggedStep {
@@ -99,7 +103,8 @@ struct LoggedStep {
   bool has_states = true;                  // else ids and states are empty
   std::vector<physics::BodyId> ids;        // of the bodies that are there; ascending
   std::vector<physics::BodyState> states;  // of ids
-  // Of the beginning of the step that led here:
+  // Of the beginning of the step that led here; of the first step, all that acted before it, and in
+  // a checkpoint what is known to come.
   std::vector<models::CommittedInput> inputs;
   std::vector<models::TerritoryChange> territory_changes;
 };
@@ -133,7 +138,11 @@ LoggedScenario decode_scenario(std::span<const unsigned char> bytes);
 LoggedOptions decode_options(std::span<const unsigned char> bytes);  // log_options.cpp
 scenarios::MeshFile decode_mesh(std::span<const unsigned char> bytes);
 std::vector<std::uint32_t> decode_labels(std::span<const unsigned char> bytes);
-LoggedStep decode_step(std::span<const unsigned char> bytes, std::size_t bodies,
+struct StepInLog {
+  std::size_t bodies = 0;  // of the log
+  bool is_first = false;   // of the log, and not step 0
+};
+LoggedStep decode_step(std::span<const unsigned char> bytes, const StepInLog& in_log,
                        const LoggedStates* before = nullptr, double between_s = 0.0);
 LoggedEnd decode_end(std::span<const unsigned char> bytes);
 

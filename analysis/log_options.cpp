@@ -24,9 +24,10 @@ class Writing {
   }
   void flag(bool value) { put(out_, static_cast<std::uint8_t>(value)); }
   void count(std::uint32_t value) { put(out_, value); }
-  void log(LogLevel level, std::int64_t every) {
+  void log(LogLevel level, std::int64_t every, std::int64_t first_step) {
     put(out_, static_cast<std::uint8_t>(level));
     put(out_, every);
+    put(out_, first_step);
   }
 
  private:
@@ -57,12 +58,15 @@ class Reading {
   }
   void flag(bool& value) { value = in_.take_flag(); }
   void count(std::uint32_t& value) { value = in_.take<std::uint32_t>(); }
-  void log(LogLevel& level, std::int64_t& every) {
+  void log(LogLevel& level, std::int64_t& every, std::int64_t& first_step) {
     const auto bits = in_.take<std::uint8_t>();
     if (bits >= kLogLevels.size()) throw DecodeError("holds log level " + std::to_string(bits));
     level = LogLevel{bits};
     every = in_.take<std::int64_t>();
     if (every < 1) throw DecodeError("holds states of every " + std::to_string(every) + "th step");
+    first_step = in_.take<std::int64_t>();
+    if (first_step < 0 || first_step > scenarios::kMaxSteps)
+      throw DecodeError("begins before step " + std::to_string(first_step));
   }
 
  private:
@@ -82,7 +86,8 @@ class Telling {
   }
   void flag(bool value) { out_.push_back({"check of purity", text(value)}); }
   void count(std::uint32_t value) { out_.push_back({"ranks", text(value)}); }
-  void log(LogLevel level, std::int64_t every) {
+  void log(LogLevel level, std::int64_t every, std::int64_t first_step) {
+    out_.push_back({"first step", text(first_step)});
     out_.push_back({"log level", kLogLevels[static_cast<std::size_t>(level)]});
     out_.push_back({"states of every", text(every)});
   }
@@ -138,7 +143,7 @@ void pass_options(Pass& pass, Options& options) {
   pass.number(cluster.execution_seed, "execution seed", 0, kAny);
   pass.flag(cluster.check_purity);
   pass.count(options.ranks);
-  pass.log(options.level, options.every);
+  pass.log(options.level, options.every, options.first_step);
 }
 
 }  // namespace

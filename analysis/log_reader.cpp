@@ -71,12 +71,12 @@ LogReader::LogReader(const std::string& file) : file_(file) {
 std::string LogReader::place(std::streamoff offset) const {
   std::string text = "block " + std::to_string(blocks_);
   if (blocks_ >= kBlocksBeforeMeshes + meshes_.size())
-    text += " (step " + std::to_string(step_blocks_.size()) + ")";
+    text += " (step " + std::to_string(last_step() + 1) + ")";
   return text + " at byte " + std::to_string(offset);
 }
 
 std::string LogReader::place_of(std::int64_t step) const {
-  const Place& at = step_blocks_[static_cast<std::size_t>(step)];
+  const Place& at = block_of(step);
   return "block " + std::to_string(at.block) + " (step " + std::to_string(step) + ") at byte " +
          std::to_string(at.offset);
 }
@@ -215,8 +215,9 @@ LoggedStep LogReader::read_after_last(std::int64_t step) {
   try {
     const bool follows = last_read_ >= 0 && last_read_ == step - options_.every;
     const double between_s = scenario_.dt_s * static_cast<double>(options_.every);
-    LoggedStep logged = decode_step(read_again(step_blocks_[static_cast<std::size_t>(step)]),
-                                    labels_.size(), follows ? &last_ : nullptr, between_s);
+    const StepInLog in_log{labels_.size(), step == first_step() && step > 0};
+    LoggedStep logged =
+        decode_step(read_again(block_of(step)), in_log, follows ? &last_ : nullptr, between_s);
     if (logged.step != step) throw DecodeError("holds step " + std::to_string(logged.step));
     if (logged.has_states != has_states(options_, step))
       throw DecodeError("has states where the log has none, or none where it has");
@@ -229,7 +230,8 @@ LoggedStep LogReader::read_after_last(std::int64_t step) {
 // Differences lead from the whole states before to the step.
 LoggedStep LogReader::read_step(std::int64_t step) {
   if (!has_states(options_, step)) return read_after_last(step);
-  const std::int64_t whole = step - step / options_.every % kStatesAWhole * options_.every;
+  const std::int64_t since = (step - first_step()) / options_.every % kStatesAWhole;
+  const std::int64_t whole = step - since * options_.every;
   const bool is_on_the_way = last_read_ >= whole && last_read_ < step;
   std::int64_t next = is_on_the_way ? last_read_ + options_.every : whole;
   for (; next < step; next += options_.every) {
@@ -245,7 +247,7 @@ LoggedStep LogReader::read_step(std::int64_t step) {
 
 std::int64_t LogReader::last_states() const {
   std::int64_t step = last_step();
-  while (step > 0 && !has_states(options_, step)) --step;
+  while (step > first_step() && !has_states(options_, step)) --step;
   if (!has_states(options_, step))
     throw UsageError(file_ + ": has no states; soda run --log-level commits writes them");
   return step;

@@ -28,8 +28,12 @@ class LogReader {
   const LoggedOptions& options() const { return options_; }
   const std::vector<scenarios::MeshFile>& meshes() const { return meshes_; }
   const std::vector<std::uint32_t>& labels() const { return labels_; }
+  // The step with which the log begins.
+  std::int64_t first_step() const { return options_.first_step; }
   // The last step whose block is whole and sound; all before it are too.
-  std::int64_t last_step() const { return static_cast<std::int64_t>(step_blocks_.size()) - 1; }
+  std::int64_t last_step() const {
+    return first_step() + static_cast<std::int64_t>(step_blocks_.size()) - 1;
+  }
   // Whether the log ends with its end block.
   bool complete() const { return complete_; }
   // Of a virtual cluster; nothing if it was none, or the log is not complete.
@@ -47,8 +51,9 @@ class LogReader {
 
   // The last step whose states the log has; throws UsageError if it has none.
   std::int64_t last_states() const;
-  // 0 <= step <= last_step(). Every id in it is below labels().size(). Throws FileError, with block
-  // and offset, if what the block holds, though undamaged, is no such step: no soda wrote it.
+  // first_step() <= step <= last_step(). Every id in it is below labels().size(). Throws FileError,
+  // with block and offset, if what the block holds, though undamaged, is no such step: no soda
+  // wrote it.
   LoggedStep read_step(std::int64_t step);
   // The same of a step with states; throws UsageError if it has none.
   LoggedStep read_states(std::int64_t step);
@@ -68,6 +73,9 @@ class LogReader {
   Next next_block(Block& block);
   bool keep(const Block& block, std::streamoff offset);
   bool type_fits(std::uint32_t index, BlockType type) const;
+  const Place& block_of(std::int64_t step) const {
+    return step_blocks_[static_cast<std::size_t>(step - first_step())];
+  }
   ByteBuffer read_again(const Place& at);
   LoggedStep read_after_last(std::int64_t step);
   void check_end(const Block& block, std::streamoff offset);

@@ -24,7 +24,8 @@ ByteBuffer compress(std::span<const unsigned char> raw) {
 
 }  // namespace
 
-LogWriter::LogWriter(const std::string& file, bool replaces) : out_(file, replaces) {}
+LogWriter::LogWriter(const std::string& file, bool replaces, Use use)
+    : use_(use), out_(file, replaces) {}
 
 void LogWriter::begin(const LoggedScenario& scenario, const LoggedOptions& options,
                       std::span<const std::uint32_t> labels,
@@ -70,7 +71,7 @@ bool LogWriter::add(Write write) {
   if (!failure_.empty()) return false;
   try {
     write();
-    out_.keep();
+    if (use_ == Use::kLog) out_.keep();
   } catch (const scenarios::FileError& error) {
     failure_ = error.what();
   } catch (const std::bad_alloc&) {
@@ -84,9 +85,11 @@ void LogWriter::finish() {
     if (!failure_.empty()) throw scenarios::FileError(failure_);
     write_block(BlockType::kEnd, encode(end_));
   } catch (const scenarios::FileError& error) {
+    if (use_ == Use::kCheckpoint) throw;
     throw scenarios::FileError(std::string(error.what()) + "; " + out_.partial_file() +
                                " holds the log up to step " + std::to_string(end_.steps));
   }
+  if (use_ == Use::kCheckpoint) out_.put_on_disk();
   out_.complete();
 }
 

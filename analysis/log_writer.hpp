@@ -16,14 +16,17 @@ namespace soda::analysis {
 // added by several threads at once, all else by one.
 class LogWriter {
  public:
+  // What is left of a log that does not come to its end is of use; of a checkpoint it is not, and
+  // the whole one must outlast a crash.
+  enum class Use { kLog, kCheckpoint };
   // Throws FileError; see OutputFile.
-  LogWriter(const std::string& file, bool replaces);
+  LogWriter(const std::string& file, bool replaces, Use use = Use::kLog);
 
   // Before the first step. Throws FileError.
   void begin(const LoggedScenario& scenario, const LoggedOptions& options,
              std::span<const std::uint32_t> labels, std::span<const scenarios::MeshFile> meshes);
-  // Steps 0, 1, 2, ... in order. False if that fails, now or before: then the log holds the steps
-  // so far and takes no more. Does not throw, as it is called from worker threads.
+  // Steps from the first one on, in order. False if that fails, now or before: then the log holds
+  // the steps so far and takes no more. Does not throw, as it is called from worker threads.
   bool add_step(LoggedStep step);
   // A chunk of the trace; the same.
   bool add_trace(std::span<const std::byte> chunk);
@@ -38,6 +41,7 @@ class LogWriter {
   bool add(Write write);
   void write_block(BlockType type, std::span<const unsigned char> payload);
 
+  const Use use_;
   std::mutex mutex_;
   OutputFile out_;
   std::uint64_t bodies_ = 0;

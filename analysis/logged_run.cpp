@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <ostream>
 
+#include "analysis/checkpoint.hpp"
+#include "analysis/exit_codes.hpp"
+#include "analysis/input_measures.hpp"
 #include "analysis/warnings.hpp"
 #include "scenarios/read_scenario.hpp"
 
@@ -67,6 +70,50 @@ scenarios::Scenario scenario_of(const LogReader& log, const Overrides& overrides
   return scenario;
 }
 
+// Begins with the bodies `at` a step, after what had acted before: its lasting effects are the
+// scene's, and who is there follows from it.
+void begin_at(const LogReader& log, const LoggedStep& at, std::vector<models::CommittedInput> acted,
+              scenarios::Scenario& scenario) {
+  models::Presence presence(scenario.run.inputs.absent);
+  const InputFollower start(scenario.scene, scenario.initial, scenario.run.inputs);
+  std::vector<physics::BodyId> ids(start.bodies().ids.begin(), start.bodies().ids.end());
+  std::vector<physics::BodyState> states(start.bodies().states.begin(),
+                                         start.bodies().states.end());
+  for (const models::CommittedInput& committed : acted)
+    if (presence.note(committed.input))
+      models::act_on_scene(committed.input, scenario.scene, ids, states);
+  if (ids != at.ids)
+    throw scenarios::FileError(log.file() + ": " + log.place_of(at.step) +
+                               " has other bodies than the inputs before it leave");
+  for (std::size_t i = 0; i < at.ids.size(); ++i)
+    scenario.initial[physics::index_of(at.ids[i])] = at.states[i];
+  scenario.run.first_step = at.step;
+  scenario.run.inputs.absent = presence.absent();
+  scenario.run.inputs.acted = std::move(acted);
+}
+
+// What has acted when step `end` begins, in that order; and with it, in `to_come`, what is known to
+// act later. Checks what it reads.
+std::vector<models::CommittedInput> acted_before(LogReader& log, std::int64_t end,
+                                                 const scenarios::Scenario& scenario,
+                                                 std::uint32_t worlds,
+                                                 std::vector<models::UserInput>& to_come) {
+  const std::size_t cells = scenario.territory.grid.cell_count();
+  std::vector<models::CommittedInput> acted;
+  for (std::int64_t step = log.first_step(); step <= log.last_step(); ++step) {
+    const LoggedStep logged = log.read_step(step);
+    check_territories(log, logged, cells, worlds);
+    check_motors(log, logged, scenario.scene.joints);
+    for (const models::CommittedInput& committed : logged.inputs) {
+      if (committed.input.step < end)
+        acted.push_back(committed);
+      else
+        to_come.push_back(committed.input);
+    }
+  }
+  return acted;
+}
+
 }  // namespace
 
 scenarios::Scenario logged_scenario(LogReader& log, const Overrides& more) {
@@ -77,14 +124,32 @@ scenarios::Scenario logged_scenario(LogReader& log, const Overrides& more) {
   apply_overrides(overrides, scenario.territory, scenario.run);
   scenario.run.steps = std::min(scenario.run.steps, log.last_step());
   scenario.run.inputs.script.clear();
-  const std::size_t cells = scenario.territory.grid.cell_count();
-  for (std::int64_t step = 0; step <= log.last_step(); ++step) {
-    const LoggedStep logged = log.read_step(step);
-    check_territories(log, logged, cells, worlds);
-    check_motors(log, logged, scenario.scene.joints);
-    for (const models::CommittedInput& committed : logged.inputs)
-      scenario.run.inputs.script.push_back(committed.input);
-  }
+  std::vector<models::CommittedInput> acted =
+      acted_before(log, log.first_step(), scenario, worlds, scenario.run.inputs.script);
+  if (log.first_step() > 0)
+    begin_at(log, log.read_step(log.first_step()), std::move(acted), scenario);
+  return scenario;
+}
+
+scenarios::Scenario resumed_scenario(LogReader& log, Overrides& options) {
+  const Overrides own = options_of_run(log.options());
+  options = combined(own, options);
+  scenarios::Scenario scenario = scenario_of(log, options);
+  const std::uint32_t worlds = own.worlds.value_or(scenario.territory.worlds);
+  apply_overrides(options, scenario.territory, scenario.run);
+  const LoggedStep at = log.read_states(log.last_states());
+  if (scenario.run.steps < at.step)
+    throw UsageError("--steps: found " + std::to_string(scenario.run.steps) +
+                     "; allowed: at least " + std::to_string(at.step) + ", with which " +
+                     log.file() + " goes on");
+  std::vector<models::UserInput> to_come;
+  std::vector<models::CommittedInput> acted = acted_before(log, at.step, scenario, worlds, to_come);
+  std::vector<models::CommittedInput> known = acted;
+  for (const models::UserInput& input : to_come) known.push_back({input, input.step, false});
+  for (models::UserInput& input : still_to_come(scenario.run.inputs.script, known))
+    to_come.push_back(std::move(input));
+  scenario.run.inputs.script = std::move(to_come);
+  begin_at(log, at, std::move(acted), scenario);
   return scenario;
 }
 

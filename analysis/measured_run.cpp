@@ -22,6 +22,11 @@ std::vector<physics::BodyId> all_bodies(std::size_t count) {
   return ids;
 }
 
+void want_each_state(models::CommitObserver& observer) {
+  observer.wants_states = true;
+  observer.states_every = 1;
+}
+
 // "shape pair" -> "shape_pair": names of counters are keys of the JSON output.
 std::string as_key(std::string name) {
   std::replace_if(
@@ -52,7 +57,7 @@ MeasuredRun measure_run(const physics::SceneDescription& scene,
   RunTotals of_committed;  // without what drives do in a step that may not come
   models::CommitObserver both = observer;
   const bool followed = is_followed(options.inputs);
-  both.wants_states = observer.wants_states || states_are_measured(scene) || followed;
+  if (followed || states_are_measured(scene)) want_each_state(both);
   std::optional<InputFollower> follower;
   std::vector<physics::BodyId> start_ids;
   std::vector<physics::BodyState> start_states;
@@ -65,7 +70,7 @@ MeasuredRun measure_run(const physics::SceneDescription& scene,
   } else {
     start_ids = all_bodies(initial.size());
     start = {start_ids, initial};
-    if (options.steps > 0) add_drives(scene, start_ids, initial, totals);
+    if (options.steps > options.first_step) add_drives(scene, start_ids, initial, totals);
   }
   both.on_step = [&](const models::CommittedStep& step) {
     add_islands(step.islands, totals);
@@ -80,6 +85,8 @@ MeasuredRun measure_run(const physics::SceneDescription& scene,
   run.result = models::simulate(scene, initial, map, options, both, progress);
   run.cost = stopwatch.elapsed();
 
+  run.steps = run.result.committed_steps - options.first_step;
+
   if (run.result.fault) throw NumericalFailure(describe(*run.result.fault));
   std::vector<physics::BodyState> end_states;
   PresentBodies end{run.result.final_ids, run.result.final_states};
@@ -88,8 +95,7 @@ MeasuredRun measure_run(const physics::SceneDescription& scene,
       end_states.push_back(run.result.final_states[physics::index_of(id)]);
     end.states = end_states;
   }
-  run.error = measure_errors(scene, start, end, static_cast<double>(run.result.committed_steps),
-                             of_committed);
+  run.error = measure_errors(scene, start, end, static_cast<double>(run.steps), of_committed);
   run.digest = models::final_digest(run.result);
   run.plan_counters = models::plan_counters(run.plan, run.result);
   return run;
@@ -101,8 +107,7 @@ void take_part(const physics::SceneDescription& scene,
                const models::CommitObserver& observer) {
   const models::TerritoryMap map = models::make_territory_map(territory, centres(initial), &scene);
   models::CommitObserver own = observer;
-  own.wants_states =
-      observer.wants_states || states_are_measured(scene) || is_followed(options.inputs);
+  if (is_followed(options.inputs) || states_are_measured(scene)) want_each_state(own);
   models::simulate(scene, initial, map, options, own);
 }
 

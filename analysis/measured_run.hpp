@@ -17,7 +17,8 @@
 namespace soda::analysis {
 
 struct MeasuredRun {
-  Cost cost;  // of the simulation, without reading and reporting
+  std::int64_t steps = 0;  // that it made
+  Cost cost;               // of the simulation, without reading and reporting
   ErrorMeasures error;
   std::optional<ErrorEstimates> estimates;  // in accuracy mode
   std::uint64_t digest = 0;                 // of the state after the last step

@@ -83,6 +83,10 @@ void OutputFile::write(std::string_view text) {
   write(std::span(reinterpret_cast<const unsigned char*>(text.data()), text.size()));
 }
 
+void OutputFile::put_on_disk() {
+  if (fsync(descriptor_) != 0) refuse(file_, std::strerror(errno));
+}
+
 void OutputFile::complete() {
   const int descriptor = std::exchange(descriptor_, -1);
   if (::close(descriptor) != 0) refuse(file_, std::strerror(errno));

@@ -27,6 +27,9 @@ class OutputFile {
   // An incomplete file stays from now on: it is of use.
   void keep() { is_kept_ = true; }
 
+  // Waits until the disk has what was written. Throws FileError.
+  void put_on_disk();
+
   // Closes, and gives the file its name. Throws FileError if that fails, or if the target has come
   // to be meanwhile and `replaces` is not set.
   void complete();

@@ -59,7 +59,7 @@ struct Extent {
 Extent extent_of(LogReader& log, double cell_m) {
   constexpr double kFar = std::numeric_limits<double>::infinity();
   Vec3 low = Vec3::Constant(kFar), high = Vec3::Constant(-kFar);
-  for (const std::int64_t step : {std::int64_t{0}, log.last_states()})
+  for (const std::int64_t step : {log.first_step(), log.last_states()})
     for (const physics::BodyState& state : log.read_states(step).states) {
       low = low.cwiseMin(state.position_m);
       high = high.cwiseMax(state.position_m);
@@ -114,10 +114,10 @@ Recording record(LogReader& log, const scenarios::Scenario& scenario, std::int64
   recording.grid = map.grid();
   for (const models::WorldId owner : map.owners()) recording.cell_owners.push_back(shown(owner));
   const std::int64_t last = log.last_states();
-  for (std::int64_t step = 0; step <= last; ++step) {
+  for (std::int64_t step = log.first_step(); step <= last; ++step) {
     const LoggedStep logged = log.read_step(step);
     follow_changes(logged, map, recording);
-    if (logged.has_states && (step % every == 0 || step == last)) add_frame(logged, map, recording);
+    if (logged.has_states && ((step - log.first_step()) % every == 0 || step == last)) add_frame(logged, map, recording);
   }
   return recording;
 }

@@ -75,8 +75,9 @@ std::string body_text(const physics::BodyState& state) {
 }
 
 int show_state(const ReplayRequest& request, LogReader& log, std::ostream& out) {
-  if (*request.step < 0 || *request.step > log.last_step()) {
-    throw UsageError("--step: found " + std::to_string(*request.step) + "; allowed: 0 to " +
+  if (*request.step < log.first_step() || *request.step > log.last_step()) {
+    throw UsageError("--step: found " + std::to_string(*request.step) +
+                     "; allowed: " + std::to_string(log.first_step()) + " to " +
                      std::to_string(log.last_step()) + ", the last whole step of " + request.file);
   }
   const std::vector<std::uint32_t>& labels = log.labels();
@@ -161,7 +162,7 @@ int rerun(const ReplayRequest& request, LogReader& log, std::ostream& out, std::
   report.replay = {request.file, std::nullopt};
   const models::InputOptions& inputs = scenario.run.inputs;
   const InputFollower start(scenario.scene, scenario.initial, inputs);
-  comparison.compare(0, start.bodies().ids, start.bodies().states);
+  comparison.compare(log.first_step(), start.bodies().ids, start.bodies().states);
   if (comparison.first_difference) {
     report.replay->divergence = comparison.first_difference;
     return tell(request, report, out, err);

@@ -8,6 +8,7 @@
 #include <ostream>
 #include <stdexcept>
 
+#include "analysis/checkpoint.hpp"
 #include "analysis/exit_codes.hpp"
 #include "analysis/input_measures.hpp"
 #include "analysis/input_stream.hpp"
@@ -33,7 +34,20 @@ struct ScenarioFiles {
   std::vector<scenarios::MeshFile> meshes;
 };
 
-scenarios::Scenario load_with_files(const RunRequest& request, ScenarioFiles& files) {
+// From where another run stood, with its options where the request gives none.
+scenarios::Scenario load_again(RunRequest& request, ScenarioFiles& files, std::ostream& err) {
+  if (request.real_time) throw UsageError("--realtime: a run with --resume shows no frames");
+  LogReader log(request.resume);
+  tell_flaws(log, request.resume, err);
+  scenarios::Scenario scenario = resumed_scenario(log, request.overrides);
+  request.file = log.scenario().file;
+  files = {log.scenario().text, log.meshes()};
+  return scenario;
+}
+
+scenarios::Scenario load_with_files(RunRequest& request, ScenarioFiles& files, std::ostream& err) {
+  if (!request.resume.empty()) return load_again(request, files, err);
+  if (request.file.empty()) throw UsageError("FILE is required, or --resume");
   files.text = scenarios::read_text(request.file);
   scenarios::Scenario scenario =
       scenarios::read_scenario_text(files.text, request.file, request.overrides.seed,
@@ -43,71 +57,130 @@ scenarios::Scenario load_with_files(const RunRequest& request, ScenarioFiles& fi
   return scenario;
 }
 
+std::int64_t checkpoint_every(const RunRequest& request) {
+  constexpr std::int64_t kUsual = 1000;
+  return request.checkpoint_every.value_or(kUsual);
+}
+
 LogLevel level_of(const RunRequest& request) {
   return request.log_level.value_or(LogLevel::kCommits);
 }
 
-LoggedStep logged(const RunRequest& request, const models::CommittedStep& step) {
+LoggedOptions options_of_log(const RunRequest& request, const scenarios::Scenario& scenario) {
+  const kernel::Transport* const job = request.overrides.transport;
+  return {.overrides = request.overrides,
+          .ranks = job == nullptr ? 0 : job->size(),
+          .level = level_of(request),
+          .every = request.log_every.value_or(1),
+          .first_step = scenario.run.first_step};
+}
+
+LoggedStep logged(const LoggedOptions& options, const models::CommittedStep& step) {
   LoggedStep logged{
       .step = step.step,
       .digest = physics::digest(step.ids, step.states),
-      .has_states = false,
+      .has_states = has_states(options, step.step),
       .ids = {},
       .states = {},
       .inputs = {step.inputs.begin(), step.inputs.end()},
       .territory_changes = {step.territory_changes.begin(), step.territory_changes.end()}};
-  logged.has_states =
-      has_states({{}, 0, level_of(request), request.log_every.value_or(1)}, step.step);
   if (!logged.has_states) return logged;
   logged.ids.assign(step.ids.begin(), step.ids.end());
   logged.states.assign(step.states.begin(), step.states.end());
   return logged;
 }
 
+// What a log, or a checkpoint, begins with.
+struct LogHead {
+  LoggedScenario scenario;
+  LoggedOptions options;
+  std::vector<std::uint32_t> labels;
+};
+
+LogHead head_of(const RunRequest& request, const ScenarioFiles& files,
+                const scenarios::Scenario& scenario) {
+  LogHead head{
+      {kVersion, std::filesystem::absolute(request.file).string(), files.text, scenario.scene.dt_s},
+      options_of_log(request, scenario),
+      {}};
+  for (const physics::BodyParams& body : scenario.scene.bodies) head.labels.push_back(body.label);
+  return head;
+}
+
 std::unique_ptr<LogWriter> open_log(const RunRequest& request, const ScenarioFiles& files,
                                     const scenarios::Scenario& scenario) {
-  std::vector<std::uint32_t> labels;
-  for (const physics::BodyParams& body : scenario.scene.bodies) labels.push_back(body.label);
+  if (request.log_file.empty()) return nullptr;
   refuse_own_input(request.log_file, request.file, "--log");
+  refuse_own_input(request.log_file, request.resume, "--log");
   auto log = std::make_unique<LogWriter>(request.log_file, request.force);
-  const kernel::Transport* const job = request.overrides.transport;
-  log->begin(
-      {kVersion, std::filesystem::absolute(request.file).string(), files.text, scenario.scene.dt_s},
-      {request.overrides, job == nullptr ? 0 : job->size(), level_of(request),
-       request.log_every.value_or(1)},
-      labels, files.meshes);
+  const LogHead head = head_of(request, files, scenario);
+  log->begin(head.scenario, head.options, head.labels, files.meshes);
   const InputFollower start(scenario.scene, scenario.initial, scenario.run.inputs);
   const auto [ids, states] = start.bodies();
   models::CommittedStep first;
+  first.step = scenario.run.first_step;
   first.ids = ids;
   first.states = states;
-  const bool written = log->add_step(logged(request, first));
+  first.inputs = scenario.run.inputs.acted;
+  const bool written = log->add_step(logged(head.options, first));
   if (!written) log->finish();  // throws
   return log;
+}
+
+// A checkpoint may take the place of the one from which the run goes on.
+std::unique_ptr<CheckpointWriter> open_checkpoints(const RunRequest& request,
+                                                   const ScenarioFiles& files,
+                                                   const scenarios::Scenario& scenario) {
+  if (request.checkpoint_file.empty()) return nullptr;
+  refuse_own_input(request.checkpoint_file, request.file, "--checkpoint");
+  std::error_code none;
+  const bool is_own = std::filesystem::equivalent(request.checkpoint_file, request.resume, none);
+  LogHead head = head_of(request, files, scenario);
+  return std::make_unique<CheckpointWriter>(
+      request.checkpoint_file, checkpoint_every(request), request.force || is_own,
+      CheckpointWriter::Run{std::move(head.scenario), std::move(head.options),
+                            std::move(head.labels), files.meshes, scenario.run.inputs});
 }
 
 bool wants_trace(const RunRequest& request) {
   return !request.log_file.empty() && level_of(request) == LogLevel::kTrace;
 }
 
-void run_observed(const RunRequest& request, const scenarios::Scenario& scenario, LogWriter* log,
-                  kernel::StopRequest& stop, RunReport& report) {
+// What a run writes while it goes on; null: nothing.
+struct RunFiles {
+  std::unique_ptr<LogWriter> log;
+  std::unique_ptr<CheckpointWriter> checkpoints;
+};
+
+// What is gathered for it on every rank.
+models::CommitObserver observer_for(const RunRequest& request) {
+  models::CommitObserver observer;
+  const bool of_each_step = !request.log_file.empty() || !request.view_file.empty() ||
+                            request.step_digests || request.real_time;
+  observer.wants_states = of_each_step || !request.checkpoint_file.empty();
+  if (!of_each_step) observer.states_every = checkpoint_every(request);
+  observer.wants_trace = wants_trace(request);
+  return observer;
+}
+
+void run_observed(const RunRequest& request, const scenarios::Scenario& scenario,
+                  const RunFiles& files, kernel::StopRequest& stop, RunReport& report) {
   std::optional<RealTimeSession> session;
   if (request.real_time) session.emplace(*request.real_time, scenario);
-  models::CommitObserver observer;
-  observer.wants_states = log != nullptr || request.step_digests || session;
+  models::CommitObserver observer = observer_for(request);
+  const LoggedOptions options = options_of_log(request, scenario);
   if (observer.wants_states) {
     observer.on_step = [&](const models::CommittedStep& step) {
       if (session) session->add(step);
-      if (log == nullptr && !request.step_digests) return;
       if (request.step_digests)
         report.step_digests.push_back(physics::digest(step.ids, step.states));
-      if (log != nullptr && !log->add_step(logged(request, step))) stop.store(kStopForFailure);
+      const bool written = !files.log || files.log->add_step(logged(options, step));
+      const bool kept = !files.checkpoints || files.checkpoints->add(step);
+      if (!written || !kept) stop.store(kStopForFailure);
     };
   }
-  observer.wants_trace = wants_trace(request);
   observer.on_trace = [&](std::span<const std::byte> chunk) {
-    if (!log->add_trace(chunk)) stop.store(kStopForFailure);
+    if (!files.log->add_trace(chunk)) stop.store(kStopForFailure);
   };
   if (session) session->start();
   report.run = measure_run(scenario.scene, scenario.initial, scenario.territory,
@@ -119,8 +192,8 @@ void run_observed(const RunRequest& request, const scenarios::Scenario& scenario
 // A warm rollback's bits depend on when messages came.
 void refuse_warm_where_bits_count(const RunRequest& request) {
   if (request.overrides.rollback != models::RollbackMode::kWarm) return;
-  if (!request.log_file.empty() || !request.view_file.empty())
-    throw UsageError("--log: what --rollback warm does has no replay");
+  if (!request.log_file.empty() || !request.view_file.empty() || !request.checkpoint_file.empty())
+    throw UsageError("--log, --checkpoint: what --rollback warm does cannot be had again");
   if (request.overrides.cluster.check_purity)
     throw UsageError("--check-purity: --rollback warm is not pure");
 }
@@ -134,16 +207,16 @@ std::string asked_for(const scenarios::Scenario& scenario) {
 }
 
 void run_within_memory(const RunRequest& request, const scenarios::Scenario& scenario,
-                       LogWriter* log, kernel::StopRequest& stop, RunReport& report) {
+                       const RunFiles& files, kernel::StopRequest& stop, RunReport& report) {
   const std::string what_for = asked_for(scenario);
   try {
-    run_observed(request, scenario, log, stop, report);
+    run_observed(request, scenario, files, stop, report);
   } catch (const std::bad_alloc&) {
     throw OutOfMemory(what_for);
   } catch (const std::length_error&) {
     throw OutOfMemory(what_for);
   } catch (const NumericalFailure&) {
-    if (log != nullptr) log->finish();  // what led there is of use
+    if (files.log) files.log->finish();  // what led there is of use
     throw;
   }
 }
@@ -152,20 +225,25 @@ void print(const RunReport& report, bool as_json, std::ostream& out) {
   out << (as_json ? run_json(report) : run_text(report));
   if (as_json) return;
   for (std::size_t i = 0; i < report.step_digests.size(); ++i)
-    out << "step " << i + 1 << " " << format_digest(report.step_digests[i]) << "\n";
+    out << "step " << report.options.first_step + static_cast<std::int64_t>(i) + 1 << " "
+        << format_digest(report.step_digests[i]) << "\n";
 }
 
 // On a rank that is not the root.
 int run_own_worlds(const RunRequest& request, const scenarios::Scenario& scenario) {
-  models::CommitObserver observer;
-  observer.wants_states =
-      !request.log_file.empty() || !request.view_file.empty() || request.step_digests;
-  observer.wants_trace = wants_trace(request);
-  take_part(scenario.scene, scenario.initial, scenario.territory, scenario.run, observer);
+  take_part(scenario.scene, scenario.initial, scenario.territory, scenario.run,
+            observer_for(request));
   return kExitOk;
 }
 
-// Closes the log; false if that, or writing it, failed, which is told.
+// A last checkpoint; false if that, or writing one before, failed, which is told.
+bool finish(CheckpointWriter* checkpoints, const RunReport& report, std::ostream& err) {
+  if (checkpoints == nullptr || checkpoints->finish(report.run.result)) return true;
+  err << "soda: " << checkpoints->failure() << "\n";
+  return false;
+}
+
+// Closes the log; the same.
 bool finish(LogWriter* log, const RunReport& report, std::ostream& err) {
   if (log == nullptr) return true;
   const models::SimulationResult& result = report.run.result;
@@ -207,12 +285,12 @@ std::unique_ptr<OutputFile> open_page(RunRequest& request, TemporaryLog& own) {
 
 int run_command(const RunRequest& given, std::ostream& out, std::ostream& err) {
   ScenarioFiles files;
-  scenarios::Scenario scenario = load_with_files(given, files);
-  refuse_warm_where_bits_count(given);
-  if (given.real_time) require_paceable(scenario.run);
-  tell_warnings({{given.file, scenario.warnings}}, err);
-  const std::unique_ptr<InputStream> stream = open_inputs(given.inputs, scenario, err);
   RunRequest request = given;
+  scenarios::Scenario scenario = load_with_files(request, files, err);
+  refuse_warm_where_bits_count(request);
+  if (request.real_time) require_paceable(scenario.run);
+  tell_warnings({{request.file, scenario.warnings}}, err);
+  const std::unique_ptr<InputStream> stream = open_inputs(request.inputs, scenario, err);
   if (request.log_file.empty()) request.log_file = scenario.output.log_file;
   request.step_digests = request.step_digests || scenario.output.step_digests;
   if (request.log_file.empty() && (request.log_level || request.log_every))
@@ -224,26 +302,27 @@ int run_command(const RunRequest& given, std::ostream& out, std::ostream& err) {
     return run_own_worlds(request, scenario);
   TemporaryLog own_log;
   const std::unique_ptr<OutputFile> page = open_page(request, own_log);
-  const std::unique_ptr<LogWriter> log =
-      request.log_file.empty() ? nullptr : open_log(request, files, scenario);
+  const RunFiles written{open_log(request, files, scenario),
+                         open_checkpoints(request, files, scenario)};
 
   files = {};  // they take memory
   RunReport report = report_of(scenario, request.file);
   report.with_step_digests = request.step_digests;
   if (stream) stream->start();
-  run_within_memory(request, scenario, log.get(), stop, report);
+  run_within_memory(request, scenario, written, stop, report);
   const bool bad_lines = stream && stream->stop() > 0;
-  const bool is_written = finish(log.get(), report, err);
+  const bool is_logged = finish(written.log.get(), report, err);
+  const bool is_kept = finish(written.checkpoints.get(), report, err);
   print(report, request.json, out);
-  if (page && is_written) {
-    LogReader written(request.log_file);
-    const std::string said = write_page(written, logged_scenario(written, {}), *page, std::nullopt);
+  if (page && is_logged) {
+    LogReader log(request.log_file);
+    const std::string said = write_page(log, logged_scenario(log, {}), *page, std::nullopt);
     if (!request.json) out << "\n" << said;
   }
 
   const std::vector<std::string> broken = broken_plan_lines(report.run);
   for (const std::string& line : broken) err << "soda: plan broken: " << line << "\n";
-  if (!is_written) return kExitFile;
+  if (!is_logged || !is_kept) return kExitFile;
   if (const std::uint32_t why = report.run.result.stopped; why != 0)
     return why == kStopForFailure ? kExitFile : kExitSignal + static_cast<int>(why);
   if (!broken.empty()) return kExitCheckFailed;

@@ -12,14 +12,17 @@
 namespace soda::analysis {
 
 struct RunRequest {
-  std::string file;
+  std::string file;    // the scenario; empty if the run goes on from `resume`
+  std::string resume;  // a checkpoint or an event log
   Overrides overrides;
-  std::string log_file;                   // empty: no log
-  std::optional<LogLevel> log_level;      // without: kCommits
-  std::optional<std::int64_t> log_every;  // states of the steps that it divides; without: 1
-  std::string view_file;                  // empty: no page
-  bool force = false;                     // replaces a log or a page that exists
-  std::string inputs;                     // empty: none; a file, or "-" for standard input
+  std::string log_file;                          // empty: no log
+  std::optional<LogLevel> log_level;             // without: kCommits
+  std::optional<std::int64_t> log_every;         // states of the steps that it divides; without: 1
+  std::string view_file;                         // empty: no page
+  std::string checkpoint_file;                   // empty: none
+  std::optional<std::int64_t> checkpoint_every;  // without: 1000
+  bool force = false;                            // replaces what is written and exists
+  std::string inputs;                            // empty: none; a file, or "-" for standard input
   bool json = false;
   bool step_digests = false;
   bool quiet = false;  // no progress line

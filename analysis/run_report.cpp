@@ -33,6 +33,8 @@ std::string heading_text(const RunReport& report) {
             " processors, buffer of " + std::to_string(report.options.buffer) + " entries";
   }
   if (report.options.synchronisation == kernel::Synchronisation::kLockstep) text += ", lockstep";
+  if (report.options.first_step > 0)
+    text += ", from step " + std::to_string(report.options.first_step) + " on";
   text += "\n";
   if (const std::uint32_t why = report.run.result.stopped; why != 0)
     text += std::string("  ended early by ") + name_of_stop(why) + ", after step " +
@@ -210,8 +212,7 @@ double cluster_utilisation(const kernel::VirtualReport& cluster) {
 }
 
 double steps_per_second(const MeasuredRun& run) {
-  return run.cost.wall_s > 0.0 ? static_cast<double>(run.result.committed_steps) / run.cost.wall_s
-                               : 0.0;
+  return run.cost.wall_s > 0.0 ? static_cast<double>(run.steps) / run.cost.wall_s : 0.0;
 }
 
 double real_time_factor(const MeasuredRun& run, double dt_s) {

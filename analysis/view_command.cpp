@@ -17,7 +17,8 @@ constexpr std::int64_t kBodyFrames = 300'000;  // 34 bytes each, 46 as text
 std::int64_t steps_a_frame(const LogReader& log) {
   const auto bodies = static_cast<std::int64_t>(std::max<std::size_t>(1, log.labels().size()));
   const std::int64_t frames = std::max<std::int64_t>(2, kBodyFrames / bodies);
-  return std::max<std::int64_t>(1, (log.last_step() + frames - 1) / frames);
+  const std::int64_t steps = log.last_step() - log.first_step();
+  return std::max<std::int64_t>(1, (steps + frames - 1) / frames);
 }
 
 }  // namespace

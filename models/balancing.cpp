@@ -15,14 +15,15 @@ constexpr std::size_t kMostRandomCells = 4;  // at once
 
 Balancing::Balancing(const BalancingOptions& options, std::shared_ptr<const TerritoryMap> map,
                      std::vector<std::uint32_t> processor_of, std::int64_t buffer,
-                     std::int64_t steps)
+                     std::int64_t first_step, std::int64_t steps)
     : options_(options),
       processor_of_(std::move(processor_of)),
       delay_(buffer + 1),
       steps_(steps),
       map_(std::move(map)),
       random_(options.seed),
-      holds_from_(delay_) {}
+      holds_from_(first_step + delay_),
+      next_decision_(first_step) {}
 
 LoadSampling Balancing::sampling() const {
   if (options_.policy != BalancingPolicy::kPaper) return {};

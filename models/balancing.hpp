@@ -17,9 +17,11 @@ namespace soda::models {
 // holds from step g + buffer + 1 on, which no world has begun, so nothing is rolled back for it.
 class Balancing final : public kernel::Outside, public LoadSink {
  public:
-  // `processor_of`: of each world. `steps`: of the run.
+  // `map`: of `first_step`, before which the run begins; it ends after `steps`. `processor_of`: of
+  // each world.
   Balancing(const BalancingOptions& options, std::shared_ptr<const TerritoryMap> map,
-            std::vector<std::uint32_t> processor_of, std::int64_t buffer, std::int64_t steps);
+            std::vector<std::uint32_t> processor_of, std::int64_t buffer, std::int64_t first_step,
+            std::int64_t steps);
 
   // What worlds have to sample for it.
   LoadSampling sampling() const;
@@ -48,7 +50,7 @@ class Balancing final : public kernel::Outside, public LoadSink {
   std::shared_ptr<const TerritoryMap> map_;  // with all that has been decided
   kernel::SplitMix64 random_;
   std::int64_t holds_from_;
-  std::int64_t next_decision_ = 0;
+  std::int64_t next_decision_;
 
   std::mutex mutex_;                                         // of what follows
   std::map<std::int64_t, std::vector<LoadSample>> samples_;  // by step

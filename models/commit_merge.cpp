@@ -4,8 +4,9 @@
 
 namespace soda::models {
 
-CommitMerge::CommitMerge(const CommitObserver& observer, std::uint32_t worlds)
-    : observer_(observer), worlds_(worlds) {}
+CommitMerge::CommitMerge(const CommitObserver& observer, std::uint32_t worlds,
+                         std::int64_t first_step)
+    : observer_(observer), worlds_(worlds), committed_steps_(first_step) {}
 
 void CommitMerge::add(WorldId world, const BufferEntry& entry) {
   const std::lock_guard lock(mutex_);
@@ -21,7 +22,7 @@ void CommitMerge::add(WorldId world, const BufferEntry& entry) {
                        .inputs = {},
                        .territory_changes = {}};
     std::vector<WorldId> owners;
-    if (observer_.wants_states) {
+    if (wants_states(entry.step)) {
       owners.assign(entry.ids.size(), world);
       step.ids = entry.ids;
       step.states = entry.states;
@@ -32,7 +33,7 @@ void CommitMerge::add(WorldId world, const BufferEntry& entry) {
   }
   Pending& pending = pending_[entry.step];
   ++pending.worlds;
-  if (observer_.wants_states) pending.parts.push_back({world, entry.ids, entry.states});
+  if (wants_states(entry.step)) pending.parts.push_back({world, entry.ids, entry.states});
   pending.islands.insert(pending.islands.end(), entry.islands.begin(), entry.islands.end());
   // Worlds commit their own steps in order, so steps become whole in order too.
   if (pending.worlds == worlds_) {

@@ -17,18 +17,18 @@ class CommitSink {
  public:
   virtual ~CommitSink() = default;
   virtual void add(WorldId world, const BufferEntry& entry) = 0;
-  // Whether entries need bodies.
-  virtual bool wants_states() const { return true; }
+  // Whether the entry of this step needs bodies.
+  virtual bool wants_states(std::int64_t) const { return true; }
 };
 
 // Hands whole steps to the observer in increasing order.
 class CommitMerge final : public CommitSink {
  public:
-  // `observer` outlives this object.
-  CommitMerge(const CommitObserver& observer, std::uint32_t worlds);
+  // `observer` outlives this object. The run begins before `first_step`.
+  CommitMerge(const CommitObserver& observer, std::uint32_t worlds, std::int64_t first_step = 0);
 
   void add(WorldId world, const BufferEntry& entry) override;
-  bool wants_states() const override { return observer_.wants_states; }
+  bool wants_states(std::int64_t step) const override { return observer_.wants_states_of(step); }
 
   std::int64_t committed_steps() const { return committed_steps_; }
   std::uint64_t islands() const { return islands_; }
@@ -51,7 +51,7 @@ class CommitMerge final : public CommitSink {
   const std::uint32_t worlds_;
   std::mutex mutex_;
   std::map<std::int64_t, Pending> pending_;
-  std::int64_t committed_steps_ = 0;
+  std::int64_t committed_steps_;
   std::uint64_t islands_ = 0;
 };
 

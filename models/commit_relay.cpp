@@ -47,7 +47,7 @@ void CommitRelay::add(WorldId world, const BufferEntry& entry) {
   writer.number(static_cast<std::uint8_t>(RecordKind::kCommit));
   writer.world(world);
   writer.number(entry.step);
-  if (with_states_)
+  if (wants_states(entry.step))
     write_bodies(writer, entry);
   else
     writer.number(std::uint32_t{0});

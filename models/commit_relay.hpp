@@ -16,19 +16,19 @@ namespace soda::models {
 // Where worlds leave their committed parts on a rank that is not the root.
 class CommitRelay final : public CommitSink, public LoadSink, public kernel::TraceSink {
  public:
-  // States travel only if somebody wants them.
-  explicit CommitRelay(bool with_states) : with_states_(with_states) {}
+  // States travel only if `observer` wants them; it outlives this object.
+  explicit CommitRelay(const CommitObserver& observer) : observer_(observer) {}
 
   void add(WorldId world, const BufferEntry& entry) override;
   void add(LoadSample sample) override;
   void take(kernel::Bytes trace) override;
-  bool wants_states() const override { return with_states_; }
+  bool wants_states(std::int64_t step) const override { return observer_.wants_states_of(step); }
 
   // All records since the last call, for join() at the root.
   std::vector<kernel::Bytes> take();
 
  private:
-  const bool with_states_;
+  const CommitObserver& observer_;
   std::mutex mutex_;
   std::vector<kernel::Bytes> records_;
 };

@@ -60,7 +60,7 @@ std::unique_ptr<Balancing> make_balancing(const RunOptions& options,
                                           const std::shared_ptr<const TerritoryMap>& map) {
   if (!balancing_needed(options, map->worlds())) return nullptr;
   return std::make_unique<Balancing>(options.balancing, map, processors_of(options, map->worlds()),
-                                     options.buffer, options.steps);
+                                     options.buffer, options.first_step, options.steps);
 }
 
 LoadSampling sampling_of(const Balancing* balancing, const RunOptions& options) {
@@ -92,7 +92,7 @@ Worlds build_worlds(const Surroundings& around, const Rules& rules,
   const auto processors = splits ? around.processors : std::span<const std::uint32_t>{};
   Worlds worlds(entries.size());
   for (std::uint32_t id = own.first; id < own.last; ++id) {
-    entries[id].step = 0;
+    entries[id].step = options.first_step;
     entries[id].rules = rules;
     SolveShare& share = around.shares[partition.owner_of(kernel::LpId{id})];
     worlds[id] = std::make_unique<World>(
@@ -338,8 +338,8 @@ SimulationResult simulate(const physics::SceneDescription& scene,
   std::deque<SolveShare> shares;
   for (std::size_t i = 0; i < share_count(options, map.worlds()); ++i)
     shares.emplace_back(options.buffer + 1);
-  CommitMerge merge(observer, map.worlds());
-  CommitRelay relay(observer.wants_states);
+  CommitMerge merge(observer, map.worlds(), options.first_step);
+  CommitRelay relay(observer);
   CommitSink& commits = is_root(options) ? static_cast<CommitSink&>(merge) : relay;
   SceneVersions scenes(scene);
   MapShare maps;

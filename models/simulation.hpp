@@ -64,7 +64,8 @@ enum class ExecutorKind { kSequential, kThreads, kVirtual, kMpi };
 struct RunOptions {
   ExecutorKind executor = ExecutorKind::kSequential;
   unsigned threads = 1;               // kThreads: >= 1; kMpi: of each rank
-  std::int64_t steps = 0;             // >= 0
+  std::int64_t first_step = 0;        // before which the run begins, >= 0
+  std::int64_t steps = 0;             // after which it ends, counted from 0; >= first_step
   std::int64_t buffer = 48;           // entries of each world's transform buffer, >= 1
   std::uint64_t scheduling_seed = 0;  // see kernel::ThreadsOptions
   RollbackMode rollback = RollbackMode::kPropagate;
@@ -143,7 +144,7 @@ WorldCounters& operator+=(WorldCounters& sum, const WorldCounters& more);
 
 // The state after `step` steps, complete over all worlds and final.
 struct CommittedStep {
-  std::int64_t step = 0;                 // 1 .. steps
+  std::int64_t step = 0;                 // first_step + 1 .. steps
   std::span<const physics::BodyId> ids;  // those that are there; empty unless states are wanted
   std::span<const physics::BodyState> states;
   std::span<const WorldId> owners;                 // of each body during this step
@@ -153,8 +154,11 @@ struct CommittedStep {
 };
 
 struct CommitObserver {
-  // Whether on_step needs ids, states and owners; what nobody wants is not gathered.
+  // Whether on_step needs ids, states and owners; what nobody wants is not gathered. If it does, of
+  // the steps that `states_every` (>= 1) divides.
   bool wants_states = false;
+  std::int64_t states_every = 1;
+  bool wants_states_of(std::int64_t step) const { return wants_states && step % states_every == 0; }
   // Called in order of steps, one call at a time, from any worker thread.
   std::function<void(const CommittedStep&)> on_step;
   // Whether the life of every event is written down, for on_trace.
@@ -171,8 +175,9 @@ struct SimulationFault {
 };
 
 struct SimulationResult {
-  std::int64_t committed_steps = 0;  // == options.steps unless there was a fault or a stop
-  std::uint32_t stopped = 0;         // the request that ended the run early; 0: none did
+  // The last of them, from 0; == options.steps unless there was a fault or a stop.
+  std::int64_t committed_steps = 0;
+  std::uint32_t stopped = 0;  // the request that ended the run early; 0: none did
   std::vector<physics::BodyState> final_states;  // after committed_steps; index == BodyId
   std::vector<physics::BodyId> final_ids;        // ascending; others are absent, their states void
   std::vector<CommittedInput> inputs;            // all that acted, in the order of acting
@@ -195,10 +200,11 @@ struct Progress {
   double efficiency = 1.0;  // 1 - rolled back / executed, so far
 };
 
-// Runs options.steps steps of the scene divided by `map`. The committed steps are the same bits for
-// every map and every option but the inputs. `initial[i]` is the state of BodyId{i} at step 0, void
-// if it is absent. Over ranks, only
-// the root observes and has the result; elsewhere it says no more than whether there was a fault.
+// Runs the scene, divided by `map`, from options.first_step to options.steps. The committed steps
+// are the same bits for every map and every option but the inputs, and wherever a run begins.
+// `initial[i]` is the state of BodyId{i} at the first step, void if it is absent; `scene` is as
+// inputs before have left it. Over ranks, only the root observes and has the result; elsewhere it
+// says no more than whether there was a fault.
 SimulationResult simulate(const physics::SceneDescription& scene,
                           std::span<const physics::BodyState> initial, const TerritoryMap& map,
                           const RunOptions& options, const CommitObserver& observer = {},

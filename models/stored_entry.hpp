@@ -30,7 +30,7 @@ struct BufferEntry {
   StepMemo memo;                               // of step - 1
   Gate gate;                                   // of step - 1
   ForeignView view;                            // of step - 1
-  Rules rules;                                 // of step - 1; at step 0, of that
+  Rules rules;                                 // of step - 1; of the first one, its own
   // Modelled cost of step - 1, all its executions; only if loads are sampled.
   std::int64_t spent_ns = 0;
   // Bodies whose state here is not the one that the next entry, a stale one, was computed from.

@@ -91,9 +91,12 @@ UserInput decode_input(std::span<const std::byte> payload);
 // Which bodies take part, what is done to them, and how it comes to the worlds.
 class LiveInputs;
 struct InputOptions {
-  std::vector<physics::BodyId> absent;  // at step 0; ascending
+  std::vector<physics::BodyId> absent;  // at the first step; ascending
   std::vector<UserInput> script;        // known from the start; in any order
-  LiveInputs* live = nullptr;           // what comes while the run goes on; outlives it
+  // Of steps before the first one, in the order of acting: their effect is in what the run begins
+  // with. Only for those who write down how it came to be.
+  std::vector<CommittedInput> acted;
+  LiveInputs* live = nullptr;  // what comes while the run goes on; outlives it
   // Sends each input when GVT stands at its step, so that worlds that ran ahead roll back. For
   // tests: committed states are the same.
   bool at_the_last_moment = false;

@@ -59,6 +59,7 @@ World::World(const WorldSurroundings& surroundings, WorldId id, std::int64_t buf
              BufferEntry initial)
     : around_(surroundings),
       id_(id),
+      next_(time_of(initial.step, Phase::kBegin)),
       // `buffer` entries ahead and the one at GVT.
       buffer_(static_cast<std::size_t>(buffer) + 1, std::move(initial)),
       rules_(buffer_.rules(buffer_.newest())) {}
@@ -261,7 +262,7 @@ void World::commit(kernel::VirtualTime now) {
   if (phase_of(now) != Phase::kFinish) return;
   const bool samples = around_.sampling.takes(now.t + 1);
   const BufferEntry& entry =
-      buffer_.read(now.t + 1, samples || around_.commits.wants_states(), committed_);
+      buffer_.read(now.t + 1, samples || around_.commits.wants_states(now.t + 1), committed_);
   counters_.solves_committed += entry.solves;
   around_.commits.add(id_, entry);
   audit_.commit(now.t, counters_);

@@ -56,7 +56,7 @@ struct WorldSurroundings {
 // restarts at (k, kBegin) from entry k.
 class World final : public kernel::LogicalProcess {
  public:
-  // `initial`: the entry of step 0. `buffer` >= 1: entries that the world may run ahead.
+  // `initial`: the entry of the first step. `buffer` >= 1: entries that the world may run ahead.
   World(const WorldSurroundings& surroundings, WorldId id, std::int64_t buffer,
         BufferEntry initial);
 
@@ -168,7 +168,7 @@ class World final : public kernel::LogicalProcess {
 
   const WorldSurroundings around_;
   const WorldId id_;
-  kernel::VirtualTime next_ = time_of(0, Phase::kBegin);
+  kernel::VirtualTime next_;
   TransformBuffer buffer_;
   bool keeps_history_ = false;  // an executor that may roll back calls mark
 

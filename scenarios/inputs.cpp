@@ -176,6 +176,8 @@ InputLines::InputLines(const Scenario& scenario, std::string file)
     : builder_(scenario), file_(std::move(file)) {
   for (const UserInput& input : scenario.run.inputs.script)
     builder_.take_id(input.id, "the scenario");
+  for (const models::CommittedInput& acted : scenario.run.inputs.acted)
+    builder_.take_id(acted.input.id, "what acted before");
 }
 
 std::optional<UserInput> InputLines::read_line(std::string_view line, FaultList& faults) {

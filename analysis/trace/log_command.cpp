@@ -48,7 +48,7 @@ class Lines {
 };
 
 void add_steps(LogReader& log, Lines& lines) {
-  for (std::int64_t step = 0; step <= log.last_step(); ++step) {
+  for (std::int64_t step = log.first_step(); step <= log.last_step(); ++step) {
     const LoggedStep logged = log.read_step(step);
     lines.add(SceneObject()
                   .set("step", json_of(step))
@@ -61,7 +61,7 @@ void add_steps(LogReader& log, Lines& lines) {
 
 void add_states(LogReader& log, Lines& lines) {
   log.last_states();  // there are some
-  for (std::int64_t step = 0; step <= log.last_step(); ++step) {
+  for (std::int64_t step = log.first_step(); step <= log.last_step(); ++step) {
     if (!has_states(log.options(), step)) continue;
     const LoggedStep logged = log.read_states(step);
     for (std::size_t i = 0; i < logged.ids.size(); ++i) {
@@ -85,7 +85,7 @@ void add_states(LogReader& log, Lines& lines) {
 }
 
 void add_inputs(LogReader& log, Lines& lines) {
-  for (std::int64_t step = 0; step <= log.last_step(); ++step)
+  for (std::int64_t step = log.first_step(); step <= log.last_step(); ++step)
     for (const models::CommittedInput& committed : log.read_step(step).inputs) {
       const models::UserInput& input = committed.input;
       lines.add(SceneObject()
@@ -148,7 +148,7 @@ std::string summary(LogReader& log) {
       {"steps", std::to_string(log.last_step()) + (log.complete() ? "" : ", cut off")},
       {"blocks of trace", std::to_string(log.traces())}};
   std::size_t inputs = 0;
-  for (std::int64_t step = 0; step <= log.last_step(); ++step)
+  for (std::int64_t step = log.first_step(); step <= log.last_step(); ++step)
     inputs += log.read_step(step).inputs.size();
   rows.push_back({"user inputs", std::to_string(inputs)});
   if (log.execution_digest())

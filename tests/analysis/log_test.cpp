@@ -150,7 +150,7 @@ TEST(EventLog, AnotherVersionIsRefusedByName) {
     LogReader log(file);
     FAIL() << "read a log of another version";
   } catch (const scenarios::FileError& error) {
-    EXPECT_NE(std::string(error.what()).find("version 6"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("version 7"), std::string::npos) << error.what();
   }
 }
 
@@ -290,7 +290,7 @@ TEST(EventLog, ReadsBackInputsAndWhichBodiesWereThere) {
   committed.asked_step = -1;
   committed.had_effect = true;
   step.inputs = {committed, committed};
-  const LoggedStep found = decode_step(encode_step(step), 10);
+  const LoggedStep found = decode_step(encode_step(step), {.bodies = 10});
   EXPECT_EQ(found.ids, step.ids);
   ASSERT_EQ(found.inputs.size(), 2u);
   EXPECT_EQ(models::encode_input(found.inputs[1].input), models::encode_input(committed.input));
@@ -372,7 +372,7 @@ TEST(EventLog, ReadsBackWhichCellsChangedHands) {
   LoggedStep step = logged_step(4, 5, states_at(4));
   step.territory_changes = {{3, 7, models::WorldId{1}, models::WorldId{2}},
                             {3, 0xfffffffe, models::WorldId{0xffff0}, models::WorldId{0}}};
-  EXPECT_EQ(decode_step(encode_step(step), 10).territory_changes, step.territory_changes);
+  EXPECT_EQ(decode_step(encode_step(step), {.bodies = 10}).territory_changes, step.territory_changes);
 }
 
 TEST(StepComparison, SignedZerosAreDifferentValues) {

@@ -28,7 +28,7 @@ BufferEntry entry_of(std::int64_t step, std::uint32_t world) {
 TEST(CommitRelay, TheRootHasStepsInOrderWithStatesOwnersAndIslandsOfAllWorlds) {
   std::int64_t last = 0;
   const CommitObserver observer{
-      true, [&](const CommittedStep& step) {
+      .wants_states = true, .on_step = [&](const CommittedStep& step) {
         EXPECT_EQ(step.step, ++last);
         ASSERT_EQ(step.ids.size(), 6u);
         ASSERT_EQ(step.islands.size(), 3u);
@@ -41,7 +41,7 @@ TEST(CommitRelay, TheRootHasStepsInOrderWithStatesOwnersAndIslandsOfAllWorlds) {
         }
       }};
   CommitMerge merge(observer, 3);
-  CommitRelay relay(observer.wants_states);
+  CommitRelay relay(observer);
   for (std::int64_t step = 1; step <= 3; ++step) merge.add(WorldId{1}, entry_of(step, 1));
   for (std::int64_t step = 1; step <= 3; ++step)
     for (const std::uint32_t world : {2u, 0u}) relay.add(WorldId{world}, entry_of(step, world));
@@ -55,7 +55,8 @@ TEST(CommitRelay, StatesThatNobodyWantsDoNotTravelButIslandsDo) {
     void add(WorldId, const BufferEntry& entry) override { part = entry; }
     BufferEntry part;
   } last;
-  CommitRelay relay(false);
+  const CommitObserver nobody;
+  CommitRelay relay(nobody);
   relay.add(WorldId{1}, entry_of(4, 1));
   for (const kernel::Bytes& record : relay.take()) join(record, {last});
   EXPECT_EQ(last.part.step, 4);
