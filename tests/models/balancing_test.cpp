@@ -211,7 +211,7 @@ TEST(Balancing, AskedOfOneWorldItDoesNothing) {
 TEST(Balancing, DecisionsHoldBeyondTheBufferAndTheFloorIsAheadOfGvt) {
   constexpr std::int64_t kBuffer = 6;
   Balancing balancing(random_every_ten_steps(1), std::make_shared<TerritoryMap>(blocks(4)),
-                      {0, 1, 2, 3}, kBuffer, 1000);
+                      {0, 1, 2, 3}, kBuffer, 0, 1000);
   for (std::int64_t step = 0; step < 100; ++step) {
     const kernel::VirtualTime gvt = time_of(step, Phase::kPairs);
     std::vector<kernel::Message> messages;

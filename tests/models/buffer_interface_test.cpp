@@ -79,7 +79,7 @@ class VirtualPlayback final : public kernel::Outside {
         cost_s_(std::move(cost_s)) {}
 
   const std::vector<ShownFrame>& run() {
-    const CommitObserver observer{true, [this](const CommittedStep& step) { take_step(step); }};
+    const CommitObserver observer{.wants_states = true, .on_step = [this](const CommittedStep& step) { take_step(step); }};
     RunOptions options{.steps = options_.steps};
     options.outsides = {this};
     options.entries = &buffer_;
@@ -205,7 +205,7 @@ struct EarliestInput final : kernel::Outside {
 TEST(BufferInterface, WorldsFillTheirBuffersWhileInputsStillTakeEffectAtOnce) {
   const test::Scene scene = few_balls();
   std::vector<std::uint64_t> expected;
-  const CommitObserver plain{true, [&](const CommittedStep& step) {
+  const CommitObserver plain{.wants_states = true, .on_step = [&](const CommittedStep& step) {
                                expected.push_back(physics::digest(step.ids, step.states));
                              }};
   simulate(scene.description, scene.states, blocks(1), {.steps = 80}, plain);
@@ -216,7 +216,7 @@ TEST(BufferInterface, WorldsFillTheirBuffersWhileInputsStillTakeEffectAtOnce) {
   options.outsides = {&buffer, &input};
   options.entries = &buffer;
   std::thread run([&] {
-    const CommitObserver observer{true, [&](const CommittedStep& step) { buffer.add(step); }};
+    const CommitObserver observer{.wants_states = true, .on_step = [&](const CommittedStep& step) { buffer.add(step); }};
     simulate(scene.description, scene.states, blocks(4), options, observer);
   });
   const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(30);
