@@ -79,7 +79,8 @@ class VirtualPlayback final : public kernel::Outside {
         cost_s_(std::move(cost_s)) {}
 
   const std::vector<ShownFrame>& run() {
-    const CommitObserver observer{.wants_states = true, .on_step = [this](const CommittedStep& step) { take_step(step); }};
+    const CommitObserver observer{
+        .wants_states = true, .on_step = [this](const CommittedStep& step) { take_step(step); }};
     RunOptions options{.steps = options_.steps};
     options.outsides = {this};
     options.entries = &buffer_;
@@ -216,7 +217,8 @@ TEST(BufferInterface, WorldsFillTheirBuffersWhileInputsStillTakeEffectAtOnce) {
   options.outsides = {&buffer, &input};
   options.entries = &buffer;
   std::thread run([&] {
-    const CommitObserver observer{.wants_states = true, .on_step = [&](const CommittedStep& step) { buffer.add(step); }};
+    const CommitObserver observer{.wants_states = true,
+                                  .on_step = [&](const CommittedStep& step) { buffer.add(step); }};
     simulate(scene.description, scene.states, blocks(4), options, observer);
   });
   const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(30);

@@ -73,7 +73,8 @@ TEST(CommitRelay, TracesComeAsTheyAre) {
     void add(WorldId, const BufferEntry&) override { FAIL(); }
   } nobody;
   const std::vector<kernel::Bytes> sent = {kernel::Bytes(7, std::byte{9}), kernel::Bytes{}};
-  CommitRelay relay(true);
+  const CommitObserver observer;
+  CommitRelay relay(observer);
   for (const kernel::Bytes& chunk : sent) relay.take(chunk);
   for (const kernel::Bytes& record : relay.take())
     join(record, {.commits = nobody, .trace = &chunks});

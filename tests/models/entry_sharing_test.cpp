@@ -34,7 +34,8 @@ double share_taken(const WorldCounters& counters) {
 std::vector<std::uint64_t> digests_of(const test::Scene& scene, std::uint32_t worlds,
                                       const RunOptions& options, SimulationResult& result) {
   std::vector<std::uint64_t> digests;
-  const CommitObserver observer{.wants_states = true, .on_step = [&digests](const CommittedStep& step) {
+  const CommitObserver observer{.wants_states = true,
+                                .on_step = [&digests](const CommittedStep& step) {
                                   digests.push_back(physics::digest(step.ids, step.states));
                                 }};
   result = simulate(scene.description, scene.states, blocks(worlds), options, observer);
