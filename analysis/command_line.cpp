@@ -93,9 +93,11 @@ constexpr Command kCommands[] = {
     {"accuracy", "error against run time: cases with a known answer, at several settings", false,
      [](CLI::App& app, R& r, const Wanted&) { define_accuracy(app, r.accuracy); },
      [](const R& r, Stream& out, Stream& err) { return accuracy_command(r.accuracy, out, err); }},
-    {"anticipation", "measure how long a transform buffer hides an overload (the paper's Fig. 8)",
-     false, [](CLI::App& app, R& r, const Wanted&) { define_anticipation(app, r.anticipation); },
-     [](const R& r, Stream& out, Stream&) { return anticipation_command(r.anticipation, out); }},
+    {"anticipation", "how long transform buffers hide an overload (the paper's Fig. 8)", false,
+     [](CLI::App& app, R& r, const Wanted&) { define_anticipation(app, r.anticipation); },
+     [](const R& r, Stream& out, Stream& err) {
+       return anticipation_command(r.anticipation, out, err);
+     }},
     {"verify", "check one trajectory: every executor against the plain loop, step by step", true,
      [](CLI::App& app, R& r, const Wanted&) { define_verify(app, r.verify); },
      [](const R& r, Stream& out, Stream& err) { return verify_command(r.verify, out, err); }},

@@ -182,18 +182,47 @@ void define_anticipation(CLI::App& command, AnticipationRequest& request) {
   AnticipationOptions& options = request.options;
   options.buffers = {12, 24, 48};
   options.overloads = {0.1, 0.25, 0.5, 1.0, 1.5};
+  command.add_option("FILE", request.file, "scenario (default: worlds in which nothing happens)");
   command.add_option("--buffers", options.buffers, "entries (default 12,24,48)")->delimiter(',');
   command
       .add_option("--overloads", options.overloads,
                   "additional cost as a fraction (default 0.1,0.25,0.5,1,1.5)")
       ->delimiter(',');
+  command
+      .add_option("--mode", request.mode,
+                  "modelled (default): on the virtual cluster; measured: by the wall clock; all; "
+                  "law: neither")
+      ->check(CLI::IsMember({"modelled", "measured", "law", "all"}));
+  command.add_option("--peak", request.peak,
+                     "who is overloaded when: WORLDS@FROM[+FOR] in s, or random:SEED "
+                     "(default all@1)");
   command.add_option("--utilisation", options.utilisation,
-                     "base step cost over frame time (default 1)");
-  command.add_option("--max-steps", options.max_steps, "give up after this many (default 2000)");
-  command.add_flag("--json", request.json, "print one JSON object");
-  command.add_option("-o,--output", request.svg_file, "draw the figure into this SVG file");
+                     "base step cost over the time that a step has (default 1)");
+  command.add_option("--fps", options.frames_per_s, "frames a second (default 60)");
+  command.add_option("--speed", options.speed, "simulated over shown time (default 1)");
+  command.add_option("--repeat", options.repeat, "measured runs of which the median counts");
+  command.add_option("--max-steps", options.max_steps, "give up after this many (default 600)");
+  command
+      .add_option("--over",
+                  "frames (default): until one is late; makespan: of runs without a clock")
+      ->check(CLI::IsMember({"frames", "makespan"}))
+      ->each([&request](const std::string& what) { request.over_makespan = what == "makespan"; });
+  command.add_option("--preset", "paper-fig8: the paper's figure")
+      ->check(CLI::IsMember({"paper-fig8"}))
+      ->each([&request](const std::string&) { request.paper = true; });
+  add_execution_options(command, request.overrides);
+  add_world_options(command, request.overrides, true, true);
+  auto* const json = command.add_flag("--json", request.json, "print one JSON object");
+  command.add_flag("--csv", request.csv, "print a table with a line of names")->excludes(json);
+  command.add_option("-o,--output", request.report_file, "write an HTML page with pictures");
   command.add_flag("--force", request.force, "replace it if it exists");
-  command.footer("example:\n  soda anticipation --buffers 1,48 --overloads 0.5,1.5 -o fig8.svg");
+  command.add_flag("--quiet", request.quiet, "no progress line");
+  command.footer(
+      "examples:\n"
+      "  soda anticipation --preset paper-fig8 --mode all -o fig8.html\n"
+      "  soda anticipation --worlds 3 --threads 2 --mode measured --peak 1@1\n"
+      "  soda anticipation scenarios/library/crowd.json --overloads 0.5 --peak 0,1@2+1\n"
+      "  soda anticipation scenarios/library/crowd.json --over makespan --buffers 1,2,8,48");
 }
 
 void define_verify(CLI::App& verify, VerifyRequest& request) {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "analysis/accuracy_command.hpp"
-#include "analysis/anticipation_command.hpp"
+#include "analysis/anticipation/anticipation_command.hpp"
 #include "analysis/contacts_command.hpp"
 #include "analysis/diff_command.hpp"
 #include "analysis/fuzz_command.hpp"

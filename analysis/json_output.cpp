@@ -355,25 +355,6 @@ std::string accuracy_json(const AccuracyReport& report) {
                  {"warnings", warnings_json(report.warnings)}});
 }
 
-std::string anticipation_json(const AnticipationReport& report) {
-  Json points = Json::array();
-  for (const AnticipationPoint& point : report.points) {
-    points.push_back({{"buffer", point.buffer},
-                      {"overload", point.overload},
-                      {"bodies", point.bodies},
-                      {"measured_overload", point.measured_overload},
-                      {"ratio", point.ratio},
-                      {"filled", point.filled},
-                      {"steps_until_late", point.late ? Json(point.steps_until_late) : Json()},
-                      {"closed_form_steps", point.closed_form_steps}});
-  }
-  return dumped({{"base_bodies", report.base_bodies},
-                 {"base_step_s", report.base_step_s},
-                 {"frame_s", report.frame_s},
-                 {"utilisation", report.utilisation},
-                 {"points", points}});
-}
-
 std::string phold_json(const PholdRequest& request, const PholdRun& run) {
   Json json = {{"executor", request.executor},
                {"ranks", request.transport ? request.transport->size() : 1},

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "analysis/accuracy_command.hpp"
-#include "analysis/anticipation.hpp"
 #include "analysis/phold_command.hpp"
 #include "analysis/rollback_command.hpp"
 #include "analysis/run_report.hpp"
@@ -24,7 +23,6 @@ std::string plan_json(const std::string& scenario, const std::vector<models::Pla
                       const JointIslandFigures& joints, const FileWarnings& warnings);
 std::string verification_json(const Verification& verification);
 std::string accuracy_json(const AccuracyReport& report);
-std::string anticipation_json(const AnticipationReport& report);
 std::string rollback_json(const RollbackReport& report);
 std::string phold_json(const PholdRequest& request, const PholdRun& run);
 

@@ -9,25 +9,21 @@
 #include <thread>
 #include <vector>
 
-#include "models/playback.hpp"
+#include "models/virtual_playback.hpp"
 #include "scenarios/scenario.hpp"
 
 namespace soda::analysis {
 
-// A load that is added to what steps cost, to see what the buffer does about it: CPU time a step,
-// as a fraction of the wall time that a step has. 1 is what one processor can just bear.
-struct ArtificialLoad {
-  double base = 0.0;         // >= 0
-  double peak = 0.0;         // instead of base, during the peak
-  double peak_from_s = 2.0;  // since the first frame
-  double peak_for_s = 1.0;
-};
-
+// Loads as fractions of the wall time that a step has (models/artificial_load.hpp).
 struct RealTimeRequest {
   double frames_per_s = 60.0;  // > 0
   double speed = 1.0;          // simulated over wall time, > 0
-  ArtificialLoad load;
+  double load = 0.0;           // of all worlds; >= 0
+  double peak = 0.0;           // instead, during the peak; 0: there is none
+  double peak_from_s = 2.0;    // since the first frame
+  double peak_for_s = 1.0;
 };
+models::ArtificialLoad load_of(const RealTimeRequest& request);
 
 struct RealTimeReport {
   RealTimeRequest request;
@@ -37,15 +33,18 @@ struct RealTimeReport {
   double worst_wake_s = 0.0;  // by which a frame came late because the renderer slept on
   models::PlaybackSummary summary;
   std::vector<models::ShownFrame> frames;
+  std::vector<std::vector<models::WorkMark>> work;  // of each thread, or processor
 };
 
-// Throws UsageError for executors that no wall clock can pace.
+// Throws UsageError for executors that no clock can pace.
 void require_paceable(const models::RunOptions& run);
 
-// The renderer of one run, in a thread of its own from start() to finish().
+// The renderer of one run: by the wall clock, in a thread of its own from start() to finish(); on
+// the virtual cluster by its clock.
 class RealTimeSession {
  public:
-  RealTimeSession(const RealTimeRequest& request, const scenarios::Scenario& scenario);
+  RealTimeSession(const RealTimeRequest& request, const models::ArtificialLoad& load,
+                  const scenarios::Scenario& scenario);
   ~RealTimeSession();
 
   // `scenario.run`, paced by this session, which must outlive the run.
@@ -61,7 +60,8 @@ class RealTimeSession {
 
   RealTimeReport report_;
   models::BufferInterface buffer_;
-  std::unique_ptr<Load> load_;
+  std::unique_ptr<Load> load_;                           // by the wall clock
+  std::unique_ptr<models::VirtualPlayback> by_virtual_;  // or by the virtual one
   std::atomic<bool> run_ended_{false};
   std::thread renderer_;
 };

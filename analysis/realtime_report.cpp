@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <vector>
 
-#include "analysis/anticipation.hpp"
 #include "analysis/realtime.hpp"
 #include "analysis/text_table.hpp"
+#include "models/load_balancer.hpp"
 
 namespace soda::analysis {
 namespace {
@@ -69,13 +69,14 @@ std::string real_time_text(const RealTimeReport& report) {
       format_number(sum.slow_motion_s, 3) + " s behind real time at the end\n  least in store " +
       std::to_string(sum.least_fill) + " entries; the renderer woke up to " +
       format_number(1e3 * report.worst_wake_s, 3) + " ms late\n";
-  const ArtificialLoad& load = report.request.load;
-  if (load.peak > 1.0) {
-    text += "  peak of load " + format_number(load.peak) + " for " +
-            format_number(load.peak_for_s * report.request.frames_per_s) +
-            " frames; a full buffer lasts B r / (r - 1) = " +
-            format_number(anticipation_steps(static_cast<double>(report.buffer), load.peak)) +
-            " steps\n";
+  const RealTimeRequest& asked = report.request;
+  if (asked.peak > 1.0) {
+    text +=
+        "  peak of load " + format_number(asked.peak) + " for " +
+        format_number(asked.peak_for_s * asked.frames_per_s) +
+        " frames; a full buffer lasts B r / (r - 1) = " +
+        format_number(models::anticipation_steps(static_cast<double>(report.buffer), asked.peak)) +
+        " steps\n";
   }
   return report.frames.empty() ? text : text + diagram(report);
 }

@@ -166,7 +166,7 @@ models::CommitObserver observer_for(const RunRequest& request) {
 void run_observed(const RunRequest& request, const scenarios::Scenario& scenario,
                   const RunFiles& files, kernel::StopRequest& stop, RunReport& report) {
   std::optional<RealTimeSession> session;
-  if (request.real_time) session.emplace(*request.real_time, scenario);
+  if (request.real_time) session.emplace(*request.real_time, load_of(*request.real_time), scenario);
   models::CommitObserver observer = observer_for(request);
   const LoggedOptions options = options_of_log(request, scenario);
   if (observer.wants_states) {

@@ -179,16 +179,16 @@ void add_real_time_options(CLI::App& command, std::optional<RealTimeRequest>& wa
       "--speed", [](RealTimeRequest& r) -> double& { return r.speed; }, 1e-3, 1e3,
       "simulated time over wall time (default 1)");
   add(
-      "--load", [](RealTimeRequest& r) -> double& { return r.load.base; }, 0.0, 100.0,
+      "--load", [](RealTimeRequest& r) -> double& { return r.load; }, 0.0, 100.0,
       "artificial CPU time a step, over the wall time that it has (default 0)");
   add(
-      "--peak", [](RealTimeRequest& r) -> double& { return r.load.peak; }, 0.0, 100.0,
+      "--peak", [](RealTimeRequest& r) -> double& { return r.peak; }, 0.0, 100.0,
       "the same during the peak (default: no peak)");
   add(
-      "--peak-from", [](RealTimeRequest& r) -> double& { return r.load.peak_from_s; }, 0.0, 1e6,
+      "--peak-from", [](RealTimeRequest& r) -> double& { return r.peak_from_s; }, 0.0, 1e6,
       "seconds after the first frame (default 2)");
   add(
-      "--peak-for", [](RealTimeRequest& r) -> double& { return r.load.peak_for_s; }, 0.0, 1e6,
+      "--peak-for", [](RealTimeRequest& r) -> double& { return r.peak_for_s; }, 0.0, 1e6,
       "seconds (default 1)");
 }
 

@@ -48,12 +48,42 @@ VirtualResult VirtualCluster::run() {
   for (std::uint32_t i = 0; i < processors_.size(); ++i) wake_later(i, 0);
   appoint(0, Action::kSampleGvt, 0);
   while (!finished_) {
+    if (clock_user_is_next()) {
+      let_clock_user_act();
+      continue;
+    }
     const Appointment next = next_appointment();
-    now_ns_ = next.at_ns;
-    recorder_.set_clock(now_ns_);
+    set_now(next.at_ns);
     act(next);
   }
   return result();
+}
+
+void VirtualCluster::set_now(std::int64_t now_ns) {
+  now_ns_ = now_ns;
+  recorder_.set_clock(now_ns);
+  if (options_.clock_user != nullptr) options_.clock_user->set_now(now_ns);
+}
+
+// After all else of the same time.
+bool VirtualCluster::clock_user_is_next() const {
+  if (options_.clock_user == nullptr) return false;
+  const std::optional<std::int64_t> next_ns = options_.clock_user->next_ns();
+  return next_ns && (appointments_.empty() || *next_ns < appointments_.front().at_ns);
+}
+
+void VirtualCluster::let_clock_user_act() {
+  set_now(std::max(now_ns_, *options_.clock_user->next_ns()));
+  compute_gvt_at_once();
+  options_.clock_user->act();
+  compute_gvt_at_once();
+}
+
+// One that is on its way is left to come.
+void VirtualCluster::compute_gvt_at_once() {
+  if (options_.gvt_delay_ns > 0 || finished_) return;
+  sampled_gvt_ = outside_.hold(true_gvt());
+  if (sampled_gvt_ > gvt_) take_gvt();
 }
 
 VirtualCluster::Appointment VirtualCluster::next_appointment() {
@@ -146,6 +176,7 @@ void VirtualCluster::start_next(std::uint32_t index) {
   const std::optional<std::uint32_t> own = processor.choose(gvt_);
   if (!own) {
     if (now_ns_ < processor.deaf_until_ns) wake_later(index, processor.deaf_until_ns);
+    if (options_.clock_user != nullptr) compute_gvt_at_once();  // the window may be the reason
     return;
   }
   const VirtualProcessor::Done done = processor.execute(*own, gvt_);
@@ -244,11 +275,7 @@ void VirtualCluster::announce_gvt() {
   SODA_ASSERT(sampled_gvt_ >= gvt_, "GVT goes back from ", gvt_, " to ", sampled_gvt_);
   tell_observer(sampled_gvt_);
   const bool stands = sampled_gvt_ == gvt_;
-  if (sampled_gvt_ > gvt_) {
-    commit(sampled_gvt_);
-    for (std::uint32_t i = 0; i < processors_.size(); ++i)
-      if (!processors_[i].busy) wake_later(i, now_ns_);
-  }
+  if (!stands) take_gvt();
   if (options_.awaited && stands && appointments_.empty() && !finished_)
     for (std::uint32_t i = 0; i < processors_.size(); ++i) {
       processors_[i].stop_waiting();
@@ -257,10 +284,16 @@ void VirtualCluster::announce_gvt() {
   if (outside_.exists() && !finished_) {
     take_from_outside();
     // The outside may go by a clock of its own.
-    if (stands && appointments_.empty()) wait_for_outside();
+    if (stands && appointments_.empty() && options_.clock_user == nullptr) wait_for_outside();
   }
   // An interval of 0 would let the clock stand still.
   appoint(now_ns_ + std::max<std::int64_t>(options_.gvt_interval_ns, 1), Action::kSampleGvt, 0);
+}
+
+void VirtualCluster::take_gvt() {
+  commit(sampled_gvt_);
+  for (std::uint32_t i = 0; i < processors_.size(); ++i)
+    if (!processors_[i].busy) wake_later(i, now_ns_);
 }
 
 // No GVT is being computed now, so what is announced is the earliest time that is allowed.

@@ -53,6 +53,10 @@ class VirtualCluster {
     VirtualTime time;
   };
 
+  void set_now(std::int64_t now_ns);
+  bool clock_user_is_next() const;
+  void let_clock_user_act();
+  void compute_gvt_at_once();
   Appointment next_appointment();
   void act(const Appointment& appointment);
   void arrive(std::uint32_t place);
@@ -61,6 +65,7 @@ class VirtualCluster {
   void start_next(std::uint32_t processor);
   void sample_gvt();
   void announce_gvt();
+  void take_gvt();
   void take_from_outside();
 
   void appoint(std::int64_t at_ns, Action action, std::uint32_t index);

@@ -28,6 +28,18 @@ struct AwaitedMessage {
   }
 };
 
+// Who acts at points of the virtual wall clock: a renderer, say.
+class ClockUser {
+ public:
+  virtual ~ClockUser() = default;
+  // What happens next happens now.
+  virtual void set_now(std::int64_t now_ns) = 0;
+  // When it wants to act next, if at all; asked again after whatever happens.
+  virtual std::optional<std::int64_t> next_ns() = 0;
+  // It is that time, or later, and all else of it has happened.
+  virtual void act() = 0;
+};
+
 // Times of the virtual wall clock are integer nanoseconds.
 struct VirtualOptions {
   unsigned processors = 1;  // >= 1, not more than LPs are used; LP i belongs to processor
@@ -51,6 +63,9 @@ struct VirtualOptions {
   Adversary* adversary = nullptr;
   RunObserver* observer = nullptr;
   Outside* outside = nullptr;
+  // With a GVT that takes no time, one is computed before it acts, after, and whenever a processor
+  // has nothing to execute. Not with lockstep.
+  ClockUser* clock_user = nullptr;
   const StopRequest* stop = nullptr;
   // Its destination executes nothing of its time or later before it is there, as if it were
   // delivered in time; or before nothing else is left to happen, if it is not sent any more.

@@ -89,6 +89,8 @@ struct RunOptions {
   // kVirtual only. Its window and synchronisation are those above, and its cost_ns is work_cost_ns
   // (work_cost.hpp) unless `constant_cost`: then each event costs bag_cost_ns.
   kernel::VirtualOptions cluster = {};
+  // What an event costs that would cost the second argument; none: that.
+  std::function<std::int64_t(WorldId, std::int64_t)> event_cost_ns = {};
   bool constant_cost = false;
   // A traced run again, in the order in which it was executed: instead of what `executor` says.
   // Nothing comes from outside; `outsides` and balancing must be none.

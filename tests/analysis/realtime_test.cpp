@@ -27,7 +27,8 @@ TEST(RealTimeCommand, ShowsEveryStepInOrderAndComputesTheSameBits) {
   const Json plain = run_json_of({"--executor", "sequential"});
   for (const std::vector<std::string>& executor :
        {std::vector<std::string>{"--executor", "sequential", "--worlds", "1"},
-        std::vector<std::string>{"--threads", "2", "--worlds", "4"}}) {
+        std::vector<std::string>{"--threads", "2", "--worlds", "4"},
+        std::vector<std::string>{"--executor", "virtual", "--worlds", "3"}}) {
     std::vector<std::string> arguments = executor;
     for (const char* more : {"--realtime", "--fps", "120", "--speed", "2", "--load", "0.1"})
       arguments.emplace_back(more);
@@ -54,7 +55,7 @@ TEST(RealTimeCommand, WhatNoWallClockCanPaceIsAUsageError) {
       {{"run", scene, "--fps", "30"}, "--fps"},
       {{"run", scene, "--realtime", "--fps", "0"}, "--fps"},
       {{"run", scene, "--realtime", "--speed", "-1"}, "--speed"},
-      {{"run", scene, "--realtime", "--executor", "virtual"}, "allowed: sequential, threads"},
+      {{"run", scene, "--realtime", "--executor", "virtual", "--policy", "lockstep"}, "lockstep"},
   };
   for (const auto& [arguments, expected] : cases) {
     const ChildResult result = run_soda(arguments);
@@ -62,6 +63,19 @@ TEST(RealTimeCommand, WhatNoWallClockCanPaceIsAUsageError) {
     EXPECT_NE(result.err.find(expected), std::string::npos) << result.err;
     EXPECT_EQ(result.out, "") << expected;
   }
+}
+
+// Frames by the virtual clock: the same on every machine.
+TEST(RealTimeCommand, OnTheVirtualClusterARunIsShownTheSameTwice) {
+  const std::vector<std::string> arguments = {
+      "--executor", "virtual",     "--worlds", "4",          "--buffer",
+      "6",          "--realtime",  "--load",   "0.8",        "--peak",
+      "2",          "--peak-from", "0.1",      "--peak-for", "0.2"};
+  const Json first = run_json_of(arguments), second = run_json_of(arguments);
+  EXPECT_EQ(first["real_time"]["fill"], second["real_time"]["fill"]);
+  EXPECT_EQ(first["real_time"]["fate"], second["real_time"]["fate"]);
+  EXPECT_EQ(first["virtual"]["execution_digest"], second["virtual"]["execution_digest"]);
+  EXPECT_GT(first["real_time"]["late"], 0) << "12 frames at twice the time for six entries";
 }
 
 TEST(RealTimeCommand, TakesUserInputFromAStreamAndLogsItWithItsFinalSteps) {
