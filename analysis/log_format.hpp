@@ -69,7 +69,7 @@ enum class LogLevel : std::uint8_t {
 inline constexpr std::array kLogLevels{"inputs", "commits", "trace"};  // by LogLevel
 
 struct LoggedOptions {
-  Overrides overrides;      // but what these say is not written
+  Overrides overrides;      // but the transport
   std::uint32_t ranks = 0;  // of the job; 0: mpirun did not start it
   LogLevel level = LogLevel::kCommits;
   std::int64_t every = 1;  // states of every so many steps, from the first on; >= 1

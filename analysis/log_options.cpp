@@ -22,7 +22,7 @@ class Writing {
     put(out_, static_cast<std::uint8_t>(value.has_value()));
     put(out_, value.value_or(0.0));
   }
-  void flag(bool value) { put(out_, static_cast<std::uint8_t>(value)); }
+  void flag(bool value, const char*) { put(out_, static_cast<std::uint8_t>(value)); }
   void count(std::uint32_t value) { put(out_, value); }
   void log(LogLevel level, std::int64_t every, std::int64_t first_step) {
     put(out_, static_cast<std::uint8_t>(level));
@@ -56,7 +56,7 @@ class Reading {
       throw DecodeError("holds " + std::to_string(found) + " for the " + name);
     value = found;
   }
-  void flag(bool& value) { value = in_.take_flag(); }
+  void flag(bool& value, const char*) { value = in_.take_flag(); }
   void count(std::uint32_t& value) { value = in_.take<std::uint32_t>(); }
   void log(LogLevel& level, std::int64_t& every, std::int64_t& first_step) {
     const auto bits = in_.take<std::uint8_t>();
@@ -84,7 +84,7 @@ class Telling {
   void real(const std::optional<double>& value, const char* name, double, double) {
     out_.push_back({name, value ? format_number(*value) : kNotGiven});
   }
-  void flag(bool value) { out_.push_back({"check of purity", text(value)}); }
+  void flag(bool value, const char* name) { out_.push_back({name, text(value)}); }
   void count(std::uint32_t value) { out_.push_back({"ranks", text(value)}); }
   void log(LogLevel level, std::int64_t every, std::int64_t first_step) {
     out_.push_back({"first step", text(first_step)});
@@ -141,7 +141,8 @@ void pass_options(Pass& pass, Options& options) {
   pass.real(cluster.bandwidth_mb_s, "bandwidth", 1e-3, 1e9);
   pass.real(cluster.gvt_interval_us, "interval of GVT", 0.0, kMost_us);
   pass.number(cluster.execution_seed, "execution seed", 0, kAny);
-  pass.flag(cluster.check_purity);
+  pass.flag(cluster.check_purity, "check of purity");
+  pass.flag(o.strict, "warnings are errors");
   pass.count(options.ranks);
   pass.log(options.level, options.every, options.first_step);
 }

@@ -42,9 +42,9 @@ struct Overrides {
   std::optional<std::int64_t> balancing_interval;
   std::optional<std::uint64_t> balancing_seed;
   ClusterOverrides cluster;
-  // What follows is not written to logs.
-  bool strict = false;                     // warnings of the scenario are errors
-  kernel::Transport* transport = nullptr;  // of the job that mpirun started; it selects kMpi
+  bool strict = false;  // warnings of the scenario are errors
+  // Of the job that mpirun started; it selects kMpi. Not written to logs.
+  kernel::Transport* transport = nullptr;
 };
 
 const char* name_of(models::ExecutorKind executor);

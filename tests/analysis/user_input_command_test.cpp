@@ -1,7 +1,10 @@
 // User input by way of the program: from a scenario, a file and a stream; logged, replayed,
 // reported.
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "analysis/child_process.hpp"
@@ -67,6 +70,31 @@ TEST(UserInputCommand, ARunWithInputsIsReplayedFromItsLogAlone) {
     EXPECT_TRUE(contains(replay.out, "50 steps replayed without divergence")) << replay.out;
   }
   EXPECT_TRUE(contains(run_soda({"replay", log, "--step", "25", "--body", "2"}).out, "not there"));
+}
+
+// What came while the run went on, and when it acted, is in the log.
+TEST(UserInputCommand, WhatAStreamDidIsReplayedFromTheLogAtTheStepsAtWhichItActed) {
+  const TemporaryFolder folder;
+  const std::string log = folder.file("run.sodalog"), lines = folder.file("lines.jsonl");
+  write_file(lines, R"({"id": 50, "type": "push", "body": 3, "impulse_newton_s": [40, 0, 0]}
+{"id": 51, "type": "push", "body": 4, "impulse_newton_s": [0, 40, 0], "step": 300}
+)");
+  const ChildResult run =
+      run_soda({"run", scene(), "--steps", "400", "--threads", "2", "--inputs", "-", "--log", log,
+                "--json", "--quiet"},
+               {[lines] { dup2(open(lines.c_str(), O_RDONLY), STDIN_FILENO); }, [](int) {}});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  std::map<int, int> steps, logged;
+  for (const Json& input : Json::parse(run.out)["inputs"]) steps[input["id"]] = input["step"];
+  for (const Json& input : Json::parse(run_soda({"log", log, "--json", "--lines", "inputs"}).out))
+    logged[input["id"]] = input["step"];
+  EXPECT_TRUE(steps.contains(50) && steps.contains(51)) << run.out;
+  EXPECT_EQ(logged, steps);
+  for (const char* worlds : {"1", "12"}) {
+    const ChildResult replay = run_soda({"replay", log, "--worlds", worlds, "--json"});
+    EXPECT_EQ(replay.exit_code, 0) << replay.err;
+    EXPECT_EQ(digest_in(replay.out), digest_in(run.out));
+  }
 }
 
 TEST(UserInputCommand, AllFaultsOfAFileOfInputsAreListedWithTheirLines) {

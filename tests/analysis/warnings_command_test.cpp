@@ -98,5 +98,18 @@ TEST_F(WarningsCommand, AreNoneOfAGoodSceneWhichStrictRuns) {
   EXPECT_TRUE(nlohmann::json::parse(result.out).at("warnings").empty());
 }
 
+TEST_F(WarningsCommand, ThatTheyWereErrorsIsInTheLog) {
+  const std::string scene = analysis_test::library_file("border-stack");
+  const std::string log = folder_.file("run.sodalog"), lax = folder_.file("lax.sodalog");
+  ASSERT_EQ(run_soda({"run", scene, "--steps", "2", "--strict", "--log", log}).exit_code, 0);
+  ASSERT_EQ(run_soda({"run", scene, "--steps", "2", "--log", lax}).exit_code, 0);
+  EXPECT_EQ(run_soda({"replay", log}).exit_code, 0);
+  const auto settings =
+      nlohmann::json::parse(run_soda({"diff", log, lax, "--json"}).out)["settings"];
+  ASSERT_EQ(settings.size(), 1u) << settings;
+  EXPECT_EQ(settings[0]["name"], "warnings are errors");
+  EXPECT_EQ(settings[0]["first"], "on");
+}
+
 }  // namespace
 }  // namespace soda::analysis
