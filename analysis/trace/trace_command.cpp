@@ -20,13 +20,33 @@ constexpr int kWorkers = 1, kWorlds = 2;  // groups of tracks
 
 std::string microseconds(std::int64_t ns) { return json_of(1e-3 * static_cast<double>(ns)); }
 
+// One of the file's many small objects: keys that need no escape, values as JSON text, no spaces.
+class Entry {
+ public:
+  Entry() = default;
+  Entry(const char* phase, int group, std::uint32_t track, std::int64_t at_ns) {
+    set("ph", quoted(phase));
+    set("pid", json_of(group)).set("tid", json_of(track)).set("ts", microseconds(at_ns));
+  }
+  Entry& set(const char* key, const std::string& value) {
+    text_ += text_.empty() ? "{\"" : ",\"";
+    text_.append(key).append("\":").append(value);
+    return *this;
+  }
+  bool is_empty() const { return text_.empty(); }
+  std::string text() const { return text_ + "}"; }
+
+ private:
+  std::string text_;
+};
+
 // One event after the other, into the file.
 class EventFile {
  public:
   explicit EventFile(OutputFile& file) : file_(file) {
     file_.write("{\"displayTimeUnit\":\"ns\",\"traceEvents\":[");
   }
-  void add(const SceneObject& event) {
+  void add(const Entry& event) {
     text_ += (is_first_ ? "\n" : ",\n") + event.text();
     is_first_ = false;
     ++events_;
@@ -50,20 +70,12 @@ class EventFile {
   bool is_first_ = true;
 };
 
-SceneObject event(const char* phase, int group, std::uint32_t track, std::int64_t at_ns) {
-  return SceneObject()
-      .set("ph", quoted(phase))
-      .set("pid", json_of(group))
-      .set("tid", json_of(track))
-      .set("ts", microseconds(at_ns));
-}
-
 void add_names(EventFile& file, const ExecutionTrace& trace) {
   const auto add = [&file](const char* what, int group, std::uint32_t track,
                            const std::string& name) {
-    file.add(event("M", group, track, 0)
+    file.add(Entry("M", group, track, 0)
                  .set("name", quoted(what))
-                 .set("args", SceneObject().set("name", quoted(name)).text()));
+                 .set("args", Entry().set("name", quoted(name)).text()));
   };
   add("process_name", kWorkers, 0, "workers");
   add("process_name", kWorlds, 0, "worlds");
@@ -73,31 +85,35 @@ void add_names(EventFile& file, const ExecutionTrace& trace) {
     add("thread_name", kWorlds, world, "world " + std::to_string(world));
 }
 
-const char* fate_of(const TracedExecution& execution) {
-  if (execution.undone_by) return "rolled back";
-  if (execution.repeats) return "repeated as it was";
-  return execution.committed ? "committed" : "not committed";
+// What became of it, where that is not that it was committed.
+Entry fate_of(const TracedExecution& execution) {
+  Entry fate;
+  if (const std::uint32_t pass = models::pass_of(execution.time);
+      pass > 0 && models::phase_of(execution.time) != models::Phase::kFinish)
+    fate.set("pass", json_of(pass));
+  if (execution.undone_by)
+    fate.set("fate", quoted("rolled back")).set("rollback", json_of(*execution.undone_by + 1));
+  else if (execution.repeats)
+    fate.set("fate", quoted("repeated as it was"));
+  else if (!execution.committed)
+    fate.set("fate", quoted("not committed"));
+  return fate;
 }
 
+// On the track of its world with its fate, on that of its worker with its world.
 void add_executions(EventFile& file, const ExecutionTrace& trace) {
   for (const TracedExecution& execution : trace.executions) {
     if (execution.absorbed) continue;
-    SceneObject args;
-    args.set("step", json_of(execution.time.t))
-        .set("world", json_of(execution.world))
-        .set("pass", json_of(models::pass_of(execution.time)))
-        .set("fate", quoted(fate_of(execution)));
-    if (execution.undone_by) args.set("rollback", json_of(*execution.undone_by + 1));
     const std::string name =
         quoted(std::to_string(execution.time.t) + " " + event_words(execution.time));
-    const char* const colour = execution.undone_by ? "terrible" : "good";
-    for (const int group : {kWorkers, kWorlds})
-      file.add(event("X", group, group == kWorkers ? execution.worker : execution.world,
-                     execution.began_ns)
-                   .set("dur", microseconds(execution.took_ns))
-                   .set("name", name)
-                   .set("cname", quoted(colour))
-                   .set("args", args.text()));
+    const auto slice = [&](int group, std::uint32_t track, const Entry& args) {
+      Entry entry("X", group, track, execution.began_ns);
+      entry.set("dur", microseconds(execution.took_ns)).set("name", name);
+      if (!args.is_empty()) entry.set("args", args.text());
+      file.add(entry);
+    };
+    slice(kWorkers, execution.worker, Entry().set("world", json_of(execution.world)));
+    slice(kWorlds, execution.world, fate_of(execution));
   }
 }
 
@@ -110,7 +126,7 @@ void add_late(EventFile& file, const ExecutionTrace& trace) {
     const std::string name =
         quoted((message.anti ? "taken back: " : "late: ") + message_words(message.kind));
     const auto end = [&](const char* phase, std::uint32_t world, std::int64_t at_ns) {
-      return event(phase, kWorlds, world, at_ns)
+      return Entry(phase, kWorlds, world, at_ns)
           .set("id", json_of(i + 1))
           .set("name", name)
           .set("cat", quoted("late"));
@@ -124,36 +140,73 @@ void add_rollbacks(EventFile& file, const ExecutionTrace& trace,
                    const std::vector<std::uint32_t>& labels) {
   for (RollbackNumber number = 0; number < trace.rollbacks.size(); ++number) {
     const TracedRollback& rollback = trace.rollbacks[number];
-    file.add(
-        event("i", kWorlds, rollback.world, rollback.at_ns)
-            .set("s", quoted("t"))
-            .set("name", quoted("rollback " + std::to_string(number + 1)))
-            .set("args", SceneObject().set("why", quoted(why_text(trace, number, labels))).text()));
+    file.add(Entry("i", kWorlds, rollback.world, rollback.at_ns)
+                 .set("s", quoted("t"))
+                 .set("name", quoted("rollback " + std::to_string(number + 1)))
+                 .set("args", Entry().set("why", quoted(why_text(trace, number, labels))).text()));
   }
 }
 
 void add_counter(EventFile& file, int group, std::uint32_t track, std::int64_t at_ns,
                  const std::string& name, std::int64_t value) {
-  file.add(event("C", group, track, at_ns)
+  file.add(Entry("C", group, track, at_ns)
                .set("name", quoted(name))
-               .set("args", SceneObject().set("steps", json_of(value)).text()));
+               .set("args", Entry().set("steps", json_of(value)).text()));
 }
 
-void add_counters(EventFile& file, LogReader& log, std::uint32_t worlds) {
-  std::vector<std::int64_t> gvt, lead(worlds, -1);  // of each worker as it knows it; of each world
-  read_records(log, worlds, [&](std::uint32_t worker, const kernel::TraceRecord& record) {
-    if (worker >= gvt.size()) gvt.resize(worker + 1, 0);
-    if (record.what == kernel::Happening::kGvt && record.time != kernel::kNever) {
-      gvt[worker] = record.time.t;
-      add_counter(file, kWorkers, worker, record.clock_ns,
+// Follows GVT, as each worker knows it, and the worlds.
+class TrackCounters {
+ public:
+  TrackCounters(EventFile& file, std::uint32_t worlds) : file_(file), worlds_(worlds) {}
+
+  void add(std::uint32_t worker, const kernel::TraceRecord& record) {
+    using kernel::Happening;
+    if (worker >= gvt_.size()) gvt_.resize(worker + 1, 0);
+    if (record.what == Happening::kGvt) {
+      if (record.time == kernel::kNever) return;
+      gvt_[worker] = record.time.t;
+      add_counter(file_, kWorkers, worker, record.clock_ns,
                   "GVT of worker " + std::to_string(worker), record.time.t);
+      return;
     }
-    if (record.what != kernel::Happening::kExecuted) return;
-    const std::uint32_t world = kernel::index_of(record.lp);
-    const std::int64_t ahead = std::max<std::int64_t>(0, record.time.t - gvt[worker]);
-    if (std::exchange(lead[world], ahead) == ahead) return;
-    add_counter(file, kWorlds, world, record.clock_ns, "lead of world " + std::to_string(world),
-                ahead);
+    const std::uint32_t id = kernel::index_of(record.lp);
+    World& world = worlds_[id];
+    const bool finishes = models::phase_of(record.time) == models::Phase::kFinish;
+    if (record.what == Happening::kExecuted) {
+      const std::int64_t ahead = std::max<std::int64_t>(0, record.time.t - gvt_[worker]);
+      tell(world.lead, ahead, "lead", id, record.clock_ns);
+      if (finishes) world.finished = record.time.t + 1;
+    } else if (record.what == Happening::kRewound || record.what == Happening::kJumped) {
+      world.finished = record.time.t;
+    } else if (record.what == Happening::kCommitted && finishes) {
+      world.committed = record.time.t + 1;
+    }
+    tell(world.fill, std::max<std::int64_t>(0, world.finished - world.committed), "fill", id,
+         record.clock_ns);
+  }
+
+ private:
+  struct World {
+    std::int64_t lead = -1, fill = 0;          // as told last
+    std::int64_t finished = 0, committed = 0;  // steps
+  };
+
+  void tell(std::int64_t& told, std::int64_t now, const char* what, std::uint32_t world,
+            std::int64_t at_ns) {
+    if (std::exchange(told, now) == now) return;
+    add_counter(file_, kWorlds, world, at_ns,
+                std::string(what) + " of world " + std::to_string(world), now);
+  }
+
+  EventFile& file_;
+  std::vector<std::int64_t> gvt_;
+  std::vector<World> worlds_;
+};
+
+void add_counters(EventFile& file, LogReader& log, std::uint32_t worlds) {
+  TrackCounters counters(file, worlds);
+  read_records(log, worlds, [&counters](std::uint32_t worker, const kernel::TraceRecord& record) {
+    counters.add(worker, record);
   });
 }
 

@@ -14,8 +14,9 @@ struct TraceRequest {
 };
 
 // A track for each worker and each world, with a slice for each execution; arrows for messages that
-// came late; counters of GVT and of how far worlds are ahead of it. The clock is that of the
-// executor: of a virtual cluster the modelled one. Throws FileError and UsageError as read_trace().
+// came late; counters of GVT, of how far worlds are ahead of it (lead), and of the entries of their
+// buffers that are not committed (fill). The clock is that of the executor: of a virtual cluster
+// the modelled one. Throws FileError and UsageError as read_trace().
 int trace_command(const TraceRequest& request, std::ostream& out, std::ostream& err);
 
 }  // namespace soda::analysis
