@@ -6,7 +6,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")"
 packages=(
   g++ cmake ninja-build pkg-config
   libfcl-dev libccd-dev libeigen3-dev libboost-dev libassimp-dev libqhull-dev
-  nlohmann-json3-dev libcli11-dev libxxhash-dev libzstd-dev
+  nlohmann-json3-dev libcli11-dev libxxhash-dev libzstd-dev libedit-dev
   libopenmpi-dev openmpi-bin
 )
 test_packages=(git patch libgtest-dev librapidcheck-dev libvalijson-dev valgrind iproute2)

@@ -77,9 +77,28 @@ void define_replay(CLI::App& replay, ReplayRequest& request) {
                     "threads executor: shuffle its scheduling (0: do not)");
   replay.add_flag("--as-executed", request.as_executed,
                   "in one thread, event for event as the log's trace has it");
-  CLI::Option* step = replay.add_option("--step", request.step, "show the state after this step");
-  replay.add_option("--body", request.body, "with --step: only this body, all digits")->needs(step);
-  replay.add_flag("--json", request.json, "what soda run --json says, of this run")->excludes(step);
+  CLI::Option* until =
+      replay.add_option("--until", request.until, "as executed, and stop after this EVENT");
+  CLI::Option* before =
+      replay
+          .add_option("--break", request.break_before,
+                      "as executed, and stop before this EVENT, as rollback[:WORLD[:STEP]]")
+          ->excludes(until);
+  CLI::Option* interactive =
+      replay
+          .add_flag("--interactive", request.interactive,
+                    "walk through the trace by commands of standard input; help lists them")
+          ->excludes(until)
+          ->excludes(before);
+  CLI::Option* step = replay.add_option("--step", request.step, "show the state after this step")
+                          ->excludes(until)
+                          ->excludes(before)
+                          ->excludes(interactive);
+  replay.add_option("--body", request.body,
+                    "with --step, --until or --break: only this body, all digits");
+  replay.add_flag("--json", request.json, "what soda run --json says, of this run")
+      ->excludes(step)
+      ->excludes(interactive);
   replay.add_flag("--quiet", request.quiet, "no progress line");
   add_strict_option(replay, request.overrides.strict);
   replay.footer(
@@ -87,7 +106,12 @@ void define_replay(CLI::App& replay, ReplayRequest& request) {
       "  soda replay run.sodalog\n"
       "  soda replay run.sodalog --json\n"
       "  soda replay run.sodalog --threads 2 --worlds 48\n"
-      "  soda replay run.sodalog --step 100 --body 7");
+      "  soda replay run.sodalog --step 100 --body 7\n"
+      "  soda replay run.sodalog --until world:1:84:pairs --body 7\n"
+      "  soda replay run.sodalog --break rollback:1\n"
+      "  soda replay run.sodalog --interactive\n"
+      "an EVENT is STEP, world:WORLD:STEP[:PHASE[:ROUND]], message:SOURCE:NUMBER,\n"
+      "rollback[:WORLD[:STEP]], gvt:STEP or happening:NUMBER");
 }
 
 void define_diff(CLI::App& diff, DiffRequest& request) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "analysis/log_reader.hpp"
+#include "analysis/trace/trace_comparison.hpp"
 
 namespace soda::analysis {
 
@@ -37,12 +38,16 @@ struct LogDifference {
   std::optional<Step> step;
   std::array<std::int64_t, 2> last_steps{};
   std::int64_t equal_steps = 0;  // from step 0 on
+  // Of logs that both have a trace of as many worlds, the first of each world, earliest first.
+  bool compares_events = false;
+  std::vector<HistoryDifference> events;
 };
 
-// Throws FileError for steps that no soda wrote.
+// Throws FileError for steps and traces that no soda wrote.
 LogDifference difference_of(LogReader& first, LogReader& second);
 
-// kExitCheckFailed unless all steps that both logs hold are the same.
+// kExitCheckFailed unless all steps that both logs hold are the same and neither is damaged; events
+// may differ, as the executions of two runs do.
 int diff_command(const DiffRequest& request, std::ostream& out, std::ostream& err);
 
 }  // namespace soda::analysis

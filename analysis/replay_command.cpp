@@ -12,67 +12,17 @@
 #include "analysis/measured_run.hpp"
 #include "analysis/progress.hpp"
 #include "analysis/run_report.hpp"
+#include "analysis/state_text.hpp"
 #include "analysis/step_comparison.hpp"
 #include "analysis/stop_signals.hpp"
 #include "analysis/text_table.hpp"
 #include "analysis/trace/recorded_order.hpp"
+#include "analysis/trace/replay_session.hpp"
+#include "analysis/trace/replay_until.hpp"
 #include "analysis/warnings.hpp"
 
 namespace soda::analysis {
 namespace {
-
-std::vector<std::string> state_row(std::uint32_t label, const physics::BodyState& state) {
-  std::vector<std::string> row = {std::to_string(label)};
-  const auto add = [&row](double number) { row.push_back(format_number(number, 9)); };
-  for (int i = 0; i < 3; ++i) add(state.position_m[i]);
-  add(state.orientation.w());
-  add(state.orientation.x());
-  add(state.orientation.y());
-  add(state.orientation.z());
-  for (int i = 0; i < 3; ++i) add(state.linear_velocity_m_s[i]);
-  for (int i = 0; i < 3; ++i) add(state.angular_velocity_rad_s[i]);
-  row.push_back(std::to_string(state.impulses.size()));
-  return row;
-}
-
-std::string states_text(const LoggedStep& logged, const std::vector<std::uint32_t>& labels) {
-  std::vector<Column> columns;
-  for (const char* title : {"body", "x m", "y m", "z m", "qw", "qx", "qy", "qz", "vx m/s", "vy m/s",
-                            "vz m/s", "wx rad/s", "wy rad/s", "wz rad/s", "impulses"}) {
-    columns.push_back({title, Align::kRight});
-  }
-  std::vector<std::vector<std::string>> rows;
-  for (std::size_t i = 0; i < logged.ids.size(); ++i) {
-    rows.push_back(state_row(labels[physics::index_of(logged.ids[i])], logged.states[i]));
-  }
-  return format_table(columns, rows);
-}
-
-// One body in full: every value exact, with its bits.
-std::string body_text(const physics::BodyState& state) {
-  std::vector<std::vector<std::string>> rows;
-  const auto add = [&rows](const std::string& name, double number) {
-    rows.push_back({name, format_exact(number), format_bits(number)});
-  };
-  const auto add_vec3 = [&add](const std::string& name, const physics::Vec3& v) {
-    add(name + ".x", v.x());
-    add(name + ".y", v.y());
-    add(name + ".z", v.z());
-  };
-  add_vec3("position_m", state.position_m);
-  add("orientation.w", state.orientation.w());
-  add("orientation.x", state.orientation.x());
-  add("orientation.y", state.orientation.y());
-  add("orientation.z", state.orientation.z());
-  add_vec3("linear_velocity_m_s", state.linear_velocity_m_s);
-  add_vec3("angular_velocity_rad_s", state.angular_velocity_rad_s);
-  for (std::size_t i = 0; i < state.impulses.size(); ++i) {
-    const std::string name = "impulses[" + std::to_string(i) + "].";
-    add(name + "normal_newton_s", state.impulses[i].normal_newton_s);
-    add_vec3(name + "friction_newton_s", state.impulses[i].friction_newton_s);
-  }
-  return format_table({{"field"}, {"value", Align::kRight}, {"bits"}}, rows);
-}
 
 int show_state(const ReplayRequest& request, LogReader& log, std::ostream& out) {
   if (*request.step < log.first_step() || *request.step > log.last_step()) {
@@ -85,11 +35,7 @@ int show_state(const ReplayRequest& request, LogReader& log, std::ostream& out) 
   std::string text =
       "step " + std::to_string(logged.step) + ", digest " + format_digest(logged.digest);
   if (request.body) {
-    const auto found = std::find(labels.begin(), labels.end(), *request.body);
-    if (found == labels.end()) {
-      throw UsageError("--body: " + request.file + " has no body " + std::to_string(*request.body));
-    }
-    const auto body = static_cast<physics::BodyId>(found - labels.begin());
+    const physics::BodyId body = body_of_label(labels, *request.body, "--body: " + request.file);
     const auto place = std::lower_bound(logged.ids.begin(), logged.ids.end(), body);
     const bool is_there = place != logged.ids.end() && *place == body;
     text += ", body " + std::to_string(*request.body);
@@ -126,12 +72,18 @@ struct Comparison {
   }
 };
 
+// Whether it is to be run just as it was.
+bool adds_nothing(const ReplayRequest& request) {
+  LoggedOptions added{request.overrides};
+  added.overrides.strict = false;
+  return encode(added) == encode(LoggedOptions{});
+}
+
 // Of a virtual cluster that did the same work another way, though it was to be the same.
 std::optional<std::string> execution_divergence(const ReplayRequest& request, const LogReader& log,
                                                 const MeasuredRun& run) {
   const std::optional<std::uint64_t> logged = log.execution_digest();
-  const bool adds_nothing = encode(LoggedOptions{request.overrides}) == encode(LoggedOptions{});
-  const bool is_comparable = logged && run.result.cluster && adds_nothing;
+  const bool is_comparable = logged && run.result.cluster && adds_nothing(request);
   if (!is_comparable || *logged == run.result.cluster->execution_digest) return std::nullopt;
   return "the end: execution digest " + format_digest(run.result.cluster->execution_digest) +
          ", logged " + format_digest(*logged);
@@ -183,13 +135,8 @@ int rerun(const ReplayRequest& request, LogReader& log, std::ostream& out, std::
   observer.on_step = [&](const models::CommittedStep& step) {
     comparison.compare(step.step, step.ids, step.states);
   };
-  try {
-    report.run = measure_run(scenario.scene, scenario.initial, scenario.territory, scenario.run,
-                             observer, terminal_progress(scenario.run.steps, request.quiet));
-  } catch (const kernel::NotAsRecorded& fault) {
-    err << "soda: " << request.file << ": divergence: " << fault.what() << "\n";
-    return kExitCheckFailed;
-  }
+  report.run = measure_run(scenario.scene, scenario.initial, scenario.territory, scenario.run,
+                           observer, terminal_progress(scenario.run.steps, request.quiet));
   if (comparison.error) std::rethrow_exception(comparison.error);
   report.replay->divergence = comparison.first_difference;
   if (!comparison.first_difference)
@@ -199,12 +146,35 @@ int rerun(const ReplayRequest& request, LogReader& log, std::ostream& out, std::
   return tell(request, report, out, err);
 }
 
+// What walks through a recorded run has nothing to say about how it is run.
+void refuse_overrides(const ReplayRequest& request) {
+  if (!adds_nothing(request))
+    throw UsageError(
+        "--until, --break and --interactive are for the run as it was: no other option of it can "
+        "be given");
+}
+
+int carry_out(const ReplayRequest& request, LogReader& log, std::ostream& out, std::ostream& err) {
+  const bool stops = !request.until.empty() || !request.break_before.empty();
+  if (stops || request.interactive) refuse_overrides(request);
+  if (request.body && !request.step && !stops)
+    throw UsageError("--body: needs --step, --until or --break");
+  if (request.interactive) return replay_session(request, log, out, err);
+  if (request.step) return show_state(request, log, out);
+  try {
+    return stops ? replay_until(request, log, out) : rerun(request, log, out, err);
+  } catch (const kernel::NotAsRecorded& fault) {
+    err << "soda: " << request.file << ": divergence: " << fault.what() << "\n";
+    return kExitCheckFailed;
+  }
+}
+
 }  // namespace
 
 int replay_command(const ReplayRequest& request, std::ostream& out, std::ostream& err) {
   LogReader log(request.file);
   tell_flaws(log, request.file, err);
-  const int outcome = request.step ? show_state(request, log, out) : rerun(request, log, out, err);
+  const int outcome = carry_out(request, log, out, err);
   return log.damage().empty() ? outcome : kExitCheckFailed;
 }
 

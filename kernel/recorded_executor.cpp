@@ -15,7 +15,12 @@ class RecordedRun {
  public:
   RecordedRun(std::span<const std::unique_ptr<LogicalProcess>> lps, VirtualTime end,
               const RecordedOrder& order, const Recording& recording)
-      : end_(end), order_(order), recorder_(recording, 0), next_(order.size(), 0) {
+      : end_(end),
+        order_(order),
+        recorder_(recording, 0),
+        next_(order.size(), 0),
+        horizons_(lps.size(), kBeginning),
+        is_settled_(lps.size(), true) {
     if (recording.kind_of != nullptr) effects_.recorder = &recorder_;
     processes_.reserve(lps.size());
     for (std::uint32_t i = 0; i < lps.size(); ++i)
@@ -28,7 +33,7 @@ class RecordedRun {
     }
   }
 
-  RunResult run() {
+  RunResult run(bool whole) {
     bool goes_on = true;
     while (goes_on) {
       goes_on = false;
@@ -37,12 +42,7 @@ class RecordedRun {
     }
     for (std::size_t worker = 0; worker < order_.size(); ++worker)
       if (next_[worker] < order_[worker].size()) refuse(worker, "waits for what is never sent");
-    for (TimeWarpProcess& process : processes_) {
-      if (process.next_time() < end_)
-        throw NotAsRecorded(describe("LP ", index_of(process.id()), " would go on at ",
-                                     process.next_time(), ", but the record ends"));
-      process.commit(end_, effects_);
-    }
+    if (whole) end();
     RunResult result;
     result.counters = effects_.counters;
     result.kinds = recorder_.counts();
@@ -51,6 +51,15 @@ class RecordedRun {
   }
 
  private:
+  void end() {
+    for (TimeWarpProcess& process : processes_) {
+      if (process.next_time() < end_)
+        throw NotAsRecorded(describe("LP ", index_of(process.id()), " would go on at ",
+                                     process.next_time(), ", but the record ends"));
+      process.commit(end_, effects_);
+    }
+  }
+
   // As far as what has been sent allows; whether it came any further.
   bool run_worker(std::size_t worker) {
     const std::size_t first = next_[worker];
@@ -72,12 +81,16 @@ class RecordedRun {
         refuse(worker, describe("is sent a message of LP ", index_of(act.peer), " for ", act.time,
                                 ", which is now for LP ", index_of(found->second.destination),
                                 " at ", found->second.time));
-      process.deliver(std::move(found->second), effects_);
+      if (act.time < horizons_[index_of(act.lp)])
+        refuse(worker, describe("is sent a message for ", act.time, ", before GVT"));
+      if (process.deliver(std::move(found->second), effects_))
+        is_settled_[index_of(act.lp)] = false;
       sent_.erase(found);
     } else if (act.what == Happening::kSettled) {
       process.settle(effects_);
+      is_settled_[index_of(act.lp)] = true;
     } else {
-      if (process.next_time() != act.time)
+      if (process.next_time() != act.time || act.time >= end_ || !is_settled_[index_of(act.lp)])
         refuse(worker, describe("has executed ", act.time, ", but comes to ", process.next_time()));
       process.execute(effects_);
     }
@@ -97,6 +110,9 @@ class RecordedRun {
   void commit(std::size_t worker, VirtualTime gvt) {
     if (gvt == kBeginning) return;  // a round before there was one
     for (const std::uint32_t lp : own_[worker]) {
+      if (!is_settled_[lp] || processes_[lp].floor() < gvt)
+        refuse(worker, describe("is before GVT ", gvt, ", at ", processes_[lp].floor()));
+      horizons_[lp] = std::max(horizons_[lp], gvt);
       processes_[lp].commit(gvt, effects_);
       processes_[lp].forget(gvt);
     }
@@ -117,14 +133,16 @@ class RecordedRun {
   WorkerEffects effects_;
   std::vector<std::size_t> next_;                // of each worker, the act that comes next
   std::vector<std::vector<std::uint32_t>> own_;  // of each worker, its LPs
+  std::vector<VirtualTime> horizons_;            // of each LP: what was committed
+  std::vector<bool> is_settled_;                 // of each LP: it may execute
   std::map<std::pair<LpId, std::uint64_t>, Message> sent_;  // and not arrived
 };
 
 }  // namespace
 
 RunResult run_as_recorded(std::span<const std::unique_ptr<LogicalProcess>> lps, VirtualTime end,
-                          const RecordedOrder& order, const Recording& recording) {
-  RunResult result = RecordedRun(lps, end, order, recording).run();
+                          const RecordedOrder& order, const Recording& recording, bool whole) {
+  RunResult result = RecordedRun(lps, end, order, recording).run(whole);
   raise_failure(result);
   return result;
 }

@@ -22,7 +22,7 @@ struct RecordedAct {
 // Of each worker, in its order. An LP belongs to the worker whose acts name it.
 using RecordedOrder = std::vector<std::vector<RecordedAct>>;
 
-// The LPs do not do what they did: they are others, or not pure. Names worker, act and both times.
+// The LPs do not do what they did, or no run can have had such acts. Names worker, act and times.
 class NotAsRecorded : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -30,8 +30,10 @@ class NotAsRecorded : public std::runtime_error {
 
 // Drives every LP through the acts of `order`: the same messages late, the same rollbacks, event
 // for event. Acts of different workers come in any order in which what arrives has been sent.
-// Nothing may come from outside.
+// Nothing may come from outside. Unless `whole`, `order` is only the beginning of a run: the LPs
+// are left as its acts leave them.
 RunResult run_as_recorded(std::span<const std::unique_ptr<LogicalProcess>> lps, VirtualTime end,
-                          const RecordedOrder& order, const Recording& recording);
+                          const RecordedOrder& order, const Recording& recording,
+                          bool whole = true);
 
 }  // namespace soda::kernel

@@ -200,6 +200,15 @@ void end_early(const kernel::RunResult& outcome, const Worlds& worlds, Simulatio
                 [steps](const TerritoryChange& change) { return change.step >= steps; });
 }
 
+void tell_stands(const Worlds& worlds, const CommitObserver& observer) {
+  if (!observer.on_stand) return;
+  BufferEntry copy;
+  for (std::uint32_t id = 0; id < worlds.size(); ++id) {
+    const BufferEntry& entry = static_cast<World&>(*worlds[id]).newest_entry(copy);
+    observer.on_stand({WorldId{id}, entry.step, entry.ids, entry.states});
+  }
+}
+
 void collect(const Worlds& worlds, const RunOptions& options, SimulationResult& result) {
   if (options.executor != ExecutorKind::kMpi || worlds.size() == 1) {
     for (const std::unique_ptr<kernel::LogicalProcess>& process : worlds)
@@ -215,7 +224,8 @@ kernel::RunResult run(const Worlds& worlds, const Driver& driver, CommitRelay& r
   const RunOptions& options = driver.options;
   const kernel::VirtualTime end = time_of(options.steps, Phase::kBegin);
   if (options.recorded != nullptr)
-    return kernel::run_as_recorded(worlds, end, *options.recorded, driver.recording);
+    return kernel::run_as_recorded(worlds, end, *options.recorded, driver.recording,
+                                   options.recorded_whole);
   if (options.executor == ExecutorKind::kVirtual) return run_on_cluster(worlds, driver, report);
   if (worlds.size() == 1 && !worlds[0]) return {};
   if (executor_of(options, static_cast<std::uint32_t>(worlds.size())) == ExecutorKind::kSequential)
@@ -324,6 +334,11 @@ SimulationResult simulate(const physics::SceneDescription& scene,
            .recording = {kind_of, observer.wants_trace ? trace : nullptr, note_bodies},
            .progress = on_gvt(options.steps, progress)},
           relay, {commits, balancing.get(), trace}, result.cluster);
+  if (options.recorded != nullptr && !options.recorded_whole) {
+    tell_stands(worlds, observer);
+    result.committed_steps = merge.committed_steps();
+    return result;
+  }
   if (balancing) result.territory_changes = balancing->changes();
   end_early(outcome, worlds, result);
   result.committed_steps = merge.committed_steps();

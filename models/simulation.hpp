@@ -96,6 +96,7 @@ struct RunOptions {
   // Nothing comes from outside; `outsides` and balancing must be none.
   const kernel::RecordedOrder* recorded = nullptr;
   bool recorded_over_ranks = false;
+  bool recorded_whole = true;  // else it is only the beginning of the order
 };
 
 // Work that only divided scenes have; sums over all worlds, speculative work included.
@@ -155,6 +156,15 @@ struct CommittedStep {
   std::span<const TerritoryChange> territory_changes;  // of the step's beginning
 };
 
+// Where a world stands that may yet be rolled back: its bodies at the start of the step in
+// progress.
+struct WorldStand {
+  WorldId world{};
+  std::int64_t step = 0;  // after so many
+  std::vector<physics::BodyId> ids;
+  std::vector<physics::BodyState> states;  // of ids
+};
+
 struct CommitObserver {
   // Whether on_step needs ids, states and owners; what nobody wants is not gathered. If it does, of
   // the steps that `states_every` (>= 1) divides.
@@ -167,6 +177,8 @@ struct CommitObserver {
   bool wants_trace = false;
   // A chunk for kernel::TraceChunk; called from any worker thread, in order of those of a worker.
   std::function<void(std::span<const std::byte>)> on_trace = {};
+  // Called once for each world, at the end of a recorded run that is not whole.
+  std::function<void(WorldStand)> on_stand = {};
 };
 
 struct SimulationFault {
@@ -206,7 +218,8 @@ struct Progress {
 // are the same bits for every map and every option but the inputs, and wherever a run begins.
 // `initial[i]` is the state of BodyId{i} at the first step, void if it is absent; `scene` is as
 // inputs before have left it. Over ranks, only the root observes and has the result; elsewhere it
-// says no more than whether there was a fault.
+// says no more than whether there was a fault. Of a recorded run that is not whole it has
+// committed_steps only.
 SimulationResult simulate(const physics::SceneDescription& scene,
                           std::span<const physics::BodyState> initial, const TerritoryMap& map,
                           const RunOptions& options, const CommitObserver& observer = {},

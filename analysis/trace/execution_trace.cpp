@@ -1,16 +1,10 @@
 #include "analysis/trace/execution_trace.hpp"
 
 #include <algorithm>
-#include <cstdlib>
 #include <map>
 #include <numeric>
 #include <unordered_map>
 #include <utility>
-
-#include "analysis/exit_codes.hpp"
-#include "kernel/wire.hpp"
-#include "models/event_kinds.hpp"
-#include "scenarios/read_scenario.hpp"
 
 namespace soda::analysis {
 namespace {
@@ -19,38 +13,8 @@ using kernel::Happening;
 using kernel::TraceRecord;
 using kernel::VirtualTime;
 
-// Those of many ranks can be more than there are worlds. What is kept for each is little.
-constexpr std::uint32_t kMostWorkers = 1u << 20;
-
 void must_hold(bool holds, const std::string& what) {
   if (!holds) throw DecodeError(what);
-}
-
-// What a world, a message or a body is called must be there.
-void check(const TraceRecord& record, std::uint32_t worlds, std::size_t bodies) {
-  // Times that sums of them can hold.
-  must_hold(record.took_ns >= 0 && record.took_ns < std::int64_t{1} << 45 &&
-                std::abs(record.clock_ns / 2) < std::int64_t{1} << 55,
-            "tells of a time beyond any run");
-  const auto is_world = [worlds](kernel::LpId lp) { return kernel::index_of(lp) < worlds; };
-  if (record.what == Happening::kGvt) return;
-  must_hold(is_world(record.lp), "tells of world " + std::to_string(kernel::index_of(record.lp)));
-  if (is_of_message(record.what)) {
-    must_hold(is_world(record.peer) || record.peer == kernel::kOutside,
-              "tells of world " + std::to_string(kernel::index_of(record.peer)));
-    must_hold(record.kind < models::message_kinds().size(),
-              "tells of a message of kind " + std::to_string(record.kind));
-  }
-  if (record.what == Happening::kLate) {
-    must_hold(record.note.size() % 4 == 0, "names half a body");
-    for (const std::uint32_t body : noted_bodies(record))
-      must_hold(body < bodies, "tells of body id " + std::to_string(body));
-  }
-  if (record.what == Happening::kRewound) {
-    must_hold(record.note.size() == sizeof(std::uint32_t) + 2 * sizeof(std::uint64_t),
-              "tells of a rollback without its reason");
-    must_hold(noted_refusal(record).code < models::kRefusals, "tells of a reason that is none");
-  }
 }
 
 // Follows the worlds through the records.
@@ -250,48 +214,6 @@ class Story {
 };
 
 }  // namespace
-
-std::vector<std::uint32_t> noted_bodies(const TraceRecord& record) {
-  std::vector<std::uint32_t> bodies;
-  for (std::span<const std::byte> left = record.note; left.size() >= sizeof(std::uint32_t);)
-    bodies.push_back(kernel::take_number<std::uint32_t>(left));
-  return bodies;
-}
-
-kernel::Refusal noted_refusal(const TraceRecord& record) {
-  std::span<const std::byte> left = record.note;
-  kernel::Refusal refusal;
-  refusal.code = kernel::take_number<std::uint32_t>(left);
-  refusal.subject = kernel::take_number<std::uint64_t>(left);
-  refusal.other = kernel::take_number<std::uint64_t>(left);
-  return refusal;
-}
-
-void read_records(LogReader& log, std::uint32_t worlds, const OnRecord& on_record) {
-  if (log.options().level != LogLevel::kTrace)
-    throw UsageError(log.file() + ": has no trace; soda run --log-level trace writes it");
-  std::map<std::uint32_t, std::vector<std::size_t>> chunks;
-  for (std::size_t i = 0; i < log.traces(); ++i) {
-    const kernel::Bytes bytes = log.read_trace(i);
-    chunks[kernel::TraceChunk(bytes).worker()].push_back(i);
-  }
-  for (const auto& [worker, places] : chunks)
-    for (const std::size_t i : places) {
-      const kernel::Bytes bytes = log.read_trace(i);
-      kernel::TraceChunk chunk(bytes);
-      try {
-        must_hold(worker < kMostWorkers, "tells of worker " + std::to_string(worker));
-        for (TraceRecord record; chunk.next(record);) {
-          check(record, worlds, log.labels().size());
-          on_record(worker, record);
-        }
-        must_hold(chunk.is_sound(), "ends inside a record");
-      } catch (const DecodeError& fault) {
-        throw scenarios::FileError(log.file() + ": trace block " + std::to_string(i) + ": " +
-                                   fault.what());
-      }
-    }
-}
 
 ExecutionTrace read_trace(LogReader& log, std::uint32_t worlds) {
   Story story(worlds);

@@ -4,12 +4,10 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <vector>
 
-#include "analysis/log_reader.hpp"
-#include "kernel/event_recorder.hpp"
+#include "analysis/trace/trace_records.hpp"
 
 namespace soda::analysis {
 
@@ -67,16 +65,7 @@ struct ExecutionTrace {
   std::int64_t wasted_ns(RollbackNumber rollback) const;
 };
 
-// Every record of the log, one worker after the other, of each in order. Throws FileError for what
-// no soda wrote: worlds, kinds and bodies are checked.
-using OnRecord = std::function<void(std::uint32_t worker, const kernel::TraceRecord& record)>;
-void read_records(LogReader& log, std::uint32_t worlds, const OnRecord& on_record);
-// The bodies that a record's note names.
-std::vector<std::uint32_t> noted_bodies(const kernel::TraceRecord& record);
-// What a rewound world refused to absorb.
-kernel::Refusal noted_refusal(const kernel::TraceRecord& record);
-
-// Throws FileError as above, and UsageError if the log has no trace.
+// Throws as read_records().
 ExecutionTrace read_trace(LogReader& log, std::uint32_t worlds);
 
 }  // namespace soda::analysis

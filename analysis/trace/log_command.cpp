@@ -6,7 +6,7 @@
 #include "analysis/input_measures.hpp"
 #include "analysis/logged_run.hpp"
 #include "analysis/text_table.hpp"
-#include "analysis/trace/execution_trace.hpp"
+#include "analysis/trace/trace_records.hpp"
 #include "analysis/trace/trace_words.hpp"
 #include "analysis/whole/scene_parts.hpp"
 #include "kernel/outside.hpp"
@@ -133,10 +133,10 @@ SceneObject event_line(std::uint32_t worker, const kernel::TraceRecord& record,
 }
 
 void add_events(LogReader& log, Lines& lines) {
-  read_records(log, logged_scenario(log, {}).territory.worlds,
-               [&](std::uint32_t worker, const kernel::TraceRecord& record) {
-                 lines.add(event_line(worker, record, log.labels()));
-               });
+  read_records_by_clock(log, logged_scenario(log, {}).territory.worlds,
+                        [&](std::uint32_t worker, const kernel::TraceRecord& record) {
+                          lines.add(event_line(worker, record, log.labels()));
+                        });
 }
 
 std::string summary(LogReader& log) {

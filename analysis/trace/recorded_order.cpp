@@ -1,12 +1,12 @@
 #include "analysis/trace/recorded_order.hpp"
 
 #include <algorithm>
-#include <tuple>
+#include <utility>
 
 #include "analysis/exit_codes.hpp"
 #include "analysis/logged_run.hpp"
-#include "analysis/trace/execution_trace.hpp"
-#include "analysis/trace/trace_words.hpp"
+#include "analysis/measured_run.hpp"
+#include "analysis/trace/trace_comparison.hpp"
 
 namespace soda::analysis {
 namespace {
@@ -14,43 +14,32 @@ namespace {
 using kernel::Happening;
 using kernel::TraceRecord;
 
-// All of a happening that must come out again: not when it was, nor how long it took.
-struct Deed {
-  Happening what{};
-  kernel::VirtualTime time, other;
-  kernel::LpId peer{};
-  std::uint32_t kind = 0, slot = 0;
-  std::uint64_t incarnation = 0;
-  bool anti = false, anew = false;
-
-  friend bool operator==(const Deed&, const Deed&) = default;
-};
-
-using Deeds = std::vector<std::vector<Deed>>;  // of each world
-
-void add(const TraceRecord& record, Deeds& deeds) {
-  if (record.what == Happening::kGvt || record.what == Happening::kCommitted ||
-      record.what == Happening::kCost)
-    return;
-  const bool has_time = record.what != Happening::kSettled;
-  deeds[kernel::index_of(record.lp)].push_back(
-      {record.what, has_time ? record.time : kernel::kBeginning, record.other, record.peer,
-       record.kind, record.slot, record.incarnation, record.anti, record.anew});
-}
-
-std::string words_for(const std::vector<Deed>& deeds, std::size_t at) {
-  if (at >= deeds.size()) return "nothing";
-  const Deed& deed = deeds[at];
-  std::string text = happening_words(deed.what);
-  if (deed.what != Happening::kSettled) text += " " + words_of(deed.time);
-  if (deed.incarnation > 0)
-    text += ", number " + std::to_string(deed.incarnation) + " with " +
-            world_words(kernel::index_of(deed.peer));
-  return text;
-}
-
 void refuse_repetition(const LogReader& log, const std::string& why) {
   throw UsageError("--as-executed: " + log.file() + " " + why);
+}
+
+void refuse_what_is_not_repeated(const LogReader& log, const scenarios::Scenario& scenario) {
+  if (scenario.run.inputs.any()) refuse_repetition(log, "is of a run with user input");
+  if (scenario.run.balancing.policy != models::BalancingPolicy::kOff)
+    refuse_repetition(log, "is of a run with balancing");
+  if (scenario.territory.worlds == 1 || scenario.run.executor == models::ExecutorKind::kSequential)
+    refuse_repetition(log, "is of a run in sequence");
+}
+
+// If it is an act; the rest follows from those.
+void add_act(std::uint32_t worker, const TraceRecord& record, kernel::RecordedOrder& order) {
+  if (worker >= order.size()) order.resize(worker + 1);
+  if (record.what == Happening::kArrived || record.what == Happening::kSettled ||
+      record.what == Happening::kExecuted || record.what == Happening::kGvt)
+    order[worker].push_back({record.what, record.lp, record.peer, record.time, record.incarnation});
+}
+
+// Whether the next of the worker's happenings after the first `number` is a rollback.
+bool rollback_follows(const RecordedWalk& walk, std::size_t number, std::uint32_t worker) {
+  const auto next =
+      std::find_if(walk.begin() + static_cast<std::ptrdiff_t>(number), walk.end(),
+                   [worker](const WalkedHappening& walked) { return walked.worker == worker; });
+  return next != walk.end() && next->record.what == Happening::kRewound;
 }
 
 }  // namespace
@@ -59,41 +48,51 @@ kernel::RecordedOrder recorded_order(LogReader& log, scenarios::Scenario& scenar
   const std::int64_t asked = asked_steps(log);
   if (!log.complete() || log.last_step() < asked)
     refuse_repetition(log, "is of a run that ended early");
-  if (scenario.run.inputs.any()) refuse_repetition(log, "is of a run with user input");
-  if (scenario.run.balancing.policy != models::BalancingPolicy::kOff)
-    refuse_repetition(log, "is of a run with balancing");
-  const std::uint32_t worlds = scenario.territory.worlds;
-  if (worlds == 1 || scenario.run.executor == models::ExecutorKind::kSequential)
-    refuse_repetition(log, "is of a run in sequence");
+  refuse_what_is_not_repeated(log, scenario);
   scenario.run.steps = asked;
   kernel::RecordedOrder order;
-  read_records(log, worlds, [&order](std::uint32_t worker, const TraceRecord& record) {
-    if (worker >= order.size()) order.resize(worker + 1);
-    if (record.what == Happening::kArrived || record.what == Happening::kSettled ||
-        record.what == Happening::kExecuted || record.what == Happening::kGvt)
-      order[worker].push_back(
-          {record.what, record.lp, record.peer, record.time, record.incarnation});
-  });
+  read_records(log, scenario.territory.worlds,
+               [&order](std::uint32_t worker, const TraceRecord& record) {
+                 add_act(worker, record, order);
+               });
   return order;
+}
+
+std::vector<models::WorldStand> stands_as_executed(LogReader& log, scenarios::Scenario scenario,
+                                                   const RecordedWalk& walk, std::size_t number) {
+  refuse_what_is_not_repeated(log, scenario);
+  kernel::RecordedOrder order;
+  for (std::size_t i = 0; i < number; ++i) add_act(walk[i].worker, walk[i].record, order);
+  // To look at what came late is to roll back: it is not had before the rollback is.
+  for (std::uint32_t worker = 0; worker < order.size(); ++worker)
+    if (!order[worker].empty() && order[worker].back().what == Happening::kSettled &&
+        rollback_follows(walk, number, worker))
+      order[worker].pop_back();
+  scenario.run.steps = asked_steps(log);
+  scenario.run.recorded = &order;
+  scenario.run.recorded_whole = false;
+  scenario.run.recorded_over_ranks = log.options().ranks > 1;
+  std::vector<models::WorldStand> stands;
+  models::CommitObserver observer;
+  observer.on_stand = [&stands](models::WorldStand stand) { stands.push_back(std::move(stand)); };
+  const models::TerritoryMap map =
+      models::make_territory_map(scenario.territory, centres(scenario.initial), &scenario.scene);
+  models::simulate(scenario.scene, scenario.initial, map, scenario.run, observer);
+  return stands;
 }
 
 std::optional<std::string> trace_divergence(LogReader& log, std::uint32_t worlds,
                                             std::span<const kernel::Bytes> chunks) {
-  Deeds logged(worlds), now(worlds);
-  read_records(log, worlds,
-               [&logged](std::uint32_t, const TraceRecord& record) { add(record, logged); });
+  WorldHistories now(worlds);
   for (const kernel::Bytes& bytes : chunks) {
     kernel::TraceChunk chunk(bytes);
-    for (TraceRecord record; chunk.next(record);) add(record, now);
+    for (TraceRecord record; chunk.next(record);) add_to_histories(record, now);
   }
-  for (std::uint32_t world = 0; world < worlds; ++world) {
-    if (logged[world] == now[world]) continue;
-    const auto at = static_cast<std::size_t>(std::ranges::mismatch(logged[world], now[world]).in1 -
-                                             logged[world].begin());
-    return "world " + std::to_string(world) + ", happening " + std::to_string(at) + ": logged " +
-           words_for(logged[world], at) + ", now " + words_for(now[world], at);
-  }
-  return std::nullopt;
+  const std::vector<HistoryDifference> found = differences_of(histories_of(log, worlds), now);
+  if (found.empty()) return std::nullopt;
+  const HistoryDifference& first = found.front();
+  return "world " + std::to_string(first.world) + ", happening " + std::to_string(first.happening) +
+         ": logged: " + side_text(first.first) + "; now: " + side_text(first.second);
 }
 
 }  // namespace soda::analysis

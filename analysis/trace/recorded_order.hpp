@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "analysis/log_reader.hpp"
+#include "analysis/trace/recorded_walk.hpp"
 #include "kernel/recorded_executor.hpp"
 #include "scenarios/scenario.hpp"
 
@@ -18,8 +19,14 @@ namespace soda::analysis {
 // run as far as it was asked to.
 kernel::RecordedOrder recorded_order(LogReader& log, scenarios::Scenario& scenario);
 
+// Where the worlds stood after the first `number` happenings of `walk`, with what was speculative
+// then: so far the run is had again as it was executed. Throws UsageError as above, but for runs
+// that ended early, and kernel::NotAsRecorded.
+std::vector<models::WorldStand> stands_as_executed(LogReader& log, scenarios::Scenario scenario,
+                                                   const RecordedWalk& walk, std::size_t number);
+
 // Where what a world did, in `chunks` of its run again, is first not what the log tells: world,
-// number of the happening, and both. Commits and GVT may lie elsewhere.
+// number of the happening, and both (trace_comparison.hpp).
 std::optional<std::string> trace_divergence(LogReader& log, std::uint32_t worlds,
                                             std::span<const kernel::Bytes> chunks);
 

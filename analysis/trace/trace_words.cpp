@@ -57,6 +57,11 @@ std::string world_words(std::uint32_t world) {
   return world == kernel::index_of(kernel::kOutside) ? "outside" : "world " + std::to_string(world);
 }
 
+std::string message_name(std::uint32_t source, std::uint64_t number) {
+  const bool is_outside = source == kernel::index_of(kernel::kOutside);
+  return (is_outside ? "outside" : std::to_string(source)) + ":" + std::to_string(number);
+}
+
 std::string counted(std::uint64_t count, const std::string& what) {
   return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
 }

@@ -21,6 +21,8 @@ std::string happening_words(kernel::Happening what);
 std::string milliseconds(std::int64_t ns);
 // "world 3", or "outside".
 std::string world_words(std::uint32_t world);
+// The name of a message, as commands take it: "1:42"; of one from outside "outside:42".
+std::string message_name(std::uint32_t source, std::uint64_t number);
 // "1 rollback", "2 rollbacks".
 std::string counted(std::uint64_t count, const std::string& what);
 

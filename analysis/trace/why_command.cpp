@@ -7,6 +7,7 @@
 
 #include "analysis/exit_codes.hpp"
 #include "analysis/logged_run.hpp"
+#include "analysis/state_text.hpp"
 #include "analysis/text_table.hpp"
 #include "analysis/trace/trace_json.hpp"
 #include "analysis/trace/trace_words.hpp"
@@ -59,10 +60,7 @@ bool is_wanted(const ExecutionTrace& trace, RollbackNumber number, const WhyRequ
 
 std::optional<std::uint32_t> body_of(const WhyRequest& request, const LogReader& log) {
   if (!request.body) return std::nullopt;
-  const auto found = std::ranges::find(log.labels(), *request.body);
-  if (found == log.labels().end())
-    throw UsageError("--body: " + request.file + " has no body " + std::to_string(*request.body));
-  return static_cast<std::uint32_t>(found - log.labels().begin());
+  return physics::index_of(body_of_label(log.labels(), *request.body, "--body: " + request.file));
 }
 
 std::string causes_text(const ExecutionTrace& trace) {
@@ -104,14 +102,6 @@ std::vector<RollbackNumber> chosen(const ExecutionTrace& trace, const WhyRequest
   return numbers;
 }
 
-std::string chain_text(const ExecutionTrace& trace, RollbackNumber number,
-                       const std::vector<std::uint32_t>& labels) {
-  std::string text;
-  for (const RollbackNumber link : chain_of(trace, number))
-    text += (text.empty() ? "" : "because of ") + why_text(trace, link, labels);
-  return text;
-}
-
 }  // namespace
 
 std::string cause_of(const ExecutionTrace& trace, RollbackNumber number) {
@@ -131,6 +121,14 @@ std::vector<RollbackNumber> chain_of(const ExecutionTrace& trace, RollbackNumber
        next = trace.led_to(*next))
     chain.push_back(*next);
   return chain;
+}
+
+std::string chain_text(const ExecutionTrace& trace, RollbackNumber number,
+                       const std::vector<std::uint32_t>& labels) {
+  std::string text;
+  for (const RollbackNumber link : chain_of(trace, number))
+    text += (text.empty() ? "" : "because of ") + why_text(trace, link, labels);
+  return text;
 }
 
 std::map<std::string, CauseCost> causes_of(const ExecutionTrace& trace) {

@@ -37,6 +37,9 @@ std::vector<RollbackNumber> chain_of(const ExecutionTrace& trace, RollbackNumber
 // One rollback in sentences; bodies are called by `labels`.
 std::string why_text(const ExecutionTrace& trace, RollbackNumber rollback,
                      const std::vector<std::uint32_t>& labels);
+// The same of its whole chain.
+std::string chain_text(const ExecutionTrace& trace, RollbackNumber rollback,
+                       const std::vector<std::uint32_t>& labels);
 
 // Throws FileError and UsageError as read_trace().
 int why_command(const WhyRequest& request, std::ostream& out, std::ostream& err);

@@ -49,11 +49,6 @@ std::string bodies_words(const LateMessage& message, const std::vector<std::uint
   return text;
 }
 
-// The message by name, as `soda what-if` takes it.
-std::string name_of(const LateMessage& message) {
-  return std::to_string(message.from) + ":" + std::to_string(message.incarnation);
-}
-
 // When the world had been there that a late message is for: what was undone of that time first.
 std::optional<std::int64_t> began_before(const ExecutionTrace& trace,
                                          const TracedRollback& rollback) {
@@ -73,7 +68,8 @@ std::string late_words(const ExecutionTrace& trace, const TracedRollback& rollba
   if (message.from == kernel::index_of(kernel::kOutside)) {
     text += ", from outside";
   } else {
-    text += ", from world " + std::to_string(message.from) + " (message " + name_of(message) + ")";
+    text += ", from world " + std::to_string(message.from) + " (message " +
+            message_name(message.from, message.incarnation) + ")";
   }
   text += ", came at " + milliseconds(message.arrived_ns);
   if (const auto began = began_before(trace, rollback))

@@ -35,6 +35,34 @@ std::string stop_json(const SearchEnd& end) {
   return end.stopped != 0 ? quoted(name_of_stop(end.stopped)) : "null";
 }
 
+std::string step_json(const LogDifference::Step& difference) {
+  const auto& [step, what, body, values] = difference;
+  SceneObject found;
+  found.set("step", json_of(step)).set("what", quoted(what));
+  if (!body) return found.text();
+  const std::optional<std::uint64_t> ulps = ulps_between(values[0], values[1]);
+  return found.set("body", json_of(*body))
+      .set("first", finite_or_null(values[0]))
+      .set("first_bits", quoted(format_bits(values[0])))
+      .set("second", finite_or_null(values[1]))
+      .set("second_bits", quoted(format_bits(values[1])))
+      .set("ulps", ulps ? json_of(*ulps) : "null")
+      .text();
+}
+
+std::string event_json(const HistoryDifference& event) {
+  const auto side = [](const std::optional<kernel::TraceRecord>& record) {
+    return record ? quoted(side_text(record)) : "null";
+  };
+  return SceneObject()
+      .set("world", json_of(event.world))
+      .set("happening", json_of(event.happening))
+      .set("clock_s", json_of(1e-9 * static_cast<double>(event.clock_ns)))
+      .set("first", side(event.first))
+      .set("second", side(event.second))
+      .text();
+}
+
 }  // namespace
 
 std::string contacts_json(const std::vector<StepContacts>& steps, const ContactNames& names) {
@@ -73,20 +101,9 @@ std::string diff_json(const LogDifference& difference) {
       .set("first_last_step", json_of(difference.last_steps[0]))
       .set("second_last_step", json_of(difference.last_steps[1]))
       .set("equal_steps", json_of(difference.equal_steps));
-  if (!difference.step) return lines_of(json.set("difference", "null"));
-  const auto& [step, what, body, values] = *difference.step;
-  SceneObject found;
-  found.set("step", json_of(step)).set("what", quoted(what));
-  if (body) {
-    const std::optional<std::uint64_t> ulps = ulps_between(values[0], values[1]);
-    found.set("body", json_of(*body))
-        .set("first", finite_or_null(values[0]))
-        .set("first_bits", quoted(format_bits(values[0])))
-        .set("second", finite_or_null(values[1]))
-        .set("second_bits", quoted(format_bits(values[1])))
-        .set("ulps", ulps ? json_of(*ulps) : "null");
-  }
-  return lines_of(json.set("difference", found.text()));
+  json.set("difference", difference.step ? step_json(*difference.step) : "null");
+  const std::string events = list_of(difference.events, event_json);
+  return lines_of(json.set("events", difference.compares_events ? events : "null"));
 }
 
 std::string swarm_json(const SwarmResult& result) {

@@ -1,0 +1,169 @@
+#include "analysis/trace/recorded_walk.hpp"
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <tuple>
+#include <utility>
+
+#include "models/schedule.hpp"
+
+namespace soda::analysis {
+namespace {
+
+using kernel::Happening;
+using kernel::TraceRecord;
+using kernel::VirtualTime;
+
+// How many steps are over when `time` is.
+std::int64_t steps_with(VirtualTime time) {
+  return models::phase_of(time) == models::Phase::kFinish ? time.t + 1 : time.t;
+}
+
+// Follows the worlds as far as the walk has gone.
+class Standing {
+ public:
+  explicit Standing(std::uint32_t worlds) : worlds_(worlds) { situation_.worlds.resize(worlds); }
+
+  void add(const TraceRecord& record) {
+    if (record.what == Happening::kGvt) return gvt(record.time);
+    const std::uint32_t id = kernel::index_of(record.lp);
+    World& world = worlds_[id];
+    WorldSituation& told = situation_.worlds[id];
+    switch (record.what) {
+      case Happening::kSent:
+        in_flight_.emplace(std::pair(id, record.incarnation), kernel::index_of(record.peer));
+        return;
+      case Happening::kArrived:
+        return arrived(world, record);
+      case Happening::kExecuted:
+        ++told.executions;
+        world.standing.insert(record.time);
+        return;
+      case Happening::kAbsorbed:
+        if (record.anew) world.standing.insert(record.time);
+        return;
+      case Happening::kRewound:
+        ++told.rollbacks;
+        world.standing.erase(world.standing.lower_bound(record.other), world.standing.end());
+        return;
+      case Happening::kRolledBack:
+        world.standing.erase(record.time);
+        return;
+      case Happening::kPutBack:
+        world.standing.insert(record.time);
+        return;
+      case Happening::kCommitted:
+        world.standing.erase(record.time);
+        told.committed = record.time;
+        return;
+      case Happening::kAdopted:
+      case Happening::kLate:
+      case Happening::kCost:
+      case Happening::kJumped:
+      case Happening::kSettled:
+      case Happening::kGvt:
+        return;
+    }
+  }
+
+  Situation finish() {
+    for (const auto& [name, to] : in_flight_)
+      if (to < worlds_.size()) ++situation_.worlds[to].in_flight;
+    for (std::size_t id = 0; id < worlds_.size(); ++id) tell(worlds_[id], situation_.worlds[id]);
+    return std::move(situation_);
+  }
+
+ private:
+  // Of a message what its newest version replaces: time, source, kind and slot.
+  using Register = std::tuple<VirtualTime, std::uint32_t, std::uint32_t, std::uint32_t>;
+  struct Version {
+    std::uint64_t incarnation = 0;
+    bool anti = false;
+  };
+  struct World {
+    std::set<VirtualTime> standing;  // and not committed
+    std::map<Register, Version> arrived;
+  };
+
+  void arrived(World& world, const TraceRecord& record) {
+    const std::uint32_t source = kernel::index_of(record.peer);
+    in_flight_.erase({source, record.incarnation});
+    Version& version = world.arrived[{record.time, source, record.kind, record.slot}];
+    if (version.incarnation <= record.incarnation) version = {record.incarnation, record.anti};
+  }
+
+  void gvt(VirtualTime time) {
+    situation_.gvt = std::max(situation_.gvt, time);
+    for (World& world : worlds_)
+      world.arrived.erase(world.arrived.begin(),
+                          world.arrived.lower_bound({situation_.gvt, 0, 0, 0}));
+  }
+
+  static void tell(const World& world, WorldSituation& told) {
+    told.ahead = world.standing.size();
+    told.executed = told.committed;
+    if (!world.standing.empty()) told.executed = *world.standing.rbegin();
+    if (told.executed)
+      told.entries =
+          steps_with(*told.executed) - (told.committed ? steps_with(*told.committed) : 0);
+    for (const auto& [name, version] : world.arrived)
+      told.waiting += !version.anti && (!told.executed || std::get<0>(name) > *told.executed);
+  }
+
+  std::vector<World> worlds_;
+  std::map<std::pair<std::uint32_t, std::uint64_t>, std::uint32_t> in_flight_;
+  Situation situation_;
+};
+
+}  // namespace
+
+RecordedWalk recorded_walk(LogReader& log, std::uint32_t worlds) {
+  RecordedWalk walk;
+  read_records_by_cause(log, worlds, [&walk](std::uint32_t worker, const TraceRecord& record) {
+    walk.push_back({record, worker});
+    walk.back().record.note = {};
+  });
+  return walk;
+}
+
+RecordedWalk committed_walk(const LogReader& log) {
+  RecordedWalk walk;
+  for (std::int64_t step = 1; step <= log.last_step(); ++step) {
+    WalkedHappening happening;
+    happening.record.what = Happening::kGvt;
+    happening.record.time = models::time_of(step, models::Phase::kBegin);
+    walk.push_back(happening);
+  }
+  return walk;
+}
+
+Situation situation_after(const RecordedWalk& walk, std::size_t number, std::uint32_t worlds) {
+  Standing standing(worlds);
+  for (std::size_t i = 0; i < number; ++i) standing.add(walk[i].record);
+  return standing.finish();
+}
+
+VirtualTime gvt_after(const RecordedWalk& walk, std::size_t number) {
+  for (std::size_t i = number; i > 0; --i)
+    if (walk[i - 1].record.what == Happening::kGvt) return walk[i - 1].record.time;
+  return kernel::kBeginning;
+}
+
+// Those of a world are in the same order here and there; over all worlds they need not be.
+std::optional<RollbackNumber> last_rollback(const RecordedWalk& walk, std::size_t number,
+                                            const ExecutionTrace& trace) {
+  while (number > 0 && walk[number - 1].record.what != Happening::kRewound) --number;
+  if (number == 0) return std::nullopt;
+  const kernel::LpId world = walk[number - 1].record.lp;
+  auto left = std::count_if(walk.begin(), walk.begin() + static_cast<std::ptrdiff_t>(number),
+                            [world](const WalkedHappening& happening) {
+                              return happening.record.what == Happening::kRewound &&
+                                     happening.record.lp == world;
+                            });
+  for (RollbackNumber rollback = 0; rollback < trace.rollbacks.size(); ++rollback)
+    if (trace.rollbacks[rollback].world == kernel::index_of(world) && --left == 0) return rollback;
+  return std::nullopt;
+}
+
+}  // namespace soda::analysis
