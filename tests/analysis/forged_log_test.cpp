@@ -11,6 +11,9 @@
 #include "analysis/child_process.hpp"
 #include "analysis/exit_codes.hpp"
 #include "analysis/log_reader.hpp"
+#include "analysis/logged_run.hpp"
+#include "analysis/trace/recorded_order.hpp"
+#include "analysis/trace/recorded_walk.hpp"
 #include "analysis/trace/why_command.hpp"
 #include "scenarios/read_scenario.hpp"
 
@@ -206,9 +209,16 @@ TEST(ForgedLogs, AThousandAreReadOrTold) {
       const ExecutionTrace trace = read_trace(log, 4);
       for (RollbackNumber number = 0; number < trace.rollbacks.size(); ++number)
         ASSERT_FALSE(why_text(trace, number, log.labels()).empty());
+      const RecordedWalk walk = recorded_walk(log, 4);
+      ASSERT_FALSE(situation_text(situation_after(walk, walk.size(), 4), 48).empty());
+      for (const WalkedHappening& happening : walk) ASSERT_FALSE(happening_text(happening).empty());
+      if (trial % 10 == 0 && !walk.empty())
+        stands_as_executed(log, logged_scenario(log, {}), walk, random() % walk.size());
     } catch (const scenarios::FileError&) {
       ++told;
     } catch (const UsageError&) {
+      ++told;
+    } catch (const kernel::NotAsRecorded&) {
       ++told;
     }
   }
