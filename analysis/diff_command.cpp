@@ -91,10 +91,10 @@ std::string text_of(const std::vector<HistoryDifference>& events) {
     return "  " + side_text(event.first) + "\n  " + side_text(event.second) + "\n";
   };
   std::string text = "first event that differs: world " + std::to_string(events[0].world) +
-                     ", happening " + std::to_string(events[0].happening) + ", at " +
+                     ", its happening " + std::to_string(events[0].happening) + ", at " +
                      milliseconds(events[0].clock_ns) + "\n" + sides(events[0]);
   for (const HistoryDifference& event : std::span(events).subspan(1))
-    text += "then world " + std::to_string(event.world) + ", happening " +
+    text += "then world " + std::to_string(event.world) + ", its happening " +
             std::to_string(event.happening) + ", at " + milliseconds(event.clock_ns) + "\n" +
             sides(event);
   return text;

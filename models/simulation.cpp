@@ -334,14 +334,13 @@ SimulationResult simulate(const physics::SceneDescription& scene,
            .recording = {kind_of, observer.wants_trace ? trace : nullptr, note_bodies},
            .progress = on_gvt(options.steps, progress)},
           relay, {commits, balancing.get(), trace}, result.cluster);
+  result.committed_steps = merge.committed_steps();
   if (options.recorded != nullptr && !options.recorded_whole) {
     tell_stands(worlds, observer);
-    result.committed_steps = merge.committed_steps();
     return result;
   }
   if (balancing) result.territory_changes = balancing->changes();
   end_early(outcome, worlds, result);
-  result.committed_steps = merge.committed_steps();
   result.islands_committed = merge.islands();
   result.events = outcome.counters;
   result.kinds = outcome.kinds;

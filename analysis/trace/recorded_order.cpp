@@ -15,7 +15,9 @@ using kernel::Happening;
 using kernel::TraceRecord;
 
 void refuse_repetition(const LogReader& log, const std::string& why) {
-  throw UsageError("--as-executed: " + log.file() + " " + why);
+  throw UsageError(log.file() + " " + why +
+                   ": it cannot be had again as it was executed (soda replay --interactive walks "
+                   "through its trace)");
 }
 
 void refuse_what_is_not_repeated(const LogReader& log, const scenarios::Scenario& scenario) {
@@ -34,11 +36,14 @@ void add_act(std::uint32_t worker, const TraceRecord& record, kernel::RecordedOr
     order[worker].push_back({record.what, record.lp, record.peer, record.time, record.incarnation});
 }
 
-// Whether the next of the worker's happenings after the first `number` is a rollback.
+// Whether the next of the worker's happenings after the first `number` is a rollback, but for what
+// it absorbs before.
 bool rollback_follows(const RecordedWalk& walk, std::size_t number, std::uint32_t worker) {
   const auto next =
       std::find_if(walk.begin() + static_cast<std::ptrdiff_t>(number), walk.end(),
-                   [worker](const WalkedHappening& walked) { return walked.worker == worker; });
+                   [worker](const WalkedHappening& walked) {
+                     return walked.worker == worker && walked.record.what != Happening::kAbsorbed;
+                   });
   return next != walk.end() && next->record.what == Happening::kRewound;
 }
 

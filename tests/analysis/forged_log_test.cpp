@@ -218,6 +218,8 @@ TEST(ForgedLogs, AThousandAreReadOrTold) {
       ++told;
     } catch (const UsageError&) {
       ++told;
+    } catch (const scenarios::InputError&) {
+      ++told;
     } catch (const kernel::NotAsRecorded&) {
       ++told;
     }
