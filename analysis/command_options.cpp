@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 
 #include "analysis/shared_options.hpp"
+#include "analysis/trace/event_pattern.hpp"
 
 namespace soda::analysis {
 
@@ -96,22 +97,23 @@ void define_replay(CLI::App& replay, ReplayRequest& request) {
                           ->excludes(interactive);
   replay.add_option("--body", request.body,
                     "with --step, --until or --break: only this body, all digits");
-  replay.add_flag("--json", request.json, "what soda run --json says, of this run")
+  replay
+      .add_flag("--json", request.json,
+                "what soda run --json says, of this run; or where it stopped")
       ->excludes(step)
       ->excludes(interactive);
   replay.add_flag("--quiet", request.quiet, "no progress line");
   add_strict_option(replay, request.overrides.strict);
-  replay.footer(
-      "examples:\n"
-      "  soda replay run.sodalog\n"
-      "  soda replay run.sodalog --json\n"
-      "  soda replay run.sodalog --threads 2 --worlds 48\n"
-      "  soda replay run.sodalog --step 100 --body 7\n"
-      "  soda replay run.sodalog --until world:1:84:pairs --body 7\n"
-      "  soda replay run.sodalog --break rollback:1\n"
-      "  soda replay run.sodalog --interactive\n"
-      "an EVENT is STEP, world:WORLD:STEP[:PHASE[:ROUND]], message:SOURCE:NUMBER,\n"
-      "rollback[:WORLD[:STEP]], gvt:STEP or happening:NUMBER");
+  replay.footer(std::string("examples:\n"
+                            "  soda replay run.sodalog\n"
+                            "  soda replay run.sodalog --json\n"
+                            "  soda replay run.sodalog --threads 2 --worlds 48\n"
+                            "  soda replay run.sodalog --step 100 --body 7\n"
+                            "  soda replay run.sodalog --until world:1:84:pairs --body 7\n"
+                            "  soda replay run.sodalog --break rollback:1\n"
+                            "  soda replay run.sodalog --interactive\n"
+                            "an EVENT is one of ") +
+                event_forms());
 }
 
 void define_diff(CLI::App& diff, DiffRequest& request) {

@@ -54,7 +54,8 @@ class Standing {
         world.standing.insert(record.time);
         return;
       case Happening::kCommitted:
-        world.standing.erase(record.time);
+        // What lies before and is not committed stands no more: its bag has become empty.
+        world.standing.erase(world.standing.begin(), world.standing.upper_bound(record.time));
         told.committed = record.time;
         return;
       case Happening::kAdopted:

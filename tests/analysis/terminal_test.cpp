@@ -1,8 +1,14 @@
 // What gets to a terminal: no control characters from names, and a truthful line of progress.
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <poll.h>
+#include <stdlib.h>
+#include <unistd.h>
 
+#include <array>
 #include <ostream>
 #include <sstream>
+#include <stdexcept>
 
 #include "analysis/child_process.hpp"
 #include "analysis/exit_codes.hpp"
@@ -164,6 +170,70 @@ TEST(Progress, TicksWhileAStepTakesLong) {
   }
   estimate.note(61, 1000.0);  // steps of 994 s: what was before no longer counts
   EXPECT_NEAR(estimate.rate(1000.0), 1.0 / 994.0, 1e-4);
+}
+
+// A terminal that the test holds the other end of.
+class PseudoTerminal {
+ public:
+  PseudoTerminal() : end_(posix_openpt(O_RDWR | O_NOCTTY)) {
+    if (end_ < 0 || grantpt(end_) != 0 || unlockpt(end_) != 0) throw std::runtime_error("no pty");
+  }
+  ~PseudoTerminal() { close(end_); }
+  PseudoTerminal(const PseudoTerminal&) = delete;
+
+  void become_input_and_output() const {
+    const int other = open(ptsname(end_), O_RDWR | O_NOCTTY);
+    dup2(other, STDIN_FILENO);
+    dup2(other, STDOUT_FILENO);
+  }
+  void type(const std::string& text) const {
+    if (write(end_, text.data(), text.size()) < 0) throw std::runtime_error("nobody reads");
+  }
+  // What is shown until `awaited` is, or for 30 s.
+  std::string shown_until(const std::string& awaited) const {
+    std::string shown;
+    std::array<char, 4096> buffer{};
+    pollfd ready{end_, POLLIN, 0};
+    while (!contains(shown, awaited) && poll(&ready, 1, 30'000) > 0) {
+      const ssize_t count = read(end_, buffer.data(), buffer.size());
+      if (count <= 0) break;
+      shown.append(buffer.data(), static_cast<std::size_t>(count));
+    }
+    return shown;
+  }
+
+ private:
+  const int end_;
+};
+
+TEST(InteractiveReplay, GreetsPromptsAndCompletesOnATerminal) {
+  const TemporaryFolder folder;
+  const std::string log = folder.file("run.sodalog");
+  ASSERT_EQ(run_soda({"run", analysis_test::library_file("border-stack"), "--steps", "20", "--log",
+                      log, "--log-level", "trace"})
+                .exit_code,
+            kExitOk);
+  const PseudoTerminal terminal;
+  std::string greeting, happening;
+  const ChildResult ended = run_soda({"replay", log, "--interactive"},
+                                     {[&terminal] {
+                                        setenv("TERM", "xterm", 1);
+                                        terminal.become_input_and_output();
+                                      },
+                                      [&](int) {
+                                        greeting = terminal.shown_until("(soda) ");
+#ifdef SODA_HAS_LIBEDIT
+                                        terminal.type("ne\t\n");
+#else
+                                         terminal.type("next\n");
+#endif
+                                        happening = terminal.shown_until("happening 1 of ");
+                                        terminal.type("nonsense\nquit\n");
+                                      }});
+  EXPECT_TRUE(contains(greeting, "help lists the commands")) << greeting;
+  EXPECT_TRUE(contains(happening, "happening 1 of ")) << happening;
+  EXPECT_TRUE(contains(ended.err, "unknown command nonsense")) << ended.err;
+  EXPECT_EQ(ended.exit_code, kExitOk);  // who types may err
 }
 
 }  // namespace

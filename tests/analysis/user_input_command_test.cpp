@@ -85,7 +85,8 @@ TEST(UserInputCommand, WhatAStreamDidIsReplayedFromTheLogAtTheStepsAtWhichItActe
                {[lines] { dup2(open(lines.c_str(), O_RDONLY), STDIN_FILENO); }, [](int) {}});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   std::map<int, int> steps, logged;
-  for (const Json& input : Json::parse(run.out)["inputs"]) steps[input["id"]] = input["step"];
+  const Json told = Json::parse(run.out);
+  for (const Json& input : told["inputs"]) steps[input["id"]] = input["step"];
   for (const Json& input : Json::parse(run_soda({"log", log, "--json", "--lines", "inputs"}).out))
     logged[input["id"]] = input["step"];
   EXPECT_TRUE(steps.contains(50) && steps.contains(51)) << run.out;
