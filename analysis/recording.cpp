@@ -5,6 +5,7 @@
 
 #include "analysis/measured_run.hpp"
 #include "models/territory.hpp"
+#include "physics/events/rest.hpp"
 
 namespace soda::analysis {
 namespace {
@@ -18,7 +19,7 @@ void append(std::vector<float>& floats, const Vector& vector) {
 }
 
 std::uint16_t shown(models::WorldId owner) {
-  return static_cast<std::uint16_t>(models::index_of(owner) % Recording::kAway);
+  return static_cast<std::uint16_t>(models::index_of(owner) % (Recording::kResting - 1));
 }
 
 // The territories after what changed at the beginning of the step that led to `logged`.
@@ -47,7 +48,8 @@ void add_frame(const LoggedStep& logged, const TerritoryMap& map, Recording& rec
     append(recording.numbers, state.position_m);
     append(recording.numbers, Eigen::Vector4d(q.w(), q.x(), q.y(), q.z()));
     recording.numbers.push_back(static_cast<float>(state.linear_velocity_m_s.norm()));
-    recording.owners.push_back(shown(map.owner_at(state.position_m)));
+    const std::uint16_t resting = physics::has_no_velocity(state) ? Recording::kResting : 0;
+    recording.owners.push_back(shown(map.owner_at(state.position_m)) | resting);
   }
 }
 
@@ -68,9 +70,12 @@ Extent extent_of(LogReader& log, double cell_m) {
   return {0.5 * (low + high), (high - low).norm() + 2.0 * cell_m};
 }
 
-Triangles seen(const physics::Shape& shape, std::span<const physics::Shape> shapes,
+Triangles seen(const physics::Shape& shape, const physics::SceneDescription& scene,
                const physics::StaticBody* body, const Extent& extent) {
-  if (body == nullptr) return triangles_of(shape, shapes, Vec3::Zero(), 0.0);
+  constexpr std::size_t kMany = 2000;  // bodies, whose corners all are drawn in each picture
+  const std::span<const physics::Shape> shapes = scene.shapes;
+  if (body == nullptr)
+    return triangles_of(shape, shapes, Vec3::Zero(), 0.0, scene.bodies.size() > kMany ? 12 : 24);
   const Vec3 middle = body->orientation.conjugate() * (extent.middle_m - body->position_m);
   return triangles_of(shape, shapes, middle, extent.reach_m);
 }
@@ -79,7 +84,7 @@ void add_scene(const physics::SceneDescription& scene, const Extent& extent, Rec
   // Half spaces are drawn where bodies are, so each static has a shape of its own.
   for (const physics::Shape& shape : scene.shapes) {
     const bool endless = std::holds_alternative<physics::HalfSpace>(shape);
-    recording.shapes.push_back(endless ? Triangles() : seen(shape, scene.shapes, nullptr, extent));
+    recording.shapes.push_back(endless ? Triangles() : seen(shape, scene, nullptr, extent));
   }
   for (const physics::BodyParams& body : scene.bodies)
     recording.bodies.push_back({body.label, body.shape});
@@ -87,7 +92,7 @@ void add_scene(const physics::SceneDescription& scene, const Extent& extent, Rec
     std::uint32_t shape = body.shape;
     if (std::holds_alternative<physics::HalfSpace>(scene.shapes[shape])) {
       shape = static_cast<std::uint32_t>(recording.shapes.size());
-      recording.shapes.push_back(seen(scene.shapes[body.shape], scene.shapes, &body, extent));
+      recording.shapes.push_back(seen(scene.shapes[body.shape], scene, &body, extent));
     }
     Recording::Static drawn{.name = body.name, .shape = shape, .pose = {}};
     std::vector<float> pose;
@@ -114,11 +119,16 @@ Recording record(LogReader& log, const scenarios::Scenario& scenario, std::int64
   recording.grid = map.grid();
   for (const models::WorldId owner : map.owners()) recording.cell_owners.push_back(shown(owner));
   const std::int64_t last = log.last_states();
-  for (std::int64_t step = log.first_step(); step <= last; ++step) {
+  const std::int64_t first = log.first_step();
+  FrameMarker marker(scenario.scene, static_cast<std::size_t>((last - first) / every) + 2);
+  for (std::int64_t step = first; step <= last; ++step) {
     const LoggedStep logged = log.read_step(step);
     follow_changes(logged, map, recording);
-    if (logged.has_states && ((step - log.first_step()) % every == 0 || step == last)) add_frame(logged, map, recording);
+    if (!logged.has_states || ((step - first) % every != 0 && step != last)) continue;
+    add_frame(logged, map, recording);
+    marker.add(logged, map);
   }
+  recording.marks = marker.finish();
   return recording;
 }
 

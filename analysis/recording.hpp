@@ -8,6 +8,7 @@
 
 #include "analysis/log_reader.hpp"
 #include "analysis/triangles.hpp"
+#include "analysis/viewer/frame_marks.hpp"
 #include "models/territory.hpp"
 #include "scenarios/scenario.hpp"
 
@@ -29,6 +30,7 @@ struct Recording {
   };
   static constexpr std::size_t kNumbers = 8;      // a body and frame: its pose, its speed in m/s
   static constexpr std::uint16_t kAway = 0xffff;  // the owner of a body that is not there
+  static constexpr std::uint16_t kResting = 0x8000;  // set in the owner of a body without velocity
 
   std::string name;
   double dt_s = 0.0;
@@ -43,6 +45,7 @@ struct Recording {
   std::vector<std::int64_t> steps;         // of each frame
   std::vector<float> numbers;              // by frame, then body
   std::vector<std::uint16_t> owners;
+  FrameMarks marks;
 };
 
 // Every `every`th step of the log and its last one. Territories are those of the step that led to

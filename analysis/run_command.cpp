@@ -142,8 +142,10 @@ std::unique_ptr<CheckpointWriter> open_checkpoints(const RunRequest& request,
                             std::move(head.labels), files.meshes, scenario.run.inputs});
 }
 
+// A page has a log of its own, which has a trace, where no log is asked for.
 bool wants_trace(const RunRequest& request) {
-  return !request.log_file.empty() && level_of(request) == LogLevel::kTrace;
+  if (request.log_file.empty()) return !request.view_file.empty();
+  return level_of(request) == LogLevel::kTrace;
 }
 
 // What a run writes while it goes on; null: nothing.
@@ -278,6 +280,7 @@ std::unique_ptr<OutputFile> open_page(RunRequest& request, TemporaryLog& own) {
   auto page = std::make_unique<OutputFile>(request.view_file, request.force);
   if (!request.log_file.empty()) return page;
   own.file = request.log_file = request.view_file + "." + std::to_string(getpid()) + ".sodalog";
+  if (!request.log_level) request.log_level = LogLevel::kTrace;  // the page has a timeline
   return page;
 }
 

@@ -8,14 +8,15 @@ namespace {
 
 using physics::Vec3;
 
-constexpr int kSides = 24;
-
 struct Corner {
   Vec3 position_m, normal;
 };
 
 class Surface {
  public:
+  // What is round has so many.
+  explicit Surface(int sides) : sides_(sides) {}
+  int sides() const { return sides_; }
   void triangle(const Corner& a, const Corner& b, const Corner& c) {
     for (const Corner* corner : {&a, &b, &c})
       for (const Vec3* v : {&corner->position_m, &corner->normal})
@@ -34,6 +35,7 @@ class Surface {
   Triangles floats() && { return std::move(floats_); }
 
  private:
+  const int sides_;
   Triangles floats_;
 };
 
@@ -42,8 +44,8 @@ class Surface {
 struct Ring {
   double radius_m, height_m, normal_out, normal_up;
 
-  Corner at(int side) const {
-    const double angle = 2.0 * std::numbers::pi * side / kSides;
+  Corner at(int side, int sides) const {
+    const double angle = 2.0 * std::numbers::pi * side / sides;
     const Vec3 out(std::cos(angle), std::sin(angle), 0.0);
     return {radius_m * out + height_m * Vec3::UnitZ(),
             normal_out * out + normal_up * Vec3::UnitZ()};
@@ -52,25 +54,26 @@ struct Ring {
 
 // Between two circles, of which `below` may be a point, or `above`.
 void add_band(Surface& surface, const Ring& below, const Ring& above) {
-  for (int side = 0; side < kSides; ++side) {
-    if (below.radius_m > 0.0)
-      surface.triangle(below.at(side), below.at(side + 1), above.at(side + 1));
-    if (above.radius_m > 0.0) surface.triangle(below.at(side), above.at(side + 1), above.at(side));
+  const int sides = surface.sides();
+  for (int side = 0; side < sides; ++side) {
+    const Corner from = below.at(side, sides), to = above.at(side + 1, sides);
+    if (below.radius_m > 0.0) surface.triangle(from, below.at(side + 1, sides), to);
+    if (above.radius_m > 0.0) surface.triangle(from, to, above.at(side, sides));
   }
 }
 
 void add(Surface& surface, const physics::Capsule& capsule) {
-  constexpr int kQuarter = kSides / 4;  // rings from pole to equator
+  const int quarter = surface.sides() / 4;  // rings from pole to equator
   const auto ring = [&](int i, double middle_m) {
-    const double latitude = 0.5 * std::numbers::pi * i / kQuarter;
-    const double out = std::abs(i) == kQuarter ? 0.0 : std::cos(latitude);
+    const double latitude = 0.5 * std::numbers::pi * i / quarter;
+    const double out = std::abs(i) == quarter ? 0.0 : std::cos(latitude);
     const double up = std::sin(latitude);
     return Ring{capsule.radius_m * out, middle_m + capsule.radius_m * up, out, up};
   };
   const double end_m = capsule.length_m / 2.0;
-  for (int i = -kQuarter; i < 0; ++i) add_band(surface, ring(i, -end_m), ring(i + 1, -end_m));
+  for (int i = -quarter; i < 0; ++i) add_band(surface, ring(i, -end_m), ring(i + 1, -end_m));
   if (end_m > 0.0) add_band(surface, ring(0, -end_m), ring(0, end_m));
-  for (int i = 0; i < kQuarter; ++i) add_band(surface, ring(i, end_m), ring(i + 1, end_m));
+  for (int i = 0; i < quarter; ++i) add_band(surface, ring(i, end_m), ring(i + 1, end_m));
 }
 
 void add(Surface& surface, const physics::Sphere& sphere) {
@@ -120,10 +123,11 @@ void add_square(Surface& surface, const physics::HalfSpace& solid, const Vec3& m
 }
 
 // Each whole, where the others hide it, too.
-Triangles parts_of(const physics::Compound& compound, std::span<const physics::Shape> shapes) {
+Triangles parts_of(const physics::Compound& compound, std::span<const physics::Shape> shapes,
+                   int sides) {
   Triangles all;
   for (const physics::CompoundPart& part : compound.parts) {
-    const Triangles own = triangles_of(shapes[part.shape], shapes, Vec3::Zero(), 0.0);
+    const Triangles own = triangles_of(shapes[part.shape], shapes, Vec3::Zero(), 0.0, sides);
     for (std::size_t i = 0; i + 2 < own.size(); i += 3) {
       const Vec3 turned = part.orientation * Vec3(own[i], own[i + 1], own[i + 2]);
       const bool is_position = i % 6 == 0;
@@ -137,10 +141,10 @@ Triangles parts_of(const physics::Compound& compound, std::span<const physics::S
 }  // namespace
 
 Triangles triangles_of(const physics::Shape& shape, std::span<const physics::Shape> shapes,
-                       const Vec3& middle_m, double reach_m) {
+                       const Vec3& middle_m, double reach_m, int sides) {
   if (const auto* compound = std::get_if<physics::Compound>(&shape))
-    return parts_of(*compound, shapes);
-  Surface surface;
+    return parts_of(*compound, shapes, sides);
+  Surface surface(sides);
   const auto draw = [&](const auto& solid) {
     if constexpr (std::is_same_v<std::decay_t<decltype(solid)>, physics::HalfSpace>)
       add_square(surface, solid, middle_m, reach_m);

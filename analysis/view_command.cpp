@@ -7,18 +7,25 @@
 #include "analysis/logged_run.hpp"
 #include "analysis/output_file.hpp"
 #include "analysis/view_page.hpp"
+#include "analysis/viewer/timeline.hpp"
 #include "analysis/warnings.hpp"
 
 namespace soda::analysis {
 namespace {
 
-constexpr std::int64_t kBodyFrames = 300'000;  // 34 bytes each, 46 as text
+constexpr std::int64_t kBodyFrames = 600'000;  // 17 bytes each, 23 as text
 
 std::int64_t steps_a_frame(const LogReader& log) {
   const auto bodies = static_cast<std::int64_t>(std::max<std::size_t>(1, log.labels().size()));
   const std::int64_t frames = std::max<std::int64_t>(2, kBodyFrames / bodies);
   const std::int64_t steps = log.last_step() - log.first_step();
   return std::max<std::int64_t>(1, (steps + frames - 1) / frames);
+}
+
+std::string said_of(const std::optional<Timeline>& timeline) {
+  if (!timeline) return ", no timeline (it needs --log-level trace)";
+  return ", " + std::to_string(timeline->all_executions) + " events, " +
+         std::to_string(timeline->all_rollbacks) + " rollbacks";
 }
 
 }  // namespace
@@ -30,12 +37,13 @@ std::string write_page(LogReader& log, const scenarios::Scenario& scenario, Outp
   const std::int64_t apart = log.options().every;
   const std::int64_t every = (asked.value_or(steps_a_frame(log)) + apart - 1) / apart * apart;
   const Recording recording = record(log, scenario, every);
-  page.write(view_page(recording));
+  const std::optional<Timeline> timeline = timeline_of(log, scenario);
+  page.write(view_page(recording, timeline));
   page.complete();
   return page.file() + ": " + std::to_string(recording.bodies.size()) + " bodies, " +
          std::to_string(recording.worlds) + " worlds, " + std::to_string(recording.steps.size()) +
          " frames (every " + std::to_string(every) + " of " + std::to_string(log.last_step()) +
-         " steps); open it in a browser\n";
+         " steps)" + said_of(timeline) + "; open it in a browser\n";
 }
 
 int view_command(const ViewRequest& request, std::ostream& out, std::ostream& err) {

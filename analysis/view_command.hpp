@@ -16,7 +16,7 @@ struct ViewRequest {
   std::string file;                   // the log
   std::string page_file;              // empty: the log's name and .html
   bool force = false;                 // replaces a page that exists
-  std::optional<std::int64_t> every;  // >= 1; else what keeps the page below some 15 MB
+  std::optional<std::int64_t> every;  // >= 1; else what keeps the bodies of a page below 14 MB
 };
 
 // Writes the page of a log; returns what is to be said of it, with a line break.

@@ -1,67 +1,40 @@
 #include "analysis/view_page.hpp"
 
-#include <bit>
+#include <limits>
 #include <map>
 #include <span>
 #include <string_view>
 
-#include "analysis/byte_codec.hpp"
 #include "analysis/svg_plot.hpp"
+#include "analysis/viewer/page_bytes.hpp"
 #include "analysis/viewer_page.hpp"
 #include "scenarios/printable.hpp"
 
 namespace soda::analysis {
 namespace {
 
-void put_float(ByteBuffer& out, float value) {
-  analysis::put(out, std::bit_cast<std::uint32_t>(value));
+// Of all bodies that are there, over all frames.
+PoseRange range_of(const Recording& recording) {
+  const physics::Vec3 far = physics::Vec3::Constant(std::numeric_limits<double>::infinity());
+  physics::Vec3 low = far, high = -far;
+  for (std::size_t i = 0; i < recording.owners.size(); ++i) {
+    if (recording.owners[i] == Recording::kAway) continue;
+    const float* const at = &recording.numbers[i * Recording::kNumbers];
+    const physics::Vec3 place(at[0], at[1], at[2]);
+    low = low.cwiseMin(place);
+    high = high.cwiseMax(place);
+  }
+  if (low.x() > high.x()) return {physics::Vec3::Zero(), physics::Vec3::Zero()};
+  return {low, high - low};
 }
 
-template <class T, class PutItem>
-void put_list(ByteBuffer& out, std::span<const T> items, PutItem put_item) {
-  analysis::put(out, static_cast<std::uint64_t>(items.size()));
-  for (const T& item : items) put_item(item);
-}
-void put_floats(ByteBuffer& out, std::span<const float> floats) {
-  put_list(out, floats, [&out](float value) { put_float(out, value); });
-}
-template <class T>
-void put_integers(ByteBuffer& out, const std::vector<T>& integers) {
-  put_list<T>(out, integers, [&out](T value) { analysis::put(out, value); });
-}
-
-ByteBuffer encoded(const Recording& recording) {
-  ByteBuffer out;
-  analysis::put(out, recording.name);
-  analysis::put(out, recording.dt_s);
-  for (int i = 0; i < 3; ++i) analysis::put(out, recording.up[i]);
-  analysis::put(out, recording.worlds);
-  put_list<Recording::Body>(out, recording.bodies, [&out](const Recording::Body& body) {
-    analysis::put(out, body.label);
-    analysis::put(out, body.shape);
-  });
-  put_list<Recording::Static>(out, recording.statics, [&out](const Recording::Static& body) {
-    analysis::put(out, body.name);
-    analysis::put(out, body.shape);
-    put_floats(out, body.pose);
-  });
-  put_integers(out, recording.steps);
-  put_list<Triangles>(out, recording.shapes,
-                      [&out](const Triangles& shape) { put_floats(out, shape); });
-  for (int i = 0; i < 3; ++i) analysis::put(out, recording.grid.origin_m[i]);
-  analysis::put(out, recording.grid.cell_size_m);
-  for (const std::int32_t cells : recording.grid.cells) analysis::put(out, cells);
-  put_integers(out, recording.cell_owners);
-  put_list<Recording::CellChange>(out, recording.changes,
-                                  [&out](const Recording::CellChange& change) {
-                                    analysis::put(out, change.frame);
-                                    analysis::put(out, change.cell);
-                                    analysis::put(out, change.from);
-                                    analysis::put(out, change.to);
-                                  });
-  put_floats(out, recording.numbers);
-  put_integers(out, recording.owners);
-  return out;
+void put_poses(ByteBuffer& out, const Recording& recording) {
+  const PoseRange range = range_of(recording);
+  for (int i = 0; i < 3; ++i) put(out, range.low_m[i]);
+  for (int i = 0; i < 3; ++i) put(out, range.size_m[i]);
+  const std::span<const float> numbers = recording.numbers;
+  for (std::size_t i = 0; i < recording.owners.size(); ++i)
+    put_pose(out, range, numbers.subspan(i * Recording::kNumbers, Recording::kNumbers));
 }
 
 std::string base64(const ByteBuffer& bytes) {
@@ -95,10 +68,47 @@ std::string filled(std::string_view page, const std::map<std::string_view, std::
 
 }  // namespace
 
-std::string view_page(const Recording& recording) {
+ByteBuffer encoded(const Recording& recording) {
+  ByteBuffer out;
+  put(out, recording.name);
+  put(out, recording.dt_s);
+  for (int i = 0; i < 3; ++i) put(out, recording.up[i]);
+  put(out, recording.worlds);
+  put_list<Recording::Body>(out, recording.bodies, [&out](const Recording::Body& body) {
+    put(out, body.label);
+    put(out, body.shape);
+  });
+  put_list<Recording::Static>(out, recording.statics, [&out](const Recording::Static& body) {
+    put(out, body.name);
+    put(out, body.shape);
+    put_floats(out, body.pose);
+  });
+  put_integers(out, recording.steps);
+  put_list<Triangles>(out, recording.shapes,
+                      [&out](const Triangles& shape) { put_floats(out, shape); });
+  for (int i = 0; i < 3; ++i) put(out, recording.grid.origin_m[i]);
+  put(out, recording.grid.cell_size_m);
+  for (const std::int32_t cells : recording.grid.cells) put(out, cells);
+  put_integers(out, recording.cell_owners);
+  put_list<Recording::CellChange>(out, recording.changes,
+                                  [&out](const Recording::CellChange& change) {
+                                    put(out, change.frame);
+                                    put(out, change.cell);
+                                    put(out, change.from);
+                                    put(out, change.to);
+                                  });
+  put_integers(out, recording.owners);
+  put_poses(out, recording);
+  return out;
+}
+
+std::string view_page(const Recording& recording, const std::optional<Timeline>& timeline) {
   return filled(kViewerPage, {{"script", kViewerScript},
+                              {"style", kViewerStyle},
                               {"title", escaped_xml(scenarios::printable_text(recording.name))},
-                              {"recording", base64(encoded(recording))}});
+                              {"recording", base64(encoded(recording))},
+                              {"marks", base64(encoded(recording.marks))},
+                              {"timeline", base64(encoded(timeline))}});
 }
 
 }  // namespace soda::analysis
