@@ -77,28 +77,29 @@ function posesBetween(frame, share) {
   return blended;
 }
 
-// Of nine in ten bodies along each axis, at the beginning, halfway and at the end.
-function extent() {
-  const low = [], high = [], pose = new Float64Array(NUMBERS);
-  const at = [[], [], []];
-  for (const frame of [0, LAST >> 1, LAST])
-    for (let body = 0; body < BODIES; ++body) {
-      if (!isThere(frame, body)) continue;
-      unpack(frame, body, pose, 0);
-      for (let k = 0; k < 3; ++k) at[k].push(pose[k]);
-    }
-  for (let k = 0; k < 3; ++k) {
-    at[k].sort((a, b) => a - b);
-    low[k] = at[k][Math.floor(0.05 * at[k].length)] || 0;
-    high[k] = at[k][Math.ceil(0.95 * at[k].length) - 1] || 0;
-  }
-  const largest = Math.max(...run.bodies.slice(0, 1000).map(body => radii[body.shape]), 1e-9);
-  return {middle: scaled(add(low, high), 0.5),
-          reach: 0.5 * Math.hypot(...add(high, low, -1)) + largest};
+// Where bodies are at the beginning, halfway and at the end; their middle, along each axis that of
+// nine in ten.
+const places = [];
+for (const frame of [0, LAST >> 1, LAST])
+  for (let body = 0; body < BODIES; ++body)
+    if (isThere(frame, body)) places.push(Array.from(poseOf(frame, body).subarray(0, 3)));
+function middleOf(axis) {
+  const at = places.map(place => place[axis]).sort((a, b) => a - b);
+  return 0.5 * ((at[Math.floor(0.05 * at.length)] || 0) +
+                (at[Math.ceil(0.95 * at.length) - 1] || 0));
 }
-const seen = extent();
-eye.target = seen.middle;
-eye.distance = 2.2 * seen.reach;
+// The eye so far away that 19 in 20 of them are seen.
+function lookAtAll(width, height) {
+  const axes = eyeAxes(), field = fieldOf(width, height);
+  const largest = Math.max(...run.bodies.slice(0, 1000).map(body => radii[body.shape]), 1e-9);
+  const needed = places.map(place => {
+    const way = add(place, eye.target, -1);
+    return dot(way, axes.back) + Math.max(Math.abs(dot(way, axes.right)) * height / width,
+                                          Math.abs(dot(way, axes.above))) / field;
+  }).sort((a, b) => a - b);
+  eye.distance = 1.12 * ((needed[Math.floor(0.95 * needed.length)] || 0) + 2.5 * largest);
+}
+eye.target = [0, 1, 2].map(middleOf);
 
 let fastest = 0;
 for (let i = 0; i < run.owners.length; ++i)

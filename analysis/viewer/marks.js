@@ -72,14 +72,16 @@ function forceScale() {
 }
 
 const MOST_ARROWS = 6000;
-function addContacts(lines, frame, back) {
+// Thinner where bodies are small on the screen.
+function addContacts(lines, frame, back, pixel) {
   const contacts = markedAt(frame).contacts, {factor, most} = forceScale();
+  const width = within(0.5, most / pixel / 30, 1.6);
   const every = Math.ceil(contacts.length / MOST_ARROWS);
   for (let i = 0; i < contacts.length; i += every) {
     const {point, force} = contacts[i], size = Math.hypot(...force);
     if (size === 0) continue;
     const length = Math.min(Math.sqrt(size) * factor, most);
-    lines.arrow(point, add(point, force, length / size), theme.rgb.contact, 1.6, back);
+    lines.arrow(point, add(point, force, length / size), theme.rgb.contact, width, back);
   }
 }
 
@@ -116,13 +118,28 @@ function addMixed(lines, frame, poses) {
   for (const joint of jointsAt(frame)) link(joint.a, joint.b);
 }
 
+// A ring around each, large enough to be found.
+function addRings(lines, frame, poses, bodies, axes, pixel) {
+  for (const body of bodies) {
+    if (!isThere(frame, body)) continue;
+    const centre = centreIn(poses, body), size = Math.max(1.5 * radiusOf(body), 9 * pixel);
+    const at = turn => add(add(centre, axes.right, size * Math.cos(turn)), axes.above,
+                           size * Math.sin(turn));
+    for (const [colour, width] of [[theme.rgb.ink, 4], [theme.rgb.chosen, 2]])
+      for (let i = 0; i < 20; ++i)
+        lines.add(at(i * Math.PI / 10), at((i + 1) * Math.PI / 10), colour, 1, width);
+  }
+}
+
 // Each line for the frame that is shown; those that are hidden by bodies, and those that are not.
-function linesOf(frame, poses, shown, back) {
+// `pixel`: how long it is where the eye looks.
+function linesOf(frame, poses, {shown, emphasised, axes, pixel}) {
   const hidden = new Lines(), above = new Lines();
   if (shown.has('borders'))
     for (const [from, to] of borderEdges()) hidden.add(from, to, theme.rgb.border, 0.8, 1.5);
-  if (shown.has('contacts')) addContacts(above, frame, back);
+  if (shown.has('contacts')) addContacts(above, frame, axes.back, pixel);
   if (shown.has('joints')) addJoints(above, frame, poses);
   if (shown.has('mixed')) addMixed(above, frame, poses);
+  addRings(above, frame, poses, emphasised, axes, pixel);
   return {hidden: hidden.numbers, above: above.numbers};
 }

@@ -186,7 +186,9 @@ function listen() {
 // &rollback=3&body=7&marks=borders,contacts
 function obey(asked) {
   const number = name => asked.has(name) ? Number(asked.get(name)) : null;
-  for (const name of ['azimuth', 'height', 'distance']) eye[name] = number(name) ?? eye[name];
+  for (const name of ['azimuth', 'height']) eye[name] = number(name) ?? eye[name];
+  lookAtAll(canvas.clientWidth, canvas.clientHeight);
+  eye.distance = number('distance') ?? eye.distance;
   if (asked.has('colour')) byId('colour').value = asked.get('colour');
   if (asked.has('marks'))
     for (const box of document.querySelectorAll('#marks input'))
@@ -209,6 +211,7 @@ function begin() {
   byId('sampled').replaceChildren(...sampledWords().map(words => element('p', words)));
   byId('timeline').hidden = timeline === null;
   byId('rollback-keys').hidden = timeline === null;
+  byId('meaning').open = !matchMedia('(max-width: 760px)').matches;
   if (marks.joints.length === 0) byId('marks').querySelector('[value=joints]').disabled = true;
   if (timeline) {
     followPointer(lanes, clickTimeline);

@@ -102,7 +102,7 @@ function bodyLegend() {
 }
 function showLegend() {
   const list = bodyLegend().concat([
-    swatch(worldSwatch(1), 'shell: a ghost in the world of that colour', 'shell'),
+    swatch(worldSwatch(1), 'rim: a ghost in the world of that colour', 'shell'),
     swatch(theme.contact, 'contact, with the force on the other body', 'stroke'),
     swatch(theme.joint, 'joint', 'stroke'),
     swatch(theme.mixed, 'mixed island: bodies of several worlds', 'stroke'),

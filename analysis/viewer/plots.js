@@ -33,7 +33,7 @@ function leadPlot() {
     most.push(top);
   }
   const xs = sampleTimes();
-  return {name: 'lead over GVT', unit: `steps (buffer: ${timeline.buffer})`, least: 0, series: [
+  return {name: 'lead', unit: `of ${timeline.buffer} steps`, least: 0, series: [
     {name: 'foremost world', colour: 'again', xs, ys: most},
     {name: 'mean', colour: 'committed', xs, ys: mean}]};
 }
@@ -46,9 +46,9 @@ function efficiencyPlot() {
 }
 function costPlot() {
   const {costs, stepsACost} = timeline, xs = framesOf(costs.kept.length)
-    .map(i => (i + 0.5) * stepsACost);
+    .map(i => i * stepsACost);
   return {name: 'cost', unit: stepsACost > 1 ? `ms in ${stepsACost} steps` : 'ms a step',
-          isStep: true, least: 0, series: [
+          isStep: true, isStair: true, least: 0, series: [
             {name: 'with work in vain', colour: 'undone', xs,
              ys: xs.map((_, i) => (costs.kept[i] + costs.inVain[i]) / 1e6)},
             {name: 'what stood', colour: 'committed', xs,
@@ -84,26 +84,30 @@ const shortNumber = x => x === 0 ? '0' : Math.abs(x) >= 1e4 || Math.abs(x) < 1e-
   ? x.toExponential(1).replace('e+', 'e') : String(Number(x.toPrecision(3)));
 
 function drawPlot(plot, pen, element, height) {
-  const [low, high] = plot.range, top = 6, bottom = height - 6;
+  const [low, high] = plot.range, left = leftOf(element), top = 6, bottom = height - 6;
+  const isStair = plot.isStair || (plot.isStep && axis.wall);
   const toY = y => bottom - (y - low) / (high - low) * (bottom - top);
   pen.fillStyle = theme.lane;
-  pen.fillRect(GUTTER, 0, widthOf(element), height);
+  pen.fillRect(left, 0, widthOf(element), height);
   pen.fillStyle = theme.faint;
   pen.textAlign = 'right';
-  pen.fillText(shortNumber(high), GUTTER - 5, top + 3);
-  pen.fillText(shortNumber(low), GUTTER - 5, bottom - 2);
-  if (low < 0 && high > 0) pen.fillRect(GUTTER, toY(0), widthOf(element), 0.6);
+  pen.fillText(shortNumber(high), left - 4, top + 3);
+  pen.fillText(shortNumber(low), left - 4, bottom - 2);
+  if (low < 0 && high > 0) pen.fillRect(left, toY(0), widthOf(element), 0.6);
   pen.save();
   pen.beginPath();
-  pen.rect(GUTTER, 0, widthOf(element), height);
+  pen.rect(left, 0, widthOf(element), height);
   pen.clip();
   pen.lineWidth = 1.4;
   pen.lineJoin = 'round';
   for (const {xs, ys, colour} of plot.series) {
     pen.strokeStyle = theme[colour];
     pen.beginPath();
-    for (let i = 0; i < xs.length; ++i)
-      pen.lineTo(toX(plot.isStep ? stepOnAxis(xs[i]) : wallOnAxis(xs[i]), element), toY(ys[i]));
+    for (let i = 0; i < xs.length; ++i) {
+      const x = toX(plot.isStep ? stepOnAxis(xs[i]) : wallOnAxis(xs[i]), element);
+      if (i > 0 && isStair) pen.lineTo(x, toY(ys[i - 1]));  // it lasts until the next
+      pen.lineTo(x, toY(ys[i]));
+    }
     pen.stroke();
   }
   pen.restore();

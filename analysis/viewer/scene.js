@@ -163,7 +163,7 @@ function drawBodies(frame, poses, emphasised) {
   });
 }
 
-// Each foreign world that has the body, as a shell of its colour.
+// Each foreign world that has the body, as a rim of its colour: of a larger body, what is behind.
 function drawGhosts(frame, poses) {
   const shells = new Map(), around = new Map();
   for (const {body, world} of markedAt(frame).ghosts) {
@@ -172,12 +172,13 @@ function drawGhosts(frame, poses) {
     around.set(body, turn + 1);
     if (!shells.has(shape)) shells.set(shape, []);
     const one = Array(INSTANCE);
-    putInstance(one, 0, poses, body, hue(worldHue(world)), 0.4, 1.1 + 0.07 * turn);
+    putInstance(one, 0, poses, body, hue(worldHue(world), 0.5, 0.8), 1, 1.08 + 0.06 * turn);
     shells.get(shape).push(...one);
   }
-  gl.depthMask(false);
+  gl.enable(gl.CULL_FACE);
+  gl.cullFace(gl.FRONT);
   for (const [shape, numbers] of shells) drawInstances(shape, new Float32Array(numbers));
-  gl.depthMask(true);
+  gl.disable(gl.CULL_FACE);
 }
 
 function drawStatics() {
@@ -219,7 +220,8 @@ function drawScene(frame, share, emphasised) {
   drawBodies(frame, poses, emphasised);
   if (marked.has('ghosts')) drawGhosts(frame, poses);
   gl.disable(gl.POLYGON_OFFSET_FILL);
-  const lines = linesOf(frame, poses, marked, axes.back);
+  const pixel = 2 * fieldOf(width, height) * eye.distance / (height / scale);
+  const lines = linesOf(frame, poses, {shown: marked, emphasised, axes, pixel});
   gl.useProgram(drawing.stroke);
   gl.uniformMatrix4fv(gl.getUniformLocation(drawing.stroke, 'view'), false, view);
   gl.uniform2f(gl.getUniformLocation(drawing.stroke, 'pixels'), width / scale, height / scale);

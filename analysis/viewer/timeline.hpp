@@ -13,7 +13,7 @@
 namespace soda::analysis {
 
 // The most of each that a page holds.
-inline constexpr std::size_t kMostBars = 100'000, kMostRollbacks = 20'000, kMostTexts = 2'000;
+inline constexpr std::size_t kMostBars = 100'000, kMostRollbacks = 20'000, kMostTexts = 5'000;
 
 // Clocks are those of the executor, in ns. Steps are those of events: step k leads from state k to
 // state k + 1.

@@ -33,15 +33,16 @@ function panAxis(by) {
   changedAnything();
 }
 
-const lanes = byId('lanes'), HEAD = 20, GUTTER = 62;
+const lanes = byId('lanes'), HEAD = 20, GUTTER = 62;  // of the lanes, for names
+const leftOf = element => element === lanes ? GUTTER : 40;
 const WORLDS = timeline ? timeline.worlds : 0;
 let laneHeight = 14;
 const laneTop = world => HEAD + world * laneHeight;
-const widthOf = element => element.clientWidth - GUTTER - 8;
+const widthOf = element => element.clientWidth - leftOf(element) - 8;
 const toX = (value, element) =>
-  GUTTER + (value - axis.from) / (axis.to - axis.from) * widthOf(element);
+  leftOf(element) + (value - axis.from) / (axis.to - axis.from) * widthOf(element);
 const toValue = (x, element) =>
-  axis.from + (x - GUTTER) / widthOf(element) * (axis.to - axis.from);
+  axis.from + (x - leftOf(element)) / widthOf(element) * (axis.to - axis.from);
 
 // Ready to draw, in pixels of the page.
 function paper(element, height) {
@@ -76,8 +77,10 @@ function onPicture(element, height, draw) {
   return pen;
 }
 
-const timeWords = ns => ns >= 1e9 ? `${(ns / 1e9).toPrecision(4)} s` :
-  ns >= 1e6 ? `${(ns / 1e6).toPrecision(4)} ms` : `${(ns / 1e3).toPrecision(4)} µs`;
+const timeWords = ns => {
+  const [unit, size] = ns >= 1e9 ? ['s', 1e9] : ns >= 1e6 || ns === 0 ? ['ms', 1e6] : ['µs', 1e3];
+  return `${Number((ns / size).toPrecision(4))} ${unit}`;
+};
 const axisWords = value => axis.wall ? timeWords(value) : `step ${Math.round(value)}`;
 
 // Round values, some 90 pixels apart.
@@ -157,6 +160,7 @@ function drawGvt(pen, element) {
   }
   pen.globalAlpha = 1;
   pen.fillStyle = theme.faint;
+  pen.fillText('GVT', 13, 9);
   for (const tick of ticksOf(element)) {
     const words = axis.wall ? `step ${Math.floor(stepAtWall(tick))}` : timeWords(wallOfStep(tick));
     const x = toX(tick, element);
@@ -195,11 +199,11 @@ const rollbackX = (rollback, element) =>
   toX(axis.wall ? rollback.at : rollback.changedAt, element);
 // A notch each; where many fall on one another, one.
 function drawRollbackMarks(pen, element) {
-  const painted = new Set(), size = Math.min(5, Math.max(2.5, laneHeight / 3));
+  const painted = new Set(), size = within(2.5, laneHeight / 4, 5);
   pen.fillStyle = theme.undone;
   pen.strokeStyle = theme.panel;
   for (const rollback of timeline.rollbacks) {
-    const x = rollbackX(rollback, element), key = Math.round(x / 3) * 65536 + rollback.world;
+    const x = rollbackX(rollback, element), key = Math.round(x / 7) * 65536 + rollback.world;
     if (x < GUTTER || x > element.clientWidth - 6 || painted.has(key)) continue;
     painted.add(key);
     const top = laneTop(rollback.world);
@@ -237,17 +241,16 @@ function drawMessage(pen, element, rollback, arrow) {
   pen.arc(x0, y0, 3, 0, 7);
   pen.fill();
 }
-// What the rollback undid, and the messages that led to it.
+// What the rollback undid is underlined; the messages that led to it are arrows.
 function drawChosenRollback(pen, element) {
   const rollback = timeline.rollbacks[chosen.rollback], {bars} = timeline;
   pen.strokeStyle = pen.fillStyle = theme.ink;
-  pen.lineWidth = 1.5;
+  let end = -1;
   for (let i = 0; i < bars.world.length; ++i) {
     if (bars.rollback[i] !== chosen.rollback) continue;
-    const [from, to] = spanOf(i), x = toX(from, element);
-    if (x > GUTTER && x < element.clientWidth)
-      pen.strokeRect(x, laneTop(bars.world[i]) + 0.5, Math.max(2, toX(to, element) - x),
-                     laneHeight - 2);
+    const [from, to] = spanOf(i), x = Math.max(toX(from, element), end);
+    end = Math.max(toX(to, element), x + 1);
+    pen.fillRect(x, laneTop(bars.world[i]) + laneHeight - 4, end - x, 3);
   }
   pen.lineWidth = 2;
   for (const arrow of rollback.arrows) drawMessage(pen, element, rollback, arrow);
@@ -272,9 +275,9 @@ function drawReached(pen, element) {
 
 function drawCursor(pen, element, top, bottom) {
   const x = toX(cursorOnAxis(), element);
-  if (x < GUTTER - 1 || x > element.clientWidth) return;
+  if (x < leftOf(element) - 1 || x > element.clientWidth) return;
   pen.fillStyle = theme.cursor;
-  pen.fillRect(x - 0.75, top, 1.5, bottom - top);
+  pen.fillRect(Math.round(x) - 1, top, 2, bottom - top);
 }
 
 function showTimeline() {
