@@ -70,12 +70,14 @@ Extent extent_of(LogReader& log, double cell_m) {
   return {0.5 * (low + high), (high - low).norm() + 2.0 * cell_m};
 }
 
+// All corners of all bodies are drawn in each picture.
+int sides_for(std::size_t bodies) { return bodies > 5'000 ? 8 : bodies > 1'500 ? 12 : 24; }
+
 Triangles seen(const physics::Shape& shape, const physics::SceneDescription& scene,
                const physics::StaticBody* body, const Extent& extent) {
-  constexpr std::size_t kMany = 2000;  // bodies, whose corners all are drawn in each picture
   const std::span<const physics::Shape> shapes = scene.shapes;
   if (body == nullptr)
-    return triangles_of(shape, shapes, Vec3::Zero(), 0.0, scene.bodies.size() > kMany ? 12 : 24);
+    return triangles_of(shape, shapes, Vec3::Zero(), 0.0, sides_for(scene.bodies.size()));
   const Vec3 middle = body->orientation.conjugate() * (extent.middle_m - body->position_m);
   return triangles_of(shape, shapes, middle, extent.reach_m);
 }

@@ -59,16 +59,19 @@ class Lines {
   }
 }
 
-// The median force is drawn as long as a median body is thick; lengths grow with the square root
-// of forces, up to some bodies.
+const median = values => values.sort((a, b) => a - b)[values.length >> 1] || 1;
+const medianRadius = median(run.bodies.slice(0, 500).map(body => radii[body.shape]));
+
+// The median force is drawn as long as a median radius; lengths grow with the square root of
+// forces, up to some of them.
 let forceScaleKept = null;
 function forceScale() {
   if (forceScaleKept) return forceScaleKept;
-  const forces = [], median = values => values.sort((a, b) => a - b)[values.length >> 1] || 1;
+  const forces = [];
   for (const frame of marks.frames)
     for (let i = 0; i < frame.contacts.length; i += 7) forces.push(frame.contacts[i].normal);
-  const size = median(run.bodies.slice(0, 500).map(body => radii[body.shape]));
-  return forceScaleKept = {factor: size / Math.sqrt(median(forces)), most: 4 * size};
+  return forceScaleKept = {factor: medianRadius / Math.sqrt(median(forces)),
+                           most: 4 * medianRadius};
 }
 
 const MOST_ARROWS = 6000;
@@ -131,15 +134,15 @@ function addRings(lines, frame, poses, bodies, axes, pixel) {
   }
 }
 
-// Each line for the frame that is shown; those that are hidden by bodies, and those that are not.
-// `pixel`: how long it is where the eye looks.
+// Each line for the frame that is shown: borders; what is seen through the bodies that it lies in;
+// and what nothing hides. `pixel`: how long it is where the eye looks.
 function linesOf(frame, poses, {shown, emphasised, axes, pixel}) {
-  const hidden = new Lines(), above = new Lines();
+  const borders = new Lines(), near = new Lines(), above = new Lines();
   if (shown.has('borders'))
-    for (const [from, to] of borderEdges()) hidden.add(from, to, theme.rgb.border, 0.8, 1.5);
-  if (shown.has('contacts')) addContacts(above, frame, axes.back, pixel);
-  if (shown.has('joints')) addJoints(above, frame, poses);
-  if (shown.has('mixed')) addMixed(above, frame, poses);
+    for (const [from, to] of borderEdges()) borders.add(from, to, theme.rgb.border, 0.8, 1.5);
+  if (shown.has('contacts')) addContacts(near, frame, axes.back, pixel);
+  if (shown.has('joints')) addJoints(near, frame, poses);
+  if (shown.has('mixed')) addMixed(near, frame, poses);
   addRings(above, frame, poses, emphasised, axes, pixel);
-  return {hidden: hidden.numbers, above: above.numbers};
+  return {borders: borders.numbers, near: near.numbers, above: above.numbers};
 }

@@ -5,7 +5,7 @@ const element = (tag, text, more = {}) =>
 const button = (text, onclick) => element('button', text, {onclick, type: 'button'});
 
 // Digits that the page can answer for: places are kept as parts of the recording's extent.
-const placeDigits = within(0, Math.ceil(-Math.log10(Math.max(...run.size, 1e-6) / 0xffffff)), 6);
+const placeDigits = within(0, Math.floor(-Math.log10(Math.max(...run.size, 1e-6) / 0xffffff)), 6);
 
 function bodyLines(body) {
   if (!isThere(cursor.frame, body)) return ['is not there'];
@@ -103,7 +103,7 @@ function bodyLegend() {
 function showLegend() {
   const list = bodyLegend().concat([
     swatch(worldSwatch(1), 'rim: a ghost in the world of that colour', 'shell'),
-    swatch(theme.contact, 'contact, with the force on the other body', 'stroke'),
+    swatch(theme.contact, 'contact, with its force on the second', 'stroke'),
     swatch(theme.joint, 'joint', 'stroke'),
     swatch(theme.mixed, 'mixed island: bodies of several worlds', 'stroke'),
     swatch(theme.border, 'border between territories', 'stroke')]);

@@ -24,11 +24,12 @@ const SOLID = [`#version 300 es
     float shade = .55 + .2 * dot(n, up) + .3 * max(0., dot(n, light));
     pixel = vec4(tint.rgb * shade, tint.a);
   }`];
-// Six corners a line: which end (x), which side (y).
+// Six corners a line: which end (x), which side (y). What hides lines must be `before` them by
+// more than so much along the way to the eye.
 const STROKE = [`#version 300 es
   in vec2 corner;
   in vec3 from, to; in vec4 colour; in float width;
-  uniform mat4 view; uniform vec2 pixels;
+  uniform mat4 view; uniform vec2 pixels; uniform vec3 before;
   out vec4 tint;
   void main() {
     vec4 a = view * vec4(from, 1.), b = view * vec4(to, 1.);
@@ -39,6 +40,8 @@ const STROKE = [`#version 300 es
     vec2 side = length(way) > 0. ? normalize(vec2(-way.y, way.x)) : vec2(0.);
     vec4 end = corner.x < .5 ? a : b;
     end.xy += side * corner.y * width / pixels * end.w;
+    vec4 nearer = view * vec4((corner.x < .5 ? from : to) + before, 1.);
+    if (nearer.w > near) end.z = nearer.z / nearer.w * end.w;
     tint = colour;
     gl_Position = end;
   }`, `#version 300 es
@@ -225,7 +228,11 @@ function drawScene(frame, share, emphasised) {
   gl.useProgram(drawing.stroke);
   gl.uniformMatrix4fv(gl.getUniformLocation(drawing.stroke, 'view'), false, view);
   gl.uniform2f(gl.getUniformLocation(drawing.stroke, 'pixels'), width / scale, height / scale);
-  drawLines(lines.hidden);
+  const before = gl.getUniformLocation(drawing.stroke, 'before');
+  gl.uniform3f(before, 0, 0, 0);
+  drawLines(lines.borders);
+  gl.uniform3f(before, ...scaled(axes.back, 3 * medianRadius));
+  drawLines(lines.near);
   gl.disable(gl.DEPTH_TEST);
   drawLines(lines.above);
 }

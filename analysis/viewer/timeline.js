@@ -44,14 +44,16 @@ const toX = (value, element) =>
 const toValue = (x, element) =>
   axis.from + (x - leftOf(element)) / widthOf(element) * (axis.to - axis.from);
 
-// Ready to draw, in pixels of the page.
+// Ready to draw, in pixels of the page. Drawn by the processor: many small areas are no work for a
+// graphics card, and pictures are kept.
+const penOf = element => element.getContext('2d', {willReadFrequently: true});
 function paper(element, height) {
   const scale = window.devicePixelRatio || 1, width = element.clientWidth;
   element.style.height = `${height}px`;
   const wanted = [Math.round(width * scale), Math.round(height * scale)];
   if (element.width !== wanted[0]) element.width = wanted[0];
   if (element.height !== wanted[1]) element.height = wanted[1];
-  const pen = element.getContext('2d');
+  const pen = penOf(element);
   pen.setTransform(scale, 0, 0, scale, 0, 0);
   pen.clearRect(0, 0, width, height);
   pen.font = '11px system-ui, sans-serif';
@@ -69,7 +71,7 @@ function onPicture(element, height, draw) {
     kept = {size, image: document.createElement('canvas')};
     kept.image.width = element.width;
     kept.image.height = element.height;
-    if (element.width > 0) kept.image.getContext('2d').drawImage(element, 0, 0);
+    if (element.width > 0) penOf(kept.image).drawImage(element, 0, 0);
     pictures.set(element, kept);
   }
   const pen = paper(element, height);
@@ -105,25 +107,34 @@ function spanOf(i) {
           single ? bars.step[i] + (bars.phase[i] + 1) / PHASES : bars.lastStep[i] + 1];
 }
 
-// Bars of one fate; those that would fall on the same pixel are drawn once.
+// Bars of one fate; those that fall on one another, or lie side by side, are drawn as one.
 function drawBars(pen, element, fate, top, height) {
-  const {bars} = timeline, right = element.clientWidth;
+  const {bars} = timeline, right = element.clientWidth, left = leftOf(element);
   const scale = widthOf(element) / (axis.to - axis.from);
-  let lane = -1, painted = -1;
+  let lane = -1, begun = 0, end = -1, alpha = 0;
+  const flush = () => {
+    if (end < 0) return;
+    pen.globalAlpha = alpha;
+    pen.fillRect(begun, laneTop(lane) + top, end - begun - (end - begun > 3 ? 0.5 : 0), height);
+  };
   pen.fillStyle = theme[FATES[fate]];
   for (let i = 0; i < bars.world.length; ++i) {
     if (bars.fate[i] !== fate) continue;
     const [from, to] = spanOf(i);
     if (to < axis.from || from > axis.to) continue;
-    if (bars.world[i] !== lane) [lane, painted] = [bars.world[i], -1];
-    const x = Math.max(GUTTER, GUTTER + (from - axis.from) * scale);
-    const end = Math.min(right, Math.max(GUTTER + (to - axis.from) * scale, x + 0.8));
-    if (end <= painted) continue;
-    pen.globalAlpha = axis.wall ? 0.35 + 0.65 * bars.busy[i] / 255 : 0.8;
-    const gap = end - x > 3 ? 0.5 : 0;
-    pen.fillRect(x, laneTop(lane) + top, end - x - gap, height);
-    painted = Math.floor(end * 2) / 2;
+    const x = Math.max(left, left + (from - axis.from) * scale);
+    const until = Math.min(right, Math.max(left + (to - axis.from) * scale, x + 0.8));
+    const paler = axis.wall ? 0.4 + 0.2 * Math.round(3 * bars.busy[i] / 255) : 0.8;
+    const joins = bars.world[i] === lane && x <= end + 0.3 && x >= begun - 0.5 &&
+      (paler === alpha || until - x < 2) && until - x < 3;
+    if (joins) {
+      end = Math.max(end, until);
+      continue;
+    }
+    flush();
+    [lane, begun, end, alpha] = [bars.world[i], x, until, paler];
   }
+  flush();
   pen.globalAlpha = 1;
 }
 
@@ -199,22 +210,22 @@ const rollbackX = (rollback, element) =>
   toX(axis.wall ? rollback.at : rollback.changedAt, element);
 // A notch each; where many fall on one another, one.
 function drawRollbackMarks(pen, element) {
-  const painted = new Set(), size = within(2.5, laneHeight / 4, 5);
+  const taken = new Set(), size = within(2.5, laneHeight / 4, 5);
   pen.fillStyle = theme.undone;
   pen.strokeStyle = theme.panel;
+  pen.beginPath();
   for (const rollback of timeline.rollbacks) {
     const x = rollbackX(rollback, element), key = Math.round(x / 7) * 65536 + rollback.world;
-    if (x < GUTTER || x > element.clientWidth - 6 || painted.has(key)) continue;
-    painted.add(key);
+    if (x < GUTTER || x > element.clientWidth - 6 || taken.has(key)) continue;
+    taken.add(key);
     const top = laneTop(rollback.world);
-    pen.beginPath();
     pen.moveTo(x - size, top);
     pen.lineTo(x + size, top);
     pen.lineTo(x, top + 1.7 * size);
     pen.closePath();
-    pen.fill();
-    pen.stroke();
   }
+  pen.fill();
+  pen.stroke();
 }
 
 const laneMiddle = world => laneTop(world) + laneHeight / 2;

@@ -69,7 +69,7 @@ class ViewInABrowser : public testing::Test {
     const auto ran = run_child(
         {*browser_, "--headless=new", "--no-sandbox", "--disable-dev-shm-usage",
          "--enable-unsafe-swiftshader", "--use-angle=swiftshader", "--window-size=" + size,
-         "--user-data-dir=" + folder_.file("profile"), "--virtual-time-budget=60000", "--dump-dom",
+         "--user-data-dir=" + folder_.file("profile"), "--virtual-time-budget=15000", "--dump-dom",
          "file://" + file});
     return ran.out;
   }

@@ -88,13 +88,14 @@ async function lookAtTheScene() {
   expect(gl.getError() === 0, 'WebGL tells of an error');
   const drawn = linesOf(cursor.frame, posesOf(cursor.frame),
                         {shown: shownMarks(), emphasised: [], axes: eyeAxes(), pixel: 0.01});
-  expect(drawn.hidden.length > 0, 'no borders');
-  expect(drawn.above.length > 0, 'no contacts');
+  expect(drawn.borders.length > 0, 'no borders');
+  expect(drawn.near.length > 0, 'no contacts');
 }
 
 async function clickARollback() {
-  const index = timeline.rollbacks.findIndex(r => r.arrows.length > 0 &&
-                                                  r.arrows[0].from !== NOBODY && r.bodies.length > 0 && r.becauseOf !== NOBODY);
+  const index = timeline.rollbacks.findIndex(
+    r => r.arrows.length > 0 && r.arrows[0].from !== NOBODY && r.bodies.length > 0 &&
+         r.becauseOf !== NOBODY);
   expect(index >= 0, 'no rollback to click');
   const rollback = timeline.rollbacks[index], late = rollback.arrows[0];
   const length = Math.max(1000, late.arrived - late.sent);
