@@ -88,7 +88,7 @@ function middleOf(axis) {
   return 0.5 * ((at[Math.floor(0.05 * at.length)] || 0) +
                 (at[Math.ceil(0.95 * at.length) - 1] || 0));
 }
-// The eye so far away that 19 in 20 of them are seen.
+// The eye so far away that they are seen; 19 in 20 of them, if others are far off.
 function lookAtAll(width, height) {
   const axes = eyeAxes(), field = fieldOf(width, height);
   const largest = Math.max(...run.bodies.slice(0, 1000).map(body => radii[body.shape]), 1e-9);
@@ -97,7 +97,8 @@ function lookAtAll(width, height) {
     return dot(way, axes.back) + Math.max(Math.abs(dot(way, axes.right)) * height / width,
                                           Math.abs(dot(way, axes.above))) / field;
   }).sort((a, b) => a - b);
-  eye.distance = 1.12 * ((needed[Math.floor(0.95 * needed.length)] || 0) + 2.5 * largest);
+  const most = needed[Math.floor(0.95 * needed.length)] || 0;
+  eye.distance = 1.1 * (Math.min(needed[needed.length - 1] || 0, 1.6 * most) + 2.5 * largest);
 }
 eye.target = [0, 1, 2].map(middleOf);
 

@@ -124,9 +124,9 @@ function showLegend() {
 function sampledWords() {
   const words = [];
   const apart = LAST > 0 ? stepOf(1) - stepOf(0) : 1;
-  if (apart > 1) words.push(`A frame is every ${apart}th step; playing draws bodies on the way.`);
+  if (apart > 1) words.push(`One step in ${apart} is a frame; playing draws bodies on the way.`);
   if (marks.every > 1)
-    words.push(`Contacts, ghosts, islands and penetration are of every ${marks.every}th frame.`);
+    words.push(`Contacts, ghosts, islands and penetration are of one frame in ${marks.every}.`);
   if (marks.strongestOnly) words.push('Of some frames only the contacts that bear most are kept.');
   if (marks.frames.some(frame => frame.contacts.length > MOST_ARROWS))
     words.push(`Of many contacts some ${MOST_ARROWS} are drawn.`);

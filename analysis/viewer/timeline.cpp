@@ -104,8 +104,9 @@ struct Passage {
   struct Level {
     std::int64_t at_ns = 0, step = 0;
   };
-  std::vector<std::vector<Level>> levels;           // that worlds came to, by world
+  std::vector<std::vector<Level>> levels;          // that worlds came to, by world
   std::map<std::int64_t, std::int64_t> committed;  // when the last event of a step was
+  std::vector<Level> gvt;                          // by time: how many steps lie before it
 };
 
 Passage passage_of(LogReader& log, std::uint32_t worlds) {
@@ -117,19 +118,28 @@ Passage passage_of(LogReader& log, std::uint32_t worlds) {
       std::int64_t& at = passage.committed[record.time.t];
       at = std::max(at, record.clock_ns);
     }
+    if (record.what == Happening::kGvt && record.time != kernel::kNever)
+      passage.gvt.push_back({record.clock_ns, models::steps_before(record.time)});
     if (record.what == Happening::kExecuted || record.what == Happening::kRewound ||
         record.what == Happening::kJumped)
       passage.levels[kernel::index_of(record.lp)].push_back({record.clock_ns, record.time.t});
   });
   for (std::vector<Passage::Level>& levels : passage.levels)
     std::ranges::stable_sort(levels, {}, &Passage::Level::at_ns);
+  std::ranges::stable_sort(passage.gvt, {}, &Passage::Level::at_ns);
   return passage;
 }
 
+// As soon as GVT has passed a step, or where there is none, as its last event is committed.
 void add_commits(const Passage& passage, std::int64_t last, Timeline& timeline) {
   std::vector<Timeline::Commit> all = {{0, 0}};
+  const auto add = [&](std::int64_t steps, std::int64_t at_ns) {
+    if (steps > all.back().steps && steps <= last)
+      all.push_back({steps, std::max(at_ns, all.back().at_ns)});
+  };
+  for (const Passage::Level& gvt : passage.gvt) add(gvt.step, gvt.at_ns);
   for (const auto& [step, at_ns] : passage.committed)
-    if (step >= 0 && step < last) all.push_back({step + 1, std::max(at_ns, all.back().at_ns)});
+    if (step < last) add(step + 1, at_ns);
   const std::size_t every = (all.size() + kMostCommits - 1) / kMostCommits;
   for (std::size_t i = 0; i < all.size(); ++i)
     if (i % every == 0 || i + 1 == all.size()) timeline.commits.push_back(all[i]);

@@ -34,7 +34,7 @@ function panAxis(by) {
 }
 
 const lanes = byId('lanes'), HEAD = 20, GUTTER = 62;  // of the lanes, for names
-const leftOf = element => element === lanes ? GUTTER : 40;
+const leftOf = element => element === lanes ? GUTTER : 46;
 const WORLDS = timeline ? timeline.worlds : 0;
 let laneHeight = 14;
 const laneTop = world => HEAD + world * laneHeight;
