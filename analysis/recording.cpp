@@ -6,6 +6,7 @@
 #include "analysis/measured_run.hpp"
 #include "models/territory.hpp"
 #include "physics/events/rest.hpp"
+#include "scenarios/read_scenario.hpp"
 
 namespace soda::analysis {
 namespace {
@@ -32,6 +33,19 @@ void follow_changes(const LoggedStep& logged, TerritoryMap& map, Recording& reco
     recording.changes.push_back({next_frame, change.cell, shown(change.from), shown(change.to)});
   }
   map = map.after(transfers);
+}
+
+// Nothing can be drawn of others, and no run has committed them.
+void require_numbers(const LoggedStep& logged, const LogReader& log) {
+  for (std::size_t i = 0; i < logged.ids.size(); ++i) {
+    const physics::BodyState& state = logged.states[i];
+    if (state.position_m.allFinite() && state.orientation.coeffs().allFinite() &&
+        state.linear_velocity_m_s.allFinite() && state.angular_velocity_rad_s.allFinite())
+      continue;
+    throw scenarios::FileError(log.file() + ": " + log.place_of(logged.step) + ": body " +
+                               std::to_string(log.labels()[physics::index_of(logged.ids[i])]) +
+                               " has a state that is no number");
+  }
 }
 
 void add_frame(const LoggedStep& logged, const TerritoryMap& map, Recording& recording) {
@@ -127,6 +141,7 @@ Recording record(LogReader& log, const scenarios::Scenario& scenario, std::int64
     const LoggedStep logged = log.read_step(step);
     follow_changes(logged, map, recording);
     if (!logged.has_states || ((step - first) % every != 0 && step != last)) continue;
+    require_numbers(logged, log);
     add_frame(logged, map, recording);
     marker.add(logged, map);
   }

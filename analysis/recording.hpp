@@ -28,8 +28,8 @@ struct Recording {
     std::uint32_t cell = 0;   // Grid::index_of_cell
     std::uint16_t from = 0, to = 0;
   };
-  static constexpr std::size_t kNumbers = 8;      // a body and frame: its pose, its speed in m/s
-  static constexpr std::uint16_t kAway = 0xffff;  // the owner of a body that is not there
+  static constexpr std::size_t kNumbers = 8;         // a body and frame: its pose, its speed in m/s
+  static constexpr std::uint16_t kAway = 0xffff;     // the owner of a body that is not there
   static constexpr std::uint16_t kResting = 0x8000;  // set in the owner of a body without velocity
 
   std::string name;
@@ -49,7 +49,8 @@ struct Recording {
 };
 
 // Every `every`th step of the log and its last one. Territories are those of the step that led to
-// a frame, whatever balancing has made of them by then. `every` >= 1.
+// a frame, whatever balancing has made of them by then. `every` >= 1. Throws FileError for a state
+// that is no number.
 Recording record(LogReader& log, const scenarios::Scenario& scenario, std::int64_t every);
 
 }  // namespace soda::analysis

@@ -11,8 +11,8 @@ namespace {
 using physics::Vec3;
 
 constexpr std::size_t kMostBytes = 6'000'000, kContactBytes = 40, kGhostBytes = 6;
-constexpr std::size_t kMostContacts = 40'000;   // of a frame
-constexpr std::size_t kSearchedFrames = 400;    // searching takes time, too
+constexpr std::size_t kMostContacts = 40'000;  // of a frame
+constexpr std::size_t kSearchedFrames = 400;   // searching takes time, too
 
 std::array<float, 3> three_floats(const Vec3& v) {
   return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
@@ -110,9 +110,8 @@ void FrameMarker::add_broken(const LoggedStep& logged) {
 // Every second of the frames stays.
 void FrameMarker::thin_out() {
   marks_.every *= 2;
-  std::erase_if(marks_.frames, [this](const FrameMarks::Frame& frame) {
-    return frame.frame % marks_.every != 0;
-  });
+  std::erase_if(marks_.frames,
+                [this](const FrameMarks::Frame& frame) { return frame.frame % marks_.every != 0; });
   bytes_ = 0;
   for (const FrameMarks::Frame& frame : marks_.frames) bytes_ += bytes_of(frame);
 }

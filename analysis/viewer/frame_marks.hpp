@@ -15,7 +15,7 @@ namespace soda::analysis {
 
 struct FrameMarks {
   struct Contact {
-    std::uint32_t a = 0, b = 0;  // ids; b may be a static
+    std::uint32_t a = 0, b = 0;                      // ids; b may be a static
     std::array<float, 3> point_m{}, force_newton{};  // on b
     float normal_newton = 0.0f, depth_m = 0.0f;
   };
@@ -44,7 +44,7 @@ struct FrameMarks {
   std::uint32_t every = 1;  // frames from one of `frames` to the next
   std::vector<Frame> frames;
   std::vector<Joint> joints;
-  std::vector<Energy> energies;  // of all frames
+  std::vector<Energy> energies;     // of all frames
   bool has_strongest_only = false;  // some frame has more contacts than a page holds
 };
 

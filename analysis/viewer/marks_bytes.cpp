@@ -31,11 +31,10 @@ std::uint32_t ten_bits(double part) {
 
 void put_pose(ByteBuffer& out, const PoseRange& range, std::span<const float> numbers) {
   for (int k = 0; k < 3; ++k) {
-    const double share = range.size_m[k] > 0.0
-                             ? (static_cast<double>(numbers[k]) - range.low_m[k]) / range.size_m[k]
-                             : 0.0;
-    const auto bits =
-        static_cast<std::uint32_t>(std::lround(std::clamp(share, 0.0, 1.0) * 0xffffff));
+    const double share = (static_cast<double>(numbers[k]) - range.low_m[k]) / range.size_m[k];
+    // All are there, or the range is beyond what floats hold.
+    const double told = std::isfinite(share) ? std::clamp(share, 0.0, 1.0) : 0.0;
+    const auto bits = static_cast<std::uint32_t>(std::lround(told * 0xffffff));
     put(out, static_cast<std::uint16_t>(bits));
     put(out, static_cast<std::uint8_t>(bits >> 16));
   }

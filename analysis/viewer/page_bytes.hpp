@@ -35,9 +35,9 @@ void put_column(ByteBuffer& out, const std::vector<T>& items, Take take) {
   put_list<T>(out, items, [&](const T& item) { put(out, take(item)); });
 }
 
-ByteBuffer encoded(const Recording& recording);                // view_page.cpp
-ByteBuffer encoded(const FrameMarks& marks);                   // viewer/marks_bytes.cpp
-ByteBuffer encoded(const std::optional<Timeline>& timeline);   // viewer/timeline_bytes.cpp
+ByteBuffer encoded(const Recording& recording);               // view_page.cpp
+ByteBuffer encoded(const FrameMarks& marks);                  // viewer/marks_bytes.cpp
+ByteBuffer encoded(const std::optional<Timeline>& timeline);  // viewer/timeline_bytes.cpp
 
 // A pose and a speed in 15 bytes: each coordinate as 24 bits between the least and the most of the
 // recording, the orientation but for its largest part as three times ten bits, the upper half of

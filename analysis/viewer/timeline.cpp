@@ -17,7 +17,7 @@ namespace {
 constexpr std::size_t kMostSamples = 600, kLeastSamples = 100, kSampledWorlds = 150'000;
 constexpr std::int64_t kMostCosts = 1'000;
 constexpr std::size_t kMostCommits = 4'000;
-constexpr std::size_t kMostBodies = 24, kMostArrows = 6;
+constexpr std::size_t kMostNamedBodies = 24, kMostArrows = 6;
 
 // The rollbacks that a page holds, by time: all, or those that cost most.
 std::vector<RollbackNumber> costliest(const ExecutionTrace& trace, std::size_t most) {
@@ -38,15 +38,15 @@ Timeline::Arrow arrow_of(const ExecutionTrace& trace, const LateMessage& message
   const bool outside = message.from == kernel::index_of(kernel::kOutside);
   arrow.from = outside ? Timeline::kNobody : message.from;
   arrow.arrived_ns = arrow.sent_ns = message.arrived_ns;
-  arrow.sent_at = steps_of(message.time);
+  arrow.sent_at = virtual_steps(message.time);
   arrow.anti = message.anti;
   if (message.sent_by) {
     const TracedExecution& sender = trace.executions[*message.sent_by];
     arrow.sent_ns = sender.began_ns + sender.took_ns;
-    arrow.sent_at = steps_of(sender.time);
+    arrow.sent_at = virtual_steps(sender.time);
   } else if (message.sent_in) {
     arrow.sent_ns = trace.rollbacks[*message.sent_in].at_ns;
-    arrow.sent_at = steps_of(trace.rollbacks[*message.sent_in].changed);
+    arrow.sent_at = virtual_steps(trace.rollbacks[*message.sent_in].changed);
   }
   arrow.sent_ns = std::min(arrow.sent_ns, arrow.arrived_ns);
   return arrow;
@@ -58,7 +58,8 @@ std::vector<std::uint32_t> bodies_of(const ExecutionTrace& trace, const TracedRo
   std::vector<std::uint32_t> found;
   const auto add = [&found, bodies](std::uint64_t id) {
     const auto body = static_cast<std::uint32_t>(id);
-    if (id < bodies && found.size() < kMostBodies && std::ranges::find(found, body) == found.end())
+    if (id < bodies && found.size() < kMostNamedBodies &&
+        std::ranges::find(found, body) == found.end())
       found.push_back(body);
   };
   if (rollback.refusal.code != 0) {
@@ -82,7 +83,7 @@ void add_rollbacks(const ExecutionTrace& trace, const std::vector<std::uint32_t>
     shown.at_ns = rollback.at_ns;
     shown.restart = rollback.restart.t;
     shown.changed_step = rollback.changed.t;
-    shown.changed_at = steps_of(rollback.changed);
+    shown.changed_at = virtual_steps(rollback.changed);
     shown.undone = static_cast<std::uint32_t>(rollback.undone.size());
     shown.put_back = static_cast<std::uint32_t>(rollback.put_back);
     shown.wasted_ns = trace.wasted_ns(number);
@@ -153,8 +154,8 @@ void add_samples(const ExecutionTrace& trace, const Passage& passage, Timeline& 
       std::max(1.0, static_cast<double>(timeline.end_ns)) / static_cast<double>(count);
   const auto sample_of = [&](std::int64_t at_ns) -> Timeline::Sample& {
     const double place = static_cast<double>(at_ns) / window_ns;
-    return timeline.samples[std::clamp<std::size_t>(
-        static_cast<std::size_t>(std::max(0.0, place)), 0, count - 1)];
+    return timeline.samples[std::clamp<std::size_t>(static_cast<std::size_t>(std::max(0.0, place)),
+                                                    0, count - 1)];
   };
   for (const TracedExecution& execution : trace.executions) {
     if (execution.absorbed) continue;
@@ -180,8 +181,8 @@ void add_samples(const ExecutionTrace& trace, const Passage& passage, Timeline& 
 
 void add_costs(const ExecutionTrace& trace, std::int64_t last, Timeline& timeline) {
   timeline.steps_a_cost = std::max<std::int64_t>(1, (last + kMostCosts - 1) / kMostCosts);
-  timeline.costs.resize(static_cast<std::size_t>(
-      (last + timeline.steps_a_cost - 1) / timeline.steps_a_cost));
+  timeline.costs.resize(
+      static_cast<std::size_t>((last + timeline.steps_a_cost - 1) / timeline.steps_a_cost));
   for (const TracedExecution& execution : trace.executions) {
     const std::int64_t step = execution.time.t;
     if (step < 0 || step >= last) continue;
@@ -201,15 +202,14 @@ std::int64_t end_of(const ExecutionTrace& trace, const Passage& passage) {
 
 }  // namespace
 
-double steps_of(kernel::VirtualTime time) {
+double virtual_steps(kernel::VirtualTime time) {
   return static_cast<double>(time.t) + static_cast<double>(models::phase_of(time)) / 8.0;
 }
 
 std::uint32_t place_of(const std::vector<std::size_t>& kept, std::size_t number) {
   const auto found = std::ranges::lower_bound(kept, number);
-  return found == kept.end() || *found != number
-             ? Timeline::kNobody
-             : static_cast<std::uint32_t>(found - kept.begin());
+  return found == kept.end() || *found != number ? Timeline::kNobody
+                                                 : static_cast<std::uint32_t>(found - kept.begin());
 }
 
 std::optional<Timeline> timeline_of(LogReader& log, const scenarios::Scenario& scenario) {

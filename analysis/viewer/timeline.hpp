@@ -59,8 +59,8 @@ struct Timeline {
   // What happened between two times on the clock, and how far each world was at the second.
   struct Sample {
     std::uint32_t executed = 0, undone = 0;
-    std::int64_t committed = 0;           // steps
-    std::vector<std::int64_t> reached;    // step that a world is at, by world
+    std::int64_t committed = 0;         // steps
+    std::vector<std::int64_t> reached;  // step that a world is at, by world
   };
   struct StepCost {
     std::int64_t kept_ns = 0, in_vain_ns = 0;
@@ -70,7 +70,7 @@ struct Timeline {
   };
 
   std::uint32_t worlds = 0;
-  std::int64_t buffer = 0;  // entries
+  std::int64_t buffer = 0;   // entries
   bool is_modelled = false;  // the clock
   std::uint64_t all_executions = 0, all_rollbacks = 0;
   std::int64_t steps_a_bar = 0;  // 0: each bar is one execution
@@ -80,7 +80,7 @@ struct Timeline {
   std::vector<Rollback> rollbacks;  // by time; the costliest
   std::vector<Sample> samples;      // equally far apart
   std::int64_t steps_a_cost = 1;
-  std::vector<StepCost> costs;   // of so many steps each
+  std::vector<StepCost> costs;  // of so many steps each
   std::vector<Commit> commits;  // ascending in both
 };
 

@@ -1,7 +1,11 @@
 
 // What all worlds did, over the executor's clock or over virtual time: the axis is shared with the
 // plots.
-const axis = {wall: timeline !== null, from: 0, to: 1};
+const axis = {
+  wall: timeline !== null,
+  from: 0,
+  to: 1
+};
 const wholeAxis = () => axis.wall ? timeline.end : Math.max(1, stepOf(LAST));
 const cursorOnAxis = () => axis.wall ? cursor.wall : stepOf(cursor.frame);
 const toAxis = value => axis.wall ? toWall(value) : toStep(Math.round(value));
@@ -40,9 +44,9 @@ let laneHeight = 14;
 const laneTop = world => HEAD + world * laneHeight;
 const widthOf = element => element.clientWidth - leftOf(element) - 8;
 const toX = (value, element) =>
-  leftOf(element) + (value - axis.from) / (axis.to - axis.from) * widthOf(element);
+    leftOf(element) + (value - axis.from) / (axis.to - axis.from) * widthOf(element);
 const toValue = (x, element) =>
-  axis.from + (x - leftOf(element)) / widthOf(element) * (axis.to - axis.from);
+    axis.from + (x - leftOf(element)) / widthOf(element) * (axis.to - axis.from);
 
 // Ready to draw, in pixels of the page. Drawn by the processor: many small areas are no work for a
 // graphics card, and pictures are kept.
@@ -103,8 +107,10 @@ function spanOf(i) {
   const {bars} = timeline;
   if (axis.wall) return [bars.began[i], bars.ended[i]];
   const single = timeline.stepsABar === 0;
-  return [bars.step[i] + (single ? bars.phase[i] / PHASES : 0),
-          single ? bars.step[i] + (bars.phase[i] + 1) / PHASES : bars.lastStep[i] + 1];
+  return [
+    bars.step[i] + (single ? bars.phase[i] / PHASES : 0),
+    single ? bars.step[i] + (bars.phase[i] + 1) / PHASES : bars.lastStep[i] + 1
+  ];
 }
 
 // Bars of one fate; those that fall on one another, or lie side by side, are drawn as one.
@@ -126,7 +132,7 @@ function drawBars(pen, element, fate, top, height) {
     const until = Math.min(right, Math.max(left + (to - axis.from) * scale, x + 0.8));
     const paler = axis.wall ? 0.4 + 0.2 * Math.round(3 * bars.busy[i] / 255) : 0.8;
     const joins = bars.world[i] === lane && x <= end + 0.3 && x >= begun - 0.5 &&
-      (paler === alpha || until - x < 2) && until - x < 3;
+        (paler === alpha || until - x < 2) && until - x < 3;
     if (joins) {
       end = Math.max(end, until);
       continue;
@@ -206,8 +212,7 @@ function drawTimeline(pen, element, height) {
   drawRollbackMarks(pen, element);
 }
 
-const rollbackX = (rollback, element) =>
-  toX(axis.wall ? rollback.at : rollback.changedAt, element);
+const rollbackX = (rollback, element) => toX(axis.wall ? rollback.at : rollback.changedAt, element);
 // A notch each; where many fall on one another, one.
 function drawRollbackMarks(pen, element) {
   const taken = new Set(), size = within(2.5, laneHeight / 4, 5);
@@ -231,10 +236,10 @@ function drawRollbackMarks(pen, element) {
 const laneMiddle = world => laneTop(world) + laneHeight / 2;
 function drawMessage(pen, element, rollback, arrow) {
   const outside = arrow.from === NOBODY;
-  const [x0, y0] = [toX(axis.wall ? arrow.sent : arrow.sentAt, element),
-                    outside ? 4 : laneMiddle(arrow.from)];
-  const [x1, y1] = [toX(axis.wall ? arrow.arrived : rollback.changedAt, element),
-                    laneMiddle(rollback.world)];
+  const [x0, y0] =
+      [toX(axis.wall ? arrow.sent : arrow.sentAt, element), outside ? 4 : laneMiddle(arrow.from)];
+  const [x1, y1] =
+      [toX(axis.wall ? arrow.arrived : rollback.changedAt, element), laneMiddle(rollback.world)];
   const way = Math.atan2(y1 - y0, x1 - x0 || 1e-9);
   pen.setLineDash(arrow.anti ? [4, 3] : []);
   pen.beginPath();
@@ -244,8 +249,8 @@ function drawMessage(pen, element, rollback, arrow) {
   pen.setLineDash([]);
   pen.beginPath();
   pen.moveTo(x1, y1);
-  for (const turn of [2.65, -2.65]) pen.lineTo(x1 + 9 * Math.cos(way + turn),
-                                               y1 + 9 * Math.sin(way + turn));
+  for (const turn of [2.65, -2.65])
+    pen.lineTo(x1 + 9 * Math.cos(way + turn), y1 + 9 * Math.sin(way + turn));
   pen.closePath();
   pen.fill();
   pen.beginPath();
@@ -312,8 +317,9 @@ function rollbackAt(x, y, reach) {
   const world = Math.floor((y - HEAD) / laneHeight);
   let nearest = reach, found = -1;
   timeline.rollbacks.forEach((rollback, i) => {
-    const away = Math.hypot(rollbackX(rollback, lanes) - x,
-                            Math.max(0, Math.abs(world - rollback.world) - 0.4) * laneHeight);
+    const away = Math.hypot(
+        rollbackX(rollback, lanes) - x,
+        Math.max(0, Math.abs(world - rollback.world) - 0.4) * laneHeight);
     if (away < nearest) [nearest, found] = [away, i];
   });
   if (found >= 0) return found;
@@ -327,8 +333,8 @@ function barAt(x, y) {
   for (let i = 0; i < bars.world.length; ++i) {
     if (bars.world[i] !== world) continue;
     const [from, to] = spanOf(i);
-    if (value >= from - slack && value <= to + slack &&
-        (found < 0 || bars.fate[i] === ROLLED_BACK)) found = i;
+    if (value >= from - slack && value <= to + slack && (found < 0 || bars.fate[i] === ROLLED_BACK))
+      found = i;
   }
   return found;
 }

@@ -10,7 +10,7 @@ namespace {
 using Bar = Timeline::Bar;
 using Fate = Timeline::Fate;
 
-Fate fate_of(const TracedExecution& execution) {
+Fate bar_fate(const TracedExecution& execution) {
   if (execution.undone_by) return Fate::kRolledBack;
   if (execution.repeats) return Fate::kRepeated;
   if (!execution.committed) return Fate::kOpen;
@@ -18,8 +18,7 @@ Fate fate_of(const TracedExecution& execution) {
 }
 
 // Each execution as a bar, by world and time.
-std::vector<Bar> single_bars(const ExecutionTrace& trace,
-                             const std::vector<RollbackNumber>& kept) {
+std::vector<Bar> single_bars(const ExecutionTrace& trace, const std::vector<RollbackNumber>& kept) {
   std::vector<Bar> bars;
   bars.reserve(trace.executions.size());
   for (const TracedExecution& execution : trace.executions) {
@@ -31,7 +30,7 @@ std::vector<Bar> single_bars(const ExecutionTrace& trace,
     bar.world = execution.world;
     bar.step = bar.last_step = execution.time.t;
     bar.phase = static_cast<std::uint8_t>(models::phase_of(execution.time));
-    bar.fate = fate_of(execution);
+    bar.fate = bar_fate(execution);
     if (execution.undone_by) bar.rollback = place_of(kept, *execution.undone_by);
   }
   std::ranges::stable_sort(bars, [](const Bar& a, const Bar& b) {

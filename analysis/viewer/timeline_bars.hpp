@@ -10,7 +10,7 @@
 namespace soda::analysis {
 
 // Virtual time in steps, with phases as eighths.
-double steps_of(kernel::VirtualTime time);
+double virtual_steps(kernel::VirtualTime time);
 // Of `number` in `kept`, which ascends; kNobody if it is not there.
 std::uint32_t place_of(const std::vector<std::size_t>& kept, std::size_t number);
 

@@ -87,7 +87,8 @@ ByteBuffer encoded(const std::optional<Timeline>& shown) {
   put(out, timeline.end_ns);
   put(out, unit_ns);
   put_bars(out, timeline.bars, unit_ns);
-  put_list<std::string>(out, timeline.causes, [&out](const std::string& cause) { put(out, cause); });
+  put_list<std::string>(out, timeline.causes,
+                        [&out](const std::string& cause) { put(out, cause); });
   put_list<Timeline::Rollback>(out, timeline.rollbacks, [&out](const Timeline::Rollback& rollback) {
     put_rollback(out, rollback);
   });

@@ -12,9 +12,11 @@
 #include "analysis/exit_codes.hpp"
 #include "analysis/log_reader.hpp"
 #include "analysis/logged_run.hpp"
+#include "analysis/recording.hpp"
 #include "analysis/trace/recorded_order.hpp"
 #include "analysis/trace/recorded_walk.hpp"
 #include "analysis/trace/why_command.hpp"
+#include "analysis/view_page.hpp"
 #include "scenarios/read_scenario.hpp"
 
 namespace soda::analysis {
@@ -212,8 +214,10 @@ TEST(ForgedLogs, AThousandAreReadOrTold) {
       const RecordedWalk walk = recorded_walk(log, 4);
       ASSERT_FALSE(situation_text(situation_after(walk, walk.size(), 4), 48).empty());
       for (const WalkedHappening& happening : walk) ASSERT_FALSE(happening_text(happening).empty());
-      if (trial % 10 == 0 && !walk.empty())
-        stands_as_executed(log, logged_scenario(log, {}), walk, random() % walk.size());
+      if (trial % 10 != 0) continue;
+      const scenarios::Scenario scenario = logged_scenario(log, {});
+      ASSERT_FALSE(view_page(record(log, scenario, 20), timeline_of(log, scenario)).empty());
+      if (!walk.empty()) stands_as_executed(log, scenario, walk, random() % walk.size());
     } catch (const scenarios::FileError&) {
       ++told;
     } catch (const UsageError&) {

@@ -116,13 +116,13 @@ std::size_t count(const std::string& part, const std::string& text) {
 TEST(Names, DoNotBreakThePage) {
   Recording plain;
   plain.name = "plain";
-  const std::string page = view_page(plain);
+  const std::string page = view_page(plain, {});
   for (const std::string& name :
        {std::string("{{recording}}"), std::string("{{script}} {{title}} {{other}}"),
         std::string("</script><script>alert(1)</script>"), std::string("</title><b>")}) {
     Recording recording;
     recording.name = name;
-    const std::string named = view_page(recording);
+    const std::string named = view_page(recording, {});
     EXPECT_EQ(count("<script", named), count("<script", page)) << name;
     EXPECT_EQ(count("</script>", named), count("</script>", page)) << name;
     EXPECT_EQ(count("<b>", named), count("<b>", page)) << name;

@@ -52,9 +52,8 @@ class ViewInABrowser : public testing::Test {
   void SetUp() override {
     browser_ = find_browser();
     if (!browser_) GTEST_SKIP() << "there is no Chromium here to open the page with";
-    const auto ran =
-        run_soda({"run", library_file("border-stack"), "--steps", "120", "--executor", "virtual",
-                  "--log", log_, "--log-level", "trace"});
+    const auto ran = run_soda({"run", library_file("border-stack"), "--steps", "120", "--executor",
+                               "virtual", "--log", log_, "--log-level", "trace"});
     ASSERT_EQ(ran.exit_code, kExitOk) << ran.err;
     ASSERT_EQ(run_soda({"view", log_, "-o", folder_.file("page.html")}).exit_code, kExitOk);
     page_ = read_file(folder_.file("page.html"));
@@ -66,11 +65,11 @@ class ViewInABrowser : public testing::Test {
     const std::string file = folder_.file("acts.html");
     write_file(file, replaced(replaced(page, "<head>", kErrors), "</body>",
                               "<script>" + acts + "</script></body>"));
-    const auto ran = run_child(
-        {*browser_, "--headless=new", "--no-sandbox", "--disable-dev-shm-usage",
-         "--enable-unsafe-swiftshader", "--use-angle=swiftshader", "--window-size=" + size,
-         "--user-data-dir=" + folder_.file("profile"), "--virtual-time-budget=15000", "--dump-dom",
-         "file://" + file});
+    const auto ran =
+        run_child({*browser_, "--headless=new", "--no-sandbox", "--disable-dev-shm-usage",
+                   "--enable-unsafe-swiftshader", "--use-angle=swiftshader",
+                   "--window-size=" + size, "--user-data-dir=" + folder_.file("profile"),
+                   "--virtual-time-budget=15000", "--dump-dom", "file://" + file});
     return ran.out;
   }
   static std::string text_of(const std::string& dom, const std::string& id) {

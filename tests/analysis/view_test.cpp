@@ -339,9 +339,10 @@ TEST(ViewPage, ARunMakesThePageThatItsLogWouldAndLeavesNothingElse) {
   EXPECT_EQ(ran.exit_code, kExitOk) << ran.err;
   EXPECT_TRUE(contains(ran.out, "page.html: 400 bodies, 12 worlds, 31 frames")) << ran.out;
   EXPECT_EQ(folder.files(), (std::vector<std::string>{"page.html"}));
-  EXPECT_EQ(run_soda({"run", scene, "--steps", "30", executor, "--log", log, "--log-level", "trace"})
-                .exit_code,
-            kExitOk);
+  EXPECT_EQ(
+      run_soda({"run", scene, "--steps", "30", executor, "--log", log, "--log-level", "trace"})
+          .exit_code,
+      kExitOk);
   EXPECT_EQ(run_soda({"view", log}).exit_code, kExitOk);
   EXPECT_TRUE(read_file(page) == read_file(log + ".html"));
   EXPECT_EQ(run_soda({"run", scene, "--steps", "30", "--view", page}).exit_code, kExitFile);
