@@ -152,8 +152,10 @@ void define_view(CLI::App& view, ViewRequest& request) {
                   "steps from frame to frame (default: so that bodies take 14 MB at most)")
       ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 40));
   view.footer(
+      "The timeline of all worlds is in the page if the log has a trace; soda run --view makes "
+      "one.\n"
       "examples:\n"
-      "  soda run scenarios/library/crowd.json --log crowd.sodalog\n"
+      "  soda run scenarios/library/crowd.json --log crowd.sodalog --log-level trace\n"
       "  soda view crowd.sodalog\n"
       "  soda view crowd.sodalog --every 10 -o crowd.html");
 }

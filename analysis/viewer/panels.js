@@ -137,7 +137,8 @@ function sampledWords() {
   const bars = timeline.bars.world.length;
   if (timeline.stepsABar > 0)
     words.push(`${timeline.allExecutions} events are drawn as ${bars} bars, ` +
-               `of up to ${timeline.stepsABar} steps each; paler where a world did not work.`);
+               `of ${timeline.stepsABar > 1 ? `${timeline.stepsABar} steps` : 'one step'} each at ` +
+               'most; paler where a world did not work all the time.');
   if (timeline.rollbacks.length < timeline.allRollbacks)
     words.push(`Of ${timeline.allRollbacks} rollbacks the ${timeline.rollbacks.length} are here ` +
                'that cost most.');
