@@ -44,7 +44,9 @@ function showRollback() {
   if (rollbackTold === chosen.rollback) return;
   rollbackTold = chosen.rollback;
   if (box.hidden) return;
-  const rollback = timeline.rollbacks[chosen.rollback];
+  const rollback = timeline.rollbacks[chosen.rollback], room = byId('lanes-room');
+  if (room.scrollHeight > room.clientHeight)  // of many worlds some lanes are out of sight
+    room.scrollTop = laneMiddle(rollback.world) - room.clientHeight / 2;
   const [first, ...rest] = rollback.text.trimEnd().split('\n');
   byId('rollback-name').textContent =
     `rollback ${rollback.number} of ${timeline.allRollbacks}: ${timeline.causes[rollback.cause]}`;
