@@ -195,7 +195,7 @@ function obey(asked) {
       box.checked = asked.get('marks').split(',').includes(box.value);
   setScheme(asked.get('scheme') || 'auto');
   setAxis(asked.get('axis') !== 'virtual');
-  toStep(number('step') ?? 0);
+  toStep(number('step') ?? stepOf(0));
   const body = placeOfLabel.get(number('body'));
   if (body !== undefined) chooseBody(body, false);
   const rollback = timeline ? timeline.rollbacks.findIndex(r => r.number === number('rollback'))

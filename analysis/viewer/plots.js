@@ -46,7 +46,7 @@ function efficiencyPlot() {
 }
 function costPlot() {
   const {costs, stepsACost} = timeline, xs = framesOf(costs.kept.length)
-    .map(i => i * stepsACost);
+    .map(i => stepOf(0) + i * stepsACost);
   return {name: 'cost', unit: stepsACost > 1 ? `ms in ${stepsACost} steps` : 'ms a step',
           isStep: true, isStair: true, least: 0, series: [
             {name: 'with work in vain', colour: 'undone', xs,

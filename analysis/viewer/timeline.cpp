@@ -132,8 +132,9 @@ Passage passage_of(LogReader& log, std::uint32_t worlds) {
 }
 
 // As soon as GVT has passed a step, or where there is none, as its last event is committed.
-void add_commits(const Passage& passage, std::int64_t last, Timeline& timeline) {
-  std::vector<Timeline::Commit> all = {{0, 0}};
+void add_commits(const Passage& passage, const LogReader& log, Timeline& timeline) {
+  const std::int64_t last = log.last_step();
+  std::vector<Timeline::Commit> all = {{log.first_step(), 0}};
   const auto add = [&](std::int64_t steps, std::int64_t at_ns) {
     if (steps > all.back().steps && steps <= last)
       all.push_back({steps, std::max(at_ns, all.back().at_ns)});
@@ -179,15 +180,16 @@ void add_samples(const ExecutionTrace& trace, const Passage& passage, Timeline& 
   }
 }
 
-void add_costs(const ExecutionTrace& trace, std::int64_t last, Timeline& timeline) {
-  timeline.steps_a_cost = std::max<std::int64_t>(1, (last + kMostCosts - 1) / kMostCosts);
+void add_costs(const ExecutionTrace& trace, const LogReader& log, Timeline& timeline) {
+  const std::int64_t steps = log.last_step() - log.first_step();
+  timeline.steps_a_cost = std::max<std::int64_t>(1, (steps + kMostCosts - 1) / kMostCosts);
   timeline.costs.resize(
-      static_cast<std::size_t>((last + timeline.steps_a_cost - 1) / timeline.steps_a_cost));
+      static_cast<std::size_t>((steps + timeline.steps_a_cost - 1) / timeline.steps_a_cost));
   for (const TracedExecution& execution : trace.executions) {
     const std::int64_t step = execution.time.t;
-    if (step < 0 || step >= last) continue;
+    if (step < log.first_step() || step >= log.last_step()) continue;
     Timeline::StepCost& cost =
-        timeline.costs[static_cast<std::size_t>(step / timeline.steps_a_cost)];
+        timeline.costs[static_cast<std::size_t>((step - log.first_step()) / timeline.steps_a_cost)];
     (execution.undone_by ? cost.in_vain_ns : cost.kept_ns) += execution.took_ns;
   }
 }
@@ -227,9 +229,9 @@ std::optional<Timeline> timeline_of(LogReader& log, const scenarios::Scenario& s
   timeline.end_ns = end_of(trace, passage);
   add_bars(trace, kept, timeline);
   add_rollbacks(trace, log.labels(), kept, timeline);
-  add_commits(passage, log.last_step(), timeline);
+  add_commits(passage, log, timeline);
   add_samples(trace, passage, timeline);
-  add_costs(trace, log.last_step(), timeline);
+  add_costs(trace, log, timeline);
   return timeline;
 }
 

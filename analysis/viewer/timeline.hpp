@@ -80,7 +80,7 @@ struct Timeline {
   std::vector<Rollback> rollbacks;  // by time; the costliest
   std::vector<Sample> samples;      // equally far apart
   std::int64_t steps_a_cost = 1;
-  std::vector<StepCost> costs;  // of so many steps each
+  std::vector<StepCost> costs;  // of so many steps each, from the log's first on
   std::vector<Commit> commits;  // ascending in both
 };
 

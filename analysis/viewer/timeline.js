@@ -6,7 +6,8 @@ const axis = {
   from: 0,
   to: 1
 };
-const wholeAxis = () => axis.wall ? timeline.end : Math.max(1, stepOf(LAST));
+const wholeAxis = () => axis.wall ? [0, timeline.end]
+                                  : [stepOf(0), Math.max(stepOf(0) + 1, stepOf(LAST))];
 const cursorOnAxis = () => axis.wall ? cursor.wall : stepOf(cursor.frame);
 const toAxis = value => axis.wall ? toWall(value) : toStep(Math.round(value));
 // A step (of states), or a time on the clock, where the axis is the other.
@@ -15,23 +16,23 @@ const wallOnAxis = wall => axis.wall ? wall : stepAtWall(wall);
 
 function setAxis(isWall) {
   axis.wall = isWall && timeline !== null;
-  [axis.from, axis.to] = [0, wholeAxis()];
+  [axis.from, axis.to] = wholeAxis();
   byId('axis').value = axis.wall ? 'wall' : 'virtual';
   pictures.clear();
   changedAnything();
 }
 function zoomAxis(factor, around) {
-  const whole = wholeAxis(), least = axis.wall ? 100 : 2;
-  const width = within(Math.min(least, whole), (axis.to - axis.from) * factor, whole);
+  const [first, last] = wholeAxis(), least = Math.min(axis.wall ? 100 : 2, last - first);
+  const width = within(least, (axis.to - axis.from) * factor, last - first);
   const share = (around - axis.from) / (axis.to - axis.from);
-  axis.from = within(0, around - share * width, whole - width);
+  axis.from = within(first, around - share * width, last - width);
   axis.to = axis.from + width;
   pictures.clear();
   changedAnything();
 }
 function panAxis(by) {
-  const width = axis.to - axis.from;
-  axis.from = within(0, axis.from + by, wholeAxis() - width);
+  const width = axis.to - axis.from, [first, last] = wholeAxis();
+  axis.from = within(first, axis.from + by, last - width);
   axis.to = axis.from + width;
   pictures.clear();
   changedAnything();
