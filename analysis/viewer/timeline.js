@@ -216,12 +216,13 @@ function drawTimeline(pen, element, height) {
 const rollbackX = (rollback, element) => toX(axis.wall ? rollback.at : rollback.changedAt, element);
 // A notch each; where many fall on one another, one.
 function drawRollbackMarks(pen, element) {
+  const many = timeline.rollbacks.length > WORLDS * widthOf(element) / 30, apart = many ? 18 : 7;
   const taken = new Set(), size = within(2.5, laneHeight / 4, 5);
   pen.fillStyle = theme.undone;
   pen.strokeStyle = theme.panel;
   pen.beginPath();
   for (const rollback of timeline.rollbacks) {
-    const x = rollbackX(rollback, element), key = Math.round(x / 7) * 65536 + rollback.world;
+    const x = rollbackX(rollback, element), key = Math.round(x / apart) * 65536 + rollback.world;
     if (x < GUTTER || x > element.clientWidth - 6 || taken.has(key)) continue;
     taken.add(key);
     const top = laneTop(rollback.world);
