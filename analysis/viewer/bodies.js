@@ -13,8 +13,10 @@ const ownerOf = (frame, body) => run.owners[frame * BODIES + body] & ~RESTING;
 const isResting = (frame, body) => isThere(frame, body) &&
   (run.owners[frame * BODIES + body] & RESTING) !== 0;
 const placeOfLabel = new Map(run.bodies.map((body, i) => [body.label, i]));
-const nameOf = id => id >= FIRST_STATIC ? (run.statics[id - FIRST_STATIC] || {name: 'the world'}).name
-                                        : `body ${run.bodies[id].label}`;
+function nameOf(id) {
+  if (id < FIRST_STATIC) return `body ${run.bodies[id].label}`;
+  return (run.statics[id - FIRST_STATIC] || {name: 'the world'}).name;
+}
 
 const HALF = new DataView(new ArrayBuffer(4));
 function speedOf(bits) {

@@ -137,9 +137,9 @@ function sampledWords() {
     return words;
   }
   const bars = timeline.bars.world.length;
-  if (timeline.stepsABar > 0)
-    words.push(`${timeline.allExecutions} events are drawn as ${bars} bars, ` +
-               `of ${timeline.stepsABar > 1 ? `${timeline.stepsABar} steps` : 'one step'} each at ` +
+  const {stepsABar} = timeline, most = stepsABar > 1 ? `${stepsABar} steps` : 'one step';
+  if (stepsABar > 0)
+    words.push(`${timeline.allExecutions} events are drawn as ${bars} bars, of ${most} each at ` +
                'most; paler where a world did not work all the time.');
   if (timeline.rollbacks.length < timeline.allRollbacks)
     words.push(`Of ${timeline.allRollbacks} rollbacks the ${timeline.rollbacks.length} are here ` +

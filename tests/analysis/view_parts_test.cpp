@@ -91,6 +91,24 @@ TEST_F(ViewParts, CommitsAscendAndNoWorldIsFurtherAheadThanItsBuffer) {
   EXPECT_LE(most, timeline.buffer);
 }
 
+TEST_F(ViewParts, OfAResumedRunTheyBeginWhereItDid) {
+  const std::string before = folder_.file("before.sodalog");
+  ASSERT_EQ(
+      run_soda({"run", library_file("border-stack"), "--steps", "30", "--log", before}).exit_code,
+      kExitOk);
+  const auto resumed = run_soda({"run", "--resume", before, "--steps", "45", "--executor",
+                                 "virtual", "--log", file_, "--log-level", "trace"});
+  ASSERT_EQ(resumed.exit_code, kExitOk) << resumed.err;
+  log_.emplace(file_);
+  scenario_ = logged_scenario(*log_, {});
+  const Timeline timeline = timeline_of(*log_, scenario_).value();
+  EXPECT_EQ(timeline.commits.front().steps, 30);
+  EXPECT_EQ(timeline.commits.back().steps, 45);
+  EXPECT_EQ(timeline.costs.size(), 15u);
+  for (const Timeline::StepCost& cost : timeline.costs) EXPECT_GT(cost.kept_ns, 0);
+  EXPECT_EQ(record(*log_, scenario_, 10).steps, (std::vector<std::int64_t>{30, 40, 45}));
+}
+
 TEST_F(ViewParts, ALogWithoutATraceHasNoTimeline) {
   run("border-stack", {"--steps", "3"});
   EXPECT_FALSE(timeline_of(*log_, scenario_));

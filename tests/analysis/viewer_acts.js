@@ -107,8 +107,8 @@ async function clickARollback() {
          'a click on a rollback does not choose it');
   if (told !== rollback) return;
   const scale = lanes.width / lanes.clientWidth;
-  const [r, g, b] = lanes.getContext('2d').getImageData(
-    Math.round(toX(late.sent, lanes) * scale), Math.round(laneMiddle(late.from) * scale), 1, 1).data;
+  const [x, y] = [toX(late.sent, lanes), laneMiddle(late.from)].map(at => Math.round(at * scale));
+  const [r, g, b] = lanes.getContext('2d').getImageData(x, y, 1, 1).data;
   expect([r, g, b].every((value, k) => Math.abs(value - 255 * theme.rgb.ink[k]) < 40),
          'no arrow from where its message was sent');
   expect(byId('rollback-bodies').querySelectorAll('button').length === told.bodies.length &&
