@@ -6,12 +6,18 @@
 #include "analysis/overrides.hpp"
 #include "analysis/stop_signals.hpp"
 #include "analysis/text_table.hpp"
+#include "analysis/undivided_run.hpp"
 #include "models/event_kinds.hpp"
 
 namespace soda::analysis {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+template <class T>
+Json or_null(const std::optional<T>& value) {
+  return value ? Json(*value) : Json();
+}
 
 Json plan_lines(const std::vector<models::PlanLine>& plan,
                 const std::vector<std::uint64_t>* counters) {
@@ -79,12 +85,16 @@ Json estimates_json(const std::optional<ErrorEstimates>& estimates) {
           {"beyond_tolerance", estimates->beyond}};
 }
 
-Json cluster_json(const kernel::VirtualReport& cluster) {
+Json cluster_json(const kernel::VirtualReport& cluster, std::optional<std::int64_t> alone_ns) {
+  const auto seconds = [](std::int64_t ns) { return 1e-9 * static_cast<double>(ns); };
+  Json account = Json::object();
+  for (const auto& [name, ns] : account_terms(cluster.account)) account[name + "_s"] = seconds(ns);
   return {{"processors", cluster.processors},
-          {"makespan_s", 1e-9 * static_cast<double>(cluster.makespan_ns)},
-          {"one_processor_s", 1e-9 * static_cast<double>(cluster.committed_cost_ns)},
-          {"speed_up", cluster_speed_up(cluster)},
+          {"makespan_s", seconds(cluster.makespan_ns)},
+          {"one_processor_s", alone_ns ? Json(seconds(*alone_ns)) : Json()},
+          {"speed_up", or_null(speed_up(alone_ns, cluster))},
           {"utilisation", cluster_utilisation(cluster)},
+          {"account", account},
           {"messages", cluster.remote_messages},
           {"bytes", cluster.remote_bytes},
           {"barriers", cluster.barriers},
@@ -165,11 +175,6 @@ Json warnings_json(const std::vector<FileWarnings>& files) {
   return list;
 }
 
-template <class T>
-Json or_null(const std::optional<T>& value) {
-  return value ? Json(*value) : Json();
-}
-
 Json advantages_json(const std::vector<Advantage>& all) {
   Json list = Json::array();
   for (const Advantage& a : all)
@@ -218,7 +223,7 @@ std::string run_json(const RunReport& report) {
   json["islands"] = object_of(island_counts(result));
   json["lead"] = {{"mean_steps", mean_lead_steps(result.events)},
                   {"max_steps", result.events.lead_max}};
-  if (result.cluster) json["virtual"] = cluster_json(*result.cluster);
+  if (result.cluster) json["virtual"] = cluster_json(*result.cluster, report.one_processor_ns);
   if (report.real_time) json["real_time"] = real_time_json(*report.real_time);
   json["error"] = errors(run.error);
   if (run.estimates) json["accuracy"] = estimates_json(run.estimates);
@@ -306,11 +311,9 @@ std::string rollback_json(const RollbackReport& report) {
                      {"iterations", mode.iterations},
                      {"makespan_s", mode.makespan_s},
                      {"cpu_s", mode.cpu_s},
-                     {"first_different_step", nullptr},
+                     {"first_different_step", or_null(mode.first_different_step)},
                      {"position_deviation_m", mode.position_deviation_m},
                      {"velocity_deviation_m_s", mode.velocity_deviation_m_s}});
-    if (mode.first_different_step)
-      modes.back()["first_different_step"] = *mode.first_different_step;
   }
   return dumped({{"scenario", report.scenario},
                  {"steps", report.steps},
@@ -371,7 +374,7 @@ std::string phold_json(const PholdRequest& request, const PholdRun& run) {
                {"events_per_s", run.events_per_s()},
                {"digest", format_digest(run.result.digest)},
                {"events", events(run.counters)}};
-  if (run.cluster) json["virtual"] = cluster_json(*run.cluster);
+  if (run.cluster) json["virtual"] = cluster_json(*run.cluster, run.one_processor_ns());
   return dumped(json);
 }
 

@@ -56,7 +56,7 @@ std::string report_text(const PholdRequest& request, const PholdRun& run) {
        << " rollbacks, " << run.counters.anti_messages << " anti-messages, "
        << run.counters.gvt_rounds << " GVT rounds\ndigest " << format_digest(run.result.digest)
        << "\n";
-  if (run.cluster) text << "\n" << cluster_text(*run.cluster);
+  if (run.cluster) text << "\n" << cluster_text(*run.cluster, run.one_processor_ns());
   return text.str();
 }
 

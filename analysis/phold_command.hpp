@@ -32,6 +32,10 @@ struct PholdRun {
   std::optional<kernel::VirtualReport> cluster = {};  // of the virtual executor
 
   double events_per_s() const { return static_cast<double>(result.events) / wall_s; }
+  // Modelled: LPs are the same for any number of processors, so it is what stands.
+  std::optional<std::int64_t> one_processor_ns() const {
+    return cluster ? std::optional(cluster->account.standing.sum_ns()) : std::nullopt;
+  }
 };
 
 // Creation of the LPs is not part of wall_s. Throws UsageError for an unknown executor, and for

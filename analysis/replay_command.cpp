@@ -19,6 +19,7 @@
 #include "analysis/trace/recorded_order.hpp"
 #include "analysis/trace/replay_session.hpp"
 #include "analysis/trace/replay_until.hpp"
+#include "analysis/undivided_run.hpp"
 #include "analysis/warnings.hpp"
 
 namespace soda::analysis {
@@ -143,6 +144,9 @@ int rerun(const ReplayRequest& request, LogReader& log, std::ostream& out, std::
     report.replay->divergence = request.as_executed
                                     ? trace_divergence(log, report.worlds, chunks)
                                     : execution_divergence(request, log, report.run);
+  if (request.json)
+    report.one_processor_ns =
+        one_processor_ns(scenario.scene, scenario.initial, scenario.run, report.run.result);
   return tell(request, report, out, err);
 }
 

@@ -20,6 +20,7 @@
 #include "analysis/run_report.hpp"
 #include "analysis/stop_signals.hpp"
 #include "analysis/text_table.hpp"
+#include "analysis/undivided_run.hpp"
 #include "analysis/version.hpp"
 #include "analysis/view_command.hpp"
 #include "analysis/warnings.hpp"
@@ -313,6 +314,8 @@ int run_command(const RunRequest& given, std::ostream& out, std::ostream& err) {
   report.with_step_digests = request.step_digests;
   if (stream) stream->start();
   run_within_memory(request, scenario, written, stop, report);
+  report.one_processor_ns =
+      one_processor_ns(scenario.scene, scenario.initial, scenario.run, report.run.result);
   const bool bad_lines = stream && stream->stop() > 0;
   const bool is_logged = finish(written.log.get(), report, err);
   const bool is_kept = finish(written.checkpoints.get(), report, err);

@@ -5,6 +5,7 @@
 #include "analysis/overrides.hpp"
 #include "analysis/stop_signals.hpp"
 #include "analysis/text_table.hpp"
+#include "analysis/undivided_run.hpp"
 #include "models/event_kinds.hpp"
 #include "models/joint_cost.hpp"
 #include "physics/step/stages.hpp"
@@ -181,33 +182,52 @@ std::string entries_text(const models::WorldCounters& worlds) {
 
 }  // namespace
 
-std::string cluster_text(const kernel::VirtualReport& cluster) {
+std::vector<std::pair<std::string, std::int64_t>> account_terms(
+    const kernel::VirtualAccount& account) {
+  return {{"useful", account.standing.useful_ns},
+          {"replicated", account.standing.replicated_ns},
+          {"division", account.standing.division_ns},
+          {"checkpoints", account.standing.checkpoints_ns},
+          {"gvt", account.gvt_ns},
+          {"sending", account.standing.sending_ns},
+          {"rolled_back", account.rolled_back_ns},
+          {"waiting", account.waiting_ns}};
+}
+
+std::string cluster_text(const kernel::VirtualReport& cluster,
+                         std::optional<std::int64_t> one_processor_ns) {
   const auto milliseconds = [](std::int64_t ns) {
     return format_number(1e-6 * static_cast<double>(ns)) + " ms";
   };
+  const std::optional<double> gain = speed_up(one_processor_ns, cluster);
   const std::vector<std::vector<std::string>> rows = {
       {"makespan", milliseconds(cluster.makespan_ns), "messages",
        std::to_string(cluster.remote_messages)},
-      {"one processor", milliseconds(cluster.committed_cost_ns), "bytes",
-       std::to_string(cluster.remote_bytes)},
-      {"speed-up", format_number(cluster_speed_up(cluster)), "barriers",
-       std::to_string(cluster.barriers)},
+      {"undivided, one processor", one_processor_ns ? milliseconds(*one_processor_ns) : "-",
+       "bytes", std::to_string(cluster.remote_bytes)},
+      {"speed-up", gain ? format_number(*gain) : "-", "barriers", std::to_string(cluster.barriers)},
       {"utilisation", format_number(100.0 * cluster_utilisation(cluster)) + " %", "most history",
        std::to_string(cluster.most_history) + " events"},
       {"execution digest", format_digest(cluster.execution_digest), "", ""},
   };
+  const auto share_row = [&](std::string name, std::int64_t ns) -> std::vector<std::string> {
+    std::ranges::replace(name, '_', ' ');
+    const double all_ns = static_cast<double>(std::max<std::int64_t>(cluster.account.sum_ns(), 1));
+    return {name, milliseconds(ns), format_number(100.0 * static_cast<double>(ns) / all_ns, 3)};
+  };
+  std::vector<std::vector<std::string>> shares;
+  for (const auto& [name, ns] : account_terms(cluster.account))
+    shares.push_back(share_row(name, ns));
+  shares.push_back(share_row("processors x makespan", cluster.account.sum_ns()));
   return format_table({{"virtual cluster"}, {"", Align::kRight}, {"network"}, {"", Align::kRight}},
-                      rows);
-}
-
-double cluster_speed_up(const kernel::VirtualReport& cluster) {
-  if (cluster.makespan_ns == 0) return 0.0;
-  return static_cast<double>(cluster.committed_cost_ns) / static_cast<double>(cluster.makespan_ns);
+                      rows) +
+         "\n" +
+         format_table({{"processors' time"}, {"", Align::kRight}, {"%", Align::kRight}}, shares);
 }
 
 double cluster_utilisation(const kernel::VirtualReport& cluster) {
   if (cluster.makespan_ns == 0) return 0.0;
-  return static_cast<double>(cluster.busy_ns) /
+  return static_cast<double>(cluster.account.busy_ns()) /
          (static_cast<double>(cluster.makespan_ns) * cluster.processors);
 }
 
@@ -289,7 +309,8 @@ std::string run_text(const RunReport& report) {
          (report.real_time ? real_time_text(*report.real_time) + "\n" : "") + error_text(report) +
          "\n" + (report.run.estimates ? estimates_text(*report.run.estimates) + "\n" : "") +
          events_text(report) + "\n" + kinds_text(report.run.result.kinds) +
-         entries_text(report.run.result.worlds) + (cluster ? cluster_text(*cluster) + "\n" : "") +
+         entries_text(report.run.result.worlds) +
+         (cluster ? cluster_text(*cluster, report.one_processor_ns) + "\n" : "") +
          inputs_text(report) + broken_text(report) +
          plan_text(report.run.plan, &report.run.plan_counters);
 }

@@ -28,7 +28,8 @@ struct RunReport {
   models::RunOptions options;
   MeasuredRun run;
   bool with_step_digests = false;
-  std::vector<std::uint64_t> step_digests;  // of the states after step 1, 2, ...
+  std::vector<std::uint64_t> step_digests;       // of the states after step 1, 2, ...
+  std::optional<std::int64_t> one_processor_ns;  // see undivided_run.hpp
   std::optional<RealTimeReport> real_time;
   FileWarnings warnings;
   std::optional<ReplayOutcome> replay;
@@ -59,15 +60,19 @@ std::string joint_costs_text(const physics::SceneDescription& scene);
 std::string plan_text(const std::vector<models::PlanLine>& plan,
                       const std::vector<std::uint64_t>* counters);
 
-// What a virtual cluster's clock and network say, as a table.
-std::string cluster_text(const kernel::VirtualReport& cluster);
+// What a virtual cluster's clock and network say, and where its processors' time has gone, as
+// tables.
+std::string cluster_text(const kernel::VirtualReport& cluster,
+                         std::optional<std::int64_t> one_processor_ns);
+
+// The terms of the account by name, in the order in which they are told.
+std::vector<std::pair<std::string, std::int64_t>> account_terms(
+    const kernel::VirtualAccount& account);
 
 // Rates that reports share; 0 for a run that took no time.
 double steps_per_second(const MeasuredRun& run);
 double real_time_factor(const MeasuredRun& run, double dt_s);  // simulated time over wall time
 
-// Of a virtual cluster; 0 for a run that took no time.
-double cluster_speed_up(const kernel::VirtualReport& cluster);     // over one virtual processor
 double cluster_utilisation(const kernel::VirtualReport& cluster);  // busy over all time
 
 }  // namespace soda::analysis

@@ -155,6 +155,7 @@ void VirtualCluster::complete(std::uint32_t processor) {
   VirtualProcessor& done = processors_[processor];
   const Execution& last = executing_[processor];
   done.busy = false;
+  done.clock.complete();
   last_completion_ns_ = now_ns_;
   if (options_.adversary && done.may_undo(last.own, last.time, sampled_gvt_) &&
       options_.adversary->undoes())
@@ -188,7 +189,8 @@ void VirtualCluster::start_next(std::uint32_t index) {
     report_.execution_digest = append(report_.execution_digest, word);
   processor.busy = true;
   const std::int64_t stall_ns = options_.adversary ? options_.adversary->stall_ns() : 0;
-  appoint(now_ns_ + done.cost_ns + stall_ns, Action::kComplete, index);
+  processor.clock.execute(now_ns_, done.cost_ns, stall_ns);
+  appoint(processor.clock.now_ns(), Action::kComplete, index);
 }
 
 void VirtualCluster::send_all(std::uint32_t sender) {
@@ -276,6 +278,7 @@ void VirtualCluster::announce_gvt() {
   tell_observer(sampled_gvt_);
   const bool stands = sampled_gvt_ == gvt_;
   if (!stands) take_gvt();
+  for (std::size_t i = 0; stands && i < processors_.size(); ++i) charge_gvt(i, 0);
   if (options_.awaited && stands && appointments_.empty() && !finished_)
     for (std::uint32_t i = 0; i < processors_.size(); ++i) {
       processors_[i].stop_waiting();
@@ -306,6 +309,12 @@ void VirtualCluster::take_from_outside() {
   }
 }
 
+void VirtualCluster::charge_gvt(std::size_t processor, std::uint64_t committed) {
+  const std::int64_t cost_ns =
+      options_.gvt_cost_ns + options_.commit_cost_ns * static_cast<std::int64_t>(committed);
+  processors_[processor].clock.take_part_in_gvt(now_ns_, cost_ns, processors_[processor].busy);
+}
+
 void VirtualCluster::commit(VirtualTime gvt) {
   gvt_ = gvt;
   fault_ = fault_before(gvt);
@@ -315,9 +324,10 @@ void VirtualCluster::commit(VirtualTime gvt) {
   const VirtualTime limit = fault_ ? fault_->when : std::min(gvt, end_);
   std::uint64_t history = 0;
   Counters so_far = run_.counters;
-  for (VirtualProcessor& processor : processors_) {
+  for (std::size_t i = 0; i < processors_.size(); ++i) {
+    VirtualProcessor& processor = processors_[i];
     history += processor.history();
-    processor.commit(limit, gvt, finished_);
+    charge_gvt(i, processor.commit(limit, gvt, finished_));
     if (progress_) so_far += processor.counters();
   }
   report_.most_history = std::max(report_.most_history, history);
@@ -345,10 +355,11 @@ void VirtualCluster::tell_observer(VirtualTime gvt) const {
 
 VirtualResult VirtualCluster::result() {
   report_.makespan_ns = last_completion_ns_;
-  for (const VirtualProcessor& processor : processors_) {
+  for (VirtualProcessor& processor : processors_) {
     run_.counters += processor.counters();
-    report_.busy_ns += processor.busy_ns();
-    report_.committed_cost_ns += processor.committed_cost_ns();
+    processor.add_to(report_.account, processor.clock.end_run(report_.makespan_ns));
+    report_.account.waiting_ns += processor.clock.waiting_ns();
+    report_.account.gvt_ns += processor.clock.gvt_ns();
   }
   run_.kinds = recorder_.counts();
   recorder_.flush(true);

@@ -76,6 +76,7 @@ class VirtualCluster {
   void put_in_flight(Message message, std::int64_t sent_ns);
   VirtualTime true_gvt() const;
   std::optional<CommittedFault> fault_before(VirtualTime gvt) const;
+  void charge_gvt(std::size_t processor, std::uint64_t committed);
   void commit(VirtualTime gvt);
   void tell_observer(VirtualTime gvt) const;
   VirtualResult result();

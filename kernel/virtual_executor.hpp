@@ -11,6 +11,7 @@
 #include "kernel/executor.hpp"
 #include "kernel/message.hpp"
 #include "kernel/run_observer.hpp"
+#include "kernel/virtual_account.hpp"
 
 namespace soda::kernel {
 
@@ -48,9 +49,12 @@ struct VirtualOptions {
   Synchronisation synchronisation = Synchronisation::kOptimistic;
   std::uint64_t seed = 0;  // of the jitter
   // Cost of the bag that an LP executed last; asked once after each execution. None: each costs
-  // bag_cost_ns.
-  std::function<std::int64_t(LpId)> cost_ns = {};
+  // bag_cost_ns, all useful.
+  std::function<ExecutionCost(LpId)> cost = {};
   std::int64_t bag_cost_ns = 1000;
+  // Of its time, what a processor gives to each computation of GVT (in lockstep nothing), and to
+  // each execution that is committed.
+  std::int64_t gvt_cost_ns = 0, commit_cost_ns = 0;
   std::int64_t latency_ns = 10'000;        // of a message between processors
   std::int64_t jitter_ns = 0;              // more latency, uniform over 0 .. jitter_ns
   std::int64_t bytes_per_s = 0;            // that a processor can send; 0: no limit
@@ -75,13 +79,12 @@ struct VirtualOptions {
 
 struct VirtualReport {
   unsigned processors = 1;
-  std::int64_t makespan_ns = 0;        // when the last execution had ended
-  std::int64_t busy_ns = 0;            // sum over the processors
-  std::int64_t committed_cost_ns = 0;  // of what was not undone: what one processor would take
-  std::uint64_t remote_messages = 0;   // between processors, anti-messages included
-  std::uint64_t remote_bytes = 0;      // with kHeaderBytes each
-  std::uint64_t barriers = 0;          // lockstep only
-  std::uint64_t most_history = 0;      // executed times held by all LPs at once, at a GVT
+  std::int64_t makespan_ns = 0;       // when the last execution had ended
+  VirtualAccount account;             // of processors * makespan_ns
+  std::uint64_t remote_messages = 0;  // between processors, anti-messages included
+  std::uint64_t remote_bytes = 0;     // with kHeaderBytes each
+  std::uint64_t barriers = 0;         // lockstep only
+  std::uint64_t most_history = 0;     // executed times held by all LPs at once, at a GVT
   // Over every action, in order: equal for two runs with equal options, whatever the machine.
   std::uint64_t execution_digest = 0;
 };

@@ -119,8 +119,15 @@ class LockstepCluster {
   void meet() {
     std::int64_t latest = std::max(last_arrival_ns_, most());
     if (processors_.size() > 1) latest += options_.gvt_delay_ns;
-    std::fill(clocks_ns_.begin(), clocks_ns_.end(), latest);
+    wait_until(latest);
     ++report_.barriers;
+  }
+
+  void wait_until(std::int64_t time_ns) {
+    for (std::int64_t& clock_ns : clocks_ns_) {
+      report_.account.waiting_ns += time_ns - clock_ns;
+      clock_ns = time_ns;
+    }
   }
 
   std::int64_t most() const { return *std::max_element(clocks_ns_.begin(), clocks_ns_.end()); }
@@ -136,9 +143,12 @@ class LockstepCluster {
     const VirtualTime limit = run_.fault ? run_.fault->when : gvt;
     Counters so_far;
     std::uint64_t history = 0;
-    for (VirtualProcessor& processor : processors_) {
+    for (std::size_t i = 0; i < processors_.size(); ++i) {
+      VirtualProcessor& processor = processors_[i];
       history += processor.history();
-      processor.commit(limit, gvt, finished);
+      const auto committed = static_cast<std::int64_t>(processor.commit(limit, gvt, finished));
+      clocks_ns_[i] += options_.commit_cost_ns * committed;
+      report_.account.gvt_ns += options_.commit_cost_ns * committed;
       if (progress_) so_far += processor.counters();
     }
     report_.most_history = std::max(report_.most_history, history);
@@ -151,12 +161,12 @@ class LockstepCluster {
 
   VirtualResult result() {
     report_.makespan_ns = most();
+    wait_until(most());
     run_.kinds = recorder_.counts();
     recorder_.flush(true);
     for (const VirtualProcessor& processor : processors_) {
       run_.counters += processor.counters();
-      report_.busy_ns += processor.busy_ns();
-      report_.committed_cost_ns += processor.committed_cost_ns();
+      processor.add_to(report_.account, 0);
     }
     return {std::move(run_), report_};
   }

@@ -17,7 +17,7 @@ VirtualProcessor::VirtualProcessor(std::size_t index, const Partition& partition
       end_(end),
       options_(options),
       spent_(partition.first_of(index + 1) - first_lp_),
-      undone_cost_ns_(spent_.size()),
+      undone_cost_(spent_.size()),
       undone_until_(spent_.size(), kBeginning),
       schedule_(spent_.size()),
       is_held_(spent_.size(), false),
@@ -69,8 +69,12 @@ void VirtualProcessor::note_standing_again(std::uint32_t own) {
   for (const VirtualTime time : effects_.stand_again) {
     std::size_t at = spent.size();
     while (at > 0 && time < spent[at - 1].time) --at;
-    const auto paid = undone_cost_ns_[own].find(time);
-    spent.insert(at, {time, paid == undone_cost_ns_[own].end() ? 0 : paid->second});
+    const auto paid = undone_cost_[own].find(time);
+    const bool is_known = paid != undone_cost_[own].end();
+    const ExecutionCost cost = is_known ? paid->second : ExecutionCost{};
+    spent.insert(at, {time, cost});
+    rolled_back_ns_ -= cost.sum_ns();
+    if (is_known) undone_cost_[own].erase(paid);
   }
   effects_.stand_again.clear();
 }
@@ -79,8 +83,10 @@ void VirtualProcessor::note_standing_again(std::uint32_t own) {
 void VirtualProcessor::drop_undone(std::uint32_t own, std::uint64_t undone) {
   SlidingVector<Spent>& spent = spent_[own];
   const std::size_t standing = spent.size() - std::min<std::uint64_t>(undone, spent.size());
-  for (std::size_t i = standing; i < spent.size(); ++i)
-    undone_cost_ns_[own][spent[i].time] = spent[i].cost_ns;
+  for (std::size_t i = standing; i < spent.size(); ++i) {
+    undone_cost_[own][spent[i].time] = spent[i].cost;
+    rolled_back_ns_ += spent[i].cost.sum_ns();
+  }
   spent.truncate(standing);
 }
 
@@ -157,11 +163,13 @@ VirtualProcessor::Done VirtualProcessor::execute(std::uint32_t own, VirtualTime 
     effects_.counters.lead_max = std::max(effects_.counters.lead_max, lead);
   }
   const auto ask = [&] {
-    return options_.cost_ns ? options_.cost_ns(id_of(own)) : options_.bag_cost_ns;
+    return options_.cost ? options_.cost(id_of(own))
+                         : ExecutionCost{.useful_ns = options_.bag_cost_ns};
   };
   process.execute(effects_);
   tell_sent();
-  const std::int64_t cost_ns = ask();
+  const ExecutionCost cost = ask();
+  const std::int64_t cost_ns = cost.sum_ns();
   SODA_ASSERT(cost_ns >= 0, "LP ", index_of(id_of(own)), " at ", now, " costs ", cost_ns, " ns");
   if (effects_.recorder != nullptr) effects_.recorder->cost(id_of(own), cost_ns);
   if (options_.check_purity) {
@@ -172,10 +180,12 @@ VirtualProcessor::Done VirtualProcessor::execute(std::uint32_t own, VirtualTime 
     effects_.recorder = recorder;
     ask();  // what the repetition cost is not part of the model
   }
-  // What is executed again behind GVT was paid for when it was committed.
-  if (now >= gvt_) spent_[own].push_back({now, cost_ns});
+  // What is executed again behind GVT was committed with what it cost then.
+  if (now >= gvt_)
+    spent_[own].push_back({now, cost});
+  else
+    rolled_back_ns_ += cost_ns;
   note_standing_again(own);
-  busy_ns_ += cost_ns;
   refresh(own);
   return {now, cost_ns};
 }
@@ -209,7 +219,8 @@ std::optional<CommittedFault> VirtualProcessor::first_fault() const {
   return first;
 }
 
-void VirtualProcessor::commit(VirtualTime limit, VirtualTime gvt, bool finished) {
+std::uint64_t VirtualProcessor::commit(VirtualTime limit, VirtualTime gvt, bool finished) {
+  const std::uint64_t before = executions_committed_;
   // In the end, too, who has been rolled back behind what was committed and has not run since.
   for (std::uint32_t own = 0; finished && own < processes_.size(); ++own) note_uncommitted(own);
   std::size_t left = 0;
@@ -225,6 +236,14 @@ void VirtualProcessor::commit(VirtualTime limit, VirtualTime gvt, bool finished)
     is_held_[own] = false;
     refresh(own);
   }
+  return executions_committed_ - before;
+}
+
+void VirtualProcessor::add_to(VirtualAccount& account, std::int64_t cut_ns) const {
+  account.standing += committed_;
+  account.rolled_back_ns += rolled_back_ns_ - cut_ns;
+  for (const SlidingVector<Spent>& spent : spent_)
+    for (std::size_t i = 0; i < spent.size(); ++i) account.rolled_back_ns += spent[i].cost.sum_ns();
 }
 
 bool VirtualProcessor::commit_one(std::uint32_t own, VirtualTime limit, VirtualTime gvt,
@@ -236,12 +255,13 @@ bool VirtualProcessor::commit_one(std::uint32_t own, VirtualTime limit, VirtualT
   SlidingVector<Spent>& spent = spent_[own];
   std::size_t committed = 0;
   for (; committed < spent.size() && spent[committed].time < limit; ++committed)
-    committed_cost_ns_ += spent[committed].cost_ns;
+    committed_ += spent[committed].cost;
+  executions_committed_ += committed;
   spent.drop_front(committed);
-  std::erase_if(undone_cost_ns_[own], [gvt](const auto& item) { return item.first < gvt; });
+  std::erase_if(undone_cost_[own], [gvt](const auto& item) { return item.first < gvt; });
   count_history(own);
   return process.is_committed() && !process.has_antis() && spent.empty() &&
-         undone_cost_ns_[own].empty();
+         undone_cost_[own].empty();
 }
 
 void VirtualProcessor::count_history(std::uint32_t own) {

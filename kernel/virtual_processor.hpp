@@ -14,6 +14,7 @@
 #include "kernel/partition.hpp"
 #include "kernel/sliding_vector.hpp"
 #include "kernel/time_warp_process.hpp"
+#include "kernel/virtual_account.hpp"
 #include "kernel/virtual_executor.hpp"
 
 namespace soda::kernel {
@@ -58,17 +59,20 @@ class VirtualProcessor {
   VirtualTime floor_of(std::uint32_t own) const { return processes_[own].floor(); }
   std::optional<CommittedFault> first_fault() const;
 
-  // Commits everything < limit; `gvt` as fossil horizon, unless the run is finished.
-  void commit(VirtualTime limit, VirtualTime gvt, bool finished);
+  // Commits everything < limit; `gvt` as fossil horizon, unless the run is finished. Returns how
+  // many executions that are.
+  std::uint64_t commit(VirtualTime limit, VirtualTime gvt, bool finished);
   // Executions that are kept, of all its LPs.
   std::size_t history();
   std::size_t lps() const { return processes_.size(); }
   const Counters& counters() const { return effects_.counters; }
-  std::int64_t busy_ns() const { return busy_ns_; }
-  std::int64_t committed_cost_ns() const { return committed_cost_ns_; }
+  // At the end of a run: what stands, what does not; `cut_ns` of its executions would have come
+  // after the end.
+  void add_to(VirtualAccount& account, std::int64_t cut_ns) const;
   LpId id_of(std::uint32_t own) const { return LpId{first_lp_ + own}; }
 
   // State of the clock model; the cluster's.
+  ProcessorClock clock;  // not of lockstep
   bool busy = false;
   bool wakes = false;                // a wake-up is queued already
   std::int64_t deaf_until_ns = 0;    // takes in nothing until then
@@ -77,7 +81,7 @@ class VirtualProcessor {
  private:
   struct Spent {
     VirtualTime time;
-    std::int64_t cost_ns = 0;
+    ExecutionCost cost;
   };
 
   bool within_window(VirtualTime time, VirtualTime gvt) const;
@@ -106,8 +110,8 @@ class VirtualProcessor {
   Journal journal_;
   std::vector<TimeWarpProcess> processes_;
   std::vector<SlidingVector<Spent>> spent_;  // of each LP, what stands and is not committed
-  std::vector<std::map<VirtualTime, std::int64_t>> undone_cost_ns_;  // of each LP, by time
-  std::vector<VirtualTime> undone_until_;                            // of each LP
+  std::vector<std::map<VirtualTime, ExecutionCost>> undone_cost_;  // of each LP, by time
+  std::vector<VirtualTime> undone_until_;                          // of each LP
   LpHeap schedule_;                         // by floor, without those that are held
   std::vector<std::uint32_t> held_;         // may hold (gating); in any order
   std::vector<char> is_held_;               // whether an LP is among them
@@ -124,8 +128,9 @@ class VirtualProcessor {
   std::vector<LpId> candidates_;
   bool awaits_ = false;  // a message that has not come yet
   VirtualTime gvt_ = kBeginning;
-  std::int64_t busy_ns_ = 0;
-  std::int64_t committed_cost_ns_ = 0;
+  ExecutionCost committed_;
+  std::uint64_t executions_committed_ = 0;
+  std::int64_t rolled_back_ns_ = 0;
 };
 
 }  // namespace soda::kernel

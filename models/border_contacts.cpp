@@ -120,7 +120,10 @@ BorderContacts find_border_contacts(const physics::SceneDescription& scene,
       continue;
     }
     const physics::IndexPair pair = pairs[p++];
-    if (!tests(map, self, all, pair)) continue;
+    if (!tests(map, self, all, pair)) {
+      ++out.pairs_of_others;
+      continue;
+    }
     const bool crosses = all.owners[pair.first] != self || all.owners[pair.second] != self;
     crossing.clear();
     std::vector<ContactManifold>& found = crosses ? crossing : out.manifolds;

@@ -28,6 +28,7 @@ struct BorderContacts {
   std::map<WorldId, Fragment> fragments;
   // Contacts between ghosts that this world has tested for their owners; ascending pairs.
   std::vector<physics::ContactManifold> for_others;
+  std::size_t pairs_of_others = 0;  // whose boxes meet, and that another world tests
 };
 
 // Pairs with one owner are tested by that owner; others by the world that owns the cell with the

@@ -102,6 +102,7 @@ Worlds build_worlds(const Surroundings& around, const Rules& rules,
                           .commits = around.commits,
                           .rollback = options.rollback,
                           .gating = options.gating,
+                          .processes = partition,
                           .processors = processors,
                           .exchange_ns = exchange_ns(options),
                           .ghosts = options.ghosts,
@@ -116,18 +117,15 @@ Worlds build_worlds(const Surroundings& around, const Rules& rules,
 }
 
 // Asked once after each event of a world: what its counters say has been done since.
-std::function<std::int64_t(kernel::LpId)> cost_from_counters(const Worlds& worlds) {
-  struct Reading {
-    physics::StageCounters stages;
-    WorldCounters worlds;
-  };
-  return [&worlds, last = std::vector<Reading>(worlds.size())](kernel::LpId lp) mutable {
-    const World& world = static_cast<const World&>(*worlds[kernel::index_of(lp)]);
-    Reading& reading = last[kernel::index_of(lp)];
-    const std::int64_t cost_ns =
-        work_cost_ns(reading.stages, world.stages(), reading.worlds, world.counters());
-    reading = {world.stages(), world.counters()};
-    return cost_ns;
+std::function<kernel::ExecutionCost(kernel::LpId)> cost_from_counters(
+    const Worlds& worlds, kernel::Synchronisation synchronisation) {
+  return [&worlds, synchronisation,
+          last = std::vector<WorkReading>(worlds.size())](kernel::LpId lp) mutable {
+    const WorkReading now = static_cast<const World&>(*worlds[kernel::index_of(lp)]).work();
+    WorkReading& before = last[kernel::index_of(lp)];
+    const kernel::ExecutionCost cost = work_cost(before, now, synchronisation);
+    before = now;
+    return cost;
   };
 }
 
@@ -167,11 +165,18 @@ kernel::RunResult run_on_cluster(const Worlds& worlds, const Driver& driver,
   cluster.outside = driver.outside;
   cluster.stop = options.stop;
   cluster.recording = driver.recording;
-  if (!options.constant_cost) cluster.cost_ns = cost_from_counters(worlds);
+  if (!options.constant_cost) {
+    cluster.cost = cost_from_counters(worlds, options.synchronisation);
+    cluster.gvt_cost_ns = gvt_cost_ns();
+    cluster.commit_cost_ns = commit_cost_ns();
+  }
   if (options.event_cost_ns)
-    cluster.cost_ns = [&options, own = cluster.cost_ns](kernel::LpId lp) {
-      const std::int64_t own_ns = own ? own(lp) : options.cluster.bag_cost_ns;
-      return options.event_cost_ns(WorldId{kernel::index_of(lp)}, own_ns);
+    cluster.cost = [&options, own = cluster.cost](kernel::LpId lp) {
+      kernel::ExecutionCost cost =
+          own ? own(lp) : kernel::ExecutionCost{.useful_ns = options.cluster.bag_cost_ns};
+      const std::int64_t own_ns = cost.sum_ns();
+      cost.useful_ns += options.event_cost_ns(WorldId{kernel::index_of(lp)}, own_ns) - own_ns;
+      return cost;
     };
   kernel::VirtualResult result =
       kernel::run_virtual(worlds, time_of(options.steps, Phase::kBegin), cluster, driver.progress);

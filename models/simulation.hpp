@@ -86,8 +86,8 @@ struct RunOptions {
   EntryObserver* entries = nullptr;  // who is told how far worlds are; outlives the run
   // Ends the run at the next commit when it is no longer 0; may be null, or outlives the run.
   const kernel::StopRequest* stop = nullptr;
-  // kVirtual only. Its window and synchronisation are those above, and its cost_ns is work_cost_ns
-  // (work_cost.hpp) unless `constant_cost`: then each event costs bag_cost_ns.
+  // kVirtual only. Its window and synchronisation are those above, and its costs are those of
+  // work_cost.hpp unless `constant_cost`: then each event costs bag_cost_ns, and nothing else does.
   kernel::VirtualOptions cluster = {};
   // What an event costs that would cost the second argument; none: that.
   std::function<std::int64_t(WorldId, std::int64_t)> event_cost_ns = {};
@@ -142,6 +142,9 @@ struct WorldCounters {
   // virtual cluster, and where ghosts are guessed.
   std::uint64_t contacts_false = 0, contacts_missed = 0;
   std::uint64_t bodies_sampled = 0;  // for load balancing
+  // Events that an undivided run has, too: the beginnings, pairs and ends of steps, of the first
+  // world.
+  std::uint64_t events_alone = 0;
 };
 WorldCounters& operator+=(WorldCounters& sum, const WorldCounters& more);
 

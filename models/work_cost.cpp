@@ -18,6 +18,10 @@ constexpr std::int64_t kDrive = 50;
 constexpr std::int64_t kBorderTest = 50;
 constexpr std::int64_t kRecord = 250;  // a ghost, contact, record or migrant, encoded or decoded
 constexpr std::int64_t kBytesPerNs = 2;
+constexpr std::int64_t kStoredEntry = 300;  // its frame, read and written
+constexpr std::int64_t kStoredBody = 50;    // read, compared, packed
+constexpr std::int64_t kGvt = 1000;         // a report and an outcome, of all worlds of a processor
+constexpr std::int64_t kCommit = 100;       // handing it on, and collecting what it left
 
 constexpr std::int64_t kSampledBody = 500;  // what measuring a load costs (load_sample.hpp)
 
@@ -51,12 +55,8 @@ std::int64_t solves_ns(const physics::StageCounters& before, const physics::Stag
          grown(before.factor_multiplications, after.factor_multiplications) / kMultiplicationsPerNs;
 }
 
-}  // namespace
-
-std::int64_t work_cost_ns(const physics::StageCounters& before, const physics::StageCounters& after,
-                          const WorldCounters& worlds_before, const WorldCounters& worlds_after) {
-  std::int64_t cost = kEvent;
-  cost += kBody * grown(before.boxes, after.boxes);
+std::int64_t physics_ns(const physics::StageCounters& before, const physics::StageCounters& after) {
+  std::int64_t cost = kBody * grown(before.boxes, after.boxes);
   cost += kPair * grown(before.candidate_pairs, after.candidate_pairs);
   for (std::size_t kernel = 0; kernel < before.narrowphase_tests.size(); ++kernel)
     cost += test_ns(static_cast<physics::ShapeKernel>(kernel)) *
@@ -65,16 +65,51 @@ std::int64_t work_cost_ns(const physics::StageCounters& before, const physics::S
   cost += solves_ns(before, after);
   cost += kJointRow * grown(before.joint_rows, after.joint_rows);
   cost += kImpactSearch * grown(before.impact_searches(), after.impact_searches());
-  cost += kDrive * (grown(before.driven_bodies, after.driven_bodies) +
-                    grown(before.forced_bodies, after.forced_bodies));
-  cost += kBorderTest * grown(worlds_before.border_tests, worlds_after.border_tests);
-  cost += kRecord * (grown(worlds_before.ghosts_sent, worlds_after.ghosts_sent) +
-                     grown(worlds_before.fragments_sent, worlds_after.fragments_sent) +
-                     grown(worlds_before.records_sent, worlds_after.records_sent) +
-                     grown(worlds_before.migrations, worlds_after.migrations));
-  cost += kSampledBody * grown(worlds_before.bodies_sampled, worlds_after.bodies_sampled);
-  return cost + grown(worlds_before.bytes_sent, worlds_after.bytes_sent) / kBytesPerNs;
+  return cost + kDrive * (grown(before.driven_bodies, after.driven_bodies) +
+                          grown(before.forced_bodies, after.forced_bodies));
 }
+
+std::int64_t division_ns(const WorldCounters& before, const WorldCounters& after) {
+  return kBorderTest * grown(before.border_tests, after.border_tests) +
+         kRecord * (grown(before.ghosts_sent, after.ghosts_sent) +
+                    grown(before.fragments_sent, after.fragments_sent) +
+                    grown(before.records_sent, after.records_sent) +
+                    grown(before.migrations, after.migrations)) +
+         kSampledBody * grown(before.bodies_sampled, after.bodies_sampled);
+}
+
+std::int64_t checkpoints_ns(const WorldCounters& before, const WorldCounters& after) {
+  return kStoredEntry * grown(before.entries_stored, after.entries_stored) +
+         kStoredBody * grown(before.bodies_stored, after.bodies_stored) +
+         (grown(before.state_bytes_stored, after.state_bytes_stored) +
+          grown(before.memo_bytes_stored, after.memo_bytes_stored)) /
+             kBytesPerNs;
+}
+
+}  // namespace
+
+kernel::ExecutionCost work_cost(const WorkReading& before, const WorkReading& after,
+                                kernel::Synchronisation synchronisation) {
+  const std::int64_t replicated_ns = physics_ns(before.replicated, after.replicated);
+  const std::int64_t alone_ns =
+      kEvent * grown(before.worlds.events_alone, after.worlds.events_alone);
+  const bool keeps_checkpoints = synchronisation == kernel::Synchronisation::kOptimistic;
+  return {
+      .useful_ns = alone_ns + physics_ns(before.stages, after.stages) - replicated_ns,
+      .replicated_ns = replicated_ns,
+      .division_ns = kEvent - alone_ns + division_ns(before.worlds, after.worlds),
+      .checkpoints_ns = keeps_checkpoints ? checkpoints_ns(before.worlds, after.worlds) : 0,
+      .sending_ns = grown(before.worlds.bytes_sent, after.worlds.bytes_sent) / kBytesPerNs,
+  };
+}
+
+std::int64_t undivided_cost_ns(const SimulationResult& undivided) {
+  return kEvent * static_cast<std::int64_t>(undivided.events.executed) +
+         physics_ns({}, undivided.stages);
+}
+
+std::int64_t gvt_cost_ns() { return kGvt; }
+std::int64_t commit_cost_ns() { return kCommit; }
 
 std::int64_t body_cost_ns() { return kBody + kBorderTest; }
 std::int64_t test_cost_ns(physics::ShapeKernel kernel) { return kPair + test_ns(kernel); }

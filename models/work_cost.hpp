@@ -1,19 +1,45 @@
 // What work costs on a virtual processor: a function of counters, so that it is the same
 // everywhere.
+//
+// Work that stands belongs to one of (kernel::ExecutionCost):
+// - useful: what the undivided run does. A mixed island is useful on the processor of the world
+//   that owns its label, and the events of a step on the first world.
+// - replicated: mixed islands that the others solve, too, and pairs that somebody else tests.
+// - division: border tests, and the packing and unpacking of ghosts, contacts, records and
+//   migrants; the events of all other worlds; samples of load.
+// - checkpoints: entries stored and read. In lockstep nobody goes back, so none are charged.
+// - sending: bytes that leave a world.
+// GVT and commits are charged by processor, beside executions. What an event that is executed again
+// takes over from the one that it replaces was paid there: it counts as rolled back.
 #pragma once
 
 #include <cstdint>
 
+#include "kernel/virtual_account.hpp"
 #include "models/simulation.hpp"
 #include "physics/model/stage_counters.hpp"
 
 namespace soda::models {
 
-// Modelled time of the work between two readings of a world's counters (`before` <= `after`).
-// Never 0: even an event without work is scheduled and takes in its bag. How well the weights fit
-// real times is in README.md, "Modelled cost".
-std::int64_t work_cost_ns(const physics::StageCounters& before, const physics::StageCounters& after,
-                          const WorldCounters& worlds_before, const WorldCounters& worlds_after);
+// A reading of a world's counters.
+struct WorkReading {
+  physics::StageCounters stages;
+  physics::StageCounters replicated;  // of these, what another processor does, too
+  WorldCounters worlds;
+};
+
+// Modelled time of the work of one event, between two readings (`before` <= `after`). Never 0: even
+// an event without work is scheduled and takes in its bag. How well the weights fit real times is
+// in README.md, "Decisions".
+kernel::ExecutionCost work_cost(const WorkReading& before, const WorkReading& after,
+                                kernel::Synchronisation synchronisation);
+
+// The sum of a run of one world in sequence: what one processor takes.
+std::int64_t undivided_cost_ns(const SimulationResult& undivided);
+
+// Of a processor's time, for a computation of GVT, and for an event that is committed.
+std::int64_t gvt_cost_ns();
+std::int64_t commit_cost_ns();
 
 // Parts of it, to tell beforehand what bodies and islands will cost: a body by itself, a pair of
 // shapes tested, a contact point found, a record told, and an island solved.

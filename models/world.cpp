@@ -65,7 +65,12 @@ World::World(const WorldSurroundings& surroundings, WorldId id, std::int64_t buf
       rules_(buffer_.rules(buffer_.newest())) {}
 
 void World::execute(kernel::VirtualTime now, Bag bag, kernel::Outbox& outbox) {
-  switch (phase_of(now)) {
+  const Phase phase = phase_of(now);
+  const bool is_of_every_step =
+      phase == Phase::kFinish ||
+      (pass_of(now) == 0 && (phase == Phase::kBegin || phase == Phase::kPairs));
+  counters_.events_alone += index_of(id_) == 0 && is_of_every_step;
+  switch (phase) {
     case Phase::kBegin:
       begin(now.t, bag);
       return detect(now.t, outbox);
@@ -201,6 +206,7 @@ void World::pairs(std::int64_t step, kernel::Outbox& outbox) {
       find_border_contacts(*rules_.scene, around_.geometry, *rules_.map, id_, ids_, states_,
                            scratch_.boxes, ghosts_, {repetition_, scratch_.resting}, stages_);
   scratch_.manifolds = std::move(contacts.manifolds);
+  replicated_.candidate_pairs += contacts.pairs_of_others;
   if (remembers()) remember_contacts(step, contacts.for_others);
   merge_.nodes = std::move(contacts.foreign);
   if (audits()) audit_contacts(step, contacts.fragments);

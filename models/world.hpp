@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "kernel/logical_process.hpp"
+#include "kernel/partition.hpp"
 #include "models/absorption.hpp"
 #include "models/cell_cover.hpp"
 #include "models/commit_merge.hpp"
@@ -26,6 +27,7 @@
 #include "models/solve_share.hpp"
 #include "models/split_solve.hpp"
 #include "models/transform_buffer.hpp"
+#include "models/work_cost.hpp"
 #include "physics/step/step.hpp"
 
 namespace soda::models {
@@ -41,6 +43,7 @@ struct WorldSurroundings {
   CommitSink& commits;
   RollbackMode rollback;
   bool gating;
+  kernel::Partition processes;  // which worlds share the memory of solves with which
   // The processor of each world, if giant islands are split between processors; else empty.
   std::span<const std::uint32_t> processors;
   std::int64_t exchange_ns;  // of a message between them, about
@@ -80,6 +83,7 @@ class World final : public kernel::LogicalProcess {
 
   const physics::StageCounters& stages() const { return stages_; }
   const WorldCounters& counters() const { return counters_; }
+  WorkReading work() const { return {stages_, replicated_, counters_}; }
   // The newest entry, without memo: after a run, the state after its last step. In `copy`, or
   // valid until the world executes.
   const BufferEntry& newest_entry(BufferEntry& copy) const {
@@ -150,7 +154,7 @@ class World final : public kernel::LogicalProcess {
   void note_owners(std::size_t island, const KnownBodies& known);
   void advance_own_island(std::uint32_t pass);
   bool take_resting(physics::IslandReport& report);
-  void advance_mixed_island(std::int64_t step, bool reports);
+  void advance_mixed_island(std::int64_t step, WorldId label_owner);
   void advance_free_bodies();
   void start_warm();
   void count_repetition(bool taken, std::size_t bodies);
@@ -195,10 +199,10 @@ class World final : public kernel::LogicalProcess {
   kernel::Refusal refusal_;  // of the last absorb()
 
   physics::StageCounters stages_;
+  physics::StageCounters replicated_;  // of these, what another process does, too
   WorldCounters counters_;
   GuessAudit audit_;
-  physics::StageCounters stages_at_entry_;  // when the last entry was written; only for samples
-  WorldCounters counters_at_entry_;
+  WorkReading work_at_entry_;  // when the last entry was written; only for samples
 };
 
 }  // namespace soda::models

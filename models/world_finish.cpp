@@ -4,7 +4,6 @@
 #include <map>
 #include <utility>
 
-#include "models/work_cost.hpp"
 #include "models/world.hpp"
 #include "physics/integrators/free_flight.hpp"
 #include "physics/step/advance_island.hpp"
@@ -76,11 +75,8 @@ void World::write_entry(std::int64_t step, bool somebody_leaves, kernel::Outbox&
 }
 
 std::int64_t World::spent_since_last_entry() {
-  const std::int64_t spent_ns =
-      work_cost_ns(stages_at_entry_, stages_, counters_at_entry_, counters_);
-  stages_at_entry_ = stages_;
-  counters_at_entry_ = counters_;
-  return spent_ns;
+  const WorkReading before = std::exchange(work_at_entry_, work());
+  return work_cost(before, work_at_entry_, kernel::Synchronisation::kOptimistic).sum_ns();
 }
 
 // Own bodies and foreign nodes side by side. Every participating world solves the whole of a mixed
@@ -128,7 +124,7 @@ bool World::advance_island(kernel::VirtualTime now, Bag bag, std::size_t island,
   if (!mixed)
     advance_own_island(pass_of(now));
   else if (pass_of(now) > 0 || !take_split(bag))
-    advance_mixed_island(now.t, is_own(bodies.front()));
+    advance_mixed_island(now.t, known.owners[bodies.front()]);
   if (remembers() && pass_of(now) == 0) remember_island(island, known, mixed);
   note_known(bodies, known);
   end_pass(bodies, known);
@@ -235,8 +231,8 @@ void World::remember_island(std::size_t island, const KnownBodies& known, bool m
 }
 
 // Of the worlds in one process, the first to come solves; the others find its solution. The owner
-// of the label reports the island.
-void World::advance_mixed_island(std::int64_t step, bool reports) {
+// of the label reports the island, and its process is the one whose solve is not done elsewhere.
+void World::advance_mixed_island(std::int64_t step, WorldId label_owner) {
   ++counters_.mixed_islands;
   start_warm();
   kernel::Bytes input;
@@ -249,17 +245,23 @@ void World::advance_mixed_island(std::int64_t step, bool reports) {
     ++counters_.islands_reused;
   } else {
     auto fresh = std::make_shared<SolvedIsland>();
+    physics::StageCounters work;
     fresh->report =
         physics::advance_island(physics::whole_step(*rules_.scene, around_.geometry,
                                                     scratch_.island_ids, scratch_.island_manifolds),
-                                scratch_.island_states, {scratch_.solve, stages_, fresh->faults});
+                                scratch_.island_states, {scratch_.solve, work, fresh->faults});
+    stages_ += work;
+    const auto process_of = [this](WorldId world) {
+      return around_.processes.owner_of(kernel::LpId{index_of(world)});
+    };
+    if (process_of(label_owner) != process_of(id_)) replicated_ += work;
     fresh->states = scratch_.island_states;
     solved = fresh;
     around_.solves.store(step, std::move(input), std::move(fresh));
   }
   count_repetition(!is_fresh, scratch_.island_ids.size());
   scratch_.island_states = solved->states;
-  if (reports) report_.islands.push_back(solved->report);
+  if (label_owner == id_) report_.islands.push_back(solved->report);
   report_.faults.insert(report_.faults.end(), solved->faults.begin(), solved->faults.end());
 }
 

@@ -37,7 +37,7 @@ TEST(VirtualExecutor, CommitsTheSequentialDigestForEveryClusterAndPolicy) {
                                                    .gvt_interval_ns = 5000});
           ASSERT_EQ(phold_digest(lps), phold_digest(oracle)) << "seed " << seed;
           ASSERT_EQ(found.run.counters.committed, expected.counters.committed);
-          ASSERT_EQ(found.report.committed_cost_ns,
+          ASSERT_EQ(found.report.account.standing.sum_ns(),
                     1000 * static_cast<std::int64_t>(expected.counters.committed));
           if (policy == Synchronisation::kLockstep)
             ASSERT_EQ(found.run.counters.rollbacks, 0u);
@@ -84,8 +84,8 @@ TEST(VirtualExecutor, TheClockAddsCostTransferLatencyAndCost) {
   const VirtualReport report = run_virtual(one_message(), {5, 0}, options).report;
   // The first GVT opens the window at 10 ns. 1000 bytes at 100 MB/s take 10 us.
   EXPECT_EQ(report.makespan_ns, 10 + 300 + 10'000 + 7000 + 300);
-  EXPECT_EQ(report.busy_ns, 600);
-  EXPECT_EQ(report.committed_cost_ns, 600);
+  EXPECT_EQ(report.account.standing.sum_ns(), 600);
+  EXPECT_EQ(report.account.rolled_back_ns, 0);
   EXPECT_EQ(report.remote_messages, 1u);
   EXPECT_EQ(report.remote_bytes, 1000u);
 }
@@ -126,8 +126,7 @@ TEST(VirtualExecutor, OneProcessorIsAlwaysBusyAndSendsNothing) {
   const Lps lps = make_phold(rough_model(3));
   const VirtualResult result =
       run_virtual(lps, kEnd, {.window = 1000, .gvt_interval_ns = 1000, .gvt_delay_ns = 0});
-  EXPECT_EQ(result.report.makespan_ns, result.report.busy_ns);
-  EXPECT_EQ(result.report.busy_ns, result.report.committed_cost_ns);
+  EXPECT_EQ(result.report.makespan_ns, result.report.account.standing.useful_ns);
   EXPECT_EQ(result.report.remote_messages, 0u);
   EXPECT_EQ(result.run.counters.rollbacks, 0u);
 }
@@ -184,13 +183,15 @@ TEST(VirtualExecutor, WhatIsUndoneBehindTheFaultThatEndsTheRunIsCommittedAllTheS
         {}})
     lps.push_back(std::make_unique<ScriptedProcess>(script));
   const RunResult result =
-      run_virtual(lps, {30, 0},
-                  {.processors = 3,  // of two LPs each
-                   .window = 10,
-                   .cost_ns = [](LpId lp) { return lp == LpId{2} ? 100'000 : 1000; },
-                   .latency_ns = 0,
-                   .gvt_interval_ns = 700,
-                   .gvt_delay_ns = 0})
+      run_virtual(
+          lps, {30, 0},
+          {.processors = 3,  // of two LPs each
+           .window = 10,
+           .cost =
+               [](LpId lp) { return ExecutionCost{.useful_ns = lp == LpId{2} ? 100'000 : 1000}; },
+           .latency_ns = 0,
+           .gvt_interval_ns = 700,
+           .gvt_delay_ns = 0})
           .run;
   ASSERT_TRUE(result.fault);
   EXPECT_EQ(result.fault->when, (VirtualTime{16, 0}));

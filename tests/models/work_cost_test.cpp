@@ -7,7 +7,8 @@ namespace soda::models {
 namespace {
 
 std::int64_t cost(const physics::StageCounters& before, const physics::StageCounters& after) {
-  return work_cost_ns(before, after, {}, {});
+  return work_cost({before, {}, {}}, {after, {}, {}}, kernel::Synchronisation::kOptimistic)
+      .sum_ns();
 }
 
 // Rows and sweeps of the solve of one island.
