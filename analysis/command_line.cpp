@@ -35,6 +35,7 @@ struct Requests {
   AnticipationRequest anticipation;
   VerifyRequest verify;
   RollbackRequest rollback;
+  ScalingRequest scaling;
   PholdRequest phold;
   SwarmRequest swarm;
   FuzzRequest fuzz;
@@ -104,6 +105,9 @@ constexpr Command kCommands[] = {
     {"rollback", "compare the rollback modes: what they cost, and how far warm strays", false,
      [](CLI::App& app, R& r, const Wanted&) { define_rollback(app, r.rollback); },
      [](const R& r, Stream& out, Stream& err) { return rollback_command(r.rollback, out, err); }},
+    {"scaling", "what division gains on the virtual cluster, and where processors' time goes",
+     false, [](CLI::App& app, R& r, const Wanted&) { define_scaling(app, r.scaling); },
+     [](const R& r, Stream& out, Stream& err) { return scaling_command(r.scaling, out, err); }},
     {"phold", "benchmark of the kernel: events and no physics", true,
      [](CLI::App& app, R& r, const Wanted&) { define_phold(app, r.phold); },
      [](const R& r, Stream& out, Stream&) { return phold_command(r.phold, out); }},

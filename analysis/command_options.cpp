@@ -116,34 +116,6 @@ void define_replay(CLI::App& replay, ReplayRequest& request) {
                 event_forms());
 }
 
-void define_diff(CLI::App& diff, DiffRequest& request) {
-  diff.add_option("LOG", request.files[0], "log written by soda run --log")->required();
-  diff.add_option("OTHER", request.files[1], "another one")->required();
-  diff.add_flag("--json", request.json, "print one JSON object");
-  diff.footer(
-      "example:\n"
-      "  soda run scenarios/library/crowd.json --log a.sodalog\n"
-      "  soda run scenarios/library/crowd.json --worlds 4 --log b.sodalog\n"
-      "  soda diff a.sodalog b.sodalog");
-}
-
-void define_contacts(CLI::App& command, ContactsRequest& request) {
-  command.add_option("LOG", request.file, "log written by soda run --log")->required();
-  CLI::Option* step =
-      command.add_option("--step", request.step, "after this step (default: the last)");
-  command.add_option("--every", request.every, "after step 0 and each multiple of this")
-      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 40))
-      ->excludes(step);
-  command.add_option("--body", request.body, "only contacts of this body");
-  CLI::Option* csv = command.add_flag("--csv", request.csv, "a line for each contact point");
-  command.add_flag("--json", request.json, "print one JSON object")->excludes(csv);
-  command.footer(
-      "examples:\n"
-      "  soda run scenarios/library/pyramid.json --log pyramid.sodalog\n"
-      "  soda contacts pyramid.sodalog --body 0\n"
-      "  soda contacts pyramid.sodalog --every 60 --csv > forces.csv");
-}
-
 void define_view(CLI::App& view, ViewRequest& request) {
   view.add_option("LOG", request.file, "log written by soda run --log")->required();
   view.add_option("-o,--output", request.page_file, "HTML file (default: LOG.html)");
@@ -294,6 +266,41 @@ void define_rollback(CLI::App& rollback, RollbackRequest& request) {
       "examples:\n"
       "  soda rollback scenarios/library/border-stack.json --steps 60 --gating off\n"
       "  soda rollback scenarios/library/eight-corner.json --latency-us 100 --json");
+}
+
+void define_scaling(CLI::App& command, ScalingRequest& request) {
+  Overrides& overrides = request.setting.overrides;
+  command.add_option("FILE", request.files, "scenarios");
+  command.add_option("--library", request.library, "all scenarios of this folder");
+  CLI::Option* weak =
+      command.add_flag("--weak", request.setting.weak,
+                       "a copy of the scene for each world, side by side: the scene grows");
+  command
+      .add_flag_callback(
+          "--strong", [&request] { request.setting.weak = false; },
+          "one scene for all worlds (default)")
+      ->excludes(weak);
+  command.add_option("--worlds", request.worlds,
+                     "numbers of worlds, as 1,10,100 (default: the scenario's, or 8)");
+  command.add_option("--network", request.network,
+                     "shared, infiniband, ten-gbe (default) or internet; --latency-us and "
+                     "--bandwidth-mb-s come first");
+  command.add_option("--against", request.against,
+                     "lockstep, invalidate, ungated, with commas between them; or none (default)");
+  command.add_option("--steps", overrides.steps, "(default: the scenario's, at most 20)");
+  command.add_option("--buffer", overrides.buffer, "entries of each world's transform buffer");
+  command.add_option("--seed", overrides.seed, "replaces every seed of the scenario");
+  add_cluster_options(command, overrides.cluster, "modelled from its counters");
+  CLI::Option* json = command.add_flag("--json", request.json, "print one JSON object");
+  command.add_flag("--csv", request.csv, "a table with a line of names")->excludes(json);
+  command.add_option("-o,--output", request.page, "an HTML page with tables and pictures, too");
+  command.add_flag("--force", request.force, "replace the page if it exists");
+  add_strict_option(command, overrides.strict);
+  command.footer(
+      "examples:\n"
+      "  soda scaling --library scenarios/library\n"
+      "  soda scaling scenarios/library/sparse-10000.json --worlds 1,10,100,1000 -o scaling.html\n"
+      "  soda scaling scenarios/library/pyramid.json --weak --worlds 1,4,16 --network infiniband");
 }
 
 void define_phold(CLI::App& phold, PholdRequest& request) {

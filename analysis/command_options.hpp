@@ -11,6 +11,7 @@
 #include "analysis/replay_command.hpp"
 #include "analysis/rollback_command.hpp"
 #include "analysis/run_command.hpp"
+#include "analysis/scaling/scaling_command.hpp"
 #include "analysis/swarm_command.hpp"
 #include "analysis/verify_command.hpp"
 #include "analysis/view_command.hpp"
@@ -30,13 +31,12 @@ struct Wanted {
 void define_run(CLI::App& run, RunRequest& request, const Wanted& wanted);
 void define_plan(CLI::App& plan, PlanRequest& request);
 void define_replay(CLI::App& replay, ReplayRequest& request);
-void define_diff(CLI::App& diff, DiffRequest& request);
-void define_contacts(CLI::App& command, ContactsRequest& request);
 void define_view(CLI::App& view, ViewRequest& request);
 void define_accuracy(CLI::App& command, AccuracyRequest& request);
 void define_anticipation(CLI::App& command, AnticipationRequest& request);
 void define_verify(CLI::App& verify, VerifyRequest& request);
 void define_rollback(CLI::App& rollback, RollbackRequest& request);
+void define_scaling(CLI::App& command, ScalingRequest& request);
 void define_phold(CLI::App& phold, PholdRequest& request);
 void define_fuzz(CLI::App& fuzz, FuzzRequest& request);
 void define_swarm(CLI::App& swarm, SwarmRequest& request);

@@ -65,4 +65,32 @@ void define_trace(CLI::App& command, TraceRequest& request) {
       "  soda trace run.sodalog -o trace.json");
 }
 
+void define_diff(CLI::App& diff, DiffRequest& request) {
+  diff.add_option("LOG", request.files[0], "log written by soda run --log")->required();
+  diff.add_option("OTHER", request.files[1], "another one")->required();
+  diff.add_flag("--json", request.json, "print one JSON object");
+  diff.footer(
+      "example:\n"
+      "  soda run scenarios/library/crowd.json --log a.sodalog\n"
+      "  soda run scenarios/library/crowd.json --worlds 4 --log b.sodalog\n"
+      "  soda diff a.sodalog b.sodalog");
+}
+
+void define_contacts(CLI::App& command, ContactsRequest& request) {
+  command.add_option("LOG", request.file, "log written by soda run --log")->required();
+  CLI::Option* step =
+      command.add_option("--step", request.step, "after this step (default: the last)");
+  command.add_option("--every", request.every, "after step 0 and each multiple of this")
+      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 40))
+      ->excludes(step);
+  command.add_option("--body", request.body, "only contacts of this body");
+  CLI::Option* csv = command.add_flag("--csv", request.csv, "a line for each contact point");
+  command.add_flag("--json", request.json, "print one JSON object")->excludes(csv);
+  command.footer(
+      "examples:\n"
+      "  soda run scenarios/library/pyramid.json --log pyramid.sodalog\n"
+      "  soda contacts pyramid.sodalog --body 0\n"
+      "  soda contacts pyramid.sodalog --every 60 --csv > forces.csv");
+}
+
 }  // namespace soda::analysis
