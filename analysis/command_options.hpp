@@ -3,8 +3,6 @@
 
 #include "analysis/accuracy_command.hpp"
 #include "analysis/anticipation/anticipation_command.hpp"
-#include "analysis/contacts_command.hpp"
-#include "analysis/diff_command.hpp"
 #include "analysis/fuzz_command.hpp"
 #include "analysis/phold_command.hpp"
 #include "analysis/plan_command.hpp"
