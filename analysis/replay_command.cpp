@@ -41,8 +41,8 @@ int show_state(const ReplayRequest& request, LogReader& log, std::ostream& out) 
     const bool is_there = place != logged.ids.end() && *place == body;
     text += ", body " + std::to_string(*request.body);
     text += is_there
-                ? "\n\n" +
-                      body_text(logged.states[static_cast<std::size_t>(place - logged.ids.begin())])
+                ? "\n\n" + state_in_full(
+                               logged.states[static_cast<std::size_t>(place - logged.ids.begin())])
                 : ": not there\n";
   } else {
     text += "\n\n" + states_text(logged, labels);
@@ -150,23 +150,27 @@ int rerun(const ReplayRequest& request, LogReader& log, std::ostream& out, std::
   return tell(request, report, out, err);
 }
 
-// What walks through a recorded run has nothing to say about how it is run.
-void refuse_overrides(const ReplayRequest& request) {
-  if (!adds_nothing(request))
+bool stops_at_an_event(const ReplayRequest& request) {
+  return !request.until.empty() || !request.break_before.empty();
+}
+
+void refuse_what_does_not_go_together(const ReplayRequest& request) {
+  const bool stops = stops_at_an_event(request);
+  if (request.body && !request.step && !stops)
+    throw UsageError("--body: needs --step, --until or --break");
+  // What walks through a recorded run has nothing to say about how it is run.
+  if ((stops || request.interactive) && !adds_nothing(request))
     throw UsageError(
         "--until, --break and --interactive are for the run as it was: no other option of it can "
         "be given");
 }
 
 int carry_out(const ReplayRequest& request, LogReader& log, std::ostream& out, std::ostream& err) {
-  const bool stops = !request.until.empty() || !request.break_before.empty();
-  if (stops || request.interactive) refuse_overrides(request);
-  if (request.body && !request.step && !stops)
-    throw UsageError("--body: needs --step, --until or --break");
   if (request.interactive) return replay_session(request, log, out, err);
   if (request.step) return show_state(request, log, out);
   try {
-    return stops ? replay_until(request, log, out) : rerun(request, log, out, err);
+    return stops_at_an_event(request) ? replay_until(request, log, out)
+                                      : rerun(request, log, out, err);
   } catch (const kernel::NotAsRecorded& fault) {
     err << "soda: " << request.file << ": divergence: " << fault.what() << "\n";
     return kExitCheckFailed;
@@ -176,6 +180,7 @@ int carry_out(const ReplayRequest& request, LogReader& log, std::ostream& out, s
 }  // namespace
 
 int replay_command(const ReplayRequest& request, std::ostream& out, std::ostream& err) {
+  refuse_what_does_not_go_together(request);
   LogReader log(request.file);
   tell_flaws(log, request.file, err);
   const int outcome = carry_out(request, log, out, err);

@@ -15,7 +15,7 @@ std::vector<Column> state_columns() {
   return columns;
 }
 
-std::vector<std::string> state_row(std::uint32_t label, const physics::BodyState& state) {
+std::vector<std::string> state_cells(std::uint32_t label, const physics::BodyState& state) {
   std::vector<std::string> row = {std::to_string(label)};
   const auto add = [&row](double number) { row.push_back(format_number(number, 9)); };
   for (int i = 0; i < 3; ++i) add(state.position_m[i]);
@@ -32,12 +32,12 @@ std::vector<std::string> state_row(std::uint32_t label, const physics::BodyState
 std::string states_text(const LoggedStep& logged, const std::vector<std::uint32_t>& labels) {
   std::vector<std::vector<std::string>> rows;
   for (std::size_t i = 0; i < logged.ids.size(); ++i) {
-    rows.push_back(state_row(labels[physics::index_of(logged.ids[i])], logged.states[i]));
+    rows.push_back(state_cells(labels[physics::index_of(logged.ids[i])], logged.states[i]));
   }
   return format_table(state_columns(), rows);
 }
 
-std::string body_text(const physics::BodyState& state) {
+std::string state_in_full(const physics::BodyState& state) {
   std::vector<std::vector<std::string>> rows;
   const auto add = [&rows](const std::string& name, double number) {
     rows.push_back({name, format_exact(number), format_bits(number)});

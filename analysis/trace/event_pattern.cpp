@@ -16,18 +16,18 @@ namespace {
 
 using kernel::Happening;
 using kernel::TraceRecord;
-using Kind = EventPattern::Kind;
+using EventKind = EventPattern::Kind;
 
 struct Form {
   const char* name;
-  Kind kind;
+  EventKind kind;
   std::size_t least, most;  // parts behind the name
 };
-constexpr Form kForms[] = {{"world", Kind::kWorld, 2, 4},
-                           {"message", Kind::kMessage, 2, 2},
-                           {"rollback", Kind::kRollback, 0, 2},
-                           {"gvt", Kind::kGvt, 1, 1},
-                           {"happening", Kind::kHappening, 1, 1}};
+constexpr Form kForms[] = {{"world", EventKind::kWorld, 2, 4},
+                           {"message", EventKind::kMessage, 2, 2},
+                           {"rollback", EventKind::kRollback, 0, 2},
+                           {"gvt", EventKind::kGvt, 1, 1},
+                           {"happening", EventKind::kHappening, 1, 1}};
 
 std::vector<std::string> parts_of(const std::string& text) {
   std::vector<std::string> parts(1);
@@ -56,7 +56,7 @@ class Parser {
   EventPattern parse() {
     EventPattern event;
     if (const auto step = number_in(parts_[0]); step && parts_.size() == 1) {
-      event.kind = Kind::kStep;
+      event.kind = EventKind::kStep;
       event.step = as_step(0);
       return event;
     }
@@ -64,15 +64,15 @@ class Parser {
     event.kind = form.kind;
     const std::size_t count = parts_.size() - 1;
     if (count < form.least || count > form.most) refuse("is no event", event_forms());
-    if (form.kind == Kind::kMessage || form.kind == Kind::kHappening)
+    if (form.kind == EventKind::kMessage || form.kind == EventKind::kHappening)
       event.number = as_number(count, 1, std::numeric_limits<std::uint64_t>::max());
-    if (form.kind == Kind::kMessage && parts_[1] == "outside") {
+    if (form.kind == EventKind::kMessage && parts_[1] == "outside") {
       event.world = kernel::index_of(kernel::kOutside);
-    } else if (form.kind != Kind::kGvt && form.kind != Kind::kHappening && count > 0) {
+    } else if (form.kind != EventKind::kGvt && form.kind != EventKind::kHappening && count > 0) {
       event.world = static_cast<std::uint32_t>(as_number(1, 0, worlds_ - 1));
     }
-    if (form.kind == Kind::kGvt) event.step = as_step(1);
-    if ((form.kind == Kind::kWorld || form.kind == Kind::kRollback) && count > 1)
+    if (form.kind == EventKind::kGvt) event.step = as_step(1);
+    if ((form.kind == EventKind::kWorld || form.kind == EventKind::kRollback) && count > 1)
       event.step = as_step(2);
     if (count > 2) event.phase = as_phase(3);
     if (count > 3) event.round = static_cast<std::uint32_t>(as_number(4, 0, 0xffff));
@@ -150,21 +150,21 @@ bool is_of_time(const EventPattern& event, kernel::VirtualTime time) {
 
 bool fits(const EventPattern& event, const TraceRecord& record, bool has_executions) {
   switch (event.kind) {
-    case Kind::kStep:
+    case EventKind::kStep:
       return has_executions ? record.what == Happening::kExecuted && is_of_time(event, record.time)
                             : record.time.t == *event.step;
-    case Kind::kWorld:
+    case EventKind::kWorld:
       return record.what == Happening::kExecuted && is_of_world(event, record.lp) &&
              is_of_time(event, record.time);
-    case Kind::kMessage:
+    case EventKind::kMessage:
       return record.what == Happening::kArrived && is_of_world(event, record.peer) &&
              record.incarnation == event.number;
-    case Kind::kRollback:
+    case EventKind::kRollback:
       return record.what == Happening::kRewound && is_of_world(event, record.lp) &&
              is_of_time(event, record.time);
-    case Kind::kGvt:
+    case EventKind::kGvt:
       return record.what == Happening::kGvt && record.time.t >= *event.step;
-    case Kind::kHappening:
+    case EventKind::kHappening:
       return false;
   }
   return false;
@@ -183,7 +183,7 @@ EventPattern parse_event(const std::string& text, std::uint32_t worlds, const st
 
 std::optional<std::size_t> find_event(const RecordedWalk& walk, const EventPattern& event,
                                       std::size_t number) {
-  if (event.kind == Kind::kHappening)
+  if (event.kind == EventKind::kHappening)
     return event.number <= walk.size() ? std::optional<std::size_t>(event.number) : std::nullopt;
   const bool has_executions = std::ranges::any_of(walk, [](const WalkedHappening& happening) {
     return happening.record.what == Happening::kExecuted;

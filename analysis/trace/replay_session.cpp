@@ -222,7 +222,7 @@ class Session {
         row.resize(state_columns().size() + 2);
       } else {
         const auto at = static_cast<std::size_t>(place - logged.ids.begin());
-        std::ranges::copy(state_row(label, logged.states[at]), std::back_inserter(row));
+        std::ranges::copy(state_cells(label, logged.states[at]), std::back_inserter(row));
       }
     }
     rows.push_back(std::move(row));
@@ -309,14 +309,18 @@ int replay_session(const ReplayRequest&, LogReader& log, std::ostream& out, std:
   while (goes_on) {
     const std::optional<std::string> line = lines->next();
     if (!line) break;
+    std::string refusal;
     try {
       goes_on = session.carry_out(*line);
     } catch (const UsageError& fault) {
-      out << std::flush;
-      err << "soda: " << fault.what() << "\n" << std::flush;
-      is_sound = false;
+      refusal = fault.what();
+    } catch (const kernel::NotAsRecorded& fault) {
+      refusal = std::string("divergence: ") + fault.what();
     }
     out << std::flush;
+    if (refusal.empty()) continue;
+    err << "soda: " << refusal << "\n" << std::flush;
+    is_sound = false;
   }
   return is_sound || lines->is_on_terminal() ? kExitOk : kExitInput;
 }

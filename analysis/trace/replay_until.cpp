@@ -110,10 +110,10 @@ std::string stands_text(const std::vector<models::WorldStand>& stands,
       const std::string world = std::to_string(models::index_of(stand.world));
       if (!body) {
         rows.push_back({world, std::to_string(stand.step)});
-        std::ranges::copy(state_row(label, stand.states[i]), std::back_inserter(rows.back()));
+        std::ranges::copy(state_cells(label, stand.states[i]), std::back_inserter(rows.back()));
       } else if (stand.ids[i] == *body) {
         text += "world " + world + " has body " + std::to_string(label) + " after step " +
-                std::to_string(stand.step) + " so:\n\n" + body_text(stand.states[i]);
+                std::to_string(stand.step) + " so:\n\n" + state_in_full(stand.states[i]);
       }
     }
   if (!body) return format_table(columns, rows);
@@ -146,7 +146,7 @@ int replay_until(const ReplayRequest& request, LogReader& log, std::ostream& out
                         ? "null"
                         : json_of(situation.gvt.t))
                .set("rollback", stop.rollback ? json_of(*stop.rollback + 1) : "null")
-               .set("story", story.empty() ? "null" : quoted(story))
+               .set("story", story.empty() ? "null" : soda::analysis::quoted(story))
                .set("worlds", worlds_json(situation))
                .set("bodies", stands_json(stands, labels, body))
                .text()
