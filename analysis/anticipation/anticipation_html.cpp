@@ -12,7 +12,7 @@
 namespace soda::analysis {
 namespace {
 
-constexpr const char* kStyle =
+constexpr const char* kPageStyle =
     "<style>body{font:16px/1.5 system-ui,sans-serif;max-width:64rem;margin:auto;padding:1rem;"
     "color:#222;background:#fff}svg{max-width:100%;height:auto;background:#fff}"
     "pre{overflow-x:auto;font-size:13px}figure{margin:1rem 0}figcaption{color:#555}"
@@ -30,7 +30,7 @@ std::string machine() {
 std::string page(const std::string& title, const AnticipationHead& head, const std::string& body) {
   return "<!doctype html><html lang=en><meta charset=utf-8>"
          "<meta name=viewport content='width=device-width,initial-scale=1'><title>" +
-         escaped_xml(title) + "</title>" + kStyle + "<h1>" + escaped_xml(title) + "</h1>" + body +
+         escaped_xml(title) + "</title>" + kPageStyle + "<h1>" + escaped_xml(title) + "</h1>" + body +
          "<p>Made by <code>" + escaped_xml(head.command) + "</code>, soda " + kVersion + ", on " +
          escaped_xml(machine()) + ".</p></html>\n";
 }

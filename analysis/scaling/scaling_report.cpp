@@ -96,13 +96,13 @@ std::string unequal_text(const ScalingReport& report) {
 }
 
 // Over powers of ten of worlds.
-double place_of(const ScalingPoint& point) { return std::log10(point.worlds); }
+double exponent_of(const ScalingPoint& point) { return std::log10(point.worlds); }
 
 Plot empty_plot(const ScalingCurve& curve, const std::string& what) {
   Plot plot{.title = curve.scenario + ", " + std::to_string(curve.steps) + " steps: " + what,
             .x_label = "log10 of the number of worlds",
             .y_label = "",
-            .x_max = std::max(place_of(curve.points.back()), 0.1),
+            .x_max = std::max(exponent_of(curve.points.back()), 0.1),
             .y_max = 100.0,
             .series = {}};
   return plot;
@@ -116,13 +116,13 @@ Plot speed_up_plot(const ScalingCurve& curve) {
   PlotSeries own{"soda", true, {}};
   for (const ScalingPoint& point : curve.points)
     if (point.speed_up() >= 1.0)
-      own.points.emplace_back(place_of(point), std::log10(point.speed_up()));
+      own.points.emplace_back(exponent_of(point), std::log10(point.speed_up()));
   plot.series.push_back(own);
   for (std::size_t i = 0; i < curve.points.front().rivals_ns.size(); ++i) {
     PlotSeries rival{name_of(curve.points.front().rivals_ns[i].first), true, {}};
     for (const ScalingPoint& point : curve.points)
       if (const double gain = point.speed_up_of(point.rivals_ns[i].second); gain >= 1.0)
-        rival.points.emplace_back(place_of(point), std::log10(gain));
+        rival.points.emplace_back(exponent_of(point), std::log10(gain));
     plot.series.push_back(rival);
   }
   plot.series.push_back({"ideal", true, {{0.0, 0.0}, {plot.x_max, plot.x_max}}});
@@ -143,7 +143,7 @@ Plot account_plot(const ScalingCurve& curve) {
       std::int64_t sum_ns = 0;
       for (const auto& [term, ns] : account_terms(point.cluster.account))
         if (std::ranges::find(terms, term) != terms.end()) sum_ns += ns;
-      series.points.emplace_back(place_of(point), percent(sum_ns, point));
+      series.points.emplace_back(exponent_of(point), percent(sum_ns, point));
     }
     plot.series.push_back(series);
   }
