@@ -23,7 +23,7 @@ struct Stop {
   std::optional<RollbackNumber> rollback;  // it is what comes next, or was last
 };
 
-std::size_t place_of(const std::string& text, const std::string& option, std::uint32_t worlds,
+std::size_t stop_named(const std::string& text, const std::string& option, std::uint32_t worlds,
                      const RecordedWalk& walk, const LogReader& log) {
   const auto found = find_event(walk, parse_event(text, worlds, option), 0);
   if (!found)
@@ -36,8 +36,8 @@ Stop stop_of(const ReplayRequest& request, const LogReader& log, const RecordedW
              const ExecutionTrace& trace) {
   const bool before = request.until.empty();
   const std::size_t found = before
-                                ? place_of(request.break_before, "--break", trace.worlds, walk, log)
-                                : place_of(request.until, "--until", trace.worlds, walk, log);
+                                ? stop_named(request.break_before, "--break", trace.worlds, walk, log)
+                                : stop_named(request.until, "--until", trace.worlds, walk, log);
   Stop stop{before ? found - 1 : found, std::nullopt};
   if (walk[found - 1].record.what == kernel::Happening::kRewound)
     stop.rollback = last_rollback(walk, found, trace);

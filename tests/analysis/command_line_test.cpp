@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/child_process.hpp"
+#include "analysis/exit_codes.hpp"
 #include "analysis/forged_log.hpp"
 #include "analysis/log_reader.hpp"
 #include "analysis/log_writer.hpp"
