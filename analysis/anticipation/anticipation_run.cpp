@@ -40,10 +40,6 @@ models::ArtificialLoad load_of_run(const AnticipationOptions& options, double ov
   return load;
 }
 
-double steps_per_frame(const AnticipationOptions& options, double dt_s) {
-  return options.speed / (options.frames_per_s * dt_s);
-}
-
 // Steps until the peak, and as many as are to be seen after it.
 std::int64_t steps_of_run(const AnticipationOptions& options, double dt_s, std::int64_t law) {
   constexpr std::int64_t kMore = 60;  // so that a run which is not late ends as one

@@ -258,7 +258,7 @@ TEST(CommandLine, AnticipationReportsEveryPointAndDrawsIt) {
   const std::string page = folder.file("fig8.html");
   const std::vector<std::string> command = {
       "anticipation", "--buffers", "2,4",    "--overloads", "0,0.5", "--utilisation", "0.8",
-      "--max-steps",  "20",        "--json", "-o",          page,    "--force"};
+      "--max-steps", "40",        "--json", "-o",          page,    "--force"};
   const ChildResult result = run_soda(command);
   ASSERT_EQ(result.exit_code, 0) << result.err;
   const Json json = Json::parse(result.out);
