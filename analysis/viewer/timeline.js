@@ -214,18 +214,23 @@ function drawTimeline(pen, element, height) {
 }
 
 const rollbackX = (rollback, element) => toX(axis.wall ? rollback.at : rollback.changedAt, element);
-// A notch each; where many fall on one another, one.
+// A notch each; where many fall on one another, one, and of many a smaller one.
 function drawRollbackMarks(pen, element) {
-  const many = timeline.rollbacks.length > WORLDS * widthOf(element) / 30, apart = many ? 18 : 7;
-  const taken = new Set(), size = within(2.5, laneHeight / 4, 5);
+  const {rollbacks} = timeline, taken = new Set(), size = within(2.5, laneHeight / 4, 5);
+  const many = rollbacks.length * (axis.to - axis.from) >
+    WORLDS * widthOf(element) / 30 * (wholeAxis()[1] - wholeAxis()[0]);
   pen.fillStyle = theme.undone;
   pen.strokeStyle = theme.panel;
   pen.beginPath();
-  for (const rollback of timeline.rollbacks) {
-    const x = rollbackX(rollback, element), key = Math.round(x / apart) * 65536 + rollback.world;
+  for (const rollback of rollbacks) {
+    const x = rollbackX(rollback, element), top = laneTop(rollback.world);
+    const key = Math.round(x / (many ? 12 : 7)) * 65536 + rollback.world;
     if (x < GUTTER || x > element.clientWidth - 6 || taken.has(key)) continue;
     taken.add(key);
-    const top = laneTop(rollback.world);
+    if (many) {
+      pen.rect(Math.round(x) - 2, top, 4, 4);
+      continue;
+    }
     pen.moveTo(x - size, top);
     pen.lineTo(x + size, top);
     pen.lineTo(x, top + 1.7 * size);
