@@ -104,7 +104,9 @@ void compare_events(LogReader& first, LogReader& second, LogDifference& differen
   if (first.options().level != LogLevel::kTrace || second.options().level != LogLevel::kTrace)
     return;
   const std::uint32_t worlds = logged_scenario(first, {}).territory.worlds;
-  if (logged_scenario(second, {}).territory.worlds != worlds) return;
+  if (logged_scenario(second, {}).territory.worlds != worlds ||
+      first.first_step() != second.first_step())
+    return;
   difference.compares_events = true;
   difference.events = differences_of(histories_of(first, worlds), histories_of(second, worlds));
 }

@@ -38,7 +38,8 @@ struct LogDifference {
   std::optional<Step> step;
   std::array<std::int64_t, 2> last_steps{};
   std::int64_t equal_steps = 0;  // from step 0 on
-  // Of logs that both have a trace of as many worlds, the first of each world, earliest first.
+  // Of logs that both have a trace of as many worlds from the same step on, the first of each
+  // world, earliest first.
   bool compares_events = false;
   std::vector<HistoryDifference> events;
 };

@@ -23,7 +23,10 @@ std::int64_t steps_with(VirtualTime time) {
 // Follows the worlds as far as the walk has gone.
 class Standing {
  public:
-  explicit Standing(std::uint32_t worlds) : worlds_(worlds) { situation_.worlds.resize(worlds); }
+  Standing(std::uint32_t worlds, std::int64_t first_step)
+      : first_step_(first_step), worlds_(worlds) {
+    situation_.worlds.resize(worlds);
+  }
 
   void add(const TraceRecord& record) {
     if (record.what == Happening::kGvt) return gvt(record.time);
@@ -101,17 +104,18 @@ class Standing {
                           world.arrived.lower_bound({situation_.gvt, 0, 0, 0}));
   }
 
-  static void tell(const World& world, WorldSituation& told) {
+  void tell(const World& world, WorldSituation& told) const {
     told.ahead = world.standing.size();
     told.executed = told.committed;
     if (!world.standing.empty()) told.executed = *world.standing.rbegin();
     if (told.executed)
       told.entries =
-          steps_with(*told.executed) - (told.committed ? steps_with(*told.committed) : 0);
+          steps_with(*told.executed) - (told.committed ? steps_with(*told.committed) : first_step_);
     for (const auto& [name, version] : world.arrived)
       told.waiting += !version.anti && (!told.executed || std::get<0>(name) > *told.executed);
   }
 
+  const std::int64_t first_step_;
   std::vector<World> worlds_;
   std::map<std::pair<std::uint32_t, std::uint64_t>, std::uint32_t> in_flight_;
   Situation situation_;
@@ -130,7 +134,7 @@ RecordedWalk recorded_walk(LogReader& log, std::uint32_t worlds) {
 
 RecordedWalk committed_walk(const LogReader& log) {
   RecordedWalk walk;
-  for (std::int64_t step = 1; step <= log.last_step(); ++step) {
+  for (std::int64_t step = log.first_step() + 1; step <= log.last_step(); ++step) {
     WalkedHappening happening;
     happening.record.what = Happening::kGvt;
     happening.record.time = models::time_of(step, models::Phase::kBegin);
@@ -139,8 +143,9 @@ RecordedWalk committed_walk(const LogReader& log) {
   return walk;
 }
 
-Situation situation_after(const RecordedWalk& walk, std::size_t number, std::uint32_t worlds) {
-  Standing standing(worlds);
+Situation situation_after(const RecordedWalk& walk, std::size_t number, std::uint32_t worlds,
+                          std::int64_t first_step) {
+  Standing standing(worlds, first_step);
   for (std::size_t i = 0; i < number; ++i) standing.add(walk[i].record);
   return standing.finish();
 }

@@ -39,8 +39,9 @@ struct Situation {
   kernel::VirtualTime gvt = kernel::kBeginning;
   std::vector<WorldSituation> worlds;
 };
-// After the first `number` happenings.
-Situation situation_after(const RecordedWalk& walk, std::size_t number, std::uint32_t worlds);
+// After the first `number` happenings, of a run that began at `first_step`.
+Situation situation_after(const RecordedWalk& walk, std::size_t number, std::uint32_t worlds,
+                          std::int64_t first_step = 0);
 // GVT then, as the last worker that told of it knew it.
 kernel::VirtualTime gvt_after(const RecordedWalk& walk, std::size_t number);
 

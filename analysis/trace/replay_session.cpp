@@ -134,8 +134,8 @@ class Session {
     if (has_trace_) {
       out_ << place_text(walk_, number_) << "\n";
     } else {
-      out_ << "step " << number_ << " of " << walk_.size() << " is committed, digest "
-           << format_digest(log_.read_step(static_cast<std::int64_t>(number_)).digest) << "\n";
+      out_ << "step " << committed_step() << " of " << log_.last_step() << " is committed, digest "
+           << format_digest(log_.read_step(committed_step()).digest) << "\n";
     }
   }
 
@@ -165,7 +165,8 @@ class Session {
 
   // If it is only before the cursor, that is meant.
   void go_to_event(const EventPattern& event, const std::string& name, bool anywhere) {
-    const bool is_begin = !has_trace_ && event.kind == EventPattern::Kind::kStep && event.step == 0;
+    const bool is_begin =
+        !has_trace_ && event.kind == EventPattern::Kind::kStep && event.step == log_.first_step();
     auto found = find_event(walk_, event, number_);
     if (!found && anywhere) found = find_event(walk_, event, 0);
     if (!found && !is_begin)
@@ -228,10 +229,15 @@ class Session {
     rows.push_back(std::move(row));
   }
 
+  // The nearest step that the log has.
+  std::int64_t as_logged(std::int64_t step) const {
+    return std::clamp(step, log_.first_step(), log_.last_step());
+  }
+
   std::int64_t committed_step() const {
-    if (!has_trace_) return static_cast<std::int64_t>(number_);
+    if (!has_trace_) return log_.first_step() + static_cast<std::int64_t>(number_);
     const kernel::VirtualTime gvt = gvt_after(walk_, number_);
-    return gvt == kernel::kBeginning ? 0 : std::clamp<std::int64_t>(gvt.t, 0, log_.last_step());
+    return gvt == kernel::kBeginning ? log_.first_step() : as_logged(gvt.t);
   }
 
   // The step that the last happening belongs to, or else the committed one.
@@ -241,13 +247,12 @@ class Session {
     using kernel::Happening;
     const bool has_time = record.what != Happening::kCost && record.what != Happening::kSettled &&
                           record.what != Happening::kGvt;
-    return has_time ? std::clamp<std::int64_t>(record.time.t, 0, log_.last_step())
-                    : committed_step();
+    return has_time ? as_logged(record.time.t) : committed_step();
   }
 
   void world(const Words& words) {
     const std::uint32_t worlds = scenario_.territory.worlds;
-    const Situation situation = situation_after(walk_, number_, worlds);
+    const Situation situation = situation_after(walk_, number_, worlds, log_.first_step());
     std::optional<std::uint32_t> only;
     if (!words.empty())
       only = static_cast<std::uint32_t>(number_in(words[0], "world", 0, worlds - 1));

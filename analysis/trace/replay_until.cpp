@@ -131,7 +131,7 @@ int replay_until(const ReplayRequest& request, LogReader& log, std::ostream& out
   const RecordedWalk walk = recorded_walk(log, worlds);
   const ExecutionTrace trace = read_trace(log, worlds);
   const Stop stop = stop_of(request, log, walk, trace);
-  const Situation situation = situation_after(walk, stop.number, worlds);
+  const Situation situation = situation_after(walk, stop.number, worlds, log.first_step());
   const std::vector<models::WorldStand> stands =
       stands_as_executed(log, scenario, walk, stop.number);
   std::string story;

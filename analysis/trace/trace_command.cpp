@@ -157,13 +157,16 @@ void add_counter(EventFile& file, int group, std::uint32_t track, std::int64_t a
 // Follows GVT, as each worker knows it, and the worlds.
 class TrackCounters {
  public:
-  TrackCounters(EventFile& file, std::uint32_t worlds) : file_(file), worlds_(worlds) {}
+  TrackCounters(EventFile& file, std::uint32_t worlds, std::int64_t first_step)
+      : file_(file),
+        first_step_(first_step),
+        worlds_(worlds, World{.finished = first_step, .committed = first_step}) {}
 
   void add(std::uint32_t worker, const kernel::TraceRecord& record) {
     using kernel::Happening;
-    if (worker >= gvt_.size()) gvt_.resize(worker + 1, 0);
+    if (worker >= gvt_.size()) gvt_.resize(worker + 1, first_step_);
     if (record.what == Happening::kGvt) {
-      if (record.time == kernel::kNever) return;
+      if (record.time == kernel::kNever || record.time == kernel::kBeginning) return;
       gvt_[worker] = record.time.t;
       add_counter(file_, kWorkers, worker, record.clock_ns,
                   "GVT of worker " + std::to_string(worker), record.time.t);
@@ -199,12 +202,13 @@ class TrackCounters {
   }
 
   EventFile& file_;
+  const std::int64_t first_step_;
   std::vector<std::int64_t> gvt_;
   std::vector<World> worlds_;
 };
 
 void add_counters(EventFile& file, LogReader& log, std::uint32_t worlds) {
-  TrackCounters counters(file, worlds);
+  TrackCounters counters(file, worlds, log.first_step());
   read_records(log, worlds, [&counters](std::uint32_t worker, const kernel::TraceRecord& record) {
     counters.add(worker, record);
   });

@@ -33,6 +33,11 @@ void check(const TraceRecord& record, std::uint32_t worlds, std::size_t bodies) 
   refuse_unless(record.took_ns >= 0 && record.took_ns < std::int64_t{1} << 45 &&
                     std::abs(record.clock_ns / 2) < std::int64_t{1} << 55,
                 "tells of a time beyond any run");
+  const auto is_time = [](kernel::VirtualTime time) {
+    return time == kernel::kNever || time == kernel::kBeginning ||
+           std::abs(time.t / 2) < std::int64_t{1} << 53;
+  };
+  refuse_unless(is_time(record.time) && is_time(record.other), "tells of a step beyond any run");
   const auto is_world = [worlds](kernel::LpId lp) { return kernel::index_of(lp) < worlds; };
   if (record.what == Happening::kGvt) return;
   refuse_unless(is_world(record.lp),

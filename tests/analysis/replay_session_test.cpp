@@ -221,6 +221,35 @@ TEST_F(TracedReplay, WithoutATraceStepsAndStatesAreWalkedThrough) {
   EXPECT_TRUE(contains(session("body 100\n").err, "has no states"));
 }
 
+// The log of a run that went on from a step: the same steps, by the same numbers.
+TEST_F(TracedReplay, ARunThatWentOnIsWalkedThroughFromItsFirstStep) {
+  const std::string before = folder_.file("before.sodalog");
+  ASSERT_EQ(
+      run_soda({"run", library_file("border-stack"), "--steps", "70", "--log", before}).exit_code,
+      kExitOk);
+  const std::vector<std::string> resume = {"run", "--resume", before, "--steps",
+                                           "100", "--log",    log_,   "--force"};
+  std::vector<std::string> traced = resume;
+  traced.insert(traced.end(), {"--log-level", "trace", "--executor", "virtual", "--gating", "off"});
+  const ChildResult ran = run_soda(traced);
+  ASSERT_EQ(ran.exit_code, kExitOk) << ran.err;
+  LogReader log(log_);
+  const json stop = stopped("--until", "world:1:80:pairs");
+  EXPECT_GT(as_committed(stop, log).first, 0u);
+  for (const json& world : stop["worlds"]) {
+    EXPECT_LE(world["entries"], 48);
+    EXPECT_GE(world["entries"], 0);
+  }
+  const ChildResult walked = session("body 100\ngoto gvt:75\nbody 100\nworld\n");
+  EXPECT_EQ(walked.exit_code, kExitOk) << walked.err;
+  ASSERT_EQ(run_soda(resume).exit_code, kExitOk);
+  const ChildResult steps = session("goto 70\nnext\nnext 99\n");
+  EXPECT_EQ(steps.exit_code, kExitOk) << steps.err;
+  for (const std::int64_t step : {70, 71, 100})
+    EXPECT_TRUE(contains(steps.out, "step " + std::to_string(step) + " of 100 is committed"))
+        << steps.out;
+}
+
 // One clock after the other, and each worker's in its order.
 TEST_F(TracedReplay, EventsOfALogAreInTheOrderOfTheClock) {
   run("border-stack", kRuns[2]);
