@@ -144,7 +144,9 @@ class SceneSubject final : public SwarmSubject {
     SplitMix64 random = stream(seed, Purpose::kMap);
     models::TerritoryOptions territory = scenario_.territory;
     territory.worlds = size.lps;
-    territory.map = random.below(2) == 0 ? models::MapKind::kBlocks : models::MapKind::kKMeans;
+    constexpr models::MapKind kMaps[] = {models::MapKind::kBlocks, models::MapKind::kKMeans,
+                                         models::MapKind::kPaper};
+    territory.map = one_of(kMaps, random);
     territory.seed = random.next();
 
     models::RunOptions options = draw_options(size, random);

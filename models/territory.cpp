@@ -6,6 +6,7 @@
 #include <deque>
 #include <limits>
 
+#include "models/paper_map.hpp"
 #include "models/static_map.hpp"
 
 namespace soda::models {
@@ -314,6 +315,8 @@ TerritoryMap make_territory_map(const TerritoryOptions& options,
                                 const physics::SceneDescription* scene) {
   if (options.map == MapKind::kStatics && scene != nullptr)
     return make_static_map(options.grid, options.worlds, *scene);
+  if (options.map == MapKind::kPaper && !body_positions_m.empty())
+    return make_paper_map(options.grid, options.worlds, options.seed, body_positions_m);
   const bool cluster = options.map == MapKind::kKMeans && !body_positions_m.empty();
   return {options.grid, options.worlds,
           cluster ? kmeans_owners(options.grid, options.worlds, options.seed, body_positions_m)

@@ -49,7 +49,8 @@ struct CellTransfer {
 
 enum class MapKind {
   kBlocks,   // recursive bisection of the grid into boxes of nearly equal cell counts
-  kKMeans,   // equal-size k-means on the bodies' columns, as in the paper: ragged borders
+  kKMeans,   // equal-size k-means on the bodies' columns: borders run midway between bodies
+  kPaper,    // as in the paper's experiments: paper_map.hpp
   kStatics,  // boxes, cut where statics leave the least room: static_map.hpp
 };
 
@@ -57,7 +58,7 @@ struct TerritoryOptions {
   Grid grid;
   std::uint32_t worlds = 1;  // 1 .. grid.cell_count()
   MapKind map = MapKind::kBlocks;
-  std::uint64_t seed = 1;  // k-means only
+  std::uint64_t seed = 1;  // k-means and paper only
 };
 
 // Owner of every cell.
@@ -92,8 +93,8 @@ class TerritoryMap {
   std::vector<std::uint8_t> depth_;
 };
 
-// `body_positions_m`: initial centres, for k-means; `scene`: for kStatics, which without one gives
-// blocks. Others ignore them.
+// `body_positions_m`: initial centres, for k-means and paper, which without any give blocks;
+// `scene`: for kStatics, which without one gives blocks. Others ignore them.
 TerritoryMap make_territory_map(const TerritoryOptions& options,
                                 std::span<const physics::Vec3> body_positions_m,
                                 const physics::SceneDescription* scene = nullptr);

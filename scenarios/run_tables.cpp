@@ -13,7 +13,7 @@ inline constexpr std::array kNamesOf<physics::Narrowphase> =
     std::to_array<std::string_view>({"auto", "fcl", "own"});
 template <>
 inline constexpr std::array kNamesOf<models::MapKind> =
-    std::to_array<std::string_view>({"blocks", "k-means", "statics"});
+    std::to_array<std::string_view>({"blocks", "k-means", "paper", "statics"});
 template <>
 inline constexpr std::array kNamesOf<models::ExecutorKind> =
     std::to_array<std::string_view>({"sequential", "threads"});
@@ -79,9 +79,11 @@ constexpr Field kTerritoryFields[] = {
         "Worlds among which the cells are divided; at most as many as cells."),
     field<TerritorySpec, &TerritorySpec::map>(
         "map", kOptional, kNone,
-        "blocks: boxes of nearly equal cell counts; k-means: equal-size clusters of the bodies; "
-        "statics: boxes, cut where static boxes leave the least room."),
-    field<TerritorySpec, &TerritorySpec::seed>("seed", kOptional, kSeed, "Seed of k-means."),
+        "blocks: boxes of nearly equal cell counts; k-means: equal-size clusters of the bodies, "
+        "borders midway between them; paper: columns in equal numbers about such clusters, with "
+        "ragged borders; statics: boxes, cut where static boxes leave the least room."),
+    field<TerritorySpec, &TerritorySpec::seed>("seed", kOptional, kSeed,
+                                               "Seed of k-means and paper."),
 };
 
 constexpr Field kExecutorFields[] = {

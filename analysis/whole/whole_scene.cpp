@@ -69,7 +69,7 @@ void add_territory(SceneDraw& d) {
   }
   constexpr std::uint32_t kWorlds[] = {1, 2, 2, 3, 4, 4, 5, 8, 8, 12, 16, 24, 48, kMostWorlds};
   const auto most = static_cast<std::uint32_t>(std::min(cells, 1e6));
-  constexpr const char* kMaps[] = {"blocks", "blocks", "k-means", "statics"};
+  constexpr const char* kMaps[] = {"blocks", "paper", "k-means", "statics"};
   d.scene.cells = most;
   SceneObject territory;
   territory.set("origin_m", json_of(origin))
