@@ -33,6 +33,7 @@ struct Requests {
   ViewRequest view;
   AccuracyRequest accuracy;
   AnticipationRequest anticipation;
+  GroupsRequest groups;
   VerifyRequest verify;
   RollbackRequest rollback;
   ScalingRequest scaling;
@@ -99,6 +100,9 @@ constexpr Command kCommands[] = {
      [](const R& r, Stream& out, Stream& err) {
        return anticipation_command(r.anticipation, out, err);
      }},
+    {"groups", "synchronisation groups, of the paper's scene (its Figs 6 and 7) or of a run", false,
+     [](CLI::App& app, R& r, const Wanted&) { define_groups(app, r.groups); },
+     [](const R& r, Stream& out, Stream& err) { return groups_command(r.groups, out, err); }},
     {"verify", "check one trajectory: every executor against the plain loop, step by step", true,
      [](CLI::App& app, R& r, const Wanted&) { define_verify(app, r.verify); },
      [](const R& r, Stream& out, Stream& err) { return verify_command(r.verify, out, err); }},

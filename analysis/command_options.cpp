@@ -225,6 +225,32 @@ void define_anticipation(CLI::App& command, AnticipationRequest& request) {
       "  soda anticipation scenarios/library/crowd.json --over makespan --buffers 1,2,8,48");
 }
 
+void define_groups(CLI::App& command, GroupsRequest& request) {
+  command.add_option("FILE", request.file, "scenario to run (default: the paper's scene, no run)");
+  command.add_option("--by", request.by, "overlap (default), contact, rollbacks, all (of a FILE)")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"overlap", "contact", "rollbacks", "all"}));
+  command.add_option("--bodies", request.bodies, "(default 500)")->delimiter(',');
+  command.add_option("--worlds", request.worlds, "(default 12; of a FILE its own)")->delimiter(',');
+  command.add_option("--map", request.maps, "paper, blocks (default both)")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"paper", "blocks"}));
+  command.add_option("--seeds", request.seeds, "FIRST..LAST (default 1..20)");
+  command.add_option("--preset", request.preset, "paper-fig6, paper-fig7 or threshold")
+      ->check(CLI::IsMember({"paper-fig6", "paper-fig7", "threshold"}));
+  command.add_flag("--check", request.check, "exit 1 if a share is off by more than 5 points");
+  command.add_option("--steps", request.steps, "of a FILE");
+  CLI::Option* json = command.add_flag("--json", request.json, "print one JSON object");
+  command.add_flag("--csv", request.csv, "a table with a line of names")->excludes(json);
+  command.add_option("-o,--output", request.page_file, "write a page with diagrams");
+  command.add_flag("--force", request.force, "replace it if it exists");
+  command.footer(
+      "examples:\n"
+      "  soda groups --preset paper-fig6 --check -o fig6.html\n"
+      "  soda groups --bodies 500,2000 --by overlap,contact --seeds 1..100\n"
+      "  soda groups scenarios/library/five-worlds-chain.json --by all");
+}
+
 void define_verify(CLI::App& verify, VerifyRequest& request) {
   verify.add_option("FILE", request.file, "scenario")->required();
   verify.add_option("--steps", request.steps, "number of steps");

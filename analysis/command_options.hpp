@@ -4,6 +4,7 @@
 #include "analysis/accuracy_command.hpp"
 #include "analysis/anticipation/anticipation_command.hpp"
 #include "analysis/fuzz_command.hpp"
+#include "analysis/groups/groups_command.hpp"
 #include "analysis/phold_command.hpp"
 #include "analysis/plan_command.hpp"
 #include "analysis/replay_command.hpp"
@@ -32,6 +33,7 @@ void define_replay(CLI::App& replay, ReplayRequest& request);
 void define_view(CLI::App& view, ViewRequest& request);
 void define_accuracy(CLI::App& command, AccuracyRequest& request);
 void define_anticipation(CLI::App& command, AnticipationRequest& request);
+void define_groups(CLI::App& command, GroupsRequest& request);
 void define_verify(CLI::App& verify, VerifyRequest& request);
 void define_rollback(CLI::App& rollback, RollbackRequest& request);
 void define_scaling(CLI::App& command, ScalingRequest& request);
