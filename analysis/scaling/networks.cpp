@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::array kNetworks = {
     NetworkPreset{"shared", 0.4, 1850.0,
-                  "measured: 64 and 65,536 bytes between two ranks of Open MPI 4.1 on one AMD EPYC"},
+                  "measured: 64 and 65,536 bytes between two ranks of Open MPI 4.1 on an AMD EPYC"},
     NetworkPreset{"infiniband", 1.5, 1500.0,
                   "Koop, Jones, Panda: MVAPICH-Aptus, IPDPS 2008 (DDR InfiniBand)"},
     NetworkPreset{"ten-gbe", 20.0, 1250.0,

@@ -32,9 +32,10 @@ void make_rival(Rival rival, models::RunOptions& options) {
 
 ScalingPoint measure_worlds(scenarios::Scenario scenario, const UndividedRun& undivided,
                             const std::vector<Rival>& rivals) {
-  ScalingPoint point{.worlds = scenario.territory.worlds,
-                     .bodies = scenario.initial.size(),
-                     .one_processor_ns = undivided.cost_ns};
+  ScalingPoint point;
+  point.worlds = scenario.territory.worlds;
+  point.bodies = scenario.initial.size();
+  point.one_processor_ns = undivided.cost_ns;
   const models::SimulationResult result = simulate_divided(scenario);
   point.cluster = *result.cluster;
   point.equal = models::final_digest(result) == undivided.digest;

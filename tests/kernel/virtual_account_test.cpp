@@ -60,8 +60,9 @@ TEST(VirtualAccount, ClosesToTheNanosecondForEveryClusterAndPolicy) {
           rolled_back_ns += found.report.account.rolled_back_ns;
           waiting_ns += found.report.account.waiting_ns;
           gvt_ns += found.report.account.gvt_ns;
-          if (policy == Synchronisation::kLockstep)
+          if (policy == Synchronisation::kLockstep) {
             EXPECT_EQ(found.report.account.rolled_back_ns, 0);
+          }
         }
       }
     }
