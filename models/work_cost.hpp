@@ -4,7 +4,8 @@
 // Work that stands belongs to one of (kernel::ExecutionCost):
 // - useful: what the undivided run does. A mixed island is useful on the processor of the world
 //   that owns its label, and the events of a step on the first world.
-// - replicated: mixed islands that the others solve, too, and pairs that somebody else tests.
+// - replicated: mixed islands that the others solve, too, and pairs that somebody else tests. Rows
+//   of a border in a split island, which two solvers share, count as useful twice.
 // - division: border tests, and the packing and unpacking of ghosts, contacts, records and
 //   migrants; the events of all other worlds; samples of load.
 // - checkpoints: entries stored and read. In lockstep nobody goes back, so none are charged.
