@@ -28,6 +28,7 @@ struct Requests {
   LogRequest log;
   WhyRequest why;
   WhatIfRequest what_if;
+  BranchRequest branch;
   TraceRequest trace;
   ContactsRequest contacts;
   ViewRequest view;
@@ -83,6 +84,9 @@ constexpr Command kCommands[] = {
     {"what-if", "a logged run on the virtual cluster with one thing changed", false,
      [](CLI::App& app, R& r, const Wanted&) { define_what_if(app, r.what_if); },
      [](const R& r, Stream& out, Stream& err) { return what_if_command(r.what_if, out, err); }},
+    {"branch", "another future from a step of an event log, and how it differs", false,
+     [](CLI::App& app, R& r, const Wanted&) { define_branch(app, r.branch); },
+     [](const R& r, Stream& out, Stream& err) { return branch_command(r.branch, out, err); }},
     {"trace", "the execution of a traced run as a file for ui.perfetto.dev", false,
      [](CLI::App& app, R& r, const Wanted&) { define_trace(app, r.trace); },
      [](const R& r, Stream& out, Stream& err) { return trace_command(r.trace, out, err); }},

@@ -5,6 +5,7 @@
 #include <new>
 #include <utility>
 
+#include "physics/measures/measures.hpp"
 #include "scenarios/read_scenario.hpp"
 
 namespace soda::analysis {
@@ -56,6 +57,22 @@ bool LogWriter::add_step(LoggedStep step) {
     end_.steps = step.step;
     end_.digest = step.digest;
   });
+}
+
+bool LogWriter::add_committed(const models::CommittedStep& step) {
+  LoggedStep logged{
+      .step = step.step,
+      .digest = physics::digest(step.ids, step.states),
+      .has_states = has_states(options_, step.step),
+      .ids = {},
+      .states = {},
+      .inputs = {step.inputs.begin(), step.inputs.end()},
+      .territory_changes = {step.territory_changes.begin(), step.territory_changes.end()}};
+  if (logged.has_states) {
+    logged.ids.assign(step.ids.begin(), step.ids.end());
+    logged.states.assign(step.states.begin(), step.states.end());
+  }
+  return add_step(std::move(logged));
 }
 
 bool LogWriter::add_trace(std::span<const std::byte> chunk) {

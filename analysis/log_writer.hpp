@@ -28,6 +28,8 @@ class LogWriter {
   // Steps from the first one on, in order. False if that fails, now or before: then the log holds
   // the steps so far and takes no more. Does not throw, as it is called from worker threads.
   bool add_step(LoggedStep step);
+  // The same of a step as it was committed, with states where the log is to have them.
+  bool add_committed(const models::CommittedStep& step);
   // A chunk of the trace; the same.
   bool add_trace(std::span<const std::byte> chunk);
   // The whole run's, for the end block.

@@ -131,13 +131,13 @@ scenarios::Scenario logged_scenario(LogReader& log, const Overrides& more) {
   return scenario;
 }
 
-scenarios::Scenario resumed_scenario(LogReader& log, Overrides& options) {
+scenarios::Scenario resumed_scenario(LogReader& log, std::int64_t from, Overrides& options) {
   const Overrides own = options_of_run(log.options());
   options = combined(own, options);
   scenarios::Scenario scenario = scenario_of(log, options);
   const std::uint32_t worlds = own.worlds.value_or(scenario.territory.worlds);
   apply_overrides(options, scenario.territory, scenario.run);
-  const LoggedStep at = log.read_states(log.last_states());
+  const LoggedStep at = log.read_states(from);
   if (scenario.run.steps < at.step)
     throw UsageError("--steps: found " + std::to_string(scenario.run.steps) +
                      "; allowed: at least " + std::to_string(at.step) + ", with which " +

@@ -15,10 +15,11 @@ namespace soda::analysis {
 // all steps. Throws FileError if they, or the bodies, are none of the logged scenario.
 scenarios::Scenario logged_scenario(LogReader& log, const Overrides& overrides);
 
-// The same run, to go on from the last step whose states the log has, with inputs that had not
-// acted then: those that the log knows to come, and the scenario's. `options` get those of the
-// logged run where they say nothing. Throws UsageError if it was to end before that step.
-scenarios::Scenario resumed_scenario(LogReader& log, Overrides& options);
+// The same run, to go on from step `from` of the log, with inputs that had not acted then: those
+// that the log knows to come, and the scenario's. `options` get those of the logged run where they
+// say nothing. Throws UsageError if the log has no states of that step, or the run was to end
+// before it.
+scenarios::Scenario resumed_scenario(LogReader& log, std::int64_t from, Overrides& options);
 
 // How many steps the logged run was to have.
 std::int64_t asked_steps(const LogReader& log);

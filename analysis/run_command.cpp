@@ -40,7 +40,7 @@ scenarios::Scenario load_again(RunRequest& request, ScenarioFiles& files, std::o
   if (request.real_time) throw UsageError("--realtime: a run with --resume shows no frames");
   LogReader log(request.resume);
   tell_flaws(log, request.resume, err);
-  scenarios::Scenario scenario = resumed_scenario(log, request.overrides);
+  scenarios::Scenario scenario = resumed_scenario(log, log.last_states(), request.overrides);
   request.file = log.scenario().file;
   files = {log.scenario().text, log.meshes()};
   return scenario;
@@ -76,21 +76,6 @@ LoggedOptions options_of_log(const RunRequest& request, const scenarios::Scenari
           .first_step = scenario.run.first_step};
 }
 
-LoggedStep logged(const LoggedOptions& options, const models::CommittedStep& step) {
-  LoggedStep logged{
-      .step = step.step,
-      .digest = physics::digest(step.ids, step.states),
-      .has_states = has_states(options, step.step),
-      .ids = {},
-      .states = {},
-      .inputs = {step.inputs.begin(), step.inputs.end()},
-      .territory_changes = {step.territory_changes.begin(), step.territory_changes.end()}};
-  if (!logged.has_states) return logged;
-  logged.ids.assign(step.ids.begin(), step.ids.end());
-  logged.states.assign(step.states.begin(), step.states.end());
-  return logged;
-}
-
 // What a log, or a checkpoint, begins with.
 struct LogHead {
   LoggedScenario scenario;
@@ -123,7 +108,7 @@ std::unique_ptr<LogWriter> open_log(const RunRequest& request, const ScenarioFil
   first.ids = ids;
   first.states = states;
   first.inputs = scenario.run.inputs.acted;
-  const bool written = log->add_step(logged(head.options, first));
+  const bool written = log->add_committed(first);
   if (!written) log->finish();  // throws
   return log;
 }
@@ -171,13 +156,12 @@ void run_observed(const RunRequest& request, const scenarios::Scenario& scenario
   std::optional<RealTimeSession> session;
   if (request.real_time) session.emplace(*request.real_time, load_of(*request.real_time), scenario);
   models::CommitObserver observer = observer_for(request);
-  const LoggedOptions options = options_of_log(request, scenario);
   if (observer.wants_states) {
     observer.on_step = [&](const models::CommittedStep& step) {
       if (session) session->add(step);
       if (request.step_digests)
         report.step_digests.push_back(physics::digest(step.ids, step.states));
-      const bool written = !files.log || files.log->add_step(logged(options, step));
+      const bool written = !files.log || files.log->add_committed(step);
       const bool kept = !files.checkpoints || files.checkpoints->add(step);
       if (!written || !kept) stop.store(kStopForFailure);
     };

@@ -54,6 +54,26 @@ void define_what_if(CLI::App& command, WhatIfRequest& request) {
       "  soda what-if run.sodalog --deliver-in-time 1:42");
 }
 
+void define_branch(CLI::App& command, BranchRequest& request) {
+  command.add_option("LOG", request.file, "log written by soda run --log")->required();
+  command.add_option("--step", request.step, "the committed step from which it goes on")
+      ->required();
+  command.add_option("--inputs", request.inputs, "file of new inputs, one JSON object a line")
+      ->required();
+  command.add_option("--steps", request.steps, "its last step (default: that of the log)");
+  command.add_option("--log", request.log_file, "write the branch as an event log");
+  command.add_flag("--force", request.force, "replace the log if it exists");
+  command.add_flag("--json", request.json, "print one JSON object, with every step");
+  command.add_flag("--quiet", request.quiet, "no progress line");
+  command.footer(
+      "example:\n"
+      "  soda run scenarios/library/crowd.json --log run.sodalog\n"
+      "  echo '{\"id\": 900, \"type\": \"push\", \"step\": 30, \"body\": 7,"
+      " \"impulse_newton_s\": [4, 0, 0]}' > push.jsonl\n"
+      "  soda branch run.sodalog --step 30 --inputs push.jsonl --log branch.sodalog\n"
+      "  soda view branch.sodalog");
+}
+
 void define_trace(CLI::App& command, TraceRequest& request) {
   command.add_option("LOG", request.file, "log written by soda run --log-level trace")->required();
   command.add_option("-o,--output", request.trace_file,

@@ -1,6 +1,7 @@
 // The options of the commands that look into event logs, and their examples.
 #pragma once
 
+#include "analysis/branch/branch_command.hpp"
 #include "analysis/contacts_command.hpp"
 #include "analysis/diff_command.hpp"
 #include "analysis/trace/log_command.hpp"
@@ -18,6 +19,7 @@ namespace soda::analysis {
 void define_log(CLI::App& command, LogRequest& request);
 void define_why(CLI::App& command, WhyRequest& request);
 void define_what_if(CLI::App& command, WhatIfRequest& request);
+void define_branch(CLI::App& command, BranchRequest& request);
 void define_trace(CLI::App& command, TraceRequest& request);
 void define_diff(CLI::App& diff, DiffRequest& request);
 void define_contacts(CLI::App& command, ContactsRequest& request);
