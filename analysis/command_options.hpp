@@ -7,13 +7,11 @@
 #include "analysis/groups/groups_command.hpp"
 #include "analysis/phold_command.hpp"
 #include "analysis/plan_command.hpp"
-#include "analysis/replay_command.hpp"
 #include "analysis/rollback_command.hpp"
 #include "analysis/run_command.hpp"
 #include "analysis/scaling/scaling_command.hpp"
 #include "analysis/swarm_command.hpp"
 #include "analysis/verify_command.hpp"
-#include "analysis/view_command.hpp"
 
 namespace CLI {
 class App;
@@ -29,8 +27,6 @@ struct Wanted {
 // Each outlives the command line's parsing.
 void define_run(CLI::App& run, RunRequest& request, const Wanted& wanted);
 void define_plan(CLI::App& plan, PlanRequest& request);
-void define_replay(CLI::App& replay, ReplayRequest& request);
-void define_view(CLI::App& view, ViewRequest& request);
 void define_accuracy(CLI::App& command, AccuracyRequest& request);
 void define_anticipation(CLI::App& command, AnticipationRequest& request);
 void define_groups(CLI::App& command, GroupsRequest& request);

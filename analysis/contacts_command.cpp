@@ -90,8 +90,9 @@ std::vector<std::int64_t> steps_of(const ContactsRequest& request, const LogRead
   const std::int64_t last = log.last_step();
   if (request.step) {
     if (*request.step < log.first_step() || *request.step > last)
-      throw UsageError("--step: found " + std::to_string(*request.step) + "; allowed: " +
-                       std::to_string(log.first_step()) + " to " + std::to_string(last) + ", the last whole step of " + request.file);
+      throw UsageError("--step: found " + std::to_string(*request.step) +
+                       "; allowed: " + std::to_string(log.first_step()) + " to " +
+                       std::to_string(last) + ", the last whole step of " + request.file);
     return {*request.step};
   }
   if (!request.every) return {log.last_states()};

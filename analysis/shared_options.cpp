@@ -151,6 +151,13 @@ void add_world_options(CLI::App& command, Overrides& overrides, bool guesses, bo
   add_cluster_options(command, overrides.cluster, "modelled from its counters");
 }
 
+void add_report_options(CLI::App& command, const ReportOptions& report) {
+  CLI::Option* const json = command.add_flag("--json", report.json, "print one JSON object");
+  command.add_flag("--csv", report.csv, "a table with a line of names")->excludes(json);
+  command.add_option("-o,--output", report.page, "write an HTML page with pictures");
+  command.add_flag("--force", report.force, "replace the page if it exists");
+}
+
 void refuse_nan(CLI::Option& option) {
   option.check([](const std::string& text) {
     const bool number = !std::isnan(std::strtod(text.c_str(), nullptr));

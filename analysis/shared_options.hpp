@@ -30,6 +30,14 @@ void add_cluster_options(CLI::App& command, ClusterOverrides& cluster, const std
 // All of these that say how worlds go about their work, and on what cluster: without ghosts if
 // `guesses` is not set, balancing in full if `balances` is.
 void add_world_options(CLI::App& command, Overrides& overrides, bool guesses, bool balances);
+// In which form a command tells what it found.
+struct ReportOptions {
+  bool& json;
+  bool& csv;
+  std::string& page;  // HTML; empty: none
+  bool& force;        // replaces it
+};
+void add_report_options(CLI::App& command, const ReportOptions& report);
 // For numbers with a range: nan compares with no bound, so that a range lets it pass.
 void refuse_nan(CLI::Option& option);
 void add_real_time_options(CLI::App& command, std::optional<RealTimeRequest>& wanted);

@@ -30,9 +30,9 @@ std::string machine() {
 std::string page(const std::string& title, const AnticipationHead& head, const std::string& body) {
   return "<!doctype html><html lang=en><meta charset=utf-8>"
          "<meta name=viewport content='width=device-width,initial-scale=1'><title>" +
-         escaped_xml(title) + "</title>" + kPageStyle + "<h1>" + escaped_xml(title) + "</h1>" + body +
-         "<p>Made by <code>" + escaped_xml(head.command) + "</code>, soda " + kVersion + ", on " +
-         escaped_xml(machine()) + ".</p></html>\n";
+         escaped_xml(title) + "</title>" + kPageStyle + "<h1>" + escaped_xml(title) + "</h1>" +
+         body + "<p>Made by <code>" + escaped_xml(head.command) + "</code>, soda " + kVersion +
+         ", on " + escaped_xml(machine()) + ".</p></html>\n";
 }
 
 double largest_overload(const std::vector<AnticipationPoint>& points) {

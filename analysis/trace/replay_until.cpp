@@ -24,7 +24,7 @@ struct Stop {
 };
 
 std::size_t stop_named(const std::string& text, const std::string& option, std::uint32_t worlds,
-                     const RecordedWalk& walk, const LogReader& log) {
+                       const RecordedWalk& walk, const LogReader& log) {
   const auto found = find_event(walk, parse_event(text, worlds, option), 0);
   if (!found)
     throw UsageError(option + ": " + log.file() + " tells of no " + text + " in its " +
@@ -35,9 +35,9 @@ std::size_t stop_named(const std::string& text, const std::string& option, std::
 Stop stop_of(const ReplayRequest& request, const LogReader& log, const RecordedWalk& walk,
              const ExecutionTrace& trace) {
   const bool before = request.until.empty();
-  const std::size_t found = before
-                                ? stop_named(request.break_before, "--break", trace.worlds, walk, log)
-                                : stop_named(request.until, "--until", trace.worlds, walk, log);
+  const std::size_t found =
+      before ? stop_named(request.break_before, "--break", trace.worlds, walk, log)
+             : stop_named(request.until, "--until", trace.worlds, walk, log);
   Stop stop{before ? found - 1 : found, std::nullopt};
   if (walk[found - 1].record.what == kernel::Happening::kRewound)
     stop.rollback = last_rollback(walk, found, trace);

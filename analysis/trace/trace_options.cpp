@@ -3,8 +3,71 @@
 #include <CLI/CLI.hpp>
 
 #include "analysis/shared_options.hpp"
+#include "analysis/trace/event_pattern.hpp"
 
 namespace soda::analysis {
+
+void define_replay(CLI::App& replay, ReplayRequest& request) {
+  replay.add_option("LOG", request.file, "log written by soda run --log")->required();
+  add_execution_options(replay, request.overrides);
+  add_world_options(replay, request.overrides, true, true);
+  replay.add_option("--scheduling-seed", request.overrides.scheduling_seed,
+                    "threads executor: shuffle its scheduling (0: do not)");
+  replay.add_flag("--as-executed", request.as_executed,
+                  "in one thread, event for event as the log's trace has it");
+  CLI::Option* until =
+      replay.add_option("--until", request.until, "as executed, and stop after this EVENT");
+  CLI::Option* before =
+      replay
+          .add_option("--break", request.break_before,
+                      "as executed, and stop before this EVENT, as rollback[:WORLD[:STEP]]")
+          ->excludes(until);
+  CLI::Option* interactive =
+      replay
+          .add_flag("--interactive", request.interactive,
+                    "walk through the trace by commands of standard input; help lists them")
+          ->excludes(until)
+          ->excludes(before);
+  CLI::Option* step = replay.add_option("--step", request.step, "show the state after this step")
+                          ->excludes(until)
+                          ->excludes(before)
+                          ->excludes(interactive);
+  replay.add_option("--body", request.body,
+                    "with --step, --until or --break: only this body, all digits");
+  replay
+      .add_flag("--json", request.json,
+                "what soda run --json says, of this run; or where it stopped")
+      ->excludes(step)
+      ->excludes(interactive);
+  replay.add_flag("--quiet", request.quiet, "no progress line");
+  add_strict_option(replay, request.overrides.strict);
+  replay.footer(std::string("examples:\n"
+                            "  soda replay run.sodalog\n"
+                            "  soda replay run.sodalog --json\n"
+                            "  soda replay run.sodalog --threads 2 --worlds 48\n"
+                            "  soda replay run.sodalog --step 100 --body 7\n"
+                            "  soda replay run.sodalog --until world:1:84:pairs --body 7\n"
+                            "  soda replay run.sodalog --break rollback:1\n"
+                            "  soda replay run.sodalog --interactive\n"
+                            "an EVENT is one of ") +
+                event_forms());
+}
+
+void define_view(CLI::App& view, ViewRequest& request) {
+  view.add_option("LOG", request.file, "log written by soda run --log")->required();
+  view.add_option("-o,--output", request.page_file, "HTML file (default: LOG.html)");
+  view.add_flag("--force", request.force, "replace the page if it exists");
+  view.add_option("--every", request.every,
+                  "steps from frame to frame (default: so that bodies take 14 MB at most)")
+      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 40));
+  view.footer(
+      "The timeline of all worlds is in the page if the log has a trace; soda run --view makes "
+      "one.\n"
+      "examples:\n"
+      "  soda run scenarios/library/crowd.json --log crowd.sodalog --log-level trace\n"
+      "  soda view crowd.sodalog\n"
+      "  soda view crowd.sodalog --every 10 -o crowd.html");
+}
 
 void define_log(CLI::App& command, LogRequest& request) {
   command.add_option("LOG", request.file, "log written by soda run --log")->required();

@@ -4,10 +4,12 @@
 #include "analysis/branch/branch_command.hpp"
 #include "analysis/contacts_command.hpp"
 #include "analysis/diff_command.hpp"
+#include "analysis/replay_command.hpp"
 #include "analysis/trace/log_command.hpp"
 #include "analysis/trace/trace_command.hpp"
 #include "analysis/trace/what_if_command.hpp"
 #include "analysis/trace/why_command.hpp"
+#include "analysis/view_command.hpp"
 
 namespace CLI {
 class App;
@@ -16,6 +18,8 @@ class App;
 namespace soda::analysis {
 
 // Each outlives the command line's parsing.
+void define_replay(CLI::App& replay, ReplayRequest& request);
+void define_view(CLI::App& view, ViewRequest& request);
 void define_log(CLI::App& command, LogRequest& request);
 void define_why(CLI::App& command, WhyRequest& request);
 void define_what_if(CLI::App& command, WhatIfRequest& request);

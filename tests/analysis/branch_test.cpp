@@ -84,9 +84,9 @@ TEST_F(Branch, EveryStepIsThatOfTheWholeRunWithTheInputs) {
   }
 }
 
-// A lone ball is pushed: it alone differs until it comes to another one.
+// A walker is pushed who touches nobody: it alone differs at first.
 TEST_F(Branch, TellsHowManyBodiesDifferAndHowFarTheyAre) {
-  record("billiards", 60);
+  record("crowd", 60);
   write_file(inputs_, "");
   const json same = json::parse(branched(10, {"--json"}).out);
   for (const json& step : same["differences"]) EXPECT_EQ(step["bodies"], 0) << step;

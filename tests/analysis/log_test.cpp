@@ -372,7 +372,8 @@ TEST(EventLog, ReadsBackWhichCellsChangedHands) {
   LoggedStep step = logged_step(4, 5, states_at(4));
   step.territory_changes = {{3, 7, models::WorldId{1}, models::WorldId{2}},
                             {3, 0xfffffffe, models::WorldId{0xffff0}, models::WorldId{0}}};
-  EXPECT_EQ(decode_step(encode_step(step), {.bodies = 10}).territory_changes, step.territory_changes);
+  EXPECT_EQ(decode_step(encode_step(step), {.bodies = 10}).territory_changes,
+            step.territory_changes);
 }
 
 TEST(StepComparison, SignedZerosAreDifferentValues) {

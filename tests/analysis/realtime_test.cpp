@@ -75,7 +75,8 @@ TEST(RealTimeCommand, OnTheVirtualClusterARunIsShownTheSameTwice) {
   EXPECT_EQ(first["real_time"]["fill"], second["real_time"]["fill"]);
   EXPECT_EQ(first["real_time"]["fate"], second["real_time"]["fate"]);
   EXPECT_EQ(first["virtual"]["execution_digest"], second["virtual"]["execution_digest"]);
-  EXPECT_GT(first["real_time"]["late"], 0) << "steps of four frames for .2 s: more than six entries can hide";
+  EXPECT_GT(first["real_time"]["late"], 0)
+      << "steps of four frames for .2 s: more than six entries can hide";
 }
 
 TEST(RealTimeCommand, TakesUserInputFromAStreamAndLogsItWithItsFinalSteps) {
