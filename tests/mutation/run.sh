@@ -34,7 +34,7 @@ check() {
   local faults=0 name test fault
   for file in "$here"/*.patch; do
     name=$(basename "$file" .patch)
-    if ! names | grep -qx "$name"; then echo "$name: not in the table"; faults=1; fi
+    if ! grep -qx "$name" <(names); then echo "$name: not in the table"; faults=1; fi
   done
   for name in $(names); do
     if ! patch --dry-run -s -f -F0 -p1 -d "$root" < "$here/$name.patch" > /dev/null; then
