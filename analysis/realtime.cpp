@@ -32,10 +32,6 @@ class WallClock final : public models::Clock {
   double worst_wake_s_ = 0.0;
 };
 
-// How far GVT may be beyond what is shown. With one, a frame is late when a GVT round takes longer
-// than a frame, though the buffer is full: seen on a machine with six programs a processor.
-constexpr std::int64_t kFramesBeyond = 2;
-
 bool is_virtual(const scenarios::Scenario& scenario) {
   return scenario.run.executor == models::ExecutorKind::kVirtual;
 }
@@ -71,8 +67,9 @@ RealTimeReport plan_of(const RealTimeRequest& request, const scenarios::Scenario
       .steps = run.steps};
   const auto most = static_cast<std::int64_t>(std::ceil(report.playback.steps_per_frame));
   const bool at_once = is_virtual(scenario) && run.cluster.gvt_delay_ns == 0;
-  report.lead =
-      has_time_warp(scenario) ? (at_once ? 1 : kFramesBeyond) * most : std::max(most, run.buffer);
+  report.lead = has_time_warp(scenario)
+                    ? (at_once ? 1 : static_cast<std::int64_t>(request.lead_frames)) * most
+                    : std::max(most, run.buffer);
   return report;
 }
 

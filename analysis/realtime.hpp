@@ -22,6 +22,10 @@ struct RealTimeRequest {
   double peak = 0.0;           // instead, during the peak; 0: there is none
   double peak_from_s = 2.0;    // since the first frame
   double peak_for_s = 1.0;
+  // How far GVT may be beyond what is shown, in frames, >= 1; so late a user's input takes effect.
+  // A frame is late, though the buffer is full, when a GVT round takes longer than that: as long as
+  // several steps of a world.
+  double lead_frames = 2.0;
 };
 models::ArtificialLoad load_of(const RealTimeRequest& request);
 

@@ -119,7 +119,9 @@ AnticipationRun outcome_of(const RealTimeReport& report, const MeasuredRun& run,
 
 AnticipationRun run_once(const scenarios::Scenario& scenario, const AnticipationOptions& options,
                          double overload) {
-  const RealTimeRequest request{.frames_per_s = options.frames_per_s, .speed = options.speed};
+  const RealTimeRequest request{.frames_per_s = options.frames_per_s,
+                                .speed = options.speed,
+                                .lead_frames = options.lead_frames};
   const double ends_s = static_cast<double>(scenario.run.steps) * scenario.scene.dt_s;
   RealTimeSession session(
       request, load_of_run(options, overload, scenario.territory.worlds, ends_s / options.speed),
