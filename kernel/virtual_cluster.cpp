@@ -289,8 +289,10 @@ void VirtualCluster::announce_gvt() {
     // The outside may go by a clock of its own.
     if (stands && appointments_.empty() && options_.clock_user == nullptr) wait_for_outside();
   }
-  // An interval of 0 would let the clock stand still.
-  appoint(now_ns_ + std::max<std::int64_t>(options_.gvt_interval_ns, 1), Action::kSampleGvt, 0);
+  // What it costs the processors delays what they execute: one that began before would leave them
+  // no time, and an interval of 0 would let the clock stand still.
+  const std::int64_t least_ns = std::exchange(gvt_took_ns_, 0) + 1;
+  appoint(now_ns_ + std::max(options_.gvt_interval_ns, least_ns), Action::kSampleGvt, 0);
 }
 
 void VirtualCluster::take_gvt() {
@@ -312,6 +314,7 @@ void VirtualCluster::take_from_outside() {
 void VirtualCluster::charge_gvt(std::size_t processor, std::uint64_t committed) {
   const std::int64_t cost_ns =
       options_.gvt_cost_ns + options_.commit_cost_ns * static_cast<std::int64_t>(committed);
+  gvt_took_ns_ = std::max(gvt_took_ns_, cost_ns);
   processors_[processor].clock.take_part_in_gvt(now_ns_, cost_ns, processors_[processor].busy);
 }
 

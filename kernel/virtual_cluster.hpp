@@ -103,6 +103,7 @@ class VirtualCluster {
   std::uint64_t actions_ = 0;
   VirtualTime gvt_ = kBeginning;          // announced
   VirtualTime sampled_gvt_ = kBeginning;  // announced or on its way
+  std::int64_t gvt_took_ns_ = 0;          // a processor at most, since the last was announced
   std::optional<CommittedFault> fault_;
   bool finished_ = false;
   SplitMix64 jitter_;
