@@ -7,6 +7,8 @@
 #include <tuple>
 #include <vector>
 
+#include "kernel/hash_mix.hpp"
+
 namespace soda::models {
 namespace {
 
@@ -29,15 +31,10 @@ std::size_t share_of(std::size_t items, std::size_t clusters, std::size_t c) {
 // Bodies at different places, as far as there are enough: the first of a shuffle.
 std::vector<Spot> first_centres(std::vector<Spot> bodies, std::uint32_t clusters,
                                 std::uint64_t seed) {
-  const auto next_bits = [&seed] {  // splitmix64
-    std::uint64_t z = seed += 0x9e3779b97f4a7c15u;
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-    return z ^ (z >> 31);
-  };
+  kernel::SplitMix64 random(seed);
   const std::size_t drawn = std::min<std::size_t>(clusters, bodies.size());
   for (std::size_t i = 0; i < drawn; ++i)
-    std::swap(bodies[i], bodies[i + next_bits() % (bodies.size() - i)]);
+    std::swap(bodies[i], bodies[i + random.below(bodies.size() - i)]);
   std::vector<Spot> centres;
   for (std::uint32_t c = 0; c < clusters; ++c) centres.push_back(bodies[c % drawn]);
   return centres;

@@ -6,6 +6,7 @@
 #include <deque>
 #include <limits>
 
+#include "kernel/hash_mix.hpp"
 #include "models/paper_map.hpp"
 #include "models/static_map.hpp"
 
@@ -109,13 +110,8 @@ std::vector<std::uint32_t> equal_size_kmeans(const std::vector<Point2>& points,
                                              std::uint32_t clusters, std::uint64_t seed) {
   constexpr int kIterations = 12;
   std::vector<Point2> centers(clusters);
-  for (std::uint32_t c = 0; c < clusters; ++c) {
-    seed += 0x9e3779b97f4a7c15u;  // splitmix64
-    std::uint64_t z = seed;
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-    centers[c] = points[(z ^ (z >> 31)) % points.size()];
-  }
+  kernel::SplitMix64 random(seed);
+  for (Point2& center : centers) center = points[random.below(points.size())];
   std::vector<std::uint32_t> cluster_of;
   for (int iteration = 0; iteration < kIterations; ++iteration) {
     cluster_of = assign_equal_size(points, centers);
