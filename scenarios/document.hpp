@@ -9,8 +9,8 @@
 #include <variant>
 #include <vector>
 
-#include "models/simulation.hpp"
-#include "models/territory.hpp"
+#include "models/options/run_options.hpp"
+#include "models/territory/territory.hpp"
 #include "physics/model/scene.hpp"
 #include "scenarios/json_tree.hpp"
 #include "scenarios/known_answer.hpp"

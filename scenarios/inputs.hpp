@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "models/user_input.hpp"
+#include "models/user_input/user_input.hpp"
 #include "scenarios/document.hpp"
 #include "scenarios/faults.hpp"
 

@@ -1,7 +1,7 @@
 // Joints that hold their bodies far off.
 #include <cmath>
 
-#include "models/joint_cost.hpp"
+#include "models/cost/joint_cost.hpp"
 #include "scenarios/cross_checks.hpp"
 #include "scenarios/placed_boxes.hpp"
 #include "scenarios/warnings.hpp"

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "models/simulation.hpp"
-#include "models/territory.hpp"
+#include "models/options/run_options.hpp"
+#include "models/territory/territory.hpp"
 #include "physics/model/body_state.hpp"
 #include "physics/model/scene.hpp"
 #include "scenarios/known_answer.hpp"

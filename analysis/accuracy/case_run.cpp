@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "analysis/error_measures.hpp"
-#include "analysis/stopwatch.hpp"
+#include "analysis/measures/error_measures.hpp"
+#include "analysis/text/stopwatch.hpp"
 #include "physics/step/step.hpp"
 
 namespace soda::analysis {

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "analysis/error_estimates.hpp"
+#include "analysis/measures/error_estimates.hpp"
 #include "physics/model/body_state.hpp"
 #include "physics/model/scene.hpp"
 

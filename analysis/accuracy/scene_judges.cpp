@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "analysis/accuracy/motion_judges.hpp"
-#include "analysis/error_measures.hpp"
+#include "analysis/measures/error_measures.hpp"
 #include "physics/shapes/mass_properties.hpp"
 
 namespace soda::analysis {

@@ -1,5 +1,5 @@
 #include "analysis/accuracy/engine.hpp"
-#include "analysis/error_measures.hpp"
+#include "analysis/measures/error_measures.hpp"
 #include "physics/step/step.hpp"
 #include "scenarios/quality.hpp"
 

@@ -5,9 +5,9 @@
 #include <fstream>
 
 #include "analysis/anticipation/anticipation_report.hpp"
-#include "analysis/svg_plot.hpp"
-#include "analysis/text_table.hpp"
-#include "analysis/version.hpp"
+#include "analysis/text/svg_plot.hpp"
+#include "analysis/text/text_table.hpp"
+#include "analysis/text/version.hpp"
 
 namespace soda::analysis {
 namespace {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "analysis/text_table.hpp"
-#include "analysis/whole/scene_parts.hpp"
+#include "analysis/text/scene_parts.hpp"
+#include "analysis/text/text_table.hpp"
 
 namespace soda::analysis {
 namespace {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "analysis/measured_run.hpp"
-#include "kernel/partition.hpp"
+#include "analysis/runs/measured_run.hpp"
+#include "kernel/api/partition.hpp"
 #include "scenarios/read_scenario.hpp"
 
 namespace soda::analysis {

@@ -8,8 +8,8 @@
 #include <optional>
 #include <vector>
 
-#include "analysis/realtime.hpp"
-#include "models/load_balancer.hpp"
+#include "analysis/runs/realtime.hpp"
+#include "models/load_balancing/load_balancer.hpp"
 #include "scenarios/scenario.hpp"
 
 namespace soda::analysis {

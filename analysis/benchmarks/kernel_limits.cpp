@@ -17,8 +17,8 @@
 #include <tuple>
 #include <vector>
 
-#include "kernel/executor.hpp"
-#include "kernel/standard_phold.hpp"
+#include "kernel/api/executor.hpp"
+#include "kernel/phold/standard_phold.hpp"
 
 namespace {
 

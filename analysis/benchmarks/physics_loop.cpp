@@ -5,8 +5,8 @@
 #include <iostream>
 #include <string>
 
-#include "analysis/error_measures.hpp"
-#include "analysis/text_table.hpp"
+#include "analysis/measures/error_measures.hpp"
+#include "analysis/text/text_table.hpp"
 #include "physics/measures/measures.hpp"
 #include "physics/step/step.hpp"
 #include "scenarios/read_scenario.hpp"

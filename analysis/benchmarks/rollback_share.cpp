@@ -8,9 +8,9 @@
 #include <sstream>
 #include <string>
 
-#include "analysis/svg_plot.hpp"
-#include "analysis/text_table.hpp"
-#include "models/simulation.hpp"
+#include "analysis/text/svg_plot.hpp"
+#include "analysis/text/text_table.hpp"
+#include "models/run/simulation.hpp"
 #include "scenarios/read_scenario.hpp"
 
 namespace {

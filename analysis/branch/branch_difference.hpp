@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "analysis/log_format.hpp"
+#include "analysis/event_log/log_format.hpp"
 
 namespace soda::analysis {
 

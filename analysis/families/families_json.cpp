@@ -1,5 +1,5 @@
 #include "analysis/families/family_run.hpp"
-#include "analysis/whole/scene_parts.hpp"
+#include "analysis/text/scene_parts.hpp"
 
 namespace soda::analysis {
 namespace {

@@ -2,9 +2,9 @@
 #include <cmath>
 
 #include "analysis/families/family_run.hpp"
-#include "analysis/svg_plot.hpp"
-#include "analysis/text_table.hpp"
-#include "analysis/work_precision_plot.hpp"
+#include "analysis/text/svg_plot.hpp"
+#include "analysis/text/text_table.hpp"
+#include "analysis/text/work_precision_plot.hpp"
 
 namespace soda::analysis {
 namespace {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <ostream>
 
-#include "analysis/plain_loop.hpp"
-#include "analysis/stopwatch.hpp"
+#include "analysis/runs/plain_loop.hpp"
+#include "analysis/text/stopwatch.hpp"
 
 namespace soda::analysis {
 namespace {

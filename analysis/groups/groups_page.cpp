@@ -3,7 +3,7 @@
 
 #include "analysis/groups/groups_report.hpp"
 #include "analysis/groups/paper_scene.hpp"
-#include "analysis/svg_plot.hpp"
+#include "analysis/text/svg_plot.hpp"
 
 namespace soda::analysis {
 namespace {

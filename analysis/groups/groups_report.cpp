@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "analysis/groups/paper_scene.hpp"
-#include "analysis/text_table.hpp"
-#include "analysis/whole/scene_parts.hpp"
+#include "analysis/text/scene_parts.hpp"
+#include "analysis/text/text_table.hpp"
 
 namespace soda::analysis {
 namespace {

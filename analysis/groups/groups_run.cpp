@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "analysis/measured_run.hpp"
+#include "analysis/runs/measured_run.hpp"
 #include "analysis/trace/execution_trace.hpp"
-#include "kernel/outside.hpp"
+#include "kernel/api/outside.hpp"
 #include "physics/step/step.hpp"
 
 namespace soda::analysis {

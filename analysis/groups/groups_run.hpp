@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "analysis/event_log/log_reader.hpp"
 #include "analysis/groups/groups_sweep.hpp"
-#include "analysis/log_reader.hpp"
 #include "scenarios/scenario.hpp"
 
 namespace soda::analysis {

@@ -8,7 +8,7 @@
 
 #include "analysis/groups/paper_figures.hpp"
 #include "analysis/groups/sync_groups.hpp"
-#include "analysis/seed_range.hpp"
+#include "analysis/text/seed_range.hpp"
 
 namespace soda::analysis {
 

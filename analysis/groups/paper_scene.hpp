@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "models/territory.hpp"
+#include "models/territory/territory.hpp"
 
 namespace soda::analysis {
 

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "models/territory.hpp"
+#include "models/territory/territory.hpp"
 #include "physics/model/contact_manifold.hpp"
 
 namespace soda::analysis {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <array>
 
-#include "analysis/exit_codes.hpp"
-#include "analysis/nearest_name.hpp"
+#include "analysis/text/exit_codes.hpp"
+#include "analysis/text/nearest_name.hpp"
 
 namespace soda::analysis {
 namespace {

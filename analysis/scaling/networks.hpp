@@ -4,7 +4,7 @@
 #include <span>
 #include <string>
 
-#include "analysis/overrides.hpp"
+#include "analysis/runs/overrides.hpp"
 
 namespace soda::analysis {
 

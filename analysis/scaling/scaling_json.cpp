@@ -1,7 +1,7 @@
-#include "analysis/run_report.hpp"
+#include "analysis/runs/run_report.hpp"
 #include "analysis/scaling/scaling_report.hpp"
-#include "analysis/text_table.hpp"
-#include "analysis/whole/scene_parts.hpp"
+#include "analysis/text/scene_parts.hpp"
+#include "analysis/text/text_table.hpp"
 
 namespace soda::analysis {
 namespace {

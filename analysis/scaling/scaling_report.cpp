@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "analysis/run_report.hpp"
-#include "analysis/svg_plot.hpp"
-#include "analysis/text_table.hpp"
+#include "analysis/runs/run_report.hpp"
+#include "analysis/text/svg_plot.hpp"
+#include "analysis/text/text_table.hpp"
 
 namespace soda::analysis {
 namespace {

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
-#include "analysis/exit_codes.hpp"
-#include "analysis/measured_run.hpp"
+#include "analysis/runs/measured_run.hpp"
+#include "analysis/runs/undivided_run.hpp"
 #include "analysis/scaling/side_by_side.hpp"
-#include "analysis/undivided_run.hpp"
+#include "analysis/text/exit_codes.hpp"
 
 namespace soda::analysis {
 namespace {

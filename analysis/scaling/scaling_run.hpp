@@ -6,9 +6,9 @@
 #include <utility>
 #include <vector>
 
-#include "analysis/overrides.hpp"
+#include "analysis/runs/overrides.hpp"
 #include "analysis/scaling/networks.hpp"
-#include "kernel/virtual_executor.hpp"
+#include "kernel/virtual_cluster/virtual_executor.hpp"
 
 namespace soda::analysis {
 

@@ -5,11 +5,11 @@
 #include <limits>
 #include <vector>
 
-#include "analysis/exit_codes.hpp"
-#include "analysis/nearest_name.hpp"
-#include "kernel/outside.hpp"
-#include "models/event_kinds.hpp"
-#include "models/schedule.hpp"
+#include "analysis/text/exit_codes.hpp"
+#include "analysis/text/nearest_name.hpp"
+#include "kernel/api/outside.hpp"
+#include "models/messages/schedule.hpp"
+#include "models/world/event_kinds.hpp"
 
 namespace soda::analysis {
 namespace {

@@ -1,6 +1,6 @@
 #include "analysis/trace/message_life.hpp"
 
-#include "analysis/exit_codes.hpp"
+#include "analysis/text/exit_codes.hpp"
 #include "analysis/trace/trace_words.hpp"
 
 namespace soda::analysis {

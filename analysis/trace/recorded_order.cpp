@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <utility>
 
-#include "analysis/exit_codes.hpp"
-#include "analysis/logged_run.hpp"
-#include "analysis/measured_run.hpp"
+#include "analysis/event_log/logged_run.hpp"
+#include "analysis/runs/measured_run.hpp"
+#include "analysis/text/exit_codes.hpp"
 #include "analysis/trace/trace_comparison.hpp"
 
 namespace soda::analysis {

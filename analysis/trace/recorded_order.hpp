@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "analysis/log_reader.hpp"
+#include "analysis/event_log/log_reader.hpp"
 #include "analysis/trace/recorded_walk.hpp"
-#include "kernel/recorded_executor.hpp"
+#include "kernel/executors/recorded_executor.hpp"
 #include "scenarios/scenario.hpp"
 
 namespace soda::analysis {

@@ -6,7 +6,7 @@
 #include <tuple>
 #include <utility>
 
-#include "models/schedule.hpp"
+#include "models/messages/schedule.hpp"
 
 namespace soda::analysis {
 namespace {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "analysis/log_reader.hpp"
+#include "analysis/event_log/log_reader.hpp"
 #include "analysis/trace/execution_trace.hpp"
 #include "analysis/trace/trace_records.hpp"
 

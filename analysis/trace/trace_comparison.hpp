@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "analysis/log_reader.hpp"
-#include "kernel/event_recorder.hpp"
+#include "analysis/event_log/log_reader.hpp"
+#include "kernel/api/event_recorder.hpp"
 
 namespace soda::analysis {
 

@@ -1,10 +1,10 @@
 #include "analysis/trace/trace_json.hpp"
 
-#include "analysis/text_table.hpp"
+#include "analysis/text/scene_parts.hpp"
+#include "analysis/text/text_table.hpp"
 #include "analysis/trace/trace_words.hpp"
-#include "analysis/whole/scene_parts.hpp"
-#include "kernel/outside.hpp"
-#include "models/event_kinds.hpp"
+#include "kernel/api/outside.hpp"
+#include "models/world/event_kinds.hpp"
 
 namespace soda::analysis {
 namespace {

@@ -8,10 +8,10 @@
 #include <set>
 #include <utility>
 
-#include "analysis/exit_codes.hpp"
-#include "kernel/outside.hpp"
-#include "kernel/wire.hpp"
-#include "models/event_kinds.hpp"
+#include "analysis/text/exit_codes.hpp"
+#include "kernel/api/outside.hpp"
+#include "kernel/api/wire.hpp"
+#include "models/world/event_kinds.hpp"
 #include "scenarios/read_scenario.hpp"
 
 namespace soda::analysis {

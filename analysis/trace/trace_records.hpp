@@ -5,8 +5,8 @@
 #include <functional>
 #include <vector>
 
-#include "analysis/log_reader.hpp"
-#include "kernel/event_recorder.hpp"
+#include "analysis/event_log/log_reader.hpp"
+#include "kernel/api/event_recorder.hpp"
 
 namespace soda::analysis {
 

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 
-#include "analysis/text_table.hpp"
-#include "kernel/outside.hpp"
-#include "models/event_kinds.hpp"
-#include "models/schedule.hpp"
+#include "analysis/text/text_table.hpp"
+#include "kernel/api/outside.hpp"
+#include "models/messages/schedule.hpp"
+#include "models/world/event_kinds.hpp"
 
 namespace soda::analysis {
 namespace {

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <string>
 
-#include "kernel/event_recorder.hpp"
-#include "kernel/virtual_time.hpp"
+#include "kernel/api/event_recorder.hpp"
+#include "kernel/api/virtual_time.hpp"
 
 namespace soda::analysis {
 

@@ -1,9 +1,9 @@
 // Happenings of a walk and where worlds stand, in words.
-#include "analysis/text_table.hpp"
+#include "analysis/text/text_table.hpp"
 #include "analysis/trace/recorded_walk.hpp"
 #include "analysis/trace/trace_words.hpp"
-#include "kernel/outside.hpp"
-#include "models/schedule.hpp"
+#include "kernel/api/outside.hpp"
+#include "models/messages/schedule.hpp"
 
 namespace soda::analysis {
 namespace {

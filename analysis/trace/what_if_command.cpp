@@ -4,10 +4,10 @@
 #include <charconv>
 #include <ostream>
 
-#include "analysis/exit_codes.hpp"
-#include "analysis/logged_run.hpp"
-#include "analysis/measured_run.hpp"
-#include "analysis/text_table.hpp"
+#include "analysis/event_log/logged_run.hpp"
+#include "analysis/runs/measured_run.hpp"
+#include "analysis/text/exit_codes.hpp"
+#include "analysis/text/text_table.hpp"
 #include "analysis/trace/execution_trace.hpp"
 #include "analysis/trace/trace_json.hpp"
 #include "analysis/trace/trace_words.hpp"

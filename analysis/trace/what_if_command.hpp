@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "analysis/log_reader.hpp"
-#include "analysis/overrides.hpp"
+#include "analysis/event_log/log_reader.hpp"
+#include "analysis/runs/overrides.hpp"
 
 namespace soda::analysis {
 

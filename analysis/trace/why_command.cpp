@@ -5,15 +5,15 @@
 #include <ostream>
 #include <set>
 
-#include "analysis/exit_codes.hpp"
-#include "analysis/logged_run.hpp"
-#include "analysis/state_text.hpp"
-#include "analysis/text_table.hpp"
+#include "analysis/event_log/logged_run.hpp"
+#include "analysis/event_log/state_text.hpp"
+#include "analysis/text/exit_codes.hpp"
+#include "analysis/text/text_table.hpp"
 #include "analysis/trace/trace_json.hpp"
 #include "analysis/trace/trace_words.hpp"
 #include "analysis/trace/what_if_command.hpp"
-#include "models/event_kinds.hpp"
-#include "models/schedule.hpp"
+#include "models/messages/schedule.hpp"
+#include "models/world/event_kinds.hpp"
 
 namespace soda::analysis {
 namespace {

@@ -3,9 +3,9 @@
 
 #include "analysis/trace/trace_words.hpp"
 #include "analysis/trace/why_command.hpp"
-#include "kernel/outside.hpp"
-#include "models/event_kinds.hpp"
-#include "models/schedule.hpp"
+#include "kernel/api/outside.hpp"
+#include "models/messages/schedule.hpp"
+#include "models/world/event_kinds.hpp"
 
 namespace soda::analysis {
 namespace {

@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "analysis/log_format.hpp"
-#include "models/territory.hpp"
+#include "analysis/event_log/log_format.hpp"
+#include "models/territory/territory.hpp"
 #include "physics/model/scene.hpp"
 #include "physics/shapes/geometry.hpp"
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "analysis/byte_codec.hpp"
-#include "analysis/recording.hpp"
+#include "analysis/text/byte_codec.hpp"
+#include "analysis/viewer/recording.hpp"
 #include "analysis/viewer/timeline.hpp"
 
 namespace soda::analysis {

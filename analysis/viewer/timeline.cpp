@@ -8,8 +8,8 @@
 #include "analysis/trace/execution_trace.hpp"
 #include "analysis/trace/why_command.hpp"
 #include "analysis/viewer/timeline_bars.hpp"
-#include "kernel/outside.hpp"
-#include "models/schedule.hpp"
+#include "kernel/api/outside.hpp"
+#include "models/messages/schedule.hpp"
 
 namespace soda::analysis {
 namespace {

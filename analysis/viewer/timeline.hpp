@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "analysis/log_reader.hpp"
+#include "analysis/event_log/log_reader.hpp"
 #include "scenarios/scenario.hpp"
 
 namespace soda::analysis {

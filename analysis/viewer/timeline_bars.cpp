@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "models/schedule.hpp"
+#include "models/messages/schedule.hpp"
 
 namespace soda::analysis {
 namespace {

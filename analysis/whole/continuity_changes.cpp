@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "analysis/exit_codes.hpp"
+#include "analysis/text/exit_codes.hpp"
 #include "analysis/whole/scene_draw.hpp"
 #include "analysis/whole/whole_scene.hpp"
 #include "scenarios/read_json.hpp"

@@ -8,10 +8,10 @@
 #include <span>
 #include <vector>
 
-#include "analysis/exit_codes.hpp"
-#include "analysis/isolated_process.hpp"
-#include "analysis/plain_loop.hpp"
-#include "analysis/text_table.hpp"
+#include "analysis/process/isolated_process.hpp"
+#include "analysis/runs/plain_loop.hpp"
+#include "analysis/text/exit_codes.hpp"
+#include "analysis/text/text_table.hpp"
 #include "analysis/whole/whole_trial.hpp"
 #include "physics/measures/measures.hpp"
 #include "scenarios/read_scenario.hpp"

@@ -15,7 +15,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "analysis/exit_codes.hpp"
+#include "analysis/text/exit_codes.hpp"
 
 namespace soda::analysis {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "analysis/exit_codes.hpp"
+#include "analysis/text/exit_codes.hpp"
 #include "analysis/whole/scene_draw.hpp"
 
 namespace soda::analysis {

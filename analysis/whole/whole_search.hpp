@@ -3,7 +3,7 @@
 
 #include <functional>
 
-#include "analysis/shrink_limits.hpp"
+#include "analysis/search/shrink_limits.hpp"
 #include "analysis/whole/whole_trial.hpp"
 
 namespace soda::analysis {

@@ -6,12 +6,12 @@
 #include <fstream>
 #include <sstream>
 
-#include "analysis/byte_codec.hpp"
-#include "analysis/exit_codes.hpp"
-#include "analysis/isolated_process.hpp"
-#include "analysis/plain_loop.hpp"
-#include "analysis/stopwatch.hpp"
-#include "analysis/text_table.hpp"
+#include "analysis/process/isolated_process.hpp"
+#include "analysis/runs/plain_loop.hpp"
+#include "analysis/text/byte_codec.hpp"
+#include "analysis/text/exit_codes.hpp"
+#include "analysis/text/stopwatch.hpp"
+#include "analysis/text/text_table.hpp"
 #include "analysis/whole/program_run.hpp"
 #include "analysis/whole/run_output.hpp"
 #include "scenarios/read_scenario.hpp"

@@ -16,9 +16,9 @@
 #include <new>
 #include <span>
 
-#include "analysis/exit_codes.hpp"
-#include "analysis/stop_signals.hpp"
-#include "analysis/stopwatch.hpp"
+#include "analysis/process/stop_signals.hpp"
+#include "analysis/text/exit_codes.hpp"
+#include "analysis/text/stopwatch.hpp"
 
 namespace soda::analysis {
 namespace {

@@ -5,8 +5,8 @@
 #include <functional>
 #include <string>
 
-#include "analysis/byte_codec.hpp"
-#include "analysis/seed_range.hpp"
+#include "analysis/text/byte_codec.hpp"
+#include "analysis/text/seed_range.hpp"
 
 namespace soda::analysis {
 

@@ -7,9 +7,9 @@
 #include <ostream>
 
 #include "analysis/accuracy/case_run.hpp"
-#include "analysis/accuracy_command.hpp"
-#include "analysis/accuracy_html.hpp"
-#include "analysis/accuracy_report.hpp"
+#include "analysis/commands/accuracy_command.hpp"
+#include "analysis/commands/accuracy_html.hpp"
+#include "analysis/commands/accuracy_report.hpp"
 #include "scenarios/read_scenario.hpp"
 
 namespace soda::analysis {

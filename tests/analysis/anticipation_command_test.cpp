@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "analysis/child_process.hpp"
-#include "analysis/exit_codes.hpp"
+#include "analysis/text/exit_codes.hpp"
 
 namespace soda::analysis {
 namespace {

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "analysis/anticipation/anticipation_command.hpp"
 #include "analysis/anticipation/anticipation_report.hpp"
-#include "analysis/exit_codes.hpp"
-#include "analysis/svg_plot.hpp"
-#include "models/load_balancer.hpp"
+#include "analysis/commands/anticipation_command.hpp"
+#include "analysis/text/exit_codes.hpp"
+#include "analysis/text/svg_plot.hpp"
+#include "models/load_balancing/load_balancer.hpp"
 
 namespace soda::analysis {
 namespace {

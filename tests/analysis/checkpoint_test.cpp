@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "analysis/child_process.hpp"
-#include "analysis/exit_codes.hpp"
-#include "analysis/log_reader.hpp"
+#include "analysis/event_log/log_reader.hpp"
+#include "analysis/text/exit_codes.hpp"
 
 namespace soda::analysis {
 namespace {

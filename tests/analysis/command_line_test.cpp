@@ -6,10 +6,10 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/child_process.hpp"
+#include "analysis/event_log/log_reader.hpp"
+#include "analysis/event_log/log_writer.hpp"
 #include "analysis/forged_log.hpp"
-#include "analysis/log_reader.hpp"
-#include "analysis/log_writer.hpp"
-#include "analysis/text_table.hpp"
+#include "analysis/text/text_table.hpp"
 
 namespace soda::analysis {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "analysis/child_process.hpp"
-#include "analysis/exit_codes.hpp"
+#include "analysis/text/exit_codes.hpp"
 
 namespace soda::analysis {
 namespace {

@@ -8,14 +8,14 @@
 #include <sstream>
 
 #include "analysis/child_process.hpp"
-#include "analysis/diff_command.hpp"
-#include "analysis/exit_codes.hpp"
-#include "analysis/log_reader.hpp"
-#include "analysis/replay_command.hpp"
-#include "analysis/trace/log_command.hpp"
-#include "analysis/trace/trace_command.hpp"
+#include "analysis/commands/diff_command.hpp"
+#include "analysis/commands/log_command.hpp"
+#include "analysis/commands/replay_command.hpp"
+#include "analysis/commands/trace_command.hpp"
+#include "analysis/commands/view_command.hpp"
+#include "analysis/event_log/log_reader.hpp"
+#include "analysis/text/exit_codes.hpp"
 #include "analysis/trace/why_command.hpp"
-#include "analysis/view_command.hpp"
 #include "scenarios/read_scenario.hpp"
 
 namespace soda::analysis {

@@ -1,5 +1,5 @@
 // `soda diff`: through the binary, and how far apart numbers are.
-#include "analysis/diff_command.hpp"
+#include "analysis/commands/diff_command.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "analysis/child_process.hpp"
-#include "analysis/exit_codes.hpp"
 #include "analysis/forged_log.hpp"
+#include "analysis/text/exit_codes.hpp"
 
 namespace soda::analysis {
 namespace {

@@ -1,5 +1,5 @@
 // A box at rest at the ends of all ranges. The whole product: `soda accuracy --extremes`.
-#include "analysis/extremes.hpp"
+#include "analysis/measures/extremes.hpp"
 
 #include <gtest/gtest.h>
 

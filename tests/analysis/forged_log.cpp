@@ -5,8 +5,8 @@
 #include <stdexcept>
 
 #include "analysis/child_process.hpp"
-#include "analysis/log_reader.hpp"
-#include "analysis/log_writer.hpp"
+#include "analysis/event_log/log_reader.hpp"
+#include "analysis/event_log/log_writer.hpp"
 
 namespace soda::analysis_test {
 

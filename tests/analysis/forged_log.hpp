@@ -4,7 +4,7 @@
 #include <functional>
 #include <string>
 
-#include "analysis/log_format.hpp"
+#include "analysis/event_log/log_format.hpp"
 
 namespace soda::analysis_test {
 

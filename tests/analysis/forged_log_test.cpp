@@ -9,14 +9,14 @@
 #include <random>
 
 #include "analysis/child_process.hpp"
-#include "analysis/exit_codes.hpp"
-#include "analysis/log_reader.hpp"
-#include "analysis/logged_run.hpp"
-#include "analysis/recording.hpp"
+#include "analysis/event_log/log_reader.hpp"
+#include "analysis/event_log/logged_run.hpp"
+#include "analysis/text/exit_codes.hpp"
 #include "analysis/trace/recorded_order.hpp"
 #include "analysis/trace/recorded_walk.hpp"
 #include "analysis/trace/why_command.hpp"
-#include "analysis/view_page.hpp"
+#include "analysis/viewer/recording.hpp"
+#include "analysis/viewer/view_page.hpp"
 #include "scenarios/read_scenario.hpp"
 
 namespace soda::analysis {

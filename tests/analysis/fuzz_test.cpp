@@ -7,8 +7,8 @@
 #include <set>
 #include <thread>
 
-#include "analysis/fuzz_search.hpp"
-#include "analysis/isolated_process.hpp"
+#include "analysis/process/isolated_process.hpp"
+#include "analysis/search/fuzz_search.hpp"
 #include "scenarios/read_scenario.hpp"
 
 namespace soda::analysis {

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/child_process.hpp"
-#include "analysis/exit_codes.hpp"
+#include "analysis/text/exit_codes.hpp"
 
 namespace soda::analysis {
 namespace {

@@ -6,12 +6,12 @@
 #include <limits>
 
 #include "analysis/child_process.hpp"
-#include "analysis/error_measures.hpp"
-#include "analysis/exit_codes.hpp"
-#include "analysis/log_reader.hpp"
-#include "analysis/log_writer.hpp"
-#include "analysis/step_comparison.hpp"
-#include "analysis/text_table.hpp"
+#include "analysis/event_log/log_reader.hpp"
+#include "analysis/event_log/log_writer.hpp"
+#include "analysis/event_log/step_comparison.hpp"
+#include "analysis/measures/error_measures.hpp"
+#include "analysis/text/exit_codes.hpp"
+#include "analysis/text/text_table.hpp"
 #include "physics/measures/measures.hpp"
 #include "scenarios/read_scenario.hpp"
 

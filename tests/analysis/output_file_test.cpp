@@ -11,7 +11,7 @@
 #include <thread>
 
 #include "analysis/child_process.hpp"
-#include "analysis/exit_codes.hpp"
+#include "analysis/text/exit_codes.hpp"
 
 namespace soda::analysis {
 namespace {

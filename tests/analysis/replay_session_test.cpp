@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "analysis/child_process.hpp"
-#include "analysis/exit_codes.hpp"
-#include "analysis/log_reader.hpp"
-#include "analysis/text_table.hpp"
+#include "analysis/event_log/log_reader.hpp"
+#include "analysis/text/exit_codes.hpp"
+#include "analysis/text/text_table.hpp"
 
 namespace soda::analysis {
 namespace {

@@ -3,12 +3,12 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "analysis/error_measures.hpp"
-#include "analysis/exit_codes.hpp"
-#include "analysis/measured_run.hpp"
-#include "analysis/nearest_name.hpp"
-#include "analysis/overrides.hpp"
-#include "analysis/text_table.hpp"
+#include "analysis/measures/error_measures.hpp"
+#include "analysis/runs/measured_run.hpp"
+#include "analysis/runs/overrides.hpp"
+#include "analysis/text/exit_codes.hpp"
+#include "analysis/text/nearest_name.hpp"
+#include "analysis/text/text_table.hpp"
 
 namespace soda::analysis {
 namespace {

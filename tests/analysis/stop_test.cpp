@@ -11,13 +11,13 @@
 #include <thread>
 
 #include "analysis/child_process.hpp"
-#include "analysis/exit_codes.hpp"
-#include "analysis/log_reader.hpp"
-#include "analysis/measured_run.hpp"
-#include "analysis/overrides.hpp"
-#include "analysis/plain_loop.hpp"
-#include "analysis/stop_signals.hpp"
-#include "analysis/text_table.hpp"
+#include "analysis/event_log/log_reader.hpp"
+#include "analysis/process/stop_signals.hpp"
+#include "analysis/runs/measured_run.hpp"
+#include "analysis/runs/overrides.hpp"
+#include "analysis/runs/plain_loop.hpp"
+#include "analysis/text/exit_codes.hpp"
+#include "analysis/text/text_table.hpp"
 
 namespace soda::analysis {
 namespace {

@@ -11,10 +11,10 @@
 #include <stdexcept>
 
 #include "analysis/child_process.hpp"
-#include "analysis/exit_codes.hpp"
-#include "analysis/printable_stream.hpp"
-#include "analysis/progress.hpp"
-#include "analysis/view_page.hpp"
+#include "analysis/text/exit_codes.hpp"
+#include "analysis/text/printable_stream.hpp"
+#include "analysis/text/progress.hpp"
+#include "analysis/viewer/view_page.hpp"
 #include "scenarios/printable.hpp"
 
 namespace soda::analysis {
@@ -225,7 +225,7 @@ TEST(InteractiveReplay, GreetsPromptsAndCompletesOnATerminal) {
 #ifdef SODA_HAS_LIBEDIT
                                         terminal.type("ne\t\n");
 #else
-                                         terminal.type("next\n");
+                                        terminal.type("next\n");
 #endif
                                         happening = terminal.shown_until("happening 1 of ");
                                         terminal.type("nonsense\nquit\n");

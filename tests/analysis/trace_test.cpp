@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "analysis/child_process.hpp"
-#include "analysis/exit_codes.hpp"
+#include "analysis/event_log/log_reader.hpp"
 #include "analysis/forged_log.hpp"
-#include "analysis/log_reader.hpp"
-#include "kernel/event_recorder.hpp"
+#include "analysis/text/exit_codes.hpp"
+#include "kernel/api/event_recorder.hpp"
 
 namespace soda::analysis {
 namespace {

@@ -13,10 +13,10 @@
 #include <vector>
 
 #include "analysis/child_process.hpp"
-#include "analysis/exit_codes.hpp"
-#include "analysis/logged_run.hpp"
-#include "analysis/recording.hpp"
+#include "analysis/event_log/logged_run.hpp"
+#include "analysis/text/exit_codes.hpp"
 #include "analysis/trace/why_command.hpp"
+#include "analysis/viewer/recording.hpp"
 #include "analysis/viewer/timeline.hpp"
 #include "analysis/viewer/timeline_bars.hpp"
 #include "physics/step/contact_loads.hpp"

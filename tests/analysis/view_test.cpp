@@ -9,12 +9,12 @@
 #include <string>
 #include <utility>
 
-#include "analysis/byte_codec.hpp"
 #include "analysis/child_process.hpp"
-#include "analysis/exit_codes.hpp"
-#include "analysis/log_reader.hpp"
-#include "analysis/recording.hpp"
-#include "analysis/triangles.hpp"
+#include "analysis/event_log/log_reader.hpp"
+#include "analysis/text/byte_codec.hpp"
+#include "analysis/text/exit_codes.hpp"
+#include "analysis/viewer/recording.hpp"
+#include "analysis/viewer/triangles.hpp"
 #include "physics/shapes/mass_properties.hpp"
 
 namespace soda::analysis {

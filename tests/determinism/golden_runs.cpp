@@ -7,8 +7,8 @@
 #include <iomanip>
 #include <sstream>
 
-#include "kernel/hash_mix.hpp"
-#include "models/simulation.hpp"
+#include "kernel/api/hash_mix.hpp"
+#include "models/run/simulation.hpp"
 #include "physics/measures/measures.hpp"
 #include "scenarios/read_scenario.hpp"
 

@@ -8,13 +8,13 @@
 #include <utility>
 #include <vector>
 
-#include "kernel/copy_history.hpp"
-#include "kernel/hash_mix.hpp"
-#include "kernel/inbox.hpp"
-#include "kernel/lp_heap.hpp"
-#include "kernel/sliding_vector.hpp"
-#include "kernel/virtual_time.hpp"
-#include "kernel/worker.hpp"
+#include "kernel/api/hash_mix.hpp"
+#include "kernel/api/virtual_time.hpp"
+#include "kernel/executors/worker.hpp"
+#include "kernel/queues/inbox.hpp"
+#include "kernel/queues/lp_heap.hpp"
+#include "kernel/queues/sliding_vector.hpp"
+#include "kernel/time_warp/copy_history.hpp"
 
 namespace soda::kernel {
 namespace {

@@ -1,13 +1,13 @@
 // Each online checker against a history that keeps its rule and against histories that break it.
-#include "kernel/checkers.hpp"
+#include "kernel/api/checkers.hpp"
 
 #include <gtest/gtest.h>
 
 #include <string>
 
-#include "kernel/invariant.hpp"
-#include "kernel/phold.hpp"
-#include "kernel/virtual_executor.hpp"
+#include "kernel/api/invariant.hpp"
+#include "kernel/phold/phold.hpp"
+#include "kernel/virtual_cluster/virtual_executor.hpp"
 
 namespace soda::kernel {
 namespace {

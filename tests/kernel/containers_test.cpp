@@ -10,15 +10,15 @@
 #include <tuple>
 #include <vector>
 
-#include "kernel/calendar_queue.hpp"
-#include "kernel/copy_history.hpp"
-#include "kernel/four_ary_heap.hpp"
-#include "kernel/hash_mix.hpp"
-#include "kernel/message_calendar.hpp"
-#include "kernel/message_pool.hpp"
-#include "kernel/payload.hpp"
-#include "kernel/slot_table.hpp"
-#include "kernel/standard_phold.hpp"
+#include "kernel/api/hash_mix.hpp"
+#include "kernel/api/payload.hpp"
+#include "kernel/phold/standard_phold.hpp"
+#include "kernel/queues/calendar_queue.hpp"
+#include "kernel/queues/four_ary_heap.hpp"
+#include "kernel/queues/message_calendar.hpp"
+#include "kernel/queues/message_pool.hpp"
+#include "kernel/queues/slot_table.hpp"
+#include "kernel/time_warp/copy_history.hpp"
 
 namespace soda::kernel {
 namespace {

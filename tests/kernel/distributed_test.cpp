@@ -1,9 +1,9 @@
 // Time Warp over ranks that share nothing but a transport.
 #include <gtest/gtest.h>
 
-#include "kernel/colour_count.hpp"
-#include "kernel/phold.hpp"
-#include "kernel/wire.hpp"
+#include "kernel/api/wire.hpp"
+#include "kernel/gvt/colour_count.hpp"
+#include "kernel/phold/phold.hpp"
 #include "tests/kernel/rank_threads.hpp"
 
 namespace soda::kernel {

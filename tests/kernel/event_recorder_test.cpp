@@ -1,5 +1,5 @@
 // What a recorder writes, a chunk reads back.
-#include "kernel/event_recorder.hpp"
+#include "kernel/api/event_recorder.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,8 +5,8 @@
 
 #include <string>
 
-#include "kernel/executor.hpp"
-#include "kernel/hash_mix.hpp"
+#include "kernel/api/executor.hpp"
+#include "kernel/api/hash_mix.hpp"
 #include "tests/kernel/every_path.hpp"
 #include "tests/kernel/omniscient_schedule.hpp"
 #include "tests/kernel/scripted_process.hpp"

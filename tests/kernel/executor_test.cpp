@@ -1,5 +1,5 @@
 // What all executors promise, and what the threads executor adds.
-#include "kernel/executor.hpp"
+#include "kernel/api/executor.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "kernel/phold.hpp"
+#include "kernel/phold/phold.hpp"
 #include "tests/kernel/rank_threads.hpp"
 #include "tests/kernel/scripted_process.hpp"
 

@@ -13,7 +13,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "kernel/virtual_executor.hpp"
+#include "kernel/virtual_cluster/virtual_executor.hpp"
 #include "tests/kernel/rank_threads.hpp"
 #include "tests/kernel/scripted_process.hpp"
 #include "tests/kernel/time_warp_bench.hpp"

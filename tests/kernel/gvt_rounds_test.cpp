@@ -5,9 +5,9 @@
 #include <set>
 #include <vector>
 
-#include "kernel/gvt.hpp"
-#include "kernel/hash_mix.hpp"
-#include "kernel/inbox.hpp"
+#include "kernel/api/hash_mix.hpp"
+#include "kernel/gvt/gvt.hpp"
+#include "kernel/queues/inbox.hpp"
 #include "tests/kernel/every_path.hpp"
 
 namespace soda::kernel {

@@ -1,12 +1,12 @@
-#include "kernel/input_queue.hpp"
+#include "kernel/queues/input_queue.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <map>
 
-#include "kernel/hash_mix.hpp"
-#include "kernel/message_pool.hpp"
+#include "kernel/api/hash_mix.hpp"
+#include "kernel/queues/message_pool.hpp"
 
 namespace soda::kernel {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <map>
 
-#include "kernel/time_warp_process.hpp"
+#include "kernel/time_warp/time_warp_process.hpp"
 #include "tests/kernel/time_warp_bench.hpp"
 
 namespace soda::kernel {

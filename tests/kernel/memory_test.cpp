@@ -5,9 +5,9 @@
 #include <functional>
 #include <string>
 
-#include "kernel/adversary.hpp"
-#include "kernel/hash_mix.hpp"
-#include "kernel/virtual_executor.hpp"
+#include "kernel/api/hash_mix.hpp"
+#include "kernel/virtual_cluster/adversary.hpp"
+#include "kernel/virtual_cluster/virtual_executor.hpp"
 #include "tests/kernel/rank_threads.hpp"
 #include "tests/kernel/scripted_process.hpp"
 

@@ -11,7 +11,7 @@
 #include <memory>
 #include <vector>
 
-#include "kernel/time_warp_process.hpp"
+#include "kernel/time_warp/time_warp_process.hpp"
 
 namespace soda::kernel {
 

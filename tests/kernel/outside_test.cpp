@@ -1,5 +1,5 @@
 // Messages from outside the LPs, under every executor: in time, in order, and committed alike.
-#include "kernel/outside.hpp"
+#include "kernel/api/outside.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,10 +7,10 @@
 #include <functional>
 #include <string>
 
-#include "kernel/checkers.hpp"
-#include "kernel/hash_mix.hpp"
-#include "kernel/phold.hpp"
-#include "kernel/virtual_executor.hpp"
+#include "kernel/api/checkers.hpp"
+#include "kernel/api/hash_mix.hpp"
+#include "kernel/phold/phold.hpp"
+#include "kernel/virtual_cluster/virtual_executor.hpp"
 #include "tests/kernel/rank_threads.hpp"
 
 namespace soda::kernel {

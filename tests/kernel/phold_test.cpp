@@ -1,5 +1,5 @@
 // The order-sensitive PHOLD under both executors: the same committed digest, whatever the schedule.
-#include "kernel/phold.hpp"
+#include "kernel/phold/phold.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "kernel/executor.hpp"
-#include "kernel/standard_phold.hpp"
+#include "kernel/api/executor.hpp"
+#include "kernel/phold/standard_phold.hpp"
 #include "tests/kernel/rough_model.hpp"
 
 namespace soda::kernel {

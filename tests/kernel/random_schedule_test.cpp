@@ -2,9 +2,9 @@
 // a seed. every_order_test.cpp has all orders of small networks.
 #include <gtest/gtest.h>
 
-#include "kernel/executor.hpp"
-#include "kernel/hash_mix.hpp"
-#include "kernel/phold.hpp"
+#include "kernel/api/executor.hpp"
+#include "kernel/api/hash_mix.hpp"
+#include "kernel/phold/phold.hpp"
 #include "tests/kernel/omniscient_schedule.hpp"
 
 namespace soda::kernel {

@@ -14,9 +14,9 @@
 #include <thread>
 #include <vector>
 
-#include "kernel/distributed_executor.hpp"
-#include "kernel/hash_mix.hpp"
-#include "kernel/transport.hpp"
+#include "kernel/api/hash_mix.hpp"
+#include "kernel/api/transport.hpp"
+#include "kernel/executors/distributed_executor.hpp"
 
 namespace soda::kernel {
 

@@ -1,7 +1,7 @@
 // A PHOLD that meets what is rare: ties, zero delays, several messages to one register.
 #pragma once
 
-#include "kernel/phold.hpp"
+#include "kernel/phold/phold.hpp"
 
 namespace soda::kernel {
 

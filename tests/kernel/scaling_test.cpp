@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <limits>
 
-#include "kernel/copy_history.hpp"
-#include "kernel/executor.hpp"
-#include "kernel/standard_phold.hpp"
+#include "kernel/api/executor.hpp"
+#include "kernel/phold/standard_phold.hpp"
+#include "kernel/time_warp/copy_history.hpp"
 
 namespace soda::kernel {
 namespace {

@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "kernel/copy_history.hpp"
-#include "kernel/logical_process.hpp"
+#include "kernel/api/logical_process.hpp"
+#include "kernel/time_warp/copy_history.hpp"
 
 namespace soda::kernel {
 

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "kernel/time_warp_process.hpp"
+#include "kernel/time_warp/time_warp_process.hpp"
 #include "tests/kernel/scripted_process.hpp"
 
 namespace soda::kernel::bench {

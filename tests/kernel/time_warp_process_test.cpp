@@ -1,5 +1,5 @@
 // One process under Time Warp, driven by hand: what it executes, sends and reports.
-#include "kernel/time_warp_process.hpp"
+#include "kernel/time_warp/time_warp_process.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,12 +1,12 @@
 // Where the time of the virtual cluster's processors goes: nothing is left over, nothing counts
 // twice.
-#include "kernel/virtual_account.hpp"
+#include "kernel/virtual_cluster/virtual_account.hpp"
 
 #include <gtest/gtest.h>
 
-#include "kernel/adversary.hpp"
-#include "kernel/phold.hpp"
-#include "kernel/virtual_executor.hpp"
+#include "kernel/phold/phold.hpp"
+#include "kernel/virtual_cluster/adversary.hpp"
+#include "kernel/virtual_cluster/virtual_executor.hpp"
 #include "tests/kernel/rough_model.hpp"
 #include "tests/kernel/scripted_process.hpp"
 

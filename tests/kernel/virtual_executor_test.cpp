@@ -1,13 +1,13 @@
 // The virtual cluster: what it commits, that it repeats itself, and what its clock says, by hand.
-#include "kernel/virtual_executor.hpp"
+#include "kernel/virtual_cluster/virtual_executor.hpp"
 
 #include <gtest/gtest.h>
 
 #include <set>
 
-#include "kernel/checkers.hpp"
-#include "kernel/hash_mix.hpp"
-#include "kernel/phold.hpp"
+#include "kernel/api/checkers.hpp"
+#include "kernel/api/hash_mix.hpp"
+#include "kernel/phold/phold.hpp"
 #include "tests/kernel/rough_model.hpp"
 #include "tests/kernel/scripted_process.hpp"
 

@@ -1,11 +1,11 @@
 // Territories that change while a run goes on: the bits do not.
-#include "models/balancing.hpp"
+#include "models/load_balancing/balancing.hpp"
 
 #include <gtest/gtest.h>
 
 #include <thread>
 
-#include "models/simulation.hpp"
+#include "models/run/simulation.hpp"
 #include "physics/measures/measures.hpp"
 #include "tests/kernel/rank_threads.hpp"
 #include "tests/models/divided_runs.hpp"

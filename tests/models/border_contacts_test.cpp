@@ -1,4 +1,4 @@
-#include "models/border_contacts.hpp"
+#include "models/world/border_contacts.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <set>
 #include <utility>
 
-#include "models/island_merge.hpp"
+#include "models/islands/island_merge.hpp"
 #include "physics/step/step.hpp"
 #include "tests/support/scenes.hpp"
 

@@ -1,5 +1,5 @@
 // A renderer's view of a run, on a virtual clock where time matters.
-#include "models/buffer_interface.hpp"
+#include "models/real_time/buffer_interface.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +9,8 @@
 #include <optional>
 #include <thread>
 
-#include "models/playback.hpp"
-#include "models/schedule.hpp"
+#include "models/messages/schedule.hpp"
+#include "models/real_time/playback.hpp"
 #include "physics/measures/measures.hpp"
 #include "tests/models/divided_runs.hpp"
 

@@ -1,5 +1,5 @@
 // Cell covers: what is kept of a box's cells says what the map says.
-#include "models/cell_cover.hpp"
+#include "models/territory/cell_cover.hpp"
 
 #include <gtest/gtest.h>
 

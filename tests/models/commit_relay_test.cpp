@@ -1,5 +1,5 @@
 // Committed parts that travel as bytes: what the root makes of them.
-#include "models/commit_relay.hpp"
+#include "models/run/commit_relay.hpp"
 
 #include <gtest/gtest.h>
 

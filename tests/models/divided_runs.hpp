@@ -6,7 +6,7 @@
 
 #include <vector>
 
-#include "models/simulation.hpp"
+#include "models/run/simulation.hpp"
 #include "physics/measures/measures.hpp"
 #include "tests/support/scenes.hpp"
 

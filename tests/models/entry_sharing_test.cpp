@@ -1,8 +1,8 @@
 // What runs take for buffer entries, and that sharing them changes no bit.
 #include <gtest/gtest.h>
 
-#include "models/simulation.hpp"
-#include "models/stored_entry.hpp"
+#include "models/run/simulation.hpp"
+#include "models/transform_buffer/stored_entry.hpp"
 #include "physics/measures/measures.hpp"
 #include "tests/support/scenes.hpp"
 

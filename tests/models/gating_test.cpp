@@ -1,9 +1,9 @@
 // Gating, absorption and jumps: what worlds do not compute for nothing.
-#include "models/gating.hpp"
+#include "models/islands/gating.hpp"
 
 #include <gtest/gtest.h>
 
-#include "models/simulation.hpp"
+#include "models/run/simulation.hpp"
 #include "physics/measures/measures.hpp"
 #include "tests/support/scenes.hpp"
 

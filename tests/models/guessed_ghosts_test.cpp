@@ -1,13 +1,13 @@
 // Ghosts that have not come are guessed: what a guess is, what it costs, and that it decides
 // nothing.
-#include "models/guessed_ghosts.hpp"
+#include "models/ghosts/guessed_ghosts.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "models/guess_audit.hpp"
-#include "models/simulation.hpp"
+#include "models/ghosts/guess_audit.hpp"
+#include "models/run/simulation.hpp"
 #include "physics/measures/measures.hpp"
 #include "physics/step/step.hpp"
 #include "tests/models/divided_runs.hpp"
@@ -24,7 +24,7 @@ constexpr WorldId kWest{0}, kEast{1};
 // Two worlds that meet at x = 0.
 TerritoryMap halves() { return {Grid{Vec3(-16, -8, -8), 16.0, {2, 1, 1}}, 2, {kWest, kEast}}; }
 
-// As models/simulation.cpp makes it.
+// As models/run/simulation.cpp makes it.
 Rules rules_of(const test::Scene& scene) {
   return {std::make_shared<TerritoryMap>(halves()),
           std::make_shared<physics::SceneDescription>(scene.description),

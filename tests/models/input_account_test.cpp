@@ -1,9 +1,9 @@
 // What user input changes for good, and when inputs act that come while a run goes on.
 #include <gtest/gtest.h>
 
-#include "models/input_feed.hpp"
-#include "models/scene_versions.hpp"
-#include "models/schedule.hpp"
+#include "models/messages/schedule.hpp"
+#include "models/user_input/input_feed.hpp"
+#include "models/user_input/scene_versions.hpp"
 #include "tests/models/divided_runs.hpp"
 
 namespace soda::models {

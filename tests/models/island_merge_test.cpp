@@ -1,4 +1,4 @@
-#include "models/island_merge.hpp"
+#include "models/islands/island_merge.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,13 +1,13 @@
 // The policy alone: who gives which cells to whom, for loads that are made up.
-#include "models/load_balancer.hpp"
+#include "models/load_balancing/load_balancer.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <limits>
 
-#include "models/territory_shape.hpp"
-#include "models/work_cost.hpp"
+#include "models/cost/work_cost.hpp"
+#include "models/territory/territory_shape.hpp"
 
 namespace soda::models {
 namespace {

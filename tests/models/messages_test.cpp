@@ -1,4 +1,4 @@
-#include "models/messages.hpp"
+#include "models/messages/messages.hpp"
 
 #include <gtest/gtest.h>
 

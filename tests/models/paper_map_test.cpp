@@ -1,11 +1,11 @@
-#include "models/paper_map.hpp"
+#include "models/territory/paper_map.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <set>
 
-#include "models/territory_shape.hpp"
+#include "models/territory/territory_shape.hpp"
 #include "tests/models/divided_runs.hpp"
 
 namespace soda::models {

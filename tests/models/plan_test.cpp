@@ -1,8 +1,8 @@
-#include "models/plan.hpp"
+#include "models/run/plan.hpp"
 
 #include <gtest/gtest.h>
 
-#include "models/joint_cost.hpp"
+#include "models/cost/joint_cost.hpp"
 #include "physics/shapes/mass_properties.hpp"
 #include "physics/step/stages.hpp"
 #include "tests/support/scenes.hpp"

@@ -5,8 +5,8 @@
 #include <string>
 #include <thread>
 
-#include "models/input_feed.hpp"
-#include "models/plan.hpp"
+#include "models/run/plan.hpp"
+#include "models/user_input/input_feed.hpp"
 #include "tests/kernel/rank_threads.hpp"
 #include "tests/models/divided_runs.hpp"
 

@@ -1,9 +1,9 @@
 // Rollback and Propagate: what a repeated step computes again, and what it takes over.
-#include "models/repetition.hpp"
+#include "models/transform_buffer/repetition.hpp"
 
 #include <gtest/gtest.h>
 
-#include "models/simulation.hpp"
+#include "models/run/simulation.hpp"
 #include "physics/measures/measures.hpp"
 #include "tests/support/scenes.hpp"
 

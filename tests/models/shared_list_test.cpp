@@ -1,10 +1,10 @@
-#include "models/shared_list.hpp"
+#include "models/transform_buffer/shared_list.hpp"
 
 #include <gtest/gtest.h>
 
 #include <map>
 
-#include "models/stored_entry.hpp"
+#include "models/transform_buffer/stored_entry.hpp"
 #include "tests/support/scenes.hpp"
 
 namespace soda::models {

@@ -1,4 +1,4 @@
-#include "models/simulation.hpp"
+#include "models/run/simulation.hpp"
 
 #include <gtest/gtest.h>
 

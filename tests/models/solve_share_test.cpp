@@ -1,4 +1,4 @@
-#include "models/solve_share.hpp"
+#include "models/islands/solve_share.hpp"
 
 #include <gtest/gtest.h>
 

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <numeric>
 
-#include "models/simulation.hpp"
-#include "models/split_messages.hpp"
-#include "models/split_plan.hpp"
+#include "models/islands/split_messages.hpp"
+#include "models/islands/split_plan.hpp"
+#include "models/run/simulation.hpp"
 #include "physics/measures/measures.hpp"
 #include "physics/step/step.hpp"
 #include "tests/support/scenes.hpp"

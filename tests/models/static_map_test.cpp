@@ -1,10 +1,10 @@
-#include "models/static_map.hpp"
+#include "models/territory/static_map.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "models/territory_shape.hpp"
+#include "models/territory/territory_shape.hpp"
 #include "tests/support/scenes.hpp"
 
 namespace soda::models {

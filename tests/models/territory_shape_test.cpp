@@ -1,10 +1,10 @@
-#include "models/territory_shape.hpp"
+#include "models/territory/territory_shape.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "models/map_share.hpp"
+#include "models/territory/map_share.hpp"
 #include "tests/support/scenes.hpp"
 
 namespace soda::models {

@@ -1,4 +1,4 @@
-#include "models/territory.hpp"
+#include "models/territory/territory.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "models/transform_buffer.hpp"
+#include "models/transform_buffer/transform_buffer.hpp"
 
 #include <gtest/gtest.h>
 

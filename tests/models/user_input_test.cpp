@@ -1,14 +1,14 @@
 // User input: the same committed steps for every executor, whenever the messages come.
-#include "models/user_input.hpp"
+#include "models/user_input/user_input.hpp"
 
 #include <gtest/gtest.h>
 
 #include <functional>
 #include <thread>
 
-#include "models/input_feed.hpp"
-#include "models/schedule.hpp"
-#include "models/simulation.hpp"
+#include "models/messages/schedule.hpp"
+#include "models/run/simulation.hpp"
+#include "models/user_input/input_feed.hpp"
 #include "physics/measures/measures.hpp"
 #include "physics/step/step.hpp"
 #include "tests/kernel/rank_threads.hpp"

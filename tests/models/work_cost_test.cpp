@@ -1,5 +1,5 @@
 // Work cost: what an event costs is what its parts cost.
-#include "models/work_cost.hpp"
+#include "models/cost/work_cost.hpp"
 
 #include <gtest/gtest.h>
 

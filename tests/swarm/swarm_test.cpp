@@ -1,11 +1,11 @@
 // The swarm itself: that it notices what goes wrong, survives it, and shrinks it.
 #include <gtest/gtest.h>
 
-#include "analysis/exit_codes.hpp"
-#include "analysis/swarm_command.hpp"
-#include "kernel/invariant.hpp"
-#include "kernel/phold.hpp"
-#include "kernel/run_observer.hpp"
+#include "analysis/commands/swarm_command.hpp"
+#include "analysis/text/exit_codes.hpp"
+#include "kernel/api/invariant.hpp"
+#include "kernel/api/run_observer.hpp"
+#include "kernel/phold/phold.hpp"
 
 namespace soda::analysis {
 namespace {

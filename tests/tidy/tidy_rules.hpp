@@ -22,7 +22,8 @@ struct Finding {
 // includes a test.
 std::vector<Finding> check_layers(const SourceFile& file);
 
-// Inside physics/: every file is in a room, and includes those of its room and of lower ones.
+// Inside a layer every file is in a room, and includes those of its room and of lower ones.
+// Scenarios is flat.
 std::vector<Finding> check_rooms(const SourceFile& file);
 
 // FCL headers in shape geometry and narrowphase only; nlohmann in one .cpp a layer, CLI11 in three;

@@ -13,18 +13,20 @@ TEST(TidyRules, LayersMayIncludeOnlyWhatTheyAreBuiltOn) {
       check_layers({"kernel/a.cpp", "#include <map>\n#  include \"physics/model/ids.hpp\"\n"});
   ASSERT_EQ(findings.size(), 1u);
   EXPECT_EQ(findings[0].line, 2u);
-  EXPECT_EQ(check_layers({"physics/a.cpp", "#include \"kernel/executor.hpp\"\n"}).size(), 1u);
+  EXPECT_EQ(check_layers({"physics/a.cpp", "#include \"kernel/api/executor.hpp\"\n"}).size(), 1u);
   EXPECT_EQ(check_layers({"models/a.cpp", "#include \"scenarios/scenario.hpp\"\n"}).size(), 1u);
   EXPECT_EQ(check_layers({"analysis/a.cpp", "#include \"tests/a.hpp\"\n"}).size(), 1u);
 }
 
-TEST(TidyRules, RoomsOfPhysicsAreAStair) {
+TEST(TidyRules, RoomsOfALayerAreAStair) {
   EXPECT_TRUE(check_rooms({"physics/step/a.cpp", "#include \"physics/model/ids.hpp\"\n"}).empty());
   EXPECT_TRUE(check_rooms({"physics/step/a.cpp", "#include \"physics/step/b.hpp\"\n"}).empty());
-  EXPECT_TRUE(check_rooms({"models/a.cpp", "#include \"physics/step/b.hpp\"\n"}).empty());
+  EXPECT_TRUE(check_rooms({"models/run/a.cpp", "#include \"physics/step/b.hpp\"\n"}).empty());
   EXPECT_EQ(check_rooms({"physics/model/a.hpp", "#include \"physics/step/b.hpp\"\n"}).size(), 1u);
   EXPECT_EQ(check_rooms({"physics/model/a.hpp", "#include \"physics/b.hpp\"\n"}).size(), 1u);
   EXPECT_EQ(check_rooms({"physics/a.cpp", ""}).size(), 1u);
+  EXPECT_EQ(check_rooms({"kernel/api/a.hpp", "#include \"kernel/gvt/gvt.hpp\"\n"}).size(), 1u);
+  EXPECT_EQ(check_rooms({"models/a.cpp", ""}).size(), 1u);
 }
 
 TEST(TidyRules, HeavyHeadersAreCountedPerLayerAndNeverAllowedInHeaders) {

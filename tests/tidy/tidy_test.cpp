@@ -81,7 +81,7 @@ TEST(Tidy, TheWalkFindsEveryLayer) {
 
 TEST(Tidy, IncludesFollowTheLayers) { EXPECT_EQ(check_all(check_layers), ""); }
 
-TEST(Tidy, RoomsOfPhysicsIncludeOnlyLowerOnes) { EXPECT_EQ(check_all(check_rooms), ""); }
+TEST(Tidy, RoomsOfALayerIncludeOnlyLowerOnes) { EXPECT_EQ(check_all(check_rooms), ""); }
 
 TEST(Tidy, HeavyHeadersStayInTheirFiles) {
   EXPECT_EQ(report(check_heavy_headers(repository())), "");

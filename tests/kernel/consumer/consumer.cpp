@@ -1,8 +1,8 @@
 // A program that needs a Time Warp kernel and no physics.
 #include <cstdio>
 
-#include "kernel/executor.hpp"
-#include "kernel/phold.hpp"
+#include "kernel/api/executor.hpp"
+#include "kernel/phold/phold.hpp"
 
 int main() {
   const auto lps = soda::kernel::make_phold({.lps = 8});

@@ -1,0 +1,199 @@
+#include "analysis/commands/command_line.hpp"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <string_view>
+
+#include "analysis/commands/command_options.hpp"
+#include "analysis/commands/trace_options.hpp"
+#include "analysis/text/exit_codes.hpp"
+#include "analysis/text/nearest_name.hpp"
+#include "analysis/text/version.hpp"
+#include "scenarios/read_scenario.hpp"
+
+namespace soda::analysis {
+namespace {
+
+bool mentions(int argc, const char* const* argv, std::string_view word) {
+  return std::any_of(argv, argv + argc, [word](const char* argument) {
+    return std::string_view(argument).starts_with(word);
+  });
+}
+
+struct Requests {
+  RunRequest run;
+  PlanRequest plan;
+  ReplayRequest replay;
+  DiffRequest diff;
+  LogRequest log;
+  WhyRequest why;
+  WhatIfRequest what_if;
+  BranchRequest branch;
+  TraceRequest trace;
+  ContactsRequest contacts;
+  ViewRequest view;
+  AccuracyRequest accuracy;
+  AnticipationRequest anticipation;
+  GroupsRequest groups;
+  VerifyRequest verify;
+  RollbackRequest rollback;
+  ScalingRequest scaling;
+  PholdRequest phold;
+  SwarmRequest swarm;
+  FuzzRequest fuzz;
+};
+
+struct Command {
+  const char* name;
+  const char* purpose;
+  bool over_ranks;
+  void (*define)(CLI::App& command, Requests& requests, const Wanted& wanted);
+  int (*carry_out)(const Requests& requests, std::ostream& out, std::ostream& err);
+};
+
+void define_schema(CLI::App& schema, Requests&, const Wanted&) {
+  schema.footer("example:\n  soda schema > soda-scenario.schema.json");
+}
+
+int print_schema(const Requests&, std::ostream& out, std::ostream&) {
+  out << scenarios::scenario_schema();
+  return kExitOk;
+}
+
+using R = Requests;
+using Stream = std::ostream;
+constexpr Command kCommands[] = {
+    {"run", "run a scenario; report error against run time", true,
+     [](CLI::App& app, R& r, const Wanted& wanted) { define_run(app, r.run, wanted); },
+     [](const R& r, Stream& out, Stream& err) { return run_command(r.run, out, err); }},
+    {"plan", "show what a run will use, and why", false,
+     [](CLI::App& app, R& r, const Wanted&) { define_plan(app, r.plan); },
+     [](const R& r, Stream& out, Stream& err) { return plan_command(r.plan, out, err); }},
+    {"replay", "re-run an event log and compare every step, or show a state", false,
+     [](CLI::App& app, R& r, const Wanted&) { define_replay(app, r.replay); },
+     [](const R& r, Stream& out, Stream& err) { return replay_command(r.replay, out, err); }},
+    {"diff", "compare two event logs: options, inputs, and the first step that differs", false,
+     [](CLI::App& app, R& r, const Wanted&) { define_diff(app, r.diff); },
+     [](const R& r, Stream& out, Stream& err) { return diff_command(r.diff, out, err); }},
+    {"log", "what an event log holds, as a summary, JSON or CSV", false,
+     [](CLI::App& app, R& r, const Wanted&) { define_log(app, r.log); },
+     [](const R& r, Stream& out, Stream& err) { return log_command(r.log, out, err); }},
+    {"why", "what led to the rollbacks of a traced run, and what they cost", false,
+     [](CLI::App& app, R& r, const Wanted&) { define_why(app, r.why); },
+     [](const R& r, Stream& out, Stream& err) { return why_command(r.why, out, err); }},
+    {"what-if", "a logged run on the virtual cluster with one thing changed", false,
+     [](CLI::App& app, R& r, const Wanted&) { define_what_if(app, r.what_if); },
+     [](const R& r, Stream& out, Stream& err) { return what_if_command(r.what_if, out, err); }},
+    {"branch", "another future from a step of an event log, and how it differs", false,
+     [](CLI::App& app, R& r, const Wanted&) { define_branch(app, r.branch); },
+     [](const R& r, Stream& out, Stream& err) { return branch_command(r.branch, out, err); }},
+    {"trace", "the execution of a traced run as a file for ui.perfetto.dev", false,
+     [](CLI::App& app, R& r, const Wanted&) { define_trace(app, r.trace); },
+     [](const R& r, Stream& out, Stream& err) { return trace_command(r.trace, out, err); }},
+    {"contacts", "the forces that contacts bear, of steps of an event log", false,
+     [](CLI::App& app, R& r, const Wanted&) { define_contacts(app, r.contacts); },
+     [](const R& r, Stream& out, Stream& err) { return contacts_command(r.contacts, out, err); }},
+    {"view", "an event log as a page to look at in a browser", false,
+     [](CLI::App& app, R& r, const Wanted&) { define_view(app, r.view); },
+     [](const R& r, Stream& out, Stream& err) { return view_command(r.view, out, err); }},
+    {"accuracy", "error against run time: cases with a known answer, at several settings", false,
+     [](CLI::App& app, R& r, const Wanted&) { define_accuracy(app, r.accuracy); },
+     [](const R& r, Stream& out, Stream& err) { return accuracy_command(r.accuracy, out, err); }},
+    {"anticipation", "how long transform buffers hide an overload (the paper's Fig. 8)", false,
+     [](CLI::App& app, R& r, const Wanted&) { define_anticipation(app, r.anticipation); },
+     [](const R& r, Stream& out, Stream& err) {
+       return anticipation_command(r.anticipation, out, err);
+     }},
+    {"groups", "synchronisation groups, of the paper's scene (its Figs 6 and 7) or of a run", false,
+     [](CLI::App& app, R& r, const Wanted&) { define_groups(app, r.groups); },
+     [](const R& r, Stream& out, Stream& err) { return groups_command(r.groups, out, err); }},
+    {"verify", "check one trajectory: every executor against the plain loop, step by step", true,
+     [](CLI::App& app, R& r, const Wanted&) { define_verify(app, r.verify); },
+     [](const R& r, Stream& out, Stream& err) { return verify_command(r.verify, out, err); }},
+    {"rollback", "compare the rollback modes: what they cost, and how far warm strays", false,
+     [](CLI::App& app, R& r, const Wanted&) { define_rollback(app, r.rollback); },
+     [](const R& r, Stream& out, Stream& err) { return rollback_command(r.rollback, out, err); }},
+    {"scaling", "what division gains on the virtual cluster, and where processors' time goes",
+     false, [](CLI::App& app, R& r, const Wanted&) { define_scaling(app, r.scaling); },
+     [](const R& r, Stream& out, Stream& err) { return scaling_command(r.scaling, out, err); }},
+    {"phold", "benchmark of the kernel: events and no physics", true,
+     [](CLI::App& app, R& r, const Wanted&) { define_phold(app, r.phold); },
+     [](const R& r, Stream& out, Stream&) { return phold_command(r.phold, out); }},
+    {"swarm", "random worlds, clusters and adversaries; every commit against the oracle", false,
+     [](CLI::App& app, R& r, const Wanted&) { define_swarm(app, r.swarm); },
+     [](const R& r, Stream& out, Stream& err) { return swarm_command(r.swarm, out, err); }},
+    {"fuzz", "random scenes; no fault, escape or gain of energy; a failing one is shrunk", false,
+     [](CLI::App& app, R& r, const Wanted&) { define_fuzz(app, r.fuzz); },
+     [](const R& r, Stream& out, Stream& err) { return fuzz_command(r.fuzz, out, err); }},
+    {"schema", "print the JSON Schema of scenario files", false, define_schema, print_schema},
+};
+
+std::vector<std::string> known_names(const CLI::App& app, const CLI::App* command) {
+  std::vector<std::string> names;
+  if (command == nullptr) {
+    for (const CLI::App* subcommand : app.get_subcommands({})) {
+      names.push_back(subcommand->get_name());
+    }
+  }
+  for (const CLI::Option* option : (command == nullptr ? app : *command).get_options()) {
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  }
+  return names;
+}
+
+// CLI11's message, and the nearest known name if an argument is unknown.
+std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
+  const std::vector<CLI::App*> chosen = app.get_subcommands();
+  const CLI::App* command = chosen.empty() ? nullptr : chosen.front();
+  const std::string help =
+      command == nullptr ? "soda --help" : "soda " + command->get_name() + " --help";
+  const std::vector<std::string> unknown = app.remaining(true);
+  if (unknown.empty()) return std::string(error.what()) + "\nsee " + help;
+  const std::string name = unknown.front().substr(0, unknown.front().find('='));
+  const std::string nearest = nearest_name(name, known_names(app, command));
+  const char* kind =
+      command == nullptr && name.rfind('-', 0) != 0 ? "unknown command " : "unknown argument ";
+  return kind + name + (nearest.empty() ? "" : " (did you mean " + nearest + "?)") + "\nsee " +
+         help;
+}
+
+}  // namespace
+
+int run_command_line(int argc, const char* const* argv, kernel::Transport* transport,
+                     std::ostream& out, std::ostream& err) {
+  CLI::App app("Distributed, anticipative simulation of rigid bodies: SODA on Time Warp.", "soda");
+  app.set_version_flag("--version", std::string("soda ") + kVersion);
+  app.require_subcommand(1);
+  app.footer(
+      "exit codes: 0 ok, 1 a check failed, 2 usage or scenario, 3 files, 4 numerical "
+      "failure\nsoda COMMAND --help shows options and examples");
+  Requests requests;
+  const bool all = mentions(argc, argv, "--help");
+  const Wanted wanted{.in_real_time = all || mentions(argc, argv, "--realtime"),
+                      .balances = all || mentions(argc, argv, "--balancing"),
+                      .guesses = all || mentions(argc, argv, "--ghost"),
+                      .strict = all || mentions(argc, argv, "--strict")};
+  std::vector<const CLI::App*> apps;
+  for (const Command& command : kCommands) {
+    CLI::App* const added = app.add_subcommand(command.name, command.purpose);
+    if (mentions(argc, argv, command.name)) command.define(*added, requests, wanted);
+    apps.push_back(added);
+  }
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& request) {  // --help, --version
+    return app.exit(request, out, err);
+  } catch (const CLI::ParseError& error) {
+    throw UsageError(usage_message(app, error));
+  }
+  const auto parsed = std::ranges::find_if(apps, [](const CLI::App* a) { return a->parsed(); });
+  const Command& command = kCommands[parsed - apps.begin()];
+  if (transport != nullptr && !command.over_ranks)
+    throw UsageError("started by mpirun; only run, verify and phold run over ranks");
+  for (kernel::Transport** place :
+       {&requests.run.overrides.transport, &requests.verify.transport, &requests.phold.transport})
+    *place = transport;
+  return command.carry_out(requests, out, err);
+}
+
+}  // namespace soda::analysis

@@ -1,0 +1,167 @@
+#include "analysis/event_log/logged_run.hpp"
+
+#include <algorithm>
+#include <ostream>
+
+#include "analysis/event_log/checkpoint.hpp"
+#include "analysis/measures/input_measures.hpp"
+#include "analysis/runs/warnings.hpp"
+#include "analysis/text/exit_codes.hpp"
+#include "scenarios/read_scenario.hpp"
+
+namespace soda::analysis {
+namespace {
+
+[[noreturn]] void refuse(const LogReader& log, const std::string& why) {
+  throw scenarios::FileError(log.file() + ": " + why + ", which the logged scenario does not have");
+}
+
+void check_bodies(const LogReader& log, const scenarios::Scenario& scenario) {
+  const std::vector<physics::BodyParams>& bodies = scenario.scene.bodies;
+  const std::vector<std::uint32_t>& labels = log.labels();
+  if (labels.size() != bodies.size())
+    refuse(log, "block 2 lists " + std::to_string(labels.size()) + " bodies");
+  for (std::size_t i = 0; i < labels.size(); ++i)
+    if (labels[i] != bodies[i].label)
+      refuse(log, "block 2 lists body " + std::to_string(labels[i]));
+}
+
+// `worlds` of the logged run: a replay may have others.
+void check_territories(const LogReader& log, const LoggedStep& step, std::size_t cells,
+                       std::uint32_t worlds) {
+  for (const models::TerritoryChange& change : step.territory_changes) {
+    if (change.cell >= cells)
+      refuse(log, log.place_of(step.step) + " gives away cell " + std::to_string(change.cell));
+    for (const models::WorldId world : {change.from, change.to})
+      if (models::index_of(world) >= worlds)
+        refuse(log,
+               log.place_of(step.step) + " names world " + std::to_string(models::index_of(world)));
+  }
+}
+
+void check_motors(const LogReader& log, const LoggedStep& step,
+                  const std::vector<physics::Joint>& joints) {
+  for (const models::CommittedInput& committed : step.inputs) {
+    const models::UserInput& input = committed.input;
+    if (input.kind != models::InputKind::kSetMotor) continue;
+    if (input.joint >= joints.size() || !joints[input.joint].motor)
+      refuse(log, log.place_of(step.step) + " has an input for a motor that is not there");
+  }
+}
+
+// A replay need not be started by mpirun: then as many threads stand for a job.
+Overrides options_of_run(const LoggedOptions& logged) {
+  Overrides overrides = logged.overrides;
+  if (logged.ranks == 0) return overrides;
+  constexpr unsigned kMostThreads = 1024;  // as on the command line
+  overrides.executor = models::ExecutorKind::kThreads;
+  overrides.threads = static_cast<unsigned>(std::min<std::uint64_t>(
+      kMostThreads, std::uint64_t{logged.ranks} * overrides.threads.value_or(1)));
+  return overrides;
+}
+
+// As far as it was asked to run.
+scenarios::Scenario scenario_of(const LogReader& log, const Overrides& overrides) {
+  const scenarios::MeshFiles meshes{.folder = "", .kept = &log.meshes(), .read = nullptr};
+  scenarios::Scenario scenario = scenarios::read_scenario_text(
+      log.scenario().text, log.scenario().file, overrides.seed, meshes);
+  if (overrides.strict) refuse_warnings(log.scenario().file, scenario.warnings);
+  check_bodies(log, scenario);
+  return scenario;
+}
+
+// Begins with the bodies `at` a step, after what had acted before: its lasting effects are the
+// scene's, and who is there follows from it.
+void begin_at(const LogReader& log, const LoggedStep& at, std::vector<models::CommittedInput> acted,
+              scenarios::Scenario& scenario) {
+  models::Presence presence(scenario.run.inputs.absent);
+  const InputFollower start(scenario.scene, scenario.initial, scenario.run.inputs);
+  std::vector<physics::BodyId> ids(start.bodies().ids.begin(), start.bodies().ids.end());
+  std::vector<physics::BodyState> states(start.bodies().states.begin(),
+                                         start.bodies().states.end());
+  for (const models::CommittedInput& committed : acted)
+    if (presence.note(committed.input))
+      models::act_on_scene(committed.input, scenario.scene, ids, states);
+  if (ids != at.ids)
+    throw scenarios::FileError(log.file() + ": " + log.place_of(at.step) +
+                               " has other bodies than the inputs before it leave");
+  for (std::size_t i = 0; i < at.ids.size(); ++i)
+    scenario.initial[physics::index_of(at.ids[i])] = at.states[i];
+  scenario.run.first_step = at.step;
+  scenario.run.inputs.absent = presence.absent();
+  scenario.run.inputs.acted = std::move(acted);
+}
+
+// What has acted when step `end` begins, in that order; and with it, in `to_come`, what is known to
+// act later. Checks what it reads.
+std::vector<models::CommittedInput> acted_before(LogReader& log, std::int64_t end,
+                                                 const scenarios::Scenario& scenario,
+                                                 std::uint32_t worlds,
+                                                 std::vector<models::UserInput>& to_come) {
+  const std::size_t cells = scenario.territory.grid.cell_count();
+  std::vector<models::CommittedInput> acted;
+  for (std::int64_t step = log.first_step(); step <= log.last_step(); ++step) {
+    const LoggedStep logged = log.read_step(step);
+    check_territories(log, logged, cells, worlds);
+    check_motors(log, logged, scenario.scene.joints);
+    for (const models::CommittedInput& committed : logged.inputs) {
+      if (committed.input.step < end)
+        acted.push_back(committed);
+      else
+        to_come.push_back(committed.input);
+    }
+  }
+  return acted;
+}
+
+}  // namespace
+
+scenarios::Scenario logged_scenario(LogReader& log, const Overrides& more) {
+  const Overrides own = options_of_run(log.options());
+  const Overrides overrides = combined(own, more);
+  scenarios::Scenario scenario = scenario_of(log, overrides);
+  const std::uint32_t worlds = own.worlds.value_or(scenario.territory.worlds);
+  apply_overrides(overrides, scenario.territory, scenario.run);
+  scenario.run.steps = std::min(scenario.run.steps, log.last_step());
+  scenario.run.inputs.script.clear();
+  std::vector<models::CommittedInput> acted =
+      acted_before(log, log.first_step(), scenario, worlds, scenario.run.inputs.script);
+  if (log.first_step() > 0)
+    begin_at(log, log.read_step(log.first_step()), std::move(acted), scenario);
+  return scenario;
+}
+
+scenarios::Scenario resumed_scenario(LogReader& log, std::int64_t from, Overrides& options) {
+  const Overrides own = options_of_run(log.options());
+  options = combined(own, options);
+  scenarios::Scenario scenario = scenario_of(log, options);
+  const std::uint32_t worlds = own.worlds.value_or(scenario.territory.worlds);
+  apply_overrides(options, scenario.territory, scenario.run);
+  const LoggedStep at = log.read_states(from);
+  if (scenario.run.steps < at.step)
+    throw UsageError("--steps: found " + std::to_string(scenario.run.steps) +
+                     "; allowed: at least " + std::to_string(at.step) + ", with which " +
+                     log.file() + " goes on");
+  std::vector<models::UserInput> to_come;
+  std::vector<models::CommittedInput> acted = acted_before(log, at.step, scenario, worlds, to_come);
+  std::vector<models::CommittedInput> known = acted;
+  for (const models::UserInput& input : to_come) known.push_back({input, input.step, false});
+  for (models::UserInput& input : still_to_come(scenario.run.inputs.script, known))
+    to_come.push_back(std::move(input));
+  scenario.run.inputs.script = std::move(to_come);
+  begin_at(log, at, std::move(acted), scenario);
+  return scenario;
+}
+
+std::int64_t asked_steps(const LogReader& log) {
+  return log.options().overrides.steps.value_or(
+      scenario_of(log, options_of_run(log.options())).run.steps);
+}
+
+void tell_flaws(const LogReader& log, const std::string& file, std::ostream& err) {
+  if (!log.cut().empty())
+    err << "soda: " << file << ": " << log.cut() << "; read up to step " << log.last_step() << "\n";
+  if (!log.damage().empty()) err << "soda: " << file << ": damaged: " << log.damage() << "\n";
+}
+
+}  // namespace soda::analysis

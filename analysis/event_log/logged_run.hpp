@@ -1,0 +1,30 @@
+// The scenario of an event log, as it was run.
+#pragma once
+
+#include <iosfwd>
+#include <string>
+
+#include "analysis/event_log/log_reader.hpp"
+#include "analysis/runs/overrides.hpp"
+#include "scenarios/scenario.hpp"
+
+namespace soda::analysis {
+
+// As logged, with the options of that run and then `overrides`; to be run as far as the log goes.
+// Its inputs are those that acted, wherever they came from, at the steps at which they did. Reads
+// all steps. Throws FileError if they, or the bodies, are none of the logged scenario.
+scenarios::Scenario logged_scenario(LogReader& log, const Overrides& overrides);
+
+// The same run, to go on from step `from` of the log, with inputs that had not acted then: those
+// that the log knows to come, and the scenario's. `options` get those of the logged run where they
+// say nothing. Throws UsageError if the log has no states of that step, or the run was to end
+// before it.
+scenarios::Scenario resumed_scenario(LogReader& log, std::int64_t from, Overrides& options);
+
+// How many steps the logged run was to have.
+std::int64_t asked_steps(const LogReader& log);
+
+// Says where the log is cut off or damaged, if it is.
+void tell_flaws(const LogReader& log, const std::string& file, std::ostream& err);
+
+}  // namespace soda::analysis

@@ -1,0 +1,102 @@
+#include <algorithm>
+#include <deque>
+#include <exception>
+#include <mutex>
+#include <system_error>
+#include <thread>
+#include <vector>
+
+#include "kernel/api/executor.hpp"
+#include "kernel/api/invariant.hpp"
+#include "kernel/executors/team.hpp"
+#include "kernel/executors/worker.hpp"
+
+namespace soda::kernel {
+namespace {
+
+// The first exception that left a worker.
+struct FirstError {
+  std::mutex mutex;
+  std::exception_ptr error;
+};
+
+void stop(Team& team) {
+  team.rounds.stop_run();
+  for (Inbox& inbox : team.inboxes) inbox.wake();
+}
+
+void run_worker(Worker& worker, Team& team, FirstError& first) {
+  try {
+    worker.run();
+  } catch (...) {
+    {
+      const std::lock_guard lock(first.mutex);
+      if (!first.error) first.error = std::current_exception();
+    }
+    stop(team);
+  }
+}
+
+// All but the first, which is the caller. If the system does not give as many, those that have
+// started end before this throws.
+std::vector<std::jthread> start_workers(std::deque<Worker>& workers, Team& team,
+                                        FirstError& first) {
+  std::vector<std::jthread> threads;
+  threads.reserve(workers.size());
+  try {
+    for (std::size_t i = 1; i < workers.size(); ++i)
+      threads.emplace_back([&, i] { run_worker(workers[i], team, first); });
+  } catch (const std::system_error& error) {
+    const std::size_t started = threads.size() + 1;
+    stop(team);
+    threads.clear();
+    throw ThreadsNotStarted(describe(
+        "of ", workers.size(), " worker threads only ", started, " could be started: ",
+        error.code().message(), "; ask for fewer or raise the limit of this user or container"));
+  }
+  return threads;
+}
+
+}  // namespace
+
+void raise_failure(const RunResult& result) {
+  if (result.fault && result.fault->fault.error) std::rethrow_exception(result.fault->fault.error);
+}
+
+RunResult run_team(Team& team, std::span<const std::unique_ptr<LogicalProcess>> lps,
+                   VirtualTime end, const ThreadsOptions& options, const ProgressFn& progress) {
+  SODA_ASSERT(options.threads >= 1 && options.window >= 1, "threads ", options.threads, ", window ",
+              options.window);
+  std::deque<Worker> workers;
+  for (std::size_t i = 0; i < team.inboxes.size(); ++i)
+    workers.emplace_back(i, team, lps, end, options, progress);
+
+  FirstError first;
+  {
+    const std::vector<std::jthread> threads = start_workers(workers, team, first);
+    run_worker(workers[0], team, first);
+  }
+  if (first.error) std::rethrow_exception(first.error);
+
+  RunResult result;
+  for (const Worker& worker : workers) {
+    result.counters += worker.counters();
+    result.kinds += worker.kinds();
+  }
+  result.counters.gvt_rounds = team.rounds.rounds();
+  result.fault = workers.front().fault();
+  result.stopped = workers.front().stopped();
+  result.stopped_at = workers.front().gvt();
+  raise_failure(result);
+  return result;
+}
+
+RunResult run_threads(std::span<const std::unique_ptr<LogicalProcess>> lps, VirtualTime end,
+                      const ThreadsOptions& options, const ProgressFn& progress) {
+  if (lps.empty()) return {};
+  const std::size_t workers = std::min<std::size_t>(options.threads, lps.size());
+  Team team({lps.size(), workers}, 0, workers, nullptr);
+  return run_team(team, lps, end, options, progress);
+}
+
+}  // namespace soda::kernel

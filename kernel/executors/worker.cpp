@@ -1,0 +1,376 @@
+#include "kernel/executors/worker.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "kernel/api/invariant.hpp"
+
+namespace soda::kernel {
+namespace {
+
+using std::chrono::microseconds;
+
+// A worker that has used up its window needs a round to go on, but each round costs those who are
+// busy time: it waits a little, and longer while GVT does not move.
+constexpr microseconds kLeastPatience{50};
+constexpr microseconds kMostPatience{2000};
+
+// The communicating worker of a rank cannot be woken from outside. It naps, longer while nothing
+// happens: ranks that share processors would take them from each other by looking all the time.
+constexpr microseconds kShortestNap{10};
+constexpr microseconds kLongestNap{300};
+
+// Other ranks may wait for this one's part in GVT, and cannot tell: it takes part at least so
+// often, and soon if the last time messages were in transit.
+constexpr microseconds kLongestBetweenRounds{300};
+constexpr microseconds kTransit{20};
+
+}  // namespace
+
+Worker::Worker(std::size_t index, Team& team, std::span<const std::unique_ptr<LogicalProcess>> lps,
+               VirtualTime end, const ThreadsOptions& options, const ProgressFn& progress)
+    : index_(index),
+      team_(team),
+      end_(end),
+      options_(options),
+      progress_(progress),
+      outside_(team.first_worker + index == 0 ? options.outside : nullptr, lps.size(), end),
+      first_lp_(static_cast<std::uint32_t>(team.partition.first_of(team.first_worker + index))),
+      holds_back_(options.scheduling_seed != 0 &&
+                  options.synchronisation == Synchronisation::kOptimistic),
+      is_alone_(
+          team.partition.workers == 1 && team.link == nullptr && options.scheduling_seed == 0 &&
+          options.synchronisation == Synchronisation::kOptimistic && options.outside == nullptr),
+      calendar_(pool_),
+      schedule_(team.partition.first_of(team.first_worker + index + 1) - first_lp_),
+      is_held_(schedule_.size(), false),
+      uncommitted_(schedule_.size(), kNever),
+      recorder_(options.recording, static_cast<std::uint32_t>(team.first_worker + index)),
+      remote_(team.partition.workers),
+      gvt_part_(team.rounds),
+      patience_(kLeastPatience),
+      random_(append(options.scheduling_seed, index)) {
+  processes_.reserve(schedule_.size());
+  for (std::uint32_t own = 0; own < schedule_.size(); ++own) {
+    const LpId id{first_lp_ + own};
+    processes_.emplace_back(id, lps.size(), *lps[index_of(id)], end, pool_, journal_);
+    refresh(own);
+    is_plain_ = is_plain_ && processes_.back().is_plain();
+  }
+  if (options.recording.kind_of != nullptr) effects_.recorder = &recorder_;
+  effects_.calendar = &calendar_;
+  effects_.first_own = first_lp_;
+  // A random scheduler decides about each message; but in lockstep nothing may be late.
+  is_plain_ = is_plain_ && (!shuffles() || holds_back_);
+  if (is_plain_ && !shuffles()) effects_.owns = static_cast<std::uint32_t>(schedule_.size());
+}
+
+void Worker::run() {
+  while (!finished_) {
+    take_in_messages();
+    execute_batch();
+    hand_over_messages();
+    if (gvt_part_.look())
+      take_part_in_round();
+    else if (!can_execute() || is_far_ahead())
+      wait_for_work();
+  }
+  recorder_.flush(true);
+}
+
+void Worker::take_in_messages() {
+  if (!held_back_.empty()) release_held_back();
+  if (communicates()) exchange_with_other_ranks();
+  if (team_.inboxes[index_].filled()) team_.inboxes[index_].take(arrived_);
+  deliver_arrived();
+}
+
+void Worker::exchange_with_other_ranks() {
+  RankLink& link = *team_.link;
+  link.send_outgoing();
+  // What was received now would be in no floor that this rank contributes with the outcome; and the
+  // last GVT of all must not become known behind a report, or this rank would contribute once more.
+  if (gvt_part_.awaits_outcome()) return;
+  link.receive(received_);
+  if (!received_.empty()) nap_ = kShortestNap;
+  for (Message& message : received_)
+    remote_[team_.partition.owner_of(message.destination)].push_back(std::move(message));
+  received_.clear();
+  hand_over_messages();
+
+  const auto now = std::chrono::steady_clock::now();
+  const RankLink::Progress progress = link.look();
+  if (progress == RankLink::Progress::kNewGvt) {
+    nap_ = kShortestNap;
+    round_due_ = now + kLongestBetweenRounds;
+    const bool is_last = link.gvt() >= end_ || link.fault() || link.stop() != 0;
+    if (is_last || (link.gvt() > gvt_ && team_.idle.load() > 0))
+      request_round(&Counters::idle_rounds);
+  } else if (progress == RankLink::Progress::kAgain) {
+    round_due_ = now + kTransit;
+  }
+  if (now >= round_due_) request_round(&Counters::timed_rounds);
+}
+
+// All of a batch is delivered before any of its receivers settles: an anti-message and what
+// replaces it, or two stragglers, cost one rollback.
+void Worker::deliver_arrived() {
+  if (arrived_.empty()) return;
+  delivering_.swap(arrived_);
+  for (Message& message : delivering_)
+    deliver(index_of(message.destination) - first_lp_, std::move(message));
+  delivering_.clear();
+  settle_receivers();
+}
+
+inline void Worker::deliver(std::uint32_t own, Message&& message) {
+  SODA_ASSERT(message.time >= gvt_, "message to LP ", index_of(message.destination), " at ",
+              message.time, " behind GVT ", gvt_);
+  if (holds_back_ && random_.below(4) == 0) {
+    held_back_.push_back(std::move(message));
+    return;
+  }
+  if (is_plain_ && message.first && (!shuffles() || random_.below(2) == 0))
+    calendar_.push(pool_.put(std::move(message)));
+  else
+    deliver_now(own, std::move(message));
+}
+
+void Worker::deliver_now(std::uint32_t own, Message&& message) {
+  if (processes_[own].deliver(std::move(message), effects_)) [[unlikely]]
+    touched_.push_back(own);
+  else if (own != executing_)  // which is scheduled when all it has sent is delivered
+    schedule(own);
+  note_uncommitted(own);  // it may have taken back what lay in the journal, or got an anti-message
+}
+
+void Worker::refresh(std::uint32_t own) {
+  schedule(own);
+  if (processes_[own].has_fault()) may_be_faulty_.push_back(own);
+}
+
+void Worker::route_outgoing() {
+  for (Message& message : effects_.outgoing) {
+    const std::uint32_t own = index_of(message.destination) - first_lp_;
+    if (own < schedule_.size())
+      deliver(own, std::move(message));
+    else
+      remote_[team_.partition.owner_of(message.destination)].push_back(std::move(message));
+  }
+  effects_.outgoing.clear();
+}
+
+// Settling may send to own LPs again.
+void Worker::settle_receivers() {
+  while (!touched_.empty()) {
+    for (const std::uint32_t own : touched_) {
+      processes_[own].settle(effects_);
+      effects_.stand_again.clear();
+      refresh(own);
+      note_uncommitted(own);
+    }
+    touched_.clear();
+    route_outgoing();
+  }
+}
+
+void Worker::release_held_back() {
+  delivering_.swap(held_back_);
+  for (Message& message : delivering_)
+    (random_.below(2) == 0 ? arrived_ : held_back_).push_back(std::move(message));
+  delivering_.clear();
+}
+
+// An LP that holds is not scheduled, but counts for GVT, which releases it.
+void Worker::schedule_gating(std::uint32_t own) {
+  if (processes_[own].holds(gvt_, effects_) &&
+      options_.synchronisation == Synchronisation::kOptimistic) {
+    schedule_.update(own, kNever);
+    effects_.counters.held += !is_held_[own];
+    if (!is_held_[own]) held_.push_back(own);
+    is_held_[own] = true;
+  } else {
+    schedule_.update(own, processes_[own].floor());
+  }
+}
+
+void Worker::release_reached() {
+  std::vector<std::uint32_t> held;
+  held.swap(held_);
+  for (const std::uint32_t own : held) {
+    is_held_[own] = false;
+    schedule(own);
+  }
+}
+
+void Worker::hand_over_messages() {
+  bool leaves = false;
+  for (std::size_t receiver = 0; receiver < remote_.size(); ++receiver) {
+    if (remote_[receiver].empty()) continue;
+    const std::size_t here = receiver - team_.first_worker;  // very large if it is before them
+    const bool stays = here < team_.inboxes.size();
+    (stays ? effects_.counters.to_threads : effects_.counters.to_ranks) += remote_[receiver].size();
+    if (stays) {
+      for (const Message& message : remote_[receiver]) gvt_part_.note_sent(message.time);
+      team_.inboxes[here].put(remote_[receiver]);
+    } else {
+      team_.link->put(team_.rank_of(receiver), remote_[receiver]);
+      leaves = true;
+    }
+  }
+  if (leaves && !communicates()) team_.inboxes[0].wake();
+}
+
+// Entered with nothing left in remote_.
+void Worker::take_part_in_round() {
+  finished_ = team_.rounds.run_stopped();
+  if (finished_) return;
+  if (!gvt_part_.awaits_outcome()) {
+    executed_since_report_ = 0;
+    last_report_ = std::chrono::steady_clock::now();
+    if (!gvt_part_.report(make_report())) return;
+    wake_others();
+  }
+  const GvtOutcome& outcome = gvt_part_.outcome();
+  const bool at_end = outcome.fault || outcome.gvt >= end_;
+  stopped_ = at_end ? 0 : outcome.stop;
+  finished_ = at_end || stopped_ != 0;
+  VirtualTime floor = outcome.least.floor;
+  if (asks_outside() && !finished_) floor = std::min(floor, take_from_outside(outcome));
+  if (communicates() && !finished_ && !team_.link->reduces()) {
+    team_.link->send_outgoing();  // the others have put it there since this worker reported
+    // In lockstep nothing may be executed that a message in transit comes before, or with: GVT is
+    // not later than the first cut, for what is sent after it is later.
+    const bool first =
+        team_.link->begins() || options_.synchronisation != Synchronisation::kLockstep;
+    contributed_ = first ? floor : std::min(floor, contributed_);
+    team_.link->contribute(contributed_, outcome.least.fault, outcome.least.stop);
+  }
+  note_gvt(outcome.gvt);
+  commit(outcome);
+  const std::optional<Counters> sum = gvt_part_.finish(effects_.counters);
+  if (!sum) return;
+  if (progress_ && gvt_ > kBeginning) progress_(std::min(gvt_, end_), *sum);
+  if (team_.rounds.end_round()) wake_others();
+}
+
+// The others may have gone on already. That does not matter: what is sent here is as late as GVT,
+// or as what this rank has contributed to the next one, and lies in the inboxes before the next
+// round. Returns the earliest time of what was sent.
+VirtualTime Worker::take_from_outside(const GvtOutcome& outcome) {
+  const bool reduces = communicates() && team_.link->reduces();
+  const VirtualTime earliest = reduces ? contributed_ : outcome.gvt;
+  std::vector<Message> taken;
+  outside_.take(outcome.gvt, earliest, taken);
+  team_.held_from_outside.store(outside_.hold(kNever) <= outcome.gvt);
+  VirtualTime least = kNever;
+  for (Message& message : taken) {
+    least = std::min(least, message.time);
+    remote_[team_.partition.owner_of(message.destination)].push_back(std::move(message));
+  }
+  hand_over_messages();
+  if (communicates()) team_.link->send_outgoing();
+  return least;
+}
+
+GvtReport Worker::make_report() {
+  team_.inboxes[index_].take(arrived_);
+  GvtReport report{outside_.hold(earliest()), std::nullopt, std::nullopt};
+  if (communicates()) {
+    team_.link->send_outgoing();
+    report.of_all_ranks = RankGvt{team_.link->gvt(), team_.link->fault()};
+  }
+  for (const std::uint32_t own : held_)
+    report.floor = std::min(report.floor, processes_[own].floor());
+  for (const Message& message : arrived_) report.floor = std::min(report.floor, message.time);
+  for (const Message& message : held_back_) report.floor = std::min(report.floor, message.time);
+  std::erase_if(may_be_faulty_, [&](std::uint32_t own) { return !processes_[own].has_fault(); });
+  std::sort(may_be_faulty_.begin(), may_be_faulty_.end());
+  may_be_faulty_.erase(std::unique(may_be_faulty_.begin(), may_be_faulty_.end()),
+                       may_be_faulty_.end());
+  for (const std::uint32_t own : may_be_faulty_)
+    keep_first(processes_[own].first_fault(), report.fault);
+  if (report.of_all_ranks) report.of_all_ranks->stop = team_.link->stop();
+  if (options_.stop != nullptr) report.stop = options_.stop->load(std::memory_order_relaxed);
+  return report;
+}
+
+void Worker::note_gvt(VirtualTime gvt) {
+  patience_ = gvt > gvt_ ? kLeastPatience : std::min(2 * patience_, kMostPatience);
+  gvt_ = gvt;
+  open_until_ = end_of_window();
+  if (!held_.empty()) release_reached();
+}
+
+// What is committed is collected when the LP executes next, and is in the cache anyway; but an LP
+// that has executed all its times may get messages and their anti-messages for ever.
+void Worker::commit(const GvtOutcome& outcome) {
+  fault_ = outcome.fault;
+  const VirtualTime limit = fault_ ? fault_->when : gvt_;
+  if (finished_) return finish(std::min(limit, end_));
+  while (uncommitted_.top_time() < gvt_) {
+    const std::uint32_t own = uncommitted_.top();
+    TimeWarpProcess& process = processes_[own];
+    process.commit(gvt_, effects_);
+    if (process.has_antis()) process.forget(gvt_);
+    uncommitted_.update(own, process.uncommitted_from());
+    SODA_ASSERT(uncommitted_.time_of(own) >= gvt_, "LP ", index_of(process.id()), " holds ",
+                uncommitted_.time_of(own), " after its commit to ", gvt_);
+  }
+  collect_journal();
+  recorder_.gvt(gvt_);
+}
+
+// All that is earlier than `limit` is executed, and committed.
+void Worker::finish(VirtualTime limit) {
+  take_back_journal();
+  coast_to(limit);
+  for (TimeWarpProcess& process : processes_) process.commit(limit, effects_);
+}
+
+void Worker::coast_to(VirtualTime limit) {
+  for (std::uint32_t own = 0; own < processes_.size(); ++own) {
+    if (processes_[own].next_time() >= limit) continue;
+    processes_[own].coast_to(limit, effects_);
+  }
+}
+
+void Worker::wait_for_work() {
+  if (!held_back_.empty()) return;
+  const Inbox& inbox = team_.inboxes[index_];
+  if (gvt_part_.awaits_outcome())
+    team_.rounds.spin_until([&] { return gvt_part_.is_asked() || inbox.filled(); });
+  const bool all_idle = team_.idle.fetch_add(1) + 1 == team_.inboxes.size();
+  if (all_idle && !team_.held_from_outside.load()) request_round(&Counters::idle_rounds);
+  team_.inboxes[index_].sleep(communicates() ? nap_ : patience_, [&] {
+    return gvt_part_.is_asked() || (communicates() && team_.link->has_outgoing());
+  });
+  nap_ = std::min(2 * nap_, kLongestNap);
+  team_.idle.fetch_sub(1);
+  if (!team_.inboxes[index_].filled()) request_round(&Counters::idle_rounds);
+}
+
+// Between ranks, a round can begin a reduction or make known the result of one.
+void Worker::request_round(std::uint64_t Counters::*reason) {
+  if (team_.link != nullptr && team_.link->reduces()) return;
+  if (!team_.rounds.request()) return;
+  ++(effects_.counters.*reason);
+  wake_others();
+}
+
+void Worker::wake_others() {
+  for (std::size_t other = 0; other < team_.inboxes.size(); ++other)
+    if (other != index_) team_.inboxes[other].wake();
+}
+
+// The window may be as large as time itself.
+VirtualTime Worker::end_of_window() const {
+  VirtualTime end{gvt_.t, gvt_.round + 1};
+  if (options_.synchronisation == Synchronisation::kOptimistic) {
+    const bool fits = gvt_.t <= kNever.t - options_.window || gvt_.t < 0;
+    end = fits ? VirtualTime{gvt_.t + options_.window, 0} : kNever;
+  }
+  return std::min(end, end_);
+}
+
+}  // namespace soda::kernel

@@ -1,0 +1,216 @@
+#include "models/islands/island_merge.hpp"
+
+#include <algorithm>
+
+namespace soda::models {
+namespace {
+
+using physics::BodyId;
+using physics::ContactManifold;
+
+RecordKey key_of(const ContactManifold& manifold) { return {manifold.a, manifold.b}; }
+
+bool contains(std::span<const BodyId> ascending, BodyId id) {
+  return std::binary_search(ascending.begin(), ascending.end(), id);
+}
+
+auto find_node(const IslandMerge& merge, BodyId id) {
+  return std::lower_bound(merge.nodes.begin(), merge.nodes.end(), id,
+                          [](const Node& node, BodyId wanted) { return node.id < wanted; });
+}
+
+bool knows(std::span<const BodyId> own_ids, const IslandMerge& merge, BodyId id) {
+  if (physics::is_static(id) || contains(own_ids, id)) return true;
+  const auto node = find_node(merge, id);
+  return node != merge.nodes.end() && node->id == id;
+}
+
+bool pair_is_known(std::span<const ContactManifold> manifolds, const RecordKey& key) {
+  const auto place = std::lower_bound(
+      manifolds.begin(), manifolds.end(), key,
+      [](const ContactManifold& manifold, const RecordKey& k) { return key_of(manifold) < k; });
+  return place != manifolds.end() && key_of(*place) == key;
+}
+
+WorldId owner_of(const KnownBodies& known, BodyId id) {
+  const auto place = std::lower_bound(known.ids.begin(), known.ids.end(), id);
+  return known.owners[static_cast<std::size_t>(place - known.ids.begin())];
+}
+
+bool owned_by(const KnownBodies& known, const ContactManifold& manifold, WorldId world) {
+  return owner_of(known, manifold.a) == world ||
+         (!physics::is_static(manifold.b) && owner_of(known, manifold.b) == world);
+}
+
+// One island of the known graph.
+struct IslandView {
+  std::span<const std::uint32_t> bodies;     // into known.ids
+  std::span<const std::uint32_t> manifolds;  // into the manifolds
+};
+
+std::set<WorldId> owners_in(const KnownBodies& known, const IslandView& island) {
+  std::set<WorldId> owners;
+  for (const std::uint32_t body : island.bodies) owners.insert(known.owners[body]);
+  return owners;
+}
+
+// Foreign owners with a body in contact with a body of `self`.
+std::set<WorldId> partners(const KnownBodies& known, const IslandView& island, WorldId self,
+                           std::span<const ContactManifold> manifolds) {
+  std::set<WorldId> out;
+  for (const std::uint32_t m : island.manifolds) {
+    if (physics::is_static(manifolds[m].b)) continue;
+    const WorldId a = owner_of(known, manifolds[m].a), b = owner_of(known, manifolds[m].b);
+    if (a == self && b != self) out.insert(b);
+    if (b == self && a != self) out.insert(a);
+  }
+  return out;
+}
+
+Records missing_records(const KnownBodies& known, const IslandView& island, WorldId partner,
+                        std::span<const physics::BodyState> own_states,
+                        std::span<const ContactManifold> manifolds, const IslandMerge& merge,
+                        std::set<RecordKey>& exchanged) {
+  Records records;
+  for (const std::uint32_t body : island.bodies) {
+    const BodyId id = known.ids[body];
+    if (known.owners[body] == partner || !exchanged.insert({id, id}).second) continue;
+    const std::int32_t place = known.place[body];
+    records.nodes.push_back(
+        {id, known.owners[body],
+         place >= 0 ? own_states[place] : merge.nodes[static_cast<std::size_t>(-1 - place)].state});
+  }
+  RecordKey last_sent{};
+  for (const std::uint32_t m : island.manifolds) {
+    const RecordKey key = key_of(manifolds[m]);
+    if (owned_by(known, manifolds[m], partner)) continue;
+    // A pair's manifolds are one record and adjacent.
+    if (!exchanged.insert(key).second && (records.manifolds.empty() || key != last_sent)) continue;
+    records.manifolds.push_back(manifolds[m]);
+    last_sent = key;
+  }
+  return records;
+}
+
+// A pair that no other world has to test. One that has sent a contact of it holds a body for its
+// own that has come here, or has come back: what it says is not true, and an island of own bodies
+// must be a function of their states, for a repetition takes it over by them.
+bool is_tested_here(std::span<const BodyId> own_ids, const ContactManifold& manifold) {
+  return contains(own_ids, manifold.a) &&
+         (physics::is_static(manifold.b) || contains(own_ids, manifold.b));
+}
+
+// Adds what is not known yet.
+void take_in(std::span<const BodyId> own_ids, const Records& records, IslandMerge& merge,
+             std::vector<ContactManifold>& manifolds) {
+  for (const Node& node : records.nodes) add_node(own_ids, node, merge);
+  std::vector<ContactManifold> added;
+  for (const ContactManifold& manifold : records.manifolds) {
+    if (is_tested_here(own_ids, manifold) || pair_is_known(manifolds, key_of(manifold))) continue;
+    if (knows(own_ids, merge, manifold.a) && knows(own_ids, merge, manifold.b))
+      added.push_back(manifold);
+  }
+  if (added.empty()) return;
+  manifolds.insert(manifolds.end(), added.begin(), added.end());
+  std::sort(manifolds.begin(), manifolds.end(), canonical_before);
+}
+
+// The islands of one world are disjoint, so appending keeps no order: sort once at the end.
+void append(Records&& from, Records& to) {
+  std::move(from.nodes.begin(), from.nodes.end(), std::back_inserter(to.nodes));
+  to.manifolds.insert(to.manifolds.end(), from.manifolds.begin(), from.manifolds.end());
+}
+
+}  // namespace
+
+void add_node(std::span<const BodyId> own_ids, const Node& node, IslandMerge& merge) {
+  if (contains(own_ids, node.id)) return;
+  const auto place = find_node(merge, node.id);
+  if (place == merge.nodes.end() || place->id != node.id) merge.nodes.insert(place, node);
+}
+
+void note_exchanged(const Records& records, WorldId with, IslandMerge& merge) {
+  std::set<RecordKey>& exchanged = merge.exchanged[with];
+  for (const Node& node : records.nodes) exchanged.insert({node.id, node.id});
+  for (const ContactManifold& manifold : records.manifolds) exchanged.insert(key_of(manifold));
+}
+
+void add_records(std::span<const BodyId> own_ids, WorldId from, const Records& records,
+                 IslandMerge& merge, std::vector<ContactManifold>& manifolds) {
+  note_exchanged(records, from, merge);
+  take_in(own_ids, records, merge, manifolds);
+}
+
+void add_fragment(std::span<const BodyId> own_ids, WorldId from, const Records& records,
+                  IslandMerge& merge, std::vector<ContactManifold>& manifolds) {
+  std::set<RecordKey>& exchanged = merge.exchanged[from];
+  std::map<BodyId, WorldId> owners;
+  for (const Node& node : records.nodes) {
+    owners.emplace(node.id, node.owner);
+    if (node.owner == from) exchanged.insert({node.id, node.id});
+  }
+  for (const ContactManifold& manifold : records.manifolds) {
+    for (const auto& [own, other] :
+         {std::pair(manifold.a, manifold.b), std::pair(manifold.b, manifold.a)}) {
+      const auto owner = owners.find(other);
+      if (owner == owners.end()) continue;
+      std::set<RecordKey>& with_owner = merge.exchanged[owner->second];
+      with_owner.insert(key_of(manifold));
+      if (contains(own_ids, own)) with_owner.insert({own, own});
+    }
+  }
+  take_in(own_ids, records, merge, manifolds);
+}
+
+KnownBodies known_bodies(std::span<const BodyId> own_ids, WorldId self, const IslandMerge& merge) {
+  KnownBodies known;
+  const std::size_t count = own_ids.size() + merge.nodes.size();
+  known.ids.reserve(count);
+  known.owners.reserve(count);
+  known.place.reserve(count);
+  std::size_t own = 0, node = 0;
+  while (own < own_ids.size() || node < merge.nodes.size()) {
+    const bool take_own =
+        node == merge.nodes.size() || (own < own_ids.size() && own_ids[own] < merge.nodes[node].id);
+    known.ids.push_back(take_own ? own_ids[own] : merge.nodes[node].id);
+    known.owners.push_back(take_own ? self : merge.nodes[node].owner);
+    known.place.push_back(take_own ? static_cast<std::int32_t>(own++)
+                                   : -1 - static_cast<std::int32_t>(node++));
+  }
+  return known;
+}
+
+std::map<WorldId, Records> outgoing_records(std::uint32_t round, WorldId self,
+                                            const KnownBodies& known,
+                                            std::span<const physics::BodyState> own_states,
+                                            std::span<const ContactManifold> manifolds,
+                                            IslandMerge& merge) {
+  physics::Islands islands;
+  physics::build_islands(known.ids, manifolds, islands);
+  std::map<WorldId, Records> outgoing;
+  for (std::size_t i = 0; i < islands.count(); ++i) {
+    const IslandView island{
+        {&islands.bodies[islands.body_begin[i]], islands.body_begin[i + 1] - islands.body_begin[i]},
+        {&islands.manifolds[islands.manifold_begin[i]],
+         islands.manifold_begin[i + 1] - islands.manifold_begin[i]}};
+    const std::set<WorldId> owners = owners_in(known, island);
+    if (owners.size() < 2 || !owners.contains(self)) continue;
+    if (round >= 1 && owners.size() <= round) continue;
+    for (const WorldId partner : partners(known, island, self, manifolds)) {
+      append(missing_records(known, island, partner, own_states, manifolds, merge,
+                             merge.exchanged[partner]),
+             outgoing[partner]);
+    }
+  }
+  std::erase_if(outgoing, [](const auto& item) {
+    return item.second.nodes.empty() && item.second.manifolds.empty();
+  });
+  for (auto& [partner, records] : outgoing) {
+    std::sort(records.nodes.begin(), records.nodes.end(),
+              [](const Node& x, const Node& y) { return x.id < y.id; });
+    std::sort(records.manifolds.begin(), records.manifolds.end(), canonical_before);
+  }
+  return outgoing;
+}
+
+}  // namespace soda::models

@@ -1,0 +1,56 @@
+#include "models/real_time/buffer_interface.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <utility>
+
+#include "models/messages/schedule.hpp"
+
+namespace soda::models {
+
+BufferInterface::BufferInterface(std::span<const physics::BodyState> initial, std::uint32_t worlds,
+                                 std::int64_t lead)
+    : lead_(lead), newest_(worlds) {
+  Frame start;
+  start.states.assign(initial.begin(), initial.end());
+  for (std::uint32_t body = 0; body < initial.size(); ++body)
+    start.ids.push_back(physics::BodyId{body});
+  frames_.push_back(std::make_shared<const Frame>(std::move(start)));
+}
+
+void BufferInterface::add(const CommittedStep& step) {
+  auto frame = std::make_shared<const Frame>(Frame{
+      step.step, {step.ids.begin(), step.ids.end()}, {step.states.begin(), step.states.end()}});
+  const std::lock_guard lock(mutex_);
+  if (step.step != frames_.back()->clock + 1) {
+    std::fprintf(stderr, "soda: buffer interface: frame %lld after %lld\n",
+                 static_cast<long long>(step.step), static_cast<long long>(frames_.back()->clock));
+    std::abort();
+  }
+  frames_.push_back(std::move(frame));
+}
+
+void BufferInterface::on_newest(WorldId world, std::int64_t step) {
+  newest_[index_of(world)].store(step, std::memory_order_relaxed);
+}
+
+kernel::VirtualTime BufferInterface::floor() {
+  return time_of(shown_.load() + lead_, Phase::kBegin);
+}
+
+std::shared_ptr<const Frame> BufferInterface::show(std::int64_t clock) {
+  const std::lock_guard lock(mutex_);
+  while (frames_.size() > 1 && frames_[1]->clock <= clock) frames_.pop_front();
+  shown_.store(frames_.front()->clock);
+  return frames_.front();
+}
+
+std::int64_t BufferInterface::reached() const {
+  std::int64_t least = newest_.front().load(std::memory_order_relaxed);
+  for (const std::atomic<std::int64_t>& newest : newest_)
+    least = std::min(least, newest.load(std::memory_order_relaxed));
+  return least;
+}
+
+}  // namespace soda::models

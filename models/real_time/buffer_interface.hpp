@@ -1,0 +1,62 @@
+// A renderer's view of a running simulation: the states of all bodies at a clock.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <vector>
+
+#include "kernel/api/outside.hpp"
+#include "models/commit/commit.hpp"
+#include "models/options/entry_observer.hpp"
+
+namespace soda::models {
+
+// All bodies of one step. Final: no rollback can change it any more.
+struct Frame {
+  std::int64_t clock = 0;            // steps since the start
+  std::vector<physics::BodyId> ids;  // ascending
+  std::vector<physics::BodyState> states;
+};
+
+// Between the worlds and a renderer in another thread. A frame is served when GVT has passed it, so
+// what may still change is neither shown nor deleted. That costs no frame, because GVT is not held
+// back by what worlds have in store but by what was shown: it may go `lead` steps beyond. So worlds
+// run ahead into their buffers by as many entries as these have, and what a user does takes effect
+// at most `lead` steps after what is on the screen.
+//
+// The floor of the outside, for an executor with Time Warp; one that has none runs no further than
+// `lead` itself, which is the size of its buffer then.
+class BufferInterface final : public kernel::Outside, public EntryObserver {
+ public:
+  // `initial[i]` is the state of BodyId{i} at clock 0, which is shown first. `lead` >= 1, and at
+  // least the most steps between two frames.
+  BufferInterface(std::span<const physics::BodyState> initial, std::uint32_t worlds,
+                  std::int64_t lead);
+
+  // For CommitObserver::on_step, with states; in order of steps.
+  void add(const CommittedStep& step);
+  void on_newest(WorldId world, std::int64_t step) override;
+  kernel::VirtualTime floor() override;
+  void take(kernel::VirtualTime, kernel::VirtualTime, std::vector<kernel::Message>&) override {}
+
+  // The frame of `clock`, or of the largest one before it that is final; frame->clock says which.
+  // What lies before it is freed: clocks asked for must not descend.
+  std::shared_ptr<const Frame> show(std::int64_t clock);
+
+  std::int64_t shown() const { return shown_.load(); }  // the clock shown last
+  // The largest clock that all worlds have, final or not: what is in store.
+  std::int64_t reached() const;
+
+ private:
+  const std::int64_t lead_;
+  std::vector<std::atomic<std::int64_t>> newest_;  // entry of each world
+  std::atomic<std::int64_t> shown_{0};
+  std::mutex mutex_;
+  std::deque<std::shared_ptr<const Frame>> frames_;  // final ones; the first is the one shown
+};
+
+}  // namespace soda::models

@@ -1,0 +1,116 @@
+#include "models/run/commit_relay.hpp"
+
+#include <utility>
+
+#include "models/messages/codec.hpp"
+
+namespace soda::models {
+namespace {
+
+void write_bodies(Writer& writer, const BufferEntry& entry) {
+  writer.number(static_cast<std::uint32_t>(entry.ids.size()));
+  for (std::size_t i = 0; i < entry.ids.size(); ++i) {
+    writer.id(entry.ids[i]);
+    writer.state(entry.states[i]);
+  }
+}
+
+void read_bodies(Reader& reader, BufferEntry& entry) {
+  for (auto left = reader.number<std::uint32_t>(); left > 0; --left) {
+    entry.ids.push_back(reader.id());
+    entry.states.push_back(reader.state());
+  }
+}
+
+// What a record holds: its first byte.
+enum class RecordKind : std::uint8_t { kCommit, kLoad, kTrace };
+
+}  // namespace
+
+void CommitRelay::add(LoadSample sample) {
+  kernel::Bytes record{static_cast<std::byte>(RecordKind::kLoad)};
+  const kernel::Bytes bytes = encode_load(sample);
+  record.insert(record.end(), bytes.begin(), bytes.end());
+  const std::lock_guard lock(mutex_);
+  records_.push_back(std::move(record));
+}
+
+void CommitRelay::take(kernel::Bytes trace) {
+  trace.insert(trace.begin(), static_cast<std::byte>(RecordKind::kTrace));
+  const std::lock_guard lock(mutex_);
+  records_.push_back(std::move(trace));
+}
+
+void CommitRelay::add(WorldId world, const BufferEntry& entry) {
+  kernel::Bytes record;
+  Writer writer(record);
+  writer.number(static_cast<std::uint8_t>(RecordKind::kCommit));
+  writer.world(world);
+  writer.number(entry.step);
+  if (wants_states(entry.step))
+    write_bodies(writer, entry);
+  else
+    writer.number(std::uint32_t{0});
+  for (const physics::IslandReport& island : entry.islands) writer.island(island);
+  const std::lock_guard lock(mutex_);
+  records_.push_back(std::move(record));
+}
+
+std::vector<kernel::Bytes> CommitRelay::take() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(records_, {});
+}
+
+void join(std::span<const std::byte> record, const RecordSinks& sinks) {
+  const auto kind = static_cast<RecordKind>(record.front());
+  if (kind == RecordKind::kLoad) return sinks.loads->add(decode_load(record.subspan(1)));
+  if (kind == RecordKind::kTrace)
+    return sinks.trace->take(kernel::Bytes(record.begin() + 1, record.end()));
+  Reader reader(record.subspan(1));
+  const WorldId world = reader.world();
+  BufferEntry entry;
+  entry.step = reader.number<std::int64_t>();
+  read_bodies(reader, entry);
+  while (!reader.at_end()) entry.islands.push_back(reader.island());
+  sinks.commits.add(world, entry);
+}
+
+kernel::Bytes encode_outcome(std::span<const std::unique_ptr<kernel::LogicalProcess>> worlds) {
+  kernel::Bytes bytes;
+  Writer writer(bytes);
+  for (const std::unique_ptr<kernel::LogicalProcess>& process : worlds) {
+    if (!process) continue;
+    const World& world = static_cast<const World&>(*process);
+    writer.plain(world.stages());
+    writer.plain(world.counters());
+    BufferEntry copy;
+    write_bodies(writer, world.newest_entry(copy));
+  }
+  return bytes;
+}
+
+void add_outcome(World& world, SimulationResult& result) {
+  result.stages += world.stages();
+  result.worlds += world.counters();
+  BufferEntry entry = world.release_newest_entry();
+  if (entry.ids.size() == result.final_states.size())
+    result.final_states = std::move(entry.states);
+  else
+    for (std::size_t i = 0; i < entry.ids.size(); ++i)
+      result.final_states[physics::index_of(entry.ids[i])] = std::move(entry.states[i]);
+  result.final_ids.insert(result.final_ids.end(), entry.ids.begin(), entry.ids.end());
+}
+
+void add_outcome(std::span<const std::byte> outcome, SimulationResult& result) {
+  for (Reader reader(outcome); !reader.at_end();) {
+    result.stages += reader.plain<physics::StageCounters>();
+    result.worlds += reader.plain<WorldCounters>();
+    BufferEntry entry;
+    read_bodies(reader, entry);
+    for (std::size_t i = 0; i < entry.ids.size(); ++i)
+      result.final_states[physics::index_of(entry.ids[i])] = std::move(entry.states[i]);
+    result.final_ids.insert(result.final_ids.end(), entry.ids.begin(), entry.ids.end());
+  }
+}
+
+}  // namespace soda::models

@@ -1,0 +1,50 @@
+// Committed parts and results of worlds on their way to the root rank.
+#pragma once
+
+#include <memory>
+#include <mutex>
+#include <span>
+#include <vector>
+
+#include "kernel/api/event_recorder.hpp"
+#include "kernel/api/payload.hpp"
+#include "models/commit/commit_merge.hpp"
+#include "models/world/world.hpp"
+
+namespace soda::models {
+
+// Where worlds leave their committed parts on a rank that is not the root.
+class CommitRelay final : public CommitSink, public LoadSink, public kernel::TraceSink {
+ public:
+  // States travel only if `observer` wants them; it outlives this object.
+  explicit CommitRelay(const CommitObserver& observer) : observer_(observer) {}
+
+  void add(WorldId world, const BufferEntry& entry) override;
+  void add(LoadSample sample) override;
+  void take(kernel::Bytes trace) override;
+  bool wants_states(std::int64_t step) const override { return observer_.wants_states_of(step); }
+
+  // All records since the last call, for join() at the root.
+  std::vector<kernel::Bytes> take();
+
+ private:
+  const CommitObserver& observer_;
+  std::mutex mutex_;
+  std::vector<kernel::Bytes> records_;
+};
+
+// Where records of other ranks go at the root; what nobody sends may be null.
+struct RecordSinks {
+  CommitSink& commits;
+  LoadSink* loads = nullptr;
+  kernel::TraceSink* trace = nullptr;
+};
+void join(std::span<const std::byte> record, const RecordSinks& sinks);
+
+// Of a world, or of all that live here: their work counters, and the states that they ended with.
+// `result.final_states` has a place for each body.
+void add_outcome(World& world, SimulationResult& result);
+kernel::Bytes encode_outcome(std::span<const std::unique_ptr<kernel::LogicalProcess>> worlds);
+void add_outcome(std::span<const std::byte> outcome, SimulationResult& result);
+
+}  // namespace soda::models

@@ -1,0 +1,76 @@
+#include "models/user_input/input_feed.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "models/messages/schedule.hpp"
+
+namespace soda::models {
+
+void LiveInputs::offer(const UserInput& input) {
+  const std::lock_guard lock(mutex_);
+  waiting_.push_back(input);
+}
+
+std::vector<UserInput> LiveInputs::take() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(waiting_, {});
+}
+
+InputFeed::InputFeed(const InputOptions& options, std::uint32_t worlds, std::int64_t ahead_steps)
+    : live_(options.live), worlds_(worlds), ahead_steps_(ahead_steps), presence_(options.absent) {
+  for (const UserInput& input : options.script) stamped_.insert({input, input.step});
+  waiting_ = stamped_;
+}
+
+kernel::VirtualTime InputFeed::floor() {
+  const std::lock_guard lock(mutex_);
+  return waiting_.empty() ? kernel::kNever : time_of(waiting_.begin()->input.step, Phase::kBegin);
+}
+
+void InputFeed::take(kernel::VirtualTime gvt, kernel::VirtualTime earliest,
+                     std::vector<kernel::Message>& out) {
+  const std::lock_guard lock(mutex_);
+  if (live_ != nullptr)
+    take_live(std::max<std::int64_t>(earliest.round == 0 ? earliest.t : earliest.t + 1, 0));
+  while (!waiting_.empty() && waiting_.begin()->input.step - ahead_steps_ <= gvt.t) {
+    const UserInput& input = waiting_.begin()->input;
+    kernel::Message message;
+    message.time = time_of(input.step, Phase::kBegin);
+    message.kind = static_cast<std::uint32_t>(MessageKind::kInputs);
+    message.payload = encode_input(input);
+    for (std::uint32_t world = 0; world < worlds_; ++world) {
+      message.destination = kernel::LpId{world};
+      out.push_back(message);
+    }
+    waiting_.erase(waiting_.begin());
+  }
+}
+
+void InputFeed::take_live(std::int64_t earliest_step) {
+  for (UserInput& input : live_->take()) {
+    const std::int64_t asked = input.step;
+    input.step = std::max(asked, earliest_step);
+    const Stamped stamped{input, asked};
+    stamped_.insert(stamped);
+    waiting_.insert(stamped);
+  }
+}
+
+std::size_t InputFeed::too_late() {
+  const std::size_t unasked = live_ != nullptr ? live_->take().size() : 0;
+  return stamped_.size() - log_.size() + unasked;
+}
+
+std::span<const CommittedInput> InputFeed::committed(std::int64_t step) {
+  const std::lock_guard lock(mutex_);
+  const std::size_t first = log_.size();
+  UserInput from;
+  from.step = step;
+  for (auto at = stamped_.lower_bound({from, 0}); at != stamped_.end() && at->input.step == step;
+       ++at)
+    log_.push_back({at->input, at->asked_step, presence_.note(at->input)});
+  return std::span(log_).subspan(first);
+}
+
+}  // namespace soda::models

@@ -1,0 +1,71 @@
+// How user input gets from outside to the worlds, and what is known of it when it is committed.
+#pragma once
+
+#include <cstdint>
+#include <mutex>
+#include <set>
+#include <span>
+#include <vector>
+
+#include "kernel/api/outside.hpp"
+#include "models/user_input/user_input.hpp"
+
+namespace soda::models {
+
+// Where inputs wait that come while a run goes on. From any thread.
+class LiveInputs {
+ public:
+  // `input.step` < 0: as early as possible.
+  void offer(const UserInput& input);
+  // All since the last call, in the order of offering.
+  std::vector<UserInput> take();
+
+ private:
+  std::mutex mutex_;
+  std::vector<UserInput> waiting_;
+};
+
+// Sends every input to all worlds, for the beginning of its step. One that comes too late for its
+// step gets the earliest that is still possible. GVT does not pass an input that is known.
+//
+// floor() and take() from the executor, committed() from whoever hears of committed steps.
+class InputFeed final : public kernel::Outside {
+ public:
+  // An input is sent when GVT is `ahead_steps` before its step, or closer.
+  InputFeed(const InputOptions& options, std::uint32_t worlds, std::int64_t ahead_steps);
+
+  kernel::VirtualTime floor() override;
+  void take(kernel::VirtualTime gvt, kernel::VirtualTime earliest,
+            std::vector<kernel::Message>& out) override;
+
+  // When GVT has passed the beginning of `step`: its inputs, in the order in which they acted. Call
+  // for each step, in order; valid until the next call.
+  std::span<const CommittedInput> committed(std::int64_t step);
+
+  // After the run: all that committed() returned, and how many others there were, which never
+  // acted.
+  const std::vector<CommittedInput>& acted() const { return log_; }
+  std::size_t too_late();
+
+ private:
+  struct Stamped {
+    UserInput input;
+    std::int64_t asked_step = 0;
+    friend bool operator<(const Stamped& a, const Stamped& b) {
+      return acts_before(a.input, b.input);
+    }
+  };
+
+  void take_live(std::int64_t earliest_step);
+
+  LiveInputs* const live_;
+  const std::uint32_t worlds_;
+  const std::int64_t ahead_steps_;
+  std::mutex mutex_;
+  std::set<Stamped> waiting_;  // to be sent
+  std::set<Stamped> stamped_;  // all that are known
+  Presence presence_;          // after what has been committed
+  std::vector<CommittedInput> log_;
+};
+
+}  // namespace soda::models
