@@ -85,16 +85,21 @@ Json estimates_json(const std::optional<ErrorEstimates>& estimates) {
           {"beyond_tolerance", estimates->beyond}};
 }
 
+Json account_json(const kernel::TimeAccount& account) {
+  Json json = Json::object();
+  for (const auto& [name, ns] : account_terms(account))
+    json[name + "_s"] = 1e-9 * static_cast<double>(ns);
+  return json;
+}
+
 Json cluster_json(const kernel::VirtualReport& cluster, std::optional<std::int64_t> alone_ns) {
   const auto seconds = [](std::int64_t ns) { return 1e-9 * static_cast<double>(ns); };
-  Json account = Json::object();
-  for (const auto& [name, ns] : account_terms(cluster.account)) account[name + "_s"] = seconds(ns);
   return {{"processors", cluster.processors},
           {"makespan_s", seconds(cluster.makespan_ns)},
           {"one_processor_s", alone_ns ? Json(seconds(*alone_ns)) : Json()},
           {"speed_up", or_null(speed_up(alone_ns, cluster))},
           {"utilisation", cluster_utilisation(cluster)},
-          {"account", account},
+          {"account", account_json(cluster.account)},
           {"messages", cluster.remote_messages},
           {"bytes", cluster.remote_bytes},
           {"barriers", cluster.barriers},
@@ -224,6 +229,7 @@ std::string run_json(const RunReport& report) {
   json["lead"] = {{"mean_steps", mean_lead_steps(result.events)},
                   {"max_steps", result.events.lead_max}};
   if (result.cluster) json["virtual"] = cluster_json(*result.cluster, report.one_processor_ns);
+  if (result.account) json["account"] = account_json(*result.account);
   if (report.real_time) json["real_time"] = real_time_json(*report.real_time);
   json["error"] = errors(run.error);
   if (run.estimates) json["accuracy"] = estimates_json(run.estimates);

@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "analysis/event_log/log_format.hpp"
+#include "models/commit/commit.hpp"
+#include "models/run/simulation.hpp"
 
 namespace soda::analysis {
 

@@ -8,6 +8,7 @@
 
 #include "analysis/event_log/log_format.hpp"
 #include "analysis/text/output_file.hpp"
+#include "models/commit/commit.hpp"
 
 namespace soda::analysis {
 

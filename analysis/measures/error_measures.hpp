@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "physics/measures/measures.hpp"
+#include "physics/model/island_report.hpp"
 
 namespace soda::analysis {
 

@@ -183,7 +183,7 @@ std::string entries_text(const models::WorldCounters& worlds) {
 }  // namespace
 
 std::vector<std::pair<std::string, std::int64_t>> account_terms(
-    const kernel::VirtualAccount& account) {
+    const kernel::TimeAccount& account) {
   return {{"useful", account.standing.useful_ns},
           {"replicated", account.standing.replicated_ns},
           {"division", account.standing.division_ns},
@@ -191,6 +191,7 @@ std::vector<std::pair<std::string, std::int64_t>> account_terms(
           {"gvt", account.gvt_ns},
           {"sending", account.standing.sending_ns},
           {"rolled_back", account.rolled_back_ns},
+          {"bookkeeping", account.bookkeeping_ns},
           {"waiting", account.waiting_ns}};
 }
 
@@ -210,19 +211,33 @@ std::string cluster_text(const kernel::VirtualReport& cluster,
        std::to_string(cluster.most_history) + " events"},
       {"execution digest", format_digest(cluster.execution_digest), "", ""},
   };
-  const auto share_row = [&](std::string name, std::int64_t ns) -> std::vector<std::string> {
-    std::ranges::replace(name, '_', ' ');
-    const double all_ns = static_cast<double>(std::max<std::int64_t>(cluster.account.sum_ns(), 1));
-    return {name, milliseconds(ns), format_number(100.0 * static_cast<double>(ns) / all_ns, 3)};
-  };
-  std::vector<std::vector<std::string>> shares;
-  for (const auto& [name, ns] : account_terms(cluster.account))
-    shares.push_back(share_row(name, ns));
-  shares.push_back(share_row("processors x makespan", cluster.account.sum_ns()));
   return format_table({{"virtual cluster"}, {"", Align::kRight}, {"network"}, {"", Align::kRight}},
                       rows) +
-         "\n" +
-         format_table({{"processors' time"}, {"", Align::kRight}, {"%", Align::kRight}}, shares);
+         "\n" + account_text(cluster.account, "processors x makespan");
+}
+
+std::string account_text(const kernel::TimeAccount& account, const std::string& sum_name) {
+  const auto row = [all_ns = account.sum_ns()](std::string name, std::int64_t ns) {
+    std::ranges::replace(name, '_', ' ');
+    const auto whole = static_cast<double>(std::max<std::int64_t>(all_ns, 1));
+    return std::vector{name, format_number(1e-6 * static_cast<double>(ns)) + " ms",
+                       format_number(100.0 * static_cast<double>(ns) / whole, 3)};
+  };
+  std::vector<std::vector<std::string>> rows;
+  for (const auto& [name, ns] : account_terms(account)) rows.push_back(row(name, ns));
+  rows.push_back(row(sum_name, account.sum_ns()));
+  return format_table({{"processors' time"}, {"", Align::kRight}, {"%", Align::kRight}}, rows);
+}
+
+std::string account_line(const kernel::TimeAccount& account) {
+  const auto whole = static_cast<double>(std::max<std::int64_t>(account.sum_ns(), 1));
+  std::string line;
+  for (auto [name, ns] : account_terms(account)) {
+    std::ranges::replace(name, '_', ' ');
+    line += (line.empty() ? "workers' time: " : ", ") + name + " " +
+            format_number(100.0 * static_cast<double>(ns) / whole, 3);
+  }
+  return line + " %\n";
 }
 
 double cluster_utilisation(const kernel::VirtualReport& cluster) {
@@ -305,11 +320,12 @@ RunReport report_of(const scenarios::Scenario& scenario, const std::string& file
 
 std::string run_text(const RunReport& report) {
   const std::optional<kernel::VirtualReport>& cluster = report.run.result.cluster;
+  const std::optional<kernel::TimeAccount>& account = report.run.result.account;
   return heading_text(report) + "\n" +
          (report.real_time ? real_time_text(*report.real_time) + "\n" : "") + error_text(report) +
          "\n" + (report.run.estimates ? estimates_text(*report.run.estimates) + "\n" : "") +
          events_text(report) + "\n" + kinds_text(report.run.result.kinds) +
-         entries_text(report.run.result.worlds) +
+         entries_text(report.run.result.worlds) + (account ? account_line(*account) + "\n" : "") +
          (cluster ? cluster_text(*cluster, report.one_processor_ns) + "\n" : "") +
          inputs_text(report) + broken_text(report) +
          plan_text(report.run.plan, &report.run.plan_counters);

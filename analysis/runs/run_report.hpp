@@ -66,8 +66,11 @@ std::string cluster_text(const kernel::VirtualReport& cluster,
                          std::optional<std::int64_t> one_processor_ns);
 
 // The terms of the account by name, in the order in which they are told.
-std::vector<std::pair<std::string, std::int64_t>> account_terms(
-    const kernel::VirtualAccount& account);
+std::vector<std::pair<std::string, std::int64_t>> account_terms(const kernel::TimeAccount& account);
+
+// The same as a table, with the sum in a last line of that name; and as a line, in percent.
+std::string account_text(const kernel::TimeAccount& account, const std::string& sum_name);
+std::string account_line(const kernel::TimeAccount& account);
 
 // Rates that reports share; 0 for a run that took no time.
 double steps_per_second(const MeasuredRun& run);

@@ -10,6 +10,7 @@
 #include "analysis/event_log/log_reader.hpp"
 #include "analysis/trace/recorded_walk.hpp"
 #include "kernel/executors/recorded_executor.hpp"
+#include "models/commit/commit.hpp"
 #include "scenarios/scenario.hpp"
 
 namespace soda::analysis {

@@ -54,7 +54,7 @@ EventRecorder::EventRecorder(const Recording& recording, std::uint32_t worker)
 }
 
 std::int64_t EventRecorder::now_ns() const {
-  if (models_clock_ || !traces()) return clock_ns_;
+  if (models_clock_ || (!traces() && !recording_.accounts)) return clock_ns_;
   return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now() -
                                                               start_)
       .count();
@@ -93,6 +93,7 @@ void EventRecorder::late(const Message& message) {
 
 void EventRecorder::executed(LpId lp, VirtualTime time, std::int64_t began_ns, bool anew) {
   ++of(time).executed;
+  if (recording_.accounts) times_.executed(lp, time, now_ns() - began_ns);
   if (!traces()) return;
   TraceRecord record = about(Happening::kExecuted, lp, time);
   record.took_ns = models_clock_ ? 0 : now_ns() - began_ns;
@@ -135,11 +136,13 @@ void EventRecorder::rewound(LpId lp, VirtualTime restart, VirtualTime changed,
 
 void EventRecorder::rolled_back(LpId lp, VirtualTime time) {
   ++of(time).rolled_back;
+  if (recording_.accounts) times_.rolled_back(lp, time);
   if (traces()) write(about(Happening::kRolledBack, lp, time));
 }
 
 void EventRecorder::put_back(LpId lp, VirtualTime time) {
   --of(time).rolled_back;
+  if (recording_.accounts) times_.put_back(lp, time);
   if (traces()) write(about(Happening::kPutBack, lp, time));
 }
 
@@ -149,6 +152,7 @@ void EventRecorder::jumped(LpId lp, VirtualTime resume) {
 
 void EventRecorder::committed(LpId lp, VirtualTime time) {
   ++of(time).committed;
+  if (recording_.accounts) times_.committed(lp, time);
   if (traces()) write(about(Happening::kCommitted, lp, time));
 }
 

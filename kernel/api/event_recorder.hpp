@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <span>
 
+#include "kernel/api/execution_times.hpp"
 #include "kernel/api/logical_process.hpp"
 #include "kernel/api/message.hpp"
 #include "kernel/api/payload.hpp"
@@ -83,6 +84,8 @@ struct Recording {
   TraceSink* trace = nullptr;  // null: events are counted only; else outlives the run
   // What a trace says of a late message: appended to `note`. Null: nothing.
   void (*describe)(std::uint32_t kind, std::span<const std::byte> payload, Bytes& note) = nullptr;
+  // Whether the run tells where its workers' time has gone, by the machine's clock.
+  bool accounts = false;
 };
 
 // The records of one chunk, for who reads a trace that may be damaged.
@@ -122,7 +125,7 @@ class EventRecorder {
     clock_ns_ = now_ns;
   }
   bool traces() const { return recording_.trace != nullptr; }
-  // For executed(): when it began.
+  // For executed(): when it began; 0 if nobody wants to know.
   std::int64_t now_ns() const;
 
   void sent(const Message& message, VirtualTime at);
@@ -143,6 +146,7 @@ class EventRecorder {
   void flush(bool all);
 
   const EventCounts& counts() const { return counts_; }
+  const ExecutionTimes& times() const { return times_; }
 
  private:
   EventCounts::OfExecutions& of(VirtualTime time);
@@ -160,6 +164,7 @@ class EventRecorder {
   const std::uint32_t worker_;
   const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   EventCounts counts_;
+  ExecutionTimes times_;
   bool models_clock_ = false;
   std::int64_t clock_ns_ = 0;
   Bytes chunk_;

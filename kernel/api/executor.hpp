@@ -15,6 +15,7 @@
 #include "kernel/api/event_recorder.hpp"
 #include "kernel/api/logical_process.hpp"
 #include "kernel/api/outside.hpp"
+#include "kernel/api/time_account.hpp"
 #include "kernel/api/virtual_time.hpp"
 
 namespace soda::kernel {
@@ -46,6 +47,8 @@ using StopRequest = std::atomic<std::uint32_t>;
 struct RunResult {
   Counters counters;
   EventCounts kinds;  // if they were recorded
+  // Of worker threads, if asked for. What stands is `useful`: only the model can tell more.
+  std::optional<TimeAccount> account;
   // The first fault: see comes_before(). Everything before its time has been committed, nothing at
   // or after it.
   std::optional<CommittedFault> fault;

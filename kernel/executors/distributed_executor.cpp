@@ -19,6 +19,7 @@ Bytes encode(const RunResult& result) {
   Bytes bytes;
   append_plain(bytes, result.counters);
   append_plain(bytes, result.kinds);
+  append_plain(bytes, result.account.value_or(TimeAccount{}));
   // The text of a fault is known where its LP lives.
   const bool tells = result.fault && !result.fault->fault.what.empty();
   append_number(bytes, static_cast<std::uint8_t>(tells));
@@ -33,6 +34,8 @@ Bytes encode(const RunResult& result) {
 void add(std::span<const std::byte> bytes, RunResult& sum) {
   sum.counters += take_plain<Counters>(bytes);
   sum.kinds += take_plain<EventCounts>(bytes);
+  const TimeAccount account = take_plain<TimeAccount>(bytes);
+  if (sum.account) *sum.account += account;
   if (take_number<std::uint8_t>(bytes) == 0) return;
   SODA_ASSERT(sum.fault.has_value(), "a fault that the root does not know");
   sum.fault->fault.subject = take_number<decltype(Fault::subject)>(bytes);
@@ -65,6 +68,7 @@ RunResult run_distributed(std::span<const std::unique_ptr<LogicalProcess>> lps, 
   transport.set_runs(false);
   if (!transport.is_root()) return own;
   RunResult sum;
+  if (own.account) sum.account.emplace();
   sum.fault = std::move(own.fault);
   sum.stopped = own.stopped;
   sum.stopped_at = own.stopped_at;

@@ -79,9 +79,12 @@ RunResult run_team(Team& team, std::span<const std::unique_ptr<LogicalProcess>> 
   if (first.error) std::rethrow_exception(first.error);
 
   RunResult result;
-  for (const Worker& worker : workers) {
+  const WorkerClock::Point ended = std::chrono::steady_clock::now();
+  if (options.recording.accounts) result.account.emplace();
+  for (Worker& worker : workers) {
     result.counters += worker.counters();
     result.kinds += worker.kinds();
+    if (result.account) *result.account += worker.account(ended);
   }
   result.counters.gvt_rounds = team.rounds.rounds();
   result.fault = workers.front().fault();

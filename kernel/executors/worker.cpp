@@ -46,6 +46,7 @@ Worker::Worker(std::size_t index, Team& team, std::span<const std::unique_ptr<Lo
       is_held_(schedule_.size(), false),
       uncommitted_(schedule_.size(), kNever),
       recorder_(options.recording, static_cast<std::uint32_t>(team.first_worker + index)),
+      clock_(options.recording.accounts),
       remote_(team.partition.workers),
       gvt_part_(team.rounds),
       patience_(kLeastPatience),
@@ -67,8 +68,11 @@ Worker::Worker(std::size_t index, Team& team, std::span<const std::unique_ptr<Lo
 
 void Worker::run() {
   while (!finished_) {
+    clock_.enter(WorkerPhase::kMessages);
     take_in_messages();
+    clock_.enter(WorkerPhase::kExecuting);
     execute_batch();
+    clock_.enter(WorkerPhase::kMessages);
     hand_over_messages();
     if (gvt_part_.look())
       take_part_in_round();
@@ -76,6 +80,21 @@ void Worker::run() {
       wait_for_work();
   }
   recorder_.flush(true);
+  clock_.enter(WorkerPhase::kWaiting);
+}
+
+TimeAccount Worker::account(WorkerClock::Point end) {
+  clock_.end_run(end);
+  const ExecutionTimes& executions = recorder_.times();
+  TimeAccount account;
+  account.standing.useful_ns = executions.committed_ns();
+  account.standing.sending_ns = clock_.in(WorkerPhase::kMessages);
+  account.gvt_ns = clock_.in(WorkerPhase::kGvt);
+  account.rolled_back_ns = executions.others_ns() + clock_.in(WorkerPhase::kUndoing);
+  account.bookkeeping_ns =
+      clock_.in(WorkerPhase::kExecuting)-executions.committed_ns() - executions.others_ns();
+  account.waiting_ns = clock_.in(WorkerPhase::kWaiting);
+  return account;
 }
 
 void Worker::take_in_messages() {
@@ -162,6 +181,8 @@ void Worker::route_outgoing() {
 
 // Settling may send to own LPs again.
 void Worker::settle_receivers() {
+  if (touched_.empty()) return;
+  const WorkerPhase before = clock_.enter(WorkerPhase::kUndoing);
   while (!touched_.empty()) {
     for (const std::uint32_t own : touched_) {
       processes_[own].settle(effects_);
@@ -172,6 +193,7 @@ void Worker::settle_receivers() {
     touched_.clear();
     route_outgoing();
   }
+  clock_.enter(before);
 }
 
 void Worker::release_held_back() {
@@ -223,6 +245,7 @@ void Worker::hand_over_messages() {
 
 // Entered with nothing left in remote_.
 void Worker::take_part_in_round() {
+  clock_.enter(WorkerPhase::kGvt);
   finished_ = team_.rounds.run_stopped();
   if (finished_) return;
   if (!gvt_part_.awaits_outcome()) {
@@ -337,6 +360,7 @@ void Worker::coast_to(VirtualTime limit) {
 
 void Worker::wait_for_work() {
   if (!held_back_.empty()) return;
+  clock_.enter(WorkerPhase::kWaiting);
   const Inbox& inbox = team_.inboxes[index_];
   if (gvt_part_.awaits_outcome())
     team_.rounds.spin_until([&] { return gvt_part_.is_asked() || inbox.filled(); });

@@ -12,6 +12,7 @@
 #include "kernel/api/executor.hpp"
 #include "kernel/api/hash_mix.hpp"
 #include "kernel/executors/team.hpp"
+#include "kernel/executors/worker_clock.hpp"
 #include "kernel/queues/lp_heap.hpp"
 #include "kernel/queues/message_calendar.hpp"
 #include "kernel/time_warp/journal.hpp"
@@ -30,6 +31,8 @@ class Worker {
 
   const Counters& counters() const { return effects_.counters; }
   const EventCounts& kinds() const { return recorder_.counts(); }
+  // Until `end`, when the team's run ended; if the run accounts for its time.
+  TimeAccount account(WorkerClock::Point end);
   const std::optional<CommittedFault>& fault() const { return fault_; }
   // The stop request that ended the run at gvt(), before its end; else 0.
   std::uint32_t stopped() const { return stopped_; }
@@ -121,6 +124,7 @@ class Worker {
   std::vector<std::uint32_t> may_be_faulty_;
   LpHeap uncommitted_;  // by the earliest time that a commit has something to do for
   EventRecorder recorder_;
+  WorkerClock clock_;
   WorkerEffects effects_;
   std::vector<Message> arrived_;              // to be delivered next
   std::vector<Message> delivering_;           // scratch

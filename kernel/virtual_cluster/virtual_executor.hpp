@@ -10,8 +10,8 @@
 #include "kernel/api/executor.hpp"
 #include "kernel/api/message.hpp"
 #include "kernel/api/run_observer.hpp"
+#include "kernel/api/time_account.hpp"
 #include "kernel/virtual_cluster/adversary.hpp"
-#include "kernel/virtual_cluster/virtual_account.hpp"
 
 namespace soda::kernel {
 
@@ -80,7 +80,7 @@ struct VirtualOptions {
 struct VirtualReport {
   unsigned processors = 1;
   std::int64_t makespan_ns = 0;       // when the last execution had ended
-  VirtualAccount account;             // of processors * makespan_ns
+  TimeAccount account;                // of processors * makespan_ns
   std::uint64_t remote_messages = 0;  // between processors, anti-messages included
   std::uint64_t remote_bytes = 0;     // with kHeaderBytes each
   std::uint64_t barriers = 0;         // lockstep only

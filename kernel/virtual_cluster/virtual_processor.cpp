@@ -239,7 +239,7 @@ std::uint64_t VirtualProcessor::commit(VirtualTime limit, VirtualTime gvt, bool 
   return executions_committed_ - before;
 }
 
-void VirtualProcessor::add_to(VirtualAccount& account, std::int64_t cut_ns) const {
+void VirtualProcessor::add_to(TimeAccount& account, std::int64_t cut_ns) const {
   account.standing += committed_;
   account.rolled_back_ns += rolled_back_ns_ - cut_ns;
   for (const SlidingVector<Spent>& spent : spent_)

@@ -14,7 +14,7 @@
 #include "kernel/queues/lp_heap.hpp"
 #include "kernel/queues/sliding_vector.hpp"
 #include "kernel/time_warp/time_warp_process.hpp"
-#include "kernel/virtual_cluster/virtual_account.hpp"
+#include "kernel/virtual_cluster/processor_clock.hpp"
 #include "kernel/virtual_cluster/virtual_executor.hpp"
 
 namespace soda::kernel {
@@ -68,7 +68,7 @@ class VirtualProcessor {
   const Counters& counters() const { return effects_.counters; }
   // At the end of a run: what stands, what does not; `cut_ns` of its executions would have come
   // after the end.
-  void add_to(VirtualAccount& account, std::int64_t cut_ns) const;
+  void add_to(TimeAccount& account, std::int64_t cut_ns) const;
   LpId id_of(std::uint32_t own) const { return LpId{first_lp_ + own}; }
 
   // State of the clock model; the cluster's.

@@ -1,5 +1,7 @@
 #include "models/cost/work_cost.hpp"
 
+#include <algorithm>
+
 namespace soda::models {
 namespace {
 
@@ -101,6 +103,20 @@ kernel::ExecutionCost work_cost(const WorkReading& before, const WorkReading& af
       .checkpoints_ns = keeps_checkpoints ? checkpoints_ns(before.worlds, after.worlds) : 0,
       .sending_ns = grown(before.worlds.bytes_sent, after.worlds.bytes_sent) / kBytesPerNs,
   };
+}
+
+// The rest of a division is useful, so that nothing is lost by rounding.
+kernel::ExecutionCost divided_as(const WorkReading& work, kernel::ExecutionCost standing) {
+  const kernel::ExecutionCost cost = work_cost({}, work, kernel::Synchronisation::kOptimistic);
+  const auto all = static_cast<double>(std::max<std::int64_t>(cost.sum_ns() - cost.sending_ns, 1));
+  const auto part_ns = [&, whole = static_cast<double>(standing.useful_ns)](std::int64_t ns) {
+    return static_cast<std::int64_t>(whole * static_cast<double>(ns) / all);
+  };
+  standing.replicated_ns = part_ns(cost.replicated_ns);
+  standing.division_ns = part_ns(cost.division_ns);
+  standing.checkpoints_ns = part_ns(cost.checkpoints_ns);
+  standing.useful_ns -= standing.replicated_ns + standing.division_ns + standing.checkpoints_ns;
+  return standing;
 }
 
 std::int64_t undivided_cost_ns(std::uint64_t events, const physics::StageCounters& stages) {

@@ -16,7 +16,8 @@
 
 #include <cstdint>
 
-#include "kernel/virtual_cluster/virtual_account.hpp"
+#include "kernel/api/executor.hpp"
+#include "kernel/api/time_account.hpp"
 #include "models/options/world_counters.hpp"
 #include "physics/model/stage_counters.hpp"
 
@@ -34,6 +35,9 @@ struct WorkReading {
 // in README.md, "Decisions".
 kernel::ExecutionCost work_cost(const WorkReading& before, const WorkReading& after,
                                 kernel::Synchronisation synchronisation);
+
+// The measured time of executions that stand, which is all `useful`, divided as the work is.
+kernel::ExecutionCost divided_as(const WorkReading& work, kernel::ExecutionCost standing);
 
 // The sum of a run of one world in sequence: what one processor takes.
 std::int64_t undivided_cost_ns(std::uint64_t events, const physics::StageCounters& stages);

@@ -83,6 +83,7 @@ kernel::Bytes encode_outcome(std::span<const std::unique_ptr<kernel::LogicalProc
     const World& world = static_cast<const World&>(*process);
     writer.plain(world.stages());
     writer.plain(world.counters());
+    writer.plain(world.work().replicated);
     BufferEntry copy;
     write_bodies(writer, world.newest_entry(copy));
   }
@@ -92,6 +93,7 @@ kernel::Bytes encode_outcome(std::span<const std::unique_ptr<kernel::LogicalProc
 void add_outcome(World& world, SimulationResult& result) {
   result.stages += world.stages();
   result.worlds += world.counters();
+  result.replicated += world.work().replicated;
   BufferEntry entry = world.release_newest_entry();
   if (entry.ids.size() == result.final_states.size())
     result.final_states = std::move(entry.states);
@@ -105,6 +107,7 @@ void add_outcome(std::span<const std::byte> outcome, SimulationResult& result) {
   for (Reader reader(outcome); !reader.at_end();) {
     result.stages += reader.plain<physics::StageCounters>();
     result.worlds += reader.plain<WorldCounters>();
+    result.replicated += reader.plain<physics::StageCounters>();
     BufferEntry entry;
     read_bodies(reader, entry);
     for (std::size_t i = 0; i < entry.ids.size(); ++i)

@@ -9,6 +9,7 @@
 #include "kernel/api/event_recorder.hpp"
 #include "kernel/api/payload.hpp"
 #include "models/commit/commit_merge.hpp"
+#include "models/run/simulation.hpp"
 #include "models/world/world.hpp"
 
 namespace soda::models {

@@ -87,6 +87,9 @@ Worlds build_worlds(const Surroundings& around, const Rules& rules,
     entry.states.push_back(initial[body]);
   }
   const kernel::Partition partition{entries.size(), around.shares.size()};
+  const bool over_ranks = options.executor == ExecutorKind::kMpi;
+  const kernel::Partition processes{entries.size(),
+                                    over_ranks ? options.transport->size() : around.shares.size()};
   const bool splits = splits_needed(*rules.scene, options, rules.map->worlds()).is_needed;
   const auto processors = splits ? around.processors : std::span<const std::uint32_t>{};
   Worlds worlds(entries.size());
@@ -102,7 +105,7 @@ Worlds build_worlds(const Surroundings& around, const Rules& rules,
                           .commits = around.commits,
                           .rollback = options.rollback,
                           .gating = options.gating,
-                          .processes = partition,
+                          .processes = processes,
                           .processors = processors,
                           .exchange_ns = exchange_ns(options),
                           .ghosts = options.ghosts,
@@ -336,7 +339,11 @@ SimulationResult simulate(const physics::SceneDescription& scene,
       run(worlds,
           {.options = options,
            .outside = options.outsides.empty() ? nullptr : &outsides,
-           .recording = {kind_of, observer.wants_trace ? trace : nullptr, note_bodies},
+           .recording = {.kind_of = kind_of,
+                         .trace = observer.wants_trace ? trace : nullptr,
+                         .describe = note_bodies,
+                         .accounts = options.executor == ExecutorKind::kThreads ||
+                                     options.executor == ExecutorKind::kMpi},
            .progress = on_gvt(options.steps, progress)},
           relay, {commits, balancing.get(), trace}, result.cluster);
   result.committed_steps = merge.committed_steps();
@@ -352,6 +359,10 @@ SimulationResult simulate(const physics::SceneDescription& scene,
   result.final_states.resize(initial.size());
   collect(worlds, options, result);
   std::sort(result.final_ids.begin(), result.final_ids.end());
+  result.account = outcome.account;
+  if (result.account)
+    result.account->standing =
+        divided_as({result.stages, result.replicated, result.worlds}, result.account->standing);
   if (feed) {
     result.inputs = feed->acted();
     result.inputs_too_late = feed->too_late();

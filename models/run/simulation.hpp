@@ -40,10 +40,14 @@ struct SimulationResult {
   kernel::Counters events;
   kernel::EventCounts kinds;  // as event_kinds.hpp names them
   physics::StageCounters stages;
+  physics::StageCounters replicated;  // of these, what another process has done, too
   WorldCounters worlds;
   std::uint64_t islands_committed = 0;
   std::vector<TerritoryChange> territory_changes;  // in order of steps
   std::optional<kernel::VirtualReport> cluster;    // kVirtual only
+  // Where the workers' time has gone: kThreads and kMpi. What stands is measured as a whole, and
+  // divided as the counted work of all executions is, by the costs of work_cost.hpp.
+  std::optional<kernel::TimeAccount> account;
   std::optional<SimulationFault> fault;
 };
 

@@ -44,15 +44,15 @@ struct Grid {
 struct CellTransfer {
   std::uint32_t cell = 0;  // Grid::index_of_cell
   WorldId to{};
-
-  // A cell changed hands at the begin of `step`.
-  struct TerritoryChange {
-    std::int64_t step = 0;
-    std::uint32_t cell = 0;  // Grid::index_of_cell
-    WorldId from{}, to{};
-    friend bool operator==(const TerritoryChange&, const TerritoryChange&) = default;
-  };
   friend constexpr auto operator<=>(const CellTransfer&, const CellTransfer&) = default;
+};
+
+// A cell changed hands at the begin of `step`.
+struct TerritoryChange {
+  std::int64_t step = 0;
+  std::uint32_t cell = 0;  // Grid::index_of_cell
+  WorldId from{}, to{};
+  friend bool operator==(const TerritoryChange&, const TerritoryChange&) = default;
 };
 
 enum class MapKind {

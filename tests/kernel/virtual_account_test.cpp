@@ -1,9 +1,8 @@
 // Where the time of the virtual cluster's processors goes: nothing is left over, nothing counts
 // twice.
-#include "kernel/virtual_cluster/virtual_account.hpp"
-
 #include <gtest/gtest.h>
 
+#include "kernel/api/time_account.hpp"
 #include "kernel/phold/phold.hpp"
 #include "kernel/virtual_cluster/adversary.hpp"
 #include "kernel/virtual_cluster/virtual_executor.hpp"
@@ -18,7 +17,7 @@ using Lps = std::vector<std::unique_ptr<LogicalProcess>>;
 constexpr VirtualTime kEnd{30, 0};
 
 void expect_closed(const VirtualReport& report) {
-  const VirtualAccount& account = report.account;
+  const TimeAccount& account = report.account;
   EXPECT_EQ(account.sum_ns(), report.processors * report.makespan_ns);
   EXPECT_GE(account.waiting_ns, 0);
   EXPECT_GE(account.gvt_ns, 0);

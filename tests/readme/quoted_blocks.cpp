@@ -61,10 +61,12 @@ std::string masked(const std::string& line) {
       "anti-messages|efficiency|solved|reused|at rest|mean|largest) +-?[0-9][0-9.e+-]*");
   static const std::regex kDuration("\\bin [0-9][0-9.e+-]* s\\b");
   static const std::regex kStored("[0-9]+ entries stored; .*");
+  static const std::regex kAccount("workers' time: .*");
   static const std::regex kSpaces(" {2,}"), kDashes("-{3,}");
   std::string text = std::regex_replace(line, kFigure, "$1 ~");
   text = std::regex_replace(text, kDuration, "in ~ s");
   text = std::regex_replace(text, kStored, "~ entries stored");
+  text = std::regex_replace(text, kAccount, "workers' time");
   text = std::regex_replace(text, kSpaces, "  ");
   return std::regex_replace(text, kDashes, "---");
 }
