@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 
 #include "analysis/anticipation/anticipation_report.hpp"
+#include "analysis/process/machine.hpp"
 #include "analysis/text/svg_plot.hpp"
 #include "analysis/text/text_table.hpp"
 #include "analysis/text/version.hpp"
@@ -19,20 +19,12 @@ constexpr const char* kPageStyle =
     "@media(prefers-color-scheme:dark){body{color:#ddd;background:#161616}figcaption{color:#aaa}}"
     "</style>";
 
-// As Linux names it.
-std::string machine() {
-  std::ifstream cpus("/proc/cpuinfo");
-  for (std::string line; std::getline(cpus, line);)
-    if (line.rfind("model name", 0) == 0) return line.substr(line.find(':') + 2);
-  return "an unknown processor";
-}
-
 std::string page(const std::string& title, const AnticipationHead& head, const std::string& body) {
   return "<!doctype html><html lang=en><meta charset=utf-8>"
          "<meta name=viewport content='width=device-width,initial-scale=1'><title>" +
          escaped_xml(title) + "</title>" + kPageStyle + "<h1>" + escaped_xml(title) + "</h1>" +
          body + "<p>Made by <code>" + escaped_xml(head.command) + "</code>, soda " + kVersion +
-         ", on " + escaped_xml(machine()) + ".</p></html>\n";
+         ", on " + escaped_xml(machine_name()) + ".</p></html>\n";
 }
 
 double largest_overload(const std::vector<AnticipationPoint>& points) {

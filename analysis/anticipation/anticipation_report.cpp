@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "analysis/text/scene_parts.hpp"
+#include "analysis/text/json_text.hpp"
 #include "analysis/text/text_table.hpp"
 
 namespace soda::analysis {
@@ -66,7 +66,7 @@ std::vector<ModeRun> all_runs(const std::vector<AnticipationPoint>& points) {
 
 std::string run_object(const ModeRun& of) {
   const AnticipationRun& run = of.run;
-  return SceneObject()
+  return JsonObject()
       .set("buffer", json_of(of.point.buffer))
       .set("overload", json_of(of.point.overload))
       .set("mode", quoted(of.mode))
@@ -137,7 +137,7 @@ std::string anticipation_text(const AnticipationHead& head,
 
 std::string anticipation_json(const AnticipationHead& head,
                               const std::vector<AnticipationPoint>& points) {
-  return SceneObject()
+  return JsonObject()
              .set("scene", quoted(head.scene))
              .set("worlds", json_of(head.worlds))
              .set("workers", quoted(head.workers))
@@ -172,12 +172,12 @@ std::string buffer_costs_text(const std::vector<BufferCost>& costs) {
 }
 
 std::string buffer_costs_json(const std::string& scene, const std::vector<BufferCost>& costs) {
-  return SceneObject()
+  return JsonObject()
              .set("scene", quoted(scene))
              .set("over", quoted("makespan"))
              .set("points", list_of(costs,
                                     [](const BufferCost& cost) {
-                                      return SceneObject()
+                                      return JsonObject()
                                           .set("buffer", json_of(cost.buffer))
                                           .set("makespan_s", json_of(cost.makespan_s))
                                           .set("efficiency", json_of(cost.efficiency))

@@ -13,9 +13,9 @@
 #include "analysis/runs/input_stream.hpp"
 #include "analysis/runs/measured_run.hpp"
 #include "analysis/text/exit_codes.hpp"
+#include "analysis/text/json_text.hpp"
 #include "analysis/text/output_file.hpp"
 #include "analysis/text/progress.hpp"
-#include "analysis/text/scene_parts.hpp"
 #include "analysis/text/text_table.hpp"
 #include "analysis/text/version.hpp"
 #include "physics/measures/measures.hpp"
@@ -98,7 +98,7 @@ MeasuredRun run_beside(LogReader& log, const scenarios::Scenario& scenario, bool
 }
 
 std::string step_json(const StepDifference& step) {
-  return SceneObject()
+  return JsonObject()
       .set("step", json_of(step.step))
       .set("bodies", json_of(step.bodies))
       .set("on_one_side", json_of(step.one_side))
@@ -108,7 +108,7 @@ std::string step_json(const StepDifference& step) {
 }
 
 std::string branch_json(const BranchReport& report) {
-  return SceneObject()
+  return JsonObject()
              .set("first_step", json_of(report.first_step))
              .set("steps", json_of(report.steps))
              .set("inputs", json_of(report.inputs))

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "analysis/commands/command_options.hpp"
+#include "analysis/commands/measure_options.hpp"
 #include "analysis/commands/trace_options.hpp"
 #include "analysis/text/exit_codes.hpp"
 #include "analysis/text/nearest_name.hpp"
@@ -38,6 +39,7 @@ struct Requests {
   VerifyRequest verify;
   RollbackRequest rollback;
   ScalingRequest scaling;
+  CalibrateRequest calibrate;
   PholdRequest phold;
   SwarmRequest swarm;
   FuzzRequest fuzz;
@@ -116,6 +118,9 @@ constexpr Command kCommands[] = {
     {"scaling", "what division gains on the virtual cluster, and where processors' time goes",
      false, [](CLI::App& app, R& r, const Wanted&) { define_scaling(app, r.scaling); },
      [](const R& r, Stream& out, Stream& err) { return scaling_command(r.scaling, out, err); }},
+    {"calibrate", "what work costs on this machine, and predictions beside what runs take", false,
+     [](CLI::App& app, R& r, const Wanted&) { define_calibrate(app, r.calibrate); },
+     [](const R& r, Stream& out, Stream& err) { return calibrate_command(r.calibrate, out, err); }},
     {"phold", "benchmark of the kernel: events and no physics", true,
      [](CLI::App& app, R& r, const Wanted&) { define_phold(app, r.phold); },
      [](const R& r, Stream& out, Stream&) { return phold_command(r.phold, out); }},

@@ -2,14 +2,11 @@
 #pragma once
 
 #include "analysis/commands/accuracy_command.hpp"
-#include "analysis/commands/anticipation_command.hpp"
 #include "analysis/commands/fuzz_command.hpp"
-#include "analysis/commands/groups_command.hpp"
 #include "analysis/commands/phold_command.hpp"
 #include "analysis/commands/plan_command.hpp"
 #include "analysis/commands/rollback_command.hpp"
 #include "analysis/commands/run_command.hpp"
-#include "analysis/commands/scaling_command.hpp"
 #include "analysis/commands/swarm_command.hpp"
 #include "analysis/commands/verify_command.hpp"
 
@@ -28,11 +25,8 @@ struct Wanted {
 void define_run(CLI::App& run, RunRequest& request, const Wanted& wanted);
 void define_plan(CLI::App& plan, PlanRequest& request);
 void define_accuracy(CLI::App& command, AccuracyRequest& request);
-void define_anticipation(CLI::App& command, AnticipationRequest& request);
-void define_groups(CLI::App& command, GroupsRequest& request);
 void define_verify(CLI::App& verify, VerifyRequest& request);
 void define_rollback(CLI::App& rollback, RollbackRequest& request);
-void define_scaling(CLI::App& command, ScalingRequest& request);
 void define_phold(CLI::App& phold, PholdRequest& request);
 void define_fuzz(CLI::App& fuzz, FuzzRequest& request);
 void define_swarm(CLI::App& swarm, SwarmRequest& request);

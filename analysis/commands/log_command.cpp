@@ -5,7 +5,7 @@
 #include "analysis/event_log/logged_run.hpp"
 #include "analysis/measures/input_measures.hpp"
 #include "analysis/text/exit_codes.hpp"
-#include "analysis/text/scene_parts.hpp"
+#include "analysis/text/json_text.hpp"
 #include "analysis/text/text_table.hpp"
 #include "analysis/trace/trace_records.hpp"
 #include "analysis/trace/trace_words.hpp"
@@ -21,7 +21,7 @@ class Lines {
  public:
   Lines(std::ostream& out, bool csv) : out_(out), csv_(csv) {}
 
-  void add(const SceneObject& line) {
+  void add(const JsonObject& line) {
     if (csv_) return add_csv(line);
     out_ << (is_first_ ? "[\n  " : ",\n  ") << line.text();
     is_first_ = false;
@@ -31,7 +31,7 @@ class Lines {
   }
 
  private:
-  void add_csv(const SceneObject& line) {
+  void add_csv(const JsonObject& line) {
     const auto row = [this, &line](auto value_of) {
       for (std::size_t i = 0; i < line.fields.size(); ++i)
         out_ << (i == 0 ? "" : ",") << value_of(line.fields[i]);
@@ -50,7 +50,7 @@ class Lines {
 void add_steps(LogReader& log, Lines& lines) {
   for (std::int64_t step = log.first_step(); step <= log.last_step(); ++step) {
     const LoggedStep logged = log.read_step(step);
-    lines.add(SceneObject()
+    lines.add(JsonObject()
                   .set("step", json_of(step))
                   .set("digest", quoted(format_digest(logged.digest)))
                   .set("bodies", logged.has_states ? json_of(logged.ids.size()) : "null")
@@ -66,7 +66,7 @@ void add_states(LogReader& log, Lines& lines) {
     const LoggedStep logged = log.read_states(step);
     for (std::size_t i = 0; i < logged.ids.size(); ++i) {
       const physics::BodyState& state = logged.states[i];
-      SceneObject line;
+      JsonObject line;
       line.set("step", json_of(step))
           .set("body", json_of(log.labels()[physics::index_of(logged.ids[i])]));
       const auto add = [&line](const char* name, const auto& vector) {
@@ -88,7 +88,7 @@ void add_inputs(LogReader& log, Lines& lines) {
   for (std::int64_t step = log.first_step(); step <= log.last_step(); ++step)
     for (const models::CommittedInput& committed : log.read_step(step).inputs) {
       const models::UserInput& input = committed.input;
-      lines.add(SceneObject()
+      lines.add(JsonObject()
                     .set("id", json_of(input.id))
                     .set("step", json_of(input.step))
                     .set("type", quoted(name_of(input.kind)))
@@ -101,8 +101,8 @@ std::string peer_of(const kernel::TraceRecord& record) {
   return record.peer == kernel::kOutside ? "null" : json_of(kernel::index_of(record.peer));
 }
 
-SceneObject event_line(std::uint32_t worker, const kernel::TraceRecord& record,
-                       const std::vector<std::uint32_t>& labels) {
+JsonObject event_line(std::uint32_t worker, const kernel::TraceRecord& record,
+                      const std::vector<std::uint32_t>& labels) {
   using kernel::Happening;
   const Happening what = record.what;
   const bool is_gvt = what == Happening::kGvt;
@@ -113,7 +113,7 @@ SceneObject event_line(std::uint32_t worker, const kernel::TraceRecord& record,
   if (what == Happening::kLate)
     for (const std::uint32_t id : noted_bodies(record))
       bodies += (bodies.empty() ? "" : " ") + std::to_string(labels[id]);
-  return SceneObject()
+  return JsonObject()
       .set("clock_s", json_of(1e-9 * static_cast<double>(record.clock_ns)))
       .set("worker", json_of(worker))
       .set("what", quoted(happening_name(what)))

@@ -7,7 +7,7 @@
 #include "analysis/event_log/logged_run.hpp"
 #include "analysis/event_log/state_text.hpp"
 #include "analysis/text/exit_codes.hpp"
-#include "analysis/text/scene_parts.hpp"
+#include "analysis/text/json_text.hpp"
 #include "analysis/trace/event_pattern.hpp"
 #include "analysis/trace/recorded_order.hpp"
 #include "analysis/trace/trace_words.hpp"
@@ -51,7 +51,7 @@ std::string time_json(const std::optional<kernel::VirtualTime>& time) {
 std::string worlds_json(const Situation& situation) {
   std::uint32_t id = 0;
   return list_of(situation.worlds, [&id](const WorldSituation& world) {
-    return SceneObject()
+    return JsonObject()
         .set("world", json_of(id++))
         .set("executed", time_json(world.executed))
         .set("committed", time_json(world.committed))
@@ -82,7 +82,7 @@ std::string stands_json(const std::vector<models::WorldStand>& stands,
     for (std::size_t i = 0; i < stand.ids.size(); ++i) {
       if (body && stand.ids[i] != *body) continue;
       const physics::BodyState& state = stand.states[i];
-      lines.push_back(SceneObject()
+      lines.push_back(JsonObject()
                           .set("world", json_of(models::index_of(stand.world)))
                           .set("step", json_of(stand.step))
                           .set("body", json_of(labels[physics::index_of(stand.ids[i])]))
@@ -137,7 +137,7 @@ int replay_until(const ReplayRequest& request, LogReader& log, std::ostream& out
   std::string story;
   if (stop.rollback) story = chain_text(trace, *stop.rollback, labels);
   if (request.json) {
-    out << SceneObject()
+    out << JsonObject()
                .set("happening", json_of(stop.number))
                .set("happenings", json_of(walk.size()))
                .set("place", quoted(place_text(walk, stop.number)))

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <charconv>
-#include <filesystem>
 #include <memory>
 #include <optional>
 #include <ostream>
@@ -10,7 +9,6 @@
 #include "analysis/scaling/scaling_report.hpp"
 #include "analysis/text/exit_codes.hpp"
 #include "analysis/text/output_file.hpp"
-#include "scenarios/read_scenario.hpp"
 
 namespace soda::analysis {
 namespace {
@@ -59,28 +57,10 @@ std::vector<Rival> rivals_of(const std::string& list) {
   return rivals;
 }
 
-// Those of the folder in the order of their names.
-std::vector<std::string> scenario_files(const ScalingRequest& request) {
-  std::vector<std::string> files = request.files;
-  if (request.library.empty()) {
-    if (files.empty()) throw UsageError("FILE is required, or --library FOLDER");
-    return files;
-  }
-  std::error_code error;
-  std::vector<std::string> found;
-  for (const auto& entry : std::filesystem::directory_iterator(request.library, error))
-    if (entry.path().extension() == ".json") found.push_back(entry.path().string());
-  if (error) throw scenarios::FileError(request.library + ": " + error.message());
-  if (found.empty()) throw UsageError("--library: no scenario in " + request.library);
-  std::ranges::sort(found);
-  files.insert(files.end(), found.begin(), found.end());
-  return files;
-}
-
 }  // namespace
 
 int scaling_command(const ScalingRequest& request, std::ostream& out, std::ostream& err) {
-  const std::vector<std::string> files = scenario_files(request);
+  const std::vector<std::string> files = scenario_files(request.files, request.library);
   ScalingSetting setting = request.setting;
   setting.worlds = worlds_of(request.worlds);
   setting.rivals = rivals_of(request.against);

@@ -1,22 +1,22 @@
 #include "analysis/commands/search_json.hpp"
 
 #include "analysis/process/stop_signals.hpp"
-#include "analysis/text/scene_parts.hpp"
+#include "analysis/text/json_text.hpp"
 #include "analysis/text/text_table.hpp"
 
 namespace soda::analysis {
 namespace {
 
 // The object with a line for each key.
-std::string lines_of(const SceneObject& object) {
+std::string lines_of(const JsonObject& object) {
   std::string text;
   for (const auto& [key, value] : object.fields)
     text += (text.empty() ? "{\n  " : ",\n  ") + quoted(key) + ": " + value;
   return text + "\n}\n";
 }
 
-std::string list_of(const std::vector<FileWarnings>& files) {
-  std::vector<SceneObject> lines;
+std::string warnings_text(const std::vector<FileWarnings>& files) {
+  std::vector<JsonObject> lines;
   for (const auto& [file, warnings] : files)
     for (const scenarios::InputWarning& warning : warnings)
       lines.emplace_back()
@@ -28,7 +28,7 @@ std::string list_of(const std::vector<FileWarnings>& files) {
           .set("found", quoted(warning.found))
           .set("likely", quoted(warning.likely))
           .set("more", json_of(warning.more));
-  return list_of(lines, [](const SceneObject& line) { return line.text(); });
+  return list_of(lines, [](const JsonObject& line) { return line.text(); });
 }
 
 std::string stop_json(const SearchEnd& end) {
@@ -37,7 +37,7 @@ std::string stop_json(const SearchEnd& end) {
 
 std::string step_json(const LogDifference::Step& difference) {
   const auto& [step, what, body, values] = difference;
-  SceneObject found;
+  JsonObject found;
   found.set("step", json_of(step)).set("what", quoted(what));
   if (!body) return found.text();
   const std::optional<std::uint64_t> ulps = ulps_between(values[0], values[1]);
@@ -54,7 +54,7 @@ std::string event_json(const HistoryDifference& event) {
   const auto side = [](const std::optional<kernel::TraceRecord>& record) {
     return record ? quoted(side_text(record)) : "null";
   };
-  return SceneObject()
+  return JsonObject()
       .set("world", json_of(event.world))
       .set("happening", json_of(event.happening))
       .set("clock_s", json_of(1e-9 * static_cast<double>(event.clock_ns)))
@@ -67,7 +67,7 @@ std::string event_json(const HistoryDifference& event) {
 
 std::string contacts_json(const std::vector<StepContacts>& steps, const ContactNames& names) {
   const auto of_load = [&names](const physics::ContactLoad& load) {
-    SceneObject point;
+    JsonObject point;
     point.set("body", json_of(names.labels[physics::index_of(load.a)]));
     if (physics::is_static(load.b))
       point.set("static", quoted(names.statics[physics::static_index_of(load.b)]));
@@ -80,19 +80,19 @@ std::string contacts_json(const std::vector<StepContacts>& steps, const ContactN
         .set("friction_newton", json_of(load.friction_newton))
         .text();
   };
-  return lines_of(SceneObject().set("steps", list_of(steps, [&of_load](const StepContacts& of) {
-                                      return SceneObject()
-                                          .set("step", json_of(of.step))
-                                          .set("contacts", list_of(of.loads, of_load))
-                                          .text();
-                                    })));
+  return lines_of(JsonObject().set("steps", list_of(steps, [&of_load](const StepContacts& of) {
+                                     return JsonObject()
+                                         .set("step", json_of(of.step))
+                                         .set("contacts", list_of(of.loads, of_load))
+                                         .text();
+                                   })));
 }
 
 std::string diff_json(const LogDifference& difference) {
-  SceneObject json;
+  JsonObject json;
   json.set("settings", list_of(difference.settings,
                                [](const LogDifference::Setting& setting) {
-                                 SceneObject line;
+                                 JsonObject line;
                                  return line.set("name", quoted(setting.name))
                                      .set("first", quoted(setting.values[0]))
                                      .set("second", quoted(setting.values[1]))
@@ -107,7 +107,7 @@ std::string diff_json(const LogDifference& difference) {
 }
 
 std::string swarm_json(const SwarmResult& result) {
-  SceneObject json;
+  JsonObject json;
   json.set("trials", json_of(result.trials))
       .set("out_of_time", json_of(result.out_of_time))
       .set("wall_s", json_of(result.wall_s))
@@ -117,9 +117,9 @@ std::string swarm_json(const SwarmResult& result) {
       .set("rollbacks", json_of(result.sums.rollbacks))
       .set("anti_messages", json_of(result.sums.anti_messages))
       .set("failed", json_of(result.failure.has_value()))
-      .set("warnings", list_of(result.warnings));
+      .set("warnings", warnings_text(result.warnings));
   if (!result.failure) return lines_of(json);
-  SceneObject failure;
+  JsonObject failure;
   failure.set("scenario", quoted(result.failure->file))
       .set("seed", json_of(result.failure->seed))
       .set("what", quoted(result.failure->what))
@@ -130,7 +130,7 @@ std::string swarm_json(const SwarmResult& result) {
 
 std::string fuzz_json(const FuzzResult& result) {
   const FuzzSums& sums = result.sums;
-  SceneObject json;
+  JsonObject json;
   json.set("trials", json_of(result.trials))
       .set("out_of_time", json_of(result.out_of_time))
       .set("wall_s", json_of(result.wall_s))
@@ -141,9 +141,9 @@ std::string fuzz_json(const FuzzResult& result) {
       .set("most_multiplications", json_of(sums.most_multiplications))
       .set("largest_gain_rel", finite_or_null(sums.largest_gain))
       .set("push_out_work_joule", finite_or_null(sums.push_out_work_joule))
-      .set("warnings", list_of(result.warnings));
+      .set("warnings", warnings_text(result.warnings));
   json.set("failures", list_of(result.failures, [](const FuzzFailure& failure) {
-             SceneObject line;
+             JsonObject line;
              return line.set("seed", json_of(failure.seed))
                  .set("file", quoted(failure.file))
                  .set("what", quoted(failure.what))
@@ -155,12 +155,12 @@ std::string fuzz_json(const FuzzResult& result) {
 }
 
 std::string extremes_json(const ExtremesReport& report) {
-  SceneObject json;
+  JsonObject json;
   json.set("must", json_of(kExtremesMust))
       .set("stretch", json_of(kExtremesStretch))
       .set("missed", json_of(report.beyond(kExtremesMust)));
   json.set("runs", list_of(report.runs, [](const ExtremeRun& run) {
-             SceneObject line;
+             JsonObject line;
              return line.set("size_m", json_of(run.setting.size_m))
                  .set("dt_s", json_of(run.setting.dt_s))
                  .set("offset_m", json_of(run.setting.offset_m))
@@ -175,7 +175,7 @@ std::string extremes_json(const ExtremesReport& report) {
 
 std::string whole_json(const WholeResult& result) {
   const WholeSums& sums = result.sums;
-  SceneObject scenes, json;
+  JsonObject scenes, json;
   for (std::size_t i = 0; i < kRunExecutors; ++i)
     scenes.set(name_of(static_cast<RunExecutor>(i)), json_of(sums.scenes[i]));
   json.set("trials", json_of(result.trials))
@@ -195,11 +195,11 @@ std::string whole_json(const WholeResult& result) {
       .set("plain_s", json_of(sums.plain_s))
       .set("program_s", json_of(sums.program_s));
   json.set("numerical_failures", list_of(result.suspicious, [](const SuspiciousScene& scene) {
-             SceneObject line;
+             JsonObject line;
              return line.set("seed", json_of(scene.seed)).set("what", quoted(scene.what)).text();
            }));
   json.set("failures", list_of(result.failures, [](const WholeFailure& failure) {
-             SceneObject line;
+             JsonObject line;
              return line.set("seed", json_of(failure.seed))
                  .set("kind", quoted(failure.kind))
                  .set("what", quoted(failure.what))
@@ -213,10 +213,10 @@ std::string whole_json(const WholeResult& result) {
 }
 
 std::string continuity_json(const ContinuityResult& result) {
-  SceneObject changes, json;
+  JsonObject changes, json;
   for (std::size_t i = 0; i < kContinuityKinds; ++i) {
     const ContinuityTally& tally = result.tallies[i];
-    SceneObject line;
+    JsonObject line;
     line.set("scenes", json_of(tally.trials))
         .set("same_bits", json_of(tally.same_bits))
         .set("rounding", json_of(tally.rounding))
@@ -230,7 +230,7 @@ std::string continuity_json(const ContinuityResult& result) {
       .set("wall_s", json_of(result.wall_s))
       .set("changes", changes.text());
   json.set("failures", list_of(result.failures, [](const ContinuityFailure& failure) {
-             SceneObject line;
+             JsonObject line;
              return line.set("seed", json_of(failure.seed))
                  .set("change", quoted(name_of(failure.kind)))
                  .set("what", quoted(failure.what))

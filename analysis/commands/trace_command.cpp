@@ -5,8 +5,8 @@
 
 #include "analysis/event_log/logged_run.hpp"
 #include "analysis/text/exit_codes.hpp"
+#include "analysis/text/json_text.hpp"
 #include "analysis/text/output_file.hpp"
-#include "analysis/text/scene_parts.hpp"
 #include "analysis/trace/execution_trace.hpp"
 #include "analysis/trace/trace_words.hpp"
 #include "analysis/trace/why_command.hpp"

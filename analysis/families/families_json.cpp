@@ -1,5 +1,5 @@
 #include "analysis/families/family_run.hpp"
-#include "analysis/text/scene_parts.hpp"
+#include "analysis/text/json_text.hpp"
 
 namespace soda::analysis {
 namespace {
@@ -7,7 +7,7 @@ namespace {
 std::string text_or_null(const std::string& text) { return text.empty() ? "null" : quoted(text); }
 
 std::string measure_json(const FamilyMeasure& measure) {
-  SceneObject json;
+  JsonObject json;
   return json.set("name", quoted(measure.name))
       .set("meaning", quoted(measure.meaning))
       .set("bound", json_of(measure.bound))
@@ -17,7 +17,7 @@ std::string measure_json(const FamilyMeasure& measure) {
 }
 
 std::string run_json(const FamilyRun& run, bool is_timed) {
-  SceneObject json;
+  JsonObject json;
   return json.set("n", json_of(run.n))
       .set("bodies", json_of(run.bodies))
       .set("steps", json_of(run.steps))
@@ -33,7 +33,7 @@ std::string run_json(const FamilyRun& run, bool is_timed) {
 }
 
 std::string miss_json(const FamilyMiss& miss) {
-  SceneObject json;
+  JsonObject json;
   return json.set("kind", quoted(name_of(miss.kind)))
       .set("measure", text_or_null(miss.measure))
       .set("from_n", miss.from_n > 0 ? json_of(miss.from_n) : "null")
@@ -45,7 +45,7 @@ std::string miss_json(const FamilyMiss& miss) {
 }
 
 std::string series_json(const FamilySeriesReport& series, bool is_timed) {
-  SceneObject json;
+  JsonObject json;
   return json.set("series", quoted(series.name))
       .set("runs",
            list_of(series.runs, [&](const FamilyRun& run) { return run_json(run, is_timed); }))
@@ -58,7 +58,7 @@ std::string series_json(const FamilySeriesReport& series, bool is_timed) {
 
 std::string families_json(const FamiliesReport& report) {
   const std::string families = list_of(report.families, [&](const FamilyReport& family) {
-    SceneObject json;
+    JsonObject json;
     return json.set("family", quoted(family.name))
         .set("scene", quoted(family.scene))
         .set("measures", list_of(family.measures, measure_json))
@@ -68,7 +68,7 @@ std::string families_json(const FamiliesReport& report) {
                                }))
         .text();
   });
-  SceneObject json;
+  JsonObject json;
   return json.set("missed", json_of(report.misses()))
              .set("jump", json_of(kFamilyJump))
              .set("least_work", json_of(kLeastFamilyWork))

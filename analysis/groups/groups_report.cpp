@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "analysis/groups/paper_scene.hpp"
-#include "analysis/text/scene_parts.hpp"
+#include "analysis/text/json_text.hpp"
 #include "analysis/text/text_table.hpp"
 
 namespace soda::analysis {
@@ -71,21 +71,21 @@ std::string thresholds_text(const SweepReport& report) {
   return text;
 }
 
-SceneObject shares_object(const GroupShares& shares) {
-  SceneObject json;
+JsonObject shares_object(const GroupShares& shares) {
+  JsonObject json;
   for (std::size_t k = 0; k < kGroupClasses; ++k) json.set(kGroupClassNames[k], json_of(shares[k]));
   return json;
 }
 
-SceneObject mean_object(const MeanOfSeeds& mean) {
-  return SceneObject()
+JsonObject mean_object(const MeanOfSeeds& mean) {
+  return JsonObject()
       .set("mean", json_of(mean.mean))
       .set("half_width", finite_or_null(mean.half_width));
 }
 
 std::string result_json(const SweepResult& result) {
   const SweepPoint& point = result.point;
-  SceneObject shares, known;
+  JsonObject shares, known;
   for (std::size_t k = 0; k < kGroupClasses; ++k) {
     shares.set(kGroupClassNames[k], mean_object(result.shares[k]).text());
     if (point.known != nullptr)
@@ -94,7 +94,7 @@ std::string result_json(const SweepResult& result) {
   const Percolation law(point.worlds, point.map);
   const auto bodies = static_cast<double>(point.bodies);
   const bool has_law = point.bond == GroupBond::kOverlap;
-  return SceneObject()
+  return JsonObject()
       .set("by", quoted(name_of(point.bond)))
       .set("map", quoted(name_of(point.map)))
       .set("bodies", json_of(point.bodies))
@@ -188,7 +188,7 @@ std::string groups_text(const RunGroupsReport& report) {
 }
 
 std::string groups_json(const SweepReport& report) {
-  return SceneObject()
+  return JsonObject()
              .set("preset", report.name.empty() ? "null" : quoted(report.name))
              .set("first_seed", json_of(report.seeds.first))
              .set("last_seed", json_of(report.seeds.last))
@@ -199,11 +199,11 @@ std::string groups_json(const SweepReport& report) {
 
 std::string groups_json(const RunGroupsReport& report) {
   const auto bond_json = [](const BondOverTime& bond) {
-    return SceneObject()
+    return JsonObject()
         .set("by", quoted(name_of(bond.bond)))
         .set("steps", list_of(bond.steps,
                               [](const StepGroups& step) {
-                                return SceneObject()
+                                return JsonObject()
                                     .set("step", json_of(step.step))
                                     .set("shares", shares_object(step.shares).text())
                                     .set("largest", json_of(step.largest))
@@ -211,7 +211,7 @@ std::string groups_json(const RunGroupsReport& report) {
                               }))
         .text();
   };
-  return SceneObject()
+  return JsonObject()
              .set("scenario", quoted(report.scenario))
              .set("worlds", json_of(report.worlds))
              .set("bonds", list_of(report.bonds, bond_json))

@@ -1,6 +1,8 @@
 #include "analysis/runs/overrides.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <filesystem>
 
 #include "analysis/runs/warnings.hpp"
 #include "analysis/text/exit_codes.hpp"
@@ -234,6 +236,23 @@ scenarios::Scenario load_scenario(const std::string& file, const Overrides& over
   if (overrides.strict) refuse_warnings(file, scenario.warnings);
   apply_overrides(overrides, scenario.territory, scenario.run);
   return scenario;
+}
+
+std::vector<std::string> scenario_files(std::vector<std::string> files,
+                                        const std::string& library) {
+  if (library.empty()) {
+    if (files.empty()) throw UsageError("FILE is required, or --library FOLDER");
+    return files;
+  }
+  std::error_code error;
+  std::vector<std::string> found;
+  for (const auto& entry : std::filesystem::directory_iterator(library, error))
+    if (entry.path().extension() == ".json") found.push_back(entry.path().string());
+  if (error) throw scenarios::FileError(library + ": " + error.message());
+  if (found.empty()) throw UsageError("--library: no scenario in " + library);
+  std::ranges::sort(found);
+  files.insert(files.end(), found.begin(), found.end());
+  return files;
 }
 
 }  // namespace soda::analysis

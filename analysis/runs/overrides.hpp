@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "scenarios/scenario.hpp"
 
@@ -68,5 +69,9 @@ void apply_cluster(const ClusterOverrides& overrides, std::uint32_t lps,
 
 // Read and overridden. Throws InputError, FileError, UsageError.
 scenarios::Scenario load_scenario(const std::string& file, const Overrides& overrides);
+
+// `files`, then the scenarios of the folder `library` by name, if there is one. Throws UsageError
+// if there are none at all, FileError if the folder cannot be read.
+std::vector<std::string> scenario_files(std::vector<std::string> files, const std::string& library);
 
 }  // namespace soda::analysis

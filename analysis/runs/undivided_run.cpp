@@ -16,8 +16,9 @@ UndividedRun run_undivided(const physics::SceneDescription& scene,
   const models::TerritoryMap whole(models::Grid{}, 1, {models::WorldId{0}});
   const models::SimulationResult result = models::simulate(scene, initial, whole, undivided);
   const auto events = static_cast<std::int64_t>(result.events.executed);
-  return {options.constant_cost ? options.cluster.bag_cost_ns * events
-                                : models::undivided_cost_ns(result.events.executed, result.stages),
+  return {options.constant_cost
+              ? options.cluster.bag_cost_ns * events
+              : models::undivided_cost_ns(result.events.executed, result.stages, options.weights),
           models::final_digest(result)};
 }
 

@@ -1,6 +1,6 @@
 #include "analysis/runs/run_report.hpp"
 #include "analysis/scaling/scaling_report.hpp"
-#include "analysis/text/scene_parts.hpp"
+#include "analysis/text/json_text.hpp"
 #include "analysis/text/text_table.hpp"
 
 namespace soda::analysis {
@@ -9,15 +9,15 @@ namespace {
 std::string in_seconds(std::int64_t ns) { return json_of(1e-9 * static_cast<double>(ns)); }
 
 std::string point_json(const ScalingPoint& point) {
-  SceneObject account, rivals;
+  JsonObject account, rivals;
   for (const auto& [name, ns] : account_terms(point.cluster.account))
     account.set(name + "_s", in_seconds(ns));
   for (const auto& [rival, ns] : point.rivals_ns)
-    rivals.set(name_of(rival), SceneObject()
+    rivals.set(name_of(rival), JsonObject()
                                    .set("makespan_s", in_seconds(ns))
                                    .set("speed_up", json_of(point.speed_up_of(ns)))
                                    .text());
-  return SceneObject()
+  return JsonObject()
       .set("worlds", json_of(point.worlds))
       .set("processors", json_of(point.cluster.processors))
       .set("bodies", json_of(point.bodies))
@@ -34,7 +34,7 @@ std::string point_json(const ScalingPoint& point) {
 }
 
 std::string curve_json(const ScalingCurve& curve) {
-  return SceneObject()
+  return JsonObject()
       .set("scenario", quoted(curve.scenario))
       .set("steps", json_of(curve.steps))
       .set("weak", json_of(curve.weak))
@@ -46,7 +46,7 @@ std::string curve_json(const ScalingCurve& curve) {
 }  // namespace
 
 std::string scaling_json(const ScalingReport& report) {
-  return SceneObject()
+  return JsonObject()
              .set("network", quoted(report.network.name))
              .set("latency_s", json_of(1e-6 * report.latency_us))
              .set("bandwidth_bytes_s", json_of(1e6 * report.bandwidth_mb_s))

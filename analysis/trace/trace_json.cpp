@@ -1,6 +1,6 @@
 #include "analysis/trace/trace_json.hpp"
 
-#include "analysis/text/scene_parts.hpp"
+#include "analysis/text/json_text.hpp"
 #include "analysis/text/text_table.hpp"
 #include "analysis/trace/trace_words.hpp"
 #include "kernel/api/outside.hpp"
@@ -19,8 +19,8 @@ std::string number_or_null(const std::optional<T>& value) {
   return value ? json_of(*value) : "null";
 }
 
-SceneObject time_object(kernel::VirtualTime time) {
-  return SceneObject()
+JsonObject time_object(kernel::VirtualTime time) {
+  return JsonObject()
       .set("step", json_of(time.t))
       .set("round", json_of(time.round))
       .set("kind", quoted(event_words(time)));
@@ -28,7 +28,7 @@ SceneObject time_object(kernel::VirtualTime time) {
 
 std::string late_json(const ExecutionTrace& trace, const LateMessage& message,
                       const std::vector<std::uint32_t>& labels) {
-  SceneObject json;
+  JsonObject json;
   const bool outside = message.from == kernel::index_of(kernel::kOutside);
   json.set("message",
            quoted(std::to_string(message.from) + ":" + std::to_string(message.incarnation)))
@@ -57,7 +57,7 @@ std::string rollback_json(const ExecutionTrace& trace, RollbackNumber number,
   const bool tells = rollback.refusal.code != 0;
   std::optional<std::size_t> led_to = trace.led_to(number);
   if (led_to) ++*led_to;
-  return SceneObject()
+  return JsonObject()
       .set("rollback", json_of(number + 1))
       .set("at_s", seconds(rollback.at_ns))
       .set("world", json_of(rollback.world))
@@ -77,8 +77,8 @@ std::string rollback_json(const ExecutionTrace& trace, RollbackNumber number,
       .text();
 }
 
-SceneObject modelled_object(const ModelledRun& run) {
-  return SceneObject()
+JsonObject modelled_object(const ModelledRun& run) {
+  return JsonObject()
       .set("makespan_s", seconds(run.makespan_ns))
       .set("executed", json_of(run.executed))
       .set("rolled_back", json_of(run.rolled_back))
@@ -87,8 +87,8 @@ SceneObject modelled_object(const ModelledRun& run) {
       .set("digest", quoted(format_digest(run.digest)));
 }
 
-SceneObject what_if_object(const WhatIf& what) {
-  return SceneObject()
+JsonObject what_if_object(const WhatIf& what) {
+  return JsonObject()
       .set("change", quoted(what.change))
       .set("before", modelled_object(what.before).text())
       .set("after", modelled_object(what.after).text())
@@ -100,13 +100,13 @@ SceneObject what_if_object(const WhatIf& what) {
 std::string why_json(const ExecutionTrace& trace, const std::vector<RollbackNumber>& numbers,
                      const std::vector<WhatIf>& helps, const std::vector<std::uint32_t>& labels) {
   const auto causes = causes_of(trace);
-  return SceneObject()
+  return JsonObject()
              .set("worlds", json_of(trace.worlds))
              .set("rollbacks", json_of(trace.rollbacks.size()))
              .set("causes", list_of(causes,
                                     [](const auto& cause) {
                                       const auto& [name, cost] = cause;
-                                      return SceneObject()
+                                      return JsonObject()
                                           .set("cause", quoted(name))
                                           .set("rollbacks", json_of(cost.rollbacks))
                                           .set("undone", json_of(cost.undone))

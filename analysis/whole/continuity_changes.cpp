@@ -20,8 +20,8 @@ constexpr double kTinyForce_newton = 1e-12;
 const Vec3 kFarAway_m(4000.0, 4000.0, 4000.0);
 constexpr std::uint32_t kFarId = 2'000'000;  // after all others
 
-SceneObject& add_far_body(WholeScene& scene, std::uint32_t number) {
-  SceneObject body;
+JsonObject& add_far_body(WholeScene& scene, std::uint32_t number) {
+  JsonObject body;
   body.set("id", json_of(kFarId + number))
       .set("shape", box_shape(Vec3(1, 1, 1)).object.text())
       .set("mass_kg", "1")
@@ -34,7 +34,7 @@ SceneObject& add_far_body(WholeScene& scene, std::uint32_t number) {
 void add_far_joint(WholeScene& scene, const char* type) {
   add_far_body(scene, 0);
   add_far_body(scene, 1).set("position_m", json_of(Vec3(kFarAway_m + Vec3(1.5, 0, 0))));
-  SceneObject joint;
+  JsonObject joint;
   joint.set("id", json_of(kFarId))
       .set("type", quoted(type))
       .set("body", json_of(kFarId))
@@ -48,7 +48,7 @@ void add_far_joint(WholeScene& scene, const char* type) {
 
 void add_far_input(WholeScene& scene) {
   add_far_body(scene, 0);
-  SceneObject input;
+  JsonObject input;
   input.set("type", quoted("push"))
       .set("id", json_of(kFarId))
       .set("step", "1")
@@ -58,9 +58,9 @@ void add_far_input(WholeScene& scene) {
 }
 
 bool add_tiny_force(WholeScene& scene, Chance& chance) {
-  std::vector<SceneObject>& bodies = scene[ScenePart::kBodies];
+  std::vector<JsonObject>& bodies = scene[ScenePart::kBodies];
   if (bodies.empty()) return false;
-  SceneObject& body = bodies[chance.below(static_cast<std::uint32_t>(bodies.size()))];
+  JsonObject& body = bodies[chance.below(static_cast<std::uint32_t>(bodies.size()))];
   if (body.find("force_newton") != nullptr) return false;
   body.set("force_newton", json_of(Vec3(kTinyForce_newton * chance.direction())));
   return true;
@@ -88,22 +88,22 @@ bool add_default_key(WholeScene& scene, Chance& chance) {
     return true;
   }
   const Default& chosen = kDefaults[chance.below(std::size(kDefaults))];
-  std::vector<SceneObject>& objects = scene[chosen.part];
+  std::vector<JsonObject>& objects = scene[chosen.part];
   if (objects.empty()) return false;
-  SceneObject& object = objects[chance.below(static_cast<std::uint32_t>(objects.size()))];
+  JsonObject& object = objects[chance.below(static_cast<std::uint32_t>(objects.size()))];
   if (object.find(chosen.key) != nullptr) return false;
   object.set(chosen.key, chosen.value);
   return true;
 }
 
 void add_unused_material(WholeScene& scene) {
-  SceneObject material;
+  JsonObject material;
   material.set("name", quoted("of nothing")).set("friction", "0.37").set("restitution", "0.83");
   scene[ScenePart::kMaterials].push_back(std::move(material));
 }
 
 void add_unused_drive(WholeScene& scene) {
-  SceneObject drive;
+  JsonObject drive;
   drive.set("name", quoted("of nobody"))
       .set("velocity_m_s", json_of(Vec3(1, 0, 0)))
       .set("time_constant_s", "1")
@@ -118,17 +118,17 @@ WholeScene row_at_rest(std::uint64_t seed) {
       .set("gravity_m_s2", json_of(Vec3(0, 0, -9.81)))
       .set("time_step_s", json_of(d.time_step_s))
       .set("steps", "60");
-  SceneObject floor;
+  JsonObject floor;
   floor.set("type", quoted("halfspace"));
   d.add_static(floor, Vec3::Zero());
   const double edge = d.length(0.1, 1.0);
   const DrawnShape shape =
       d.chance.one_in(2) ? sphere_shape(0.5 * edge) : box_shape(Vec3(edge, edge, edge));
-  SceneObject more;
+  JsonObject more;
   more.set("material", d.material());
   const std::uint32_t count = 1 + static_cast<std::uint32_t>(d.chance.powers(1.0, 30.0));
   for (std::uint32_t i = 0; i < count; ++i) d.add_body(shape, Vec3(i * edge, 0, 0.5 * edge), more);
-  for (SceneObject& body : d.scene[ScenePart::kBodies]) {
+  for (JsonObject& body : d.scene[ScenePart::kBodies]) {
     body.drop("density_kg_m3");
     body.set("mass_kg", "1");
   }
@@ -137,9 +137,9 @@ WholeScene row_at_rest(std::uint64_t seed) {
 
 // One more of the last body, as far from it as the last from the one before.
 bool lengthen_row(WholeScene& scene) {
-  std::vector<SceneObject>& bodies = scene[ScenePart::kBodies];
+  std::vector<JsonObject>& bodies = scene[ScenePart::kBodies];
   if (bodies.size() < 2) return false;
-  const auto place = [](const SceneObject& body) {
+  const auto place = [](const JsonObject& body) {
     scenarios::FaultList faults;
     const scenarios::JsonTree tree = scenarios::parse_json(*body.find("position_m"), faults);
     Vec3 at = Vec3::Zero();
@@ -149,7 +149,7 @@ bool lengthen_row(WholeScene& scene) {
     return at;
   };
   const Vec3 last = place(bodies.back()), before = place(bodies[bodies.size() - 2]);
-  SceneObject more = bodies.back();
+  JsonObject more = bodies.back();
   more.set("id", json_of(kFarId)).set("position_m", json_of(Vec3(last + (last - before))));
   bodies.push_back(std::move(more));
   return true;
@@ -226,7 +226,7 @@ WholeScene shaken(const WholeScene& scene, std::uint64_t seed) {
   constexpr double kShake = 1e-13;
   Chance chance(seed, 15);
   WholeScene moved = scene;
-  for (SceneObject& body : moved[ScenePart::kBodies]) {
+  for (JsonObject& body : moved[ScenePart::kBodies]) {
     scenarios::FaultList faults;
     const scenarios::JsonTree tree = scenarios::parse_json(*body.find("position_m"), faults);
     Vec3 at = Vec3::Zero();

@@ -12,8 +12,8 @@ using physics::Vec3;
 
 const std::string kAlongY = json_of(Vec3(0, 1, 0));
 
-SceneObject lying_along_y() {
-  SceneObject more;
+JsonObject lying_along_y() {
+  JsonObject more;
   more.set("orientation", "{\"axis\": [1, 0, 0], \"angle_deg\": 90}");
   return more;
 }
@@ -36,7 +36,7 @@ void chain(SceneDraw& d, std::uint32_t count, const Vec3& at_m) {
     const AddedBody body = d.add_body(shape, place);
     const Vec3 anchor = start + static_cast<double>(i) * link * way;
     if (last || !d.chance.one_in(6)) {
-      SceneObject& joint = d.add_joint(type, body, last ? &*last : nullptr, anchor);
+      JsonObject& joint = d.add_joint(type, body, last ? &*last : nullptr, anchor);
       if (joint.find("type") == nullptr) continue;
       if (*joint.find("type") == quoted("hinge")) joint.set("axis", kAlongY);
       if (*joint.find("type") == quoted("distance"))
@@ -76,12 +76,12 @@ void car(SceneDraw& d, std::uint32_t count, const Vec3& at_m) {
     for (const Vec3& corner :
          {Vec3(2, 1.6, -0.5), Vec3(2, -1.6, -0.5), Vec3(-2, 1.6, -0.5), Vec3(-2, -1.6, -0.5)}) {
       const Vec3 axle = at + wheel * corner;
-      SceneObject more = lying_along_y();
+      JsonObject more = lying_along_y();
       more.set("material", grip);
       const DrawnShape round =
           d.chance.one_in(3) ? sphere_shape(wheel) : cylinder_shape(wheel, 0.6 * wheel);
       const AddedBody rim = d.add_body(round, axle, more);
-      SceneObject& joint = d.add_joint("hinge", rim, &body, axle).set("axis", kAlongY);
+      JsonObject& joint = d.add_joint("hinge", rim, &body, axle).set("axis", kAlongY);
       if (corner.x() > 0 || d.chance.one_in(2))
         joint.set("motor_speed_rad_s", json_of(speed))
             .set("motor_torque_newton_m",
@@ -105,8 +105,8 @@ void doll(SceneDraw& d, std::uint32_t count, const Vec3& at_m) {
     for (const Vec3& limb :
          {Vec3(0.3, 0, 0.1), Vec3(-0.3, 0, 0.1), Vec3(0.12, 0, -0.55), Vec3(-0.12, 0, -0.55)}) {
       const AddedBody part = d.add_body(capsule_shape(0.07 * s, 0.3 * s), at + s * limb);
-      SceneObject& joint = d.add_joint(d.chance.one_in(3) ? "ball" : "hinge", part, &torso,
-                                       at + s * limb + Vec3(0, 0, 0.2 * s));
+      JsonObject& joint = d.add_joint(d.chance.one_in(3) ? "ball" : "hinge", part, &torso,
+                                      at + s * limb + Vec3(0, 0, 0.2 * s));
       if (*joint.find("type") == quoted("ball")) continue;
       joint.set("axis", kAlongY);
       if (!d.chance.one_in(3))
@@ -128,7 +128,7 @@ void sleds(SceneDraw& d, std::uint32_t count, const Vec3& at_m) {
     all.push_back(d.add_body(box_shape(Vec3(edge, edge, edge)), at));
     const double rate = d.chance.powers(0.02, 3.0) / d.time_step_s;
     const auto spring = [&](const AddedBody* other, const Vec3& there) {
-      SceneObject& joint = d.add_joint("spring", all[i], other, all[i].position_m);
+      JsonObject& joint = d.add_joint("spring", all[i], other, all[i].position_m);
       joint.set("other_anchor_m", json_of(there))
           .set("stiffness_newton_m", json_of(all[i].mass_kg * rate * rate));
       if (d.chance.one_in(2))
@@ -183,7 +183,7 @@ void tangle(SceneDraw& d, std::uint32_t count, const Vec3& at_m) {
     const Vec3 there =
         other != nullptr ? other->position_m : Vec3(at + size * d.chance.direction());
     const std::string type = d.chance.one_of(kTypes);
-    SceneObject& joint =
+    JsonObject& joint =
         d.add_joint(type, all[i], other, type == "distance" ? at : Vec3(0.5 * (at + there)));
     joint.set("reach_m", "100000");
     if (type == "distance") joint.set("other_anchor_m", json_of(there));

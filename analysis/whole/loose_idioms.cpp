@@ -15,8 +15,8 @@ Vec3 on_floor(const Vec3& at_m, double x, double y, double z) {
 
 double edge_of(SceneDraw& d) { return d.length(0.1, 1.0); }
 
-SceneObject turned(SceneDraw& d) {
-  SceneObject more;
+JsonObject turned(SceneDraw& d) {
+  JsonObject more;
   if (!d.chance.one_in(3)) more.set("orientation", json_of(d.chance.rotation()));
   return more;
 }
@@ -65,7 +65,7 @@ void stack(SceneDraw& d, std::uint32_t count, const Vec3& at_m) {
     const Vec3 at = on_floor(at_m, 1.5 * edge * s, 0, 0.5 * edge);
     const std::uint32_t high = std::min(40u, std::max(1u, count / stacks));
     if (d.chance.one_in(2)) {
-      SceneObject rule;
+      JsonObject rule;
       rule.set("type", quoted("stack")).set("first_id", json_of(d.take_ids(high)));
       for (auto& [key, value] : d.solid(shape).fields) rule.set(key, value);
       rule.set("count", json_of(high)).set("gap_m", json_of(gap)).set("position_m", json_of(at));
@@ -87,7 +87,7 @@ void wall(SceneDraw& d, std::uint32_t count, const Vec3& at_m) {
     const double along = (i % columns + (row % 2 == 1 ? 0.5 : 0.0)) * edge;
     d.add_body(brick, on_floor(at_m, 0, along, (row + 0.5) * 0.5 * edge));
   }
-  SceneObject flying;
+  JsonObject flying;
   flying.set("velocity_m_s", json_of(Vec3(d.length(2, 20), 0, 0)));
   d.add_body(sphere_shape(edge), on_floor(at_m, -4.0 * edge, 0.5 * columns * edge, 1.2 * edge),
              flying);
@@ -102,7 +102,7 @@ void row(SceneDraw& d, std::uint32_t count, const Vec3& at_m) {
   const std::string stuff = d.material();
   const bool raised = d.chance.one_in(3);
   for (std::uint32_t i = 0; i < count; ++i) {
-    SceneObject more;
+    JsonObject more;
     more.set("material", stuff);
     if (i == 0) more.set("velocity_m_s", json_of(Vec3(d.length(0.5, 5), 0, 0)));
     const double x = i * step - (i == 0 ? step : 0.0);
@@ -114,7 +114,7 @@ void gas(SceneDraw& d, std::uint32_t count, const Vec3& at_m) {
   const double edge = edge_of(d);
   const double room = edge * 2.0 * std::cbrt(static_cast<double>(count) + 1.0);
   const Vec3 middle = on_floor(at_m, 0, 0, room + edge);
-  SceneObject rule;
+  JsonObject rule;
   rule.set("type", quoted(d.chance.one_in(3) ? "random" : "gas"))
       .set("first_id", json_of(d.take_ids(count)));
   for (auto& [key, value] : d.solid(d.any_shape(edge)).fields) rule.set(key, value);
@@ -136,7 +136,7 @@ void lattice(SceneDraw& d, std::uint32_t count, const Vec3& at_m) {
   const bool pyramid = d.chance.one_in(2);
   const std::uint32_t rows = std::max(
       1u, static_cast<std::uint32_t>(std::sqrt(2.0 * static_cast<double>(count) + 0.25) - 0.5));
-  SceneObject rule;
+  JsonObject rule;
   rule.set("type", quoted(pyramid ? "pyramid" : "grid"))
       .set("first_id", json_of(d.take_ids(pyramid ? rows * (rows + 1) / 2 : side * side * side)));
   for (auto& [key, value] : d.solid(box_shape(Vec3(edge, edge, edge))).fields) rule.set(key, value);
@@ -155,7 +155,7 @@ void lattice(SceneDraw& d, std::uint32_t count, const Vec3& at_m) {
 
 void belt(SceneDraw& d, std::uint32_t count, const Vec3& at_m) {
   const double edge = edge_of(d), length = edge * (4.0 + count);
-  SceneObject moving;
+  JsonObject moving;
   moving.set("surface_velocity_m_s", json_of(Vec3(d.length(0.5, 4), 0, 0)));
   if (d.chance.one_in(3))
     moving.set("orientation", "{\"axis\": [0, 1, 0], \"angle_deg\": " +
@@ -172,7 +172,7 @@ void belt(SceneDraw& d, std::uint32_t count, const Vec3& at_m) {
 void flying(SceneDraw& d, std::uint32_t count, const Vec3& at_m) {
   const double size = edge_of(d);
   for (std::uint32_t i = 0; i < count; ++i) {
-    SceneObject more = turned(d);
+    JsonObject more = turned(d);
     if (!d.chance.one_in(4))
       more.set("velocity_m_s", json_of(Vec3(d.length(0.1, 10) * d.chance.direction())));
     if (d.chance.one_in(2))
@@ -188,7 +188,7 @@ void flying(SceneDraw& d, std::uint32_t count, const Vec3& at_m) {
 void people(SceneDraw& d, std::uint32_t count, const Vec3& at_m) {
   const double radius = d.length(0.2, 0.5);
   const std::string name = quoted("drive " + std::to_string(d.chance.below(100000)));
-  SceneObject drive;
+  JsonObject drive;
   drive.set("name", name);
   if (d.chance.one_in(2))
     drive.set("velocity_m_s", json_of(Vec3(d.length(0.5, 2), d.length(0, 1), 0)));
@@ -202,7 +202,7 @@ void people(SceneDraw& d, std::uint32_t count, const Vec3& at_m) {
   drive.set("time_constant_s", "0.5").set("max_acceleration_m_s2", json_of(d.length(1, 10)));
   d.scene[ScenePart::kDrives].push_back(std::move(drive));
   for (std::uint32_t i = 0; i < count; ++i) {
-    SceneObject more;
+    JsonObject more;
     more.set("drive", name);
     d.add_body(sphere_shape(radius),
                on_floor(at_m, (i % 6) * 2.2 * radius, (i / 6) * 2.1 * radius, radius), more);
@@ -214,7 +214,7 @@ void pushed(SceneDraw& d, std::uint32_t count, const Vec3& at_m) {
   for (std::uint32_t i = 0; i < std::min(count, 5u); ++i) {
     const DrawnShape shape = d.any_shape(edge_of(d));
     const double weight = 9.81 * 1000.0 * shape.volume_m3;
-    SceneObject more = turned(d);
+    JsonObject more = turned(d);
     const auto some = [&](const char* key, double most) {
       if (d.chance.one_in(2)) more.set(key, json_of(Vec3(most * d.chance.direction())));
     };

@@ -115,7 +115,7 @@ DrawnShape SceneDraw::any_shape(double size_m) {
 
 std::string SceneDraw::material(double friction, double restitution) {
   const std::string name = quoted("stuff " + std::to_string(next_material_++));
-  SceneObject material;
+  JsonObject material;
   material.set("name", name)
       .set("friction", json_of(friction))
       .set("restitution", json_of(restitution));
@@ -124,7 +124,7 @@ std::string SceneDraw::material(double friction, double restitution) {
 }
 
 std::string SceneDraw::material() {
-  const std::vector<SceneObject>& known = scene[ScenePart::kMaterials];
+  const std::vector<JsonObject>& known = scene[ScenePart::kMaterials];
   if (!known.empty() && !chance.one_in(4))
     return *known[chance.below(static_cast<std::uint32_t>(known.size()))].find("name");
   const double friction = chance.one_in(5) ? 0.0 : plain(chance.between(0.05, 1.2));
@@ -133,7 +133,7 @@ std::string SceneDraw::material() {
   return material(friction, restitution);
 }
 
-double SceneDraw::mass_of(double volume_m3, SceneObject& object) {
+double SceneDraw::mass_of(double volume_m3, JsonObject& object) {
   const double density = wild_masses_ ? plain(chance.powers(1.0, 1e5)) : density_kg_m3_;
   const double mass = std::clamp(volume_m3 * density, 1e-9, 1e9);
   if (chance.one_in(2) || mass != volume_m3 * density)
@@ -143,16 +143,16 @@ double SceneDraw::mass_of(double volume_m3, SceneObject& object) {
   return mass;
 }
 
-SceneObject SceneDraw::solid(const DrawnShape& shape) {
-  SceneObject object;
+JsonObject SceneDraw::solid(const DrawnShape& shape) {
+  JsonObject object;
   object.set("shape", shape.object.text());
   mass_of(shape.volume_m3, object);
   return object.set("material", material());
 }
 
-AddedBody SceneDraw::add_body(const DrawnShape& shape, const Vec3& position_m, SceneObject more) {
+AddedBody SceneDraw::add_body(const DrawnShape& shape, const Vec3& position_m, JsonObject more) {
   AddedBody added{take_ids(1), position_m, shape.size_m, 1.0};
-  SceneObject object;
+  JsonObject object;
   object.set("id", json_of(added.id)).set("shape", shape.object.text());
   added.mass_kg = mass_of(shape.volume_m3, object);
   if (more.find("material") == nullptr) object.set("material", material());
@@ -164,8 +164,8 @@ AddedBody SceneDraw::add_body(const DrawnShape& shape, const Vec3& position_m, S
   return added;
 }
 
-void SceneDraw::add_static(SceneObject shape, const Vec3& position_m, SceneObject more) {
-  SceneObject object;
+void SceneDraw::add_static(JsonObject shape, const Vec3& position_m, JsonObject more) {
+  JsonObject object;
   object.set("name", quoted("static " + std::to_string(next_static_++)))
       .set("shape", shape.text())
       .set("material", material());
@@ -174,9 +174,9 @@ void SceneDraw::add_static(SceneObject shape, const Vec3& position_m, SceneObjec
   scene[ScenePart::kStatics].push_back(std::move(object));
 }
 
-SceneObject& SceneDraw::add_joint(const std::string& type, const AddedBody& body,
-                                  const AddedBody* other, const Vec3& anchor_m) {
-  SceneObject joint;
+JsonObject& SceneDraw::add_joint(const std::string& type, const AddedBody& body,
+                                 const AddedBody* other, const Vec3& anchor_m) {
+  JsonObject joint;
   joint.set("id", json_of(next_joint_++)).set("type", quoted(type)).set("body", json_of(body.id));
   if (other != nullptr) joint.set("other_body", json_of(other->id));
   joint.set("anchor_m", json_of(anchor_m));

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "analysis/text/scene_parts.hpp"
+#include "analysis/whole/scene_parts.hpp"
 #include "scenarios/random.hpp"
 
 namespace soda::analysis {
@@ -34,7 +34,7 @@ class Chance {
 
 // Shape of a body. Edges of its box along its own axes.
 struct DrawnShape {
-  SceneObject object;
+  JsonObject object;
   physics::Vec3 size_m = physics::Vec3::Ones();
   double volume_m3 = 1.0;
 };
@@ -74,17 +74,17 @@ class SceneDraw {
   DrawnShape any_shape(double size_m);
   std::string material();  // a new one or one that is there
   std::string material(double friction, double restitution);
-  SceneObject solid(const DrawnShape& shape);  // shape, mass and surface
+  JsonObject solid(const DrawnShape& shape);  // shape, mass and surface
 
   AddedBody add_body(const DrawnShape& shape, const physics::Vec3& position_m,
-                     SceneObject more = {});
-  void add_static(SceneObject shape, const physics::Vec3& position_m, SceneObject more = {});
+                     JsonObject more = {});
+  void add_static(JsonObject shape, const physics::Vec3& position_m, JsonObject more = {});
   // Fills in the id. Between two bodies, or (null) a body and the world.
-  SceneObject& add_joint(const std::string& type, const AddedBody& body, const AddedBody* other,
-                         const physics::Vec3& anchor_m);
+  JsonObject& add_joint(const std::string& type, const AddedBody& body, const AddedBody* other,
+                        const physics::Vec3& anchor_m);
 
  private:
-  double mass_of(double volume_m3, SceneObject& object);
+  double mass_of(double volume_m3, JsonObject& object);
 
   std::uint32_t most_bodies_ = 1, used_bodies_ = 0;
   std::uint32_t next_id_ = 0, next_joint_ = 0, next_static_ = 0, next_material_ = 0;

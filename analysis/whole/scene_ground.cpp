@@ -54,7 +54,7 @@ std::string stl_text(const Terrain& terrain) {
 
 void add_terrain(SceneDraw& d) {
   const Terrain terrain = hills(d);
-  SceneObject shape;
+  JsonObject shape;
   shape.set("type", quoted("mesh"));
   const std::uint32_t form = d.chance.below(3);
   if (form < 2) {
@@ -73,7 +73,7 @@ void add_terrain(SceneDraw& d) {
 }
 
 void add_plane(SceneDraw& d) {
-  SceneObject shape;
+  JsonObject shape;
   shape.set("type", quoted("halfspace"));
   if (d.chance.one_in(6))
     shape.set("normal", json_of(Vec3(d.plain(d.chance.between(-0.4, 0.4)), 0, 1)));
@@ -92,7 +92,7 @@ void add_ground(SceneDraw& draw) {
   if (kind == 7 || kind == 8) add_terrain(draw);
   if (kind == 8) add_plane(draw);
   for (std::uint32_t i = draw.chance.one_in(3) ? 1 + draw.chance.below(4) : 0; i > 0; --i) {
-    SceneObject more;
+    JsonObject more;
     if (draw.chance.one_in(2)) more.set("orientation", json_of(draw.chance.rotation()));
     draw.add_static(draw.any_shape(draw.length(0.3, 3.0)).object,
                     Vec3(draw.length(-4, 4), draw.length(-4, 4), draw.length(0, 1)), more);

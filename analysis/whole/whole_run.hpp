@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "analysis/text/scene_parts.hpp"
+#include "analysis/whole/scene_parts.hpp"
 
 namespace soda::analysis {
 

@@ -18,7 +18,7 @@ std::string steps_of(SceneDraw& d) {
 }
 
 void add_settings(SceneDraw& d) {
-  SceneObject solver;
+  JsonObject solver;
   if (d.chance.one_in(6)) solver.set("iterations", json_of(1 + d.chance.below(60)));
   if (d.chance.one_in(8))
     solver.set("restitution_threshold_m_s", json_of(d.plain(d.chance.powers(0.001, 1.0))));
@@ -71,7 +71,7 @@ void add_territory(SceneDraw& d) {
   const auto most = static_cast<std::uint32_t>(std::min(cells, 1e6));
   constexpr const char* kMaps[] = {"blocks", "paper", "k-means", "statics"};
   d.scene.cells = most;
-  SceneObject territory;
+  JsonObject territory;
   territory.set("origin_m", json_of(origin))
       .set("cell_size_m", json_of(cell))
       .set("cells", "[" + counts + "]")
@@ -89,7 +89,7 @@ void add_execution(SceneDraw& d) {
     d.scene.head.set("executor", "{\"kind\": \"threads\", \"threads\": " +
                                      json_of(d.chance.one_of(kThreads)) + "}");
   if (d.chance.one_in(6)) {
-    SceneObject balancing;
+    JsonObject balancing;
     balancing.set("policy", quoted(d.chance.one_in(2) ? "paper" : "random"))
         .set("interval_steps", json_of(1 + d.chance.below(12)))
         .set("seed", json_of(d.chance.below(100)));
@@ -104,13 +104,13 @@ void add_inputs(SceneDraw& d) {
   for (std::uint32_t id = 0; id < count && !d.bodies.empty(); ++id) {
     const std::uint32_t place = d.chance.below(static_cast<std::uint32_t>(d.bodies.size()));
     const AddedBody& body = d.bodies[place];
-    const bool held = std::ranges::any_of(joints, [&](const SceneObject& joint) {
+    const bool held = std::ranges::any_of(joints, [&](const JsonObject& joint) {
       const std::string* const other = joint.find("other_body");
       const std::string name = json_of(body.id);
       return *joint.find("body") == name || (other != nullptr && *other == name);
     });
-    SceneObject input;
-    const auto begin = [&](const char* type) -> SceneObject& {
+    JsonObject input;
+    const auto begin = [&](const char* type) -> JsonObject& {
       return input.set("type", quoted(type))
           .set("id", json_of(id))
           .set("step", json_of(d.chance.below(60)))
@@ -150,7 +150,7 @@ void add_inputs(SceneDraw& d) {
 void add_motor_tasks(SceneDraw& d) {
   Chance chance(d.seed, 13);
   auto next_id = static_cast<std::uint32_t>(d.scene[ScenePart::kInputs].size());
-  for (SceneObject& joint : d.scene[ScenePart::kJoints]) {
+  for (JsonObject& joint : d.scene[ScenePart::kJoints]) {
     const bool turns = joint.find("motor_speed_rad_s") != nullptr;
     if (!turns && joint.find("motor_speed_m_s") == nullptr) continue;
     const char* const target = turns ? "motor_target_rad" : "motor_target_m";
@@ -166,7 +166,7 @@ void add_motor_tasks(SceneDraw& d) {
       if (chance.one_in(2)) joint.set("motor_time_constant_s", json_of(chance.powers(1e-3, 1.0)));
     }
     if (!chance.one_in(3)) continue;
-    SceneObject& input = d.scene[ScenePart::kInputs].emplace_back();
+    JsonObject& input = d.scene[ScenePart::kInputs].emplace_back();
     input.set("type", quoted("set-motor"))
         .set("id", json_of(next_id++))
         .set("step", json_of(chance.below(60)))
@@ -182,7 +182,7 @@ void add_motor_tasks(SceneDraw& d) {
 void add_breaking_joints(SceneDraw& d) {
   Chance chance(d.seed, 16);
   if (!chance.one_in(3)) return;
-  for (SceneObject& joint : d.scene[ScenePart::kJoints]) {
+  for (JsonObject& joint : d.scene[ScenePart::kJoints]) {
     const auto body = std::ranges::find(d.bodies, *joint.find("body"),
                                         [](const AddedBody& b) { return json_of(b.id); });
     if (body == d.bodies.end() || !chance.one_in(2)) continue;
@@ -209,7 +209,7 @@ void add_idioms(SceneDraw& d) {
 WholeScene draw_whole_scene(std::uint64_t seed) {
   Chance size(seed, 12);
   SceneDraw d(seed, static_cast<std::uint32_t>(size.powers(1.0, kMostBodies + 1.0)));
-  SceneObject& head = d.scene.head;
+  JsonObject& head = d.scene.head;
   head.set("format", "1")
       .set("description", quoted("Whole random scene of seed " + std::to_string(seed)))
       .set("gravity_m_s2", json_of(Vec3(0, 0, 0.0 - d.gravity_m_s2)))

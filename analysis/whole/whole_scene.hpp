@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "analysis/text/scene_parts.hpp"
+#include "analysis/whole/scene_parts.hpp"
 
 namespace soda::analysis {
 

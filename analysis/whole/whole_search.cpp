@@ -111,10 +111,10 @@ class WholeShrinking {
 
   // Of the file's own keys and of the objects; those that must be there lead to a refusal.
   bool drop_keys() {
-    bool smaller = drop_fields([](WholeTrial& trial) -> SceneObject& { return trial.scene.head; });
+    bool smaller = drop_fields([](WholeTrial& trial) -> JsonObject& { return trial.scene.head; });
     for (std::size_t part = 0; part < kSceneParts; ++part)
       for (std::size_t i = 0; i < smallest_.trial.scene.lists[part].size(); ++i)
-        smaller = drop_fields([part, i](WholeTrial& trial) -> SceneObject& {
+        smaller = drop_fields([part, i](WholeTrial& trial) -> JsonObject& {
                     return trial.scene.lists[part][i];
                   }) ||
                   smaller;

@@ -18,6 +18,7 @@
 
 #include "kernel/api/executor.hpp"
 #include "kernel/api/time_account.hpp"
+#include "models/options/cost_weights.hpp"
 #include "models/options/world_counters.hpp"
 #include "physics/model/stage_counters.hpp"
 
@@ -34,20 +35,18 @@ struct WorkReading {
 // an event without work is scheduled and takes in its bag. How well the weights fit real times is
 // in README.md, "Decisions".
 kernel::ExecutionCost work_cost(const WorkReading& before, const WorkReading& after,
-                                kernel::Synchronisation synchronisation);
+                                kernel::Synchronisation synchronisation,
+                                const CostWeights& weights = {});
 
 // The measured time of executions that stand, which is all `useful`, divided as the work is.
 kernel::ExecutionCost divided_as(const WorkReading& work, kernel::ExecutionCost standing);
 
 // The sum of a run of one world in sequence: what one processor takes.
-std::int64_t undivided_cost_ns(std::uint64_t events, const physics::StageCounters& stages);
+std::int64_t undivided_cost_ns(std::uint64_t events, const physics::StageCounters& stages,
+                               const CostWeights& weights = {});
 
-// Of a processor's time, for a computation of GVT, and for an event that is committed.
-std::int64_t gvt_cost_ns();
-std::int64_t commit_cost_ns();
-
-// Parts of it, to tell beforehand what bodies and islands will cost: a body by itself, a pair of
-// shapes tested, a contact point found, a record told, and an island solved.
+// Parts of it by the usual weights, to tell beforehand what bodies and islands will cost: a body by
+// itself, a pair of shapes tested, a contact point found, a record told, and an island solved.
 std::int64_t body_cost_ns();
 std::int64_t test_cost_ns(physics::ShapeKernel kernel);
 std::int64_t point_cost_ns();

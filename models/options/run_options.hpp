@@ -10,6 +10,7 @@
 #include "kernel/api/transport.hpp"
 #include "kernel/executors/recorded_executor.hpp"
 #include "kernel/virtual_cluster/virtual_executor.hpp"
+#include "models/options/cost_weights.hpp"
 #include "models/options/entry_observer.hpp"
 #include "models/territory/territory.hpp"
 #include "models/user_input/user_input.hpp"
@@ -73,11 +74,13 @@ struct RunOptions {
   // Ends the run at the next commit when it is no longer 0; may be null, or outlives the run.
   const kernel::StopRequest* stop = nullptr;
   // kVirtual only. Its window and synchronisation are those above, and its costs are those of
-  // work_cost.hpp unless `constant_cost`: then each event costs bag_cost_ns, and nothing else does.
+  // work_cost.hpp with `weights` unless `constant_cost`: then each event costs bag_cost_ns, and
+  // nothing else does.
   kernel::VirtualOptions cluster = {};
   // What an event costs that would cost the second argument; none: that.
   std::function<std::int64_t(WorldId, std::int64_t)> event_cost_ns = {};
   bool constant_cost = false;
+  CostWeights weights = {};
   // A traced run again, in the order in which it was executed: instead of what `executor` says.
   // Nothing comes from outside; `outsides` and balancing must be none.
   const kernel::RecordedOrder* recorded = nullptr;

@@ -121,12 +121,12 @@ Worlds build_worlds(const Surroundings& around, const Rules& rules,
 
 // Asked once after each event of a world: what its counters say has been done since.
 std::function<kernel::ExecutionCost(kernel::LpId)> cost_from_counters(
-    const Worlds& worlds, kernel::Synchronisation synchronisation) {
-  return [&worlds, synchronisation,
+    const Worlds& worlds, kernel::Synchronisation synchronisation, const CostWeights& weights) {
+  return [&worlds, synchronisation, weights,
           last = std::vector<WorkReading>(worlds.size())](kernel::LpId lp) mutable {
     const WorkReading now = static_cast<const World&>(*worlds[kernel::index_of(lp)]).work();
     WorkReading& before = last[kernel::index_of(lp)];
-    const kernel::ExecutionCost cost = work_cost(before, now, synchronisation);
+    const kernel::ExecutionCost cost = work_cost(before, now, synchronisation, weights);
     before = now;
     return cost;
   };
@@ -169,9 +169,9 @@ kernel::RunResult run_on_cluster(const Worlds& worlds, const Driver& driver,
   cluster.stop = options.stop;
   cluster.recording = driver.recording;
   if (!options.constant_cost) {
-    cluster.cost = cost_from_counters(worlds, options.synchronisation);
-    cluster.gvt_cost_ns = gvt_cost_ns();
-    cluster.commit_cost_ns = commit_cost_ns();
+    cluster.cost = cost_from_counters(worlds, options.synchronisation, options.weights);
+    cluster.gvt_cost_ns = options.weights.gvt_ps / 1000;
+    cluster.commit_cost_ns = options.weights.commit_ps / 1000;
   }
   if (options.event_cost_ns)
     cluster.cost = [&options, own = cluster.cost](kernel::LpId lp) {
@@ -217,7 +217,7 @@ void tell_stands(const Worlds& worlds, const CommitObserver& observer) {
   }
 }
 
-void collect(const Worlds& worlds, const RunOptions& options, SimulationResult& result) {
+void add_outcomes(const Worlds& worlds, const RunOptions& options, SimulationResult& result) {
   if (options.executor != ExecutorKind::kMpi || worlds.size() == 1) {
     for (const std::unique_ptr<kernel::LogicalProcess>& process : worlds)
       if (process) add_outcome(static_cast<World&>(*process), result);
@@ -225,6 +225,20 @@ void collect(const Worlds& worlds, const RunOptions& options, SimulationResult& 
   }
   for (const kernel::Bytes& outcome : options.transport->gather(encode_outcome(worlds)))
     add_outcome(outcome, result);
+}
+
+void collect(const Worlds& worlds, const RunOptions& options, SimulationResult& result) {
+  add_outcomes(worlds, options, result);
+  std::sort(result.final_ids.begin(), result.final_ids.end());
+  if (!result.account) return;
+  kernel::ExecutionCost& standing = result.account->standing;
+  standing = divided_as({result.stages, result.replicated, result.worlds}, standing);
+}
+
+void take_sums(const kernel::RunResult& outcome, SimulationResult& result) {
+  result.events = outcome.counters;
+  result.kinds = outcome.kinds;
+  result.account = outcome.account;
 }
 
 kernel::RunResult run(const Worlds& worlds, const Driver& driver, CommitRelay& relay,
@@ -251,6 +265,14 @@ kernel::ProgressFn on_gvt(std::int64_t steps,
     progress({.committed_step = std::min(gvt.t, steps),
               .efficiency = 1.0 - static_cast<double>(so_far.rolled_back) / executed});
   };
+}
+
+SimulationFault fault_of(const kernel::CommittedFault& committed,
+                         const physics::SceneDescription& scene) {
+  return {.step = committed.when.t,
+          .world = WorldId{kernel::index_of(committed.lp)},
+          .body_label = scene.bodies[committed.fault.subject].label,
+          .what = committed.fault.what};
 }
 
 // A run that failed ends with worlds at or beyond the fault. What was committed last is what a run
@@ -354,30 +376,19 @@ SimulationResult simulate(const physics::SceneDescription& scene,
   if (balancing) result.territory_changes = balancing->changes();
   end_early(outcome, worlds, result);
   result.islands_committed = merge.islands();
-  result.events = outcome.counters;
-  result.kinds = outcome.kinds;
+  take_sums(outcome, result);
   result.final_states.resize(initial.size());
   collect(worlds, options, result);
-  std::sort(result.final_ids.begin(), result.final_ids.end());
-  result.account = outcome.account;
-  if (result.account)
-    result.account->standing =
-        divided_as({result.stages, result.replicated, result.worlds}, result.account->standing);
   if (feed) {
     result.inputs = feed->acted();
     result.inputs_too_late = feed->too_late();
   }
-  if (outcome.fault) {
-    const std::uint64_t body = outcome.fault->fault.subject;
-    result.fault = SimulationFault{.step = outcome.fault->when.t,
-                                   .world = WorldId{kernel::index_of(outcome.fault->lp)},
-                                   .body_label = scene.bodies[body].label,
-                                   .what = outcome.fault->fault.what};
-    if (is_root(options)) {
-      SimulationResult committed = run_committed(scene, initial, map, options, result);
-      result.final_states = std::move(committed.final_states);
-      result.final_ids = std::move(committed.final_ids);
-    }
+  if (!outcome.fault) return result;
+  result.fault = fault_of(*outcome.fault, scene);
+  if (is_root(options)) {
+    SimulationResult committed = run_committed(scene, initial, map, options, result);
+    result.final_states = std::move(committed.final_states);
+    result.final_ids = std::move(committed.final_ids);
   }
   return result;
 }

@@ -5,6 +5,7 @@
 #include "kernel/api/time_account.hpp"
 #include "kernel/phold/phold.hpp"
 #include "kernel/virtual_cluster/adversary.hpp"
+#include "kernel/virtual_cluster/processor_clock.hpp"
 #include "kernel/virtual_cluster/virtual_executor.hpp"
 #include "tests/kernel/rough_model.hpp"
 #include "tests/kernel/scripted_process.hpp"

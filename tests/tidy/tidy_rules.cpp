@@ -165,8 +165,9 @@ std::vector<Finding> check_rooms(const SourceFile& file) {
        {"territory", "messages", "user_input", "options", "cost", "islands", "ghosts",
         "transform_buffer", "load_balancing", "commit", "world", "run", "real_time"}},
       {"analysis",
-       {"text", "process", "measures", "accuracy", "families", "runs", "event_log", "anticipation",
-        "scaling", "branch", "trace", "groups", "viewer", "search", "whole", "commands"}},
+       {"text", "process", "measures", "accuracy", "runs", "families", "event_log", "anticipation",
+        "scaling", "calibration", "branch", "trace", "groups", "viewer", "search", "whole",
+        "commands"}},
   };
   const std::string layer = folder_of(file.path);
   const bool is_code = is_header(file.path) || file.path.ends_with(".cpp");
@@ -192,7 +193,7 @@ std::vector<Finding> check_heavy_headers(const std::vector<SourceFile>& files) {
   const std::map<std::string, std::map<std::string, std::size_t>> most = {
       {"<fcl/", {{"physics", 2}}},
       {"<nlohmann/", {{"scenarios", 1}, {"analysis", 1}}},
-      {"<CLI/", {{"analysis", 4}}},
+      {"<CLI/", {{"analysis", 5}}},
   };
   std::vector<Finding> findings;
   std::map<std::pair<std::string, std::string>, std::set<std::string>> users;

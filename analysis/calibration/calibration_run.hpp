@@ -1,0 +1,45 @@
+// Measuring what work costs on this machine, and predictions beside what runs take.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "analysis/calibration/machine_costs.hpp"
+#include "scenarios/scenario.hpp"
+
+namespace soda::analysis {
+
+// A scene in one way: undivided, or in its worlds on one thread.
+struct CalibratedRun {
+  std::string scenario;
+  std::uint32_t worlds = 1;
+  double measured_ns = 0.0, usual_ns = 0.0, fitted_ns = 0.0;
+};
+
+struct Calibration {
+  MachineCosts costs;
+  std::vector<CalibratedRun> runs;
+};
+
+// CPU time of the calling thread, the least of `repeat` (>= 1) runs of each scene; the time that
+// `processors` threads need at once for what one does alone. Scenes are not to fault.
+Calibration calibrate(const std::vector<scenarios::Scenario>& scenes, int repeat,
+                      unsigned processors);
+
+// A scene over threads: what the virtual cluster says, and the wall clock.
+struct Prediction {
+  std::string scenario;
+  std::uint32_t worlds = 1;
+  unsigned threads = 1;
+  double predicted_ns = 0.0, measured_ns = 0.0;  // the median of the measured runs
+  bool equal = true;                             // both ended with the same bits
+
+  double ratio() const { return predicted_ns / measured_ns; }
+};
+
+Prediction predict(const scenarios::Scenario& scene, const MachineCosts& costs, unsigned threads,
+                   int repeat);
+
+}  // namespace soda::analysis
