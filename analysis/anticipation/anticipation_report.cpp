@@ -29,9 +29,10 @@ void add_run(const char* mode, const AnticipationPoint& point, const Anticipatio
   const bool known = !run.late_before;
   rows.push_back({std::to_string(point.buffer), format_number(100 * point.overload) + " %", mode,
                   ratio_text(run.ratio), known ? std::to_string(run.filled) : "-", shown_text(run),
-                  known ? steps_text(run.law) : "-", std::to_string(run.frames.least_fill),
-                  std::to_string(run.frames.late), std::to_string(run.frames.slow),
-                  seconds_text(run.recovery_s), format_number(run.buffer_bytes / 1024, 3),
+                  known && !std::isnan(run.ratio) ? steps_text(run.law) : "-",
+                  std::to_string(run.frames.least_fill), std::to_string(run.frames.late),
+                  std::to_string(run.frames.slow), seconds_text(run.recovery_s),
+                  format_number(run.buffer_bytes / 1024, 3),
                   format_number(100 * run.rolled_back, 3) + " %"});
 }
 

@@ -57,15 +57,15 @@ CostSample sample_of(const models::SimulationResult& result, double measured_ns)
   return sample;
 }
 
-struct Measured {
+struct AloneRun {
   models::SimulationResult result;
   double cpu_ns = std::numeric_limits<double>::max();
 };
 
 // On this thread alone; the least of the times was disturbed least.
-Measured measure_alone(const scenarios::Scenario& scene, std::uint32_t worlds, int repeat) {
+AloneRun measure_alone(const scenarios::Scenario& scene, std::uint32_t worlds, int repeat) {
   const models::RunOptions options = on_threads(scene, worlds == 1 ? 0 : 1);
-  Measured best;
+  AloneRun best;
   for (int i = 0; i < repeat; ++i) {
     const double begin_s = thread_cpu_s();
     best.result = run_of(scene, worlds, options);
@@ -104,7 +104,7 @@ Calibration calibrate(const std::vector<scenarios::Scenario>& scenes, int repeat
     for (const std::uint32_t worlds : {1u, scene.territory.worlds}) {
       if (worlds == 1 && !samples.empty() && calibration.runs.back().scenario == scene.name)
         continue;
-      const Measured measured = measure_alone(scene, worlds, repeat);
+      const AloneRun measured = measure_alone(scene, worlds, repeat);
       samples.push_back(sample_of(measured.result, measured.cpu_ns));
       calibration.runs.push_back(
           {scene.name, worlds, measured.cpu_ns, fitted_ns(samples.back(), usual_factors()), 0.0});

@@ -37,7 +37,7 @@ struct Requests {
   AnticipationRequest anticipation;
   GroupsRequest groups;
   VerifyRequest verify;
-  RollbackRequest rollback;
+  CompareRequest compare;
   ScalingRequest scaling;
   CalibrateRequest calibrate;
   PholdRequest phold;
@@ -112,9 +112,9 @@ constexpr Command kCommands[] = {
     {"verify", "check one trajectory: every executor against the plain loop, step by step", true,
      [](CLI::App& app, R& r, const Wanted&) { define_verify(app, r.verify); },
      [](const R& r, Stream& out, Stream& err) { return verify_command(r.verify, out, err); }},
-    {"rollback", "compare the rollback modes: what they cost, and how far warm strays", false,
-     [](CLI::App& app, R& r, const Wanted&) { define_rollback(app, r.rollback); },
-     [](const R& r, Stream& out, Stream& err) { return rollback_command(r.rollback, out, err); }},
+    {"compare", "what rollback modes, gating, ghosts, balancing and split islands cost on a scene",
+     false, [](CLI::App& app, R& r, const Wanted&) { define_compare(app, r.compare); },
+     [](const R& r, Stream& out, Stream& err) { return compare_command(r.compare, out, err); }},
     {"scaling", "what division gains on the virtual cluster, and where processors' time goes",
      false, [](CLI::App& app, R& r, const Wanted&) { define_scaling(app, r.scaling); },
      [](const R& r, Stream& out, Stream& err) { return scaling_command(r.scaling, out, err); }},

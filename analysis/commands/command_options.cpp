@@ -145,19 +145,6 @@ void define_verify(CLI::App& verify, VerifyRequest& request) {
       "  soda verify scenarios/library/bin-1000.json --steps 10 --worlds 4,12 --seeds 1");
 }
 
-void define_rollback(CLI::App& rollback, RollbackRequest& request) {
-  rollback.add_option("FILE", request.file, "scenario")->required();
-  add_run_options(rollback, request.overrides);
-  add_gating_option(rollback, request.overrides);
-  add_cluster_options(rollback, request.overrides.cluster, "modelled from its counters");
-  rollback.add_flag("--json", request.json, "print one JSON object");
-  add_strict_option(rollback, request.overrides.strict);
-  rollback.footer(
-      "examples:\n"
-      "  soda rollback scenarios/library/border-stack.json --steps 60 --gating off\n"
-      "  soda rollback scenarios/library/eight-corner.json --latency-us 100 --json");
-}
-
 void define_phold(CLI::App& phold, PholdRequest& request) {
   kernel::StandardPholdOptions& model = request.model;
   for (const kernel::PholdConfiguration& configuration : kernel::phold_configurations()) {

@@ -5,7 +5,6 @@
 #include "analysis/commands/fuzz_command.hpp"
 #include "analysis/commands/phold_command.hpp"
 #include "analysis/commands/plan_command.hpp"
-#include "analysis/commands/rollback_command.hpp"
 #include "analysis/commands/run_command.hpp"
 #include "analysis/commands/swarm_command.hpp"
 #include "analysis/commands/verify_command.hpp"
@@ -26,7 +25,6 @@ void define_run(CLI::App& run, RunRequest& request, const Wanted& wanted);
 void define_plan(CLI::App& plan, PlanRequest& request);
 void define_accuracy(CLI::App& command, AccuracyRequest& request);
 void define_verify(CLI::App& verify, VerifyRequest& request);
-void define_rollback(CLI::App& rollback, RollbackRequest& request);
 void define_phold(CLI::App& phold, PholdRequest& request);
 void define_fuzz(CLI::App& fuzz, FuzzRequest& request);
 void define_swarm(CLI::App& swarm, SwarmRequest& request);

@@ -305,29 +305,6 @@ std::string verification_json(const Verification& verification) {
                  {"runs", runs}});
 }
 
-std::string rollback_json(const RollbackReport& report) {
-  Json modes = Json::array();
-  for (const ModeMeasures& mode : report.modes) {
-    modes.push_back({{"rollback", name_of(mode.mode)},
-                     {"rollbacks", mode.rollbacks},
-                     {"steps_repeated", mode.steps_repeated},
-                     {"islands_solved", mode.islands_solved},
-                     {"islands_wasted", mode.islands_wasted},
-                     {"islands_warm", mode.islands_warm},
-                     {"iterations", mode.iterations},
-                     {"makespan_s", mode.makespan_s},
-                     {"cpu_s", mode.cpu_s},
-                     {"first_different_step", or_null(mode.first_different_step)},
-                     {"position_deviation_m", mode.position_deviation_m},
-                     {"velocity_deviation_m_s", mode.velocity_deviation_m_s}});
-  }
-  return dumped({{"scenario", report.scenario},
-                 {"steps", report.steps},
-                 {"worlds", report.worlds},
-                 {"warnings", warnings_json({report.warnings})},
-                 {"modes", modes}});
-}
-
 std::string accuracy_json(const AccuracyReport& report) {
   Json cases = Json::array();
   for (const AccuracyReport::Case& one : report.cases) {

@@ -7,7 +7,6 @@
 
 #include "analysis/commands/accuracy_command.hpp"
 #include "analysis/commands/phold_command.hpp"
-#include "analysis/commands/rollback_command.hpp"
 #include "analysis/commands/verify_command.hpp"
 #include "analysis/runs/run_report.hpp"
 #include "models/run/plan.hpp"
@@ -23,7 +22,6 @@ std::string plan_json(const std::string& scenario, const std::vector<models::Pla
                       const JointIslandFigures& joints, const FileWarnings& warnings);
 std::string verification_json(const Verification& verification);
 std::string accuracy_json(const AccuracyReport& report);
-std::string rollback_json(const RollbackReport& report);
 std::string phold_json(const PholdRequest& request, const PholdRun& run);
 
 }  // namespace soda::analysis

@@ -107,6 +107,25 @@ void define_scaling(CLI::App& command, ScalingRequest& request) {
       "  soda scaling scenarios/library/pyramid.json --weak --worlds 1,4,16 --network infiniband");
 }
 
+void define_compare(CLI::App& command, CompareRequest& request) {
+  command.add_option("FILE", request.file, "scenario")->required();
+  command
+      .add_option("--over", request.over,
+                  "rollback, gating, ghosts, balancing, islands, with commas (default: all)")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"rollback", "gating", "ghosts", "balancing", "islands"}));
+  add_run_options(command, request.overrides);
+  add_gating_option(command, request.overrides);
+  add_cluster_options(command, request.overrides.cluster, "modelled from its counters");
+  CLI::Option* json = command.add_flag("--json", request.json, "print one JSON object");
+  command.add_flag("--csv", request.csv, "print a line for each setting")->excludes(json);
+  add_strict_option(command, request.overrides.strict);
+  command.footer(
+      "examples:\n"
+      "  soda compare scenarios/library/border-stack.json --over rollback --gating off\n"
+      "  soda compare scenarios/library/fast-crosser.json --over ghosts --latency-us 1.4");
+}
+
 void define_calibrate(CLI::App& command, CalibrateRequest& request) {
   command.add_option("FILE", request.files, "scenarios");
   command.add_option("--library", request.library, "all scenarios of this folder");

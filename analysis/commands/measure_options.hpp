@@ -3,6 +3,7 @@
 
 #include "analysis/commands/anticipation_command.hpp"
 #include "analysis/commands/calibrate_command.hpp"
+#include "analysis/commands/compare_command.hpp"
 #include "analysis/commands/groups_command.hpp"
 #include "analysis/commands/scaling_command.hpp"
 
@@ -16,6 +17,7 @@ namespace soda::analysis {
 void define_anticipation(CLI::App& command, AnticipationRequest& request);
 void define_groups(CLI::App& command, GroupsRequest& request);
 void define_scaling(CLI::App& command, ScalingRequest& request);
+void define_compare(CLI::App& command, CompareRequest& request);
 void define_calibrate(CLI::App& command, CalibrateRequest& request);
 
 }  // namespace soda::analysis

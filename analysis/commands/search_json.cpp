@@ -15,22 +15,6 @@ std::string lines_of(const JsonObject& object) {
   return text + "\n}\n";
 }
 
-std::string warnings_text(const std::vector<FileWarnings>& files) {
-  std::vector<JsonObject> lines;
-  for (const auto& [file, warnings] : files)
-    for (const scenarios::InputWarning& warning : warnings)
-      lines.emplace_back()
-          .set("kind", quoted(warning.kind))
-          .set("file", quoted(file))
-          .set("line", json_of(warning.line))
-          .set("column", json_of(warning.column))
-          .set("pointer", quoted(warning.pointer))
-          .set("found", quoted(warning.found))
-          .set("likely", quoted(warning.likely))
-          .set("more", json_of(warning.more));
-  return list_of(lines, [](const JsonObject& line) { return line.text(); });
-}
-
 std::string stop_json(const SearchEnd& end) {
   return end.stopped != 0 ? quoted(name_of_stop(end.stopped)) : "null";
 }
@@ -64,6 +48,22 @@ std::string event_json(const HistoryDifference& event) {
 }
 
 }  // namespace
+
+std::string warnings_list(const std::vector<FileWarnings>& files) {
+  std::vector<JsonObject> lines;
+  for (const auto& [file, warnings] : files)
+    for (const scenarios::InputWarning& warning : warnings)
+      lines.emplace_back()
+          .set("kind", quoted(warning.kind))
+          .set("file", quoted(file))
+          .set("line", json_of(warning.line))
+          .set("column", json_of(warning.column))
+          .set("pointer", quoted(warning.pointer))
+          .set("found", quoted(warning.found))
+          .set("likely", quoted(warning.likely))
+          .set("more", json_of(warning.more));
+  return list_of(lines, [](const JsonObject& line) { return line.text(); });
+}
 
 std::string contacts_json(const std::vector<StepContacts>& steps, const ContactNames& names) {
   const auto of_load = [&names](const physics::ContactLoad& load) {
@@ -117,7 +117,7 @@ std::string swarm_json(const SwarmResult& result) {
       .set("rollbacks", json_of(result.sums.rollbacks))
       .set("anti_messages", json_of(result.sums.anti_messages))
       .set("failed", json_of(result.failure.has_value()))
-      .set("warnings", warnings_text(result.warnings));
+      .set("warnings", warnings_list(result.warnings));
   if (!result.failure) return lines_of(json);
   JsonObject failure;
   failure.set("scenario", quoted(result.failure->file))
@@ -141,7 +141,7 @@ std::string fuzz_json(const FuzzResult& result) {
       .set("most_multiplications", json_of(sums.most_multiplications))
       .set("largest_gain_rel", finite_or_null(sums.largest_gain))
       .set("push_out_work_joule", finite_or_null(sums.push_out_work_joule))
-      .set("warnings", warnings_text(result.warnings));
+      .set("warnings", warnings_list(result.warnings));
   json.set("failures", list_of(result.failures, [](const FuzzFailure& failure) {
              JsonObject line;
              return line.set("seed", json_of(failure.seed))

@@ -14,6 +14,8 @@
 
 namespace soda::analysis {
 
+// An array of all warnings of the files.
+std::string warnings_list(const std::vector<FileWarnings>& files);
 std::string contacts_json(const std::vector<StepContacts>& steps, const ContactNames& names);
 std::string diff_json(const LogDifference& difference);
 std::string swarm_json(const SwarmResult& result);

@@ -1,6 +1,8 @@
 // The virtual cluster from the command line: `soda run`, `soda phold` and `soda swarm`.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "analysis/child_process.hpp"
@@ -120,20 +122,46 @@ TEST(ClusterCommands, SwarmReportsItsSums) {
   EXPECT_GT(json["committed"], 0);
 }
 
-TEST(RollbackCommand, OnlyWarmStraysFromTheExactTrajectory) {
+TEST(CompareCommand, OnlyWarmRollbacksStrayFromTheExactTrajectory) {
   const Json json = json_of(
-      {"rollback", library_file("eight-corner"), "--steps", "60", "--latency-us", "100", "--json"});
-  ASSERT_EQ(json["modes"].size(), 3u);
-  for (const Json& mode : json["modes"]) {
-    const bool exact = mode["rollback"] != "warm";
-    EXPECT_GT(mode["rollbacks"], 0) << mode;
-    EXPECT_EQ(mode["first_different_step"].is_null(), exact) << mode;
-    EXPECT_EQ(mode["position_deviation_m"] == 0.0, exact) << mode;
-    EXPECT_EQ(mode["islands_warm"] == 0, exact) << mode;
+      {"compare", library_file("eight-corner"), "--steps", "60", "--latency-us", "100", "--json"});
+  const std::map<std::string, std::vector<std::string>> settings = {
+      {"rollback", {"propagate", "invalidate", "warm"}},
+      {"gating", {"on", "off"}},
+      {"ghosts", {"told", "dead-reckoning", "predicted"}},
+      {"balancing", {"off", "paper"}},
+      {"islands", {"on", "off"}}};
+  ASSERT_EQ(json["aspects"].size(), settings.size());
+  for (const auto& [aspect, names] : settings) {
+    const Json& found = json["aspects"][aspect];
+    ASSERT_EQ(found.size(), names.size()) << aspect;
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      EXPECT_EQ(found[i]["setting"], names[i]);
+      const bool exact = names[i] != "warm";
+      EXPECT_GT(found[i]["makespan_s"], 0.0) << found[i];
+      EXPECT_EQ(found[i]["first_different_step"].is_null(), exact) << found[i];
+      EXPECT_EQ(found[i]["position_deviation_m"] == 0.0, exact) << found[i];
+      EXPECT_EQ(found[i]["islands_warm"] == 0, exact) << found[i];
+    }
   }
-  const ChildResult text = run_soda({"rollback", library_file("border-stack"), "--steps", "5"});
+  EXPECT_GT(json["aspects"]["rollback"][0]["rollbacks"], 0);
+  EXPECT_GT(json["aspects"]["ghosts"][2]["ghosts_guessed"], 0);
+}
+
+TEST(CompareCommand, TellsOnlyWhatIsAskedForAndLeavesOutWhatIsZero) {
+  const std::vector<std::string> asked = {
+      "compare", library_file("border-stack"), "--steps", "5", "--over", "rollback"};
+  const ChildResult text = run_soda(asked);
   EXPECT_EQ(text.exit_code, 0) << text.err;
   EXPECT_TRUE(analysis_test::contains(text.out, "invalidate")) << text.out;
+  EXPECT_FALSE(analysis_test::contains(text.out, "balancing")) << text.out;
+  EXPECT_FALSE(analysis_test::contains(text.out, "cells moved")) << text.out;
+  std::vector<std::string> csv = asked;
+  csv.push_back("--csv");
+  const std::string lines = run_soda(csv).out;
+  EXPECT_EQ(std::ranges::count(lines, '\n'), 4) << lines;
+  EXPECT_TRUE(lines.starts_with("aspect,setting,rollbacks,steps_repeated,")) << lines;
+  EXPECT_EQ(run_soda({"compare", library_file("border-stack"), "--over", "gatling"}).exit_code, 2);
 }
 
 TEST(RollbackCommand, WarmHasNoLogAndNoPurityCheck) {

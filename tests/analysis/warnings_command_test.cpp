@@ -32,7 +32,7 @@ class WarningsCommand : public testing::Test {
     return {{"run", file_, "--quiet"},
             {"plan", file_},
             {"verify", file_, "--worlds", "1", "--seeds", "1", "--threads", "1"},
-            {"rollback", file_},
+            {"compare", file_},
             {"swarm", file_, "--seeds", "1..1"},
             {"fuzz", file_},
             {"accuracy", file_, "--repeat", "0"}};
