@@ -10,7 +10,7 @@ packages=(
   libopenmpi-dev openmpi-bin
 )
 test_packages=(git patch libgtest-dev librapidcheck-dev libvalijson-dev valgrind iproute2)
-main_scenario=scenarios/library/twelve-worlds.json
+main_scenario=scenarios/library/wrecking-balls.json
 
 usage() {
   cat <<USAGE

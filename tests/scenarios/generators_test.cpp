@@ -178,6 +178,7 @@ TEST(LibraryStates, AreTheStoredBits) {
       {"twelve-worlds-blocks", 0x807207d07af09eaeu},
       {"twelve-worlds-piles", 0xd0d773fa24f9ed24u},
       {"user-input", 0x4c97f3a4aadcab4fu},
+      {"wrecking-balls", 0xa9ae569c9bfee866u},
   };
   for (const auto& file : library_files()) {
     const Scenario scenario = read_scenario_file(file.string());

@@ -30,7 +30,8 @@ TEST(Library, HoldsTheScenesThatOtherTestsRelyOn) {
                            "twelve-worlds",
                            "twelve-worlds-blocks",
                            "twelve-worlds-piles",
-                           "user-input"}) {
+                           "user-input",
+                           "wrecking-balls"}) {
     EXPECT_TRUE(std::filesystem::exists(library_folder() / (std::string(name) + ".json"))) << name;
   }
 }
