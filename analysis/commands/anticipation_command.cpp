@@ -82,6 +82,8 @@ std::string command_text(const AnticipationRequest& request) {
       text += (i == 0 ? " " : ",") + format_number(static_cast<double>(values[i]), 7);
   };
   add_list(" --buffers", request.options.buffers);
+  if (request.over_makespan && request.overrides.steps)
+    text += " --steps " + std::to_string(*request.overrides.steps);
   if (request.over_makespan) return text;
   add_list(" --overloads", request.options.overloads);
   return text + " --mode " + request.mode + " --peak " + request.peak + " --utilisation " +

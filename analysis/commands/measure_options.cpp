@@ -31,6 +31,8 @@ void define_anticipation(CLI::App& command, AnticipationRequest& request) {
   command.add_option("--lead", options.lead_frames,
                      "measured: frames that GVT may be beyond what is shown (default 2)");
   command.add_option("--repeat", options.repeat, "measured runs of which the median counts");
+  command.add_option("--steps", request.overrides.steps,
+                     "over makespan: of each run (default: the scenario's)");
   command.add_option("--max-steps", options.max_steps, "give up after this many (default 600)");
   command
       .add_option("--over",
@@ -49,7 +51,7 @@ void define_anticipation(CLI::App& command, AnticipationRequest& request) {
       "  soda anticipation --preset paper-fig8 --mode all -o fig8.html\n"
       "  soda anticipation --worlds 3 --threads 2 --mode measured --peak 1@1\n"
       "  soda anticipation scenarios/library/crowd.json --overloads 0.5 --peak 0,1@2+1\n"
-      "  soda anticipation scenarios/library/crowd.json --over makespan --buffers 1,2,8,48");
+      "  soda anticipation scenarios/library/crowd.json --over makespan --steps 300");
 }
 
 void define_groups(CLI::App& command, GroupsRequest& request) {

@@ -54,6 +54,19 @@ TEST(AnticipationCommand, OverMakespanNamesTheKnee) {
   EXPECT_LE(at_knee, 1.02 * best);
 }
 
+TEST(AnticipationCommand, OverMakespanOfFewSteps) {
+  const auto makespan_s = [](const char* steps) {
+    const ChildResult result = run_soda({"anticipation", library_file("crowd"), "--over",
+                                         "makespan", "--buffers", "2", "--steps", steps, "--json"});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return Json::parse(result.out)["points"][0]["makespan_s"].get<double>();
+  };
+  const double short_s = makespan_s("10"), longer_s = makespan_s("20");
+  EXPECT_GT(short_s, 0.0);
+  EXPECT_GT(longer_s, 1.5 * short_s);
+  EXPECT_LT(longer_s, 3.0 * short_s);
+}
+
 TEST(AnticipationCommand, RunsAScenarioWithAPeakOfSomeWorlds) {
   const ChildResult result =
       run_soda({"anticipation", library_file("border-stack"), "--buffers", "4", "--overloads", "1",
