@@ -178,11 +178,11 @@ islands() {
   islands_row "$folder/pile.json" 8 100
 }
 
-# Of lines of `soda scaling --csv`; shares of processors x makespan, Time Warp's three in one.
+# Of lines of `soda scaling --csv`; shares of processors x makespan, Time Warp's four in one.
 scaling_rows() {
   tail -n +2 "$1" | awk -F, '{
     printf "| `%s` | %d | %s | %s | %s | %s | %s | %.3g | %s | %s |\n",
-      $1, $2, $4, $7, $9, $10, $11, $12 + $13 + $14, $15, $16 }'
+      $1, $2, $4, $7, $9, $10, $11, $12 + $13 + $14 + $16, $15, $17 }'
 }
 
 scaling() {
