@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# The tables of models/README.md that come of the virtual cluster, as they stand there: the cluster
+# The tables of docs/decisions that come of the virtual cluster, as they stand there: the cluster
 # is a function of its options, so every machine prints the same, and a row that differs is news.
 #   virtual_tables.sh [TABLE...]           scaling, rollback, gating, islands, ghosts,
 #                                          balancing; or all
-#   virtual_tables.sh --check [TABLE...]   which rows are not in models/README.md; exit 1 if any
+#   virtual_tables.sh --check [TABLE...]   which rows are not in models-*.md there; exit 1 if any
 # All takes some 5 minutes. Environment: SODA (default build/release/soda)
 set -euo pipefail
 root=$(cd "$(dirname "$0")/../.." && pwd)
@@ -178,11 +178,11 @@ islands() {
   islands_row "$folder/pile.json" 8 100
 }
 
-# Of lines of `soda scaling --csv`; shares of processors x makespan, Time Warp's three in one.
+# Of lines of `soda scaling --csv`; shares of processors x makespan, Time Warp's four in one.
 scaling_rows() {
   tail -n +2 "$1" | awk -F, '{
     printf "| `%s` | %d | %s | %s | %s | %s | %s | %.3g | %s | %s |\n",
-      $1, $2, $4, $7, $9, $10, $11, $12 + $13 + $14, $15, $16 }'
+      $1, $2, $4, $7, $9, $10, $11, $12 + $13 + $14 + $16, $15, $17 }'
 }
 
 scaling() {
@@ -207,11 +207,11 @@ for table; do
   esac
   "$table" > "$folder/table"
   if $check; then
-    grep -vxFf "$root/models/README.md" "$folder/table" && missing=1
+    cat "$root"/docs/decisions/models-*.md | grep -vxFf - "$folder/table" && missing=1
   else
     cat "$folder/table"
     echo
   fi
 done
-if $check && [ $missing = 0 ]; then echo "every row stands in models/README.md"; fi
+if $check && [ $missing = 0 ]; then echo "every row stands in docs/decisions"; fi
 exit $missing

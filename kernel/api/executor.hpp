@@ -84,7 +84,7 @@ enum class Synchronisation {
 struct ThreadsOptions {
   unsigned threads = 1;  // >= 1, not more than LPs are used; LP i belongs to worker
                          // i * threads / number of LPs
-  // An LP may execute times with t < GVT.t + window (>= 1). Bounds memory: see README.
+  // An LP may execute times with t < GVT.t + window (>= 1). Bounds memory: docs/tuning.md.
   std::int64_t window = 1;
   // 0: each worker takes its lowest time first. Otherwise the seed of a scheduler that picks
   // eligible LPs, message intake and GVT rounds at random, to exercise rollbacks.

@@ -71,7 +71,7 @@ void MessageCalendar::rebuild() {
 }
 
 // Number and width of the buckets, and the first of them. The same rule as the oracle's queue, but
-// not its code (README, decision 11).
+// not its code (docs/decisions/kernel-separate-oracle.md).
 void MessageCalendar::fit(const std::vector<std::uint32_t>& all) {
   heads_.clear();
   current_ = kNever.t;

@@ -33,7 +33,7 @@ struct WorkReading {
 
 // Modelled time of the work of one event, between two readings (`before` <= `after`). Never 0: even
 // an event without work is scheduled and takes in its bag. How well the weights fit real times is
-// in README.md, "Decisions".
+// in docs/decisions/models-modelled-cost.md.
 kernel::ExecutionCost work_cost(const WorkReading& before, const WorkReading& after,
                                 kernel::Synchronisation synchronisation,
                                 const CostWeights& weights = {});

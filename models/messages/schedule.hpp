@@ -8,7 +8,7 @@
 namespace soda::models {
 
 // In this order within a pass of step k; a step begins once, and finishes once, after all passes.
-// See README for what happens in each and who sends what.
+// See docs/step-protocol.md for what happens in each and who sends what.
 enum class Phase : std::uint32_t {
   kBegin = 0,
   kBorderTraversal = 2,

@@ -55,7 +55,7 @@ struct WorldSurroundings {
   EntryObserver* entries;  // or null
 };
 
-// The events of one step are in README.md ("The step protocol"). Between steps a world's state is
+// The events of one step are in docs/step-protocol.md. Between steps a world's state is
 // its newest buffer entry, so only step starts are restart points: a rollback to any time of step k
 // restarts at (k, kBegin) from entry k.
 class World final : public kernel::LogicalProcess {
