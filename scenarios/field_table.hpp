@@ -1,5 +1,5 @@
 // Tables that describe the objects of the format. One table per object; the reader, the JSON
-// Schema and the reference in README all come from it.
+// Schema and docs/scenario-format.md all come from it.
 #pragma once
 
 #include <span>

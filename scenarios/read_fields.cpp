@@ -246,17 +246,18 @@ std::string_view unit_of(std::string_view key) {
       {"_1_s", "1/s"},
       {"_newton_s", "N s"},
       {"_kg_m3", "kg/m^3"},
+      {"_kg_m2", "kg m^2"},
       {"_m_s2", "m/s^2"},
       {"_rad_s", "rad/s"},
       {"_m_s", "m/s"},
       {"_deg", "degrees"},
+      {"_rad", "rad"},
       {"_kg", "kg"},
       {"_m", "m"},
+      {"_ms", "ms"},
       {"_s", "s"}};
   for (const auto& [ending, unit] : kUnits) {
-    if (key.size() > ending.size() && key.substr(key.size() - ending.size()) == ending) {
-      return unit;
-    }
+    if (key.ends_with(ending)) return unit;
   }
   return "";
 }

@@ -1,4 +1,4 @@
-// The format reference in README, made from the reader's own tables.
+// The page docs/scenario-format.md, made from the reader's own tables.
 #pragma once
 
 #include <string>
@@ -19,10 +19,7 @@ std::vector<TaggedTable> all_tables();
 // Every choice once, likewise.
 std::vector<const ChoiceTable*> all_choices();
 
-// Markdown: one section an object, one line a key.
+// The page as Markdown: a section an object and a choice, a line a key, and the synonyms.
 std::string scenario_reference_markdown();
-
-// Markdown: the table of synonyms.
-std::string synonyms_markdown();
 
 }  // namespace soda::scenarios

@@ -9,7 +9,7 @@ namespace soda::scenarios {
 
 // One such thing, where it stands.
 struct InputWarning {
-  std::string kind;                  // by which programs know it: a name of README, "Warnings"
+  std::string kind;                  // by which programs know it: of docs/scenarios.md, "Warnings"
   std::size_t line = 0, column = 0;  // 1-based
   std::string pointer;               // JSON pointer; "" is the document
   std::string found;                 // what stands there, and what comes of it

@@ -53,7 +53,7 @@ std::string about(double value);
 // All of them, of a scenario without faults. Takes n log n for n bodies.
 std::vector<InputWarning> find_warnings(const Written& written);
 
-// The checks, by file. Bounds stand in README, "Warnings".
+// The checks, by file. Bounds stand in docs/scenarios.md, "Warnings".
 void check_overlaps(const Written& written, WarningList& warnings);
 void check_floors(const Written& written, WarningList& warnings);
 void check_anchors(const Written& written, WarningList& warnings);

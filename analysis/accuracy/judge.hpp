@@ -12,7 +12,7 @@
 
 namespace soda::analysis {
 
-// One measure of error; what it is stands in scenarios/README.md, under its name.
+// One measure of error; what it is stands in docs/scenario-format.md, under its name.
 struct Measured {
   std::string measure;
   double value = 0.0;

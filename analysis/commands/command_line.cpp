@@ -11,6 +11,7 @@
 #include "analysis/text/nearest_name.hpp"
 #include "analysis/text/version.hpp"
 #include "scenarios/read_scenario.hpp"
+#include "scenarios/reference.hpp"
 
 namespace soda::analysis {
 namespace {
@@ -43,6 +44,7 @@ struct Requests {
   PholdRequest phold;
   SwarmRequest swarm;
   FuzzRequest fuzz;
+  bool schema_as_markdown = false;
 };
 
 struct Command {
@@ -53,12 +55,17 @@ struct Command {
   int (*carry_out)(const Requests& requests, std::ostream& out, std::ostream& err);
 };
 
-void define_schema(CLI::App& schema, Requests&, const Wanted&) {
-  schema.footer("example:\n  soda schema > soda-scenario.schema.json");
+void define_schema(CLI::App& schema, Requests& requests, const Wanted&) {
+  schema.add_flag("--markdown", requests.schema_as_markdown,
+                  "a page for readers instead: every key with type, unit, range and default");
+  schema.footer(
+      "examples:\n  soda schema > soda-scenario.schema.json\n"
+      "  soda schema --markdown > docs/scenario-format.md");
 }
 
-int print_schema(const Requests&, std::ostream& out, std::ostream&) {
-  out << scenarios::scenario_schema();
+int print_schema(const Requests& requests, std::ostream& out, std::ostream&) {
+  out << (requests.schema_as_markdown ? scenarios::scenario_reference_markdown()
+                                      : scenarios::scenario_schema());
   return kExitOk;
 }
 

@@ -252,6 +252,13 @@ TEST(CommandLine, TheSchemaIsJson) {
   EXPECT_TRUE(Json::parse(result.out).contains("$schema"));
 }
 
+TEST(CommandLine, TheSchemaAsAPageHasARowForEachKey) {
+  const ChildResult result = run_soda({"schema", "--markdown"});
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_TRUE(result.out.starts_with("# "));
+  EXPECT_NE(result.out.find("\n| `friction` | number |  | 0 to 100 | required |"), result.out.npos);
+}
+
 class Replay : public testing::Test {
  protected:
   void SetUp() override {

@@ -1,4 +1,4 @@
-// What a step costs and what it leaves: the figures of physics/README.md.
+// What a step costs and what it leaves: figures of docs/decisions.
 #include <time.h>
 
 #include <algorithm>

@@ -5,6 +5,21 @@
 namespace soda::scenarios {
 namespace {
 
+// Rows of a page's tables begin with the name of a scene.
+void expect_a_row_each(const std::filesystem::path& folder, const std::string& page) {
+  const std::string text = file_bytes(std::filesystem::path(SODA_SOURCE_DIR) / "docs" / page);
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (entry.path().extension() != ".json") continue;
+    const std::string row = "\n| `" + entry.path().stem().string() + "` |";
+    EXPECT_NE(text.find(row), text.npos) << page << " has no row" << row;
+  }
+}
+
+TEST(Library, ScenesAndCasesHaveARowEachInTheDocumentation) {
+  expect_a_row_each(library_folder(), "scenarios.md");
+  expect_a_row_each(library_folder().parent_path() / "cases", "numerical-cases.md");
+}
+
 TEST(Library, HoldsTheScenesThatOtherTestsRelyOn) {
   for (const char* name : {"big-body",
                            "billiards",
