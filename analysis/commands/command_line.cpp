@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <string_view>
 
+#include "analysis/commands/command_guide.hpp"
 #include "analysis/commands/command_options.hpp"
 #include "analysis/commands/measure_options.hpp"
 #include "analysis/commands/trace_options.hpp"
@@ -45,9 +46,12 @@ struct Requests {
   SwarmRequest swarm;
   FuzzRequest fuzz;
   bool schema_as_markdown = false;
+  std::string shell;              // that completes
+  const CLI::App* all = nullptr;  // the whole command line, for guides to it
 };
 
 struct Command {
+  const char* group;
   const char* name;
   const char* purpose;
   bool over_ranks;
@@ -69,75 +73,113 @@ int print_schema(const Requests& requests, std::ostream& out, std::ostream&) {
   return kExitOk;
 }
 
+void define_completion(CLI::App& completion, Requests& requests, const Wanted&) {
+  completion.add_option("SHELL", requests.shell, "bash, zsh or fish")
+      ->required()
+      ->check(CLI::IsMember({"bash", "zsh", "fish"}));
+  completion.footer(
+      "examples:\n  source <(soda completion bash)\n"
+      "  soda completion fish > ~/.config/fish/completions/soda.fish");
+}
+
+int print_completion(const Requests& requests, std::ostream& out, std::ostream&) {
+  out << completion_script(*requests.all, requests.shell);
+  return kExitOk;
+}
+
+void define_manual(CLI::App& manual, Requests&, const Wanted&) {
+  manual.footer("examples:\n  soda manual | man -l -\n  soda manual > soda.1");
+}
+
+int print_manual(const Requests& requests, std::ostream& out, std::ostream&) {
+  out << manual_page(*requests.all, kVersion);
+  return kExitOk;
+}
+
+constexpr const char* kRuns = "Run scenes";
+constexpr const char* kLogs = "Look into event logs";
+constexpr const char* kMeasures = "Measure";
+constexpr const char* kChecks = "Check";
+constexpr const char* kGuides = "Guides";
+
 using R = Requests;
 using Stream = std::ostream;
 constexpr Command kCommands[] = {
-    {"run", "run a scenario; report error against run time", true,
+    {kRuns, "run", "run a scenario; report error against run time", true,
      [](CLI::App& app, R& r, const Wanted& wanted) { define_run(app, r.run, wanted); },
      [](const R& r, Stream& out, Stream& err) { return run_command(r.run, out, err); }},
-    {"plan", "show what a run will use, and why", false,
+    {kRuns, "plan", "show what a run will use, and why", false,
      [](CLI::App& app, R& r, const Wanted&) { define_plan(app, r.plan); },
      [](const R& r, Stream& out, Stream& err) { return plan_command(r.plan, out, err); }},
-    {"replay", "re-run an event log and compare every step, or show a state", false,
+    {kLogs, "replay", "re-run an event log and compare every step, or show a state", false,
      [](CLI::App& app, R& r, const Wanted&) { define_replay(app, r.replay); },
      [](const R& r, Stream& out, Stream& err) { return replay_command(r.replay, out, err); }},
-    {"diff", "compare two event logs: options, inputs, and the first step that differs", false,
-     [](CLI::App& app, R& r, const Wanted&) { define_diff(app, r.diff); },
+    {kLogs, "diff", "compare two event logs: options, inputs, and the first step that differs",
+     false, [](CLI::App& app, R& r, const Wanted&) { define_diff(app, r.diff); },
      [](const R& r, Stream& out, Stream& err) { return diff_command(r.diff, out, err); }},
-    {"log", "what an event log holds, as a summary, JSON or CSV", false,
+    {kLogs, "log", "what an event log holds, as a summary, JSON or CSV", false,
      [](CLI::App& app, R& r, const Wanted&) { define_log(app, r.log); },
      [](const R& r, Stream& out, Stream& err) { return log_command(r.log, out, err); }},
-    {"why", "what led to the rollbacks of a traced run, and what they cost", false,
+    {kLogs, "why", "what led to the rollbacks of a traced run, and what they cost", false,
      [](CLI::App& app, R& r, const Wanted&) { define_why(app, r.why); },
      [](const R& r, Stream& out, Stream& err) { return why_command(r.why, out, err); }},
-    {"what-if", "a logged run on the virtual cluster with one thing changed", false,
+    {kLogs, "what-if", "a logged run on the virtual cluster with one thing changed", false,
      [](CLI::App& app, R& r, const Wanted&) { define_what_if(app, r.what_if); },
      [](const R& r, Stream& out, Stream& err) { return what_if_command(r.what_if, out, err); }},
-    {"branch", "another future from a step of an event log, and how it differs", false,
+    {kLogs, "branch", "another future from a step of an event log, and how it differs", false,
      [](CLI::App& app, R& r, const Wanted&) { define_branch(app, r.branch); },
      [](const R& r, Stream& out, Stream& err) { return branch_command(r.branch, out, err); }},
-    {"trace", "the execution of a traced run as a file for ui.perfetto.dev", false,
+    {kLogs, "trace", "the execution of a traced run as a file for ui.perfetto.dev", false,
      [](CLI::App& app, R& r, const Wanted&) { define_trace(app, r.trace); },
      [](const R& r, Stream& out, Stream& err) { return trace_command(r.trace, out, err); }},
-    {"contacts", "the forces that contacts bear, of steps of an event log", false,
+    {kLogs, "contacts", "the forces that contacts bear, of steps of an event log", false,
      [](CLI::App& app, R& r, const Wanted&) { define_contacts(app, r.contacts); },
      [](const R& r, Stream& out, Stream& err) { return contacts_command(r.contacts, out, err); }},
-    {"view", "an event log as a page to look at in a browser", false,
+    {kLogs, "view", "an event log as a page to look at in a browser", false,
      [](CLI::App& app, R& r, const Wanted&) { define_view(app, r.view); },
      [](const R& r, Stream& out, Stream& err) { return view_command(r.view, out, err); }},
-    {"accuracy", "error against run time: cases with a known answer, at several settings", false,
+    {kMeasures, "accuracy",
+     "error against run time: cases with a known answer, at several settings", false,
      [](CLI::App& app, R& r, const Wanted&) { define_accuracy(app, r.accuracy); },
      [](const R& r, Stream& out, Stream& err) { return accuracy_command(r.accuracy, out, err); }},
-    {"anticipation", "how long transform buffers hide an overload (the paper's Fig. 8)", false,
-     [](CLI::App& app, R& r, const Wanted&) { define_anticipation(app, r.anticipation); },
+    {kMeasures, "anticipation", "how long transform buffers hide an overload (the paper's Fig. 8)",
+     false, [](CLI::App& app, R& r, const Wanted&) { define_anticipation(app, r.anticipation); },
      [](const R& r, Stream& out, Stream& err) {
        return anticipation_command(r.anticipation, out, err);
      }},
-    {"groups", "synchronisation groups, of the paper's scene (its Figs 6 and 7) or of a run", false,
+    {kMeasures, "groups",
+     "synchronisation groups, of the paper's scene (its Figs 6 and 7) or of a run", false,
      [](CLI::App& app, R& r, const Wanted&) { define_groups(app, r.groups); },
      [](const R& r, Stream& out, Stream& err) { return groups_command(r.groups, out, err); }},
-    {"verify", "check one trajectory: every executor against the plain loop, step by step", true,
-     [](CLI::App& app, R& r, const Wanted&) { define_verify(app, r.verify); },
+    {kChecks, "verify", "check one trajectory: every executor against the plain loop, step by step",
+     true, [](CLI::App& app, R& r, const Wanted&) { define_verify(app, r.verify); },
      [](const R& r, Stream& out, Stream& err) { return verify_command(r.verify, out, err); }},
-    {"compare", "what rollback modes, gating, ghosts, balancing and split islands cost on a scene",
-     false, [](CLI::App& app, R& r, const Wanted&) { define_compare(app, r.compare); },
+    {kMeasures, "compare",
+     "what rollback modes, gating, ghosts, balancing and split islands cost on a scene", false,
+     [](CLI::App& app, R& r, const Wanted&) { define_compare(app, r.compare); },
      [](const R& r, Stream& out, Stream& err) { return compare_command(r.compare, out, err); }},
-    {"scaling", "what division gains on the virtual cluster, and where processors' time goes",
-     false, [](CLI::App& app, R& r, const Wanted&) { define_scaling(app, r.scaling); },
+    {kMeasures, "scaling",
+     "what division gains on the virtual cluster, and where processors' time goes", false,
+     [](CLI::App& app, R& r, const Wanted&) { define_scaling(app, r.scaling); },
      [](const R& r, Stream& out, Stream& err) { return scaling_command(r.scaling, out, err); }},
-    {"calibrate", "what work costs on this machine, and predictions beside what runs take", false,
+    {kMeasures, "calibrate",
+     "what work costs on this machine, and predictions beside what runs take", false,
      [](CLI::App& app, R& r, const Wanted&) { define_calibrate(app, r.calibrate); },
      [](const R& r, Stream& out, Stream& err) { return calibrate_command(r.calibrate, out, err); }},
-    {"phold", "benchmark of the kernel: events and no physics", true,
+    {kMeasures, "phold", "benchmark of the kernel: events and no physics", true,
      [](CLI::App& app, R& r, const Wanted&) { define_phold(app, r.phold); },
      [](const R& r, Stream& out, Stream&) { return phold_command(r.phold, out); }},
-    {"swarm", "random worlds, clusters and adversaries; every commit against the oracle", false,
-     [](CLI::App& app, R& r, const Wanted&) { define_swarm(app, r.swarm); },
+    {kChecks, "swarm", "random worlds, clusters and adversaries; every commit against the oracle",
+     false, [](CLI::App& app, R& r, const Wanted&) { define_swarm(app, r.swarm); },
      [](const R& r, Stream& out, Stream& err) { return swarm_command(r.swarm, out, err); }},
-    {"fuzz", "random scenes; no fault, escape or gain of energy; a failing one is shrunk", false,
-     [](CLI::App& app, R& r, const Wanted&) { define_fuzz(app, r.fuzz); },
+    {kChecks, "fuzz", "random scenes; no fault, escape or gain of energy; a failing one is shrunk",
+     false, [](CLI::App& app, R& r, const Wanted&) { define_fuzz(app, r.fuzz); },
      [](const R& r, Stream& out, Stream& err) { return fuzz_command(r.fuzz, out, err); }},
-    {"schema", "print the JSON Schema of scenario files", false, define_schema, print_schema},
+    {kGuides, "schema", "print the JSON Schema of scenario files", false, define_schema,
+     print_schema},
+    {kGuides, "completion", "a script that completes commands and options in a shell", false,
+     define_completion, print_completion},
+    {kGuides, "manual", "the manual page, for man", false, define_manual, print_manual},
 };
 
 std::vector<std::string> known_names(const CLI::App& app, const CLI::App* command) {
@@ -180,7 +222,9 @@ int run_command_line(int argc, const char* const* argv, kernel::Transport* trans
       "exit codes: 0 ok, 1 a check failed, 2 usage or scenario, 3 files, 4 numerical "
       "failure\nsoda COMMAND --help shows options and examples");
   Requests requests;
-  const bool all = mentions(argc, argv, "--help");
+  const bool guides = mentions(argc, argv, "completion") || mentions(argc, argv, "manual");
+  const bool all = guides || mentions(argc, argv, "--help");
+  requests.all = &app;
   const Wanted wanted{.in_real_time = all || mentions(argc, argv, "--realtime"),
                       .balances = all || mentions(argc, argv, "--balancing"),
                       .guesses = all || mentions(argc, argv, "--ghost"),
@@ -188,7 +232,8 @@ int run_command_line(int argc, const char* const* argv, kernel::Transport* trans
   std::vector<const CLI::App*> apps;
   for (const Command& command : kCommands) {
     CLI::App* const added = app.add_subcommand(command.name, command.purpose);
-    if (mentions(argc, argv, command.name)) command.define(*added, requests, wanted);
+    added->group(command.group);
+    if (guides || mentions(argc, argv, command.name)) command.define(*added, requests, wanted);
     apps.push_back(added);
   }
   try {
