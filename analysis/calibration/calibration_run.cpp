@@ -17,7 +17,7 @@ namespace {
 constexpr double kNsPerSecond = 1e9;
 
 models::SimulationResult run_of(const scenarios::Scenario& scene, std::uint32_t worlds,
-                                models::RunOptions options) {
+                                const models::RunOptions& options) {
   models::TerritoryOptions territory = scene.territory;
   territory.worlds = worlds;
   const models::TerritoryMap map =
