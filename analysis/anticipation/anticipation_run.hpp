@@ -30,7 +30,7 @@ struct AnticipationOptions {
   double utilisation = 1.0;      // base load: CPU time of a step over the time that it has, > 0
   double frames_per_s = 60.0;    // > 0
   double speed = 1.0;            // simulated over shown time, > 0
-  double lead_frames = 2.0;      // of measured runs: RealTimeRequest::lead_frames
+  std::optional<double> lead_frames;  // of measured runs: RealTimeRequest::lead_frames
   int repeat = 1;                // measured runs of a point, of which the median counts
   std::int64_t max_steps = 600;  // a buffer that lasts longer counts as never empty
 };

@@ -31,7 +31,7 @@ void check(const AnticipationOptions& options) {
   require_in(options.utilisation, 1e-6, 10.0, "--utilisation");
   require_in(options.frames_per_s, 0.1, 1e5, "--fps");
   require_in(options.speed, 1e-3, 1e3, "--speed");
-  require_in(options.lead_frames, 1.0, 1e6, "--lead");
+  if (options.lead_frames) require_in(*options.lead_frames, 1.0, 1e6, "--lead");
   require_in(options.repeat, 1, 1000, "--repeat");
   require_in(options.max_steps, std::int64_t{1}, scenarios::kMaxSteps, "--max-steps");
 }

@@ -134,7 +134,7 @@ Json real_time_json(const RealTimeReport& report) {
   const models::PlaybackSummary& sum = report.summary;
   return {{"frames_per_s", report.request.frames_per_s},
           {"speed", report.request.speed},
-          {"lead_steps", report.lead},
+          {"lead_steps", report.most_lead},
           {"frames", sum.frames},
           {"on_time", sum.on_time},
           {"slow", sum.slow},

@@ -28,8 +28,10 @@ void define_anticipation(CLI::App& command, AnticipationRequest& request) {
                      "base step cost over the time that a step has (default 1)");
   command.add_option("--fps", options.frames_per_s, "frames a second (default 60)");
   command.add_option("--speed", options.speed, "simulated over shown time (default 1)");
-  command.add_option("--lead", options.lead_frames,
-                     "measured: frames that GVT may be beyond what is shown (default 2)");
+  command.add_option(
+      "--lead", options.lead_frames,
+      "measured: frames that GVT may be beyond what is shown (default: 2, and as many "
+      "more as it needs)");
   command.add_option("--repeat", options.repeat, "measured runs of which the median counts");
   command.add_option("--steps", request.overrides.steps,
                      "over makespan: of each run (default: the scenario's)");

@@ -195,8 +195,8 @@ void add_real_time_options(CLI::App& command, std::optional<RealTimeRequest>& wa
       "--peak-from", [](RealTimeRequest& r) -> double& { return r.peak_from_s; }, 0.0, 1e6,
       "seconds after the first frame (default 2)");
   add(
-      "--lead", [](RealTimeRequest& r) -> double& { return r.lead_frames; }, 1.0, 1e6,
-      "frames that GVT may be beyond what is shown (default 2)");
+      "--lead", [](RealTimeRequest& r) -> double& { return r.lead_frames.emplace(); }, 1.0, 1e6,
+      "frames that GVT may be beyond what is shown (default: 2, and as many more as it needs)");
   add(
       "--peak-for", [](RealTimeRequest& r) -> double& { return r.peak_for_s; }, 0.0, 1e6,
       "seconds (default 1)");

@@ -67,9 +67,16 @@ RealTimeReport plan_of(const RealTimeRequest& request, const scenarios::Scenario
       .steps = run.steps};
   const auto most = static_cast<std::int64_t>(std::ceil(report.playback.steps_per_frame));
   const bool at_once = is_virtual(scenario) && run.cluster.gvt_delay_ns == 0;
-  report.lead = has_time_warp(scenario)
-                    ? (at_once ? 1 : static_cast<std::int64_t>(request.lead_frames)) * most
-                    : std::max(most, run.buffer);
+  report.lead.steps = std::max(most, run.buffer);
+  if (has_time_warp(scenario)) {
+    const std::int64_t frames =
+        at_once ? 1 : static_cast<std::int64_t>(request.lead_frames.value_or(kUsualLeadFrames));
+    report.lead.steps = frames * most;
+    const bool adapts = !is_virtual(scenario) && !request.lead_frames;
+    report.lead.grows = adapts ? most : 0;
+  }
+  report.lead.most = std::max(report.lead.steps, run.buffer);
+  report.most_lead = report.lead.steps;
   return report;
 }
 
@@ -194,6 +201,7 @@ RealTimeReport RealTimeSession::finish() {
     renderer_.join();
     report_.work = load_->take_work();
   }
+  report_.most_lead = buffer_.most_lead_steps();
   report_.summary = models::summary_of(report_.frames, report_.playback);
   return std::move(report_);
 }

@@ -23,18 +23,19 @@ struct RealTimeRequest {
   double peak_from_s = 2.0;    // since the first frame
   double peak_for_s = 1.0;
   // How far GVT may be beyond what is shown, in frames, >= 1; so late a user's input takes effect.
-  // A frame is late, though the buffer is full, when a GVT round takes longer than that: as long as
-  // several steps of a world.
-  double lead_frames = 2.0;
+  // Without a value it is kUsualLeadFrames at first, and as many more as GVT needs to keep up.
+  std::optional<double> lead_frames;
 };
+inline constexpr std::int64_t kUsualLeadFrames = 2;
 models::ArtificialLoad load_of(const RealTimeRequest& request);
 
 struct RealTimeReport {
   RealTimeRequest request;
   models::PlaybackOptions playback;
   std::int64_t buffer = 0;
-  std::int64_t lead = 0;      // steps that GVT may be beyond what is shown
-  double worst_wake_s = 0.0;  // by which a frame came late because the renderer slept on
+  models::Lead lead;           // of GVT over what is shown
+  std::int64_t most_lead = 0;  // steps that it has been
+  double worst_wake_s = 0.0;   // by which a frame came late because the renderer slept on
   models::PlaybackSummary summary;
   std::vector<models::ShownFrame> frames;
   std::vector<std::vector<models::WorkMark>> work;  // of each thread, or processor

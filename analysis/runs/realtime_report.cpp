@@ -63,7 +63,7 @@ std::string real_time_text(const RealTimeReport& report) {
   std::string text =
       "real time: " + format_number(report.request.frames_per_s) + " frames/s, speed " +
       format_number(report.request.speed) + "; buffer of " + std::to_string(report.buffer) +
-      " entries, GVT up to " + std::to_string(report.lead) + " beyond what is shown\n  " +
+      " entries, GVT up to " + std::to_string(report.most_lead) + " beyond what is shown\n  " +
       std::to_string(sum.frames) + " frames: " + std::to_string(sum.on_time) + " on time, " +
       std::to_string(sum.slow) + " in slow motion, " + std::to_string(sum.late) + " late; " +
       format_number(sum.slow_motion_s, 3) + " s behind real time at the end\n  least in store " +

@@ -10,8 +10,8 @@
 namespace soda::models {
 
 BufferInterface::BufferInterface(std::span<const physics::BodyState> initial, std::uint32_t worlds,
-                                 std::int64_t lead)
-    : lead_(lead), newest_(worlds) {
+                                 const Lead& lead)
+    : lead_(lead), lead_steps_(lead.steps), most_lead_steps_(lead.steps), newest_(worlds) {
   Frame start;
   start.states.assign(initial.begin(), initial.end());
   for (std::uint32_t body = 0; body < initial.size(); ++body)
@@ -36,14 +36,29 @@ void BufferInterface::on_newest(WorldId world, std::int64_t step) {
 }
 
 kernel::VirtualTime BufferInterface::floor() {
-  return time_of(shown_.load() + lead_, Phase::kBegin);
+  return time_of(shown_.load() + lead_steps_.load(), Phase::kBegin);
 }
 
 std::shared_ptr<const Frame> BufferInterface::show(std::int64_t clock) {
   const std::lock_guard lock(mutex_);
   while (frames_.size() > 1 && frames_[1]->clock <= clock) frames_.pop_front();
   shown_.store(frames_.front()->clock);
+  if (lead_.grows > 0) adapt_lead(frames_.back()->clock - frames_.front()->clock);
   return frames_.front();
+}
+
+void BufferInterface::adapt_lead(std::int64_t final_beyond) {
+  constexpr int kFramesOfPlenty = 60;
+  const std::int64_t lead = lead_steps_.load();
+  const bool is_store_kept_back = final_beyond == 0 && reached() > shown_.load();
+  plenty_ = final_beyond >= 3 * lead_.grows ? plenty_ + 1 : 0;
+  if (is_store_kept_back && shown_.load() > 0) {
+    lead_steps_.store(std::min(lead + lead_.grows, lead_.most));
+    most_lead_steps_ = std::max(most_lead_steps_, lead_steps_.load());
+  } else if (plenty_ >= kFramesOfPlenty) {
+    lead_steps_.store(std::max(lead - lead_.grows, lead_.steps));
+    plenty_ = 0;
+  }
 }
 
 std::int64_t BufferInterface::reached() const {

@@ -15,6 +15,13 @@
 
 namespace soda::models {
 
+// In steps.
+struct Lead {
+  std::int64_t steps = 1;  // >= 1; at least the most steps between two frames
+  std::int64_t grows = 0;  // by so many, the steps of a frame; 0: it stays as it is
+  std::int64_t most = 1;   // and no further
+};
+
 // All bodies of one step. Final: no rollback can change it any more.
 struct Frame {
   std::int64_t clock = 0;            // steps since the start
@@ -28,14 +35,17 @@ struct Frame {
 // run ahead into their buffers by as many entries as these have, and what a user does takes effect
 // at most `lead` steps after what is on the screen.
 //
+// A lead that is shorter than a GVT round takes makes frames late though they are in store. So a
+// lead may adapt: it grows by a frame when what is final ends with the frame shown and more is in
+// store, and shrinks when for a second two frames more than that were final.
+//
 // The floor of the outside, for an executor with Time Warp; one that has none runs no further than
 // `lead` itself, which is the size of its buffer then.
 class BufferInterface final : public kernel::Outside, public EntryObserver {
  public:
-  // `initial[i]` is the state of BodyId{i} at clock 0, which is shown first. `lead` >= 1, and at
-  // least the most steps between two frames.
+  // `initial[i]` is the state of BodyId{i} at clock 0, which is shown first.
   BufferInterface(std::span<const physics::BodyState> initial, std::uint32_t worlds,
-                  std::int64_t lead);
+                  const Lead& lead);
 
   // For CommitObserver::on_step, with states; in order of steps.
   void add(const CommittedStep& step);
@@ -47,12 +57,21 @@ class BufferInterface final : public kernel::Outside, public EntryObserver {
   // What lies before it is freed: clocks asked for must not descend.
   std::shared_ptr<const Frame> show(std::int64_t clock);
 
+  // The lead now, and the largest that it has been.
+  std::int64_t lead_steps() const { return lead_steps_.load(); }
+  std::int64_t most_lead_steps() const { return most_lead_steps_; }
   std::int64_t shown() const { return shown_.load(); }  // the clock shown last
   // The largest clock that all worlds have, final or not: what is in store.
   std::int64_t reached() const;
 
  private:
-  const std::int64_t lead_;
+  void adapt_lead(std::int64_t final_beyond);
+
+  const Lead lead_;
+  std::atomic<std::int64_t> lead_steps_;
+  // The renderer's.
+  std::int64_t most_lead_steps_;
+  int plenty_ = 0;  // frames in a row with two frames more than needed
   std::vector<std::atomic<std::int64_t>> newest_;  // entry of each world
   std::atomic<std::int64_t> shown_{0};
   std::mutex mutex_;

@@ -40,7 +40,7 @@ CommittedStep step_of(std::int64_t step) {
 }
 
 TEST(BufferInterface, AnswersWithTheClockAskedForOrTheLargestBeforeIt) {
-  BufferInterface buffer({}, 1, 1);
+  BufferInterface buffer({}, 1, {});
   EXPECT_EQ(buffer.show(3)->clock, 0);
   for (std::int64_t step = 1; step <= 4; ++step) buffer.add(step_of(step));
   EXPECT_EQ(buffer.show(3)->clock, 3);
@@ -49,7 +49,7 @@ TEST(BufferInterface, AnswersWithTheClockAskedForOrTheLargestBeforeIt) {
 }
 
 TEST(BufferInterface, HoldsGvtByWhatWasShown) {
-  BufferInterface buffer({}, 1, 2);
+  BufferInterface buffer({}, 1, {.steps = 2});
   EXPECT_EQ(buffer.floor(), time_of(2, Phase::kBegin));
   buffer.add(step_of(1));
   EXPECT_EQ(buffer.floor(), time_of(2, Phase::kBegin)) << "what is final need not be shown";
@@ -57,8 +57,51 @@ TEST(BufferInterface, HoldsGvtByWhatWasShown) {
   EXPECT_EQ(buffer.floor(), time_of(3, Phase::kBegin));
 }
 
+// A renderer at one step a frame, and a GVT that follows what it may be by so many frames.
+std::int64_t lead_with_gvt_behind(std::int64_t frames_behind, const Lead& lead) {
+  BufferInterface buffer({}, 1, lead);
+  std::vector<std::int64_t> floors;
+  std::int64_t final_step = 0;
+  for (std::int64_t frame = 1; frame <= 300; ++frame) {
+    floors.push_back(buffer.floor().t);
+    const std::int64_t known = std::max<std::int64_t>(std::ssize(floors) - 1 - frames_behind, 0);
+    for (; final_step < floors[static_cast<std::size_t>(known)]; ++final_step)
+      buffer.add(step_of(final_step + 1));
+    buffer.on_newest(WorldId{0}, final_step + 10);
+    buffer.show(buffer.shown() + 1);
+  }
+  return buffer.lead_steps();
+}
+
+TEST(BufferInterface, AnAdaptingLeadGrowsAsFarAsGvtIsBehind) {
+  EXPECT_EQ(lead_with_gvt_behind(0, {.steps = 2, .grows = 1, .most = 48}), 2);
+  const std::int64_t five = lead_with_gvt_behind(5, {.steps = 2, .grows = 1, .most = 48});
+  EXPECT_GE(five, 6);
+  EXPECT_LE(five, 9);
+  EXPECT_EQ(lead_with_gvt_behind(5, {.steps = 2, .grows = 0, .most = 48}), 2) << "it stays";
+  EXPECT_EQ(lead_with_gvt_behind(30, {.steps = 2, .grows = 1, .most = 8}), 8) << "no further";
+}
+
+TEST(BufferInterface, AnAdaptingLeadShrinksWhenGvtKeepsUpAgain) {
+  BufferInterface buffer({}, 1, {.steps = 2, .grows = 1, .most = 48});
+  buffer.on_newest(WorldId{0}, 1000);
+  for (std::int64_t step = 1; step <= 10; ++step) {  // final just in time
+    buffer.add(step_of(step));
+    buffer.show(step);
+  }
+  const std::int64_t grown = buffer.lead_steps();
+  EXPECT_GT(grown, 8);
+  for (std::int64_t step = 11; step <= 20; ++step) buffer.add(step_of(step));
+  for (std::int64_t step = 21; step <= 1000; ++step) {
+    buffer.add(step_of(step));
+    buffer.show(step - 10);
+  }
+  EXPECT_EQ(buffer.lead_steps(), 2);
+  EXPECT_EQ(buffer.most_lead_steps(), grown);
+}
+
 TEST(BufferInterface, ReachedIsWhatAllWorldsHaveAndGoesBackWithThem) {
-  BufferInterface buffer({}, 2, 1);
+  BufferInterface buffer({}, 2, {});
   buffer.on_newest(WorldId{0}, 7);
   EXPECT_EQ(buffer.reached(), 0);
   buffer.on_newest(WorldId{1}, 9);
@@ -74,7 +117,7 @@ class VirtualPlayback final : public kernel::Outside {
   VirtualPlayback(std::int64_t buffer, const PlaybackOptions& options,
                   std::function<double(double)> cost_s)
       : scene_(few_balls()),
-        buffer_(scene_.states, 1, buffer),
+        buffer_(scene_.states, 1, {.steps = buffer}),
         options_(options),
         cost_s_(std::move(cost_s)) {}
 
@@ -211,7 +254,7 @@ TEST(BufferInterface, WorldsFillTheirBuffersWhileInputsStillTakeEffectAtOnce) {
                              }};
   simulate(scene.description, scene.states, blocks(1), {.steps = 80}, plain);
 
-  BufferInterface buffer(scene.states, 4, 1);
+  BufferInterface buffer(scene.states, 4, {});
   EarliestInput input(buffer);
   RunOptions options{.executor = ExecutorKind::kThreads, .threads = 2, .steps = 80, .buffer = 16};
   options.outsides = {&buffer, &input};
