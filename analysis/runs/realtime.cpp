@@ -73,7 +73,7 @@ RealTimeReport plan_of(const RealTimeRequest& request, const scenarios::Scenario
         at_once ? 1 : static_cast<std::int64_t>(request.lead_frames.value_or(kUsualLeadFrames));
     report.lead.steps = frames * most;
     const bool adapts = !is_virtual(scenario) && !request.lead_frames;
-    report.lead.grows = adapts ? most : 0;
+    report.lead.frame = adapts ? most : 0;
   }
   report.lead.most = std::max(report.lead.steps, run.buffer);
   report.most_lead = report.lead.steps;

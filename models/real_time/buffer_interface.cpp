@@ -43,20 +43,24 @@ std::shared_ptr<const Frame> BufferInterface::show(std::int64_t clock) {
   const std::lock_guard lock(mutex_);
   while (frames_.size() > 1 && frames_[1]->clock <= clock) frames_.pop_front();
   shown_.store(frames_.front()->clock);
-  if (lead_.grows > 0) adapt_lead(frames_.back()->clock - frames_.front()->clock);
+  if (lead_.frame > 0) adapt_lead(frames_.back()->clock - frames_.front()->clock);
   return frames_.front();
 }
 
 void BufferInterface::adapt_lead(std::int64_t final_beyond) {
   constexpr int kFramesOfPlenty = 60;
   const std::int64_t lead = lead_steps_.load();
-  const bool is_store_kept_back = final_beyond == 0 && reached() > shown_.load();
-  plenty_ = final_beyond >= 3 * lead_.grows ? plenty_ + 1 : 0;
-  if (is_store_kept_back && shown_.load() > 0) {
-    lead_steps_.store(std::min(lead + lead_.grows, lead_.most));
+  const bool has_more = reached() > shown_.load() + final_beyond;
+  const bool would_do_with_less = 2 * (final_beyond - lead_.frame) >= lead - lead_.frame;
+  plenty_ = would_do_with_less ? plenty_ + 1 : 0;
+  if (patience_ > 0) {
+    --patience_;
+  } else if (2 * final_beyond < lead && has_more && shown_.load() > 0) {
+    patience_ = (lead - final_beyond) / lead_.frame;
+    lead_steps_.store(std::min(2 * lead, lead_.most));
     most_lead_steps_ = std::max(most_lead_steps_, lead_steps_.load());
   } else if (plenty_ >= kFramesOfPlenty) {
-    lead_steps_.store(std::max(lead - lead_.grows, lead_.steps));
+    lead_steps_.store(std::max(lead - lead_.frame, lead_.steps));
     plenty_ = 0;
   }
 }

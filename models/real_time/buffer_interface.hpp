@@ -18,8 +18,8 @@ namespace soda::models {
 // In steps.
 struct Lead {
   std::int64_t steps = 1;  // >= 1; at least the most steps between two frames
-  std::int64_t grows = 0;  // by so many, the steps of a frame; 0: it stays as it is
-  std::int64_t most = 1;   // and no further
+  std::int64_t frame = 0;  // the steps of a frame; 0: the lead stays as it is
+  std::int64_t most = 1;   // if it adapts
 };
 
 // All bodies of one step. Final: no rollback can change it any more.
@@ -36,8 +36,9 @@ struct Frame {
 // at most `lead` steps after what is on the screen.
 //
 // A lead that is shorter than a GVT round takes makes frames late though they are in store. So a
-// lead may adapt: it grows by a frame when what is final ends with the frame shown and more is in
-// store, and shrinks when for a second two frames more than that were final.
+// lead may adapt. GVT should be behind by half of it at most, so that a step may get twice as dear:
+// else the lead doubles, if there is more in store, and then not again until GVT can have followed.
+// It shrinks by a frame when that would have done for a second.
 //
 // The floor of the outside, for an executor with Time Warp; one that has none runs no further than
 // `lead` itself, which is the size of its buffer then.
@@ -71,7 +72,8 @@ class BufferInterface final : public kernel::Outside, public EntryObserver {
   std::atomic<std::int64_t> lead_steps_;
   // The renderer's.
   std::int64_t most_lead_steps_;
-  int plenty_ = 0;  // frames in a row with two frames more than needed
+  std::int64_t patience_ = 0;                      // frames until the lead may grow again
+  int plenty_ = 0;                                 // frames in a row that would have done with less
   std::vector<std::atomic<std::int64_t>> newest_;  // entry of each world
   std::atomic<std::int64_t> shown_{0};
   std::mutex mutex_;
