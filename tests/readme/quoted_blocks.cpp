@@ -53,6 +53,10 @@ std::vector<Quote> quotes_of(const std::vector<std::string>& lines) {
   return quotes;
 }
 
+bool shares_folder(const std::vector<std::string>& lines) {
+  return std::find(lines.begin(), lines.end(), "<!-- blocks share a folder -->") != lines.end();
+}
+
 bool is_file(const Quote& quote) { return quote.command.starts_with("cat "); }
 
 std::string masked(const std::string& line) {

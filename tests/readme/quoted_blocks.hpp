@@ -1,4 +1,4 @@
-// Commands that a README quotes, with what they print.
+// Commands that a page quotes, with what they print.
 #pragma once
 
 #include <cstddef>
@@ -19,6 +19,9 @@ struct Quote {
 };
 
 std::vector<Quote> quotes_of(const std::vector<std::string>& readme_lines);
+
+// A page that says so in a comment is read from its top: its blocks see the files of those before.
+bool shares_folder(const std::vector<std::string>& lines);
 
 // `cat FILE` quotes what stands in a file: it is written, not run.
 bool is_file(const Quote& quote);

@@ -1,5 +1,5 @@
-// What READMEs quote is what the program prints. With SODA_REWRITE_READMES=1 they are mended where
-// it is not (tests/readme/rewrite.sh).
+// What READMEs and docs quote is what the program prints. With SODA_REWRITE_READMES=1 they are
+// mended where it is not (tests/readme/rewrite.sh).
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -24,11 +24,16 @@ std::string text_of(const fs::path& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-std::vector<fs::path> readmes() {
+// READMEs of the layers and of tests, and all pages of docs.
+std::vector<fs::path> pages() {
   std::vector<fs::path> found = {kSources / "README.md"};
-  for (const char* folder : {"kernel", "physics", "models", "scenarios", "analysis", "tests"})
-    for (const auto& entry : fs::recursive_directory_iterator(kSources / folder))
-      if (entry.path().filename() == "README.md") found.push_back(entry.path());
+  for (const char* folder :
+       {"kernel", "physics", "models", "scenarios", "analysis", "tests", "docs"})
+    for (const auto& entry : fs::recursive_directory_iterator(kSources / folder)) {
+      const bool all = std::string_view(folder) == "docs";
+      if (all ? entry.path().extension() == ".md" : entry.path().filename() == "README.md")
+        found.push_back(entry.path());
+    }
   std::sort(found.begin() + 1, found.end());
   return found;
 }
@@ -61,32 +66,32 @@ class Desk {
   TemporaryFolder folder_;
 };
 
-void check(const fs::path& readme) {
-  const std::vector<std::string> lines = lines_of(text_of(readme));
+void check(const fs::path& page) {
+  const std::vector<std::string> lines = lines_of(text_of(page));
   const std::vector<Quote> quotes = quotes_of(lines);
   std::vector<std::vector<std::string>> printed;
   std::optional<Desk> desk;
   for (const Quote& quote : quotes) {
-    if (quote.starts_block) desk.emplace();
+    if (quote.starts_block && !(desk && shares_folder(lines))) desk.emplace();
     printed.push_back(desk->output_of(quote));
   }
   if (std::getenv("SODA_REWRITE_READMES")) {
-    std::ofstream(readme, std::ios::binary) << rewritten(lines, quotes, printed);
+    std::ofstream(page, std::ios::binary) << rewritten(lines, quotes, printed);
     return;
   }
   for (std::size_t i = 0; i < quotes.size(); ++i)
     EXPECT_EQ(difference(quotes[i], printed[i]), "")
-        << readme.string() << ":" << quotes[i].line << ": " << quotes[i].command
+        << page.string() << ":" << quotes[i].line << ": " << quotes[i].command
         << "\nif that is right: tests/readme/rewrite.sh";
 }
 
 TEST(Readmes, QuoteWhatTheProgramPrints) {
-  for (const fs::path& readme : readmes()) check(readme);
+  for (const fs::path& page : pages()) check(page);
 }
 
 TEST(Readmes, QuoteSomething) {
   EXPECT_FALSE(quotes_of(lines_of(text_of(kSources / "README.md"))).empty());
-  EXPECT_FALSE(quotes_of(lines_of(text_of(kSources / "scenarios/README.md"))).empty());
+  EXPECT_FALSE(quotes_of(lines_of(text_of(kSources / "docs/tutorial.md"))).empty());
 }
 
 const char* const kReadme =
@@ -103,6 +108,11 @@ TEST(QuotedBlocks, AreIndentedCommandsWithWhatStandsUnderThem) {
   EXPECT_TRUE(is_file(quotes[1]) && quotes[1].starts_block);
   EXPECT_EQ(quotes[2].output, std::vector<std::string>{"stage"});
   EXPECT_FALSE(quotes[2].cut || quotes[2].starts_block);
+}
+
+TEST(QuotedBlocks, ShareAFolderWhereThePageSaysSo) {
+  EXPECT_FALSE(shares_folder(lines_of(kReadme)));
+  EXPECT_TRUE(shares_folder(lines_of("# Title\n\n<!-- blocks share a folder -->\n")));
 }
 
 TEST(QuotedBlocks, DifferInDigestsErrorsAndNamesAndNotInTimes) {
