@@ -112,6 +112,20 @@ std::vector<Link> links_of(const std::string& text) {
   return links;
 }
 
+std::vector<Source> sources_of(const std::string& text) {
+  static const std::regex pattern(
+      "`((?:kernel|physics|models|scenarios|analysis|tests)/[a-z0-9_/-]+\\.(?:hpp|cpp|js|sh))`");
+  std::vector<Source> sources;
+  const std::vector<Line> lines = classified(text);
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    if (lines[i].kind == Kind::kCode) continue;
+    const std::string& line = lines[i].text;
+    for (std::sregex_iterator at(line.begin(), line.end(), pattern), end; at != end; ++at)
+      sources.push_back({i + 1, (*at)[1].str()});
+  }
+  return sources;
+}
+
 std::vector<std::string> anchors_of(const std::string& text) {
   std::vector<std::string> anchors;
   std::map<std::string, int> seen;

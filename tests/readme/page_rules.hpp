@@ -20,6 +20,14 @@ struct Link {
 // Links and pictures, `[text](target)`. What stands in code is none.
 std::vector<Link> links_of(const std::string& text);
 
+struct Source {
+  std::size_t line = 0;
+  std::string path;
+};
+
+// Sources and scripts that a page names from the root, as `kernel/api/message.hpp`: spans of code.
+std::vector<Source> sources_of(const std::string& text);
+
 // What `#anchor` can name on a page: its headings as GitHub writes them, a repeated one with -1.
 std::vector<std::string> anchors_of(const std::string& text);
 

@@ -3,10 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <map>
+#include <stdexcept>
 
 #include "tests/readme/quoted_blocks.hpp"
 
@@ -79,6 +81,20 @@ TEST(Pages, LinksLeadSomewhere) {
   EXPECT_GE(links, 50u);
 }
 
+TEST(Pages, SourcesThatTheyNameAreThere) {
+  const Repository all = repository();
+  std::size_t named = 0;
+  for (const Page& page : all.pages) {
+    for (const Source& source : sources_of(page.text)) {
+      ++named;
+      const bool found =
+          std::find(all.files.begin(), all.files.end(), source.path) != all.files.end();
+      EXPECT_TRUE(found) << page.path << ":" << source.line << ": " << source.path;
+    }
+  }
+  EXPECT_GE(named, 30u);
+}
+
 TEST(Pages, SentencesOfDocsAreShort) {
   for (const Page& page : repository().pages) {
     if (is_of_docs(page)) {
@@ -87,14 +103,19 @@ TEST(Pages, SentencesOfDocsAreShort) {
   }
 }
 
+// By itself, or by its folder.
 TEST(Pages, OfDocsAreAllInTheIndex) {
   const Repository all = repository();
-  std::vector<std::string> named;
+  Strings named;
   for (const Link& link : links_of(page_at(all.pages, "docs/README.md").text))
     named.push_back("docs/" + link.target.substr(0, link.target.find('#')));
+  const auto is_named = [&named](const std::string& path) {
+    return std::find(named.begin(), named.end(), path) != named.end();
+  };
   for (const Page& page : all.pages) {
     if (!is_of_docs(page) || page.path == "docs/README.md") continue;
-    EXPECT_NE(std::find(named.begin(), named.end(), page.path), named.end()) << page.path;
+    const std::string folder = fs::path(page.path).parent_path().generic_string();
+    EXPECT_TRUE(is_named(page.path) || is_named(folder)) << page.path;
   }
 }
 
@@ -124,6 +145,16 @@ TEST(PageRules, LinksToNoFileOrNoHeadingAreBroken) {
   EXPECT_EQ(broken, (Strings{"docs/a.md:3: no.md: there is no such file",
                              "docs/a.md:4: b.md#no: there is no such heading",
                              "docs/a.md:5: ../x/y.cpp#c: there is no such heading"}));
+}
+
+TEST(PageRules, SourcesAreSpansOfCodeFromTheRoot) {
+  const std::vector<Source> sources = sources_of(
+      "`kernel/api/message.hpp` and `message.hpp`, `physics/step`\n| `tests/soak.sh` |\n"
+      "\n    `kernel/no.hpp`\n\n`scenarios/NAME.json` `models/X.hpp: text`\n");
+  ASSERT_EQ(sources.size(), 2u);
+  EXPECT_EQ(sources[0].path, "kernel/api/message.hpp");
+  EXPECT_EQ(sources[1].path, "tests/soak.sh");
+  EXPECT_EQ(sources[1].line, 2u);
 }
 
 TEST(PageRules, SentencesAreCountedInProseAlone) {
