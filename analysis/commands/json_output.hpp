@@ -1,5 +1,5 @@
-// All JSON that `soda` prints but for what searches find (whole/search_json.hpp). Keys are
-// documented in README.md, "JSON output".
+// All JSON that `soda` prints but for what searches find (search_json.hpp). Keys are
+// documented in docs/commands.md.
 #pragma once
 
 #include <string>

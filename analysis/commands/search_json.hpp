@@ -1,5 +1,5 @@
 // Results of searches over many scenes or runs, of comparisons and of logs, as JSON: one object,
-// keys as in README.md, "JSON output".
+// keys as in docs/commands.md.
 #pragma once
 
 #include <string>

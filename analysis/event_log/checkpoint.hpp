@@ -16,7 +16,7 @@ namespace soda::analysis {
 std::vector<models::UserInput> still_to_come(std::span<const models::UserInput> script,
                                              std::span<const models::CommittedInput> acted);
 
-// A checkpoint is an event log (README.md, "Log format") of no steps: with all that a run needs, it
+// A checkpoint is an event log (docs/log-format.md) of no steps: with all that a run needs, it
 // has the states before one step, the inputs that had acted then, and those of its scenario, or of
 // a file, that had not. So what reads logs reads checkpoints, and a run goes on from either
 // (logged_run.hpp).

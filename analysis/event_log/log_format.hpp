@@ -1,5 +1,5 @@
 // The event log: block layout and payloads, shared by writer and reader. The format is documented
-// in README.md, "Log format".
+// in docs/log-format.md.
 #pragma once
 
 #include <array>

@@ -81,7 +81,7 @@ FamiliesReport measure_families(const std::vector<Family>& families, const Famil
 std::string families_text(const FamiliesReport& report);
 // One HTML file: of each family a diagram of each measure and of costs, over n.
 std::string families_html(const FamiliesReport& report);
-// One object, keys as in README.md, "JSON output".
+// One object, keys as in docs/commands.md.
 std::string families_json(const FamiliesReport& report);
 
 }  // namespace soda::analysis

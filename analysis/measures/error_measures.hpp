@@ -9,7 +9,7 @@
 
 namespace soda::analysis {
 
-// The scales are defined in README.md, "Error measures". A scale of 0 gives an error of 0.
+// The scales are defined in docs/accuracy.md, "Error measures". A scale of 0 gives an error of 0.
 struct ErrorMeasures {
   double energy_drift_rel = 0.0;         // < 0 where contacts dissipate
   double momentum_drift_rel = 0.0;       // >= 0; a conservation check: rounding only

@@ -1,4 +1,4 @@
-// What is found in traces, as JSON: keys as in ../README.md, "JSON output".
+// What is found in traces, as JSON: keys as in docs/commands.md.
 #pragma once
 
 #include <cstdint>
