@@ -119,6 +119,19 @@ TEST(Pages, OfDocsAreAllInTheIndex) {
   }
 }
 
+TEST(Pages, OfDecisionsHaveFourParts) {
+  std::size_t decisions = 0;
+  for (const Page& page : repository().pages) {
+    if (!page.path.starts_with("docs/decisions/")) continue;
+    ++decisions;
+    for (const std::string part : {"Context", "Decision", "Evidence", "Consequence"})
+      EXPECT_TRUE(page.text.find("**" + part) != page.text.npos ||
+                  page.text.find("## " + part) != page.text.npos)
+          << page.path << ": " << part;
+  }
+  EXPECT_GE(decisions, 8u);
+}
+
 TEST(PageRules, LinksAreThoseOutsideOfCode) {
   const std::vector<Link> links = links_of(
       "A [b](c.md#d) and ![e](f.png \"title\").\n\n    [no](link)\n\n`[no](link)`\n"
