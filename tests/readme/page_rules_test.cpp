@@ -132,6 +132,25 @@ TEST(Pages, OfDecisionsHaveFourParts) {
   EXPECT_GE(decisions, 8u);
 }
 
+TEST(Pages, TheArchitectureNamesEachRoom) {
+  const Repository all = repository();
+  const std::string& page = page_at(all.pages, "docs/architecture.md").text;
+  std::size_t rooms = 0;
+  for (const std::string& path : all.files) {
+    const fs::path room(path);
+    const std::string layer = room.parent_path().generic_string();
+    const bool has_rooms =
+        layer == "kernel" || layer == "physics" || layer == "models" || layer == "analysis";
+    if (!has_rooms || room.has_extension() || path == "analysis/benchmarks") continue;
+    ++rooms;
+    const std::size_t row = page.find("\n| " + layer + " | ");
+    ASSERT_NE(row, page.npos) << layer;
+    const std::string list = page.substr(row + 1, page.find('\n', row + 1) - row - 1);
+    EXPECT_NE(list.find(" " + room.filename().string()), list.npos) << path;
+  }
+  EXPECT_GE(rooms, 40u);
+}
+
 TEST(PageRules, LinksAreThoseOutsideOfCode) {
   const std::vector<Link> links = links_of(
       "A [b](c.md#d) and ![e](f.png \"title\").\n\n    [no](link)\n\n`[no](link)`\n"
