@@ -1,4 +1,4 @@
-// docs/commands.md names every command, and every key of what they print as JSON.
+// docs/commands.md names every command, every option, and every key of what they print as JSON.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -39,17 +39,40 @@ std::set<std::string> keys_of(const std::string& json) {
   return keys;
 }
 
+// As `soda --help` lists them.
+Strings commands_of(const TemporaryFolder& folder) {
+  const std::string help = printed(folder, "--help");
+  static const std::regex line(R"(\n  ([a-z][a-z-]+) {2,})");
+  Strings commands;
+  for (std::sregex_iterator at(help.begin(), help.end(), line), end; at != end; ++at)
+    commands.push_back((*at)[1].str());
+  return commands;
+}
+
 TEST(CommandsPage, HasASectionForEachCommand) {
   const TemporaryFolder folder;
-  const std::string help = printed(folder, "--help");
-  const Strings anchors = anchors_of(commands_page());
-  static const std::regex line(R"(\n  ([a-z][a-z-]+) {2,})");
-  std::size_t commands = 0;
-  for (std::sregex_iterator at(help.begin(), help.end(), line), end; at != end; ++at, ++commands) {
-    const std::string anchor = "soda-" + (*at)[1].str();
-    EXPECT_NE(std::find(anchors.begin(), anchors.end(), anchor), anchors.end()) << anchor;
+  const Strings anchors = anchors_of(commands_page()), commands = commands_of(folder);
+  for (const std::string& command : commands)
+    EXPECT_NE(std::find(anchors.begin(), anchors.end(), "soda-" + command), anchors.end())
+        << command;
+  EXPECT_GE(commands.size(), 20u);
+}
+
+TEST(CommandsPage, NamesEachOption) {
+  const TemporaryFolder folder;
+  const std::string page = commands_page();
+  static const std::regex option(R"(\n  (?:-[a-z],)?(--[A-Za-z0-9-]+))");
+  std::set<std::string> all;
+  for (const std::string& command : commands_of(folder)) {
+    const std::string help = printed(folder, command + " --help");
+    for (std::sregex_iterator at(help.begin(), help.end(), option), end; at != end; ++at) {
+      const std::string name = (*at)[1].str();
+      if (name == "--help") continue;
+      EXPECT_TRUE(std::regex_search(page, std::regex(name + "\\b"))) << command << " " << name;
+      all.insert(name);
+    }
   }
-  EXPECT_GE(commands, 20u);
+  EXPECT_GE(all.size(), 80u);
 }
 
 TEST(CommandsPage, NamesEachKeyOfTheJson) {
