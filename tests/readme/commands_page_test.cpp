@@ -109,6 +109,7 @@ TEST(CommandsPage, NamesEachKeyOfTheJson) {
                "groups --bodies 50 --seeds 1..2",
                "groups " + library + "third-world.json --steps 5",
                "scaling " + library + "third-world.json --worlds 1,4 --steps 5 --against lockstep",
+               "calibrate " + library + "third-world.json --steps 5 --repeat 1 --predict 1",
                "rollback " + scene,
                "phold --lps 8 --end 5 --executor virtual",
                "verify " + library +
