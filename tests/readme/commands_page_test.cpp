@@ -110,7 +110,7 @@ TEST(CommandsPage, NamesEachKeyOfTheJson) {
                "groups " + library + "third-world.json --steps 5",
                "scaling " + library + "third-world.json --worlds 1,4 --steps 5 --against lockstep",
                "calibrate " + library + "third-world.json --steps 5 --repeat 1 --predict 1",
-               "rollback " + scene,
+               "compare " + scene,
                "phold --lps 8 --end 5 --executor virtual",
                "verify " + library +
                    "third-world.json --steps 2 --threads 1 --worlds 2 --buffers 4 --seeds 0",
