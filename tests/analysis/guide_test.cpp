@@ -1,0 +1,46 @@
+// `soda completion` and `soda manual`.
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "analysis/child_process.hpp"
+
+namespace soda::analysis {
+namespace {
+
+using analysis_test::contains;
+using analysis_test::run_soda;
+
+TEST(Guides, BashCompletesCommandsOptionsAndValues) {
+  const std::string script = run_soda({"completion", "bash"}).out;
+  const auto completed = [&script](const std::string& words, int current) {
+    const auto result = analysis_test::run_child({"/bin/bash", "-c",
+                                                  script + "\nCOMP_WORDS=(" + words +
+                                                      "); COMP_CWORD=" + std::to_string(current) +
+                                                      "; _soda; printf '%s ' \"${COMPREPLY[@]}\""});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return result.out;
+  };
+  EXPECT_EQ(completed("soda an", 1), "anticipation ");
+  EXPECT_EQ(completed("soda run --exec", 2), "--executor --execution-seed ");
+  EXPECT_EQ(completed("soda run --balancing p", 3), "paper ");
+  EXPECT_EQ(completed("soda groups --preset paper-", 3), "paper-fig6 paper-fig7 ");
+}
+
+TEST(Guides, EveryShellAndTheManualKnowEveryCommandAndOption) {
+  const std::string zsh = run_soda({"completion", "zsh"}).out;
+  EXPECT_TRUE(contains(zsh, "bashcompinit"));
+  const std::string fish = run_soda({"completion", "fish"}).out;
+  const std::string manual = run_soda({"manual"}).out;
+  for (const char* command : {"run", "why", "calibrate", "completion", "manual"}) {
+    EXPECT_TRUE(contains(zsh, std::string(command) + ") words=")) << command;
+    EXPECT_TRUE(contains(fish, std::string("-f -a ") + command + " -d")) << command;
+    EXPECT_TRUE(contains(manual, std::string(".SS soda ") + command + "\n")) << command;
+  }
+  EXPECT_TRUE(contains(fish, "__fish_seen_subcommand_from run' -l ghosts"));
+  EXPECT_TRUE(contains(manual, "\\fB\\-\\-ghosts\\fR"));
+  EXPECT_EQ(run_soda({"completion", "csh"}).exit_code, 2);
+}
+
+}  // namespace
+}  // namespace soda::analysis
