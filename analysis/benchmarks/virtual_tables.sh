@@ -38,10 +38,11 @@ makespan_ms() { # report, digits
 millimetres() { calculated "%.2g" "1e3 * $1"; }
 
 rollback_rows() { # scene
-  "$soda" rollback "$library/$1.json" --steps 120 --latency-us 100 --json > "$folder/modes"
+  "$soda" compare "$library/$1.json" --over rollback --steps 120 --latency-us 100 --json \
+    > "$folder/modes"
   local mode apart
   for mode in propagate warm; do
-    sed -n "/\"rollback\": \"$mode\"/,/}/p" "$folder/modes" > "$folder/mode"
+    grep "\"setting\": \"$mode\"" "$folder/modes" | tr ',{}' '\n' > "$folder/mode"
     apart=0
     if [ $mode = warm ]; then
       apart="$(millimetres "$(value position_deviation_m mode)") mm,"
