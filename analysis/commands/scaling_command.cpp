@@ -7,6 +7,7 @@
 #include <optional>
 #include <ostream>
 
+#include "analysis/process/installed.hpp"
 #include "analysis/scaling/scaling_report.hpp"
 #include "analysis/text/exit_codes.hpp"
 #include "analysis/text/output_file.hpp"
@@ -68,7 +69,7 @@ std::vector<std::string> scenario_files(const ScalingRequest& request) {
   }
   std::error_code error;
   std::vector<std::string> found;
-  for (const auto& entry : std::filesystem::directory_iterator(request.library, error))
+  for (const auto& entry : std::filesystem::directory_iterator(installed(request.library), error))
     if (entry.path().extension() == ".json") found.push_back(entry.path().string());
   if (error) throw scenarios::FileError(request.library + ": " + error.message());
   if (found.empty()) throw UsageError("--library: no scenario in " + request.library);

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "analysis/process/installed.hpp"
 #include "analysis/runs/warnings.hpp"
 #include "analysis/text/exit_codes.hpp"
 #include "analysis/text/text_table.hpp"
@@ -230,7 +231,7 @@ void apply_cluster(const ClusterOverrides& overrides, std::uint32_t lps,
 }
 
 scenarios::Scenario load_scenario(const std::string& file, const Overrides& overrides) {
-  scenarios::Scenario scenario = scenarios::read_scenario_file(file, overrides.seed);
+  scenarios::Scenario scenario = scenarios::read_scenario_file(installed(file), overrides.seed);
   if (overrides.strict) refuse_warnings(file, scenario.warnings);
   apply_overrides(overrides, scenario.territory, scenario.run);
   return scenario;
