@@ -26,7 +26,7 @@ std::string json_of(const py::object& object) {
 }
 
 py::array_t<std::uint32_t> array_of(std::span<const std::uint32_t> ids) {
-  return {static_cast<py::ssize_t>(ids.size()), ids.data()};
+  return py::array_t<std::uint32_t>(static_cast<py::ssize_t>(ids.size()), ids.data());
 }
 
 py::dict dictionary_of(const BodyState& state) {

@@ -55,7 +55,9 @@ TEST(LibraryRays, EnterEveryShapeWhereItsSurfaceIs) {
     EXPECT_EQ(hit->solid, (Solid{false, i}));
     EXPECT_NEAR(hit->distance_m, 10.0 - tops[i], 1e-12) << i;
     EXPECT_NEAR(hit->point_m.z, tops[i], 1e-12);
-    if (i != 4) EXPECT_NEAR(hit->normal.z, 1.0, 1e-12) << i;
+    if (i != 4) {
+      EXPECT_NEAR(hit->normal.z, 1.0, 1e-12) << i;
+    }
     EXPECT_FALSE(simulation.cast_ray({4.0 * i, 0.0, 10.0}, {0.0, 0.0, -1.0}, 9.9 - tops[i]));
     EXPECT_FALSE(simulation.cast_ray({4.0 * i, 0.0, 10.0}, {0.0, 0.0, 1.0}, 20.0));
   }

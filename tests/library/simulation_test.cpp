@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -44,9 +45,9 @@ TEST_P(LibraryDigests, StepByStepAsDivided) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, LibraryDigests, testing::ValuesIn(library_scenes()),
-                         [](const auto& info) {
-                           std::string name = info.param;
-                           std::ranges::replace(name, '-', '_');
+                         [](const auto& scene) {
+                           std::string name = scene.param;
+                           std::replace(name.begin(), name.end(), '-', '_');
                            return name;
                          });
 
