@@ -28,6 +28,7 @@ constexpr double kPush_newton_s = 0.25;
 soda::Scene make_arena() {
   soda::SceneParts arena;
   arena.name = "arena";
+  arena.quality = "fast";
   arena.materials = {{.name = "rubber", .friction = 0.6, .restitution = 0.3},
                      {.name = "wood", .friction = 0.4}};
   arena.statics.push_back({.name = "floor", .shape = soda::HalfSpace{}, .material = "wood"});
