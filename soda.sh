@@ -9,7 +9,8 @@ packages=(
   nlohmann-json3-dev libcli11-dev libxxhash-dev libzstd-dev libedit-dev
   libopenmpi-dev openmpi-bin
 )
-test_packages=(git patch libgtest-dev librapidcheck-dev libvalijson-dev valgrind iproute2)
+test_packages=(git patch libgtest-dev librapidcheck-dev libvalijson-dev valgrind iproute2
+  pybind11-dev python3-dev python3-numpy)
 main_scenario=scenarios/library/wrecking-balls.json
 
 usage() {

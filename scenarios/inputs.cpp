@@ -68,7 +68,26 @@ const char* key_of_other(const JsonValue& json, const MotorKeys& other) {
   return nullptr;
 }
 
+std::optional<UserInput> parse_line(std::string_view line, InputBuilder& builder,
+                                    FaultList& faults) {
+  const JsonTree tree = parse_json(line, faults);
+  const JsonValue* const root = tree.root();
+  if (root == nullptr) return std::nullopt;
+  InputSpec spec;
+  read_choice(kInputLine, *root, &spec, faults);
+  return faults.empty() ? builder.build(spec, faults) : std::nullopt;
+}
+
 }  // namespace
+
+UserInput read_input_line(const Scenario& scenario, std::string_view line,
+                          const std::string& file) {
+  FaultList faults;
+  InputBuilder builder(scenario);
+  const std::optional<UserInput> input = parse_line(line, builder, faults);
+  if (!input) throw InputError(file, std::move(faults));
+  return *input;
+}
 
 bool InputBuilder::check_id(const InputBase& base, FaultList& faults) {
   const JsonValue& member = *find_member(*base.json, "id");
@@ -184,13 +203,7 @@ std::optional<UserInput> InputLines::read_line(std::string_view line, FaultList&
   ++line_;
   if (line.find_first_not_of(" \t\r") == std::string_view::npos) return std::nullopt;
   FaultList found;
-  const JsonTree tree = parse_json(line, found);
-  std::optional<UserInput> input;
-  if (const JsonValue* root = tree.root()) {
-    InputSpec spec;
-    read_choice(kInputLine, *root, &spec, found);
-    if (found.empty()) input = builder_.build(spec, found);
-  }
+  const std::optional<UserInput> input = parse_line(line, builder_, found);
   for (InputFault& fault : found) {
     fault.line = line_;
     if (faults.size() < kMaxFaults) faults.push_back(std::move(fault));

@@ -40,6 +40,11 @@ class InputBuilder {
   std::map<std::uint32_t, std::string> ids_;  // with the place of the first use
 };
 
+// One input as a line of JSON, whatever ids others have; without a time its step is -1. `file`
+// names it in messages. Throws InputError with all its faults.
+models::UserInput read_input_line(const Scenario& scenario, std::string_view line,
+                                  const std::string& file);
+
 // Reads inputs as lines of JSON, one object a line, as in the array "inputs" of a scenario; a line
 // may lack a time. Empty lines say nothing.
 class InputLines {

@@ -1,8 +1,7 @@
 #include <dlfcn.h>
 
-#include <filesystem>
-
 #include "analysis/accuracy/engine.hpp"
+#include "analysis/process/installed.hpp"
 
 namespace soda::analysis {
 
@@ -13,9 +12,8 @@ std::vector<PeerModule> peer_modules() {
 // Modules stay loaded until the program ends, because their engines do.
 std::vector<EngineKind> engine_kinds() {
   std::vector<EngineKind> kinds = soda_engines();
-  const auto folder = std::filesystem::read_symlink("/proc/self/exe").parent_path();
   for (const PeerModule& peer : peer_modules()) {
-    const auto module = folder / ("soda_engine_" + peer.name + ".so");
+    const std::string module = module_file("soda_engine_" + peer.name + ".so");
     void* const library = dlopen(module.c_str(), RTLD_NOW | RTLD_LOCAL);
     if (library == nullptr) continue;
     const auto append = reinterpret_cast<AppendEngines>(dlsym(library, kPeerEnginesSymbol));

@@ -12,6 +12,7 @@
 #include "analysis/commands/search_json.hpp"
 #include "analysis/families/family_run.hpp"
 #include "analysis/measures/extremes.hpp"
+#include "analysis/process/installed.hpp"
 #include "analysis/text/exit_codes.hpp"
 #include "analysis/text/nearest_name.hpp"
 #include "analysis/text/output_file.hpp"
@@ -59,20 +60,21 @@ std::vector<std::string> case_names(const std::string& folder) {
 
 std::vector<std::string> files_of(const AccuracyRequest& request) {
   std::vector<std::string> files;
+  const std::string folder = installed(request.folder);
   const auto in_folder = [&](const std::string& name) {
-    return (fs::path(request.folder) / (name + ".json")).string();
+    return (fs::path(folder) / (name + ".json")).string();
   };
   if (request.cases.empty())
-    for (const std::string& name : case_names(request.folder)) files.push_back(in_folder(name));
+    for (const std::string& name : case_names(folder)) files.push_back(in_folder(name));
   for (const std::string& name : request.cases) {
     if (name.ends_with(".json")) {
-      files.push_back(name);
+      files.push_back(installed(name));
       continue;
     }
-    const std::vector<std::string> known = case_names(request.folder);
+    const std::vector<std::string> known = case_names(folder);
     if (std::find(known.begin(), known.end(), name) == known.end()) {
       const std::string nearest = nearest_name(name, known);
-      throw UsageError("no case " + name + " in " + request.folder +
+      throw UsageError("no case " + name + " in " + folder +
                        (nearest.empty() ? "" : " (did you mean " + nearest + "?)"));
     }
     files.push_back(in_folder(name));

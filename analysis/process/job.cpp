@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "analysis/process/installed.hpp"
 #include "analysis/text/exit_codes.hpp"
 
 namespace soda::analysis {
@@ -21,16 +22,15 @@ bool started_by_mpirun() {
 
 std::unique_ptr<kernel::Transport> join_job() {
   if (!started_by_mpirun()) return nullptr;
-  const auto module = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "soda_mpi.so";
+  const std::string module = module_file("soda_mpi.so");
   if (!std::filesystem::exists(module))
-    throw UsageError("started by mpirun, but this soda was built without MPI (no " +
-                     module.string() + ")");
+    throw UsageError("started by mpirun, but this soda was built without MPI (no " + module + ")");
   // Global: MPI loads parts of its own that look for its symbols.
   void* const library = dlopen(module.c_str(), RTLD_NOW | RTLD_GLOBAL);
   if (library == nullptr) throw UsageError(std::string("MPI cannot be loaded: ") + dlerror());
   const auto start =
       reinterpret_cast<kernel::StartMpi>(dlsym(library, kernel::kMpiTransportSymbol));
-  if (start == nullptr) throw UsageError(module.string() + ": not a module of this soda");
+  if (start == nullptr) throw UsageError(module + ": not a module of this soda");
   return std::unique_ptr<kernel::Transport>(start());
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "analysis/process/installed.hpp"
 #include "analysis/runs/warnings.hpp"
 #include "analysis/text/exit_codes.hpp"
 #include "analysis/text/text_table.hpp"
@@ -232,7 +233,7 @@ void apply_cluster(const ClusterOverrides& overrides, std::uint32_t lps,
 }
 
 scenarios::Scenario load_scenario(const std::string& file, const Overrides& overrides) {
-  scenarios::Scenario scenario = scenarios::read_scenario_file(file, overrides.seed);
+  scenarios::Scenario scenario = scenarios::read_scenario_file(installed(file), overrides.seed);
   if (overrides.strict) refuse_warnings(file, scenario.warnings);
   apply_overrides(overrides, scenario.territory, scenario.run);
   return scenario;
@@ -246,7 +247,7 @@ std::vector<std::string> scenario_files(std::vector<std::string> files,
   }
   std::error_code error;
   std::vector<std::string> found;
-  for (const auto& entry : std::filesystem::directory_iterator(library, error))
+  for (const auto& entry : std::filesystem::directory_iterator(installed(library), error))
     if (entry.path().extension() == ".json") found.push_back(entry.path().string());
   if (error) throw scenarios::FileError(library + ": " + error.message());
   if (found.empty()) throw UsageError("--library: no scenario in " + library);

@@ -23,8 +23,8 @@ std::vector<std::string> lines_of(const std::string& text) {
 std::string folder_of(const std::string& path) { return path.substr(0, path.find('/')); }
 
 bool is_product(const std::string& folder) {
-  static const std::set<std::string> layers = {"kernel", "physics", "models", "scenarios",
-                                               "analysis"};
+  static const std::set<std::string> layers = {"kernel",    "physics", "models",
+                                               "scenarios", "library", "analysis"};
   return layers.contains(folder);
 }
 
@@ -142,6 +142,7 @@ std::vector<Finding> check_layers(const SourceFile& file) {
       {"models", {"models", "kernel", "physics"}},
       {"scenarios", {"scenarios", "models", "kernel", "physics"}},
       {"analysis", {"analysis", "scenarios", "models", "kernel", "physics"}},
+      {"library", {"library", "soda", "scenarios", "models", "kernel", "physics"}},
   };
   const std::string folder = folder_of(file.path);
   if (!is_product(folder)) return {};
@@ -149,6 +150,9 @@ std::vector<Finding> check_layers(const SourceFile& file) {
     const std::string include = include_of(line);
     if (include.empty() || include.front() != '"') return {};
     const std::string target = folder_of(include.substr(1, include.size() - 2));
+    // What embedders include shows nothing of the layers.
+    if (file.path.starts_with("library/include/") && target != "soda")
+      return "a header of the library must not include " + include;
     if (allowed.at(folder).contains(target)) return {};
     return folder + "/ must not include " + include;
   });
@@ -159,7 +163,7 @@ std::vector<Finding> check_rooms(const SourceFile& file) {
   static const std::map<std::string, std::vector<std::string>> rooms_of = {
       {"kernel", {"api", "queues", "time_warp", "gvt", "executors", "virtual_cluster", "phold"}},
       {"physics",
-       {"model", "math", "shapes", "forces", "broadphase", "narrowphase", "continuous",
+       {"model", "math", "shapes", "forces", "broadphase", "narrowphase", "continuous", "queries",
         "constraints", "measures", "solvers", "integrators", "refinement", "events", "step"}},
       {"models",
        {"territory", "messages", "user_input", "options", "cost", "islands", "ghosts",

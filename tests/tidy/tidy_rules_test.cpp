@@ -16,6 +16,11 @@ TEST(TidyRules, LayersMayIncludeOnlyWhatTheyAreBuiltOn) {
   EXPECT_EQ(check_layers({"physics/a.cpp", "#include \"kernel/api/executor.hpp\"\n"}).size(), 1u);
   EXPECT_EQ(check_layers({"models/a.cpp", "#include \"scenarios/scenario.hpp\"\n"}).size(), 1u);
   EXPECT_EQ(check_layers({"analysis/a.cpp", "#include \"tests/a.hpp\"\n"}).size(), 1u);
+  EXPECT_TRUE(check_layers({"library/src/a.cpp", "#include \"models/run/plan.hpp\"\n"}).empty());
+  EXPECT_EQ(check_layers({"library/src/a.cpp", "#include \"analysis/a.hpp\"\n"}).size(), 1u);
+  EXPECT_EQ(check_layers({"library/include/soda/a.hpp", "#include \"physics/a.hpp\"\n"}).size(),
+            1u);
+  EXPECT_EQ(check_layers({"analysis/a.cpp", "#include \"soda/scene.hpp\"\n"}).size(), 1u);
 }
 
 TEST(TidyRules, RoomsOfALayerAreAStair) {

@@ -74,7 +74,8 @@ std::string check_all(Check check) {
 TEST(Tidy, TheWalkFindsEveryLayer) {
   std::map<std::string, int> files;
   for (const SourceFile& file : repository()) ++files[file.path.substr(0, file.path.find('/'))];
-  for (const char* folder : {"kernel", "physics", "models", "scenarios", "analysis", "tests"}) {
+  for (const char* folder :
+       {"kernel", "physics", "models", "scenarios", "library", "analysis", "tests"}) {
     EXPECT_GT(files[folder], 3) << folder;
   }
 }
@@ -145,7 +146,8 @@ TEST(Tidy, NothingIsLeftOver) { EXPECT_EQ(check_all(check_leftovers), ""); }
 TEST(Tidy, EveryReadmeNamesEachHeaderOfItsFolder) {
   const std::vector<SourceFile> files = repository();
   std::vector<Finding> findings;
-  for (const std::string folder : {"kernel", "physics", "models", "scenarios", "analysis"}) {
+  for (const std::string folder :
+       {"kernel", "physics", "models", "scenarios", "library", "analysis"}) {
     SourceFile readme{folder + "/README.md", ""};
     std::vector<std::string> headers;
     for (const SourceFile& file : files) {

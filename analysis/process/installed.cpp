@@ -1,0 +1,27 @@
+#include "analysis/process/installed.hpp"
+
+#include <filesystem>
+
+namespace soda::analysis {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path folder_of_program() { return fs::read_symlink("/proc/self/exe").parent_path(); }
+
+}  // namespace
+
+std::string module_file(const std::string& name) {
+  const fs::path beside = folder_of_program() / name;
+  const fs::path installed = (folder_of_program() / SODA_TO_MODULES / name).lexically_normal();
+  return fs::exists(installed) && !fs::exists(beside) ? installed : beside;
+}
+
+std::string installed(const std::string& path) {
+  std::error_code error;
+  if (path.empty() || fs::path(path).is_absolute() || fs::exists(path, error)) return path;
+  const fs::path there = (folder_of_program() / SODA_TO_DATA / path).lexically_normal();
+  return fs::exists(there, error) ? there.string() : path;
+}
+
+}  // namespace soda::analysis
