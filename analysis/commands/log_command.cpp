@@ -131,7 +131,7 @@ void add_states(LogReader& log, const LogRequest& request, Lines& lines) {
   }
 }
 
-std::string seconds_of(std::int64_t ns) { return json_of(1e-9 * static_cast<double>(ns)); }
+std::string seconds_of(std::int64_t ns) { return json_of(static_cast<double>(ns) / 1e9); }
 
 template <class T>
 std::string known_or_null(const std::optional<T>& value) {
