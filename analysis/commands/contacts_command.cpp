@@ -122,6 +122,7 @@ int contacts_command(const ContactsRequest& request, std::ostream& out, std::ost
   if (request.csv) out << kCsvHead;
   for (const std::int64_t step : steps_of(request, log)) {
     const LoggedStep logged = log.read_states(step);
+    require_numbers(log, logged);
     StepContacts contacts{
         step, physics::contact_loads(scenario.scene, geometry, logged.ids, logged.states)};
     if (only)

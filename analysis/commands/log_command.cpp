@@ -1,14 +1,20 @@
 #include "analysis/commands/log_command.hpp"
 
+#include <algorithm>
 #include <ostream>
+#include <utility>
 
 #include "analysis/event_log/logged_run.hpp"
 #include "analysis/measures/input_measures.hpp"
+#include "analysis/runs/measured_run.hpp"
 #include "analysis/text/exit_codes.hpp"
 #include "analysis/text/json_text.hpp"
+#include "analysis/text/output_file.hpp"
 #include "analysis/text/text_table.hpp"
 #include "analysis/trace/trace_records.hpp"
 #include "analysis/trace/trace_words.hpp"
+#include "analysis/trace/world_steps.hpp"
+#include "analysis/viewer/vtk_files.hpp"
 #include "kernel/api/outside.hpp"
 #include "models/messages/schedule.hpp"
 #include "models/world/event_kinds.hpp"
@@ -59,29 +65,119 @@ void add_steps(LogReader& log, Lines& lines) {
   }
 }
 
-void add_states(LogReader& log, Lines& lines) {
+bool is_due(const LogReader& log, std::int64_t step, const std::optional<std::int64_t>& every) {
+  return has_states(log.options(), step) &&
+         (!every || (step - log.first_step()) % *every == 0 || step == log.last_states());
+}
+
+// Where a body is, and whose it is.
+struct StatePlace {
+  std::int64_t step = 0;
+  double time_s = 0.0;
+  std::uint32_t label = 0, island = 0;
+  std::optional<models::WorldId> world;  // none: it is no number where it is
+};
+
+JsonObject state_line(const StatePlace& place, const physics::BodyState& state) {
+  JsonObject line;
+  line.set("step", json_of(place.step))
+      .set("time_s", json_of(place.time_s))
+      .set("body", json_of(place.label))
+      .set("world", place.world ? json_of(models::index_of(*place.world)) : "null")
+      .set("island", json_of(place.island));
+  const auto add = [&line](const std::string& name, const auto& vector, const std::string& unit) {
+    constexpr const char* kAxes[] = {"x", "y", "z"};
+    for (int axis = 0; axis < 3; ++axis)
+      line.set(name + kAxes[axis] + unit, finite_or_null(vector[axis]));
+  };
+  add("", state.position_m, "_m");
+  line.set("qw", finite_or_null(state.orientation.w()));
+  add("q", state.orientation.vec(), "");
+  add("v", state.linear_velocity_m_s, "_m_s");
+  add("w", state.angular_velocity_rad_s, "_rad_s");
+  return line;
+}
+
+void check_labels(const LogReader& log, const std::vector<std::uint32_t>& wanted) {
+  for (const std::uint32_t label : wanted)
+    if (std::ranges::find(log.labels(), label) == log.labels().end())
+      throw UsageError("--body: " + log.file() + " has no body " + std::to_string(label));
+}
+
+void add_states(LogReader& log, const LogRequest& request, Lines& lines) {
   log.last_states();  // there are some
+  check_labels(log, request.bodies);
+  const scenarios::Scenario scenario = logged_scenario(log, {});
+  models::TerritoryMap map =
+      models::make_territory_map(scenario.territory, centres(scenario.initial), &scenario.scene);
   for (std::int64_t step = log.first_step(); step <= log.last_step(); ++step) {
-    if (!has_states(log.options(), step)) continue;
-    const LoggedStep logged = log.read_states(step);
+    const LoggedStep logged = log.read_step(step);
+    follow_changes(logged, map);
+    if (!is_due(log, step, request.every)) continue;
+    const std::vector<std::uint32_t> islands = islands_of(logged, scenario.scene);
+    const auto label_of = [&](std::size_t i) {
+      return log.labels()[physics::index_of(logged.ids[i])];
+    };
     for (std::size_t i = 0; i < logged.ids.size(); ++i) {
       const physics::BodyState& state = logged.states[i];
-      JsonObject line;
-      line.set("step", json_of(step))
-          .set("body", json_of(log.labels()[physics::index_of(logged.ids[i])]));
-      const auto add = [&line](const char* name, const auto& vector) {
-        constexpr const char* kAxes[] = {"x", "y", "z"};
-        for (int axis = 0; axis < 3; ++axis)
-          line.set(std::string(name) + kAxes[axis], finite_or_null(vector[axis]));
-      };
-      add("", state.position_m);
-      line.set("qw", finite_or_null(state.orientation.w()));
-      add("q", state.orientation.vec());
-      add("v", state.linear_velocity_m_s);
-      add("w", state.angular_velocity_rad_s);
-      lines.add(line);
+      StatePlace place{step, static_cast<double>(step) * scenario.scene.dt_s, label_of(i),
+                       label_of(islands[i]), std::nullopt};
+      if (!request.bodies.empty() &&
+          std::ranges::find(request.bodies, place.label) == request.bodies.end())
+        continue;
+      if (state.position_m.allFinite()) place.world = map.owner_at(state.position_m);
+      lines.add(state_line(place, state));
     }
   }
+}
+
+std::string seconds_of(std::int64_t ns) { return json_of(static_cast<double>(ns) / 1e9); }
+
+template <class T>
+std::string known_or_null(const std::optional<T>& value) {
+  return value ? json_of(*value) : "null";
+}
+
+JsonObject world_line(const WorldStep& row, double dt_s) {
+  JsonObject line;
+  line.set("step", json_of(row.step))
+      .set("time_s", json_of(static_cast<double>(row.step) * dt_s))
+      .set("world", json_of(row.world));
+  const auto set = [&line](const char* name, const auto& of, auto text) {
+    line.set(name, of ? text(*of) : std::string("null"));
+  };
+  using Work = WorldStep::Work;
+  using Bodies = WorldStep::Bodies;
+  for (const auto& [name, member] : {std::pair("executed", &Work::executed),
+                                     {"rolled_back", &Work::rolled_back},
+                                     {"committed", &Work::committed},
+                                     {"rollbacks", &Work::rollbacks},
+                                     {"late", &Work::late},
+                                     {"absorbed", &Work::absorbed}})
+    set(name, row.work, [member](const Work& work) { return json_of(work.*member); });
+  set("lead_steps", row.work, [](const Work& work) { return known_or_null(work.lead); });
+  set("buffer_entries", row.work, [](const Work& work) { return known_or_null(work.entries); });
+  for (const auto& [name, member] :
+       {std::pair("began_s", &Work::began_ns), {"finished_s", &Work::finished_ns}})
+    set(name, row.work, [member](const Work& work) {
+      return work.executed > 0 ? seconds_of(work.*member) : "null";
+    });
+  set("committed_s", row.work,
+      [](const Work& work) { return work.committed_ns ? seconds_of(*work.committed_ns) : "null"; });
+  for (const auto& [name, member] :
+       {std::pair("executing_s", &Work::executing_ns), {"wasted_s", &Work::wasted_ns}})
+    set(name, row.work, [member](const Work& work) { return seconds_of(work.*member); });
+  for (const auto& [name, member] : {std::pair("bodies", &Bodies::bodies),
+                                     {"islands", &Bodies::islands},
+                                     {"contacts", &Bodies::contacts}})
+    set(name, row.bodies, [member](const Bodies& bodies) { return json_of(bodies.*member); });
+  return line;
+}
+
+void add_worlds(LogReader& log, Lines& lines) {
+  const scenarios::Scenario scenario = logged_scenario(log, {});
+  read_world_steps(log, scenario,
+                   [&](const WorldStep& row) { lines.add(world_line(row, scenario.scene.dt_s)); });
 }
 
 void add_inputs(LogReader& log, Lines& lines) {
@@ -158,17 +254,48 @@ std::string summary(LogReader& log) {
   return format_table({{"log"}, {""}}, rows);
 }
 
+// What would else be left out unsaid.
+void check_options(const LogRequest& request) {
+  const bool has_lines = request.json || request.csv;
+  const bool has_states = has_lines && request.lines == "states";
+  if (!request.bodies.empty() && !has_states)
+    throw UsageError("--body: needs --lines states, with --csv or --json");
+  if (request.every && !has_states && request.vtk_folder.empty())
+    throw UsageError("--every: needs --vtk, or --lines states with --csv or --json");
+  if (request.vtk_folder.empty() && request.surfaces) throw UsageError("--surfaces: needs --vtk");
+  if (request.vtk_folder.empty() && request.force) throw UsageError("--force: needs --vtk");
+  if (!has_lines && request.lines != "steps")
+    throw UsageError("--lines " + request.lines + ": needs --csv or --json");
+}
+
+std::string files_written(const LogRequest& request, LogReader& log) {
+  log.last_states();  // there are some
+  const scenarios::Scenario scenario = logged_scenario(log, {});
+  OutputFolder folder(request.vtk_folder, request.force, {".vtp", ".pvd"});
+  const VtkCounts counts =
+      write_vtk(log, scenario, {request.every.value_or(1), request.surfaces}, folder);
+  return folder.folder() + ": " + std::to_string(counts.steps) + " of " +
+         std::to_string(log.last_step() - log.first_step() + 1) + " states of " +
+         std::to_string(log.labels().size()) + " bodies, " + std::to_string(counts.contacts) +
+         " contact points; open bodies.pvd, contacts.pvd" +
+         (request.surfaces ? ", surfaces.pvd" : "") + " and statics.vtp, in ParaView for example\n";
+}
+
 }  // namespace
 
 int log_command(const LogRequest& request, std::ostream& out, std::ostream& err) {
+  check_options(request);
   LogReader log(request.file);
   tell_flaws(log, request.file, err);
-  if (!request.json && !request.csv) {
+  if (!request.vtk_folder.empty()) {
+    out << files_written(request, log);
+  } else if (!request.json && !request.csv) {
     out << summary(log);
   } else {
     Lines lines(out, request.csv);
     if (request.lines == "steps") add_steps(log, lines);
-    if (request.lines == "states") add_states(log, lines);
+    if (request.lines == "states") add_states(log, request, lines);
+    if (request.lines == "worlds") add_worlds(log, lines);
     if (request.lines == "inputs") add_inputs(log, lines);
     if (request.lines == "events") add_events(log, lines);
     lines.finish();

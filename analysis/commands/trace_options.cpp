@@ -73,15 +73,31 @@ void define_log(CLI::App& command, LogRequest& request) {
   command.add_option("LOG", request.file, "log written by soda run --log")->required();
   command
       .add_option("--lines", request.lines,
-                  "of --json and --csv: steps (default), states, inputs or events")
-      ->check(CLI::IsMember({"steps", "states", "inputs", "events"}));
+                  "of --json and --csv: steps (default), states, worlds (what each did for each "
+                  "step), inputs or events")
+      ->check(CLI::IsMember({"steps", "states", "worlds", "inputs", "events"}));
   CLI::Option* json = command.add_flag("--json", request.json, "an array, an object for each line");
-  command.add_flag("--csv", request.csv, "a table with a line of names")->excludes(json);
+  CLI::Option* csv =
+      command.add_flag("--csv", request.csv, "a table with a line of names")->excludes(json);
+  command.add_option("--body", request.bodies, "of --lines states: only these bodies");
+  command
+      .add_option("--vtk", request.vtk_folder,
+                  "write bodies and contacts of every step for ParaView into this folder")
+      ->excludes(json)
+      ->excludes(csv);
+  command.add_flag("--surfaces", request.surfaces, "with --vtk: bodies as triangles, too");
+  command
+      .add_option("--every", request.every,
+                  "of --vtk and --lines states: steps from one to the next; the last is there, too")
+      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 40));
+  command.add_flag("--force", request.force, "with --vtk: replace the folder if it exists");
   command.footer(
       "examples:\n"
       "  soda log run.sodalog\n"
-      "  soda log run.sodalog --csv --lines states > states.csv\n"
-      "  soda log run.sodalog --json --lines events");
+      "  soda log run.sodalog --csv --lines states --body 3 --body 7 > two.csv\n"
+      "  soda log run.sodalog --csv --lines worlds > worlds.csv\n"
+      "  soda log run.sodalog --json --lines events\n"
+      "  soda log run.sodalog --vtk run-vtk --every 10 --surfaces");
 }
 
 void define_why(CLI::App& command, WhyRequest& request) {

@@ -1,12 +1,14 @@
 #include "analysis/event_log/logged_run.hpp"
 
 #include <algorithm>
+#include <numeric>
 #include <ostream>
 
 #include "analysis/event_log/checkpoint.hpp"
 #include "analysis/measures/input_measures.hpp"
 #include "analysis/runs/warnings.hpp"
 #include "analysis/text/exit_codes.hpp"
+#include "physics/math/disjoint_sets.hpp"
 #include "scenarios/read_scenario.hpp"
 
 namespace soda::analysis {
@@ -37,6 +39,25 @@ void check_territories(const LogReader& log, const LoggedStep& step, std::size_t
         refuse(log,
                log.place_of(step.step) + " names world " + std::to_string(models::index_of(world)));
   }
+}
+
+// Of a contact, or of a joint's push, the other body.
+bool has_its_other(const physics::ContactImpulse& impulse, const physics::SceneDescription& scene) {
+  if (impulse.part >= physics::kFirstJointPart &&
+      impulse.part - physics::kFirstJointPart >= scene.joints.size())
+    return false;
+  if (impulse.other == physics::kWorldBody) return impulse.part >= physics::kFirstJointPart;
+  return physics::is_static(impulse.other)
+             ? physics::static_index_of(impulse.other) < scene.statics.size()
+             : physics::index_of(impulse.other) < scene.bodies.size();
+}
+
+void check_impulses(const LogReader& log, const LoggedStep& step,
+                    const physics::SceneDescription& scene) {
+  for (const physics::BodyState& state : step.states)
+    for (const physics::ContactImpulse& impulse : state.impulses)
+      if (!has_its_other(impulse, scene))
+        refuse(log, log.place_of(step.step) + " has an impulse with a body, static or joint");
 }
 
 void check_motors(const LogReader& log, const LoggedStep& step,
@@ -104,6 +125,7 @@ std::vector<models::CommittedInput> acted_before(LogReader& log, std::int64_t en
     const LoggedStep logged = log.read_step(step);
     check_territories(log, logged, cells, worlds);
     check_motors(log, logged, scenario.scene.joints);
+    check_impulses(log, logged, scenario.scene);
     for (const models::CommittedInput& committed : logged.inputs) {
       if (committed.input.step < end)
         acted.push_back(committed);
@@ -162,6 +184,51 @@ void tell_flaws(const LogReader& log, const std::string& file, std::ostream& err
   if (!log.cut().empty())
     err << "soda: " << file << ": " << log.cut() << "; read up to step " << log.last_step() << "\n";
   if (!log.damage().empty()) err << "soda: " << file << ": damaged: " << log.damage() << "\n";
+}
+
+void require_numbers(const LogReader& log, const LoggedStep& logged) {
+  for (std::size_t i = 0; i < logged.ids.size(); ++i) {
+    const physics::BodyState& state = logged.states[i];
+    if (state.position_m.allFinite() && state.orientation.coeffs().allFinite() &&
+        state.linear_velocity_m_s.allFinite() && state.angular_velocity_rad_s.allFinite())
+      continue;
+    throw scenarios::FileError(log.file() + ": " + log.place_of(logged.step) + ": body " +
+                               std::to_string(log.labels()[physics::index_of(logged.ids[i])]) +
+                               " has a state that is no number");
+  }
+}
+
+void follow_changes(const LoggedStep& logged, models::TerritoryMap& map) {
+  if (logged.territory_changes.empty()) return;
+  std::vector<models::CellTransfer> transfers;
+  for (const models::TerritoryChange& change : logged.territory_changes)
+    transfers.push_back({change.cell, change.to});
+  map = map.after(transfers);
+}
+
+std::vector<std::uint32_t> islands_of(const LoggedStep& logged,
+                                      const physics::SceneDescription& scene) {
+  // The root of a set is its smallest member: ids ascend.
+  std::vector<std::uint32_t> parent(logged.ids.size());
+  std::iota(parent.begin(), parent.end(), 0u);
+  const auto join = [&](std::uint32_t a, physics::BodyId id) {
+    const auto found = std::ranges::lower_bound(logged.ids, id);
+    if (found == logged.ids.end() || *found != id) return;
+    const auto b = static_cast<std::uint32_t>(found - logged.ids.begin());
+    const std::uint32_t root_a = physics::find_root(parent, a),
+                        root_b = physics::find_root(parent, b);
+    parent[std::max(root_a, root_b)] = std::min(root_a, root_b);
+  };
+  for (std::uint32_t i = 0; i < parent.size(); ++i)
+    for (const physics::ContactImpulse& impulse : logged.states[i].impulses) join(i, impulse.other);
+  for (const physics::Joint& joint : scene.joints) {
+    const auto a = std::ranges::lower_bound(logged.ids, joint.a);
+    if (a == logged.ids.end() || *a != joint.a) continue;
+    const auto i = static_cast<std::uint32_t>(a - logged.ids.begin());
+    if (!physics::is_broken(joint, logged.states[i])) join(i, joint.b);
+  }
+  for (std::uint32_t i = 0; i < parent.size(); ++i) parent[i] = physics::find_root(parent, i);
+  return parent;
 }
 
 }  // namespace soda::analysis

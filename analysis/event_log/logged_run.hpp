@@ -1,11 +1,13 @@
-// The scenario of an event log, as it was run.
+// The scenario of an event log, as it was run, and what a step is in it.
 #pragma once
 
 #include <iosfwd>
 #include <string>
+#include <vector>
 
 #include "analysis/event_log/log_reader.hpp"
 #include "analysis/runs/overrides.hpp"
+#include "models/territory/territory.hpp"
 #include "scenarios/scenario.hpp"
 
 namespace soda::analysis {
@@ -20,6 +22,17 @@ scenarios::Scenario logged_scenario(LogReader& log, const Overrides& overrides);
 // say nothing. Throws UsageError if the log has no states of that step, or the run was to end
 // before it.
 scenarios::Scenario resumed_scenario(LogReader& log, std::int64_t from, Overrides& options);
+
+// Throws FileError for a state that is no number: no run has committed it.
+void require_numbers(const LogReader& log, const LoggedStep& logged);
+
+// The territories after what changed at the beginning of the step that led to `logged`.
+void follow_changes(const LoggedStep& logged, models::TerritoryMap& map);
+
+// Of each body of the step, the place in `ids` of the first one of its island: what contacts that
+// bear something and whole joints hold together. A body that nothing holds is an island.
+std::vector<std::uint32_t> islands_of(const LoggedStep& logged,
+                                      const physics::SceneDescription& scene);
 
 // How many steps the logged run was to have.
 std::int64_t asked_steps(const LogReader& log);

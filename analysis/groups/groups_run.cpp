@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "analysis/event_log/logged_run.hpp"
 #include "analysis/runs/measured_run.hpp"
 #include "analysis/trace/execution_trace.hpp"
 #include "kernel/api/outside.hpp"
@@ -61,13 +62,6 @@ BondOverTime groups_by_rollbacks(LogReader& log, std::uint32_t worlds) {
   return result;
 }
 
-models::TerritoryMap map_of_step(const models::TerritoryMap& before, const LoggedStep& after) {
-  std::vector<models::CellTransfer> transfers;
-  for (const models::TerritoryChange& change : after.territory_changes)
-    transfers.push_back({change.cell, change.to});
-  return transfers.empty() ? before : before.after(transfers);
-}
-
 }  // namespace
 
 std::vector<BondOverTime> groups_of_run(LogReader& log, const scenarios::Scenario& scenario,
@@ -84,7 +78,7 @@ std::vector<BondOverTime> groups_of_run(LogReader& log, const scenarios::Scenari
   LoggedStep start = log.read_states(0);
   for (std::int64_t step = 0; step < log.last_step(); ++step) {
     LoggedStep after = log.read_states(step + 1);
-    map = map_of_step(map, after);
+    follow_changes(after, map);
     StepView view{scenario.scene, geometry, map, start, {}};
     for (const physics::BodyState& state : start.states)
       view.owners.push_back(map.owner_at(state.position_m));

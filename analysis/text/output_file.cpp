@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -51,6 +52,38 @@ bool rename_without_replacing(const std::string& from, const std::string& to) {
   refuse(to, std::strerror(errno));
 }
 
+// What a folder to be replaced holds must be what is written again: nobody loses anything else.
+void check_folder(const std::string& folder, bool replaces,
+                  const std::vector<std::string>& endings) {
+  struct stat status {};
+  if (lstat(folder.c_str(), &status) != 0) {
+    if (errno == ENOENT) return;
+    refuse(folder, std::strerror(errno));
+  }
+  if (!S_ISDIR(status.st_mode)) refuse(folder, "is no folder");
+  if (!replaces) refuse(folder, kExists);
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+    const std::string name = entry.path().filename().string();
+    const bool is_ours =
+        entry.symlink_status().type() == std::filesystem::file_type::regular &&
+        std::ranges::any_of(endings, [&name](const auto& end) { return name.ends_with(end); });
+    if (!is_ours)
+      refuse(folder, "it holds " + name + ", which --force does not replace; choose another name");
+  }
+  if (error) refuse(folder, error.message());
+}
+
+bool changes_places(const std::string& one, const std::string& other) {
+  return renameat2(AT_FDCWD, one.c_str(), AT_FDCWD, other.c_str(), RENAME_EXCHANGE) == 0;
+}
+
+// "out/" is "out".
+std::string without_slashes(std::string folder) {
+  while (folder.size() > 1 && folder.back() == '/') folder.pop_back();
+  return folder;
+}
+
 }  // namespace
 
 OutputFile::OutputFile(std::string file, bool replaces)
@@ -96,6 +129,43 @@ void OutputFile::complete() {
   } else if (!rename_without_replacing(partial_file_, file_)) {
     refuse(file_, "it has come to exist during the run" +
                       (is_kept_ ? "; " + partial_file_ + " has what was written" : std::string()));
+  }
+  is_complete_ = true;
+}
+
+OutputFolder::OutputFolder(std::string folder, bool replaces, std::vector<std::string> endings)
+    : folder_(without_slashes(std::move(folder))),
+      replaces_(replaces),
+      endings_(std::move(endings)) {
+  check_folder(folder_, replaces_, endings_);
+  for (int number = 0;; ++number) {
+    partial_folder_ =
+        folder_ + "." + std::to_string(getpid()) + "-" + std::to_string(number) + ".partial";
+    if (mkdir(partial_folder_.c_str(), 0777) == 0) return;
+    if (errno != EEXIST) refuse(folder_, std::strerror(errno));
+  }
+}
+
+OutputFolder::~OutputFolder() {
+  std::error_code none;
+  if (!is_complete_) std::filesystem::remove_all(partial_folder_, none);
+}
+
+void OutputFolder::write(const std::string& name, std::string_view text) {
+  OutputFile file(partial_folder_ + "/" + name, false);
+  file.write(text);
+  file.complete();
+}
+
+void OutputFolder::complete() {
+  check_folder(folder_, replaces_, endings_);
+  std::error_code error;
+  if (replaces_ && changes_places(partial_folder_, folder_)) {
+    std::filesystem::remove_all(partial_folder_, error);  // what was there before
+  } else {
+    if (replaces_) std::filesystem::remove_all(folder_, error);
+    if (std::rename(partial_folder_.c_str(), folder_.c_str()) != 0)
+      refuse(folder_, std::strerror(errno));
   }
   is_complete_ = true;
 }

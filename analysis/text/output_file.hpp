@@ -4,6 +4,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace soda::analysis {
 
@@ -43,6 +44,34 @@ class OutputFile {
   std::string partial_file_;
   int descriptor_ = -1;
   bool is_kept_ = false;
+  bool is_complete_ = false;
+};
+
+// A folder of such files, whole or not at all. It is filled as FOLDER.PROCESS-NUMBER.partial, which
+// takes FOLDER's name when it is complete.
+class OutputFolder {
+ public:
+  // Throws FileError if the folder exists and `replaces` is not set, if it is none, or holds
+  // anything but files that end in one of `endings`, or if it cannot be made.
+  OutputFolder(std::string folder, bool replaces, std::vector<std::string> endings);
+  // Removes what is not complete.
+  ~OutputFolder();
+  OutputFolder(const OutputFolder&) = delete;
+  OutputFolder& operator=(const OutputFolder&) = delete;
+
+  // A new file in it. Throws FileError if not all of it can be written.
+  void write(const std::string& name, std::string_view text);
+  // Gives the folder its name. Throws FileError if that fails, or if there has come to be one that
+  // it must not replace.
+  void complete();
+
+  const std::string& folder() const { return folder_; }
+
+ private:
+  const std::string folder_;
+  const bool replaces_;
+  const std::vector<std::string> endings_;
+  std::string partial_folder_;
   bool is_complete_ = false;
 };
 

@@ -13,6 +13,9 @@
 
 namespace soda::analysis {
 
+// As text, also in other files.
+std::string base64(const ByteBuffer& bytes);
+
 inline void put_float(ByteBuffer& out, float value) {
   put(out, std::bit_cast<std::uint32_t>(value));
 }

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <limits>
 
+#include "analysis/event_log/logged_run.hpp"
 #include "analysis/runs/measured_run.hpp"
 #include "models/territory/territory.hpp"
 #include "physics/events/rest.hpp"
-#include "scenarios/read_scenario.hpp"
 
 namespace soda::analysis {
 namespace {
@@ -23,29 +23,10 @@ std::uint16_t shown(models::WorldId owner) {
   return static_cast<std::uint16_t>(models::index_of(owner) % (Recording::kResting - 1));
 }
 
-// The territories after what changed at the beginning of the step that led to `logged`.
-void follow_changes(const LoggedStep& logged, TerritoryMap& map, Recording& recording) {
-  if (logged.territory_changes.empty()) return;
+void note_changes(const LoggedStep& logged, Recording& recording) {
   const auto next_frame = static_cast<std::uint32_t>(recording.steps.size());
-  std::vector<models::CellTransfer> transfers;
-  for (const models::TerritoryChange& change : logged.territory_changes) {
-    transfers.push_back({change.cell, change.to});
+  for (const models::TerritoryChange& change : logged.territory_changes)
     recording.changes.push_back({next_frame, change.cell, shown(change.from), shown(change.to)});
-  }
-  map = map.after(transfers);
-}
-
-// Nothing can be drawn of others, and no run has committed them.
-void require_numbers(const LoggedStep& logged, const LogReader& log) {
-  for (std::size_t i = 0; i < logged.ids.size(); ++i) {
-    const physics::BodyState& state = logged.states[i];
-    if (state.position_m.allFinite() && state.orientation.coeffs().allFinite() &&
-        state.linear_velocity_m_s.allFinite() && state.angular_velocity_rad_s.allFinite())
-      continue;
-    throw scenarios::FileError(log.file() + ": " + log.place_of(logged.step) + ": body " +
-                               std::to_string(log.labels()[physics::index_of(logged.ids[i])]) +
-                               " has a state that is no number");
-  }
 }
 
 void add_frame(const LoggedStep& logged, const TerritoryMap& map, Recording& recording) {
@@ -67,40 +48,14 @@ void add_frame(const LoggedStep& logged, const TerritoryMap& map, Recording& rec
   }
 }
 
-// Of what is there at the beginning and at the end, with two cells around it.
-struct Extent {
-  Vec3 middle_m;
-  double reach_m;
-};
-Extent extent_of(LogReader& log, double cell_m) {
-  constexpr double kFar = std::numeric_limits<double>::infinity();
-  Vec3 low = Vec3::Constant(kFar), high = Vec3::Constant(-kFar);
-  for (const std::int64_t step : {log.first_step(), log.last_states()})
-    for (const physics::BodyState& state : log.read_states(step).states) {
-      low = low.cwiseMin(state.position_m);
-      high = high.cwiseMax(state.position_m);
-    }
-  if (low.x() > high.x()) return {Vec3::Zero(), cell_m};
-  return {0.5 * (low + high), (high - low).norm() + 2.0 * cell_m};
-}
-
 // All corners of all bodies are drawn in each picture.
 int sides_for(std::size_t bodies) { return bodies > 5'000 ? 8 : bodies > 1'500 ? 12 : 24; }
-
-Triangles seen(const physics::Shape& shape, const physics::SceneDescription& scene,
-               const physics::StaticBody* body, const Extent& extent) {
-  const std::span<const physics::Shape> shapes = scene.shapes;
-  if (body == nullptr)
-    return triangles_of(shape, shapes, Vec3::Zero(), 0.0, sides_for(scene.bodies.size()));
-  const Vec3 middle = body->orientation.conjugate() * (extent.middle_m - body->position_m);
-  return triangles_of(shape, shapes, middle, extent.reach_m);
-}
 
 void add_scene(const physics::SceneDescription& scene, const Extent& extent, Recording& recording) {
   // Half spaces are drawn where bodies are, so each static has a shape of its own.
   for (const physics::Shape& shape : scene.shapes) {
     const bool endless = std::holds_alternative<physics::HalfSpace>(shape);
-    recording.shapes.push_back(endless ? Triangles() : seen(shape, scene, nullptr, extent));
+    recording.shapes.push_back(endless ? Triangles() : seen(shape, scene));
   }
   for (const physics::BodyParams& body : scene.bodies)
     recording.bodies.push_back({body.label, body.shape});
@@ -108,7 +63,7 @@ void add_scene(const physics::SceneDescription& scene, const Extent& extent, Rec
     std::uint32_t shape = body.shape;
     if (std::holds_alternative<physics::HalfSpace>(scene.shapes[shape])) {
       shape = static_cast<std::uint32_t>(recording.shapes.size());
-      recording.shapes.push_back(seen(scene.shapes[body.shape], scene, &body, extent));
+      recording.shapes.push_back(seen_static(body, scene, extent));
     }
     Recording::Static drawn{.name = body.name, .shape = shape, .pose = {}};
     std::vector<float> pose;
@@ -121,6 +76,28 @@ void add_scene(const physics::SceneDescription& scene, const Extent& extent, Rec
 }
 
 }  // namespace
+
+Extent extent_of(LogReader& log, double cell_m) {
+  constexpr double kFar = std::numeric_limits<double>::infinity();
+  Vec3 low = Vec3::Constant(kFar), high = Vec3::Constant(-kFar);
+  for (const std::int64_t step : {log.first_step(), log.last_states()})
+    for (const physics::BodyState& state : log.read_states(step).states) {
+      low = low.cwiseMin(state.position_m);
+      high = high.cwiseMax(state.position_m);
+    }
+  if (low.x() > high.x()) return {Vec3::Zero(), cell_m};
+  return {0.5 * (low + high), (high - low).norm() + 2.0 * cell_m};
+}
+
+Triangles seen(const physics::Shape& shape, const physics::SceneDescription& scene) {
+  return triangles_of(shape, scene.shapes, Vec3::Zero(), 0.0, sides_for(scene.bodies.size()));
+}
+
+Triangles seen_static(const physics::StaticBody& body, const physics::SceneDescription& scene,
+                      const Extent& extent) {
+  const Vec3 middle = body.orientation.conjugate() * (extent.middle_m - body.position_m);
+  return triangles_of(scene.shapes[body.shape], scene.shapes, middle, extent.reach_m);
+}
 
 Recording record(LogReader& log, const scenarios::Scenario& scenario, std::int64_t every) {
   TerritoryMap map =
@@ -139,9 +116,10 @@ Recording record(LogReader& log, const scenarios::Scenario& scenario, std::int64
   FrameMarker marker(scenario.scene, static_cast<std::size_t>((last - first) / every) + 2);
   for (std::int64_t step = first; step <= last; ++step) {
     const LoggedStep logged = log.read_step(step);
-    follow_changes(logged, map, recording);
+    follow_changes(logged, map);
+    note_changes(logged, recording);
     if (!logged.has_states || ((step - first) % every != 0 && step != last)) continue;
-    require_numbers(logged, log);
+    require_numbers(log, logged);
     add_frame(logged, map, recording);
     marker.add(logged, map);
   }

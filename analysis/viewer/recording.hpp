@@ -48,6 +48,20 @@ struct Recording {
   FrameMarks marks;
 };
 
+// Of what is there at the beginning and at the end, with two cells around it.
+struct Extent {
+  physics::Vec3 middle_m;
+  double reach_m;
+};
+Extent extent_of(LogReader& log, double cell_m);
+
+// In the frame of a body of this shape; of a half space nothing. Less fine the more bodies there
+// are: all corners of all of them are drawn.
+Triangles seen(const physics::Shape& shape, const physics::SceneDescription& scene);
+// In the static's frame; of a half space what lies within the extent.
+Triangles seen_static(const physics::StaticBody& body, const physics::SceneDescription& scene,
+                      const Extent& extent);
+
 // Every `every`th step of the log and its last one. Territories are those of the step that led to
 // a frame, whatever balancing has made of them by then. `every` >= 1. Throws FileError for a state
 // that is no number.

@@ -37,21 +37,6 @@ void put_poses(ByteBuffer& out, const Recording& recording) {
     put_pose(out, range, numbers.subspan(i * Recording::kNumbers, Recording::kNumbers));
 }
 
-std::string base64(const ByteBuffer& bytes) {
-  static constexpr char kDigits[] =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t first = 0; first < bytes.size(); first += 3) {
-    std::uint32_t bits = 0;
-    for (std::size_t i = first; i < first + 3; ++i)
-      bits = bits << 8 | (i < bytes.size() ? bytes[i] : 0u);
-    for (std::size_t i = 0; i < 4; ++i)
-      text += first + i <= bytes.size() ? kDigits[bits >> (18 - 6 * i) & 63] : '=';
-  }
-  return text;
-}
-
 // The template with a text in place of each {{mark}}. In one pass: what is put in is not looked at
 // again, whatever it holds.
 std::string filled(std::string_view page, const std::map<std::string_view, std::string>& texts) {
@@ -67,6 +52,21 @@ std::string filled(std::string_view page, const std::map<std::string_view, std::
 }
 
 }  // namespace
+
+std::string base64(const ByteBuffer& bytes) {
+  static constexpr char kDigits[] =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t first = 0; first < bytes.size(); first += 3) {
+    std::uint32_t bits = 0;
+    for (std::size_t i = first; i < first + 3; ++i)
+      bits = bits << 8 | (i < bytes.size() ? bytes[i] : 0u);
+    for (std::size_t i = 0; i < 4; ++i)
+      text += first + i <= bytes.size() ? kDigits[bits >> (18 - 6 * i) & 63] : '=';
+  }
+  return text;
+}
 
 ByteBuffer encoded(const Recording& recording) {
   ByteBuffer out;
