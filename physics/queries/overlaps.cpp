@@ -8,7 +8,7 @@
 namespace soda::physics {
 namespace {
 
-constexpr double kFar = 1e300;
+constexpr double kFarAway = 1e300;
 
 // A scene of one shape: the probe's geometry is made as any other.
 SceneDescription scene_of(const Probe& probe, Narrowphase narrowphase) {
@@ -25,7 +25,7 @@ Separation nearest_of(const Solid& probe, const Solid& other) {
 }
 
 Separation nearest_of_mesh(const Solid& probe, const Solid& mesh, double within_m) {
-  Separation nearest{Vec3::UnitZ(), kFar};
+  Separation nearest{Vec3::UnitZ(), kFarAway};
   TriangleSolid triangle;
   for (const std::uint32_t i : near_triangles(probe.placed, mesh.placed, within_m)) {
     triangle.set(mesh.placed.shape.triangles[i], mesh.placed.pose);
@@ -36,7 +36,7 @@ Separation nearest_of_mesh(const Solid& probe, const Solid& mesh, double within_
 }
 
 Separation nearest_of_parts(const GeometryImpl& impl, const Solid& probe, const Solid& other) {
-  Separation nearest{Vec3::UnitZ(), kFar};
+  Separation nearest{Vec3::UnitZ(), kFarAway};
   for (std::uint32_t i = 0; i < part_count(other.placed.shape); ++i) {
     const Separation apart = nearest_of(probe, part_of(impl, other, i));
     if (apart.distance_m < nearest.distance_m) nearest = apart;

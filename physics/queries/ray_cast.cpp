@@ -20,19 +20,19 @@ struct LocalRay {
 };
 
 // Where a ray enters, at `way` >= 0; kNever: it does not.
-struct Entry {
+struct RayEntry {
   double way = kNever;
   Vec3 normal = Vec3::UnitZ();
 
-  void keep_nearer(const Entry& other) {
+  void keep_nearer(const RayEntry& other) {
     if (other.way < way) *this = other;
   }
 };
 
 // The part of a ray that is in a convex solid, cut off half space by half space.
-class Inside {
+class ConvexPassage {
  public:
-  explicit Inside(const LocalRay& ray) : ray_(ray) {}
+  explicit ConvexPassage(const LocalRay& ray) : ray_(ray) {}
 
   void cut(const Vec3& normal, double offset_m) {
     const double above = normal.dot(ray_.from) - offset_m, speed = normal.dot(ray_.direction);
@@ -58,7 +58,7 @@ class Inside {
     if (!is_sphere) normal_.z() = 0.0;
     normal_.normalize();
   }
-  Entry entry() const {
+  RayEntry entry() const {
     if (!(enter_ >= 0.0 && enter_ <= leave_ && enter_ <= ray_.length)) return {};
     return {enter_, normal_};
   }
@@ -69,17 +69,17 @@ class Inside {
   Vec3 normal_ = Vec3::UnitZ();
 };
 
-Entry enter_sphere(const LocalRay& ray, const Vec3& center, double radius) {
+RayEntry enter_sphere(const LocalRay& ray, const Vec3& center, double radius) {
   const LocalRay moved{ray.from - center, ray.direction, ray.length};
-  Inside inside(moved);
+  ConvexPassage inside(moved);
   inside.cut_round(ray.direction.squaredNorm(), moved.from.dot(ray.direction),
                    moved.from.squaredNorm() - radius * radius, true);
   return inside.entry();
 }
 
-Entry enter_cylinder(const LocalRay& ray, const CompiledShape& shape) {
+RayEntry enter_cylinder(const LocalRay& ray, const CompiledShape& shape) {
   const Vec3 &o = ray.from, &d = ray.direction;
-  Inside inside(ray);
+  ConvexPassage inside(ray);
   inside.cut_round(d.x() * d.x() + d.y() * d.y(), o.x() * d.x() + o.y() * d.y(),
                    o.x() * o.x() + o.y() * o.y() - shape.radius_m * shape.radius_m, false);
   inside.cut(Vec3::UnitZ(), shape.half_length_m);
@@ -88,17 +88,17 @@ Entry enter_cylinder(const LocalRay& ray, const CompiledShape& shape) {
 }
 
 // Its caps are within the two balls, so the first of three entries counts: all from outside.
-Entry enter_capsule(const LocalRay& ray, const CompiledShape& shape) {
+RayEntry enter_capsule(const LocalRay& ray, const CompiledShape& shape) {
   const double half = shape.half_length_m, at = std::clamp(ray.from.z(), -half, half);
   if ((ray.from - Vec3(0.0, 0.0, at)).squaredNorm() < shape.radius_m * shape.radius_m) return {};
-  Entry first = enter_cylinder(ray, shape);
+  RayEntry first = enter_cylinder(ray, shape);
   for (const double end : {-half, half})
     first.keep_nearer(enter_sphere(ray, Vec3(0.0, 0.0, end), shape.radius_m));
   return first;
 }
 
-Entry enter_planes(const LocalRay& ray, const CompiledShape& shape) {
-  Inside inside(ray);
+RayEntry enter_planes(const LocalRay& ray, const CompiledShape& shape) {
+  ConvexPassage inside(ray);
   for (const FacePlane& plane : shape.face_planes) inside.cut(plane.normal, plane.offset_m);
   return inside.entry();
 }
@@ -120,7 +120,7 @@ bool reaches(const LocalRay& ray, const Aabb& box) {
 
 // By the volumes of the tetrahedra that the ray makes with the edges (T. Moeller and B. Trumbore,
 // "Fast, minimum storage ray-triangle intersection", 1997).
-Entry enter_triangle(const LocalRay& ray, const MeshTriangle& triangle) {
+RayEntry enter_triangle(const LocalRay& ray, const MeshTriangle& triangle) {
   const Vec3 &a = triangle.corners_m[0], u = triangle.corners_m[1] - a,
              v = triangle.corners_m[2] - a;
   const Vec3 across = ray.direction.cross(v);
@@ -136,12 +136,12 @@ Entry enter_triangle(const LocalRay& ray, const MeshTriangle& triangle) {
   return {way, triangle.plane.normal};
 }
 
-Entry enter_mesh(const LocalRay& ray, const CompiledShape& shape) {
-  Entry first;
+RayEntry enter_mesh(const LocalRay& ray, const CompiledShape& shape) {
+  RayEntry first;
   std::uint32_t nearest = kNone;
   shape.tree.visit([&ray](const Aabb& box) { return reaches(ray, box); },
                    [&](std::uint32_t i) {
-                     const Entry entry = enter_triangle(ray, shape.triangles[i]);
+                     const RayEntry entry = enter_triangle(ray, shape.triangles[i]);
                      if (entry.way > first.way || (entry.way == first.way && i > nearest)) return;
                      if (entry.way == kNever) return;
                      first = entry;
@@ -150,7 +150,7 @@ Entry enter_mesh(const LocalRay& ray, const CompiledShape& shape) {
   return first;
 }
 
-Entry enter(const LocalRay& ray, const CompiledShape& shape) {
+RayEntry enter(const LocalRay& ray, const CompiledShape& shape) {
   switch (shape.kind) {
     case ShapeKind::kSphere:
       return enter_sphere(ray, Vec3::Zero(), shape.radius_m);
@@ -164,16 +164,16 @@ Entry enter(const LocalRay& ray, const CompiledShape& shape) {
     case ShapeKind::kMesh:
       return enter_mesh(ray, shape);
     case ShapeKind::kHalfSpace: {
-      Inside inside(ray);
+      ConvexPassage inside(ray);
       inside.cut(shape.half_space.normal, shape.half_space.offset_m);
       return inside.entry();
     }
     case ShapeKind::kCompound:
       break;
   }
-  Entry first;
+  RayEntry first;
   for (const CompiledPart& part : shape.parts) {
-    Entry entry = enter(
+    RayEntry entry = enter(
         {part.pose.to_local(ray.from), part.pose.direction_to_local(ray.direction), ray.length},
         *part.solid);
     entry.normal = part.pose.rotation * entry.normal;
@@ -191,7 +191,7 @@ bool passes(const Ray& ray, const Vec3& place, double radius) {
 
 void keep_first(const Ray& ray, BodyId id, const CompiledShape& shape, const Pose& pose,
                 std::optional<RayHit>& hit) {
-  const Entry entry = enter(
+  const RayEntry entry = enter(
       {pose.to_local(ray.from_m), pose.direction_to_local(ray.direction), ray.length_m}, shape);
   if (entry.way == kNever || (hit && !(entry.way < hit->distance_m))) return;
   hit = RayHit{id, entry.way, ray.from_m + ray.direction * entry.way, pose.rotation * entry.normal};
