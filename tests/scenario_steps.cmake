@@ -25,7 +25,7 @@ set(steps_of_twelve-worlds 30)
 set(steps_of_twelve-worlds-blocks 30)
 set(steps_of_twelve-worlds-piles 3)
 set(steps_of_user-input 48)
-set(steps_of_wrecking-balls 40)
+set(steps_of_wrecking-balls 20)
 
 file(GLOB library_scenarios CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/scenarios/library/*.json)
 foreach(file ${library_scenarios})

@@ -14,6 +14,7 @@
 #include "analysis/event_log/log_writer.hpp"
 #include "analysis/event_log/logged_run.hpp"
 #include "analysis/measures/input_measures.hpp"
+#include "analysis/process/installed.hpp"
 #include "analysis/process/stop_signals.hpp"
 #include "analysis/runs/input_stream.hpp"
 #include "analysis/runs/run_report.hpp"
@@ -48,7 +49,9 @@ scenarios::Scenario load_again(RunRequest& request, ScenarioFiles& files, std::o
 
 scenarios::Scenario load_with_files(RunRequest& request, ScenarioFiles& files, std::ostream& err) {
   if (!request.resume.empty()) return load_again(request, files, err);
-  if (request.file.empty()) throw UsageError("FILE is required, or --resume");
+  if (request.file.empty())
+    throw UsageError("FILE is required, or --resume; scenarios/library has scenes");
+  request.file = installed(request.file);
   files.text = scenarios::read_text(request.file);
   scenarios::Scenario scenario =
       scenarios::read_scenario_text(files.text, request.file, request.overrides.seed,

@@ -280,11 +280,11 @@ TEST_F(LogExport, LinesOfWorldsAddUpToWhatTheRunCounted) {
 TEST_F(LogExport, LinesOfStatesAreThoseOfTheBodiesThatAreAskedFor) {
   traced("border-stack", {"--steps", "20"});
   const auto rows = rows_of(
-      run_soda({"log", log_, "--csv", "--lines", "states", "--body", "3", "--body", "10"}).out);
+      run_soda({"log", log_, "--csv", "--lines", "states", "--body", "3", "--body", "100"}).out);
   ASSERT_EQ(rows.size(), 2u * 21);
   LogReader log(log_);
   const LoggedStep last = log.read_states(20);
-  EXPECT_EQ(rows.back().at("body"), "10");
+  EXPECT_EQ(rows.back().at("body"), "100");
   EXPECT_EQ(std::stod(rows.back().at("z_m")), last.states.back().position_m.z());
   EXPECT_EQ(std::stod(rows.back().at("vz_m_s")), last.states.back().linear_velocity_m_s.z());
   EXPECT_EQ(std::stod(rows.back().at("time_s")), 20 * log.scenario().dt_s);
