@@ -12,11 +12,15 @@ double relative(double value, double scale) { return scale > 0.0 ? value / scale
 
 double total_mass_kg(const physics::SceneDescription& scene) {
   double mass = 0.0;
-  for (const physics::BodyParams& body : scene.bodies) mass += body.mass_kg;
+  for (const physics::BodyParams& body : scene.bodies) mass += moving_mass_kg(body);
   return mass;
 }
 
 }  // namespace
+
+double moving_mass_kg(const physics::BodyParams& body) {
+  return body.kinematic ? 0.0 : body.mass_kg;
+}
 
 double lifting_energy_joule(const physics::SceneDescription& scene) {
   std::vector<double> size_m;

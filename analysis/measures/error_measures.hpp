@@ -47,6 +47,9 @@ struct RunTotals {
 // `islands` of one committed step, ascending by label; call in the order of steps.
 void add_islands(std::span<const physics::IslandReport> islands, RunTotals& totals);
 
+// Of the momentum balance: kinematic bodies neither fall nor count.
+double moving_mass_kg(const physics::BodyParams& body);
+
 // Whether the measures need the states of every step, which only drives make them do.
 bool states_are_measured(const physics::SceneDescription& scene);
 

@@ -40,8 +40,8 @@ void InputFollower::follow(const models::CommittedStep& step, RunTotals& totals)
     if (committed.had_effect) add(committed.input, totals);
   add_drives(scene_, ids_, states_, totals);
   double mass_kg = 0.0, present_kg = 0.0;
-  for (const physics::BodyParams& body : scene_.bodies) mass_kg += body.mass_kg;
-  for (const BodyId id : ids_) present_kg += scene_.bodies[physics::index_of(id)].mass_kg;
+  for (const physics::BodyParams& body : scene_.bodies) mass_kg += moving_mass_kg(body);
+  for (const BodyId id : ids_) present_kg += moving_mass_kg(scene_.bodies[physics::index_of(id)]);
   totals.absent_mass_kg_steps += ids_.size() == scene_.bodies.size() ? 0.0 : mass_kg - present_kg;
   ids_.assign(step.ids.begin(), step.ids.end());
   states_.assign(step.states.begin(), step.states.end());

@@ -119,6 +119,17 @@ TEST(ErrorMeasures, ExactFreeFallHasNone) {
   EXPECT_EQ(error.momentum_drift_rel, 0.0);
 }
 
+TEST(ErrorMeasures, AKinematicBodyDoesNotFallAndIsInNoBalance) {
+  physics::SceneDescription scene = falling_ball();
+  scene.bodies.push_back(scene.bodies[0]);
+  scene.bodies[1].kinematic = true;
+  std::vector<physics::BodyState> start(2), end(2);
+  end[0].position_m.z() = -5.0;
+  end[0].linear_velocity_m_s.z() = -10.0;
+  end[1].position_m.x() = 3.0;
+  EXPECT_EQ(measure_errors(scene, start, end, 8, {}).momentum_drift_rel, 0.0);
+}
+
 TEST(ErrorMeasures, LostEnergyIsNegativeAndRelativeToTheLargestChange) {
   const physics::SceneDescription scene = falling_ball();
   std::vector<physics::BodyState> start(1), end(1);
