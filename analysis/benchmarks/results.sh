@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Writes what this machine measures to docs/results/NAME.md, a section a command; the command stands
-# above what it printed. Takes some 15 minutes; nothing else should run meanwhile.
+# above what it printed. Takes some minutes; nothing else should run meanwhile.
 #   results.sh NAME        such as amd-epyc-2-cores
 # Environment: SODA (the program, default build/release/soda)
 set -euo pipefail
@@ -37,11 +37,6 @@ heaviest=(scenarios/library/{bin-1000,factory-line,pyramid,twelve-worlds-piles,w
   section "What work costs" \
     "$SODA" calibrate "${heaviest[@]}" --steps 60 --predict 1,2 -o "$costs/costs.json"
   section "Two threads" analysis/benchmarks/two_threads.sh
-  section "Two threads, the main scenario" \
-    analysis/benchmarks/two_threads.sh scenarios/library/wrecking-balls.json 200 3
-  section "The kernel alone" analysis/benchmarks/phold_executors.sh
-  section "An overload in real time" "$SODA" anticipation --preset paper-fig8 --mode all
-  section "Error against run time" "$SODA" accuracy --repeat 1
 } > "$costs/page"
 mv "$costs/page" "$file"
 echo "$file"
