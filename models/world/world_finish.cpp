@@ -2,16 +2,33 @@
 // written.
 #include <algorithm>
 #include <map>
+#include <span>
 #include <utility>
 
 #include "models/world/world.hpp"
 #include "physics/integrators/free_flight.hpp"
+#include "physics/model/joint.hpp"
 #include "physics/step/advance_island.hpp"
 
 namespace soda::models {
 
 using physics::BodyId;
 using physics::BodyState;
+
+namespace {
+
+// How many pairs of an island hits have connected, in further passes.
+std::int64_t connected_by_hits(std::size_t island, const physics::StepScratch& scratch) {
+  const physics::Islands& islands = scratch.islands;
+  const std::span<const std::uint32_t> manifolds{islands.manifolds};
+  const std::uint32_t first = islands.manifold_begin[island];
+  const std::uint32_t last = islands.manifold_begin[island + 1];
+  return std::ranges::count_if(manifolds.subspan(first, last - first), [&scratch](std::uint32_t m) {
+    return is_link(scratch.manifolds[m]) && !is_joint(scratch.manifolds[m]);
+  });
+}
+
+}  // namespace
 
 // Does not wait for foreign news: what comes later is a straggler.
 void World::solve(kernel::VirtualTime now, Bag bag, kernel::Outbox& outbox) {
@@ -116,6 +133,9 @@ bool World::advance_island(kernel::VirtualTime now, Bag bag, std::size_t island,
   const std::uint32_t first_own = *std::ranges::find_if(bodies, is_own);
   if (!scratch_.passes.is_new(static_cast<std::uint32_t>(known.place[first_own]), manifolds))
     return false;
+  // Each pass connects somebody new. Of an island with fewer connections not all is known: it would
+  // send bodies on in answer to what is taken back by now, and so round a cycle of worlds for ever.
+  if (connected_by_hits(island, scratch_) < std::int64_t{pass_of(now)}) return false;
   ++solves_;
   physics::gather_island(island, known.ids, states, scratch_);
   begin_pass(bodies, manifolds, pass_of(now), known);

@@ -128,5 +128,38 @@ TEST(SentOnRuns, HaveTheSameBitsWithJoints) {
   EXPECT_GT(again, 20u);
 }
 
+// Streams of boxes and balls that cross over a corner of territories.
+test::Scene crossing_streams(std::uint64_t seed) {
+  test::Choices choices(seed);
+  test::Scene scene(Vec3::Zero());
+  const std::uint32_t ball = scene.shape(physics::Sphere{0.16}),
+                      box = scene.shape(physics::Box{Vec3(0.15, 0.15, 0.15)});
+  for (int x = 0; x < 6; ++x)
+    for (int y = 0; y < 4; ++y)
+      for (int z = 0; z < 3; ++z) {
+        const Vec3 at(-3.0 + 0.4 * x, -0.8 + 0.4 * y, 1.2 + 0.4 * z);
+        scene.body(box, at + choices.vector(-0.02, 0.02), Vec3(9, 0, 0), {.restitution = 0.8});
+        scene.body(ball, Vec3(at.y(), at.x(), at.z()) + choices.vector(-0.02, 0.02), Vec3(0, 11, 0),
+                   {.restitution = 0.8});
+      }
+  return scene;
+}
+
+TEST(SentOnRuns, WorldsThatKnowDifferentThingsDoNotAnswerEachOtherForEver) {
+  for (std::uint64_t seed = 0; seed < 3; ++seed) {
+    const test::Scene scene = crossing_streams(seed);
+    RunOptions options;
+    options.steps = 20;
+    const RunOutcome alone = run(scene, blocks(1), options);
+    options.executor = ExecutorKind::kVirtual;
+    options.gating = false;
+    options.cluster.processors = 8;
+    options.cluster.latency_ns = 60000;
+    const RunOutcome divided = run(scene, blocks(8), options);
+    EXPECT_EQ(divided.digests, alone.digests);
+    EXPECT_LT(divided.result.events.rolled_back, 25 * divided.result.events.committed) << seed;
+  }
+}
+
 }  // namespace
 }  // namespace soda::models
