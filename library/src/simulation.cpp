@@ -62,26 +62,8 @@ std::size_t Simulation::Impl::place_of(std::uint32_t body) const {
 
 // As a world does it (models/world/world_inputs.cpp).
 void Simulation::Impl::act(const models::UserInput& input) {
-  if (input.kind == InputKind::kChangeMaterial)
-    return models::set_material(input.body, input.material, now.changes);
-  if (input.kind == InputKind::kSetMotor) {
-    const physics::JointMotor motor =
-        models::motor_with(base.scenario.scene, now.changes, input.joint);
-    return models::set_motor(input.joint, models::motor_after(input, motor), now.changes);
-  }
-  const auto place = std::ranges::lower_bound(now.ids, input.body);
-  const bool is_there = place != now.ids.end() && *place == input.body;
-  const auto state = now.states.begin() + (place - now.ids.begin());
-  if (is_there == (input.kind == InputKind::kAdd)) return;
-  if (input.kind == InputKind::kAdd) {
-    now.states.insert(state, input.state);
-    now.ids.insert(place, input.body);
-  } else if (input.kind == InputKind::kRemove) {
-    now.states.erase(state);
-    now.ids.erase(place);
-  } else {
-    models::act_on(input, base.scenario.scene.bodies[physics::index_of(input.body)], *state);
-  }
+  if (!models::note_change(input, base.scenario.scene, now.changes))
+    models::act_on_bodies(input, base.scenario.scene, now.ids, now.states);
 }
 
 void Simulation::Impl::take_inputs() {

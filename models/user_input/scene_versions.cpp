@@ -38,6 +38,17 @@ physics::JointMotor motor_with(const physics::SceneDescription& scene, const Sce
   return motor;
 }
 
+bool note_change(const UserInput& input, const physics::SceneDescription& scene,
+                 SceneChanges& changes) {
+  const bool is_material = input.kind == InputKind::kChangeMaterial;
+  if (!is_material && input.kind != InputKind::kSetMotor) return false;
+  if (is_material)
+    set_material(input.body, input.material, changes);
+  else
+    set_motor(input.joint, motor_after(input, motor_with(scene, changes, input.joint)), changes);
+  return true;
+}
+
 std::shared_ptr<const physics::SceneDescription> SceneVersions::with(const SceneChanges& changes) {
   if (changes.empty()) return unchanged_;
   const std::lock_guard lock(mutex_);

@@ -10,6 +10,7 @@
 #include <optional>
 #include <vector>
 
+#include "models/user_input/user_input.hpp"
 #include "physics/model/scene.hpp"
 
 namespace soda::models {
@@ -48,6 +49,10 @@ void set_motor(std::uint32_t joint, const physics::JointMotor& motor, SceneChang
 // The motor of a joint that has one, in any version of the scene, as the changes leave it.
 physics::JointMotor motor_with(const physics::SceneDescription& scene, const SceneChanges& changes,
                                std::uint32_t joint);
+
+// Notes what an input changes of the description. Whether it is of such a kind.
+bool note_change(const UserInput& input, const physics::SceneDescription& scene,
+                 SceneChanges& changes);
 
 // The memory of a pure function: equal changes, same description, for as long as somebody holds it.
 // A new version costs a copy of the scene, once in a process. From all worker threads.

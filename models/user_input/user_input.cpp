@@ -10,6 +10,24 @@ namespace soda::models {
 using physics::BodyId;
 using physics::BodyState;
 
+namespace {
+
+// Of a push or new velocities.
+void act_on(const UserInput& input, const physics::BodyParams& params, BodyState& state) {
+  if (input.kind == InputKind::kPush)
+    physics::push(params, input.impulse_newton_s, input.point_local_m, state);
+  if (input.kind != InputKind::kSetVelocity) return;
+  if (input.sets_linear) state.linear_velocity_m_s = input.state.linear_velocity_m_s;
+  if (input.sets_angular) state.angular_velocity_rad_s = input.state.angular_velocity_rad_s;
+}
+
+// Not bodies that move.
+bool changes_description(const UserInput& input) {
+  return input.kind == InputKind::kChangeMaterial || input.kind == InputKind::kSetMotor;
+}
+
+}  // namespace
+
 const char* name_of(InputKind kind) {
   constexpr const char* kNames[] = {"add",          "remove",          "push",
                                     "set-velocity", "change-material", "set-motor"};
@@ -48,28 +66,12 @@ physics::JointMotor motor_after(const UserInput& input, const physics::JointMoto
   return after;
 }
 
-void act_on(const UserInput& input, const physics::BodyParams& params, BodyState& state) {
-  if (input.kind == InputKind::kPush)
-    physics::push(params, input.impulse_newton_s, input.point_local_m, state);
-  if (input.kind != InputKind::kSetVelocity) return;
-  if (input.sets_linear) state.linear_velocity_m_s = input.state.linear_velocity_m_s;
-  if (input.sets_angular) state.angular_velocity_rad_s = input.state.angular_velocity_rad_s;
-}
-
-void act_on_scene(const UserInput& input, physics::SceneDescription& scene,
-                  std::vector<BodyId>& ids, std::vector<BodyState>& states) {
-  physics::BodyParams& params = scene.bodies[physics::index_of(input.body)];
-  if (input.kind == InputKind::kChangeMaterial) {
-    params.material = input.material;
-    return;
-  }
-  if (input.kind == InputKind::kSetMotor) {
-    std::optional<physics::JointMotor>& motor = scene.joints[input.joint].motor;
-    motor = motor_after(input, *motor);
-    return;
-  }
+bool act_on_bodies(const UserInput& input, const physics::SceneDescription& scene,
+                   std::vector<BodyId>& ids, std::vector<BodyState>& states) {
   const auto place = std::lower_bound(ids.begin(), ids.end(), input.body);
+  const bool is_here = place != ids.end() && *place == input.body;
   const auto state = states.begin() + (place - ids.begin());
+  if (changes_description(input) || is_here == (input.kind == InputKind::kAdd)) return false;
   if (input.kind == InputKind::kAdd) {
     states.insert(state, input.state);
     ids.insert(place, input.body);
@@ -77,7 +79,20 @@ void act_on_scene(const UserInput& input, physics::SceneDescription& scene,
     states.erase(state);
     ids.erase(place);
   } else {
-    act_on(input, params, *state);
+    act_on(input, scene.bodies[physics::index_of(input.body)], *state);
+  }
+  return true;
+}
+
+void act_on_scene(const UserInput& input, physics::SceneDescription& scene,
+                  std::vector<BodyId>& ids, std::vector<BodyState>& states) {
+  if (input.kind == InputKind::kChangeMaterial) {
+    scene.bodies[physics::index_of(input.body)].material = input.material;
+  } else if (input.kind == InputKind::kSetMotor) {
+    std::optional<physics::JointMotor>& motor = scene.joints[input.joint].motor;
+    motor = motor_after(input, *motor);
+  } else {
+    act_on_bodies(input, scene, ids, states);
   }
 }
 

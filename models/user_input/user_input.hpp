@@ -77,11 +77,13 @@ class Presence {
 // As the motor is after kSetMotor.
 physics::JointMotor motor_after(const UserInput& input, const physics::JointMotor& motor);
 
-// Effect of kPush or kSetVelocity on its body; nothing for other kinds.
-void act_on(const UserInput& input, const physics::BodyParams& params, physics::BodyState& state);
+// Effect of an input on the bodies that are here: `ids` ascending, `states[i]` of ids[i]. Whether
+// it has any: not on what is made of what, not if it adds a body that is here, or if its body is
+// not.
+bool act_on_bodies(const UserInput& input, const physics::SceneDescription& scene,
+                   std::vector<physics::BodyId>& ids, std::vector<physics::BodyState>& states);
 
-// Effect of an input that has one on a scene that is not divided; `ids` ascending, `states[i]` of
-// ids[i].
+// Effect of an input that has one on a scene that is not divided, and on its description.
 void act_on_scene(const UserInput& input, physics::SceneDescription& scene,
                   std::vector<physics::BodyId>& ids, std::vector<physics::BodyState>& states);
 

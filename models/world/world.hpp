@@ -101,7 +101,6 @@ class World final : public kernel::LogicalProcess {
 
   void begin(std::int64_t step, Bag bag);
   std::vector<physics::BodyId> take_inputs(Bag bag);
-  bool act(const UserInput& input);
   void detect(std::int64_t step, kernel::Outbox& outbox);
   void border_traversal(std::int64_t step, Bag bag);
   Heard completed(const Rules& rules, const ForeignView& before, Heard heard);

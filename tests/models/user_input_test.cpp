@@ -378,13 +378,14 @@ TEST(UserInput, ComesBackFromItsEncoding) {
 
 TEST(UserInput, APushOffTheCentreTurnsTheBody) {
   test::Scene scene;
-  BodyState& state = scene.body(scene.shape(physics::Sphere{0.5}), Vec3::Zero());
+  const BodyState& state = scene.body(scene.shape(physics::Sphere{0.5}), Vec3::Zero());
   const physics::BodyParams& params = scene.description.bodies[0];
   UserInput input;
   input.kind = InputKind::kPush;
   input.impulse_newton_s = Vec3(0, params.mass_kg, 0);
   input.point_local_m = Vec3(0.5, 0, 0);
-  act_on(input, params, state);
+  std::vector<BodyId> ids{BodyId{0}};
+  EXPECT_TRUE(act_on_bodies(input, scene.description, ids, scene.states));
   EXPECT_EQ(state.linear_velocity_m_s, Vec3(0, 1, 0));
   // m v r / (2/5 m r^2) = 5 v / (2 r)
   EXPECT_NEAR(state.angular_velocity_rad_s.z(), 5.0, 1e-12);

@@ -9,7 +9,6 @@ here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)
 work=${SODA_MUTATION_FOLDER:-$root/build/mutation}
 build=$work/build/release
-parts="kernel physics models scenarios analysis tests CMakeLists.txt CMakePresets.json"
 seconds=60  # a defect that makes a test hang is caught, too
 
 # Rows of the table: | `name` | defect | `test`, `test` |
@@ -53,7 +52,7 @@ check() {
 
 # The copy as the sources are now. Only what differs is written, so only that is built again.
 copy_sources() {
-  (cd "$root" && find $parts -type f -print0) | while IFS= read -r -d '' file; do
+  (cd "$root" && find . -type f -not -path './build/*' -not -path './.*' -print0) | while IFS= read -r -d '' file; do
     cmp -s "$root/$file" "$work/$file" && continue
     mkdir -p "$work/$(dirname "$file")"
     cp "$root/$file" "$work/$file"
