@@ -5,27 +5,12 @@
 
 #include "analysis/anticipation/anticipation_report.hpp"
 #include "analysis/process/machine.hpp"
+#include "analysis/text/html_page.hpp"
 #include "analysis/text/svg_plot.hpp"
 #include "analysis/text/text_table.hpp"
-#include "analysis/text/version.hpp"
 
 namespace soda::analysis {
 namespace {
-
-constexpr const char* kPageStyle =
-    "<style>body{font:16px/1.5 system-ui,sans-serif;max-width:64rem;margin:auto;padding:1rem;"
-    "color:#222;background:#fff}svg{max-width:100%;height:auto;background:#fff}"
-    "pre{overflow-x:auto;font-size:13px}figure{margin:1rem 0}figcaption{color:#555}"
-    "@media(prefers-color-scheme:dark){body{color:#ddd;background:#161616}figcaption{color:#aaa}}"
-    "</style>";
-
-std::string page(const std::string& title, const AnticipationHead& head, const std::string& body) {
-  return "<!doctype html><html lang=en><meta charset=utf-8>"
-         "<meta name=viewport content='width=device-width,initial-scale=1'><title>" +
-         escaped_xml(title) + "</title>" + kPageStyle + "<h1>" + escaped_xml(title) + "</h1>" +
-         body + "<p>Made by <code>" + escaped_xml(head.command) + "</code>, soda " + kVersion +
-         ", on " + escaped_xml(machine_name()) + ".</p></html>\n";
-}
 
 double largest_overload(const std::vector<AnticipationPoint>& points) {
   double largest = 0.1;
@@ -129,8 +114,8 @@ std::string captioned(const std::string& svg, const std::string& caption) {
 
 std::string anticipation_html(const AnticipationHead& head,
                               const std::vector<AnticipationPoint>& points) {
-  return page(
-      "What anticipation buys: " + head.scene, head,
+  return html_page(
+      "What anticipation buys: " + head.scene, {head.command, machine_name()},
       captioned(svg_plot(figure(head, points)),
                 "How long a full transform buffer hides an overload from the renderer. The law: "
                 "A = F r / (r - 1) steps for F entries in store and steps of r frames each.") +
@@ -153,10 +138,11 @@ std::string buffer_costs_html(const AnticipationHead& head, const std::vector<Bu
   }
   std::ranges::sort(series.points);
   plot.series.push_back(std::move(series));
-  return page("What buffers buy without a clock: " + head.scene, head,
-              captioned(svg_plot(plot), "On the virtual cluster; the knee is at " +
-                                            std::to_string(knee_of(costs)) + " entries.") +
-                  "<pre>" + escaped_xml(buffer_costs_text(costs)) + "</pre>");
+  return html_page("What buffers buy without a clock: " + head.scene,
+                   {head.command, machine_name()},
+                   captioned(svg_plot(plot), "On the virtual cluster; the knee is at " +
+                                                 std::to_string(knee_of(costs)) + " entries.") +
+                       "<pre>" + escaped_xml(buffer_costs_text(costs)) + "</pre>");
 }
 
 }  // namespace soda::analysis

@@ -3,6 +3,9 @@
 #include <algorithm>
 
 #include "analysis/commands/accuracy_report.hpp"
+#include "analysis/commands/accuracy_summary.hpp"
+#include "analysis/process/machine.hpp"
+#include "analysis/text/html_page.hpp"
 #include "analysis/text/svg_plot.hpp"
 #include "analysis/text/text_table.hpp"
 #include "analysis/text/work_precision_plot.hpp"
@@ -10,30 +13,14 @@
 namespace soda::analysis {
 namespace {
 
-constexpr const char* kStyle =
-    "body{font-family:sans-serif;max-width:1250px;margin:1.5em auto;padding:0 1em;color:#222}\n"
-    "table{border-collapse:collapse;margin:.6em 0;font-size:.85em}\n"
-    "th,td{padding:.15em .7em;text-align:right;border-bottom:1px solid #ddd}\n"
-    "th:first-child,td:first-child{text-align:left}\n"
-    "tr.bound td{color:#555;font-style:italic}\n"
-    "td.missed{color:#b00000}\n"
-    "td.reached{color:#006b3c}\n"
-    "p.left{color:#555;font-size:.85em;margin:.2em 0}\n"
-    "div.plots{display:flex;flex-wrap:wrap;gap:8px}\n";
-
-std::string tag(const std::string& name, const std::string& inside, const std::string& kind = "") {
-  const std::string attribute = kind.empty() ? "" : " class=\"" + kind + "\"";
-  return "<" + name + attribute + ">" + inside + "</" + name + ">";
-}
-
 std::string settings_of(const CaseRun& run) {
   return run.setting.iterations > 0 ? std::to_string(run.setting.iterations) : "own";
 }
 
 // Cells of a row that does not belong to one run.
 std::string settings_html(const AccuracyReport::Case& one, const char* title) {
-  return tag("td", title) + tag("td", "") + tag("td", "") +
-         (has_tolerances(one) ? tag("td", "") : "");
+  return html_tag("td", title) + html_tag("td", "") + html_tag("td", "") +
+         (has_tolerances(one) ? html_tag("td", "") : "");
 }
 
 std::string bound_row(const char* name, const AccuracyReport::Case& one,
@@ -43,10 +30,10 @@ std::string bound_row(const char* name, const AccuracyReport::Case& one,
   bool any = false;
   for (const ErrorColumn& column : columns) {
     any = any || column.*bound;
-    cells += tag("td", column.*bound ? format_number(*(column.*bound), 3) : "");
+    cells += html_tag("td", column.*bound ? format_number(*(column.*bound), 3) : "");
   }
   if (!any) return {};
-  return tag("tr", cells + tag("td", "") + tag("td", ""), "bound") + "\n";
+  return html_tag("tr", cells + html_tag("td", "") + html_tag("td", ""), "bound") + "\n";
 }
 
 std::string tolerance_of(const CaseRun& run) {
@@ -55,21 +42,21 @@ std::string tolerance_of(const CaseRun& run) {
 
 std::string run_row(const CaseRun& run, bool with_tolerance,
                     const std::vector<ErrorColumn>& columns) {
-  std::string cells = tag("td", escaped_xml(run.engine)) + tag("td", step_text(run.setting.dt_s)) +
-                      tag("td", settings_of(run)) +
-                      (with_tolerance ? tag("td", tolerance_of(run)) : "");
+  std::string cells =
+      html_tag("td", escaped_xml(run.engine)) + html_tag("td", step_text(run.setting.dt_s)) +
+      html_tag("td", settings_of(run)) + (with_tolerance ? html_tag("td", tolerance_of(run)) : "");
   for (const ErrorColumn& column : columns) {
     const JudgedMeasure* measure = find_measure(run, column);
     if (measure == nullptr) {
-      cells += tag("td", run.fault.empty() ? "" : "no result");
+      cells += html_tag("td", run.fault.empty() ? "" : "no result");
       continue;
     }
     const char* kind = measure->must ? (measure->missed() ? "missed" : "reached") : "";
-    cells += tag("td", format_number(measure->value, 3), kind);
+    cells += html_tag("td", format_number(measure->value, 3), kind);
   }
-  cells += tag("td", format_number(run.cpu_per_simulated_s, 3)) +
-           tag("td", format_number(run.step_ms, 3));
-  return tag("tr", cells) + "\n";
+  cells += html_tag("td", format_number(run.cpu_per_simulated_s, 3)) +
+           html_tag("td", format_number(run.step_ms, 3));
+  return html_tag("tr", cells) + "\n";
 }
 
 std::string order_row(const AccuracyReport::Case& one, std::size_t last,
@@ -78,23 +65,25 @@ std::string order_row(const AccuracyReport::Case& one, std::size_t last,
   bool any = false;
   for (const std::optional<double>& order : observed_orders(one, last, columns)) {
     any = any || order;
-    cells += tag("td", order ? format_number(*order, 3) : "");
+    cells += html_tag("td", order ? format_number(*order, 3) : "");
   }
-  return any ? tag("tr", cells + tag("td", "") + tag("td", ""), "bound") + "\n" : std::string();
+  return any ? html_tag("tr", cells + html_tag("td", "") + html_tag("td", ""), "bound") + "\n"
+             : std::string();
 }
 
 std::string table_of(const AccuracyReport::Case& one, const std::vector<ErrorColumn>& columns) {
-  std::string head = tag("th", "engine") + tag("th", "dt, s") + tag("th", "sweeps");
-  if (has_tolerances(one)) head += tag("th", "tolerance");
-  for (const ErrorColumn& column : columns) head += tag("th", escaped_xml(column.title));
-  head += tag("th", "CPU s/s") + tag("th", "step, ms");
-  std::string rows = tag("tr", head) + "\n" + bound_row("must", one, columns, &ErrorColumn::must) +
+  std::string head = html_tag("th", "engine") + html_tag("th", "dt, s") + html_tag("th", "sweeps");
+  if (has_tolerances(one)) head += html_tag("th", "tolerance");
+  for (const ErrorColumn& column : columns) head += html_tag("th", escaped_xml(column.title));
+  head += html_tag("th", "CPU s/s") + html_tag("th", "step, ms");
+  std::string rows = html_tag("tr", head) + "\n" +
+                     bound_row("must", one, columns, &ErrorColumn::must) +
                      bound_row("stretch", one, columns, &ErrorColumn::stretch);
   for (std::size_t i = 0; i < one.runs.size(); ++i) {
     rows += run_row(one.runs[i], has_tolerances(one), columns);
     if (ends_series(one, i)) rows += order_row(one, i, columns);
   }
-  return tag("table", "\n" + rows) + "\n";
+  return html_table(rows);
 }
 
 // The runs of one engine, and of one number of iterations, are joined: along them dt alone varies,
@@ -113,7 +102,7 @@ WorkPrecisionPlot plot_of(const AccuracyReport::Case& one, const ErrorColumn& co
     if (in_mode) name += " to tolerance";
     auto series = std::find_if(plot.series.begin(), plot.series.end(),
                                [&](const WorkPrecisionSeries& s) { return s.name == name; });
-    if (series == plot.series.end()) series = plot.series.insert(series, {name, {}});
+    if (series == plot.series.end()) series = plot.series.insert(series, {name, {}, true});
     series->points.push_back(
         {run.cpu_per_simulated_s, measure->value,
          in_mode ? "tolerance " + tolerance_of(run) : "dt " + step_text(run.setting.dt_s)});
@@ -126,63 +115,62 @@ std::string contacts_of(const AccuracyReport::Case& one) {
   std::string rows;
   for (const CaseRun& run : one.runs) {
     if (run.contacts.points == 0) continue;
-    std::string cells = tag("td", escaped_xml(run.engine)) + tag("td", setting_text(run.setting)) +
-                        tag("td", settings_of(run));
+    std::string cells = html_tag("td", escaped_xml(run.engine)) +
+                        html_tag("td", setting_text(run.setting)) +
+                        html_tag("td", settings_of(run));
     for (const auto law : {&Residuals::signorini_m_s, &Residuals::complementarity_m_s,
                            &Residuals::cone_m_s, &Residuals::dissipation_m_s})
-      cells += tag("td", format_number(run.contacts.largest.*law, 2) + " (" +
-                             format_number(run.contacts.mean(law), 2) + ")");
-    rows += tag("tr", cells) + "\n";
+      cells += html_tag("td", format_number(run.contacts.largest.*law, 2) + " (" +
+                                  format_number(run.contacts.mean(law), 2) + ")");
+    rows += html_tag("tr", cells) + "\n";
   }
   if (rows.empty()) return {};
-  return tag("table", "\n" +
-                          tag("tr", tag("th", "contacts, largest (mean), m/s") + tag("th", "step") +
-                                        tag("th", "sweeps") + tag("th", "Signorini") +
-                                        tag("th", "complementarity") + tag("th", "cone") +
-                                        tag("th", "dissipation")) +
-                          "\n" + rows) +
-         "\n";
+  return html_table(html_row("th", {"contacts, largest (mean), m/s", "step", "sweeps", "Signorini",
+                                    "complementarity", "cone", "dissipation"}) +
+                    rows);
 }
 
 std::string case_section(const AccuracyReport::Case& one) {
   const std::vector<ErrorColumn> columns = error_columns(one);
-  std::string out = tag("h2", escaped_xml(one.name)) + "\n" +
-                    tag("p", escaped_xml(one.description)) + "\n" + table_of(one, columns);
+  std::string out = "<h2 id=\"" + escaped_xml(one.name) + "\">" + escaped_xml(one.name) +
+                    "</h2>\n" + html_tag("p", escaped_xml(one.description)) + "\n" +
+                    html_side_by_side(table_of(one, columns) + contacts_of(one));
   for (const std::string& what : one.left_out)
-    out += tag("p", "left out: " + escaped_xml(what), "left") + "\n";
+    out += html_tag("p", "left out: " + escaped_xml(what), "left") + "\n";
   for (const CaseRun& run : one.runs)
     if (!run.fault.empty())
-      out += tag("p",
-                 escaped_xml(run.engine + " at " + setting_text(run.setting) +
-                             " is no result: " + run.fault),
-                 "left") +
+      out += html_tag("p",
+                      escaped_xml(run.engine + " at " + setting_text(run.setting) +
+                                  " is no result: " + run.fault),
+                      "left") +
              "\n";
-  out += contacts_of(one);
   std::string plots;
   for (const ErrorColumn& column : columns) {
     if (column.measure == "step_ms") continue;
     const WorkPrecisionPlot plot = plot_of(one, column);
     if (!plot.series.empty()) plots += work_precision_svg(plot);
   }
-  return out + "<div class=\"plots\">\n" + plots + "</div>\n";
+  return out + html_side_by_side(plots);
 }
 
 }  // namespace
 
-std::string accuracy_html(const AccuracyReport& report) {
-  std::string out =
-      "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
-      "<title>soda accuracy</title>\n<style>\n" +
-      std::string(kStyle) + "</style></head><body>\n" + tag("h1", "Error against run time") + "\n" +
-      tag("p",
-          "Errors are computed from states, alike for every engine. CPU time is that of the "
-          "steps alone, one thread, the median of repeated runs. A line joins the steps of "
-          "one engine, or its tolerances; hollow points are no numbers.") +
+std::string accuracy_html(const AccuracyReport& report, const std::string& command) {
+  std::string body =
+      html_tag("p",
+               "Errors are computed from states, alike for every engine. CPU time is that of the "
+               "steps alone, one thread, the median of repeated runs.") +
       "\n";
   for (const std::string& what : report.missing_engines)
-    out += tag("p", "missing engine: " + escaped_xml(what), "left") + "\n";
-  for (const AccuracyReport::Case& one : report.cases) out += case_section(one);
-  return out + "</body></html>\n";
+    body += html_tag("p", "missing engine: " + escaped_xml(what), "left") + "\n";
+  body += accuracy_summary_html(report);
+  body += html_tag("p",
+                   "In the cases' pictures a line joins the steps of one engine, or its "
+                   "tolerances; hollow points are no numbers.",
+                   "left") +
+          "\n";
+  for (const AccuracyReport::Case& one : report.cases) body += case_section(one);
+  return html_page("Error against run time", {command, machine_name()}, body);
 }
 
 }  // namespace soda::analysis

@@ -2,6 +2,8 @@
 #include <cmath>
 
 #include "analysis/families/family_run.hpp"
+#include "analysis/process/machine.hpp"
+#include "analysis/text/html_page.hpp"
 #include "analysis/text/svg_plot.hpp"
 #include "analysis/text/text_table.hpp"
 #include "analysis/text/work_precision_plot.hpp"
@@ -93,7 +95,7 @@ WorkPrecisionPlot plot_over_n(const std::string& y_label) {
 template <class Value>
 std::string plot_of(const FamilyReport& family, WorkPrecisionPlot plot, Value value) {
   for (const FamilySeriesReport& series : family.series) {
-    WorkPrecisionSeries line{series.name, {}};
+    WorkPrecisionSeries line{series.name, {}, true};
     for (const FamilyRun& run : series.runs)
       if (run.fault.empty()) line.points.push_back({static_cast<double>(run.n), value(run), ""});
     if (!line.points.empty()) plot.series.push_back(std::move(line));
@@ -117,7 +119,7 @@ std::string plots_of(const FamilyReport& family, bool is_timed) {
   if (is_timed)
     plots += plot_of(family, plot_over_n(family.name + ": CPU time per body and step, us"),
                      [](const FamilyRun& run) { return run.cpu_us; });
-  return "<div class=\"plots\">\n" + plots + "</div>\n";
+  return html_side_by_side(plots);
 }
 
 std::string family_html(const FamilyReport& family, bool is_timed) {
@@ -162,19 +164,13 @@ std::string families_text(const FamiliesReport& report) {
 }
 
 std::string families_html(const FamiliesReport& report) {
-  std::string out =
-      "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
-      "<title>soda accuracy --families</title>\n<style>\n"
-      "body{font-family:sans-serif;max-width:1250px;margin:1.5em auto;padding:0 1em;color:#222}\n"
-      "p.missed{color:#b00000;font-size:.85em;margin:.2em 0}\n"
-      "div.plots{display:flex;flex-wrap:wrap;gap:8px}\n"
-      "</style></head><body>\n<h1>Families of scenes over n</h1>\n"
-      "<p>Errors and costs per body and step should not change by more than a factor of two "
-      "between "
+  std::string body = html_tag(
+      "p",
+      "Errors and costs per body and step should not change by more than a factor of two between "
       "neighbours of n. Work is a count of all stages, in ns of a usual machine, roughly. Errors "
-      "of 0 are drawn at 1e-17.</p>\n";
-  for (const FamilyReport& family : report.families) out += family_html(family, report.is_timed);
-  return out + "</body></html>\n";
+      "of 0 are drawn at 1e-17.");
+  for (const FamilyReport& family : report.families) body += family_html(family, report.is_timed);
+  return html_page("Families of scenes over n", {"soda accuracy --families", machine_name()}, body);
 }
 
 }  // namespace soda::analysis

@@ -3,6 +3,8 @@
 
 #include "analysis/groups/groups_report.hpp"
 #include "analysis/groups/paper_scene.hpp"
+#include "analysis/process/machine.hpp"
+#include "analysis/text/html_page.hpp"
 #include "analysis/text/svg_plot.hpp"
 
 namespace soda::analysis {
@@ -130,15 +132,10 @@ Plot run_plot(const BondOverTime& bond, const std::string& scenario) {
 
 std::string page_of(const std::string& title, const std::string& text,
                     const std::vector<Plot>& plots) {
-  std::string page =
-      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<title>" +
-      escaped_xml(title) +
-      "</title>\n<style>body{font-family:sans-serif;max-width:1100px;margin:1.5em auto;"
-      "padding:0 1em;color:#222}pre{font-size:.85em;overflow-x:auto}</style>\n</head>\n<body>\n"
-      "<h1>" +
-      escaped_xml(title) + "</h1>\n";
-  for (const Plot& plot : plots) page += "<div>" + svg_plot(plot) + "</div>\n";
-  return page + "<pre>" + escaped_xml(text) + "</pre>\n</body>\n</html>\n";
+  std::string pictures;
+  for (const Plot& plot : plots) pictures += svg_plot(plot);
+  return html_page(title, {"soda groups", machine_name()},
+                   html_side_by_side(pictures) + html_tag("pre", escaped_xml(text)));
 }
 
 }  // namespace

@@ -170,7 +170,7 @@ Overrides combined(const Overrides& base, const Overrides& over) {
   take(result.cluster.bandwidth_mb_s, over.cluster.bandwidth_mb_s);
   take(result.cluster.gvt_interval_us, over.cluster.gvt_interval_us);
   take(result.cluster.execution_seed, over.cluster.execution_seed);
-  result.cluster.check_purity = base.cluster.check_purity || over.cluster.check_purity;
+  result.cluster.check_purity = result.cluster.check_purity || over.cluster.check_purity;
   return result;
 }
 

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "analysis/process/machine.hpp"
 #include "analysis/runs/run_report.hpp"
+#include "analysis/text/html_page.hpp"
 #include "analysis/text/svg_plot.hpp"
 #include "analysis/text/text_table.hpp"
 
@@ -150,13 +152,6 @@ Plot account_plot(const ScalingCurve& curve) {
   return plot;
 }
 
-std::string html_row(const char* tag, const std::vector<std::string>& cells) {
-  std::string row = "<tr>";
-  for (const std::string& cell : cells)
-    row += std::string("<") + tag + ">" + escaped_xml(cell) + "</" + tag + ">";
-  return row + "</tr>\n";
-}
-
 }  // namespace
 
 std::string scaling_text(const ScalingReport& report) {
@@ -186,22 +181,18 @@ std::string scaling_html(const ScalingReport& report) {
   const ScalingTable table = scaling_table(report);
   std::vector<std::string> titles;
   for (const Column& column : table.columns) titles.push_back(column.title);
-  std::string page =
-      "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>soda "
-      "scaling</title>\n"
-      "<style>body{font-family:sans-serif;margin:1.5em;color:#222}table{border-collapse:collapse;"
-      "font-size:.85em}th,td{padding:.15em .6em;text-align:right;border-bottom:1px solid #ddd}"
-      "th:first-child,td:first-child{text-align:left}</style></head><body>\n<h1>soda scaling</h1>\n"
-      "<p>" +
-      escaped_xml(heading(report)) +
-      "<br>Source of the network's figures: " + escaped_xml(report.network.source) +
-      "</p>\n<table>\n" + html_row("th", titles);
-  for (const std::vector<std::string>& row : table.rows) page += html_row("td", row);
-  page += "</table>\n<p>" + escaped_xml(left_out_text(report) + unequal_text(report)) + "</p>\n";
+  std::string rows = html_row("th", titles);
+  for (const std::vector<std::string>& row : table.rows) rows += html_row("td", row);
+  std::string plots;
   for (const ScalingCurve& curve : report.curves)
     if (curve.points.size() > 1)
-      page += svg_plot(speed_up_plot(curve)) + svg_plot(account_plot(curve));
-  return page + "</body></html>\n";
+      plots += svg_plot(speed_up_plot(curve)) + svg_plot(account_plot(curve));
+  return html_page(
+      "Scaling", {"soda scaling", machine_name()},
+      html_tag("p", escaped_xml(heading(report)) + "<br>Source of the network's figures: " +
+                        escaped_xml(report.network.source)) +
+          html_side_by_side(plots) + html_table(rows) +
+          html_tag("p", escaped_xml(left_out_text(report) + unequal_text(report))));
 }
 
 }  // namespace soda::analysis

@@ -87,7 +87,8 @@ std::string escaped_xml(const std::string& text) {
 
 std::string svg_plot(const Plot& plot) {
   std::string out = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + format_number(kWidth) +
-                    "\" height=\"" + format_number(kHeight) +
+                    "\" height=\"" + format_number(kHeight) + "\" viewBox=\"0 0 " +
+                    format_number(kWidth) + " " + format_number(kHeight) +
                     "\" font-family=\"sans-serif\" font-size=\"12\">\n"
                     "<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n" +
                     axes(plot);

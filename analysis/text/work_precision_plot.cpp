@@ -91,12 +91,14 @@ std::string drawn(const WorkPrecisionSeries& series, const Axis& x, const Axis& 
     const double py = finite ? y.place(std::max(point.error, kSmallest)) : y.to;
     path += digits(px) + "," + digits(py) + " ";
     marks += "<circle cx=\"" + digits(px) + "\" cy=\"" + digits(py) + "\" r=\"3.5\" fill=\"" +
-             (finite ? colour : "white") + "\" stroke=\"" + colour + "\"><title>" +
+             (finite ? colour : "white") + "\" fill-opacity=\"" + (series.joined ? "1" : ".6") +
+             "\" stroke=\"" + colour + "\"><title>" +
              escaped_xml(series.name + " " + point.label + ": error " +
                          (finite ? digits(point.error) : "is no number") + ", " +
                          digits(point.cpu_s) + " " + x_unit) +
              "</title></circle>\n";
   }
+  if (!series.joined) return marks;
   return "<polyline fill=\"none\" stroke=\"" + colour + "\"" + dashes +
          " stroke-width=\"1.3\" points=\"" + path + "\"/>\n" + marks;
 }
@@ -115,7 +117,8 @@ std::string work_precision_svg(const WorkPrecisionPlot& plot) {
   const Axis x = axis_over(times, kSheetLeft, kSheetWidth - kSheetRight);
   const Axis y = axis_over(errors, kSheetHeight - kSheetBottom, kSheetTop);
   std::string out = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + digits(kSheetWidth) +
-                    "\" height=\"" + digits(kSheetHeight) +
+                    "\" height=\"" + digits(kSheetHeight) + "\" viewBox=\"0 0 " +
+                    digits(kSheetWidth) + " " + digits(kSheetHeight) +
                     "\" font-family=\"sans-serif\" font-size=\"11\">\n"
                     "<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n" +
                     grid(x, y, plot) + bound_line(x, y, plot.must, plot.must_name, "6 3") +

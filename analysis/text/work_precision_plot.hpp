@@ -14,7 +14,8 @@ struct WorkPrecisionPoint {
 };
 struct WorkPrecisionSeries {
   std::string name;
-  std::vector<WorkPrecisionPoint> points;  // joined in this order
+  std::vector<WorkPrecisionPoint> points;
+  bool joined = true;  // in this order
 };
 struct WorkPrecisionPlot {
   std::string title, y_label;

@@ -99,6 +99,15 @@ TEST(Overrides, AnExecutorAskedForAnewDoesNotInheritTheOldThreads) {
   EXPECT_EQ(both.worlds, 8u);
 }
 
+TEST(Overrides, ThreadsAskedForLeaveTheClusterAndItsCheckOfPurity) {
+  Overrides logged, threads;
+  logged.cluster.check_purity = true;
+  logged.cluster.latency_us = 5.0;
+  threads.threads = 4;
+  EXPECT_FALSE(combined(logged, threads).cluster.given());
+  EXPECT_TRUE(combined(logged, {}).cluster.check_purity);
+}
+
 physics::SceneDescription falling_ball() {
   physics::SceneDescription scene;
   scene.gravity_m_s2 = physics::Vec3(0.0, 0.0, -10.0);
