@@ -1,6 +1,7 @@
 #include "analysis/commands/command_guide.hpp"
 
 #include <CLI/CLI.hpp>
+#include <sstream>
 #include <vector>
 
 namespace soda::analysis {
@@ -152,6 +153,19 @@ std::string manual_page(const CLI::App& app, const std::string& version) {
       roff(app.get_description()) + "\n.SH COMMANDS\n";
   for (const CLI::App* command : app.get_subcommands({})) text += roff_command(*command);
   return text + ".SH NOTES\n" + roff(app.get_footer()) + "\n";
+}
+
+// Of a command's footer the lines that are set in.
+std::string examples_of(const CLI::App& app, const std::string& command) {
+  std::string text;
+  for (const CLI::App* one : app.get_subcommands({})) {
+    if (!command.empty() && one->get_name() != command) continue;
+    text += (text.empty() ? "" : "\n") + one->get_description() + "\n";
+    std::string line;
+    for (std::istringstream lines(one->get_footer()); std::getline(lines, line);)
+      if (line.starts_with("  ")) text += line + "\n";
+  }
+  return text;
 }
 
 }  // namespace soda::analysis

@@ -15,4 +15,7 @@ std::string completion_script(const CLI::App& app, const std::string& shell);
 // In the language of man(7).
 std::string manual_page(const CLI::App& app, const std::string& version);
 
+// What to try of each command, or of one of them.
+std::string examples_of(const CLI::App& app, const std::string& command);
+
 }  // namespace soda::analysis

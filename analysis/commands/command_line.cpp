@@ -6,6 +6,7 @@
 
 #include "analysis/commands/command_guide.hpp"
 #include "analysis/commands/command_options.hpp"
+#include "analysis/commands/examples_command.hpp"
 #include "analysis/commands/measure_options.hpp"
 #include "analysis/commands/trace_options.hpp"
 #include "analysis/text/exit_codes.hpp"
@@ -47,6 +48,7 @@ struct Requests {
   FuzzRequest fuzz;
   bool schema_as_markdown = false;
   std::string shell;              // that completes
+  std::string tried;              // the command whose examples are wanted; empty: of all
   const CLI::App* all = nullptr;  // the whole command line, for guides to it
 };
 
@@ -84,6 +86,19 @@ void define_completion(CLI::App& completion, Requests& requests, const Wanted&) 
 
 int print_completion(const Requests& requests, std::ostream& out, std::ostream&) {
   out << completion_script(*requests.all, requests.shell);
+  return kExitOk;
+}
+
+void define_examples(CLI::App& examples, Requests& requests, const Wanted&) {
+  examples.add_option("COMMAND", requests.tried, "only what to try of this one");
+  examples.footer("examples:\n  soda examples\n  soda examples anticipation");
+}
+
+int print_examples(const Requests& requests, std::ostream& out, std::ostream&) {
+  const std::string examples = examples_of(*requests.all, requests.tried);
+  if (examples.empty()) throw UsageError("no command " + requests.tried + "; see soda --help");
+  if (requests.tried.empty()) out << scenes_text("scenarios/library") << "\n";
+  out << examples;
   return kExitOk;
 }
 
@@ -175,6 +190,8 @@ constexpr Command kCommands[] = {
     {kChecks, "fuzz", "random scenes; no fault, escape or gain of energy; a failing one is shrunk",
      false, [](CLI::App& app, R& r, const Wanted&) { define_fuzz(app, r.fuzz); },
      [](const R& r, Stream& out, Stream& err) { return fuzz_command(r.fuzz, out, err); }},
+    {kGuides, "examples", "the scenes that come with soda, and commands to try", false,
+     define_examples, print_examples},
     {kGuides, "schema", "print the JSON Schema of scenario files", false, define_schema,
      print_schema},
     {kGuides, "completion", "a script that completes commands and options in a shell", false,
@@ -222,7 +239,8 @@ int run_command_line(int argc, const char* const* argv, kernel::Transport* trans
       "exit codes: 0 ok, 1 a check failed, 2 usage or scenario, 3 files, 4 numerical "
       "failure\nsoda COMMAND --help shows options and examples");
   Requests requests;
-  const bool guides = mentions(argc, argv, "completion") || mentions(argc, argv, "manual");
+  const bool guides = mentions(argc, argv, "completion") || mentions(argc, argv, "manual") ||
+                      mentions(argc, argv, "examples");
   const bool all = guides || mentions(argc, argv, "--help");
   requests.all = &app;
   const Wanted wanted{.in_real_time = all || mentions(argc, argv, "--realtime"),

@@ -50,7 +50,7 @@ scenarios::Scenario load_again(RunRequest& request, ScenarioFiles& files, std::o
 scenarios::Scenario load_with_files(RunRequest& request, ScenarioFiles& files, std::ostream& err) {
   if (!request.resume.empty()) return load_again(request, files, err);
   if (request.file.empty())
-    throw UsageError("FILE is required, or --resume; scenarios/library has scenes");
+    throw UsageError("FILE is required, or --resume; soda examples lists scenes");
   request.file = installed(request.file);
   files.text = scenarios::read_text(request.file);
   scenarios::Scenario scenario =

@@ -187,12 +187,11 @@ std::string scaling_html(const ScalingReport& report) {
   for (const ScalingCurve& curve : report.curves)
     if (curve.points.size() > 1)
       plots += svg_plot(speed_up_plot(curve)) + svg_plot(account_plot(curve));
-  return html_page(
-      "Scaling", {"soda scaling", machine_name()},
-      html_tag("p", escaped_xml(heading(report)) + "<br>Source of the network's figures: " +
-                        escaped_xml(report.network.source)) +
-          html_side_by_side(plots) + html_table(rows) +
-          html_tag("p", escaped_xml(left_out_text(report) + unequal_text(report))));
+  return html_page("Scaling", {"soda scaling", machine_name()},
+                   html_paragraphs(heading(report) +
+                                   "Source of the network's figures: " + report.network.source) +
+                       html_side_by_side(plots) + html_table(rows) +
+                       html_paragraphs(left_out_text(report) + unequal_text(report)));
 }
 
 }  // namespace soda::analysis

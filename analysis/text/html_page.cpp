@@ -1,5 +1,7 @@
 #include "analysis/text/html_page.hpp"
 
+#include <sstream>
+
 #include "analysis/text/svg_plot.hpp"
 #include "analysis/text/version.hpp"
 
@@ -42,6 +44,13 @@ constexpr const char* kPageStyle =
 std::string html_tag(const std::string& name, const std::string& inside, const std::string& kind) {
   const std::string attribute = kind.empty() ? "" : " class=\"" + kind + "\"";
   return "<" + name + attribute + ">" + inside + "</" + name + ">";
+}
+
+std::string html_paragraphs(const std::string& lines) {
+  std::string paragraphs, line;
+  for (std::istringstream in(lines); std::getline(in, line);)
+    paragraphs += html_tag("p", escaped_xml(line)) + "\n";
+  return paragraphs;
 }
 
 std::string html_row(const char* cell, const std::vector<std::string>& texts) {

@@ -11,6 +11,9 @@ namespace soda::analysis {
 std::string html_tag(const std::string& name, const std::string& inside,
                      const std::string& kind = "");
 
+// One for each line of a plain text.
+std::string html_paragraphs(const std::string& lines);
+
 // A row of a table, of plain texts: `cell` is "td" or "th".
 std::string html_row(const char* cell, const std::vector<std::string>& texts);
 

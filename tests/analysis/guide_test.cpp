@@ -1,9 +1,10 @@
-// `soda completion` and `soda manual`.
+// `soda completion`, `soda manual` and `soda examples`.
 #include <gtest/gtest.h>
 
 #include <string>
 
 #include "analysis/child_process.hpp"
+#include "analysis/commands/examples_command.hpp"
 
 namespace soda::analysis {
 namespace {
@@ -25,6 +26,21 @@ TEST(Guides, BashCompletesCommandsOptionsAndValues) {
   EXPECT_EQ(completed("soda run --exec", 2), "--executor --execution-seed ");
   EXPECT_EQ(completed("soda run --balancing p", 3), "paper ");
   EXPECT_EQ(completed("soda groups --preset paper-", 3), "paper-fig6 paper-fig7 ");
+}
+
+TEST(Guides, ExamplesNameScenesAndCommandsToTry) {
+  EXPECT_TRUE(
+      contains(scenes_text(SODA_SOURCE_DIR "/scenarios/library"),
+               "\n  wrecking-balls.json: Ten steel balls roll through a town of 140 towers, "
+               "from both sides and through eight territories\n"));
+  const std::string all = run_soda({"examples"}).out;
+  EXPECT_TRUE(all.starts_with("the scenes "));
+  EXPECT_TRUE(contains(all, "\n  soda run scenarios/library/twelve-worlds.json\n"));
+  const std::string one = run_soda({"examples", "why"}).out;
+  EXPECT_TRUE(contains(one, "\n  soda why "));
+  EXPECT_FALSE(contains(one, "soda run scenarios/library/twelve-worlds.json\n"));
+  EXPECT_FALSE(contains(one, "wrecking-balls"));
+  EXPECT_EQ(run_soda({"examples", "whi"}).exit_code, 2);
 }
 
 TEST(Guides, EveryShellAndTheManualKnowEveryCommandAndOption) {
