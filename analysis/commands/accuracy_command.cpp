@@ -185,6 +185,7 @@ std::string command_of(const AccuracyRequest& request) {
       text += (i > 0 ? "," : std::string(option)) + text_of(values[i]);
   };
   for (const std::string& name : request.cases) text += " " + name;
+  if (request.folder != AccuracyRequest{}.folder) text += " --cases " + request.folder;
   const auto same = [](const std::string& value) { return value; };
   add(" --dt ", request.steps_s, same);
   if (request.sweep) text += " --sweep";

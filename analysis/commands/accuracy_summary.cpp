@@ -135,7 +135,7 @@ std::string farthest_table(const AccuracyReport& report) {
 std::string ahead_table(const AccuracyReport& report) {
   std::string rows;
   for (const std::string& engine : engines_in(report)) {
-    if (engine.starts_with("soda")) continue;
+    if (is_soda(engine)) continue;
     for (const AccuracyReport::Case& one : report.cases) {
       const CaseRun *const other = best_run(one, engine), *const own = best_run(one, "soda");
       if (other == nullptr || own == nullptr || !reaches_all(*other)) continue;

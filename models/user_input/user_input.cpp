@@ -21,11 +21,6 @@ void act_on(const UserInput& input, const physics::BodyParams& params, BodyState
   if (input.sets_angular) state.angular_velocity_rad_s = input.state.angular_velocity_rad_s;
 }
 
-// Not bodies that move.
-bool changes_description(const UserInput& input) {
-  return input.kind == InputKind::kChangeMaterial || input.kind == InputKind::kSetMotor;
-}
-
 }  // namespace
 
 const char* name_of(InputKind kind) {
@@ -71,7 +66,7 @@ bool act_on_bodies(const UserInput& input, const physics::SceneDescription& scen
   const auto place = std::lower_bound(ids.begin(), ids.end(), input.body);
   const bool is_here = place != ids.end() && *place == input.body;
   const auto state = states.begin() + (place - ids.begin());
-  if (changes_description(input) || is_here == (input.kind == InputKind::kAdd)) return false;
+  if (is_here == (input.kind == InputKind::kAdd)) return false;
   if (input.kind == InputKind::kAdd) {
     states.insert(state, input.state);
     ids.insert(place, input.body);

@@ -77,9 +77,9 @@ class Presence {
 // As the motor is after kSetMotor.
 physics::JointMotor motor_after(const UserInput& input, const physics::JointMotor& motor);
 
-// Effect of an input on the bodies that are here: `ids` ascending, `states[i]` of ids[i]. Whether
-// it has any: not on what is made of what, not if it adds a body that is here, or if its body is
-// not.
+// Effect of an input on the bodies that are here: `ids` ascending, `states[i]` of ids[i]. It is of
+// a kind that note_change() of scene_versions.hpp does not take. Whether it has any effect: not if
+// it adds a body that is here, or if its body is not.
 bool act_on_bodies(const UserInput& input, const physics::SceneDescription& scene,
                    std::vector<physics::BodyId>& ids, std::vector<physics::BodyState>& states);
 
