@@ -93,12 +93,12 @@ case $what in
     fi
     ;;
   program)
-    "$prefix/bin/soda" run scenarios/library/pyramid.json --steps 10 --quiet | head -2
-    "$prefix/bin/soda" accuracy free-fall --repeat 0 | head -5
+    "$prefix/bin/soda" run scenarios/library/pyramid.json --steps 10 --quiet | sed -n 1,2p
+    "$prefix/bin/soda" accuracy free-fall --repeat 0 | sed -n 1,5p
     if [[ -e $prefix/lib/soda/soda_mpi.so ]]; then
       export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
       mpirun -n 2 --oversubscribe "$prefix/bin/soda" run scenarios/library/twelve-worlds.json \
-        --steps 10 --executor mpi --quiet | head -2
+        --steps 10 --executor mpi --quiet | sed -n 1,2p
     fi
     ;;
   *)
