@@ -69,6 +69,7 @@ Json errors(const ErrorMeasures& error) {
           {"momentum_drift_rel", error.momentum_drift_rel},
           {"max_penetration_m", error.max_penetration_m},
           {"constraint_residual", error.constraint_residual_m_s},
+          {"joint_error", error.joint_error},
           {"push_out_work_joule", error.push_out_work_joule}};
 }
 

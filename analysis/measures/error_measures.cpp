@@ -50,6 +50,7 @@ void add_islands(std::span<const physics::IslandReport> islands, RunTotals& tota
     totals.max_penetration_m = std::max(totals.max_penetration_m, island.max_penetration_m);
     totals.constraint_residual_m_s =
         std::max(totals.constraint_residual_m_s, island.constraint_residual_m_s);
+    totals.joint_error = std::max(totals.joint_error, island.joint_error);
     totals.push_out_work_joule += std::max(0.0, island.push_out_work_joule);
   }
 }
@@ -99,7 +100,7 @@ ErrorMeasures measure_errors(const physics::SceneDescription& scene, const Prese
 
   return {relative(kinetic_change + potential_change - totals.input_work_joule, energy_scale),
           relative(unexplained.norm(), momentum_scale), totals.max_penetration_m,
-          totals.constraint_residual_m_s, totals.push_out_work_joule};
+          totals.constraint_residual_m_s, totals.joint_error, totals.push_out_work_joule};
 }
 
 std::vector<physics::BodyId> all_ids(std::size_t count) {

@@ -15,6 +15,7 @@ struct ErrorMeasures {
   double momentum_drift_rel = 0.0;       // >= 0; a conservation check: rounding only
   double max_penetration_m = 0.0;        // deepest at the start of any step
   double constraint_residual_m_s = 0.0;  // largest of all islands and steps
+  double joint_error = 0.0;              // of joints at the ends of steps, m or rad: the largest
   double push_out_work_joule = 0.0;      // energy that displacements without velocity gave
 };
 
@@ -36,6 +37,7 @@ struct RunTotals {
   double static_impulse_scale_newton_s = 0.0;  // sum of the magnitudes
   double max_penetration_m = 0.0;
   double constraint_residual_m_s = 0.0;
+  double joint_error = 0.0;
   double push_out_work_joule = 0.0;  // where it is positive, over islands and steps
   // Of user input; see InputFollower.
   CarryingSum input_impulse_newton_s;

@@ -196,6 +196,7 @@ Counts stage_counts(const models::SimulationResult& result) {
       {"rolling_rows", stages.rolling_rows},
       {"conveyor_rows", stages.conveyor_rows},
       {"joint_rows", stages.joint_rows},
+      {"joint_sweeps", stages.joint_sweeps},
       {"limit_rows", stages.limit_rows},
       {"motor_rows", stages.motor_rows},
       {"joints_broken", stages.joints_broken},

@@ -47,7 +47,7 @@ std::string heading_text(const RunReport& report) {
 std::string error_text(const RunReport& report) {
   const MeasuredRun& run = report.run;
   const ErrorMeasures& error = run.error;
-  const std::vector<std::vector<std::string>> rows = {
+  std::vector<std::vector<std::string>> rows = {
       {"energy drift", format_number(error.energy_drift_rel, 3), "of the energy scale", "wall time",
        format_number(run.cost.wall_s), "s"},
       {"momentum drift", format_number(error.momentum_drift_rel, 3), "of the momentum scale",
@@ -58,6 +58,8 @@ std::string error_text(const RunReport& report) {
        "real-time factor", format_number(real_time_factor(run, report.dt_s)), ""},
       {"work of push-out", format_number(error.push_out_work_joule, 3), "J", "", "", ""},
   };
+  if (run.result.stages.joint_rows > 0)
+    rows.push_back({"joints off by", format_number(error.joint_error, 3), "m or rad", "", "", ""});
   return format_table(
       {{"error"}, {"", Align::kRight}, {""}, {"run time"}, {"", Align::kRight}, {""}}, rows);
 }
@@ -279,6 +281,7 @@ JointIslandFigures joint_island_figures(const physics::SceneDescription& scene) 
          {"joints", joints},
          {"rows", rows},
          {"multiplications", multiplications},
+         {"swept", cost.swept},
          {"factorisations_us_per_step", static_cast<std::uint64_t>(cost.factors_ns / 1000)},
          {"percent_of_the_rest_of_a_step", static_cast<std::uint64_t>(100.0 * cost.of_the_rest)},
          {"costly", cost.is_costly()}});

@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "models/cost/work_cost.hpp"
+#include "physics/solvers/solve_choice.hpp"
 
 namespace soda::models {
 namespace {
@@ -31,8 +32,9 @@ std::vector<JointCost> joint_costs(const physics::SceneDescription& scene) {
   std::int64_t rest_ns = body_cost_ns() * static_cast<std::int64_t>(scene.bodies.size());
   for (physics::JointIsland& island : physics::joint_islands(scene)) {
     rest_ns += joint_rows_cost_ns(island.rows);
-    const std::int64_t factors_ns = joint_factors_cost_ns(island.multiplications);
-    costs.push_back({std::move(island), factors_ns, 0.0});
+    const bool swept = physics::are_joints_swept(scene, island);
+    const std::int64_t factors_ns = swept ? 0 : joint_factors_cost_ns(island.multiplications);
+    costs.push_back({std::move(island), swept, factors_ns, 0.0});
   }
   for (JointCost& cost : costs)
     cost.of_the_rest = static_cast<double>(cost.factors_ns) / static_cast<double>(rest_ns);
@@ -51,10 +53,13 @@ std::vector<JointCost> costly_islands(const physics::SceneDescription& scene) {
 std::string words_for(const physics::SceneDescription& scene, const JointCost& cost) {
   const physics::JointIsland& island = cost.island;
   const std::uint32_t first = scene.bodies[physics::index_of(island.bodies.front())].label;
-  return "joints hold " + std::to_string(island.bodies.size()) + " bodies (the lowest id is " +
-         std::to_string(first) + ") in one island of " + std::to_string(island.rows) +
-         " rows: a factorisation takes " + std::to_string(island.multiplications) +
-         " multiplications, those of a step about " + time_text(cost.factors_ns) + ", " +
+  const std::string held = "joints hold " + std::to_string(island.bodies.size()) +
+                           " bodies (the lowest id is " + std::to_string(first) +
+                           ") in one island of " + std::to_string(island.rows) + " rows: ";
+  const std::string factor =
+      "a factorisation takes " + std::to_string(island.multiplications) + " multiplications";
+  if (cost.swept) return held + "swept, to first order, for " + factor;
+  return held + factor + ", those of a step about " + time_text(cost.factors_ns) + ", " +
          rounded(cost.of_the_rest) + " times as much as the rest of the step without contacts";
 }
 

@@ -11,6 +11,7 @@ namespace soda::models {
 
 struct JointCost {
   physics::JointIsland island;
+  bool swept = false;           // instead of factorised, where nothing touches it
   std::int64_t factors_ns = 0;  // modelled (work_cost.hpp), of its factorisations in a step
   // What all else of the scene's step costs, contacts left out, is a unit.
   double of_the_rest = 0.0;

@@ -21,6 +21,7 @@ std::int64_t solves_ps(const CostWeights& weights, const physics::StageCounters&
                        const physics::StageCounters& after) {
   return weights.island_ps * grown(before.islands_solved, after.islands_solved) +
          weights.row_iteration_ps * (grown(before.row_sweeps, after.row_sweeps) +
+                                     grown(before.joint_sweeps, after.joint_sweeps) +
                                      grown(before.block_row_sweeps, after.block_row_sweeps)) +
          weights.multiplication_ps *
              grown(before.factor_multiplications, after.factor_multiplications);

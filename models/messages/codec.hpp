@@ -22,6 +22,8 @@ static_assert(std::endian::native == std::endian::little,
 
 // Of the number of a state's impulses: broken joints follow them.
 inline constexpr std::uint32_t kHasBroken = 0x80000000u;
+// Of an island's report. An error of joints follows the other errors, if there is any.
+inline constexpr std::uint32_t kRests = 1u, kHasJointError = 2u;
 
 // Appends to `out`, which outlives it.
 class Writer {
@@ -81,11 +83,12 @@ class Writer {
     number(value.bodies);
     number(value.contact_points);
     number(static_cast<std::uint32_t>(value.direct));
-    number(static_cast<std::uint32_t>(value.rests));
+    number((value.rests ? kRests : 0u) | (value.joint_error > 0.0 ? kHasJointError : 0u));
     number(value.iterations);
     number(value.multiplications);
     number(value.max_penetration_m);
     number(value.constraint_residual_m_s);
+    if (value.joint_error > 0.0) number(value.joint_error);
     number(value.push_out_work_joule);
     number(value.error_estimate);
     id(value.worst_body);
@@ -174,11 +177,13 @@ class Reader {
     value.bodies = number<std::uint32_t>();
     value.contact_points = number<std::uint32_t>();
     value.direct = number<std::uint32_t>() != 0;
-    value.rests = number<std::uint32_t>() != 0;
+    const auto flags = number<std::uint32_t>();
+    value.rests = (flags & kRests) != 0;
     value.iterations = number<std::uint32_t>();
     value.multiplications = number<std::uint64_t>();
     value.max_penetration_m = number<double>();
     value.constraint_residual_m_s = number<double>();
+    if ((flags & kHasJointError) != 0) value.joint_error = number<double>();
     value.push_out_work_joule = number<double>();
     value.error_estimate = number<double>();
     value.worst_body = id();

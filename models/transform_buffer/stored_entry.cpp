@@ -178,6 +178,7 @@ bool ListItem<IslandReport>::same(const IslandReport& a, const IslandReport& b) 
          a.multiplications == b.multiplications &&
          same_bits(a.max_penetration_m, b.max_penetration_m) &&
          same_bits(a.constraint_residual_m_s, b.constraint_residual_m_s) &&
+         same_bits(a.joint_error, b.joint_error) &&
          same_bits(a.push_out_work_joule, b.push_out_work_joule) &&
          same_bits(a.error_estimate, b.error_estimate) && a.worst_body == b.worst_body &&
          a.beyond_tolerance == b.beyond_tolerance &&

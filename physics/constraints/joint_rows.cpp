@@ -254,6 +254,30 @@ void add_rows(const Joint& joint, double dt_s, bool with_springs, const HeldEnds
   if (joint.limits || joint.motor) add_bounded(joint, axes.col(2), ends, add);
 }
 
+std::uint32_t row_count(const Joint& joint) {
+  const std::uint32_t bounded = (joint.limits ? 2 : 0) + (joint.motor ? 1 : 0);
+  switch (joint.kind) {
+    case JointKind::kBall:
+      return 3;
+    case JointKind::kHinge:
+    case JointKind::kSlider:
+      return 5 + bounded;
+    case JointKind::kFixed:
+      return 6 + bounded;
+    case JointKind::kDistance:
+    case JointKind::kSpring:
+      break;
+  }
+  return 1;
+}
+
+void find_first_rows(const SceneDescription& scene, JointSystem& system) {
+  system.first_row.reserve(system.joints.size() + 1);
+  system.first_row.push_back(0);
+  for (const std::uint32_t joint : system.joints)
+    system.first_row.push_back(system.first_row.back() + row_count(scene.joints[joint]));
+}
+
 }  // namespace
 
 // Without response everything passes through, joints or not (advance_island.cpp).
@@ -291,6 +315,7 @@ JointSystem find_joints(const SceneDescription& scene, std::span<const BodyId> i
     system.bounded = joint.limits || joint.motor;
     if (can_break(joint)) system.breakable.push_back(0);
     system.joints = std::move(joints);
+    find_first_rows(scene, system);
     return system;
   }
   const std::vector<std::vector<std::uint32_t>> neighbours = neighbours_of(scene, ids, joints);
@@ -308,6 +333,7 @@ JointSystem find_joints(const SceneDescription& scene, std::span<const BodyId> i
     system.bounded = system.bounded || joint.limits || joint.motor;
     if (can_break(joint)) system.breakable.push_back(i);
   }
+  find_first_rows(scene, system);
   return system;
 }
 

@@ -54,7 +54,7 @@ struct RowTwist {
 struct JointSystem {
   std::vector<std::uint32_t> joints;                 // indices into SceneDescription::joints
   std::vector<std::array<std::uint32_t, 2>> bodies;  // a and b of each of them, as in the rows
-  std::vector<std::uint32_t> first_row;              // of each of them, and the end
+  std::vector<std::uint32_t> first_row;              // of each of them, and the end: known first
   std::vector<JointRow> rows;
   std::vector<std::uint32_t> earliest;   // place of the first joint that shares a body with each
   std::vector<std::uint32_t> breakable;  // places of those that can break
@@ -103,7 +103,7 @@ struct SpringRow {
 std::vector<SpringRow> spring_rows(const SceneDescription& scene, std::span<const BodyState> states,
                                    const JointSystem& system);
 
-// Of one factorisation (factor_joint_rows) of rows that were built.
+// Of one factorisation (factor_joint_rows). There need be no rows yet.
 std::uint64_t factor_multiplications(const JointSystem& system);
 
 double velocity_of(const JointRow& row, std::span<const SolverBody> bodies);

@@ -41,7 +41,7 @@ bool share_a_body(const JointRow& x, const JointRow& y, std::uint32_t world) {
 // Of each row.
 void find_first_columns(const JointSystem& system, std::vector<std::uint32_t>& first) {
   const std::vector<std::uint32_t>& begin = system.first_row;
-  first.resize(system.rows.size());
+  first.resize(begin.back());
   for (std::size_t j = 0; j < system.joints.size(); ++j)
     std::fill(first.begin() + begin[j], first.begin() + begin[j + 1], begin[system.earliest[j]]);
 }

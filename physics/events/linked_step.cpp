@@ -9,6 +9,7 @@
 #include "physics/continuous/time_of_impact.hpp"
 #include "physics/forces/forces.hpp"
 #include "physics/integrators/advance_once.hpp"
+#include "physics/integrators/momentum.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/model/body_places.hpp"
 #include "physics/model/contact_manifold.hpp"
@@ -27,6 +28,7 @@ struct LinkedIsland : IslandStep {
   SolveScratch& scratch;
   StageCounters& counters;
   bool wedged = false;  // something overlaps by a good part of its width: little does not count
+  bool swept = false;   // its joints are: parts of a step would cost more than they are worth
 
   const CompiledShape& shape_of(std::size_t body) const {
     return geometry.impl().shapes[scene.bodies[index_of(ids[body])].shape].shape;
@@ -92,6 +94,17 @@ struct Touching {
   BodyId a{}, b{};
 };
 
+// Whether the manifolds, in canonical order, have a contact of the pair.
+bool have_touched(std::span<const ContactManifold> manifolds, const Touching& pair) {
+  ContactManifold first;
+  first.a = pair.a;
+  first.b = pair.b;
+  for (auto at = std::ranges::lower_bound(manifolds, first, canonical_before);
+       at != manifolds.end() && at->a == pair.a && at->b == pair.b && !is_joint(*at); ++at)
+    if (at->count > 0) return true;
+  return false;
+}
+
 // All pairs that can touch on these ways.
 std::vector<Touching> pairs_in_reach(const LinkedIsland& island, std::span<const BodyState> ways) {
   std::vector<Aabb> boxes;
@@ -125,7 +138,7 @@ std::optional<double> first_unseen_s(const LinkedIsland& island, double time_s,
     const BodyState* const b = is_static(pair.b) ? nullptr : &ways[island.place_of(pair.b)];
     if (!unforeseen[a] && (b == nullptr || !unforeseen[static_cast<std::size_t>(b - ways.data())]))
       continue;
-    if (is_mesh(island.scene, pair.b) || have_met(manifolds, pair.a, pair.b)) continue;
+    if (is_mesh(island.scene, pair.b) || have_touched(manifolds, pair)) continue;
     const std::optional<Impact> impact =
         time_of_impact({island.scene, island.geometry, time_s, pair.a, ways[a], pair.b, b});
     ++island.counters.linked_searches;
@@ -187,9 +200,9 @@ double sunk_widths(const LinkedIsland& island, std::span<const ContactManifold> 
     const std::size_t b = fixed ? a : island.place_of(pair.b);
     const double width = std::min(island.shape_of(a).min_extent_m, island.shape_of(b).min_extent_m);
     const double sunk_m = way_m[a] + (fixed ? 0.0 : way_m[b]);  // at most
-    if (sunk_m <= (island.wedged ? kTooDeep : kVisible) * width) continue;
+    if (sunk_m <= (island.wedged || island.swept ? kTooDeep : kVisible) * width) continue;
     if (is_mesh(island.scene, pair.b)) continue;
-    if (!fixed && !have_met(manifolds, pair.a, pair.b)) continue;
+    if (!fixed && !have_touched(manifolds, pair)) continue;
     const auto depth_m = [&](std::span<const BodyState> at) {
       const Separation apart = separation_of(
           {island.scene, island.geometry, 0.0, pair.a, at[a], pair.b, fixed ? nullptr : &at[b]});
@@ -229,7 +242,7 @@ LinkedPart advance_part(const LinkedIsland& island, double time_s,
 bool is_to_be_halved(const LinkedIsland& island, const LinkedPart& part, int halvings, int number) {
   constexpr int kForVisible = 3, kForDeep = 8, kFirstParts = 8;
   if (part.sunk_widths > kTooDeep) return halvings < kForDeep;
-  return !island.wedged && part.sunk_widths > kVisible && halvings < kForVisible &&
+  return !island.wedged && !island.swept && part.sunk_widths > kVisible && halvings < kForVisible &&
          number < kFirstParts;
 }
 
@@ -244,7 +257,13 @@ void stay_at(const LinkedIsland& island, std::span<const BodyState> before,
   const double had = kinetic_joule(island.scene, island.ids, before);
   const double has = kinetic_joule(island.scene, island.ids, states);
   if (!(has > had)) return;
+  // What it waits at takes the rest.
   const double share = std::sqrt(had / has);
+  const IslandMomentum whole = momentum_of(island.scene, island.ids, states);
+  const Vec3 taken = whole.linear_newton_s * (share - 1.0);
+  report.static_impulse_newton_s += taken;
+  report.static_angular_impulse_newton_m_s +=
+      whole.centre_m.cross(taken) + whole.angular_newton_m_s * (share - 1.0);
   for (BodyState& state : states) {
     state.linear_velocity_m_s *= share;
     state.angular_velocity_rad_s *= share;
@@ -301,10 +320,17 @@ IslandReport advance_linked(const IslandStep& step, std::span<BodyState> states,
   double left_s = step.dt_s;
   for (int number = 0;; ++number) {
     const std::vector<BodyState> before(states.begin(), states.end());
+    const std::uint64_t swept = island.counters.joint_sweeps;
     LinkedPart part = advance_part(island, left_s, met, before, states);
+    island.swept = island.counters.joint_sweeps > swept;
     const std::optional<double> touch_s = first_unseen_s(island, left_s, met, before, part.ways);
     const std::vector<BodyState> ways = part.ways;
     double time_s = touch_s ? *touch_s : left_s;
+    if (touch_s && island.swept) {
+      time_s = left_s;
+      found = contacts_now(island, left_s, met, before, part.ways);
+      met = found;
+    }
     if (touch_s) part = advance_part(island, time_s, met, before, states);
     for (int halvings = 0; is_to_be_halved(island, part, halvings, number); ++halvings) {
       time_s *= 0.5;

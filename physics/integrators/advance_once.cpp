@@ -11,6 +11,7 @@
 #include "physics/forces/forces.hpp"
 #include "physics/integrators/joint_motion.hpp"
 #include "physics/integrators/linkage.hpp"
+#include "physics/integrators/swept_motion.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/math/solver_body.hpp"
 #include "physics/solvers/contact_choice.hpp"
@@ -65,14 +66,6 @@ void store_jointed_impulses(const SceneDescription& scene, std::span<const BodyI
   }
 }
 
-// Directly, where that is possible.
-ContactSolution solve_with_joints(const JointedStep& step, bool accurate, const Elimination* plan,
-                                  JointSystem& joints, ContactProblem& problem) {
-  std::optional<ContactSolution> direct;
-  if (plan != nullptr) direct = solve_jointed_directly(step, accurate, *plan, joints, problem);
-  return direct ? std::move(*direct) : solve_jointed(step, joints, problem);
-}
-
 void move_bodies(const IslandStep& island, const ContactProblem& problem,
                  const std::vector<PushOut>& push, std::span<BodyState> states,
                  std::vector<AdvanceFault>& faults) {
@@ -124,6 +117,7 @@ void add_part(const IslandReport& part, IslandReport& report) {
   report.max_penetration_m = std::max(report.max_penetration_m, part.max_penetration_m);
   report.constraint_residual_m_s =
       std::max(report.constraint_residual_m_s, part.constraint_residual_m_s);
+  report.joint_error = part.joint_error;
   report.push_out_work_joule += part.push_out_work_joule;
   if (part.error_estimate > 0.0) report.worst_body = part.worst_body;
   report.error_estimate += part.error_estimate;
@@ -134,58 +128,115 @@ void add_part(const IslandReport& part, IslandReport& report) {
   for (const JointLoad& load : part.joint_loads) add_load(load, report);
 }
 
+namespace {
+
+// Rows at the bodies' velocities after external forces. The bodies are the states' of the step.
+void build_problem(const SolveStep& step, const IslandStep& island, SolveScratch& scratch,
+                   StageCounters& counters) {
+  ContactProblem& problem = scratch.problem;
+  problem.clear();
+  load_bodies(step, problem.bodies, counters);
+  scratch.free.assign(problem.bodies.begin(), problem.bodies.end() - 1);
+  build_rows(step, island.manifolds, problem, counters);
+}
+
+void count_solution(const ContactSolution& solution, const ContactProblem& problem,
+                    IslandReport& report, StageCounters& counters) {
+  report.direct = solution.direct;
+  report.iterations = solution.iterations;
+  report.multiplications = solution.multiplications;
+  counters.solver_iterations += solution.iterations;
+  counters.row_sweeps += solution.iterations * rows_of(problem);
+  counters.factor_multiplications += solution.multiplications;
+  counters.blows += solution.blows;
+  counters.blows_left += solution.blows_left;
+}
+
+// Leaves errors alone in the rows.
+double error_at(const SceneDescription& scene, std::span<const BodyState> states,
+                JointSystem& joints) {
+  build_joint_errors(scene, states, joints);
+  return largest_error(joints);
+}
+
+// Joints that nothing touches are a linkage, where they do not contradict each other.
+bool is_linkage(const IslandStep& island, JointSystem& joints, std::span<BodyState> states,
+                IslandReport& report, const IslandEffects& effects) {
+  if (report.contact_points > 0) return false;
+  if (!advance_linkage(island, joints, states, report, effects.faults)) return false;
+  report.joint_error = error_at(island.scene, states, joints);
+  count_linked(island.scene, island.ids, joints, report, effects.counters);
+  return true;
+}
+
+IslandReport advance_with_joints(const IslandStep& island, bool accurate, JointSystem& joints,
+                                 std::span<BodyState> states, const IslandEffects& effects) {
+  const auto& [scene, geometry, dt_s, ids, manifolds] = island;
+  const auto& [scratch, counters, faults] = effects;
+  IslandReport report = report_of(ids, manifolds);
+  const JointedChoice choice = choose_jointed_solve(island, accurate, states, joints);
+  if (!choice.swept) {
+    close_left_open(island, joints, states, report);
+    if (is_linkage(island, joints, states, report, effects)) return report;
+  }
+  const std::vector<BodyState> start(states.begin(), states.end());
+  const Selection<BodyState> before{std::span<const BodyState>(start)};
+  ContactProblem& problem = scratch.problem;
+  build_problem({scene, dt_s, ids, before}, island, scratch, counters);
+  const JointedStep step{island, start, scratch.free};
+  std::optional<ContactSolution> direct;
+  if (choice.elimination && !choice.swept)
+    direct = solve_jointed_directly(step, accurate, *choice.elimination, joints, problem);
+  std::optional<std::uint32_t> sweeps;
+  if (!direct && choice.swept_else) {
+    sweeps = advance_swept(step, joints, problem, states, report);
+    if (!sweeps) build_problem({scene, dt_s, ids, before}, island, scratch, counters);
+  }
+  ContactSolution solution;
+  if (sweeps) {
+    solution.iterations = *sweeps;
+    counters.joint_sweeps += *sweeps * joints.rows.size();
+    ++counters.islands_over_budget;
+  } else {
+    solution = direct ? std::move(*direct) : solve_jointed(step, joints, problem);
+    report_joints(start, joints, report);
+    move_jointed(step, {joints, problem, solution.push}, states, report, faults);
+  }
+  report.constraint_residual_m_s = std::max(report.constraint_residual_m_s, residual_m_s(problem));
+  report_contacts(before, problem, report);
+  count_rows(joints, counters);
+  count_solution(solution, problem, report, counters);
+  store_jointed_impulses(scene, ids, manifolds, problem, joints, states);
+  if (!sweeps) report.joint_error = error_at(scene, states, joints);
+  return report;
+}
+
+}  // namespace
+
 IslandReport advance_once(const IslandStep& island, bool accurate, std::span<BodyState> states,
                           const IslandEffects& effects) {
   const auto& [scene, geometry, dt_s, ids, manifolds] = island;
   const auto& [scratch, counters, faults] = effects;
-  IslandReport report = report_of(ids, manifolds);
   JointSystem joints = find_joints(scene, ids, manifolds);
-  if (!joints.empty()) close_left_open(island, joints, states, report);
-  const bool linked = !joints.empty() && report.contact_points == 0 &&
-                      advance_linkage(island, joints, states, report, faults);
-  if (linked) {
-    count_linked(scene, ids, joints, report, counters);
-    return report;
-  }
+  if (!joints.empty()) return advance_with_joints(island, accurate, joints, states, effects);
+  IslandReport report = report_of(ids, manifolds);
   const SolveChoice choice = choose_solve(scene, dt_s, accurate, ids, manifolds, states);
   if (choice.blocks) {
     advance_blocks({scene, dt_s, ids, manifolds, states, *choice.blocks}, states, report, counters,
                    faults);
     return report;
   }
+  const SolveStep step{scene, dt_s, ids, Selection<BodyState>{std::span<const BodyState>(states)}};
   ContactProblem& problem = scratch.problem;
-  problem.clear();
-  const Selection<BodyState> before{std::span<const BodyState>(states)};
-  const SolveStep step{scene, dt_s, ids, before};
-  load_bodies(step, problem.bodies, counters);
-  std::vector<SolverBody>& free = scratch.free;
-  free.assign(problem.bodies.begin(), problem.bodies.end() - 1);
-  build_rows(step, manifolds, problem, counters);
-  if (joints.empty()) start_rolling(scene.solver.iterations, problem);
+  build_problem(step, island, scratch, counters);
+  start_rolling(scene.solver.iterations, problem);
   const Elimination* const plan = choice.elimination ? &*choice.elimination : nullptr;
-  const ContactSolution solution =
-      joints.empty() ? solve_contacts(step, accurate, free, plan, problem)
-                     : solve_with_joints({island, states, free}, accurate, plan, joints, problem);
-  report.direct = solution.direct;
-  report.iterations = solution.iterations;
-  report.multiplications = solution.multiplications;
-  count_rows(joints, counters);
+  const ContactSolution solution = solve_contacts(step, accurate, scratch.free, plan, problem);
+  count_solution(solution, problem, report, counters);
   report.constraint_residual_m_s = residual_m_s(problem);
-  report_contacts(before, problem, report);
-  report_joints(states, joints, report);
-  if (joints.empty()) {
-    move_bodies(island, problem, solution.push, states, faults);
-    report.push_out_work_joule = push_out_work_joule(scene, dt_s, ids, solution.push);
-  } else {
-    const std::vector<BodyState> start(states.begin(), states.end());
-    move_jointed({island, start, free}, {joints, problem, solution.push}, states, report, faults);
-    store_jointed_impulses(scene, ids, manifolds, problem, joints, states);
-  }
-  counters.solver_iterations += solution.iterations;
-  counters.row_sweeps += solution.iterations * rows_of(problem);
-  counters.factor_multiplications += solution.multiplications;
-  counters.blows += solution.blows;
-  counters.blows_left += solution.blows_left;
+  report_contacts(step.before, problem, report);
+  move_bodies(island, problem, solution.push, states, faults);
+  report.push_out_work_joule = push_out_work_joule(scene, dt_s, ids, solution.push);
   return report;
 }
 

@@ -21,21 +21,22 @@ struct IslandReport {
   BodyId label{};  // smallest id
   std::uint32_t bodies = 0;
   std::uint32_t contact_points = 0;
-  bool direct = false;                   // solved by Newton's method (contact_choice.hpp)
-  bool rests = false;                    // it ended as it began, bit for bit (rest.hpp)
-  std::uint32_t iterations = 0;          // sweeps, and steps of Newton's method
+  bool direct = false;  // solved by Newton's method (contact_choice.hpp)
+  bool rests = false;   // it ended as it began, bit for bit (rest.hpp)
+  // Accuracy mode: whether the error of the step, of the worst body's width (refinement_error.hpp),
+  // is more than the tolerance. Else nothing.
+  bool beyond_tolerance = false;
+  std::uint32_t iterations = 0;  // sweeps, and steps of Newton's method
+  BodyId worst_body{};
   std::uint64_t multiplications = 0;     // of its factorisations, roughly
   double max_penetration_m = 0.0;        // at the start of the step, >= 0
   double constraint_residual_m_s = 0.0;  // largest remaining violation of a velocity constraint
+  double joint_error = 0.0;              // largest of its joints at the end, m or rad
   // Energy that displacements without velocity gave: push-out of overlaps, closing of joints, in
   // substeps what the way differs from that of the final velocity. Not of islands in blocks.
   // What else contacts do in a step takes energy out (contact_work.hpp).
   double push_out_work_joule = 0.0;
-  // Accuracy mode: the error of the step, of the worst body's width (refinement_error.hpp); whether
-  // it is more than the tolerance. Else nothing.
-  double error_estimate = 0.0;
-  BodyId worst_body{};
-  bool beyond_tolerance = false;
+  double error_estimate = 0.0;                            // accuracy mode: of the worst body
   double motor_work_joule = 0.0;                          // of motors of joints
   Vec3 static_impulse_newton_s = Vec3::Zero();            // by statics (linkages: linkage.hpp)
   Vec3 static_angular_impulse_newton_m_s = Vec3::Zero();  // about the world origin

@@ -41,6 +41,7 @@ StageCounters& operator+=(StageCounters& a, const StageCounters& b) {
   a.solver_iterations += b.solver_iterations;
   a.row_sweeps += b.row_sweeps;
   a.factor_multiplications += b.factor_multiplications;
+  a.joint_sweeps += b.joint_sweeps;
   a.normal_rows += b.normal_rows;
   a.friction_rows += b.friction_rows;
   a.conveyor_rows += b.conveyor_rows;

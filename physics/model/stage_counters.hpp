@@ -38,6 +38,7 @@ struct StageCounters {
   std::uint64_t solver_iterations = 0;       // sweeps and Newton steps, summed over islands
   std::uint64_t row_sweeps = 0;              // contact rows times those, of what is not in blocks
   std::uint64_t factor_multiplications = 0;  // of all factorisations, roughly
+  std::uint64_t joint_sweeps = 0;            // joint rows times sweeps (swept_joints.hpp)
   std::uint64_t normal_rows = 0;
   std::uint64_t friction_rows = 0;
   std::uint64_t conveyor_rows = 0;  // friction rows against a moving surface

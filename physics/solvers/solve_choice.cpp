@@ -41,6 +41,13 @@ Need blocks_needed(const SceneDescription& scene) {
                  "no island can have so many contact points");
 }
 
+Need joint_sweeps_needed(const SceneDescription& scene) {
+  const Need joints = joint_rows_needed(scene);
+  if (!joints) return joints;
+  return need_of(!(scene.tolerance > 0.0), "islands can take too much work to factorise",
+                 "to a tolerance, joints are solved directly");
+}
+
 SolveChoice choose_solve(const SceneDescription& scene, double dt_s, bool accurate,
                          std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
                          std::span<const BodyState> states) {
@@ -51,6 +58,68 @@ SolveChoice choose_solve(const SceneDescription& scene, double dt_s, bool accura
   if (any_kinematic(scene, ids)) return choice;
   IslandBlocks blocks = split_island(ids, manifolds);
   if (blocks.count() > 1) choice.blocks = std::move(blocks);
+  return choice;
+}
+
+namespace {
+
+// Multiplications of a step. Of sweeps over a row, of joints or of contacts; of Newton's method,
+// in which each of some steps factorises and goes over the rows; of a linkage, which factorises for
+// each of its stages; of contacts that are swept through exact joints, for each row and body.
+constexpr double kSweepsOfRow = 1000.0;
+constexpr double kNewtonSteps = 6.0, kNewtonOfRow = 100.0, kLinkageFactors = 15.0;
+constexpr double kThroughJoints = 600.0;
+// Of masses: between more unequal ones sweeps do not get far.
+constexpr double kMostSweptRatio = 1e4;
+// What a direct solution may take in any case, for it has next to no error; beyond, no more than
+// sweeps. A linkage is exact, and worth more than contacts of first order.
+struct Worth {
+  double linkage, contacts;
+};
+constexpr Worth kFast{2e5, 2e5}, kBalanced{4e7, 1e6};
+Worth worth_of(const SceneDescription& scene) { return scene.solver.refined ? kBalanced : kFast; }
+
+bool can_be_swept(const SceneDescription& scene, std::span<const BodyId> ids) {
+  return !(scene.tolerance > 0.0) && mass_ratio(scene, ids) < kMostSweptRatio;
+}
+
+bool is_linkage_swept(const SceneDescription& scene, double rows, std::uint64_t multiplications) {
+  return kLinkageFactors * static_cast<double>(multiplications) >
+         std::max(worth_of(scene).linkage, kSweepsOfRow * rows);
+}
+
+}  // namespace
+
+bool are_joints_swept(const SceneDescription& scene, const JointIsland& island) {
+  return can_be_swept(scene, island.bodies) &&
+         is_linkage_swept(scene, island.rows, island.multiplications);
+}
+
+JointedChoice choose_jointed_solve(const IslandStep& island, bool accurate,
+                                   std::span<const BodyState> states, const JointSystem& joints) {
+  const auto& [scene, geometry, dt_s, ids, manifolds] = island;
+  JointedChoice choice;
+  std::size_t points = 0;
+  for (const ContactManifold& m : manifolds) points += m.count;
+  if (points > 0)
+    choice.elimination = plan_direct_solve(scene, dt_s, accurate, ids, manifolds, states);
+  if (accurate || !can_be_swept(scene, ids)) return choice;
+  const std::uint64_t factor = factor_multiplications(joints);
+  const double joint_rows = joints.first_row.back();
+  if (points == 0) {
+    choice.swept = choice.swept_else = is_linkage_swept(scene, joint_rows, factor);
+    return choice;
+  }
+  const double contact_rows = 3.0 * static_cast<double>(points), rows = joint_rows + contact_rows;
+  const double most = std::max(worth_of(scene).contacts, kSweepsOfRow * rows);
+  const double through = kThroughJoints * contact_rows * static_cast<double>(ids.size());
+  choice.swept_else = through + kLinkageFactors * static_cast<double>(factor) > most;
+  if (!choice.elimination) {
+    choice.swept = choice.swept_else;
+    return choice;
+  }
+  const auto once = static_cast<double>(choice.elimination->multiplications);
+  choice.swept = kNewtonSteps * (once + kNewtonOfRow * rows) > most;
   return choice;
 }
 

@@ -7,6 +7,7 @@
 #include "physics/constraints/ways.hpp"
 #include "physics/solvers/contact_solver.hpp"
 #include "physics/solvers/contact_work.hpp"
+#include "physics/solvers/softness.hpp"
 
 namespace soda::physics {
 
@@ -21,16 +22,8 @@ double gap_m(const ContactProblem& problem, std::size_t i, const std::vector<Way
 
 namespace {
 
-// A spring with ten times the critical damping, of .125 oscillations a substep: as a share of what
-// overlaps that goes in a substep, and of the impulse that it gives way.
-struct Softness {
-  double rate, mass_share, impulse_share;
-};
-constexpr double kTurn = 2.0 * 3.14159265358979323846 * 0.125;  // angle of a substep
-constexpr double kDamping = 10.0;
-constexpr double kFirm = kTurn * (2.0 * kDamping + kTurn);
-constexpr Softness kSoft{kTurn / (2.0 * kDamping + kTurn), kFirm / (1.0 + kFirm),
-                         1.0 / (1.0 + kFirm)};
+// Of what overlaps.
+constexpr Softness kSoft = spring_of(kTurnOfSubstep, 10.0);
 
 inline void give(const NormalRow& row, double change, SolverBody& a, SolverBody& b) {
   a.linear -= row.normal * (a.inverse_mass * change);

@@ -78,6 +78,7 @@ void add_solves(const SceneDescription& scene, std::vector<Stage>& stages) {
       {"rolling friction rows", rolling_needed(scene), count_of(&StageCounters::rolling_rows)},
       {"conveyor rows", conveyors_needed(scene), count_of(&StageCounters::conveyor_rows)},
       {"joint rows", joint_rows_needed(scene), count_of(&StageCounters::joint_rows)},
+      {"sweeps through joints", joint_sweeps_needed(scene), count_of(&StageCounters::joint_sweeps)},
       {"limit rows", limits_needed(scene), count_of(&StageCounters::limit_rows)},
       {"motor rows", motors_needed(scene), count_of(&StageCounters::motor_rows)},
       {"breaking joints", breaks_needed(scene), count_of(&StageCounters::joints_broken)},

@@ -215,7 +215,8 @@ TEST(Warnings, TellOfJointsThatTakeLongerThanTheStep) {
                 R"(, "other_body": )" + other + R"(, "anchor_m": )" + place + "}";
     }
     const std::string text =
-        replaced(kGoodScenario, "\"joints\": []", "\"joints\": [" + joints + "]");
+        replaced(kGoodScenario, "\"joints\": []",
+                 R"("solver": {"quality": "accurate"}, "joints": [)" + joints + "]");
     const std::size_t end = text.find("]", text.find("\"position_m\": [3, 0, 5]")) + 2;
     return text.substr(0, end) + bodies + text.substr(end);
   };

@@ -1,0 +1,192 @@
+#include "physics/integrators/swept_motion.hpp"
+
+#include <algorithm>
+#include <vector>
+
+#include "physics/constraints/carried_rows.hpp"
+#include "physics/constraints/joint_impulses.hpp"
+#include "physics/constraints/springs.hpp"
+#include "physics/constraints/ways.hpp"
+#include "physics/math/rigid_motion.hpp"
+#include "physics/model/kinematic.hpp"
+#include "physics/solvers/contact_solver.hpp"
+#include "physics/solvers/contact_work.hpp"
+#include "physics/solvers/convex_contacts.hpp"
+#include "physics/solvers/island_motion.hpp"
+#include "physics/solvers/joint_work.hpp"
+#include "physics/solvers/substeps.hpp"
+#include "physics/solvers/swept_joints.hpp"
+
+namespace soda::physics {
+namespace {
+
+// A contact of a long chain meets one link of it at a time.
+constexpr int kTurns = 2;
+
+// Joints have the last word.
+void sweep_substeps(std::uint32_t count, Substeps& substeps, SweptJoints& joints,
+                    ContactProblem& problem) {
+  for (std::uint32_t i = 0; i < count; ++i) {
+    if (i > 0) go_on(problem, substeps);
+    carry(i * substeps.length_s, substeps.length_s, problem);
+    follow_poses(i == 0, joints, problem.bodies);
+    for (int turn = 0; turn < kTurns; ++turn) {
+      press(problem, substeps);
+      press(joints, problem.bodies);
+    }
+    move_on(problem, substeps);
+    move_on(problem.bodies, joints);
+    relax(problem, substeps);
+    relax(joints, problem.bodies);
+    count_impulses(problem.bodies, joints);
+  }
+}
+
+// Where something bounces: its rebounds, and what joints make of them.
+void rebound(std::uint32_t count, SweptJoints& joints, ContactProblem& problem) {
+  if (problem.restitution_rows == 0 || !aim_rebounds(problem)) return;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    sweep_velocities(i % 2 == 0, problem);
+    relax(joints, problem.bodies);
+  }
+  count_impulses(problem.bodies, joints);
+}
+
+// The spin with which a body that turned on its way has the angular momentum that its rows gave it.
+Vec3 spin_at_end(const BodyParams& params, const SolverBody& body, const Quat& orientation) {
+  if (is_isotropic(params.inertia_local_kg_m2)) return body.angular;
+  const Mat3 turned_inverse =
+      rotated_tensor(orientation.toRotationMatrix(), params.inverse_inertia_local);
+  return times(turned_inverse, times(inverse_of_symmetric(body.inverse_inertia), body.angular));
+}
+
+// Bodies on which nothing acted fly.
+void move_swept(const IslandStep& island, const ContactProblem& problem, const SweptJoints& joints,
+                std::span<BodyState> states, std::vector<AdvanceFault>& faults) {
+  Flights flights = find_flights(problem);
+  for (const SweptPoint& point : joints.points)
+    flights[point.a].supported = flights[point.b].supported = true;
+  for (const JointRow& of : joints.rest.rows) {
+    flights[of.a].supported = flights[of.b].supported = true;
+  }
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    const BodyParams& params = island.scene.bodies[index_of(island.ids[i])];
+    const SolverBody& body = problem.bodies[i];
+    if (!flights[i].supported || params.kinematic) {
+      move_body({island.scene, island.dt_s, island.ids[i], body, flights[i], nullptr}, states[i],
+                faults);
+      continue;
+    }
+    BodyState next = joints.poses[i];
+    next.linear_velocity_m_s = body.linear;
+    next.angular_velocity_rad_s = spin_at_end(params, body, next.orientation);
+    const char* const fault = fault_of(next);
+    if (*fault) {
+      faults.push_back({island.ids[i], fault});
+      continue;
+    }
+    next.impulses = std::move(states[i].impulses);
+    next.broken_joints = std::move(states[i].broken_joints);
+    states[i] = std::move(next);
+  }
+}
+
+// What no law of contact or joint gives: closing and parting, beyond the final velocities.
+double parting_joule(const JointedStep& step, const ContactProblem& problem,
+                     const Substeps& substeps) {
+  const auto& [scene, geometry, dt_s, ids, manifolds] = step.island;
+  const double most_m_s = fastest_push_out_m_s(scene, ids);
+  std::vector<PushOut> push(ids.size());
+  const Flight moves{true, Vec3::Zero()};
+  for (std::size_t i = 0; i < ids.size(); ++i)
+    push[i] = beyond_final_velocity(dt_s, most_m_s, step.states[i], problem.bodies[i], moves,
+                                    substeps.ways[i]);
+  return push_out_work_joule(scene, dt_s, ids, push);
+}
+
+// What no velocity was left for. A motor that brakes what rests has taken nothing.
+void add_untaken(double rest_joule, IslandReport& report) {
+  const double braked = std::min(rest_joule, std::max(0.0, -report.motor_work_joule));
+  report.motor_work_joule += braked;
+  report.push_out_work_joule += rest_joule - braked;
+}
+
+// Whether sweeps have made more energy than closing and parting can: they diverge where levers are
+// very long and inertia is very small.
+bool has_diverged(const IslandStep& island, const EnergyExcess& excess) {
+  constexpr double kMostTaken = 0.5;  // of the energy of motion
+  double weight_newton = 0.0;
+  for (const BodyId id : island.ids)
+    if (falls(island.scene, id)) weight_newton += island.scene.bodies[index_of(id)].mass_kg;
+  weight_newton *= island.scene.gravity_m_s2.norm();
+  const double lifting_joule =
+      weight_newton * fastest_push_out_m_s(island.scene, island.ids) * island.dt_s;
+  return !excess.is_trace(kMostTaken) && !(excess.gain_joule <= lifting_joule);
+}
+
+// A step that was swept.
+struct SweptStep {
+  const JointedStep& step;
+  const JointSystem& joints;
+  const ContactProblem& problem;
+  const SweptJoints& swept;
+  const Substeps& substeps;
+};
+
+// What the step has given, and takes energy that it must not: the report gets it. `unsprung_joule`
+// springs gave. False, and no change, if the energy is out of all proportion.
+bool account(const SweptStep& done, double unsprung_joule, std::span<BodyState> states,
+             IslandReport& report) {
+  const auto& [step, joints, problem, swept, substeps] = done;
+  const auto& [scene, geometry, dt_s, ids, manifolds] = step.island;
+  const double parted = std::max(0.0, parting_joule(step, problem, substeps));
+  const double given = swept.motor_work_joule + kinematic_work_joule(step.free, problem) +
+                       external_work_joule(scene, dt_s, step.states, step.free, problem) +
+                       unsprung_joule + parted;
+  const EnergyExcess excess = energy_excess(scene, dt_s, ids, step.states, states, given);
+  if (has_diverged(step.island, excess)) return false;
+  report.motor_work_joule = swept.motor_work_joule;
+  report.static_impulse_newton_s += swept.by_world_newton_s;
+  report.static_angular_impulse_newton_m_s += swept.by_world_newton_m_s;
+  report.push_out_work_joule += parted;
+  report.joint_error = largest_error(joints);
+  report.constraint_residual_m_s = residual_m_s(swept, problem.bodies);
+  if (!(excess.gain_joule > 0.0)) return true;
+  const bool afloat = is_afloat(ids.size(), joints, &problem);
+  add_untaken(take_excess(scene, ids, excess, afloat, states, report), report);
+  return true;
+}
+
+}  // namespace
+
+std::optional<std::uint32_t> advance_swept(const JointedStep& step, JointSystem& joints,
+                                           ContactProblem& problem, std::span<BodyState> states,
+                                           IslandReport& report) {
+  const auto& [island, before, free] = step;
+  const auto& [scene, geometry, dt_s, ids, manifolds] = island;
+  build_joint_rows(scene, dt_s, before, true, joints);
+  if (scene.solver.warm_starting) load_joint_impulses(scene, before, joints);
+  const auto elastic = [&, sprung = has_springs(scene, joints)](std::span<const BodyState> at) {
+    return sprung ? elastic_joule(spring_rows(step.island.scene, at, joints)) : 0.0;
+  };
+  const double lent = elastic(before);
+  const std::uint32_t count = substeps_of(scene.solver);
+  Substeps substeps;
+  begin_substeps(dt_s, count, Selection<BodyState>{before}, problem, substeps);
+  SweptJoints swept = swept_joints(scene, substeps.length_s, count, before, joints);
+  sweep_substeps(count, substeps, swept, problem);
+  end_substeps(problem, substeps);
+  carry(0.0, dt_s, problem);
+  rebound(count, swept, problem);
+  std::vector<AdvanceFault> faults;
+  move_swept(island, problem, swept, states, faults);
+  end_substeps(swept, joints);
+  if (!faults.empty() ||
+      !account({step, joints, problem, swept, substeps}, lent - elastic(states), states, report)) {
+    std::copy(before.begin(), before.end(), states.begin());
+    return std::nullopt;
+  }
+  return (kTurns + 1) * count;
+}
+
+}  // namespace soda::physics

@@ -1,0 +1,136 @@
+// Islands whose joints are swept instead of factorised.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "physics/constraints/joint_islands.hpp"
+#include "physics/integrators/momentum.hpp"
+#include "physics/solvers/solve_choice.hpp"
+#include "tests/physics/joints.hpp"
+
+namespace soda::physics {
+namespace {
+
+using test::add;
+using test::joint_at;
+using test::World;
+
+constexpr double kSpacing_m = 0.25;
+
+// Balls that ball joints hold, n by n, hanging from the upper rim; the first is `heavier` than the
+// others.
+World hanging_grid(std::uint32_t n, double heavier = 1.0) {
+  World world = test::under_gravity();
+  const std::uint32_t ball = world.add_shape(Sphere{0.4 * kSpacing_m});
+  const auto place = [](double x, double z) { return Vec3(kSpacing_m * x, 0, -kSpacing_m * z); };
+  for (std::uint32_t i = 0; i < n * n; ++i)
+    world.add_body(ball, place(i % n, i / n), i == 0 ? 1000.0 * heavier : 1000.0);
+  for (std::uint32_t i = 0; i < n * n; ++i) {
+    const double x = i % n, z = i / n;
+    if (i % n > 0) add(world, joint_at(JointKind::kBall, world, i - 1, i, place(x - 0.5, z)));
+    if (i < n)
+      add(world, joint_at(JointKind::kBall, world, i, std::nullopt, place(x, -0.5)));
+    else
+      add(world, joint_at(JointKind::kBall, world, i - n, i, place(x, z - 0.5)));
+  }
+  return world;
+}
+
+double largest_gap_m(const World& world) {
+  double largest = 0.0;
+  for (const Joint& joint : world.scene.joints) {
+    const auto anchor = [&world](BodyId id, const Vec3& local) {
+      if (is_static(id)) return local;
+      const BodyState& state = world.states[index_of(id)];
+      return Vec3(state.position_m + state.orientation * local);
+    };
+    largest = std::max(
+        largest, (anchor(joint.b, joint.anchor_b_m) - anchor(joint.a, joint.anchor_a_m)).norm());
+  }
+  return largest;
+}
+
+double joule(const World& world) {
+  return world.mechanics().kinetic_energy_joule + world.mechanics().potential_energy_joule;
+}
+
+TEST(SweptJoints, OfAGridTakeTheSameWorkForEachRowHoweverLargeItIs) {
+  for (const std::uint32_t n : {16u, 24u, 40u}) {
+    World world = hanging_grid(n);
+    world.run(3);
+    const std::uint64_t rows = 3 * world.scene.joints.size();
+    EXPECT_EQ(world.counters.joint_sweeps, 3 * 24 * rows) << n;
+    EXPECT_EQ(world.counters.factor_multiplications, 0u) << n;
+    EXPECT_EQ(world.counters.islands_over_budget, 3u) << n;
+  }
+}
+
+TEST(SweptJoints, TellHowFarTheyAreOpenAndGainNoEnergy) {
+  World world = hanging_grid(20);
+  for (int step = 0; step < 60; ++step) {
+    const double before = joule(world);
+    world.run(1);
+    ASSERT_EQ(world.report.islands.size(), 1u);
+    const IslandReport& island = world.report.islands.front();
+    EXPECT_LE(joule(world) - before, island.push_out_work_joule + 1e-9 * std::abs(before)) << step;
+    const double gap_m = largest_gap_m(world);
+    EXPECT_LE(island.joint_error, gap_m * (1.0 + 1e-9)) << step;
+    EXPECT_GE(island.joint_error, gap_m / std::sqrt(3.0) * (1.0 - 1e-9)) << step;
+    EXPECT_LT(gap_m, 0.05 * kSpacing_m) << step;
+  }
+  EXPECT_GT(world.counters.joint_sweeps, 0u);
+}
+
+// Doors of hinges with stops and motors, some of them in pairs on a common post, and bouncing
+// balls.
+TEST(SweptJoints, AccountForTheWorldsImpulsesOfLimitsMotorsAndRebounds) {
+  World world = test::under_gravity();
+  world.scene.solver.refined = false;
+  world.add_floor(Material{.restitution = 0.5});
+  const std::uint32_t ball = world.add_shape(Sphere{0.2}),
+                      bar = world.add_shape(Box{{0.4, 0.1, 0.1}});
+  for (std::uint32_t i = 0; i < 40; ++i) {
+    const Vec3 at(0.85 * (i % 4), 0.23 * (i / 4), 0.4 + 0.01 * i);
+    world.add_body(i % 3 == 2 ? ball : bar, at, 500.0 + 40.0 * i, Material{.restitution = 0.5});
+    Joint& joint = add(world, joint_at(JointKind::kHinge, world, i, std::nullopt,
+                                       at - Vec3(0.3, 0, 0), Vec3::UnitY()));
+    joint.limits = JointLimits{-0.3, 0.3};
+    if (i % 2 == 0) joint.motor = JointMotor{2.0, 40.0};
+  }
+  for (int i = 0; i < 12; ++i)
+    world.add_body(ball, Vec3(0.25 * i, 0.2 * i, 1.6), 1000.0, Material{.restitution = 0.5})
+        .linear_velocity_m_s = Vec3(0, 0, -5);
+  double largest = 0.0;
+  for (int step = 0; step < 90; ++step) {
+    const IslandMomentum before = momentum_of(world.scene, world.ids, world.states);
+    world.run(1);
+    Vec3 given = world.scene.gravity_m_s2 * (before.mass_kg * world.scene.dt_s);
+    for (const IslandReport& island : world.report.islands) given += island.static_impulse_newton_s;
+    const IslandMomentum after = momentum_of(world.scene, world.ids, world.states);
+    largest = std::max(largest, given.norm());
+    EXPECT_LE((after.linear_newton_s - before.linear_newton_s - given).norm(), 1e-11 * largest)
+        << step;
+  }
+  EXPECT_GT(world.counters.joint_sweeps, 0u);
+  EXPECT_GT(world.counters.restitution_rows, 0u);
+}
+
+TEST(SweptJoints, AreForWhatTakesMuchWorkWithoutAToleranceOfNearlyEqualMasses) {
+  const auto swept = [](const World& world) {
+    const std::vector<JointIsland> islands = joint_islands(world.scene);
+    EXPECT_EQ(islands.size(), 1u);
+    return are_joints_swept(world.scene, islands.front());
+  };
+  EXPECT_FALSE(swept(hanging_grid(8)));
+  EXPECT_TRUE(swept(hanging_grid(20)));
+  EXPECT_FALSE(swept(hanging_grid(20, 1e5)));
+  World fast = hanging_grid(8), accurate = hanging_grid(20);
+  fast.scene.solver.refined = false;
+  accurate.scene.tolerance = 1e-6;
+  EXPECT_TRUE(swept(fast));
+  EXPECT_FALSE(swept(accurate));
+}
+
+}  // namespace
+}  // namespace soda::physics
