@@ -5,6 +5,7 @@
 
 #include "physics/constraints/carried_rows.hpp"
 #include "physics/constraints/joint_impulses.hpp"
+#include "physics/constraints/joint_loads.hpp"
 #include "physics/constraints/springs.hpp"
 #include "physics/constraints/ways.hpp"
 #include "physics/math/rigid_motion.hpp"
@@ -149,6 +150,7 @@ bool account(const SweptStep& done, double unsprung_joule, std::span<BodyState> 
   report.static_impulse_newton_s += swept.by_world_newton_s;
   report.static_angular_impulse_newton_m_s += swept.by_world_newton_m_s;
   report.push_out_work_joule += parted;
+  add_loads(joints, report);
   report.joint_error = largest_error(joints);
   report.constraint_residual_m_s = residual_m_s(swept, problem.bodies);
   if (!(excess.gain_joule > 0.0)) return true;

@@ -82,6 +82,22 @@ TEST(SweptJoints, TellHowFarTheyAreOpenAndGainNoEnergy) {
   EXPECT_GT(world.counters.joint_sweeps, 0u);
 }
 
+// Each of the upper joints bears the column below it.
+TEST(SweptJoints, BreakUnderMoreThanTheyBear) {
+  constexpr std::uint32_t n = 20;
+  for (const double share : {0.5, 4.0}) {
+    World world = hanging_grid(n);
+    const double column_newton = n * world.scene.bodies[0].mass_kg * test::kGravity;
+    for (Joint& joint : world.scene.joints)
+      if (is_static(joint.b)) joint.most_force_newton = share * column_newton;
+    order_joints(world.scene);
+    world.run(60);
+    EXPECT_GT(world.counters.joint_sweeps, 0u);
+    if (share < 1.0) EXPECT_EQ(world.counters.joints_broken, n);
+    if (share > 1.0) EXPECT_EQ(world.counters.joints_broken, 0u);
+  }
+}
+
 // Doors of hinges with stops and motors, some of them in pairs on a common post, and bouncing
 // balls.
 TEST(SweptJoints, AccountForTheWorldsImpulsesOfLimitsMotorsAndRebounds) {
