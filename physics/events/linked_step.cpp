@@ -343,10 +343,8 @@ IslandReport advance_linked(const IslandStep& step, std::span<BodyState> states,
       report = part.report;
     else
       add_part(part.report, report);
-    if (!sunk) {
-      pushed += pushed_newton_s(island, time_s, before);
-      left_s -= time_s;
-    }
+    pushed += pushed_newton_s(island, time_s, before);
+    left_s -= time_s;
     const bool waits = left_s > 0.0 && (sunk || number + 1 == kMostPartsOfStep);
     if (waits) wait_for(left_s, island, report);
     if (waits || !(left_s > 0.0)) break;
