@@ -113,13 +113,12 @@ JointedChoice choose_jointed_solve(const IslandStep& island, bool accurate,
   const double contact_rows = 3.0 * static_cast<double>(points), rows = joint_rows + contact_rows;
   const double most = std::max(worth_of(scene).contacts, kSweepsOfRow * rows);
   const double through = kThroughJoints * contact_rows * static_cast<double>(ids.size());
+  const auto newton = [&] {
+    const auto once = static_cast<double>(choice.elimination->multiplications);
+    return kNewtonSteps * (once + kNewtonOfRow * rows);
+  };
   choice.swept_else = through + kLinkageFactors * static_cast<double>(factor) > most;
-  if (!choice.elimination) {
-    choice.swept = choice.swept_else;
-    return choice;
-  }
-  const auto once = static_cast<double>(choice.elimination->multiplications);
-  choice.swept = kNewtonSteps * (once + kNewtonOfRow * rows) > most;
+  choice.swept = choice.swept_else && (!choice.elimination || newton() > most);
   return choice;
 }
 
