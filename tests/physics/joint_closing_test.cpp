@@ -44,17 +44,11 @@ World rope_of_rods(int links, double ratio, int rate) {
   return world;
 }
 
-double largest_gap_m(const World& world) {
+double largest_misfit_m(const World& world) {
   double largest = 0.0;
-  for (const Joint& joint : world.scene.joints) {
-    const auto anchor = [&world](BodyId id, const Vec3& local) {
-      if (is_static(id)) return local;
-      const BodyState& state = world.states[index_of(id)];
-      return Vec3(state.position_m + state.orientation * local);
-    };
-    const Vec3 between = anchor(joint.b, joint.anchor_b_m) - anchor(joint.a, joint.anchor_a_m);
-    largest = std::max(largest, std::abs(between.norm() - joint.length_m));
-  }
+  for (const Joint& joint : world.scene.joints)
+    largest =
+        std::max(largest, std::abs(test::between_anchors(world, joint).norm() - joint.length_m));
   return largest;
 }
 
@@ -77,7 +71,7 @@ TEST(JointClosing, ARopeOfRodsBetweenLightAndHeavyStaysClosedAndGainsNothing) {
             given += island.push_out_work_joule;
           EXPECT_LE(joule(world) - before - given, 1e-9 * (std::abs(before) + std::abs(given)))
               << links << ", " << ratio << ", " << rate << ", step " << step;
-          gap_m = std::max(gap_m, largest_gap_m(world));
+          gap_m = std::max(gap_m, largest_misfit_m(world));
         }
         EXPECT_LT(gap_m, 1e-9) << links << ", " << ratio << ", " << rate;
       }

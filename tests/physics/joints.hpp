@@ -41,4 +41,21 @@ inline Joint& add(World& world, const Joint& joint) {
   return *std::ranges::find(world.scene.joints, joint.label, &Joint::label);
 }
 
+// From the anchor of a to that of b, where the bodies are now.
+inline Vec3 between_anchors(const World& world, const Joint& joint) {
+  const auto anchor = [&world](BodyId id, const Vec3& local) {
+    if (is_static(id)) return local;
+    const BodyState& state = world.states[index_of(id)];
+    return Vec3(state.position_m + state.orientation * local);
+  };
+  return anchor(joint.b, joint.anchor_b_m) - anchor(joint.a, joint.anchor_a_m);
+}
+// The largest gap of joints that hold points together.
+inline double largest_gap_m(const World& world) {
+  double largest = 0.0;
+  for (const Joint& joint : world.scene.joints)
+    largest = std::max(largest, between_anchors(world, joint).norm());
+  return largest;
+}
+
 }  // namespace soda::physics::test

@@ -14,6 +14,7 @@ namespace {
 
 using test::add;
 using test::joint_at;
+using test::largest_gap_m;
 using test::World;
 
 constexpr double kSpacing_m = 0.25;
@@ -35,20 +36,6 @@ World hanging_grid(std::uint32_t n, double heavier = 1.0) {
       add(world, joint_at(JointKind::kBall, world, i - n, i, place(x, z - 0.5)));
   }
   return world;
-}
-
-double largest_gap_m(const World& world) {
-  double largest = 0.0;
-  for (const Joint& joint : world.scene.joints) {
-    const auto anchor = [&world](BodyId id, const Vec3& local) {
-      if (is_static(id)) return local;
-      const BodyState& state = world.states[index_of(id)];
-      return Vec3(state.position_m + state.orientation * local);
-    };
-    largest = std::max(
-        largest, (anchor(joint.b, joint.anchor_b_m) - anchor(joint.a, joint.anchor_a_m)).norm());
-  }
-  return largest;
 }
 
 double joule(const World& world) {
