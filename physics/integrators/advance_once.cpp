@@ -159,6 +159,18 @@ double error_at(const SceneDescription& scene, std::span<const BodyState> states
   return largest_error(joints);
 }
 
+void close_open(const IslandStep& island, JointSystem& joints, std::span<BodyState> states,
+                IslandReport& report, SolveScratch& scratch) {
+  const auto& [scene, geometry, dt_s, ids, manifolds] = island;
+  if (are_closed(scene, dt_s, states, joints)) return;
+  const bool touched = report.contact_points > 0;
+  StageCounters uncounted;  // the step makes these rows once more
+  if (touched)
+    build_problem({scene, dt_s, ids, Selection<BodyState>{std::span<const BodyState>(states)}},
+                  island, scratch, uncounted);
+  close_left_open(island, touched ? &scratch.problem : nullptr, joints, states, report);
+}
+
 // Joints that nothing touches are a linkage, where they do not contradict each other.
 bool is_linkage(const IslandStep& island, JointSystem& joints, std::span<BodyState> states,
                 IslandReport& report, const IslandEffects& effects) {
@@ -176,7 +188,7 @@ IslandReport advance_with_joints(const IslandStep& island, bool accurate, JointS
   IslandReport report = report_of(ids, manifolds);
   const JointedChoice choice = choose_jointed_solve(island, accurate, states, joints);
   if (!choice.swept) {
-    close_left_open(island, joints, states, report);
+    close_open(island, joints, states, report, scratch);
     if (is_linkage(island, joints, states, report, effects)) return report;
   }
   const std::vector<BodyState> start(states.begin(), states.end());

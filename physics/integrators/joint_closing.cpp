@@ -49,8 +49,9 @@ class Closing {
 
   double close(double most_joule) {
     constexpr int kMostCorrections = 200;  // some long chains take half of them
-    double work_joule = 0.0;
+    double work_joule = 0.0, looked = errors_.norm;
     for (int i = 0; i < kMostCorrections && errors_.largest > enough_; ++i) {
+      if (is_enough_after(i, looked)) break;
       Correction found = best_correction();
       if (found.states.empty()) break;  // a place that cannot be reached, or rounding
       if (found.damping > 0 && work_joule + found.work_joule > most_joule) break;
@@ -66,6 +67,15 @@ class Closing {
  private:
   void build(std::span<const BodyState> states) {
     build_joint_rows(scene_, dt_s_, states, false, joints_);
+  }
+
+  // Taut chains that cannot be drawn straight come nearer by ever less, far below anything to see.
+  bool is_enough_after(int corrections, double& looked) const {
+    constexpr int kLook = 16;
+    constexpr double kVisible = 1e9, kComes = 0.5;  // roundings; of the error at the look before
+    if (corrections % kLook != kLook - 1) return false;
+    const double before = std::exchange(looked, errors_.norm);
+    return errors_.largest <= kVisible * enough_ && errors_.norm > kComes * before;
   }
 
   // What takes all errors away to first order. Needs the rows of states_.

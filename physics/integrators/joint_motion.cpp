@@ -8,6 +8,7 @@
 #include "physics/constraints/joint_impulses.hpp"
 #include "physics/constraints/springs.hpp"
 #include "physics/constraints/ways.hpp"
+#include "physics/integrators/giving_way.hpp"
 #include "physics/integrators/joint_closing.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/solvers/contact_solver.hpp"
@@ -250,9 +251,10 @@ ContactSolution solve_jointed(const JointedStep& step, JointSystem& joints,
 
 namespace {
 
-// The bodies at their final velocities for a part of the step, joints closed.
-void moved_for(double time_s, const JointedStep& step, const JointedSolution& solved,
-               std::span<BodyState> states, std::vector<AdvanceFault>& faults) {
+// The bodies at their final velocities for a part of the step, joints closed, and what lies on them
+// out of their way.
+GivenWay moved_for(double time_s, const JointedStep& step, const JointedSolution& solved,
+                   std::span<BodyState> states, std::vector<AdvanceFault>& faults) {
   const auto& [scene, geometry, dt_s, ids, manifolds] = step.island;
   Flights flights = find_flights(solved.problem);
   for (const JointRow& row : solved.joints.rows)
@@ -261,7 +263,9 @@ void moved_for(double time_s, const JointedStep& step, const JointedSolution& so
     move_body({scene, time_s, ids[i], solved.problem.bodies[i], flights[i], nullptr}, states[i],
               faults);
   JointSystem joints = solved.joints;
+  const std::vector<BodyState> open(states.begin(), states.end());
   close_joints(scene, dt_s, ids, kinetic_joule(scene, ids, states), joints, states);
+  return give_way(step.island, time_s, joints, solved.problem, step.states, open, states);
 }
 
 // What no velocity was left for. A motor that brakes what rests has taken nothing. The rest is
@@ -292,13 +296,15 @@ bool are_closed(const SceneDescription& scene, double dt_s, std::span<const Body
   return largest_error(joints) <= 100.0 * rounding_of(states);
 }
 
-void close_left_open(const IslandStep& island, JointSystem& joints, std::span<BodyState> states,
-                     IslandReport& report) {
+void close_left_open(const IslandStep& island, const ContactProblem* problem, JointSystem& joints,
+                     std::span<BodyState> states, IslandReport& report) {
   const auto& [scene, geometry, dt_s, ids, manifolds] = island;
-  if (are_closed(scene, dt_s, states, joints)) return;
+  const std::vector<BodyState> open(states.begin(), states.end());
   EnergyExcess lifted;
   lifted.moving_joule = kinetic_joule(scene, ids, states);
   lifted.gain_joule = close_joints(scene, dt_s, ids, lifted.moving_joule, joints, states);
+  if (problem != nullptr)
+    lifted.gain_joule += give_way(island, 0.0, joints, *problem, open, open, states).work_joule;
   const bool afloat = is_afloat(ids.size(), joints, nullptr);
   report.push_out_work_joule += lifted.gain_joule > 0.0
                                     ? take_excess(scene, ids, lifted, afloat, states, report)
@@ -326,20 +332,25 @@ void move_jointed(const JointedStep& step, const JointedSolution& solved,
   std::vector<BodyState> next;
   EnergyExcess excess;
   double share = 1.0;
+  GivenWay given;
   for (;; share = share > kLeastShare ? 0.5 * share : 0.0) {
     next.assign(before.begin(), before.end());
     std::vector<AdvanceFault> found;
-    moved_for(share * dt_s, step, solved, next, found);
+    given = moved_for(share * dt_s, step, solved, next, found);
     excess = energy_excess(scene, dt_s, ids, before, next, pushed + lent - elastic(next));
     if (!excess.is_trace(kMostTaken) && share > 0.0) continue;
     faults.insert(faults.end(), found.begin(), found.end());
     break;
   }
   std::move(next.begin(), next.end(), states.begin());
+  report.static_impulse_newton_s += given.by_world_newton_s;
+  report.static_angular_impulse_newton_m_s += given.by_world_newton_m_s;
   if (excess.gain_joule > 0.0) {
     const double rest =
         take_excess(scene, ids, excess, is_afloat(ids.size(), joints, &problem), states, report);
-    add_untaken(rest, share > 0.0, step, report);
+    const double aside = std::clamp(rest, 0.0, std::max(0.0, given.work_joule));
+    report.push_out_work_joule += aside;
+    if (rest > aside) add_untaken(rest - aside, share > 0.0, step, report);
   }
   if (push.empty()) return;
   const double moved = elastic(states);

@@ -68,10 +68,11 @@ void move_jointed(const JointedStep& step, const JointedSolution& solved,
 bool are_closed(const SceneDescription& scene, double dt_s, std::span<const BodyState> states,
                 JointSystem& joints);
 
-// Closes, without velocity, what earlier steps have left open of the joints. The energy that this
-// gives is taken from the velocities; what these have not is added to the push-out.
-void close_left_open(const IslandStep& island, JointSystem& joints, std::span<BodyState> states,
-                     IslandReport& report);
+// Closes, without velocity, what earlier steps have left open of the joints, and what lies on the
+// bodies gives way: rows of contacts at these states, if there are any. The energy that this gives
+// is taken from the velocities; what these have not is added to the push-out.
+void close_left_open(const IslandStep& island, const ContactProblem* problem, JointSystem& joints,
+                     std::span<BodyState> states, IslandReport& report);
 
 // What the world gives to the island through joints, and what those that can break bear. `states`
 // as when the rows were built.

@@ -121,13 +121,13 @@ bool advance_parts(const Linkage& linkage, const Parts& parts, KickErrors* error
       continue;
     }
     const EnergyExcess excess = energy_excess(scene, part_s, ids, from, states, work.motors_joule);
-    if (!excess.is_trace(kTrace)) return false;
+    if (!excess.is_trace(kTrace) && !excess.is_rounding()) return false;
     const bool lost = excess.gain_joule < 0.0 && !work.loses;
     const bool little = -excess.gain_joule <= kTrace * excess.moving_joule;
     if (!fourth && lost && !little && parts.more) return false;
     if (excess.gain_joule > 0.0 ||
         (lost && -excess.gain_joule <= (fourth ? kTrace : kMostGiven) * excess.moving_joule))
-      take_excess(scene, ids, excess, afloat, states, report);
+      report.push_out_work_joule += take_excess(scene, ids, excess, afloat, states, report);
     if (errors != nullptr) errors->add(part_s, motion.kick_changes(), scaled_by(excess), states);
     // A motor that pushes what rests works on its rounding: then the bodies know better.
     if (excess.gain_joule == 0.0 && work.motors_joule != 0.0)

@@ -17,6 +17,10 @@ namespace {
 
 constexpr int kMostRattleCorrections = 20;
 
+// Joints that are open by at most so many roundings hold. Errors of few roundings are not always
+// less after a correction.
+constexpr double kHeld = 1e6;
+
 // Limits this many roundings away are reached.
 constexpr double kReached = 1e3;
 
@@ -170,12 +174,12 @@ bool RattleMotion::hold_places(double time_s, double enough, IslandReport& repor
     hold_same_limits(*at_, *end_);
     const double before = std::exchange(error, largest_error(*end_));
     ++report.iterations;
-    if (error > 2.0 * before && !more) return false;
+    if (error > 2.0 * before && !more) break;
   }
   corrected_s_ = at_->bounded ? 0.0 : time_s;
   report.constraint_residual_m_s =
       std::max(report.constraint_residual_m_s, error / std::abs(time_s));
-  return error <= 1e6 * enough;
+  return error <= kHeld * enough;
 }
 
 // The second half of a kick, at next_.

@@ -163,9 +163,11 @@ EnergyExcess energy_excess(const SceneDescription& scene, double dt_s, std::span
   double noise = kWorkRounding *
                  (excess.moving_joule + kinetic_joule(scene, ids, from) + std::abs(work_joule));
   const double g = scene.gravity_m_s2.norm(), fall = g * dt_s;
-  for (std::size_t i = 0; i < ids.size(); ++i)
-    noise += scene.bodies[index_of(ids[i])].mass_kg *
-             (kFallPart * fall * fall + kEpsilon * g * from[i].position_m.norm());
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    const double mass_kg = scene.bodies[index_of(ids[i])].mass_kg;
+    excess.falling_joule += 0.5 * mass_kg * fall * fall;
+    noise += mass_kg * (kFallPart * fall * fall + kEpsilon * g * from[i].position_m.norm());
+  }
   if (!(std::abs(gain) <= noise)) excess.gain_joule = gain;
   return excess;
 }

@@ -15,12 +15,17 @@ namespace soda::physics {
 bool is_afloat(std::size_t body_count, const JointSystem& joints, const ContactProblem* problem);
 
 // How much a step from `from` to `to` gives the island beyond `work_joule`, 0 where that is
-// rounding; and its energy of motion at `to`.
+// rounding; its energy of motion at `to`; and that of a fall of one step.
 struct EnergyExcess {
-  double gain_joule = 0.0, moving_joule = 0.0;
+  double gain_joule = 0.0, moving_joule = 0.0, falling_joule = 0.0;
 
   // Whether it is at most this part of the energy of motion.
   bool is_trace(double part) const { return gain_joule <= part * moving_joule; }
+  // What hangs at rest moves by the rounding of its places alone: no part of that is a measure.
+  bool is_rounding() const {
+    constexpr double kOfFall = 1e-9;
+    return gain_joule <= kOfFall * falling_joule;
+  }
 };
 EnergyExcess energy_excess(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                            std::span<const BodyState> from, std::span<const BodyState> to,

@@ -1,0 +1,27 @@
+// Contacts where joints were closed: what lies on a jointed body gives way to it.
+#pragma once
+
+#include <span>
+
+#include "physics/constraints/contact_rows.hpp"
+#include "physics/constraints/joint_rows.hpp"
+#include "physics/model/island_step.hpp"
+
+namespace soda::physics {
+
+// What that took: energy, and what the world gave, angular impulses about the origin.
+struct GivenWay {
+  double work_joule = 0.0;
+  Vec3 by_world_newton_s = Vec3::Zero(), by_world_newton_m_s = Vec3::Zero();
+};
+
+// Closing has moved the bodies from `open` to `states`, and deepened contacts of the step that
+// began `time_s` ago at `before`: its rows are the problem's. Whole linkages that nothing holds to
+// the world, bodies without joints among them, move aside without turning, as little as their
+// masses allow, so far that no contact is deeper than it was when joints were open. What is held on
+// both sides stays deeper. What so came back from where its velocity had led is stopped.
+GivenWay give_way(const IslandStep& island, double time_s, const JointSystem& joints,
+                  const ContactProblem& problem, std::span<const BodyState> before,
+                  std::span<const BodyState> open, std::span<BodyState> states);
+
+}  // namespace soda::physics
