@@ -151,14 +151,13 @@ void come_back(const BodyParams& params, double time_s, const Moved& back, BodyS
 
 }  // namespace
 
-GivenWay give_way(const IslandStep& island, double time_s, const JointSystem& joints,
-                  const ContactProblem& problem, std::span<const BodyState> before,
-                  std::span<const BodyState> open, std::span<BodyState> states) {
+GivenWay give_way(const IslandStep& island, const OpenWay& way, const JointSystem& joints,
+                  const ContactProblem& problem, std::span<BodyState> states) {
   GivenWay given;
   std::vector<Moved> came, closed;
   for (std::size_t i = 0; i < states.size(); ++i) {
-    came.push_back(between(before[i], open[i]));
-    closed.push_back(between(open[i], states[i]));
+    came.push_back(between(way.before[i], way.open[i]));
+    closed.push_back(between(way.open[i], states[i]));
   }
   std::vector<KeptGap> gaps = deepened(problem, came, closed);
   if (gaps.empty()) return given;
@@ -170,7 +169,7 @@ GivenWay give_way(const IslandStep& island, double time_s, const JointSystem& jo
     states[i].position_m += aside;
     if (falls(island.scene, island.ids[i]))
       given.work_joule -= params.mass_kg * island.scene.gravity_m_s2.dot(aside);
-    come_back(params, time_s, {closed[i].linear_m + aside, closed[i].angular_rad}, states[i],
+    come_back(params, way.time_s, {closed[i].linear_m + aside, closed[i].angular_rad}, states[i],
               given);
   }
   return given;

@@ -15,13 +15,18 @@ struct GivenWay {
   Vec3 by_world_newton_s = Vec3::Zero(), by_world_newton_m_s = Vec3::Zero();
 };
 
-// Closing has moved the bodies from `open` to `states`, and deepened contacts of the step that
-// began `time_s` ago at `before`: its rows are the problem's. Whole linkages that nothing holds to
-// the world, bodies without joints among them, move aside without turning, as little as their
-// masses allow, so far that no contact is deeper than it was when joints were open. What is held on
-// both sides stays deeper. What so came back from where its velocity had led is stopped.
-GivenWay give_way(const IslandStep& island, double time_s, const JointSystem& joints,
-                  const ContactProblem& problem, std::span<const BodyState> before,
-                  std::span<const BodyState> open, std::span<BodyState> states);
+// How bodies came to where joints are open: from `before`, in this time.
+struct OpenWay {
+  double time_s = 0.0;
+  std::span<const BodyState> before, open;
+};
+
+// Closing has moved the bodies from there to `states`, and deepened contacts of the step that began
+// before: its rows are the problem's. Whole linkages that nothing holds to the world, bodies
+// without joints among them, move aside without turning, as little as their masses allow, so far
+// that no contact is deeper than it was when joints were open. What is held on both sides stays
+// deeper. What so came back from where its velocity had led is stopped.
+GivenWay give_way(const IslandStep& island, const OpenWay& way, const JointSystem& joints,
+                  const ContactProblem& problem, std::span<BodyState> states);
 
 }  // namespace soda::physics

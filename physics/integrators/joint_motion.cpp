@@ -265,7 +265,7 @@ GivenWay moved_for(double time_s, const JointedStep& step, const JointedSolution
   JointSystem joints = solved.joints;
   const std::vector<BodyState> open(states.begin(), states.end());
   close_joints(scene, dt_s, ids, kinetic_joule(scene, ids, states), joints, states);
-  return give_way(step.island, time_s, joints, solved.problem, step.states, open, states);
+  return give_way(step.island, {time_s, step.states, open}, joints, solved.problem, states);
 }
 
 // What no velocity was left for. A motor that brakes what rests has taken nothing. The rest is
@@ -304,7 +304,7 @@ void close_left_open(const IslandStep& island, const ContactProblem* problem, Jo
   lifted.moving_joule = kinetic_joule(scene, ids, states);
   lifted.gain_joule = close_joints(scene, dt_s, ids, lifted.moving_joule, joints, states);
   if (problem != nullptr)
-    lifted.gain_joule += give_way(island, 0.0, joints, *problem, open, open, states).work_joule;
+    lifted.gain_joule += give_way(island, {0.0, open, open}, joints, *problem, states).work_joule;
   const bool afloat = is_afloat(ids.size(), joints, nullptr);
   report.push_out_work_joule += lifted.gain_joule > 0.0
                                     ? take_excess(scene, ids, lifted, afloat, states, report)
