@@ -160,7 +160,7 @@ std::uint32_t solve_alternately(const JointedStep& step, JointSystem& joints,
 
 // Velocities at the end of the step. Joints pull in the directions that they have at the end of the
 // step: stable however taut. False, and no change of the problem, if no solution is found.
-bool solve_aimed(const JointedStep& step, bool accurate, const Elimination& plan,
+bool solve_aimed(const JointedStep& step, const DirectAim& how, const Elimination& plan,
                  JointSystem& joints, ContactProblem& problem, ContactSolution& solution) {
   const auto& [island, states, free] = step;
   const auto& [scene, geometry, dt_s, ids, manifolds] = island;
@@ -173,8 +173,7 @@ bool solve_aimed(const JointedStep& step, bool accurate, const Elimination& plan
   std::vector<SolverBody> from(free.begin(), free.end());
   double before = 0.0;
   for (int aim = 0; aim <= kMostAims; ++aim) {
-    const NewtonOutcome outcome =
-        solve_directly(accurate ? kByItself : kOngoing, from, plan, trial, &trial_joints);
+    const NewtonOutcome outcome = solve_directly(how, from, plan, trial, &trial_joints);
     count(outcome, plan, solution);
     if (!outcome.converged && aim == 0) return false;
     if (!outcome.converged) break;
@@ -208,11 +207,14 @@ std::optional<ContactSolution> solve_jointed_directly(const JointedStep& step, b
                                                       ContactProblem& problem) {
   if (problem.normals.empty()) return std::nullopt;
   if (mass_ratio(step.island.scene, step.island.ids) > kMostRatio) return std::nullopt;
+  const auto& [scene, geometry, dt_s, ids, manifolds] = step.island;
+  DirectAim how = accurate ? kByItself : kOngoing;
+  how.rests = accurate || is_calm(scene, dt_s, ids, manifolds, step.states);
   JointSystem solved_joints = joints;
   ContactProblem solved = problem;
   ContactSolution solution;
   const auto solve = [&] {
-    if (!solve_aimed(step, accurate, plan, solved_joints, solved, solution)) return false;
+    if (!solve_aimed(step, how, plan, solved_joints, solved, solution)) return false;
     if (limit_throws(step.states, step.free, solved_joints, solved)) return false;
     limit_joint_gain(step.island.dt_s, step.states, step.free, solved_joints, solved);
     return true;

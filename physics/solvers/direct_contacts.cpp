@@ -126,26 +126,26 @@ void apply(const PointResponse& response, const ConvexPoint& p, std::size_t i,
 // let it fall, and whatever moves is not calm any more: so what is cheap to factorise may go on.
 // Bodies of uneven masses and those with joints are solved directly while they move, too, and what
 // moves need not converge: it gets twice as many as others where sweeps and substeps are no good.
-int most_factorisations(bool goes_on, std::span<const SolverBody> bodies, const Elimination& plan,
-                        bool jointed) {
-  constexpr double kMultiplications = 5e6;  // of all of them
+int most_factorisations(const DirectAim& aim, std::span<const SolverBody> bodies,
+                        const Elimination& plan, bool jointed) {
+  // Multiplications of all of them; what comes to rest is not met again.
+  constexpr double kMultiplications = 5e6, kOfJointed = 2e5, kOfJointedAtRest = 2e6;
   constexpr int kLeast = 20, kOfUneven = 40;
-  constexpr double kMost = 200.0;
-  if (jointed) return kLeast;
+  constexpr double kMost = 200.0, kMostOfJointed = 60.0;
+  if (jointed)
+    return static_cast<int>(
+        std::clamp((aim.rests ? kOfJointedAtRest : kOfJointed) / plan.multiplications,
+                   double{kLeast}, kMostOfJointed));
   double least = 1e300, most = 0.0;  // of what is moved
   for (const SolverBody& body : bodies) {
     if (body.inverse_mass == 0.0) continue;
     least = std::min(least, body.inverse_mass);
     most = std::max(most, body.inverse_mass);
   }
-  if (goes_on && most > kMuchHeavier * least)
+  if (aim.goes_on && most > kMuchHeavier * least)
     return plan.multiplications <= kSmall ? kOfUneven : kLeast;
   return static_cast<int>(
       std::clamp(kMultiplications / plan.multiplications, double{kLeast}, kMost));
-}
-
-double calm_speed_m_s(const SceneDescription& scene, double dt_s) {
-  return kCalm * scene.gravity_m_s2.norm() * dt_s;
 }
 
 // Of the points of one manifold, squared; `b` null for a static.
@@ -181,6 +181,16 @@ double mass_ratio(const SceneDescription& scene, std::span<const BodyId> ids) {
   return heaviest / lightest;
 }
 
+bool is_calm(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
+             std::span<const ContactManifold> manifolds, std::span<const BodyState> states) {
+  const double calm_m_s = kCalm * scene.gravity_m_s2.norm() * dt_s;
+  return std::ranges::all_of(manifolds, [&](const ContactManifold& m) {
+    if (is_joint(m)) return true;
+    const BodyState* const b = is_static(m.b) ? nullptr : &states[place_of(ids, m.b)];
+    return squared_speed(scene, m, states[place_of(ids, m.a)], b) <= calm_m_s * calm_m_s;
+  });
+}
+
 std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, double dt_s,
                                              bool accurate, std::span<const BodyId> ids,
                                              std::span<const ContactManifold> manifolds,
@@ -194,18 +204,14 @@ std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, doub
       std::ranges::count_if(ids, [&](BodyId id) { return falls(scene, id); }));
   if (!jointed && is_easy(accurate, moved, ratio)) return std::nullopt;
   const bool is_uneven = jointed || ratio > kMuchHeavier;
-  const double calm_m_s = calm_speed_m_s(scene, dt_s);
-  bool calm = true;
+  const bool calm = is_calm(scene, dt_s, ids, manifolds, states);
+  // Substeps sink, however short they are.
+  if (!calm && !is_uneven && !accurate) return std::nullopt;
   std::vector<std::array<std::uint32_t, 2>> edges;
   edges.reserve(manifolds.size());
   for (const ContactManifold& m : manifolds) {
     const std::array<std::uint32_t, 2> edge{place_of(ids, m.a), place_of(ids, m.b)};
-    const BodyState* const b = is_static(m.b) ? nullptr : &states[edge[1]];
-    calm =
-        calm && (is_joint(m) || squared_speed(scene, m, states[edge[0]], b) <= calm_m_s * calm_m_s);
-    // Substeps sink, however short they are.
-    if (!calm && !is_uneven && !accurate) return std::nullopt;
-    if (b != nullptr && (edges.empty() || edges.back() != edge)) edges.push_back(edge);
+    if (!is_static(m.b) && (edges.empty() || edges.back() != edge)) edges.push_back(edge);
   }
   return plan_elimination(static_cast<std::uint32_t>(ids.size()), edges,
                           calm || accurate ? kMostMultiplications
@@ -238,9 +244,8 @@ NewtonOutcome solve_directly(const DirectAim& aim, std::span<const SolverBody> f
       squared = std::max(squared, speed * speed);
     }
   const double scale = std::sqrt(squared);
-  const int most = aim.factorisations > 0
-                       ? aim.factorisations
-                       : most_factorisations(aim.goes_on, free, plan, joints != nullptr);
+  const int most = aim.factorisations > 0 ? aim.factorisations
+                                          : most_factorisations(aim, free, plan, joints != nullptr);
   const NewtonLimits limits{scale,
                             aim.wanted * scale,
                             aim.rounding * scale,
@@ -294,7 +299,7 @@ NewtonOutcome push_out_directly(double dt_s, const Elimination& plan, const Cont
                             kWanted * fastest,
                             kWanted * fastest,
                             kAccepted * fastest,
-                            most_factorisations(true, moving, plan, joints != nullptr),
+                            most_factorisations(kOngoing, moving, plan, joints != nullptr),
                             20};
   std::vector<Twist> twists(bodies);
   Responses responses;

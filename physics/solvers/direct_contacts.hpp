@@ -18,6 +18,10 @@ namespace soda::physics {
 // Of the heaviest to the lightest; at least one body.
 double mass_ratio(const SceneDescription& scene, std::span<const BodyId> ids);
 
+// Whether its contacts stand still against each other, nearly: it rests, or comes to rest.
+bool is_calm(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
+             std::span<const ContactManifold> manifolds, std::span<const BodyState> states);
+
 // The elimination by which an island is solved directly, or none if it is one for sweeps: because
 // a factorisation would cost too much, or, where no joint holds it, because it has one body, or,
 // unless the scene asks for a tolerance, because it has two bodies of like masses, or its contacts
@@ -34,6 +38,7 @@ std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, doub
 struct DirectAim {
   double wanted = 0.0, rounding = 0.0, accepted = 0.0;
   bool goes_on = false;    // in the step after: what moves need not converge
+  bool rests = false;      // or comes to rest: with joints, that is worth more factorisations
   int factorisations = 0;  // at most; 0: as many as the island is worth
   int further = 1000;      // of these, once an error is accepted
   double first = 0.0, counts = 0.0;
