@@ -108,17 +108,15 @@ bool lies_on_a_belt(const ContactProblem& problem) {
 
 // Velocities after gravity and the impulses, and what these violate.
 bool hold(const SceneDescription& scene, const Geometry& geometry, std::span<const BodyId> ids,
-          const ContactProblem& problem) {
-  const double slow = slow_m_s(scene, ids.size());
+          double slow_m_s, const ContactProblem& problem) {
   if (problem.restitution_rows > 0 || lies_on_a_belt(problem)) return false;
-  if (needs_push_out(problem)) return false;
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const SolverBody& body = problem.bodies[i];
-    if (!are_within(slow, body.linear, body.angular.squaredNorm(),
+    if (!are_within(slow_m_s, body.linear, body.angular.squaredNorm(),
                     radius_of(scene, geometry, ids[i])))
       return false;
   }
-  return residual_m_s(problem) <= slow;
+  return residual_m_s(problem) <= slow_m_s;
 }
 
 // Springs pull as they are stretched. What other joints hold takes part if contacts hold it, too,
@@ -134,18 +132,14 @@ bool can_joints_rest(const SceneDescription& scene, std::span<const BodyId> ids,
          std::ranges::any_of(manifolds, [](const ContactManifold& m) { return m.count > 0; });
 }
 
-// Gives the bodies what their joints give, by the impulses that there are. Whether these are
-// closed.
-bool pull_by_joints(const SceneDescription& scene, std::span<const BodyId> ids,
-                    std::span<const ContactManifold> manifolds, std::span<const BodyState> states,
-                    std::span<SolverBody> bodies, IslandReport& report) {
-  JointSystem joints = find_joints(scene, ids, manifolds);
+// Gives the bodies what their joints give, by the impulses that there are.
+void pull_by_joints(const SceneDescription& scene, std::span<const BodyState> states,
+                    JointSystem& joints, std::span<SolverBody> bodies, IslandReport& report) {
   kick(spring_rows(scene, states, joints), scene.dt_s, false, states, bodies, report);
-  if (!are_closed(scene, scene.dt_s, states, joints)) return false;
+  build_joint_rows(scene, scene.dt_s, states, false, joints);
   load_joint_impulses(scene, states, joints);
   add_loads(joints, report);
   for (const JointRow& row : joints.rows) apply_joint_impulse(row, row.impulse_newton_s, bodies);
-  return true;
 }
 
 // Whether anything can bear a weight: what falls has no rest.
@@ -183,17 +177,29 @@ bool is_nearly_at_rest(const IslandStep& island, std::span<const BodyState> stat
 
 bool is_held(const IslandStep& island, std::span<const BodyState> states, IslandReport& report,
              StageCounters& counters) {
+  // Of the speed that gravity gives in a step: what sweeps leave of the balance of an island that
+  // they have brought to rest.
+  constexpr double kOfSwept = 1e-3;
   const auto& [scene, geometry, dt_s, ids, manifolds] = island;
   if (!std::ranges::all_of(states, has_no_velocity)) return false;
   ContactProblem problem;
   const Selection<BodyState> bodies{states};
   load_bodies({scene, scene.dt_s, ids, bodies}, problem.bodies, counters);
-  if (std::ranges::any_of(manifolds, is_joint) &&
-      !pull_by_joints(scene, ids, manifolds, states, problem.bodies, report))
-    return false;
+  bool swept = false;
+  if (std::ranges::any_of(manifolds, is_joint)) {
+    JointSystem joints = find_joints(scene, ids, manifolds);
+    swept = choose_jointed_solve(island, false, states, joints).swept;
+    if (!swept && !are_closed(scene, scene.dt_s, states, joints)) return false;
+    pull_by_joints(scene, states, joints, problem.bodies, report);
+    report.joint_error = largest_error(joints);
+  }
   build_rows({scene, scene.dt_s, ids, bodies}, manifolds, problem, counters);
   start_rolling(scene.solver.iterations, problem);
-  if (!hold(scene, geometry, ids, problem) || !is_solved_whole(scene, ids, manifolds, states))
+  // Where sweeps have found a place, what overlaps or is open there stays.
+  if (!swept && needs_push_out(problem)) return false;
+  const double slow =
+      swept ? kOfSwept * scene.gravity_m_s2.norm() * scene.dt_s : slow_m_s(scene, ids.size());
+  if (!hold(scene, geometry, ids, slow, problem) || !is_solved_whole(scene, ids, manifolds, states))
     return false;
   report.constraint_residual_m_s = residual_m_s(problem);
   report_contacts(bodies, problem, report);

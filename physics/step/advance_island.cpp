@@ -158,7 +158,8 @@ IslandReport advance_island(const IslandStep& island, std::span<BodyState> state
   }
   for (std::size_t i = 0; i < ids.size(); ++i)
     report_impossible_way(scene, scratch.ways, i, ids[i], states[i], faults);
-  if (!slow.empty() && (whole || report.direct)) come_to_rest(island, slow, states, report);
+  if (!slow.empty() && (whole || report.direct || is_linked(manifolds)))
+    come_to_rest(island, slow, states, report);
   set_carried(scene, ids, after, states, counters);
   break_joints(scene, ids, states, report, counters);
   ++counters.islands_solved;

@@ -135,5 +135,38 @@ TEST(SweptJoints, AreForWhatTakesMuchWorkWithoutAToleranceOfNearlyEqualMasses) {
   EXPECT_FALSE(swept(accurate));
 }
 
+// Boxes in one plane that fixed joints hold, n by n, and a ball that comes down on them later.
+World glued_plate_under_a_ball(std::uint32_t n) {
+  World world = test::under_gravity();
+  world.add_floor();
+  const std::uint32_t box = world.add_shape(Box{Vec3(0.1, 0.1, 0.05)});
+  const auto place = [](double x, double y) { return Vec3(0.2 * x, 0.2 * y, 0.1); };
+  for (std::uint32_t i = 0; i < n * n; ++i) world.add_body(box, place(i % n, i / n));
+  for (std::uint32_t i = 0; i < n * n; ++i) {
+    const double x = i % n, y = i / n;
+    if (i % n > 0) add(world, joint_at(JointKind::kFixed, world, i - 1, i, place(x - 0.5, y)));
+    if (i >= n) add(world, joint_at(JointKind::kFixed, world, i - n, i, place(x, y - 0.5)));
+  }
+  world.add_body(world.add_shape(Sphere{0.2}), Vec3(0.3, 0.35, 150.0));
+  return world;
+}
+
+TEST(SweptJoints, ComeToRestAndTakeNoSweepsUntilTheyAreHit) {
+  for (const std::uint32_t n : {8u, 12u}) {
+    World world = glued_plate_under_a_ball(n);
+    world.scene.solver.refined = false;  // quality fast: sweeps from the start
+    world.run(300);
+    const std::uint64_t swept = world.counters.joint_sweeps;
+    EXPECT_GT(swept, 0u) << n;
+    const std::vector<BodyState> rested = world.states;
+    world.run(20);
+    EXPECT_EQ(world.counters.joint_sweeps, swept) << n;
+    for (std::uint32_t i = 0; i < n * n; ++i)
+      EXPECT_EQ(world.states[i].position_m, rested[i].position_m) << n << ", body " << i;
+    world.run(20);
+    EXPECT_GT(world.counters.joint_sweeps, swept) << n;
+  }
+}
+
 }  // namespace
 }  // namespace soda::physics
