@@ -10,11 +10,13 @@
 #include <vector>
 
 #include "physics/constraints/contact_rows.hpp"
+#include "physics/constraints/joint_bounds.hpp"
 #include "physics/constraints/joint_impulses.hpp"
 #include "physics/constraints/joint_loads.hpp"
 #include "physics/constraints/rolling_rows.hpp"
 #include "physics/constraints/springs.hpp"
 #include "physics/forces/forces.hpp"
+#include "physics/integrators/advance_once.hpp"
 #include "physics/integrators/joint_motion.hpp"
 #include "physics/integrators/momentum.hpp"
 #include "physics/math/solver_body.hpp"
@@ -32,12 +34,20 @@ namespace soda::physics {
 namespace {
 
 // Of the speed that gravity gives in a step. A body alone, and what has to keep a tolerance, is
-// solved to rounding; others to 1e-9 or, where that is out of reach, 1e-7 (solve_directly).
-constexpr double kOfExact = 1e-12, kOfOthers = 1e-8;
+// solved to rounding; what hangs on joints alone nearly so; others to 1e-9 or, where that is out of
+// reach, 1e-7 (solve_directly).
+constexpr double kOfExact = 1e-12, kOfHanging = 1e-10, kOfOthers = 1e-8;
 
-double slow_m_s(const SceneDescription& scene, std::size_t bodies) {
-  const bool exact = bodies == 1 || scene.tolerance > 0.0;
-  return (exact ? kOfExact : kOfOthers) * scene.gravity_m_s2.norm() * scene.dt_s;
+bool is_touched(std::span<const ContactManifold> manifolds) {
+  return std::ranges::any_of(manifolds, [](const ContactManifold& m) { return m.count > 0; });
+}
+
+double slow_m_s(const IslandStep& island) {
+  const SceneDescription& scene = island.scene;
+  const double share = island.ids.size() == 1 || scene.tolerance > 0.0 ? kOfExact
+                       : is_touched(island.manifolds)                  ? kOfOthers
+                                                                       : kOfHanging;
+  return share * scene.gravity_m_s2.norm() * scene.dt_s;
 }
 
 double radius_of(const SceneDescription& scene, const Geometry& geometry, BodyId id) {
@@ -50,29 +60,30 @@ bool are_within(double most, const Vec3& linear, double angular_squared, double 
          angular_squared * (radius_m * radius_m) <= most * most;
 }
 
-bool is_slow(const SceneDescription& scene, const Geometry& geometry, std::span<const BodyId> ids,
-             std::span<const BodyState> states) {
-  const double slow = slow_m_s(scene, ids.size());
-  for (std::size_t i = 0; i < ids.size(); ++i) {
+bool is_slow(const IslandStep& island, std::span<const BodyState> states) {
+  const double slow = slow_m_s(island);
+  for (std::size_t i = 0; i < states.size(); ++i) {
     if (!are_within(slow, states[i].linear_velocity_m_s,
                     states[i].angular_velocity_rad_s.squaredNorm(),
-                    radius_of(scene, geometry, ids[i])))
+                    radius_of(island.scene, island.geometry, island.ids[i])))
       return false;
   }
   return true;
 }
 
-bool is_in_place(const SceneDescription& scene, const Geometry& geometry,
-                 std::span<const BodyId> ids, std::span<const BodyState> before,
+bool is_in_place(const IslandStep& island, std::span<const BodyState> before,
                  std::span<const BodyState> states) {
   constexpr double kRounding = 1e-15;  // of an orientation that is made a unit again
-  const double way = slow_m_s(scene, ids.size()) * scene.dt_s;
-  for (std::size_t i = 0; i < ids.size(); ++i) {
+  constexpr double kOfPlaces = 1e3;    // roundings of places that joints hold
+  const double slow = slow_m_s(island) * island.scene.dt_s;
+  const double way =
+      is_touched(island.manifolds) ? slow : std::max(slow, kOfPlaces * rounding_of(states));
+  for (std::size_t i = 0; i < states.size(); ++i) {
     const auto difference = states[i].orientation.coeffs() - before[i].orientation.coeffs();
     const double turned = 4.0 * difference.squaredNorm();
     if (!are_within(way, states[i].position_m - before[i].position_m,
                     turned > kRounding * kRounding ? turned : 0.0,
-                    radius_of(scene, geometry, ids[i])))
+                    radius_of(island.scene, island.geometry, island.ids[i])))
       return false;
   }
   return true;
@@ -119,17 +130,28 @@ bool hold(const SceneDescription& scene, const Geometry& geometry, std::span<con
   return residual_m_s(problem) <= slow_m_s;
 }
 
-// Springs pull as they are stretched. What other joints hold takes part if contacts hold it, too,
-// nothing drives it, and it is closed.
-bool can_joints_rest(const SceneDescription& scene, std::span<const BodyId> ids,
-                     std::span<const ContactManifold> manifolds,
-                     std::span<const BodyState> states) {
+// Springs pull as they are stretched. What other joints hold takes part if nothing drives it.
+bool can_joints_rest(const IslandStep& island, std::span<const BodyState> states) {
+  const auto& [scene, geometry, dt_s, ids, manifolds] = island;
   if (are_all_springs(scene, ids, manifolds, states)) return true;
-  const auto drives = [&scene](const ContactManifold& m) {
+  return std::ranges::none_of(manifolds, [&scene = scene](const ContactManifold& m) {
     return is_joint(m) && scene.joints[joint_of(m)].motor.has_value();
-  };
-  return std::ranges::none_of(manifolds, drives) &&
-         std::ranges::any_of(manifolds, [](const ContactManifold& m) { return m.count > 0; });
+  });
+}
+
+// What hangs on joints alone is moved by other means than impulses of a whole step: those that hold
+// it, from now on.
+void store_what_holds(const IslandStep& island, std::span<BodyState> states) {
+  const auto& [scene, geometry, dt_s, ids, manifolds] = island;
+  JointSystem joints = find_joints(scene, ids, manifolds);
+  if (joints.empty() || has_springs(scene, joints)) return;
+  std::vector<SolverBody> bodies = bodies_at(scene, ids, states);
+  for (std::size_t i = 0; i < ids.size(); ++i)
+    if (falls(scene, ids[i])) bodies[i].linear += scene.gravity_m_s2 * scene.dt_s;
+  build_joint_rows(scene, scene.dt_s, states, false, joints);
+  bound_step(scene.dt_s, joints);
+  stop_joint_velocities(ids.size(), bodies, joints);
+  store_jointed_impulses(island, {}, joints, states);
 }
 
 // Gives the bodies what their joints give, by the impulses that there are.
@@ -150,14 +172,14 @@ bool carries(const SceneDescription& scene) {
 }  // namespace
 
 Need rest_needed(const SceneDescription& scene) {
-  const Need contacts = contacts_needed(scene);
-  if (!contacts) return contacts;
+  const Need contacts = contacts_needed(scene), joints = joint_rows_needed(scene);
+  if (!contacts && !joints) return contacts;
   if (!scene.solver.rest) return {false, "switched off in the solver settings"};
   if (!carries(scene) && !kinematic_needed(scene)) return {false, "nothing carries what falls"};
   const std::size_t loose =
       bodies_that(scene, [](const BodyParams& body) { return !is_pushed(body); });
   if (loose == 0) return {false, "every body is driven or pushed"};
-  return need_of(can_meet(loose, scene.statics.size()), "known from the step before",
+  return need_of(joints || can_meet(loose, scene.statics.size()), "known from the step before",
                  "one body alone is not driven or pushed");
 }
 
@@ -168,9 +190,9 @@ bool has_no_velocity(const BodyState& state) {
 bool is_nearly_at_rest(const IslandStep& island, std::span<const BodyState> states) {
   const auto& [scene, geometry, dt_s, ids, manifolds] = island;
   if (!scene.solver.rest || !(carries(scene) || any_kinematic(scene, ids))) return false;
-  if (!is_slow(scene, geometry, ids, states)) return false;
+  if (!is_slow(island, states)) return false;
   if (any_carries(scene, ids, states)) return false;
-  if (!scene.joints.empty() && !can_joints_rest(scene, ids, manifolds, states)) return false;
+  if (!scene.joints.empty() && !can_joints_rest(island, states)) return false;
   const auto pushed = [&island](BodyId id) { return is_pushed(island.scene.bodies[index_of(id)]); };
   return std::ranges::none_of(ids, pushed);
 }
@@ -197,8 +219,7 @@ bool is_held(const IslandStep& island, std::span<const BodyState> states, Island
   start_rolling(scene.solver.iterations, problem);
   // Where sweeps have found a place, what overlaps or is open there stays.
   if (!swept && needs_push_out(problem)) return false;
-  const double slow =
-      swept ? kOfSwept * scene.gravity_m_s2.norm() * scene.dt_s : slow_m_s(scene, ids.size());
+  const double slow = swept ? kOfSwept * scene.gravity_m_s2.norm() * scene.dt_s : slow_m_s(island);
   if (!hold(scene, geometry, ids, slow, problem) || !is_solved_whole(scene, ids, manifolds, states))
     return false;
   report.constraint_residual_m_s = residual_m_s(problem);
@@ -210,18 +231,15 @@ bool is_held(const IslandStep& island, std::span<const BodyState> states, Island
 
 void come_to_rest(const IslandStep& island, std::span<const BodyState> before,
                   std::span<BodyState> states, IslandReport& report) {
-  const SceneDescription& scene = island.scene;
-  const std::span<const BodyId> ids = island.ids;
-  const Geometry& geometry = island.geometry;
-  if (!is_slow(scene, geometry, ids, states) || !is_in_place(scene, geometry, ids, before, states))
-    return;
-  report_rest(scene, ids, before, report);
-  for (std::size_t i = 0; i < ids.size(); ++i) {
+  if (!is_slow(island, states) || !is_in_place(island, before, states)) return;
+  report_rest(island.scene, island.ids, before, report);
+  for (std::size_t i = 0; i < states.size(); ++i) {
     states[i].position_m = before[i].position_m;
     states[i].orientation = before[i].orientation;
     states[i].linear_velocity_m_s = Vec3::Zero();
     states[i].angular_velocity_rad_s = Vec3::Zero();
   }
+  if (!is_touched(island.manifolds)) store_what_holds(island, states);
 }
 
 }  // namespace soda::physics

@@ -40,32 +40,6 @@ void store_impulses(const Selection<ContactManifold>& manifolds, const ContactPr
   }
 }
 
-// Both kinds in the manifolds' order.
-void store_jointed_impulses(const SceneDescription& scene, std::span<const BodyId> ids,
-                            std::span<const ContactManifold> manifolds,
-                            const ContactProblem& problem, const JointSystem& joints,
-                            std::span<BodyState> states) {
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> places;  // of joints, by index
-  for (std::uint32_t place = 0; place < joints.joints.size(); ++place)
-    places.push_back({joints.joints[place], place});
-  std::ranges::sort(places);
-  for (BodyState& state : states) state.impulses.clear();
-  std::size_t row = 0, body = 0;
-  for (std::uint32_t m = 0; m < manifolds.size(); ++m) {
-    while (ids[body] != manifolds[m].a) ++body;
-    std::vector<ContactImpulse>& stored = states[body].impulses;
-    if (is_joint(manifolds[m])) {
-      const auto at =
-          std::ranges::lower_bound(places, std::pair(joint_of(manifolds[m]), std::uint32_t{0}));
-      append_joint_impulses(scene, at->second, joints, stored);
-      continue;
-    }
-    for (; row < problem.normals.size() && problem.contacts[row].manifold == m; ++row)
-      if (problem.normals[row].impulse_newton_s != 0.0)
-        stored.push_back(stored_impulse(manifolds, problem, row));
-  }
-}
-
 void move_bodies(const IslandStep& island, const ContactProblem& problem,
                  const std::vector<PushOut>& push, std::span<BodyState> states,
                  std::vector<AdvanceFault>& faults) {
@@ -89,6 +63,30 @@ void count_rows(const JointSystem& joints, StageCounters& counters) {
 }
 
 }  // namespace
+
+void store_jointed_impulses(const IslandStep& island, const ContactProblem& problem,
+                            const JointSystem& joints, std::span<BodyState> states) {
+  const auto& [scene, geometry, dt_s, ids, manifolds] = island;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> places;  // of joints, by index
+  for (std::uint32_t place = 0; place < joints.joints.size(); ++place)
+    places.push_back({joints.joints[place], place});
+  std::ranges::sort(places);
+  for (BodyState& state : states) state.impulses.clear();
+  std::size_t row = 0, body = 0;
+  for (std::uint32_t m = 0; m < manifolds.size(); ++m) {
+    while (ids[body] != manifolds[m].a) ++body;
+    std::vector<ContactImpulse>& stored = states[body].impulses;
+    if (is_joint(manifolds[m])) {
+      const auto at =
+          std::ranges::lower_bound(places, std::pair(joint_of(manifolds[m]), std::uint32_t{0}));
+      append_joint_impulses(scene, at->second, joints, stored);
+      continue;
+    }
+    for (; row < problem.normals.size() && problem.contacts[row].manifold == m; ++row)
+      if (problem.normals[row].impulse_newton_s != 0.0)
+        stored.push_back(stored_impulse(manifolds, problem, row));
+  }
+}
 
 IslandReport report_of(std::span<const BodyId> ids, std::span<const ContactManifold> manifolds) {
   IslandReport report;
@@ -218,7 +216,7 @@ IslandReport advance_with_joints(const IslandStep& island, bool accurate, JointS
   report_contacts(before, problem, report);
   count_rows(joints, counters);
   count_solution(solution, problem, report, counters);
-  store_jointed_impulses(scene, ids, manifolds, problem, joints, states);
+  store_jointed_impulses(island, problem, joints, states);
   if (!sweeps) report.joint_error = error_at(scene, states, joints);
   return report;
 }

@@ -13,6 +13,7 @@
 
 namespace soda::physics {
 
+struct ContactProblem;
 struct JointSystem;
 
 // Advances the bodies of one island with each contact as the manifolds have it, to the end of its
@@ -21,6 +22,10 @@ struct JointSystem;
 // other steps; else they may leave a trace to the next step.
 IslandReport advance_once(const IslandStep& island, bool accurate, std::span<BodyState> states,
                           const IslandEffects& effects);
+
+// Keeps the impulses of joints and contacts in the states, in the manifolds' order.
+void store_jointed_impulses(const IslandStep& island, const ContactProblem& problem,
+                            const JointSystem& joints, std::span<BodyState> states);
 
 // What an island begins its step with.
 IslandReport report_of(std::span<const BodyId> ids, std::span<const ContactManifold> manifolds);

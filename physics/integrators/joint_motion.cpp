@@ -11,6 +11,7 @@
 #include "physics/integrators/giving_way.hpp"
 #include "physics/integrators/joint_closing.hpp"
 #include "physics/math/rigid_motion.hpp"
+#include "physics/model/kinematic.hpp"
 #include "physics/solvers/contact_solver.hpp"
 #include "physics/solvers/contact_work.hpp"
 #include "physics/solvers/direct_contacts.hpp"
@@ -270,6 +271,18 @@ GivenWay moved_for(double time_s, const JointedStep& step, const JointedSolution
   return give_way(step.island, {time_s, step.states, open}, joints, solved.problem, states);
 }
 
+// Of all bodies by as much as push-out has moved one of them.
+double lifting_joule(const IslandStep& island, std::span<const PushOut> push) {
+  double weight_newton = 0.0, most_m_s = 0.0;
+  for (std::size_t i = 0; i < island.ids.size(); ++i) {
+    most_m_s = std::max(most_m_s, push[i].linear.norm());
+    if (falls(island.scene, island.ids[i]))
+      weight_newton +=
+          island.scene.bodies[index_of(island.ids[i])].mass_kg * island.scene.gravity_m_s2.norm();
+  }
+  return weight_newton * most_m_s * island.dt_s;
+}
+
 // What no velocity was left for. A motor that brakes what rests has taken nothing. The rest is
 // closing: of what was open before, if the bodies have not moved; else at most what places that
 // hold to rounding lift what hangs on them.
@@ -362,7 +375,8 @@ void move_jointed(const JointedStep& step, const JointedSolution& solved,
   }
   JointSystem closed = joints;
   report.push_out_work_joule += push_out_work_joule(scene, dt_s, ids, push);
-  report.push_out_work_joule += close_joints(scene, dt_s, ids, 0.0, closed, states);
+  report.push_out_work_joule +=
+      close_joints(scene, dt_s, ids, lifting_joule(step.island, push), closed, states);
   report.push_out_work_joule += elastic(states) - moved;
 }
 

@@ -58,4 +58,25 @@ inline double largest_gap_m(const World& world) {
   return largest;
 }
 
+inline constexpr double kSpacing_m = 0.25;
+
+// Balls that ball joints hold, n by n, hanging from the upper rim; the first is `heavier` than the
+// others.
+inline World hanging_grid(std::uint32_t n, double heavier = 1.0) {
+  World world = under_gravity();
+  const std::uint32_t ball = world.add_shape(Sphere{0.4 * kSpacing_m});
+  const auto place = [](double x, double z) { return Vec3(kSpacing_m * x, 0, -kSpacing_m * z); };
+  for (std::uint32_t i = 0; i < n * n; ++i)
+    world.add_body(ball, place(i % n, i / n), i == 0 ? 1000.0 * heavier : 1000.0);
+  for (std::uint32_t i = 0; i < n * n; ++i) {
+    const double x = i % n, z = i / n;
+    if (i % n > 0) add(world, joint_at(JointKind::kBall, world, i - 1, i, place(x - 0.5, z)));
+    if (i < n)
+      add(world, joint_at(JointKind::kBall, world, i, std::nullopt, place(x, -0.5)));
+    else
+      add(world, joint_at(JointKind::kBall, world, i - n, i, place(x, z - 0.5)));
+  }
+  return world;
+}
+
 }  // namespace soda::physics::test

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/physics/joints.hpp"
 #include "tests/physics/scenes.hpp"
 
 namespace soda::physics {
@@ -184,6 +185,40 @@ TEST(Rest, AGiantIslandThatASpringHoldsToTheWorldIsLeftAloneToo) {
   order_joints(world.scene);
   world.run(3);
   EXPECT_EQ(world.counters.islands_at_rest, 3u);
+}
+
+// A grid took ten times as much from 7 x 7 on: what it moves by is the rounding of its places.
+TEST(Rest, WhatHangsStillOnJointsTakesNoSolveHoweverManyTheyAre) {
+  for (const std::uint32_t n : {2u, 5u, 7u, 10u}) {
+    World world = test::hanging_grid(n);
+    world.run(5);
+    const std::vector<BodyState> rested = world.states;
+    const std::uint64_t solved = world.counters.solver_iterations;
+    for (int step = 0; step < 5; ++step) {
+      world.run(1);
+      ASSERT_EQ(world.report.islands.size(), 1u);
+      EXPECT_TRUE(world.report.islands.front().rests) << n;
+    }
+    EXPECT_EQ(world.counters.solver_iterations, solved) << n;
+    for (std::size_t i = 0; i < rested.size(); ++i)
+      EXPECT_EQ(world.states[i].position_m, rested[i].position_m) << n << ", body " << i;
+    world.states[n * n - 1].linear_velocity_m_s = Vec3(0, 1, 0);
+    world.run(1);
+    EXPECT_FALSE(world.report.islands.front().rests) << n;
+    EXPECT_GT(world.states[n * n - 1].position_m.y(), 0.0) << n;
+  }
+}
+
+// It has no velocity at first, nor what holds it.
+TEST(Rest, ARodThatStandsOutFromABallJointFalls) {
+  World world = test::under_gravity();
+  world.add_body(world.add_shape(Box{Vec3(0.5, 0.05, 0.05)}), Vec3(0.5, 0, 0));
+  world.add_body(world.add_shape(Box{Vec3(0.5, 0.05, 0.05)}), Vec3(1.5, 0, 0));
+  test::add(world, test::joint_at(JointKind::kBall, world, 0, std::nullopt, Vec3::Zero()));
+  test::add(world, test::joint_at(JointKind::kBall, world, 0, 1, Vec3(1.0, 0, 0)));
+  world.run(30);
+  EXPECT_FALSE(world.report.islands.front().rests);
+  EXPECT_LT(world.states[1].position_m.z(), -0.5);
 }
 
 }  // namespace
