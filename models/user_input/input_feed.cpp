@@ -3,9 +3,19 @@
 #include <algorithm>
 #include <utility>
 
+#include "models/messages/messages.hpp"
 #include "models/messages/schedule.hpp"
 
 namespace soda::models {
+
+kernel::Message input_message(const UserInput& input) {
+  kernel::Message message;
+  message.time = time_of(input.step, Phase::kBegin);
+  message.kind = static_cast<std::uint32_t>(MessageKind::kInputs);
+  message.slot = input.id;
+  message.payload = encode_input(input);
+  return message;
+}
 
 void LiveInputs::offer(const UserInput& input) {
   const std::lock_guard lock(mutex_);
@@ -34,15 +44,7 @@ void InputFeed::take(kernel::VirtualTime gvt, kernel::VirtualTime earliest,
   if (live_ != nullptr)
     take_live(std::max<std::int64_t>(earliest.round == 0 ? earliest.t : earliest.t + 1, 0));
   while (!waiting_.empty() && waiting_.begin()->input.step - ahead_steps_ <= gvt.t) {
-    const UserInput& input = waiting_.begin()->input;
-    kernel::Message message;
-    message.time = time_of(input.step, Phase::kBegin);
-    message.kind = static_cast<std::uint32_t>(MessageKind::kInputs);
-    message.payload = encode_input(input);
-    for (std::uint32_t world = 0; world < worlds_; ++world) {
-      message.destination = kernel::LpId{world};
-      out.push_back(message);
-    }
+    append_for_all(input_message(waiting_.begin()->input), worlds_, out);
     waiting_.erase(waiting_.begin());
   }
 }
@@ -52,8 +54,7 @@ void InputFeed::take_live(std::int64_t earliest_step) {
     const std::int64_t asked = input.step;
     input.step = std::max(asked, earliest_step);
     const Stamped stamped{input, asked};
-    stamped_.insert(stamped);
-    waiting_.insert(stamped);
+    if (stamped_.insert(stamped).second) waiting_.insert(stamped);
   }
 }
 

@@ -12,6 +12,9 @@
 
 namespace soda::models {
 
+// Tells a world of an input; without its destination.
+kernel::Message input_message(const UserInput& input);
+
 // Where inputs wait that come while a run goes on. From any thread.
 class LiveInputs {
  public:
