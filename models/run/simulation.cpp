@@ -291,7 +291,7 @@ std::unique_ptr<InputFeed> connect_inputs(std::uint32_t worlds, RunOptions& opti
   if (!options.inputs.any() || !is_root(options)) return nullptr;
   // Before a world within its buffer can come to their step.
   const std::int64_t ahead_steps = options.inputs.at_the_last_moment ? 0 : 2 * options.buffer + 2;
-  auto feed = std::make_unique<InputFeed>(options.inputs, worlds, ahead_steps);
+  auto feed = std::make_unique<InputFeed>(options.inputs, worlds, options.first_step, ahead_steps);
   options.outsides.push_back(feed.get());
   observer.on_step = [&from = *feed, on_step = observer.on_step](const CommittedStep& step) {
     CommittedStep whole = step;
