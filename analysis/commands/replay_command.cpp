@@ -121,12 +121,11 @@ int rerun(const ReplayRequest& request, LogReader& log, std::ostream& out, std::
     return tell(request, report, out, err);
   }
   models::CommitObserver observer;
-  kernel::RecordedOrder order;
+  models::RecordedExecution execution;
   std::vector<kernel::Bytes> chunks;
   if (request.as_executed) {
-    order = recorded_order(log, scenario);
-    scenario.run.recorded = &order;
-    scenario.run.recorded_over_ranks = log.options().ranks > 1;
+    execution = recorded_execution(log, scenario);
+    scenario.run.recorded = &execution;
     observer.wants_trace = true;
     observer.on_trace = [&chunks](std::span<const std::byte> chunk) {
       chunks.emplace_back(chunk.begin(), chunk.end());

@@ -25,10 +25,9 @@ struct Stop {
 
 std::size_t stop_named(const std::string& text, const std::string& option, std::uint32_t worlds,
                        const RecordedWalk& walk, const LogReader& log) {
-  const auto found = find_event(walk, parse_event(text, worlds, option), 0);
-  if (!found)
-    throw UsageError(option + ": " + log.file() + " tells of no " + text + " in its " +
-                     counted(walk.size(), "happening"));
+  const EventPattern event = parse_event(text, worlds, option);
+  const auto found = find_event(walk, event, 0);
+  if (!found) throw UsageError(option + ": " + log.file() + " " + refusal_of(walk, event, text));
   return *found;
 }
 

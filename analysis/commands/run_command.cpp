@@ -38,7 +38,6 @@ struct ScenarioFiles {
 
 // From where another run stood, with its options where the request gives none.
 scenarios::Scenario load_again(RunRequest& request, ScenarioFiles& files, std::ostream& err) {
-  if (request.real_time) throw UsageError("--realtime: a run with --resume shows no frames");
   LogReader log(request.resume);
   tell_flaws(log, request.resume, err);
   scenarios::Scenario scenario = resumed_scenario(log, log.last_states(), request.overrides);

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "analysis/event_log/log_writer.hpp"
+#include "models/user_input/input_feed.hpp"
 #include "physics/measures/measures.hpp"
 #include "scenarios/read_scenario.hpp"
 
@@ -52,7 +53,7 @@ bool CheckpointWriter::write(std::int64_t step, std::vector<physics::BodyId> ids
     LogWriter log(file_, true, LogWriter::Use::kCheckpoint);
     log.begin(run_.scenario, run_.options, run_.labels, run_.meshes);
     const std::uint64_t digest = physics::digest(ids, states);
-    if (log.add_step({step, digest, true, std::move(ids), std::move(states), inputs(), {}}))
+    if (log.add_step({step, digest, true, std::move(ids), std::move(states), inputs(step), {}}))
       last_ = step;
     log.finish();
   } catch (const scenarios::FileError& error) {
@@ -63,10 +64,20 @@ bool CheckpointWriter::write(std::int64_t step, std::vector<physics::BodyId> ids
   return failure_.empty();
 }
 
-std::vector<models::CommittedInput> CheckpointWriter::inputs() const {
+// What is to act as soon as it can acts first when the run goes on.
+std::vector<models::CommittedInput> CheckpointWriter::inputs(std::int64_t step) const {
   std::vector<models::CommittedInput> all = run_.inputs.acted;
   for (const models::UserInput& input : still_to_come(run_.inputs.script, run_.inputs.acted))
     all.push_back({input, input.step, false});
+  if (run_.inputs.live == nullptr) return all;
+  std::vector<models::UserInput> said;
+  for (const models::CommittedInput& offered : run_.inputs.live->offered())
+    said.push_back(offered.input);
+  for (models::UserInput& input : still_to_come(said, run_.inputs.acted)) {
+    const std::int64_t asked = input.step;
+    input.step = std::max(input.step, step);
+    all.push_back({input, asked, false});
+  }
   return all;
 }
 

@@ -17,9 +17,9 @@ std::vector<models::UserInput> still_to_come(std::span<const models::UserInput> 
                                              std::span<const models::CommittedInput> acted);
 
 // A checkpoint is an event log (docs/log-format.md) of no steps: with all that a run needs, it
-// has the states before one step, the inputs that had acted then, and those of its scenario, or of
-// a file, that had not. So what reads logs reads checkpoints, and a run goes on from either
-// (logged_run.hpp).
+// has the states before one step, the inputs that had acted then, and those of its scenario, of a
+// file, or said by a stream so far, that had not. So what reads logs reads checkpoints, and a run
+// goes on from either (logged_run.hpp).
 class CheckpointWriter {
  public:
   // What all checkpoints of a run have in common.
@@ -48,7 +48,7 @@ class CheckpointWriter {
  private:
   bool write(std::int64_t step, std::vector<physics::BodyId> ids,
              std::vector<physics::BodyState> states);
-  std::vector<models::CommittedInput> inputs() const;
+  std::vector<models::CommittedInput> inputs(std::int64_t step) const;
 
   const std::string file_;
   const std::int64_t every_;

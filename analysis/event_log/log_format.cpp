@@ -147,8 +147,7 @@ void put_states(ByteBuffer& out, const LoggedStep& step, const LoggedStates* bef
   put(out, static_cast<std::uint8_t>(form));
   if (form == StatesForm::kNone) return;
   if (form == StatesForm::kDifference) {
-    const ByteBuffer difference = encode_difference(step.ids, step.states, *before, between_s);
-    out.insert(out.end(), difference.begin(), difference.end());
+    put_difference(out, step.ids, step.states, *before, between_s);
     return;
   }
   put(out, static_cast<std::uint64_t>(step.states.size()));

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cstdint>
 #include <cstring>
+#include <memory>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -64,10 +65,31 @@ void predict_rest(const Numbers& before, const Numbers& now, double dt_s, Number
 // The parts of a difference lie apart: alike bytes beside each other are compressed.
 enum Part { kBodies, kKeys, kLengths, kBytes, kParts };
 
-void put_count(ByteBuffer& out, std::uint64_t count) {
-  for (; count >= 0x80; count >>= 7) out.push_back(static_cast<unsigned char>(count | 0x80));
-  out.push_back(static_cast<unsigned char>(count));
-}
+// How many bytes a count of 32 and of 64 bits takes at most.
+constexpr std::size_t kMost32 = 5, kMost64 = 10;
+
+// Bytes that are written one after the other, of which it is known how many there can be at most.
+class BoundedBytes {
+ public:
+  explicit BoundedBytes(std::size_t most)
+      : bytes_(std::make_unique_for_overwrite<unsigned char[]>(most)), end_(bytes_.get()) {}
+
+  void put_byte(unsigned value) { *end_++ = static_cast<unsigned char>(value); }
+  void put_count(std::uint64_t count) {
+    for (; count >= 0x80; count >>= 7) put_byte(static_cast<unsigned>(count & 0x7f) | 0x80);
+    put_byte(static_cast<unsigned>(count));
+  }
+  // The lowest `length` bytes. Eight are written, which is faster than to count them.
+  void put_bits(std::uint64_t bits, unsigned length) {
+    std::memcpy(end_, &bits, sizeof bits);
+    end_ += length;
+  }
+  std::span<const unsigned char> written() const { return {bytes_.get(), end_}; }
+
+ private:
+  std::unique_ptr<unsigned char[]> bytes_;
+  unsigned char* end_;
+};
 
 std::uint64_t take_count(ByteReader& in) {
   std::uint64_t count = 0;
@@ -106,9 +128,30 @@ bool same(const ContactImpulse& a, const ContactImpulse& b) {
          same_bits(x.x(), y.x()) && same_bits(x.y(), y.y()) && same_bits(x.z(), y.z());
 }
 
+// What a difference holds at most.
+struct DifferenceSize {
+  std::size_t bodies = 0, impulses = 0, broken_joints = 0;
+
+  explicit DifferenceSize(std::span<const BodyState> states) : bodies(states.size()) {
+    for (const BodyState& state : states) {
+      impulses += state.impulses.size();
+      broken_joints += state.broken_joints.size();
+    }
+  }
+  std::size_t numbers() const { return kNumbers * bodies + 4 * impulses; }
+  std::size_t keys() const {
+    return 2 * kMost64 * bodies + 3 * kMost32 * impulses + kMost32 * broken_joints;
+  }
+};
+
 class Encoder {
  public:
-  explicit Encoder(double between_s) : between_s_(between_s) {}
+  Encoder(double between_s, const DifferenceSize& most)
+      : between_s_(between_s),
+        bodies_((kMost64 + 2) * most.bodies + kMost64),
+        keys_(most.keys()),
+        lengths_(most.numbers()),
+        bytes_(8 * most.numbers() + 8) {}
 
   void add(std::size_t skipped, const BodyState& now, const BodyState& before) {
     const Numbers numbers = numbers_of(now), old = numbers_of(before);
@@ -126,20 +169,21 @@ class Encoder {
     }
     if (now.broken_joints != before.broken_joints) {
       mask |= kBrokenBit;
-      put_count(parts_[kKeys], now.broken_joints.size());
-      for (const std::uint32_t joint : now.broken_joints) put_count(parts_[kKeys], joint);
+      keys_.put_count(now.broken_joints.size());
+      for (const std::uint32_t joint : now.broken_joints) keys_.put_count(joint);
     }
-    put_count(parts_[kBodies], skipped);
-    put(parts_[kBodies], mask);
+    bodies_.put_count(skipped);
+    bodies_.put_byte(mask & 0xff);
+    bodies_.put_byte(mask >> 8);
   }
 
   // `skipped` bodies at the end are as they were.
   void finish(std::size_t skipped, ByteBuffer& out) {
-    put_count(parts_[kBodies], skipped);
-    parts_[kBytes].resize(used_);
-    for (const ByteBuffer& part : parts_) {
-      put(out, static_cast<std::uint64_t>(part.size()));
-      out.insert(out.end(), part.begin(), part.end());
+    bodies_.put_count(skipped);
+    for (const BoundedBytes* part : {&bodies_, &keys_, &lengths_, &bytes_}) {
+      const std::span<const unsigned char> bytes = part->written();
+      put(out, static_cast<std::uint64_t>(bytes.size()));
+      out.insert(out.end(), bytes.begin(), bytes.end());
     }
   }
 
@@ -148,34 +192,34 @@ class Encoder {
     const std::uint64_t bits =
         std::bit_cast<std::uint64_t>(value) ^ std::bit_cast<std::uint64_t>(guess);
     const auto length = static_cast<unsigned>(8 - std::countl_zero(bits) / 8);
-    parts_[kLengths].push_back(static_cast<unsigned char>(length));
-    // All eight bytes at once, of which those count: faster than one by one.
-    ByteBuffer& bytes = parts_[kBytes];
-    if (bytes.size() < used_ + 8) bytes.resize(2 * bytes.size() + 1024);
-    std::memcpy(bytes.data() + used_, &bits, sizeof bits);
-    used_ += length;
+    lengths_.put_byte(length);
+    bytes_.put_bits(bits, length);
   }
 
   void put_impulses(const std::vector<ContactImpulse>& now,
                     const std::vector<ContactImpulse>& before) {
     const bool same_keys = std::ranges::equal(now, before, {}, key_of, key_of);
-    put_count(parts_[kKeys], same_keys ? 0 : now.size() + 1);
-    for (const ContactImpulse& impulse : now) {
-      if (!same_keys) {
-        put_count(parts_[kKeys], physics::index_of(impulse.other));
-        put_count(parts_[kKeys], impulse.part);
-        put_count(parts_[kKeys], impulse.feature);
+    keys_.put_count(same_keys ? 0 : now.size() + 1);
+    for (std::size_t i = 0; i < now.size(); ++i) {
+      if (same_keys) {
+        put_impulse(now[i], before[i]);
+        continue;
       }
-      const ContactImpulse old = found_in(before, impulse);
-      put_number(impulse.normal_newton_s, old.normal_newton_s);
-      for (int i = 0; i < 3; ++i)
-        put_number(impulse.friction_newton_s[i], old.friction_newton_s[i]);
+      keys_.put_count(physics::index_of(now[i].other));
+      keys_.put_count(now[i].part);
+      keys_.put_count(now[i].feature);
+      put_impulse(now[i], found_in(before, now[i]));
     }
   }
 
+  void put_impulse(const ContactImpulse& impulse, const ContactImpulse& old) {
+    put_number(impulse.normal_newton_s, old.normal_newton_s);
+    for (int axis = 0; axis < 3; ++axis)
+      put_number(impulse.friction_newton_s[axis], old.friction_newton_s[axis]);
+  }
+
   const double between_s_;
-  std::array<ByteBuffer, kParts> parts_;
-  std::size_t used_ = 0;  // of the bytes
+  BoundedBytes bodies_, keys_, lengths_, bytes_;
 };
 
 class Decoder {
@@ -264,10 +308,9 @@ const BodyState* state_of(physics::BodyId id, const LoggedStates& before) {
 
 }  // namespace
 
-ByteBuffer encode_difference(std::span<const physics::BodyId> ids,
-                             std::span<const BodyState> states, const LoggedStates& before,
-                             double between_s) {
-  ByteBuffer out;
+void put_difference(ByteBuffer& out, std::span<const physics::BodyId> ids,
+                    std::span<const BodyState> states, const LoggedStates& before,
+                    double between_s) {
   const bool same_ids = std::ranges::equal(ids, before.ids);
   put(out, static_cast<std::uint8_t>(same_ids));
   if (!same_ids) {
@@ -275,7 +318,7 @@ ByteBuffer encode_difference(std::span<const physics::BodyId> ids,
     for (const physics::BodyId id : ids) put(out, physics::index_of(id));
   }
   const BodyState nothing;
-  Encoder encoder(between_s);
+  Encoder encoder(between_s, DifferenceSize(states));
   std::size_t next = 0;
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const BodyState* const found = same_ids ? &before.states[i] : state_of(ids[i], before);
@@ -284,7 +327,6 @@ ByteBuffer encode_difference(std::span<const physics::BodyId> ids,
     encoder.add(i - std::exchange(next, i + 1), states[i], old);
   }
   encoder.finish(ids.size() - next, out);
-  return out;
 }
 
 LoggedStates decode_difference(ByteReader& in, const LoggedStates& before, double between_s) {

@@ -18,11 +18,11 @@ struct LoggedStates {
 // A body that is as it was takes no byte. Of one that moves, each number is predicted from the
 // states before and its velocity, a time of `between_s` later; what is stored is where its bits
 // differ from that, without the leading zeros. So what is read back is the same bit for bit.
-ByteBuffer encode_difference(std::span<const physics::BodyId> ids,
-                             std::span<const physics::BodyState> states, const LoggedStates& before,
-                             double between_s);
+void put_difference(ByteBuffer& out, std::span<const physics::BodyId> ids,
+                    std::span<const physics::BodyState> states, const LoggedStates& before,
+                    double between_s);
 
-// Throws DecodeError if `in` does not hold what encode_difference makes; ids are not checked.
+// Throws DecodeError if `in` does not hold what put_difference writes; ids are not checked.
 LoggedStates decode_difference(ByteReader& in, const LoggedStates& before, double between_s);
 
 }  // namespace soda::analysis

@@ -2,6 +2,7 @@
 
 #include <zstd.h>
 
+#include <algorithm>
 #include <new>
 #include <utility>
 
@@ -11,22 +12,39 @@
 namespace soda::analysis {
 namespace {
 
-// The lowest level: random low bits of doubles hardly compress further at higher ones.
-constexpr int kCompressionLevel = -5;
+// Random low bits of doubles hardly compress further at higher levels; and what is alike in fewer
+// bytes saves less than it costs to find.
+constexpr int kCompressionLevel = -5, kLeastMatch = 7;
 
-ByteBuffer compress(std::span<const unsigned char> raw) {
-  ByteBuffer stored(ZSTD_compressBound(raw.size()));
-  const std::size_t size =
-      ZSTD_compress(stored.data(), stored.size(), raw.data(), raw.size(), kCompressionLevel);
-  if (ZSTD_isError(size)) throw std::bad_alloc();  // nothing else can fail in it
-  stored.resize(size);
-  return stored;
+void refuse_error(std::size_t code) {
+  if (ZSTD_isError(code)) throw std::bad_alloc();  // nothing else can fail in it
+}
+
+std::unique_ptr<ZSTD_CCtx, void (*)(ZSTD_CCtx*)> make_compressor() {
+  std::unique_ptr<ZSTD_CCtx, void (*)(ZSTD_CCtx*)> compressor(
+      ZSTD_createCCtx(), [](ZSTD_CCtx* context) { ZSTD_freeCCtx(context); });
+  if (!compressor) throw std::bad_alloc();
+  refuse_error(
+      ZSTD_CCtx_setParameter(compressor.get(), ZSTD_c_compressionLevel, kCompressionLevel));
+  refuse_error(ZSTD_CCtx_setParameter(compressor.get(), ZSTD_c_minMatch, kLeastMatch));
+  return compressor;
+}
+
+// Behind what `block` begins with; what it had there is lost. How many bytes that are.
+std::size_t compress_behind(std::size_t begin, std::span<const unsigned char> raw,
+                            ZSTD_CCtx* compressor, ByteBuffer& block) {
+  const std::size_t most = begin + ZSTD_compressBound(raw.size());
+  if (block.size() < most) block.resize(most);
+  const std::size_t size = ZSTD_compress2(compressor, block.data() + begin, block.size() - begin,
+                                          raw.data(), raw.size());
+  refuse_error(size);
+  return size;
 }
 
 }  // namespace
 
 LogWriter::LogWriter(const std::string& file, bool replaces, Use use)
-    : use_(use), out_(file, replaces) {}
+    : use_(use), out_(file, replaces), compressor_(make_compressor()) {}
 
 void LogWriter::begin(const LoggedScenario& scenario, const LoggedOptions& options,
                       std::span<const std::uint32_t> labels,
@@ -47,32 +65,36 @@ void LogWriter::begin(const LoggedScenario& scenario, const LoggedOptions& optio
     left -= payload.size();
     write_block(BlockType::kMesh, payload);
   }
+  block_ = {};  // it has been as large as these
 }
 
-bool LogWriter::add_step(LoggedStep step) {
+bool LogWriter::add_step(LoggedStep step) { return write(step); }
+
+bool LogWriter::write(LoggedStep& step) {
   return add([&] {
     const bool whole = !step.has_states || is_whole(options_, step.step);
     write_block(BlockType::kStep, encode_step(step, whole ? nullptr : &last_, between_s_));
-    if (step.has_states) last_ = {std::move(step.ids), std::move(step.states)};
+    if (step.has_states) {
+      last_.ids.swap(step.ids);
+      last_.states.swap(step.states);
+    }
     end_.steps = step.step;
     end_.digest = step.digest;
   });
 }
 
 bool LogWriter::add_committed(const models::CommittedStep& step) {
-  LoggedStep logged{
-      .step = step.step,
-      .digest = physics::digest(step.ids, step.states),
-      .has_states = has_states(options_, step.step),
-      .ids = {},
-      .states = {},
-      .inputs = {step.inputs.begin(), step.inputs.end()},
-      .territory_changes = {step.territory_changes.begin(), step.territory_changes.end()}};
-  if (logged.has_states) {
-    logged.ids.assign(step.ids.begin(), step.ids.end());
-    logged.states.assign(step.states.begin(), step.states.end());
+  next_.step = step.step;
+  next_.digest = physics::digest(step.ids, step.states);
+  next_.has_states = has_states(options_, step.step);
+  next_.ids.clear();
+  if (next_.has_states) {
+    next_.ids.assign(step.ids.begin(), step.ids.end());
+    next_.states.assign(step.states.begin(), step.states.end());
   }
-  return add_step(std::move(logged));
+  next_.inputs.assign(step.inputs.begin(), step.inputs.end());
+  next_.territory_changes.assign(step.territory_changes.begin(), step.territory_changes.end());
+  return write(next_);
 }
 
 bool LogWriter::add_trace(std::span<const std::byte> chunk) {
@@ -115,10 +137,11 @@ void LogWriter::write_block(BlockType type, std::span<const unsigned char> paylo
     throw scenarios::FileError(out_.file() + ": a block of " + std::to_string(payload.size()) +
                                " bytes; a log has blocks of at most " +
                                std::to_string(max_raw_bytes(type, bodies_)));
-  const ByteBuffer stored = compress(payload);
-  ByteBuffer block =
-      encode(BlockHeader{type, next_index_++, payload.size(), stored.size(), checksum(stored)});
-  block.insert(block.end(), stored.begin(), stored.end());
+  const std::size_t size = compress_behind(kBlockHeaderBytes, payload, compressor_.get(), block_);
+  const std::span<const unsigned char> block(block_.data(), kBlockHeaderBytes + size);
+  const std::uint64_t sum = checksum(block.subspan(kBlockHeaderBytes));
+  std::ranges::copy(encode(BlockHeader{type, next_index_++, payload.size(), size, sum}),
+                    block_.begin());
   out_.write(block);
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <mutex>
 #include <span>
 #include <string>
@@ -9,6 +10,8 @@
 #include "analysis/event_log/log_format.hpp"
 #include "analysis/text/output_file.hpp"
 #include "models/commit/commit.hpp"
+
+struct ZSTD_CCtx_s;
 
 namespace soda::analysis {
 
@@ -42,6 +45,7 @@ class LogWriter {
  private:
   template <class Write>
   bool add(Write write);
+  bool write(LoggedStep& step);
   void write_block(BlockType type, std::span<const unsigned char> payload);
 
   const Use use_;
@@ -51,6 +55,10 @@ class LogWriter {
   LoggedOptions options_;
   double between_s_ = 0.0;  // states that are written
   LoggedStates last_;       // that were written
+  // Memory that is kept from step to step.
+  LoggedStep next_;
+  ByteBuffer block_;
+  std::unique_ptr<ZSTD_CCtx_s, void (*)(ZSTD_CCtx_s*)> compressor_;
   std::uint32_t next_index_ = 0;
   LoggedEnd end_;  // of what has been written
   std::string failure_;

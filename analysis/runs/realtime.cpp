@@ -64,7 +64,8 @@ RealTimeReport plan_of(const RealTimeRequest& request, const scenarios::Scenario
   report.playback = {
       .frame_s = 1.0 / request.frames_per_s,
       .steps_per_frame = request.speed / (request.frames_per_s * scenario.scene.dt_s),
-      .steps = run.steps};
+      .steps = run.steps,
+      .first_step = run.first_step};
   const auto most = static_cast<std::int64_t>(std::ceil(report.playback.steps_per_frame));
   const bool at_once = is_virtual(scenario) && run.cluster.gvt_delay_ns == 0;
   report.lead.steps = std::max(most, run.buffer);
@@ -102,12 +103,12 @@ models::ArtificialLoad load_of(const RealTimeRequest& request) {
 class RealTimeSession::Load final : public models::EntryObserver {
  public:
   Load(const models::ArtificialLoad& load, double share_s, const kernel::Partition& workers,
-       models::EntryObserver& next)
+       std::int64_t first_step, models::EntryObserver& next)
       : load_(load),
         share_s_(share_s),
         workers_(workers),
         next_(next),
-        last_(workers.lps, 0),
+        last_(workers.lps, first_step),
         work_(workers.workers) {}
 
   void on_newest(models::WorldId world, std::int64_t step) override {
@@ -151,14 +152,14 @@ class RealTimeSession::Load final : public models::EntryObserver {
 RealTimeSession::RealTimeSession(const RealTimeRequest& request, const models::ArtificialLoad& load,
                                  const scenarios::Scenario& scenario)
     : report_(plan_of(request, scenario)),
-      buffer_(scenario.initial, scenario.territory.worlds, report_.lead) {
+      buffer_(scenario.initial, scenario.territory.worlds, report_.lead, scenario.run.first_step) {
   const kernel::Partition workers = workers_of(scenario);
   const double world_s = share_s(report_, workers);
   if (is_virtual(scenario))
     by_virtual_ = std::make_unique<models::VirtualPlayback>(
         buffer_, report_.playback, report_.buffer, load, workers, 1e9 * world_s);
   else
-    load_ = std::make_unique<Load>(load, world_s, workers, buffer_);
+    load_ = std::make_unique<Load>(load, world_s, workers, scenario.run.first_step, buffer_);
 }
 
 RealTimeSession::~RealTimeSession() {

@@ -7,6 +7,7 @@
 
 #include "analysis/text/exit_codes.hpp"
 #include "analysis/text/nearest_name.hpp"
+#include "analysis/trace/trace_words.hpp"
 #include "kernel/api/outside.hpp"
 #include "models/messages/schedule.hpp"
 #include "models/world/event_kinds.hpp"
@@ -65,7 +66,8 @@ class Parser {
     const std::size_t count = parts_.size() - 1;
     if (count < form.least || count > form.most) refuse("is no event", event_forms());
     if (form.kind == EventKind::kMessage || form.kind == EventKind::kHappening)
-      event.number = as_number(count, 1, std::numeric_limits<std::uint64_t>::max());
+      event.number = as_number(count, form.kind == EventKind::kHappening,
+                               std::numeric_limits<std::uint64_t>::max());
     if (form.kind == EventKind::kMessage && parts_[1] == "outside") {
       event.world = kernel::index_of(kernel::kOutside);
     } else if (form.kind != EventKind::kGvt && form.kind != EventKind::kHappening && count > 0) {
@@ -148,22 +150,32 @@ bool is_of_time(const EventPattern& event, kernel::VirtualTime time) {
          (!event.round || *event.round == models::merge_round_of(time));
 }
 
-bool fits(const EventPattern& event, const TraceRecord& record, bool has_executions) {
+// What a walk does not tell of is told by something else.
+struct Telling {
+  bool has_executions = false;
+  bool in_sequence = false;
+};
+
+bool fits(const EventPattern& event, const TraceRecord& record, const Telling& telling) {
   switch (event.kind) {
     case EventKind::kStep:
-      return has_executions ? record.what == Happening::kExecuted && is_of_time(event, record.time)
-                            : record.time.t == *event.step;
+      return telling.has_executions
+                 ? record.what == Happening::kExecuted && is_of_time(event, record.time)
+                 : record.time.t == *event.step;
     case EventKind::kWorld:
       return record.what == Happening::kExecuted && is_of_world(event, record.lp) &&
              is_of_time(event, record.time);
     case EventKind::kMessage:
-      return record.what == Happening::kArrived && is_of_world(event, record.peer) &&
-             record.incarnation == event.number;
+      return record.incarnation == event.number &&
+             (telling.in_sequence
+                  ? record.what == Happening::kSent && is_of_world(event, record.lp)
+                  : record.what == Happening::kArrived && is_of_world(event, record.peer));
     case EventKind::kRollback:
       return record.what == Happening::kRewound && is_of_world(event, record.lp) &&
              is_of_time(event, record.time);
     case EventKind::kGvt:
-      return record.what == Happening::kGvt && record.time.t >= *event.step;
+      return record.what == (telling.in_sequence ? Happening::kExecuted : Happening::kGvt) &&
+             record.time.t >= *event.step;
     case EventKind::kHappening:
       return false;
   }
@@ -181,15 +193,25 @@ EventPattern parse_event(const std::string& text, std::uint32_t worlds, const st
   return Parser(text, worlds, where).parse();
 }
 
+std::string refusal_of(const RecordedWalk& walk, const EventPattern& event,
+                       const std::string& name) {
+  std::string text = "tells of no " + name + " in its " + counted(walk.size(), "happening");
+  if (event.kind == EventKind::kRollback && is_in_sequence(walk))
+    text += ": in a run in sequence nothing is rolled back";
+  return text;
+}
+
 std::optional<std::size_t> find_event(const RecordedWalk& walk, const EventPattern& event,
                                       std::size_t number) {
   if (event.kind == EventKind::kHappening)
     return event.number <= walk.size() ? std::optional<std::size_t>(event.number) : std::nullopt;
-  const bool has_executions = std::ranges::any_of(walk, [](const WalkedHappening& happening) {
+  Telling telling;
+  telling.has_executions = std::ranges::any_of(walk, [](const WalkedHappening& happening) {
     return happening.record.what == Happening::kExecuted;
   });
+  telling.in_sequence = is_in_sequence(walk);
   for (std::size_t i = number; i < walk.size(); ++i)
-    if (fits(event, walk[i].record, has_executions)) return i + 1;
+    if (fits(event, walk[i].record, telling)) return i + 1;
   return std::nullopt;
 }
 

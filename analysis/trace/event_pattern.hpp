@@ -35,4 +35,8 @@ EventPattern parse_event(const std::string& text, std::uint32_t worlds, const st
 std::optional<std::size_t> find_event(const RecordedWalk& walk, const EventPattern& event,
                                       std::size_t number);
 
+// What of a log that has no such event: "tells of no rollback in its 9 happenings".
+std::string refusal_of(const RecordedWalk& walk, const EventPattern& event,
+                       const std::string& name);
+
 }  // namespace soda::analysis

@@ -1,12 +1,19 @@
 #include "analysis/trace/recorded_order.hpp"
 
 #include <algorithm>
+#include <iterator>
+#include <map>
+#include <set>
+#include <tuple>
 #include <utility>
 
 #include "analysis/event_log/logged_run.hpp"
 #include "analysis/runs/measured_run.hpp"
 #include "analysis/text/exit_codes.hpp"
 #include "analysis/trace/trace_comparison.hpp"
+#include "kernel/api/outside.hpp"
+#include "models/messages/schedule.hpp"
+#include "models/options/run_stages.hpp"
 
 namespace soda::analysis {
 namespace {
@@ -14,27 +21,97 @@ namespace {
 using kernel::Happening;
 using kernel::TraceRecord;
 
-void refuse_repetition(const LogReader& log, const std::string& why) {
+[[noreturn]] void refuse_repetition(const LogReader& log, const std::string& why) {
   throw UsageError(log.file() + " " + why +
-                   ": it cannot be had again as it was executed (soda replay --interactive walks "
-                   "through its trace)");
+                   " (soda replay --until goes up to an event, --interactive walks through all)");
 }
 
-void refuse_what_is_not_repeated(const LogReader& log, const scenarios::Scenario& scenario) {
-  if (scenario.run.inputs.any()) refuse_repetition(log, "is of a run with user input");
-  if (scenario.run.balancing.policy != models::BalancingPolicy::kOff)
-    refuse_repetition(log, "is of a run with balancing");
-  if (scenario.territory.worlds == 1 || scenario.run.executor == models::ExecutorKind::kSequential)
-    refuse_repetition(log, "is of a run in sequence");
+bool is_in_sequence(const scenarios::Scenario& scenario) {
+  return models::executor_of(scenario.run, scenario.territory.worlds) ==
+         models::ExecutorKind::kSequential;
 }
 
-// If it is an act; the rest follows from those.
-void add_act(std::uint32_t worker, const TraceRecord& record, kernel::RecordedOrder& order) {
-  if (worker >= order.size()) order.resize(worker + 1);
-  if (record.what == Happening::kArrived || record.what == Happening::kSettled ||
-      record.what == Happening::kExecuted || record.what == Happening::kGvt)
-    order[worker].push_back({record.what, record.lp, record.peer, record.time, record.incarnation});
+// What balancing decided, in order of steps.
+std::vector<models::TerritoryChange> changes_in(LogReader& log,
+                                                const scenarios::Scenario& scenario) {
+  std::vector<models::TerritoryChange> changes;
+  if (!models::balancing_needed(scenario.run, scenario.territory.worlds)) return changes;
+  for (std::int64_t step = log.first_step(); step <= log.last_step(); ++step)
+    std::ranges::copy(log.read_step(step).territory_changes, std::back_inserter(changes));
+  return changes;
 }
+
+// The acts of a trace; the rest follows from those.
+class Acts {
+ public:
+  Acts(const LogReader& log, const scenarios::Scenario& scenario,
+       std::vector<models::TerritoryChange> changes)
+      : file_(log.file()) {
+    execution_.order.in_sequence = is_in_sequence(scenario);
+    execution_.over_ranks = log.options().ranks > 1;
+    for (const models::UserInput& input : scenario.run.inputs.script)
+      known_.insert({input.step, models::MessageKind::kInputs, input.id});
+    for (const models::TerritoryChange& change : changes)
+      known_.insert({change.step, models::MessageKind::kTransfers, 0});
+    execution_.territory_changes = std::move(changes);
+  }
+
+  void add(std::uint32_t worker, const TraceRecord& record) {
+    std::vector<std::vector<kernel::RecordedAct>>& workers = execution_.order.workers;
+    if (worker >= workers.size()) workers.resize(worker + 1);
+    switch (record.what) {
+      case Happening::kArrived:
+        if (record.peer == kernel::kOutside && !knows(record)) return;
+        break;
+      case Happening::kExecuted:
+        refuse_unknown(record);
+        break;
+      case Happening::kCommitted:
+        if (execution_.order.in_sequence) commit(record.time, workers[worker]);
+        return;
+      case Happening::kSettled:
+      case Happening::kGvt:
+        break;
+      default:
+        return;
+    }
+    workers[worker].push_back({record.what, record.lp, record.peer, record.time, record.incarnation,
+                               record.kind, record.slot});
+  }
+
+  models::RecordedExecution take() { return std::move(execution_); }
+
+ private:
+  // In sequence there is no GVT to tell of: what is committed are all events of a time.
+  static void commit(kernel::VirtualTime time, std::vector<kernel::RecordedAct>& acts) {
+    const kernel::VirtualTime next{time.t, time.round + 1};
+    if (acts.empty() || acts.back().what != Happening::kGvt || acts.back().time != next)
+      acts.push_back({Happening::kGvt, {}, {}, next});
+  }
+
+  // Of a run that ended early, the log does not hold what was to act later. Nor does it matter
+  // unless a world has come there.
+  bool knows(const TraceRecord& arrived) {
+    const auto kind = static_cast<models::MessageKind>(arrived.kind);
+    if (known_.contains({arrived.time.t, kind, arrived.slot})) return true;
+    const auto [unknown, is_first] = unknown_.try_emplace(arrived.lp, arrived.time);
+    if (!is_first) unknown->second = std::min(unknown->second, arrived.time);
+    return false;
+  }
+  void refuse_unknown(const TraceRecord& executed) const {
+    const auto unknown = unknown_.find(executed.lp);
+    if (unknown == unknown_.end() || executed.time < unknown->second) return;
+    throw UsageError(file_ + ": world " + std::to_string(kernel::index_of(executed.lp)) +
+                     " had come to step " + std::to_string(unknown->second.t) +
+                     ", for which something came from outside that the log does not hold: it ends "
+                     "before");
+  }
+
+  const std::string file_;
+  models::RecordedExecution execution_;
+  std::set<std::tuple<std::int64_t, models::MessageKind, std::uint32_t>> known_;  // with slot
+  std::map<kernel::LpId, kernel::VirtualTime> unknown_;                           // earliest
+};
 
 // Whether the next of the worker's happenings after the first `number` is a rollback, but for what
 // it absorbs before.
@@ -49,34 +126,36 @@ bool rollback_follows(const RecordedWalk& walk, std::size_t number, std::uint32_
 
 }  // namespace
 
-kernel::RecordedOrder recorded_order(LogReader& log, scenarios::Scenario& scenario) {
+models::RecordedExecution recorded_execution(LogReader& log, scenarios::Scenario& scenario) {
   const std::int64_t asked = asked_steps(log);
   if (!log.complete() || log.last_step() < asked)
-    refuse_repetition(log, "is of a run that ended early");
-  refuse_what_is_not_repeated(log, scenario);
+    refuse_repetition(log, "is of a run that ended early: it cannot be had again as a whole");
+  if (is_in_sequence(scenario))
+    refuse_repetition(log,
+                      "is of a run in sequence, which has one order only: soda replay has that "
+                      "without --as-executed");
   scenario.run.steps = asked;
-  kernel::RecordedOrder order;
-  read_records(log, scenario.territory.worlds,
-               [&order](std::uint32_t worker, const TraceRecord& record) {
-                 add_act(worker, record, order);
-               });
-  return order;
+  Acts acts(log, scenario, changes_in(log, scenario));
+  read_records(
+      log, scenario.territory.worlds,
+      [&acts](std::uint32_t worker, const TraceRecord& record) { acts.add(worker, record); });
+  return acts.take();
 }
 
 std::vector<models::WorldStand> stands_as_executed(LogReader& log, scenarios::Scenario scenario,
                                                    const RecordedWalk& walk, std::size_t number) {
-  refuse_what_is_not_repeated(log, scenario);
-  kernel::RecordedOrder order;
-  for (std::size_t i = 0; i < number; ++i) add_act(walk[i].worker, walk[i].record, order);
+  Acts acts(log, scenario, changes_in(log, scenario));
+  for (std::size_t i = 0; i < number; ++i) acts.add(walk[i].worker, walk[i].record);
+  models::RecordedExecution execution = acts.take();
+  execution.order.whole = false;
   // To look at what came late is to roll back: it is not had before the rollback is.
-  for (std::uint32_t worker = 0; worker < order.size(); ++worker)
-    if (!order[worker].empty() && order[worker].back().what == Happening::kSettled &&
+  std::vector<std::vector<kernel::RecordedAct>>& workers = execution.order.workers;
+  for (std::uint32_t worker = 0; worker < workers.size(); ++worker)
+    if (!workers[worker].empty() && workers[worker].back().what == Happening::kSettled &&
         rollback_follows(walk, number, worker))
-      order[worker].pop_back();
+      workers[worker].pop_back();
   scenario.run.steps = asked_steps(log);
-  scenario.run.recorded = &order;
-  scenario.run.recorded_whole = false;
-  scenario.run.recorded_over_ranks = log.options().ranks > 1;
+  scenario.run.recorded = &execution;
   std::vector<models::WorldStand> stands;
   models::CommitObserver observer;
   observer.on_stand = [&stands](models::WorldStand stand) { stands.push_back(std::move(stand)); };

@@ -11,18 +11,19 @@
 #include "analysis/trace/recorded_walk.hpp"
 #include "kernel/executors/recorded_executor.hpp"
 #include "models/commit/commit.hpp"
+#include "models/options/run_options.hpp"
 #include "scenarios/scenario.hpp"
 
 namespace soda::analysis {
 
-// Throws UsageError if the log is of a run that cannot be had again so: without a trace, in
-// sequence, ended early, with user input or balancing. `scenario`: the logged one, which is made to
-// run as far as it was asked to.
-kernel::RecordedOrder recorded_order(LogReader& log, scenarios::Scenario& scenario);
+// How the logged run was executed, to be had again so. `scenario`: the logged one, which is made to
+// run as far as it was asked to. Throws UsageError if there is no trace, or the run ended early or
+// was in sequence: that has no order of its own.
+models::RecordedExecution recorded_execution(LogReader& log, scenarios::Scenario& scenario);
 
 // Where the worlds stood after the first `number` happenings of `walk`, with what was speculative
-// then: so far the run is had again as it was executed. Throws UsageError as above, but for runs
-// that ended early, and kernel::NotAsRecorded.
+// then: so far the run is had again as it was executed. Throws kernel::NotAsRecorded, and
+// UsageError if a world has executed what came from outside and its log does not hold.
 std::vector<models::WorldStand> stands_as_executed(LogReader& log, scenarios::Scenario scenario,
                                                    const RecordedWalk& walk, std::size_t number);
 

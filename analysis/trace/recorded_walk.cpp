@@ -23,8 +23,8 @@ std::int64_t steps_with(VirtualTime time) {
 // Follows the worlds as far as the walk has gone.
 class Standing {
  public:
-  Standing(std::uint32_t worlds, std::int64_t first_step)
-      : first_step_(first_step), worlds_(worlds) {
+  Standing(std::uint32_t worlds, std::int64_t first_step, bool in_sequence)
+      : first_step_(first_step), in_sequence_(in_sequence), worlds_(worlds) {
     situation_.worlds.resize(worlds);
   }
 
@@ -35,12 +35,17 @@ class Standing {
     WorldSituation& told = situation_.worlds[id];
     switch (record.what) {
       case Happening::kSent:
-        in_flight_.emplace(std::pair(id, record.incarnation), kernel::index_of(record.peer));
+        if (in_sequence_)
+          arrived(worlds_[kernel::index_of(record.peer)], record.lp, record);
+        else
+          in_flight_.emplace(std::pair(id, record.incarnation), kernel::index_of(record.peer));
         return;
       case Happening::kArrived:
-        return arrived(world, record);
+        in_flight_.erase({kernel::index_of(record.peer), record.incarnation});
+        return arrived(world, record.peer, record);
       case Happening::kExecuted:
         ++told.executions;
+        if (in_sequence_) gvt(record.time);
         world.standing.insert(record.time);
         return;
       case Happening::kAbsorbed:
@@ -80,7 +85,7 @@ class Standing {
 
  private:
   // Of a message what its newest version replaces: time, source, kind and slot.
-  using Register = std::tuple<VirtualTime, std::uint32_t, std::uint32_t, std::uint32_t>;
+  using Register = std::tuple<VirtualTime, std::uint32_t, std::uint32_t, std::uint64_t>;
   struct Version {
     std::uint64_t incarnation = 0;
     bool anti = false;
@@ -90,15 +95,16 @@ class Standing {
     std::map<Register, Version> arrived;
   };
 
-  void arrived(World& world, const TraceRecord& record) {
-    const std::uint32_t source = kernel::index_of(record.peer);
-    in_flight_.erase({source, record.incarnation});
-    Version& version = world.arrived[{record.time, source, record.kind, record.slot}];
+  // In sequence, each message is a version of its own.
+  void arrived(World& world, kernel::LpId from, const TraceRecord& record) {
+    const std::uint64_t slot = in_sequence_ ? record.incarnation : record.slot;
+    Version& version = world.arrived[{record.time, kernel::index_of(from), record.kind, slot}];
     if (version.incarnation <= record.incarnation) version = {record.incarnation, record.anti};
   }
 
   void gvt(VirtualTime time) {
-    situation_.gvt = std::max(situation_.gvt, time);
+    if (time <= situation_.gvt) return;
+    situation_.gvt = time;
     for (World& world : worlds_)
       world.arrived.erase(world.arrived.begin(),
                           world.arrived.lower_bound({situation_.gvt, 0, 0, 0}));
@@ -116,6 +122,7 @@ class Standing {
   }
 
   const std::int64_t first_step_;
+  const bool in_sequence_;
   std::vector<World> worlds_;
   std::map<std::pair<std::uint32_t, std::uint64_t>, std::uint32_t> in_flight_;
   Situation situation_;
@@ -143,16 +150,23 @@ RecordedWalk committed_walk(const LogReader& log) {
   return walk;
 }
 
+bool is_in_sequence(const RecordedWalk& walk) {
+  return std::ranges::none_of(walk, [](const WalkedHappening& happening) {
+    return happening.record.what == Happening::kArrived || happening.record.what == Happening::kGvt;
+  });
+}
+
 Situation situation_after(const RecordedWalk& walk, std::size_t number, std::uint32_t worlds,
                           std::int64_t first_step) {
-  Standing standing(worlds, first_step);
+  Standing standing(worlds, first_step, is_in_sequence(walk));
   for (std::size_t i = 0; i < number; ++i) standing.add(walk[i].record);
   return standing.finish();
 }
 
 VirtualTime gvt_after(const RecordedWalk& walk, std::size_t number) {
+  const Happening tells = is_in_sequence(walk) ? Happening::kExecuted : Happening::kGvt;
   for (std::size_t i = number; i > 0; --i)
-    if (walk[i - 1].record.what == Happening::kGvt) return walk[i - 1].record.time;
+    if (walk[i - 1].record.what == tells) return walk[i - 1].record.time;
   return kernel::kBeginning;
 }
 

@@ -26,6 +26,10 @@ RecordedWalk recorded_walk(LogReader& log, std::uint32_t worlds);
 // Of a log without trace: nothing is known to happen but that steps are committed, one by one.
 RecordedWalk committed_walk(const LogReader& log);
 
+// Whether it is of a run in sequence. Nothing arrives there, for it is there as soon as it is sent;
+// and GVT is what is executed.
+bool is_in_sequence(const RecordedWalk& walk);
+
 struct WorldSituation {
   std::optional<kernel::VirtualTime> executed;   // the last that stands: its LVT
   std::optional<kernel::VirtualTime> committed;  // the last

@@ -43,7 +43,8 @@ void check(const TraceRecord& record, std::uint32_t worlds, std::size_t bodies) 
   refuse_unless(is_world(record.lp),
                 "tells of world " + std::to_string(kernel::index_of(record.lp)));
   if (is_of_message(record.what)) {
-    refuse_unless(is_world(record.peer) || record.peer == kernel::kOutside,
+    const bool comes = record.what == Happening::kArrived || record.what == Happening::kLate;
+    refuse_unless(is_world(record.peer) || (comes && record.peer == kernel::kOutside),
                   "tells of world " + std::to_string(kernel::index_of(record.peer)));
     refuse_unless(record.kind < models::message_kinds().size(),
                   "tells of a message of kind " + std::to_string(record.kind));

@@ -26,15 +26,18 @@ VirtualTime OutsideDoor::hold(VirtualTime floor) const {
 void OutsideDoor::take(VirtualTime gvt, VirtualTime earliest, std::vector<Message>& out) {
   taken_.clear();
   outside_->take(gvt, earliest, taken_);
-  slots_.erase(slots_.begin(), slots_.lower_bound({gvt, LpId{0}, 0, 0}));
+  sent_.erase(sent_.begin(), sent_.lower_bound({gvt, LpId{0}, 0, 0}));
   for (Message& message : taken_) {
     SODA_ASSERT(message.time >= earliest && message.time > kBeginning &&
                     index_of(message.destination) < lp_count_,
                 "from outside, to LP ", index_of(message.destination), " of ", lp_count_, " at ",
                 message.time, "; the earliest time is ", earliest);
     if (message.time >= end_) continue;
+    const bool is_new =
+        sent_.insert({message.time, message.destination, message.kind, message.slot}).second;
+    SODA_ASSERT(is_new, "from outside, twice to LP ", index_of(message.destination), " at ",
+                message.time, ", kind ", message.kind, ", slot ", message.slot);
     message.source = kOutside;
-    message.slot = slots_[{message.time, message.destination, message.kind, 0}]++;
     message.incarnation = next_incarnation_++;
     message.anti = false;
     out.push_back(std::move(message));

@@ -3,7 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <map>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -19,8 +19,8 @@ inline constexpr LpId kOutside{0xffff'ffffu};
 // the same one). Both may wait for nothing: the whole run would.
 //
 // Which messages come is up to the outside and its clock. What is committed is a function of the
-// messages and their times: given the same, in the same order within one (destination, time, kind),
-// every executor commits the same. So who wants to repeat a run writes them down as they are taken.
+// messages, their times and slots: given the same, every executor commits the same. So who wants to
+// repeat a run writes them down as they are taken.
 class Outside {
  public:
   virtual ~Outside() = default;
@@ -31,11 +31,12 @@ class Outside {
   virtual VirtualTime floor() = 0;
 
   // What it has to send now that everything before `gvt` is irrevocable: appends to `out`, of each
-  // message the time, which must be >= `earliest`, destination, kind and payload; the rest is
-  // filled in by the executor. `earliest` >= gvt is the least time that is still allowed, and <=
-  // floor(); kBeginning never is. Messages at the end of the run or later are dropped. Called in
-  // every GVT round but the last; run_sequential, where nothing runs ahead, calls it before each
-  // new t.
+  // message the time, which must be >= `earliest`, destination, kind, slot and payload; the rest is
+  // filled in by the executor. In a bag, messages of one kind are in the order of their slots; no
+  // two to one destination for one time have the same. `earliest` >= gvt is the least time that is
+  // still allowed, and <= floor(); kBeginning never is. Messages at the end of the run or later are
+  // dropped. Called in every GVT round but the last; run_sequential, where nothing runs ahead,
+  // calls it before each new t.
   virtual void take(VirtualTime gvt, VirtualTime earliest, std::vector<Message>& out) = 0;
 };
 
@@ -52,7 +53,7 @@ class OutsideList final : public Outside {
   const std::vector<Outside*> all_;
 };
 
-// An executor's side of an Outside: names the registers of its messages and checks their times.
+// An executor's side of an Outside: checks its messages.
 class OutsideDoor {
  public:
   // `outside` may be null: nothing ever comes. If not, it must outlive this object.
@@ -71,7 +72,7 @@ class OutsideDoor {
   Outside* const outside_;
   const std::size_t lp_count_;
   const VirtualTime end_;
-  std::map<OutputId, std::uint32_t> slots_;  // how many were sent to a (time, destination, kind)
+  std::set<OutputId> sent_;  // for what is not before GVT
   std::uint64_t next_incarnation_ = 1;
   std::vector<Message> taken_;  // scratch
 };

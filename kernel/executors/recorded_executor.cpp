@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "kernel/api/invariant.hpp"
+#include "kernel/api/outside.hpp"
 #include "kernel/time_warp/time_warp_process.hpp"
 
 namespace soda::kernel {
@@ -14,35 +15,38 @@ namespace {
 class RecordedRun {
  public:
   RecordedRun(std::span<const std::unique_ptr<LogicalProcess>> lps, VirtualTime end,
-              const RecordedOrder& order, const Recording& recording)
+              const RecordedOrder& order, std::span<const Message> from_outside,
+              const Recording& recording)
       : end_(end),
         order_(order),
         recorder_(recording, 0),
-        next_(order.size(), 0),
+        next_(order.workers.size(), 0),
         horizons_(lps.size(), kBeginning),
         is_settled_(lps.size(), true) {
     if (recording.kind_of != nullptr) effects_.recorder = &recorder_;
     processes_.reserve(lps.size());
     for (std::uint32_t i = 0; i < lps.size(); ++i)
       processes_.emplace_back(LpId{i}, lps.size(), *lps[i], end, pool_, journal_);
-    for (const std::vector<RecordedAct>& acts : order) {
+    for (const std::vector<RecordedAct>& acts : order.workers) {
       std::set<std::uint32_t> own;
       for (const RecordedAct& act : acts)
         if (act.what != Happening::kGvt) own.insert(index_of(act.lp));
       own_.emplace_back(own.begin(), own.end());
     }
+    for (const Message& message : from_outside) add_from_outside(message);
   }
 
-  RunResult run(bool whole) {
+  RunResult run() {
     bool goes_on = true;
     while (goes_on) {
       goes_on = false;
-      for (std::size_t worker = 0; worker < order_.size(); ++worker)
+      for (std::size_t worker = 0; worker < next_.size(); ++worker)
         goes_on = run_worker(worker) || goes_on;
     }
-    for (std::size_t worker = 0; worker < order_.size(); ++worker)
-      if (next_[worker] < order_[worker].size()) refuse(worker, "waits for what is never sent");
-    if (whole) end();
+    for (std::size_t worker = 0; worker < next_.size(); ++worker)
+      if (next_[worker] < order_.workers[worker].size())
+        refuse(worker, "waits for what is never sent");
+    if (order_.whole) end();
     RunResult result;
     result.counters = effects_.counters;
     result.kinds = recorder_.counts();
@@ -63,8 +67,9 @@ class RecordedRun {
   // As far as what has been sent allows; whether it came any further.
   bool run_worker(std::size_t worker) {
     const std::size_t first = next_[worker];
-    for (std::size_t& next = next_[worker]; next < order_[worker].size(); ++next)
-      if (!carry_out(worker, order_[worker][next])) break;
+    const std::vector<RecordedAct>& acts = order_.workers[worker];
+    for (std::size_t& next = next_[worker]; next < acts.size(); ++next)
+      if (!carry_out(worker, acts[next])) break;
     return next_[worker] > first;
   }
 
@@ -73,20 +78,10 @@ class RecordedRun {
       commit(worker, std::min(act.time, end_));
       return true;
     }
+    if (act.what == Happening::kArrived)
+      return act.peer == kOutside ? arrive_from_outside(worker, act) : arrive(worker, act);
     TimeWarpProcess& process = processes_[index_of(act.lp)];
-    if (act.what == Happening::kArrived) {
-      const auto found = sent_.find({act.peer, act.incarnation});
-      if (found == sent_.end()) return false;
-      if (found->second.destination != act.lp || found->second.time != act.time)
-        refuse(worker, describe("is sent a message of LP ", index_of(act.peer), " for ", act.time,
-                                ", which is now for LP ", index_of(found->second.destination),
-                                " at ", found->second.time));
-      if (act.time < horizons_[index_of(act.lp)])
-        refuse(worker, describe("is sent a message for ", act.time, ", before GVT"));
-      if (process.deliver(std::move(found->second), effects_))
-        is_settled_[index_of(act.lp)] = false;
-      sent_.erase(found);
-    } else if (act.what == Happening::kSettled) {
+    if (act.what == Happening::kSettled) {
       process.settle(effects_);
       is_settled_[index_of(act.lp)] = true;
     } else {
@@ -94,16 +89,65 @@ class RecordedRun {
         refuse(worker, describe("has executed ", act.time, ", but comes to ", process.next_time()));
       process.execute(effects_);
     }
-    take_outgoing();
+    take_outgoing(worker);
     return true;
   }
 
-  void take_outgoing() {
-    for (Message& message : effects_.outgoing) {
-      const std::pair name(message.source, std::uint64_t{message.incarnation});
-      sent_.emplace(name, std::move(message));
+  bool arrive(std::size_t worker, const RecordedAct& act) {
+    const auto found = sent_.find({act.peer, act.incarnation});
+    if (found == sent_.end()) return false;
+    if (found->second.destination != act.lp || found->second.time != act.time)
+      refuse(worker, describe("is sent a message of LP ", index_of(act.peer), " for ", act.time,
+                              ", which is now for LP ", index_of(found->second.destination), " at ",
+                              found->second.time));
+    deliver(worker, std::move(found->second));
+    sent_.erase(found);
+    take_outgoing(worker);
+    return true;
+  }
+
+  bool arrive_from_outside(std::size_t worker, const RecordedAct& act) {
+    const auto found = from_outside_.find({act.time, act.lp, act.kind, act.slot});
+    if (found == from_outside_.end())
+      refuse(worker, describe("is sent something from outside for ", act.time,
+                              " that is not there: kind ", act.kind, ", slot ", act.slot));
+    found->second.incarnation = act.incarnation;
+    deliver(worker, std::move(found->second));
+    from_outside_.erase(found);
+    take_outgoing(worker);
+    return true;
+  }
+
+  void deliver(std::size_t worker, Message&& message) {
+    const std::uint32_t lp = index_of(message.destination);
+    if (message.time < horizons_[lp])
+      refuse(worker, describe("is sent a message for ", message.time, ", before GVT"));
+    if (processes_[lp].deliver(std::move(message), effects_)) is_settled_[lp] = false;
+  }
+
+  void add_from_outside(const Message& message) {
+    if (message.time >= end_) return;
+    Message own = message;
+    own.source = kOutside;
+    if (order_.in_sequence) {
+      own.incarnation = next_incarnation_++;
+      processes_[index_of(own.destination)].deliver(std::move(own), effects_);
+    } else {
+      const OutputId name{own.time, own.destination, own.kind, own.slot};
+      from_outside_.emplace(name, std::move(own));
     }
-    effects_.outgoing.clear();
+  }
+
+  void take_outgoing(std::size_t worker) {
+    std::vector<Message> outgoing;
+    outgoing.swap(effects_.outgoing);
+    for (Message& message : outgoing) {
+      const std::pair name(message.source, std::uint64_t{message.incarnation});
+      if (order_.in_sequence)
+        deliver(worker, std::move(message));
+      else
+        sent_.emplace(name, std::move(message));
+    }
     effects_.stand_again.clear();
   }
 
@@ -112,16 +156,19 @@ class RecordedRun {
     for (const std::uint32_t lp : own_[worker]) {
       if (!is_settled_[lp] || processes_[lp].floor() < gvt)
         refuse(worker, describe("is before GVT ", gvt, ", at ", processes_[lp].floor()));
-      horizons_[lp] = std::max(horizons_[lp], gvt);
+      if (gvt < horizons_[lp])
+        refuse(worker, describe("is told of GVT ", gvt, " after ", horizons_[lp]));
+      horizons_[lp] = gvt;
       processes_[lp].commit(gvt, effects_);
       processes_[lp].forget(gvt);
     }
   }
 
   [[noreturn]] void refuse(std::size_t worker, const std::string& what) const {
-    const std::size_t at = std::min(next_[worker], order_[worker].size() - 1);
-    throw NotAsRecorded(describe("worker ", worker, ", act ", at, ": LP ",
-                                 index_of(order_[worker][at].lp), " ", what));
+    const std::vector<RecordedAct>& acts = order_.workers[worker];
+    const std::size_t at = std::min(next_[worker], acts.size() - 1);
+    throw NotAsRecorded(
+        describe("worker ", worker, ", act ", at, ": LP ", index_of(acts[at].lp), " ", what));
   }
 
   const VirtualTime end_;
@@ -136,13 +183,16 @@ class RecordedRun {
   std::vector<VirtualTime> horizons_;            // of each LP: what was committed
   std::vector<bool> is_settled_;                 // of each LP: it may execute
   std::map<std::pair<LpId, std::uint64_t>, Message> sent_;  // and not arrived
+  std::map<OutputId, Message> from_outside_;                // the same
+  std::uint64_t next_incarnation_ = 1;                      // of what comes from there in sequence
 };
 
 }  // namespace
 
 RunResult run_as_recorded(std::span<const std::unique_ptr<LogicalProcess>> lps, VirtualTime end,
-                          const RecordedOrder& order, const Recording& recording, bool whole) {
-  RunResult result = RecordedRun(lps, end, order, recording).run(whole);
+                          const RecordedOrder& order, std::span<const Message> from_outside,
+                          const Recording& recording) {
+  RunResult result = RecordedRun(lps, end, order, from_outside, recording).run();
   raise_failure(result);
   return result;
 }

@@ -9,6 +9,7 @@
 
 #include "kernel/api/event_recorder.hpp"
 #include "kernel/api/executor.hpp"
+#include "kernel/api/message.hpp"
 
 namespace soda::kernel {
 
@@ -17,10 +18,18 @@ struct RecordedAct {
   Happening what{};  // kArrived, kSettled, kExecuted or kGvt
   LpId lp{}, peer{};
   VirtualTime time;
-  std::uint64_t incarnation = 0;  // of what arrived
+  // Of what arrived; kind and slot tell what came from outside.
+  std::uint64_t incarnation = 0;
+  std::uint32_t kind = 0, slot = 0;
 };
-// Of each worker, in its order. An LP belongs to the worker whose acts name it.
-using RecordedOrder = std::vector<std::vector<RecordedAct>>;
+struct RecordedOrder {
+  // Of each worker, in its order. An LP belongs to the worker whose acts name it.
+  std::vector<std::vector<RecordedAct>> workers;
+  // Of a run in sequence: messages are there when they are sent, and those from outside from the
+  // start, so that none of them arrives.
+  bool in_sequence = false;
+  bool whole = true;  // else it is only the beginning of a run
+};
 
 // The LPs do not do what they did, or no run can have had such acts. Names worker, act and times.
 class NotAsRecorded : public std::runtime_error {
@@ -30,10 +39,10 @@ class NotAsRecorded : public std::runtime_error {
 
 // Drives every LP through the acts of `order`: the same messages late, the same rollbacks, event
 // for event. Acts of different workers come in any order in which what arrives has been sent.
-// Nothing may come from outside. Unless `whole`, `order` is only the beginning of a run: the LPs
-// are left as its acts leave them.
+// `from_outside`: the messages of the run's Outside. Of an order that is not whole, the LPs are
+// left as its acts leave them.
 RunResult run_as_recorded(std::span<const std::unique_ptr<LogicalProcess>> lps, VirtualTime end,
-                          const RecordedOrder& order, const Recording& recording,
-                          bool whole = true);
+                          const RecordedOrder& order, std::span<const Message> from_outside,
+                          const Recording& recording);
 
 }  // namespace soda::kernel

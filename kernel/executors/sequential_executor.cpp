@@ -14,7 +14,7 @@ namespace {
 struct Entry {
   static constexpr std::uint64_t kWish = ~std::uint64_t{0};
 
-  std::uint64_t number = kWish;  // of the message, in the order of sending
+  std::uint64_t number = kWish;  // of the message, in the order of sending; from outside, its slot
   LpId source{};
   std::uint32_t kind = 0;
   Payload payload;
@@ -109,9 +109,10 @@ class SequentialRun final : public Outbox {
       if (gvt >= end_) return;
       from_outside_.clear();
       outside_.take(gvt, gvt, from_outside_);
+      result_.counters.messages += from_outside_.size();
       for (Message& message : from_outside_)
         queue_.push({message.time.t, message.time.round, index_of(message.destination)},
-                    result_.counters.messages++, kOutside, message.kind,
+                    std::uint64_t{message.slot}, kOutside, message.kind,
                     std::move(message.payload));
       open_until_ = outside_.hold(kNever);
       if (next_or_end() < open_until_ || open_until_ >= end_) return;
@@ -173,7 +174,8 @@ class SequentialRun final : public Outbox {
   void view(const Entry& entry) {
     const bool same_register =
         !views_.empty() && views_.back().source == entry.source && views_.back().kind == entry.kind;
-    const std::uint32_t slot = same_register ? views_.back().slot + 1 : 0;
+    std::uint32_t slot = same_register ? views_.back().slot + 1 : 0;
+    if (entry.source == kOutside) slot = static_cast<std::uint32_t>(entry.number);
     views_.push_back({entry.source, entry.kind, slot, entry.payload.bytes()});
   }
 

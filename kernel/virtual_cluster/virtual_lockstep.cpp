@@ -32,9 +32,11 @@ class LockstepCluster {
     VirtualTime now = after_outside();
     while (now < end_) {
       const std::size_t sent = execute_all(now);
+      if (sent > 0) meet();
+      recorder_.set_clock(most());
       deliver_all();
       const VirtualTime next = earliest();
-      if (sent > 0 || next.t != now.t) meet();
+      if (sent == 0 && next.t != now.t) meet();
       if (!commit(std::min(outside_.hold(next), end_))) break;
       now = after_outside();
     }
@@ -58,6 +60,8 @@ class LockstepCluster {
       outside_.take(gvt, gvt, outgoing_);
       if (options_.observer)
         for (const Message& message : outgoing_) options_.observer->on_send(message);
+      // Before anything that is executed next, by the clock of its processor.
+      recorder_.set_clock(*std::min_element(clocks_ns_.begin(), clocks_ns_.end()));
       deliver_all();
       const VirtualTime open_until = outside_.hold(kNever);
       if (earliest() < open_until || open_until >= end_) break;

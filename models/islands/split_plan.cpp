@@ -140,7 +140,8 @@ physics::Need splits_needed(const physics::SceneDescription& scene, const RunOpt
 std::int64_t exchange_ns(const RunOptions& options) {
   if (options.executor == ExecutorKind::kVirtual)
     return options.cluster.latency_ns + options.cluster.jitter_ns / 2;
-  const bool over_ranks = options.executor == ExecutorKind::kMpi || options.recorded_over_ranks;
+  const bool over_ranks = options.executor == ExecutorKind::kMpi ||
+                          (options.recorded != nullptr && options.recorded->over_ranks);
   return over_ranks ? 50'000 : 10'000;
 }
 

@@ -13,6 +13,14 @@ constexpr std::size_t kMostRandomCells = 4;  // at once
 
 }  // namespace
 
+kernel::Message transfer_message(std::int64_t step, std::span<const CellTransfer> transfers) {
+  kernel::Message message;
+  message.time = time_of(step, Phase::kBegin);
+  message.kind = static_cast<std::uint32_t>(MessageKind::kTransfers);
+  message.payload = encode_transfers(transfers);
+  return message;
+}
+
 Balancing::Balancing(const BalancingOptions& options, std::shared_ptr<const TerritoryMap> map,
                      std::vector<std::uint32_t> processor_of, std::int64_t buffer,
                      std::int64_t first_step, std::int64_t steps)
@@ -42,7 +50,7 @@ void Balancing::take(kernel::VirtualTime gvt, kernel::VirtualTime earliest,
   holds_from_ = std::max(holds_from_, gvt.t + delay_);
   const std::int64_t step =
       std::max(holds_from_, earliest > floor() ? earliest.t + 1 : holds_from_);
-  if (gvt.t < next_decision_ || step >= steps_) return;
+  if (gvt.t < next_decision_ || step >= steps_ || step == announced_) return;
   const std::vector<CellTransfer> transfers = decide(gvt.t);
   if (!transfers.empty()) announce(step, transfers, out);
 }
@@ -80,15 +88,8 @@ std::vector<CellTransfer> Balancing::decide(std::int64_t step) {
 
 void Balancing::announce(std::int64_t step, std::span<const CellTransfer> transfers,
                          std::vector<kernel::Message>& out) {
-  const kernel::Payload payload = encode_transfers(transfers);
-  for (std::uint32_t world = 0; world < map_->worlds(); ++world) {
-    kernel::Message message;
-    message.time = time_of(step, Phase::kBegin);
-    message.destination = kernel::LpId{world};
-    message.kind = static_cast<std::uint32_t>(MessageKind::kTransfers);
-    message.payload = payload;
-    out.push_back(std::move(message));
-  }
+  announced_ = step;
+  append_for_all(transfer_message(step, transfers), map_->worlds(), out);
   std::vector<WorldId> owners(map_->owners().begin(), map_->owners().end());
   const std::lock_guard lock(mutex_);
   for (const CellTransfer& transfer : transfers)

@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <vector>
 
 #include "kernel/api/outside.hpp"
@@ -13,8 +14,12 @@
 
 namespace soda::models {
 
+// Tells a world which cells change hands at the beginning of `step`; without its destination.
+kernel::Message transfer_message(std::int64_t step, std::span<const CellTransfer> transfers);
+
 // Lives at the root. A decision is made from what all worlds have committed, at a GVT of step g; it
 // holds from step g + buffer + 1 on, which no world has begun, so nothing is rolled back for it.
+// From a step at most one holds.
 class Balancing final : public kernel::Outside, public LoadSink {
  public:
   // `map`: of `first_step`, before which the run begins; it ends after `steps`. `processor_of`: of
@@ -51,6 +56,7 @@ class Balancing final : public kernel::Outside, public LoadSink {
   kernel::SplitMix64 random_;
   std::int64_t holds_from_;
   std::int64_t next_decision_;
+  std::int64_t announced_ = -1;  // the step from which the last one holds
 
   std::mutex mutex_;                                         // of what follows
   std::map<std::int64_t, std::vector<LoadSample>> samples_;  // by step

@@ -172,6 +172,14 @@ Fragment decode_fragment(std::span<const std::byte> payload) {
   return fragment;
 }
 
+void append_for_all(kernel::Message message, std::uint32_t worlds,
+                    std::vector<kernel::Message>& out) {
+  for (std::uint32_t world = 0; world < worlds; ++world) {
+    message.destination = kernel::LpId{world};
+    out.push_back(message);
+  }
+}
+
 void encode_island(std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
                    std::span<const BodyState> states, kernel::Bytes& out) {
   out.clear();

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "kernel/api/logical_process.hpp"
+#include "kernel/api/message.hpp"
 #include "models/territory/territory.hpp"
 #include "physics/model/body_state.hpp"
 #include "physics/model/contact_manifold.hpp"
@@ -71,6 +72,10 @@ void decode_ghosts(std::span<const std::byte> payload, std::vector<Ghost>& out);
 void decode_sent(std::span<const std::byte> payload, std::vector<SentBody>& out);
 Records decode_records(std::span<const std::byte> payload);
 Fragment decode_fragment(std::span<const std::byte> payload);
+
+// A message to each world.
+void append_for_all(kernel::Message message, std::uint32_t worlds,
+                    std::vector<kernel::Message>& out);
 
 // The encoding of an island's whole input, as an exact key for shared solves.
 void encode_island(std::span<const physics::BodyId> ids,

@@ -46,6 +46,13 @@ struct BalancingOptions {
   std::uint64_t seed = 1;      // kRandom only
 };
 
+// In which order a traced run was executed.
+struct RecordedExecution {
+  kernel::RecordedOrder order;
+  std::vector<TerritoryChange> territory_changes = {};  // by balancing, in order of steps
+  bool over_ranks = false;
+};
+
 enum class ExecutorKind { kSequential, kThreads, kVirtual, kMpi };
 
 struct RunOptions {
@@ -81,11 +88,9 @@ struct RunOptions {
   std::function<std::int64_t(WorldId, std::int64_t)> event_cost_ns = {};
   bool constant_cost = false;
   CostWeights weights = {};
-  // A traced run again, in the order in which it was executed: instead of what `executor` says.
-  // Nothing comes from outside; `outsides` and balancing must be none.
-  const kernel::RecordedOrder* recorded = nullptr;
-  bool recorded_over_ranks = false;
-  bool recorded_whole = true;  // else it is only the beginning of the order
+  // A traced run again, instead of what `executor` says. `outsides` must be none, and inputs a
+  // script.
+  const RecordedExecution* recorded = nullptr;
 };
 
 }  // namespace soda::models

@@ -10,9 +10,16 @@
 namespace soda::models {
 
 BufferInterface::BufferInterface(std::span<const physics::BodyState> initial, std::uint32_t worlds,
-                                 const Lead& lead)
-    : lead_(lead), lead_steps_(lead.steps), most_lead_steps_(lead.steps), newest_(worlds) {
+                                 const Lead& lead, std::int64_t first)
+    : lead_(lead),
+      first_(first),
+      lead_steps_(lead.steps),
+      most_lead_steps_(lead.steps),
+      newest_(worlds),
+      shown_(first) {
+  for (std::atomic<std::int64_t>& newest : newest_) newest.store(first);
   Frame start;
+  start.clock = first;
   start.states.assign(initial.begin(), initial.end());
   for (std::uint32_t body = 0; body < initial.size(); ++body)
     start.ids.push_back(physics::BodyId{body});
@@ -55,7 +62,7 @@ void BufferInterface::adapt_lead(std::int64_t final_beyond) {
   plenty_ = would_do_with_less ? plenty_ + 1 : 0;
   if (patience_ > 0) {
     --patience_;
-  } else if (2 * final_beyond < lead && has_more && shown_.load() > 0) {
+  } else if (2 * final_beyond < lead && has_more && shown_.load() > first_) {
     patience_ = (lead - final_beyond) / lead_.frame;
     lead_steps_.store(std::min(2 * lead, lead_.most));
     most_lead_steps_ = std::max(most_lead_steps_, lead_steps_.load());

@@ -24,7 +24,7 @@ struct Lead {
 
 // All bodies of one step. Final: no rollback can change it any more.
 struct Frame {
-  std::int64_t clock = 0;            // steps since the start
+  std::int64_t clock = 0;            // steps, from 0
   std::vector<physics::BodyId> ids;  // ascending
   std::vector<physics::BodyState> states;
 };
@@ -44,9 +44,9 @@ struct Frame {
 // `lead` itself, which is the size of its buffer then.
 class BufferInterface final : public kernel::Outside, public EntryObserver {
  public:
-  // `initial[i]` is the state of BodyId{i} at clock 0, which is shown first.
+  // `initial[i]` is the state of BodyId{i} at clock `first`, which is shown first.
   BufferInterface(std::span<const physics::BodyState> initial, std::uint32_t worlds,
-                  const Lead& lead);
+                  const Lead& lead, std::int64_t first = 0);
 
   // For CommitObserver::on_step, with states; in order of steps.
   void add(const CommittedStep& step);
@@ -69,13 +69,14 @@ class BufferInterface final : public kernel::Outside, public EntryObserver {
   void adapt_lead(std::int64_t final_beyond);
 
   const Lead lead_;
+  const std::int64_t first_;
   std::atomic<std::int64_t> lead_steps_;
   // The renderer's.
   std::int64_t most_lead_steps_;
   std::int64_t patience_ = 0;                      // frames until the lead may grow again
   int plenty_ = 0;                                 // frames in a row that would have done with less
   std::vector<std::atomic<std::int64_t>> newest_;  // entry of each world
-  std::atomic<std::int64_t> shown_{0};
+  std::atomic<std::int64_t> shown_;
   std::mutex mutex_;
   std::deque<std::shared_ptr<const Frame>> frames_;  // final ones; the first is the one shown
 };

@@ -25,7 +25,8 @@ double Playback::next_due_s() const {
 }
 
 const ShownFrame& Playback::show_next() {
-  const double due = frames_.empty() ? 0.0 : position_ + options_.steps_per_frame;
+  const double due = frames_.empty() ? static_cast<double>(options_.first_step)
+                                     : position_ + options_.steps_per_frame;
   const std::int64_t before = buffer_.shown();
   const std::int64_t wanted = std::min(whole_steps(due), options_.steps);
   const std::int64_t clock = buffer_.show(wanted)->clock;
@@ -53,8 +54,8 @@ PlaybackSummary summary_of(const std::vector<ShownFrame>& frames, const Playback
     is_first = false;
   }
   if (!frames.empty()) {
-    const double real_s =
-        static_cast<double>(frames.back().clock) / options.steps_per_frame * options.frame_s;
+    const double real_s = static_cast<double>(frames.back().clock - options.first_step) /
+                          options.steps_per_frame * options.frame_s;
     sum.slow_motion_s = std::max(0.0, frames.back().due_s - real_s);
   }
   return sum;
@@ -63,7 +64,7 @@ PlaybackSummary summary_of(const std::vector<ShownFrame>& frames, const Playback
 Playback play(BufferInterface& buffer, const PlaybackOptions& options, Clock& clock,
               std::int64_t fill, const std::function<bool()>& ended,
               const std::function<void()>& begins) {
-  const std::int64_t enough = std::min(fill, options.steps);
+  const std::int64_t enough = std::min(options.first_step + fill, options.steps);
   while (buffer.reached() < enough && !ended()) clock.sleep_until(clock.now_s() + kNap);
   if (begins) begins();
   Playback playback(buffer, options, clock.now_s());

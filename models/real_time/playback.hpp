@@ -21,6 +21,7 @@ struct PlaybackOptions {
   double frame_s = 1.0 / 60.0;   // > 0
   double steps_per_frame = 1.0;  // > 0; fewer than 1: a step is shown in several frames
   std::int64_t steps = 0;        // the clock of the last frame
+  std::int64_t first_step = 0;   // that of the first
 };
 
 // One frame: what was due, and what there was.
@@ -42,7 +43,7 @@ struct ShownFrame {
 // gives slow motion and no jump.
 class Playback {
  public:
-  // The first frame, of clock 0, is due at `start_s`.
+  // The first frame is due at `start_s`.
   Playback(BufferInterface& buffer, const PlaybackOptions& options, double start_s);
 
   double next_due_s() const;

@@ -19,11 +19,11 @@ VirtualPlayback::VirtualPlayback(BufferInterface& buffer, const PlaybackOptions&
                                  const kernel::Partition& processors, double step_ns)
     : buffer_(buffer),
       options_(options),
-      enough_(std::min(fill, options.steps)),
+      enough_(std::min(options.first_step + fill, options.steps)),
       load_(load),
       processors_(processors),
       step_ns_(step_ns),
-      worlds_(processors.lps),
+      worlds_(processors.lps, OfWorld{.newest = options.first_step}),
       work_(processors.workers),
       worked_ns_(processors.workers) {}
 

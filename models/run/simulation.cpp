@@ -14,6 +14,7 @@
 #include "models/load_balancing/balancing.hpp"
 #include "models/options/run_stages.hpp"
 #include "models/run/commit_relay.hpp"
+#include "models/run/recorded_run.hpp"
 #include "models/territory/map_share.hpp"
 #include "models/user_input/input_feed.hpp"
 #include "models/world/event_kinds.hpp"
@@ -57,7 +58,7 @@ kernel::LpRange own_worlds(const RunOptions& options, std::uint32_t worlds) {
 // Null if territories stay as they are; one world has nobody to give to.
 std::unique_ptr<Balancing> make_balancing(const RunOptions& options,
                                           const std::shared_ptr<const TerritoryMap>& map) {
-  if (!balancing_needed(options, map->worlds())) return nullptr;
+  if (options.recorded != nullptr || !balancing_needed(options, map->worlds())) return nullptr;
   return std::make_unique<Balancing>(options.balancing, map, processors_of(options, map->worlds()),
                                      options.buffer, options.first_step, options.steps);
 }
@@ -143,6 +144,7 @@ struct TraceToObserver final : kernel::TraceSink {
 // What the kernel drives the worlds for, and with.
 struct Driver {
   const RunOptions& options;
+  const CommitObserver& observer;
   kernel::Outside* outside;
   kernel::Recording recording;
   const kernel::ProgressFn progress;
@@ -208,15 +210,6 @@ void end_early(const kernel::RunResult& outcome, const Worlds& worlds, Simulatio
                 [steps](const TerritoryChange& change) { return change.step >= steps; });
 }
 
-void tell_stands(const Worlds& worlds, const CommitObserver& observer) {
-  if (!observer.on_stand) return;
-  BufferEntry copy;
-  for (std::uint32_t id = 0; id < worlds.size(); ++id) {
-    const BufferEntry& entry = static_cast<World&>(*worlds[id]).newest_entry(copy);
-    observer.on_stand({WorldId{id}, entry.step, entry.ids, entry.states});
-  }
-}
-
 void add_outcomes(const Worlds& worlds, const RunOptions& options, SimulationResult& result) {
   if (options.executor != ExecutorKind::kMpi || worlds.size() == 1) {
     for (const std::unique_ptr<kernel::LogicalProcess>& process : worlds)
@@ -246,8 +239,7 @@ kernel::RunResult run(const Worlds& worlds, const Driver& driver, CommitRelay& r
   const RunOptions& options = driver.options;
   const kernel::VirtualTime end = time_of(options.steps, Phase::kBegin);
   if (options.recorded != nullptr)
-    return kernel::run_as_recorded(worlds, end, *options.recorded, driver.recording,
-                                   options.recorded_whole);
+    return run_recorded(worlds, options, driver.recording, driver.observer);
   if (options.executor == ExecutorKind::kVirtual) return run_on_cluster(worlds, driver, report);
   if (worlds.size() == 1 && !worlds[0]) return {};
   if (executor_of(options, static_cast<std::uint32_t>(worlds.size())) == ExecutorKind::kSequential)
@@ -299,7 +291,7 @@ std::unique_ptr<InputFeed> connect_inputs(std::uint32_t worlds, RunOptions& opti
   if (!options.inputs.any() || !is_root(options)) return nullptr;
   // Before a world within its buffer can come to their step.
   const std::int64_t ahead_steps = options.inputs.at_the_last_moment ? 0 : 2 * options.buffer + 2;
-  auto feed = std::make_unique<InputFeed>(options.inputs, worlds, ahead_steps);
+  auto feed = std::make_unique<InputFeed>(options.inputs, worlds, options.first_step, ahead_steps);
   options.outsides.push_back(feed.get());
   observer.on_step = [&from = *feed, on_step = observer.on_step](const CommittedStep& step) {
     CommittedStep whole = step;
@@ -309,11 +301,14 @@ std::unique_ptr<InputFeed> connect_inputs(std::uint32_t worlds, RunOptions& opti
   return feed;
 }
 
-// Committed steps tell which cells changed hands.
-void connect_balancing(Balancing& balancing, CommitObserver& observer) {
-  if (!observer.on_step) return;
-  observer.on_step = [&from = balancing, on_step = observer.on_step](const CommittedStep& step) {
-    const std::vector<TerritoryChange> changes = from.changes_at(step.step - 1);
+// Committed steps tell which cells changed hands, now or in the recorded run.
+void connect_changes(Balancing* balancing, const RecordedExecution* recorded,
+                     CommitObserver& observer) {
+  if (!observer.on_step || (balancing == nullptr && recorded == nullptr)) return;
+  observer.on_step = [=, on_step = observer.on_step](const CommittedStep& step) {
+    const std::vector<TerritoryChange> changes =
+        balancing != nullptr ? balancing->changes_at(step.step - 1)
+                             : changes_at(recorded->territory_changes, step.step - 1);
     CommittedStep whole = step;
     whole.territory_changes = changes;
     on_step(whole);
@@ -342,10 +337,8 @@ SimulationResult simulate(const physics::SceneDescription& scene,
       std::shared_ptr<const TerritoryMap>(std::shared_ptr<const void>(), &map), scenes.with({}),
       std::make_shared<InputAccount>(InputAccount{Presence(options.inputs.absent), {}})};
   const std::unique_ptr<Balancing> balancing = make_balancing(options, rules.map);
-  if (balancing && is_root(options)) {
-    options.outsides.push_back(balancing.get());
-    connect_balancing(*balancing, observer);
-  }
+  if (balancing && is_root(options)) options.outsides.push_back(balancing.get());
+  if (is_root(options)) connect_changes(balancing.get(), options.recorded, observer);
   LoadSink* const loads = is_root(options) ? static_cast<LoadSink*>(balancing.get()) : &relay;
   const std::vector<std::uint32_t> processors = processors_of(options, map.worlds());
   const Worlds worlds = build_worlds({geometry, shares, scenes, maps, commits, options,
@@ -360,6 +353,7 @@ SimulationResult simulate(const physics::SceneDescription& scene,
   const kernel::RunResult outcome =
       run(worlds,
           {.options = options,
+           .observer = observer,
            .outside = options.outsides.empty() ? nullptr : &outsides,
            .recording = {.kind_of = kind_of,
                          .trace = observer.wants_trace ? trace : nullptr,
@@ -369,9 +363,9 @@ SimulationResult simulate(const physics::SceneDescription& scene,
            .progress = on_gvt(options.steps, progress)},
           relay, {commits, balancing.get(), trace}, result.cluster);
   result.committed_steps = merge.committed_steps();
-  if (options.recorded != nullptr && !options.recorded_whole) {
-    tell_stands(worlds, observer);
-    return result;
+  if (options.recorded != nullptr) {
+    if (!options.recorded->order.whole) return result;
+    result.territory_changes = options.recorded->territory_changes;
   }
   if (balancing) result.territory_changes = balancing->changes();
   end_early(outcome, worlds, result);

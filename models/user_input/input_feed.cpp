@@ -3,22 +3,51 @@
 #include <algorithm>
 #include <utility>
 
+#include "models/messages/messages.hpp"
 #include "models/messages/schedule.hpp"
 
 namespace soda::models {
 
+kernel::Message input_message(const UserInput& input) {
+  kernel::Message message;
+  message.time = time_of(input.step, Phase::kBegin);
+  message.kind = static_cast<std::uint32_t>(MessageKind::kInputs);
+  message.slot = input.id;
+  message.payload = encode_input(input);
+  return message;
+}
+
 void LiveInputs::offer(const UserInput& input) {
   const std::lock_guard lock(mutex_);
-  waiting_.push_back(input);
+  offered_.push_back({input, input.step, false});
 }
 
-std::vector<UserInput> LiveInputs::take() {
+std::vector<CommittedInput> LiveInputs::take(std::int64_t earliest_step) {
   const std::lock_guard lock(mutex_);
-  return std::exchange(waiting_, {});
+  const auto first = offered_.begin() + static_cast<std::ptrdiff_t>(taken_);
+  for (auto at = first; at != offered_.end(); ++at)
+    at->input.step = std::max(at->input.step, earliest_step);
+  taken_ = offered_.size();
+  return {first, offered_.end()};
 }
 
-InputFeed::InputFeed(const InputOptions& options, std::uint32_t worlds, std::int64_t ahead_steps)
-    : live_(options.live), worlds_(worlds), ahead_steps_(ahead_steps), presence_(options.absent) {
+std::size_t LiveInputs::waiting() const {
+  const std::lock_guard lock(mutex_);
+  return offered_.size() - taken_;
+}
+
+std::vector<CommittedInput> LiveInputs::offered() const {
+  const std::lock_guard lock(mutex_);
+  return offered_;
+}
+
+InputFeed::InputFeed(const InputOptions& options, std::uint32_t worlds, std::int64_t first_step,
+                     std::int64_t ahead_steps)
+    : live_(options.live),
+      worlds_(worlds),
+      first_step_(first_step),
+      ahead_steps_(ahead_steps),
+      presence_(options.absent) {
   for (const UserInput& input : options.script) stamped_.insert({input, input.step});
   waiting_ = stamped_;
 }
@@ -32,33 +61,22 @@ void InputFeed::take(kernel::VirtualTime gvt, kernel::VirtualTime earliest,
                      std::vector<kernel::Message>& out) {
   const std::lock_guard lock(mutex_);
   if (live_ != nullptr)
-    take_live(std::max<std::int64_t>(earliest.round == 0 ? earliest.t : earliest.t + 1, 0));
+    take_live(std::max(earliest.round == 0 ? earliest.t : earliest.t + 1, first_step_));
   while (!waiting_.empty() && waiting_.begin()->input.step - ahead_steps_ <= gvt.t) {
-    const UserInput& input = waiting_.begin()->input;
-    kernel::Message message;
-    message.time = time_of(input.step, Phase::kBegin);
-    message.kind = static_cast<std::uint32_t>(MessageKind::kInputs);
-    message.payload = encode_input(input);
-    for (std::uint32_t world = 0; world < worlds_; ++world) {
-      message.destination = kernel::LpId{world};
-      out.push_back(message);
-    }
+    append_for_all(input_message(waiting_.begin()->input), worlds_, out);
     waiting_.erase(waiting_.begin());
   }
 }
 
 void InputFeed::take_live(std::int64_t earliest_step) {
-  for (UserInput& input : live_->take()) {
-    const std::int64_t asked = input.step;
-    input.step = std::max(asked, earliest_step);
-    const Stamped stamped{input, asked};
-    stamped_.insert(stamped);
-    waiting_.insert(stamped);
+  for (const CommittedInput& taken : live_->take(earliest_step)) {
+    const Stamped stamped{taken.input, taken.asked_step};
+    if (stamped_.insert(stamped).second) waiting_.insert(stamped);
   }
 }
 
 std::size_t InputFeed::too_late() {
-  const std::size_t unasked = live_ != nullptr ? live_->take().size() : 0;
+  const std::size_t unasked = live_ != nullptr ? live_->waiting() : 0;
   return stamped_.size() - log_.size() + unasked;
 }
 

@@ -12,17 +12,26 @@
 
 namespace soda::models {
 
+// Tells a world of an input; without its destination.
+kernel::Message input_message(const UserInput& input);
+
 // Where inputs wait that come while a run goes on. From any thread.
 class LiveInputs {
  public:
   // `input.step` < 0: as early as possible.
   void offer(const UserInput& input);
-  // All since the last call, in the order of offering.
-  std::vector<UserInput> take();
+  // All since the last call, in the order of offering, with the steps at which they act: no earlier
+  // than `earliest_step`.
+  std::vector<CommittedInput> take(std::int64_t earliest_step);
+  std::size_t waiting() const;
+  // All that were ever offered: with that step, or, of those that wait, with the one asked for. For
+  // who writes down what has not acted yet.
+  std::vector<CommittedInput> offered() const;
 
  private:
-  std::mutex mutex_;
-  std::vector<UserInput> waiting_;
+  mutable std::mutex mutex_;
+  std::vector<CommittedInput> offered_;
+  std::size_t taken_ = 0;
 };
 
 // Sends every input to all worlds, for the beginning of its step. One that comes too late for its
@@ -31,8 +40,10 @@ class LiveInputs {
 // floor() and take() from the executor, committed() from whoever hears of committed steps.
 class InputFeed final : public kernel::Outside {
  public:
-  // An input is sent when GVT is `ahead_steps` before its step, or closer.
-  InputFeed(const InputOptions& options, std::uint32_t worlds, std::int64_t ahead_steps);
+  // An input is sent when GVT is `ahead_steps` before its step, or closer. The run begins before
+  // `first_step`.
+  InputFeed(const InputOptions& options, std::uint32_t worlds, std::int64_t first_step,
+            std::int64_t ahead_steps);
 
   kernel::VirtualTime floor() override;
   void take(kernel::VirtualTime gvt, kernel::VirtualTime earliest,
@@ -60,6 +71,7 @@ class InputFeed final : public kernel::Outside {
 
   LiveInputs* const live_;
   const std::uint32_t worlds_;
+  const std::int64_t first_step_;
   const std::int64_t ahead_steps_;
   std::mutex mutex_;
   std::set<Stamped> waiting_;  // to be sent

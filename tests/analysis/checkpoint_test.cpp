@@ -1,7 +1,10 @@
 // Runs that end and go on: through the binary.
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -144,6 +147,78 @@ TEST_F(Checkpoint, InputsOfAFileThatHaveNotActedAreInIt) {
   EXPECT_TRUE(contains(again.err, "101")) << again.err;
 }
 
+// Killed as soon as a checkpoint has what the stream has said for later.
+TEST_F(Checkpoint, InputsOfAStreamThatHaveNotActedAreInIt) {
+  const std::string scene = library_file("user-input"), lines = folder_.file("lines.jsonl");
+  write_file(
+      lines,
+      R"({"id": 101, "step": 5000, "type": "push", "body": 0, "impulse_newton_s": [1, 0, 2]})"
+      "\n"
+      R"({"id": 102, "step": 5010, "type": "push", "body": 0, "impulse_newton_s": [0, 2, 1]})"
+      "\n");
+  const json whole = told({"run", scene, "--steps", "5050", "--inputs", lines});
+  const auto knows_both = [this] {
+    if (!std::filesystem::exists(file_)) return false;
+    LogReader checkpoint(file_);
+    const LoggedStep step = checkpoint.read_step(checkpoint.first_step());
+    return std::ranges::count_if(step.inputs, [](const models::CommittedInput& known) {
+             return known.input.id > 100;
+           }) == 2;
+  };
+  std::size_t way = 0;
+  for (const char* threads : {"1", "2"}) {
+    const ChildResult run = run_soda(
+        {"run", scene, "--steps", "5050", "--threads", threads, "--realtime", "--speed", "20",
+         "--inputs", "-", "--checkpoint", file_, "--every", "10", "--quiet", "--force"},
+        {.in_child = [lines] { dup2(open(lines.c_str(), O_RDONLY), STDIN_FILENO); },
+         .here =
+             [&](int child) {
+               while (!knows_both()) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+               ::kill(child, SIGKILL);
+             }});
+    ASSERT_EQ(run.signal, SIGKILL) << run.err;
+    const json on = told({"run", "--resume", file_}, kOtherWays[way++]);
+    EXPECT_GT(on["first_step"], 0);
+    EXPECT_LT(on["first_step"], 5000);
+    EXPECT_EQ(on["digest"], whole["digest"]);
+    std::filesystem::remove(file_);
+  }
+}
+
+// What asks for no step acts first, and what comes then comes as in any run.
+TEST_F(Checkpoint, AStreamGoesOnWithTheRun) {
+  const std::string lines = folder_.file("lines.jsonl"), log = folder_.file("on.sodalog");
+  write_file(lines, R"({"id": 101, "type": "push", "body": 0, "impulse_newton_s": [1, 0, 2]})"
+                    "\n");
+  told({"run", library_file("user-input"), "--steps", "40", "--checkpoint", file_});
+  for (const Options& way : kOtherWays) {
+    Options command = {"run",  "--resume", file_,     "--inputs", "-", "--steps",
+                       "2000", "--json",   "--quiet", "--log",    log, "--force"};
+    command.insert(command.end(), way.begin(), way.end());
+    const ChildResult on = run_soda(
+        command, {[lines] { dup2(open(lines.c_str(), O_RDONLY), STDIN_FILENO); }, [](int) {}});
+    ASSERT_EQ(on.exit_code, kExitOk) << on.err;
+    const json run = json::parse(on.out);
+    EXPECT_GE(run["inputs"].back()["step"], 40);
+    const ChildResult again = run_soda({"replay", log, "--worlds", "1"});
+    EXPECT_EQ(again.exit_code, kExitOk) << again.err;
+  }
+}
+
+TEST_F(Checkpoint, ARunGoesOnInRealTime) {
+  const json whole = told({"run", library_file("user-input")});
+  told({"run", library_file("user-input"), "--steps", "40", "--checkpoint", file_});
+  for (const Options& way : kOtherWays) {
+    const json on =
+        told({"run", "--resume", file_, "--steps", "120", "--realtime", "--speed", "4"}, way);
+    EXPECT_EQ(on["step_digests"], digests_after(whole, 40)) << (way.empty() ? "as it was" : way[1]);
+    const json& shown = on["real_time"]["clock"];
+    EXPECT_EQ(shown.front(), 40);
+    EXPECT_EQ(shown.back(), 120);
+    EXPECT_TRUE(std::ranges::is_sorted(shown.get<std::vector<int>>()));
+  }
+}
+
 TEST_F(Checkpoint, ALogOfARunThatGoesOnIsReplayedAndGoesOnItself) {
   const std::string log = folder_.file("part.sodalog");
   const json whole = told({"run", library_file("user-input")});
@@ -185,7 +260,6 @@ TEST_F(Checkpoint, WhatCannotGoOnSaysWhy) {
       {{"run", "--resume", folder_.file("text")}, kExitFile, "is no soda log"},
       {{"run", "--resume", folder_.file("none")}, kExitFile, "cannot be read"},
       {{"run", "--resume", file_, "--steps", "19"}, kExitInput, "allowed: at least 20"},
-      {{"run", "--resume", file_, "--realtime"}, kExitInput, "--realtime"},
       {{"run", "--resume", file_, "--log", file_, "--force"},
        kExitInput,
        "is the file that is read"},

@@ -66,6 +66,40 @@ TEST(RunCost, OneWorldCostsThePhysicsLoopForSparse10000) {
   expect_one_world_to_cost_its_physics("sparse-10000");
 }
 
+// Of what it holds: options and digests, all states, the life of every event.
+TEST(RunCost, ALogCostsAtMostThreePercent) {
+  const TemporaryFolder folder;
+  const auto run_with = [](const std::vector<std::string>& options) {
+    std::vector<std::string> command = {SODA_BINARY_DIR "/soda",
+                                        "run",
+                                        library_file("bin-1000"),
+                                        "--executor",
+                                        "sequential",
+                                        "--worlds",
+                                        "1",
+                                        "--steps",
+                                        "100",
+                                        "--quiet"};
+    command.insert(command.end(), options.begin(), options.end());
+    return count_instructions(command, "digest of the state after the last step ");
+  };
+  const CountedRun without = run_with({});
+  ASSERT_GT(without.instructions, 0u);
+  const struct {
+    const char* level;
+    double most;
+  } levels[] = {{"inputs", 1.01}, {"commits", 1.03}, {"trace", 1.03}};
+  for (const auto& [level, most] : levels) {
+    const CountedRun with = run_with({"--log", folder.file(level), "--log-level", level});
+    EXPECT_EQ(with.digest, without.digest);
+    const double ratio =
+        static_cast<double>(with.instructions) / static_cast<double>(without.instructions);
+    std::cout << level << ": " << ratio << "\n";
+    EXPECT_GT(ratio, 1.0);
+    EXPECT_LE(ratio, most) << level;
+  }
+}
+
 // A gas is in its steady state from the start: contacts that appear later cost memory too, and that
 // is no growth with the number of steps. 5 % are 85 bytes a step here.
 TEST(RunCost, MemoryDoesNotGrowWithTheNumberOfSteps) {

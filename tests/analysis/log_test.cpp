@@ -298,6 +298,12 @@ TEST(EventLog, ReadsBackInputsAndWhichBodiesWereThere) {
   EXPECT_TRUE(found.inputs[1].had_effect);
 }
 
+ByteBuffer difference_of(const LoggedStates& now, const LoggedStates& before) {
+  ByteBuffer bytes;
+  put_difference(bytes, now.ids, now.states, before, 0.01);
+  return bytes;
+}
+
 // Bodies come and go, touch and part; velocities of any size, and what is no number.
 TEST(EventLog, DifferencesReadBackBitForBit) {
   LoggedStates before;
@@ -312,7 +318,7 @@ TEST(EventLog, DifferencesReadBackBitForBit) {
   now.states[2].impulses.push_back({physics::BodyId{0xffffffffu}, 8, ~0u, -0.0, {1.0, 2.0, 3.0}});
   for (const auto& [from, to] : {std::pair(before, now), std::pair(now, before),
                                  std::pair(now, now), std::pair(LoggedStates{}, now)}) {
-    const ByteBuffer bytes = encode_difference(to.ids, to.states, from, 0.01);
+    const ByteBuffer bytes = difference_of(to, from);
     ByteReader in(bytes);
     const LoggedStates found = decode_difference(in, from, 0.01);
     in.expect_end();
@@ -321,12 +327,12 @@ TEST(EventLog, DifferencesReadBackBitForBit) {
     for (std::size_t i = 0; i < to.states.size(); ++i)
       EXPECT_TRUE(physics::identical(found.states[i], to.states[i])) << i;
   }
-  EXPECT_LT(encode_difference(now.ids, now.states, now, 0.01).size(), 40u);
+  EXPECT_LT(difference_of(now, now).size(), 40u);
 }
 
 TEST(EventLog, ADamagedDifferenceIsNoDifference) {
   LoggedStates before{all_ids(3), states_at(2)}, now{all_ids(3), states_at(3)};
-  const ByteBuffer sound = encode_difference(now.ids, now.states, before, 0.01);
+  const ByteBuffer sound = difference_of(now, before);
   for (std::size_t at = 0; at < sound.size(); ++at)
     for (const unsigned char flip : {0x01, 0x80, 0xff}) {
       ByteBuffer bytes = sound;

@@ -1,12 +1,15 @@
 // Stopping a replay at an event, and walking through a trace by commands: through the binary.
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <signal.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "analysis/child_process.hpp"
@@ -162,8 +165,95 @@ TEST_F(TracedReplay, EventsAreFoundByTheirNames) {
   EXPECT_EQ(run_soda({"replay", log_, "--until", "3", "--threads", "2"}).exit_code, kExitInput);
   run("border-stack", {"--steps", "10", "--executor", "virtual"}, "commits");
   EXPECT_TRUE(contains(refusal("--until", "3"), "--log-level trace writes it"));
-  run("border-stack", {"--steps", "10", "--executor", "sequential"});
-  EXPECT_TRUE(contains(refusal("--until", "3"), "is of a run in sequence"));
+}
+
+// Inputs, of a stream as well, and cells that change hands come from outside again as they did.
+TEST_F(TracedReplay, WhatCameFromOutsideComesAgain) {
+  std::size_t rollbacks = 0, transfers = 0;
+  for (const std::vector<std::string>& options : std::vector<std::vector<std::string>>{
+           {"--threads", "2", "--gating", "off"},
+           {"--threads", "3", "--policy", "lockstep", "--balancing", "random"},
+           {"--executor", "virtual", "--worlds", "1"},
+           {"--executor", "virtual", "--policy", "lockstep"},
+           {"--executor", "virtual", "--balancing", "random", "--balancing-interval", "3"},
+           {"--executor", "virtual", "--realtime", "--speed", "8"}}) {
+    run("user-input", options);
+    LogReader log(log_);
+    for (std::int64_t step = 1; step <= log.last_step(); ++step)
+      transfers += log.read_step(step).territory_changes.size();
+    const std::size_t happenings = stopped("--until", "20")["happenings"];
+    for (const std::size_t at : {happenings / 3, happenings / 2, happenings}) {
+      const json stop = stopped("--until", "happening:" + std::to_string(at));
+      const auto [alike, others] = as_committed(stop, log);
+      EXPECT_GT(alike, 0u);
+      if (at == happenings) {
+        EXPECT_EQ(others, 0u) << options[1];
+      }
+    }
+    if (json::parse(run_soda({"why", log_, "--json"}).out)["rollbacks"] == 0) continue;
+    ++rollbacks;
+    const json before = stopped("--break", "rollback"), after = stopped("--until", "rollback");
+    EXPECT_EQ(after["happening"], before["happening"].get<std::size_t>() + 1);
+    EXPECT_EQ(rollbacks_in(after), 1u);
+  }
+  EXPECT_GE(rollbacks, 2u);
+  EXPECT_GT(transfers, 10u);
+}
+
+TEST_F(TracedReplay, ARunInSequenceStopsWhereverItWasAndHasNoRollback) {
+  for (const char* worlds : {"1", "4"}) {
+    run("user-input", {"--executor", "sequential", "--worlds", worlds});
+    LogReader log(log_);
+    const std::size_t happenings = stopped("--until", "20")["happenings"];
+    for (const std::string& event :
+         {std::string("30"), std::string("world:0:50:finish"), std::string("gvt:70"),
+          "happening:" + std::to_string(happenings)}) {
+      const json stop = stopped("--until", event);
+      const auto [alike, others] = as_committed(stop, log);
+      EXPECT_GT(alike, 0u) << event;
+      EXPECT_EQ(others, 0u) << event << ": nothing is speculative";
+      for (const json& world : stop["worlds"]) EXPECT_EQ(world["messages_in_flight"], 0);
+    }
+    EXPECT_EQ(stopped("--until", "gvt:70")["gvt_step"], 70);
+    EXPECT_TRUE(contains(refusal("--break", "rollback"), "in sequence nothing is rolled back"));
+    const ChildResult walked = session("goto 30\nworld\nbody 1 now\n");
+    EXPECT_EQ(walked.exit_code, kExitOk) << walked.err;
+    EXPECT_TRUE(contains(walked.out, " has body 1 after step 30")) << walked.out;
+  }
+  const json events = json::parse(run_soda({"log", log_, "--json", "--lines", "events"}).out);
+  const auto sent =
+      std::ranges::find(events, "sent", [](const json& event) { return event["what"]; });
+  ASSERT_NE(sent, events.end());
+  const std::string name = "message:" + std::to_string((*sent)["world"].get<int>()) + ":" +
+                           std::to_string((*sent)["number"].get<int>());
+  EXPECT_TRUE(contains(stopped("--until", name)["place"], " sent ")) << name;
+}
+
+// What was to act after its end is not in the log; up to there the run can be had again.
+TEST_F(TracedReplay, ARunThatEndedEarlyComesAsFarAsItsLogKnowsWhatCame) {
+  std::string inputs;
+  for (int step = 10; step < 4000; step += 10)
+    inputs += R"({"id": )" + std::to_string(1000 + step) +
+              R"(, "type": "push", "body": 1, "step": )" + std::to_string(step) +
+              R"(, "impulse_newton_s": [0, 0, 0.01]})"
+              "\n";
+  const std::string file = folder_.file("inputs.jsonl");
+  write_file(file, inputs);
+  const ChildResult ran =
+      run_soda({"run", library_file("user-input"), "--steps", "1000000", "--threads", "2",
+                "--inputs", file, "--log", log_, "--log-level", "trace"},
+               {[] {},
+                [](int child) {
+                  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+                  kill(child, SIGINT);
+                }});
+  ASSERT_EQ(ran.exit_code, 130) << ran.err;
+  const json early = stopped("--until", "30");
+  EXPECT_GT(early["happenings"], 1000);
+  const ChildResult last = run_soda(
+      {"replay", log_, "--until", "happening:" + std::to_string(early["happenings"].get<int>())});
+  EXPECT_TRUE(last.exit_code == kExitOk || contains(last.err, "that the log does not hold"))
+      << last.err;
 }
 
 TEST_F(TracedReplay, ASessionWalksForwardsAndBackwards) {

@@ -253,9 +253,12 @@ TEST_F(Trace, ARunOverThreadsOrRanksIsHadAgainAsItWasExecuted) {
       {"--threads", "4", "--gating", "off"},
       {"--threads", "4", "--scheduling-seed", "3"},
       {"--threads", "3", "--rollback", "invalidate", "--gating", "off"},
-      {"--executor", "virtual", "--latency-us", "60"}};
+      {"--executor", "virtual", "--latency-us", "60"},
+      {"--threads", "2", "--gating", "off", "--balancing", "random", "--balancing-interval", "3"},
+      {"--executor", "virtual", "--balancing", "paper", "--jitter-us", "20"},
+      {"--executor", "virtual", "--policy", "lockstep", "--balancing", "random"}};
   std::uint64_t rolled_back = 0;
-  for (const char* scene : {"border-stack", "billiards", "third-world"})
+  for (const char* scene : {"border-stack", "billiards", "third-world", "user-input"})
     for (std::vector<std::string> options : all) {
       options.insert(options.end(), {"--steps", "90"});
       json run = traced(scene, options)["events"];
@@ -273,7 +276,9 @@ TEST_F(Trace, ARunOverThreadsOrRanksIsHadAgainAsItWasExecuted) {
   EXPECT_EQ(run_soda({"replay", log_, "--as-executed", "--rollback", "invalidate"}).exit_code,
             kExitCheckFailed);
   traced("border-stack", {"--executor", "sequential", "--steps", "30"});
-  EXPECT_EQ(run_soda({"replay", log_, "--as-executed"}).exit_code, kExitInput);
+  const ChildResult refused = run_soda({"replay", log_, "--as-executed"});
+  EXPECT_EQ(refused.exit_code, kExitInput);
+  EXPECT_TRUE(contains(refused.err, "a run in sequence, which has one order only")) << refused.err;
 }
 
 // Slices of a track follow each other or lie within each other, and arrows have both ends.

@@ -29,8 +29,9 @@ struct Stamped {
   std::uint64_t token = 0;
 };
 
-Message message_of(const Stamped& stamped) {
+Message message_of(const Stamped& stamped, std::uint64_t slot) {
   Message message;
+  message.slot = static_cast<std::uint32_t>(slot);
   message.time = stamped.time;
   message.destination = stamped.destination;
   message.payload = Payload::of(Word{stamped.token, 0, 1});
@@ -67,7 +68,7 @@ class Script : public Outside {
     gvt_ = gvt;
     const VirtualTime until = at_the_last_moment_ ? gvt : kNever;
     for (; sent_ < script_.size() && script_[sent_].time <= until; ++sent_)
-      out.push_back(message_of(script_[sent_]));
+      out.push_back(message_of(script_[sent_], sent_));
   }
 
   VirtualTime last_floor() const { return floor_; }
@@ -91,7 +92,7 @@ class Live : public Outside {
   void take(VirtualTime, VirtualTime earliest, std::vector<Message>& out) override {
     if (++calls_ % 3 != 0 || log_.size() == 50) return;
     log_.push_back({earliest, LpId{static_cast<std::uint32_t>(calls_ % lps_)}, calls_});
-    out.push_back(message_of(log_.back()));
+    out.push_back(message_of(log_.back(), log_.size() - 1));
   }
 
   const std::vector<Stamped>& log() const { return log_; }
@@ -248,7 +249,7 @@ TEST(Outside, AClockPacesTheRunAndChangesNothing) {
   }
 }
 
-TEST(OutsideDoor, NumbersTheMessagesOfOneRegisterAndDropsWhatIsBeyondTheEnd) {
+TEST(OutsideDoor, KeepsTheSlotsOfMessagesAndDropsWhatIsBeyondTheEnd) {
   Script outside({{{5, 0}, LpId{1}, 1}, {{5, 0}, LpId{1}, 2}, {{5, 0}, LpId{0}, 3}, {kEnd, {}, 4}},
                  false);
   OutsideDoor door(&outside, 2, kEnd);
@@ -258,10 +259,25 @@ TEST(OutsideDoor, NumbersTheMessagesOfOneRegisterAndDropsWhatIsBeyondTheEnd) {
   ASSERT_EQ(taken.size(), 3u);
   EXPECT_EQ(taken[0].slot, 0u);
   EXPECT_EQ(taken[1].slot, 1u);
-  EXPECT_EQ(taken[2].slot, 0u);
+  EXPECT_EQ(taken[2].slot, 2u);
   EXPECT_LT(taken[1].incarnation, taken[2].incarnation);
   EXPECT_EQ(taken[0].source, kOutside);
   EXPECT_EQ(OutsideDoor(nullptr, 2, kEnd).hold({9, 0}), (VirtualTime{9, 0}));
+}
+
+TEST(OutsideDoorDeath, ASlotOfADestinationAndTimeIsTakenOnce) {
+  class Twice : public Outside {
+   public:
+    VirtualTime floor() override { return kNever; }
+    void take(VirtualTime, VirtualTime, std::vector<Message>& out) override {
+      out.push_back(message_of({{5, 0}, LpId{0}, 1}, 7));
+    }
+  };
+  Twice twice;
+  OutsideDoor door(&twice, 1, kEnd);
+  std::vector<Message> taken;
+  door.take({4, 0}, {4, 0}, taken);
+  EXPECT_DEATH(door.take({5, 0}, {5, 0}, taken), "twice to LP 0");
 }
 
 TEST(OutsideList, HoldsAtTheEarliestFloorAndSendsWhatAllHave) {
@@ -280,7 +296,7 @@ TEST(OutsideDoorDeath, AMessageThatComesTooLateIsABrokenOutside) {
    public:
     VirtualTime floor() override { return kNever; }
     void take(VirtualTime, VirtualTime, std::vector<Message>& out) override {
-      out.push_back(message_of({{3, 9}, LpId{0}, 1}));
+      out.push_back(message_of({{3, 9}, LpId{0}, 1}, 0));
     }
   };
   Late late;

@@ -25,7 +25,7 @@ test::Scene stack_of_three() {
 
 TEST(InputFeed, GivesLateInputsTheEarliestStepAndHoldsGvtAtTheOthers) {
   LiveInputs live;
-  InputFeed feed({.absent = {}, .script = {}, .live = &live}, 2, 10);
+  InputFeed feed({.absent = {}, .script = {}, .live = &live}, 2, 0, 10);
   std::vector<kernel::Message> out;
   UserInput input;
   input.id = 1;

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <sstream>
 #include <thread>
+#include <tuple>
 
 #include "analysis/child_process.hpp"
 
@@ -118,10 +119,12 @@ TEST_F(Mpi, ALogOfAJobIsReplayedWithoutMpi) {
 TEST_F(Mpi, ATracedJobIsExplainedAndHadAgainAsItWasExecuted) {
   const TemporaryFolder folder;
   const std::string log = folder.file("run.sodalog");
-  for (const char* worlds : {"2", "4"}) {
-    const ChildResult job =
-        run_job(4, {"run", library_file("third-world"), "--steps", "60", "--worlds", worlds,
-                    "--executor", "mpi", "--log", log, "--log-level", "trace", "--force"});
+  for (const auto& [scene, worlds, balancing] :
+       {std::tuple("third-world", "2", "off"), std::tuple("third-world", "4", "off"),
+        std::tuple("user-input", "4", "random")}) {
+    const ChildResult job = run_job(
+        4, {"run", library_file(scene), "--steps", "60", "--worlds", worlds, "--balancing",
+            balancing, "--executor", "mpi", "--log", log, "--log-level", "trace", "--force"});
     EXPECT_EQ(job.exit_code, 0) << job.err;
     const ChildResult why = run_soda({"why", log});
     EXPECT_EQ(why.exit_code, 0) << why.err;
