@@ -68,6 +68,9 @@ std::string workers_text(const scenarios::Scenario& scenario) {
   const models::RunOptions& run = scenario.run;
   if (run.executor == models::ExecutorKind::kVirtual)
     return std::to_string(run.cluster.processors) + " virtual processors";
+  if (run.executor == models::ExecutorKind::kMpi)
+    return std::to_string(run.transport->size()) + " ranks of " + std::to_string(run.threads) +
+           (run.threads == 1 ? " thread" : " threads");
   const unsigned threads = run.executor == models::ExecutorKind::kThreads ? run.threads : 1;
   return std::to_string(threads) + (threads == 1 ? " thread" : " threads");
 }
@@ -192,12 +195,19 @@ int anticipation_command(const AnticipationRequest& given, std::ostream& out, st
   options.modelled = request.mode == "modelled" || request.mode == "all";
   if (options.measured && scenario.run.executor == models::ExecutorKind::kVirtual)
     throw UsageError("--mode: a run on the virtual cluster cannot be measured; allowed: modelled");
+  if (request.over_makespan && request.overrides.transport != nullptr)
+    throw UsageError("--over makespan: it runs on the virtual cluster; start it without mpirun");
   const AnticipationHead head{.scene = request.file.empty() ? "an idle scene" : scenario.name,
                               .worlds = scenario.territory.worlds,
                               .workers = workers_text(scenario),
                               .options = options,
                               .peak = request.peak,
                               .command = command_text(request)};
+  if (const kernel::Transport* const job = request.overrides.transport;
+      job != nullptr && !job->is_root()) {
+    anticipation(scenario, options, [](std::size_t, std::size_t) {});
+    return kExitOk;
+  }
   std::unique_ptr<OutputFile> page;
   if (!request.report_file.empty())
     page = std::make_unique<OutputFile>(request.report_file, request.force);

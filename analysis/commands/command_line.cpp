@@ -158,7 +158,7 @@ constexpr Command kCommands[] = {
      [](CLI::App& app, R& r, const Wanted&) { define_accuracy(app, r.accuracy); },
      [](const R& r, Stream& out, Stream& err) { return accuracy_command(r.accuracy, out, err); }},
     {kMeasures, "anticipation", "how long transform buffers hide an overload (the paper's Fig. 8)",
-     false, [](CLI::App& app, R& r, const Wanted&) { define_anticipation(app, r.anticipation); },
+     true, [](CLI::App& app, R& r, const Wanted&) { define_anticipation(app, r.anticipation); },
      [](const R& r, Stream& out, Stream& err) {
        return anticipation_command(r.anticipation, out, err);
      }},
@@ -264,9 +264,10 @@ int run_command_line(int argc, const char* const* argv, kernel::Transport* trans
   const auto parsed = std::ranges::find_if(apps, [](const CLI::App* a) { return a->parsed(); });
   const Command& command = kCommands[parsed - apps.begin()];
   if (transport != nullptr && !command.over_ranks)
-    throw UsageError("started by mpirun; only run, verify and phold run over ranks");
+    throw UsageError("started by mpirun; only run, verify, anticipation and phold run over ranks");
   for (kernel::Transport** place :
-       {&requests.run.overrides.transport, &requests.verify.transport, &requests.phold.transport})
+       {&requests.run.overrides.transport, &requests.verify.transport, &requests.phold.transport,
+        &requests.anticipation.overrides.transport})
     *place = transport;
   return command.carry_out(requests, out, err);
 }
