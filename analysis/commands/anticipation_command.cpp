@@ -75,25 +75,6 @@ std::string workers_text(const scenarios::Scenario& scenario) {
   return std::to_string(threads) + (threads == 1 ? " thread" : " threads");
 }
 
-std::string command_text(const AnticipationRequest& request) {
-  std::string text = "soda anticipation";
-  if (!request.file.empty()) text += " " + request.file;
-  if (request.over_makespan) text += " --over makespan";
-  const auto add_list = [&text](const char* name, const auto& values) {
-    text += name;
-    for (std::size_t i = 0; i < values.size(); ++i)
-      text += (i == 0 ? " " : ",") + format_number(static_cast<double>(values[i]), 7);
-  };
-  add_list(" --buffers", request.options.buffers);
-  if (request.over_makespan && request.overrides.steps)
-    text += " --steps " + std::to_string(*request.overrides.steps);
-  if (request.over_makespan) return text;
-  add_list(" --overloads", request.options.overloads);
-  return text + " --mode " + request.mode + " --peak " + request.peak + " --utilisation " +
-         format_number(request.options.utilisation) + " --fps " +
-         format_number(request.options.frames_per_s);
-}
-
 scenarios::Scenario scenario_of(const AnticipationRequest& request, std::ostream& err) {
   Overrides overrides = request.overrides;
   if (!request.file.empty()) {
@@ -202,7 +183,7 @@ int anticipation_command(const AnticipationRequest& given, std::ostream& out, st
                               .workers = workers_text(scenario),
                               .options = options,
                               .peak = request.peak,
-                              .command = command_text(request)};
+                              .command = request.command};
   if (const kernel::Transport* const job = request.overrides.transport;
       job != nullptr && !job->is_root()) {
     anticipation(scenario, options, [](std::size_t, std::size_t) {});

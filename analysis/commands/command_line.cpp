@@ -11,6 +11,7 @@
 #include "analysis/commands/trace_options.hpp"
 #include "analysis/text/exit_codes.hpp"
 #include "analysis/text/nearest_name.hpp"
+#include "analysis/text/shell_words.hpp"
 #include "analysis/text/version.hpp"
 #include "scenarios/read_scenario.hpp"
 #include "scenarios/reference.hpp"
@@ -228,6 +229,15 @@ std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
          help;
 }
 
+// Whatever the program was started as.
+std::string whole_command(int argc, const char* const* argv, const kernel::Transport* job) {
+  std::vector<std::string> words;
+  if (job != nullptr) words = {"mpirun", "-n", std::to_string(job->size())};
+  words.push_back("soda");
+  words.insert(words.end(), argv + 1, argv + argc);
+  return as_typed(words);
+}
+
 }  // namespace
 
 int run_command_line(int argc, const char* const* argv, kernel::Transport* transport,
@@ -269,6 +279,9 @@ int run_command_line(int argc, const char* const* argv, kernel::Transport* trans
        {&requests.run.overrides.transport, &requests.verify.transport, &requests.phold.transport,
         &requests.anticipation.overrides.transport})
     *place = transport;
+  for (std::string* place : {&requests.accuracy.command, &requests.anticipation.command,
+                             &requests.groups.command, &requests.scaling.command})
+    *place = whole_command(argc, argv, transport);
   return command.carry_out(requests, out, err);
 }
 
