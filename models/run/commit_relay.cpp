@@ -1,5 +1,6 @@
 #include "models/run/commit_relay.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "models/messages/codec.hpp"
@@ -26,8 +27,8 @@ void read_bodies(Reader& reader, BufferEntry& entry) {
 enum class RecordKind : std::uint8_t { kCommit, kLoad, kTrace, kNews };
 
 kernel::Bytes record_of(RecordKind kind, std::span<const std::byte> bytes) {
-  kernel::Bytes record{static_cast<std::byte>(kind)};
-  record.insert(record.end(), bytes.begin(), bytes.end());
+  kernel::Bytes record(1 + bytes.size(), static_cast<std::byte>(kind));
+  std::ranges::copy(bytes, record.begin() + 1);
   return record;
 }
 
