@@ -15,7 +15,7 @@ struct AnticipationHead {
   std::string workers;  // "2 threads", "3 processors"
   AnticipationOptions options;
   std::string peak;     // as it was given
-  std::string command;  // that shows the same again
+  std::string command;  // as it was typed
 };
 
 std::string anticipation_text(const AnticipationHead& head,

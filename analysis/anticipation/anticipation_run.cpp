@@ -19,13 +19,8 @@ bool is_in_peak(const PeakOptions& peak, std::uint32_t world) {
   return peak.worlds.empty() || std::ranges::count(peak.worlds, models::WorldId{world}) > 0;
 }
 
-kernel::Partition workers_of_run(const scenarios::Scenario& scenario) {
-  const models::RunOptions& run = scenario.run;
-  const bool is_virtual = run.executor == models::ExecutorKind::kVirtual;
-  const std::size_t workers = is_virtual ? run.cluster.processors
-                              : run.executor == models::ExecutorKind::kSequential ? 1
-                                                                                  : run.threads;
-  return {scenario.territory.worlds, std::min<std::size_t>(workers, scenario.territory.worlds)};
+bool is_root(const scenarios::Scenario& scenario) {
+  return scenario.run.executor != models::ExecutorKind::kMpi || scenario.run.transport->is_root();
 }
 
 models::ArtificialLoad load_of_run(const AnticipationOptions& options, double overload,
@@ -109,7 +104,7 @@ AnticipationRun outcome_of(const RealTimeReport& report, const MeasuredRun& run,
   outcome.filled = frames[peak].fill;
   outcome.steps = frames[until - 1].clock - frames[peak].clock;
   const double ends_s = std::min(frames[until - 1].due_s, options.peak.from_s + options.peak.for_s);
-  outcome.ratio = largest_ratio(report, workers_of_run(scenario), options.peak.from_s, ends_s);
+  outcome.ratio = largest_ratio(report, workers_of(scenario), options.peak.from_s, ends_s);
   outcome.law = law_steps(outcome.filled, outcome.ratio);
   if (std::isfinite(options.peak.for_s))
     outcome.recovery_s =
@@ -129,6 +124,11 @@ AnticipationRun run_once(const scenarios::Scenario& scenario, const Anticipation
   models::CommitObserver observer;
   observer.wants_states = true;
   observer.on_step = [&session](const models::CommittedStep& step) { session.add(step); };
+  if (!is_root(scenario)) {
+    take_part(scenario.scene, scenario.initial, scenario.territory, session.paced(scenario.run),
+              observer);
+    return {};
+  }
   session.start();
   const MeasuredRun run = measure_run(scenario.scene, scenario.initial, scenario.territory,
                                       session.paced(scenario.run), observer, {});
@@ -142,7 +142,8 @@ scenarios::Scenario on_virtual_clock(const scenarios::Scenario& scenario,
   scenarios::Scenario modelled = scenario;
   models::RunOptions& run = modelled.run;
   if (run.executor != models::ExecutorKind::kVirtual) {
-    run.cluster.processors = static_cast<unsigned>(workers_of_run(scenario).workers);
+    run.cluster.processors = static_cast<unsigned>(
+        std::min<std::size_t>(workers_of(scenario).workers, scenario.territory.worlds));
     run.executor = models::ExecutorKind::kVirtual;
   }
   run.cluster.gvt_delay_ns = 0;
@@ -164,7 +165,7 @@ std::int64_t law_steps(std::int64_t entries, double ratio) {
 
 double ratio_of(const scenarios::Scenario& scenario, const AnticipationOptions& options,
                 double overload) {
-  const kernel::Partition workers = workers_of_run(scenario);
+  const kernel::Partition workers = workers_of(scenario);
   double largest = 0.0;
   std::size_t most = 1;
   for (std::size_t worker = 0; worker < workers.workers; ++worker)
@@ -208,7 +209,7 @@ std::vector<AnticipationPoint> anticipation(
       const double ratio = ratio_of(asked, options, overload);
       AnticipationPoint point{buffer, overload, ratio, law_steps(buffer, ratio), {}, {}};
       asked.run.steps = steps_of_run(options, scenario.scene.dt_s, point.law);
-      if (options.modelled)
+      if (options.modelled && is_root(scenario))
         point.modelled = run_once(on_virtual_clock(asked, options), options, overload);
       if (options.measured) {
         std::vector<AnticipationRun> measured;

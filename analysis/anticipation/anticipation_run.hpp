@@ -76,7 +76,7 @@ struct AnticipationPoint {
 scenarios::Scenario idle_scene(std::uint32_t worlds);
 
 // All points, by buffer, then overload, as given. `progress` is told before each run how many are
-// done, of how many.
+// done, of how many. Over ranks all make the same call, and only the root's points are of use.
 std::vector<AnticipationPoint> anticipation(
     const scenarios::Scenario& scenario, const AnticipationOptions& options,
     const std::function<void(std::size_t, std::size_t)>& progress);

@@ -177,25 +177,6 @@ std::vector<Family> families_of(const std::vector<std::string>& names) {
   return families;
 }
 
-// What a page says of how it was made.
-std::string command_of(const AccuracyRequest& request) {
-  std::string text = "soda accuracy";
-  const auto add = [&text](const char* option, const auto& values, const auto& text_of) {
-    for (std::size_t i = 0; i < values.size(); ++i)
-      text += (i > 0 ? "," : std::string(option)) + text_of(values[i]);
-  };
-  for (const std::string& name : request.cases) text += " " + name;
-  if (request.folder != AccuracyRequest{}.folder) text += " --cases " + request.folder;
-  const auto same = [](const std::string& value) { return value; };
-  add(" --dt ", request.steps_s, same);
-  if (request.sweep) text += " --sweep";
-  add(" --tolerance ", request.tolerances, [](double value) { return format_number(value); });
-  add(" --iterations ", request.iterations, [](int value) { return std::to_string(value); });
-  add(" --engines ", request.engines, same);
-  return text + " --repeat " + std::to_string(request.timing.repeats) + " --budget " +
-         format_number(request.timing.budget_s);
-}
-
 int families_command(const AccuracyRequest& request, std::ostream& out, std::ostream& err) {
   FamilyRequest how;
   how.full = request.full;
@@ -207,7 +188,7 @@ int families_command(const AccuracyRequest& request, std::ostream& out, std::ost
   if (!request.html_file.empty()) html.emplace(request.html_file, request.force);
   const FamiliesReport report = measure_families(families, how, err);
   if (html) {
-    html->write(families_html(report));
+    html->write(families_html(report, request.command));
     html->complete();
   }
   out << (request.json ? families_json(report) : families_text(report));
@@ -279,7 +260,7 @@ int accuracy_command(const AccuracyRequest& request, std::ostream& out, std::ost
   if (!request.html_file.empty()) html.emplace(request.html_file, request.force);
   const AccuracyReport report = measure_accuracy(request, err);
   if (html) {
-    html->write(accuracy_html(report, command_of(request)));
+    html->write(accuracy_html(report, request.command));
     html->complete();
   }
   out << (request.json ? accuracy_json(report) : accuracy_text(report));

@@ -28,6 +28,7 @@ struct AccuracyRequest {
   bool check = false;     // exit 1 if a must is missed
   bool json = false;
   std::string html_file;  // empty: none
+  std::string command;    // as typed, for the page
   bool force = false;     // replaces it if it exists
 };
 

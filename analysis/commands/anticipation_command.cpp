@@ -68,27 +68,11 @@ std::string workers_text(const scenarios::Scenario& scenario) {
   const models::RunOptions& run = scenario.run;
   if (run.executor == models::ExecutorKind::kVirtual)
     return std::to_string(run.cluster.processors) + " virtual processors";
+  if (run.executor == models::ExecutorKind::kMpi)
+    return std::to_string(run.transport->size()) + " ranks of " + std::to_string(run.threads) +
+           (run.threads == 1 ? " thread" : " threads");
   const unsigned threads = run.executor == models::ExecutorKind::kThreads ? run.threads : 1;
   return std::to_string(threads) + (threads == 1 ? " thread" : " threads");
-}
-
-std::string command_text(const AnticipationRequest& request) {
-  std::string text = "soda anticipation";
-  if (!request.file.empty()) text += " " + request.file;
-  if (request.over_makespan) text += " --over makespan";
-  const auto add_list = [&text](const char* name, const auto& values) {
-    text += name;
-    for (std::size_t i = 0; i < values.size(); ++i)
-      text += (i == 0 ? " " : ",") + format_number(static_cast<double>(values[i]), 7);
-  };
-  add_list(" --buffers", request.options.buffers);
-  if (request.over_makespan && request.overrides.steps)
-    text += " --steps " + std::to_string(*request.overrides.steps);
-  if (request.over_makespan) return text;
-  add_list(" --overloads", request.options.overloads);
-  return text + " --mode " + request.mode + " --peak " + request.peak + " --utilisation " +
-         format_number(request.options.utilisation) + " --fps " +
-         format_number(request.options.frames_per_s);
 }
 
 scenarios::Scenario scenario_of(const AnticipationRequest& request, std::ostream& err) {
@@ -192,12 +176,19 @@ int anticipation_command(const AnticipationRequest& given, std::ostream& out, st
   options.modelled = request.mode == "modelled" || request.mode == "all";
   if (options.measured && scenario.run.executor == models::ExecutorKind::kVirtual)
     throw UsageError("--mode: a run on the virtual cluster cannot be measured; allowed: modelled");
+  if (request.over_makespan && request.overrides.transport != nullptr)
+    throw UsageError("--over makespan: it runs on the virtual cluster; start it without mpirun");
   const AnticipationHead head{.scene = request.file.empty() ? "an idle scene" : scenario.name,
                               .worlds = scenario.territory.worlds,
                               .workers = workers_text(scenario),
                               .options = options,
                               .peak = request.peak,
-                              .command = command_text(request)};
+                              .command = request.command};
+  if (const kernel::Transport* const job = request.overrides.transport;
+      job != nullptr && !job->is_root()) {
+    anticipation(scenario, options, [](std::size_t, std::size_t) {});
+    return kExitOk;
+  }
   std::unique_ptr<OutputFile> page;
   if (!request.report_file.empty())
     page = std::make_unique<OutputFile>(request.report_file, request.force);

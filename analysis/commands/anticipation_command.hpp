@@ -21,6 +21,7 @@ struct AnticipationRequest {
   bool json = false, csv = false;
   bool quiet = false;
   std::string report_file;  // HTML; empty: none
+  std::string command;      // as typed, for the page
   bool force = false;       // replaces it if it exists
 };
 

@@ -11,6 +11,7 @@
 #include "analysis/commands/trace_options.hpp"
 #include "analysis/text/exit_codes.hpp"
 #include "analysis/text/nearest_name.hpp"
+#include "analysis/text/shell_words.hpp"
 #include "analysis/text/version.hpp"
 #include "scenarios/read_scenario.hpp"
 #include "scenarios/reference.hpp"
@@ -158,7 +159,7 @@ constexpr Command kCommands[] = {
      [](CLI::App& app, R& r, const Wanted&) { define_accuracy(app, r.accuracy); },
      [](const R& r, Stream& out, Stream& err) { return accuracy_command(r.accuracy, out, err); }},
     {kMeasures, "anticipation", "how long transform buffers hide an overload (the paper's Fig. 8)",
-     false, [](CLI::App& app, R& r, const Wanted&) { define_anticipation(app, r.anticipation); },
+     true, [](CLI::App& app, R& r, const Wanted&) { define_anticipation(app, r.anticipation); },
      [](const R& r, Stream& out, Stream& err) {
        return anticipation_command(r.anticipation, out, err);
      }},
@@ -228,6 +229,15 @@ std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
          help;
 }
 
+// Whatever the program was started as.
+std::string whole_command(int argc, const char* const* argv, const kernel::Transport* job) {
+  std::vector<std::string> words;
+  if (job != nullptr) words = {"mpirun", "-n", std::to_string(job->size())};
+  words.push_back("soda");
+  words.insert(words.end(), argv + 1, argv + argc);
+  return as_typed(words);
+}
+
 }  // namespace
 
 int run_command_line(int argc, const char* const* argv, kernel::Transport* transport,
@@ -264,10 +274,14 @@ int run_command_line(int argc, const char* const* argv, kernel::Transport* trans
   const auto parsed = std::ranges::find_if(apps, [](const CLI::App* a) { return a->parsed(); });
   const Command& command = kCommands[parsed - apps.begin()];
   if (transport != nullptr && !command.over_ranks)
-    throw UsageError("started by mpirun; only run, verify and phold run over ranks");
+    throw UsageError("started by mpirun; only run, verify, anticipation and phold run over ranks");
   for (kernel::Transport** place :
-       {&requests.run.overrides.transport, &requests.verify.transport, &requests.phold.transport})
+       {&requests.run.overrides.transport, &requests.verify.transport, &requests.phold.transport,
+        &requests.anticipation.overrides.transport})
     *place = transport;
+  for (std::string* place : {&requests.accuracy.command, &requests.anticipation.command,
+                             &requests.groups.command, &requests.scaling.command})
+    *place = whole_command(argc, argv, transport);
   return command.carry_out(requests, out, err);
 }
 

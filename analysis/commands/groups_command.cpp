@@ -173,7 +173,7 @@ template <class Report>
 void put_out(const GroupsRequest& request, const Report& report, OutputFile* page,
              std::ostream& out) {
   if (page != nullptr) {
-    page->write(groups_html(report));
+    page->write(groups_html(report, request.command));
     page->complete();
   }
   out << (request.json  ? groups_json(report)

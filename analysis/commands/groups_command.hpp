@@ -21,6 +21,7 @@ struct GroupsRequest {
   bool check = false;                 // of a preset with known figures: exit 1 if one is off
   bool json = false, csv = false;
   std::string page_file;  // empty: no page
+  std::string command;    // as typed, for the page
   bool force = false;     // replaces it if it exists
 };
 

@@ -220,8 +220,10 @@ void print(const RunReport& report, bool as_json, std::ostream& out) {
 
 // On a rank that is not the root.
 int run_own_worlds(const RunRequest& request, const scenarios::Scenario& scenario) {
-  take_part(scenario.scene, scenario.initial, scenario.territory, scenario.run,
-            observer_for(request));
+  std::optional<RealTimeSession> session;
+  if (request.real_time) session.emplace(*request.real_time, load_of(*request.real_time), scenario);
+  take_part(scenario.scene, scenario.initial, scenario.territory,
+            session ? session->paced(scenario.run) : scenario.run, observer_for(request));
   return kExitOk;
 }
 

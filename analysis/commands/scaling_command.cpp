@@ -77,7 +77,7 @@ int scaling_command(const ScalingRequest& request, std::ostream& out, std::ostre
                        {}};
   for (const std::string& file : files) report.curves.push_back(measure_scaling(file, setting));
   if (page) {
-    page->write(scaling_html(report));
+    page->write(scaling_html(report, request.command));
     page->complete();
   }
   out << (request.json  ? scaling_json(report)

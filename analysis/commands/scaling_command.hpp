@@ -17,6 +17,7 @@ struct ScalingRequest {
   std::string worlds;   // "1,10,100"; empty: chosen by scene
   std::string against;  // names of rivals with commas; empty: none
   std::string page;     // an HTML file with tables and pictures; empty: none
+  std::string command;  // as typed, for the page
   bool json = false, csv = false;
   bool force = false;  // an existing page is replaced
 };

@@ -12,6 +12,7 @@
 
 #include "analysis/commands/search_json.hpp"
 #include "analysis/text/exit_codes.hpp"
+#include "analysis/text/shell_words.hpp"
 #include "analysis/text/stopwatch.hpp"
 #include "analysis/text/text_table.hpp"
 #include "analysis/whole/program_run.hpp"

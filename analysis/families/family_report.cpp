@@ -163,14 +163,14 @@ std::string families_text(const FamiliesReport& report) {
          std::to_string(left_out) + " series cut short by the budget\n";
 }
 
-std::string families_html(const FamiliesReport& report) {
+std::string families_html(const FamiliesReport& report, const std::string& command) {
   std::string body = html_tag(
       "p",
       "Errors and costs per body and step should not change by more than a factor of two between "
       "neighbours of n. Work is a count of all stages, in ns of a usual machine, roughly. Errors "
       "of 0 are drawn at 1e-17.");
   for (const FamilyReport& family : report.families) body += family_html(family, report.is_timed);
-  return html_page("Families of scenes over n", {"soda accuracy --families", machine_name()}, body);
+  return html_page("Families of scenes over n", {command, machine_name()}, body);
 }
 
 }  // namespace soda::analysis

@@ -79,8 +79,9 @@ FamiliesReport measure_families(const std::vector<Family>& families, const Famil
 
 // A table for each series, its misses below.
 std::string families_text(const FamiliesReport& report);
-// One HTML file: of each family a diagram of each measure and of costs, over n.
-std::string families_html(const FamiliesReport& report);
+// One HTML file: of each family a diagram of each measure and of costs, over n. `command`: as it
+// was typed.
+std::string families_html(const FamiliesReport& report, const std::string& command);
 // One object, keys as in docs/commands.md.
 std::string families_json(const FamiliesReport& report);
 

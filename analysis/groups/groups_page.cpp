@@ -130,17 +130,17 @@ Plot run_plot(const BondOverTime& bond, const std::string& scenario) {
   return plot;
 }
 
-std::string page_of(const std::string& title, const std::string& text,
+std::string page_of(const std::string& title, const std::string& command, const std::string& text,
                     const std::vector<Plot>& plots) {
   std::string pictures;
   for (const Plot& plot : plots) pictures += svg_plot(plot);
-  return html_page(title, {"soda groups", machine_name()},
+  return html_page(title, {command, machine_name()},
                    html_side_by_side(pictures) + html_tag("pre", escaped_xml(text)));
 }
 
 }  // namespace
 
-std::string groups_html(const SweepReport& report) {
+std::string groups_html(const SweepReport& report, const std::string& command) {
   std::vector<Plot> plots;
   for (const std::vector<SweepResult>& series : series_of(report.results)) {
     if (series.size() < 2) continue;
@@ -149,14 +149,15 @@ std::string groups_html(const SweepReport& report) {
     if (over_bodies) plots.push_back(threshold_plot(series));
   }
   const std::string title = "Synchronisation groups of the paper's scene";
-  return page_of(report.name.empty() ? title : title + ": " + report.name, groups_text(report),
-                 plots);
+  return page_of(report.name.empty() ? title : title + ": " + report.name, command,
+                 groups_text(report), plots);
 }
 
-std::string groups_html(const RunGroupsReport& report) {
+std::string groups_html(const RunGroupsReport& report, const std::string& command) {
   std::vector<Plot> plots;
   for (const BondOverTime& bond : report.bonds) plots.push_back(run_plot(bond, report.scenario));
-  return page_of("Synchronisation groups of " + report.scenario, groups_text(report), plots);
+  return page_of("Synchronisation groups of " + report.scenario, command, groups_text(report),
+                 plots);
 }
 
 }  // namespace soda::analysis

@@ -32,7 +32,8 @@ std::string groups_json(const SweepReport& report);
 std::string groups_json(const RunGroupsReport& report);
 std::string groups_csv(const SweepReport& report);
 std::string groups_csv(const RunGroupsReport& report);
-std::string groups_html(const SweepReport& report);
-std::string groups_html(const RunGroupsReport& report);
+// `command`: as it was typed.
+std::string groups_html(const SweepReport& report, const std::string& command);
+std::string groups_html(const RunGroupsReport& report, const std::string& command);
 
 }  // namespace soda::analysis

@@ -5,10 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "analysis/runs/overrides.hpp"
 #include "analysis/text/exit_codes.hpp"
-#include "analysis/text/stopwatch.hpp"
-#include "kernel/api/partition.hpp"
 #include "models/options/run_stages.hpp"
 
 namespace soda::analysis {
@@ -41,12 +38,15 @@ bool has_time_warp(const scenarios::Scenario& scenario) {
          models::ExecutorKind::kSequential;
 }
 
-// Who executes which world.
-kernel::Partition workers_of(const scenarios::Scenario& scenario) {
-  const std::uint32_t worlds = scenario.territory.worlds;
-  unsigned workers = has_time_warp(scenario) ? scenario.run.threads : 1;
-  if (is_virtual(scenario)) workers = scenario.run.cluster.processors;
-  return {worlds, std::min<std::size_t>(workers, worlds)};
+// Beyond GVT, so that what GVT may not pass bounds nothing that is in store.
+bool runs_ahead(const scenarios::Scenario& scenario) {
+  return has_time_warp(scenario) &&
+         scenario.run.synchronisation == kernel::Synchronisation::kOptimistic;
+}
+
+// The other ranks; null without any.
+const kernel::Transport* job_of(const scenarios::Scenario& scenario) {
+  return scenario.run.executor == models::ExecutorKind::kMpi ? scenario.run.transport : nullptr;
 }
 
 // Of a world, such that a load of 1 keeps the workers busy that have the most worlds.
@@ -69,7 +69,7 @@ RealTimeReport plan_of(const RealTimeRequest& request, const scenarios::Scenario
   const auto most = static_cast<std::int64_t>(std::ceil(report.playback.steps_per_frame));
   const bool at_once = is_virtual(scenario) && run.cluster.gvt_delay_ns == 0;
   report.lead.steps = std::max(most, run.buffer);
-  if (has_time_warp(scenario)) {
+  if (runs_ahead(scenario)) {
     const std::int64_t frames =
         at_once ? 1 : static_cast<std::int64_t>(request.lead_frames.value_or(kUsualLeadFrames));
     report.lead.steps = frames * most;
@@ -83,10 +83,17 @@ RealTimeReport plan_of(const RealTimeRequest& request, const scenarios::Scenario
 
 }  // namespace
 
+kernel::Partition workers_of(const scenarios::Scenario& scenario) {
+  const std::uint32_t worlds = scenario.territory.worlds;
+  const models::RunOptions& run = scenario.run;
+  if (is_virtual(scenario)) return {worlds, std::min<std::size_t>(run.cluster.processors, worlds)};
+  if (!has_time_warp(scenario)) return {worlds, 1};
+  if (const kernel::Transport* job = job_of(scenario))
+    return {worlds, std::size_t{run.threads} * job->size()};
+  return {worlds, std::min<std::size_t>(run.threads, worlds)};
+}
+
 void require_paceable(const models::RunOptions& run) {
-  if (run.executor == models::ExecutorKind::kMpi)
-    throw UsageError(std::string("--realtime: found executor ") + name_of(run.executor) +
-                     "; allowed: sequential, threads, virtual");
   if (run.executor == models::ExecutorKind::kVirtual &&
       run.synchronisation == kernel::Synchronisation::kLockstep)
     throw UsageError("--realtime: the virtual clock does not pace lockstep");
@@ -99,59 +106,10 @@ models::ArtificialLoad load_of(const RealTimeRequest& request) {
   return load;
 }
 
-// Spends CPU time before an entry counts as written.
-class RealTimeSession::Load final : public models::EntryObserver {
- public:
-  Load(const models::ArtificialLoad& load, double share_s, const kernel::Partition& workers,
-       std::int64_t first_step, models::EntryObserver& next)
-      : load_(load),
-        share_s_(share_s),
-        workers_(workers),
-        next_(next),
-        last_(workers.lps, first_step),
-        work_(workers.workers) {}
-
-  void on_newest(models::WorldId world, std::int64_t step) override {
-    std::int64_t& last = last_[models::index_of(world)];
-    if (step > last) {  // written, not gone back to
-      spend(share_s_ * models::load_of(load_, world, since_s()));
-      work_[workers_.owner_of(kernel::LpId{models::index_of(world)})].push_back(
-          {since_s(), thread_cpu_s()});
-    }
-    last = step;
-    next_.on_newest(world, step);
-  }
-  std::vector<std::vector<models::WorkMark>> take_work() { return std::move(work_); }
-  void first_frame_follows() { first_frame_ns_.store(clock_ns()); }
-
- private:
-  static void spend(double cpu_s) {
-    if (cpu_s <= 0.0) return;
-    const double end_s = thread_cpu_s() + cpu_s;
-    while (thread_cpu_s() < end_s) {
-    }
-  }
-  static std::int64_t clock_ns() {
-    return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
-  }
-  double since_s() const {
-    const std::int64_t first = first_frame_ns_.load();
-    return first > 0 ? 1e-9 * static_cast<double>(clock_ns() - first) : -1.0;
-  }
-
-  const models::ArtificialLoad load_;
-  const double share_s_;
-  const kernel::Partition workers_;
-  models::EntryObserver& next_;
-  // Of each world, and of each thread: touched by the thread that executes it.
-  std::vector<std::int64_t> last_;
-  std::vector<std::vector<models::WorkMark>> work_;
-  std::atomic<std::int64_t> first_frame_ns_{0};
-};
-
 RealTimeSession::RealTimeSession(const RealTimeRequest& request, const models::ArtificialLoad& load,
                                  const scenarios::Scenario& scenario)
-    : report_(plan_of(request, scenario)),
+    : is_root_(job_of(scenario) == nullptr || job_of(scenario)->is_root()),
+      report_(plan_of(request, scenario)),
       buffer_(scenario.initial, scenario.territory.worlds, report_.lead, scenario.run.first_step) {
   const kernel::Partition workers = workers_of(scenario);
   const double world_s = share_s(report_, workers);
@@ -159,7 +117,8 @@ RealTimeSession::RealTimeSession(const RealTimeRequest& request, const models::A
     by_virtual_ = std::make_unique<models::VirtualPlayback>(
         buffer_, report_.playback, report_.buffer, load, workers, 1e9 * world_s);
   else
-    load_ = std::make_unique<Load>(load, world_s, workers, scenario.run.first_step, buffer_);
+    load_ = std::make_unique<StepLoad>(load, world_s, workers,
+                                       StepLoad::Next{buffer_, scenario.run.first_step}, is_root_);
 }
 
 RealTimeSession::~RealTimeSession() {
@@ -181,7 +140,7 @@ models::RunOptions RealTimeSession::paced(const models::RunOptions& run) {
 }
 
 void RealTimeSession::start() {
-  if (by_virtual_) return;
+  if (by_virtual_ || !is_root_) return;
   renderer_ = std::thread([this] {
     WallClock clock;
     const models::Playback playback = models::play(

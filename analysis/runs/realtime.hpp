@@ -9,6 +9,8 @@
 #include <thread>
 #include <vector>
 
+#include "analysis/runs/step_load.hpp"
+#include "kernel/api/partition.hpp"
 #include "models/real_time/virtual_playback.hpp"
 #include "scenarios/scenario.hpp"
 
@@ -41,11 +43,15 @@ struct RealTimeReport {
   std::vector<std::vector<models::WorkMark>> work;  // of each thread, or processor
 };
 
+// Who executes which world.
+kernel::Partition workers_of(const scenarios::Scenario& scenario);
+
 // Throws UsageError for executors that no clock can pace.
 void require_paceable(const models::RunOptions& run);
 
 // The renderer of one run: by the wall clock, in a thread of its own from start() to finish(); on
-// the virtual cluster by its clock.
+// the virtual cluster by its clock. Over ranks each has a session, and the root's has the renderer:
+// the others only need paced().
 class RealTimeSession {
  public:
   RealTimeSession(const RealTimeRequest& request, const models::ArtificialLoad& load,
@@ -61,11 +67,10 @@ class RealTimeSession {
   RealTimeReport finish();
 
  private:
-  class Load;
-
+  const bool is_root_;
   RealTimeReport report_;
   models::BufferInterface buffer_;
-  std::unique_ptr<Load> load_;                           // by the wall clock
+  std::unique_ptr<StepLoad> load_;                       // by the wall clock
   std::unique_ptr<models::VirtualPlayback> by_virtual_;  // or by the virtual one
   std::atomic<bool> run_ended_{false};
   std::thread renderer_;

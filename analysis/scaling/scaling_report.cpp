@@ -177,7 +177,7 @@ std::string scaling_csv(const ScalingReport& report) {
   return text;
 }
 
-std::string scaling_html(const ScalingReport& report) {
+std::string scaling_html(const ScalingReport& report, const std::string& command) {
   const ScalingTable table = scaling_table(report);
   std::vector<std::string> titles;
   for (const Column& column : table.columns) titles.push_back(column.title);
@@ -187,7 +187,7 @@ std::string scaling_html(const ScalingReport& report) {
   for (const ScalingCurve& curve : report.curves)
     if (curve.points.size() > 1)
       plots += svg_plot(speed_up_plot(curve)) + svg_plot(account_plot(curve));
-  return html_page("Scaling", {"soda scaling", machine_name()},
+  return html_page("Scaling", {command, machine_name()},
                    html_paragraphs(heading(report) +
                                    "Source of the network's figures: " + report.network.source) +
                        html_side_by_side(plots) + html_table(rows) +

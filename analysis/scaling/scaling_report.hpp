@@ -11,7 +11,7 @@ namespace soda::analysis {
 std::string scaling_text(const ScalingReport& report);
 std::string scaling_csv(const ScalingReport& report);
 std::string scaling_json(const ScalingReport& report);
-// Self-contained.
-std::string scaling_html(const ScalingReport& report);
+// Self-contained. `command`: as it was typed.
+std::string scaling_html(const ScalingReport& report, const std::string& command);
 
 }  // namespace soda::analysis

@@ -151,15 +151,15 @@ bool is_of_time(const EventPattern& event, kernel::VirtualTime time) {
 }
 
 // What a walk does not tell of is told by something else.
-struct Telling {
+struct KnownOfTrace {
   bool has_executions = false;
   bool in_sequence = false;
 };
 
-bool fits(const EventPattern& event, const TraceRecord& record, const Telling& telling) {
+bool fits(const EventPattern& event, const TraceRecord& record, const KnownOfTrace& known) {
   switch (event.kind) {
     case EventKind::kStep:
-      return telling.has_executions
+      return known.has_executions
                  ? record.what == Happening::kExecuted && is_of_time(event, record.time)
                  : record.time.t == *event.step;
     case EventKind::kWorld:
@@ -167,14 +167,14 @@ bool fits(const EventPattern& event, const TraceRecord& record, const Telling& t
              is_of_time(event, record.time);
     case EventKind::kMessage:
       return record.incarnation == event.number &&
-             (telling.in_sequence
+             (known.in_sequence
                   ? record.what == Happening::kSent && is_of_world(event, record.lp)
                   : record.what == Happening::kArrived && is_of_world(event, record.peer));
     case EventKind::kRollback:
       return record.what == Happening::kRewound && is_of_world(event, record.lp) &&
              is_of_time(event, record.time);
     case EventKind::kGvt:
-      return record.what == (telling.in_sequence ? Happening::kExecuted : Happening::kGvt) &&
+      return record.what == (known.in_sequence ? Happening::kExecuted : Happening::kGvt) &&
              record.time.t >= *event.step;
     case EventKind::kHappening:
       return false;
@@ -205,13 +205,13 @@ std::optional<std::size_t> find_event(const RecordedWalk& walk, const EventPatte
                                       std::size_t number) {
   if (event.kind == EventKind::kHappening)
     return event.number <= walk.size() ? std::optional<std::size_t>(event.number) : std::nullopt;
-  Telling telling;
-  telling.has_executions = std::ranges::any_of(walk, [](const WalkedHappening& happening) {
+  KnownOfTrace known;
+  known.has_executions = std::ranges::any_of(walk, [](const WalkedHappening& happening) {
     return happening.record.what == Happening::kExecuted;
   });
-  telling.in_sequence = is_in_sequence(walk);
+  known.in_sequence = is_in_sequence(walk);
   for (std::size_t i = number; i < walk.size(); ++i)
-    if (fits(event, walk[i].record, telling)) return i + 1;
+    if (fits(event, walk[i].record, known)) return i + 1;
   return std::nullopt;
 }
 

@@ -141,10 +141,4 @@ std::vector<std::string> replay_command_of(const WholeRun& run, const std::strin
   return command;
 }
 
-std::string as_typed(const std::vector<std::string>& command) {
-  std::string text;
-  for (const std::string& word : command) text += (text.empty() ? "" : " ") + word;
-  return text;
-}
-
 }  // namespace soda::analysis

@@ -35,6 +35,5 @@ std::vector<std::string> run_command_of(const WholeRun& run, const std::string& 
                                         const std::string& file, const std::string& log);
 std::vector<std::string> replay_command_of(const WholeRun& run, const std::string& program,
                                            const std::string& log);
-std::string as_typed(const std::vector<std::string>& command);
 
 }  // namespace soda::analysis

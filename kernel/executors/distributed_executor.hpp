@@ -12,12 +12,13 @@
 
 namespace soda::kernel {
 
-// What commits on one rank becomes known at the root: opaque bytes, those of one rank in the order
-// in which they were taken.
+// What the model of one rank tells that of another beside messages: opaque bytes, those of one rank
+// in the order in which they were taken. The root's go to all others, those of others to the root.
+// All that was made before the run ended arrives. Both are called by one worker while others run.
 struct RecordHooks {
-  // Not at the root: all records made since the last call. Called by one worker while others run.
+  // All records made since the last call; may be none.
   std::function<std::vector<Bytes>()> take;
-  // At the root: a record of another rank. Called by one worker while others run.
+  // A record of another rank. Needed where another takes.
   std::function<void(std::span<const std::byte>)> receive;
 };
 

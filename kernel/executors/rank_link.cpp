@@ -30,7 +30,7 @@ void RankLink::put(std::uint32_t rank, std::vector<Message>& messages) {
 }
 
 void RankLink::send_outgoing() {
-  if (!transport_.is_root() && records_.take) send_records();
+  if (records_.take) send_records();
   if (!has_outgoing()) return;
   for (std::uint32_t to = 0; to < outgoing_.size(); ++to) {
     {
@@ -61,7 +61,11 @@ void RankLink::send_records() {
   for (const Bytes& record : records_.take()) {
     Bytes packet = begin_packet(PacketKind::kRecord);
     packet.insert(packet.end(), record.begin(), record.end());
-    transport_.send(0, std::move(packet));
+    if (!transport_.is_root()) {
+      transport_.send(0, std::move(packet));
+      continue;
+    }
+    for (std::uint32_t to = 1; to < transport_.size(); ++to) transport_.send(to, packet);
   }
 }
 

@@ -15,16 +15,6 @@ using std::chrono::microseconds;
 constexpr microseconds kLeastPatience{50};
 constexpr microseconds kMostPatience{2000};
 
-// The communicating worker of a rank cannot be woken from outside. It naps, longer while nothing
-// happens: ranks that share processors would take them from each other by looking all the time.
-constexpr microseconds kShortestNap{10};
-constexpr microseconds kLongestNap{300};
-
-// Other ranks may wait for this one's part in GVT, and cannot tell: it takes part at least so
-// often, and soon if the last time messages were in transit.
-constexpr microseconds kLongestBetweenRounds{300};
-constexpr microseconds kTransit{20};
-
 }  // namespace
 
 Worker::Worker(std::size_t index, Team& team, std::span<const std::unique_ptr<LogicalProcess>> lps,
@@ -74,6 +64,7 @@ void Worker::run() {
     execute_batch();
     clock_.enter(WorkerPhase::kMessages);
     hand_over_messages();
+    if (communicates() && batch_took_ > kLongestBetweenRounds) exchange_with_other_ranks();
     if (gvt_part_.look())
       take_part_in_round();
     else if (!can_execute() || is_far_ahead())
@@ -102,33 +93,6 @@ void Worker::take_in_messages() {
   if (communicates()) exchange_with_other_ranks();
   if (team_.inboxes[index_].filled()) team_.inboxes[index_].take(arrived_);
   deliver_arrived();
-}
-
-void Worker::exchange_with_other_ranks() {
-  RankLink& link = *team_.link;
-  link.send_outgoing();
-  // What was received now would be in no floor that this rank contributes with the outcome; and the
-  // last GVT of all must not become known behind a report, or this rank would contribute once more.
-  if (gvt_part_.awaits_outcome()) return;
-  link.receive(received_);
-  if (!received_.empty()) nap_ = kShortestNap;
-  for (Message& message : received_)
-    remote_[team_.partition.owner_of(message.destination)].push_back(std::move(message));
-  received_.clear();
-  hand_over_messages();
-
-  const auto now = std::chrono::steady_clock::now();
-  const RankLink::Progress progress = link.look();
-  if (progress == RankLink::Progress::kNewGvt) {
-    nap_ = kShortestNap;
-    round_due_ = now + kLongestBetweenRounds;
-    const bool is_last = link.gvt() >= end_ || link.fault() || link.stop() != 0;
-    if (is_last || (link.gvt() > gvt_ && team_.idle.load() > 0))
-      request_round(&Counters::idle_rounds);
-  } else if (progress == RankLink::Progress::kAgain) {
-    round_due_ = now + kTransit;
-  }
-  if (now >= round_due_) request_round(&Counters::timed_rounds);
 }
 
 // All of a batch is delivered before any of its receivers settles: an anti-message and what
@@ -267,6 +231,7 @@ void Worker::take_part_in_round() {
     const bool first =
         team_.link->begins() || options_.synchronisation != Synchronisation::kLockstep;
     contributed_ = first ? floor : std::min(floor, contributed_);
+    contributed_at_ = std::chrono::steady_clock::now();
     team_.link->contribute(contributed_, outcome.least.fault, outcome.least.stop);
   }
   note_gvt(outcome.gvt);
@@ -275,25 +240,6 @@ void Worker::take_part_in_round() {
   if (!sum) return;
   if (progress_ && gvt_ > kBeginning) progress_(std::min(gvt_, end_), *sum);
   if (team_.rounds.end_round()) wake_others();
-}
-
-// The others may have gone on already. That does not matter: what is sent here is as late as GVT,
-// or as what this rank has contributed to the next one, and lies in the inboxes before the next
-// round. Returns the earliest time of what was sent.
-VirtualTime Worker::take_from_outside(const GvtOutcome& outcome) {
-  const bool reduces = communicates() && team_.link->reduces();
-  const VirtualTime earliest = reduces ? contributed_ : outcome.gvt;
-  std::vector<Message> taken;
-  outside_.take(outcome.gvt, earliest, taken);
-  team_.held_from_outside.store(outside_.hold(kNever) <= outcome.gvt);
-  VirtualTime least = kNever;
-  for (Message& message : taken) {
-    least = std::min(least, message.time);
-    remote_[team_.partition.owner_of(message.destination)].push_back(std::move(message));
-  }
-  hand_over_messages();
-  if (communicates()) team_.link->send_outgoing();
-  return least;
 }
 
 GvtReport Worker::make_report() {

@@ -83,7 +83,7 @@ class Worker {
   void deliver_list(std::uint32_t own, std::uint32_t first);
   void collect_journal();
   void take_back_journal();
-  void adapt_batch(std::chrono::steady_clock::duration took, std::size_t executed);
+  void adapt_batch(std::size_t executed);
   GvtReport make_report();
   void note_gvt(VirtualTime gvt);
   void commit(const GvtOutcome& outcome);
@@ -102,13 +102,23 @@ class Worker {
   // Whether it is the one that speaks with the other ranks.
   bool communicates() const { return team_.link != nullptr && index_ == 0; }
 
+  // The communicating worker of a rank cannot be woken from outside. It naps, longer while nothing
+  // happens: ranks that share processors would take them from each other by looking all the time.
+  static constexpr std::chrono::microseconds kShortestNap{10}, kLongestNap{300};
+  // Other ranks may wait for this one's part in GVT, and cannot tell: it takes part at least so
+  // often. One that works longer at a time looks after that, too, or each step of the computation
+  // would take as long as two of its batches.
+  static constexpr std::chrono::microseconds kLongestBetweenRounds{300};
+
   const std::size_t index_;
   Team& team_;
   const VirtualTime end_;
   const ThreadsOptions options_;
   const ProgressFn& progress_;
-  OutsideDoor outside_;                   // of one worker of all
-  VirtualTime contributed_ = kBeginning;  // to the reduction that is under way, by this rank
+  OutsideDoor outside_;  // of one worker of all
+  // To the reduction that is under way, by this rank.
+  VirtualTime contributed_ = kBeginning;
+  std::chrono::steady_clock::time_point contributed_at_{};
   const std::uint32_t first_lp_;
   const bool holds_back_;  // messages, at random; in lockstep nothing may be late
   const bool is_alone_;    // nobody else sends or computes GVT, and it executes in order
@@ -143,10 +153,12 @@ class Worker {
   std::uint32_t stopped_ = 0;
   bool finished_ = false;
   std::size_t batch_size_ = 1;
+  std::chrono::steady_clock::duration batch_took_{};  // the last one
   std::chrono::steady_clock::time_point last_report_{};
   std::size_t executed_since_report_ = 0;
   std::chrono::microseconds patience_;  // how long it sleeps before it asks for a round
-  std::chrono::microseconds nap_{1};    // how long it sleeps between looks at the other ranks
+  std::chrono::microseconds nap_ =
+      kShortestNap;  // how long it sleeps between looks at the other ranks
   std::chrono::steady_clock::time_point round_due_{};  // if nobody asks for one before
   SplitMix64 random_;
 };

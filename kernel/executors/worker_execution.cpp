@@ -63,7 +63,8 @@ void Worker::execute_batch() {
     }
   }
   const auto now = std::chrono::steady_clock::now();
-  adapt_batch(now - start, executed);
+  batch_took_ = now - start;
+  adapt_batch(executed);
   // A seed makes a run on one thread reproducible: then the clock decides nothing.
   const bool is_late = shuffles() ? random_.below(32) == 0 : now - last_report_ >= kLongestRound;
   if (executed_since_report_ >= bags_per_round())
@@ -91,12 +92,12 @@ void Worker::execute_one(std::uint32_t own) {
   if (!touched_.empty()) settle_receivers();
 }
 
-void Worker::adapt_batch(std::chrono::steady_clock::duration took, std::size_t executed) {
+void Worker::adapt_batch(std::size_t executed) {
   if (shuffles())
     batch_size_ = 1 + random_.below(8);
-  else if (took > kLongBatch)
+  else if (batch_took_ > kLongBatch)
     batch_size_ = std::max<std::size_t>(batch_size_ / 2, 1);
-  else if (took < kShortBatch && executed == batch_size_)
+  else if (batch_took_ < kShortBatch && executed == batch_size_)
     batch_size_ = std::min(batch_size_ * 2, kLongestBatch);
 }
 

@@ -77,7 +77,8 @@ struct RunOptions {
   InputOptions inputs = {};
   // Who sends to worlds from outside; each outlives the run. Over ranks, the root's count.
   std::vector<kernel::Outside*> outsides = {};
-  EntryObserver* entries = nullptr;  // who is told how far worlds are; outlives the run
+  EntryObserver* entries = nullptr;  // who is told how far worlds are; outlives the run. Over
+                                     // ranks, all have one or none has
   // Ends the run at the next commit when it is no longer 0; may be null, or outlives the run.
   const kernel::StopRequest* stop = nullptr;
   // kVirtual only. Its window and synchronisation are those above, and its costs are those of

@@ -1,5 +1,6 @@
 #include "models/run/commit_relay.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "models/messages/codec.hpp"
@@ -23,14 +24,33 @@ void read_bodies(Reader& reader, BufferEntry& entry) {
 }
 
 // What a record holds: its first byte.
-enum class RecordKind : std::uint8_t { kCommit, kLoad, kTrace };
+enum class RecordKind : std::uint8_t { kCommit, kLoad, kTrace, kNews };
+
+kernel::Bytes record_of(RecordKind kind, std::span<const std::byte> bytes) {
+  kernel::Bytes record(1 + bytes.size(), static_cast<std::byte>(kind));
+  std::ranges::copy(bytes, record.begin() + 1);
+  return record;
+}
+
+void join(std::span<const std::byte> record, const RecordSinks& sinks) {
+  const auto kind = static_cast<RecordKind>(record.front());
+  const std::span<const std::byte> bytes = record.subspan(1);
+  if (kind == RecordKind::kLoad) return sinks.loads->add(decode_load(bytes));
+  if (kind == RecordKind::kTrace) return sinks.trace->take({bytes.begin(), bytes.end()});
+  if (kind == RecordKind::kNews) return sinks.entries->hear(bytes);
+  Reader reader(bytes);
+  const WorldId world = reader.world();
+  BufferEntry entry;
+  entry.step = reader.number<std::int64_t>();
+  read_bodies(reader, entry);
+  while (!reader.at_end()) entry.islands.push_back(reader.island());
+  sinks.commits.add(world, entry);
+}
 
 }  // namespace
 
 void CommitRelay::add(LoadSample sample) {
-  kernel::Bytes record{static_cast<std::byte>(RecordKind::kLoad)};
-  const kernel::Bytes bytes = encode_load(sample);
-  record.insert(record.end(), bytes.begin(), bytes.end());
+  kernel::Bytes record = record_of(RecordKind::kLoad, encode_load(sample));
   const std::lock_guard lock(mutex_);
   records_.push_back(std::move(record));
 }
@@ -61,18 +81,17 @@ std::vector<kernel::Bytes> CommitRelay::take() {
   return std::exchange(records_, {});
 }
 
-void join(std::span<const std::byte> record, const RecordSinks& sinks) {
-  const auto kind = static_cast<RecordKind>(record.front());
-  if (kind == RecordKind::kLoad) return sinks.loads->add(decode_load(record.subspan(1)));
-  if (kind == RecordKind::kTrace)
-    return sinks.trace->take(kernel::Bytes(record.begin() + 1, record.end()));
-  Reader reader(record.subspan(1));
-  const WorldId world = reader.world();
-  BufferEntry entry;
-  entry.step = reader.number<std::int64_t>();
-  read_bodies(reader, entry);
-  while (!reader.at_end()) entry.islands.push_back(reader.island());
-  sinks.commits.add(world, entry);
+kernel::RecordHooks record_hooks(CommitRelay& relay, const RecordSinks& sinks) {
+  kernel::RecordHooks hooks;
+  hooks.take = [&relay, entries = sinks.entries] {
+    std::vector<kernel::Bytes> records = relay.take();
+    if (entries == nullptr) return records;
+    for (const kernel::Bytes& news : entries->take_news())
+      records.push_back(record_of(RecordKind::kNews, news));
+    return records;
+  };
+  hooks.receive = [&sinks](std::span<const std::byte> record) { join(record, sinks); };
+  return hooks;
 }
 
 kernel::Bytes encode_outcome(std::span<const std::unique_ptr<kernel::LogicalProcess>> worlds) {

@@ -8,6 +8,7 @@
 
 #include "kernel/api/event_recorder.hpp"
 #include "kernel/api/payload.hpp"
+#include "kernel/executors/distributed_executor.hpp"
 #include "models/commit/commit_merge.hpp"
 #include "models/run/simulation.hpp"
 #include "models/world/world.hpp"
@@ -34,13 +35,15 @@ class CommitRelay final : public CommitSink, public LoadSink, public kernel::Tra
   std::vector<kernel::Bytes> records_;
 };
 
-// Where records of other ranks go at the root; what nobody sends may be null.
+// Where records of other ranks go; what nobody sends may be null.
 struct RecordSinks {
   CommitSink& commits;
   LoadSink* loads = nullptr;
   kernel::TraceSink* trace = nullptr;
+  EntryObserver* entries = nullptr;  // on every rank, and a source of records, too
 };
-void join(std::span<const std::byte> record, const RecordSinks& sinks);
+// What this rank tells others and hears from them. Both must outlive the hooks.
+kernel::RecordHooks record_hooks(CommitRelay& relay, const RecordSinks& sinks);
 
 // Of a world, or of all that live here: their work counters, and the states that they ended with.
 // `result.final_states` has a place for each body.

@@ -191,9 +191,7 @@ kernel::RunResult run_on_cluster(const Worlds& worlds, const Driver& driver,
 
 kernel::RunResult run_over_ranks(const Worlds& worlds, const Driver& driver, CommitRelay& relay,
                                  const RecordSinks& sinks) {
-  kernel::RecordHooks records;
-  records.take = [&] { return relay.take(); };
-  records.receive = [&](std::span<const std::byte> record) { join(record, sinks); };
+  const kernel::RecordHooks records = record_hooks(relay, sinks);
   return kernel::run_distributed(worlds, time_of(driver.options.steps, Phase::kBegin),
                                  threads_options(driver), *driver.options.transport, records,
                                  driver.progress);
@@ -361,7 +359,7 @@ SimulationResult simulate(const physics::SceneDescription& scene,
                          .accounts = options.executor == ExecutorKind::kThreads ||
                                      options.executor == ExecutorKind::kMpi},
            .progress = on_gvt(options.steps, progress)},
-          relay, {commits, balancing.get(), trace}, result.cluster);
+          relay, {commits, balancing.get(), trace, options.entries}, result.cluster);
   result.committed_steps = merge.committed_steps();
   if (options.recorded != nullptr) {
     if (!options.recorded->order.whole) return result;

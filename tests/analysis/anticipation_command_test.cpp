@@ -36,6 +36,8 @@ TEST(AnticipationCommand, ReportsEveryPointAndDrawsIt) {
   EXPECT_EQ(last["mode"], "modelled");
   EXPECT_EQ(last["steps_until_late"], json["points"][6]["steps_until_late"]);
   EXPECT_TRUE(contains(read_file(page), "<polyline"));
+  EXPECT_TRUE(
+      contains(read_file(page), "<code>soda anticipation --buffers 2,4 --overloads 0,0.5 "));
   EXPECT_EQ(run_soda(command).out, result.out) << "the model is the same twice";
 }
 

@@ -37,6 +37,7 @@ TEST(FamiliesCommand, PrintsOneJsonObjectWithEveryDocumentedKeyAndDrawsPictures)
     EXPECT_TRUE(series["runs"][0].contains(key)) << key;
   EXPECT_GT(series["runs"][0]["cpu_us"], 0.0);
   EXPECT_TRUE(contains(read_file(page), "<svg"));
+  EXPECT_TRUE(contains(read_file(page), "<code>soda accuracy --families stack --json --check "));
 }
 
 TEST(FamiliesCommand, WhatCannotBeAskedForExitsWith2) {

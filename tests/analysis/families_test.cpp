@@ -145,7 +145,7 @@ TEST(Families, AreWholeAndTheirPicturesShowEachMeasure) {
   EXPECT_EQ(names, (std::set<std::string>{"balls-flight", "balls-floor", "sliding-row", "stack",
                                           "pile", "hanging-chain", "lying-chain", "star", "grid"}));
   report.families.push_back(measured(part_of("stack", "equal", {1, 2})));
-  const std::string html = families_html(report);
+  const std::string html = families_html(report, "soda accuracy --families a<b");
   EXPECT_NE(html.find("stack: way of a box, of its width"), std::string::npos);
   EXPECT_NE(html.find("stack: work per body and step"), std::string::npos);
   EXPECT_EQ(html.find("nan"), std::string::npos);

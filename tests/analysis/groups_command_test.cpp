@@ -87,6 +87,8 @@ TEST(GroupsCommand, WritesAPageWithDiagramsAndNeverOverAnother) {
   const std::string page = read_file(folder.file("a.html"));
   EXPECT_TRUE(contains(page, "<svg")) << page.substr(0, 400);
   EXPECT_TRUE(contains(page, "threshold (law)"));
+  EXPECT_TRUE(contains(page, "<code>soda groups --bodies 50,500 --seeds 1..2 -o " +
+                                 folder.file("a.html") + "</code>"));
   EXPECT_EQ(run_soda(command).exit_code, kExitFile);
   EXPECT_EQ(folder.files().size(), 1u);
 }

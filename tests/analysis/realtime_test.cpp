@@ -28,6 +28,7 @@ TEST(RealTimeCommand, ShowsEveryStepInOrderAndComputesTheSameBits) {
   for (const std::vector<std::string>& executor :
        {std::vector<std::string>{"--executor", "sequential", "--worlds", "1"},
         std::vector<std::string>{"--threads", "2", "--worlds", "4"},
+        std::vector<std::string>{"--threads", "2", "--worlds", "4", "--policy", "lockstep"},
         std::vector<std::string>{"--executor", "virtual", "--worlds", "3"}}) {
     std::vector<std::string> arguments = executor;
     for (const char* more : {"--realtime", "--fps", "120", "--speed", "2", "--load", "0.1"})

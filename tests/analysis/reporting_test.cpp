@@ -8,6 +8,7 @@
 #include "analysis/runs/overrides.hpp"
 #include "analysis/text/exit_codes.hpp"
 #include "analysis/text/nearest_name.hpp"
+#include "analysis/text/shell_words.hpp"
 #include "analysis/text/text_table.hpp"
 
 namespace soda::analysis {
@@ -21,6 +22,12 @@ TEST(NearestName, FindsMisspeltNamesAndOnlyThose) {
   EXPECT_EQ(nearest_name("quit", names), "");
   EXPECT_EQ(nearest_name("", names), "");
   EXPECT_EQ(nearest_name(std::string(100000, 'x'), names), "");
+}
+
+TEST(ShellWords, AreQuotedWhereAShellWouldTakeThemOtherwise) {
+  EXPECT_EQ(as_typed({"soda", "run", "a/b-1.json", "--peak", "0,1@2+1", "--map=x"}),
+            "soda run a/b-1.json --peak 0,1@2+1 --map=x");
+  EXPECT_EQ(as_typed({"soda", "my file", "", "$x", "it's"}), "soda 'my file' '' '$x' 'it'\\''s'");
 }
 
 TEST(BrokenPlan, IsALineThatCountsThoughItIsNotNeeded) {

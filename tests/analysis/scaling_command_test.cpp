@@ -144,7 +144,11 @@ TEST(ScalingCommand, ALibraryIsOneTableAndAPageHoldsPictures) {
                                        "--steps", "5", "--csv", "-o", page});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(std::count(result.out.begin(), result.out.end(), '\n'), 1 + 4) << result.out;
-  EXPECT_TRUE(analysis_test::contains(analysis_test::read_file(page), "<svg"));
+  const std::string html = analysis_test::read_file(page);
+  EXPECT_TRUE(analysis_test::contains(html, "<svg"));
+  EXPECT_TRUE(analysis_test::contains(html, "<code>soda scaling --library " + folder.file("") +
+                                                " --worlds 1,8 --steps 5 --csv -o " + page +
+                                                "</code>"));
   EXPECT_EQ(run_soda({"scaling", "--library", folder.file(""), "-o", page}).exit_code, 3);
 }
 

@@ -45,7 +45,9 @@ TEST(CommitRelay, TheRootHasStepsInOrderWithStatesOwnersAndIslandsOfAllWorlds) {
   for (std::int64_t step = 1; step <= 3; ++step) merge.add(WorldId{1}, entry_of(step, 1));
   for (std::int64_t step = 1; step <= 3; ++step)
     for (const std::uint32_t world : {2u, 0u}) relay.add(WorldId{world}, entry_of(step, world));
-  for (const kernel::Bytes& record : relay.take()) join(record, {merge});
+  const RecordSinks sinks{merge};
+  const kernel::RecordHooks hooks = record_hooks(relay, sinks);
+  for (const kernel::Bytes& record : hooks.take()) hooks.receive(record);
   EXPECT_EQ(last, 3);
   EXPECT_TRUE(relay.take().empty()) << "each record is taken once";
 }
@@ -58,7 +60,9 @@ TEST(CommitRelay, StatesThatNobodyWantsDoNotTravelButIslandsDo) {
   const CommitObserver nobody;
   CommitRelay relay(nobody);
   relay.add(WorldId{1}, entry_of(4, 1));
-  for (const kernel::Bytes& record : relay.take()) join(record, {last});
+  const RecordSinks sinks{last};
+  const kernel::RecordHooks hooks = record_hooks(relay, sinks);
+  for (const kernel::Bytes& record : hooks.take()) hooks.receive(record);
   EXPECT_EQ(last.part.step, 4);
   EXPECT_TRUE(last.part.ids.empty());
   EXPECT_EQ(last.part.islands.size(), 1u);
@@ -76,8 +80,9 @@ TEST(CommitRelay, TracesComeAsTheyAre) {
   const CommitObserver observer;
   CommitRelay relay(observer);
   for (const kernel::Bytes& chunk : sent) relay.take(chunk);
-  for (const kernel::Bytes& record : relay.take())
-    join(record, {.commits = nobody, .trace = &chunks});
+  const RecordSinks sinks{.commits = nobody, .trace = &chunks};
+  const kernel::RecordHooks hooks = record_hooks(relay, sinks);
+  for (const kernel::Bytes& record : hooks.take()) hooks.receive(record);
   EXPECT_EQ(chunks.all, sent);
 }
 

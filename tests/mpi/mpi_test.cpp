@@ -5,6 +5,7 @@
 #include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <sstream>
 #include <thread>
 #include <tuple>
@@ -19,6 +20,7 @@ using analysis_test::library_file;
 using analysis_test::run_child;
 using analysis_test::run_soda;
 using analysis_test::TemporaryFolder;
+using Json = nlohmann::json;
 
 class Mpi : public testing::Test {
  protected:
@@ -26,6 +28,8 @@ class Mpi : public testing::Test {
     for (const char* name : {"OMPI_ALLOW_RUN_AS_ROOT", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM",
                              "OMPI_MCA_rmaps_base_oversubscribe", "OMPI_MCA_mpi_yield_when_idle"})
       setenv(name, "1", 1);
+    // A rank that may only use one processor waits long for others that use it, too.
+    setenv("OMPI_MCA_hwloc_base_binding_policy", "none", 1);
   }
 };
 
@@ -145,6 +149,50 @@ TEST_F(Mpi, FewerWorldsThanRanksAndOneWorldRunToo) {
   }
 }
 
+// Ranks that have several worlds, one or none.
+TEST_F(Mpi, ARunIsShownInOrderWhileAllRanksComputeIt) {
+  const std::vector<std::string> run = {
+      "run", library_file("border-stack"), "--steps", "30", "--quiet", "--json"};
+  const Json plain = Json::parse(run_soda(run).out);
+  for (const auto& [ranks, worlds, policy] :
+       {std::tuple(2, "4", "optimistic"), {3, "2", "lockstep"}, {2, "1", "optimistic"}}) {
+    std::vector<std::string> job = run;
+    for (const char* more : {"--executor", "mpi", "--worlds", worlds, "--policy", policy,
+                             "--realtime", "--fps", "120", "--speed", "2", "--load", "0.1"})
+      job.push_back(more);
+    const ChildResult found = run_job(ranks, job);
+    ASSERT_EQ(found.exit_code, 0) << found.err;
+    const Json json = Json::parse(found.out);
+    EXPECT_EQ(json["digest"], plain["digest"]);
+    const Json& shown = json["real_time"];
+    EXPECT_EQ(shown["clock"].front(), 0);
+    EXPECT_EQ(shown["clock"].back(), 30);
+    EXPECT_EQ(shown["fill"].front(), 30) << "frames begin when all worlds have all entries";
+    for (std::size_t i = 1; i < shown["clock"].size(); ++i) {
+      const int advance = shown["clock"][i].get<int>() - shown["clock"][i - 1].get<int>();
+      EXPECT_EQ(advance, shown["fate"][i] == "late" ? 0 : 1) << i;
+    }
+  }
+}
+
+// The peak is that of a world of the other rank, which has to know when frames begin; and the root
+// has to hear what it has worked.
+TEST_F(Mpi, AnOverloadOnAnotherRankEmptiesTheBufferOfAll) {
+  const ChildResult job = run_job(
+      2,
+      {"anticipation", "--worlds",      "2",     "--mode",      "measured", "--buffers",   "8",
+       "--peak",       "1@0.5",         "--fps", "40",          "--speed",  "0.66",        "--lead",
+       "12",           "--utilisation", "0.05",  "--overloads", "59",       "--max-steps", "50",
+       "--quiet",      "--json"});
+  ASSERT_EQ(job.exit_code, 0) << job.err;
+  const Json point = Json::parse(job.out)["points"].back();
+  EXPECT_EQ(point["mode"], "measured");
+  EXPECT_EQ(point["late_before_peak"], false);
+  EXPECT_NEAR(point["ratio"].get<double>(), 3.0, 0.15) << point;
+  EXPECT_GE(point["filled"], 8);
+  EXPECT_LE(point["steps_until_late"].get<int>(), point["law_steps"].get<int>() + 3) << point;
+}
+
 TEST_F(Mpi, AnErrorIsPrintedOnceAndFirstAndEndsAllRanksWithItsCode) {
   const TemporaryFolder folder;
   const std::string scene = library_file("border-stack");
@@ -158,6 +206,7 @@ TEST_F(Mpi, AnErrorIsPrintedOnceAndFirstAndEndsAllRanksWithItsCode) {
       {{"run", scene, "--executor", "threads"}, 2, "soda: started by mpirun with another"},
       {{"run", scene, "--worlds", "0", "--executor", "mpi"}, 2, "soda: --worlds"},
       {{"plan", scene}, 2, "soda: started by mpirun; only"},
+      {{"anticipation", scene, "--over", "makespan"}, 2, "soda: --over makespan: it runs on"},
       {{"phold", "--end", "5"}, 2, "soda: --executor mpi and mpirun belong together"},
       // Only the root opens it, while the others are on their way into the run.
       {{"run", scene, "--executor", "mpi", "--log", "/nowhere/run.sodalog"},
