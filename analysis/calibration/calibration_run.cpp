@@ -29,11 +29,29 @@ models::SimulationResult run_of(const scenarios::Scenario& scene, std::uint32_t 
   return result;
 }
 
-models::RunOptions on_threads(const scenarios::Scenario& scene, unsigned threads) {
+// 0 threads: in sequence. `job` may be null.
+models::RunOptions on_workers(const scenarios::Scenario& scene, unsigned threads,
+                              kernel::Transport* job) {
   models::RunOptions options = scene.run;
   options.executor =
       threads == 0 ? models::ExecutorKind::kSequential : models::ExecutorKind::kThreads;
   options.threads = std::max(threads, 1u);
+  options.transport = job;
+  if (job != nullptr) options.executor = models::ExecutorKind::kMpi;
+  return options;
+}
+
+// The virtual cluster with a processor for each worker.
+models::RunOptions on_cluster(const scenarios::Scenario& scene, const MachineCosts& costs,
+                              const Prediction& of) {
+  const unsigned workers = of.threads * std::max(of.ranks, 1u);
+  models::RunOptions options = scene.run;
+  options.executor = models::ExecutorKind::kVirtual;
+  options.weights = weights_for(costs, workers);
+  ClusterOverrides cluster;
+  cluster.processors = workers;
+  apply_network(network_named("shared"), cluster);
+  apply_cluster(cluster, of.worlds, options.cluster);
   return options;
 }
 
@@ -64,7 +82,7 @@ struct AloneRun {
 
 // On this thread alone; the least of the times was disturbed least.
 AloneRun measure_alone(const scenarios::Scenario& scene, std::uint32_t worlds, int repeat) {
-  const models::RunOptions options = on_threads(scene, worlds == 1 ? 0 : 1);
+  const models::RunOptions options = on_workers(scene, worlds == 1 ? 0 : 1, nullptr);
   AloneRun best;
   for (int i = 0; i < repeat; ++i) {
     const double begin_s = thread_cpu_s();
@@ -127,24 +145,23 @@ Calibration calibrate(const std::vector<scenarios::Scenario>& scenes, int repeat
 }
 
 Prediction predict(const scenarios::Scenario& scene, const MachineCosts& costs, unsigned threads,
-                   int repeat) {
+                   int repeat, kernel::Transport* job) {
   const std::uint32_t worlds = scene.territory.worlds;
-  Prediction prediction{scene.name, worlds, std::min(threads, worlds), 0.0, 0.0, true};
-  models::RunOptions modelled = scene.run;
-  modelled.executor = models::ExecutorKind::kVirtual;
-  modelled.weights = weights_for(costs, prediction.threads);
-  ClusterOverrides cluster;
-  cluster.processors = prediction.threads;
-  apply_network(network_named("shared"), cluster);
-  apply_cluster(cluster, worlds, modelled.cluster);
-  const models::SimulationResult said = run_of(scene, worlds, modelled);
+  Prediction prediction{.scenario = scene.name, .worlds = worlds};
+  prediction.threads = std::min(threads, worlds);
+  if (job != nullptr) prediction.ranks = job->size();
+  const models::RunOptions measured = on_workers(scene, prediction.threads, job);
+  if (job != nullptr && !job->is_root()) {
+    for (int i = 0; i < repeat; ++i) run_of(scene, worlds, measured);
+    return prediction;
+  }
+  const models::SimulationResult said = run_of(scene, worlds, on_cluster(scene, costs, prediction));
   prediction.predicted_ns = static_cast<double>(said.cluster->makespan_ns);
 
   std::vector<double> wall_ns;
   for (int i = 0; i < repeat; ++i) {
     const Stopwatch watch;
-    const models::SimulationResult done =
-        run_of(scene, worlds, on_threads(scene, prediction.threads));
+    const models::SimulationResult done = run_of(scene, worlds, measured);
     wall_ns.push_back(kNsPerSecond * watch.elapsed().wall_s);
     prediction.equal = prediction.equal && models::final_digest(done) == models::final_digest(said);
   }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "analysis/calibration/machine_costs.hpp"
+#include "kernel/api/transport.hpp"
 #include "scenarios/scenario.hpp"
 
 namespace soda::analysis {
@@ -28,18 +29,21 @@ struct Calibration {
 Calibration calibrate(const std::vector<scenarios::Scenario>& scenes, int repeat,
                       unsigned processors);
 
-// A scene over threads: what the virtual cluster says, and the wall clock.
+// A scene over threads, or over ranks: what the virtual cluster says, and the wall clock.
 struct Prediction {
   std::string scenario;
   std::uint32_t worlds = 1;
-  unsigned threads = 1;
+  unsigned threads = 1;                          // of each rank
+  std::uint32_t ranks = 0;                       // 0: without MPI
   double predicted_ns = 0.0, measured_ns = 0.0;  // the median of the measured runs
   bool equal = true;                             // both ended with the same bits
 
   double ratio() const { return predicted_ns / measured_ns; }
 };
 
+// `job` may be null: without MPI. Over ranks all make the same call, and only the root's prediction
+// is of use; a worker more than worlds would have nothing to do.
 Prediction predict(const scenarios::Scenario& scene, const MachineCosts& costs, unsigned threads,
-                   int repeat);
+                   int repeat, kernel::Transport* job = nullptr);
 
 }  // namespace soda::analysis

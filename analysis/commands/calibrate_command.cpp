@@ -56,14 +56,18 @@ std::string runs_text(const std::vector<CalibratedRun>& runs) {
 }
 
 std::string predictions_text(const std::vector<Prediction>& predictions) {
+  const bool over_ranks = predictions.front().ranks > 0;
   std::vector<std::vector<std::string>> rows;
-  for (const Prediction& of : predictions)
-    rows.push_back({of.scenario, std::to_string(of.worlds), std::to_string(of.threads),
+  for (const Prediction& of : predictions) {
+    const std::string threads = std::to_string(of.threads);
+    rows.push_back({of.scenario, std::to_string(of.worlds),
+                    over_ranks ? std::to_string(of.ranks) + " x " + threads : threads,
                     in_ms(of.predicted_ns), in_ms(of.measured_ns), format_number(of.ratio(), 3)});
+  }
   const auto within = std::ranges::count_if(predictions, is_foretold);
-  return format_table({{"over threads"},
+  return format_table({{over_ranks ? "over ranks" : "over threads"},
                        {"worlds", Align::kRight},
-                       {"threads", Align::kRight},
+                       {over_ranks ? "ranks x threads" : "threads", Align::kRight},
                        {"predicted ms", Align::kRight},
                        {"measured ms", Align::kRight},
                        {"ratio", Align::kRight}},
@@ -93,6 +97,7 @@ std::string report_json(const CalibrateReport& report) {
              JsonObject line;
              return line.set("scenario", quoted(of.scenario))
                  .set("worlds", json_of(of.worlds))
+                 .set("ranks", json_of(of.ranks))
                  .set("threads", json_of(of.threads))
                  .set("predicted_s", json_of(1e-9 * of.predicted_ns))
                  .set("measured_s", json_of(1e-9 * of.measured_ns))
@@ -112,12 +117,26 @@ std::vector<scenarios::Scenario> load_scenes(const CalibrateRequest& request) {
   return scenes;
 }
 
+std::vector<Prediction> predictions_of(const std::vector<scenarios::Scenario>& scenes,
+                                       const CalibrateRequest& request, const MachineCosts& costs) {
+  const unsigned ranks = request.job == nullptr ? 1 : request.job->size();
+  std::vector<Prediction> predictions;
+  for (const scenarios::Scenario& scene : scenes)
+    for (const unsigned threads : request.threads)
+      if (scene.territory.worlds >= threads * ranks && scene.territory.worlds > 1)
+        predictions.push_back(predict(scene, costs, threads, request.repeat, request.job));
+  return predictions;
+}
+
 }  // namespace
 
 int calibrate_command(const CalibrateRequest& request, std::ostream& out, std::ostream& err) {
+  const bool is_root = request.job == nullptr || request.job->is_root();
+  if (request.job != nullptr && request.costs_file.empty())
+    throw UsageError("--costs is required over ranks; measure them without mpirun");
   const std::vector<scenarios::Scenario> scenes = load_scenes(request);
   std::unique_ptr<OutputFile> file;
-  if (!request.output_file.empty())
+  if (is_root && !request.output_file.empty())
     file = std::make_unique<OutputFile>(request.output_file, request.force);
   CalibrateReport report;
   if (request.costs_file.empty()) {
@@ -128,17 +147,15 @@ int calibrate_command(const CalibrateRequest& request, std::ostream& out, std::o
   } else {
     report.costs = read_machine_costs(request.costs_file);
   }
-  for (const scenarios::Scenario& scene : scenes)
-    for (const unsigned threads : request.threads)
-      if (scene.territory.worlds >= threads && scene.territory.worlds > 1)
-        report.predictions.push_back(predict(scene, report.costs, threads, request.repeat));
+  report.predictions = predictions_of(scenes, request, report.costs);
+  if (!is_root) return kExitOk;
   if (file) {
     file->write(machine_costs_json(report.costs));
     file->complete();
   }
   out << (request.json ? report_json(report) : report_text(report));
   if (!std::ranges::all_of(report.predictions, &Prediction::equal)) {
-    err << "soda: a run on the virtual cluster ended with other bits than over threads\n";
+    err << "soda: a run on the virtual cluster ended with other bits than over threads or ranks\n";
     return kExitCheckFailed;
   }
   return request.check && !std::ranges::all_of(report.predictions, is_foretold) ? kExitCheckFailed

@@ -179,7 +179,7 @@ constexpr Command kCommands[] = {
      [](CLI::App& app, R& r, const Wanted&) { define_scaling(app, r.scaling); },
      [](const R& r, Stream& out, Stream& err) { return scaling_command(r.scaling, out, err); }},
     {kMeasures, "calibrate",
-     "what work costs on this machine, and predictions beside what runs take", false,
+     "what work costs on this machine, and predictions beside what runs take", true,
      [](CLI::App& app, R& r, const Wanted&) { define_calibrate(app, r.calibrate); },
      [](const R& r, Stream& out, Stream& err) { return calibrate_command(r.calibrate, out, err); }},
     {kMeasures, "phold", "benchmark of the kernel: events and no physics", true,
@@ -274,10 +274,11 @@ int run_command_line(int argc, const char* const* argv, kernel::Transport* trans
   const auto parsed = std::ranges::find_if(apps, [](const CLI::App* a) { return a->parsed(); });
   const Command& command = kCommands[parsed - apps.begin()];
   if (transport != nullptr && !command.over_ranks)
-    throw UsageError("started by mpirun; only run, verify, anticipation and phold run over ranks");
+    throw UsageError(
+        "started by mpirun; only run, verify, anticipation, calibrate and phold run over ranks");
   for (kernel::Transport** place :
        {&requests.run.overrides.transport, &requests.verify.transport, &requests.phold.transport,
-        &requests.anticipation.overrides.transport})
+        &requests.anticipation.overrides.transport, &requests.calibrate.job})
     *place = transport;
   for (std::string* place : {&requests.accuracy.command, &requests.anticipation.command,
                              &requests.groups.command, &requests.scaling.command})

@@ -135,8 +135,8 @@ void define_calibrate(CLI::App& command, CalibrateRequest& request) {
   command.add_option("--library", request.library, "all scenarios of this folder");
   command
       .add_option("--predict", request.threads,
-                  "numbers of threads, as 1,2: what the virtual cluster says beside what runs "
-                  "take")
+                  "numbers of threads, of each rank, as 1,2: what the virtual cluster says beside "
+                  "what runs take")
       ->delimiter(',')
       ->check(CLI::Range(1u, 1024u));
   command.add_option("--costs", request.costs_file,
@@ -151,7 +151,8 @@ void define_calibrate(CLI::App& command, CalibrateRequest& request) {
   command.footer(
       "examples:\n"
       "  soda calibrate --library scenarios/library --steps 60 -o costs.json\n"
-      "  soda calibrate --costs costs.json scenarios/library/pyramid.json --predict 1,2 --check");
+      "  soda calibrate --costs costs.json scenarios/library/pyramid.json --predict 1,2 --check\n"
+      "  mpirun -n 2 soda calibrate --costs costs.json scenarios/library/crowd.json --predict 1");
 }
 
 }  // namespace soda::analysis

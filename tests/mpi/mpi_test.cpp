@@ -193,6 +193,30 @@ TEST_F(Mpi, AnOverloadOnAnotherRankEmptiesTheBufferOfAll) {
   EXPECT_LE(point["steps_until_late"].get<int>(), point["law_steps"].get<int>() + 3) << point;
 }
 
+// Of three and of six workers; one of the scenes has four worlds only.
+TEST_F(Mpi, RunsOverRanksArePredictedByCostsMeasuredBefore) {
+  const TemporaryFolder folder;
+  const std::string costs = folder.file("costs.json");
+  ASSERT_EQ(run_soda({"calibrate", library_file("third-world"), "--steps", "5", "--repeat", "1",
+                      "-o", costs})
+                .exit_code,
+            0);
+  const ChildResult job =
+      run_job(3, {"calibrate", "--costs", costs, library_file("eight-corner"),
+                  library_file("third-world"), "--steps", "5", "--predict", "1,2", "--json"});
+  ASSERT_EQ(job.exit_code, 0) << job.err;
+  const Json predictions = Json::parse(job.out)["predictions"];
+  std::vector<std::pair<std::string, int>> found;
+  for (const Json& of : predictions) {
+    found.emplace_back(of["scenario"], of["threads"]);
+    EXPECT_EQ(of["ranks"], 3);
+    EXPECT_EQ(of["equal"], true);
+    EXPECT_GT(of["predicted_s"], 0.0);
+    EXPECT_GT(of["measured_s"], 0.0);
+  }
+  EXPECT_EQ(found, (decltype(found){{"eight-corner", 1}, {"eight-corner", 2}, {"third-world", 1}}));
+}
+
 TEST_F(Mpi, AnErrorIsPrintedOnceAndFirstAndEndsAllRanksWithItsCode) {
   const TemporaryFolder folder;
   const std::string scene = library_file("border-stack");
@@ -207,6 +231,7 @@ TEST_F(Mpi, AnErrorIsPrintedOnceAndFirstAndEndsAllRanksWithItsCode) {
       {{"run", scene, "--worlds", "0", "--executor", "mpi"}, 2, "soda: --worlds"},
       {{"plan", scene}, 2, "soda: started by mpirun; only"},
       {{"anticipation", scene, "--over", "makespan"}, 2, "soda: --over makespan: it runs on"},
+      {{"calibrate", scene, "--predict", "1"}, 2, "soda: --costs is required over ranks"},
       {{"phold", "--end", "5"}, 2, "soda: --executor mpi and mpirun belong together"},
       // Only the root opens it, while the others are on their way into the run.
       {{"run", scene, "--executor", "mpi", "--log", "/nowhere/run.sodalog"},
