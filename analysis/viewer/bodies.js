@@ -109,9 +109,9 @@ for (let i = 0; i < run.owners.length; ++i)
   if (run.owners[i] !== AWAY)
     fastest = Math.max(fastest, speedOf(run.poses.getUint16(i * POSE_BYTES + 13, true)));
 
-// The frame with contacts and ghosts that stands nearest before `frame`.
+// The frame with contacts and ghosts that is nearest to `frame`.
 function markedAt(frame) {
-  return marks.frames[within(0, Math.floor(frame / marks.every), marks.frames.length - 1)] ||
+  return marks.frames[within(0, Math.round(frame / marks.every), marks.frames.length - 1)] ||
     {frame: 0, contacts: [], ghosts: []};
 }
 const jointsAt = frame => marks.joints.filter(joint => joint.brokenFrom > frame &&

@@ -74,10 +74,20 @@ function forceScale() {
                            most: 4 * medianRadius};
 }
 
+// Contacts as they are known, of another frame perhaps: each has gone along with its first body, but
+// not turned with it, for where a body rolls the contact stays below.
+function contactsIn(frame, poses) {
+  const marked = markedAt(frame), then = posesOf(marked.frame);
+  return marked.contacts
+    .filter(({a, b}) => isThere(frame, a) && (b >= FIRST_STATIC || isThere(frame, b)))
+    .map(contact => ({...contact, point: add(contact.point, add(centreIn(poses, contact.a),
+                                                                centreIn(then, contact.a), -1))}));
+}
+
 const MOST_ARROWS = 6000;
 // Thinner where bodies are small on the screen.
-function addContacts(lines, frame, back, pixel) {
-  const contacts = markedAt(frame).contacts, {factor, most} = forceScale();
+function addContacts(lines, frame, poses, back, pixel) {
+  const contacts = contactsIn(frame, poses), {factor, most} = forceScale();
   const width = within(0.5, most / pixel / 30, 1.6);
   const every = Math.ceil(contacts.length / MOST_ARROWS);
   for (let i = 0; i < contacts.length; i += every) {
@@ -140,7 +150,7 @@ function linesOf(frame, poses, {shown, emphasised, axes, pixel}) {
   const borders = new Lines(), near = new Lines(), above = new Lines();
   if (shown.has('borders'))
     for (const [from, to] of borderEdges()) borders.add(from, to, theme.rgb.border, 0.8, 1.5);
-  if (shown.has('contacts')) addContacts(near, frame, axes.back, pixel);
+  if (shown.has('contacts')) addContacts(near, frame, poses, axes.back, pixel);
   if (shown.has('joints')) addJoints(near, frame, poses);
   if (shown.has('mixed')) addMixed(near, frame, poses);
   addRings(above, frame, poses, emphasised, axes, pixel);

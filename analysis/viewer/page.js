@@ -156,6 +156,7 @@ function showAll() {
   showTimeline();
   showPlots();
   showClock();
+  showMarked();
   showBody();
   showRollback();
 }

@@ -18,7 +18,8 @@ function bodyLines(body) {
       (worlds.length > 0 ? `, a ghost in world ${worlds.join(', ')}` : ''),
     `at ${Array.from(pose.subarray(0, 3), x => x.toFixed(placeDigits)).join(', ')} m`,
     isResting(cursor.frame, body) ? 'at rest' : `speed ${pose[7].toPrecision(2)} m/s`];
-  if (touching.length > 0) lines.push('contacts:');
+  const when = marked.frame === cursor.frame ? '' : `, of step ${run.steps[marked.frame]}`;
+  if (touching.length > 0) lines.push(`contacts${when}:`);
   for (const contact of touching.slice(0, 8))
     lines.push(`  ${nameOf(contact.a === id ? contact.b : contact.a)}: ` +
                `${shortNumber(Math.hypot(...contact.force))} N`);
@@ -27,6 +28,13 @@ function bodyLines(body) {
     lines.push(`joint ${joint.label} with ` +
                (joint.b === WORLD_BODY ? 'the world' : nameOf(joint.a === id ? joint.b : joint.a)));
   return lines;
+}
+
+// Of which step contacts and ghosts are, if not of the one that is shown.
+function showMarked() {
+  const {frame} = markedAt(cursor.frame);
+  byId('marked').textContent =
+    frame === cursor.frame ? '' : `contacts, ghosts: of step ${run.steps[frame]}`;
 }
 
 function showBody() {
@@ -128,7 +136,8 @@ function sampledWords() {
   const apart = LAST > 0 ? stepOf(1) - stepOf(0) : 1;
   if (apart > 1) words.push(`One step in ${apart} is a frame; playing draws bodies on the way.`);
   if (marks.every > 1)
-    words.push(`Contacts, ghosts, islands and penetration are of one frame in ${marks.every}.`);
+    words.push(`Contacts, ghosts, islands and penetration are of one frame in ${marks.every}: ` +
+               'in between, those of the nearest are drawn with their bodies.');
   if (marks.strongestOnly) words.push('Of some frames only the contacts that bear most are kept.');
   if (marks.frames.some(frame => frame.contacts.length > MOST_ARROWS))
     words.push(`Of many contacts some ${MOST_ARROWS} are drawn.`);

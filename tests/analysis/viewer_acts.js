@@ -167,13 +167,34 @@ async function changeAxisAndScheme() {
   expect(document.documentElement.scrollWidth <= window.innerWidth, 'wider than the window');
 }
 
+// Of a longer run contacts are of some frames only: in between, those of the nearest, where the body
+// has gone meanwhile.
+async function lookBetweenMarkedFrames() {
+  marks.every = 4;
+  marks.frames = marks.frames.filter(({frame}) => frame % marks.every === 0);
+  for (const [frame, nearest] of [[44, 44], [41, 40], [43, 44]]) {
+    toFrame(frame);
+    await settled();
+    const told = byId('marked').textContent;
+    expect(nearest === frame ? told === '' : told.endsWith(`of step ${run.steps[nearest]}`),
+           `contacts of frame ${nearest} at ${frame} are told as "${told}"`);
+    const contacts = marks.frames[nearest / 4].contacts, {a, point} = contacts[0];
+    const moved = add(point, add(poseOf(frame, a), poseOf(nearest, a), -1));
+    const {near} = linesOf(frame, posesOf(frame), {shown: new Set(['contacts']), emphasised: [],
+                                                   axes: eyeAxes(), pixel: 0.01});
+    expect(near.length >= LINE * contacts.length, `no contacts at frame ${frame}`);
+    expect(moved.every((x, k) => Math.abs(x - near[k]) < 1e-4),
+           `a contact does not go along from frame ${nearest} to ${frame}`);
+  }
+}
+
 async function act() {
   for (const id of ['rollback-told', 'verdict'])
     document.body.append(Object.assign(document.createElement('pre'), {id, hidden: true}));
   try {
     await settled();
     for (const acts of [moveTheCursor, lookAtTheScene, clickARollback, useTheKeys,
-                        changeAxisAndScheme]) await acts();
+                        changeAxisAndScheme, lookBetweenMarkedFrames]) await acts();
   } catch (error) {
     faults.push(`${error} ${error.stack}`);
   }
