@@ -375,8 +375,11 @@ void move_jointed(const JointedStep& step, const JointedSolution& solved,
   }
   JointSystem closed = joints;
   report.push_out_work_joule += push_out_work_joule(scene, dt_s, ids, push);
+  const std::vector<BodyState> open(states.begin(), states.end());
   report.push_out_work_joule +=
       close_joints(scene, dt_s, ids, lifting_joule(step.island, push), closed, states);
+  report.push_out_work_joule +=
+      give_way(island, {0.0, before, open}, closed, problem, states).work_joule;
   report.push_out_work_joule += elastic(states) - moved;
 }
 

@@ -143,11 +143,12 @@ TEST(Plan, ConveyorRowsAndDrivesAreThereOnlyIfTheyHaveAnEffect) {
   }
 }
 
-// A ball on a hinge with the world, in every combination of what it may have.
+// A ball that turns on a hinge with the world, in every combination of what it may have.
 TEST(Plan, ForcesLimitsAndMotorsAreThereOnlyIfSomethingHasThem) {
   for (int has = 0; has < 8; ++has) {
     test::Scene scene(Vec3(0, 0, -9.81));
-    scene.body(scene.shape(physics::Sphere{0.5}), Vec3(0, 0, 5));
+    scene.body(scene.shape(physics::Sphere{0.5}), Vec3(0, 0, 5)).angular_velocity_rad_s =
+        Vec3(0, 0, 0.5);
     physics::Joint joint;
     joint.kind = physics::JointKind::kHinge;
     joint.anchor_b_m = Vec3(0, 0, 5);
