@@ -260,9 +260,7 @@ class Decoder {
   double take_number(double guess) {
     const auto length = parts_[kLengths].take<std::uint8_t>();
     if (length > 8) throw DecodeError("holds a double of " + std::to_string(length) + " bytes");
-    std::uint64_t bits = 0;
-    for (unsigned i = 0; i < length; ++i)
-      bits |= std::uint64_t{parts_[kBytes].take<std::uint8_t>()} << (8 * i);
+    const std::uint64_t bits = parts_[kBytes].take_bits(length);
     return std::bit_cast<double>(bits ^ std::bit_cast<std::uint64_t>(guess));
   }
 
@@ -331,14 +329,15 @@ void put_difference(ByteBuffer& out, std::span<const physics::BodyId> ids,
 
 LoggedStates decode_difference(ByteReader& in, const LoggedStates& before, double between_s) {
   LoggedStates now;
-  now.ids = before.ids;
-  if (!in.take_flag()) {
+  if (in.take_flag()) {
+    now = before;
+  } else {
     now.ids.resize(in.take_count(sizeof(std::uint32_t)));
     for (physics::BodyId& id : now.ids) id = physics::BodyId{in.take<std::uint32_t>()};
-  }
-  for (const physics::BodyId id : now.ids) {
-    const BodyState* const found = state_of(id, before);
-    now.states.push_back(found != nullptr ? *found : BodyState{});
+    for (const physics::BodyId id : now.ids) {
+      const BodyState* const found = state_of(id, before);
+      now.states.push_back(found != nullptr ? *found : BodyState{});
+    }
   }
   Decoder decoder(in, between_s);
   for (std::size_t next = 0;; ++next) {

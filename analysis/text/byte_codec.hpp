@@ -46,6 +46,13 @@ class ByteReader {
     for (std::size_t i = 0; i < sizeof(T); ++i) bits |= std::uint64_t{bytes[i]} << (8 * i);
     return static_cast<T>(bits);
   }
+  // An integer of `length` <= 8 bytes.
+  std::uint64_t take_bits(std::size_t length) {
+    const std::span<const unsigned char> bytes = take_bytes(length);
+    std::uint64_t bits = 0;
+    for (std::size_t i = 0; i < length; ++i) bits |= std::uint64_t{bytes[i]} << (8 * i);
+    return bits;
+  }
   double take_double() { return std::bit_cast<double>(take<std::uint64_t>()); }
   std::string take_string() {
     const std::span<const unsigned char> bytes = take_bytes(take<std::uint64_t>());
