@@ -26,7 +26,7 @@ class CommitRelay final : public CommitSink, public LoadSink, public kernel::Tra
   void take(kernel::Bytes trace) override;
   bool wants_states(std::int64_t step) const override { return observer_.wants_states_of(step); }
 
-  // All records since the last call, for the root.
+  // All records since the last call.
   std::vector<kernel::Bytes> take();
 
  private:

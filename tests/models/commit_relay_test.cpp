@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <utility>
+
 namespace soda::models {
 namespace {
 
@@ -25,6 +27,20 @@ BufferEntry entry_of(std::int64_t step, std::uint32_t world) {
   return entry;
 }
 
+// From the rank of `relay` to one that has `sinks`; returns how many records there were.
+std::size_t send_all(CommitRelay& relay, const RecordSinks& own, const RecordSinks& sinks) {
+  const CommitObserver nothing;
+  CommitRelay unused(nothing);
+  const kernel::RecordHooks from = record_hooks(relay, own), to = record_hooks(unused, sinks);
+  const std::vector<kernel::Bytes> records = from.take();
+  for (const kernel::Bytes& record : records) to.receive(record);
+  return records.size();
+}
+
+struct Nobody final : CommitSink {
+  void add(WorldId, const BufferEntry&) override { FAIL(); }
+};
+
 TEST(CommitRelay, TheRootHasStepsInOrderWithStatesOwnersAndIslandsOfAllWorlds) {
   std::int64_t last = 0;
   const CommitObserver observer{
@@ -45,11 +61,9 @@ TEST(CommitRelay, TheRootHasStepsInOrderWithStatesOwnersAndIslandsOfAllWorlds) {
   for (std::int64_t step = 1; step <= 3; ++step) merge.add(WorldId{1}, entry_of(step, 1));
   for (std::int64_t step = 1; step <= 3; ++step)
     for (const std::uint32_t world : {2u, 0u}) relay.add(WorldId{world}, entry_of(step, world));
-  const RecordSinks sinks{merge};
-  const kernel::RecordHooks hooks = record_hooks(relay, sinks);
-  for (const kernel::Bytes& record : hooks.take()) hooks.receive(record);
+  EXPECT_EQ(send_all(relay, {relay}, {merge}), 6u);
   EXPECT_EQ(last, 3);
-  EXPECT_TRUE(relay.take().empty()) << "each record is taken once";
+  EXPECT_EQ(send_all(relay, {relay}, {merge}), 0u) << "each record is taken once";
 }
 
 TEST(CommitRelay, StatesThatNobodyWantsDoNotTravelButIslandsDo) {
@@ -60,9 +74,7 @@ TEST(CommitRelay, StatesThatNobodyWantsDoNotTravelButIslandsDo) {
   const CommitObserver nobody;
   CommitRelay relay(nobody);
   relay.add(WorldId{1}, entry_of(4, 1));
-  const RecordSinks sinks{last};
-  const kernel::RecordHooks hooks = record_hooks(relay, sinks);
-  for (const kernel::Bytes& record : hooks.take()) hooks.receive(record);
+  send_all(relay, {relay}, {last});
   EXPECT_EQ(last.part.step, 4);
   EXPECT_TRUE(last.part.ids.empty());
   EXPECT_EQ(last.part.islands.size(), 1u);
@@ -73,17 +85,32 @@ TEST(CommitRelay, TracesComeAsTheyAre) {
     void take(kernel::Bytes chunk) override { all.push_back(std::move(chunk)); }
     std::vector<kernel::Bytes> all;
   } chunks;
-  struct Nobody final : CommitSink {
-    void add(WorldId, const BufferEntry&) override { FAIL(); }
-  } nobody;
+  Nobody nobody;
   const std::vector<kernel::Bytes> sent = {kernel::Bytes(7, std::byte{9}), kernel::Bytes{}};
   const CommitObserver observer;
   CommitRelay relay(observer);
   for (const kernel::Bytes& chunk : sent) relay.take(chunk);
-  const RecordSinks sinks{.commits = nobody, .trace = &chunks};
-  const kernel::RecordHooks hooks = record_hooks(relay, sinks);
-  for (const kernel::Bytes& record : hooks.take()) hooks.receive(record);
+  send_all(relay, {relay}, {.commits = nobody, .trace = &chunks});
   EXPECT_EQ(chunks.all, sent);
+}
+
+TEST(CommitRelay, NewsOfOneObserverIsHeardByTheOtherEvenIfItIsEmpty) {
+  struct Observer final : EntryObserver {
+    void on_newest(WorldId, std::int64_t) override {}
+    std::vector<kernel::Bytes> take_news() override { return std::exchange(says, {}); }
+    void hear(std::span<const std::byte> news) override {
+      heard.emplace_back(news.begin(), news.end());
+    }
+    std::vector<kernel::Bytes> says, heard;
+  } here, there;
+  const std::vector<kernel::Bytes> said = {kernel::Bytes(3, std::byte{7}), kernel::Bytes{}};
+  here.says = said;
+  Nobody nobody;
+  const CommitObserver observer;
+  CommitRelay relay(observer);
+  send_all(relay, {.commits = relay, .entries = &here}, {.commits = nobody, .entries = &there});
+  EXPECT_EQ(there.heard, said);
+  EXPECT_TRUE(here.heard.empty());
 }
 
 }  // namespace
