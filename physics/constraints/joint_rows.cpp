@@ -5,6 +5,7 @@
 #include <numeric>
 #include <utility>
 
+#include "physics/math/rigid_motion.hpp"
 #include "physics/model/body_places.hpp"
 
 namespace soda::physics {
@@ -158,13 +159,6 @@ class ErrorBuilder {
   JointRow* row_;
 };
 
-// By how much b's frame is turned against a's, as a rotation vector (small angles: sin for it).
-Vec3 turned_by(const Quat& a, const Quat& b) {
-  const Quat difference = b * a.conjugate();
-  const double sign = difference.w() < 0.0 ? -2.0 : 2.0;
-  return sign * difference.vec();
-}
-
 template <class Builder>
 void add_distance(const Joint& joint, double dt_s, bool with_springs, const HeldEnds& ends,
                   Builder& add) {
@@ -248,7 +242,7 @@ void add_rows(const Joint& joint, double dt_s, bool with_springs, const HeldEnds
     const Vec3 tilt = Vec3(axes.col(2)).cross(b.frame * Vec3(Vec3::UnitZ()));
     for (int i = 0; i < 2; ++i) add.turn(axes.col(i), tilt.dot(axes.col(i)));
   } else {
-    const Vec3 turn = turned_by(a.frame, b.frame);
+    const Vec3 turn = small_turn(a.frame, b.frame);
     for (int i = 0; i < 3; ++i) add.turn(Vec3::Unit(i), turn[i]);
   }
   if (joint.limits || joint.motor) add_bounded(joint, axes.col(2), ends, add);

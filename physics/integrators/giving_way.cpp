@@ -16,8 +16,7 @@ struct Moved {
   Vec3 linear_m = Vec3::Zero(), angular_rad = Vec3::Zero();
 };
 Moved between(const BodyState& from, const BodyState& to) {
-  const Quat turn = to.orientation * from.orientation.conjugate();
-  return {to.position_m - from.position_m, turn.vec() * (turn.w() < 0.0 ? -2.0 : 2.0)};
+  return {to.position_m - from.position_m, small_turn(from.orientation, to.orientation)};
 }
 
 // Of a row, by which it gets wider.

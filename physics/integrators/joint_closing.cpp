@@ -7,6 +7,7 @@
 #include "physics/constraints/joint_bounds.hpp"
 #include "physics/integrators/joint_motion.hpp"
 #include "physics/math/rigid_motion.hpp"
+#include "physics/model/kinematic.hpp"
 
 namespace soda::physics {
 namespace {
@@ -49,12 +50,18 @@ class Closing {
 
   double close(double most_joule) {
     constexpr int kMostCorrections = 200;  // some long chains take half of them
+    const double most_of_all = std::max(most_joule, falling_joule());
     double work_joule = 0.0, looked = errors_.norm;
     for (int i = 0; i < kMostCorrections && errors_.largest > enough_; ++i) {
       if (is_enough_after(i, looked)) break;
       Correction found = best_correction();
       if (found.states.empty()) break;  // a place that cannot be reached, or rounding
       if (found.damping > 0 && work_joule + found.work_joule > most_joule) break;
+      if (work_joule + found.work_joule > most_of_all) {
+        const double share = std::max(0.0, (most_of_all - work_joule) / found.work_joule);
+        come_nearer(share, found.states);
+        return work_joule + share * found.work_joule;
+      }
       errors_ = found.errors;
       damping_ = found.damping > 0 ? std::max(kEqualMasses, found.damping - 1) : 0;
       work_joule += found.work_joule;
@@ -67,6 +74,24 @@ class Closing {
  private:
   void build(std::span<const BodyState> states) {
     build_joint_rows(scene_, dt_s_, states, false, joints_);
+  }
+
+  // Of a fall of one step.
+  double falling_joule() const {
+    const double fall_m_s = scene_.gravity_m_s2.norm() * dt_s_;
+    double sum = 0.0;
+    for (const BodyId id : ids_)
+      if (falls(scene_, id)) sum += 0.5 * scene_.bodies[index_of(id)].mass_kg * fall_m_s * fall_m_s;
+    return sum;
+  }
+
+  // That share of the way to these places.
+  void come_nearer(double share, std::span<const BodyState> there) {
+    for (std::size_t b = 0; b < ids_.size(); ++b) {
+      const Vec3 turn = small_turn(states_[b].orientation, there[b].orientation);
+      states_[b].position_m += (there[b].position_m - states_[b].position_m) * share;
+      turn_by(scene_.bodies[index_of(ids_[b])], turn * share, states_[b]);
+    }
   }
 
   // Taut chains that cannot be drawn straight come nearer by ever less, far below anything to see.

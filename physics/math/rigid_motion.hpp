@@ -38,6 +38,14 @@ int symmetry_axis(const Mat3& inertia_local);
 // a faster one keeps its motion, but is late.
 void rotate_freely(const BodyParams& params, double dt_s, BodyState& state);
 
+// By how much an orientation is turned against another, as a rotation vector, rad; of larger angles
+// twice the sine of the half.
+inline Vec3 small_turn(const Quat& from, const Quat& to) {
+  const Quat difference = to * from.conjugate();
+  const double sign = difference.w() < 0.0 ? -2.0 : 2.0;
+  return sign * difference.vec();
+}
+
 // Turns the body in the world frame by a displacement that is no motion: its spin turns with it, or
 // a body of unequal moments would gain or lose energy.
 void turn_by(const BodyParams& params, const Vec3& angle_rad, BodyState& state);

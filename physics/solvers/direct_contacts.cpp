@@ -131,7 +131,7 @@ int most_factorisations(const DirectAim& aim, std::span<const SolverBody> bodies
   // Multiplications of all of them; what comes to rest is not met again.
   constexpr double kMultiplications = 5e6, kOfJointed = 2e5, kOfJointedAtRest = 2e6;
   constexpr int kLeast = 20, kOfUneven = 40;
-  constexpr double kMost = 200.0, kMostOfJointed = 80.0;
+  constexpr double kMost = 200.0, kMostOfJointed = 60.0;
   if (jointed)
     return static_cast<int>(
         std::clamp((aim.rests ? kOfJointedAtRest : kOfJointed) / plan.multiplications,
