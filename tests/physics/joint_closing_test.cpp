@@ -77,5 +77,25 @@ TEST(JointClosing, ARopeOfRodsBetweenLightAndHeavyStaysClosedAndGainsNothing) {
       }
 }
 
+// Between bodies of millimetres, steps of .1 s lead joints apart by many widths; closing them at
+// once lifted the bodies by more than they had fallen.
+TEST(JointClosing, LiftsByNoMoreThanFallsInAStep) {
+  World world = test::under_gravity();
+  world.add_body(world.add_shape(Sphere{0.1}), Vec3(0, 0, -1.5), 1.0 / (4.0 / 3.0 * M_PI * 1e-3));
+  Joint rod = test::joint_at(JointKind::kDistance, world, 0, {}, Vec3(0, 0, -1.5));
+  rod.anchor_b_m = Vec3::Zero();
+  rod.length_m = 0.5;
+  test::add(world, rod);
+  const double fall_m_s = test::kGravity * world.scene.dt_s;
+  double misfit_m = largest_misfit_m(world);
+  for (int step = 0; step < 60; ++step) {
+    const double before = joule(world);
+    world.run(1);
+    EXPECT_LE(joule(world) - before, 1.01 * fall_m_s * fall_m_s) << step;
+    EXPECT_LT(largest_misfit_m(world), misfit_m) << step;
+    misfit_m = largest_misfit_m(world);
+  }
+}
+
 }  // namespace
 }  // namespace soda::physics
