@@ -1,6 +1,7 @@
 // The direct solution of joint rows.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "physics/constraints/joint_bounds.hpp"
 #include "physics/constraints/joint_rows.hpp"
@@ -182,7 +183,9 @@ void solve_joint_errors(const JointSystem& system, std::span<const SolverBody> b
 double largest_error(const JointSystem& system) {
   double largest = 0.0;
   for (const JointRow& row : system.rows)
-    if (is_to_be_closed(row)) largest = std::max(largest, std::abs(row.error));
+    if (is_to_be_closed(row))
+      largest = std::isfinite(row.error) ? std::max(largest, std::abs(row.error))
+                                         : std::numeric_limits<double>::infinity();
   return largest;
 }
 

@@ -218,4 +218,9 @@ double elastic_joule(std::span<const SpringRow> springs) {
   return sum;
 }
 
+double elastic_joule(const SceneDescription& scene, const JointSystem& joints,
+                     std::span<const BodyState> states) {
+  return has_springs(scene, joints) ? elastic_joule(spring_rows(scene, states, joints)) : 0.0;
+}
+
 }  // namespace soda::physics

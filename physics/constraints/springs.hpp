@@ -44,5 +44,8 @@ void kick(std::span<const SpringRow> springs, double time_s, bool backwards,
           std::span<const BodyState> states, std::span<SolverBody> bodies, IslandReport& report);
 
 double elastic_joule(std::span<const SpringRow> springs);
+// Of all springs among the joints.
+double elastic_joule(const SceneDescription& scene, const JointSystem& joints,
+                     std::span<const BodyState> states);
 
 }  // namespace soda::physics

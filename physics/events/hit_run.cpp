@@ -11,7 +11,6 @@
 #include "physics/model/body_places.hpp"
 #include "physics/refinement/advance_apart.hpp"
 #include "physics/refinement/advance_resting.hpp"
-#include "physics/refinement/refinement.hpp"
 #include "physics/shapes/geometry_impl.hpp"
 
 namespace soda::physics {
@@ -191,16 +190,13 @@ void HitRun::advance_set(const Bodies& set, double to_s, bool all) {
     ids.push_back(island_.ids[body]);
     now.push_back(states_[body]);
   }
-  // A step that short is off by less than what refinement is content with.
-  constexpr double kShort = 0.01;
   report_.static_impulse_newton_s += push_impulses_newton_s(scene, time_s, ids, now);
   if (contacts.empty()) {
     for (std::size_t i = 0; i < ids.size(); ++i)
       advance_free_body(scene, time_s, ids[i], now[i], effects_.counters, effects_.faults);
   } else {
-    const bool short_enough = !(scene.tolerance > 0.0) && time_s <= kShort * scene.dt_s;
-    const auto advance = short_enough ? advance_unrefined : advance_resting;
-    IslandReport part = advance({scene, island_.geometry, time_s, ids, contacts}, now, effects_);
+    IslandReport part =
+        advance_resting({scene, island_.geometry, time_s, ids, contacts}, now, effects_);
     for (const std::uint32_t body : set) errors_[body] += part.error_estimate;
     part.error_estimate = 0.0;
     add_part(part, report_);

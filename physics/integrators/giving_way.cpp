@@ -123,6 +123,16 @@ bool move_aside(std::span<KeptGap> gaps, Wholes& wholes) {
                              [](const Whole& whole) { return whole.aside_m != Vec3::Zero(); });
 }
 
+// What moving aside gives.
+double aside_joule(const IslandStep& island, const Wholes& wholes) {
+  double work_joule = 0.0;
+  for (std::size_t i = 0; i < island.ids.size(); ++i)
+    if (falls(island.scene, island.ids[i]))
+      work_joule -= island.scene.bodies[index_of(island.ids[i])].mass_kg *
+                    island.scene.gravity_m_s2.dot(wholes.all[wholes.of_body[i]].aside_m);
+  return work_joule;
+}
+
 // A velocity after the way back, by which it becomes at most 0 along it. Ways back that are small
 // beside the way are of second order in it: they say nothing about velocities.
 Vec3 stopped(const Vec3& velocity, const Vec3& back, double time_s) {
@@ -162,12 +172,13 @@ GivenWay give_way(const IslandStep& island, const OpenWay& way, const JointSyste
   if (gaps.empty()) return given;
   Wholes wholes = find_wholes(island, joints);
   if (!move_aside(gaps, wholes)) return given;
+  const double work_joule = aside_joule(island, wholes);
+  const double share = work_joule > way.most_joule ? way.most_joule / work_joule : 1.0;
+  given.work_joule = share * work_joule;
   for (std::size_t i = 0; i < states.size(); ++i) {
     const BodyParams& params = island.scene.bodies[index_of(island.ids[i])];
-    const Vec3& aside = wholes.all[wholes.of_body[i]].aside_m;
+    const Vec3 aside = wholes.all[wholes.of_body[i]].aside_m * share;
     states[i].position_m += aside;
-    if (falls(island.scene, island.ids[i]))
-      given.work_joule -= params.mass_kg * island.scene.gravity_m_s2.dot(aside);
     come_back(params, way.time_s, {closed[i].linear_m + aside, closed[i].angular_rad}, states[i],
               given);
   }

@@ -131,8 +131,10 @@ std::uint32_t solve_alternately(const JointedStep& step, JointSystem& joints,
     factor_joint_rows(ids.size(), bodies, joints);
     const BothSolved both = solve_both(step, joints, problem);
     done += both.sweeps;
-    if (aim > 0 && through && !both.through) break;
+    const bool diverged = is_out_of_bounds(problem);
+    if (aim > 0 && (diverged || (through && !both.through))) break;
     through = both.through;
+    if (diverged) return done;  // limit_joint_gain goes back to joints alone
     const std::vector<BodyState> there = drifted(scene, ids, states, bodies, dt_s);
     JointSystem next = joints;
     build_joint_rows(scene, dt_s, there, true, next);
@@ -271,16 +273,41 @@ GivenWay moved_for(double time_s, const JointedStep& step, const JointedSolution
   return give_way(step.island, {time_s, step.states, open}, joints, solved.problem, states);
 }
 
-// Of all bodies by as much as push-out has moved one of them.
-double lifting_joule(const IslandStep& island, std::span<const PushOut> push) {
-  double weight_newton = 0.0, most_m_s = 0.0;
-  for (std::size_t i = 0; i < island.ids.size(); ++i) {
-    most_m_s = std::max(most_m_s, push[i].linear.norm());
-    if (falls(island.scene, island.ids[i]))
-      weight_newton +=
-          island.scene.bodies[index_of(island.ids[i])].mass_kg * island.scene.gravity_m_s2.norm();
+// Of all bodies at this speed, in the step.
+double lifting_joule(const IslandStep& island, double speed_m_s) {
+  double weight_newton = 0.0;
+  for (const BodyId id : island.ids)
+    if (falls(island.scene, id))
+      weight_newton += island.scene.bodies[index_of(id)].mass_kg * island.scene.gravity_m_s2.norm();
+  return weight_newton * speed_m_s * island.dt_s;
+}
+
+// Push-out; then joints are closed once more, and what lies on them gives way. All of that lifts no
+// more than push-out may.
+void push_apart(const JointedStep& step, const JointedSolution& solved, std::span<BodyState> states,
+                IslandReport& report) {
+  const auto& [island, before, free] = step;
+  const auto& [scene, geometry, dt_s, ids, manifolds] = island;
+  const auto& [joints, problem, push] = solved;
+  const double moved = elastic_joule(scene, joints, states);
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    states[i].position_m += push[i].linear * dt_s;
+    turn_by(scene.bodies[index_of(ids[i])], push[i].angular * dt_s, states[i]);
   }
-  return weight_newton * most_m_s * island.dt_s;
+  JointSystem closed = joints;
+  const double lifted = push_out_work_joule(scene, dt_s, ids, push);
+  report.push_out_work_joule += lifted;
+  const std::vector<BodyState> open(states.begin(), states.end());
+  double fastest_m_s = 0.0;
+  for (const PushOut& body : push) fastest_m_s = std::max(fastest_m_s, body.linear.norm());
+  double left = std::max(
+      0.0, lifting_joule(island, fastest_push_out_m_s(scene, ids)) - std::max(0.0, lifted));
+  const double closing = close_joints(
+      scene, dt_s, ids, std::min(left, lifting_joule(island, fastest_m_s)), closed, states);
+  left = std::max(0.0, left - std::max(0.0, closing));
+  report.push_out_work_joule +=
+      closing + give_way(island, {0.0, before, open, left}, closed, problem, states).work_joule;
+  report.push_out_work_joule += elastic_joule(scene, joints, states) - moved;
 }
 
 // What no velocity was left for. A motor that brakes what rests has taken nothing. The rest is
@@ -338,10 +365,7 @@ void move_jointed(const JointedStep& step, const JointedSolution& solved,
   const double pushed = report.motor_work_joule +
                         external_work_joule(scene, dt_s, before, free, problem) +
                         kinematic_work_joule(free, problem);
-  const auto elastic = [&, sprung = has_springs(scene, joints)](std::span<const BodyState> at) {
-    return sprung ? elastic_joule(spring_rows(step.island.scene, at, solved.joints)) : 0.0;
-  };
-  const double lent = elastic(before);
+  const double lent = elastic_joule(scene, joints, before);
   // Where the way bends so much within the step that closing what it opened takes more than there
   // is, the bodies come less far.
   std::vector<BodyState> next;
@@ -352,7 +376,8 @@ void move_jointed(const JointedStep& step, const JointedSolution& solved,
     next.assign(before.begin(), before.end());
     std::vector<AdvanceFault> found;
     given = moved_for(share * dt_s, step, solved, next, found);
-    excess = energy_excess(scene, dt_s, ids, before, next, pushed + lent - elastic(next));
+    excess = energy_excess(scene, dt_s, ids, before, next,
+                           pushed + lent - elastic_joule(scene, joints, next));
     if (!excess.is_trace(kMostTaken) && share > 0.0) continue;
     faults.insert(faults.end(), found.begin(), found.end());
     break;
@@ -367,20 +392,7 @@ void move_jointed(const JointedStep& step, const JointedSolution& solved,
     report.push_out_work_joule += aside;
     if (rest > aside) add_untaken(rest - aside, share > 0.0, step, report);
   }
-  if (push.empty()) return;
-  const double moved = elastic(states);
-  for (std::size_t i = 0; i < ids.size(); ++i) {
-    states[i].position_m += push[i].linear * dt_s;
-    turn_by(scene.bodies[index_of(ids[i])], push[i].angular * dt_s, states[i]);
-  }
-  JointSystem closed = joints;
-  report.push_out_work_joule += push_out_work_joule(scene, dt_s, ids, push);
-  const std::vector<BodyState> open(states.begin(), states.end());
-  report.push_out_work_joule +=
-      close_joints(scene, dt_s, ids, lifting_joule(step.island, push), closed, states);
-  report.push_out_work_joule +=
-      give_way(island, {0.0, before, open}, closed, problem, states).work_joule;
-  report.push_out_work_joule += elastic(states) - moved;
+  if (!push.empty()) push_apart(step, solved, states, report);
 }
 
 }  // namespace soda::physics

@@ -168,10 +168,7 @@ std::optional<std::uint32_t> advance_swept(const JointedStep& step, JointSystem&
   const auto& [scene, geometry, dt_s, ids, manifolds] = island;
   build_joint_rows(scene, dt_s, before, true, joints);
   if (scene.solver.warm_starting) load_joint_impulses(scene, before, joints);
-  const auto elastic = [&, sprung = has_springs(scene, joints)](std::span<const BodyState> at) {
-    return sprung ? elastic_joule(spring_rows(step.island.scene, at, joints)) : 0.0;
-  };
-  const double lent = elastic(before);
+  const double lent = elastic_joule(scene, joints, before);
   const std::uint32_t count = substeps_of(scene.solver);
   Substeps substeps;
   begin_substeps(dt_s, count, Selection<BodyState>{before}, problem, substeps);
@@ -183,8 +180,8 @@ std::optional<std::uint32_t> advance_swept(const JointedStep& step, JointSystem&
   std::vector<AdvanceFault> faults;
   move_swept(island, problem, swept, states, faults);
   end_substeps(swept, joints);
-  if (!faults.empty() ||
-      !account({step, joints, problem, swept, substeps}, lent - elastic(states), states, report)) {
+  if (!faults.empty() || !account({step, joints, problem, swept, substeps},
+                                  lent - elastic_joule(scene, joints, states), states, report)) {
     std::copy(before.begin(), before.end(), states.begin());
     return std::nullopt;
   }

@@ -43,11 +43,18 @@ bool advance_within_tolerance(const IslandStep& island, std::span<BodyState> sta
   return true;
 }
 
+// Unasked, several bodies are refined once a step, whatever hits divide it: in the part that is
+// longer than all others. A lone body costs little.
+bool is_worth_refining(const IslandStep& island) {
+  if (island.scene.tolerance > 0.0) return true;
+  return island.dt_s > (island.ids.size() > 1 ? 0.5 : kShort) * island.scene.dt_s;
+}
+
 // One set of bodies that nothing divides.
 IslandReport advance_together(const IslandStep& island, std::span<BodyState> states,
                               const IslandEffects& effects) {
   const bool affordable = is_affordable(island.scene, island.manifolds);
-  const bool gains = gains_by_refinement(island, states);
+  const bool gains = is_worth_refining(island) && gains_by_refinement(island, states);
   effects.counters.islands_over_budget += gains && !affordable;
   const auto advance = gains && affordable ? advance_refined : advance_unrefined;
   return advance(island, states, effects);

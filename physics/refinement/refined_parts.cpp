@@ -9,6 +9,7 @@
 #include "physics/integrators/spring_kicks.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/model/body_places.hpp"
+#include "physics/refinement/refinement.hpp"
 #include "physics/refinement/reversals.hpp"
 
 namespace soda::physics {
@@ -267,7 +268,8 @@ RefinedPart refine_part(RefinedIsland& island, const StartedPart& part, Trial on
 PartResult advance_unasked(RefinedIsland& island, const StartedPart& part, Trial plain) {
   constexpr double kMuchNearer = 0.125;
   const StepError change = change_of(island.sizes, part.from, plain.states);
-  if (island.budget.allows(change.widths, part.time_s) ||
+  if (part.time_s < kShort * island.scene.dt_s ||
+      island.budget.allows(change.widths, part.time_s) ||
       (!can_be_smooth(island, part.time_s, part.from, plain.states) && comes_fast(island, part)))
     return {std::move(plain), change};
   island.accurate = true;

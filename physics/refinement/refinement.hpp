@@ -13,6 +13,9 @@ namespace soda::physics {
 
 Need refinement_needed(const SceneDescription& scene);
 
+// Of a step: what is that short is off by less than what refinement is content with unasked.
+inline constexpr double kShort = 0.01;
+
 // Whether refinement leads an island nearer: nothing in it is pushed apart, and the scene asks for
 // a tolerance, or no joint other than springs holds it. A function of the arguments only, and not
 // of the time.

@@ -60,6 +60,25 @@ TEST(UnaskedRefinement, TellsOfIslandsThatAreMoreWorkThanAStepMayTake) {
   EXPECT_EQ(beyond.counters.islands_over_budget, 1u);
 }
 
+// However many hits divide a step, trials are made for one part of it at most, and not after each.
+TEST(UnaskedRefinement, HitsDoNotMultiplyTrials) {
+  constexpr int kTurns = 2, kTrials = 1 + 2 + 4 + 8 + 16, kBalls = 8;
+  constexpr Material kBouncy{.friction = 0.0, .restitution = 0.9};
+  constexpr double kSpeed_m_s = 5.0, kRadius_m = 0.02, kTop_m = 0.3;
+  World world = sliding_stack(3);
+  const std::uint32_t ball = world.add_shape(Sphere{kRadius_m});
+  for (int i = 0; i < kBalls; ++i) {
+    const double gap_m = kSpeed_m_s * world.scene.dt_s * (i + 0.5) / kBalls;
+    world
+        .add_body(ball, Vec3(-0.35 + 0.1 * i, 0.1 * (i % 3), kTop_m + kRadius_m + gap_m), 1000.0,
+                  kBouncy)
+        .linear_velocity_m_s = Vec3(0, 0, -kSpeed_m_s);
+  }
+  world.run(1);
+  EXPECT_GE(world.counters.impacts, static_cast<std::uint64_t>(kBalls));
+  EXPECT_LE(world.counters.refined_steps, static_cast<std::uint64_t>(1 + kTurns + kTrials));
+}
+
 // Plates on each other stop as one: a plain step that throws them is no hit.
 TEST(UnaskedRefinement, PlatesSlideAsOneForAnyNumber) {
   constexpr double kPlate_m = 0.02, kFriction = 0.2;
