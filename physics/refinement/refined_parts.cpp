@@ -263,18 +263,20 @@ RefinedPart refine_part(RefinedIsland& island, const StartedPart& part, Trial on
 
 // Any other island without a tolerance: `plain` is their step. Trials take its place if they lead
 // much nearer to a limit than it is; where they tell of no limit they are no better than it. What
-// is hit has none; but where nothing comes fast, it is the plain step that throws. The limits of
-// such an island allow no cut.
+// is hit has none; but where nothing comes fast, it is the plain step that throws, unless the most
+// accurate one does the same. The limits of such an island allow no cut.
 PartResult advance_unasked(RefinedIsland& island, const StartedPart& part, Trial plain) {
   constexpr double kMuchNearer = 0.125;
   const StepError change = change_of(island.sizes, part.from, plain.states);
-  if (part.time_s < kShort * island.scene.dt_s ||
-      island.budget.allows(change.widths, part.time_s) ||
-      (!can_be_smooth(island, part.time_s, part.from, plain.states) && comes_fast(island, part)))
+  if (part.time_s < kShort * island.scene.dt_s || island.budget.allows(change.widths, part.time_s))
     return {std::move(plain), change};
+  const bool smooth = can_be_smooth(island, part.time_s, part.from, plain.states);
+  if (!smooth && comes_fast(island, part)) return {std::move(plain), change};
   island.accurate = true;
   Trial one = try_steps(island, part.from, part.start, part.time_s, 1);
   if (one.failed) return {std::move(plain), change};
+  if (!smooth && !(apart_of(island.sizes, plain.states, one.states).widths > 0.0))
+    return {std::move(plain), change};
   PartResult refined = *refine_part(island, part, std::move(one)).result;
   const StepError apart = apart_of(island.sizes, plain.states, refined.trial.states);
   if (!(refined.error.widths <= kMuchNearer * apart.widths)) return {std::move(plain), apart};

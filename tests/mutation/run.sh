@@ -136,7 +136,7 @@ main() {
   fi
   local name
   for name in "$@"; do
-    names | grep -qx -- "$name" && continue
+    names | grep -x -- "$name" > /dev/null && continue  # -q would end before names does
     case $name in -h | --help) ;; *) echo "no defect '$name'" >&2 ;; esac
     sed -n '2,6s/^# //p' "$here/run.sh" >&2
     return 2
