@@ -39,8 +39,8 @@ void VirtualProcessor::take_in(std::vector<Message>& outgoing) {
     delivering_.swap(inbox_);
     for (Message& message : delivering_) {
       if (options_.observer) options_.observer->on_deliver(message);
-      if (awaits_ && options_.awaited->is_register_of(message) &&
-          message.incarnation >= options_.awaited->incarnation)
+      if (awaits_ && options_.awaited->is_id_of(message) &&
+          message.version >= options_.awaited->version)
         awaits_ = false;
       const std::uint32_t own = index_of(message.destination) - first_lp_;
       if (processes_[own].deliver(std::move(message), effects_))
@@ -63,7 +63,7 @@ void VirtualProcessor::settle(std::uint32_t own) {
   refresh(own);
 }
 
-// What was undone and stands again has been paid for before.
+// What was undone and is revalidated has been paid for before.
 void VirtualProcessor::note_standing_again(std::uint32_t own) {
   SlidingVector<Spent>& spent = spent_[own];
   for (const VirtualTime time : effects_.stand_again) {

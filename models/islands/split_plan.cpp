@@ -99,10 +99,10 @@ std::vector<SolverRange> divide_within(std::uint64_t limit, std::span<const std:
 
 }  // namespace
 
-// Without waiting, a solver would go on without its neighbours in every round; guessed ghosts need
-// all bodies of an island at its end.
+// Without waiting, a solver would go on without its neighbours in every round; extrapolated ghosts
+// need all bodies of an island at its end.
 bool splits_islands(const RunOptions& options) {
-  return options.split_islands && options.gating && options.ghosts == GhostMode::kTold &&
+  return options.split_islands && options.gating && options.ghosts == GhostMode::kReceivedOnly &&
          options.rollback != RollbackMode::kWarm && options.executor != ExecutorKind::kSequential &&
          options.synchronisation == kernel::Synchronisation::kOptimistic;
 }

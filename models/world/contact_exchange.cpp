@@ -17,7 +17,7 @@ void ContactExchange::send_fragments(std::int64_t step, std::map<WorldId, Fragme
     note_exchanged(fragment.records, target, step_.merge);
     if (!fragment.records.manifolds.empty()) waits_.note_tested_for(target);
     if (waits_.are_on() && step_.repetition.can_take() && has_changed(fragment))
-      out.withdraw(target);
+      out.cancel_eagerly(target);
     counters.fragments_sent += fragment.records.manifolds.size();
     for (const Fragment::OfGroup& group : fragment.groups) {
       note_exchanged(group.records, target, step_.merge);

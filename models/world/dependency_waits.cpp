@@ -2,7 +2,7 @@
 
 namespace soda::models {
 
-void DependencyWaits::start(const Gate& before) {
+void DependencyWaits::start(const Dependencies& before) {
   before_ = before;
   expected_ = expected_from(before_, self_);
   next_ = {};
@@ -11,8 +11,8 @@ void DependencyWaits::start(const Gate& before) {
 
 std::vector<WorldId> DependencyWaits::partners_in(std::uint32_t round) const {
   std::vector<WorldId> partners;
-  for (const auto& [told, world] : before_.told)
-    if (told == round) partners.push_back(world);
+  for (const auto& [sent, world] : before_.sent)
+    if (sent == round) partners.push_back(world);
   return partners;
 }
 
@@ -37,11 +37,11 @@ void DependencyWaits::note_tester(WorldId other) {
 }
 
 void DependencyWaits::note_records_to(std::uint32_t round, WorldId other) {
-  if (on_) next_.told.emplace_back(round, other);
+  if (on_) next_.sent.emplace_back(round, other);
 }
 
 void DependencyWaits::note_records_from(std::uint32_t round, WorldId other) {
-  if (on_) next_.heard.emplace_back(round, other);
+  if (on_) next_.received.emplace_back(round, other);
 }
 
 void DependencyWaits::note_island(std::span<const physics::BodyId> ids,

@@ -6,19 +6,20 @@
 #include <span>
 #include <vector>
 
-#include "models/islands/gating.hpp"
+#include "models/islands/dependencies.hpp"
 #include "models/messages/messages.hpp"
 
 namespace soda::models {
 
-// Both sides of a wait know of it from the step before (gating.hpp). What is noted of this step
-// makes the waits of the next one. If dependency waits are off nothing is kept, so nobody waits.
+// Both sides of a wait know of it from the step before (dependencies.hpp). What is noted of this
+// step makes the waits of the next one. If dependency waits are off nothing is kept, so nobody
+// waits.
 class DependencyWaits {
  public:
   DependencyWaits(bool are_on, WorldId self) : on_(are_on), self_(self) {}
 
   // `before`: what the step before has left.
-  void start(const Gate& before);
+  void start(const Dependencies& before);
 
   // Of this step, because of the one before.
   const std::vector<MixedGroup>& groups() const { return before_.groups; }
@@ -51,14 +52,14 @@ class DependencyWaits {
     return models::concerned(next_, self_, bodies);
   }
   // What this step leaves, as far as it goes. For the buffer entry, which may take it.
-  Gate& next() { return next_; }
+  Dependencies& next() { return next_; }
 
  private:
   const bool on_;
   const WorldId self_;
-  Gate before_;
+  Dependencies before_;
   Expected expected_;  // from it
-  Gate next_;
+  Dependencies next_;
 };
 
 }  // namespace soda::models

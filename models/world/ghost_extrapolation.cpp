@@ -18,73 +18,77 @@ std::span<const Ghost> of_owner(std::span<const Ghost> ghosts, WorldId owner) {
 
 }  // namespace
 
-Heard ghosts_in(Bag bag) {
-  Heard heard;
+ReceivedGhosts ghosts_in(Bag bag) {
+  ReceivedGhosts received;
   for (const kernel::MessageView& message : bag) {
-    add_world(WorldId{kernel::index_of(message.source)}, heard.from);
-    decode_ghosts(message.payload, heard.ghosts);
+    add_world(WorldId{kernel::index_of(message.source)}, received.from);
+    decode_ghosts(message.payload, received.ghosts);
   }
-  return heard;
+  return received;
 }
 
 void GhostExtrapolation::start(const ForeignView& before, bool audits) {
-  owed_ = before.told;
+  pending_ = before.ghosts_sent_to;
   audits_ = audits;
   view_ = {};
 }
 
 void GhostExtrapolation::note_migrants_from(std::span<const WorldId> sources) {
   if (!is_on()) return;
-  for (const WorldId source : sources) add_world(source, owed_);
+  for (const WorldId source : sources) add_world(source, pending_);
 }
 
 std::vector<Ghost> GhostExtrapolation::complete(std::int64_t step, Bag bag,
                                                 const ForeignView& before) {
-  view_.heard = completed(step_.rules, before, ghosts_in(bag));
-  audit(step, before, view_.heard);
-  return view_.heard.ghosts;
+  view_.received = completed(step_.rules, before, ghosts_in(bag));
+  audit(step, before, view_.received);
+  return view_.received.ghosts;
 }
 
-Heard GhostExtrapolation::completed(const Rules& rules, const ForeignView& before, Heard heard) {
-  const std::vector<Ghost> guesses =
-      guess_ghosts(step_.around.ghosts, rules, step_.around.geometry, step_.self, before,
-                   heard.from, step_.work.stages);
-  step_.work.worlds.ghosts_guessed += guesses.size();
-  heard.ghosts.insert(heard.ghosts.end(), guesses.begin(), guesses.end());
-  std::sort(heard.ghosts.begin(), heard.ghosts.end(), [](const Ghost& a, const Ghost& b) {
+ReceivedGhosts GhostExtrapolation::completed(const Rules& rules, const ForeignView& before,
+                                             ReceivedGhosts received) {
+  const std::vector<Ghost> extrapolated =
+      extrapolate_ghosts(step_.around.ghosts, rules, step_.around.geometry, step_.self, before,
+                         received.from, step_.work.stages);
+  step_.work.worlds.ghosts_guessed += extrapolated.size();
+  received.ghosts.insert(received.ghosts.end(), extrapolated.begin(), extrapolated.end());
+  std::sort(received.ghosts.begin(), received.ghosts.end(), [](const Ghost& a, const Ghost& b) {
     return std::tie(a.owner, a.id) < std::tie(b.owner, b.id);
   });
-  return heard;
+  return received;
 }
 
-Heard GhostExtrapolation::completed_again(const Rules& rules, const ForeignView& before,
-                                          std::span<const physics::BodyId> changed,
-                                          const Heard& was, Heard heard) {
+ReceivedGhosts GhostExtrapolation::completed_again(const Rules& rules, const ForeignView& before,
+                                                   std::span<const physics::BodyId> changed,
+                                                   const ReceivedGhosts& was,
+                                                   ReceivedGhosts received) {
   const auto has_changed = [changed](const auto& body) {
     return std::binary_search(changed.begin(), changed.end(), body.id);
   };
   ForeignView concerned;
-  concerned.sent_to = news_from(before);
-  std::copy_if(before.heard.ghosts.begin(), before.heard.ghosts.end(),
-               std::back_inserter(concerned.heard.ghosts), has_changed);
+  concerned.bodies_sent_to = news_from(before);
+  std::copy_if(before.received.ghosts.begin(), before.received.ghosts.end(),
+               std::back_inserter(concerned.received.ghosts), has_changed);
   std::copy_if(before.known.begin(), before.known.end(), std::back_inserter(concerned.known),
                has_changed);
   for (const Ghost& ghost : was.ghosts) {
     const auto is = [&ghost](std::span<const WorldId> worlds) {
       return std::binary_search(worlds.begin(), worlds.end(), ghost.owner);
     };
-    if (!is(was.from) && !is(heard.from) && !has_changed(ghost)) heard.ghosts.push_back(ghost);
+    if (!is(was.from) && !is(received.from) && !has_changed(ghost))
+      received.ghosts.push_back(ghost);
   }
-  return completed(rules, concerned, std::move(heard));
+  return completed(rules, concerned, std::move(received));
 }
 
-void GhostExtrapolation::audit(std::int64_t step, const ForeignView& before, const Heard& heard) {
+void GhostExtrapolation::audit(std::int64_t step, const ForeignView& before,
+                               const ReceivedGhosts& received) {
   if (!audits_) return;
-  for (const WorldId world : heard.from)
-    audit_.note_news(step, world, of_owner(heard.ghosts, world), step_.work.worlds);
+  for (const WorldId world : received.from)
+    audit_.note_news(step, world, of_owner(received.ghosts, world), step_.work.worlds);
   for (const WorldId world : news_from(before))
-    if (!std::binary_search(heard.from.begin(), heard.from.end(), world))
-      audit_.note_guess(step, world, of_owner(heard.ghosts, world));
+    if (!std::binary_search(received.from.begin(), received.from.end(), world))
+      audit_.note_extrapolated(step, world, of_owner(received.ghosts, world));
 }
 
 void GhostExtrapolation::audit_contacts(std::int64_t step,
@@ -98,13 +102,13 @@ void GhostExtrapolation::audit_contacts(std::int64_t step,
 }
 
 void GhostExtrapolation::note_ghosts_to(WorldId other) {
-  if (is_on()) view_.told.push_back(other);
+  if (is_on()) view_.ghosts_sent_to.push_back(other);
 }
 
 void GhostExtrapolation::note_migrant_to(WorldId owner, physics::BodyId id,
                                          const physics::BodyState& state) {
   if (!is_on()) return;
-  add_world(owner, view_.sent_to);
+  add_world(owner, view_.bodies_sent_to);
   view_.known.push_back({id, owner, state});
 }
 

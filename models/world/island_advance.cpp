@@ -15,8 +15,8 @@ namespace {
 using physics::BodyId;
 using physics::BodyState;
 
-// How many pairs of an island hits have connected, in further passes.
-std::int64_t connected_by_hits(std::size_t island, const physics::StepScratch& scratch) {
+// How many pairs of an island impacts have connected, in further passes.
+std::int64_t connected_by_impacts(std::size_t island, const physics::StepScratch& scratch) {
   const physics::Islands& islands = scratch.islands;
   const std::span<const std::uint32_t> manifolds{islands.manifolds};
   const std::uint32_t first = islands.manifold_begin[island];
@@ -31,7 +31,7 @@ std::int64_t connected_by_hits(std::size_t island, const physics::StepScratch& s
 // Own bodies and foreign nodes side by side.
 bool IslandAdvance::advance_known_islands(kernel::VirtualTime now, Bag bag) {
   physics::StepScratch& scratch = step_.scratch;
-  const std::vector<Node>& nodes = step_.merge.nodes;
+  std::vector<Node>& nodes = step_.merge.nodes;
   const KnownBodies known = step_.known_bodies();
   const bool only_own = nodes.empty();
   std::vector<BodyState> with_foreign;
@@ -68,7 +68,7 @@ bool IslandAdvance::advance_island(kernel::VirtualTime now, Bag bag, std::size_t
   // Each pass connects somebody new. Of an island with fewer connections not all is known: it would
   // send bodies on in answer to what is taken back by now, and so round a cycle of worlds for ever.
   const std::uint32_t pass = pass_of(now);
-  if (connected_by_hits(island, scratch) < std::int64_t{pass}) return false;
+  if (connected_by_impacts(island, scratch) < std::int64_t{pass}) return false;
   ++step_.solves;
   physics::gather_island(island, known.ids, states, scratch);
   begin_pass(bodies, manifolds, pass, known);

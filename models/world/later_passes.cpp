@@ -4,14 +4,14 @@
 #include <tuple>
 #include <utility>
 
-#include "models/islands/gating.hpp"
+#include "models/islands/dependencies.hpp"
 
 namespace soda::models {
 namespace {
 
 using physics::BodyState;
 
-// What is told again replaces what was known.
+// What is sent again replaces what was known.
 void take_in(kernel::MessageView message, std::vector<SentBody>& sent) {
   std::vector<SentBody> bodies;
   decode_sent(message.payload, bodies);
@@ -37,7 +37,7 @@ SentBody LaterPasses::own(std::uint32_t place) const {
 void LaterPasses::send(kernel::VirtualTime now, Outgoing& out) {
   const std::uint32_t pass = pass_of(now) + 1;
   physics::StepScratch& scratch = step_.scratch;
-  std::map<WorldId, std::vector<SentBody>> told;
+  std::map<WorldId, std::vector<SentBody>> outgoing;
   std::vector<WorldId> owners;
   for (const auto& [place, box] : scratch.passes.sent()) {
     scratch.boxes[place] = box;
@@ -45,11 +45,11 @@ void LaterPasses::send(kernel::VirtualTime now, Outgoing& out) {
     const SentBody sent = own(place);
     step_.rules.map->owners_of(box, owners);
     for (const WorldId owner : owners)
-      if (owner != step_.self) told[owner].push_back(sent);
+      if (owner != step_.self) outgoing[owner].push_back(sent);
     pass_on(sent, time_of(now.t, Phase::kPairs, 0, pass), out);
   }
   scratch.passes.next_pass();
-  for (const auto& [owner, bodies] : told) {
+  for (const auto& [owner, bodies] : outgoing) {
     step_.work.worlds.ghosts_sent += bodies.size();
     out.send(owner, time_of(now.t, Phase::kBorderTraversal, 0, pass), MessageKind::kSent,
              encode_sent(bodies));
@@ -108,8 +108,8 @@ bool LaterPasses::connect(kernel::VirtualTime now, Bag bag, Outgoing& out) {
   return any;
 }
 
-// Whether the two are connected from now on; if the one that is sent on is foreign, its owner hears
-// of it.
+// Whether the two are connected from now on; if the one that is sent on is foreign, its owner
+// receives the contact.
 bool LaterPasses::connect(const SentBody& sent, std::uint32_t own,
                           std::map<WorldId, Fragment>& fragments) {
   const physics::SceneDescription& scene = *step_.rules.scene;

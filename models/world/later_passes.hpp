@@ -1,4 +1,4 @@
-// Further passes of a step: bodies that hits have sent on, told to the worlds where they come to
+// Further passes of a step: bodies that impacts have sent on, sent to the worlds where they come to
 // something new.
 #pragma once
 
@@ -30,7 +30,7 @@ class LaterPasses {
   // Those of other worlds that come into own cells; passed on to whom they come to there.
   void receive(kernel::VirtualTime now, Bag bag, Outgoing& out);
   // All bodies that are sent on, and own bodies that they may come to: they are connected, and the
-  // owner hears of it. Whether there are such.
+  // owner receives the contact. Whether there are such.
   bool connect(kernel::VirtualTime now, Bag bag, Outgoing& out);
 
  private:

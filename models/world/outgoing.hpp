@@ -22,9 +22,9 @@ class Outgoing {
     outbox_.send(kernel::LpId{index_of(to)}, when, static_cast<std::uint32_t>(kind),
                  std::move(payload));
   }
-  // A hint (Outbox::withdraw): what was sent there before will come differently.
-  void withdraw(WorldId to) { outbox_.withdraw(kernel::LpId{index_of(to)}); }
-  void fault(kernel::Fault fault) { outbox_.fault(fault); }
+  // A hint (Outbox::cancel_eagerly): what was sent there before will come differently.
+  void cancel_eagerly(WorldId to) { outbox_.cancel_eagerly(kernel::LpId{index_of(to)}); }
+  void fault(kernel::Fault fault) { outbox_.fault(std::move(fault)); }
 
  private:
   kernel::Outbox& outbox_;

@@ -85,8 +85,8 @@ bool SplitIslands::take(Bag bag) {
     return candidate->name().label == ids.front();
   });
   if (split == splits_.end()) return false;
-  const std::optional<SplitSolve::Heard> heard = (*split)->outcome(bag);
-  if (!heard) {
+  const std::optional<SplitSolve::Received> received = (*split)->outcome(bag);
+  if (!received) {
     ++step_.work.worlds.splits_given_up;
     return false;
   }
@@ -96,13 +96,13 @@ bool SplitIslands::take(Bag bag) {
   physics::WayBounds bounds;
   physics::bound_ways(scene, scene.dt_s, ids, (*split)->island().manifolds, states, bounds);
   physics::StepReport& report = step_.report;
-  for (const BlockNews::Moved& moved : heard->bodies) {
+  for (const BlockNews::Moved& moved : received->bodies) {
     const std::size_t place = physics::place_of(ids, moved.id);
     states[place] = moved.state;
     physics::report_impossible_way(scene, bounds, place, moved.id, moved.state, report.faults);
   }
-  if (heard->report) report.islands.push_back(*heard->report);
-  report.faults.insert(report.faults.end(), heard->faults.begin(), heard->faults.end());
+  if (received->report) report.islands.push_back(*received->report);
+  report.faults.insert(report.faults.end(), received->faults.begin(), received->faults.end());
   step_.count_repetition(!(*split)->has_computed(), ids.size());
   return true;
 }

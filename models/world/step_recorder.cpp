@@ -47,7 +47,7 @@ void StepRecorder::remember_contacts(std::int64_t step,
 void StepRecorder::write_entry(std::int64_t step, bool somebody_leaves, bool keeps_history,
                                Outgoing& out) {
   std::vector<BodyId> differs = step_.repetition.differences(step_.ids, step_.states);
-  for (const WorldId partner : waits_.concerned(differs)) out.withdraw(partner);
+  for (const WorldId partner : waits_.concerned(differs)) out.cancel_eagerly(partner);
   step_.memo.valid = step_.memo.valid && step_.report.faults.empty();
   const StoredEntry* const stale = buffer_.stale_next();
   const bool differs_now = stale != nullptr && differs_from(*stale);
@@ -62,7 +62,7 @@ void StepRecorder::write_entry(std::int64_t step, bool somebody_leaves, bool kee
   std::swap(entry.islands, step_.report.islands);
   std::swap(entry.memo, step_.memo);
   entry.solves = step_.solves;
-  std::swap(entry.gate, waits_.next());
+  std::swap(entry.dependencies, waits_.next());
   std::swap(entry.view, extrapolation_.view());
   entry.rules = step_.rules;
   entry.may_leave = somebody_leaves;
@@ -74,7 +74,7 @@ void StepRecorder::write_entry(std::int64_t step, bool somebody_leaves, bool kee
 // In anything but the states of bodies.
 bool StepRecorder::differs_from(const StoredEntry& stale) {
   return stale.frame_differs || !has_ids(stale, step_.ids) ||
-         stale.gate.items().front() != waits_.next() || rules_of(stale) != step_.rules ||
+         stale.dependencies.items().front() != waits_.next() || rules_of(stale) != step_.rules ||
          !(view_of(stale) == extrapolation_.view());
 }
 

@@ -65,11 +65,11 @@ void look_into(const StoredEntry& end, std::span<const Ghost> ghosts, const Stor
 }
 
 // Without the extrapolated ghosts.
-Heard received_only(Heard heard) {
-  std::erase_if(heard.ghosts, [&heard](const Ghost& ghost) {
-    return !std::binary_search(heard.from.begin(), heard.from.end(), ghost.owner);
+ReceivedGhosts received_only(ReceivedGhosts received) {
+  std::erase_if(received.ghosts, [&received](const Ghost& ghost) {
+    return !std::binary_search(received.from.begin(), received.from.end(), ghost.owner);
   });
-  return heard;
+  return received;
 }
 
 }  // namespace
@@ -125,48 +125,51 @@ bool StragglerAbsorption::absorb_sent(std::int64_t step, Bag bag) {
 // A late answer. What it changes of its own step changes what is extrapolated in later ones: all of
 // them have to come out as they did.
 bool StragglerAbsorption::absorb_with_extrapolation(std::int64_t from, Bag bag) {
-  std::vector<std::pair<Heard, std::vector<Ghost>>> steps;
+  std::vector<std::pair<ReceivedGhosts, std::vector<Ghost>>> steps;
   std::vector<BodyId> changed;
   ForeignView before = buffer_.view(from);
-  Heard heard = ghosts_in(bag);
+  ReceivedGhosts received = ghosts_in(bag);
   const std::int64_t after = next_.t + (next_ > time_of(next_.t, Phase::kBorderTraversal));
   for (std::int64_t step = from; step < after; ++step) {
     const Rules& rules = is_over(step) ? buffer_.rules(step + 1) : step_.rules;
     const ForeignView& was = is_over(step) ? buffer_.view(step + 1) : extrapolation_.view();
-    if (step > from) heard = received_only(was.heard);
+    if (step > from) received = received_only(was.received);
     const bool same_speakers = news_from(before) == news_from(buffer_.view(step));
-    const bool only_more = std::includes(heard.from.begin(), heard.from.end(),
-                                         was.heard.from.begin(), was.heard.from.end());
-    heard = same_speakers && only_more ? extrapolation_.completed_again(rules, before, changed,
-                                                                        was.heard, std::move(heard))
-                                       : extrapolation_.completed(rules, before, std::move(heard));
-    changed = differing(was.heard.ghosts, heard.ghosts);
-    std::vector<Ghost> usable = foreign_ghosts(heard.ghosts, own_bodies(step));
+    const bool only_more = std::includes(received.from.begin(), received.from.end(),
+                                         was.received.from.begin(), was.received.from.end());
+    received = same_speakers && only_more
+                   ? extrapolation_.completed_again(rules, before, changed, was.received,
+                                                    std::move(received))
+                   : extrapolation_.completed(rules, before, std::move(received));
+    changed = differing(was.received.ghosts, received.ghosts);
+    std::vector<Ghost> usable = foreign_ghosts(received.ghosts, own_bodies(step));
     if (!changed.empty() && !comes_out_alike(step, usable)) return false;
     before = was;
-    before.heard = heard;
-    steps.emplace_back(std::move(heard), std::move(usable));
+    before.received = received;
+    steps.emplace_back(std::move(received), std::move(usable));
     if (changed.empty()) break;
   }
-  for (auto& [now_heard, usable] : steps) adopt(from++, std::move(now_heard), std::move(usable));
+  for (auto& [now_received, usable] : steps)
+    adopt(from++, std::move(now_received), std::move(usable));
   return true;
 }
 
-void StragglerAbsorption::adopt(std::int64_t step, Heard heard, std::vector<Ghost> usable) {
-  extrapolation_.audit(step, buffer_.view(step), heard);
+void StragglerAbsorption::adopt(std::int64_t step, ReceivedGhosts received,
+                                std::vector<Ghost> usable) {
+  extrapolation_.audit(step, buffer_.view(step), received);
   if (!is_over(step)) {
-    extrapolation_.view().heard = std::move(heard);
+    extrapolation_.view().received = std::move(received);
     step_.ghosts = usable;
     step_.memo.ghosts = std::move(usable);
     return;
   }
   const std::int64_t end = step + 1;
-  if (!differing(buffer_.view(end).heard.ghosts, heard.ghosts).empty()) {
+  if (!differing(buffer_.view(end).received.ghosts, received.ghosts).empty()) {
     // A stale entry after it was computed from what is replaced here.
     buffer_.frame_differs(end) = true;
     buffer_.replace_ghosts(end, std::move(usable));
   }
-  buffer_.replace_heard(end, std::move(heard));
+  buffer_.replace_received(end, std::move(received));
 }
 
 // Whose bodies they are during a step that has begun. What it refers to are its own bodies now, or

@@ -31,7 +31,7 @@ class StragglerAbsorption {
   bool absorb_ghosts(std::int64_t step, Bag bag);
   bool absorb_sent(std::int64_t step, Bag bag);
   bool absorb_with_extrapolation(std::int64_t from, Bag bag);
-  void adopt(std::int64_t step, Heard heard, std::vector<Ghost> usable);
+  void adopt(std::int64_t step, ReceivedGhosts received, std::vector<Ghost> usable);
   bool is_over(std::int64_t step) const { return step < next_.t; }
   std::function<bool(physics::BodyId)> own_bodies(std::int64_t step) const;
   std::optional<ExecutedStep> executed_step(std::int64_t step, std::vector<Ghost>& ghosts) const;

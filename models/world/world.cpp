@@ -89,7 +89,7 @@ void World::begin(std::int64_t step, Bag bag) {
 void World::start_parts(std::int64_t step) {
   step_.start(buffer_.rules(step));
   step_.remembers = keeps_history_ && step_.divided() && step_.propagates();
-  waits_.start(buffer_.gate(step));
+  waits_.start(buffer_.dependencies(step));
   extrapolation_.start(buffer_.view(step), step_.around.audits && keeps_history_);
   splits_.start();
   passes_.start();
@@ -192,7 +192,7 @@ void World::split(kernel::VirtualTime now, Bag bag, Outgoing& out) {
 void World::solve(kernel::VirtualTime now, Bag bag, Outgoing& out) {
   if (pass_of(now) == 0) step_.scratch.passes.start(step_.ids.size());
   const bool advanced = islands_.advance_known_islands(now, bag);
-  // Warm solves depend on the rollbacks before, and what others are told within a step must not.
+  // Warm solves depend on the rollbacks before, and what others are sent within a step must not.
   const bool sends = step_.around.rollback != RollbackMode::kWarm && passes_.any_sent();
   if (sends) passes_.send(now, out);
   next_ = advanced && sends ? time_of(now.t, Phase::kPairs, 0, pass_of(now) + 1)
@@ -261,8 +261,8 @@ bool World::holds(kernel::VirtualTime now, Bag bag) const {
       return merge_round_of(now) > 0 && splits_.lack_news(bag);
     case Phase::kBegin: {
       // The step has not begun: the waits are those of the one before.
-      const Gate& gate = buffer_.gate(buffer_.newest());
-      return lacks(gate, expected_from(gate, step_.self), now, bag);
+      const Dependencies& dependencies = buffer_.dependencies(buffer_.newest());
+      return lacks(dependencies, expected_from(dependencies, step_.self), now, bag);
     }
     default:
       return waits_.lacks(now, bag);
@@ -270,8 +270,8 @@ bool World::holds(kernel::VirtualTime now, Bag bag) const {
 }
 
 // Whoever this world has mattered to. A ghost that matters to nobody would have been absorbed.
-std::vector<kernel::LpId> World::disappoints() const {
-  const Expected expected = expected_from(buffer_.gate(buffer_.newest()), step_.self);
+std::vector<kernel::LpId> World::eager_cancellations() const {
+  const Expected expected = expected_from(buffer_.dependencies(buffer_.newest()), step_.self);
   std::vector<WorldId> worlds = expected.ghosts_to;
   worlds.insert(worlds.end(), expected.fragments_to.begin(), expected.fragments_to.end());
   sort_unique(worlds);

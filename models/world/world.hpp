@@ -49,8 +49,8 @@ class World final : public kernel::LogicalProcess {
   bool jumps() const override { return step_.divided() && step_.propagates(); }
   void jump(kernel::VirtualTime limit) override;
   bool holds(kernel::VirtualTime now, Bag bag) const override;
-  std::vector<kernel::LpId> disappoints() const override;
-  bool gates() const override { return waits_.are_on() && step_.divided(); }
+  std::vector<kernel::LpId> eager_cancellations() const override;
+  bool waits_for_dependencies() const override { return waits_.are_on() && step_.divided(); }
   void commit(kernel::VirtualTime now) override;
   std::uint64_t digest() const override;
 
