@@ -299,9 +299,9 @@ void Worker::finish(VirtualTime limit) {
 }
 
 void Worker::coast_to(VirtualTime limit) {
-  for (std::uint32_t own = 0; own < processes_.size(); ++own) {
-    if (processes_[own].next_time() >= limit) continue;
-    processes_[own].coast_to(limit, effects_);
+  for (TimeWarpProcess& process : processes_) {
+    if (process.next_time() >= limit) continue;
+    process.coast_to(limit, effects_);
   }
 }
 

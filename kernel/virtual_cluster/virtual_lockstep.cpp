@@ -112,8 +112,10 @@ class LockstepCluster {
   }
 
   void deliver_all() {
-    for (Message& message : outgoing_)
-      processors_[partition_.owner_of(message.destination)].receive(std::move(message));
+    for (Message& message : outgoing_) {
+      VirtualProcessor& receiver = processors_[partition_.owner_of(message.destination)];
+      receiver.receive(std::move(message));
+    }
     outgoing_.clear();
     for (VirtualProcessor& processor : processors_) processor.take_in(outgoing_);
     SODA_ASSERT(outgoing_.empty(), "a rollback in lockstep");

@@ -243,7 +243,7 @@ void VirtualProcessor::add_to(TimeAccount& account, std::int64_t cut_ns) const {
   account.standing += committed_;
   account.rolled_back_ns += rolled_back_ns_ - cut_ns;
   for (const SlidingVector<Spent>& spent : spent_)
-    for (std::size_t i = 0; i < spent.size(); ++i) account.rolled_back_ns += spent[i].cost.sum_ns();
+    for (const Spent& execution : spent) account.rolled_back_ns += execution.cost.sum_ns();
 }
 
 bool VirtualProcessor::commit_one(std::uint32_t own, VirtualTime limit, VirtualTime gvt,

@@ -14,7 +14,6 @@
 namespace soda::models {
 namespace {
 
-using physics::BodyId;
 using physics::ContactManifold;
 
 // What a processor has of the island.
@@ -44,6 +43,7 @@ std::vector<Party> parties_of(std::span<const WorldId> owners,
     ++party.bodies;
   }
   std::vector<Party> list;
+  list.reserve(parties.size());
   for (const auto& [processor, party] : parties) list.push_back(party);
   return list;
 }

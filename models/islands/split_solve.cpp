@@ -15,7 +15,6 @@
 namespace soda::models {
 namespace {
 
-using physics::BodyId;
 using physics::BorderBody;
 
 // Bit for bit.

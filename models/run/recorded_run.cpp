@@ -53,8 +53,8 @@ kernel::RunResult run_recorded(std::span<const std::unique_ptr<kernel::LogicalPr
 
 std::vector<TerritoryChange> changes_at(std::span<const TerritoryChange> changes,
                                         std::int64_t step) {
-  const auto found = std::ranges::equal_range(changes, step, {}, &TerritoryChange::step);
-  return {found.begin(), found.end()};
+  return {std::ranges::lower_bound(changes, step, {}, &TerritoryChange::step),
+          std::ranges::upper_bound(changes, step, {}, &TerritoryChange::step)};
 }
 
 }  // namespace soda::models

@@ -128,12 +128,11 @@ bool StragglerAbsorption::absorb_with_extrapolation(std::int64_t from, Bag bag) 
   std::vector<std::pair<ReceivedGhosts, std::vector<Ghost>>> steps;
   std::vector<BodyId> changed;
   ForeignView before = buffer_.view(from);
-  ReceivedGhosts received = ghosts_in(bag);
   const std::int64_t after = next_.t + (next_ > time_of(next_.t, Phase::kBorderTraversal));
   for (std::int64_t step = from; step < after; ++step) {
     const Rules& rules = is_over(step) ? buffer_.rules(step + 1) : step_.rules;
     const ForeignView& was = is_over(step) ? buffer_.view(step + 1) : extrapolation_.view();
-    if (step > from) received = received_only(was.received);
+    ReceivedGhosts received = step > from ? received_only(was.received) : ghosts_in(bag);
     const bool same_speakers = news_from(before) == news_from(buffer_.view(step));
     const bool only_more = std::includes(received.from.begin(), received.from.end(),
                                          was.received.from.begin(), was.received.from.end());

@@ -276,6 +276,7 @@ std::vector<kernel::LpId> World::eager_cancellations() const {
   worlds.insert(worlds.end(), expected.fragments_to.begin(), expected.fragments_to.end());
   sort_unique(worlds);
   std::vector<kernel::LpId> lps;
+  lps.reserve(worlds.size());
   for (const WorldId world : worlds) lps.push_back(kernel::LpId{index_of(world)});
   return lps;
 }
