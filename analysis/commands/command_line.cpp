@@ -255,7 +255,7 @@ int run_command_line(int argc, const char* const* argv, kernel::Transport* trans
   requests.all = &app;
   const Wanted wanted{.in_real_time = all || mentions(argc, argv, "--realtime"),
                       .balances = all || mentions(argc, argv, "--balancing"),
-                      .guesses = all || mentions(argc, argv, "--ghost"),
+                      .extrapolates = all || mentions(argc, argv, "--ghost"),
                       .strict = all || mentions(argc, argv, "--strict")};
   std::vector<const CLI::App*> apps;
   for (const Command& command : kCommands) {

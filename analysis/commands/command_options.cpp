@@ -12,7 +12,7 @@ void define_run(CLI::App& run, RunRequest& request, const Wanted& wanted) {
                  "go on from a checkpoint, or from the last states of an event log")
       ->excludes(file);
   add_run_options(run, request.overrides);
-  add_world_options(run, request.overrides, wanted.guesses, wanted.balances);
+  add_world_options(run, request.overrides, wanted.extrapolates, wanted.balances);
   run.add_option("--inputs", request.inputs,
                  "user input, one JSON object a line: a file, or - for standard input");
   run.add_option("--log", request.log_file, "write an event log for soda replay");

@@ -17,7 +17,7 @@ namespace soda::analysis {
 
 // What a command line mentions: options of anything else are not registered.
 struct Wanted {
-  bool in_real_time, balances, guesses, strict;
+  bool in_real_time, balances, extrapolates, strict;
 };
 
 // Each outlives the command line's parsing.

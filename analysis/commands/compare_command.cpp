@@ -92,7 +92,7 @@ std::vector<Setting> settings_of(Aspect aspect) {
     case Aspect::kGhosts:
       return settings_of(
           &models::RunOptions::ghosts,
-          std::vector{GhostMode::kTold, GhostMode::kDeadReckoning, GhostMode::kPredicted});
+          std::vector{GhostMode::kReceivedOnly, GhostMode::kDeadReckoning, GhostMode::kPredicted});
     case Aspect::kBalancing: {
       std::vector<Setting> settings;
       for (const BalancingPolicy policy : {BalancingPolicy::kOff, BalancingPolicy::kPaper})

@@ -15,7 +15,7 @@
 #include "analysis/trace/trace_words.hpp"
 #include "analysis/trace/world_steps.hpp"
 #include "analysis/viewer/vtk_files.hpp"
-#include "kernel/api/outside.hpp"
+#include "kernel/api/external_source.hpp"
 #include "models/messages/schedule.hpp"
 #include "models/world/event_kinds.hpp"
 
@@ -194,7 +194,7 @@ void add_inputs(LogReader& log, Lines& lines) {
 }
 
 std::string peer_of(const kernel::TraceRecord& record) {
-  return record.peer == kernel::kOutside ? "null" : json_of(kernel::index_of(record.peer));
+  return record.peer == kernel::kExternalSource ? "null" : json_of(kernel::index_of(record.peer));
 }
 
 JsonObject event_line(std::uint32_t worker, const kernel::TraceRecord& record,
@@ -223,7 +223,7 @@ JsonObject event_line(std::uint32_t worker, const kernel::TraceRecord& record,
            record.took_ns != 0 ? json_of(1e-9 * static_cast<double>(record.took_ns)) : "null")
       .set("peer", is_of_message ? peer_of(record) : "null")
       .set("message", is_of_message ? quoted(models::message_kinds()[record.kind]) : "null")
-      .set("number", is_of_message ? json_of(record.incarnation) : "null")
+      .set("number", is_of_message ? json_of(record.version) : "null")
       .set("anti", is_of_message ? json_of(record.anti) : "null")
       .set("bodies", bodies.empty() ? std::string("null") : soda::analysis::quoted(bodies));
 }

@@ -12,7 +12,7 @@
 #include "analysis/trace/recorded_order.hpp"
 #include "analysis/trace/trace_words.hpp"
 #include "analysis/trace/why_command.hpp"
-#include "kernel/api/outside.hpp"
+#include "kernel/api/external_source.hpp"
 
 namespace soda::analysis {
 namespace {

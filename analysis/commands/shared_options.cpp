@@ -81,7 +81,7 @@ void add_split_islands_option(CLI::App& command, Overrides& overrides) {
 
 void add_ghosts_option(CLI::App& command, Overrides& overrides) {
   const std::map<std::string, models::GhostMode> modes = {
-      {"told", models::GhostMode::kTold},
+      {"told", models::GhostMode::kReceivedOnly},
       {"dead-reckoning", models::GhostMode::kDeadReckoning},
       {"predicted", models::GhostMode::kPredicted}};
   command
@@ -141,11 +141,11 @@ void add_strict_option(CLI::App& command, bool& strict) {
   command.add_flag("--strict", strict, "warnings of a scenario are errors: exit 2, nothing is run");
 }
 
-void add_world_options(CLI::App& command, Overrides& overrides, bool guesses, bool balances) {
+void add_world_options(CLI::App& command, Overrides& overrides, bool extrapolates, bool balances) {
   add_rollback_option(command, overrides);
   add_gating_option(command, overrides);
   add_split_islands_option(command, overrides);
-  if (guesses) add_ghosts_option(command, overrides);
+  if (extrapolates) add_ghosts_option(command, overrides);
   add_balancing_options(command, overrides, balances);
   add_policy_option(command, overrides.policy);
   add_cluster_options(command, overrides.cluster, "modelled from its counters");

@@ -28,8 +28,8 @@ void add_balancing_options(CLI::App& command, Overrides& overrides, bool in_full
 void add_policy_option(CLI::App& command, std::optional<kernel::Synchronisation>& policy);
 void add_cluster_options(CLI::App& command, ClusterOverrides& cluster, const std::string& cost);
 // All of these that say how worlds go about their work, and on what cluster: without ghosts if
-// `guesses` is not set, balancing in full if `balances` is.
-void add_world_options(CLI::App& command, Overrides& overrides, bool guesses, bool balances);
+// `extrapolates` is not set, balancing in full if `balances` is.
+void add_world_options(CLI::App& command, Overrides& overrides, bool extrapolates, bool balances);
 // In which form a command tells what it found.
 struct ReportOptions {
   bool& json;

@@ -10,7 +10,7 @@
 #include "analysis/trace/execution_trace.hpp"
 #include "analysis/trace/trace_words.hpp"
 #include "analysis/trace/why_command.hpp"
-#include "kernel/api/outside.hpp"
+#include "kernel/api/external_source.hpp"
 #include "models/messages/schedule.hpp"
 
 namespace soda::analysis {

@@ -94,8 +94,9 @@ void verify_run(const scenarios::Scenario& scenario, const models::TerritoryMap&
   if (first) run.divergence = first_divergence(scenario.scene, *first, oracle.after(first->step));
 }
 
-constexpr models::GhostMode kGhostModes[] = {
-    models::GhostMode::kTold, models::GhostMode::kDeadReckoning, models::GhostMode::kPredicted};
+constexpr models::GhostMode kGhostModes[] = {models::GhostMode::kReceivedOnly,
+                                             models::GhostMode::kDeadReckoning,
+                                             models::GhostMode::kPredicted};
 
 constexpr Balancing kPolicies[] = {Balancing::kOff, Balancing::kRandom, Balancing::kPaper};
 

@@ -23,9 +23,10 @@ struct VerifyRequest {
   std::vector<std::int64_t> buffers{1, 4, 48};
   // Scheduling seeds 0 .. seeds. With 0, the run is the one that `soda run` makes of the scenario:
   // its modes, its input, nothing at random. Of the others, with every other one, rollbacks
-  // invalidate whole entries; with two of four, worlds do not wait for each other (gating). Of
-  // three, with the first cells change hands at random, with the second by the paper's scheme.
-  // Told, dead-reckoning and predicted ghosts take turns, in nine seeds with each of these three.
+  // invalidate whole entries; with two of four, worlds do not wait for each other (dependency
+  // waits). Of three, with the first cells change hands at random, with the second by the paper's
+  // scheme. Told, dead-reckoning and predicted ghosts take turns, in nine seeds with each of these
+  // three.
   unsigned seeds = 5;
   bool all_modes = false;  // instead, each seed, 0 too, with all 36 combinations
   std::optional<std::uint64_t> random_inputs;  // seed of user input beside the scenario's
@@ -52,7 +53,7 @@ struct VerifiedRun {
   std::uint64_t scheduling_seed = 0;
   models::RollbackMode rollback = models::RollbackMode::kPropagate;
   bool gating = true;
-  models::GhostMode ghosts = models::GhostMode::kTold;
+  models::GhostMode ghosts = models::GhostMode::kReceivedOnly;
   models::BalancingPolicy balancing = models::BalancingPolicy::kOff;
   std::size_t territory_changes = 0;
   kernel::Counters events;

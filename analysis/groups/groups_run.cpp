@@ -5,7 +5,7 @@
 #include "analysis/event_log/logged_run.hpp"
 #include "analysis/runs/measured_run.hpp"
 #include "analysis/trace/execution_trace.hpp"
-#include "kernel/api/outside.hpp"
+#include "kernel/api/external_source.hpp"
 #include "physics/step/step.hpp"
 
 namespace soda::analysis {
@@ -50,7 +50,7 @@ BondOverTime groups_by_rollbacks(LogReader& log, std::uint32_t worlds) {
     if (step < 0 || step >= log.last_step()) continue;
     for (const std::size_t number : rollback.late) {
       const LateMessage& late = trace.late[number];
-      if (late.from == kernel::index_of(kernel::kOutside)) continue;
+      if (late.from == kernel::index_of(kernel::kExternalSource)) continue;
       steps[static_cast<std::size_t>(step)].bond(models::WorldId{late.from},
                                                  models::WorldId{rollback.world});
     }

@@ -114,7 +114,7 @@ const char* name_of(models::RollbackMode rollback) {
 
 const char* name_of(models::GhostMode ghosts) {
   switch (ghosts) {
-    case models::GhostMode::kTold:
+    case models::GhostMode::kReceivedOnly:
       return "told";
     case models::GhostMode::kDeadReckoning:
       return "dead-reckoning";

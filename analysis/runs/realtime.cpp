@@ -128,7 +128,7 @@ RealTimeSession::~RealTimeSession() {
 
 models::RunOptions RealTimeSession::paced(const models::RunOptions& run) {
   models::RunOptions options = run;
-  options.outsides.push_back(&buffer_);
+  options.external_sources.push_back(&buffer_);
   options.entries = load_.get();
   if (!by_virtual_) return options;
   options.entries = by_virtual_.get();

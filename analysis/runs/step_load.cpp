@@ -69,8 +69,8 @@ void StepLoad::tell(models::WorldId world, std::int64_t step, const models::Work
 
 std::vector<kernel::Bytes> StepLoad::take_news() {
   if (is_root_) {
-    if (has_told_begin_ || first_frame_ns_.load() == 0) return {};
-    has_told_begin_ = true;
+    if (has_sent_begin_ || first_frame_ns_.load() == 0) return {};
+    has_sent_begin_ = true;
     return {{}};
   }
   const std::lock_guard lock(mutex_);
@@ -78,7 +78,7 @@ std::vector<kernel::Bytes> StepLoad::take_news() {
   return {std::exchange(news_, {})};
 }
 
-void StepLoad::hear(std::span<const std::byte> bytes) {
+void StepLoad::receive(std::span<const std::byte> bytes) {
   if (!is_root_) return first_frame_follows();
   while (!bytes.empty()) {
     const auto news = kernel::take_plain<EntryNews>(bytes);

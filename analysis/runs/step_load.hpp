@@ -29,7 +29,7 @@ class StepLoad final : public models::EntryObserver {
 
   void on_newest(models::WorldId world, std::int64_t step) override;
   std::vector<kernel::Bytes> take_news() override;
-  void hear(std::span<const std::byte> news) override;
+  void receive(std::span<const std::byte> news) override;
 
   // Peaks count from now on. From any thread.
   void first_frame_follows();
@@ -50,7 +50,7 @@ class StepLoad final : public models::EntryObserver {
   std::vector<std::vector<models::WorkMark>> work_;
   std::atomic<std::int64_t> first_frame_ns_{0};
 
-  bool has_told_begin_ = false;
+  bool has_sent_begin_ = false;
   std::mutex mutex_;
   kernel::Bytes news_;  // since the last take_news()
 };

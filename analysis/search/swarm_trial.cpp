@@ -169,7 +169,7 @@ class SceneSubject final : public SwarmSubject {
  private:
   models::RunOptions draw_options(const TrialSize& size, SplitMix64& random) const {
     using models::BalancingPolicy, models::GhostMode;
-    constexpr GhostMode kGhosts[] = {GhostMode::kTold, GhostMode::kDeadReckoning,
+    constexpr GhostMode kGhosts[] = {GhostMode::kReceivedOnly, GhostMode::kDeadReckoning,
                                      GhostMode::kPredicted};
     constexpr BalancingPolicy kBalancing[] = {BalancingPolicy::kOff, BalancingPolicy::kOff,
                                               BalancingPolicy::kRandom, BalancingPolicy::kPaper};

@@ -8,7 +8,7 @@
 #include "analysis/text/exit_codes.hpp"
 #include "analysis/text/nearest_name.hpp"
 #include "analysis/trace/trace_words.hpp"
-#include "kernel/api/outside.hpp"
+#include "kernel/api/external_source.hpp"
 #include "models/messages/schedule.hpp"
 #include "models/world/event_kinds.hpp"
 
@@ -69,7 +69,7 @@ class Parser {
       event.number = as_number(count, form.kind == EventKind::kHappening,
                                std::numeric_limits<std::uint64_t>::max());
     if (form.kind == EventKind::kMessage && parts_[1] == "outside") {
-      event.world = kernel::index_of(kernel::kOutside);
+      event.world = kernel::index_of(kernel::kExternalSource);
     } else if (form.kind != EventKind::kGvt && form.kind != EventKind::kHappening && count > 0) {
       event.world = static_cast<std::uint32_t>(as_number(1, 0, worlds_ - 1));
     }
@@ -166,7 +166,7 @@ bool fits(const EventPattern& event, const TraceRecord& record, const KnownOfTra
       return record.what == Happening::kExecuted && is_of_world(event, record.lp) &&
              is_of_time(event, record.time);
     case EventKind::kMessage:
-      return record.incarnation == event.number &&
+      return record.version == event.number &&
              (known.in_sequence
                   ? record.what == Happening::kSent && is_of_world(event, record.lp)
                   : record.what == Happening::kArrived && is_of_world(event, record.peer));

@@ -59,7 +59,7 @@ class Story {
 
   ExecutionTrace finish() {
     for (LateMessage& message : trace_.late) {
-      const auto found = senders_.find({message.from, message.incarnation});
+      const auto found = senders_.find({message.from, message.version});
       if (found == senders_.end()) continue;
       message.sent_by = found->second.execution;
       message.sent_in = found->second.rollback;
@@ -90,10 +90,10 @@ class Story {
 
   void sent(World& world, const TraceRecord& record) {
     if (record.other != kernel::kBeginning) {
-      world.sending.push_back(record.incarnation);
+      world.sending.push_back(record.version);
       return;
     }
-    Sender& sender = senders_[{kernel::index_of(record.lp), record.incarnation}];
+    Sender& sender = senders_[{kernel::index_of(record.lp), record.version}];
     // An execution that does not send it any more stands for the rollback before.
     if (!world.rolls_back) sender.execution = world.last;
     sender.rollback = world.rolls_back || !world.last ? world.last_rollback
@@ -107,7 +107,7 @@ class Story {
                            .time = record.time,
                            .kind = record.kind,
                            .slot = record.slot,
-                           .incarnation = record.incarnation,
+                           .version = record.version,
                            .anti = record.anti,
                            .arrived_ns = record.clock_ns,
                            .bodies = noted_bodies(record),
@@ -136,8 +136,8 @@ class Story {
     world.last = number;
     world.late.clear();  // what is left of it changed nothing
     world.rolls_back = false;
-    for (const std::uint64_t incarnation : world.sending)
-      senders_[{kernel::index_of(record.lp), incarnation}].execution = number;
+    for (const std::uint64_t version : world.sending)
+      senders_[{kernel::index_of(record.lp), version}].execution = number;
     world.sending.clear();
   }
 

@@ -22,16 +22,16 @@ struct TracedExecution {
   bool repeats = false;   // only what stood (coasts)
   bool absorbed = false;  // late news counts as executed; nothing was
   bool committed = false;
-  std::optional<RollbackNumber> undone_by;  // the last that did, unless it stands again
+  std::optional<RollbackNumber> undone_by;  // the last that did, unless it is revalidated
   std::optional<RollbackNumber> again_for;  // what had undone the execution of this time before
 };
 
 // A message that came behind what its receiver had executed.
 struct LateMessage {
-  std::uint32_t from = 0, to = 0;  // worlds; `from` is kOutside of a user or a balancer
+  std::uint32_t from = 0, to = 0;  // worlds; `from` is kExternalSource of a user or a balancer
   kernel::VirtualTime time;
   std::uint32_t kind = 0, slot = 0;
-  std::uint64_t incarnation = 0;
+  std::uint64_t version = 0;
   bool anti = false;
   std::int64_t arrived_ns = 0;
   std::vector<std::uint32_t> bodies;  // ids; that it brings, or took away
@@ -61,7 +61,7 @@ struct ExecutionTrace {
   // The rollback that led to another: because of it, its cause was sent. None if what was sent
   // late was sent for the first time.
   std::optional<RollbackNumber> led_to(RollbackNumber rollback) const;
-  // What a rollback undid that does not stand again, in ns of the executor's clock.
+  // What a rollback undid that is not revalidated, in ns of the executor's clock.
   std::int64_t wasted_ns(RollbackNumber rollback) const;
 };
 

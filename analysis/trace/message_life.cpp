@@ -12,8 +12,7 @@ using kernel::TraceRecord;
 // The happenings of one message, found one after the other.
 class Life {
  public:
-  Life(std::uint32_t source, std::uint64_t incarnation)
-      : source_(source), incarnation_(incarnation) {}
+  Life(std::uint32_t source, std::uint64_t version) : source_(source), version_(version) {}
 
   // Whether the message has to do with it.
   bool concerns(const TraceRecord& record) {
@@ -21,7 +20,7 @@ class Life {
       const bool is_sent = record.what == Happening::kSent || record.what == Happening::kAdopted;
       const kernel::LpId from = is_sent ? record.lp : record.peer;
       if (kernel::index_of(from) != source_) return false;
-      if (record.incarnation == incarnation_) {
+      if (record.version == version_) {
         message_ = record;
         is_known_ = true;
         receiver_ = is_sent ? record.peer : record.lp;
@@ -39,13 +38,12 @@ class Life {
 
  private:
   bool replaces(const TraceRecord& record) const {
-    return record.incarnation > incarnation_ && record.peer == receiver_ &&
-           record.time == message_.time && record.kind == message_.kind &&
-           record.slot == message_.slot;
+    return record.version > version_ && record.peer == receiver_ && record.time == message_.time &&
+           record.kind == message_.kind && record.slot == message_.slot;
   }
 
   const std::uint32_t source_;
-  const std::uint64_t incarnation_;
+  const std::uint64_t version_;
   TraceRecord message_;
   kernel::LpId receiver_{};
   bool is_known_ = false;
@@ -55,8 +53,8 @@ class Life {
 }  // namespace
 
 std::string message_life(const RecordedWalk& walk, std::size_t number, std::uint32_t source,
-                         std::uint64_t incarnation) {
-  Life life(source, incarnation);
+                         std::uint64_t version) {
+  Life life(source, version);
   std::string text;
   for (std::size_t i = 0; i < walk.size(); ++i) {
     if (!life.concerns(walk[i].record)) continue;
@@ -64,7 +62,7 @@ std::string message_life(const RecordedWalk& walk, std::size_t number, std::uint
     text += place_text(walk, i + 1) + "\n";
   }
   if (!life.is_known())
-    throw UsageError("the log tells of no message " + message_name(source, incarnation));
+    throw UsageError("the log tells of no message " + message_name(source, version));
   return text;
 }
 

@@ -11,7 +11,7 @@
 #include "analysis/runs/measured_run.hpp"
 #include "analysis/text/exit_codes.hpp"
 #include "analysis/trace/trace_comparison.hpp"
-#include "kernel/api/outside.hpp"
+#include "kernel/api/external_source.hpp"
 #include "models/messages/schedule.hpp"
 #include "models/options/run_stages.hpp"
 
@@ -61,7 +61,7 @@ class Acts {
     if (worker >= workers.size()) workers.resize(worker + 1);
     switch (record.what) {
       case Happening::kArrived:
-        if (record.peer == kernel::kOutside && !knows(record)) return;
+        if (record.peer == kernel::kExternalSource && !knows(record)) return;
         break;
       case Happening::kExecuted:
         refuse_unknown(record);
@@ -75,7 +75,7 @@ class Acts {
       default:
         return;
     }
-    workers[worker].push_back({record.what, record.lp, record.peer, record.time, record.incarnation,
+    workers[worker].push_back({record.what, record.lp, record.peer, record.time, record.version,
                                record.kind, record.slot});
   }
 

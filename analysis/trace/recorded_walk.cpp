@@ -38,10 +38,10 @@ class Standing {
         if (in_sequence_)
           arrived(worlds_[kernel::index_of(record.peer)], record.lp, record);
         else
-          in_flight_.emplace(std::pair(id, record.incarnation), kernel::index_of(record.peer));
+          in_flight_.emplace(std::pair(id, record.version), kernel::index_of(record.peer));
         return;
       case Happening::kArrived:
-        in_flight_.erase({kernel::index_of(record.peer), record.incarnation});
+        in_flight_.erase({kernel::index_of(record.peer), record.version});
         return arrived(world, record.peer, record);
       case Happening::kExecuted:
         ++told.executions;
@@ -85,21 +85,21 @@ class Standing {
 
  private:
   // Of a message what its newest version replaces: time, source, kind and slot.
-  using Register = std::tuple<VirtualTime, std::uint32_t, std::uint32_t, std::uint64_t>;
+  using MessageId = std::tuple<VirtualTime, std::uint32_t, std::uint32_t, std::uint64_t>;
   struct Version {
-    std::uint64_t incarnation = 0;
+    std::uint64_t version = 0;
     bool anti = false;
   };
   struct World {
     std::set<VirtualTime> standing;  // and not committed
-    std::map<Register, Version> arrived;
+    std::map<MessageId, Version> arrived;
   };
 
   // In sequence, each message is a version of its own.
   void arrived(World& world, kernel::LpId from, const TraceRecord& record) {
-    const std::uint64_t slot = in_sequence_ ? record.incarnation : record.slot;
+    const std::uint64_t slot = in_sequence_ ? record.version : record.slot;
     Version& version = world.arrived[{record.time, kernel::index_of(from), record.kind, slot}];
-    if (version.incarnation <= record.incarnation) version = {record.incarnation, record.anti};
+    if (version.version <= record.version) version = {record.version, record.anti};
   }
 
   void gvt(VirtualTime time) {

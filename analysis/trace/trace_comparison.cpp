@@ -17,7 +17,7 @@ using kernel::TraceRecord;
 auto deed_of(const TraceRecord& record) {
   const bool has_time = record.what != Happening::kSettled;
   return std::tuple(record.what, has_time ? record.time : kernel::kBeginning, record.other,
-                    record.peer, record.kind, record.slot, record.incarnation, record.anti,
+                    record.peer, record.kind, record.slot, record.version, record.anti,
                     record.anew);
 }
 

@@ -3,7 +3,7 @@
 #include "analysis/text/json_text.hpp"
 #include "analysis/text/text_table.hpp"
 #include "analysis/trace/trace_words.hpp"
-#include "kernel/api/outside.hpp"
+#include "kernel/api/external_source.hpp"
 #include "models/world/event_kinds.hpp"
 
 namespace soda::analysis {
@@ -29,10 +29,9 @@ JsonObject time_object(kernel::VirtualTime time) {
 std::string late_json(const ExecutionTrace& trace, const LateMessage& message,
                       const std::vector<std::uint32_t>& labels) {
   JsonObject json;
-  const bool outside = message.from == kernel::index_of(kernel::kOutside);
-  json.set("message",
-           quoted(std::to_string(message.from) + ":" + std::to_string(message.incarnation)))
-      .set("from", outside ? "null" : json_of(message.from))
+  const bool external = message.from == kernel::index_of(kernel::kExternalSource);
+  json.set("message", quoted(std::to_string(message.from) + ":" + std::to_string(message.version)))
+      .set("from", external ? "null" : json_of(message.from))
       .set("kind", quoted(models::message_kinds()[message.kind]))
       .set("anti", json_of(message.anti))
       .set("arrived_s", seconds(message.arrived_ns))

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "analysis/text/exit_codes.hpp"
-#include "kernel/api/outside.hpp"
+#include "kernel/api/external_source.hpp"
 #include "kernel/api/wire.hpp"
 #include "models/world/event_kinds.hpp"
 #include "scenarios/read_scenario.hpp"
@@ -44,7 +44,7 @@ void check(const TraceRecord& record, std::uint32_t worlds, std::size_t bodies) 
                 "tells of world " + std::to_string(kernel::index_of(record.lp)));
   if (is_of_message(record.what)) {
     const bool comes = record.what == Happening::kArrived || record.what == Happening::kLate;
-    refuse_unless(is_world(record.peer) || (comes && record.peer == kernel::kOutside),
+    refuse_unless(is_world(record.peer) || (comes && record.peer == kernel::kExternalSource),
                   "tells of world " + std::to_string(kernel::index_of(record.peer)));
     refuse_unless(record.kind < models::message_kinds().size(),
                   "tells of a message of kind " + std::to_string(record.kind));
@@ -162,9 +162,9 @@ class MergedRecords {
       heads_.pop();
       WorkerRecords& records = workers_.at(worker);
       const TraceRecord& record = records.next();
-      if (by_cause_ && record.what == Happening::kSent) was_sent({record.lp, record.incarnation});
+      if (by_cause_ && record.what == Happening::kSent) was_sent({record.lp, record.version});
       if (by_cause_ && record.what == Happening::kArrived)
-        sent_.erase({record.peer, record.incarnation});
+        sent_.erase({record.peer, record.version});
       on_record(worker, record);
       records.pop();
       offer(worker);
@@ -179,9 +179,9 @@ class MergedRecords {
     const WorkerRecords& records = workers_.at(worker);
     if (!records.has_more()) return;
     const TraceRecord& record = records.next();
-    const MessageName name{record.peer, record.incarnation};
+    const MessageName name{record.peer, record.version};
     const bool waits = by_cause_ && record.what == Happening::kArrived &&
-                       record.peer != kernel::kOutside && !sent_.contains(name);
+                       record.peer != kernel::kExternalSource && !sent_.contains(name);
     if (waits)
       waiting_.emplace(name, worker);
     else

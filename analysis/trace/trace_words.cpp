@@ -4,7 +4,7 @@
 #include <array>
 
 #include "analysis/text/text_table.hpp"
-#include "kernel/api/outside.hpp"
+#include "kernel/api/external_source.hpp"
 #include "models/messages/schedule.hpp"
 #include "models/world/event_kinds.hpp"
 
@@ -54,12 +54,13 @@ std::string milliseconds(std::int64_t ns) {
 }
 
 std::string world_words(std::uint32_t world) {
-  return world == kernel::index_of(kernel::kOutside) ? "outside" : "world " + std::to_string(world);
+  return world == kernel::index_of(kernel::kExternalSource) ? "outside"
+                                                            : "world " + std::to_string(world);
 }
 
 std::string message_name(std::uint32_t source, std::uint64_t number) {
-  const bool is_outside = source == kernel::index_of(kernel::kOutside);
-  return (is_outside ? "outside" : std::to_string(source)) + ":" + std::to_string(number);
+  const bool is_external = source == kernel::index_of(kernel::kExternalSource);
+  return (is_external ? "outside" : std::to_string(source)) + ":" + std::to_string(number);
 }
 
 std::string counted(std::uint64_t count, const std::string& what) {

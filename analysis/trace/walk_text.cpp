@@ -2,7 +2,7 @@
 #include "analysis/text/text_table.hpp"
 #include "analysis/trace/recorded_walk.hpp"
 #include "analysis/trace/trace_words.hpp"
-#include "kernel/api/outside.hpp"
+#include "kernel/api/external_source.hpp"
 #include "models/messages/schedule.hpp"
 
 namespace soda::analysis {
@@ -22,7 +22,7 @@ std::string message_text(const TraceRecord& record) {
   const bool from_peer = record.what == Happening::kArrived || record.what == Happening::kLate;
   const std::string name =
       " (message " +
-      message_name(kernel::index_of(from_peer ? record.peer : record.lp), record.incarnation) + ")";
+      message_name(kernel::index_of(from_peer ? record.peer : record.lp), record.version) + ")";
   switch (record.what) {
     case Happening::kSent:
       return world + (record.anti ? " took back from " : " sent ") +

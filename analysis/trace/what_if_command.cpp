@@ -38,8 +38,8 @@ class Arrival {
     kernel::TraceChunk chunk(bytes);
     for (kernel::TraceRecord record; chunk.next(record);) {
       if (!is_awaited(record)) continue;
-      if (record.what == kernel::Happening::kArrived && !first_) first_ = record.incarnation;
-      if (record.what == kernel::Happening::kLate && first_ == record.incarnation) was_late_ = true;
+      if (record.what == kernel::Happening::kArrived && !first_) first_ = record.version;
+      if (record.what == kernel::Happening::kLate && first_ == record.version) was_late_ = true;
     }
   }
   bool was_late() const { return was_late_; }
@@ -48,7 +48,7 @@ class Arrival {
   bool is_awaited(const kernel::TraceRecord& record) const {
     return record.lp == awaited_.destination && record.peer == awaited_.source &&
            record.time == awaited_.time && record.kind == awaited_.kind &&
-           record.slot == awaited_.slot && record.incarnation >= awaited_.incarnation;
+           record.slot == awaited_.slot && record.version >= awaited_.version;
   }
 
   const kernel::AwaitedMessage awaited_;
@@ -93,7 +93,7 @@ kernel::AwaitedMessage message_of(const WhatIfRequest& request, LogReader& log) 
                      " is of no virtual run that can be executed again event for event");
   const ExecutionTrace trace = read_trace(log, logged_scenario(log, {}).territory.worlds);
   const auto found = std::ranges::find_if(trace.late, [&](const LateMessage& message) {
-    return message.from == from && message.incarnation == number;
+    return message.from == from && message.version == number;
   });
   if (found == trace.late.end())
     throw UsageError("--deliver-in-time: message " + name + " was not late in " + request.file);
@@ -102,7 +102,7 @@ kernel::AwaitedMessage message_of(const WhatIfRequest& request, LogReader& log) 
           .time = found->time,
           .kind = found->kind,
           .slot = found->slot,
-          .incarnation = number};
+          .version = number};
 }
 
 std::string change_words(const WhatIfRequest& request) {

@@ -31,8 +31,8 @@ struct WhatIf {
   ModelledRun before, after;
 };
 
-// Gating where there was none, half the buffer, twice the buffer, territories that follow the load:
-// each alone, the best first.
+// Dependency waits where there were none, half the buffer, twice the buffer, territories that
+// follow the load: each alone, the best first.
 std::vector<WhatIf> what_would_help(LogReader& log);
 std::string what_if_text(const std::vector<WhatIf>& all);
 

@@ -3,7 +3,7 @@
 
 #include "analysis/trace/trace_words.hpp"
 #include "analysis/trace/why_command.hpp"
-#include "kernel/api/outside.hpp"
+#include "kernel/api/external_source.hpp"
 #include "models/messages/schedule.hpp"
 #include "models/world/event_kinds.hpp"
 
@@ -65,11 +65,11 @@ std::string late_words(const ExecutionTrace& trace, const TracedRollback& rollba
                        const LateMessage& message, const std::vector<std::uint32_t>& labels) {
   std::string text = "  " + std::string(message.anti ? "Taken back: " : "Late: ") +
                      message_words(message.kind) + bodies_words(message, labels);
-  if (message.from == kernel::index_of(kernel::kOutside)) {
+  if (message.from == kernel::index_of(kernel::kExternalSource)) {
     text += ", from outside";
   } else {
     text += ", from world " + std::to_string(message.from) + " (message " +
-            message_name(message.from, message.incarnation) + ")";
+            message_name(message.from, message.version) + ")";
   }
   text += ", came at " + milliseconds(message.arrived_ns);
   if (const auto began = began_before(trace, rollback))

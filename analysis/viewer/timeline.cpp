@@ -8,7 +8,7 @@
 #include "analysis/trace/execution_trace.hpp"
 #include "analysis/trace/why_command.hpp"
 #include "analysis/viewer/timeline_bars.hpp"
-#include "kernel/api/outside.hpp"
+#include "kernel/api/external_source.hpp"
 #include "models/messages/schedule.hpp"
 
 namespace soda::analysis {
@@ -35,8 +35,8 @@ std::vector<RollbackNumber> costliest(const ExecutionTrace& trace, std::size_t m
 
 Timeline::Arrow arrow_of(const ExecutionTrace& trace, const LateMessage& message) {
   Timeline::Arrow arrow;
-  const bool outside = message.from == kernel::index_of(kernel::kOutside);
-  arrow.from = outside ? Timeline::kNobody : message.from;
+  const bool external = message.from == kernel::index_of(kernel::kExternalSource);
+  arrow.from = external ? Timeline::kNobody : message.from;
   arrow.arrived_ns = arrow.sent_ns = message.arrived_ns;
   arrow.sent_at = virtual_steps(message.time);
   arrow.anti = message.anti;

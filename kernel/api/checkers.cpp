@@ -1,8 +1,8 @@
 #include "kernel/api/checkers.hpp"
 
+#include "kernel/api/external_source.hpp"
 #include "kernel/api/hash_mix.hpp"
 #include "kernel/api/invariant.hpp"
-#include "kernel/api/outside.hpp"
 
 namespace soda::kernel {
 namespace {
@@ -15,7 +15,8 @@ void require(bool holds, const Values&... values) {
 }  // namespace
 
 void GvtChecker::on_send(const Message& message) {
-  const bool in_time = message.source == kOutside ? message.time >= gvt_ : message.time > gvt_;
+  const bool in_time =
+      message.source == kExternalSource ? message.time >= gvt_ : message.time > gvt_;
   require(in_time, "LP ", index_of(message.source), " sends ",
           message.anti ? "an anti-message" : "a message", " to LP ", index_of(message.destination),
           " at ", message.time, ", GVT is ", gvt_);
@@ -57,14 +58,14 @@ void WindowChecker::on_gvt(VirtualTime gvt, std::span<const VirtualTime>) { gvt_
 
 void ConservationChecker::on_send(const Message& message) {
   ++sent_;
-  const MessageRegister place{message.time, message.destination, message.source, message.kind,
-                              message.slot};
+  const MessageId place{message.time, message.destination, message.source, message.kind,
+                        message.slot};
   const auto live = live_.find(place);
   if (message.anti) {
     require(live != live_.end(), "the anti-message of LP ", index_of(message.source), " to LP ",
             index_of(message.destination), " at ", message.time, " (kind ", message.kind, ", slot ",
             message.slot, ") annihilates nothing");
-    require(live->second < message.incarnation, "the anti-message of LP ", index_of(message.source),
+    require(live->second < message.version, "the anti-message of LP ", index_of(message.source),
             " to LP ", index_of(message.destination), " at ", message.time,
             " is older than what it annihilates");
     live_.erase(live);
@@ -73,7 +74,7 @@ void ConservationChecker::on_send(const Message& message) {
   }
   ++positive_;
   if (live != live_.end()) ++replaced_;
-  live_[place] = message.incarnation;
+  live_[place] = message.version;
 }
 
 void ConservationChecker::on_deliver(const Message&) { ++delivered_; }
@@ -88,21 +89,21 @@ void BagFollower<Value>::on_commit(LpId lp, VirtualTime now) {
   on_committed(lp, now, *value);
 }
 
-template class BagFollower<std::vector<MessageRegister>>;
+template class BagFollower<std::vector<MessageId>>;
 template class BagFollower<CommittedBag>;
 
-std::vector<MessageRegister> ConservationChecker::value_of(LpId lp, VirtualTime now,
-                                                           std::span<const MessageView> bag,
-                                                           std::optional<std::uint64_t>) const {
-  std::vector<MessageRegister> members;
+std::vector<MessageId> ConservationChecker::value_of(LpId lp, VirtualTime now,
+                                                     std::span<const MessageView> bag,
+                                                     std::optional<std::uint64_t>) const {
+  std::vector<MessageId> members;
   for (const MessageView& message : bag)
     members.emplace_back(now, lp, message.source, message.kind, message.slot);
   return members;
 }
 
 void ConservationChecker::on_committed(LpId lp, VirtualTime now,
-                                       const std::vector<MessageRegister>& members) {
-  for (const MessageRegister& member : members) {
+                                       const std::vector<MessageId>& members) {
+  for (const MessageId& member : members) {
     require(live_.erase(member) == 1, "LP ", index_of(lp), " commits ", now,
             " with a message of LP ", index_of(std::get<2>(member)), " (kind ", std::get<3>(member),
             ", slot ", std::get<4>(member), ") that its sender took back");

@@ -70,12 +70,12 @@ class BagFollower : public RunObserver {
 };
 
 // (time, destination, source, kind, slot)
-using MessageRegister = std::tuple<VirtualTime, LpId, LpId, std::uint32_t, std::uint32_t>;
+using MessageId = std::tuple<VirtualTime, LpId, LpId, std::uint32_t, std::uint32_t>;
 
 // Every anti-message annihilates exactly one message; what is committed at a time consumed exactly
 // the messages that live there; at the end, sent = consumed + annihilated + replaced, and nothing
 // is on its way.
-class ConservationChecker final : public BagFollower<std::vector<MessageRegister>> {
+class ConservationChecker final : public BagFollower<std::vector<MessageId>> {
  public:
   void on_send(const Message& message) override;
   void on_deliver(const Message& message) override;
@@ -83,11 +83,11 @@ class ConservationChecker final : public BagFollower<std::vector<MessageRegister
   void on_end() override;
 
  private:
-  std::vector<MessageRegister> value_of(LpId lp, VirtualTime now, std::span<const MessageView> bag,
-                                        std::optional<std::uint64_t> digest) const override;
-  void on_committed(LpId lp, VirtualTime now, const std::vector<MessageRegister>& members) override;
+  std::vector<MessageId> value_of(LpId lp, VirtualTime now, std::span<const MessageView> bag,
+                                  std::optional<std::uint64_t> digest) const override;
+  void on_committed(LpId lp, VirtualTime now, const std::vector<MessageId>& members) override;
 
-  std::map<MessageRegister, std::uint64_t> live_;  // the incarnation that its sender stands by
+  std::map<MessageId, std::uint64_t> live_;  // the version that its sender stands by
   std::uint64_t positive_ = 0, annihilated_ = 0, replaced_ = 0, consumed_ = 0;
   std::uint64_t sent_ = 0, delivered_ = 0;
 };

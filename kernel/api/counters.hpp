@@ -14,8 +14,8 @@ struct Counters {
   std::uint64_t rollbacks = 0;    // calls of rewind
   std::uint64_t stragglers = 0;   // messages (or anti-messages) at or before the last executed time
   std::uint64_t messages = 0;     // positive messages sent
-  std::uint64_t anti_messages = 0;  // empty incarnations sent
-  std::uint64_t withdrawn = 0;      // of these, sent at once to whom a rollback disappoints
+  std::uint64_t anti_messages = 0;  // empty versions sent
+  std::uint64_t withdrawn = 0;      // of these, sent at once because a rollback changes what comes
   std::uint64_t jumps = 0;          // times that undone executions were put back in force
   std::uint64_t absorbed = 0;       // changed bags that needed no rollback
   std::uint64_t adopted = 0;        // re-sends equal to what was already sent (lazy cancellation)
@@ -25,7 +25,7 @@ struct Counters {
   std::uint64_t alone = 0;     // bags after which their worker knew GVT by itself, without a round
   std::uint64_t batches = 0;   // looks at the inbox after more than one bag
   std::uint64_t shuffled = 0;  // LPs picked at random, by a scheduling seed
-  std::uint64_t held = 0;      // times that an LP waited for messages that it expects (gating)
+  std::uint64_t held = 0;      // dependency waits: times that an LP waited for messages it expects
   std::uint64_t failed = 0;    // executions that an exception left
   std::uint64_t to_threads = 0;    // messages put into another thread's inbox
   std::uint64_t to_ranks = 0;      // messages for other ranks

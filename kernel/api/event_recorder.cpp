@@ -185,7 +185,7 @@ void EventRecorder::message_record(Happening what, const Message& message, Virtu
   record.other = at;
   record.kind = message.kind;
   record.slot = message.slot;
-  record.incarnation = message.incarnation;
+  record.version = message.version;
   record.anti = message.anti;
   record.note = note;
   write(record);
@@ -206,7 +206,7 @@ void EventRecorder::write(const TraceRecord& record) {
     put_number(index_of(record.peer));
     put_number(record.kind);
     put_number(record.slot);
-    put_number(record.incarnation);
+    put_number(record.version);
   }
   if (has_note(record.what)) {
     put_number(record.note.size());
@@ -264,7 +264,7 @@ bool TraceChunk::next(TraceRecord& record) {
     record.peer = LpId{take_32()};
     record.kind = take_32();
     record.slot = take_32();
-    record.incarnation = take_number();
+    record.version = take_number();
   }
   if (has_note(record.what)) {
     const std::uint64_t bytes = take_number();

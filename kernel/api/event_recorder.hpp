@@ -42,7 +42,7 @@ enum class Happening : std::uint8_t {
   kAbsorbed = 6,    // the bag of `time` has changed without effect; `anew`: and counts as executed
   kRewound = 7,     // goes back to `time` because of a change at `other`; the note is a Refusal
   kRolledBack = 8,  // the execution of `time` is undone
-  kPutBack = 9,     // it stands again as it did
+  kPutBack = 9,     // it is revalidated
   kJumped = 10,     // goes on at `time` without executing what lies between
   kCommitted = 11,  // `time`
   kGvt = 12,        // is `time`
@@ -63,7 +63,7 @@ struct TraceRecord {
   VirtualTime other = kBeginning;
   LpId lp{}, peer{};
   std::uint32_t kind = 0, slot = 0;  // of a message
-  std::uint64_t incarnation = 0;     // of a message: with its source, its name
+  std::uint64_t version = 0;         // of a message: with its source, its name
   Happening what{};
   bool anti = false;
   bool anew = false;

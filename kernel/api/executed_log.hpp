@@ -41,7 +41,7 @@ class ExecutedLog {
     entries.erase(first, entries.end());
   }
 
-  // What was undone last at each time of [now, resume) stands again.
+  // What was undone last at each time of [now, resume) is revalidated.
   void restore(LpId lp, VirtualTime now, VirtualTime resume) {
     std::vector<Entry>& entries = of(lp);
     std::vector<Entry>& undone = undone_[index_of(lp)];

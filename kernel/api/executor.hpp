@@ -13,8 +13,8 @@
 
 #include "kernel/api/counters.hpp"
 #include "kernel/api/event_recorder.hpp"
+#include "kernel/api/external_source.hpp"
 #include "kernel/api/logical_process.hpp"
-#include "kernel/api/outside.hpp"
 #include "kernel/api/time_account.hpp"
 #include "kernel/api/virtual_time.hpp"
 
@@ -69,10 +69,10 @@ using ProgressFn = std::function<void(VirtualTime gvt, const Counters& so_far)>;
 // The oracle that the others are compared with. A time is committed when all LPs have executed it.
 // LP i of the span is LpId{i}. An exception that leaves a handler is thrown here, by all executors
 // when everything before its time has been committed and nothing else: see
-// LogicalProcess::execute(). `outside` may be null; nothing runs ahead of its floor: a time is
+// LogicalProcess::execute(). `external` may be null; nothing runs ahead of its floor: a time is
 // executed when the floor has passed it. A stop request (or null) is looked at before each new t.
 RunResult run_sequential(std::span<const std::unique_ptr<LogicalProcess>> lps, VirtualTime end,
-                         const ProgressFn& progress = {}, Outside* outside = nullptr,
+                         const ProgressFn& progress = {}, ExternalSource* external = nullptr,
                          const StopRequest* stop = nullptr, const Recording& recording = {});
 
 // What makes sure that causes come before effects.
@@ -91,7 +91,7 @@ struct ThreadsOptions {
   std::uint64_t scheduling_seed = 0;
   Synchronisation synchronisation = Synchronisation::kOptimistic;
   // May be null, or must outlive the run. Of ranks, the root's counts.
-  Outside* outside = nullptr;
+  ExternalSource* external = nullptr;
   const StopRequest* stop = nullptr;  // the same; of ranks, that of any ends the run of all
   Recording recording = {};           // of ranks, each has its own trace
 };

@@ -52,13 +52,13 @@ class Outbox {
   // A hint, without effect on what is committed: all that this LP sends `destination` from now on
   // will differ from what executions that were undone have sent. So that is taken back at once,
   // not when the LP comes to it.
-  virtual void withdraw(LpId /*destination*/) {}
+  virtual void cancel_eagerly(LpId /*destination*/) {}
   // Records a fault of the event being executed; the first one counts.
   virtual void fault(Fault fault) = 0;
 };
 
 // A logical process. All messages of one time arrive together, as one bag in canonical order;
-// besides messages, an LP has an agenda: times at which it wants to run by itself.
+// besides messages, an LP has a future event list: times at which it wants to run by itself.
 //
 // Contract: `execute` is a pure function of (state, now, bag). An optimistic executor calls
 //   mark(now)      before execute(now, ...): the LP may save its state here (it need not at every
@@ -85,8 +85,8 @@ class Outbox {
 class LogicalProcess {
  public:
   virtual ~LogicalProcess() = default;
-  // The next time on the agenda, > kBeginning and > the last executed time; kNever if only messages
-  // wake the LP.
+  // The next time on the future event list, > kBeginning and > the last executed time; kNever if
+  // only messages wake the LP.
   virtual VirtualTime next_time() const = 0;
   virtual void execute(VirtualTime now, std::span<const MessageView> bag, Outbox& outbox) = 0;
   virtual void mark(VirtualTime now) = 0;
@@ -107,11 +107,11 @@ class LogicalProcess {
   // at `to` or later, where execution resumes.
   virtual void rewound(VirtualTime /*to*/) {}
   // Called before a rollback for each changed time that the LP has executed or passed over,
-  // earliest first: its messages are now `bag`, which is empty only if the time was on its agenda.
-  // True if the executions that stand, with this one
-  // (which is there now if it was not), send, leave behind and ask for just what they would with
-  // the new bag: then nothing is undone, but what comes next may be executed in another way. False,
-  // and no change, if it cannot tell. Asked only of an LP that absorbs(), which does not change.
+  // earliest first: its messages are now `bag`, which is empty only if the time was on its future
+  // event list. True if the executions that stand, with this one (which is there now if it was
+  // not), send, leave behind and ask for just what they would with the new bag: then nothing is
+  // undone, but what comes next may be executed in another way. False, and no change, if it cannot
+  // tell. Asked only of an LP that absorbs(), which does not change.
   virtual bool absorb(VirtualTime /*now*/, std::span<const MessageView> /*bag*/) { return false; }
   virtual bool absorbs() const { return false; }
   // Of the last absorb() that was false.
@@ -123,18 +123,18 @@ class LogicalProcess {
   // Called if it is: the bags are the same up to `limit`, so what was undone would come out as it
   // did. Puts it back in force up to a restart point <= limit, which is its next time then.
   virtual void jump(VirtualTime /*limit*/) {}
-  // Gating: whether an optimistic executor should wait before it executes `now` with this bag, its
-  // next time, because the LP expects more messages of that time. A guess: it waits until the bag
-  // has changed or GVT has reached `now`, so it costs time at most. A pure function of (state, now,
-  // bag). Asked only of an LP that gates(), which does not change.
+  // Dependency waits: whether an optimistic executor should wait before it executes `now` with this
+  // bag, its next time, because the LP expects more messages of that time. A guess: it waits until
+  // the bag has changed or GVT has reached `now`, so it costs time at most. A pure function of
+  // (state, now, bag). Asked only of an LP that waits_for_dependencies(), which does not change.
   virtual bool holds(VirtualTime /*now*/, std::span<const MessageView> /*bag*/) const {
     return false;
   }
-  virtual bool gates() const { return false; }
-  // After a rollback of an LP that gates(): the LPs to which it will send other messages than those
-  // that were undone, as far as it can tell. They are taken back at once, so that nobody works with
-  // them.
-  virtual std::vector<LpId> disappoints() const { return {}; }
+  virtual bool waits_for_dependencies() const { return false; }
+  // After a rollback of an LP that waits_for_dependencies(): the LPs to which it will send other
+  // messages than those that were undone, as far as it can tell. They are taken back at once, so
+  // that nobody works with them.
+  virtual std::vector<LpId> eager_cancellations() const { return {}; }
   virtual void commit(VirtualTime now) = 0;
   // Of all that later executions depend on. For checks only; 0 from an LP that does not tell.
   virtual std::uint64_t digest() const { return 0; }

@@ -13,20 +13,20 @@
 
 namespace soda::kernel {
 
-// A message is the content of a register, named by (source, destination, time, kind, slot). The
-// newest incarnation of a register wins, in whatever order they arrive; an anti-message is a newer,
-// empty one. So channels need no order, and an anti-message may overtake what it annihilates.
+// A message has an id: (source, destination, time, kind, slot). Its newest version wins, in
+// whatever order they arrive; an anti-message is a newer, empty one. So channels need no order, and
+// an anti-message may overtake what it annihilates.
 struct alignas(64) Message {
   Message() = default;
   Message(VirtualTime time_, LpId source_, LpId destination_, std::uint32_t kind_,
-          std::uint32_t slot_, std::uint64_t incarnation_, bool anti_, Payload payload_,
+          std::uint32_t slot_, std::uint64_t version_, bool anti_, Payload payload_,
           bool first_ = false)
       : time(time_),
         source(source_),
         destination(destination_),
         kind(kind_),
         slot(slot_),
-        incarnation(incarnation_),
+        version(version_),
         anti(anti_),
         first(first_),
         payload(std::move(payload_)) {}
@@ -37,9 +37,9 @@ struct alignas(64) Message {
   LpId destination{};
   std::uint32_t kind = 0;
   std::uint32_t slot = 0;
-  std::uint64_t incarnation : 62 = 0;  // rises with every message of the source, over rollbacks
+  std::uint64_t version : 62 = 0;  // rises with every message of the source, over rollbacks
   bool anti : 1 = false;
-  bool first : 1 = false;  // known to be the first incarnation of its register; never an anti
+  bool first : 1 = false;  // known to be the first version of its message; never an anti
   Payload payload;
 };
 static_assert(sizeof(Message) == 64, "one cache line");
@@ -53,12 +53,12 @@ inline void move_all(std::vector<Message>& from, std::vector<Message>& to) {
   from.clear();
 }
 
-// Canonical order of the registers of one destination: bags are runs of equal time.
-inline auto register_key(const Message& message) {
+// Canonical order of the messages of one destination: bags are runs of equal time.
+inline auto message_id(const Message& message) {
   return std::tuple(message.time, message.source, message.kind, message.slot);
 }
 
-// A register as its sender names it.
+// A message id as its sender names it.
 struct OutputId {
   VirtualTime time;
   LpId destination{};

@@ -26,7 +26,7 @@ class RunObserver {
   // A message or anti-message leaves its LP; and comes to its receiver.
   virtual void on_send(const Message&) {}
   virtual void on_deliver(const Message&) {}
-  // It will not come, for a newer one of the same register has been sent.
+  // It will not come, for a newer version of it has been sent.
   virtual void on_drop(const Message&) {}
   // After the LP has executed `now`; `digest` is its LogicalProcess::digest().
   virtual void on_execute(LpId, VirtualTime /*now*/, std::span<const MessageView> /*bag*/,
@@ -35,7 +35,7 @@ class RunObserver {
   virtual void on_absorb(LpId, VirtualTime /*now*/, std::span<const MessageView> /*bag*/) {}
   // What the LP had executed at `restart` and later is undone.
   virtual void on_rewind(LpId, VirtualTime /*restart*/) {}
-  // Of what was undone, what lies in [now, resume) stands again as it did.
+  // Of what was undone, what lies in [now, resume) is revalidated.
   virtual void on_jump(LpId, VirtualTime /*now*/, VirtualTime /*resume*/) {}
   virtual void on_commit(LpId, VirtualTime /*now*/) {}
   // A new GVT is announced, before anything is committed for it. `floors[i]` is that of LP i now.
@@ -91,8 +91,8 @@ class ObservedProcess final : public LogicalProcess {
   bool holds(VirtualTime now, std::span<const MessageView> bag) const override {
     return lp_.holds(now, bag);
   }
-  bool gates() const override { return lp_.gates(); }
-  std::vector<LpId> disappoints() const override { return lp_.disappoints(); }
+  bool waits_for_dependencies() const override { return lp_.waits_for_dependencies(); }
+  std::vector<LpId> eager_cancellations() const override { return lp_.eager_cancellations(); }
   void commit(VirtualTime now) override {
     lp_.commit(now);
     observer_.on_commit(id_, now);

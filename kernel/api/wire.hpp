@@ -52,7 +52,7 @@ inline void append_message(Bytes& bytes, const Message& message) {
   append_number(bytes, index_of(message.destination));
   append_number(bytes, message.kind);
   append_number(bytes, message.slot);
-  append_number(bytes, std::uint64_t{message.incarnation} << 2 | std::uint64_t{message.first} << 1 |
+  append_number(bytes, std::uint64_t{message.version} << 2 | std::uint64_t{message.first} << 1 |
                            std::uint64_t{message.anti});
   const std::span<const std::byte> payload = message.payload.bytes();
   append_number(bytes, static_cast<std::uint32_t>(payload.size()));
@@ -67,10 +67,10 @@ inline Message take_message(std::span<const std::byte>& bytes) {
   message.destination = LpId{take_number<std::uint32_t>(bytes)};
   message.kind = take_number<std::uint32_t>(bytes);
   message.slot = take_number<std::uint32_t>(bytes);
-  const auto incarnation = take_number<std::uint64_t>(bytes);
-  message.incarnation = incarnation >> 2;
-  message.first = (incarnation & 2) != 0;
-  message.anti = (incarnation & 1) != 0;
+  const auto version = take_number<std::uint64_t>(bytes);
+  message.version = version >> 2;
+  message.first = (version & 2) != 0;
+  message.anti = (version & 1) != 0;
   const auto size = take_number<std::uint32_t>(bytes);
   SODA_ASSERT(bytes.size() >= size, "a packet ends early");
   message.payload = Payload(bytes.first(size));

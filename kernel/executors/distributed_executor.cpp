@@ -6,7 +6,7 @@
 #include "kernel/api/partition.hpp"
 #include "kernel/api/wire.hpp"
 #include "kernel/executors/rank_link.hpp"
-#include "kernel/executors/team.hpp"
+#include "kernel/executors/worker_group.hpp"
 
 namespace soda::kernel {
 namespace {
@@ -59,9 +59,9 @@ RunResult run_distributed(std::span<const std::unique_ptr<LogicalProcess>> lps, 
   transport.set_runs(true);
 
   RankLink link(transport, records);
-  Team team(all_workers(transport, options.threads, lps.size()),
-            std::size_t{options.threads} * transport.rank(), options.threads, &link);
-  RunResult own = run_team(team, lps, end, options, progress);
+  WorkerGroup group(all_workers(transport, options.threads, lps.size()),
+                    std::size_t{options.threads} * transport.rank(), options.threads, &link);
+  RunResult own = run_worker_group(group, lps, end, options, progress);
   link.close();
 
   const std::vector<Bytes> all = transport.gather(encode(own));

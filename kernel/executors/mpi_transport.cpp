@@ -123,6 +123,8 @@ class MpiTransport final : public Transport {
     MPI_Request request = MPI_REQUEST_NULL;
   };
 
+  // MPI fixes the types.
+  // NOLINTNEXTLINE(readability-non-const-parameter)
   static void combine_all(void* from, void* into, int* count, MPI_Datatype*) {
     for (int i = 0; i < *count; ++i)
       combine(static_cast<const GvtEstimate*>(from)[i], static_cast<GvtEstimate*>(into)[i]);

@@ -5,8 +5,8 @@
 #include <set>
 #include <utility>
 
+#include "kernel/api/external_source.hpp"
 #include "kernel/api/invariant.hpp"
-#include "kernel/api/outside.hpp"
 #include "kernel/time_warp/time_warp_process.hpp"
 
 namespace soda::kernel {
@@ -15,7 +15,7 @@ namespace {
 class RecordedRun {
  public:
   RecordedRun(std::span<const std::unique_ptr<LogicalProcess>> lps, VirtualTime end,
-              const RecordedOrder& order, std::span<const Message> from_outside,
+              const RecordedOrder& order, std::span<const Message> external_messages,
               const Recording& recording)
       : end_(end),
         order_(order),
@@ -33,7 +33,7 @@ class RecordedRun {
         if (act.what != Happening::kGvt) own.insert(index_of(act.lp));
       own_.emplace_back(own.begin(), own.end());
     }
-    for (const Message& message : from_outside) add_from_outside(message);
+    for (const Message& message : external_messages) add_external(message);
   }
 
   RunResult run() {
@@ -79,7 +79,7 @@ class RecordedRun {
       return true;
     }
     if (act.what == Happening::kArrived)
-      return act.peer == kOutside ? arrive_from_outside(worker, act) : arrive(worker, act);
+      return act.peer == kExternalSource ? arrive_external(worker, act) : arrive(worker, act);
     TimeWarpProcess& process = processes_[index_of(act.lp)];
     if (act.what == Happening::kSettled) {
       process.settle(effects_);
@@ -94,7 +94,7 @@ class RecordedRun {
   }
 
   bool arrive(std::size_t worker, const RecordedAct& act) {
-    const auto found = sent_.find({act.peer, act.incarnation});
+    const auto found = sent_.find({act.peer, act.version});
     if (found == sent_.end()) return false;
     if (found->second.destination != act.lp || found->second.time != act.time)
       refuse(worker, describe("is sent a message of LP ", index_of(act.peer), " for ", act.time,
@@ -106,14 +106,14 @@ class RecordedRun {
     return true;
   }
 
-  bool arrive_from_outside(std::size_t worker, const RecordedAct& act) {
-    const auto found = from_outside_.find({act.time, act.lp, act.kind, act.slot});
-    if (found == from_outside_.end())
+  bool arrive_external(std::size_t worker, const RecordedAct& act) {
+    const auto found = external_messages_.find({act.time, act.lp, act.kind, act.slot});
+    if (found == external_messages_.end())
       refuse(worker, describe("is sent something from outside for ", act.time,
                               " that is not there: kind ", act.kind, ", slot ", act.slot));
-    found->second.incarnation = act.incarnation;
+    found->second.version = act.version;
     deliver(worker, std::move(found->second));
-    from_outside_.erase(found);
+    external_messages_.erase(found);
     take_outgoing(worker);
     return true;
   }
@@ -125,16 +125,16 @@ class RecordedRun {
     if (processes_[lp].deliver(std::move(message), effects_)) is_settled_[lp] = false;
   }
 
-  void add_from_outside(const Message& message) {
+  void add_external(const Message& message) {
     if (message.time >= end_) return;
     Message own = message;
-    own.source = kOutside;
+    own.source = kExternalSource;
     if (order_.in_sequence) {
-      own.incarnation = next_incarnation_++;
+      own.version = next_version_++;
       processes_[index_of(own.destination)].deliver(std::move(own), effects_);
     } else {
       const OutputId name{own.time, own.destination, own.kind, own.slot};
-      from_outside_.emplace(name, std::move(own));
+      external_messages_.emplace(name, std::move(own));
     }
   }
 
@@ -142,7 +142,7 @@ class RecordedRun {
     std::vector<Message> outgoing;
     outgoing.swap(effects_.outgoing);
     for (Message& message : outgoing) {
-      const std::pair name(message.source, std::uint64_t{message.incarnation});
+      const std::pair name(message.source, std::uint64_t{message.version});
       if (order_.in_sequence)
         deliver(worker, std::move(message));
       else
@@ -183,16 +183,16 @@ class RecordedRun {
   std::vector<VirtualTime> horizons_;            // of each LP: what was committed
   std::vector<bool> is_settled_;                 // of each LP: it may execute
   std::map<std::pair<LpId, std::uint64_t>, Message> sent_;  // and not arrived
-  std::map<OutputId, Message> from_outside_;                // the same
-  std::uint64_t next_incarnation_ = 1;                      // of what comes from there in sequence
+  std::map<OutputId, Message> external_messages_;           // the same
+  std::uint64_t next_version_ = 1;                          // of what comes from there in sequence
 };
 
 }  // namespace
 
 RunResult run_as_recorded(std::span<const std::unique_ptr<LogicalProcess>> lps, VirtualTime end,
-                          const RecordedOrder& order, std::span<const Message> from_outside,
+                          const RecordedOrder& order, std::span<const Message> external_messages,
                           const Recording& recording) {
-  RunResult result = RecordedRun(lps, end, order, from_outside, recording).run();
+  RunResult result = RecordedRun(lps, end, order, external_messages, recording).run();
   raise_failure(result);
   return result;
 }

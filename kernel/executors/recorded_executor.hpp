@@ -19,7 +19,7 @@ struct RecordedAct {
   LpId lp{}, peer{};
   VirtualTime time;
   // Of what arrived; kind and slot tell what came from outside.
-  std::uint64_t incarnation = 0;
+  std::uint64_t version = 0;
   std::uint32_t kind = 0, slot = 0;
 };
 struct RecordedOrder {
@@ -39,10 +39,10 @@ class NotAsRecorded : public std::runtime_error {
 
 // Drives every LP through the acts of `order`: the same messages late, the same rollbacks, event
 // for event. Acts of different workers come in any order in which what arrives has been sent.
-// `from_outside`: the messages of the run's Outside. Of an order that is not whole, the LPs are
-// left as its acts leave them.
+// `external_messages`: the messages of the run's ExternalSource. Of an order that is not whole, the
+// LPs are left as its acts leave them.
 RunResult run_as_recorded(std::span<const std::unique_ptr<LogicalProcess>> lps, VirtualTime end,
-                          const RecordedOrder& order, std::span<const Message> from_outside,
+                          const RecordedOrder& order, std::span<const Message> external_messages,
                           const Recording& recording);
 
 }  // namespace soda::kernel

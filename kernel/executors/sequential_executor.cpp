@@ -33,30 +33,30 @@ using Queue = CalendarQueue<Entry>;
 class SequentialRun final : public Outbox {
  public:
   SequentialRun(std::span<const std::unique_ptr<LogicalProcess>> lps, VirtualTime end,
-                Outside* outside, const StopRequest* stop, const Recording& recording)
+                ExternalSource* external, const StopRequest* stop, const Recording& recording)
       : lps_(lps),
         end_(end),
-        outside_(outside, lps.size(), end),
+        external_(external, lps.size(), end),
         stop_(stop),
         records_(recording.kind_of != nullptr),
         recorder_(recording, 0),
-        agenda_(lps.size(), kNever) {
+        future_events_(lps.size(), kNever) {
     for (std::uint32_t i = 0; i < lps.size(); ++i) {
       const VirtualTime first = lps[i]->next_time();
-      SODA_ASSERT(first > kBeginning, "agenda of LP ", i, " begins at ", first,
+      SODA_ASSERT(first > kBeginning, "future event list of LP ", i, " begins at ", first,
                   ", which is earlier than every time that can be executed");
-      push_agenda(LpId{i}, first);
+      push_future_event(LpId{i}, first);
     }
   }
 
   RunResult run(const ProgressFn& progress) {
-    if (outside_.exists()) ask_outside(true);
+    if (external_.exists()) ask_external(true);
     while (!queue_.empty()) {
       execute_time(next_time());
       if (result_.fault) break;
       commit_time();
       const bool t_ends = next_or_end().t != now_.t;
-      if (outside_.exists() && (t_ends || next_or_end() >= open_until_)) ask_outside(t_ends);
+      if (external_.exists() && (t_ends || next_or_end() >= open_until_)) ask_external(t_ends);
       if (progress && (queue_.empty() || next_time().t != now_.t))
         progress(queue_.empty() ? end_ : next_time(), result_.counters);
       if (next_or_end() < end_ && next_time().t != now_.t && stop_wanted() != 0) {
@@ -103,21 +103,21 @@ class SequentialRun final : public Outbox {
 
   // Until what comes next can be executed: nothing may come from outside any more at that time; or,
   // if a t has ended, until the run is to stop there. Everything before it is irrevocable already.
-  void ask_outside(bool t_ends) {
+  void ask_external(bool t_ends) {
     while (true) {
-      const VirtualTime gvt = outside_.hold(next_or_end());
+      const VirtualTime gvt = external_.hold(next_or_end());
       if (gvt >= end_) return;
-      from_outside_.clear();
-      outside_.take(gvt, gvt, from_outside_);
-      result_.counters.messages += from_outside_.size();
-      for (Message& message : from_outside_)
+      external_messages_.clear();
+      external_.take(gvt, gvt, external_messages_);
+      result_.counters.messages += external_messages_.size();
+      for (Message& message : external_messages_)
         queue_.push({message.time.t, message.time.round, index_of(message.destination)},
-                    std::uint64_t{message.slot}, kOutside, message.kind,
+                    std::uint64_t{message.slot}, kExternalSource, message.kind,
                     std::move(message.payload));
-      open_until_ = outside_.hold(kNever);
+      open_until_ = external_.hold(kNever);
       if (next_or_end() < open_until_ || open_until_ >= end_) return;
       if (t_ends && stop_wanted() != 0) return;
-      wait_for_outside();
+      wait_for_external();
     }
   }
 
@@ -130,7 +130,7 @@ class SequentialRun final : public Outbox {
     do {
       const LpId lp{queue_.top().lp};
       take_bag(lp);
-      // Nothing to do: the wish of an LP that has changed its agenda since.
+      // Nothing to do: the wish of an LP that has changed its future event list since.
       if (bag_.empty() && lps_[index_of(lp)]->next_time() != now_) continue;
       execute(lp);
     } while (!queue_.empty() && next_time() == time);
@@ -143,7 +143,7 @@ class SequentialRun final : public Outbox {
       queue_.pop(bag_);
       if (bag_.back().is_message()) continue;
       bag_.pop_back();
-      if (agenda_[index_of(lp)] == now_) agenda_[index_of(lp)] = kNever;
+      if (future_events_[index_of(lp)] == now_) future_events_[index_of(lp)] = kNever;
     } while (!queue_.empty() && queue_.top() == key);
     if (bag_.size() > 1) std::sort(bag_.begin(), bag_.end(), comes_first);
   }
@@ -168,14 +168,14 @@ class SequentialRun final : public Outbox {
     if (records_) [[unlikely]]
       recorder_.executed(lp, now_, began_ns, false);
     executed_.push_back(lp);
-    push_agenda(lp, process.next_time());
+    push_future_event(lp, process.next_time());
   }
 
   void view(const Entry& entry) {
-    const bool same_register =
+    const bool same_id =
         !views_.empty() && views_.back().source == entry.source && views_.back().kind == entry.kind;
-    std::uint32_t slot = same_register ? views_.back().slot + 1 : 0;
-    if (entry.source == kOutside) slot = static_cast<std::uint32_t>(entry.number);
+    std::uint32_t slot = same_id ? views_.back().slot + 1 : 0;
+    if (entry.source == kExternalSource) slot = static_cast<std::uint32_t>(entry.number);
     views_.push_back({entry.source, entry.kind, slot, entry.payload.bytes()});
   }
 
@@ -188,24 +188,24 @@ class SequentialRun final : public Outbox {
     result_.counters.committed += executed_.size();
   }
 
-  void push_agenda(LpId lp, VirtualTime next) {
-    SODA_ASSERT(result_.counters.executed == 0 || next > now_, "agenda of LP ", index_of(lp),
-                " after executing ", now_, " is ", next);
-    if (next >= end_ || next == agenda_[index_of(lp)]) return;
-    agenda_[index_of(lp)] = next;
+  void push_future_event(LpId lp, VirtualTime next) {
+    SODA_ASSERT(result_.counters.executed == 0 || next > now_, "future event list of LP ",
+                index_of(lp), " after executing ", now_, " is ", next);
+    if (next >= end_ || next == future_events_[index_of(lp)]) return;
+    future_events_[index_of(lp)] = next;
     queue_.push({next.t, next.round, index_of(lp)});
   }
 
   std::span<const std::unique_ptr<LogicalProcess>> lps_;
   const VirtualTime end_;
-  OutsideDoor outside_;
+  ExternalSourceDoor external_;
   const StopRequest* const stop_;
   const bool records_;
   EventRecorder recorder_;
-  VirtualTime open_until_ = kNever;    // the floor of the outside when it was last asked
-  std::vector<Message> from_outside_;  // scratch
+  VirtualTime open_until_ = kNever;  // the floor of the external source when it was last asked
+  std::vector<Message> external_messages_;  // scratch
   Queue queue_;
-  std::vector<VirtualTime> agenda_;  // of each LP, the wish queued last; kNever if none
+  std::vector<VirtualTime> future_events_;  // of each LP, the wish queued last; kNever if none
   VirtualTime now_ = kBeginning;
   LpId executing_{};
   bool tells_fault_ = false;  // in this execution
@@ -218,9 +218,9 @@ class SequentialRun final : public Outbox {
 }  // namespace
 
 RunResult run_sequential(std::span<const std::unique_ptr<LogicalProcess>> lps, VirtualTime end,
-                         const ProgressFn& progress, Outside* outside, const StopRequest* stop,
-                         const Recording& recording) {
-  return SequentialRun(lps, end, outside, stop, recording).run(progress);
+                         const ProgressFn& progress, ExternalSource* external,
+                         const StopRequest* stop, const Recording& recording) {
+  return SequentialRun(lps, end, external, stop, recording).run(progress);
 }
 
 }  // namespace soda::kernel

@@ -8,8 +8,8 @@
 
 #include "kernel/api/executor.hpp"
 #include "kernel/api/invariant.hpp"
-#include "kernel/executors/team.hpp"
 #include "kernel/executors/worker.hpp"
+#include "kernel/executors/worker_group.hpp"
 
 namespace soda::kernel {
 namespace {
@@ -20,12 +20,12 @@ struct FirstError {
   std::exception_ptr error;
 };
 
-void stop(Team& team) {
-  team.rounds.stop_run();
-  for (Inbox& inbox : team.inboxes) inbox.wake();
+void stop(WorkerGroup& group) {
+  group.rounds.stop_run();
+  for (Inbox& inbox : group.inboxes) inbox.wake();
 }
 
-void run_worker(Worker& worker, Team& team, FirstError& first) {
+void run_worker(Worker& worker, WorkerGroup& group, FirstError& first) {
   try {
     worker.run();
   } catch (...) {
@@ -33,22 +33,22 @@ void run_worker(Worker& worker, Team& team, FirstError& first) {
       const std::lock_guard lock(first.mutex);
       if (!first.error) first.error = std::current_exception();
     }
-    stop(team);
+    stop(group);
   }
 }
 
 // All but the first, which is the caller. If the system does not give as many, those that have
 // started end before this throws.
-std::vector<std::jthread> start_workers(std::deque<Worker>& workers, Team& team,
+std::vector<std::jthread> start_workers(std::deque<Worker>& workers, WorkerGroup& group,
                                         FirstError& first) {
   std::vector<std::jthread> threads;
   threads.reserve(workers.size());
   try {
     for (std::size_t i = 1; i < workers.size(); ++i)
-      threads.emplace_back([&, i] { run_worker(workers[i], team, first); });
+      threads.emplace_back([&, i] { run_worker(workers[i], group, first); });
   } catch (const std::system_error& error) {
     const std::size_t started = threads.size() + 1;
-    stop(team);
+    stop(group);
     threads.clear();
     throw ThreadsNotStarted(describe(
         "of ", workers.size(), " worker threads only ", started, " could be started: ",
@@ -63,18 +63,19 @@ void raise_failure(const RunResult& result) {
   if (result.fault && result.fault->fault.error) std::rethrow_exception(result.fault->fault.error);
 }
 
-RunResult run_team(Team& team, std::span<const std::unique_ptr<LogicalProcess>> lps,
-                   VirtualTime end, const ThreadsOptions& options, const ProgressFn& progress) {
+RunResult run_worker_group(WorkerGroup& group, std::span<const std::unique_ptr<LogicalProcess>> lps,
+                           VirtualTime end, const ThreadsOptions& options,
+                           const ProgressFn& progress) {
   SODA_ASSERT(options.threads >= 1 && options.window >= 1, "threads ", options.threads, ", window ",
               options.window);
   std::deque<Worker> workers;
-  for (std::size_t i = 0; i < team.inboxes.size(); ++i)
-    workers.emplace_back(i, team, lps, end, options, progress);
+  for (std::size_t i = 0; i < group.inboxes.size(); ++i)
+    workers.emplace_back(i, group, lps, end, options, progress);
 
   FirstError first;
   {
-    const std::vector<std::jthread> threads = start_workers(workers, team, first);
-    run_worker(workers[0], team, first);
+    const std::vector<std::jthread> threads = start_workers(workers, group, first);
+    run_worker(workers[0], group, first);
   }
   if (first.error) std::rethrow_exception(first.error);
 
@@ -86,7 +87,7 @@ RunResult run_team(Team& team, std::span<const std::unique_ptr<LogicalProcess>> 
     result.kinds += worker.kinds();
     if (result.account) *result.account += worker.account(ended);
   }
-  result.counters.gvt_rounds = team.rounds.rounds();
+  result.counters.gvt_rounds = group.rounds.rounds();
   result.fault = workers.front().fault();
   result.stopped = workers.front().stopped();
   result.stopped_at = workers.front().gvt();
@@ -98,8 +99,8 @@ RunResult run_threads(std::span<const std::unique_ptr<LogicalProcess>> lps, Virt
                       const ThreadsOptions& options, const ProgressFn& progress) {
   if (lps.empty()) return {};
   const std::size_t workers = std::min<std::size_t>(options.threads, lps.size());
-  Team team({lps.size(), workers}, 0, workers, nullptr);
-  return run_team(team, lps, end, options, progress);
+  WorkerGroup group({lps.size(), workers}, 0, workers, nullptr);
+  return run_worker_group(group, lps, end, options, progress);
 }
 
 }  // namespace soda::kernel

@@ -17,28 +17,29 @@ constexpr microseconds kMostPatience{2000};
 
 }  // namespace
 
-Worker::Worker(std::size_t index, Team& team, std::span<const std::unique_ptr<LogicalProcess>> lps,
-               VirtualTime end, const ThreadsOptions& options, const ProgressFn& progress)
+Worker::Worker(std::size_t index, WorkerGroup& group,
+               std::span<const std::unique_ptr<LogicalProcess>> lps, VirtualTime end,
+               const ThreadsOptions& options, const ProgressFn& progress)
     : index_(index),
-      team_(team),
+      group_(group),
       end_(end),
       options_(options),
       progress_(progress),
-      outside_(team.first_worker + index == 0 ? options.outside : nullptr, lps.size(), end),
-      first_lp_(static_cast<std::uint32_t>(team.partition.first_of(team.first_worker + index))),
+      external_(group.first_worker + index == 0 ? options.external : nullptr, lps.size(), end),
+      first_lp_(static_cast<std::uint32_t>(group.partition.first_of(group.first_worker + index))),
       holds_back_(options.scheduling_seed != 0 &&
                   options.synchronisation == Synchronisation::kOptimistic),
       is_alone_(
-          team.partition.workers == 1 && team.link == nullptr && options.scheduling_seed == 0 &&
-          options.synchronisation == Synchronisation::kOptimistic && options.outside == nullptr),
+          group.partition.workers == 1 && group.link == nullptr && options.scheduling_seed == 0 &&
+          options.synchronisation == Synchronisation::kOptimistic && options.external == nullptr),
       calendar_(pool_),
-      schedule_(team.partition.first_of(team.first_worker + index + 1) - first_lp_),
+      schedule_(group.partition.first_of(group.first_worker + index + 1) - first_lp_),
       is_held_(schedule_.size(), false),
       uncommitted_(schedule_.size(), kNever),
-      recorder_(options.recording, static_cast<std::uint32_t>(team.first_worker + index)),
+      recorder_(options.recording, static_cast<std::uint32_t>(group.first_worker + index)),
       clock_(options.recording.accounts),
-      remote_(team.partition.workers),
-      gvt_part_(team.rounds),
+      remote_(group.partition.workers),
+      gvt_part_(group.rounds),
       patience_(kLeastPatience),
       random_(append(options.scheduling_seed, index)) {
   processes_.reserve(schedule_.size());
@@ -91,7 +92,7 @@ TimeAccount Worker::account(WorkerClock::Point end) {
 void Worker::take_in_messages() {
   if (!held_back_.empty()) release_held_back();
   if (communicates()) exchange_with_other_ranks();
-  if (team_.inboxes[index_].filled()) team_.inboxes[index_].take(arrived_);
+  if (group_.inboxes[index_].filled()) group_.inboxes[index_].take(arrived_);
   deliver_arrived();
 }
 
@@ -138,7 +139,7 @@ void Worker::route_outgoing() {
     if (own < schedule_.size())
       deliver(own, std::move(message));
     else
-      remote_[team_.partition.owner_of(message.destination)].push_back(std::move(message));
+      remote_[group_.partition.owner_of(message.destination)].push_back(std::move(message));
   }
   effects_.outgoing.clear();
 }
@@ -168,7 +169,7 @@ void Worker::release_held_back() {
 }
 
 // An LP that holds is not scheduled, but counts for GVT, which releases it.
-void Worker::schedule_gating(std::uint32_t own) {
+void Worker::schedule_waits(std::uint32_t own) {
   if (processes_[own].holds(gvt_, effects_) &&
       options_.synchronisation == Synchronisation::kOptimistic) {
     schedule_.update(own, kNever);
@@ -193,24 +194,24 @@ void Worker::hand_over_messages() {
   bool leaves = false;
   for (std::size_t receiver = 0; receiver < remote_.size(); ++receiver) {
     if (remote_[receiver].empty()) continue;
-    const std::size_t here = receiver - team_.first_worker;  // very large if it is before them
-    const bool stays = here < team_.inboxes.size();
+    const std::size_t here = receiver - group_.first_worker;  // very large if it is before them
+    const bool stays = here < group_.inboxes.size();
     (stays ? effects_.counters.to_threads : effects_.counters.to_ranks) += remote_[receiver].size();
     if (stays) {
       for (const Message& message : remote_[receiver]) gvt_part_.note_sent(message.time);
-      team_.inboxes[here].put(remote_[receiver]);
+      group_.inboxes[here].put(remote_[receiver]);
     } else {
-      team_.link->put(team_.rank_of(receiver), remote_[receiver]);
+      group_.link->put(group_.rank_of(receiver), remote_[receiver]);
       leaves = true;
     }
   }
-  if (leaves && !communicates()) team_.inboxes[0].wake();
+  if (leaves && !communicates()) group_.inboxes[0].wake();
 }
 
 // Entered with nothing left in remote_.
 void Worker::take_part_in_round() {
   clock_.enter(WorkerPhase::kGvt);
-  finished_ = team_.rounds.run_stopped();
+  finished_ = group_.rounds.run_stopped();
   if (finished_) return;
   if (!gvt_part_.awaits_outcome()) {
     executed_since_report_ = 0;
@@ -223,31 +224,31 @@ void Worker::take_part_in_round() {
   stopped_ = at_end ? 0 : outcome.stop;
   finished_ = at_end || stopped_ != 0;
   VirtualTime floor = outcome.least.floor;
-  if (asks_outside() && !finished_) floor = std::min(floor, take_from_outside(outcome));
-  if (communicates() && !finished_ && !team_.link->reduces()) {
-    team_.link->send_outgoing();  // the others have put it there since this worker reported
+  if (asks_external() && !finished_) floor = std::min(floor, take_external(outcome));
+  if (communicates() && !finished_ && !group_.link->reduces()) {
+    group_.link->send_outgoing();  // the others have put it there since this worker reported
     // In lockstep nothing may be executed that a message in transit comes before, or with: GVT is
     // not later than the first cut, for what is sent after it is later.
     const bool first =
-        team_.link->begins() || options_.synchronisation != Synchronisation::kLockstep;
+        group_.link->begins() || options_.synchronisation != Synchronisation::kLockstep;
     contributed_ = first ? floor : std::min(floor, contributed_);
     contributed_at_ = std::chrono::steady_clock::now();
-    team_.link->contribute(contributed_, outcome.least.fault, outcome.least.stop);
+    group_.link->contribute(contributed_, outcome.least.fault, outcome.least.stop);
   }
   note_gvt(outcome.gvt);
   commit(outcome);
   const std::optional<Counters> sum = gvt_part_.finish(effects_.counters);
   if (!sum) return;
   if (progress_ && gvt_ > kBeginning) progress_(std::min(gvt_, end_), *sum);
-  if (team_.rounds.end_round()) wake_others();
+  if (group_.rounds.end_round()) wake_others();
 }
 
 GvtReport Worker::make_report() {
-  team_.inboxes[index_].take(arrived_);
-  GvtReport report{outside_.hold(earliest()), std::nullopt, std::nullopt};
+  group_.inboxes[index_].take(arrived_);
+  GvtReport report{external_.hold(earliest()), std::nullopt, std::nullopt};
   if (communicates()) {
-    team_.link->send_outgoing();
-    report.of_all_ranks = RankGvt{team_.link->gvt(), team_.link->fault()};
+    group_.link->send_outgoing();
+    report.of_all_ranks = RankGvt{group_.link->gvt(), group_.link->fault()};
   }
   for (const std::uint32_t own : held_)
     report.floor = std::min(report.floor, processes_[own].floor());
@@ -259,7 +260,7 @@ GvtReport Worker::make_report() {
                        may_be_faulty_.end());
   for (const std::uint32_t own : may_be_faulty_)
     keep_first(processes_[own].first_fault(), report.fault);
-  if (report.of_all_ranks) report.of_all_ranks->stop = team_.link->stop();
+  if (report.of_all_ranks) report.of_all_ranks->stop = group_.link->stop();
   if (options_.stop != nullptr) report.stop = options_.stop->load(std::memory_order_relaxed);
   return report;
 }
@@ -298,39 +299,39 @@ void Worker::finish(VirtualTime limit) {
 }
 
 void Worker::coast_to(VirtualTime limit) {
-  for (std::uint32_t own = 0; own < processes_.size(); ++own) {
-    if (processes_[own].next_time() >= limit) continue;
-    processes_[own].coast_to(limit, effects_);
+  for (TimeWarpProcess& process : processes_) {
+    if (process.next_time() >= limit) continue;
+    process.coast_to(limit, effects_);
   }
 }
 
 void Worker::wait_for_work() {
   if (!held_back_.empty()) return;
   clock_.enter(WorkerPhase::kWaiting);
-  const Inbox& inbox = team_.inboxes[index_];
+  const Inbox& inbox = group_.inboxes[index_];
   if (gvt_part_.awaits_outcome())
-    team_.rounds.spin_until([&] { return gvt_part_.is_asked() || inbox.filled(); });
-  const bool all_idle = team_.idle.fetch_add(1) + 1 == team_.inboxes.size();
-  if (all_idle && !team_.held_from_outside.load()) request_round(&Counters::idle_rounds);
-  team_.inboxes[index_].sleep(communicates() ? nap_ : patience_, [&] {
-    return gvt_part_.is_asked() || (communicates() && team_.link->has_outgoing());
+    group_.rounds.spin_until([&] { return gvt_part_.is_asked() || inbox.filled(); });
+  const bool all_idle = group_.idle.fetch_add(1) + 1 == group_.inboxes.size();
+  if (all_idle && !group_.held_externally.load()) request_round(&Counters::idle_rounds);
+  group_.inboxes[index_].sleep(communicates() ? nap_ : patience_, [&] {
+    return gvt_part_.is_asked() || (communicates() && group_.link->has_outgoing());
   });
   nap_ = std::min(2 * nap_, kLongestNap);
-  team_.idle.fetch_sub(1);
-  if (!team_.inboxes[index_].filled()) request_round(&Counters::idle_rounds);
+  group_.idle.fetch_sub(1);
+  if (!group_.inboxes[index_].filled()) request_round(&Counters::idle_rounds);
 }
 
 // Between ranks, a round can begin a reduction or make known the result of one.
 void Worker::request_round(std::uint64_t Counters::*reason) {
-  if (team_.link != nullptr && team_.link->reduces()) return;
-  if (!team_.rounds.request()) return;
+  if (group_.link != nullptr && group_.link->reduces()) return;
+  if (!group_.rounds.request()) return;
   ++(effects_.counters.*reason);
   wake_others();
 }
 
 void Worker::wake_others() {
-  for (std::size_t other = 0; other < team_.inboxes.size(); ++other)
-    if (other != index_) team_.inboxes[other].wake();
+  for (std::size_t other = 0; other < group_.inboxes.size(); ++other)
+    if (other != index_) group_.inboxes[other].wake();
 }
 
 // The window may be as large as time itself.

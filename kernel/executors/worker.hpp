@@ -11,8 +11,8 @@
 
 #include "kernel/api/executor.hpp"
 #include "kernel/api/hash_mix.hpp"
-#include "kernel/executors/team.hpp"
 #include "kernel/executors/worker_clock.hpp"
+#include "kernel/executors/worker_group.hpp"
 #include "kernel/queues/lp_heap.hpp"
 #include "kernel/queues/message_calendar.hpp"
 #include "kernel/time_warp/journal.hpp"
@@ -22,16 +22,17 @@ namespace soda::kernel {
 
 class Worker {
  public:
-  // Worker `index` of the team. LP i of the whole run is lps[i].
-  Worker(std::size_t index, Team& team, std::span<const std::unique_ptr<LogicalProcess>> lps,
-         VirtualTime end, const ThreadsOptions& options, const ProgressFn& progress);
+  // Worker `index` of the worker group. LP i of the whole run is lps[i].
+  Worker(std::size_t index, WorkerGroup& group,
+         std::span<const std::unique_ptr<LogicalProcess>> lps, VirtualTime end,
+         const ThreadsOptions& options, const ProgressFn& progress);
 
   // Returns when GVT has reached the end or a fault, or the run was to stop or given up.
   void run();
 
   const Counters& counters() const { return effects_.counters; }
   const EventCounts& kinds() const { return recorder_.counts(); }
-  // Until `end`, when the team's run ended; if the run accounts for its time.
+  // Until `end`, when the worker group's run ended; if the run accounts for its time.
   TimeAccount account(WorkerClock::Point end);
   const std::optional<CommittedFault>& fault() const { return fault_; }
   // The stop request that ended the run at gvt(), before its end; else 0.
@@ -45,8 +46,8 @@ class Worker {
   void take_part_in_round();
   void wait_for_work();
 
-  bool asks_outside() const { return outside_.exists(); }
-  VirtualTime take_from_outside(const GvtOutcome& outcome);
+  bool asks_external() const { return external_.exists(); }
+  VirtualTime take_external(const GvtOutcome& outcome);
   void exchange_with_other_ranks();
   void deliver_arrived();
   void deliver(std::uint32_t own, Message&& message);
@@ -56,12 +57,12 @@ class Worker {
   void route_outgoing();
   void refresh(std::uint32_t own);
   void schedule(std::uint32_t own) {
-    if (processes_[own].gates()) [[unlikely]]
-      schedule_gating(own);
+    if (processes_[own].waits_for_dependencies()) [[unlikely]]
+      schedule_waits(own);
     else
       schedule_.update(own, processes_[own].floor());
   }
-  void schedule_gating(std::uint32_t own);
+  void schedule_waits(std::uint32_t own);
   void note_lead(std::int64_t t);
   bool reopen();
   // Whether GVT is the earliest floor of its LPs, now and without a round: nobody else can send.
@@ -100,7 +101,7 @@ class Worker {
   bool can_execute() { return earliest() < open_until_ || reopen(); }
   bool shuffles() const { return options_.scheduling_seed != 0; }
   // Whether it is the one that speaks with the other ranks.
-  bool communicates() const { return team_.link != nullptr && index_ == 0; }
+  bool communicates() const { return group_.link != nullptr && index_ == 0; }
 
   // The communicating worker of a rank cannot be woken from outside. It naps, longer while nothing
   // happens: ranks that share processors would take them from each other by looking all the time.
@@ -111,11 +112,11 @@ class Worker {
   static constexpr std::chrono::microseconds kLongestBetweenRounds{300};
 
   const std::size_t index_;
-  Team& team_;
+  WorkerGroup& group_;
   const VirtualTime end_;
   const ThreadsOptions options_;
   const ProgressFn& progress_;
-  OutsideDoor outside_;  // of one worker of all
+  ExternalSourceDoor external_;  // of one worker of all
   // To the reduction that is under way, by this rank.
   VirtualTime contributed_ = kBeginning;
   std::chrono::steady_clock::time_point contributed_at_{};
@@ -129,7 +130,7 @@ class Worker {
   std::vector<TimeWarpProcess> processes_;  // the own LPs
   LpHeap schedule_;                         // by floor, without those that are held
   bool is_plain_ = true;                    // all of them are: messages go to the calendar
-  std::vector<std::uint32_t> held_;         // may hold (gating); in any order
+  std::vector<std::uint32_t> held_;         // may hold (dependency waits); in any order
   std::vector<char> is_held_;               // whether an LP is among them
   std::vector<std::uint32_t> may_be_faulty_;
   LpHeap uncommitted_;  // by the earliest time that a commit has something to do for

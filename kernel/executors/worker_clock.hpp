@@ -18,7 +18,7 @@ enum class WorkerPhase : std::uint8_t {
 };
 inline constexpr std::size_t kWorkerPhases = 5;
 
-// Waits from the begin of the team's run on.
+// Waits from the begin of the worker group's run on.
 class WorkerClock {
  public:
   using Point = std::chrono::steady_clock::time_point;
@@ -35,7 +35,7 @@ class WorkerClock {
     phase_ = phase;
     return before;
   }
-  // The team's run ends.
+  // The worker group's run ends.
   void end_run(Point end) {
     if (runs_) count_until(end);
   }

@@ -164,7 +164,7 @@ std::uint32_t Worker::take_rest(VirtualTime now, LpId lp, std::uint32_t first) {
   places_.assign(1, first);
   while (calendar_.has_more(now, lp)) places_.push_back(calendar_.pop());
   std::sort(places_.begin(), places_.end(), [this](std::uint32_t a, std::uint32_t b) {
-    return register_key(pool_[a]) < register_key(pool_[b]);
+    return message_id(pool_[a]) < message_id(pool_[b]);
   });
   for (std::size_t i = 0; i < places_.size(); ++i)
     pool_[places_[i]].next = i + 1 < places_.size() ? places_[i + 1] : MessagePool::kNone;

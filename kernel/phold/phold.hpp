@@ -25,7 +25,7 @@ struct PholdOptions {
   // How many events carry a word of the sender's state along, which then decides where they go: a
   // straggler changes only these messages of those that its receiver sends again.
   std::uint32_t state_carrying_per_mille = 250;
-  // How many events are sent together with an idle copy, in the next slot of the same register.
+  // How many events are sent together with an idle copy, in the next slot.
   std::uint32_t doubled_per_mille = 0;
   // An LP faults whenever its state is divisible by this; 0: never.
   std::uint64_t fault_divisor = 0;

@@ -19,14 +19,14 @@ void InputQueue::gather_far(VirtualTime now, SlidingVector<MessageView>& bag) co
 }
 
 bool InputQueue::write_far(Message&& message) {
-  const auto [found, is_new] = far_->try_emplace(register_key(message));
+  const auto [found, is_new] = far_->try_emplace(message_id(message));
   if (!is_new) return replace(found->second, std::move(message));
   const bool changes = !message.anti;
   found->second = store(std::move(message));
   return changes;
 }
 
-// Where its register lies, or belongs.
+// Where its id lies, or belongs.
 std::size_t InputQueue::place_of_executed(const Message& message) const {
   const Entry* const at = std::lower_bound(
       near_.begin(), near_.begin() + passed_, message,
@@ -52,9 +52,9 @@ bool InputQueue::write_executed(Message&& message) {
 
 bool InputQueue::replace(Entry& entry, Message&& message) {
   Message& old = message_of(entry);
-  if (message.incarnation < old.incarnation) return false;
-  SODA_ASSERT(message.incarnation != old.incarnation, "incarnation ", message.incarnation,
-              " of LP ", index_of(message.source), " to LP ", index_of(message.destination), " at ",
+  if (message.version < old.version) return false;
+  SODA_ASSERT(message.version != old.version, "version ", message.version, " of LP ",
+              index_of(message.source), " to LP ", index_of(message.destination), " at ",
               message.time, " delivered twice");
   const bool changes = message.anti != old.anti || message.payload != old.payload;
   antis_ += message.anti;
@@ -141,7 +141,7 @@ void InputQueue::spill() {
   if (!far_) far_ = std::make_unique<Far>();
   const std::size_t stay = passed_ + std::size_t{kMostNear / 2};
   for (std::size_t i = near_.size(); i > stay; --i)
-    far_->emplace_hint(far_->begin(), register_key(message_of(near_[i - 1])), near_[i - 1]);
+    far_->emplace_hint(far_->begin(), message_id(message_of(near_[i - 1])), near_[i - 1]);
   near_.truncate(stay);
 }
 

@@ -1,4 +1,4 @@
-// The inputs of one LP under Time Warp: message registers, executed and pending.
+// The inputs of one LP under Time Warp: messages, executed and pending.
 #pragma once
 
 #include <cstddef>
@@ -17,7 +17,7 @@
 
 namespace soda::kernel {
 
-// Registers earlier than the boundary have been executed; a rollback moves the boundary back. Bags
+// Messages earlier than the boundary have been executed; a rollback moves the boundary back. Bags
 // are runs of equal time. One sorted array holds references of 16 bytes to the messages, executed
 // ones first; the messages themselves lie in a pool that the LPs of a worker share. Of many pending
 // ones only the earliest are sorted so, the others wait in a tree: insertion is O(log n).
@@ -26,18 +26,18 @@ class InputQueue {
   // `pool` must outlive the queue, which leaves its messages there.
   explicit InputQueue(MessagePool& pool) : pool_(&pool) {}
 
-  // Puts a message into its register unless a newer incarnation is there already. True if that
+  // Puts a message where its id belongs unless a newer version is there already. True if that
   // changes what a bag holds.
   bool write(Message&& message);
 
-  // What lies in the register of `message`, if that has been executed; null if nothing does.
+  // What has the id of `message`, if that has been executed; null if nothing does.
   const Message* find_executed(const Message& message) const;
 
-  // Where executed and pending registers meet: just after the time last passed, or what undo() was
+  // Where executed and pending ones meet: just after the time last passed, or what undo() was
   // called with last.
   VirtualTime boundary() const { return boundary_; }
 
-  // The earliest pending register that holds a message; kNever if none does.
+  // The time of the earliest pending message; kNever if there is none.
   VirtualTime next_time() const {
     const Entry* const next = near_.begin() + passed_;
     if (next == near_.end()) return kNever;
@@ -82,8 +82,8 @@ class InputQueue {
   // Moves the boundary back to `from`.
   void undo(VirtualTime from);
 
-  // Drops executed registers earlier than `kept`, and empty ones earlier than `gvt`: these have
-  // nothing left to annihilate, for an older incarnation still on its way would hold GVT back.
+  // Drops executed ones earlier than `kept`, and annihilated ones earlier than `gvt`: these have
+  // nothing left to annihilate, for an older version still on its way would hold GVT back.
   void forget(VirtualTime kept, VirtualTime gvt);
 
   // Hints that the next bag will be gathered soon.
@@ -91,7 +91,7 @@ class InputQueue {
     if (passed_ < near_.size()) __builtin_prefetch(&(*pool_)[near_[passed_].place]);
   }
 
-  // Whether there are empty registers, which forget() has to look for.
+  // Whether there are annihilated messages, which forget() has to look for.
   bool has_antis() const { return antis_ > 0; }
 
   // The time of the first of them; there is one.
@@ -111,10 +111,10 @@ class InputQueue {
     VirtualTime time() const { return {t, round}; }
   };
   static_assert(sizeof(Entry) == 16);
-  using Key = std::tuple<VirtualTime, LpId, std::uint32_t, std::uint32_t>;  // register_key()
+  using Key = std::tuple<VirtualTime, LpId, std::uint32_t, std::uint32_t>;  // message_id()
   using Far = std::map<Key, Entry>;
 
-  // < 0, 0, > 0: the register of `entry` comes before, is, comes after that of `message`.
+  // < 0, 0, > 0: the id of `entry` comes before, is, comes after that of `message`.
   int compare(const Entry& entry, const Message& message) const {
     if (entry.t != message.time.t) return entry.t < message.time.t ? -1 : 1;
     if (entry.round != message.time.round) return entry.round < message.time.round ? -1 : 1;
@@ -140,7 +140,7 @@ class InputQueue {
 
   SlidingVector<Entry> near_;  // earliest first
   std::uint32_t passed_ = 0;   // how many of these have been executed
-  std::uint32_t antis_ = 0;    // empty registers
+  std::uint32_t antis_ = 0;    // annihilated messages
   VirtualTime boundary_ = kBeginning;
   MessagePool* pool_;
   std::unique_ptr<Far> far_;  // all later than near_; empty if nothing pending is there
@@ -152,7 +152,7 @@ inline bool InputQueue::write(Message&& message) {
   return write_near(std::move(message));
 }
 
-// An anti-message without its message is kept, too: the older incarnation may still be on its way.
+// An anti-message without its message is kept, too: the older version may still be on its way.
 inline bool InputQueue::write_near(Message&& message) {
   Entry* const pending = near_.begin() + passed_;
   Entry* at = near_.end();

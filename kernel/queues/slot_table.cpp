@@ -8,14 +8,14 @@
 
 namespace soda::kernel {
 
-// Where the register is, or would be.
+// Where the id is, or would be.
 std::size_t SlotTable::cell_of(const OutputId& id) const {
   const std::uint64_t place = std::uint64_t{index_of(id.destination)} << 32 | id.kind;
   const std::uint64_t time = static_cast<std::uint64_t>(id.time.t) ^ mix64(id.time.round);
   std::size_t at = mix64(time ^ mix64(place));
   for (const std::size_t mask = index_->size() - 1;; ++at) {
     const Cell& cell = (*index_)[at & mask];
-    if (cell.taken == 0 || entries_[cell.first].is_register(id)) return at & mask;
+    if (cell.taken == 0 || entries_[cell.first].has_id(id)) return at & mask;
   }
 }
 
@@ -27,7 +27,7 @@ void SlotTable::note(const OutputId& id, std::size_t at) {
 std::uint32_t SlotTable::find_next(const OutputId& id) const {
   if (index_) return (*index_)[cell_of(id)].taken;
   for (const Entry* entry = entries_.end(); entry != entries_.begin();)
-    if ((--entry)->is_register(id)) return entry->slot + 1;
+    if ((--entry)->has_id(id)) return entry->slot + 1;
   return 0;
 }
 

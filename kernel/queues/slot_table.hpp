@@ -1,4 +1,4 @@
-// Which slots of which registers an LP has sent to.
+// Which slots of which message ids an LP has sent to.
 #pragma once
 
 #include <cstddef>
@@ -12,9 +12,9 @@
 
 namespace soda::kernel {
 
-// The registers that an LP has sent to, in the order of sending, for as long as it may send to
+// The message ids that an LP has sent to, in the order of sending, for as long as it may send to
 // their times again. Slots of one (time, destination, kind) are numbered in that order and given
-// back in the reverse one, so the next free one follows the latest. Most registers have one slot:
+// back in the reverse one, so the next free one follows the latest. Most message ids have one slot:
 // a filter of few bits tells that at once, and the list is looked through for the others. Of many
 // entries an index is kept: a send costs the same however many there are.
 class SlotTable {
@@ -47,13 +47,14 @@ class SlotTable {
         : t(t_), round(round_), destination(destination_), kind(kind_), slot(slot_) {}
 
     VirtualTime time() const { return {t, round}; }
-    bool is_register(const OutputId& id) const {
+    bool has_id(const OutputId& id) const {
       return t == id.time.t && destination == id.destination && round == id.time.round &&
              kind == id.kind;
     }
   };
 
-  // Two bits of one word for each register, spread: of 40 registers, one in 30 others seems known.
+  // Two bits of one word for each message id, spread: of 40 message ids, one in 30 others seems
+  // known.
   class Filter {
    public:
     struct Bits {
@@ -76,9 +77,9 @@ class SlotTable {
     std::uint64_t words_[8] = {};
   };
 
-  // Of one register: where its first entry lies, and how many slots of it are taken. Registers are
-  // given up in the reverse order of their first entries, so a cell can be emptied although others
-  // were passed on to the next ones: these are empty already.
+  // Of one message id: where its first entry lies, and how many slots of it are taken. Message ids
+  // are given up in the reverse order of their first entries, so a cell can be emptied although
+  // others were passed on to the next ones: these are empty already.
   struct Cell {
     std::uint32_t first = 0;
     std::uint32_t taken = 0;  // 0: empty

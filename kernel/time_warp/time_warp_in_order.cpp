@@ -19,12 +19,12 @@ namespace soda::kernel {
   if (is_first && index_of(to.destination) - effects.first_own < effects.owns) {
     MessagePool& pool = inputs_.pool();
     const std::uint32_t place = pool.emplace(to.time, id_, to.destination, to.kind, slot,
-                                             next_incarnation_++, false, std::move(payload), true);
+                                             next_version_++, false, std::move(payload), true);
     if (effects.recorder != nullptr) [[unlikely]]
       effects.recorder->sent(pool[place], now);
     effects.calendar->push(place);
   } else {
-    effects.outgoing.emplace_back(to.time, id_, to.destination, to.kind, slot, next_incarnation_++,
+    effects.outgoing.emplace_back(to.time, id_, to.destination, to.kind, slot, next_version_++,
                                   false, std::move(payload), is_first);
     if (effects.recorder != nullptr) [[unlikely]]
       effects.recorder->sent(effects.outgoing.back(), now);
@@ -97,7 +97,7 @@ bool TimeWarpProcess::execute_in_order(VirtualTime now, std::uint32_t first_inpu
     note_quiet();
     return true;
   }
-  const bool is_later = note_agenda(now, lp_.next_time());
+  const bool is_later = note_future_event(now, lp_.next_time());
   if (!rare_) [[likely]]
     return is_later;
   note_quiet();

@@ -1,5 +1,5 @@
 // Jump forward: a rollback keeps what it undoes; once the LP is back in a state that it had, and
-// its inputs are the same, that stands again as it did.
+// its inputs are the same, is revalidated.
 #include <algorithm>
 #include <iterator>
 
@@ -62,7 +62,7 @@ void TimeWarpProcess::jump(WorkerEffects& effects) {
   for (; !undone.empty() && undone.back().time() < resume; undone.pop_back())
     restore(undone.back(), effects);
   inputs_.pass_to(resume);
-  refresh_agenda();
+  refresh_future_event();
   refresh_next_time();
 }
 

@@ -19,8 +19,8 @@ namespace soda::kernel {
                 " at ", id.time, " (kind ", id.kind, ", slot ", id.slot,
                 "): its execute is not a pure function");
     ++effects.counters.messages;
-    effects.outgoing.emplace_back(id.time, id_, id.destination, id.kind, id.slot,
-                                  next_incarnation_++, false, payload, id.time > resent_until_);
+    effects.outgoing.emplace_back(id.time, id_, id.destination, id.kind, id.slot, next_version_++,
+                                  false, payload, id.time > resent_until_);
     if (effects.recorder != nullptr) effects.recorder->sent(effects.outgoing.back(), now);
   }
   outputs_.emplace_back(std::move(payload));
@@ -41,7 +41,7 @@ class TimeWarpProcess::Sender final : public Outbox {
     }
   }
 
-  void withdraw(LpId destination) override { process_.withdraw(now_, destination, effects_); }
+  void cancel_eagerly(LpId to) override { process_.cancel_eagerly(now_, to, effects_); }
 
   void fault(Fault fault) override { process_.note_fault(now_, std::move(fault)); }
 
@@ -56,17 +56,17 @@ TimeWarpProcess::TimeWarpProcess(LpId id, std::size_t lp_count, LogicalProcess& 
     : next_time_(lp.next_time()),
       inputs_(pool),
       id_(id),
-      gates_(lp.gates()),
+      waits_(lp.waits_for_dependencies()),
       absorbs_(lp.absorbs()),
       jumps_(lp.jumps()),
       lp_(lp),
       state_(lp.state_bytes()),
       journal_(journal),
-      agenda_(next_time_),
+      future_event_(next_time_),
       lp_count_(static_cast<std::uint32_t>(lp_count)),
       end_(end) {
-  SODA_ASSERT(next_time_ > kBeginning, "agenda of LP ", index_of(id_), " begins at ", next_time_,
-              ", which is earlier than every time that can be executed");
+  SODA_ASSERT(next_time_ > kBeginning, "future event list of LP ", index_of(id_), " begins at ",
+              next_time_, ", which is earlier than every time that can be executed");
   SODA_ASSERT(!saves_state() || !(absorbs_ || jumps_), "LP ", index_of(id_),
               " with state_bytes() absorbs or jumps");
   SODA_ASSERT(state_.size() % 8 == 0, "LP ", index_of(id_), " with ", state_.size(),
@@ -113,8 +113,8 @@ void TimeWarpProcess::settle(WorkerEffects& effects) {
     take_back(effects.counters);
     roll_back(from, effects);
     coast_until_ = from;
-    if (gates_)
-      for (const LpId lp : lp_.disappoints()) withdraw(from, lp, effects);
+    if (waits_)
+      for (const LpId lp : lp_.eager_cancellations()) cancel_eagerly(from, lp, effects);
   } else {
     coast_until_ = std::min(coast_until_, from);
   }
@@ -138,12 +138,12 @@ void TimeWarpProcess::absorb_changes(WorkerEffects& effects) {
 }
 
 // The bag counts as executed. If nothing is left of it, there is nothing to execute, unless the
-// agenda asks for it: then the LP has to go back to where it had not executed it.
+// future event list asks for it: then the LP has to go back to where it had not executed it.
 bool TimeWarpProcess::absorb(VirtualTime time, WorkerEffects& effects) {
   inputs_.gather_passed(time, effects.bag);
   const std::size_t at = executed_before(time);
   const bool is_executed = at < executed_.size() && executed_[at].time() == time;
-  const bool asks = !effects.bag.empty() || (is_executed && executed_[at].on_agenda);
+  const bool asks = !effects.bag.empty() || (is_executed && executed_[at].is_future_event);
   rare_->has_refused = asks && !failed_ && !lp_.absorb(time, effects.bag);
   if (!asks) return !is_executed;
   if (failed_ || rare_->has_refused) return false;
@@ -187,7 +187,7 @@ void TimeWarpProcess::roll_back(VirtualTime to, WorkerEffects& effects) {
   executed_.truncate(standing);
   failed_ = false;
   committed_ = std::min(committed_, static_cast<std::uint32_t>(standing));
-  refresh_agenda();
+  refresh_future_event();
   inputs_.undo(restart);
 }
 
@@ -233,18 +233,18 @@ void TimeWarpProcess::execute(WorkerEffects& effects) {
     lp_.mark(now);
   const std::size_t sent_before = outputs_.size();
   Sender sender(*this, now, effects);
-  const bool on_agenda = agenda_ == now;
+  const bool is_future_event = future_event_ == now;
   const std::int64_t began_ns = effects.recorder != nullptr ? effects.recorder->now_ns() : 0;
   const bool done = run_handler(now, effects.bag, sender);
   const auto sent = static_cast<std::uint32_t>(outputs_.size() - sent_before);
-  executed_.push_back({now.t, now.round, sent & 0x7fff'ffffu, on_agenda});
+  executed_.push_back({now.t, now.round, sent & 0x7fff'ffffu, is_future_event});
   ++effects.counters.executed;
   if (effects.recorder != nullptr) [[unlikely]]
     effects.recorder->executed(id_, now, began_ns, now < coast_until_);
   effects.counters.coasted += now < coast_until_;
   inputs_.pass(now, passed);
   if (done) [[likely]]
-    refresh_agenda();
+    refresh_future_event();
   else
     ++effects.counters.failed;
   refresh_next_time();
@@ -286,7 +286,7 @@ void TimeWarpProcess::repeat_last(WorkerEffects& effects) {
               ": its execute is not a pure function");
 }
 
-// Whether an undone execution had sent the same. Something else in the same register is forgotten
+// Whether an undone execution had sent the same. Something else of the same message id is forgotten
 // here, for the new message will replace it at the receiver.
 bool TimeWarpProcess::adopt(VirtualTime now, const OutputId& id, const Payload& payload) {
   auto& pending = rare_->pending;
@@ -322,11 +322,11 @@ void TimeWarpProcess::cancel(const OutputId& id, WorkerEffects& effects) {
   SODA_ASSERT(id.time > gvt_, "LP ", index_of(id_), " cancels at ", id.time, " behind GVT ", gvt_);
   ++effects.counters.anti_messages;
   effects.outgoing.push_back(
-      {id.time, id_, id.destination, id.kind, id.slot, next_incarnation_++, true, {}});
+      {id.time, id_, id.destination, id.kind, id.slot, next_version_++, true, {}});
   if (effects.recorder != nullptr) effects.recorder->sent(effects.outgoing.back(), kBeginning);
 }
 
-void TimeWarpProcess::withdraw(VirtualTime now, LpId destination, WorkerEffects& effects) {
+void TimeWarpProcess::cancel_eagerly(VirtualTime now, LpId destination, WorkerEffects& effects) {
   if (!rare_ || now < coast_until_) return;
   for (auto item = rare_->pending.begin(); item != rare_->pending.end();) {
     const auto& [id, output] = *item;

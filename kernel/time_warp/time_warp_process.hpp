@@ -29,7 +29,7 @@ namespace soda::kernel {
 // What the calls of one worker's processes write to.
 struct WorkerEffects {
   std::vector<Message> outgoing;  // to be delivered by the executor, in any order
-  // Where first incarnations for LPs first_own .. first_own + owns - 1 may go instead, if it is
+  // Where first versions for LPs first_own .. first_own + owns - 1 may go instead, if it is
   // known that they come into the receiver's hands before it executes their time or later.
   MessageCalendar* calendar = nullptr;
   std::uint32_t first_own = 0;
@@ -52,7 +52,7 @@ struct WorkerEffects {
 // collect_in_order(); whatever concerns it, a late message or execute(), takes it back into the
 // LP's own history first.
 //
-// Jefferson's Time Warp (ACM TOPLAS 7, 1985) with lazy cancellation, message registers
+// Jefferson's Time Warp (ACM TOPLAS 7, 1985) with lazy cancellation, messages with ids and versions
 // (message.hpp) and restart points that the LP chooses. What is true between calls:
 //  1. Every input before coast_until is as it was when the times before it were last executed. So
 //     where the LP is behind coast_until (it coasts), its outputs up to there will come out as they
@@ -68,18 +68,19 @@ class alignas(64) TimeWarpProcess {
 
   LpId id() const { return id_; }
 
-  // The earliest time it has something to execute at: its agenda or a bag. >= end if nothing.
+  // The earliest time it has something to execute at: its future event list or a bag. >= end if
+  // nothing.
   VirtualTime next_time() const { return next_time_; }
 
   // Lower bound of the times of all messages it may still send, less one; what GVT is the minimum
   // of.
   VirtualTime floor() const { return next_time_ > coast_until_ ? next_time_ : coast_until_; }
 
-  bool gates() const { return gates_; }
-  // Whether the LP waits at next_time() for messages that GVT has not excluded yet (gating). It has
-  // a floor all the same.
+  bool waits_for_dependencies() const { return waits_; }
+  // Whether the LP waits at next_time() for messages that GVT has not excluded yet (dependency
+  // waits). It has a floor all the same.
   bool holds(VirtualTime gvt, WorkerEffects& effects) const {
-    return gates_ && next_time_ > gvt && waits_for_messages(effects);
+    return waits_ && next_time_ > gvt && waits_for_messages(effects);
   }
 
   // Takes in a message, of time >= the last GVT. True if settle() must follow before anything else;
@@ -94,7 +95,7 @@ class alignas(64) TimeWarpProcess {
   void execute(WorkerEffects& effects);
 
   // Whether it executes in order at all: nothing but its messages decides about that.
-  bool is_plain() const { return !gates_ && !absorbs_ && !jumps_; }
+  bool is_plain() const { return !waits_ && !absorbs_ && !jumps_; }
 
   // Whether nothing stands against execute_in_order(now, ...).
   bool takes_in_order(VirtualTime now) const {
@@ -157,7 +158,8 @@ class alignas(64) TimeWarpProcess {
     commit(gvt, effects);
     forget(gvt);
   }
-  // Whether there are empty registers: forget() drops them, though nothing is executed any more.
+  // Whether there are annihilated messages: forget() drops them, though nothing is executed any
+  // more.
   bool has_antis() const { return inputs_.has_antis(); }
 
   // Hints that it will be executed soon: first fetches the process itself into the cache, then,
@@ -187,7 +189,7 @@ class alignas(64) TimeWarpProcess {
   // As many executed times may be left to the next collect().
   static constexpr std::size_t kFewFossils = 1;
 
-  // Entries held, for the bound on memory: registers of inputs, executed times, outputs.
+  // Entries held, for the bound on memory: inputs, executed times, outputs.
   struct HistorySize {
     std::size_t inputs = 0;
     std::size_t executed = 0;
@@ -202,8 +204,8 @@ class alignas(64) TimeWarpProcess {
     std::int64_t t = 0;
     std::uint32_t round = 0;
     std::uint32_t outputs : 31 = 0;  // how many it sent
-    // Whether the LP's agenda asked for it, so that it stands without a message.
-    bool on_agenda : 1 = false;
+    // Whether the LP's future event list asked for it, so that it stands without a message.
+    bool is_future_event : 1 = false;
 
     VirtualTime time() const { return {t, round}; }
   };
@@ -267,22 +269,23 @@ class alignas(64) TimeWarpProcess {
   VirtualTime first_undone(VirtualTime to) const;
   void undo_outputs(const Executed& undone);
   void refresh_next_time() {
-    next_time_ = failed_ ? kNever : std::min(agenda_, inputs_.next_time());
+    next_time_ = failed_ ? kNever : std::min(future_event_, inputs_.next_time());
   }
   // What the LP says after it has executed `now` in order, of which the inputs know nothing.
-  bool note_agenda(VirtualTime now, VirtualTime agenda) {
-    if (agenda == agenda_) return false;  // it was later than `now`, as next_time_ was
-    SODA_ASSERT(now < agenda, "agenda of LP ", index_of(id_), " after executing ", now, " is ",
-                agenda);
-    agenda_ = agenda;
+  bool note_future_event(VirtualTime now, VirtualTime next) {
+    if (next == future_event_) return false;  // it was later than `now`, as next_time_ was
+    SODA_ASSERT(now < next, "future event list of LP ", index_of(id_), " after executing ", now,
+                " is ", next);
+    future_event_ = next;
     const VirtualTime before = next_time_;
     refresh_next_time();
     return next_time_ != before;
   }
-  void refresh_agenda() {
-    agenda_ = lp_.next_time();
-    SODA_ASSERT(executed_.empty() || executed_.back().time() < agenda_, "agenda of LP ",
-                index_of(id_), " after executing ", executed_.back().time(), " is ", agenda_);
+  void refresh_future_event() {
+    future_event_ = lp_.next_time();
+    SODA_ASSERT(executed_.empty() || executed_.back().time() < future_event_,
+                "future event list of LP ", index_of(id_), " after executing ",
+                executed_.back().time(), " is ", future_event_);
   }
   void check_send(VirtualTime now, LpId destination, VirtualTime when, std::uint32_t kind) const {
     SODA_ASSERT(when > now, "LP ", index_of(id_), " executing ", now, " sends kind ", kind,
@@ -321,7 +324,7 @@ class alignas(64) TimeWarpProcess {
                 (!rare_ ||
                  (rare_->faults.empty() && rare_->pending_order.empty() && rare_->pending.empty()));
   }
-  void withdraw(VirtualTime now, LpId destination, WorkerEffects& effects);
+  void cancel_eagerly(VirtualTime now, LpId destination, WorkerEffects& effects);
   void cancel(const OutputId& id, WorkerEffects& effects);
 
   // What a message to come needs, then what an execution needs beside that.
@@ -332,7 +335,7 @@ class alignas(64) TimeWarpProcess {
   InputQueue inputs_;
   std::unique_ptr<Rare> rare_;
   const LpId id_;
-  const bool gates_, absorbs_, jumps_;
+  const bool waits_, absorbs_, jumps_;
   bool is_quiet_ = true;         // not rolling back, coasting, cancelling or faulty
   std::uint32_t committed_ = 0;  // executed_ up to here has been committed
   LogicalProcess& lp_;
@@ -344,10 +347,10 @@ class alignas(64) TimeWarpProcess {
   VirtualTime last_committed_ = kBeginning;  // outlives rollbacks behind it
   SlidingVector<std::byte> states_;          // before each of executed_, if it saves the state
   SlidingVector<Payload> outputs_;           // standing, as sent by what has been executed
-  std::uint64_t next_incarnation_ = 1;
+  std::uint64_t next_version_ = 1;
   VirtualTime resent_until_ = kBeginning;  // what was sent up to there may have been undone
   SlotTable slots_;                        // of what stands and of what is irrevocable
-  VirtualTime agenda_;                     // of the LP
+  VirtualTime future_event_;               // of the LP
   const std::uint32_t lp_count_;
   bool failed_ = false;  // an exception left the last execution: nothing follows it
   const VirtualTime end_;

@@ -37,7 +37,7 @@ VirtualCluster::VirtualCluster(std::span<const std::unique_ptr<LogicalProcess>> 
       recorder_(options.recording, 0),
       executing_(partition_.workers),
       links_(partition_.workers),
-      outside_(options.outside, lps.size(), end),
+      external_(options.external, lps.size(), end),
       jitter_(append(options.seed, 0x6a69u)) {
   for (std::size_t i = 0; i < partition_.workers; ++i)
     processors_.emplace_back(i, partition_, lps, end, options, recorder_);
@@ -82,7 +82,7 @@ void VirtualCluster::let_clock_user_act() {
 // One that is on its way is left to come.
 void VirtualCluster::compute_gvt_at_once() {
   if (options_.gvt_delay_ns > 0 || finished_) return;
-  sampled_gvt_ = outside_.hold(true_gvt());
+  sampled_gvt_ = external_.hold(true_gvt());
   if (sampled_gvt_ > gvt_) take_gvt();
 }
 
@@ -268,7 +268,7 @@ VirtualTime VirtualCluster::true_gvt() const {
 }
 
 void VirtualCluster::sample_gvt() {
-  sampled_gvt_ = outside_.hold(true_gvt());
+  sampled_gvt_ = external_.hold(true_gvt());
   appoint(now_ns_ + options_.gvt_delay_ns, Action::kAnnounceGvt, 0);
 }
 
@@ -284,10 +284,10 @@ void VirtualCluster::announce_gvt() {
       processors_[i].stop_waiting();
       wake_later(i, now_ns_);
     }
-  if (outside_.exists() && !finished_) {
-    take_from_outside();
+  if (external_.exists() && !finished_) {
+    take_external();
     // The outside may go by a clock of its own.
-    if (stands && appointments_.empty() && options_.clock_user == nullptr) wait_for_outside();
+    if (stands && appointments_.empty() && options_.clock_user == nullptr) wait_for_external();
   }
   // What it costs the processors delays what they execute: one that began before would leave them
   // no time, and an interval of 0 would let the clock stand still.
@@ -302,9 +302,9 @@ void VirtualCluster::take_gvt() {
 }
 
 // No GVT is being computed now, so what is announced is the earliest time that is allowed.
-void VirtualCluster::take_from_outside() {
+void VirtualCluster::take_external() {
   std::vector<Message> taken;
-  outside_.take(gvt_, gvt_, taken);
+  external_.take(gvt_, gvt_, taken);
   for (Message& message : taken) {
     if (options_.observer) options_.observer->on_send(message);
     put_in_flight(std::move(message), now_ns_);

@@ -41,11 +41,11 @@ class VirtualCluster {
     std::uint32_t index = 0;  // processor; or, of kArrive, place in in_flight_
   };
   // What waits for a processor's link. A message that has not begun to leave is replaced by a newer
-  // one of the same register, so that however slow the link, versions do not pile up.
+  // version of it, so that however slow the link, versions do not pile up.
   struct Link {
     std::uint64_t next_number = 0;
     std::map<std::uint64_t, Message> waiting;  // by number, in the order of leaving
-    std::map<std::pair<LpId, OutputId>, std::uint64_t> number_of;  // by source and register
+    std::map<std::pair<LpId, OutputId>, std::uint64_t> number_of;  // by source and message id
     bool busy = false;
   };
   struct Execution {
@@ -66,7 +66,7 @@ class VirtualCluster {
   void sample_gvt();
   void announce_gvt();
   void take_gvt();
-  void take_from_outside();
+  void take_external();
 
   void appoint(std::int64_t at_ns, Action action, std::uint32_t index);
   void wake_later(std::uint32_t processor, std::int64_t at_ns);
@@ -96,7 +96,7 @@ class VirtualCluster {
   std::vector<std::int64_t> arrival_ns_;  // of in_flight_; < 0: free place
   std::vector<std::uint32_t> free_places_;
   std::vector<Message> outgoing_;  // scratch
-  OutsideDoor outside_;
+  ExternalSourceDoor external_;
 
   std::int64_t now_ns_ = 0;
   std::int64_t last_completion_ns_ = 0;

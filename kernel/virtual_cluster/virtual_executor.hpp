@@ -16,14 +16,14 @@
 namespace soda::kernel {
 
 // A message that came late in a run, and that its receiver waits for when the run is repeated: its
-// register, and the least incarnation that will do.
+// message id, and the least version that will do.
 struct AwaitedMessage {
   LpId source{}, destination{};
   VirtualTime time;
   std::uint32_t kind = 0, slot = 0;
-  std::uint64_t incarnation = 0;
+  std::uint64_t version = 0;
 
-  bool is_register_of(const Message& message) const {
+  bool is_id_of(const Message& message) const {
     return message.source == source && message.destination == destination && message.time == time &&
            message.kind == kind && message.slot == slot;
   }
@@ -66,7 +66,7 @@ struct VirtualOptions {
   // network, but no bandwidth. With an adversary, runs are still reproducible.
   Adversary* adversary = nullptr;
   RunObserver* observer = nullptr;
-  Outside* outside = nullptr;
+  ExternalSource* external = nullptr;
   // With a GVT that takes no time, one is computed before it acts, after, and whenever a processor
   // has nothing to execute. Not with lockstep.
   ClockUser* clock_user = nullptr;

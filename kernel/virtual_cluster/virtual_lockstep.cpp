@@ -21,7 +21,7 @@ class LockstepCluster {
         partition_{lps.size(), std::min<std::size_t>(options.processors, lps.size())},
         recorder_(options.recording, 0),
         clocks_ns_(partition_.workers, 0),
-        outside_(options.outside, lps.size(), end),
+        external_(options.external, lps.size(), end),
         jitter_(append(options.seed, 0x6a69u)) {
     for (std::size_t i = 0; i < partition_.workers; ++i)
       processors_.emplace_back(i, partition_, lps, end, options, recorder_);
@@ -29,7 +29,7 @@ class LockstepCluster {
   }
 
   VirtualResult run() {
-    VirtualTime now = after_outside();
+    VirtualTime now = after_external();
     while (now < end_) {
       const std::size_t sent = execute_all(now);
       if (sent > 0) meet();
@@ -37,8 +37,8 @@ class LockstepCluster {
       deliver_all();
       const VirtualTime next = earliest();
       if (sent == 0 && next.t != now.t) meet();
-      if (!commit(std::min(outside_.hold(next), end_))) break;
-      now = after_outside();
+      if (!commit(std::min(external_.hold(next), end_))) break;
+      now = after_external();
     }
     return result();
   }
@@ -53,19 +53,19 @@ class LockstepCluster {
 
   // The time to be executed next, when nothing may come any more at that time. Everything that has
   // been executed is earlier than what may come.
-  VirtualTime after_outside() {
-    while (outside_.exists()) {
-      const VirtualTime gvt = std::min(outside_.hold(earliest()), end_);
+  VirtualTime after_external() {
+    while (external_.exists()) {
+      const VirtualTime gvt = std::min(external_.hold(earliest()), end_);
       if (gvt >= end_) break;
-      outside_.take(gvt, gvt, outgoing_);
+      external_.take(gvt, gvt, outgoing_);
       if (options_.observer)
         for (const Message& message : outgoing_) options_.observer->on_send(message);
       // Before anything that is executed next, by the clock of its processor.
       recorder_.set_clock(*std::min_element(clocks_ns_.begin(), clocks_ns_.end()));
       deliver_all();
-      const VirtualTime open_until = outside_.hold(kNever);
+      const VirtualTime open_until = external_.hold(kNever);
       if (earliest() < open_until || open_until >= end_) break;
-      wait_for_outside();
+      wait_for_external();
     }
     return earliest();
   }
@@ -112,8 +112,10 @@ class LockstepCluster {
   }
 
   void deliver_all() {
-    for (Message& message : outgoing_)
-      processors_[partition_.owner_of(message.destination)].receive(std::move(message));
+    for (Message& message : outgoing_) {
+      VirtualProcessor& receiver = processors_[partition_.owner_of(message.destination)];
+      receiver.receive(std::move(message));
+    }
     outgoing_.clear();
     for (VirtualProcessor& processor : processors_) processor.take_in(outgoing_);
     SODA_ASSERT(outgoing_.empty(), "a rollback in lockstep");
@@ -183,7 +185,7 @@ class LockstepCluster {
   std::deque<VirtualProcessor> processors_;
   std::vector<std::int64_t> clocks_ns_;  // of each processor
   std::int64_t last_arrival_ns_ = 0;
-  OutsideDoor outside_;
+  ExternalSourceDoor external_;
   std::vector<Message> outgoing_;
   SplitMix64 jitter_;
   RunResult run_;

@@ -39,8 +39,8 @@ void VirtualProcessor::take_in(std::vector<Message>& outgoing) {
     delivering_.swap(inbox_);
     for (Message& message : delivering_) {
       if (options_.observer) options_.observer->on_deliver(message);
-      if (awaits_ && options_.awaited->is_register_of(message) &&
-          message.incarnation >= options_.awaited->incarnation)
+      if (awaits_ && options_.awaited->is_id_of(message) &&
+          message.version >= options_.awaited->version)
         awaits_ = false;
       const std::uint32_t own = index_of(message.destination) - first_lp_;
       if (processes_[own].deliver(std::move(message), effects_))
@@ -63,7 +63,7 @@ void VirtualProcessor::settle(std::uint32_t own) {
   refresh(own);
 }
 
-// What was undone and stands again has been paid for before.
+// What was undone and is revalidated has been paid for before.
 void VirtualProcessor::note_standing_again(std::uint32_t own) {
   SlidingVector<Spent>& spent = spent_[own];
   for (const VirtualTime time : effects_.stand_again) {
@@ -243,7 +243,7 @@ void VirtualProcessor::add_to(TimeAccount& account, std::int64_t cut_ns) const {
   account.standing += committed_;
   account.rolled_back_ns += rolled_back_ns_ - cut_ns;
   for (const SlidingVector<Spent>& spent : spent_)
-    for (std::size_t i = 0; i < spent.size(); ++i) account.rolled_back_ns += spent[i].cost.sum_ns();
+    for (const Spent& execution : spent) account.rolled_back_ns += execution.cost.sum_ns();
 }
 
 bool VirtualProcessor::commit_one(std::uint32_t own, VirtualTime limit, VirtualTime gvt,

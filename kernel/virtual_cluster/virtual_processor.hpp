@@ -113,7 +113,7 @@ class VirtualProcessor {
   std::vector<std::map<VirtualTime, ExecutionCost>> undone_cost_;  // of each LP, by time
   std::vector<VirtualTime> undone_until_;                          // of each LP
   LpHeap schedule_;                         // by floor, without those that are held
-  std::vector<std::uint32_t> held_;         // may hold (gating); in any order
+  std::vector<std::uint32_t> held_;         // may hold (dependency waits); in any order
   std::vector<char> is_held_;               // whether an LP is among them
   std::vector<std::uint32_t> uncommitted_;  // what a commit has to touch; in any order
   std::vector<char> is_uncommitted_;        // whether an LP is among them

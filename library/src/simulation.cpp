@@ -60,7 +60,7 @@ std::size_t Simulation::Impl::place_of(std::uint32_t body) const {
                    std::to_string(now.step) + " steps");
 }
 
-// As a world does it (models/world/world_inputs.cpp).
+// As a world does it (models/world/arrivals.cpp).
 void Simulation::Impl::act(const models::UserInput& input) {
   if (!models::note_change(input, base.scenario.scene, now.changes))
     models::act_on_bodies(input, base.scenario.scene, now.ids, now.states);

@@ -113,7 +113,7 @@ std::int64_t record_cost_ns() { return kUsual.record_ps / kPerNs; }
 std::int64_t solve_cost_ns(std::uint32_t contact_points, std::uint64_t iterations,
                            std::uint64_t multiplications) {
   return (kUsual.island_ps + times(multiplications, kUsual.multiplication_ps) +
-          times(2 * contact_points * iterations, kUsual.row_iteration_ps)) /
+          times(std::uint64_t{2} * contact_points * iterations, kUsual.row_iteration_ps)) /
          kPerNs;
 }
 

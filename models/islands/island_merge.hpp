@@ -1,5 +1,5 @@
 // Merging islands that span several worlds: what a world knows of them within one step, and what
-// it still has to tell.
+// it still has to send.
 #pragma once
 
 #include <cstdint>

@@ -24,8 +24,8 @@ struct SolvedIsland {
   std::vector<physics::AdvanceFault> faults;
 };
 
-// How a range of blocks of a giant island was solved: what was said and heard after each stage and
-// in the end.
+// How a range of blocks of a large island was solved: what was sent and received after each stage
+// and in the end.
 struct SolvedBlocks {
   struct Stage {
     kernel::Payload to_before, to_behind;
@@ -51,8 +51,8 @@ class SolveShare {
   std::shared_ptr<const SolvedIsland> find(std::span<const std::byte> input) const;
   void store(std::int64_t step, kernel::Bytes input, std::shared_ptr<const SolvedIsland> solved);
 
-  // The same for blocks [first, last) of the island. What was heard is part of their input: whoever
-  // takes them compares it.
+  // The same for blocks [first, last) of the island. What was received is part of their input:
+  // whoever takes them compares it.
   using Range = std::pair<std::uint32_t, std::uint32_t>;
   std::shared_ptr<const SolvedBlocks> find_blocks(std::span<const std::byte> input,
                                                   Range range) const;

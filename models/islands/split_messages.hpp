@@ -1,4 +1,4 @@
-// What solvers of a giant island tell each other, and the owners of its bodies.
+// What solvers of a large island send each other, and the owners of its bodies.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@
 namespace soda::models {
 
 // An island as two worlds name it to each other: its smallest id and a hash of all of its content.
-// Worlds that know an island otherwise have nothing to tell each other.
+// Worlds that know an island otherwise have nothing to send each other.
 struct IslandName {
   physics::BodyId label{};
   std::array<std::uint64_t, 2> content{};

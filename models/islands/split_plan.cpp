@@ -14,7 +14,6 @@
 namespace soda::models {
 namespace {
 
-using physics::BodyId;
 using physics::ContactManifold;
 
 // What a processor has of the island.
@@ -44,6 +43,7 @@ std::vector<Party> parties_of(std::span<const WorldId> owners,
     ++party.bodies;
   }
   std::vector<Party> list;
+  list.reserve(parties.size());
   for (const auto& [processor, party] : parties) list.push_back(party);
   return list;
 }
@@ -99,10 +99,10 @@ std::vector<SolverRange> divide_within(std::uint64_t limit, std::span<const std:
 
 }  // namespace
 
-// Without waiting, a solver would go on without its neighbours in every round; guessed ghosts need
-// all bodies of an island at its end.
+// Without waiting, a solver would go on without its neighbours in every round; extrapolated ghosts
+// need all bodies of an island at its end.
 bool splits_islands(const RunOptions& options) {
-  return options.split_islands && options.gating && options.ghosts == GhostMode::kTold &&
+  return options.split_islands && options.gating && options.ghosts == GhostMode::kReceivedOnly &&
          options.rollback != RollbackMode::kWarm && options.executor != ExecutorKind::kSequential &&
          options.synchronisation == kernel::Synchronisation::kOptimistic;
 }

@@ -1,4 +1,4 @@
-// Who solves which blocks of a giant island that spans several worlds.
+// Who solves which blocks of a large island that spans several worlds.
 #pragma once
 
 #include <array>
@@ -16,15 +16,15 @@ namespace soda::models {
 
 struct RunOptions;
 
-// Whether a run splits giant islands between processors, if it has several; and about how long a
-// message between them takes. On the virtual cluster that is known, else a guess.
+// Whether a run splits large islands between processors, if it has several; and about how long a
+// message between them takes. On the virtual cluster that is known, else estimated.
 bool splits_islands(const RunOptions& options);
 std::int64_t exchange_ns(const RunOptions& options);
 
 // The processor (thread, virtual processor) that drives each world; in sequence, each has its own.
 std::vector<std::uint32_t> processors_of(const RunOptions& options, std::uint32_t worlds);
 
-// Whether such a run of this scene may come to split one: what worlds are told (world.hpp).
+// Whether such a run of this scene may come to split one: what worlds are sent (world.hpp).
 physics::Need splits_needed(const physics::SceneDescription& scene, const RunOptions& options,
                             std::uint32_t worlds);
 

@@ -15,7 +15,6 @@
 namespace soda::models {
 namespace {
 
-using physics::BodyId;
 using physics::BorderBody;
 
 // Bit for bit.
@@ -47,10 +46,12 @@ SplitSolve::SplitSolve(SplitIsland island, SplitPlan plan, WorldId self)
   }
 }
 
-std::uint32_t SplitSolve::sweeps() const { return physics::BlockSolver::stages(*island_.scene); }
+std::uint32_t SplitSolve::iterations() const {
+  return physics::BlockSolver::stages(*island_.scene);
+}
 
-// What the solver beside this one says of the border between them.
-std::optional<std::vector<BorderBody>> SplitSolve::hear(const SolverRange* from, Bag bag) const {
+// What the solver beside this one sends of the border between them.
+std::optional<std::vector<BorderBody>> SplitSolve::receive(const SolverRange* from, Bag bag) const {
   if (from == nullptr) return std::vector<BorderBody>{};
   const bool is_before = from == before_;
   for (const kernel::MessageView& message : bag) {
@@ -65,7 +66,7 @@ std::optional<std::vector<BorderBody>> SplitSolve::hear(const SolverRange* from,
 }
 
 // That of all blocks, in their order.
-std::optional<physics::StepWork> SplitSolve::hear_work(Bag bag) const {
+std::optional<physics::StepWork> SplitSolve::receive_work(Bag bag) const {
   physics::StepWork sum;
   for (const SolverRange& range : plan_.solvers) {
     std::optional<std::vector<physics::StepWork>> work;
@@ -82,7 +83,7 @@ std::optional<physics::StepWork> SplitSolve::hear_work(Bag bag) const {
 
 bool SplitSolve::lacks_news(Bag bag) const {
   if (!solves() || is_done()) return false;
-  return work_.empty() ? !hear(before_, bag) || !hear(behind_, bag) : !hear_work(bag);
+  return work_.empty() ? !receive(before_, bag) || !receive(behind_, bag) : !receive_work(bag);
 }
 
 void SplitSolve::round(std::int64_t step, std::uint32_t round, Bag bag, SolveShare& memory,
@@ -91,22 +92,22 @@ void SplitSolve::round(std::int64_t step, std::uint32_t round, Bag bag, SolveSha
   if (round == 0) {
     known_ = memory.find_blocks(island_.input, {range_->first, range_->last});
     if (!known_) solve_stages(0, counters);
-    return say_borders(letters);
+    return send_borders(letters);
   }
-  if (round > sweeps()) {
-    const std::optional<physics::StepWork> work = hear_work(bag);
+  if (round > iterations()) {
+    const std::optional<physics::StepWork> work = receive_work(bag);
     gave_up_ = !work;
     if (work) conclude(step, physics::allowed_share(*work), memory, counters);
     return;
   }
-  hear_borders(round, bag, counters);
+  receive_borders(round, bag, counters);
   if (gave_up_) return;
-  if (round < sweeps()) return say_borders(letters);
-  say_work(letters);
+  if (round < iterations()) return send_borders(letters);
+  send_work(letters);
 }
 
-void SplitSolve::hear_borders(std::uint32_t round, Bag bag, physics::StageCounters& counters) {
-  auto before = hear(before_, bag), behind = hear(behind_, bag);
+void SplitSolve::receive_borders(std::uint32_t round, Bag bag, physics::StageCounters& counters) {
+  auto before = receive(before_, bag), behind = receive(behind_, bag);
   gave_up_ = !before || !behind;
   if (gave_up_) return;
   SolvedBlocks::Stage& stage = stages_[round - 1];
@@ -128,23 +129,24 @@ void SplitSolve::hear_borders(std::uint32_t round, Bag bag, physics::StageCounte
 void SplitSolve::solve_stages(std::uint32_t stage, physics::StageCounters& counters) {
   std::uint32_t next = stage;
   if (!solver_) {
-    const physics::GiantIsland giant{*island_.scene,    island_.scene->dt_s, island_.ids,
+    const physics::GiantIsland large{*island_.scene,    island_.scene->dt_s, island_.ids,
                                      island_.manifolds, island_.states,      plan_.blocks};
-    solver_ = std::make_unique<physics::BlockSolver>(giant, range_->first, range_->last, counters);
+    solver_ = std::make_unique<physics::BlockSolver>(large, range_->first, range_->last, counters);
     next = 0;
   }
   for (; next <= stage; ++next) {
     if (next > 0) {
-      const SolvedBlocks::Stage& heard = stages_[next - 1];
-      gave_up_ = !solver_->take_lower(heard.from_before) || !solver_->take_upper(heard.from_behind);
+      const SolvedBlocks::Stage& received = stages_[next - 1];
+      gave_up_ =
+          !solver_->take_lower(received.from_before) || !solver_->take_upper(received.from_behind);
       if (gave_up_) return;
       solver_->solve_borders(next - 1, counters);
     }
-    if (next < sweeps()) solver_->solve_blocks(next, counters);
+    if (next < iterations()) solver_->solve_blocks(next, counters);
   }
 }
 
-void SplitSolve::say_borders(std::vector<Letter>& letters) {
+void SplitSolve::send_borders(std::vector<Letter>& letters) {
   SolvedBlocks::Stage stage;
   if (known_) {
     stage.to_before = known_->stages[stages_.size()].to_before;
@@ -162,7 +164,7 @@ void SplitSolve::say_borders(std::vector<Letter>& letters) {
   stages_.push_back(std::move(stage));
 }
 
-void SplitSolve::say_work(std::vector<Letter>& letters) {
+void SplitSolve::send_work(std::vector<Letter>& letters) {
   if (known_) {
     work_ = known_->work;
   } else {
@@ -181,7 +183,7 @@ void SplitSolve::conclude(std::int64_t step, double share, SolveShare& memory,
     return;
   }
   known_ = nullptr;
-  if (!solver_) solve_stages(sweeps(), counters);
+  if (!solver_) solve_stages(iterations(), counters);
   if (gave_up_) return;
   if (share != 1.0) solver_->take_share(share);
   auto solved = std::make_shared<SolvedBlocks>();
@@ -234,7 +236,7 @@ bool SplitSolve::lacks_outcome(Bag bag) const {
   });
 }
 
-std::optional<SplitSolve::Heard> SplitSolve::outcome(Bag bag) const {
+std::optional<SplitSolve::Received> SplitSolve::outcome(Bag bag) const {
   std::map<std::uint32_t, BlockNews> ranges;  // by first block
   if (is_done()) ranges.emplace(range_->first, news_for(self_));
   for (const kernel::MessageView& message : bag) {
@@ -243,25 +245,25 @@ std::optional<SplitSolve::Heard> SplitSolve::outcome(Bag bag) const {
     BlockNews news = decode_block_news(message.payload);
     ranges.emplace(news.first, std::move(news));
   }
-  Heard heard;
+  Received received;
   std::vector<physics::BlockReport> reports;
-  physics::IslandReport& report = heard.report.emplace();
+  physics::IslandReport& report = received.report.emplace();
   report.label = island_.ids.front();
   report.bodies = static_cast<std::uint32_t>(island_.ids.size());
   for (const physics::ContactManifold& m : island_.manifolds) report.contact_points += m.count;
-  report.iterations = sweeps();
+  report.iterations = iterations();
   for (auto& [first, news] : ranges) {
-    std::move(news.bodies.begin(), news.bodies.end(), std::back_inserter(heard.bodies));
-    heard.faults.insert(heard.faults.end(), news.faults.begin(), news.faults.end());
+    std::move(news.bodies.begin(), news.bodies.end(), std::back_inserter(received.bodies));
+    received.faults.insert(received.faults.end(), news.faults.begin(), news.faults.end());
     if (first == reports.size())
       reports.insert(reports.end(), news.reports.begin(), news.reports.end());
   }
   const auto own = std::count(island_.owners.begin(), island_.owners.end(), self_);
-  if (static_cast<std::ptrdiff_t>(heard.bodies.size()) != own) return std::nullopt;
+  if (static_cast<std::ptrdiff_t>(received.bodies.size()) != own) return std::nullopt;
   if (reports.size() != plan_.blocks.count()) return std::nullopt;
   for (const physics::BlockReport& block : reports) add(block, report);
-  if (island_.owners.front() != self_) heard.report.reset();
-  return heard;
+  if (island_.owners.front() != self_) received.report.reset();
+  return received;
 }
 
 std::uint64_t SplitSolve::digest() const {
@@ -272,9 +274,9 @@ std::uint64_t SplitSolve::digest() const {
     digest = kernel::append(digest, std::bit_cast<std::uint64_t>(work.after.sum));
   if (outcome_) digest = kernel::append(digest, std::bit_cast<std::uint64_t>(outcome_->share));
   for (const SolvedBlocks::Stage& stage : stages_) {
-    for (const auto* heard : {&stage.from_before, &stage.from_behind})
-      digest =
-          kernel::append(digest, XXH3_64bits(heard->data(), heard->size() * sizeof(BorderBody)));
+    for (const auto* received : {&stage.from_before, &stage.from_behind})
+      digest = kernel::append(digest,
+                              XXH3_64bits(received->data(), received->size() * sizeof(BorderBody)));
     for (const auto* said : {&stage.to_before, &stage.to_behind}) {
       const std::span<const std::byte> bytes = said->bytes();
       digest = kernel::append(digest, XXH3_64bits(bytes.data(), bytes.size()));

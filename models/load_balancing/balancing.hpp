@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "kernel/api/outside.hpp"
+#include "kernel/api/external_source.hpp"
 #include "models/load_balancing/load_balancer.hpp"
 #include "models/options/run_options.hpp"
 
@@ -20,7 +20,7 @@ kernel::Message transfer_message(std::int64_t step, std::span<const CellTransfer
 // Lives at the root. A decision is made from what all worlds have committed, at a GVT of step g; it
 // holds from step g + buffer + 1 on, which no world has begun, so nothing is rolled back for it.
 // From a step at most one holds.
-class Balancing final : public kernel::Outside, public LoadSink {
+class Balancing final : public kernel::ExternalSource, public LoadSink {
  public:
   // `map`: of `first_step`, before which the run begins; it ends after `steps`. `processor_of`: of
   // each world.

@@ -16,7 +16,7 @@ struct LoadSampling {
   // Steps from a sample until what is decided from it begins and ceases to hold: bodies are counted
   // where they will be then if they go on as they do.
   std::int64_t from = 0, until = 0;
-  bool splits_islands = false;  // the run solves giant islands block by block
+  bool splits_islands = false;  // the run solves large islands block by block
 
   bool takes(std::int64_t step) const { return interval > 0 && step % interval == 0; }
 };

@@ -28,7 +28,7 @@ struct Ghost {
   physics::BodyState state;
 };
 
-// A body that a hit has sent on, and where it ends: its ghost's box is that of all its ways.
+// A body that an impact has sent on, and where it ends: its ghost's box is that of all its ways.
 struct SentBody {
   Ghost ghost;
   physics::BodyState end;
@@ -48,10 +48,10 @@ struct Records {
   std::vector<physics::ContactManifold> manifolds;  // canonical order
 };
 
-// What a world tells another one of cross-owner contacts, once a step.
+// What a world sends another one of cross-owner contacts, once a step.
 struct Fragment {
   struct OfGroup {
-    physics::BodyId label{};  // of the group (gating.hpp)
+    physics::BodyId label{};  // of the group (dependencies.hpp)
     Records records;
   };
   Records records;              // contacts with a body of the receiver that the sender has tested

@@ -14,7 +14,7 @@ enum class Phase : std::uint32_t {
   kBorderTraversal = 2,
   kPairs = 3,
   kSync = 4,   // has merge rounds 0, 1, 2, ...
-  kSplit = 5,  // solvers of giant islands exchange borders in rounds 0, 1, 2, ..., then their work
+  kSplit = 5,  // solvers of large islands exchange borders in rounds 0, 1, 2, ..., then their work
   kSolve = 6,
   kFinish = 7,
 };
@@ -27,11 +27,11 @@ enum class MessageKind : std::uint32_t {
   kRecords = 3,    // at kSync round >= 1: records of a mixed island
   kInputs = 4,     // at kBegin, from outside: what the user does, to all worlds
   kTransfers = 5,  // at kBegin, from outside, to every world: cells that change hands
-  kBorders = 6,    // at kSplit round >= 1: velocities at the border of a block of a giant island
+  kBorders = 6,    // at kSplit round >= 1: velocities at the border of a block of a large island
   kWork = 7,       // at kSplit, in the round after the last sweep: work of the blocks' impulses
   kBlocks = 8,     // at kSolve: how its blocks ended
-  kSent = 9,       // from pass 1 on: bodies that hits have sent on, at kBorderTraversal from their
-                   // owner, at kPairs from a world that passes them on
+  kSent = 9,  // from pass 1 on: bodies that impacts have sent on, at kBorderTraversal from their
+              // owner, at kPairs from a world that passes them on
 };
 
 inline constexpr std::uint32_t kPassShift = 20, kPhaseShift = 16;

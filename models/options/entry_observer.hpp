@@ -22,7 +22,7 @@ class EntryObserver {
   // others, and what they say to that of the root, in order and before the run ends. Called by one
   // thread, while others execute worlds.
   virtual std::vector<kernel::Bytes> take_news() { return {}; }
-  virtual void hear(std::span<const std::byte> /*news*/) {}
+  virtual void receive(std::span<const std::byte> /*news*/) {}
 };
 
 }  // namespace soda::models

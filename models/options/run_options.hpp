@@ -26,9 +26,9 @@ enum class RollbackMode {
 };
 
 // What a world takes for the ghosts of a step that a neighbour has not sent yet, though it has sent
-// ghosts in the step before. The committed bits are the same; see guessed_ghosts.hpp.
+// ghosts in the step before. The committed bits are the same; see extrapolated_ghosts.hpp.
 enum class GhostMode {
-  kTold,           // nothing: it ignores bodies that it has not been told of
+  kReceivedOnly,   // nothing: it ignores bodies that it has not received
   kDeadReckoning,  // bodies that go on with constant velocity, as distributed games do
   kPredicted,      // what their owner computes of them if nothing touches them
 };
@@ -63,12 +63,12 @@ struct RunOptions {
   std::int64_t buffer = 48;           // entries of each world's transform buffer, >= 1
   std::uint64_t scheduling_seed = 0;  // see kernel::ThreadsOptions
   RollbackMode rollback = RollbackMode::kPropagate;
-  bool gating = true;  // worlds whose bodies touch wait for each other (gating.hpp)
-  // Giant islands that lie on several processors are solved block by block, each by one of them
-  // (split_plan.hpp); else each solves the whole. Needs gating, and ghosts that are told. The
-  // committed bits are the same.
+  bool gating = true;  // worlds whose bodies touch wait for each other (dependencies.hpp)
+  // Large islands that lie on several processors are solved block by block, each by one of them
+  // (split_plan.hpp); else each solves the whole. Needs dependency waits, and no extrapolated
+  // ghosts. The committed bits are the same.
   bool split_islands = true;
-  GhostMode ghosts = GhostMode::kTold;
+  GhostMode ghosts = GhostMode::kReceivedOnly;
   BalancingOptions balancing = {};
   // kMpi only: the other ranks, each of which makes the same call.
   kernel::Transport* transport = nullptr;
@@ -76,7 +76,7 @@ struct RunOptions {
   kernel::Synchronisation synchronisation = kernel::Synchronisation::kOptimistic;
   InputOptions inputs = {};
   // Who sends to worlds from outside; each outlives the run. Over ranks, the root's count.
-  std::vector<kernel::Outside*> outsides = {};
+  std::vector<kernel::ExternalSource*> external_sources = {};
   EntryObserver* entries = nullptr;  // who is told how far worlds are; outlives the run. Over
                                      // ranks, all have one or none has
   // Ends the run at the next commit when it is no longer 0; may be null, or outlives the run.
@@ -89,8 +89,8 @@ struct RunOptions {
   std::function<std::int64_t(WorldId, std::int64_t)> event_cost_ns = {};
   bool constant_cost = false;
   CostWeights weights = {};
-  // A traced run again, instead of what `executor` says. `outsides` must be none, and inputs a
-  // script.
+  // A traced run again, instead of what `executor` says. `external_sources` must be none, and
+  // inputs a script.
   const RecordedExecution* recorded = nullptr;
 };
 

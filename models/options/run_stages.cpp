@@ -11,8 +11,8 @@ constexpr const char* kOneWorld = "one world has no borders";
 constexpr const char* kInSequence = "the sequential executor never rolls back";
 
 // Balancing is none of it: what it decides is for steps that nobody has begun.
-bool hears_from_outside(const RunOptions& options) {
-  return options.inputs.any() || !options.outsides.empty();
+bool has_external_sources(const RunOptions& options) {
+  return options.inputs.any() || !options.external_sources.empty();
 }
 
 // The second execution takes over what the first one has computed.
@@ -37,10 +37,10 @@ Need entries_needed(const RunOptions& options, std::uint32_t worlds) {
 Need rollback_needed(const RunOptions& options, std::uint32_t worlds) {
   const Need entries = entries_needed(options, worlds);
   if (!entries) return entries;
-  const bool outside = hears_from_outside(options);
+  const bool external = has_external_sources(options);
   if (worlds > 1 && options.synchronisation == kernel::Synchronisation::kOptimistic)
     return {true, "a neighbour's body can turn out to have mattered"};
-  return need_of(outside, "what comes from outside can come late",
+  return need_of(external, "what comes from outside can come late",
                  worlds > 1 ? "in lockstep nothing comes late" : kOneWorld);
 }
 

@@ -15,8 +15,8 @@ struct WorldCounters {
   std::uint64_t migrations = 0;      // bodies sent to a new owner
   std::uint64_t mixed_islands = 0;   // solves (or shares) of islands with several owners
   std::uint64_t islands_reused = 0;  // mixed islands taken from another world's solve
-  // Giant ones among the mixed islands of which this world has solved a part or none, and heard
-  // how its bodies ended; and those that it had to solve whole, for others did not tell.
+  // Large ones among the mixed islands of which this world has solved a part or none, and received
+  // how its bodies ended; and those that it had to solve whole, for others did not send.
   std::uint64_t islands_split = 0, splits_given_up = 0;
   // Solves that counted: for each committed step and world, the islands with one of its bodies.
   std::uint64_t solves_committed = 0;
@@ -37,15 +37,16 @@ struct WorldCounters {
   std::uint64_t islands_repeated = 0, islands_taken = 0;
   std::uint64_t islands_warm = 0;  // of the repeated ones: solved from earlier multipliers
   std::uint64_t bodies_repeated = 0, bodies_taken = 0;
-  // Guesses: bodies guessed, each time a step was executed with the guess. What a neighbour sent
-  // for a step that had been executed with a guess (the last one counts): messages, and those that
-  // were as guessed, bit for bit; the bodies guessed, and those that came just so.
+  // Bodies extrapolated, each time a step was executed with the extrapolated ghost. What a
+  // neighbour sent for a step that had been executed with an extrapolation (the last one counts):
+  // messages, and those that were as extrapolated, bit for bit; the bodies extrapolated, and those
+  // that came just so.
   std::uint64_t ghosts_guessed = 0;
   std::uint64_t guesses_answered = 0, guesses_confirmed = 0;
   std::uint64_t ghosts_answered = 0, ghosts_confirmed = 0;
   // Contacts of two owners: found by some execution of a step whose committed execution does not
   // have them; and not found by some execution, though the committed one has them. Counted on the
-  // virtual cluster, and where ghosts are guessed.
+  // virtual cluster, and where ghosts are extrapolated.
   std::uint64_t contacts_false = 0, contacts_missed = 0;
   std::uint64_t bodies_sampled = 0;  // for load balancing
   // Events that an undivided run has, too: the beginnings, pairs and ends of steps, of the first

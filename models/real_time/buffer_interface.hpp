@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "kernel/api/outside.hpp"
+#include "kernel/api/external_source.hpp"
 #include "models/commit/commit.hpp"
 #include "models/options/entry_observer.hpp"
 
@@ -40,9 +40,9 @@ struct Frame {
 // else the lead doubles, if there is more in store, and then not again until GVT can have followed.
 // It shrinks by a frame when that would have done for a second.
 //
-// The floor of the outside, for an executor with Time Warp; one that has none runs no further than
-// `lead` itself, which is the size of its buffer then.
-class BufferInterface final : public kernel::Outside, public EntryObserver {
+// The floor of the external source, for an executor with Time Warp; one that has none runs no
+// further than `lead` itself, which is the size of its buffer then.
+class BufferInterface final : public kernel::ExternalSource, public EntryObserver {
  public:
   // `initial[i]` is the state of BodyId{i} at clock `first`, which is shown first.
   BufferInterface(std::span<const physics::BodyState> initial, std::uint32_t worlds,

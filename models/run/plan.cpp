@@ -94,6 +94,7 @@ std::vector<PlanLine> make_plan(const SceneDescription& scene, std::uint32_t wor
 std::vector<std::uint64_t> plan_counters(const std::vector<PlanLine>& plan,
                                          const SimulationResult& result) {
   std::vector<std::uint64_t> counts;
+  counts.reserve(plan.size());
   for (const PlanLine& line : plan) counts.push_back(line.count(result));
   return counts;
 }

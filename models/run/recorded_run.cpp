@@ -13,7 +13,7 @@ namespace soda::models {
 namespace {
 
 // One decision of the balancer holds from a step.
-std::vector<kernel::Message> from_outside(const RunOptions& options, std::uint32_t worlds) {
+std::vector<kernel::Message> external_messages(const RunOptions& options, std::uint32_t worlds) {
   std::vector<kernel::Message> all;
   for (const UserInput& input : options.inputs.script)
     append_for_all(input_message(input), worlds, all);
@@ -46,15 +46,15 @@ kernel::RunResult run_recorded(std::span<const std::unique_ptr<kernel::LogicalPr
   const kernel::RecordedOrder& order = options.recorded->order;
   kernel::RunResult outcome = kernel::run_as_recorded(
       worlds, time_of(options.steps, Phase::kBegin), order,
-      from_outside(options, static_cast<std::uint32_t>(worlds.size())), recording);
+      external_messages(options, static_cast<std::uint32_t>(worlds.size())), recording);
   if (!order.whole) tell_stands(worlds, observer);
   return outcome;
 }
 
 std::vector<TerritoryChange> changes_at(std::span<const TerritoryChange> changes,
                                         std::int64_t step) {
-  const auto found = std::ranges::equal_range(changes, step, {}, &TerritoryChange::step);
-  return {found.begin(), found.end()};
+  return {std::ranges::lower_bound(changes, step, {}, &TerritoryChange::step),
+          std::ranges::upper_bound(changes, step, {}, &TerritoryChange::step)};
 }
 
 }  // namespace soda::models

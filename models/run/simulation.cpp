@@ -13,7 +13,7 @@
 #include "models/islands/split_plan.hpp"
 #include "models/load_balancing/balancing.hpp"
 #include "models/options/run_stages.hpp"
-#include "models/run/commit_relay.hpp"
+#include "models/run/commit_forwarding.hpp"
 #include "models/run/recorded_run.hpp"
 #include "models/territory/map_share.hpp"
 #include "models/user_input/input_feed.hpp"
@@ -111,7 +111,7 @@ Worlds build_worlds(const Surroundings& around, const Rules& rules,
                           .exchange_ns = exchange_ns(options),
                           .ghosts = options.ghosts,
                           .audits = options.executor == ExecutorKind::kVirtual ||
-                                    options.ghosts != GhostMode::kTold,
+                                    options.ghosts != GhostMode::kReceivedOnly,
                           .sampling = around.sampling,
                           .loads = around.loads,
                           .entries = options.entries},
@@ -145,7 +145,7 @@ struct TraceToObserver final : kernel::TraceSink {
 struct Driver {
   const RunOptions& options;
   const CommitObserver& observer;
-  kernel::Outside* outside;
+  kernel::ExternalSource* external;
   kernel::Recording recording;
   const kernel::ProgressFn progress;
 };
@@ -156,7 +156,7 @@ kernel::ThreadsOptions threads_options(const Driver& driver) {
           .window = options.buffer,
           .scheduling_seed = options.scheduling_seed,
           .synchronisation = options.synchronisation,
-          .outside = driver.outside,
+          .external = driver.external,
           .stop = options.stop,
           .recording = driver.recording};
 }
@@ -167,7 +167,7 @@ kernel::RunResult run_on_cluster(const Worlds& worlds, const Driver& driver,
   kernel::VirtualOptions cluster = options.cluster;
   cluster.window = options.buffer;
   cluster.synchronisation = options.synchronisation;
-  cluster.outside = driver.outside;
+  cluster.external = driver.external;
   cluster.stop = options.stop;
   cluster.recording = driver.recording;
   if (!options.constant_cost) {
@@ -189,9 +189,9 @@ kernel::RunResult run_on_cluster(const Worlds& worlds, const Driver& driver,
   return std::move(result.run);
 }
 
-kernel::RunResult run_over_ranks(const Worlds& worlds, const Driver& driver, CommitRelay& relay,
-                                 const RecordSinks& sinks) {
-  const kernel::RecordHooks records = record_hooks(relay, sinks);
+kernel::RunResult run_over_ranks(const Worlds& worlds, const Driver& driver,
+                                 CommitForwarding& forwarding, const RecordSinks& sinks) {
+  const kernel::RecordHooks records = record_hooks(forwarding, sinks);
   return kernel::run_distributed(worlds, time_of(driver.options.steps, Phase::kBegin),
                                  threads_options(driver), *driver.options.transport, records,
                                  driver.progress);
@@ -232,7 +232,7 @@ void take_sums(const kernel::RunResult& outcome, SimulationResult& result) {
   result.account = outcome.account;
 }
 
-kernel::RunResult run(const Worlds& worlds, const Driver& driver, CommitRelay& relay,
+kernel::RunResult run(const Worlds& worlds, const Driver& driver, CommitForwarding& forwarding,
                       const RecordSinks& sinks, std::optional<kernel::VirtualReport>& report) {
   const RunOptions& options = driver.options;
   const kernel::VirtualTime end = time_of(options.steps, Phase::kBegin);
@@ -241,9 +241,10 @@ kernel::RunResult run(const Worlds& worlds, const Driver& driver, CommitRelay& r
   if (options.executor == ExecutorKind::kVirtual) return run_on_cluster(worlds, driver, report);
   if (worlds.size() == 1 && !worlds[0]) return {};
   if (executor_of(options, static_cast<std::uint32_t>(worlds.size())) == ExecutorKind::kSequential)
-    return kernel::run_sequential(worlds, end, driver.progress, driver.outside, options.stop,
+    return kernel::run_sequential(worlds, end, driver.progress, driver.external, options.stop,
                                   driver.recording);
-  if (options.executor == ExecutorKind::kMpi) return run_over_ranks(worlds, driver, relay, sinks);
+  if (options.executor == ExecutorKind::kMpi)
+    return run_over_ranks(worlds, driver, forwarding, sinks);
   return kernel::run_threads(worlds, end, threads_options(driver), driver.progress);
 }
 
@@ -273,7 +274,7 @@ SimulationResult run_committed(const physics::SceneDescription& scene,
   options.steps = failed.committed_steps;
   options.balancing = {};
   options.executor = ExecutorKind::kSequential;
-  options.outsides.clear();
+  options.external_sources.clear();
   options.entries = nullptr;
   options.stop = nullptr;
   options.inputs.live = nullptr;
@@ -290,7 +291,7 @@ std::unique_ptr<InputFeed> connect_inputs(std::uint32_t worlds, RunOptions& opti
   // Before a world within its buffer can come to their step.
   const std::int64_t ahead_steps = options.inputs.at_the_last_moment ? 0 : 2 * options.buffer + 2;
   auto feed = std::make_unique<InputFeed>(options.inputs, worlds, options.first_step, ahead_steps);
-  options.outsides.push_back(feed.get());
+  options.external_sources.push_back(feed.get());
   observer.on_step = [&from = *feed, on_step = observer.on_step](const CommittedStep& step) {
     CommittedStep whole = step;
     whole.inputs = from.committed(step.step - 1);
@@ -327,39 +328,39 @@ SimulationResult simulate(const physics::SceneDescription& scene,
   for (std::size_t i = 0; i < share_count(options, map.worlds()); ++i)
     shares.emplace_back(options.buffer + 1);
   CommitMerge merge(observer, map.worlds(), options.first_step);
-  CommitRelay relay(observer);
-  CommitSink& commits = is_root(options) ? static_cast<CommitSink&>(merge) : relay;
+  CommitForwarding forwarding(observer);
+  CommitSink& commits = is_root(options) ? static_cast<CommitSink&>(merge) : forwarding;
   SceneVersions scenes(scene);
   MapShare maps;
   const Rules rules{
       std::shared_ptr<const TerritoryMap>(std::shared_ptr<const void>(), &map), scenes.with({}),
       std::make_shared<InputAccount>(InputAccount{Presence(options.inputs.absent), {}})};
   const std::unique_ptr<Balancing> balancing = make_balancing(options, rules.map);
-  if (balancing && is_root(options)) options.outsides.push_back(balancing.get());
+  if (balancing && is_root(options)) options.external_sources.push_back(balancing.get());
   if (is_root(options)) connect_changes(balancing.get(), options.recorded, observer);
-  LoadSink* const loads = is_root(options) ? static_cast<LoadSink*>(balancing.get()) : &relay;
+  LoadSink* const loads = is_root(options) ? static_cast<LoadSink*>(balancing.get()) : &forwarding;
   const std::vector<std::uint32_t> processors = processors_of(options, map.worlds());
   const Worlds worlds = build_worlds({geometry, shares, scenes, maps, commits, options,
                                       sampling_of(balancing.get(), options), loads, processors},
                                      rules, initial, own_worlds(options, map.worlds()));
 
   SimulationResult result;
-  kernel::OutsideList outsides(options.outsides);
+  kernel::ExternalSourceList external_sources(options.external_sources);
   TraceToObserver to_observer(observer);
   kernel::TraceSink* const trace =
-      is_root(options) ? static_cast<kernel::TraceSink*>(&to_observer) : &relay;
+      is_root(options) ? static_cast<kernel::TraceSink*>(&to_observer) : &forwarding;
   const kernel::RunResult outcome =
       run(worlds,
           {.options = options,
            .observer = observer,
-           .outside = options.outsides.empty() ? nullptr : &outsides,
+           .external = options.external_sources.empty() ? nullptr : &external_sources,
            .recording = {.kind_of = kind_of,
                          .trace = observer.wants_trace ? trace : nullptr,
                          .describe = note_bodies,
                          .accounts = options.executor == ExecutorKind::kThreads ||
                                      options.executor == ExecutorKind::kMpi},
            .progress = on_gvt(options.steps, progress)},
-          relay, {commits, balancing.get(), trace, options.entries}, result.cluster);
+          forwarding, {commits, balancing.get(), trace, options.entries}, result.cluster);
   result.committed_steps = merge.committed_steps();
   if (options.recorded != nullptr) {
     if (!options.recorded->order.whole) return result;

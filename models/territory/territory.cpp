@@ -221,7 +221,7 @@ std::size_t Grid::index_of_cell(const std::array<std::int32_t, 3>& cell) const {
 }
 
 TerritoryMap::TerritoryMap(Grid grid, std::uint32_t worlds, std::vector<WorldId> owner_of_cell)
-    : grid_(grid), worlds_(worlds), owner_of_cell_(std::move(owner_of_cell)) {
+    : grid_(std::move(grid)), worlds_(worlds), owner_of_cell_(std::move(owner_of_cell)) {
   if (worlds_ == 1) return;  // no borders, and nobody asks
   const auto lower = [](auto a, auto b) { return std::min(a, b); };
   const auto higher = [](auto a, auto b) { return std::max(a, b); };

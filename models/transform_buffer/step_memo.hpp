@@ -31,14 +31,14 @@ struct StepMemo {
     physics::Aabb box;  // swept
   };
 
-  // All ways of a body that a hit has sent on.
+  // All ways of a body that an impact has sent on.
   struct SentWay {
     WorldId owner{};
     physics::Aabb box;
   };
 
   bool valid = false;
-  bool connects = false;          // further passes have connected bodies, or were told to others
+  bool connects = false;          // further passes have connected bodies, or were sent to others
   std::vector<Migrant> migrants;  // those that became own bodies; ascending by id
   std::vector<physics::BodyId> touched;         // by user input; ascending
   std::vector<Ghost> ghosts;                    // ascending by id

@@ -143,8 +143,8 @@ bool same_objects(const Rules& a, const Rules& b) {
 }
 
 bool is_empty(const ForeignView& view) {
-  return view.told.empty() && view.sent_to.empty() && view.heard.from.empty() &&
-         view.heard.ghosts.empty() && view.known.empty();
+  return view.ghosts_sent_to.empty() && view.bodies_sent_to.empty() && view.received.from.empty() &&
+         view.received.ghosts.empty() && view.known.empty();
 }
 
 std::uint64_t whole_bytes(const std::vector<BodyState>& states) {
@@ -209,7 +209,8 @@ StoredEntry store(SharedMemory& memory, BufferEntry& entry, const StoredEntry& o
   stored.islands = {memory, entry.islands, older.islands};
   if (entry.memo.valid) store_memo(memory, entry.memo, older, replaced, stored);
   ++counters.entries_stored;
-  stored.gate = stored_one(memory, entry.gate, older.gate, replaced.gate, std::equal_to());
+  stored.dependencies = stored_one(memory, entry.dependencies, older.dependencies,
+                                   replaced.dependencies, std::equal_to());
   if (!is_empty(entry.view))
     stored.view = std::make_unique<ForeignView>(std::exchange(entry.view, {}));
   stored.solves = entry.solves;

@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "models/ghosts/guessed_ghosts.hpp"
-#include "models/islands/gating.hpp"
+#include "models/ghosts/extrapolated_ghosts.hpp"
+#include "models/islands/dependencies.hpp"
 #include "models/options/world_counters.hpp"
 #include "models/transform_buffer/packed_state.hpp"
 #include "models/transform_buffer/shared_list.hpp"
@@ -28,7 +28,7 @@ struct BufferEntry {
   std::vector<physics::IslandReport> islands;  // solved in step - 1, whose label is an own body
   std::uint32_t solves = 0;                    // in step - 1: islands with an own body
   StepMemo memo;                               // of step - 1
-  Gate gate;                                   // of step - 1
+  Dependencies dependencies;                   // of step - 1
   ForeignView view;                            // of step - 1
   Rules rules;                                 // of step - 1; of the first one, its own
   // Modelled cost of step - 1, all its executions; only if loads are sampled.
@@ -91,9 +91,9 @@ struct StoredEntry {
   SharedList<StoredGhost> ghosts;
   SharedList<physics::ContactManifold> tested;
   SharedList<StepMemo::BorderBody> border;
-  SharedArray<Gate> gate;             // one
-  SharedArray<Rules> rules;           // one
-  std::unique_ptr<ForeignView> view;  // null: empty
+  SharedArray<Dependencies> dependencies;  // one
+  SharedArray<Rules> rules;                // one
+  std::unique_ptr<ForeignView> view;       // null: empty
   std::int64_t spent_ns = 0;
   std::vector<physics::BodyId> touched;  // of the memo
   std::vector<StepMemo::SentWay> sent;   // the same

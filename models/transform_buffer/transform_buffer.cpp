@@ -46,9 +46,9 @@ const Rules& TransformBuffer::rules(std::int64_t step) const {
   return is_open(step) ? open_.rules : rules_of(slot(step));
 }
 
-const Gate& TransformBuffer::gate(std::int64_t step) const {
+const Dependencies& TransformBuffer::dependencies(std::int64_t step) const {
   require_held(step);
-  return is_open(step) ? open_.gate : slot(step).gate.items().front();
+  return is_open(step) ? open_.dependencies : slot(step).dependencies.items().front();
 }
 
 const ForeignView& TransformBuffer::view(std::int64_t step) const {
@@ -137,15 +137,15 @@ void TransformBuffer::add_sent(std::int64_t step, std::span<const StepMemo::Sent
   sent.insert(sent.end(), ways.begin(), ways.end());
 }
 
-void TransformBuffer::replace_heard(std::int64_t step, Heard heard) {
+void TransformBuffer::replace_received(std::int64_t step, ReceivedGhosts received) {
   require_held(step);
   if (is_open(step)) {
-    open_.view.heard = std::move(heard);
+    open_.view.received = std::move(received);
     return;
   }
   std::unique_ptr<ForeignView>& view = slot(step).view;
   if (view == nullptr) view = std::make_unique<ForeignView>();
-  view->heard = std::move(heard);
+  view->received = std::move(received);
 }
 
 const StoredEntry* TransformBuffer::stale_next() const {

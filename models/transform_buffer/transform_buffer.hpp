@@ -28,7 +28,7 @@ class TransformBuffer {
   // In all below but forget(), `step` must be held.
 
   const Rules& rules(std::int64_t step) const;
-  const Gate& gate(std::int64_t step) const;
+  const Dependencies& dependencies(std::int64_t step) const;
   const ForeignView& view(std::int64_t step) const;
   bool may_leave(std::int64_t step) const;
   std::vector<physics::BodyId>& differs(std::int64_t step);
@@ -49,7 +49,7 @@ class TransformBuffer {
   void replace_ghosts(std::int64_t step, std::vector<Ghost> ghosts);
   void add_sent(std::int64_t step, std::span<const StepMemo::SentWay> ways);
   // In the view of the entry.
-  void replace_heard(std::int64_t step, Heard heard);
+  void replace_received(std::int64_t step, ReceivedGhosts received);
   // The entry: itself if it is open, else a copy in `copy`. Without memo; without bodies unless
   // `with_states`.
   const BufferEntry& read(std::int64_t step, bool with_states, BufferEntry& copy) const;

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "kernel/api/outside.hpp"
+#include "kernel/api/external_source.hpp"
 #include "models/user_input/user_input.hpp"
 
 namespace soda::models {
@@ -38,7 +38,7 @@ class LiveInputs {
 // step gets the earliest that is still possible. GVT does not pass an input that is known.
 //
 // floor() and take() from the executor, committed() from whoever hears of committed steps.
-class InputFeed final : public kernel::Outside {
+class InputFeed final : public kernel::ExternalSource {
  public:
   // An input is sent when GVT is `ahead_steps` before its step, or closer. The run begins before
   // `first_step`.

@@ -36,7 +36,7 @@ struct ExecutedStep {
   // Of an own body at the start of the step; none if it is not known.
   std::function<std::optional<physics::BodyState>(physics::BodyId)> begin_state;
   std::function<std::span<const StepMemo::BorderBody>(std::uint32_t cell)> border_bodies;
-  std::span<const StepMemo::SentWay> sent;  // ways of what hits have sent on
+  std::span<const StepMemo::SentWay> sent;  // ways of what impacts have sent on
   bool connects = false;                    // further passes have made a difference
   // Of the contacts that this world tested: how many, and the other body of one that the body has.
   std::size_t contacts = 0;
@@ -52,7 +52,7 @@ bool makes_no_difference(const ExecutedStep& step, std::span<const Ghost> ghosts
                          physics::StageCounters& counters, std::uint64_t& looked_at,
                          kernel::Refusal& why);
 
-// Whether a body that is sent on, which this world has not heard of, makes none either: it
+// Whether a body that is sent on, which this world has not received, makes none either: it
 // comes near no own body, and no foreign one in a cell of this world.
 bool is_out_of_reach(const ExecutedStep& step, const Ghost& sent, std::uint64_t& looked_at);
 

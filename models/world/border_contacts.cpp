@@ -50,7 +50,7 @@ bool tests(const TerritoryMap& map, WorldId self, const Present& all, physics::I
   return map.owner_at(corner) == self;
 }
 
-// The other owner hears of the contact and of the body that it does not own.
+// The other owner receives the contact and the body that it does not own.
 void add_fragment(const Present& all, std::uint32_t body, WorldId target,
                   std::span<const ContactManifold> found, std::map<WorldId, Fragment>& fragments) {
   Records& records = fragments[target].records;

@@ -1,4 +1,4 @@
-// Contacts in a world that holds ghosts: who tests which pair, and who has to hear of it.
+// Contacts in a world that holds ghosts: who tests which pair, and who has to receive it.
 #pragma once
 
 #include <map>
@@ -24,7 +24,7 @@ struct BorderContacts {
   // All contacts of own bodies that this world tests, in canonical order.
   std::vector<physics::ContactManifold> manifolds;
   std::vector<Node> foreign;  // foreign bodies in these contacts, ascending, unique
-  // Cross-owner contacts by the foreign owner who must hear of them; two ghosts can be such a pair.
+  // Cross-owner contacts by the foreign owner who must receive them; two ghosts can be such a pair.
   std::map<WorldId, Fragment> fragments;
   // Contacts between ghosts that this world has tested for their owners; ascending pairs.
   std::vector<physics::ContactManifold> for_others;

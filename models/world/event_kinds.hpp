@@ -23,7 +23,7 @@ enum class Refused : std::uint32_t {
   kTouches = 1,    // own or foreign body `other` touches the ghost `subject`
   kTouched = 2,    // the ghost `subject` that is gone, or was elsewhere, had touched `other`
   kIsOwn = 3,      // body `subject` was its own in the step
-  kMeetsSent = 4,  // the ghost `subject` comes to a body that a hit has sent on
+  kMeetsSent = 4,  // the ghost `subject` comes to a body that an impact has sent on
   kInDoubt = 5,    // nothing is known of the cells that the ghost `subject` covers
 };
 inline constexpr std::uint32_t kRefusals = 6;

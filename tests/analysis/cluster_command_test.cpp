@@ -46,7 +46,8 @@ TEST(ClusterCommands, RunReportsEveryDocumentedKeyAndTheDigestOfEveryExecutor) {
 }
 
 // Latencies of about a tenth of a step.
-TEST(ClusterCommands, WithGatingStacksAndChainsOnBordersAreSolvedAtMostFifteenPercentTooOften) {
+TEST(ClusterCommands,
+     WithDependencyWaitsStacksAndChainsOnBordersAreSolvedAtMostFifteenPercentTooOften) {
   const auto rework = [](const char* scene, const char* steps, const char* latency_us,
                          const char* gating) {
     const Json islands =

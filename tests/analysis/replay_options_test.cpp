@@ -29,7 +29,7 @@ json parsed(const ChildResult& result) {
   return json::parse(result.out);
 }
 
-// Of border-stack on a slow virtual cluster without gates: thousands of rollbacks.
+// Of border-stack on a slow virtual cluster without dependency waits: thousands of rollbacks.
 json run_of_border_stack(const std::string& log) {
   return parsed(
       run_soda({"run", library_file("border-stack"), "--gating", "off", "--latency-us", "60",

@@ -80,11 +80,11 @@ TEST(SlidingVector, ReleasesWhatDroppedElementsOwnAtOnce) {
 
 TEST(Inbox, KeepsWhatWasPutBeforeUntilItIsTaken) {
   Inbox inbox;
-  const auto put = [&](std::vector<std::uint64_t> incarnations) {
+  const auto put = [&](std::vector<std::uint64_t> versions) {
     std::vector<Message> messages;
-    for (const std::uint64_t incarnation : incarnations) {
+    for (const std::uint64_t version : versions) {
       messages.emplace_back();
-      messages.back().incarnation = incarnation;
+      messages.back().version = version;
     }
     inbox.put(messages);
     EXPECT_TRUE(messages.empty());
@@ -95,7 +95,7 @@ TEST(Inbox, KeepsWhatWasPutBeforeUntilItIsTaken) {
     inbox.take(taken);
     EXPECT_FALSE(inbox.filled());
     found.clear();
-    for (const Message& message : taken) found.push_back(message.incarnation);
+    for (const Message& message : taken) found.push_back(message.version);
   };
   put({1, 2});
   put({3});

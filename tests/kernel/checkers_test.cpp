@@ -12,12 +12,12 @@
 namespace soda::kernel {
 namespace {
 
-Message message(VirtualTime time, std::uint64_t incarnation, bool anti = false) {
+Message message(VirtualTime time, std::uint64_t version, bool anti = false) {
   Message made;
   made.time = time;
   made.source = LpId{0};
   made.destination = LpId{1};
-  made.incarnation = incarnation;
+  made.version = version;
   made.anti = anti;
   return made;
 }

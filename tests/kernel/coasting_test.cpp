@@ -29,7 +29,7 @@ TEST(TimeWarp, CoastingProcessExecutesNothingAsItArrives) {
 // Executes 1, 2, 3 and sends what it has received so far to ten later; restarts at 1 always. A late
 // member of bag 1 makes no difference to what is sent at 1, but to what is sent later.
 ScriptedProcess::Script sums_after_one() {
-  return {.agenda = {at(1), at(2), at(3)},
+  return {.future_events = {at(1), at(2), at(3)},
           .on_execute =
               [](ScriptedProcess& self, VirtualTime now, auto, Outbox& outbox) {
                 const std::uint64_t sum = now == at(1) ? 0 : self.state.sum;

@@ -197,7 +197,7 @@ TEST(ShortHeap, GivesTheLeastOfAny) {
   }
 }
 
-TEST(SlotTable, CountsWhatIsInUsePerRegister) {
+TEST(SlotTable, CountsWhatIsInUsePerMessageId) {
   SplitMix64 random(5);
   SlotTable table;
   std::map<std::tuple<VirtualTime, LpId, std::uint32_t>, std::uint32_t> plain;

@@ -64,7 +64,7 @@ TEST(Wire, AMessageComesBackWithEveryField) {
     message.destination = LpId{5};
     message.kind = 6;
     message.slot = 7;
-    message.incarnation = (std::uint64_t{1} << 61) + 8;
+    message.version = (std::uint64_t{1} << 61) + 8;
     message.anti = size == 0;
     message.first = size == 1;
     message.payload = Payload(Bytes(size, std::byte{42}));
@@ -74,9 +74,9 @@ TEST(Wire, AMessageComesBackWithEveryField) {
     std::span<const std::byte> left(bytes);
     for (int copy = 0; copy < 2; ++copy) {
       const Message found = take_message(left);
-      EXPECT_EQ(register_key(found), register_key(message));
+      EXPECT_EQ(message_id(found), message_id(message));
       EXPECT_EQ(found.destination, message.destination);
-      EXPECT_EQ(found.incarnation, message.incarnation);
+      EXPECT_EQ(found.version, message.version);
       EXPECT_EQ(found.anti, message.anti);
       EXPECT_EQ(found.first, message.first);
       EXPECT_EQ(found.payload, message.payload);

@@ -47,7 +47,7 @@ TEST(EventRecorder, WhatItWritesReadsBack) {
   EXPECT_EQ(records[0].peer, LpId{0xffff'fffeu});
   EXPECT_EQ(records[0].time, (VirtualTime{-5, 7}));
   EXPECT_EQ(records[0].other, far);
-  EXPECT_EQ(records[0].incarnation, 1ull << 61);
+  EXPECT_EQ(records[0].version, 1ull << 61);
   EXPECT_TRUE(records[0].anti);
   EXPECT_EQ(records[1].what, Happening::kLate);
   EXPECT_EQ(records[1].clock_ns, -12);

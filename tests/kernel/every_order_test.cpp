@@ -64,12 +64,12 @@ void try_every_order(const Network& network, VirtualTime end, Collect collect, O
 // among the orders there are stragglers at both, chains of rollbacks, an anti-message that
 // overtakes what it cancels, and an idle LP that must cancel.
 Lps teller_and_listener() {
-  ScriptedProcess::Script teller{.agenda = {{0, 0}, {1, 0}}};
+  ScriptedProcess::Script teller{.future_events = {{0, 0}, {1, 0}}};
   teller.on_execute = [](ScriptedProcess& self, VirtualTime now, auto, Outbox& outbox) {
     if (now == VirtualTime{0, 0}) outbox.send(LpId{1}, {0, 1}, 0, number(1));
     if (now.t == 1) outbox.send(LpId{1}, {1, 1}, 0, number(self.state.sum + 1));
   };
-  ScriptedProcess::Script listener{.agenda = {{0, 2}}};
+  ScriptedProcess::Script listener{.future_events = {{0, 2}}};
   listener.on_execute = [](ScriptedProcess& self, VirtualTime now, auto, Outbox& outbox) {
     if (now == VirtualTime{0, 2} && self.state.sum != 1) outbox.send(LpId{0}, {0, 3}, 0, number(9));
   };
@@ -87,16 +87,16 @@ void take_in_order(ScriptedProcess& self, std::span<const MessageView> bag) {
 }
 
 // A tie: what both LPs do at (0, 0) meets at LP 1 at (1, 0), two messages of LP 0 in two slots of
-// one register and one of LP 1 itself. What LP 1 then sends depends on their order, and its time on
+// one id and one of LP 1 itself. What LP 1 then sends depends on their order, and its time on
 // their number: with a member missing it is a false message.
 Lps two_with_ties() {
-  ScriptedProcess::Script first{.agenda = {{0, 0}}};
+  ScriptedProcess::Script first{.future_events = {{0, 0}}};
   first.on_execute = [](ScriptedProcess& self, VirtualTime now, auto bag, Outbox& outbox) {
     take_in_order(self, bag);
     if (now == VirtualTime{0, 0})
       for (const std::uint64_t value : {1, 2}) outbox.send(LpId{1}, {1, 0}, 0, number(value));
   };
-  ScriptedProcess::Script second{.agenda = {{0, 0}}};
+  ScriptedProcess::Script second{.future_events = {{0, 0}}};
   second.on_execute = [](ScriptedProcess& self, VirtualTime now, auto bag, Outbox& outbox) {
     take_in_order(self, bag);
     if (now == VirtualTime{0, 0}) outbox.send(LpId{1}, {1, 0}, 0, number(3));
@@ -115,12 +115,12 @@ TEST(EveryOrder, OfTwoLpsWithTiesCommitsTheSame) {
 enum class Word { kState, kConstant };
 
 Lps two_tell_a_third(Word word) {
-  ScriptedProcess::Script teller{.agenda = {{0, 0}}};
+  ScriptedProcess::Script teller{.future_events = {{0, 0}}};
   teller.on_execute = [](ScriptedProcess& self, VirtualTime now, auto bag, Outbox& outbox) {
     take_in_order(self, bag);
     if (now == VirtualTime{0, 0}) outbox.send(LpId{2}, {0, 1}, 0, number(1));
   };
-  ScriptedProcess::Script third{.agenda = {{0, 1}}};
+  ScriptedProcess::Script third{.future_events = {{0, 1}}};
   third.on_execute = [word](ScriptedProcess& self, VirtualTime, auto bag, Outbox& outbox) {
     take_in_order(self, bag);
     outbox.send(LpId{bag.size() < 2}, {0, 2}, 0, number(word == Word::kState ? self.state.sum : 7));

@@ -73,7 +73,7 @@ std::string name_of(const Executor& executor) {
 TEST(Executors, StopExactlyAtTheEnd) {
   for (const Executor& executor : all_executors()) {
     SCOPED_TRACE(name_of(executor));
-    ScriptedProcess::Script script{.agenda = {at(0), at(5, 0), at(5, 1), at(5, 2), at(6)}};
+    ScriptedProcess::Script script{.future_events = {at(0), at(5, 0), at(5, 1), at(5, 2), at(6)}};
     script.on_execute = [](auto&, VirtualTime now, auto, Outbox& outbox) {
       outbox.send(LpId{1}, {now.t, now.round + 1}, 0, number(1));
     };
@@ -91,17 +91,18 @@ TEST(Executors, RunNothingWhenThereIsNothingToDo) {
     SCOPED_TRACE(name_of(executor));
     EXPECT_EQ(run({}, at(5), executor).counters.executed, 0u);
     EXPECT_EQ(run(make_lps({{}, {}, {}}), at(5), executor).counters.executed, 0u);
-    const Lps at_the_end = make_lps({{.agenda = {at(5)}}});
+    const Lps at_the_end = make_lps({{.future_events = {at(5)}}});
     EXPECT_EQ(run(at_the_end, at(5), executor).counters.executed, 0u);
   }
 }
 
-TEST(Executors, NumberMessagesOfOneRegisterInTheOrderOfSending) {
+TEST(Executors, NumberMessagesOfOneIdInTheOrderOfSending) {
   for (const Executor& executor : all_executors()) {
     SCOPED_TRACE(name_of(executor));
     std::vector<std::string> bags;
     const ScriptedProcess::Script sender{
-        .agenda = {at(0), at(1)}, .on_execute = [](auto&, VirtualTime now, auto, Outbox& outbox) {
+        .future_events = {at(0), at(1)},
+        .on_execute = [](auto&, VirtualTime now, auto, Outbox& outbox) {
           for (const std::uint64_t value : {2, 1})
             outbox.send(LpId{0}, at(9), 3, number(10 * static_cast<std::uint64_t>(now.t) + value));
           outbox.send(LpId{0}, at(9), 2, nullptr);
@@ -129,12 +130,12 @@ TEST(Executors, FaultThatIsRolledBackIsNotRaised) {
   std::atomic<int> faults = 0;
   for (const Executor& executor : all_executors()) {
     SCOPED_TRACE(name_of(executor));
-    ScriptedProcess::Script teller{.agenda = every_tick(40)};
+    ScriptedProcess::Script teller{.future_events = every_tick(40)};
     teller.on_execute = [](auto&, VirtualTime now, auto, Outbox& outbox) {
       outbox.send(LpId{1}, {now.t, 1}, 0, number(1));
     };
     ScriptedProcess::Script listener;
-    for (std::int64_t t = 0; t < 40; ++t) listener.agenda.push_back(at(t, 2));
+    for (std::int64_t t = 0; t < 40; ++t) listener.future_events.push_back(at(t, 2));
     listener.on_execute = [&](ScriptedProcess& self, VirtualTime now, auto, Outbox& outbox) {
       if (self.state.sum == static_cast<std::uint64_t>(now.t) + 1) return;
       outbox.fault({1, describe("heard ", self.state.sum, " by ", now)});
@@ -185,7 +186,7 @@ TEST(Executors, RealFaultIsTheSameEverywhereAndHoldsBackWhatIsNotBeforeIt) {
 TEST(Executors, LowestSubjectOfTheFaultTimeIsReportedAndNothingOfThatTimeCommitted) {
   for (const Executor& executor : all_executors()) {
     SCOPED_TRACE(name_of(executor));
-    const ScriptedProcess::Script sound{.agenda = every_tick(9)};
+    const ScriptedProcess::Script sound{.future_events = every_tick(9)};
     const auto failing = [&](std::uint64_t subject) {
       ScriptedProcess::Script script = sound;
       script.on_execute = [subject](auto&, VirtualTime now, auto, Outbox& outbox) {
@@ -208,12 +209,12 @@ TEST(Executors, LowestSubjectOfTheFaultTimeIsReportedAndNothingOfThatTimeCommitt
 // LP 0 restarts at multiples of 10 only; the others send it what makes it restart.
 TEST(Executors, LpWithFewRestartPointsCommitsLikeTheSequentialRun) {
   const auto network = [] {
-    ScriptedProcess::Script rare{.agenda = every_tick(60), .mark_every_t = 10};
+    ScriptedProcess::Script rare{.future_events = every_tick(60), .mark_every_t = 10};
     rare.on_execute = [](ScriptedProcess& self, VirtualTime now, auto, Outbox& outbox) {
       outbox.send(LpId{1 + static_cast<std::uint32_t>(now.t % 2)}, at(now.t + 1), 0,
                   number(self.state.sum % 5));
     };
-    ScriptedProcess::Script frequent{.agenda = every_tick(60)};
+    ScriptedProcess::Script frequent{.future_events = every_tick(60)};
     frequent.on_execute = [](ScriptedProcess& self, VirtualTime now, auto, Outbox& outbox) {
       if (self.state.sum % 3 != 1) outbox.send(LpId{0}, {now.t, 1}, 0, number(self.state.sum + 1));
     };
@@ -238,11 +239,11 @@ TEST(Executors, LpWithFewRestartPointsCommitsLikeTheSequentialRun) {
 // must come up to it, and no further.
 TEST(Executors, WhoWaitsForWhatNeverComesHoldsBackGvtUntilItIsReached) {
   const auto network = [] {
-    ScriptedProcess::Script waiting{.agenda = every_tick(60), .waits_for_a_message = true};
+    ScriptedProcess::Script waiting{.future_events = every_tick(60), .waits_for_a_message = true};
     waiting.on_execute = [](ScriptedProcess& self, VirtualTime now, auto, Outbox& outbox) {
       outbox.send(LpId{1}, {now.t, 1}, 0, number(self.state.sum % 7));
     };
-    ScriptedProcess::Script busy{.agenda = every_tick(60)};
+    ScriptedProcess::Script busy{.future_events = every_tick(60)};
     busy.on_execute = [](ScriptedProcess& self, VirtualTime now, auto, Outbox& outbox) {
       if (now.t % 3 == 2) outbox.send(LpId{0}, at(now.t + 1), 0, number(self.state.sum + 1));
     };
@@ -264,7 +265,7 @@ TEST(Executors, WhoWaitsForWhatNeverComesHoldsBackGvtUntilItIsReached) {
 TEST(Executors, ProgressRisesToTheEndAndComesAfterTheCommits) {
   for (const Executor& executor : all_executors()) {
     SCOPED_TRACE(name_of(executor));
-    std::vector<ScriptedProcess::Script> scripts(5, {.agenda = every_tick(100)});
+    std::vector<ScriptedProcess::Script> scripts(5, {.future_events = every_tick(100)});
     const Lps lps = make_lps(scripts);
     VirtualTime last = kBeginning;
     const ProgressFn progress = [&](VirtualTime gvt, const Counters& so_far) {
@@ -279,13 +280,13 @@ TEST(Executors, ProgressRisesToTheEndAndComesAfterTheCommits) {
 }
 
 TEST(ThreadsExecutor, MoreThreadsThanLps) {
-  const Lps lps = make_lps({{.agenda = every_tick(10)}, {.agenda = every_tick(10)}});
+  const Lps lps = make_lps({{.future_events = every_tick(10)}, {.future_events = every_tick(10)}});
   EXPECT_EQ(run_threads(lps, at(10), {.threads = 9, .window = 2}).counters.committed, 20u);
 }
 
 TEST(ThreadsExecutor, ThrowsInTheCallerWhatLeavesAHandler) {
   for (const unsigned threads : {1u, 2u, 4u}) {
-    std::vector<ScriptedProcess::Script> scripts(4, {.agenda = every_tick(1000)});
+    std::vector<ScriptedProcess::Script> scripts(4, {.future_events = every_tick(1000)});
     scripts[2].on_execute = [](auto&, VirtualTime now, auto, Outbox&) {
       if (now.t == 20) throw std::runtime_error("out of paper");
     };
@@ -335,7 +336,7 @@ TEST(ThreadsExecutor, CheckpointsAreBoundedByTheWindowHoweverLongTheRun) {
 
 TEST(ExecutorsDeathTest, SendIntoThePastAborts) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
-  ScriptedProcess::Script script{.agenda = {at(3, 4)}};
+  ScriptedProcess::Script script{.future_events = {at(3, 4)}};
   script.on_execute = [](auto&, VirtualTime, auto, Outbox& outbox) {
     outbox.send(LpId{1}, at(3, 3), 8, nullptr);
   };

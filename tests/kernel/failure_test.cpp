@@ -70,12 +70,12 @@ TEST(Failures, AnExceptionThatIsRolledBackIsNotThrown) {
   std::uint64_t failed = 0;
   for (const auto& [name, run] : all_executors()) {
     SCOPED_TRACE(name);
-    ScriptedProcess::Script teller{.agenda = every_tick(40)};
+    ScriptedProcess::Script teller{.future_events = every_tick(40)};
     teller.on_execute = [](auto&, VirtualTime now, auto, Outbox& outbox) {
       outbox.send(LpId{1}, {now.t, 1}, 0, number(1));
     };
     ScriptedProcess::Script listener;
-    for (std::int64_t t = 0; t < 40; ++t) listener.agenda.push_back(at(t, 2));
+    for (std::int64_t t = 0; t < 40; ++t) listener.future_events.push_back(at(t, 2));
     listener.on_execute = [&](ScriptedProcess& self, VirtualTime now, auto, Outbox& outbox) {
       outbox.send(LpId{0}, at(now.t + 1), 0, number(self.state.sum));
       const std::uint64_t heard = self.state.sum;
@@ -100,11 +100,11 @@ TEST(Failures, AnExceptionThatIsRolledBackIsNotThrown) {
 TEST(Failures, AnExceptionThatStandsIsThrownWhenAllBeforeItIsCommittedAndNothingElse) {
   for (const auto& [name, run] : all_executors()) {
     SCOPED_TRACE(name);
-    ScriptedProcess::Script sound{.agenda = every_tick(60)};
+    ScriptedProcess::Script sound{.future_events = every_tick(60)};
     sound.on_execute = [](auto&, VirtualTime now, auto, Outbox& outbox) {
       outbox.send(LpId{2}, {now.t, 1}, 0, number(1));
     };
-    ScriptedProcess::Script failing{.agenda = every_tick(60)};
+    ScriptedProcess::Script failing{.future_events = every_tick(60)};
     failing.on_execute = [](auto&, VirtualTime now, auto, Outbox&) {
       if (now.t == 20) throw std::runtime_error("out of paper");
     };
@@ -128,7 +128,7 @@ TEST(Failures, AnExceptionThatStandsIsThrownWhenAllBeforeItIsCommittedAndNothing
 TEST(Failures, WhatAHandlerThrowsFromOneExecutionItTellsAfterAFaultIsNotCounted) {
   for (const auto& [name, run] : all_executors()) {
     SCOPED_TRACE(name);
-    ScriptedProcess::Script failing{.agenda = every_tick(9)};
+    ScriptedProcess::Script failing{.future_events = every_tick(9)};
     failing.on_execute = [](auto&, VirtualTime now, auto, Outbox& outbox) {
       if (now.t != 4) return;
       outbox.fault({1, "first"});
@@ -144,7 +144,7 @@ TEST(Failures, WhatAHandlerThrowsFromOneExecutionItTellsAfterAFaultIsNotCounted)
 TEST(Failures, AnExceptionComesBeforeTheFaultsOfItsTime) {
   for (const auto& [name, run] : all_executors()) {
     SCOPED_TRACE(name);
-    ScriptedProcess::Script faulty{.agenda = every_tick(9)};
+    ScriptedProcess::Script faulty{.future_events = every_tick(9)};
     faulty.on_execute = [](auto&, VirtualTime now, auto, Outbox& outbox) {
       if (now.t == 4) outbox.fault({1, "a fault"});
     };
@@ -160,7 +160,7 @@ TEST(Failures, AnExceptionComesBeforeTheFaultsOfItsTime) {
 // Of an execution that is repeated, an exception is not the model's.
 TEST(Failures, AnExceptionWhileCoastingIsThrownAtOnce) {
   bool throws = false;
-  ScriptedProcess::Script script{.agenda = every_tick(9), .mark_every_t = 10};
+  ScriptedProcess::Script script{.future_events = every_tick(9), .mark_every_t = 10};
   script.on_execute = [&](auto&, VirtualTime, auto, Outbox&) {
     if (throws) throw std::bad_alloc();
   };
@@ -195,7 +195,7 @@ TEST(Failures, AFailedProcessExecutesNothingUntilItIsRolledBack) {
 // A message that comes late, is absorbed and then taken back: the time was never executed in
 // sequence, so it is not committed.
 TEST(Failures, ABagOfWhichNothingIsLeftIsNotCommitted) {
-  ScriptedProcess::Script script{.agenda = {at(1), at(9)}};
+  ScriptedProcess::Script script{.future_events = {at(1), at(9)}};
   script.on_absorb = [](auto&, VirtualTime, auto) { return true; };
   Bench bench(std::move(script));
   bench.execute_all();
@@ -212,8 +212,8 @@ TEST(Failures, ABagOfWhichNothingIsLeftIsNotCommitted) {
   EXPECT_EQ(bench.lp.executions.back(), at(9));
 }
 
-TEST(Failures, ABagOfWhichNothingIsLeftIsCommittedIfTheAgendaAsksForIt) {
-  ScriptedProcess::Script script{.agenda = {at(1), at(5), at(9)}};
+TEST(Failures, ABagOfWhichNothingIsLeftIsCommittedIfTheFutureEventListAsksForIt) {
+  ScriptedProcess::Script script{.future_events = {at(1), at(5), at(9)}};
   script.on_absorb = [](auto&, VirtualTime, auto) { return true; };
   Bench bench(std::move(script));
   bench.execute_all();
@@ -224,12 +224,12 @@ TEST(Failures, ABagOfWhichNothingIsLeftIsCommittedIfTheAgendaAsksForIt) {
   EXPECT_EQ(bench.lp.commits, (Times{at(1), at(5), at(9)}));
 }
 
-TEST(FailuresDeathTest, AnAgendaBeforeAllTimesIsToldByEveryExecutor) {
+TEST(FailuresDeathTest, AFutureEventBeforeAllTimesIsToldByEveryExecutor) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   for (const auto& [name, run] : all_executors()) {
     SCOPED_TRACE(name);
-    EXPECT_DEATH(run(make_lps({{.agenda = {kBeginning, at(3)}}, {}}), at(9)),
-                 "agenda of LP 0 begins at .* earlier than every time");
+    EXPECT_DEATH(run(make_lps({{.future_events = {kBeginning, at(3)}}, {}}), at(9)),
+                 "future event list of LP 0 begins at .* earlier than every time");
   }
 }
 
@@ -243,7 +243,8 @@ long address_space_bytes() {
 // In a process of its own, where there is memory for the stacks of a few threads only.
 [[noreturn]] void run_with_few_threads() {
   alarm(30);  // who waits for threads that are not there waits for ever
-  const Lps lps = make_lps(std::vector<ScriptedProcess::Script>(64, {.agenda = every_tick(50)}));
+  const Lps lps =
+      make_lps(std::vector<ScriptedProcess::Script>(64, {.future_events = every_tick(50)}));
   rlimit limit{};
   getrlimit(RLIMIT_AS, &limit);
   limit.rlim_cur = static_cast<rlim_t>(address_space_bytes()) + (rlim_t{90} << 20);
@@ -270,7 +271,7 @@ TEST(FailuresDeathTest, ThreadsThatTheSystemRefusesEndTheRunAndItIsSaidHowManyTh
 // The link of a rank computes GVT: its only worker does not.
 TEST(Failures, TheOnlyWorkerOfAJobLeavesGvtToTheRanks) {
   for (int round = 0; round < 20; ++round) {
-    ScriptedProcess::Script busy{.agenda = every_tick(400), .mark_every_t = 7};
+    ScriptedProcess::Script busy{.future_events = every_tick(400), .mark_every_t = 7};
     busy.on_execute = [](ScriptedProcess& self, VirtualTime now, auto, Outbox& outbox) {
       if (now.round < 2)
         outbox.send(LpId{static_cast<std::uint32_t>(now.t % 4)}, {now.t, now.round + 1}, 0,

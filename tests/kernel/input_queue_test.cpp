@@ -11,14 +11,14 @@
 namespace soda::kernel {
 namespace {
 
-Message message_at(std::int64_t t, std::uint32_t source, std::uint64_t incarnation, bool anti) {
+Message message_at(std::int64_t t, std::uint32_t source, std::uint64_t version, bool anti) {
   return {{t, 0}, LpId{source}, LpId{0}, 1,
-          0,      incarnation,  anti,    anti ? Payload() : Payload::of(incarnation)};
+          0,      version,      anti,    anti ? Payload() : Payload::of(version)};
 }
 
-// More registers than are kept sorted near the front; executed, undone, annihilated, forgotten.
+// More messages than are kept sorted near the front; executed, undone, annihilated, forgotten.
 // What is undone can lie before GVT: it is coasted.
-TEST(InputQueue, HoldsTheNewestIncarnationOfEachRegisterInOrder) {
+TEST(InputQueue, HoldsTheNewestVersionOfEachMessageInOrder) {
   SplitMix64 random(6);
   MessagePool pool;
   InputQueue queue(pool);
@@ -27,7 +27,7 @@ TEST(InputQueue, HoldsTheNewestIncarnationOfEachRegisterInOrder) {
   std::int64_t kept = 0;
   std::int64_t gvt = 0;          // nothing earlier is sent or annihilated any more
   std::int64_t coast_until = 0;  // as far as it is executed again as it was
-  std::uint64_t incarnation = 0;
+  std::uint64_t version = 0;
   SlidingVector<MessageView> bag;
   std::size_t most = 0;
   const auto next_of_plain = [&] {
@@ -48,10 +48,10 @@ TEST(InputQueue, HoldsTheNewestIncarnationOfEachRegisterInOrder) {
       const auto found = plain.find({t, source});
       if (found != plain.end() && random.below(8) == 0) {  // overtaken on its way
         const bool anti = random.below(2) == 0;
-        ASSERT_FALSE(queue.write(message_at(t, source, found->second.incarnation - 1, anti)));
+        ASSERT_FALSE(queue.write(message_at(t, source, found->second.version - 1, anti)));
         continue;
       }
-      const Message message = message_at(t, source, incarnation += 2, random.below(5) == 0);
+      const Message message = message_at(t, source, version += 2, random.below(5) == 0);
       const bool changes =
           found == plain.end() ? !message.anti : !(message.anti && found->second.anti);
       ASSERT_EQ(queue.write(Message(message)), changes);
@@ -95,7 +95,7 @@ TEST(InputQueue, HoldsTheNewestIncarnationOfEachRegisterInOrder) {
 }
 
 // An LP is put back to an old state while GVT goes on to where it coasts to.
-TEST(InputQueue, DropsAnnihilatedRegistersBeforeGvtThoughEarlierOnesAreExecutedAgain) {
+TEST(InputQueue, DropsAnnihilatedMessagesBeforeGvtThoughEarlierOnesAreExecutedAgain) {
   MessagePool pool;
   InputQueue queue(pool);
   SlidingVector<MessageView> bag;

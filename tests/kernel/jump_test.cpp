@@ -1,4 +1,4 @@
-// Jump forward: what a rollback has undone stands again where it would come out as it did.
+// Jump forward: what a rollback has undone is revalidated where it would come out as before.
 #include <gtest/gtest.h>
 
 #include <map>

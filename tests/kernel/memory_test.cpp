@@ -22,7 +22,7 @@ constexpr std::uint32_t kLps = 6;
 // the next tick: stragglers are the rule. Restart points every `mark_every_t` ticks.
 Lps every_tick(std::int64_t end_t, std::int64_t mark_every_t) {
   ScriptedProcess::Script script{.mark_every_t = mark_every_t};
-  for (std::int64_t t = 0; t < end_t; ++t) script.agenda.push_back({t, 0});
+  for (std::int64_t t = 0; t < end_t; ++t) script.future_events.push_back({t, 0});
   script.on_execute = [](ScriptedProcess& self, VirtualTime now, auto bag, Outbox& outbox) {
     for (const MessageView& message : bag)
       self.state.sum = append(self.state.sum, index_of(message.source));
@@ -36,10 +36,10 @@ Lps every_tick(std::int64_t end_t, std::int64_t mark_every_t) {
 
 // Entries of one LP. When it commits, what it executed and keeps lies in the ticks from its last
 // restart point not after the GVT before, up to the window beyond that GVT: `ticks` of them. One
-// execution and one output a tick, and one output more that is still to be cancelled. Registers of
-// inputs: one a source and tick, up to the tick after the last that somebody executed. Where others
-// execute at the same time, they may have run ahead of a newer GVT, which is not beyond this LP's
-// window, while it still holds what it will collect when it executes next.
+// execution and one output a tick, and one output more that is still to be cancelled. Message ids
+// of inputs: one a source and tick, up to the tick after the last that somebody executed. Where
+// others execute at the same time, they may have run ahead of a newer GVT, which is not beyond this
+// LP's window, while it still holds what it will collect when it executes next.
 std::uint64_t bound(std::int64_t window, std::int64_t mark_every_t, bool shared) {
   const auto ticks = static_cast<std::uint64_t>(window + mark_every_t);
   const auto ticks_of_inputs = ticks + 1 + (shared ? static_cast<std::uint64_t>(window) : 0);

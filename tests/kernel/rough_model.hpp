@@ -1,4 +1,4 @@
-// A PHOLD that meets what is rare: ties, zero delays, several messages to one register.
+// A PHOLD that meets what is rare: ties, zero delays, several messages of one id.
 #pragma once
 
 #include "kernel/phold/phold.hpp"

@@ -28,7 +28,7 @@ class ScriptedProcess final : public LogicalProcess {
   using Handler = std::function<void(ScriptedProcess& self, VirtualTime now,
                                      std::span<const MessageView> bag, Outbox& outbox)>;
   struct Script {
-    std::vector<VirtualTime> agenda = {};  // ascending
+    std::vector<VirtualTime> future_events = {};  // ascending
     Handler on_execute = {};
     std::int64_t mark_every_t = 0;     // 0: at every time; else only at (n * mark_every_t, 0)
     bool waits_for_a_message = false;  // gating: with an empty bag it would rather wait
@@ -39,12 +39,15 @@ class ScriptedProcess final : public LogicalProcess {
   explicit ScriptedProcess(Script script) : script_(std::move(script)) {}
 
   VirtualTime next_time() const override {
-    return state.agenda_done < script_.agenda.size() ? script_.agenda[state.agenda_done] : kNever;
+    return state.future_events_done < script_.future_events.size()
+               ? script_.future_events[state.future_events_done]
+               : kNever;
   }
 
   void execute(VirtualTime now, std::span<const MessageView> bag, Outbox& outbox) override {
-    while (state.agenda_done < script_.agenda.size() && script_.agenda[state.agenda_done] <= now)
-      ++state.agenda_done;
+    while (state.future_events_done < script_.future_events.size() &&
+           script_.future_events[state.future_events_done] <= now)
+      ++state.future_events_done;
     for (const MessageView& message : bag) state.sum += number_in(message.payload);
     executions.push_back(now);
     if (script_.on_execute) script_.on_execute(*this, now, bag, outbox);
@@ -65,11 +68,11 @@ class ScriptedProcess final : public LogicalProcess {
   }
   bool absorbs() const override { return script_.on_absorb != nullptr; }
   void commit(VirtualTime now) override { commits.push_back(now); }
-  bool gates() const override { return script_.waits_for_a_message; }
+  bool waits_for_dependencies() const override { return script_.waits_for_a_message; }
   bool holds(VirtualTime, std::span<const MessageView> bag) const override { return bag.empty(); }
 
   struct State {
-    std::size_t agenda_done = 0;
+    std::size_t future_events_done = 0;
     std::uint64_t sum = 0;  // of the numbers received
   };
   State state;

@@ -17,19 +17,19 @@ inline constexpr LpId kPeer{1};
 
 constexpr VirtualTime at(std::int64_t t, std::uint32_t round = 0) { return {t, round}; }
 
-// A process with what drives it. Messages come from LpId 2, registers (2, t, kind 7, slot).
+// A process with what drives it. Messages come from LpId 2, with ids (2, t, kind 7, slot).
 template <class Process>
 struct BenchOf {
   explicit BenchOf(typename Process::Script script)
       : lp(std::move(script)), process(kSelf, 3, lp, kEnd, pool, journal) {}
 
-  void deliver(VirtualTime time, std::uint64_t value, std::uint64_t incarnation,
+  void deliver(VirtualTime time, std::uint64_t value, std::uint64_t version,
                std::uint32_t slot = 0) {
-    process.deliver({time, LpId{2}, kSelf, 7, slot, incarnation, false, number(value)}, effects);
+    process.deliver({time, LpId{2}, kSelf, 7, slot, version, false, number(value)}, effects);
     process.settle(effects);
   }
-  void deliver_anti(VirtualTime time, std::uint64_t incarnation, std::uint32_t slot = 0) {
-    process.deliver({time, LpId{2}, kSelf, 7, slot, incarnation, true, {}}, effects);
+  void deliver_anti(VirtualTime time, std::uint64_t version, std::uint32_t slot = 0) {
+    process.deliver({time, LpId{2}, kSelf, 7, slot, version, true, {}}, effects);
     process.settle(effects);
   }
   void execute_all() {

@@ -105,7 +105,7 @@ TEST(TimeWarp, CancelsAsSoonAsTheNextTimeLiesBeyondTheSendTime) {
   EXPECT_EQ(bench.take_outgoing(), (Texts{"+(13, 0) k1=300"}));
 }
 
-TEST(TimeWarp, OlderIncarnationAfterANewerOneIsIgnored) {
+TEST(TimeWarp, OlderVersionAfterANewerOneIsIgnored) {
   Bench bench(constant_and_sum());
   bench.deliver(at(1), 200, 2);
   bench.deliver(at(1), 100, 1);
@@ -118,7 +118,7 @@ TEST(TimeWarp, OlderIncarnationAfterANewerOneIsIgnored) {
   EXPECT_EQ(bench.process.next_time(), at(2));
 }
 
-TEST(TimeWarp, NewerIncarnationWithTheSameContentChangesNothing) {
+TEST(TimeWarp, NewerVersionWithTheSameContentChangesNothing) {
   Bench bench(constant_and_sum());
   bench.deliver(at(1), 100, 1);
   bench.execute_all();
@@ -163,7 +163,7 @@ TEST(TimeWarp, EqualSendFromAnotherTimeIsAdoptedAndThenBelongsToThatTime) {
 // Executes at 0 .. 9 by itself and marks at 0 and 5; sends its sum to the peer each time.
 ScriptedProcess::Script marks_every_fifth() {
   ScriptedProcess::Script script = constant_and_sum();
-  for (std::int64_t t = 0; t < 10; ++t) script.agenda.push_back(at(t));
+  for (std::int64_t t = 0; t < 10; ++t) script.future_events.push_back(at(t));
   script.mark_every_t = 5;
   return script;
 }
@@ -262,8 +262,8 @@ TEST(TimeWarp, WhatIsExecutedAgainBehindGvtIsCommittedBeforeItIsCollected) {
 
 TEST(TimeWarp, MessageForAFreeTimeNeedsNoSettling) {
   Bench bench(constant_and_sum());
-  const auto deliver = [&](VirtualTime time, std::uint64_t incarnation) {
-    return bench.process.deliver({time, LpId{2}, kSelf, 7, 0, incarnation, false, number(1)},
+  const auto deliver = [&](VirtualTime time, std::uint64_t version) {
+    return bench.process.deliver({time, LpId{2}, kSelf, 7, 0, version, false, number(1)},
                                  bench.effects);
   };
   EXPECT_FALSE(deliver(at(5), 1));
@@ -292,7 +292,7 @@ TEST(TimeWarp, SlotOfAMessageStaysTakenWhenItsSendTimeHasBeenForgotten) {
   ScriptedProcess::Script script{.on_execute = [](auto&, VirtualTime, auto, Outbox& outbox) {
     outbox.send(kPeer, at(50), 4, number(9));
   }};
-  for (std::int64_t t = 0; t < 3; ++t) script.agenda.push_back(at(10 * t));
+  for (std::int64_t t = 0; t < 3; ++t) script.future_events.push_back(at(10 * t));
   Bench bench(script);
   bench.process.execute(bench.effects);
   bench.process.execute(bench.effects);
@@ -357,16 +357,18 @@ TEST(TimeWarp, FaultStandsUntilItsExecutionIsUndoneForGood) {
 }
 
 TEST(TimeWarpDeathTest, SendThatIsNotLaterAborts) {
-  Bench bench({.agenda = {at(5)}, .on_execute = [](auto&, VirtualTime now, auto, Outbox& outbox) {
-                 outbox.send(kPeer, now, 3, nullptr);
-               }});
+  Bench bench(
+      {.future_events = {at(5)}, .on_execute = [](auto&, VirtualTime now, auto, Outbox& outbox) {
+         outbox.send(kPeer, now, 3, nullptr);
+       }});
   EXPECT_DEATH(bench.execute_all(), "LP 0 executing \\(5, 0\\) sends kind 3 to LP 1 at \\(5, 0\\)");
 }
 
 TEST(TimeWarpDeathTest, SendToAnLpThatDoesNotExistAborts) {
-  Bench bench({.agenda = {at(5)}, .on_execute = [](auto&, VirtualTime, auto, Outbox& outbox) {
-                 outbox.send(LpId{3}, at(6), 3, nullptr);
-               }});
+  Bench bench(
+      {.future_events = {at(5)}, .on_execute = [](auto&, VirtualTime, auto, Outbox& outbox) {
+         outbox.send(LpId{3}, at(6), 3, nullptr);
+       }});
   EXPECT_DEATH(bench.execute_all(), "sends to LP 3 of 3");
 }
 

@@ -63,7 +63,7 @@ TEST(VirtualExecutor, OneSeedIsOneExecutionAndAnotherSeedAnother) {
 
 // LP 0 runs at (0, 0) and sends 952 bytes (1000 with the header) to LP 1 for (1, 0).
 Lps one_message() {
-  ScriptedProcess::Script sender{.agenda = {{0, 0}}};
+  ScriptedProcess::Script sender{.future_events = {{0, 0}}};
   sender.on_execute = [](ScriptedProcess&, VirtualTime, auto, Outbox& outbox) {
     outbox.send(LpId{1}, {1, 0}, 0, Payload(Bytes(952)));
   };
@@ -166,16 +166,16 @@ TEST(VirtualExecutor, WhatIsUndoneBehindTheFaultThatEndsTheRunIsCommittedAllTheS
     for (std::int64_t t = 0; t < count; ++t) times.push_back({t, 0});
     return times;
   };
-  ScriptedProcess::Script late{.agenda = {{10, 0}}};
+  ScriptedProcess::Script late{.future_events = {{10, 0}}};
   late.on_execute = [](auto&, VirtualTime, auto, Outbox& outbox) {
     outbox.send(LpId{0}, {17, 0}, 0, nullptr);
     outbox.send(LpId{1}, {16, 5}, 0, nullptr);
   };
-  ScriptedProcess::Script failing{.agenda = {{16, 0}}};
+  ScriptedProcess::Script failing{.future_events = {{16, 0}}};
   failing.on_execute = [](auto&, VirtualTime, auto, Outbox& outbox) { outbox.fault({1, ""}); };
   Lps lps;
   for (const ScriptedProcess::Script& script :
-       {ScriptedProcess::Script{.agenda = ticks(30), .mark_every_t = 10},
+       {ScriptedProcess::Script{.future_events = ticks(30), .mark_every_t = 10},
         {},
         late,
         {},
@@ -217,7 +217,7 @@ TEST(VirtualExecutor, PurityOfAPureModelHoldsUnderRollbacks) {
 }
 
 TEST(VirtualExecutorDeathTest, AHandlerThatSendsSomethingElseTheSecondTimeIsNoticed) {
-  ScriptedProcess::Script script{.agenda = {{0, 0}}};
+  ScriptedProcess::Script script{.future_events = {{0, 0}}};
   script.on_execute = [](ScriptedProcess& self, VirtualTime, auto, Outbox& outbox) {
     outbox.send(LpId{0}, {1, 0}, 0, number(self.executions.size()));
   };

@@ -136,7 +136,7 @@ TEST(BorderContacts, BothOwnersOfAPairHearOfItAndOfTheBodyThatTheyDoNotOwn) {
     const auto owner_of = [&](BodyId body) {
       return map.owner_at(scene.states[index_of(body)].position_m);
     };
-    std::set<std::pair<WorldId, PairKey>> heard;
+    std::set<std::pair<WorldId, PairKey>> received;
     std::set<std::pair<WorldId, BodyId>> known;
     std::set<PairKey> found;
     for (std::uint32_t w = 0; w < worlds.size(); ++w) {
@@ -147,14 +147,14 @@ TEST(BorderContacts, BothOwnersOfAPairHearOfItAndOfTheBodyThatTheyDoNotOwn) {
       for (const auto& manifold : contacts.manifolds) {
         if (physics::is_static(manifold.b)) continue;
         found.insert({manifold.a, manifold.b});
-        heard.insert({WorldId{w}, {manifold.a, manifold.b}});
+        received.insert({WorldId{w}, {manifold.a, manifold.b}});
       }
       for (const Node& node : contacts.foreign) known.insert({WorldId{w}, node.id});
       for (const auto& [target, fragment] : contacts.fragments) {
         for (const Node& node : fragment.records.nodes) known.insert({target, node.id});
         for (const auto& manifold : fragment.records.manifolds) {
           found.insert({manifold.a, manifold.b});
-          heard.insert({target, {manifold.a, manifold.b}});
+          received.insert({target, {manifold.a, manifold.b}});
           told_by_a_third +=
               owner_of(manifold.a) != WorldId{w} && owner_of(manifold.b) != WorldId{w};
         }
@@ -162,8 +162,8 @@ TEST(BorderContacts, BothOwnersOfAPairHearOfItAndOfTheBodyThatTheyDoNotOwn) {
     }
     for (const PairKey& pair : found) {
       const WorldId a = owner_of(pair.first), b = owner_of(pair.second);
-      EXPECT_TRUE(heard.contains({a, pair})) << "seed " << seed;
-      EXPECT_TRUE(heard.contains({b, pair})) << "seed " << seed;
+      EXPECT_TRUE(received.contains({a, pair})) << "seed " << seed;
+      EXPECT_TRUE(received.contains({b, pair})) << "seed " << seed;
       if (a == b) continue;
       EXPECT_TRUE(known.contains({a, pair.second})) << "seed " << seed;
       EXPECT_TRUE(known.contains({b, pair.first})) << "seed " << seed;

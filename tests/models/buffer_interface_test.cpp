@@ -112,7 +112,7 @@ TEST(BufferInterface, ReachedIsWhatAllWorldsHaveAndGoesBackWithThem) {
 
 // A sequential run on a virtual clock: a step takes what `cost_s` says, frames are shown when they
 // are due, and where the run waits for the renderer, time goes on to the next frame.
-class VirtualPlayback final : public kernel::Outside {
+class VirtualPlayback final : public kernel::ExternalSource {
  public:
   VirtualPlayback(std::int64_t buffer, const PlaybackOptions& options,
                   std::function<double(double)> cost_s)
@@ -125,7 +125,7 @@ class VirtualPlayback final : public kernel::Outside {
     const CommitObserver observer{
         .wants_states = true, .on_step = [this](const CommittedStep& step) { take_step(step); }};
     RunOptions options{.steps = options_.steps};
-    options.outsides = {this};
+    options.external_sources = {this};
     options.entries = &buffer_;
     simulate(scene_.description, scene_.states, blocks(1), options, observer);
     while (!playback_->finished()) playback_->show_next();
@@ -234,8 +234,8 @@ TEST(RealTime, FrameRatesThatAreNotTheRateOfStepsShowTheirClocks) {
   EXPECT_EQ(clocks(1.0 - 1e-12)[30], 30) << "1/60 s is not a binary number";
 }
 
-// What an outside is offered as the earliest time, beside what is on the screen.
-struct EarliestInput final : kernel::Outside {
+// What an external source is offered as the earliest time, beside what is on the screen.
+struct EarliestInput final : kernel::ExternalSource {
   explicit EarliestInput(const BufferInterface& shown) : buffer(shown) {}
   kernel::VirtualTime floor() override { return kernel::kNever; }
   void take(kernel::VirtualTime, kernel::VirtualTime earliest,
@@ -257,7 +257,7 @@ TEST(BufferInterface, WorldsFillTheirBuffersWhileInputsStillTakeEffectAtOnce) {
   BufferInterface buffer(scene.states, 4, {});
   EarliestInput input(buffer);
   RunOptions options{.executor = ExecutorKind::kThreads, .threads = 2, .steps = 80, .buffer = 16};
-  options.outsides = {&buffer, &input};
+  options.external_sources = {&buffer, &input};
   options.entries = &buffer;
   std::thread run([&] {
     const CommitObserver observer{.wants_states = true,

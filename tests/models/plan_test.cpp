@@ -201,7 +201,7 @@ TEST(Plan, WhatHangsOnASpringCanRestWithoutStatics) {
   EXPECT_TRUE(needs(make_plan(scene.description, 1, {}), "contacts of bodies at rest"));
 }
 
-TEST(Plan, AFewBodiesHaveNoGiantIslandUnlessOnAMesh) {
+TEST(Plan, AFewBodiesHaveNoLargeIslandUnlessOnAMesh) {
   test::Scene scene(Vec3(0, 0, -9.81));
   scene.ground();
   for (int i = 0; i < 5; ++i) scene.body(scene.shape(physics::Box{}), Vec3(2 * i, 0, 0.5));

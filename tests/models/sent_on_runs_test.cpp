@@ -1,4 +1,4 @@
-// What hits send on, over several worlds: the bits of the undivided run.
+// What impacts send on, over several worlds: the bits of the undivided run.
 #include <gtest/gtest.h>
 
 #include "tests/models/divided_runs.hpp"
@@ -54,7 +54,7 @@ TEST(SentOnRuns, HaveTheSameBitsOverWorldsAndThreads) {
   EXPECT_GT(rolled_back, 100u);
 }
 
-// Late ghosts, guesses, repetitions and buffers of one entry have nothing to do with it.
+// Late ghosts, extrapolations, repetitions and buffers of one entry have nothing to do with it.
 TEST(SentOnRuns, HaveTheSameBitsInAllModes) {
   for (std::uint64_t seed = 1; seed < 4; ++seed) {
     const test::Scene scene = loose_heap(seed);
@@ -67,7 +67,7 @@ TEST(SentOnRuns, HaveTheSameBitsInAllModes) {
     options.cluster.latency_ns = 20000;
     options.cluster.jitter_ns = 60000;  // ghosts come after what is sent on
     for (const GhostMode ghosts :
-         {GhostMode::kTold, GhostMode::kDeadReckoning, GhostMode::kPredicted})
+         {GhostMode::kReceivedOnly, GhostMode::kDeadReckoning, GhostMode::kPredicted})
       for (const RollbackMode rollback : {RollbackMode::kPropagate, RollbackMode::kInvalidate})
         for (const std::int64_t buffer : {1, 12}) {
           options.ghosts = ghosts;

@@ -142,11 +142,11 @@ TEST(SplitMessages, WhatIsEncodedIsDecoded) {
   WorkNews work{{BodyId{5}, {6, 7}}, 2, std::vector<physics::StepWork>(3)};
   work.work[1].without.add(-2.5);
   work.work[2].driven.half_joule = 1.5;
-  const WorkNews heard = decode_work_news(encode_work_news(work).bytes());
-  EXPECT_EQ(heard.island, work.island);
-  EXPECT_EQ(heard.first, 2u);
-  EXPECT_EQ(heard.work.at(1).without.sum, -2.5);
-  EXPECT_EQ(heard.work.at(2).driven.half_joule, 1.5);
+  const WorkNews received = decode_work_news(encode_work_news(work).bytes());
+  EXPECT_EQ(received.island, work.island);
+  EXPECT_EQ(received.first, 2u);
+  EXPECT_EQ(received.work.at(1).without.sum, -2.5);
+  EXPECT_EQ(received.work.at(2).driven.half_joule, 1.5);
   BlockNews news{{BodyId{1}, {2, 3}}, 4, 6, {}, {{BodyId{8}, "position"}}, {}};
   news.bodies.push_back({BodyId{8}, {}});
   news.bodies.back().state.position_m = Vec3(1, 2, 3);
@@ -207,7 +207,7 @@ Outcome run(const test::Scene& scene, const RunOptions& options) {
   return outcome;
 }
 
-TEST(SplitIslands, EveryExecutorSolvesAGiantIslandTogetherWithTheBitsOfOneSolver) {
+TEST(SplitIslands, EveryExecutorSolvesALargeIslandTogetherWithTheBitsOfOneSolver) {
   const test::Scene scene = trough();
   const Outcome alone = run(scene, {.steps = kSteps});
   EXPECT_EQ(alone.result.worlds.islands_split, 0u);
@@ -238,7 +238,7 @@ TEST(SplitIslands, EveryExecutorSolvesAGiantIslandTogetherWithTheBitsOfOneSolver
   }
 }
 
-TEST(SplitIslands, ACalmGiantIslandIsSolvedDirectlyAndByEachAsAWhole) {
+TEST(SplitIslands, ACalmLargeIslandIsSolvedDirectlyAndByEachAsAWhole) {
   test::Scene scene = trough(0.0);
   scene.description.solver.direct = true;
   const Outcome alone = run(scene, {.steps = kSteps});
@@ -267,7 +267,7 @@ void hold(std::uint32_t body, test::Scene& scene) {
 const RunOptions kThreeThreads{
     .executor = ExecutorKind::kThreads, .threads = 3, .steps = kSteps, .buffer = 4};
 
-TEST(SplitIslands, AGiantIslandThatAJointHoldsIsSolvedByEachAsAWhole) {
+TEST(SplitIslands, ALargeIslandThatAJointHoldsIsSolvedByEachAsAWhole) {
   for (const double drop_m : {0.0, 0.003}) {
     test::Scene scene = trough(drop_m);
     scene.description.solver.direct = true;
@@ -283,7 +283,7 @@ TEST(SplitIslands, AGiantIslandThatAJointHoldsIsSolvedByEachAsAWhole) {
   }
 }
 
-TEST(SplitIslands, AJointElsewhereLeavesAGiantIslandToBeSplit) {
+TEST(SplitIslands, AJointElsewhereLeavesALargeIslandToBeSplit) {
   test::Scene scene = trough();
   scene.body(scene.description.bodies.front().shape, Vec3(0, 0, 20));
   hold(180, scene);
@@ -349,7 +349,7 @@ TEST(SplitIslands, AllSolversTakeTheShareOfTheImpulsesThatTheWholeIslandAllows) 
 // On eight processors the whole is solved eight times, or split between them once, but for the
 // borders that two of them share and for what is done again.
 TEST(SplitIslands, SplitTheSweepsAreDoneAboutOnceInsteadOfOnEachProcessor) {
-  test::Scene scene = trough(0.0, 8);        // giant by the contacts alone that hold something
+  test::Scene scene = trough(0.0, 8);        // large by the contacts alone that hold something
   scene.description.solver.iterations = 60;  // 30 sweeps: what else a step takes is little to that
   const Outcome alone = run(scene, {.steps = kSteps});
   RunOptions options{.executor = ExecutorKind::kVirtual, .steps = kSteps};

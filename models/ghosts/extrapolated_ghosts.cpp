@@ -1,4 +1,4 @@
-#include "models/ghosts/guessed_ghosts.hpp"
+#include "models/ghosts/extrapolated_ghosts.hpp"
 
 #include <algorithm>
 #include <tuple>
@@ -42,13 +42,13 @@ std::vector<Node> foreign_bodies_now(GhostMode mode, const Rules& rules, const F
   const std::size_t known = bodies.size();
   const auto by_id = [](const Node& a, const Node& b) { return a.id < b.id; };
   std::sort(bodies.begin(), bodies.end(), by_id);
-  for (const Ghost& ghost : before.heard.ghosts) {
+  for (const Ghost& ghost : before.received.ghosts) {
     const auto end = bodies.begin() + static_cast<std::ptrdiff_t>(known);
     if (std::binary_search(bodies.begin(), end, Node{ghost.id, {}, {}}, by_id)) continue;
     bodies.push_back({ghost.id, ghost.owner, ghost.state});
     guess_next(mode, *rules.scene, ghost.id, bodies.back().state, counters);
   }
-  // While a migration is being rolled back a body can have been told of by two worlds.
+  // While a migration is being rolled back a body can have been sent by two worlds.
   std::stable_sort(bodies.begin(), bodies.end(), by_id);
   bodies.erase(std::unique(bodies.begin(), bodies.end(),
                            [](const Node& a, const Node& b) { return a.id == b.id; }),
@@ -80,8 +80,8 @@ bool operator==(const ForeignView& a, const ForeignView& b) {
   const auto same_node = [](const Node& x, const Node& y) {
     return x.id == y.id && x.owner == y.owner && physics::identical(x.state, y.state);
   };
-  return a.told == b.told && a.sent_to == b.sent_to &&
-         differing(a.heard.ghosts, b.heard.ghosts).empty() &&
+  return a.ghosts_sent_to == b.ghosts_sent_to && a.bodies_sent_to == b.bodies_sent_to &&
+         differing(a.received.ghosts, b.received.ghosts).empty() &&
          std::equal(a.known.begin(), a.known.end(), b.known.begin(), b.known.end(), same_node);
 }
 
@@ -91,8 +91,8 @@ void add_world(WorldId world, std::vector<WorldId>& worlds) {
 }
 
 std::vector<WorldId> news_from(const ForeignView& view) {
-  std::vector<WorldId> worlds = view.sent_to;
-  for (const Ghost& ghost : view.heard.ghosts) add_world(ghost.owner, worlds);
+  std::vector<WorldId> worlds = view.bodies_sent_to;
+  for (const Ghost& ghost : view.received.ghosts) add_world(ghost.owner, worlds);
   return worlds;
 }
 
@@ -107,19 +107,20 @@ std::vector<Ghost> foreign_ghosts(std::vector<Ghost> ghosts,
   return ghosts;
 }
 
-std::vector<Ghost> guess_ghosts(GhostMode mode, const Rules& rules,
-                                const physics::Geometry& geometry, WorldId self,
-                                const ForeignView& before, std::span<const WorldId> heard,
-                                physics::StageCounters& counters) {
-  std::vector<Ghost> guesses;
+std::vector<Ghost> extrapolate_ghosts(GhostMode mode, const Rules& rules,
+                                      const physics::Geometry& geometry, WorldId self,
+                                      const ForeignView& before, std::span<const WorldId> received,
+                                      physics::StageCounters& counters) {
+  std::vector<Ghost> extrapolated;
   const std::vector<WorldId> speakers = news_from(before);
-  if (std::includes(heard.begin(), heard.end(), speakers.begin(), speakers.end())) return guesses;
+  if (std::includes(received.begin(), received.end(), speakers.begin(), speakers.end()))
+    return extrapolated;
   std::vector<BodyId> ids;
   std::vector<BodyState> states;
   std::vector<WorldId> owners;
   for (Node& body : foreign_bodies_now(mode, rules, before, counters)) {
     const WorldId owner = rules.map->owner_at(body.state.position_m);
-    if (owner == self || has(heard, owner) || !has(speakers, owner)) continue;
+    if (owner == self || has(received, owner) || !has(speakers, owner)) continue;
     ids.push_back(body.id);
     states.push_back(std::move(body.state));
     owners.push_back(owner);
@@ -129,12 +130,13 @@ std::vector<Ghost> guess_ghosts(GhostMode mode, const Rules& rules,
   std::vector<WorldId> covered;
   for (std::size_t i = 0; i < ids.size(); ++i) {
     rules.map->owners_of(boxes[i], covered);
-    if (has(covered, self)) guesses.push_back({ids[i], owners[i], boxes[i], std::move(states[i])});
+    if (has(covered, self))
+      extrapolated.push_back({ids[i], owners[i], boxes[i], std::move(states[i])});
   }
-  std::sort(guesses.begin(), guesses.end(), [](const Ghost& a, const Ghost& b) {
+  std::sort(extrapolated.begin(), extrapolated.end(), [](const Ghost& a, const Ghost& b) {
     return std::tie(a.owner, a.id) < std::tie(b.owner, b.id);
   });
-  return guesses;
+  return extrapolated;
 }
 
 }  // namespace soda::models

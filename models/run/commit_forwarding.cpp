@@ -1,4 +1,4 @@
-#include "models/run/commit_relay.hpp"
+#include "models/run/commit_forwarding.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -37,7 +37,7 @@ void join(std::span<const std::byte> record, const RecordSinks& sinks) {
   const std::span<const std::byte> bytes = record.subspan(1);
   if (kind == RecordKind::kLoad) return sinks.loads->add(decode_load(bytes));
   if (kind == RecordKind::kTrace) return sinks.trace->take({bytes.begin(), bytes.end()});
-  if (kind == RecordKind::kNews) return sinks.entries->hear(bytes);
+  if (kind == RecordKind::kNews) return sinks.entries->receive(bytes);
   Reader reader(bytes);
   const WorldId world = reader.world();
   BufferEntry entry;
@@ -49,19 +49,19 @@ void join(std::span<const std::byte> record, const RecordSinks& sinks) {
 
 }  // namespace
 
-void CommitRelay::add(LoadSample sample) {
+void CommitForwarding::add(LoadSample sample) {
   kernel::Bytes record = record_of(RecordKind::kLoad, encode_load(sample));
   const std::lock_guard lock(mutex_);
   records_.push_back(std::move(record));
 }
 
-void CommitRelay::take(kernel::Bytes trace) {
+void CommitForwarding::take(kernel::Bytes trace) {
   trace.insert(trace.begin(), static_cast<std::byte>(RecordKind::kTrace));
   const std::lock_guard lock(mutex_);
   records_.push_back(std::move(trace));
 }
 
-void CommitRelay::add(WorldId world, const BufferEntry& entry) {
+void CommitForwarding::add(WorldId world, const BufferEntry& entry) {
   kernel::Bytes record;
   Writer writer(record);
   writer.number(static_cast<std::uint8_t>(RecordKind::kCommit));
@@ -76,15 +76,15 @@ void CommitRelay::add(WorldId world, const BufferEntry& entry) {
   records_.push_back(std::move(record));
 }
 
-std::vector<kernel::Bytes> CommitRelay::take() {
+std::vector<kernel::Bytes> CommitForwarding::take() {
   const std::lock_guard lock(mutex_);
   return std::exchange(records_, {});
 }
 
-kernel::RecordHooks record_hooks(CommitRelay& relay, const RecordSinks& sinks) {
+kernel::RecordHooks record_hooks(CommitForwarding& forwarding, const RecordSinks& sinks) {
   kernel::RecordHooks hooks;
-  hooks.take = [&relay, entries = sinks.entries] {
-    std::vector<kernel::Bytes> records = relay.take();
+  hooks.take = [&forwarding, entries = sinks.entries] {
+    std::vector<kernel::Bytes> records = forwarding.take();
     if (entries == nullptr) return records;
     for (const kernel::Bytes& news : entries->take_news())
       records.push_back(record_of(RecordKind::kNews, news));

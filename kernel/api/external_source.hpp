@@ -13,17 +13,17 @@
 namespace soda::kernel {
 
 // Their source: no LP. So in a bag they come after all messages of LPs.
-inline constexpr LpId kOutside{0xffff'ffffu};
+inline constexpr LpId kExternalSource{0xffff'ffffu};
 
 // What an executor asks while it runs, one call at a time, from one thread at a time (not always
 // the same one). Both may wait for nothing: the whole run would.
 //
-// Which messages come is up to the outside and its clock. What is committed is a function of the
+// Which messages come is up to the source and its clock. What is committed is a function of the
 // messages, their times and slots: given the same, every executor commits the same. So who wants to
 // repeat a run writes them down as they are taken.
-class Outside {
+class ExternalSource {
  public:
-  virtual ~Outside() = default;
+  virtual ~ExternalSource() = default;
 
   // GVT never passes it: a message at this time or later comes in time, whenever it is sent. Never
   // decreases. Asked anew in every GVT round. As long as it is before the end, the run goes on.
@@ -41,43 +41,43 @@ class Outside {
 };
 
 // Several as one: the earliest floor, and the messages of all in the order of the list.
-class OutsideList final : public Outside {
+class ExternalSourceList final : public ExternalSource {
  public:
   // All must outlive this object.
-  explicit OutsideList(std::vector<Outside*> all) : all_(std::move(all)) {}
+  explicit ExternalSourceList(std::vector<ExternalSource*> all) : all_(std::move(all)) {}
 
   VirtualTime floor() override;
   void take(VirtualTime gvt, VirtualTime earliest, std::vector<Message>& out) override;
 
  private:
-  const std::vector<Outside*> all_;
+  const std::vector<ExternalSource*> all_;
 };
 
-// An executor's side of an Outside: checks its messages.
-class OutsideDoor {
+// An executor's side of an ExternalSource: checks its messages.
+class ExternalSourceDoor {
  public:
-  // `outside` may be null: nothing ever comes. If not, it must outlive this object.
-  OutsideDoor(Outside* outside, std::size_t lp_count, VirtualTime end)
-      : outside_(outside), lp_count_(lp_count), end_(end) {}
+  // `external` may be null: nothing ever comes. If not, it must outlive this object.
+  ExternalSourceDoor(ExternalSource* external, std::size_t lp_count, VirtualTime end)
+      : external_(external), lp_count_(lp_count), end_(end) {}
 
-  bool exists() const { return outside_ != nullptr; }
+  bool exists() const { return external_ != nullptr; }
 
-  // The earlier of `floor` and the floor of the outside.
+  // The earlier of `floor` and the floor of the external source.
   VirtualTime hold(VirtualTime floor) const;
 
   // Appends what is to be sent, ready to be delivered.
   void take(VirtualTime gvt, VirtualTime earliest, std::vector<Message>& out);
 
  private:
-  Outside* const outside_;
+  ExternalSource* const external_;
   const std::size_t lp_count_;
   const VirtualTime end_;
   std::set<OutputId> sent_;  // for what is not before GVT
-  std::uint64_t next_incarnation_ = 1;
+  std::uint64_t next_version_ = 1;
   std::vector<Message> taken_;  // scratch
 };
 
-// A short sleep of a thread that the outside holds up.
-void wait_for_outside();
+// A short sleep of a thread that an external source holds up.
+void wait_for_external();
 
 }  // namespace soda::kernel

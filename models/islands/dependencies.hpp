@@ -1,4 +1,5 @@
-// Gating: worlds whose bodies touch wait for each other instead of being rolled back in every step.
+// Dependency waits: worlds whose bodies touch wait for each other instead of being rolled back in
+// every step.
 #pragma once
 
 #include <cstdint>
@@ -27,17 +28,17 @@ struct MixedGroup {
 // Who has mattered to whom in the last step. What was sent then is sent in this step, too, if only
 // to say that there is nothing, and is waited for: both sides know of it. A ghost that touches
 // nothing is no reason to wait.
-struct Gate {
+struct Dependencies {
   std::vector<MixedGroup> groups;   // ascending by label
-  std::vector<WorldId> testers;     // that told this world of contacts, all in all groups or not
-  std::vector<WorldId> tested_for;  // that this world told of contacts
+  std::vector<WorldId> testers;     // that sent this world contacts, all in all groups or not
+  std::vector<WorldId> tested_for;  // that this world sent contacts
   // Bodies went there at the end of the step; that, or bodies came from there at its start or went
   // there at the end of the step before. Ascending.
   std::vector<WorldId> left_to, migrants;
   // Records of merge rounds >= 1: round and other world.
-  std::vector<std::pair<std::uint32_t, WorldId>> told, heard;
+  std::vector<std::pair<std::uint32_t, WorldId>> sent, received;
 
-  friend bool operator==(const Gate&, const Gate&) = default;
+  friend bool operator==(const Dependencies&, const Dependencies&) = default;
 };
 
 void sort_unique(std::vector<WorldId>& worlds);
@@ -47,19 +48,20 @@ struct Expected {
   std::vector<WorldId> migrants;  // to and from
   std::vector<WorldId> ghosts_to, ghosts_from, fragments_to, fragments_from;
 };
-Expected expected_from(const Gate& gate, WorldId self);
+Expected expected_from(const Dependencies& dependencies, WorldId self);
 
 // Worlds that have nothing to expect any more from what this world sent them before it repeated the
 // step: those of groups in which one of `bodies` is, and the testers. `bodies` ascending.
-std::vector<WorldId> concerned(const Gate& gate, WorldId self,
+std::vector<WorldId> concerned(const Dependencies& dependencies, WorldId self,
                                std::span<const physics::BodyId> bodies);
 
 // The first merge round >= `round` with something to send or to wait for; kNoRound if none.
 inline constexpr std::uint32_t kNoRound = 0xffffffffu;
-std::uint32_t next_round(const Gate& gate, const Expected& expected, std::uint32_t round);
+std::uint32_t next_round(const Dependencies& dependencies, const Expected& expected,
+                         std::uint32_t round);
 
 // Whether the bag lacks what is waited for at this time.
-bool lacks(const Gate& gate, const Expected& expected, kernel::VirtualTime now,
+bool lacks(const Dependencies& dependencies, const Expected& expected, kernel::VirtualTime now,
            std::span<const kernel::MessageView> bag);
 
 // Appends the group of the island, if `owners` of its bodies `ids` are several. `ids` ascending.

@@ -1,5 +1,5 @@
-// Gating, absorption and jumps: what worlds do not compute for nothing.
-#include "models/islands/gating.hpp"
+// Dependency waits, absorption and jumps: what worlds do not compute for nothing.
+#include "models/islands/dependencies.hpp"
 
 #include <gtest/gtest.h>
 
@@ -23,7 +23,7 @@ physics::ContactManifold contact(std::uint32_t a, std::uint32_t b) {
 
 Node node(std::uint32_t id, std::uint32_t owner) { return {BodyId{id}, WorldId{owner}, {}}; }
 
-TEST(Gating, OnlyIslandsOfSeveralOwnersWithAnOwnBodyAreGroups) {
+TEST(DependencyWaits, OnlyIslandsOfSeveralOwnersWithAnOwnBodyAreGroups) {
   const std::vector<BodyId> ids = {BodyId{2}, BodyId{5}, BodyId{9}};
   std::vector<MixedGroup> groups;
   note_group(ids, std::vector<WorldId>{WorldId{1}, WorldId{1}, WorldId{1}}, WorldId{1}, groups);
@@ -34,36 +34,37 @@ TEST(Gating, OnlyIslandsOfSeveralOwnersWithAnOwnBodyAreGroups) {
   EXPECT_EQ(groups[0], (MixedGroup{BodyId{2}, {WorldId{1}, WorldId{3}}, {BodyId{5}}}));
 }
 
-TEST(Gating, WaitsForPartnersForTestersAndForRecordsThatCameInTheStepBefore) {
-  Gate gate;
-  gate.groups = {{BodyId{2}, {WorldId{1}, WorldId{3}}, {BodyId{5}}}};
-  gate.testers = {WorldId{4}};
-  gate.tested_for = {WorldId{5}};
-  gate.heard = {{1u, WorldId{3}}};
-  gate.told = {{3u, WorldId{3}}};
-  const Expected expected = expected_from(gate, WorldId{1});
+TEST(DependencyWaits, WaitsForPartnersForTestersAndForRecordsThatCameInTheStepBefore) {
+  Dependencies dependencies;
+  dependencies.groups = {{BodyId{2}, {WorldId{1}, WorldId{3}}, {BodyId{5}}}};
+  dependencies.testers = {WorldId{4}};
+  dependencies.tested_for = {WorldId{5}};
+  dependencies.received = {{1u, WorldId{3}}};
+  dependencies.sent = {{3u, WorldId{3}}};
+  const Expected expected = expected_from(dependencies, WorldId{1});
   EXPECT_EQ(expected.ghosts_to, (std::vector{WorldId{3}, WorldId{4}}));
   EXPECT_EQ(expected.ghosts_from, (std::vector{WorldId{3}, WorldId{5}}));
   EXPECT_EQ(expected.fragments_from, (std::vector{WorldId{3}, WorldId{4}}));
-  EXPECT_EQ(next_round(gate, expected, 0), 0u);
-  EXPECT_EQ(next_round(gate, expected, 1), 1u);
-  EXPECT_EQ(next_round(gate, expected, 2), 2u);  // what was told in round 3 is sent in round 2
-  EXPECT_EQ(next_round(gate, expected, 3), kNoRound);
+  EXPECT_EQ(next_round(dependencies, expected, 0), 0u);
+  EXPECT_EQ(next_round(dependencies, expected, 1), 1u);
+  EXPECT_EQ(next_round(dependencies, expected, 2),
+            2u);  // what was sent for round 3 is sent in round 2
+  EXPECT_EQ(next_round(dependencies, expected, 3), kNoRound);
 
   std::vector<kernel::MessageView> bag = {
       {kernel::LpId{3}, static_cast<std::uint32_t>(MessageKind::kFragments), 0, {}}};
-  EXPECT_TRUE(lacks(gate, expected, time_of(7, Phase::kSync), bag));
+  EXPECT_TRUE(lacks(dependencies, expected, time_of(7, Phase::kSync), bag));
   bag.push_back({kernel::LpId{4}, static_cast<std::uint32_t>(MessageKind::kFragments), 0, {}});
-  EXPECT_FALSE(lacks(gate, expected, time_of(7, Phase::kSync), bag));
-  EXPECT_TRUE(lacks(gate, expected, time_of(7, Phase::kBorderTraversal), bag));
-  EXPECT_TRUE(lacks(gate, expected, time_of(7, Phase::kSync, 1), {}));
-  EXPECT_FALSE(lacks(gate, expected, time_of(7, Phase::kSync, 2), {}));
-  EXPECT_FALSE(lacks(gate, expected, time_of(7, Phase::kPairs), {}));
+  EXPECT_FALSE(lacks(dependencies, expected, time_of(7, Phase::kSync), bag));
+  EXPECT_TRUE(lacks(dependencies, expected, time_of(7, Phase::kBorderTraversal), bag));
+  EXPECT_TRUE(lacks(dependencies, expected, time_of(7, Phase::kSync, 1), {}));
+  EXPECT_FALSE(lacks(dependencies, expected, time_of(7, Phase::kSync, 2), {}));
+  EXPECT_FALSE(lacks(dependencies, expected, time_of(7, Phase::kPairs), {}));
 }
 
 // World 1 owns 1 and 4, which rest on 2 and 3 of worlds 2 and 3; 1 touches 4. In the step before
 // all were one island. Contact 2-3, tested here for others, is in no part of the group.
-TEST(Gating, AllOwnersOfAGroupGetTheSameAndNobodyGetsItTwice) {
+TEST(DependencyWaits, AllOwnersOfAGroupGetTheSameAndNobodyGetsItTwice) {
   const std::vector<MixedGroup> groups = {
       {BodyId{1}, {WorldId{1}, WorldId{2}, WorldId{3}}, {BodyId{1}, BodyId{4}}}};
   const std::vector<BodyId> own = {BodyId{1}, BodyId{4}};
@@ -136,7 +137,7 @@ double rework(const SimulationResult& result) {
          static_cast<double>(result.worlds.solves_committed);
 }
 
-TEST(Gating, AStackOnABorderIsSolvedLessThanHalfAsOftenAsWithoutWaiting) {
+TEST(DependencyWaits, AStackOnABorderIsSolvedLessThanHalfAsOftenAsWithoutWaiting) {
   const Cluster cluster = border_stack();
   RunOptions options{.executor = ExecutorKind::kVirtual,
                      .steps = cluster.steps,

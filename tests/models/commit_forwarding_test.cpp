@@ -1,5 +1,5 @@
 // Committed parts that travel as bytes: what the root makes of them.
-#include "models/run/commit_relay.hpp"
+#include "models/run/commit_forwarding.hpp"
 
 #include <gtest/gtest.h>
 
@@ -27,11 +27,12 @@ BufferEntry entry_of(std::int64_t step, std::uint32_t world) {
   return entry;
 }
 
-// From the rank of `relay` to one that has `sinks`; returns how many records there were.
-std::size_t send_all(CommitRelay& relay, const RecordSinks& own, const RecordSinks& sinks) {
+// From the rank of `forwarding` to one that has `sinks`; returns how many records there were.
+std::size_t send_all(CommitForwarding& forwarding, const RecordSinks& own,
+                     const RecordSinks& sinks) {
   const CommitObserver nothing;
-  CommitRelay unused(nothing);
-  const kernel::RecordHooks from = record_hooks(relay, own), to = record_hooks(unused, sinks);
+  CommitForwarding unused(nothing);
+  const kernel::RecordHooks from = record_hooks(forwarding, own), to = record_hooks(unused, sinks);
   const std::vector<kernel::Bytes> records = from.take();
   for (const kernel::Bytes& record : records) to.receive(record);
   return records.size();
@@ -41,7 +42,7 @@ struct Nobody final : CommitSink {
   void add(WorldId, const BufferEntry&) override { FAIL(); }
 };
 
-TEST(CommitRelay, TheRootHasStepsInOrderWithStatesOwnersAndIslandsOfAllWorlds) {
+TEST(CommitForwarding, TheRootHasStepsInOrderWithStatesOwnersAndIslandsOfAllWorlds) {
   std::int64_t last = 0;
   const CommitObserver observer{
       .wants_states = true, .on_step = [&](const CommittedStep& step) {
@@ -57,30 +58,31 @@ TEST(CommitRelay, TheRootHasStepsInOrderWithStatesOwnersAndIslandsOfAllWorlds) {
         }
       }};
   CommitMerge merge(observer, 3);
-  CommitRelay relay(observer);
+  CommitForwarding forwarding(observer);
   for (std::int64_t step = 1; step <= 3; ++step) merge.add(WorldId{1}, entry_of(step, 1));
   for (std::int64_t step = 1; step <= 3; ++step)
-    for (const std::uint32_t world : {2u, 0u}) relay.add(WorldId{world}, entry_of(step, world));
-  EXPECT_EQ(send_all(relay, {relay}, {merge}), 6u);
+    for (const std::uint32_t world : {2u, 0u})
+      forwarding.add(WorldId{world}, entry_of(step, world));
+  EXPECT_EQ(send_all(forwarding, {forwarding}, {merge}), 6u);
   EXPECT_EQ(last, 3);
-  EXPECT_EQ(send_all(relay, {relay}, {merge}), 0u) << "each record is taken once";
+  EXPECT_EQ(send_all(forwarding, {forwarding}, {merge}), 0u) << "each record is taken once";
 }
 
-TEST(CommitRelay, StatesThatNobodyWantsDoNotTravelButIslandsDo) {
+TEST(CommitForwarding, StatesThatNobodyWantsDoNotTravelButIslandsDo) {
   struct Last final : CommitSink {
     void add(WorldId, const BufferEntry& entry) override { part = entry; }
     BufferEntry part;
   } last;
   const CommitObserver nobody;
-  CommitRelay relay(nobody);
-  relay.add(WorldId{1}, entry_of(4, 1));
-  send_all(relay, {relay}, {last});
+  CommitForwarding forwarding(nobody);
+  forwarding.add(WorldId{1}, entry_of(4, 1));
+  send_all(forwarding, {forwarding}, {last});
   EXPECT_EQ(last.part.step, 4);
   EXPECT_TRUE(last.part.ids.empty());
   EXPECT_EQ(last.part.islands.size(), 1u);
 }
 
-TEST(CommitRelay, TracesComeAsTheyAre) {
+TEST(CommitForwarding, TracesComeAsTheyAre) {
   struct Chunks final : kernel::TraceSink {
     void take(kernel::Bytes chunk) override { all.push_back(std::move(chunk)); }
     std::vector<kernel::Bytes> all;
@@ -88,29 +90,30 @@ TEST(CommitRelay, TracesComeAsTheyAre) {
   Nobody nobody;
   const std::vector<kernel::Bytes> sent = {kernel::Bytes(7, std::byte{9}), kernel::Bytes{}};
   const CommitObserver observer;
-  CommitRelay relay(observer);
-  for (const kernel::Bytes& chunk : sent) relay.take(chunk);
-  send_all(relay, {relay}, {.commits = nobody, .trace = &chunks});
+  CommitForwarding forwarding(observer);
+  for (const kernel::Bytes& chunk : sent) forwarding.take(chunk);
+  send_all(forwarding, {forwarding}, {.commits = nobody, .trace = &chunks});
   EXPECT_EQ(chunks.all, sent);
 }
 
-TEST(CommitRelay, NewsOfOneObserverIsHeardByTheOtherEvenIfItIsEmpty) {
+TEST(CommitForwarding, NewsOfOneObserverIsHeardByTheOtherEvenIfItIsEmpty) {
   struct Observer final : EntryObserver {
     void on_newest(WorldId, std::int64_t) override {}
     std::vector<kernel::Bytes> take_news() override { return std::exchange(says, {}); }
-    void hear(std::span<const std::byte> news) override {
-      heard.emplace_back(news.begin(), news.end());
+    void receive(std::span<const std::byte> news) override {
+      received.emplace_back(news.begin(), news.end());
     }
-    std::vector<kernel::Bytes> says, heard;
+    std::vector<kernel::Bytes> says, received;
   } here, there;
   const std::vector<kernel::Bytes> said = {kernel::Bytes(3, std::byte{7}), kernel::Bytes{}};
   here.says = said;
   Nobody nobody;
   const CommitObserver observer;
-  CommitRelay relay(observer);
-  send_all(relay, {.commits = relay, .entries = &here}, {.commits = nobody, .entries = &there});
-  EXPECT_EQ(there.heard, said);
-  EXPECT_TRUE(here.heard.empty());
+  CommitForwarding forwarding(observer);
+  send_all(forwarding, {.commits = forwarding, .entries = &here},
+           {.commits = nobody, .entries = &there});
+  EXPECT_EQ(there.received, said);
+  EXPECT_TRUE(here.received.empty());
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // Messages from outside the LPs, under every executor: in time, in order, and committed alike.
-#include "kernel/api/outside.hpp"
+#include "kernel/api/external_source.hpp"
 
 #include <gtest/gtest.h>
 
@@ -52,7 +52,7 @@ std::vector<Stamped> random_script(std::uint64_t seed, std::uint32_t lps) {
 }
 
 // Sends what is written down: all at once, or each when GVT stands at its time and goes no further.
-class Script : public Outside {
+class Script : public ExternalSource {
  public:
   Script(std::vector<Stamped> script, bool at_the_last_moment)
       : script_(std::move(script)), at_the_last_moment_(at_the_last_moment) {}
@@ -83,7 +83,7 @@ class Script : public Outside {
 };
 
 // Holds nothing back, sends at the earliest time that it is offered, and writes that down.
-class Live : public Outside {
+class Live : public ExternalSource {
  public:
   explicit Live(std::uint32_t lps) : lps_(lps) {}
 
@@ -107,56 +107,57 @@ using Lps = std::span<const std::unique_ptr<LogicalProcess>>;
 
 struct Executor {
   std::string name;
-  std::function<RunResult(Lps, Outside&, const ProgressFn&, std::uint64_t seed)> run;
+  std::function<RunResult(Lps, ExternalSource&, const ProgressFn&, std::uint64_t seed)> run;
 };
 
 std::vector<Executor> executors() {
   std::vector<Executor> all;
-  all.push_back({"sequential", [](Lps lps, Outside& outside, const ProgressFn& progress, auto) {
-                   return run_sequential(lps, kEnd, progress, &outside);
-                 }});
+  all.push_back(
+      {"sequential", [](Lps lps, ExternalSource& external, const ProgressFn& progress, auto) {
+         return run_sequential(lps, kEnd, progress, &external);
+       }});
   for (const auto how : {Synchronisation::kOptimistic, Synchronisation::kLockstep}) {
     const std::string name = how == Synchronisation::kLockstep ? ", lockstep" : "";
     for (const unsigned threads : {1u, 3u})
       all.push_back({std::to_string(threads) + " threads" + name,
-                     [=](Lps lps, Outside& outside, const ProgressFn& progress, auto seed) {
+                     [=](Lps lps, ExternalSource& external, const ProgressFn& progress, auto seed) {
                        return run_threads(lps, kEnd,
                                           {.threads = threads,
                                            .window = 10,
                                            .scheduling_seed = seed % 3,
                                            .synchronisation = how,
-                                           .outside = &outside},
+                                           .external = &external},
                                           progress);
                      }});
     for (const std::uint32_t ranks : {2u, 3u})
       all.push_back({std::to_string(ranks) + " ranks" + name,
-                     [=](Lps lps, Outside& outside, const ProgressFn& progress, auto seed) {
+                     [=](Lps lps, ExternalSource& external, const ProgressFn& progress, auto seed) {
                        return RankThreads::run(ranks, lps, kEnd,
                                                {.threads = 2,
                                                 .window = 10,
                                                 .scheduling_seed = seed % 3,
                                                 .synchronisation = how,
-                                                .outside = &outside},
+                                                .external = &external},
                                                progress);
                      }});
-    all.push_back(
-        {"virtual" + name, [=](Lps lps, Outside& outside, const ProgressFn& progress, auto seed) {
-           GvtChecker gvt;
-           ConservationChecker conservation;
-           ObserverList observers({&gvt, &conservation});
-           const bool observes = how == Synchronisation::kOptimistic;
-           return run_virtual(lps, kEnd,
-                              {.processors = 3,
-                               .window = 10,
-                               .synchronisation = how,
-                               .seed = seed,
-                               .jitter_ns = 5000,
-                               .gvt_interval_ns = 3000,
-                               .observer = observes ? &observers : nullptr,
-                               .outside = &outside},
-                              progress)
-               .run;
-         }});
+    all.push_back({"virtual" + name,
+                   [=](Lps lps, ExternalSource& external, const ProgressFn& progress, auto seed) {
+                     GvtChecker gvt;
+                     ConservationChecker conservation;
+                     ObserverList observers({&gvt, &conservation});
+                     const bool observes = how == Synchronisation::kOptimistic;
+                     return run_virtual(lps, kEnd,
+                                        {.processors = 3,
+                                         .window = 10,
+                                         .synchronisation = how,
+                                         .seed = seed,
+                                         .jitter_ns = 5000,
+                                         .gvt_interval_ns = 3000,
+                                         .observer = observes ? &observers : nullptr,
+                                         .external = &external},
+                                        progress)
+                         .run;
+                   }});
   }
   return all;
 }
@@ -169,7 +170,7 @@ PholdOptions model_of(std::uint64_t seed) {
           .seed = seed};
 }
 
-TEST(Outside, AScriptIsCommittedAlikeByAllExecutorsAndGvtNeverPassesItsFloor) {
+TEST(ExternalSource, AScriptIsCommittedAlikeByAllExecutorsAndGvtNeverPassesItsFloor) {
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     const PholdOptions model = model_of(seed);
     const std::vector<Stamped> script = random_script(seed, model.lps);
@@ -182,11 +183,11 @@ TEST(Outside, AScriptIsCommittedAlikeByAllExecutorsAndGvtNeverPassesItsFloor) {
     for (const Executor& executor : executors())
       for (const bool at_the_last_moment : {false, true}) {
         const auto lps = make_phold(model);
-        Script outside(script, at_the_last_moment);
+        Script external(script, at_the_last_moment);
         const ProgressFn progress = [&](VirtualTime gvt, const Counters&) {
-          EXPECT_LE(gvt, outside.last_floor());
+          EXPECT_LE(gvt, external.last_floor());
         };
-        const RunResult found = executor.run(lps, outside, progress, seed);
+        const RunResult found = executor.run(lps, external, progress, seed);
         EXPECT_EQ(phold_digest(lps), phold_digest(oracle))
             << executor.name << ", seed " << seed << ", last moment " << at_the_last_moment;
         EXPECT_EQ(found.counters.committed, expected.counters.committed) << executor.name;
@@ -194,15 +195,15 @@ TEST(Outside, AScriptIsCommittedAlikeByAllExecutorsAndGvtNeverPassesItsFloor) {
   }
 }
 
-TEST(Outside, MessagesAtTheLastMomentRollBackWhatRanAheadOfThem) {
+TEST(ExternalSource, MessagesAtTheLastMomentRollBackWhatRanAheadOfThem) {
   const PholdOptions model = model_of(7);
   const auto lps = make_phold(model);
-  Script outside(random_script(7, model.lps), true);
-  const RunResult found = run_threads(lps, kEnd, {.window = 10, .outside = &outside});
+  Script external(random_script(7, model.lps), true);
+  const RunResult found = run_threads(lps, kEnd, {.window = 10, .external = &external});
   EXPECT_GT(found.counters.stragglers, 0u);
 }
 
-TEST(Outside, WhatCameAtTheEarliestTimeIsCommittedAgainFromItsLog) {
+TEST(ExternalSource, WhatCameAtTheEarliestTimeIsCommittedAgainFromItsLog) {
   for (const Executor& executor : executors()) {
     const PholdOptions model = model_of(3);
     const auto lps = make_phold(model);
@@ -216,19 +217,19 @@ TEST(Outside, WhatCameAtTheEarliestTimeIsCommittedAgainFromItsLog) {
   }
 }
 
-// An LP with nothing to do by itself: without the outside there would be no run at all.
-TEST(Outside, TheRunLastsForAsLongAsTheFloorIsBeforeTheEnd) {
+// An LP with nothing to do by itself: without the source there would be no run at all.
+TEST(ExternalSource, TheRunLastsForAsLongAsTheFloorIsBeforeTheEnd) {
   for (const Executor& executor : executors()) {
     const auto lps = make_phold({.lps = 4, .start_events_per_lp = 0});
-    Script outside({{{50, 2}, LpId{1}, 5}}, true);
-    const RunResult found = executor.run(lps, outside, {}, 0);
-    EXPECT_TRUE(outside.has_sent_all()) << executor.name;
+    Script external({{{50, 2}, LpId{1}, 5}}, true);
+    const RunResult found = executor.run(lps, external, {}, 0);
+    EXPECT_TRUE(external.has_sent_all()) << executor.name;
     EXPECT_GT(found.counters.committed, 4u) << executor.name;
   }
 }
 
 // Each call of floor() lets time go on a little, as a clock would.
-class Clock : public Outside {
+class Clock : public ExternalSource {
  public:
   VirtualTime floor() override { return {calls_++ / 8, 0}; }
   void take(VirtualTime, VirtualTime, std::vector<Message>&) override {}
@@ -237,7 +238,7 @@ class Clock : public Outside {
   std::int64_t calls_ = 0;
 };
 
-TEST(Outside, AClockPacesTheRunAndChangesNothing) {
+TEST(ExternalSource, AClockPacesTheRunAndChangesNothing) {
   const PholdOptions model = model_of(5);
   const auto oracle = make_phold(model);
   run_sequential(oracle, kEnd);
@@ -249,10 +250,10 @@ TEST(Outside, AClockPacesTheRunAndChangesNothing) {
   }
 }
 
-TEST(OutsideDoor, KeepsTheSlotsOfMessagesAndDropsWhatIsBeyondTheEnd) {
-  Script outside({{{5, 0}, LpId{1}, 1}, {{5, 0}, LpId{1}, 2}, {{5, 0}, LpId{0}, 3}, {kEnd, {}, 4}},
-                 false);
-  OutsideDoor door(&outside, 2, kEnd);
+TEST(ExternalSourceDoor, KeepsTheSlotsOfMessagesAndDropsWhatIsBeyondTheEnd) {
+  Script external({{{5, 0}, LpId{1}, 1}, {{5, 0}, LpId{1}, 2}, {{5, 0}, LpId{0}, 3}, {kEnd, {}, 4}},
+                  false);
+  ExternalSourceDoor door(&external, 2, kEnd);
   EXPECT_EQ(door.hold({9, 0}), (VirtualTime{5, 0}));
   std::vector<Message> taken;
   door.take({4, 0}, {4, 0}, taken);
@@ -260,13 +261,13 @@ TEST(OutsideDoor, KeepsTheSlotsOfMessagesAndDropsWhatIsBeyondTheEnd) {
   EXPECT_EQ(taken[0].slot, 0u);
   EXPECT_EQ(taken[1].slot, 1u);
   EXPECT_EQ(taken[2].slot, 2u);
-  EXPECT_LT(taken[1].incarnation, taken[2].incarnation);
-  EXPECT_EQ(taken[0].source, kOutside);
-  EXPECT_EQ(OutsideDoor(nullptr, 2, kEnd).hold({9, 0}), (VirtualTime{9, 0}));
+  EXPECT_LT(taken[1].version, taken[2].version);
+  EXPECT_EQ(taken[0].source, kExternalSource);
+  EXPECT_EQ(ExternalSourceDoor(nullptr, 2, kEnd).hold({9, 0}), (VirtualTime{9, 0}));
 }
 
-TEST(OutsideDoorDeath, ASlotOfADestinationAndTimeIsTakenOnce) {
-  class Twice : public Outside {
+TEST(ExternalSourceDoorDeath, ASlotOfADestinationAndTimeIsTakenOnce) {
+  class Twice : public ExternalSource {
    public:
     VirtualTime floor() override { return kNever; }
     void take(VirtualTime, VirtualTime, std::vector<Message>& out) override {
@@ -274,15 +275,15 @@ TEST(OutsideDoorDeath, ASlotOfADestinationAndTimeIsTakenOnce) {
     }
   };
   Twice twice;
-  OutsideDoor door(&twice, 1, kEnd);
+  ExternalSourceDoor door(&twice, 1, kEnd);
   std::vector<Message> taken;
   door.take({4, 0}, {4, 0}, taken);
   EXPECT_DEATH(door.take({5, 0}, {5, 0}, taken), "twice to LP 0");
 }
 
-TEST(OutsideList, HoldsAtTheEarliestFloorAndSendsWhatAllHave) {
+TEST(ExternalSourceList, HoldsAtTheEarliestFloorAndSendsWhatAllHave) {
   Script early({{{5, 0}, LpId{1}, 1}}, false), late({{{7, 0}, LpId{0}, 2}}, false);
-  OutsideList both({&late, &early});
+  ExternalSourceList both({&late, &early});
   EXPECT_EQ(both.floor(), (VirtualTime{5, 0}));
   std::vector<Message> taken;
   both.take({4, 0}, {4, 0}, taken);
@@ -291,8 +292,8 @@ TEST(OutsideList, HoldsAtTheEarliestFloorAndSendsWhatAllHave) {
   EXPECT_EQ(both.floor(), kNever);
 }
 
-TEST(OutsideDoorDeath, AMessageThatComesTooLateIsABrokenOutside) {
-  class Late : public Outside {
+TEST(ExternalSourceDoorDeath, AMessageThatComesTooLateIsABrokenSource) {
+  class Late : public ExternalSource {
    public:
     VirtualTime floor() override { return kNever; }
     void take(VirtualTime, VirtualTime, std::vector<Message>& out) override {
@@ -300,7 +301,7 @@ TEST(OutsideDoorDeath, AMessageThatComesTooLateIsABrokenOutside) {
     }
   };
   Late late;
-  OutsideDoor door(&late, 1, kEnd);
+  ExternalSourceDoor door(&late, 1, kEnd);
   std::vector<Message> taken;
   EXPECT_DEATH(door.take({4, 0}, {4, 0}, taken), "the earliest time is");
 }

@@ -1,4 +1,4 @@
-// What came of guesses: a count beside the simulation, never part of a world's state.
+// What came of extrapolations: a count beside the simulation, never part of a world's state.
 #pragma once
 
 #include <cstdint>
@@ -16,11 +16,11 @@ namespace soda::models {
 
 // Of one world. A *foreign contact* is one that has two owners, found by the world that tests the
 // pair. Bookkeeping of a step ends when it is committed.
-class GuessAudit {
+class ExtrapolationAudit {
  public:
-  // The ghosts of `owner` are guessed in this step; replaces an earlier guess.
-  void note_guess(std::int64_t step, WorldId owner, std::span<const Ghost> ghosts);
-  // They have come. What had been guessed of them, if anything, is counted, once.
+  // The ghosts of `owner` are extrapolated in this step; replaces an earlier extrapolation.
+  void note_extrapolated(std::int64_t step, WorldId owner, std::span<const Ghost> ghosts);
+  // They have come. What had been extrapolated of them, if anything, is counted, once.
   void note_news(std::int64_t step, WorldId owner, std::span<const Ghost> ghosts,
                  WorldCounters& counters);
   // The foreign contacts of one execution of the step; the last one before commit() is the
@@ -32,7 +32,7 @@ class GuessAudit {
   struct Found {
     std::set<RecordKey> in_any, in_all, in_last;  // executions of a step
   };
-  std::map<std::pair<std::int64_t, WorldId>, std::vector<Ghost>> guesses_;
+  std::map<std::pair<std::int64_t, WorldId>, std::vector<Ghost>> extrapolated_;
   std::map<std::int64_t, Found> found_;
 };
 

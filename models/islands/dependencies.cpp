@@ -1,4 +1,4 @@
-#include "models/islands/gating.hpp"
+#include "models/islands/dependencies.hpp"
 
 #include <algorithm>
 #include <set>
@@ -72,9 +72,9 @@ void sort_unique(std::vector<WorldId>& worlds) {
   worlds.erase(std::unique(worlds.begin(), worlds.end()), worlds.end());
 }
 
-Expected expected_from(const Gate& gate, WorldId self) {
+Expected expected_from(const Dependencies& dependencies, WorldId self) {
   std::set<WorldId> partners;
-  for (const MixedGroup& group : gate.groups)
+  for (const MixedGroup& group : dependencies.groups)
     partners.insert(group.owners.begin(), group.owners.end());
   partners.erase(self);
   const auto partners_and = [&](std::span<const WorldId> others) {
@@ -82,17 +82,18 @@ Expected expected_from(const Gate& gate, WorldId self) {
     all.insert(others.begin(), others.end());
     return std::vector<WorldId>(all.begin(), all.end());
   };
-  return {.migrants = gate.migrants,
-          .ghosts_to = partners_and(gate.testers),
-          .ghosts_from = partners_and(gate.tested_for),
-          .fragments_to = partners_and(gate.tested_for),
-          .fragments_from = partners_and(gate.testers)};
+  return {.migrants = dependencies.migrants,
+          .ghosts_to = partners_and(dependencies.testers),
+          .ghosts_from = partners_and(dependencies.tested_for),
+          .fragments_to = partners_and(dependencies.tested_for),
+          .fragments_from = partners_and(dependencies.testers)};
 }
 
-std::vector<WorldId> concerned(const Gate& gate, WorldId self, std::span<const BodyId> bodies) {
+std::vector<WorldId> concerned(const Dependencies& dependencies, WorldId self,
+                               std::span<const BodyId> bodies) {
   std::set<WorldId> worlds;
-  if (!bodies.empty()) worlds.insert(gate.testers.begin(), gate.testers.end());
-  for (const MixedGroup& group : gate.groups) {
+  if (!bodies.empty()) worlds.insert(dependencies.testers.begin(), dependencies.testers.end());
+  for (const MixedGroup& group : dependencies.groups) {
     const bool changes = std::any_of(group.own.begin(), group.own.end(), [&](BodyId id) {
       return std::binary_search(bodies.begin(), bodies.end(), id);
     });
@@ -102,17 +103,18 @@ std::vector<WorldId> concerned(const Gate& gate, WorldId self, std::span<const B
   return {worlds.begin(), worlds.end()};
 }
 
-std::uint32_t next_round(const Gate& gate, const Expected& expected, std::uint32_t round) {
+std::uint32_t next_round(const Dependencies& dependencies, const Expected& expected,
+                         std::uint32_t round) {
   std::uint32_t next = kNoRound;
   if (round == 0 && !expected.fragments_from.empty()) next = 0;
-  for (const auto& [heard, world] : gate.heard)
-    if (heard >= round) next = std::min(next, heard);
-  for (const auto& [told, world] : gate.told)  // sent in the round before
-    if (told > round) next = std::min(next, told - 1);
+  for (const auto& [received, world] : dependencies.received)
+    if (received >= round) next = std::min(next, received);
+  for (const auto& [sent, world] : dependencies.sent)  // sent in the round before
+    if (sent > round) next = std::min(next, sent - 1);
   return next;
 }
 
-bool lacks(const Gate& gate, const Expected& expected, kernel::VirtualTime now,
+bool lacks(const Dependencies& dependencies, const Expected& expected, kernel::VirtualTime now,
            std::span<const kernel::MessageView> bag) {
   const auto is_missing = [&](WorldId from, MessageKind kind) {
     return std::none_of(bag.begin(), bag.end(), [&](const kernel::MessageView& message) {
@@ -130,9 +132,11 @@ bool lacks(const Gate& gate, const Expected& expected, kernel::VirtualTime now,
   if (phase_of(now) != Phase::kSync) return false;
   if (merge_round_of(now) == 0)
     return any_missing(expected.fragments_from, MessageKind::kFragments);
-  return std::any_of(gate.heard.begin(), gate.heard.end(), [&](const auto& heard) {
-    return heard.first == merge_round_of(now) && is_missing(heard.second, MessageKind::kRecords);
-  });
+  return std::any_of(dependencies.received.begin(), dependencies.received.end(),
+                     [&](const auto& received) {
+                       return received.first == merge_round_of(now) &&
+                              is_missing(received.second, MessageKind::kRecords);
+                     });
 }
 
 void add_group_fragments(std::span<const MixedGroup> groups, WorldId self, const KnownBodies& known,

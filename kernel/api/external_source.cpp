@@ -1,4 +1,4 @@
-#include "kernel/api/outside.hpp"
+#include "kernel/api/external_source.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -9,23 +9,23 @@
 
 namespace soda::kernel {
 
-VirtualTime OutsideList::floor() {
+VirtualTime ExternalSourceList::floor() {
   VirtualTime earliest = kNever;
-  for (Outside* const outside : all_) earliest = std::min(earliest, outside->floor());
+  for (ExternalSource* const external : all_) earliest = std::min(earliest, external->floor());
   return earliest;
 }
 
-void OutsideList::take(VirtualTime gvt, VirtualTime earliest, std::vector<Message>& out) {
-  for (Outside* const outside : all_) outside->take(gvt, earliest, out);
+void ExternalSourceList::take(VirtualTime gvt, VirtualTime earliest, std::vector<Message>& out) {
+  for (ExternalSource* const external : all_) external->take(gvt, earliest, out);
 }
 
-VirtualTime OutsideDoor::hold(VirtualTime floor) const {
-  return outside_ ? std::min(floor, outside_->floor()) : floor;
+VirtualTime ExternalSourceDoor::hold(VirtualTime floor) const {
+  return external_ ? std::min(floor, external_->floor()) : floor;
 }
 
-void OutsideDoor::take(VirtualTime gvt, VirtualTime earliest, std::vector<Message>& out) {
+void ExternalSourceDoor::take(VirtualTime gvt, VirtualTime earliest, std::vector<Message>& out) {
   taken_.clear();
-  outside_->take(gvt, earliest, taken_);
+  external_->take(gvt, earliest, taken_);
   sent_.erase(sent_.begin(), sent_.lower_bound({gvt, LpId{0}, 0, 0}));
   for (Message& message : taken_) {
     SODA_ASSERT(message.time >= earliest && message.time > kBeginning &&
@@ -37,13 +37,13 @@ void OutsideDoor::take(VirtualTime gvt, VirtualTime earliest, std::vector<Messag
         sent_.insert({message.time, message.destination, message.kind, message.slot}).second;
     SODA_ASSERT(is_new, "from outside, twice to LP ", index_of(message.destination), " at ",
                 message.time, ", kind ", message.kind, ", slot ", message.slot);
-    message.source = kOutside;
-    message.incarnation = next_incarnation_++;
+    message.source = kExternalSource;
+    message.version = next_version_++;
     message.anti = false;
     out.push_back(std::move(message));
   }
 }
 
-void wait_for_outside() { std::this_thread::sleep_for(std::chrono::microseconds(50)); }
+void wait_for_external() { std::this_thread::sleep_for(std::chrono::microseconds(50)); }
 
 }  // namespace soda::kernel

@@ -1,12 +1,12 @@
-// Ghosts that have not come are guessed: what a guess is, what it costs, and that it decides
-// nothing.
-#include "models/ghosts/guessed_ghosts.hpp"
+// Ghosts that have not come are extrapolated: what extrapolation is, what it costs, and that it
+// decides nothing.
+#include "models/ghosts/extrapolated_ghosts.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "models/ghosts/guess_audit.hpp"
+#include "models/ghosts/extrapolation_audit.hpp"
 #include "models/run/simulation.hpp"
 #include "physics/measures/measures.hpp"
 #include "physics/step/step.hpp"
@@ -51,14 +51,14 @@ Ghost ghost_of(const test::Scene& scene, std::uint32_t body, const BodyState& st
   return {id, owner, boxes.front(), state};
 }
 
-std::vector<Ghost> guess(GhostMode mode, const test::Scene& scene, const ForeignView& before,
-                         std::vector<WorldId> told = {}) {
+std::vector<Ghost> extrapolate(GhostMode mode, const test::Scene& scene, const ForeignView& before,
+                               std::vector<WorldId> told = {}) {
   const physics::Geometry geometry(scene.description);
   physics::StageCounters counters;
-  return guess_ghosts(mode, rules_of(scene), geometry, kWest, before, told, counters);
+  return extrapolate_ghosts(mode, rules_of(scene), geometry, kWest, before, told, counters);
 }
 
-TEST(GuessedGhosts, AFreeBodyIsPredictedBitForBitOverManySteps) {
+TEST(ExtrapolatedGhosts, AFreeBodyIsPredictedBitForBitOverManySteps) {
   const test::Scene scene = spinning_scene();
   const physics::Geometry geometry(scene.description);
   std::vector<BodyState> truth = scene.states;
@@ -67,25 +67,25 @@ TEST(GuessedGhosts, AFreeBodyIsPredictedBitForBitOverManySteps) {
   physics::StepReport report;
   physics::StageCounters counters;
   ForeignView view;
-  view.sent_to = {kEast};
-  view.heard.ghosts = {ghost_of(scene, 0, truth[0], kEast)};
+  view.bodies_sent_to = {kEast};
+  view.received.ghosts = {ghost_of(scene, 0, truth[0], kEast)};
   for (int step = 0; step < 20; ++step) {
     physics::step(scene.description, geometry, {&id, 1}, truth, {scratch, report, counters});
-    view.heard.ghosts = guess(GhostMode::kPredicted, scene, view);
-    ASSERT_EQ(view.heard.ghosts.size(), 1u) << step;
-    EXPECT_TRUE(identical(view.heard.ghosts[0], ghost_of(scene, 0, truth[0], kEast))) << step;
+    view.received.ghosts = extrapolate(GhostMode::kPredicted, scene, view);
+    ASSERT_EQ(view.received.ghosts.size(), 1u) << step;
+    EXPECT_TRUE(identical(view.received.ghosts[0], ghost_of(scene, 0, truth[0], kEast))) << step;
   }
 }
 
-TEST(GuessedGhosts, DeadReckoningKeepsVelocityAndSpin) {
+TEST(ExtrapolatedGhosts, DeadReckoningKeepsVelocityAndSpin) {
   const test::Scene scene = spinning_scene();
   ForeignView view;
-  view.sent_to = {kEast};
-  view.heard.ghosts = {ghost_of(scene, 0, scene.states[0], kEast)};
-  const std::vector<Ghost> guesses = guess(GhostMode::kDeadReckoning, scene, view);
-  ASSERT_EQ(guesses.size(), 1u);
+  view.bodies_sent_to = {kEast};
+  view.received.ghosts = {ghost_of(scene, 0, scene.states[0], kEast)};
+  const std::vector<Ghost> extrapolated = extrapolate(GhostMode::kDeadReckoning, scene, view);
+  ASSERT_EQ(extrapolated.size(), 1u);
   const BodyState& before = scene.states[0];
-  const BodyState& after = guesses[0].state;
+  const BodyState& after = extrapolated[0].state;
   const Vec3 moved = before.position_m + before.linear_velocity_m_s * scene.description.dt_s;
   EXPECT_EQ(after.position_m, moved);
   EXPECT_EQ(after.linear_velocity_m_s, before.linear_velocity_m_s);
@@ -96,49 +96,49 @@ TEST(GuessedGhosts, DeadReckoningKeepsVelocityAndSpin) {
   EXPECT_NEAR(2.0 * half_sine, angle, angle * angle * angle);
 }
 
-TEST(GuessedGhosts, ABodyThatSomethingCarriesIsNotPredictedToFall) {
+TEST(ExtrapolatedGhosts, ABodyThatSomethingCarriesIsNotPredictedToFall) {
   const test::Scene scene = spinning_scene();
   ForeignView view;
-  view.sent_to = {kEast};
-  view.heard.ghosts = {ghost_of(scene, 0, scene.states[0], kEast)};
-  view.heard.ghosts[0].state.impulses.push_back(
+  view.bodies_sent_to = {kEast};
+  view.received.ghosts = {ghost_of(scene, 0, scene.states[0], kEast)};
+  view.received.ghosts[0].state.impulses.push_back(
       {.other = physics::static_id(0), .normal_newton_s = 1});
-  const std::vector<Ghost> guesses = guess(GhostMode::kPredicted, scene, view);
-  ASSERT_EQ(guesses.size(), 1u);
-  EXPECT_EQ(guesses[0].state.linear_velocity_m_s, scene.states[0].linear_velocity_m_s);
-  EXPECT_EQ(guesses[0].state.impulses.size(), 1u);
+  const std::vector<Ghost> extrapolated = extrapolate(GhostMode::kPredicted, scene, view);
+  ASSERT_EQ(extrapolated.size(), 1u);
+  EXPECT_EQ(extrapolated[0].state.linear_velocity_m_s, scene.states[0].linear_velocity_m_s);
+  EXPECT_EQ(extrapolated[0].state.impulses.size(), 1u);
 }
 
-TEST(GuessedGhosts, NothingIsGuessedOfAWorldThatHasSpokenOrWillNotSpeak) {
+TEST(ExtrapolatedGhosts, NothingIsExtrapolatedOfAWorldThatHasSpokenOrWillNotSpeak) {
   const test::Scene scene = spinning_scene();
   ForeignView view;
-  view.sent_to = {kEast};
-  view.heard.ghosts = {ghost_of(scene, 0, scene.states[0], kEast)};
-  EXPECT_EQ(guess(GhostMode::kPredicted, scene, view).size(), 1u);
-  EXPECT_TRUE(guess(GhostMode::kPredicted, scene, view, {kEast}).empty());
-  view = {.told = {}, .sent_to = {kEast}, .heard = {}, .known = {}};
+  view.bodies_sent_to = {kEast};
+  view.received.ghosts = {ghost_of(scene, 0, scene.states[0], kEast)};
+  EXPECT_EQ(extrapolate(GhostMode::kPredicted, scene, view).size(), 1u);
+  EXPECT_TRUE(extrapolate(GhostMode::kPredicted, scene, view, {kEast}).empty());
+  view = {.ghosts_sent_to = {}, .bodies_sent_to = {kEast}, .received = {}, .known = {}};
   view.known = {{BodyId{0}, kEast, scene.states[0]}};
-  EXPECT_EQ(guess(GhostMode::kPredicted, scene, view).size(), 1u);
-  view.sent_to = {WorldId{2}};
-  EXPECT_TRUE(guess(GhostMode::kPredicted, scene, view).empty());
+  EXPECT_EQ(extrapolate(GhostMode::kPredicted, scene, view).size(), 1u);
+  view.bodies_sent_to = {WorldId{2}};
+  EXPECT_TRUE(extrapolate(GhostMode::kPredicted, scene, view).empty());
 }
 
-TEST(GuessedGhosts, ABodyThatWillHaveComeOrGoneIsNoGuess) {
+TEST(ExtrapolatedGhosts, ABodyThatWillHaveComeOrGoneIsNotExtrapolated) {
   test::Scene scene;
   const std::uint32_t ball = scene.shape(physics::Sphere{0.25});
   scene.body(ball, Vec3(0.01, 0, 0), Vec3(-6, 0, 0));  // into the west: 0.1 m a step
   scene.body(ball, Vec3(0.2, 2, 0), Vec3(12, 0, 0));   // its box leaves the west
   scene.body(ball, Vec3(-0.01, -2, 0));                // has left the west: its state is known
   ForeignView view;
-  view.sent_to = {kEast};
+  view.bodies_sent_to = {kEast};
   for (const std::uint32_t body : {0u, 1u})
-    view.heard.ghosts.push_back(ghost_of(scene, body, scene.states[body], kEast));
-  EXPECT_TRUE(guess(GhostMode::kPredicted, scene, view).empty());
+    view.received.ghosts.push_back(ghost_of(scene, body, scene.states[body], kEast));
+  EXPECT_TRUE(extrapolate(GhostMode::kPredicted, scene, view).empty());
   scene.states[2].position_m.x() = 0.01;
   view.known = {{BodyId{2}, kEast, scene.states[2]}};
-  const std::vector<Ghost> guesses = guess(GhostMode::kPredicted, scene, view);
-  ASSERT_EQ(guesses.size(), 1u);
-  EXPECT_TRUE(identical(guesses[0], ghost_of(scene, 2, scene.states[2], kEast)));
+  const std::vector<Ghost> extrapolated = extrapolate(GhostMode::kPredicted, scene, view);
+  ASSERT_EQ(extrapolated.size(), 1u);
+  EXPECT_TRUE(identical(extrapolated[0], ghost_of(scene, 2, scene.states[2], kEast)));
 }
 
 TEST(ForeignGhosts, OfOneBodyInTheHandsOfManyTheLowestOwnersStaysAndNoOwnBody) {
@@ -155,30 +155,30 @@ TEST(ForeignGhosts, OfOneBodyInTheHandsOfManyTheLowestOwnersStaysAndNoOwnBody) {
   }
 }
 
-TEST(GuessedGhosts, AnAbsurdGuessStaysWhereItWas) {
+TEST(ExtrapolatedGhosts, AnAbsurdExtrapolationStaysWhereItWas) {
   test::Scene scene;
   scene.body(scene.shape(physics::Sphere{0.25}), Vec3(0.1, 0, 0), Vec3(0, 0, 1e300));
   ForeignView view;
-  view.sent_to = {kEast};
-  view.heard.ghosts = {{BodyId{0}, kEast, {Vec3(-1, -1, -1), Vec3(1, 1, 1)}, scene.states[0]}};
+  view.bodies_sent_to = {kEast};
+  view.received.ghosts = {{BodyId{0}, kEast, {Vec3(-1, -1, -1), Vec3(1, 1, 1)}, scene.states[0]}};
   for (const GhostMode mode : {GhostMode::kDeadReckoning, GhostMode::kPredicted}) {
-    const std::vector<Ghost> guesses = guess(mode, scene, view);
-    ASSERT_EQ(guesses.size(), 1u);
-    EXPECT_EQ(guesses[0].state.position_m, Vec3(0.1, 0, 0));
+    const std::vector<Ghost> extrapolated = extrapolate(mode, scene, view);
+    ASSERT_EQ(extrapolated.size(), 1u);
+    EXPECT_EQ(extrapolated[0].state.position_m, Vec3(0.1, 0, 0));
   }
 }
 
-TEST(GuessAudit, CountsWhatCameOfGuessesAndOfContacts) {
+TEST(ExtrapolationAudit, CountsWhatCameOfExtrapolationsAndOfContacts) {
   const test::Scene scene = spinning_scene();
   const Ghost right = ghost_of(scene, 0, scene.states[0], kEast);
   Ghost wrong = right;
   wrong.state.position_m.x() += 1e-9;
-  GuessAudit audit;
+  ExtrapolationAudit audit;
   WorldCounters counters;
-  audit.note_guess(3, kEast, {&right, 1});
+  audit.note_extrapolated(3, kEast, {&right, 1});
   audit.note_news(3, kEast, {&right, 1}, counters);
   audit.note_news(3, kEast, {&right, 1}, counters);  // executed again: counted already
-  audit.note_guess(4, kEast, {&wrong, 1});
+  audit.note_extrapolated(4, kEast, {&wrong, 1});
   audit.note_news(4, kEast, {&right, 1}, counters);
   EXPECT_EQ(counters.guesses_answered, 2u);
   EXPECT_EQ(counters.guesses_confirmed, 1u);
@@ -201,7 +201,8 @@ std::uint64_t digest(const test::Scene& scene, const SimulationResult& result) {
   return physics::digest(ids, result.final_states);
 }
 
-constexpr GhostMode kModes[] = {GhostMode::kTold, GhostMode::kDeadReckoning, GhostMode::kPredicted};
+constexpr GhostMode kModes[] = {GhostMode::kReceivedOnly, GhostMode::kDeadReckoning,
+                                GhostMode::kPredicted};
 
 // Two balls fall, one 2 cm above the other, the upper one in the west, the lower one in the east:
 //
@@ -231,12 +232,12 @@ struct FallingPair {
 
 TEST(GhostModes, DeadReckoningInventsAContactThatSodaAndPredictionDoNot) {
   const FallingPair pair;
-  const SimulationResult expected = pair.run(GhostMode::kTold, ExecutorKind::kSequential);
+  const SimulationResult expected = pair.run(GhostMode::kReceivedOnly, ExecutorKind::kSequential);
   for (const GhostMode mode : kModes) {
     const SimulationResult result = pair.run(mode);
     EXPECT_EQ(digest(pair.scene, result), digest(pair.scene, expected));
     EXPECT_EQ(result.islands_committed, 0u);
-    EXPECT_EQ(result.worlds.ghosts_guessed > 0, mode != GhostMode::kTold);
+    EXPECT_EQ(result.worlds.ghosts_guessed > 0, mode != GhostMode::kReceivedOnly);
     EXPECT_EQ(result.worlds.contacts_false > 0, mode == GhostMode::kDeadReckoning);
     EXPECT_EQ(result.stages.islands_solved > 0, mode == GhostMode::kDeadReckoning);
     EXPECT_EQ(result.worlds.contacts_missed, 0u);
@@ -253,10 +254,10 @@ TEST(GhostModes, APredictedGhostOfAFreeBodyIsAlwaysConfirmed) {
   EXPECT_EQ(reckoned.ghosts_confirmed, 0u);
 }
 
-// What is guessed right restarts nothing, and its late answer is not even guessed again: one guess
-// a step, and the first ghost, which nobody expected, sets the guesses of the steps behind it
-// right.
-TEST(GhostModes, AGuessThatComesTrueCostsNoRestart) {
+// What is extrapolated right restarts nothing, and its late answer is not even extrapolated again:
+// one a step, and the first ghost, which nobody expected, sets the extrapolations of the steps
+// behind it right.
+TEST(GhostModes, AnExtrapolationThatComesTrueCostsNoRestart) {
   const FallingPair pair;
   const SimulationResult predicted = pair.run(GhostMode::kPredicted);
   EXPECT_EQ(predicted.events.rollbacks, 0u);
@@ -270,7 +271,7 @@ TEST(GhostModes, GiveTheBitsOfTheSequentialRunForAnyScheduleOfThreads) {
   const test::Scene scene = busy_scene(5, 12, 6);
   const std::uint64_t expected =
       digest(scene, simulate(scene.description, scene.states, blocks(1), {.steps = 80}));
-  std::uint64_t guessed = 0, wrong = 0;
+  std::uint64_t extrapolated = 0, wrong = 0;
   for (const GhostMode mode : kModes)
     for (const std::uint32_t worlds : {2u, 8u, 64u})
       for (std::uint64_t seed = 0; seed <= 5; ++seed) {
@@ -285,11 +286,11 @@ TEST(GhostModes, GiveTheBitsOfTheSequentialRunForAnyScheduleOfThreads) {
              .gating = seed % 4 < 2,
              .ghosts = mode});
         ASSERT_EQ(digest(scene, result), expected) << worlds << " worlds, seed " << seed;
-        guessed += result.worlds.ghosts_guessed;
+        extrapolated += result.worlds.ghosts_guessed;
         wrong += result.worlds.guesses_answered - result.worlds.guesses_confirmed;
       }
-  EXPECT_GT(guessed, 0u);
-  EXPECT_GT(wrong, 0u) << "all guesses were right: nothing was proved";
+  EXPECT_GT(extrapolated, 0u);
+  EXPECT_GT(wrong, 0u) << "all extrapolations were right: nothing was proved";
 }
 
 TEST(GhostModes, StayPureFunctionsOnTheVirtualCluster) {
@@ -311,12 +312,12 @@ TEST(GhostModes, StayPureFunctionsOnTheVirtualCluster) {
                                                               .jitter_ns = latency_ns,
                                                               .check_purity = true}});
         ASSERT_EQ(digest(scene, result), expected) << latency_ns << " ns";
-        EXPECT_EQ(result.worlds.ghosts_guessed > 0, mode != GhostMode::kTold);
+        EXPECT_EQ(result.worlds.ghosts_guessed > 0, mode != GhostMode::kReceivedOnly);
       }
 }
 
-// In sequence everything has come: nothing is guessed, and only the answers are sent besides.
-TEST(GhostModes, CostNothingWhereGhostsAreToldOrHaveCome) {
+// In sequence everything has come: nothing is extrapolated, and only the answers are sent besides.
+TEST(GhostModes, CostNothingWhereGhostsAreReceivedOnlyOrHaveCome) {
   const test::Scene scene = busy_scene(7);
   std::uint64_t messages_told = 0;
   for (const GhostMode mode : kModes) {
@@ -324,8 +325,8 @@ TEST(GhostModes, CostNothingWhereGhostsAreToldOrHaveCome) {
         simulate(scene.description, scene.states, blocks(8), {.steps = 60, .ghosts = mode});
     EXPECT_EQ(result.worlds.ghosts_guessed, 0u);
     EXPECT_EQ(result.worlds.contacts_missed + result.worlds.contacts_false, 0u);
-    if (mode == GhostMode::kTold) messages_told = result.events.messages;
-    EXPECT_EQ(result.events.messages > messages_told, mode != GhostMode::kTold);
+    if (mode == GhostMode::kReceivedOnly) messages_told = result.events.messages;
+    EXPECT_EQ(result.events.messages > messages_told, mode != GhostMode::kReceivedOnly);
   }
   for (const ExecutorKind executor : {ExecutorKind::kThreads, ExecutorKind::kVirtual}) {
     const SimulationResult told = simulate(scene.description, scene.states, blocks(8),

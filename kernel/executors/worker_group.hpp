@@ -15,10 +15,10 @@
 
 namespace soda::kernel {
 
-struct Team {
+struct WorkerGroup {
   // `workers` of the partition's, from `first_worker` on, live here; `link` leads to the others,
   // and is null if there are none.
-  Team(const Partition& all, std::size_t first_worker_, std::size_t workers, RankLink* link_)
+  WorkerGroup(const Partition& all, std::size_t first_worker_, std::size_t workers, RankLink* link_)
       : partition(all),
         first_worker(first_worker_),
         inboxes(workers),
@@ -35,14 +35,16 @@ struct Team {
   std::vector<Inbox> inboxes;      // of each worker of this rank
   GvtRounds rounds;
   RankLink* const link;
-  // Whether GVT waits for an Outside, so that more rounds would not help; a hint, as the next one.
-  std::atomic<bool> held_from_outside{false};
+  // Whether GVT waits for an ExternalSource, so that more rounds would not help; a hint, as the
+  // next one.
+  std::atomic<bool> held_externally{false};
   std::atomic<std::size_t> idle{0};  // how many workers sleep; a hint, never a reason to end
 };
 
-// Drives the LPs of the team's workers to the end; worker 0 is the calling thread. The sums are
-// those of this team. Throws what left a handler, and ThreadsNotStarted.
-RunResult run_team(Team& team, std::span<const std::unique_ptr<LogicalProcess>> lps,
-                   VirtualTime end, const ThreadsOptions& options, const ProgressFn& progress);
+// Drives the LPs of the worker group's workers to the end; worker 0 is the calling thread. The sums
+// are those of this worker group. Throws what left a handler, and ThreadsNotStarted.
+RunResult run_worker_group(WorkerGroup& group, std::span<const std::unique_ptr<LogicalProcess>> lps,
+                           VirtualTime end, const ThreadsOptions& options,
+                           const ProgressFn& progress);
 
 }  // namespace soda::kernel

@@ -16,10 +16,10 @@
 namespace soda::models {
 
 // Where worlds leave their committed parts on a rank that is not the root.
-class CommitRelay final : public CommitSink, public LoadSink, public kernel::TraceSink {
+class CommitForwarding final : public CommitSink, public LoadSink, public kernel::TraceSink {
  public:
   // States travel only if `observer` wants them; it outlives this object.
-  explicit CommitRelay(const CommitObserver& observer) : observer_(observer) {}
+  explicit CommitForwarding(const CommitObserver& observer) : observer_(observer) {}
 
   void add(WorldId world, const BufferEntry& entry) override;
   void add(LoadSample sample) override;
@@ -43,7 +43,7 @@ struct RecordSinks {
   EntryObserver* entries = nullptr;  // on every rank, and a source of records, too
 };
 // What this rank tells others and hears from them. Both must outlive the hooks.
-kernel::RecordHooks record_hooks(CommitRelay& relay, const RecordSinks& sinks);
+kernel::RecordHooks record_hooks(CommitForwarding& forwarding, const RecordSinks& sinks);
 
 // Of a world, or of all that live here: their work counters, and the states that they ended with.
 // `result.final_states` has a place for each body.
