@@ -15,6 +15,11 @@ namespace {
 
 constexpr std::uint32_t kBlocksBeforeMeshes = 3;
 
+// States are compressed only where they get smaller by it.
+bool stands_as_it_is(const BlockHeader& header) {
+  return !is_compressed(header.type) && header.stored_bytes == header.raw_bytes;
+}
+
 bool read_bytes(std::ifstream& in, std::size_t count, ByteBuffer& bytes) {
   bytes.resize(count);
   in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(count));
@@ -113,10 +118,6 @@ LogReader::Next LogReader::next_block(Block& block) {
               " bytes; allowed: at most " + std::to_string(most);
     return Next::kEnd;
   }
-  if (!is_compressed(block.header.type) && block.header.stored_bytes != block.header.raw_bytes) {
-    damage_ = place(offset) + ": is of two lengths";
-    return Next::kEnd;
-  }
   if (block.header.stored_bytes > left - kBlockHeaderBytes ||
       !read_bytes(in_, block.header.stored_bytes, block.stored)) {
     cut_ = "cut off inside " + place(offset);
@@ -148,7 +149,8 @@ bool LogReader::keep(const Block& block, std::streamoff offset) {
     damage_ = place(offset) + ": " + fault.what();
     return false;
   }
-  const Place at{blocks_, offset, header.stored_bytes};
+  // Of what is compressed, no part can be read: it counts as empty.
+  const Place at{blocks_, offset, stands_as_it_is(header) ? header.stored_bytes : 0};
   if (header.type == BlockType::kStep) step_blocks_.push_back(at);
   if (header.type == BlockType::kTrace) trace_blocks_.push_back(at);
   if (header.type == BlockType::kBounds) bounds_blocks_.push_back(at);
@@ -184,7 +186,7 @@ void LogReader::check_end(const Block& block, std::streamoff offset) {
 
 // Takes no more memory than there really is to be had, whatever the header says.
 ByteBuffer LogReader::raw_payload(const Block& block) const {
-  if (!is_compressed(block.header.type)) return block.stored;
+  if (stands_as_it_is(block.header)) return block.stored;
   constexpr std::size_t kPiece = std::size_t{1} << 20;
   const std::unique_ptr<ZSTD_DStream, decltype(&ZSTD_freeDStream)> stream(ZSTD_createDStream(),
                                                                           &ZSTD_freeDStream);
@@ -236,6 +238,16 @@ void LogReader::check_head(std::int64_t step, const StepHead& head) const {
 ByteBuffer LogReader::read_part(std::int64_t step, std::uint64_t begin, std::uint64_t count) {
   const Place& at = block_of(step);
   ByteBuffer bytes;
+  if (at.bytes == 0) {
+    try {
+      bytes = read_again(at);
+    } catch (const DecodeError& fault) {
+      refuse(step, fault.what());
+    }
+    if (begin > bytes.size() || count > bytes.size() - begin) refuse(step, "ends inside a field");
+    const auto first = bytes.begin() + static_cast<std::ptrdiff_t>(begin);
+    return {first, first + static_cast<std::ptrdiff_t>(count)};
+  }
   in_.clear();
   in_.seekg(at.offset + static_cast<std::streamoff>(kBlockHeaderBytes + begin));
   if (begin > at.bytes || count > at.bytes - begin || !read_bytes(in_, count, bytes))
@@ -275,7 +287,8 @@ LoggedStates LogReader::read_last_states() {
 
 std::optional<MotionBounds> LogReader::read_bounds(std::int64_t step) {
   const auto index = static_cast<std::size_t>((step - first_step()) / kBoundedSteps);
-  if (index >= bounds_blocks_.size()) return std::nullopt;
+  // Where steps are compressed, all bodies are read as soon as one is.
+  if (index >= bounds_blocks_.size() || block_of(step + 1).bytes == 0) return std::nullopt;
   const Place& at = bounds_blocks_[index];
   const std::int64_t first = first_step() + static_cast<std::int64_t>(index) * kBoundedSteps;
   try {

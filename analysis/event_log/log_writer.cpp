@@ -15,6 +15,8 @@ namespace {
 // Random low bits of doubles hardly compress further at higher levels; and what is alike in fewer
 // bytes saves less than it costs to find.
 constexpr int kCompressionLevel = -5, kLeastMatch = 7;
+// Bytes a body from which states are compressed all the same: many contacts. Else parts are read.
+constexpr std::size_t kLargeStates = 48;
 
 void refuse_error(std::size_t code) {
   if (ZSTD_isError(code)) throw std::bad_alloc();  // nothing else can fail in it
@@ -152,9 +154,13 @@ void LogWriter::write_block(BlockType type, std::span<const unsigned char> paylo
                                " bytes; a log has blocks of at most " +
                                std::to_string(max_raw_bytes(type, bodies_)));
   std::size_t size = payload.size();
-  if (is_compressed(type)) {
+  bool as_it_is = !is_compressed(type);
+  if (!as_it_is || size > kLargeStates * (bodies_ + kLargeStates)) {
     size = compress_behind(kBlockHeaderBytes, payload, compressor_.get(), block_);
-  } else {
+    as_it_is = as_it_is && size > payload.size() / 8 * 7;
+  }
+  if (as_it_is) {
+    size = payload.size();
     block_.resize(std::max(block_.size(), kBlockHeaderBytes + size));
     std::ranges::copy(payload, block_.begin() + kBlockHeaderBytes);
   }

@@ -21,7 +21,7 @@ void forge_log(const std::string& from, const std::string& to,
     const BlockHeader header = decode_block_header({data + at, kBlockHeaderBytes});
     at += kBlockHeaderBytes;
     ForgedBlock block{header.type, -1, ByteBuffer(header.raw_bytes), 0};
-    if (is_compressed(block.type)) {
+    if (is_compressed(block.type) || header.stored_bytes < header.raw_bytes) {
       const std::size_t size = ZSTD_decompress(block.payload.data(), block.payload.size(),
                                                data + at, header.stored_bytes);
       if (size != header.raw_bytes) throw std::runtime_error("not a sound log");
