@@ -16,7 +16,7 @@ namespace {
 // bytes saves less than it costs to find.
 constexpr int kCompressionLevel = -5, kLeastMatch = 7;
 // Bytes a body from which states are compressed all the same: many contacts. Else parts are read.
-constexpr std::size_t kLargeStates = 48;
+constexpr std::size_t kLargeStates = 100;
 
 void refuse_error(std::size_t code) {
   if (ZSTD_isError(code)) throw std::bad_alloc();  // nothing else can fail in it
@@ -155,7 +155,7 @@ void LogWriter::write_block(BlockType type, std::span<const unsigned char> paylo
                                std::to_string(max_raw_bytes(type, bodies_)));
   std::size_t size = payload.size();
   bool as_it_is = !is_compressed(type);
-  if (!as_it_is || size > kLargeStates * (bodies_ + kLargeStates)) {
+  if (!as_it_is || size > kLargeStates * (bodies_ + 64)) {
     size = compress_behind(kBlockHeaderBytes, payload, compressor_.get(), block_);
     as_it_is = as_it_is && size > payload.size() / 8 * 7;
   }
