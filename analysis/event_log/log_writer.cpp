@@ -14,7 +14,7 @@ namespace {
 
 // Random low bits of doubles hardly compress further at higher levels; and what is alike in fewer
 // bytes saves less than it costs to find.
-constexpr int kCompressionLevel = -5, kLeastMatch = 7;
+constexpr int kCompressionLevel = -9, kLeastMatch = 7;
 // Bytes a body from which states are compressed all the same: many contacts. Else parts are read.
 constexpr std::size_t kLargeStates = 100;
 
