@@ -251,8 +251,9 @@ void append_path_inputs(const std::vector<PathLeg>& legs, physics::BodyId body,
 // Bodies by id: the index of each becomes its BodyId. Returns where they stand.
 std::vector<const JsonValue*> order_bodies(Bodies bodies, Scenario& scenario) {
   std::vector<const JsonValue*> places;
-  std::sort(bodies.built.begin(), bodies.built.end(),
-            [](const BuiltBody& a, const BuiltBody& b) { return a.params.label < b.params.label; });
+  const auto label_of = [](const BuiltBody& body) { return body.params.label; };
+  if (!std::ranges::is_sorted(bodies.built, {}, label_of))
+    std::ranges::sort(bodies.built, {}, label_of);
   for (BuiltBody& body : bodies.built) {
     if (!body.present)
       scenario.run.inputs.absent.push_back(
@@ -315,7 +316,7 @@ models::RunOptions run_of(const DocumentSpec& document, FaultList& faults) {
 }  // namespace
 
 Scenario build_scenario(const DocumentSpec& document, const std::string& file,
-                        std::optional<std::uint64_t> seed, MeshFiles files, FaultList& faults) {
+                        const BuildOptions& options, MeshFiles files, FaultList& faults) {
   check_ids(document, faults);
   check_static_names(document.statics, faults);
   check_territory(document.territory, faults);
@@ -326,7 +327,7 @@ Scenario build_scenario(const DocumentSpec& document, const std::string& file,
   scenario.scene.gravity_m_s2 = document.gravity_m_s2;
   scenario.scene.dt_s = document.time_step_s;
   set_solver(document, scenario.scene);
-  scenario.territory = territory_of(document.territory, seed);
+  scenario.territory = territory_of(document.territory, options.seed);
   scenario.run = run_of(document, faults);
   scenario.output = {log_place(document.output, folder_of(file), faults),
                      document.output.step_digests};
@@ -340,7 +341,7 @@ Scenario build_scenario(const DocumentSpec& document, const std::string& file,
   for (const BodySpec& body : document.bodies)
     build_body(body, document.time_step_s, parts, bodies, faults);
   for (const GeneratorSpec& generator : document.generators) {
-    build_generated(generator, parts, seed, bodies, faults);
+    build_generated(generator, parts, options.seed, bodies, faults);
   }
   files.folder = folder_of(file);
   for (const StaticSpec& spec : document.statics) {
@@ -352,7 +353,7 @@ Scenario build_scenario(const DocumentSpec& document, const std::string& file,
   build_joints(document.joints, scenario, faults);
   build_inputs(document.inputs, scenario, faults);
   scenario.references = build_references(document.references, scenario, faults);
-  if (faults.empty())
+  if (faults.empty() && options.warns)
     scenario.warnings = find_warnings({document, scenario, places, placed_boxes(scenario)});
   return scenario;
 }

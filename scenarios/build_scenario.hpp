@@ -12,10 +12,15 @@
 
 namespace soda::scenarios {
 
+struct BuildOptions {
+  std::optional<std::uint64_t> seed;  // replaces every seed
+  bool warns = true;                  // whether warnings are looked for
+};
+
 // What the fields of the document do not say by themselves is checked here; a part with a fault is
 // left out, so that the faults of the others still come to light. The result is whole only if
 // `faults` is empty. `file` gives the name, and the folder of mesh files.
 Scenario build_scenario(const DocumentSpec& document, const std::string& file,
-                        std::optional<std::uint64_t> seed, MeshFiles files, FaultList& faults);
+                        const BuildOptions& options, MeshFiles files, FaultList& faults);
 
 }  // namespace soda::scenarios

@@ -6,6 +6,7 @@
 #include <memory>
 #include <ostream>
 
+#include "analysis/branch/cone.hpp"
 #include "analysis/event_log/log_writer.hpp"
 #include "analysis/event_log/logged_run.hpp"
 #include "analysis/measures/input_measures.hpp"
@@ -30,19 +31,22 @@ void check_step(const BranchRequest& request, const LogReader& log) {
                    std::to_string(log.last_step()) + ", the last whole step of " + request.file);
 }
 
-// The recorded run from the step on, and the new inputs, whose number is `added`.
-scenarios::Scenario branched_scenario(const BranchRequest& request, LogReader& log,
-                                      Overrides& options, std::size_t& added, std::ostream& err) {
+Overrides branch_options(const BranchRequest& request, const LogReader& log) {
+  Overrides options;
   options.executor = models::ExecutorKind::kSequential;
   options.worlds = 1;
   options.steps = request.steps.value_or(log.last_step());
-  scenarios::Scenario scenario = resumed_scenario(log, request.step, options);
+  return options;
+}
+
+// Adds the new inputs to the recorded run from the step on. How many they are.
+std::size_t add_inputs(const BranchRequest& request, scenarios::Scenario& scenario,
+                       std::ostream& err) {
   const std::size_t recorded = scenario.run.inputs.script.size();
   if (!std::filesystem::is_regular_file(request.inputs))
     throw scenarios::FileError(request.inputs + ": cannot be read: is no regular file");
   open_inputs(request.inputs, scenario, err);
-  added = scenario.run.inputs.script.size() - recorded;
-  return scenario;
+  return scenario.run.inputs.script.size() - recorded;
 }
 
 std::unique_ptr<LogWriter> open_branch_log(const BranchRequest& request, const LogReader& log,
@@ -74,17 +78,18 @@ std::unique_ptr<LogWriter> open_branch_log(const BranchRequest& request, const L
 
 // Runs the scenario beside the log. What reading the log throws is thrown when the run has ended.
 MeasuredRun run_beside(LogReader& log, const scenarios::Scenario& scenario, bool quiet,
-                       kernel::StopRequest& stop, LogWriter* written,
-                       std::vector<StepDifference>& differences) {
+                       kernel::StopRequest& stop, LogWriter* written, BranchReport& report) {
   BranchDifference difference;
   std::exception_ptr error;
   models::CommitObserver observer;
   observer.wants_states = true;
   observer.on_step = [&](const models::CommittedStep& step) {
     if (error) return;
+    report.body_steps += step.ids.size();
     try {
       if (step.step <= log.last_step() && has_states(log.options(), step.step))
-        differences.push_back(difference.add(log.read_step(step.step), step.ids, step.states));
+        report.differences.push_back(
+            difference.add(log.read_step(step.step), step.ids, step.states));
     } catch (const std::exception&) {
       error = std::current_exception();
       stop.store(kStopForFailure);
@@ -112,6 +117,7 @@ std::string branch_json(const BranchReport& report) {
              .set("first_step", json_of(report.first_step))
              .set("steps", json_of(report.steps))
              .set("inputs", json_of(report.inputs))
+             .set("body_steps", json_of(report.body_steps))
              .set("digest", quoted(format_digest(report.digest)))
              .set("differences", list_of(report.differences, step_json))
              .text() +
@@ -149,28 +155,69 @@ std::string branch_text(const BranchReport& report) {
          difference_table(steps);
 }
 
+// Whether the log tells of every step what single bodies did, as this program does it.
+bool tells_of_bodies(const BranchRequest& request, const LogReader& log) {
+  return log.options().level != LogLevel::kInputs && log.options().every == 1 &&
+         request.steps.value_or(log.last_step()) <= log.last_step() &&
+         log.scenario().program_version == kVersion;
+}
+
+// Only what differs is computed. Nothing if that is not possible, or takes longer than the whole.
+std::optional<BranchReport> branch_cone(const BranchRequest& request, LogReader& log,
+                                        kernel::StopRequest& stop, std::ostream& err) {
+  Overrides options = branch_options(request, log);
+  scenarios::Scenario scenario =
+      resumed_without_states(log, request.step, SingleStates(log).ids(request.step), options);
+  BranchReport report;
+  report.first_step = request.step;
+  report.inputs = add_inputs(request, scenario, err);
+  const auto progress = terminal_progress(scenario.run.steps, request.quiet);
+  Cone cone(log, scenario);
+  while (cone.step() < scenario.run.steps && stop.load() == 0) {
+    if (!cone.advance()) return std::nullopt;
+    report.differences.push_back(cone.difference());
+    if (progress) progress({.committed_step = cone.step()});
+  }
+  report.steps = cone.step();
+  report.body_steps = cone.body_steps();
+  report.digest = cone.digest();
+  report.stopped = cone.step() < scenario.run.steps ? stop.load() : 0;
+  return report;
+}
+
+BranchReport branch_whole(const BranchRequest& request, LogReader& log, kernel::StopRequest& stop,
+                          std::ostream& err) {
+  BranchReport report;
+  Overrides options = branch_options(request, log);
+  scenarios::Scenario scenario = resumed_scenario(log, request.step, options);
+  report.inputs = add_inputs(request, scenario, err);
+  scenario.run.stop = &stop;
+  const std::unique_ptr<LogWriter> written = open_branch_log(request, log, options, scenario);
+  const MeasuredRun run = run_beside(log, scenario, request.quiet, stop, written.get(), report);
+  report.first_step = request.step;
+  report.steps = run.result.committed_steps;
+  report.digest = run.digest;
+  report.stopped = run.result.stopped;
+  if (written) written->finish();
+  return report;
+}
+
 }  // namespace
 
 int branch_command(const BranchRequest& request, std::ostream& out, std::ostream& err) {
   LogReader log(request.file);
   tell_flaws(log, request.file, err);
   check_step(request, log);
-  BranchReport report;
-  Overrides options;
-  scenarios::Scenario scenario = branched_scenario(request, log, options, report.inputs, err);
   kernel::StopRequest stop{0};
   const StopOnSignals signals(stop);
-  scenario.run.stop = &stop;
-  const std::unique_ptr<LogWriter> written = open_branch_log(request, log, options, scenario);
-  const MeasuredRun run =
-      run_beside(log, scenario, request.quiet, stop, written.get(), report.differences);
-  report.first_step = request.step;
-  report.steps = run.result.committed_steps;
-  report.digest = run.digest;
-  if (written) written->finish();
+  std::optional<BranchReport> found;
+  if (request.log_file.empty() && tells_of_bodies(request, log))
+    found = branch_cone(request, log, stop, err);
+  const BranchReport report = found ? *found : branch_whole(request, log, stop, err);
   out << (request.json ? branch_json(report) : branch_text(report));
-  if (const std::uint32_t why = run.result.stopped; why != 0)
-    return why == kStopForFailure ? kExitFile : kExitSignal + static_cast<int>(why);
+  if (report.stopped != 0)
+    return report.stopped == kStopForFailure ? kExitFile
+                                             : kExitSignal + static_cast<int>(report.stopped);
   return log.damage().empty() ? kExitOk : kExitCheckFailed;
 }
 

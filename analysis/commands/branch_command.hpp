@@ -25,14 +25,17 @@ struct BranchRequest {
 struct BranchReport {
   std::int64_t first_step = 0, steps = 0;  // made from the one to the other
   std::size_t inputs = 0;                  // new ones
+  std::uint64_t body_steps = 0;            // bodies computed, over all steps
   std::uint64_t digest = 0;                // after the last step
+  std::uint32_t stopped = 0;               // the request that ended it early; 0: none did
   std::vector<StepDifference> differences;
 };
 
-// The branch is computed whole, from the states of `step` on, with one world in one thread: inputs
-// of the log that act later act in it too. kExitCheckFailed if the log is damaged. Throws
-// UsageError for a step whose states the log has not, for inputs before it and for ids that the log
-// has used.
+// The branch goes on from the states of `step`, and inputs of the log that act later act in it too.
+// Without a log of its own, only the bodies are computed that the new inputs make a difference to
+// (cone.hpp), as long as these are few; else all of them, with one world in one thread.
+// kExitCheckFailed if the log is damaged. Throws UsageError for a step whose states the log has
+// not, for inputs before it and for ids that the log has used.
 int branch_command(const BranchRequest& request, std::ostream& out, std::ostream& err);
 
 }  // namespace soda::analysis

@@ -139,58 +139,27 @@ bool is_finite(const models::UserInput& input) {
 // What follows says how the states are written.
 enum class StatesForm : std::uint8_t { kNone, kWhole, kDifference };
 
-void put_states(ByteBuffer& out, const LoggedStep& step, const LoggedStates* before,
-                double between_s) {
-  const StatesForm form = !step.has_states    ? StatesForm::kNone
-                          : before == nullptr ? StatesForm::kWhole
-                                              : StatesForm::kDifference;
-  put(out, static_cast<std::uint8_t>(form));
-  if (form == StatesForm::kNone) return;
-  if (form == StatesForm::kDifference) {
-    put_difference(out, step.ids, step.states, *before, between_s);
-    return;
-  }
-  put(out, static_cast<std::uint64_t>(step.states.size()));
-  for (const physics::BodyId id : step.ids) put(out, physics::index_of(id));
-  for (const physics::BodyState& state : step.states) put_state(out, state);
+void take_states(ByteReader& in, const LoggedStates* before, const StepHead& head, double between_s,
+                 LoggedStep& logged) {
+  logged.has_states = head.has_states;
+  if (!head.has_states) return;
+  if (!head.is_whole && before == nullptr)
+    throw DecodeError("holds a difference to states that are not there");
+  const LoggedStates nothing;
+  LoggedStates now = decode_difference(in, head.is_whole ? nothing : *before, between_s);
+  logged.ids = std::move(now.ids);
+  logged.states = std::move(now.states);
 }
 
-void take_states(ByteReader& in, const LoggedStates* before, double between_s, LoggedStep& logged) {
-  const auto form = in.take<std::uint8_t>();
-  if (form > static_cast<std::uint8_t>(StatesForm::kDifference))
-    throw DecodeError("holds states of form " + std::to_string(form));
-  logged.has_states = StatesForm{form} != StatesForm::kNone;
-  if (StatesForm{form} == StatesForm::kDifference) {
-    if (before == nullptr) throw DecodeError("holds a difference to states that are not there");
-    LoggedStates now = decode_difference(in, *before, between_s);
-    logged.ids = std::move(now.ids);
-    logged.states = std::move(now.states);
-  }
-  if (StatesForm{form} != StatesForm::kWhole) return;
-  const std::size_t bodies = in.take_count(kStateBytes);
-  logged.ids.reserve(bodies);
-  logged.states.reserve(bodies);
-  for (std::size_t i = 0; i < bodies; ++i)
-    logged.ids.push_back(static_cast<physics::BodyId>(in.take<std::uint32_t>()));
-  for (std::size_t i = 0; i < bodies; ++i) logged.states.push_back(take_state(in));
-}
-
-void check_ids(const LoggedStep& logged, const StepInLog& in_log) {
+void check_inputs(const StepHead& head, const StepInLog& in_log) {
   const std::size_t bodies = in_log.bodies;
-  for (std::size_t i = 0; i < logged.ids.size(); ++i) {
-    const std::uint32_t id = physics::index_of(logged.ids[i]);
-    if (id >= bodies)
-      throw DecodeError("holds body id " + std::to_string(id) + " of " + std::to_string(bodies));
-    if (i > 0 && id <= physics::index_of(logged.ids[i - 1]))
-      throw DecodeError("holds body id " + std::to_string(id) + " out of order");
-  }
-  for (const models::CommittedInput& committed : logged.inputs) {
+  for (const models::CommittedInput& committed : head.inputs) {
     const models::UserInput& input = committed.input;
     const std::string name = "holds input " + std::to_string(input.id);
     if (physics::index_of(input.body) >= bodies)
       throw DecodeError(name + " to body id " + std::to_string(physics::index_of(input.body)) +
                         " of " + std::to_string(bodies));
-    if (in_log.is_first ? input.step < 0 : input.step != logged.step - 1)
+    if (in_log.is_first ? input.step < 0 : input.step != head.step - 1)
       throw DecodeError(name + " of step " + std::to_string(input.step));
     if (!is_finite(input)) throw DecodeError(name + " with a value that is no number");
   }
@@ -305,40 +274,84 @@ std::vector<std::uint32_t> decode_labels(std::span<const unsigned char> bytes) {
 }
 
 ByteBuffer encode_step(const LoggedStep& step, const LoggedStates* before, double between_s) {
+  const StatesForm form = !step.has_states    ? StatesForm::kNone
+                          : before == nullptr ? StatesForm::kWhole
+                                              : StatesForm::kDifference;
+  ByteBuffer events;
+  put(events, static_cast<std::uint64_t>(step.inputs.size()));
+  for (const models::CommittedInput& input : step.inputs) put_input(events, input);
+  put(events, static_cast<std::uint64_t>(step.territory_changes.size()));
+  for (const models::TerritoryChange& change : step.territory_changes) {
+    put(events, change.cell);
+    put(events, models::index_of(change.from));
+    put(events, models::index_of(change.to));
+  }
+  ByteBuffer states;
+  const LoggedStates nothing;
+  const std::size_t index_bytes =
+      form == StatesForm::kNone
+          ? 0
+          : put_difference(states, step.ids, step.states,
+                           form == StatesForm::kWhole ? nothing : *before, between_s);
   ByteBuffer out;
-  out.reserve(32 + step.states.size() * (4 + kStateBytes + 4 * kImpulseBytes));
+  out.reserve(kStepHeadBytes + events.size() + states.size());
   put(out, step.step);
   put(out, step.digest);
-  put_states(out, step, before, between_s);
-  put(out, static_cast<std::uint64_t>(step.inputs.size()));
-  for (const models::CommittedInput& input : step.inputs) put_input(out, input);
-  put(out, static_cast<std::uint64_t>(step.territory_changes.size()));
-  for (const models::TerritoryChange& change : step.territory_changes) {
-    put(out, change.cell);
-    put(out, models::index_of(change.from));
-    put(out, models::index_of(change.to));
-  }
+  put(out, static_cast<std::uint8_t>(form));
+  put(out, static_cast<std::uint64_t>(events.size()));
+  put(out, static_cast<std::uint64_t>(index_bytes));
+  out.insert(out.end(), events.begin(), events.end());
+  out.insert(out.end(), states.begin(), states.end());
   return out;
+}
+
+StepParts step_parts(std::span<const unsigned char> beginning) {
+  ByteReader in(beginning);
+  in.skip(8 + 8 + 1);
+  StepParts parts;
+  parts.head_bytes = kStepHeadBytes + in.take<std::uint64_t>();
+  parts.index_bytes = in.take<std::uint64_t>();
+  return parts;
+}
+
+StepHead decode_step_head(ByteReader& in, const StepInLog& in_log) {
+  StepHead head;
+  head.step = in.take<std::int64_t>();
+  head.digest = in.take<std::uint64_t>();
+  const auto form = in.take<std::uint8_t>();
+  if (form > static_cast<std::uint8_t>(StatesForm::kDifference))
+    throw DecodeError("holds states of form " + std::to_string(form));
+  head.has_states = StatesForm{form} != StatesForm::kNone;
+  head.is_whole = StatesForm{form} == StatesForm::kWhole;
+  const auto event_bytes = in.take<std::uint64_t>();
+  in.take<std::uint64_t>();  // of who reads parts
+  ByteReader events(in.take_span(event_bytes));
+  head.inputs.resize(events.take_count(kStateBytes));
+  for (models::CommittedInput& input : head.inputs) input = take_input(events);
+  head.territory_changes.resize(events.take_count(kTerritoryChangeBytes));
+  for (models::TerritoryChange& change : head.territory_changes) {
+    change.step = head.step - 1;
+    change.cell = events.take<std::uint32_t>();
+    change.from = models::WorldId{events.take<std::uint32_t>()};
+    change.to = models::WorldId{events.take<std::uint32_t>()};
+  }
+  events.expect_end();
+  check_inputs(head, in_log);
+  return head;
 }
 
 LoggedStep decode_step(std::span<const unsigned char> bytes, const StepInLog& in_log,
                        const LoggedStates* before, double between_s) {
   ByteReader in(bytes);
+  StepHead head = decode_step_head(in, in_log);
   LoggedStep logged;
-  logged.step = in.take<std::int64_t>();
-  logged.digest = in.take<std::uint64_t>();
-  take_states(in, before, between_s, logged);
-  logged.inputs.resize(in.take_count(kStateBytes));
-  for (models::CommittedInput& input : logged.inputs) input = take_input(in);
-  logged.territory_changes.resize(in.take_count(kTerritoryChangeBytes));
-  for (models::TerritoryChange& change : logged.territory_changes) {
-    change.step = logged.step - 1;
-    change.cell = in.take<std::uint32_t>();
-    change.from = models::WorldId{in.take<std::uint32_t>()};
-    change.to = models::WorldId{in.take<std::uint32_t>()};
-  }
+  logged.step = head.step;
+  logged.digest = head.digest;
+  take_states(in, before, head, between_s, logged);
   in.expect_end();
-  check_ids(logged, in_log);
+  logged.inputs = std::move(head.inputs);
+  logged.territory_changes = std::move(head.territory_changes);
+  check_ids(logged.ids, in_log.bodies);
   return logged;
 }
 

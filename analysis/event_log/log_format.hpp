@@ -17,16 +17,18 @@
 namespace soda::analysis {
 
 inline constexpr std::array<unsigned char, 8> kLogMagic{'S', 'O', 'D', 'A', 'L', 'O', 'G', 0};
-inline constexpr std::uint32_t kLogVersion = 7;
+inline constexpr std::uint32_t kLogVersion = 8;
 
 enum class BlockType : std::uint32_t {
   kScenario = 1,  // first block
   kOptions = 2,
   kBodies = 3,
-  kMesh = 6,   // one for each mesh file of the scenario
-  kStep = 4,   // one for each step, from the first on
-  kTrace = 7,  // a chunk of the trace, anywhere after the first step
-  kEnd = 5,    // last block of a run that came to its end, or was ended early
+  kMesh = 6,    // one for each mesh file of the scenario
+  kStep = 4,    // one for each step, from the first on
+  kTrace = 7,   // a chunk of the trace, anywhere after the first step
+  kBounds = 8,  // where bodies were since the last such block (motion_bounds.hpp)
+  kLast = 9,    // the states of the last step, whole, where its own block has a difference
+  kEnd = 5,     // last block of a run that came to its end, or was ended early
 };
 
 inline constexpr std::size_t kFileHeaderBytes = 24;   // magic, version, 0, checksum
@@ -40,9 +42,16 @@ constexpr std::uint64_t max_raw_bytes(BlockType type, std::uint64_t bodies) {
     return std::uint64_t{257} << 20;                              // its text has 256 MiB at most
   if (type == BlockType::kBodies) return std::uint64_t{4} << 20;  // labels of a million
   if (type == BlockType::kMesh) return scenarios::kMaxMeshBytes + 8192;  // with its name
-  if (type == BlockType::kStep) return (std::uint64_t{64} << 20) + (bodies << 10);
+  if (type == BlockType::kStep || type == BlockType::kLast)
+    return (std::uint64_t{64} << 20) + (bodies << 10);
+  if (type == BlockType::kBounds) return 4096 + 32 * bodies;
   if (type == BlockType::kTrace) return std::uint64_t{8} << 20;
   return 4096;
+}
+
+// States hardly compress, and parts of steps are read by themselves.
+constexpr bool is_compressed(BlockType type) {
+  return type != BlockType::kStep && type != BlockType::kLast;
 }
 
 struct BlockHeader {
@@ -109,6 +118,16 @@ struct LoggedStep {
   std::vector<models::TerritoryChange> territory_changes;
 };
 
+// What stands before the states of a step.
+struct StepHead {
+  std::int64_t step = 0;
+  std::uint64_t digest = 0;
+  bool has_states = false;
+  bool is_whole = false;  // the states; else they are a difference
+  std::vector<models::CommittedInput> inputs;
+  std::vector<models::TerritoryChange> territory_changes;
+};
+
 // Of a run that was ended as it should be, if early: then `steps` is less than was asked for.
 struct LoggedEnd {
   std::int64_t steps = 0;
@@ -144,6 +163,15 @@ struct StepInLog {
 };
 LoggedStep decode_step(std::span<const unsigned char> bytes, const StepInLog& in_log,
                        const LoggedStates* before = nullptr, double between_s = 0.0);
+// How long the parts of a step are that stand before the records of its states, by what it begins
+// with: its head, and what decode_difference_head() takes.
+inline constexpr std::size_t kStepHeadBytes = 8 + 8 + 1 + 8 + 8;
+struct StepParts {
+  std::uint64_t head_bytes = 0, index_bytes = 0;
+};
+StepParts step_parts(std::span<const unsigned char> beginning);
+// Behind it stand the states (log_states.hpp).
+StepHead decode_step_head(ByteReader& in, const StepInLog& in_log);
 LoggedEnd decode_end(std::span<const unsigned char> bytes);
 
 }  // namespace soda::analysis

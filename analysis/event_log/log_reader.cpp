@@ -15,6 +15,11 @@ namespace {
 
 constexpr std::uint32_t kBlocksBeforeMeshes = 3;
 
+// States are compressed only where they get smaller by it.
+bool stands_as_it_is(const BlockHeader& header) {
+  return !is_compressed(header.type) && header.stored_bytes == header.raw_bytes;
+}
+
 bool read_bytes(std::ifstream& in, std::size_t count, ByteBuffer& bytes) {
   bytes.resize(count);
   in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(count));
@@ -24,7 +29,7 @@ bool read_bytes(std::ifstream& in, std::size_t count, ByteBuffer& bytes) {
 }  // namespace
 
 // Which type block number `index` must have. The rest are mesh blocks, then steps, with blocks of
-// trace behind the first, then the end.
+// trace and of bounds behind the first, then the last states and the end.
 bool LogReader::type_fits(std::uint32_t index, BlockType type) const {
   switch (index) {
     case 0:
@@ -36,7 +41,9 @@ bool LogReader::type_fits(std::uint32_t index, BlockType type) const {
     default:
       return type == BlockType::kStep || type == BlockType::kEnd ||
              (type == BlockType::kMesh && step_blocks_.empty()) ||
-             (type == BlockType::kTrace && !step_blocks_.empty());
+             ((type == BlockType::kTrace || type == BlockType::kBounds ||
+               type == BlockType::kLast) &&
+              !step_blocks_.empty());
   }
 }
 
@@ -46,6 +53,7 @@ LogReader::LogReader(const std::string& file) : file_(file) {
   if (!error && std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
     throw scenarios::FileError(file + ": cannot be read: is no regular file");
   file_bytes_ = std::filesystem::file_size(file, error);
+  in_.rdbuf()->pubsetbuf(nullptr, 0);  // what is read is of the size that is needed
   if (!error) in_.open(file, std::ios::binary);
   if (error || !in_) {
     throw scenarios::FileError(
@@ -141,8 +149,12 @@ bool LogReader::keep(const Block& block, std::streamoff offset) {
     damage_ = place(offset) + ": " + fault.what();
     return false;
   }
-  if (header.type == BlockType::kStep) step_blocks_.push_back({blocks_, offset});
-  if (header.type == BlockType::kTrace) trace_blocks_.push_back({blocks_, offset});
+  // Of what is compressed, no part can be read: it counts as empty.
+  const Place at{blocks_, offset, stands_as_it_is(header) ? header.stored_bytes : 0};
+  if (header.type == BlockType::kStep) step_blocks_.push_back(at);
+  if (header.type == BlockType::kTrace) trace_blocks_.push_back(at);
+  if (header.type == BlockType::kBounds) bounds_blocks_.push_back(at);
+  if (header.type == BlockType::kLast) last_block_ = at;
   if (header.type == BlockType::kEnd) {
     complete_ = true;
     if (!step_blocks_.empty()) check_end(block, offset);
@@ -157,7 +169,7 @@ void LogReader::check_end(const Block& block, std::streamoff offset) {
   std::string wrong;
   try {
     const LoggedEnd end = decode_end(raw_payload(block));
-    const LoggedStep last = read_step(last_step());
+    const StepHead last = read_head(last_step());
     execution_digest_ = end.execution_digest;
     if (end.steps != last_step() || end.digest != last.digest)
       wrong = "tells of the end of step " + std::to_string(end.steps) + ", but the last one is " +
@@ -174,6 +186,7 @@ void LogReader::check_end(const Block& block, std::streamoff offset) {
 
 // Takes no more memory than there really is to be had, whatever the header says.
 ByteBuffer LogReader::raw_payload(const Block& block) const {
+  if (stands_as_it_is(block.header)) return block.stored;
   constexpr std::size_t kPiece = std::size_t{1} << 20;
   const std::unique_ptr<ZSTD_DStream, decltype(&ZSTD_freeDStream)> stream(ZSTD_createDStream(),
                                                                           &ZSTD_freeDStream);
@@ -210,20 +223,99 @@ ByteBuffer LogReader::read_again(const Place& at) {
   return raw_payload(block);
 }
 
+void LogReader::refuse(std::int64_t step, const std::string& why) const {
+  throw scenarios::FileError(file_ + ": " + place_of(step) + ": " + why);
+}
+
+void LogReader::check_head(std::int64_t step, const StepHead& head) const {
+  if (head.step != step) throw DecodeError("holds step " + std::to_string(head.step));
+  if (head.has_states != has_states(options_, step))
+    throw DecodeError("has states where the log has none, or none where it has");
+  if (head.has_states && head.is_whole != is_whole(options_, step))
+    throw DecodeError("has whole states where the log has a difference, or the other way round");
+}
+
+ByteBuffer LogReader::read_part(std::int64_t step, std::uint64_t begin, std::uint64_t count) {
+  const Place& at = block_of(step);
+  ByteBuffer bytes;
+  if (at.bytes == 0) {
+    try {
+      bytes = read_again(at);
+    } catch (const DecodeError& fault) {
+      refuse(step, fault.what());
+    }
+    if (begin > bytes.size() || count > bytes.size() - begin) refuse(step, "ends inside a field");
+    const auto first = bytes.begin() + static_cast<std::ptrdiff_t>(begin);
+    return {first, first + static_cast<std::ptrdiff_t>(count)};
+  }
+  in_.clear();
+  in_.seekg(at.offset + static_cast<std::streamoff>(kBlockHeaderBytes + begin));
+  if (begin > at.bytes || count > at.bytes - begin || !read_bytes(in_, count, bytes))
+    refuse(step, "ends inside a field");
+  return bytes;
+}
+
+StepParts LogReader::step_parts_of(std::int64_t step) {
+  return step_parts(read_part(step, 0, kStepHeadBytes));
+}
+
+StepHead LogReader::read_head(std::int64_t step) {
+  try {
+    const ByteBuffer raw = read_part(step, 0, step_parts_of(step).head_bytes);
+    ByteReader in(raw);
+    StepHead head = decode_step_head(in, in_log(step));
+    check_head(step, head);
+    return head;
+  } catch (const DecodeError& fault) {
+    refuse(step, fault.what());
+  }
+}
+
+LoggedStates LogReader::read_last_states() {
+  if (!last_block_) {
+    LoggedStep last = read_states(last_step());
+    return {std::move(last.ids), std::move(last.states)};
+  }
+  try {
+    return decode_last_states(read_again(*last_block_), labels_.size());
+  } catch (const DecodeError& fault) {
+    throw scenarios::FileError(file_ + ": block " + std::to_string(last_block_->block) +
+                               " (last states) at byte " + std::to_string(last_block_->offset) +
+                               ": " + fault.what());
+  }
+}
+
+std::optional<MotionBounds> LogReader::read_bounds(std::int64_t step) {
+  const auto index = static_cast<std::size_t>((step - first_step()) / kBoundedSteps);
+  // Where steps are compressed, all bodies are read as soon as one is.
+  if (index >= bounds_blocks_.size() || block_of(step + 1).bytes == 0) return std::nullopt;
+  const Place& at = bounds_blocks_[index];
+  const std::int64_t first = first_step() + static_cast<std::int64_t>(index) * kBoundedSteps;
+  try {
+    MotionBounds bounds = decode_bounds(read_again(at), labels_.size());
+    if (bounds.first_step != first ||
+        bounds.last_step != std::min(first + kBoundedSteps, last_step()))
+      throw DecodeError("holds bounds of other steps");
+    return bounds;
+  } catch (const DecodeError& fault) {
+    throw scenarios::FileError(file_ + ": block " + std::to_string(at.block) +
+                               " (bounds) at byte " + std::to_string(at.offset) + ": " +
+                               fault.what());
+  }
+}
+
 // The states before, if it needs them, are last_.
 LoggedStep LogReader::read_after_last(std::int64_t step) {
   try {
     const bool follows = last_read_ >= 0 && last_read_ == step - options_.every;
-    const double between_s = scenario_.dt_s * static_cast<double>(options_.every);
-    const StepInLog in_log{labels_.size(), step == first_step() && step > 0};
-    LoggedStep logged =
-        decode_step(read_again(block_of(step)), in_log, follows ? &last_ : nullptr, between_s);
+    LoggedStep logged = decode_step(read_again(block_of(step)), in_log(step),
+                                    follows ? &last_ : nullptr, between_s());
     if (logged.step != step) throw DecodeError("holds step " + std::to_string(logged.step));
     if (logged.has_states != has_states(options_, step))
       throw DecodeError("has states where the log has none, or none where it has");
     return logged;
   } catch (const DecodeError& fault) {
-    throw scenarios::FileError(file_ + ": " + place_of(step) + ": " + fault.what());
+    refuse(step, fault.what());
   }
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "analysis/event_log/log_format.hpp"
+#include "analysis/event_log/motion_bounds.hpp"
 #include "kernel/api/payload.hpp"
 
 namespace soda::analysis {
@@ -57,16 +58,30 @@ class LogReader {
   LoggedStep read_step(std::int64_t step);
   // The same of a step with states; throws UsageError if it has none.
   LoggedStep read_states(std::int64_t step);
+  // The same but for states, which are neither read nor checked.
+  StepHead read_head(std::int64_t step);
+  // The states of last_step(), which has some; sooner than by the differences that lead there.
+  LoggedStates read_last_states();
+  // first_step() <= step < last_step(): of the steps from it on; none if the log has none of them.
+  std::optional<MotionBounds> read_bounds(std::int64_t step);
+  StepParts step_parts_of(std::int64_t step);
+  // `count` bytes of a step's block, from `begin` on, as decode_step() takes them.
+  ByteBuffer read_part(std::int64_t step, std::uint64_t begin, std::uint64_t count);
+  // Between states that follow each other.
+  double between_s() const { return scenario_.dt_s * static_cast<double>(options_.every); }
+  // Throws FileError: what is wrong with a step.
+  [[noreturn]] void refuse(std::int64_t step, const std::string& why) const;
 
  private:
   struct Block {
     BlockHeader header;
     ByteBuffer stored;
   };
-  // Where a block begins, and its number in the file.
+  // Where a block begins, its number in the file, and how long its payload is there.
   struct Place {
     std::uint32_t block = 0;
     std::streamoff offset = 0;
+    std::uint64_t bytes = 0;
   };
   enum class Next { kBlock, kEnd };
 
@@ -78,6 +93,10 @@ class LogReader {
   }
   ByteBuffer read_again(const Place& at);
   LoggedStep read_after_last(std::int64_t step);
+  StepInLog in_log(std::int64_t step) const {
+    return {labels_.size(), step == first_step() && step > 0};
+  }
+  void check_head(std::int64_t step, const StepHead& head) const;
   void check_end(const Block& block, std::streamoff offset);
   // Of the block that comes next.
   std::string place(std::streamoff offset) const;
@@ -91,7 +110,8 @@ class LogReader {
   std::vector<scenarios::MeshFile> meshes_;
   std::uint64_t left_for_meshes_ = kMaxMeshBlocksBytes;
   std::vector<std::uint32_t> labels_;
-  std::vector<Place> step_blocks_, trace_blocks_;
+  std::vector<Place> step_blocks_, trace_blocks_, bounds_blocks_;
+  std::optional<Place> last_block_;
   LoggedStates last_;  // that were read, of last_read_
   std::int64_t last_read_ = -1;
   std::uint32_t blocks_ = 0;

@@ -14,7 +14,9 @@ namespace {
 
 // Random low bits of doubles hardly compress further at higher levels; and what is alike in fewer
 // bytes saves less than it costs to find.
-constexpr int kCompressionLevel = -5, kLeastMatch = 7;
+constexpr int kCompressionLevel = -9, kLeastMatch = 7;
+// Bytes a body from which states are compressed all the same: many contacts. Else parts are read.
+constexpr std::size_t kLargeStates = 100;
 
 void refuse_error(std::size_t code) {
   if (ZSTD_isError(code)) throw std::bad_alloc();  // nothing else can fail in it
@@ -52,6 +54,7 @@ void LogWriter::begin(const LoggedScenario& scenario, const LoggedOptions& optio
   bodies_ = labels.size();
   options_ = options;
   between_s_ = scenario.dt_s * static_cast<double>(options.every);
+  if (is_indexed()) bounds_.begin(labels.size(), scenario.dt_s);
   out_.write(encode_file_header());
   write_block(BlockType::kScenario, encode(scenario));
   write_block(BlockType::kOptions, encode(options));
@@ -77,10 +80,20 @@ bool LogWriter::write(LoggedStep& step) {
     if (step.has_states) {
       last_.ids.swap(step.ids);
       last_.states.swap(step.states);
+      if (is_indexed()) note_bounds(step.step);
     }
     end_.steps = step.step;
     end_.digest = step.digest;
   });
+}
+
+// Those of the step are in last_.
+void LogWriter::note_bounds(std::int64_t step) {
+  bounds_.add(step, last_.ids, last_.states);
+  if (step == options_.first_step || (step - options_.first_step) % kBoundedSteps != 0) return;
+  write_block(BlockType::kBounds, bounds_.encoded());
+  bounds_.restart();
+  bounds_.add(step, last_.ids, last_.states);
 }
 
 bool LogWriter::add_committed(const models::CommittedStep& step) {
@@ -122,6 +135,9 @@ bool LogWriter::add(Write write) {
 void LogWriter::finish() {
   try {
     if (!failure_.empty()) throw scenarios::FileError(failure_);
+    if (is_indexed() && bounds_.any()) write_block(BlockType::kBounds, bounds_.encoded());
+    if (is_indexed() && !last_.ids.empty() && !is_whole(options_, end_.steps))
+      write_block(BlockType::kLast, encode(last_));
     write_block(BlockType::kEnd, encode(end_));
   } catch (const scenarios::FileError& error) {
     if (use_ == Use::kCheckpoint) throw;
@@ -137,7 +153,17 @@ void LogWriter::write_block(BlockType type, std::span<const unsigned char> paylo
     throw scenarios::FileError(out_.file() + ": a block of " + std::to_string(payload.size()) +
                                " bytes; a log has blocks of at most " +
                                std::to_string(max_raw_bytes(type, bodies_)));
-  const std::size_t size = compress_behind(kBlockHeaderBytes, payload, compressor_.get(), block_);
+  std::size_t size = payload.size();
+  bool as_it_is = !is_compressed(type);
+  if (!as_it_is || size > kLargeStates * (bodies_ + 64)) {
+    size = compress_behind(kBlockHeaderBytes, payload, compressor_.get(), block_);
+    as_it_is = as_it_is && size > payload.size() / 8 * 7;
+  }
+  if (as_it_is) {
+    size = payload.size();
+    block_.resize(std::max(block_.size(), kBlockHeaderBytes + size));
+    std::ranges::copy(payload, block_.begin() + kBlockHeaderBytes);
+  }
   const std::span<const unsigned char> block(block_.data(), kBlockHeaderBytes + size);
   const std::uint64_t sum = checksum(block.subspan(kBlockHeaderBytes));
   std::ranges::copy(encode(BlockHeader{type, next_index_++, payload.size(), size, sum}),

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "analysis/event_log/log_format.hpp"
+#include "analysis/event_log/motion_bounds.hpp"
 #include "analysis/text/output_file.hpp"
 #include "models/commit/commit.hpp"
 
@@ -46,6 +47,9 @@ class LogWriter {
   template <class Write>
   bool add(Write write);
   bool write(LoggedStep& step);
+  // Of what is read by parts: of logs that have the states of each step.
+  bool is_indexed() const { return options_.level != LogLevel::kInputs && options_.every == 1; }
+  void note_bounds(std::int64_t step);
   void write_block(BlockType type, std::span<const unsigned char> payload);
 
   const Use use_;
@@ -55,6 +59,7 @@ class LogWriter {
   LoggedOptions options_;
   double between_s_ = 0.0;  // states that are written
   LoggedStates last_;       // that were written
+  GatheredBounds bounds_;
   // Memory that is kept from step to step.
   LoggedStep next_;
   ByteBuffer block_;

@@ -5,7 +5,6 @@
 #include <ostream>
 
 #include "analysis/event_log/checkpoint.hpp"
-#include "analysis/measures/input_measures.hpp"
 #include "analysis/runs/warnings.hpp"
 #include "analysis/text/exit_codes.hpp"
 #include "physics/math/disjoint_sets.hpp"
@@ -29,7 +28,7 @@ void check_bodies(const LogReader& log, const scenarios::Scenario& scenario) {
 }
 
 // `worlds` of the logged run: a replay may have others.
-void check_territories(const LogReader& log, const LoggedStep& step, std::size_t cells,
+void check_territories(const LogReader& log, const StepHead& step, std::size_t cells,
                        std::uint32_t worlds) {
   for (const models::TerritoryChange& change : step.territory_changes) {
     if (change.cell >= cells)
@@ -54,13 +53,10 @@ bool has_its_other(const physics::ContactImpulse& impulse, const physics::SceneD
 
 void check_impulses(const LogReader& log, const LoggedStep& step,
                     const physics::SceneDescription& scene) {
-  for (const physics::BodyState& state : step.states)
-    for (const physics::ContactImpulse& impulse : state.impulses)
-      if (!has_its_other(impulse, scene))
-        refuse(log, log.place_of(step.step) + " has an impulse with a body, static or joint");
+  for (const physics::BodyState& state : step.states) check_state(log, step.step, state, scene);
 }
 
-void check_motors(const LogReader& log, const LoggedStep& step,
+void check_motors(const LogReader& log, const StepHead& step,
                   const std::vector<physics::Joint>& joints) {
   for (const models::CommittedInput& committed : step.inputs) {
     const models::UserInput& input = committed.input;
@@ -82,58 +78,91 @@ Overrides options_of_run(const LoggedOptions& logged) {
 }
 
 // As far as it was asked to run.
-scenarios::Scenario scenario_of(const LogReader& log, const Overrides& overrides) {
+scenarios::Scenario scenario_of(const LogReader& log, const Overrides& overrides,
+                                bool warns = true) {
   const scenarios::MeshFiles meshes{.folder = "", .kept = &log.meshes(), .read = nullptr};
   scenarios::Scenario scenario = scenarios::read_scenario_text(
-      log.scenario().text, log.scenario().file, overrides.seed, meshes);
+      log.scenario().text, log.scenario().file, overrides.seed, meshes, warns || overrides.strict);
   if (overrides.strict) refuse_warnings(log.scenario().file, scenario.warnings);
   check_bodies(log, scenario);
   return scenario;
 }
 
-// Begins with the bodies `at` a step, after what had acted before: its lasting effects are the
-// scene's, and who is there follows from it.
-void begin_at(const LogReader& log, const LoggedStep& at, std::vector<models::CommittedInput> acted,
-              scenarios::Scenario& scenario) {
+// Begins at a step, after what had acted before: its lasting effects are the scene's, and who is
+// there follows from it. The states are void.
+void begin_at(const LogReader& log, std::int64_t step, std::span<const physics::BodyId> ids,
+              std::vector<models::CommittedInput> acted, scenarios::Scenario& scenario) {
   models::Presence presence(scenario.run.inputs.absent);
-  const InputFollower start(scenario.scene, scenario.initial, scenario.run.inputs);
-  std::vector<physics::BodyId> ids(start.bodies().ids.begin(), start.bodies().ids.end());
-  std::vector<physics::BodyState> states(start.bodies().states.begin(),
-                                         start.bodies().states.end());
+  std::vector<physics::BodyId> none;
+  std::vector<physics::BodyState> no_states;
   for (const models::CommittedInput& committed : acted)
     if (presence.note(committed.input))
-      models::act_on_scene(committed.input, scenario.scene, ids, states);
-  if (ids != at.ids)
-    throw scenarios::FileError(log.file() + ": " + log.place_of(at.step) +
-                               " has other bodies than the inputs before it leave");
-  for (std::size_t i = 0; i < at.ids.size(); ++i)
-    scenario.initial[physics::index_of(at.ids[i])] = at.states[i];
-  scenario.run.first_step = at.step;
+      models::act_on_scene(committed.input, scenario.scene, none, no_states);
+  auto there = ids.begin();
+  for (std::uint32_t body = 0; body < scenario.scene.bodies.size(); ++body) {
+    const bool is_there = there != ids.end() && *there == physics::BodyId{body};
+    if (is_there != presence.has(physics::BodyId{body}))
+      throw scenarios::FileError(log.file() + ": " + log.place_of(step) +
+                                 " has other bodies than the inputs before it leave");
+    there += is_there ? 1 : 0;
+  }
+  scenario.run.first_step = step;
   scenario.run.inputs.absent = presence.absent();
   scenario.run.inputs.acted = std::move(acted);
 }
 
-// What has acted when step `end` begins, in that order; and with it, in `to_come`, what is known to
-// act later. Checks what it reads.
-std::vector<models::CommittedInput> acted_before(LogReader& log, std::int64_t end,
-                                                 const scenarios::Scenario& scenario,
-                                                 std::uint32_t worlds,
-                                                 std::vector<models::UserInput>& to_come) {
-  const std::size_t cells = scenario.territory.grid.cell_count();
+void begin_with(const LogReader& log, const LoggedStep& at,
+                std::vector<models::CommittedInput> acted, scenarios::Scenario& scenario) {
+  begin_at(log, at.step, at.ids, std::move(acted), scenario);
+  for (std::size_t i = 0; i < at.ids.size(); ++i)
+    scenario.initial[physics::index_of(at.ids[i])] = at.states[i];
+}
+
+// What has acted when a step begins, in that order, and what is known to act later.
+struct LoggedInputs {
   std::vector<models::CommittedInput> acted;
+  std::vector<models::UserInput> to_come;
+};
+
+// At step `end`. Checks what it reads: all but states.
+LoggedInputs inputs_around(LogReader& log, std::int64_t end, const scenarios::Scenario& scenario,
+                           std::uint32_t worlds) {
+  const std::size_t cells = scenario.territory.grid.cell_count();
+  LoggedInputs inputs;
   for (std::int64_t step = log.first_step(); step <= log.last_step(); ++step) {
-    const LoggedStep logged = log.read_step(step);
-    check_territories(log, logged, cells, worlds);
-    check_motors(log, logged, scenario.scene.joints);
-    check_impulses(log, logged, scenario.scene);
-    for (const models::CommittedInput& committed : logged.inputs) {
+    const StepHead head = log.read_head(step);
+    check_territories(log, head, cells, worlds);
+    check_motors(log, head, scenario.scene.joints);
+    for (const models::CommittedInput& committed : head.inputs) {
       if (committed.input.step < end)
-        acted.push_back(committed);
+        inputs.acted.push_back(committed);
       else
-        to_come.push_back(committed.input);
+        inputs.to_come.push_back(committed.input);
     }
   }
-  return acted;
+  return inputs;
+}
+
+// As resumed_scenario(), with everything but states. `acted` gets what acted before.
+scenarios::Scenario resumed_inputs(LogReader& log, std::int64_t from, bool warns,
+                                   Overrides& options, std::vector<models::CommittedInput>& acted) {
+  const Overrides own = options_of_run(log.options());
+  options = combined(own, options);
+  scenarios::Scenario scenario = scenario_of(log, options, warns);
+  const std::uint32_t worlds = own.worlds.value_or(scenario.territory.worlds);
+  apply_overrides(options, scenario.territory, scenario.run);
+  if (scenario.run.steps < from)
+    throw UsageError("--steps: found " + std::to_string(scenario.run.steps) +
+                     "; allowed: at least " + std::to_string(from) + ", with which " + log.file() +
+                     " goes on");
+  auto [before, to_come] = inputs_around(log, from, scenario, worlds);
+  std::vector<models::CommittedInput> known = before;
+  for (const models::UserInput& input : to_come) known.push_back({input, input.step, false});
+  for (models::UserInput& input : still_to_come(scenario.run.inputs.script, known))
+    to_come.push_back(std::move(input));
+  scenario.run.inputs.script = std::move(to_come);
+  acted = std::move(before);
+  return scenario;
 }
 
 }  // namespace
@@ -146,33 +175,38 @@ scenarios::Scenario logged_scenario(LogReader& log, const Overrides& more) {
   apply_overrides(overrides, scenario.territory, scenario.run);
   scenario.run.steps = std::min(scenario.run.steps, log.last_step());
   scenario.run.inputs.script.clear();
-  std::vector<models::CommittedInput> acted =
-      acted_before(log, log.first_step(), scenario, worlds, scenario.run.inputs.script);
+  LoggedInputs inputs = inputs_around(log, log.first_step(), scenario, worlds);
+  scenario.run.inputs.script = std::move(inputs.to_come);
+  for (std::int64_t step = log.first_step(); step <= log.last_step(); ++step)
+    check_impulses(log, log.read_step(step), scenario.scene);
   if (log.first_step() > 0)
-    begin_at(log, log.read_step(log.first_step()), std::move(acted), scenario);
+    begin_with(log, log.read_step(log.first_step()), std::move(inputs.acted), scenario);
   return scenario;
 }
 
 scenarios::Scenario resumed_scenario(LogReader& log, std::int64_t from, Overrides& options) {
-  const Overrides own = options_of_run(log.options());
-  options = combined(own, options);
-  scenarios::Scenario scenario = scenario_of(log, options);
-  const std::uint32_t worlds = own.worlds.value_or(scenario.territory.worlds);
-  apply_overrides(options, scenario.territory, scenario.run);
   const LoggedStep at = log.read_states(from);
-  if (scenario.run.steps < at.step)
-    throw UsageError("--steps: found " + std::to_string(scenario.run.steps) +
-                     "; allowed: at least " + std::to_string(at.step) + ", with which " +
-                     log.file() + " goes on");
-  std::vector<models::UserInput> to_come;
-  std::vector<models::CommittedInput> acted = acted_before(log, at.step, scenario, worlds, to_come);
-  std::vector<models::CommittedInput> known = acted;
-  for (const models::UserInput& input : to_come) known.push_back({input, input.step, false});
-  for (models::UserInput& input : still_to_come(scenario.run.inputs.script, known))
-    to_come.push_back(std::move(input));
-  scenario.run.inputs.script = std::move(to_come);
-  begin_at(log, at, std::move(acted), scenario);
+  std::vector<models::CommittedInput> acted;
+  scenarios::Scenario scenario = resumed_inputs(log, at.step, true, options, acted);
+  check_impulses(log, at, scenario.scene);
+  begin_with(log, at, std::move(acted), scenario);
   return scenario;
+}
+
+scenarios::Scenario resumed_without_states(LogReader& log, std::int64_t from,
+                                           std::span<const physics::BodyId> ids,
+                                           Overrides& options) {
+  std::vector<models::CommittedInput> acted;
+  scenarios::Scenario scenario = resumed_inputs(log, from, false, options, acted);
+  begin_at(log, from, ids, std::move(acted), scenario);
+  return scenario;
+}
+
+void check_state(const LogReader& log, std::int64_t step, const physics::BodyState& state,
+                 const physics::SceneDescription& scene) {
+  for (const physics::ContactImpulse& impulse : state.impulses)
+    if (!has_its_other(impulse, scene))
+      refuse(log, log.place_of(step) + " has an impulse with a body, static or joint");
 }
 
 std::int64_t asked_steps(const LogReader& log) {

@@ -23,6 +23,16 @@ scenarios::Scenario logged_scenario(LogReader& log, const Overrides& overrides);
 // before it.
 scenarios::Scenario resumed_scenario(LogReader& log, std::int64_t from, Overrides& options);
 
+// The same but for the states, which are void, and warnings, which are not looked for: for who
+// reads the states that it needs (`ids`: who is there). The log has some of that step.
+scenarios::Scenario resumed_without_states(LogReader& log, std::int64_t from,
+                                           std::span<const physics::BodyId> ids,
+                                           Overrides& options);
+
+// Throws FileError for a state whose contacts or joints the scene has not.
+void check_state(const LogReader& log, std::int64_t step, const physics::BodyState& state,
+                 const physics::SceneDescription& scene);
+
 // Throws FileError for a state that is no number: no run has committed it.
 void require_numbers(const LogReader& log, const LoggedStep& logged);
 

@@ -3,6 +3,7 @@
 
 #include <bit>
 #include <cstdint>
+#include <cstring>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -41,21 +42,32 @@ class ByteReader {
   template <class T>
   T take() {
     static_assert(std::is_integral_v<T>);
-    const std::span<const unsigned char> bytes = take_bytes(sizeof(T));
-    std::uint64_t bits = 0;
-    for (std::size_t i = 0; i < sizeof(T); ++i) bits |= std::uint64_t{bytes[i]} << (8 * i);
-    return static_cast<T>(bits);
+    const std::span<const unsigned char> bytes = take_span(sizeof(T));
+    if constexpr (std::endian::native == std::endian::little) {
+      T value;
+      std::memcpy(&value, bytes.data(), sizeof value);
+      return value;
+    } else {
+      std::uint64_t bits = 0;
+      for (std::size_t i = 0; i < sizeof(T); ++i) bits |= std::uint64_t{bytes[i]} << (8 * i);
+      return static_cast<T>(bits);
+    }
   }
   // An integer of `length` <= 8 bytes.
   std::uint64_t take_bits(std::size_t length) {
-    const std::span<const unsigned char> bytes = take_bytes(length);
     std::uint64_t bits = 0;
+    if (std::endian::native == std::endian::little && rest_.size() >= sizeof bits) {
+      std::memcpy(&bits, rest_.data(), sizeof bits);
+      rest_ = rest_.subspan(length);
+      return length == 0 ? 0 : bits & (~std::uint64_t{0} >> (64 - 8 * length));
+    }
+    const std::span<const unsigned char> bytes = take_span(length);
     for (std::size_t i = 0; i < length; ++i) bits |= std::uint64_t{bytes[i]} << (8 * i);
     return bits;
   }
   double take_double() { return std::bit_cast<double>(take<std::uint64_t>()); }
   std::string take_string() {
-    const std::span<const unsigned char> bytes = take_bytes(take<std::uint64_t>());
+    const std::span<const unsigned char> bytes = take_span(take<std::uint64_t>());
     return {bytes.begin(), bytes.end()};
   }
   bool take_flag() {
@@ -69,19 +81,19 @@ class ByteReader {
     if (count > rest_.size() / item_bytes) throw DecodeError("a count exceeds the bytes left");
     return count;
   }
+  std::span<const unsigned char> take_span(std::uint64_t count) {
+    if (count > rest_.size()) throw DecodeError("ends inside a field");
+    const std::span<const unsigned char> bytes = rest_.first(count);
+    rest_ = rest_.subspan(count);
+    return bytes;
+  }
+  void skip(std::uint64_t count) { take_span(count); }
   std::size_t left() const { return rest_.size(); }
   void expect_end() const {
     if (!rest_.empty()) throw DecodeError(std::to_string(rest_.size()) + " bytes too many");
   }
 
  private:
-  std::span<const unsigned char> take_bytes(std::uint64_t count) {
-    if (count > rest_.size()) throw DecodeError("ends inside a field");
-    const std::span<const unsigned char> bytes = rest_.first(count);
-    rest_ = rest_.subspan(count);
-    return bytes;
-  }
-
   std::span<const unsigned char> rest_;
 };
 

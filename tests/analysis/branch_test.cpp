@@ -1,6 +1,7 @@
 // `soda branch`: another future from a step, through the binary.
 #include <gtest/gtest.h>
 
+#include <iostream>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -34,6 +35,17 @@ class Branch : public testing::Test {
     Options command = {"branch", log_, "--step", std::to_string(step), "--inputs", inputs_};
     command.insert(command.end(), more.begin(), more.end());
     return run_soda(command);
+  }
+
+  // As of a branch of which all was computed, with these inputs.
+  void expect_the_same_of_the_cone(int from, const json& all, const std::string& scene) const {
+    const ChildResult result = branched(from, {"--json"});
+    ASSERT_EQ(result.exit_code, kExitOk) << scene << ": " << result.err;
+    const json few = json::parse(result.out);
+    for (const char* key : {"first_step", "steps", "inputs", "digest", "differences"})
+      EXPECT_EQ(few[key], all[key]) << scene << " " << key;
+    std::cout << scene << ": " << few["body_steps"] << " of " << all["body_steps"]
+              << " bodies and steps\n";
   }
 
   const TemporaryFolder folder_;
@@ -80,8 +92,64 @@ TEST_F(Branch, EveryStepIsThatOfTheWholeRunWithTheInputs) {
       std::snprintf(text, sizeof text, "%016lx", log.read_step(step).digest);
       ASSERT_EQ(digests[static_cast<std::size_t>(step) - 1], text) << scene.name << " " << step;
     }
-    EXPECT_EQ(json::parse(branch.out)["digest"], digests.back()) << scene.name;
+    const json all = json::parse(branch.out);
+    EXPECT_EQ(all["digest"], digests.back()) << scene.name;
+    expect_the_same_of_the_cone(scene.from, all, scene.name);
   }
+}
+
+// What lasts, what comes and goes, at several steps, some of it in the recorded run already.
+TEST_F(Branch, WhatDiffersAloneIsTheSameForEveryKindOfInput) {
+  record("user-input", 70);
+  write_file(inputs_, push(9001, 9, 4) +
+                          R"({"id": 9002, "type": "remove", "step": 15, "body": 20})" + "\n" +
+                          R"({"id": 9003, "type": "change-material", "step": 20, "body": 3, )" +
+                          R"("friction": 0.01, "restitution": 0.9})" + "\n" + push(9004, 40, 20) +
+                          R"({"id": 9005, "type": "set-velocity", "step": 41, "body": 22, )" +
+                          R"("velocity_m_s": [0, 9, 5]})" + "\n");
+  const ChildResult all = branched(9, {"--log", branch_, "--json"});
+  ASSERT_EQ(all.exit_code, kExitOk) << all.err;
+  expect_the_same_of_the_cone(9, json::parse(all.out), "user-input");
+
+  record("robot-arm", 90);
+  write_file(inputs_, R"({"id": 9001, "type": "set-motor", "step": 60, "joint": 2, )"
+                      R"("motor_target_rad": 0.4})"
+                      "\n");
+  const ChildResult arm = branched(30, {"--log", branch_, "--force", "--json"});
+  ASSERT_EQ(arm.exit_code, kExitOk) << arm.err;
+  expect_the_same_of_the_cone(30, json::parse(arm.out), "robot-arm");
+}
+
+// One body of many is pushed: few are computed. Beyond the recorded steps, all are.
+TEST_F(Branch, WhatIsFarFromThePushIsTakenFromTheLog) {
+  record("crowd", 60);
+  write_file(inputs_, push(9001, 23, static_cast<int>(LogReader(log_).labels()[3])));
+  const json all = json::parse(branched(23, {"--log", branch_, "--json"}).out);
+  const json few = json::parse(branched(23, {"--json"}).out);
+  EXPECT_EQ(few["digest"], all["digest"]);
+  EXPECT_EQ(few["differences"], all["differences"]);
+  EXPECT_LT(few["body_steps"].get<int>(), all["body_steps"].get<int>() / 5);
+  const json part = json::parse(branched(23, {"--json", "--steps", "40"}).out);
+  EXPECT_EQ(part["differences"].back(), all["differences"][16]);
+  EXPECT_LT(part["body_steps"].get<int>(), few["body_steps"].get<int>());
+  const json more = json::parse(branched(23, {"--json", "--steps", "61"}).out);
+  EXPECT_EQ(more["differences"], all["differences"]);
+  EXPECT_GT(more["body_steps"].get<int>(), all["body_steps"].get<int>());
+}
+
+// Without the end of a log nobody knows where bodies are in its last steps.
+TEST_F(Branch, OfALogThatIsCutAllIsComputed) {
+  record("crowd", 50);
+  write_file(inputs_, push(9001, 20, static_cast<int>(LogReader(log_).labels().front())));
+  const std::string text = analysis_test::read_file(log_);
+  write_file(log_, text.substr(0, text.size() / 2));
+  const std::int64_t last = LogReader(log_).last_step();
+  ASSERT_GT(last, 20);
+  const json cut = json::parse(branched(20, {"--json"}).out);
+  const json all = json::parse(branched(20, {"--log", branch_, "--json"}).out);
+  EXPECT_EQ(cut["steps"], last);
+  EXPECT_EQ(cut["digest"], all["digest"]);
+  EXPECT_EQ(cut["differences"], all["differences"]);
 }
 
 // A walker is pushed who touches nobody: it alone differs at first.

@@ -100,6 +100,34 @@ TEST(RunCost, ALogCostsAtMostThreePercent) {
   }
 }
 
+// One body of ten thousand is pushed: what is far from it is neither computed nor read.
+TEST(RunCost, ABranchCostsWhatItsConeCosts) {
+  const TemporaryFolder folder;
+  const std::string log = folder.file("run.sodalog"), inputs = folder.file("push.jsonl");
+  const std::string soda = SODA_BINARY_DIR "/soda", scene = library_file("sparse-10000");
+  const auto count = [](const std::vector<std::string>& command, const std::string& key) {
+    return count_instructions(command, key);
+  };
+  ASSERT_EQ(run_soda({"run", scene, "--quiet", "--log", log}).exit_code, 0);
+  analysis_test::write_file(inputs, R"({"id": 9001, "type": "push", "step": 30, "body": 7, )"
+                                    R"("impulse_newton_s": [400, 0, 0]})"
+                                    "\n");
+  const CountedRun whole =
+      count({soda, "run", scene, "--inputs", inputs, "--executor", "sequential", "--quiet"},
+            "digest of the state after the last step ");
+  const CountedRun branch =
+      count({soda, "branch", log, "--step", "30", "--inputs", inputs, "--quiet"},
+            "new inputs: 1, digest ");
+  const CountedRun nothing = count({soda, "--version"}, "soda ");
+  EXPECT_EQ(branch.digest, whole.digest);
+  const auto share = [&](std::uint64_t instructions) {
+    return static_cast<double>(instructions) / static_cast<double>(whole.instructions);
+  };
+  std::cout << "branch: " << share(branch.instructions) << " of a whole run, of which "
+            << share(nothing.instructions) << " for the start of the program\n";
+  EXPECT_LE(share(branch.instructions), 0.08);
+}
+
 // A gas is in its steady state from the start: contacts that appear later cost memory too, and that
 // is no growth with the number of steps. 5 % are 85 bytes a step here.
 TEST(RunCost, MemoryDoesNotGrowWithTheNumberOfSteps) {

@@ -21,15 +21,22 @@ void forge_log(const std::string& from, const std::string& to,
     const BlockHeader header = decode_block_header({data + at, kBlockHeaderBytes});
     at += kBlockHeaderBytes;
     ForgedBlock block{header.type, -1, ByteBuffer(header.raw_bytes), 0};
-    const std::size_t size =
-        ZSTD_decompress(block.payload.data(), block.payload.size(), data + at, header.stored_bytes);
-    if (size != header.raw_bytes) throw std::runtime_error("not a sound log");
+    if (is_compressed(block.type) || header.stored_bytes < header.raw_bytes) {
+      const std::size_t size = ZSTD_decompress(block.payload.data(), block.payload.size(),
+                                               data + at, header.stored_bytes);
+      if (size != header.raw_bytes) throw std::runtime_error("not a sound log");
+    } else {
+      block.payload.assign(data + at, data + at + header.stored_bytes);
+    }
     at += header.stored_bytes;
     if (block.type == BlockType::kStep) block.step = ByteReader(block.payload).take<std::int64_t>();
     change(block);
-    ByteBuffer stored(ZSTD_compressBound(block.payload.size()));
-    stored.resize(
-        ZSTD_compress(stored.data(), stored.size(), block.payload.data(), block.payload.size(), 1));
+    ByteBuffer stored = block.payload;
+    if (is_compressed(block.type)) {
+      stored.resize(ZSTD_compressBound(block.payload.size()));
+      stored.resize(ZSTD_compress(stored.data(), stored.size(), block.payload.data(),
+                                  block.payload.size(), 1));
+    }
     const std::uint64_t claimed = block.claimed > 0 ? block.claimed : block.payload.size();
     const ByteBuffer forged =
         encode(BlockHeader{block.type, header.index, claimed, stored.size(), checksum(stored)});

@@ -3,7 +3,6 @@
 
 #include <csignal>
 #include <filesystem>
-#include <limits>
 
 #include "analysis/child_process.hpp"
 #include "analysis/event_log/log_reader.hpp"
@@ -150,7 +149,7 @@ TEST(EventLog, AnotherVersionIsRefusedByName) {
     LogReader log(file);
     FAIL() << "read a log of another version";
   } catch (const scenarios::FileError& error) {
-    EXPECT_NE(std::string(error.what()).find("version 7"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("version 8"), std::string::npos) << error.what();
   }
 }
 
@@ -298,79 +297,27 @@ TEST(EventLog, ReadsBackInputsAndWhichBodiesWereThere) {
   EXPECT_TRUE(found.inputs[1].had_effect);
 }
 
-ByteBuffer difference_of(const LoggedStates& now, const LoggedStates& before) {
-  ByteBuffer bytes;
-  put_difference(bytes, now.ids, now.states, before, 0.01);
-  return bytes;
-}
-
-// Bodies come and go, touch and part; velocities of any size, and what is no number.
-TEST(EventLog, DifferencesReadBackBitForBit) {
-  LoggedStates before;
-  before.ids = all_ids(3);
-  before.states = states_at(2);
-  LoggedStates now = before;
-  now.ids = {physics::BodyId{0}, physics::BodyId{2}, physics::BodyId{7}};
-  now.states[1].linear_velocity_m_s.x() = std::numeric_limits<double>::quiet_NaN();
-  now.states[1].angular_velocity_rad_s = physics::Vec3(1e300, -1e-310, -0.0);
-  now.states[2] = states_at(5)[1];
-  now.states[2].broken_joints = {4, 9};
-  now.states[2].impulses.push_back({physics::BodyId{0xffffffffu}, 8, ~0u, -0.0, {1.0, 2.0, 3.0}});
-  for (const auto& [from, to] : {std::pair(before, now), std::pair(now, before),
-                                 std::pair(now, now), std::pair(LoggedStates{}, now)}) {
-    const ByteBuffer bytes = difference_of(to, from);
-    ByteReader in(bytes);
-    const LoggedStates found = decode_difference(in, from, 0.01);
-    in.expect_end();
-    EXPECT_EQ(found.ids, to.ids);
-    ASSERT_EQ(found.states.size(), to.states.size());
-    for (std::size_t i = 0; i < to.states.size(); ++i)
-      EXPECT_TRUE(physics::identical(found.states[i], to.states[i])) << i;
-  }
-  EXPECT_LT(difference_of(now, now).size(), 40u);
-}
-
-TEST(EventLog, ADamagedDifferenceIsNoDifference) {
-  LoggedStates before{all_ids(3), states_at(2)}, now{all_ids(3), states_at(3)};
-  const ByteBuffer sound = difference_of(now, before);
-  for (std::size_t at = 0; at < sound.size(); ++at)
-    for (const unsigned char flip : {0x01, 0x80, 0xff}) {
-      ByteBuffer bytes = sound;
-      bytes[at] ^= flip;
-      bytes.resize(flip == 0x80 ? at : bytes.size());
-      ByteReader in(bytes);
-      try {
-        EXPECT_LE(decode_difference(in, before, 0.01).states.size(), 1000u);
-      } catch (const DecodeError&) {
+// Of each step, and of where it leads.
+TEST(EventLog, BoundsHoldAllStatesOfTheirSteps) {
+  const TemporaryFolder folder;
+  const std::string file = folder.file("a.sodalog");
+  write_log(file);
+  LogReader log(file);
+  const std::optional<MotionBounds> bounds = log.read_bounds(0);
+  ASSERT_TRUE(bounds);
+  EXPECT_EQ(bounds->first_step, 0);
+  EXPECT_EQ(bounds->last_step, kSteps);
+  for (std::int64_t step = 0; step <= kSteps; ++step) {
+    const std::vector<physics::BodyState> states = states_at(step);
+    for (std::size_t i = 0; i < states.size(); ++i) {
+      EXPECT_LE(states[i].linear_velocity_m_s.norm(), bounds->most_speed_m_s);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const double place = states[i].position_m[static_cast<Eigen::Index>(axis)];
+        EXPECT_LE(bounds->bodies[i].low_m[axis], place);
+        EXPECT_GE(bounds->bodies[i].high_m[axis], place);
+        EXPECT_LT(bounds->bodies[i].high_m[axis] - bounds->bodies[i].low_m[axis], 1.0);
       }
     }
-}
-
-// From the whole states before, wherever it was read last.
-TEST(EventLog, StepsReadInAnyOrder) {
-  const TemporaryFolder folder;
-  const std::string file = folder.file("long.sodalog");
-  constexpr std::int64_t kLong = 2 * kStatesAWhole + 10;
-  LoggedOptions options;
-  options.every = 3;
-  LogWriter log(file, false);
-  log.begin({"9.9", "/somewhere/scene.json", "{ the text }", 0.01}, options, kLabels, kMeshes);
-  for (std::int64_t step = 0; step <= 3 * kLong; ++step) {
-    LoggedStep logged = logged_step(step, digest_of(states_at(step)), states_at(step));
-    if (step % 3 != 0) logged = {step, logged.digest, false, {}, {}, {}, {}};
-    log.add_step(logged);
-  }
-  log.finish();
-  LogReader reader(file);
-  EXPECT_EQ(reader.last_states(), 3 * kLong);
-  for (std::int64_t at = 0; at < 60; ++at) {
-    const std::int64_t step = at * 7919 % (3 * kLong + 1);
-    const LoggedStep found = reader.read_step(step);
-    EXPECT_EQ(found.has_states, step % 3 == 0);
-    if (found.has_states) {
-      EXPECT_EQ(physics::digest(found.ids, found.states), found.digest) << step;
-    }
-    EXPECT_EQ(found.digest, digest_of(states_at(step)));
   }
 }
 
