@@ -45,7 +45,7 @@ class BoundedBytes {
 
 bool same(const ContactImpulse& a, const ContactImpulse& b) {
   const Vec3 &x = a.friction_newton_s, &y = b.friction_newton_s;
-  return key_of(a) == key_of(b) &&
+  return contact_key_of(a) == contact_key_of(b) &&
          (changed_bits(a.normal_newton_s, b.normal_newton_s) | changed_bits(x.x(), y.x()) |
           changed_bits(x.y(), y.y()) | changed_bits(x.z(), y.z())) == 0;
 }
@@ -122,7 +122,7 @@ class Encoder {
 
   void put_impulses(const std::vector<ContactImpulse>& now,
                     const std::vector<ContactImpulse>& before) {
-    const bool same_keys = std::ranges::equal(now, before, {}, key_of, key_of);
+    const bool same_keys = std::ranges::equal(now, before, {}, contact_key_of, contact_key_of);
     records_.put_count(2 * now.size() + (same_keys ? 0 : 1));
     for (std::size_t i = 0; i < now.size(); ++i) {
       if (same_keys) {

@@ -72,15 +72,15 @@ inline unsigned code_of(std::uint64_t bits) {
 constexpr bool is_rounded(unsigned code) { return code >= kFirstRounded; }
 constexpr unsigned bytes_of(unsigned code) { return is_rounded(code) ? code - 8 : code; }
 
-inline auto key_of(const physics::ContactImpulse& impulse) {
+inline auto contact_key_of(const physics::ContactImpulse& impulse) {
   return std::tuple(impulse.other, impulse.part, impulse.feature);
 }
 
 // Of the same contact point before; of a new one nothing. A step has them in the order of keys.
 inline physics::ContactImpulse found_in(const std::vector<physics::ContactImpulse>& impulses,
                                         const physics::ContactImpulse& key) {
-  const auto found = std::ranges::lower_bound(impulses, key_of(key), {}, key_of);
-  const bool is_there = found != impulses.end() && key_of(*found) == key_of(key);
+  const auto found = std::ranges::lower_bound(impulses, contact_key_of(key), {}, contact_key_of);
+  const bool is_there = found != impulses.end() && contact_key_of(*found) == contact_key_of(key);
   return is_there ? *found : physics::ContactImpulse{};
 }
 
