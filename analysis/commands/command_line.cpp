@@ -200,6 +200,12 @@ constexpr Command kCommands[] = {
     {kGuides, "manual", "the manual page, for man", false, define_manual, print_manual},
 };
 
+// None if there is none of this name.
+const Command* command_named(const std::string& name) {
+  const auto found = std::ranges::find(kCommands, name, &Command::name);
+  return found == std::end(kCommands) ? nullptr : &*found;
+}
+
 std::vector<std::string> known_names(const CLI::App& app, const CLI::App* command) {
   std::vector<std::string> names;
   if (command == nullptr) {
@@ -257,12 +263,16 @@ int run_command_line(int argc, const char* const* argv, kernel::Transport* trans
                       .balances = all || mentions(argc, argv, "--balancing"),
                       .extrapolates = all || mentions(argc, argv, "--ghost"),
                       .strict = all || mentions(argc, argv, "--strict")};
-  std::vector<const CLI::App*> apps;
+  // What a command takes to define is a part of what short runs cost: if the first argument is
+  // one, it is the only one.
+  const Command* const named = guides ? nullptr : command_named(argc > 1 ? argv[1] : "");
+  std::vector<std::pair<const CLI::App*, const Command*>> apps;
   for (const Command& command : kCommands) {
+    if (named != nullptr && named != &command) continue;
     CLI::App* const added = app.add_subcommand(command.name, command.purpose);
     added->group(command.group);
     if (guides || mentions(argc, argv, command.name)) command.define(*added, requests, wanted);
-    apps.push_back(added);
+    apps.push_back({added, &command});
   }
   try {
     app.parse(argc, argv);
@@ -271,8 +281,8 @@ int run_command_line(int argc, const char* const* argv, kernel::Transport* trans
   } catch (const CLI::ParseError& error) {
     throw UsageError(usage_message(app, error));
   }
-  const auto parsed = std::ranges::find_if(apps, [](const CLI::App* a) { return a->parsed(); });
-  const Command& command = kCommands[parsed - apps.begin()];
+  const auto parsed = std::ranges::find_if(apps, [](const auto& a) { return a.first->parsed(); });
+  const Command& command = *parsed->second;
   if (transport != nullptr && !command.over_ranks)
     throw UsageError(
         "started by mpirun; only run, verify, anticipation, calibrate and phold run over ranks");

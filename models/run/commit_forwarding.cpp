@@ -109,16 +109,18 @@ kernel::Bytes encode_outcome(std::span<const std::unique_ptr<kernel::LogicalProc
   return bytes;
 }
 
-void add_outcome(World& world, SimulationResult& result) {
+void add_outcome(World& world, std::size_t bodies, SimulationResult& result) {
   result.stages += world.stages();
   result.worlds += world.counters();
   result.replicated += world.work().replicated;
   BufferEntry entry = world.release_newest_entry();
-  if (entry.ids.size() == result.final_states.size())
+  if (entry.ids.size() == bodies) {
     result.final_states = std::move(entry.states);
-  else
+  } else {
+    result.final_states.resize(bodies);
     for (std::size_t i = 0; i < entry.ids.size(); ++i)
       result.final_states[physics::index_of(entry.ids[i])] = std::move(entry.states[i]);
+  }
   result.final_ids.insert(result.final_ids.end(), entry.ids.begin(), entry.ids.end());
 }
 

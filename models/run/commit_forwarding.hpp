@@ -45,9 +45,9 @@ struct RecordSinks {
 // What this rank tells others and hears from them. Both must outlive the hooks.
 kernel::RecordHooks record_hooks(CommitForwarding& forwarding, const RecordSinks& sinks);
 
-// Of a world, or of all that live here: their work counters, and the states that they ended with.
-// `result.final_states` has a place for each body.
-void add_outcome(World& world, SimulationResult& result);
+// Of a world, of a scene of so many bodies, or of all that live here: their work counters, and the
+// states that they ended with. `result.final_states` has a place for each body, then or before.
+void add_outcome(World& world, std::size_t bodies, SimulationResult& result);
 kernel::Bytes encode_outcome(std::span<const std::unique_ptr<kernel::LogicalProcess>> worlds);
 void add_outcome(std::span<const std::byte> outcome, SimulationResult& result);
 

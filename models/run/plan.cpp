@@ -25,6 +25,12 @@ void add(const char* stage, const Need& need, std::uint64_t WorldCounters::*memb
       plan);
 }
 
+bool may_change_materials(const InputOptions& inputs) {
+  return inputs.live != nullptr || std::ranges::any_of(inputs.script, [](const UserInput& input) {
+           return input.kind == InputKind::kChangeMaterial;
+         });
+}
+
 // Of each body the roughest and springiest surface that user input may give it.
 SceneDescription with_possible_materials(SceneDescription scene, const InputOptions& inputs) {
   const auto allow = [&scene](std::size_t body, const physics::Material& material) {
@@ -81,7 +87,9 @@ std::vector<PlanLine> make_plan(const SceneDescription& scene, std::uint32_t wor
                                 const RunOptions& options) {
   std::vector<PlanLine> plan;
   for (const physics::Stage& stage :
-       physics::stages_of(with_possible_materials(scene, options.inputs)))
+       may_change_materials(options.inputs)
+           ? physics::stages_of(with_possible_materials(scene, options.inputs))
+           : physics::stages_of(scene))
     add(
         stage.name, stage.need,
         [count = stage.count](const SimulationResult& result) { return count(result.stages); },

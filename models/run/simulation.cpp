@@ -208,19 +208,22 @@ void end_early(const kernel::RunResult& outcome, const Worlds& worlds, Simulatio
                 [steps](const TerritoryChange& change) { return change.step >= steps; });
 }
 
-void add_outcomes(const Worlds& worlds, const RunOptions& options, SimulationResult& result) {
+void add_outcomes(const Worlds& worlds, const RunOptions& options, std::size_t bodies,
+                  SimulationResult& result) {
   if (options.executor != ExecutorKind::kMpi || worlds.size() == 1) {
     for (const std::unique_ptr<kernel::LogicalProcess>& process : worlds)
-      if (process) add_outcome(static_cast<World&>(*process), result);
-    return;
+      if (process) add_outcome(static_cast<World&>(*process), bodies, result);
+    return result.final_states.resize(bodies);
   }
+  result.final_states.resize(bodies);
   for (const kernel::Bytes& outcome : options.transport->gather(encode_outcome(worlds)))
     add_outcome(outcome, result);
 }
 
-void collect(const Worlds& worlds, const RunOptions& options, SimulationResult& result) {
-  add_outcomes(worlds, options, result);
-  std::sort(result.final_ids.begin(), result.final_ids.end());
+void collect(const Worlds& worlds, const RunOptions& options, std::size_t bodies,
+             SimulationResult& result) {
+  add_outcomes(worlds, options, bodies, result);
+  if (!std::ranges::is_sorted(result.final_ids)) std::ranges::sort(result.final_ids);
   if (!result.account) return;
   kernel::ExecutionCost& standing = result.account->standing;
   standing = divided_as({result.stages, result.replicated, result.worlds}, standing);
@@ -370,8 +373,7 @@ SimulationResult simulate(const physics::SceneDescription& scene,
   end_early(outcome, worlds, result);
   result.islands_committed = merge.islands();
   take_sums(outcome, result);
-  result.final_states.resize(initial.size());
-  collect(worlds, options, result);
+  collect(worlds, options, initial.size(), result);
   if (feed) {
     result.inputs = feed->acted();
     result.inputs_too_late = feed->too_late();

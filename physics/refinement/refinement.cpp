@@ -45,6 +45,7 @@ bool is_driven(const SceneDescription& scene, BodyId id) {
 
 // Bodies that no drive pushes, and no joint but springs holds.
 std::size_t unheld_bodies(const SceneDescription& scene) {
+  if (scene.joints.empty() && scene.drives.empty()) return scene.bodies.size();
   std::vector<bool> held(scene.bodies.size(), false);
   for (const Joint& joint : scene.joints) {
     if (joint.kind == JointKind::kSpring || can_break(joint)) continue;
