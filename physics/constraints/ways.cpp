@@ -63,6 +63,13 @@ double fastest_push_out_m_s(const SceneDescription& scene, std::span<const BodyI
   return kFastestPushOut_1_s * widest_m;
 }
 
+double weight_newton(const SceneDescription& scene, std::span<const BodyId> ids) {
+  double mass_kg = 0.0;
+  for (const BodyId id : ids)
+    if (falls(scene, id)) mass_kg += scene.bodies[index_of(id)].mass_kg;
+  return mass_kg * scene.gravity_m_s2.norm();
+}
+
 void limit_push_out(double most_m_s, PushOut& push) {
   const auto shorten = [](double most, Vec3& v) {
     const double squared = v.squaredNorm();

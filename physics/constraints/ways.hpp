@@ -14,6 +14,8 @@ namespace soda::physics {
 // one a second, as a contact asks for 2 of its smaller body at most. Turns: 4 radians a second, 2
 // widths at the distance of half of one.
 double fastest_push_out_m_s(const SceneDescription& scene, std::span<const BodyId> ids);
+// Of all bodies that fall.
+double weight_newton(const SceneDescription& scene, std::span<const BodyId> ids);
 inline constexpr double kFastestPushOut_1_s = 2.0;  // body sizes per second
 inline constexpr double kFastestPushOut_rad_s = 4.0;
 

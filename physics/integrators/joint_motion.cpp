@@ -273,15 +273,6 @@ GivenWay moved_for(double time_s, const JointedStep& step, const JointedSolution
   return give_way(step.island, {time_s, step.states, open}, joints, solved.problem, states);
 }
 
-// Of all bodies at this speed, in the step.
-double lifting_joule(const IslandStep& island, double speed_m_s) {
-  double weight_newton = 0.0;
-  for (const BodyId id : island.ids)
-    if (falls(island.scene, id))
-      weight_newton += island.scene.bodies[index_of(id)].mass_kg * island.scene.gravity_m_s2.norm();
-  return weight_newton * speed_m_s * island.dt_s;
-}
-
 // Push-out; then joints are closed once more, and what lies on them gives way. All of that lifts no
 // more than push-out may.
 void push_apart(const JointedStep& step, const JointedSolution& solved, std::span<BodyState> states,
@@ -300,10 +291,10 @@ void push_apart(const JointedStep& step, const JointedSolution& solved, std::spa
   const std::vector<BodyState> open(states.begin(), states.end());
   double fastest_m_s = 0.0;
   for (const PushOut& body : push) fastest_m_s = std::max(fastest_m_s, body.linear.norm());
-  double left = std::max(
-      0.0, lifting_joule(island, fastest_push_out_m_s(scene, ids)) - std::max(0.0, lifted));
-  const double closing = close_joints(
-      scene, dt_s, ids, std::min(left, lifting_joule(island, fastest_m_s)), closed, states);
+  const double weight_dt = weight_newton(scene, ids) * dt_s;
+  double left = std::max(0.0, weight_dt * fastest_push_out_m_s(scene, ids) - std::max(0.0, lifted));
+  const double closing =
+      close_joints(scene, dt_s, ids, std::min(left, weight_dt * fastest_m_s), closed, states);
   left = std::max(0.0, left - std::max(0.0, closing));
   report.push_out_work_joule +=
       closing + give_way(island, {0.0, before, open, left}, closed, problem, states).work_joule;
@@ -321,10 +312,7 @@ void add_untaken(double rest_joule, bool moved, const JointedStep& step, IslandR
     return;
   }
   if (braked > 0.0) report.motor_work_joule = 0.0;
-  double weight = 0.0;
-  for (const BodyId id : step.island.ids)
-    weight +=
-        step.island.scene.bodies[index_of(id)].mass_kg * step.island.scene.gravity_m_s2.norm();
+  const double weight = weight_newton(step.island.scene, step.island.ids);
   const double lifted = rest_joule - braked;
   if (lifted > 0.0 && (!moved || lifted <= kRoundings * rounding_of(step.states) * weight))
     report.push_out_work_joule += lifted;

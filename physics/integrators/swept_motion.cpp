@@ -116,12 +116,8 @@ void add_untaken(double rest_joule, IslandReport& report) {
 // very long and inertia is very small.
 bool has_diverged(const IslandStep& island, const EnergyExcess& excess) {
   constexpr double kMostTaken = 0.5;  // of the energy of motion
-  double weight_newton = 0.0;
-  for (const BodyId id : island.ids)
-    if (falls(island.scene, id)) weight_newton += island.scene.bodies[index_of(id)].mass_kg;
-  weight_newton *= island.scene.gravity_m_s2.norm();
-  const double lifting_joule =
-      weight_newton * fastest_push_out_m_s(island.scene, island.ids) * island.dt_s;
+  const double lifting_joule = weight_newton(island.scene, island.ids) *
+                               fastest_push_out_m_s(island.scene, island.ids) * island.dt_s;
   return !excess.is_trace(kMostTaken) && !(excess.gain_joule <= lifting_joule);
 }
 

@@ -9,36 +9,18 @@
 #include "analysis/event_log/log_reader.hpp"
 #include "analysis/event_log/log_writer.hpp"
 #include "analysis/event_log/single_states.hpp"
+#include "analysis/logged_steps.hpp"
 #include "analysis/measures/error_measures.hpp"
 #include "physics/measures/measures.hpp"
 
 namespace soda::analysis {
 namespace {
 
+using analysis_test::digest_of;
+using analysis_test::kLabels;
+using analysis_test::logged_step;
+using analysis_test::states_at;
 using analysis_test::TemporaryFolder;
-
-const std::vector<std::uint32_t> kSomeLabels = {3, 7, 40};
-
-std::vector<physics::BodyState> some_states(std::int64_t step) {
-  std::vector<physics::BodyState> states(kSomeLabels.size());
-  for (std::size_t i = 0; i < states.size(); ++i) {
-    const double x = 0.1 * static_cast<double>(step) + static_cast<double>(i);
-    states[i].position_m = physics::Vec3(x, -0.0, 1e-300);
-    states[i].linear_velocity_m_s = physics::Vec3(1.0 / 3.0, x * x, -x);
-  }
-  states[1].impulses.push_back(
-      {static_cast<physics::BodyId>(2), 1, 5, 0.25, {1.0, 2.0, 0.5 * static_cast<double>(step)}});
-  return states;
-}
-
-std::uint64_t digest_of_some(const std::vector<physics::BodyState>& states) {
-  return physics::digest(all_ids(states.size()), states);
-}
-
-LoggedStep step_of_some(std::int64_t step, std::uint64_t digest,
-                        const std::vector<physics::BodyState>& states) {
-  return {step, digest, true, all_ids(states.size()), states, {}, {}};
-}
 
 ByteBuffer difference_of(const LoggedStates& now, const LoggedStates& before) {
   ByteBuffer bytes;
@@ -59,7 +41,7 @@ TEST(EventLog, TheStateOfABodyIsReadWithoutTheOthers) {
     for (std::uint32_t i = 0; i < kBodies; ++i) {
       if (i % 7 == 2 && step / 10 % 2 == 1) continue;
       there.ids.push_back(physics::BodyId{i});
-      physics::BodyState& state = there.states.emplace_back(some_states(i % 3 == 0 ? step : 0)[1]);
+      physics::BodyState& state = there.states.emplace_back(states_at(i % 3 == 0 ? step : 0)[1]);
       state.position_m.y() = i;
       if (i % 5 == 0) state.impulses.resize(static_cast<std::size_t>(step) % 2);
       if (i == 11 && step > 20) state.broken_joints = {4};
@@ -96,12 +78,12 @@ TEST(EventLog, TheStateOfABodyIsReadWithoutTheOthers) {
 TEST(EventLog, DifferencesReadBackBitForBit) {
   LoggedStates before;
   before.ids = all_ids(3);
-  before.states = some_states(2);
+  before.states = states_at(2);
   LoggedStates now = before;
   now.ids = {physics::BodyId{0}, physics::BodyId{2}, physics::BodyId{7}};
   now.states[1].linear_velocity_m_s.x() = std::numeric_limits<double>::quiet_NaN();
   now.states[1].angular_velocity_rad_s = physics::Vec3(1e300, -1e-310, -0.0);
-  now.states[2] = some_states(5)[1];
+  now.states[2] = states_at(5)[1];
   now.states[2].broken_joints = {4, 9};
   now.states[2].impulses.push_back({physics::BodyId{0xffffffffu}, 8, ~0u, -0.0, {1.0, 2.0, 3.0}});
   for (const auto& [from, to] : {std::pair(before, now), std::pair(now, before),
@@ -119,7 +101,7 @@ TEST(EventLog, DifferencesReadBackBitForBit) {
 }
 
 TEST(EventLog, ADamagedDifferenceIsNoDifference) {
-  LoggedStates before{all_ids(3), some_states(2)}, now{all_ids(3), some_states(3)};
+  LoggedStates before{all_ids(3), states_at(2)}, now{all_ids(3), states_at(3)};
   const ByteBuffer sound = difference_of(now, before);
   for (std::size_t at = 0; at < sound.size(); ++at)
     for (const unsigned char flip : {0x01, 0x80, 0xff}) {
@@ -142,9 +124,9 @@ TEST(EventLog, StepsReadInAnyOrder) {
   LoggedOptions options;
   options.every = 3;
   LogWriter log(file, false);
-  log.begin({"9.9", "/somewhere/scene.json", "{ the text }", 0.01}, options, kSomeLabels, {});
+  log.begin({"9.9", "/somewhere/scene.json", "{ the text }", 0.01}, options, kLabels, {});
   for (std::int64_t step = 0; step <= 3 * kLong; ++step) {
-    LoggedStep logged = step_of_some(step, digest_of_some(some_states(step)), some_states(step));
+    LoggedStep logged = logged_step(step, digest_of(states_at(step)), states_at(step));
     if (step % 3 != 0) logged = {step, logged.digest, false, {}, {}, {}, {}};
     log.add_step(logged);
   }
@@ -158,7 +140,7 @@ TEST(EventLog, StepsReadInAnyOrder) {
     if (found.has_states) {
       EXPECT_EQ(physics::digest(found.ids, found.states), found.digest) << step;
     }
-    EXPECT_EQ(found.digest, digest_of_some(some_states(step)));
+    EXPECT_EQ(found.digest, digest_of(states_at(step)));
   }
 }
 

@@ -8,6 +8,7 @@
 #include "analysis/event_log/log_reader.hpp"
 #include "analysis/event_log/log_writer.hpp"
 #include "analysis/event_log/step_comparison.hpp"
+#include "analysis/logged_steps.hpp"
 #include "analysis/measures/error_measures.hpp"
 #include "analysis/text/exit_codes.hpp"
 #include "analysis/text/text_table.hpp"
@@ -17,34 +18,16 @@
 namespace soda::analysis {
 namespace {
 
+using analysis_test::digest_of;
+using analysis_test::kLabels;
+using analysis_test::logged_step;
 using analysis_test::read_file;
+using analysis_test::states_at;
 using analysis_test::TemporaryFolder;
 using analysis_test::write_file;
 
 constexpr std::int64_t kSteps = 6;
-const std::vector<std::uint32_t> kLabels = {3, 7, 40};
 const std::vector<scenarios::MeshFile> kMeshes = {{"a.obj", "v 0 0 0"}, {"b/c.stl", {0, 1, 2}}};
-
-std::vector<physics::BodyState> states_at(std::int64_t step) {
-  std::vector<physics::BodyState> states(kLabels.size());
-  for (std::size_t i = 0; i < states.size(); ++i) {
-    const double x = 0.1 * static_cast<double>(step) + static_cast<double>(i);
-    states[i].position_m = physics::Vec3(x, -0.0, 1e-300);
-    states[i].linear_velocity_m_s = physics::Vec3(1.0 / 3.0, x * x, -x);
-  }
-  states[1].impulses.push_back(
-      {static_cast<physics::BodyId>(2), 1, 5, 0.25, {1.0, 2.0, 0.5 * static_cast<double>(step)}});
-  return states;
-}
-
-std::uint64_t digest_of(const std::vector<physics::BodyState>& states) {
-  return physics::digest(all_ids(states.size()), states);
-}
-
-LoggedStep logged_step(std::int64_t step, std::uint64_t digest,
-                       const std::vector<physics::BodyState>& states) {
-  return {step, digest, true, all_ids(states.size()), states, {}, {}};
-}
 
 void write_log(const std::string& file) {
   Overrides overrides;
