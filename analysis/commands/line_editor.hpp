@@ -1,5 +1,6 @@
 // Lines of standard input: on a terminal with a prompt, completion and history, where the library
-// for that was there when soda was built; else as they come.
+// for that was there when soda was built; else as they come. Only who edits lines loads the
+// library.
 #pragma once
 
 #include <functional>
@@ -23,5 +24,9 @@ class LineEditor {
 using Completions = std::function<std::vector<std::string>(const std::string& line)>;
 
 std::unique_ptr<LineEditor> edit_lines(const std::string& prompt, Completions completions);
+
+// What the module soda_lines.so exports under kEditLinesSymbol; the caller owns what it returns.
+using EditLines = LineEditor*(const std::string& prompt, Completions completions);
+inline constexpr const char* kEditLinesSymbol = "soda_edit_lines";
 
 }  // namespace soda::analysis

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <utility>
 
 namespace soda::analysis {
@@ -286,22 +287,19 @@ ByteBuffer encode_step(const LoggedStep& step, const LoggedStates* before, doubl
     put(events, models::index_of(change.from));
     put(events, models::index_of(change.to));
   }
-  ByteBuffer states;
-  const LoggedStates nothing;
-  const std::size_t index_bytes =
-      form == StatesForm::kNone
-          ? 0
-          : put_difference(states, step.ids, step.states,
-                           form == StatesForm::kWhole ? nothing : *before, between_s);
   ByteBuffer out;
-  out.reserve(kStepHeadBytes + events.size() + states.size());
   put(out, step.step);
   put(out, step.digest);
   put(out, static_cast<std::uint8_t>(form));
   put(out, static_cast<std::uint64_t>(events.size()));
-  put(out, static_cast<std::uint64_t>(index_bytes));
+  const std::size_t index_bytes_at = out.size();
+  put(out, std::uint64_t{0});
   out.insert(out.end(), events.begin(), events.end());
-  out.insert(out.end(), states.begin(), states.end());
+  if (form == StatesForm::kNone) return out;
+  const LoggedStates nothing;
+  const std::uint64_t index_bytes = put_difference(
+      out, step.ids, step.states, form == StatesForm::kWhole ? nothing : *before, between_s);
+  std::memcpy(out.data() + index_bytes_at, &index_bytes, sizeof index_bytes);
   return out;
 }
 

@@ -57,6 +57,14 @@ bool visit_fields(const BodyState& s, Visit visit) {
 
 constexpr std::size_t kFixedFields = 14;
 constexpr std::size_t kFieldsPerImpulse = 7;
+// As many as a cache holds at hand.
+constexpr std::size_t kHashedWords = 1024;
+
+// How many fields are visited.
+std::size_t field_count(const BodyState& s) {
+  const std::size_t broken = s.broken_joints.empty() ? 0 : 1 + s.broken_joints.size();
+  return kFixedFields + kFieldsPerImpulse * s.impulses.size() + broken;
+}
 
 // Of the springs whose bodies are all there.
 double spring_energy_joule(const SceneDescription& scene, std::span<const BodyId> ids,
@@ -127,15 +135,20 @@ std::uint64_t digest(std::span<const BodyId> ids, std::span<const BodyState> sta
   const std::unique_ptr<XXH3_state_t, void (*)(XXH3_state_t*)> hash(
       XXH3_createState(), [](XXH3_state_t* state) { XXH3_freeState(state); });
   XXH3_64bits_reset(hash.get());
-  std::vector<std::uint64_t> words;
+  std::vector<std::uint64_t>
+      words;  // of some bodies: a call for each would cost more than its hash
   for (std::size_t i = 0; i < ids.size(); ++i) {
-    words.clear();
-    words.push_back(index_of(ids[i]));
+    const std::size_t begin = words.size();
+    words.resize(begin + 1 + field_count(states[i]));
+    std::uint64_t* end = words.data() + begin;
+    *end++ = index_of(ids[i]);
     visit_fields(states[i], [&](const char*, double, std::uint64_t bits) {
-      words.push_back(bits);
+      *end++ = bits;
       return true;
     });
+    if (words.size() < kHashedWords && i + 1 < ids.size()) continue;
     XXH3_64bits_update(hash.get(), words.data(), words.size() * sizeof(std::uint64_t));
+    words.clear();
   }
   return XXH3_64bits_digest(hash.get());
 }
@@ -172,7 +185,7 @@ FieldDifference first_difference(const BodyState& a, const BodyState& b) {
     std::uint64_t bits;
   };
   std::vector<Field> fields;
-  fields.reserve(kFixedFields + kFieldsPerImpulse * a.impulses.size());
+  fields.reserve(field_count(a));
   visit_fields(a, [&](const char*, double value, std::uint64_t bits) {
     fields.push_back({value, bits});
     return true;
