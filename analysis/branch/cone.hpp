@@ -18,7 +18,7 @@ namespace soda::analysis {
 // recorded stays so as long as no other comes near it that is not: only those that are not, and who
 // may come to touch them, directly or over others, are advanced anew. They end up bit for bit as in
 // a run of all bodies, if in a step nobody gets farther beyond what is foreseen and what was
-// recorded than twice the fastest can (as pairs_in_reach() of physics supposes, too).
+// recorded than twice the fastest can (as query_swept_pairs() of physics supposes, too).
 class Cone {
  public:
   // `scenario` as resumed_without_states() gives it, with the new inputs among its script. Both

@@ -8,7 +8,7 @@
 #include "analysis/measures/error_measures.hpp"
 #include "analysis/text/exit_codes.hpp"
 #include "analysis/text/text_table.hpp"
-#include "physics/constraints/ways.hpp"
+#include "physics/constraints/displacement_bounds.hpp"
 #include "physics/integrators/momentum.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/step/step.hpp"
@@ -111,9 +111,9 @@ class Checks {
     fastest_m_s_ += std::sqrt(2.0 * lent_joule / lightest_kg);
     may_sink_.resize(ids_.size(), false);
     const double duration = scene_.dt_s * static_cast<double>(scenario.run.steps);
-    constexpr double kPushOut_1_s = 2.0;
+    constexpr double kCorrection_1_s = 2.0;
     speed_limit_m_s_ =
-        100.0 * (fastest_m_s_ + scene_.gravity_m_s2.norm() * duration + kPushOut_1_s * largest);
+        100.0 * (fastest_m_s_ + scene_.gravity_m_s2.norm() * duration + kCorrection_1_s * largest);
   }
 
   void step(std::int64_t number, std::vector<BodyState>& states) {
@@ -231,11 +231,11 @@ class Checks {
     return found;
   }
 
-  // The most that push-out can lift: each body at its greatest speed, and by as much as its
-  // velocity changes, for a body goes on with the old one for a while.
-  double most_push_out_joule(const IslandStates& island) const {
+  // The most that position correction can lift: each body at its greatest speed, and by as much as
+  // its velocity changes, for a body goes on with the old one for a while.
+  double most_correction_joule(const IslandStates& island) const {
     const double g = scene_.gravity_m_s2.norm(), dt = scene_.dt_s;
-    const double pushed_m_s = fastest_push_out_m_s(scene_, island.ids);
+    const double pushed_m_s = fastest_correction_m_s(scene_, island.ids);
     double most = 0.0;
     for (std::size_t i = 0; i < island.ids.size(); ++i) {
       const double changed_m_s =
@@ -262,7 +262,7 @@ class Checks {
                                    scene_.bodies[index_of(island.ids[i])].mass_kg));
     }
     const double most_m_s =
-        kOfHeavy * fastest_m_s + g * dt + fastest_push_out_m_s(scene_, island.ids);
+        kOfHeavy * fastest_m_s + g * dt + fastest_correction_m_s(scene_, island.ids);
     for (std::size_t i = 0; i < island.ids.size(); ++i) {
       const double way_m = (island.after[i].position_m - island.before[i].position_m).norm();
       const double most_m = dt * most_m_s + kRoundingOfPlaces * island.before[i].position_m.norm();
@@ -295,7 +295,7 @@ class Checks {
                     const IslandStates& states) {
     const double pushed = has_springs_
                               ? island.push_out_work_joule
-                              : std::min(island.push_out_work_joule, most_push_out_joule(states));
+                              : std::min(island.push_out_work_joule, most_correction_joule(states));
     EnergyChange rest = change;
     rest.gain_joule -= pushed + island.motor_work_joule;
     rest.scale_joule += std::abs(pushed) + std::abs(island.motor_work_joule);
@@ -309,9 +309,10 @@ class Checks {
     // up to 8 bodies in one solve and such trials, and all that in each part between hits. 60
     // impacts and 10 for each body, of 600 sweeps.
     // And up to 80 of Newton's steps for each of 40 corrections. That method stops at 40
-    // factorisations, of velocities and of push-out; a full matrix of six rows a body takes a third
-    // of its cube. Larger islands are solved once; with joints in 8 parts, each tried again at a
-    // half, a quarter and an eighth of its length. And what each solve has for blows (blows.hpp).
+    // factorisations, of velocities and of position correction; a full matrix of six rows a body
+    // takes a third of its cube. Larger islands are solved once; with joints in 8 parts, each tried
+    // again at a half, a quarter and an eighth of its length. And what each solve has for blows
+    // (blows.hpp).
     const std::uint64_t trials = 1 + 2 + 4 + 8 + 16, solves = island.bodies > 8 ? 1 : 1 + trials;
     const bool jointed = std::ranges::any_of(
         states.ids, [&](BodyId id) { return scene_.bodies[index_of(id)].joints > 0; });

@@ -22,16 +22,17 @@ void add(const FuzzSums& more, FuzzSums& sums);
 // Throws CheckFailed with step and body, if
 // - a fault is recorded, or a number is none;
 // - energy: what an island or a free body has, kinetic and potential, rises in a step by more than
-//   the work that the island reports for displacements without velocity, as far as push-out at its
-//   greatest speed (ways.hpp) explains that, and rounding: 1e-9 of its energies before and after
-//   and of what gravity moves in a step, and that of a speed no larger than rounding leaves of the
-//   fastest one, which grows with the island's contact points;
+//   the work that the island reports for displacements without velocity, as far as position
+//   correction at its greatest speed (displacement_bounds.hpp) explains that, and rounding: 1e-9 of
+//   its energies before and after and of what gravity moves in a step, and that of a speed no
+//   larger than rounding leaves of the fastest one, which grows with the island's contact points;
 // - escape: a body's centre sinks into a halfspace by more than its own radius (but what joints
 //   hold where something in its island has overlapped by as much: nothing says where out is), or a
 //   point of it gets faster than 100 times all that it could come from: the largest speed of any
-//   point at the start, what gravity adds in the run, what push-out may reach;
+//   point at the start, what gravity adds in the run, what position correction may reach;
 // - way: where no impact was looked for within the step, a body without joints moves by more than
-//   twice the speed of the fastest of its island, before or after, gravity and push-out take it;
+//   twice the speed of the fastest of its island, before or after, gravity and position correction
+//   take it;
 // - momentum: an island's, without joints, changes by other than gravity and what statics are
 //   reported to give, by more than 1e-7 of its masses at the speed of the fastest point so far;
 // - work: an island takes more solver iterations or multiplications than its size explains.

@@ -6,7 +6,7 @@
 #include "analysis/event_log/logged_run.hpp"
 #include "analysis/runs/measured_run.hpp"
 #include "models/territory/territory.hpp"
-#include "physics/events/rest.hpp"
+#include "physics/events/sleeping.hpp"
 
 namespace soda::analysis {
 namespace {

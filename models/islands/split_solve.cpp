@@ -129,7 +129,7 @@ void SplitSolve::receive_borders(std::uint32_t round, Bag bag, physics::StageCou
 void SplitSolve::solve_stages(std::uint32_t stage, physics::StageCounters& counters) {
   std::uint32_t next = stage;
   if (!solver_) {
-    const physics::GiantIsland large{*island_.scene,    island_.scene->dt_s, island_.ids,
+    const physics::LargeIsland large{*island_.scene,    island_.scene->dt_s, island_.ids,
                                      island_.manifolds, island_.states,      plan_.blocks};
     solver_ = std::make_unique<physics::BlockSolver>(large, range_->first, range_->last, counters);
     next = 0;

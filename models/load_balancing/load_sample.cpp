@@ -4,7 +4,7 @@
 
 #include "models/cost/work_cost.hpp"
 #include "models/messages/codec.hpp"
-#include "physics/events/rest.hpp"
+#include "physics/events/sleeping.hpp"
 #include "physics/narrowphase/part_pairs.hpp"
 #include "physics/solvers/island_blocks.hpp"
 #include "physics/step/step.hpp"
@@ -66,11 +66,11 @@ void add_pair_costs(const BufferEntry& entry, const physics::Geometry& geometry,
 void add_islands(const BufferEntry& entry, bool splits, std::vector<IslandLoad>& islands) {
   for (const physics::IslandReport& island : entry.islands) {
     if (island.rests) continue;
-    const bool is_giant = island.contact_points >= physics::kGiantPoints && !island.direct;
+    const bool is_large = island.contact_points >= physics::kLargeIslandPoints && !island.direct;
     islands.push_back(
         {island.label,
          solve_cost_ns(island.contact_points, island.iterations, island.multiplications),
-         splits && is_giant});
+         splits && is_large});
   }
 }
 

@@ -9,7 +9,7 @@
 #include "models/territory/territory.hpp"
 #include "models/transform_buffer/repetition.hpp"
 #include "physics/shapes/geometry.hpp"
-#include "physics/step/resting_islands.hpp"
+#include "physics/step/sleeping_islands.hpp"
 
 namespace soda::models {
 
@@ -17,7 +17,7 @@ namespace soda::models {
 // and in the step before.
 struct KnownContacts {
   const Repetition& repetition;
-  const physics::RestingIslands& resting;
+  const physics::SleepingIslands& resting;
 };
 
 struct BorderContacts {

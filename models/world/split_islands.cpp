@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "kernel/api/hash_mix.hpp"
-#include "physics/constraints/ways.hpp"
+#include "physics/constraints/displacement_bounds.hpp"
 #include "physics/events/one_solve.hpp"
 #include "physics/model/body_places.hpp"
 
@@ -14,7 +14,7 @@ using physics::BodyId;
 
 bool SplitIslands::may_split() const {
   if (step_.around.processors.empty() || step_.merge.nodes.empty()) return false;
-  return physics::is_giant(step_.scratch.manifolds);
+  return physics::is_large(step_.scratch.manifolds);
 }
 
 void SplitIslands::find() {
@@ -38,7 +38,7 @@ void SplitIslands::consider(std::size_t index, const KnownBodies& known) {
     return;
   for (std::uint32_t i = islands.manifold_begin[index]; i < islands.manifold_begin[index + 1]; ++i)
     island.manifolds.push_back(step_.scratch.manifolds[islands.manifolds[i]]);
-  if (!physics::is_giant(island.manifolds)) return;
+  if (!physics::is_large(island.manifolds)) return;
   for (std::uint32_t i = islands.body_begin[index]; i < islands.body_begin[index + 1]; ++i) {
     const std::int32_t place = known.place[islands.bodies[i]];
     island.states.push_back(place >= 0
@@ -93,13 +93,15 @@ bool SplitIslands::take(Bag bag) {
   ++step_.work.worlds.mixed_islands;
   ++step_.work.worlds.islands_split;
   const physics::SceneDescription& scene = *step_.rules.scene;
-  physics::WayBounds bounds;
-  physics::bound_ways(scene, scene.dt_s, ids, (*split)->island().manifolds, states, bounds);
+  physics::DisplacementBounds bounds;
+  physics::bound_displacements(scene, scene.dt_s, ids, (*split)->island().manifolds, states,
+                               bounds);
   physics::StepReport& report = step_.report;
   for (const BlockNews::Moved& moved : received->bodies) {
     const std::size_t place = physics::place_of(ids, moved.id);
     states[place] = moved.state;
-    physics::report_impossible_way(scene, bounds, place, moved.id, moved.state, report.faults);
+    physics::report_impossible_displacement(scene, bounds, place, moved.id, moved.state,
+                                            report.faults);
   }
   if (received->report) report.islands.push_back(*received->report);
   report.faults.insert(report.faults.end(), received->faults.begin(), received->faults.end());

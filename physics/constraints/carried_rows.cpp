@@ -38,7 +38,7 @@ void move_arms(const CarriedRows& rows, const Vec3& change, double from_s,
 }  // namespace
 
 void keep_carried(const SceneDescription& scene, const ContactManifold& manifold, std::uint32_t a,
-                  std::uint32_t b, const Selection<BodyState>& states, ContactProblem& problem) {
+                  std::uint32_t b, const IndexedSpan<BodyState>& states, ContactProblem& problem) {
   const bool is_a = is_kinematic(scene, manifold.a);
   if (is_static(manifold.b) || !(is_a || is_kinematic(scene, manifold.b))) return;
   const std::uint32_t kinematic = is_a ? a : b, other = is_a ? b : a;

@@ -16,7 +16,7 @@ namespace soda::physics {
 // The manifold's rows come next in `problem`. Nothing is kept unless one of the two is kinematic
 // and turns.
 void keep_carried(const SceneDescription& scene, const ContactManifold& manifold, std::uint32_t a,
-                  std::uint32_t b, const Selection<BodyState>& states, ContactProblem& problem);
+                  std::uint32_t b, const IndexedSpan<BodyState>& states, ContactProblem& problem);
 
 // Arms for the time from `from_s` of the step on, for `length_s`. Gaps stay those of the arms that
 // there were since the step's start.

@@ -67,7 +67,7 @@ std::uint32_t surface_body(std::uint32_t static_index, const Vec3& velocity_m_s,
 }
 
 PairContext context_of(const SceneDescription& scene, std::span<const BodyId> ids,
-                       const Selection<BodyState>& states, const ContactManifold& m,
+                       const IndexedSpan<BodyState>& states, const ContactManifold& m,
                        std::uint32_t index, ContactProblem& problem) {
   PairContext c;
   c.manifold = &m;
@@ -342,7 +342,7 @@ void ContactProblem::clear() {
   restitution_rows = conveyor_rows = 0;
 }
 
-void build_rows(const SolveStep& step, const Selection<ContactManifold>& manifolds,
+void build_rows(const SolveStep& step, const IndexedSpan<ContactManifold>& manifolds,
                 ContactProblem& problem, StageCounters& counters) {
   const auto& [scene, dt_s, ids, states] = step;
   std::size_t points = 0;

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "physics/math/selection.hpp"
+#include "physics/math/indexed_span.hpp"
 #include "physics/math/solver_body.hpp"
 #include "physics/model/body_state.hpp"
 #include "physics/model/contact_manifold.hpp"
@@ -129,20 +129,20 @@ struct SolveStep {
   const SceneDescription& scene;
   double dt_s;  // 0: an impact
   std::span<const BodyId> ids;
-  Selection<BodyState> before;  // parallel to the ids
+  IndexedSpan<BodyState> before;  // parallel to the ids
 };
 
 // Rows in the manifolds' order; impulses start from the bodies' stored ones where warm starting is
 // on, and are applied; those of rolling rows are not stored (start_rolling). `bodies` hold the
 // velocities after external forces.
-void build_rows(const SolveStep& step, const Selection<ContactManifold>& manifolds,
+void build_rows(const SolveStep& step, const IndexedSpan<ContactManifold>& manifolds,
                 ContactProblem& problem, StageCounters& counters);
 
 // The rows' impulses are 0; bodies keep what they have.
 void forget_impulses(ContactProblem& problem);
 
 // Displacement velocities that push overlapping bodies apart; they never become kinetic energy.
-struct PushOut {
+struct PositionCorrection {
   Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
 };
 

@@ -35,7 +35,7 @@ struct JointRow {
   bool idle = false;                  // of limits and motors: takes no part in solutions
   const JointMotor* motor = nullptr;  // of motors
   double left = 0.0;                  // of servos: to the target, m or rad
-  // Between which its impulse has to be, of limits and motors (see joint_bounds.hpp).
+  // Between which its impulse has to be, of limits and motors (see limits_and_motors.hpp).
   double least_newton_s = 0.0, most_newton_s = 0.0;
   double impulse_newton_s = 0.0;  // or newton m s
 };

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <limits>
 
-#include "physics/constraints/joint_bounds.hpp"
 #include "physics/constraints/joint_rows.hpp"
+#include "physics/constraints/limits_and_motors.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/math/solver_body.hpp"
 

@@ -49,7 +49,7 @@ double give_of(const JointRow& row, std::span<const SolverBody> bodies) {
 Vec3 across(const Vec3& v, const Vec3& direction) { return v - direction * direction.dot(v); }
 
 // The only spring of an island, seen as a vector from end to end.
-struct LoneSpring {
+struct SingleSpring {
   const Joint& joint;
   double give_1_kg = 0.0;
   Vec3 from_end_to_end_m = Vec3::Zero(), velocity_m_s = Vec3::Zero();
@@ -65,9 +65,9 @@ bool keeps_line(const BodyState& state, const Vec3& arm, const Vec3& direction) 
          across(arm, direction).norm() <= kAside * arm.norm();
 }
 
-LoneSpring lone_spring(const SceneDescription& scene, const Joint& joint,
-                       std::span<const BodyState> states) {
-  LoneSpring spring{joint};
+SingleSpring single_spring(const SceneDescription& scene, const Joint& joint,
+                           std::span<const BodyState> states) {
+  SingleSpring spring{joint};
   const BodyState& a = states[0];
   const bool with_world = states.size() == 1;
   spring.give_1_kg = 1.0 / scene.bodies[index_of(joint.a)].mass_kg;
@@ -87,7 +87,7 @@ LoneSpring lone_spring(const SceneDescription& scene, const Joint& joint,
   return spring;
 }
 
-bool is_linear(const LoneSpring& spring, std::span<const BodyState> states) {
+bool is_linear(const SingleSpring& spring, std::span<const BodyState> states) {
   const Joint& joint = spring.joint;
   const Vec3& n = spring.direction;
   if (joint.length_m == 0.0 && joint.damping_newton_s_m == 0.0)
@@ -110,9 +110,9 @@ bool is_linear(const LoneSpring& spring, std::span<const BodyState> states) {
 
 }  // namespace
 
-bool advance_lone_spring(const SceneDescription& scene, double dt_s, const JointSystem& joints,
-                         std::span<BodyState> states, IslandReport& report,
-                         std::vector<AdvanceFault>& faults) {
+bool advance_single_spring(const SceneDescription& scene, double dt_s, const JointSystem& joints,
+                           std::span<BodyState> states, IslandReport& report,
+                           std::vector<AdvanceFault>& faults) {
   if (joints.joints.size() != 1) return false;
   const Joint& joint = scene.joints[joints.joints.front()];
   if (joint.kind != JointKind::kSpring || states.size() != (is_static(joint.b) ? 1 : 2))
@@ -121,7 +121,7 @@ bool advance_lone_spring(const SceneDescription& scene, double dt_s, const Joint
   const std::span<const BodyId> ids = std::span(both).first(states.size());
   for (const BodyId id : ids)
     if (is_pushed(scene.bodies[index_of(id)])) return false;
-  const LoneSpring spring = lone_spring(scene, joint, states);
+  const SingleSpring spring = single_spring(scene, joint, states);
   if (!is_linear(spring, states)) return false;
 
   const double squared_rate = joint.stiffness_newton_m * spring.give_1_kg;
@@ -192,8 +192,9 @@ double parts_for(const SpringRates& rates, double dt_s) {
   return dt_s * std::max(rates.swing_rad_s / kMostSwing_rad, rates.damping_1_s / kMostDamping);
 }
 
-void kick(std::span<const SpringRow> springs, double time_s, bool backwards,
-          std::span<const BodyState> states, std::span<SolverBody> bodies, IslandReport& report) {
+void apply_spring_impulses(std::span<const SpringRow> springs, double time_s, bool backwards,
+                           std::span<const BodyState> states, std::span<SolverBody> bodies,
+                           IslandReport& report) {
   for (std::size_t i = 0; i < springs.size(); ++i) {
     const SpringRow& spring = springs[backwards ? springs.size() - 1 - i : i];
     const JointRow& row = spring.row;

@@ -1,5 +1,5 @@
-// Springs in islands that nothing touches: exact where the motion is linear, else as forces that
-// kick the bodies of a linkage.
+// Springs in islands that nothing touches: exact where the motion is linear, else as explicit
+// impulses on the bodies of an articulated island.
 #pragma once
 
 #include <span>
@@ -24,9 +24,9 @@ Oscillation oscillate(double squared_rate_1_s2, double damping_1_s, double time_
 // meet (or the spring has no length at rest and no damping); only gravity acts besides. That is
 // exact for any stiffness and any dt_s. False, and no change, for any other island. `joints`: those
 // of the island, whose bodies have the `states`.
-bool advance_lone_spring(const SceneDescription& scene, double dt_s, const JointSystem& joints,
-                         std::span<BodyState> states, IslandReport& report,
-                         std::vector<AdvanceFault>& faults);
+bool advance_single_spring(const SceneDescription& scene, double dt_s, const JointSystem& joints,
+                           std::span<BodyState> states, IslandReport& report,
+                           std::vector<AdvanceFault>& faults);
 
 // Bounds of how fast these springs can swing the bodies (rad/s), and damp them (1/s).
 struct SpringRates {
@@ -34,14 +34,15 @@ struct SpringRates {
 };
 SpringRates rates_of(std::span<const SpringRow> springs, std::span<const SolverBody> bodies);
 
-// How many parts of a step of dt_s are short enough to kick.
+// How many parts of a step of dt_s are short enough for explicit impulses.
 double parts_for(const SpringRates& rates, double dt_s);
 
 // What the springs do to the velocities in a time (of any sign), at fixed poses: one after the
-// other, each by the trapezoidal rule. Backwards is the last one first: then kicks before and after
-// a motion are symmetric in time. `states` as for the rows; what the world gives is reported.
-void kick(std::span<const SpringRow> springs, double time_s, bool backwards,
-          std::span<const BodyState> states, std::span<SolverBody> bodies, IslandReport& report);
+// other, each by the trapezoidal rule. Backwards is the last one first: then impulses before and
+// after a motion are symmetric in time. `states` as for the rows; what the world gives is reported.
+void apply_spring_impulses(std::span<const SpringRow> springs, double time_s, bool backwards,
+                           std::span<const BodyState> states, std::span<SolverBody> bodies,
+                           IslandReport& report);
 
 double elastic_joule(std::span<const SpringRow> springs);
 // Of all springs among the joints.

@@ -32,8 +32,9 @@ double way_towards_m(const SceneDescription& scene, const Geometry& geometry, Bo
 void append_if_one_stops(const PairStep& pair, std::vector<ContactManifold>& out,
                          StageCounters& counters) {
   const auto& [scene, geometry, dt_s, a, state_a, b, state_b] = pair;
-  const std::vector<std::uint32_t>& linkages = geometry.impl().linkages;
-  if (linkages[index_of(a)] == linkages[index_of(b)] || !may_touch(scene, a, state_a, b)) return;
+  const std::vector<std::uint32_t>& articulations = geometry.impl().articulations;
+  if (articulations[index_of(a)] == articulations[index_of(b)] || !may_touch(scene, a, state_a, b))
+    return;
   if (!overlap(swept_solid(scene, geometry, a, state_a), swept_solid(scene, geometry, b, *state_b)))
     return;
   const Separation apart = separation_of(pair);

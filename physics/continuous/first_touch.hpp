@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "physics/continuous/approach.hpp"
+#include "physics/continuous/conservative_advancement.hpp"
 #include "physics/continuous/time_of_impact.hpp"
 
 namespace soda::physics {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "physics/continuous/approach.hpp"
+#include "physics/continuous/conservative_advancement.hpp"
 #include "physics/continuous/first_touch.hpp"
 #include "physics/continuous/mesh_impact.hpp"
 #include "physics/math/rigid_motion.hpp"

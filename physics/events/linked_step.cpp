@@ -78,8 +78,8 @@ bool is_wedged(const LinkedIsland& island) {
 }
 
 // Contacts that are nearer than the margin are kept anyway.
-bool is_unforeseen(const LinkedIsland& island, double time_s, std::size_t body,
-                   const BodyState& before, const BodyState& way) {
+bool may_miss_pairs(const LinkedIsland& island, double time_s, std::size_t body,
+                    const BodyState& before, const BodyState& way) {
   const CompiledShape& shape = island.shape_of(body);
   const double off_m =
       time_s * ((way.linear_velocity_m_s - before.linear_velocity_m_s).norm() +
@@ -106,7 +106,8 @@ bool have_touched(std::span<const ContactManifold> manifolds, const Touching& pa
 }
 
 // All pairs that can touch on these ways.
-std::vector<Touching> pairs_in_reach(const LinkedIsland& island, std::span<const BodyState> ways) {
+std::vector<Touching> query_swept_pairs(const LinkedIsland& island,
+                                        std::span<const BodyState> ways) {
   std::vector<Aabb> boxes;
   for (std::size_t i = 0; i < ways.size(); ++i)
     boxes.push_back(swept_aabb(island.scene, island.geometry, island.ids[i], ways[i]));
@@ -128,15 +129,15 @@ std::optional<double> first_unseen_s(const LinkedIsland& island, double time_s,
                                      std::span<const ContactManifold> manifolds,
                                      std::span<const BodyState> before,
                                      std::span<const BodyState> ways) {
-  std::vector<bool> unforeseen;
+  std::vector<bool> may_miss;
   for (std::size_t i = 0; i < ways.size(); ++i)
-    unforeseen.push_back(is_unforeseen(island, time_s, i, before[i], ways[i]));
-  if (std::find(unforeseen.begin(), unforeseen.end(), true) == unforeseen.end()) return {};
+    may_miss.push_back(may_miss_pairs(island, time_s, i, before[i], ways[i]));
+  if (std::find(may_miss.begin(), may_miss.end(), true) == may_miss.end()) return {};
   std::optional<double> first;
-  for (const Touching& pair : pairs_in_reach(island, ways)) {
+  for (const Touching& pair : query_swept_pairs(island, ways)) {
     const std::size_t a = island.place_of(pair.a);
     const BodyState* const b = is_static(pair.b) ? nullptr : &ways[island.place_of(pair.b)];
-    if (!unforeseen[a] && (b == nullptr || !unforeseen[static_cast<std::size_t>(b - ways.data())]))
+    if (!may_miss[a] && (b == nullptr || !may_miss[static_cast<std::size_t>(b - ways.data())]))
       continue;
     if (is_mesh(island.scene, pair.b) || have_touched(manifolds, pair)) continue;
     const std::optional<Impact> impact =
@@ -165,8 +166,8 @@ std::vector<ContactManifold> contacts_now(const LinkedIsland& island, double tim
             found, island.counters);
     std::erase_if(found, [](const ContactManifold& m) { return m.count == 0; });
   };
-  std::vector<Touching> pairs = pairs_in_reach(island, states);
-  for (const Touching& pair : pairs_in_reach(island, drawn)) pairs.push_back(pair);
+  std::vector<Touching> pairs = query_swept_pairs(island, states);
+  for (const Touching& pair : query_swept_pairs(island, drawn)) pairs.push_back(pair);
   std::sort(pairs.begin(), pairs.end(), [](const Touching& x, const Touching& y) {
     return x.a < y.a || (x.a == y.a && x.b < y.b);
   });
@@ -185,16 +186,16 @@ std::vector<ContactManifold> contacts_now(const LinkedIsland& island, double tim
 // By how much a pair came to overlap, of the smaller body's width; overlaps there were do not
 // count. Pairs that did not come far enough for what is looked for are left out, and those of
 // bodies that have no manifold: these are looked for on the way.
-double sunk_widths(const LinkedIsland& island, std::span<const ContactManifold> manifolds,
-                   std::span<const BodyState> before, std::span<const BodyState> after,
-                   std::span<const BodyState> ways, double time_s) {
+double relative_depth(const LinkedIsland& island, std::span<const ContactManifold> manifolds,
+                      std::span<const BodyState> before, std::span<const BodyState> after,
+                      std::span<const BodyState> ways, double time_s) {
   std::vector<double> way_m;
   for (std::size_t i = 0; i < after.size(); ++i)
     way_m.push_back((after[i].position_m - before[i].position_m).norm() +
                     island.shape_of(i).bounding_radius_m * time_s *
                         ways[i].angular_velocity_rad_s.norm());
   double most = 0.0;
-  for (const Touching& pair : pairs_in_reach(island, after)) {
+  for (const Touching& pair : query_swept_pairs(island, after)) {
     const std::size_t a = island.place_of(pair.a);
     const bool fixed = is_static(pair.b);
     const std::size_t b = fixed ? a : island.place_of(pair.b);
@@ -218,7 +219,7 @@ struct LinkedPart {
   IslandReport report;
   std::vector<AdvanceFault> faults;
   std::vector<BodyState> ways;  // that the bodies came
-  double sunk_widths = 0.0;
+  double relative_depth = 0.0;
 };
 
 LinkedPart advance_part(const LinkedIsland& island, double time_s,
@@ -233,7 +234,7 @@ LinkedPart advance_part(const LinkedIsland& island, double time_s,
     part.ways.push_back(way_between(
         falls(island.scene, island.ids[i]) ? island.scene.gravity_m_s2 : Vec3(Vec3::Zero()),
         std::max(time_s, 1e-300), before[i], states[i]));
-  part.sunk_widths = sunk_widths(island, manifolds, before, states, part.ways, time_s);
+  part.relative_depth = relative_depth(island, manifolds, before, states, part.ways, time_s);
   return part;
 }
 
@@ -241,9 +242,9 @@ LinkedPart advance_part(const LinkedIsland& island, double time_s,
 // the first parts, where much is worth more.
 bool is_to_be_halved(const LinkedIsland& island, const LinkedPart& part, int halvings, int number) {
   constexpr int kForVisible = 3, kForDeep = 8, kFirstParts = 8;
-  if (part.sunk_widths > kTooDeep) return halvings < kForDeep;
-  return !island.wedged && !island.swept && part.sunk_widths > kVisible && halvings < kForVisible &&
-         number < kFirstParts;
+  if (part.relative_depth > kTooDeep) return halvings < kForDeep;
+  return !island.wedged && !island.swept && part.relative_depth > kVisible &&
+         halvings < kForVisible && number < kFirstParts;
 }
 
 // As before, but for the velocities: they are those found, with no more energy than there was.
@@ -336,7 +337,7 @@ IslandReport advance_linked(const IslandStep& step, std::span<BodyState> states,
       time_s *= 0.5;
       part = advance_part(island, time_s, met, before, states);
     }
-    const bool sunk = part.sunk_widths > kTooDeep;
+    const bool sunk = part.relative_depth > kTooDeep;
     if (sunk) stay_at(island, before, states, part.report);
     effects.faults.insert(effects.faults.end(), part.faults.begin(), part.faults.end());
     if (number == 0 && time_s > 0.0)

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "physics/events/impacts.hpp"
+#include "physics/events/event_driven_impacts.hpp"
 #include "physics/model/contact_manifold.hpp"
 #include "physics/refinement/advance_apart.hpp"
 #include "physics/refinement/refinement.hpp"
@@ -13,7 +13,7 @@ namespace soda::physics {
 namespace {
 
 // Of what is left where contacts that hold nothing are taken away, if that is more than one.
-bool has_giant_part(const IslandStep& island, std::span<const BodyState> states) {
+bool has_large_part(const IslandStep& island, std::span<const BodyState> states) {
   std::vector<ContactManifold> kept;
   const Islands parts = islands_apart(island, states, kept);
   if (parts.count() + parts.free_bodies.size() < 2) return true;
@@ -21,7 +21,7 @@ bool has_giant_part(const IslandStep& island, std::span<const BodyState> states)
     std::vector<ContactManifold> of_part;
     for (std::uint32_t m = parts.manifold_begin[i]; m < parts.manifold_begin[i + 1]; ++m)
       of_part.push_back(kept[parts.manifolds[m]]);
-    if (is_giant(of_part)) return true;
+    if (is_large(of_part)) return true;
   }
   return false;
 }
@@ -33,13 +33,13 @@ bool is_one_solve(const IslandStep& island, std::span<const BodyState> states) {
   return scene.solver.contact_response && !(scene.tolerance > 0.0) &&
          !is_in_flight(island, states) &&
          !(is_affordable(scene, island.manifolds) && gains_by_refinement(island, states)) &&
-         (!is_giant(island.manifolds) || has_giant_part(island, states));
+         (!is_large(island.manifolds) || has_large_part(island, states));
 }
 
 std::optional<IslandBlocks> blocks_of_step(const IslandStep& island,
                                            std::span<const BodyState> states) {
   const auto& [scene, geometry, dt_s, ids, manifolds] = island;
-  if (!is_giant(manifolds) || !is_one_solve(island, states)) return std::nullopt;
+  if (!is_large(manifolds) || !is_one_solve(island, states)) return std::nullopt;
   if (!scene.joints.empty())
     for (std::size_t i = 0; i < ids.size(); ++i)
       if (!is_unjointed(scene.bodies[index_of(ids[i])], states[i])) return std::nullopt;

@@ -1,4 +1,4 @@
-// Giant islands whose whole step is one solve, which worlds can share.
+// Large islands whose whole step is one solve, which worlds can share.
 #pragma once
 
 #include <optional>
@@ -10,12 +10,12 @@
 
 namespace soda::physics {
 
-// Whether the whole step of an island that is giant is one such solve, not accurate: nothing flies
+// Whether the whole step of an island that is large is one such solve, not accurate: nothing flies
 // through impacts, nothing is refined, and it does not fall apart into islands that are none
 // (advance_apart.hpp).
 bool is_one_solve(const IslandStep& island, std::span<const BodyState> states);
 
-// The blocks in which advance_island solves an island, if it does. Only giant islands have any, and
+// The blocks in which advance_island solves an island, if it does. Only large islands have any, and
 // none whose bodies have joints: that one is lost is to be seen of the whole.
 std::optional<IslandBlocks> blocks_of_step(const IslandStep& island,
                                            std::span<const BodyState> states);

@@ -9,8 +9,8 @@
 #include "physics/constraints/joint_loads.hpp"
 #include "physics/constraints/rolling_rows.hpp"
 #include "physics/forces/forces.hpp"
+#include "physics/integrators/articulated_island.hpp"
 #include "physics/integrators/joint_motion.hpp"
-#include "physics/integrators/linkage.hpp"
 #include "physics/integrators/swept_motion.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/math/solver_body.hpp"
@@ -30,7 +30,7 @@ bool accept(BodyId id, const BodyState& next, std::vector<AdvanceFault>& faults)
 }
 
 // The rows of which body `a` is the lower one follow each other; `row` is the first that may be.
-void store_impulses(const Selection<ContactManifold>& manifolds, const ContactProblem& problem,
+void store_impulses(const IndexedSpan<ContactManifold>& manifolds, const ContactProblem& problem,
                     std::size_t a, bool moved, std::size_t& row,
                     std::vector<ContactImpulse>& stored) {
   if (moved) stored.clear();
@@ -41,7 +41,7 @@ void store_impulses(const Selection<ContactManifold>& manifolds, const ContactPr
 }
 
 void move_bodies(const IslandStep& island, const ContactProblem& problem,
-                 const std::vector<PushOut>& push, std::span<BodyState> states,
+                 const std::vector<PositionCorrection>& push, std::span<BodyState> states,
                  std::vector<AdvanceFault>& faults) {
   const Flights flights = find_flights(problem);
   std::size_t row = 0;
@@ -164,16 +164,16 @@ void close_open(const IslandStep& island, JointSystem& joints, std::span<BodySta
   const bool touched = report.contact_points > 0;
   StageCounters uncounted;  // the step makes these rows once more
   if (touched)
-    build_problem({scene, dt_s, ids, Selection<BodyState>{std::span<const BodyState>(states)}},
+    build_problem({scene, dt_s, ids, IndexedSpan<BodyState>{std::span<const BodyState>(states)}},
                   island, scratch, uncounted);
   close_left_open(island, touched ? &scratch.problem : nullptr, joints, states, report);
 }
 
-// Joints that nothing touches are a linkage, where they do not contradict each other.
-bool is_linkage(const IslandStep& island, JointSystem& joints, std::span<BodyState> states,
-                IslandReport& report, const IslandEffects& effects) {
+// Joints that nothing touches are an articulated island, where they do not contradict each other.
+bool is_articulated(const IslandStep& island, JointSystem& joints, std::span<BodyState> states,
+                    IslandReport& report, const IslandEffects& effects) {
   if (report.contact_points > 0) return false;
-  if (!advance_linkage(island, joints, states, report, effects.faults)) return false;
+  if (!advance_articulated(island, joints, states, report, effects.faults)) return false;
   report.joint_error = error_at(island.scene, states, joints);
   count_linked(island.scene, island.ids, joints, report, effects.counters);
   return true;
@@ -187,10 +187,10 @@ IslandReport advance_with_joints(const IslandStep& island, bool accurate, JointS
   const JointedChoice choice = choose_jointed_solve(island, accurate, states, joints);
   if (!choice.swept) {
     close_open(island, joints, states, report, scratch);
-    if (is_linkage(island, joints, states, report, effects)) return report;
+    if (is_articulated(island, joints, states, report, effects)) return report;
   }
   const std::vector<BodyState> start(states.begin(), states.end());
-  const Selection<BodyState> before{std::span<const BodyState>(start)};
+  const IndexedSpan<BodyState> before{std::span<const BodyState>(start)};
   ContactProblem& problem = scratch.problem;
   build_problem({scene, dt_s, ids, before}, island, scratch, counters);
   const JointedStep step{island, start, scratch.free};
@@ -236,7 +236,8 @@ IslandReport advance_once(const IslandStep& island, bool accurate, std::span<Bod
                    faults);
     return report;
   }
-  const SolveStep step{scene, dt_s, ids, Selection<BodyState>{std::span<const BodyState>(states)}};
+  const SolveStep step{scene, dt_s, ids,
+                       IndexedSpan<BodyState>{std::span<const BodyState>(states)}};
   ContactProblem& problem = scratch.problem;
   build_problem(step, island, scratch, counters);
   start_rolling(scene.solver.iterations, problem);

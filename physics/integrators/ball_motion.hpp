@@ -5,13 +5,13 @@
 #include <array>
 #include <span>
 
-#include "physics/integrators/linkage_motion.hpp"
+#include "physics/integrators/articulated_motion.hpp"
 #include "physics/model/island_report.hpp"
 
 namespace soda::physics {
 
 // The same motion as RattleMotion's but for rounding: three rows need no arrays.
-class BallMotion final : public LinkageMotion {
+class BallMotion final : public ArticulatedMotion {
  public:
   // The joint, if the island is such a body.
   static const Joint* joint_of(const SceneDescription& scene, std::span<const BodyId> ids,
@@ -24,7 +24,7 @@ class BallMotion final : public LinkageMotion {
   std::span<BodyState> states() override { return {&state_, 1}; }
   bool goes_against_joints() override;
   double swing_rad_s(double time_s) override;
-  bool is_afloat() const override { return false; }
+  bool is_isolated() const override { return false; }
   std::span<const KickChange> kick_changes() const override { return {&kick_change_, 1}; }
 
  private:

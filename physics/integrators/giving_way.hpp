@@ -25,11 +25,11 @@ struct OpenWay {
 };
 
 // Closing has moved the bodies from there to `states`, and deepened contacts of the step that began
-// before: its rows are the problem's. Whole linkages that nothing holds to the world, bodies
-// without joints among them, move aside without turning, as little as their masses allow, so far
-// that no contact is deeper than it was when joints were open. What is held on both sides, or would
-// take more than is allowed, stays deeper. What so came back from where its velocity had led is
-// stopped.
+// before: its rows are the problem's. Whole articulated islands that nothing holds to the world,
+// bodies without joints among them, move aside without turning, as little as their masses allow, so
+// far that no contact is deeper than it was when joints were open. What is held on both sides, or
+// would take more than is allowed, stays deeper. What so came back from where its velocity had led
+// is stopped.
 GivenWay give_way(const IslandStep& island, const OpenWay& way, const JointSystem& joints,
                   const ContactProblem& problem, std::span<BodyState> states);
 

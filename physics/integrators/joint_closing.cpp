@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "physics/constraints/joint_bounds.hpp"
+#include "physics/constraints/limits_and_motors.hpp"
 #include "physics/integrators/joint_motion.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/model/kinematic.hpp"

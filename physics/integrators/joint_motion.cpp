@@ -4,22 +4,22 @@
 #include <cmath>
 #include <utility>
 
-#include "physics/constraints/joint_bounds.hpp"
+#include "physics/constraints/displacement_bounds.hpp"
 #include "physics/constraints/joint_impulses.hpp"
+#include "physics/constraints/limits_and_motors.hpp"
 #include "physics/constraints/springs.hpp"
-#include "physics/constraints/ways.hpp"
 #include "physics/integrators/giving_way.hpp"
 #include "physics/integrators/joint_closing.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/model/kinematic.hpp"
 #include "physics/solvers/contact_solver.hpp"
-#include "physics/solvers/contact_work.hpp"
 #include "physics/solvers/direct_contacts.hpp"
+#include "physics/solvers/energy_clamp.hpp"
 #include "physics/solvers/island_motion.hpp"
 #include "physics/solvers/joint_stiffness.hpp"
 #include "physics/solvers/joint_sweeps.hpp"
 #include "physics/solvers/joint_work.hpp"
-#include "physics/solvers/joints_alone.hpp"
+#include "physics/solvers/unconstrained_reference.hpp"
 
 namespace soda::physics {
 
@@ -134,7 +134,7 @@ std::uint32_t solve_alternately(const JointedStep& step, JointSystem& joints,
     const bool diverged = is_out_of_bounds(problem);
     if (aim > 0 && (diverged || (through && !both.through))) break;
     through = both.through;
-    if (diverged) return done;  // limit_joint_gain goes back to joints alone
+    if (diverged) return done;  // clamp_joint_gain goes back to joints alone
     const std::vector<BodyState> there = drifted(scene, ids, states, bodies, dt_s);
     JointSystem next = joints;
     build_joint_rows(scene, dt_s, there, true, next);
@@ -212,24 +212,26 @@ std::optional<ContactSolution> solve_jointed_directly(const JointedStep& step, b
   if (mass_ratio(step.island.scene, step.island.ids) > kMostRatio) return std::nullopt;
   const auto& [scene, geometry, dt_s, ids, manifolds] = step.island;
   DirectAim how = accurate ? kByItself : kOngoing;
-  how.rests = accurate || is_calm(scene, dt_s, ids, manifolds, step.states);
+  how.rests = accurate || is_quasi_static(scene, dt_s, ids, manifolds, step.states);
   JointSystem solved_joints = joints;
   ContactProblem solved = problem;
   ContactSolution solution;
   const auto solve = [&] {
     if (!solve_aimed(step, how, plan, solved_joints, solved, solution)) return false;
     if (limit_throws(step.states, step.free, solved_joints, solved)) return false;
-    limit_joint_gain(step.island.dt_s, step.states, step.free, solved_joints, solved);
+    clamp_joint_gain(step.island.dt_s, step.states, step.free, solved_joints, solved);
     return true;
   };
   if (!solve()) return std::nullopt;
-  if (solved.restitution_rows > 0 && aim_rebounds(solved) && !solve()) return std::nullopt;
+  if (solved.restitution_rows > 0 && set_restitution_targets(solved) && !solve())
+    return std::nullopt;
   joints = std::move(solved_joints);
   problem = std::move(solved);
   solution.direct = true;
-  if (!needs_push_out(problem)) return solution;
-  count(push_out_directly(step.island.dt_s, plan, problem, solution.push, &joints), plan, solution);
-  limit_push_out(fastest_push_out_m_s(step.island.scene, step.island.ids), solution.push);
+  if (!needs_position_correction(problem)) return solution;
+  count(correct_positions_directly(step.island.dt_s, plan, problem, solution.push, &joints), plan,
+        solution);
+  limit_correction(fastest_correction_m_s(step.island.scene, step.island.ids), solution.push);
   return solution;
 }
 
@@ -237,20 +239,20 @@ ContactSolution solve_jointed(const JointedStep& step, JointSystem& joints,
                               ContactProblem& problem) {
   ContactSolution solution;
   solution.iterations = solve_alternately(step, joints, problem);
-  limit_joint_gain(step.island.dt_s, step.states, step.free, joints, problem);
+  clamp_joint_gain(step.island.dt_s, step.states, step.free, joints, problem);
   limit_throws(step.states, step.free, joints, problem);
   const ContactProblem plastic = problem;
   const JointSystem plastic_joints = joints;
-  if (problem.restitution_rows > 0 && aim_rebounds(problem)) {
+  if (problem.restitution_rows > 0 && set_restitution_targets(problem)) {
     take_back_joint_impulses(joints, problem.bodies);
     solution.iterations += solve_alternately(step, joints, problem);
-    limit_joint_gain(step.island.dt_s, step.states, step.free, joints, problem);
+    clamp_joint_gain(step.island.dt_s, step.states, step.free, joints, problem);
     limit_throws(step.states, step.free, joints, problem);
   }
-  PushOutProblem push;
-  solve_push_out(step.island.scene.solver.iterations, step.island.dt_s, problem, push);
+  PositionCorrectionProblem push;
+  solve_position_correction(step.island.scene.solver.iterations, step.island.dt_s, problem, push);
   solution.push = std::move(push.bodies);
-  limit_push_out(fastest_push_out_m_s(step.island.scene, step.island.ids), solution.push);
+  limit_correction(fastest_correction_m_s(step.island.scene, step.island.ids), solution.push);
   return solution;
 }
 
@@ -273,8 +275,8 @@ GivenWay moved_for(double time_s, const JointedStep& step, const JointedSolution
   return give_way(step.island, {time_s, step.states, open}, joints, solved.problem, states);
 }
 
-// Push-out; then joints are closed once more, and what lies on them gives way. All of that lifts no
-// more than push-out may.
+// Position correction; then joints are closed once more, and what lies on them gives way. All of
+// that lifts no more than position correction may.
 void push_apart(const JointedStep& step, const JointedSolution& solved, std::span<BodyState> states,
                 IslandReport& report) {
   const auto& [island, before, free] = step;
@@ -290,9 +292,11 @@ void push_apart(const JointedStep& step, const JointedSolution& solved, std::spa
   report.push_out_work_joule += lifted;
   const std::vector<BodyState> open(states.begin(), states.end());
   double fastest_m_s = 0.0;
-  for (const PushOut& body : push) fastest_m_s = std::max(fastest_m_s, body.linear.norm());
+  for (const PositionCorrection& body : push)
+    fastest_m_s = std::max(fastest_m_s, body.linear.norm());
   const double weight_dt = weight_newton(scene, ids) * dt_s;
-  double left = std::max(0.0, weight_dt * fastest_push_out_m_s(scene, ids) - std::max(0.0, lifted));
+  double left =
+      std::max(0.0, weight_dt * fastest_correction_m_s(scene, ids) - std::max(0.0, lifted));
   const double closing =
       close_joints(scene, dt_s, ids, std::min(left, weight_dt * fastest_m_s), closed, states);
   left = std::max(0.0, left - std::max(0.0, closing));
@@ -335,9 +339,9 @@ void close_left_open(const IslandStep& island, const ContactProblem* problem, Jo
   lifted.gain_joule = close_joints(scene, dt_s, ids, lifted.moving_joule, joints, states);
   if (problem != nullptr)
     lifted.gain_joule += give_way(island, {0.0, open, open}, joints, *problem, states).work_joule;
-  const bool afloat = is_afloat(ids.size(), joints, nullptr);
+  const bool isolated = is_isolated(ids.size(), joints, nullptr);
   report.push_out_work_joule += lifted.gain_joule > 0.0
-                                    ? take_excess(scene, ids, lifted, afloat, states, report)
+                                    ? take_excess(scene, ids, lifted, isolated, states, report)
                                     : lifted.gain_joule;
 }
 
@@ -375,7 +379,7 @@ void move_jointed(const JointedStep& step, const JointedSolution& solved,
   report.static_angular_impulse_newton_m_s += given.by_world_newton_m_s;
   if (excess.gain_joule > 0.0) {
     const double rest =
-        take_excess(scene, ids, excess, is_afloat(ids.size(), joints, &problem), states, report);
+        take_excess(scene, ids, excess, is_isolated(ids.size(), joints, &problem), states, report);
     const double aside = std::clamp(rest, 0.0, std::max(0.0, given.work_joule));
     report.push_out_work_joule += aside;
     if (rest > aside) add_untaken(rest - aside, share > 0.0, step, report);

@@ -43,7 +43,7 @@ struct JointedStep {
 struct JointedSolution {
   const JointSystem& joints;
   const ContactProblem& problem;
-  std::span<const PushOut> push;
+  std::span<const PositionCorrection> push;
 };
 
 // The same by Newton's method, of joints and contacts at once. Nothing, and the problem as it was,
@@ -52,14 +52,15 @@ std::optional<ContactSolution> solve_jointed_directly(const JointedStep& step, b
                                                       const Elimination& plan, JointSystem& joints,
                                                       ContactProblem& problem);
 
-// Velocities at the end of the step, rebounds and push-out. They give no energy but by motors,
-// springs and what pushes the bodies.
+// Velocities at the end of the step, rebounds and position correction. They give no energy but by
+// motors, springs and what pushes the bodies.
 ContactSolution solve_jointed(const JointedStep& step, JointSystem& joints,
                               ContactProblem& problem);
 
 // Moves the bodies (`states`, as before the step), closes what that opens of the joints, takes the
 // energy away that this gives, and pushes overlaps apart. Stored impulses stay. Adds the works to
-// the report: that of closing counts as push-out where push-out had opened them.
+// the report: that of closing counts as position correction where position correction had opened
+// them.
 void move_jointed(const JointedStep& step, const JointedSolution& solved,
                   std::span<BodyState> states, IslandReport& report,
                   std::vector<AdvanceFault>& faults);
@@ -70,7 +71,7 @@ bool are_closed(const SceneDescription& scene, double dt_s, std::span<const Body
 
 // Closes, without velocity, what earlier steps have left open of the joints, and what lies on the
 // bodies gives way: rows of contacts at these states, if there are any. The energy that this gives
-// is taken from the velocities; what these have not is added to the push-out.
+// is taken from the velocities; what these have not is added to the position correction.
 void close_left_open(const IslandStep& island, const ContactProblem* problem, JointSystem& joints,
                      std::span<BodyState> states, IslandReport& report);
 

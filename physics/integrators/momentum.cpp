@@ -1,8 +1,9 @@
-// A displacement that is no motion (push-out of an overlap), and an impact put at another time than
-// the end of the step, move mass past the velocity that it has: each changes L by mass times
-// displacement times velocity, although every impulse acts on two bodies at one point. It is given
-// back as v + dV + dw x r, w + dw to all bodies: of all velocity changes with this change of P and
-// L the least in kinetic energy, and one that no contact or joint within the island feels.
+// A displacement that is no motion (position correction of an overlap), and an impact put at
+// another time than the end of the step, move mass past the velocity that it has: each changes L by
+// mass times displacement times velocity, although every impulse acts on two bodies at one point.
+// It is given back as v + dV + dw x r, w + dw to all bodies: of all velocity changes with this
+// change of P and L the least in kinetic energy, and one that no contact or joint within the island
+// feels.
 #include "physics/integrators/momentum.hpp"
 
 #include <Eigen/Cholesky>
@@ -77,8 +78,9 @@ IslandMomentum momentum_of(const SceneDescription& scene, std::span<const BodyId
   return sum;
 }
 
-bool is_left_alone(const SceneDescription& scene, std::span<const BodyId> ids,
-                   std::span<const ContactManifold> manifolds, std::span<const BodyState> states) {
+bool is_isolated_system(const SceneDescription& scene, std::span<const BodyId> ids,
+                        std::span<const ContactManifold> manifolds,
+                        std::span<const BodyState> states) {
   if (ids.size() < 2) return false;
   for (const ContactManifold& m : manifolds)
     if (is_static(m.b) || m.b == kWorldBody) return false;

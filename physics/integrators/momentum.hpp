@@ -23,13 +23,14 @@ IslandMomentum momentum_of(const SceneDescription& scene, std::span<const BodyId
 
 // Whether only gravity acts on the island from outside: no static, drive or force; and no joint is
 // in it. Several bodies: one alone flies.
-bool is_left_alone(const SceneDescription& scene, std::span<const BodyId> ids,
-                   std::span<const ContactManifold> manifolds, std::span<const BodyState> states);
+bool is_isolated_system(const SceneDescription& scene, std::span<const BodyId> ids,
+                        std::span<const ContactManifold> manifolds,
+                        std::span<const BodyState> states);
 
-// Gives an island that was left alone for dt_s since `before` the centre of mass and the momenta
+// Gives an island that was isolated for dt_s since `before` the centre of mass and the momenta
 // that it must have, to rounding: it is shifted, and a rigid motion of the whole is added, the one
 // of least energy. Relative velocities within it keep their directions, and shrink if energy would
-// rise. Then a push-out has given no energy.
+// rise. Then a position correction has given no energy.
 void keep_momentum(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                    const IslandMomentum& before, std::span<BodyState> states);
 

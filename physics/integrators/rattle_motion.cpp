@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "physics/constraints/joint_bounds.hpp"
+#include "physics/constraints/limits_and_motors.hpp"
 #include "physics/constraints/springs.hpp"
 #include "physics/forces/forces.hpp"
 #include "physics/integrators/joint_motion.hpp"
@@ -94,7 +94,7 @@ double RattleMotion::swing_rad_s(double time_s) {
   return std::sqrt(*std::ranges::max_element(squared));
 }
 
-bool RattleMotion::is_afloat() const { return physics::is_afloat(ids_.size(), *at_, nullptr); }
+bool RattleMotion::is_isolated() const { return physics::is_isolated(ids_.size(), *at_, nullptr); }
 
 // After half a kick; before_: the velocities until then, without external forces. A constant push
 // over a constant acceleration does exactly its work.
@@ -187,7 +187,9 @@ void RattleMotion::arrive(double time_s, double enough, IslandReport& report) {
   for (std::size_t i = 0; i < ids_.size(); ++i)
     bodies_[i] = solver_body(scene_.bodies[index_of(ids_[i])], next_[i]);
   if (end_->bounded) before_ = bodies_;
-  if (sprung_) kick(spring_rows(scene_, next_, *end_), 0.5 * time_s, true, next_, bodies_, report);
+  if (sprung_)
+    apply_spring_impulses(spring_rows(scene_, next_, *end_), 0.5 * time_s, true, next_, bodies_,
+                          report);
   push(0.5 * time_s);
   build_joint_rows(scene_, time_s, next_, false, *end_);
   bound_velocities(0.5 * time_s, kReached * enough, *end_);
@@ -208,7 +210,8 @@ bool RattleMotion::advance(double time_s, IslandReport& report) {
   if (at_->bounded) before_ = bodies_;
   push(0.5 * time_s);
   if (sprung_)
-    kick(spring_rows(scene_, states_, *at_), 0.5 * time_s, false, states_, bodies_, report);
+    apply_spring_impulses(spring_rows(scene_, states_, *at_), 0.5 * time_s, false, states_, bodies_,
+                          report);
   for (JointRow& row : at_->rows) row.impulse_newton_s = 0.0;
   rest_bounds(*at_);
   bound_velocities(0.5 * time_s, kReached * enough, *at_);

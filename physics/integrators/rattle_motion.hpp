@@ -1,16 +1,16 @@
-// The motion of any linkage.
+// The motion of any articulated island.
 #pragma once
 
 #include <span>
 #include <vector>
 
-#include "physics/integrators/linkage_motion.hpp"
+#include "physics/integrators/articulated_motion.hpp"
 #include "physics/math/solver_body.hpp"
 #include "physics/model/island_report.hpp"
 
 namespace soda::physics {
 
-class RattleMotion final : public LinkageMotion {
+class RattleMotion final : public ArticulatedMotion {
  public:
   // `joints` is written to: afterwards its rows are those of some poses on the way.
   RattleMotion(const SceneDescription& scene, std::span<const BodyId> ids, JointSystem& joints);
@@ -20,7 +20,7 @@ class RattleMotion final : public LinkageMotion {
   std::span<BodyState> states() override { return states_; }
   bool goes_against_joints() override;
   double swing_rad_s(double time_s) override;
-  bool is_afloat() const override;
+  bool is_isolated() const override;
   std::span<const KickChange> kick_changes() const override { return kick_changes_; }
 
  private:

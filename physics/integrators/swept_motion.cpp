@@ -4,15 +4,15 @@
 #include <vector>
 
 #include "physics/constraints/carried_rows.hpp"
+#include "physics/constraints/displacement_bounds.hpp"
 #include "physics/constraints/joint_impulses.hpp"
 #include "physics/constraints/joint_loads.hpp"
 #include "physics/constraints/springs.hpp"
-#include "physics/constraints/ways.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/model/kinematic.hpp"
 #include "physics/solvers/contact_solver.hpp"
-#include "physics/solvers/contact_work.hpp"
 #include "physics/solvers/convex_contacts.hpp"
+#include "physics/solvers/energy_clamp.hpp"
 #include "physics/solvers/island_motion.hpp"
 #include "physics/solvers/joint_work.hpp"
 #include "physics/solvers/substeps.hpp"
@@ -45,7 +45,7 @@ void sweep_substeps(std::uint32_t count, Substeps& substeps, SweptJoints& joints
 
 // Where something bounces: its rebounds, and what joints make of them.
 void rebound(std::uint32_t count, SweptJoints& joints, ContactProblem& problem) {
-  if (problem.restitution_rows == 0 || !aim_rebounds(problem)) return;
+  if (problem.restitution_rows == 0 || !set_restitution_targets(problem)) return;
   for (std::uint32_t i = 0; i < count; ++i) {
     sweep_velocities(i % 2 == 0, problem);
     relax(joints, problem.bodies);
@@ -96,8 +96,8 @@ void move_swept(const IslandStep& island, const ContactProblem& problem, const S
 double parting_joule(const JointedStep& step, const ContactProblem& problem,
                      const Substeps& substeps) {
   const auto& [scene, geometry, dt_s, ids, manifolds] = step.island;
-  const double most_m_s = fastest_push_out_m_s(scene, ids);
-  std::vector<PushOut> push(ids.size());
+  const double most_m_s = fastest_correction_m_s(scene, ids);
+  std::vector<PositionCorrection> push(ids.size());
   const Flight moves{true, Vec3::Zero()};
   for (std::size_t i = 0; i < ids.size(); ++i)
     push[i] = beyond_final_velocity(dt_s, most_m_s, step.states[i], problem.bodies[i], moves,
@@ -117,7 +117,7 @@ void add_untaken(double rest_joule, IslandReport& report) {
 bool has_diverged(const IslandStep& island, const EnergyExcess& excess) {
   constexpr double kMostTaken = 0.5;  // of the energy of motion
   const double lifting_joule = weight_newton(island.scene, island.ids) *
-                               fastest_push_out_m_s(island.scene, island.ids) * island.dt_s;
+                               fastest_correction_m_s(island.scene, island.ids) * island.dt_s;
   return !excess.is_trace(kMostTaken) && !(excess.gain_joule <= lifting_joule);
 }
 
@@ -150,8 +150,8 @@ bool account(const SweptStep& done, double unsprung_joule, std::span<BodyState> 
   report.joint_error = largest_error(joints);
   report.constraint_residual_m_s = residual_m_s(swept, problem.bodies);
   if (!(excess.gain_joule > 0.0)) return true;
-  const bool afloat = is_afloat(ids.size(), joints, &problem);
-  add_untaken(take_excess(scene, ids, excess, afloat, states, report), report);
+  const bool isolated = is_isolated(ids.size(), joints, &problem);
+  add_untaken(take_excess(scene, ids, excess, isolated, states, report), report);
   return true;
 }
 
@@ -167,7 +167,7 @@ std::optional<std::uint32_t> advance_swept(const JointedStep& step, JointSystem&
   const double lent = elastic_joule(scene, joints, before);
   const std::uint32_t count = substeps_of(scene.solver);
   Substeps substeps;
-  begin_substeps(dt_s, count, Selection<BodyState>{before}, problem, substeps);
+  begin_substeps(dt_s, count, IndexedSpan<BodyState>{before}, problem, substeps);
   SweptJoints swept = swept_joints(scene, substeps.length_s, count, before, joints);
   sweep_substeps(count, substeps, swept, problem);
   end_substeps(problem, substeps);

@@ -5,7 +5,7 @@
 namespace soda::physics {
 namespace {
 
-double widths_of(const BodySizes& sizes, std::size_t body, const BodyDifference& d) {
+double relative_error_of(const BodySizes& sizes, std::size_t body, const BodyDifference& d) {
   const double radius = sizes.bodies[body].radius_m;
   return (d.place_m.norm() + radius * d.turn_rad.norm() +
           sizes.dt_s * (d.velocity_m_s.norm() + radius * d.spin_rad_s.norm())) /
@@ -17,8 +17,8 @@ template <class OfBody>
 StepError largest(const BodySizes& sizes, std::size_t bodies, const OfBody& difference) {
   StepError most;
   for (std::size_t i = 0; i < bodies; ++i) {
-    const double widths = widths_of(sizes, i, difference(i));
-    if (widths > most.widths) most = {widths, i};
+    const double relative_error = relative_error_of(sizes, i, difference(i));
+    if (relative_error > most.relative_error) most = {relative_error, i};
   }
   return most;
 }
@@ -37,7 +37,9 @@ BodySizes sizes_of(const SceneDescription& scene, const Geometry& geometry,
   return sizes;
 }
 
-StepError larger(const StepError& a, const StepError& b) { return b.widths > a.widths ? b : a; }
+StepError larger(const StepError& a, const StepError& b) {
+  return b.relative_error > a.relative_error ? b : a;
+}
 
 StepError change_of(const BodySizes& sizes, std::span<const BodyState> from,
                     std::span<const BodyState> to) {
@@ -89,9 +91,9 @@ StepError apart_of(const BodySizes& sizes, std::span<const BodyDifference> a,
   });
 }
 
-StepError roughness(const BodySizes& sizes, std::span<const BodyState> from,
-                    const VelocityPath& one, const VelocityPath& two, const VelocityPath& four,
-                    double time_s) {
+StepError roughness_indicator(const BodySizes& sizes, std::span<const BodyState> from,
+                              const VelocityPath& one, const VelocityPath& two,
+                              const VelocityPath& four, double time_s) {
   const std::size_t n = from.size();
   // Free of the first and second power of the step's length; a jump shows in full.
   const auto first = [](const Vec3& start, const Vec3& a, const Vec3& b, const Vec3& c) -> Vec3 {
@@ -112,13 +114,14 @@ StepError roughness(const BodySizes& sizes, std::span<const BodyState> from,
                           later(i, &BodyVelocity::angular)};
   });
   StepError most = larger(at_first, at_last);
-  most.widths *= 0.25 * time_s / sizes.dt_s;
+  most.relative_error *= 0.25 * time_s / sizes.dt_s;
   return most;
 }
 
-StepError unsteadiness(const BodySizes& sizes, std::span<const BodyState> from,
-                       std::span<const BodyState> after_one, std::span<const BodyState> after_two,
-                       const VelocityPath& two, double time_s) {
+StepError unsteadiness_indicator(const BodySizes& sizes, std::span<const BodyState> from,
+                                 std::span<const BodyState> after_one,
+                                 std::span<const BodyState> after_two, const VelocityPath& two,
+                                 double time_s) {
   return largest(sizes, from.size(), [&](std::size_t i) {
     const BodyState &start = from[i], &one = after_one[i], &end = after_two[i];
     BodyDifference off = difference_of(one, end);
@@ -133,8 +136,8 @@ StepError unsteadiness(const BodySizes& sizes, std::span<const BodyState> from,
   });
 }
 
-StepError bend_of(const BodySizes& sizes, std::span<const BodyState> from,
-                  const VelocityPath& two) {
+StepError bend_indicator(const BodySizes& sizes, std::span<const BodyState> from,
+                         const VelocityPath& two) {
   const std::size_t n = from.size();
   return largest(sizes, n, [&](std::size_t i) {
     return BodyDifference{

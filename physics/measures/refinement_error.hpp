@@ -31,7 +31,7 @@ using VelocityPath = ShortList<BodyVelocity, 4>;
 // Of a body's widths, what a point of it is off now, or after one more step of dt_s for the error
 // of its velocities. The body (index) for which it is largest.
 struct StepError {
-  double widths = 0.0;
+  double relative_error = 0.0;
   std::size_t body = 0;
 };
 StepError larger(const StepError& a, const StepError& b);
@@ -40,7 +40,7 @@ StepError larger(const StepError& a, const StepError& b);
 StepError change_of(const BodySizes& sizes, std::span<const BodyState> from,
                     std::span<const BodyState> to);
 
-// What moved bodies besides their final velocities: push-out, mostly.
+// What moved bodies besides their final velocities: position correction, mostly.
 StepError displacement_of(const BodySizes& sizes, std::span<const BodyState> from,
                           std::span<const BodyState> to, double time_s);
 
@@ -69,21 +69,23 @@ StepError apart_of(const BodySizes& sizes, std::span<const BodyDifference> a,
 // sticking, say), which all trials can see alike. The first step is compared over its three
 // lengths, the later ones among each other. Times the quarter of time_s, in which it can have
 // been.
-StepError roughness(const BodySizes& sizes, std::span<const BodyState> from,
-                    const VelocityPath& one, const VelocityPath& two, const VelocityPath& four,
-                    double time_s);
+StepError roughness_indicator(const BodySizes& sizes, std::span<const BodyState> from,
+                              const VelocityPath& one, const VelocityPath& two,
+                              const VelocityPath& four, double time_s);
 
 // What one and two steps over time_s are off from steady forces, under which both have velocities
 // on one line and differ by what ways of first order must: 0 if twice the second less the first is
 // exact. `two`: velocities after each of its steps.
-StepError unsteadiness(const BodySizes& sizes, std::span<const BodyState> from,
-                       std::span<const BodyState> after_one, std::span<const BodyState> after_two,
-                       const VelocityPath& two, double time_s);
+StepError unsteadiness_indicator(const BodySizes& sizes, std::span<const BodyState> from,
+                                 std::span<const BodyState> after_one,
+                                 std::span<const BodyState> after_two, const VelocityPath& two,
+                                 double time_s);
 
 // By how much velocities after two equal steps are off the line of those before.
-StepError bend_of(const BodySizes& sizes, std::span<const BodyState> from, const VelocityPath& two);
+StepError bend_indicator(const BodySizes& sizes, std::span<const BodyState> from,
+                         const VelocityPath& two);
 
-// Where in time_s > 0 forces on a lone body change abruptly, as a share of that time, if its
+// Where in time_s > 0 forces on a single body change abruptly, as a share of that time, if its
 // velocities were on one line from `before` on, past_s ago, and are on another one after the
 // middle: where the two cross. .5 if they do not in the first half, or past_s is 0.
 double share_before_bend(const BodySizes& sizes, std::span<const BodyState> before, double past_s,

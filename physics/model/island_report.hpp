@@ -22,7 +22,7 @@ struct IslandReport {
   std::uint32_t bodies = 0;
   std::uint32_t contact_points = 0;
   bool direct = false;  // solved by Newton's method (contact_choice.hpp)
-  bool rests = false;   // it ended as it began, bit for bit (rest.hpp)
+  bool rests = false;   // it ended as it began, bit for bit (sleeping.hpp)
   // Accuracy mode: whether the error of the step, of the worst body's width (refinement_error.hpp),
   // is more than the tolerance. Else nothing.
   bool beyond_tolerance = false;
@@ -32,13 +32,13 @@ struct IslandReport {
   double max_penetration_m = 0.0;        // at the start of the step, >= 0
   double constraint_residual_m_s = 0.0;  // largest remaining violation of a velocity constraint
   double joint_error = 0.0;              // largest of its joints at the end, m or rad
-  // Energy that displacements without velocity gave: push-out of overlaps, closing of joints, in
-  // substeps what the way differs from that of the final velocity. Not of islands in blocks.
-  // What else contacts do in a step takes energy out (contact_work.hpp).
+  // Energy that displacements without velocity gave: position correction of overlaps, closing of
+  // joints, in substeps what the way differs from that of the final velocity. Not of islands in
+  // blocks. What else contacts do in a step takes energy out (energy_clamp.hpp).
   double push_out_work_joule = 0.0;
   double error_estimate = 0.0;                            // accuracy mode: of the worst body
   double motor_work_joule = 0.0;                          // of motors of joints
-  Vec3 static_impulse_newton_s = Vec3::Zero();            // by statics (linkages: linkage.hpp)
+  Vec3 static_impulse_newton_s = Vec3::Zero();            // by statics (articulated_island.hpp)
   Vec3 static_angular_impulse_newton_m_s = Vec3::Zero();  // about the world origin
   std::vector<JointLoad> joint_loads;  // ascending; while the step is solved (joint_loads.hpp)
 };

@@ -145,7 +145,7 @@ struct SolverSettings {
   bool contact_response = true;             // false: detection only, bodies pass through each other
   bool warm_starting = true;
   bool direct = true;   // Newton's method for the islands that it pays for; false: sweeps for all
-  bool rest = true;     // what does not move is left as it is (rest.hpp); false: all is solved
+  bool rest = true;     // what does not move is left as it is (sleeping.hpp); false: all is solved
   bool refined = true;  // islands get several parts unasked where one is far off (refinement.hpp),
                         // and blows more work than sweeps take (blows.hpp)
 };

@@ -19,8 +19,8 @@ enum class ShapeKernel : std::uint32_t {
 const char* name_of(ShapeKernel kernel);
 
 struct StageCounters {
-  // Bodies of which the broadphase knew where their swept box lies: it was made, or is in a room
-  // that was kept (kept_pairs.hpp). Which of both depends on what came before, so it is not told.
+  // Bodies of which the broadphase knew where their swept box lies: it was made, or is in a fat box
+  // that was kept (pair_cache.hpp). Which of both depends on what came before, so it is not told.
   std::uint64_t boxes = 0;
   std::uint64_t candidate_pairs = 0;  // out of the broadphase
   std::array<std::uint64_t, static_cast<std::size_t>(ShapeKernel::kCount)> narrowphase_tests{};
@@ -30,8 +30,8 @@ struct StageCounters {
   std::uint64_t contact_points = 0;
   std::uint64_t free_bodies_advanced = 0;  // bodies without contact
   std::uint64_t islands_solved = 0;
-  // Not among them: islands that stay as they are (rest.hpp). Pairs whose contacts are known from
-  // the step before, for both bodies are at rest (resting_islands.hpp).
+  // Not among them: islands that stay as they are (sleeping.hpp). Pairs whose contacts are known
+  // from the step before, for both bodies are at rest (sleeping_islands.hpp).
   std::uint64_t islands_at_rest = 0, pairs_at_rest = 0;
   std::uint64_t islands_again = 0;           // of those solved, in a further pass (sent_on.hpp)
   std::uint64_t direct_islands = 0;          // of those solved, by Newton's method
@@ -48,9 +48,9 @@ struct StageCounters {
   std::uint64_t joints_broken = 0;
   std::uint64_t restitution_rows = 0;
   std::uint64_t warm_started_rows = 0;
-  // Pairs whose time of impact was looked for: in flight (impacts.hpp), after hits (hits.hpp), with
-  // statics that contacts do not keep off (late_impacts.hpp), of bodies that joints draw along
-  // (linked_step.hpp).
+  // Pairs whose time of impact was looked for: in flight (event_driven_impacts.hpp), after hits
+  // (contact_impacts.hpp), with statics that contacts do not keep off (missed_pairs.hpp), of bodies
+  // that joints draw along (linked_step.hpp).
   std::uint64_t flight_searches = 0, hit_searches = 0, unseen_searches = 0, linked_searches = 0;
   std::uint64_t sent_searches = 0;  // pairs of which hits sent one on (sent_on.hpp)
   std::uint64_t impacts = 0;        // of them, that took place
@@ -64,7 +64,7 @@ struct StageCounters {
   std::uint64_t driven_bodies = 0;  // bodies that got a drive's acceleration
   std::uint64_t forced_bodies = 0;  // bodies that got forces or damping of their own
   std::uint64_t kinematic_bodies = 0;
-  // Giant islands: those among islands_solved that were solved in blocks, the blocks, and rows
+  // Large islands: those among islands_solved that were solved in blocks, the blocks, and rows
   // times sweeps. Rows and sweeps are among the others; rows of a border that two solvers share
   // count twice.
   std::uint64_t islands_in_blocks = 0, blocks_solved = 0, block_row_sweeps = 0;

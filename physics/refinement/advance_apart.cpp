@@ -7,7 +7,7 @@
 #include "physics/math/rigid_motion.hpp"
 #include "physics/model/body_places.hpp"
 #include "physics/model/joint.hpp"
-#include "physics/refinement/refined_trials.hpp"
+#include "physics/refinement/step_doubling.hpp"
 #include "physics/shapes/geometry_impl.hpp"
 
 namespace soda::physics {

@@ -4,8 +4,8 @@
 
 #include "physics/constraints/springs.hpp"
 #include "physics/integrators/advance_once.hpp"
+#include "physics/integrators/articulated_island.hpp"
 #include "physics/integrators/joint_motion.hpp"
-#include "physics/integrators/linkage.hpp"
 #include "physics/measures/refinement_error.hpp"
 #include "physics/refinement/advance_apart.hpp"
 #include "physics/refinement/refinement.hpp"
@@ -23,7 +23,7 @@ bool advance_exactly(const IslandStep& island, std::span<BodyState> states, Isla
     return false;
   const JointSystem joints = find_joints(scene, ids, manifolds);
   report = report_of(ids, manifolds);
-  if (!advance_lone_spring(scene, dt_s, joints, states, report, effects.faults)) return false;
+  if (!advance_single_spring(scene, dt_s, joints, states, report, effects.faults)) return false;
   ++effects.counters.joint_rows;
   return true;
 }
@@ -38,13 +38,14 @@ bool advance_within_tolerance(const IslandStep& island, std::span<BodyState> sta
   JointSystem joints = find_joints(scene, ids, manifolds);
   if (joints.empty() || !are_closed(scene, dt_s, states, joints)) return false;
   report = report_of(ids, manifolds);
-  if (!advance_linkage_to_tolerance(island, joints, states, report, effects.faults)) return false;
+  if (!advance_articulated_to_tolerance(island, joints, states, report, effects.faults))
+    return false;
   count_linked(scene, ids, joints, report, effects.counters);
   return true;
 }
 
 // Unasked, several bodies are refined once a step, whatever hits divide it: in the part that is
-// longer than all others. A lone body costs little.
+// longer than all others. A single body costs little.
 bool is_worth_refining(const IslandStep& island) {
   if (island.scene.tolerance > 0.0) return true;
   return island.dt_s > (island.ids.size() > 1 ? 0.5 : kShort) * island.scene.dt_s;

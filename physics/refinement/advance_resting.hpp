@@ -9,7 +9,7 @@
 
 namespace soda::physics {
 
-// What comes after impacts: a lone spring in closed form, else one such step, or as many as the
+// What comes after impacts: a single spring in closed form, else one such step, or as many as the
 // motion wants (refinement.hpp).
 IslandReport advance_resting(const IslandStep& island, std::span<BodyState> states,
                              const IslandEffects& effects);

@@ -18,16 +18,16 @@ class ErrorBudget {
       : tolerance_(scene.tolerance), dt_s_(scene.dt_s), for_changes_(0.5 * tolerance_) {}
 
   // Half of what may still be spent on a change is kept for those that follow.
-  bool allows(double widths, double time_s) const {
-    if (!(tolerance_ > 0.0)) return widths <= kOwn;
-    return widths <= share_of(time_s) + kForOne * for_changes_;
+  bool allows(double relative_error, double time_s) const {
+    if (!(tolerance_ > 0.0)) return relative_error <= kOwn;
+    return relative_error <= share_of(time_s) + kForOne * for_changes_;
   }
   void spend(const StepError& error, double time_s, std::span<const BodyId> ids) {
     if (!(tolerance_ > 0.0)) return;
-    for_changes_ -= std::clamp(error.widths - share_of(time_s), 0.0, for_changes_);
-    sum_ += error.widths;
-    if (!(error.widths > largest_)) return;
-    largest_ = error.widths;
+    for_changes_ -= std::clamp(error.relative_error - share_of(time_s), 0.0, for_changes_);
+    sum_ += error.relative_error;
+    if (!(error.relative_error > largest_)) return;
+    largest_ = error.relative_error;
     worst_ = ids[error.body];
   }
   void tell(IslandReport& report) const {

@@ -9,9 +9,9 @@
 #include "physics/constraints/joint_rows.hpp"
 #include "physics/forces/forces.hpp"
 #include "physics/integrators/advance_once.hpp"
-#include "physics/integrators/spring_kicks.hpp"
+#include "physics/integrators/explicit_springs.hpp"
 #include "physics/model/kinematic.hpp"
-#include "physics/refinement/refined_parts.hpp"
+#include "physics/refinement/sub_intervals.hpp"
 #include "physics/shapes/geometry_impl.hpp"
 #include "physics/solvers/island_blocks.hpp"
 
@@ -20,20 +20,20 @@ namespace {
 
 // A change is closed in upon until its error, which halves with the part that holds it, is an
 // eighth of any tolerance. Large islands take less solves, for each of theirs takes longer.
-// Unasked, only a lone body gets more than its trials.
-Limits limits_of(const SceneDescription& scene, bool lone, std::size_t pairs) {
+// Unasked, only a single body gets more than its trials.
+Limits limits_of(const SceneDescription& scene, bool single, std::size_t pairs) {
   constexpr std::size_t kMostSolves = 2000, kLeastSolves = 64, kPairsSolved = 128'000;
-  if (!(scene.tolerance > 0.0)) return lone ? Limits{32, 12} : Limits{0, 0};
+  if (!(scene.tolerance > 0.0)) return single ? Limits{32, 12} : Limits{0, 0};
   const std::size_t solves =
       std::clamp(kPairsSolved / std::max<std::size_t>(pairs, 1), kLeastSolves, kMostSolves);
   return {static_cast<int>(solves), 26};
 }
 
 // All that is still to be done, as one part.
-void join_parts(std::vector<Part>& parts) {
+void join_sub_intervals(std::vector<SubInterval>& parts) {
   if (parts.size() < 2) return;
-  Part whole{0.0, parts.front().depth};
-  for (const Part& part : parts) whole.time_s += part.time_s;
+  SubInterval whole{0.0, parts.front().depth};
+  for (const SubInterval& part : parts) whole.time_s += part.time_s;
   parts = {whole};
 }
 
@@ -74,7 +74,7 @@ bool is_of_first_order(const SceneDescription& scene, std::span<const BodyId> id
 void keep_loads(const IslandStep& island, double time_s, std::span<const BodyState> from,
                 std::span<BodyState> states) {
   const std::span<const BodyId> ids = island.ids;
-  constexpr double kMost = 2.0;  // as of what can be smooth (refined_parts.cpp)
+  constexpr double kMost = 2.0;  // as of what can be smooth (sub_intervals.cpp)
   const double most_m_s = kMost * island.scene.gravity_m_s2.norm() * time_s;
   const auto is_hit = [&](std::size_t i) {
     const double radius_m = shape_of(island.scene, island.geometry, ids[i]).bounding_radius_m;
@@ -105,7 +105,7 @@ Need refinement_needed(const SceneDescription& scene) {
 
 bool is_affordable(const SceneDescription& scene, std::span<const ContactManifold> manifolds) {
   if (scene.tolerance > 0.0) return true;
-  return !is_giant(manifolds);
+  return !is_large(manifolds);
 }
 
 bool gains_by_refinement(const IslandStep& island, std::span<const BodyState> states) {
@@ -135,15 +135,15 @@ IslandReport advance_refined(const IslandStep& step, std::span<BodyState> states
                        sizes_of(scene, geometry, ids),
                        ErrorBudget(scene),
                        scene.tolerance > 0.0,
-                       springs_to_kick(step, states)};
-  island.limits = limits_of(scene, is_lone(island), manifolds.size());
+                       find_explicit_springs(step, states)};
+  island.limits = limits_of(scene, is_single_body(island), manifolds.size());
   std::vector<BodyState> now(states.begin(), states.end());
   IslandReport report;
   bool first = true;
-  for (std::vector<Part> parts{{dt_s, 0}}; !parts.empty();) {
-    const Part part = parts.back();
+  for (std::vector<SubInterval> parts{{dt_s, 0}}; !parts.empty();) {
+    const SubInterval part = parts.back();
     parts.pop_back();
-    RefinedPart done = advance_part(
+    RefinedSubInterval done = advance_sub_interval(
         island, part, now, part.depth == 0 ? manifolds : std::span<const ContactManifold>{});
     if (!done.result) {
       const double first_s = done.cut.share * part.time_s;
@@ -151,9 +151,9 @@ IslandReport advance_refined(const IslandStep& step, std::span<BodyState> states
       parts.push_back({first_s, part.depth + done.cut.halvings, done.cut.bend});
       continue;
     }
-    PartResult& result = *done.result;
+    SubIntervalResult& result = *done.result;
     if (result.trial.failed) return advance_unrefined(step, states, effects);
-    if (part.depth == island.limits.deepest && !is_asked(island)) join_parts(parts);
+    if (part.depth == island.limits.deepest && !is_asked(island)) join_sub_intervals(parts);
     island.budget.spend(result.error, part.time_s, ids);
     island.past = {std::exchange(now, std::move(result.trial.states)), part.time_s};
     if (part.time_s < scene.dt_s) keep_loads(step, part.time_s, island.past.from, now);

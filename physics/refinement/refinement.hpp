@@ -21,7 +21,7 @@ inline constexpr double kShort = 0.01;
 // of the time.
 bool gains_by_refinement(const IslandStep& island, std::span<const BodyState> states);
 
-// Whether that stays within the budget of work that a step has unasked: giant islands are beyond
+// Whether that stays within the budget of work that a step has unasked: large islands are beyond
 // it, take a plain step, of first order, and are counted (islands_over_budget).
 bool is_affordable(const SceneDescription& scene, std::span<const ContactManifold> manifolds);
 
@@ -31,9 +31,9 @@ bool is_affordable(const SceneDescription& scene, std::span<const ContactManifol
 // are nearer already (joints have steps of a higher order). Where the error is more than the
 // tolerance allows, the time is cut in two, and each part is treated alike. So motion between
 // changes (from sliding to sticking, say) is smooth, and a change is closed in upon. Without a
-// tolerance that is for a lone body; several keep to the plain step unless trials lead much nearer
-// to a limit. The manifolds were found at these states. After a limited number of solves, cutting
-// ends.
+// tolerance that is for a single body; several keep to the plain step unless trials lead much
+// nearer to a limit. The manifolds were found at these states. After a limited number of solves,
+// cutting ends.
 //
 // The tolerance is that of the scene for the whole step, with the report's estimate: half of it is
 // shared out over time, the other half is for changes. Without one, it is 1e-7 for each part, and

@@ -51,7 +51,7 @@ struct GeometryImpl {
   std::vector<bool> flies_simply;  // in flight: at a constant spin, under gravity alone
   // By body: the lowest of those that joints which cannot break connect it with, itself if with
   // none but the world; kNone: it has no joint. Empty if there are no joints.
-  std::vector<std::uint32_t> linkages;
+  std::vector<std::uint32_t> articulations;
 };
 
 // swept_aabb() but for what joints reach.

@@ -98,7 +98,7 @@ StaticGeometry place(const StaticBody& body, const ShapeGeometry& geometry) {
   return out;
 }
 
-std::vector<std::uint32_t> linkages_of(const SceneDescription& scene) {
+std::vector<std::uint32_t> articulations_of(const SceneDescription& scene) {
   if (scene.joints.empty()) return {};
   std::vector<std::uint32_t> parent(scene.bodies.size());
   std::iota(parent.begin(), parent.end(), 0u);
@@ -108,10 +108,10 @@ std::vector<std::uint32_t> linkages_of(const SceneDescription& scene) {
                         b = find_root(parent, index_of(joint.b));
     parent[std::max(a, b)] = std::min(a, b);
   }
-  std::vector<std::uint32_t> linkages(scene.bodies.size(), kNone);
-  for (std::uint32_t i = 0; i < linkages.size(); ++i)
-    if (scene.bodies[i].joints > 0) linkages[i] = find_root(parent, i);
-  return linkages;
+  std::vector<std::uint32_t> articulations(scene.bodies.size(), kNone);
+  for (std::uint32_t i = 0; i < articulations.size(); ++i)
+    if (scene.bodies[i].joints > 0) articulations[i] = find_root(parent, i);
+  return articulations;
 }
 
 std::shared_ptr<const GeometryImpl> build(const SceneDescription& scene) {
@@ -134,7 +134,7 @@ std::shared_ptr<const GeometryImpl> build(const SceneDescription& scene) {
     impl->body_shapes.push_back(body.shape);
     impl->flies_simply.push_back(flies_simply(body));
   }
-  impl->linkages = linkages_of(scene);
+  impl->articulations = articulations_of(scene);
   return impl;
 }
 

@@ -1,4 +1,4 @@
-// All blocks of a giant island by one solver (split_solver.hpp).
+// All blocks of a large island by one solver (split_solver.hpp).
 #include <vector>
 
 #include "physics/solvers/split_solver.hpp"
@@ -28,7 +28,7 @@ std::vector<BlockReport> limit_blocks(std::uint32_t blocks, BlockSolver& solver)
   return reports_of(solver, blocks);
 }
 
-std::vector<BlockReport> limit_rebounds(std::uint32_t blocks, std::span<const BlockReport> plastic,
+std::vector<BlockReport> clamp_rebounds(std::uint32_t blocks, std::span<const BlockReport> plastic,
                                         BlockSolver& solver) {
   std::vector<BlockReport> reports = reports_of(solver, blocks);
   if (!gives_energy(work_of(reports))) return reports;
@@ -47,7 +47,7 @@ std::vector<BlockReport> limit_rebounds(std::uint32_t blocks, std::span<const Bl
 
 }  // namespace
 
-void advance_blocks(const GiantIsland& island, std::span<BodyState> states, IslandReport& report,
+void advance_blocks(const LargeIsland& island, std::span<BodyState> states, IslandReport& report,
                     StageCounters& counters, std::vector<AdvanceFault>& faults) {
   const auto blocks = static_cast<std::uint32_t>(island.blocks.count());
   StageCounters counted;
@@ -60,7 +60,7 @@ void advance_blocks(const GiantIsland& island, std::span<BodyState> states, Isla
   std::vector<BlockReport> reports = limit_blocks(blocks, solver);
   if (counted.restitution_rows > 0) {
     report.iterations += solver.rebound(counted);
-    reports = limit_rebounds(blocks, reports, solver);
+    reports = clamp_rebounds(blocks, reports, solver);
   }
   std::vector<std::vector<BodyState>> moved(blocks);
   for (std::uint32_t i = 0; i < blocks; ++i) {

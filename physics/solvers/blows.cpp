@@ -298,7 +298,7 @@ Blows find_blows(const SolveStep& step, const ContactProblem& problem) {
 
 void start_with_blow(const Blows& blows, std::span<const SolverBody> free, ContactProblem& problem,
                      Substeps& substeps, BlowWork& work) {
-  std::vector<PushOut>& start = substeps.at_start;
+  std::vector<PositionCorrection>& start = substeps.at_start;
   const auto at_start = [&](std::uint32_t i) {
     return i < start.size() ? Twist{start[i].linear, start[i].angular}
                             : twist_of(problem.bodies[i]);
@@ -312,7 +312,7 @@ void start_with_blow(const Blows& blows, std::span<const SolverBody> free, Conta
   for (std::size_t k = 0; k < moving; ++k) {
     const std::uint32_t i = cluster.bodies[k];
     SolverBody& body = part.bodies[k];
-    const PushOut after{body.linear, body.angular};
+    const PositionCorrection after{body.linear, body.angular};
     body.linear += (free[i].linear - start[i].linear) * share;
     body.angular += (free[i].angular - start[i].angular) * share;
     start[i] = after;
@@ -330,7 +330,7 @@ void share_blow(const Blows& blows, ContactProblem& problem, Substeps& substeps,
   for (std::size_t k = 0; k < blow->cluster.bodies.size(); ++k) {
     const SolverBody& after = blow->part.bodies[k];
     SolverBody& body = problem.bodies[blow->cluster.bodies[k]];
-    PushOut& start = substeps.at_start[blow->cluster.bodies[k]];
+    PositionCorrection& start = substeps.at_start[blow->cluster.bodies[k]];
     start.linear += after.linear - body.linear;
     start.angular += after.angular - body.angular;
     body = after;

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <utility>
 
-#include "physics/constraints/ways.hpp"
+#include "physics/constraints/displacement_bounds.hpp"
 #include "physics/solvers/contact_solver.hpp"
-#include "physics/solvers/contact_work.hpp"
 #include "physics/solvers/direct_contacts.hpp"
+#include "physics/solvers/energy_clamp.hpp"
 #include "physics/solvers/substeps.hpp"
 
 namespace soda::physics {
@@ -58,25 +58,25 @@ bool wants_substeps(bool accurate, std::size_t bodies, double mass_ratio,
 }
 
 // In a long step the last of a speed is a long way: sweeps over few rows go on until it is short,
-// those of a lone body for as long as they bring it much nearer.
+// those of a single body for as long as they bring it much nearer.
 int sweep_velocities_until_close(int most, double dt_s, ContactProblem& problem) {
   constexpr std::size_t kFewRows = 16;
-  constexpr double kShort = 1e-4, kOfLone = 1e-12;  // of the smaller body
+  constexpr double kShort = 1e-4, kOfSingleBody = 1e-12;  // of the smaller body
   constexpr double kMuchNearer = 0.1;
   constexpr int kMostRounds = 20;
   int sweeps = solve_velocities(most, problem);
   if (problem.normals.size() > kFewRows) return sweeps;
   double size_m = problem.contacts.empty() ? 0.0 : problem.contacts[0].size_m;
   for (const RowContact& contact : problem.contacts) size_m = std::min(size_m, contact.size_m);
-  const bool lone = problem.moving_surfaces.empty() &&
-                    std::ranges::count_if(problem.bodies, [](const SolverBody& body) {
-                      return body.inverse_mass > 0.0;
-                    }) == 1;
+  const bool single = problem.moving_surfaces.empty() &&
+                      std::ranges::count_if(problem.bodies, [](const SolverBody& body) {
+                        return body.inverse_mass > 0.0;
+                      }) == 1;
   double before_m = 1e300;
   for (int round = 1; round < kMostRounds && sweeps == round * most; ++round) {
     const double left_m = residual_m_s(problem) * dt_s;
-    const bool goes_on = left_m > kShort * size_m ||
-                         (lone && left_m > kOfLone * size_m && left_m <= kMuchNearer * before_m);
+    const bool goes_on = left_m > kShort * size_m || (single && left_m > kOfSingleBody * size_m &&
+                                                      left_m <= kMuchNearer * before_m);
     if (!goes_on) break;
     before_m = left_m;
     sweeps += solve_velocities(most, problem);
@@ -90,7 +90,7 @@ bool solve_by_newton(bool accurate, std::span<const SolverBody> free, const Elim
   const NewtonOutcome outcome =
       solve_directly(accurate ? kByItself : kOngoing, free, plan, problem);
   count(outcome, plan, solution);
-  if (outcome.converged) limit_work(free, problem);
+  if (outcome.converged) clamp_work(free, problem);
   return outcome.converged;
 }
 
@@ -98,17 +98,17 @@ int sweep_with_rebounds(int most, const SolveStep& step, std::span<const SolverB
                         ContactProblem& problem) {
   const double dt_s = step.dt_s;
   int sweeps = sweep_velocities_until_close(most, dt_s, problem);
-  limit_work(free, problem);
+  clamp_work(free, problem);
   if (problem.restitution_rows > 0) {
     const SolvedContacts plastic = solved_contacts(problem);
-    if (aim_rebounds(problem)) {
+    if (set_restitution_targets(problem)) {
       sweeps += sweep_velocities_until_close(most, dt_s, problem);
-      limit_rebounds(step, free, plastic, problem);
+      clamp_rebounds(step, free, plastic, problem);
     }
   }
   if (dt_s > 0.0 && aim_to_close(dt_s, problem)) {
     sweeps += sweep_velocities_until_close(most, dt_s, problem);
-    limit_work(free, problem);
+    clamp_work(free, problem);
   }
   return sweeps;
 }
@@ -139,19 +139,19 @@ ContactSolution solve_with_surfaces(const SolveStep& step, bool accurate,
   if (!solution.direct)
     solution.iterations += static_cast<std::uint32_t>(sweep_with_rebounds(
         accurate ? kSweepsIfAccurate : scene.solver.iterations, step, free, problem));
-  if (!needs_push_out(problem)) return solution;
+  if (!needs_position_correction(problem)) return solution;
   if (solution.direct) {
-    const NewtonOutcome outcome = push_out_directly(dt_s, *plan, problem, solution.push);
+    const NewtonOutcome outcome = correct_positions_directly(dt_s, *plan, problem, solution.push);
     count(outcome, *plan, solution);
     if (outcome.converged) {
-      limit_push_out(fastest_push_out_m_s(scene, ids), solution.push);
+      limit_correction(fastest_correction_m_s(scene, ids), solution.push);
       return solution;
     }
   }
-  PushOutProblem push;
-  solve_push_out(scene.solver.iterations, dt_s, problem, push);
+  PositionCorrectionProblem push;
+  solve_position_correction(scene.solver.iterations, dt_s, problem, push);
   solution.push = std::move(push.bodies);
-  limit_push_out(fastest_push_out_m_s(scene, ids), solution.push);
+  limit_correction(fastest_correction_m_s(scene, ids), solution.push);
   return solution;
 }
 

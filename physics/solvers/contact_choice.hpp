@@ -18,7 +18,7 @@ struct ContactSolution {
   std::uint32_t iterations = 0;             // sweeps, and steps of Newton's method
   std::uint64_t multiplications = 0;        // of all factorisations, roughly
   std::uint32_t blows = 0, blows_left = 0;  // shared out, left to sweeps (blows.hpp)
-  std::vector<PushOut> push;                // see solve_push_out
+  std::vector<PositionCorrection> push;     // see solve_position_correction
 };
 
 // Adds what a solution by Newton's method took.
@@ -31,7 +31,7 @@ int solve_by_sweeps(int most, const SolveStep& step, std::span<const SolverBody>
 
 // Solves the rows of one island, whose bodies have the velocities `free` after external forces.
 // Directly if there is a plan (plan_direct_solve), nothing bounces and it converges, by sweeps
-// otherwise. The contacts give the island no energy (contact_work.hpp); surfaces that move stand
+// otherwise. The contacts give the island no energy (energy_clamp.hpp); surfaces that move stand
 // where they would make bodies too fast (Driven). The choice depends on nothing but the island's
 // content.
 ContactSolution solve_contacts(const SolveStep& step, bool accurate,

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/constraints/displacement_bounds.hpp"
 #include "physics/constraints/rolling_rows.hpp"
-#include "physics/constraints/ways.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/math/solver_body.hpp"
-#include "physics/solvers/few_contacts.hpp"
+#include "physics/solvers/dense_contact_solver.hpp"
 
 namespace soda::physics {
 namespace {
@@ -90,14 +90,14 @@ double sweep_velocities(bool forward, ContactProblem& problem) {
 
 namespace {
 
-// Sweeps after which so many are to be expected that points are worth loading. A lone body meets
+// Sweeps after which so many are to be expected that points are worth loading. A single body meets
 // statics in all of its points at once: more than one take many.
 int worth_loading_after(const ContactProblem& problem) {
   const std::size_t points = problem.normals.size();
-  const bool lone = std::ranges::count_if(problem.bodies, [](const SolverBody& body) {
-                      return body.inverse_mass > 0.0;
-                    }) == 1;
-  if (lone && points > 1) return points == 2 ? 1 : 3;
+  const bool single = std::ranges::count_if(problem.bodies, [](const SolverBody& body) {
+                        return body.inverse_mass > 0.0;
+                      }) == 1;
+  if (single && points > 1) return points == 2 ? 1 : 3;
   return points <= 2 ? 2 : 12;
 }
 
@@ -107,14 +107,14 @@ int solve_velocities(int iterations, ContactProblem& problem) {
   const int worth_loading = worth_loading_after(problem);
   const bool few = are_few(problem);
   for (int i = 0; i < iterations; ++i) {
-    if (few && i == worth_loading) return sweep_few_contacts(i, iterations, kNegligible, problem);
+    if (few && i == worth_loading) return solve_dense_contacts(i, iterations, kNegligible, problem);
     const double change = sweep_velocities(i % 2 == 0, problem);
     if (change <= kNegligible * largest_impulse(problem)) return i + 1;
   }
   return iterations;
 }
 
-bool aim_rebounds(ContactProblem& problem) {
+bool set_restitution_targets(ContactProblem& problem) {
   bool any = false;
   for (std::size_t i = 0; i < problem.normals.size(); ++i) {
     RowContact& contact = problem.contacts[i];
@@ -127,39 +127,41 @@ bool aim_rebounds(ContactProblem& problem) {
   return any;
 }
 
-bool needs_push_out(const ContactProblem& problem) {
+bool needs_position_correction(const ContactProblem& problem) {
   constexpr double kEnough =
       1.01;  // slops: the last of an overlap goes slowly, and is not worth it
   return std::any_of(problem.contacts.begin(), problem.contacts.end(),
                      [](const RowContact& c) { return c.separation_m < -kEnough * c.slop_m; });
 }
 
-double push_out_target_m_s(const RowContact& c, double dt_s) {
+double correction_target_m_s(const RowContact& c, double dt_s) {
   constexpr double kShare = 0.2;  // of the excess overlap, per step
   const double excess = -c.separation_m - c.slop_m;
   // Points in touch must not be pushed together; points apart have their gap to use.
-  return excess > 0.0 ? std::min(kShare * excess / dt_s, kFastestPushOut_1_s * c.size_m)
+  return excess > 0.0 ? std::min(kShare * excess / dt_s, kFastestCorrection_1_s * c.size_m)
                       : -std::max(c.separation_m, 0.0) / dt_s;
 }
 
-void aim_push_out(double dt_s, const ContactProblem& problem, PushOutProblem& push) {
+void set_correction_targets(double dt_s, const ContactProblem& problem,
+                            PositionCorrectionProblem& push) {
   const std::size_t count = problem.normals.size();
   push.bodies.assign(problem.bodies.size(), {});
   push.target_m_s.resize(count);
   push.impulse_newton_s.assign(count, 0.0);
   for (std::size_t i = 0; i < count; ++i) {
-    push.target_m_s[i] = push_out_target_m_s(problem.contacts[i], dt_s);
+    push.target_m_s[i] = correction_target_m_s(problem.contacts[i], dt_s);
   }
 }
 
-PushOutSweep sweep_push_out(bool forward, const ContactProblem& problem, PushOutProblem& push) {
-  PushOutSweep sweep;
+PositionCorrectionSweep sweep_position_correction(bool forward, const ContactProblem& problem,
+                                                  PositionCorrectionProblem& push) {
+  PositionCorrectionSweep sweep;
   const std::size_t count = problem.normals.size();
   for (std::size_t k = 0; k < count; ++k) {
     const std::size_t i = forward ? k : count - 1 - k;
     const NormalRow& row = problem.normals[i];
-    PushOut& a = push.bodies[row.a];
-    PushOut& b = push.bodies[row.b];
+    PositionCorrection& a = push.bodies[row.a];
+    PositionCorrection& b = push.bodies[row.b];
     double& impulse = push.impulse_newton_s[i];
     const double velocity =
         row.normal.dot(b.linear - a.linear) + row.arm_b.dot(b.angular) - row.arm_a.dot(a.angular);
@@ -176,13 +178,13 @@ PushOutSweep sweep_push_out(bool forward, const ContactProblem& problem, PushOut
   return sweep;
 }
 
-void solve_push_out(int iterations, double dt_s, const ContactProblem& problem,
-                    PushOutProblem& push) {
+void solve_position_correction(int iterations, double dt_s, const ContactProblem& problem,
+                               PositionCorrectionProblem& push) {
   push.bodies.clear();
-  if (!needs_push_out(problem)) return;
-  aim_push_out(dt_s, problem, push);
+  if (!needs_position_correction(problem)) return;
+  set_correction_targets(dt_s, problem, push);
   for (int i = 0; i < iterations; ++i) {
-    const PushOutSweep sweep = sweep_push_out(i % 2 == 0, problem, push);
+    const PositionCorrectionSweep sweep = sweep_position_correction(i % 2 == 0, problem, push);
     if (sweep.change_newton_s <= 1e-3 * sweep.largest_newton_s) return;  // the next step goes on
   }
 }

@@ -18,7 +18,7 @@ Tangential friction_impulse(const FrictionRow& row, double limit, const Tangenti
 int solve_velocities(int iterations, ContactProblem& problem);
 
 // Gives the rows that bounce their rebound as target. Returns whether there are any.
-bool aim_rebounds(ContactProblem& problem);
+bool set_restitution_targets(ContactProblem& problem);
 
 // One sweep: frictions (rolling ones first), then normals in the order of rows or backwards.
 // Returns the largest change of an impulse.
@@ -26,27 +26,29 @@ double sweep_velocities(bool forward, ContactProblem& problem);
 double sweep_frictions(ContactProblem& problem);
 
 // The rows of a contact problem once more, for displacement.
-struct PushOutProblem {
-  std::vector<PushOut> bodies;                       // parallel to the problem's
+struct PositionCorrectionProblem {
+  std::vector<PositionCorrection> bodies;            // parallel to the problem's
   std::vector<double> target_m_s, impulse_newton_s;  // parallel to its normals
 };
 
 // Whether something overlaps by more than its slop.
-bool needs_push_out(const ContactProblem& problem);
+bool needs_position_correction(const ContactProblem& problem);
 // What it wants of one contact: the velocity along the normal must not fall below it.
-double push_out_target_m_s(const RowContact& contact, double dt_s);
+double correction_target_m_s(const RowContact& contact, double dt_s);
 
 // Bodies and impulses at zero, and the targets.
-void aim_push_out(double dt_s, const ContactProblem& problem, PushOutProblem& push);
+void set_correction_targets(double dt_s, const ContactProblem& problem,
+                            PositionCorrectionProblem& push);
 
-struct PushOutSweep {
+struct PositionCorrectionSweep {
   double change_newton_s = 0.0, largest_newton_s = 0.0;  // over the rows' impulses
 };
-PushOutSweep sweep_push_out(bool forward, const ContactProblem& problem, PushOutProblem& push);
+PositionCorrectionSweep sweep_position_correction(bool forward, const ContactProblem& problem,
+                                                  PositionCorrectionProblem& push);
 
 // Sweeps until it changes little. `push` is left without bodies if none is needed.
-void solve_push_out(int iterations, double dt_s, const ContactProblem& problem,
-                    PushOutProblem& push);
+void solve_position_correction(int iterations, double dt_s, const ContactProblem& problem,
+                               PositionCorrectionProblem& push);
 
 // Largest violation of a normal or friction constraint by the present velocities and impulses.
 double residual_m_s(const ContactProblem& problem);

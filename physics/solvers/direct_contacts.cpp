@@ -15,13 +15,13 @@ namespace {
 
 constexpr double kMostMultiplications = 5e6;  // of one factorisation: 10 Mflop
 constexpr std::uint32_t kMostDirectBodies = 1000;
-// Newton's method needs many steps for what slides or falls. So what is not calm must be small, and
-// have bodies for which sweeps fail.
+// Newton's method needs many steps for what slides or falls. So what is not quasi-static must be
+// small, and have bodies for which sweeps fail.
 constexpr double kSmall = 1e4;  // multiplications
 constexpr double kMuchHeavier = 10.0;
 // With joints, in motion: what sweeps take there costs as much as a factorisation.
 constexpr double kSmallWithJoints = 1e6;  // multiplications
-constexpr double kCalm = 0.03;            // of the speed that gravity gives in a step
+constexpr double kQuasiStatic = 0.03;     // of the speed that gravity gives in a step
 
 // Of the reciprocal of an island's mass: what a point gives way, per impulse. Soft enough for few
 // Newton steps; the corrections take it out again, and make it harder where they get on slowly.
@@ -123,9 +123,10 @@ void apply(const PointResponse& response, const ConvexPoint& p, std::size_t i,
 }
 
 // What is all but out of balance (a stack that overhangs, a thin arch) takes many. Substeps would
-// let it fall, and whatever moves is not calm any more: so what is cheap to factorise may go on.
-// Bodies of uneven masses and those with joints are solved directly while they move, too, and what
-// moves need not converge: it gets twice as many as others where sweeps and substeps are no good.
+// let it fall, and whatever moves is not quasi-static any more: so what is cheap to factorise may
+// go on. Bodies of uneven masses and those with joints are solved directly while they move, too,
+// and what moves need not converge: it gets twice as many as others where sweeps and substeps are
+// no good.
 int most_factorisations(const DirectAim& aim, std::span<const SolverBody> bodies,
                         const Elimination& plan, bool jointed) {
   // Multiplications of all of them; what comes to rest is not met again.
@@ -181,13 +182,15 @@ double mass_ratio(const SceneDescription& scene, std::span<const BodyId> ids) {
   return heaviest / lightest;
 }
 
-bool is_calm(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
-             std::span<const ContactManifold> manifolds, std::span<const BodyState> states) {
-  const double calm_m_s = kCalm * scene.gravity_m_s2.norm() * dt_s;
+bool is_quasi_static(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
+                     std::span<const ContactManifold> manifolds,
+                     std::span<const BodyState> states) {
+  const double quasi_static_m_s = kQuasiStatic * scene.gravity_m_s2.norm() * dt_s;
   return std::ranges::all_of(manifolds, [&](const ContactManifold& m) {
     if (is_joint(m)) return true;
     const BodyState* const b = is_static(m.b) ? nullptr : &states[place_of(ids, m.b)];
-    return squared_speed(scene, m, states[place_of(ids, m.a)], b) <= calm_m_s * calm_m_s;
+    return squared_speed(scene, m, states[place_of(ids, m.a)], b) <=
+           quasi_static_m_s * quasi_static_m_s;
   });
 }
 
@@ -204,9 +207,9 @@ std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, doub
       std::ranges::count_if(ids, [&](BodyId id) { return falls(scene, id); }));
   if (!jointed && is_easy(accurate, moved, ratio)) return std::nullopt;
   const bool is_uneven = jointed || ratio > kMuchHeavier;
-  const bool calm = is_calm(scene, dt_s, ids, manifolds, states);
+  const bool quasi_static = is_quasi_static(scene, dt_s, ids, manifolds, states);
   // Substeps sink, however short they are.
-  if (!calm && !is_uneven && !accurate) return std::nullopt;
+  if (!quasi_static && !is_uneven && !accurate) return std::nullopt;
   std::vector<std::array<std::uint32_t, 2>> edges;
   edges.reserve(manifolds.size());
   for (const ContactManifold& m : manifolds) {
@@ -214,9 +217,9 @@ std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, doub
     if (!is_static(m.b) && (edges.empty() || edges.back() != edge)) edges.push_back(edge);
   }
   return plan_elimination(static_cast<std::uint32_t>(ids.size()), edges,
-                          calm || accurate ? kMostMultiplications
-                          : jointed        ? kSmallWithJoints
-                                           : kSmall);
+                          quasi_static || accurate ? kMostMultiplications
+                          : jointed                ? kSmallWithJoints
+                                                   : kSmall);
 }
 
 NewtonOutcome solve_directly(const DirectAim& aim, std::span<const SolverBody> free,
@@ -271,8 +274,10 @@ NewtonOutcome solve_directly(const DirectAim& aim, std::span<const SolverBody> f
   return outcome;
 }
 
-NewtonOutcome push_out_directly(double dt_s, const Elimination& plan, const ContactProblem& problem,
-                                std::vector<PushOut>& push, const JointSystem* joints) {
+NewtonOutcome correct_positions_directly(double dt_s, const Elimination& plan,
+                                         const ContactProblem& problem,
+                                         std::vector<PositionCorrection>& push,
+                                         const JointSystem* joints) {
   constexpr double kWanted = 1e-2, kAccepted = 0.1;  // of the fastest; the next step corrects again
   const std::size_t bodies = plan.count();
   ConvexContacts convex;
@@ -283,7 +288,7 @@ NewtonOutcome push_out_directly(double dt_s, const Elimination& plan, const Cont
   convex.points.reserve(problem.normals.size());
   for (std::size_t i = 0; i < problem.normals.size(); ++i) {
     ConvexPoint p = frictionless_point(problem, i);
-    const double target = push_out_target_m_s(problem.contacts[i], dt_s);
+    const double target = correction_target_m_s(problem.contacts[i], dt_s);
     p.target_m_s = p.normal * target;
     fastest = std::max(fastest, target);
     convex.points.push_back(p);

@@ -19,8 +19,8 @@ namespace soda::physics {
 double mass_ratio(const SceneDescription& scene, std::span<const BodyId> ids);
 
 // Whether its contacts stand still against each other, nearly: it rests, or comes to rest.
-bool is_calm(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
-             std::span<const ContactManifold> manifolds, std::span<const BodyState> states);
+bool is_quasi_static(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
+                     std::span<const ContactManifold> manifolds, std::span<const BodyState> states);
 
 // The elimination by which an island is solved directly, or none if it is one for sweeps: because
 // a factorisation would cost too much, or, where no joint holds it, because it has one body, or,
@@ -54,10 +54,11 @@ NewtonOutcome solve_directly(const DirectAim& aim, std::span<const SolverBody> f
                              const Elimination& plan, ContactProblem& problem,
                              JointSystem* joints = nullptr);
 
-// As solve_push_out (contact_solver.hpp), where needs_push_out. `push` stays as it was where it
-// does not converge.
-// With `joints`: so that these stay as they are.
-NewtonOutcome push_out_directly(double dt_s, const Elimination& plan, const ContactProblem& problem,
-                                std::vector<PushOut>& push, const JointSystem* joints = nullptr);
+// As solve_position_correction (contact_solver.hpp), where needs_position_correction. `push` stays
+// as it was where it does not converge. With `joints`: so that these stay as they are.
+NewtonOutcome correct_positions_directly(double dt_s, const Elimination& plan,
+                                         const ContactProblem& problem,
+                                         std::vector<PositionCorrection>& push,
+                                         const JointSystem* joints = nullptr);
 
 }  // namespace soda::physics

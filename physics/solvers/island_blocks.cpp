@@ -130,10 +130,10 @@ void sort_contacts(std::span<const ContactEnds> ends, IslandBlocks& blocks) {
 
 }  // namespace
 
-bool is_giant(std::span<const ContactManifold> manifolds) {
+bool is_large(std::span<const ContactManifold> manifolds) {
   std::uint32_t points = 0;
   for (const ContactManifold& m : manifolds) points += m.count;
-  return points >= kGiantPoints;
+  return points >= kLargeIslandPoints;
 }
 
 IslandBlocks split_island(std::span<const BodyId> ids, std::span<const ContactManifold> manifolds) {

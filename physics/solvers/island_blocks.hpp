@@ -1,4 +1,4 @@
-// Cutting a giant island into a chain of blocks that can be solved side by side.
+// Cutting a large island into a chain of blocks that can be solved side by side.
 #pragma once
 
 #include <cstdint>
@@ -10,9 +10,9 @@
 namespace soda::physics {
 
 // An island with fewer contact points is not cut.
-inline constexpr std::uint32_t kGiantPoints = 512;
+inline constexpr std::uint32_t kLargeIslandPoints = 512;
 
-bool is_giant(std::span<const ContactManifold> manifolds);
+bool is_large(std::span<const ContactManifold> manifolds);
 
 // A part of an island. Places in the island's bodies and manifolds, ascending.
 struct IslandPart {

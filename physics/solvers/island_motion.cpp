@@ -34,7 +34,7 @@ Vec3 impulse_on_b(const ContactProblem& problem, std::size_t row) {
   return impulse;
 }
 
-ContactImpulse stored_impulse(const Selection<ContactManifold>& manifolds,
+ContactImpulse stored_impulse(const IndexedSpan<ContactManifold>& manifolds,
                               const ContactProblem& problem, std::size_t row) {
   const NormalRow& normal = problem.normals[row];
   const RowContact& contact = problem.contacts[row];
@@ -118,7 +118,7 @@ bool move_body(const BodyMove& move, BodyState& state, std::vector<AdvanceFault>
 }
 
 double push_out_work_joule(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
-                           std::span<const PushOut> push) {
+                           std::span<const PositionCorrection> push) {
   double work = 0.0;
   if (push.empty()) return work;
   for (std::size_t i = 0; i < ids.size(); ++i)
@@ -127,7 +127,7 @@ double push_out_work_joule(const SceneDescription& scene, double dt_s, std::span
   return work * dt_s;
 }
 
-void report_contacts(const Selection<BodyState>& states, const ContactProblem& problem,
+void report_contacts(const IndexedSpan<BodyState>& states, const ContactProblem& problem,
                      IslandReport& report) {
   const std::uint32_t statics = static_cast<std::uint32_t>(states.size());
   for (std::size_t i = 0; i < problem.normals.size(); ++i) {

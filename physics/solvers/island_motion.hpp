@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "physics/constraints/contact_rows.hpp"
-#include "physics/constraints/ways.hpp"
+#include "physics/constraints/displacement_bounds.hpp"
 #include "physics/math/short_list.hpp"
 #include "physics/math/solver_body.hpp"
 #include "physics/model/contact_manifold.hpp"
@@ -22,7 +22,7 @@ void load_bodies(const SolveStep& step, std::vector<SolverBody>& bodies, StageCo
 Vec3 impulse_on_b(const ContactProblem& problem, std::size_t row);
 
 // What the point leaves to the body `a` for the next step.
-ContactImpulse stored_impulse(const Selection<ContactManifold>& manifolds,
+ContactImpulse stored_impulse(const IndexedSpan<ContactManifold>& manifolds,
                               const ContactProblem& problem, std::size_t row);
 
 // A body that nothing but bounces on one other acted on flies along parabolas: its velocity changed
@@ -42,7 +42,7 @@ Flights find_flights(const ContactProblem& problem);
 struct SolveScratch {
   ContactProblem problem;
   std::vector<SolverBody> free;
-  WayBounds ways;
+  DisplacementBounds ways;
 };
 
 // What moves a body in a step. Refers to all of it.
@@ -52,19 +52,19 @@ struct BodyMove {
   BodyId id;
   const SolverBody& body;  // with its final velocities
   const Flight& flight;
-  const PushOut* push;  // or null
+  const PositionCorrection* push;  // or null
 };
 
 // Its impulses stay. False if the new state would be absurd: then it keeps its old one, and a fault
 // is appended.
 bool move_body(const BodyMove& move, BodyState& state, std::vector<AdvanceFault>& faults);
 
-// Potential energy that the push-out of these bodies gives; `push` may be empty.
+// Potential energy that the position correction of these bodies gives; `push` may be empty.
 double push_out_work_joule(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
-                           std::span<const PushOut> push);
+                           std::span<const PositionCorrection> push);
 
 // Adds penetration, and what statics gave. `states` are those before the bodies are moved.
-void report_contacts(const Selection<BodyState>& states, const ContactProblem& problem,
+void report_contacts(const IndexedSpan<BodyState>& states, const ContactProblem& problem,
                      IslandReport& report);
 
 }  // namespace soda::physics

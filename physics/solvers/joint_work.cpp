@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "physics/math/rigid_motion.hpp"
-#include "physics/solvers/contact_work.hpp"
 #include "physics/solvers/convex_contacts.hpp"
+#include "physics/solvers/energy_clamp.hpp"
 #include "physics/solvers/island_motion.hpp"
-#include "physics/solvers/joints_alone.hpp"
+#include "physics/solvers/unconstrained_reference.hpp"
 
 namespace soda::physics {
 namespace {
@@ -144,7 +144,7 @@ double last_share(double at0, double at_half, double at1) {
 
 }  // namespace
 
-bool is_afloat(std::size_t body_count, const JointSystem& joints, const ContactProblem* problem) {
+bool is_isolated(std::size_t body_count, const JointSystem& joints, const ContactProblem* problem) {
   const auto fixed = [body_count](const auto& row) { return row.b >= body_count; };
   const auto held = [problem, fixed](const NormalRow& row) {
     return fixed(row) || problem->bodies[row.a].inverse_mass == 0.0 ||
@@ -173,14 +173,14 @@ EnergyExcess energy_excess(const SceneDescription& scene, double dt_s, std::span
 }
 
 double take_excess(const SceneDescription& scene, std::span<const BodyId> ids,
-                   const EnergyExcess& excess, bool afloat, std::span<BodyState> states,
+                   const EnergyExcess& excess, bool isolated, std::span<BodyState> states,
                    IslandReport& report) {
   if (excess.gain_joule == 0.0) return 0.0;
   const auto factor = [&excess](double part_joule) {
     return std::sqrt(std::max(0.0, 1.0 - excess.gain_joule / part_joule));
   };
   Motion common;
-  if (afloat) {
+  if (isolated) {
     // A hundredth: what does not bend has no energy of its own to take.
     common = common_motion(scene, ids, states);
     for (const bool spins : {true, false}) {
@@ -207,11 +207,11 @@ double take_excess(const SceneDescription& scene, std::span<const BodyId> ids,
 }
 
 bool take_trace(const SceneDescription& scene, std::span<const BodyId> ids,
-                const EnergyExcess& excess, bool afloat, std::span<BodyState> states,
+                const EnergyExcess& excess, bool isolated, std::span<BodyState> states,
                 IslandReport& report) {
   constexpr double kTrace = 1e-3;
   const double gain = std::abs(excess.gain_joule);
-  if (!afloat) {
+  if (!isolated) {
     if (!(gain <= kTrace * excess.moving_joule)) return false;
     take_excess(scene, ids, excess, false, states, report);
     return true;
@@ -223,29 +223,29 @@ bool take_trace(const SceneDescription& scene, std::span<const BodyId> ids,
   return true;
 }
 
-void limit_joint_gain(double dt_s, std::span<const BodyState> before,
+void clamp_joint_gain(double dt_s, std::span<const BodyState> before,
                       std::span<const SolverBody> free, JointSystem& joints,
                       ContactProblem& problem) {
   const bool diverged = is_out_of_bounds(problem);
   const Sum gain = gain_of(dt_s, before, free, flights_of(joints, problem), joints, problem);
   if (!diverged && gain.value <= kWorkRounding * gain.scale) return;
-  JointSystem alone_joints = joints;
-  ContactProblem alone = problem;
-  solve_joints_alone(free, alone_joints, alone);
+  JointSystem reference_joints = joints;
+  ContactProblem reference = problem;
+  solve_unconstrained_reference(free, reference_joints, reference);
   if (diverged) {
-    joints = std::move(alone_joints);
-    problem = std::move(alone);
+    joints = std::move(reference_joints);
+    problem = std::move(reference);
     return;
   }
   // Whatever acts in either solution acts in between, and that alone decides who is held.
   JointSystem trial_joints = joints;
   ContactProblem trial = problem;
-  mix(0.5, alone_joints, alone, trial_joints, trial);
+  mix(0.5, reference_joints, reference, trial_joints, trial);
   const Flights held = flights_of(trial_joints, trial);
   const double one = gain_of(dt_s, before, free, held, joints, problem).value;
   const double half = gain_of(dt_s, before, free, held, trial_joints, trial).value;
-  const double none = gain_of(dt_s, before, free, held, alone_joints, alone).value;
-  if (one > 0.0) mix(last_share(none, half, one), alone_joints, alone, joints, problem);
+  const double none = gain_of(dt_s, before, free, held, reference_joints, reference).value;
+  if (one > 0.0) mix(last_share(none, half, one), reference_joints, reference, joints, problem);
 }
 
 double external_work_joule(const SceneDescription& scene, double dt_s,

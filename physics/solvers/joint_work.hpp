@@ -1,5 +1,5 @@
 // The energy of islands with joints: a step gives none, but what motors, springs, drives and
-// push-out do.
+// position correction do.
 #pragma once
 
 #include <span>
@@ -12,7 +12,7 @@
 namespace soda::physics {
 
 // Whether nothing connects the island with the world or a static.
-bool is_afloat(std::size_t body_count, const JointSystem& joints, const ContactProblem* problem);
+bool is_isolated(std::size_t body_count, const JointSystem& joints, const ContactProblem* problem);
 
 // How much a step from `from` to `to` gives the island beyond `work_joule`, 0 where that is
 // rounding; its energy of motion at `to`; and that of a fall of one step.
@@ -32,23 +32,23 @@ EnergyExcess energy_excess(const SceneDescription& scene, double dt_s, std::span
                            double work_joule);
 
 // Scales velocities to where the excess (of either sign) is gone, or as much of it as there is
-// energy of motion; joints hold as before. Returns what is left of it. Of an island that is afloat
-// momentum stays, and where it bends enough angular momentum; else the world gave what changes,
-// which `report` gets.
+// energy of motion; joints hold as before. Returns what is left of it. Of an island that is
+// isolated momentum stays, and where it bends enough angular momentum; else the world gave what
+// changes, which `report` gets.
 double take_excess(const SceneDescription& scene, std::span<const BodyId> ids,
-                   const EnergyExcess& excess, bool afloat, std::span<BodyState> states,
+                   const EnergyExcess& excess, bool isolated, std::span<BodyState> states,
                    IslandReport& report);
 
 // The same of an excess that is at most a thousandth of the energy of motion, as seen from the
-// whole where the island is afloat: momenta stay. Else nothing, and false.
+// whole where the island is isolated: momenta stay. Else nothing, and false.
 bool take_trace(const SceneDescription& scene, std::span<const BodyId> ids,
-                const EnergyExcess& excess, bool afloat, std::span<BodyState> states,
+                const EnergyExcess& excess, bool isolated, std::span<BodyState> states,
                 IslandReport& report);
 
 // What an unconverged or implicit solution of joints and contacts gives beyond the work of motors,
 // springs and what pushes the bodies: goes back so far towards joints alone, which give nothing,
 // that the step gives nothing either. `free`: velocities after external forces.
-void limit_joint_gain(double dt_s, std::span<const BodyState> before,
+void clamp_joint_gain(double dt_s, std::span<const BodyState> before,
                       std::span<const SolverBody> free, JointSystem& joints,
                       ContactProblem& problem);
 

@@ -14,12 +14,12 @@ namespace {
 constexpr std::size_t kLeastInBlocks = 4;
 
 // Whether its bodies and statics can have that many contact points.
-bool can_be_giant(const SceneDescription& scene) {
+bool can_be_large(const SceneDescription& scene) {
   constexpr std::size_t kPointsOfPair = std::tuple_size_v<decltype(ContactManifold::points)>;
   if (solid_statics(scene) < scene.statics.size()) return true;  // meshes have many manifolds
   const std::size_t bodies = scene.bodies.size();
   const std::size_t pairs = bodies * (bodies - 1) / 2 + bodies * scene.statics.size();
-  return pairs * kPointsOfPair >= kGiantPoints;
+  return pairs * kPointsOfPair >= kLargeIslandPoints;
 }
 
 }  // namespace
@@ -37,7 +37,7 @@ Need blocks_needed(const SceneDescription& scene) {
   const Need contacts = contacts_needed(scene);
   if (!contacts) return contacts;
   if (scene.bodies.size() < kLeastInBlocks) return {false, "too few bodies for two blocks"};
-  return need_of(can_be_giant(scene), "an island may have hundreds of contact points",
+  return need_of(can_be_large(scene), "an island may have hundreds of contact points",
                  "no island can have so many contact points");
 }
 
@@ -53,7 +53,7 @@ SolveChoice choose_solve(const SceneDescription& scene, double dt_s, bool accura
                          std::span<const BodyState> states) {
   SolveChoice choice;
   choice.elimination = plan_direct_solve(scene, dt_s, accurate, ids, manifolds, states);
-  if (choice.elimination || !is_giant(manifolds)) return choice;
+  if (choice.elimination || !is_large(manifolds)) return choice;
   if (!scene.joints.empty() && std::ranges::any_of(manifolds, is_joint)) return choice;
   if (any_kinematic(scene, ids)) return choice;
   IslandBlocks blocks = split_island(ids, manifolds);
@@ -64,17 +64,18 @@ SolveChoice choose_solve(const SceneDescription& scene, double dt_s, bool accura
 namespace {
 
 // Multiplications of a step. Of sweeps over a row, of joints or of contacts; of Newton's method,
-// in which each of some steps factorises and goes over the rows; of a linkage, which factorises for
-// each of its stages; of contacts that are swept through exact joints, for each row and body.
+// in which each of some steps factorises and goes over the rows; of an articulated island, which
+// factorises for each of its stages; of contacts that are swept through exact joints, for each row
+// and body.
 constexpr double kSweepsOfRow = 1000.0;
-constexpr double kNewtonSteps = 6.0, kNewtonOfRow = 100.0, kLinkageFactors = 15.0;
+constexpr double kNewtonSteps = 6.0, kNewtonOfRow = 100.0, kArticulatedFactors = 15.0;
 constexpr double kThroughJoints = 600.0;
 // Of masses: between more unequal ones sweeps do not get far.
 constexpr double kMostSweptRatio = 1e4;
 // What a direct solution may take in any case, for it has next to no error; beyond, no more than
-// sweeps. A linkage is exact, and worth more than contacts of first order.
+// sweeps. An articulated island is exact, and worth more than contacts of first order.
 struct Worth {
-  double linkage, contacts;
+  double articulated, contacts;
 };
 constexpr Worth kFast{2e5, 2e5}, kBalanced{4e7, 1e6};
 Worth worth_of(const SceneDescription& scene) { return scene.solver.refined ? kBalanced : kFast; }
@@ -83,16 +84,17 @@ bool can_be_swept(const SceneDescription& scene, std::span<const BodyId> ids) {
   return !(scene.tolerance > 0.0) && mass_ratio(scene, ids) < kMostSweptRatio;
 }
 
-bool is_linkage_swept(const SceneDescription& scene, double rows, std::uint64_t multiplications) {
-  return kLinkageFactors * static_cast<double>(multiplications) >
-         std::max(worth_of(scene).linkage, kSweepsOfRow * rows);
+bool is_articulated_swept(const SceneDescription& scene, double rows,
+                          std::uint64_t multiplications) {
+  return kArticulatedFactors * static_cast<double>(multiplications) >
+         std::max(worth_of(scene).articulated, kSweepsOfRow * rows);
 }
 
 }  // namespace
 
 bool are_joints_swept(const SceneDescription& scene, const JointIsland& island) {
   return can_be_swept(scene, island.bodies) &&
-         is_linkage_swept(scene, island.rows, island.multiplications);
+         is_articulated_swept(scene, island.rows, island.multiplications);
 }
 
 JointedChoice choose_jointed_solve(const IslandStep& island, bool accurate,
@@ -107,7 +109,7 @@ JointedChoice choose_jointed_solve(const IslandStep& island, bool accurate,
   const std::uint64_t factor = factor_multiplications(joints);
   const double joint_rows = joints.first_row.back();
   if (points == 0) {
-    choice.swept = choice.swept_else = is_linkage_swept(scene, joint_rows, factor);
+    choice.swept = choice.swept_else = is_articulated_swept(scene, joint_rows, factor);
     return choice;
   }
   const double contact_rows = 3.0 * static_cast<double>(points), rows = joint_rows + contact_rows;
@@ -117,7 +119,7 @@ JointedChoice choose_jointed_solve(const IslandStep& island, bool accurate,
     const auto once = static_cast<double>(choice.elimination->multiplications);
     return kNewtonSteps * (once + kNewtonOfRow * rows);
   };
-  choice.swept_else = through + kLinkageFactors * static_cast<double>(factor) > most;
+  choice.swept_else = through + kArticulatedFactors * static_cast<double>(factor) > most;
   choice.swept = choice.swept_else && (!choice.elimination || newton() > most);
   return choice;
 }

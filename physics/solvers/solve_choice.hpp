@@ -28,7 +28,7 @@ struct SolveChoice {
 };
 
 // Of one solve over dt_s (advance_once) of these manifolds: what a joint among them holds is solved
-// by none of both. (Springs that kick, spring_kicks.hpp, are not among them.) A function of the
+// by none of both. (Explicit springs, explicit_springs.hpp, are not among them.) A function of the
 // island's content.
 SolveChoice choose_solve(const SceneDescription& scene, double dt_s, bool accurate,
                          std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <iterator>
 
+#include "physics/constraints/displacement_bounds.hpp"
 #include "physics/constraints/rolling_rows.hpp"
-#include "physics/constraints/ways.hpp"
 #include "physics/math/solver_body.hpp"
 #include "physics/solvers/contact_solver.hpp"
 #include "physics/solvers/island_motion.hpp"
@@ -18,13 +18,13 @@ void add(const BlockReport& block, IslandReport& island) {
   island.static_angular_impulse_newton_m_s += block.static_angular_impulse_newton_m_s;
 }
 
-BlockSolver::BlockSolver(const GiantIsland& island, std::uint32_t first, std::uint32_t last,
+BlockSolver::BlockSolver(const LargeIsland& island, std::uint32_t first, std::uint32_t last,
                          StageCounters& counters)
     : island_(island),
       first_(first),
       last_(last),
       first_border_(first > 0 ? first - 1 : 0),
-      fastest_push_out_m_s_(fastest_push_out_m_s(island.scene, island.ids)) {
+      fastest_correction_m_s_(fastest_correction_m_s(island.scene, island.ids)) {
   StageCounters built;
   for (std::uint32_t i = first_; i < last_; ++i) {
     blocks_.push_back(part_of(island_.blocks.inside[i], built));
@@ -184,7 +184,7 @@ std::uint32_t BlockSolver::rebound(StageCounters& counters) {
   bool any = false;
   const auto aim = [&any](Part& part) {
     part.plastic = solved_contacts(part.problem);
-    any = aim_rebounds(part.problem) || any;
+    any = set_restitution_targets(part.problem) || any;
     // Bodies have moved: the rebound changes how they leave the step only.
     for (RowContact& contact : part.problem.contacts) contact.bounces = false;
   };
@@ -286,7 +286,7 @@ constexpr std::uint32_t kElsewhere = 0xffffffffu;
 
 // Rows whose body a is at[a] in the block.
 template <class At>
-void keep_impulses(const Selection<ContactManifold>& manifolds, const ContactProblem& problem,
+void keep_impulses(const IndexedSpan<ContactManifold>& manifolds, const ContactProblem& problem,
                    const At& at, std::vector<KeptImpulse>& kept) {
   for (std::size_t row = 0; row < problem.normals.size(); ++row) {
     const std::uint32_t body = at(problem.normals[row].a);
@@ -322,9 +322,9 @@ void BlockSolver::move(std::uint32_t index, std::vector<BodyState>& moved,
   for (std::uint32_t i = 0; i < part.ids.size(); ++i) {
     moved.push_back(part.states[i]);
     const SolverBody& body = part.problem.bodies[i];
-    const PushOut beyond =
-        beyond_final_velocity(island_.dt_s, fastest_push_out_m_s_, part.states[i], body, flights[i],
-                              part.substeps.ways[i]);
+    const PositionCorrection beyond =
+        beyond_final_velocity(island_.dt_s, fastest_correction_m_s_, part.states[i], body,
+                              flights[i], part.substeps.ways[i]);
     const bool accepted =
         move_body({island_.scene, island_.dt_s, part.ids[i], body, flights[i], &beyond},
                   moved.back(), faults);

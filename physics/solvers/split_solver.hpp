@@ -1,4 +1,4 @@
-// Solving a giant island block by block: what one solver of some of its blocks does, and what it
+// Solving a large island block by block: what one solver of some of its blocks does, and what it
 // has to hear from the solvers of the blocks beside them.
 #pragma once
 
@@ -7,19 +7,19 @@
 #include <vector>
 
 #include "physics/constraints/contact_rows.hpp"
-#include "physics/math/selection.hpp"
+#include "physics/math/indexed_span.hpp"
 #include "physics/model/contact_manifold.hpp"
 #include "physics/model/island_report.hpp"
 #include "physics/model/stage_counters.hpp"
-#include "physics/solvers/contact_work.hpp"
+#include "physics/solvers/energy_clamp.hpp"
 #include "physics/solvers/island_blocks.hpp"
 #include "physics/solvers/substeps.hpp"
 
 namespace soda::physics {
 
-// A giant island at the start of a step, or of the rest of one that impacts have left. Refers to
+// A large island at the start of a step, or of the rest of one that impacts have left. Refers to
 // what it is made of.
-struct GiantIsland {
+struct LargeIsland {
   const SceneDescription& scene;
   double dt_s;
   std::span<const BodyId> ids;
@@ -53,10 +53,10 @@ StepWork work_of(std::span<const BlockReport> blocks);
 //
 // For each stage, which is a sweep: solve_blocks(); tell the solvers beside it what at_lower() and
 // at_upper() say, take what they say; solve_borders(). Then the share of the impulses that the work
-// of all blocks allows (contact_work.hpp: allowed_share), report() and move().
+// of all blocks allows (energy_clamp.hpp: allowed_share), report() and move().
 class BlockSolver {
  public:
-  BlockSolver(const GiantIsland& island, std::uint32_t first, std::uint32_t last,
+  BlockSolver(const LargeIsland& island, std::uint32_t first, std::uint32_t last,
               StageCounters& counters);
 
   // Of any island of the scene.
@@ -92,8 +92,8 @@ class BlockSolver {
   // The rows of a block or of a border.
   struct Part {
     std::vector<BodyId> ids;
-    Selection<ContactManifold> manifolds;
-    Selection<BodyState> states;
+    IndexedSpan<ContactManifold> manifolds;
+    IndexedSpan<BodyState> states;
     std::vector<SolverBody> free;  // velocities without contacts
     ContactProblem problem;
     SolvedContacts plastic;  // before rebounds
@@ -129,17 +129,17 @@ class BlockSolver {
   bool solves(std::uint32_t index) const { return index >= first_ && index < last_; }
   const Border* border_at(std::uint32_t index) const;  // null where the island ends
 
-  const GiantIsland island_;
+  const LargeIsland island_;
   const std::uint32_t first_, last_;
   const std::uint32_t first_border_;
-  const double fastest_push_out_m_s_;
+  const double fastest_correction_m_s_;
   std::vector<Part> blocks_;
   std::vector<Border> borders_;
 };
 
 // All of it by one solver. `states` are those of the island; adds to `report`, which has what is
 // known before the solve.
-void advance_blocks(const GiantIsland& island, std::span<BodyState> states, IslandReport& report,
+void advance_blocks(const LargeIsland& island, std::span<BodyState> states, IslandReport& report,
                     StageCounters& counters, std::vector<AdvanceFault>& faults);
 
 }  // namespace soda::physics

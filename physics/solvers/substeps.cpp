@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include "physics/constraints/carried_rows.hpp"
-#include "physics/constraints/ways.hpp"
+#include "physics/constraints/displacement_bounds.hpp"
 #include "physics/solvers/contact_solver.hpp"
-#include "physics/solvers/contact_work.hpp"
+#include "physics/solvers/energy_clamp.hpp"
 #include "physics/solvers/softness.hpp"
 
 namespace soda::physics {
@@ -51,7 +51,7 @@ void sweep(ContactProblem& problem, const Substeps& substeps) {
     } else {
       const RowContact& contact = problem.contacts[i];
       const double target = std::min(kSoft.rate * std::max(-gap - contact.slop_m, 0.0) * per_second,
-                                     kFastestPushOut_1_s * contact.size_m);
+                                     kFastestCorrection_1_s * contact.size_m);
       wanted += kSoft.mass_share * row.mass_kg * (target - velocity) - kSoft.impulse_share * wanted;
     }
     wanted = wanted > 0.0 ? wanted : 0.0;
@@ -89,7 +89,7 @@ std::uint32_t substeps_of(const SolverSettings& settings) {
   return static_cast<std::uint32_t>(std::max(1, (settings.iterations + 2) / 4));
 }
 
-void begin_substeps(double dt_s, std::uint32_t count, const Selection<BodyState>& states,
+void begin_substeps(double dt_s, std::uint32_t count, const IndexedSpan<BodyState>& states,
                     ContactProblem& problem, Substeps& substeps) {
   const double share = 1.0 / count;
   substeps.count = count;
@@ -100,7 +100,7 @@ void begin_substeps(double dt_s, std::uint32_t count, const Selection<BodyState>
   substeps.sum_newton_m_s.assign(problem.rollings.size(), Vec3::Zero());
   for (std::size_t i = 0; i < states.size(); ++i) {
     SolverBody& body = problem.bodies[i];
-    PushOut& start = substeps.at_start[i];
+    PositionCorrection& start = substeps.at_start[i];
     start = {states[i].linear_velocity_m_s, states[i].angular_velocity_rad_s};
     body.linear = start.linear + (body.linear - start.linear) * share;
     body.angular = start.angular + (body.angular - start.angular) * share;
@@ -125,8 +125,8 @@ void move_on(const ContactProblem& problem, Substeps& substeps) {
 void go_on(ContactProblem& problem, Substeps& substeps) {
   for (std::size_t i = 0; i < substeps.at_start.size(); ++i) {
     SolverBody& body = problem.bodies[i];
-    PushOut& start = substeps.at_start[i];
-    const PushOut end{body.linear, body.angular};
+    PositionCorrection& start = substeps.at_start[i];
+    const PositionCorrection end{body.linear, body.angular};
     body.linear += end.linear - start.linear;
     body.angular += end.angular - start.angular;
     start = end;
@@ -160,22 +160,24 @@ Vec3 towards_first(const Vec3& beyond, const Vec3& first, const Vec3& last) {
 
 }  // namespace
 
-PushOut beyond_final_velocity(double dt_s, double most_m_s, const BodyState& before,
-                              const SolverBody& body, const Flight& flight, const Way& way) {
+PositionCorrection beyond_final_velocity(double dt_s, double most_m_s, const BodyState& before,
+                                         const SolverBody& body, const Flight& flight,
+                                         const Way& way) {
   if (!flight.supported) return {};
-  const PushOut beyond{way.linear_m * (1.0 / dt_s) - body.linear,
-                       way.angular_rad * (1.0 / dt_s) - body.angular};
-  const PushOut slowed{towards_first(beyond.linear, before.linear_velocity_m_s, body.linear),
-                       towards_first(beyond.angular, before.angular_velocity_rad_s, body.angular)};
-  PushOut pushed{beyond.linear - slowed.linear, beyond.angular - slowed.angular};
-  const PushOut whole = pushed;
-  limit_push_out(most_m_s, pushed);
+  const PositionCorrection beyond{way.linear_m * (1.0 / dt_s) - body.linear,
+                                  way.angular_rad * (1.0 / dt_s) - body.angular};
+  const PositionCorrection slowed{
+      towards_first(beyond.linear, before.linear_velocity_m_s, body.linear),
+      towards_first(beyond.angular, before.angular_velocity_rad_s, body.angular)};
+  PositionCorrection pushed{beyond.linear - slowed.linear, beyond.angular - slowed.angular};
+  const PositionCorrection whole = pushed;
+  limit_correction(most_m_s, pushed);
   return {beyond.linear + (pushed.linear - whole.linear),
           beyond.angular + (pushed.angular - whole.angular)};
 }
 
 SubstepWork solve_in_substeps(const SolveStep& step, std::span<const SolverBody> free,
-                              ContactProblem& problem, std::vector<PushOut>& push) {
+                              ContactProblem& problem, std::vector<PositionCorrection>& push) {
   const auto& [scene, dt_s, ids, states] = step;
   Substeps substeps;
   const std::uint32_t count = substeps_of(scene.solver);
@@ -194,9 +196,9 @@ SubstepWork solve_in_substeps(const SolveStep& step, std::span<const SolverBody>
   }
   end_substeps(problem, substeps);
   carry(0.0, dt_s, problem);
-  limit_gain(step, free, problem);
+  clamp_gain(step, free, problem);
   const Flights flights = find_flights(problem);
-  const double most_m_s = fastest_push_out_m_s(scene, ids);
+  const double most_m_s = fastest_correction_m_s(scene, ids);
   push.resize(states.size());
   for (std::size_t i = 0; i < states.size(); ++i)
     push[i] = beyond_final_velocity(dt_s, most_m_s, states[i], problem.bodies[i], flights[i],

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "physics/constraints/contact_rows.hpp"
-#include "physics/math/selection.hpp"
+#include "physics/math/indexed_span.hpp"
 #include "physics/math/solver_body.hpp"
 #include "physics/model/body_state.hpp"
 #include "physics/model/scene.hpp"
@@ -31,16 +31,16 @@ struct Way {
 struct Substeps {
   std::uint32_t count = 0;
   double length_s = 0.0;
-  std::vector<Way> ways;             // parallel to the problem's bodies
-  std::vector<PushOut> at_start;     // velocities at the substep's start, of those that move
-  std::vector<double> sum_newton_s;  // of the substeps that ended: three numbers a row
-  std::vector<Vec3> sum_newton_m_s;  // the same of the rolling rows
+  std::vector<Way> ways;                     // parallel to the problem's bodies
+  std::vector<PositionCorrection> at_start;  // velocities before it, of what moves
+  std::vector<double> sum_newton_s;          // of the substeps that ended: three numbers a row
+  std::vector<Vec3> sum_newton_m_s;          // the same of the rolling rows
 };
 
 // `problem` as build_rows leaves it: with all forces and start impulses of a step of `dt_s`, of
 // which the first substep gets its share. `states` are those at the step's start; none for rows
 // whose bodies are moved elsewhere.
-void begin_substeps(double dt_s, std::uint32_t count, const Selection<BodyState>& states,
+void begin_substeps(double dt_s, std::uint32_t count, const IndexedSpan<BodyState>& states,
                     ContactProblem& problem, Substeps& substeps);
 
 // Of a contact after those ways, to first order.
@@ -56,10 +56,11 @@ void go_on(ContactProblem& problem, Substeps& substeps);
 void end_substeps(ContactProblem& problem, const Substeps& substeps);
 
 // What a body moves beyond its final velocity times dt_s: between its first velocity and that, and
-// by push-out of at most `most_m_s` (ways.hpp). Nothing if no impulse acted on it: it flies.
-// `before`: the step's start.
-PushOut beyond_final_velocity(double dt_s, double most_m_s, const BodyState& before,
-                              const SolverBody& body, const Flight& flight, const Way& way);
+// by position correction of at most `most_m_s` (displacement_bounds.hpp). Nothing if no impulse
+// acted on it: it flies. `before`: the step's start.
+PositionCorrection beyond_final_velocity(double dt_s, double most_m_s, const BodyState& before,
+                                         const SolverBody& body, const Flight& flight,
+                                         const Way& way);
 
 struct SubstepWork {
   std::uint32_t sweeps = 0;
@@ -68,8 +69,8 @@ struct SubstepWork {
 
 // All of it, for one problem, with blows shared out (blows.hpp); `push` as in ContactSolution.
 // `free`: velocities after external forces. The impulses give the island no energy
-// (contact_work.hpp).
+// (energy_clamp.hpp).
 SubstepWork solve_in_substeps(const SolveStep& step, std::span<const SolverBody> free,
-                              ContactProblem& problem, std::vector<PushOut>& push);
+                              ContactProblem& problem, std::vector<PositionCorrection>& push);
 
 }  // namespace soda::physics

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "physics/constraints/joint_bounds.hpp"
+#include "physics/constraints/limits_and_motors.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/solvers/convex_contacts.hpp"
 #include "physics/solvers/softness.hpp"

@@ -4,22 +4,22 @@
 #include <optional>
 #include <utility>
 
-#include "physics/broadphase/reach.hpp"
+#include "physics/broadphase/swept_pair_query.hpp"
 #include "physics/constraints/joint_loads.hpp"
-#include "physics/events/hits.hpp"
-#include "physics/events/impacts.hpp"
-#include "physics/events/late_impacts.hpp"
+#include "physics/events/contact_impacts.hpp"
+#include "physics/events/event_driven_impacts.hpp"
 #include "physics/events/linked_step.hpp"
+#include "physics/events/missed_pairs.hpp"
 #include "physics/events/one_solve.hpp"
-#include "physics/events/rest.hpp"
+#include "physics/events/sleeping.hpp"
 #include "physics/integrators/advance_once.hpp"
 #include "physics/integrators/joint_motion.hpp"
 #include "physics/integrators/momentum.hpp"
 #include "physics/math/carried.hpp"
 #include "physics/model/kinematic.hpp"
 #include "physics/refinement/advance_resting.hpp"
-#include "physics/refinement/refined_trials.hpp"
 #include "physics/refinement/refinement.hpp"
+#include "physics/refinement/step_doubling.hpp"
 #include "physics/solvers/island_motion.hpp"
 
 namespace soda::physics {
@@ -82,7 +82,7 @@ void advance_rest(const IslandStep& island, double flown_s, std::span<BodyState>
                   IslandReport& report, const IslandEffects& effects) {
   const auto& [scene, geometry, dt_s, ids, manifolds] = island;
   StageCounters& counters = effects.counters;
-  const bool whole = !is_giant(manifolds);
+  const bool whole = !is_large(manifolds);
   const double rest_s = dt_s - flown_s;
   std::vector<BodyState> start;
   if (whole && !scene.statics.empty()) {
@@ -101,9 +101,9 @@ void advance_rest(const IslandStep& island, double flown_s, std::span<BodyState>
   const bool linked = whole && is_linked(rest.manifolds);
   // What flight has left has been through its impacts, unless it is sent on to others.
   const bool sent_on = std::ranges::any_of(manifolds, is_link);
-  std::optional<AmongHits> among;
+  std::optional<ContactImpactStep> among;
   if (whole && !linked && (flown_s == 0.0 || sent_on))
-    among = advance_among_hits(rest, states, effects);
+    among = advance_with_contact_impacts(rest, states, effects);
   const IslandReport part = among    ? among->report
                             : linked ? advance_linked(rest, states, effects)
                                      : advance_resting(rest, states, effects);
@@ -128,14 +128,14 @@ IslandReport advance_island(const IslandStep& island, std::span<BodyState> state
     pass_through(island, states, report, effects);
     return report;
   }
-  // Giant ones may be solved by several worlds, of which none has them all.
+  // Large ones may be solved by several worlds, of which none has them all.
   std::vector<BodyState> after = carried_on(scene, ids, states);
-  const bool whole = !is_giant(manifolds),
-             alone = whole && after.empty() && is_left_alone(scene, ids, manifolds, states);
+  const bool whole = !is_large(manifolds),
+             alone = whole && after.empty() && is_isolated_system(scene, ids, manifolds, states);
   const IslandMomentum before = alone ? momentum_of(scene, ids, states) : IslandMomentum{};
   std::vector<BodyState> slow;
-  if (is_nearly_at_rest(island, states)) {
-    if (is_held(island, states, report, counters)) {
+  if (may_fall_asleep(island, states)) {
+    if (is_in_static_equilibrium(island, states, report, counters)) {
       ++counters.islands_at_rest;
       break_joints(scene, ids, states, report, counters);
       return report;
@@ -143,7 +143,7 @@ IslandReport advance_island(const IslandStep& island, std::span<BodyState> state
     slow.assign(states.begin(), states.end());
   }
   if (!scene.joints.empty()) report_lost_joints(scene, ids, manifolds, states, faults);
-  bound_ways(scene, dt_s, ids, manifolds, states, scratch.ways);
+  bound_displacements(scene, dt_s, ids, manifolds, states, scratch.ways);
   double flown_s = 0.0;
   if (!whole && is_one_solve(island, states)) {
     counters.islands_over_budget += gains_by_refinement(island, states);
@@ -157,9 +157,9 @@ IslandReport advance_island(const IslandStep& island, std::span<BodyState> state
     report.push_out_work_joule = 0.0;
   }
   for (std::size_t i = 0; i < ids.size(); ++i)
-    report_impossible_way(scene, scratch.ways, i, ids[i], states[i], faults);
+    report_impossible_displacement(scene, scratch.ways, i, ids[i], states[i], faults);
   if (!slow.empty() && (whole || report.direct || is_linked(manifolds)))
-    come_to_rest(island, slow, states, report);
+    fall_asleep(island, slow, states, report);
   set_carried(scene, ids, after, states, counters);
   break_joints(scene, ids, states, report, counters);
   ++counters.islands_solved;

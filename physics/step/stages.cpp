@@ -5,11 +5,11 @@
 #include "physics/constraints/contact_rows.hpp"
 #include "physics/constraints/joint_loads.hpp"
 #include "physics/constraints/joint_rows.hpp"
-#include "physics/events/hits.hpp"
-#include "physics/events/impacts.hpp"
-#include "physics/events/late_impacts.hpp"
+#include "physics/events/contact_impacts.hpp"
+#include "physics/events/event_driven_impacts.hpp"
 #include "physics/events/linked_step.hpp"
-#include "physics/events/rest.hpp"
+#include "physics/events/missed_pairs.hpp"
+#include "physics/events/sleeping.hpp"
 #include "physics/forces/forces.hpp"
 #include "physics/model/kinematic.hpp"
 #include "physics/refinement/refinement.hpp"
@@ -85,7 +85,8 @@ void add_solves(const SceneDescription& scene, std::vector<Stage>& stages) {
       {"restitution rows", restitution_needed(scene), count_of(&StageCounters::restitution_rows)},
       {"blows shared out", blows_needed(scene), count_of(&StageCounters::blows)},
       {"impacts in flight", flights_needed(scene), count_of(&StageCounters::flight_searches)},
-      {"hits among contacts", hits_needed(scene), count_of(&StageCounters::hit_searches)},
+      {"hits among contacts", contact_impacts_needed(scene),
+       count_of(&StageCounters::hit_searches)},
       {"impacts on unseen statics", unseen_statics_needed(scene),
        count_of(&StageCounters::unseen_searches)},
       {"impacts of what joints draw", linked_impacts_needed(scene),
@@ -93,7 +94,8 @@ void add_solves(const SceneDescription& scene, std::vector<Stage>& stages) {
       {"islands advanced anew", passes_needed(scene), count_of(&StageCounters::islands_again)},
       {"refined steps of islands", refinement_needed(scene),
        count_of(&StageCounters::refined_steps)},
-      {"contacts of bodies at rest", rest_needed(scene), count_of(&StageCounters::pairs_at_rest)},
+      {"contacts of bodies at rest", sleeping_needed(scene),
+       count_of(&StageCounters::pairs_at_rest)},
       {"blocks of giant islands", blocks_needed(scene), count_of(&StageCounters::blocks_solved)},
       {"warm starting", warm_starts_needed(scene), count_of(&StageCounters::warm_started_rows)}};
   stages.insert(stages.end(), more.begin(), more.end());

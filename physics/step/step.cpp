@@ -25,7 +25,7 @@ void find_contacts(const SceneDescription& scene, const Geometry& geometry,
                    std::span<const BodyId> ids, std::span<const BodyState> states,
                    StepScratch& scratch, StageCounters& counters) {
   scratch.resting.start(ids, states);
-  scratch.kept.find({scene, geometry, ids, states, scratch.boxes}, scratch.pairs, counters);
+  scratch.pair_cache.find({scene, geometry, ids, states, scratch.boxes}, scratch.pairs, counters);
   find_static_pairs(geometry, scratch.boxes, scratch.static_pairs, counters);
   scratch.manifolds.clear();
   // Statics have the higher ids: per first body, its dynamic partners come before them.
@@ -47,7 +47,7 @@ void find_contacts(const SceneDescription& scene, const Geometry& geometry,
   append_world_joints(scene, ids, states, scratch.manifolds);
 }
 
-// Statics are compared with all boxes. Without them, only those are made that KeptPairs asks for.
+// Statics are compared with all boxes. Without them, only those are made that PairCache asks for.
 void find_contacts_alone(const SceneDescription& scene, const Geometry& geometry,
                          std::span<const BodyId> ids, std::span<const BodyState> states,
                          StepScratch& scratch, StageCounters& counters) {
@@ -175,7 +175,7 @@ bool connect_sent(const Advance& of) {
   bool any = false;
   for (std::uint32_t other = 0; other < ids.size(); ++other) {
     const bool was_sent = passes.was_sent(other);
-    if (!was_sent && scratch.boxes.empty() && !cells.may_overlap(scratch.kept.room(other)))
+    if (!was_sent && scratch.boxes.empty() && !cells.may_overlap(scratch.pair_cache.fat_box(other)))
       continue;
     const BodyState& start = passes.start_of(other, states[other]);
     const Aabb box = box_of(of, other, start);

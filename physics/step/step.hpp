@@ -6,22 +6,22 @@
 #include <vector>
 
 #include "physics/broadphase/islands.hpp"
-#include "physics/broadphase/kept_pairs.hpp"
+#include "physics/broadphase/pair_cache.hpp"
 #include "physics/model/contact_manifold.hpp"
 #include "physics/model/island_report.hpp"
 #include "physics/model/stage_counters.hpp"
 #include "physics/shapes/geometry.hpp"
 #include "physics/solvers/island_motion.hpp"
-#include "physics/step/resting_islands.hpp"
 #include "physics/step/sent_on.hpp"
+#include "physics/step/sleeping_islands.hpp"
 
 namespace soda::physics {
 
 // Memory that is worth keeping between steps; carries no meaning from one to the next.
 struct StepScratch {
   std::vector<Aabb> boxes;
-  KeptPairs kept;
-  RestingIslands resting;
+  PairCache pair_cache;
+  SleepingIslands resting;
   std::vector<IndexPair> pairs, static_pairs;
   std::vector<ContactManifold> manifolds;
   Islands islands;

@@ -166,7 +166,7 @@ constexpr std::int64_t kSteps = 7;
 // lie.
 test::Scene trough(double drop_m = 0.003, int layers = 3) {
   test::Scene scene(Vec3(0, 0, -9.81));
-  scene.description.solver.direct = false;  // else it is solved whole once it is calm
+  scene.description.solver.direct = false;  // else it is solved whole once it is quasi-static
   scene.ground();
   const std::uint32_t wall = scene.shape(physics::Box{Vec3(30, 0.5, 5)});
   for (const double y : {-2.2, 2.2}) {
@@ -238,7 +238,7 @@ TEST(SplitIslands, EveryExecutorSolvesALargeIslandTogetherWithTheBitsOfOneSolver
   }
 }
 
-TEST(SplitIslands, ACalmLargeIslandIsSolvedDirectlyAndByEachAsAWhole) {
+TEST(SplitIslands, AQuasiStaticLargeIslandIsSolvedDirectlyAndByEachAsAWhole) {
   test::Scene scene = trough(0.0);
   scene.description.solver.direct = true;
   const Outcome alone = run(scene, {.steps = kSteps});

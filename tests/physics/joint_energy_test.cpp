@@ -57,7 +57,7 @@ World chain_of(int links, double last_density) {
   return world;
 }
 
-TEST(JointEnergy, ALinkageKeepsItToRoundingThoughLinksWhirl) {
+TEST(JointEnergy, AnArticulatedIslandKeepsItToRoundingThoughLinksRotateFast) {
   World world = chain_of(2, 50.0);
   add(world, joint_at(JointKind::kBall, world, 0, std::nullopt, Vec3::Zero()));
   const double start = energy(world), scale = world.scene.bodies[0].mass_kg * kGravity;

@@ -72,9 +72,9 @@ TEST(Momentum, OfAnIslandThatTouchesAStaticIsNotItsOwn) {
   manifolds[0].b = BodyId{1};
   manifolds[1].a = BodyId{1};
   manifolds[1].b = BodyId{2};
-  EXPECT_TRUE(is_left_alone(world.scene, world.ids, manifolds, world.states));
+  EXPECT_TRUE(is_isolated_system(world.scene, world.ids, manifolds, world.states));
   manifolds[1].b = static_id(0);
-  EXPECT_FALSE(is_left_alone(world.scene, world.ids, manifolds, world.states));
+  EXPECT_FALSE(is_isolated_system(world.scene, world.ids, manifolds, world.states));
 }
 
 }  // namespace

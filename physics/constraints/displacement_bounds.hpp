@@ -1,0 +1,55 @@
+// How far a step can take a body: what its island's energy allows, and a bounded position
+// correction.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "physics/constraints/contact_rows.hpp"
+#include "physics/model/contact_manifold.hpp"
+#include "physics/model/island_report.hpp"
+
+namespace soda::physics {
+
+// The fastest that bodies of an island are moved beyond their velocities: 2 widths of its widest
+// one a second, as a contact asks for 2 of its smaller body at most. Turns: 4 radians a second, 2
+// widths at the distance of half of one.
+double fastest_correction_m_s(const SceneDescription& scene, std::span<const BodyId> ids);
+// Of all bodies that fall.
+double weight_newton(const SceneDescription& scene, std::span<const BodyId> ids);
+inline constexpr double kFastestCorrection_1_s = 2.0;  // body sizes per second
+inline constexpr double kFastestCorrection_rad_s = 4.0;
+
+// Shortens what is faster. Direction stays; of an island, also the proportions in which bodies
+// part.
+void limit_correction(double most_m_s, PositionCorrection& push);
+void limit_correction(double most_m_s, std::span<PositionCorrection> push);
+
+// How far each body of an island can come in a step: at the speed that it would have with all
+// energy of its island, what forces and surfaces that slide along can add in the step included, and
+// by position correction. Contacts and springs give no energy. Islands with other joints have no
+// bounds: these are closed by any way that it takes. Of the island as it starts: whoever solves a
+// part of it can tell.
+struct DisplacementBounds {
+  bool any = false;
+  bool driven = false;  // by surfaces that move
+  double dt_s = 0.0;
+  double root = 0.0;  // of the greatest kinetic energy, joule
+  double pushed_m_s = 0.0;
+  std::vector<Vec3> positions_m;
+};
+void bound_displacements(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
+                         std::span<const ContactManifold> manifolds,
+                         std::span<const BodyState> states, DisplacementBounds& bounds);
+
+// Whether surfaces have given the island more than the bounds allow: in one solve they do not
+// (energy_clamp.hpp), but every impact within a step is a solve.
+bool is_overdriven(const SceneDescription& scene, std::span<const BodyId> ids,
+                   std::span<const BodyState> states, const DisplacementBounds& bounds);
+
+// Appends a fault if the body, the i-th of those that were bounded, has come farther.
+void report_impossible_displacement(const SceneDescription& scene, const DisplacementBounds& bounds,
+                                    std::size_t i, BodyId id, const BodyState& state,
+                                    std::vector<AdvanceFault>& faults);
+
+}  // namespace soda::physics

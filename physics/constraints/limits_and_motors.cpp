@@ -1,0 +1,174 @@
+#include "physics/constraints/limits_and_motors.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace soda::physics {
+namespace {
+
+constexpr double kAnyPush = std::numeric_limits<double>::infinity();
+
+// The speed at which a motor wants to go on for a part of a step. What a servo has left falls by
+// the trapezoidal rule, or at once where that would pass the target.
+double wanted_speed(double part_s, const JointRow& row) {
+  const JointMotor& motor = *row.motor;
+  if (!motor.target) return motor.speed;
+  const double half_s = 0.5 * part_s, most = std::abs(motor.speed);
+  return std::clamp(row.left / (std::max(motor.time_constant_s, half_s) + half_s), -most, most);
+}
+
+// For `time_s` of the part.
+void let_push(double time_s, double part_s, JointRow& row) {
+  row.least_newton_s = -row.motor->most_push * time_s;
+  row.most_newton_s = row.motor->most_push * time_s;
+  row.idle = !(row.motor->most_push > 0.0);
+  row.target_m_s = wanted_speed(part_s, row);
+}
+
+// The largest velocities that those of the rows are made of: what rounding is measured by. Of the
+// whole system, for impulses carry rounding from what moves to what rests.
+double scale_m_s(const JointSystem& system, std::span<const SolverBody> bodies) {
+  double largest = 0.0;
+  for (const JointRow& row : system.rows) {
+    const SolverBody& a = bodies[row.a];
+    const SolverBody& b = bodies[row.b];
+    largest = std::max(largest, std::abs(row.target_m_s) + a.linear.norm() + b.linear.norm() +
+                                    row.turn_a.norm() * a.angular.norm() +
+                                    row.turn_b.norm() * b.angular.norm());
+  }
+  return largest;
+}
+
+// Of that scale: what rounding can leave, and what a solution can that found the row to depend on
+// others, as that of a motor that drives against a stop.
+constexpr double kBoundRounding = 1e-13, kUnsolved = 1e-6;
+
+// What the row's velocity lacks of its target, as far as an impulse within its bounds can help.
+double missing_m_s(const JointRow& row, double slack_m_s, std::span<const SolverBody> bodies) {
+  const double missing = row.target_m_s - velocity_of(row, bodies);
+  if (std::abs(missing) <= slack_m_s) return 0.0;
+  const double bound = missing > 0.0 ? row.most_newton_s : row.least_newton_s;
+  return row.impulse_newton_s == bound ? 0.0 : missing;
+}
+
+void rest_at(double impulse, JointRow& row, std::span<SolverBody> bodies) {
+  apply_joint_impulse(row, impulse - row.impulse_newton_s, bodies);
+  row.impulse_newton_s = impulse;
+  row.idle = true;
+}
+
+// From impulses within their bounds to the solution of the rows that take part, or as far as the
+// first of their bounds, where that row goes to rest. Whether the solution was reached.
+bool approach(JointSystem& system, std::span<SolverBody> bodies, std::vector<double>& before) {
+  before.clear();
+  for (const JointRow& row : system.rows) before.push_back(row.impulse_newton_s);
+  solve_joint_velocities(system, bodies);
+  double share = 1.0, bound = 0.0;
+  JointRow* first = nullptr;
+  for (std::size_t r = 0; r < before.size(); ++r) {
+    JointRow& row = system.rows[r];
+    if (!is_bounded(row) || row.idle) continue;
+    const double now = row.impulse_newton_s;
+    const double kept = std::clamp(now, row.least_newton_s, row.most_newton_s);
+    if (kept == now) continue;
+    const double part = (kept - before[r]) / (now - before[r]);
+    if (first != nullptr && !(part < share)) continue;
+    share = part;
+    bound = kept;
+    first = &row;
+  }
+  if (first == nullptr) return true;
+  for (std::size_t r = 0; r < before.size(); ++r) {
+    JointRow& row = system.rows[r];
+    const double back = (1.0 - share) * (before[r] - row.impulse_newton_s);
+    apply_joint_impulse(row, back, bodies);
+    row.impulse_newton_s += back;
+  }
+  rest_at(bound, *first, bodies);
+  return false;
+}
+
+// Of a solution: a row that has a part in it but no effect goes to its bound; else the row that
+// lacks most begins to take part. Whether there was any.
+bool change_one(double scale_m_s, JointSystem& system, std::span<SolverBody> bodies) {
+  JointRow* worst = nullptr;
+  double most = 0.0;
+  for (JointRow& row : system.rows) {
+    if (!is_bounded(row)) continue;
+    const double slack = (row.idle ? kBoundRounding : kUnsolved) * scale_m_s;
+    const double missing = missing_m_s(row, slack, bodies);
+    const double bound = missing > 0.0 ? row.most_newton_s : row.least_newton_s;
+    if (missing == 0.0 || (!row.idle && !std::isfinite(bound))) continue;
+    if (!row.idle) {
+      rest_at(bound, row, bodies);
+      return true;
+    }
+    if (!(std::abs(missing) > most)) continue;
+    most = std::abs(missing);
+    worst = &row;
+  }
+  if (worst != nullptr) worst->idle = false;
+  return worst != nullptr;
+}
+
+}  // namespace
+
+void bound_velocities(double time_s, double reached, JointSystem& system) {
+  if (!system.bounded) return;
+  for (JointRow& row : system.rows) {
+    if (row.kind == JointRowKind::kMotor) let_push(time_s, 2.0 * time_s, row);
+    if (row.kind != JointRowKind::kLimit) continue;
+    row.most_newton_s = row.error <= reached ? kAnyPush : 0.0;
+    row.target_m_s = 0.0;
+  }
+}
+
+void bound_step(double time_s, JointSystem& system) {
+  if (!system.bounded) return;
+  for (JointRow& row : system.rows) {
+    if (row.kind == JointRowKind::kMotor) let_push(time_s, time_s, row);
+    if (row.kind != JointRowKind::kLimit) continue;
+    row.most_newton_s = kAnyPush;
+    row.target_m_s = -std::max(row.error, 0.0) / time_s;
+  }
+}
+
+void rest_bounds(JointSystem& system) {
+  for (JointRow& row : system.rows) row.idle = is_bounded(row);
+}
+
+bool hold_passed_limits(double passed, JointSystem& system) {
+  if (!system.bounded) return false;
+  bool more = false;
+  for (JointRow& row : system.rows) {
+    if (row.kind == JointRowKind::kMotor) row.idle = true;
+    if (row.kind != JointRowKind::kLimit || !row.idle || !(row.error < -passed)) continue;
+    row.idle = false;
+    more = true;
+  }
+  return more;
+}
+
+void hold_same_limits(const JointSystem& from, JointSystem& system) {
+  if (!system.bounded) return;
+  for (std::size_t r = 0; r < system.rows.size(); ++r) system.rows[r].idle = from.rows[r].idle;
+}
+
+// Least squares with bounds (Lawson and Hanson's way): every change brings the impulses nearer to
+// the solution and leaves them within their bounds, so it ends, and where the number of changes
+// runs out nothing pushes more than it may.
+void solve_bounded(std::size_t body_count, std::span<SolverBody> bodies, double regularisation,
+                   JointSystem& system) {
+  if (!system.bounded) return solve_joint_velocities(system, bodies);
+  const std::size_t most = 50 + 4 * system.rows.size();
+  const double scale = scale_m_s(system, bodies);
+  std::vector<double> before;
+  for (std::size_t i = 0; i < most; ++i) {
+    const bool solved = approach(system, bodies, before);
+    if (solved && !change_one(scale, system, bodies)) return;
+    factor_joint_rows(body_count, bodies, system, regularisation);
+  }
+}
+
+}  // namespace soda::physics
