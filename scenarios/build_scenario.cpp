@@ -47,6 +47,12 @@ struct Parts {
   std::vector<physics::BodyForces>& forces;
 };
 
+// Of generated bodies.
+struct StatesWanted {
+  bool wanted = true;
+  std::optional<std::uint64_t> seed;
+};
+
 std::string folder_of(const std::string& file) {
   const std::size_t slash = file.rfind('/');
   return slash == std::string::npos ? "" : file.substr(0, slash + 1);
@@ -151,10 +157,10 @@ bool within_limits(const Vec3& position_m) {
   return true;
 }
 
-void add_body(Bodies& bodies, const BodyParams& params, const BodyState& state,
-              const PlacedShape& shape, const JsonValue* place) {
-  bodies.built.push_back({params, state, place});
+void add_body(Bodies& bodies, const BodyParams& params, BodyState state, const PlacedShape& shape,
+              const JsonValue* place) {
   bodies.spheres.push_back({state.position_m, shape.bounding_radius_m});
+  bodies.built.push_back({params, std::move(state), place});
 }
 
 void build_body(const BodySpec& spec, double time_step_s, Parts parts, Bodies& bodies,
@@ -181,12 +187,20 @@ void build_body(const BodySpec& spec, double time_step_s, Parts parts, Bodies& b
     state.linear_velocity_m_s = legs.front().linear_m_s;
     state.angular_velocity_rad_s = legs.front().angular_rad_s;
   }
-  add_body(bodies, *params, state, *shape, spec.json);
+  add_body(bodies, *params, std::move(state), *shape, spec.json);
   bodies.built.back().present = spec.present;
   bodies.built.back().legs = std::move(legs);
 }
 
-void build_generated(const GeneratorSpec& generator, Parts parts, std::optional<std::uint64_t> seed,
+// Where bodies begin: joints, references and inputs that add a body keep some of it.
+bool uses_states(const DocumentSpec& document) {
+  return !document.joints.empty() || !document.references.empty() ||
+         std::ranges::any_of(document.inputs, [](const InputSpec& input) {
+           return std::holds_alternative<AddSpec>(input);
+         });
+}
+
+void build_generated(const GeneratorSpec& generator, Parts parts, const StatesWanted& states,
                      Bodies& bodies, FaultList& faults) {
   const GeneratorBase& base =
       std::visit([](const auto& s) -> const GeneratorBase& { return s; }, generator);
@@ -196,14 +210,19 @@ void build_generated(const GeneratorSpec& generator, Parts parts, std::optional<
   const auto room = static_cast<std::int64_t>(kMaxBodies - bodies.built.size());
   if (!shape || !params || count_of(generator) > room) return;
   params->label = static_cast<std::uint32_t>(base.first_id);
-  for (const BodyState& state : generate(generator, *shape, bodies.spheres, seed, faults)) {
+  std::vector<BodyState> begun =
+      states.wanted ? generate(generator, *shape, bodies.spheres, states.seed, faults)
+                    : std::vector<BodyState>(static_cast<std::size_t>(count_of(generator)));
+  bodies.built.reserve(bodies.built.size() + begun.size());
+  bodies.spheres.reserve(bodies.spheres.size() + begun.size());
+  for (BodyState& state : begun) {
     if (!within_limits(state.position_m)) {
       add_fault(faults, *base.json,
                 {"body " + std::to_string(params->label) + " placed beyond 1e9 m",
                  "positions within 1e9 m in each component", ""});
       return;
     }
-    add_body(bodies, *params, state, *shape, base.json);
+    add_body(bodies, *params, std::move(state), *shape, base.json);
     ++params->label;
   }
 }
@@ -254,6 +273,9 @@ std::vector<const JsonValue*> order_bodies(Bodies bodies, Scenario& scenario) {
   const auto label_of = [](const BuiltBody& body) { return body.params.label; };
   if (!std::ranges::is_sorted(bodies.built, {}, label_of))
     std::ranges::sort(bodies.built, {}, label_of);
+  places.reserve(bodies.built.size());
+  scenario.scene.bodies.reserve(bodies.built.size());
+  scenario.initial.reserve(bodies.built.size());
   for (BuiltBody& body : bodies.built) {
     if (!body.present)
       scenario.run.inputs.absent.push_back(
@@ -340,8 +362,10 @@ Scenario build_scenario(const DocumentSpec& document, const std::string& file,
   Bodies bodies;
   for (const BodySpec& body : document.bodies)
     build_body(body, document.time_step_s, parts, bodies, faults);
+  const StatesWanted states{options.extent != ScenarioExtent::kNoStates || uses_states(document),
+                            options.seed};
   for (const GeneratorSpec& generator : document.generators) {
-    build_generated(generator, parts, options.seed, bodies, faults);
+    build_generated(generator, parts, states, bodies, faults);
   }
   files.folder = folder_of(file);
   for (const StaticSpec& spec : document.statics) {
@@ -353,7 +377,7 @@ Scenario build_scenario(const DocumentSpec& document, const std::string& file,
   build_joints(document.joints, scenario, faults);
   build_inputs(document.inputs, scenario, faults);
   scenario.references = build_references(document.references, scenario, faults);
-  if (faults.empty() && options.warns)
+  if (faults.empty() && options.extent == ScenarioExtent::kAll)
     scenario.warnings = find_warnings({document, scenario, places, placed_boxes(scenario)});
   return scenario;
 }

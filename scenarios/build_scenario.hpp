@@ -14,7 +14,7 @@ namespace soda::scenarios {
 
 struct BuildOptions {
   std::optional<std::uint64_t> seed;  // replaces every seed
-  bool warns = true;                  // whether warnings are looked for
+  ScenarioExtent extent = ScenarioExtent::kAll;
 };
 
 // What the fields of the document do not say by themselves is checked here; a part with a fault is

@@ -94,6 +94,7 @@ struct Expand {
                  "as many as fit without overlap of bounding spheres",
                  "enlarge the region or lower the count"});
     }
+    states.reserve(centers.size());
     for (const Vec3& center : centers) {
       physics::BodyState& state = states.emplace_back();
       state.position_m = center;

@@ -136,7 +136,7 @@ bool InputBuilder::fill(const BodyInputBase& base, const InputSpec& spec, UserIn
     add_fault(
         faults, *find_member(*base.json, "body"),
         {"a push on a kinematic body, which nothing moves", "set-velocity, or another body", ""});
-  std::visit(FillInput{scenario_.initial[*body], input, faults}, spec);
+  std::visit(FillInput{scenario_.declared_state(*body), input, faults}, spec);
   return faults.size() == before;
 }
 

@@ -22,10 +22,11 @@ bool too_close(const BoundingSphere& a, const BoundingSphere& b, double gap_m) {
 }
 
 // Spheres by the cell of their centre. Cells are at least as wide as `reach`, the largest distance
-// at which two spheres can be too close, so that neighbours lie in the 27 cells around.
+// at which two spheres can be too close.
 class SphereGrid {
  public:
-  SphereGrid(const physics::Aabb& box, double reach, std::size_t expected) : box_(box) {
+  SphereGrid(const physics::Aabb& box, double reach, std::size_t expected)
+      : box_(box), sought_m_(kBeyondRounding * reach) {
     const Vec3 size(box.max - box.min);
     Vec3 wanted(std::floor(size.x() / reach), std::floor(size.y() / reach),
                 std::floor(size.z() / reach));
@@ -41,6 +42,8 @@ class SphereGrid {
       width_m_[i] = size[i] / static_cast<double>(cells_[i]);
     }
     heads_.assign(static_cast<std::size_t>(cells_[0] * cells_[1] * cells_[2]), kNobody);
+    next_.reserve(expected);
+    spheres_.reserve(expected);
   }
 
   void add(const BoundingSphere& sphere) {
@@ -51,11 +54,12 @@ class SphereGrid {
   }
 
   bool is_free(const BoundingSphere& wanted, double gap_m) const {
-    const auto cell = cell_of(wanted.center_m);
+    const Vec3 sought(sought_m_, sought_m_, sought_m_);
+    const auto first = cell_of(wanted.center_m - sought), last = cell_of(wanted.center_m + sought);
     std::array<std::int64_t, 3> c{};
-    for (c[2] = first(cell, 2); c[2] <= last(cell, 2); ++c[2]) {
-      for (c[1] = first(cell, 1); c[1] <= last(cell, 1); ++c[1]) {
-        for (c[0] = first(cell, 0); c[0] <= last(cell, 0); ++c[0]) {
+    for (c[2] = first[2]; c[2] <= last[2]; ++c[2]) {
+      for (c[1] = first[1]; c[1] <= last[1]; ++c[1]) {
+        for (c[0] = first[0]; c[0] <= last[0]; ++c[0]) {
           if (!is_free_in(index_of(c), wanted, gap_m)) return false;
         }
       }
@@ -64,22 +68,18 @@ class SphereGrid {
   }
 
  private:
+  static constexpr double kBeyondRounding = 1.01;
+
   std::array<std::int64_t, 3> cell_of(const Vec3& p) const {
     std::array<std::int64_t, 3> cell{};
     for (int i = 0; i < 3; ++i) {
-      const double at = width_m_[i] > 0.0 ? std::floor((p[i] - box_.min[i]) / width_m_[i]) : 0.0;
+      const double at = width_m_[i] > 0.0 ? (p[i] - box_.min[i]) / width_m_[i] : 0.0;
       cell[i] = static_cast<std::int64_t>(std::clamp(at, 0.0, static_cast<double>(cells_[i] - 1)));
     }
     return cell;
   }
   std::size_t index_of(const std::array<std::int64_t, 3>& c) const {
     return static_cast<std::size_t>((c[2] * cells_[1] + c[1]) * cells_[0] + c[0]);
-  }
-  std::int64_t first(const std::array<std::int64_t, 3>& c, int i) const {
-    return std::max<std::int64_t>(c[i] - 1, 0);
-  }
-  std::int64_t last(const std::array<std::int64_t, 3>& c, int i) const {
-    return std::min(c[i] + 1, cells_[i] - 1);
   }
   bool is_free_in(std::size_t cell, const BoundingSphere& wanted, double gap_m) const {
     for (std::uint32_t i = heads_[cell]; i != kNobody; i = next_[i]) {
@@ -89,6 +89,7 @@ class SphereGrid {
   }
 
   physics::Aabb box_;
+  double sought_m_;
   Vec3 width_m_ = Vec3::Zero();
   std::array<std::int64_t, 3> cells_{1, 1, 1};
   std::vector<std::uint32_t> heads_, next_;
@@ -125,6 +126,7 @@ std::vector<Vec3> place_spheres(std::size_t count, double radius_m, double gap_m
   SphereGrid grid({region.min - margin, region.max + margin}, reach, count + near.small.size());
   for (const BoundingSphere& o : near.small) grid.add(o);
   std::vector<Vec3> centers;
+  centers.reserve(count);
   for (int draws = 0; centers.size() < count && draws < kMaxDraws; ++draws) {
     const double x = uniform(stream, region.min.x(), region.max.x());
     const double y = uniform(stream, region.min.y(), region.max.y());

@@ -21,7 +21,7 @@ UserInput draw_input(RandomStream& random, const Scenario& scenario) {
   input.body = physics::BodyId{body};
   const bool comes_or_goes = input.kind == InputKind::kAdd || input.kind == InputKind::kRemove;
   if (comes_or_goes && scenario.scene.bodies[body].joints > 0) input.kind = InputKind::kPush;
-  const physics::BodyState& declared = scenario.initial[body];
+  const physics::BodyState& declared = scenario.declared_state(body);
   input.state.position_m = declared.position_m;
   input.state.orientation = declared.orientation;
   input.state.position_m += 2.0 * scenario.territory.grid.cell_size_m * uniform_in_ball(random);

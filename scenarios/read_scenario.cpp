@@ -14,7 +14,8 @@ constexpr std::size_t kMaxFileBytes = std::size_t{256} << 20;
 }  // namespace
 
 Scenario read_scenario_text(std::string_view text, const std::string& file,
-                            std::optional<std::uint64_t> seed, const MeshFiles& files, bool warns) {
+                            std::optional<std::uint64_t> seed, const MeshFiles& files,
+                            ScenarioExtent extent) {
   FaultList faults;
   const JsonTree tree = parse_json(text, faults);
   Scenario scenario;
@@ -22,7 +23,7 @@ Scenario read_scenario_text(std::string_view text, const std::string& file,
     DocumentSpec document;
     read_object(document_table(), *root, &document, faults);
     if (root->kind == JsonKind::kObject)
-      scenario = build_scenario(document, file, {seed, warns}, files, faults);
+      scenario = build_scenario(document, file, {seed, extent}, files, faults);
   }
   if (!faults.empty()) {
     sort_by_place(faults);

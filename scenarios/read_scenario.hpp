@@ -45,12 +45,12 @@ std::string read_text(const std::string& file);
 
 // Reads a scenario, with warnings of what it hardly means. `file` names it in messages; mesh files
 // are looked up relative to its folder, unless `files` holds them. `seed`, if given, replaces every
-// seed in the file (generators, territory map). Without `warns`, warnings are not looked for.
-// Throws InputError or FileError; nothing else, whatever the bytes.
+// seed in the file (generators, territory map). Throws InputError or FileError; nothing else,
+// whatever the bytes.
 Scenario read_scenario_file(const std::string& file, std::optional<std::uint64_t> seed = {});
 Scenario read_scenario_text(std::string_view text, const std::string& file,
                             std::optional<std::uint64_t> seed = {}, const MeshFiles& files = {},
-                            bool warns = true);
+                            ScenarioExtent extent = ScenarioExtent::kAll);
 
 // The JSON Schema (draft-07) of the format, made from the reader's own field table.
 std::string scenario_schema();

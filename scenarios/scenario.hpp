@@ -22,11 +22,18 @@ struct OutputOptions {
   bool step_digests = false;
 };
 
+// What of a scenario is looked for: warnings, and where its bodies begin. Without that, bodies of
+// generators may have any state, where nothing in the scenario depends on it: for who goes on from
+// states of its own.
+enum class ScenarioExtent { kAll, kNoWarnings, kNoStates };
+
 struct Scenario {
   std::string name;         // of the file, without folder and ending, unless the file gives one
   std::string description;  // one paragraph, may be empty
   physics::SceneDescription scene;
   std::vector<physics::BodyState> initial;  // index == BodyId
+  // As the file has them, where `initial` is of a later step; else empty.
+  std::vector<physics::BodyState> declared;
   models::TerritoryOptions territory;
   models::RunOptions run;  // steps, buffer and executor defaults
   OutputOptions output;
@@ -34,6 +41,11 @@ struct Scenario {
   std::map<std::uint32_t, double> motor_signs;
   std::vector<Reference> references;   // what is known of the run beforehand
   std::vector<InputWarning> warnings;  // what the file hardly means, by place
+
+  // Where a body is added of which the input says nothing else.
+  const physics::BodyState& declared_state(std::size_t body) const {
+    return declared.empty() ? initial[body] : declared[body];
+  }
 };
 
 }  // namespace soda::scenarios

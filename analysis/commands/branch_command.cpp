@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <memory>
 #include <ostream>
+#include <span>
+#include <utility>
 
 #include "analysis/branch/cone.hpp"
 #include "analysis/event_log/log_writer.hpp"
@@ -162,15 +164,30 @@ bool tells_of_bodies(const BranchRequest& request, const LogReader& log) {
          log.scenario().program_version == kVersion;
 }
 
+// With the new inputs, of which there are `inputs`. Where bodies began matters only to one that
+// adds one.
+scenarios::Scenario scenario_of_cone(const BranchRequest& request, LogReader& log,
+                                     std::size_t& inputs, std::ostream& err) {
+  const std::vector<physics::BodyId> ids = SingleStates(log).ids(request.step);
+  const auto read = [&](scenarios::ScenarioExtent extent) {
+    Overrides options = branch_options(request, log);
+    scenarios::Scenario scenario = resumed_without_states(log, request.step, ids, extent, options);
+    inputs = add_inputs(request, scenario, err);
+    return scenario;
+  };
+  scenarios::Scenario scenario = read(scenarios::ScenarioExtent::kNoStates);
+  const auto added = std::span(scenario.run.inputs.script).last(inputs);
+  const bool adds_bodies = std::ranges::any_of(
+      added, [](const models::UserInput& input) { return input.kind == models::InputKind::kAdd; });
+  return adds_bodies ? read(scenarios::ScenarioExtent::kNoWarnings) : std::move(scenario);
+}
+
 // Only what differs is computed. Nothing if that is not possible, or takes longer than the whole.
 std::optional<BranchReport> branch_cone(const BranchRequest& request, LogReader& log,
                                         kernel::StopRequest& stop, std::ostream& err) {
-  Overrides options = branch_options(request, log);
-  scenarios::Scenario scenario =
-      resumed_without_states(log, request.step, SingleStates(log).ids(request.step), options);
   BranchReport report;
   report.first_step = request.step;
-  report.inputs = add_inputs(request, scenario, err);
+  const scenarios::Scenario scenario = scenario_of_cone(request, log, report.inputs, err);
   const auto progress = terminal_progress(scenario.run.steps, request.quiet);
   Cone cone(log, scenario);
   while (cone.step() < scenario.run.steps && stop.load() == 0) {

@@ -1,4 +1,6 @@
 // Entry point of `soda`: every error becomes an exit code here.
+#include <malloc.h>
+
 #include <csignal>
 #include <iostream>
 #include <new>
@@ -57,9 +59,19 @@ analysis::Ending run(int argc, char** argv, kernel::Transport* transport) {
   }
 }
 
+// Large arrays come and go: what they lie in stays with the program, or each is faulted in anew.
+void keep_memory() {
+#ifdef __GLIBC__
+  constexpr int kMost = 1 << 30;
+  mallopt(M_MMAP_THRESHOLD, kMost);
+  mallopt(M_TRIM_THRESHOLD, kMost);
+#endif
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
+  keep_memory();
   std::signal(SIGXFSZ, SIG_IGN);  // a file that becomes too large is told like a full disk
   PrintableBuffer to_err(std::cerr.rdbuf());
   std::ostream err(&to_err);

@@ -20,10 +20,42 @@ bool stands_as_it_is(const BlockHeader& header) {
   return !is_compressed(header.type) && header.stored_bytes == header.raw_bytes;
 }
 
-bool read_bytes(std::ifstream& in, std::size_t count, ByteBuffer& bytes) {
+bool read_bytes(std::ifstream& in, std::size_t count, FileBytes& bytes) {
   bytes.resize(count);
   in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(count));
   return static_cast<std::size_t>(in.gcount()) == count;
+}
+
+// Takes no more memory than there really is to be had, whatever the header says.
+FileBytes decompressed(const BlockHeader& header, std::span<const unsigned char> stored) {
+  constexpr std::size_t kPiece = std::size_t{1} << 20;
+  const std::unique_ptr<ZSTD_DStream, decltype(&ZSTD_freeDStream)> stream(ZSTD_createDStream(),
+                                                                          &ZSTD_freeDStream);
+  if (!stream) throw std::bad_alloc();
+  const std::uint64_t wanted = header.raw_bytes;
+  FileBytes raw;
+  ZSTD_inBuffer in{stored.data(), stored.size(), 0};
+  std::size_t left = 1;
+  while (left != 0) {
+    const std::size_t begin = raw.size();
+    // One byte more than is wanted shows that there is more.
+    raw.resize(std::min<std::uint64_t>(begin + std::max(begin, kPiece), wanted + 1));
+    ZSTD_outBuffer out{raw.data(), raw.size(), begin};
+    left = ZSTD_decompressStream(stream.get(), &out, &in);
+    raw.resize(out.pos);
+    const bool stands_still = out.pos == begin && in.pos == in.size && left != 0;
+    if (ZSTD_isError(left) || stands_still || raw.size() > wanted)
+      throw DecodeError("the block does not decompress");
+  }
+  if (raw.size() != wanted || in.pos != in.size) throw DecodeError("the block does not decompress");
+  return raw;
+}
+
+// Calls `decode` with what the block holds.
+template <class Decode>
+auto decode_payload(const BlockHeader& header, const FileBytes& stored, Decode decode) {
+  if (stands_as_it_is(header)) return decode(stored.view());
+  return decode(decompressed(header, stored.view()).view());
 }
 
 }  // namespace
@@ -59,10 +91,10 @@ LogReader::LogReader(const std::string& file) : file_(file) {
     throw scenarios::FileError(
         file + ": cannot be read: " + (error ? error.message() : "cannot be opened"));
   }
-  ByteBuffer header;
+  FileBytes header;
   try {
     read_bytes(in_, std::min<std::uint64_t>(file_bytes_, kFileHeaderBytes), header);
-    decode_file_header(header);
+    decode_file_header(header.view());
   } catch (const DecodeError& fault) {
     throw scenarios::FileError(file + ": " + fault.what());
   }
@@ -100,13 +132,13 @@ LogReader::Next LogReader::next_block(Block& block) {
     damage_ = std::to_string(left) + " bytes follow the end block";
     return Next::kEnd;
   }
-  ByteBuffer header;
+  FileBytes header;
   if (left < kBlockHeaderBytes || !read_bytes(in_, kBlockHeaderBytes, header)) {
     cut_ = "cut off inside the header of " + place(offset);
     return Next::kEnd;
   }
   try {
-    block.header = decode_block_header(header);
+    block.header = decode_block_header(header.view());
   } catch (const DecodeError&) {
     damage_ = place(offset) + ": the block's header does not match its checksum";
     return Next::kEnd;
@@ -133,16 +165,19 @@ bool LogReader::keep(const Block& block, std::streamoff offset) {
     damage_ = place(offset) + ": is not the block that belongs here";
     return false;
   }
-  if (checksum(block.stored) != header.stored_checksum) {
+  if (checksum(block.stored.view()) != header.stored_checksum) {
     damage_ = place(offset) + ": the block's content does not match its checksum";
     return false;
   }
   try {
-    if (header.type == BlockType::kScenario) scenario_ = decode_scenario(raw_payload(block));
-    if (header.type == BlockType::kOptions) options_ = decode_options(raw_payload(block));
-    if (header.type == BlockType::kBodies) labels_ = decode_labels(raw_payload(block));
+    if (header.type == BlockType::kScenario)
+      scenario_ = decode_payload(header, block.stored, decode_scenario);
+    if (header.type == BlockType::kOptions)
+      options_ = decode_payload(header, block.stored, decode_options);
+    if (header.type == BlockType::kBodies)
+      labels_ = decode_payload(header, block.stored, decode_labels);
     if (header.type == BlockType::kMesh) {
-      meshes_.push_back(decode_mesh(raw_payload(block)));
+      meshes_.push_back(decode_payload(header, block.stored, decode_mesh));
       left_for_meshes_ -= header.raw_bytes;
     }
   } catch (const DecodeError& fault) {
@@ -168,7 +203,7 @@ void LogReader::check_end(const Block& block, std::streamoff offset) {
   const std::streamoff next = in_.tellg();
   std::string wrong;
   try {
-    const LoggedEnd end = decode_end(raw_payload(block));
+    const LoggedEnd end = decode_payload(block.header, block.stored, decode_end);
     const StepHead last = read_head(last_step());
     execution_digest_ = end.execution_digest;
     if (end.steps != last_step() || end.digest != last.digest)
@@ -184,43 +219,18 @@ void LogReader::check_end(const Block& block, std::streamoff offset) {
   in_.seekg(next);
 }
 
-// Takes no more memory than there really is to be had, whatever the header says.
-ByteBuffer LogReader::raw_payload(const Block& block) const {
-  if (stands_as_it_is(block.header)) return block.stored;
-  constexpr std::size_t kPiece = std::size_t{1} << 20;
-  const std::unique_ptr<ZSTD_DStream, decltype(&ZSTD_freeDStream)> stream(ZSTD_createDStream(),
-                                                                          &ZSTD_freeDStream);
-  if (!stream) throw std::bad_alloc();
-  const std::uint64_t wanted = block.header.raw_bytes;
-  ByteBuffer raw;
-  ZSTD_inBuffer in{block.stored.data(), block.stored.size(), 0};
-  std::size_t left = 1;
-  while (left != 0) {
-    const std::size_t begin = raw.size();
-    // One byte more than is wanted shows that there is more.
-    raw.resize(std::min<std::uint64_t>(begin + kPiece, wanted + 1));
-    ZSTD_outBuffer out{raw.data(), raw.size(), begin};
-    left = ZSTD_decompressStream(stream.get(), &out, &in);
-    raw.resize(out.pos);
-    const bool stands_still = out.pos == begin && in.pos == in.size && left != 0;
-    if (ZSTD_isError(left) || stands_still || raw.size() > wanted)
-      throw DecodeError("the block does not decompress");
-  }
-  if (raw.size() != wanted || in.pos != in.size) throw DecodeError("the block does not decompress");
-  return raw;
-}
-
-ByteBuffer LogReader::read_again(const Place& at) {
+FileBytes LogReader::read_again(const Place& at) {
   in_.clear();
   in_.seekg(at.offset);
   Block block;
-  ByteBuffer header;
+  FileBytes header;
   if (!read_bytes(in_, kBlockHeaderBytes, header)) throw DecodeError("cannot be read again");
-  block.header = decode_block_header(header);
+  block.header = decode_block_header(header.view());
   if (block.header.stored_bytes > file_bytes_ ||
       !read_bytes(in_, block.header.stored_bytes, block.stored))
     throw DecodeError("cannot be read again");
-  return raw_payload(block);
+  if (stands_as_it_is(block.header)) return std::move(block.stored);
+  return decompressed(block.header, block.stored.view());
 }
 
 void LogReader::refuse(std::int64_t step, const std::string& why) const {
@@ -235,18 +245,20 @@ void LogReader::check_head(std::int64_t step, const StepHead& head) const {
     throw DecodeError("has whole states where the log has a difference, or the other way round");
 }
 
-ByteBuffer LogReader::read_part(std::int64_t step, std::uint64_t begin, std::uint64_t count) {
+FileBytes LogReader::read_part(std::int64_t step, std::uint64_t begin, std::uint64_t count) {
   const Place& at = block_of(step);
-  ByteBuffer bytes;
+  FileBytes bytes;
   if (at.bytes == 0) {
+    FileBytes whole;
     try {
-      bytes = read_again(at);
+      whole = read_again(at);
     } catch (const DecodeError& fault) {
       refuse(step, fault.what());
     }
-    if (begin > bytes.size() || count > bytes.size() - begin) refuse(step, "ends inside a field");
-    const auto first = bytes.begin() + static_cast<std::ptrdiff_t>(begin);
-    return {first, first + static_cast<std::ptrdiff_t>(count)};
+    if (begin > whole.size() || count > whole.size() - begin) refuse(step, "ends inside a field");
+    bytes.resize(count);
+    std::ranges::copy(whole.view().subspan(begin, count), bytes.data());
+    return bytes;
   }
   in_.clear();
   in_.seekg(at.offset + static_cast<std::streamoff>(kBlockHeaderBytes + begin));
@@ -256,13 +268,13 @@ ByteBuffer LogReader::read_part(std::int64_t step, std::uint64_t begin, std::uin
 }
 
 StepParts LogReader::step_parts_of(std::int64_t step) {
-  return step_parts(read_part(step, 0, kStepHeadBytes));
+  return step_parts(read_part(step, 0, kStepHeadBytes).view());
 }
 
 StepHead LogReader::read_head(std::int64_t step) {
   try {
-    const ByteBuffer raw = read_part(step, 0, step_parts_of(step).head_bytes);
-    ByteReader in(raw);
+    const FileBytes raw = read_part(step, 0, step_parts_of(step).head_bytes);
+    ByteReader in(raw.view());
     StepHead head = decode_step_head(in, in_log(step));
     check_head(step, head);
     return head;
@@ -277,7 +289,7 @@ LoggedStates LogReader::read_last_states() {
     return {std::move(last.ids), std::move(last.states)};
   }
   try {
-    return decode_last_states(read_again(*last_block_), labels_.size());
+    return decode_last_states(read_again(*last_block_).view(), labels_.size());
   } catch (const DecodeError& fault) {
     throw scenarios::FileError(file_ + ": block " + std::to_string(last_block_->block) +
                                " (last states) at byte " + std::to_string(last_block_->offset) +
@@ -292,7 +304,7 @@ std::optional<MotionBounds> LogReader::read_bounds(std::int64_t step) {
   const Place& at = bounds_blocks_[index];
   const std::int64_t first = first_step() + static_cast<std::int64_t>(index) * kBoundedSteps;
   try {
-    MotionBounds bounds = decode_bounds(read_again(at), labels_.size());
+    MotionBounds bounds = decode_bounds(read_again(at).view(), labels_.size());
     if (bounds.first_step != first ||
         bounds.last_step != std::min(first + kBoundedSteps, last_step()))
       throw DecodeError("holds bounds of other steps");
@@ -308,7 +320,7 @@ std::optional<MotionBounds> LogReader::read_bounds(std::int64_t step) {
 LoggedStep LogReader::read_after_last(std::int64_t step) {
   try {
     const bool follows = last_read_ >= 0 && last_read_ == step - options_.every;
-    LoggedStep logged = decode_step(read_again(block_of(step)), in_log(step),
+    LoggedStep logged = decode_step(read_again(block_of(step)).view(), in_log(step),
                                     follows ? &last_ : nullptr, between_s());
     if (logged.step != step) throw DecodeError("holds step " + std::to_string(logged.step));
     if (logged.has_states != has_states(options_, step))
@@ -356,8 +368,8 @@ LoggedStep LogReader::read_states(std::int64_t step) {
 kernel::Bytes LogReader::read_trace(std::size_t index) {
   const Place& at = trace_blocks_[index];
   try {
-    const ByteBuffer raw = read_again(at);
-    const auto bytes = std::as_bytes(std::span(raw));
+    const FileBytes raw = read_again(at);
+    const auto bytes = std::as_bytes(raw.view());
     return {bytes.begin(), bytes.end()};
   } catch (const DecodeError& fault) {
     throw scenarios::FileError(file_ + ": block " + std::to_string(at.block) + " (trace) at byte " +

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "analysis/event_log/file_bytes.hpp"
 #include "analysis/event_log/log_format.hpp"
 #include "analysis/event_log/motion_bounds.hpp"
 #include "kernel/api/payload.hpp"
@@ -66,7 +67,7 @@ class LogReader {
   std::optional<MotionBounds> read_bounds(std::int64_t step);
   StepParts step_parts_of(std::int64_t step);
   // `count` bytes of a step's block, from `begin` on, as decode_step() takes them.
-  ByteBuffer read_part(std::int64_t step, std::uint64_t begin, std::uint64_t count);
+  FileBytes read_part(std::int64_t step, std::uint64_t begin, std::uint64_t count);
   // Between states that follow each other.
   double between_s() const { return scenario_.dt_s * static_cast<double>(options_.every); }
   // Throws FileError: what is wrong with a step.
@@ -75,7 +76,7 @@ class LogReader {
  private:
   struct Block {
     BlockHeader header;
-    ByteBuffer stored;
+    FileBytes stored;
   };
   // Where a block begins, its number in the file, and how long its payload is there.
   struct Place {
@@ -91,7 +92,7 @@ class LogReader {
   const Place& block_of(std::int64_t step) const {
     return step_blocks_[static_cast<std::size_t>(step - first_step())];
   }
-  ByteBuffer read_again(const Place& at);
+  FileBytes read_again(const Place& at);
   LoggedStep read_after_last(std::int64_t step);
   StepInLog in_log(std::int64_t step) const {
     return {labels_.size(), step == first_step() && step > 0};
@@ -100,7 +101,6 @@ class LogReader {
   void check_end(const Block& block, std::streamoff offset);
   // Of the block that comes next.
   std::string place(std::streamoff offset) const;
-  ByteBuffer raw_payload(const Block& block) const;
 
   std::string file_;
   std::ifstream in_;

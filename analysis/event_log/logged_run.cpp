@@ -13,6 +13,8 @@
 namespace soda::analysis {
 namespace {
 
+using scenarios::ScenarioExtent;
+
 [[noreturn]] void refuse(const LogReader& log, const std::string& why) {
   throw scenarios::FileError(log.file() + ": " + why + ", which the logged scenario does not have");
 }
@@ -79,10 +81,11 @@ Overrides options_of_run(const LoggedOptions& logged) {
 
 // As far as it was asked to run.
 scenarios::Scenario scenario_of(const LogReader& log, const Overrides& overrides,
-                                bool warns = true) {
+                                ScenarioExtent extent = ScenarioExtent::kAll) {
   const scenarios::MeshFiles meshes{.folder = "", .kept = &log.meshes(), .read = nullptr};
-  scenarios::Scenario scenario = scenarios::read_scenario_text(
-      log.scenario().text, log.scenario().file, overrides.seed, meshes, warns || overrides.strict);
+  scenarios::Scenario scenario =
+      scenarios::read_scenario_text(log.scenario().text, log.scenario().file, overrides.seed,
+                                    meshes, overrides.strict ? ScenarioExtent::kAll : extent);
   if (overrides.strict) refuse_warnings(log.scenario().file, scenario.warnings);
   check_bodies(log, scenario);
   return scenario;
@@ -114,6 +117,7 @@ void begin_at(const LogReader& log, std::int64_t step, std::span<const physics::
 void begin_with(const LogReader& log, const LoggedStep& at,
                 std::vector<models::CommittedInput> acted, scenarios::Scenario& scenario) {
   begin_at(log, at.step, at.ids, std::move(acted), scenario);
+  scenario.declared = scenario.initial;
   for (std::size_t i = 0; i < at.ids.size(); ++i)
     scenario.initial[physics::index_of(at.ids[i])] = at.states[i];
 }
@@ -144,11 +148,11 @@ LoggedInputs inputs_around(LogReader& log, std::int64_t end, const scenarios::Sc
 }
 
 // As resumed_scenario(), with everything but states. `acted` gets what acted before.
-scenarios::Scenario resumed_inputs(LogReader& log, std::int64_t from, bool warns,
+scenarios::Scenario resumed_inputs(LogReader& log, std::int64_t from, ScenarioExtent extent,
                                    Overrides& options, std::vector<models::CommittedInput>& acted) {
   const Overrides own = options_of_run(log.options());
   options = combined(own, options);
-  scenarios::Scenario scenario = scenario_of(log, options, warns);
+  scenarios::Scenario scenario = scenario_of(log, options, extent);
   const std::uint32_t worlds = own.worlds.value_or(scenario.territory.worlds);
   apply_overrides(options, scenario.territory, scenario.run);
   if (scenario.run.steps < from)
@@ -187,7 +191,7 @@ scenarios::Scenario logged_scenario(LogReader& log, const Overrides& more) {
 scenarios::Scenario resumed_scenario(LogReader& log, std::int64_t from, Overrides& options) {
   const LoggedStep at = log.read_states(from);
   std::vector<models::CommittedInput> acted;
-  scenarios::Scenario scenario = resumed_inputs(log, at.step, true, options, acted);
+  scenarios::Scenario scenario = resumed_inputs(log, at.step, ScenarioExtent::kAll, options, acted);
   check_impulses(log, at, scenario.scene);
   begin_with(log, at, std::move(acted), scenario);
   return scenario;
@@ -195,9 +199,9 @@ scenarios::Scenario resumed_scenario(LogReader& log, std::int64_t from, Override
 
 scenarios::Scenario resumed_without_states(LogReader& log, std::int64_t from,
                                            std::span<const physics::BodyId> ids,
-                                           Overrides& options) {
+                                           ScenarioExtent extent, Overrides& options) {
   std::vector<models::CommittedInput> acted;
-  scenarios::Scenario scenario = resumed_inputs(log, from, false, options, acted);
+  scenarios::Scenario scenario = resumed_inputs(log, from, extent, options, acted);
   begin_at(log, from, ids, std::move(acted), scenario);
   return scenario;
 }
@@ -211,7 +215,7 @@ void check_state(const LogReader& log, std::int64_t step, const physics::BodySta
 
 std::int64_t asked_steps(const LogReader& log) {
   return log.options().overrides.steps.value_or(
-      scenario_of(log, options_of_run(log.options())).run.steps);
+      scenario_of(log, options_of_run(log.options()), ScenarioExtent::kNoStates).run.steps);
 }
 
 void tell_flaws(const LogReader& log, const std::string& file, std::ostream& err) {

@@ -23,11 +23,11 @@ scenarios::Scenario logged_scenario(LogReader& log, const Overrides& overrides);
 // before it.
 scenarios::Scenario resumed_scenario(LogReader& log, std::int64_t from, Overrides& options);
 
-// The same but for the states, which are void, and warnings, which are not looked for: for who
-// reads the states that it needs (`ids`: who is there). The log has some of that step.
+// The same but for the states, which are void, and with no more of the scenario than `extent` says:
+// for who reads the states that it needs (`ids`: who is there). The log has some of that step.
 scenarios::Scenario resumed_without_states(LogReader& log, std::int64_t from,
                                            std::span<const physics::BodyId> ids,
-                                           Overrides& options);
+                                           scenarios::ScenarioExtent extent, Overrides& options);
 
 // Throws FileError for a state whose contacts or joints the scene has not.
 void check_state(const LogReader& log, std::int64_t step, const physics::BodyState& state,

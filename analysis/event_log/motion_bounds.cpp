@@ -29,8 +29,9 @@ void put_bound(ByteBuffer& out, double value, bool up) {
     out.push_back(static_cast<unsigned char>(bits >> 8 * byte));
 }
 
-float take_bound(ByteReader& in) {
-  return std::bit_cast<float>(static_cast<std::uint32_t>(in.take_bits(kBoundBytes)) << 8);
+float bound_at(const unsigned char* bytes) {
+  return std::bit_cast<float>(std::uint32_t{bytes[0]} << 8 | std::uint32_t{bytes[1]} << 16 |
+                              std::uint32_t{bytes[2]} << 24);
 }
 
 }  // namespace
@@ -109,9 +110,16 @@ MotionBounds decode_bounds(std::span<const unsigned char> bytes, std::size_t bod
   if (bounds.bodies.size() != bodies)
     throw DecodeError("holds bounds of " + std::to_string(bounds.bodies.size()) + " bodies, not " +
                       std::to_string(bodies));
+  const unsigned char* next = in.take_span(kBodyBytes * bodies).data();
+  const auto take = [&next](std::array<float, 3>& corner) {
+    for (float& bound : corner) {
+      bound = bound_at(next);
+      next += kBoundBytes;
+    }
+  };
   for (CentreBounds& body : bounds.bodies) {
-    for (float& low : body.low_m) low = take_bound(in);
-    for (float& high : body.high_m) high = take_bound(in);
+    take(body.low_m);
+    take(body.high_m);
   }
   in.expect_end();
   return bounds;

@@ -34,8 +34,12 @@ std::size_t take_at_most(ByteReader& in) {
   return count;
 }
 
+[[noreturn]] void refuse_code(unsigned code) {
+  throw DecodeError("holds a number of length " + std::to_string(code));
+}
+
 unsigned checked(unsigned code) {
-  if (code > kMostCode) throw DecodeError("holds a number of length " + std::to_string(code));
+  if (code > kMostCode) refuse_code(code);
   return code;
 }
 
@@ -72,17 +76,26 @@ void take_impulses(ByteReader& in, std::vector<ContactImpulse>& impulses) {
   }
 }
 
-void take_record(ByteReader& in, bool has_contacts, double between_s, BodyState& state) {
+// Returns what follows; a reader whose address nobody has stays in registers.
+ByteReader take_motion(ByteReader in, double between_s, BodyState& state) {
   const Numbers before = numbers_of(state);
   Numbers numbers{}, guess = before;
   const auto codes = in.take<std::uint16_t>();
   for (std::size_t v = 0; v < kVectors.size(); ++v) {
     if (v == kVelocityVectors) predict_rest(before, numbers, between_s, guess);
-    const unsigned code = checked(codes >> 4 * v & 15);
-    for (std::size_t i = kVectors[v].begin; i < kVectors[v].end; ++i)
-      numbers[i] = take_number(in, code, guess[i]);
+    const unsigned code = checked(codes >> 4 * v & 15), shift = is_rounded(code) ? kZeroBits : 0;
+    const std::size_t bytes = bytes_of(code);
+    for (std::size_t i = kVectors[v].begin; i < kVectors[v].end; ++i) {
+      const std::uint64_t changed = in.take_bits(bytes) << shift;
+      numbers[i] = std::bit_cast<double>(changed ^ std::bit_cast<std::uint64_t>(guess[i]));
+    }
   }
   set_numbers(numbers, state);
+  return in;
+}
+
+void take_record(ByteReader& in, bool has_contacts, double between_s, BodyState& state) {
+  in = take_motion(in, between_s, state);
   if (!has_contacts) return;
   const auto what = in.take<std::uint8_t>();
   if (what == 0 || what > (kImpulsesChanged | kBrokenChanged))

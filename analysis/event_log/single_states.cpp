@@ -18,9 +18,9 @@ std::int64_t whole_before(const LogReader& log, std::int64_t step) {
 
 SingleStates::Frame SingleStates::read_frame(std::int64_t step) {
   const StepParts parts = log_.step_parts_of(step);
-  const ByteBuffer bytes = log_.read_part(step, parts.head_bytes, parts.index_bytes);
+  const FileBytes bytes = log_.read_part(step, parts.head_bytes, parts.index_bytes);
   try {
-    ByteReader in(bytes);
+    ByteReader in(bytes.view());
     DifferenceHead head = decode_difference_head(in);
     in.expect_end();
     check_ids(head.ids, log_.labels().size());
@@ -67,9 +67,9 @@ void SingleStates::advance(BodyId id, std::int64_t step, std::optional<BodyState
       (group->changed >> body & 1) == 0)
     return;
   const std::uint64_t begin = group == frame.groups.begin() ? 0 : std::prev(group)->end;
-  const ByteBuffer records = log_.read_part(step, frame.records_begin + begin, group->end - begin);
+  const FileBytes records = log_.read_part(step, frame.records_begin + begin, group->end - begin);
   try {
-    decode_record(records, *group, body, log_.between_s(), *state);
+    decode_record(records.view(), *group, body, log_.between_s(), *state);
   } catch (const DecodeError& fault) {
     log_.refuse(step, fault.what());
   }

@@ -61,9 +61,12 @@ Array angular_velocities(const std::vector<BodyState>& states) {
   return rows<3>(states, [](const BodyState& s) { return numbers(s.angular_velocity_rad_s); });
 }
 
-py::array contact_records(const std::vector<Contact>& contacts) {
+void register_records() {
   PYBIND11_NUMPY_DTYPE(Record, body, other, other_is_static, touching, position_m, normal,
                        separation_m, normal_newton, friction_newton, normal_impulse_newton_s);
+}
+
+py::array contact_records(const std::vector<Contact>& contacts) {
   py::array_t<Record> array(static_cast<py::ssize_t>(contacts.size()));
   Record* record = array.mutable_data();
   for (const Contact& contact : contacts) {

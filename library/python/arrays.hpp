@@ -19,6 +19,8 @@ Array orientations(const std::vector<BodyState>& states);  // w, x, y, z
 Array velocities(const std::vector<BodyState>& states);
 Array angular_velocities(const std::vector<BodyState>& states);
 
+// Tells numpy what a record of a contact is: once in a process, before the first of them.
+void register_records();
 // One record for each contact.
 pybind11::array contact_records(const std::vector<Contact>& contacts);
 

@@ -193,6 +193,7 @@ void define_run(py::module_& module) {
 
 PYBIND11_MODULE(soda, module) {
   module.doc() = "Rigid bodies, simulated so that equal inputs give equal bits.";
+  soda::python::register_records();
   soda::python::define_errors(module);
   soda::python::define_scene(module);
   soda::python::define_simulation(module);

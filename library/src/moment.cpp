@@ -1,7 +1,5 @@
 #include "library/src/moment.hpp"
 
-#include <xxhash.h>
-
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -9,6 +7,7 @@
 #include <cstring>
 #include <type_traits>
 
+#include "physics/measures/xxh3.hpp"
 #include "soda/errors.hpp"
 
 namespace soda {

@@ -1,8 +1,8 @@
 #include "models/islands/solve_share.hpp"
 
-#include <xxhash.h>
-
 #include <algorithm>
+
+#include "physics/measures/xxh3.hpp"
 
 namespace soda::models {
 namespace {

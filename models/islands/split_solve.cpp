@@ -1,7 +1,5 @@
 #include "models/islands/split_solve.hpp"
 
-#include <xxhash.h>
-
 #include <algorithm>
 #include <bit>
 #include <cstring>
@@ -10,6 +8,7 @@
 #include <utility>
 
 #include "kernel/api/hash_mix.hpp"
+#include "physics/measures/xxh3.hpp"
 #include "physics/model/body_places.hpp"
 
 namespace soda::models {

@@ -1,7 +1,5 @@
 #include "physics/measures/measures.hpp"
 
-#include <xxhash.h>
-
 #include <algorithm>
 #include <bit>
 #include <memory>
@@ -9,6 +7,7 @@
 #include <vector>
 
 #include "physics/forces/forces.hpp"
+#include "physics/measures/xxh3.hpp"
 
 namespace soda::physics {
 namespace {

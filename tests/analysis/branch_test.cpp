@@ -137,6 +137,21 @@ TEST_F(Branch, WhatIsFarFromThePushIsTakenFromTheLog) {
   EXPECT_GT(more["body_steps"].get<int>(), all["body_steps"].get<int>());
 }
 
+// A generated body that is added again begins where the scene has it: only then that is looked up.
+TEST_F(Branch, ABodyIsAddedWhereTheSceneHasIt) {
+  record("crowd", 60);
+  const std::string body = std::to_string(LogReader(log_).labels()[3]);
+  write_file(inputs_, R"({"id": 9001, "type": "remove", "step": 24, "body": )" + body + "}\n" +
+                          R"({"id": 9002, "type": "add", "step": 30, "body": )" + body + "}\n");
+  const json all = json::parse(branched(23, {"--log", branch_, "--json"}).out);
+  const Options run = {
+      "run", library_file("crowd"), "--steps", "60", "--inputs", inputs_, "--json", "--quiet"};
+  EXPECT_EQ(all["digest"], json::parse(run_soda(run).out)["digest"]);
+  expect_the_same_of_the_cone(23, all, "crowd");
+  const json few = json::parse(branched(23, {"--json"}).out);
+  EXPECT_LT(few["body_steps"].get<int>(), all["body_steps"].get<int>() / 5);
+}
+
 // Without the end of a log nobody knows where bodies are in its last steps.
 TEST_F(Branch, OfALogThatIsCutAllIsComputed) {
   record("crowd", 50);

@@ -148,6 +148,19 @@ TEST_F(Checkpoint, InputsOfAFileThatHaveNotActedAreInIt) {
 }
 
 // Killed as soon as a checkpoint has what the stream has said for later.
+TEST_F(Checkpoint, ABodyThatIsAddedAfterwardsBeginsWhereTheSceneHasIt) {
+  const std::string inputs = folder_.file("inputs.jsonl");
+  write_file(inputs, R"({"id": 9001, "type": "remove", "step": 30, "body": 3})"
+                     "\n"
+                     R"({"id": 9002, "type": "add", "step": 40, "body": 3})"
+                     "\n");
+  const Options scene = {"run", library_file("user-input"), "--steps", "60"};
+  const json whole = told(scene, {"--inputs", inputs});
+  told({"run", library_file("user-input"), "--steps", "20", "--checkpoint", file_});
+  const json on = told({"run", "--resume", file_, "--steps", "60"}, {"--inputs", inputs});
+  EXPECT_EQ(on["step_digests"], digests_after(whole, 20));
+}
+
 TEST_F(Checkpoint, InputsOfAStreamThatHaveNotActedAreInIt) {
   const std::string scene = library_file("user-input"), lines = folder_.file("lines.jsonl");
   write_file(
