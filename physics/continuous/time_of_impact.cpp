@@ -173,8 +173,11 @@ void append_way_of_parts(const PairStep& pair, double apart, PartPair parts,
   const FlyingSolids start(pair, parts);
   const Vec3& normal = touch->normal;
   ContactCandidates candidates;
-  candidates.add(support_point(solids.a().solid.placed, normal),
-                 gap_along(start.a().solid.placed, start.b().solid.placed, normal), kWayToImpact);
+  // They are apart now, but solids that turn may not be along the normal with which they will meet.
+  const Solid &a = start.a().solid, &b = start.b().solid;
+  double gap = gap_along(a.placed, b.placed, normal);
+  if (!(gap > 0.0)) gap = std::max(0.0, separation_between(a, b, normal).distance_m);
+  candidates.add(support_point(solids.a().solid.placed, normal), gap, kWayToImpact);
   const std::size_t before = out.size();
   emit_manifold(pair, 0, normal, solids.centre_of_a_m(), candidates, out);
   if (is_of_compounds(pair))

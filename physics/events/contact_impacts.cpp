@@ -56,7 +56,9 @@ std::optional<ContactImpactStep> advance_with_contact_impacts(const IslandStep& 
   const auto& [scene, geometry, dt_s, ids, manifolds] = step;
   const ContactImpactIsland island(step);
   if (any_kinematic(scene, ids)) return {};
-  if (clear_s(island, manifolds, states) == kNever || !can_be_hit(island, states)) return {};
+  if (std::min(clear_s(island, manifolds, states), foreseen_s(island, manifolds, states)) >= dt_s)
+    return {};
+  if (!can_be_hit(island, states)) return {};
   // Measures know what pushes give in a step from its start on; parts start elsewhere.
   const Vec3 known_newton_s = push_impulses_newton_s(scene, dt_s, ids, states);
   const std::vector<BodyState> before(states.begin(), states.end());

@@ -20,20 +20,21 @@ struct ContactImpactStep {
   bool hit = false;  // in this time
 };
 
-// Advances an island in which something comes near for a hit, from hit to hit. A hit is a
-// point that approaches faster than the restitution threshold where its pair bounces; if the scene
-// asks for a tolerance, or something of the island is sent on (sent_on.hpp), also one that
-// approaches faster than gravity makes things in two steps, whatever bounces. Up to a hit bodies
-// are advanced as if there were none (advance_resting): points on their way to one have no part in
-// that. What contacts hold together is advanced together, and nothing else is: contacts that hold
-// nothing (advance_apart.hpp) count as none as long as they keep their gaps. At a hit velocities
-// change as resolve_impact() has it: all points nearer than 1e-4 of a width of a pair that touches,
-// and of what is that near above statics, at once, from the hit on as far as what touches reaches;
-// what rests on statics or does not bounce is held, what bounces but is not hit itself is let go
-// and hit next. So faces hit as faces, and bodies that touch in a row pass a momentum on. What a
-// body can meet is looked for on the way that it is on, and again when a hit changes that.
+// Advances an island in which something comes near for a hit, or turns so far that it may, from hit
+// to hit. A hit is a point that approaches faster than the restitution threshold where its pair
+// bounces; if the scene asks for a tolerance, or something of the island is sent on (sent_on.hpp),
+// also one that approaches faster than gravity makes things in two steps, whatever bounces. Up to a
+// hit bodies are advanced as if there were none (advance_resting): points on their way to one have
+// no part in that. What contacts hold together is advanced together, and nothing else is: contacts
+// that hold nothing (advance_apart.hpp) count as none as long as they keep their gaps. At a hit
+// velocities change as resolve_impact() has it: all points nearer than 1e-4 of a width of a pair
+// that touches, and of what is that near above statics, at once, from the hit on as far as what
+// touches reaches; what rests on statics or does not bounce is held, what bounces but is not hit
+// itself is let go and hit next. So faces hit as faces, and bodies that touch in a row pass a
+// momentum on. What a body can meet is looked for on the way that it is on, and again when a hit
+// changes that.
 //
-// Nothing, and nothing changed, if nothing comes near, or the island is not of this kind: joints,
+// Nothing, and nothing changed, if there is neither, or the island is not of this kind: joints,
 // masses that differ by more than ten thousand times, a body that turns by more than 18 radians, or
 // more work for the hits that are known to come than a step has
 // (contact_impact_run.cpp): contacts that hold many bodies together are advanced with all of them

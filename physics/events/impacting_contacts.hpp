@@ -31,7 +31,7 @@ struct ContactImpactIsland : IslandStep {
   bool sends_;  // some body on to others (sent_on.hpp): a manifold without points connects them
 };
 
-inline constexpr double kForeseenTurn_rad = 0.25;
+inline constexpr double kForeseenTurn_rad = 0.05;
 
 // By how much what pushes a body besides gravity can change the velocity of any of its points, in a
 // second.
@@ -44,7 +44,7 @@ double clear_s(const ContactImpactIsland& island, std::span<const ContactManifol
                std::span<const BodyState> states);
 
 // For how long the points that are nearest tell of what comes near: until something has turned by a
-// quarter radian. After a hit, what spins may come round and hit again.
+// twentieth of a radian. What spins may come round and hit again.
 double foreseen_s(const ContactImpactIsland& island, std::span<const ContactManifold> contacts,
                   std::span<const BodyState> states);
 

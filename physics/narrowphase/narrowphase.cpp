@@ -97,6 +97,7 @@ PairMotion motion_of(const PairStep& pair, const PlacedPair& placed) {
   }
   if (b == nullptr || pull_m_s2 != Vec3::Zero()) motion.velocity_a += pull_m_s2 * dt_s;
   motion.margin_m = kContactMargin * extent;
+  motion.turns_m = turning * dt_s;
   const double speed = (motion.velocity_b - motion.velocity_a).norm() + turning;
   motion.range_m = std::min(motion.margin_m + speed * dt_s, 1e300);
   return motion;
@@ -215,9 +216,11 @@ bool append_manifolds(const PairStep& pair, std::vector<ContactManifold>& out,
     collide_compounds(pair, placed, motion, out, counters);
   else
     collide_placed(pair, placed, motion, out, counters);
-  // Of a mesh, and of compounds, other parts may be met.
-  return (out.size() == before || compound || placed.kernel == ShapeKernel::kMesh) &&
-         motion.range_m > limited_range(motion);
+  // Of a mesh, and of compounds, other parts may be met; and what turns far shows other features.
+  const bool none = out.size() == before;
+  return (none && motion.turns_m > motion.margin_m) ||
+         ((none || compound || placed.kernel == ShapeKernel::kMesh) &&
+          motion.range_m > limited_range(motion));
 }
 
 }  // namespace soda::physics

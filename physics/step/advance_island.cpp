@@ -8,6 +8,7 @@
 #include "physics/constraints/joint_loads.hpp"
 #include "physics/events/contact_impacts.hpp"
 #include "physics/events/event_driven_impacts.hpp"
+#include "physics/events/impacting_contacts.hpp"
 #include "physics/events/linked_step.hpp"
 #include "physics/events/missed_pairs.hpp"
 #include "physics/events/one_solve.hpp"
@@ -99,11 +100,12 @@ void advance_rest(const IslandStep& island, double flown_s, std::span<BodyState>
   }
   const IslandStep rest = island.over(rest_s, flown_s > 0.0 ? left : manifolds);
   const bool linked = whole && is_linked(rest.manifolds);
-  // What flight has left has been through its impacts, unless it is sent on to others.
-  const bool sent_on = std::ranges::any_of(manifolds, is_link);
+  // What flight has left has been through its impacts, unless it is sent on to others, or spins:
+  // then other features come round.
+  const bool through = flown_s > 0.0 && std::ranges::none_of(manifolds, is_link) &&
+                       foreseen_s(ContactImpactIsland(rest), rest.manifolds, states) >= rest_s;
   std::optional<ContactImpactStep> among;
-  if (whole && !linked && (flown_s == 0.0 || sent_on))
-    among = advance_with_contact_impacts(rest, states, effects);
+  if (whole && !linked && !through) among = advance_with_contact_impacts(rest, states, effects);
   const IslandReport part = among    ? among->report
                             : linked ? advance_linked(rest, states, effects)
                                      : advance_resting(rest, states, effects);

@@ -100,5 +100,48 @@ TEST(Separation, OfBoxesIsPositiveWhereTheyAreApartAndNowhereElse) {
   EXPECT_GT(together, 300);
 }
 
+// Two solids that bounce and turn fast, hardly apart.
+World turning_pair(const Shape& a, const Shape& b, std::mt19937_64& engine) {
+  World world = random_pair(a, b, engine);
+  for (BodyParams& body : world.scene.bodies) body.material.restitution = 0.4;
+  for (BodyState& state : world.states) {
+    state.angular_velocity_rad_s = random_vector(-20.0, 20.0, engine);
+    state.linear_velocity_m_s = random_vector(-3.0, 3.0, engine);
+    state.position_m = Vec3::Zero();
+  }
+  const Geometry geometry(world.scene);
+  const Vec3 way = random_vector(-1.0, 1.0, engine).normalized();
+  double near = 0.0, far = 3.0;
+  for (int i = 0; i < 40; ++i) {
+    const double middle = 0.5 * (near + far);
+    world.states[1].position_m = way * middle;
+    (separation_in(world, geometry).distance_m > 0.005 ? far : near) = middle;
+  }
+  world.states[1].position_m = way * far;
+  return world;
+}
+
+// What is nearest goes, and other features come round.
+TEST(Separation, WhatComesRoundInAStepIsMet) {
+  std::mt19937_64 engine(7);
+  const Shape shapes[] = {Capsule{0.3, 0.4}, Cylinder{0.5, 1.0}, hull_of(Vec3(0.5, 0.5, 0.5)),
+                          Box{}};
+  double deepest_m = 0.0;
+  int met = 0;
+  for (int i = 0; i < 4000; ++i) {
+    World world = turning_pair(shapes[i % 4], shapes[i / 4 % 4], engine);
+    for (const ContactManifold& m : contacts_of(world, BodyId{0}, BodyId{1})) {
+      ++met;
+      if (m.points[0].feature == kWayToImpact)
+        EXPECT_GE(m.points[0].separation_m, 0.0) << "pair " << i << ", which is apart";
+    }
+    const Geometry geometry(world.scene);
+    world.run(1, geometry);
+    deepest_m = std::max(deepest_m, -separation_in(world, geometry).distance_m);
+  }
+  EXPECT_GT(met, 2000);
+  EXPECT_LT(deepest_m, 0.01);
+}
+
 }  // namespace
 }  // namespace soda::physics
