@@ -52,8 +52,9 @@ ContactImpactRun::ContactImpactRun(const ContactImpactIsland& island, bool apart
     Look& look = looks_[pair];
     look.time_s = 0.0;
     look.held = is_held(look, 0.0);
-    expect(pair,
-           std::min(clear_s(island_, look.found, states), foreseen_s(island_, look.found, states)));
+    const double clear = clear_s(island_, look.found, states);
+    look.comes = clear < island_.dt_s;
+    expect(pair, std::min(clear, foreseen_s(island_, look.found, states)));
   }
 }
 
@@ -98,7 +99,7 @@ bool ContactImpactRun::is_affordable() {
   };
   std::size_t work = 0;
   for (std::uint32_t pair = 0; pair < pairs_.size(); ++pair) {
-    if (next_.time_s(pair) == kNever) continue;
+    if (!looks_[pair].comes) continue;
     work += work_at(pairs_[pair].a);
     if (!pairs_[pair].fixed) work += work_at(pairs_[pair].b);
   }

@@ -31,7 +31,8 @@ class ContactImpactRun {
   struct Look {  // at a pair
     std::vector<ContactManifold> found;
     double time_s = -1.0;
-    bool held = false;  // the pair is in one set
+    bool held = false;   // the pair is in one set
+    bool comes = false;  // for a hit that was known at the start
   };
   using Bodies = std::vector<std::uint32_t>;
 
