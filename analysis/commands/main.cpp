@@ -62,9 +62,8 @@ analysis::Ending run(int argc, char** argv, kernel::Transport* transport) {
 // Large arrays come and go: what they lie in stays with the program, or each is faulted in anew.
 void keep_memory() {
 #ifdef __GLIBC__
-  constexpr int kMost = 1 << 30;
-  mallopt(M_MMAP_THRESHOLD, kMost);
-  mallopt(M_TRIM_THRESHOLD, kMost);
+  mallopt(M_MMAP_THRESHOLD, 32 << 20);  // the most that it takes
+  mallopt(M_TRIM_THRESHOLD, 1 << 30);
 #endif
 }
 

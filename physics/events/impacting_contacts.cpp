@@ -118,15 +118,37 @@ double clear_s(const ContactImpactIsland& island, std::span<const ContactManifol
   return clear;
 }
 
+namespace {
+
+double across_rad_s(const Vec3& spin, const Vec3& axis) {
+  return (spin - axis * axis.dot(spin)).norm();
+}
+
+// By which a body shows other features: a ball shows none, what is round shows none by turning
+// about its axis, and a halfspace sees none of what turns about its normal.
+double showing_spin_rad_s(const ContactImpactIsland& island, const ContactManifold& m, BodyId id,
+                          const BodyState& state) {
+  const ShapeKind kind = shape_of(island.scene, island.geometry, id).kind;
+  const Vec3& spin = state.angular_velocity_rad_s;
+  if (kind == ShapeKind::kSphere) return 0.0;
+  double shows = spin.norm();
+  if (kind == ShapeKind::kCapsule || kind == ShapeKind::kCylinder)
+    shows = across_rad_s(spin, state.orientation.toRotationMatrix().col(2));
+  if (is_static(m.b) && shape_of(island.scene, island.geometry, m.b).kind == ShapeKind::kHalfSpace)
+    shows = std::min(shows, across_rad_s(spin, m.normal));
+  return shows;
+}
+
+}  // namespace
+
 double foreseen_s(const ContactImpactIsland& island, std::span<const ContactManifold> contacts,
                   std::span<const BodyState> states) {
   double foreseen = kNever;
   for (const ContactManifold& m : contacts) {
     if (is_joint(m) || island.slow_m_s(m) == kNever) continue;
     for (const BodyId id : {m.a, m.b}) {
-      if (is_static(id) || shape_of(island.scene, island.geometry, id).kind == ShapeKind::kSphere)
-        continue;
-      const double spin = island.state_of(id, states).angular_velocity_rad_s.norm();
+      if (is_static(id)) continue;
+      const double spin = showing_spin_rad_s(island, m, id, island.state_of(id, states));
       if (spin > 0.0) foreseen = std::min(foreseen, kForeseenTurn_rad / spin);
     }
   }

@@ -44,7 +44,7 @@ double clear_s(const ContactImpactIsland& island, std::span<const ContactManifol
                std::span<const BodyState> states);
 
 // For how long the points that are nearest tell of what comes near: until something has turned by a
-// twentieth of a radian. What spins may come round and hit again.
+// twentieth of a radian, which shows other features. What spins may come round and hit again.
 double foreseen_s(const ContactImpactIsland& island, std::span<const ContactManifold> contacts,
                   std::span<const BodyState> states);
 

@@ -49,8 +49,8 @@ struct PairMotion {
   Vec3 arm_a = Vec3::Zero(), arm_b = Vec3::Zero();
   double dt_s = 0.0;
   double margin_m = 0.0;  // contacts within it are kept even when not closing
-  double turns_m = 0.0;   // of it, what spins alone can close
   double range_m = 0.0;   // no contact farther apart can be reached in this step
+  double turns_m = 0.0;   // of it, what spins can close that show other features
 
   // Velocity of b relative to a at a point.
   Vec3 relative_velocity(const Vec3& point) const {

@@ -89,15 +89,18 @@ PairMotion motion_of(const PairStep& pair, const PlacedPair& placed) {
   motion.dt_s = dt_s;
   double extent = shape_a.min_extent_m;
   double turning = motion.spin_a.norm() * shape_a.bounding_radius_m;
+  double shows = shape_a.kind == ShapeKind::kSphere ? 0.0 : turning;  // other features
   if (b != nullptr) {
     motion.velocity_b = b->linear_velocity_m_s;
     motion.spin_b = b->angular_velocity_rad_s;
     extent = std::min(extent, shape_b.min_extent_m);
-    turning += motion.spin_b.norm() * shape_b.bounding_radius_m;
+    const double of_b = motion.spin_b.norm() * shape_b.bounding_radius_m;
+    turning += of_b;
+    shows += shape_b.kind == ShapeKind::kSphere ? 0.0 : of_b;
   }
   if (b == nullptr || pull_m_s2 != Vec3::Zero()) motion.velocity_a += pull_m_s2 * dt_s;
   motion.margin_m = kContactMargin * extent;
-  motion.turns_m = turning * dt_s;
+  motion.turns_m = shows * dt_s;
   const double speed = (motion.velocity_b - motion.velocity_a).norm() + turning;
   motion.range_m = std::min(motion.margin_m + speed * dt_s, 1e300);
   return motion;

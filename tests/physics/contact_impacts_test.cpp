@@ -105,6 +105,25 @@ TEST(ContactImpacts, WhereARodThatSpinsOnAFloorHitsDoesNotDependOnTheStep) {
   }
 }
 
+// By turning, what rolls shows nothing new, nor does what spins where it stands.
+TEST(ContactImpacts, WhatRollsOrSpinsAboutTheNormalIsNotLookedAtAgain) {
+  const Material material{.friction = 0.5, .restitution = 0.3};
+  const Quat lying = test::about(Vec3::UnitX(), 0.5 * 3.14159265358979);
+  for (const double spin_rad_s : {3.0, 30.0, 100.0}) {
+    World world = on_floor(1.0 / 60, 0.0, material);
+    BodyState& rolls = world.add_body(world.add_shape(Capsule{.radius_m = 0.1, .length_m = 0.3}),
+                                      Vec3(0, 0, 0.1), 800.0, material);
+    rolls.orientation = lying;
+    rolls.linear_velocity_m_s = Vec3(0.1 * spin_rad_s, 0, 0);
+    rolls.angular_velocity_rad_s = Vec3(0, spin_rad_s, 0);
+    world.add_body(world.add_shape(Box{Vec3(0.1, 0.1, 0.05)}), Vec3(0, 9, 0.05), 800.0, material)
+        .angular_velocity_rad_s = Vec3(0, 0, spin_rad_s);
+    run_for(world, 1.0);
+    EXPECT_EQ(world.counters.hit_searches, 0u) << spin_rad_s;
+    EXPECT_NEAR(world.states[0].position_m.x(), 0.1 * spin_rad_s, 1e-3 * spin_rad_s);
+  }
+}
+
 // All at once, four would go on together.
 TEST(ContactImpacts, BallsThatTouchOnAFloorPassAMomentumOn) {
   const Material material{.friction = 0.0, .restitution = 1.0};
