@@ -33,9 +33,9 @@
 namespace soda::physics {
 namespace {
 
-// Of the speed that gravity gives in a step. A body alone, and what has to keep a tolerance, is
-// solved to rounding; what hangs on joints alone nearly so; others to 1e-9 or, where that is out of
-// reach, 1e-7 (solve_directly).
+// Of the speed that gravity gives in a step. A body without joints and neighbours, and what has to
+// keep a tolerance, is solved to rounding; what hangs on joints alone nearly so; others to 1e-9 or,
+// where that is out of reach, 1e-7 (solve_directly).
 constexpr double kOfExact = 1e-12, kOfHanging = 1e-10, kOfOthers = 1e-8;
 
 bool is_touched(std::span<const ContactManifold> manifolds) {
@@ -44,9 +44,10 @@ bool is_touched(std::span<const ContactManifold> manifolds) {
 
 double slow_m_s(const IslandStep& island) {
   const SceneDescription& scene = island.scene;
-  const double share = island.ids.size() == 1 || scene.tolerance > 0.0 ? kOfExact
-                       : is_touched(island.manifolds)                  ? kOfOthers
-                                                                       : kOfHanging;
+  const bool alone = island.ids.size() == 1 && std::ranges::none_of(island.manifolds, is_joint);
+  const double share = alone || scene.tolerance > 0.0 ? kOfExact
+                       : is_touched(island.manifolds) ? kOfOthers
+                                                      : kOfHanging;
   return share * scene.gravity_m_s2.norm() * scene.dt_s;
 }
 

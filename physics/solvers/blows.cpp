@@ -166,9 +166,7 @@ bool meet_laws(int most, double length_s, std::size_t moving, ContactProblem& pr
       .rounding = 1e-9,
       .accepted = 1e-4,
       .factorisations = std::min(static_cast<int>(affordable), kOfStep - work.factorisations),
-      .further = kFurther,
-      .first = 1e-3,
-      .counts = 0.1};
+      .further = kFurther};
   const auto end = problem.bodies.begin() + static_cast<std::ptrdiff_t>(moving);
   const std::vector<SolverBody> before(problem.bodies.begin(), end);
   const NewtonOutcome outcome = solve_directly(aim, before, *plan, problem);

@@ -101,6 +101,14 @@ ConvexRow convex_row(const JointRow& row, std::span<const SolverBody> bodies) {
   return out;
 }
 
+// What a row has to change: nothing where only an impulse beyond its bounds could (a stop that is
+// far away).
+double missing_m_s(const ConvexRow& row, double velocity_m_s) {
+  const double missing = row.target_m_s - velocity_m_s;
+  const bool excluded = missing < 0.0 ? row.least_newton_s >= 0.0 : row.most_newton_s <= 0.0;
+  return excluded ? 0.0 : missing;
+}
+
 void apply(const PointResponse& response, const ConvexPoint& p, std::size_t i,
            ContactProblem& problem) {
   const Vec3& impulse = response.impulse_newton_s;
@@ -243,21 +251,14 @@ NewtonOutcome solve_directly(const DirectAim& aim, std::span<const SolverBody> f
   if (joints != nullptr)
     for (const JointRow& row : joints->rows) {
       const ConvexRow& added = convex.rows.emplace_back(convex_row(row, problem.bodies));
-      const double speed = added.speed * (relative_velocity(added, convex.free) - added.target_m_s);
+      const double speed = added.speed * missing_m_s(added, relative_velocity(added, convex.free));
       squared = std::max(squared, speed * speed);
     }
   const double scale = std::sqrt(squared);
   const int most = aim.factorisations > 0 ? aim.factorisations
                                           : most_factorisations(aim, free, plan, joints != nullptr);
-  const NewtonLimits limits{scale,
-                            aim.wanted * scale,
-                            aim.rounding * scale,
-                            aim.accepted * scale,
-                            most,
-                            40,
-                            aim.further,
-                            aim.first * scale,
-                            aim.counts};
+  const NewtonLimits limits{
+      scale, aim.wanted * scale, aim.rounding * scale, aim.accepted * scale, most, 40, aim.further};
   Responses responses;
   const NewtonOutcome outcome = solve_by_newton(limits, plan, convex, twists, responses);
   if (!outcome.converged) return outcome;

@@ -121,6 +121,8 @@ Sum gain_of(double dt_s, std::span<const BodyState> before, std::span<const Solv
     if (!held[i].supported) way -= forced * (0.5 * dt_s) + flights[i].not_yet_m;
     gain.add(0.5 * mass * (body.linear - v0).dot(body.linear + v0));
     gain.add(-mass * forced.dot(way) / dt_s);
+    // What rests has a velocity of rounding: of the difference of this and of impulses.
+    gain.scale += mass * forced.squaredNorm();
     const Mat3 inertia = inverse_of_symmetric(body.inverse_inertia);
     gain.add(0.5 * Vec3(inertia * (body.angular - w0)).dot(body.angular + w0));
     gain.add(-Vec3(inertia * (free[i].angular - w0)).dot(body.angular));

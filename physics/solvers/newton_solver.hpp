@@ -1,6 +1,7 @@
 // Solves the contacts of an island by Newton's method on the convex problem, and with it the exact
 // contact laws: the compliance is taken out again by starting from the impulses found (augmented
-// Lagrangian), the lift of sliding points by shifting their targets (de Saxce).
+// Lagrangian), the lift of sliding points by shifting their targets (de Saxce). Both are one
+// fixed-point iteration, which is accelerated (anderson.hpp).
 #pragma once
 
 #include <vector>
@@ -18,10 +19,6 @@ struct NewtonLimits {
   int factorisations = 0;     // at most
   int corrections = 0;        // of compliance and shift, at most
   int further = 1000;         // factorisations once an error is accepted, at most
-  double first_m_s = 0.0;     // error at which the first correction is made
-  // Share of the shift at which what the compliance gives way counts: below it, a harder compliance
-  // makes nothing faster. 0: it becomes harder wherever corrections are slow.
-  double counts = 0.0;
 };
 
 struct NewtonOutcome {

@@ -39,6 +39,50 @@ TEST(JointedIslands, AChainThatLiesComesToRestAndCostsNothing) {
   }
 }
 
+// Rounding is no energy that contacts would give, so they are not given up.
+TEST(JointedIslands, AChainThatLiesStaysInItsFirstStepWhateverItsLength) {
+  for (int links = 2; links <= 64; ++links) {
+    World world = test::under_gravity();
+    world.add_floor();
+    const std::uint32_t link = world.add_shape(Box{{0.1, 0.025, 0.025}});
+    for (int i = 0; i < links; ++i) world.add_body(link, Vec3((i + 0.5) * 0.2, 0, 0.025));
+    for (int i = 1; i < links; ++i)
+      add(world, joint_at(JointKind::kBall, world, static_cast<std::uint32_t>(i - 1),
+                          static_cast<std::uint32_t>(i), Vec3(i * 0.2, 0, 0.025)));
+    const std::vector<BodyState> start = world.states;
+    world.run(1);
+    for (std::size_t i = 0; i < start.size(); ++i)
+      EXPECT_LE((world.states[i].position_m - start[i].position_m).norm(), 1e-10)
+          << links << " links, body " << i;
+  }
+}
+
+// Two boxes on a hinge that slide to a stop, one of them turned.
+World sliding_pair(std::optional<JointLimits> limits) {
+  World world = test::under_gravity();
+  world.add_floor(Material{.friction = 0.3});
+  const std::uint32_t box = world.add_shape(Box{{0.4, 0.2, 0.1}});
+  for (int i = 0; i < 2; ++i) {
+    world.add_body(box, Vec3(i, 0, 0.1), 1.0 + 3.0 * i, Material{.friction = 0.3});
+    world.states[i].linear_velocity_m_s = Vec3(2, 1 - 2 * i, 0);
+  }
+  Joint& hinge = add(world, joint_at(JointKind::kHinge, world, 0, 1, Vec3(0.5, 0, 0.1)));
+  hinge.limits = limits;
+  return world;
+}
+
+// What a solve may leave is measured by what it has to change, and not by how far away stops are.
+TEST(JointedIslands, StopsThatAreFarAwayChangeNothing) {
+  World free = sliding_pair(std::nullopt), stopped = sliding_pair(JointLimits{-3000.0, 3000.0});
+  for (int step = 0; step < 60; ++step) {
+    free.run(1);
+    stopped.run(1);
+    for (std::size_t i = 0; i < 2; ++i)
+      ASSERT_LE((free.states[i].position_m - stopped.states[i].position_m).norm(), 1e-8)
+          << "step " << step << ", body " << i;
+  }
+}
+
 // Hinged planks of 1 kg between two walls, and a ball that falls on them.
 // Hinged planks of 1 kg and half a metre that hang by a tenth of their span.
 double sag_m(int planks) { return 0.05 * planks; }

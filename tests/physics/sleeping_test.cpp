@@ -87,7 +87,8 @@ TEST(Sleeping, AHitWakesAnIslandAndTheMemoryOfItChangesNoBit) {
     if (remembered.report.islands.front().rests) ++at_rest;
   }
   EXPECT_GT(at_rest, 200u);
-  EXPECT_GT((remembered.states[2].position_m - Vec3(0.02, 0, 2.5)).norm(), 1e-6) << "was hit";
+  EXPECT_LT(remembered.states[6].linear_velocity_m_s.x(), -1.0) << "the ball hit it";
+  EXPECT_GT((remembered.states[2].position_m - Vec3(0.02, 0, 2.5)).norm(), 1e-9) << "was woken";
   EXPECT_GT(remembered.counters.pairs_at_rest, 1000u);
   EXPECT_EQ(forgetful.counters.pairs_at_rest, 0u);
 }
