@@ -164,6 +164,7 @@ void check_overlaps(const Written& written, WarningList& warnings) {
   if (!scenario.scene.solver.contact_response) return;
   const std::vector<std::uint32_t> bodies = without_coincident(written, warnings);
   std::vector<Aabb> boxes;
+  boxes.reserve(bodies.size() + written.boxes.statics.size());
   for (const std::uint32_t i : bodies) boxes.push_back(written.boxes.bodies[i]);
   std::vector<std::uint32_t> statics;
   for (std::uint32_t s = 0; s < written.boxes.statics.size(); ++s)

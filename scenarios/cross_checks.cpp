@@ -94,6 +94,7 @@ void add_name_again(const JsonValue& name, std::string_view what, const JsonValu
 template <class Index>
 std::vector<std::string_view> names_in(const Index& index) {
   std::vector<std::string_view> names;
+  names.reserve(index.size());
   for (const auto& [name, value] : index) names.push_back(name);
   return names;
 }

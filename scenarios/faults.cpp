@@ -62,7 +62,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 
 }  // namespace
 
-InputError::InputError(std::string file, std::vector<InputFault> faults)
+InputError::InputError(const std::string& file, std::vector<InputFault> faults)
     : std::runtime_error(message_of(file, faults)), faults_(std::move(faults)) {}
 
 void add_fault(FaultList& faults, const JsonValue& at, FaultText text) {

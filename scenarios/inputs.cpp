@@ -203,7 +203,7 @@ std::optional<UserInput> InputLines::read_line(std::string_view line, FaultList&
   ++line_;
   if (line.find_first_not_of(" \t\r") == std::string_view::npos) return std::nullopt;
   FaultList found;
-  const std::optional<UserInput> input = parse_line(line, builder_, found);
+  std::optional<UserInput> input = parse_line(line, builder_, found);
   for (InputFault& fault : found) {
     fault.line = line_;
     if (faults.size() < kMaxFaults) faults.push_back(std::move(fault));
@@ -213,7 +213,7 @@ std::optional<UserInput> InputLines::read_line(std::string_view line, FaultList&
 
 std::optional<UserInput> InputLines::read(std::string_view line) {
   FaultList faults;
-  const std::optional<UserInput> input = read_line(line, faults);
+  std::optional<UserInput> input = read_line(line, faults);
   if (!faults.empty()) throw InputError(file_, std::move(faults));
   return input;
 }

@@ -26,7 +26,7 @@ class InputBuilder {
   // not a whole number of steps. Without a time the step is -1.
   std::optional<models::UserInput> build(const InputSpec& spec, FaultList& faults);
   // Ids that are taken already.
-  void take_id(std::uint32_t id, std::string where) { ids_.try_emplace(id, std::move(where)); }
+  void take_id(std::uint32_t id, std::string_view where) { ids_.try_emplace(id, where); }
 
  private:
   bool check_id(const InputBase& base, FaultList& faults);

@@ -23,14 +23,15 @@ const JsonValue* find_member(const JsonValue& object, std::string_view key) {
 std::string pointer_to(const JsonValue& value) {
   std::vector<const JsonValue*> path;
   for (const JsonValue* v = &value; v->parent; v = v->parent) path.push_back(v);
+  std::reverse(path.begin(), path.end());
   std::string pointer;
-  for (auto step = path.rbegin(); step != path.rend(); ++step) {
+  for (const JsonValue* step : path) {
     pointer += '/';
-    if ((*step)->parent->kind == JsonKind::kArray) {
-      pointer += std::to_string((*step)->index);
+    if (step->parent->kind == JsonKind::kArray) {
+      pointer += std::to_string(step->index);
       continue;
     }
-    for (const char c : printable((*step)->key)) {
+    for (const char c : printable(step->key)) {
       if (c == '~')
         pointer += "~0";
       else if (c == '/')

@@ -20,7 +20,7 @@ std::string range_text(const Field& field, bool integer) {
   return " from " + text(field.limits.min) + " to " + text(field.limits.max);
 }
 
-std::string with_unit(std::string text, const Field& field) {
+std::string with_unit(const std::string& text, const Field& field) {
   const std::string_view unit = unit_of(field.key);
   return unit.empty() ? text : text + " " + std::string(unit);
 }

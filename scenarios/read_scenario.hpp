@@ -25,7 +25,7 @@ struct InputFault {
 // "FILE:LINE:COLUMN: POINTER: found F; allowed: A (did you mean ...?)".
 class InputError : public std::runtime_error {
  public:
-  InputError(std::string file, std::vector<InputFault> faults);
+  InputError(const std::string& file, std::vector<InputFault> faults);
   const std::vector<InputFault>& faults() const { return faults_; }
 
  private:

@@ -37,8 +37,8 @@ struct Adder {
   std::vector<physics::Shape>& shapes;
   ShapeIndex& index;
 
-  const PlacedShape& add(std::vector<double> key, physics::Shape shape, Vec3 size, double radius,
-                         const Vec3& center = Vec3::Zero()) {
+  const PlacedShape& add(std::vector<double> key, physics::Shape shape, const Vec3& size,
+                         double radius, const Vec3& center = Vec3::Zero()) {
     const auto [at, is_new] = index.try_emplace(std::move(key));
     if (is_new) {
       at->second = {.index = static_cast<std::uint32_t>(shapes.size()),
@@ -125,7 +125,7 @@ std::optional<PlacedShape> place(const HullSpec& s, Adder adder, FaultList& faul
 
 // Parts in the file's frame become those about this centre.
 PlacedShape add_compound(physics::Compound compound, const Vec3& center,
-                         physics::MassProperties mass, Adder adder) {
+                         const physics::MassProperties& mass, Adder adder) {
   std::vector<double> key{static_cast<double>(KeyKind::kCompound)};
   for (physics::CompoundPart& part : compound.parts) {
     part.position_m = Vec3(part.position_m.x() - center.x(), part.position_m.y() - center.y(),
@@ -274,7 +274,7 @@ std::optional<PlacedShape> place_shape(const SolidShapeSpec& spec,
 std::optional<PlacedShape> place_body_shape(const SolidSpec& spec,
                                             std::vector<physics::Shape>& shapes, ShapeIndex& index,
                                             FaultList& faults) {
-  const std::optional<PlacedShape> shape = place_shape(spec.shape, shapes, index, faults);
+  std::optional<PlacedShape> shape = place_shape(spec.shape, shapes, index, faults);
   if (!shape || !spec.center_of_mass_m) return shape;
   return recenter(*shape, *spec.center_of_mass_m, *find_member(*spec.json, "center_of_mass_m"),
                   {shapes, index}, faults);

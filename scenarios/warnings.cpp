@@ -40,9 +40,10 @@ void WarningList::add(std::string_view kind, const JsonValue& at,
 std::vector<InputWarning> WarningList::take() {
   std::ranges::stable_sort(told_, {},
                            [](const InputWarning& w) { return std::tie(w.line, w.column); });
-  for (auto warning = told_.rbegin(); warning != told_.rend(); ++warning) {
-    std::size_t& count = count_[warning->kind];
-    if (count > kListedWarnings) warning->more = count - kListedWarnings;
+  for (std::size_t i = told_.size(); i-- > 0;) {
+    InputWarning& warning = told_[i];
+    std::size_t& count = count_[warning.kind];
+    if (count > kListedWarnings) warning.more = count - kListedWarnings;
     count = 0;
   }
   count_.clear();

@@ -250,6 +250,7 @@ std::vector<MotionAt> sphere_line(const std::vector<StartingBody>& bodies) {
     const StartingBody& body = bodies[order[n]];
     motions[order[n]] = [body, points, n](double t) {
       std::vector<Point> now;
+      now.reserve(points.size());
       for (const Point& p : points) now.push_back({p.x + p.v * t, p.v});
       std::sort(now.begin(), now.end(),
                 [](const Point& a, const Point& b) { return a.x != b.x ? a.x < b.x : a.v < b.v; });

@@ -23,7 +23,7 @@ class EnergyTrack {
       : scene_(scene), ids_(all_ids(scene.bodies.size())), scale_(lifting_energy_joule(scene)) {}
 
   Mechanics see(std::span<const BodyState> states) {
-    const Mechanics now = physics::measure(scene_, ids_, states);
+    Mechanics now = physics::measure(scene_, ids_, states);
     if (!started_) start_ = now;
     started_ = true;
     const double potential = now.potential_energy_joule - start_.potential_energy_joule;

@@ -110,7 +110,8 @@ std::vector<MotionAt> sliding_row(const std::vector<StartingBody>& bodies,
       all_slides(answer.friction * gravity_m_s2, answer.restitution, std::move(row));
   std::vector<MotionAt> motions(bodies.size());
   for (std::size_t n = 0; n < order.size(); ++n) {
-    motions[order[n]] = [body = bodies[order[n]], of_body = slides[n]](double t) {
+    const std::vector<Slide>& slid = slides[n];
+    motions[order[n]] = [body = bodies[order[n]], of_body = slid](double t) {
       const auto after =
           std::upper_bound(of_body.begin(), of_body.end(), t,
                            [](double time, const Slide& slide) { return time < slide.since_s; });

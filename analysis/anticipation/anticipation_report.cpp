@@ -161,6 +161,7 @@ std::string anticipation_csv(const std::vector<AnticipationPoint>& points) {
 
 std::string buffer_costs_text(const std::vector<BufferCost>& costs) {
   std::vector<std::vector<std::string>> rows;
+  rows.reserve(costs.size());
   for (const BufferCost& cost : costs)
     rows.push_back({std::to_string(cost.buffer), format_number(1e3 * cost.makespan_s) + " ms",
                     format_number(cost.efficiency, 3), format_number(cost.lead_steps, 3),

@@ -213,11 +213,12 @@ std::vector<AnticipationPoint> anticipation(
         point.modelled = run_once(on_virtual_clock(asked, options), options, overload);
       if (options.measured) {
         std::vector<AnticipationRun> measured;
+        measured.reserve(static_cast<std::size_t>(options.repeat));
         for (int i = 0; i < options.repeat; ++i)
           measured.push_back(run_once(asked, options, overload));
         point.measured = median_of(std::move(measured));
       }
-      points.push_back(std::move(point));
+      points.push_back(point);
     }
   return points;
 }

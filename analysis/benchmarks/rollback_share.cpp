@@ -18,6 +18,7 @@ namespace {
 using namespace soda;
 
 constexpr int kRows = 100;
+constexpr int kMiddleRow = kRows / 2;
 
 std::string scene_text(int intruders) {
   std::ostringstream text;
@@ -32,7 +33,7 @@ std::string scene_text(int intruders) {
          << R"("material": "m", "position_m": [)" << x << ", " << y << R"(, 0.25],)"
          << R"("velocity_m_s": [)" << speed << ", 0, 0]}";
   };
-  const auto row = [](int i) { return 1.2 * (i - kRows / 2) + 0.6; };
+  const auto row = [](int i) { return 1.2 * (i - kMiddleRow) + 0.6; };
   for (int i = 0; i < kRows; ++i) ball(i, 2.0, row(i), 0.0);
   for (int i = 0; i < intruders; ++i) ball(kRows + i, -2.0, row(i), 24.0);
   text << "]}";

@@ -98,6 +98,7 @@ double slow_down(const scenarios::Scenario& scene, double alone_ns, unsigned pro
   std::vector<double> cpu_ns(processors, 0.0);
   {
     std::vector<std::jthread> threads;
+    threads.reserve(cpu_ns.size());
     for (double& took_ns : cpu_ns)
       threads.emplace_back([&scene, &took_ns] { took_ns = measure_alone(scene, 1, 1).cpu_ns; });
   }

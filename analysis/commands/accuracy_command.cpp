@@ -74,8 +74,9 @@ std::vector<std::string> files_of(const AccuracyRequest& request) {
     const std::vector<std::string> known = case_names(folder);
     if (std::find(known.begin(), known.end(), name) == known.end()) {
       const std::string nearest = nearest_name(name, known);
-      throw UsageError("no case " + name + " in " + folder +
-                       (nearest.empty() ? "" : " (did you mean " + nearest + "?)"));
+      std::string what = "no case " + name;
+      what += " in " + folder + (nearest.empty() ? "" : " (did you mean " + nearest + "?)");
+      throw UsageError(what);
     }
     files.push_back(in_folder(name));
   }
@@ -160,9 +161,10 @@ void run_settings(const scenarios::Scenario& scenario, const EngineKind& engine,
 
 // Those that are named, in that order; all if none is.
 std::vector<Family> families_of(const std::vector<std::string>& names) {
-  const std::vector<Family> all = all_families();
+  std::vector<Family> all = all_families();
   if (names.empty()) return all;
   std::vector<std::string> known;
+  known.reserve(all.size());
   for (const Family& family : all) known.push_back(family.name);
   std::vector<Family> families;
   for (const std::string& name : names) {

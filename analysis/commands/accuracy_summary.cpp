@@ -185,6 +185,7 @@ const CaseRun* best_run(const AccuracyReport::Case& one, const std::string& engi
 std::vector<EngineSummary> engine_summaries(const AccuracyReport& report) {
   const std::vector<std::string> engines = engines_in(report);
   std::vector<EngineSummary> all;
+  all.reserve(engines.size());
   for (const std::string& engine : engines) all.push_back(summary_of(engine, engines, report));
   return all;
 }

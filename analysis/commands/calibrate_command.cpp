@@ -43,6 +43,7 @@ std::string costs_text(const MachineCosts& costs) {
 
 std::string runs_text(const std::vector<CalibratedRun>& runs) {
   std::vector<std::vector<std::string>> rows;
+  rows.reserve(runs.size());
   for (const CalibratedRun& run : runs)
     rows.push_back({run.scenario, std::to_string(run.worlds), in_ms(run.measured_ns),
                     format_number(run.usual_ns / run.measured_ns, 3),

@@ -66,6 +66,7 @@ struct Setting {
 template <class Value>
 std::vector<Setting> settings_of(Value models::RunOptions::*member, std::vector<Value> values) {
   std::vector<Setting> settings;
+  settings.reserve(values.size());
   for (const Value value : values)
     settings.push_back({name_of(value),
                         [member, value](models::RunOptions& options) { options.*member = value; }});

@@ -85,7 +85,7 @@ void check_options(const GroupsRequest& request) {
   if (request.check && request.preset != "paper-fig6" && request.preset != "paper-fig7")
     throw UsageError(
         "--check: needs --preset paper-fig6 or paper-fig7; nothing else has known figures");
-  if (request.check && request.by.size() > 0 && request.by != std::vector<std::string>{"overlap"})
+  if (request.check && !request.by.empty() && request.by != std::vector<std::string>{"overlap"})
     throw UsageError("--check: the known figures are --by overlap");
   if (request.file.empty()) {
     if (request.steps) throw UsageError("--steps: needs a FILE");

@@ -88,7 +88,7 @@ JsonObject state_line(const StatePlace& place, const physics::BodyState& state) 
   const auto add = [&line](const std::string& name, const auto& vector, const std::string& unit) {
     constexpr const char* kAxes[] = {"x", "y", "z"};
     for (int axis = 0; axis < 3; ++axis)
-      line.set(name + kAxes[axis] + unit, finite_or_null(vector[axis]));
+      line.set((name + kAxes[axis]).append(unit), finite_or_null(vector[axis]));
   };
   add("", state.position_m, "_m");
   line.set("qw", finite_or_null(state.orientation.w()));

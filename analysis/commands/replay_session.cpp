@@ -109,6 +109,7 @@ class Session {
 
   static std::vector<std::string> command_names() {
     std::vector<std::string> names;
+    names.reserve(kCommands.size());
     for (const Command& command : kCommands) names.push_back(command.name);
     return names;
   }
@@ -268,6 +269,7 @@ class Session {
   void help(const Words& words) {
     if (words.empty()) {
       std::vector<std::vector<std::string>> rows;
+      rows.reserve(kCommands.size());
       for (const Command& command : kCommands) rows.push_back({command.usage, command.purpose});
       out_ << format_table({{"command"}, {""}}, rows);
     } else {

@@ -126,8 +126,8 @@ std::unique_ptr<CheckpointWriter> open_checkpoints(const RunRequest& request,
   LogHead head = head_of(request, files, scenario);
   return std::make_unique<CheckpointWriter>(
       request.checkpoint_file, checkpoint_every(request), request.force || is_own,
-      CheckpointWriter::Run{std::move(head.scenario), std::move(head.options),
-                            std::move(head.labels), files.meshes, scenario.run.inputs});
+      CheckpointWriter::Run{std::move(head.scenario), head.options, std::move(head.labels),
+                            files.meshes, scenario.run.inputs});
 }
 
 // A page has a log of its own, which has a trace, where no log is asked for.

@@ -19,8 +19,6 @@
 namespace soda::analysis {
 namespace {
 
-using physics::BodyId;
-using physics::BodyState;
 using Balancing = models::BalancingPolicy;
 
 constexpr std::int64_t kBalancingInterval = 5;  // verified runs are short

@@ -124,7 +124,8 @@ FamilyScene pile(bool of_boxes, int n) {
   std::mt19937_64 random(1);
   const auto unit = [&random] { return static_cast<double>(random() >> 11) * 0x1p-52 - 1.0; };
   for (int i = 0; i < n; ++i) {
-    const Vec3 cell(i % side + 0.5, i / side % side + 0.5, i / (side * side) + 0.5);
+    const int layer = i / (side * side);
+    const Vec3 cell(i % side + 0.5, i / side % side + 0.5, layer + 0.5);
     const Vec3 place = cell.cwiseProduct(Vec3(column_m, column_m, kApart_m)) -
                        Vec3(half_m, half_m, 0.0) + 0.005 * Vec3(unit(), unit(), unit());
     add_body(scene, shape, place, 1.0).orientation =

@@ -70,6 +70,7 @@ std::vector<BondOverTime> groups_of_run(LogReader& log, const scenarios::Scenari
   models::TerritoryMap map =
       models::make_territory_map(scenario.territory, centres(scenario.initial), &scenario.scene);
   std::vector<BondOverTime> result;
+  result.reserve(bonds.size());
   for (const GroupBond bond : bonds) {
     result.push_back(bond == GroupBond::kRollbacks ? groups_by_rollbacks(log, map.worlds())
                                                    : BondOverTime{bond, {}});

@@ -21,6 +21,7 @@ struct OneSeed {
 std::vector<models::WorldId> owners_in(const models::TerritoryMap& map,
                                        const std::vector<physics::Vec3>& centres) {
   std::vector<models::WorldId> owners;
+  owners.reserve(centres.size());
   for (const physics::Vec3& centre : centres) owners.push_back(map.owner_at(centre));
   return owners;
 }

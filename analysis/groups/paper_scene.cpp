@@ -31,6 +31,7 @@ std::vector<physics::Vec3> paper_bodies(std::int64_t bodies, std::uint64_t seed)
 std::vector<physics::Aabb> paper_boxes(const std::vector<physics::Vec3>& centres) {
   const physics::Vec3 half = physics::Vec3::Constant(0.5 * kPaperBody_m);
   std::vector<physics::Aabb> boxes;
+  boxes.reserve(centres.size());
   for (const physics::Vec3& centre : centres) boxes.push_back({centre - half, centre + half});
   return boxes;
 }

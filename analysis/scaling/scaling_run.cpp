@@ -30,7 +30,7 @@ void make_rival(Rival rival, models::RunOptions& options) {
   if (rival == Rival::kUngated) options.gating = false;
 }
 
-ScalingPoint measure_worlds(scenarios::Scenario scenario, const UndividedRun& undivided,
+ScalingPoint measure_worlds(const scenarios::Scenario& scenario, const UndividedRun& undivided,
                             const std::vector<Rival>& rivals) {
   ScalingPoint point;
   point.worlds = scenario.territory.worlds;
@@ -81,7 +81,7 @@ void measure_strong(const scenarios::Scenario& scenario, const ScalingSetting& s
     }
     scenarios::Scenario divided = scenario;
     divide(setting.overrides, worlds, divided);
-    curve.points.push_back(measure_worlds(std::move(divided), undivided, setting.rivals));
+    curve.points.push_back(measure_worlds(divided, undivided, setting.rivals));
   }
 }
 
@@ -94,7 +94,7 @@ void measure_weak(const scenarios::Scenario& scenario, const ScalingSetting& set
     scenarios::Scenario copies = side_by_side(scenario, worlds);
     const UndividedRun undivided = undivided_run(copies);
     divide(setting.overrides, worlds, copies);
-    curve.points.push_back(measure_worlds(std::move(copies), undivided, setting.rivals));
+    curve.points.push_back(measure_worlds(copies, undivided, setting.rivals));
   }
 }
 

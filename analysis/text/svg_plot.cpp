@@ -60,8 +60,10 @@ std::string drawn(const Plot& plot, const PlotSeries& series, const char* colour
   for (const auto& [x, y] : series.points) {
     if (x > plot.x_max || y > plot.y_max) continue;
     const std::string px = format_number(place_x(plot, x)), py = format_number(place_y(plot, y));
-    line += px + "," + py + " ";
-    markers += "<circle cx=\"" + px + "\" cy=\"" + py + "\" r=\"4\" fill=\"" + colour + "\"/>\n";
+    line += px + ",";
+    line += py + " ";
+    markers += "<circle cx=\"" + px;
+    markers += "\" cy=\"" + py + "\" r=\"4\" fill=\"" + colour + "\"/>\n";
   }
   if (!series.line) return markers;
   return "<polyline fill=\"none\" stroke=\"" + std::string(colour) + "\" points=\"" + line +

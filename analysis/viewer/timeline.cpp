@@ -25,6 +25,7 @@ std::vector<RollbackNumber> costliest(const ExecutionTrace& trace, std::size_t m
   std::iota(numbers.begin(), numbers.end(), RollbackNumber{0});
   if (numbers.size() <= most) return numbers;
   std::vector<std::int64_t> wasted;
+  wasted.reserve(numbers.size());
   for (const RollbackNumber number : numbers) wasted.push_back(trace.wasted_ns(number));
   std::ranges::stable_sort(numbers, std::ranges::greater(),
                            [&wasted](RollbackNumber number) { return wasted[number]; });

@@ -202,7 +202,9 @@ std::vector<ContinuityKind> parse_continuity_kinds(const std::vector<std::string
     if (found == std::end(kNames)) {
       std::string all;
       for (const char* known : kNames) all += (all.empty() ? "" : ", ") + std::string(known);
-      throw UsageError("--kinds: found " + name + "; allowed: " + all);
+      std::string what = "--kinds: found " + name;
+      what += "; allowed: " + all;
+      throw UsageError(what);
     }
     kinds.push_back(static_cast<ContinuityKind>(found - std::begin(kNames)));
   }

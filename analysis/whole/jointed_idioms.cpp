@@ -97,8 +97,9 @@ void doll(SceneDraw& d, std::uint32_t count, const Vec3& at_m) {
   const std::uint32_t dolls = std::max(1u, count / 6);
   const double s = d.length(0.3, 1.0);
   for (std::uint32_t k = 0; k < std::min(dolls, 20u); ++k) {
+    const std::uint32_t layer = k / 16;
     const Vec3 at(at_m.x() + 1.2 * s * (k % 4), at_m.y() + 1.2 * s * (k / 4 % 4),
-                  s * (2.0 + 2.5 * (k / 16)));
+                  s * (2.0 + 2.5 * layer));
     const AddedBody torso = d.add_body(box_shape(Vec3(0.4 * s, 0.25 * s, 0.6 * s)), at);
     const AddedBody head = d.add_body(sphere_shape(0.15 * s), at + Vec3(0, 0, 0.45 * s));
     d.add_joint("ball", head, &torso, at + Vec3(0, 0, 0.3 * s));
@@ -123,8 +124,8 @@ void sleds(SceneDraw& d, std::uint32_t count, const Vec3& at_m) {
       net ? std::max(1u, static_cast<std::uint32_t>(std::sqrt(count))) : count;
   std::vector<AddedBody> all;
   for (std::uint32_t i = 0; i < (net ? side * side : count); ++i) {
-    const Vec3 at(at_m.x() + 1.5 * edge * (i % side), at_m.y() + 1.5 * edge * (i / side),
-                  0.5 * edge);
+    const std::uint32_t row = i / side;
+    const Vec3 at(at_m.x() + 1.5 * edge * (i % side), at_m.y() + 1.5 * edge * row, 0.5 * edge);
     all.push_back(d.add_body(box_shape(Vec3(edge, edge, edge)), at));
     const double rate = d.chance.powers(0.02, 3.0) / d.time_step_s;
     const auto spring = [&](const AddedBody* other, const Vec3& there) {

@@ -202,10 +202,11 @@ void people(SceneDraw& d, std::uint32_t count, const Vec3& at_m) {
   drive.set("time_constant_s", "0.5").set("max_acceleration_m_s2", json_of(d.length(1, 10)));
   d.scene[ScenePart::kDrives].push_back(std::move(drive));
   for (std::uint32_t i = 0; i < count; ++i) {
+    const std::uint32_t row = i / 6;
     JsonObject more;
     more.set("drive", name);
     d.add_body(sphere_shape(radius),
-               on_floor(at_m, (i % 6) * 2.2 * radius, (i / 6) * 2.1 * radius, radius), more);
+               on_floor(at_m, (i % 6) * 2.2 * radius, row * 2.1 * radius, radius), more);
   }
 }
 

@@ -114,7 +114,7 @@ DrawnShape SceneDraw::any_shape(double size_m) {
 }
 
 std::string SceneDraw::material(double friction, double restitution) {
-  const std::string name = quoted("stuff " + std::to_string(next_material_++));
+  std::string name = quoted("stuff " + std::to_string(next_material_++));
   JsonObject material;
   material.set("name", name)
       .set("friction", json_of(friction))
@@ -150,27 +150,29 @@ JsonObject SceneDraw::solid(const DrawnShape& shape) {
   return object.set("material", material());
 }
 
-AddedBody SceneDraw::add_body(const DrawnShape& shape, const Vec3& position_m, JsonObject more) {
+AddedBody SceneDraw::add_body(const DrawnShape& shape, const Vec3& position_m,
+                              const JsonObject& more) {
   AddedBody added{take_ids(1), position_m, shape.size_m, 1.0};
   JsonObject object;
   object.set("id", json_of(added.id)).set("shape", shape.object.text());
   added.mass_kg = mass_of(shape.volume_m3, object);
   if (more.find("material") == nullptr) object.set("material", material());
   object.set("position_m", json_of(position_m));
-  for (auto& [key, value] : more.fields) object.set(key, value);
+  for (const auto& [key, value] : more.fields) object.set(key, value);
   scene[ScenePart::kBodies].push_back(std::move(object));
   bodies.push_back(added);
   corners_m.push_back(position_m);
   return added;
 }
 
-void SceneDraw::add_static(JsonObject shape, const Vec3& position_m, JsonObject more) {
+void SceneDraw::add_static(const JsonObject& shape, const Vec3& position_m,
+                           const JsonObject& more) {
   JsonObject object;
   object.set("name", quoted("static " + std::to_string(next_static_++)))
       .set("shape", shape.text())
       .set("material", material());
   if (!position_m.isZero(0.0)) object.set("position_m", json_of(position_m));
-  for (auto& [key, value] : more.fields) object.set(key, value);
+  for (const auto& [key, value] : more.fields) object.set(key, value);
   scene[ScenePart::kStatics].push_back(std::move(object));
 }
 

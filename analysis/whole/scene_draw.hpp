@@ -77,8 +77,9 @@ class SceneDraw {
   JsonObject solid(const DrawnShape& shape);  // shape, mass and surface
 
   AddedBody add_body(const DrawnShape& shape, const physics::Vec3& position_m,
-                     JsonObject more = {});
-  void add_static(JsonObject shape, const physics::Vec3& position_m, JsonObject more = {});
+                     const JsonObject& more = {});
+  void add_static(const JsonObject& shape, const physics::Vec3& position_m,
+                  const JsonObject& more = {});
   // Fills in the id. Between two bodies, or (null) a body and the world.
   JsonObject& add_joint(const std::string& type, const AddedBody& body, const AddedBody* other,
                         const physics::Vec3& anchor_m);

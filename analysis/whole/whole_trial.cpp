@@ -223,7 +223,7 @@ std::string write_scene(const WholeScene& scene, const std::string& folder,
     if (!out) throw scenarios::FileError(file + ": cannot be written");
   };
   for (const SceneMesh& mesh : scene.meshes) write(folder + "/" + mesh.name, mesh.text);
-  const std::string file = folder + "/" + name + ".json";
+  std::string file = folder + "/" + name + ".json";
   write(file, scene_text(scene));
   return file;
 }

@@ -105,6 +105,7 @@ void collect(std::vector<Worker>& workers, const Take& take) {
   std::vector<unsigned char> chunk(65536);
   for (std::size_t open = workers.size(); open > 0;) {
     std::vector<pollfd> polled;
+    polled.reserve(workers.size());
     for (const Worker& worker : workers) polled.push_back({worker.pipe, POLLIN, 0});
     if (poll(polled.data(), polled.size(), -1) < 0) continue;
     for (std::size_t i = 0; i < workers.size(); ++i) {

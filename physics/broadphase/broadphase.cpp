@@ -226,7 +226,8 @@ class LevelGrid {
  private:
   std::uint64_t key_of(const Cell& cell) const {
     const auto part = [&](int axis) {
-      return static_cast<std::uint64_t>(cell.at[axis] - lowest_.at[axis] + 1);
+      const std::int32_t place = cell.at[axis] - lowest_.at[axis] + 1;
+      return static_cast<std::uint64_t>(place);
     };
     return part(0) << x_shift_ | part(1) << y_shift_ | part(2);
   }

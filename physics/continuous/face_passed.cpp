@@ -65,7 +65,7 @@ std::optional<FacePlane> face_passed(const Geometry& geometry, BodyId fixed, con
   for (const CompiledPart& part : shape.parts) {
     const Pose pose{placed.pose.rotation * part.pose.rotation,
                     placed.pose.to_world(part.pose.position)};
-    const auto face = solid_face_passed(*part.solid, pose, from_m, to_m, clearance_m);
+    auto face = solid_face_passed(*part.solid, pose, from_m, to_m, clearance_m);
     if (face) return face;
   }
   return solid_face_passed(shape, placed.pose, from_m, to_m, clearance_m);

@@ -62,7 +62,7 @@ Vec3 drive_acceleration(const SceneDescription& scene, double dt_s, const Drive&
                         const BodyState& state) {
   const Vec3 wanted = wanted_velocity(drive, scene.gravity_m_s2, state.position_m);
   const Vec3 missing = level(wanted - state.linear_velocity_m_s, scene.gravity_m_s2);
-  const Vec3 acceleration = missing * (1.0 / (drive.time_constant_s + dt_s));
+  Vec3 acceleration = missing * (1.0 / (drive.time_constant_s + dt_s));
   const double size = acceleration.norm();
   if (size <= drive.max_acceleration_m_s2) return acceleration;
   return acceleration * (drive.max_acceleration_m_s2 / size);

@@ -70,7 +70,7 @@ void BallMotion::push(const Hold& hold, const Vec3& impulse_newton_s, Velocity& 
 
 // Takes the anchor's velocity away. Returns the impulse.
 Vec3 BallMotion::stop(const Hold& hold, Velocity& velocity) const {
-  const Vec3 impulse = -hold.impulse_for(velocity.linear + velocity.angular.cross(hold.arm));
+  Vec3 impulse = -hold.impulse_for(velocity.linear + velocity.angular.cross(hold.arm));
   push(hold, impulse, velocity);
   return impulse;
 }

@@ -24,8 +24,6 @@ struct Two4 {
 
 using physics::both;
 inline Two3 both(const Vec3& v) { return {both(v.x()), both(v.y()), both(v.z())}; }
-using physics::load;
-using physics::store;
 inline Two3 load(const Vec3& a, const Vec3& b) {
   return {Two{a.x(), b.x()}, Two{a.y(), b.y()}, Two{a.z(), b.z()}};
 }

@@ -86,7 +86,7 @@ Cluster cluster_of(const std::vector<std::uint32_t>& struck, double reach_m_s,
   };
   for (const std::uint32_t i : struck)
     if (!has_row[i]) take(i);
-  for (std::size_t next = 0; next < cluster.bodies.size(); ++next) {
+  for (std::size_t next = 0; next < cluster.bodies.size(); ++next) {  // NOLINT: take() adds some
     const std::uint32_t body = cluster.bodies[next];
     for (std::uint32_t k = of.begin[body]; k < of.begin[body + 1]; ++k) {
       const std::uint32_t i = of.rows[k];

@@ -160,7 +160,7 @@ template <class Solve>
 auto solve_driven(std::span<const SolverBody> free, ContactProblem& problem, const Solve& solve) {
   if (problem.moving_surfaces.empty()) return solve();
   const ContactProblem start = problem;
-  const auto solved = solve();
+  auto solved = solve();
   StepWork work;
   add_driven(free, problem, work);
   if (!is_too_fast(work.driven)) return solved;

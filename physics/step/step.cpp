@@ -168,6 +168,7 @@ bool connect_sent(const Advance& of) {
   passes.next_pass();
   const std::vector<Passes::Sent>& sent = passes.ever_sent();
   std::vector<Aabb> boxes;
+  boxes.reserve(sent.size());
   for (const Passes::Sent& s : sent) boxes.push_back(s.box);
   const OccupiedCells cells(boxes);
   const BoxTree tree(boxes);
