@@ -6,9 +6,10 @@
 #include "physics/math/rigid_motion.hpp"
 
 namespace soda::physics {
-
 namespace {
+
 constexpr double kHarder = 10.0;
+
 }  // namespace
 
 ConvexMinimisation::ConvexMinimisation(const NewtonLimits& limits, const Elimination& plan,
@@ -280,11 +281,6 @@ bool ConvexMinimisation::minimise(double wanted_m_s, bool accepted) {
     if (error_m_s <= rounding && error_m_s > 0.25 * before) return true;
   }
   return error_m_s <= std::max(wanted_m_s, rounding);
-}
-
-bool is_costly(const Elimination& plan, std::size_t points) {
-  constexpr double kCostly = 500.0;  // multiplications a point
-  return plan.multiplications > kCostly * static_cast<double>(points);
 }
 
 }  // namespace soda::physics

@@ -197,6 +197,11 @@ NewtonOutcome Newton::run() {
 
 }  // namespace
 
+bool is_costly(const Elimination& plan, std::size_t points) {
+  constexpr double kCostly = 500.0;  // multiplications a point
+  return plan.multiplications > kCostly * static_cast<double>(points);
+}
+
 NewtonOutcome solve_by_newton(const NewtonLimits& limits, const Elimination& plan,
                               ConvexContacts& problem, std::vector<Twist>& twists,
                               Responses& responses) {
