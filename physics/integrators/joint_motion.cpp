@@ -211,8 +211,10 @@ std::optional<ContactSolution> solve_jointed_directly(const JointedStep& step, b
   if (problem.normals.empty()) return std::nullopt;
   if (mass_ratio(step.island.scene, step.island.ids) > kMostRatio) return std::nullopt;
   const auto& [scene, geometry, dt_s, ids, manifolds] = step.island;
+  constexpr double kStalled = 1e-4;  // the next step solves again
   DirectAim how = accurate ? kByItself : kOngoing;
   how.rests = accurate || is_quasi_static(scene, dt_s, ids, manifolds, step.states);
+  if (!how.rests) how.stalled = kStalled;
   JointSystem solved_joints = joints;
   ContactProblem solved = problem;
   ContactSolution solution;

@@ -4,7 +4,7 @@
 #include <bit>
 #include <cmath>
 
-#include "physics/math/two_lanes.hpp"
+#include "physics/math/block_products.hpp"
 
 namespace soda::physics {
 namespace {
@@ -140,22 +140,6 @@ void divide_by_diagonal(const Block& diagonal, Block& block) {
   }
 }
 
-// target -= a b^T
-void subtract_product(const Block& a, const Block& b, Block& target) {
-  for (int c = 0; c < kBlockRows; ++c) {
-    Two top = both(0.0), middle = top, bottom = top;
-    for (int m = 0; m < kBlockRows; ++m) {
-      const Two factor = both(b[6 * m + c]);
-      top += load(&a[6 * m]) * factor;
-      middle += load(&a[6 * m + 2]) * factor;
-      bottom += load(&a[6 * m + 4]) * factor;
-    }
-    store(load(&target[6 * c]) - top, &target[6 * c]);
-    store(load(&target[6 * c + 2]) - middle, &target[6 * c + 2]);
-    store(load(&target[6 * c + 4]) - bottom, &target[6 * c + 4]);
-  }
-}
-
 }  // namespace
 
 bool factorise(const Elimination& plan, std::vector<Block>& blocks) {
@@ -174,34 +158,6 @@ bool factorise(const Elimination& plan, std::vector<Block>& blocks) {
   }
   return true;
 }
-
-namespace {
-
-// target -= block * x
-void subtract_image(const Block& block, const BlockVector& x, BlockVector& target) {
-  Two top = both(0.0), middle = top, bottom = top;
-  for (int c = 0; c < kBlockRows; ++c) {
-    const Two factor = both(x[c]);
-    top += load(&block[6 * c]) * factor;
-    middle += load(&block[6 * c + 2]) * factor;
-    bottom += load(&block[6 * c + 4]) * factor;
-  }
-  store(load(&target[0]) - top, &target[0]);
-  store(load(&target[2]) - middle, &target[2]);
-  store(load(&target[4]) - bottom, &target[4]);
-}
-
-// target -= block^T * y
-void subtract_transposed_image(const Block& block, const BlockVector& y, BlockVector& target) {
-  const Two top = load(&y[0]), middle = load(&y[2]), bottom = load(&y[4]);
-  for (int c = 0; c < kBlockRows; ++c) {
-    const Two sum = load(&block[6 * c]) * top + load(&block[6 * c + 2]) * middle +
-                    load(&block[6 * c + 4]) * bottom;
-    target[c] -= sum[0] + sum[1];
-  }
-}
-
-}  // namespace
 
 void solve(const Elimination& plan, std::span<const Block> factor, std::span<BlockVector> values) {
   const std::size_t count = plan.count();

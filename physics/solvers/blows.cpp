@@ -17,10 +17,11 @@ namespace {
 constexpr double kSlow = 0.03;       // of the speed that gravity gives in a step
 constexpr double kStill = 1e-11;     // of the width, in a step
 constexpr double kOfHardest = 1e-7;  // of the step's hardest blow: what solving it leaves
-// What Newton's method may take: factorisations of a blow (of a kick alone, which the sweeps undo
-// as well), and of all in a step; multiplications of a step, for each of its pairs in touch; and
-// how many factorisations these must be enough for.
-constexpr int kOfBlow = 24, kOfKick = 6, kFurther = 8, kOfStep = 128;
+// What Newton's method may take: factorisations of a blow, and for each body that its front may
+// have to pass (of a kick alone, which the sweeps undo as well), and of all in a step;
+// multiplications of a step, for each of its pairs in touch; and how many factorisations these must
+// be enough for.
+constexpr int kOfBlow = 12, kOfBody = 2, kOfKick = 6, kFurther = 8, kOfStep = 128;
 constexpr double kOfPair = 7000.0, kAnyway = 2e5, kWorthwhile = 4.0;
 constexpr double kOfPairInHaste = 1000.0, kAnywayInHaste = 1e4;
 
@@ -147,12 +148,13 @@ bool nothing_closes(double length_s, const ContactProblem& problem) {
   return true;
 }
 
+int most_of_blow(std::size_t bodies) { return kOfBlow + kOfBody * static_cast<int>(bodies); }
+
 // All contact laws at once, from the bodies' velocities and no impulses on, by `most`
 // factorisations. Whether they are met.
 bool meet_laws(int most, double length_s, std::size_t moving, ContactProblem& problem,
                BlowWork& work) {
   if (nothing_closes(length_s, problem)) return true;
-  if (work.gave_up) return false;
   std::vector<std::array<std::uint32_t, 2>> edges;
   for (const NormalRow& row : problem.normals)
     if (row.b < moving) edges.push_back({row.a, row.b});
@@ -160,13 +162,15 @@ bool meet_laws(int most, double length_s, std::size_t moving, ContactProblem& pr
   const std::optional<Elimination> plan =
       plan_elimination(static_cast<std::uint32_t>(moving), edges, left / kWorthwhile);
   if (!plan || is_costly(*plan, problem.normals.size())) return false;
+  constexpr double kAccepted = 1e-4;
   const double affordable = std::min<double>(most, left / plan->multiplications);
   const DirectAim aim{
       .wanted = 1e-12,
       .rounding = 1e-9,
-      .accepted = 1e-4,
+      .accepted = kAccepted,
       .factorisations = std::min(static_cast<int>(affordable), kOfStep - work.factorisations),
-      .further = kFurther};
+      .further = kFurther,
+      .stalled = 1e-6};
   const auto end = problem.bodies.begin() + static_cast<std::ptrdiff_t>(moving);
   const std::vector<SolverBody> before(problem.bodies.begin(), end);
   const NewtonOutcome outcome = solve_directly(aim, before, *plan, problem);
@@ -227,6 +231,7 @@ std::optional<SharedBlow> share_out(const Blows& blows, std::vector<std::uint32_
   work.most_multiplications = blows.most_multiplications;
   work.hardest_m_s = std::max(work.hardest_m_s, 0.5 * reach_m_s);
   ++work.left;
+  if (work.gave_up) return {};
   SharedBlow blow{cluster_of(struck, reach_m_s, problem, substeps), {}};
   blow.part = problem_of(blow.cluster, problem, substeps);
   const std::size_t moving = blow.cluster.bodies.size();
@@ -235,7 +240,7 @@ std::optional<SharedBlow> share_out(const Blows& blows, std::vector<std::uint32_
     blow.part.bodies[k].linear = begin.linear;
     blow.part.bodies[k].angular = begin.angular;
   }
-  const int most = struck.size() > kicked ? kOfBlow : kOfKick;
+  const int most = struck.size() > kicked ? most_of_blow(moving) : kOfKick;
   if (!meet_laws(most, substeps.length_s, moving, blow.part, work)) return {};
   --work.left;
   ++work.shared;
@@ -316,7 +321,7 @@ void start_with_blow(const Blows& blows, std::span<const SolverBody> free, Conta
     start[i] = after;
   }
   forget_impulses(part);
-  meet_laws(kOfBlow, substeps.length_s, moving, part, work);
+  meet_laws(most_of_blow(moving), substeps.length_s, moving, part, work);
   set_impulses(cluster, part, problem);
   for (std::size_t k = 0; k < moving; ++k) problem.bodies[cluster.bodies[k]] = part.bodies[k];
 }

@@ -60,49 +60,67 @@ void add_square(const SixVector& v, double weight, Block& out) {
 }
 
 // What a point adds to the blocks of its bodies: the derivative of its impulse. A sliding one
-// answers along its cone, and less across its motion.
+// answers along its cone, and less across its motion. By the exact laws (alart_curnier.hpp) it
+// feels the normal velocity only, which makes the blocks unsymmetric.
 class PointBlocks {
  public:
-  PointBlocks(const ConvexPoint& point, const PointResponse& response, double stiffness_kg)
-      : point_(point),
-        sticks_(response.mode == ContactMode::kStick),
+  PointBlocks(const ConvexPoint& point, const PointResponse& response, double stiffness_kg,
+              bool exact)
+      : sticks_(response.mode == ContactMode::kStick),
+        exact_(exact),
         stiffness_kg_(stiffness_kg),
-        aside_kg_(response.aside * stiffness_kg) {
+        aside_kg_(response.aside * stiffness_kg),
+        a_{point.arm_a, {}, {}, {}},
+        b_{point.arm_b, {}, {}, {}} {
     if (sticks_) return;
-    const double shorter = 1.0 / std::sqrt(1.0 + point.friction * point.friction);
-    const Vec3 edge = (point.normal + response.along * point.friction) * shorter;
+    Vec3 edge = point.normal + response.along * point.friction;
+    if (!exact) edge *= 1.0 / std::sqrt(1.0 + point.friction * point.friction);
     const Vec3 across = point.normal.cross(response.along);
-    edge_a_ = wrench(edge, point.arm_a);
-    edge_b_ = wrench(edge, point.arm_b);
-    across_a_ = wrench(across, point.arm_a);
-    across_b_ = wrench(across, point.arm_b);
+    for (Side* const side : {&a_, &b_}) {
+      side->pushed = wrench(edge, side->arm);
+      side->felt = exact ? wrench(point.normal, side->arm) : side->pushed;
+      side->across = wrench(across, side->arm);
+    }
   }
 
-  void add_a(Block& out) const {
-    if (sticks_) return add_sticking(point_.arm_a, point_.arm_a, stiffness_kg_, out);
-    add_square(edge_a_, stiffness_kg_, out);
-    if (aside_kg_ != 0.0) add_square(across_a_, aside_kg_, out);
+  void add_a(Block& out) const { add_own(a_, out); }
+  void add_b(Block& out) const { add_own(b_, out); }
+  // `row_is_b`: of the block below the diagonal.
+  void add_both(bool row_is_b, Block& lower) const {
+    const Side &row = row_is_b ? b_ : a_, &column = row_is_b ? a_ : b_;
+    add(row.pushed, column.felt, row, column, lower);
   }
-  void add_b(Block& out) const {
-    if (sticks_) return add_sticking(point_.arm_b, point_.arm_b, stiffness_kg_, out);
-    add_square(edge_b_, stiffness_kg_, out);
-    if (aside_kg_ != 0.0) add_square(across_b_, aside_kg_, out);
-  }
-  void add_both(bool row_is_b, Block& out) const {
-    const Vec3 &row = row_is_b ? point_.arm_b : point_.arm_a,
-               &column = row_is_b ? point_.arm_a : point_.arm_b;
-    if (sticks_) return add_sticking(row, column, -stiffness_kg_, out);
-    add_product(row_is_b ? edge_b_ : edge_a_, row_is_b ? edge_a_ : edge_b_, -stiffness_kg_, out);
-    if (aside_kg_ != 0.0)
-      add_product(row_is_b ? across_b_ : across_a_, row_is_b ? across_a_ : across_b_, -aside_kg_,
-                  out);
+  // Of the one above it, transposed.
+  void add_transposed(bool row_is_b, Block& upper) const {
+    const Side &row = row_is_b ? b_ : a_, &column = row_is_b ? a_ : b_;
+    add(row.felt, column.pushed, row, column, upper);
   }
 
  private:
-  const ConvexPoint& point_;
-  bool sticks_;
+  struct Side {
+    Vec3 arm = Vec3::Zero();
+    SixVector pushed{}, felt{}, across{};
+  };
+  void add(const SixVector& of_row, const SixVector& of_column, const Side& row, const Side& column,
+           Block& out) const {
+    if (sticks_) return add_sticking(row.arm, column.arm, -stiffness_kg_, out);
+    add_product(of_row, of_column, -stiffness_kg_, out);
+    if (aside_kg_ != 0.0) add_product(row.across, column.across, -aside_kg_, out);
+  }
+  void add_own(const Side& side, Block& out) const {
+    if (sticks_) return add_sticking(side.arm, side.arm, stiffness_kg_, out);
+    if (exact_) {
+      add_product(side.pushed, side.felt, stiffness_kg_, out);
+      if (aside_kg_ != 0.0) add_product(side.across, side.across, aside_kg_, out);
+    } else {
+      add_square(side.pushed, stiffness_kg_, out);
+      if (aside_kg_ != 0.0) add_square(side.across, aside_kg_, out);
+    }
+  }
+
+  bool sticks_, exact_;
   double stiffness_kg_, aside_kg_;
-  SixVector edge_a_, edge_b_, across_a_, across_b_;
+  Side a_, b_;
 };
 
 void add_mass(const ConvexBody& body, Block& out) {
@@ -161,6 +179,17 @@ void gradient(const ConvexContacts& problem, std::span<const Twist> twists,
     if (problem.bodies[i].is_kinematic) out[i] = {};
 }
 
+double largest_m_s(const ConvexContacts& problem, std::span<const Twist> gradient) {
+  double squared = 0.0;
+  for (std::size_t i = 0; i < gradient.size(); ++i) {
+    const double mass = problem.bodies[i].mass_kg;
+    const double moment = problem.bodies[i].inertia_kg_m2.trace() / 3.0;
+    squared = std::max(squared, gradient[i].linear.squaredNorm() / (mass * mass));
+    squared = std::max(squared, gradient[i].angular.squaredNorm() / (mass * moment));
+  }
+  return std::sqrt(squared);
+}
+
 namespace {
 
 SixVector six(const Vec3& linear, const Vec3& turn) {
@@ -178,31 +207,53 @@ void add_row(const ConvexRow& row, const Elimination& plan, std::uint32_t count,
               out[plan.block_of(row.a, row.b)]);
 }
 
-}  // namespace
-
-void assemble(const ConvexContacts& problem, const Elimination& plan, const Responses& responses,
-              std::vector<Block>& out) {
+// Masses and rows of joints.
+void assemble_bodies(const ConvexContacts& problem, const Elimination& plan,
+                     const Responses& responses, std::vector<Block>& out) {
   out.assign(plan.rows.size(), Block{});
   const std::uint32_t count = static_cast<std::uint32_t>(problem.bodies.size());
   for (std::uint32_t i = 0; i < count; ++i) add_mass(problem.bodies[i], out[plan.block_of(i, i)]);
-  const double stiffness_kg = 1.0 / problem.compliance_1_kg;
-  std::uint32_t a = count, b = count, joint = 0;  // the last pair, and its block
   for (std::size_t i = 0; i < responses.rows.size(); ++i)
     if (responses.rows[i].held) add_row(problem.rows[i], plan, count, out);
+}
+
+// `upper`: none, or of the exact laws.
+void assemble_points(const ConvexContacts& problem, const Elimination& plan,
+                     const Responses& responses, std::vector<Block>& lower,
+                     std::vector<Block>* upper) {
+  const std::uint32_t count = static_cast<std::uint32_t>(problem.bodies.size());
+  const double stiffness_kg = 1.0 / problem.compliance_1_kg;
+  std::uint32_t a = count, b = count, joint = 0;  // the last pair, and its block
   for (std::size_t i = 0; i < responses.points.size(); ++i) {
     if (responses.points[i].mode == ContactMode::kOpen) continue;
     const ConvexPoint& p = problem.points[i];
-    const PointBlocks blocks(p, responses.points[i], stiffness_kg);
+    const PointBlocks blocks(p, responses.points[i], stiffness_kg, upper != nullptr);
     const bool moves_a = !problem.bodies[p.a].is_kinematic;
-    if (moves_a) blocks.add_a(out[plan.block_of(p.a, p.a)]);
+    if (moves_a) blocks.add_a(lower[plan.block_of(p.a, p.a)]);
     if (p.b >= count || problem.bodies[p.b].is_kinematic) continue;
-    blocks.add_b(out[plan.block_of(p.b, p.b)]);
+    blocks.add_b(lower[plan.block_of(p.b, p.b)]);
     if (!moves_a) continue;
     if (p.a != a || p.b != b) joint = plan.block_of(a = p.a, b = p.b);
     // The row is the body that is eliminated later.
     const bool row_is_b = plan.place_of[p.b] > plan.place_of[p.a];
-    blocks.add_both(row_is_b, out[joint]);
+    blocks.add_both(row_is_b, lower[joint]);
+    if (upper != nullptr) blocks.add_transposed(row_is_b, (*upper)[joint]);
   }
+}
+
+}  // namespace
+
+void assemble(const ConvexContacts& problem, const Elimination& plan, const Responses& responses,
+              std::vector<Block>& out) {
+  assemble_bodies(problem, plan, responses, out);
+  assemble_points(problem, plan, responses, out, nullptr);
+}
+
+void assemble(const ConvexContacts& problem, const Elimination& plan, const Responses& responses,
+              BlockMatrix& out) {
+  assemble_bodies(problem, plan, responses, out.lower);
+  out.upper = out.lower;
+  assemble_points(problem, plan, responses, out.lower, &out.upper);
 }
 
 }  // namespace soda::physics

@@ -11,7 +11,7 @@
 #include <span>
 #include <vector>
 
-#include "physics/math/block_cholesky.hpp"
+#include "physics/math/block_lu.hpp"
 #include "physics/model/ids.hpp"
 
 namespace soda::physics {
@@ -134,8 +134,17 @@ struct Responses {
 void gradient(const ConvexContacts& problem, std::span<const Twist> twists,
               const Responses& responses, std::vector<Twist>& out);
 
+// The largest speed that a body alone would get from what is missing in its balance; of spins,
+// that of the same energy.
+double largest_m_s(const ConvexContacts& problem, std::span<const Twist> gradient);
+
 // M + J^T G J / compliance in the pattern of `plan`.
 void assemble(const ConvexContacts& problem, const Elimination& plan, const Responses& responses,
               std::vector<Block>& out);
+
+// The same of the exact laws: what slides answers along n + friction * along, and to the normal
+// velocity only (and across its motion as above).
+void assemble(const ConvexContacts& problem, const Elimination& plan, const Responses& responses,
+              BlockMatrix& out);
 
 }  // namespace soda::physics

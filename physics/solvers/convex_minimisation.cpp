@@ -56,16 +56,7 @@ void ConvexMinimisation::update() {
   gradient(problem_, twists_, all_, gradient_);
 }
 
-double ConvexMinimisation::gradient_m_s() const {
-  double squared = 0.0;
-  for (std::size_t i = 0; i < gradient_.size(); ++i) {
-    const double mass = problem_.bodies[i].mass_kg;
-    const double moment = problem_.bodies[i].inertia_kg_m2.trace() / 3.0;
-    squared = std::max(squared, gradient_[i].linear.squaredNorm() / (mass * mass));
-    squared = std::max(squared, gradient_[i].angular.squaredNorm() / (mass * moment));
-  }
-  return std::sqrt(squared);
-}
+double ConvexMinimisation::gradient_m_s() const { return largest_m_s(problem_, gradient_); }
 
 // A row's impulse is its stiffness times a difference of the bodies' velocities.
 double ConvexMinimisation::rounding_of_rows_m_s() const {

@@ -41,6 +41,8 @@ class ConvexMinimisation {
   std::span<const Vec3> velocities_m_s() const { return velocity_; }  // of the points
   double softness() const { return softness_; }            // compliance over that at the start
   double row_stiffness() const { return row_stiffness_; }  // over that at the start
+  // Factorisations that others made count as well.
+  void spend(int factorisations) { factorisations_ += factorisations; }
   int factorisations() const { return factorisations_; }
   int steps() const { return steps_; }
 

@@ -258,7 +258,8 @@ NewtonOutcome solve_directly(const DirectAim& aim, std::span<const SolverBody> f
   const int most = aim.factorisations > 0 ? aim.factorisations
                                           : most_factorisations(aim, free, plan, joints != nullptr);
   const NewtonLimits limits{
-      scale, aim.wanted * scale, aim.rounding * scale, aim.accepted * scale, most, 40, aim.further};
+      scale, aim.wanted * scale, aim.rounding * scale, aim.accepted * scale, most,
+      40,    aim.further,        aim.stalled * scale};
   Responses responses;
   const NewtonOutcome outcome = solve_by_newton(limits, plan, convex, twists, responses);
   if (!outcome.converged) return outcome;

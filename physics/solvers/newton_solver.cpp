@@ -4,16 +4,19 @@
 #include <cmath>
 
 #include "physics/math/anderson.hpp"
+#include "physics/solvers/alart_curnier.hpp"
 #include "physics/solvers/convex_minimisation.hpp"
+#include "physics/solvers/start_impulses.hpp"
 
 namespace soda::physics {
 namespace {
 
-// How far the two corrections are from settled, as velocities: that of the compliance of points and
-// of rows, and that of the shift.
+// How far the two corrections are from settled, as velocities: that of the compliance, and that of
+// the shift.
 struct Corrections {
-  double points_m_s = 0.0, rows_m_s = 0.0, shift_m_s = 0.0;
-  double largest_m_s() const { return std::max({points_m_s, rows_m_s, shift_m_s}); }
+  StartCorrection start;
+  double shift_m_s = 0.0;
+  double largest_m_s() const { return std::max(start.largest_m_s(), shift_m_s); }
 };
 
 // One solve in progress.
@@ -22,6 +25,7 @@ class Newton {
   Newton(const NewtonLimits& limits, const Elimination& plan, ConvexContacts& problem,
          std::vector<Twist>& twists, Responses& responses)
       : limits_(limits),
+        plan_(plan),
         problem_(problem),
         twists_(twists),
         responses_(responses),
@@ -38,9 +42,11 @@ class Newton {
   Corrections find_corrections();
   void correct(const Corrections& found, const Corrections& last);
   bool harden(const Corrections& found, const Corrections& last);
+  bool finish(const Corrections& found);
   NewtonOutcome outcome(bool converged) const;
 
   const NewtonLimits& limits_;
+  const Elimination& plan_;
   ConvexContacts& problem_;
   std::vector<Twist>& twists_;
   Responses& responses_;
@@ -49,6 +55,7 @@ class Newton {
   // What the corrections change, as velocities: as it was, and as this minimisation says.
   std::vector<double> were_, found_;
   AndersonAcceleration acceleration_;
+  double tried_m_s_ = 1e300;  // from where the exact laws were out of reach
 };
 
 // The convex law lets a sliding point part by friction times its slip; a target that is lower by as
@@ -59,46 +66,19 @@ double Newton::wanted_shift_m_s(std::size_t i) const {
   return p.friction * (slip - p.normal * slip.dot(p.normal)).norm();
 }
 
-// The shift, and start impulses by their compliance: the next minimisation starts from the impulses
-// that this one found.
+// The shifts, and the start impulses: the next minimisation starts from what this one found.
 Corrections Newton::find_corrections() {
   Corrections found;
   were_.clear();
   found_.clear();
-  double squared = 0.0;
   for (std::size_t i = 0; i < problem_.points.size(); ++i) {
     const ConvexPoint& p = problem_.points[i];
     were_.push_back((laws_[i] - p.target_m_s).dot(p.normal));
     found_.push_back(wanted_shift_m_s(i));
     found.shift_m_s = std::max(found.shift_m_s, std::abs(found_.back() - were_.back()));
-    const Vec3& impulse = responses_.points[i].impulse_newton_s;
-    squared = std::max(squared, (impulse - p.start_newton_s).squaredNorm());
-    for (int axis = 0; axis < 3; ++axis) {
-      were_.push_back(p.start_newton_s[axis] * problem_.compliance_1_kg);
-      found_.push_back(impulse[axis] * problem_.compliance_1_kg);
-    }
   }
-  found.points_m_s = std::sqrt(squared) * problem_.compliance_1_kg;
-  for (std::size_t i = 0; i < problem_.rows.size(); ++i) {
-    const ConvexRow& row = problem_.rows[i];
-    if (row.soft) continue;
-    const double compliance = row.speed / row.stiffness_kg;
-    were_.push_back(row.start_newton_s * compliance);
-    found_.push_back(responses_.rows[i].impulse_newton_s * compliance);
-    found.rows_m_s = std::max(found.rows_m_s, std::abs(found_.back() - were_.back()));
-  }
+  found.start = append_start_impulses(problem_, responses_, were_, found_);
   return found;
-}
-
-// What is extrapolated opens and closes no point.
-void keep_closed(const PointResponse& response, ConvexPoint& p) {
-  constexpr double kLeast = 0.5;  // of what it bears
-  if (response.mode == ContactMode::kOpen) {
-    p.start_newton_s = response.impulse_newton_s;
-    return;
-  }
-  const double least = kLeast * response.impulse_newton_s.dot(p.normal);
-  p.start_newton_s += p.normal * std::max(0.0, least - p.start_newton_s.dot(p.normal));
 }
 
 // Far from the solution, points open and close, and what they did before says little.
@@ -109,32 +89,47 @@ void Newton::correct(const Corrections& found, const Corrections& last) {
     acceleration_.accelerate(were_, found_);
   else
     acceleration_.remember(were_, found_);
-  auto next = found_.begin();
-  for (std::size_t i = 0; i < problem_.points.size(); ++i) {
+  const std::size_t points = problem_.points.size();
+  for (std::size_t i = 0; i < points; ++i) {
     ConvexPoint& p = problem_.points[i];
     p.target_m_s = laws_[i];
-    const double shift_m_s = std::max(0.0, *next++);
-    if (p.friction > 0.0) p.target_m_s -= p.normal * shift_m_s;
-    for (int axis = 0; axis < 3; ++axis)
-      p.start_newton_s[axis] = *next++ / problem_.compliance_1_kg;
-    keep_closed(responses_.points[i], p);
+    if (p.friction > 0.0) p.target_m_s -= p.normal * std::max(0.0, found_[i]);
   }
-  for (ConvexRow& row : problem_.rows)
-    if (!row.soft) row.start_newton_s = *next++ * row.stiffness_kg / row.speed;
+  set_start_impulses(std::span(found_).subspan(points), problem_);
+  keep_closed(responses_, problem_);
 }
 
-// What gives way hardly less than before gets harder; not below what counts beside the shift, nor
-// for rows that contradict each other by rounding. Whether anything did.
+// By the exact laws, which need no shift: where the shift is what is missing most, and not much of
+// it. What comes near may take half as many factorisations more.
+bool Newton::finish(const Corrections& found) {
+  constexpr double kNear = 0.02;  // of the scale
+  constexpr double kAgain = 0.1;  // of the error at the last trial
+  constexpr int kShare = 2;       // of the factorisations left
+  const double error = found.largest_m_s();
+  if (!(found.shift_m_s > found.start.points_m_s) || !(error < kNear * limits_.scale_m_s) ||
+      !(error < kAgain * tried_m_s_))
+    return false;
+  tried_m_s_ = error;
+  AlartCurnier exact(limits_, plan_, problem_, laws_);
+  const int left = limits_.factorisations - minimisation_.factorisations();
+  const int most = left + limits_.factorisations / kShare;
+  const bool done = exact.solve(left / kShare, most, twists_, responses_);
+  minimisation_.spend(exact.factorisations());
+  return done;
+}
+
+// What gives way hardly less than before gets harder; not where more shift is missing, nor for rows
+// that contradict each other by rounding. Whether anything did.
 bool Newton::harden(const Corrections& found, const Corrections& last) {
-  constexpr double kSlow = 0.5, kCounts = 0.1;
+  constexpr double kSlow = 0.5;
   constexpr double kHardest = 1e-6;  // of the compliance at the start: beyond, rounding gains
   const auto is_slow = [&](double now, double before) {
-    return now > kSlow * before && now > kCounts * found.shift_m_s;
+    return now > kSlow * before && now > found.shift_m_s;
   };
   const bool points =
-      is_slow(found.points_m_s, last.points_m_s) && minimisation_.softness() > kHardest;
-  const bool rows = is_slow(found.rows_m_s, last.rows_m_s) &&
-                    found.rows_m_s > limits_.rounding_m_s &&
+      is_slow(found.start.points_m_s, last.start.points_m_s) && minimisation_.softness() > kHardest;
+  const bool rows = is_slow(found.start.rows_m_s, last.start.rows_m_s) &&
+                    found.start.rows_m_s > limits_.rounding_m_s &&
                     minimisation_.row_stiffness() * kHardest < 1.0;
   if (points) minimisation_.harden_points();
   if (rows) minimisation_.harden_rows();
@@ -160,7 +155,6 @@ NewtonOutcome Newton::outcome(bool converged) const {
 }
 
 NewtonOutcome Newton::run() {
-  constexpr double kInexact = 0.3;               // of the last correction: what its successor needs
   constexpr double kStays = 0.5, kAtOnce = 0.9;  // of the error before: it does not change any more
   std::vector<Twist> good_twists;
   Responses good_responses;
@@ -182,9 +176,10 @@ NewtonOutcome Newton::run() {
       good_twists = twists_;
       good_responses = responses_;
     }
+    if (finish(found)) return outcome(true);
     correct(found, last);
     if (i > 0 && harden(found, last)) acceleration_.restart();
-    wanted = std::max(limits_.wanted_m_s, kInexact * correction);
+    wanted = std::max(limits_.wanted_m_s, correction);
     last = found;
     last_error = error;
   }

@@ -19,6 +19,7 @@ struct NewtonLimits {
   int factorisations = 0;     // at most
   int corrections = 0;        // of compliance and shift, at most
   int further = 1000;         // factorisations once an error is accepted, at most
+  double stalled_m_s = 0.0;   // error that is accepted where the exact laws come no nearer
 };
 
 struct NewtonOutcome {
