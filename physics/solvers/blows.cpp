@@ -150,6 +150,14 @@ bool nothing_closes(double length_s, const ContactProblem& problem) {
 
 int most_of_blow(std::size_t bodies) { return kOfBlow + kOfBody * static_cast<int>(bodies); }
 
+// Faces on each other open and close one after the other: then a kick's factorisations do not lead
+// through more bodies than there are of them.
+bool is_hopeless_kick(const Cluster& cluster) {
+  constexpr std::size_t kPointsOfFaces = 2;  // a body, at least
+  return cluster.bodies.size() > static_cast<std::size_t>(kOfKick) &&
+         cluster.rows.size() >= kPointsOfFaces * cluster.bodies.size();
+}
+
 // All contact laws at once, from the bodies' velocities and no impulses on, by `most`
 // factorisations. Whether they are met.
 bool meet_laws(int most, double length_s, std::size_t moving, ContactProblem& problem,
@@ -240,7 +248,11 @@ std::optional<SharedBlow> share_out(const Blows& blows, std::vector<std::uint32_
     blow.part.bodies[k].linear = begin.linear;
     blow.part.bodies[k].angular = begin.angular;
   }
-  const int most = struck.size() > kicked ? most_of_blow(moving) : kOfKick;
+  const bool is_kick = struck.size() == kicked;
+  work.gave_up =
+      is_kick && is_hopeless_kick(blow.cluster) && !nothing_closes(substeps.length_s, blow.part);
+  if (work.gave_up) return {};
+  const int most = is_kick ? kOfKick : most_of_blow(moving);
   if (!meet_laws(most, substeps.length_s, moving, blow.part, work)) return {};
   --work.left;
   ++work.shared;

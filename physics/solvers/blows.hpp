@@ -47,12 +47,12 @@ void start_with_blow(const Blows& blows, std::span<const SolverBody> free, Conta
 // Before relax(): where a point closes in the substep that comes, and to stop it takes more than
 // what it bears, the velocities of all that touches, from body to body, become at once what
 // fulfils the contact laws: by Newton's method, to 1e-4 of the blow at least. Budget of work: 12
-// factorisations a blow and two for each of its bodies (6 for what is kicked alone), 128 a step;
-// 2e5 multiplications a step and 7000 for each pair of the island in touch, 1e4 and 1000 if the
-// scene is not to be refined; and none where a factorisation costs far more than the sweeps. Beyond
-// it, and where Newton's method does not converge, the blow is left to the sweeps of the substeps.
-// The impulses of a blow are in the substeps' sums alone, so that the next substep does not expect
-// them again.
+// factorisations a blow and two for each of its bodies (6 for what is kicked alone, and none if
+// that is more than 6 bodies with faces on each other), 128 a step; 2e5 multiplications a step and
+// 7000 for each pair of the island in touch, 1e4 and 1000 if the scene is not to be refined; and
+// none where a factorisation costs far more than the sweeps. Beyond it, and where Newton's method
+// does not converge, the blow is left to the sweeps of the substeps. The impulses of a blow are in
+// the substeps' sums alone, so that the next substep does not expect them again.
 void share_blow(const Blows& blows, ContactProblem& problem, Substeps& substeps, BlowWork& work);
 
 }  // namespace soda::physics
