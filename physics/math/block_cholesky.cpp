@@ -126,27 +126,14 @@ bool factorise_diagonal(Block& block) {
   return true;
 }
 
-// block * diagonal^-T
-void divide_by_diagonal(const Block& diagonal, Block& block) {
-  for (int c = 0; c < kBlockRows; ++c) {
-    double* column = &block[6 * c];
-    for (int m = 0; m < c; ++m) {
-      const double factor = diagonal[6 * m + c];
-      const double* known = &block[6 * m];
-      for (int r = 0; r < kBlockRows; ++r) column[r] -= known[r] * factor;
-    }
-    const double inverse = 1.0 / diagonal[7 * c];
-    for (int r = 0; r < kBlockRows; ++r) column[r] *= inverse;
-  }
-}
-
 }  // namespace
 
 bool factorise(const Elimination& plan, std::vector<Block>& blocks) {
   for (std::size_t k = 0; k < plan.count(); ++k) {
     const std::uint32_t begin = plan.column_begin[k], end = plan.column_begin[k + 1];
     if (!factorise_diagonal(blocks[begin])) return false;
-    for (std::uint32_t i = begin + 1; i < end; ++i) divide_by_diagonal(blocks[begin], blocks[i]);
+    for (std::uint32_t i = begin + 1; i < end; ++i)
+      divide_by_triangle<Triangle::kLowerTransposed, false>(blocks[begin], blocks[i]);
     for (std::uint32_t j = begin + 1; j < end; ++j) {
       // The later rows of this column are all in column rows[j]: one walk finds them.
       std::uint32_t at = plan.column_begin[plan.rows[j]];

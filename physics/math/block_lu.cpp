@@ -21,32 +21,6 @@ bool eliminate_diagonal(Block& block) {
   return true;
 }
 
-// block * U^-1
-void divide_by_upper(const Block& diagonal, Block& block) {
-  for (int c = 0; c < kBlockRows; ++c) {
-    double* column = &block[6 * c];
-    for (int m = 0; m < c; ++m) {
-      const double factor = diagonal[6 * c + m];
-      const double* known = &block[6 * m];
-      for (int r = 0; r < kBlockRows; ++r) column[r] -= known[r] * factor;
-    }
-    const double inverse = 1.0 / diagonal[7 * c];
-    for (int r = 0; r < kBlockRows; ++r) column[r] *= inverse;
-  }
-}
-
-// block * L^-T
-void divide_by_lower(const Block& diagonal, Block& block) {
-  for (int c = 0; c < kBlockRows; ++c) {
-    double* column = &block[6 * c];
-    for (int m = 0; m < c; ++m) {
-      const double factor = diagonal[6 * m + c];
-      const double* known = &block[6 * m];
-      for (int r = 0; r < kBlockRows; ++r) column[r] -= known[r] * factor;
-    }
-  }
-}
-
 }  // namespace
 
 bool factorise(const Elimination& plan, BlockMatrix& blocks) {
@@ -55,8 +29,8 @@ bool factorise(const Elimination& plan, BlockMatrix& blocks) {
     const std::uint32_t begin = plan.column_begin[k], end = plan.column_begin[k + 1];
     if (!eliminate_diagonal(lower[begin])) return false;
     for (std::uint32_t i = begin + 1; i < end; ++i) {
-      divide_by_upper(lower[begin], lower[i]);
-      divide_by_lower(lower[begin], upper[i]);
+      divide_by_triangle<Triangle::kUpper, false>(lower[begin], lower[i]);
+      divide_by_triangle<Triangle::kLowerTransposed, true>(lower[begin], upper[i]);
     }
     for (std::uint32_t j = begin + 1; j < end; ++j) {
       std::uint32_t at = plan.column_begin[plan.rows[j]];

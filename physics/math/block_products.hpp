@@ -6,6 +6,25 @@
 
 namespace soda::physics {
 
+// Which triangle of a factorised diagonal block: the upper one, or the transpose of the lower one.
+enum class Triangle { kUpper, kLowerTransposed };
+
+// block * triangle^-1; `kUnit`: with ones on its diagonal, whatever is stored there.
+template <Triangle kWhich, bool kUnit>
+inline void divide_by_triangle(const Block& diagonal, Block& block) {
+  for (int c = 0; c < kBlockRows; ++c) {
+    double* column = &block[6 * c];
+    for (int m = 0; m < c; ++m) {
+      const double factor = diagonal[kWhich == Triangle::kUpper ? 6 * c + m : 6 * m + c];
+      const double* known = &block[6 * m];
+      for (int r = 0; r < kBlockRows; ++r) column[r] -= known[r] * factor;
+    }
+    if (kUnit) continue;
+    const double inverse = 1.0 / diagonal[7 * c];
+    for (int r = 0; r < kBlockRows; ++r) column[r] *= inverse;
+  }
+}
+
 // target -= a b^T
 inline void subtract_product(const Block& a, const Block& b, Block& target) {
   for (int c = 0; c < kBlockRows; ++c) {
