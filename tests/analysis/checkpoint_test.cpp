@@ -2,9 +2,11 @@
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/time.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -22,6 +24,7 @@ namespace {
 using analysis_test::ChildResult;
 using analysis_test::contains;
 using analysis_test::library_file;
+using analysis_test::Meanwhile;
 using analysis_test::read_file;
 using analysis_test::run_soda;
 using analysis_test::TemporaryFolder;
@@ -82,27 +85,31 @@ TEST_F(Checkpoint, ARunGoesOnWithTheBitsOfTheUninterruptedOneInEveryOtherWay) {
   }
 }
 
+// A timer of processor time survives exec, and its signal ends a program that does not catch it. So
+// the moments are the same ones on a busy machine.
+void end_after(double cpu_s) {
+  const auto microseconds = static_cast<suseconds_t>(1e6 * cpu_s);
+  const itimerval timer{{0, 0}, {microseconds / 1'000'000, microseconds % 1'000'000}};
+  ::setitimer(ITIMER_PROF, &timer, nullptr);
+}
+
 // Whatever moment: the file is a whole checkpoint, or none was written yet.
 TEST_F(Checkpoint, KilledAtAnyMomentARunLosesNothingBeforeTheLastOne) {
-  const Options scene = {"run", library_file("border-stack"), "--steps", "400"};
-  const std::string digest = told(scene)["digest"];
-  const auto begin = std::chrono::steady_clock::now();
-  told({"run", library_file("border-stack"), "--steps", "400", "--checkpoint", file_, "--every",
-        "3"});
-  const auto lasts = std::chrono::steady_clock::now() - begin;
+  const std::string digest =
+      told({"run", library_file("border-stack"), "--steps", "400"})["digest"];
+  const auto run_until = [&](int threads, const Meanwhile& meanwhile) {
+    std::filesystem::remove(file_);
+    return run_soda({"run", library_file("border-stack"), "--steps", "400", "--checkpoint", file_,
+                     "--every", "3", "--quiet", "--threads", std::to_string(threads)},
+                    meanwhile);
+  };
+  const std::array whole_cpu_s = {run_until(1, {}).cpu_s, run_until(2, {}).cpu_s};
   int killed = 0, went_on = 0;
   for (int moment = 0; moment < 50; ++moment) {
-    std::filesystem::remove(file_);
-    const ChildResult run =
-        run_soda({"run", library_file("border-stack"), "--steps", "400", "--checkpoint", file_,
-                  "--every", "3", "--quiet", "--threads", moment % 2 == 0 ? "2" : "1"},
-                 {.in_child = [] {},
-                  .here =
-                      [&](int child) {
-                        std::this_thread::sleep_for(lasts * (moment + 1) / 50);
-                        ::kill(child, SIGKILL);
-                      }});
-    killed += run.signal == SIGKILL;
+    const int threads = 1 + moment % 2;
+    const double cpu_s = whole_cpu_s[static_cast<std::size_t>(moment % 2)] * (moment + 1) / 50;
+    const ChildResult run = run_until(threads, {.in_child = [&] { end_after(cpu_s); }});
+    killed += run.signal == SIGPROF;
     if (!std::filesystem::exists(file_)) continue;
     LogReader checkpoint(file_);
     EXPECT_TRUE(checkpoint.complete());

@@ -82,5 +82,28 @@ TEST(InstructionCount, OfCommittingOnOneThread) {
   EXPECT_LE(counts[1], 1.1 * 184);
 }
 
+// The whole command on one thread over the sequential one, with the same model.
+double instructions_over_sequential(std::vector<std::string> model, const std::string& end) {
+  const CountedRun sequential = count({}, model, end);
+  model.insert(model.end(), {"--executor", "threads", "--threads", "1"});
+  const CountedRun optimistic = count({}, model, end);
+  EXPECT_GT(sequential.events, 200000);
+  EXPECT_EQ(optimistic.events, sequential.events);
+  const double ratio = optimistic.instructions / sequential.instructions;
+  std::cout << ratio << " of the sequential instructions\n";
+  return ratio;
+}
+
+// A round of GVT or a choice that looked at every LP would multiply these.
+TEST(InstructionCount, WithAHundredThousandLpsOnOneThreadIsNearTheSequentialOne) {
+  EXPECT_LE(instructions_over_sequential({"--lps", "131072"}, "2"), 1.1 * 2.23);
+}
+
+// Each LP sends so many messages, each to a time of its own, before anything else happens.
+TEST(InstructionCount, WithFortyThousandMessagesAheadIsNearTheSequentialOne) {
+  EXPECT_LE(instructions_over_sequential({"--lps", "2", "--start-events", "40000"}, "3"),
+            1.1 * 1.66);
+}
+
 }  // namespace
 }  // namespace soda::kernel
