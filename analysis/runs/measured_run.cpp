@@ -204,6 +204,8 @@ Counts stage_counts(const models::SimulationResult& result) {
       {"warm_started_rows", stages.warm_started_rows},
       {"impact_searches", stages.impact_searches()},
       {"impacts", stages.impacts},
+      {"turned_searches", stages.turned_searches},
+      {"turned_solves", stages.turned_solves},
       {"refined_steps", stages.refined_steps},
       {"islands_over_budget", stages.islands_over_budget},
       {"blows", stages.blows},

@@ -34,6 +34,11 @@ double size_of(const SceneDescription& scene, std::uint32_t shape) {
   return least;
 }
 
+double size_of(const SceneDescription& scene, const ContactManifold& m) {
+  const double of_a = size_of(scene, scene.bodies[index_of(m.a)].shape);
+  return is_static(m.b) ? of_a : std::min(of_a, size_of(scene, scene.bodies[index_of(m.b)].shape));
+}
+
 namespace {
 
 // What the points of one manifold have in common.
@@ -78,7 +83,7 @@ PairContext context_of(const SceneDescription& scene, std::span<const BodyId> id
   const Shape& shape_a = scene.shapes[pa.shape];
   c.state_a = &states[c.a];
   c.sphere_a = std::get_if<Sphere>(&shape_a);
-  c.size_m = size_of(scene, pa.shape);
+  c.size_m = size_of(scene, m);
   const Material* material = nullptr;
   const Vec3* surface_velocity = nullptr;
   if (is_static(m.b)) {
@@ -91,7 +96,6 @@ PairContext context_of(const SceneDescription& scene, std::span<const BodyId> id
     material = &pb.material;
     c.state_b = &states[c.b];
     c.sphere_b = std::get_if<Sphere>(&scene.shapes[pb.shape]);
-    c.size_m = std::min(c.size_m, size_of(scene, pb.shape));
     if (pa.kinematic != pb.kinematic)
       c.relative_gravity = relative_gravity(scene, m.a, m.b).dot(m.normal);
   }

@@ -22,6 +22,8 @@ inline constexpr double kSlop = 5e-4;
 double size_of(const Shape& shape);
 // Of one of the scene's shapes: of a compound, that of its smallest part.
 double size_of(const SceneDescription& scene, std::uint32_t shape);
+// Of the smaller body of a pair.
+double size_of(const SceneDescription& scene, const ContactManifold& m);
 
 // One contact point: the relative velocity along the normal must not fall below `target_m_s`.
 struct NormalRow {

@@ -110,9 +110,7 @@ bool ContactImpactRun::stayed_apart() const {
   constexpr double kStayed = 1e-8;  // of the width
   const auto nearest_m = [](std::span<const ContactManifold> contacts) {
     double nearest = 0.0;
-    for (const ContactManifold& m : contacts)
-      for (std::uint32_t i = 0; i < m.count; ++i)
-        nearest = std::min(nearest, m.points[i].separation_m);
+    for (const ContactManifold& m : contacts) nearest = std::min(nearest, least_separation_m(m));
     return nearest;
   };
   std::vector<ContactManifold> now;
@@ -194,6 +192,7 @@ void ContactImpactRun::advance_set(const Bodies& set, double to_s, bool all) {
     now.push_back(states_[body]);
   }
   report_.static_impulse_newton_s += push_impulses_newton_s(scene, time_s, ids, now);
+  const std::uint64_t solved_anew = effects_.counters.turned_solves;
   if (contacts.empty()) {
     for (std::size_t i = 0; i < ids.size(); ++i)
       advance_free_body(scene, time_s, ids[i], now[i], effects_.counters, effects_.faults);
@@ -204,7 +203,7 @@ void ContactImpactRun::advance_set(const Bodies& set, double to_s, bool all) {
     part.error_estimate = 0.0;
     add_part(part, report_);
   }
-  work_ += work_of(set);
+  work_ += work_of(set) * (1 + effects_.counters.turned_solves - solved_anew);
   for (std::size_t i = 0; i < set.size(); ++i) {
     std::swap(states_[set[i]], now[i]);
     since_s_[set[i]] = to_s;

@@ -155,16 +155,6 @@ double foreseen_s(const ContactImpactIsland& island, std::span<const ContactMani
   return foreseen;
 }
 
-namespace {
-
-double nearest_m(const ContactManifold& m) {
-  double nearest = kNever;
-  for (std::uint32_t i = 0; i < m.count; ++i) nearest = std::min(nearest, m.points[i].separation_m);
-  return nearest;
-}
-
-}  // namespace
-
 ContactManifold without_impacts(const ContactImpactIsland& island, const ContactManifold& contact,
                                 std::span<const BodyState> states) {
   const double slow = island.slow_m_s(contact);
@@ -202,7 +192,7 @@ bool append_touching(const ContactImpactIsland& island, std::span<const ContactM
     const double width = island.width_m(m), together = kTogether * width;
     // Who is hit is held by statics that it is just above; bodies that are apart are hit one by
     // one.
-    if (!is_static(m.b) && nearest_m(m) > kTouching * width) continue;
+    if (!is_static(m.b) && least_separation_m(m) > kTouching * width) continue;
     const double slow = island.slow_m_s(m);
     bool is_hit = false;
     m.count = 0;

@@ -10,6 +10,7 @@
 #include "physics/constraints/rolling_rows.hpp"
 #include "physics/forces/forces.hpp"
 #include "physics/integrators/articulated_island.hpp"
+#include "physics/integrators/end_contacts.hpp"
 #include "physics/integrators/joint_motion.hpp"
 #include "physics/integrators/swept_motion.hpp"
 #include "physics/math/rigid_motion.hpp"
@@ -223,31 +224,96 @@ IslandReport advance_with_joints(const IslandStep& island, bool accurate, JointS
 
 }  // namespace
 
-IslandReport advance_once(const IslandStep& island, bool accurate, std::span<BodyState> states,
-                          const IslandEffects& effects) {
+namespace {
+
+// How the contacts of an island without joints are solved.
+struct ContactSolve {
+  bool accurate;
+  const Elimination* plan;  // or null
+};
+
+IslandReport solve_contacts_once(const IslandStep& island, const ContactSolve& how,
+                                 std::span<BodyState> states, std::vector<PositionCorrection>& push,
+                                 const IslandEffects& effects) {
   const auto& [scene, geometry, dt_s, ids, manifolds] = island;
   const auto& [scratch, counters, faults] = effects;
-  JointSystem joints = find_joints(scene, ids, manifolds);
-  if (!joints.empty()) return advance_with_joints(island, accurate, joints, states, effects);
   IslandReport report = report_of(ids, manifolds);
-  const SolveChoice choice = choose_solve(scene, dt_s, accurate, ids, manifolds, states);
-  if (choice.blocks) {
-    advance_blocks({scene, dt_s, ids, manifolds, states, *choice.blocks}, states, report, counters,
-                   faults);
-    return report;
-  }
   const SolveStep step{scene, dt_s, ids,
                        IndexedSpan<BodyState>{std::span<const BodyState>(states)}};
   ContactProblem& problem = scratch.problem;
   build_problem(step, island, scratch, counters);
   start_rolling(scene.solver.iterations, problem);
-  const Elimination* const plan = choice.elimination ? &*choice.elimination : nullptr;
-  const ContactSolution solution = solve_contacts(step, accurate, scratch.free, plan, problem);
+  ContactSolution solution = solve_contacts(step, how.accurate, scratch.free, how.plan, problem);
   count_solution(solution, problem, report, counters);
   report.constraint_residual_m_s = residual_m_s(problem);
   report_contacts(step.before, problem, report);
-  move_bodies(island, problem, solution.push, states, faults);
-  report.push_out_work_joule = push_out_work_joule(scene, dt_s, ids, solution.push);
+  push = std::move(solution.push);
+  move_bodies(island, problem, push, states, faults);
+  report.push_out_work_joule = push_out_work_joule(scene, dt_s, ids, push);
+  return report;
+}
+
+// What the step began with is told by its first solve.
+void take_over(const IslandReport& first, IslandReport& report) {
+  report.contact_points = first.contact_points;
+  report.max_penetration_m = first.max_penetration_m;
+  report.iterations += first.iterations;
+  report.multiplications += first.multiplications;
+}
+
+// Solved anew with what has come round; of these solves that by which least sinks in.
+IslandReport advance_contacts(const IslandStep& island, const ContactSolve& how,
+                              std::span<BodyState> states, const IslandEffects& effects) {
+  const auto& [scratch, counters, faults] = effects;
+  const bool turns = shows_other_points(island.scene, island.ids);
+  std::vector<BodyState> start;
+  if (turns)
+    for (const BodyState& state : states) start.push_back(motion_of(state));
+  std::vector<PositionCorrection> push;
+  IslandReport report = solve_contacts_once(island, how, states, push, effects);
+  if (!turns || !can_come_round(island, {start, states, push})) return report;
+  std::vector<ContactManifold> contacts(island.manifolds.begin(), island.manifolds.end());
+  double least = find_end_contacts(island, {start, states, push}, counters, contacts),
+         growth = least;
+  std::vector<BodyState> trial(states.begin(), states.end());
+  for (int solve = 0; solve < kMostEndSolves && growth > kMostGrowth; ++solve) {
+    for (std::size_t i = 0; i < trial.size(); ++i) {
+      std::vector<ContactImpulse> impulses = std::move(trial[i].impulses);
+      trial[i] = start[i];
+      trial[i].impulses = std::move(impulses);
+    }
+    const std::size_t faults_before = faults.size();
+    IslandReport again =
+        solve_contacts_once(island.over(island.dt_s, contacts), how, trial, push, effects);
+    ++counters.turned_solves;
+    if (faults.size() > faults_before) {
+      faults.resize(faults_before);
+      break;
+    }
+    growth = find_end_contacts(island, {start, trial, push}, counters, contacts);
+    if (!(growth < least)) continue;
+    least = growth;
+    take_over(report, again);
+    report = std::move(again);
+    std::copy(trial.begin(), trial.end(), states.begin());
+  }
+  return report;
+}
+
+}  // namespace
+
+IslandReport advance_once(const IslandStep& island, bool accurate, std::span<BodyState> states,
+                          const IslandEffects& effects) {
+  const auto& [scene, geometry, dt_s, ids, manifolds] = island;
+  JointSystem joints = find_joints(scene, ids, manifolds);
+  if (!joints.empty()) return advance_with_joints(island, accurate, joints, states, effects);
+  const SolveChoice choice = choose_solve(scene, dt_s, accurate, ids, manifolds, states);
+  if (!choice.blocks)
+    return advance_contacts(island, {accurate, choice.elimination ? &*choice.elimination : nullptr},
+                            states, effects);
+  IslandReport report = report_of(ids, manifolds);
+  advance_blocks({scene, dt_s, ids, manifolds, states, *choice.blocks}, states, report,
+                 effects.counters, effects.faults);
   return report;
 }
 

@@ -1,6 +1,7 @@
 // Contacts between two bodies.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 
@@ -26,6 +27,13 @@ struct ContactManifold {
   // Of solids that are not near, but meet within the step, and part at once: when. Else 0.
   double impact_s = 0.0;
 };
+
+// Of its points; 1e300 without any.
+inline double least_separation_m(const ContactManifold& m) {
+  double least = 1e300;
+  for (std::uint32_t i = 0; i < m.count; ++i) least = std::min(least, m.points[i].separation_m);
+  return least;
+}
 
 // It only connects its bodies.
 inline bool is_link(const ContactManifold& m) { return m.count == 0; }

@@ -55,6 +55,9 @@ struct StageCounters {
   std::uint64_t sent_searches = 0;  // pairs of which hits sent one on (sent_on.hpp)
   std::uint64_t impacts = 0;        // of them, that took place
   std::uint64_t refined_steps = 0;  // single steps beyond the first that refinement took
+  // Pairs looked at again at the end of a solve, and solves with what came round
+  // (end_contacts.hpp).
+  std::uint64_t turned_searches = 0, turned_solves = 0;
   // Islands of which impacts, hits or refinement ended at their budget of work: the laws are the
   // same, but the rest of the step is one step, of first order.
   std::uint64_t islands_over_budget = 0;

@@ -59,8 +59,39 @@ Islands islands_apart(const IslandStep& island, std::span<const BodyState> state
   return islands;
 }
 
-bool stayed_apart(const IslandStep& island, const Islands& islands,
-                  std::span<const BodyState> before, std::span<const BodyState> after) {
+namespace {
+
+// Whether its points have kept their gaps.
+bool has_kept_gaps(const ContactManifold& m, double width_m, const IslandMove& move, std::size_t a,
+                   std::size_t b) {
+  for (std::uint32_t i = 0; i < m.count; ++i) {
+    const ContactPoint& p = m.points[i];
+    const Vec3 apart = moved(p.position_m, move.start[b], move.end[b]) -
+                       moved(p.position_m, move.start[a], move.end[a]);
+    const double gap = p.separation_m + apart.dot(m.normal);
+    if (!(gap >= std::min(p.separation_m, 0.0) - kStayed * width_m)) return false;
+  }
+  return true;
+}
+
+// Whether what has come round overlaps.
+bool has_come_round(const IslandStep& island, const ContactManifold& m, double width_m,
+                    const IslandMove& move, StageCounters& counters) {
+  const std::size_t a = place_of(island.ids, m.a), b = place_of(island.ids, m.b);
+  if (!turns_far(island, move, a) && !turns_far(island, move, b)) return false;
+  std::vector<ContactManifold> found;
+  collide({island.scene, island.geometry, 0.0, m.a, move.end[a], m.b, &move.end[b]}, found,
+          counters);
+  ++counters.turned_searches;
+  const double least_m = std::min(least_separation_m(m), 0.0) - kStayed * width_m;
+  return std::ranges::any_of(
+      found, [&](const ContactManifold& now) { return least_separation_m(now) < least_m; });
+}
+
+}  // namespace
+
+bool stayed_apart(const IslandStep& island, const Islands& islands, const IslandMove& move,
+                  StageCounters& counters) {
   const auto& [scene, geometry, dt_s, ids, manifolds] = island;
   std::vector<std::uint32_t> island_of(ids.size());
   std::uint32_t count = 0;
@@ -73,13 +104,8 @@ bool stayed_apart(const IslandStep& island, const Islands& islands,
     const std::size_t a = place_of(ids, m.a), b = place_of(ids, m.b);
     if (island_of[a] == island_of[b]) continue;
     const double width = width_m(scene, geometry, m);
-    for (std::uint32_t i = 0; i < m.count; ++i) {
-      const ContactPoint& p = m.points[i];
-      const Vec3 apart =
-          moved(p.position_m, before[b], after[b]) - moved(p.position_m, before[a], after[a]);
-      const double gap = p.separation_m + apart.dot(m.normal);
-      if (!(gap >= std::min(p.separation_m, 0.0) - kStayed * width)) return false;
-    }
+    if (!has_kept_gaps(m, width, move, a, b) || has_come_round(island, m, width, move, counters))
+      return false;
   }
   return true;
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "physics/broadphase/islands.hpp"
+#include "physics/integrators/end_contacts.hpp"
 #include "physics/model/body_state.hpp"
 #include "physics/model/contact_manifold.hpp"
 #include "physics/model/island_step.hpp"
@@ -22,8 +23,9 @@ bool holds(const SceneDescription& scene, const Geometry& geometry, double dt_s,
 Islands islands_apart(const IslandStep& island, std::span<const BodyState> states,
                       std::vector<ContactManifold>& kept);
 
-// Whether contacts that were taken away have kept their gaps from `before` to `after`.
-bool stayed_apart(const IslandStep& island, const Islands& islands,
-                  std::span<const BodyState> before, std::span<const BodyState> after);
+// Whether contacts that were taken away have kept their gaps over the whole motion `move`, at the
+// points of the start and, of what has turned, at those that have come round.
+bool stayed_apart(const IslandStep& island, const Islands& islands, const IslandMove& move,
+                  StageCounters& counters);
 
 }  // namespace soda::physics

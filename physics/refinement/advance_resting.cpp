@@ -92,7 +92,8 @@ bool advance_apart(const IslandStep& island, std::span<BodyState> states, Island
              report);
     for (std::size_t j = 0; j < bodies.size(); ++j) after[bodies[j]] = std::move(own[j]);
   }
-  if (!faults.empty() || !stayed_apart(island, islands, states, after)) return false;
+  if (!faults.empty() || !stayed_apart(island, islands, {states, after, {}}, counters))
+    return false;
   std::move(after.begin(), after.end(), states.begin());
   return true;
 }

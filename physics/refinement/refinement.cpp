@@ -120,8 +120,7 @@ bool gains_by_refinement(const IslandStep& island, std::span<const BodyState> st
   for (const ContactManifold& m : manifolds) {
     const std::uint32_t shape = scene.bodies[index_of(m.a)].shape;
     const double most_m = kSlop * geometry.impl().shapes[shape].shape.min_extent_m;
-    for (std::uint32_t i = 0; i < m.count; ++i)
-      if (m.points[i].separation_m < -most_m) return false;
+    if (least_separation_m(m) < -most_m) return false;
   }
   return true;
 }

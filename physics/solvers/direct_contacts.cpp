@@ -22,6 +22,12 @@ constexpr double kMuchHeavier = 10.0;
 // With joints, in motion: what sweeps take there costs as much as a factorisation.
 constexpr double kSmallWithJoints = 1e6;  // multiplications
 constexpr double kQuasiStatic = 0.03;     // of the speed that gravity gives in a step
+// Of the smaller body. Iterations let what is high or heavy sink, ever deeper: what has sunk so far
+// is solved directly until it is up again.
+constexpr double kSunk = 1e-2;
+// Multiplications of all factorisations of a solve, and the least factorisations it may take.
+constexpr double kMostWork = 5e6;
+constexpr int kLeastFactorisations = 20;
 
 // Of the reciprocal of an island's mass: what a point gives way, per impulse. Soft enough for few
 // Newton steps; the corrections take it out again, and make it harder where they get on slowly.
@@ -138,8 +144,8 @@ void apply(const PointResponse& response, const ConvexPoint& p, std::size_t i,
 int most_factorisations(const DirectAim& aim, std::span<const SolverBody> bodies,
                         const Elimination& plan, bool jointed) {
   // Multiplications of all of them; what comes to rest is not met again.
-  constexpr double kMultiplications = 5e6, kOfJointed = 2e5, kOfJointedAtRest = 2e6;
-  constexpr int kLeast = 20, kOfUneven = 40;
+  constexpr double kOfJointed = 2e5, kOfJointedAtRest = 2e6;
+  constexpr int kLeast = kLeastFactorisations, kOfUneven = 40;
   constexpr double kMost = 200.0, kMostOfJointed = 60.0;
   if (jointed)
     return static_cast<int>(
@@ -153,8 +159,7 @@ int most_factorisations(const DirectAim& aim, std::span<const SolverBody> bodies
   }
   if (aim.goes_on && most > kMuchHeavier * least)
     return plan.multiplications <= kSmall ? kOfUneven : kLeast;
-  return static_cast<int>(
-      std::clamp(kMultiplications / plan.multiplications, double{kLeast}, kMost));
+  return static_cast<int>(std::clamp(kMostWork / plan.multiplications, double{kLeast}, kMost));
 }
 
 // Of the points of one manifold, squared; `b` null for a static.
@@ -169,6 +174,12 @@ double squared_speed(const SceneDescription& scene, const ContactManifold& m, co
     squared = std::max(squared, (other - velocity_at(a, point)).squaredNorm());
   }
   return squared;
+}
+
+bool has_sunk(const SceneDescription& scene, std::span<const ContactManifold> manifolds) {
+  return std::ranges::any_of(manifolds, [&](const ContactManifold& m) {
+    return least_separation_m(m) < -kSunk * size_of(scene, m);
+  });
 }
 
 // Sweeps converge: one body, or two of like masses where a trace may be left.
@@ -216,8 +227,8 @@ std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, doub
   if (!jointed && is_easy(accurate, moved, ratio)) return std::nullopt;
   const bool is_uneven = jointed || ratio > kMuchHeavier;
   const bool quasi_static = is_quasi_static(scene, dt_s, ids, manifolds, states);
-  // Substeps sink, however short they are.
-  if (!quasi_static && !is_uneven && !accurate) return std::nullopt;
+  const bool sunk = !jointed && has_sunk(scene, manifolds);
+  if (!quasi_static && !is_uneven && !accurate && !sunk) return std::nullopt;
   std::vector<std::array<std::uint32_t, 2>> edges;
   edges.reserve(manifolds.size());
   for (const ContactManifold& m : manifolds) {
@@ -227,6 +238,7 @@ std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, doub
   return plan_elimination(static_cast<std::uint32_t>(ids.size()), edges,
                           quasi_static || accurate ? kMostMultiplications
                           : jointed                ? kSmallWithJoints
+                          : sunk                   ? kMostWork / kLeastFactorisations
                                                    : kSmall);
 }
 

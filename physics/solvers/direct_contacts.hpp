@@ -25,9 +25,9 @@ bool is_quasi_static(const SceneDescription& scene, double dt_s, std::span<const
 // The elimination by which an island is solved directly, or none if it is one for sweeps: because
 // a factorisation would cost too much, or, where no joint holds it, because it has one body, or,
 // unless the scene asks for a tolerance, because it has two bodies of like masses, or its contacts
-// move against each other and it is not both small and of bodies of which some are much heavier
-// than others. What bounces in it is not looked at. `ids` ascending, `states` at the step's start.
-// A function of the island's content.
+// move against each other, have not sunk in, and it is not both small and of bodies of which some
+// are much heavier than others. What bounces in it is not looked at. `ids` ascending, `states` at
+// the step's start. A function of the island's content.
 std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, double dt_s,
                                              bool accurate, std::span<const BodyId> ids,
                                              std::span<const ContactManifold> manifolds,

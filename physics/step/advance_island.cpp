@@ -30,11 +30,8 @@ namespace {
 void pass_through(const IslandStep& island, std::span<BodyState> states, IslandReport& report,
                   const IslandEffects& effects) {
   const auto& [scene, geometry, dt_s, ids, manifolds] = island;
-  for (const ContactManifold& m : manifolds) {
-    for (std::uint32_t i = 0; i < m.count; ++i) {
-      report.max_penetration_m = std::max(report.max_penetration_m, -m.points[i].separation_m);
-    }
-  }
+  for (const ContactManifold& m : manifolds)
+    report.max_penetration_m = std::max(report.max_penetration_m, -least_separation_m(m));
   for (std::size_t i = 0; i < ids.size(); ++i) {
     advance_free_body(scene, dt_s, ids[i], states[i], effects.counters, effects.faults);
     effects.counters.kinematic_bodies += scene.bodies[index_of(ids[i])].kinematic;

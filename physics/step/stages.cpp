@@ -11,6 +11,7 @@
 #include "physics/events/missed_pairs.hpp"
 #include "physics/events/sleeping.hpp"
 #include "physics/forces/forces.hpp"
+#include "physics/integrators/end_contacts.hpp"
 #include "physics/model/kinematic.hpp"
 #include "physics/refinement/refinement.hpp"
 #include "physics/solvers/blows.hpp"
@@ -92,6 +93,8 @@ void add_solves(const SceneDescription& scene, std::vector<Stage>& stages) {
       {"impacts of what joints draw", linked_impacts_needed(scene),
        count_of(&StageCounters::linked_searches)},
       {"islands advanced anew", passes_needed(scene), count_of(&StageCounters::islands_again)},
+      {"contacts that come round", end_contacts_needed(scene),
+       count_of(&StageCounters::turned_searches)},
       {"refined steps of islands", refinement_needed(scene),
        count_of(&StageCounters::refined_steps)},
       {"contacts of bodies at rest", sleeping_needed(scene),
