@@ -276,7 +276,8 @@ IslandReport advance_contacts(const IslandStep& island, const ContactSolve& how,
   double least = find_end_contacts(island, {start, states, push}, counters, contacts),
          growth = least;
   std::vector<BodyState> trial(states.begin(), states.end());
-  for (int solve = 0; solve < kMostEndSolves && growth > kMostGrowth; ++solve) {
+  const int most = most_end_solves(report.contact_points);
+  for (int solve = 0; solve < most && growth > kMostGrowth; ++solve) {
     for (std::size_t i = 0; i < trial.size(); ++i) {
       std::vector<ContactImpulse> impulses = std::move(trial[i].impulses);
       trial[i] = start[i];

@@ -101,6 +101,12 @@ Need end_contacts_needed(const SceneDescription& scene) {
   return need_of(other, "solids that turn show other points", "balls show no other points");
 }
 
+int most_end_solves(std::size_t points) {
+  constexpr std::size_t kMost = 3, kPointsSolved = 384;
+  return static_cast<int>(
+      std::clamp(kPointsSolved / std::max<std::size_t>(points, 1), std::size_t{1}, kMost));
+}
+
 bool shows_other_points(const SceneDescription& scene, std::span<const BodyId> ids) {
   return !std::ranges::all_of(ids, [&](BodyId id) { return is_ball(scene, id); }) &&
          !any_kinematic(scene, ids);

@@ -42,8 +42,10 @@ bool can_come_round(const IslandStep& island, const IslandMove& move);
 double find_end_contacts(const IslandStep& island, const IslandMove& move, StageCounters& counters,
                          std::vector<ContactManifold>& contacts);
 
-// Growth up to which a step is left as it is, and what are the most solves after the first.
+// Growth up to which a step is left as it is.
 inline constexpr double kMostGrowth = 4e-3;
-inline constexpr int kMostEndSolves = 3;
+
+// The most solves after the first: three, and of islands of many points one.
+int most_end_solves(std::size_t points);
 
 }  // namespace soda::physics
