@@ -275,7 +275,8 @@ IslandReport advance_contacts(const IslandStep& island, const ContactSolve& how,
   std::vector<ContactManifold> contacts(island.manifolds.begin(), island.manifolds.end());
   double least = find_end_contacts(island, {start, states, push}, counters, contacts),
          growth = least;
-  std::vector<BodyState> trial(states.begin(), states.end());
+  std::vector<BodyState> trial;
+  if (growth > kMostGrowth) trial.assign(states.begin(), states.end());
   const int most = most_end_solves(report.contact_points);
   for (int solve = 0; solve < most && growth > kMostGrowth; ++solve) {
     for (std::size_t i = 0; i < trial.size(); ++i) {
