@@ -121,11 +121,8 @@ std::vector<ContactManifold> touching_points(const Flyers& flyers, const Meeting
   const BodyId id_a = flyers.ids[pair.a], id_b = flyers.other(pair);
   collide({flyers.scene, flyers.geometry, 0.0, id_a, a, id_b, b}, found, counters);
   // The point that the impact was found at belongs to it, whatever two ways to find it differ by.
-  double nearest = 0.0;
-  if (!found.empty()) nearest = found[0].points[0].separation_m;
-  for (const ContactManifold& m : found)
-    for (std::uint32_t i = 0; i < m.count; ++i)
-      nearest = std::min(nearest, m.points[i].separation_m);
+  double nearest = found.empty() ? 0.0 : least_separation_m(found.front());
+  for (const ContactManifold& m : found) nearest = std::min(nearest, least_separation_m(m));
   const double touching =
       std::max(nearest, 0.0) + 2.0 * touching_gap_m(flyers.scene, flyers.geometry, id_a, a, id_b);
   for (ContactManifold& m : found) {

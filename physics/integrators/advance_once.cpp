@@ -222,10 +222,6 @@ IslandReport advance_with_joints(const IslandStep& island, bool accurate, JointS
   return report;
 }
 
-}  // namespace
-
-namespace {
-
 // How the contacts of an island without joints are solved.
 struct ContactSolve {
   bool accurate;

@@ -317,9 +317,7 @@ void keep_shallowest(std::size_t begin, std::vector<ContactManifold>& out) {
   std::size_t best = begin;
   double least = 1e300;
   for (std::size_t m = begin; m < out.size(); ++m) {
-    double depth = 0.0;
-    for (std::uint32_t i = 0; i < out[m].count; ++i)
-      depth = std::max(depth, -out[m].points[i].separation_m);
+    const double depth = std::max(0.0, -least_separation_m(out[m]));
     if (depth < least) best = m, least = depth;
   }
   if (begin == out.size()) return;
