@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "physics/continuous/conservative_advancement.hpp"
 #include "physics/continuous/first_touch.hpp"
@@ -128,10 +129,8 @@ std::optional<MeshTouch> first_mesh_touch(const PairStep& pair, std::uint32_t pa
 
 }  // namespace
 
-std::optional<Impact> time_of_mesh_impact(const PairStep& pair, std::uint32_t part_a,
-                                          std::span<const ContactManifold> manifolds) {
-  const std::optional<MeshTouch> first =
-      first_mesh_touch(pair, part_a, faces_met(pair, part_a, manifolds), false);
+std::optional<Impact> time_of_mesh_impact(const PairStep& pair, std::uint32_t part_a) {
+  const std::optional<MeshTouch> first = first_mesh_touch(pair, part_a, {}, false);
   return first ? std::optional(first->touch.impact) : std::nullopt;
 }
 

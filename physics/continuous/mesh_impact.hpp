@@ -2,7 +2,6 @@
 #pragma once
 
 #include <optional>
-#include <span>
 #include <vector>
 
 #include "physics/continuous/time_of_impact.hpp"
@@ -13,9 +12,8 @@ namespace soda::physics {
 // As time_of_impact(), where b is a mesh; of a compound, that of this part. Triangles push to their
 // front: what reaches one while its centre is behind it does not touch it.
 // Only triangles along the way are looked at, by the time at which the ball around the body can
-// come to them. `manifolds`: see time_of_unmet_impact().
-std::optional<Impact> time_of_mesh_impact(const PairStep& pair, std::uint32_t part_a,
-                                          std::span<const ContactManifold> manifolds);
+// come to them.
+std::optional<Impact> time_of_mesh_impact(const PairStep& pair, std::uint32_t part_a);
 
 // See append_way_to_impact().
 void append_way_to_mesh(const PairStep& pair, std::uint32_t part_a,

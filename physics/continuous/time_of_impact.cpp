@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "physics/continuous/conservative_advancement.hpp"
 #include "physics/continuous/first_touch.hpp"
@@ -45,11 +46,6 @@ std::vector<ContactManifold> of_pair(std::span<const ContactManifold> manifolds,
 }
 
 }  // namespace
-
-bool have_met(std::span<const ContactManifold> manifolds, BodyId a, BodyId b) {
-  return std::any_of(manifolds.begin(), manifolds.end(),
-                     [&](const ContactManifold& m) { return m.count > 0 && is_of_pair(m, a, b); });
-}
 
 bool is_mesh(const SceneDescription& scene, BodyId id) {
   return is_static(id) && std::holds_alternative<TriangleMesh>(
@@ -107,9 +103,8 @@ std::vector<PartPair> parts_in_reach(const PairStep& pair) {
   return near_parts(whole(a, &state_a), whole(b, state_b), range + velocity.norm() * most_s);
 }
 
-// The first of parts that no manifold of the pair is of.
-std::optional<Impact> impact_of_parts(const PairStep& pair,
-                                      std::span<const ContactManifold> manifolds) {
+// The first of all pairs of parts.
+std::optional<Impact> impact_of_parts(const PairStep& pair) {
   const CompiledShape& shape_b = shape_of_b(pair);
   const bool mesh = shape_b.kind == ShapeKind::kMesh;
   const double apart = mesh ? 0.0 : spheres_apart_s(pair);
@@ -118,8 +113,8 @@ std::optional<Impact> impact_of_parts(const PairStep& pair,
   for (const PartPair& parts : parts_in_reach(pair)) {
     std::optional<Impact> impact;
     if (mesh) {
-      impact = time_of_mesh_impact(pair, parts.a, manifolds);
-    } else if (!have_met_parts(manifolds, pair.a, pair.b, parts, shape_b)) {
+      impact = time_of_mesh_impact(pair, parts.a);
+    } else {
       FlyingSolids solids(pair, parts);
       const std::optional<Touch> touch = touch_of(pair, apart, solids);
       if (touch) impact = touch->impact;
@@ -132,14 +127,6 @@ std::optional<Impact> impact_of_parts(const PairStep& pair,
 }
 
 }  // namespace
-
-std::optional<Impact> time_of_unmet_impact(const PairStep& pair,
-                                           std::span<const ContactManifold> manifolds) {
-  if (is_of_compounds(pair)) return impact_of_parts(pair, manifolds);
-  if (is_mesh(pair.scene, pair.b)) return time_of_mesh_impact(pair, 0, manifolds);
-  if (have_met(manifolds, pair.a, pair.b)) return std::nullopt;
-  return time_of_impact(pair);
-}
 
 Separation separation_of(const PairStep& pair) {
   Separation nearest{Vec3::UnitZ(), 1e300};
@@ -154,8 +141,8 @@ Separation separation_of(const PairStep& pair) {
 }
 
 std::optional<Impact> time_of_impact(const PairStep& pair) {
-  if (is_of_compounds(pair)) return impact_of_parts(pair, {});
-  if (is_mesh(pair.scene, pair.b)) return time_of_mesh_impact(pair, 0, {});
+  if (is_of_compounds(pair)) return impact_of_parts(pair);
+  if (is_mesh(pair.scene, pair.b)) return time_of_mesh_impact(pair, 0);
   const double apart = spheres_apart_s(pair);
   if (apart > 0.0 && apart >= pair.dt_s) return std::nullopt;
   FlyingSolids solids(pair);

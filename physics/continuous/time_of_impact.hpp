@@ -2,16 +2,12 @@
 #pragma once
 
 #include <optional>
-#include <span>
 
 #include "physics/model/contact_manifold.hpp"
 #include "physics/narrowphase/separation.hpp"
 #include "physics/shapes/geometry.hpp"
 
 namespace soda::physics {
-
-// Whether these have contacts of the pair, a < b. Joints do not count.
-bool have_met(std::span<const ContactManifold> manifolds, BodyId a, BodyId b);
 
 bool is_mesh(const SceneDescription& scene, BodyId id);
 
@@ -34,11 +30,6 @@ struct Impact {
 // they stay together. None of it: they do not touch. Solids that overlap at the start touch, and
 // may part. A mesh touches on the front of its triangles only.
 std::optional<Impact> time_of_impact(const PairStep& pair);
-
-// The same with a static b, of which the parts that these manifolds of the pair are of are left
-// out: all of a solid, the faces and edges of a mesh that have one, pairs of parts of compounds.
-std::optional<Impact> time_of_unmet_impact(const PairStep& pair,
-                                           std::span<const ContactManifold> manifolds);
 
 // The feature of the point that append_way_to_impact() gives.
 inline constexpr std::uint32_t kWayToImpact = 0x20000000u;

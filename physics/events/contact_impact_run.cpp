@@ -16,13 +16,17 @@
 namespace soda::physics {
 namespace {
 
-// Of a step, in bodies and contact points that are advanced or struck, and pairs looked at: what
-// hits that are known to come take once each, and what all of them may take. More and a large set
-// that contacts hold would be advanced again and again, each time for one hit. A set of several
-// bodies is solved by iteration, which takes that many times what one body takes.
+// What hits that are known to come may take once each, in bodies and contact points that are
+// advanced: more, and a large set that contacts hold would be advanced again and again, each time
+// for one hit. A set of several bodies is solved by iteration, which takes that many times what one
+// body takes.
 constexpr std::size_t kIterated = 8;
 std::size_t most_ahead(std::size_t bodies) { return 1280 + 16 * bodies; }
-std::size_t most_work(std::size_t bodies) { return 4096 + 512 * bodies; }
+
+// What all of them may take, as it is counted: in iterations over a row. As much as so many
+// multiplications of a factorisation, and as a part of a look at a pair.
+constexpr double kMultiplicationsOfRow = 16.0, kRowsOfLook = 2.0;
+double most_work(std::size_t bodies) { return 2e4 + 1e3 * static_cast<double>(bodies); }
 
 }  // namespace
 
@@ -149,7 +153,7 @@ void ContactImpactRun::look(std::uint32_t pair, double now_s) {
                           foreseen_s(island_, look.found, states())));
 }
 
-// The bodies that contacts hold together with this one, ascending; `all`: those that hit as well.
+// The bodies that contacts hold together with this one, ascending; `all`: those that are near, too.
 ContactImpactRun::Bodies ContactImpactRun::set_of(std::uint32_t body, bool all) {
   Bodies set{body};
   taken_[body] = 1;
@@ -159,7 +163,7 @@ ContactImpactRun::Bodies ContactImpactRun::set_of(std::uint32_t body, bool all) 
       if (p.fixed) break;
       const Look& look = looks_[pair];
       const std::uint32_t next = p.other(set[i]);
-      if (taken_[next] || !(look.held || (all && !look.found.empty()))) continue;
+      if (taken_[next] || !(look.held || (all && pairs_.are_near(pair)))) continue;
       taken_[next] = 1;
       set.push_back(next);
     }
@@ -169,7 +173,7 @@ ContactImpactRun::Bodies ContactImpactRun::set_of(std::uint32_t body, bool all) 
   return set;
 }
 
-// `all`: with the points that hit.
+// `all`: with the points that hit, and links where hits can send one to the other.
 void ContactImpactRun::advance_set(const Bodies& set, double to_s, bool all) {
   const SceneDescription& scene = island_.scene;
   const double from_s = since_s_[set.front()], time_s = to_s - from_s;
@@ -179,10 +183,12 @@ void ContactImpactRun::advance_set(const Bodies& set, double to_s, bool all) {
       if (pairs_[pair].a != body) continue;
       if (!pairs_[pair].fixed && !looks_[pair].held && !all) continue;  // of two sets
       const std::vector<ContactManifold>& found = looks_[pair].found;
-      if (all)
-        contacts.insert(contacts.end(), found.begin(), found.end());
-      else
+      if (!all)
         append_held(island_, found, states_, contacts);
+      else if (!found.empty())
+        contacts.insert(contacts.end(), found.begin(), found.end());
+      else if (!pairs_[pair].fixed && pairs_.are_near(pair))
+        contacts.push_back(link_of(pair));
     }
   }
   std::vector<BodyId> ids;
@@ -192,7 +198,6 @@ void ContactImpactRun::advance_set(const Bodies& set, double to_s, bool all) {
     now.push_back(states_[body]);
   }
   report_.static_impulse_newton_s += push_impulses_newton_s(scene, time_s, ids, now);
-  const std::uint64_t solved_anew = effects_.counters.turned_solves;
   if (contacts.empty()) {
     for (std::size_t i = 0; i < ids.size(); ++i)
       advance_free_body(scene, time_s, ids[i], now[i], effects_.counters, effects_.faults);
@@ -203,7 +208,6 @@ void ContactImpactRun::advance_set(const Bodies& set, double to_s, bool all) {
     part.error_estimate = 0.0;
     add_part(part, report_);
   }
-  work_ += work_of(set) * (1 + effects_.counters.turned_solves - solved_anew);
   for (std::size_t i = 0; i < set.size(); ++i) {
     std::swap(states_[set[i]], now[i]);
     since_s_[set[i]] = to_s;
@@ -288,7 +292,6 @@ bool ContactImpactRun::resolve_impact_at(std::uint32_t pair, double now_s) {
     ids.push_back(island_.ids[body]);
     after.push_back(states_[body]);
   }
-  work_ += struck.size();
   if (!resolve_impact(island_.scene, ids, touching, after, report_, effects_.counters))
     return false;
   Bodies changed;
@@ -317,8 +320,15 @@ void ContactImpactRun::finish(double now_s) {
   report_.beyond_tolerance = island_.scene.tolerance > 0.0;
 }
 
+double ContactImpactRun::work() const {
+  const StageCounters& now = effects_.counters;
+  return static_cast<double>(now.row_sweeps) +
+         static_cast<double>(now.factor_multiplications) / kMultiplicationsOfRow +
+         kRowsOfLook * static_cast<double>(now.hit_searches + events_);
+}
+
 bool ContactImpactRun::run() {
-  const std::size_t most = most_work(states_.size());
+  const double most = work() + most_work(states_.size());
   const bool any = next_.first_s() < island_.dt_s;
   bool enough = true;
   while (enough && next_.first_s() < island_.dt_s) {
@@ -328,10 +338,11 @@ bool ContactImpactRun::run() {
     bring(p.a, now);
     if (!p.fixed) bring(p.b, now);
     if (looks_[pair].time_s != now) look(pair, now);
-    ++work_;
+    ++events_;
     const bool is_hit = clear_s(island_, looks_[pair].found, states()) == 0.0;
-    enough = (!is_hit || resolve_impact_at(pair, now)) && work_ < most;
-    effects_.counters.islands_over_budget += work_ >= most;
+    const bool resolved = !is_hit || resolve_impact_at(pair, now), affordable = work() < most;
+    enough = resolved && affordable;
+    effects_.counters.islands_over_budget += !affordable;
     if (!enough) finish(now);
   }
   for (std::uint32_t body = 0; body < since_s_.size(); ++body) bring(body, island_.dt_s);

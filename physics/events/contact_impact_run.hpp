@@ -43,9 +43,16 @@ class ContactImpactRun {
   BodyId other(const MeetingPair& pair) const {
     return pair.fixed ? static_id(pair.b) : island_.ids[pair.b];
   }
+  ContactManifold link_of(std::uint32_t pair) const {
+    ContactManifold link;
+    link.a = island_.ids[pairs_[pair].a];
+    link.b = other(pairs_[pair]);
+    return link;
+  }
   void expect(std::uint32_t pair, double ahead_s);
   bool is_held(const Look& look, double now_s) const;
   std::size_t work_of(const Bodies& set) const;
+  double work() const;  // of the step until now
   void look(std::uint32_t pair, double now_s);
   Bodies set_of(std::uint32_t body, bool all);
   void advance_set(const Bodies& set, double to_s, bool all);
@@ -67,7 +74,7 @@ class ContactImpactRun {
   std::vector<Look> looks_;
   std::vector<double> since_s_, errors_;
   std::vector<char> taken_, struck_, taken_pairs_;  // scratch
-  std::size_t work_ = 0;
+  std::size_t events_ = 0;
 };
 
 }  // namespace soda::physics

@@ -1,10 +1,12 @@
 #include "physics/events/resolve_impact.hpp"
 
+#include <optional>
 #include <vector>
 
 #include "physics/constraints/contact_rows.hpp"
 #include "physics/math/solver_body.hpp"
 #include "physics/solvers/contact_choice.hpp"
+#include "physics/solvers/direct_contacts.hpp"
 #include "physics/solvers/island_motion.hpp"
 
 namespace soda::physics {
@@ -21,10 +23,13 @@ bool resolve_impact(const SceneDescription& scene, std::span<const BodyId> ids,
   load_bodies(impact, problem.bodies, counters);
   const std::vector<SolverBody> free(problem.bodies.begin(), problem.bodies.end() - 1);
   build_rows(impact, manifolds, problem, counters);
-  const int sweeps = solve_by_sweeps(kMostSweeps, impact, free, problem);
-  report.iterations += static_cast<std::uint32_t>(sweeps);
-  counters.solver_iterations += static_cast<std::uint64_t>(sweeps);
-  counters.row_sweeps += static_cast<std::uint64_t>(sweeps) * rows_of(problem);
+  const std::optional<Elimination> plan = plan_impact_solve(scene, ids, manifolds);
+  const ContactSolution solution =
+      solve_impact(kMostSweeps, impact, free, plan ? &*plan : nullptr, problem);
+  report.iterations += solution.iterations;
+  counters.solver_iterations += solution.iterations;
+  counters.row_sweeps += solution.iterations * rows_of(problem);
+  counters.factor_multiplications += solution.multiplications;
   report_contacts(before, problem, report);
   bool changed = false;
   for (std::size_t i = 0; i < states.size(); ++i) {

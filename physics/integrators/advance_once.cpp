@@ -114,6 +114,7 @@ void add_part(const IslandReport& part, IslandReport& report) {
   report.iterations += part.iterations;
   report.multiplications += part.multiplications;
   report.max_penetration_m = std::max(report.max_penetration_m, part.max_penetration_m);
+  report.overlap_growth = std::max(report.overlap_growth, part.overlap_growth);
   report.constraint_residual_m_s =
       std::max(report.constraint_residual_m_s, part.constraint_residual_m_s);
   report.joint_error = part.joint_error;
@@ -257,29 +258,37 @@ void take_over(const IslandReport& first, IslandReport& report) {
   report.multiplications += first.multiplications;
 }
 
-// Solved anew with what has come round; of these solves that by which least sinks in.
+// As they were, but for the impulses that the last solve found.
+void go_back(std::span<const BodyState> start, std::span<BodyState> states) {
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    std::vector<ContactImpulse> impulses = std::move(states[i].impulses);
+    states[i] = start[i];
+    states[i].impulses = std::move(impulses);
+  }
+}
+
+// Solved anew with what has come round, and with what bodies have been sent to; of these solves
+// that by which least sinks in.
 IslandReport advance_contacts(const IslandStep& island, const ContactSolve& how,
                               std::span<BodyState> states, const IslandEffects& effects) {
   const auto& [scratch, counters, faults] = effects;
-  const bool turns = shows_other_points(island.scene, island.ids);
   std::vector<BodyState> start;
-  if (turns)
-    for (const BodyState& state : states) start.push_back(motion_of(state));
+  for (const BodyState& state : states) start.push_back(motion_of(state));
   std::vector<PositionCorrection> push;
   IslandReport report = solve_contacts_once(island, how, states, push, effects);
-  if (!turns || !can_come_round(island, {start, states, push})) return report;
   std::vector<ContactManifold> contacts(island.manifolds.begin(), island.manifolds.end());
-  double least = find_end_contacts(island, {start, states, push}, counters, contacts),
-         growth = least;
-  std::vector<BodyState> trial;
-  if (growth > kMostGrowth) trial.assign(states.begin(), states.end());
+  const bool sent = add_unseen_statics(island, {start, states, push}, counters, contacts),
+             round = shows_other_points(island.scene, island.ids) &&
+                     can_come_round(island, {start, states, push});
+  if (!sent && !round) return report;
+  report.overlap_growth =
+      find_end_contacts(island, {start, states, push}, round, counters, contacts);
+  if (report.overlap_growth <= kMostGrowth) return report;
+  std::vector<BodyState> trial(states.begin(), states.end());
+  double growth = report.overlap_growth;
   const int most = most_end_solves(report.contact_points);
   for (int solve = 0; solve < most && growth > kMostGrowth; ++solve) {
-    for (std::size_t i = 0; i < trial.size(); ++i) {
-      std::vector<ContactImpulse> impulses = std::move(trial[i].impulses);
-      trial[i] = start[i];
-      trial[i].impulses = std::move(impulses);
-    }
+    go_back(start, trial);
     const std::size_t faults_before = faults.size();
     IslandReport again =
         solve_contacts_once(island.over(island.dt_s, contacts), how, trial, push, effects);
@@ -288,9 +297,10 @@ IslandReport advance_contacts(const IslandStep& island, const ContactSolve& how,
       faults.resize(faults_before);
       break;
     }
-    growth = find_end_contacts(island, {start, trial, push}, counters, contacts);
-    if (!(growth < least)) continue;
-    least = growth;
+    add_unseen_statics(island, {start, trial, push}, counters, contacts);
+    growth = find_end_contacts(island, {start, trial, push}, round, counters, contacts);
+    if (!(growth < report.overlap_growth)) continue;
+    again.overlap_growth = growth;
     take_over(report, again);
     report = std::move(again);
     std::copy(trial.begin(), trial.end(), states.begin());

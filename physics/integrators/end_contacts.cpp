@@ -4,8 +4,10 @@
 #include <utility>
 #include <variant>
 
+#include "physics/math/rigid_motion.hpp"
 #include "physics/model/body_places.hpp"
 #include "physics/model/kinematic.hpp"
+#include "physics/narrowphase/part_pairs.hpp"
 #include "physics/shapes/geometry_impl.hpp"
 
 namespace soda::physics {
@@ -63,6 +65,10 @@ void take_back(const Carried& a, const Carried* b, double dt_s, ContactManifold&
   }
 }
 
+bool is_pair_of(const ContactManifold& m, const ContactManifold& other) {
+  return m.a == other.a && m.b == other.b;
+}
+
 // A pair's contacts at the end, taken back; those that it has `held`, if there are none. Returns
 // its overlap at the end.
 double append_at_end(const IslandStep& island, const IslandMove& move,
@@ -90,6 +96,68 @@ double append_at_end(const IslandStep& island, const IslandMove& move,
   return overlap_m;
 }
 
+// From where the step began, by the velocities that took it to where it is.
+BodyState sent_from_start(std::size_t place, double dt_s, const IslandMove& move) {
+  BodyState state = motion_of(move.start[place]);
+  state.linear_velocity_m_s = (move.end[place].position_m - state.position_m) * (1.0 / dt_s);
+  state.angular_velocity_rad_s = move.end[place].angular_velocity_rad_s;
+  if (!move.push.empty()) state.angular_velocity_rad_s += move.push[place].angular;
+  return state;
+}
+
+// Contacts are looked for along the way that a body begins with, gravity and a margin included.
+bool has_left_its_way(const IslandStep& island, const IslandMove& move, std::size_t place) {
+  const BodyId id = island.ids[place];
+  if (is_kinematic(island.scene, id)) return false;
+  const double width_m = shape_of(island.scene, island.geometry, id).min_extent_m;
+  const double fallen_m = island.scene.gravity_m_s2.norm() * island.dt_s * island.dt_s;
+  const BodyState& before = move.start[place];
+  const Vec3 foreseen = before.position_m + island.dt_s * before.linear_velocity_m_s;
+  const double most_m = kContactMargin * width_m + fallen_m;
+  return (move.end[place].position_m - foreseen).squaredNorm() > most_m * most_m;
+}
+
+// What contacts found from the start on overlap at the end, >= 0.
+double overlap_at_end_m(const IslandStep& island, const IslandMove& move,
+                        std::span<const ContactManifold> contacts) {
+  double overlap_m = 0.0;
+  for (const ContactManifold& m : contacts) {
+    const BodyState a = sent_from_start(place_of(island.ids, m.a), island.dt_s, move);
+    const BodyState b = is_static(m.b)
+                            ? BodyState{}
+                            : sent_from_start(place_of(island.ids, m.b), island.dt_s, move);
+    for (std::uint32_t i = 0; i < m.count; ++i) {
+      Vec3 parting = -velocity_at(a, m.points[i].position_m);
+      if (!is_static(m.b)) parting += velocity_at(b, m.points[i].position_m);
+      const double gap_m = m.points[i].separation_m + island.dt_s * m.normal.dot(parting);
+      overlap_m = std::max(overlap_m, -gap_m);
+    }
+  }
+  return overlap_m;
+}
+
+// Of a pair that meets in parts and has the contacts from `known` on: those of other parts. Returns
+// their overlap at the end.
+double append_other_parts(const IslandStep& island, const IslandMove& move, std::size_t known,
+                          StageCounters& counters, std::vector<ContactManifold>& contacts) {
+  const ContactManifold pair = contacts[known];
+  if (!meets_in_parts(island.scene, pair.a, pair.b)) return 0.0;
+  if (!has_left_its_way(island, move, place_of(island.ids, pair.a)) &&
+      (is_static(pair.b) || !has_left_its_way(island, move, place_of(island.ids, pair.b))))
+    return 0.0;
+  std::vector<ContactManifold> found;
+  meet_on_way_m(island, move, pair, counters, found);
+  const std::span<const ContactManifold> own = std::span(contacts).subspan(known);
+  std::erase_if(found, [&](const ContactManifold& m) {
+    return std::ranges::any_of(own, [&](const ContactManifold& o) { return o.part == m.part; });
+  });
+  const double overlap_m = overlap_at_end_m(island, move, found);
+  contacts.insert(contacts.end(), found.begin(), found.end());
+  std::sort(contacts.begin() + static_cast<std::ptrdiff_t>(known), contacts.end(),
+            canonical_before);
+  return overlap_m;
+}
+
 }  // namespace
 
 Need end_contacts_needed(const SceneDescription& scene) {
@@ -99,6 +167,12 @@ Need end_contacts_needed(const SceneDescription& scene) {
     return !std::holds_alternative<Sphere>(scene.shapes[body.shape]);
   });
   return need_of(other, "solids that turn show other points", "balls show no other points");
+}
+
+Need sent_contacts_needed(const SceneDescription& scene) {
+  const Need contacts = contacts_needed(scene);
+  if (!contacts) return contacts;
+  return {true, "contacts can send bodies on to others"};
 }
 
 int most_end_solves(std::size_t points) {
@@ -127,27 +201,73 @@ bool can_come_round(const IslandStep& island, const IslandMove& move) {
   return any;
 }
 
-double find_end_contacts(const IslandStep& island, const IslandMove& move, StageCounters& counters,
-                         std::vector<ContactManifold>& contacts) {
-  const std::span<const ContactManifold> manifolds = island.manifolds;
+double meet_on_way_m(const IslandStep& island, const IslandMove& move, const ContactManifold& pair,
+                     StageCounters& counters, std::vector<ContactManifold>& contacts) {
+  const bool fixed = is_static(pair.b);
+  if (is_kinematic(island.scene, pair.a) || (!fixed && is_kinematic(island.scene, pair.b)))
+    return 0.0;
+  const std::size_t a = place_of(island.ids, pair.a), b = fixed ? a : place_of(island.ids, pair.b);
+  const BodyState from_a = sent_from_start(a, island.dt_s, move),
+                  from_b = sent_from_start(b, island.dt_s, move);
+  const std::size_t known = contacts.size();
+  collide({island.scene, island.geometry, island.dt_s, pair.a, from_a, pair.b,
+           fixed ? nullptr : &from_b},
+          contacts, counters);
+  ++counters.unseen_searches;
+  return overlap_at_end_m(island, move, std::span(contacts).subspan(known));
+}
+
+bool add_unseen_statics(const IslandStep& island, const IslandMove& move, StageCounters& counters,
+                        std::vector<ContactManifold>& contacts) {
+  bool sent = std::ranges::any_of(contacts, is_link);
+  if (island.scene.statics.empty()) return sent;
+  std::vector<IndexPair> pairs;
+  std::vector<ContactManifold> links;
+  for (std::size_t i = 0; i < island.ids.size(); ++i) {
+    if (!has_left_its_way(island, move, i)) continue;
+    ContactManifold link;
+    link.a = island.ids[i];
+    const Aabb box =
+        swept_aabb(island.scene, island.geometry, link.a, sent_from_start(i, island.dt_s, move));
+    find_static_pairs(island.geometry, {&box, 1}, pairs, counters);
+    for (const IndexPair& pair : pairs) {
+      link.b = static_id(pair.second);
+      if (!groups_touch(island.scene, link.a, link.b)) continue;
+      const auto at = std::ranges::lower_bound(contacts, link, canonical_before);
+      if (at == contacts.end() || !is_pair_of(*at, link))
+        links.push_back(link);
+      else
+        sent = sent || meets_in_parts(island.scene, link.a, link.b);
+    }
+  }
+  contacts.insert(contacts.end(), links.begin(), links.end());
+  if (!links.empty()) std::ranges::sort(contacts, canonical_before);
+  return sent || !links.empty();
+}
+
+double find_end_contacts(const IslandStep& island, const IslandMove& move, bool round,
+                         StageCounters& counters, std::vector<ContactManifold>& contacts) {
   const std::vector<ContactManifold> solved = std::exchange(contacts, {});
   double most_growth = 0.0;
-  auto held = solved.begin();
-  for (auto first = manifolds.begin(), last = first; first != manifolds.end(); first = last) {
-    const auto of_pair = [&](const ContactManifold& m) {
-      return m.a == first->a && m.b == first->b;
-    };
-    double before_m = 0.0;
-    for (; last != manifolds.end() && of_pair(*last); ++last)
-      before_m = std::max(before_m, -least_separation_m(*last));
-    const auto first_held = held;
-    while (held != solved.end() && of_pair(*held)) ++held;
+  auto before = island.manifolds.begin();
+  for (auto first = solved.begin(), last = first; first != solved.end(); first = last) {
+    const auto of_pair = [&](const ContactManifold& m) { return is_pair_of(m, *first); };
+    last = std::find_if_not(first, solved.end(), of_pair);
+    double before_m = 0.0, after_m = 0.0;
+    for (; before != island.manifolds.end() && of_pair(*before); ++before)
+      before_m = std::max(before_m, -least_separation_m(*before));
+    const std::size_t known = contacts.size();
     if (is_joint(*first)) {
-      contacts.insert(contacts.end(), first_held, held);
+      contacts.insert(contacts.end(), first, last);
       continue;
     }
-    const double after_m =
-        append_at_end(island, move, std::span(first_held, held), counters, contacts);
+    if (is_link(*first))
+      after_m = meet_on_way_m(island, move, *first, counters, contacts);
+    else if (round)
+      after_m = append_at_end(island, move, std::span(first, last), counters, contacts);
+    if (contacts.size() == known) contacts.insert(contacts.end(), first, last);
+    if (!is_link(*first))
+      after_m = std::max(after_m, append_other_parts(island, move, known, counters, contacts));
     most_growth = std::max(most_growth, (after_m - before_m) / size_of(island.scene, *first));
   }
   return most_growth;

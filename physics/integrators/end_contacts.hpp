@@ -1,9 +1,10 @@
 // Contacts as they are at the end of a step, for solving it anew.
 //
 // A solve holds the points that touch at the start for the whole step, to first order. A solid that
-// turns shows others meanwhile (a coin that rolls on its rim, an edge that comes down), and these
-// sink in. So the contacts of the predicted end are taken back along the motion, and the step is
-// solved with them: Newton's method on the gaps of the end, one step an iteration.
+// turns shows others meanwhile (a coin that rolls on its rim, an edge that comes down), and what a
+// contact throws comes to bodies and statics that it was not on its way to. These sink in. So the
+// contacts of the predicted end are taken back along the motion, and the step is solved with them:
+// Newton's method on the gaps of the end, one step an iteration.
 #pragma once
 
 #include <span>
@@ -17,7 +18,9 @@
 
 namespace soda::physics {
 
+// Of what has come round, and of what contacts send on.
 Need end_contacts_needed(const SceneDescription& scene);
+Need sent_contacts_needed(const SceneDescription& scene);
 
 // Whether a turn of these bodies brings other points of theirs into touch: not of balls, nor beside
 // kinematic bodies, whose rows follow their turn.
@@ -34,13 +37,28 @@ struct IslandMove {
 bool turns_far(const IslandStep& island, const IslandMove& move, std::size_t body);
 bool can_come_round(const IslandStep& island, const IslandMove& move);
 
-// `contacts`: those that were solved; becomes the contacts of the island's pairs at the end, each
-// point with the gap that it had at the start if all moved by the velocities of the end throughout,
-// and where it was then. Points that were solved stay among them, and pairs that are not near any
-// more keep all. Returns by how much the overlap of a pair has grown at most since the start of the
-// step, in sizes of its smaller body.
-double find_end_contacts(const IslandStep& island, const IslandMove& move, StageCounters& counters,
-                         std::vector<ContactManifold>& contacts);
+// Adds links (manifolds without points) to the statics that bodies have been sent to: contacts are
+// looked for along the way that a step begins with, and these bodies have left it by more than the
+// margin that contacts are kept for. Whether contacts are to be
+// looked for anew: there is a link, or a body has been sent to a static that it meets in parts.
+bool add_unseen_statics(const IslandStep& island, const IslandMove& move, StageCounters& counters,
+                        std::vector<ContactManifold>& contacts);
+
+// Appends the contacts of a pair that has none, found from the start of the step along the ways
+// that its bodies went: nothing where one is kinematic. Returns its overlap at the end, >= 0.
+// Counts as unseen_searches.
+double meet_on_way_m(const IslandStep& island, const IslandMove& move, const ContactManifold& pair,
+                     StageCounters& counters, std::vector<ContactManifold>& contacts);
+
+// `contacts`: those that were solved, links among them; becomes what the step is to be solved with
+// next. If `round`, a pair has its contacts of the end, each point with the gap that it had at the
+// start if all moved by the velocities of the end throughout, and where it was then. Points that
+// were solved stay among them, and pairs that are not near any more keep all. A link becomes what
+// its bodies meet on their ways, and meshes and compounds get what was sent to other parts of them.
+// Returns by how much the overlap of a pair has grown at most since the start of the step, in sizes
+// of its smaller body.
+double find_end_contacts(const IslandStep& island, const IslandMove& move, bool round,
+                         StageCounters& counters, std::vector<ContactManifold>& contacts);
 
 // Growth up to which a step is left as it is.
 inline constexpr double kMostGrowth = 4e-3;

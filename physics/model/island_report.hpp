@@ -40,7 +40,10 @@ struct IslandReport {
   double motor_work_joule = 0.0;                          // of motors of joints
   Vec3 static_impulse_newton_s = Vec3::Zero();            // by statics (articulated_island.hpp)
   Vec3 static_angular_impulse_newton_m_s = Vec3::Zero();  // about the world origin
-  std::vector<JointLoad> joint_loads;  // ascending; while the step is solved (joint_loads.hpp)
+  // While the step is solved: loads, ascending (joint_loads.hpp), and by how much contacts let an
+  // overlap grow at most, of the smaller body, where that is looked at (end_contacts.hpp).
+  std::vector<JointLoad> joint_loads;
+  double overlap_growth = 0.0;
 };
 
 // A body whose new state would not be finite. It keeps its old one.

@@ -49,7 +49,7 @@ struct StageCounters {
   std::uint64_t restitution_rows = 0;
   std::uint64_t warm_started_rows = 0;
   // Pairs whose time of impact was looked for: in flight (event_driven_impacts.hpp), after hits
-  // (contact_impacts.hpp), with statics that contacts do not keep off (missed_pairs.hpp), of bodies
+  // (contact_impacts.hpp), of what contacts send on (end_contacts.hpp), of bodies
   // that joints draw along (linked_step.hpp).
   std::uint64_t flight_searches = 0, hit_searches = 0, unseen_searches = 0, linked_searches = 0;
   std::uint64_t sent_searches = 0;  // pairs of which hits sent one on (sent_on.hpp)

@@ -3,6 +3,7 @@
 #include <fcl/narrowphase/detail/primitive_shape_algorithm/box_box.h>
 #include <fcl/narrowphase/distance.h>
 
+#include <algorithm>
 #include <cmath>
 #include <exception>
 #include <optional>
@@ -90,9 +91,11 @@ std::optional<Axis> gap_axis(const Solid& a, const Solid& b, double range) {
 
 }  // namespace
 
+namespace {
+
 // ODE's separating-axis test, on boxes inflated by half the range each, so that it also finds the
 // axis of boxes that are still apart. Its points are not used: they belong to the inflated boxes.
-Axis fcl_box_axis(const Solid& a, const Solid& b, double range, StageCounters& counters) {
+Axis axis_within(const Solid& a, const Solid& b, double range, StageCounters& counters) {
   const Vec3 inflation = Vec3::Constant(range);
   const Vec3 side_a = 2.0 * a.placed.shape.half_extents_m + inflation;
   const Vec3 side_b = 2.0 * b.placed.shape.half_extents_m + inflation;
@@ -117,6 +120,22 @@ Axis fcl_box_axis(const Solid& a, const Solid& b, double range, StageCounters& c
     axis.witness = between_edges(a.placed, (code - 7) / 3, b.placed, (code - 7) % 3, axis.normal);
   }
   return axis;
+}
+
+}  // namespace
+
+// Inflated boxes favour faces, which have more points, and may overlap least along quite another
+// axis than the boxes do. Where these would seem to overlap though they are apart, or by far more
+// than they do, they are looked at as they are.
+Axis fcl_box_axis(const Solid& a, const Solid& b, double range, StageCounters& counters) {
+  constexpr double kSeems = 0.01, kFarMore = 0.05;  // of the smaller width
+  const Axis axis = axis_within(a, b, range, counters);
+  const double width = std::min(a.placed.shape.min_extent_m, b.placed.shape.min_extent_m);
+  const double seems_m = separation_along(a.placed, b.placed, axis.normal);
+  if (!axis.found || seems_m >= -kSeems * width) return axis;
+  const Axis own = own_box_axis(a, b, range);
+  const double own_m = separation_along(a.placed, b.placed, own.normal);
+  return own.found && (own_m > 0.0 || own_m > seems_m + kFarMore * width) ? own : axis;
 }
 
 Axis fcl_axis(const Solid& a, const Solid& b, double range, StageCounters& counters) {

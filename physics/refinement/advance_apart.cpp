@@ -26,6 +26,30 @@ Vec3 moved(const Vec3& point, const BodyState& before, const BodyState& after) {
          after.orientation * (before.orientation.conjugate() * (point - before.position_m));
 }
 
+// By body: a number of its island, or of its own if it is free.
+std::vector<std::uint32_t> islands_of_bodies(const Islands& islands, std::size_t bodies) {
+  std::vector<std::uint32_t> island_of(bodies);
+  std::uint32_t count = 0;
+  for (; count < islands.count(); ++count)
+    for (const std::uint32_t body : islands.bodies_of(count)) island_of[body] = count;
+  for (const std::uint32_t body : islands.free_bodies) island_of[body] = count++;
+  return island_of;
+}
+
+// What hits can send from one body of an island to another of it. Whether there is any.
+bool keep_links(const IslandStep& island, const Islands& islands,
+                std::vector<ContactManifold>& kept) {
+  if (std::ranges::none_of(island.manifolds, is_link)) return false;
+  const std::vector<std::uint32_t> island_of = islands_of_bodies(islands, island.ids.size());
+  const std::size_t before = kept.size();
+  for (const ContactManifold& m : island.manifolds)
+    if (is_link(m) && !is_static(m.b) &&
+        island_of[place_of(island.ids, m.a)] == island_of[place_of(island.ids, m.b)])
+      kept.push_back(m);
+  std::ranges::sort(kept, canonical_before);
+  return kept.size() > before;
+}
+
 }  // namespace
 
 // Gravity pulls both alike, but one may be held.
@@ -55,7 +79,9 @@ Islands islands_apart(const IslandStep& island, std::span<const BodyState> state
     if (is_static(m.b) ||
         holds(scene, geometry, dt_s, m, states[place_of(ids, m.a)], states[place_of(ids, m.b)]))
       kept.push_back(m);
-  if (kept.size() < manifolds.size()) build_islands(ids, kept, islands);
+  if (kept.size() == manifolds.size()) return islands;
+  build_islands(ids, kept, islands);
+  if (keep_links(island, islands, kept)) build_islands(ids, kept, islands);
   return islands;
 }
 
@@ -93,16 +119,17 @@ bool has_come_round(const IslandStep& island, const ContactManifold& m, double w
 bool stayed_apart(const IslandStep& island, const Islands& islands, const IslandMove& move,
                   StageCounters& counters) {
   const auto& [scene, geometry, dt_s, ids, manifolds] = island;
-  std::vector<std::uint32_t> island_of(ids.size());
-  std::uint32_t count = 0;
-  for (; count < islands.count(); ++count)
-    for (std::uint32_t i = islands.body_begin[count]; i < islands.body_begin[count + 1]; ++i)
-      island_of[islands.bodies[i]] = count;
-  for (const std::uint32_t body : islands.free_bodies) island_of[body] = count++;
+  const std::vector<std::uint32_t> island_of = islands_of_bodies(islands, ids.size());
   for (const ContactManifold& m : manifolds) {
     if (is_static(m.b)) continue;
     const std::size_t a = place_of(ids, m.a), b = place_of(ids, m.b);
     if (island_of[a] == island_of[b]) continue;
+    if (is_link(m)) {
+      std::vector<ContactManifold> found;
+      const double overlap_m = meet_on_way_m(island, move, m, counters, found);
+      if (overlap_m > kMostGrowth * size_of(scene, m)) return false;
+      continue;
+    }
     const double width = width_m(scene, geometry, m);
     if (!has_kept_gaps(m, width, move, a, b) || has_come_round(island, m, width, move, counters))
       return false;

@@ -24,7 +24,8 @@ Islands islands_apart(const IslandStep& island, std::span<const BodyState> state
                       std::vector<ContactManifold>& kept);
 
 // Whether contacts that were taken away have kept their gaps over the whole motion `move`, at the
-// points of the start and, of what has turned, at those that have come round.
+// points of the start and, of what has turned, at those that have come round; and whether what
+// links connect has not met.
 bool stayed_apart(const IslandStep& island, const Islands& islands, const IslandMove& move,
                   StageCounters& counters);
 

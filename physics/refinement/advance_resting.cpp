@@ -7,8 +7,10 @@
 #include "physics/integrators/articulated_island.hpp"
 #include "physics/integrators/joint_motion.hpp"
 #include "physics/measures/refinement_error.hpp"
+#include "physics/model/kinematic.hpp"
 #include "physics/refinement/advance_apart.hpp"
 #include "physics/refinement/refinement.hpp"
+#include "physics/refinement/step_doubling.hpp"
 #include "physics/solvers/island_motion.hpp"
 
 namespace soda::physics {
@@ -51,6 +53,43 @@ bool is_worth_refining(const IslandStep& island) {
   return island.dt_s > (island.ids.size() > 1 ? 0.5 : kShort) * island.scene.dt_s;
 }
 
+// By how much the overlap of a pair may grow, of its smaller body: what sinks in by more has
+// turned, or been thrown, farther than one step can follow.
+constexpr double kTooFar = 0.1;
+
+// Whether two steps are allowed in its place: a drive's law is that of a whole step, and a scene
+// may say how far to go.
+bool can_be_halved(const IslandStep& island) {
+  const SceneDescription& scene = island.scene;
+  if (scene.tolerance > 0.0 || !scene.solver.refined) return false;
+  if (!(island.dt_s > 0.5 * scene.dt_s) || any_kinematic(scene, island.ids)) return false;
+  return std::ranges::none_of(
+      island.ids, [&](BodyId id) { return scene.bodies[index_of(id)].drive != kNoDrive; });
+}
+
+// Its time in two steps, from the states `now`, if that comes nearer than the one of the report.
+void advance_in_halves(const IslandStep& island, std::vector<BodyState>& now,
+                       std::span<BodyState> states, IslandReport& report,
+                       const IslandEffects& effects) {
+  const double half_s = 0.5 * island.dt_s;
+  std::vector<AdvanceFault> faults;
+  std::vector<ContactManifold> found;
+  IslandReport halves;
+  for (const bool first : {true, false}) {
+    find_all_again(island.over(half_s, island.manifolds), now, effects.counters, found);
+    const IslandReport half = advance_unrefined(island.over(half_s, found), now,
+                                                {effects.scratch, effects.counters, faults});
+    ++effects.counters.refined_steps;
+    if (first)
+      halves = half;
+    else
+      add_part(half, halves);
+  }
+  if (!faults.empty() || !(halves.overlap_growth < report.overlap_growth)) return;
+  report = halves;
+  std::move(now.begin(), now.end(), states.begin());
+}
+
 // One set of bodies that nothing divides.
 IslandReport advance_together(const IslandStep& island, std::span<BodyState> states,
                               const IslandEffects& effects) {
@@ -58,7 +97,11 @@ IslandReport advance_together(const IslandStep& island, std::span<BodyState> sta
   const bool gains = is_worth_refining(island) && gains_by_refinement(island, states);
   effects.counters.islands_over_budget += gains && !affordable;
   const auto advance = gains && affordable ? advance_refined : advance_unrefined;
-  return advance(island, states, effects);
+  if (!can_be_halved(island)) return advance(island, states, effects);
+  std::vector<BodyState> start(states.begin(), states.end());
+  IslandReport report = advance(island, states, effects);
+  if (report.overlap_growth > kTooFar) advance_in_halves(island, start, states, report, effects);
+  return report;
 }
 
 // Islands that nothing holds together, each for itself. False, and nothing changed, if they do not

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/broadphase/swept_pair_query.hpp"
 #include "physics/constraints/joint_loads.hpp"
 #include "physics/constraints/springs.hpp"
 #include "physics/forces/forces.hpp"
@@ -134,6 +135,28 @@ void scale_impulses(double factor, std::span<BodyState> states) {
       impulse.friction_newton_s *= factor;
     }
   }
+}
+
+namespace {
+
+// Those of them that connect two bodies without contact now.
+void add_links(std::span<const ContactManifold> manifolds, std::vector<ContactManifold>& left) {
+  for (const ContactManifold& m : manifolds) {
+    if (!is_link(m)) continue;
+    const auto at = std::ranges::lower_bound(left, m, canonical_before);
+    if (at == left.end() || canonical_before(m, *at)) left.insert(at, m);
+  }
+}
+
+}  // namespace
+
+void find_all_again(const IslandStep& island, std::span<const BodyState> states,
+                    StageCounters& counters, std::vector<ContactManifold>& found) {
+  const auto& [scene, geometry, dt_s, ids, manifolds] = island;
+  const std::vector<ContactManifold> pairs =
+      pairs_to_look_at(scene, geometry, dt_s, ids, states, counters);
+  find_again(island.over(dt_s, pairs), states, counters, found);
+  add_links(manifolds, found);
 }
 
 void contacts_at(const RefinedIsland& island, double time_s, std::span<const BodyState> states,

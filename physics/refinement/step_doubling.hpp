@@ -58,7 +58,11 @@ void scale_impulses(double factor, std::span<BodyState> states);
 void find_again(const IslandStep& island, std::span<const BodyState> states,
                 StageCounters& counters, std::vector<ContactManifold>& found);
 
-// The same over time_s.
+// The contacts of all pairs of the island that can meet then, and its links.
+void find_all_again(const IslandStep& island, std::span<const BodyState> states,
+                    StageCounters& counters, std::vector<ContactManifold>& found);
+
+// As find_again(), over time_s.
 void contacts_at(const RefinedIsland& island, double time_s, std::span<const BodyState> states,
                  std::vector<ContactManifold>& found);
 

@@ -94,6 +94,23 @@ bool solve_by_newton(bool accurate, std::span<const SolverBody> free, const Elim
   return outcome.converged;
 }
 
+// The same for an impact: first as if nothing bounced, then with the rebounds of what was hit.
+bool bounce_by_newton(const SolveStep& step, std::span<const SolverBody> free,
+                      const Elimination& plan, ContactProblem& problem, ContactSolution& solution) {
+  const ContactProblem start = problem;
+  if (!solve_by_newton(true, free, plan, problem, solution)) return false;
+  if (problem.restitution_rows == 0) return true;
+  const SolvedContacts plastic = solved_contacts(problem);
+  if (!set_restitution_targets(problem)) return true;
+  const NewtonOutcome outcome = solve_directly(kByItself, free, plan, problem);
+  count(outcome, plan, solution);
+  if (outcome.converged)
+    clamp_rebounds(step, free, plastic, problem);
+  else
+    problem = start;
+  return outcome.converged;
+}
+
 int sweep_with_rebounds(int most, const SolveStep& step, std::span<const SolverBody> free,
                         ContactProblem& problem) {
   const double dt_s = step.dt_s;
@@ -178,10 +195,16 @@ void count(const NewtonOutcome& outcome, const Elimination& plan, ContactSolutio
       static_cast<std::uint64_t>(outcome.factorisations * plan.multiplications);
 }
 
-int solve_by_sweeps(int most, const SolveStep& step, std::span<const SolverBody> free,
-                    ContactProblem& problem) {
-  return solve_driven(free, problem,
-                      [&] { return sweep_with_rebounds(most, step, free, problem); });
+ContactSolution solve_impact(int most, const SolveStep& step, std::span<const SolverBody> free,
+                             const Elimination* plan, ContactProblem& problem) {
+  return solve_driven(free, problem, [&] {
+    ContactSolution solution;
+    solution.direct = plan != nullptr && bounce_by_newton(step, free, *plan, problem, solution);
+    if (!solution.direct)
+      solution.iterations +=
+          static_cast<std::uint32_t>(sweep_with_rebounds(most, step, free, problem));
+    return solution;
+  });
 }
 
 ContactSolution solve_contacts(const SolveStep& step, bool accurate,

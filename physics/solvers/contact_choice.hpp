@@ -24,10 +24,11 @@ struct ContactSolution {
 // Adds what a solution by Newton's method took.
 void count(const NewtonOutcome& outcome, const Elimination& plan, ContactSolution& solution);
 
-// By projected Gauss-Seidel, with rebounds; the contacts give no energy. `most`: sweeps at a time.
-// On an impact what touches is all there is. Returns the number of sweeps; `free` as below.
-int solve_by_sweeps(int most, const SolveStep& step, std::span<const SolverBody> free,
-                    ContactProblem& problem);
+// At one moment, with rebounds; the contacts give no energy. What touches is all there is. By
+// Newton's method if there is a plan and it converges, by sweeps otherwise: `most` at a time.
+// `free` as below.
+ContactSolution solve_impact(int most, const SolveStep& step, std::span<const SolverBody> free,
+                             const Elimination* plan, ContactProblem& problem);
 
 // Solves the rows of one island, whose bodies have the velocities `free` after external forces.
 // Directly if there is a plan (plan_direct_solve), nothing bounces and it converges, by sweeps

@@ -19,6 +19,8 @@ constexpr std::uint32_t kMostDirectBodies = 1000;
 // small, and have bodies for which sweeps fail.
 constexpr double kSmall = 1e4;  // multiplications
 constexpr double kMuchHeavier = 10.0;
+// An impact of few bodies: iterations get there, too.
+constexpr double kSmallImpact = 1e5;  // multiplications
 // With joints, in motion: what sweeps take there costs as much as a factorisation.
 constexpr double kSmallWithJoints = 1e6;  // multiplications
 constexpr double kQuasiStatic = 0.03;     // of the speed that gravity gives in a step
@@ -184,6 +186,18 @@ bool has_sunk(const SceneDescription& scene, std::span<const ContactManifold> ma
   return static_cast<std::size_t>(sunk) * kOneOf > manifolds.size();
 }
 
+// Pairs of places, each once.
+std::vector<std::array<std::uint32_t, 2>> edges_of(std::span<const BodyId> ids,
+                                                   std::span<const ContactManifold> manifolds) {
+  std::vector<std::array<std::uint32_t, 2>> edges;
+  edges.reserve(manifolds.size());
+  for (const ContactManifold& m : manifolds) {
+    const std::array<std::uint32_t, 2> edge{place_of(ids, m.a), place_of(ids, m.b)};
+    if (!is_static(m.b) && (edges.empty() || edges.back() != edge)) edges.push_back(edge);
+  }
+  return edges;
+}
+
 // Sweeps converge: one body, or two of like masses where a trace may be left.
 bool is_easy(bool accurate, std::size_t bodies, double ratio) {
   constexpr double kLike = 10.0;
@@ -231,17 +245,20 @@ std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, doub
   const bool quasi_static = is_quasi_static(scene, dt_s, ids, manifolds, states);
   const bool sunk = !jointed && has_sunk(scene, manifolds);
   if (!quasi_static && !is_uneven && !accurate && !sunk) return std::nullopt;
-  std::vector<std::array<std::uint32_t, 2>> edges;
-  edges.reserve(manifolds.size());
-  for (const ContactManifold& m : manifolds) {
-    const std::array<std::uint32_t, 2> edge{place_of(ids, m.a), place_of(ids, m.b)};
-    if (!is_static(m.b) && (edges.empty() || edges.back() != edge)) edges.push_back(edge);
-  }
-  return plan_elimination(static_cast<std::uint32_t>(ids.size()), edges,
+  return plan_elimination(static_cast<std::uint32_t>(ids.size()), edges_of(ids, manifolds),
                           quasi_static || accurate ? kMostMultiplications
                           : jointed                ? kSmallWithJoints
                           : sunk                   ? kMostWork / kLeastFactorisations
                                                    : kSmall);
+}
+
+std::optional<Elimination> plan_impact_solve(const SceneDescription& scene,
+                                             std::span<const BodyId> ids,
+                                             std::span<const ContactManifold> manifolds) {
+  if (!scene.solver.direct || has_rolling(scene, manifolds)) return std::nullopt;
+  if (is_easy(false, ids.size(), mass_ratio(scene, ids))) return std::nullopt;
+  return plan_elimination(static_cast<std::uint32_t>(ids.size()), edges_of(ids, manifolds),
+                          kSmallImpact);
 }
 
 NewtonOutcome solve_directly(const DirectAim& aim, std::span<const SolverBody> free,

@@ -33,6 +33,11 @@ std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, doub
                                              std::span<const ContactManifold> manifolds,
                                              std::span<const BodyState> states);
 
+// The same for an impact, of few bodies: none where one body is hit, or two of like masses.
+std::optional<Elimination> plan_impact_solve(const SceneDescription& scene,
+                                             std::span<const BodyId> ids,
+                                             std::span<const ContactManifold> manifolds);
+
 // How near a direct solve comes: shares of the largest velocity of a point without contacts, as in
 // NewtonLimits.
 struct DirectAim {

@@ -4,13 +4,12 @@
 #include <optional>
 #include <utility>
 
-#include "physics/broadphase/swept_pair_query.hpp"
 #include "physics/constraints/joint_loads.hpp"
 #include "physics/events/contact_impacts.hpp"
 #include "physics/events/event_driven_impacts.hpp"
+#include "physics/events/floor_stops.hpp"
 #include "physics/events/impacting_contacts.hpp"
 #include "physics/events/linked_step.hpp"
-#include "physics/events/missed_pairs.hpp"
 #include "physics/events/one_solve.hpp"
 #include "physics/events/sleeping.hpp"
 #include "physics/integrators/advance_once.hpp"
@@ -66,15 +65,6 @@ void set_carried(const SceneDescription& scene, std::span<const BodyId> ids,
   }
 }
 
-// Those of them that connect two bodies without contact now.
-void add_links(std::span<const ContactManifold> manifolds, std::vector<ContactManifold>& left) {
-  for (const ContactManifold& m : manifolds) {
-    if (!is_link(m)) continue;
-    const auto at = std::ranges::lower_bound(left, m, canonical_before);
-    if (at == left.end() || canonical_before(m, *at)) left.insert(at, m);
-  }
-}
-
 // The rest of a step of which the island has flown `flown_s`.
 void advance_rest(const IslandStep& island, double flown_s, std::span<BodyState> states,
                   IslandReport& report, const IslandEffects& effects) {
@@ -89,12 +79,7 @@ void advance_rest(const IslandStep& island, double flown_s, std::span<BodyState>
   }
   std::vector<ContactManifold> left;
   // Impacts have brought bodies to others, and to statics, than those that the step began with.
-  if (flown_s > 0.0) {
-    find_again(
-        island.over(rest_s, pairs_to_look_at(scene, geometry, rest_s, ids, states, counters)),
-        states, counters, left);
-    add_links(manifolds, left);
-  }
+  if (flown_s > 0.0) find_all_again(island.over(rest_s, manifolds), states, counters, left);
   const IslandStep rest = island.over(rest_s, flown_s > 0.0 ? left : manifolds);
   const bool linked = whole && is_linked(rest.manifolds);
   // What flight has left has been through its impacts, unless it is sent on to others, or spins:
@@ -111,8 +96,6 @@ void advance_rest(const IslandStep& island, double flown_s, std::span<BodyState>
   else
     report = part;
   if (start.empty()) return;
-  if (!linked && !(among && among->hit))
-    stop_at_unseen_statics(rest, start, states, report, counters);
   stop_at_floors(rest, start, states, report);
 }
 

@@ -8,7 +8,7 @@
 #include "physics/events/contact_impacts.hpp"
 #include "physics/events/event_driven_impacts.hpp"
 #include "physics/events/linked_step.hpp"
-#include "physics/events/missed_pairs.hpp"
+#include "physics/events/floor_stops.hpp"
 #include "physics/events/sleeping.hpp"
 #include "physics/forces/forces.hpp"
 #include "physics/integrators/end_contacts.hpp"
@@ -88,13 +88,13 @@ void add_solves(const SceneDescription& scene, std::vector<Stage>& stages) {
       {"impacts in flight", flights_needed(scene), count_of(&StageCounters::flight_searches)},
       {"hits among contacts", contact_impacts_needed(scene),
        count_of(&StageCounters::hit_searches)},
-      {"impacts on unseen statics", unseen_statics_needed(scene),
-       count_of(&StageCounters::unseen_searches)},
       {"impacts of what joints draw", linked_impacts_needed(scene),
        count_of(&StageCounters::linked_searches)},
       {"islands advanced anew", passes_needed(scene), count_of(&StageCounters::islands_again)},
       {"contacts that come round", end_contacts_needed(scene),
        count_of(&StageCounters::turned_searches)},
+      {"contacts of what is sent on", sent_contacts_needed(scene),
+       count_of(&StageCounters::unseen_searches)},
       {"refined steps of islands", refinement_needed(scene),
        count_of(&StageCounters::refined_steps)},
       {"contacts of bodies at rest", sleeping_needed(scene),

@@ -112,5 +112,61 @@ TEST(EndContacts, AreNotLookedForWhereNothingShowsOtherPoints) {
   EXPECT_EQ(world.counters.turned_searches, 0u);
 }
 
+// Balls (or rocks) that are poured into a box: hits throw some of them onto others, whom they were
+// not on their way to.
+Sinking pouring(const Shape& shape, double width_m, int layers, double gravity) {
+  constexpr int kAcross = 4, kSteps = 90;
+  World world = test::under_gravity();
+  world.scene.gravity_m_s2 *= gravity;
+  const Material material{.friction = 0.5, .restitution = 0.0};
+  world.add_floor(material);
+  for (int wall = 0; wall < 4; ++wall) {
+    const Quat turn = test::about(Vec3::UnitZ(), 0.5 * 3.14159265358979 * wall);
+    world.add_static(
+        world.add_shape(HalfSpace{turn * Vec3(1.0, 0.0, 1.0).normalized(), -2.0 * width_m}),
+        Vec3::Zero(), Quat::Identity(), material);
+  }
+  const std::uint32_t kind = world.add_shape(shape);
+  std::mt19937_64 engine(3);
+  for (int i = 0; i < kAcross * kAcross * layers; ++i) {
+    BodyState& state = world.add_body(
+        kind,
+        1.8 * width_m *
+                Vec3(i % kAcross - 1.5, i / kAcross % kAcross - 1.5, i / (kAcross * kAcross)) +
+            0.03 * width_m * random_axis(engine) + Vec3(0.0, 0.0, 1.0),
+        1000.0, material);
+    state.orientation = test::about(random_axis(engine), 0.1 * i);
+    state.linear_velocity_m_s = Vec3(0.0, 0.0, -2.0);
+  }
+  const Geometry geometry(world.scene);
+  Sinking sinking;
+  for (int i = 0; i < kSteps; ++i) {
+    world.run(1, geometry);
+    sinking.mean += deepest_m(world) / (kSteps * width_m);
+    sinking.most = std::max(sinking.most, deepest_m(world) / width_m);
+  }
+  return sinking;
+}
+
+// Small ones come three and a half widths far in a step.
+TEST(EndContacts, WhatHitsThrowOntoOthersIsSolvedWithThem) {
+  const struct {
+    const char* name;
+    Shape shape;
+    double width_m;
+    int layers;
+    double mean, most;
+  } kinds[] = {{"balls", Sphere{0.1}, 0.2, 10, 0.02, 0.15},
+               {"small balls", Sphere{0.01}, 0.02, 10, 0.12, 0.9},
+               {"boxes", Box{Vec3(0.1, 0.1, 0.1)}, 0.2, 6, 0.02, 0.15},
+               {"drums", Cylinder{0.1, 0.2}, 0.2, 6, 0.045, 0.3}};
+  for (const auto& kind : kinds)
+    for (const double gravity : {1.0, 1.003, 1.006}) {
+      const Sinking found = pouring(kind.shape, kind.width_m, kind.layers, gravity);
+      EXPECT_LE(found.mean, kind.mean) << kind.name << " " << gravity;
+      EXPECT_LE(found.most, kind.most) << kind.name << " " << gravity;
+    }
+}
+
 }  // namespace
 }  // namespace soda::physics
