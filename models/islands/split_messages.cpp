@@ -99,8 +99,8 @@ kernel::Payload encode_border_news(const BorderNews& news) {
   for (const physics::BorderBody& body : news.bodies) {
     writer.vector(body.linear);
     writer.vector(body.angular);
-    writer.vector(body.way.linear_m);
-    writer.vector(body.way.angular_rad);
+    writer.vector(body.displacement.linear_m);
+    writer.vector(body.displacement.angular_rad);
   }
   return kernel::Payload(std::move(bytes));
 }
@@ -115,8 +115,8 @@ BorderNews decode_border_news(std::span<const std::byte> payload) {
   for (physics::BorderBody& body : news.bodies) {
     body.linear = reader.vector();
     body.angular = reader.vector();
-    body.way.linear_m = reader.vector();
-    body.way.angular_rad = reader.vector();
+    body.displacement.linear_m = reader.vector();
+    body.displacement.angular_rad = reader.vector();
   }
   return news;
 }

@@ -119,7 +119,7 @@ bool LaterPasses::connect(const SentBody& sent, std::uint32_t own,
   if (ghost.id == id || !physics::overlap(ghost.box, scratch.boxes[own])) return false;
   const BodyState& start = scratch.passes.start_of(own, step_.states[own]);
   const BodyState end = scratch.passes.end_of(scene, id, own, step_.states[own]);
-  const physics::OnItsWay other{ghost.id, ghost.state, sent.end, ghost.box},
+  const physics::MovingBody other{ghost.id, ghost.state, sent.end, ghost.box},
       mine{id, start, end, scratch.boxes[own]};
   const auto& [a, b] = id < ghost.id ? std::tie(mine, other) : std::tie(other, mine);
   if (!physics::may_meet(scene, step_.around.geometry, a, b, step_.work.stages)) return false;

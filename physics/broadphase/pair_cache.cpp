@@ -53,7 +53,7 @@ bool PairCache::is_for(const Input& in) const {
 inline bool PairCache::keeps_to(const BodyState& state, const Bounds& b) {
   return is_within(state.position_m, b.centre_m, b.slack_m) &&
          squared(state.linear_velocity_m_s) <= b.speed2 &&
-         squared(state.angular_velocity_rad_s) <= b.spin2 &&
+         squared(state.angular_velocity_rad_s) <= b.angular_speed2 &&
          squared(state.orientation) <= 1.0 + kNotQuiteUnit;
 }
 
@@ -88,21 +88,22 @@ PairCache::Bounds PairCache::bounds_of(const Input& in, std::size_t body) const 
   const double radius = shape.bounding_radius_m, fall = gravity_m_s2_.norm() * dt_s_;
   const double moves = std::max(finite_root(squared(state.linear_velocity_m_s)), usual_speed_m_s_);
   const double turns =
-      std::max(finite_root(squared(state.angular_velocity_rad_s)), usual_spin_rad_s_);
+      std::max(finite_root(squared(state.angular_velocity_rad_s)), usual_angular_speed_rad_s_);
   const double least = kLeastMove / dt_s_;
   const double speed = kSpare * moves + kLifetime * fall + least * radius;
-  const double spin = 2.0 * turns + least;
+  const double angular_speed = 2.0 * turns + least;
   const double slack = kLeastSlack * radius + kLifetime * dt_s_ * (moves + fall);
-  const double reach = radius * (1.0 + std::min(spin * dt_s_, 2.0)) +
+  const double reach = radius * (1.0 + std::min(angular_speed * dt_s_, 2.0)) +
                        kContactMargin * shape.min_extent_m + (speed + fall) * dt_s_ +
                        kPlaceRounding * state.position_m.cwiseAbs().maxCoeff();
   Bounds bounds;
-  if (!(slack <= kMostSlack * radius) || !(reach + speed + spin <= kFarthest)) return bounds;
+  if (!(slack <= kMostSlack * radius) || !(reach + speed + angular_speed <= kFarthest))
+    return bounds;
   for (int i = 0; i < 3; ++i)
     bounds.centre_m[static_cast<std::size_t>(i)] = static_cast<float>(state.position_m[i]);
   bounds.slack_m = static_cast<float>(slack);
   bounds.speed2 = static_cast<float>(speed * speed);
-  bounds.spin2 = static_cast<float>(spin * spin);
+  bounds.angular_speed2 = static_cast<float>(angular_speed * angular_speed);
   bounds.reach_m = static_cast<float>(reach * kWider);
   return bounds;
 }
@@ -120,7 +121,7 @@ bool PairCache::keep(const Input& in) {
     return median(speeds_);
   };
   usual_speed_m_s_ = usual(&BodyState::linear_velocity_m_s);
-  usual_spin_rad_s_ = usual(&BodyState::angular_velocity_rad_s);
+  usual_angular_speed_rad_s_ = usual(&BodyState::angular_velocity_rad_s);
   bounds_.resize(ids_.size());
   boxes_.resize(ids_.size());
   stretches_.resize(ids_.size());

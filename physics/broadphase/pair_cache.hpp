@@ -46,7 +46,7 @@ class PairCache {
   struct Bounds {
     std::array<float, 3> centre_m{};
     float slack_m = -1.0f;  // the centre of mass is within it of centre_m, along each axis
-    float speed2 = 0.0f, spin2 = 0.0f;
+    float speed2 = 0.0f, angular_speed2 = 0.0f;
     // Then the swept box is within it of the centre of mass.
     float reach_m = std::numeric_limits<float>::infinity();
 
@@ -84,7 +84,7 @@ class PairCache {
   double dt_s_ = 0.0;
   Vec3 gravity_m_s2_ = Vec3::Zero();
   std::vector<BodyId> ids_;
-  double usual_speed_m_s_ = 0.0, usual_spin_rad_s_ = 0.0;
+  double usual_speed_m_s_ = 0.0, usual_angular_speed_rad_s_ = 0.0;
   std::vector<Bounds> bounds_;
   std::vector<Stretch> stretches_;
   std::vector<IndexPair> candidates_;  // sorted; of bodies with bounds

@@ -17,7 +17,7 @@ struct SweptPairs {
 };
 
 // Each body as far as twice the fastest of them, and what gravity adds, can take it in dt_s, at
-// twice its spin: hits change who moves how.
+// twice its angular velocity: hits change who moves how.
 SweptPairs query_swept_pairs(const SceneDescription& scene, const Geometry& geometry, double dt_s,
                              std::span<const BodyId> ids, std::span<const BodyState> states,
                              StageCounters& counters);

@@ -3,7 +3,7 @@
 // Velocities are constant in a step, a surface's as of its start would lead what sticks to it along
 // the tangent: outwards, by (w dt)^2 r / 2 a step. So the kinematic body's arm to a contact is
 // d + (p - c), with c the centre of the other body and d the mean, over the time that is solved
-// for, of what the way from the kinematic body's centre to c turns to. That is what c is carried
+// for, of what the arm from the kinematic body's centre to c turns to. That is what c is carried
 // by. The arm of a body of infinite mass is in no effective mass, so it may change within a step.
 #pragma once
 

@@ -114,9 +114,9 @@ struct Arms {
   Vec3 a, b;  // b: nothing if it is a static
 };
 
-// A sphere's arm lies along the normal exactly: no spin from rounding, nor from the way that is
-// still to go before an impact. Both bodies are pushed at the same point when they overlap, which
-// keeps angular momentum.
+// A sphere's arm lies along the normal exactly: no rotation from rounding, nor from the distance
+// that is still to go before an impact. Both bodies are pushed at the same point when they overlap,
+// which keeps angular momentum.
 Arms arms_of(const PairContext& c, const ContactPoint& p) {
   const Vec3& n = c.manifold->normal;
   const double overlap = std::min(p.separation_m, 0.0);
@@ -139,12 +139,12 @@ NormalRow normal_row(const PairContext& c, const Arms& arms, const ContactProble
   row.b = c.b;
   row.normal = c.manifold->normal;
   row.arm_a = arms.a.cross(row.normal);
-  row.turn_a = times(a.inverse_inertia, row.arm_a);
-  double inverse_mass = a.inverse_mass + row.arm_a.dot(row.turn_a);
+  row.response_a = times(a.inverse_inertia, row.arm_a);
+  double inverse_mass = a.inverse_mass + row.arm_a.dot(row.response_a);
   if (c.state_b) {
     row.arm_b = arms.b.cross(row.normal);
-    row.turn_b = times(b.inverse_inertia, row.arm_b);
-    inverse_mass += b.inverse_mass + row.arm_b.dot(row.turn_b);
+    row.response_b = times(b.inverse_inertia, row.arm_b);
+    inverse_mass += b.inverse_mass + row.arm_b.dot(row.response_b);
   }
   row.mass_kg = 1.0 / inverse_mass;
   return row;
@@ -164,15 +164,16 @@ FrictionRow friction_row(const PairContext& c, const Arms& arms, const ContactPr
   row.tangent[0] = t.first;
   row.tangent[1] = t.second;
   const Vec3 a0 = arms.a.cross(t.first), a1 = arms.a.cross(t.second);
-  const Vec3 turn_a0 = times(a.inverse_inertia, a0), turn_a1 = times(a.inverse_inertia, a1);
-  double k11 = a.inverse_mass + a0.dot(turn_a0), k12 = a1.dot(turn_a0);
-  double k22 = a.inverse_mass + a1.dot(turn_a1);
+  const Vec3 response_a0 = times(a.inverse_inertia, a0), response_a1 = times(a.inverse_inertia, a1);
+  double k11 = a.inverse_mass + a0.dot(response_a0), k12 = a1.dot(response_a0);
+  double k22 = a.inverse_mass + a1.dot(response_a1);
   if (c.state_b) {
     const Vec3 b0 = arms.b.cross(t.first), b1 = arms.b.cross(t.second);
-    const Vec3 turn_b0 = times(b.inverse_inertia, b0), turn_b1 = times(b.inverse_inertia, b1);
-    k11 += b.inverse_mass + b0.dot(turn_b0);
-    k12 += b1.dot(turn_b0);
-    k22 += b.inverse_mass + b1.dot(turn_b1);
+    const Vec3 response_b0 = times(b.inverse_inertia, b0),
+               response_b1 = times(b.inverse_inertia, b1);
+    k11 += b.inverse_mass + b0.dot(response_b0);
+    k12 += b1.dot(response_b0);
+    k22 += b.inverse_mass + b1.dot(response_b1);
   }
   const double determinant = k11 * k22 - k12 * k12;
   row.inverse[0] = k22 / determinant;
@@ -219,10 +220,10 @@ double aim(const SceneDescription& scene, double dt_s, const PairContext& c, con
 void apply_start(const NormalRow& row, SolverBody& a, SolverBody& b) {
   const double j = row.impulse_newton_s;
   a.linear -= row.normal * (a.inverse_mass * j);
-  a.angular -= row.turn_a * j;
+  a.angular -= row.response_a * j;
   if (b.inverse_mass == 0.0) return;
   b.linear += row.normal * (b.inverse_mass * j);
-  b.angular += row.turn_b * j;
+  b.angular += row.response_b * j;
 }
 
 void apply_start(const FrictionRow& row, SolverBody& a, SolverBody& b) {

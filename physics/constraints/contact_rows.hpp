@@ -17,8 +17,8 @@ namespace soda::physics {
 // Overlap that is left alone, of the smaller body's size.
 inline constexpr double kSlop = 5e-4;
 
-// The width of a body, roughly: twice the way from its centre to what is nearest of its surface; of
-// a hull, of its corners. 1e300 of what has none.
+// The width of a body, roughly: twice the distance from its centre to what is nearest of its
+// surface; of a hull, of its corners. 1e300 of what has none.
 double size_of(const Shape& shape);
 // Of one of the scene's shapes: of a compound, that of its smallest part.
 double size_of(const SceneDescription& scene, std::uint32_t shape);
@@ -29,9 +29,9 @@ double size_of(const SceneDescription& scene, const ContactManifold& m);
 struct NormalRow {
   std::uint32_t a = 0, b = 0;  // local indices; statics share one index, of infinite mass
   Vec3 normal = Vec3::Zero();
-  Vec3 arm_a = Vec3::Zero(), arm_b = Vec3::Zero();    // arm x normal
-  Vec3 turn_a = Vec3::Zero(), turn_b = Vec3::Zero();  // inverse inertia of that
-  double mass_kg = 0.0;                               // effective
+  Vec3 arm_a = Vec3::Zero(), arm_b = Vec3::Zero();            // arm x normal
+  Vec3 response_a = Vec3::Zero(), response_b = Vec3::Zero();  // inverse inertia of that
+  double mass_kg = 0.0;                                       // effective
   double target_m_s = 0.0;
   double impulse_newton_s = 0.0;
 };
@@ -59,8 +59,8 @@ struct RollingRow {
   Vec3 axis[3] = {Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};  // two tangents, the normal
   double inverse[3] = {0, 0, 0};     // of the tangents' 2x2 effective-inertia matrix: 11, 12, 22
   double slide_inertia_kg_m2 = 0.0;  // 1 / its largest eigenvalue's inverse inertia
-  double spin_inertia_kg_m2 = 0.0;   // effective, about the normal
-  double gyration_m = 0.0;           // that the two bodies have together
+  double torsional_inertia_kg_m2 = 0.0;    // effective, about the normal
+  double gyration_m = 0.0;                 // that the two bodies have together
   Vec3 impulse_newton_m_s = Vec3::Zero();  // along the axes
 };
 

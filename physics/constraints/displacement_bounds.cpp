@@ -45,11 +45,11 @@ double fastest_surface_m_s(const SceneDescription& scene,
   return fastest;
 }
 
-std::string impossible_way(double way_m, double most_m) {
+std::string impossible_displacement(double displacement_m, double most_m) {
   char text[160];
   std::snprintf(text, sizeof text,
                 "moves %.6g m in one step; the energy of its island and push-out allow %.6g m",
-                way_m, most_m);
+                displacement_m, most_m);
   return text;
 }
 
@@ -95,7 +95,7 @@ void limit_correction(double most_m_s, std::span<PositionCorrection> push) {
 
 namespace {
 
-// Joints but springs are closed by any way that this takes: nothing bounds it.
+// Joints but springs are closed by any displacement of this: nothing bounds it.
 bool closes_joints(const SceneDescription& scene, std::span<const ContactManifold> manifolds) {
   return std::ranges::any_of(manifolds, [&scene](const ContactManifold& m) {
     return is_joint(m) && scene.joints[joint_of(m)].kind != JointKind::kSpring;
@@ -137,13 +137,14 @@ bool is_overdriven(const SceneDescription& scene, std::span<const BodyId> ids,
 void report_impossible_displacement(const SceneDescription& scene, const DisplacementBounds& bounds,
                                     std::size_t i, BodyId id, const BodyState& state,
                                     std::vector<AdvanceFault>& faults) {
-  constexpr double kRounding = 1e-12;  // of where it is, and of its way
+  constexpr double kRounding = 1e-12;  // of where it is, and of its displacement
   if (!bounds.any || is_kinematic(scene, id)) return;
   const double fastest_m_s = bounds.root * std::sqrt(2.0 / scene.bodies[index_of(id)].mass_kg);
   const double allowed_m = bounds.dt_s * (fastest_m_s + bounds.pushed_m_s);
   const double most_m = allowed_m + kRounding * (allowed_m + bounds.positions_m[i].norm());
-  const double way_m = (state.position_m - bounds.positions_m[i]).norm();
-  if (way_m > most_m) faults.push_back({id, impossible_way(way_m, most_m)});
+  const double displacement_m = (state.position_m - bounds.positions_m[i]).norm();
+  if (displacement_m > most_m)
+    faults.push_back({id, impossible_displacement(displacement_m, most_m)});
 }
 
 }  // namespace soda::physics

@@ -12,8 +12,8 @@
 namespace soda::physics {
 
 // The fastest that bodies of an island are moved beyond their velocities: 2 widths of its widest
-// one a second, as a contact asks for 2 of its smaller body at most. Turns: 4 radians a second, 2
-// widths at the distance of half of one.
+// one a second, as a contact asks for 2 of its smaller body at most. Rotations: 4 radians a second,
+// 2 widths at the distance of half of one.
 double fastest_correction_m_s(const SceneDescription& scene, std::span<const BodyId> ids);
 // Of all bodies that fall.
 double weight_newton(const SceneDescription& scene, std::span<const BodyId> ids);
@@ -28,7 +28,7 @@ void limit_correction(double most_m_s, std::span<PositionCorrection> push);
 // How far each body of an island can come in a step: at the speed that it would have with all
 // energy of its island, what forces and surfaces that slide along can add in the step included, and
 // by position correction. Contacts and springs give no energy. Islands with other joints have no
-// bounds: these are closed by any way that it takes. Of the island as it starts: whoever solves a
+// bounds: these are closed by any displacement of it. Of the island as it starts: whoever solves a
 // part of it can tell.
 struct DisplacementBounds {
   bool any = false;

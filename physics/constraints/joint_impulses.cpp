@@ -6,7 +6,7 @@
 namespace soda::physics {
 namespace {
 
-bool turns_only(const JointRow& row) { return row.linear == Vec3::Zero(); }
+bool is_angular(const JointRow& row) { return row.linear == Vec3::Zero(); }
 
 }  // namespace
 
@@ -31,12 +31,13 @@ void load_joint_impulses(const SceneDescription& scene, std::span<const BodyStat
     for (std::uint32_t r = system.first_row[j]; r < system.first_row[j + 1]; ++r) {
       JointRow& row = system.rows[r];
       const bool motor = row.kind == JointRowKind::kMotor;
-      const bool turns = turns_only(row);
+      const bool angular = is_angular(row);
       const bool bounded = is_bounded(row);
-      const ContactImpulse* const one = at(motor ? 2 : bounded ? limit++ : turns ? 1 : 0);
+      const ContactImpulse* const one = at(motor ? 2 : bounded ? limit++ : angular ? 1 : 0);
       if (one == nullptr) continue;
-      row.impulse_newton_s = bounded ? one->normal_newton_s
-                                     : one->friction_newton_s.dot(turns ? row.turn_b : row.linear);
+      row.impulse_newton_s = bounded
+                                 ? one->normal_newton_s
+                                 : one->friction_newton_s.dot(angular ? row.angular_b : row.linear);
     }
   }
 }
@@ -55,8 +56,8 @@ void append_joint_impulses(const SceneDescription& scene, std::uint32_t joint_pl
       entries[2].normal_newton_s = row.impulse_newton_s;
     else if (row.kind == JointRowKind::kLimit)
       entries[limit++].normal_newton_s = row.impulse_newton_s;
-    else if (turns_only(row))
-      entries[1].friction_newton_s += row.turn_b * row.impulse_newton_s;
+    else if (is_angular(row))
+      entries[1].friction_newton_s += row.angular_b * row.impulse_newton_s;
     else
       entries[0].friction_newton_s += row.linear * row.impulse_newton_s;
   }

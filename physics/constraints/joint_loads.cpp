@@ -44,7 +44,7 @@ void add_loads(const JointSystem& joints, IslandReport& report) {
     for (std::uint32_t r = joints.first_row[place]; r < joints.first_row[place + 1]; ++r) {
       const JointRow& row = joints.rows[r];
       if (row.linear == Vec3::Zero())
-        load.angular_impulse_newton_m_s += row.turn_b * row.impulse_newton_s;
+        load.angular_impulse_newton_m_s += row.angular_b * row.impulse_newton_s;
       else
         load.impulse_newton_s += row.linear * row.impulse_newton_s;
     }

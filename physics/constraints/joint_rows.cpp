@@ -109,21 +109,21 @@ class RowBuilder {
   JointRow& point(const Vec3& direction) {
     JointRow& row = add();
     row.linear = direction;
-    row.turn_a = a_.arm.cross(direction);
-    row.turn_b = b_.arm.cross(direction);
+    row.angular_a = a_.arm.cross(direction);
+    row.angular_b = b_.arm.cross(direction);
     row.error = direction.dot(b_.anchor - a_.anchor);
     return row;
   }
   // The same for a direction that is fixed in a.
   JointRow& along_a(const Vec3& direction) {
     JointRow& row = point(direction);
-    row.turn_a = (a_.arm + b_.anchor - a_.anchor).cross(direction);
+    row.angular_a = (a_.arm + b_.anchor - a_.anchor).cross(direction);
     return row;
   }
-  // No turn about `axis`; `error` is the angle.
-  JointRow& turn(const Vec3& axis, double error) {
+  // No rotation about `axis`; `error` is the angle.
+  JointRow& rotation(const Vec3& axis, double error) {
     JointRow& row = add();
-    row.turn_a = row.turn_b = axis;
+    row.angular_a = row.angular_b = axis;
     row.error = error;
     return row;
   }
@@ -147,9 +147,9 @@ class ErrorBuilder {
   ErrorBuilder(const HeldEnds& ends, JointRow* first)
       : between_m_(ends.b.anchor - ends.a.anchor), row_(first) {}
 
-  JointRow& point(const Vec3& direction) { return turn(direction, direction.dot(between_m_)); }
+  JointRow& point(const Vec3& direction) { return rotation(direction, direction.dot(between_m_)); }
   JointRow& along_a(const Vec3& direction) { return point(direction); }
-  JointRow& turn(const Vec3&, double error) {
+  JointRow& rotation(const Vec3&, double error) {
     row_->error = error;
     return *row_++;
   }
@@ -169,7 +169,7 @@ void add_distance(const Joint& joint, double dt_s, bool with_springs, const Held
   row.error = distance - joint.length_m;
   if (joint.kind != JointKind::kSpring) return;
   if (!with_springs) {
-    row.linear = row.turn_a = row.turn_b = Vec3::Zero();
+    row.linear = row.angular_a = row.angular_b = Vec3::Zero();
     row.error = 0.0;
     return;
   }
@@ -205,7 +205,7 @@ void add_bounded(const Joint& joint, const Vec3& axis, const HeldEnds& ends, Bui
   const double place =
       turns ? turned_about_z(a.frame, b.frame) : axis.dot(Vec3(b.anchor - a.anchor));
   const auto row = [&](JointRowKind kind, double sign) -> JointRow& {
-    JointRow& made = turns ? add.turn(axis * sign, 0.0) : add.along_a(axis * sign);
+    JointRow& made = turns ? add.rotation(axis * sign, 0.0) : add.along_a(axis * sign);
     made.error = 0.0;
     made.kind = kind;
     made.idle = true;
@@ -240,10 +240,10 @@ void add_rows(const Joint& joint, double dt_s, bool with_springs, const HeldEnds
   }
   if (joint.kind == JointKind::kHinge) {
     const Vec3 tilt = Vec3(axes.col(2)).cross(b.frame * Vec3(Vec3::UnitZ()));
-    for (int i = 0; i < 2; ++i) add.turn(axes.col(i), tilt.dot(axes.col(i)));
+    for (int i = 0; i < 2; ++i) add.rotation(axes.col(i), tilt.dot(axes.col(i)));
   } else {
-    const Vec3 turn = small_turn(a.frame, b.frame);
-    for (int i = 0; i < 3; ++i) add.turn(Vec3::Unit(i), turn[i]);
+    const Vec3 rotation = small_rotation(a.frame, b.frame);
+    for (int i = 0; i < 3; ++i) add.rotation(Vec3::Unit(i), rotation[i]);
   }
   if (joint.limits || joint.motor) add_bounded(joint, axes.col(2), ends, add);
 }

@@ -22,10 +22,10 @@ enum class JointRowKind : std::uint8_t {
   kMotor    // impulse within bounds
 };
 
-// The velocity of a row is linear . (v_b - v_a) + turn_b . w_b - turn_a . w_a.
+// The velocity of a row is linear . (v_b - v_a) + angular_b . w_b - angular_a . w_a.
 struct JointRow {
   std::uint32_t a = 0, b = 0;  // local indices; the world has that of the statics
-  Vec3 linear = Vec3::Zero(), turn_a = Vec3::Zero(), turn_b = Vec3::Zero();
+  Vec3 linear = Vec3::Zero(), angular_a = Vec3::Zero(), angular_b = Vec3::Zero();
   double error = 0.0;  // how far off, m or rad; its rate is the row's velocity
   // Wanted is velocity + softness * impulse = target; hard rows have no softness.
   double softness_1_kg = 0.0;
@@ -44,7 +44,8 @@ inline bool is_bounded(const JointRow& row) {
   return row.kind == JointRowKind::kLimit || row.kind == JointRowKind::kMotor;
 }
 
-// What an impulse of 1 along a row does to the spins of its bodies, but for the sign of a's.
+// What an impulse of 1 along a row does to the angular velocities of its bodies, but for the sign
+// of a's.
 struct RowTwist {
   Vec3 a = Vec3::Zero(), b = Vec3::Zero();
 };

@@ -16,11 +16,11 @@ double coupling(const JointRow& x, const JointRow& y, const RowTwist& twist_y,
                 std::span<const SolverBody> bodies, std::uint32_t world) {
   const double along = x.linear.dot(y.linear);
   double sum = 0.0;
-  if (x.a == y.a) sum += bodies[x.a].inverse_mass * along + x.turn_a.dot(twist_y.a);
-  if (x.a == y.b) sum -= bodies[x.a].inverse_mass * along + x.turn_a.dot(twist_y.b);
+  if (x.a == y.a) sum += bodies[x.a].inverse_mass * along + x.angular_a.dot(twist_y.a);
+  if (x.a == y.b) sum -= bodies[x.a].inverse_mass * along + x.angular_a.dot(twist_y.b);
   if (x.b == world) return sum;
-  if (x.b == y.a) sum -= bodies[x.b].inverse_mass * along + x.turn_b.dot(twist_y.a);
-  if (x.b == y.b) sum += bodies[x.b].inverse_mass * along + x.turn_b.dot(twist_y.b);
+  if (x.b == y.a) sum -= bodies[x.b].inverse_mass * along + x.angular_b.dot(twist_y.a);
+  if (x.b == y.b) sum += bodies[x.b].inverse_mass * along + x.angular_b.dot(twist_y.b);
   return sum;
 }
 
@@ -29,9 +29,9 @@ void find_twists(JointSystem& system, std::span<const SolverBody> bodies) {
   for (std::size_t r = 0; r < system.rows.size(); ++r) {
     const JointRow& row = system.rows[r];
     const SolverBody &a = bodies[row.a], &b = bodies[row.b];
-    system.twists[r].a = times(a.inverse_inertia, row.turn_a);
+    system.twists[r].a = times(a.inverse_inertia, row.angular_a);
     system.twists[r].b =
-        b.inverse_mass > 0.0 ? times(b.inverse_inertia, row.turn_b) : Vec3(Vec3::Zero());
+        b.inverse_mass > 0.0 ? times(b.inverse_inertia, row.angular_b) : Vec3(Vec3::Zero());
   }
 }
 
@@ -86,17 +86,17 @@ void factor_joint_rows(std::size_t body_count, std::span<const SolverBody> bodie
 double velocity_of(const JointRow& row, std::span<const SolverBody> bodies) {
   const SolverBody& a = bodies[row.a];
   const SolverBody& b = bodies[row.b];
-  return row.linear.dot(b.linear - a.linear) + row.turn_b.dot(b.angular) -
-         row.turn_a.dot(a.angular);
+  return row.linear.dot(b.linear - a.linear) + row.angular_b.dot(b.angular) -
+         row.angular_a.dot(a.angular);
 }
 
 void apply_joint_impulse(const JointRow& row, double impulse, std::span<SolverBody> bodies) {
   SolverBody& a = bodies[row.a];
   SolverBody& b = bodies[row.b];
   a.linear -= row.linear * (a.inverse_mass * impulse);
-  a.angular -= a.inverse_inertia * row.turn_a * impulse;
+  a.angular -= a.inverse_inertia * row.angular_a * impulse;
   b.linear += row.linear * (b.inverse_mass * impulse);
-  b.angular += b.inverse_inertia * row.turn_b * impulse;
+  b.angular += b.inverse_inertia * row.angular_b * impulse;
 }
 
 void add_joint_impulses(std::span<const double> impulses, JointSystem& system,
@@ -174,9 +174,9 @@ void solve_joint_errors(const JointSystem& system, std::span<const SolverBody> b
     JointMove& a = moves[row.a];
     JointMove& b = moves[row.b];
     a.linear -= row.linear * (bodies[row.a].inverse_mass * push[r]);
-    a.angular -= bodies[row.a].inverse_inertia * row.turn_a * push[r];
+    a.angular -= bodies[row.a].inverse_inertia * row.angular_a * push[r];
     b.linear += row.linear * (bodies[row.b].inverse_mass * push[r]);
-    b.angular += bodies[row.b].inverse_inertia * row.turn_b * push[r];
+    b.angular += bodies[row.b].inverse_inertia * row.angular_b * push[r];
   }
 }
 

@@ -34,8 +34,8 @@ double scale_m_s(const JointSystem& system, std::span<const SolverBody> bodies) 
     const SolverBody& a = bodies[row.a];
     const SolverBody& b = bodies[row.b];
     largest = std::max(largest, std::abs(row.target_m_s) + a.linear.norm() + b.linear.norm() +
-                                    row.turn_a.norm() * a.angular.norm() +
-                                    row.turn_b.norm() * b.angular.norm());
+                                    row.angular_a.norm() * a.angular.norm() +
+                                    row.angular_b.norm() * b.angular.norm());
   }
   return largest;
 }

@@ -51,7 +51,7 @@ RollingRow rolling_row(const RollingFriction& friction, std::uint32_t a, std::ui
   const double difference = 0.5 * (k11 - k22);
   const double largest = 0.5 * (k11 + k22) + std::sqrt(difference * difference + k12 * k12);
   row.slide_inertia_kg_m2 = 1.0 / largest;
-  row.spin_inertia_kg_m2 = 1.0 / response(2, 2);
+  row.torsional_inertia_kg_m2 = 1.0 / response(2, 2);
   row.gyration_m = std::sqrt((x.inverse_mass + y.inverse_mass) / largest);
   return row;
 }
@@ -74,7 +74,7 @@ double pressing(const RollingRow& row, const ContactProblem& problem) {
   return sum;
 }
 
-void turn(const RollingRow& row, const Vec3& change, ContactProblem& problem) {
+void apply_rolling_impulse(const RollingRow& row, const Vec3& change, ContactProblem& problem) {
   const Vec3 torque = row.axis[0] * change[0] + row.axis[1] * change[1] + row.axis[2] * change[2];
   SolverBody &a = problem.bodies[row.a], &b = problem.bodies[row.b];
   a.angular -= times(a.inverse_inertia, torque);
@@ -98,7 +98,8 @@ Vec3 spun(const RollingRow& row, double pressing, const ContactProblem& problem)
   Vec3 now = row.impulse_newton_m_s;
   const Vec3 turning = problem.bodies[row.b].angular - problem.bodies[row.a].angular;
   const double limit = row.torsional_m * pressing;
-  now[2] = std::clamp(now[2] - row.spin_inertia_kg_m2 * turning.dot(row.axis[2]), -limit, limit);
+  now[2] =
+      std::clamp(now[2] - row.torsional_inertia_kg_m2 * turning.dot(row.axis[2]), -limit, limit);
   return now;
 }
 
@@ -106,13 +107,13 @@ double take(const Vec3& now, RollingRow& row, ContactProblem& problem) {
   const Vec3 change = now - row.impulse_newton_m_s;
   if (change == Vec3::Zero()) return 0.0;
   row.impulse_newton_m_s = now;
-  turn(row, change, problem);
+  apply_rolling_impulse(row, change, problem);
   return std::max({std::abs(change[0]), std::abs(change[1]), std::abs(change[2])}) / row.gyration_m;
 }
 
 }  // namespace
 
-double sweep_rolling(ContactProblem& problem) {
+double iterate_rolling(ContactProblem& problem) {
   double change = 0.0;
   for (RollingRow& row : problem.rollings) {
     const double pressed = pressing(row, problem);
@@ -129,7 +130,7 @@ void start_rolling(int iterations, ContactProblem& problem) {
   double largest = 0.0;
   for (const NormalRow& row : problem.normals) largest = std::max(largest, row.impulse_newton_s);
   for (int i = 0; i < iterations; ++i)
-    if (sweep_rolling(problem) <= kNegligible * largest) return;
+    if (iterate_rolling(problem) <= kNegligible * largest) return;
 }
 
 double rolling_residual_m_s(const ContactProblem& problem) {
@@ -137,9 +138,9 @@ double rolling_residual_m_s(const ContactProblem& problem) {
   for (const RollingRow& row : problem.rollings) {
     const double pressed = pressing(row, problem);
     const Vec3 left = rolled(row, pressed, problem) - row.impulse_newton_m_s;
-    const Vec3 spin = spun(row, pressed, problem) - row.impulse_newton_m_s;
-    const double rad_s =
-        std::max(left.norm() / row.slide_inertia_kg_m2, spin.norm() / row.spin_inertia_kg_m2);
+    const Vec3 torsional = spun(row, pressed, problem) - row.impulse_newton_m_s;
+    const double rad_s = std::max(left.norm() / row.slide_inertia_kg_m2,
+                                  torsional.norm() / row.torsional_inertia_kg_m2);
     residual = std::max(residual, rad_s * row.gyration_m);
   }
   return residual;

@@ -49,14 +49,15 @@ inline Vec3 torque_impulse(const RollingRow& row) {
   return row.axis[0] * along[0] + row.axis[1] * along[1] + row.axis[2] * along[2];
 }
 // Gives the bodies a change of the impulse.
-void turn(const RollingRow& row, const Vec3& change_newton_m_s, ContactProblem& problem);
+void apply_rolling_impulse(const RollingRow& row, const Vec3& change_newton_m_s,
+                           ContactProblem& problem);
 
-// One sweep over the rolling rows. Returns the largest change of an impulse, as one of a force at
-// the radius of gyration.
-double sweep_rolling(ContactProblem& problem);
+// One iteration over the rolling rows. Returns the largest change of an impulse, as one of a force
+// at the radius of gyration.
+double iterate_rolling(ContactProblem& problem);
 
-// The start impulses of rolling rows are those that the other start impulses ask for: sweeps over
-// the rolling rows alone, at most `iterations`. They need the velocities of all their bodies.
+// The start impulses of rolling rows are those that the other start impulses ask for: iterations
+// over the rolling rows alone, at most `iterations`. They need the velocities of all their bodies.
 void start_rolling(int iterations, ContactProblem& problem);
 
 // The largest velocity, at a radius of gyration, that a rolling row would still change.

@@ -19,9 +19,9 @@ Oscillation oscillate(double squared_rate_1_s2, double damping_1_s, double time_
   if (squared > 0.0) {
     const double rate = std::sqrt(squared);
     const double left = decay_over(damping_1_s, time_s).left;
-    const Quat turn = rotation_by(Vec3(2.0 * rate * time_s, 0.0, 0.0));  // by half of it
-    mean = left * turn.w();
-    next.turns_s = left * turn.x() / rate;
+    const Quat rotation = rotation_by(Vec3(2.0 * rate * time_s, 0.0, 0.0));  // by half of it
+    mean = left * rotation.w();
+    next.turns_s = left * rotation.x() / rate;
   } else {
     const double split = std::sqrt(-squared);
     const double slow = decay_over(squared_rate_1_s2 / (damping_1_s + split), time_s).left;
@@ -42,8 +42,8 @@ constexpr double kAside = 1e-12;  // of a length: rounding
 double give_of(const JointRow& row, std::span<const SolverBody> bodies) {
   const SolverBody &a = bodies[row.a], &b = bodies[row.b];
   return (a.inverse_mass + b.inverse_mass) * row.linear.squaredNorm() +
-         row.turn_a.dot(a.inverse_inertia * row.turn_a) +
-         row.turn_b.dot(b.inverse_inertia * row.turn_b);
+         row.angular_a.dot(a.inverse_inertia * row.angular_a) +
+         row.angular_b.dot(b.inverse_inertia * row.angular_b);
 }
 
 Vec3 across(const Vec3& v, const Vec3& direction) { return v - direction * direction.dot(v); }
@@ -131,10 +131,11 @@ bool advance_single_spring(const SceneDescription& scene, double dt_s, const Joi
   const Vec3 off = spring.from_end_to_end_m - rest, &speed = spring.velocity_m_s;
   const Vec3 off_then = off * next.keeps + speed * next.turns_s;
   const Vec3 speed_then = speed * next.speed - off * (squared_rate * next.turns_s);
-  // Of what gravity and velocities alone would do, over the give: impulse and its way.
+  // Of what gravity and velocities alone would do, over the give: impulse and its displacement.
   const Vec3 impulse = (speed_then - speed - spring.field_m_s2 * dt_s) * (1.0 / spring.give_1_kg);
-  const Vec3 way = (off_then - off - speed * dt_s - spring.field_m_s2 * (0.5 * dt_s * dt_s)) *
-                   (1.0 / spring.give_1_kg);
+  const Vec3 displacement =
+      (off_then - off - speed * dt_s - spring.field_m_s2 * (0.5 * dt_s * dt_s)) *
+      (1.0 / spring.give_1_kg);
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const BodyParams& params = scene.bodies[index_of(ids[i])];
     const double share = (i == 0 ? -1.0 : 1.0) / params.mass_kg;
@@ -143,7 +144,7 @@ bool advance_single_spring(const SceneDescription& scene, double dt_s, const Joi
     moved.orientation = states[i].orientation;
     moved.angular_velocity_rad_s = states[i].angular_velocity_rad_s;
     moved.position_m = states[i].position_m + states[i].linear_velocity_m_s * dt_s +
-                       scene.gravity_m_s2 * (0.5 * dt_s * dt_s) + way * share;
+                       scene.gravity_m_s2 * (0.5 * dt_s * dt_s) + displacement * share;
     moved.linear_velocity_m_s =
         states[i].linear_velocity_m_s + scene.gravity_m_s2 * dt_s + impulse * share;
     rotate_freely(params, dt_s, moved);
@@ -163,9 +164,9 @@ bool advance_single_spring(const SceneDescription& scene, double dt_s, const Joi
 SpringRates rates_of(std::span<const SpringRow> springs, std::span<const SolverBody> bodies) {
   // Of each body, all springs at it; a spring swings no faster than both of its ends together.
   std::vector<double> stiffness(bodies.size(), 0.0), damping(bodies.size(), 0.0);
-  const auto add = [&](std::uint32_t body, const Vec3& turn, const SpringRow& spring) {
+  const auto add = [&](std::uint32_t body, const Vec3& angular, const SpringRow& spring) {
     const double inverse_mass = bodies[body].inverse_mass;
-    const double give = inverse_mass + turn.dot(bodies[body].inverse_inertia * turn);
+    const double give = inverse_mass + angular.dot(bodies[body].inverse_inertia * angular);
     // The pull swings the body about the far end, and turns it into its own line.
     const double pull = spring.stiffness_newton_m * std::abs(spring.row.error);
     const double turns =
@@ -175,8 +176,8 @@ SpringRates rates_of(std::span<const SpringRow> springs, std::span<const SolverB
     damping[body] += spring.damping_newton_s_m * give;
   };
   for (const SpringRow& spring : springs) {
-    add(spring.row.a, spring.row.turn_a, spring);
-    add(spring.row.b, spring.row.turn_b, spring);
+    add(spring.row.a, spring.row.angular_a, spring);
+    add(spring.row.b, spring.row.angular_b, spring);
   }
   SpringRates most;
   for (const SpringRow& spring : springs) {
@@ -208,7 +209,7 @@ void apply_spring_impulses(std::span<const SpringRow> springs, double time_s, bo
     const Vec3 given = row.linear * -impulse;
     report.static_impulse_newton_s += given;
     report.static_angular_impulse_newton_m_s +=
-        states[row.a].position_m.cross(given) - row.turn_a * impulse;
+        states[row.a].position_m.cross(given) - row.angular_a * impulse;
   }
 }
 

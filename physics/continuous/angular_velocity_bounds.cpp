@@ -13,19 +13,20 @@ bool has_principal_axes(const Mat3& inertia) {
 }
 
 struct Squares {
-  Vec3 component = Vec3::Zero();  // of the spin, about each principal axis
+  Vec3 component = Vec3::Zero();  // of the angular velocity, about each principal axis
   double all = 0.0;
 };
 
-// Energy and angular momentum stay, and both are linear in the squares of the spin about the
-// principal axes; so these are largest where one of the three vanishes.
-Squares most_squares(const Mat3& inertia, const Vec3& spin_local) {
+// Energy and angular momentum stay, and both are linear in the squares of the angular velocity
+// about the principal axes; so these are largest where one of the three vanishes.
+Squares most_squares(const Mat3& inertia, const Vec3& angular_velocity_local) {
   constexpr double kRounding = 1.01;
   constexpr double kEqual = 1e-9;  // moments: what follows from their difference is lost
-  const Vec3 momentum = times(inertia, spin_local);
-  const double energy = momentum.dot(spin_local);  // twice
-  const double squared = momentum.squaredNorm(), least = -1e-3 * spin_local.squaredNorm();
-  Squares most{spin_local.cwiseAbs2(), spin_local.squaredNorm()};
+  const Vec3 momentum = times(inertia, angular_velocity_local);
+  const double energy = momentum.dot(angular_velocity_local);  // twice
+  const double squared = momentum.squaredNorm(),
+               least = -1e-3 * angular_velocity_local.squaredNorm();
+  Squares most{angular_velocity_local.cwiseAbs2(), angular_velocity_local.squaredNorm()};
   bool differ = false;
   for (int i = 0; i < 3; ++i) {
     const int j = (i + 1) % 3;
@@ -51,51 +52,54 @@ double most_product(const Vec3& v, const Vec3& r) {
 }
 
 // A point at r from the centre has the velocity w x r and the acceleration w x (w x r) + dw/dt x r.
-AngularVelocityBounds bounds(double radius_m, double spin_rad_s, double change_rad_s2) {
-  return {spin_rad_s,
+AngularVelocityBounds bounds(double radius_m, double angular_speed_rad_s, double change_rad_s2) {
+  return {angular_speed_rad_s,
           change_rad_s2,
-          spin_rad_s * spin_rad_s + change_rad_s2,
-          spin_rad_s * radius_m,
+          angular_speed_rad_s * angular_speed_rad_s + change_rad_s2,
+          angular_speed_rad_s * radius_m,
           0.0,
           change_rad_s2 * radius_m};
 }
 
 // Component by component: a rod that rotates fast about its length moves its ends little.
 AngularVelocityBounds bounds_by_axes(const Mat3& inertia, const CompiledShape& shape,
-                                     const Vec3& spin_local) {
-  const Squares most = most_squares(inertia, spin_local);
-  const Vec3 spin = most.component.cwiseSqrt();
+                                     const Vec3& angular_velocity_local) {
+  const Squares most = most_squares(inertia, angular_velocity_local);
+  const Vec3 angular_velocity = most.component.cwiseSqrt();
   Vec3 change;
   for (int i = 0; i < 3; ++i) {
     const int j = (i + 1) % 3, k = (i + 2) % 3;
-    change[i] = std::abs(inertia(j, j) - inertia(k, k)) / inertia(i, i) * spin[j] * spin[k];
+    change[i] = std::abs(inertia(j, j) - inertia(k, k)) / inertia(i, i) * angular_velocity[j] *
+                angular_velocity[k];
   }
   AngularVelocityBounds found = bounds(shape.bounding_radius_m, std::sqrt(most.all), change.norm());
-  found.speed_m_s = std::min(found.speed_m_s, most_product(spin, shape.reach_m));
+  found.speed_m_s = std::min(found.speed_m_s, most_product(angular_velocity, shape.reach_m));
   found.change_m_s2 = std::min(found.change_m_s2, most_product(change, shape.reach_m));
   return found;
 }
 
 // The axis goes round at |angular momentum| / (moment across it).
-int fast_axis(const Mat3& inertia, const Vec3& spin_local, double radius_m,
+int fast_axis(const Mat3& inertia, const Vec3& angular_velocity_local, double radius_m,
               const AngularVelocityBounds& most) {
   constexpr double kMuchLess = 0.25;
   const int axis = symmetry_axis(inertia);
   if (axis < 0) return -1;
   const double across = inertia((axis + 1) % 3, (axis + 1) % 3);
-  const double round_1_s2 = times(inertia, spin_local).squaredNorm() / (across * across);
+  const double round_1_s2 =
+      times(inertia, angular_velocity_local).squaredNorm() / (across * across);
   return round_1_s2 * radius_m < kMuchLess * most.pull_m_s2 ? axis : -1;
 }
 
 }  // namespace
 
 AngularVelocityBounds angular_velocity_bounds(const BodyParams& params, const CompiledShape& shape,
-                                              const Mat3& rotation, const Vec3& spin_rad_s) {
+                                              const Mat3& rotation,
+                                              const Vec3& angular_velocity_rad_s) {
   const Mat3& inertia = params.inertia_local_kg_m2;
-  const Vec3 local = rotation.transpose() * spin_rad_s;
+  const Vec3 local = rotation.transpose() * angular_velocity_rad_s;
   AngularVelocityBounds found;
   if (is_isotropic(inertia)) {
-    found = bounds(shape.bounding_radius_m, spin_rad_s.norm(), 0.0);
+    found = bounds(shape.bounding_radius_m, angular_velocity_rad_s.norm(), 0.0);
   } else if (has_principal_axes(inertia)) {
     found = bounds_by_axes(inertia, shape, local);
   } else {
@@ -103,7 +107,7 @@ AngularVelocityBounds angular_velocity_bounds(const BodyParams& params, const Co
     const double squared = times(inertia, local).dot(local) * params.inverse_inertia_local.norm();
     found = bounds(shape.bounding_radius_m, std::sqrt(squared), 0.6 * squared);
   }
-  found.pull_m_s2 = found.spin_rad_s * found.speed_m_s + found.change_m_s2;
+  found.pull_m_s2 = found.angular_speed_rad_s * found.speed_m_s + found.change_m_s2;
   found.fast_axis = fast_axis(params.inertia_local_kg_m2, local, shape.bounding_radius_m, found);
   return found;
 }

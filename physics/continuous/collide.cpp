@@ -13,22 +13,24 @@ namespace {
 void collide_shapes(const PairStep& pair, std::vector<ContactManifold>& out,
                     StageCounters& counters) {
   const std::size_t before = out.size();
-  if (append_manifolds(pair, out, counters)) append_way_to_impact(pair, out);
+  if (append_manifolds(pair, out, counters)) append_distance_to_impact(pair, out);
   counters.manifolds += out.size() - before;
   for (std::size_t m = before; m < out.size(); ++m) counters.contact_points += out[m].count;
 }
 
 // How far one of a pair can come along the normal towards another that stands still.
-double way_towards_m(const SceneDescription& scene, const Geometry& geometry, BodyId id,
-                     const BodyState& state, const Vec3& normal) {
-  const double turn = std::min(state.angular_velocity_rad_s.norm() * scene.dt_s, 2.0);
-  const Vec3 way = (state.linear_velocity_m_s + scene.gravity_m_s2 * scene.dt_s) * scene.dt_s;
-  return std::max(0.0, way.dot(normal)) + turn * shape_of(scene, geometry, id).bounding_radius_m;
+double displacement_towards_m(const SceneDescription& scene, const Geometry& geometry, BodyId id,
+                              const BodyState& state, const Vec3& normal) {
+  const double rotation = std::min(state.angular_velocity_rad_s.norm() * scene.dt_s, 2.0);
+  const Vec3 displacement =
+      (state.linear_velocity_m_s + scene.gravity_m_s2 * scene.dt_s) * scene.dt_s;
+  return std::max(0.0, displacement.dot(normal)) +
+         rotation * shape_of(scene, geometry, id).bounding_radius_m;
 }
 
 // Joints can stop either of the pair within the step, and then the other comes up to it: a manifold
-// without points, so that they are of one island, which looks at their ways (linked_step.hpp). What
-// joints connect is of one island anyway.
+// without points, so that they are of one island, which looks at their paths (linked_step.hpp).
+// What joints connect is of one island anyway.
 void append_if_one_stops(const PairStep& pair, std::vector<ContactManifold>& out,
                          StageCounters& counters) {
   const auto& [scene, geometry, dt_s, a, state_a, b, state_b] = pair;
@@ -41,8 +43,8 @@ void append_if_one_stops(const PairStep& pair, std::vector<ContactManifold>& out
   ++counters.linked_searches;
   const double width = std::min(shape_of_a(pair).min_extent_m, shape_of_b(pair).min_extent_m);
   if (apart.distance_m > kContactMargin * width +
-                             way_towards_m(scene, geometry, a, state_a, apart.normal) +
-                             way_towards_m(scene, geometry, b, *state_b, -apart.normal))
+                             displacement_towards_m(scene, geometry, a, state_a, apart.normal) +
+                             displacement_towards_m(scene, geometry, b, *state_b, -apart.normal))
     return;
   ContactManifold& reached = out.emplace_back();
   reached.a = a;

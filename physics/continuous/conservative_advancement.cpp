@@ -17,7 +17,7 @@ namespace soda::physics {
 namespace {
 
 // As long as directions hardly change, points are bent by much less than ever.
-constexpr double kTurn_rad = 0.25;
+constexpr double kRotation_rad = 0.25;
 
 // Of a body whose centre is where `whole` says.
 Flyer flyer_of(const Geometry& geometry, const Solid& whole, std::uint32_t part) {
@@ -34,12 +34,12 @@ Flyer flyer(const SceneDescription& scene, const Geometry& geometry, BodyId id,
   const ShapeGeometry& shape = geometry.impl().shapes[params.shape];
   const Solid whole{shape, {shape.shape, {state.orientation.toRotationMatrix(), Vec3::Zero()}}};
   Flyer f = flyer_of(geometry, whole, part);
-  const Vec3& spin = state.angular_velocity_rad_s;
+  const Vec3& angular_velocity = state.angular_velocity_rad_s;
   const bool ball = f.solid.placed.shape.kind == ShapeKind::kSphere && f.arm == Vec3::Zero();
-  if (ball || spin == Vec3::Zero()) return f;
+  if (ball || angular_velocity == Vec3::Zero()) return f;
   f.params = &params;
   f.turning.orientation = state.orientation;
-  f.turning.angular_velocity_rad_s = spin;
+  f.turning.angular_velocity_rad_s = angular_velocity;
   return f;
 }
 
@@ -72,34 +72,33 @@ double first_root(double c, double v, double g, double most) {
   return std::min(t, most);
 }
 
-// By a spin that stays: r . (n + t (n x w)) = n . (r + t (w x r)).
-TurningReach turning_reach(const Flyer& f, const Vec3& direction, const Vec3& spin) {
-  return {f.solid.placed.shape, f.solid.placed.pose.rotation, direction, direction.cross(spin),
+// By a constant angular velocity: r . (n + t (n x w)) = n . (r + t (w x r)).
+TurningReach turning_reach(const Flyer& f, const Vec3& direction, const Vec3& w) {
+  return {f.solid.placed.shape, f.solid.placed.pose.rotation, direction, direction.cross(w),
           f.local_arm()};
 }
 
 // By how much points of a body are accelerated along n at most, at any time up to time_s from now.
 // The part of w x (w x r) along n is ((n w) w - w^2 n) r: little where the body is thin along n, or
-// turns about it. It changes by w x (w x (w x r)) a second, and by what changes the spin.
+// turns about it. It changes by w x (w x (w x r)) a second, and by the change of w.
 double pull_along(const Flyer& f, const Vec3& n, double time_s) {
   if (!f.turns()) return 0.0;
   const Vec3& w = f.turning.angular_velocity_rad_s;
-  const double spin = f.most.spin_rad_s;
+  const double most_w = f.most.angular_speed_rad_s;
   const Vec3 along = w * n.dot(w) - n * w.squaredNorm();
   const Vec3 local = to_local(f.solid.placed.pose.rotation, along);
   const double now = local.dot(support(f.solid.placed.shape, local)) + along.dot(f.arm);
   const double later =
-      (spin * spin + f.most.change_rad_s2) * f.most.speed_m_s + spin * f.most.change_m_s2;
+      (most_w * most_w + f.most.change_rad_s2) * f.most.speed_m_s + most_w * f.most.change_m_s2;
   return std::min(now + f.most.change_m_s2 + later * time_s, f.most.pull_m_s2);
 }
 
-// A body that is symmetric about an axis turns about it while that goes round its angular momentum
-// at a steady rate. So what it sweeps about the axis, a cylinder here, turns steadily, and slowly
-// where most of the spin is about the axis.
+// A body with an axis of symmetry turns about it while the axis goes round the angular momentum. So
+// the cylinder that it covers about the axis turns steadily, and slowly if w is mostly along it.
 struct FastRotation {
   CompiledShape swept;
   Mat3 rotation;
-  Vec3 spin;
+  Vec3 w_swept;
   double pull_m_s2 = 0.0;
 
   explicit FastRotation(const Flyer& f) {
@@ -111,17 +110,17 @@ struct FastRotation {
     rotation << body.col(i), body.col(j), body.col(axis);
     const Vec3& w = f.turning.angular_velocity_rad_s;
     const double share = 1.0 - inertia(axis, axis) / inertia(i, i);
-    spin = w - rotation.col(2) * (share * rotation.col(2).dot(w));
+    w_swept = w - rotation.col(2) * (share * rotation.col(2).dot(w));
     swept.kind = ShapeKind::kCylinder;
     swept.half_length_m = shape.reach_m[axis];
     swept.radius_m =
         std::sqrt(shape.reach_m[i] * shape.reach_m[i] + shape.reach_m[j] * shape.reach_m[j]);
-    pull_m_s2 = spin.squaredNorm() * std::sqrt(swept.half_length_m * swept.half_length_m +
-                                               swept.radius_m * swept.radius_m);
+    pull_m_s2 = w_swept.squaredNorm() * std::sqrt(swept.half_length_m * swept.half_length_m +
+                                                  swept.radius_m * swept.radius_m);
   }
 };
 
-Vec3 spin_of(const Flyer& f) {
+Vec3 angular_velocity_of(const Flyer& f) {
   return f.turns() ? f.turning.angular_velocity_rad_s : Vec3(Vec3::Zero());
 }
 
@@ -155,7 +154,7 @@ struct Taken {
         f.solid.placed.pose.rotation *
             support(f.solid.placed.shape, to_local(f.solid.placed.pose.rotation, direction)) +
         f.arm;
-    reach.emplace(fast->swept, fast->rotation, direction, direction.cross(fast->spin));
+    reach.emplace(fast->swept, fast->rotation, direction, direction.cross(fast->w_swept));
     now_m = reach->height_now - direction.dot(farthest);
     pull_m_s2 = fast->pull_m_s2;
   }
@@ -277,8 +276,8 @@ FlyingSolids::Wait FlyingSolids::apart_s(const Separation& now, double floor_m,
     return {left > 0.0 ? first_root(left, speed, pull, most_s) : 0.0, nullptr, Vec3::Zero()};
   // Gravity that opens the gap is left out: the curve would not be concave.
   const Vec3 to_a = -now.normal;
-  const double window =
-      std::min(most_s, kTurn_rad / std::max(a_.most.spin_rad_s, b_.most.spin_rad_s));
+  const double window = std::min(
+      most_s, kRotation_rad / std::max(a_.most.angular_speed_rad_s, b_.most.angular_speed_rad_s));
   GapLowerBound curve{
       left, speed,
       std::min(pull, 0.0) - pull_along(a_, now.normal, window) - pull_along(b_, to_a, window),
@@ -321,12 +320,12 @@ FlyingSolids::Wait FlyingSolids::apart_edges_s(const Separation& now, double flo
   if (!of_a || !of_b) return {};
   const double along = of_a->dot(*of_b), crossing = 1.0 - along * along;
   if (!(crossing > kParallel)) return {};
-  const Vec3 spin_a = spin_of(a_), spin_b = spin_of(b_), &n = now.normal;
-  const double turn_a = -n.dot(spin_a.cross(*of_a)), turn_b = -n.dot(spin_b.cross(*of_b));
-  Vec3 drift = (*of_a * (turn_a - along * turn_b) + *of_b * (turn_b - along * turn_a)) / crossing;
+  const Vec3 w_a = angular_velocity_of(a_), w_b = angular_velocity_of(b_), &n = now.normal;
+  const double rate_a = -n.dot(w_a.cross(*of_a)), rate_b = -n.dot(w_b.cross(*of_b));
+  Vec3 drift = (*of_a * (rate_a - along * rate_b) + *of_b * (rate_b - along * rate_a)) / crossing;
   drift -= n * n.dot(drift);
   const double turning = drift.norm();
-  const double window = std::min(most_s, kTurn_rad / std::max(turning, 1e-300));
+  const double window = std::min(most_s, kRotation_rad / std::max(turning, 1e-300));
   const double longer = std::sqrt(1.0 + turning * turning * window * window);
   const double speed = velocity().norm() + a_.most.speed_m_s + b_.most.speed_m_s;
   const double bend =
@@ -337,8 +336,8 @@ FlyingSolids::Wait FlyingSolids::apart_edges_s(const Separation& now, double flo
     return TurningReach(f.solid.placed.shape, f.solid.placed.pose.rotation, direction, change,
                         f.local_arm());
   };
-  const TurningReach by_a = reach(a_, n, drift + n.cross(spin_a));
-  const TurningReach by_b = reach(b_, -n, -drift - n.cross(spin_b));
+  const TurningReach by_a = reach(a_, n, drift + n.cross(w_a));
+  const TurningReach by_b = reach(b_, -n, -drift - n.cross(w_b));
   const double opening = n.dot(velocity()) + drift.dot(between_);
   return {safe_time({left, opening, -bend, &by_a, &by_b}, window), nullptr, drift};
 }
@@ -354,9 +353,9 @@ double FlyingSolids::apart_rotating_s(const Separation& now, double left_m, doub
 }
 
 // Along a normal that turns with a body nothing of it comes nearer, where ends of a face or an edge
-// do along one that stays: that would lead to impacts on these a share of the way at a time. In the
-// frame of that body, at r from its centre, a point of the other has the velocity v - w x r; how
-// fast that changes is bounded by all that turns the normal, times what it turns.
+// do along one that stays: that would lead to impacts on these a share of the distance at a time.
+// In the frame of that body, at r from its centre, a point of the other has the velocity v - w x r;
+// how fast that changes is bounded by all that turns the normal, times what it turns.
 double FlyingSolids::apart_turning_s(const Separation& now, bool with_a, double left_m,
                                      double least_s, double most_s) const {
   const Flyer &owner = with_a ? a_ : b_, &other = with_a ? b_ : a_;
@@ -364,16 +363,17 @@ double FlyingSolids::apart_turning_s(const Separation& now, bool with_a, double 
   const double sign = with_a ? 1.0 : -1.0;
   const Vec3 outward = sign * now.normal, velocity = sign * this->velocity();
   const Vec3 centre = sign * between_;
-  const Vec3 spin = owner.turning.angular_velocity_rad_s;
+  const Vec3 w = owner.turning.angular_velocity_rad_s;
   const double pull_m_s2 = gravity_.norm(), speed = velocity.norm() + pull_m_s2 * most_s;
   const double farthest = centre.norm() + speed * most_s + other.radius_m();
   const double fastest = speed + other.most.speed_m_s;
-  const double bend = pull_m_s2 + other.most.pull_m_s2 + 2.0 * owner.most.spin_rad_s * fastest +
+  const double bend = pull_m_s2 + other.most.pull_m_s2 +
+                      2.0 * owner.most.angular_speed_rad_s * fastest +
                       owner.most.pull_1_s2 * farthest;
   // It is of use shortly before an impact, and hardly ever promises more than the bend leaves.
   if (0.5 * bend * least_s * least_s > left_m) return 0.0;
-  const TurningReach reach = turning_reach(other, -outward, spin_of(other) - spin);
-  return safe_time({left_m, outward.dot(velocity - spin.cross(centre)), -bend, &reach, nullptr},
+  const TurningReach reach = turning_reach(other, -outward, angular_velocity_of(other) - w);
+  return safe_time({left_m, outward.dot(velocity - w.cross(centre)), -bend, &reach, nullptr},
                    most_s);
 }
 

@@ -14,7 +14,7 @@ struct Flyer {
   Solid solid;                         // relative to the centre of a at that moment; or a part
   const CompiledShape& whole;          // of the body
   const BodyParams* params = nullptr;  // null: static, or a sphere, whose turning is not followed
-  BodyState turning{};                 // orientation and spin; of no use without params
+  BodyState turning{};                 // orientation and angular velocity; of no use without params
   AngularVelocityBounds most{};        // see bound_turning()
   const CompiledPart* part = nullptr;  // of a compound, that the solid is
   Vec3 arm = Vec3::Zero();             // from the body's centre to the solid's

@@ -12,7 +12,7 @@ double height(const FacePlane& plane, const Vec3& point) {
   return plane.normal.dot(point) - plane.offset_m;
 }
 
-// Through which a way enters a convex solid.
+// Through which a path enters a convex solid.
 const FacePlane* entered(const std::vector<FacePlane>& faces, const Vec3& from, const Vec3& to) {
   double begin = 0.0, end = 1.0;
   const FacePlane* face = nullptr;

@@ -13,18 +13,18 @@ namespace soda::physics {
 namespace {
 
 // A triangle and the first share of the whole time at which it can be touched.
-struct OnTheWay {
+struct OnPath {
   double begin = 0.0;
   std::uint32_t triangle = 0;
 };
 
-// The way of the ball around a body, in the frame of the mesh. It bends, so a straight way of a
+// The path of the ball around a body, in the frame of the mesh. It bends, so a straight path of a
 // larger ball is looked at.
-struct SweptWay {
+struct SweptPath {
   Vec3 from, along;
   double radius_m;
 
-  // The share of the way at which a box is entered; above 1 if it is not.
+  // The share of the path at which a box is entered; above 1 if it is not.
   double enters(const Aabb& box) const {
     double begin = 0.0, end = 1.0;
     for (int i = 0; i < 3; ++i) {
@@ -41,12 +41,13 @@ struct SweptWay {
   }
 };
 
-SweptWay way_of(const PairStep& pair, const CompiledShape& shape, const Pose& pose) {
+SweptPath path_of(const PairStep& pair, const CompiledShape& shape, const Pose& pose) {
   const double t = pair.dt_s;
-  const Vec3 path = pair.state_a.linear_velocity_m_s * t + pair.scene.gravity_m_s2 * (0.5 * t * t);
+  const Vec3 displacement =
+      pair.state_a.linear_velocity_m_s * t + pair.scene.gravity_m_s2 * (0.5 * t * t);
   const double bend = 0.125 * t * t * pair.scene.gravity_m_s2.norm();
-  const double rounding = 1e-12 * (pair.state_a.position_m.norm() + path.norm());
-  return {pose.to_local(pair.state_a.position_m), pose.direction_to_local(path),
+  const double rounding = 1e-12 * (pair.state_a.position_m.norm() + displacement.norm());
+  return {pose.to_local(pair.state_a.position_m), pose.direction_to_local(displacement),
           (1.0 + 1e-9) * (shape.bounding_radius_m + bend) + rounding};
 }
 
@@ -56,25 +57,26 @@ Aabb box_around(const MeshTriangle& t) {
 }
 
 // Whether the triangle's plane is never reached from its front.
-bool stays_off(const SweptWay& way, const MeshTriangle& t) {
-  const double from = t.plane.normal.dot(way.from) - t.plane.offset_m;
-  const double to = from + t.plane.normal.dot(way.along);
-  return std::min(from, to) > way.radius_m || std::max(from, to) < -way.radius_m;
+bool stays_off(const SweptPath& path, const MeshTriangle& t) {
+  const double from = t.plane.normal.dot(path.from) - t.plane.offset_m;
+  const double to = from + t.plane.normal.dot(path.along);
+  return std::min(from, to) > path.radius_m || std::max(from, to) < -path.radius_m;
 }
 
-std::vector<OnTheWay> on_the_way(const SweptWay& way, const CompiledShape& mesh,
-                                 std::span<const std::uint32_t> met) {
-  std::vector<OnTheWay> found;
-  if (!way.from.allFinite() || !way.along.allFinite() || !std::isfinite(way.radius_m)) return found;
-  mesh.tree.visit([&](const Aabb& box) { return way.enters(box) <= 1.0; },
+std::vector<OnPath> on_path(const SweptPath& path, const CompiledShape& mesh,
+                            std::span<const std::uint32_t> met) {
+  std::vector<OnPath> found;
+  if (!path.from.allFinite() || !path.along.allFinite() || !std::isfinite(path.radius_m))
+    return found;
+  mesh.tree.visit([&](const Aabb& box) { return path.enters(box) <= 1.0; },
                   [&](std::uint32_t index) {
                     const MeshTriangle& t = mesh.triangles[index];
-                    if (t.plane.normal == Vec3::Zero() || stays_off(way, t)) return;
+                    if (t.plane.normal == Vec3::Zero() || stays_off(path, t)) return;
                     if (std::binary_search(met.begin(), met.end(), t.group)) return;
-                    const double begin = way.enters(box_around(t));
+                    const double begin = path.enters(box_around(t));
                     if (begin <= 1.0) found.push_back({begin, index});
                   });
-  std::sort(found.begin(), found.end(), [](const OnTheWay& x, const OnTheWay& y) {
+  std::sort(found.begin(), found.end(), [](const OnPath& x, const OnPath& y) {
     return x.begin != y.begin ? x.begin < y.begin : x.triangle < y.triangle;
   });
   return found;
@@ -105,12 +107,12 @@ std::optional<MeshTouch> first_mesh_touch(const PairStep& pair, std::uint32_t pa
   constexpr double kDeepest = 0.5;  // of the width: farther in than that nothing is pushed
   const StaticGeometry& placed = pair.geometry.impl().statics[static_index_of(pair.b)];
   const CompiledShape &mesh = shape_of_b(pair), &shape = shape_of_a(pair);
-  const SweptWay way = way_of(pair, shape, placed.pose);
+  const SweptPath path = path_of(pair, shape, placed.pose);
   TouchSearch search{touching_gap_m(pair.scene, pair.geometry, pair.a, pair.state_a, pair.b),
                      shape.min_extent_m, 0.0, pair.dt_s};
   std::optional<MeshTouch> best;
   TriangleSolid triangle;
-  for (const OnTheWay& next : on_the_way(way, mesh, met)) {
+  for (const OnPath& next : on_path(path, mesh, met)) {
     search.begin_s = next.begin * pair.dt_s;
     if (best && !(search.begin_s < best->touch.impact.time_s)) break;
     triangle.set(mesh.triangles[next.triangle], placed.pose);
@@ -134,8 +136,8 @@ std::optional<Impact> time_of_mesh_impact(const PairStep& pair, std::uint32_t pa
   return first ? std::optional(first->touch.impact) : std::nullopt;
 }
 
-void append_way_to_mesh(const PairStep& pair, std::uint32_t part_a,
-                        std::vector<ContactManifold>& out) {
+void append_distance_to_mesh(const PairStep& pair, std::uint32_t part_a,
+                             std::vector<ContactManifold>& out) {
   const std::optional<MeshTouch> first =
       first_mesh_touch(pair, part_a, faces_met(pair, part_a, out), true);
   if (!first) return;
@@ -148,10 +150,10 @@ void append_way_to_mesh(const PairStep& pair, std::uint32_t part_a,
       -(placed.pose.rotation *
         allowed_normal(t, placed.pose.direction_to_local(-first->touch.normal)).normal);
   FlyingSolids solids(pair, triangle.solid(), part_a);
-  const double way = gap_along(solids.a().solid.placed, solids.b().solid.placed, normal);
+  const double distance = gap_along(solids.a().solid.placed, solids.b().solid.placed, normal);
   solids.go_to(first->touch.impact.time_s);
   ContactCandidates candidates;
-  candidates.add(support_point(solids.a().solid.placed, normal), way, kWayToImpact);
+  candidates.add(support_point(solids.a().solid.placed, normal), distance, kDistanceToImpact);
   const std::size_t before = out.size();
   emit_manifold(pair, t.group, normal, solids.centre_of_a_m(), candidates, out);
   number_parts(mesh, {part_a, 0}, before, out);
@@ -163,7 +165,7 @@ void append_way_to_mesh(const PairStep& pair, std::uint32_t part_a,
 
 namespace {
 
-// Whether a way meets a triangle, rims included.
+// Whether a path meets a triangle, rims included.
 bool crosses(const MeshTriangle& t, const Vec3& from, const Vec3& to) {
   constexpr double kRounding = 1e-9;  // of the triangle's size
   const Vec3& n = t.plane.normal;
@@ -187,10 +189,10 @@ std::optional<FacePlane> mesh_face_passed(const Geometry& geometry, BodyId mesh,
   const Vec3 from = placed.pose.to_local(from_m), to = placed.pose.to_local(to_m);
   if (!from.allFinite() || !to.allFinite()) return std::nullopt;
   constexpr double kRounding = 1e-6;
-  const SweptWay way{from, to - from, clearance_m};
+  const SweptPath path{from, to - from, clearance_m};
   std::optional<std::uint32_t> passed;
   double first = 0.0;
-  shape.tree.visit([&](const Aabb& box) { return way.enters(box) <= 1.0; },
+  shape.tree.visit([&](const Aabb& box) { return path.enters(box) <= 1.0; },
                    [&](std::uint32_t index) {
                      const MeshTriangle& t = shape.triangles[index];
                      const Vec3& n = t.plane.normal;

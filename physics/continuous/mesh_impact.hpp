@@ -11,13 +11,13 @@ namespace soda::physics {
 
 // As time_of_impact(), where b is a mesh; of a compound, that of this part. Triangles push to their
 // front: what reaches one while its centre is behind it does not touch it.
-// Only triangles along the way are looked at, by the time at which the ball around the body can
+// Only triangles along the path are looked at, by the time at which the ball around the body can
 // come to them.
 std::optional<Impact> time_of_mesh_impact(const PairStep& pair, std::uint32_t part_a);
 
-// See append_way_to_impact().
-void append_way_to_mesh(const PairStep& pair, std::uint32_t part_a,
-                        std::vector<ContactManifold>& out);
+// See append_distance_to_impact().
+void append_distance_to_mesh(const PairStep& pair, std::uint32_t part_a,
+                             std::vector<ContactManifold>& out);
 
 // The face of a mesh that a point which goes straight comes nearer to from its front than the
 // clearance, first; in the world frame.

@@ -89,8 +89,8 @@ std::vector<PartPair> parts_in_reach(const PairStep& pair) {
   };
   // What turns comes no farther than across itself.
   const auto turned_m = [&](BodyId id, const BodyState& state) {
-    const double turn = state.angular_velocity_rad_s.norm() * most_s;
-    return shape_of(scene, geometry, id).bounding_radius_m * std::min(2.0 * turn, 2.0);
+    const double rotation = state.angular_velocity_rad_s.norm() * most_s;
+    return shape_of(scene, geometry, id).bounding_radius_m * std::min(2.0 * rotation, 2.0);
   };
   Vec3 velocity = state_a.linear_velocity_m_s;
   double range = turned_m(a, state_a) + touching_gap_m(scene, geometry, a, state_a, b);
@@ -152,8 +152,8 @@ std::optional<Impact> time_of_impact(const PairStep& pair) {
 
 namespace {
 
-void append_way_of_parts(const PairStep& pair, double apart, PartPair parts,
-                         std::vector<ContactManifold>& out) {
+void append_distance_of_parts(const PairStep& pair, double apart, PartPair parts,
+                              std::vector<ContactManifold>& out) {
   FlyingSolids solids(pair, parts);
   const std::optional<Touch> touch = touch_of(pair, apart, solids);
   if (!touch || touch->impact.time_s == 0.0) return;
@@ -164,7 +164,7 @@ void append_way_of_parts(const PairStep& pair, double apart, PartPair parts,
   const Solid &a = start.a().solid, &b = start.b().solid;
   double gap = gap_along(a.placed, b.placed, normal);
   if (!(gap > 0.0)) gap = std::max(0.0, separation_between(a, b, normal).distance_m);
-  candidates.add(support_point(solids.a().solid.placed, normal), gap, kWayToImpact);
+  candidates.add(support_point(solids.a().solid.placed, normal), gap, kDistanceToImpact);
   const std::size_t before = out.size();
   emit_manifold(pair, 0, normal, solids.centre_of_a_m(), candidates, out);
   if (is_of_compounds(pair))
@@ -173,16 +173,16 @@ void append_way_of_parts(const PairStep& pair, double apart, PartPair parts,
     out.back().impact_s = touch->impact.time_s;
 }
 
-void append_ways_of_compounds(const PairStep& pair, double apart,
-                              std::vector<ContactManifold>& out) {
+void append_distances_of_compounds(const PairStep& pair, double apart,
+                                   std::vector<ContactManifold>& out) {
   const CompiledShape& shape_b = shape_of_b(pair);
   // Those that there are.
   const std::vector<ContactManifold> met = of_pair(out, pair.a, pair.b);
   for (const PartPair& parts : parts_in_reach(pair)) {
     if (shape_b.kind == ShapeKind::kMesh)
-      append_way_to_mesh(pair, parts.a, out);
+      append_distance_to_mesh(pair, parts.a, out);
     else if (!have_met_parts(met, pair.a, pair.b, parts, shape_b))
-      append_way_of_parts(pair, apart, parts, out);
+      append_distance_of_parts(pair, apart, parts, out);
   }
   const auto of_this = [&](const ContactManifold& m) { return m.a == pair.a && m.b == pair.b; };
   std::sort(std::find_if(out.begin(), out.end(), of_this), out.end(), canonical_before);
@@ -190,15 +190,15 @@ void append_ways_of_compounds(const PairStep& pair, double apart,
 
 }  // namespace
 
-void append_way_to_impact(const PairStep& pair, std::vector<ContactManifold>& out) {
+void append_distance_to_impact(const PairStep& pair, std::vector<ContactManifold>& out) {
   const bool mesh = is_mesh(pair.scene, pair.b);
-  if (mesh && !is_of_compounds(pair)) return append_way_to_mesh(pair, 0, out);
+  if (mesh && !is_of_compounds(pair)) return append_distance_to_mesh(pair, 0, out);
   const double apart = mesh ? 0.0 : spheres_apart_s(pair);
   if (apart > 0.0 && apart >= pair.dt_s) return;
   if (is_of_compounds(pair))
-    append_ways_of_compounds(pair, apart, out);
+    append_distances_of_compounds(pair, apart, out);
   else
-    append_way_of_parts(pair, apart, {}, out);
+    append_distance_of_parts(pair, apart, {}, out);
 }
 
 }  // namespace soda::physics

@@ -31,13 +31,13 @@ struct Impact {
 // may part. A mesh touches on the front of its triangles only.
 std::optional<Impact> time_of_impact(const PairStep& pair);
 
-// The feature of the point that append_way_to_impact() gives.
-inline constexpr std::uint32_t kWayToImpact = 0x20000000u;
+// The feature of the point that append_distance_to_impact() gives.
+inline constexpr std::uint32_t kDistanceToImpact = 0x20000000u;
 
 // Solids that move by more than their width within dt_s: if they meet, appends a manifold of one
-// point with the place and normal of the impact, whose separation is the way to it along that
+// point with the place and normal of the impact, whose separation is the distance to it along that
 // normal. Of a mesh, in its place among the manifolds of the pair, which end `out`; what of it has
 // one of these is left out. Of compounds, one for each pair of parts that meet and have none.
-void append_way_to_impact(const PairStep& pair, std::vector<ContactManifold>& out);
+void append_distance_to_impact(const PairStep& pair, std::vector<ContactManifold>& out);
 
 }  // namespace soda::physics

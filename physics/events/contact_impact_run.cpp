@@ -229,7 +229,7 @@ void ContactImpactRun::look_after(const Bodies& set, std::span<const BodyState> 
     const double change_m_s =
         (now.linear_velocity_m_s - before[i].linear_velocity_m_s).norm() +
         radius_m * (now.angular_velocity_rad_s - before[i].angular_velocity_rad_s).norm();
-    if (change_m_s > most_m_s) turn(set[i], now_s);
+    if (change_m_s > most_m_s) redirect(set[i], now_s);
   }
   for (const std::uint32_t body : set)
     for (const std::uint32_t pair : pairs_.of(body))
@@ -240,9 +240,10 @@ void ContactImpactRun::bring(std::uint32_t body, double to_s) {
   if (since_s_[body] < to_s) advance_set(set_of(body, false), to_s, false);
 }
 
-// The body is on another way now: all that it can meet is to be looked at.
-void ContactImpactRun::turn(std::uint32_t body, double now_s) {
-  pairs_.turn(body, states_[body], (island_.dt_s - now_s) / island_.scene.dt_s, effects_.counters);
+// The body is on another path now: all that it can meet is to be looked at.
+void ContactImpactRun::redirect(std::uint32_t body, double now_s) {
+  pairs_.redirect(body, states_[body], (island_.dt_s - now_s) / island_.scene.dt_s,
+                  effects_.counters);
   looks_.resize(std::max(looks_.size(), pairs_.size()));
   for (const std::uint32_t pair : pairs_.of(body)) {
     if (is_at(pairs_[pair], now_s))
@@ -302,7 +303,7 @@ bool ContactImpactRun::resolve_impact_at(std::uint32_t pair, double now_s) {
       changed.push_back(struck[i]);
     states_[struck[i]] = std::move(after[i]);
   }
-  for (const std::uint32_t body : changed) turn(body, now_s);
+  for (const std::uint32_t body : changed) redirect(body, now_s);
   for (const std::uint32_t body : changed)
     for (const std::uint32_t q : pairs_.of(body))
       if (is_at(pairs_[q], now_s) && looks_[q].time_s != now_s) look(q, now_s);

@@ -59,7 +59,7 @@ class ContactImpactRun {
   void bring(std::uint32_t body, double to_s);
   void look_after(const Bodies& set, std::span<const BodyState> before, double from_s,
                   double now_s);
-  void turn(std::uint32_t body, double now_s);
+  void redirect(std::uint32_t body, double now_s);
   Bodies struck_with(std::uint32_t pair, double now_s, std::vector<ContactManifold>& touching);
   bool resolve_impact_at(std::uint32_t pair, double now_s);
   void finish(double now_s);

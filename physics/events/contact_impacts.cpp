@@ -17,16 +17,16 @@
 namespace soda::physics {
 namespace {
 
-// Sweeps, which solve what bounces, do not get anywhere with a grain between a block that is that
-// much heavier and the floor: it rotates fast, and is thrown. Without rebounds it is held. And what
-// rotates so fast that no number of parts would show where it hits is not looked at.
+// Iterations, which solve what bounces, do not get anywhere with a grain between a block that is
+// that much heavier and the floor: it rotates fast, and is thrown. Without rebounds it is held. And
+// what rotates so fast that no number of parts would show where it hits is not looked at.
 bool can_be_hit(const ContactImpactIsland& island, std::span<const BodyState> states) {
   constexpr double kMostRatio = 1e4;
-  constexpr double kMostTurn_rad = 18.0;
+  constexpr double kMostRotation_rad = 18.0;
   for (std::size_t i = 0; i < states.size(); ++i) {
     if (!is_unjointed(island.scene.bodies[index_of(island.ids[i])], states[i])) return false;
     if (shape_of(island.scene, island.geometry, island.ids[i]).kind == ShapeKind::kSphere) continue;
-    if (states[i].angular_velocity_rad_s.norm() * island.dt_s > kMostTurn_rad) return false;
+    if (states[i].angular_velocity_rad_s.norm() * island.dt_s > kMostRotation_rad) return false;
   }
   return mass_ratio(island.scene, island.ids) <= kMostRatio;
 }
@@ -73,7 +73,7 @@ std::optional<ContactImpactStep> advance_with_contact_impacts(const IslandStep& 
       return {};
     }
     result.hit = hits.run();
-    const bool overdriven = is_overdriven(scene, ids, states, effects.scratch.ways);
+    const bool overdriven = is_overdriven(scene, ids, states, effects.scratch.displacement_bounds);
     if (!overdriven && (!apart || hits.stayed_apart())) break;
     std::copy(before.begin(), before.end(), states.begin());
     effects.faults.resize(faults_before);

@@ -31,7 +31,7 @@ struct ContactImpactStep {
 // that touches, and of what is that near above statics, at once, from the hit on as far as what
 // touches reaches; what rests on statics or does not bounce is held, what bounces but is not hit
 // itself is let go and hit next. So faces hit as faces, and bodies that touch in a row pass a
-// momentum on. What a body can meet is looked for on the way that it is on, and again when a hit
+// momentum on. What a body can meet is looked for on the path that it is on, and again when a hit
 // changes that.
 //
 // Nothing, and nothing changed, if there is neither, or the island is not of this kind: joints,

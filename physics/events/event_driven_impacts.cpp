@@ -42,7 +42,7 @@ bool can_fly(const BodyParams& body) { return can_be_unjointed(body) && !is_push
 // than its width.
 bool is_impact(const SceneDescription& scene, const ContactManifold& m) {
   const Material &a = material_of(scene, m.a), &b = material_of(scene, m.b);
-  return std::max(a.restitution, b.restitution) > 0.0 || m.points[0].feature == kWayToImpact;
+  return std::max(a.restitution, b.restitution) > 0.0 || m.points[0].feature == kDistanceToImpact;
 }
 
 }  // namespace
@@ -174,12 +174,12 @@ void look_at_first(Flyers& flyers, std::uint32_t number, StageCounters& counters
     look_ahead(flyers, number, counters);
 }
 
-// The two are on other ways now.
-void turn(Flyers& flyers, const MeetingPair& struck, StageCounters& counters) {
+// The two are on other paths now.
+void redirect(Flyers& flyers, const MeetingPair& struck, StageCounters& counters) {
   for (const std::uint32_t body : {struck.a, struck.b})
     if (body == struck.a || !struck.fixed)
-      flyers.pairs.turn(body, flyers.states[body],
-                        (flyers.dt_s - flyers.since_s[body]) / flyers.scene.dt_s, counters);
+      flyers.pairs.redirect(body, flyers.states[body],
+                            (flyers.dt_s - flyers.since_s[body]) / flyers.scene.dt_s, counters);
   for (const std::uint32_t pair : flyers.pairs.of(struck.a)) look_ahead(flyers, pair, counters);
   if (struck.fixed) return;
   for (const std::uint32_t pair : flyers.pairs.of(struck.b))
@@ -204,7 +204,7 @@ double fly(Flyers& flyers, IslandReport& report, StageCounters& counters) {
     const MeetingPair struck = flyers.pairs[number];
     if (flyers.lasts[number] || !resolve_impact_of_pair(flyers, struck, now, report, counters))
       return now;
-    turn(flyers, struck, counters);
+    redirect(flyers, struck, counters);
   }
 }
 

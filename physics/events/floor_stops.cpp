@@ -76,11 +76,11 @@ void stop_body(const Stop& stop, const Geometry& geometry, BodyState& state, Isl
     if (groups_touch(stop.scene, stop.id, static_id(floor)))
       stop_at_plane(stop, geometry.impl().statics[floor].plane, state, report);
   const Vec3 from = stop.centre_m(stop.before), to = stop.centre_m(state);
-  const Aabb way{from.cwiseMin(to) - Vec3::Constant(stop.enough_m),
-                 from.cwiseMax(to) + Vec3::Constant(stop.enough_m)};
+  const Aabb path{from.cwiseMin(to) - Vec3::Constant(stop.enough_m),
+                  from.cwiseMax(to) + Vec3::Constant(stop.enough_m)};
   std::vector<IndexPair> near;
   StageCounters unused;
-  find_static_pairs(geometry, {&way, 1}, near, unused);
+  find_static_pairs(geometry, {&path, 1}, near, unused);
   for (const IndexPair& pair : near)
     if (groups_touch(stop.scene, stop.id, static_id(pair.second)))
       stop_at_faces(stop, geometry, static_id(pair.second), state, report);

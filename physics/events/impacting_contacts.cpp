@@ -63,8 +63,8 @@ namespace {
 // How fast two bodies can come nearer along the normal, and how much faster that can get: by
 // gravity, pushes, and as much friction, of both.
 struct Nearing {
-  double centres_m_s = 0.0;   // but for their spin
-  double turning_m_s = 0.0;   // of the points that spin moves fastest, of both
+  double centres_m_s = 0.0;   // but for their rotation
+  double turning_m_s = 0.0;   // of the points that rotation moves fastest, of both
   double turning_m_s2 = 0.0;  // they go in circles
   double pulled_m_s2 = 0.0;
 };
@@ -80,9 +80,9 @@ Nearing nearing_of(const ContactImpactIsland& island, const ContactManifold& m,
     nearing.pulled_m_s2 += 2.0 * pushed_m_s2(island, id, state);
     const CompiledShape& shape = shape_of(island.scene, island.geometry, id);
     if (shape.kind == ShapeKind::kSphere) continue;
-    const double spin = state.angular_velocity_rad_s.norm();
-    nearing.turning_m_s += spin * shape.bounding_radius_m;
-    nearing.turning_m_s2 += spin * spin * shape.bounding_radius_m;
+    const double angular_speed = state.angular_velocity_rad_s.norm();
+    nearing.turning_m_s += angular_speed * shape.bounding_radius_m;
+    nearing.turning_m_s2 += angular_speed * angular_speed * shape.bounding_radius_m;
   }
   return nearing;
 }
@@ -120,22 +120,22 @@ double clear_s(const ContactImpactIsland& island, std::span<const ContactManifol
 
 namespace {
 
-double across_rad_s(const Vec3& spin, const Vec3& axis) {
-  return (spin - axis * axis.dot(spin)).norm();
+double across_rad_s(const Vec3& angular_velocity, const Vec3& axis) {
+  return (angular_velocity - axis * axis.dot(angular_velocity)).norm();
 }
 
 // By which a body shows other features: a ball shows none, what is round shows none by turning
 // about its axis, and a halfspace sees none of what turns about its normal.
-double showing_spin_rad_s(const ContactImpactIsland& island, const ContactManifold& m, BodyId id,
-                          const BodyState& state) {
+double showing_angular_speed_rad_s(const ContactImpactIsland& island, const ContactManifold& m,
+                                   BodyId id, const BodyState& state) {
   const ShapeKind kind = shape_of(island.scene, island.geometry, id).kind;
-  const Vec3& spin = state.angular_velocity_rad_s;
+  const Vec3& angular_velocity = state.angular_velocity_rad_s;
   if (kind == ShapeKind::kSphere) return 0.0;
-  double shows = spin.norm();
+  double shows = angular_velocity.norm();
   if (kind == ShapeKind::kCapsule || kind == ShapeKind::kCylinder)
-    shows = across_rad_s(spin, state.orientation.toRotationMatrix().col(2));
+    shows = across_rad_s(angular_velocity, state.orientation.toRotationMatrix().col(2));
   if (is_static(m.b) && shape_of(island.scene, island.geometry, m.b).kind == ShapeKind::kHalfSpace)
-    shows = std::min(shows, across_rad_s(spin, m.normal));
+    shows = std::min(shows, across_rad_s(angular_velocity, m.normal));
   return shows;
 }
 
@@ -148,8 +148,9 @@ double foreseen_s(const ContactImpactIsland& island, std::span<const ContactMani
     if (is_joint(m) || island.slow_m_s(m) == kNever) continue;
     for (const BodyId id : {m.a, m.b}) {
       if (is_static(id)) continue;
-      const double spin = showing_spin_rad_s(island, m, id, island.state_of(id, states));
-      if (spin > 0.0) foreseen = std::min(foreseen, kForeseenTurn_rad / spin);
+      const double angular_speed =
+          showing_angular_speed_rad_s(island, m, id, island.state_of(id, states));
+      if (angular_speed > 0.0) foreseen = std::min(foreseen, kForeseenRotation_rad / angular_speed);
     }
   }
   return foreseen;

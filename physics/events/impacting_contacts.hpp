@@ -31,7 +31,7 @@ struct ContactImpactIsland : IslandStep {
   bool sends_;  // some body on to others (sent_on.hpp): a manifold without points connects them
 };
 
-inline constexpr double kForeseenTurn_rad = 0.05;
+inline constexpr double kForeseenRotation_rad = 0.05;
 
 // By how much what pushes a body besides gravity can change the velocity of any of its points, in a
 // second.
@@ -39,7 +39,7 @@ double pushed_m_s2(const ContactImpactIsland& island, BodyId id, const BodyState
 
 // For how long nothing is hit: 0 if something is now. Two bodies are apart as long as there is a
 // gap along any direction: that along the normal closes at the speed of the centres, and as fast as
-// spins can move points that are not known yet. Where it is small, its own points close it.
+// rotations can move points that are not known yet. Where it is small, its own points close it.
 double clear_s(const ContactImpactIsland& island, std::span<const ContactManifold> contacts,
                std::span<const BodyState> states);
 

@@ -36,28 +36,28 @@ struct LinkedIsland : IslandStep {
   std::size_t place_of(BodyId id) const { return physics::place_of(ids, id); }
 };
 
-// The vector of the rotation that leads from one orientation to another, up to half a turn. To a
+// The rotation vector that leads from one orientation to another, up to half a turn. To a
 // hundredth: it says where to look, not where things are.
-Vec3 turn_between(const Quat& from, const Quat& to) {
-  const Quat turn = to * from.conjugate();
-  const double sign = turn.w() < 0.0 ? -1.0 : 1.0;
-  const double quarter = turn.vec().norm() / (1.0 + sign * turn.w());  // its tangent
+Vec3 rotation_between(const Quat& from, const Quat& to) {
+  const Quat rotation = to * from.conjugate();
+  const double sign = rotation.w() < 0.0 ? -1.0 : 1.0;
+  const double quarter = rotation.vec().norm() / (1.0 + sign * rotation.w());  // its tangent
   if (!(quarter > 0.0)) return Vec3::Zero();
   const double squared = quarter * quarter;
   const double angle = 4.0 * quarter * (15.0 + 4.0 * squared) / (15.0 + 9.0 * squared);
-  return turn.vec() * (sign * angle / turn.vec().norm());
+  return rotation.vec() * (sign * angle / rotation.vec().norm());
 }
 
 // Free flight from where a part began to where it ended.
-BodyState way_between(const Vec3& gravity_m_s2, double time_s, const BodyState& before,
-                      const BodyState& after) {
+BodyState motion_between(const Vec3& gravity_m_s2, double time_s, const BodyState& before,
+                         const BodyState& after) {
   BodyState start;
   start.broken_joints = before.broken_joints;
   start.position_m = before.position_m;
   start.orientation = before.orientation;
   start.linear_velocity_m_s =
       (after.position_m - before.position_m) / time_s - gravity_m_s2 * (0.5 * time_s);
-  start.angular_velocity_rad_s = turn_between(before.orientation, after.orientation) / time_s;
+  start.angular_velocity_rad_s = rotation_between(before.orientation, after.orientation) / time_s;
   return start;
 }
 
@@ -79,14 +79,14 @@ bool is_wedged(const LinkedIsland& island) {
 
 // Contacts that are nearer than the margin are kept anyway.
 bool may_miss_pairs(const LinkedIsland& island, double time_s, std::size_t body,
-                    const BodyState& before, const BodyState& way) {
+                    const BodyState& before, const BodyState& motion) {
   const CompiledShape& shape = island.shape_of(body);
   const double off_m =
-      time_s * ((way.linear_velocity_m_s - before.linear_velocity_m_s).norm() +
+      time_s * ((motion.linear_velocity_m_s - before.linear_velocity_m_s).norm() +
                 (shape.kind == ShapeKind::kSphere
                      ? 0.0
                      : shape.bounding_radius_m *
-                           (way.angular_velocity_rad_s - before.angular_velocity_rad_s).norm()));
+                           (motion.angular_velocity_rad_s - before.angular_velocity_rad_s).norm()));
   return off_m > (island.wedged ? kTooDeep : kContactMargin) * shape.min_extent_m;
 }
 
@@ -105,59 +105,59 @@ bool have_touched(std::span<const ContactManifold> manifolds, const Touching& pa
   return false;
 }
 
-// All pairs that can touch on these ways.
+// All pairs that can touch in these motions.
 std::vector<Touching> query_swept_pairs(const LinkedIsland& island,
-                                        std::span<const BodyState> ways) {
+                                        std::span<const BodyState> motions) {
   std::vector<Aabb> boxes;
-  for (std::size_t i = 0; i < ways.size(); ++i)
-    boxes.push_back(swept_aabb(island.scene, island.geometry, island.ids[i], ways[i]));
+  for (std::size_t i = 0; i < motions.size(); ++i)
+    boxes.push_back(swept_aabb(island.scene, island.geometry, island.ids[i], motions[i]));
   std::vector<IndexPair> found;
   std::vector<Touching> pairs;
   find_pairs(island.scene.broadphase, boxes, found, island.counters);
   for (const IndexPair& p : found)
-    if (may_touch(island.scene, island.ids[p.first], ways[p.first], island.ids[p.second]))
+    if (may_touch(island.scene, island.ids[p.first], motions[p.first], island.ids[p.second]))
       pairs.push_back({island.ids[p.first], island.ids[p.second]});
   find_static_pairs(island.geometry, boxes, found, island.counters);
   for (const IndexPair& p : found)
-    if (may_touch(island.scene, island.ids[p.first], ways[p.first], static_id(p.second)))
+    if (may_touch(island.scene, island.ids[p.first], motions[p.first], static_id(p.second)))
       pairs.push_back({island.ids[p.first], static_id(p.second)});
   return pairs;
 }
 
-// When the first pair without manifold touches, on the ways that the bodies came in `time_s`.
+// When the first pair without manifold touches, in the motions that the bodies made in `time_s`.
 std::optional<double> first_unseen_s(const LinkedIsland& island, double time_s,
                                      std::span<const ContactManifold> manifolds,
                                      std::span<const BodyState> before,
-                                     std::span<const BodyState> ways) {
+                                     std::span<const BodyState> motions) {
   std::vector<bool> may_miss;
-  for (std::size_t i = 0; i < ways.size(); ++i)
-    may_miss.push_back(may_miss_pairs(island, time_s, i, before[i], ways[i]));
+  for (std::size_t i = 0; i < motions.size(); ++i)
+    may_miss.push_back(may_miss_pairs(island, time_s, i, before[i], motions[i]));
   if (std::find(may_miss.begin(), may_miss.end(), true) == may_miss.end()) return {};
   std::optional<double> first;
-  for (const Touching& pair : query_swept_pairs(island, ways)) {
+  for (const Touching& pair : query_swept_pairs(island, motions)) {
     const std::size_t a = island.place_of(pair.a);
-    const BodyState* const b = is_static(pair.b) ? nullptr : &ways[island.place_of(pair.b)];
-    if (!may_miss[a] && (b == nullptr || !may_miss[static_cast<std::size_t>(b - ways.data())]))
+    const BodyState* const b = is_static(pair.b) ? nullptr : &motions[island.place_of(pair.b)];
+    if (!may_miss[a] && (b == nullptr || !may_miss[static_cast<std::size_t>(b - motions.data())]))
       continue;
     if (is_mesh(island.scene, pair.b) || have_touched(manifolds, pair)) continue;
     const std::optional<Impact> impact =
-        time_of_impact({island.scene, island.geometry, time_s, pair.a, ways[a], pair.b, b});
+        time_of_impact({island.scene, island.geometry, time_s, pair.a, motions[a], pair.b, b});
     ++island.counters.linked_searches;
     if (impact && (!first || impact->time_s < *first)) first = impact->time_s;
   }
   return first;
 }
 
-// Where the bodies are now: along their own velocities, and where that finds none along the ways
-// that the joints drew them.
+// Where the bodies are now: along their own velocities, and where that finds none in the motions
+// that the joints gave them.
 std::vector<ContactManifold> contacts_now(const LinkedIsland& island, double time_s,
                                           std::span<const ContactManifold> before,
                                           std::span<const BodyState> states,
-                                          std::span<const BodyState> ways) {
+                                          std::span<const BodyState> motions) {
   std::vector<BodyState> drawn(states.begin(), states.end());
   for (std::size_t i = 0; i < drawn.size(); ++i) {
-    drawn[i].linear_velocity_m_s = ways[i].linear_velocity_m_s;
-    drawn[i].angular_velocity_rad_s = ways[i].angular_velocity_rad_s;
+    drawn[i].linear_velocity_m_s = motions[i].linear_velocity_m_s;
+    drawn[i].angular_velocity_rad_s = motions[i].angular_velocity_rad_s;
   }
   std::vector<ContactManifold> found;
   const auto look = [&](const Touching& pair, std::span<const BodyState> at) {
@@ -188,19 +188,19 @@ std::vector<ContactManifold> contacts_now(const LinkedIsland& island, double tim
 // bodies that have no manifold: these are looked for on the way.
 double relative_depth(const LinkedIsland& island, std::span<const ContactManifold> manifolds,
                       std::span<const BodyState> before, std::span<const BodyState> after,
-                      std::span<const BodyState> ways, double time_s) {
-  std::vector<double> way_m;
+                      std::span<const BodyState> motions, double time_s) {
+  std::vector<double> displacement_m;
   for (std::size_t i = 0; i < after.size(); ++i)
-    way_m.push_back((after[i].position_m - before[i].position_m).norm() +
-                    island.shape_of(i).bounding_radius_m * time_s *
-                        ways[i].angular_velocity_rad_s.norm());
+    displacement_m.push_back((after[i].position_m - before[i].position_m).norm() +
+                             island.shape_of(i).bounding_radius_m * time_s *
+                                 motions[i].angular_velocity_rad_s.norm());
   double most = 0.0;
   for (const Touching& pair : query_swept_pairs(island, after)) {
     const std::size_t a = island.place_of(pair.a);
     const bool fixed = is_static(pair.b);
     const std::size_t b = fixed ? a : island.place_of(pair.b);
     const double width = std::min(island.shape_of(a).min_extent_m, island.shape_of(b).min_extent_m);
-    const double sunk_m = way_m[a] + (fixed ? 0.0 : way_m[b]);  // at most
+    const double sunk_m = displacement_m[a] + (fixed ? 0.0 : displacement_m[b]);  // at most
     if (sunk_m <= (island.wedged || island.swept ? kTooDeep : kVisible) * width) continue;
     if (is_mesh(island.scene, pair.b)) continue;
     if (!fixed && !have_touched(manifolds, pair)) continue;
@@ -218,7 +218,7 @@ double relative_depth(const LinkedIsland& island, std::span<const ContactManifol
 struct LinkedPart {
   IslandReport report;
   std::vector<AdvanceFault> faults;
-  std::vector<BodyState> ways;  // that the bodies came
+  std::vector<BodyState> motions;  // that the bodies made
   double relative_depth = 0.0;
 };
 
@@ -231,10 +231,10 @@ LinkedPart advance_part(const LinkedIsland& island, double time_s,
     part.report = advance_resting(island.over(time_s, manifolds), states,
                                   {island.scratch, island.counters, part.faults});
   for (std::size_t i = 0; i < states.size(); ++i)
-    part.ways.push_back(way_between(
+    part.motions.push_back(motion_between(
         falls(island.scene, island.ids[i]) ? island.scene.gravity_m_s2 : Vec3(Vec3::Zero()),
         std::max(time_s, 1e-300), before[i], states[i]));
-  part.relative_depth = relative_depth(island, manifolds, before, states, part.ways, time_s);
+  part.relative_depth = relative_depth(island, manifolds, before, states, part.motions, time_s);
   return part;
 }
 
@@ -324,12 +324,12 @@ IslandReport advance_linked(const IslandStep& step, std::span<BodyState> states,
     const std::uint64_t swept = island.counters.joint_sweeps;
     LinkedPart part = advance_part(island, left_s, met, before, states);
     island.swept = island.counters.joint_sweeps > swept;
-    const std::optional<double> touch_s = first_unseen_s(island, left_s, met, before, part.ways);
-    const std::vector<BodyState> ways = part.ways;
+    const std::optional<double> touch_s = first_unseen_s(island, left_s, met, before, part.motions);
+    const std::vector<BodyState> motions = part.motions;
     double time_s = touch_s ? *touch_s : left_s;
     if (touch_s && island.swept) {
       time_s = left_s;
-      found = contacts_now(island, left_s, met, before, part.ways);
+      found = contacts_now(island, left_s, met, before, part.motions);
       met = found;
     }
     if (touch_s) part = advance_part(island, time_s, met, before, states);
@@ -349,7 +349,7 @@ IslandReport advance_linked(const IslandStep& step, std::span<BodyState> states,
     const bool waits = left_s > 0.0 && (sunk || number + 1 == kMostPartsOfStep);
     if (waits) wait_for(left_s, island, report);
     if (waits || !(left_s > 0.0)) break;
-    found = contacts_now(island, left_s, met, states, ways);
+    found = contacts_now(island, left_s, met, states, motions);
     met = found;
   }
   report.static_impulse_newton_s += pushed - foreseen;

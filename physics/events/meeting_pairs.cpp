@@ -9,23 +9,23 @@ namespace soda::physics {
 namespace {
 
 // Free flight can change which way a body spins, and how fast: twice is enough for looking.
-Aabb way_of(const SceneDescription& scene, const Geometry& geometry, BodyId id,
-            const BodyState& state, double share) {
-  BodyState spinning;
-  spinning.broken_joints = state.broken_joints;
-  spinning.position_m = state.position_m;
-  spinning.orientation = state.orientation;
-  spinning.linear_velocity_m_s = state.linear_velocity_m_s * share;
-  spinning.angular_velocity_rad_s = state.angular_velocity_rad_s * (2.0 * share);
-  return swept_aabb(scene, geometry, id, spinning);
+Aabb path_box(const SceneDescription& scene, const Geometry& geometry, BodyId id,
+              const BodyState& state, double share) {
+  BodyState moving;
+  moving.broken_joints = state.broken_joints;
+  moving.position_m = state.position_m;
+  moving.orientation = state.orientation;
+  moving.linear_velocity_m_s = state.linear_velocity_m_s * share;
+  moving.angular_velocity_rad_s = state.angular_velocity_rad_s * (2.0 * share);
+  return swept_aabb(scene, geometry, id, moving);
 }
 
-std::vector<Aabb> ways_of(const SceneDescription& scene, const Geometry& geometry,
-                          std::span<const BodyId> ids, std::span<const BodyState> states) {
+std::vector<Aabb> path_boxes(const SceneDescription& scene, const Geometry& geometry,
+                             std::span<const BodyId> ids, std::span<const BodyState> states) {
   std::vector<Aabb> boxes;
   boxes.reserve(ids.size());
   for (std::size_t i = 0; i < ids.size(); ++i)
-    boxes.push_back(way_of(scene, geometry, ids[i], states[i], 1.0));
+    boxes.push_back(path_box(scene, geometry, ids[i], states[i], 1.0));
   return boxes;
 }
 
@@ -37,7 +37,7 @@ MeetingPairs::MeetingPairs(const SceneDescription& scene, const Geometry& geomet
     : scene_(scene),
       geometry_(geometry),
       ids_(ids),
-      boxes_(ways_of(scene, geometry, ids, states)),
+      boxes_(path_boxes(scene, geometry, ids, states)),
       of_(ids.size()) {
   for (std::uint32_t i = 0; i < ids.size(); ++i) {
     boxes_.find(boxes_.box(i), found_);
@@ -84,9 +84,9 @@ bool MeetingPairs::are_near(std::uint32_t pair) const {
   return p.fixed || overlap(boxes_.box(p.a), boxes_.box(p.b));
 }
 
-void MeetingPairs::turn(std::uint32_t body, const BodyState& state, double share,
-                        StageCounters& counters) {
-  boxes_.change(body, way_of(scene_, geometry_, ids_[body], state, share));
+void MeetingPairs::redirect(std::uint32_t body, const BodyState& state, double share,
+                            StageCounters& counters) {
+  boxes_.change(body, path_box(scene_, geometry_, ids_[body], state, share));
   boxes_.find(boxes_.box(body), found_);
   for (const std::uint32_t other : found_)
     if (other != body) {

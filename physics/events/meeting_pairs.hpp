@@ -25,7 +25,7 @@ struct MeetingPair {
 };
 
 // Which pairs there are: those whose boxes have overlapped since the step began. An event changes
-// who moves how, so boxes are those of the ways that bodies are on, and follow them.
+// who moves how, so boxes are those of the paths that bodies are on, and follow them.
 class MeetingPairs {
  public:
   MeetingPairs(const SceneDescription& scene, const Geometry& geometry, std::span<const BodyId> ids,
@@ -35,11 +35,11 @@ class MeetingPairs {
   const MeetingPair& operator[](std::uint32_t pair) const { return pairs_[pair]; }
   // Those of a body, with bodies before statics, ascending.
   std::span<const std::uint32_t> of(std::uint32_t body) const { return of_[body]; }
-  // Whether the two can meet on the ways that they are on.
+  // Whether the two can meet on the paths that they are on.
   bool are_near(std::uint32_t pair) const;
-  // The body is on another way for this share of the scene's step; pairs that it comes to are the
+  // The body is on another path for this share of the scene's step; pairs that it comes to are the
   // last ones then.
-  void turn(std::uint32_t body, const BodyState& state, double share, StageCounters& counters);
+  void redirect(std::uint32_t body, const BodyState& state, double share, StageCounters& counters);
   // A pair that is known to meet; its number, old or new.
   std::uint32_t add(const MeetingPair& pair);
 

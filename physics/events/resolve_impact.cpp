@@ -14,7 +14,7 @@ namespace soda::physics {
 bool resolve_impact(const SceneDescription& scene, std::span<const BodyId> ids,
                     std::span<const ContactManifold> manifolds, std::span<BodyState> states,
                     IslandReport& report, StageCounters& counters) {
-  constexpr int kMostSweeps = 300;
+  constexpr int kMostIterations = 300;
   std::vector<BodyState> start(states.begin(), states.end());
   for (BodyState& state : start) state.impulses.clear();
   const IndexedSpan<BodyState> before{std::span<const BodyState>(start)};
@@ -25,7 +25,7 @@ bool resolve_impact(const SceneDescription& scene, std::span<const BodyId> ids,
   build_rows(impact, manifolds, problem, counters);
   const std::optional<Elimination> plan = plan_impact_solve(scene, ids, manifolds);
   const ContactSolution solution =
-      solve_impact(kMostSweeps, impact, free, plan ? &*plan : nullptr, problem);
+      solve_impact(kMostIterations, impact, free, plan ? &*plan : nullptr, problem);
   report.iterations += solution.iterations;
   counters.solver_iterations += solution.iterations;
   counters.row_sweeps += solution.iterations * rows_of(problem);

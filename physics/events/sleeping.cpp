@@ -55,7 +55,7 @@ double radius_of(const SceneDescription& scene, const Geometry& geometry, BodyId
   return shape_of(scene, geometry, id).bounding_radius_m;
 }
 
-// Whether two lengths, or speeds, are at most `most`: one of the centre, one of a turn.
+// Whether two lengths, or speeds, are at most `most`: one of the centre, one of a rotation.
 bool are_within(double most, const Vec3& linear, double angular_squared, double radius_m) {
   return linear.squaredNorm() <= most * most &&
          angular_squared * (radius_m * radius_m) <= most * most;
@@ -77,12 +77,12 @@ bool is_in_place(const IslandStep& island, std::span<const BodyState> before,
   constexpr double kRounding = 1e-15;  // of an orientation that is made a unit again
   constexpr double kOfPlaces = 1e3;    // roundings of places that joints hold
   const double slow = slow_m_s(island) * island.scene.dt_s;
-  const double way =
+  const double displacement =
       is_touched(island.manifolds) ? slow : std::max(slow, kOfPlaces * rounding_of(states));
   for (std::size_t i = 0; i < states.size(); ++i) {
     const auto difference = states[i].orientation.coeffs() - before[i].orientation.coeffs();
     const double turned = 4.0 * difference.squaredNorm();
-    if (!are_within(way, states[i].position_m - before[i].position_m,
+    if (!are_within(displacement, states[i].position_m - before[i].position_m,
                     turned > kRounding * kRounding ? turned : 0.0,
                     radius_of(island.scene, island.geometry, island.ids[i])))
       return false;
@@ -201,8 +201,8 @@ bool may_fall_asleep(const IslandStep& island, std::span<const BodyState> states
 
 bool is_in_static_equilibrium(const IslandStep& island, std::span<const BodyState> states,
                               IslandReport& report, StageCounters& counters) {
-  // Of the speed that gravity gives in a step: what sweeps leave of the balance of an island that
-  // they have brought to rest.
+  // Of the speed that gravity gives in a step: what iterations leave of the balance of an island
+  // that they have brought to rest.
   constexpr double kOfSwept = 1e-3;
   const auto& [scene, geometry, dt_s, ids, manifolds] = island;
   if (!std::ranges::all_of(states, has_no_velocity)) return false;
@@ -219,7 +219,7 @@ bool is_in_static_equilibrium(const IslandStep& island, std::span<const BodyStat
   }
   build_rows({scene, scene.dt_s, ids, bodies}, manifolds, problem, counters);
   start_rolling(scene.solver.iterations, problem);
-  // Where sweeps have found a place, what overlaps or is open there stays.
+  // Where iterations have found a place, what overlaps or is open there stays.
   if (!swept && needs_position_correction(problem)) return false;
   const double slow = swept ? kOfSwept * scene.gravity_m_s2.norm() * scene.dt_s : slow_m_s(island);
   if (!hold(scene, geometry, ids, slow, problem) || !is_solved_whole(scene, ids, manifolds, states))

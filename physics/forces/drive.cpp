@@ -28,9 +28,9 @@ NearestSegment nearest_segment(const Lane& lane, const Vec3& gravity, const Vec3
   for (std::size_t i = 0; i < segments; ++i) {
     const Vec3 from_end = level(position - lane.way_points_m[i + 1], gravity);
     const Vec3 along = level(lane.way_points_m[i + 1] - lane.way_points_m[i], gravity).normalized();
-    const double way = along.dot(from_start);
-    Vec3 aside = from_start - along * way;
-    if (way < 0.0 && i > 0) aside = from_start;
+    const double distance = along.dot(from_start);
+    Vec3 aside = from_start - along * distance;
+    if (distance < 0.0 && i > 0) aside = from_start;
     if (along.dot(from_end) > 0.0 && i + 1 < segments) aside = from_end;
     const double squared = aside.squaredNorm();
     if (i == 0 || squared <= least) {

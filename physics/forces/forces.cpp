@@ -34,7 +34,8 @@ void rotate_pushed(const BodyParams& body, const BodyForces& forces, double time
     return Vec3(state.orientation * Vec3(local * (state.orientation.conjugate() * v)));
   };
   const Vec3 momentum = times_inertia(body.inertia_local_kg_m2, state.angular_velocity_rad_s);
-  const Vec3 mean = (momentum * decay.speed_s + forces.torque_newton_m * decay.way_s2) / time_s;
+  const Vec3 mean =
+      (momentum * decay.speed_s + forces.torque_newton_m * decay.displacement_s2) / time_s;
   const Vec3 end = momentum * decay.left + forces.torque_newton_m * decay.speed_s;
   state.angular_velocity_rad_s = times_inertia(body.inverse_inertia_local, mean);
   rotate_freely(body, time_s, state);
@@ -86,7 +87,7 @@ Vec3 flight_lag_m(const SceneDescription& scene, double time_s, BodyId id, const
   if (!is_pushed(scene.bodies[index_of(id)])) return scene.gravity_m_s2 * (0.5 * time_s * time_s);
   const Decay decay = decay_over(forces_of(scene, id).linear_damping_1_s, time_s);
   return acceleration_of(scene, time_s, 0.5 * time_s, id, state) *
-             (decay.speed_s * time_s - decay.way_s2) +
+             (decay.speed_s * time_s - decay.displacement_s2) +
          state.linear_velocity_m_s * (decay.left * time_s - decay.speed_s);
 }
 
@@ -100,7 +101,8 @@ void fly(const SceneDescription& scene, double time_s, BodyId id, BodyState& sta
     rotate_pushed(body, forces, time_s, state);
   const Decay decay = decay_over(forces.linear_damping_1_s, time_s);
   const Vec3 velocity = state.linear_velocity_m_s;
-  state.position_m = state.position_m + velocity * decay.speed_s + acceleration * decay.way_s2;
+  state.position_m =
+      state.position_m + velocity * decay.speed_s + acceleration * decay.displacement_s2;
   state.linear_velocity_m_s = velocity * decay.left + acceleration * decay.speed_s;
 }
 

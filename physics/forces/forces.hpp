@@ -11,10 +11,10 @@
 namespace soda::physics {
 
 // exp(-c t) after a time, its integral, and the integral of that: what is left of a velocity, the
-// way that a velocity of 1 has made, and that of an acceleration of 1. Exact to rounding for any
-// c >= 0, without libm.
+// displacement that a velocity of 1 has made, and that of an acceleration of 1. Exact to rounding
+// for any c >= 0, without libm.
 struct Decay {
-  double left = 1.0, speed_s = 0.0, way_s2 = 0.0;
+  double left = 1.0, speed_s = 0.0, displacement_s2 = 0.0;
 };
 Decay decay_over(double rate_1_s, double time_s);
 
@@ -29,7 +29,7 @@ bool are_all_springs(const SceneDescription& scene, std::span<const BodyId> ids,
 std::size_t loose_bodies(const SceneDescription& scene);
 
 // The sum of the body's own forces, world frame; that of its own frame as it will stand `ahead_s`
-// later, at the present spin.
+// later, at the present angular velocity.
 Vec3 own_force_newton(const BodyForces& forces, double ahead_s, const BodyState& state);
 
 // The velocities of `body` (loaded from `state`) after `time_s` of all that acts; place and

@@ -199,15 +199,15 @@ IslandReport advance_with_joints(const IslandStep& island, bool accurate, JointS
   std::optional<ContactSolution> direct;
   if (choice.elimination && !choice.swept)
     direct = solve_jointed_directly(step, accurate, *choice.elimination, joints, problem);
-  std::optional<std::uint32_t> sweeps;
+  std::optional<std::uint32_t> iterations;
   if (!direct && choice.swept_else) {
-    sweeps = advance_swept(step, joints, problem, states, report);
-    if (!sweeps) build_problem({scene, dt_s, ids, before}, island, scratch, counters);
+    iterations = advance_swept(step, joints, problem, states, report);
+    if (!iterations) build_problem({scene, dt_s, ids, before}, island, scratch, counters);
   }
   ContactSolution solution;
-  if (sweeps) {
-    solution.iterations = *sweeps;
-    counters.joint_sweeps += *sweeps * joints.rows.size();
+  if (iterations) {
+    solution.iterations = *iterations;
+    counters.joint_sweeps += *iterations * joints.rows.size();
     ++counters.islands_over_budget;
   } else {
     solution = direct ? std::move(*direct) : solve_jointed(step, joints, problem);
@@ -219,7 +219,7 @@ IslandReport advance_with_joints(const IslandStep& island, bool accurate, JointS
   count_rows(joints, counters);
   count_solution(solution, problem, report, counters);
   store_jointed_impulses(island, problem, joints, states);
-  if (!sweeps) report.joint_error = error_at(scene, states, joints);
+  if (!iterations) report.joint_error = error_at(scene, states, joints);
   return report;
 }
 

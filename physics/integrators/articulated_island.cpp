@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kMostArticulatedParts = 256;  // of a step
 
-// A spin has farther to go than a swing.
+// A rotation has farther to go than a swing.
 constexpr PartBounds kOfFourthOrder{0.5, 0.2}, kOfSecondOrder{0.25, 0.25};
 
 // Whether time can run backwards for a while: nothing damps, stops or drives.

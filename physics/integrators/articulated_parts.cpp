@@ -66,7 +66,7 @@ int substeps_of(const ArticulatedIsland& articulated, const PartBounds& bounds) 
   const auto& [scene, geometry, dt_s, ids, manifolds] = island;
   const std::span<const BodyState> states = motion.states();
   double parts = dt_s * std::max(motion.swing_rad_s(dt_s) / bounds.swing_rad,
-                                 fastest_rad_s(states) / bounds.spin_rad);
+                                 fastest_rad_s(states) / bounds.rotation_rad);
   if (!(parts < kHopeless)) return 0;
   if (has_springs(scene, joints)) {
     const std::vector<SolverBody> bodies = bodies_at(scene, ids, states);
@@ -79,12 +79,12 @@ int substeps_of(const ArticulatedIsland& articulated, const PartBounds& bounds) 
 
 void KickErrors::add(double part_s, std::span<const KickChange> changes, double scaled,
                      std::span<const BodyState> states) {
-  constexpr double kOfWay = 1.0 / 3.0, kOfVelocity = 1.0 / 6.0;
+  constexpr double kOfDisplacement = 1.0 / 3.0, kOfVelocity = 1.0 / 6.0;
   differences_.clear();
   for (std::size_t i = 0; i < changes.size(); ++i) {
     const auto& [linear, angular] = changes[i];
-    const double way_s = kOfWay * part_s;
-    differences_.push_back({linear * way_s, angular * way_s,
+    const double displacement_s = kOfDisplacement * part_s;
+    differences_.push_back({linear * displacement_s, angular * displacement_s,
                             linear * kOfVelocity + states[i].linear_velocity_m_s * scaled,
                             angular * kOfVelocity + states[i].angular_velocity_rad_s * scaled});
   }

@@ -34,7 +34,7 @@ bool with_articulated(const IslandStep& island, JointSystem& joints, const Use& 
 
 // By how much bodies may swing about taut joints and turn in a part.
 struct PartBounds {
-  double swing_rad = 0.0, spin_rad = 0.0;
+  double swing_rad = 0.0, rotation_rad = 0.0;
 };
 // Where an estimate tells what parts are off by: well below what is unstable.
 inline constexpr PartBounds kLongestParts{0.5, 1.0};

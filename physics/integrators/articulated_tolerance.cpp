@@ -13,13 +13,15 @@ constexpr double kWanted = 0.7;  // of the tolerance: what a new number of parts
 constexpr int kMostTries = 3;
 
 // How many parts there have to be where `parts` are off by some widths, to be off by no more than
-// are wanted; infinite numbers included. What ways are taken to be off by falls with the square of
-// the number, what velocities are with the number.
+// are wanted; infinite numbers included. What displacements are taken to be off by falls with the
+// square of the number, what velocities are with the number.
 double parts_for(double relative_error, double wanted_relative_error, int parts) {
-  constexpr double kOfWays = 2.0 / 3.0;  // of one part that takes the whole step
-  const double ways = kOfWays / parts / (kOfWays / parts + (1.0 - kOfWays));
-  const double half = 0.5 * (1.0 - ways) * relative_error / wanted_relative_error;
-  return parts * (half + std::sqrt(half * half + ways * relative_error / wanted_relative_error));
+  constexpr double kOfDisplacement = 2.0 / 3.0;  // of one part that takes the whole step
+  const double displacements =
+      kOfDisplacement / parts / (kOfDisplacement / parts + (1.0 - kOfDisplacement));
+  const double half = 0.5 * (1.0 - displacements) * relative_error / wanted_relative_error;
+  return parts *
+         (half + std::sqrt(half * half + displacements * relative_error / wanted_relative_error));
 }
 
 // In parts of the second order, as long as they cost less than those of the fourth.

@@ -15,7 +15,7 @@ namespace {
 
 // What moves a body along, by its place in the island. A static stands still.
 struct Carried {
-  Vec3 centre_m = Vec3::Zero(), way_m = Vec3::Zero();
+  Vec3 centre_m = Vec3::Zero(), displacement_m = Vec3::Zero();
   Vec3 linear_m_s = Vec3::Zero(), angular_rad_s = Vec3::Zero();
 
   Vec3 velocity_at(const Vec3& point_m) const {
@@ -61,7 +61,8 @@ void take_back(const Carried& a, const Carried* b, double dt_s, ContactManifold&
     Vec3 parting = -a.velocity_at(point.position_m);
     if (b != nullptr) parting += b->velocity_at(point.position_m);
     point.separation_m -= dt_s * m.normal.dot(parting);
-    point.position_m -= b != nullptr ? Vec3(0.5 * (a.way_m + b->way_m)) : a.way_m;
+    point.position_m -=
+        b != nullptr ? Vec3(0.5 * (a.displacement_m + b->displacement_m)) : a.displacement_m;
   }
 }
 
@@ -105,8 +106,8 @@ BodyState sent_from_start(std::size_t place, double dt_s, const IslandMove& move
   return state;
 }
 
-// Contacts are looked for along the way that a body begins with, gravity and a margin included.
-bool has_left_its_way(const IslandStep& island, const IslandMove& move, std::size_t place) {
+// Contacts are looked for along the path that a body begins with, gravity and a margin included.
+bool has_left_its_path(const IslandStep& island, const IslandMove& move, std::size_t place) {
   const BodyId id = island.ids[place];
   if (is_kinematic(island.scene, id)) return false;
   const double width_m = shape_of(island.scene, island.geometry, id).min_extent_m;
@@ -142,11 +143,11 @@ double append_other_parts(const IslandStep& island, const IslandMove& move, std:
                           StageCounters& counters, std::vector<ContactManifold>& contacts) {
   const ContactManifold pair = contacts[known];
   if (!meets_in_parts(island.scene, pair.a, pair.b)) return 0.0;
-  if (!has_left_its_way(island, move, place_of(island.ids, pair.a)) &&
-      (is_static(pair.b) || !has_left_its_way(island, move, place_of(island.ids, pair.b))))
+  if (!has_left_its_path(island, move, place_of(island.ids, pair.a)) &&
+      (is_static(pair.b) || !has_left_its_path(island, move, place_of(island.ids, pair.b))))
     return 0.0;
   std::vector<ContactManifold> found;
-  meet_on_way_m(island, move, pair, counters, found);
+  meet_on_path_m(island, move, pair, counters, found);
   const std::span<const ContactManifold> own = std::span(contacts).subspan(known);
   std::erase_if(found, [&](const ContactManifold& m) {
     return std::ranges::any_of(own, [&](const ContactManifold& o) { return o.part == m.part; });
@@ -190,9 +191,10 @@ bool turns_far(const IslandStep& island, const IslandMove& move, std::size_t bod
   const BodyId id = island.ids[body];
   if (is_ball(island.scene, id)) return false;
   const CompiledShape& shape = shape_of(island.scene, island.geometry, id);
-  const double spin_rad_s = std::max(move.start[body].angular_velocity_rad_s.norm(),
-                                     move.end[body].angular_velocity_rad_s.norm());
-  return spin_rad_s * island.dt_s * shape.bounding_radius_m > kMostGrowth * shape.min_extent_m;
+  const double angular_speed_rad_s = std::max(move.start[body].angular_velocity_rad_s.norm(),
+                                              move.end[body].angular_velocity_rad_s.norm());
+  return angular_speed_rad_s * island.dt_s * shape.bounding_radius_m >
+         kMostGrowth * shape.min_extent_m;
 }
 
 bool can_come_round(const IslandStep& island, const IslandMove& move) {
@@ -201,8 +203,8 @@ bool can_come_round(const IslandStep& island, const IslandMove& move) {
   return any;
 }
 
-double meet_on_way_m(const IslandStep& island, const IslandMove& move, const ContactManifold& pair,
-                     StageCounters& counters, std::vector<ContactManifold>& contacts) {
+double meet_on_path_m(const IslandStep& island, const IslandMove& move, const ContactManifold& pair,
+                      StageCounters& counters, std::vector<ContactManifold>& contacts) {
   const bool fixed = is_static(pair.b);
   if (is_kinematic(island.scene, pair.a) || (!fixed && is_kinematic(island.scene, pair.b)))
     return 0.0;
@@ -224,7 +226,7 @@ bool add_unseen_statics(const IslandStep& island, const IslandMove& move, StageC
   std::vector<IndexPair> pairs;
   std::vector<ContactManifold> links;
   for (std::size_t i = 0; i < island.ids.size(); ++i) {
-    if (!has_left_its_way(island, move, i)) continue;
+    if (!has_left_its_path(island, move, i)) continue;
     ContactManifold link;
     link.a = island.ids[i];
     const Aabb box =
@@ -262,7 +264,7 @@ double find_end_contacts(const IslandStep& island, const IslandMove& move, bool 
       continue;
     }
     if (is_link(*first))
-      after_m = meet_on_way_m(island, move, *first, counters, contacts);
+      after_m = meet_on_path_m(island, move, *first, counters, contacts);
     else if (round)
       after_m = append_at_end(island, move, std::span(first, last), counters, contacts);
     if (contacts.size() == known) contacts.insert(contacts.end(), first, last);

@@ -22,8 +22,8 @@ namespace soda::physics {
 Need end_contacts_needed(const SceneDescription& scene);
 Need sent_contacts_needed(const SceneDescription& scene);
 
-// Whether a turn of these bodies brings other points of theirs into touch: not of balls, nor beside
-// kinematic bodies, whose rows follow their turn.
+// Whether a rotation of these bodies brings other points of theirs into touch: not of balls, nor
+// beside kinematic bodies, whose rows follow their rotation.
 bool shows_other_points(const SceneDescription& scene, std::span<const BodyId> ids);
 
 // States of an island's bodies before and after a solve, and what corrected positions besides the
@@ -38,25 +38,25 @@ bool turns_far(const IslandStep& island, const IslandMove& move, std::size_t bod
 bool can_come_round(const IslandStep& island, const IslandMove& move);
 
 // Adds links (manifolds without points) to the statics that bodies have been sent to: contacts are
-// looked for along the way that a step begins with, and these bodies have left it by more than the
+// looked for along the path that a step begins with, and these bodies have left it by more than the
 // margin that contacts are kept for. Whether contacts are to be
 // looked for anew: there is a link, or a body has been sent to a static that it meets in parts.
 bool add_unseen_statics(const IslandStep& island, const IslandMove& move, StageCounters& counters,
                         std::vector<ContactManifold>& contacts);
 
-// Appends the contacts of a pair that has none, found from the start of the step along the ways
+// Appends the contacts of a pair that has none, found from the start of the step along the paths
 // that its bodies went: nothing where one is kinematic. Returns its overlap at the end, >= 0.
 // Counts as unseen_searches.
-double meet_on_way_m(const IslandStep& island, const IslandMove& move, const ContactManifold& pair,
-                     StageCounters& counters, std::vector<ContactManifold>& contacts);
+double meet_on_path_m(const IslandStep& island, const IslandMove& move, const ContactManifold& pair,
+                      StageCounters& counters, std::vector<ContactManifold>& contacts);
 
 // `contacts`: those that were solved, links among them; becomes what the step is to be solved with
 // next. If `round`, a pair has its contacts of the end, each point with the gap that it had at the
 // start if all moved by the velocities of the end throughout, and where it was then. Points that
 // were solved stay among them, and pairs that are not near any more keep all. A link becomes what
-// its bodies meet on their ways, and meshes and compounds get what was sent to other parts of them.
-// Returns by how much the overlap of a pair has grown at most since the start of the step, in sizes
-// of its smaller body.
+// its bodies meet on their paths, and meshes and compounds get what was sent to other parts of
+// them. Returns by how much the overlap of a pair has grown at most since the start of the step, in
+// sizes of its smaller body.
 double find_end_contacts(const IslandStep& island, const IslandMove& move, bool round,
                          StageCounters& counters, std::vector<ContactManifold>& contacts);
 

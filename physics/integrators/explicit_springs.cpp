@@ -75,14 +75,14 @@ std::vector<double> most_changed_by_springs_m_s(const SceneDescription& scene, d
     const double push =
         time_s * (spring.stiffness_newton_m * (std::abs(row.error) + time_s * speed) +
                   spring.damping_newton_s_m * speed);
-    const auto add = [&](std::uint32_t body, const Vec3& turn) {
+    const auto add = [&](std::uint32_t body, const Vec3& angular) {
       if (body == ids.size()) return;
       most[body] +=
           push * (bodies[body].inverse_mass +
-                  sizes.bodies[body].radius_m * (bodies[body].inverse_inertia * turn).norm());
+                  sizes.bodies[body].radius_m * (bodies[body].inverse_inertia * angular).norm());
     };
-    add(row.a, row.turn_a);
-    add(row.b, row.turn_b);
+    add(row.a, row.angular_a);
+    add(row.b, row.angular_b);
   }
   return most;
 }

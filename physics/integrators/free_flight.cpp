@@ -10,8 +10,8 @@
 #include "physics/shapes/geometry_impl.hpp"
 
 // Two bodies fly side by side, one in each lane of a vector. Every lane does what flown() does, in
-// its order, so the bits are the same. What the common case does not cover (fast spins, states near
-// their bounds, bodies of unequal moments) is left to the function for one body.
+// its order, so the bits are the same. What the common case does not cover (fast rotation, states
+// near their bounds, bodies of unequal moments) is left to the function for one body.
 namespace soda::physics {
 namespace {
 
@@ -71,19 +71,20 @@ inline Two4 composed(const Two4& r, const Two4& o) {
 inline Two magnitude(Two v) { return v < both(0.0) ? -v : v; }
 
 // That no bound is near; a fault needs an exact look.
-inline bool is_harmless(const Two3& position, const Two3& velocity, Two3 spin) {
+inline bool is_harmless(const Two3& position, const Two3& velocity, Two3 angular_velocity) {
   constexpr double kNear = 0.5;
   const Two far = both(kNear * kLargestPosition_m);
   const auto inside =
       (magnitude(position.x) < far) & (magnitude(position.y) < far) & (magnitude(position.z) < far);
   const auto slow = (squared_norm(velocity) < both(kNear * kLargestSpeed_m_s * kLargestSpeed_m_s)) &
-                    (squared_norm(spin) < both(kNear * kLargestSpin_rad_s * kLargestSpin_rad_s));
+                    (squared_norm(angular_velocity) <
+                     both(kNear * kLargestAngularSpeed_rad_s * kLargestAngularSpeed_rad_s));
   return both_true(inside & slow);
 }
 
 struct Flight2 {
   Two3 gravity;  // change of velocity
-  Two3 fall;     // way of a body that starts at rest
+  Two3 fall;     // displacement of a body that starts at rest
   Two time_s;
 };
 
@@ -91,8 +92,8 @@ struct Flight2 {
 bool fly_two(const Flight2& flight, BodyState& a, BodyState& b) {
   constexpr double kLongestHalf_rad = 0.25;  // as in rotation_by()
   constexpr double kUnit = 1e-7;
-  const Two3 spin = load(a.angular_velocity_rad_s, b.angular_velocity_rad_s);
-  const Two3 angle = spin * flight.time_s;
+  const Two3 angular_velocity = load(a.angular_velocity_rad_s, b.angular_velocity_rad_s);
+  const Two3 angle = angular_velocity * flight.time_s;
   const auto at_rest = (angle.x == both(0.0)) & (angle.y == both(0.0)) & (angle.z == both(0.0));
   const Two3 half = angle * both(0.5);
   const Two squared = squared_norm(half);
@@ -100,7 +101,7 @@ bool fly_two(const Flight2& flight, BodyState& a, BodyState& b) {
   const Two3 velocity = load(a.linear_velocity_m_s, b.linear_velocity_m_s);
   const Two3 position = load(a.position_m, b.position_m) + velocity * flight.time_s + flight.fall;
   const Two3 faster = velocity + flight.gravity;
-  if (!is_harmless(position, faster, spin)) return false;
+  if (!is_harmless(position, faster, angular_velocity)) return false;
   const Two4 before = load(a.orientation, b.orientation);
   const Two4 turned = composed(short_rotation(half, squared), before);
   // What does not turn keeps its bits.

@@ -16,7 +16,7 @@ struct Moved {
   Vec3 linear_m = Vec3::Zero(), angular_rad = Vec3::Zero();
 };
 Moved between(const BodyState& from, const BodyState& to) {
-  return {to.position_m - from.position_m, small_turn(from.orientation, to.orientation)};
+  return {to.position_m - from.position_m, small_rotation(from.orientation, to.orientation)};
 }
 
 // Of a row, by which it gets wider.
@@ -68,7 +68,7 @@ struct KeptGap {
   double lacks_m = 0.0, pushed_m = 0.0;
 };
 
-// One turn over all of them. Returns the largest change.
+// One iteration over all of them. Returns the largest change.
 double push_aside(std::span<KeptGap> gaps, std::span<Whole> wholes) {
   double most = 0.0;
   for (KeptGap& gap : gaps) {
@@ -108,7 +108,7 @@ std::vector<KeptGap> deepened(const ContactProblem& problem, std::span<const Mov
 
 // By how much each whole moves aside. Whether any does.
 bool move_aside(std::span<KeptGap> gaps, Wholes& wholes) {
-  constexpr int kMostTurns = 50;
+  constexpr int kMostIterations = 50;
   constexpr double kEnough = 1e-3;  // of what is lacking most
   double most_m = 0.0;
   for (KeptGap& gap : gaps) {
@@ -117,7 +117,7 @@ bool move_aside(std::span<KeptGap> gaps, Wholes& wholes) {
     gap.b = gap.b < bodies ? wholes.of_body[gap.b] : static_cast<std::uint32_t>(bodies);
     most_m = std::max(most_m, gap.lacks_m);
   }
-  for (int turn = 0; turn < kMostTurns; ++turn)
+  for (int iteration = 0; iteration < kMostIterations; ++iteration)
     if (push_aside(gaps, wholes.all) <= kEnough * most_m) break;
   return std::ranges::any_of(wholes.all,
                              [](const Whole& whole) { return whole.aside_m != Vec3::Zero(); });
@@ -133,16 +133,17 @@ double aside_joule(const IslandStep& island, const Wholes& wholes) {
   return work_joule;
 }
 
-// A velocity after the way back, by which it becomes at most 0 along it. Ways back that are small
-// beside the way are of second order in it: they say nothing about velocities.
+// A velocity after the displacement back, by which it becomes at most 0 along it. Displacements
+// back that are small beside the displacement are of second order in it: they say nothing about
+// velocities.
 Vec3 stopped(const Vec3& velocity, const Vec3& back, double time_s) {
-  constexpr double kOfWay = 0.1;
+  constexpr double kOfDisplacement = 0.1;
   const double squared = back.squaredNorm(), against = -velocity.dot(back) * time_s;
-  if (!(against > 0.0) || kOfWay * against > squared) return velocity;
+  if (!(against > 0.0) || kOfDisplacement * against > squared) return velocity;
   return velocity + back * (std::min(1.0, against / squared) / time_s);
 }
 
-// Its way back, and its velocity.
+// Its displacement back, and its velocity.
 void come_back(const BodyParams& params, double time_s, const Moved& back, BodyState& state,
                GivenWay& given) {
   if (params.kinematic || !(time_s > 0.0)) return;
@@ -160,26 +161,26 @@ void come_back(const BodyParams& params, double time_s, const Moved& back, BodyS
 
 }  // namespace
 
-GivenWay give_way(const IslandStep& island, const OpenWay& way, const JointSystem& joints,
+GivenWay give_way(const IslandStep& island, const OpenMotion& motion, const JointSystem& joints,
                   const ContactProblem& problem, std::span<BodyState> states) {
   GivenWay given;
   std::vector<Moved> came, closed;
   for (std::size_t i = 0; i < states.size(); ++i) {
-    came.push_back(between(way.before[i], way.open[i]));
-    closed.push_back(between(way.open[i], states[i]));
+    came.push_back(between(motion.before[i], motion.open[i]));
+    closed.push_back(between(motion.open[i], states[i]));
   }
   std::vector<KeptGap> gaps = deepened(problem, came, closed);
   if (gaps.empty()) return given;
   Wholes wholes = find_wholes(island, joints);
   if (!move_aside(gaps, wholes)) return given;
   const double work_joule = aside_joule(island, wholes);
-  const double share = work_joule > way.most_joule ? way.most_joule / work_joule : 1.0;
+  const double share = work_joule > motion.most_joule ? motion.most_joule / work_joule : 1.0;
   given.work_joule = share * work_joule;
   for (std::size_t i = 0; i < states.size(); ++i) {
     const BodyParams& params = island.scene.bodies[index_of(island.ids[i])];
     const Vec3 aside = wholes.all[wholes.of_body[i]].aside_m * share;
     states[i].position_m += aside;
-    come_back(params, way.time_s, {closed[i].linear_m + aside, closed[i].angular_rad}, states[i],
+    come_back(params, motion.time_s, {closed[i].linear_m + aside, closed[i].angular_rad}, states[i],
               given);
   }
   return given;

@@ -18,7 +18,7 @@ struct GivenWay {
 
 // How bodies came to where joints are open: from `before`, in this time. What gives way may take no
 // more than `most_joule`.
-struct OpenWay {
+struct OpenMotion {
   double time_s = 0.0;
   std::span<const BodyState> before, open;
   double most_joule = std::numeric_limits<double>::infinity();
@@ -30,7 +30,7 @@ struct OpenWay {
 // far that no contact is deeper than it was when joints were open. What is held on both sides, or
 // would take more than is allowed, stays deeper. What so came back from where its velocity had led
 // is stopped.
-GivenWay give_way(const IslandStep& island, const OpenWay& way, const JointSystem& joints,
+GivenWay give_way(const IslandStep& island, const OpenMotion& motion, const JointSystem& joints,
                   const ContactProblem& problem, std::span<BodyState> states);
 
 }  // namespace soda::physics

@@ -88,9 +88,9 @@ class Closing {
   // That share of the way to these places.
   void come_nearer(double share, std::span<const BodyState> there) {
     for (std::size_t b = 0; b < ids_.size(); ++b) {
-      const Vec3 turn = small_turn(states_[b].orientation, there[b].orientation);
+      const Vec3 rotation = small_rotation(states_[b].orientation, there[b].orientation);
       states_[b].position_m += (there[b].position_m - states_[b].position_m) * share;
-      turn_by(scene_.bodies[index_of(ids_[b])], turn * share, states_[b]);
+      rotate_by(scene_.bodies[index_of(ids_[b])], rotation * share, states_[b]);
     }
   }
 
@@ -122,10 +122,10 @@ class Closing {
     moved.states.assign(states_.begin(), states_.end());
     for (std::size_t b = 0; b < ids_.size(); ++b) {
       const BodyParams& params = scene_.bodies[index_of(ids_[b])];
-      const Vec3 way = share * moves_[b].linear;
-      moved.states[b].position_m += way;
-      turn_by(params, share * moves_[b].angular, moved.states[b]);
-      moved.work_joule -= params.mass_kg * scene_.gravity_m_s2.dot(way);
+      const Vec3 displacement = share * moves_[b].linear;
+      moved.states[b].position_m += displacement;
+      rotate_by(params, share * moves_[b].angular, moved.states[b]);
+      moved.work_joule -= params.mass_kg * scene_.gravity_m_s2.dot(displacement);
     }
     build(moved.states);
     moved.errors = errors_of(joints_);

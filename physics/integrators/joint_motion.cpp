@@ -17,8 +17,8 @@
 #include "physics/solvers/energy_clamp.hpp"
 #include "physics/solvers/island_motion.hpp"
 #include "physics/solvers/joint_stiffness.hpp"
-#include "physics/solvers/joint_sweeps.hpp"
 #include "physics/solvers/joint_work.hpp"
+#include "physics/solvers/jointed_contacts.hpp"
 #include "physics/solvers/unconstrained_reference.hpp"
 
 namespace soda::physics {
@@ -79,31 +79,32 @@ void forgive(std::span<const JointRow> start, JointSystem& system) {
 }
 
 struct BothSolved {
-  std::uint32_t sweeps = 0;
+  std::uint32_t iterations = 0;
   bool through = true;  // every contact met all that hangs on its bodies
 };
 
-// Sweeps over contacts, seen through the joints where that costs little, take turns with the exact
-// solution of all joints, which comes last.
+// Iterations over contacts, seen through the joints where that costs little, alternate with the
+// exact solution of all joints, which comes last.
 BothSolved solve_both(const JointedStep& step, JointSystem& joints, ContactProblem& problem) {
-  constexpr int kTurns = 4;  // limits and motors change which joints take part
+  constexpr int kRounds = 4;  // limits and motors change which joints take part
   const std::size_t count = step.island.ids.size();
   const std::span<SolverBody> bodies = problem.bodies;
-  const int sweeps = step.island.scene.solver.iterations;
+  const int iterations = step.island.scene.solver.iterations;
   solve_bounded(count, bodies, 0.0, joints);
   if (problem.normals.empty()) return {1, true};
   std::uint32_t done = 0;
-  for (int turn = 0; turn < (joints.bounded ? kTurns : 1); ++turn) {
+  for (int round = 0; round < (joints.bounded ? kRounds : 1); ++round) {
     const std::optional<JointedContacts> contacts = jointed_contacts(joints, problem);
     if (!contacts) {
-      for (int i = 0; i < sweeps; ++i, ++done) {
+      for (int i = 0; i < iterations; ++i, ++done) {
         solve_velocities(1, problem);
         solve_bounded(count, bodies, 0.0, joints);
       }
       return {done, false};
     }
     ContactProblem through = problem;
-    done += static_cast<std::uint32_t>(solve_jointed_velocities(10 * sweeps, *contacts, through));
+    done +=
+        static_cast<std::uint32_t>(solve_jointed_velocities(10 * iterations, *contacts, through));
     take_contact_impulses(through, problem);
     solve_bounded(count, bodies, 0.0, joints);
   }
@@ -111,7 +112,7 @@ BothSolved solve_both(const JointedStep& step, JointSystem& joints, ContactProbl
 }
 
 // Velocities at the end of the step. Joints pull in the directions that they have at the end of the
-// step (implicit: stable however taut). Returns the number of sweeps.
+// step (implicit: stable however taut). Returns the number of iterations.
 std::uint32_t solve_alternately(const JointedStep& step, JointSystem& joints,
                                 ContactProblem& problem) {
   const auto& [island, states, free] = step;
@@ -130,7 +131,7 @@ std::uint32_t solve_alternately(const JointedStep& step, JointSystem& joints,
   for (int aim = 0; aim <= kMostAims; ++aim) {
     factor_joint_rows(ids.size(), bodies, joints);
     const BothSolved both = solve_both(step, joints, problem);
-    done += both.sweeps;
+    done += both.iterations;
     const bool diverged = is_out_of_bounds(problem);
     if (aim > 0 && (diverged || (through && !both.through))) break;
     through = both.through;
@@ -287,7 +288,7 @@ void push_apart(const JointedStep& step, const JointedSolution& solved, std::spa
   const double moved = elastic_joule(scene, joints, states);
   for (std::size_t i = 0; i < ids.size(); ++i) {
     states[i].position_m += push[i].linear * dt_s;
-    turn_by(scene.bodies[index_of(ids[i])], push[i].angular * dt_s, states[i]);
+    rotate_by(scene.bodies[index_of(ids[i])], push[i].angular * dt_s, states[i]);
   }
   JointSystem closed = joints;
   const double lifted = push_out_work_joule(scene, dt_s, ids, push);
@@ -360,7 +361,7 @@ void move_jointed(const JointedStep& step, const JointedSolution& solved,
                         external_work_joule(scene, dt_s, before, free, problem) +
                         kinematic_work_joule(free, problem);
   const double lent = elastic_joule(scene, joints, before);
-  // Where the way bends so much within the step that closing what it opened takes more than there
+  // Where the path bends so much within the step that closing what it opened takes more than there
   // is, the bodies come less far.
   std::vector<BodyState> next;
   EnergyExcess excess;

@@ -13,7 +13,7 @@ void report_joints(std::span<const BodyState> states, const JointSystem& joints,
     if (row.b != states.size()) continue;
     report.static_impulse_newton_s -= row.linear * row.impulse_newton_s;
     report.static_angular_impulse_newton_m_s -=
-        row.turn_a * row.impulse_newton_s +
+        row.angular_a * row.impulse_newton_s +
         states[row.a].position_m.cross(row.linear * row.impulse_newton_s);
   }
 }

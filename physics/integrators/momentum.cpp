@@ -24,7 +24,7 @@ Mat3 world_inertia(const BodyParams& params, const BodyState& state) {
 }
 
 struct RigidMotion {
-  Vec3 velocity_m_s, spin_rad_s;
+  Vec3 velocity_m_s, angular_velocity_rad_s;
 };
 
 RigidMotion common_motion(const IslandMomentum& whole, const Vec3& linear, const Vec3& angular) {
@@ -39,11 +39,12 @@ void change_common_motion(const Vec3& centre_m, const Vec3& shift_m, const Rigid
     const Vec3 arm = state.position_m - centre_m;
     state.position_m += shift_m;
     const auto field = [&arm](const RigidMotion& m) -> Vec3 {
-      return m.velocity_m_s + m.spin_rad_s.cross(arm);
+      return m.velocity_m_s + m.angular_velocity_rad_s.cross(arm);
     };
     state.linear_velocity_m_s = field(to) + share * (state.linear_velocity_m_s - field(from));
     state.angular_velocity_rad_s =
-        to.spin_rad_s + share * (state.angular_velocity_rad_s - from.spin_rad_s);
+        to.angular_velocity_rad_s +
+        share * (state.angular_velocity_rad_s - from.angular_velocity_rad_s);
   }
 }
 
@@ -73,7 +74,7 @@ IslandMomentum momentum_of(const SceneDescription& scene, std::span<const BodyId
     sum.inertia_kg_m2 += inertia + params.mass_kg * (arm.squaredNorm() * Mat3::Identity() -
                                                      Mat3(arm * arm.transpose()));
     sum.kinetic_joule +=
-        spin_energy_joule(params, states[i]) + 0.5 * params.mass_kg * velocity.squaredNorm();
+        rotational_energy_joule(params, states[i]) + 0.5 * params.mass_kg * velocity.squaredNorm();
   }
   return sum;
 }
@@ -101,9 +102,10 @@ void keep_momentum(const SceneDescription& scene, double dt_s, std::span<const B
   const double most = std::min(now.kinetic_joule, before.kinetic_joule);
   // The energy of the turning whole is given, the rest can shrink. Displaced towards their centre,
   // bodies that turn as one cannot keep L without a gain: then L shrinks as well.
-  const double within = now.kinetic_joule - 0.5 * now.angular_newton_m_s.dot(from.spin_rad_s);
-  const double turning = 0.5 * before.angular_newton_m_s.dot(to.spin_rad_s);
-  if (turning > most) to.spin_rad_s *= std::sqrt(most / turning);
+  const double within =
+      now.kinetic_joule - 0.5 * now.angular_newton_m_s.dot(from.angular_velocity_rad_s);
+  const double turning = 0.5 * before.angular_newton_m_s.dot(to.angular_velocity_rad_s);
+  if (turning > most) to.angular_velocity_rad_s *= std::sqrt(most / turning);
   const double left = most - turning;
   const double share =
       left < within && within > 0.0 ? std::sqrt(std::max(left, 0.0) / within) : 1.0;

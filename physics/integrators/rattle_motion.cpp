@@ -66,9 +66,9 @@ bool RattleMotion::goes_against_joints() {
   double most = 0.0, largest = 0.0;
   for (const JointRow& row : at_->rows) {
     const SolverBody &a = bodies_[row.a], &b = bodies_[row.b];
-    largest =
-        std::max(largest, a.linear.norm() + b.linear.norm() + row.turn_a.norm() * a.angular.norm() +
-                              row.turn_b.norm() * b.angular.norm());
+    largest = std::max(largest, a.linear.norm() + b.linear.norm() +
+                                    row.angular_a.norm() * a.angular.norm() +
+                                    row.angular_b.norm() * b.angular.norm());
     if (row.kind == JointRowKind::kHolds)
       most = std::max(most, std::abs(velocity_of(row, bodies_)));
   }
@@ -81,15 +81,15 @@ double RattleMotion::swing_rad_s(double time_s) {
   bound_velocities(time_s, rounding_of(states_), *at_);
   stop_joint_velocities(ids_.size(), bodies_, *at_);
   std::vector<double> squared(ids_.size(), 0.0);
-  const auto stiffen = [&](std::uint32_t body, const JointRow& row, const Vec3& turn) {
+  const auto stiffen = [&](std::uint32_t body, const JointRow& row, const Vec3& angular) {
     if (body >= ids_.size() || row.linear == Vec3::Zero()) return;
     squared[body] +=
-        swing_of(std::abs(row.impulse_newton_s) / time_s, turn.norm(),
+        swing_of(std::abs(row.impulse_newton_s) / time_s, angular.norm(),
                  scene_.bodies[index_of(ids_[body])].mass_kg, bodies_[body].inverse_inertia);
   };
   for (const JointRow& row : at_->rows) {
-    stiffen(row.a, row, row.turn_a);
-    stiffen(row.b, row, row.turn_b);
+    stiffen(row.a, row, row.angular_a);
+    stiffen(row.b, row, row.angular_b);
   }
   return std::sqrt(*std::ranges::max_element(squared));
 }

@@ -22,16 +22,16 @@ namespace soda::physics {
 namespace {
 
 // A contact of a long chain meets one link of it at a time.
-constexpr int kTurns = 2;
+constexpr int kIterations = 2;
 
 // Joints have the last word.
-void sweep_substeps(std::uint32_t count, Substeps& substeps, SweptJoints& joints,
-                    ContactProblem& problem) {
+void iterate_substeps(std::uint32_t count, Substeps& substeps, SweptJoints& joints,
+                      ContactProblem& problem) {
   for (std::uint32_t i = 0; i < count; ++i) {
     if (i > 0) go_on(problem, substeps);
     carry(i * substeps.length_s, substeps.length_s, problem);
     follow_poses(i == 0, joints, problem.bodies);
-    for (int turn = 0; turn < kTurns; ++turn) {
+    for (int iteration = 0; iteration < kIterations; ++iteration) {
       press(problem, substeps);
       press(joints, problem.bodies);
     }
@@ -47,14 +47,16 @@ void sweep_substeps(std::uint32_t count, Substeps& substeps, SweptJoints& joints
 void rebound(std::uint32_t count, SweptJoints& joints, ContactProblem& problem) {
   if (problem.restitution_rows == 0 || !set_restitution_targets(problem)) return;
   for (std::uint32_t i = 0; i < count; ++i) {
-    sweep_velocities(i % 2 == 0, problem);
+    iterate_velocities(i % 2 == 0, problem);
     relax(joints, problem.bodies);
   }
   count_impulses(problem.bodies, joints);
 }
 
-// The spin with which a body that turned on its way has the angular momentum that its rows gave it.
-Vec3 spin_at_end(const BodyParams& params, const SolverBody& body, const Quat& orientation) {
+// The angular velocity with which a body that turned on its way has the angular momentum that its
+// rows gave it.
+Vec3 angular_velocity_at_end(const BodyParams& params, const SolverBody& body,
+                             const Quat& orientation) {
   if (is_isotropic(params.inertia_local_kg_m2)) return body.angular;
   const Mat3 turned_inverse =
       rotated_tensor(orientation.toRotationMatrix(), params.inverse_inertia_local);
@@ -80,7 +82,7 @@ void move_swept(const IslandStep& island, const ContactProblem& problem, const S
     }
     BodyState next = joints.poses[i];
     next.linear_velocity_m_s = body.linear;
-    next.angular_velocity_rad_s = spin_at_end(params, body, next.orientation);
+    next.angular_velocity_rad_s = angular_velocity_at_end(params, body, next.orientation);
     const char* const fault = fault_of(next);
     if (*fault) {
       faults.push_back({island.ids[i], fault});
@@ -101,7 +103,7 @@ double parting_joule(const JointedStep& step, const ContactProblem& problem,
   const Flight moves{true, Vec3::Zero()};
   for (std::size_t i = 0; i < ids.size(); ++i)
     push[i] = beyond_final_velocity(dt_s, most_m_s, step.states[i], problem.bodies[i], moves,
-                                    substeps.ways[i]);
+                                    substeps.displacements[i]);
   return push_out_work_joule(scene, dt_s, ids, push);
 }
 
@@ -112,8 +114,8 @@ void add_untaken(double rest_joule, IslandReport& report) {
   report.push_out_work_joule += rest_joule - braked;
 }
 
-// Whether sweeps have made more energy than closing and parting can: they diverge where levers are
-// very long and inertia is very small.
+// Whether iterations have made more energy than closing and parting can: they diverge where levers
+// are very long and inertia is very small.
 bool has_diverged(const IslandStep& island, const EnergyExcess& excess) {
   constexpr double kMostTaken = 0.5;  // of the energy of motion
   const double lifting_joule = weight_newton(island.scene, island.ids) *
@@ -169,7 +171,7 @@ std::optional<std::uint32_t> advance_swept(const JointedStep& step, JointSystem&
   Substeps substeps;
   begin_substeps(dt_s, count, IndexedSpan<BodyState>{before}, problem, substeps);
   SweptJoints swept = swept_joints(scene, substeps.length_s, count, before, joints);
-  sweep_substeps(count, substeps, swept, problem);
+  iterate_substeps(count, substeps, swept, problem);
   end_substeps(problem, substeps);
   carry(0.0, dt_s, problem);
   rebound(count, swept, problem);
@@ -181,7 +183,7 @@ std::optional<std::uint32_t> advance_swept(const JointedStep& step, JointSystem&
     std::copy(before.begin(), before.end(), states.begin());
     return std::nullopt;
   }
-  return (kTurns + 1) * count;
+  return (kIterations + 1) * count;
 }
 
 }  // namespace soda::physics

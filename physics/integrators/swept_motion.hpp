@@ -1,4 +1,4 @@
-// Islands with joints by sweeps over joints and contacts alike: where factorising takes more work.
+// Islands with joints, solved iteratively like their contacts: where factorising takes more work.
 #pragma once
 
 #include <cstdint>
@@ -16,8 +16,8 @@ namespace soda::physics {
 // Solves the step in substeps, of first order, and moves the bodies (`states`, as before the step);
 // stored impulses stay. Joints may stay open, and the next step goes on closing them. The cost is
 // linear in rows. The step gives no energy but by motors, springs, what pushes the bodies, and what
-// parts overlaps. Returns the number of sweeps; the report gets works, errors, and the world's
-// impulses by joints. Nothing, states and report as before, where sweeps diverge.
+// parts overlaps. Returns the number of iterations; the report gets works, errors, and the world's
+// impulses by joints. Nothing, states and report as before, where iterations diverge.
 std::optional<std::uint32_t> advance_swept(const JointedStep& step, JointSystem& joints,
                                            ContactProblem& problem, std::span<BodyState> states,
                                            IslandReport& report);

@@ -19,7 +19,7 @@ Mat3 rotated_tensor(const Mat3& rotation, const Mat3& tensor_local) {
   return out;
 }
 
-void turn_by(const BodyParams& params, const Vec3& angle_rad, BodyState& state) {
+void rotate_by(const BodyParams& params, const Vec3& angle_rad, BodyState& state) {
   if (angle_rad == Vec3::Zero()) return;
   state.orientation = turned(angle_rad, state.orientation);
   if (is_isotropic(params.inertia_local_kg_m2)) return;
@@ -39,9 +39,9 @@ void push(const BodyParams& params, const Vec3& impulse_newton_s, const Vec3& po
   }
 }
 
-double spin_energy_joule(const BodyParams& params, const BodyState& state) {
-  const Vec3 spin = state.orientation.conjugate() * state.angular_velocity_rad_s;
-  return 0.5 * spin.dot(params.inertia_local_kg_m2 * spin);
+double rotational_energy_joule(const BodyParams& params, const BodyState& state) {
+  const Vec3 angular_velocity = state.orientation.conjugate() * state.angular_velocity_rad_s;
+  return 0.5 * angular_velocity.dot(params.inertia_local_kg_m2 * angular_velocity);
 }
 
 double kinetic_joule(const SceneDescription& scene, std::span<const BodyId> ids,
@@ -51,7 +51,7 @@ double kinetic_joule(const SceneDescription& scene, std::span<const BodyId> ids,
     const BodyParams& params = scene.bodies[index_of(ids[i])];
     if (params.kinematic) continue;
     sum += 0.5 * params.mass_kg * states[i].linear_velocity_m_s.squaredNorm() +
-           spin_energy_joule(params, states[i]);
+           rotational_energy_joule(params, states[i]);
   }
   return sum;
 }
@@ -74,7 +74,8 @@ const char* fault_of(const BodyState& s) {
   if (!(s.linear_velocity_m_s.squaredNorm() <= kLargestSpeed_m_s * kLargestSpeed_m_s)) {
     return "speed not finite or above 1e9 m/s";
   }
-  if (!(s.angular_velocity_rad_s.squaredNorm() <= kLargestSpin_rad_s * kLargestSpin_rad_s)) {
+  if (!(s.angular_velocity_rad_s.squaredNorm() <=
+        kLargestAngularSpeed_rad_s * kLargestAngularSpeed_rad_s)) {
     return "spin not finite or above 1e9 rad/s";
   }
   if (!(std::abs(s.orientation.squaredNorm() - 1.0) < 1e-6)) return "orientation not unit";

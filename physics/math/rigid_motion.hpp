@@ -25,30 +25,30 @@ Quat turned(const Vec3& angle_rad, const Quat& orientation);
 // R I R^T, symmetric to the bit.
 Mat3 rotated_tensor(const Mat3& rotation, const Mat3& tensor_local);
 
-// Whether all directions are principal with one moment: then the spin is constant.
+// Whether all directions are principal with one moment: then the angular velocity is constant.
 bool is_isotropic(const Mat3& inertia_local);
 // The axis about which a body is symmetric: the moments about the other two are equal and no
 // products of inertia are left. -1 if there is none.
 int symmetry_axis(const Mat3& inertia_local);
 
 // Turns the body for dt_s (of any sign) without torque; world angular momentum and energy are kept
-// to rounding. Exact to rounding for any dt_s: a constant spin for an isotropic body, a steady
-// precession for a symmetric one (one of its own axes, moments equal to the bit), else a Taylor
-// series, in stretches of at most half a radian. A body of three moments turns by 512 rad at most:
-// a faster one keeps its motion, but is late.
+// to rounding. Exact to rounding for any dt_s: a constant angular velocity for an isotropic body, a
+// steady precession for a symmetric one (one of its own axes, moments equal to the bit), else a
+// Taylor series, in stretches of at most half a radian. A body of three moments turns by 512 rad at
+// most: a faster one keeps its motion, but is late.
 void rotate_freely(const BodyParams& params, double dt_s, BodyState& state);
 
 // By how much an orientation is turned against another, as a rotation vector, rad; of larger angles
 // twice the sine of the half.
-inline Vec3 small_turn(const Quat& from, const Quat& to) {
+inline Vec3 small_rotation(const Quat& from, const Quat& to) {
   const Quat difference = to * from.conjugate();
   const double sign = difference.w() < 0.0 ? -2.0 : 2.0;
   return sign * difference.vec();
 }
 
-// Turns the body in the world frame by a displacement that is no motion: its spin turns with it, or
-// a body of unequal moments would gain or lose energy.
-void turn_by(const BodyParams& params, const Vec3& angle_rad, BodyState& state);
+// Turns the body in the world frame by a displacement that is no motion: its angular velocity turns
+// with it, or a body of unequal moments would gain or lose energy.
+void rotate_by(const BodyParams& params, const Vec3& angle_rad, BodyState& state);
 
 // An impulse (world frame) at a point of the body, given from its centre of mass in its own frame:
 // both velocities change.
@@ -61,7 +61,7 @@ inline Vec3 velocity_at(const BodyState& state, const Vec3& point) {
 }
 
 // Energies in the state path; measures.hpp has those of reports.
-double spin_energy_joule(const BodyParams& params, const BodyState& state);
+double rotational_energy_joule(const BodyParams& params, const BodyState& state);
 double kinetic_joule(const SceneDescription& scene, std::span<const BodyId> ids,
                      std::span<const BodyState> states);
 // What kinetic energy and that in the field of gravity rise by together.
@@ -71,7 +71,7 @@ double gain_joule(const SceneDescription& scene, std::span<const BodyId> ids,
 // Whether a new state can be committed. The bounds keep every later computation finite.
 inline constexpr double kLargestPosition_m = 1e12;
 inline constexpr double kLargestSpeed_m_s = 1e9;
-inline constexpr double kLargestSpin_rad_s = 1e9;
+inline constexpr double kLargestAngularSpeed_rad_s = 1e9;
 // Empty if it can; else what is wrong with it.
 const char* fault_of(const BodyState& state);
 

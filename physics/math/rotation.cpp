@@ -77,25 +77,25 @@ Vec3 column(const Quat& q, int axis) {
   return {2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)};
 }
 
-// Precession about L at L / I1, and a spin about the body's axis that undoes the part of it that
-// does not belong to that axis. Both rates are constant, so the step has no error of its own.
+// Precession about L at L / I1, and a rotation about the body's axis that undoes the part of it
+// that does not belong to that axis. Both rates are constant, so the step has no error of its own.
 void rotate_symmetric(const Mat3& inertia, int axis, double dt_s, BodyState& state) {
   const Vec3 before = column(state.orientation, axis);
   const double about_axis = before.dot(state.angular_velocity_rad_s);
   const double ratio = inertia(axis, axis) / inertia((axis + 1) % 3, (axis + 1) % 3);
   const double excess = (1.0 - ratio) * about_axis;
   const Vec3 precession = state.angular_velocity_rad_s - before * excess;
-  Vec3 spin_local = Vec3::Zero();
-  spin_local[axis] = excess * dt_s;
+  Vec3 angular_velocity_local = Vec3::Zero();
+  angular_velocity_local[axis] = excess * dt_s;
   state.orientation =
-      turned(precession * dt_s, composed(state.orientation, rotation_by(spin_local)));
+      turned(precession * dt_s, composed(state.orientation, rotation_by(angular_velocity_local)));
   state.angular_velocity_rad_s = precession + column(state.orientation, axis) * excess;
 }
 
 constexpr int kMostTerms = 24;
 constexpr double kTermLimit = 1e-17;  // terms of the attitude below it are not worth having
-// A stretch is so short that the spin cannot turn by more (rad). The series of the spin converges
-// like (stretch / (pi/2))^k at worst, that of a constant spin like that of the sine.
+// A stretch is so short that the angular velocity cannot turn by more (rad). Its series converges
+// like (stretch / (pi/2))^k at worst, that of a constant one like that of the sine.
 constexpr double kLongestStretch_rad = 0.5;
 constexpr double kMostStretches = 1024.0;
 
@@ -114,10 +114,10 @@ Quat series_rotation(const Mat3& inverse_inertia, const Vec3& momentum, double d
     Vec3 moment = Vec3::Zero(), vector = Vec3::Zero();
     double scalar = 0.0;
     for (int j = 0; j <= k; ++j) {
-      const Vec3& spin = w[k - j];
-      moment += m[j].cross(spin);
-      scalar -= v[j].dot(spin);
-      vector += spin * s[j] + v[j].cross(spin);
+      const Vec3& angular_velocity = w[k - j];
+      moment += m[j].cross(angular_velocity);
+      scalar -= v[j].dot(angular_velocity);
+      vector += angular_velocity * s[j] + v[j].cross(angular_velocity);
     }
     const double share = 1.0 / (k + 1);
     m[k + 1] = moment * share;
@@ -137,15 +137,16 @@ Quat series_rotation(const Mat3& inverse_inertia, const Vec3& momentum, double d
 void rotate_asymmetric(const BodyParams& params, double dt_s, BodyState& state) {
   const Mat3& inverse_inertia = params.inverse_inertia_local;
   const Mat3 rotation = state.orientation.toRotationMatrix();
-  const Vec3 spin_local(rotation.transpose() * state.angular_velocity_rad_s);
-  Vec3 momentum_local = times(params.inertia_local_kg_m2, spin_local);
+  const Vec3 angular_velocity_local(rotation.transpose() * state.angular_velocity_rad_s);
+  Vec3 momentum_local = times(params.inertia_local_kg_m2, angular_velocity_local);
   const Vec3 momentum(rotation * momentum_local);
-  // The spin never exceeds what all of the energy gives about the axis of the smallest moment.
+  // The angular velocity never exceeds what all of the energy gives about the axis of the smallest
+  // moment.
   const double fastest =
-      std::sqrt(momentum_local.dot(spin_local) *
+      std::sqrt(momentum_local.dot(angular_velocity_local) *
                 (inverse_inertia(0, 0) + inverse_inertia(1, 1) + inverse_inertia(2, 2)));
-  // Limited, so that a step of any state ends: an absurd spin comes less far than it should in the
-  // same motion, with L and the energy as they were.
+  // Limited, so that a step of any state ends: an absurdly fast body comes less far than it should
+  // in the same motion, with L and the energy as they were.
   const double wanted = std::ceil(fastest * std::abs(dt_s) * (1.0 / kLongestStretch_rad));
   const int stretches = wanted > 1.0 ? static_cast<int>(std::min(wanted, kMostStretches)) : 1;
   const double stretch_s = wanted > kMostStretches

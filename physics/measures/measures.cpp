@@ -99,17 +99,17 @@ Mechanics measure(const SceneDescription& scene, std::span<const BodyId> ids,
     if (params.kinematic) continue;
     const BodyState& s = states[i];
     const Mat3 rotation = s.orientation.toRotationMatrix();
-    const Vec3 spin_local = rotation.transpose() * s.angular_velocity_rad_s;
-    const Vec3 spin_momentum_local = params.inertia_local_kg_m2 * spin_local;
+    const Vec3 angular_velocity_local = rotation.transpose() * s.angular_velocity_rad_s;
+    const Vec3 angular_momentum_local = params.inertia_local_kg_m2 * angular_velocity_local;
     const Vec3 momentum = params.mass_kg * s.linear_velocity_m_s;
-    sum.kinetic_energy_joule +=
-        0.5 * (momentum.dot(s.linear_velocity_m_s) + spin_momentum_local.dot(spin_local));
+    sum.kinetic_energy_joule += 0.5 * (momentum.dot(s.linear_velocity_m_s) +
+                                       angular_momentum_local.dot(angular_velocity_local));
     sum.potential_energy_joule -= params.mass_kg * scene.gravity_m_s2.dot(s.position_m);
     if (params.forces != kNone)
       sum.potential_energy_joule -= scene.forces[params.forces].force_newton.dot(s.position_m);
     sum.linear_momentum_newton_s += momentum;
     sum.angular_momentum_newton_m_s += s.position_m.cross(momentum);
-    sum.angular_momentum_newton_m_s += rotation * spin_momentum_local;
+    sum.angular_momentum_newton_m_s += rotation * angular_momentum_local;
     sum.momentum_scale_newton_s += momentum.norm();
   }
   sum.potential_energy_joule += spring_energy_joule(scene, ids, states);

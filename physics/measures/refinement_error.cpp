@@ -7,8 +7,8 @@ namespace {
 
 double relative_error_of(const BodySizes& sizes, std::size_t body, const BodyDifference& d) {
   const double radius = sizes.bodies[body].radius_m;
-  return (d.place_m.norm() + radius * d.turn_rad.norm() +
-          sizes.dt_s * (d.velocity_m_s.norm() + radius * d.spin_rad_s.norm())) /
+  return (d.place_m.norm() + radius * d.rotation_rad.norm() +
+          sizes.dt_s * (d.velocity_m_s.norm() + radius * d.angular_velocity_rad_s.norm())) /
          sizes.bodies[body].width_m;
 }
 
@@ -53,9 +53,9 @@ StepError change_of(const BodySizes& sizes, std::span<const BodyState> from,
 StepError displacement_of(const BodySizes& sizes, std::span<const BodyState> from,
                           std::span<const BodyState> to, double time_s) {
   return largest(sizes, from.size(), [&](std::size_t i) {
-    const Vec3 way = to[i].position_m - from[i].position_m;
-    return BodyDifference{way - to[i].linear_velocity_m_s * time_s, Vec3::Zero(), Vec3::Zero(),
-                          Vec3::Zero()};
+    const Vec3 displacement = to[i].position_m - from[i].position_m;
+    return BodyDifference{displacement - to[i].linear_velocity_m_s * time_s, Vec3::Zero(),
+                          Vec3::Zero(), Vec3::Zero()};
   });
 }
 
@@ -67,9 +67,9 @@ StepError speed_of(const BodySizes& sizes, std::span<const BodyState> states) {
 }
 
 BodyDifference difference_of(const BodyState& from, const BodyState& to) {
-  const Quat turn = to.orientation * from.orientation.conjugate();
+  const Quat rotation = to.orientation * from.orientation.conjugate();
   return {to.position_m - from.position_m,
-          2.0 * (turn.w() < 0.0 ? Vec3(-turn.vec()) : Vec3(turn.vec())),
+          2.0 * (rotation.w() < 0.0 ? Vec3(-rotation.vec()) : Vec3(rotation.vec())),
           to.linear_velocity_m_s - from.linear_velocity_m_s,
           to.angular_velocity_rad_s - from.angular_velocity_rad_s};
 }
@@ -86,8 +86,9 @@ StepError largest_of(const BodySizes& sizes, std::span<const BodyDifference> dif
 StepError apart_of(const BodySizes& sizes, std::span<const BodyDifference> a,
                    std::span<const BodyDifference> b) {
   return largest(sizes, a.size(), [&](std::size_t i) {
-    return BodyDifference{b[i].place_m - a[i].place_m, b[i].turn_rad - a[i].turn_rad,
-                          b[i].velocity_m_s - a[i].velocity_m_s, b[i].spin_rad_s - a[i].spin_rad_s};
+    return BodyDifference{b[i].place_m - a[i].place_m, b[i].rotation_rad - a[i].rotation_rad,
+                          b[i].velocity_m_s - a[i].velocity_m_s,
+                          b[i].angular_velocity_rad_s - a[i].angular_velocity_rad_s};
   });
 }
 
@@ -126,12 +127,12 @@ StepError unsteadiness_indicator(const BodySizes& sizes, std::span<const BodySta
     const BodyState &start = from[i], &one = after_one[i], &end = after_two[i];
     BodyDifference off = difference_of(one, end);
     off.place_m -= (0.5 * time_s) * (two[i].linear - end.linear_velocity_m_s);
-    off.turn_rad -= (0.5 * time_s) * (two[i].angular - end.angular_velocity_rad_s);
+    off.rotation_rad -= (0.5 * time_s) * (two[i].angular - end.angular_velocity_rad_s);
     const Vec3 bend = start.linear_velocity_m_s - 2.0 * two[i].linear + end.linear_velocity_m_s;
     const Vec3 twist =
         start.angular_velocity_rad_s - 2.0 * two[i].angular + end.angular_velocity_rad_s;
     off.velocity_m_s = off.velocity_m_s.cwiseAbs() + bend.cwiseAbs();
-    off.spin_rad_s = off.spin_rad_s.cwiseAbs() + twist.cwiseAbs();
+    off.angular_velocity_rad_s = off.angular_velocity_rad_s.cwiseAbs() + twist.cwiseAbs();
     return off;
   });
 }
@@ -155,8 +156,8 @@ double share_before_bend(const BodySizes& sizes, std::span<const BodyState> befo
   };
   const auto lines = [&](const Vec3& past, const Vec3& start, const Vec3& half, const Vec3& end) {
     const Vec3 first = (start - past) * (time_s / past_s);  // changes over time_s
-    const Vec3 second = 2.0 * (end - half), turn = second - first;
-    return Lines{(start - (end - second)).dot(turn), turn.squaredNorm()};
+    const Vec3 second = 2.0 * (end - half), change = second - first;
+    return Lines{(start - (end - second)).dot(change), change.squaredNorm()};
   };
   const BodyState &past = before.front(), &start = from.front();
   const Lines linear =

@@ -47,10 +47,10 @@ StepError displacement_of(const BodySizes& sizes, std::span<const BodyState> fro
 // Of all velocity there is.
 StepError speed_of(const BodySizes& sizes, std::span<const BodyState> states);
 
-// What parts two states of a body. Turns are twice the vector part of the rotation.
+// What parts two states of a body. Rotations are twice the vector part of the quaternion.
 struct BodyDifference {
-  Vec3 place_m = Vec3::Zero(), turn_rad = Vec3::Zero();
-  Vec3 velocity_m_s = Vec3::Zero(), spin_rad_s = Vec3::Zero();
+  Vec3 place_m = Vec3::Zero(), rotation_rad = Vec3::Zero();
+  Vec3 velocity_m_s = Vec3::Zero(), angular_velocity_rad_s = Vec3::Zero();
 };
 BodyDifference difference_of(const BodyState& from, const BodyState& to);
 
@@ -74,8 +74,8 @@ StepError roughness_indicator(const BodySizes& sizes, std::span<const BodyState>
                               const VelocityPath& four, double time_s);
 
 // What one and two steps over time_s are off from steady forces, under which both have velocities
-// on one line and differ by what ways of first order must: 0 if twice the second less the first is
-// exact. `two`: velocities after each of its steps.
+// on one line and differ by what displacements of first order must: 0 if twice the second less the
+// first is exact. `two`: velocities after each of its steps.
 StepError unsteadiness_indicator(const BodySizes& sizes, std::span<const BodyState> from,
                                  std::span<const BodyState> after_one,
                                  std::span<const BodyState> after_two, const VelocityPath& two,

@@ -26,15 +26,15 @@ struct IslandReport {
   // Accuracy mode: whether the error of the step, of the worst body's width (refinement_error.hpp),
   // is more than the tolerance. Else nothing.
   bool beyond_tolerance = false;
-  std::uint32_t iterations = 0;  // sweeps, and steps of Newton's method
+  std::uint32_t iterations = 0;  // and steps of Newton's method
   BodyId worst_body{};
   std::uint64_t multiplications = 0;     // of its factorisations, roughly
   double max_penetration_m = 0.0;        // at the start of the step, >= 0
   double constraint_residual_m_s = 0.0;  // largest remaining violation of a velocity constraint
   double joint_error = 0.0;              // largest of its joints at the end, m or rad
   // Energy that displacements without velocity gave: position correction of overlaps, closing of
-  // joints, in substeps what the way differs from that of the final velocity. Not of islands in
-  // blocks. What else contacts do in a step takes energy out (energy_clamp.hpp).
+  // joints, in substeps what the displacement differs from that of the final velocity. Not of
+  // islands in blocks. What else contacts do in a step takes energy out (energy_clamp.hpp).
   double push_out_work_joule = 0.0;
   double error_estimate = 0.0;                            // accuracy mode: of the worst body
   double motor_work_joule = 0.0;                          // of motors of joints

@@ -17,7 +17,7 @@ struct Material {
   double friction = 0.5;     // Coulomb coefficient, >= 0; a pair takes the geometric mean
   double restitution = 0.0;  // in [0, 1]; a pair takes the maximum
   // The most that a contact turns bodies back as they roll (about axes in its plane) and as they
-  // spin (about its normal), over its force: N m / N, >= 0. A pair takes the larger ones.
+  // rotate (about its normal), over its force: N m / N, >= 0. A pair takes the larger ones.
   double rolling_friction_m = 0.0, torsional_friction_m = 0.0;
 };
 
@@ -140,14 +140,14 @@ enum class Narrowphase { kAuto, kFcl, kOwn };
 
 // Settings of the contact solver. Lengths are relative to body size, see README.
 struct SolverSettings {
-  int iterations = 30;                      // sweeps, 1 .. 1000
+  int iterations = 30;                      // 1 .. 1000
   double restitution_threshold_m_s = 0.05;  // slower impacts do not bounce, >= 0
   bool contact_response = true;             // false: detection only, bodies pass through each other
   bool warm_starting = true;
-  bool direct = true;   // Newton's method for the islands that it pays for; false: sweeps for all
+  bool direct = true;   // Newton's method for the islands that it pays for; false: for none
   bool rest = true;     // what does not move is left as it is (sleeping.hpp); false: all is solved
   bool refined = true;  // islands get several parts unasked where one is far off (refinement.hpp),
-                        // and blows more work than sweeps take (blows.hpp)
+                        // and blows more work than iterations take (blows.hpp)
 };
 
 // Everything constant that a step needs.

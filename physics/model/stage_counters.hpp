@@ -35,10 +35,10 @@ struct StageCounters {
   std::uint64_t islands_at_rest = 0, pairs_at_rest = 0;
   std::uint64_t islands_again = 0;           // of those solved, in a further pass (sent_on.hpp)
   std::uint64_t direct_islands = 0;          // of those solved, by Newton's method
-  std::uint64_t solver_iterations = 0;       // sweeps and Newton steps, summed over islands
+  std::uint64_t solver_iterations = 0;       // and Newton steps, summed over islands
   std::uint64_t row_sweeps = 0;              // contact rows times those, of what is not in blocks
   std::uint64_t factor_multiplications = 0;  // of all factorisations, roughly
-  std::uint64_t joint_sweeps = 0;            // joint rows times sweeps (swept_joints.hpp)
+  std::uint64_t joint_sweeps = 0;            // joint rows times iterations (swept_joints.hpp)
   std::uint64_t normal_rows = 0;
   std::uint64_t friction_rows = 0;
   std::uint64_t conveyor_rows = 0;  // friction rows against a moving surface
@@ -62,14 +62,14 @@ struct StageCounters {
   // same, but the rest of the step is one step, of first order.
   std::uint64_t islands_over_budget = 0;
   // What comes to something without a rebound within a step in substeps (blows.hpp): shared out to
-  // rounding, and left to what sweeps make of it.
+  // rounding, and left to what iterations make of it.
   std::uint64_t blows = 0, blows_left = 0;
   std::uint64_t driven_bodies = 0;  // bodies that got a drive's acceleration
   std::uint64_t forced_bodies = 0;  // bodies that got forces or damping of their own
   std::uint64_t kinematic_bodies = 0;
   // Large islands: those among islands_solved that were solved in blocks, the blocks, and rows
-  // times sweeps. Rows and sweeps are among the others; rows of a border that two solvers share
-  // count twice.
+  // times iterations. Rows and iterations are among the others; rows of a border that two solvers
+  // share count twice.
   std::uint64_t islands_in_blocks = 0, blocks_solved = 0, block_row_sweeps = 0;
 
   std::uint64_t impact_searches() const {

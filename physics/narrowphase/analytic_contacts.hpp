@@ -25,8 +25,8 @@ struct PointContact {
 
 // Sphere against sphere, box, capsule or cylinder, either first. Within the margin it is the
 // contact of the present pose. A faster approach is followed along the relative velocity until the
-// surfaces meet: normal and place are those of the impact, the separation is the way to it along
-// the normal.
+// surfaces meet: normal and place are those of the impact, the separation is the distance to it
+// along the normal.
 PointContact sphere_contact(const PlacedShape& a, const PlacedShape& b, const PairMotion& motion);
 
 // Capsule against capsule: the nearest points of the cores. Two points where they run in parallel.

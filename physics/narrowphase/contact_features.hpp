@@ -36,31 +36,32 @@ struct SupportFeature {
   Vec3 normal = Vec3::Zero();  // outward normal of a polygon; zero otherwise
 };
 SupportFeature support_feature(const PlacedShape& s, const Vec3& direction);
-// Of a hull: the face through which the way from its centre of mass in this direction leads out.
+// Of a hull: the face through which the ray from its centre of mass in this direction leads out.
 // What it would stand on; a face that is steeper may support better, but the hull tips over it.
 SupportFeature face_ahead(const PlacedShape& hull, const Vec3& direction);
 
 // Relative motion of a pair during the step: decides how far apart contacts still matter.
 struct PairMotion {
-  Vec3 velocity_a = Vec3::Zero(), spin_a = Vec3::Zero();
-  Vec3 velocity_b = Vec3::Zero(), spin_b = Vec3::Zero();
+  Vec3 velocity_a = Vec3::Zero(), angular_velocity_a = Vec3::Zero();
+  Vec3 velocity_b = Vec3::Zero(), angular_velocity_b = Vec3::Zero();
   Vec3 center_b = Vec3::Zero();  // a's is the origin
   // Of parts of compounds: from the centres of the bodies to those of the solids.
   Vec3 arm_a = Vec3::Zero(), arm_b = Vec3::Zero();
   double dt_s = 0.0;
-  double margin_m = 0.0;  // contacts within it are kept even when not closing
-  double range_m = 0.0;   // no contact farther apart can be reached in this step
-  double turns_m = 0.0;   // of it, what spins can close that show other features
+  double margin_m = 0.0;    // contacts within it are kept even when not closing
+  double range_m = 0.0;     // no contact farther apart can be reached in this step
+  double rotation_m = 0.0;  // of it, what rotations can close that show other features
 
   // Velocity of b relative to a at a point.
   Vec3 relative_velocity(const Vec3& point) const {
-    return velocity_b + spin_b.cross(point - center_b) - velocity_a - spin_a.cross(point);
+    return velocity_b + angular_velocity_b.cross(point - center_b) - velocity_a -
+           angular_velocity_a.cross(point);
   }
   // Of the centre of b's solid relative to that of a's.
   Vec3 centres_velocity() const {
     const Vec3 bodies = velocity_b - velocity_a;
     if (!is_off_centre()) return bodies;
-    return bodies + spin_b.cross(arm_b) - spin_a.cross(arm_a);
+    return bodies + angular_velocity_b.cross(arm_b) - angular_velocity_a.cross(arm_a);
   }
   bool is_off_centre() const { return arm_a != Vec3::Zero() || arm_b != Vec3::Zero(); }
   bool reaches(const Vec3& point, const Vec3& normal, double separation) const;

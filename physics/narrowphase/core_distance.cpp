@@ -29,31 +29,33 @@ struct Nearest {
 
 Vec3 farthest(const Core& core, const Vec3& direction) {
   const CompiledShape& shape = core.solid.shape;
-  const Mat3& turn = core.solid.pose.rotation;
-  const Vec3 d(turn.col(0).dot(direction), turn.col(1).dot(direction), turn.col(2).dot(direction));
+  const Mat3& rotation = core.solid.pose.rotation;
+  const Vec3 d(rotation.col(0).dot(direction), rotation.col(1).dot(direction),
+               rotation.col(2).dot(direction));
   switch (shape.kind) {
     case ShapeKind::kSphere:
       return core.solid.pose.position;
     case ShapeKind::kCapsule:
       return core.solid.pose.position +
-             turn.col(2) * std::copysign(core.scale * shape.half_length_m, d.z());
+             rotation.col(2) * std::copysign(core.scale * shape.half_length_m, d.z());
     case ShapeKind::kCylinder: {
       const double radial = std::sqrt(d.x() * d.x() + d.y() * d.y());
       const double scale =
           radial > 0.0 ? core.scale * (shape.radius_m - core.skin_m) / radial : 0.0;
-      return core.solid.pose.position + turn.col(0) * (d.x() * scale) +
-             turn.col(1) * (d.y() * scale) +
-             turn.col(2) * std::copysign(core.scale * (shape.half_length_m - core.skin_m), d.z());
+      return core.solid.pose.position + rotation.col(0) * (d.x() * scale) +
+             rotation.col(1) * (d.y() * scale) +
+             rotation.col(2) *
+                 std::copysign(core.scale * (shape.half_length_m - core.skin_m), d.z());
     }
     case ShapeKind::kBox: {
       const Vec3& half = shape.half_extents_m;
       return core.solid.pose.position +
-             turn.col(0) * std::copysign(core.scale * (half.x() - core.skin_m), d.x()) +
-             turn.col(1) * std::copysign(core.scale * (half.y() - core.skin_m), d.y()) +
-             turn.col(2) * std::copysign(core.scale * (half.z() - core.skin_m), d.z());
+             rotation.col(0) * std::copysign(core.scale * (half.x() - core.skin_m), d.x()) +
+             rotation.col(1) * std::copysign(core.scale * (half.y() - core.skin_m), d.y()) +
+             rotation.col(2) * std::copysign(core.scale * (half.z() - core.skin_m), d.z());
     }
     default:
-      return core.solid.pose.position + turn * (core.scale * support(shape, d));
+      return core.solid.pose.position + rotation * (core.scale * support(shape, d));
   }
 }
 
@@ -70,10 +72,10 @@ Nearest of_corner(const Simplex& s, int i) {
 Nearest of_edge(const Simplex& s, int i, int j) {
   const Vec3& from = s.corners[i].gap;
   const Vec3 along = s.corners[j].gap - from;
-  const double length = along.squaredNorm(), way = -from.dot(along);
-  if (!(way > 0.0)) return of_corner(s, i);
-  if (!(way < length)) return of_corner(s, j);
-  const double share = way / length;
+  const double length = along.squaredNorm(), projected = -from.dot(along);
+  if (!(projected > 0.0)) return of_corner(s, i);
+  if (!(projected < length)) return of_corner(s, j);
+  const double share = projected / length;
   Nearest out;
   out.point = from + along * share;
   out.squared = out.point.squaredNorm();

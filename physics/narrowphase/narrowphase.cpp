@@ -84,30 +84,30 @@ PairMotion motion_of(const PairStep& pair, const PlacedPair& placed) {
   const double dt_s = pair.dt_s;
   PairMotion motion;
   motion.velocity_a = a.linear_velocity_m_s;
-  motion.spin_a = a.angular_velocity_rad_s;
+  motion.angular_velocity_a = a.angular_velocity_rad_s;
   motion.center_b = placed.b.placed.pose.position;
   motion.dt_s = dt_s;
   double extent = shape_a.min_extent_m;
-  double turning = motion.spin_a.norm() * shape_a.bounding_radius_m;
+  double turning = motion.angular_velocity_a.norm() * shape_a.bounding_radius_m;
   double shows = shape_a.kind == ShapeKind::kSphere ? 0.0 : turning;  // other features
   if (b != nullptr) {
     motion.velocity_b = b->linear_velocity_m_s;
-    motion.spin_b = b->angular_velocity_rad_s;
+    motion.angular_velocity_b = b->angular_velocity_rad_s;
     extent = std::min(extent, shape_b.min_extent_m);
-    const double of_b = motion.spin_b.norm() * shape_b.bounding_radius_m;
+    const double of_b = motion.angular_velocity_b.norm() * shape_b.bounding_radius_m;
     turning += of_b;
     shows += shape_b.kind == ShapeKind::kSphere ? 0.0 : of_b;
   }
   if (b == nullptr || pull_m_s2 != Vec3::Zero()) motion.velocity_a += pull_m_s2 * dt_s;
   motion.margin_m = kContactMargin * extent;
-  motion.turns_m = shows * dt_s;
+  motion.rotation_m = shows * dt_s;
   const double speed = (motion.velocity_b - motion.velocity_a).norm() + turning;
   motion.range_m = std::min(motion.margin_m + speed * dt_s, 1e300);
   return motion;
 }
 
 // Solids other than spheres look ahead by no more than their own width: what a contact normal of
-// the present pose says about a longer way is not worth having.
+// the present pose says about a longer path is not worth having.
 double limited_range(const PairMotion& motion) {
   return std::min(motion.range_m, motion.margin_m * (1.0 / kContactMargin));
 }
@@ -119,9 +119,9 @@ PlacedPair place_pair(const PairStep& pair) {
   const ShapeGeometry& ga = impl.shapes[impl.body_shapes[index_of(a)]];
   const ShapeGeometry& gb = impl.shapes[fixed ? fixed->shape : impl.body_shapes[index_of(b)]];
   const Vec3 center_b = (fixed ? fixed->pose.position : state_b->position_m) - state_a.position_m;
-  const Mat3 turn_b = fixed ? fixed->pose.rotation : state_b->orientation.toRotationMatrix();
+  const Mat3 rotation_b = fixed ? fixed->pose.rotation : state_b->orientation.toRotationMatrix();
   return {{ga, {ga.shape, {state_a.orientation.toRotationMatrix(), Vec3::Zero()}}},
-          {gb, {gb.shape, {turn_b, center_b}}},
+          {gb, {gb.shape, {rotation_b, center_b}}},
           kernel_of(ga.shape.kind, gb.shape.kind)};
 }
 
@@ -173,7 +173,7 @@ void collide_placed(const PairStep& pair, const PlacedPair& placed, const PairMo
   }
 }
 
-// A ball that goes round a centre is not on a straight way: it looks no farther ahead than others.
+// A ball that goes round a centre is not on a straight path: it looks no farther ahead than others.
 PairMotion motion_of_parts(const PairMotion& whole, const PlacedPair& pair) {
   PairMotion motion = whole;
   motion.arm_a = pair.a.placed.pose.position;
@@ -221,7 +221,7 @@ bool append_manifolds(const PairStep& pair, std::vector<ContactManifold>& out,
     collide_placed(pair, placed, motion, out, counters);
   // Of a mesh, and of compounds, other parts may be met; and what turns far shows other features.
   const bool none = out.size() == before;
-  return (none && motion.turns_m > motion.margin_m) ||
+  return (none && motion.rotation_m > motion.margin_m) ||
          ((none || compound || placed.kernel == ShapeKernel::kMesh) &&
           motion.range_m > limited_range(motion));
 }

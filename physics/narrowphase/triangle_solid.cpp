@@ -59,13 +59,13 @@ TriangleNormal allowed_normal(const MeshTriangle& triangle, const Vec3& directio
 Separation overlap_with_triangle(const PlacedShape& a, const Solid& triangle) {
   constexpr int kHalvings = 40;
   const MeshTriangle& t = *triangle.geometry.triangle;
-  const Mat3& turn = triangle.placed.pose.rotation;
-  const Vec3 face = turn * t.plane.normal;
+  const Mat3& rotation = triangle.placed.pose.rotation;
+  const Vec3 face = rotation * t.plane.normal;
   Separation best{-face, separation_along(a, triangle.placed, -face)};
   for (int i = 0; i < 3; ++i) {
     if (!t.edge_active[i]) continue;
     // From the face's normal towards the limit; the way to the best one has one top.
-    const Vec3 towards = turn * t.edge_limit[i] - face;
+    const Vec3 towards = rotation * t.edge_limit[i] - face;
     const auto at = [&](double share) -> Separation {
       const Vec3 normal = -(face + towards * share).normalized();
       return {normal, separation_along(a, triangle.placed, normal)};

@@ -16,16 +16,16 @@ struct LocalRay {
   Vec3 from, direction;
   double length;
 
-  Vec3 at(double way) const { return from + direction * way; }
+  Vec3 at(double distance) const { return from + direction * distance; }
 };
 
-// Where a ray enters, at `way` >= 0; kNever: it does not.
+// Where a ray enters, at `distance` >= 0; kNever: it does not.
 struct RayEntry {
-  double way = kNever;
+  double distance = kNever;
   Vec3 normal = Vec3::UnitZ();
 
   void keep_nearer(const RayEntry& other) {
-    if (other.way < way) *this = other;
+    if (other.distance < distance) *this = other;
   }
 };
 
@@ -40,8 +40,8 @@ class ConvexPassage {
       if (above > 0.0) leave_ = -kNever;
     } else if (speed > 0.0) {
       leave_ = std::min(leave_, -above / speed);
-    } else if (const double way = -above / speed; way > enter_) {
-      enter_ = way;
+    } else if (const double distance = -above / speed; distance > enter_) {
+      enter_ = distance;
       normal_ = normal;
     }
   }
@@ -50,11 +50,11 @@ class ConvexPassage {
     const double root = b * b - a * c;
     if (a == 0.0 ? c > 0.0 : root < 0.0) leave_ = -kNever;
     if (a == 0.0 || root < 0.0) return;
-    const double way = (-b - std::sqrt(root)) / a;
+    const double distance = (-b - std::sqrt(root)) / a;
     leave_ = std::min(leave_, (-b + std::sqrt(root)) / a);
-    if (!(way > enter_)) return;
-    enter_ = way;
-    normal_ = ray_.at(way);
+    if (!(distance > enter_)) return;
+    enter_ = distance;
+    normal_ = ray_.at(distance);
     if (!is_sphere) normal_.z() = 0.0;
     normal_.normalize();
   }
@@ -131,22 +131,24 @@ RayEntry enter_triangle(const LocalRay& ray, const MeshTriangle& triangle) {
   const Vec3 up = to_start.cross(u);
   const double along_v = ray.direction.dot(up);
   if (along_u < 0.0 || along_v < 0.0 || along_u + along_v > volume) return {};
-  const double way = v.dot(up) / volume;
-  if (!(way >= 0.0 && way <= ray.length)) return {};
-  return {way, triangle.plane.normal};
+  const double distance = v.dot(up) / volume;
+  if (!(distance >= 0.0 && distance <= ray.length)) return {};
+  return {distance, triangle.plane.normal};
 }
 
 RayEntry enter_mesh(const LocalRay& ray, const CompiledShape& shape) {
   RayEntry first;
   std::uint32_t nearest = kNone;
-  shape.tree.visit([&ray](const Aabb& box) { return reaches(ray, box); },
-                   [&](std::uint32_t i) {
-                     const RayEntry entry = enter_triangle(ray, shape.triangles[i]);
-                     if (entry.way > first.way || (entry.way == first.way && i > nearest)) return;
-                     if (entry.way == kNever) return;
-                     first = entry;
-                     nearest = i;
-                   });
+  shape.tree.visit(
+      [&ray](const Aabb& box) { return reaches(ray, box); },
+      [&](std::uint32_t i) {
+        const RayEntry entry = enter_triangle(ray, shape.triangles[i]);
+        if (entry.distance > first.distance || (entry.distance == first.distance && i > nearest))
+          return;
+        if (entry.distance == kNever) return;
+        first = entry;
+        nearest = i;
+      });
   return first;
 }
 
@@ -193,8 +195,9 @@ void keep_first(const Ray& ray, BodyId id, const CompiledShape& shape, const Pos
                 std::optional<RayHit>& hit) {
   const RayEntry entry = enter(
       {pose.to_local(ray.from_m), pose.direction_to_local(ray.direction), ray.length_m}, shape);
-  if (entry.way == kNever || (hit && !(entry.way < hit->distance_m))) return;
-  hit = RayHit{id, entry.way, ray.from_m + ray.direction * entry.way, pose.rotation * entry.normal};
+  if (entry.distance == kNever || (hit && !(entry.distance < hit->distance_m))) return;
+  hit = RayHit{id, entry.distance, ray.from_m + ray.direction * entry.distance,
+               pose.rotation * entry.normal};
 }
 
 }  // namespace

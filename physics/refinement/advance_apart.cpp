@@ -126,7 +126,7 @@ bool stayed_apart(const IslandStep& island, const Islands& islands, const Island
     if (island_of[a] == island_of[b]) continue;
     if (is_link(m)) {
       std::vector<ContactManifold> found;
-      const double overlap_m = meet_on_way_m(island, move, m, counters, found);
+      const double overlap_m = meet_on_path_m(island, move, m, counters, found);
       if (overlap_m > kMostGrowth * size_of(scene, m)) return false;
       continue;
     }

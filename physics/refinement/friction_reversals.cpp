@@ -18,12 +18,12 @@ struct SlidingPoint {
   std::size_t b = kNone;  // of a static: none
   Vec3 arm_a = Vec3::Zero(), arm_b = Vec3::Zero(), normal = Vec3::Zero();
   Vec3 surface_m_s = Vec3::Zero();
-  double spin_arm_m = 0.0;  // > 0: the bodies' spin against each other, at this distance, instead
+  double rolling_arm_m = 0.0;  // > 0: the bodies' relative rotation, at this distance, instead
 
   Vec3 slip_m_s(std::span<const BodyState> states) const {
-    if (spin_arm_m > 0.0) {
+    if (rolling_arm_m > 0.0) {
       const Vec3 of_b = b == kNone ? Vec3(Vec3::Zero()) : states[b].angular_velocity_rad_s;
-      return (of_b - states[a].angular_velocity_rad_s) * spin_arm_m;
+      return (of_b - states[a].angular_velocity_rad_s) * rolling_arm_m;
     }
     const auto speed_of = [&states](std::size_t body, const Vec3& arm) -> Vec3 {
       return states[body].linear_velocity_m_s + states[body].angular_velocity_rad_s.cross(arm);
@@ -80,7 +80,7 @@ void for_each_turned(const RefinedIsland& island, std::span<const ContactManifol
       look(point);
     }
     if (!rolls || !presses(m, to[point.a])) continue;
-    point.spin_arm_m = island.sizes.bodies[point.a].radius_m;
+    point.rolling_arm_m = island.sizes.bodies[point.a].radius_m;
     look(point);
   }
 }

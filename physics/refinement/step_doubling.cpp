@@ -234,9 +234,9 @@ void RichardsonExtrapolation::add(const Trial& next) {
     row.bodies.reserve(fine.bodies.size());
     for (std::size_t i = 0; i < fine.bodies.size(); ++i) {
       const BodyDifference &a = coarse.bodies[i], &b = fine.bodies[i];
-      row.bodies.push_back({further(a.place_m, b.place_m), further(a.turn_rad, b.turn_rad),
+      row.bodies.push_back({further(a.place_m, b.place_m), further(a.rotation_rad, b.rotation_rad),
                             further(a.velocity_m_s, b.velocity_m_s),
-                            further(a.spin_rad_s, b.spin_rad_s)});
+                            further(a.angular_velocity_rad_s, b.angular_velocity_rad_s)});
     }
     row.impulse = further(coarse.impulse, fine.impulse);
     row.angular_impulse = further(coarse.angular_impulse, fine.angular_impulse);
@@ -275,11 +275,11 @@ Trial RichardsonExtrapolation::limit(const Trial& finest) const {
     BodyState& state = limit.states[i];
     state.position_m = from.position_m + d.place_m;
     state.linear_velocity_m_s = from.linear_velocity_m_s + d.velocity_m_s;
-    state.angular_velocity_rad_s = from.angular_velocity_rad_s + d.spin_rad_s;
-    const Vec3 half = 0.5 * d.turn_rad;
-    const Quat turn(std::sqrt(std::max(0.0, 1.0 - half.squaredNorm())), half.x(), half.y(),
-                    half.z());
-    state.orientation = (turn * from.orientation).normalized();
+    state.angular_velocity_rad_s = from.angular_velocity_rad_s + d.angular_velocity_rad_s;
+    const Vec3 half = 0.5 * d.rotation_rad;
+    const Quat rotation(std::sqrt(std::max(0.0, 1.0 - half.squaredNorm())), half.x(), half.y(),
+                        half.z());
+    state.orientation = (rotation * from.orientation).normalized();
   }
   const IslandReport& first = one_.report;
   limit.report.static_impulse_newton_s = first.static_impulse_newton_s + row.impulse;
@@ -312,9 +312,9 @@ bool take_from_springs(const RefinedIsland& island, std::span<const BodyState> f
           to[i].position_m + (to[i].linear_velocity_m_s - from[i].linear_velocity_m_s) * time_s;
       trial.states[i].orientation = to[i].orientation;
       trial.states[i].angular_velocity_rad_s = to[i].angular_velocity_rad_s;
-      turn_by(island.scene.bodies[index_of(island.ids[i])],
-              (to[i].angular_velocity_rad_s - from[i].angular_velocity_rad_s) * time_s,
-              trial.states[i]);
+      rotate_by(island.scene.bodies[index_of(island.ids[i])],
+                (to[i].angular_velocity_rad_s - from[i].angular_velocity_rad_s) * time_s,
+                trial.states[i]);
     }
     return gained_joule(island, from, trial);
   };

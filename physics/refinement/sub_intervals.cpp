@@ -89,12 +89,12 @@ bool comes_fast(const RefinedIsland& island, const StartedSubInterval& part) {
 // little that those of its start are those of the part.
 bool is_plain_hit(const RefinedIsland& island, double time_s, std::span<const BodyState> from,
                   const Trial& one) {
-  constexpr double kMostTurn_rad = 0.25, kMostLeft = 1e-4;  // of the width
+  constexpr double kMostRotation_rad = 0.25, kMostLeft = 1e-4;  // of the width
   const std::span<const BodyState> to = one.states;
   if (can_be_smooth(island, time_s, from, to)) return false;
-  const double spin_rad_s =
+  const double angular_speed_rad_s =
       std::max(from[0].angular_velocity_rad_s.norm(), to[0].angular_velocity_rad_s.norm());
-  return spin_rad_s * time_s <= kMostTurn_rad &&
+  return angular_speed_rad_s * time_s <= kMostRotation_rad &&
          one.report.constraint_residual_m_s * time_s <= kMostLeft * island.sizes.bodies[0].width_m;
 }
 
@@ -244,8 +244,8 @@ RefinedSubInterval refine_sub_interval(RefinedIsland& island, const StartedSubIn
   if (island.springs.empty() && island.budget.allows(change.relative_error, part.time_s))
     return {SubIntervalResult{std::move(one), change}};
   if (can_be_cut)
-    if (const std::optional<Bisection> turn = bisection_at_reversal(island, part, one))
-      return {std::nullopt, *turn};
+    if (const std::optional<Bisection> reversal = bisection_at_reversal(island, part, one))
+      return {std::nullopt, *reversal};
   const Trial two = try_steps(island, part.from, part.start, part.time_s, 2);
   if (two.failed) return {SubIntervalResult{std::move(one), change}};
   RichardsonExtrapolation trials(one);
@@ -297,15 +297,15 @@ SubIntervalResult advance_unasked(RefinedIsland& island, const StartedSubInterva
 }
 
 RefinedSubInterval try_sub_interval(RefinedIsland& island, const StartedSubInterval& part) {
-  constexpr int kMostTurns = 2;  // of friction on several bodies, without a tolerance
+  constexpr int kMostReversals = 2;  // of friction on several bodies, without a tolerance
   const std::span<const BodyState> from = part.from;
   Trial one = try_steps(island, from, part.start, part.time_s, 1);
   if (one.failed) return {SubIntervalResult{std::move(one), {}}};
   if (!is_asked(island)) {
     if (!is_single_body(island)) {
-      if (part.depth < kMostTurns && can_be_smooth(island, part.time_s, from, one.states))
-        if (const std::optional<Bisection> turn = bisection_at_reversal(island, part, one))
-          return {std::nullopt, *turn};
+      if (part.depth < kMostReversals && can_be_smooth(island, part.time_s, from, one.states))
+        if (const std::optional<Bisection> reversal = bisection_at_reversal(island, part, one))
+          return {std::nullopt, *reversal};
       return {advance_unasked(island, part, std::move(one))};
     }
     if (is_plain_hit(island, part.time_s, from, one))

@@ -42,8 +42,8 @@ struct RefinedSubInterval {
   Bisection cut = {};
 };
 
-// Whether it is a single body without joints but explicit springs: it is advanced by sweeps, which
-// leave nothing.
+// Whether it is a single body without joints but explicit springs: it is advanced by iterations,
+// which leave nothing.
 bool is_single_body(const RefinedIsland& island);
 
 // Whether the scene asks for a tolerance.

@@ -48,7 +48,7 @@ struct GeometryImpl {
   std::vector<JointEnd> joint_ends;   // of joints between bodies; ascending by body
   // By body: what a step asks of each, next to each other.
   std::vector<std::uint32_t> body_shapes;
-  std::vector<bool> flies_simply;  // in flight: at a constant spin, under gravity alone
+  std::vector<bool> flies_simply;  // in flight: at a constant angular velocity, under gravity alone
   // By body: the lowest of those that joints which cannot break connect it with, itself if with
   // none but the world; kNone: it has no joint. Empty if there are no joints.
   std::vector<std::uint32_t> articulations;

@@ -90,9 +90,9 @@ MassProperties of(const Compound& compound, std::span<const Shape> shapes) {
   Vec3 first = Vec3::Zero();
   for (const CompoundPart& part : compound.parts) {
     MassProperties& p = parts.emplace_back(mass_properties(shapes[part.shape]));
-    const Mat3 turn = part.orientation.toRotationMatrix();
-    p.center_local_m = part.position_m + turn * p.center_local_m;
-    p.inertia_per_density_m5 = turn * p.inertia_per_density_m5 * turn.transpose();
+    const Mat3 rotation = part.orientation.toRotationMatrix();
+    p.center_local_m = part.position_m + rotation * p.center_local_m;
+    p.inertia_per_density_m5 = rotation * p.inertia_per_density_m5 * rotation.transpose();
     out.volume_m3 += p.volume_m3;
     first += p.center_local_m * p.volume_m3;
   }
@@ -108,8 +108,9 @@ MassProperties of(const Compound& compound, std::span<const Shape> shapes) {
 
 }  // namespace
 
-Mat3 inertia_about(const Mat3& about_center, double mass, const Vec3& way_m) {
-  return about_center + mass * (way_m.squaredNorm() * Mat3::Identity() - way_m * way_m.transpose());
+Mat3 inertia_about(const Mat3& about_center, double mass, const Vec3& offset_m) {
+  return about_center +
+         mass * (offset_m.squaredNorm() * Mat3::Identity() - offset_m * offset_m.transpose());
 }
 
 MassProperties mass_properties(const Shape& shape, std::span<const Shape> shapes) {

@@ -19,8 +19,8 @@ struct MassProperties {
 // the sum over its parts, which are among `shapes`: where they overlap, mass counts twice.
 MassProperties mass_properties(const Shape& shape, std::span<const Shape> shapes = {});
 
-// The inertia of a mass about a point at this way from its centre.
-Mat3 inertia_about(const Mat3& about_center, double mass, const Vec3& way_m);
+// The inertia of a mass about a point at this offset from its centre.
+Mat3 inertia_about(const Mat3& about_center, double mass, const Vec3& offset_m);
 
 // The convex hull of the points (Qhull), faces merged where coplanar, in a canonical order that
 // does not depend on the order of the points; or why there is none (fewer than four points, all in

@@ -159,13 +159,14 @@ void cover_joints(const GeometryImpl& impl, double dt_s, BodyId id, const BodySt
                   Aabb& box) {
   auto end = std::lower_bound(impl.joint_ends.begin(), impl.joint_ends.end(), id,
                               [](const JointEnd& e, BodyId body) { return e.body < body; });
-  const double speed = state.linear_velocity_m_s.norm(), spin = state.angular_velocity_rad_s.norm();
+  const double speed = state.linear_velocity_m_s.norm(),
+               angular_speed = state.angular_velocity_rad_s.norm();
   for (; end != impl.joint_ends.end() && end->body == id; ++end) {
     if (std::ranges::binary_search(state.broken_joints, end->joint)) continue;
     const Vec3 arm = state.orientation * end->anchor_local_m;
     const Vec3 anchor = state.position_m + arm;
     const double reach =
-        end->reach_m + (speed + std::min(spin * dt_s, 2.0) / dt_s * arm.norm()) * dt_s;
+        end->reach_m + (speed + std::min(angular_speed * dt_s, 2.0) / dt_s * arm.norm()) * dt_s;
     for (int i = 0; i < 3; ++i) {
       box.min[i] = std::min(box.min[i], anchor[i] - reach);
       box.max[i] = std::max(box.max[i], anchor[i] + reach);
@@ -179,13 +180,14 @@ namespace {
 inline Aabb tight_box(const CompiledShape& shape, const BodyState& state) {
   const Vec3& at = state.position_m;
   if (shape.kind == ShapeKind::kSphere) return tight_aabb(shape, {Mat3::Identity(), at});
-  const Mat3 turn = state.orientation.toRotationMatrix();
-  if (shape.kind != ShapeKind::kBox) return tight_aabb(shape, {turn, at});
+  const Mat3 rotation = state.orientation.toRotationMatrix();
+  if (shape.kind != ShapeKind::kBox) return tight_aabb(shape, {rotation, at});
   const double x = shape.half_extents_m.x(), y = shape.half_extents_m.y(),
                z = shape.half_extents_m.z();
   Vec3 half;
   for (int i = 0; i < 3; ++i)
-    half[i] = std::abs(turn(i, 0)) * x + std::abs(turn(i, 1)) * y + std::abs(turn(i, 2)) * z;
+    half[i] =
+        std::abs(rotation(i, 0)) * x + std::abs(rotation(i, 1)) * y + std::abs(rotation(i, 2)) * z;
   return {at - half, at + half};
 }
 
@@ -203,8 +205,8 @@ Aabb swept_solid(const SceneDescription& scene, const Geometry& geometry, BodyId
   double reach = kContactMargin * shape.min_extent_m;
   if (shape.kind != ShapeKind::kSphere) {
     // A point at distance R moves by at most |w| dt R, and never by more than 2 R.
-    const double turn = std::min(state.angular_velocity_rad_s.norm() * scene.dt_s, 2.0);
-    reach += turn * shape.bounding_radius_m;
+    const double rotation = std::min(state.angular_velocity_rad_s.norm() * scene.dt_s, 2.0);
+    reach += rotation * shape.bounding_radius_m;
   }
   for (int i = 0; i < 3; ++i) {
     const double low = std::min(0.0, std::min(path[i], end[i]));

@@ -18,7 +18,7 @@ constexpr double kSlow = 0.03;       // of the speed that gravity gives in a ste
 constexpr double kStill = 1e-11;     // of the width, in a step
 constexpr double kOfHardest = 1e-7;  // of the step's hardest blow: what solving it leaves
 // What Newton's method may take: factorisations of a blow, and for each body that its front may
-// have to pass (of a kick alone, which the sweeps undo as well), and of all in a step;
+// have to pass (of a kick alone, which the iterations undo as well), and of all in a step;
 // multiplications of a step, for each of its pairs in touch; and how many factorisations these must
 // be enough for.
 constexpr int kOfBlow = 12, kOfBody = 2, kOfKick = 6, kFurther = 8, kOfStep = 128;
@@ -33,7 +33,7 @@ double closing_m_s(const NormalRow& row, const Twist& a, const Twist& b) {
 
 // The fastest that a point may close in the substep that comes.
 double most_closing_m_s(const ContactProblem& problem, const Substeps& substeps, std::size_t i) {
-  return std::max(gap_m(problem, i, substeps.ways), 0.0) / substeps.length_s;
+  return std::max(gap_m(problem, i, substeps.displacements), 0.0) / substeps.length_s;
 }
 
 // How much faster a point closes than it may, if to stop that takes more than what it bears; else
@@ -220,7 +220,7 @@ struct SharedBlow {
 };
 
 // From rows `struck` (kicked ones) and those that close by the bodies' velocities `twist`; nothing
-// where there are none, or where the blow is left to the sweeps.
+// where there are none, or where the blow is left to the iterations.
 template <class TwistOf>
 std::optional<SharedBlow> share_out(const Blows& blows, std::vector<std::uint32_t> struck,
                                     const TwistOf& twist, const ContactProblem& problem,

@@ -1,4 +1,4 @@
-// Blows within a step in substeps: what comes to something that does not bounce. Sweeps share a
+// Blows within a step in substeps: what comes to something that does not bounce. Iterations share a
 // blow out over what touches as far as they get, and what they leave flies apart; here it is
 // shared out until every contact law is fulfilled.
 #pragma once
@@ -25,8 +25,8 @@ struct Blows {
   double most_multiplications = 0.0;  // that they are worth
 };
 
-// What blows took: how many were shared out, how many left to the sweeps, and multiplications of
-// factorisations, roughly.
+// What blows took: how many were shared out, how many left to the iterations, and multiplications
+// of factorisations, roughly.
 struct BlowWork {
   std::uint32_t shared = 0, left = 0;
   std::uint64_t multiplications = 0;
@@ -50,9 +50,9 @@ void start_with_blow(const Blows& blows, std::span<const SolverBody> free, Conta
 // factorisations a blow and two for each of its bodies (6 for what is kicked alone, and none if
 // that is more than 6 bodies with faces on each other), 128 a step; 2e5 multiplications a step and
 // 7000 for each pair of the island in touch, 1e4 and 1000 if the scene is not to be refined; and
-// none where a factorisation costs far more than the sweeps. Beyond it, and where Newton's method
-// does not converge, the blow is left to the sweeps of the substeps. The impulses of a blow are in
-// the substeps' sums alone, so that the next substep does not expect them again.
+// none where a factorisation costs far more than the iterations. Beyond it, and where Newton's
+// method does not converge, the blow is left to the iterations of the substeps. The impulses of a
+// blow are in the substeps' sums alone, so that the next substep does not expect them again.
 void share_blow(const Blows& blows, ContactProblem& problem, Substeps& substeps, BlowWork& work);
 
 }  // namespace soda::physics

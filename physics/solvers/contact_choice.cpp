@@ -21,9 +21,9 @@ double best_share_of_start(std::span<const SolverBody> free, const ContactProble
     if (body.inverse_mass == 0.0) continue;
     const Mat3 inertia = inverse_of_symmetric(body.inverse_inertia);
     const Vec3 linear = body.linear - free[i].linear, angular = body.angular - free[i].angular;
-    const Vec3 momentum = linear * (1.0 / body.inverse_mass), spin(inertia * angular);
-    square += momentum.dot(linear) + spin.dot(angular);
-    product += momentum.dot(free[i].linear) + spin.dot(free[i].angular);
+    const Vec3 momentum = linear * (1.0 / body.inverse_mass), angular_momentum(inertia * angular);
+    square += momentum.dot(linear) + angular_momentum.dot(angular);
+    product += momentum.dot(free[i].linear) + angular_momentum.dot(free[i].angular);
   }
   for (const NormalRow& row : problem.normals) product -= row.impulse_newton_s * row.target_m_s;
   product -= kinematic_work_joule(free, problem);
@@ -38,7 +38,7 @@ double best_share_of_start(std::span<const SolverBody> free, const ContactProble
 // Impulses of the step before, of the wrong size, throw away what is that much lighter.
 constexpr double kMuchLighter = 100.0;
 
-// Those of a hard impact are far too large in the step after it. Sweeps get rid of them, unless
+// Those of a hard impact are far too large in the step after it. Iterations get rid of them, unless
 // they act on bodies that are much lighter than others.
 void drop_bad_start(double mass_ratio, std::span<const SolverBody> free, ContactProblem& problem) {
   constexpr double kLeastShare = 0.1;
@@ -48,24 +48,24 @@ void drop_bad_start(double mass_ratio, std::span<const SolverBody> free, Contact
   forget_impulses(problem);
 }
 
-// What bounces wants its rebounds exactly, one body or two are solved exactly by sweeps, and every
-// substep starts from the impulses of the one before. Where rounding is asked for, rolling friction
-// gets it by sweeps alone.
+// What bounces wants its rebounds exactly, one body or two are solved exactly by iterations, and
+// every substep starts from the impulses of the one before. Where rounding is asked for, rolling
+// friction gets it by iterations alone.
 bool wants_substeps(bool accurate, std::size_t bodies, double mass_ratio,
                     const ContactProblem& problem) {
   if (accurate && !problem.rollings.empty()) return false;
   return bodies > 2 && problem.restitution_rows == 0 && mass_ratio <= kMuchLighter;
 }
 
-// In a long step the last of a speed is a long way: sweeps over few rows go on until it is short,
-// those of a single body for as long as they bring it much nearer.
-int sweep_velocities_until_close(int most, double dt_s, ContactProblem& problem) {
+// In a long step the last of a speed is a long way: iterations over few rows go on until it is
+// short, those of a single body for as long as they bring it much nearer.
+int iterate_velocities_until_close(int most, double dt_s, ContactProblem& problem) {
   constexpr std::size_t kFewRows = 16;
   constexpr double kShort = 1e-4, kOfSingleBody = 1e-12;  // of the smaller body
   constexpr double kMuchNearer = 0.1;
   constexpr int kMostRounds = 20;
-  int sweeps = solve_velocities(most, problem);
-  if (problem.normals.size() > kFewRows) return sweeps;
+  int iterations = solve_velocities(most, problem);
+  if (problem.normals.size() > kFewRows) return iterations;
   double size_m = problem.contacts.empty() ? 0.0 : problem.contacts[0].size_m;
   for (const RowContact& contact : problem.contacts) size_m = std::min(size_m, contact.size_m);
   const bool single = problem.moving_surfaces.empty() &&
@@ -73,15 +73,15 @@ int sweep_velocities_until_close(int most, double dt_s, ContactProblem& problem)
                         return body.inverse_mass > 0.0;
                       }) == 1;
   double before_m = 1e300;
-  for (int round = 1; round < kMostRounds && sweeps == round * most; ++round) {
+  for (int round = 1; round < kMostRounds && iterations == round * most; ++round) {
     const double left_m = residual_m_s(problem) * dt_s;
     const bool goes_on = left_m > kShort * size_m || (single && left_m > kOfSingleBody * size_m &&
                                                       left_m <= kMuchNearer * before_m);
     if (!goes_on) break;
     before_m = left_m;
-    sweeps += solve_velocities(most, problem);
+    iterations += solve_velocities(most, problem);
   }
-  return sweeps;
+  return iterations;
 }
 
 // Whether Newton's method converged. The problem stays as it was where it did not.
@@ -111,51 +111,51 @@ bool bounce_by_newton(const SolveStep& step, std::span<const SolverBody> free,
   return outcome.converged;
 }
 
-int sweep_with_rebounds(int most, const SolveStep& step, std::span<const SolverBody> free,
-                        ContactProblem& problem) {
+int iterate_with_rebounds(int most, const SolveStep& step, std::span<const SolverBody> free,
+                          ContactProblem& problem) {
   const double dt_s = step.dt_s;
-  int sweeps = sweep_velocities_until_close(most, dt_s, problem);
+  int iterations = iterate_velocities_until_close(most, dt_s, problem);
   clamp_work(free, problem);
   if (problem.restitution_rows > 0) {
     const SolvedContacts plastic = solved_contacts(problem);
     if (set_restitution_targets(problem)) {
-      sweeps += sweep_velocities_until_close(most, dt_s, problem);
+      iterations += iterate_velocities_until_close(most, dt_s, problem);
       clamp_rebounds(step, free, plastic, problem);
     }
   }
   if (dt_s > 0.0 && aim_to_close(dt_s, problem)) {
-    sweeps += sweep_velocities_until_close(most, dt_s, problem);
+    iterations += iterate_velocities_until_close(most, dt_s, problem);
     clamp_work(free, problem);
   }
-  return sweeps;
+  return iterations;
 }
 
 ContactSolution solve_with_surfaces(const SolveStep& step, bool accurate,
                                     std::span<const SolverBody> free, const Elimination* plan,
                                     ContactProblem& problem) {
   const auto& [scene, dt_s, ids, before] = step;
-  // Then sweeps end where they change nothing any more.
-  constexpr int kSweepsIfAccurate = 1000;
+  // Then iterations end where they change nothing any more.
+  constexpr int kIterationsIfAccurate = 1000;
   ContactSolution solution;
   const double ratio = mass_ratio(scene, ids);
   drop_bad_start(ratio, free, problem);
   if (plan != nullptr && problem.restitution_rows == 0) {
     solution.direct = solve_by_newton(accurate, free, *plan, problem, solution);
-    // Between very unequal masses, what rounding leaves is better than what sweeps find.
+    // Between very unequal masses, what rounding leaves is better than what iterations find.
     if (!solution.direct && accurate && ratio > kMuchLighter)
       solution.direct = solve_by_newton(false, free, *plan, problem, solution);
   }
   if (!solution.direct && wants_substeps(accurate, ids.size(), ratio, problem)) {
     const SubstepWork work = solve_in_substeps(step, free, problem, solution.push);
-    solution.iterations += work.sweeps;
+    solution.iterations += work.iterations;
     solution.multiplications += work.blows.multiplications;
     solution.blows = work.blows.shared;
     solution.blows_left = work.blows.left;
     return solution;
   }
   if (!solution.direct)
-    solution.iterations += static_cast<std::uint32_t>(sweep_with_rebounds(
-        accurate ? kSweepsIfAccurate : scene.solver.iterations, step, free, problem));
+    solution.iterations += static_cast<std::uint32_t>(iterate_with_rebounds(
+        accurate ? kIterationsIfAccurate : scene.solver.iterations, step, free, problem));
   if (!needs_position_correction(problem)) return solution;
   if (solution.direct) {
     const NewtonOutcome outcome = correct_positions_directly(dt_s, *plan, problem, solution.push);
@@ -202,7 +202,7 @@ ContactSolution solve_impact(int most, const SolveStep& step, std::span<const So
     solution.direct = plan != nullptr && bounce_by_newton(step, free, *plan, problem, solution);
     if (!solution.direct)
       solution.iterations +=
-          static_cast<std::uint32_t>(sweep_with_rebounds(most, step, free, problem));
+          static_cast<std::uint32_t>(iterate_with_rebounds(most, step, free, problem));
     return solution;
   });
 }

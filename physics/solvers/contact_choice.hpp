@@ -14,10 +14,10 @@
 namespace soda::physics {
 
 struct ContactSolution {
-  bool direct = false;                      // by Newton's method; by sweeps otherwise
-  std::uint32_t iterations = 0;             // sweeps, and steps of Newton's method
+  bool direct = false;                      // by Newton's method; by iterations otherwise
+  std::uint32_t iterations = 0;             // and steps of Newton's method
   std::uint64_t multiplications = 0;        // of all factorisations, roughly
-  std::uint32_t blows = 0, blows_left = 0;  // shared out, left to sweeps (blows.hpp)
+  std::uint32_t blows = 0, blows_left = 0;  // shared out, left to iterations (blows.hpp)
   std::vector<PositionCorrection> push;     // see solve_position_correction
 };
 
@@ -25,13 +25,13 @@ struct ContactSolution {
 void count(const NewtonOutcome& outcome, const Elimination& plan, ContactSolution& solution);
 
 // At one moment, with rebounds; the contacts give no energy. What touches is all there is. By
-// Newton's method if there is a plan and it converges, by sweeps otherwise: `most` at a time.
+// Newton's method if there is a plan and it converges, by iterations otherwise: `most` at a time.
 // `free` as below.
 ContactSolution solve_impact(int most, const SolveStep& step, std::span<const SolverBody> free,
                              const Elimination* plan, ContactProblem& problem);
 
 // Solves the rows of one island, whose bodies have the velocities `free` after external forces.
-// Directly if there is a plan (plan_direct_solve), nothing bounces and it converges, by sweeps
+// Directly if there is a plan (plan_direct_solve), nothing bounces and it converges, by iterations
 // otherwise. The contacts give the island no energy (energy_clamp.hpp); surfaces that move stand
 // where they would make bodies too fast (Driven). The choice depends on nothing but the island's
 // content.

@@ -15,7 +15,7 @@ namespace {
 constexpr double kNegligible = 1e-10;  // change of an impulse, of the largest impulse
 
 // Returns the change of the impulse.
-double sweep_row(NormalRow& row, SolverBody& a, SolverBody& b) {
+double solve_row(NormalRow& row, SolverBody& a, SolverBody& b) {
   const double velocity =
       row.normal.dot(b.linear - a.linear) + row.arm_b.dot(b.angular) - row.arm_a.dot(a.angular);
   const double wanted = row.impulse_newton_s + row.mass_kg * (row.target_m_s - velocity);
@@ -24,13 +24,13 @@ double sweep_row(NormalRow& row, SolverBody& a, SolverBody& b) {
   if (change == 0.0) return 0.0;
   row.impulse_newton_s = impulse;
   a.linear -= row.normal * (a.inverse_mass * change);
-  a.angular -= row.turn_a * change;
+  a.angular -= row.response_a * change;
   b.linear += row.normal * (b.inverse_mass * change);
-  b.angular += row.turn_b * change;
+  b.angular += row.response_b * change;
   return std::abs(change);
 }
 
-double sweep_row(FrictionRow& row, double normal_impulse, SolverBody& a, SolverBody& b) {
+double solve_row(FrictionRow& row, double normal_impulse, SolverBody& a, SolverBody& b) {
   const double limit = row.friction * normal_impulse;
   const Tangential old{row.impulse_newton_s[0], row.impulse_newton_s[1]};
   if (limit == 0.0 && old == Tangential{}) return 0.0;
@@ -51,12 +51,12 @@ double sweep_row(FrictionRow& row, double normal_impulse, SolverBody& a, SolverB
 }
 
 // Alternating directions carry a load through a stack as fast downwards as upwards.
-double sweep_normals(bool forward, ContactProblem& p) {
+double iterate_normals(bool forward, ContactProblem& p) {
   double change = 0.0;
   const std::size_t count = p.normals.size();
   for (std::size_t k = 0; k < count; ++k) {
     NormalRow& row = p.normals[forward ? k : count - 1 - k];
-    change = std::max(change, sweep_row(row, p.bodies[row.a], p.bodies[row.b]));
+    change = std::max(change, solve_row(row, p.bodies[row.a], p.bodies[row.b]));
   }
   return change;
 }
@@ -74,24 +74,24 @@ Tangential friction_impulse(const FrictionRow& row, double limit, const Tangenti
   return impulse_in_disc(row.inverse, row.slide_mass_kg, limit, old, velocity_m_s);
 }
 
-double sweep_frictions(ContactProblem& p) {
-  double change = p.rollings.empty() ? 0.0 : sweep_rolling(p);
+double iterate_frictions(ContactProblem& p) {
+  double change = p.rollings.empty() ? 0.0 : iterate_rolling(p);
   for (FrictionRow& row : p.frictions) {
     const double normal = p.normals[row.normal_row].impulse_newton_s;
-    change = std::max(change, sweep_row(row, normal, p.bodies[row.a], p.bodies[row.b]));
+    change = std::max(change, solve_row(row, normal, p.bodies[row.a], p.bodies[row.b]));
   }
   return change;
 }
 
-double sweep_velocities(bool forward, ContactProblem& problem) {
-  const double change = sweep_frictions(problem);
-  return std::max(change, sweep_normals(forward, problem));
+double iterate_velocities(bool forward, ContactProblem& problem) {
+  const double change = iterate_frictions(problem);
+  return std::max(change, iterate_normals(forward, problem));
 }
 
 namespace {
 
-// Sweeps after which so many are to be expected that points are worth loading. A single body meets
-// statics in all of its points at once: more than one take many.
+// Iterations after which so many are to be expected that points are worth loading. A single body
+// meets statics in all of its points at once: more than one take many.
 int worth_loading_after(const ContactProblem& problem) {
   const std::size_t points = problem.normals.size();
   const bool single = std::ranges::count_if(problem.bodies, [](const SolverBody& body) {
@@ -108,7 +108,7 @@ int solve_velocities(int iterations, ContactProblem& problem) {
   const bool few = are_few(problem);
   for (int i = 0; i < iterations; ++i) {
     if (few && i == worth_loading) return solve_dense_contacts(i, iterations, kNegligible, problem);
-    const double change = sweep_velocities(i % 2 == 0, problem);
+    const double change = iterate_velocities(i % 2 == 0, problem);
     if (change <= kNegligible * largest_impulse(problem)) return i + 1;
   }
   return iterations;
@@ -153,9 +153,9 @@ void set_correction_targets(double dt_s, const ContactProblem& problem,
   }
 }
 
-PositionCorrectionSweep sweep_position_correction(bool forward, const ContactProblem& problem,
-                                                  PositionCorrectionProblem& push) {
-  PositionCorrectionSweep sweep;
+PositionCorrectionIteration iterate_position_correction(bool forward, const ContactProblem& problem,
+                                                        PositionCorrectionProblem& push) {
+  PositionCorrectionIteration done;
   const std::size_t count = problem.normals.size();
   for (std::size_t k = 0; k < count; ++k) {
     const std::size_t i = forward ? k : count - 1 - k;
@@ -169,13 +169,13 @@ PositionCorrectionSweep sweep_position_correction(bool forward, const ContactPro
     const double step = wanted - impulse;
     impulse = wanted;
     a.linear -= row.normal * (problem.bodies[row.a].inverse_mass * step);
-    a.angular -= row.turn_a * step;
+    a.angular -= row.response_a * step;
     b.linear += row.normal * (problem.bodies[row.b].inverse_mass * step);
-    b.angular += row.turn_b * step;
-    sweep.change_newton_s = std::max(sweep.change_newton_s, std::abs(step));
-    sweep.largest_newton_s = std::max(sweep.largest_newton_s, wanted);
+    b.angular += row.response_b * step;
+    done.change_newton_s = std::max(done.change_newton_s, std::abs(step));
+    done.largest_newton_s = std::max(done.largest_newton_s, wanted);
   }
-  return sweep;
+  return done;
 }
 
 void solve_position_correction(int iterations, double dt_s, const ContactProblem& problem,
@@ -184,8 +184,8 @@ void solve_position_correction(int iterations, double dt_s, const ContactProblem
   if (!needs_position_correction(problem)) return;
   set_correction_targets(dt_s, problem, push);
   for (int i = 0; i < iterations; ++i) {
-    const PositionCorrectionSweep sweep = sweep_position_correction(i % 2 == 0, problem, push);
-    if (sweep.change_newton_s <= 1e-3 * sweep.largest_newton_s) return;  // the next step goes on
+    const PositionCorrectionIteration done = iterate_position_correction(i % 2 == 0, problem, push);
+    if (done.change_newton_s <= 1e-3 * done.largest_newton_s) return;  // the next step goes on
   }
 }
 

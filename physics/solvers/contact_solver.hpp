@@ -13,17 +13,17 @@ namespace soda::physics {
 Tangential friction_impulse(const FrictionRow& row, double limit, const Tangential& old,
                             const Tangential& velocity_m_s);
 
-// Sweeps until the largest change of an impulse is negligible or the iterations are used up.
-// Returns the number of sweeps.
+// Iterates until the largest change of an impulse is negligible or there have been enough.
+// Returns the number of iterations.
 int solve_velocities(int iterations, ContactProblem& problem);
 
 // Gives the rows that bounce their rebound as target. Returns whether there are any.
 bool set_restitution_targets(ContactProblem& problem);
 
-// One sweep: frictions (rolling ones first), then normals in the order of rows or backwards.
+// One iteration: frictions (rolling ones first), then normals in the order of rows or backwards.
 // Returns the largest change of an impulse.
-double sweep_velocities(bool forward, ContactProblem& problem);
-double sweep_frictions(ContactProblem& problem);
+double iterate_velocities(bool forward, ContactProblem& problem);
+double iterate_frictions(ContactProblem& problem);
 
 // The rows of a contact problem once more, for displacement.
 struct PositionCorrectionProblem {
@@ -40,13 +40,13 @@ double correction_target_m_s(const RowContact& contact, double dt_s);
 void set_correction_targets(double dt_s, const ContactProblem& problem,
                             PositionCorrectionProblem& push);
 
-struct PositionCorrectionSweep {
+struct PositionCorrectionIteration {
   double change_newton_s = 0.0, largest_newton_s = 0.0;  // over the rows' impulses
 };
-PositionCorrectionSweep sweep_position_correction(bool forward, const ContactProblem& problem,
-                                                  PositionCorrectionProblem& push);
+PositionCorrectionIteration iterate_position_correction(bool forward, const ContactProblem& problem,
+                                                        PositionCorrectionProblem& push);
 
-// Sweeps until it changes little. `push` is left without bodies if none is needed.
+// Iterates until it changes little. `push` is left without bodies if none is needed.
 void solve_position_correction(int iterations, double dt_s, const ContactProblem& problem,
                                PositionCorrectionProblem& push);
 

@@ -34,8 +34,8 @@ void add_sticking(const Vec3& r, const Vec3& c, double weight, Block& out) {
 }
 
 SixVector wrench(const Vec3& direction, const Vec3& arm) {
-  const Vec3 turn = arm.cross(direction);
-  return {direction.x(), direction.y(), direction.z(), turn.x(), turn.y(), turn.z()};
+  const Vec3 angular = arm.cross(direction);
+  return {direction.x(), direction.y(), direction.z(), angular.x(), angular.y(), angular.z()};
 }
 
 void add_product(const SixVector& row, const SixVector& column, double weight, Block& out) {
@@ -170,10 +170,10 @@ void gradient(const ConvexContacts& problem, std::span<const Twist> twists,
     const ConvexRow& row = problem.rows[i];
     const double impulse = responses.rows[i].impulse_newton_s;
     out[row.a].linear += row.linear * impulse;
-    out[row.a].angular += row.turn_a * impulse;
+    out[row.a].angular += row.angular_a * impulse;
     if (row.b >= twists.size()) continue;
     out[row.b].linear -= row.linear * impulse;
-    out[row.b].angular -= row.turn_b * impulse;
+    out[row.b].angular -= row.angular_b * impulse;
   }
   for (std::size_t i = 0; i < twists.size(); ++i)
     if (problem.bodies[i].is_kinematic) out[i] = {};
@@ -192,13 +192,13 @@ double largest_m_s(const ConvexContacts& problem, std::span<const Twist> gradien
 
 namespace {
 
-SixVector six(const Vec3& linear, const Vec3& turn) {
-  return {linear.x(), linear.y(), linear.z(), turn.x(), turn.y(), turn.z()};
+SixVector six(const Vec3& linear, const Vec3& angular) {
+  return {linear.x(), linear.y(), linear.z(), angular.x(), angular.y(), angular.z()};
 }
 
 void add_row(const ConvexRow& row, const Elimination& plan, std::uint32_t count,
              std::vector<Block>& out) {
-  const SixVector a = six(row.linear, row.turn_a), b = six(row.linear, row.turn_b);
+  const SixVector a = six(row.linear, row.angular_a), b = six(row.linear, row.angular_b);
   add_product(a, a, row.stiffness_kg, out[plan.block_of(row.a, row.a)]);
   if (row.b >= count) return;
   add_product(b, b, row.stiffness_kg, out[plan.block_of(row.b, row.b)]);

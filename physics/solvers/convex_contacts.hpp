@@ -45,10 +45,10 @@ struct ConvexBody {
   bool is_kinematic = false;  // keeps its free velocity; mass and inertia are any > 0
 };
 
-// One row of a joint: its velocity is linear . (v_b - v_a) + turn_b . w_b - turn_a . w_a.
+// One row of a joint: its velocity is linear . (v_b - v_a) + angular_b . w_b - angular_a . w_a.
 struct ConvexRow {
   std::uint32_t a = 0, b = 0;
-  Vec3 linear = Vec3::Zero(), turn_a = Vec3::Zero(), turn_b = Vec3::Zero();
+  Vec3 linear = Vec3::Zero(), angular_a = Vec3::Zero(), angular_b = Vec3::Zero();
   double target_m_s = 0.0, start_newton_s = 0.0;
   double stiffness_kg = 0.0;  // 1 / compliance
   double least_newton_s = 0.0, most_newton_s = 0.0;
@@ -111,9 +111,9 @@ struct RowResponse {
 
 inline double relative_velocity(const ConvexRow& row, std::span<const Twist> twists) {
   const Twist& a = twists[row.a];
-  double velocity = -row.linear.dot(a.linear) - row.turn_a.dot(a.angular);
+  double velocity = -row.linear.dot(a.linear) - row.angular_a.dot(a.angular);
   if (row.b < twists.size())
-    velocity += row.linear.dot(twists[row.b].linear) + row.turn_b.dot(twists[row.b].angular);
+    velocity += row.linear.dot(twists[row.b].linear) + row.angular_b.dot(twists[row.b].angular);
   return velocity;
 }
 
@@ -134,8 +134,8 @@ struct Responses {
 void gradient(const ConvexContacts& problem, std::span<const Twist> twists,
               const Responses& responses, std::vector<Twist>& out);
 
-// The largest speed that a body alone would get from what is missing in its balance; of spins,
-// that of the same energy.
+// The largest speed that a body alone would get from what is missing in its balance; of angular
+// velocities, that of the same energy.
 double largest_m_s(const ConvexContacts& problem, std::span<const Twist> gradient);
 
 // M + J^T G J / compliance in the pattern of `plan`.

@@ -65,8 +65,8 @@ double ConvexMinimisation::rounding_of_rows_m_s() const {
   for (std::size_t i = 0; i < problem_.bodies.size(); ++i) {
     const ConvexBody& body = problem_.bodies[i];
     const Twist& free = problem_.free[i];
-    const double spin = free.angular.dot(times(body.inertia_kg_m2, free.angular));
-    squared = std::max(squared, free.linear.squaredNorm() + spin / body.mass_kg);
+    const double rotational = free.angular.dot(times(body.inertia_kg_m2, free.angular));
+    squared = std::max(squared, free.linear.squaredNorm() + rotational / body.mass_kg);
   }
   for (const ConvexRow& row : problem_.rows) {
     if (row.soft) continue;

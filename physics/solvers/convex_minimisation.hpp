@@ -33,8 +33,9 @@ class ConvexMinimisation {
   void harden_points();
   void harden_rows();
 
-  // The largest speed that a body alone would get from what is missing in its balance; of spins,
-  // that of the same energy. And what rounding leaves of it, which grows with the stiffness.
+  // The largest speed that a body alone would get from what is missing in its balance; of angular
+  // velocities, that of the same energy. And what rounding leaves of it, which grows with the
+  // stiffness.
   double gradient_m_s() const;
   double rounding_m_s() const;
 

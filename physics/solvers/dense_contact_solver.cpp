@@ -19,7 +19,7 @@ constexpr std::size_t kMostLines = kMostFewLines;
 struct Line {
   std::uint32_t a = 0, b = 0;
   Vec3 direction, moment_a, moment_b;  // arm x direction
-  Vec3 turn_a, turn_b;                 // inverse inertia of that
+  Vec3 response_a, response_b;         // inverse inertia of that
   double impulse = 0.0;
 
   double velocity(const std::vector<SolverBody>& bodies) const {
@@ -44,11 +44,11 @@ struct DenseContacts {
 double response_between(const Line& by, const Line& of, const std::vector<SolverBody>& bodies) {
   double sum = 0.0;
   const double along = by.direction.dot(of.direction);
-  if (by.a == of.a) sum += along * bodies[by.a].inverse_mass + of.moment_a.dot(by.turn_a);
+  if (by.a == of.a) sum += along * bodies[by.a].inverse_mass + of.moment_a.dot(by.response_a);
   if (by.b == of.b && bodies[by.b].inverse_mass > 0.0)
-    sum += along * bodies[by.b].inverse_mass + of.moment_b.dot(by.turn_b);
-  if (by.a == of.b) sum -= along * bodies[by.a].inverse_mass + of.moment_b.dot(by.turn_a);
-  if (by.b == of.a) sum -= along * bodies[by.b].inverse_mass + of.moment_a.dot(by.turn_b);
+    sum += along * bodies[by.b].inverse_mass + of.moment_b.dot(by.response_b);
+  if (by.a == of.b) sum -= along * bodies[by.a].inverse_mass + of.moment_b.dot(by.response_a);
+  if (by.b == of.a) sum -= along * bodies[by.b].inverse_mass + of.moment_a.dot(by.response_b);
   return sum;
 }
 
@@ -56,23 +56,23 @@ Line line_of(const FrictionRow& row, int tangent, const std::vector<SolverBody>&
   Line line{row.a, row.b, row.tangent[tangent], {}, {}, {}, {}, row.impulse_newton_s[tangent]};
   line.moment_a = row.arm_a.cross(line.direction);
   line.moment_b = row.arm_b.cross(line.direction);
-  line.turn_a = times(bodies[row.a].inverse_inertia, line.moment_a);
-  line.turn_b = times(bodies[row.b].inverse_inertia, line.moment_b);
+  line.response_a = times(bodies[row.a].inverse_inertia, line.moment_a);
+  line.response_b = times(bodies[row.b].inverse_inertia, line.moment_b);
   return line;
 }
 
 Line line_of(const RollingRow& row, int axis, const std::vector<SolverBody>& bodies) {
   Line line{row.a,          row.b, Vec3::Zero(), row.axis[axis],
             row.axis[axis], {},    {},           row.impulse_newton_m_s[axis]};
-  line.turn_a = times(bodies[row.a].inverse_inertia, line.moment_a);
-  line.turn_b = times(bodies[row.b].inverse_inertia, line.moment_b);
+  line.response_a = times(bodies[row.a].inverse_inertia, line.moment_a);
+  line.response_b = times(bodies[row.b].inverse_inertia, line.moment_b);
   return line;
 }
 
 void load(const ContactProblem& p, DenseContacts& few) {
   for (const NormalRow& row : p.normals)
-    few.line[few.lines++] = {row.a,     row.b,      row.normal, row.arm_a,
-                             row.arm_b, row.turn_a, row.turn_b, row.impulse_newton_s};
+    few.line[few.lines++] = {row.a,     row.b,          row.normal,     row.arm_a,
+                             row.arm_b, row.response_a, row.response_b, row.impulse_newton_s};
   few.normals = few.lines;
   for (const FrictionRow& row : p.frictions)
     for (int t = 0; t < 2; ++t) few.line[few.lines++] = line_of(row, t, p.bodies);
@@ -87,14 +87,14 @@ void load(const ContactProblem& p, DenseContacts& few) {
   }
 }
 
-double sweep_normal(const NormalRow& row, std::size_t i, DenseContacts& few) {
+double solve_normal(const NormalRow& row, std::size_t i, DenseContacts& few) {
   const double old = few.line[i].impulse;
   const double change = std::max(0.0, old + row.mass_kg * (row.target_m_s - few.velocity[i])) - old;
   if (change != 0.0) few.add(i, change);
   return std::abs(change);
 }
 
-double sweep_friction(const FrictionRow& row, std::size_t i, DenseContacts& few) {
+double solve_friction(const FrictionRow& row, std::size_t i, DenseContacts& few) {
   const double limit = row.friction * few.line[row.normal_row].impulse;
   const Tangential old{few.line[i].impulse, few.line[i + 1].impulse};
   if (limit == 0.0 && old == Tangential{}) return 0.0;
@@ -113,11 +113,11 @@ double pressing(const RollingRow& row, const DenseContacts& few) {
   return sum;
 }
 
-double sweep_rolling(const RollingRow& row, std::size_t i, DenseContacts& few) {
+double solve_rolling(const RollingRow& row, std::size_t i, DenseContacts& few) {
   const double pressed = pressing(row, few);
   const Tangential old{few.line[i].impulse, few.line[i + 1].impulse};
-  const double old_spin = few.line[i + 2].impulse;
-  if (pressed == 0.0 && old == Tangential{} && old_spin == 0.0) return 0.0;
+  const double old_torsional = few.line[i + 2].impulse;
+  if (pressed == 0.0 && old == Tangential{} && old_torsional == 0.0) return 0.0;
   const Tangential now =
       impulse_in_disc(row.inverse, row.slide_inertia_kg_m2, row.rolling_m * pressed, old,
                       {few.velocity[i], few.velocity[i + 1]});
@@ -127,10 +127,10 @@ double sweep_rolling(const RollingRow& row, std::size_t i, DenseContacts& few) {
     largest = std::max(largest, std::abs(now[t] - old[t]));
   }
   const double limit = row.torsional_m * pressed;
-  const double spin =
-      std::clamp(old_spin - row.spin_inertia_kg_m2 * few.velocity[i + 2], -limit, limit);
-  if (spin != old_spin) few.add(i + 2, spin - old_spin);
-  return std::max(largest, std::abs(spin - old_spin)) / row.gyration_m;
+  const double torsional =
+      std::clamp(old_torsional - row.torsional_inertia_kg_m2 * few.velocity[i + 2], -limit, limit);
+  if (torsional != old_torsional) few.add(i + 2, torsional - old_torsional);
+  return std::max(largest, std::abs(torsional - old_torsional)) / row.gyration_m;
 }
 
 using Column = std::array<double, kMostLines>;
@@ -230,7 +230,7 @@ void add_rolling(const RollingRow& rolling, std::size_t i, const DenseContacts& 
   // About the normal: an interval.
   const std::size_t k = i + 2;
   const double limit = rolling.torsional_m * pressing(rolling, few);
-  const double stop = few.line[k].impulse - rolling.spin_inertia_kg_m2 * few.velocity[k];
+  const double stop = few.line[k].impulse - rolling.torsional_inertia_kg_m2 * few.velocity[k];
   if (!(limit > 0.0)) {
     rows[k][k] = 1.0;
   } else if (std::abs(stop) <= limit) {
@@ -246,7 +246,7 @@ void add_rolling(const RollingRow& rolling, std::size_t i, const DenseContacts& 
 }
 
 // A step of Newton's method on the laws of contact, each point as it is now: open, sticking or
-// sliding. Sweeps from there decide what is right.
+// sliding. Iterations from there decide what is right.
 void newton_step(const ContactProblem& problem, DenseContacts& few) {
   Matrix rows;
   Column right;
@@ -274,9 +274,9 @@ void newton_step(const ContactProblem& problem, DenseContacts& few) {
 void apply(const Line& line, double change, std::vector<SolverBody>& bodies) {
   SolverBody &a = bodies[line.a], &b = bodies[line.b];
   a.linear -= line.direction * (a.inverse_mass * change);
-  a.angular -= line.turn_a * change;
+  a.angular -= line.response_a * change;
   b.linear += line.direction * (b.inverse_mass * change);
-  b.angular += line.turn_b * change;
+  b.angular += line.response_b * change;
 }
 
 double& impulse_of(std::size_t i, const DenseContacts& few, ContactProblem& p) {
@@ -295,20 +295,20 @@ void store(const DenseContacts& few, ContactProblem& p) {
 }
 
 // Returns the largest change of an impulse.
-double sweep(bool forward, const ContactProblem& problem, DenseContacts& few) {
+double iterate(bool forward, const ContactProblem& problem, DenseContacts& few) {
   double change = 0.0;
   for (std::size_t k = 0; k < problem.rollings.size(); ++k)
-    change = std::max(change, sweep_rolling(problem.rollings[k], few.rollings + 3 * k, few));
+    change = std::max(change, solve_rolling(problem.rollings[k], few.rollings + 3 * k, few));
   for (std::size_t k = 0; k < problem.frictions.size(); ++k)
-    change = std::max(change, sweep_friction(problem.frictions[k], few.normals + 2 * k, few));
+    change = std::max(change, solve_friction(problem.frictions[k], few.normals + 2 * k, few));
   for (std::size_t k = 0; k < few.normals; ++k) {
     const std::size_t i = forward ? k : few.normals - 1 - k;
-    change = std::max(change, sweep_normal(problem.normals[i], i, few));
+    change = std::max(change, solve_normal(problem.normals[i], i, few));
   }
   return change;
 }
 
-// What sweeps change.
+// What iterations change.
 struct Progress {
   std::array<double, kMostLines> impulse, velocity;
 };
@@ -340,27 +340,27 @@ int solve_dense_contacts(int done, int iterations, double negligible, ContactPro
   constexpr double kMuchLess = 1e-3;
   DenseContacts few;
   load(problem, few);
-  int sweeps = done, newton_steps = 0, next_newton_step = done, pause = kAfterBadNewtonStep;
-  while (sweeps < iterations) {
-    const double change = sweep(sweeps++ % 2 == 0, problem, few);
-    // What one sweep changes is less than what is left; with steps of Newton's method more is
+  int iteration = done, newton_steps = 0, next_newton_step = done, pause = kAfterBadNewtonStep;
+  while (iteration < iterations) {
+    const double change = iterate(iteration++ % 2 == 0, problem, few);
+    // What one iteration changes is less than what is left; with steps of Newton's method more is
     // cheap.
     const double small = newton_steps < kMostNewtonSteps ? kMuchLess * negligible : negligible;
     if (change <= small * largest_normal_impulse(few)) break;
-    if (newton_steps == kMostNewtonSteps || sweeps < next_newton_step || sweeps >= iterations)
+    if (newton_steps == kMostNewtonSteps || iteration < next_newton_step || iteration >= iterations)
       continue;
     const Progress before = progress_of(few);
     newton_step(problem, few);
-    const double after = sweep(sweeps++ % 2 == 0, problem, few);
+    const double after = iterate(iteration++ % 2 == 0, problem, few);
     if (after <= small * largest_normal_impulse(few)) break;
     ++newton_steps;
     if (after < change) continue;
     go_back_to(before, few);
-    next_newton_step = sweeps + pause;
+    next_newton_step = iteration + pause;
     pause *= kLonger;
   }
   store(few, problem);
-  return sweeps;
+  return iteration;
 }
 
 }  // namespace soda::physics

@@ -1,4 +1,4 @@
-// Sweeps over the contacts of few points, seen from the points instead of the bodies.
+// Iterations over the contacts of few points, seen from the points instead of the bodies.
 #pragma once
 
 #include "physics/constraints/contact_rows.hpp"
@@ -13,11 +13,11 @@ inline bool are_few(const ContactProblem& problem) {
              kMostFewLines;
 }
 
-// As sweep_velocities() for sweeps number `done` + 1 to `iterations`, until the largest change of
-// an impulse is at most `negligible` of the largest impulse; equal to it but for rounding. What an
-// impulse at one point changes at the others is computed once, so that a sweep costs a tenth: worth
-// it where many are to come. Only where are_few(). Returns the number of sweeps, `done`
-// included.
+// As iterate_velocities() for iterations number `done` + 1 to `iterations`, until the largest
+// change of an impulse is at most `negligible` of the largest impulse; equal to it but for
+// rounding. What an impulse at one point changes at the others is computed once, so that an
+// iteration costs a tenth: worth it where many are to come. Only where are_few(). Returns the
+// number of iterations, `done` included.
 int solve_dense_contacts(int done, int iterations, double negligible, ContactProblem& problem);
 
 }  // namespace soda::physics

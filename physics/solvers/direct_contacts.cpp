@@ -16,12 +16,12 @@ namespace {
 constexpr double kMostMultiplications = 5e6;  // of one factorisation: 10 Mflop
 constexpr std::uint32_t kMostDirectBodies = 1000;
 // Newton's method needs many steps for what slides or falls. So what is not quasi-static must be
-// small, and have bodies for which sweeps fail.
+// small, and have bodies for which iterations fail.
 constexpr double kSmall = 1e4;  // multiplications
 constexpr double kMuchHeavier = 10.0;
 // An impact of few bodies: iterations get there, too.
 constexpr double kSmallImpact = 1e5;  // multiplications
-// With joints, in motion: what sweeps take there costs as much as a factorisation.
+// With joints, in motion: what iterations take there costs as much as a factorisation.
 constexpr double kSmallWithJoints = 1e6;  // multiplications
 constexpr double kQuasiStatic = 0.03;     // of the speed that gravity gives in a step
 // Overlap, of the smaller body. Iterations let what is high or heavy sink, ever deeper: an island
@@ -89,12 +89,12 @@ constexpr double kJointCompliance = 1e-3;
 
 ConvexRow convex_row(const JointRow& row, std::span<const SolverBody> bodies) {
   const SolverBody &a = bodies[row.a], &b = bodies[row.b];
-  ConvexRow out{row.a, row.b, row.linear, row.turn_a, row.turn_b};
+  ConvexRow out{row.a, row.b, row.linear, row.angular_a, row.angular_b};
   const double squared = row.linear.squaredNorm();
   const double of_a =
-      a.inverse_mass * squared + row.turn_a.dot(times(a.inverse_inertia, row.turn_a));
+      a.inverse_mass * squared + row.angular_a.dot(times(a.inverse_inertia, row.angular_a));
   const double of_b =
-      b.inverse_mass * squared + row.turn_b.dot(times(b.inverse_inertia, row.turn_b));
+      b.inverse_mass * squared + row.angular_b.dot(times(b.inverse_inertia, row.angular_b));
   const double least = of_b > 0.0 ? std::min(of_a, of_b) : of_a;
   out.soft = row.softness_1_kg > 0.0;
   out.target_m_s = row.target_m_s;
@@ -141,8 +141,8 @@ void apply(const PointResponse& response, const ConvexPoint& p, std::size_t i,
 // What is all but out of balance (a stack that overhangs, a thin arch) takes many. Substeps would
 // let it fall, and whatever moves is not quasi-static any more: so what is cheap to factorise may
 // go on. Bodies of uneven masses and those with joints are solved directly while they move, too,
-// and what moves need not converge: it gets twice as many as others where sweeps and substeps are
-// no good.
+// and what moves need not converge: it gets twice as many as others where iterations and substeps
+// are no good.
 int most_factorisations(const DirectAim& aim, std::span<const SolverBody> bodies,
                         const Elimination& plan, bool jointed) {
   // Multiplications of all of them; what comes to rest is not met again.
@@ -198,7 +198,7 @@ std::vector<std::array<std::uint32_t, 2>> edges_of(std::span<const BodyId> ids,
   return edges;
 }
 
-// Sweeps converge: one body, or two of like masses where a trace may be left.
+// Iterations converge: one body, or two of like masses where a trace may be left.
 bool is_easy(bool accurate, std::size_t bodies, double ratio) {
   constexpr double kLike = 10.0;
   return bodies == 1 || (!accurate && bodies == 2 && ratio <= kLike);

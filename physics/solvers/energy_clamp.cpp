@@ -132,10 +132,10 @@ void add_fields(const SolveStep& step, std::span<const SolverBody> free, const F
     const Vec3& start = step.before[i].linear_velocity_m_s;
     const Vec3 forced = free[i].linear - start;
     if (forced == Vec3::Zero()) continue;  // an impact takes no time
-    Vec3 way = problem.bodies[i].linear * dt_s;
-    if (!held[i].supported) way -= forced * (0.5 * dt_s) + flights[i].not_yet_m;
+    Vec3 displacement = problem.bodies[i].linear * dt_s;
+    if (!held[i].supported) displacement -= forced * (0.5 * dt_s) + flights[i].not_yet_m;
     work.fields.add(0.5 * mass * forced.dot(free[i].linear + start));
-    work.fields.add(-mass * forced.dot(way) / dt_s);
+    work.fields.add(-mass * forced.dot(displacement) / dt_s);
   }
 }
 
@@ -273,12 +273,12 @@ double kinematic_work_joule(std::span<const SolverBody> free, const ContactProbl
     for (int t = 0; t < 2; ++t)
       work += row.impulse_newton_s[t] *
               row.tangent[t].dot(velocity(row.a, row.arm_a) - velocity(row.b, row.arm_b));
-  const auto spin = [&](std::uint32_t body) {
+  const auto angular_velocity = [&](std::uint32_t body) {
     return body < free.size() && free[body].inverse_mass == 0.0 ? free[body].angular
                                                                 : Vec3(Vec3::Zero());
   };
   for (const RollingRow& row : problem.rollings)
-    work += torque_impulse(row).dot(spin(row.a) - spin(row.b));
+    work += torque_impulse(row).dot(angular_velocity(row.a) - angular_velocity(row.b));
   return work;
 }
 

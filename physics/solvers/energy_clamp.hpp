@@ -106,9 +106,9 @@ void take_share(double share, std::span<const SolverBody> from_bodies, const Sol
 void clamp_rebounds(const SolveStep& step, std::span<const SolverBody> free,
                     const SolvedContacts& plastic, ContactProblem& problem);
 
-// A body in flight may end a step faster downwards than would close a gap, as its way is curved. If
-// one that is held after all is so fast that it would get through: gives all contacts the target to
-// close, none bounces any more, and returns true. Then they are to be solved again.
+// A body in flight may end a step faster downwards than would close a gap, as its path is curved.
+// If one that is held after all is so fast that it would get through: gives all contacts the target
+// to close, none bounces any more, and returns true. Then they are to be solved again.
 bool aim_to_close(double dt_s, ContactProblem& problem);
 
 // What kinematic bodies, at their velocities in `free`, give the others by the problem's impulses.

@@ -97,7 +97,7 @@ BodyState moved(const BodyMove& move, const BodyState& state) {
   rotate_freely(scene.bodies[index_of(id)], dt_s, next);
   if (push != nullptr) {
     next.position_m += push->linear * dt_s;
-    turn_by(scene.bodies[index_of(id)], push->angular * dt_s, next);
+    rotate_by(scene.bodies[index_of(id)], push->angular * dt_s, next);
   }
   return next;
 }
@@ -137,8 +137,9 @@ void report_contacts(const IndexedSpan<BodyState>& states, const ContactProblem&
     // Kinematic bodies take and give as statics do.
     const bool from_a = problem.bodies[row.a].inverse_mass == 0.0;
     if (row.b != statics && !from_a && problem.bodies[row.b].inverse_mass > 0.0) continue;
-    // Friction counts even where the normal impulse ended at zero: after the last sweep it may not
-    // have been taken back to its disc yet (a constraint residual, but an impulse all the same).
+    // Friction counts even where the normal impulse ended at zero: after the last iteration it may
+    // not have been taken back to its disc yet (a constraint residual, but an impulse all the
+    // same).
     const Vec3 on_b = impulse_on_b(problem, i), impulse = from_a ? on_b : Vec3(-on_b);
     if (impulse == Vec3::Zero()) continue;
     report.static_impulse_newton_s += impulse;

@@ -42,7 +42,7 @@ Flights find_flights(const ContactProblem& problem);
 struct SolveScratch {
   ContactProblem problem;
   std::vector<SolverBody> free;
-  DisplacementBounds ways;
+  DisplacementBounds displacement_bounds;
 };
 
 // What moves a body in a step. Refers to all of it.

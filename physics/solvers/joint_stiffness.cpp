@@ -45,12 +45,12 @@ void stiffen(const SceneDescription& scene, double dt_s, std::span<const BodySta
     add(solved.bodies[place][1], joint.anchor_b_m, impulse);
   }
   for (std::size_t i = 0; i < free.size(); ++i) {
-    const Vec3 spin = bodies[i].angular;
+    const Vec3 old = bodies[i].angular;
     bodies[i] = free[i];
     if (free[i].inverse_mass == 0.0) continue;  // kinematic
     const Mat3 inertia = inverse_of_symmetric(free[i].inverse_inertia);
     bodies[i].inverse_inertia = inverse_of_symmetric(inertia + dt_s * stiffness[i]);
-    bodies[i].angular = spin + bodies[i].inverse_inertia * Vec3(inertia * (free[i].angular - spin));
+    bodies[i].angular = old + bodies[i].inverse_inertia * Vec3(inertia * (free[i].angular - old));
   }
 }
 

@@ -26,10 +26,10 @@ Mat3 inertia_of(const BodyParams& params, const BodyState& state) {
 
 struct Motion {
   double mass_kg = 0.0;
-  Vec3 centre_m = Vec3::Zero(), velocity_m_s = Vec3::Zero(), spin_rad_s = Vec3::Zero();
+  Vec3 centre_m = Vec3::Zero(), velocity_m_s = Vec3::Zero(), angular_velocity_rad_s = Vec3::Zero();
 
   Vec3 velocity_at(const Vec3& place) const {
-    return velocity_m_s + spin_rad_s.cross(Vec3(place - centre_m));
+    return velocity_m_s + angular_velocity_rad_s.cross(Vec3(place - centre_m));
   }
 };
 
@@ -58,7 +58,7 @@ Motion common_motion(const SceneDescription& scene, std::span<const BodyId> ids,
     inertia +=
         own + params.mass_kg * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
   }
-  all.spin_rad_s = inverse_of_symmetric(inertia) * angular;
+  all.angular_velocity_rad_s = inverse_of_symmetric(inertia) * angular;
   return all;
 }
 
@@ -69,9 +69,11 @@ double relative_joule(const SceneDescription& scene, std::span<const BodyId> ids
     const BodyParams& params = scene.bodies[index_of(ids[i])];
     BodyState relative;
     relative.orientation = states[i].orientation;
-    relative.angular_velocity_rad_s = states[i].angular_velocity_rad_s - motion.spin_rad_s;
+    relative.angular_velocity_rad_s =
+        states[i].angular_velocity_rad_s - motion.angular_velocity_rad_s;
     const Vec3 velocity = states[i].linear_velocity_m_s - motion.velocity_at(states[i].position_m);
-    sum += 0.5 * params.mass_kg * velocity.squaredNorm() + spin_energy_joule(params, relative);
+    sum +=
+        0.5 * params.mass_kg * velocity.squaredNorm() + rotational_energy_joule(params, relative);
   }
   return sum;
 }
@@ -81,7 +83,7 @@ void scale_relative(double factor, const Motion& motion, std::span<BodyState> st
     const Vec3 common = motion.velocity_at(state.position_m);
     state.linear_velocity_m_s += (state.linear_velocity_m_s - common) * (factor - 1.0);
     state.angular_velocity_rad_s +=
-        (state.angular_velocity_rad_s - motion.spin_rad_s) * (factor - 1.0);
+        (state.angular_velocity_rad_s - motion.angular_velocity_rad_s) * (factor - 1.0);
   }
 }
 
@@ -117,10 +119,10 @@ Sum gain_of(double dt_s, std::span<const BodyState> before, std::span<const Solv
     const double mass = 1.0 / body.inverse_mass;
     const Vec3 &v0 = before[i].linear_velocity_m_s, &w0 = before[i].angular_velocity_rad_s;
     const Vec3 forced = free[i].linear - v0;
-    Vec3 way = body.linear * dt_s;
-    if (!held[i].supported) way -= forced * (0.5 * dt_s) + flights[i].not_yet_m;
+    Vec3 displacement = body.linear * dt_s;
+    if (!held[i].supported) displacement -= forced * (0.5 * dt_s) + flights[i].not_yet_m;
     gain.add(0.5 * mass * (body.linear - v0).dot(body.linear + v0));
-    gain.add(-mass * forced.dot(way) / dt_s);
+    gain.add(-mass * forced.dot(displacement) / dt_s);
     // What rests has a velocity of rounding: of the difference of this and of impulses.
     gain.scale += mass * forced.squaredNorm();
     const Mat3 inertia = inverse_of_symmetric(body.inverse_inertia);
@@ -185,8 +187,8 @@ double take_excess(const SceneDescription& scene, std::span<const BodyId> ids,
   if (isolated) {
     // A hundredth: what does not bend has no energy of its own to take.
     common = common_motion(scene, ids, states);
-    for (const bool spins : {true, false}) {
-      if (!spins) common.spin_rad_s = Vec3::Zero();
+    for (const bool rotates : {true, false}) {
+      if (!rotates) common.angular_velocity_rad_s = Vec3::Zero();
       const double bending = relative_joule(scene, ids, states, common);
       if (std::abs(excess.gain_joule) > 0.01 * bending) continue;
       scale_relative(factor(bending), common, states);
@@ -258,9 +260,9 @@ double external_work_joule(const SceneDescription& scene, double dt_s,
     const SolverBody& body = problem.bodies[i];
     if (body.inverse_mass == 0.0) continue;
     const Vec3 push = free[i].linear - before[i].linear_velocity_m_s - scene.gravity_m_s2 * dt_s;
-    const Vec3 turn = free[i].angular - before[i].angular_velocity_rad_s;
+    const Vec3 angular = free[i].angular - before[i].angular_velocity_rad_s;
     sum += push.dot(body.linear) / body.inverse_mass;
-    sum += Vec3(inverse_of_symmetric(body.inverse_inertia) * turn).dot(body.angular);
+    sum += Vec3(inverse_of_symmetric(body.inverse_inertia) * angular).dot(body.angular);
   }
   return sum;
 }

@@ -9,14 +9,14 @@ struct Softness {
   double rate = 0.0, mass_share = 1.0, impulse_share = 0.0;
 };
 
-// `turn`: the angle that the spring's oscillation makes in a substep; `damping`: of the critical
+// `phase`: the angle that the spring's oscillation makes in a substep; `damping`: of the critical
 // one.
-constexpr Softness spring_of(double turn, double damping) {
-  const double firm = turn * (2.0 * damping + turn);
-  return {turn / (2.0 * damping + turn), firm / (1.0 + firm), 1.0 / (1.0 + firm)};
+constexpr Softness spring_of(double phase, double damping) {
+  const double firm = phase * (2.0 * damping + phase);
+  return {phase / (2.0 * damping + phase), firm / (1.0 + firm), 1.0 / (1.0 + firm)};
 }
 
 // An eighth of an oscillation.
-inline constexpr double kTurnOfSubstep = 2.0 * 3.14159265358979323846 * 0.125;
+inline constexpr double kPhaseOfSubstep = 2.0 * 3.14159265358979323846 * 0.125;
 
 }  // namespace soda::physics

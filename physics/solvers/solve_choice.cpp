@@ -41,7 +41,7 @@ Need blocks_needed(const SceneDescription& scene) {
                  "no island can have so many contact points");
 }
 
-Need joint_sweeps_needed(const SceneDescription& scene) {
+Need joint_iterations_needed(const SceneDescription& scene) {
   const Need joints = joint_rows_needed(scene);
   if (!joints) return joints;
   return need_of(!(scene.tolerance > 0.0), "islands can take too much work to factorise",
@@ -63,17 +63,17 @@ SolveChoice choose_solve(const SceneDescription& scene, double dt_s, bool accura
 
 namespace {
 
-// Multiplications of a step. Of sweeps over a row, of joints or of contacts; of Newton's method,
-// in which each of some steps factorises and goes over the rows; of an articulated island, which
-// factorises for each of its stages; of contacts that are swept through exact joints, for each row
-// and body.
-constexpr double kSweepsOfRow = 1000.0;
+// Multiplications of a step. Of iterations over a row, of joints or of contacts; of Newton's
+// method, in which each of some steps factorises and goes over the rows; of an articulated island,
+// which factorises for each of its stages; of contacts that are swept through exact joints, for
+// each row and body.
+constexpr double kIterationsOfRow = 1000.0;
 constexpr double kNewtonSteps = 6.0, kNewtonOfRow = 100.0, kArticulatedFactors = 15.0;
 constexpr double kThroughJoints = 600.0;
-// Of masses: between more unequal ones sweeps do not get far.
+// Of masses: between more unequal ones iterations do not get far.
 constexpr double kMostSweptRatio = 1e4;
 // What a direct solution may take in any case, for it has next to no error; beyond, no more than
-// sweeps. An articulated island is exact, and worth more than contacts of first order.
+// iterations. An articulated island is exact, and worth more than contacts of first order.
 struct Worth {
   double articulated, contacts;
 };
@@ -87,7 +87,7 @@ bool can_be_swept(const SceneDescription& scene, std::span<const BodyId> ids) {
 bool is_articulated_swept(const SceneDescription& scene, double rows,
                           std::uint64_t multiplications) {
   return kArticulatedFactors * static_cast<double>(multiplications) >
-         std::max(worth_of(scene).articulated, kSweepsOfRow * rows);
+         std::max(worth_of(scene).articulated, kIterationsOfRow * rows);
 }
 
 }  // namespace
@@ -113,7 +113,7 @@ JointedChoice choose_jointed_solve(const IslandStep& island, bool accurate,
     return choice;
   }
   const double contact_rows = 3.0 * static_cast<double>(points), rows = joint_rows + contact_rows;
-  const double most = std::max(worth_of(scene).contacts, kSweepsOfRow * rows);
+  const double most = std::max(worth_of(scene).contacts, kIterationsOfRow * rows);
   const double through = kThroughJoints * contact_rows * static_cast<double>(ids.size());
   const auto newton = [&] {
     const auto once = static_cast<double>(choice.elimination->multiplications);

@@ -1,5 +1,5 @@
 // Which way an island's step is solved: the one place where it is decided between a direct solve,
-// blocks and sweeps over the whole. Whoever divides an island between solvers asks here, too.
+// blocks and iterations over the whole. Whoever divides an island between solvers asks here, too.
 #pragma once
 
 #include <optional>
@@ -19,9 +19,9 @@ namespace soda::physics {
 
 Need direct_solves_needed(const SceneDescription& scene);
 Need blocks_needed(const SceneDescription& scene);
-Need joint_sweeps_needed(const SceneDescription& scene);
+Need joint_iterations_needed(const SceneDescription& scene);
 
-// One of both at most. Neither: the whole by sweeps, in turns with its joints if it has any.
+// One of both at most. Neither: the whole by iterations, in turns with its joints if it has any.
 struct SolveChoice {
   std::optional<Elimination> elimination;  // directly (direct_contacts.hpp)
   std::optional<IslandBlocks> blocks;      // two or more (split_solver.hpp)

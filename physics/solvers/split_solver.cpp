@@ -30,7 +30,7 @@ BlockSolver::BlockSolver(const LargeIsland& island, std::uint32_t first, std::ui
     blocks_.push_back(part_of(island_.blocks.inside[i], built));
     Part& part = blocks_.back();
     build_rows(step_of(part), part.manifolds, part.problem, built);
-    // Of borders, the solvers of both sides know the same velocities from the first sweep on.
+    // Of borders, the solvers of both sides know the same velocities from the first iteration on.
     start_rolling(island_.scene.solver.iterations, part.problem);
   }
   const auto borders = static_cast<std::uint32_t>(island_.blocks.borders.size());
@@ -80,8 +80,8 @@ void BlockSolver::copy(const Part& from, std::span<const std::uint32_t> from_pla
     SolverBody& target = to.problem.bodies[to_places[i]];
     target.linear = source.linear;
     target.angular = source.angular;
-    if (!to.substeps.ways.empty())
-      to.substeps.ways[to_places[i]] = from.substeps.ways[from_places[i]];
+    if (!to.substeps.displacements.empty())
+      to.substeps.displacements[to_places[i]] = from.substeps.displacements[from_places[i]];
   }
 }
 
@@ -101,7 +101,7 @@ std::uint32_t BlockSolver::stages(const SceneDescription& scene) {
   return 2 * substeps_of(scene.solver);
 }
 
-void BlockSolver::sweep(std::uint32_t stage, Part& part, StageCounters& counters) {
+void BlockSolver::iterate(std::uint32_t stage, Part& part, StageCounters& counters) {
   if (stage % 2 == 0) {
     press(part.problem, part.substeps);
   } else {
@@ -117,14 +117,14 @@ void BlockSolver::solve_blocks(std::uint32_t stage, StageCounters& counters) {
     } else if (stage > 0) {
       go_on(part.problem, part.substeps);
     }
-    sweep(stage, part, counters);
+    iterate(stage, part, counters);
   }
 }
 
 void BlockSolver::solve_borders(std::uint32_t stage, StageCounters& counters) {
   for (std::uint32_t i = 0; i < borders_.size(); ++i) {
     load(first_border_ + i, borders_[i]);
-    sweep(stage, borders_[i].part, counters);
+    iterate(stage, borders_[i].part, counters);
     store(first_border_ + i, borders_[i]);
   }
   if (stage + 1 < stages(island_.scene)) return;
@@ -142,7 +142,7 @@ std::vector<BorderBody> BlockSolver::told(const Part& part, std::span<const std:
   std::vector<BorderBody> bodies;
   for (const std::uint32_t place : places) {
     const SolverBody& body = part.problem.bodies[place];
-    bodies.push_back({body.linear, body.angular, part.substeps.ways[place]});
+    bodies.push_back({body.linear, body.angular, part.substeps.displacements[place]});
   }
   return bodies;
 }
@@ -163,7 +163,7 @@ bool BlockSolver::take(std::span<const BorderBody> bodies, const Side& side, Par
     SolverBody& body = part.problem.bodies[side.in_border[i]];
     body.linear = bodies[i].linear;
     body.angular = bodies[i].angular;
-    part.substeps.ways[side.in_border[i]] = bodies[i].way;
+    part.substeps.displacements[side.in_border[i]] = bodies[i].displacement;
   }
   return true;
 }
@@ -191,20 +191,20 @@ std::uint32_t BlockSolver::rebound(StageCounters& counters) {
   for (Part& part : blocks_) aim(part);
   for (Border& border : borders_) aim(border.part);
   if (!any) return 0;
-  const auto sweep_rebounds = [&counters](bool forward, ContactProblem& problem) {
-    sweep_velocities(forward, problem);
+  const auto iterate_rebounds = [&counters](bool forward, ContactProblem& problem) {
+    iterate_velocities(forward, problem);
     counters.block_row_sweeps += rows_of(problem);
   };
-  const std::uint32_t sweeps = stages(island_.scene);
-  for (std::uint32_t i = 0; i < sweeps; ++i) {
-    for (Part& part : blocks_) sweep_rebounds(i % 2 == 0, part.problem);
+  const std::uint32_t iterations = stages(island_.scene);
+  for (std::uint32_t i = 0; i < iterations; ++i) {
+    for (Part& part : blocks_) iterate_rebounds(i % 2 == 0, part.problem);
     for (std::uint32_t k = 0; k < borders_.size(); ++k) {
       load(first_border_ + k, borders_[k]);
-      sweep_rebounds(i % 2 == 0, borders_[k].part.problem);
+      iterate_rebounds(i % 2 == 0, borders_[k].part.problem);
       store(first_border_ + k, borders_[k]);
     }
   }
-  return sweeps;
+  return iterations;
 }
 
 void BlockSolver::take_share(double share) {
@@ -324,7 +324,7 @@ void BlockSolver::move(std::uint32_t index, std::vector<BodyState>& moved,
     const SolverBody& body = part.problem.bodies[i];
     const PositionCorrection beyond =
         beyond_final_velocity(island_.dt_s, fastest_correction_m_s_, part.states[i], body,
-                              flights[i], part.substeps.ways[i]);
+                              flights[i], part.substeps.displacements[i]);
     const bool accepted =
         move_body({island_.scene, island_.dt_s, part.ids[i], body, flights[i], &beyond},
                   moved.back(), faults);

@@ -28,10 +28,10 @@ struct LargeIsland {
   const IslandBlocks& blocks;
 };
 
-// Present velocities of a body at a border, and its way since the step's start.
+// Present velocities of a body at a border, and its displacement since the step's start.
 struct BorderBody {
   Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
-  Way way;
+  Displacement displacement;
 };
 
 // What a block, and the border between it and the next one, add to the island's report.
@@ -47,13 +47,13 @@ void add(const BlockReport& block, IslandReport& island);
 StepWork work_of(std::span<const BlockReport> blocks);
 
 // Solves blocks [first, last) of an island and the borders at them, in substeps (substeps.hpp): in
-// each sweep the rows inside the blocks, then those of the borders. Blocks have no body in common
-// and neither have borders, so what comes out does not depend on which range is solved by whom: two
-// solvers of neighbouring ranges both solve the border between them, alike.
+// each iteration the rows inside the blocks, then those of the borders. Blocks have no body in
+// common and neither have borders, so what comes out does not depend on which range is solved by
+// whom: two solvers of neighbouring ranges both solve the border between them, alike.
 //
-// For each stage, which is a sweep: solve_blocks(); tell the solvers beside it what at_lower() and
-// at_upper() say, take what they say; solve_borders(). Then the share of the impulses that the work
-// of all blocks allows (energy_clamp.hpp: allowed_share), report() and move().
+// For each stage, which is an iteration: solve_blocks(); tell the solvers beside it what at_lower()
+// and at_upper() say, take what they say; solve_borders(). Then the share of the impulses that the
+// work of all blocks allows (energy_clamp.hpp: allowed_share), report() and move().
 class BlockSolver {
  public:
   BlockSolver(const LargeIsland& island, std::uint32_t first, std::uint32_t last,
@@ -78,7 +78,7 @@ class BlockSolver {
   void take_share(double share);
 
   // For a solver of all blocks, then: brings about the rebounds of the rows that bounce, by as many
-  // sweeps. Returns their number.
+  // iterations. Returns their number.
   std::uint32_t rebound(StageCounters& counters);
   // Takes that share of what rebounds have changed.
   void take_rebounds(double share);
@@ -115,7 +115,7 @@ class BlockSolver {
   // Of the block's bodies, by all rows that act on them.
   Flights flights_of(std::uint32_t block) const;
   void add_border(std::uint32_t index, StageCounters& counters);
-  static void sweep(std::uint32_t stage, Part& part, StageCounters& counters);
+  static void iterate(std::uint32_t stage, Part& part, StageCounters& counters);
   // What bodies are doing that two parts have in common.
   static void copy(const Part& from, std::span<const std::uint32_t> from_places, Part& to,
                    std::span<const std::uint32_t> to_places);

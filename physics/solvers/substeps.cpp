@@ -11,10 +11,11 @@
 
 namespace soda::physics {
 
-double gap_m(const ContactProblem& problem, std::size_t i, const std::vector<Way>& ways) {
+double gap_m(const ContactProblem& problem, std::size_t i,
+             const std::vector<Displacement>& displacements) {
   const NormalRow& row = problem.normals[i];
-  const Way& a = ways[row.a];
-  const Way& b = ways[row.b];
+  const Displacement& a = displacements[row.a];
+  const Displacement& b = displacements[row.b];
   const RowContact& contact = problem.contacts[i];
   return contact.separation_m + contact.carried_m + row.normal.dot(b.linear_m - a.linear_m) +
          row.arm_b.dot(b.angular_rad) - row.arm_a.dot(a.angular_rad);
@@ -23,18 +24,18 @@ double gap_m(const ContactProblem& problem, std::size_t i, const std::vector<Way
 namespace {
 
 // Of what overlaps.
-constexpr Softness kSoft = spring_of(kTurnOfSubstep, 10.0);
+constexpr Softness kSoft = spring_of(kPhaseOfSubstep, 10.0);
 
 inline void give(const NormalRow& row, double change, SolverBody& a, SolverBody& b) {
   a.linear -= row.normal * (a.inverse_mass * change);
-  a.angular -= row.turn_a * change;
+  a.angular -= row.response_a * change;
   b.linear += row.normal * (b.inverse_mass * change);
-  b.angular += row.turn_b * change;
+  b.angular += row.response_b * change;
 }
 
 template <bool kPresses>
-void sweep(ContactProblem& problem, const Substeps& substeps) {
-  sweep_frictions(problem);
+void iterate(ContactProblem& problem, const Substeps& substeps) {
+  iterate_frictions(problem);
   const std::size_t count = problem.normals.size();
   const double per_second = 1.0 / substeps.length_s;
   for (std::size_t k = 0; k < count; ++k) {
@@ -44,7 +45,7 @@ void sweep(ContactProblem& problem, const Substeps& substeps) {
     SolverBody& b = problem.bodies[row.b];
     const double velocity =
         row.normal.dot(b.linear - a.linear) + row.arm_b.dot(b.angular) - row.arm_a.dot(a.angular);
-    const double gap = gap_m(problem, i, substeps.ways);
+    const double gap = gap_m(problem, i, substeps.displacements);
     double wanted = row.impulse_newton_s;
     if (gap > 0.0 || !kPresses) {
       wanted -= row.mass_kg * (velocity + std::max(gap, 0.0) * per_second);
@@ -94,7 +95,7 @@ void begin_substeps(double dt_s, std::uint32_t count, const IndexedSpan<BodyStat
   const double share = 1.0 / count;
   substeps.count = count;
   substeps.length_s = dt_s * share;
-  substeps.ways.assign(problem.bodies.size(), {});
+  substeps.displacements.assign(problem.bodies.size(), {});
   substeps.at_start.resize(states.size());
   substeps.sum_newton_s.assign(3 * problem.normals.size(), 0.0);
   substeps.sum_newton_m_s.assign(problem.rollings.size(), Vec3::Zero());
@@ -108,17 +109,17 @@ void begin_substeps(double dt_s, std::uint32_t count, const IndexedSpan<BodyStat
   share_start_impulses(count, problem);
 }
 
-void press(ContactProblem& problem, const Substeps& substeps) { sweep<true>(problem, substeps); }
+void press(ContactProblem& problem, const Substeps& substeps) { iterate<true>(problem, substeps); }
 
 void relax(ContactProblem& problem, Substeps& substeps) {
-  sweep<false>(problem, substeps);
+  iterate<false>(problem, substeps);
   add_impulses(problem, substeps);
 }
 
 void move_on(const ContactProblem& problem, Substeps& substeps) {
   for (std::size_t i = 0; i < substeps.at_start.size(); ++i) {
-    substeps.ways[i].linear_m += problem.bodies[i].linear * substeps.length_s;
-    substeps.ways[i].angular_rad += problem.bodies[i].angular * substeps.length_s;
+    substeps.displacements[i].linear_m += problem.bodies[i].linear * substeps.length_s;
+    substeps.displacements[i].angular_rad += problem.bodies[i].angular * substeps.length_s;
   }
 }
 
@@ -137,7 +138,8 @@ void end_substeps(ContactProblem& problem, const Substeps& substeps) {
   const double per_second = 1.0 / substeps.length_s;
   for (std::size_t i = 0; i < problem.normals.size(); ++i) {
     const double* const sum = &substeps.sum_newton_s[3 * i];
-    problem.normals[i].target_m_s = -std::max(gap_m(problem, i, substeps.ways), 0.0) * per_second;
+    problem.normals[i].target_m_s =
+        -std::max(gap_m(problem, i, substeps.displacements), 0.0) * per_second;
     problem.normals[i].impulse_newton_s = sum[0];
     const std::int32_t friction = problem.contacts[i].friction_row;
     if (friction < 0) continue;
@@ -162,10 +164,10 @@ Vec3 towards_first(const Vec3& beyond, const Vec3& first, const Vec3& last) {
 
 PositionCorrection beyond_final_velocity(double dt_s, double most_m_s, const BodyState& before,
                                          const SolverBody& body, const Flight& flight,
-                                         const Way& way) {
+                                         const Displacement& displacement) {
   if (!flight.supported) return {};
-  const PositionCorrection beyond{way.linear_m * (1.0 / dt_s) - body.linear,
-                                  way.angular_rad * (1.0 / dt_s) - body.angular};
+  const PositionCorrection beyond{displacement.linear_m * (1.0 / dt_s) - body.linear,
+                                  displacement.angular_rad * (1.0 / dt_s) - body.angular};
   const PositionCorrection slowed{
       towards_first(beyond.linear, before.linear_velocity_m_s, body.linear),
       towards_first(beyond.angular, before.angular_velocity_rad_s, body.angular)};
@@ -183,7 +185,7 @@ SubstepWork solve_in_substeps(const SolveStep& step, std::span<const SolverBody>
   const std::uint32_t count = substeps_of(scene.solver);
   const Blows blows = find_blows(step, problem);
   SubstepWork work;
-  work.sweeps = 2 * count;
+  work.iterations = 2 * count;
   begin_substeps(dt_s, count, states, problem, substeps);
   for (std::uint32_t i = 0; i < count; ++i) {
     if (i > 0) go_on(problem, substeps);
@@ -202,7 +204,7 @@ SubstepWork solve_in_substeps(const SolveStep& step, std::span<const SolverBody>
   push.resize(states.size());
   for (std::size_t i = 0; i < states.size(); ++i)
     push[i] = beyond_final_velocity(dt_s, most_m_s, states[i], problem.bodies[i], flights[i],
-                                    substeps.ways[i]);
+                                    substeps.displacements[i]);
   return work;
 }
 

@@ -1,9 +1,9 @@
 // Contacts of one island by projected Gauss-Seidel in substeps: what falls, slides or is large.
 //
 // A substep: velocities go on changing as they did in the one before (forces and impulses alike),
-// a sweep that also presses overlaps apart, bodies move, and a sweep that does not press. So what
-// parts bodies is not left in their velocities. Rows keep the directions of the step's start; the
-// gaps between bodies follow their ways to first order.
+// an iteration that also presses overlaps apart, bodies move, and an iteration that does not press.
+// So what parts bodies is not left in their velocities. Rows keep the directions of the step's
+// start; the gaps between bodies follow their displacements to first order.
 #pragma once
 
 #include <cstdint>
@@ -19,11 +19,11 @@
 
 namespace soda::physics {
 
-// Of a step: one for four of the settings' `iterations`, at least one. Each takes two sweeps.
+// Of a step: one for four of the settings' `iterations`, at least one. Each takes two iterations.
 std::uint32_t substeps_of(const SolverSettings& settings);
 
-// Way of a body since the step's start.
-struct Way {
+// Displacement of a body since the step's start.
+struct Displacement {
   Vec3 linear_m = Vec3::Zero(), angular_rad = Vec3::Zero();
 };
 
@@ -31,7 +31,7 @@ struct Way {
 struct Substeps {
   std::uint32_t count = 0;
   double length_s = 0.0;
-  std::vector<Way> ways;                     // parallel to the problem's bodies
+  std::vector<Displacement> displacements;   // parallel to the problem's bodies
   std::vector<PositionCorrection> at_start;  // velocities before it, of what moves
   std::vector<double> sum_newton_s;          // of the substeps that ended: three numbers a row
   std::vector<Vec3> sum_newton_m_s;          // the same of the rolling rows
@@ -43,8 +43,9 @@ struct Substeps {
 void begin_substeps(double dt_s, std::uint32_t count, const IndexedSpan<BodyState>& states,
                     ContactProblem& problem, Substeps& substeps);
 
-// Of a contact after those ways, to first order.
-double gap_m(const ContactProblem& problem, std::size_t row, const std::vector<Way>& ways);
+// Of a contact after those displacements, to first order.
+double gap_m(const ContactProblem& problem, std::size_t row,
+             const std::vector<Displacement>& displacements);
 
 // The stages of a substep, in this order; go_on() leads to the next one.
 void press(ContactProblem& problem, const Substeps& substeps);
@@ -60,10 +61,10 @@ void end_substeps(ContactProblem& problem, const Substeps& substeps);
 // acted on it: it flies. `before`: the step's start.
 PositionCorrection beyond_final_velocity(double dt_s, double most_m_s, const BodyState& before,
                                          const SolverBody& body, const Flight& flight,
-                                         const Way& way);
+                                         const Displacement& displacement);
 
 struct SubstepWork {
-  std::uint32_t sweeps = 0;
+  std::uint32_t iterations = 0;
   BlowWork blows;
 };
 

@@ -61,7 +61,7 @@ void give(const SweptRow& swept, const JointRow& row, double impulse,
   b.angular += swept.twist_b * impulse;
 }
 
-void sweep_point(const Softness& closing, double per_second, SweptPoint& point,
+void solve_point(const Softness& closing, double per_second, SweptPoint& point,
                  std::span<SolverBody> bodies) {
   const Vec3 wanted = -(point.error_m * (closing.rate * per_second) + velocity_of(point, bodies));
   const Vec3 change = times(point.mass_kg, wanted) * closing.mass_share -
@@ -84,7 +84,7 @@ double target_m_s(const JointRow& row, const Softness& closing, double per_secon
   return row.target_m_s;
 }
 
-void sweep_row(const Softness& closing, double per_second, const SweptRow& swept, JointRow& row,
+void solve_row(const Softness& closing, double per_second, const SweptRow& swept, JointRow& row,
                std::span<SolverBody> bodies) {
   const bool soft =
       row.kind == JointRowKind::kHolds || (row.kind == JointRowKind::kLimit && row.error <= 0.0);
@@ -98,18 +98,18 @@ void sweep_row(const Softness& closing, double per_second, const SweptRow& swept
   give(swept, row, change, bodies);
 }
 
-void sweep(bool forward, const Softness& closing, SweptJoints& joints,
-           std::span<SolverBody> bodies) {
+void iterate(bool forward, const Softness& closing, SweptJoints& joints,
+             std::span<SolverBody> bodies) {
   const double per_second = 1.0 / joints.length_s;
   const auto in_turn = [forward](std::size_t count, const auto& visit) {
     for (std::size_t k = 0; k < count; ++k) visit(forward ? k : count - 1 - k);
   };
   in_turn(joints.rows.size(), [&](std::size_t i) {
     const SweptRow& swept = joints.rows[i];
-    sweep_row(closing, per_second, swept, joints.rest.rows[swept.row], bodies);
+    solve_row(closing, per_second, swept, joints.rest.rows[swept.row], bodies);
   });
   in_turn(joints.points.size(),
-          [&](std::size_t i) { sweep_point(closing, per_second, joints.points[i], bodies); });
+          [&](std::size_t i) { solve_point(closing, per_second, joints.points[i], bodies); });
 }
 
 // The anchor of a body, or of the world.
@@ -137,10 +137,10 @@ void follow(const Joint& joint, std::span<const BodyState> poses,
 
 void follow(const JointRow& row, std::span<const SolverBody> bodies, SweptRow& swept) {
   const SolverBody &a = bodies[row.a], &b = bodies[row.b];
-  swept.twist_a = times(a.inverse_inertia, row.turn_a);
-  swept.twist_b = times(b.inverse_inertia, row.turn_b);
+  swept.twist_a = times(a.inverse_inertia, row.angular_a);
+  swept.twist_b = times(b.inverse_inertia, row.angular_b);
   const double response = (a.inverse_mass + b.inverse_mass) * row.linear.squaredNorm() +
-                          row.turn_a.dot(swept.twist_a) + row.turn_b.dot(swept.twist_b) +
+                          row.angular_a.dot(swept.twist_a) + row.angular_b.dot(swept.twist_b) +
                           row.softness_1_kg;
   swept.mass_kg = response > 0.0 ? 1.0 / response : 0.0;
 }
@@ -163,9 +163,9 @@ void hold_at_once(double closed, SweptJoints& joints, std::span<SolverBody> bodi
 }
 
 void solve(bool forward, bool closes, SweptJoints& joints, std::span<SolverBody> bodies) {
-  sweep(forward,
-        closes ? spring_of(kTurnOfSubstep * joints.part_of_step, kDampingOfJoints) : Softness{},
-        joints, bodies);
+  iterate(forward,
+          closes ? spring_of(kPhaseOfSubstep * joints.part_of_step, kDampingOfJoints) : Softness{},
+          joints, bodies);
   if (joints.at_once)
     hold_at_once(closes ? kClosedAtOnce * joints.part_of_step : 0.0, joints, bodies);
 }
@@ -263,10 +263,10 @@ void count_impulses(std::span<const SolverBody> bodies, SweptJoints& joints) {
     return change;
   };
   const auto given = [&joints](std::uint32_t a, std::uint32_t b, const Vec3& impulse,
-                               const Vec3& turn) {
+                               const Vec3& angular) {
     if (b != joints.poses.size()) return;
     joints.by_world_newton_s -= impulse;
-    joints.by_world_newton_m_s -= turn + joints.poses[a].position_m.cross(impulse);
+    joints.by_world_newton_m_s -= angular + joints.poses[a].position_m.cross(impulse);
   };
   for (const SweptPoint& point : joints.points) {
     Vec3 impulse;
@@ -276,7 +276,7 @@ void count_impulses(std::span<const SolverBody> bodies, SweptJoints& joints) {
   for (const RestRow& of : joints.rest_rows) {
     const JointRow& row = joints.rest.rows[of.row];
     const double impulse = new_of(of.of_system, row.impulse_newton_s);
-    given(row.a, row.b, row.linear * impulse, row.turn_a * impulse);
+    given(row.a, row.b, row.linear * impulse, row.angular_a * impulse);
     if (row.kind == JointRowKind::kMotor)
       joints.motor_work_joule += impulse * velocity_of(row, bodies);
   }

@@ -1,5 +1,5 @@
 // Joints of one island by block Gauss-Seidel, within the substeps of its contacts (substeps.hpp):
-// for islands whose joints take more work to factorise than to sweep.
+// for islands whose joints take more work to factorise than to iterate over.
 //
 // Rows follow the poses of the substeps, errors are those of the poses and not of a linearisation.
 // A substep presses joints closed as it presses overlaps apart, moves the bodies, and then takes

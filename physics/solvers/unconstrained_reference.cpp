@@ -79,7 +79,8 @@ double share_within(double most_m_s, const SolverBody& from, const SolverBody& t
 bool is_out_of_bounds(const ContactProblem& problem) {
   const auto within = [](const Vec3& v, double most) { return v.squaredNorm() <= most * most; };
   return !std::all_of(problem.bodies.begin(), problem.bodies.end(), [&](const SolverBody& body) {
-    return within(body.linear, kLargestSpeed_m_s) && within(body.angular, kLargestSpin_rad_s);
+    return within(body.linear, kLargestSpeed_m_s) &&
+           within(body.angular, kLargestAngularSpeed_rad_s);
   });
 }
 
@@ -102,12 +103,12 @@ void solve_unconstrained_reference(std::span<const SolverBody> free, JointSystem
 
 void take_contact_impulses(const ContactProblem& from, ContactProblem& problem) {
   const auto push = [&problem](std::uint32_t a, std::uint32_t b, const Vec3& impulse,
-                               const Vec3& turn_a, const Vec3& turn_b) {
+                               const Vec3& angular_a, const Vec3& angular_b) {
     SolverBody &x = problem.bodies[a], &y = problem.bodies[b];
     x.linear -= impulse * x.inverse_mass;
-    x.angular -= x.inverse_inertia * turn_a;
+    x.angular -= x.inverse_inertia * angular_a;
     y.linear += impulse * y.inverse_mass;
-    y.angular += y.inverse_inertia * turn_b;
+    y.angular += y.inverse_inertia * angular_b;
   };
   for (std::size_t i = 0; i < problem.normals.size(); ++i) {
     NormalRow& row = problem.normals[i];
@@ -127,7 +128,7 @@ void take_contact_impulses(const ContactProblem& from, ContactProblem& problem) 
   for (std::size_t i = 0; i < problem.rollings.size(); ++i) {
     RollingRow& row = problem.rollings[i];
     const Vec3& impulse = from.rollings[i].impulse_newton_m_s;
-    turn(row, impulse - row.impulse_newton_m_s, problem);
+    apply_rolling_impulse(row, impulse - row.impulse_newton_m_s, problem);
     row.impulse_newton_m_s = impulse;
   }
 }

@@ -12,7 +12,7 @@
 
 namespace soda::physics {
 
-// Sweeps that diverged: nothing in their result is worth a share.
+// Iterations that diverged: nothing in their result is worth a share.
 bool is_out_of_bounds(const ContactProblem& problem);
 
 // What joints, motors and springs alone would do, along the same rows: contacts have no impulse.

@@ -125,7 +125,7 @@ IslandReport advance_island(const IslandStep& island, std::span<BodyState> state
     slow.assign(states.begin(), states.end());
   }
   if (!scene.joints.empty()) report_lost_joints(scene, ids, manifolds, states, faults);
-  bound_displacements(scene, dt_s, ids, manifolds, states, scratch.ways);
+  bound_displacements(scene, dt_s, ids, manifolds, states, scratch.displacement_bounds);
   double flown_s = 0.0;
   if (!whole && is_one_solve(island, states)) {
     counters.islands_over_budget += gains_by_refinement(island, states);
@@ -139,7 +139,8 @@ IslandReport advance_island(const IslandStep& island, std::span<BodyState> state
     report.push_out_work_joule = 0.0;
   }
   for (std::size_t i = 0; i < ids.size(); ++i)
-    report_impossible_displacement(scene, scratch.ways, i, ids[i], states[i], faults);
+    report_impossible_displacement(scene, scratch.displacement_bounds, i, ids[i], states[i],
+                                   faults);
   if (!slow.empty() && (whole || report.direct || is_linked(manifolds)))
     fall_asleep(island, slow, states, report);
   set_carried(scene, ids, after, states, counters);

@@ -24,31 +24,31 @@ Aabb tight_box_of(const CompiledShape& shape, const BodyState& state) {
   return tight_aabb(shape, {state.orientation.toRotationMatrix(), state.position_m});
 }
 
-// A way of two straight legs: at the velocity of the start, from some time on at that of the end.
+// A path of two straight legs: at the velocity of the start, from some time on at that of the end.
 struct TwoLegs {
   Vec3 from, to;  // velocities, m/s
   Vec3 end;       // displacement, m
-  double turn_s = 0.0;
-  double missed_m = 0.0;  // by what the legs miss each other: the way has turned more than once
+  double corner_s = 0.0;
+  double missed_m = 0.0;  // by what the legs miss each other: the path has turned more than once
   double dt_s = 0.0;
 
   Vec3 at(double time_s) const {
-    return time_s < turn_s ? Vec3(from * time_s) : Vec3(end - to * (dt_s - time_s));
+    return time_s < corner_s ? Vec3(from * time_s) : Vec3(end - to * (dt_s - time_s));
   }
 };
 
 TwoLegs legs_of(double dt_s, const BodyState& start, const BodyState& end) {
-  TwoLegs way{start.linear_velocity_m_s, end.linear_velocity_m_s,
-              end.position_m - start.position_m};
-  way.dt_s = dt_s;
-  const Vec3 gap = way.end - way.to * dt_s, turn = way.from - way.to;
-  const double square = turn.squaredNorm();
-  if (square > 0.0) way.turn_s = std::clamp(gap.dot(turn) / square, 0.0, dt_s);
-  way.missed_m = (gap - turn * way.turn_s).norm();
-  return way;
+  TwoLegs path{start.linear_velocity_m_s, end.linear_velocity_m_s,
+               end.position_m - start.position_m};
+  path.dt_s = dt_s;
+  const Vec3 gap = path.end - path.to * dt_s, change = path.from - path.to;
+  const double square = change.squaredNorm();
+  if (square > 0.0) path.corner_s = std::clamp(gap.dot(change) / square, 0.0, dt_s);
+  path.missed_m = (gap - change * path.corner_s).norm();
+  return path;
 }
 
-// How far a turn from one orientation to the other moves any of its points, at most.
+// How far a rotation from one orientation to the other moves any of its points, at most.
 double turned_m(const CompiledShape& shape, const Quat& from, const Quat& to) {
   if (shape.kind == ShapeKind::kSphere) return 0.0;
   return 2.0 * (to * from.conjugate()).vec().norm() * shape.bounding_radius_m;
@@ -105,7 +105,7 @@ void Passes::keep(std::uint32_t place, std::size_t manifolds) {
   advanced_with_[place] = static_cast<std::uint32_t>(manifolds);
 }
 
-// A way that turned more than once can have been farther out than where it ended: on its last leg.
+// A path that turned more than once can have been farther out than where it ended: on its last leg.
 void Passes::end(const SceneDescription& scene, const Geometry& geometry, BodyId id,
                  std::uint32_t place, const BodyState& state, const Aabb* box) {
   if (!scene.solver.contact_response) return;
@@ -132,18 +132,18 @@ BodyState Passes::end_of(const SceneDescription& scene, BodyId id, std::uint32_t
   return is_free(place) ? foreseen(scene, id, now) : now;
 }
 
-bool may_meet(const SceneDescription& scene, const Geometry& geometry, const OnItsWay& a,
-              const OnItsWay& b, StageCounters& counters) {
+bool may_meet(const SceneDescription& scene, const Geometry& geometry, const MovingBody& a,
+              const MovingBody& b, StageCounters& counters) {
   if (!overlap(a.box, b.box) || !may_touch(scene, a.id, a.start, b.id)) return false;
   ++counters.sent_searches;
   const auto [normal, distance_m] =
       separation_of({scene, geometry, scene.dt_s, a.id, a.start, b.id, &b.start});
-  const TwoLegs way_a = legs_of(scene.dt_s, a.start, a.end),
-                way_b = legs_of(scene.dt_s, b.start, b.end);
+  const TwoLegs path_a = legs_of(scene.dt_s, a.start, a.end),
+                path_b = legs_of(scene.dt_s, b.start, b.end);
   double closed_m = 0.0;
-  for (const double time_s : {way_a.turn_s, way_b.turn_s, scene.dt_s})
-    closed_m = std::max(closed_m, (way_a.at(time_s) - way_b.at(time_s)).dot(normal));
-  if (distance_m <= closed_m + way_a.missed_m + way_b.missed_m) return true;
+  for (const double time_s : {path_a.corner_s, path_b.corner_s, scene.dt_s})
+    closed_m = std::max(closed_m, (path_a.at(time_s) - path_b.at(time_s)).dot(normal));
+  if (distance_m <= closed_m + path_a.missed_m + path_b.missed_m) return true;
   return separation_of({scene, geometry, scene.dt_s, a.id, a.end, b.id, &b.end}).distance_m <= 0.0;
 }
 

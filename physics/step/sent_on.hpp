@@ -19,7 +19,7 @@ namespace soda::physics {
 Need passes_needed(const SceneDescription& scene);
 
 // A body in a pass: how the step began and ended for it, and the box of all that it has come to.
-struct OnItsWay {
+struct MovingBody {
   BodyId id{};
   const BodyState& start;
   const BodyState& end;
@@ -74,11 +74,11 @@ class Passes {
   std::vector<Sent> sent_, ever_sent_;
 };
 
-// Whether two bodies may meet on their ways: where they end they do, or what parts them when the
+// Whether two bodies may meet on their paths: where they end they do, or what parts them when the
 // step begins is closed, on two straight legs each, as of a body that turned once at whatever time,
 // and by what a body that turned more often is off those.
-bool may_meet(const SceneDescription& scene, const Geometry& geometry, const OnItsWay& a,
-              const OnItsWay& b, StageCounters& counters);
+bool may_meet(const SceneDescription& scene, const Geometry& geometry, const MovingBody& a,
+              const MovingBody& b, StageCounters& counters);
 
 // Connects two bodies, a < b, by a manifold without points, unless they have one or never touch.
 // `start_a` is the state of a when the step began. The manifolds stay in canonical order. Returns

@@ -7,8 +7,8 @@
 #include "physics/constraints/joint_rows.hpp"
 #include "physics/events/contact_impacts.hpp"
 #include "physics/events/event_driven_impacts.hpp"
-#include "physics/events/linked_step.hpp"
 #include "physics/events/floor_stops.hpp"
+#include "physics/events/linked_step.hpp"
 #include "physics/events/sleeping.hpp"
 #include "physics/forces/forces.hpp"
 #include "physics/integrators/end_contacts.hpp"
@@ -79,7 +79,8 @@ void add_solves(const SceneDescription& scene, std::vector<Stage>& stages) {
       {"rolling friction rows", rolling_needed(scene), count_of(&StageCounters::rolling_rows)},
       {"conveyor rows", conveyors_needed(scene), count_of(&StageCounters::conveyor_rows)},
       {"joint rows", joint_rows_needed(scene), count_of(&StageCounters::joint_rows)},
-      {"sweeps through joints", joint_sweeps_needed(scene), count_of(&StageCounters::joint_sweeps)},
+      {"sweeps through joints", joint_iterations_needed(scene),
+       count_of(&StageCounters::joint_sweeps)},
       {"limit rows", limits_needed(scene), count_of(&StageCounters::limit_rows)},
       {"motor rows", motors_needed(scene), count_of(&StageCounters::motor_rows)},
       {"breaking joints", breaks_needed(scene), count_of(&StageCounters::joints_broken)},

@@ -183,12 +183,12 @@ bool connect_sent(const Advance& of) {
     tree.find(box, near);
     if (near.empty()) continue;
     const BodyState end = passes.end_of(scene, ids[other], other, states[other]);
-    const OnItsWay mine{ids[other], start, end, box};
+    const MovingBody mine{ids[other], start, end, box};
     for (const std::uint32_t i : near) {
       const std::uint32_t place = sent[i].place;
       if (place == other || (was_sent && place < other)) continue;
-      const OnItsWay theirs{ids[place], passes.start_of(place, states[place]), states[place],
-                            sent[i].box};
+      const MovingBody theirs{ids[place], passes.start_of(place, states[place]), states[place],
+                              sent[i].box};
       const auto& [a, b] = place < other ? std::tie(theirs, mine) : std::tie(mine, theirs);
       if (may_meet(scene, geometry, a, b, counters))
         any = connect(scene, a.id, a.start, b.id, scratch.manifolds) || any;

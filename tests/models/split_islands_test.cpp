@@ -135,8 +135,8 @@ TEST(SplitMessages, WhatIsEncodedIsDecoded) {
     ASSERT_EQ(back.bodies.size(), news.bodies.size());
     for (std::size_t i = 0; i < 5; ++i) {
       EXPECT_EQ(back.bodies[i].angular, news.bodies[i].angular);
-      EXPECT_EQ(back.bodies[i].way.linear_m, news.bodies[i].way.linear_m);
-      EXPECT_EQ(back.bodies[i].way.angular_rad, news.bodies[i].way.angular_rad);
+      EXPECT_EQ(back.bodies[i].displacement.linear_m, news.bodies[i].displacement.linear_m);
+      EXPECT_EQ(back.bodies[i].displacement.angular_rad, news.bodies[i].displacement.angular_rad);
     }
   }
   WorkNews work{{BodyId{5}, {6, 7}}, 2, std::vector<physics::StepWork>(3)};

@@ -23,19 +23,19 @@ TEST(FreeBody, FallsExactly) {
   EXPECT_NEAR(world.states[0].linear_velocity_m_s.z(), 20 - kGravity * t, 1e-12);
 }
 
-TEST(FreeBody, ConstantSpinTurnsByTheExactAngle) {
+TEST(FreeBody, ConstantAngularVelocityTurnsByTheExactAngle) {
   World world;
   BodyState& s = world.add_body(world.add_shape(Sphere{0.5}), Vec3::Zero());
-  const Vec3 spin(1.0, -2.0, 3.0);
-  s.angular_velocity_rad_s = spin;
+  const Vec3 angular_velocity(1.0, -2.0, 3.0);
+  s.angular_velocity_rad_s = angular_velocity;
   world.run(60);
-  const Quat expected = test::about(spin, spin.norm());
+  const Quat expected = test::about(angular_velocity, angular_velocity.norm());
   EXPECT_LT(world.states[0].orientation.angularDistance(expected), 1e-7);
   EXPECT_LT((world.states[0].orientation.toRotationMatrix() - expected.toRotationMatrix()).norm(),
             1e-13);
 }
 
-TEST(FreeBody, VeryFastSpinStaysAUnitRotationByTheExactAngle) {
+TEST(FreeBody, VeryFastRotationStaysAUnitRotationByTheExactAngle) {
   World world;
   BodyState& s = world.add_body(world.add_shape(Sphere{0.5}), Vec3::Zero());
   s.angular_velocity_rad_s = Vec3(0, 0, 6000.0);  // 100 rad a step

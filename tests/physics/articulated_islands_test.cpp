@@ -25,12 +25,13 @@ using test::World;
 constexpr double kStep_s = 1.0 / 60.0;
 
 // Its point at the origin, leaning over.
-World top(const Shape& shape, const Vec3& centre, double lean_rad, const Vec3& spin_local) {
+World top(const Shape& shape, const Vec3& centre, double lean_rad,
+          const Vec3& angular_velocity_local) {
   World world = test::under_gravity();
   const Quat lean = about(Vec3::UnitY(), lean_rad);
   BodyState& body = world.add_body(world.add_shape(shape), lean * centre);
   body.orientation = lean;
-  body.angular_velocity_rad_s = lean * spin_local;
+  body.angular_velocity_rad_s = lean * angular_velocity_local;
   body.linear_velocity_m_s = body.angular_velocity_rad_s.cross(body.position_m);
   add(world, joint_at(JointKind::kBall, world, 0, std::nullopt, Vec3::Zero()));
   return world;
@@ -194,8 +195,8 @@ TEST(BallMotion, IsThatOfAnyArticulatedIsland) {
   }
 }
 
-// Sweeps that diverge give the statics an endless impulse, and 0 times that to their velocity.
-TEST(UnconstrainedReference, StartFromStaticsAtRestWhateverSweepsMadeOfThem) {
+// Iterations that diverge give the statics an endless impulse, and 0 times that to their velocity.
+TEST(UnconstrainedReference, StartFromStaticsAtRestWhateverIterationsMadeOfThem) {
   World world = top(Sphere{0.3}, Vec3(0, 0, 0.5), 0.3, Vec3(0, 2, 0));
   JointSystem joints;
   joints.joints = {0};

@@ -15,7 +15,7 @@ namespace {
 using test::kGravity;
 using test::World;
 
-constexpr double kRadius_m = 0.1, kWay_m = 0.0075;
+constexpr double kRadius_m = 0.1, kDistance_m = 0.0075;
 
 // A ball at 1 m/s comes to a row of n - 1; the last is as heavy as `ratio` times the first.
 World ball_row(int n, double gap_m, double ratio, bool on_floor) {
@@ -25,7 +25,7 @@ World ball_row(int n, double gap_m, double ratio, bool on_floor) {
   if (on_floor) world.add_floor(smooth);
   const std::uint32_t ball = world.add_shape(Sphere{kRadius_m});
   for (int i = 0; i < n; ++i) {
-    const double x = i == 0 ? -2.0 * kRadius_m - kWay_m : (2.0 * kRadius_m + gap_m) * (i - 1);
+    const double x = i == 0 ? -2.0 * kRadius_m - kDistance_m : (2.0 * kRadius_m + gap_m) * (i - 1);
     world.add_body(ball, Vec3(x, 0, kRadius_m), std::pow(ratio, i / (n - 1.0)), smooth);
   }
   world.states[0].linear_velocity_m_s = Vec3(1, 0, 0);
@@ -60,7 +60,7 @@ TEST(Blows, SpacedBallsAreTakenAlongOneAfterTheOther) {
         constexpr double kGap_m = 0.0015;
         World world = ball_row(n, kGap_m, 1.0, on_floor);
         world.scene.dt_s = dt_s;
-        double needed_s = kWay_m;
+        double needed_s = kDistance_m;
         for (int i = 2; i < n; ++i) needed_s += kGap_m * i;
         world.run(static_cast<int>(needed_s / dt_s) + 2);
         double off = 0.0;
@@ -77,16 +77,16 @@ double closing_of_touching(const World& world) {
   double closing_m_s = 0.0;
   for (std::size_t i = 0; i + 1 < world.states.size(); ++i) {
     const BodyState &a = world.states[i], &b = world.states[i + 1];
-    const Vec3 way = b.position_m - a.position_m;
-    if (way.norm() > 2.0 * kRadius_m * (1.0 + 1e-9)) continue;
-    closing_m_s = std::max(closing_m_s,
-                           (a.linear_velocity_m_s - b.linear_velocity_m_s).dot(way.normalized()));
+    const Vec3 between = b.position_m - a.position_m;
+    if (between.norm() > 2.0 * kRadius_m * (1.0 + 1e-9)) continue;
+    closing_m_s = std::max(
+        closing_m_s, (a.linear_velocity_m_s - b.linear_velocity_m_s).dot(between.normalized()));
   }
   return closing_m_s;
 }
 
 // Off the line of centres: nothing says where they go, but for what contact laws do. With friction
-// Newton's method may give up, and sweeps leave a trace.
+// Newton's method may give up, and iterations leave a trace.
 struct Traces {
   int steps = 0;             // in which something closes at more than 1e-4 m/s
   double closing_m_s = 0.0;  // the largest
@@ -163,7 +163,7 @@ TEST(Blows, FacesAreTakenAlongOneAfterTheOther) {
       for (const int n : {3, 5, 8}) {
         constexpr double kGap_m = 0.0015;
         World world = face_row(n, kGap_m, friction, boxes);
-        double needed_s = kWay_m;
+        double needed_s = kDistance_m;
         for (int i = 2; i < n; ++i) needed_s += kGap_m * i;
         world.run(static_cast<int>(needed_s / world.scene.dt_s) + 3);
         double off = 0.0;
@@ -173,7 +173,7 @@ TEST(Blows, FacesAreTakenAlongOneAfterTheOther) {
       }
 }
 
-TEST(Blows, AreLeftToTheSweepsWhereTheDirectSolverIsOff) {
+TEST(Blows, AreLeftToTheIterationsWhereTheDirectSolverIsOff) {
   World world = ball_row(5, 0.0, 1.0, false);
   world.scene.solver.direct = false;
   EXPECT_FALSE(blows_needed(world.scene));

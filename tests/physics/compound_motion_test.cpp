@@ -65,9 +65,9 @@ TEST(CompoundImpacts, TheTimeIsThatAtWhichTheFirstPartTouches) {
   for (int i = 0; i < 20; ++i) {
     World one = world;
     one.add_body(shape, Vec3::Zero());
-    const double spin = 0.7 * i;
+    const double angular_speed = 0.7 * i;
     one.states[0].orientation = about(Vec3::UnitY(), 0.3 * i);
-    one.states[0].angular_velocity_rad_s = Vec3(0, spin, 0);
+    one.states[0].angular_velocity_rad_s = Vec3(0, angular_speed, 0);
     one.states[0].linear_velocity_m_s = Vec3(5, 0, 0);
     const Geometry geometry(one.scene);
     const auto impact =
@@ -75,7 +75,7 @@ TEST(CompoundImpacts, TheTimeIsThatAtWhichTheFirstPartTouches) {
     ASSERT_TRUE(impact);
     // The nearer ball's front is at 5 t + .4 |sin| + .1.
     const auto gap = [&](double t) {
-      return 1.95 - 5 * t - 0.4 * std::abs(std::sin(0.3 * i + spin * t)) - 0.1;
+      return 1.95 - 5 * t - 0.4 * std::abs(std::sin(0.3 * i + angular_speed * t)) - 0.1;
     };
     EXPECT_NEAR(gap(impact->time_s), 0.0, 1e-9) << i;
     for (int k = 0; k < 1000; ++k) EXPECT_GT(gap(impact->time_s * k / 1000.0), -1e-9);
@@ -87,11 +87,11 @@ World roly_poly(double radius_m, double below_m, double tilt_rad) {
   World world = under_gravity();
   const Material rough{.friction = 2.0};
   const std::uint32_t ball = world.add_shape(Sphere{radius_m});
-  const Quat turn = about(Vec3::UnitY(), tilt_rad);
+  const Quat rotation = about(Vec3::UnitY(), tilt_rad);
   BodyState& state =
       world.add_body(world.add_shape(Compound{{{ball, Vec3(0, 0, below_m), Quat::Identity()}}}),
-                     Vec3(0, 0, radius_m) - turn * Vec3(0, 0, below_m), 1000.0, rough);
-  state.orientation = turn;
+                     Vec3(0, 0, radius_m) - rotation * Vec3(0, 0, below_m), 1000.0, rough);
+  state.orientation = rotation;
   world.add_floor(rough);
   return world;
 }

@@ -147,13 +147,13 @@ TEST(Compounds, ABoxInEightFliesAsTheBox) {
 TEST(Compounds, ABoxInEightRestsWhereItIs) {
   for (const double tilt : {0.0, 0.2}) {
     Twins twins(Vec3(0.3, 0.2, 0.5), {.friction = 0.6});
-    const Quat turn = about(Vec3::UnitX(), tilt);
+    const Quat rotation = about(Vec3::UnitX(), tilt);
     twins.both([&](World& w) {
-      w.add_static(w.add_shape(HalfSpace{}), Vec3::Zero(), turn, {.friction = 0.6});
-      w.states[0].orientation = turn;
-      w.states[0].position_m = turn * Vec3(0, 0, 0.5);
+      w.add_static(w.add_shape(HalfSpace{}), Vec3::Zero(), rotation, {.friction = 0.6});
+      w.states[0].orientation = rotation;
+      w.states[0].position_m = rotation * Vec3(0, 0, 0.5);
       w.run(600);
-      EXPECT_LT((w.states[0].position_m - turn * Vec3(0, 0, 0.5)).norm(), 1e-6) << tilt;
+      EXPECT_LT((w.states[0].position_m - rotation * Vec3(0, 0, 0.5)).norm(), 1e-6) << tilt;
       EXPECT_LT(w.states[0].linear_velocity_m_s.norm(), 1e-9);
     });
   }

@@ -23,10 +23,10 @@ Vec3 random_vector(double size, std::mt19937_64& engine) {
   return {x, y, between(-size, size, engine)};
 }
 
-void turn_at_random(double most_spin_rad_s, BodyState& state, std::mt19937_64& engine) {
+void rotate_at_random(double most_angular_speed_rad_s, BodyState& state, std::mt19937_64& engine) {
   const Vec3 v = random_vector(1.0, engine);
   state.orientation = Quat(between(-1.0, 1.0, engine), v.x(), v.y(), v.z()).normalized();
-  state.angular_velocity_rad_s = random_vector(most_spin_rad_s, engine);
+  state.angular_velocity_rad_s = random_vector(most_angular_speed_rad_s, engine);
 }
 
 // Slender, flat, symmetric and not, one with edges that no axis is along.
@@ -49,9 +49,9 @@ Shape random_shape(std::mt19937_64& engine) {
   }
 }
 
-// A spin mostly about one axis of the body now and then.
+// An angular velocity mostly about one axis of the body now and then.
 void rotate_at_random(BodyState& state, std::mt19937_64& engine) {
-  turn_at_random(30.0, state, engine);
+  rotate_at_random(30.0, state, engine);
   if (engine() % 2 == 0)
     state.angular_velocity_rad_s +=
         state.orientation * (Vec3::Unit(static_cast<int>(engine() % 3)) * 1000.0);
@@ -71,16 +71,18 @@ TEST(AngularVelocityBounds, HoldAtAnyTimeOfAFreeFlight) {
     for (int k = 0; k < 200; ++k) {
       rotate_freely(params, between(0.0, 0.01, engine), state);
       const Mat3 rotation = state.orientation.toRotationMatrix();
-      const Vec3 spin = rotation.transpose() * state.angular_velocity_rad_s;
-      const Vec3 change =
-          params.inverse_inertia_local * (params.inertia_local_kg_m2 * spin).cross(spin);
+      const Vec3 angular_velocity = rotation.transpose() * state.angular_velocity_rad_s;
+      const Vec3 change = params.inverse_inertia_local *
+                          (params.inertia_local_kg_m2 * angular_velocity).cross(angular_velocity);
       const double close = 1.0 + 1e-9;
-      ASSERT_LE(spin.norm(), most.spin_rad_s * close) << i;
+      ASSERT_LE(angular_velocity.norm(), most.angular_speed_rad_s * close) << i;
       ASSERT_LE(change.norm(), most.change_rad_s2 * close + 1e-9) << i;
       const Vec3 r = support(shape, random_vector(1.0, engine));
-      ASSERT_LE(spin.cross(r).norm(), most.speed_m_s * close) << i;
+      ASSERT_LE(angular_velocity.cross(r).norm(), most.speed_m_s * close) << i;
       ASSERT_LE(change.cross(r).norm(), most.change_m_s2 * close + 1e-9) << i;
-      ASSERT_LE((spin.cross(spin.cross(r)) + change.cross(r)).norm(), most.pull_m_s2 * close) << i;
+      ASSERT_LE((angular_velocity.cross(angular_velocity.cross(r)) + change.cross(r)).norm(),
+                most.pull_m_s2 * close)
+          << i;
     }
   }
 }
@@ -142,7 +144,7 @@ World crossing_rods(double height_m, std::mt19937_64& engine) {
   return world;
 }
 
-// Where ends of edges came nearer at first order, each look left a fixed share of the way.
+// Where ends of edges came nearer at first order, each look left a fixed share of the distance.
 TEST(FlyingSolids, ThatMeetWithTheirEdgesAreFollowedToTheirImpactInAFewLooks) {
   std::mt19937_64 engine(3);
   int looks = 0, met = 0;

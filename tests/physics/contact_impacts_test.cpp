@@ -38,18 +38,18 @@ void run_for(World& world, double time_s) {
 
 // It brakes, bounces back with half of its speed, and stops.
 TEST(ContactImpacts, ABoxThatSlidesIntoAWallBouncesWhereAndWhenItGetsThere) {
-  constexpr double kSpeed = 4.0, kWay = 0.7;
+  constexpr double kSpeed = 4.0, kDistance = 0.7;
   const Material material{.friction = 0.3, .restitution = 0.5};
   const double slowing = 0.3 * kGravity;
-  const double back = 0.25 * (kSpeed * kSpeed - 2.0 * slowing * kWay) / (2.0 * slowing);
+  const double back = 0.25 * (kSpeed * kSpeed - 2.0 * slowing * kDistance) / (2.0 * slowing);
   for (const double tolerance : kTolerances) {
     for (const double dt : {1.0 / 10, 1.0 / 60, 1.0 / 77, 1.0 / 480}) {
       World world = on_floor(dt, tolerance, material);
-      add_wall(world, 0.5 + kWay, material);
+      add_wall(world, 0.5 + kDistance, material);
       world.add_body(world.add_shape(Box{}), Vec3(0, 0, 0.5), 1000.0, material)
           .linear_velocity_m_s = Vec3(kSpeed, 0, 0);
       run_for(world, 2.0);
-      EXPECT_NEAR(world.states[0].position_m.x(), kWay - back, 1e-8) << dt << " " << tolerance;
+      EXPECT_NEAR(world.states[0].position_m.x(), kDistance - back, 1e-8) << dt << " " << tolerance;
       EXPECT_EQ(world.counters.impacts, 1u);
     }
   }
@@ -109,18 +109,19 @@ TEST(ContactImpacts, WhereARodThatSpinsOnAFloorHitsDoesNotDependOnTheStep) {
 TEST(ContactImpacts, WhatRollsOrSpinsAboutTheNormalIsNotLookedAtAgain) {
   const Material material{.friction = 0.5, .restitution = 0.3};
   const Quat lying = test::about(Vec3::UnitX(), 0.5 * 3.14159265358979);
-  for (const double spin_rad_s : {3.0, 30.0, 100.0}) {
+  for (const double angular_speed_rad_s : {3.0, 30.0, 100.0}) {
     World world = on_floor(1.0 / 60, 0.0, material);
     BodyState& rolls = world.add_body(world.add_shape(Capsule{.radius_m = 0.1, .length_m = 0.3}),
                                       Vec3(0, 0, 0.1), 800.0, material);
     rolls.orientation = lying;
-    rolls.linear_velocity_m_s = Vec3(0.1 * spin_rad_s, 0, 0);
-    rolls.angular_velocity_rad_s = Vec3(0, spin_rad_s, 0);
+    rolls.linear_velocity_m_s = Vec3(0.1 * angular_speed_rad_s, 0, 0);
+    rolls.angular_velocity_rad_s = Vec3(0, angular_speed_rad_s, 0);
     world.add_body(world.add_shape(Box{Vec3(0.1, 0.1, 0.05)}), Vec3(0, 9, 0.05), 800.0, material)
-        .angular_velocity_rad_s = Vec3(0, 0, spin_rad_s);
+        .angular_velocity_rad_s = Vec3(0, 0, angular_speed_rad_s);
     run_for(world, 1.0);
-    EXPECT_EQ(world.counters.hit_searches, 0u) << spin_rad_s;
-    EXPECT_NEAR(world.states[0].position_m.x(), 0.1 * spin_rad_s, 1e-3 * spin_rad_s);
+    EXPECT_EQ(world.counters.hit_searches, 0u) << angular_speed_rad_s;
+    EXPECT_NEAR(world.states[0].position_m.x(), 0.1 * angular_speed_rad_s,
+                1e-3 * angular_speed_rad_s);
   }
 }
 

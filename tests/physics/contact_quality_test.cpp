@@ -76,7 +76,7 @@ TEST(ContactQuality, TellsEachLawByTheSizeOfItsViolation) {
   EXPECT_NEAR(OnePoint(Vec3(0, 0, 0.2), 3.0, Vec3::Zero()).measured().complementarity_m_s, 0.2,
               1e-15);
   EXPECT_NEAR(OnePoint(Vec3::Zero(), 3.0, Vec3(1.8, 0, 0)).measured().cone_m_s, 0.15, 1e-15);
-  // Friction across the way of sliding takes nothing from it; half of what it could, leaves half.
+  // Friction across the sliding takes nothing from it; half of what it could, leaves half.
   EXPECT_NEAR(OnePoint(Vec3(2, 0, 0), 3.0, Vec3(0, 1.5, 0)).measured().dissipation_m_s, 2.0, 1e-15);
   EXPECT_NEAR(OnePoint(Vec3(2, 0, 0), 3.0, Vec3(-0.75, 0, 0)).measured().dissipation_m_s, 1.0,
               1e-15);

@@ -35,8 +35,8 @@ struct Belt {
 
 // Sliding friction is mu m g as long as the box is slower than the belt, so after n steps it moves
 // with mu g n dt, and after ceil(v / (mu g dt)) steps with the belt. The tolerance is what the
-// solver leaves: sweeps end at changes of 1e-10 of the largest impulse, which is of the order of
-// m g dt = 0.16 m/s times the mass; a hundred sweeps of that are 2e-9 m/s a step.
+// solver leaves: iterations end at changes of 1e-10 of the largest impulse, which is of the order
+// of m g dt = 0.16 m/s times the mass; a hundred iterations of that are 2e-9 m/s a step.
 TEST(Conveyor, BringsABoxToItsSpeedInTheTimeThatCoulombPredictsAndKeepsItThere) {
   constexpr double kFriction = 0.4, kSpeed = 2.0;
   Belt belt(0.0, kFriction, kSpeed);
@@ -54,9 +54,9 @@ TEST(Conveyor, BringsABoxToItsSpeedInTheTimeThatCoulombPredictsAndKeepsItThere) 
   const Vec3 there = belt.world.states[0].position_m;
   belt.world.run(120, geometry);
   EXPECT_NEAR(belt.speed_uphill(), kSpeed, 1e-9);
-  const Vec3 way = belt.world.states[0].position_m - there;
-  EXPECT_NEAR(way.dot(belt.uphill), kSpeed * 120 * belt.world.scene.dt_s, 1e-7);
-  EXPECT_NEAR(way.y(), 0.0, 1e-9);
+  const Vec3 displacement = belt.world.states[0].position_m - there;
+  EXPECT_NEAR(displacement.dot(belt.uphill), kSpeed * 120 * belt.world.scene.dt_s, 1e-7);
+  EXPECT_NEAR(displacement.y(), 0.0, 1e-9);
   EXPECT_GT(belt.world.counters.conveyor_rows, 0u);
 }
 
@@ -66,8 +66,8 @@ TEST(Conveyor, CarriesABoxUpASlopeBelowTheFrictionAngle) {
   belt.world.run(60);  // the first contact settles into its slop
   const Vec3 settled = belt.world.states[0].position_m;
   belt.world.run(600);
-  const Vec3 way = belt.world.states[0].position_m - settled;
-  EXPECT_LT((way - belt.uphill * 15.0).norm(), 1e-8);
+  const Vec3 displacement = belt.world.states[0].position_m - settled;
+  EXPECT_LT((displacement - belt.uphill * 15.0).norm(), 1e-8);
   EXPECT_NEAR(belt.speed_uphill(), 1.5, 1e-9);
 }
 
@@ -144,16 +144,16 @@ double speed_of_all(const World& world) {
   double square = 0.0, mass = 0.0;
   for (std::size_t i = 0; i < world.states.size(); ++i) {
     const BodyParams& body = world.scene.bodies[i];
-    const Vec3& spin = world.states[i].angular_velocity_rad_s;
+    const Vec3& angular_velocity = world.states[i].angular_velocity_rad_s;
     square += body.mass_kg * world.states[i].linear_velocity_m_s.squaredNorm() +
-              spin.dot(Vec3(body.inertia_local_kg_m2 * spin));
+              angular_velocity.dot(Vec3(body.inertia_local_kg_m2 * angular_velocity));
     mass += body.mass_kg;
   }
   return std::sqrt(square / mass);
 }
 
 // A ball between floor and belt, dragged over a small one. Pressure locks such a wedge: Coulomb's
-// law does not bound what the belt gives, and impulses grow until the sweeps end.
+// law does not bound what the belt gives, and impulses grow until the iterations end.
 struct Wedge {
   World world = test::under_gravity();
   Wedge(double small_m, const Material& material, double overlap_m, double speed) {

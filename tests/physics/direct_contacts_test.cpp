@@ -155,9 +155,9 @@ IslandReport take_one_plain_step(World& world) {
                       world.states, {memory, world.counters, faults});
 }
 
-TEST(DirectContacts, SweepsComeToTheSameImpulses) {
-  // A light box slides on a heavy one: too uneven for the sweeps that two boxes get otherwise, and
-  // little enough for sweeps to converge.
+TEST(DirectContacts, IterationsComeToTheSameImpulses) {
+  // A light box slides on a heavy one: too uneven for the iterations that two boxes get otherwise,
+  // and little enough for iterations to converge.
   World direct = test::under_gravity();
   direct.add_floor();
   const std::uint32_t box = direct.add_shape(Box{});
@@ -183,7 +183,7 @@ TEST(DirectContacts, CollisionsKeepMomentumExactly) {
   std::mt19937_64 random(4);
   const auto unit = [&] { return static_cast<double>(random() >> 11) * 0x1p-52 - 1.0; };
   for (int i = 0; i < 27; ++i) {
-    const double density = i % 9 == 0 ? 20000.0 : 1000.0;  // else what moves is left to sweeps
+    const double density = i % 9 == 0 ? 20000.0 : 1000.0;  // else what moves is left to iterations
     BodyState& s = world.add_body(box, Vec3(i % 3, i / 3 % 3, i / 9) * 1.3, density);
     s.linear_velocity_m_s = -2.0 * (s.position_m - Vec3(1.3, 1.3, 1.3));
     s.angular_velocity_rad_s = Vec3(unit(), unit(), unit());
@@ -196,7 +196,7 @@ TEST(DirectContacts, CollisionsKeepMomentumExactly) {
             1e-13 * start.momentum_scale_newton_s);
 }
 
-TEST(DirectContacts, WhatBouncesIsLeftToSweeps) {
+TEST(DirectContacts, WhatBouncesIsLeftToIterations) {
   World world = test::under_gravity();
   world.add_floor();
   const std::uint32_t box = world.add_shape(Box{});

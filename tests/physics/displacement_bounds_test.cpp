@@ -15,7 +15,7 @@ constexpr const char* kNames[] = {"spheres", "boxes", "capsules", "cylinders", "
 // correction at its greatest speed does not explain, for it lifts at most all of them at that
 // speed.
 struct Wrong {
-  int ways = 0, behind = 0, gains = 0, faults = 0;
+  int displacements = 0, behind = 0, gains = 0, faults = 0;
 };
 
 Wrong run_pour(const Pour& pour, int steps) {
@@ -36,8 +36,8 @@ Wrong run_pour(const Pour& pour, int steps) {
                               world.states[b].linear_velocity_m_s.norm()});
     for (std::size_t b = 0; b < before.size(); ++b) {
       const Vec3& place_m = world.states[b].position_m;
-      const double way_m = (place_m - before[b].position_m).norm();
-      wrong.ways += way_m > dt_s * (fastest_m_s + kGravity * dt_s + pushed_m_s);
+      const double displacement_m = (place_m - before[b].position_m).norm();
+      wrong.displacements += displacement_m > dt_s * (fastest_m_s + kGravity * dt_s + pushed_m_s);
       wrong.behind += place_m.z() < 0.0 || place_m.head<2>().cwiseAbs().maxCoeff() > kPourWall_m;
     }
     const Mechanics now = world.mechanics();
@@ -56,7 +56,7 @@ TEST(DisplacementBounds, OfBodiesThatArePouredIntoABoxAreThoseOfTheirSpeeds) {
       SCOPED_TRACE(std::string(kNames[static_cast<int>(kind)]) + " of restitution " +
                    std::to_string(restitution));
       const Wrong wrong = run_pour({.kind = kind, .bodies = 40, .restitution = restitution}, 40);
-      EXPECT_EQ(wrong.ways, 0);
+      EXPECT_EQ(wrong.displacements, 0);
       EXPECT_EQ(wrong.behind, 0);
       EXPECT_EQ(wrong.gains, 0);
       EXPECT_EQ(wrong.faults, 0);
@@ -94,7 +94,7 @@ TEST(DisplacementBounds, OfAPourAreThoseOfItsSpeedsAtAnyStepAndNumber) {
       SCOPED_TRACE(std::to_string(bodies) + " bodies at " + std::to_string(rate_hz) + " Hz");
       const Wrong wrong =
           run_pour({.bodies = bodies, .dt_s = 1.0 / rate_hz}, static_cast<int>(0.5 * rate_hz));
-      EXPECT_EQ(wrong.ways, 0);
+      EXPECT_EQ(wrong.displacements, 0);
       EXPECT_EQ(wrong.behind, 0);
       EXPECT_EQ(wrong.gains, 0);
       EXPECT_EQ(wrong.faults, 0);
@@ -162,7 +162,7 @@ TEST(DisplacementBounds, OfOverlapsThatArePushedOutAreBounded) {
   for (const IslandReport& island : world.report.islands) EXPECT_LT(island.max_penetration_m, 0.01);
 }
 
-// In flight, and pressed on the ground by a driven body, where sweeps bring the rebound about.
+// In flight, and pressed on the ground by a driven body, where iterations bring the rebound about.
 TEST(DisplacementBounds, APairBouncesAsTheBouncierOfTheTwo) {
   for (const bool pushed : {false, true}) {
     World world;
@@ -203,9 +203,9 @@ TEST(DisplacementBounds, MoreThanEnergyAndPositionCorrectionAllowIsAFault) {
   DisplacementBounds bounds;
   bound_displacements(world.scene, world.scene.dt_s, world.ids, {}, world.states, bounds);
   std::vector<AdvanceFault> faults;
-  const auto moved = [&](double way_m) {
+  const auto moved = [&](double displacement_m) {
     BodyState state = world.states[1];
-    state.position_m.x() += way_m;
+    state.position_m.x() += displacement_m;
     faults.clear();
     report_impossible_displacement(world.scene, bounds, 1, BodyId{1}, state, faults);
     return faults.size();

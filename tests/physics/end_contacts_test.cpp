@@ -31,7 +31,8 @@ struct Sinking {
 };
 
 // Ten of a kind, far from each other, that fall on a floor and turn.
-Sinking sinking_of(const Shape& shape, double width_m, double spin_rad_s, double restitution) {
+Sinking sinking_of(const Shape& shape, double width_m, double angular_speed_rad_s,
+                   double restitution) {
   constexpr int kBodies = 10, kSteps = 180;
   World world = test::under_gravity();
   const Material material{.friction = 0.5, .restitution = restitution};
@@ -40,7 +41,7 @@ Sinking sinking_of(const Shape& shape, double width_m, double spin_rad_s, double
   std::mt19937_64 engine(11);
   for (int i = 0; i < kBodies; ++i) {
     BodyState& state = world.add_body(kind, Vec3(i, 0.0, 0.4), 1000.0, material);
-    state.angular_velocity_rad_s = random_axis(engine) * spin_rad_s;
+    state.angular_velocity_rad_s = random_axis(engine) * angular_speed_rad_s;
     state.linear_velocity_m_s = Vec3(0.3, 0.0, 0.0);
   }
   const Geometry geometry(world.scene);
@@ -65,10 +66,13 @@ TEST(EndContacts, CoinsPlatesAndDrumsThatTurnDoNotSinkIn) {
                {"rod", Capsule{.radius_m = 0.03, .length_m = 0.15}, 0.06}};
   for (const auto& kind : kinds)
     for (const double restitution : {0.0, 0.3})
-      for (const double spin_rad_s : {2.0, 5.0, 10.0, 20.0, 40.0, 60.0}) {
-        const Sinking found = sinking_of(kind.shape, kind.width_m, spin_rad_s, restitution);
-        EXPECT_LE(found.mean, 0.01) << kind.name << " " << restitution << " " << spin_rad_s;
-        EXPECT_LE(found.most, 0.25) << kind.name << " " << restitution << " " << spin_rad_s;
+      for (const double angular_speed_rad_s : {2.0, 5.0, 10.0, 20.0, 40.0, 60.0}) {
+        const Sinking found =
+            sinking_of(kind.shape, kind.width_m, angular_speed_rad_s, restitution);
+        EXPECT_LE(found.mean, 0.01)
+            << kind.name << " " << restitution << " " << angular_speed_rad_s;
+        EXPECT_LE(found.most, 0.25)
+            << kind.name << " " << restitution << " " << angular_speed_rad_s;
       }
 }
 

@@ -95,8 +95,8 @@ void print_boxes(int n, double friction, double speed_m_s, double dt_s, double p
   const Cost cost = run_timed(world, steps);
   double off = 0.0, left = 0.0;
   for (const BodyState& state : world.states) {
-    const double way = 0.5 * speed_m_s * speed_m_s / slowing;
-    off = std::max(off, std::abs(state.position_m.x() - way));
+    const double distance = 0.5 * speed_m_s * speed_m_s / slowing;
+    off = std::max(off, std::abs(state.position_m.x() - distance));
     left = std::max(left, state.linear_velocity_m_s.norm());
   }
   std::printf(

@@ -35,16 +35,17 @@ TEST(Forces, DecayIsTheExponentialAndItsIntegrals) {
     EXPECT_NEAR(decay.speed_s / speed, 1.0, 1e-14) << rate;
     // The difference of two integrals, where that does not cancel.
     if (rate * t > 0.1) {
-      EXPECT_NEAR(decay.way_s2 / ((t - speed) / rate), 1.0, 1e-13) << rate;
+      EXPECT_NEAR(decay.displacement_s2 / ((t - speed) / rate), 1.0, 1e-13) << rate;
     } else {
-      EXPECT_NEAR(decay.way_s2, 0.5 * t * t * (1.0 - rate * t / 3.0 + rate * t * rate * t / 12.0),
+      EXPECT_NEAR(decay.displacement_s2,
+                  0.5 * t * t * (1.0 - rate * t / 3.0 + rate * t * rate * t / 12.0),
                   1e-7 * t * t * rate)
           << rate;
     }
   }
 }
 
-TEST(Forces, TheWayUnderForceAndDampingIsExactForAnyStep) {
+TEST(Forces, TheDisplacementUnderForceAndDampingIsExactForAnyStep) {
   const double c = 0.7, time = 6.0;
   for (const double dt : {1.0, 0.1, 0.01}) {
     World world =
@@ -61,13 +62,13 @@ TEST(Forces, TheWayUnderForceAndDampingIsExactForAnyStep) {
 
 TEST(Forces, ADampedTumblingBodyTurnsAsAFreeOneDoesSlower) {
   const double c = 0.5, time = 2.0;
-  const Vec3 spin(0.3, 4.0, 0.2);
+  const Vec3 angular_velocity(0.3, 4.0, 0.2);
   World damped = one_body(Box{{0.5, 0.25, 0.1}}, {.angular_damping_1_s = c}, 0.02);
-  damped.states[0].angular_velocity_rad_s = spin;
+  damped.states[0].angular_velocity_rad_s = angular_velocity;
   damped.run(100);
   const int steps = 100;
   World free = one_body(Box{{0.5, 0.25, 0.1}}, {}, -std::expm1(-c * time) / c / steps);
-  free.states[0].angular_velocity_rad_s = spin;
+  free.states[0].angular_velocity_rad_s = angular_velocity;
   free.run(steps);
   EXPECT_LT(angle_between(damped.states[0].orientation, free.states[0].orientation), 1e-12);
   const Vec3 left = damped.states[0].angular_velocity_rad_s * std::exp(c * time);

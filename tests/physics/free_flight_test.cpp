@@ -20,7 +20,8 @@ Vec3 random_vector(std::mt19937_64& engine) {
   return {x, y, unit(engine)};
 }
 
-// Bodies of one, two and three moments; spins of any size, none, and beyond what is allowed.
+// Bodies of one, two and three moments; angular velocities of any size, none, and beyond what is
+// allowed.
 World mixed_bodies(std::uint64_t seed, bool all_cubes) {
   std::mt19937_64 engine(seed);
   World world;
@@ -29,13 +30,14 @@ World mixed_bodies(std::uint64_t seed, bool all_cubes) {
       world.add_shape(Box{Vec3::Constant(0.5)}), world.add_shape(Sphere{0.3}),
       world.add_shape(Box{Vec3(0.5, 0.5, 0.1)}), world.add_shape(Box{Vec3(0.5, 0.3, 0.1)})};
   // Those of 25 show whether sums have one order: the angle is almost as large as a series can be.
-  const double spins[] = {0.0, 1e-170, 25.0, 1.0, 25.0, 29.0, 31.0, 1e4, 0.9e9, 2e9};
+  const double angular_speeds[] = {0.0, 1e-170, 25.0, 1.0, 25.0, 29.0, 31.0, 1e4, 0.9e9, 2e9};
   for (int i = 0; i < 101; ++i) {
     BodyState& state =
         world.add_body(shapes[engine() % (all_cubes ? 2 : 4)], 100.0 * random_vector(engine));
     state.orientation = Quat(unit(engine), unit(engine), unit(engine), unit(engine)).normalized();
     state.linear_velocity_m_s = 10.0 * random_vector(engine);
-    state.angular_velocity_rad_s = spins[engine() % (i % 2 == 0 ? 10 : 6)] * random_vector(engine);
+    state.angular_velocity_rad_s =
+        angular_speeds[engine() % (i % 2 == 0 ? 10 : 6)] * random_vector(engine);
     if (engine() % 16 == 0) state.linear_velocity_m_s *= 1e8;
     if (engine() % 16 == 0) state.position_m *= 1e10;
     if (engine() % 16 == 0) state.orientation.w() = 3.0;

@@ -23,25 +23,26 @@ BodyParams solid(const Shape& shape) {
   return params;
 }
 
-BodyState spinning(const Vec3& spin_rad_s) {
+BodyState spinning(const Vec3& angular_velocity_rad_s) {
   BodyState state;
   state.orientation = test::about(Vec3(1, 2, -3), 0.7);
-  state.angular_velocity_rad_s = state.orientation * spin_rad_s;
+  state.angular_velocity_rad_s = state.orientation * angular_velocity_rad_s;
   return state;
 }
 
 // Euler's equations and q' = q w / 2 by the classical Runge-Kutta method in extended precision.
-// Its own error at 4096 steps per second, at spins of 10 rad/s: (10/4096)^4 / 120 * 10 t < 1e-11 t.
+// Its own error at 4096 steps per second, at 10 rad/s: (10/4096)^4 / 120 * 10 t < 1e-11 t.
 struct Reference {
   LongMat3 inertia, inverse;
   LongQuat attitude;
-  LongVec3 spin_local;
+  LongVec3 angular_velocity_local;
 
   Reference(const BodyParams& params, const BodyState& state)
       : inertia(params.inertia_local_kg_m2.cast<long double>()),
         inverse(inertia.inverse()),
         attitude(state.orientation.cast<long double>()),
-        spin_local(attitude.conjugate() * state.angular_velocity_rad_s.cast<long double>()) {}
+        angular_velocity_local(attitude.conjugate() *
+                               state.angular_velocity_rad_s.cast<long double>()) {}
 
   void run(double seconds) {
     const int steps = static_cast<int>(std::lround(seconds * 4096));
@@ -55,21 +56,27 @@ struct Reference {
 
  private:
   struct Rates {
-    LongVec3 spin;
+    LongVec3 angular_velocity;
     Eigen::Matrix<long double, 4, 1> attitude;
   };
-  Rates rates(const LongVec3& spin, const Eigen::Matrix<long double, 4, 1>& q) const {
+  Rates rates(const LongVec3& angular_velocity, const Eigen::Matrix<long double, 4, 1>& q) const {
     const LongQuat now(q[3], q[0], q[1], q[2]);
-    const LongQuat turn = now * LongQuat(0, spin[0] / 2, spin[1] / 2, spin[2] / 2);
-    return {inverse * LongVec3(LongVec3(inertia * spin).cross(spin)), turn.coeffs()};
+    const LongQuat rotation = now * LongQuat(0, angular_velocity[0] / 2, angular_velocity[1] / 2,
+                                             angular_velocity[2] / 2);
+    return {inverse * LongVec3(LongVec3(inertia * angular_velocity).cross(angular_velocity)),
+            rotation.coeffs()};
   }
   void step(long double h) {
     const Eigen::Matrix<long double, 4, 1> q = attitude.coeffs();
-    const Rates k1 = rates(spin_local, q);
-    const Rates k2 = rates(spin_local + h / 2 * k1.spin, q + h / 2 * k1.attitude);
-    const Rates k3 = rates(spin_local + h / 2 * k2.spin, q + h / 2 * k2.attitude);
-    const Rates k4 = rates(spin_local + h * k3.spin, q + h * k3.attitude);
-    spin_local += h / 6 * (k1.spin + 2 * k2.spin + 2 * k3.spin + k4.spin);
+    const Rates k1 = rates(angular_velocity_local, q);
+    const Rates k2 =
+        rates(angular_velocity_local + h / 2 * k1.angular_velocity, q + h / 2 * k1.attitude);
+    const Rates k3 =
+        rates(angular_velocity_local + h / 2 * k2.angular_velocity, q + h / 2 * k2.attitude);
+    const Rates k4 = rates(angular_velocity_local + h * k3.angular_velocity, q + h * k3.attitude);
+    angular_velocity_local += h / 6 *
+                              (k1.angular_velocity + 2 * k2.angular_velocity +
+                               2 * k3.angular_velocity + k4.angular_velocity);
     attitude.coeffs() = q + h / 6 * (k1.attitude + 2 * k2.attitude + 2 * k3.attitude + k4.attitude);
     attitude.normalize();
   }
@@ -82,9 +89,9 @@ struct Invariants {
 
 Invariants invariants(const BodyParams& params, const BodyState& state) {
   const Mat3 rotation = state.orientation.toRotationMatrix();
-  const Vec3 spin = rotation.transpose() * state.angular_velocity_rad_s;
-  const Vec3 momentum = params.inertia_local_kg_m2 * spin;
-  return {rotation * momentum, 0.5 * momentum.dot(spin)};
+  const Vec3 angular_velocity = rotation.transpose() * state.angular_velocity_rad_s;
+  const Vec3 momentum = params.inertia_local_kg_m2 * angular_velocity;
+  return {rotation * momentum, 0.5 * momentum.dot(angular_velocity)};
 }
 
 void expect_kept(const Invariants& start, const Invariants& now, double bound) {
@@ -165,7 +172,8 @@ TEST(FreeRotation, OneLongStepIsManyShortOnes) {
 }
 
 TEST(FreeRotation, NeedlesAndPlatesKeepMomentumAndEnergy) {
-  // Moments 1 : 1e6. What rounding does to the spin about the thin axis counts that much more.
+  // Moments 1 : 1e6. What rounding does to the angular velocity about the thin axis counts that
+  // much more.
   for (const Vec3& half : {Vec3(1e-3, 2e-3, 1.0), Vec3(1.0, 0.9, 1e-3)}) {
     const BodyParams params = solid(Box{half});
     BodyState state = spinning(Vec3(1, 2, 3));
@@ -175,11 +183,11 @@ TEST(FreeRotation, NeedlesAndPlatesKeepMomentumAndEnergy) {
   }
 }
 
-TEST(FreeRotation, AnAbsurdSpinEndsAndGainsNothing) {
-  for (const double spin : {1e4, 1e6, 1e9}) {
-    SCOPED_TRACE(spin);
+TEST(FreeRotation, AnAbsurdAngularVelocityEndsAndGainsNothing) {
+  for (const double angular_speed : {1e4, 1e6, 1e9}) {
+    SCOPED_TRACE(angular_speed);
     const BodyParams params = solid(Box{Vec3(0.5, 0.25, 0.1)});
-    BodyState state = spinning(spin * Vec3(0.1, 0.7, -0.7));
+    BodyState state = spinning(angular_speed * Vec3(0.1, 0.7, -0.7));
     const Invariants start = invariants(params, state);
     for (int i = 0; i < 10; ++i) rotate_freely(params, kStep_s, state);
     // 1024 stretches a step, 1e-15 each.

@@ -37,7 +37,7 @@ struct Ramp {
   }
 };
 
-// A turn is at another place of its step for each speed.
+// A reversal is at another place of its step for each speed.
 TEST(FrictionReversals, ABoxThatSlidesUpARampAndDownAgainIsWhereItsParabolasEnd) {
   for (const double slope : {0.35, 0.5})
     for (const double friction : {0.2, 0.3, 0.34})

@@ -34,7 +34,7 @@ World cart_with_pendulum() {
   return world;
 }
 
-using Phase = std::array<double, 4>;  // way of the cart, angle of the rod, their rates
+using Phase = std::array<double, 4>;  // displacement of the cart, angle of the rod, their rates
 
 // (M + m) x'' + m l (a'' cos a - a'^2 sin a) = 0, (I + m l^2) a'' + m l cos a x'' = -m g l sin a.
 Phase rate_of(const Phase& at) {

@@ -147,18 +147,18 @@ TEST(Kinematic, DragsByFriction) {
 }
 
 // Boxes on a disc, and how far from its axis they start.
-World turntable(double steps_per_s, double spin_rad_s, std::span<const double> radii_m) {
+World turntable(double steps_per_s, double angular_speed_rad_s, std::span<const double> radii_m) {
   World world = test::under_gravity();
   world.scene.dt_s = 1.0 / steps_per_s;
   const Material rough{0.8, 0.0};
   add_kinematic(world, Cylinder{2.5, 0.2}, Vec3::Zero(), rough).angular_velocity_rad_s =
-      Vec3(0, 0, spin_rad_s);
+      Vec3(0, 0, angular_speed_rad_s);
   const std::uint32_t box = world.add_shape(box_of(0.1, 0.1, 0.1));
   for (std::size_t i = 0; i < radii_m.size(); ++i) {
     const double angle = 2.4 * static_cast<double>(i);
     const Vec3 arm(radii_m[i] * std::cos(angle), radii_m[i] * std::sin(angle), 0.2);
     BodyState& state = world.add_body(box, arm, 1000.0, rough);
-    state.angular_velocity_rad_s = Vec3(0, 0, spin_rad_s);
+    state.angular_velocity_rad_s = Vec3(0, 0, angular_speed_rad_s);
     state.linear_velocity_m_s = state.angular_velocity_rad_s.cross(arm);
   }
   return world;
@@ -166,35 +166,37 @@ World turntable(double steps_per_s, double spin_rad_s, std::span<const double> r
 
 double distance_from_axis_m(const Vec3& place) { return std::hypot(place.x(), place.y()); }
 
-// One is solved by sweeps, few directly or in substeps: what sticks keeps its place on the disc.
+// One is solved iteratively, few directly or in substeps: what sticks keeps its place on the disc.
 TEST(Kinematic, TurnsWhatRidesOnItInACircle) {
   const std::vector<double> all{0.4, 0.8, 1.2, 1.6, 2.0};
   for (const std::size_t count : {1u, 2u, 5u})
     for (const bool direct : {true, false})
       for (const double steps_per_s : {30.0, 60.0, 240.0})
-        for (const double spin : {0.3, 1.0, 1.8}) {
+        for (const double angular_speed : {0.3, 1.0, 1.8}) {
           const std::span<const double> radii(all.data() + all.size() - count, count);
-          World world = turntable(steps_per_s, spin, radii);
+          World world = turntable(steps_per_s, angular_speed, radii);
           world.scene.solver.direct = direct;
           world.run(static_cast<int>(3.0 * steps_per_s));
           for (std::size_t i = 0; i < count; ++i) {
-            const double along_tangents_m = 1.5 * spin * spin * radii[i] / steps_per_s;
+            const double along_tangents_m =
+                1.5 * angular_speed * angular_speed * radii[i] / steps_per_s;
             EXPECT_NEAR(distance_from_axis_m(world.states[i + 1].position_m), radii[i],
                         1e-4 + 0.02 * along_tangents_m)
-                << count << " " << direct << " " << steps_per_s << " " << spin << " " << i;
+                << count << " " << direct << " " << steps_per_s << " " << angular_speed << " " << i;
           }
         }
 }
 
-// The square of such a spin is nothing.
+// The square of such an angular velocity is nothing.
 TEST(Kinematic, CarriesWhatIsOnItHoweverSlowlyItTurns) {
-  for (const double spin : {1e-200, 1e-100, 1e-12}) {
+  for (const double angular_speed : {1e-200, 1e-100, 1e-12}) {
     const std::vector<double> radii{1.0, 2.0};
-    World world = turntable(60.0, spin, radii);
+    World world = turntable(60.0, angular_speed, radii);
     world.run(60);
-    ASSERT_TRUE(world.report.faults.empty()) << spin;
+    ASSERT_TRUE(world.report.faults.empty()) << angular_speed;
     for (std::size_t i = 0; i < radii.size(); ++i)
-      EXPECT_NEAR(distance_from_axis_m(world.states[i + 1].position_m), radii[i], 1e-4) << spin;
+      EXPECT_NEAR(distance_from_axis_m(world.states[i + 1].position_m), radii[i], 1e-4)
+          << angular_speed;
   }
 }
 

@@ -284,8 +284,8 @@ TEST(LargeIslands, BlocksMoveByThePartOfTheStepThatIsLeft) {
   }
 }
 
-// Boxes that start within each other, without weight: they are pushed apart, and what sweeps leave
-// unsolved gives them no speed.
+// Boxes that start within each other, without weight: they are pushed apart, and what iterations
+// leave unsolved gives them no speed.
 TEST(LargeIslands, OverlapGivesNoEnergy) {
   for (const double restitution : {0.0, 0.5, 1.0})
     for (const double spacing_m : {0.5, 0.8, 0.95}) {
@@ -316,8 +316,8 @@ TEST(LargeIslands, BlocksSolveAPileAsWellAsOneBlock) {
     cut.kinetic_joule += b.kinetic_joule;
   }
   EXPECT_LE(cut.residual_m_s, whole.residual_m_s);
-  // Contacts are soft while a sweep presses, and the order of rows decides how much of a load each
-  // sweep brings down: 1.45 mm instead of 1.26.
+  // Contacts are soft while an iteration presses, and the order of rows decides how much of a load
+  // each iteration brings down: 1.45 mm instead of 1.26.
   EXPECT_LE(cut.penetration_m, 1.2 * whole.penetration_m);
   EXPECT_LE(cut.kinetic_joule, whole.kinetic_joule);
   EXPECT_GT(whole.residual_m_s, 0.0);

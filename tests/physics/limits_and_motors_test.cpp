@@ -147,8 +147,8 @@ double angle_between(const World& world, const Joint& joint) {
   const auto frame = [&](BodyId id, const Quat& local) {
     return is_static(id) ? local : Quat(world.states[index_of(id)].orientation * local);
   };
-  const Quat turn = frame(joint.a, joint.frame_a).conjugate() * frame(joint.b, joint.frame_b);
-  return 2.0 * std::atan2(turn.z(), turn.w());
+  const Quat rotation = frame(joint.a, joint.frame_a).conjugate() * frame(joint.b, joint.frame_b);
+  return 2.0 * std::atan2(rotation.z(), rotation.w());
 }
 
 // Ten rods that may bend by 0.3 rad each; they swing against their stops from both sides.

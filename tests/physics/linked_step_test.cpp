@@ -68,18 +68,19 @@ World seesaw_that_is_stopped(double ratio, double speed_m_s, int rate) {
   World world = under_gravity();
   world.scene.dt_s = 1.0 / rate;
   world.add_floor();
-  const double way_m = 0.5 * speed_m_s / rate;
+  const double displacement_m = 0.5 * speed_m_s / rate;
   const Vec3 plank(1.0, 0.3, 0.05), box(0.1, 0.1, 0.1);
-  const double pivot_m = 0.3, slope = std::asin((pivot_m - 0.05 - way_m) / 1.0);
-  const Quat turn = test::about(Vec3::UnitY(), slope);
-  world.add_body(world.add_shape(Box{plank}), Vec3(0, 0, pivot_m), 100.0).orientation = turn;
+  const double pivot_m = 0.3, slope = std::asin((pivot_m - 0.05 - displacement_m) / 1.0);
+  const Quat rotation = test::about(Vec3::UnitY(), slope);
+  world.add_body(world.add_shape(Box{plank}), Vec3(0, 0, pivot_m), 100.0).orientation = rotation;
   world.states[0].angular_velocity_rad_s = Vec3(0, speed_m_s, 0);
   test::add(world,
             test::joint_at(JointKind::kHinge, world, 0, {}, Vec3(0, 0, pivot_m), Vec3::UnitY()));
-  const Vec3 over = Vec3(0, 0, pivot_m) + turn * Vec3(0.8, 0, 0.15 + 0.25 * way_m + 0.005);
+  const Vec3 over =
+      Vec3(0, 0, pivot_m) + rotation * Vec3(0.8, 0, 0.15 + 0.25 * displacement_m + 0.005);
   const double density = ratio * 100.0 * plank.prod() / box.prod();
   BodyState& falling = world.add_body(world.add_shape(Box{box}), over, density);
-  falling.orientation = turn;
+  falling.orientation = rotation;
   falling.linear_velocity_m_s =
       world.states[0].angular_velocity_rad_s.cross(Vec3(over - world.states[0].position_m));
   return world;

@@ -11,18 +11,18 @@ namespace {
 constexpr double kSize = 1e-3, kStep = 1.0 / 60.0;  // g dt^2 is 2.7 sizes
 
 // Rests on a floor for a second, turned as said; returns how far its centre went.
-double way_of(const Shape& shape, double height, const Quat& orientation) {
+double displacement_of(const Shape& shape, double height, const Quat& orientation) {
   World world = under_gravity();
   world.scene.dt_s = kStep;
   world.add_floor();
   const Vec3 start(0.0, 0.0, height);
   world.add_body(world.add_shape(shape), start).orientation = orientation;
-  double way = 0.0;
+  double displacement = 0.0;
   for (int i = 0; i < 60; ++i) {
     world.run(1);
-    way = std::max(way, (world.states[0].position_m - start).norm());
+    displacement = std::max(displacement, (world.states[0].position_m - start).norm());
   }
-  return way;
+  return displacement;
 }
 
 TEST(LongSteps, ABoxRestsOnAnyOfItsFaces) {
@@ -30,7 +30,7 @@ TEST(LongSteps, ABoxRestsOnAnyOfItsFaces) {
   const Box box{Vec3::Constant(0.5 * kSize)};
   for (const double angle : {0.0, kRight, 2.0 * kRight, 3.0 * kRight})
     for (const Vec3& axis : {Vec3(Vec3::UnitX()), Vec3(Vec3::UnitY())})
-      EXPECT_LT(way_of(box, 0.5 * kSize, about(axis, angle)), 1e-6 * kSize)
+      EXPECT_LT(displacement_of(box, 0.5 * kSize, about(axis, angle)), 1e-6 * kSize)
           << angle << " about " << axis.transpose();
 }
 
@@ -38,7 +38,8 @@ TEST(LongSteps, ACylinderRestsOnEitherEndAndLying) {
   constexpr double kRight = 1.5707963267948966;
   const Cylinder cylinder{0.5 * kSize, kSize};
   for (const double angle : {0.0, kRight, 2.0 * kRight, 3.0 * kRight})
-    EXPECT_LT(way_of(cylinder, 0.5 * kSize, about(Vec3::UnitX(), angle)), 1e-3 * kSize) << angle;
+    EXPECT_LT(displacement_of(cylinder, 0.5 * kSize, about(Vec3::UnitX(), angle)), 1e-3 * kSize)
+        << angle;
 }
 
 TEST(LongSteps, AContactIsWithWhatIsLow) {
@@ -78,8 +79,8 @@ TEST(LongSteps, AHullThatFallsAndRollsStaysAboveTheFloor) {
   }
 }
 
-// Sweeps do not come to an end between bodies of 1 kg and what is a millionth as heavy. The light
-// capsule overlaps the floor from the start, so that no way of it leads there.
+// Iterations do not come to an end between bodies of 1 kg and what is a millionth as heavy. The
+// light capsule overlaps the floor from the start, so that no displacement of it leads there.
 TEST(LongSteps, WhatIsLightBetweenHeavyBodiesIsNotThrownThroughTheFloor) {
   World world;
   world.scene.dt_s = 0.1;

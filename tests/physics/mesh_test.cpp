@@ -18,7 +18,7 @@ struct Random {
   double unit() { return static_cast<double>(engine() >> 11) * 0x1p-53; }
   double between(double low, double high) { return low + (high - low) * unit(); }
   Vec3 vector() { return {between(-1, 1), between(-1, 1), between(-1, 1)}; }
-  Quat turn() {
+  Quat rotation() {
     return Quat(Eigen::Quaterniond(between(-1, 1), between(-1, 1), between(-1, 1), between(-1, 1))
                     .normalized());
   }
@@ -78,7 +78,7 @@ int passed_through(int kind, double size_m, double speed_m_s, double dt_s, std::
     BodyState& s =
         world.add_body(world.add_shape(solid(kind, size_m)),
                        Vec3(random.between(-1, 1) * cell, random.between(-1, 1) * cell, height));
-    s.orientation = random.turn();
+    s.orientation = random.rotation();
     s.linear_velocity_m_s = Vec3(0, 0, -speed_m_s);
     s.angular_velocity_rad_s = random.vector() * (trial % 4 == 3 ? speed_m_s / size_m : 0.0);
     world.run(12);
@@ -224,7 +224,7 @@ TEST(Walls, NoCentrePasses) {
               world.add_body(world.add_shape(things[trial % 3]),
                              Vec3(-random.between(0.3, 0.3 + std::min(2.0 * speed * dt, 2.0)),
                                   random.between(-0.3, 0.3), random.between(-0.3, 0.3)));
-          s.orientation = random.turn();
+          s.orientation = random.rotation();
           s.linear_velocity_m_s = Vec3(speed, 0.3 * speed * random.between(-1, 1), 0);
           if (trial % 2 == 1)
             s.angular_velocity_rad_s = random.vector() * std::min(300.0, 10.0 * speed);

@@ -36,9 +36,9 @@ TEST(Momentum, OfOverlappingTurningBoxesIsKeptToRoundingAndTheirCentreFlies) {
       pushed = pushed || island.max_penetration_m > 1e-3;
     const IslandMomentum after = momentum_of(world.scene, world.ids, world.states);
     const double dt = world.scene.dt_s;
-    const Vec3 way =
+    const Vec3 displacement =
         dt * (before.linear_newton_s / before.mass_kg) + 0.5 * dt * dt * world.scene.gravity_m_s2;
-    EXPECT_LE((after.centre_m - before.centre_m - way).norm(), 1e-14) << step;
+    EXPECT_LE((after.centre_m - before.centre_m - displacement).norm(), 1e-14) << step;
     EXPECT_LE((after.angular_newton_m_s - before.angular_newton_m_s).norm(),
               1e-13 * before.angular_newton_m_s.norm())
         << step;

@@ -21,7 +21,7 @@ Vec3 random_direction(std::mt19937_64& random) {
   return Vec3(normal(random), normal(random), normal(random)).normalized();
 }
 
-Quat random_turn(std::mt19937_64& random) {
+Quat random_rotation(std::mt19937_64& random) {
   std::normal_distribution<double> normal;
   return Quat(normal(random), normal(random), normal(random), normal(random)).normalized();
 }
@@ -61,7 +61,7 @@ std::vector<double> overlaps(Narrowphase narrowphase) {
     for (const std::size_t which : {i % shapes.size(), i / shapes.size() % shapes.size()}) {
       const Vec3 at =
           world.ids.empty() ? Vec3(Vec3::Zero()) : Vec3(near(random) * random_direction(random));
-      world.add_body(world.add_shape(shapes[which]), at).orientation = random_turn(random);
+      world.add_body(world.add_shape(shapes[which]), at).orientation = random_rotation(random);
     }
     const CompiledShape a = compile(world.scene.shapes[0]), b = compile(world.scene.shapes[1]);
     const auto placed = [&](const CompiledShape& shape, const BodyState& state) {
@@ -151,23 +151,26 @@ Pressed pressed(std::size_t other, double widths_apart, std::mt19937_64& random)
   const double sizes_m[2] = {size_m, std::min(1.0, size_m * std::pow(10.0, ratio(random)))};
   for (std::size_t i = 0; i < 2; ++i) {
     const Shape shape = drawn_solid(i == 0 ? 3 : other, random, sizes_m[i]);
-    out.world.add_body(out.world.add_shape(shape), Vec3::Zero()).orientation = random_turn(random);
+    out.world.add_body(out.world.add_shape(shape), Vec3::Zero()).orientation =
+        random_rotation(random);
     out.shapes.push_back(compile(shape));
   }
   out.width_m = std::min(out.shapes[0].min_extent_m, out.shapes[1].min_extent_m);
   const double skin = skin_of(out.shapes[0]) + skin_of(out.shapes[1]);
-  const Vec3 way = random_direction(random);
+  const Vec3 direction = random_direction(random);
   Vec3& at = out.world.states[1].position_m;
   at = out.inner_point(0, random) - out.inner_point(1, random) +
-       2.1 * (out.shapes[0].bounding_radius_m + out.shapes[1].bounding_radius_m) * way;
+       2.1 * (out.shapes[0].bounding_radius_m + out.shapes[1].bounding_radius_m) * direction;
   for (int trial = 0; trial < 200 && !out.met; ++trial) {
-    const CoreGap gap = core_gap({out.placed(0), skin_of(out.shapes[0])},
-                                 {out.placed(1), skin_of(out.shapes[1])}, way, 1e-12 * out.width_m);
+    const CoreGap gap =
+        core_gap({out.placed(0), skin_of(out.shapes[0])}, {out.placed(1), skin_of(out.shapes[1])},
+                 direction, 1e-12 * out.width_m);
     if (gap.overlap) return out;
     const double gap_m = gap.distance_m - skin;
     out.met = gap_m < 1e-3 * out.width_m;
     out.normal = gap.normal;
-    at -= out.met ? Vec3(gap.normal * (gap_m - widths_apart * out.width_m)) : Vec3(way * gap_m);
+    at -=
+        out.met ? Vec3(gap.normal * (gap_m - widths_apart * out.width_m)) : Vec3(direction * gap_m);
   }
   return out;
 }
@@ -284,7 +287,7 @@ World over_hills(const TriangleMesh& mesh, const Shape& shape, std::mt19937_64& 
   World world;
   world.add_static(world.add_shape(mesh));
   BodyState& state = world.add_body(world.add_shape(shape), Vec3(place(random), place(random), 0));
-  state.orientation = random_turn(random);
+  state.orientation = random_rotation(random);
   return world;
 }
 

@@ -34,7 +34,8 @@ class Random {
   std::mt19937_64 engine_;
 };
 
-World random_gas(int count, double half_m, double speed_m_s, double spin_rad_s, Random& random) {
+World random_gas(int count, double half_m, double speed_m_s, double angular_speed_rad_s,
+                 Random& random) {
   World world;
   const std::uint32_t shapes[] = {world.add_shape(Box{Vec3(0.5, 0.4, 0.3)}),
                                   world.add_shape(Sphere{0.4}), world.add_shape(Capsule{0.2, 0.8}),
@@ -43,7 +44,7 @@ World random_gas(int count, double half_m, double speed_m_s, double spin_rad_s, 
     BodyState& state = world.add_body(shapes[random.below(4)], random.in_cube(half_m));
     state.orientation = random.attitude();
     state.linear_velocity_m_s = random.in_cube(speed_m_s);
-    state.angular_velocity_rad_s = random.in_cube(spin_rad_s);
+    state.angular_velocity_rad_s = random.in_cube(angular_speed_rad_s);
   }
   return world;
 }
@@ -103,7 +104,7 @@ void fly(World& world) {
                       faults);
 }
 
-// A few are hit: other velocities and spins, some of them absurd; some are put elsewhere.
+// A few are hit: other velocities, linear and angular, some of them absurd; some are put elsewhere.
 void disturb(World& world, double half_m, Random& random) {
   for (BodyState& state : world.states) {
     if (!random.one_of(60)) continue;

@@ -47,7 +47,7 @@ Motion sliding_slabs(int count, double duration_s) {
   return motion;
 }
 
-// It slides until its spin has caught up, at 5/7 of its speed.
+// It slides until its angular velocity has caught up, at 5/7 of its speed.
 Motion sphere_that_starts_to_roll() {
   constexpr double kSpeed = 3.0, kDuration = 0.5, kRadius = 0.1;
   Motion motion{"sphere", under_gravity(), kDuration, 2.0 * kRadius, 1.0, {}};
@@ -152,9 +152,9 @@ Outcome run(Motion motion, double dt_s, double tolerance) {
 }
 
 // What a step is off in place stays, what it is off in velocity goes on for the n steps after it,
-// at most: an estimate holds the way of one step. So n times their sum bounds the end's error, but
-// for the motion's own instability and for rounding. Here errors in velocity hardly add up: n
-// tolerances are enough.
+// at most: an estimate holds the displacement of one step. So n times their sum bounds the end's
+// error, but for the motion's own instability and for rounding. Here errors in velocity hardly add
+// up: n tolerances are enough.
 TEST(Refinement, TheErrorOfARunIsBoundedByTheEstimatesOfItsSteps) {
   constexpr double kRounding = 1e-10;
   for (const Motion& motion : motions())
@@ -283,7 +283,7 @@ TEST(Refinement, AThinRodThatFallsOverIsOfThirdOrderInSevenSolvesAStep) {
   EXPECT_GE(std::log2(coarse / fine), 2.5);
 }
 
-// A box thrown along a floor: the whole way v^2 / (2 mu g), wherever in a step it stops.
+// A box thrown along a floor: the whole distance v^2 / (2 mu g), wherever in a step it stops.
 TEST(Refinement, ABoxComesToRestWhereFrictionStopsIt) {
   for (const double dt : {1.0 / 60.0, 1.0 / 47.0, 0.1}) {
     World world;

@@ -49,9 +49,10 @@ TEST(RollingFriction, StopsABallOnALevelFloorWhereTheClosedFormSaysAndItStays) {
           const double slowed = 5.0 / 7.0 * kGravity * share, stop_s = 0.7;
           plane.roll(slowed * stop_s, radius, ball);
           plane.world.run(static_cast<int>(std::lround(1.0 / dt_s)));
-          const double way = 0.5 * slowed * stop_s * stop_s;
+          const double displacement = 0.5 * slowed * stop_s * stop_s;
           const BodyState end = plane.world.states[0];
-          EXPECT_NEAR(end.position_m.x(), way, 1e-9 * way + 1e-12) << radius << share << dt_s;
+          EXPECT_NEAR(end.position_m.x(), displacement, 1e-9 * displacement + 1e-12)
+              << radius << share << dt_s;
           EXPECT_EQ(end.linear_velocity_m_s, Vec3(Vec3::Zero())) << radius << share << dt_s;
           EXPECT_EQ(end.angular_velocity_rad_s, Vec3(Vec3::Zero())) << radius << share << dt_s;
           plane.world.run(60);
@@ -87,8 +88,8 @@ TEST(RollingFriction, LetsABallRollDownASteeperSlopeAsTheClosedFormSays) {
         const Vec3 start = plane.world.states[0].position_m;
         plane.world.run(static_cast<int>(std::lround(2.0 / dt_s)));
         const double a = 5.0 / 7.0 * kGravity * std::sin(plane.angle_rad) * (1.0 - share);
-        const double way = (plane.world.states[0].position_m - start).dot(plane.down);
-        EXPECT_NEAR(way, 2.0 * a, 1e-9) << radius << " " << share << " " << dt_s;
+        const double displacement = (plane.world.states[0].position_m - start).dot(plane.down);
+        EXPECT_NEAR(displacement, 2.0 * a, 1e-9) << radius << " " << share << " " << dt_s;
       }
 }
 
@@ -103,13 +104,14 @@ TEST(RollingFriction, TurnsRoundWithTheBall) {
     plane.world.run(static_cast<int>(std::lround(3.0 / dt_s)));
     const double pull = 5.0 / 7.0 * kGravity * std::sin(plane.angle_rad);
     const double up_s = speed / (pull * (1.0 + share)), down_s = 3.0 - up_s;
-    const double way = 0.5 * pull * (1.0 - share) * down_s * down_s - 0.5 * speed * up_s;
-    EXPECT_NEAR((plane.world.states[0].position_m - start).dot(plane.down), way, 1e-7) << dt_s;
+    const double displacement = 0.5 * pull * (1.0 - share) * down_s * down_s - 0.5 * speed * up_s;
+    EXPECT_NEAR((plane.world.states[0].position_m - start).dot(plane.down), displacement, 1e-7)
+        << dt_s;
   }
 }
 
-// I w' = -torsional m g, so a ball's spin about the normal falls by 5/2 g torsional / R^2.
-TEST(RollingFriction, StopsTheSpinOfABallInTheTimeOfTheClosedForm) {
+// I w' = -torsional m g, so a ball's rate about the normal falls by 5/2 g torsional / R^2.
+TEST(RollingFriction, StopsTheRotationOfABallInTheTimeOfTheClosedForm) {
   for (const double radius : {0.05, 1.0})
     for (const double dt_s : {1.0 / 240.0, 1.0 / 30.0}) {
       const double torsional = 0.01 * radius;
@@ -127,16 +129,16 @@ TEST(RollingFriction, StopsTheSpinOfABallInTheTimeOfTheClosedForm) {
 
 // Four points bear the box; each has its share of the bound, not all of it.
 TEST(RollingFriction, IsNoStrongerWhereManyPointsBearTheBody) {
-  const double torsional = 0.02, spin = 3.0;
+  const double torsional = 0.02, angular_speed = 3.0;
   Plane plane(0.0, rough(0.0, 0.0, torsional));
   BodyState& box = plane.world.add_body(plane.world.add_shape(Box{Vec3(0.4, 0.3, 0.2)}),
                                         Vec3(0, 0, 0.2), 500.0, rough(0.0, 0.0));
-  box.angular_velocity_rad_s = Vec3(0, 0, spin);
+  box.angular_velocity_rad_s = Vec3(0, 0, angular_speed);
   const BodyParams& params = plane.world.scene.bodies[0];
   const double slowed = torsional * params.mass_kg * kGravity / params.inertia_local_kg_m2(2, 2);
   plane.world.run(30);
   ASSERT_EQ(plane.world.report.islands[0].contact_points, 4u);
-  EXPECT_NEAR(plane.world.states[0].angular_velocity_rad_s.z(), spin - 0.5 * slowed, 1e-9);
+  EXPECT_NEAR(plane.world.states[0].angular_velocity_rad_s.z(), angular_speed - 0.5 * slowed, 1e-9);
 }
 
 // A lying cylinder has two points: (m + I / R^2) a = m g sin - rolling m g cos / R.
@@ -151,8 +153,8 @@ TEST(RollingFriction, OfALyingCylinderIsThatOfItsWholeWeight) {
     plane.world.run(120);
     const double a =
         share > 1.0 ? 0.0 : 2.0 / 3.0 * kGravity * std::sin(plane.angle_rad) * (1.0 - share);
-    const double way = (plane.world.states[0].position_m - start).dot(plane.down);
-    EXPECT_NEAR(way, 2.0 * a, 1e-6) << share;
+    const double displacement = (plane.world.states[0].position_m - start).dot(plane.down);
+    EXPECT_NEAR(displacement, 2.0 * a, 1e-6) << share;
   }
 }
 
@@ -174,16 +176,16 @@ TEST(RollingFriction, HoldsRowsOfBallsThatTouch) {
 // A torque impulse of at most torsional times the impulse of the hit.
 TEST(RollingFriction, ActsInHitsByTheirImpulse) {
   World world;
-  const double restitution = 0.5, torsional = 0.01, radius = 0.3, speed = 2.0, spin = 4.0;
+  const double restitution = 0.5, torsional = 0.01, radius = 0.3, speed = 2.0, angular_speed = 4.0;
   world.add_floor({0.4, restitution, 0.0, torsional});
   BodyState& ball =
       world.add_body(world.add_shape(Sphere{radius}), Vec3(0, 0, 1), 1000.0, {0.4, restitution});
   ball.linear_velocity_m_s = Vec3(0, 0, -speed);
-  ball.angular_velocity_rad_s = Vec3(0, 0, spin);
+  ball.angular_velocity_rad_s = Vec3(0, 0, angular_speed);
   world.run(60);
   ASSERT_NEAR(world.states[0].linear_velocity_m_s.z(), restitution * speed, 1e-12);
   const double taken = 2.5 * torsional * (1.0 + restitution) * speed / (radius * radius);
-  EXPECT_NEAR(world.states[0].angular_velocity_rad_s.z(), spin - taken, 1e-12);
+  EXPECT_NEAR(world.states[0].angular_velocity_rad_s.z(), angular_speed - taken, 1e-12);
 }
 
 // Two balls that spin and hit each other: what one loses of its angular momentum, the other gets.
@@ -239,15 +241,16 @@ TEST(RollingFriction, OfWheelsBrakesTheCartThatJointsHangOnThem) {
       const double inert = mass + 4.0 * params.inertia_local_kg_m2(2, 2) / (radius * radius);
       const double a =
           std::max(0.0, mass * kGravity * std::sin(plane.angle_rad) * (1.0 - share) / inert);
-      const double way = (world.states[0].position_m - start[0].position_m).dot(plane.down);
+      const double displacement =
+          (world.states[0].position_m - start[0].position_m).dot(plane.down);
       // Of first order in the step.
-      EXPECT_NEAR(way, 2.0 * a, 1.5 * a * dt_s + 1e-6) << share << " " << dt_s;
+      EXPECT_NEAR(displacement, 2.0 * a, 1.5 * a * dt_s + 1e-6) << share << " " << dt_s;
     }
 }
 
 // Marbles poured on one place: rolling friction keeps them in a heap, and brings them to rest.
-// Without resistance they spread, with it they stay where they are, however they began. Sweeps get
-// as far as there are sweeps: enough of them, and the heap is at rest.
+// Without resistance they spread, with it they stay where they are, however they began. Iterations
+// get as far as there are iterations: enough of them, and the heap is at rest.
 TEST(RollingFriction, KeepsAHeapOfBalls) {
   const auto heap = [](double rolling_m, double shift_m) {
     World world = test::under_gravity();

@@ -15,7 +15,7 @@ namespace {
 using test::kGravity;
 using test::World;
 
-constexpr double kRadius_m = 0.1, kWay_m = 0.0075;
+constexpr double kRadius_m = 0.1, kDistance_m = 0.0075;
 
 struct Row {
   int balls = 6;
@@ -32,7 +32,8 @@ World row_of(const Row& row) {
   if (row.on_floor) world.add_floor(smooth);
   const std::uint32_t ball = world.add_shape(Sphere{kRadius_m});
   for (int i = 0; i < row.balls; ++i) {
-    const double x = i == 0 ? -2.0 * kRadius_m - kWay_m : (2.0 * kRadius_m + row.gap_m) * (i - 1);
+    const double x =
+        i == 0 ? -2.0 * kRadius_m - kDistance_m : (2.0 * kRadius_m + row.gap_m) * (i - 1);
     world.add_body(ball, Vec3(x, 0, kRadius_m), 1000.0, smooth);
   }
   world.states[0].linear_velocity_m_s = Vec3(row.speed_m_s, 0, 0);
@@ -44,9 +45,9 @@ std::vector<double> exact_places(const Row& row, double time_s) {
   const std::size_t n = static_cast<std::size_t>(row.balls);
   std::vector<double> x(n), v(n, 0.0), gap(n, row.gap_m);
   for (std::size_t i = 0; i < n; ++i)
-    x[i] = i == 0 ? -2.0 * kRadius_m - kWay_m
+    x[i] = i == 0 ? -2.0 * kRadius_m - kDistance_m
                   : (2.0 * kRadius_m + row.gap_m) * static_cast<double>(i - 1);
-  gap[0] = kWay_m;
+  gap[0] = kDistance_m;
   v[0] = row.speed_m_s;
   for (double now_s = 0.0;;) {
     double next_s = time_s - now_s;
@@ -74,8 +75,8 @@ TEST(SentOn, ARowWithWideGapsIsHitBallAfterBallInOneStep) {
         for (const int balls : {3, 6, 12}) {
           const Row row{balls, gap_m, speed_m_s, 1.0, on_floor};
           World world = row_of(row);
-          const int steps =
-              3 + static_cast<int>((kWay_m + gap_m * (balls - 2)) / speed_m_s / world.scene.dt_s);
+          const int steps = 3 + static_cast<int>((kDistance_m + gap_m * (balls - 2)) / speed_m_s /
+                                                 world.scene.dt_s);
           world.run(steps);
           const std::vector<double> places = exact_places(row, steps * world.scene.dt_s);
           for (std::size_t i = 0; i < places.size(); ++i)

@@ -18,8 +18,8 @@ Vec3 random_vector(double low, double high, std::mt19937_64& engine) {
 }
 Pose random_pose(std::mt19937_64& engine) {
   const Vec3 v = random_vector(-1.0, 1.0, engine);
-  const Quat turn = Quat(between(-1.0, 1.0, engine), v.x(), v.y(), v.z()).normalized();
-  return {turn.toRotationMatrix(), random_vector(-2.0, 2.0, engine)};
+  const Quat rotation = Quat(between(-1.0, 1.0, engine), v.x(), v.y(), v.z()).normalized();
+  return {rotation.toRotationMatrix(), random_vector(-2.0, 2.0, engine)};
 }
 
 // The gap between the boxes, seen along a normal from a to b.

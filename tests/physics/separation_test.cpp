@@ -110,14 +110,14 @@ World turning_pair(const Shape& a, const Shape& b, double restitution, std::mt19
     state.position_m = Vec3::Zero();
   }
   const Geometry geometry(world.scene);
-  const Vec3 way = random_vector(-1.0, 1.0, engine).normalized();
+  const Vec3 direction = random_vector(-1.0, 1.0, engine).normalized();
   double near = 0.0, far = 3.0;
   for (int i = 0; i < 40; ++i) {
     const double middle = 0.5 * (near + far);
-    world.states[1].position_m = way * middle;
+    world.states[1].position_m = direction * middle;
     (separation_in(world, geometry).distance_m > 0.005 ? far : near) = middle;
   }
-  world.states[1].position_m = way * far;
+  world.states[1].position_m = direction * far;
   return world;
 }
 
@@ -156,7 +156,7 @@ TEST(Separation, WhatComesRoundInAStepIsMet) {
     World world = turning_pair(shapes[i % 4], shapes[i / 4 % 4], 0.4, engine);
     for (const ContactManifold& m : contacts_of(world, BodyId{0}, BodyId{1})) {
       ++met;
-      if (m.points[0].feature == kWayToImpact)
+      if (m.points[0].feature == kDistanceToImpact)
         EXPECT_GE(m.points[0].separation_m, 0.0) << "pair " << i << ", which is apart";
     }
     const Geometry geometry(world.scene);

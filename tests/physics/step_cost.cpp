@@ -74,11 +74,11 @@ void measure_steps(const char* name, World world, int warm_up, int steps) {
       world.counters.islands_solved / n, deepest, residual, world.digest_of_states());
 }
 
-void measure_rotation(const char* name, const Shape& shape, double spin_rad_s) {
+void measure_rotation(const char* name, const Shape& shape, double angular_speed_rad_s) {
   constexpr int kSteps = 300000;
   World world;
   BodyState& state = world.add_body(world.add_shape(shape), Vec3::Zero());
-  state.angular_velocity_rad_s = spin_rad_s * Vec3(0.002, 1, 0.002);
+  state.angular_velocity_rad_s = angular_speed_rad_s * Vec3(0.002, 1, 0.002);
   Stopwatch watch;
   for (int i = 0; i < kSteps; ++i) rotate_freely(world.scene.bodies[0], 1.0 / 60, state);
   std::printf("free rotation, %-32s %.0f ns\n", name, 1e6 * watch.lap_ms() / kSteps);

@@ -33,10 +33,10 @@ TEST(Substeps, AStackComesToRestAndSinksByWhatItsSpringsGive) {
     const Vec3& at = world.states[static_cast<std::size_t>(i)].position_m;
     EXPECT_NEAR(at.x(), i % 2 ? 0.02 : 0.0, 5e-4);
   }
-  // At rest a pressing sweep neither adds to an impulse nor takes from it: with r, m and j the
+  // At rest a pressing iteration neither adds to an impulse nor takes from it: with r, m and j the
   // shares of overlap, mass and impulse of a spring, m r depth / h = j times the load a mass.
-  const double turn = std::numbers::pi / 4, firm = turn * (20 + turn), h = world.scene.dt_s / 8;
-  const double r = turn / (20 + turn), m = firm / (1 + firm), j = 1 / (1 + firm);
+  const double phase = std::numbers::pi / 4, firm = phase * (20 + phase), h = world.scene.dt_s / 8;
+  const double r = phase / (20 + phase), m = firm / (1 + firm), j = 1 / (1 + firm);
   const double depth_m = j / (m * r) * kBoxes * test::kGravity * h * h;
   EXPECT_NEAR(0.5 - world.states[0].position_m.z(), 5e-4 + depth_m, 0.05 * depth_m);
 }

@@ -132,10 +132,10 @@ World glued_plate_under_a_ball(std::uint32_t n) {
   return world;
 }
 
-TEST(SweptJoints, ComeToRestAndTakeNoSweepsUntilTheyAreHit) {
+TEST(SweptJoints, ComeToRestAndTakeNoIterationsUntilTheyAreHit) {
   for (const std::uint32_t n : {8u, 12u}) {
     World world = glued_plate_under_a_ball(n);
-    world.scene.solver.refined = false;  // quality fast: sweeps from the start
+    world.scene.solver.refined = false;  // quality fast: iterations from the start
     world.run(300);
     const std::uint64_t swept = world.counters.joint_sweeps;
     EXPECT_GT(swept, 0u) << n;

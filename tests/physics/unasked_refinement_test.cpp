@@ -62,7 +62,7 @@ TEST(UnaskedRefinement, TellsOfIslandsThatAreMoreWorkThanAStepMayTake) {
 
 // However many hits divide a step, trials are made for one part of it at most, and not after each.
 TEST(UnaskedRefinement, HitsDoNotMultiplyTrials) {
-  constexpr int kTurns = 2, kTrials = 1 + 2 + 4 + 8 + 16, kBalls = 8;
+  constexpr int kReversals = 2, kTrials = 1 + 2 + 4 + 8 + 16, kBalls = 8;
   constexpr Material kBouncy{.friction = 0.0, .restitution = 0.9};
   constexpr double kSpeed_m_s = 5.0, kRadius_m = 0.02, kTop_m = 0.3;
   World world = sliding_stack(3);
@@ -76,7 +76,7 @@ TEST(UnaskedRefinement, HitsDoNotMultiplyTrials) {
   }
   world.run(1);
   EXPECT_GE(world.counters.impacts, static_cast<std::uint64_t>(kBalls));
-  EXPECT_LE(world.counters.refined_steps, static_cast<std::uint64_t>(1 + kTurns + kTrials));
+  EXPECT_LE(world.counters.refined_steps, static_cast<std::uint64_t>(1 + kReversals + kTrials));
 }
 
 // Plates on each other stop as one: a plain step that throws them is no hit.

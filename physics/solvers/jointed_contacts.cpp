@@ -1,11 +1,10 @@
-#include "physics/solvers/joint_sweeps.hpp"
-
 #include <algorithm>
 #include <cmath>
 
 #include "physics/constraints/rolling_rows.hpp"
 #include "physics/math/solver_body.hpp"
 #include "physics/solvers/convex_contacts.hpp"
+#include "physics/solvers/jointed_contacts.hpp"
 
 namespace soda::physics {
 namespace {
@@ -19,7 +18,7 @@ constexpr double kMostLever = 30.0;
 // One direction of a contact, as seen by its two bodies.
 struct Direction {
   std::uint32_t a = 0, b = 0;
-  Vec3 linear = Vec3::Zero(), turn_a = Vec3::Zero(), turn_b = Vec3::Zero();
+  Vec3 linear = Vec3::Zero(), angular_a = Vec3::Zero(), angular_b = Vec3::Zero();
 };
 
 Direction normal_of(const NormalRow& row) {
@@ -31,13 +30,14 @@ Direction tangent_of(const FrictionRow& row, int t) {
   return {row.a, row.b, tangent, row.arm_a.cross(tangent), row.arm_b.cross(tangent)};
 }
 
-Direction turn_of(const RollingRow& row, int axis) {
+Direction rolling_of(const RollingRow& row, int axis) {
   return {row.a, row.b, Vec3::Zero(), row.axis[axis], row.axis[axis]};
 }
 
 template <class Body>
 double along(const Direction& d, const Body& a, const Body& b) {
-  return d.linear.dot(b.linear - a.linear) + d.turn_b.dot(b.angular) - d.turn_a.dot(a.angular);
+  return d.linear.dot(b.linear - a.linear) + d.angular_b.dot(b.angular) -
+         d.angular_a.dot(a.angular);
 }
 
 // What an impulse does: first to its own bodies, then, by the joints, to all.
@@ -50,8 +50,8 @@ class Response {
     constexpr int kMostCorrections = 3;
     JointedDirection all;
     all.moves.resize(bodies_.size());
-    give(d.a, -1.0, d.linear, d.turn_a, all);
-    give(d.b, 1.0, d.linear, d.turn_b, all);
+    give(d.a, -1.0, d.linear, d.angular_a, all);
+    give(d.b, 1.0, d.linear, d.angular_b, all);
     hold_joints(all);
     measure(d, all);
     // What is light beside what it hangs on moves by the difference of large numbers. Where the
@@ -67,10 +67,10 @@ class Response {
   }
 
  private:
-  void give(std::uint32_t body, double sign, const Vec3& linear, const Vec3& turn,
+  void give(std::uint32_t body, double sign, const Vec3& linear, const Vec3& angular,
             JointedDirection& all) const {
     all.moves[body].linear += linear * (sign * bodies_[body].inverse_mass);
-    all.moves[body].angular += bodies_[body].inverse_inertia * turn * sign;
+    all.moves[body].angular += bodies_[body].inverse_inertia * angular * sign;
   }
 
   // Takes away the velocities that the joints do not allow.
@@ -78,15 +78,15 @@ class Response {
     rows_.clear();
     for (const JointRow& row : joints_.rows) {
       const JointMove &a = all.moves[row.a], &b = all.moves[row.b];
-      rows_.push_back(row.turn_a.dot(a.angular) - row.turn_b.dot(b.angular) -
+      rows_.push_back(row.angular_a.dot(a.angular) - row.angular_b.dot(b.angular) -
                       row.linear.dot(b.linear - a.linear));
     }
     joints_.matrix.solve(rows_);
     for (std::size_t r = 0; r < rows_.size(); ++r) {
       if (rows_[r] == 0.0) continue;
       const JointRow& row = joints_.rows[r];
-      give(row.a, -rows_[r], row.linear, row.turn_a, all);
-      give(row.b, rows_[r], row.linear, row.turn_b, all);
+      give(row.a, -rows_[r], row.linear, row.angular_a, all);
+      give(row.b, rows_[r], row.linear, row.angular_b, all);
     }
   }
 
@@ -129,7 +129,7 @@ void push(const JointedDirection& direction, double impulse, std::span<SolverBod
   }
 }
 
-double sweep_normal(const JointedDirection& direction, NormalRow& row,
+double solve_normal(const JointedDirection& direction, NormalRow& row,
                     std::span<SolverBody> bodies) {
   const double velocity = along(normal_of(row), bodies[row.a], bodies[row.b]);
   const double impulse =
@@ -143,7 +143,7 @@ double sweep_normal(const JointedDirection& direction, NormalRow& row,
 }
 
 // A step along the velocity itself, and back into the disc: friction opposes the motion.
-double sweep_friction(const JointedDirection* tangents, double step_kg, double limit,
+double solve_friction(const JointedDirection* tangents, double step_kg, double limit,
                       FrictionRow& row, std::span<SolverBody> bodies) {
   double change[2] = {0.0, 0.0}, wanted[2];
   for (int t = 0; t < 2; ++t)
@@ -160,46 +160,48 @@ double sweep_friction(const JointedDirection* tangents, double step_kg, double l
 }
 
 // The same in the contact plane, and within its bound about the normal.
-double sweep_rolling(const JointedDirection* turns, double step_kg_m2, double pressed,
+double solve_rolling(const JointedDirection* rollings, double step_kg_m2, double pressed,
                      RollingRow& row, std::span<SolverBody> bodies) {
   const Vec3 old = row.impulse_newton_m_s;
   const auto velocity = [&](int t) {
-    return turns[t].moves.empty() ? 0.0 : along(turn_of(row, t), bodies[row.a], bodies[row.b]);
+    return rollings[t].moves.empty() ? 0.0
+                                     : along(rolling_of(row, t), bodies[row.a], bodies[row.b]);
   };
   Vec3 wanted(old[0] - step_kg_m2 * velocity(0), old[1] - step_kg_m2 * velocity(1), old[2]);
   const double length = std::sqrt(wanted[0] * wanted[0] + wanted[1] * wanted[1]);
   const double limit = row.rolling_m * pressed;
   for (int t = 0; t < 2; ++t) {
     if (length > limit) wanted[t] *= limit / length;
-    push(turns[t], wanted[t] - old[t], bodies);
+    push(rollings[t], wanted[t] - old[t], bodies);
   }
-  if (!turns[2].moves.empty()) {
+  if (!rollings[2].moves.empty()) {
     const double most = row.torsional_m * pressed;
-    wanted[2] = std::clamp(old[2] - velocity(2) / turns[2].inverse_mass, -most, most);
-    push(turns[2], wanted[2] - old[2], bodies);
+    wanted[2] = std::clamp(old[2] - velocity(2) / rollings[2].inverse_mass, -most, most);
+    push(rollings[2], wanted[2] - old[2], bodies);
   }
   row.impulse_newton_m_s = wanted;
   return (wanted - old).cwiseAbs().maxCoeff() / row.gyration_m;
 }
 
-double sweep(bool forward, const JointedContacts& contacts, ContactProblem& problem) {
+double iterate(bool forward, const JointedContacts& contacts, ContactProblem& problem) {
   double change = 0.0;
   for (std::size_t r = 0; r < problem.rollings.size(); ++r) {
     RollingRow& row = problem.rollings[r];
-    change = std::max(change, sweep_rolling(&contacts.turns[3 * r], contacts.slide_inertia_kg_m2[r],
-                                            pressing(row, problem), row, problem.bodies));
+    change =
+        std::max(change, solve_rolling(&contacts.rollings[3 * r], contacts.slide_inertia_kg_m2[r],
+                                       pressing(row, problem), row, problem.bodies));
   }
   for (std::size_t f = 0; f < problem.frictions.size(); ++f) {
     FrictionRow& row = problem.frictions[f];
     const double limit = row.friction * problem.normals[row.normal_row].impulse_newton_s;
-    change = std::max(change, sweep_friction(&contacts.tangents[2 * f], contacts.slide_mass_kg[f],
+    change = std::max(change, solve_friction(&contacts.tangents[2 * f], contacts.slide_mass_kg[f],
                                              limit, row, problem.bodies));
   }
   const std::size_t count = problem.normals.size();
   for (std::size_t k = 0; k < count; ++k) {
     const std::size_t i = forward ? k : count - 1 - k;
     change =
-        std::max(change, sweep_normal(contacts.normals[i], problem.normals[i], problem.bodies));
+        std::max(change, solve_normal(contacts.normals[i], problem.normals[i], problem.bodies));
   }
   return change;
 }
@@ -214,12 +216,12 @@ double slide_mass(const double (&inverse)[2], double across) {
 void add_rolling(const RollingRow& row, Response& response, JointedContacts& contacts) {
   double inverse[2] = {0.0, 0.0}, across = 0.0;
   for (int t = 0; t < 3; ++t) {
-    contacts.turns.push_back(response.to(turn_of(row, t)));
-    JointedDirection& turn = contacts.turns.back();
-    if (!turn.is_clear) turn.moves.clear();
-    if (turn.moves.empty() || t == 2) continue;
-    inverse[t] = turn.inverse_mass;
-    if (t == 0) across = along(turn_of(row, 1), turn.moves[row.a], turn.moves[row.b]);
+    contacts.rollings.push_back(response.to(rolling_of(row, t)));
+    JointedDirection& rolling = contacts.rollings.back();
+    if (!rolling.is_clear) rolling.moves.clear();
+    if (rolling.moves.empty() || t == 2) continue;
+    inverse[t] = rolling.inverse_mass;
+    if (t == 0) across = along(rolling_of(row, 1), rolling.moves[row.a], rolling.moves[row.b]);
   }
   contacts.slide_inertia_kg_m2.push_back(slide_mass(inverse, across));
 }
@@ -259,7 +261,7 @@ std::optional<JointedContacts> jointed_contacts(const JointSystem& joints,
 int solve_jointed_velocities(int iterations, const JointedContacts& contacts,
                              ContactProblem& problem) {
   for (int i = 0; i < iterations; ++i) {
-    const double change = sweep(i % 2 == 0, contacts, problem);
+    const double change = iterate(i % 2 == 0, contacts, problem);
     double largest = 0.0;
     for (const NormalRow& row : problem.normals) largest = std::max(largest, row.impulse_newton_s);
     if (change <= kNegligibleJoint * largest) return i + 1;

@@ -1,4 +1,4 @@
-// Contacts of bodies that joints hold: sweeps in which each contact meets all that hangs on its
+// Contacts of bodies that joints hold: iterations in which each contact meets all that hangs on its
 // bodies.
 #pragma once
 
@@ -26,7 +26,7 @@ struct JointedContacts {
   std::vector<JointedDirection> tangents;  // two for each friction row
   std::vector<double> slide_mass_kg;       // of each friction row: of its lightest direction
   // Three for each rolling row; without moves where joints let nothing turn.
-  std::vector<JointedDirection> turns;
+  std::vector<JointedDirection> rollings;
   std::vector<double> slide_inertia_kg_m2;  // as slide_mass_kg
 };
 
@@ -35,9 +35,9 @@ struct JointedContacts {
 std::optional<JointedContacts> jointed_contacts(const JointSystem& joints,
                                                 const ContactProblem& problem);
 
-// Sweeps until the largest change of an impulse is negligible or the iterations are used up;
+// Iterates until the largest change of an impulse is negligible or there have been enough;
 // velocities and impulses of contacts change, but those of joints have to be solved for once more.
-// Returns the number of sweeps.
+// Returns the number of iterations.
 int solve_jointed_velocities(int iterations, const JointedContacts& contacts,
                              ContactProblem& problem);
 
