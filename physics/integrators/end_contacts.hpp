@@ -39,8 +39,8 @@ bool can_come_round(const IslandStep& island, const IslandMove& move);
 
 // Adds links (manifolds without points) to the statics that bodies have been sent to: contacts are
 // looked for along the path that a step begins with, and these bodies have left it by more than the
-// margin that contacts are kept for. Whether contacts are to be
-// looked for anew: there is a link, or a body has been sent to a static that it meets in parts.
+// margin that contacts are kept for. Returns whether contacts are to be looked for anew: there is a
+// link, or a body has been sent to a static that it meets in parts.
 bool add_unseen_statics(const IslandStep& island, const IslandMove& move, StageCounters& counters,
                         std::vector<ContactManifold>& contacts);
 
