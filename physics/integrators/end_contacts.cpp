@@ -247,6 +247,21 @@ bool add_unseen_statics(const IslandStep& island, const IslandMove& move, StageC
   return sent || !links.empty();
 }
 
+namespace {
+
+// Of a pair that had no contact at the start. What it was solved with goes on to, as above.
+double meet_again(const IslandStep& island, const IslandMove& move,
+                  std::span<const ContactManifold> solved, StageCounters& counters,
+                  std::vector<ContactManifold>& contacts) {
+  const std::size_t known = contacts.size();
+  const double overlap_m = meet_on_path_m(island, move, solved.front(), counters, contacts);
+  for (std::size_t m = known; m < contacts.size(); ++m)
+    for (const ContactManifold& before : solved) keep_held(before, contacts[m]);
+  return overlap_m;
+}
+
+}  // namespace
+
 double find_end_contacts(const IslandStep& island, const IslandMove& move, bool round,
                          StageCounters& counters, std::vector<ContactManifold>& contacts) {
   const std::vector<ContactManifold> solved = std::exchange(contacts, {});
@@ -256,19 +271,22 @@ double find_end_contacts(const IslandStep& island, const IslandMove& move, bool 
     const auto of_pair = [&](const ContactManifold& m) { return is_pair_of(m, *first); };
     last = std::find_if_not(first, solved.end(), of_pair);
     double before_m = 0.0, after_m = 0.0;
-    for (; before != island.manifolds.end() && of_pair(*before); ++before)
+    bool sent = true;  // whoever had no contact at the start
+    for (; before != island.manifolds.end() && of_pair(*before); ++before) {
       before_m = std::max(before_m, -least_separation_m(*before));
+      sent = sent && is_link(*before);
+    }
     const std::size_t known = contacts.size();
     if (is_joint(*first)) {
       contacts.insert(contacts.end(), first, last);
       continue;
     }
-    if (is_link(*first))
-      after_m = meet_on_path_m(island, move, *first, counters, contacts);
+    if (sent)
+      after_m = meet_again(island, move, std::span(first, last), counters, contacts);
     else if (round)
       after_m = append_at_end(island, move, std::span(first, last), counters, contacts);
     if (contacts.size() == known) contacts.insert(contacts.end(), first, last);
-    if (!is_link(*first))
+    if (!sent)
       after_m = std::max(after_m, append_other_parts(island, move, known, counters, contacts));
     most_growth = std::max(most_growth, (after_m - before_m) / size_of(island.scene, *first));
   }

@@ -30,6 +30,17 @@ struct Sinking {
   double mean = 0.0, most = 0.0;  // of the width: of the deepest of each step
 };
 
+Sinking run_and_measure(World& world, double width_m, int steps) {
+  const Geometry geometry(world.scene);
+  Sinking sinking;
+  for (int i = 0; i < steps; ++i) {
+    world.run(1, geometry);
+    sinking.mean += deepest_m(world) / (steps * width_m);
+    sinking.most = std::max(sinking.most, deepest_m(world) / width_m);
+  }
+  return sinking;
+}
+
 // Ten of a kind, far from each other, that fall on a floor and turn.
 Sinking sinking_of(const Shape& shape, double width_m, double angular_speed_rad_s,
                    double restitution) {
@@ -44,14 +55,7 @@ Sinking sinking_of(const Shape& shape, double width_m, double angular_speed_rad_
     state.angular_velocity_rad_s = random_axis(engine) * angular_speed_rad_s;
     state.linear_velocity_m_s = Vec3(0.3, 0.0, 0.0);
   }
-  const Geometry geometry(world.scene);
-  Sinking sinking;
-  for (int i = 0; i < kSteps; ++i) {
-    world.run(1, geometry);
-    sinking.mean += deepest_m(world) / (kSteps * width_m);
-    sinking.most = std::max(sinking.most, deepest_m(world) / width_m);
-  }
-  return sinking;
+  return run_and_measure(world, width_m, kSteps);
 }
 
 TEST(EndContacts, CoinsPlatesAndDrumsThatTurnDoNotSinkIn) {
@@ -116,7 +120,7 @@ TEST(EndContacts, AreNotLookedForWhereNothingShowsOtherPoints) {
   EXPECT_EQ(world.counters.turned_searches, 0u);
 }
 
-// Balls (or rocks) that are poured into a box: hits throw some of them onto others, whom they were
+// Many of a kind that are poured into a funnel: hits throw some of them onto others, whom they were
 // not on their way to.
 Sinking pouring(const Shape& shape, double width_m, int layers, double gravity) {
   constexpr int kAcross = 4, kSteps = 90;
@@ -142,34 +146,33 @@ Sinking pouring(const Shape& shape, double width_m, int layers, double gravity) 
     state.orientation = test::about(random_axis(engine), 0.1 * i);
     state.linear_velocity_m_s = Vec3(0.0, 0.0, -2.0);
   }
-  const Geometry geometry(world.scene);
-  Sinking sinking;
-  for (int i = 0; i < kSteps; ++i) {
-    world.run(1, geometry);
-    sinking.mean += deepest_m(world) / (kSteps * width_m);
-    sinking.most = std::max(sinking.most, deepest_m(world) / width_m);
-  }
-  return sinking;
+  return run_and_measure(world, width_m, kSteps);
 }
 
-// Small ones come three and a half widths far in a step.
+// Small ones come three and a half widths far in a step. Which hits come about changes with the
+// last digit of gravity: what counts is the mean of some runs.
 TEST(EndContacts, WhatHitsThrowOntoOthersIsSolvedWithThem) {
+  constexpr int kRuns = 6;
   const struct {
     const char* name;
     Shape shape;
     double width_m;
     int layers;
     double mean, most;
-  } kinds[] = {{"balls", Sphere{0.1}, 0.2, 10, 0.02, 0.15},
-               {"small balls", Sphere{0.01}, 0.02, 10, 0.12, 0.9},
-               {"boxes", Box{Vec3(0.1, 0.1, 0.1)}, 0.2, 6, 0.02, 0.15},
-               {"drums", Cylinder{0.1, 0.2}, 0.2, 6, 0.045, 0.3}};
-  for (const auto& kind : kinds)
-    for (const double gravity : {1.0, 1.003, 1.006}) {
-      const Sinking found = pouring(kind.shape, kind.width_m, kind.layers, gravity);
-      EXPECT_LE(found.mean, kind.mean) << kind.name << " " << gravity;
-      EXPECT_LE(found.most, kind.most) << kind.name << " " << gravity;
+  } kinds[] = {{"balls", Sphere{0.1}, 0.2, 10, 0.015, 0.2},
+               {"small balls", Sphere{0.01}, 0.02, 10, 0.11, 0.9},
+               {"boxes", Box{Vec3(0.1, 0.1, 0.1)}, 0.2, 6, 0.02, 0.2},
+               {"drums", Cylinder{0.1, 0.2}, 0.2, 6, 0.042, 0.3}};
+  for (const auto& kind : kinds) {
+    Sinking all;
+    for (int run = 0; run < kRuns; ++run) {
+      const Sinking found = pouring(kind.shape, kind.width_m, kind.layers, 1.0 + 0.003 * run);
+      all.mean += found.mean / kRuns;
+      all.most = std::max(all.most, found.most);
     }
+    EXPECT_LE(all.mean, kind.mean) << kind.name;
+    EXPECT_LE(all.most, kind.most) << kind.name;
+  }
 }
 
 }  // namespace
