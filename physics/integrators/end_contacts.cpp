@@ -262,6 +262,9 @@ double meet_again(const IslandStep& island, const IslandMove& move,
 
 }  // namespace
 
+// Of a body's size: whoever is as deep in another has no side on which it should be.
+constexpr double kBuried = 0.5;
+
 double find_end_contacts(const IslandStep& island, const IslandMove& move, bool round,
                          StageCounters& counters, std::vector<ContactManifold>& contacts) {
   const std::vector<ContactManifold> solved = std::exchange(contacts, {});
@@ -277,7 +280,8 @@ double find_end_contacts(const IslandStep& island, const IslandMove& move, bool 
       sent = sent && is_link(*before);
     }
     const std::size_t known = contacts.size();
-    if (is_joint(*first)) {
+    const double size_m = is_joint(*first) ? 0.0 : size_of(island.scene, *first);
+    if (before_m >= kBuried * size_m) {  // joints as well
       contacts.insert(contacts.end(), first, last);
       continue;
     }
@@ -288,7 +292,7 @@ double find_end_contacts(const IslandStep& island, const IslandMove& move, bool 
     if (contacts.size() == known) contacts.insert(contacts.end(), first, last);
     if (!sent)
       after_m = std::max(after_m, append_other_parts(island, move, known, counters, contacts));
-    most_growth = std::max(most_growth, (after_m - before_m) / size_of(island.scene, *first));
+    most_growth = std::max(most_growth, (after_m - before_m) / size_m);
   }
   return most_growth;
 }
