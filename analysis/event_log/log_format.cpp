@@ -1,11 +1,11 @@
 #include "analysis/event_log/log_format.hpp"
 
+#include <xxhash.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <utility>
-
-#include "physics/measures/xxh3.hpp"
 
 namespace soda::analysis {
 namespace {

@@ -1,5 +1,7 @@
 #include "library/src/moment.hpp"
 
+#include <xxhash.h>
+
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -7,7 +9,6 @@
 #include <cstring>
 #include <type_traits>
 
-#include "physics/measures/xxh3.hpp"
 #include "soda/errors.hpp"
 
 namespace soda {

@@ -1,6 +1,9 @@
 #include "models/islands/island_merge.hpp"
 
 #include <algorithm>
+#include <array>
+#include <iterator>
+#include <set>
 
 namespace soda::models {
 namespace {
@@ -37,16 +40,23 @@ WorldId owner_of(const KnownBodies& known, BodyId id) {
   return known.owners[static_cast<std::size_t>(place - known.ids.begin())];
 }
 
-bool owned_by(const KnownBodies& known, const ContactManifold& manifold, WorldId world) {
-  return owner_of(known, manifold.a) == world ||
-         (!physics::is_static(manifold.b) && owner_of(known, manifold.b) == world);
-}
-
 // One island of the known graph.
 struct IslandView {
-  std::span<const std::uint32_t> bodies;     // into known.ids
-  std::span<const std::uint32_t> manifolds;  // into the manifolds
+  std::span<const std::uint32_t> bodies;        // into known.ids
+  std::span<const std::uint32_t> manifolds;     // into the manifolds
+  std::vector<std::array<WorldId, 2>> sides{};  // per manifold, the owners of its bodies
 };
+
+// A static belongs to whom it touches.
+void find_sides(const KnownBodies& known, std::span<const ContactManifold> manifolds,
+                IslandView& island) {
+  island.sides.reserve(island.manifolds.size());
+  for (const std::uint32_t m : island.manifolds) {
+    const ContactManifold& manifold = manifolds[m];
+    const WorldId a = owner_of(known, manifold.a);
+    island.sides.push_back({a, physics::is_static(manifold.b) ? a : owner_of(known, manifold.b)});
+  }
+}
 
 std::set<WorldId> owners_in(const KnownBodies& known, const IslandView& island) {
   std::set<WorldId> owners;
@@ -55,40 +65,55 @@ std::set<WorldId> owners_in(const KnownBodies& known, const IslandView& island) 
 }
 
 // Foreign owners with a body in contact with a body of `self`.
-std::set<WorldId> partners(const KnownBodies& known, const IslandView& island, WorldId self,
-                           std::span<const ContactManifold> manifolds) {
+std::set<WorldId> partners(const IslandView& island, WorldId self) {
   std::set<WorldId> out;
-  for (const std::uint32_t m : island.manifolds) {
-    if (physics::is_static(manifolds[m].b)) continue;
-    const WorldId a = owner_of(known, manifolds[m].a), b = owner_of(known, manifolds[m].b);
+  for (const auto& [a, b] : island.sides) {
     if (a == self && b != self) out.insert(b);
     if (b == self && a != self) out.insert(a);
   }
   return out;
 }
 
+// Asked for ascending keys. By steps that double: mostly the next one is asked for.
+class Lookup {
+ public:
+  explicit Lookup(const RecordSet& records) : at_(records.begin()), end_(records.end()) {}
+
+  bool contains(const RecordKey& key) {
+    std::ptrdiff_t reach = 1;
+    while (reach < end_ - at_ && at_[reach] < key) reach *= 2;
+    at_ = std::lower_bound(at_ + reach / 2, at_ + std::min(reach + 1, end_ - at_), key);
+    return at_ != end_ && *at_ == key;
+  }
+
+ private:
+  std::vector<RecordKey>::const_iterator at_, end_;
+};
+
 Records missing_records(const KnownBodies& known, const IslandView& island, WorldId partner,
                         std::span<const physics::BodyState> own_states,
                         std::span<const ContactManifold> manifolds, const IslandMerge& merge,
-                        std::set<RecordKey>& exchanged) {
+                        RecordSet& exchanged) {
   Records records;
+  std::vector<RecordKey> keys;
+  Lookup known_bodies{exchanged}, known_pairs{exchanged};
   for (const std::uint32_t body : island.bodies) {
     const BodyId id = known.ids[body];
-    if (known.owners[body] == partner || !exchanged.insert({id, id}).second) continue;
+    if (known.owners[body] == partner || known_bodies.contains({id, id})) continue;
+    keys.push_back({id, id});
     const std::int32_t place = known.place[body];
     records.nodes.push_back(
         {id, known.owners[body],
          place >= 0 ? own_states[place] : merge.nodes[static_cast<std::size_t>(-1 - place)].state});
   }
-  RecordKey last_sent{};
-  for (const std::uint32_t m : island.manifolds) {
-    const RecordKey key = key_of(manifolds[m]);
-    if (owned_by(known, manifolds[m], partner)) continue;
-    // A pair's manifolds are one record and adjacent.
-    if (!exchanged.insert(key).second && (records.manifolds.empty() || key != last_sent)) continue;
-    records.manifolds.push_back(manifolds[m]);
-    last_sent = key;
+  for (std::size_t i = 0; i < island.manifolds.size(); ++i) {
+    const ContactManifold& manifold = manifolds[island.manifolds[i]];
+    if (island.sides[i][0] == partner || island.sides[i][1] == partner) continue;
+    if (known_pairs.contains(key_of(manifold))) continue;
+    keys.push_back(key_of(manifold));
+    records.manifolds.push_back(manifold);
   }
+  exchanged.insert(std::move(keys));
   return records;
 }
 
@@ -100,10 +125,23 @@ bool is_tested_here(std::span<const BodyId> own_ids, const ContactManifold& mani
          (physics::is_static(manifold.b) || contains(own_ids, manifold.b));
 }
 
+void add_nodes(std::span<const BodyId> own_ids, std::span<const Node> nodes, IslandMerge& merge) {
+  std::vector<Node> added;
+  for (const Node& node : nodes)
+    if (!knows(own_ids, merge, node.id)) added.push_back(node);
+  if (added.empty()) return;
+  std::ranges::stable_sort(added, {}, &Node::id);
+  const auto repeated = std::ranges::unique(added, {}, &Node::id);
+  added.erase(repeated.begin(), repeated.end());
+  const std::ptrdiff_t known = std::ssize(merge.nodes);
+  std::ranges::move(added, std::back_inserter(merge.nodes));
+  std::ranges::inplace_merge(merge.nodes, merge.nodes.begin() + known, {}, &Node::id);
+}
+
 // Adds what is not known yet.
 void take_in(std::span<const BodyId> own_ids, const Records& records, IslandMerge& merge,
              std::vector<ContactManifold>& manifolds) {
-  for (const Node& node : records.nodes) add_node(own_ids, node, merge);
+  add_nodes(own_ids, records.nodes, merge);
   std::vector<ContactManifold> added;
   for (const ContactManifold& manifold : records.manifolds) {
     if (is_tested_here(own_ids, manifold) || pair_is_known(manifolds, key_of(manifold))) continue;
@@ -111,8 +149,11 @@ void take_in(std::span<const BodyId> own_ids, const Records& records, IslandMerg
       added.push_back(manifold);
   }
   if (added.empty()) return;
+  std::ranges::sort(added, canonical_before);
+  const std::ptrdiff_t known = std::ssize(manifolds);
   manifolds.insert(manifolds.end(), added.begin(), added.end());
-  std::sort(manifolds.begin(), manifolds.end(), canonical_before);
+  std::inplace_merge(manifolds.begin(), manifolds.begin() + known, manifolds.end(),
+                     canonical_before);
 }
 
 // The islands of one world are disjoint, so appending keeps no order: sort once at the end.
@@ -123,6 +164,16 @@ void append(Records&& from, Records& to) {
 
 }  // namespace
 
+void RecordSet::insert(std::vector<RecordKey> keys) {
+  std::ranges::sort(keys);
+  const auto repeated = std::ranges::unique(keys);
+  keys.erase(repeated.begin(), repeated.end());
+  std::vector<RecordKey> all;
+  all.reserve(keys_.size() + keys.size());
+  std::ranges::set_union(keys_, keys, std::back_inserter(all));
+  keys_ = std::move(all);
+}
+
 void add_node(std::span<const BodyId> own_ids, const Node& node, IslandMerge& merge) {
   if (contains(own_ids, node.id)) return;
   const auto place = find_node(merge, node.id);
@@ -130,9 +181,10 @@ void add_node(std::span<const BodyId> own_ids, const Node& node, IslandMerge& me
 }
 
 void note_exchanged(const Records& records, WorldId with, IslandMerge& merge) {
-  std::set<RecordKey>& exchanged = merge.exchanged[with];
-  for (const Node& node : records.nodes) exchanged.insert({node.id, node.id});
-  for (const ContactManifold& manifold : records.manifolds) exchanged.insert(key_of(manifold));
+  std::vector<RecordKey> keys;
+  for (const Node& node : records.nodes) keys.push_back({node.id, node.id});
+  for (const ContactManifold& manifold : records.manifolds) keys.push_back(key_of(manifold));
+  merge.exchanged[with].insert(std::move(keys));
 }
 
 void add_records(std::span<const BodyId> own_ids, WorldId from, const Records& records,
@@ -143,22 +195,23 @@ void add_records(std::span<const BodyId> own_ids, WorldId from, const Records& r
 
 void add_fragment(std::span<const BodyId> own_ids, WorldId from, const Records& records,
                   IslandMerge& merge, std::vector<ContactManifold>& manifolds) {
-  std::set<RecordKey>& exchanged = merge.exchanged[from];
+  std::map<WorldId, std::vector<RecordKey>> exchanged;
   std::map<BodyId, WorldId> owners;
   for (const Node& node : records.nodes) {
     owners.emplace(node.id, node.owner);
-    if (node.owner == from) exchanged.insert({node.id, node.id});
+    if (node.owner == from) exchanged[from].push_back({node.id, node.id});
   }
   for (const ContactManifold& manifold : records.manifolds) {
     for (const auto& [own, other] :
          {std::pair(manifold.a, manifold.b), std::pair(manifold.b, manifold.a)}) {
       const auto owner = owners.find(other);
       if (owner == owners.end()) continue;
-      std::set<RecordKey>& with_owner = merge.exchanged[owner->second];
-      with_owner.insert(key_of(manifold));
-      if (contains(own_ids, own)) with_owner.insert({own, own});
+      std::vector<RecordKey>& with_owner = exchanged[owner->second];
+      with_owner.push_back(key_of(manifold));
+      if (contains(own_ids, own)) with_owner.push_back({own, own});
     }
   }
+  for (auto& [world, keys] : exchanged) merge.exchanged[world].insert(std::move(keys));
   take_in(own_ids, records, merge, manifolds);
 }
 
@@ -189,14 +242,15 @@ std::map<WorldId, Records> outgoing_records(std::uint32_t round, WorldId self,
   physics::build_islands(known.ids, manifolds, islands);
   std::map<WorldId, Records> outgoing;
   for (std::size_t i = 0; i < islands.count(); ++i) {
-    const IslandView island{
+    IslandView island{
         {&islands.bodies[islands.body_begin[i]], islands.body_begin[i + 1] - islands.body_begin[i]},
         {&islands.manifolds[islands.manifold_begin[i]],
          islands.manifold_begin[i + 1] - islands.manifold_begin[i]}};
     const std::set<WorldId> owners = owners_in(known, island);
     if (owners.size() < 2 || !owners.contains(self)) continue;
     if (round >= 1 && owners.size() <= round) continue;
-    for (const WorldId partner : partners(known, island, self, manifolds)) {
+    find_sides(known, manifolds, island);
+    for (const WorldId partner : partners(island, self)) {
       append(missing_records(known, island, partner, own_states, manifolds, merge,
                              merge.exchanged[partner]),
              outgoing[partner]);

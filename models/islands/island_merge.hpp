@@ -4,7 +4,6 @@
 
 #include <cstdint>
 #include <map>
-#include <set>
 #include <span>
 #include <utility>
 #include <vector>
@@ -20,11 +19,24 @@ using RecordKey = std::pair<physics::BodyId, physics::BodyId>;
 // The canonical order of manifolds: by (a, b, part).
 using physics::canonical_before;
 
+// Records without what they say, ascending.
+class RecordSet {
+ public:
+  // In any order; known and repeated ones are no more than once in it.
+  void insert(std::vector<RecordKey> keys);
+
+  auto begin() const { return keys_.begin(); }
+  auto end() const { return keys_.end(); }
+
+ private:
+  std::vector<RecordKey> keys_;
+};
+
 // A world's knowledge beyond its own bodies, for one step. Starts empty in every step.
 struct IslandMerge {
   std::vector<Node> nodes;  // foreign bodies known, ascending by id
   // Per foreign world: the records that it has had from this world or sent to it in this step.
-  std::map<WorldId, std::set<RecordKey>> exchanged;
+  std::map<WorldId, RecordSet> exchanged;
 };
 
 // Own bodies and foreign nodes as one ascending list.

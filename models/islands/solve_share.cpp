@@ -1,8 +1,8 @@
 #include "models/islands/solve_share.hpp"
 
-#include <algorithm>
+#include <xxhash.h>
 
-#include "physics/measures/xxh3.hpp"
+#include <cstring>
 
 namespace soda::models {
 namespace {
@@ -12,6 +12,10 @@ std::array<std::uint64_t, 2> key_of(std::span<const std::byte> input) {
   return {hash.high64, hash.low64};
 }
 
+bool equal(std::span<const std::byte> x, std::span<const std::byte> y) {
+  return x.size() == y.size() && std::memcmp(x.data(), y.data(), x.size()) == 0;
+}
+
 }  // namespace
 
 // The whole input is compared: a hash collision may cost a solve, never a bit.
@@ -19,7 +23,7 @@ std::shared_ptr<const SolvedIsland> SolveShare::find(std::span<const std::byte> 
   const Key key = key_of(input);
   const std::lock_guard lock(mutex_);
   const auto entry = entries_.find(key);
-  if (entry == entries_.end() || !std::ranges::equal(entry->second.input, input)) return nullptr;
+  if (entry == entries_.end() || !equal(entry->second.input, input)) return nullptr;
   return entry->second.solved;
 }
 
@@ -27,7 +31,7 @@ std::shared_ptr<const SolvedIsland> SolveShare::find(std::span<const std::byte> 
 SolveShare::Entry* SolveShare::entry_for(std::int64_t step, std::span<const std::byte> input) {
   const Key key = key_of(input);
   const auto [place, is_new] = entries_.try_emplace(key);
-  if (!is_new) return std::ranges::equal(place->second.input, input) ? &place->second : nullptr;
+  if (!is_new) return equal(place->second.input, input) ? &place->second : nullptr;
   by_step_.emplace(step, key);
   const std::int64_t newest = by_step_.rbegin()->first;
   while (by_step_.begin()->first < newest - keep_steps_) {
@@ -52,7 +56,7 @@ std::shared_ptr<const SolvedBlocks> SolveShare::find_blocks(std::span<const std:
   const Key key = key_of(input);
   const std::lock_guard lock(mutex_);
   const auto entry = entries_.find(key);
-  if (entry == entries_.end() || !std::ranges::equal(entry->second.input, input)) return nullptr;
+  if (entry == entries_.end() || !equal(entry->second.input, input)) return nullptr;
   const auto blocks = entry->second.blocks.find(range);
   return blocks == entry->second.blocks.end() ? nullptr : blocks->second;
 }

@@ -1,5 +1,7 @@
 #include "models/islands/split_solve.hpp"
 
+#include <xxhash.h>
+
 #include <algorithm>
 #include <bit>
 #include <cstring>
@@ -8,7 +10,6 @@
 #include <utility>
 
 #include "kernel/api/hash_mix.hpp"
-#include "physics/measures/xxh3.hpp"
 #include "physics/model/body_places.hpp"
 
 namespace soda::models {

@@ -33,31 +33,26 @@ class Writer {
   template <class T>
   void number(T value) {
     static_assert(std::is_arithmetic_v<T>);
-    append(value);
+    together(value);
   }
   // All of a struct of numbers without padding.
   template <class T>
   void plain(const T& value) {
     static_assert(std::has_unique_object_representations_v<T>);
-    append(value);
+    together(value);
   }
   void id(physics::BodyId value) { number(physics::index_of(value)); }
   void world(WorldId value) { number(index_of(value)); }
-  void vector(const physics::Vec3& value) { append(std::array{value.x(), value.y(), value.z()}); }
+  void vector(const physics::Vec3& value) { together(value); }
   void impulse(const physics::ContactImpulse& value) {
-    id(value.other);
-    number(value.part);
-    number(value.feature);
-    number(value.normal_newton_s);
-    vector(value.friction_newton_s);
+    together(value.other, value.part, value.feature, value.normal_newton_s,
+             value.friction_newton_s);
   }
   void state(const physics::BodyState& value) {
     const physics::Vec3 &x = value.position_m, &v = value.linear_velocity_m_s,
                         &w = value.angular_velocity_rad_s;
     const physics::Quat& q = value.orientation;
-    // At once: growing by a number at a time took 4 % of a run with many messages.
-    append(std::array{x.x(), x.y(), x.z(), q.w(), q.x(), q.y(), q.z(), v.x(), v.y(), v.z(), w.x(),
-                      w.y(), w.z()});
+    together(x, q.w(), q.x(), q.y(), q.z(), v, w);
     const bool breaks = !value.broken_joints.empty();
     number(static_cast<std::uint32_t>(value.impulses.size()) | (breaks ? kHasBroken : 0u));
     for (const physics::ContactImpulse& item : value.impulses) impulse(item);
@@ -66,17 +61,9 @@ class Writer {
     for (const std::uint32_t joint : value.broken_joints) number(joint);
   }
   void manifold(const physics::ContactManifold& value) {
-    id(value.a);
-    id(value.b);
-    number(value.part);
-    number(value.count);
-    vector(value.normal);
-    number(value.impact_s);
-    for (std::uint32_t i = 0; i < value.count; ++i) {
-      vector(value.points[i].position_m);
-      number(value.points[i].separation_m);
-      number(value.points[i].feature);
-    }
+    together(value.a, value.b, value.part, value.count, value.normal, value.impact_s);
+    for (std::uint32_t i = 0; i < value.count; ++i)
+      together(value.points[i].position_m, value.points[i].separation_m, value.points[i].feature);
   }
   void island(const physics::IslandReport& value) {
     id(value.label);
@@ -99,11 +86,13 @@ class Writer {
   }
 
  private:
-  template <class T>
-  void append(const T& value) {
-    const std::size_t at = out_.size();
-    out_.resize(at + sizeof value);
-    std::memcpy(out_.data() + at, &value, sizeof value);
+  // Growing by a number at a time took 7 % of a run with many messages.
+  template <class... Values>
+  void together(const Values&... values) {
+    std::array<std::byte, (sizeof(Values) + ...)> bytes;
+    std::size_t at = 0;
+    ((std::memcpy(bytes.data() + at, &values, sizeof values), at += sizeof values), ...);
+    out_.insert(out_.end(), bytes.begin(), bytes.end());
   }
 
   kernel::Bytes& out_;

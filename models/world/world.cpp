@@ -1,5 +1,7 @@
 #include "models/world/world.hpp"
 
+#include <xxhash.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -7,7 +9,6 @@
 #include "models/world/arrivals.hpp"
 #include "models/world/border_contacts.hpp"
 #include "physics/measures/measures.hpp"
-#include "physics/measures/xxh3.hpp"
 
 namespace soda::models {
 namespace {

@@ -1,5 +1,7 @@
 #include "physics/measures/measures.hpp"
 
+#include <xxhash.h>
+
 #include <algorithm>
 #include <bit>
 #include <memory>
@@ -7,7 +9,6 @@
 #include <vector>
 
 #include "physics/forces/forces.hpp"
-#include "physics/measures/xxh3.hpp"
 
 namespace soda::physics {
 namespace {
