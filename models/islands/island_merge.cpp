@@ -5,6 +5,8 @@
 #include <iterator>
 #include <set>
 
+#include "physics/math/gallop.hpp"
+
 namespace soda::models {
 namespace {
 
@@ -35,11 +37,6 @@ bool pair_is_known(std::span<const ContactManifold> manifolds, const RecordKey& 
   return place != manifolds.end() && key_of(*place) == key;
 }
 
-WorldId owner_of(const KnownBodies& known, BodyId id) {
-  const auto place = std::lower_bound(known.ids.begin(), known.ids.end(), id);
-  return known.owners[static_cast<std::size_t>(place - known.ids.begin())];
-}
-
 // One island of the known graph.
 struct IslandView {
   std::span<const std::uint32_t> bodies;        // into known.ids
@@ -50,11 +47,16 @@ struct IslandView {
 // A static belongs to whom it touches.
 void find_sides(const KnownBodies& known, std::span<const ContactManifold> manifolds,
                 IslandView& island) {
+  const auto owner = [&](auto at) { return known.owners[std::size_t(at - known.ids.begin())]; };
   island.sides.reserve(island.manifolds.size());
+  auto a = known.ids.begin();  // the manifolds ascend by it
   for (const std::uint32_t m : island.manifolds) {
     const ContactManifold& manifold = manifolds[m];
-    const WorldId a = owner_of(known, manifold.a);
-    island.sides.push_back({a, physics::is_static(manifold.b) ? a : owner_of(known, manifold.b)});
+    a = physics::gallop(a, known.ids.end(), manifold.a);
+    island.sides.push_back(
+        {owner(a), physics::is_static(manifold.b)
+                       ? owner(a)
+                       : owner(physics::gallop(a, known.ids.end(), manifold.b))});
   }
 }
 
@@ -74,15 +76,13 @@ std::set<WorldId> partners(const IslandView& island, WorldId self) {
   return out;
 }
 
-// Asked for ascending keys. By steps that double: mostly the next one is asked for.
+// Asked for ascending keys.
 class Lookup {
  public:
   explicit Lookup(const RecordSet& records) : at_(records.begin()), end_(records.end()) {}
 
   bool contains(const RecordKey& key) {
-    std::ptrdiff_t reach = 1;
-    while (reach < end_ - at_ && at_[reach] < key) reach *= 2;
-    at_ = std::lower_bound(at_ + reach / 2, at_ + std::min(reach + 1, end_ - at_), key);
+    at_ = physics::gallop(at_, end_, key);
     return at_ != end_ && *at_ == key;
   }
 

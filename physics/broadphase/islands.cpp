@@ -4,21 +4,17 @@
 #include <numeric>
 
 #include "physics/math/disjoint_sets.hpp"
+#include "physics/math/gallop.hpp"
 
 namespace soda::physics {
 namespace {
 
 // Where `id` is, not before `from`. Bodies in contact mostly have ids that lie close to each other,
-// with none missing between; else by steps that double.
+// with none missing between.
 std::uint32_t position_of(std::span<const BodyId> ids, BodyId id, std::uint32_t from) {
   const std::uint32_t guess = from + (index_of(id) - index_of(ids[from]));
   if (guess < ids.size() && ids[guess] == id) return guess;
-  const auto first = ids.begin() + from;
-  const std::ptrdiff_t left = ids.end() - first;
-  std::ptrdiff_t reach = 1;
-  while (reach < left && first[reach] < id) reach *= 2;
-  const auto found = std::lower_bound(first + reach / 2, first + std::min(reach + 1, left), id);
-  return static_cast<std::uint32_t>(found - ids.begin());
+  return static_cast<std::uint32_t>(gallop(ids.begin() + from, ids.end(), id) - ids.begin());
 }
 
 constexpr std::uint32_t kNoIsland = 0xffffffffu, kTouched = 0xfffffffeu;  // instead of an island
