@@ -26,7 +26,7 @@ section() { # title, command
   echo
 }
 
-heaviest=(scenarios/library/{bin-1000,factory-line,pyramid,twelve-worlds-piles,wrecking-balls,mixed-shapes}.json)
+heaviest=(scenarios/library/{bin-1000,factory-line,pyramid,twelve-worlds-piles,wrecking-balls,mixed-shapes,crowd}.json)
 {
   echo "# Results: $1"
   echo
@@ -35,7 +35,9 @@ heaviest=(scenarios/library/{bin-1000,factory-line,pyramid,twelve-worlds-piles,w
   echo
   section "The main scenario" "$SODA" run scenarios/library/wrecking-balls.json
   section "What work costs" \
-    "$SODA" calibrate "${heaviest[@]}" --steps 60 --predict 1,2 -o "$costs/costs.json"
+    "$SODA" calibrate "${heaviest[@]}" --steps 200 --predict 2 -o "$costs/costs.json"
+  section "What ranks take" \
+    mpirun -n 2 "$SODA" calibrate "${heaviest[@]}" --steps 200 --predict 1 --costs "$costs/costs.json"
   section "Two threads" analysis/benchmarks/two_threads.sh
 } > "$costs/page"
 mv "$costs/page" "$file"

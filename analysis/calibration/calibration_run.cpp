@@ -47,7 +47,9 @@ models::RunOptions on_cluster(const scenarios::Scenario& scene, const MachineCos
   const unsigned workers = of.threads * std::max(of.ranks, 1u);
   models::RunOptions options = scene.run;
   options.executor = models::ExecutorKind::kVirtual;
-  options.weights = weights_for(costs, workers);
+  CostFactors own;
+  own.fill(of.factor);
+  options.weights = models::scaled(weights_for(costs, workers), own);
   ClusterOverrides cluster;
   cluster.processors = workers;
   apply_network(network_named("shared"), cluster);
@@ -145,10 +147,15 @@ Calibration calibrate(const std::vector<scenarios::Scenario>& scenes, int repeat
   return calibration;
 }
 
-Prediction predict(const scenarios::Scenario& scene, const MachineCosts& costs, unsigned threads,
-                   int repeat, kernel::Transport* job) {
+double own_factor(const scenarios::Scenario& scene, const MachineCosts& costs, int repeat) {
+  const AloneRun alone = measure_alone(scene, scene.territory.worlds, repeat);
+  return alone.cpu_ns / fitted_ns(sample_of(alone.result, alone.cpu_ns), costs.factors);
+}
+
+Prediction predict(const scenarios::Scenario& scene, const MachineCosts& costs, double factor,
+                   unsigned threads, int repeat, kernel::Transport* job) {
   const std::uint32_t worlds = scene.territory.worlds;
-  Prediction prediction{.scenario = scene.name, .worlds = worlds};
+  Prediction prediction{.scenario = scene.name, .worlds = worlds, .factor = factor};
   prediction.threads = std::min(threads, worlds);
   if (job != nullptr) prediction.ranks = job->size();
   const models::RunOptions measured = on_workers(scene, prediction.threads, job);
@@ -156,7 +163,8 @@ Prediction predict(const scenarios::Scenario& scene, const MachineCosts& costs, 
     for (int i = 0; i < repeat; ++i) run_of(scene, worlds, measured);
     return prediction;
   }
-  const models::SimulationResult said = run_of(scene, worlds, on_cluster(scene, costs, prediction));
+  const models::SimulationResult said =
+      run_of(scene, worlds, on_cluster(scene, costs, prediction));
   prediction.predicted_ns = static_cast<double>(said.cluster->makespan_ns);
 
   std::vector<double> wall_ns;

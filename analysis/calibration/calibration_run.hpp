@@ -35,15 +35,21 @@ struct Prediction {
   std::uint32_t worlds = 1;
   unsigned threads = 1;                          // of each rank
   std::uint32_t ranks = 0;                       // 0: without MPI
+  double factor = 1.0;                           // of the scene's own work, over the costs
   double predicted_ns = 0.0, measured_ns = 0.0;  // the median of the measured runs
   bool equal = true;                             // both ended with the same bits
 
   double ratio() const { return predicted_ns / measured_ns; }
 };
 
-// `job` may be null: without MPI. Over ranks all make the same call, and only the root's prediction
-// is of use; a worker more than worlds would have nothing to do.
-Prediction predict(const scenarios::Scenario& scene, const MachineCosts& costs, unsigned threads,
-                   int repeat, kernel::Transport* job = nullptr);
+// What the scene's work takes in its worlds on one thread, over what the costs say of it: counters
+// do not tell all. The least time of `repeat` runs.
+double own_factor(const scenarios::Scenario& scene, const MachineCosts& costs, int repeat);
+
+// `factor`: the scene's own, by which its work is costed. So what is predicted is how the run
+// scales. `job` may be null: without MPI. Over ranks all make the same call, and only the root's
+// factor and prediction are of use; a worker more than worlds would have nothing to do.
+Prediction predict(const scenarios::Scenario& scene, const MachineCosts& costs, double factor,
+                   unsigned threads, int repeat, kernel::Transport* job = nullptr);
 
 }  // namespace soda::analysis

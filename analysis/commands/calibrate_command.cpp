@@ -63,12 +63,14 @@ std::string predictions_text(const std::vector<Prediction>& predictions) {
     const std::string threads = std::to_string(of.threads);
     rows.push_back({of.scenario, std::to_string(of.worlds),
                     over_ranks ? std::to_string(of.ranks) + " x " + threads : threads,
-                    in_ms(of.predicted_ns), in_ms(of.measured_ns), format_number(of.ratio(), 3)});
+                    format_number(of.factor, 3), in_ms(of.predicted_ns), in_ms(of.measured_ns),
+                    format_number(of.ratio(), 3)});
   }
   const auto within = std::ranges::count_if(predictions, is_foretold);
   return format_table({{over_ranks ? "over ranks" : "over threads"},
                        {"worlds", Align::kRight},
                        {over_ranks ? "ranks x threads" : "threads", Align::kRight},
+                       {"own factor", Align::kRight},
                        {"predicted ms", Align::kRight},
                        {"measured ms", Align::kRight},
                        {"ratio", Align::kRight}},
@@ -100,6 +102,7 @@ std::string report_json(const CalibrateReport& report) {
                  .set("worlds", json_of(of.worlds))
                  .set("ranks", json_of(of.ranks))
                  .set("threads", json_of(of.threads))
+                 .set("factor", finite_or_null(of.factor))
                  .set("predicted_s", json_of(1e-9 * of.predicted_ns))
                  .set("measured_s", json_of(1e-9 * of.measured_ns))
                  .set("ratio", finite_or_null(of.ratio()))
@@ -121,11 +124,17 @@ std::vector<scenarios::Scenario> load_scenes(const CalibrateRequest& request) {
 std::vector<Prediction> predictions_of(const std::vector<scenarios::Scenario>& scenes,
                                        const CalibrateRequest& request, const MachineCosts& costs) {
   const unsigned ranks = request.job == nullptr ? 1 : request.job->size();
+  const bool is_root = request.job == nullptr || request.job->is_root();
   std::vector<Prediction> predictions;
-  for (const scenarios::Scenario& scene : scenes)
+  for (const scenarios::Scenario& scene : scenes) {
+    const std::uint32_t worlds = scene.territory.worlds;
+    const auto fits = [&](unsigned threads) { return worlds > 1 && worlds >= threads * ranks; };
+    if (!std::ranges::any_of(request.threads, fits)) continue;
+    const double factor = is_root ? own_factor(scene, costs, request.repeat) : 1.0;
     for (const unsigned threads : request.threads)
-      if (scene.territory.worlds >= threads * ranks && scene.territory.worlds > 1)
-        predictions.push_back(predict(scene, costs, threads, request.repeat, request.job));
+      if (fits(threads))
+        predictions.push_back(predict(scene, costs, factor, threads, request.repeat, request.job));
+  }
   return predictions;
 }
 

@@ -132,14 +132,26 @@ TEST(Calibration, UndividedAndDividedRunsAreMeasuredAndFitted) {
 
 TEST(Calibration, APredictionIsOfTheSameRun) {
   const scenarios::Scenario scene = library_scene("border-stack", 60);
-  const Prediction prediction = predict(scene, MachineCosts{}, 2, 1);
+  const Prediction prediction = predict(scene, MachineCosts{}, 1.0, 2, 1);
   EXPECT_TRUE(prediction.equal);
   EXPECT_EQ(prediction.threads, 2u);
   EXPECT_GT(prediction.predicted_ns, 0.0);
   EXPECT_GT(prediction.measured_ns, 0.0);
   MachineCosts slower;
   for (double& factor : slower.factors) factor = 10.0;
-  EXPECT_GT(predict(scene, slower, 2, 1).predicted_ns, 5.0 * prediction.predicted_ns);
+  EXPECT_GT(predict(scene, slower, 1.0, 2, 1).predicted_ns, 5.0 * prediction.predicted_ns);
+  EXPECT_GT(predict(scene, MachineCosts{}, 10.0, 2, 1).predicted_ns, 5.0 * prediction.predicted_ns);
+}
+
+// Whatever the costs say, what is predicted is about what the scene's own work takes.
+TEST(Calibration, AScenesOwnFactorMakesUpForWrongCosts) {
+  const scenarios::Scenario scene = library_scene("border-stack", 100);
+  MachineCosts slower;
+  for (double& factor : slower.factors) factor = 10.0;
+  const double usual = own_factor(scene, MachineCosts{}, 5),
+               of_slower = own_factor(scene, slower, 5);
+  EXPECT_GT(of_slower, 0.0);
+  EXPECT_NEAR(usual / of_slower, 10.0, 5.0);
 }
 
 }  // namespace
