@@ -134,8 +134,9 @@ constexpr ObjectTable kQuaternion = object_table<QuaternionSpec>(
 constexpr Field kAxisAngleFields[] = {
     field<AxisAngleSpec, &AxisAngleSpec::axis>("axis", kRequired, Limits{-1e6, 1e6},
                                                "Axis of rotation, of any length but zero."),
-    field<AxisAngleSpec, &AxisAngleSpec::angle_deg>("angle_deg", kRequired, Limits{-360.0, 360.0},
-                                                    "Angle, right-handed."),
+    field<AxisAngleSpec, &AxisAngleSpec::angle_deg>(
+        "angle_deg", kRequired, Limits{-1e6, 1e6},
+        "Angle, right-handed; whole turns count for nothing."),
 };
 constexpr ObjectTable kAxisAngle =
     object_table<AxisAngleSpec>("axis-angle", "A rotation about an axis.", kAxisAngleFields);

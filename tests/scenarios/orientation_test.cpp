@@ -33,6 +33,17 @@ TEST(SineCosine, IsExactAtRightAnglesWithoutNegativeZero) {
   }
 }
 
+TEST(SineCosine, WholeTurnsChangeNoBit) {
+  for (const double angle_deg : {30.0, -77.5, 91.25, -179.0})
+    for (const double turns : {1.0, 2.0, 17.0, 2777.0}) {
+      const SineCosine turned =
+          sine_cosine_of_degrees(angle_deg + std::copysign(360.0 * turns, angle_deg));
+      const SineCosine once = sine_cosine_of_degrees(angle_deg);
+      EXPECT_EQ(turned.sine, once.sine) << angle_deg << " and " << turns;
+      EXPECT_EQ(turned.cosine, once.cosine) << angle_deg << " and " << turns;
+    }
+}
+
 TEST(Orientation, FromAxisAndAngleTurnsRightHanded) {
   const JsonValue place;
   AxisAngleSpec spec;
