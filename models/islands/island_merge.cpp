@@ -131,8 +131,8 @@ void add_nodes(std::span<const BodyId> own_ids, std::span<const Node> nodes, Isl
     if (!knows(own_ids, merge, node.id)) added.push_back(node);
   if (added.empty()) return;
   std::ranges::stable_sort(added, {}, &Node::id);
-  const auto repeated = std::ranges::unique(added, {}, &Node::id);
-  added.erase(repeated.begin(), repeated.end());
+  const auto same = [](const Node& x, const Node& y) { return x.id == y.id; };
+  added.erase(std::unique(added.begin(), added.end(), same), added.end());
   const std::ptrdiff_t known = std::ssize(merge.nodes);
   std::ranges::move(added, std::back_inserter(merge.nodes));
   std::ranges::inplace_merge(merge.nodes, merge.nodes.begin() + known, {}, &Node::id);
@@ -166,8 +166,7 @@ void append(Records&& from, Records& to) {
 
 void RecordSet::insert(std::vector<RecordKey> keys) {
   std::ranges::sort(keys);
-  const auto repeated = std::ranges::unique(keys);
-  keys.erase(repeated.begin(), repeated.end());
+  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
   std::vector<RecordKey> all;
   all.reserve(keys_.size() + keys.size());
   std::ranges::set_union(keys_, keys, std::back_inserter(all));
