@@ -236,8 +236,7 @@ std::vector<std::uint32_t> broken_joints(const models::SimulationResult& result)
   for (const physics::BodyState& state : result.final_states)
     labels.insert(labels.end(), state.broken_joints.begin(), state.broken_joints.end());
   std::ranges::sort(labels);
-  const auto again = std::ranges::unique(labels);
-  labels.erase(again.begin(), again.end());
+  labels.erase(std::unique(labels.begin(), labels.end()), labels.end());
   return labels;
 }
 

@@ -86,12 +86,23 @@ class Writer {
   }
 
  private:
+  template <class T>
+  static const T& flat(const T& value) {
+    return value;
+  }
+  static std::array<double, 3> flat(const physics::Vec3& value) {
+    return {value.x(), value.y(), value.z()};
+  }
   // Growing by a number at a time took 7 % of a run with many messages.
   template <class... Values>
   void together(const Values&... values) {
-    std::array<std::byte, (sizeof(Values) + ...)> bytes;
+    std::array<std::byte, (sizeof(flat(values)) + ...)> bytes;
     std::size_t at = 0;
-    ((std::memcpy(bytes.data() + at, &values, sizeof values), at += sizeof values), ...);
+    const auto put = [&bytes, &at](const auto& value) {
+      std::memcpy(bytes.data() + at, &value, sizeof value);
+      at += sizeof value;
+    };
+    (put(flat(values)), ...);
     out_.insert(out_.end(), bytes.begin(), bytes.end());
   }
 

@@ -59,8 +59,7 @@ void note_bodies(std::uint32_t kind, std::span<const std::byte> payload, kernel:
   Ids ids = bodies_in(static_cast<MessageKind>(kind), payload);
   std::erase_if(ids, [](physics::BodyId id) { return physics::is_static(id); });
   std::ranges::sort(ids);
-  const auto again = std::ranges::unique(ids);
-  ids.erase(again.begin(), again.end());
+  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
   Writer writer(note);
   for (std::size_t i = 0; i < std::min(ids.size(), kMostNoted); ++i) writer.id(ids[i]);
 }

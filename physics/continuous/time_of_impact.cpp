@@ -79,7 +79,8 @@ std::optional<Touch> touch_of(const PairStep& pair, double apart_s, FlyingSolids
 // All parts that anything of them can come to.
 std::vector<PartPair> parts_in_reach(const PairStep& pair) {
   const auto& [scene, geometry, most_s, a, state_a, b, state_b] = pair;
-  const auto whole = [&](BodyId id, const BodyState* state) -> Solid {
+  const auto whole = [&geometry = geometry, &state_a = state_a](BodyId id,
+                                                                const BodyState* state) -> Solid {
     const GeometryImpl& impl = geometry.impl();
     const StaticGeometry* fixed = is_static(id) ? &impl.statics[static_index_of(id)] : nullptr;
     const ShapeGeometry& shape = impl.shapes[fixed ? fixed->shape : impl.body_shapes[index_of(id)]];
@@ -88,7 +89,8 @@ std::vector<PartPair> parts_in_reach(const PairStep& pair) {
     return {shape, {shape.shape, {pose.rotation, pose.position - state_a.position_m}}};
   };
   // What turns comes no farther than across itself.
-  const auto turned_m = [&](BodyId id, const BodyState& state) {
+  const auto turned_m = [&scene = scene, &geometry = geometry, most_s = most_s](
+                            BodyId id, const BodyState& state) {
     const double rotation = state.angular_velocity_rad_s.norm() * most_s;
     return shape_of(scene, geometry, id).bounding_radius_m * std::min(2.0 * rotation, 2.0);
   };

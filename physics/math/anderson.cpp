@@ -38,7 +38,7 @@ std::array<double, AndersonAcceleration::kDepth> AndersonAcceleration::weights(
 }
 
 void AndersonAcceleration::remember(std::span<const double> x, std::span<const double> found) {
-  std::ranges::rotate(past_, past_.end() - 1);
+  std::rotate(past_.begin(), past_.end() - 1, past_.end());
   Iteration& newest = past_.front();
   newest.found.assign(found.begin(), found.end());
   newest.left.resize(x.size());

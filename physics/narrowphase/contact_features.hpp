@@ -59,7 +59,7 @@ struct PairMotion {
   }
   // Of the centre of b's solid relative to that of a's.
   Vec3 centres_velocity() const {
-    const Vec3 bodies = velocity_b - velocity_a;
+    Vec3 bodies = velocity_b - velocity_a;
     if (!is_off_centre()) return bodies;
     return bodies + angular_velocity_b.cross(arm_b) - angular_velocity_a.cross(arm_a);
   }
@@ -75,7 +75,7 @@ struct ContactCandidates {
   };
   int count = 0;
 
-  ContactCandidates() {}
+  ContactCandidates() {}  // NOLINT(modernize-use-equals-default): of a union it would be deleted
   ContactCandidates(const ContactCandidates&) = delete;
   ContactCandidates& operator=(const ContactCandidates& other) {
     count = other.count;

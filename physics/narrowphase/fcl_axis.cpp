@@ -129,7 +129,7 @@ Axis axis_within(const Solid& a, const Solid& b, double range, StageCounters& co
 // than they do, they are looked at as they are.
 Axis fcl_box_axis(const Solid& a, const Solid& b, double range, StageCounters& counters) {
   constexpr double kSeems = 0.01, kFarMore = 0.05;  // of the smaller width
-  const Axis axis = axis_within(a, b, range, counters);
+  Axis axis = axis_within(a, b, range, counters);
   const double width = std::min(a.placed.shape.min_extent_m, b.placed.shape.min_extent_m);
   const double seems_m = separation_along(a.placed, b.placed, axis.normal);
   if (!axis.found || seems_m >= -kSeems * width) return axis;
