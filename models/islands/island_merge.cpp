@@ -47,7 +47,9 @@ struct IslandView {
 // A static belongs to whom it touches.
 void find_sides(const KnownBodies& known, std::span<const ContactManifold> manifolds,
                 IslandView& island) {
-  const auto owner = [&](auto at) { return known.owners[std::size_t(at - known.ids.begin())]; };
+  const auto owner = [&](auto at) {
+    return known.owners[static_cast<std::size_t>(at - known.ids.begin())];
+  };
   island.sides.reserve(island.manifolds.size());
   auto a = known.ids.begin();  // the manifolds ascend by it
   for (const std::uint32_t m : island.manifolds) {
@@ -96,10 +98,10 @@ Records missing_records(const KnownBodies& known, const IslandView& island, Worl
                         RecordSet& exchanged) {
   Records records;
   std::vector<RecordKey> keys;
-  Lookup known_bodies{exchanged}, known_pairs{exchanged};
+  Lookup had_bodies{exchanged}, had_pairs{exchanged};
   for (const std::uint32_t body : island.bodies) {
     const BodyId id = known.ids[body];
-    if (known.owners[body] == partner || known_bodies.contains({id, id})) continue;
+    if (known.owners[body] == partner || had_bodies.contains({id, id})) continue;
     keys.push_back({id, id});
     const std::int32_t place = known.place[body];
     records.nodes.push_back(
@@ -109,7 +111,7 @@ Records missing_records(const KnownBodies& known, const IslandView& island, Worl
   for (std::size_t i = 0; i < island.manifolds.size(); ++i) {
     const ContactManifold& manifold = manifolds[island.manifolds[i]];
     if (island.sides[i][0] == partner || island.sides[i][1] == partner) continue;
-    if (known_pairs.contains(key_of(manifold))) continue;
+    if (had_pairs.contains(key_of(manifold))) continue;
     keys.push_back(key_of(manifold));
     records.manifolds.push_back(manifold);
   }
@@ -174,9 +176,7 @@ void RecordSet::insert(std::vector<RecordKey> keys) {
 }
 
 void add_node(std::span<const BodyId> own_ids, const Node& node, IslandMerge& merge) {
-  if (contains(own_ids, node.id)) return;
-  const auto place = find_node(merge, node.id);
-  if (place == merge.nodes.end() || place->id != node.id) merge.nodes.insert(place, node);
+  add_nodes(own_ids, {&node, 1}, merge);
 }
 
 void note_exchanged(const Records& records, WorldId with, IslandMerge& merge) {

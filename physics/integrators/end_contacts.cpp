@@ -260,10 +260,10 @@ double meet_again(const IslandStep& island, const IslandMove& move,
   return overlap_m;
 }
 
-}  // namespace
-
 // Of a body's size: whoever is as deep in another has no side on which it should be.
 constexpr double kBuried = 0.5;
+
+}  // namespace
 
 double find_end_contacts(const IslandStep& island, const IslandMove& move, bool round,
                          StageCounters& counters, std::vector<ContactManifold>& contacts) {

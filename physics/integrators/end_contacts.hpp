@@ -55,8 +55,8 @@ double meet_on_path_m(const IslandStep& island, const IslandMove& move, const Co
 // start if all moved by the velocities of the end throughout, and where it was then. A pair without
 // contacts at the start has what its bodies meet on their paths, and meshes and compounds get what
 // was sent to other parts of them. Points that were solved stay among them, and pairs that are not
-// near any more keep all. Returns by how much the overlap of a pair has grown at most since the
-// start of the step, in sizes of its smaller body.
+// near any more keep all, as do those in which a body is by half its size. Returns by how much the
+// overlap of a pair has grown at most since the start of the step, in sizes of its smaller body.
 double find_end_contacts(const IslandStep& island, const IslandMove& move, bool round,
                          StageCounters& counters, std::vector<ContactManifold>& contacts);
 
