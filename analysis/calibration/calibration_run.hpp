@@ -43,7 +43,8 @@ struct Prediction {
 };
 
 // What the scene's work takes in its worlds on one thread, over what the costs say of it: counters
-// do not tell all. The least time of `repeat` runs.
+// do not tell all. The least time of `repeat` runs, right before the prediction: the speed of a
+// machine varies over minutes.
 double own_factor(const scenarios::Scenario& scene, const MachineCosts& costs, int repeat);
 
 // `factor`: the scene's own, by which its work is costed. So what is predicted is how the run

@@ -280,8 +280,7 @@ double find_end_contacts(const IslandStep& island, const IslandMove& move, bool 
       sent = sent && is_link(*before);
     }
     const std::size_t known = contacts.size();
-    const double size_m = is_joint(*first) ? 0.0 : size_of(island.scene, *first);
-    if (before_m >= kBuried * size_m) {  // joints as well
+    if (is_joint(*first) || before_m >= kBuried * size_of(island.scene, *first)) {
       contacts.insert(contacts.end(), first, last);
       continue;
     }
@@ -292,7 +291,7 @@ double find_end_contacts(const IslandStep& island, const IslandMove& move, bool 
     if (contacts.size() == known) contacts.insert(contacts.end(), first, last);
     if (!sent)
       after_m = std::max(after_m, append_other_parts(island, move, known, counters, contacts));
-    most_growth = std::max(most_growth, (after_m - before_m) / size_m);
+    most_growth = std::max(most_growth, (after_m - before_m) / size_of(island.scene, *first));
   }
   return most_growth;
 }
