@@ -153,8 +153,7 @@ bool ray_meets(const physics::Vec3& from, const physics::Vec3& along, const Aabb
 bool holds_itself(const Written& written, std::uint32_t i, const physics::Vec3& up) {
   const physics::BodyParams& body = written.scenario.scene.bodies[i];
   return body.kinematic || body.joints > 0 || body.drive != physics::kNoDrive ||
-         body.forces != physics::kNone ||
-         written.scenario.initial[i].linear_velocity_m_s.dot(up) > 0.0;
+         physics::is_forced(body) || written.scenario.initial[i].linear_velocity_m_s.dot(up) > 0.0;
 }
 
 }  // namespace

@@ -109,8 +109,7 @@ bool set_inertia(const SolidSpec& spec, const PlacedShape& shape, BodyParams& pa
 
 // Where they stand in the scene; bodies alike that follow each other share them.
 std::uint32_t forces_of(const SolidSpec& spec, std::vector<physics::BodyForces>& forces) {
-  const physics::BodyForces own{.force_newton = spec.force_newton,
-                                .body_force_newton = spec.body_force_newton,
+  const physics::BodyForces own{.body_force_newton = spec.body_force_newton,
                                 .torque_newton_m = spec.torque_newton_m,
                                 .linear_damping_1_s = spec.linear_damping_1_s,
                                 .angular_damping_1_s = spec.angular_damping_1_s};
@@ -146,6 +145,7 @@ std::optional<BodyParams> params_of(const SolidSpec& spec, const PlacedShape& sh
          ""});
     return std::nullopt;
   }
+  params.own_field_m_s2 = spec.force_newton / params.mass_kg;
   if (!set_inertia(spec, shape, params, faults)) return std::nullopt;
   return params;
 }

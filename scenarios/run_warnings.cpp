@@ -44,8 +44,9 @@ bool is_moved(const Written& written) {
   const auto carries = [](const physics::StaticBody& body) {
     return !body.surface_velocity_m_s.isZero(0.0);
   };
-  return !scenario.scene.forces.empty() || !scenario.scene.drives.empty() ||
-         !scenario.run.inputs.script.empty() || std::ranges::any_of(scenario.initial, moves) ||
+  return std::ranges::any_of(scenario.scene.bodies, physics::is_forced) ||
+         !scenario.scene.drives.empty() || !scenario.run.inputs.script.empty() ||
+         std::ranges::any_of(scenario.initial, moves) ||
          std::ranges::any_of(scenario.scene.joints, pushes) ||
          std::ranges::any_of(scenario.scene.statics, carries);
 }

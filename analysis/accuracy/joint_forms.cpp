@@ -93,9 +93,8 @@ std::vector<Stretch> stretches_of(const Travel& travel, double speed) {
 MotionAt forced_flight(const StartingBody& body, const physics::BodyForces& forces,
                        const Vec3& gravity_m_s2) {
   const Quat& q = body.state.orientation;
-  const Vec3 acceleration =
-      gravity_m_s2 +
-      (forces.force_newton + Vec3(q * forces.body_force_newton)) / body.params.mass_kg;
+  const Vec3 acceleration = gravity_m_s2 + body.params.own_field_m_s2 +
+                            Vec3(q * forces.body_force_newton) / body.params.mass_kg;
   const Vec3 spin = body.state.angular_velocity_rad_s;
   const physics::Mat3 inertia =
       q.toRotationMatrix() * body.params.inertia_local_kg_m2 * q.toRotationMatrix().transpose();

@@ -29,7 +29,8 @@ inline std::string unknown_to_peers(const physics::SceneDescription& scene, bool
       return "rolling friction is not handed over";
   }
   if (!scene.drives.empty()) return "drives are not handed over";
-  if (!scene.forces.empty()) return "forces and damping are not handed over";
+  if (std::ranges::any_of(scene.bodies, physics::is_forced))
+    return "forces and damping are not handed over";
   if (!scene.solver.contact_response) return "contacts without response are not handed over";
   for (const physics::StaticBody& body : scene.statics)
     if (body.surface_velocity_m_s != physics::Vec3::Zero())

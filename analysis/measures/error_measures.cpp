@@ -56,7 +56,7 @@ void add_islands(std::span<const physics::IslandReport> islands, RunTotals& tota
 }
 
 bool states_are_measured(const physics::SceneDescription& scene) {
-  return !scene.drives.empty() || !scene.forces.empty();
+  return !scene.drives.empty() || std::ranges::any_of(scene.bodies, physics::is_forced);
 }
 
 void add_drives(const physics::SceneDescription& scene, std::span<const physics::BodyId> ids,
@@ -99,8 +99,11 @@ ErrorMeasures measure_errors(const physics::SceneDescription& scene, const Prese
                 totals.input_impulse_scale_newton_s});
 
   return {relative(kinetic_change + potential_change - totals.input_work_joule, energy_scale),
-          relative(unexplained.norm(), momentum_scale), totals.max_penetration_m,
-          totals.constraint_residual_m_s, totals.joint_error, totals.push_out_work_joule};
+          relative(unexplained.norm(), momentum_scale),
+          totals.max_penetration_m,
+          totals.constraint_residual_m_s,
+          totals.joint_error,
+          totals.push_out_work_joule};
 }
 
 std::vector<physics::BodyId> all_ids(std::size_t count) {

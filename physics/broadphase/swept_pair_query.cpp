@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "physics/model/kinematic.hpp"
 #include "physics/model/stage_counters.hpp"
 
 namespace soda::physics {
@@ -11,7 +12,7 @@ SweptPairs query_swept_pairs(const SceneDescription& scene, const Geometry& geom
                              StageCounters& counters) {
   double fastest = 0.0;
   for (const BodyState& s : states) fastest = std::max(fastest, s.linear_velocity_m_s.norm());
-  const double reach_m = (2.0 * fastest + scene.gravity_m_s2.norm() * dt_s) * dt_s;
+  const double reach_m = (2.0 * fastest + strongest_field_m_s2(scene, ids) * dt_s) * dt_s;
   std::vector<Aabb> boxes;
   for (std::size_t i = 0; i < ids.size(); ++i) {
     BodyState still = states[i];

@@ -54,8 +54,8 @@ struct PairContext {
   double friction = 0.0, restitution = 0.0;
   RollingFriction rolling;
   double size_m = 0.0;
-  double relative_gravity = 0.0;  // acceleration of b against a along the normal
-  Tangents tangents;              // where there is friction
+  double relative_field_m_s2 = 0.0;  // acceleration of b against a along the normal
+  Tangents tangents;                 // where there is friction
 };
 
 // The solver's body that stands for a moving surface. An island touches few of them.
@@ -90,15 +90,13 @@ PairContext context_of(const SceneDescription& scene, std::span<const BodyId> id
     const StaticBody& fixed = scene.statics[static_index_of(m.b)];
     material = &fixed.material;
     surface_velocity = &fixed.surface_velocity_m_s;
-    c.relative_gravity = -scene.gravity_m_s2.dot(m.normal);
   } else {
     const BodyParams& pb = scene.bodies[index_of(m.b)];
     material = &pb.material;
     c.state_b = &states[c.b];
     c.sphere_b = std::get_if<Sphere>(&scene.shapes[pb.shape]);
-    if (pa.kinematic != pb.kinematic)
-      c.relative_gravity = relative_gravity(scene, m.a, m.b).dot(m.normal);
   }
+  c.relative_field_m_s2 = relative_field(scene, m.a, m.b).dot(m.normal);
   c.friction = std::sqrt(pa.material.friction * material->friction);
   c.restitution = std::max(pa.material.restitution, material->restitution);
   c.rolling = rolling_friction(pa.material, *material);
@@ -194,11 +192,11 @@ double approach_velocity(const PairContext& c, const Arms& arms) {
   return relative.dot(c.manifold->normal);
 }
 
-// Where the surfaces meet within the step, under gravity alone, and what a bounce there leaves at
-// the step's end. Without a bounce the target lets the gap close, but not more.
+// Where the surfaces meet within the step, under their fields alone, and what a bounce there leaves
+// at the step's end. Without a bounce the target lets the gap close, but not more.
 double aim(const SceneDescription& scene, double dt_s, const PairContext& c, const Arms& arms,
            RowContact& contact) {
-  const double g = c.relative_gravity, gap = std::max(contact.separation_m, 0.0);
+  const double g = c.relative_field_m_s2, gap = std::max(contact.separation_m, 0.0);
   const double closed = gap > 0.0 ? -gap / dt_s : 0.0;
   if (!(c.restitution > 0.0)) return closed;
   const double v = approach_velocity(c, arms);

@@ -26,12 +26,12 @@ double elastic_of(const SceneDescription& scene, std::span<const BodyId> ids,
 // By which what acts on the body besides contacts and joints can change its speed.
 double most_acceleration_m_s2(const SceneDescription& scene, const BodyParams& body,
                               const BodyState& state) {
-  double most = scene.gravity_m_s2.norm();
+  double most = field_of(scene, body).norm();
   if (body.drive != kNoDrive) most += scene.drives[body.drive].max_acceleration_m_s2;
   if (body.forces == kNone) return most;
   const BodyForces& own = scene.forces[body.forces];
   const double torque = own.torque_newton_m.norm();
-  most += (own.force_newton.norm() + own.body_force_newton.norm()) / body.mass_kg;
+  most += own.body_force_newton.norm() / body.mass_kg;
   most += std::sqrt(body.inverse_inertia_local.norm() / body.mass_kg) * torque;
   return most + own.linear_damping_1_s * state.linear_velocity_m_s.norm();
 }
@@ -64,10 +64,14 @@ double fastest_correction_m_s(const SceneDescription& scene, std::span<const Bod
 }
 
 double weight_newton(const SceneDescription& scene, std::span<const BodyId> ids) {
-  double mass_kg = 0.0;
-  for (const BodyId id : ids)
-    if (falls(scene, id)) mass_kg += scene.bodies[index_of(id)].mass_kg;
-  return mass_kg * scene.gravity_m_s2.norm();
+  double mass_kg = 0.0, own_newton = 0.0;
+  for (const BodyId id : ids) {
+    const BodyParams& body = scene.bodies[index_of(id)];
+    if (body.kinematic) continue;
+    mass_kg += body.mass_kg;
+    own_newton += body.mass_kg * body.own_field_m_s2.norm();
+  }
+  return mass_kg * scene.gravity_m_s2.norm() + own_newton;
 }
 
 void limit_correction(double most_m_s, PositionCorrection& push) {

@@ -9,6 +9,7 @@
 #include "physics/forces/forces.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/math/solver_body.hpp"
+#include "physics/model/kinematic.hpp"
 
 namespace soda::physics {
 
@@ -53,7 +54,7 @@ struct SingleSpring {
   const Joint& joint;
   double give_1_kg = 0.0;
   Vec3 from_end_to_end_m = Vec3::Zero(), velocity_m_s = Vec3::Zero();
-  Vec3 field_m_s2 = Vec3::Zero();  // what gravity does to that velocity
+  Vec3 field_m_s2 = Vec3::Zero();  // by how much fields accelerate that
   Vec3 anchor_b_m = Vec3::Zero();
   Vec3 direction = Vec3::Zero();
 };
@@ -73,13 +74,13 @@ SingleSpring single_spring(const SceneDescription& scene, const Joint& joint,
   spring.give_1_kg = 1.0 / scene.bodies[index_of(joint.a)].mass_kg;
   spring.anchor_b_m = joint.anchor_b_m;
   spring.velocity_m_s = -a.linear_velocity_m_s;
-  spring.field_m_s2 = -scene.gravity_m_s2;
+  spring.field_m_s2 = -field_of(scene, joint.a);
   if (!with_world) {
     const BodyState& b = states[1];
     spring.give_1_kg += 1.0 / scene.bodies[index_of(joint.b)].mass_kg;
     spring.anchor_b_m = b.position_m + b.orientation * joint.anchor_b_m;
     spring.velocity_m_s += b.linear_velocity_m_s;
-    spring.field_m_s2 = Vec3::Zero();
+    spring.field_m_s2 += field_of(scene, joint.b);
   }
   spring.from_end_to_end_m = spring.anchor_b_m - (a.position_m + a.orientation * joint.anchor_a_m);
   const double length = spring.from_end_to_end_m.norm();
@@ -131,7 +132,7 @@ bool advance_single_spring(const SceneDescription& scene, double dt_s, const Joi
   const Vec3 off = spring.from_end_to_end_m - rest, &speed = spring.velocity_m_s;
   const Vec3 off_then = off * next.keeps + speed * next.turns_s;
   const Vec3 speed_then = speed * next.speed - off * (squared_rate * next.turns_s);
-  // Of what gravity and velocities alone would do, over the give: impulse and its displacement.
+  // Of what fields and velocities alone would do, over the give: impulse and its displacement.
   const Vec3 impulse = (speed_then - speed - spring.field_m_s2 * dt_s) * (1.0 / spring.give_1_kg);
   const Vec3 displacement =
       (off_then - off - speed * dt_s - spring.field_m_s2 * (0.5 * dt_s * dt_s)) *
@@ -139,14 +140,14 @@ bool advance_single_spring(const SceneDescription& scene, double dt_s, const Joi
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const BodyParams& params = scene.bodies[index_of(ids[i])];
     const double share = (i == 0 ? -1.0 : 1.0) / params.mass_kg;
+    const Vec3 field = field_of(scene, params);
     BodyState moved;
     moved.broken_joints = states[i].broken_joints;
     moved.orientation = states[i].orientation;
     moved.angular_velocity_rad_s = states[i].angular_velocity_rad_s;
     moved.position_m = states[i].position_m + states[i].linear_velocity_m_s * dt_s +
-                       scene.gravity_m_s2 * (0.5 * dt_s * dt_s) + displacement * share;
-    moved.linear_velocity_m_s =
-        states[i].linear_velocity_m_s + scene.gravity_m_s2 * dt_s + impulse * share;
+                       field * (0.5 * dt_s * dt_s) + displacement * share;
+    moved.linear_velocity_m_s = states[i].linear_velocity_m_s + field * dt_s + impulse * share;
     rotate_freely(params, dt_s, moved);
     const char* fault = fault_of(moved);
     if (*fault)

@@ -21,7 +21,7 @@ Oscillation oscillate(double squared_rate_1_s2, double damping_1_s, double time_
 
 // Advances an island that is one spring between two bodies, or a body and the world, if the motion
 // is linear: its line goes through the centres of mass and does not turn, and neither do the ends
-// meet (or the spring has no length at rest and no damping); only gravity acts besides. That is
+// meet (or the spring has no length at rest and no damping); only fields act besides. That is
 // exact for any stiffness and any dt_s. False, and no change, for any other island. `joints`: those
 // of the island, whose bodies have the `states`.
 bool advance_single_spring(const SceneDescription& scene, double dt_s, const JointSystem& joints,

@@ -23,7 +23,8 @@ double displacement_towards_m(const SceneDescription& scene, const Geometry& geo
                               const BodyState& state, const Vec3& normal) {
   const double rotation = std::min(state.angular_velocity_rad_s.norm() * scene.dt_s, 2.0);
   const Vec3 displacement =
-      (state.linear_velocity_m_s + scene.gravity_m_s2 * scene.dt_s) * scene.dt_s;
+      (state.linear_velocity_m_s + field_of(scene, scene.bodies[index_of(id)]) * scene.dt_s) *
+      scene.dt_s;
   return std::max(0.0, displacement.dot(normal)) +
          rotation * shape_of(scene, geometry, id).bounding_radius_m;
 }

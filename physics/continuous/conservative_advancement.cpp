@@ -160,14 +160,14 @@ struct Taken {
   }
 };
 
-double sphere_apart_s(const Vec3& gravity_m_s2, double radius_m, const BodyState& state,
+double sphere_apart_s(const Vec3& field_m_s2, double radius_m, const BodyState& state,
                       const CompiledShape& shape, const StaticGeometry& fixed, double most_s) {
   double longest = 0.0;
   const auto consider = [&](const Vec3& up, double height) {
     const double apart = height - radius_m;
     if (apart > 0.0)
       longest = std::max(longest, first_root(apart, up.dot(state.linear_velocity_m_s),
-                                             up.dot(gravity_m_s2), most_s));
+                                             up.dot(field_m_s2), most_s));
   };
   if (fixed.is_half_space) {
     consider(fixed.plane.normal, fixed.plane.normal.dot(state.position_m) - fixed.plane.offset_m);
@@ -190,13 +190,13 @@ double spheres_apart_s(const PairStep& pair) {
   const auto& [scene, geometry, most_s, a, state_a, b, state_b] = pair;
   const double radius = shape_of_a(pair).bounding_radius_m;
   if (state_b == nullptr) {
-    return sphere_apart_s(scene.gravity_m_s2, radius, state_a, shape_of_b(pair),
+    return sphere_apart_s(field_of(scene, a), radius, state_a, shape_of_b(pair),
                           geometry.impl().statics[static_index_of(b)], most_s);
   }
   const double reach = radius + shape_of_b(pair).bounding_radius_m;
   const Vec3 centre = state_b->position_m - state_a.position_m;
   const Vec3 velocity = state_b->linear_velocity_m_s - state_a.linear_velocity_m_s;
-  const Vec3 pull = relative_gravity(scene, a, b);
+  const Vec3 pull = relative_field(scene, a, b);
   if (pull != Vec3::Zero()) {  // along the line of the centres as they are
     const double distance = centre.norm();
     if (!(distance > reach)) return 0.0;
@@ -220,14 +220,14 @@ FlyingSolids::FlyingSolids(const PairStep& pair, PartPair parts)
                               parts.b)),
       start_m_(pair.state_a.position_m),
       start_velocity_(pair.state_a.linear_velocity_m_s),
-      pull_(falls(pair.scene, pair.a) ? pair.scene.gravity_m_s2 : Vec3(Vec3::Zero())) {
+      pull_(field_of(pair.scene, pair.a)) {
   const BodyState* const state_b = pair.state_b;
   centre_ = state_b
                 ? state_b->position_m - start_m_
                 : pair.geometry.impl().statics[static_index_of(pair.b)].pose.position - start_m_;
   velocity_ = -start_velocity_;
   if (state_b) velocity_ += state_b->linear_velocity_m_s;
-  gravity_ = state_b ? relative_gravity(pair.scene, pair.a, pair.b) : Vec3(-pull_);
+  field_ = relative_field(pair.scene, pair.a, pair.b);
   between_ = centre_;
   b_.solid.placed.pose.position = centre_ + b_.arm;
 }
@@ -239,10 +239,10 @@ FlyingSolids::FlyingSolids(const PairStep& pair, const Solid& fixed, std::uint32
       b_{fixed, fixed.placed.shape},
       centre_(fixed.placed.pose.position - pair.state_a.position_m),
       velocity_(-pair.state_a.linear_velocity_m_s),
-      gravity_(-pair.scene.gravity_m_s2),
+      field_(-field_of(pair.scene, pair.a)),
       start_m_(pair.state_a.position_m),
       start_velocity_(pair.state_a.linear_velocity_m_s),
-      pull_(pair.scene.gravity_m_s2) {
+      pull_(field_of(pair.scene, pair.a)) {
   between_ = centre_;
   b_.solid.placed.pose.position = centre_ + b_.arm;
 }
@@ -259,7 +259,7 @@ void FlyingSolids::go_to(double time_s) {
   turn(time_s - time_s_, a_);
   turn(time_s - time_s_, b_);
   time_s_ = time_s;
-  between_ = centre_ + velocity_ * time_s + gravity_ * (0.5 * time_s * time_s);
+  between_ = centre_ + velocity_ * time_s + field_ * (0.5 * time_s * time_s);
   a_.solid.placed.pose.position = a_.arm;
   b_.solid.placed.pose.position = between_ + b_.arm;
 }
@@ -270,11 +270,11 @@ Vec3 FlyingSolids::centre_of_a_m() const {
 
 FlyingSolids::Wait FlyingSolids::apart_s(const Separation& now, double floor_m,
                                          double most_s) const {
-  const double speed = now.normal.dot(velocity()), pull = now.normal.dot(gravity_);
+  const double speed = now.normal.dot(velocity()), pull = now.normal.dot(field_);
   const double left = now.distance_m - floor_m;
   if (!turns())
     return {left > 0.0 ? first_root(left, speed, pull, most_s) : 0.0, nullptr, Vec3::Zero()};
-  // Gravity that opens the gap is left out: the curve would not be concave.
+  // A field that opens the gap is left out: the curve would not be concave.
   const Vec3 to_a = -now.normal;
   const double window = std::min(
       most_s, kRotation_rad / std::max(a_.most.angular_speed_rad_s, b_.most.angular_speed_rad_s));
@@ -329,7 +329,7 @@ FlyingSolids::Wait FlyingSolids::apart_edges_s(const Separation& now, double flo
   const double longer = std::sqrt(1.0 + turning * turning * window * window);
   const double speed = velocity().norm() + a_.most.speed_m_s + b_.most.speed_m_s;
   const double bend =
-      2.0 * turning * speed + longer * (gravity_.norm() + a_.most.pull_m_s2 + b_.most.pull_m_s2);
+      2.0 * turning * speed + longer * (field_.norm() + a_.most.pull_m_s2 + b_.most.pull_m_s2);
   const double left = now.distance_m - std::max(floor_m, 0.0) * longer - std::min(floor_m, 0.0);
   if (0.5 * bend * least_s * least_s > left) return {};
   const auto reach = [&](const Flyer& f, const Vec3& direction, const Vec3& change) {
@@ -346,7 +346,7 @@ double FlyingSolids::apart_rotating_s(const Separation& now, double left_m, doub
   if (a_.most.fast_axis < 0 && b_.most.fast_axis < 0) return 0.0;
   const Taken by_a(a_, now.normal), by_b(b_, -now.normal);
   if (!(left_m > by_a.now_m + by_b.now_m)) return 0.0;
-  const double pull = std::min(now.normal.dot(gravity_), 0.0) - by_a.pull_m_s2 - by_b.pull_m_s2;
+  const double pull = std::min(now.normal.dot(field_), 0.0) - by_a.pull_m_s2 - by_b.pull_m_s2;
   return safe_time({left_m - by_a.now_m - by_b.now_m, now.normal.dot(velocity()), pull,
                     by_a.reach ? &*by_a.reach : nullptr, by_b.reach ? &*by_b.reach : nullptr},
                    most_s);
@@ -364,7 +364,7 @@ double FlyingSolids::apart_turning_s(const Separation& now, bool with_a, double 
   const Vec3 outward = sign * now.normal, velocity = sign * this->velocity();
   const Vec3 centre = sign * between_;
   const Vec3 w = owner.turning.angular_velocity_rad_s;
-  const double pull_m_s2 = gravity_.norm(), speed = velocity.norm() + pull_m_s2 * most_s;
+  const double pull_m_s2 = field_.norm(), speed = velocity.norm() + pull_m_s2 * most_s;
   const double farthest = centre.norm() + speed * most_s + other.radius_m();
   const double fastest = speed + other.most.speed_m_s;
   const double bend = pull_m_s2 + other.most.pull_m_s2 +

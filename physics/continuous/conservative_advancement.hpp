@@ -64,8 +64,8 @@ class FlyingSolids {
   const Flyer& b() const { return b_; }
   bool is_static_b() const { return is_fixed_; }
   bool turns() const { return a_.turns() || b_.turns(); }
-  const Vec3& relative_gravity_m_s2() const { return gravity_; }    // of b against a
-  Vec3 velocity() const { return velocity_ + gravity_ * time_s_; }  // of b against a
+  const Vec3& relative_field_m_s2() const { return field_; }      // of b against a
+  Vec3 velocity() const { return velocity_ + field_ * time_s_; }  // of b against a
   Vec3 centre_of_a_m() const;
 
  private:
@@ -78,7 +78,7 @@ class FlyingSolids {
   Flyer a_, b_;
   Vec3 centre_, velocity_;  // of b against a, at the beginning
   Vec3 between_;            // the centre of b against that of a now
-  Vec3 gravity_;
+  Vec3 field_;
   Vec3 start_m_, start_velocity_, pull_;  // of a
   double time_s_ = 0.0;
 };

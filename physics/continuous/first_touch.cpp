@@ -60,15 +60,17 @@ std::optional<Touch> first_touch(const TouchSearch& search, FlyingSolids& solids
       full_m = now.distance_m;
     }
     const bool touches = now.distance_m <= touching_m;
-    const double rounding = 1e-14 * solids.velocity().norm();
-    if (touches && solids.approach_m_s(now.normal, touching_m) > rounding)
+    const double rounding = 1e-14 * solids.velocity().norm(), left_s = most_s - time;
+    const double approach = touches ? solids.approach_m_s(now.normal, touching_m) : 0.0;
+    if (approach > rounding && is_approach(approach * left_s, search.width_m))
       return Touch{{time, false}, now.normal};
-    const bool pressed = now.normal.dot(solids.relative_gravity_m_s2()) < 0.0;
+    const double presses = -now.normal.dot(solids.relative_field_m_s2());
+    const bool pressed = is_approach(0.5 * presses * left_s * left_s, search.width_m);
     const double deeper =
         pressed ? touching_m : std::max(kSinking * search.width_m, -kSinkingMore * now.distance_m);
     const double floor = touches ? std::min(now.distance_m, 0.0) - deeper : halt * touching_m;
-    const FlyingSolids::Wait safe = solids.apart_s(now, floor, most_s - time);
-    if (safe.time_s >= most_s - time) return std::nullopt;
+    const FlyingSolids::Wait safe = solids.apart_s(now, floor, left_s);
+    if (safe.time_s >= left_s) return std::nullopt;
     if (safe.time_s <= kStalled * most_s && touches) return Touch{{time, true}, now.normal};
     time += safe.time_s;
     turns_with = safe.with ? &safe.with->solid.placed.pose : nullptr;

@@ -6,6 +6,7 @@
 
 #include "physics/continuous/conservative_advancement.hpp"
 #include "physics/continuous/first_touch.hpp"
+#include "physics/model/kinematic.hpp"
 #include "physics/narrowphase/triangle_solid.hpp"
 #include "physics/shapes/geometry_impl.hpp"
 
@@ -43,9 +44,9 @@ struct SweptPath {
 
 SweptPath path_of(const PairStep& pair, const CompiledShape& shape, const Pose& pose) {
   const double t = pair.dt_s;
-  const Vec3 displacement =
-      pair.state_a.linear_velocity_m_s * t + pair.scene.gravity_m_s2 * (0.5 * t * t);
-  const double bend = 0.125 * t * t * pair.scene.gravity_m_s2.norm();
+  const Vec3 field = field_of(pair.scene, pair.a);
+  const Vec3 displacement = pair.state_a.linear_velocity_m_s * t + field * (0.5 * t * t);
+  const double bend = 0.125 * t * t * field.norm();
   const double rounding = 1e-12 * (pair.state_a.position_m.norm() + displacement.norm());
   return {pose.to_local(pair.state_a.position_m), pose.direction_to_local(displacement),
           (1.0 + 1e-9) * (shape.bounding_radius_m + bend) + rounding};

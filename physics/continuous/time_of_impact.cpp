@@ -9,16 +9,11 @@
 #include "physics/continuous/mesh_impact.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/model/contact_manifold.hpp"
+#include "physics/model/kinematic.hpp"
 #include "physics/shapes/geometry_impl.hpp"
 
 namespace soda::physics {
 namespace {
-
-// Of the smaller body.
-double width_of(const SceneDescription& scene, const Geometry& geometry, BodyId a, BodyId b) {
-  const double width = shape_of(scene, geometry, a).min_extent_m;
-  return is_static(b) ? width : std::min(width, shape_of(scene, geometry, b).min_extent_m);
-}
 
 bool is_of_spheres(const CompiledShape& shape) {
   if (shape.kind != ShapeKind::kCompound) return shape.kind == ShapeKind::kSphere;
@@ -99,9 +94,8 @@ std::vector<PartPair> parts_in_reach(const PairStep& pair) {
   if (state_b) {
     velocity -= state_b->linear_velocity_m_s;
     range += turned_m(b, *state_b);
-  } else {
-    range += 0.5 * scene.gravity_m_s2.norm() * most_s * most_s;
   }
+  range += 0.5 * relative_field(scene, a, b).norm() * most_s * most_s;
   return near_parts(whole(a, &state_a), whole(b, state_b), range + velocity.norm() * most_s);
 }
 

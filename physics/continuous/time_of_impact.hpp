@@ -19,6 +19,11 @@ Separation separation_of(const PairStep& pair);
 double touching_gap_m(const SceneDescription& scene, const Geometry& geometry, BodyId a,
                       const BodyState& state_a, BodyId b);
 
+// Whether solids that come nearer by this in the time that is left come nearer at all: else no
+// speed makes them approach, and no field presses them on each other. The width is that of the
+// smaller.
+inline bool is_approach(double nearer_m, double width_m) { return nearer_m > 1e-11 * width_m; }
+
 struct Impact {
   double time_s = 0.0;
   // The solids touch and do not part for good, but do not approach either: they rest on each other,

@@ -219,7 +219,7 @@ void ContactImpactRun::advance_set(const Bodies& set, double to_s, bool all) {
 // something has changed its velocity as only hits do.
 void ContactImpactRun::look_after(const Bodies& set, std::span<const BodyState> before,
                                   double from_s, double now_s) {
-  const double pulled_m_s = 2.0 * island_.scene.gravity_m_s2.norm() * (now_s - from_s);
+  const double pulled_m_s = 2.0 * island_.strongest_field_m_s2() * (now_s - from_s);
   for (std::size_t i = 0; i < set.size(); ++i) {
     const BodyId id = island_.ids[set[i]];
     const BodyState& now = states_[set[i]];

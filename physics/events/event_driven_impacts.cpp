@@ -21,11 +21,16 @@
 namespace soda::physics {
 namespace {
 
-// At a point that neither bounces nor leaves, gravity presses a body on what holds, or two overlap.
-bool rests(const SceneDescription& scene, const ContactManifold& m, const BodyState& a,
-           const BodyState* b, double touching_m) {
-  const double present_m =
-      relative_gravity(scene, m.a, m.b).dot(m.normal) < 0.0 ? touching_m : -2.0 * touching_m;
+// At a point that neither bounces nor leaves, its field presses a body on what holds, or two
+// overlap.
+bool rests(const IslandStep& island, const ContactManifold& m, const BodyState& a,
+           const BodyState* b) {
+  const SceneDescription& scene = island.scene;
+  const double touching_m = touching_gap_m(scene, island.geometry, m.a, a, m.b);
+  const double presses = -relative_field(scene, m.a, m.b).dot(m.normal);
+  const bool pressed = is_approach(0.5 * presses * scene.dt_s * scene.dt_s,
+                                   width_of(scene, island.geometry, m.a, m.b));
+  const double present_m = pressed ? touching_m : -2.0 * touching_m;
   for (std::uint32_t i = 0; i < m.count; ++i) {
     const ContactPoint& p = m.points[i];
     if (p.separation_m > present_m) continue;
@@ -69,7 +74,7 @@ bool is_in_flight(const IslandStep& island, std::span<const BodyState> states) {
   for (const ContactManifold& m : manifolds) {
     const BodyState& a = *state_of(m.a);
     const BodyState* const b = is_static(m.b) ? nullptr : state_of(m.b);
-    if (rests(scene, m, a, b, touching_gap_m(scene, geometry, m.a, a, m.b))) return false;
+    if (rests(island, m, a, b)) return false;
   }
   return true;
 }

@@ -56,7 +56,7 @@ bool stop_at_plane(const Stop& stop, const FacePlane& floor, BodyState& state,
   add_static_impulse(scene, stop.id, sunk, state, report);
   report.beyond_tolerance = report.beyond_tolerance || scene.tolerance > 0.0;
   report.push_out_work_joule -=
-      scene.bodies[index_of(stop.id)].mass_kg * lift_m * scene.gravity_m_s2.dot(floor.normal);
+      scene.bodies[index_of(stop.id)].mass_kg * lift_m * field_of(scene, stop.id).dot(floor.normal);
   return true;
 }
 

@@ -5,6 +5,7 @@
 #include "physics/events/meeting_pairs.hpp"
 #include "physics/forces/forces.hpp"
 #include "physics/math/rigid_motion.hpp"
+#include "physics/model/kinematic.hpp"
 #include "physics/shapes/geometry_impl.hpp"
 
 namespace soda::physics {
@@ -17,23 +18,24 @@ constexpr double kTouching = 1e-9, kTogether = 1e-4;
 }  // namespace
 
 ContactImpactIsland::ContactImpactIsland(const IslandStep& step)
-    : IslandStep(step), sends_(std::ranges::any_of(manifolds, is_link)) {}
+    : IslandStep(step),
+      sends_(std::ranges::any_of(manifolds, is_link)),
+      strongest_field_m_s2_(physics::strongest_field_m_s2(scene, ids)) {}
 
 bool ContactImpactIsland::bounces(const ContactManifold& m) const {
   return std::max(material_of(scene, m.a).restitution, material_of(scene, m.b).restitution) > 0.0;
 }
 
 double ContactImpactIsland::width_m(const ContactManifold& m) const {
-  const double a = shape_of(scene, geometry, m.a).min_extent_m;
-  return is_static(m.b) ? a : std::min(a, shape_of(scene, geometry, m.b).min_extent_m);
+  return width_of(scene, geometry, m.a, m.b);
 }
 
 double ContactImpactIsland::slow_m_s(const ContactManifold& m) const {
   constexpr double kSteps = 2.0;  // as of what can be smooth (sub_intervals.cpp)
   double slow = bounces(m) ? scene.solver.restitution_threshold_m_s : kNever;
   if (scene.tolerance > 0.0 || sends_)
-    slow = std::min(slow, kSteps * scene.gravity_m_s2.norm() * scene.dt_s +
-                              kTogether * width_m(m) / scene.dt_s);
+    slow = std::min(
+        slow, kSteps * strongest_field_m_s2_ * scene.dt_s + kTogether * width_m(m) / scene.dt_s);
   return slow;
 }
 
@@ -53,7 +55,7 @@ double pushed_m_s2(const ContactImpactIsland& island, BodyId id, const BodyState
   const BodyForces& own = scene.forces[body.forces];
   const double turned = body.inverse_inertia_local.norm() * own.torque_newton_m.norm() +
                         own.angular_damping_1_s * state.angular_velocity_rad_s.norm();
-  most += (own.force_newton.norm() + own.body_force_newton.norm()) / body.mass_kg;
+  most += own.body_force_newton.norm() / body.mass_kg;
   most += own.linear_damping_1_s * state.linear_velocity_m_s.norm();
   return most + turned * shape_of(scene, island.geometry, id).bounding_radius_m;
 }
@@ -61,7 +63,7 @@ double pushed_m_s2(const ContactImpactIsland& island, BodyId id, const BodyState
 namespace {
 
 // How fast two bodies can come nearer along the normal, and how much faster that can get: by
-// gravity, pushes, and as much friction, of both.
+// fields, pushes, and as much friction, of both.
 struct Nearing {
   double centres_m_s = 0.0;   // but for their rotation
   double turning_m_s = 0.0;   // of the points that rotation moves fastest, of both
@@ -71,7 +73,7 @@ struct Nearing {
 
 Nearing nearing_of(const ContactImpactIsland& island, const ContactManifold& m,
                    std::span<const BodyState> states) {
-  Nearing nearing{.pulled_m_s2 = 4.0 * island.scene.gravity_m_s2.norm()};
+  Nearing nearing{.pulled_m_s2 = 4.0 * island.strongest_field_m_s2()};
   for (const BodyId id : {m.a, m.b}) {
     if (is_static(id)) continue;
     const BodyState& state = island.state_of(id, states);

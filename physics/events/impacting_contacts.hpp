@@ -26,15 +26,17 @@ struct ContactImpactIsland : IslandStep {
   // How fast the surfaces come nearer at the point.
   double approach_m_s(const ContactManifold& m, const ContactPoint& p,
                       std::span<const BodyState> states) const;
+  double strongest_field_m_s2() const { return strongest_field_m_s2_; }
 
  private:
   bool sends_;  // some body on to others (sent_on.hpp): a manifold without points connects them
+  double strongest_field_m_s2_;
 };
 
 inline constexpr double kForeseenRotation_rad = 0.05;
 
-// By how much what pushes a body besides gravity can change the velocity of any of its points, in a
-// second.
+// By how much what pushes a body besides its field can change the velocity of any of its points, in
+// a second.
 double pushed_m_s2(const ContactImpactIsland& island, BodyId id, const BodyState& state);
 
 // For how long nothing is hit: 0 if something is now. Two bodies are apart as long as there is a

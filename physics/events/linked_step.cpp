@@ -49,14 +49,14 @@ Vec3 rotation_between(const Quat& from, const Quat& to) {
 }
 
 // Free flight from where a part began to where it ended.
-BodyState motion_between(const Vec3& gravity_m_s2, double time_s, const BodyState& before,
+BodyState motion_between(const Vec3& field_m_s2, double time_s, const BodyState& before,
                          const BodyState& after) {
   BodyState start;
   start.broken_joints = before.broken_joints;
   start.position_m = before.position_m;
   start.orientation = before.orientation;
   start.linear_velocity_m_s =
-      (after.position_m - before.position_m) / time_s - gravity_m_s2 * (0.5 * time_s);
+      (after.position_m - before.position_m) / time_s - field_m_s2 * (0.5 * time_s);
   start.angular_velocity_rad_s = rotation_between(before.orientation, after.orientation) / time_s;
   return start;
 }
@@ -231,9 +231,8 @@ LinkedPart advance_part(const LinkedIsland& island, double time_s,
     part.report = advance_resting(island.over(time_s, manifolds), states,
                                   {island.scratch, island.counters, part.faults});
   for (std::size_t i = 0; i < states.size(); ++i)
-    part.motions.push_back(motion_between(
-        falls(island.scene, island.ids[i]) ? island.scene.gravity_m_s2 : Vec3(Vec3::Zero()),
-        std::max(time_s, 1e-300), before[i], states[i]));
+    part.motions.push_back(motion_between(field_of(island.scene, island.ids[i]),
+                                          std::max(time_s, 1e-300), before[i], states[i]));
   part.relative_depth = relative_depth(island, manifolds, before, states, part.motions, time_s);
   return part;
 }
@@ -277,10 +276,10 @@ void wait_for(double time_s, const LinkedIsland& island, IslandReport& report) {
   for (const BodyId id : island.ids)
     if (falls(island.scene, id))
       report.static_impulse_newton_s -=
-          island.scene.gravity_m_s2 * (island.scene.bodies[index_of(id)].mass_kg * time_s);
+          field_of(island.scene, id) * (island.scene.bodies[index_of(id)].mass_kg * time_s);
 }
 
-// What drives and forces of their own give the bodies, as measures know it of a whole step.
+// What drives, thrusters and damping give the bodies, as measures know it of a whole step.
 Vec3 pushed_newton_s(const LinkedIsland& island, double time_s, std::span<const BodyState> states) {
   Vec3 sum = Vec3::Zero();
   for (std::size_t i = 0; i < states.size(); ++i)

@@ -1,4 +1,4 @@
-// The impulses that hold an island are found to a share of what gravity asks of them. By that share
+// The impulses that hold an island are found to a share of what fields ask of them. By that share
 // a body at rest still moves, now here, now there, or it creeps. No velocity at all obeys the laws
 // of contact as well, to the same share. So where a step shows no more than that, rest is the
 // better answer; and it costs next to nothing from then on, for the next step begins as this one.
@@ -33,7 +33,7 @@
 namespace soda::physics {
 namespace {
 
-// Of the speed that gravity gives in a step. A body without joints and neighbours, and what has to
+// Of the speed that fields give in a step. A body without joints and neighbours, and what has to
 // keep a tolerance, is solved to rounding; what hangs on joints alone nearly so; others to 1e-9 or,
 // where that is out of reach, 1e-7 (solve_directly).
 constexpr double kOfExact = 1e-12, kOfHanging = 1e-10, kOfOthers = 1e-8;
@@ -48,7 +48,7 @@ double slow_m_s(const IslandStep& island) {
   const double share = alone || scene.tolerance > 0.0 ? kOfExact
                        : is_touched(island.manifolds) ? kOfOthers
                                                       : kOfHanging;
-  return share * scene.gravity_m_s2.norm() * scene.dt_s;
+  return share * strongest_field_m_s2(scene, island.ids) * scene.dt_s;
 }
 
 double radius_of(const SceneDescription& scene, const Geometry& geometry, BodyId id) {
@@ -94,9 +94,11 @@ bool is_in_place(const IslandStep& island, std::span<const BodyState> before,
 void report_rest(const SceneDescription& scene, std::span<const BodyId> ids,
                  std::span<const BodyState> before, IslandReport& report) {
   const IslandMomentum lost = momentum_of(scene, ids, before);
-  const Vec3 given = -(lost.linear_newton_s + lost.mass_kg * scene.dt_s * scene.gravity_m_s2);
+  const Vec3 given = -(lost.linear_newton_s + lost.mass_kg * scene.dt_s * lost.field_m_s2 +
+                       scene.dt_s * lost.other_newton);
   report.static_impulse_newton_s = given;
-  report.static_angular_impulse_newton_m_s = lost.centre_m.cross(given) - lost.angular_newton_m_s;
+  report.static_angular_impulse_newton_m_s =
+      lost.centre_m.cross(given) - lost.angular_newton_m_s - scene.dt_s * lost.other_newton_m;
   report.push_out_work_joule = 0.0;
 }
 
@@ -118,7 +120,7 @@ bool lies_on_a_belt(const ContactProblem& problem) {
   });
 }
 
-// Velocities after gravity and the impulses, and what these violate.
+// Velocities after fields and the impulses, and what these violate.
 bool hold(const SceneDescription& scene, const Geometry& geometry, std::span<const BodyId> ids,
           double slow_m_s, const ContactProblem& problem) {
   if (problem.restitution_rows > 0 || lies_on_a_belt(problem)) return false;
@@ -148,7 +150,7 @@ void store_what_holds(const IslandStep& island, std::span<BodyState> states) {
   if (joints.empty() || has_springs(scene, joints)) return;
   std::vector<SolverBody> bodies = bodies_at(scene, ids, states);
   for (std::size_t i = 0; i < ids.size(); ++i)
-    if (falls(scene, ids[i])) bodies[i].linear += scene.gravity_m_s2 * scene.dt_s;
+    if (falls(scene, ids[i])) bodies[i].linear += field_of(scene, ids[i]) * scene.dt_s;
   build_joint_rows(scene, scene.dt_s, states, false, joints);
   bound_step(scene.dt_s, joints);
   stop_joint_velocities(ids.size(), bodies, joints);
@@ -201,7 +203,7 @@ bool may_fall_asleep(const IslandStep& island, std::span<const BodyState> states
 
 bool is_in_static_equilibrium(const IslandStep& island, std::span<const BodyState> states,
                               IslandReport& report, StageCounters& counters) {
-  // Of the speed that gravity gives in a step: what iterations leave of the balance of an island
+  // Of the speed that fields give in a step: what iterations leave of the balance of an island
   // that they have brought to rest.
   constexpr double kOfSwept = 1e-3;
   const auto& [scene, geometry, dt_s, ids, manifolds] = island;
@@ -221,7 +223,8 @@ bool is_in_static_equilibrium(const IslandStep& island, std::span<const BodyStat
   start_rolling(scene.solver.iterations, problem);
   // Where iterations have found a place, what overlaps or is open there stays.
   if (!swept && needs_position_correction(problem)) return false;
-  const double slow = swept ? kOfSwept * scene.gravity_m_s2.norm() * scene.dt_s : slow_m_s(island);
+  const double slow =
+      swept ? kOfSwept * strongest_field_m_s2(scene, ids) * scene.dt_s : slow_m_s(island);
   if (!hold(scene, geometry, ids, slow, problem) || !is_solved_whole(scene, ids, manifolds, states))
     return false;
   report.constraint_residual_m_s = residual_m_s(problem);

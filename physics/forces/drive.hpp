@@ -15,13 +15,14 @@ Vec3 wanted_velocity(const Drive& drive, const Vec3& gravity_m_s2, const Vec3& p
 Vec3 drive_acceleration(const SceneDescription& scene, double dt_s, const Drive& drive,
                         const BodyState& state);
 
-// Gravity, and the drive if the body has one. Inline, so that a body without a drive costs a
+// The body's field, and its drive if it has one. Inline, so that a body without a drive costs a
 // comparison.
 inline Vec3 external_acceleration(const SceneDescription& scene, double dt_s, BodyId id,
                                   const BodyState& state) {
-  const std::uint32_t drive = scene.bodies[index_of(id)].drive;
-  if (drive == kNoDrive) return scene.gravity_m_s2;
-  return scene.gravity_m_s2 + drive_acceleration(scene, dt_s, scene.drives[drive], state);
+  const BodyParams& body = scene.bodies[index_of(id)];
+  const Vec3 field = field_of(scene, body);
+  if (body.drive == kNoDrive) return field;
+  return field + drive_acceleration(scene, dt_s, scene.drives[body.drive], state);
 }
 
 }  // namespace soda::physics

@@ -66,9 +66,9 @@ Decay decay_over(double rate_1_s, double time_s) {
 }
 
 Vec3 own_force_newton(const BodyForces& forces, double ahead_s, const BodyState& state) {
-  if (forces.body_force_newton == Vec3::Zero()) return forces.force_newton;
+  if (forces.body_force_newton == Vec3::Zero()) return Vec3::Zero();
   const Quat then = turned(state.angular_velocity_rad_s * ahead_s, state.orientation);
-  return forces.force_newton + Vec3(then * forces.body_force_newton);
+  return then * forces.body_force_newton;
 }
 
 void push_body(const SceneDescription& scene, double time_s, double ahead_s, BodyId id,
@@ -83,8 +83,9 @@ void push_body(const SceneDescription& scene, double time_s, double ahead_s, Bod
 }
 
 Vec3 flight_lag_m(const SceneDescription& scene, double time_s, BodyId id, const BodyState& state) {
-  if (scene.bodies[index_of(id)].kinematic) return Vec3::Zero();
-  if (!is_pushed(scene.bodies[index_of(id)])) return scene.gravity_m_s2 * (0.5 * time_s * time_s);
+  const BodyParams& body = scene.bodies[index_of(id)];
+  if (body.kinematic) return Vec3::Zero();
+  if (!is_pushed(body)) return field_of(scene, body) * (0.5 * time_s * time_s);
   const Decay decay = decay_over(forces_of(scene, id).linear_damping_1_s, time_s);
   return acceleration_of(scene, time_s, 0.5 * time_s, id, state) *
              (decay.speed_s * time_s - decay.displacement_s2) +
@@ -109,10 +110,10 @@ void fly(const SceneDescription& scene, double time_s, BodyId id, BodyState& sta
 Vec3 push_impulse_newton_s(const SceneDescription& scene, double time_s, BodyId id,
                            const BodyState& state) {
   const Decay decay = decay_over(forces_of(scene, id).linear_damping_1_s, time_s);
-  const Vec3& g = scene.gravity_m_s2;
+  const Vec3 field = field_of(scene, scene.bodies[index_of(id)]);
   const Vec3 change =
-      (acceleration_of(scene, time_s, 0.5 * time_s, id, state) - g) * decay.speed_s +
-      g * (decay.speed_s - time_s) + state.linear_velocity_m_s * (decay.left - 1.0);
+      (acceleration_of(scene, time_s, 0.5 * time_s, id, state) - field) * decay.speed_s +
+      field * (decay.speed_s - time_s) + state.linear_velocity_m_s * (decay.left - 1.0);
   return change * scene.bodies[index_of(id)].mass_kg;
 }
 
@@ -122,7 +123,6 @@ Need drives_needed(const SceneDescription& scene) {
 }
 
 Need forces_needed(const SceneDescription& scene) {
-  const auto is_forced = [](const BodyParams& body) { return body.forces != kNone; };
   return need_of(bodies_that(scene, is_forced) > 0, "a body has a force, a torque or damping",
                  "no body has forces or damping of its own");
 }

@@ -1,5 +1,5 @@
-// What acts on a body besides contacts and joints: gravity, its drive, forces and damping of its
-// own.
+// What acts on a body besides contacts and joints: its field (gravity and a constant force), its
+// drive, and what pushes it as it turns and moves.
 #pragma once
 
 #include "physics/math/solver_body.hpp"
@@ -25,24 +25,25 @@ Need forces_needed(const SceneDescription& scene);
 bool are_all_springs(const SceneDescription& scene, std::span<const BodyId> ids,
                      std::span<const ContactManifold> manifolds, std::span<const BodyState> states);
 
-// Bodies on which nothing but gravity, contacts and springs can act.
+// Bodies on which nothing but their field, contacts and springs can act.
 std::size_t loose_bodies(const SceneDescription& scene);
 
-// The sum of the body's own forces, world frame; that of its own frame as it will stand `ahead_s`
-// later, at the present angular velocity.
+// The force of the body's own frame, in the world, as it will stand `ahead_s` later at the present
+// angular velocity.
 Vec3 own_force_newton(const BodyForces& forces, double ahead_s, const BodyState& state);
 
 // The velocities of `body` (loaded from `state`) after `time_s` of all that acts; place and
 // attitude stay. Forces of the body's frame have their direction of `ahead_s` later. Inline, so
-// that a body on which gravity alone acts costs a comparison.
+// that a body on which its field alone acts costs a comparison.
 void push_body(const SceneDescription& scene, double time_s, double ahead_s, BodyId id,
                const BodyState& state, SolverBody& body);
 inline void apply_external(const SceneDescription& scene, double time_s, double ahead_s, BodyId id,
                            const BodyState& state, SolverBody& body) {
-  if (is_pushed(scene.bodies[index_of(id)]))
+  const BodyParams& params = scene.bodies[index_of(id)];
+  if (is_pushed(params))
     push_body(scene, time_s, ahead_s, id, state, body);
   else
-    body.linear += scene.gravity_m_s2 * time_s;
+    body.linear += field_of(scene, params) * time_s;
 }
 
 // By how much less far than `time_s` times its velocity at the end the body comes in free flight.
@@ -53,8 +54,8 @@ Vec3 flight_lag_m(const SceneDescription& scene, double time_s, BodyId id, const
 // under any other torque, and a force of the body's frame, it is of second order in time_s.
 void fly(const SceneDescription& scene, double time_s, BodyId id, BodyState& state);
 
-// The impulse of the drive, the forces and the damping over a step, gravity left out, on a body
-// that starts it in this state and is not held.
+// The impulse of the drive, thruster and damping over a step, the field left out, on a body that
+// starts it in this state and is not held.
 Vec3 push_impulse_newton_s(const SceneDescription& scene, double time_s, BodyId id,
                            const BodyState& state);
 

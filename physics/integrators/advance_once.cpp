@@ -102,7 +102,7 @@ void count_linked(const SceneDescription& scene, std::span<const BodyId> ids,
                   const JointSystem& joints, const IslandReport& report, StageCounters& counters) {
   for (const BodyId id : ids) {
     counters.driven_bodies += scene.bodies[index_of(id)].drive != kNoDrive;
-    counters.forced_bodies += scene.bodies[index_of(id)].forces != kNone;
+    counters.forced_bodies += is_forced(scene.bodies[index_of(id)]);
   }
   counters.solver_iterations += report.iterations;
   count_rows(joints, counters);
@@ -336,10 +336,10 @@ void advance_free_body(const SceneDescription& scene, double dt_s, BodyId id, Bo
     next = motion_of(state);
     fly(scene, dt_s, id, next);
     counters.driven_bodies += params.drive != kNoDrive;
-    counters.forced_bodies += params.forces != kNone;
   } else {
     next = flown(scene, id, state, dt_s);
   }
+  counters.forced_bodies += is_forced(params);
   if (!accept(id, next, faults)) return;
   next.impulses = std::move(state.impulses);
   next.impulses.clear();

@@ -5,6 +5,7 @@
 
 #include "physics/forces/forces.hpp"
 #include "physics/integrators/articulated_parts.hpp"
+#include "physics/model/kinematic.hpp"
 
 namespace soda::physics {
 namespace {
@@ -36,7 +37,7 @@ Vec3 unforeseen_newton_s(const SceneDescription& scene, double dt_s, std::span<c
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const double mass = scene.bodies[index_of(ids[i])].mass_kg;
     rest += (after[i].linear_velocity_m_s - before[i].linear_velocity_m_s) * mass;
-    rest -= scene.gravity_m_s2 * (mass * dt_s);
+    rest -= field_of(scene, ids[i]) * (mass * dt_s);
     if (is_pushed(scene.bodies[index_of(ids[i])]))
       rest -= push_impulse_newton_s(scene, dt_s, ids[i], before[i]);
   }

@@ -83,7 +83,7 @@ bool BallMotion::goes_against_joints() {
 }
 
 double BallMotion::swing_rad_s(double time_s) {
-  Velocity velocity{state_.linear_velocity_m_s + scene_.gravity_m_s2 * time_s,
+  Velocity velocity{state_.linear_velocity_m_s + field_of(scene_, body_) * time_s,
                     state_.angular_velocity_rad_s};
   const Vec3 impulse = stop(hold_, velocity);
   double squared = 0.0;
@@ -169,7 +169,7 @@ bool BallMotion::advance(double time_s, IslandReport& report) {
     report.static_angular_impulse_newton_m_s += (position + arm).cross(impulse);
   };
   const double enough = rounding_of({&state_, 1});
-  const Vec3 fall = scene_.gravity_m_s2 * (0.5 * time_s);
+  const Vec3 fall = field_of(scene_, body_) * (0.5 * time_s);
   Velocity velocity{state_.linear_velocity_m_s + fall, state_.angular_velocity_rad_s};
   Vec3 impulse = stop(hold_, velocity);
   if (!hold_place(time_s, enough, velocity, impulse, report)) return false;

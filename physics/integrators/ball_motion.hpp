@@ -1,4 +1,4 @@
-// A body that a ball joint ties to the world, and nothing else acts on but gravity: tops,
+// A body that a ball joint ties to the world, and nothing else acts on but its field: tops,
 // pendulums.
 #pragma once
 

@@ -128,8 +128,9 @@ double aside_joule(const IslandStep& island, const Wholes& wholes) {
   double work_joule = 0.0;
   for (std::size_t i = 0; i < island.ids.size(); ++i)
     if (falls(island.scene, island.ids[i]))
-      work_joule -= island.scene.bodies[index_of(island.ids[i])].mass_kg *
-                    island.scene.gravity_m_s2.dot(wholes.all[wholes.of_body[i]].aside_m);
+      work_joule -=
+          island.scene.bodies[index_of(island.ids[i])].mass_kg *
+          field_of(island.scene, island.ids[i]).dot(wholes.all[wholes.of_body[i]].aside_m);
   return work_joule;
 }
 

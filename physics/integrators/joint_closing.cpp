@@ -78,10 +78,11 @@ class Closing {
 
   // Of a fall of one step.
   double falling_joule() const {
-    const double fall_m_s = scene_.gravity_m_s2.norm() * dt_s_;
     double sum = 0.0;
-    for (const BodyId id : ids_)
-      if (falls(scene_, id)) sum += 0.5 * scene_.bodies[index_of(id)].mass_kg * fall_m_s * fall_m_s;
+    for (const BodyId id : ids_) {
+      const double fall_m_s = field_of(scene_, id).norm() * dt_s_;
+      sum += 0.5 * scene_.bodies[index_of(id)].mass_kg * fall_m_s * fall_m_s;
+    }
     return sum;
   }
 
@@ -125,7 +126,7 @@ class Closing {
       const Vec3 displacement = share * moves_[b].linear;
       moved.states[b].position_m += displacement;
       rotate_by(params, share * moves_[b].angular, moved.states[b]);
-      moved.work_joule -= params.mass_kg * scene_.gravity_m_s2.dot(displacement);
+      moved.work_joule -= params.mass_kg * field_of(scene_, params).dot(displacement);
     }
     build(moved.states);
     moved.errors = errors_of(joints_);

@@ -358,7 +358,7 @@ void move_jointed(const JointedStep& step, const JointedSolution& solved,
   const auto& [joints, problem, push] = solved;
   report.motor_work_joule = motor_work_joule(joints, problem.bodies);
   const double pushed = report.motor_work_joule +
-                        external_work_joule(scene, dt_s, before, free, problem) +
+                        external_work_joule(scene, dt_s, ids, before, free, problem) +
                         kinematic_work_joule(free, problem);
   const double lent = elastic_joule(scene, joints, before);
   // Where the path bends so much within the step that closing what it opened takes more than there

@@ -63,6 +63,7 @@ IslandMomentum momentum_of(const SceneDescription& scene, std::span<const BodyId
   }
   sum.centre_m = near + sum.centre_m / sum.mass_kg;
   const Vec3 drift = sum.linear_newton_s / sum.mass_kg;
+  sum.field_m_s2 = field_of(scene, ids.front());
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const BodyParams& params = scene.bodies[index_of(ids[i])];
     if (params.kinematic) continue;
@@ -73,6 +74,10 @@ IslandMomentum momentum_of(const SceneDescription& scene, std::span<const BodyId
         times(inertia, states[i].angular_velocity_rad_s) + params.mass_kg * arm.cross(velocity);
     sum.inertia_kg_m2 += inertia + params.mass_kg * (arm.squaredNorm() * Mat3::Identity() -
                                                      Mat3(arm * arm.transpose()));
+    const Vec3 other_newton = params.mass_kg * (field_of(scene, params) - sum.field_m_s2);
+    sum.other_newton += other_newton;
+    sum.other_newton_m += arm.cross(other_newton);
+    sum.one_field = sum.one_field && other_newton == Vec3::Zero();
     sum.kinetic_joule +=
         rotational_energy_joule(params, states[i]) + 0.5 * params.mass_kg * velocity.squaredNorm();
   }
@@ -96,21 +101,22 @@ void keep_momentum(const SceneDescription& scene, double dt_s, std::span<const B
                    const IslandMomentum& before, std::span<BodyState> states) {
   const IslandMomentum now = momentum_of(scene, ids, states);
   const RigidMotion from = common_motion(now, now.linear_newton_s, now.angular_newton_m_s);
-  RigidMotion to =
-      common_motion(now, before.linear_newton_s + now.mass_kg * dt_s * scene.gravity_m_s2,
-                    before.angular_newton_m_s);
-  const double most = std::min(now.kinetic_joule, before.kinetic_joule);
+  const Vec3 field = now.field_m_s2 + now.other_newton / now.mass_kg;
+  const Vec3 angular =
+      before.angular_newton_m_s + 0.5 * dt_s * (before.other_newton_m + now.other_newton_m);
+  RigidMotion to = common_motion(now, before.linear_newton_s + now.mass_kg * dt_s * field, angular);
+  const double most =
+      now.one_field ? std::min(now.kinetic_joule, before.kinetic_joule) : now.kinetic_joule;
   // The energy of the turning whole is given, the rest can shrink. Displaced towards their centre,
   // bodies that turn as one cannot keep L without a gain: then L shrinks as well.
   const double within =
       now.kinetic_joule - 0.5 * now.angular_newton_m_s.dot(from.angular_velocity_rad_s);
-  const double turning = 0.5 * before.angular_newton_m_s.dot(to.angular_velocity_rad_s);
+  const double turning = 0.5 * angular.dot(to.angular_velocity_rad_s);
   if (turning > most) to.angular_velocity_rad_s *= std::sqrt(most / turning);
   const double left = most - turning;
   const double share =
       left < within && within > 0.0 ? std::sqrt(std::max(left, 0.0) / within) : 1.0;
-  const Vec3 flown =
-      dt_s * (before.linear_newton_s / before.mass_kg) + 0.5 * dt_s * dt_s * scene.gravity_m_s2;
+  const Vec3 flown = dt_s * (before.linear_newton_s / before.mass_kg) + 0.5 * dt_s * dt_s * field;
   change_common_motion(now.centre_m, flown - (now.centre_m - before.centre_m), from, to, share,
                        states);
 }

@@ -140,7 +140,7 @@ bool account(const SweptStep& done, double unsprung_joule, std::span<BodyState> 
   const auto& [scene, geometry, dt_s, ids, manifolds] = step.island;
   const double parted = std::max(0.0, parting_joule(step, problem, substeps));
   const double given = swept.motor_work_joule + kinematic_work_joule(step.free, problem) +
-                       external_work_joule(scene, dt_s, step.states, step.free, problem) +
+                       external_work_joule(scene, dt_s, ids, step.states, step.free, problem) +
                        unsprung_joule + parted;
   const EnergyExcess excess = energy_excess(scene, dt_s, ids, step.states, states, given);
   if (has_diverged(step.island, excess)) return false;

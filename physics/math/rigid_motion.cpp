@@ -62,7 +62,7 @@ double gain_joule(const SceneDescription& scene, std::span<const BodyId> ids,
   for (std::size_t i = 0; i < ids.size(); ++i)
     if (falls(scene, ids[i]))
       gain -= scene.bodies[index_of(ids[i])].mass_kg *
-              scene.gravity_m_s2.dot(to[i].position_m - from[i].position_m);
+              field_of(scene, ids[i]).dot(to[i].position_m - from[i].position_m);
   return gain;
 }
 
@@ -92,14 +92,15 @@ BodyState carried(const SceneDescription& scene, BodyId id, const BodyState& sta
 
 BodyState flown(const SceneDescription& scene, BodyId id, const BodyState& state, double t_s) {
   if (is_kinematic(scene, id)) return carried(scene, id, state, t_s);
+  const BodyParams& params = scene.bodies[index_of(id)];
+  const Vec3 field = field_of(scene, params);
   BodyState next;
   if (!state.broken_joints.empty()) next.broken_joints = state.broken_joints;
-  next.position_m =
-      state.position_m + state.linear_velocity_m_s * t_s + scene.gravity_m_s2 * (0.5 * t_s * t_s);
-  next.linear_velocity_m_s = state.linear_velocity_m_s + scene.gravity_m_s2 * t_s;
+  next.position_m = state.position_m + state.linear_velocity_m_s * t_s + field * (0.5 * t_s * t_s);
+  next.linear_velocity_m_s = state.linear_velocity_m_s + field * t_s;
   next.orientation = state.orientation;
   next.angular_velocity_rad_s = state.angular_velocity_rad_s;
-  rotate_freely(scene.bodies[index_of(id)], t_s, next);
+  rotate_freely(params, t_s, next);
   return next;
 }
 

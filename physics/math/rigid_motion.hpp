@@ -64,7 +64,7 @@ inline Vec3 velocity_at(const BodyState& state, const Vec3& point) {
 double rotational_energy_joule(const BodyParams& params, const BodyState& state);
 double kinetic_joule(const SceneDescription& scene, std::span<const BodyId> ids,
                      std::span<const BodyState> states);
-// What kinetic energy and that in the field of gravity rise by together.
+// What kinetic energy and that in the bodies' fields rise by together.
 double gain_joule(const SceneDescription& scene, std::span<const BodyId> ids,
                   std::span<const BodyState> from, std::span<const BodyState> to);
 
@@ -75,8 +75,8 @@ inline constexpr double kLargestAngularSpeed_rad_s = 1e9;
 // Empty if it can; else what is wrong with it.
 const char* fault_of(const BodyState& state);
 
-// A body without drive and contact, after a time t_s >= 0 of which it knows gravity alone. Exact to
-// rounding for any t_s (see rotate_freely). Its impulses are left out.
+// A body without drive and contact, after a time t_s >= 0 of which it knows its field alone. Exact
+// to rounding for any t_s (see rotate_freely). Its impulses are left out.
 BodyState flown(const SceneDescription& scene, BodyId id, const BodyState& state, double t_s);
 
 }  // namespace soda::physics

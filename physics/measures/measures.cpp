@@ -105,9 +105,7 @@ Mechanics measure(const SceneDescription& scene, std::span<const BodyId> ids,
     const Vec3 momentum = params.mass_kg * s.linear_velocity_m_s;
     sum.kinetic_energy_joule += 0.5 * (momentum.dot(s.linear_velocity_m_s) +
                                        angular_momentum_local.dot(angular_velocity_local));
-    sum.potential_energy_joule -= params.mass_kg * scene.gravity_m_s2.dot(s.position_m);
-    if (params.forces != kNone)
-      sum.potential_energy_joule -= scene.forces[params.forces].force_newton.dot(s.position_m);
+    sum.potential_energy_joule -= params.mass_kg * field_of(scene, params).dot(s.position_m);
     sum.linear_momentum_newton_s += momentum;
     sum.angular_momentum_newton_m_s += s.position_m.cross(momentum);
     sum.angular_momentum_newton_m_s += rotation * angular_momentum_local;
@@ -122,8 +120,8 @@ DriveImpulse drive_impulse(const SceneDescription& scene, std::span<const BodyId
   DriveImpulse total;
   for (std::size_t i = 0; i < ids.size(); ++i) {
     const BodyParams& params = scene.bodies[index_of(ids[i])];
-    if (!is_pushed(params)) continue;
-    const Vec3 impulse = push_impulse_newton_s(scene, scene.dt_s, ids[i], states[i]);
+    Vec3 impulse = params.own_field_m_s2 * (params.mass_kg * scene.dt_s);
+    if (is_pushed(params)) impulse += push_impulse_newton_s(scene, scene.dt_s, ids[i], states[i]);
     total.sum_newton_s += impulse;
     total.scale_newton_s += impulse.norm();
   }

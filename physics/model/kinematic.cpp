@@ -1,5 +1,7 @@
 #include "physics/model/kinematic.hpp"
 
+#include <algorithm>
+
 namespace soda::physics {
 
 Need kinematic_needed(const SceneDescription& scene) {
@@ -14,6 +16,12 @@ bool any_carries(const SceneDescription& scene, std::span<const BodyId> ids,
                                         states[i].angular_velocity_rad_s != Vec3::Zero()))
       return true;
   return false;
+}
+
+double strongest_field_m_s2(const SceneDescription& scene, std::span<const BodyId> ids) {
+  double strongest = scene.gravity_m_s2.norm();
+  for (const BodyId id : ids) strongest = std::max(strongest, field_of(scene, id).norm());
+  return strongest;
 }
 
 }  // namespace soda::physics

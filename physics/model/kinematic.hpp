@@ -1,4 +1,4 @@
-// Kinematic bodies: what gravity does to pairs with them, and which islands have them.
+// Kinematic bodies: how pairs with them are accelerated, and which islands have them.
 #pragma once
 
 #include <span>
@@ -25,16 +25,22 @@ inline bool any_kinematic(const SceneDescription& scene, std::span<const BodyId>
 bool any_carries(const SceneDescription& scene, std::span<const BodyId> ids,
                  std::span<const BodyState> states);
 
-// What gravity accelerates: bodies, but no statics and nothing that is kinematic.
+// What forces accelerate: bodies, but no statics and nothing that is kinematic.
 inline bool falls(const SceneDescription& scene, BodyId id) {
   return !is_static(id) && !is_kinematic(scene, id);
 }
 
-// Of b against a. Nothing where both fall.
-inline Vec3 relative_gravity(const SceneDescription& scene, BodyId a, BodyId b) {
-  const bool of_a = falls(scene, a), of_b = falls(scene, b);
-  if (of_a == of_b) return Vec3::Zero();
-  return of_b ? scene.gravity_m_s2 : Vec3(-scene.gravity_m_s2);
+// By gravity and a constant force; of what does not fall, none.
+inline Vec3 field_of(const SceneDescription& scene, BodyId id) {
+  return falls(scene, id) ? field_of(scene, scene.bodies[index_of(id)]) : Vec3(Vec3::Zero());
 }
+
+// Of b against a. Gravity alone accelerates no two that fall against each other.
+inline Vec3 relative_field(const SceneDescription& scene, BodyId a, BodyId b) {
+  return field_of(scene, b) - field_of(scene, a);
+}
+
+// The strongest that acts on one of them, gravity at least.
+double strongest_field_m_s2(const SceneDescription& scene, std::span<const BodyId> ids);
 
 }  // namespace soda::physics

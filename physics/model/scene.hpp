@@ -79,9 +79,9 @@ struct Drive {
   std::optional<Lane> lane;
 };
 
-// Forces of a body's own, and damping. All of them act at its centre of mass.
+// What pushes a body as it turns and moves: a thruster, a torque, damping. Forces act at its centre
+// of mass.
 struct BodyForces {
-  Vec3 force_newton = Vec3::Zero();       // world frame
   Vec3 body_force_newton = Vec3::Zero();  // in the body's frame: a thruster
   Vec3 torque_newton_m = Vec3::Zero();    // world frame
   // The rates, >= 0, at which momentum and angular momentum decay: p' = -c p, L' = -c L.
@@ -114,6 +114,7 @@ struct BodyParams {
   CollisionFilter filter;
   Material material;
   double mass_kg = 1.0;
+  Vec3 own_field_m_s2 = Vec3::Zero();  // a constant force over its mass: acts as gravity does
   Mat3 inertia_local_kg_m2 = Mat3::Identity();  // about the centre of mass
   Mat3 inverse_inertia_local = Mat3::Identity();
 };
@@ -187,7 +188,17 @@ inline bool groups_touch(const SceneDescription& scene, BodyId a, BodyId b) {
   return (x.groups & y.ignored_groups) == 0 && (y.groups & x.ignored_groups) == 0;
 }
 
-// Whether anything but gravity acts on the body.
+// Whether anything but gravity and a constant force acts on the body.
 inline bool is_pushed(const BodyParams& body) { return (body.drive & body.forces) != kNone; }
+
+// Whether anything that a user calls a force, a torque or damping acts on it.
+inline bool is_forced(const BodyParams& body) {
+  return body.forces != kNone || body.own_field_m_s2 != Vec3::Zero();
+}
+
+// The acceleration of a body that nothing pushes or touches: by gravity, and a constant force.
+inline Vec3 field_of(const SceneDescription& scene, const BodyParams& body) {
+  return scene.gravity_m_s2 + body.own_field_m_s2;
+}
 
 }  // namespace soda::physics

@@ -80,7 +80,7 @@ struct PlacedPair {
 PairMotion motion_of(const PairStep& pair, const PlacedPair& placed) {
   const CompiledShape &shape_a = placed.a.placed.shape, &shape_b = placed.b.placed.shape;
   const BodyState &a = pair.state_a, *b = pair.state_b;
-  const Vec3 pull_m_s2 = -relative_gravity(pair.scene, pair.a, pair.b);
+  const Vec3 pull_m_s2 = -relative_field(pair.scene, pair.a, pair.b);
   const double dt_s = pair.dt_s;
   PairMotion motion;
   motion.velocity_a = a.linear_velocity_m_s;

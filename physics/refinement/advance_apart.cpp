@@ -7,6 +7,7 @@
 #include "physics/math/rigid_motion.hpp"
 #include "physics/model/body_places.hpp"
 #include "physics/model/joint.hpp"
+#include "physics/model/kinematic.hpp"
 #include "physics/refinement/step_doubling.hpp"
 #include "physics/shapes/geometry_impl.hpp"
 
@@ -15,11 +16,6 @@ namespace {
 
 // Of the width. A gap that closes by less stays as it is; what overlaps more is pushed apart.
 constexpr double kClosed = 1e-9, kStayed = 1e-8, kOverlap = 0.5 * kSlop;
-
-double width_m(const SceneDescription& scene, const Geometry& geometry, const ContactManifold& m) {
-  return std::min(shape_of(scene, geometry, m.a).min_extent_m,
-                  shape_of(scene, geometry, m.b).min_extent_m);
-}
 
 Vec3 moved(const Vec3& point, const BodyState& before, const BodyState& after) {
   return after.position_m +
@@ -52,11 +48,14 @@ bool keep_links(const IslandStep& island, const Islands& islands,
 
 }  // namespace
 
-// Gravity pulls both alike, but one may be held.
+// Where fields pull both alike, one may be held.
 bool holds(const SceneDescription& scene, const Geometry& geometry, double dt_s,
            const ContactManifold& m, const BodyState& a, const BodyState& b) {
-  const double width = width_m(scene, geometry, m);
-  const double pulled_m = std::abs(scene.gravity_m_s2.dot(m.normal)) * dt_s * dt_s;
+  const double width = width_of(scene, geometry, m.a, m.b);
+  const double pulls_a = field_of(scene, m.a).dot(m.normal),
+               pulls_b = field_of(scene, m.b).dot(m.normal);
+  const double pulled_m =
+      std::max({std::abs(pulls_a), std::abs(pulls_b), pulls_a - pulls_b}) * dt_s * dt_s;
   for (std::uint32_t i = 0; i < m.count; ++i) {
     const ContactPoint& p = m.points[i];
     const double approach =
@@ -130,7 +129,7 @@ bool stayed_apart(const IslandStep& island, const Islands& islands, const Island
       if (overlap_m > kMostGrowth * size_of(scene, m)) return false;
       continue;
     }
-    const double width = width_m(scene, geometry, m);
+    const double width = width_of(scene, geometry, m.a, m.b);
     if (!has_kept_gaps(m, width, move, a, b) || has_come_round(island, m, width, move, counters))
       return false;
   }

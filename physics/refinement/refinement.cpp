@@ -75,7 +75,7 @@ void keep_loads(const IslandStep& island, double time_s, std::span<const BodySta
                 std::span<BodyState> states) {
   const std::span<const BodyId> ids = island.ids;
   constexpr double kMost = 2.0;  // as of what can be smooth (sub_intervals.cpp)
-  const double most_m_s = kMost * island.scene.gravity_m_s2.norm() * time_s;
+  const double most_m_s = kMost * strongest_field_m_s2(island.scene, ids) * time_s;
   const auto is_hit = [&](std::size_t i) {
     const double radius_m = shape_of(island.scene, island.geometry, ids[i]).bounding_radius_m;
     const Vec3 linear = states[i].linear_velocity_m_s - from[i].linear_velocity_m_s;

@@ -9,6 +9,7 @@
 #include "physics/integrators/explicit_springs.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/model/body_places.hpp"
+#include "physics/model/kinematic.hpp"
 #include "physics/refinement/friction_reversals.hpp"
 #include "physics/refinement/refinement.hpp"
 
@@ -37,7 +38,7 @@ double friction_of_single_body(const RefinedIsland& island) {
   return std::sqrt(own.friction * most) + rolling_m / island.sizes.bodies[0].radius_m;
 }
 
-// What drives and forces of its own give a body.
+// What gives a body velocity besides its field and contacts.
 double pushed_m_s_of(const RefinedIsland& island, double time_s, std::size_t body,
                      const BodyState& from) {
   const BodyParams& params = island.scene.bodies[index_of(island.ids[body])];
@@ -46,14 +47,14 @@ double pushed_m_s_of(const RefinedIsland& island, double time_s, std::size_t bod
          params.mass_kg;
 }
 
-// Whether points change their velocities as gravity and pushes could make them do. What changes
+// Whether points change their velocities as fields and pushes could make them do. What changes
 // faster is hit, and has no limit. Friction turns what it stops: by 3.5 times itself in a sphere.
 bool can_be_smooth(const RefinedIsland& island, double time_s, std::span<const BodyState> from,
                    std::span<const BodyState> to) {
   constexpr double kMost = 2.0, kOfFriction = 4.0;
   const double most =
       kMost + (is_single_body(island) ? kOfFriction * friction_of_single_body(island) : 0.0);
-  const double most_m_s = most * island.scene.gravity_m_s2.norm() * time_s;
+  const double most_m_s = most * strongest_field_m_s2(island.scene, island.ids) * time_s;
   std::vector<double> by_springs_m_s;  // none without springs
   if (!island.springs.empty())
     by_springs_m_s = most_changed_by_springs_m_s(island.scene, time_s, island.ids, island.springs,
@@ -69,9 +70,9 @@ bool can_be_smooth(const RefinedIsland& island, double time_s, std::span<const B
   return true;
 }
 
-// Whether a point comes to another faster than gravity makes things in two such times.
+// Whether a point comes to another faster than fields make things in two such times.
 bool comes_fast(const RefinedIsland& island, const StartedSubInterval& part) {
-  const double most_m_s = 2.0 * island.scene.gravity_m_s2.norm() * part.time_s;
+  const double most_m_s = 2.0 * strongest_field_m_s2(island.scene, island.ids) * part.time_s;
   const auto at = [&](BodyId id) -> const BodyState& {
     return part.from[place_of(island.ids, id)];
   };

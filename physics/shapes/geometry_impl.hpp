@@ -66,6 +66,13 @@ inline const CompiledShape& shape_of(const SceneDescription& scene, const Geomet
   return geometry.impl().shapes[shape].shape;
 }
 
+// Of the smaller of the two.
+inline double width_of(const SceneDescription& scene, const Geometry& geometry, BodyId a,
+                       BodyId b) {
+  const double width = shape_of(scene, geometry, a).min_extent_m;
+  return is_static(b) ? width : std::min(width, shape_of(scene, geometry, b).min_extent_m);
+}
+
 inline const CompiledShape& shape_of_a(const PairStep& pair) {
   return shape_of(pair.scene, pair.geometry, pair.a);
 }

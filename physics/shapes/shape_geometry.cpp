@@ -21,7 +21,7 @@ namespace {
 
 // Whether the body spins at a constant rate, and nothing but gravity ever acts on it in flight.
 bool flies_simply(const BodyParams& params) {
-  return params.joints == 0 && !params.kinematic && !is_pushed(params) &&
+  return params.joints == 0 && !params.kinematic && !is_pushed(params) && !is_forced(params) &&
          is_isotropic(params.inertia_local_kg_m2);
 }
 
@@ -201,7 +201,7 @@ Aabb swept_solid(const SceneDescription& scene, const Geometry& geometry, BodyId
   Aabb box = tight_box(shape, state);
   // Semi-implicit motion reaches v dt + g dt^2; every slower path to it lies in between.
   const Vec3 path = state.linear_velocity_m_s * scene.dt_s;
-  const Vec3 end = path + scene.gravity_m_s2 * (scene.dt_s * scene.dt_s);
+  const Vec3 end = path + field_of(scene, scene.bodies[index_of(id)]) * (scene.dt_s * scene.dt_s);
   double reach = kContactMargin * shape.min_extent_m;
   if (shape.kind != ShapeKind::kSphere) {
     // A point at distance R moves by at most |w| dt R, and never by more than 2 R.

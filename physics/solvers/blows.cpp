@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "physics/math/block_cholesky.hpp"
+#include "physics/model/kinematic.hpp"
 #include "physics/solvers/contact_solver.hpp"
 #include "physics/solvers/convex_contacts.hpp"
 #include "physics/solvers/direct_contacts.hpp"
@@ -14,7 +15,7 @@
 namespace soda::physics {
 namespace {
 
-constexpr double kSlow = 0.03;       // of the speed that gravity gives in a step
+constexpr double kSlow = 0.03;       // of the speed that fields give in a step
 constexpr double kStill = 1e-11;     // of the width, in a step
 constexpr double kOfHardest = 1e-7;  // of the step's hardest blow: what solving it leaves
 // What Newton's method may take: factorisations of a blow, and for each body that its front may
@@ -296,7 +297,7 @@ Blows find_blows(const SolveStep& step, const ContactProblem& problem) {
       return Twist{states[i].linear_velocity_m_s, states[i].angular_velocity_rad_s};
     return twist_of(problem.bodies[i]);
   };
-  const double slow = kSlow * scene.gravity_m_s2.norm() * dt_s;
+  const double slow = kSlow * strongest_field_m_s2(scene, ids) * dt_s;
   for (std::uint32_t i = 0; i < problem.normals.size(); ++i) {
     const NormalRow& row = problem.normals[i];
     const RowContact& contact = problem.contacts[i];

@@ -23,7 +23,7 @@ constexpr double kMuchHeavier = 10.0;
 constexpr double kSmallImpact = 1e5;  // multiplications
 // With joints, in motion: what iterations take there costs as much as a factorisation.
 constexpr double kSmallWithJoints = 1e6;  // multiplications
-constexpr double kQuasiStatic = 0.03;     // of the speed that gravity gives in a step
+constexpr double kQuasiStatic = 0.03;     // of the speed that fields give in a step
 // Overlap, of the smaller body. Iterations let what is high or heavy sink, ever deeper: an island
 // that has sunk so far is solved directly until it is up again.
 constexpr double kSunk = 5e-3;
@@ -220,7 +220,7 @@ double mass_ratio(const SceneDescription& scene, std::span<const BodyId> ids) {
 bool is_quasi_static(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                      std::span<const ContactManifold> manifolds,
                      std::span<const BodyState> states) {
-  const double quasi_static_m_s = kQuasiStatic * scene.gravity_m_s2.norm() * dt_s;
+  const double quasi_static_m_s = kQuasiStatic * strongest_field_m_s2(scene, ids) * dt_s;
   return std::ranges::all_of(manifolds, [&](const ContactManifold& m) {
     if (is_joint(m)) return true;
     const BodyState* const b = is_static(m.b) ? nullptr : &states[place_of(ids, m.b)];

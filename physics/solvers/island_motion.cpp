@@ -20,7 +20,7 @@ void load_bodies(const SolveStep& step, std::vector<SolverBody>& bodies, StageCo
     if (params.kinematic) continue;
     apply_external(scene, dt_s, 0.5 * dt_s, ids[i], states[i], bodies[i]);
     counters.driven_bodies += params.drive != kNoDrive;
-    counters.forced_bodies += params.forces != kNone;
+    counters.forced_bodies += is_forced(params);
   }
 }
 
@@ -123,7 +123,7 @@ double push_out_work_joule(const SceneDescription& scene, double dt_s, std::span
   if (push.empty()) return work;
   for (std::size_t i = 0; i < ids.size(); ++i)
     if (falls(scene, ids[i]))
-      work -= scene.bodies[index_of(ids[i])].mass_kg * scene.gravity_m_s2.dot(push[i].linear);
+      work -= scene.bodies[index_of(ids[i])].mass_kg * field_of(scene, ids[i]).dot(push[i].linear);
   return work * dt_s;
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "physics/math/rigid_motion.hpp"
+#include "physics/model/kinematic.hpp"
 #include "physics/solvers/convex_contacts.hpp"
 #include "physics/solvers/energy_clamp.hpp"
 #include "physics/solvers/island_motion.hpp"
@@ -166,9 +167,9 @@ EnergyExcess energy_excess(const SceneDescription& scene, double dt_s, std::span
   const double gain = gain_joule(scene, ids, from, to) - work_joule;
   double noise = kWorkRounding *
                  (excess.moving_joule + kinetic_joule(scene, ids, from) + std::abs(work_joule));
-  const double g = scene.gravity_m_s2.norm(), fall = g * dt_s;
   for (std::size_t i = 0; i < ids.size(); ++i) {
-    const double mass_kg = scene.bodies[index_of(ids[i])].mass_kg;
+    const BodyParams& body = scene.bodies[index_of(ids[i])];
+    const double mass_kg = body.mass_kg, g = field_of(scene, body).norm(), fall = g * dt_s;
     excess.falling_joule += 0.5 * mass_kg * fall * fall;
     noise += mass_kg * (kFallPart * fall * fall + kEpsilon * g * from[i].position_m.norm());
   }
@@ -252,14 +253,15 @@ void clamp_joint_gain(double dt_s, std::span<const BodyState> before,
   if (one > 0.0) mix(last_share(none, half, one), reference_joints, reference, joints, problem);
 }
 
-double external_work_joule(const SceneDescription& scene, double dt_s,
+double external_work_joule(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                            std::span<const BodyState> before, std::span<const SolverBody> free,
                            const ContactProblem& problem) {
   double sum = 0.0;
   for (std::size_t i = 0; i < free.size(); ++i) {
     const SolverBody& body = problem.bodies[i];
     if (body.inverse_mass == 0.0) continue;
-    const Vec3 push = free[i].linear - before[i].linear_velocity_m_s - scene.gravity_m_s2 * dt_s;
+    const Vec3 push =
+        free[i].linear - before[i].linear_velocity_m_s - field_of(scene, ids[i]) * dt_s;
     const Vec3 angular = free[i].angular - before[i].angular_velocity_rad_s;
     sum += push.dot(body.linear) / body.inverse_mass;
     sum += Vec3(inverse_of_symmetric(body.inverse_inertia) * angular).dot(body.angular);

@@ -52,8 +52,9 @@ void clamp_joint_gain(double dt_s, std::span<const BodyState> before,
                       std::span<const SolverBody> free, JointSystem& joints,
                       ContactProblem& problem);
 
-// What drives and forces (as a field), and motors, do over the step at final velocities, J.
-double external_work_joule(const SceneDescription& scene, double dt_s,
+// What drives, thrusters and damping (as a field), and motors, do over the step at final
+// velocities, J.
+double external_work_joule(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                            std::span<const BodyState> before, std::span<const SolverBody> free,
                            const ContactProblem& problem);
 double motor_work_joule(const JointSystem& joints, std::span<const SolverBody> bodies);

@@ -136,7 +136,7 @@ IslandReport advance_island(const IslandStep& island, std::span<BodyState> state
   }
   if (flown_s < dt_s && alone && has_met_no_static(report)) {
     keep_momentum(scene, dt_s, ids, before, states);
-    report.push_out_work_joule = 0.0;
+    if (before.one_field) report.push_out_work_joule = 0.0;
   }
   for (std::size_t i = 0; i < ids.size(); ++i)
     report_impossible_displacement(scene, scratch.displacement_bounds, i, ids[i], states[i],

@@ -57,7 +57,7 @@ double turned_m(const CompiledShape& shape, const Quat& from, const Quat& to) {
 // Where it ends if nothing is in its way.
 BodyState foreseen(const SceneDescription& scene, BodyId id, const BodyState& start) {
   BodyState end = start;
-  if (falls(scene, id)) end.linear_velocity_m_s += scene.gravity_m_s2 * scene.dt_s;
+  end.linear_velocity_m_s += field_of(scene, id) * scene.dt_s;
   end.position_m += end.linear_velocity_m_s * scene.dt_s;
   end.orientation = turned(end.angular_velocity_rad_s * scene.dt_s, end.orientation);
   return end;
@@ -68,7 +68,7 @@ double off_m(const SceneDescription& scene, const CompiledShape& shape, BodyId i
              const BodyState& start, const BodyState& end) {
   const BodyState free = foreseen(scene, id, start);
   const Vec3 off = end.position_m - free.position_m;
-  const Vec3 fall = scene.gravity_m_s2 * (scene.dt_s * scene.dt_s);
+  const Vec3 fall = field_of(scene, id) * (scene.dt_s * scene.dt_s);
   const double square = fall.squaredNorm();
   const double held = square > 0.0 ? std::clamp(-off.dot(fall) / square, 0.0, 1.0) : 0.0;
   return (off + fall * held).norm() + turned_m(shape, free.orientation, end.orientation);

@@ -42,14 +42,15 @@ TEST(JointForms, FlightUnderForcesObeysNewton) {
   StartingBody body = solid(Vec3(1, 2, 3), Vec3(1, 2, 3));
   body.state.linear_velocity_m_s = Vec3(4, 0, 7);
   body.state.angular_velocity_rad_s = Vec3(0, 0, 2);
-  physics::BodyForces forces{.force_newton = Vec3(1, 2, -3), .linear_damping_1_s = 0.7};
+  physics::BodyForces forces{.linear_damping_1_s = 0.7};
+  body.params.own_field_m_s2 = Vec3(1, 2, -3);
   forces.torque_newton_m = Vec3(0, 0, 6);
   forces.angular_damping_1_s = 0.4;
   const MotionAt motion = forced_flight(body, forces, kDown);
   expect_law(
       motion,
       [&](const Motion& m) {
-        return Vec3(kDown + forces.force_newton / 2.0 - m.linear_velocity_m_s * 0.7);
+        return Vec3(kDown + body.params.own_field_m_s2 - m.linear_velocity_m_s * 0.7);
       },
       1e-4, 1e-6);
   const double h = 1e-4;

@@ -157,8 +157,7 @@ TEST(Plan, ForcesLimitsAndMotorsAreThereOnlyIfSomethingHasThem) {
     if (has & 2) joint.motor = physics::JointMotor{1.0, 10.0};
     scene.description.joints = {joint};
     physics::order_joints(scene.description);
-    scene.description.forces = {{.force_newton = Vec3(1, 0, 0)}};
-    if (has & 4) scene.description.bodies[0].forces = 0;
+    if (has & 4) scene.description.bodies[0].own_field_m_s2 = Vec3(1, 0, 0);
     const RunOptions options{.steps = 10};
     const std::vector<PlanLine> plan = make_plan(scene.description, 1, options);
     EXPECT_EQ(needs(plan, "limit rows"), (has & 1) != 0);
@@ -176,7 +175,7 @@ TEST(Plan, APushedBallThatBouncesIsLookedAtForHitsAndNeverFlies) {
   test::Scene scene(Vec3(0, 0, -9.81));
   scene.ground({0.5, 0.7});
   scene.body(scene.shape(physics::Sphere{0.5}), Vec3(0, 0, 0.8), Vec3::Zero(), {0.5, 0.0});
-  scene.description.forces = {{.force_newton = Vec3(1, 0, 0)}};
+  scene.description.forces = {{.body_force_newton = Vec3(1, 0, 0)}};
   scene.description.bodies[0].forces = 0;
   const RunOptions options{.steps = 60};
   const std::vector<PlanLine> plan = make_plan(scene.description, 1, options);

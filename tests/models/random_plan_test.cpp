@@ -64,8 +64,11 @@ void add_statics(test::Scene& scene, Choices& choices) {
 
 void push(test::Scene& scene, Choices& choices) {
   if (one_in(3, choices)) {
-    scene.description.forces.push_back(
-        {.force_newton = choices.vector(-200, 200), .linear_damping_1_s = choices.between(0, 1)});
+    scene.description.bodies.back().own_field_m_s2 = choices.vector(-20, 20);
+  }
+  if (one_in(3, choices)) {
+    scene.description.forces.push_back({.body_force_newton = choices.vector(-200, 200),
+                                        .linear_damping_1_s = choices.between(0, 1)});
     scene.description.bodies.back().forces =
         static_cast<std::uint32_t>(scene.description.forces.size() - 1);
   }

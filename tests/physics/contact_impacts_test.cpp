@@ -202,8 +202,10 @@ TEST(ContactImpacts, WhatIsPushedAndDampedBouncesWhereverInTheStep) {
   for (const double dt : {1.0 / 3840, 1.0 / 240, 1.0 / 60, 1.0 / 50}) {
     World world = on_floor(dt, 0.0, material);
     world.add_body(world.add_shape(Sphere{0.1}), Vec3(0, 0, 0.6), 1000.0, material);
-    world.scene.bodies[0].forces = 0;
-    world.scene.forces.push_back({.force_newton = Vec3(1.5, 0, 0), .linear_damping_1_s = 0.4});
+    BodyParams& ball = world.scene.bodies[0];
+    ball.forces = 0;
+    world.scene.forces.push_back({.linear_damping_1_s = 0.4});
+    ball.own_field_m_s2 = Vec3(1.5 / ball.mass_kg, 0, 0);
     const double fall_s = 0.6;  // after the first bounce
     Vec3 momentum = world.mechanics().linear_momentum_newton_s;
     const Geometry geometry(world.scene);
@@ -211,7 +213,7 @@ TEST(ContactImpacts, WhatIsPushedAndDampedBouncesWhereverInTheStep) {
       const std::vector<BodyState> before = world.states;
       world.run(1, geometry);
       momentum += push_impulse_newton_s(world.scene, dt, BodyId{0}, before[0]) +
-                  world.scene.bodies[0].mass_kg * dt * world.scene.gravity_m_s2;
+                  ball.mass_kg * dt * field_of(world.scene, ball);
       for (const IslandReport& island : world.report.islands)
         momentum += island.static_impulse_newton_s;
     }

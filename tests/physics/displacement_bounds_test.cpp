@@ -171,10 +171,7 @@ TEST(DisplacementBounds, APairBouncesAsTheBouncierOfTheTwo) {
     BodyState& ball = world.add_body(world.add_shape(Sphere{0.5}), Vec3(0, 0, 0.5005), 1.0,
                                      Material{.friction = 0.0, .restitution = 0.5});
     ball.linear_velocity_m_s = Vec3(0, 0, -2.0);
-    if (pushed) {
-      world.scene.forces.push_back({.force_newton = Vec3(1e-12, 0, 0)});
-      world.scene.bodies[0].forces = 0;
-    }
+    if (pushed) world.scene.bodies[0].own_field_m_s2 = Vec3(1e-12, 0, 0);
     world.run(1);
     EXPECT_NEAR(world.states[0].linear_velocity_m_s.z(), 1.0, 1e-9) << pushed;
   }

@@ -85,11 +85,8 @@ void print_boxes(int n, double friction, double speed_m_s, double dt_s, double p
   for (int i = 0; i < n; ++i)
     world.add_body(box, Vec3(0, i, 0.5), 1000.0, material).linear_velocity_m_s =
         Vec3(speed_m_s, 0, 0);
-  if (pushed_newton > 0.0) {
-    world.scene.forces.push_back({});
-    world.scene.forces.back().force_newton = Vec3(pushed_newton, 0, 0);
-    for (BodyParams& body : world.scene.bodies) body.forces = 0;
-  }
+  for (BodyParams& body : world.scene.bodies)
+    body.own_field_m_s2 = Vec3(pushed_newton / body.mass_kg, 0, 0);
   const double slowing = friction * kGravity;
   const int steps = 2 + static_cast<int>(speed_m_s / slowing / dt_s);
   const Cost cost = run_timed(world, steps);

@@ -101,10 +101,8 @@ TEST(EventRows, BoxesThatSlideSideBySideStopWhereEachDoesAlone) {
         for (int i = 0; i < number; ++i)
           world.add_body(box, Vec3(0, i, 0.5), 1000.0, material).linear_velocity_m_s =
               Vec3(kSpeed, 0, 0);
-        world.scene.forces.push_back({});
-        world.scene.forces.back().force_newton = Vec3(push_newton, 0, 0);
-        if (push_newton > 0.0)
-          for (BodyParams& body : world.scene.bodies) body.forces = 0;
+        for (BodyParams& body : world.scene.bodies)
+          body.own_field_m_s2 = Vec3(push_newton / body.mass_kg, 0, 0);
         world.run(2 + static_cast<int>(kSpeed / (kFriction * kGravity) / dt));
         for (const BodyState& state : world.states) {
           ASSERT_NEAR(state.position_m.x(), 0.5 * kSpeed * kSpeed / (kFriction * kGravity), 1e-11)

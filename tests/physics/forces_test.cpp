@@ -13,12 +13,15 @@ namespace {
 using test::kGravity;
 using test::World;
 
-World one_body(const Shape& shape, const BodyForces& forces, double dt_s) {
+World one_body(const Shape& shape, const BodyForces& forces, double dt_s,
+               const Vec3& force_newton = Vec3::Zero()) {
   World world = test::under_gravity();
   world.scene.dt_s = dt_s;
   world.add_body(world.add_shape(shape), Vec3::Zero());
   world.scene.forces = {forces};
-  world.scene.bodies[0].forces = 0;
+  BodyParams& body = world.scene.bodies[0];
+  if (!(forces == BodyForces{})) body.forces = 0;
+  body.own_field_m_s2 = force_newton / body.mass_kg;
   return world;
 }
 
@@ -48,8 +51,7 @@ TEST(Forces, DecayIsTheExponentialAndItsIntegrals) {
 TEST(Forces, TheDisplacementUnderForceAndDampingIsExactForAnyStep) {
   const double c = 0.7, time = 6.0;
   for (const double dt : {1.0, 0.1, 0.01}) {
-    World world =
-        one_body(Sphere{0.3}, {.force_newton = Vec3(40, 0, 500), .linear_damping_1_s = c}, dt);
+    World world = one_body(Sphere{0.3}, {.linear_damping_1_s = c}, dt, Vec3(40, 0, 500));
     world.states[0].linear_velocity_m_s = Vec3(3, -2, 1);
     world.run(static_cast<int>(time / dt + 0.5));
     const double mass = world.scene.bodies[0].mass_kg;
@@ -115,19 +117,16 @@ TEST(Forces, AForceOnABoxThatLiesMovesItOnceItBeatsFriction) {
     World world = one_body(Box{{0.5, 0.5, 0.5}}, {}, 1.0 / 60);
     world.add_floor();
     world.states[0].position_m.z() = 0.5;
-    const double weight = world.scene.bodies[0].mass_kg * kGravity;
-    world.scene.forces[0].force_newton.x() = (wins ? 0.75 : 0.25) * weight;
+    world.scene.bodies[0].own_field_m_s2.x() = (wins ? 0.75 : 0.25) * kGravity;
     world.run(60);
     EXPECT_NEAR(world.states[0].linear_velocity_m_s.x(), wins ? 0.25 * kGravity : 0.0, 1e-6);
   }
 }
 
 TEST(Forces, TheirImpulseIsWhatMomentumGains) {
-  World world = one_body(Sphere{0.3},
-                         {.force_newton = Vec3(40, 0, 10),
-                          .body_force_newton = Vec3(0, 7, 0),
-                          .linear_damping_1_s = 0.8},
-                         0.02);
+  World world =
+      one_body(Sphere{0.3}, {.body_force_newton = Vec3(0, 7, 0), .linear_damping_1_s = 0.8}, 0.02,
+               Vec3(40, 0, 10));
   world.states[0].linear_velocity_m_s = Vec3(3, -2, 1);
   for (int i = 0; i < 50; ++i) {
     const Vec3 before = world.mechanics().linear_momentum_newton_s;
@@ -140,10 +139,10 @@ TEST(Forces, TheirImpulseIsWhatMomentumGains) {
 }
 
 TEST(Forces, ABodyWithoutAnyIsNotTouched) {
-  World with = one_body(Box{{0.5, 0.25, 0.1}}, {.force_newton = Vec3(1, 2, 3)}, 0.02);
+  World with = one_body(Box{{0.5, 0.25, 0.1}}, {}, 0.02, Vec3(1, 2, 3));
   with.add_body(0, Vec3(5, 0, 0)).angular_velocity_rad_s = Vec3(1, 2, 3);
   World without = with;
-  without.scene.bodies[0].forces = kNone;
+  without.scene.bodies[0].own_field_m_s2 = Vec3::Zero();
   with.run(50);
   without.run(50);
   EXPECT_EQ(with.counters.forced_bodies, 50u);

@@ -173,9 +173,10 @@ TEST(ForcesOfAScenario, AreSharedByBodiesAlikeAndAbsentWithout) {
       scenario.scene.forces[0],
       (physics::BodyForces{.torque_newton_m = physics::Vec3(0, 0, 2), .linear_damping_1_s = 0.5}));
   EXPECT_EQ(scenario.scene.forces[1],
-            (physics::BodyForces{.force_newton = physics::Vec3(1, 2, 3),
-                                 .body_force_newton = physics::Vec3(4, 5, 6),
+            (physics::BodyForces{.body_force_newton = physics::Vec3(4, 5, 6),
                                  .angular_damping_1_s = 0.25}));
+  const physics::BodyParams& pushed = scenario.scene.bodies[2];
+  EXPECT_LT((pushed.own_field_m_s2 * pushed.mass_kg - physics::Vec3(1, 2, 3)).norm(), 1e-15);
 }
 
 TEST(JointsOfAScenario, FaultsAreAllFoundAtOnce) {
