@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "physics/forces/forces.hpp"
 #include "physics/model/stage_counters.hpp"
 #include "physics/shapes/geometry_impl.hpp"
 
@@ -85,8 +86,10 @@ PairCache::Bounds PairCache::bounds_of(const Input& in, std::size_t body) const 
   const BodyState& state = in.states[body];
   const CompiledShape& shape =
       geometry_->shapes[geometry_->body_shapes[index_of(in.ids[body])]].shape;
-  const double radius = shape.bounding_radius_m,
-               fall = field_of(in.scene, in.scene.bodies[index_of(in.ids[body])]).norm() * dt_s_;
+  const BodyParams& params = in.scene.bodies[index_of(in.ids[body])];
+  const double radius = shape.bounding_radius_m;
+  const double fall =
+      (field_of(in.scene, params).norm() + most_push_m_s2(in.scene, params)) * dt_s_;
   const double moves = std::max(finite_root(squared(state.linear_velocity_m_s)), usual_speed_m_s_);
   const double turns =
       std::max(finite_root(squared(state.angular_velocity_rad_s)), usual_angular_speed_rad_s_);

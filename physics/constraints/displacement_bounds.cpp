@@ -10,6 +10,7 @@
 
 #include "physics/constraints/joint_rows.hpp"
 #include "physics/constraints/springs.hpp"
+#include "physics/forces/forces.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/model/kinematic.hpp"
 
@@ -26,12 +27,10 @@ double elastic_of(const SceneDescription& scene, std::span<const BodyId> ids,
 // By which what acts on the body besides contacts and joints can change its speed.
 double most_acceleration_m_s2(const SceneDescription& scene, const BodyParams& body,
                               const BodyState& state) {
-  double most = field_of(scene, body).norm();
-  if (body.drive != kNoDrive) most += scene.drives[body.drive].max_acceleration_m_s2;
+  double most = field_of(scene, body).norm() + most_push_m_s2(scene, body);
   if (body.forces == kNone) return most;
   const BodyForces& own = scene.forces[body.forces];
   const double torque = own.torque_newton_m.norm();
-  most += own.body_force_newton.norm() / body.mass_kg;
   most += std::sqrt(body.inverse_inertia_local.norm() / body.mass_kg) * torque;
   return most + own.linear_damping_1_s * state.linear_velocity_m_s.norm();
 }

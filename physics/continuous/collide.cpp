@@ -1,6 +1,8 @@
 #include <algorithm>
+#include <optional>
 
 #include "physics/continuous/time_of_impact.hpp"
+#include "physics/forces/forces.hpp"
 #include "physics/model/contact_manifold.hpp"
 #include "physics/model/stage_counters.hpp"
 #include "physics/narrowphase/separation.hpp"
@@ -54,8 +56,13 @@ void append_if_one_stops(const PairStep& pair, std::vector<ContactManifold>& out
 
 }  // namespace
 
-void collide(const PairStep& pair, std::vector<ContactManifold>& out, StageCounters& counters) {
-  const SceneDescription& scene = pair.scene;
+void collide(const PairStep& now, std::vector<ContactManifold>& out, StageCounters& counters) {
+  const SceneDescription& scene = now.scene;
+  const SeenAhead a(scene, now.dt_s, now.a, now.state_a);
+  std::optional<SeenAhead> b;
+  if (now.state_b != nullptr) b.emplace(scene, now.dt_s, now.b, *now.state_b);
+  const PairStep pair{
+      scene, now.geometry, now.dt_s, now.a, a.state(), now.b, b ? &b->state() : nullptr};
   const std::size_t before = out.size();
   if (may_touch(scene, pair.a, pair.state_a, pair.b)) collide_shapes(pair, out, counters);
   if (scene.joints.empty() || is_static(pair.b)) return;

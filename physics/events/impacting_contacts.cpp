@@ -50,12 +50,11 @@ double ContactImpactIsland::approach_m_s(const ContactManifold& m, const Contact
 double pushed_m_s2(const ContactImpactIsland& island, BodyId id, const BodyState& state) {
   const SceneDescription& scene = island.scene;
   const BodyParams& body = scene.bodies[index_of(id)];
-  double most = body.drive == kNoDrive ? 0.0 : scene.drives[body.drive].max_acceleration_m_s2;
+  double most = most_push_m_s2(scene, body);
   if (body.forces == kNone) return most;
   const BodyForces& own = scene.forces[body.forces];
   const double turned = body.inverse_inertia_local.norm() * own.torque_newton_m.norm() +
                         own.angular_damping_1_s * state.angular_velocity_rad_s.norm();
-  most += own.body_force_newton.norm() / body.mass_kg;
   most += own.linear_damping_1_s * state.linear_velocity_m_s.norm();
   return most + turned * shape_of(scene, island.geometry, id).bounding_radius_m;
 }

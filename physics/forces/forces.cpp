@@ -82,6 +82,22 @@ void push_body(const SceneDescription& scene, double time_s, double ahead_s, Bod
   body.angular += body.inverse_inertia * forces.torque_newton_m * angular.speed_s;
 }
 
+void SeenAhead::push(const SceneDescription& scene, double time_s, BodyId id) {
+  const BodyParams& params = scene.bodies[index_of(id)];
+  SolverBody body = solver_body(params, *state_);
+  push_body(scene, time_s, 0.5 * time_s, id, *state_, body);
+  pushed_ = *state_;
+  pushed_->linear_velocity_m_s = body.linear - field_of(scene, params) * time_s;
+  pushed_->angular_velocity_rad_s = body.angular;
+}
+
+double most_push_m_s2(const SceneDescription& scene, const BodyParams& body) {
+  double most = body.drive == kNoDrive ? 0.0 : scene.drives[body.drive].max_acceleration_m_s2;
+  if (body.forces != kNone)
+    most += scene.forces[body.forces].body_force_newton.norm() / body.mass_kg;
+  return most;
+}
+
 Vec3 flight_lag_m(const SceneDescription& scene, double time_s, BodyId id, const BodyState& state) {
   const BodyParams& body = scene.bodies[index_of(id)];
   if (body.kinematic) return Vec3::Zero();

@@ -2,6 +2,8 @@
 // drive, and what pushes it as it turns and moves.
 #pragma once
 
+#include <optional>
+
 #include "physics/math/solver_body.hpp"
 #include "physics/model/body_state.hpp"
 #include "physics/model/contact_manifold.hpp"
@@ -45,6 +47,29 @@ inline void apply_external(const SceneDescription& scene, double time_s, double 
   else
     body.linear += field_of(scene, params) * time_s;
 }
+
+// A body as whoever looks ahead over `time_s` has to see it: with the velocities that its pushes
+// will have given it by then. On its way it comes no farther than these and its field take it.
+class SeenAhead {
+ public:
+  SeenAhead(const SceneDescription& scene, double time_s, BodyId id, const BodyState& state)
+      : state_(&state) {
+    if (is_pushed(scene.bodies[index_of(id)])) push(scene, time_s, id);
+  }
+  SeenAhead(const SeenAhead&) = delete;
+  SeenAhead& operator=(const SeenAhead&) = delete;
+
+  const BodyState& state() const { return pushed_ ? *pushed_ : *state_; }
+
+ private:
+  void push(const SceneDescription& scene, double time_s, BodyId id);
+
+  const BodyState* state_;
+  std::optional<BodyState> pushed_;
+};
+
+// By how much drive and thruster can accelerate a body at most.
+double most_push_m_s2(const SceneDescription& scene, const BodyParams& body);
 
 // By how much less far than `time_s` times its velocity at the end the body comes in free flight.
 Vec3 flight_lag_m(const SceneDescription& scene, double time_s, BodyId id, const BodyState& state);

@@ -4,6 +4,7 @@
 #include <utility>
 #include <variant>
 
+#include "physics/forces/forces.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/model/body_places.hpp"
 #include "physics/model/kinematic.hpp"
@@ -106,13 +107,15 @@ BodyState sent_from_start(std::size_t place, double dt_s, const IslandMove& move
   return state;
 }
 
-// Contacts are looked for along the path that a body begins with, its field and a margin included.
+// Contacts are looked for along the path that a body begins with, its pushes, field and a margin
+// included.
 bool has_left_its_path(const IslandStep& island, const IslandMove& move, std::size_t place) {
   const BodyId id = island.ids[place];
   if (is_kinematic(island.scene, id)) return false;
   const double width_m = shape_of(island.scene, island.geometry, id).min_extent_m;
   const double fallen_m = field_of(island.scene, id).norm() * island.dt_s * island.dt_s;
-  const BodyState& before = move.start[place];
+  const SeenAhead ahead(island.scene, island.dt_s, id, move.start[place]);
+  const BodyState& before = ahead.state();
   const Vec3 foreseen = before.position_m + island.dt_s * before.linear_velocity_m_s;
   const double most_m = kContactMargin * width_m + fallen_m;
   return (move.end[place].position_m - foreseen).squaredNorm() > most_m * most_m;

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "physics/forces/forces.hpp"
 #include "physics/math/disjoint_sets.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/model/stage_counters.hpp"
@@ -194,7 +195,9 @@ inline Aabb tight_box(const CompiledShape& shape, const BodyState& state) {
 }  // namespace
 
 Aabb swept_solid(const SceneDescription& scene, const Geometry& geometry, BodyId id,
-                 const BodyState& state) {
+                 const BodyState& now) {
+  const SeenAhead ahead(scene, scene.dt_s, id, now);
+  const BodyState& state = ahead.state();
   constexpr double kLargest = 1e300;
   const GeometryImpl& impl = geometry.impl();
   const CompiledShape& shape = impl.shapes[impl.body_shapes[index_of(id)]].shape;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "physics/continuous/time_of_impact.hpp"
+#include "physics/forces/forces.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/model/kinematic.hpp"
 #include "physics/narrowphase/separation.hpp"
@@ -56,7 +57,7 @@ double turned_m(const CompiledShape& shape, const Quat& from, const Quat& to) {
 
 // Where it ends if nothing is in its way.
 BodyState foreseen(const SceneDescription& scene, BodyId id, const BodyState& start) {
-  BodyState end = start;
+  BodyState end = SeenAhead(scene, scene.dt_s, id, start).state();
   end.linear_velocity_m_s += field_of(scene, id) * scene.dt_s;
   end.position_m += end.linear_velocity_m_s * scene.dt_s;
   end.orientation = turned(end.angular_velocity_rad_s * scene.dt_s, end.orientation);

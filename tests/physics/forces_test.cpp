@@ -123,6 +123,32 @@ TEST(Forces, AForceOnABoxThatLiesMovesItOnceItBeatsFriction) {
   }
 }
 
+// From rest, by up to thousands of its widths in a step.
+TEST(Forces, WhatAThrusterOrADrivePushesPassesThroughNoWall) {
+  for (const bool drives : {false, true})
+    for (const double newton : {1e1, 1e2, 1e3, 1e4, 1e5, 1e6})
+      for (const Shape& shape : {Shape{Sphere{0.05}}, Shape{Box{{0.05, 0.05, 0.05}}},
+                                 Shape{Capsule{0.05, 0.1}}, Shape{Cylinder{0.05, 0.1}}}) {
+        World world;
+        world.add_static(world.add_shape(Box{{0.05, 5, 5}}), Vec3(1, 0, 0));
+        world.add_body(world.add_shape(shape), Vec3(0, 0.3, 0.2));
+        BodyParams& body = world.scene.bodies[0];
+        if (drives) {
+          world.scene.drives.push_back({.time_constant_s = 0.01,
+                                        .max_acceleration_m_s2 = newton / body.mass_kg,
+                                        .velocity_m_s = Vec3(200, 0, 0),
+                                        .lane = std::nullopt});
+          body.drive = 0;
+        } else {
+          world.scene.forces.push_back({.body_force_newton = Vec3(newton, 0, 0)});
+          body.forces = 0;
+        }
+        world.run(60);
+        EXPECT_LT(world.states[0].position_m.x(), 0.91)
+            << (drives ? "drive" : "thruster") << " of " << newton << " N, shape " << shape.index();
+      }
+}
+
 TEST(Forces, TheirImpulseIsWhatMomentumGains) {
   World world =
       one_body(Sphere{0.3}, {.body_force_newton = Vec3(0, 7, 0), .linear_damping_1_s = 0.8}, 0.02,

@@ -163,7 +163,7 @@ std::vector<Finding> check_rooms(const SourceFile& file) {
   static const std::map<std::string, std::vector<std::string>> rooms_of = {
       {"kernel", {"api", "queues", "time_warp", "gvt", "executors", "virtual_cluster", "phold"}},
       {"physics",
-       {"model", "math", "shapes", "forces", "broadphase", "narrowphase", "continuous", "queries",
+       {"model", "math", "forces", "shapes", "broadphase", "narrowphase", "continuous", "queries",
         "constraints", "measures", "solvers", "integrators", "refinement", "events", "step"}},
       {"models",
        {"territory", "messages", "user_input", "options", "cost", "islands", "ghosts",
