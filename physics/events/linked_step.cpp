@@ -7,6 +7,7 @@
 
 #include "physics/constraints/joint_rows.hpp"
 #include "physics/continuous/time_of_impact.hpp"
+#include "physics/events/linked_impacts.hpp"
 #include "physics/forces/forces.hpp"
 #include "physics/integrators/advance_once.hpp"
 #include "physics/integrators/momentum.hpp"
@@ -90,10 +91,6 @@ bool may_miss_pairs(const LinkedIsland& island, double time_s, std::size_t body,
   return off_m > (island.wedged ? kTooDeep : kContactMargin) * shape.min_extent_m;
 }
 
-struct Touching {
-  BodyId a{}, b{};
-};
-
 // Whether the manifolds, in canonical order, have a contact of the pair.
 bool have_touched(std::span<const ContactManifold> manifolds, const Touching& pair) {
   ContactManifold first;
@@ -124,6 +121,14 @@ std::vector<Touching> query_swept_pairs(const LinkedIsland& island,
   return pairs;
 }
 
+std::optional<Impact> impact_of(const LinkedIsland& island, double time_s, const Touching& pair,
+                                std::span<const BodyState> motions) {
+  const BodyState* const b = is_static(pair.b) ? nullptr : &motions[island.place_of(pair.b)];
+  ++island.counters.linked_searches;
+  return time_of_impact(
+      {island.scene, island.geometry, time_s, pair.a, motions[island.place_of(pair.a)], pair.b, b});
+}
+
 // When the first pair without manifold touches, in the motions that the bodies made in `time_s`.
 std::optional<double> first_unseen_s(const LinkedIsland& island, double time_s,
                                      std::span<const ContactManifold> manifolds,
@@ -140,12 +145,28 @@ std::optional<double> first_unseen_s(const LinkedIsland& island, double time_s,
     if (!may_miss[a] && (b == nullptr || !may_miss[static_cast<std::size_t>(b - motions.data())]))
       continue;
     if (is_mesh(island.scene, pair.b) || have_touched(manifolds, pair)) continue;
-    const std::optional<Impact> impact =
-        time_of_impact({island.scene, island.geometry, time_s, pair.a, motions[a], pair.b, b});
-    ++island.counters.linked_searches;
+    const std::optional<Impact> impact = impact_of(island, time_s, pair, motions);
     if (impact && (!first || impact->time_s < *first)) first = impact->time_s;
   }
   return first;
+}
+
+// The first of them to touch, if before `first_s`. One that does so at once, and does not come near
+// fast enough to bounce, is noted as held: it is a row from now on.
+std::optional<double> first_bounce_s(const LinkedIsland& island, double time_s,
+                                     const BouncesInTime& located, std::optional<double> first_s,
+                                     std::span<const BodyState> motions,
+                                     std::vector<Touching>& held) {
+  constexpr double kAtOnce = 1e-6;
+  const Touching* pair = nullptr;
+  for (const Touching& p : located.pairs) {
+    const std::optional<Impact> impact = impact_of(island, time_s, p, motions);
+    if (!impact || (first_s && impact->time_s >= *first_s)) continue;
+    first_s = impact->time_s;
+    pair = &p;
+  }
+  if (pair != nullptr && !(*first_s > kAtOnce * time_s)) held.push_back(*pair);
+  return first_s;
 }
 
 // Where the bodies are now: along their own velocities, and where that finds none in the motions
@@ -305,7 +326,7 @@ bool is_linked(std::span<const ContactManifold> manifolds) {
 
 IslandReport advance_linked(const IslandStep& step, std::span<BodyState> states,
                             const IslandEffects& effects) {
-  constexpr int kMostPartsOfStep = 8;
+  constexpr int kMostPartsOfStep = 8, kMostPartsThatBounce = 5;
   if (step.ids.size() == 1 && step.scene.statics.empty())  // there is nothing to come to
     return advance_resting(step, states, effects);
   LinkedIsland island{step, effects.scratch, effects.counters};
@@ -317,13 +338,23 @@ IslandReport advance_linked(const IslandStep& step, std::span<BodyState> states,
   report.bodies = static_cast<std::uint32_t>(step.ids.size());
   std::vector<ContactManifold> found;
   std::span<const ContactManifold> met = step.manifolds;
+  std::vector<Touching> held;
+  IslandReport bounces;
+  const bool can_bounce = !island.wedged && bounce_in_time(island, states);
   double left_s = step.dt_s;
   for (int number = 0;; ++number) {
+    if (can_bounce) resolve_linked_impacts(island, met, states, bounces, island.counters);
+    const BouncesInTime located = can_bounce && number < kMostPartsThatBounce
+                                      ? find_bounces_in_time(island, met, held, states)
+                                      : BouncesInTime{};
+    if (!located.pairs.empty()) met = located.others;
     const std::vector<BodyState> before(states.begin(), states.end());
     const std::uint64_t swept = island.counters.joint_sweeps;
     LinkedPart part = advance_part(island, left_s, met, before, states);
     island.swept = island.counters.joint_sweeps > swept;
-    const std::optional<double> touch_s = first_unseen_s(island, left_s, met, before, part.motions);
+    const std::optional<double> touch_s = first_bounce_s(
+        island, left_s, located, first_unseen_s(island, left_s, met, before, part.motions),
+        part.motions, held);
     const std::vector<BodyState> motions = part.motions;
     double time_s = touch_s ? *touch_s : left_s;
     if (touch_s && island.swept) {
@@ -335,6 +366,13 @@ IslandReport advance_linked(const IslandStep& step, std::span<BodyState> states,
     for (int halvings = 0; is_to_be_halved(island, part, halvings, number); ++halvings) {
       time_s *= 0.5;
       part = advance_part(island, time_s, met, before, states);
+    }
+    if (have_missed_one(island, located.pairs, before, states)) {
+      held.insert(held.end(), located.pairs.begin(), located.pairs.end());
+      std::copy(before.begin(), before.end(), states.begin());
+      found = contacts_now(island, left_s, step.manifolds, states, motions);
+      met = found;
+      continue;
     }
     const bool sunk = part.relative_depth > kTooDeep;
     if (sunk) stay_at(island, before, states, part.report);
@@ -352,6 +390,7 @@ IslandReport advance_linked(const IslandStep& step, std::span<BodyState> states,
     met = found;
   }
   report.static_impulse_newton_s += pushed - foreseen;
+  add_bounces(bounces, report);
   return report;
 }
 
