@@ -214,7 +214,7 @@ bool can_be_hit(const BounceResponse& response) {
 }
 
 // Unless they hold more energy: joints that contradict each other have no exact answer.
-void take_velocities(const IslandStep& island, const JointSystem& joints,
+bool take_velocities(const IslandStep& island, const JointSystem& joints,
                      std::span<const SolverBody> bodies, std::span<BodyState> states,
                      IslandReport& report) {
   constexpr double kRounding = 1e-12;
@@ -226,10 +226,11 @@ void take_velocities(const IslandStep& island, const JointSystem& joints,
   }
   const double has = kinetic_joule(island.scene, island.ids, after),
                had = kinetic_joule(island.scene, island.ids, states);
-  if (!(has <= (1.0 + kRounding) * had)) return;
+  if (!(has <= (1.0 + kRounding) * had)) return false;
   add_loads(joints, report);
   report_momentum(island, states, after, report);
   std::ranges::move(after, states.begin());
+  return true;
 }
 
 }  // namespace
@@ -276,18 +277,18 @@ void add_bounces(const IslandReport& bounces, IslandReport& report) {
   for (const JointLoad& load : bounces.joint_loads) add_load(load, report);
 }
 
-void resolve_linked_impacts(const IslandStep& island, std::span<const ContactManifold> manifolds,
+bool resolve_linked_impacts(const IslandStep& island, std::span<const ContactManifold> manifolds,
                             std::span<BodyState> states, IslandReport& report,
                             StageCounters& counters) {
   const auto& [scene, geometry, dt_s, ids, given] = island;
   const std::vector<TouchingPoint> points = points_in_touch(island, manifolds, states);
-  if (points.empty()) return;
+  if (points.empty()) return false;
   std::vector<SolverBody> bodies = bodies_at(scene, ids, states);
   const double slow_m_s = scene.solver.restitution_threshold_m_s;
   const auto comes_fast = [&](const TouchingPoint& p) {
     return -relative_velocity(p, bodies)[0] > slow_m_s;
   };
-  if (std::ranges::none_of(points, comes_fast)) return;
+  if (std::ranges::none_of(points, comes_fast)) return false;
   const std::vector<SolverBody> start = bodies;
   JointSystem joints = find_joints(scene, ids, manifolds);
   build_joint_rows(scene, dt_s, states, false, joints);
@@ -315,7 +316,7 @@ void resolve_linked_impacts(const IslandStep& island, std::span<const ContactMan
   for (JointRow& row : joints.rows) row.impulse_newton_s = 0.0;
   for (std::size_t i = 0; i < points.size(); ++i) apply(points[i], impulses[i], bodies);
   solve_joint_velocities(joints, bodies);
-  take_velocities(island, joints, bodies, states, report);
+  return take_velocities(island, joints, bodies, states, report);
 }
 
 }  // namespace soda::physics

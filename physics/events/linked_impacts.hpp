@@ -40,8 +40,8 @@ bool have_missed_one(const IslandStep& island, std::span<const Touching> pairs,
 // them at once, with friction and with what the joints of the island do; and so do those that come
 // nearer by that, until none does. Limits and motors do nothing. Velocities change, places do not;
 // no impact gives energy. Rows of the part that follows have to hold what is left after many
-// rounds.
-void resolve_linked_impacts(const IslandStep& island, std::span<const ContactManifold> manifolds,
+// rounds. Returns whether anything has changed: then there are other pairs ahead.
+bool resolve_linked_impacts(const IslandStep& island, std::span<const ContactManifold> manifolds,
                             std::span<BodyState> states, IslandReport& report,
                             StageCounters& counters);
 

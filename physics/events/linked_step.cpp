@@ -342,8 +342,13 @@ IslandReport advance_linked(const IslandStep& step, std::span<BodyState> states,
   IslandReport bounces;
   const bool can_bounce = !island.wedged && bounce_in_time(island, states);
   double left_s = step.dt_s;
+  const auto look = [&](std::span<const BodyState> at, std::span<const BodyState> motions) {
+    found = contacts_now(island, left_s, met, at, motions);
+    met = found;
+  };
   for (int number = 0;; ++number) {
-    if (can_bounce) resolve_linked_impacts(island, met, states, bounces, island.counters);
+    if (can_bounce && resolve_linked_impacts(island, met, states, bounces, island.counters))
+      look(states, states);
     const BouncesInTime located = can_bounce && number < kMostPartsThatBounce
                                       ? find_bounces_in_time(island, met, held, states)
                                       : BouncesInTime{};
@@ -359,8 +364,7 @@ IslandReport advance_linked(const IslandStep& step, std::span<BodyState> states,
     double time_s = touch_s ? *touch_s : left_s;
     if (touch_s && island.swept) {
       time_s = left_s;
-      found = contacts_now(island, left_s, met, before, part.motions);
-      met = found;
+      look(before, part.motions);
     }
     if (touch_s) part = advance_part(island, time_s, met, before, states);
     for (int halvings = 0; is_to_be_halved(island, part, halvings, number); ++halvings) {
@@ -370,8 +374,7 @@ IslandReport advance_linked(const IslandStep& step, std::span<BodyState> states,
     if (have_missed_one(island, located.pairs, before, states)) {
       held.insert(held.end(), located.pairs.begin(), located.pairs.end());
       std::copy(before.begin(), before.end(), states.begin());
-      found = contacts_now(island, left_s, step.manifolds, states, motions);
-      met = found;
+      look(states, motions);
       continue;
     }
     const bool sunk = part.relative_depth > kTooDeep;
@@ -386,8 +389,7 @@ IslandReport advance_linked(const IslandStep& step, std::span<BodyState> states,
     const bool waits = left_s > 0.0 && (sunk || number + 1 == kMostPartsOfStep);
     if (waits) wait_for(left_s, island, report);
     if (waits || !(left_s > 0.0)) break;
-    found = contacts_now(island, left_s, met, states, motions);
-    met = found;
+    look(states, motions);
   }
   report.static_impulse_newton_s += pushed - foreseen;
   add_bounces(bounces, report);

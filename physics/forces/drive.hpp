@@ -20,9 +20,8 @@ Vec3 drive_acceleration(const SceneDescription& scene, double dt_s, const Drive&
 inline Vec3 external_acceleration(const SceneDescription& scene, double dt_s, BodyId id,
                                   const BodyState& state) {
   const BodyParams& body = scene.bodies[index_of(id)];
-  const Vec3 field = field_of(scene, body);
-  if (body.drive == kNoDrive) return field;
-  return field + drive_acceleration(scene, dt_s, scene.drives[body.drive], state);
+  if (body.drive == kNoDrive) return field_of(scene, body);
+  return field_of(scene, body) + drive_acceleration(scene, dt_s, scene.drives[body.drive], state);
 }
 
 }  // namespace soda::physics

@@ -14,21 +14,22 @@ using test::World;
 constexpr double kRadius_m = 0.1, kString_m = 1.0, kAside_m = 0.6;
 constexpr double kRaised_rad = 0.6;
 
-// Balls in a row that touch, each on two strings; the first ones are drawn aside together.
-World cradle(int balls, int raised, double dt_s) {
+// Balls in a row that touch, or nearly, each on two strings; the first ones are drawn aside
+// together.
+World cradle(int balls, int raised, double dt_s, double gap_m = 0.0) {
   World world = test::under_gravity();
   world.scene.dt_s = dt_s;
   const Material elastic{.friction = 0.0, .restitution = 1.0};
   const std::uint32_t ball = world.add_shape(Sphere{kRadius_m});
   for (int i = 0; i < balls; ++i) {
     const double angle = i < raised ? kRaised_rad : 0.0;
-    const Vec3 at(2.0 * kRadius_m * i - kString_m * std::sin(angle), 0.0,
-                  kString_m * (1.0 - std::cos(angle)));
+    const double place_m = (2.0 * kRadius_m + gap_m) * i;
+    const Vec3 at(place_m - kString_m * std::sin(angle), 0.0, kString_m * (1.0 - std::cos(angle)));
     world.add_body(ball, at, 1000.0, elastic);
     for (const double side : {-kAside_m, kAside_m}) {
       Joint joint = test::joint_at(JointKind::kDistance, world, static_cast<std::uint32_t>(i),
                                    std::nullopt, at);
-      joint.anchor_b_m = Vec3(2.0 * kRadius_m * i, side, kString_m);
+      joint.anchor_b_m = Vec3(place_m, side, kString_m);
       joint.length_m = (joint.anchor_b_m - at).norm();
       test::add(world, joint);
     }
@@ -71,6 +72,28 @@ TEST(LinkedImpacts, AsManyFlyOffAsHaveCome) {
         EXPECT_GT(speed, 0.9) << "ball " << i << ", " << raised << " raised";
     }
   }
+}
+
+// Each flies to the next within the step, and is found there.
+TEST(LinkedImpacts, ARowWithGapsLosesNothing) {
+  for (const double gap_m : {1e-4, 1e-3, 0.01, 0.05})
+    for (const int balls : {2, 3, 5}) {
+      World world = cradle(balls, 1, 1.0 / 60, gap_m);
+      const Mechanics start = world.mechanics();
+      double deepest_m = 0.0;
+      const Geometry geometry(world.scene);
+      for (int step = 0; step < 300; ++step) {
+        world.run(1, geometry);
+        for (const IslandReport& island : world.report.islands)
+          deepest_m = std::max(deepest_m, island.max_penetration_m);
+      }
+      const Mechanics end = world.mechanics();
+      const double had = world.scene.bodies[0].mass_kg * 0.5 * fastest_m_s() * fastest_m_s();
+      const double lost = start.kinetic_energy_joule + start.potential_energy_joule -
+                          end.kinetic_energy_joule - end.potential_energy_joule;
+      EXPECT_LT(std::abs(lost), 0.01 * had) << balls << " balls, gaps of " << gap_m;
+      EXPECT_LT(deepest_m, 1e-3 * kRadius_m) << balls << " balls, gaps of " << gap_m;
+    }
 }
 
 // What is below the restitution threshold does not bounce, and so is lost.
