@@ -131,7 +131,8 @@ void solve_hits(const BounceLaw& law, std::vector<StruckPoint>& hits,
       if (law.friction && p.friction > 0.0) {
         for (int k = 1; k < 3; ++k)
           if (response(k, k) > 0.0) next[k] -= now[k] / response(k, k);
-        const double across = std::hypot(next[1], next[2]), cone = p.friction * next[0];
+        const double across = std::sqrt(next[1] * next[1] + next[2] * next[2]),
+                     cone = p.friction * next[0];
         if (across > cone) next.tail<2>() *= cone / across;
       }
       const Vec3 change = next - hit.impulse;
@@ -296,7 +297,8 @@ bool resolve_linked_impacts(const IslandStep& island, std::span<const ContactMan
   std::vector<std::optional<BounceResponse>> responses(points.size());
   std::vector<Vec3> impulses(points.size(), Vec3::Zero());
   const std::size_t most_rounds = 60 + 10 * points.size();
-  for (std::size_t round = 0; round < most_rounds; ++round) {
+  std::size_t rounds = 0;
+  for (; rounds < most_rounds; ++rounds) {
     std::vector<StruckPoint> hits;
     std::vector<std::size_t> places;
     for (std::size_t i = 0; i < points.size(); ++i) {
@@ -311,6 +313,7 @@ bool resolve_linked_impacts(const IslandStep& island, std::span<const ContactMan
     for (std::size_t k = 0; k < hits.size(); ++k) impulses[places[k]] += hits[k].impulse;
     ++counters.impacts;
   }
+  if (rounds == 0) return false;
   // Once more together: joints tell their impulses.
   bodies = start;
   for (JointRow& row : joints.rows) row.impulse_newton_s = 0.0;

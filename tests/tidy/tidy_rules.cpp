@@ -67,7 +67,7 @@ const std::vector<BannedWord>& banned_words() {
        "handlers run speculatively: nothing leaves the program before GVT"},
       {std::regex("\\bstd::(cout|cerr|clog)\\b"), state,
        "handlers run speculatively: nothing leaves the program before GVT"},
-      {std::regex("\\b(std::)?(sin|cos|tan|exp|pow|atan2|acos|asin|log)\\s*\\("),
+      {std::regex("\\b(std::)?(sin|cos|tan|exp|pow|atan2|acos|asin|log|hypot|cbrt|fma)\\s*\\("),
        {"physics", "models"},
        "libm differs between CPUs: sqrt and rational functions only in state paths"},
       {std::regex("\\bstd::(reduce|transform_reduce|sort_heap|unstable)\\b"), state,
