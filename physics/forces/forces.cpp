@@ -84,11 +84,12 @@ void push_body(const SceneDescription& scene, double time_s, double ahead_s, Bod
 
 void SeenAhead::push(const SceneDescription& scene, double time_s, BodyId id) {
   const BodyParams& params = scene.bodies[index_of(id)];
-  SolverBody body = solver_body(params, *state_);
-  push_body(scene, time_s, 0.5 * time_s, id, *state_, body);
+  const Vec3 faster = acceleration_of(scene, time_s, 0.5 * time_s, id, *state_) * time_s;
+  const SolverBody body = solver_body(params, *state_);
   pushed_ = *state_;
-  pushed_->linear_velocity_m_s = body.linear - field_of(scene, params) * time_s;
-  pushed_->angular_velocity_rad_s = body.angular;
+  pushed_->linear_velocity_m_s = body.linear + faster - field_of(scene, params) * time_s;
+  pushed_->angular_velocity_rad_s =
+      body.angular + body.inverse_inertia * forces_of(scene, id).torque_newton_m * time_s;
 }
 
 double most_push_m_s2(const SceneDescription& scene, const BodyParams& body) {

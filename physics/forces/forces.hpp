@@ -49,7 +49,7 @@ inline void apply_external(const SceneDescription& scene, double time_s, double 
 }
 
 // A body as whoever looks ahead over `time_s` has to see it: with the velocities that its pushes
-// will have given it by then. On its way it comes no farther than these and its field take it.
+// will have given it by then. Damping, which only takes some, is left out.
 class SeenAhead {
  public:
   SeenAhead(const SceneDescription& scene, double time_s, BodyId id, const BodyState& state)

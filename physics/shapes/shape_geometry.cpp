@@ -211,9 +211,10 @@ Aabb swept_solid(const SceneDescription& scene, const Geometry& geometry, BodyId
     const double rotation = std::min(state.angular_velocity_rad_s.norm() * scene.dt_s, 2.0);
     reach += rotation * shape.bounding_radius_m;
   }
+  const Vec3 unpushed = now.linear_velocity_m_s * scene.dt_s;
   for (int i = 0; i < 3; ++i) {
-    const double low = std::min(0.0, std::min(path[i], end[i]));
-    const double high = std::max(0.0, std::max(path[i], end[i]));
+    const double low = std::min({0.0, path[i], end[i], unpushed[i]});
+    const double high = std::max({0.0, path[i], end[i], unpushed[i]});
     box.min[i] = std::clamp(box.min[i] + low - reach, -kLargest, kLargest);
     box.max[i] = std::clamp(box.max[i] + high + reach, -kLargest, kLargest);
   }

@@ -149,6 +149,23 @@ TEST(Forces, WhatAThrusterOrADrivePushesPassesThroughNoWall) {
       }
 }
 
+TEST(Forces, WhatDampingBrakesPassesThroughNoWall) {
+  for (const double damping_1_s : {0.1, 1.0, 10.0, 60.0, 300.0})
+    for (const double speed_m_s : {3.0, 30.0, 100.0, 300.0})
+      for (const double dt : {1.0 / 30, 1.0 / 60, 1.0 / 240}) {
+        World world;
+        world.scene.dt_s = dt;
+        world.add_static(world.add_shape(Box{{0.02, 5, 5}}), Vec3(1, 0, 0));
+        world.add_body(world.add_shape(Sphere{0.05}), Vec3(0.3, 0, 0)).linear_velocity_m_s =
+            Vec3(speed_m_s, 0, 0);
+        world.scene.forces.push_back({.linear_damping_1_s = damping_1_s});
+        world.scene.bodies[0].forces = 0;
+        world.run(static_cast<int>(1.0 / dt));
+        EXPECT_LT(world.states[0].position_m.x(), 0.94)
+            << damping_1_s << " 1/s, " << speed_m_s << " m/s, " << dt;
+      }
+}
+
 TEST(Forces, TheirImpulseIsWhatMomentumGains) {
   World world =
       one_body(Sphere{0.3}, {.body_force_newton = Vec3(0, 7, 0), .linear_damping_1_s = 0.8}, 0.02,
