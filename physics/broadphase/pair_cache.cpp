@@ -97,7 +97,8 @@ PairCache::Bounds PairCache::bounds_of(const Input& in, std::size_t body) const 
   const double speed = kSpare * moves + kLifetime * fall + least * radius;
   const double angular_speed = 2.0 * turns + least;
   const double slack = kLeastSlack * radius + kLifetime * dt_s_ * (moves + fall);
-  const double reach = radius * (1.0 + std::min(angular_speed * dt_s_, 2.0)) +
+  const double seen_rad_s = angular_speed + most_twist_rad_s2(in.scene, params) * dt_s_;
+  const double reach = radius * (1.0 + std::min(seen_rad_s * dt_s_, 2.0)) +
                        kContactMargin * shape.min_extent_m + (speed + fall) * dt_s_ +
                        kPlaceRounding * state.position_m.cwiseAbs().maxCoeff();
   Bounds bounds;

@@ -53,7 +53,7 @@ double pushed_m_s2(const ContactImpactIsland& island, BodyId id, const BodyState
   double most = most_push_m_s2(scene, body);
   if (body.forces == kNone) return most;
   const BodyForces& own = scene.forces[body.forces];
-  const double turned = body.inverse_inertia_local.norm() * own.torque_newton_m.norm() +
+  const double turned = most_twist_rad_s2(scene, body) +
                         own.angular_damping_1_s * state.angular_velocity_rad_s.norm();
   most += own.linear_damping_1_s * state.linear_velocity_m_s.norm();
   return most + turned * shape_of(scene, island.geometry, id).bounding_radius_m;

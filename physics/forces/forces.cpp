@@ -99,6 +99,11 @@ double most_push_m_s2(const SceneDescription& scene, const BodyParams& body) {
   return most;
 }
 
+double most_twist_rad_s2(const SceneDescription& scene, const BodyParams& body) {
+  if (body.forces == kNone) return 0.0;
+  return body.inverse_inertia_local.norm() * scene.forces[body.forces].torque_newton_m.norm();
+}
+
 Vec3 flight_lag_m(const SceneDescription& scene, double time_s, BodyId id, const BodyState& state) {
   const BodyParams& body = scene.bodies[index_of(id)];
   if (body.kinematic) return Vec3::Zero();

@@ -68,8 +68,9 @@ class SeenAhead {
   std::optional<BodyState> pushed_;
 };
 
-// By how much drive and thruster can accelerate a body at most.
+// By how much drive and thruster can accelerate a body at most; by how much its torque can.
 double most_push_m_s2(const SceneDescription& scene, const BodyParams& body);
+double most_twist_rad_s2(const SceneDescription& scene, const BodyParams& body);
 
 // By how much less far than `time_s` times its velocity at the end the body comes in free flight.
 Vec3 flight_lag_m(const SceneDescription& scene, double time_s, BodyId id, const BodyState& state);

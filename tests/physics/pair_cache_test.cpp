@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <optional>
 #include <random>
 
 #include "physics/integrators/advance_once.hpp"
@@ -135,6 +136,46 @@ TEST(PairCache, AreThoseOfAllBoxesWhileBodiesFlySpinAndAreHit) {
     served += asked.served;
   }
   EXPECT_GT(served, 360);  // of 720
+}
+
+// Every third body, at once and hard: by a force, a thruster, a torque or a drive.
+void push_some(World& world, Random& random) {
+  SceneDescription& scene = world.scene;
+  for (std::size_t i = 0; i < scene.bodies.size(); i += 3) {
+    BodyParams& body = scene.bodies[i];
+    if (random.one_of(2)) body.own_field_m_s2 = random.in_cube(300.0);
+    if (random.one_of(2)) {
+      scene.forces.push_back({.body_force_newton = random.in_cube(300.0) * body.mass_kg,
+                              .torque_newton_m = random.in_cube(3e4) * body.mass_kg,
+                              .linear_damping_1_s = random.between(0.0, 20.0)});
+      body.forces = static_cast<std::uint32_t>(scene.forces.size() - 1);
+    }
+    if (random.one_of(2)) {
+      scene.drives.push_back({.time_constant_s = 0.01,
+                              .max_acceleration_m_s2 = 300.0,
+                              .velocity_m_s = random.in_cube(20.0),
+                              .lane = std::nullopt});
+      body.drive = static_cast<std::uint32_t>(scene.drives.size() - 1);
+    }
+  }
+}
+
+TEST(PairCache, AreThoseOfAllBoxesWhileBodiesArePushed) {
+  int served = 0;
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    Random random(seed);
+    World world = random_gas(150, 5.0, 0.2, 1.0, random);
+    push_some(world, random);
+    const Geometry geometry(world.scene);
+    Asked asked;
+    for (int step = 0; step < 6; ++step) {
+      asked.expect_all(world, geometry, world.ids, world.states);
+      ASSERT_FALSE(HasFailure()) << "seed " << seed << ", step " << step;
+      if (step % 2 == 1) fly(world);
+    }
+    served += asked.served;
+  }
+  EXPECT_GT(served, 10);
 }
 
 TEST(PairCache, AreThoseOfTheBodiesAskedForThoughSomeComeAndGo) {
