@@ -47,6 +47,16 @@ bool is_mesh(const SceneDescription& scene, BodyId id) {
                               scene.shapes[scene.statics[static_index_of(id)].shape]);
 }
 
+double overlap_m(const PairStep& pair, StageCounters& counters) {
+  if (!is_mesh(pair.scene, pair.b)) return std::max(0.0, -separation_of(pair).distance_m);
+  std::vector<ContactManifold> found;
+  const auto& [scene, geometry, dt_s, a, state_a, b, state_b] = pair;
+  collide({scene, geometry, 0.0, a, state_a, b, state_b}, found, counters);
+  double overlap = 0.0;
+  for (const ContactManifold& m : found) overlap = std::max(overlap, -least_separation_m(m));
+  return overlap;
+}
+
 double touching_gap_m(const SceneDescription& scene, const Geometry& geometry, BodyId a,
                       const BodyState& state_a, BodyId b) {
   constexpr double kSpheres = 1e-14, kOthers = 1e-8, kRounding = 1e-15;

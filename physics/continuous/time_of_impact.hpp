@@ -15,6 +15,9 @@ bool is_mesh(const SceneDescription& scene, BodyId id);
 // nearest.
 Separation separation_of(const PairStep& pair);
 
+// By how much they overlap as they are now, >= 0.
+double overlap_m(const PairStep& pair, StageCounters& counters);
+
 // The gap below which two solids count as touching: of the size of rounding for spheres.
 double touching_gap_m(const SceneDescription& scene, const Geometry& geometry, BodyId a,
                       const BodyState& state_a, BodyId b);

@@ -144,7 +144,7 @@ std::optional<double> first_unseen_s(const LinkedIsland& island, double time_s,
     const BodyState* const b = is_static(pair.b) ? nullptr : &motions[island.place_of(pair.b)];
     if (!may_miss[a] && (b == nullptr || !may_miss[static_cast<std::size_t>(b - motions.data())]))
       continue;
-    if (is_mesh(island.scene, pair.b) || have_touched(manifolds, pair)) continue;
+    if (have_touched(manifolds, pair)) continue;
     const std::optional<Impact> impact = impact_of(island, time_s, pair, motions);
     if (impact && (!first || impact->time_s < *first)) first = impact->time_s;
   }
@@ -223,12 +223,11 @@ double relative_depth(const LinkedIsland& island, std::span<const ContactManifol
     const double width = std::min(island.shape_of(a).min_extent_m, island.shape_of(b).min_extent_m);
     const double sunk_m = displacement_m[a] + (fixed ? 0.0 : displacement_m[b]);  // at most
     if (sunk_m <= (island.wedged || island.swept ? kTooDeep : kVisible) * width) continue;
-    if (is_mesh(island.scene, pair.b)) continue;
     if (!fixed && !have_touched(manifolds, pair)) continue;
     const auto depth_m = [&](std::span<const BodyState> at) {
-      const Separation apart = separation_of(
-          {island.scene, island.geometry, 0.0, pair.a, at[a], pair.b, fixed ? nullptr : &at[b]});
-      return std::max(0.0, -apart.distance_m);
+      return overlap_m(
+          {island.scene, island.geometry, 0.0, pair.a, at[a], pair.b, fixed ? nullptr : &at[b]},
+          island.counters);
     };
     const double depth = depth_m(after);
     if (depth > most * width) most = std::max(most, (depth - depth_m(before)) / width);

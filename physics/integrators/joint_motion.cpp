@@ -93,6 +93,7 @@ BothSolved solve_both(const JointedStep& step, JointSystem& joints, ContactProbl
   solve_bounded(count, bodies, 0.0, joints);
   if (problem.normals.empty()) return {1, true};
   std::uint32_t done = 0;
+  double change = 1e300;
   for (int round = 0; round < (joints.bounded ? kRounds : 1); ++round) {
     const std::optional<JointedContacts> contacts = jointed_contacts(joints, problem);
     if (!contacts) {
@@ -103,10 +104,11 @@ BothSolved solve_both(const JointedStep& step, JointSystem& joints, ContactProbl
       return {done, false};
     }
     ContactProblem through = problem;
-    done +=
-        static_cast<std::uint32_t>(solve_jointed_velocities(10 * iterations, *contacts, through));
+    const JointedSolve solve = solve_jointed_velocities(10 * iterations, *contacts, through);
+    done += static_cast<std::uint32_t>(solve.iterations);
     take_contact_impulses(through, problem);
     solve_bounded(count, bodies, 0.0, joints);
+    if (is_stalled(solve.change, std::exchange(change, solve.change))) break;
   }
   return {done, true};
 }

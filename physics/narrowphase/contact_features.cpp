@@ -229,6 +229,29 @@ void clip_to_reference(const SupportFeature& reference, const SupportFeature& in
   }
 }
 
+bool is_along(const SupportFeature& feature, const Vec3& direction) {
+  constexpr double kAlong = 1.0 - 1e-9;
+  return feature.count > 2 && feature.normal.dot(direction) > kAlong;
+}
+
+bool is_over(const SupportFeature& feature, const Vec3& direction) {
+  constexpr double kOver = 0.98;  // cosine
+  return feature.count > 2 && feature.normal.dot(direction) > kOver;
+}
+
+void clip_over(const SupportFeature& reference, const SupportFeature& incident,
+               const Vec3& direction, double nearest_m, ContactCandidates& out) {
+  clip_to_reference(reference, incident, out);
+  if (out.count == 0) return;
+  const double share = reference.normal.dot(direction);
+  int deepest = 0;
+  for (int i = 0; i < out.count; ++i) {
+    out.points[i].separation_m *= share;
+    if (out.points[i].separation_m < out.points[deepest].separation_m) deepest = i;
+  }
+  out.points[deepest].separation_m = nearest_m;
+}
+
 void overlap_segments(const SupportFeature& a, const SupportFeature& b, const Vec3& normal,
                       ContactCandidates& out) {
   constexpr double kParallel = 0.05;  // sine of the largest angle at which segments share a stretch

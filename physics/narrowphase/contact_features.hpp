@@ -92,6 +92,14 @@ struct ContactCandidates {
 // midway between the surfaces, separations along the reference's normal.
 void clip_to_reference(const SupportFeature& reference, const SupportFeature& incident,
                        ContactCandidates& out);
+// Whether the feature is a polygon whose normal is the direction, but for rounding.
+bool is_along(const SupportFeature& feature, const Vec3& direction);
+// Whether it is a polygon that meets the direction steeply: what touches an edge of it, along a
+// direction that is not quite its normal, is over it with the whole of its feature.
+bool is_over(const SupportFeature& feature, const Vec3& direction);
+// Clips what is over the reference, with separations along the direction; `nearest_m` is the least.
+void clip_over(const SupportFeature& reference, const SupportFeature& incident,
+               const Vec3& direction, double nearest_m, ContactCandidates& out);
 
 // The stretch along which two nearly parallel segments face each other; nothing if they are not
 // parallel, or not both segments.

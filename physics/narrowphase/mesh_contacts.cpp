@@ -177,14 +177,15 @@ EdgeContact edge_contact(const MeshPair& pair, std::span<const std::uint32_t> tr
 
 void edge_points(const PlacedShape& solid, const Triangle& t, const EdgeContact& contact,
                  ContactCandidates& out) {
-  constexpr double kAligned = 1.0 - 1e-9;
   SupportFeature edge;
   edge.points[0] = t.corners[static_cast<std::size_t>(contact.edge)];
   edge.points[1] = t.corners[static_cast<std::size_t>(contact.edge + 1) % 3];
   edge.count = 2;
   const SupportFeature feature = support_feature(solid, contact.normal);
-  if (feature.count > 2 && feature.normal.dot(contact.normal) > kAligned)
+  if (is_along(feature, contact.normal))
     clip_to_reference(feature, edge, out);
+  else if (is_over(feature, contact.normal))
+    clip_over(feature, edge, contact.normal, contact.separation_m, out);
   else
     overlap_segments(feature, edge, contact.normal, out);
   if (out.count == 0) out.add(contact.witness, contact.separation_m, 0x40000000u);

@@ -22,17 +22,26 @@ namespace {
 // Points from the features that the shapes show to each other along the axis.
 void add_feature_points(const Solid& a, const Solid& b, const Axis& axis, double range,
                         Vec3& normal, ContactCandidates& out) {
-  constexpr double kAligned = 1.0 - 1e-9;
+  constexpr std::uint32_t kOfB = 0x80000000u, kNearest = 0x40000000u;
+  const auto number_as_of_b = [&out] {
+    for (int i = 0; i < out.count; ++i) out.points[i].feature |= kOfB;
+  };
   const SupportFeature fa = support_feature(a.placed, axis.normal);
   const SupportFeature fb = support_feature(b.placed, -axis.normal);
   normal = axis.normal;
-  if (fa.count > 2 && fa.normal.dot(axis.normal) > kAligned) {
+  const auto apart = [&] { return separation_along(a.placed, b.placed, normal); };
+  if (is_along(fa, normal)) {
     normal = fa.normal;
     clip_to_reference(fa, fb, out);
-  } else if (fb.count > 2 && -fb.normal.dot(axis.normal) > kAligned) {
+  } else if (is_along(fb, -normal)) {
     normal = -fb.normal;
     clip_to_reference(fb, fa, out);
-    for (int i = 0; i < out.count; ++i) out.points[i].feature |= 0x80000000u;
+    number_as_of_b();
+  } else if (is_over(fa, normal) && fa.normal.dot(normal) >= -fb.normal.dot(normal)) {
+    clip_over(fa, fb, normal, apart(), out);
+  } else if (is_over(fb, -normal)) {
+    clip_over(fb, fa, -normal, apart(), out);
+    number_as_of_b();
   } else {
     overlap_segments(fa, fb, normal, out);
   }
@@ -41,11 +50,11 @@ void add_feature_points(const Solid& a, const Solid& b, const Axis& axis, double
   if (least <= range && !axis.nearest) return;
   // What is nearest may lie beyond a face's edge, where features are cut off.
   constexpr double kCutOff = 1e-3;  // of the smaller width
-  const double separation = separation_along(a.placed, b.placed, normal);
+  const double separation = apart();
   const double width = std::min(a.placed.shape.min_extent_m, b.placed.shape.min_extent_m);
   if (least <= range && least <= separation + kCutOff * width) return;
   if (least > range) out.count = 0;
-  if (separation <= range) out.add(axis.witness, separation, 0x40000000u);
+  if (separation <= range) out.add(axis.witness, separation, kNearest);
 }
 
 // Along which two solids meet.

@@ -38,9 +38,8 @@ double edges_m(const Solid& solid) {
 
 // Whether the other's extreme point is over a face that a solid shows along its outward normal.
 bool is_over_face(const PlacedShape& of, const PlacedShape& other, const Vec3& outward) {
-  constexpr double kAligned = 1.0 - 1e-9;
   const SupportFeature face = support_feature(of, outward);
-  if (face.count < 3 || face.normal.dot(outward) < kAligned) return false;
+  if (!is_along(face, outward)) return false;
   const Vec3 point = support_point(other, -outward);
   for (int i = 0; i < face.count; ++i) {
     const Vec3& from = face.points[i];

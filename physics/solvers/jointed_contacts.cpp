@@ -1,15 +1,22 @@
+#include "physics/solvers/jointed_contacts.hpp"
+
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "physics/constraints/rolling_rows.hpp"
+#include "physics/math/anderson.hpp"
 #include "physics/math/solver_body.hpp"
 #include "physics/solvers/convex_contacts.hpp"
-#include "physics/solvers/jointed_contacts.hpp"
 
 namespace soda::physics {
 namespace {
 
 constexpr double kNegligibleJoint = 1e-12;  // change of an impulse, of the largest impulse
+// Contacts that hold the same thing twice hand impulses on to each other for ever, by rounding. A
+// block of iterations whose least change is not less than that of the block before is the last.
+constexpr int kBlock = 10;
+constexpr double kGained = 0.9;
 // By how much the two ways to tell a direction's inverse mass may differ, as part of it.
 constexpr double kUnclear = 1e-3;
 // The largest ratio of a lever: how much faster than the contact itself it makes something.
@@ -206,6 +213,53 @@ double iterate(bool forward, const JointedContacts& contacts, ContactProblem& pr
   return change;
 }
 
+void impulses_of(const ContactProblem& problem, std::vector<double>& impulses) {
+  impulses.clear();
+  for (const NormalRow& row : problem.normals) impulses.push_back(row.impulse_newton_s);
+  for (const FrictionRow& row : problem.frictions)
+    impulses.insert(impulses.end(), row.impulse_newton_s, row.impulse_newton_s + 2);
+  for (const RollingRow& row : problem.rollings)
+    for (int t = 0; t < 3; ++t) impulses.push_back(row.impulse_newton_m_s[t]);
+}
+
+// The next sweep brings friction back into its bounds.
+void set_impulses(std::span<const double> impulses, const JointedContacts& contacts,
+                  ContactProblem& problem) {
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < problem.normals.size(); ++i) {
+    NormalRow& row = problem.normals[i];
+    const double impulse = std::max(0.0, impulses[next++]);
+    push(contacts.normals[i], impulse - row.impulse_newton_s, problem.bodies);
+    row.impulse_newton_s = impulse;
+  }
+  for (std::size_t i = 0; i < problem.frictions.size(); ++i)
+    for (std::size_t t = 0; t < 2; ++t) {
+      double& impulse = problem.frictions[i].impulse_newton_s[t];
+      push(contacts.tangents[2 * i + t], impulses[next] - impulse, problem.bodies);
+      impulse = impulses[next++];
+    }
+  for (std::size_t i = 0; i < problem.rollings.size(); ++i)
+    for (std::size_t t = 0; t < 3; ++t) {
+      double& impulse = problem.rollings[i].impulse_newton_m_s[static_cast<int>(t)];
+      push(contacts.rollings[3 * i + t], impulses[next] - impulse, problem.bodies);
+      impulse = impulses[next++];
+    }
+}
+
+// False where it leads far away.
+bool accelerate(std::span<const double> from, std::vector<double>& to,
+                AndersonAcceleration& acceleration) {
+  constexpr double kFarthest = 100.0;  // of what the sweeps have changed
+  const std::vector<double> swept = to;
+  acceleration.accelerate(from, to);
+  double changed = 0.0, led = 0.0;
+  for (std::size_t k = 0; k < to.size(); ++k) {
+    changed = std::max(changed, std::abs(swept[k] - from[k]));
+    led = std::max(led, std::abs(to[k] - swept[k]));
+  }
+  return led <= kFarthest * changed;
+}
+
 // 1 / the larger eigenvalue of the response of two directions; `across`: of one to the other.
 double slide_mass(const double (&inverse)[2], double across) {
   const double half = 0.5 * (inverse[0] - inverse[1]);
@@ -227,6 +281,8 @@ void add_rolling(const RollingRow& row, Response& response, JointedContacts& con
 }
 
 }  // namespace
+
+bool is_stalled(double change, double before) { return change > kGained * before; }
 
 std::optional<JointedContacts> jointed_contacts(const JointSystem& joints,
                                                 const ContactProblem& problem) {
@@ -258,15 +314,26 @@ std::optional<JointedContacts> jointed_contacts(const JointSystem& joints,
   return contacts;
 }
 
-int solve_jointed_velocities(int iterations, const JointedContacts& contacts,
-                             ContactProblem& problem) {
-  for (int i = 0; i < iterations; ++i) {
-    const double change = iterate(i % 2 == 0, contacts, problem);
+JointedSolve solve_jointed_velocities(int iterations, const JointedContacts& contacts,
+                                      ContactProblem& problem) {
+  AndersonAcceleration acceleration;
+  std::vector<double> from, to;
+  double before = 1e300, block = 1e300, least = 1e300;  // block: of the one before
+  for (int i = 2;; i += 2) {
+    impulses_of(problem, from);
+    iterate(true, contacts, problem);
+    const double change = iterate(false, contacts, problem);
     double largest = 0.0;
     for (const NormalRow& row : problem.normals) largest = std::max(largest, row.impulse_newton_s);
-    if (change <= kNegligibleJoint * largest) return i + 1;
+    least = std::min(least, change);
+    const bool stalls = i % kBlock == 0 && is_stalled(least, block);
+    if (change <= kNegligibleJoint * largest || stalls || i >= iterations) return {i, least};
+    if (i % kBlock == 0) block = std::exchange(least, 1e300);
+    if (change > before) acceleration.restart();
+    before = change;
+    impulses_of(problem, to);
+    if (accelerate(from, to, acceleration)) set_impulses(to, contacts, problem);
   }
-  return iterations;
 }
 
 }  // namespace soda::physics

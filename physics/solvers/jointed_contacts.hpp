@@ -35,10 +35,17 @@ struct JointedContacts {
 std::optional<JointedContacts> jointed_contacts(const JointSystem& joints,
                                                 const ContactProblem& problem);
 
-// Iterates until the largest change of an impulse is negligible or there have been enough;
-// velocities and impulses of contacts change, but those of joints have to be solved for once more.
-// Returns the number of iterations.
-int solve_jointed_velocities(int iterations, const JointedContacts& contacts,
-                             ContactProblem& problem);
+struct JointedSolve {
+  int iterations = 0;
+  double change = 0.0;  // the least that an iteration came down to, of an impulse
+};
+// Whether a change that is this much less than that before is no progress.
+bool is_stalled(double change, double before);
+
+// Iterates, accelerated (anderson.hpp), until the largest change of an impulse is negligible, or
+// ten iterations have not made it less, or there have been enough; velocities and impulses of
+// contacts change, but those of joints have to be solved for once more.
+JointedSolve solve_jointed_velocities(int iterations, const JointedContacts& contacts,
+                                      ContactProblem& problem);
 
 }  // namespace soda::physics
