@@ -35,20 +35,41 @@ namespace {
 
 // Of the speed that fields give in a step. A body without joints and neighbours, and what has to
 // keep a tolerance, is solved to rounding; what hangs on joints alone nearly so; others to 1e-9 or,
-// where that is out of reach, 1e-7 (solve_directly).
+// where that is out of reach, 1e-7 (solve_directly): there, of what contacts press with.
 constexpr double kOfExact = 1e-12, kOfHanging = 1e-10, kOfOthers = 1e-8;
 
 bool is_touched(std::span<const ContactManifold> manifolds) {
   return std::ranges::any_of(manifolds, [](const ContactManifold& m) { return m.count > 0; });
 }
 
-double slow_m_s(const IslandStep& island) {
+// The fastest that what contacts press with would make a body: what bears many others is found to a
+// share of that.
+double pressed_m_s(const IslandStep& island, std::span<const BodyState> states) {
+  const SceneDescription& scene = island.scene;
+  std::vector<double> pressed(states.size(), 0.0);
+  for (std::size_t i = 0; i < states.size(); ++i)
+    for (const ContactImpulse& impulse : states[i].impulses) {
+      if (impulse.part >= kFirstJointPart) continue;
+      pressed[i] += impulse.normal_newton_s;
+      if (is_static(impulse.other)) continue;
+      const auto at = std::ranges::lower_bound(island.ids, impulse.other);
+      if (at != island.ids.end() && *at == impulse.other)
+        pressed[static_cast<std::size_t>(at - island.ids.begin())] += impulse.normal_newton_s;
+    }
+  double fastest = 0.0;
+  for (std::size_t i = 0; i < states.size(); ++i)
+    if (!is_kinematic(scene, island.ids[i]))
+      fastest = std::max(fastest, pressed[i] / scene.bodies[index_of(island.ids[i])].mass_kg);
+  return fastest;
+}
+
+double slow_m_s(const IslandStep& island, std::span<const BodyState> states) {
   const SceneDescription& scene = island.scene;
   const bool alone = island.ids.size() == 1 && std::ranges::none_of(island.manifolds, is_joint);
-  const double share = alone || scene.tolerance > 0.0 ? kOfExact
-                       : is_touched(island.manifolds) ? kOfOthers
-                                                      : kOfHanging;
-  return share * strongest_field_m_s2(scene, island.ids) * scene.dt_s;
+  const double pulled = strongest_field_m_s2(scene, island.ids) * scene.dt_s;
+  if (alone || scene.tolerance > 0.0) return kOfExact * pulled;
+  if (!is_touched(island.manifolds)) return kOfHanging * pulled;
+  return kOfOthers * std::max(pulled, pressed_m_s(island, states));
 }
 
 double radius_of(const SceneDescription& scene, const Geometry& geometry, BodyId id) {
@@ -62,7 +83,7 @@ bool are_within(double most, const Vec3& linear, double angular_squared, double 
 }
 
 bool is_slow(const IslandStep& island, std::span<const BodyState> states) {
-  const double slow = slow_m_s(island);
+  const double slow = slow_m_s(island, states);
   for (std::size_t i = 0; i < states.size(); ++i) {
     if (!are_within(slow, states[i].linear_velocity_m_s,
                     states[i].angular_velocity_rad_s.squaredNorm(),
@@ -76,7 +97,7 @@ bool is_in_place(const IslandStep& island, std::span<const BodyState> before,
                  std::span<const BodyState> states) {
   constexpr double kRounding = 1e-15;  // of an orientation that is made a unit again
   constexpr double kOfPlaces = 1e3;    // roundings of places that joints hold
-  const double slow = slow_m_s(island) * island.scene.dt_s;
+  const double slow = slow_m_s(island, states) * island.scene.dt_s;
   const double displacement =
       is_touched(island.manifolds) ? slow : std::max(slow, kOfPlaces * rounding_of(states));
   for (std::size_t i = 0; i < states.size(); ++i) {
@@ -224,7 +245,7 @@ bool is_in_static_equilibrium(const IslandStep& island, std::span<const BodyStat
   // Where iterations have found a place, what overlaps or is open there stays.
   if (!swept && needs_position_correction(problem)) return false;
   const double slow =
-      swept ? kOfSwept * strongest_field_m_s2(scene, ids) * scene.dt_s : slow_m_s(island);
+      swept ? kOfSwept * strongest_field_m_s2(scene, ids) * scene.dt_s : slow_m_s(island, states);
   if (!hold(scene, geometry, ids, slow, problem) || !is_solved_whole(scene, ids, manifolds, states))
     return false;
   report.constraint_residual_m_s = residual_m_s(problem);
@@ -245,6 +266,9 @@ void fall_asleep(const IslandStep& island, std::span<const BodyState> before,
     states[i].angular_velocity_rad_s = Vec3::Zero();
   }
   if (!is_touched(island.manifolds)) store_what_holds(island, states);
+  // From the same states the same follows, whatever the impulses hold.
+  report.rests = std::ranges::equal(
+      states, before, [](const BodyState& a, const BodyState& b) { return identical(a, b); });
 }
 
 }  // namespace soda::physics

@@ -28,7 +28,7 @@ bool is_in_static_equilibrium(const IslandStep& island, std::span<const BodyStat
 
 // Such an island after the step: if it is as slow as before, and in its place, it stays where it
 // was `before`, without any velocity, and what statics gave is what that takes.
-// The impulses found stay, and hold it from now on.
+// The impulses found stay, and hold it from now on. Where they are those of before, too, it rests.
 void fall_asleep(const IslandStep& island, std::span<const BodyState> before,
                  std::span<BodyState> states, IslandReport& report);
 

@@ -27,9 +27,9 @@ constexpr double kQuasiStatic = 0.03;     // of the speed that fields give in a 
 // Overlap, of the smaller body. Iterations let what is high or heavy sink, ever deeper: an island
 // that has sunk so far is solved directly until it is up again.
 constexpr double kSunk = 5e-3;
-// Multiplications of all factorisations of a solve, and the least factorisations it may take.
-constexpr double kMostWork = 5e6;
-constexpr int kLeastFactorisations = 20;
+constexpr double kSmallSunk = 2.5e5;  // multiplications
+// Multiplications of all factorisations of a solve.
+constexpr double kMostWork = 2e7;
 
 // Of the reciprocal of an island's mass: what a point gives way, per impulse. Soft enough for few
 // Newton steps; the corrections take it out again, and make it harder where they get on slowly.
@@ -141,13 +141,14 @@ void apply(const PointResponse& response, const ConvexPoint& p, std::size_t i,
 // What is all but out of balance (a stack that overhangs, a thin arch) takes many. Substeps would
 // let it fall, and whatever moves is not quasi-static any more: so what is cheap to factorise may
 // go on. Bodies of uneven masses and those with joints are solved directly while they move, too,
-// and what moves need not converge: it gets twice as many as others where iterations and substeps
-// are no good.
+// and what moves need not converge: it gets twice as many where iterations and substeps are no good
+// and a factorisation costs next to nothing. Bricks that were touched come to rest by twice as
+// many.
 int most_factorisations(const DirectAim& aim, std::span<const SolverBody> bodies,
                         const Elimination& plan, bool jointed) {
   // Multiplications of all of them; what comes to rest is not met again.
   constexpr double kOfJointed = 2e5, kOfJointedAtRest = 2e6;
-  constexpr int kLeast = kLeastFactorisations, kOfUneven = 40;
+  constexpr int kLeast = 20, kOfUneven = 40;
   constexpr double kMost = 200.0, kMostOfJointed = 60.0;
   if (jointed)
     return static_cast<int>(
@@ -161,7 +162,9 @@ int most_factorisations(const DirectAim& aim, std::span<const SolverBody> bodies
   }
   if (aim.goes_on && most > kMuchHeavier * least)
     return plan.multiplications <= kSmall ? kOfUneven : kLeast;
-  return static_cast<int>(std::clamp(kMostWork / plan.multiplications, double{kLeast}, kMost));
+  constexpr int kLeastOfEven = 40;
+  return static_cast<int>(
+      std::clamp(kMostWork / plan.multiplications, double{kLeastOfEven}, kMost));
 }
 
 // Of the points of one manifold, squared; `b` null for a static.
@@ -248,7 +251,7 @@ std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, doub
   return plan_elimination(static_cast<std::uint32_t>(ids.size()), edges_of(ids, manifolds),
                           quasi_static || accurate ? kMostMultiplications
                           : jointed                ? kSmallWithJoints
-                          : sunk                   ? kMostWork / kLeastFactorisations
+                          : sunk                   ? kSmallSunk
                                                    : kSmall);
 }
 

@@ -105,6 +105,47 @@ TEST(Sleeping, APushOfOneBodyWakesAllOfItsIsland) {
   EXPECT_GT(world.states[1].orientation.z(), 1e-3);
 }
 
+// Bricks in rows, each row shorter by one (a pyramid) or as long as the first, with half bricks at
+// the ends of every other one. The last one is pushed down.
+World touched_rows(int rows, bool shorter, double gap_m, double dt_s) {
+  const Material clay{.friction = 0.6, .restitution = 0.0};
+  World world = under_gravity();
+  world.scene.dt_s = dt_s;
+  world.add_floor(clay);
+  const double pitch = 0.3 + gap_m;
+  const std::uint32_t brick = world.add_shape(Box{{0.15, 0.075, 0.1}}),
+                      half = world.add_shape(Box{{0.25 * (0.3 - gap_m), 0.075, 0.1}});
+  for (int row = 0; row < rows; ++row) {
+    const bool ends = !shorter && row % 2 != 0;
+    const int count = shorter ? rows - row : rows - ends;
+    const double z = 0.1 + 0.2 * row;
+    for (int i = 0; i < count; ++i)
+      world.add_body(brick, Vec3(pitch * (i - 0.5 * (count - 1)), 0, z), 500.0, clay);
+    for (const double side : {-0.5, 0.5})
+      if (ends) world.add_body(half, Vec3(side * pitch * (rows - 0.5), 0, z), 500.0, clay);
+  }
+  world.states.back().linear_velocity_m_s = Vec3(0, 0, -1);
+  return world;
+}
+
+TEST(Sleeping, WallsAndPyramidsThatWereTouchedComeToRest) {
+  for (const double dt_s : {1.0 / 60, 1.0 / 120})
+    for (const bool shorter : {true, false})
+      for (const double gap_m : {0.0, 0.004, 0.02})
+        for (const int rows : {4, 6, 8, 10, 12}) {
+          if (!shorter && gap_m == 0.0 && rows > 8) continue;  // bricks that touch on all sides
+          World world = touched_rows(rows, shorter, gap_m, dt_s);
+          const int most = static_cast<int>(3.0 / dt_s);
+          const int steps = steps_to_rest(world, Geometry(world.scene), most);
+          EXPECT_LT(steps, most) << dt_s << " " << shorter << " " << gap_m << " " << rows;
+          double deepest_m = 0.0;
+          for (const IslandReport& island : world.report.islands)
+            deepest_m = std::max(deepest_m, island.max_penetration_m);
+          EXPECT_LT(deepest_m, 1e-3 * 0.15)
+              << dt_s << " " << shorter << " " << gap_m << " " << rows;
+        }
+}
+
 TEST(Sleeping, WhatIsLeftOfAnIslandIsSolvedWhenABodyIsTakenAway) {
   World world = stack_of(3);
   const Geometry geometry(world.scene);
