@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 
+#include "physics/queries/ray_cast.hpp"
 #include "scenarios/warnings.hpp"
 
 namespace soda::scenarios {
@@ -70,25 +71,16 @@ Sides sides_of(const TriangleMesh& mesh) {
   return sides;
 }
 
-// Six times the volume that the triangles enclose; twice the sum of their areas, as vectors and as
-// numbers.
-struct Sums {
-  double volume = 0.0, area = 0.0;
-  Vec3 faces = Vec3::Zero();
-};
-
-Sums sums_of(const TriangleMesh& mesh) {
-  Sums sums;
+// Six times the volume that the triangles enclose.
+double volume_of(const TriangleMesh& mesh) {
+  double volume = 0.0;
   const Vec3& origin = mesh.vertices_m.front();
   for (const auto& t : mesh.triangles) {
     const Vec3 a = mesh.vertices_m[t[0]] - origin, b = mesh.vertices_m[t[1]] - origin,
                c = mesh.vertices_m[t[2]] - origin;
-    const Vec3 face = Vec3(b - a).cross(Vec3(c - a));
-    sums.volume += a.dot(b.cross(c));
-    sums.faces += face;
-    sums.area += face.norm();
+    volume += a.dot(b.cross(c));
   }
-  return sums;
+  return volume;
 }
 
 std::string name_of(const StaticSpec& spec) { return "mesh " + json_quoted(printable(spec.name)); }
@@ -132,16 +124,62 @@ bool starts_inside(const Written& written, const Aabb& box) {
   return false;
 }
 
-// Whether some body is over the box, as gravity sees it.
-bool starts_above(const Written& written, const Aabb& box) {
-  const Vec3 down = written.scenario.scene.gravity_m_s2;
-  for (const physics::BodyState& state : written.scenario.initial) {
-    const Vec3 from = state.position_m - 0.5 * (box.min + box.max);
-    const Vec3 half = 0.5 * (box.max - box.min);
-    const Vec3 across = from - down * (from.dot(down) / down.squaredNorm());
-    if (from.dot(down) < 0.0 && (across.cwiseAbs() - half).maxCoeff() <= 0.0) return true;
+// A triangle that a ray meets.
+struct Met {
+  double distance_m = 0.0;
+  bool from_behind = false;
+};
+
+// The first of them; in the mesh's frame, `down` a unit vector.
+std::optional<Met> first_met(const TriangleMesh& mesh, const Vec3& from, const Vec3& down) {
+  std::optional<Met> first;
+  for (const auto& t : mesh.triangles) {
+    const Vec3& corner = mesh.vertices_m[t[0]];
+    const Vec3 u = mesh.vertices_m[t[1]] - corner, v = mesh.vertices_m[t[2]] - corner;
+    const Vec3 face = u.cross(v), apart = from - corner, across = apart.cross(down);
+    const double steep = -face.dot(down);
+    const double at_u = v.dot(across) / steep, at_v = -u.dot(across) / steep;
+    const double distance = face.dot(apart) / steep;
+    if (!(at_u >= 0.0 && at_v >= 0.0 && at_u + at_v <= 1.0 && distance >= 0.0)) continue;
+    if (!first || distance < first->distance_m) first = Met{distance, steep < 0.0};
   }
-  return false;
+  return first;
+}
+
+// Whether something solid is in between.
+bool is_held_before(const physics::SceneDescription& scene, const Vec3& from, const Vec3& down,
+                    double distance_m) {
+  physics::SceneDescription solids;
+  solids.shapes = scene.shapes;
+  for (const physics::StaticBody& body : scene.statics)
+    if (!std::holds_alternative<TriangleMesh>(scene.shapes[body.shape]))
+      solids.statics.push_back(body);
+  for (physics::Shape& shape : solids.shapes)
+    if (std::holds_alternative<TriangleMesh>(shape)) shape = physics::Sphere{};
+  const physics::Geometry geometry(solids);
+  return physics::cast_ray(solids, geometry, {}, {}, {from, down, distance_m}).has_value();
+}
+
+// The first body, of as many as little work is enough for, that falls onto the backs of triangles.
+std::optional<physics::BodyId> falls_onto_back(const Written& written, std::size_t s,
+                                               const TriangleMesh& mesh) {
+  constexpr std::size_t kMostTriangles = 20'000'000;
+  const physics::SceneDescription& scene = written.scenario.scene;
+  if (scene.gravity_m_s2.isZero(0.0)) return {};
+  const Vec3 down = scene.gravity_m_s2.normalized();
+  const physics::StaticBody& fixed = scene.statics[s];
+  const physics::Quat to_mesh = fixed.orientation.conjugate();
+  const std::size_t bodies = written.scenario.initial.size();
+  const std::size_t stride = 1 + bodies * mesh.triangles.size() / kMostTriangles;
+  for (std::uint32_t i = 0; i < bodies; i += static_cast<std::uint32_t>(stride)) {
+    if (written.is_absent(physics::BodyId{i}) || scene.bodies[i].kinematic) continue;
+    const Vec3& from = written.scenario.initial[i].position_m;
+    const std::optional<Met> met =
+        first_met(mesh, to_mesh * (from - fixed.position_m), to_mesh * down);
+    if (met && met->from_behind && !is_held_before(scene, from, down, met->distance_m))
+      return physics::BodyId{i};
+  }
+  return {};
 }
 
 void check_sides(const Written& written, std::size_t s, const TriangleMesh& mesh,
@@ -157,22 +195,16 @@ void check_sides(const Written& written, std::size_t s, const TriangleMesh& mesh
                              std::to_string(sides.first) + "; bodies pass through its back",
                          turn};
     });
-  const Sums sums = sums_of(mesh);
-  const Aabb& box = *written.boxes.statics[s];
   // A room has its faces inwards, and somebody in it.
-  if (sides.closed && sums.volume < 0.0 && !starts_inside(written, box))
+  if (sides.closed && volume_of(mesh) < 0.0 && !starts_inside(written, *written.boxes.statics[s]))
     return warnings.add("mesh-sides", place, [&] {
       return WarningText{name_of(spec) + ", closed and inside out; bodies pass into it", turn};
     });
-  const Vec3& down = written.scenario.scene.gravity_m_s2;
-  const Vec3 faces = written.scenario.scene.statics[s].orientation * sums.faces;
-  const bool falls = faces.dot(down) > 0.5 * sums.area * down.norm() && !down.isZero(0.0);
-  if (!sides.closed && falls && starts_above(written, box))
+  if (const std::optional<physics::BodyId> body = falls_onto_back(written, s, mesh))
     warnings.add("mesh-sides", place, [&] {
-      return WarningText{name_of(spec) +
-                             ", open and with its faces down; what is above falls "
-                             "through",
-                         "the corners of each triangle counter-clockwise, seen from above"};
+      return WarningText{
+          name_of(spec) + " with its back to " + written.name_of(*body) + ", which falls through",
+          "the corners of each triangle counter-clockwise, seen from " + written.name_of(*body)};
     });
 }
 

@@ -2,36 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <span>
-
-#include "physics/math/short_list.hpp"
 
 namespace soda::physics {
 namespace {
 
 bool is_angular(const JointRow& row) { return row.linear == Vec3::Zero(); }
-
-const Vec3& direction_of(const JointRow& row) {
-  return is_angular(row) ? row.angular_b : row.linear;
-}
-
-// Impulses along the rows that add up to the sum. Those of a hinge that is turned are not quite
-// orthogonal: what is light beside what it bears would feel that.
-void split_sum(const Vec3& sum, std::span<JointRow* const> rows) {
-  Mat3 between = Mat3::Identity();
-  Vec3 along = Vec3::Zero();
-  for (std::size_t k = 0; k < rows.size(); ++k) {
-    const auto row = static_cast<Eigen::Index>(k);
-    along[row] = sum.dot(direction_of(*rows[k]));
-    for (std::size_t l = 0; l < rows.size(); ++l)
-      between(row, static_cast<Eigen::Index>(l)) =
-          direction_of(*rows[k]).dot(direction_of(*rows[l]));
-  }
-  const Vec3 split = between.inverse() * along;
-  for (std::size_t k = 0; k < rows.size(); ++k)
-    rows[k]->impulse_newton_s = split.allFinite() ? split[static_cast<Eigen::Index>(k)]
-                                                  : along[static_cast<Eigen::Index>(k)];
-}
 
 }  // namespace
 
@@ -53,19 +28,17 @@ void load_joint_impulses(const SceneDescription& scene, std::span<const BodyStat
       return &*found;
     };
     std::uint32_t limit = 0;
-    std::array<ShortList<JointRow*, 3>, 2> held;  // by whether they are angular
     for (std::uint32_t r = system.first_row[j]; r < system.first_row[j + 1]; ++r) {
       JointRow& row = system.rows[r];
-      if (!is_bounded(row)) {
-        held[is_angular(row)].push_back(&row);
-        continue;
-      }
-      const ContactImpulse* const one = at(row.kind == JointRowKind::kMotor ? 2 : limit++);
-      if (one != nullptr) row.impulse_newton_s = one->normal_newton_s;
+      const bool motor = row.kind == JointRowKind::kMotor;
+      const bool angular = is_angular(row);
+      const bool bounded = is_bounded(row);
+      const ContactImpulse* const one = at(motor ? 2 : bounded ? limit++ : angular ? 1 : 0);
+      if (one == nullptr) continue;
+      row.impulse_newton_s = bounded
+                                 ? one->normal_newton_s
+                                 : one->friction_newton_s.dot(angular ? row.angular_b : row.linear);
     }
-    for (const std::uint32_t feature : {0u, 1u})
-      if (const ContactImpulse* const sum = at(feature))
-        split_sum(sum->friction_newton_s, as_span(held[feature]));
   }
 }
 

@@ -251,6 +251,22 @@ TEST(Sleeping, WhatHangsStillOnJointsTakesNoSolveHoweverManyTheyAre) {
   }
 }
 
+// The impulses that it ends with do not hold it by themselves, but the next step does the same.
+TEST(Sleeping, WhatAStepLeavesAsItWasIsNotSolvedAgain) {
+  World world = under_gravity();
+  world.add_body(world.add_shape(Box{{0.12, 0.12, 0.03}}), Vec3(0, 0, 0.5), 300.0);
+  Joint spring = test::joint_at(JointKind::kSpring, world, 0, {}, Vec3(0, 0, 0.5));
+  spring.anchor_b_m = Vec3::Zero();
+  spring.length_m = 0.5;
+  spring.stiffness_newton_m = 1500.0;
+  spring.damping_newton_s_m = 15.0;
+  test::add(world, spring);
+  Joint slider = test::joint_at(JointKind::kSlider, world, 0, {}, Vec3(0, 0, 0.5));
+  slider.limits = JointLimits{-0.4, 0.4};
+  test::add(world, slider);
+  EXPECT_LT(steps_to_rest(world, Geometry(world.scene), 300), 300);
+}
+
 // It has no velocity at first, nor what holds it.
 TEST(Sleeping, ARodThatStandsOutFromABallJointFalls) {
   World world = test::under_gravity();

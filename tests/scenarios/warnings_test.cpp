@@ -32,6 +32,11 @@ constexpr std::string_view kGoodScenario = R"({
 
 constexpr std::string_view kFloor = R"({"type": "halfspace"})";
 
+// Open above, around body 2, with its faces outwards.
+constexpr std::string_view kFunnelInsideOut =
+    R"({"type": "mesh", "vertices_m": [[2,-1,4],[4,-1,4],[3,1,4],[3,0,2]],
+        "triangles": [[0,3,1],[1,3,2],[2,3,0]]})";
+
 std::vector<InputWarning> warnings_of(std::string_view text) {
   return read_scenario_text(text, "test.json").warnings;
 }
@@ -104,7 +109,9 @@ const Slip kSlips[] = {
     {"TriangleInverted", kFloor, SODA_SQUARE("[[0,1,2],[0,3,2]]"), "mesh-sides", "/statics/0/shape",
      "neighbours face opposite sides at 1 edges"},
     {"OpenMeshUpsideDown", kFloor, SODA_SQUARE("[[0,2,1],[0,3,2]]"), "mesh-sides",
-     "/statics/0/shape", "with its faces down"},
+     "/statics/0/shape", "with its back to body 1, which falls through"},
+    {"FunnelInsideOut", kFloor, kFunnelInsideOut, "mesh-sides", "/statics/0/shape",
+     "with its back to body 2, which falls through"},
     {"ClosedMeshInsideOut", kFloor, SODA_SOLID("[[0,1,2],[0,3,1],[1,3,2],[2,3,0]]"), "mesh-sides",
      "/statics/0/shape", "closed and inside out"},
     {"NoSteps", "\"steps\": 100", "\"steps\": 0", "no-steps", "/steps", "a run of 0 steps"},
@@ -145,6 +152,16 @@ TEST(Warnings, OddScenesThatAreRightHaveNone) {
     const auto warnings = warnings_of(replaced(kGoodScenario, from, to));
     EXPECT_TRUE(warnings.empty()) << to << ": " << warnings[0].kind << ", " << warnings[0].found;
   }
+}
+
+TEST(Warnings, OfAMeshThatSomethingElseKeepsABodyFromAreNotGiven) {
+  const std::string text = replaced(kGoodScenario, kFloor, kFunnelInsideOut);
+  ASSERT_FALSE(warnings_of(text).empty());
+  EXPECT_TRUE(warnings_of(replaced(text, "\"statics\": [",
+                                   R"("statics": [{"name": "lid", "material": "wood",
+                                       "shape": {"type": "box", "size_m": [4, 4, 0.2]},
+                                       "position_m": [3, 0, 4.2]},)"))
+                  .empty());
 }
 
 TEST(Warnings, OfABodyThatIsNotThereYetAreNotGiven) {
