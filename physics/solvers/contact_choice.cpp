@@ -85,20 +85,27 @@ int iterate_velocities_until_close(int most, double dt_s, ContactProblem& proble
 }
 
 // Whether Newton's method converged. The problem stays as it was where it did not.
-bool solve_by_newton(bool accurate, std::span<const SolverBody> free, const Elimination& plan,
-                     ContactProblem& problem, ContactSolution& solution) {
-  const NewtonOutcome outcome =
-      solve_directly(accurate ? kByItself : kOngoing, free, plan, problem);
+bool solve_by_newton(const DirectAim& aim, std::span<const SolverBody> free,
+                     const Elimination& plan, ContactProblem& problem, ContactSolution& solution) {
+  const NewtonOutcome outcome = solve_directly(aim, free, plan, problem);
   count(outcome, plan, solution);
   if (outcome.converged) clamp_work(free, problem);
   return outcome.converged;
+}
+
+// What does not come to rest by few factorisations takes far longer than other steps.
+DirectAim ongoing(const SceneDescription& scene) {
+  constexpr int kInHaste = 20;
+  DirectAim aim = kOngoing;
+  if (!scene.solver.refined) aim.factorisations = kInHaste;
+  return aim;
 }
 
 // The same for an impact: first as if nothing bounced, then with the rebounds of what was hit.
 bool bounce_by_newton(const SolveStep& step, std::span<const SolverBody> free,
                       const Elimination& plan, ContactProblem& problem, ContactSolution& solution) {
   const ContactProblem start = problem;
-  if (!solve_by_newton(true, free, plan, problem, solution)) return false;
+  if (!solve_by_newton(kByItself, free, plan, problem, solution)) return false;
   if (problem.restitution_rows == 0) return true;
   const SolvedContacts plastic = solved_contacts(problem);
   if (!set_restitution_targets(problem)) return true;
@@ -140,10 +147,11 @@ ContactSolution solve_with_surfaces(const SolveStep& step, bool accurate,
   const double ratio = mass_ratio(scene, ids);
   drop_bad_start(ratio, free, problem);
   if (plan != nullptr && problem.restitution_rows == 0) {
-    solution.direct = solve_by_newton(accurate, free, *plan, problem, solution);
+    solution.direct =
+        solve_by_newton(accurate ? kByItself : ongoing(scene), free, *plan, problem, solution);
     // Between very unequal masses, what rounding leaves is better than what iterations find.
     if (!solution.direct && accurate && ratio > kMuchLighter)
-      solution.direct = solve_by_newton(false, free, *plan, problem, solution);
+      solution.direct = solve_by_newton(kOngoing, free, *plan, problem, solution);
   }
   if (!solution.direct && wants_substeps(accurate, ids.size(), ratio, problem)) {
     const SubstepWork work = solve_in_substeps(step, free, problem, solution.push);

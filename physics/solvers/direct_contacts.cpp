@@ -23,13 +23,13 @@ constexpr double kMuchHeavier = 10.0;
 constexpr double kSmallImpact = 1e5;  // multiplications
 // With joints, in motion: what iterations take there costs as much as a factorisation.
 constexpr double kSmallWithJoints = 1e6;  // multiplications
-constexpr double kQuasiStatic = 0.03;     // of the speed that fields give in a step
+constexpr double kQuasiStatic = 0.1;      // of the speed that fields give in a step
 // Overlap, of the smaller body. Iterations let what is high or heavy sink, ever deeper: an island
 // that has sunk so far is solved directly until it is up again.
 constexpr double kSunk = 5e-3;
 constexpr double kSmallSunk = 2.5e5;  // multiplications
 // Multiplications of all factorisations of a solve.
-constexpr double kMostWork = 2e7;
+constexpr double kMostWork = 4e7;
 
 // Of the reciprocal of an island's mass: what a point gives way, per impulse. Soft enough for few
 // Newton steps; the corrections take it out again, and make it harder where they get on slowly.
@@ -162,7 +162,7 @@ int most_factorisations(const DirectAim& aim, std::span<const SolverBody> bodies
   }
   if (aim.goes_on && most > kMuchHeavier * least)
     return plan.multiplications <= kSmall ? kOfUneven : kLeast;
-  constexpr int kLeastOfEven = 40;
+  constexpr int kLeastOfEven = 80;
   return static_cast<int>(
       std::clamp(kMostWork / plan.multiplications, double{kLeastOfEven}, kMost));
 }
@@ -187,6 +187,15 @@ bool has_sunk(const SceneDescription& scene, std::span<const ContactManifold> ma
     return least_separation_m(m) < -kSunk * size_of(scene, m);
   });
   return static_cast<std::size_t>(sunk) * kOneOf > manifolds.size();
+}
+
+// What lies on a turntable goes in a circle within the step: substeps follow it.
+bool any_turns_others(const SceneDescription& scene, std::span<const BodyId> ids,
+                      std::span<const BodyState> states) {
+  for (std::size_t i = 0; i < ids.size(); ++i)
+    if (is_kinematic(scene, ids[i]) && states[i].angular_velocity_rad_s != Vec3::Zero())
+      return true;
+  return false;
 }
 
 // Pairs of places, each once.
@@ -245,7 +254,8 @@ std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, doub
       std::ranges::count_if(ids, [&](BodyId id) { return falls(scene, id); }));
   if (!jointed && is_easy(accurate, moved, ratio)) return std::nullopt;
   const bool is_uneven = jointed || ratio > kMuchHeavier;
-  const bool quasi_static = is_quasi_static(scene, dt_s, ids, manifolds, states);
+  const bool quasi_static =
+      !any_turns_others(scene, ids, states) && is_quasi_static(scene, dt_s, ids, manifolds, states);
   const bool sunk = !jointed && has_sunk(scene, manifolds);
   if (!quasi_static && !is_uneven && !accurate && !sunk) return std::nullopt;
   return plan_elimination(static_cast<std::uint32_t>(ids.size()), edges_of(ids, manifolds),

@@ -132,8 +132,7 @@ TEST(Sleeping, WallsAndPyramidsThatWereTouchedComeToRest) {
   for (const double dt_s : {1.0 / 60, 1.0 / 120})
     for (const bool shorter : {true, false})
       for (const double gap_m : {0.0, 0.004, 0.02})
-        for (const int rows : {4, 6, 8, 10, 12}) {
-          if (!shorter && gap_m == 0.0 && rows > 8) continue;  // bricks that touch on all sides
+        for (const int rows : {6, 9, 12}) {
           World world = touched_rows(rows, shorter, gap_m, dt_s);
           const int most = static_cast<int>(3.0 / dt_s);
           const int steps = steps_to_rest(world, Geometry(world.scene), most);
