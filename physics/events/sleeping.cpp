@@ -42,10 +42,9 @@ bool is_touched(std::span<const ContactManifold> manifolds) {
   return std::ranges::any_of(manifolds, [](const ContactManifold& m) { return m.count > 0; });
 }
 
-// The fastest that what contacts press with would make a body: what bears many others is found to a
-// share of that.
+// The speed that the largest impulses on a body would give the heaviest one: where like ones bear
+// each other, impulses are found to a share of that. What is heavy by itself it does not slow down.
 double pressed_m_s(const IslandStep& island, std::span<const BodyState> states) {
-  const SceneDescription& scene = island.scene;
   std::vector<double> pressed(states.size(), 0.0);
   for (std::size_t i = 0; i < states.size(); ++i)
     for (const ContactImpulse& impulse : states[i].impulses) {
@@ -56,11 +55,13 @@ double pressed_m_s(const IslandStep& island, std::span<const BodyState> states) 
       if (at != island.ids.end() && *at == impulse.other)
         pressed[static_cast<std::size_t>(at - island.ids.begin())] += impulse.normal_newton_s;
     }
-  double fastest = 0.0;
-  for (std::size_t i = 0; i < states.size(); ++i)
-    if (!is_kinematic(scene, island.ids[i]))
-      fastest = std::max(fastest, pressed[i] / scene.bodies[index_of(island.ids[i])].mass_kg);
-  return fastest;
+  double most = 0.0, heaviest_kg = 0.0;
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    if (is_kinematic(island.scene, island.ids[i])) continue;
+    most = std::max(most, pressed[i]);
+    heaviest_kg = std::max(heaviest_kg, island.scene.bodies[index_of(island.ids[i])].mass_kg);
+  }
+  return heaviest_kg > 0.0 ? most / heaviest_kg : 0.0;
 }
 
 double slow_m_s(const IslandStep& island, std::span<const BodyState> states) {

@@ -105,6 +105,20 @@ TEST(Sleeping, APushOfOneBodyWakesAllOfItsIsland) {
   EXPECT_GT(world.states[1].orientation.z(), 1e-3);
 }
 
+// The light one is pressed by a million times its weight, and its impulse is found to a share of
+// that; the heavy one is not.
+TEST(Sleeping, AHeavyBoxThatCreepsOverALightOneGoesOn) {
+  World world = under_gravity();
+  world.scene.gravity_m_s2 = Vec3(0.002, 0, -kGravity);
+  const Material ice{.friction = 0.0};
+  world.add_floor({.friction = 10.0});
+  const std::uint32_t box = world.add_shape(Box{{0.5, 0.5, 0.1}});
+  world.add_body(box, Vec3(0, 0, 0.1), 1.0, {.friction = 10.0});
+  world.add_body(box, Vec3(0, 0, 0.3), 1e6, ice);
+  world.run(120);
+  EXPECT_NEAR(world.states[1].position_m.x(), 0.5 * 0.002 * 4.0, 1e-4);
+}
+
 // Bricks in rows, each row shorter by one (a pyramid) or as long as the first, with half bricks at
 // the ends of every other one. The last one is pushed down.
 World touched_rows(int rows, bool shorter, double gap_m, double dt_s) {
