@@ -146,21 +146,8 @@ std::optional<Met> first_met(const TriangleMesh& mesh, const Vec3& from, const V
   return first;
 }
 
-// Whether something solid is in between.
-bool is_held_before(const physics::SceneDescription& scene, const Vec3& from, const Vec3& down,
-                    double distance_m) {
-  physics::SceneDescription solids;
-  solids.shapes = scene.shapes;
-  for (const physics::StaticBody& body : scene.statics)
-    if (!std::holds_alternative<TriangleMesh>(scene.shapes[body.shape]))
-      solids.statics.push_back(body);
-  for (physics::Shape& shape : solids.shapes)
-    if (std::holds_alternative<TriangleMesh>(shape)) shape = physics::Sphere{};
-  const physics::Geometry geometry(solids);
-  return physics::cast_ray(solids, geometry, {}, {}, {from, down, distance_m}).has_value();
-}
-
-// The first body, of as many as little work is enough for, that falls onto the backs of triangles.
+// The first body, of as many as little work is enough for, that falls onto the backs of triangles
+// before it comes to anything else. Collision geometry is made for the first one that might.
 std::optional<physics::BodyId> falls_onto_back(const Written& written, std::size_t s,
                                                const TriangleMesh& mesh) {
   constexpr std::size_t kMostTriangles = 20'000'000;
@@ -169,15 +156,20 @@ std::optional<physics::BodyId> falls_onto_back(const Written& written, std::size
   const Vec3 down = scene.gravity_m_s2.normalized();
   const physics::StaticBody& fixed = scene.statics[s];
   const physics::Quat to_mesh = fixed.orientation.conjugate();
-  const std::size_t bodies = written.scenario.initial.size();
+  const auto bodies = static_cast<std::uint32_t>(written.scenario.initial.size());
   const std::size_t stride = 1 + bodies * mesh.triangles.size() / kMostTriangles;
+  std::optional<physics::Geometry> geometry;
   for (std::uint32_t i = 0; i < bodies; i += static_cast<std::uint32_t>(stride)) {
-    if (written.is_absent(physics::BodyId{i}) || scene.bodies[i].kinematic) continue;
+    const physics::BodyId id{i};
+    if (written.is_absent(id) || scene.bodies[i].kinematic ||
+        !physics::groups_touch(scene, id, physics::static_id(static_cast<std::uint32_t>(s))))
+      continue;
     const Vec3& from = written.scenario.initial[i].position_m;
     const std::optional<Met> met =
         first_met(mesh, to_mesh * (from - fixed.position_m), to_mesh * down);
-    if (met && met->from_behind && !is_held_before(scene, from, down, met->distance_m))
-      return physics::BodyId{i};
+    if (!met || !met->from_behind) continue;
+    if (!geometry) geometry.emplace(scene);
+    if (!physics::cast_ray(scene, *geometry, {}, {}, {from, down, met->distance_m})) return id;
   }
   return {};
 }

@@ -35,7 +35,7 @@ namespace {
 
 // Of the speed that fields give in a step. A body without joints and neighbours, and what has to
 // keep a tolerance, is solved to rounding; what hangs on joints alone nearly so; others to 1e-9 or,
-// where that is out of reach, 1e-7 (solve_directly): there, of what contacts press with.
+// where that is out of reach, 1e-8 (solve_directly): there, of what contacts press with.
 constexpr double kOfExact = 1e-12, kOfHanging = 1e-10, kOfOthers = 1e-8;
 
 bool is_touched(std::span<const ContactManifold> manifolds) {

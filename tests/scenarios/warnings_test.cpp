@@ -164,6 +164,16 @@ TEST(Warnings, OfAMeshThatSomethingElseKeepsABodyFromAreNotGiven) {
                   .empty());
 }
 
+TEST(Warnings, OfAMeshThatABodyPassesThroughAnywayAreNotGiven) {
+  std::string text = replaced(kGoodScenario, kFloor, kFunnelInsideOut);
+  text = replaced(text, "\"joints\": []",
+                  R"("ignored_collisions": [{"group": "smoke", "with": "glass"}])");
+  text =
+      replaced(text, "\"name\": \"floor\"", "\"name\": \"floor\", \"collision_group\": \"glass\"");
+  text = replaced(text, "{\"id\": 2,", "{\"id\": 2, \"collision_group\": \"smoke\",");
+  EXPECT_TRUE(warnings_of(text).empty());
+}
+
 TEST(Warnings, OfABodyThatIsNotThereYetAreNotGiven) {
   EXPECT_TRUE(warnings_of(replaced(kGoodScenario, "\"position_m\": [3, 0, 5]",
                                    "\"position_m\": [0, 0, 0], \"present\": false"))
