@@ -157,8 +157,7 @@ bool TimeWarpProcess::absorb(VirtualTime time, WorkerEffects& effects) {
   return true;
 }
 
-// What has not been executed again yet may come out differently, for an input before it, at `time`,
-// has changed.
+// What has not been executed again may come out differently: an input at `time` has changed.
 void TimeWarpProcess::stop_coasting(VirtualTime time) {
   coast_until_ = std::min(coast_until_, time);
   std::erase_if(rare_->faults, [&](const FaultRecord& fault) { return fault.time >= next_time_; });
@@ -184,6 +183,7 @@ void TimeWarpProcess::roll_back(VirtualTime to, WorkerEffects& effects) {
   if (jumps_) note_undone(standing, was_as_before);
   for (std::size_t i = executed_.size(); i > standing; --i) undo_outputs(executed_[i - 1]);
   if (saves_state()) restore_state(standing, to);
+  if (!saves_state()) restarted_at_ = restart;
   executed_.truncate(standing);
   failed_ = false;
   committed_ = std::min(committed_, static_cast<std::uint32_t>(standing));

@@ -154,7 +154,8 @@ class alignas(64) TimeWarpProcess {
   // Both, before it executes: then what they touch is needed anyway. Only if there is enough to
   // collect to be worth it. Nothing may fail before `gvt`.
   void collect(VirtualTime gvt, WorkerEffects& effects) {
-    if (executed_.size() <= kFewFossils || executed_[kFewFossils].time() > gvt) return;
+    const bool is_enough = executed_.size() > kFewFossils && executed_[kFewFossils].time() <= gvt;
+    if (!is_enough && !(restarted_at_ > kBeginning && gvt_ < gvt)) return;
     commit(gvt, effects);
     forget(gvt);
   }
@@ -315,6 +316,7 @@ class alignas(64) TimeWarpProcess {
     kept_ = gvt;
     if (saves_state()) return;
     kept_ = lp_.forget(gvt);
+    if (restarted_at_ < kept_) restarted_at_ = kBeginning;
     SODA_ASSERT(kept_ <= gvt, "LP ", index_of(id_), " keeps nothing before ", kept_, " at GVT ",
                 gvt);
   }
@@ -355,6 +357,9 @@ class alignas(64) TimeWarpProcess {
   bool failed_ = false;  // an exception left the last execution: nothing follows it
   const VirtualTime end_;
   VirtualTime kept_ = kBeginning;  // no restart is earlier than that
+  // Where the LP stood after its last rollback. Until GVT has left that, it may hold checkpoints of
+  // times that it executes no more, beside those of executed_.
+  VirtualTime restarted_at_ = kBeginning;
 };
 
 inline bool TimeWarpProcess::deliver(Message&& message, WorkerEffects& effects) {

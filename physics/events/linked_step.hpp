@@ -18,10 +18,11 @@ Need linked_impacts_needed(const SceneDescription& scene);
 // a body along with another within it. Where that takes a body to a static, or to another body of
 // the island, that it has no manifold with, the island comes up to there only; then contacts are
 // looked for again, among all pairs of the island and with all statics in reach, and the rest of
-// the step follows. After some such parts the island waits there for the next step. Nor does a body
-// get deeper into a static by more than half its width in a part: shorter parts err less, and where
-// none does, the island stays. Counts what it looks at as linked_searches. A function of the
-// arguments only.
+// the step follows. Where its joints are swept, and a body sinks in or was not seen to be on its
+// way, the parts are substeps. After some parts the island waits there for the next step. Nor does
+// a body get deeper into a static by more than half its width in a part: shorter parts err less,
+// and where none does, the island stays. Counts what it looks at as linked_searches. A function of
+// the arguments only.
 IslandReport advance_linked(const IslandStep& step, std::span<BodyState> states,
                             const IslandEffects& effects);
 

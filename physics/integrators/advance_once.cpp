@@ -181,12 +181,12 @@ bool is_articulated(const IslandStep& island, JointSystem& joints, std::span<Bod
   return true;
 }
 
-IslandReport advance_with_joints(const IslandStep& island, bool accurate, JointSystem& joints,
+IslandReport advance_with_joints(const IslandStep& island, bool accurate,
+                                 const JointedChoice& choice, JointSystem& joints,
                                  std::span<BodyState> states, const IslandEffects& effects) {
   const auto& [scene, geometry, dt_s, ids, manifolds] = island;
   const auto& [scratch, counters, faults] = effects;
   IslandReport report = report_of(ids, manifolds);
-  const JointedChoice choice = choose_jointed_solve(island, accurate, states, joints);
   if (!choice.swept) {
     close_open(island, joints, states, report, scratch);
     if (is_articulated(island, joints, states, report, effects)) return report;
@@ -201,7 +201,7 @@ IslandReport advance_with_joints(const IslandStep& island, bool accurate, JointS
     direct = solve_jointed_directly(step, accurate, *choice.elimination, joints, problem);
   std::optional<std::uint32_t> iterations;
   if (!direct && choice.swept_else) {
-    iterations = advance_swept(step, joints, problem, states, report);
+    iterations = advance_swept(step, choice.substeps, {joints, problem}, states, report);
     if (!iterations) build_problem({scene, dt_s, ids, before}, island, scratch, counters);
   }
   ContactSolution solution;
@@ -314,7 +314,10 @@ IslandReport advance_once(const IslandStep& island, bool accurate, std::span<Bod
                           const IslandEffects& effects) {
   const auto& [scene, geometry, dt_s, ids, manifolds] = island;
   JointSystem joints = find_joints(scene, ids, manifolds);
-  if (!joints.empty()) return advance_with_joints(island, accurate, joints, states, effects);
+  if (!joints.empty()) {
+    const JointedChoice choice = choose_jointed_solve(island, accurate, states, joints);
+    return advance_with_joints(island, accurate, choice, joints, states, effects);
+  }
   const SolveChoice choice = choose_solve(scene, dt_s, accurate, ids, manifolds, states);
   if (!choice.blocks)
     return advance_contacts(island, {accurate, choice.elimination ? &*choice.elimination : nullptr},
@@ -323,6 +326,13 @@ IslandReport advance_once(const IslandStep& island, bool accurate, std::span<Bod
   advance_blocks({scene, dt_s, ids, manifolds, states, *choice.blocks}, states, report,
                  effects.counters, effects.faults);
   return report;
+}
+
+IslandReport advance_substep(const IslandStep& island, std::span<BodyState> states,
+                             const IslandEffects& effects) {
+  JointSystem joints = find_joints(island.scene, island.ids, island.manifolds);
+  const JointedChoice swept{.elimination = {}, .swept = true, .swept_else = true, .substeps = 1};
+  return advance_with_joints(island, false, swept, joints, states, effects);
 }
 
 void advance_free_body(const SceneDescription& scene, double dt_s, BodyId id, BodyState& state,

@@ -23,6 +23,10 @@ struct JointSystem;
 IslandReport advance_once(const IslandStep& island, bool accurate, std::span<BodyState> states,
                           const IslandEffects& effects);
 
+// The same of an island with joints, over no more than a substep: joints and contacts are swept.
+IslandReport advance_substep(const IslandStep& island, std::span<BodyState> states,
+                             const IslandEffects& effects);
+
 // Keeps the impulses of joints and contacts in the states, in the manifolds' order.
 void store_jointed_impulses(const IslandStep& island, const ContactProblem& problem,
                             const JointSystem& joints, std::span<BodyState> states);

@@ -159,15 +159,15 @@ bool account(const SweptStep& done, double unsprung_joule, std::span<BodyState> 
 
 }  // namespace
 
-std::optional<std::uint32_t> advance_swept(const JointedStep& step, JointSystem& joints,
-                                           ContactProblem& problem, std::span<BodyState> states,
+std::optional<std::uint32_t> advance_swept(const JointedStep& step, std::uint32_t count,
+                                           const SweptRows& rows, std::span<BodyState> states,
                                            IslandReport& report) {
+  auto& [joints, problem] = rows;
   const auto& [island, before, free] = step;
   const auto& [scene, geometry, dt_s, ids, manifolds] = island;
   build_joint_rows(scene, dt_s, before, true, joints);
   if (scene.solver.warm_starting) load_joint_impulses(scene, before, joints);
   const double lent = elastic_joule(scene, joints, before);
-  const std::uint32_t count = substeps_of(scene.solver);
   Substeps substeps;
   begin_substeps(dt_s, count, IndexedSpan<BodyState>{before}, problem, substeps);
   SweptJoints swept = swept_joints(scene, substeps.length_s, count, before, joints);

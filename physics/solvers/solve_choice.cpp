@@ -6,6 +6,7 @@
 
 #include "physics/model/kinematic.hpp"
 #include "physics/solvers/direct_contacts.hpp"
+#include "physics/solvers/substeps.hpp"
 
 namespace soda::physics {
 namespace {
@@ -106,6 +107,7 @@ JointedChoice choose_jointed_solve(const IslandStep& island, bool accurate,
   if (points > 0)
     choice.elimination = plan_direct_solve(scene, dt_s, accurate, ids, manifolds, states);
   if (accurate || !can_be_swept(scene, ids)) return choice;
+  choice.substeps = substeps_of(scene.solver);
   const std::uint64_t factor = factor_multiplications(joints);
   const double joint_rows = joints.first_row.back();
   if (points == 0) {

@@ -45,6 +45,7 @@ struct JointedChoice {
   std::optional<Elimination> elimination;
   bool swept = false;
   bool swept_else = false;  // where Newton's method does not converge
+  std::uint32_t substeps = 1;  // if swept
 };
 JointedChoice choose_jointed_solve(const IslandStep& island, bool accurate,
                                    std::span<const BodyState> states, const JointSystem& joints);
