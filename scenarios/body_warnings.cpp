@@ -66,6 +66,15 @@ double room_m(const Aabb& a, const Aabb& b) {
   return (a.max.cwiseMin(b.max) - a.min.cwiseMax(b.min)).minCoeff();
 }
 
+// Compounds can have a hole in the middle, in which others are.
+bool are_rings(const Written& written, std::uint32_t a, std::uint32_t b) {
+  const physics::SceneDescription& scene = written.scenario.scene;
+  const auto is_compound = [&](std::uint32_t body) {
+    return std::holds_alternative<physics::Compound>(scene.shapes[scene.bodies[body].shape]);
+  };
+  return scene.bodies[a].shape != scene.bodies[b].shape && (is_compound(a) || is_compound(b));
+}
+
 // Tells of bodies with one centre, and returns the others and one of each such heap: what follows
 // must not meet all the pairs of a thousand bodies in one place.
 std::vector<std::uint32_t> without_coincident(const Written& written, WarningList& warnings) {
@@ -81,8 +90,11 @@ std::vector<std::uint32_t> without_coincident(const Written& written, WarningLis
   for (const std::uint32_t i : there) {
     const bool new_place = kept.empty() || centre(first) != centre(i);
     if (new_place) kept.push_back(first = i);
-    if (new_place || !physics::may_touch(written.scenario.scene, BodyId{first},
-                                         written.scenario.initial[first], BodyId{i}))
+    const bool ring = !new_place && are_rings(written, first, i);
+    if (ring) kept.push_back(i);
+    if (new_place || ring ||
+        !physics::may_touch(written.scenario.scene, BodyId{first}, written.scenario.initial[first],
+                            BodyId{i}))
       continue;
     warnings.add("overlap", *written.places[i], [&] {
       return WarningText{

@@ -302,8 +302,16 @@ NewtonOutcome solve_directly(const DirectAim& aim, std::span<const SolverBody> f
   const int most = aim.factorisations > 0 ? aim.factorisations
                                           : most_factorisations(aim, free, plan, joints != nullptr);
   const NewtonLimits limits{
-      scale, aim.wanted * scale, aim.rounding * scale, aim.accepted * scale, most,
-      40,    aim.further,        aim.stalled * scale};
+      .scale_m_s = scale,
+      .wanted_m_s = aim.wanted * scale,
+      .rounding_m_s = aim.rounding * scale,
+      .accepted_m_s = aim.accepted * scale,
+      .factorisations = most,
+      .corrections = 40,
+      .further = aim.further,
+      .stalled_m_s = aim.stalled * scale,
+      .of_motion = aim.of_motion,
+      .many = static_cast<int>(std::min(kMostWork / plan.multiplications, 1e9))};
   Responses responses;
   const NewtonOutcome outcome = solve_by_newton(limits, plan, convex, twists, responses);
   if (!outcome.converged) return outcome;

@@ -47,6 +47,7 @@ struct DirectAim {
   int factorisations = 0;  // at most; 0: as many as the island is worth
   int further = 1000;      // of these, once an error is accepted
   double stalled = 0.0;    // as in NewtonLimits: for what moves, and will be solved again
+  double of_motion = 0.0;  // as there
 };
 // The impulses go on from step to step, so what a limit has left over is made good in the steps
 // that follow. A step that is compared with others has to be solved by itself.

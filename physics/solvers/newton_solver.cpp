@@ -43,6 +43,7 @@ class Newton {
   void correct(const Corrections& found, const Corrections& last);
   bool harden(const Corrections& found, const Corrections& last);
   bool finish(const Corrections& found);
+  double fastest_m_s() const;
   NewtonOutcome outcome(bool converged) const;
 
   const NewtonLimits& limits_;
@@ -150,6 +151,15 @@ double Newton::start() {
                   std::max(limits_.rounding_m_s, kNearer * minimisation_.gradient_m_s()));
 }
 
+double Newton::fastest_m_s() const {
+  double squared = 0.0;
+  for (const ConvexPoint& p : problem_.points) {
+    const Vec3 other = p.b < twists_.size() ? twists_[p.b].linear : Vec3(Vec3::Zero());
+    squared = std::max(squared, (twists_[p.a].linear - other).squaredNorm());
+  }
+  return std::min(std::sqrt(squared), limits_.scale_m_s);
+}
+
 NewtonOutcome Newton::outcome(bool converged) const {
   return {converged, minimisation_.factorisations(), minimisation_.steps()};
 }
@@ -172,6 +182,9 @@ NewtonOutcome Newton::run() {
       // What does not change at all is a contradiction between points, of the size of rounding.
       const double most = (i > 3 ? kStays : kAtOnce) * last_error;
       if (error <= limits_.rounding_m_s && i > 0 && correction > most) return outcome(true);
+      if (minimisation_.factorisations() >= limits_.many &&
+          error <= limits_.of_motion * fastest_m_s())
+        return outcome(true);
       accepted = true;
       good_twists = twists_;
       good_responses = responses_;

@@ -20,6 +20,11 @@ struct NewtonLimits {
   int corrections = 0;        // of compliance and shift, at most
   int further = 1000;         // factorisations once an error is accepted, at most
   double stalled_m_s = 0.0;   // error that is accepted where the exact laws come no nearer
+  // Of the fastest body against one that it touches, or of the scale: an accepted error at which
+  // the work ends that has taken so many factorisations. Where something moves, more does not bring
+  // the rest to rest.
+  double of_motion = 0.0;
+  int many = 0;
 };
 
 struct NewtonOutcome {

@@ -10,10 +10,13 @@
 #include "kernel/virtual_cluster/virtual_executor.hpp"
 #include "tests/kernel/rank_threads.hpp"
 #include "tests/kernel/scripted_process.hpp"
+#include "tests/kernel/time_warp_bench.hpp"
 
 namespace soda::kernel {
 namespace {
 
+using bench::at;
+using bench::Bench;
 using Lps = std::vector<std::unique_ptr<LogicalProcess>>;
 
 constexpr std::uint32_t kLps = 6;
@@ -118,6 +121,18 @@ TEST(Memory, IsBoundedByTheWindowUnderEveryExecutorHoweverLongTheRun) {
     }
   }
   EXPECT_GT(rollbacks, 1000u);
+}
+
+// Of what follows in order, nothing is collected before the next round of GVT.
+TEST(Memory, ACheckpointOfATimeThatIsExecutedNoMoreIsCollectedAtOnce) {
+  Bench bench({});
+  bench.deliver(at(1), 100, 1);
+  bench.deliver(at(2), 20, 2);
+  bench.execute_all();
+  bench.deliver_anti(at(2), 3);
+  EXPECT_EQ(bench.lp.history.size(), 2u);
+  bench.process.collect(at(3), bench.effects);
+  EXPECT_EQ(bench.lp.history.size(), 1u);
 }
 
 }  // namespace

@@ -334,18 +334,6 @@ TEST(TimeWarp, ForgettingKeepsWhatARestartNeedsAndDropsTheRest) {
   EXPECT_EQ(bench.lp.state.sum, 109u);
 }
 
-// Of what follows in order, nothing is collected before the next round of GVT.
-TEST(TimeWarp, ACheckpointOfATimeThatIsExecutedNoMoreIsCollectedAtOnce) {
-  Bench bench(constant_and_sum());
-  bench.deliver(at(1), 100, 1);
-  bench.deliver(at(2), 20, 2);
-  bench.execute_all();
-  bench.deliver_anti(at(2), 3);
-  EXPECT_EQ(bench.lp.history.size(), 2u);
-  bench.process.collect(at(3), bench.effects);
-  EXPECT_EQ(bench.lp.history.size(), 1u);
-}
-
 TEST(TimeWarp, FaultStandsUntilItsExecutionIsUndoneForGood) {
   ScriptedProcess::Script script = marks_every_fifth();
   script.on_execute = [](ScriptedProcess& self, VirtualTime now, auto, Outbox& outbox) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <random>
+#include <utility>
 
 namespace soda::physics {
 namespace {
@@ -176,6 +177,37 @@ TEST(AlartCurnier, ChangesNothingWhereItFails) {
     EXPECT_EQ(twists[i].linear, before[i].linear);
     EXPECT_EQ(twists[i].angular, before[i].angular);
   }
+}
+
+// Where something slides, more does not bring the rest to rest; what stands is solved as before.
+TEST(NewtonSolver, WhatMovesIsSolvedToAShareOfItsSpeed) {
+  const auto solve = [](Stack stack, double of_motion) {
+    NewtonLimits limits = limits_of(1.0);
+    limits.accepted_m_s = 0.02;
+    limits.factorisations = 400;
+    limits.of_motion = of_motion;
+    std::vector<Twist> twists = stack.problem.free;
+    Responses responses;
+    const NewtonOutcome outcome =
+        solve_by_newton(limits, stack.plan, stack.problem, twists, responses);
+    EXPECT_TRUE(outcome.converged);
+    return std::pair(outcome.factorisations, off_laws_m_s(stack.problem, twists, responses));
+  };
+  std::mt19937_64 random(3);
+  const auto unit = [&] { return static_cast<double>(random() >> 11) * 0x1p-53 - 0.5; };
+  int to_rounding = 0, to_a_share = 0;
+  for (int i = 0; i < 40; ++i) {
+    Stack stack = stack_of(30, 0.4, 0.1);
+    for (Twist& twist : stack.problem.free) twist.linear += Vec3(unit(), unit(), unit());
+    to_rounding += solve(stack, 0.0).first;
+    const auto [factorisations, off_m_s] = solve(stack, 3e-3);
+    to_a_share += factorisations;
+    EXPECT_LT(off_m_s, 0.05);
+  }
+  EXPECT_LT(1.1 * to_a_share, to_rounding);
+  Stack rests = stack_of(8, 0.4, 0.0);
+  for (Twist& twist : rests.problem.free) twist.linear = Vec3(0, 0, -kStep_m_s);
+  EXPECT_EQ(solve(rests, 3e-3), solve(rests, 0.0));
 }
 
 }  // namespace

@@ -72,5 +72,13 @@ TEST(TumblingDrums, CubesSinkIntoNothing) {
       }
 }
 
+// Halves of halves would take as many iterations each as the whole step.
+TEST(TumblingDrums, PartsOfAStepAreItsSubsteps) {
+  World world = drum_with(24, 4.0, 0.0);
+  world.run(120);
+  EXPECT_GT(world.counters.joint_sweeps, 0u);
+  EXPECT_LT(world.counters.row_sweeps, 6'000'000u);
+}
+
 }  // namespace
 }  // namespace soda::physics

@@ -174,6 +174,22 @@ TEST(Warnings, OfAMeshThatABodyPassesThroughAnywayAreNotGiven) {
   EXPECT_TRUE(warnings_of(text).empty());
 }
 
+// A box of 1 m in the middle of two on each side.
+TEST(Warnings, OfWhatIsInTheMiddleOfARingAreNotGiven) {
+  const auto ring = [](const char* half_m) {
+    const std::string part = R"({"shape": {"type": "box", "size_m": [0.4, 0.4, 0.4]})";
+    const std::string text =
+        replaced(kGoodScenario, R"({"type": "sphere", "radius_m": 0.5})",
+                 R"({"type": "compound", "parts": [)" + part + R"(, "position_m": [-)" + half_m +
+                     ", 0, 0]}, " + part + R"(, "position_m": [)" + half_m + ", 0, 0]}]}");
+    return warnings_of(replaced(text, "[3, 0, 5]", "[0, 0, 0.5]"));
+  };
+  EXPECT_TRUE(ring("0.8").empty());
+  ASSERT_EQ(ring("0.6").size(), 1u);
+  EXPECT_NE(ring("0.6")[0].found.find("body 2 that overlaps body 1 by 0.1 m"), std::string::npos)
+      << ring("0.6")[0].found;
+}
+
 TEST(Warnings, OfABodyThatIsNotThereYetAreNotGiven) {
   EXPECT_TRUE(warnings_of(replaced(kGoodScenario, "\"position_m\": [3, 0, 5]",
                                    "\"position_m\": [0, 0, 0], \"present\": false"))
