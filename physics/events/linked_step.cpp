@@ -77,13 +77,30 @@ LinkedPart advance_part(const LinkedIsland& island, double time_s,
   return part;
 }
 
+constexpr int kMostPartsOfStep = 8;
+
 // What a part of its length sinks by is of second order in it. A little is worth a few halvings of
 // the first parts, where much is worth more. A substep is short.
 bool is_to_be_halved(const LinkedIsland& island, const LinkedPart& part, int halvings, int number) {
-  constexpr int kForVisible = 3, kForDeep = 8, kFirstParts = 8;
+  constexpr int kForVisible = 3, kForDeep = 8;
   if (part.relative_depth > kTooDeep) return halvings < kForDeep;
   return !island.wedged && !island.in_substeps && part.relative_depth > kVisible &&
-         halvings < kForVisible && number < kFirstParts;
+         halvings < kForVisible && number + 1 < kMostPartsOfStep;
+}
+
+// How far the part after so many goes: as far as it can, or a substep, and then nothing is left for
+// after the last.
+double reach_s(const LinkedIsland& island, int parts, double left_s) {
+  if (!island.in_substeps) return left_s;
+  const double substep_s = island.dt_s / substeps_of(island.scene.solver);
+  return std::min(left_s, std::max(substep_s, left_s / std::max(1, kMostPartsOfStep - parts)));
+}
+
+// Whether the part after so many can end early, and others follow for the rest.
+bool can_be_cut(const LinkedIsland& island, int parts, double left_s) {
+  const int after = kMostPartsOfStep - parts - 1;
+  if (!island.in_substeps) return after > 0;
+  return after * island.dt_s >= left_s * substeps_of(island.scene.solver);
 }
 
 // As before, but for the velocities: they are those found, with no more energy than there was.
@@ -108,6 +125,15 @@ void stay_at(const LinkedIsland& island, std::span<const BodyState> before,
     state.linear_velocity_m_s *= share;
     state.angular_velocity_rad_s *= share;
   }
+}
+
+// Adds a part to what the step reports. Whether it sank in so far that it is not made.
+bool take(const LinkedIsland& island, std::span<const BodyState> before,
+          std::span<BodyState> states, LinkedPart& part, IslandReport& report) {
+  const bool sunk = part.relative_depth > kTooDeep;
+  if (sunk) stay_at(island, before, states, part.report);
+  add_part(part.report, report);
+  return sunk;
 }
 
 // The time that is not used takes no weight away: what the island waits at bears it.
@@ -145,7 +171,7 @@ bool is_linked(std::span<const ContactManifold> manifolds) {
 
 IslandReport advance_linked(const IslandStep& step, std::span<BodyState> states,
                             const IslandEffects& effects) {
-  constexpr int kMostPartsOfStep = 8, kMostPartsThatBounce = 5;
+  constexpr int kMostPartsThatBounce = 5;
   if (step.ids.size() == 1 && step.scene.statics.empty())  // there is nothing to come to
     return advance_resting(step, states, effects);
   LinkedIsland island{step, effects.scratch, effects.counters};
@@ -158,14 +184,12 @@ IslandReport advance_linked(const IslandStep& step, std::span<BodyState> states,
   std::vector<Touching> held;
   const bool can_bounce = !island.wedged && bounce_in_time(island, states);
   double left_s = step.dt_s;
-  const double substep_s = step.dt_s / substeps_of(step.scene.solver);
-  const auto ahead_s = [&] { return island.in_substeps ? std::min(left_s, substep_s) : left_s; };
+  int number = 0;
   const auto look = [&](std::span<const BodyState> motions) {
-    found = contacts_now(island, ahead_s(), met, states,
-                         island.in_substeps ? std::span<const BodyState>{} : motions);
-    met = found;
+    met = found = contacts_now(island, reach_s(island, number, left_s), met, states,
+                               island.in_substeps ? std::span<const BodyState>{} : motions);
   };
-  for (int number = 0;; ++number) {
+  for (;; ++number) {
     if (can_bounce && resolve_linked_impacts(island, met, states, bounces, island.counters))
       look({});
     const BouncesInTime located = can_bounce && number < kMostPartsThatBounce
@@ -173,7 +197,7 @@ IslandReport advance_linked(const IslandStep& step, std::span<BodyState> states,
                                       : BouncesInTime{};
     if (!located.pairs.empty()) met = located.others;
     const std::vector<BodyState> before(states.begin(), states.end());
-    const double part_s = ahead_s();
+    const double part_s = reach_s(island, number, left_s);
     LinkedPart part = advance_part(island, part_s, met, before, states);
     const std::optional<double> touch_s = first_bounce_s(
         island, part_s, located, first_unseen_s(island, part_s, met, before, part.motions),
@@ -185,7 +209,11 @@ IslandReport advance_linked(const IslandStep& step, std::span<BodyState> states,
       if (!located.pairs.empty()) look(motions);
       continue;
     }
-    double time_s = touch_s ? *touch_s : part_s;
+    double time_s = part_s;
+    if (touch_s && can_be_cut(island, number, left_s))
+      time_s = *touch_s;
+    else if (touch_s)
+      met = found = contacts_now(island, part_s, met, before, motions);
     if (touch_s) part = advance_part(island, time_s, met, before, states);
     for (int halvings = 0; is_to_be_halved(island, part, halvings, number); ++halvings) {
       time_s *= 0.5;
@@ -197,10 +225,8 @@ IslandReport advance_linked(const IslandStep& step, std::span<BodyState> states,
       look(motions);
       continue;
     }
-    const bool sunk = part.relative_depth > kTooDeep;
-    if (sunk) stay_at(island, before, states, part.report);
+    const bool sunk = take(island, before, states, part, report);
     effects.faults.insert(effects.faults.end(), part.faults.begin(), part.faults.end());
-    add_part(part.report, report);
     pushed += pushed_newton_s(island, time_s, before);
     left_s -= time_s;
     const bool waits = left_s > 0.0 && (sunk || number + 1 == kMostPartsOfStep);

@@ -19,10 +19,10 @@ Need linked_impacts_needed(const SceneDescription& scene);
 // the island, that it has no manifold with, the island comes up to there only; then contacts are
 // looked for again, among all pairs of the island and with all statics in reach, and the rest of
 // the step follows. Where its joints are swept, and a body sinks in or was not seen to be on its
-// way, the parts are substeps. After some parts the island waits there for the next step. Nor does
-// a body get deeper into a static by more than half its width in a part: shorter parts err less,
-// and where none does, the island stays. Counts what it looks at as linked_searches. A function of
-// the arguments only.
+// way, the parts are substeps. The last part takes all that is left, with what it comes to held
+// from its beginning on. Nor does a body get deeper into a static by more than half its width in a
+// part: shorter parts err less, and where none does, the island stays for the rest of the step.
+// Counts what it looks at as linked_searches. A function of the arguments only.
 IslandReport advance_linked(const IslandStep& step, std::span<BodyState> states,
                             const IslandEffects& effects);
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/math/rigid_motion.hpp"
 #include "tests/physics/joints.hpp"
 #include "tests/physics/scenes.hpp"
 
@@ -70,6 +71,22 @@ TEST(TumblingDrums, CubesSinkIntoNothing) {
         EXPECT_LT(sum_m, 0.02 * kSize_m * kSteps)
             << cubes << " " << speed_rad_s << " " << restitution;
       }
+}
+
+// A step that is cut into parts has time for all of them: the drum turns as its motor does.
+TEST(TumblingDrums, TimeDoesNotStandStill) {
+  for (const int cubes : {8, 24, 40}) {
+    World world = drum_with(cubes, 4.0, 0.7);
+    const Geometry geometry(world.scene);
+    double turned_rad = 0.0;
+    constexpr int kSteps = 120;
+    for (int step = 0; step < kSteps; ++step) {
+      const Quat before = world.states[0].orientation;
+      world.run(1, geometry);
+      turned_rad += small_rotation(before, world.states[0].orientation).norm();
+    }
+    EXPECT_NEAR(turned_rad, 4.0 / 60.0 * kSteps, 0.02 * 4.0 / 60.0 * kSteps) << cubes;
+  }
 }
 
 // Halves of halves would take as many iterations each as the whole step.
