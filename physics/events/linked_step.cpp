@@ -77,7 +77,7 @@ LinkedPart advance_part(const LinkedIsland& island, double time_s,
   return part;
 }
 
-constexpr int kMostPartsOfStep = 8;
+constexpr int kMostPartsOfStep = 12;
 
 // What a part of its length sinks by is of second order in it. A little is worth a few halvings of
 // the first parts, where much is worth more. A substep is short.
@@ -229,7 +229,7 @@ IslandReport advance_linked(const IslandStep& step, std::span<BodyState> states,
     effects.faults.insert(effects.faults.end(), part.faults.begin(), part.faults.end());
     pushed += pushed_newton_s(island, time_s, before);
     left_s -= time_s;
-    const bool waits = left_s > 0.0 && (sunk || number + 1 == kMostPartsOfStep);
+    const bool waits = left_s > 0.0 && (sunk || number + 1 >= kMostPartsOfStep);
     if (waits) wait_for(left_s, island, report);
     if (waits || !(left_s > 0.0)) break;
     look(motions);
