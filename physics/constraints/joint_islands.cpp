@@ -1,5 +1,7 @@
 #include "physics/constraints/joint_islands.hpp"
 
+#include <algorithm>
+
 #include "physics/broadphase/islands.hpp"
 #include "physics/constraints/joint_rows.hpp"
 #include "physics/model/contact_manifold.hpp"
@@ -23,13 +25,17 @@ std::vector<ContactManifold> joint_manifolds(const SceneDescription& scene,
 }
 
 // How many rows there are, and in which order they are eliminated, does not depend on poses.
+// Beyond that many multiplications, only how they are more is not told.
+constexpr double kMost = 1e9;
+
 JointIsland island_of(const SceneDescription& scene, std::vector<BodyId> bodies,
                       std::span<const ContactManifold> manifolds) {
   JointSystem system = find_joints(scene, bodies, manifolds);
   const std::vector<BodyState> anywhere(bodies.size());
   build_joint_rows(scene, scene.dt_s, anywhere, true, system);
   return {std::move(bodies), static_cast<std::uint32_t>(system.joints.size()),
-          static_cast<std::uint32_t>(system.rows.size()), factor_multiplications(system)};
+          static_cast<std::uint32_t>(system.rows.size()),
+          static_cast<std::uint64_t>(std::min(kMost, factor_multiplications(kMost, system)))};
 }
 
 }  // namespace

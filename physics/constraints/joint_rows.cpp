@@ -7,6 +7,7 @@
 
 #include "physics/math/rigid_motion.hpp"
 #include "physics/model/body_places.hpp"
+#include "physics/model/kinematic.hpp"
 
 namespace soda::physics {
 namespace {
@@ -34,10 +35,8 @@ std::vector<std::vector<std::uint32_t>> neighbours_of(const SceneDescription& sc
   return neighbours;
 }
 
-// Reverse Cuthill-McKee: breadth first from the joint with the fewest neighbours. Chains and trees
-// get an envelope as narrow as their branches.
-std::vector<std::uint32_t> elimination_order(
-    const std::vector<std::vector<std::uint32_t>>& neighbours) {
+// Reverse Cuthill-McKee: breadth first from the joint with the fewest neighbours.
+std::vector<std::uint32_t> sweep_order(const std::vector<std::vector<std::uint32_t>>& neighbours) {
   const auto fewer = [&neighbours](std::uint32_t x, std::uint32_t y) {
     return std::pair(neighbours[x].size(), x) < std::pair(neighbours[y].size(), y);
   };
@@ -265,6 +264,12 @@ std::uint32_t row_count(const Joint& joint) {
   return 1;
 }
 
+JointEnds moved_ends(const SceneDescription& scene, const Joint& joint, JointEnds bodies) {
+  if (is_kinematic(scene, joint.a)) bodies[0] = kImmovable;
+  if (is_static(joint.b) || is_kinematic(scene, joint.b)) bodies[1] = kImmovable;
+  return bodies;
+}
+
 void find_first_rows(const SceneDescription& scene, JointSystem& system) {
   system.first_row.reserve(system.joints.size() + 1);
   system.first_row.push_back(0);
@@ -305,7 +310,7 @@ JointSystem find_joints(const SceneDescription& scene, std::span<const BodyId> i
   if (joints.size() == 1) {
     const Joint& joint = scene.joints[joints.front()];
     system.bodies.push_back({place_of(ids, joint.a), place_of(ids, joint.b)});
-    system.earliest.push_back(0);
+    system.ends.push_back(moved_ends(scene, joint, system.bodies.back()));
     system.bounded = joint.limits || joint.motor;
     if (can_break(joint)) system.breakable.push_back(0);
     system.joints = std::move(joints);
@@ -313,17 +318,12 @@ JointSystem find_joints(const SceneDescription& scene, std::span<const BodyId> i
     return system;
   }
   const std::vector<std::vector<std::uint32_t>> neighbours = neighbours_of(scene, ids, joints);
-  const std::vector<std::uint32_t> order = elimination_order(neighbours);
-  std::vector<std::uint32_t> place(order.size());
-  for (std::uint32_t i = 0; i < order.size(); ++i) place[order[i]] = i;
+  const std::vector<std::uint32_t> order = sweep_order(neighbours);
   for (std::uint32_t i = 0; i < order.size(); ++i) {
-    std::uint32_t earliest = i;
-    for (const std::uint32_t other : neighbours[order[i]])
-      earliest = std::min(earliest, place[other]);
     system.joints.push_back(joints[order[i]]);
-    system.earliest.push_back(earliest);
     const Joint& joint = scene.joints[system.joints.back()];
     system.bodies.push_back({place_of(ids, joint.a), place_of(ids, joint.b)});
+    system.ends.push_back(moved_ends(scene, joint, system.bodies.back()));
     system.bounded = system.bounded || joint.limits || joint.motor;
     if (can_break(joint)) system.breakable.push_back(i);
   }

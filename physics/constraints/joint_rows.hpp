@@ -3,11 +3,14 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
+#include <memory>
 #include <span>
 #include <vector>
 
-#include "physics/math/envelope_matrix.hpp"
+#include "physics/constraints/joint_elimination.hpp"
 #include "physics/math/solver_body.hpp"
+#include "physics/math/sparse_ldl.hpp"
 #include "physics/model/body_state.hpp"
 #include "physics/model/contact_manifold.hpp"
 #include "physics/model/need.hpp"
@@ -50,19 +53,24 @@ struct RowTwist {
   Vec3 a = Vec3::Zero(), b = Vec3::Zero();
 };
 
-// Of one island. Joints are in an order of elimination (reverse Cuthill-McKee) that depends on the
-// island's content alone.
+// Of a row that takes no part in the matrix.
+inline constexpr std::uint32_t kNoPlace = std::numeric_limits<std::uint32_t>::max();
+
+// Of one island. Joints that are swept follow each other from neighbour to neighbour (reverse
+// Cuthill-McKee); the order depends on the island's content alone.
 struct JointSystem {
   std::vector<std::uint32_t> joints;                 // indices into SceneDescription::joints
   std::vector<std::array<std::uint32_t, 2>> bodies;  // a and b of each of them, as in the rows
   std::vector<std::uint32_t> first_row;              // of each of them, and the end: known first
   std::vector<JointRow> rows;
-  std::vector<std::uint32_t> earliest;   // place of the first joint that shares a body with each
-  std::vector<std::uint32_t> breakable;  // places of those that can break
+  std::vector<JointEnds> ends;                          // of each of them: what it can move
+  std::vector<std::uint32_t> breakable;                 // places of those that can break
+  std::shared_ptr<const JointElimination> elimination;  // once it was planned
   // Of factor_joint_rows.
-  EnvelopeMatrix matrix;
-  std::vector<std::uint32_t> first_column;  // of each row
-  std::vector<RowTwist> twists;             // of each row
+  SparseLdl matrix;
+  std::vector<std::uint32_t> place_of_row;  // in the matrix, or kNoPlace
+  bool in_place = false;         // whether that is the place among the rows, for all of them
+  std::vector<RowTwist> twists;  // of each row
   double regularisation = 0.0;
   bool factored = false;  // and rows were not built since
   bool bounded = false;   // whether a joint has limits or a motor
@@ -104,8 +112,9 @@ struct SpringRow {
 std::vector<SpringRow> spring_rows(const SceneDescription& scene, std::span<const BodyState> states,
                                    const JointSystem& system);
 
-// Of one factorisation (factor_joint_rows). There need be no rows yet.
-std::uint64_t factor_multiplications(const JointSystem& system);
+// Multiplications of one factorisation (factor_joint_rows), roughly; infinity where they are more
+// than `most`. Plans it if it is not planned yet. There need be no rows.
+double factor_multiplications(double most, JointSystem& system);
 
 double velocity_of(const JointRow& row, std::span<const SolverBody> bodies);
 void apply_joint_impulse(const JointRow& row, double impulse, std::span<SolverBody> bodies);
@@ -116,8 +125,11 @@ void take_back_joint_impulses(JointSystem& system, std::span<SolverBody> bodies)
 // The matrix of the rows that are not idle, factored; the functions below need it. `bodies` as in a
 // ContactProblem: inverse mass and inertia are read. `regularisation`: part of its diagonal that is
 // added to each row.
-void factor_joint_rows(std::size_t body_count, std::span<const SolverBody> bodies,
-                       JointSystem& system, double regularisation = 0.0);
+void factor_joint_rows(std::span<const SolverBody> bodies, JointSystem& system,
+                       double regularisation = 0.0);
+
+// Overwrites the right-hand side, one number a row, with the impulses that give these velocities.
+void solve_joint_rows(const JointSystem& system, std::span<double> rows);
 
 // Gives the bodies the velocities with which every row that is not idle has its target: exact but
 // for rounding.
@@ -127,8 +139,8 @@ void solve_joint_velocities(JointSystem& system, std::span<SolverBody> bodies);
 // motors, and bounds are kept. That costs energy and never gives any, but by motors. Where joints
 // contradict each other, as in a taut chain between two walls, exact impulses would: then as little
 // softness as is needed is added. Leaves the factors. `factored`: that they are there already.
-void stop_joint_velocities(std::size_t body_count, std::span<SolverBody> bodies,
-                           JointSystem& system, bool factored = false);
+void stop_joint_velocities(std::span<SolverBody> bodies, JointSystem& system,
+                           bool factored = false);
 
 // The displacements that take every row's error away to first order, as impulse over mass:
 // `moves[i]` of body i is overwritten.

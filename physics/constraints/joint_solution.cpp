@@ -2,50 +2,17 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
+#include <optional>
+#include <utility>
 
+#include "physics/constraints/joint_assembly.hpp"
 #include "physics/constraints/joint_rows.hpp"
 #include "physics/constraints/limits_and_motors.hpp"
-#include "physics/math/rigid_motion.hpp"
 #include "physics/math/solver_body.hpp"
 
 namespace soda::physics {
 namespace {
-
-// What impulses along `y` do to the velocity of `x`, by the bodies that both have.
-double coupling(const JointRow& x, const JointRow& y, const RowTwist& twist_y,
-                std::span<const SolverBody> bodies, std::uint32_t world) {
-  const double along = x.linear.dot(y.linear);
-  double sum = 0.0;
-  if (x.a == y.a) sum += bodies[x.a].inverse_mass * along + x.angular_a.dot(twist_y.a);
-  if (x.a == y.b) sum -= bodies[x.a].inverse_mass * along + x.angular_a.dot(twist_y.b);
-  if (x.b == world) return sum;
-  if (x.b == y.a) sum -= bodies[x.b].inverse_mass * along + x.angular_b.dot(twist_y.a);
-  if (x.b == y.b) sum += bodies[x.b].inverse_mass * along + x.angular_b.dot(twist_y.b);
-  return sum;
-}
-
-void find_twists(JointSystem& system, std::span<const SolverBody> bodies) {
-  system.twists.resize(system.rows.size());
-  for (std::size_t r = 0; r < system.rows.size(); ++r) {
-    const JointRow& row = system.rows[r];
-    const SolverBody &a = bodies[row.a], &b = bodies[row.b];
-    system.twists[r].a = times(a.inverse_inertia, row.angular_a);
-    system.twists[r].b =
-        b.inverse_mass > 0.0 ? times(b.inverse_inertia, row.angular_b) : Vec3(Vec3::Zero());
-  }
-}
-
-bool share_a_body(const JointRow& x, const JointRow& y, std::uint32_t world) {
-  return (x.a == y.a || x.a == y.b) || (x.b != world && (x.b == y.a || x.b == y.b));
-}
-
-// Of each row.
-void find_first_columns(const JointSystem& system, std::vector<std::uint32_t>& first) {
-  const std::vector<std::uint32_t>& begin = system.first_row;
-  first.resize(begin.back());
-  for (std::size_t j = 0; j < system.joints.size(); ++j)
-    std::fill(first.begin() + begin[j], first.begin() + begin[j + 1], begin[system.earliest[j]]);
-}
 
 bool is_to_be_closed(const JointRow& row) {
   const bool open = row.kind == JointRowKind::kLimit && row.idle && row.error > 0.0;
@@ -54,33 +21,34 @@ bool is_to_be_closed(const JointRow& row) {
 
 }  // namespace
 
-std::uint64_t factor_multiplications(const JointSystem& system) {
-  std::vector<std::uint32_t> first;
-  find_first_columns(system, first);
-  return EnvelopeMatrix::factor_multiplications(first);
+double factor_multiplications(double most, JointSystem& system) {
+  if (!system.elimination) {
+    std::optional<JointElimination> plan =
+        plan_joint_elimination(system.ends, system.first_row, most);
+    if (!plan) return std::numeric_limits<double>::infinity();
+    system.elimination = std::make_shared<const JointElimination>(*std::move(plan));
+  }
+  return system.elimination->multiplications;
 }
 
-void factor_joint_rows(std::size_t body_count, std::span<const SolverBody> bodies,
-                       JointSystem& system, double regularisation) {
-  const auto world = static_cast<std::uint32_t>(body_count);
-  const std::vector<std::uint32_t>& begin = system.first_row;
-  std::vector<JointRow>& rows = system.rows;
-  find_first_columns(system, system.first_column);
-  system.matrix.reset(system.first_column);
+void factor_joint_rows(std::span<const SolverBody> bodies, JointSystem& system,
+                       double regularisation) {
+  factor_multiplications(std::numeric_limits<double>::infinity(), system);
   system.regularisation = regularisation;
   system.factored = true;
-  find_twists(system, bodies);
-  for (std::size_t j = 0; j < system.joints.size(); ++j)
-    for (std::size_t k = system.earliest[j]; k <= j; ++k) {
-      if (!share_a_body(rows[begin[j]], rows[begin[k]], world)) continue;
-      for (std::uint32_t r = begin[j]; r < begin[j + 1]; ++r)
-        for (std::uint32_t c = begin[k]; c < begin[k + 1] && c <= r; ++c)
-          if (!rows[r].idle && !rows[c].idle)
-            system.matrix.at(r, c) = coupling(rows[r], rows[c], system.twists[c], bodies, world);
-    }
+  const auto scales = assemble_joint_rows(bodies, regularisation, system);
+  system.matrix.factor(system.elimination->pattern, as_span(scales));
+}
+
+void solve_joint_rows(const JointSystem& system, std::span<double> rows) {
+  if (system.in_place) return system.matrix.solve(system.elimination->pattern, rows);
+  ShortList<double, 32> unknowns(system.matrix.rows(), 0.0);
+  const std::vector<std::uint32_t>& place = system.place_of_row;
   for (std::size_t r = 0; r < rows.size(); ++r)
-    system.matrix.at(r, r) += rows[r].softness_1_kg + regularisation * system.matrix.at(r, r);
-  system.matrix.factor();
+    if (place[r] != kNoPlace) unknowns[place[r]] = rows[r];
+  system.matrix.solve(system.elimination->pattern, {unknowns.data(), unknowns.size()});
+  for (std::size_t r = 0; r < rows.size(); ++r)
+    rows[r] = place[r] != kNoPlace ? unknowns[place[r]] : 0.0;
 }
 
 double velocity_of(const JointRow& row, std::span<const SolverBody> bodies) {
@@ -136,17 +104,15 @@ void solve_joint_velocities(JointSystem& system, std::span<SolverBody> bodies) {
     change[r] =
         row.target_m_s - velocity_of(row, bodies) - row.softness_1_kg * row.impulse_newton_s;
   }
-  system.matrix.solve(change);
+  solve_joint_rows(system, change);
   add_joint_impulses(change, system, bodies);
 }
 
-void stop_joint_velocities(std::size_t body_count, std::span<SolverBody> bodies,
-                           JointSystem& system, bool factored) {
+void stop_joint_velocities(std::span<SolverBody> bodies, JointSystem& system, bool factored) {
   const std::vector<SolverBody> before(bodies.begin(), bodies.end());
   for (const double regularisation : {0.0, 1e-10, 1e-8, 1e-6, 1e-4}) {
-    if (!factored || regularisation > 0.0)
-      factor_joint_rows(body_count, bodies, system, regularisation);
-    solve_bounded(body_count, bodies, regularisation, system);
+    if (!factored || regularisation > 0.0) factor_joint_rows(bodies, system, regularisation);
+    solve_bounded(bodies, regularisation, system);
     double gained = 0.0, moved = 0.0;  // energy: half the impulses times both velocities
     for (const JointRow& row : system.rows) {
       if (row.kind == JointRowKind::kMotor && row.impulse_newton_s != 0.0) return;
@@ -167,7 +133,7 @@ void solve_joint_errors(const JointSystem& system, std::span<const SolverBody> b
   std::vector<double> push(system.rows.size());
   for (std::size_t r = 0; r < push.size(); ++r)
     push[r] = system.rows[r].softness_1_kg > 0.0 ? 0.0 : -system.rows[r].error;
-  system.matrix.solve(push);
+  solve_joint_rows(system, push);
   moves.assign(bodies.size(), {});
   for (std::size_t r = 0; r < push.size(); ++r) {
     const JointRow& row = system.rows[r];

@@ -89,27 +89,87 @@ bool approach(JointSystem& system, std::span<SolverBody> bodies, std::vector<dou
   return false;
 }
 
-// Of a solution: a row that has a part in it but no effect goes to its bound; else the row that
+// What becomes of a row once the rows that take part are solved. A row that has a part in it but no
+// effect goes to its bound.
+struct Change {
+  double missing_m_s = 0.0;  // 0: none
+  double bound_newton_s = 0.0;
+};
+Change change_of(const JointRow& row, double scale_m_s, std::span<const SolverBody> bodies) {
+  if (!is_bounded(row)) return {};
+  const double slack = (row.idle ? kBoundRounding : kUnsolved) * scale_m_s;
+  const double missing = missing_m_s(row, slack, bodies);
+  const double bound = missing > 0.0 ? row.most_newton_s : row.least_newton_s;
+  if (!row.idle && !std::isfinite(bound)) return {};
+  return {missing, bound};
+}
+
+// Of a solution within bounds: the first row without effect goes to its bound; else the row that
 // lacks most begins to take part. Whether there was any.
 bool change_one(double scale_m_s, JointSystem& system, std::span<SolverBody> bodies) {
   JointRow* worst = nullptr;
   double most = 0.0;
   for (JointRow& row : system.rows) {
-    if (!is_bounded(row)) continue;
-    const double slack = (row.idle ? kBoundRounding : kUnsolved) * scale_m_s;
-    const double missing = missing_m_s(row, slack, bodies);
-    const double bound = missing > 0.0 ? row.most_newton_s : row.least_newton_s;
-    if (missing == 0.0 || (!row.idle && !std::isfinite(bound))) continue;
+    const Change change = change_of(row, scale_m_s, bodies);
+    if (change.missing_m_s == 0.0) continue;
     if (!row.idle) {
-      rest_at(bound, row, bodies);
+      rest_at(change.bound_newton_s, row, bodies);
       return true;
     }
-    if (!(std::abs(missing) > most)) continue;
-    most = std::abs(missing);
+    if (!(std::abs(change.missing_m_s) > most)) continue;
+    most = std::abs(change.missing_m_s);
     worst = &row;
   }
   if (worst != nullptr) worst->idle = false;
   return worst != nullptr;
+}
+
+// The same of all rows at once, and those beyond a bound go back to it. How many there were.
+std::size_t change_all(double scale_m_s, JointSystem& system, std::span<SolverBody> bodies) {
+  struct Exchange {
+    JointRow* row;
+    double bound;
+  };
+  std::vector<Exchange> found;
+  for (JointRow& row : system.rows) {
+    if (!is_bounded(row)) continue;
+    const double kept = std::clamp(row.impulse_newton_s, row.least_newton_s, row.most_newton_s);
+    if (!row.idle && kept != row.impulse_newton_s) {
+      found.push_back({&row, kept});
+      continue;
+    }
+    const Change change = change_of(row, scale_m_s, bodies);
+    if (change.missing_m_s != 0.0) found.push_back({&row, change.bound_newton_s});
+  }
+  for (const Exchange& exchange : found) {
+    if (exchange.row->idle)
+      exchange.row->idle = false;
+    else
+      rest_at(exchange.bound, *exchange.row, bodies);
+  }
+  return found.size();
+}
+
+// As long as ever fewer rows change. Whether that leads to the solution; impulses are within their
+// bounds. J. J. Judice, F. M. Pires, "A block principal pivoting algorithm for large-scale strictly
+// monotone linear complementarity problems", Computers & Operations Research 21 (1994).
+bool solve_by_exchanges(double scale_m_s, double regularisation, JointSystem& system,
+                        std::span<SolverBody> bodies) {
+  constexpr int kMostInVain = 3;
+  std::size_t fewest = system.rows.size() + 1;
+  for (int in_vain = 0; in_vain <= kMostInVain;) {
+    solve_joint_velocities(system, bodies);
+    const std::size_t changed = change_all(scale_m_s, system, bodies);
+    if (changed == 0) return true;
+    if (changed < fewest) {
+      fewest = changed;
+      in_vain = 0;
+    } else {
+      ++in_vain;
+    }
+    factor_joint_rows(bodies, system, regularisation);
+  }
+  return false;
 }
 
 }  // namespace
@@ -155,19 +215,20 @@ void hold_same_limits(const JointSystem& from, JointSystem& system) {
   for (std::size_t r = 0; r < system.rows.size(); ++r) system.rows[r].idle = from.rows[r].idle;
 }
 
-// Least squares with bounds (Lawson and Hanson's way): every change brings the impulses nearer to
-// the solution and leaves them within their bounds, so it ends, and where the number of changes
-// runs out nothing pushes more than it may.
-void solve_bounded(std::size_t body_count, std::span<SolverBody> bodies, double regularisation,
-                   JointSystem& system) {
+// Least squares with bounds. Where exchanges of many rows get nowhere, of one after the other
+// (Lawson and Hanson's way): every change brings the impulses nearer to the solution and leaves
+// them within their bounds, so it ends, and where the number of changes runs out nothing pushes
+// more than it may.
+void solve_bounded(std::span<SolverBody> bodies, double regularisation, JointSystem& system) {
   if (!system.bounded) return solve_joint_velocities(system, bodies);
-  const std::size_t most = 50 + 4 * system.rows.size();
   const double scale = scale_m_s(system, bodies);
+  if (solve_by_exchanges(scale, regularisation, system, bodies)) return;
+  const std::size_t most = 50 + 4 * system.rows.size();
   std::vector<double> before;
   for (std::size_t i = 0; i < most; ++i) {
     const bool solved = approach(system, bodies, before);
     if (solved && !change_one(scale, system, bodies)) return;
-    factor_joint_rows(body_count, bodies, system, regularisation);
+    factor_joint_rows(bodies, system, regularisation);
   }
 }
 

@@ -28,7 +28,6 @@ void hold_same_limits(const JointSystem& from, JointSystem& system);
 // stays within its bounds, where its row need not have its target: that of a limit may be faster,
 // that of a motor falls short of it. Factors again where bounds become or cease to be reached. A
 // function of the rows and bodies; ends after a number of changes that grows with the rows.
-void solve_bounded(std::size_t body_count, std::span<SolverBody> bodies, double regularisation,
-                   JointSystem& system);
+void solve_bounded(std::span<SolverBody> bodies, double regularisation, JointSystem& system);
 
 }  // namespace soda::physics

@@ -241,7 +241,8 @@ bool bounce_in_time(const IslandStep& island, std::span<const BodyState> states)
   if (std::ranges::none_of(manifolds,
                            [&](const ContactManifold& m) { return bounces(island.scene, m); }))
     return false;
-  return !choose_jointed_solve(island, false, states, find_joints(scene, ids, manifolds)).swept;
+  JointSystem joints = find_joints(scene, ids, manifolds);
+  return !choose_jointed_solve(island, false, states, joints).swept;
 }
 
 BouncesInTime find_bounces_in_time(const IslandStep& island,
@@ -293,7 +294,7 @@ bool resolve_linked_impacts(const IslandStep& island, std::span<const ContactMan
   const std::vector<SolverBody> start = bodies;
   JointSystem joints = find_joints(scene, ids, manifolds);
   build_joint_rows(scene, dt_s, states, false, joints);
-  stop_joint_velocities(ids.size(), bodies, joints);
+  stop_joint_velocities(bodies, joints);
   std::vector<std::optional<BounceResponse>> responses(points.size());
   std::vector<Vec3> impulses(points.size(), Vec3::Zero());
   const std::size_t most_rounds = 60 + 10 * points.size();

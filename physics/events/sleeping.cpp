@@ -175,7 +175,7 @@ void store_what_holds(const IslandStep& island, std::span<BodyState> states) {
     if (falls(scene, ids[i])) bodies[i].linear += field_of(scene, ids[i]) * scene.dt_s;
   build_joint_rows(scene, scene.dt_s, states, false, joints);
   bound_step(scene.dt_s, joints);
-  stop_joint_velocities(ids.size(), bodies, joints);
+  stop_joint_velocities(bodies, joints);
   store_jointed_impulses(island, {}, joints, states);
 }
 

@@ -31,6 +31,9 @@ double regularisation_of(int damping) {
   return share;
 }
 
+// Multiplications: of building a row and of what it moves; of all corrections.
+constexpr double kWorkOfRow = 100.0, kMostWorkOfRow = 1e5, kMostWorkOfFew = 2e7;
+
 // How the bodies come nearer.
 struct Correction {
   std::vector<BodyState> states;  // none: it leads nowhere
@@ -50,9 +53,11 @@ class Closing {
 
   double close(double most_joule) {
     constexpr int kMostCorrections = 200;  // some long chains take half of them
+    // What is taut in several directions, as a flat net, takes many trials for each correction.
+    const double most_work = std::max(kMostWorkOfFew, kMostWorkOfRow * rows());
     const double most_of_all = std::max(most_joule, falling_joule());
     double work_joule = 0.0, looked = errors_.norm;
-    for (int i = 0; i < kMostCorrections && errors_.largest > enough_; ++i) {
+    for (int i = 0; i < kMostCorrections && errors_.largest > enough_ && work_ <= most_work; ++i) {
       if (is_enough_after(i, looked)) break;
       Correction found = best_correction();
       if (found.states.empty()) break;  // a place that cannot be reached, or rounding
@@ -76,6 +81,8 @@ class Closing {
     build_joint_rows(scene_, dt_s_, states, false, joints_);
   }
 
+  double rows() const { return static_cast<double>(joints_.rows.size()); }
+
   // Of a fall of one step.
   double falling_joule() const {
     double sum = 0.0;
@@ -97,7 +104,7 @@ class Closing {
 
   // Taut chains that cannot be drawn straight come nearer by ever less, far below anything to see.
   bool is_enough_after(int corrections, double& looked) const {
-    constexpr int kLook = 16;
+    constexpr int kLook = 8;
     constexpr double kVisible = 1e9, kComes = 0.5;  // roundings; of the error at the look before
     if (corrections % kLook != kLook - 1) return false;
     const double before = std::exchange(looked, errors_.norm);
@@ -113,7 +120,8 @@ class Closing {
       bodies[b].inverse_inertia *= mass_kg;
     }
     hold_passed_limits(enough_, joints_);
-    factor_joint_rows(ids_.size(), bodies, joints_, regularisation_of(damping));
+    factor_joint_rows(bodies, joints_, regularisation_of(damping));
+    work_ += joints_.elimination->multiplications;
     solve_joint_errors(joints_, bodies, moves_);
   }
 
@@ -129,6 +137,7 @@ class Closing {
       moved.work_joule -= params.mass_kg * field_of(scene_, params).dot(displacement);
     }
     build(moved.states);
+    work_ += kWorkOfRow * rows();
     moved.errors = errors_of(joints_);
     return moved;
   }
@@ -178,6 +187,7 @@ class Closing {
   double enough_ = rounding_of(states_);
   JointErrors errors_;
   int damping_ = 0;
+  double work_ = 0.0;  // multiplications
   std::vector<JointMove> moves_;
 };
 

@@ -87,10 +87,9 @@ struct BothSolved {
 // exact solution of all joints, which comes last.
 BothSolved solve_both(const JointedStep& step, JointSystem& joints, ContactProblem& problem) {
   constexpr int kRounds = 4;  // limits and motors change which joints take part
-  const std::size_t count = step.island.ids.size();
   const std::span<SolverBody> bodies = problem.bodies;
   const int iterations = step.island.scene.solver.iterations;
-  solve_bounded(count, bodies, 0.0, joints);
+  solve_bounded(bodies, 0.0, joints);
   if (problem.normals.empty()) return {1, true};
   std::uint32_t done = 0;
   double change = 1e300;
@@ -99,7 +98,7 @@ BothSolved solve_both(const JointedStep& step, JointSystem& joints, ContactProbl
     if (!contacts) {
       for (int i = 0; i < iterations; ++i, ++done) {
         solve_velocities(1, problem);
-        solve_bounded(count, bodies, 0.0, joints);
+        solve_bounded(bodies, 0.0, joints);
       }
       return {done, false};
     }
@@ -107,7 +106,7 @@ BothSolved solve_both(const JointedStep& step, JointSystem& joints, ContactProbl
     const JointedSolve solve = solve_jointed_velocities(10 * iterations, *contacts, through);
     done += static_cast<std::uint32_t>(solve.iterations);
     take_contact_impulses(through, problem);
-    solve_bounded(count, bodies, 0.0, joints);
+    solve_bounded(bodies, 0.0, joints);
     if (is_stalled(solve.change, std::exchange(change, solve.change))) break;
   }
   return {done, true};
@@ -131,7 +130,7 @@ std::uint32_t solve_alternately(const JointedStep& step, JointSystem& joints,
   ContactProblem best;
   JointSystem best_joints;
   for (int aim = 0; aim <= kMostAims; ++aim) {
-    factor_joint_rows(ids.size(), bodies, joints);
+    factor_joint_rows(bodies, joints);
     const BothSolved both = solve_both(step, joints, problem);
     done += both.iterations;
     const bool diverged = is_out_of_bounds(problem);

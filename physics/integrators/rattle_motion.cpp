@@ -79,7 +79,7 @@ double RattleMotion::swing_rad_s(double time_s) {
   load_velocities();
   push(time_s);
   bound_velocities(time_s, rounding_of(states_), *at_);
-  stop_joint_velocities(ids_.size(), bodies_, *at_);
+  stop_joint_velocities(bodies_, *at_);
   std::vector<double> squared(ids_.size(), 0.0);
   const auto stiffen = [&](std::uint32_t body, const JointRow& row, const Vec3& angular) {
     if (body >= ids_.size() || row.linear == Vec3::Zero()) return;
@@ -129,7 +129,7 @@ void RattleMotion::correct(double time_s) {
     }
   }
   for (std::size_t r = 0; r < rows; ++r) change_[r] = error_[r] = error_now(r);
-  at_->matrix.solve(change_);
+  solve_joint_rows(*at_, change_);
   for (std::size_t k = 0; k < shown_count_; ++k) {
     Shown& shown = shown_[k];
     if (k + 1 == shown_count_) shown.missed = change_;
@@ -156,7 +156,7 @@ bool RattleMotion::hold_places(double time_s, double enough, IslandReport& repor
   build_joint_errors(scene_, next_, *end_);
   if (at_->bounded) {  // before places are corrected no limit holds, and motors are done
     rest_bounds(*at_);
-    factor_joint_rows(ids_.size(), bodies_, *at_);
+    factor_joint_rows(bodies_, *at_);
     hold_same_limits(*at_, *end_);
   }
   double error = largest_error(*end_);
@@ -165,7 +165,7 @@ bool RattleMotion::hold_places(double time_s, double enough, IslandReport& repor
     if (more) {
       work.loses = true;
       hold_same_limits(*end_, *at_);
-      factor_joint_rows(ids_.size(), bodies_, *at_);
+      factor_joint_rows(bodies_, *at_);
       shown_count_ = 0;
     }
     correct(time_s);
@@ -193,7 +193,7 @@ void RattleMotion::arrive(double time_s, double enough, IslandReport& report) {
   push(0.5 * time_s);
   build_joint_rows(scene_, time_s, next_, false, *end_);
   bound_velocities(0.5 * time_s, kReached * enough, *end_);
-  stop_joint_velocities(ids_.size(), bodies_, *end_);
+  stop_joint_velocities(bodies_, *end_);
   add_work(*end_);
   report_joints(next_, *end_, report);
   for (std::size_t i = 0; i < ids_.size(); ++i) {
@@ -216,7 +216,7 @@ bool RattleMotion::advance(double time_s, IslandReport& report) {
   rest_bounds(*at_);
   bound_velocities(0.5 * time_s, kReached * enough, *at_);
   const bool factored = at_->factored && !at_->bounded && at_->regularisation == 0.0;
-  stop_joint_velocities(ids_.size(), bodies_, *at_, factored);
+  stop_joint_velocities(bodies_, *at_, factored);
   add_work(*at_);
   if (!hold_places(time_s, enough, report)) return false;
   report_joints(states_, *at_, report);

@@ -25,6 +25,9 @@ Quat turned(const Vec3& angle_rad, const Quat& orientation);
 // R I R^T, symmetric to the bit.
 Mat3 rotated_tensor(const Mat3& rotation, const Mat3& tensor_local);
 
+// By cofactors; for symmetric positive definite matrices.
+Mat3 inverse_of_symmetric(const Mat3& m);
+
 // Whether all directions are principal with one moment: then the angular velocity is constant.
 bool is_isotropic(const Mat3& inertia_local);
 // The axis about which a body is symmetric: the moments about the other two are equal and no

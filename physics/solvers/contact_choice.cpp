@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "physics/constraints/displacement_bounds.hpp"
+#include "physics/math/rigid_motion.hpp"
 #include "physics/solvers/contact_solver.hpp"
 #include "physics/solvers/direct_contacts.hpp"
 #include "physics/solvers/energy_clamp.hpp"

@@ -132,21 +132,6 @@ void add_mass(const ConvexBody& body, Block& out) {
 
 }  // namespace
 
-Mat3 inverse_of_symmetric(const Mat3& m) {
-  const double c00 = m(1, 1) * m(2, 2) - m(1, 2) * m(1, 2);
-  const double c01 = m(0, 2) * m(1, 2) - m(0, 1) * m(2, 2);
-  const double c02 = m(0, 1) * m(1, 2) - m(0, 2) * m(1, 1);
-  const double inverse = 1.0 / (m(0, 0) * c00 + m(0, 1) * c01 + m(0, 2) * c02);
-  Mat3 out;
-  out(0, 0) = c00 * inverse;
-  out(0, 1) = out(1, 0) = c01 * inverse;
-  out(0, 2) = out(2, 0) = c02 * inverse;
-  out(1, 1) = (m(0, 0) * m(2, 2) - m(0, 2) * m(0, 2)) * inverse;
-  out(1, 2) = out(2, 1) = (m(0, 1) * m(0, 2) - m(0, 0) * m(1, 2)) * inverse;
-  out(2, 2) = (m(0, 0) * m(1, 1) - m(0, 1) * m(0, 1)) * inverse;
-  return out;
-}
-
 void gradient(const ConvexContacts& problem, std::span<const Twist> twists,
               const Responses& responses, std::vector<Twist>& out) {
   out.resize(twists.size());

@@ -64,9 +64,6 @@ struct ConvexContacts {
   double compliance_1_kg = 0.0;  // > 0
 };
 
-// By cofactors; for symmetric positive definite matrices.
-Mat3 inverse_of_symmetric(const Mat3& m);
-
 // For the relative velocity at the point; `stiffness_kg` is 1 / compliance. These two are the inner
 // loop of Newton's method, so they are defined here.
 [[gnu::always_inline]] inline PointResponse respond(const ConvexPoint& p, double stiffness_kg,

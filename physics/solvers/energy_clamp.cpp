@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "physics/constraints/rolling_rows.hpp"
+#include "physics/math/rigid_motion.hpp"
 #include "physics/solvers/convex_contacts.hpp"
 #include "physics/solvers/island_motion.hpp"
 

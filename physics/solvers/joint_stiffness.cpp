@@ -3,6 +3,7 @@
 #include <cmath>
 #include <vector>
 
+#include "physics/math/rigid_motion.hpp"
 #include "physics/solvers/convex_contacts.hpp"
 
 namespace soda::physics {

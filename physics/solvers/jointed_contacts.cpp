@@ -6,6 +6,7 @@
 
 #include "physics/constraints/rolling_rows.hpp"
 #include "physics/math/anderson.hpp"
+#include "physics/math/rigid_motion.hpp"
 #include "physics/math/solver_body.hpp"
 #include "physics/solvers/convex_contacts.hpp"
 
@@ -88,7 +89,7 @@ class Response {
       rows_.push_back(row.angular_a.dot(a.angular) - row.angular_b.dot(b.angular) -
                       row.linear.dot(b.linear - a.linear));
     }
-    joints_.matrix.solve(rows_);
+    solve_joint_rows(joints_, rows_);
     for (std::size_t r = 0; r < rows_.size(); ++r) {
       if (rows_[r] == 0.0) continue;
       const JointRow& row = joints_.rows[r];

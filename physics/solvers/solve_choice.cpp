@@ -85,21 +85,19 @@ bool can_be_swept(const SceneDescription& scene, std::span<const BodyId> ids) {
   return !(scene.tolerance > 0.0) && mass_ratio(scene, ids) < kMostSweptRatio;
 }
 
-bool is_articulated_swept(const SceneDescription& scene, double rows,
-                          std::uint64_t multiplications) {
-  return kArticulatedFactors * static_cast<double>(multiplications) >
-         std::max(worth_of(scene).articulated, kIterationsOfRow * rows);
+double most_articulated(const SceneDescription& scene, double rows) {
+  return std::max(worth_of(scene).articulated, kIterationsOfRow * rows) / kArticulatedFactors;
 }
 
 }  // namespace
 
 bool are_joints_swept(const SceneDescription& scene, const JointIsland& island) {
   return can_be_swept(scene, island.bodies) &&
-         is_articulated_swept(scene, island.rows, island.multiplications);
+         static_cast<double>(island.multiplications) > most_articulated(scene, island.rows);
 }
 
 JointedChoice choose_jointed_solve(const IslandStep& island, bool accurate,
-                                   std::span<const BodyState> states, const JointSystem& joints) {
+                                   std::span<const BodyState> states, JointSystem& joints) {
   const auto& [scene, geometry, dt_s, ids, manifolds] = island;
   JointedChoice choice;
   std::size_t points = 0;
@@ -108,10 +106,10 @@ JointedChoice choose_jointed_solve(const IslandStep& island, bool accurate,
     choice.elimination = plan_direct_solve(scene, dt_s, accurate, ids, manifolds, states);
   if (accurate || !can_be_swept(scene, ids)) return choice;
   choice.substeps = substeps_of(scene.solver);
-  const std::uint64_t factor = factor_multiplications(joints);
   const double joint_rows = joints.first_row.back();
   if (points == 0) {
-    choice.swept = choice.swept_else = is_articulated_swept(scene, joint_rows, factor);
+    const double most = most_articulated(scene, joint_rows);
+    choice.swept = choice.swept_else = factor_multiplications(most, joints) > most;
     return choice;
   }
   const double contact_rows = 3.0 * static_cast<double>(points), rows = joint_rows + contact_rows;
@@ -121,7 +119,8 @@ JointedChoice choose_jointed_solve(const IslandStep& island, bool accurate,
     const auto once = static_cast<double>(choice.elimination->multiplications);
     return kNewtonSteps * (once + kNewtonOfRow * rows);
   };
-  choice.swept_else = through + kArticulatedFactors * static_cast<double>(factor) > most;
+  const double left = (most - through) / kArticulatedFactors;
+  choice.swept_else = through > most || factor_multiplications(left, joints) > left;
   choice.swept = choice.swept_else && (!choice.elimination || newton() > most);
   return choice;
 }

@@ -44,10 +44,10 @@ bool are_joints_swept(const SceneDescription& scene, const JointIsland& island);
 struct JointedChoice {
   std::optional<Elimination> elimination;
   bool swept = false;
-  bool swept_else = false;  // where Newton's method does not converge
+  bool swept_else = false;     // where Newton's method does not converge
   std::uint32_t substeps = 1;  // if swept
 };
 JointedChoice choose_jointed_solve(const IslandStep& island, bool accurate,
-                                   std::span<const BodyState> states, const JointSystem& joints);
+                                   std::span<const BodyState> states, JointSystem& joints);
 
 }  // namespace soda::physics

@@ -20,9 +20,10 @@ constexpr double kDampingOfJoints = 5.0;
 constexpr double kClosedAtOnce = 0.5, kGiveAtOnce = 1e-9;
 
 // Chains and trees.
-bool is_narrow(const JointSystem& joints) {
+bool is_narrow(JointSystem& joints) {
   constexpr double kOfRow = 200.0;  // multiplications
-  return static_cast<double>(factor_multiplications(joints)) <= kOfRow * joints.first_row.back();
+  const double most = kOfRow * joints.first_row.back();
+  return factor_multiplications(most, joints) <= most;
 }
 
 bool has_point(JointKind kind) {
@@ -147,19 +148,25 @@ void follow(const JointRow& row, std::span<const SolverBody> bodies, SweptRow& s
 
 // Rows at the poses, with the impulses that they had.
 void build_rest(SweptJoints& joints) {
-  std::vector<double> impulses;
-  for (const JointRow& row : joints.rest.rows) impulses.push_back(row.impulse_newton_s);
+  const std::vector<JointRow> before = std::move(joints.rest.rows);
   build_joint_rows(joints.scene, joints.length_s, joints.poses, true, joints.rest);
   bound_step(joints.length_s, joints.rest);
   for (JointRow& row : joints.rest.rows) row.idle = is_bounded(row);
-  for (std::size_t r = 0; r < impulses.size(); ++r)
-    joints.rest.rows[r].impulse_newton_s = impulses[r];
+  for (std::size_t r = 0; r < before.size(); ++r) {
+    JointRow& row = joints.rest.rows[r];
+    row.impulse_newton_s = before[r].impulse_newton_s;
+    if (is_bounded(row))
+      row.impulse_newton_s =
+          std::clamp(row.impulse_newton_s, row.least_newton_s, row.most_newton_s);
+    if (joints.at_once) row.idle = before[r].idle;
+  }
 }
 
 void hold_at_once(double closed, SweptJoints& joints, std::span<SolverBody> bodies) {
   for (JointRow& row : joints.rest.rows)
-    if (row.kind == JointRowKind::kHolds) row.target_m_s = -row.error * closed / joints.length_s;
-  solve_joint_velocities(joints.rest, bodies);
+    if (row.kind == JointRowKind::kHolds || (row.kind == JointRowKind::kLimit && row.error < 0.0))
+      row.target_m_s = -row.error * closed / joints.length_s;
+  solve_bounded(bodies, kGiveAtOnce, joints.rest);
 }
 
 void solve(bool forward, bool closes, SweptJoints& joints, std::span<SolverBody> bodies) {
@@ -188,21 +195,22 @@ void divide(const JointSystem& joints, SweptJoints& swept) {
     if (point && kind == JointKind::kBall) continue;
     swept.rest.joints.push_back(joints.joints[j]);
     swept.rest.bodies.push_back(joints.bodies[j]);
-    swept.rest.earliest.push_back(joints.earliest[j]);
+    swept.rest.ends.push_back(joints.ends[j]);
     const std::uint32_t first = joints.first_row[j];
     for (std::uint32_t r = first; r < joints.first_row[j + 1]; ++r, ++row) {
       if (point && r < first + 3) continue;
       swept.rest_rows.push_back({row, r});
-      if (!swept.at_once || is_bounded(joints.rows[r])) swept.rows.push_back({row});
+      if (!swept.at_once) swept.rows.push_back({row});
     }
   }
   swept.rest.bounded = joints.bounded;
+  if (swept.at_once) swept.rest.elimination = joints.elimination;
 }
 
 }  // namespace
 
 SweptJoints swept_joints(const SceneDescription& scene, double length_s, std::uint32_t count,
-                         std::span<const BodyState> states, const JointSystem& joints) {
+                         std::span<const BodyState> states, JointSystem& joints) {
   SweptJoints swept{
       scene, length_s, count * length_s / scene.dt_s, is_narrow(joints), {}, {}, {}, {}, {},
       {},    {}};
@@ -235,7 +243,7 @@ void follow_poses(bool first, SweptJoints& joints, std::span<SolverBody> bodies)
     apply_joint_impulse(row, row.impulse_newton_s, bodies);
   }
   for (SweptRow& row : joints.rows) follow(joints.rest.rows[row.row], bodies, row);
-  if (joints.at_once) factor_joint_rows(joints.poses.size(), bodies, joints.rest, kGiveAtOnce);
+  if (joints.at_once) factor_joint_rows(bodies, joints.rest, kGiveAtOnce);
 }
 
 void press(SweptJoints& joints, std::span<SolverBody> bodies) { solve(true, true, joints, bodies); }

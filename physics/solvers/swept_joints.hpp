@@ -60,7 +60,7 @@ struct SweptJoints {
 
 // `joints` has rows, at `states`, with the impulses of a whole step to start from.
 SweptJoints swept_joints(const SceneDescription& scene, double length_s, std::uint32_t count,
-                         std::span<const BodyState> states, const JointSystem& joints);
+                         std::span<const BodyState> states, JointSystem& joints);
 
 // The stages of a substep, in this order. Rows at the poses there are: the bodies have what
 // impulses gave in the substep before (`first`: nothing yet), and get it along the rows as they are

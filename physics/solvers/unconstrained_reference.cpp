@@ -42,8 +42,8 @@ std::vector<SolverBody> unhindered(std::span<const SolverBody> free, JointSystem
   std::copy(free.begin(), free.end(), bodies.begin());
   for (JointRow& row : joints.rows) row.impulse_newton_s = 0.0;
   rest_bounds(joints);
-  factor_joint_rows(free.size(), bodies, joints);
-  solve_bounded(free.size(), bodies, 0.0, joints);
+  factor_joint_rows(bodies, joints);
+  solve_bounded(bodies, 0.0, joints);
   return bodies;
 }
 
@@ -95,7 +95,7 @@ void solve_unconstrained_reference(std::span<const SolverBody> free, JointSystem
     if (row.kind == JointRowKind::kLimit) row.target_m_s = std::min(0.0, row.target_m_s);
     row.idle = row.kind == JointRowKind::kMotor || row.kind == JointRowKind::kLimit;
   }
-  stop_joint_velocities(free.size(), problem.bodies, joints);
+  stop_joint_velocities(problem.bodies, joints);
   if (!is_out_of_bounds(problem)) return;
   for (JointRow& row : joints.rows) row.impulse_newton_s = 0.0;
   std::copy(free.begin(), free.end(), problem.bodies.begin());

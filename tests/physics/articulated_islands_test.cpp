@@ -201,7 +201,7 @@ TEST(UnconstrainedReference, StartFromStaticsAtRestWhateverIterationsMadeOfThem)
   JointSystem joints;
   joints.joints = {0};
   joints.bodies = {{0, 1}};
-  joints.earliest = {0};
+  joints.ends = {{0, kImmovable}};
   build_joint_rows(world.scene, kStep_s, world.states, false, joints);
   ContactProblem problem;
   problem.bodies = bodies_at(world.scene, world.ids, world.states);
@@ -209,7 +209,7 @@ TEST(UnconstrainedReference, StartFromStaticsAtRestWhateverIterationsMadeOfThem)
   free[0].linear = Vec3(1, 2, 3);
   ASSERT_EQ(problem.bodies.size(), 2u);
   problem.bodies[1].linear = problem.bodies[1].angular = Vec3::Constant(std::nan(""));
-  factor_joint_rows(1, problem.bodies, joints);
+  factor_joint_rows(problem.bodies, joints);
   solve_unconstrained_reference(free, joints, problem);
   EXPECT_EQ(problem.bodies[1].linear, Vec3(Vec3::Zero()));
   EXPECT_EQ(problem.bodies[1].angular, Vec3(Vec3::Zero()));

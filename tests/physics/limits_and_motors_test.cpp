@@ -241,8 +241,8 @@ TEST(Bounds, ASolutionPushesWithinThemAndOnlyWhereItHasTo) {
     std::vector<SolverBody> bodies(7);
     for (std::size_t i = 0; i < 6; ++i)
       bodies[i] = solver_body(world.scene.bodies[i], world.states[i]);
-    factor_joint_rows(6, bodies, system);
-    solve_bounded(6, bodies, 0.0, system);
+    factor_joint_rows(bodies, system);
+    solve_bounded(bodies, 0.0, system);
     int bounded = 0;
     for (const JointRow& row : system.rows) {
       const double off = velocity_of(row, bodies) - row.target_m_s;

@@ -256,6 +256,9 @@ TEST(Warnings, TellOfJointsThatTakeLongerThanTheStep) {
                 place + "}";
       joints += (i ? "," : "") + (R"({"id": )" + id + R"(, "type": "ball", "body": )") + id +
                 R"(, "other_body": )" + other + R"(, "anchor_m": )" + place + "}";
+      if (!chain)  // and the world holds it
+        joints += R"(, {"id": )" + std::to_string(1000 + i) + R"(, "type": "ball", "body": )" + id +
+                  R"(, "anchor_m": )" + place + "}";
     }
     const std::string text =
         replaced(kGoodScenario, "\"joints\": []",
