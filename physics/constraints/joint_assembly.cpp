@@ -137,7 +137,9 @@ class Assembly {
     double whole = entry;
     if (ends != plan_.coupling[joint])
       whole = coupling(row, ends, row, ends, system_.twists[r], bodies_);
-    const double soft = row.softness_1_kg + regularisation_ * whole;
+    // What has bounds gives way at them: a motor that drives against its stop is to depend on it.
+    const double share = is_bounded(row) ? 0.0 : regularisation_;
+    const double soft = row.softness_1_kg + share * whole;
     entry += soft;
     scales_[place] = whole + soft;
   }

@@ -10,8 +10,6 @@
 namespace soda::physics {
 namespace {
 
-constexpr int kMostArticulatedParts = 256;  // of a step
-
 // A rotation has farther to go than a swing.
 constexpr PartBounds kOfFourthOrder{0.5, 0.2}, kOfSecondOrder{0.25, 0.25};
 
@@ -58,11 +56,11 @@ bool advance(const ArticulatedIsland& articulated, std::span<BodyState> states,
   if (substeps == 0) return false;
   IslandReport linked = report;
   bool holds = false;
-  for (int parts = substeps; !holds && parts <= kMostArticulatedParts; parts *= 4) {
+  const int most = std::max(substeps, most_parts(joints));
+  for (int parts = substeps; !holds && parts <= most; parts *= 4) {
     if (parts > substeps) motion.start(states);
     linked = report;
-    holds = advance_parts(articulated, {parts, fourth, 4 * parts <= kMostArticulatedParts}, nullptr,
-                          linked);
+    holds = advance_parts(articulated, {parts, fourth, 4 * parts <= most}, nullptr, linked);
   }
   if (!holds) return false;
   if (!fourth) {

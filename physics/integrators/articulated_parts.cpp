@@ -59,6 +59,13 @@ double scaled_by(const EnergyExcess& excess) {
 
 }  // namespace
 
+int most_parts(const JointSystem& joints) {
+  constexpr double kMostWork = 4e7, kOfPart = 50.0;  // multiplications; factorisations
+  constexpr double kLeast = 16.0, kMost = 256.0;
+  return static_cast<int>(
+      std::clamp(kMostWork / (kOfPart * joints.elimination->multiplications), kLeast, kMost));
+}
+
 int substeps_of(const ArticulatedIsland& articulated, const PartBounds& bounds) {
   constexpr int kMost = 100;
   constexpr double kHopeless = 1000.0;

@@ -43,6 +43,9 @@ inline constexpr PartBounds kLongestParts{0.5, 1.0};
 // number would do.
 int substeps_of(const ArticulatedIsland& articulated, const PartBounds& bounds);
 
+// As many are tried where fewer do not hold: what they take is bounded. The joints are planned.
+int most_parts(const JointSystem& joints);
+
 // What parts of second order are off by, as far as their kicks tell.
 class KickErrors {
  public:

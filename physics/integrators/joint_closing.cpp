@@ -32,7 +32,7 @@ double regularisation_of(int damping) {
 }
 
 // Multiplications: of building a row and of what it moves; of all corrections.
-constexpr double kWorkOfRow = 100.0, kMostWorkOfRow = 1e5, kMostWorkOfFew = 2e7;
+constexpr double kWorkOfRow = 100.0, kMostWorkOfRow = 2e4, kMostWorkOfFew = 2e7;
 
 // How the bodies come nearer.
 struct Correction {
@@ -160,7 +160,7 @@ class Closing {
   Correction best_correction() {
     constexpr int kHalvings = 6;
     constexpr double kGood = 0.5;
-    constexpr double kRoundings = 1e3;  // below that, it is as good as closed
+    constexpr double kRoundings = 1e6;  // below that, it is as good as closed
     const bool nearly = errors_.largest <= kRoundings * enough_;
     Correction best;
     best.errors = errors_;

@@ -22,16 +22,20 @@ namespace soda::physics {
 namespace {
 
 // A contact of a long chain meets one link of it at a time.
-constexpr int kIterations = 2;
+int iterations_of(const ContactProblem& problem) {
+  constexpr int kOfJoints = 2, kBesideContacts = 6;
+  return problem.normals.empty() ? kOfJoints : kBesideContacts;
+}
 
 // Joints have the last word.
 void iterate_substeps(std::uint32_t count, Substeps& substeps, SweptJoints& joints,
                       ContactProblem& problem) {
+  const int iterations = iterations_of(problem);
   for (std::uint32_t i = 0; i < count; ++i) {
     if (i > 0) go_on(problem, substeps);
     carry(i * substeps.length_s, substeps.length_s, problem);
     follow_poses(i == 0, joints, problem.bodies);
-    for (int iteration = 0; iteration < kIterations; ++iteration) {
+    for (int iteration = 0; iteration < iterations; ++iteration) {
       press(problem, substeps);
       press(joints, problem.bodies);
     }
@@ -183,7 +187,7 @@ std::optional<std::uint32_t> advance_swept(const JointedStep& step, std::uint32_
     std::copy(before.begin(), before.end(), states.begin());
     return std::nullopt;
   }
-  return (kIterations + 1) * count;
+  return (static_cast<std::uint32_t>(iterations_of(problem)) + 1) * count;
 }
 
 }  // namespace soda::physics

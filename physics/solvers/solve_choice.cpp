@@ -65,20 +65,21 @@ SolveChoice choose_solve(const SceneDescription& scene, double dt_s, bool accura
 namespace {
 
 // Multiplications of a step. Of iterations over a row, of joints or of contacts; of Newton's
-// method, in which each of some steps factorises and goes over the rows; of an articulated island,
-// which factorises for each of its stages; of contacts that are swept through exact joints, for
-// each row and body.
+// method, in which each of some steps factorises and goes over the rows; of joints between
+// iterations of contacts; of contacts that are swept through exact joints, for each row and body.
 constexpr double kIterationsOfRow = 1000.0;
-constexpr double kNewtonSteps = 6.0, kNewtonOfRow = 100.0, kArticulatedFactors = 15.0;
+constexpr double kNewtonSteps = 6.0, kNewtonOfRow = 100.0, kJointFactors = 15.0;
 constexpr double kThroughJoints = 600.0;
 // Of masses: between more unequal ones iterations do not get far.
 constexpr double kMostSweptRatio = 1e4;
-// What a direct solution may take in any case, for it has next to no error; beyond, no more than
-// iterations. An articulated island is exact, and worth more than contacts of first order.
+// What a direct solution of contacts may take in any case; beyond, no more than iterations. And
+// what one factorisation of an articulated island may: it is exact, and worth more, but takes many
+// where it has loops.
 struct Worth {
-  double articulated, contacts;
+  double factorisation, contacts;
 };
-constexpr Worth kFast{2e5, 2e5}, kBalanced{4e7, 1e6};
+constexpr Worth kFast{1.3e4, 2e5}, kBalanced{9e5, 1e6};
+constexpr double kFactorisationOfRow = 66.0;
 Worth worth_of(const SceneDescription& scene) { return scene.solver.refined ? kBalanced : kFast; }
 
 bool can_be_swept(const SceneDescription& scene, std::span<const BodyId> ids) {
@@ -86,7 +87,7 @@ bool can_be_swept(const SceneDescription& scene, std::span<const BodyId> ids) {
 }
 
 double most_articulated(const SceneDescription& scene, double rows) {
-  return std::max(worth_of(scene).articulated, kIterationsOfRow * rows) / kArticulatedFactors;
+  return std::max(worth_of(scene).factorisation, kFactorisationOfRow * rows);
 }
 
 }  // namespace
@@ -119,7 +120,7 @@ JointedChoice choose_jointed_solve(const IslandStep& island, bool accurate,
     const auto once = static_cast<double>(choice.elimination->multiplications);
     return kNewtonSteps * (once + kNewtonOfRow * rows);
   };
-  const double left = (most - through) / kArticulatedFactors;
+  const double left = (most - through) / kJointFactors;
   choice.swept_else = through > most || factor_multiplications(left, joints) > left;
   choice.swept = choice.swept_else && (!choice.elimination || newton() > most);
   return choice;
