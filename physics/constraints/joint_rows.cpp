@@ -2,64 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
+#include "physics/constraints/sweep_order.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/model/body_places.hpp"
 #include "physics/model/kinematic.hpp"
 
 namespace soda::physics {
 namespace {
-
-// For each joint, those that share a dynamic body with it; ascending.
-std::vector<std::vector<std::uint32_t>> neighbours_of(const SceneDescription& scene,
-                                                      std::span<const BodyId> ids,
-                                                      std::span<const std::uint32_t> joints) {
-  std::vector<std::vector<std::uint32_t>> of_body(ids.size() + 1), neighbours(joints.size());
-  const auto bodies = [&](std::uint32_t joint) {
-    return std::array{place_of(ids, scene.joints[joints[joint]].a),
-                      place_of(ids, scene.joints[joints[joint]].b)};
-  };
-  for (std::uint32_t joint = 0; joint < joints.size(); ++joint)
-    for (const std::uint32_t body : bodies(joint)) of_body[body].push_back(joint);
-  of_body.back().clear();
-  for (std::uint32_t joint = 0; joint < joints.size(); ++joint) {
-    for (const std::uint32_t body : bodies(joint))
-      for (const std::uint32_t other : of_body[body])
-        if (other != joint) neighbours[joint].push_back(other);
-    std::sort(neighbours[joint].begin(), neighbours[joint].end());
-    neighbours[joint].erase(std::unique(neighbours[joint].begin(), neighbours[joint].end()),
-                            neighbours[joint].end());
-  }
-  return neighbours;
-}
-
-// Reverse Cuthill-McKee: breadth first from the joint with the fewest neighbours.
-std::vector<std::uint32_t> sweep_order(const std::vector<std::vector<std::uint32_t>>& neighbours) {
-  const auto fewer = [&neighbours](std::uint32_t x, std::uint32_t y) {
-    return std::pair(neighbours[x].size(), x) < std::pair(neighbours[y].size(), y);
-  };
-  std::vector<std::uint32_t> starts(neighbours.size()), order;
-  std::iota(starts.begin(), starts.end(), 0u);
-  std::sort(starts.begin(), starts.end(), fewer);
-  std::vector<bool> seen(neighbours.size(), false);
-  for (const std::uint32_t start : starts) {
-    if (seen[start]) continue;
-    seen[start] = true;
-    order.push_back(start);
-    for (std::size_t next = order.size() - 1; next < order.size(); ++next) {
-      std::vector<std::uint32_t> found;
-      for (const std::uint32_t other : neighbours[order[next]])
-        if (!seen[other]) found.push_back(other);
-      std::sort(found.begin(), found.end(), fewer);
-      for (const std::uint32_t other : found) seen[other] = true;
-      order.insert(order.end(), found.begin(), found.end());
-    }
-  }
-  std::reverse(order.begin(), order.end());
-  return order;
-}
 
 // One body's end of a joint, in the world frame.
 struct HeldEnd {
@@ -307,22 +258,16 @@ JointSystem find_joints(const SceneDescription& scene, std::span<const BodyId> i
   std::vector<std::uint32_t> joints;
   for (const ContactManifold& manifold : manifolds)
     if (is_joint(manifold)) joints.push_back(joint_of(manifold));
-  if (joints.size() == 1) {
-    const Joint& joint = scene.joints[joints.front()];
-    system.bodies.push_back({place_of(ids, joint.a), place_of(ids, joint.b)});
-    system.ends.push_back(moved_ends(scene, joint, system.bodies.back()));
-    system.bounded = joint.limits || joint.motor;
-    if (can_break(joint)) system.breakable.push_back(0);
-    system.joints = std::move(joints);
-    find_first_rows(scene, system);
-    return system;
-  }
-  const std::vector<std::vector<std::uint32_t>> neighbours = neighbours_of(scene, ids, joints);
-  const std::vector<std::uint32_t> order = sweep_order(neighbours);
+  std::vector<std::array<std::uint32_t, 2>> bodies;
+  for (const std::uint32_t joint : joints)
+    bodies.push_back({place_of(ids, scene.joints[joint].a), place_of(ids, scene.joints[joint].b)});
+  const std::vector<std::uint32_t> order =
+      sweep_order(static_cast<std::uint32_t>(ids.size()), bodies);
   for (std::uint32_t i = 0; i < order.size(); ++i) {
-    system.joints.push_back(joints[order[i]]);
-    const Joint& joint = scene.joints[system.joints.back()];
-    system.bodies.push_back({place_of(ids, joint.a), place_of(ids, joint.b)});
+    const std::uint32_t number = joints[order[i]];
+    const Joint& joint = scene.joints[number];
+    system.joints.push_back(number);
+    system.bodies.push_back(bodies[order[i]]);
     system.ends.push_back(moved_ends(scene, joint, system.bodies.back()));
     system.bounded = system.bounded || joint.limits || joint.motor;
     if (can_break(joint)) system.breakable.push_back(i);
