@@ -24,10 +24,10 @@ std::vector<ContactManifold> joint_manifolds(const SceneDescription& scene,
   return manifolds;
 }
 
-// How many rows there are, and in which order they are eliminated, does not depend on poses.
-// Beyond that many multiplications, only how they are more is not told.
+// Multiplications of a factorisation. More are not counted.
 constexpr double kMost = 1e9;
 
+// How many rows there are, and in which order they are eliminated, does not depend on poses.
 JointIsland island_of(const SceneDescription& scene, std::vector<BodyId> bodies,
                       std::span<const ContactManifold> manifolds) {
   JointSystem system = find_joints(scene, bodies, manifolds);

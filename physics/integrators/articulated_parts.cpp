@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "physics/constraints/springs.hpp"
@@ -59,11 +60,11 @@ double scaled_by(const EnergyExcess& excess) {
 
 }  // namespace
 
-int most_parts(const JointSystem& joints) {
+int most_parts(JointSystem& joints) {
   constexpr double kMostWork = 4e7, kOfPart = 50.0;  // multiplications; factorisations
   constexpr double kLeast = 16.0, kMost = 256.0;
-  return static_cast<int>(
-      std::clamp(kMostWork / (kOfPart * joints.elimination->multiplications), kLeast, kMost));
+  const double once = factor_multiplications(std::numeric_limits<double>::infinity(), joints);
+  return static_cast<int>(std::clamp(kMostWork / (kOfPart * once), kLeast, kMost));
 }
 
 int substeps_of(const ArticulatedIsland& articulated, const PartBounds& bounds) {

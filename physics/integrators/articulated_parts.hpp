@@ -16,7 +16,7 @@ namespace soda::physics {
 // What is advanced. `joints`: which there are; of no interest here are their rows.
 struct ArticulatedIsland {
   const IslandStep& island;
-  const JointSystem& joints;
+  JointSystem& joints;
   ArticulatedMotion& motion;
 };
 
@@ -43,8 +43,8 @@ inline constexpr PartBounds kLongestParts{0.5, 1.0};
 // number would do.
 int substeps_of(const ArticulatedIsland& articulated, const PartBounds& bounds);
 
-// As many are tried where fewer do not hold: what they take is bounded. The joints are planned.
-int most_parts(const JointSystem& joints);
+// As many are tried where fewer do not hold: what they take is bounded.
+int most_parts(JointSystem& joints);
 
 // What parts of second order are off by, as far as their kicks tell.
 class KickErrors {

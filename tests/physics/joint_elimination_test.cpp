@@ -180,5 +180,17 @@ TEST(JointElimination, HoldsAStarOfAnyNumberOfArms) {
   }
 }
 
+// It needs no matrix, so nothing had planned one when its parts were counted.
+TEST(JointElimination, IsThereForABodyThatSpinsFastOnABallJointInAccuracyMode) {
+  World world = test::under_gravity();
+  world.scene.tolerance = 1e-12;
+  world.add_body(world.add_shape(Box{{0.2, 0.05, 0.05}}), Vec3(0.2, 0, 3)).angular_velocity_rad_s =
+      Vec3(300, 200, 5);
+  test::add(world, joint_at(JointKind::kBall, world, 0, std::nullopt, Vec3(0, 0, 3)));
+  world.run(20);
+  EXPECT_TRUE(world.report.faults.empty());
+  EXPECT_LT(test::largest_gap_m(world), 1e-9);
+}
+
 }  // namespace
 }  // namespace soda::physics
