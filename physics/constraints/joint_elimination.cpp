@@ -45,7 +45,7 @@ class Ordering {
  public:
   Ordering(const JointTree& tree, std::span<const JointEnds> ends,
            std::span<const std::uint32_t> first_row)
-      : tree_(tree), elements_(body_count(ends)) {
+      : tree_(tree), elements_(tree.hub_of.size()) {
     for (std::uint32_t joint = 0; joint < ends.size(); ++joint) {
       const std::uint32_t hub = tree.hub_of_arm[joint];
       Bundle bundle{ends[joint],
@@ -214,11 +214,9 @@ class Ordering {
 std::vector<std::array<std::uint32_t, 2>> coupled_nodes(const JointTree& tree,
                                                         std::span<const JointEnds> ends,
                                                         std::span<const JointEnds> coupling) {
-  std::vector<std::vector<std::uint32_t>> of_body(body_count(ends));
+  std::vector<std::vector<std::uint32_t>> of_body(tree.hub_of.size());
   std::vector<std::array<std::uint32_t, 2>> pairs;
   const auto joints = static_cast<std::uint32_t>(ends.size());
-  std::vector<std::uint32_t> hub_of(of_body.size(), kImmovable);
-  for (std::uint32_t hub = 0; hub < tree.hubs.size(); ++hub) hub_of[tree.hubs[hub]] = hub;
   for (std::uint32_t joint = 0; joint < joints; ++joint) {
     pairs.push_back({joint, joint});
     for (const std::uint32_t end : coupling[joint]) {
@@ -233,8 +231,8 @@ std::vector<std::array<std::uint32_t, 2>> coupled_nodes(const JointTree& tree,
     for (const std::uint32_t end : coupling[joint])
       if (end != kImmovable) of_body[end].push_back(joint);
     for (const std::uint32_t end : ends[joint])
-      if (end != kImmovable && hub_of[end] != kImmovable)
-        pairs.push_back({joint, joints + hub_of[end]});
+      if (end != kImmovable && tree.hub_of[end] != kImmovable)
+        pairs.push_back({joint, joints + tree.hub_of[end]});
   }
   for (std::uint32_t hub = 0; hub < tree.hubs.size(); ++hub)
     pairs.push_back({joints + hub, joints + hub});
@@ -243,10 +241,9 @@ std::vector<std::array<std::uint32_t, 2>> coupled_nodes(const JointTree& tree,
 
 std::vector<JointEnds> ends_that_couple(const JointTree& tree, std::span<const JointEnds> ends) {
   std::vector<JointEnds> coupling(ends.begin(), ends.end());
-  if (tree.hubs.empty()) return coupling;
   for (JointEnds& of_joint : coupling)
     for (std::uint32_t& end : of_joint)
-      if (std::ranges::find(tree.hubs, end) != tree.hubs.end()) end = kImmovable;
+      if (end != kImmovable && tree.hub_of[end] != kImmovable) end = kImmovable;
   return coupling;
 }
 

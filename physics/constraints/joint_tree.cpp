@@ -8,6 +8,14 @@ namespace {
 // From that many arms on, six unknowns more are less work than each arm coupled with each.
 constexpr std::uint32_t kArmsOfHub = 6;
 
+std::uint32_t body_count(std::span<const JointEnds> ends) {
+  std::uint32_t count = 0;
+  for (const JointEnds& of_joint : ends)
+    for (const std::uint32_t body : of_joint)
+      if (body != kImmovable) count = std::max(count, body + 1);
+  return count;
+}
+
 // Joints of each body; those of what is immovable come last.
 using JointsOfBodies = std::vector<std::vector<std::uint32_t>>;
 
@@ -105,38 +113,33 @@ bool is_hub(const std::vector<std::uint32_t>& joints, std::span<const std::uint3
 
 }  // namespace
 
-std::uint32_t body_count(std::span<const JointEnds> ends) {
-  std::uint32_t count = 0;
-  for (const JointEnds& of_joint : ends)
-    for (const std::uint32_t body : of_joint)
-      if (body != kImmovable) count = std::max(count, body + 1);
-  return count;
-}
-
 JointTree joint_tree(std::span<const JointEnds> ends) {
   const std::uint32_t bodies = body_count(ends);
   const JointsOfBodies joints = joints_of_bodies(bodies, ends);
-  JointTree tree{{}, std::vector<std::uint32_t>(ends.size(), kImmovable), {}};
+  JointTree tree;
+  tree.hub_of.assign(bodies, kImmovable);
+  tree.hub_of_arm.assign(ends.size(), kImmovable);
   const bool can_be = std::ranges::any_of(std::span(joints).first(bodies), [](const auto& of_body) {
     return of_body.size() >= kArmsOfHub;
   });
   tree.hangs_on.assign(ends.size(), 0);
   if (!can_be) return tree;
   const Walk walk(bodies, ends, joints);
-  std::vector<std::uint32_t> hub_of(bodies + 1, kImmovable), above(bodies + 1, kImmovable);
   for (std::size_t i = walk.steps().size(); i-- > 0;) {
     const std::uint32_t body = walk.steps()[i].body;
     if (body == bodies || !is_hub(joints[body], walk.hanging(), body)) continue;
-    hub_of[body] = static_cast<std::uint32_t>(tree.hubs.size());
+    tree.hub_of[body] = static_cast<std::uint32_t>(tree.hubs.size());
     tree.hubs.push_back(body);
   }
   const auto none = static_cast<std::uint32_t>(tree.hubs.size());
   tree.hangs_on.assign(ends.size(), none);
+  std::vector<std::uint32_t> above(bodies + 1, none);
   for (const auto& [body, from, joint] : walk.steps()) {
-    above[body] = joint == kImmovable ? none : above[from];
-    if (joint == kImmovable || walk.hanging()[joint] != body || hub_of[from] == kImmovable)
+    if (joint == kImmovable) continue;
+    above[body] = above[from];
+    if (from == bodies || tree.hub_of[from] == kImmovable || walk.hanging()[joint] != body)
       continue;
-    above[body] = tree.hub_of_arm[joint] = hub_of[from];
+    above[body] = tree.hub_of_arm[joint] = tree.hub_of[from];
   }
   for (std::uint32_t joint = 0; joint < ends.size(); ++joint)
     for (const std::uint32_t end : ends[joint])

@@ -17,12 +17,11 @@ using JointEnds = std::array<std::uint32_t, 2>;  // local indices of bodies, or 
 // world. A body with many arms is a hub.
 struct JointTree {
   std::vector<std::uint32_t> hubs;        // local indices of bodies; what hangs on others first
+  std::vector<std::uint32_t> hub_of;      // of each body: an index into hubs, or kImmovable
   std::vector<std::uint32_t> hub_of_arm;  // of each joint: an index into hubs, or kImmovable
   // Of each joint: the hub on which it hangs, itself or with what it holds; else hubs.size().
   std::vector<std::uint32_t> hangs_on;
 };
-
-std::uint32_t body_count(std::span<const JointEnds> ends);
 
 JointTree joint_tree(std::span<const JointEnds> ends);
 
