@@ -96,6 +96,7 @@ kernel::Payload encode_sent(std::span<const SentBody> bodies) {
   for (const SentBody& body : bodies) {
     write_ghost(body.ghost, writer);
     writer.state(body.end);
+    writer.id(body.linked);
   }
   return kernel::Payload(std::move(bytes));
 }
@@ -152,6 +153,7 @@ void decode_sent(std::span<const std::byte> payload, std::vector<SentBody>& out)
     SentBody& body = out.emplace_back();
     body.ghost = read_ghost(reader);
     body.end = reader.state();
+    body.linked = reader.id();
   }
 }
 

@@ -28,10 +28,12 @@ struct Ghost {
   physics::BodyState state;
 };
 
-// A body that an impact has sent on, and where it ends: its ghost's box is that of all its ways.
+// A body that an impact has sent on, where it ends, and the linked label of its island
+// (physics/step/sent_on.hpp): its ghost's box is that of all its ways.
 struct SentBody {
   Ghost ghost;
   physics::BodyState end;
+  physics::BodyId linked{};
 };
 
 // Bitwise equality of every field.

@@ -89,9 +89,11 @@ bool IslandAdvance::advance_island(kernel::VirtualTime now, Bag bag, std::size_t
 void IslandAdvance::begin_pass(std::span<const std::uint32_t> bodies, std::size_t manifolds,
                                std::uint32_t pass, const KnownBodies& known) {
   physics::StepScratch& scratch = step_.scratch;
+  const BodyId linked = physics::linked_label(scratch.island_ids, scratch.island_manifolds);
   for (std::size_t i = 0; i < bodies.size(); ++i)
     if (const std::int32_t place = known.place[bodies[i]]; place >= 0)
-      scratch.passes.begin(static_cast<std::uint32_t>(place), manifolds, scratch.island_states[i]);
+      scratch.passes.begin(static_cast<std::uint32_t>(place), manifolds, linked,
+                           scratch.island_states[i]);
   if (pass == 0) return;
   for (const std::uint32_t body : bodies)
     if (step_.remembers && known.place[body] >= 0)

@@ -31,7 +31,8 @@ SentBody LaterPasses::own(std::uint32_t place) const {
   const BodyState& end = step_.states[place];
   return {{step_.ids[place], step_.self, step_.scratch.boxes[place],
            step_.scratch.passes.start_of(place, end)},
-          end};
+          end,
+          step_.scratch.passes.linked_label_of(place)};
 }
 
 void LaterPasses::send(kernel::VirtualTime now, Outgoing& out) {
@@ -119,8 +120,8 @@ bool LaterPasses::connect(const SentBody& sent, std::uint32_t own,
   if (ghost.id == id || !physics::overlap(ghost.box, scratch.boxes[own])) return false;
   const BodyState& start = scratch.passes.start_of(own, step_.states[own]);
   const BodyState end = scratch.passes.end_of(scene, id, own, step_.states[own]);
-  const physics::MovingBody other{ghost.id, ghost.state, sent.end, ghost.box},
-      mine{id, start, end, scratch.boxes[own]};
+  const physics::MovingBody other{ghost.id, ghost.state, sent.end, ghost.box, sent.linked},
+      mine{id, start, end, scratch.boxes[own], scratch.passes.linked_label_of(own)};
   const auto& [a, b] = id < ghost.id ? std::tie(mine, other) : std::tie(other, mine);
   if (!physics::may_meet(scene, step_.around.geometry, a, b, step_.work.stages)) return false;
   if (!physics::connect(scene, a.id, a.start, b.id, scratch.manifolds)) return false;

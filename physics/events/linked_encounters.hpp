@@ -23,6 +23,7 @@ struct LinkedIsland : IslandStep {
   StageCounters& counters;
   bool wedged = false;  // something overlaps by a good part of its width: little does not count
   bool in_substeps = false;  // it is swept, a substep a part
+  double longest_s = dt_s;   // of a part that does not sink in, as far as is known
 
   const CompiledShape& shape_of(std::size_t body) const {
     return geometry.impl().shapes[scene.bodies[index_of(ids[body])].shape].shape;

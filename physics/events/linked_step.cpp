@@ -79,21 +79,45 @@ LinkedPart advance_part(const LinkedIsland& island, double time_s,
 
 constexpr int kMostPartsOfStep = 12;
 
-// What a part of its length sinks by is of second order in it. A little is worth a few halvings of
-// the first parts, where much is worth more. A substep is short.
-bool is_to_be_halved(const LinkedIsland& island, const LinkedPart& part, int halvings, int number) {
-  constexpr int kForVisible = 3, kForDeep = 8;
-  if (part.relative_depth > kTooDeep) return halvings < kForDeep;
-  return !island.wedged && !island.in_substeps && part.relative_depth > kVisible &&
-         halvings < kForVisible && number + 1 < kMostPartsOfStep;
+// What parts may sink in by: a little is worth shorter parts, where much is worth more. A substep
+// is short.
+double allowed_depth(const LinkedIsland& island) {
+  return island.wedged || island.in_substeps ? kTooDeep : kVisible;
 }
 
-// How far the part after so many goes: as far as it can, or a substep, and then nothing is left for
-// after the last.
+// What is left after so many parts, in equal ones.
+double equal_s(int parts, double left_s) { return left_s / std::max(1, kMostPartsOfStep - parts); }
+
+// What a part sinks by is of second order in its length: how much longer the next may be, or has to
+// be made itself.
+double next_length(const LinkedIsland& island, const LinkedPart& part) {
+  constexpr double kOfAllowed = 0.5;
+  constexpr double kLeast = 1.0 / 8.0, kMost = 2.0;
+  const double wanted = kOfAllowed * allowed_depth(island);
+  if (!(part.relative_depth > 0.0)) return kMost;
+  return std::clamp(std::sqrt(wanted / part.relative_depth), kLeast, kMost);
+}
+
+// How long a part that sank in, and was to take `whole_s`, has to be instead; none, where it is to
+// be taken. A little is not worth parts that would leave none for the rest of the step.
+std::optional<double> shorter_s(const LinkedIsland& island, const LinkedPart& part, double time_s,
+                                double whole_s, double equal_s) {
+  constexpr double kShortest = 1.0 / 256.0;
+  if (!(part.relative_depth > allowed_depth(island))) return {};
+  const double least_s = part.relative_depth > kTooDeep ? kShortest * whole_s : equal_s;
+  if (!(time_s > least_s)) return {};
+  return std::max(least_s, time_s * std::min(0.5, next_length(island, part)));
+}
+
+constexpr double kNoTime = 1e-9;  // of what is left of a step: no part of its own
+
+// How far the part after so many goes: as far as it can, and not much farther than one before it
+// that had to be shortened, or a substep. Then nothing is left for after the last.
 double reach_s(const LinkedIsland& island, int parts, double left_s) {
-  if (!island.in_substeps) return left_s;
-  const double substep_s = island.dt_s / substeps_of(island.scene.solver);
-  return std::min(left_s, std::max(substep_s, left_s / std::max(1, kMostPartsOfStep - parts)));
+  const double longest_s =
+      island.in_substeps ? island.dt_s / substeps_of(island.scene.solver) : island.longest_s;
+  const double reach_s = std::max(longest_s, equal_s(parts, left_s));
+  return reach_s < (1.0 - kNoTime) * left_s ? reach_s : left_s;
 }
 
 // Whether the part after so many can end early, and others follow for the rest.
@@ -215,10 +239,12 @@ IslandReport advance_linked(const IslandStep& step, std::span<BodyState> states,
     else if (touch_s)
       met = found = contacts_now(island, part_s, met, before, motions);
     if (touch_s) part = advance_part(island, time_s, met, before, states);
-    for (int halvings = 0; is_to_be_halved(island, part, halvings, number); ++halvings) {
-      time_s *= 0.5;
+    const double whole_s = time_s, rest_s = equal_s(number, left_s);
+    while (const auto shorter = shorter_s(island, part, time_s, whole_s, rest_s)) {
+      time_s = *shorter;
       part = advance_part(island, time_s, met, before, states);
     }
+    if (time_s < whole_s || !touch_s) island.longest_s = time_s * next_length(island, part);
     if (have_missed_one(island, located.pairs, before, states)) {
       held.insert(held.end(), located.pairs.begin(), located.pairs.end());
       std::copy(before.begin(), before.end(), states.begin());

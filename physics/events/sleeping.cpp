@@ -17,6 +17,7 @@
 #include "physics/constraints/springs.hpp"
 #include "physics/forces/forces.hpp"
 #include "physics/integrators/advance_once.hpp"
+#include "physics/integrators/joint_closing.hpp"
 #include "physics/integrators/joint_motion.hpp"
 #include "physics/integrators/momentum.hpp"
 #include "physics/math/solver_body.hpp"

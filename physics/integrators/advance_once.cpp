@@ -11,6 +11,7 @@
 #include "physics/forces/forces.hpp"
 #include "physics/integrators/articulated_island.hpp"
 #include "physics/integrators/end_contacts.hpp"
+#include "physics/integrators/joint_closing.hpp"
 #include "physics/integrators/joint_motion.hpp"
 #include "physics/integrators/swept_motion.hpp"
 #include "physics/math/rigid_motion.hpp"

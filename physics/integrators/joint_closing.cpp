@@ -5,9 +5,12 @@
 #include <vector>
 
 #include "physics/constraints/limits_and_motors.hpp"
+#include "physics/integrators/giving_way.hpp"
 #include "physics/integrators/joint_motion.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/model/kinematic.hpp"
+#include "physics/solvers/energy_clamp.hpp"
+#include "physics/solvers/joint_work.hpp"
 
 namespace soda::physics {
 namespace {
@@ -103,12 +106,15 @@ class Closing {
   }
 
   // Taut chains that cannot be drawn straight come nearer by ever less, far below anything to see.
+  // What is locked, as a net that has been pressed into a knot, comes no nearer anyway.
   bool is_enough_after(int corrections, double& looked) const {
     constexpr int kLook = 8;
-    constexpr double kVisible = 1e9, kComes = 0.5;  // roundings; of the error at the look before
+    constexpr double kVisible = 1e9;                      // roundings
+    constexpr double kComes = 0.5, kComesVisibly = 0.95;  // of the error at the look before
     if (corrections % kLook != kLook - 1) return false;
     const double before = std::exchange(looked, errors_.norm);
-    return errors_.largest <= kVisible * enough_ && errors_.norm > kComes * before;
+    const bool visible = errors_.largest > kVisible * enough_;
+    return errors_.norm > (visible ? kComesVisibly : kComes) * before;
   }
 
   // What takes all errors away to first order. Needs the rows of states_.
@@ -196,6 +202,27 @@ class Closing {
 double close_joints(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                     double most_joule, JointSystem& joints, std::span<BodyState> states) {
   return Closing(scene, dt_s, ids, joints, states).close(most_joule);
+}
+
+bool are_closed(const SceneDescription& scene, double dt_s, std::span<const BodyState> states,
+                JointSystem& joints) {
+  build_joint_rows(scene, dt_s, states, false, joints);
+  return largest_error(joints) <= 100.0 * rounding_of(states);
+}
+
+void close_left_open(const IslandStep& island, const ContactProblem* problem, JointSystem& joints,
+                     std::span<BodyState> states, IslandReport& report) {
+  const auto& [scene, geometry, dt_s, ids, manifolds] = island;
+  const std::vector<BodyState> open(states.begin(), states.end());
+  EnergyExcess lifted;
+  lifted.moving_joule = kinetic_joule(scene, ids, states);
+  lifted.gain_joule = close_joints(scene, dt_s, ids, lifted.moving_joule, joints, states);
+  if (problem != nullptr)
+    lifted.gain_joule += give_way(island, {0.0, open, open}, joints, *problem, states).work_joule;
+  const bool isolated = is_isolated(ids.size(), joints, nullptr);
+  report.push_out_work_joule += lifted.gain_joule > 0.0
+                                    ? take_excess(scene, ids, lifted, isolated, states, report)
+                                    : lifted.gain_joule;
 }
 
 }  // namespace soda::physics

@@ -3,7 +3,10 @@
 
 #include <span>
 
+#include "physics/constraints/contact_rows.hpp"
 #include "physics/constraints/joint_rows.hpp"
+#include "physics/model/island_report.hpp"
+#include "physics/model/island_step.hpp"
 
 namespace soda::physics {
 
@@ -16,5 +19,15 @@ namespace soda::physics {
 // gives.
 double close_joints(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                     double most_joule, JointSystem& joints, std::span<BodyState> states);
+
+// Whether joints hold these poses but for rounding. Builds their rows.
+bool are_closed(const SceneDescription& scene, double dt_s, std::span<const BodyState> states,
+                JointSystem& joints);
+
+// Closes, without velocity, what earlier steps have left open of the joints, and what lies on the
+// bodies gives way: rows of contacts at these states, if there are any. The energy that this gives
+// is taken from the velocities; what these have not is added to the position correction.
+void close_left_open(const IslandStep& island, const ContactProblem* problem, JointSystem& joints,
+                     std::span<BodyState> states, IslandReport& report);
 
 }  // namespace soda::physics

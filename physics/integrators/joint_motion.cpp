@@ -213,10 +213,16 @@ std::optional<ContactSolution> solve_jointed_directly(const JointedStep& step, b
   if (problem.normals.empty()) return std::nullopt;
   if (mass_ratio(step.island.scene, step.island.ids) > kMostRatio) return std::nullopt;
   const auto& [scene, geometry, dt_s, ids, manifolds] = step.island;
-  constexpr double kStalled = 1e-4;  // the next step solves again
+  // In motion the next step solves again, and what Newton's method has come to is nearer than what
+  // iterations would find.
+  constexpr double kStalled = 1e-4, kMoving = 0.2;
   DirectAim how = accurate ? kByItself : kOngoing;
+  if (!accurate) how.of_motion = kOfMotion;
   how.rests = accurate || is_quasi_static(scene, dt_s, ids, manifolds, step.states);
-  if (!how.rests) how.stalled = kStalled;
+  if (!how.rests) {
+    how.stalled = kStalled;
+    how.accepted = kMoving;
+  }
   JointSystem solved_joints = joints;
   ContactProblem solved = problem;
   ContactSolution solution;
@@ -328,32 +334,12 @@ void add_untaken(double rest_joule, bool moved, const JointedStep& step, IslandR
 
 }  // namespace
 
-bool are_closed(const SceneDescription& scene, double dt_s, std::span<const BodyState> states,
-                JointSystem& joints) {
-  build_joint_rows(scene, dt_s, states, false, joints);
-  return largest_error(joints) <= 100.0 * rounding_of(states);
-}
-
-void close_left_open(const IslandStep& island, const ContactProblem* problem, JointSystem& joints,
-                     std::span<BodyState> states, IslandReport& report) {
-  const auto& [scene, geometry, dt_s, ids, manifolds] = island;
-  const std::vector<BodyState> open(states.begin(), states.end());
-  EnergyExcess lifted;
-  lifted.moving_joule = kinetic_joule(scene, ids, states);
-  lifted.gain_joule = close_joints(scene, dt_s, ids, lifted.moving_joule, joints, states);
-  if (problem != nullptr)
-    lifted.gain_joule += give_way(island, {0.0, open, open}, joints, *problem, states).work_joule;
-  const bool isolated = is_isolated(ids.size(), joints, nullptr);
-  report.push_out_work_joule += lifted.gain_joule > 0.0
-                                    ? take_excess(scene, ids, lifted, isolated, states, report)
-                                    : lifted.gain_joule;
-}
-
 void move_jointed(const JointedStep& step, const JointedSolution& solved,
                   std::span<BodyState> states, IslandReport& report,
                   std::vector<AdvanceFault>& faults) {
   constexpr double kMostTaken = 0.5;  // of the energy of motion
   constexpr double kLeastShare = 1.0 / 64;
+  constexpr double kHelps = 0.9;  // of the energy at the share before
   const auto& [island, before, free] = step;
   const auto& [scene, geometry, dt_s, ids, manifolds] = island;
   const auto& [joints, problem, push] = solved;
@@ -363,20 +349,23 @@ void move_jointed(const JointedStep& step, const JointedSolution& solved,
                         kinematic_work_joule(free, problem);
   const double lent = elastic_joule(scene, joints, before);
   // Where the path bends so much within the step that closing what it opened takes more than there
-  // is, the bodies come less far.
+  // is, the bodies come less far; where that does not help, as in a knot, they stay.
   std::vector<BodyState> next;
   EnergyExcess excess;
   double share = 1.0;
   GivenWay given;
-  for (;; share = share > kLeastShare ? 0.5 * share : 0.0) {
+  for (double before_joule = 1e300;; before_joule = excess.gain_joule) {
     next.assign(before.begin(), before.end());
     std::vector<AdvanceFault> found;
     given = moved_for(share * dt_s, step, solved, next, found);
     excess = energy_excess(scene, dt_s, ids, before, next,
                            pushed + lent - elastic_joule(scene, joints, next));
-    if (!excess.is_trace(kMostTaken) && share > 0.0) continue;
-    faults.insert(faults.end(), found.begin(), found.end());
-    break;
+    if (excess.is_trace(kMostTaken) || !(share > 0.0)) {
+      faults.insert(faults.end(), found.begin(), found.end());
+      break;
+    }
+    const bool helps = excess.gain_joule < kHelps * before_joule;
+    share = helps && share > kLeastShare ? 0.5 * share : 0.0;
   }
   std::move(next.begin(), next.end(), states.begin());
   report.static_impulse_newton_s += given.by_world_newton_s;

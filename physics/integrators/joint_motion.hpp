@@ -65,16 +65,6 @@ void move_jointed(const JointedStep& step, const JointedSolution& solved,
                   std::span<BodyState> states, IslandReport& report,
                   std::vector<AdvanceFault>& faults);
 
-// Whether joints hold these poses but for rounding. Builds their rows.
-bool are_closed(const SceneDescription& scene, double dt_s, std::span<const BodyState> states,
-                JointSystem& joints);
-
-// Closes, without velocity, what earlier steps have left open of the joints, and what lies on the
-// bodies gives way: rows of contacts at these states, if there are any. The energy that this gives
-// is taken from the velocities; what these have not is added to the position correction.
-void close_left_open(const IslandStep& island, const ContactProblem* problem, JointSystem& joints,
-                     std::span<BodyState> states, IslandReport& report);
-
 // What the world gives to the island through joints, and what those that can break bear. `states`
 // as when the rows were built.
 void report_joints(std::span<const BodyState> states, const JointSystem& joints,

@@ -5,7 +5,7 @@
 #include "physics/constraints/springs.hpp"
 #include "physics/integrators/advance_once.hpp"
 #include "physics/integrators/articulated_island.hpp"
-#include "physics/integrators/joint_motion.hpp"
+#include "physics/integrators/joint_closing.hpp"
 #include "physics/measures/refinement_error.hpp"
 #include "physics/model/kinematic.hpp"
 #include "physics/refinement/advance_apart.hpp"

@@ -98,7 +98,6 @@ bool solve_by_newton(const DirectAim& aim, std::span<const SolverBody> free,
 // which one body still rocks is solved to a share of that body's speed.
 DirectAim ongoing(const SceneDescription& scene) {
   constexpr int kInHaste = 20;
-  constexpr double kOfMotion = 3e-3;
   DirectAim aim = kOngoing;
   aim.of_motion = kOfMotion;
   if (!scene.solver.refined) aim.factorisations = kInHaste;

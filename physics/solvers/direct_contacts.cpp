@@ -30,6 +30,9 @@ constexpr double kSunk = 5e-3;
 constexpr double kSmallSunk = 2.5e5;  // multiplications
 // Multiplications of all factorisations of a solve.
 constexpr double kMostWork = 4e7;
+// Factorisations after which what moves is solved well enough to move on. With joints, what comes
+// to rest slowly is met in each step.
+constexpr int kManyWithJoints = 10;
 
 // Of the reciprocal of an island's mass: what a point gives way, per impulse. Soft enough for few
 // Newton steps; the corrections take it out again, and make it harder where they get on slowly.
@@ -148,12 +151,12 @@ int most_factorisations(const DirectAim& aim, std::span<const SolverBody> bodies
                         const Elimination& plan, bool jointed) {
   // Multiplications of all of them; what comes to rest is not met again.
   constexpr double kOfJointed = 2e5, kOfJointedAtRest = 2e6;
-  constexpr int kLeast = 20, kOfUneven = 40;
+  constexpr int kLeast = 20, kLeastInMotion = 10, kOfUneven = 40;
   constexpr double kMost = 200.0, kMostOfJointed = 60.0;
   if (jointed)
     return static_cast<int>(
         std::clamp((aim.rests ? kOfJointedAtRest : kOfJointed) / plan.multiplications,
-                   double{kLeast}, kMostOfJointed));
+                   static_cast<double>(aim.rests ? kLeast : kLeastInMotion), kMostOfJointed));
   double least = 1e300, most = 0.0;  // of what is moved
   for (const SolverBody& body : bodies) {
     if (body.inverse_mass == 0.0) continue;
@@ -311,7 +314,9 @@ NewtonOutcome solve_directly(const DirectAim& aim, std::span<const SolverBody> f
       .further = aim.further,
       .stalled_m_s = aim.stalled * scale,
       .of_motion = aim.of_motion,
-      .many = static_cast<int>(std::min(kMostWork / plan.multiplications, 1e9))};
+      .many = joints != nullptr
+                  ? kManyWithJoints
+                  : static_cast<int>(std::min(kMostWork / plan.multiplications, 1e9))};
   Responses responses;
   const NewtonOutcome outcome = solve_by_newton(limits, plan, convex, twists, responses);
   if (!outcome.converged) return outcome;

@@ -3,11 +3,13 @@
 #include <algorithm>
 
 #include "physics/continuous/time_of_impact.hpp"
+#include "physics/events/linked_step.hpp"
 #include "physics/forces/forces.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/model/kinematic.hpp"
 #include "physics/narrowphase/separation.hpp"
 #include "physics/shapes/geometry_impl.hpp"
+#include "physics/solvers/island_blocks.hpp"
 
 namespace soda::physics {
 namespace {
@@ -77,6 +79,10 @@ double off_m(const SceneDescription& scene, const CompiledShape& shape, BodyId i
 
 }  // namespace
 
+BodyId linked_label(std::span<const BodyId> ids, std::span<const ContactManifold> manifolds) {
+  return is_linked(manifolds) && !is_large(manifolds) ? ids.front() : kNotLinked;
+}
+
 Need passes_needed(const SceneDescription& scene) {
   const Need contacts = contacts_needed(scene);
   if (!contacts) return contacts;
@@ -86,6 +92,7 @@ Need passes_needed(const SceneDescription& scene) {
 
 void Passes::start(std::size_t bodies) {
   advanced_with_.assign(bodies, 0);
+  linked_.assign(bodies, kNotLinked);
   began_.assign(bodies, 0);
   sent_as_.assign(bodies, 0);
   if (starts_.size() < bodies) starts_.resize(bodies);
@@ -93,8 +100,9 @@ void Passes::start(std::size_t bodies) {
   ever_sent_.clear();
 }
 
-void Passes::begin(std::uint32_t place, std::size_t manifolds, BodyState& state) {
+void Passes::begin(std::uint32_t place, std::size_t manifolds, BodyId linked, BodyState& state) {
   advanced_with_[place] = static_cast<std::uint32_t>(manifolds);
+  linked_[place] = linked;
   if (began_[place])
     state = starts_[place];
   else
@@ -135,6 +143,7 @@ BodyState Passes::end_of(const SceneDescription& scene, BodyId id, std::uint32_t
 
 bool may_meet(const SceneDescription& scene, const Geometry& geometry, const MovingBody& a,
               const MovingBody& b, StageCounters& counters) {
+  if (a.linked != kNotLinked && a.linked == b.linked) return false;
   if (!overlap(a.box, b.box) || !may_touch(scene, a.id, a.start, b.id)) return false;
   ++counters.sent_searches;
   const auto [normal, distance_m] =

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "physics/model/body_state.hpp"
@@ -18,12 +19,19 @@ namespace soda::physics {
 // Of further passes.
 Need passes_needed(const SceneDescription& scene);
 
-// A body in a pass: how the step began and ended for it, and the box of all that it has come to.
+// Of an island with joints, as it is advanced in one piece, the label: its bodies have been looked
+// for at each other all the way (linked_step.hpp). Of others none.
+inline constexpr BodyId kNotLinked{0xffffffffu};
+BodyId linked_label(std::span<const BodyId> ids, std::span<const ContactManifold> manifolds);
+
+// A body in a pass: how the step began and ended for it, the box of all that it has come to, and
+// the linked label of the island that it is in.
 struct MovingBody {
   BodyId id{};
   const BodyState& start;
   const BodyState& end;
   const Aabb& box;
+  BodyId linked = kNotLinked;
 };
 
 // What the passes of one step know of each body, by its place. An island grows from pass to pass,
@@ -37,8 +45,10 @@ class Passes {
     return advanced_with_[place] != manifolds;
   }
   bool is_free(std::uint32_t place) const { return advanced_with_[place] == 0; }
-  // The body's island is about to be advanced: `state` is that of the step's start afterwards.
-  void begin(std::uint32_t place, std::size_t manifolds, BodyState& state);
+  // The body's island, of this linked label, is about to be advanced: `state` is that of the step's
+  // start afterwards.
+  void begin(std::uint32_t place, std::size_t manifolds, BodyId linked, BodyState& state);
+  BodyId linked_label_of(std::uint32_t place) const { return linked_[place]; }
   // Its island stays as it is.
   void keep(std::uint32_t place, std::size_t manifolds);
   // It has been advanced, and ends in this state. `box`: its swept box of the start; null: to be
@@ -68,15 +78,16 @@ class Passes {
 
  private:
   std::vector<std::uint32_t> advanced_with_;  // manifolds; 0: not yet
+  std::vector<BodyId> linked_;
   std::vector<char> began_;
   std::vector<std::uint32_t> sent_as_;  // number in ever_sent_, from 1 on
   std::vector<BodyState> starts_;       // where it began
   std::vector<Sent> sent_, ever_sent_;
 };
 
-// Whether two bodies may meet on their paths: where they end they do, or what parts them when the
-// step begins is closed, on two straight legs each, as of a body that turned once at whatever time,
-// and by what a body that turned more often is off those.
+// Whether two bodies may meet on their paths, and nobody has looked: where they end they do, or
+// what parts them when the step begins is closed, on two straight legs each, as of a body that
+// turned once at whatever time, and by what a body that turned more often is off those.
 bool may_meet(const SceneDescription& scene, const Geometry& geometry, const MovingBody& a,
               const MovingBody& b, StageCounters& counters);
 

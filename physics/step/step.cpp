@@ -122,8 +122,9 @@ void advance_one(std::size_t island, std::size_t manifolds, bool again, const Ad
   const auto& [scratch, report, counters] = effects;
   gather_island(island, ids, states, scratch);
   const std::span<const std::uint32_t> bodies = scratch.islands.bodies_of(island);
+  const BodyId linked = linked_label(scratch.island_ids, scratch.island_manifolds);
   for (std::size_t i = 0; i < bodies.size(); ++i)
-    scratch.passes.begin(bodies[i], manifolds, scratch.island_states[i]);
+    scratch.passes.begin(bodies[i], manifolds, linked, scratch.island_states[i]);
   if (again) forget_reports(scratch.island_ids, report);
   counters.islands_again += again;
   report.islands.push_back(
@@ -183,12 +184,12 @@ bool connect_sent(const Advance& of) {
     tree.find(box, near);
     if (near.empty()) continue;
     const BodyState end = passes.end_of(scene, ids[other], other, states[other]);
-    const MovingBody mine{ids[other], start, end, box};
+    const MovingBody mine{ids[other], start, end, box, passes.linked_label_of(other)};
     for (const std::uint32_t i : near) {
       const std::uint32_t place = sent[i].place;
       if (place == other || (was_sent && place < other)) continue;
       const MovingBody theirs{ids[place], passes.start_of(place, states[place]), states[place],
-                              sent[i].box};
+                              sent[i].box, passes.linked_label_of(place)};
       const auto& [a, b] = place < other ? std::tie(theirs, mine) : std::tie(mine, theirs);
       if (may_meet(scene, geometry, a, b, counters))
         any = connect(scene, a.id, a.start, b.id, scratch.manifolds) || any;

@@ -117,5 +117,60 @@ TEST(LinkedStep, WhatNoStopCanBringTogetherStaysApart) {
   EXPECT_EQ(world.report.islands.size(), 2u);
 }
 
+// A chain of capsules that hangs over the floor, and comes down on it and on itself.
+World chain_that_falls(std::uint32_t links) {
+  World world = under_gravity();
+  world.scene.dt_s = 1.0 / 240.0;
+  world.add_floor(Material{.friction = 0.5});
+  const double apart_m = 0.14;
+  const std::uint32_t link = world.add_shape(Capsule{0.02, 0.1});
+  for (std::uint32_t i = 0; i < links; ++i)
+    world.add_body(link, Vec3(0, 0, 0.3 + apart_m * i), 1000.0, Material{.friction = 0.5});
+  for (std::uint32_t i = 1; i < links; ++i)
+    test::add(world, test::joint_at(JointKind::kBall, world, i - 1, i,
+                                    Vec3(0, 0, 0.3 + apart_m * (i - 0.5))));
+  for (std::uint32_t i = 0; i < links; ++i)
+    world.states[i].linear_velocity_m_s = Vec3(0.3 * (int(i % 3) - 1), 0.2 * (int(i % 5) - 2), 0);
+  return world;
+}
+
+TEST(LinkedStep, AChainThatFallsOntoItselfStaysWholeAndHardlySinksIn) {
+  for (const std::uint32_t links : {10u, 20u, 30u}) {
+    World world = chain_that_falls(links);
+    double deepest_m = 0.0, open = 0.0;
+    for (int step = 0; step < 300; ++step) {
+      world.run(1);
+      for (const IslandReport& island : world.report.islands) {
+        deepest_m = std::max(deepest_m, island.max_penetration_m);
+        open = std::max(open, island.joint_error);
+      }
+    }
+    EXPECT_LT(deepest_m, 0.001) << links;  // of its 0.04
+    EXPECT_LT(open, 1e-4) << links;
+    EXPECT_LT(world.counters.islands_over_budget, 30u) << links;  // substeps
+  }
+}
+
+// All of the chain is looked at on its way: no further pass has to connect links of it.
+TEST(LinkedStep, AnIslandWithJointsIsAdvancedOnceAStep) {
+  World world = chain_that_falls(40);
+  world.run(280);
+  EXPECT_GT(world.counters.direct_islands, 0u);
+  EXPECT_EQ(world.counters.islands_again, 0u);
+}
+
+// What a part sinks in by tells how long the next may be: parts are neither tried in vain nor left
+// over.
+TEST(LinkedStep, WhatHasToBeTakenInPartsTakesFewTrials) {
+  World world = chain_that_falls(40);
+  std::uint64_t most = 0;
+  for (int step = 0; step < 300; ++step) {
+    const std::uint64_t before = world.counters.solver_iterations;
+    world.run(1);
+    most = std::max(most, world.counters.solver_iterations - before);
+  }
+  EXPECT_LT(most, 800u);
+}
+
 }  // namespace
 }  // namespace soda::physics
