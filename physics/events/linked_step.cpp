@@ -99,12 +99,13 @@ double next_length(const LinkedIsland& island, const LinkedPart& part) {
 }
 
 // How long a part that sank in, and was to take `whole_s`, has to be instead; none, where it is to
-// be taken. A little is not worth parts that would leave none for the rest of the step.
+// be taken. A little is not worth parts that would leave none for the rest of the step, so then it
+// is no shorter than `even_s`.
 std::optional<double> shorter_s(const LinkedIsland& island, const LinkedPart& part, double time_s,
-                                double whole_s, double equal_s) {
+                                double whole_s, double even_s) {
   constexpr double kShortest = 1.0 / 256.0;
   if (!(part.relative_depth > allowed_depth(island))) return {};
-  const double least_s = part.relative_depth > kTooDeep ? kShortest * whole_s : equal_s;
+  const double least_s = part.relative_depth > kTooDeep ? kShortest * whole_s : even_s;
   if (!(time_s > least_s)) return {};
   return std::max(least_s, time_s * std::min(0.5, next_length(island, part)));
 }
@@ -239,8 +240,8 @@ IslandReport advance_linked(const IslandStep& step, std::span<BodyState> states,
     else if (touch_s)
       met = found = contacts_now(island, part_s, met, before, motions);
     if (touch_s) part = advance_part(island, time_s, met, before, states);
-    const double whole_s = time_s, rest_s = equal_s(number, left_s);
-    while (const auto shorter = shorter_s(island, part, time_s, whole_s, rest_s)) {
+    const double whole_s = time_s, even_s = equal_s(number, left_s);
+    while (const auto shorter = shorter_s(island, part, time_s, whole_s, even_s)) {
       time_s = *shorter;
       part = advance_part(island, time_s, met, before, states);
     }

@@ -22,7 +22,8 @@ Need linked_impacts_needed(const SceneDescription& scene);
 // way, the parts are substeps. The last part takes all that is left, with what it comes to held
 // from its beginning on. Nor does a body get deeper into a static by more than half its width in a
 // part: shorter parts err less, and where none does, the island stays for the rest of the step.
-// Counts what it looks at as linked_searches. A function of the arguments only.
+// Where one sinks in by a thousandth of its width, parts are shorter too, down to a twelfth of the
+// step. Counts what it looks at as linked_searches. A function of the arguments only.
 IslandReport advance_linked(const IslandStep& step, std::span<BodyState> states,
                             const IslandEffects& effects);
 

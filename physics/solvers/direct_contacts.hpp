@@ -51,9 +51,9 @@ struct DirectAim {
 };
 // The impulses go on from step to step, so what a limit has left over is made good in the steps
 // that follow. A step that is compared with others has to be solved by itself.
+inline constexpr DirectAim kOngoing{1e-9, 1e-8, 2e-2, true}, kByItself{1e-12, 1e-10, 1e-7};
 // What moves need not be solved better than to that share of its speed.
 inline constexpr double kOfMotion = 3e-3;
-inline constexpr DirectAim kOngoing{1e-9, 1e-8, 2e-2, true}, kByItself{1e-12, 1e-10, 1e-7};
 
 // Velocities and impulses that fulfil all contact laws. `free`: the bodies' velocities after
 // external forces, before any contact. Where it does not converge, the problem stays as it was.
