@@ -10,6 +10,7 @@
 #include "physics/model/body_state.hpp"
 #include "physics/model/contact_manifold.hpp"
 #include "physics/model/scene.hpp"
+#include "physics/step/sent_on.hpp"
 
 namespace soda::models {
 
@@ -33,7 +34,7 @@ struct Ghost {
 struct SentBody {
   Ghost ghost;
   physics::BodyState end;
-  physics::BodyId linked{};
+  physics::BodyId linked = physics::kNotLinked;
 };
 
 // Bitwise equality of every field.
