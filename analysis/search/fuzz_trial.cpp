@@ -235,7 +235,7 @@ class Checks {
   // its velocity changes, for a body goes on with the old one for a while.
   double most_correction_joule(const IslandStates& island) const {
     const double g = scene_.gravity_m_s2.norm(), dt = scene_.dt_s;
-    const double pushed_m_s = fastest_correction_m_s(scene_, island.ids);
+    const double pushed_m_s = fastest_correction(scene_, island.ids).m_s;
     double most = 0.0;
     for (std::size_t i = 0; i < island.ids.size(); ++i) {
       const double changed_m_s =
@@ -262,7 +262,7 @@ class Checks {
                                    scene_.bodies[index_of(island.ids[i])].mass_kg));
     }
     const double most_m_s =
-        kOfHeavy * fastest_m_s + g * dt + fastest_correction_m_s(scene_, island.ids);
+        kOfHeavy * fastest_m_s + g * dt + fastest_correction(scene_, island.ids).m_s;
     for (std::size_t i = 0; i < island.ids.size(); ++i) {
       const double way_m = (island.after[i].position_m - island.before[i].position_m).norm();
       const double most_m = dt * most_m_s + kRoundingOfPlaces * island.before[i].position_m.norm();

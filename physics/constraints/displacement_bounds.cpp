@@ -54,12 +54,12 @@ std::string impossible_displacement(double displacement_m, double most_m) {
 
 }  // namespace
 
-double fastest_correction_m_s(const SceneDescription& scene, std::span<const BodyId> ids) {
+FastestCorrection fastest_correction(const SceneDescription& scene, std::span<const BodyId> ids) {
   double widest_m = 0.0;
   for (const BodyId id : ids)
     if (!is_kinematic(scene, id))
       widest_m = std::max(widest_m, size_of(scene, scene.bodies[index_of(id)].shape));
-  return kFastestCorrection_1_s * widest_m;
+  return {kFastestCorrection * widest_m / scene.dt_s, 2.0 * kFastestCorrection / scene.dt_s};
 }
 
 double weight_newton(const SceneDescription& scene, std::span<const BodyId> ids) {
@@ -73,21 +73,21 @@ double weight_newton(const SceneDescription& scene, std::span<const BodyId> ids)
   return mass_kg * scene.gravity_m_s2.norm() + own_newton;
 }
 
-void limit_correction(double most_m_s, PositionCorrection& push) {
-  const auto shorten = [](double most, Vec3& v) {
+void limit_correction(const FastestCorrection& most, PositionCorrection& push) {
+  const auto shorten = [](double longest, Vec3& v) {
     const double squared = v.squaredNorm();
-    if (squared > most * most) v *= most / std::sqrt(squared);
+    if (squared > longest * longest) v *= longest / std::sqrt(squared);
   };
-  shorten(most_m_s, push.linear);
-  shorten(kFastestCorrection_rad_s, push.angular);
+  shorten(most.m_s, push.linear);
+  shorten(most.rad_s, push.angular);
 }
 
-void limit_correction(double most_m_s, std::span<PositionCorrection> push) {
+void limit_correction(const FastestCorrection& most, std::span<PositionCorrection> push) {
   double share = 1.0;
   for (const PositionCorrection& p : push) {
     const double linear = p.linear.norm(), angular = p.angular.norm();
-    if (linear * share > most_m_s) share = most_m_s / linear;
-    if (angular * share > kFastestCorrection_rad_s) share = kFastestCorrection_rad_s / angular;
+    if (linear * share > most.m_s) share = most.m_s / linear;
+    if (angular * share > most.rad_s) share = most.rad_s / angular;
   }
   if (share == 1.0) return;
   for (PositionCorrection& p : push) {
@@ -128,7 +128,7 @@ void bound_displacements(const SceneDescription& scene, double dt_s, std::span<c
   const double energy_joule =
       kinetic_joule(scene, ids, states) + elastic_of(scene, ids, manifolds, states);
   bounds.root = std::sqrt(energy_joule) + faster_m_s * std::sqrt(0.5 * mass_kg);
-  bounds.pushed_m_s = fastest_correction_m_s(scene, ids);
+  bounds.pushed_m_s = fastest_correction(scene, ids).m_s;
 }
 
 bool is_overdriven(const SceneDescription& scene, std::span<const BodyId> ids,

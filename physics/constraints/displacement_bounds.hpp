@@ -11,19 +11,20 @@
 
 namespace soda::physics {
 
-// The fastest that bodies of an island are moved beyond their velocities: 2 widths of its widest
-// one a second, as a contact asks for 2 of its smaller body at most. Rotations: 4 radians a second,
-// 2 widths at the distance of half of one.
-double fastest_correction_m_s(const SceneDescription& scene, std::span<const BodyId> ids);
+// The fastest that bodies of an island are moved beyond their velocities: a 30th of the width of
+// its widest one a step of the scene, as a contact asks for a 30th of its smaller body at most.
+// Rotations: a 15th of a radian a step, that width at the distance of half of one.
+struct FastestCorrection {
+  double m_s = 0.0, rad_s = 0.0;
+};
+FastestCorrection fastest_correction(const SceneDescription& scene, std::span<const BodyId> ids);
 // Of all bodies that fall.
 double weight_newton(const SceneDescription& scene, std::span<const BodyId> ids);
-inline constexpr double kFastestCorrection_1_s = 2.0;  // body sizes per second
-inline constexpr double kFastestCorrection_rad_s = 4.0;
 
 // Shortens what is faster. Direction stays; of an island, also the proportions in which bodies
 // part.
-void limit_correction(double most_m_s, PositionCorrection& push);
-void limit_correction(double most_m_s, std::span<PositionCorrection> push);
+void limit_correction(const FastestCorrection& most, PositionCorrection& push);
+void limit_correction(const FastestCorrection& most, std::span<PositionCorrection> push);
 
 // How far each body of an island can come in a step: at the speed that it would have with all
 // energy of its island, what forces and surfaces that slide along can add in the step included, and

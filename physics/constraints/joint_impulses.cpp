@@ -35,9 +35,13 @@ void load_joint_impulses(const SceneDescription& scene, std::span<const BodyStat
       const bool bounded = is_bounded(row);
       const ContactImpulse* const one = at(motor ? 2 : bounded ? limit++ : angular ? 1 : 0);
       if (one == nullptr) continue;
-      row.impulse_newton_s = bounded
-                                 ? one->normal_newton_s
-                                 : one->friction_newton_s.dot(angular ? row.angular_b : row.linear);
+      if (bounded)
+        row.impulse_newton_s = one->normal_newton_s;
+      else if (angular)
+        row.impulse_newton_s =
+            one->friction_newton_s.dot(row.angular_b) / (row.lever_m * row.lever_m);
+      else
+        row.impulse_newton_s = one->friction_newton_s.dot(row.linear);
     }
   }
 }

@@ -52,8 +52,8 @@ HeldEnds ends_of(const Joint& joint, const std::array<std::uint32_t, 2>& bodies,
 // Appends the rows of a joint.
 class RowBuilder {
  public:
-  RowBuilder(const HeldEnds& ends, std::vector<JointRow>& rows)
-      : a_(ends.a), b_(ends.b), rows_(rows) {}
+  RowBuilder(const HeldEnds& ends, double lever_m, std::vector<JointRow>& rows)
+      : a_(ends.a), b_(ends.b), lever_m_(lever_m), rows_(rows) {}
 
   // The anchors have the same place along `direction`.
   JointRow& point(const Vec3& direction) {
@@ -70,11 +70,12 @@ class RowBuilder {
     row.angular_a = (a_.arm + b_.anchor - a_.anchor).cross(direction);
     return row;
   }
-  // No rotation about `axis`; `error` is the angle.
-  JointRow& rotation(const Vec3& axis, double error) {
+  // No rotation about `axis`.
+  JointRow& rotation(const Vec3& axis, double angle_rad) {
     JointRow& row = add();
-    row.angular_a = row.angular_b = axis;
-    row.error = error;
+    row.angular_a = row.angular_b = lever_m_ * axis;
+    row.error = lever_m_ * angle_rad;
+    row.lever_m = lever_m_;
     return row;
   }
 
@@ -88,24 +89,28 @@ class RowBuilder {
 
   const HeldEnd& a_;
   const HeldEnd& b_;
+  double lever_m_;
   std::vector<JointRow>& rows_;
 };
 
 // Goes over the rows of a joint that there are, one after the other, and writes errors only.
 class ErrorBuilder {
  public:
-  ErrorBuilder(const HeldEnds& ends, JointRow* first)
-      : between_m_(ends.b.anchor - ends.a.anchor), row_(first) {}
+  ErrorBuilder(const HeldEnds& ends, double lever_m, JointRow* first)
+      : between_m_(ends.b.anchor - ends.a.anchor), lever_m_(lever_m), row_(first) {}
 
-  JointRow& point(const Vec3& direction) { return rotation(direction, direction.dot(between_m_)); }
+  JointRow& point(const Vec3& direction) { return next(direction.dot(between_m_)); }
   JointRow& along_a(const Vec3& direction) { return point(direction); }
-  JointRow& rotation(const Vec3&, double error) {
+  JointRow& rotation(const Vec3&, double angle_rad) { return next(lever_m_ * angle_rad); }
+
+ private:
+  JointRow& next(double error) {
     row_->error = error;
     return *row_++;
   }
 
- private:
   Vec3 between_m_;
+  double lever_m_;
   JointRow* row_;
 };
 
@@ -154,19 +159,19 @@ void add_bounded(const Joint& joint, const Vec3& axis, const HeldEnds& ends, Bui
   const bool turns = joint.kind == JointKind::kHinge;
   const double place =
       turns ? turned_about_z(a.frame, b.frame) : axis.dot(Vec3(b.anchor - a.anchor));
-  const auto row = [&](JointRowKind kind, double sign) -> JointRow& {
-    JointRow& made = turns ? add.rotation(axis * sign, 0.0) : add.along_a(axis * sign);
-    made.error = 0.0;
+  const auto row = [&](JointRowKind kind, double sign, double left) -> JointRow& {
+    JointRow& made = turns ? add.rotation(axis * sign, left) : add.along_a(axis * sign);
+    if (!turns) made.error = left;
     made.kind = kind;
     made.idle = true;
     return made;
   };
   if (joint.limits) {
-    row(JointRowKind::kLimit, 1.0).error = place - joint.limits->least;
-    row(JointRowKind::kLimit, -1.0).error = joint.limits->most - place;
+    row(JointRowKind::kLimit, 1.0, place - joint.limits->least);
+    row(JointRowKind::kLimit, -1.0, joint.limits->most - place);
   }
   if (!joint.motor) return;
-  JointRow& motor = row(JointRowKind::kMotor, 1.0);
+  JointRow& motor = row(JointRowKind::kMotor, 1.0, 0.0);
   motor.motor = &*joint.motor;
   motor.left = joint.motor->target.value_or(place) - place;
 }
@@ -251,6 +256,19 @@ Need motors_needed(const SceneDescription& scene) {
                  "a joint has a motor", "no joint has a motor");
 }
 
+namespace {
+
+// The radius of gyration, of its wider body.
+double lever_m(const SceneDescription& scene, const Joint& joint) {
+  const auto radius_m = [&](BodyId id) {
+    const BodyParams& body = scene.bodies[index_of(id)];
+    return std::sqrt(0.5 * body.inertia_local_kg_m2.trace() / body.mass_kg);
+  };
+  return is_static(joint.b) ? radius_m(joint.a) : std::max(radius_m(joint.a), radius_m(joint.b));
+}
+
+}  // namespace
+
 JointSystem find_joints(const SceneDescription& scene, std::span<const BodyId> ids,
                         std::span<const ContactManifold> manifolds) {
   JointSystem system;
@@ -269,6 +287,9 @@ JointSystem find_joints(const SceneDescription& scene, std::span<const BodyId> i
     system.joints.push_back(number);
     system.bodies.push_back(bodies[order[i]]);
     system.ends.push_back(moved_ends(scene, joint, system.bodies.back()));
+    system.levers_m.push_back(lever_m(scene, joint));
+    system.reach_m = std::max(
+        {system.reach_m, system.levers_m.back(), joint.anchor_a_m.norm(), joint.anchor_b_m.norm()});
     system.bounded = system.bounded || joint.limits || joint.motor;
     if (can_break(joint)) system.breakable.push_back(i);
   }
@@ -293,7 +314,7 @@ void build_joint_rows(const SceneDescription& scene, double dt_s, std::span<cons
   for (std::size_t j = 0; j < system.joints.size(); ++j) {
     const Joint& joint = scene.joints[system.joints[j]];
     const HeldEnds ends = ends_of(joint, system.bodies[j], states);
-    RowBuilder add(ends, system.rows);
+    RowBuilder add(ends, system.levers_m[j], system.rows);
     add_rows(joint, dt_s, with_springs, ends, add);
     system.first_row.push_back(static_cast<std::uint32_t>(system.rows.size()));
   }
@@ -304,7 +325,7 @@ void build_joint_errors(const SceneDescription& scene, std::span<const BodyState
   for (std::size_t j = 0; j < system.joints.size(); ++j) {
     const Joint& joint = scene.joints[system.joints[j]];
     const HeldEnds ends = ends_of(joint, system.bodies[j], states);
-    ErrorBuilder add(ends, &system.rows[system.first_row[j]]);
+    ErrorBuilder add(ends, system.levers_m[j], &system.rows[system.first_row[j]]);
     add_rows(joint, 0.0, false, ends, add);
   }
 }
@@ -318,7 +339,7 @@ std::vector<SpringRow> spring_rows(const SceneDescription& scene, std::span<cons
     if (joint.kind != JointKind::kSpring) continue;
     const HeldEnds ends = ends_of(joint, system.bodies[j], states);
     rows.clear();
-    RowBuilder add(ends, rows);
+    RowBuilder add(ends, system.levers_m[j], rows);
     add_rows(joint, scene.dt_s, true, ends, add);
     springs.push_back({rows.front(),
                        joint.stiffness_newton_m,

@@ -25,11 +25,12 @@ enum class JointRowKind : std::uint8_t {
   kMotor    // impulse within bounds
 };
 
-// The velocity of a row is linear . (v_b - v_a) + angular_b . w_b - angular_a . w_a.
+// The velocity of a row is linear . (v_b - v_a) + angular_b . w_b - angular_a . w_a, in m/s: rows
+// that turn are told at the end of a lever, so that all rows of a system have the same units.
 struct JointRow {
   std::uint32_t a = 0, b = 0;  // local indices; the world has that of the statics
   Vec3 linear = Vec3::Zero(), angular_a = Vec3::Zero(), angular_b = Vec3::Zero();
-  double error = 0.0;  // how far off, m or rad; its rate is the row's velocity
+  double error = 0.0;  // how far off, m; its rate is the row's velocity
   // Wanted is velocity + softness * impulse = target; hard rows have no softness.
   double softness_1_kg = 0.0;
   double target_m_s = 0.0;
@@ -38,9 +39,10 @@ struct JointRow {
   bool idle = false;                  // of limits and motors: takes no part in solutions
   const JointMotor* motor = nullptr;  // of motors
   double left = 0.0;                  // of servos: to the target, m or rad
+  double lever_m = 1.0;               // of rows that turn: m a rad
   // Between which its impulse has to be, of limits and motors (see limits_and_motors.hpp).
   double least_newton_s = 0.0, most_newton_s = 0.0;
-  double impulse_newton_s = 0.0;  // or newton m s
+  double impulse_newton_s = 0.0;
 };
 // Limits and motors.
 inline bool is_bounded(const JointRow& row) {
@@ -64,6 +66,7 @@ struct JointSystem {
   std::vector<std::uint32_t> first_row;              // of each of them, and the end: known first
   std::vector<JointRow> rows;
   std::vector<JointEnds> ends;                          // of each of them: what it can move
+  std::vector<double> levers_m;                         // of each of them
   std::vector<std::uint32_t> breakable;                 // places of those that can break
   std::shared_ptr<const JointElimination> elimination;  // once it was planned
   // Of factor_joint_rows.
@@ -74,6 +77,7 @@ struct JointSystem {
   double regularisation = 0.0;
   bool factored = false;  // and rows were not built since
   bool bounded = false;   // whether a joint has limits or a motor
+  double reach_m = 0.0;   // the longest lever, or anchor from its body's centre
 
   bool empty() const { return joints.empty(); }
 };
@@ -154,7 +158,7 @@ void solve_joint_errors(const JointSystem& system, std::span<const SolverBody> b
 void add_joint_impulses(std::span<const double> impulses, JointSystem& system,
                         std::span<SolverBody> bodies);
 
-// Errors of joints that are no springs, m or rad; of a limit that is idle, by how much it is
+// Errors of joints that are no springs, m; of a limit that is idle, by how much it is
 // passed: the largest, and the root of the sum of all squares.
 double largest_error(const JointSystem& system);
 double norm_of_errors(const JointSystem& system);

@@ -20,10 +20,10 @@ double wanted_speed(double part_s, const JointRow& row) {
 
 // For `time_s` of the part.
 void let_push(double time_s, double part_s, JointRow& row) {
-  row.least_newton_s = -row.motor->most_push * time_s;
-  row.most_newton_s = row.motor->most_push * time_s;
+  row.most_newton_s = row.motor->most_push / row.lever_m * time_s;
+  row.least_newton_s = -row.most_newton_s;
   row.idle = !(row.motor->most_push > 0.0);
-  row.target_m_s = wanted_speed(part_s, row);
+  row.target_m_s = row.lever_m * wanted_speed(part_s, row);
 }
 
 // The largest velocities that those of the rows are made of: what rounding is measured by. Of the
@@ -174,12 +174,12 @@ bool solve_by_exchanges(double scale_m_s, double regularisation, JointSystem& sy
 
 }  // namespace
 
-void bound_velocities(double time_s, double reached, JointSystem& system) {
+void bound_velocities(double time_s, double reached_m, JointSystem& system) {
   if (!system.bounded) return;
   for (JointRow& row : system.rows) {
     if (row.kind == JointRowKind::kMotor) let_push(time_s, 2.0 * time_s, row);
     if (row.kind != JointRowKind::kLimit) continue;
-    row.most_newton_s = row.error <= reached ? kAnyPush : 0.0;
+    row.most_newton_s = row.error <= reached_m ? kAnyPush : 0.0;
     row.target_m_s = 0.0;
   }
 }
@@ -198,12 +198,12 @@ void rest_bounds(JointSystem& system) {
   for (JointRow& row : system.rows) row.idle = is_bounded(row);
 }
 
-bool hold_passed_limits(double passed, JointSystem& system) {
+bool hold_passed_limits(double passed_m, JointSystem& system) {
   if (!system.bounded) return false;
   bool more = false;
   for (JointRow& row : system.rows) {
     if (row.kind == JointRowKind::kMotor) row.idle = true;
-    if (row.kind != JointRowKind::kLimit || !row.idle || !(row.error < -passed)) continue;
+    if (row.kind != JointRowKind::kLimit || !row.idle || !(row.error < -passed_m)) continue;
     row.idle = false;
     more = true;
   }

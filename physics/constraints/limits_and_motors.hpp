@@ -7,9 +7,8 @@
 namespace soda::physics {
 
 // For velocities at the rows' poses, at either end of a part of a step: motors may push for
-// `time_s`, half of it, and limits that are nearer than `reached` (m or rad) stop what goes on
-// towards them.
-void bound_velocities(double time_s, double reached, JointSystem& system);
+// `time_s`, half of it, and limits that are nearer than that stop what goes on towards them.
+void bound_velocities(double time_s, double reached_m, JointSystem& system);
 
 // For a step of `time_s`: the same of motors; limits stop what would pass them within it.
 void bound_step(double time_s, JointSystem& system);
@@ -17,9 +16,9 @@ void bound_step(double time_s, JointSystem& system);
 // No limit holds, and motors rest.
 void rest_bounds(JointSystem& system);
 
-// For corrections of place: limits that are passed by more than `passed` hold, in addition to those
+// For corrections of place: limits that are passed by more than that hold, in addition to those
 // that do already; motors rest. Whether more hold than before.
-bool hold_passed_limits(double passed, JointSystem& system);
+bool hold_passed_limits(double passed_m, JointSystem& system);
 
 // Of rows built at other poses: the same limits hold.
 void hold_same_limits(const JointSystem& from, JointSystem& system);

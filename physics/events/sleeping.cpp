@@ -100,8 +100,13 @@ bool is_in_place(const IslandStep& island, std::span<const BodyState> before,
   constexpr double kRounding = 1e-15;  // of an orientation that is made a unit again
   constexpr double kOfPlaces = 1e3;    // roundings of places that joints hold
   const double slow = slow_m_s(island, states) * island.scene.dt_s;
-  const double displacement =
-      is_touched(island.manifolds) ? slow : std::max(slow, kOfPlaces * rounding_of(states));
+  double displacement = slow;
+  if (!is_touched(island.manifolds)) {
+    double widest_m = 0.0;
+    for (const BodyId id : island.ids)
+      widest_m = std::max(widest_m, radius_of(island.scene, island.geometry, id));
+    displacement = std::max(slow, kOfPlaces * rounding_of(states, widest_m));
+  }
   for (std::size_t i = 0; i < states.size(); ++i) {
     const auto difference = states[i].orientation.coeffs() - before[i].orientation.coeffs();
     const double turned = 4.0 * difference.squaredNorm();

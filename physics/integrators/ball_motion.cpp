@@ -168,7 +168,7 @@ bool BallMotion::advance(double time_s, IslandReport& report) {
       add_load({static_cast<std::uint32_t>(&joint_ - scene_.joints.data()), -impulse}, report);
     report.static_angular_impulse_newton_m_s += (position + arm).cross(impulse);
   };
-  const double enough = rounding_of({&state_, 1});
+  const double enough = rounding_of({&state_, 1}, joint_.anchor_a_m.norm());
   const Vec3 fall = field_of(scene_, body_) * (0.5 * time_s);
   Velocity velocity{state_.linear_velocity_m_s + fall, state_.angular_velocity_rad_s};
   Vec3 impulse = stop(hold_, velocity);

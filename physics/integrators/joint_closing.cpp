@@ -190,7 +190,7 @@ class Closing {
   std::span<const BodyId> ids_;
   JointSystem& joints_;  // its rows are those of states_ between two corrections
   std::span<BodyState> states_;
-  double enough_ = rounding_of(states_);
+  double enough_ = rounding_of(states_, joints_.reach_m);
   JointErrors errors_;
   int damping_ = 0;
   double work_ = 0.0;  // multiplications
@@ -207,7 +207,7 @@ double close_joints(const SceneDescription& scene, double dt_s, std::span<const 
 bool are_closed(const SceneDescription& scene, double dt_s, std::span<const BodyState> states,
                 JointSystem& joints) {
   build_joint_rows(scene, dt_s, states, false, joints);
-  return largest_error(joints) <= 100.0 * rounding_of(states);
+  return largest_error(joints) <= 100.0 * rounding_of(states, joints.reach_m);
 }
 
 void close_left_open(const IslandStep& island, const ContactProblem* problem, JointSystem& joints,

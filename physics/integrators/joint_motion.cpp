@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "physics/constraints/displacement_bounds.hpp"
@@ -23,8 +24,8 @@
 
 namespace soda::physics {
 
-double rounding_of(std::span<const BodyState> states) {
-  double largest = 1.0;
+double rounding_of(std::span<const BodyState> states, double reach_m) {
+  double largest = reach_m;
   for (const BodyState& state : states)
     largest = std::max(largest, state.position_m.cwiseAbs().maxCoeff());
   return 1e-15 * largest;
@@ -119,7 +120,7 @@ std::uint32_t solve_alternately(const JointedStep& step, JointSystem& joints,
   const auto& [island, states, free] = step;
   const auto& [scene, geometry, dt_s, ids, manifolds] = island;
   const std::span<SolverBody> bodies = problem.bodies;
-  const double enough = rounding_of(states);
+  const double enough = rounding_of(states, joints.reach_m);
   const bool even = mass_ratio(scene, ids) <= kMostRatio;
   build_joint_rows(scene, dt_s, states, true, joints);
   const std::vector<JointRow> start = joints.rows;
@@ -191,7 +192,7 @@ bool solve_aimed(const JointedStep& step, const DirectAim& how, const Eliminatio
     problem = trial;
     joints = trial_joints;
     const bool converges = aim > 0 && error <= kConverges * before;
-    if (converges || error <= rounding_of(states)) break;
+    if (converges || error <= rounding_of(states, joints.reach_m)) break;
     before = error;
     bound_step(dt_s, next);
     aim_joint_rows(dt_s, trial.bodies, next);
@@ -241,7 +242,7 @@ std::optional<ContactSolution> solve_jointed_directly(const JointedStep& step, b
   if (!needs_position_correction(problem)) return solution;
   count(correct_positions_directly(step.island.dt_s, plan, problem, solution.push, &joints), plan,
         solution);
-  limit_correction(fastest_correction_m_s(step.island.scene, step.island.ids), solution.push);
+  limit_correction(fastest_correction(step.island.scene, step.island.ids), solution.push);
   return solution;
 }
 
@@ -262,7 +263,7 @@ ContactSolution solve_jointed(const JointedStep& step, JointSystem& joints,
   PositionCorrectionProblem push;
   solve_position_correction(step.island.scene.solver.iterations, step.island.dt_s, problem, push);
   solution.push = std::move(push.bodies);
-  limit_correction(fastest_correction_m_s(step.island.scene, step.island.ids), solution.push);
+  limit_correction(fastest_correction(step.island.scene, step.island.ids), solution.push);
   return solution;
 }
 
@@ -306,7 +307,7 @@ void push_apart(const JointedStep& step, const JointedSolution& solved, std::spa
     fastest_m_s = std::max(fastest_m_s, body.linear.norm());
   const double weight_dt = weight_newton(scene, ids) * dt_s;
   double left =
-      std::max(0.0, weight_dt * fastest_correction_m_s(scene, ids) - std::max(0.0, lifted));
+      std::max(0.0, weight_dt * fastest_correction(scene, ids).m_s - std::max(0.0, lifted));
   const double closing =
       close_joints(scene, dt_s, ids, std::min(left, weight_dt * fastest_m_s), closed, states);
   left = std::max(0.0, left - std::max(0.0, closing));
@@ -317,9 +318,10 @@ void push_apart(const JointedStep& step, const JointedSolution& solved, std::spa
 
 // What no velocity was left for. A motor that brakes what rests has taken nothing. The rest is
 // closing: of what was open before, if the bodies have not moved; else at most what places that
-// hold to rounding lift what hangs on them.
-void add_untaken(double rest_joule, bool moved, const JointedStep& step, IslandReport& report) {
-  constexpr double kRounding = 1e-12, kRoundings = 100.0;
+// hold to rounding lift what hangs on them. `most_lift_m`: of which of both.
+void add_untaken(double rest_joule, double most_lift_m, const JointedStep& step,
+                 IslandReport& report) {
+  constexpr double kRounding = 1e-12;
   const double braked = std::max(0.0, -report.motor_work_joule);
   if (rest_joule < (1.0 - kRounding) * braked) {
     report.motor_work_joule += rest_joule;
@@ -328,8 +330,7 @@ void add_untaken(double rest_joule, bool moved, const JointedStep& step, IslandR
   if (braked > 0.0) report.motor_work_joule = 0.0;
   const double weight = weight_newton(step.island.scene, step.island.ids);
   const double lifted = rest_joule - braked;
-  if (lifted > 0.0 && (!moved || lifted <= kRoundings * rounding_of(step.states) * weight))
-    report.push_out_work_joule += lifted;
+  if (lifted > 0.0 && !(lifted > most_lift_m * weight)) report.push_out_work_joule += lifted;
 }
 
 }  // namespace
@@ -340,6 +341,7 @@ void move_jointed(const JointedStep& step, const JointedSolution& solved,
   constexpr double kMostTaken = 0.5;  // of the energy of motion
   constexpr double kLeastShare = 1.0 / 64;
   constexpr double kHelps = 0.9;  // of the energy at the share before
+  constexpr double kRoundings = 100.0;
   const auto& [island, before, free] = step;
   const auto& [scene, geometry, dt_s, ids, manifolds] = island;
   const auto& [joints, problem, push] = solved;
@@ -375,7 +377,9 @@ void move_jointed(const JointedStep& step, const JointedSolution& solved,
         take_excess(scene, ids, excess, is_isolated(ids.size(), joints, &problem), states, report);
     const double aside = std::clamp(rest, 0.0, std::max(0.0, given.work_joule));
     report.push_out_work_joule += aside;
-    if (rest > aside) add_untaken(rest - aside, share > 0.0, step, report);
+    const double most_lift_m = share > 0.0 ? kRoundings * rounding_of(before, joints.reach_m)
+                                           : std::numeric_limits<double>::infinity();
+    if (rest > aside) add_untaken(rest - aside, most_lift_m, step, report);
   }
   if (!push.empty()) push_apart(step, solved, states, report);
 }

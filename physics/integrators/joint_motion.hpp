@@ -16,8 +16,8 @@
 
 namespace soda::physics {
 
-// Errors of rounding, m or rad, of coordinates up to the largest.
-double rounding_of(std::span<const BodyState> states);
+// Errors of rounding of coordinates up to the largest, and of what reaches that far from a centre.
+double rounding_of(std::span<const BodyState> states, double reach_m);
 
 // Velocities and inertia as the states have them; one body more, for the world.
 std::vector<SolverBody> bodies_at(const SceneDescription& scene, std::span<const BodyId> ids,

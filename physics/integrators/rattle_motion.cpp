@@ -78,7 +78,7 @@ bool RattleMotion::goes_against_joints() {
 double RattleMotion::swing_rad_s(double time_s) {
   load_velocities();
   push(time_s);
-  bound_velocities(time_s, rounding_of(states_), *at_);
+  bound_velocities(time_s, rounding_of(states_, at_->reach_m), *at_);
   stop_joint_velocities(bodies_, *at_);
   std::vector<double> squared(ids_.size(), 0.0);
   const auto stiffen = [&](std::uint32_t body, const JointRow& row, const Vec3& angular) {
@@ -205,7 +205,7 @@ void RattleMotion::arrive(double time_s, double enough, IslandReport& report) {
 }
 
 bool RattleMotion::advance(double time_s, IslandReport& report) {
-  const double enough = rounding_of(states_);
+  const double enough = rounding_of(states_, at_->reach_m);
   load_velocities();
   if (at_->bounded) before_ = bodies_;
   push(0.5 * time_s);

@@ -102,11 +102,11 @@ void move_swept(const IslandStep& island, const ContactProblem& problem, const S
 double parting_joule(const JointedStep& step, const ContactProblem& problem,
                      const Substeps& substeps) {
   const auto& [scene, geometry, dt_s, ids, manifolds] = step.island;
-  const double most_m_s = fastest_correction_m_s(scene, ids);
+  const FastestCorrection most = fastest_correction(scene, ids);
   std::vector<PositionCorrection> push(ids.size());
   const Flight moves{true, Vec3::Zero()};
   for (std::size_t i = 0; i < ids.size(); ++i)
-    push[i] = beyond_final_velocity(dt_s, most_m_s, step.states[i], problem.bodies[i], moves,
+    push[i] = beyond_final_velocity(dt_s, most, step.states[i], problem.bodies[i], moves,
                                     substeps.displacements[i]);
   return push_out_work_joule(scene, dt_s, ids, push);
 }
@@ -123,7 +123,7 @@ void add_untaken(double rest_joule, IslandReport& report) {
 bool has_diverged(const IslandStep& island, const EnergyExcess& excess) {
   constexpr double kMostTaken = 0.5;  // of the energy of motion
   const double lifting_joule = weight_newton(island.scene, island.ids) *
-                               fastest_correction_m_s(island.scene, island.ids) * island.dt_s;
+                               fastest_correction(island.scene, island.ids).m_s * island.dt_s;
   return !excess.is_trace(kMostTaken) && !(excess.gain_joule <= lifting_joule);
 }
 

@@ -31,7 +31,7 @@ struct IslandReport {
   std::uint64_t multiplications = 0;     // of its factorisations, roughly
   double max_penetration_m = 0.0;        // at the start of the step, >= 0
   double constraint_residual_m_s = 0.0;  // largest remaining violation of a velocity constraint
-  double joint_error = 0.0;              // largest of its joints at the end, m or rad
+  double joint_error = 0.0;              // largest of its joints at the end, m
   // Energy that displacements without velocity gave: position correction of overlaps, closing of
   // joints, in substeps what the displacement differs from that of the final velocity. Not of
   // islands in blocks. What else contacts do in a step takes energy out (energy_clamp.hpp).

@@ -172,14 +172,14 @@ ContactSolution solve_with_surfaces(const SolveStep& step, bool accurate,
     const NewtonOutcome outcome = correct_positions_directly(dt_s, *plan, problem, solution.push);
     count(outcome, *plan, solution);
     if (outcome.converged) {
-      limit_correction(fastest_correction_m_s(scene, ids), solution.push);
+      limit_correction(fastest_correction(scene, ids), solution.push);
       return solution;
     }
   }
   PositionCorrectionProblem push;
   solve_position_correction(scene.solver.iterations, dt_s, problem, push);
   solution.push = std::move(push.bodies);
-  limit_correction(fastest_correction_m_s(scene, ids), solution.push);
+  limit_correction(fastest_correction(scene, ids), solution.push);
   return solution;
 }
 

@@ -138,7 +138,7 @@ double correction_target_m_s(const RowContact& c, double dt_s) {
   constexpr double kShare = 0.2;  // of the excess overlap, per step
   const double excess = -c.separation_m - c.slop_m;
   // Points in touch must not be pushed together; points apart have their gap to use.
-  return excess > 0.0 ? std::min(kShare * excess / dt_s, kFastestCorrection_1_s * c.size_m)
+  return excess > 0.0 ? std::min(kShare * excess / dt_s, c.fastest_correction_m_s)
                       : -std::max(c.separation_m, 0.0) / dt_s;
 }
 

@@ -24,7 +24,7 @@ BlockSolver::BlockSolver(const LargeIsland& island, std::uint32_t first, std::ui
       first_(first),
       last_(last),
       first_border_(first > 0 ? first - 1 : 0),
-      fastest_correction_m_s_(fastest_correction_m_s(island.scene, island.ids)) {
+      fastest_correction_(fastest_correction(island.scene, island.ids)) {
   StageCounters built;
   for (std::uint32_t i = first_; i < last_; ++i) {
     blocks_.push_back(part_of(island_.blocks.inside[i], built));
@@ -323,8 +323,8 @@ void BlockSolver::move(std::uint32_t index, std::vector<BodyState>& moved,
     moved.push_back(part.states[i]);
     const SolverBody& body = part.problem.bodies[i];
     const PositionCorrection beyond =
-        beyond_final_velocity(island_.dt_s, fastest_correction_m_s_, part.states[i], body,
-                              flights[i], part.substeps.displacements[i]);
+        beyond_final_velocity(island_.dt_s, fastest_correction_, part.states[i], body, flights[i],
+                              part.substeps.displacements[i]);
     const bool accepted =
         move_body({island_.scene, island_.dt_s, part.ids[i], body, flights[i], &beyond},
                   moved.back(), faults);

@@ -132,7 +132,7 @@ class BlockSolver {
   const LargeIsland island_;
   const std::uint32_t first_, last_;
   const std::uint32_t first_border_;
-  const double fastest_correction_m_s_;
+  const FastestCorrection fastest_correction_;
   std::vector<Part> blocks_;
   std::vector<Border> borders_;
 };

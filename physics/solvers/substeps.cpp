@@ -52,7 +52,7 @@ void iterate(ContactProblem& problem, const Substeps& substeps) {
     } else {
       const RowContact& contact = problem.contacts[i];
       const double target = std::min(kSoft.rate * std::max(-gap - contact.slop_m, 0.0) * per_second,
-                                     kFastestCorrection_1_s * contact.size_m);
+                                     contact.fastest_correction_m_s);
       wanted += kSoft.mass_share * row.mass_kg * (target - velocity) - kSoft.impulse_share * wanted;
     }
     wanted = wanted > 0.0 ? wanted : 0.0;
@@ -162,9 +162,9 @@ Vec3 towards_first(const Vec3& beyond, const Vec3& first, const Vec3& last) {
 
 }  // namespace
 
-PositionCorrection beyond_final_velocity(double dt_s, double most_m_s, const BodyState& before,
-                                         const SolverBody& body, const Flight& flight,
-                                         const Displacement& displacement) {
+PositionCorrection beyond_final_velocity(double dt_s, const FastestCorrection& most,
+                                         const BodyState& before, const SolverBody& body,
+                                         const Flight& flight, const Displacement& displacement) {
   if (!flight.supported) return {};
   const PositionCorrection beyond{displacement.linear_m * (1.0 / dt_s) - body.linear,
                                   displacement.angular_rad * (1.0 / dt_s) - body.angular};
@@ -173,7 +173,7 @@ PositionCorrection beyond_final_velocity(double dt_s, double most_m_s, const Bod
       towards_first(beyond.angular, before.angular_velocity_rad_s, body.angular)};
   PositionCorrection pushed{beyond.linear - slowed.linear, beyond.angular - slowed.angular};
   const PositionCorrection whole = pushed;
-  limit_correction(most_m_s, pushed);
+  limit_correction(most, pushed);
   return {beyond.linear + (pushed.linear - whole.linear),
           beyond.angular + (pushed.angular - whole.angular)};
 }
@@ -200,10 +200,10 @@ SubstepWork solve_in_substeps(const SolveStep& step, std::span<const SolverBody>
   carry(0.0, dt_s, problem);
   clamp_gain(step, free, problem);
   const Flights flights = find_flights(problem);
-  const double most_m_s = fastest_correction_m_s(scene, ids);
+  const FastestCorrection most = fastest_correction(scene, ids);
   push.resize(states.size());
   for (std::size_t i = 0; i < states.size(); ++i)
-    push[i] = beyond_final_velocity(dt_s, most_m_s, states[i], problem.bodies[i], flights[i],
+    push[i] = beyond_final_velocity(dt_s, most, states[i], problem.bodies[i], flights[i],
                                     substeps.displacements[i]);
   return work;
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "physics/constraints/contact_rows.hpp"
+#include "physics/constraints/displacement_bounds.hpp"
 #include "physics/math/indexed_span.hpp"
 #include "physics/math/solver_body.hpp"
 #include "physics/model/body_state.hpp"
@@ -59,9 +60,9 @@ void end_substeps(ContactProblem& problem, const Substeps& substeps);
 // What a body moves beyond its final velocity times dt_s: between its first velocity and that, and
 // by position correction of at most `most_m_s` (displacement_bounds.hpp). Nothing if no impulse
 // acted on it: it flies. `before`: the step's start.
-PositionCorrection beyond_final_velocity(double dt_s, double most_m_s, const BodyState& before,
-                                         const SolverBody& body, const Flight& flight,
-                                         const Displacement& displacement);
+PositionCorrection beyond_final_velocity(double dt_s, const FastestCorrection& most,
+                                         const BodyState& before, const SolverBody& body,
+                                         const Flight& flight, const Displacement& displacement);
 
 struct SubstepWork {
   std::uint32_t iterations = 0;

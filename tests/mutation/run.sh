@@ -75,7 +75,7 @@ run_test() {
       # shellcheck disable=SC2086
       timeout $seconds "$build/soda" $rest
     else
-      timeout $seconds "$build/$program" --gtest_filter="$rest" --gtest_brief=1
+      timeout $seconds "$build/$program" --gtest_filter="$rest:*/$rest/*" --gtest_brief=1
     fi
   ) > "$work/test.log" 2>&1
 }

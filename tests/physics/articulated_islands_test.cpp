@@ -198,10 +198,9 @@ TEST(BallMotion, IsThatOfAnyArticulatedIsland) {
 // Iterations that diverge give the statics an endless impulse, and 0 times that to their velocity.
 TEST(UnconstrainedReference, StartFromStaticsAtRestWhateverIterationsMadeOfThem) {
   World world = top(Sphere{0.3}, Vec3(0, 0, 0.5), 0.3, Vec3(0, 2, 0));
-  JointSystem joints;
-  joints.joints = {0};
-  joints.bodies = {{0, 1}};
-  joints.ends = {{0, kImmovable}};
+  std::vector<ContactManifold> manifolds;
+  append_world_joints(world.scene, world.ids, world.states, manifolds);
+  JointSystem joints = find_joints(world.scene, world.ids, manifolds);
   build_joint_rows(world.scene, kStep_s, world.states, false, joints);
   ContactProblem problem;
   problem.bodies = bodies_at(world.scene, world.ids, world.states);
