@@ -181,13 +181,14 @@ void ContactImpactRun::advance_set(const Bodies& set, double to_s, bool all) {
   for (const std::uint32_t body : set) {
     for (const std::uint32_t pair : pairs_.of(body)) {
       if (pairs_[pair].a != body) continue;
-      if (!pairs_[pair].fixed && !looks_[pair].held && !all) continue;  // of two sets
+      // Of two sets, or from before a hit that has sent one of them elsewhere.
+      if (!looks_[pair].held && !(all ? pairs_.are_near(pair) : pairs_[pair].fixed)) continue;
       const std::vector<ContactManifold>& found = looks_[pair].found;
       if (!all)
         append_held(island_, found, states_, contacts);
       else if (!found.empty())
         contacts.insert(contacts.end(), found.begin(), found.end());
-      else if (!pairs_[pair].fixed && pairs_.are_near(pair))
+      else if (!pairs_[pair].fixed)
         contacts.push_back(link_of(pair));
     }
   }

@@ -1,6 +1,8 @@
 #include "physics/solvers/contact_choice.hpp"
 
 #include <algorithm>
+#include <array>
+#include <optional>
 #include <utility>
 
 #include "physics/constraints/displacement_bounds.hpp"
@@ -58,31 +60,41 @@ bool wants_substeps(bool accurate, std::size_t bodies, double mass_ratio,
   return bodies > 2 && problem.restitution_rows == 0 && mass_ratio <= kMuchLighter;
 }
 
-// In a long step the last of a speed is a long way: iterations over few rows go on until it is
-// short, those of a single body for as long as they bring it much nearer.
-int iterate_velocities_until_close(int most, double dt_s, ContactProblem& problem) {
+// One body or two are cheap to factorise. Whether Newton's method converged; the problem stays as
+// it was where it did not.
+bool finish_by_newton(const SolveStep& step, std::span<const SolverBody> free,
+                      ContactProblem& problem, ContactSolution& solution) {
+  constexpr std::size_t kMostBodies = 2;
+  constexpr DirectAim kToRounding{1e-15, 1e-10, 1e-7};  // so that what rests comes to rest
+  if (!step.scene.solver.direct || free.size() > kMostBodies || !problem.rollings.empty())
+    return false;
+  constexpr std::array<std::array<std::uint32_t, 2>, 1> kPair{{{0, 1}}};
+  const auto bodies = static_cast<std::uint32_t>(free.size());
+  const std::optional<Elimination> plan =
+      plan_elimination(bodies, std::span(kPair).first(bodies - 1), 1e300);
+  const NewtonOutcome outcome = solve_directly(kToRounding, free, *plan, problem);
+  count(outcome, *plan, solution);
+  return outcome.converged;
+}
+
+// What iterations leave of few bodies is finished by Newton's method. In a long step the last of a
+// speed is a long way: iterations over few rows go on until it is short.
+void solve_until_close(int most, const SolveStep& step, std::span<const SolverBody> free,
+                       ContactProblem& problem, ContactSolution& solution) {
   constexpr std::size_t kFewRows = 16;
-  constexpr double kShort = 1e-4, kOfSingleBody = 1e-12;  // of the smaller body
-  constexpr double kMuchNearer = 0.1;
+  constexpr double kShort = 1e-4, kExact = 1e-12;  // of the smaller body
   constexpr int kMostRounds = 20;
-  int iterations = solve_velocities(most, problem);
-  if (problem.normals.size() > kFewRows) return iterations;
   double size_m = problem.contacts.empty() ? 0.0 : problem.contacts[0].size_m;
   for (const RowContact& contact : problem.contacts) size_m = std::min(size_m, contact.size_m);
-  const bool single = problem.moving_surfaces.empty() &&
-                      std::ranges::count_if(problem.bodies, [](const SolverBody& body) {
-                        return body.inverse_mass > 0.0;
-                      }) == 1;
-  double before_m = 1e300;
-  for (int round = 1; round < kMostRounds && iterations == round * most; ++round) {
-    const double left_m = residual_m_s(problem) * dt_s;
-    const bool goes_on = left_m > kShort * size_m || (single && left_m > kOfSingleBody * size_m &&
-                                                      left_m <= kMuchNearer * before_m);
-    if (!goes_on) break;
-    before_m = left_m;
-    iterations += solve_velocities(most, problem);
+  for (int round = 0; round < kMostRounds; ++round) {
+    const int iterations = solve_velocities(most, problem);
+    solution.iterations += static_cast<std::uint32_t>(iterations);
+    if (iterations < most) return;
+    const double left_m = residual_m_s(problem) * step.dt_s;
+    if (round == 0 && left_m > kExact * size_m && finish_by_newton(step, free, problem, solution))
+      return;
+    if (problem.normals.size() > kFewRows || !(left_m > kShort * size_m)) return;
   }
-  return iterations;
 }
 
 // Whether Newton's method converged. The problem stays as it was where it did not.
@@ -121,23 +133,22 @@ bool bounce_by_newton(const SolveStep& step, std::span<const SolverBody> free,
   return outcome.converged;
 }
 
-int iterate_with_rebounds(int most, const SolveStep& step, std::span<const SolverBody> free,
-                          ContactProblem& problem) {
+void iterate_with_rebounds(int most, const SolveStep& step, std::span<const SolverBody> free,
+                           ContactProblem& problem, ContactSolution& solution) {
   const double dt_s = step.dt_s;
-  int iterations = iterate_velocities_until_close(most, dt_s, problem);
+  solve_until_close(most, step, free, problem, solution);
   clamp_work(free, problem);
   if (problem.restitution_rows > 0) {
     const SolvedContacts plastic = solved_contacts(problem);
     if (set_restitution_targets(problem)) {
-      iterations += iterate_velocities_until_close(most, dt_s, problem);
+      solve_until_close(most, step, free, problem, solution);
       clamp_rebounds(step, free, plastic, problem);
     }
   }
   if (dt_s > 0.0 && aim_to_close(dt_s, problem)) {
-    iterations += iterate_velocities_until_close(most, dt_s, problem);
+    solve_until_close(most, step, free, problem, solution);
     clamp_work(free, problem);
   }
-  return iterations;
 }
 
 ContactSolution solve_with_surfaces(const SolveStep& step, bool accurate,
@@ -165,8 +176,8 @@ ContactSolution solve_with_surfaces(const SolveStep& step, bool accurate,
     return solution;
   }
   if (!solution.direct)
-    solution.iterations += static_cast<std::uint32_t>(iterate_with_rebounds(
-        accurate ? kIterationsIfAccurate : scene.solver.iterations, step, free, problem));
+    iterate_with_rebounds(accurate ? kIterationsIfAccurate : scene.solver.iterations, step, free,
+                          problem, solution);
   if (!needs_position_correction(problem)) return solution;
   if (solution.direct) {
     const NewtonOutcome outcome = correct_positions_directly(dt_s, *plan, problem, solution.push);
@@ -211,9 +222,7 @@ ContactSolution solve_impact(int most, const SolveStep& step, std::span<const So
   return solve_driven(free, problem, [&] {
     ContactSolution solution;
     solution.direct = plan != nullptr && bounce_by_newton(step, free, *plan, problem, solution);
-    if (!solution.direct)
-      solution.iterations +=
-          static_cast<std::uint32_t>(iterate_with_rebounds(most, step, free, problem));
+    if (!solution.direct) iterate_with_rebounds(most, step, free, problem, solution);
     return solution;
   });
 }

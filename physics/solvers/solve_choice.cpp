@@ -25,13 +25,11 @@ bool can_be_large(const SceneDescription& scene) {
 
 }  // namespace
 
-// One body alone is solved directly where joints hold it, too.
 Need direct_solves_needed(const SceneDescription& scene) {
   const Need contacts = contacts_needed(scene);
   if (!contacts) return contacts;
-  if (!scene.solver.direct) return {false, "switched off in the solver settings"};
-  return need_of(scene.bodies.size() > 1 || !scene.joints.empty(),
-                 "islands can be cheap to factorise", "one body alone is solved by sweeps");
+  return need_of(scene.solver.direct, "islands can be cheap to factorise",
+                 "switched off in the solver settings");
 }
 
 Need blocks_needed(const SceneDescription& scene) {

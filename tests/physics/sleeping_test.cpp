@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 #include "tests/physics/joints.hpp"
 #include "tests/physics/scenes.hpp"
 
@@ -70,6 +72,22 @@ TEST(Sleeping, WhatStaticsGiveToAnIslandThatComesToRestIsAccountedFor) {
     return;
   }
   FAIL() << "never at rest";
+}
+
+// Iterations alone leave a sixtieth of its weight, which looks like motion.
+TEST(Sleeping, ADominoThatStandsIsSolvedOnceHoweverItIsTurned) {
+  for (const Vec3& half_m : {Vec3(0.01, 0.05, 0.1), Vec3(0.01, 0.05, 0.05), Vec3(0.5, 0.1, 0.02)})
+    for (int degrees = 3; degrees < 180; degrees += 10) {
+      World world = under_gravity();
+      world.add_floor({.friction = 0.4});
+      world
+          .add_body(world.add_shape(Box{half_m}), Vec3(0.3, 0, half_m.z()), 1000.0,
+                    {.friction = 0.4})
+          .orientation = test::about(Vec3::UnitZ(), degrees * std::numbers::pi / 180.0);
+      world.run(3);
+      EXPECT_EQ(world.counters.refined_steps, 0u) << degrees;
+      EXPECT_EQ(world.counters.islands_solved, 1u) << degrees;
+    }
 }
 
 TEST(Sleeping, AHitWakesAnIslandAndTheMemoryOfItChangesNoBit) {
