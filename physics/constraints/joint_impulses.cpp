@@ -36,7 +36,7 @@ void load_joint_impulses(const SceneDescription& scene, std::span<const BodyStat
       const ContactImpulse* const one = at(motor ? 2 : bounded ? limit++ : angular ? 1 : 0);
       if (one == nullptr) continue;
       if (bounded)
-        row.impulse_newton_s = one->normal_newton_s;
+        row.impulse_newton_s = one->normal_newton_s / row.lever_m;
       else if (angular)
         row.impulse_newton_s =
             one->friction_newton_s.dot(row.angular_b) / (row.lever_m * row.lever_m);
@@ -57,9 +57,9 @@ void append_joint_impulses(const SceneDescription& scene, std::uint32_t joint_pl
        ++r) {
     const JointRow& row = system.rows[r];
     if (row.kind == JointRowKind::kMotor)
-      entries[2].normal_newton_s = row.impulse_newton_s;
+      entries[2].normal_newton_s = row.lever_m * row.impulse_newton_s;
     else if (row.kind == JointRowKind::kLimit)
-      entries[limit++].normal_newton_s = row.impulse_newton_s;
+      entries[limit++].normal_newton_s = row.lever_m * row.impulse_newton_s;
     else if (is_angular(row))
       entries[1].friction_newton_s += row.angular_b * row.impulse_newton_s;
     else

@@ -258,13 +258,25 @@ Need motors_needed(const SceneDescription& scene) {
 
 namespace {
 
-// The radius of gyration, of its wider body.
-double lever_m(const SceneDescription& scene, const Joint& joint) {
-  const auto radius_m = [&](BodyId id) {
+// Of what it can move: radii of gyration, and anchors from centres.
+double reach_m(const SceneDescription& scene, const Joint& joint, const JointEnds& ends) {
+  const auto of_body = [&scene](BodyId id, const Vec3& anchor_m) {
     const BodyParams& body = scene.bodies[index_of(id)];
-    return std::sqrt(0.5 * body.inertia_local_kg_m2.trace() / body.mass_kg);
+    return std::max(std::sqrt(0.5 * body.inertia_local_kg_m2.trace() / body.mass_kg),
+                    anchor_m.norm());
   };
-  return is_static(joint.b) ? radius_m(joint.a) : std::max(radius_m(joint.a), radius_m(joint.b));
+  double most = 0.0;
+  if (ends[0] != kImmovable) most = std::max(most, of_body(joint.a, joint.anchor_a_m));
+  if (ends[1] != kImmovable) most = std::max(most, of_body(joint.b, joint.anchor_b_m));
+  return most;
+}
+
+// From the first body to the farthest.
+double extent_m(std::span<const BodyState> states) {
+  double squared = 0.0;
+  for (const BodyState& state : states)
+    squared = std::max(squared, (state.position_m - states.front().position_m).squaredNorm());
+  return std::sqrt(squared);
 }
 
 }  // namespace
@@ -287,9 +299,7 @@ JointSystem find_joints(const SceneDescription& scene, std::span<const BodyId> i
     system.joints.push_back(number);
     system.bodies.push_back(bodies[order[i]]);
     system.ends.push_back(moved_ends(scene, joint, system.bodies.back()));
-    system.levers_m.push_back(lever_m(scene, joint));
-    system.reach_m = std::max(
-        {system.reach_m, system.levers_m.back(), joint.anchor_a_m.norm(), joint.anchor_b_m.norm()});
+    system.reach_m = std::max(system.reach_m, reach_m(scene, joint, system.ends.back()));
     system.bounded = system.bounded || joint.limits || joint.motor;
     if (can_break(joint)) system.breakable.push_back(i);
   }
@@ -305,6 +315,7 @@ bool has_springs(const SceneDescription& scene, const JointSystem& system) {
 
 void build_joint_rows(const SceneDescription& scene, double dt_s, std::span<const BodyState> states,
                       bool with_springs, JointSystem& system) {
+  if (!(system.lever_m > 0.0)) system.lever_m = system.reach_m + extent_m(states);
   system.rows.clear();
   system.rows.reserve(3 * system.joints.size());  // balls, mostly
   system.factored = false;
@@ -314,7 +325,7 @@ void build_joint_rows(const SceneDescription& scene, double dt_s, std::span<cons
   for (std::size_t j = 0; j < system.joints.size(); ++j) {
     const Joint& joint = scene.joints[system.joints[j]];
     const HeldEnds ends = ends_of(joint, system.bodies[j], states);
-    RowBuilder add(ends, system.levers_m[j], system.rows);
+    RowBuilder add(ends, system.lever_m, system.rows);
     add_rows(joint, dt_s, with_springs, ends, add);
     system.first_row.push_back(static_cast<std::uint32_t>(system.rows.size()));
   }
@@ -325,7 +336,7 @@ void build_joint_errors(const SceneDescription& scene, std::span<const BodyState
   for (std::size_t j = 0; j < system.joints.size(); ++j) {
     const Joint& joint = scene.joints[system.joints[j]];
     const HeldEnds ends = ends_of(joint, system.bodies[j], states);
-    ErrorBuilder add(ends, system.levers_m[j], &system.rows[system.first_row[j]]);
+    ErrorBuilder add(ends, system.lever_m, &system.rows[system.first_row[j]]);
     add_rows(joint, 0.0, false, ends, add);
   }
 }
@@ -339,7 +350,7 @@ std::vector<SpringRow> spring_rows(const SceneDescription& scene, std::span<cons
     if (joint.kind != JointKind::kSpring) continue;
     const HeldEnds ends = ends_of(joint, system.bodies[j], states);
     rows.clear();
-    RowBuilder add(ends, system.levers_m[j], rows);
+    RowBuilder add(ends, system.lever_m, rows);
     add_rows(joint, scene.dt_s, true, ends, add);
     springs.push_back({rows.front(),
                        joint.stiffness_newton_m,

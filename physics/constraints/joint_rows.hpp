@@ -25,8 +25,9 @@ enum class JointRowKind : std::uint8_t {
   kMotor    // impulse within bounds
 };
 
-// The velocity of a row is linear . (v_b - v_a) + angular_b . w_b - angular_a . w_a, in m/s: rows
-// that turn are told at the end of a lever, so that all rows of a system have the same units.
+// The velocity of a row is linear . (v_b - v_a) + angular_b . w_b - angular_a . w_a, in m/s. What
+// turns is told at the end of a lever as long as the island: all rows of a system have the same
+// units, and an angle counts as much as what it can move.
 struct JointRow {
   std::uint32_t a = 0, b = 0;  // local indices; the world has that of the statics
   Vec3 linear = Vec3::Zero(), angular_a = Vec3::Zero(), angular_b = Vec3::Zero();
@@ -66,7 +67,6 @@ struct JointSystem {
   std::vector<std::uint32_t> first_row;              // of each of them, and the end: known first
   std::vector<JointRow> rows;
   std::vector<JointEnds> ends;                          // of each of them: what it can move
-  std::vector<double> levers_m;                         // of each of them
   std::vector<std::uint32_t> breakable;                 // places of those that can break
   std::shared_ptr<const JointElimination> elimination;  // once it was planned
   // Of factor_joint_rows.
@@ -77,7 +77,8 @@ struct JointSystem {
   double regularisation = 0.0;
   bool factored = false;  // and rows were not built since
   bool bounded = false;   // whether a joint has limits or a motor
-  double reach_m = 0.0;   // the longest lever, or anchor from its body's centre
+  double reach_m = 0.0;   // of bodies that it moves: radii of gyration, anchors from centres
+  double lever_m = 0.0;   // of rows that turn: how far the island reaches, known first
 
   bool empty() const { return joints.empty(); }
 };

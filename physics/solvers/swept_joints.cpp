@@ -196,7 +196,6 @@ void divide(const JointSystem& joints, SweptJoints& swept) {
     swept.rest.joints.push_back(joints.joints[j]);
     swept.rest.bodies.push_back(joints.bodies[j]);
     swept.rest.ends.push_back(joints.ends[j]);
-    swept.rest.levers_m.push_back(joints.levers_m[j]);
     const std::uint32_t first = joints.first_row[j];
     for (std::uint32_t r = first; r < joints.first_row[j + 1]; ++r, ++row) {
       if (point && r < first + 3) continue;
@@ -205,6 +204,7 @@ void divide(const JointSystem& joints, SweptJoints& swept) {
     }
   }
   swept.rest.bounded = joints.bounded;
+  swept.rest.lever_m = joints.lever_m;
   if (swept.at_once) swept.rest.elimination = joints.elimination;
 }
 
