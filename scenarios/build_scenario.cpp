@@ -315,6 +315,7 @@ void set_solver(const DocumentSpec& document, physics::SceneDescription& scene) 
   if (spec.iterations) scene.solver.iterations = static_cast<int>(*spec.iterations);
   if (document.accuracy.json != nullptr) scene.tolerance = document.accuracy.tolerance;
   scene.solver.restitution_threshold_m_s = spec.restitution_threshold_m_s;
+  scene.solver.push_out_1_s = spec.push_out_1_s;
   scene.solver.contact_response = spec.contact_response;
   scene.solver.warm_starting = spec.warm_starting;
   scene.solver.direct = spec.direct;

@@ -283,6 +283,7 @@ struct SolverSpec : Located {
   Quality quality = Quality::kBalanced;
   std::optional<std::int64_t> iterations;
   double restitution_threshold_m_s = physics::SolverSettings{}.restitution_threshold_m_s;
+  double push_out_1_s = physics::SolverSettings{}.push_out_1_s;
   bool contact_response = physics::SolverSettings{}.contact_response;
   bool warm_starting = physics::SolverSettings{}.warm_starting;
   bool direct = physics::SolverSettings{}.direct;

@@ -39,6 +39,9 @@ constexpr Field kSolverFields[] = {
                                                "says: 24, 30 or 60."),
     field<SolverSpec, &SolverSpec::restitution_threshold_m_s>(
         "restitution_threshold_m_s", kOptional, Limits{0.0, 1e6}, "Slower impacts do not bounce."),
+    field<SolverSpec, &SolverSpec::push_out_1_s>(
+        "push_out_1_s", kOptional, Limits{1e-6, 1e6},
+        "Widths of the wider body a second that position correction moves a body by, at most."),
     field<SolverSpec, &SolverSpec::contact_response>(
         "contact_response", kOptional, kNone,
         "false: contacts are found but bodies pass through each other."),

@@ -271,7 +271,7 @@ void add_point(const SceneDescription& scene, double dt_s, const PairContext& c,
   contact.separation_m = p.separation_m;
   contact.slop_m = kSlop * c.size_m;
   contact.size_m = c.size_m;
-  contact.fastest_correction_m_s = kFastestCorrection * c.size_m / scene.dt_s;
+  contact.fastest_correction_m_s = scene.solver.push_out_1_s * c.size_m;
   contact.arm_a = arms.a;
   NormalRow normal = normal_row(c, arms, problem);
   normal.target_m_s = aim(scene, dt_s, c, arms, contact);

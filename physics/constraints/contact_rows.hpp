@@ -16,8 +16,6 @@ namespace soda::physics {
 
 // Overlap that is left alone, of the smaller body's size.
 inline constexpr double kSlop = 5e-4;
-// How far position correction moves bodies in a step of the scene at most, of that size.
-inline constexpr double kFastestCorrection = 1.0 / 30.0;
 
 // The width of a body, roughly: twice the distance from its centre to what is nearest of its
 // surface; of a hull, of its corners. 1e300 of what has none.
@@ -82,9 +80,9 @@ struct RowContact {
   std::uint32_t manifold = 0, point = 0;
   std::int32_t friction_row = -1;
   double separation_m = 0.0;
-  double slop_m = 0.0;                  // penetration that is left alone
-  double size_m = 0.0;                  // of the smaller body
-  double fastest_correction_m_s = 0.0;  // kFastestCorrection of it a step of the scene
+  double slop_m = 0.0;  // penetration that is left alone
+  double size_m = 0.0;  // of the smaller body
+  double fastest_correction_m_s = 0.0;
   Vec3 arm_a = Vec3::Zero();
   double carried_m = 0.0;  // added to gaps that arms as they are now give (carried_rows.hpp)
   // Impact within this step, where the pair bounces.

@@ -59,7 +59,7 @@ FastestCorrection fastest_correction(const SceneDescription& scene, std::span<co
   for (const BodyId id : ids)
     if (!is_kinematic(scene, id))
       widest_m = std::max(widest_m, size_of(scene, scene.bodies[index_of(id)].shape));
-  return {kFastestCorrection * widest_m / scene.dt_s, 2.0 * kFastestCorrection / scene.dt_s};
+  return {scene.solver.push_out_1_s * widest_m, 2.0 * scene.solver.push_out_1_s};
 }
 
 double weight_newton(const SceneDescription& scene, std::span<const BodyId> ids) {

@@ -11,9 +11,10 @@
 
 namespace soda::physics {
 
-// The fastest that bodies of an island are moved beyond their velocities: a 30th of the width of
-// its widest one a step of the scene, as a contact asks for a 30th of its smaller body at most.
-// Rotations: a 15th of a radian a step, that width at the distance of half of one.
+// The fastest that bodies of an island are moved beyond their velocities: as many widths of its
+// widest one a second as the scene's setting says, 2 by default, as a contact asks for as many of
+// its smaller body at most. Rotations: twice as many radians a second, those widths at the distance
+// of half of one.
 struct FastestCorrection {
   double m_s = 0.0, rad_s = 0.0;
 };

@@ -143,6 +143,7 @@ enum class Narrowphase { kAuto, kFcl, kOwn };
 struct SolverSettings {
   int iterations = 30;                      // 1 .. 1000
   double restitution_threshold_m_s = 0.05;  // slower impacts do not bounce, >= 0
+  double push_out_1_s = 2.0;                // most widths that overlaps are pushed out by, > 0
   bool contact_response = true;             // false: detection only, bodies pass through each other
   bool warm_starting = true;
   bool direct = true;   // Newton's method for the islands that it pays for; false: for none

@@ -23,10 +23,11 @@ std::string text_of(const std::string& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-// Two numbers have a default with a unit, which a scene need not have.
+// Three numbers have a default with a unit, which a scene need not have.
 void give_defaults(const scenarios::Scenario& from, const Units& units, scenarios::Scenario& to) {
   to.scene.solver.restitution_threshold_m_s =
       from.scene.solver.restitution_threshold_m_s * (units.length / units.time);
+  to.scene.solver.push_out_1_s = from.scene.solver.push_out_1_s / units.time;
   for (std::size_t j = 0; j < from.scene.joints.size(); ++j)
     if (from.scene.joints[j].motor)
       to.scene.joints[j].motor->time_constant_s =
