@@ -315,7 +315,7 @@ bool has_springs(const SceneDescription& scene, const JointSystem& system) {
 
 void build_joint_rows(const SceneDescription& scene, double dt_s, std::span<const BodyState> states,
                       bool with_springs, JointSystem& system) {
-  if (!(system.lever_m > 0.0)) system.lever_m = system.reach_m + extent_m(states);
+  if (!(system.lever_m > 0.0)) system.lever_m = std::max(system.reach_m, extent_m(states));
   system.rows.clear();
   system.rows.reserve(3 * system.joints.size());  // balls, mostly
   system.factored = false;
