@@ -15,7 +15,7 @@ struct ErrorMeasures {
   double momentum_drift_rel = 0.0;       // >= 0; a conservation check: rounding only
   double max_penetration_m = 0.0;        // deepest at the start of any step
   double constraint_residual_m_s = 0.0;  // largest of all islands and steps
-  double joint_error = 0.0;              // of joints at the ends of steps, m or rad: the largest
+  double joint_error = 0.0;              // of joints at the ends of steps, m: the largest
   double push_out_work_joule = 0.0;      // energy that displacements without velocity gave
 };
 

@@ -59,7 +59,7 @@ std::string error_text(const RunReport& report) {
       {"work of push-out", format_number(error.push_out_work_joule, 3), "J", "", "", ""},
   };
   if (run.result.stages.joint_rows > 0)
-    rows.push_back({"joints off by", format_number(error.joint_error, 3), "m or rad", "", "", ""});
+    rows.push_back({"joints off by", format_number(error.joint_error, 3), "m", "", "", ""});
   return format_table(
       {{"error"}, {"", Align::kRight}, {""}, {"run time"}, {"", Align::kRight}, {""}}, rows);
 }

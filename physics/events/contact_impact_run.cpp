@@ -153,7 +153,13 @@ void ContactImpactRun::look(std::uint32_t pair, double now_s) {
                           foreseen_s(island_, look.found, states())));
 }
 
-// The bodies that contacts hold together with this one, ascending; `all`: those that are near, too.
+// `all`: what is near does, too. What was found of a pair can be from before a hit that has sent
+// one of them elsewhere, and is no part of any set then.
+bool ContactImpactRun::makes_a_set(std::uint32_t pair, bool all) const {
+  return looks_[pair].held || (all && pairs_.are_near(pair));
+}
+
+// The bodies that such pairs lead to from this one, ascending.
 ContactImpactRun::Bodies ContactImpactRun::set_of(std::uint32_t body, bool all) {
   Bodies set{body};
   taken_[body] = 1;
@@ -161,9 +167,8 @@ ContactImpactRun::Bodies ContactImpactRun::set_of(std::uint32_t body, bool all) 
     for (const std::uint32_t pair : pairs_.of(set[i])) {
       const MeetingPair& p = pairs_[pair];
       if (p.fixed) break;
-      const Look& look = looks_[pair];
       const std::uint32_t next = p.other(set[i]);
-      if (taken_[next] || !(look.held || (all && pairs_.are_near(pair)))) continue;
+      if (taken_[next] || !makes_a_set(pair, all)) continue;
       taken_[next] = 1;
       set.push_back(next);
     }
@@ -181,8 +186,7 @@ void ContactImpactRun::advance_set(const Bodies& set, double to_s, bool all) {
   for (const std::uint32_t body : set) {
     for (const std::uint32_t pair : pairs_.of(body)) {
       if (pairs_[pair].a != body) continue;
-      // Of two sets, or from before a hit that has sent one of them elsewhere.
-      if (!looks_[pair].held && !(all ? pairs_.are_near(pair) : pairs_[pair].fixed)) continue;
+      if (!pairs_[pair].fixed && !makes_a_set(pair, all)) continue;
       const std::vector<ContactManifold>& found = looks_[pair].found;
       if (!all)
         append_held(island_, found, states_, contacts);

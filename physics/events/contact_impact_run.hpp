@@ -54,6 +54,7 @@ class ContactImpactRun {
   std::size_t work_of(const Bodies& set) const;
   double work() const;  // of the step until now
   void look(std::uint32_t pair, double now_s);
+  bool makes_a_set(std::uint32_t pair, bool all) const;
   Bodies set_of(std::uint32_t body, bool all);
   void advance_set(const Bodies& set, double to_s, bool all);
   void bring(std::uint32_t body, double to_s);

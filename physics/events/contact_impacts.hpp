@@ -40,8 +40,9 @@ struct ContactImpactStep {
 // (contact_impact_run.cpp): contacts that hold many bodies together are advanced with all of them
 // for each. Nor if moving surfaces would give, impact by impact, more than the bounds in `scratch`
 // (displacement_bounds.hpp). Where that work is done, what is left is one step. The manifolds were
-// found at these states. The report's estimate is the largest of a body's over its parts. A
-// function of the arguments only.
+// found at these states, except where worlds that speculate know different ones: what comes of that
+// never counts. The report's estimate is the largest of a body's over its parts. A function of the
+// arguments only.
 std::optional<ContactImpactStep> advance_with_contact_impacts(const IslandStep& step,
                                                               std::span<BodyState> states,
                                                               const IslandEffects& effects);

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "physics/constraints/displacement_bounds.hpp"
 #include "physics/math/rigid_motion.hpp"
@@ -60,25 +62,33 @@ bool wants_substeps(bool accurate, std::size_t bodies, double mass_ratio,
   return bodies > 2 && problem.restitution_rows == 0 && mass_ratio <= kMuchLighter;
 }
 
-// One body or two are cheap to factorise. Whether Newton's method converged; the problem stays as
-// it was where it did not.
-bool finish_by_newton(const SolveStep& step, std::span<const SolverBody> free,
+// Newton's method, for half the work of the iterations that have not converged. Whether it does;
+// the problem stays as it was where not.
+bool finish_by_newton(int iterations, const SolveStep& step, std::span<const SolverBody> free,
                       ContactProblem& problem, ContactSolution& solution) {
-  constexpr std::size_t kMostBodies = 2;
-  constexpr DirectAim kToRounding{1e-15, 1e-10, 1e-7};  // so that what rests comes to rest
-  if (!step.scene.solver.direct || free.size() > kMostBodies || !problem.rollings.empty())
-    return false;
-  constexpr std::array<std::array<std::uint32_t, 2>, 1> kPair{{{0, 1}}};
-  const auto bodies = static_cast<std::uint32_t>(free.size());
+  constexpr double kOfRow = 8.0, kAnyway = 1e4;  // multiplications; an iteration takes 16 a row
+  constexpr double kFactorisations = 6.0;        // fewer lead nowhere
+  if (!step.scene.solver.direct || !problem.rollings.empty()) return false;
+  std::vector<std::array<std::uint32_t, 2>> edges;
+  for (const NormalRow& row : problem.normals)
+    if (row.b < free.size()) edges.push_back({row.a, row.b});
+  const double most =
+      std::max(kAnyway, kOfRow * iterations * static_cast<double>(rows_of(problem)));
   const std::optional<Elimination> plan =
-      plan_elimination(bodies, std::span(kPair).first(bodies - 1), 1e300);
-  const NewtonOutcome outcome = solve_directly(kToRounding, free, *plan, problem);
+      plan_elimination(static_cast<std::uint32_t>(free.size()), edges, most / kFactorisations);
+  if (!plan) return false;
+  // To rounding, so that what rests comes to rest.
+  const DirectAim aim{.wanted = 1e-15,
+                      .rounding = 1e-10,
+                      .accepted = 1e-7,
+                      .factorisations = static_cast<int>(most / plan->multiplications)};
+  const NewtonOutcome outcome = solve_directly(aim, free, *plan, problem);
   count(outcome, *plan, solution);
   return outcome.converged;
 }
 
-// What iterations leave of few bodies is finished by Newton's method. In a long step the last of a
-// speed is a long way: iterations over few rows go on until it is short.
+// What iterations leave is finished by Newton's method where that is little work. In a long step
+// the last of a speed is a long way: iterations over few rows go on until it is short.
 void solve_until_close(int most, const SolveStep& step, std::span<const SolverBody> free,
                        ContactProblem& problem, ContactSolution& solution) {
   constexpr std::size_t kFewRows = 16;
@@ -91,7 +101,8 @@ void solve_until_close(int most, const SolveStep& step, std::span<const SolverBo
     solution.iterations += static_cast<std::uint32_t>(iterations);
     if (iterations < most) return;
     const double left_m = residual_m_s(problem) * step.dt_s;
-    if (round == 0 && left_m > kExact * size_m && finish_by_newton(step, free, problem, solution))
+    if (round == 0 && left_m > kExact * size_m &&
+        finish_by_newton(most, step, free, problem, solution))
       return;
     if (problem.normals.size() > kFewRows || !(left_m > kShort * size_m)) return;
   }
