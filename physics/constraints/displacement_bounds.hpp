@@ -11,6 +11,9 @@
 
 namespace soda::physics {
 
+// By how much an overlap may grow in a step, of the smaller body; more is solved anew.
+inline constexpr double kMostGrowth = 3e-3;
+
 // The fastest that bodies of an island are moved beyond their velocities: as many widths of its
 // widest one a second as the scene's setting says, 2 by default, as a contact asks for as many of
 // its smaller body at most. Rotations: twice as many radians a second, those widths at the distance

@@ -21,6 +21,12 @@
 namespace soda::physics {
 namespace {
 
+double opening_m_s(const ContactManifold& m, const ContactPoint& p, const BodyState& a,
+                   const BodyState* b) {
+  const Vec3 other = b == nullptr ? Vec3(Vec3::Zero()) : velocity_at(*b, p.position_m);
+  return (other - velocity_at(a, p.position_m)).dot(m.normal);
+}
+
 // At a point that neither bounces nor leaves, its field presses a body on what holds, or two
 // overlap.
 bool rests(const IslandStep& island, const ContactManifold& m, const BodyState& a,
@@ -34,9 +40,7 @@ bool rests(const IslandStep& island, const ContactManifold& m, const BodyState& 
   for (std::uint32_t i = 0; i < m.count; ++i) {
     const ContactPoint& p = m.points[i];
     if (p.separation_m > present_m) continue;
-    const Vec3 other = b == nullptr ? Vec3(Vec3::Zero()) : velocity_at(*b, p.position_m);
-    const double opening = (other - velocity_at(a, p.position_m)).dot(m.normal);
-    if (std::abs(opening) <= scene.solver.restitution_threshold_m_s) return true;
+    if (std::abs(opening_m_s(m, p, a, b)) <= scene.solver.restitution_threshold_m_s) return true;
   }
   return false;
 }
@@ -87,6 +91,7 @@ struct Flyers : IslandStep {
   MeetingPairs pairs;
   NextPair next;
   std::vector<bool> lasts;  // by pair, of what is next
+  std::vector<bool> slow;   // by pair, whether it has met without bouncing
 
   BodyState at(std::uint32_t body, double time_s) const {
     const double passed = time_s - since_s[body];
@@ -99,6 +104,7 @@ struct Flyers : IslandStep {
 
 void expect(Flyers& flyers, std::uint32_t pair, const std::optional<Impact>& impact) {
   flyers.lasts.resize(std::max(flyers.lasts.size(), flyers.pairs.size()));
+  flyers.slow.resize(flyers.lasts.size());
   flyers.lasts[pair] = impact && impact->lasts;
   flyers.next.set(flyers.pairs, pair, impact ? impact->time_s : kNever);
 }
@@ -143,9 +149,20 @@ std::vector<ContactManifold> touching_points(const Flyers& flyers, const Meeting
   return found;
 }
 
-// Changes the velocities of the pair at `time_s`. False if nothing changed.
-bool resolve_impact_of_pair(Flyers& flyers, const MeetingPair& pair, double time_s,
+double fastest_approach_m_s(std::span<const ContactManifold> manifolds, const BodyState& a,
+                            const BodyState* b) {
+  double fastest = -std::numeric_limits<double>::infinity();
+  for (const ContactManifold& m : manifolds)
+    for (std::uint32_t i = 0; i < m.count; ++i)
+      fastest = std::max(fastest, -opening_m_s(m, m.points[i], a, b));
+  return fastest;
+}
+
+// Changes the velocities of the pair at `time_s`. False if nothing changed, or the pair rests,
+// rolls or slides: it has met without bouncing, and does so again with nothing in between.
+bool resolve_impact_of_pair(Flyers& flyers, std::uint32_t number, double time_s,
                             IslandReport& report, StageCounters& counters) {
+  const MeetingPair& pair = flyers.pairs[number];
   std::vector<BodyId> ids{flyers.ids[pair.a]};
   std::vector<BodyState> states{flyers.at(pair.a, time_s)};
   if (!pair.fixed) {
@@ -155,9 +172,15 @@ bool resolve_impact_of_pair(Flyers& flyers, const MeetingPair& pair, double time
   const std::vector<ContactManifold> manifolds =
       touching_points(flyers, pair, states[0], pair.fixed ? nullptr : &states[1], counters);
   if (manifolds.empty()) return false;
+  if (!(fastest_approach_m_s(manifolds, states[0], pair.fixed ? nullptr : &states[1]) >
+        flyers.scene.solver.restitution_threshold_m_s)) {
+    if (flyers.slow[number]) return false;
+    flyers.slow[number] = true;
+  }
   const bool changed = resolve_impact(flyers.scene, ids, manifolds, states, report, counters);
   for (std::size_t i = 0; i < states.size(); ++i) {
     const std::uint32_t body = i == 0 ? pair.a : pair.b;
+    if (is_kinematic(flyers.scene, ids[i])) continue;
     flyers.states[body] = std::move(states[i]);
     flyers.since_s[body] = time_s;
   }
@@ -179,17 +202,22 @@ void look_at_first(Flyers& flyers, std::uint32_t number, StageCounters& counters
     look_ahead(flyers, number, counters);
 }
 
-// The two are on other paths now.
-void redirect(Flyers& flyers, const MeetingPair& struck, StageCounters& counters) {
-  for (const std::uint32_t body : {struck.a, struck.b})
-    if (body == struck.a || !struck.fixed)
-      flyers.pairs.redirect(body, flyers.states[body],
-                            (flyers.dt_s - flyers.since_s[body]) / flyers.scene.dt_s, counters);
-  for (const std::uint32_t pair : flyers.pairs.of(struck.a)) look_ahead(flyers, pair, counters);
-  if (struck.fixed) return;
-  for (const std::uint32_t pair : flyers.pairs.of(struck.b))
-    if (flyers.pairs[pair].fixed || flyers.pairs[pair].other(struck.b) != struck.a)
-      look_ahead(flyers, pair, counters);
+// The two are on other paths now, except what is kinematic; pairs with others begin anew.
+void redirect(Flyers& flyers, std::uint32_t struck, StageCounters& counters) {
+  const MeetingPair pair = flyers.pairs[struck];
+  std::vector<std::uint32_t> bodies;
+  if (!is_kinematic(flyers.scene, flyers.ids[pair.a])) bodies.push_back(pair.a);
+  if (!pair.fixed && !is_kinematic(flyers.scene, flyers.ids[pair.b])) bodies.push_back(pair.b);
+  for (const std::uint32_t body : bodies)
+    flyers.pairs.redirect(body, flyers.states[body],
+                          (flyers.dt_s - flyers.since_s[body]) / flyers.scene.dt_s, counters);
+  for (const std::uint32_t body : bodies)
+    for (const std::uint32_t other : flyers.pairs.of(body))
+      if (other != struck) {
+        look_ahead(flyers, other, counters);
+        flyers.slow[other] = false;
+      }
+  if (!bodies.empty()) look_ahead(flyers, struck, counters);
 }
 
 // Through impacts until dt_s, or until something lasts.
@@ -206,10 +234,9 @@ double fly(Flyers& flyers, IslandReport& report, StageCounters& counters) {
       return now;
     }
     const std::uint32_t number = flyers.next.take_first();
-    const MeetingPair struck = flyers.pairs[number];
-    if (flyers.lasts[number] || !resolve_impact_of_pair(flyers, struck, now, report, counters))
+    if (flyers.lasts[number] || !resolve_impact_of_pair(flyers, number, now, report, counters))
       return now;
-    redirect(flyers, struck, counters);
+    redirect(flyers, number, counters);
   }
 }
 
@@ -223,6 +250,7 @@ double fly_through_impacts(const IslandStep& island, std::span<BodyState> states
                 {states.begin(), states.end()},
                 std::vector<double>(ids.size(), 0.0),
                 MeetingPairs(island.scene, island.geometry, ids, states, counters),
+                {},
                 {},
                 {}};
   IslandReport flight = report;

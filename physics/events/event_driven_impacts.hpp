@@ -22,9 +22,9 @@ bool is_in_flight(const IslandStep& island, std::span<const BodyState> states);
 // velocities of its two bodies change by Newton's restitution and Coulomb friction at the points
 // that touch. All pairs of the island are looked at, also those that no manifold connects, and all
 // statics that its bodies can reach. Returns how far it came: 0, and nothing changed, if the island
-// is not in flight; less than dt_s if something comes to rest on something then,
-// or bounces on too often. What statics gave is added to `report`. A function of the arguments
-// only.
+// is not in flight; less than dt_s if something comes to rest on something then, meets it again
+// without bouncing and with nothing in between, or bounces on too often. What statics gave is added
+// to `report`. A function of the arguments only.
 double fly_through_impacts(const IslandStep& island, std::span<BodyState> states,
                            IslandReport& report, StageCounters& counters);
 

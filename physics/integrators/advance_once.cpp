@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "physics/constraints/contact_rows.hpp"
+#include "physics/constraints/displacement_bounds.hpp"
 #include "physics/constraints/joint_impulses.hpp"
 #include "physics/constraints/joint_loads.hpp"
 #include "physics/constraints/rolling_rows.hpp"

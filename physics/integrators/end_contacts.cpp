@@ -4,6 +4,7 @@
 #include <utility>
 #include <variant>
 
+#include "physics/constraints/displacement_bounds.hpp"
 #include "physics/forces/forces.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/model/body_places.hpp"

@@ -60,9 +60,6 @@ double meet_on_path_m(const IslandStep& island, const IslandMove& move, const Co
 double find_end_contacts(const IslandStep& island, const IslandMove& move, bool round,
                          StageCounters& counters, std::vector<ContactManifold>& contacts);
 
-// Growth up to which a step is left as it is.
-inline constexpr double kMostGrowth = 3e-3;
-
 // The most solves after the first: three, and of islands of many points one.
 int most_end_solves(std::size_t points);
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "physics/constraints/contact_rows.hpp"
+#include "physics/constraints/displacement_bounds.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/model/body_places.hpp"
 #include "physics/model/joint.hpp"

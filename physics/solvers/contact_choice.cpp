@@ -53,13 +53,11 @@ void drop_bad_start(double mass_ratio, std::span<const SolverBody> free, Contact
   forget_impulses(problem);
 }
 
-// What bounces wants its rebounds exactly, one body or two are solved exactly by iterations, and
-// every substep starts from the impulses of the one before. Where rounding is asked for, rolling
-// friction gets it by iterations alone.
-bool wants_substeps(bool accurate, std::size_t bodies, double mass_ratio,
-                    const ContactProblem& problem) {
+// What bounces wants its rebounds exactly, one body or two are solved exactly by iterations. Where
+// rounding is asked for, rolling friction gets it by iterations alone.
+bool wants_substeps(bool accurate, std::size_t bodies, const ContactProblem& problem) {
   if (accurate && !problem.rollings.empty()) return false;
-  return bodies > 2 && problem.restitution_rows == 0 && mass_ratio <= kMuchLighter;
+  return bodies > 2 && problem.restitution_rows == 0;
 }
 
 // Newton's method, for half the work of the iterations that have not converged. Whether it does;
@@ -178,7 +176,7 @@ ContactSolution solve_with_surfaces(const SolveStep& step, bool accurate,
     if (!solution.direct && accurate && ratio > kMuchLighter)
       solution.direct = solve_by_newton(kOngoing, free, *plan, problem, solution);
   }
-  if (!solution.direct && wants_substeps(accurate, ids.size(), ratio, problem)) {
+  if (!solution.direct && wants_substeps(accurate, ids.size(), problem)) {
     const SubstepWork work = solve_in_substeps(step, free, problem, solution.push);
     solution.iterations += work.iterations;
     solution.multiplications += work.blows.multiplications;

@@ -178,16 +178,30 @@ PositionCorrection beyond_final_velocity(double dt_s, const FastestCorrection& m
           beyond.angular + (pushed.angular - whole.angular)};
 }
 
-SubstepWork solve_in_substeps(const SolveStep& step, std::span<const SolverBody> free,
-                              ContactProblem& problem, std::vector<PositionCorrection>& push) {
-  const auto& [scene, dt_s, ids, states] = step;
-  Substeps substeps;
-  const std::uint32_t count = substeps_of(scene.solver);
-  const Blows blows = find_blows(step, problem);
-  SubstepWork work;
-  work.iterations = 2 * count;
-  begin_substeps(dt_s, count, states, problem, substeps);
-  for (std::uint32_t i = 0; i < count; ++i) {
+namespace {
+
+// By how much an overlap has grown at most, in sizes of the smaller body.
+double overlap_growth(const ContactProblem& problem, const Substeps& substeps) {
+  double growth = 0.0;
+  for (std::size_t i = 0; i < problem.normals.size(); ++i) {
+    const RowContact& contact = problem.contacts[i];
+    const double gap = gap_m(problem, i, substeps.displacements);
+    const double grown = std::min(contact.separation_m, 0.0) - gap;
+    if (gap < 0.0) growth = std::max(growth, grown / contact.size_m);
+  }
+  return growth;
+}
+
+// Enough for that growth, which goes with the square of their length; twice as many at least.
+std::uint32_t more_substeps(std::uint32_t count, std::uint32_t most, double growth) {
+  const double times = std::max(2.0, std::ceil(std::sqrt(growth / kMostGrowth)));
+  return static_cast<std::uint32_t>(std::min<double>(most, times * count));
+}
+
+void iterate_substeps(const Blows& blows, std::span<const SolverBody> free, ContactProblem& problem,
+                      Substeps& substeps, SubstepWork& work) {
+  work.iterations += 2 * substeps.count;
+  for (std::uint32_t i = 0; i < substeps.count; ++i) {
     if (i > 0) go_on(problem, substeps);
     carry(i * substeps.length_s, substeps.length_s, problem);
     if (i == 0) start_with_blow(blows, free, problem, substeps, work.blows);
@@ -196,14 +210,36 @@ SubstepWork solve_in_substeps(const SolveStep& step, std::span<const SolverBody>
     share_blow(blows, problem, substeps, work.blows);
     relax(problem, substeps);
   }
+}
+
+}  // namespace
+
+SubstepWork solve_in_substeps(const SolveStep& step, std::span<const SolverBody> free,
+                              ContactProblem& problem, std::vector<PositionCorrection>& push) {
+  const auto& [scene, dt_s, ids, states] = step;
+  constexpr std::uint32_t kMostTimes = 8;
+  Substeps substeps;
+  std::uint32_t count = substeps_of(scene.solver);
+  const std::uint32_t most = kMostTimes * count;
+  const Blows blows = find_blows(step, problem);
+  SubstepWork work;
+  const ContactProblem start = problem;
+  for (;;) {
+    begin_substeps(dt_s, count, states, problem, substeps);
+    iterate_substeps(blows, free, problem, substeps, work);
+    const double growth = overlap_growth(problem, substeps);
+    if (count == most || growth <= kMostGrowth) break;
+    count = more_substeps(count, most, growth);
+    problem = start;
+  }
   end_substeps(problem, substeps);
   carry(0.0, dt_s, problem);
   clamp_gain(step, free, problem);
   const Flights flights = find_flights(problem);
-  const FastestCorrection most = fastest_correction(scene, ids);
+  const FastestCorrection fastest = fastest_correction(scene, ids);
   push.resize(states.size());
   for (std::size_t i = 0; i < states.size(); ++i)
-    push[i] = beyond_final_velocity(dt_s, most, states[i], problem.bodies[i], flights[i],
+    push[i] = beyond_final_velocity(dt_s, fastest, states[i], problem.bodies[i], flights[i],
                                     substeps.displacements[i]);
   return work;
 }

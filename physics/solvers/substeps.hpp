@@ -70,7 +70,8 @@ struct SubstepWork {
 };
 
 // All of it, for one problem, with blows shared out (blows.hpp); `push` as in ContactSolution.
-// `free`: velocities after external forces. The impulses give the island no energy
+// Where an overlap grows by more than kMostGrowth, again in more substeps, at most eight times as
+// many. `free`: velocities after external forces. The impulses give the island no energy
 // (energy_clamp.hpp).
 SubstepWork solve_in_substeps(const SolveStep& step, std::span<const SolverBody> free,
                               ContactProblem& problem, std::vector<PositionCorrection>& push);

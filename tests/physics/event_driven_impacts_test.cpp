@@ -1,6 +1,7 @@
 // Impacts located in time.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "physics/continuous/time_of_impact.hpp"
@@ -129,6 +130,37 @@ TEST(EventDrivenImpacts, WhatIsKnockedOffItsRestDoesNotPassAWall) {
     EXPECT_LT(world.states[1].position_m.x(), 0.5) << "step " << step;
   }
   EXPECT_GT(world.counters.impact_searches(), 0u);
+}
+
+// Eggs in a tray that is shaken. A body that rolls falls onto each facet, more slowly than what
+// bounces: 160 hits a step were looked for, 27 ms for nine eggs.
+TEST(EventDrivenImpacts, WhatRollsOnWhatMovesIsNotHitFacetByFacet) {
+  World world;
+  world.scene.gravity_m_s2 = Vec3(0, 0, -kGravity);
+  std::vector<Vec3> points;
+  for (int i = 0; i < 40; ++i) {
+    const double height = 1.0 - 2.0 * (i + 0.5) / 40, turn = 2.399963 * i;
+    const double radius_m = 0.13 * std::sqrt(1.0 - height * height);
+    points.push_back(Vec3(radius_m * std::cos(turn), radius_m * std::sin(turn),
+                          0.13 * height * (height > 0.0 ? 1.25 : 1.0)));
+  }
+  const Material material{.friction = 0.4, .restitution = 0.1};
+  BodyState& tray = world.add_body(world.add_shape(Box{Vec3(2, 2, 0.1)}), Vec3(0, 0, -0.1));
+  tray.linear_velocity_m_s = Vec3(1.2, 0.5, 0.5);
+  const std::uint32_t shape = world.add_shape(std::get<ConvexHull>(make_convex_hull(points)));
+  for (int i = 0; i < 9; ++i)
+    world.add_body(shape, Vec3(0.4 * (i % 3), 0.4 * (i / 3), 0.15), 1000.0, material);
+  BodyParams& tray_params = world.scene.bodies[0];
+  tray_params.kinematic = true;
+  tray_params.inverse_inertia_local = Mat3::Zero();
+  tray_params.material = material;
+  std::uint64_t most = 0;
+  for (int step = 0; step < 60; ++step) {
+    const std::uint64_t before = world.counters.impact_searches();
+    world.run(1);
+    most = std::max(most, world.counters.impact_searches() - before);
+  }
+  EXPECT_LE(most, 40u);
 }
 
 }  // namespace
