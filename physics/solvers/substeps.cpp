@@ -231,6 +231,7 @@ SubstepWork solve_in_substeps(const SolveStep& step, std::span<const SolverBody>
     if (count == most || growth <= kMostGrowth) break;
     count = more_substeps(count, most, growth);
     problem = start;
+    work.blows.shared = work.blows.left = 0;  // its work counts, and what it did does not
   }
   end_substeps(problem, substeps);
   carry(0.0, dt_s, problem);
