@@ -24,7 +24,10 @@ constexpr std::array<Field, 7 + N> joint_fields(const std::array<Field, N>& othe
                             "is pulled farther apart is a numerical failure. By default a quarter "
                             "of the smaller body's size, four times that for sliders, and the "
                             "length and four times that for distances and springs; of a slider "
-                            "with two limits the farther one, and twice the size."),
+                            "with two limits the farther one, and twice the size. At least as far "
+                            "as a motor drives a slider in the run, and as the heavier body, with "
+                            "the greatest speed and force of both at the start, stretches a "
+                            "spring in it."),
       field<T, &T::break_force_newton>(
           "break_force_newton", kOptional, kBreaking,
           "It breaks, for ever, at the end of a step over which it pulled or pushed by more on the "

@@ -28,6 +28,25 @@ double size_m(const Scenario& scenario, physics::BodyId id) {
 
 constexpr double kNoLimit = 1e9;
 
+// What draws two bodies apart, of the one that has the most of it.
+struct Pull {
+  double mass_kg = 0.0, speed_m_s = 0.0, field_m_s2 = 0.0;
+
+  void add(const physics::SceneDescription& scene, physics::BodyId id,
+           const physics::BodyState& state) {
+    const physics::BodyParams& body = scene.bodies[physics::index_of(id)];
+    mass_kg = std::max(mass_kg, body.mass_kg);
+    speed_m_s = std::max(speed_m_s, state.linear_velocity_m_s.norm());
+    field_m_s2 = std::max(field_m_s2, physics::field_of(scene, body).norm());
+  }
+  // How far a spring swings out under it, but for what it cannot go within a time.
+  double stretch_m(double stiffness_newton_m, double time_s) const {
+    const double squared = mass_kg / stiffness_newton_m;
+    const double swing = 2.0 * field_m_s2 * squared + speed_m_s * std::sqrt(squared);
+    return std::min(swing, (speed_m_s + 0.5 * field_m_s2 * time_s) * time_s);
+  }
+};
+
 struct MotorValues {
   std::optional<double> speed, push, target, time_constant_s;
 };
@@ -45,6 +64,8 @@ bool is_flipped(const JointSpec& spec) {
 struct FillJoint {
   Joint& joint;
   double size_m;  // of the smaller body
+  Pull pull;
+  double run_s;
   FaultList& faults;
 
   void operator()(const BallSpec&) const { joint.kind = JointKind::kBall; }
@@ -60,7 +81,7 @@ struct FillJoint {
   }
   void operator()(const SliderSpec& spec) const {
     joint.kind = JointKind::kSlider;
-    joint.reach_m = 4.0 * size_m;
+    joint.reach_m = std::max(4.0 * size_m, std::abs(spec.motor_speed_m_s.value_or(0.0)) * run_s);
     const bool flipped = turn(spec, spec.axis);
     if (spec.min_way_m && spec.max_way_m)
       joint.reach_m = 2.0 * size_m + std::max(-*spec.min_way_m, *spec.max_way_m);
@@ -88,6 +109,8 @@ struct FillJoint {
     stretch(spec, spec.other_anchor_m, spec.length_m);
     joint.stiffness_newton_m = spec.stiffness_newton_m;
     joint.damping_newton_s_m = spec.damping_newton_s_m;
+    joint.reach_m =
+        joint.length_m + std::max(4.0 * size_m, pull.stretch_m(spec.stiffness_newton_m, run_s));
   }
 
  private:
@@ -198,7 +221,8 @@ class Builder {
     double size = size_m(scenario_, *a);
     if (!physics::is_static(*b)) size = std::min(size, size_m(scenario_, *b));
     joint.reach_m = 0.25 * size;
-    std::visit(FillJoint{joint, size, faults_}, spec);
+    const double run_s = scenario_.run.steps * scenario_.scene.dt_s;
+    std::visit(FillJoint{joint, size, pull_of(*a, *b), run_s, faults_}, spec);
     double sign = is_flipped(spec) ? 1.0 : -1.0;
     joint.reach_m = base.reach_m.value_or(joint.reach_m);
     localise(scenario_, joint.a, joint.anchor_a_m, joint.frame_a);
@@ -219,6 +243,13 @@ class Builder {
  private:
   bool is_kinematic(physics::BodyId id) const {
     return id != physics::kWorldBody && physics::is_kinematic(scenario_.scene, id);
+  }
+  Pull pull_of(physics::BodyId a, physics::BodyId b) const {
+    Pull pull;
+    for (const physics::BodyId id : {a, b})
+      if (!physics::is_static(id))
+        pull.add(scenario_.scene, id, scenario_.initial[physics::index_of(id)]);
+    return pull;
   }
   bool is_new(const JointBase& base) {
     const JsonValue& member = *find_member(*base.json, "id");

@@ -23,9 +23,13 @@ ContactManifold manifold_of(const SceneDescription& scene, std::uint32_t index) 
 }
 
 std::span<const Joint> joints_between(const SceneDescription& scene, BodyId a, BodyId b) {
+  if (scene.bodies[index_of(a)].joints == 0) return {};
+  if (b != kWorldBody && scene.bodies[index_of(b)].joints == 0) return {};
   const auto key = [](const Joint& joint) { return std::pair(joint.a, joint.b); };
-  return {std::ranges::lower_bound(scene.joints, std::pair(a, b), {}, key),
-          std::ranges::upper_bound(scene.joints, std::pair(a, b), {}, key)};
+  const auto first = std::ranges::lower_bound(scene.joints, std::pair(a, b), {}, key);
+  auto end = first;
+  while (end != scene.joints.end() && key(*end) == std::pair(a, b)) ++end;
+  return {first, end};
 }
 
 }  // namespace

@@ -4,7 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <string>
+#include <vector>
 
+#include "physics/step/step.hpp"
 #include "scenarios/read_scenario.hpp"
 
 namespace soda::scenarios {
@@ -62,6 +65,58 @@ TEST(JointsOfAScenario, WithTheWorldAreAtTheirAnchorAndSpringsRestAsTheyStart) {
 }
 
 // Limits and motor are those of the body against the other one, about the axis of the file.
+// A body on a spring of 10 N/m under another one, for 4 s.
+std::string hung(double mass_kg, double gravity_m_s2) {
+  return R"({"format": 1, "time_step_s": 0.01, "steps": 400, "gravity_m_s2": [0, 0, )" +
+         std::to_string(-gravity_m_s2) + R"(],
+"materials": [{"name": "m", "friction": 0, "restitution": 0}],
+"bodies": [
+{"id": 0, "shape": {"type": "sphere", "radius_m": 0.1}, "mass_kg": 1, "material": "m",
+ "position_m": [0, 0, 0]},
+{"id": 1, "shape": {"type": "sphere", "radius_m": 0.1}, "material": "m",
+ "position_m": [0, 0, -1], "mass_kg": )" +
+         std::to_string(mass_kg) + R"(}],
+"joints": [{"id": 1, "type": "ball", "body": 0, "anchor_m": [0, 0, 0]},
+           {"id": 2, "type": "spring", "body": 1, "other_body": 0, "anchor_m": [0, 0, -1],
+            "other_anchor_m": [0, 0, 0], "stiffness_newton_m": 10}]})";
+}
+
+TEST(JointsOfAScenario, SpringsReachAsFarAsTheirBodiesSwingOutWithinTheRun) {
+  const auto reach_m = [](double mass_kg, double gravity_m_s2) {
+    return read_scenario_text(hung(mass_kg, gravity_m_s2), "a.json", {}).scene.joints.at(0).reach_m;
+  };
+  const double least_m = 1.0 + 4.0 * 0.1612;
+  EXPECT_NEAR(reach_m(1e-3, 10.0), 1.0 + 2.0 * 10.0 / 10.0, 1e-9) << "of the heavier body";
+  EXPECT_NEAR(reach_m(5.0, 10.0), 1.0 + 2.0 * 50.0 / 10.0, 1e-9);
+  EXPECT_NEAR(reach_m(1e6, 10.0), 1.0 + 0.5 * 10.0 * 4.0 * 4.0, 1e-9) << "it falls no farther";
+  EXPECT_NEAR(reach_m(5.0, 0.0), least_m, 1e-3) << "nothing pulls";
+}
+
+TEST(JointsOfAScenario, ABodyThatHangsOnASoftSpringIsNotLost) {
+  Scenario scenario = read_scenario_text(hung(20.0, 9.81), "a.json", {});
+  const physics::Geometry geometry(scenario.scene);
+  const std::vector<physics::BodyId> ids{physics::BodyId{0}, physics::BodyId{1}};
+  physics::StepScratch scratch;
+  physics::StepReport report;
+  physics::StageCounters counters;
+  double lowest_m = 0.0;
+  for (int step = 0; step < 400; ++step) {
+    physics::step(scenario.scene, geometry, ids, scenario.initial, {scratch, report, counters});
+    ASSERT_TRUE(report.faults.empty()) << "step " << step << ": " << report.faults[0].what;
+    lowest_m = std::min(lowest_m, scenario.initial[1].position_m.z());
+  }
+  EXPECT_LT(lowest_m, -30.0) << "to where it swings out";
+}
+
+TEST(JointsOfAScenario, SlidersReachAsFarAsTheirMotorDrivesThem) {
+  const Scenario scenario =
+      read_scenario_text(scene_with(R"({"id": 1, "type": "slider", "body": 7, "other_body": 3,
+                     "anchor_m": [2, 0, 0], "axis": [0, 0, 1], "motor_speed_m_s": -400,
+                     "motor_force_newton": 5})"),
+                         "a.json", {});
+  EXPECT_DOUBLE_EQ(scenario.scene.joints.at(0).reach_m, 400.0 * 5 * 0.01);
+}
+
 TEST(JointsOfAScenario, LimitsAndMotorsAreOfTheHigherBodyAgainstTheLower) {
   const auto joint = [](const char* body, const char* axis) {
     return read_scenario_text(
