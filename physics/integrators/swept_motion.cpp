@@ -1,6 +1,7 @@
 #include "physics/integrators/swept_motion.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <vector>
 
 #include "physics/constraints/carried_rows.hpp"
@@ -161,6 +162,26 @@ bool account(const SweptStep& done, double unsprung_joule, std::span<BodyState> 
   return true;
 }
 
+// The island in so many substeps, or in as many as the growth of its overlaps asks for. A part of a
+// step has its share of what they may grow by. Returns the number of all substeps made.
+std::uint32_t sweep(const JointedStep& step, std::uint32_t count, const SweptRows& rows,
+                    Substeps& substeps, std::optional<SweptJoints>& swept) {
+  const auto& [scene, geometry, dt_s, ids, manifolds] = step.island;
+  ContactProblem& problem = rows.problem;
+  const double most_growth = kMostGrowth * dt_s / scene.dt_s;
+  const std::uint32_t most = kMostTimesSubsteps * count;
+  const ContactProblem start = problem;
+  for (std::uint32_t done = 0;;) {
+    begin_substeps(dt_s, count, IndexedSpan<BodyState>{step.states}, problem, substeps);
+    swept.emplace(swept_joints(scene, substeps.length_s, count, step.states, rows.joints));
+    iterate_substeps(count, substeps, *swept, problem);
+    done += count;
+    count = next_count(problem, substeps, most_growth, most);
+    if (count == substeps.count) return done;
+    problem = start;
+  }
+}
+
 }  // namespace
 
 std::optional<std::uint32_t> advance_swept(const JointedStep& step, std::uint32_t count,
@@ -173,9 +194,9 @@ std::optional<std::uint32_t> advance_swept(const JointedStep& step, std::uint32_
   if (scene.solver.warm_starting) load_joint_impulses(scene, before, joints);
   const double lent = elastic_joule(scene, joints, before);
   Substeps substeps;
-  begin_substeps(dt_s, count, IndexedSpan<BodyState>{before}, problem, substeps);
-  SweptJoints swept = swept_joints(scene, substeps.length_s, count, before, joints);
-  iterate_substeps(count, substeps, swept, problem);
+  std::optional<SweptJoints> made;
+  const std::uint32_t done = sweep(step, count, rows, substeps, made);
+  SweptJoints& swept = *made;
   end_substeps(problem, substeps);
   carry(0.0, dt_s, problem);
   rebound(count, swept, problem);
@@ -187,7 +208,7 @@ std::optional<std::uint32_t> advance_swept(const JointedStep& step, std::uint32_
     std::copy(before.begin(), before.end(), states.begin());
     return std::nullopt;
   }
-  return (static_cast<std::uint32_t>(iterations_of(problem)) + 1) * count;
+  return (static_cast<std::uint32_t>(iterations_of(problem)) + 1) * done;
 }
 
 }  // namespace soda::physics

@@ -19,12 +19,12 @@ struct SweptRows {
   ContactProblem& problem;
 };
 
-// Solves the step in so many substeps, of first order, and moves the bodies (`states`, as before
-// the step); stored impulses stay. Joints may stay open, and the next step goes on closing them.
-// The cost is linear in rows. The step gives no energy but by motors, springs, what pushes the
-// bodies, and what parts overlaps. Returns the number of iterations; the report gets works, errors,
-// and the world's impulses by joints. Nothing, states and report as before, where iterations
-// diverge.
+// Solves the step in so many substeps, of first order, or in more where overlaps grow
+// (next_count()), and moves the bodies (`states`, as before the step); stored impulses stay. Joints
+// may stay open, and the next step goes on closing them. The cost is linear in rows. The step gives
+// no energy but by motors, springs, what pushes the bodies, and what parts overlaps. Returns the
+// number of iterations; the report gets works, errors, and the world's impulses by joints. Nothing,
+// states and report as before, where iterations diverge.
 std::optional<std::uint32_t> advance_swept(const JointedStep& step, std::uint32_t substeps,
                                            const SweptRows& rows, std::span<BodyState> states,
                                            IslandReport& report);

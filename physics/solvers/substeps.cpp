@@ -192,11 +192,17 @@ double overlap_growth(const ContactProblem& problem, const Substeps& substeps) {
   return growth;
 }
 
-// Enough for that growth, which goes with the square of their length; twice as many at least.
-std::uint32_t more_substeps(std::uint32_t count, std::uint32_t most, double growth) {
-  const double times = std::max(2.0, std::ceil(std::sqrt(growth / kMostGrowth)));
-  return static_cast<std::uint32_t>(std::min<double>(most, times * count));
+}  // namespace
+
+std::uint32_t next_count(const ContactProblem& problem, const Substeps& substeps,
+                         double most_growth, std::uint32_t most) {
+  const double growth = overlap_growth(problem, substeps);
+  if (growth <= most_growth) return substeps.count;
+  const double times = std::max(2.0, std::ceil(std::sqrt(growth / most_growth)));
+  return static_cast<std::uint32_t>(std::min<double>(most, times * substeps.count));
 }
+
+namespace {
 
 void iterate_substeps(const Blows& blows, std::span<const SolverBody> free, ContactProblem& problem,
                       Substeps& substeps, SubstepWork& work) {
@@ -217,19 +223,17 @@ void iterate_substeps(const Blows& blows, std::span<const SolverBody> free, Cont
 SubstepWork solve_in_substeps(const SolveStep& step, std::span<const SolverBody> free,
                               ContactProblem& problem, std::vector<PositionCorrection>& push) {
   const auto& [scene, dt_s, ids, states] = step;
-  constexpr std::uint32_t kMostTimes = 8;
   Substeps substeps;
   std::uint32_t count = substeps_of(scene.solver);
-  const std::uint32_t most = kMostTimes * count;
+  const std::uint32_t most = kMostTimesSubsteps * count;
   const Blows blows = find_blows(step, problem);
   SubstepWork work;
   const ContactProblem start = problem;
   for (;;) {
     begin_substeps(dt_s, count, states, problem, substeps);
     iterate_substeps(blows, free, problem, substeps, work);
-    const double growth = overlap_growth(problem, substeps);
-    if (count == most || growth <= kMostGrowth) break;
-    count = more_substeps(count, most, growth);
+    count = next_count(problem, substeps, kMostGrowth, most);
+    if (count == substeps.count) break;
     problem = start;
     work.blows.shared = work.blows.left = 0;  // its work counts, and what it did does not
   }

@@ -54,6 +54,13 @@ void move_on(const ContactProblem& problem, Substeps& substeps);
 void relax(ContactProblem& problem, Substeps& substeps);
 void go_on(ContactProblem& problem, Substeps& substeps);
 
+// Where an overlap grows by more than that, of the smaller body, the substeps are not taken, but
+// done again in more: as many as the growth asks for, which goes with the square of their length.
+// Returns the number that is to be, the same if they are to be taken.
+inline constexpr std::uint32_t kMostTimesSubsteps = 8;
+std::uint32_t next_count(const ContactProblem& problem, const Substeps& substeps,
+                         double most_growth, std::uint32_t most);
+
 // After the last one: the rows have the step's impulses, and as targets what its end forbids.
 void end_substeps(ContactProblem& problem, const Substeps& substeps);
 

@@ -165,6 +165,37 @@ World glued_plate_under_a_ball(std::uint32_t n) {
   return world;
 }
 
+// Solved in eight substeps, heavy things sink into light ones by what these give way.
+TEST(SweptJoints, HoldWhatIsManyTimesAsHeavy) {
+  for (const double times : {10.0, 100.0, 1000.0}) {
+    World world = test::under_gravity();
+    world.scene.solver.refined = false;
+    world.add_floor(Material{.friction = 0.5});
+    constexpr std::uint32_t n = 8;
+    static constexpr double kRadius_m = 0.1;
+    const std::uint32_t ball = world.add_shape(Sphere{kRadius_m});
+    const auto place = [](double x, double y) { return Vec3(0.2 * x, 0.2 * y, kRadius_m); };
+    for (std::uint32_t i = 0; i < n * n; ++i) world.add_body(ball, place(i % n, i / n), 1000.0);
+    for (std::uint32_t i = 0; i < n * n; ++i) {
+      const double x = i % n, y = i / n;
+      if (i % n > 0) add(world, joint_at(JointKind::kBall, world, i - 1, i, place(x - 0.5, y)));
+      if (i >= n) add(world, joint_at(JointKind::kBall, world, i - n, i, place(x, y - 0.5)));
+    }
+    const double volume_m3 = 8.0 * 0.15 * 0.15 * 0.15;
+    const double ball_kg = world.scene.bodies[0].mass_kg;
+    world.add_body(world.add_shape(Box{Vec3(0.15, 0.15, 0.15)}),
+                   Vec3(0.7, 0.7, 2.0 * kRadius_m + 0.15), times * ball_kg / volume_m3);
+    double deepest_m = 0.0;
+    for (int step = 0; step < 60; ++step) {
+      world.run(1);
+      for (const IslandReport& island : world.report.islands)
+        deepest_m = std::max(deepest_m, island.max_penetration_m);
+    }
+    EXPECT_GT(world.counters.joint_sweeps, 0u);
+    EXPECT_LT(deepest_m, 0.03 * kRadius_m) << times;
+  }
+}
+
 TEST(SweptJoints, ComeToRestAndTakeNoIterationsUntilTheyAreHit) {
   for (const std::uint32_t n : {8u, 12u}) {
     World world = glued_plate_under_a_ball(n);
