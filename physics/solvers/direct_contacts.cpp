@@ -27,7 +27,8 @@ constexpr double kQuasiStatic = 0.1;      // of the speed that fields give in a 
 // Overlap, of the smaller body. Iterations let what is high or heavy sink, ever deeper: an island
 // that has sunk so far is solved directly until it is up again.
 constexpr double kSunk = 5e-3;
-constexpr double kSmallSunk = 2.5e5;  // multiplications
+// Multiplications for each row: tens of factorisations are then no more than the most substeps.
+constexpr double kSunkOfRow = 80.0;
 // Multiplications of all factorisations of a solve.
 constexpr double kMostWork = 4e7;
 // Factorisations after which what moves is solved well enough to move on. With joints, what comes
@@ -201,6 +202,12 @@ bool any_turns_others(const SceneDescription& scene, std::span<const BodyId> ids
   return false;
 }
 
+double rows_of(std::span<const ContactManifold> manifolds) {
+  std::size_t points = 0;
+  for (const ContactManifold& m : manifolds) points += m.count;
+  return 3.0 * static_cast<double>(points);
+}
+
 // Pairs of places, each once.
 std::vector<std::array<std::uint32_t, 2>> edges_of(std::span<const BodyId> ids,
                                                    std::span<const ContactManifold> manifolds) {
@@ -264,7 +271,7 @@ std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, doub
   return plan_elimination(static_cast<std::uint32_t>(ids.size()), edges_of(ids, manifolds),
                           quasi_static || accurate ? kMostMultiplications
                           : jointed                ? kSmallWithJoints
-                          : sunk                   ? kSmallSunk
+                          : sunk                   ? kSunkOfRow * rows_of(manifolds)
                                                    : kSmall);
 }
 
