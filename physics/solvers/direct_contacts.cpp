@@ -9,6 +9,7 @@
 #include "physics/model/body_places.hpp"
 #include "physics/model/kinematic.hpp"
 #include "physics/solvers/contact_solver.hpp"
+#include "physics/solvers/island_blocks.hpp"
 
 namespace soda::physics {
 namespace {
@@ -202,12 +203,6 @@ bool any_turns_others(const SceneDescription& scene, std::span<const BodyId> ids
   return false;
 }
 
-double rows_of(std::span<const ContactManifold> manifolds) {
-  std::size_t points = 0;
-  for (const ContactManifold& m : manifolds) points += m.count;
-  return 3.0 * static_cast<double>(points);
-}
-
 // Pairs of places, each once.
 std::vector<std::array<std::uint32_t, 2>> edges_of(std::span<const BodyId> ids,
                                                    std::span<const ContactManifold> manifolds) {
@@ -271,7 +266,7 @@ std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, doub
   return plan_elimination(static_cast<std::uint32_t>(ids.size()), edges_of(ids, manifolds),
                           quasi_static || accurate ? kMostMultiplications
                           : jointed                ? kSmallWithJoints
-                          : sunk                   ? kSunkOfRow * rows_of(manifolds)
+                          : sunk                   ? kSunkOfRow * 3.0 * points_of(manifolds)
                                                    : kSmall);
 }
 

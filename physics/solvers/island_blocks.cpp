@@ -130,10 +130,14 @@ void sort_contacts(std::span<const ContactEnds> ends, IslandBlocks& blocks) {
 
 }  // namespace
 
-bool is_large(std::span<const ContactManifold> manifolds) {
+std::uint32_t points_of(std::span<const ContactManifold> manifolds) {
   std::uint32_t points = 0;
   for (const ContactManifold& m : manifolds) points += m.count;
-  return points >= kLargeIslandPoints;
+  return points;
+}
+
+bool is_large(std::span<const ContactManifold> manifolds) {
+  return points_of(manifolds) >= kLargeIslandPoints;
 }
 
 IslandBlocks split_island(std::span<const BodyId> ids, std::span<const ContactManifold> manifolds) {

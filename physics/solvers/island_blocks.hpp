@@ -14,6 +14,9 @@ inline constexpr std::uint32_t kLargeIslandPoints = 512;
 
 bool is_large(std::span<const ContactManifold> manifolds);
 
+// Of all contacts.
+std::uint32_t points_of(std::span<const ContactManifold> manifolds);
+
 // A part of an island. Places in the island's bodies and manifolds, ascending.
 struct IslandPart {
   std::vector<std::uint32_t> bodies;

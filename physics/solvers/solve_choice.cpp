@@ -99,8 +99,7 @@ JointedChoice choose_jointed_solve(const IslandStep& island, bool accurate,
                                    std::span<const BodyState> states, JointSystem& joints) {
   const auto& [scene, geometry, dt_s, ids, manifolds] = island;
   JointedChoice choice;
-  std::size_t points = 0;
-  for (const ContactManifold& m : manifolds) points += m.count;
+  const std::uint32_t points = points_of(manifolds);
   if (points > 0)
     choice.elimination = plan_direct_solve(scene, dt_s, accurate, ids, manifolds, states);
   if (accurate || !can_be_swept(scene, ids)) return choice;
