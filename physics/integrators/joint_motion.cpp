@@ -79,6 +79,11 @@ void forgive(std::span<const JointRow> start, JointSystem& system) {
   }
 }
 
+void take_joint_impulses(const JointSystem& from, JointSystem& to) {
+  for (std::size_t r = 0; r < to.rows.size(); ++r)
+    to.rows[r].impulse_newton_s = from.rows[r].impulse_newton_s;
+}
+
 struct BothSolved {
   std::uint32_t iterations = 0;
   bool through = true;  // every contact met all that hangs on its bodies
@@ -164,16 +169,25 @@ std::uint32_t solve_alternately(const JointedStep& step, JointSystem& joints,
   return done;
 }
 
+// As at the step's start, from the impulses of the step before, which the bodies' guess follows.
+void start_joints(const JointedStep& step, JointSystem& joints, ContactProblem& problem) {
+  const SceneDescription& scene = step.island.scene;
+  build_joint_rows(scene, step.island.dt_s, step.states, true, joints);
+  bound_step(step.island.dt_s, joints);
+  if (!scene.solver.warm_starting) return;
+  load_joint_impulses(scene, step.states, joints);
+  for (const JointRow& row : joints.rows)
+    apply_joint_impulse(row, row.impulse_newton_s, problem.bodies);
+}
+
 // Velocities at the end of the step. Joints pull in the directions that they have at the end of the
-// step: stable however taut. False, and no change of the problem, if no solution is found.
+// step: stable however taut. `joints` as at its start. False, and no change of the problem, if no
+// solution is found.
 bool solve_aimed(const JointedStep& step, const DirectAim& how, const Elimination& plan,
                  JointSystem& joints, ContactProblem& problem, ContactSolution& solution) {
   const auto& [island, states, free] = step;
   const auto& [scene, geometry, dt_s, ids, manifolds] = island;
-  build_joint_rows(scene, dt_s, states, true, joints);
   const std::vector<JointRow> start = joints.rows;
-  bound_step(dt_s, joints);
-  if (scene.solver.warm_starting) load_joint_impulses(scene, states, joints);
   JointSystem trial_joints = joints;
   ContactProblem trial = problem;
   std::vector<SolverBody> from(free.begin(), free.end());
@@ -196,8 +210,7 @@ bool solve_aimed(const JointedStep& step, const DirectAim& how, const Eliminatio
     before = error;
     bound_step(dt_s, next);
     aim_joint_rows(dt_s, trial.bodies, next);
-    for (std::size_t r = 0; r < next.rows.size(); ++r)
-      next.rows[r].impulse_newton_s = joints.rows[r].impulse_newton_s;
+    take_joint_impulses(joints, next);
     std::copy_n(problem.bodies.begin(), from.size(), from.begin());
     stiffen(scene, dt_s, there, joints, free, from);
     trial_joints = std::move(next);
@@ -224,8 +237,10 @@ std::optional<ContactSolution> solve_jointed_directly(const JointedStep& step, b
     how.stalled = kStalled;
     how.accepted = kMoving;
   }
-  JointSystem solved_joints = joints;
   ContactProblem solved = problem;
+  JointSystem start = joints;
+  start_joints(step, start, solved);
+  JointSystem solved_joints = start;
   ContactSolution solution;
   const auto solve = [&] {
     if (!solve_aimed(step, how, plan, solved_joints, solved, solution)) return false;
@@ -234,8 +249,11 @@ std::optional<ContactSolution> solve_jointed_directly(const JointedStep& step, b
     return true;
   };
   if (!solve()) return std::nullopt;
-  if (solved.restitution_rows > 0 && set_restitution_targets(solved) && !solve())
-    return std::nullopt;
+  if (solved.restitution_rows > 0 && set_restitution_targets(solved)) {
+    take_joint_impulses(solved_joints, start);
+    solved_joints = start;
+    if (!solve()) return std::nullopt;
+  }
   joints = std::move(solved_joints);
   problem = std::move(solved);
   solution.direct = true;
