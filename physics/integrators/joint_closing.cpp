@@ -62,6 +62,7 @@ class Closing {
     double work_joule = 0.0, looked = errors_.norm;
     for (int i = 0; i < kMostCorrections && errors_.largest > enough_ && work_ <= most_work; ++i) {
       if (is_enough_after(i, looked)) break;
+      if (i > 0) build(states_);
       Correction found = best_correction();
       if (found.states.empty()) break;  // a place that cannot be reached, or rounding
       if (found.damping > 0 && work_joule + found.work_joule > most_joule) break;
@@ -74,7 +75,6 @@ class Closing {
       damping_ = found.damping > 0 ? std::max(kEqualMasses, found.damping - 1) : 0;
       work_joule += found.work_joule;
       std::move(found.states.begin(), found.states.end(), states_.begin());
-      if (damping_ > 0) build(states_);
     }
     return work_joule;
   }
@@ -131,7 +131,7 @@ class Closing {
     solve_joint_errors(joints_, bodies, moves_);
   }
 
-  // The rows are those of the new places then.
+  // The rows' errors are those of the new places then.
   Correction moved_by(double share) {
     Correction moved;
     moved.states.assign(states_.begin(), states_.end());
@@ -142,7 +142,7 @@ class Closing {
       rotate_by(params, share * moves_[b].angular, moved.states[b]);
       moved.work_joule -= params.mass_kg * field_of(scene_, params).dot(displacement);
     }
-    build(moved.states);
+    build_joint_errors(scene_, moved.states, joints_);
     work_ += kWorkOfRow * rows();
     moved.errors = errors_of(joints_);
     return moved;
@@ -171,7 +171,7 @@ class Closing {
     Correction best;
     best.errors = errors_;
     for (int damping = damping_; damping <= (nearly ? damping_ : kStrongest); ++damping) {
-      if (damping > damping_) build(states_);
+      if (damping > damping_) build_joint_errors(scene_, states_, joints_);
       find_moves(damping);
       Correction found = along_moves(nearly || damping == 0 ? 0 : kHalvings);
       const bool better =
@@ -188,7 +188,7 @@ class Closing {
   const SceneDescription& scene_;
   double dt_s_;
   std::span<const BodyId> ids_;
-  JointSystem& joints_;  // its rows are those of states_ between two corrections
+  JointSystem& joints_;  // its rows are those of states_ in a correction
   std::span<BodyState> states_;
   double enough_ = rounding_of(states_, joints_.reach_m);
   JointErrors errors_;
