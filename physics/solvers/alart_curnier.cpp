@@ -42,8 +42,13 @@ double growths_until_slip(const ConvexPoint& p, const Vec3& impulse, const Vec3&
 }  // namespace
 
 AlartCurnier::AlartCurnier(const NewtonLimits& limits, const Elimination& plan,
-                           const ConvexContacts& problem, std::span<const Vec3> targets)
-    : limits_(limits), plan_(plan), problem_(problem), values_(problem.bodies.size()) {
+                           const ConvexContacts& problem, BodyBlocks& bodies,
+                           std::span<const Vec3> targets)
+    : limits_(limits),
+      plan_(plan),
+      problem_(problem),
+      bodies_(bodies),
+      values_(problem.bodies.size()) {
   for (std::size_t i = 0; i < targets.size(); ++i) problem_.points[i].target_m_s = targets[i];
 }
 
@@ -68,7 +73,7 @@ bool AlartCurnier::fits_factor() const {
 }
 
 bool AlartCurnier::refactor() {
-  assemble(problem_, plan_, responses_, factor_);
+  assemble(problem_, plan_, responses_, bodies_, factor_);
   ++factorisations_;
   if (!factorise(plan_, factor_)) return false;
   factor_modes_.clear();

@@ -18,10 +18,10 @@ namespace soda::physics {
 
 class AlartCurnier {
  public:
-  // `targets` of the points: without the shift that the convex problem needs. `limits` and `plan`
-  // have to last.
+  // `targets` of the points: without the shift that the convex problem needs. `limits`, `plan` and
+  // `bodies` have to last.
   AlartCurnier(const NewtonLimits& limits, const Elimination& plan, const ConvexContacts& problem,
-               std::span<const Vec3> targets);
+               BodyBlocks& bodies, std::span<const Vec3> targets);
 
   // From these twists and impulses on, by `least` factorisations, or `most` once an error is
   // accepted: to the wanted error, or where it comes no nearer to one that is rounding or accepted
@@ -53,6 +53,7 @@ class AlartCurnier {
   const NewtonLimits& limits_;
   const Elimination& plan_;
   ConvexContacts problem_;
+  BodyBlocks& bodies_;
   std::vector<Twist> twists_, gradient_;
   Responses responses_;
   BlockMatrix factor_;

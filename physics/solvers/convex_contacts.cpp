@@ -192,14 +192,24 @@ void add_row(const ConvexRow& row, const Elimination& plan, std::uint32_t count,
               out[plan.block_of(row.a, row.b)]);
 }
 
-// Masses and rows of joints.
+bool fits(const BodyBlocks& bodies, std::span<const RowResponse> rows) {
+  bool same = !bodies.blocks.empty();
+  for (std::size_t i = 0; same && i < rows.size(); ++i) same = bodies.held[i] == rows[i].held;
+  return same;
+}
+
 void assemble_bodies(const ConvexContacts& problem, const Elimination& plan,
-                     const Responses& responses, std::vector<Block>& out) {
+                     std::span<const RowResponse> rows, BodyBlocks& bodies) {
+  if (fits(bodies, rows)) return;
+  std::vector<Block>& out = bodies.blocks;
   out.assign(plan.rows.size(), Block{});
+  bodies.held.resize(rows.size());
   const std::uint32_t count = static_cast<std::uint32_t>(problem.bodies.size());
   for (std::uint32_t i = 0; i < count; ++i) add_mass(problem.bodies[i], out[plan.block_of(i, i)]);
-  for (std::size_t i = 0; i < responses.rows.size(); ++i)
-    if (responses.rows[i].held) add_row(problem.rows[i], plan, count, out);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    bodies.held[i] = rows[i].held;
+    if (rows[i].held) add_row(problem.rows[i], plan, count, out);
+  }
 }
 
 // `upper`: none, or of the exact laws.
@@ -229,15 +239,16 @@ void assemble_points(const ConvexContacts& problem, const Elimination& plan,
 }  // namespace
 
 void assemble(const ConvexContacts& problem, const Elimination& plan, const Responses& responses,
-              std::vector<Block>& out) {
-  assemble_bodies(problem, plan, responses, out);
+              BodyBlocks& bodies, std::vector<Block>& out) {
+  assemble_bodies(problem, plan, responses.rows, bodies);
+  out = bodies.blocks;
   assemble_points(problem, plan, responses, out, nullptr);
 }
 
 void assemble(const ConvexContacts& problem, const Elimination& plan, const Responses& responses,
-              BlockMatrix& out) {
-  assemble_bodies(problem, plan, responses, out.lower);
-  out.upper = out.lower;
+              BodyBlocks& bodies, BlockMatrix& out) {
+  assemble_bodies(problem, plan, responses.rows, bodies);
+  out.lower = out.upper = bodies.blocks;
   assemble_points(problem, plan, responses, out.lower, &out.upper);
 }
 

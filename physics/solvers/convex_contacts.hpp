@@ -135,13 +135,21 @@ void gradient(const ConvexContacts& problem, std::span<const Twist> twists,
 // velocities, that of the same energy.
 double largest_m_s(const ConvexContacts& problem, std::span<const Twist> gradient);
 
-// M + J^T G J / compliance in the pattern of `plan`.
+// Of masses and of the rows that are held, as last assembled: most of the matrix, and the same in
+// most steps of Newton's method.
+struct BodyBlocks {
+  std::vector<Block> blocks;  // none: not assembled
+  std::vector<bool> held;     // of the rows
+};
+
+// M + J^T G J / compliance in the pattern of `plan`. `bodies`: of this problem, with none where
+// masses or the stiffness of rows are no longer what they were.
 void assemble(const ConvexContacts& problem, const Elimination& plan, const Responses& responses,
-              std::vector<Block>& out);
+              BodyBlocks& bodies, std::vector<Block>& out);
 
 // The same of the exact laws: what slides answers along n + friction * along, and to the normal
 // velocity only (and across its motion as above).
 void assemble(const ConvexContacts& problem, const Elimination& plan, const Responses& responses,
-              BlockMatrix& out);
+              BodyBlocks& bodies, BlockMatrix& out);
 
 }  // namespace soda::physics

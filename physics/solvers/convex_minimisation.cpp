@@ -40,6 +40,7 @@ void ConvexMinimisation::harden_rows() {
   for (ConvexRow& row : problem_.rows)
     if (!row.soft) row.stiffness_kg *= kHarder;
   row_stiffness_ *= kHarder;
+  bodies_.blocks.clear();
   factored_ = false;
 }
 
@@ -121,7 +122,7 @@ bool ConvexMinimisation::refactor(bool accepted) {
   if (factorisations_ >= limits_.factorisations) return false;
   if (accepted && further_++ >= limits_.further) return false;
   ++factorisations_;
-  assemble(problem_, plan_, all_, factor_);
+  assemble(problem_, plan_, all_, bodies_, factor_);
   factored_ = factorise(plan_, factor_);
   for (std::size_t i = 0; i < responses_.size(); ++i) factor_modes_[i] = responses_[i].mode;
   for (std::size_t i = 0; i < factor_held_.size(); ++i) factor_held_[i] = all_.rows[i].held;

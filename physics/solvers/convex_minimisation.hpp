@@ -33,6 +33,9 @@ class ConvexMinimisation {
   void harden_points();
   void harden_rows();
 
+  // Its blocks, for another method with the same masses and rows.
+  BodyBlocks& body_blocks() { return bodies_; }
+
   // The largest speed that a body alone would get from what is missing in its balance; of angular
   // velocities, that of the same energy. And what rounding leaves of it, which grows with the
   // stiffness.
@@ -72,6 +75,7 @@ class ConvexMinimisation {
   std::vector<Vec3> velocity_, change_;            // of the points; along the direction
   std::vector<double> row_velocity_, row_change_;  // the same of the rows
   std::vector<Twist> gradient_, direction_;
+  BodyBlocks bodies_;
   std::vector<Block> factor_;
   std::vector<BlockVector> values_;
   std::vector<ContactMode> factor_modes_;

@@ -111,7 +111,7 @@ bool Newton::finish(const Corrections& found) {
       !(error < kAgain * tried_m_s_))
     return false;
   tried_m_s_ = error;
-  AlartCurnier exact(limits_, plan_, problem_, laws_);
+  AlartCurnier exact(limits_, plan_, problem_, minimisation_.body_blocks(), laws_);
   const int left = limits_.factorisations - minimisation_.factorisations();
   const int most = left + limits_.factorisations / kShare;
   const bool done = exact.solve(left / kShare, most, twists_, responses_);
