@@ -1,6 +1,7 @@
 #include "physics/integrators/swept_motion.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <vector>
 
@@ -28,9 +29,24 @@ int iterations_of(const ContactProblem& problem) {
   return problem.normals.empty() ? kOfJoints : kBesideContacts;
 }
 
-// Joints have the last word.
-void iterate_substeps(std::uint32_t count, Substeps& substeps, SweptJoints& joints,
-                      ContactProblem& problem) {
+// Of velocities: beyond, the next substep would be farther away. The bodies' fastest, free of
+// contacts and joints, and the whole island's length in a step.
+double most_m_s(const JointedStep& step, const JointSystem& joints) {
+  constexpr double kFarthest = 10.0;
+  double squared = 0.0;
+  for (const SolverBody& body : step.free) squared = std::max(squared, body.linear.squaredNorm());
+  return kFarthest * (std::sqrt(squared) + joints.lever_m / step.island.scene.dt_s);
+}
+
+bool are_slower(double most_m_s, std::span<const SolverBody> bodies) {
+  return std::ranges::all_of(bodies, [most_m_s](const SolverBody& body) {
+    return body.linear.squaredNorm() <= most_m_s * most_m_s;
+  });
+}
+
+// Joints have the last word. Returns how many it made: fewer where iterations diverge.
+std::uint32_t iterate_substeps(double most_m_s, std::uint32_t count, Substeps& substeps,
+                               SweptJoints& joints, ContactProblem& problem) {
   const int iterations = iterations_of(problem);
   for (std::uint32_t i = 0; i < count; ++i) {
     if (i > 0) go_on(problem, substeps);
@@ -45,7 +61,9 @@ void iterate_substeps(std::uint32_t count, Substeps& substeps, SweptJoints& join
     relax(problem, substeps);
     relax(joints, problem.bodies);
     count_impulses(problem.bodies, joints);
+    if (!are_slower(most_m_s, problem.bodies)) return i + 1;
   }
+  return count;
 }
 
 // Where something bounces: its rebounds, and what joints make of them.
@@ -162,22 +180,24 @@ bool account(const SweptStep& done, double unsprung_joule, std::span<BodyState> 
   return true;
 }
 
-// The island in so many substeps, or in as many as the growth of its overlaps asks for. A part of a
-// step has its share of what they may grow by. Returns the number of all substeps made.
+// The island in so many substeps, or in as many as the growth of its overlaps asks for, and where
+// it diverges in the most. A part of a step has its share of what they may grow by. Returns the
+// number of all substeps made.
 std::uint32_t sweep(const JointedStep& step, std::uint32_t count, const SweptRows& rows,
                     Substeps& substeps, std::optional<SweptJoints>& swept) {
   const auto& [scene, geometry, dt_s, ids, manifolds] = step.island;
   ContactProblem& problem = rows.problem;
   const double most_growth = kMostGrowth * dt_s / scene.dt_s;
   const std::uint32_t most = kMostTimesSubsteps * count;
+  const double fastest = most_m_s(step, rows.joints);
   ContactProblem start;
   if (!problem.normals.empty()) start = problem;
   for (std::uint32_t done = 0;;) {
     begin_substeps(dt_s, count, IndexedSpan<BodyState>{step.states}, problem, substeps);
     swept.emplace(swept_joints(scene, substeps.length_s, count, step.states, rows.joints));
-    iterate_substeps(count, substeps, *swept, problem);
-    done += count;
-    count = next_count(problem, substeps, most_growth, most);
+    const std::uint32_t made = iterate_substeps(fastest, count, substeps, *swept, problem);
+    done += made;
+    count = made < count ? most : next_count(problem, substeps, most_growth, most);
     if (count == substeps.count) return done;
     problem = start;
   }
