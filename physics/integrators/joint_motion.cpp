@@ -102,7 +102,7 @@ BothSolved solve_both(const JointedStep& step, JointSystem& joints, ContactProbl
   for (int round = 0; round < (joints.bounded ? kRounds : 1); ++round) {
     const std::optional<JointedContacts> contacts = jointed_contacts(joints, problem);
     if (!contacts) {
-      for (int i = 0; i < iterations; ++i, ++done) {
+      for (int i = 0; i < iterations && !is_out_of_bounds(problem); ++i, ++done) {
         solve_velocities(1, problem);
         solve_bounded(bodies, 0.0, joints);
       }

@@ -1,7 +1,6 @@
 #include "physics/integrators/swept_motion.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <optional>
 #include <vector>
 
@@ -19,6 +18,7 @@
 #include "physics/solvers/joint_work.hpp"
 #include "physics/solvers/substeps.hpp"
 #include "physics/solvers/swept_joints.hpp"
+#include "physics/solvers/unconstrained_reference.hpp"
 
 namespace soda::physics {
 namespace {
@@ -29,24 +29,9 @@ int iterations_of(const ContactProblem& problem) {
   return problem.normals.empty() ? kOfJoints : kBesideContacts;
 }
 
-// Of velocities: beyond, the next substep would be farther away. The bodies' fastest, free of
-// contacts and joints, and the whole island's length in a step.
-double most_m_s(const JointedStep& step, const JointSystem& joints) {
-  constexpr double kFarthest = 10.0;
-  double squared = 0.0;
-  for (const SolverBody& body : step.free) squared = std::max(squared, body.linear.squaredNorm());
-  return kFarthest * (std::sqrt(squared) + joints.lever_m / step.island.scene.dt_s);
-}
-
-bool are_slower(double most_m_s, std::span<const SolverBody> bodies) {
-  return std::ranges::all_of(bodies, [most_m_s](const SolverBody& body) {
-    return body.linear.squaredNorm() <= most_m_s * most_m_s;
-  });
-}
-
 // Joints have the last word. Returns how many it made: fewer where iterations diverge.
-std::uint32_t iterate_substeps(double most_m_s, std::uint32_t count, Substeps& substeps,
-                               SweptJoints& joints, ContactProblem& problem) {
+std::uint32_t iterate_substeps(std::uint32_t count, Substeps& substeps, SweptJoints& joints,
+                               ContactProblem& problem) {
   const int iterations = iterations_of(problem);
   for (std::uint32_t i = 0; i < count; ++i) {
     if (i > 0) go_on(problem, substeps);
@@ -61,7 +46,7 @@ std::uint32_t iterate_substeps(double most_m_s, std::uint32_t count, Substeps& s
     relax(problem, substeps);
     relax(joints, problem.bodies);
     count_impulses(problem.bodies, joints);
-    if (!are_slower(most_m_s, problem.bodies)) return i + 1;
+    if (is_out_of_bounds(problem)) return i + 1;
   }
   return count;
 }
@@ -189,13 +174,12 @@ std::uint32_t sweep(const JointedStep& step, std::uint32_t count, const SweptRow
   ContactProblem& problem = rows.problem;
   const double most_growth = kMostGrowth * dt_s / scene.dt_s;
   const std::uint32_t most = kMostTimesSubsteps * count;
-  const double fastest = most_m_s(step, rows.joints);
   ContactProblem start;
   if (!problem.normals.empty()) start = problem;
   for (std::uint32_t done = 0;;) {
     begin_substeps(dt_s, count, IndexedSpan<BodyState>{step.states}, problem, substeps);
     swept.emplace(swept_joints(scene, substeps.length_s, count, step.states, rows.joints));
-    const std::uint32_t made = iterate_substeps(fastest, count, substeps, *swept, problem);
+    const std::uint32_t made = iterate_substeps(count, substeps, *swept, problem);
     done += made;
     count = made < count ? most : next_count(problem, substeps, most_growth, most);
     if (count == substeps.count) return done;
