@@ -55,14 +55,19 @@ bool advance(const ArticulatedIsland& articulated, std::span<BodyState> states,
   const int substeps = substeps_of(articulated, bounds);
   if (substeps == 0) return false;
   IslandReport linked = report;
-  bool holds = false;
+  // What stays open in four times as many parts stays open in more: loops that are all but taut.
+  constexpr int kMostOpen = 2;
+  PartsEnd end = PartsEnd::kOpen;
+  int open = 0;
   const int most = std::max(substeps, most_parts(joints));
-  for (int parts = substeps; !holds && parts <= most; parts *= 4) {
+  for (int parts = substeps; end != PartsEnd::kHolds && open < kMostOpen && parts <= most;
+       parts *= 4) {
     if (parts > substeps) motion.start(states);
     linked = report;
-    holds = advance_parts(articulated, {parts, fourth, 4 * parts <= most}, nullptr, linked);
+    end = advance_parts(articulated, {parts, fourth, 4 * parts <= most}, nullptr, linked);
+    open += end == PartsEnd::kOpen;
   }
-  if (!holds) return false;
+  if (end != PartsEnd::kHolds) return false;
   if (!fourth) {
     const Vec3 by_world = linked.static_impulse_newton_s - report.static_impulse_newton_s;
     linked.static_impulse_newton_s +=

@@ -103,8 +103,8 @@ void KickErrors::add(double part_s, std::span<const KickChange> changes, double 
   worst_ = ids_[error.body];
 }
 
-bool advance_parts(const ArticulatedIsland& articulated, const Parts& parts, KickErrors* errors,
-                   IslandReport& report) {
+PartsEnd advance_parts(const ArticulatedIsland& articulated, const Parts& parts, KickErrors* errors,
+                       IslandReport& report) {
   const auto& [island, joints, motion] = articulated;
   const auto& [scene, geometry, dt_s, ids, manifolds] = island;
   constexpr double kTrace = 1e-3, kMostGiven = 0.1;
@@ -119,20 +119,21 @@ bool advance_parts(const ArticulatedIsland& articulated, const Parts& parts, Kic
   std::vector<BodyState> from;
   for (int i = 0; i < parts.count; ++i) {
     if (!pushed) from.assign(motion.states().begin(), motion.states().end());
-    if (!fourth && !motion.advance(part_s, report)) return false;
+    if (!fourth && !motion.advance(part_s, report)) return PartsEnd::kOpen;
     for (std::size_t k = 0; fourth && k < kStages.size(); ++k)
-      if (!motion.advance(kStages[k] * part_s, report)) return false;
+      if (!motion.advance(kStages[k] * part_s, report)) return PartsEnd::kOpen;
     if (pushed) continue;
     const std::span<BodyState> states = motion.states();
     if (sprung) {
-      if (!keep_sprung_energy(articulated, part_s, from, isolated, report)) return false;
+      if (!keep_sprung_energy(articulated, part_s, from, isolated, report))
+        return PartsEnd::kEnergy;
       continue;
     }
     const EnergyExcess excess = energy_excess(scene, part_s, ids, from, states, work.motors_joule);
-    if (!excess.is_trace(kTrace) && !excess.is_rounding()) return false;
+    if (!excess.is_trace(kTrace) && !excess.is_rounding()) return PartsEnd::kEnergy;
     const bool lost = excess.gain_joule < 0.0 && !work.loses;
     const bool little = -excess.gain_joule <= kTrace * excess.moving_joule;
-    if (!fourth && lost && !little && parts.more) return false;
+    if (!fourth && lost && !little && parts.more) return PartsEnd::kEnergy;
     if (excess.gain_joule > 0.0 ||
         (lost && -excess.gain_joule <= (fourth ? kTrace : kMostGiven) * excess.moving_joule))
       report.push_out_work_joule += take_excess(scene, ids, excess, isolated, states, report);
@@ -143,7 +144,7 @@ bool advance_parts(const ArticulatedIsland& articulated, const Parts& parts, Kic
     report.motor_work_joule += work.motors_joule;
     work = {};
   }
-  return true;
+  return PartsEnd::kHolds;
 }
 
 void take_states(const ArticulatedIsland& articulated, std::span<BodyState> states,

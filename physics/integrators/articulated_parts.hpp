@@ -81,11 +81,14 @@ struct Parts {
   bool more = false;    // whether there can be
 };
 
-// From where the motion was started. Energy is kept, or may fall where something is stopped. False
-// if joints do not hold, or the energy errs by more than a trace; of a loss not where there are to
-// be no more parts. `errors`: of parts of second order, where somebody asks.
-bool advance_parts(const ArticulatedIsland& articulated, const Parts& parts, KickErrors* errors,
-                   IslandReport& report);
+// How parts end: all of them made, joints left open, or an energy that errs by more than a trace;
+// of a loss that ends none where there are to be no more parts.
+enum class PartsEnd { kHolds, kOpen, kEnergy };
+
+// From where the motion was started. Energy is kept, or may fall where something is stopped.
+// `errors`: of parts of second order, where somebody asks.
+PartsEnd advance_parts(const ArticulatedIsland& articulated, const Parts& parts, KickErrors* errors,
+                       IslandReport& report);
 
 // The states of the motion; those that are absurd stay and are faults.
 void take_states(const ArticulatedIsland& articulated, std::span<BodyState> states,

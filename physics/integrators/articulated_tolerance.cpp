@@ -35,7 +35,7 @@ bool advance_by_second(const ArticulatedIsland& articulated, double most_relativ
     errors.restart();
     IslandReport linked = report;
     const Parts parts{static_cast<int>(wanted), false, true};
-    const bool holds = advance_parts(articulated, parts, &errors, linked);
+    const bool holds = advance_parts(articulated, parts, &errors, linked) == PartsEnd::kHolds;
     if (holds && errors.relative_error() <= most_relative_error) {
       report = linked;
       errors.tell(report);
@@ -60,11 +60,14 @@ bool advance_by_fourth(const ArticulatedIsland& articulated, double most_relativ
     const int parts = static_cast<int>(wanted);
     IslandReport coarse = report, fine = report;
     articulated.motion.start(states);
-    bool holds = advance_parts(articulated, {parts, true, true}, nullptr, coarse);
+    const auto in_parts = [&](int count, IslandReport& of) {
+      return advance_parts(articulated, {count, true, true}, nullptr, of) == PartsEnd::kHolds;
+    };
+    bool holds = in_parts(parts, coarse);
     const std::span<const BodyState> reached = articulated.motion.states();
     const std::vector<BodyState> before(reached.begin(), reached.end());
     articulated.motion.start(states);
-    holds = holds && advance_parts(articulated, {2 * parts, true, true}, nullptr, fine);
+    holds = holds && in_parts(2 * parts, fine);
     StepError error = apart_of(sizes, before, articulated.motion.states());
     error.relative_error *= kCounted;
     if (holds && error.relative_error <= most_relative_error) {

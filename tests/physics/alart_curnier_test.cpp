@@ -75,7 +75,8 @@ TEST(AlartCurnier, FulfilsTheLawsInFewFactorisationsFromNearTheirSolution) {
     for (PointResponse& response : responses.points) response.impulse_newton_s *= 1.01;
     for (Twist& twist : twists) twist.linear *= 1.01;
     const NewtonLimits limits = limits_of(1.0);
-    AlartCurnier exact(limits, stack.plan, stack.problem, stack.targets);
+    BodyBlocks bodies;
+    AlartCurnier exact(limits, stack.plan, stack.problem, bodies, stack.targets);
     ASSERT_TRUE(exact.solve(100, 100, twists, responses));
     EXPECT_LE(exact.factorisations(), 4);
     EXPECT_LE(off_laws_m_s(stack.problem, twists, responses), 1e-10);
@@ -104,7 +105,8 @@ TEST(AlartCurnier, WhatGrowsWithEachCorrectionGrowsAtOnceUntilSomethingLetsGo) {
     responses.rows.resize(1);
     for (PointResponse& response : responses.points) response.impulse_newton_s = Vec3(0, 0, -15.0);
     const NewtonLimits limits = limits_of(1.0);
-    AlartCurnier exact(limits, stack.plan, stack.problem, stack.targets);
+    BodyBlocks bodies;
+    AlartCurnier exact(limits, stack.plan, stack.problem, bodies, stack.targets);
     ASSERT_TRUE(exact.solve(100, 100, twists, responses));
     EXPECT_LE(exact.factorisations(), 8);
     EXPECT_LE(off_laws_m_s(stack.problem, twists, responses), 1e-9);
@@ -128,7 +130,8 @@ TEST(AlartCurnier, StepsThatLeadAwayAreShortened) {
     Responses responses;
     responses.points.resize(stack.problem.points.size());
     const NewtonLimits limits = limits_of(1.0);
-    AlartCurnier exact(limits, stack.plan, stack.problem, stack.targets);
+    BodyBlocks bodies;
+    AlartCurnier exact(limits, stack.plan, stack.problem, bodies, stack.targets);
     if (!exact.solve(40, 40, twists, responses)) continue;
     ++solved;
     EXPECT_LE(off_laws_m_s(stack.problem, twists, responses), 1e-8);
@@ -171,7 +174,8 @@ TEST(AlartCurnier, ChangesNothingWhereItFails) {
   Responses responses;
   responses.points.resize(stack.problem.points.size());
   const NewtonLimits limits = limits_of(1.0);
-  AlartCurnier exact(limits, stack.plan, stack.problem, stack.targets);
+  BodyBlocks bodies;
+  AlartCurnier exact(limits, stack.plan, stack.problem, bodies, stack.targets);
   EXPECT_FALSE(exact.solve(1, 1, twists, responses));
   for (std::size_t i = 0; i < twists.size(); ++i) {
     EXPECT_EQ(twists[i].linear, before[i].linear);
