@@ -34,7 +34,8 @@ double regularisation_of(int damping) {
   return share;
 }
 
-// Multiplications: of building a row and of what it moves; of all corrections.
+// Multiplications: of building a row and of what it moves; of all corrections of a step, of which a
+// part of it has its share.
 constexpr double kWorkOfRow = 100.0, kMostWorkOfRow = 2e4, kMostWorkOfFew = 2e7;
 
 // How the bodies come nearer.
@@ -57,7 +58,8 @@ class Closing {
   double close(double most_joule) {
     constexpr int kMostCorrections = 200;  // some long chains take half of them
     // What is taut in several directions, as a flat net, takes many trials for each correction.
-    const double most_work = std::max(kMostWorkOfFew, kMostWorkOfRow * rows());
+    const double most_work =
+        std::max(kMostWorkOfFew, kMostWorkOfRow * rows()) * (dt_s_ / scene_.dt_s);
     const double most_of_all = std::max(most_joule, falling_joule());
     double work_joule = 0.0, looked = errors_.norm;
     for (int i = 0; i < kMostCorrections && errors_.largest > enough_ && work_ <= most_work; ++i) {
