@@ -59,9 +59,8 @@ void rest_at(double impulse, JointRow& row, std::span<SolverBody> bodies) {
 }
 
 // From impulses within their bounds to the solution of the rows that take part, or as far as the
-// first of their bounds, where that row goes to rest. Returns it; null: the solution was reached.
-const JointRow* approach(JointSystem& system, std::span<SolverBody> bodies,
-                         std::vector<double>& before) {
+// first of their bounds, where that row goes to rest. Whether the solution was reached.
+bool approach(JointSystem& system, std::span<SolverBody> bodies, std::vector<double>& before) {
   before.clear();
   for (const JointRow& row : system.rows) before.push_back(row.impulse_newton_s);
   solve_joint_velocities(system, bodies);
@@ -79,7 +78,7 @@ const JointRow* approach(JointSystem& system, std::span<SolverBody> bodies,
     bound = kept;
     first = &row;
   }
-  if (first == nullptr) return nullptr;
+  if (first == nullptr) return true;
   for (std::size_t r = 0; r < before.size(); ++r) {
     JointRow& row = system.rows[r];
     const double back = (1.0 - share) * (before[r] - row.impulse_newton_s);
@@ -87,7 +86,7 @@ const JointRow* approach(JointSystem& system, std::span<SolverBody> bodies,
     row.impulse_newton_s += back;
   }
   rest_at(bound, *first, bodies);
-  return first;
+  return false;
 }
 
 // What becomes of a row once the rows that take part are solved. A row that has a part in it but no
@@ -106,8 +105,8 @@ Change change_of(const JointRow& row, double scale_m_s, std::span<const SolverBo
 }
 
 // Of a solution within bounds: the first row without effect goes to its bound; else the row that
-// lacks most begins to take part. Returns it; null: there was none.
-const JointRow* change_one(double scale_m_s, JointSystem& system, std::span<SolverBody> bodies) {
+// lacks most begins to take part. Whether there was any.
+bool change_one(double scale_m_s, JointSystem& system, std::span<SolverBody> bodies) {
   JointRow* worst = nullptr;
   double most = 0.0;
   for (JointRow& row : system.rows) {
@@ -115,14 +114,14 @@ const JointRow* change_one(double scale_m_s, JointSystem& system, std::span<Solv
     if (change.missing_m_s == 0.0) continue;
     if (!row.idle) {
       rest_at(change.bound_newton_s, row, bodies);
-      return &row;
+      return true;
     }
     if (!(std::abs(change.missing_m_s) > most)) continue;
     most = std::abs(change.missing_m_s);
     worst = &row;
   }
   if (worst != nullptr) worst->idle = false;
-  return worst;
+  return worst != nullptr;
 }
 
 // The same of all rows at once, and those beyond a bound go back to it. How many there were.
@@ -219,21 +218,16 @@ void hold_same_limits(const JointSystem& from, JointSystem& system) {
 // Least squares with bounds. Where exchanges of many rows get nowhere, of one after the other
 // (Lawson and Hanson's way): every change brings the impulses nearer to the solution and leaves
 // them within their bounds, so it ends, and where the number of changes runs out nothing pushes
-// more than it may. A row that leaves where it has just entered lacks what only rounding tells.
+// more than it may.
 void solve_bounded(std::span<SolverBody> bodies, double regularisation, JointSystem& system) {
   if (!system.bounded) return solve_joint_velocities(system, bodies);
   const double scale = scale_m_s(system, bodies);
   if (solve_by_exchanges(scale, regularisation, system, bodies)) return;
   const std::size_t most = 50 + 4 * system.rows.size();
   std::vector<double> before;
-  const JointRow* entered = nullptr;
-  double at_newton_s = 0.0;
   for (std::size_t i = 0; i < most; ++i) {
-    const JointRow* const left = approach(system, bodies, before);
-    if (left != nullptr && left == entered && left->impulse_newton_s == at_newton_s) return;
-    entered = left == nullptr ? change_one(scale, system, bodies) : nullptr;
-    if (left == nullptr && entered == nullptr) return;
-    if (entered != nullptr) at_newton_s = entered->impulse_newton_s;
+    const bool solved = approach(system, bodies, before);
+    if (solved && !change_one(scale, system, bodies)) return;
     factor_joint_rows(bodies, system, regularisation);
   }
 }

@@ -34,9 +34,10 @@ double regularisation_of(int damping) {
   return share;
 }
 
-// Multiplications: of building a row and of what it moves; of all corrections of a step, of which a
-// part of it has its share.
+// Multiplications: of building a row and of what it moves; of all corrections of a step. A part of
+// a step has its share of these, but no less than that of one of ten.
 constexpr double kWorkOfRow = 100.0, kMostWorkOfRow = 2e4, kMostWorkOfFew = 2e7;
+constexpr double kLeastOfStep = 0.1;
 
 // How the bodies come nearer.
 struct Correction {
@@ -58,8 +59,8 @@ class Closing {
   double close(double most_joule) {
     constexpr int kMostCorrections = 200;  // some long chains take half of them
     // What is taut in several directions, as a flat net, takes many trials for each correction.
-    const double most_work =
-        std::max(kMostWorkOfFew, kMostWorkOfRow * rows()) * (dt_s_ / scene_.dt_s);
+    const double most_work = std::max(kMostWorkOfFew, kMostWorkOfRow * rows()) *
+                             std::max(kLeastOfStep, dt_s_ / scene_.dt_s);
     const double most_of_all = std::max(most_joule, falling_joule());
     double work_joule = 0.0, looked = errors_.norm;
     for (int i = 0; i < kMostCorrections && errors_.largest > enough_ && work_ <= most_work; ++i) {
