@@ -174,8 +174,7 @@ std::uint32_t sweep(const JointedStep& step, std::uint32_t count, const SweptRow
   ContactProblem& problem = rows.problem;
   const double most_growth = kMostGrowth * dt_s / scene.dt_s;
   const std::uint32_t most = kMostTimesSubsteps * count;
-  ContactProblem start;
-  if (!problem.normals.empty()) start = problem;
+  const ContactProblem start = problem;
   for (std::uint32_t done = 0;;) {
     begin_substeps(dt_s, count, IndexedSpan<BodyState>{step.states}, problem, substeps);
     swept.emplace(swept_joints(scene, substeps.length_s, count, step.states, rows.joints));
