@@ -5,6 +5,7 @@
 #include <limits>
 #include <map>
 
+#include "physics/math/rigid_motion.hpp"
 #include "physics/model/kinematic.hpp"
 #include "physics/shapes/mass_properties.hpp"
 #include "scenarios/cross_checks.hpp"
@@ -159,10 +160,10 @@ struct FillJoint {
                 {"an axis of length " + number_text(norm), "an axis of length at least 1e-6", ""});
       return false;
     }
-    // Either end of an axis will do. That of the upper half never meets Eigen's iterative way for
-    // opposite vectors, whose bits are not promised.
+    // Either end of an axis will do. That of the upper half keeps away from opposite vectors, near
+    // which rounding says what the shortest turn is.
     const Vec3 up = points_down(axis) ? Vec3(-axis / norm) : Vec3(axis / norm);
-    joint.frame_a = joint.frame_b = physics::Quat::FromTwoVectors(Vec3::UnitZ(), up);
+    joint.frame_a = joint.frame_b = physics::turn_between(Vec3::UnitZ(), up);
     return points_down(axis);
   }
   void stretch(const JointBase& spec, const Vec3& other, std::optional<double> length_m) const {

@@ -9,6 +9,7 @@
 
 #include "analysis/accuracy/engine.hpp"
 #include "analysis/accuracy/peer_scene.hpp"
+#include "physics/math/rigid_motion.hpp"
 
 namespace soda::analysis {
 namespace {
@@ -61,7 +62,7 @@ std::string static_geom(const physics::SceneDescription& scene, const physics::S
   if (const auto* plane = std::get_if<physics::HalfSpace>(&shape)) {
     const Vec3 normal = (fixed.orientation * plane->normal).normalized();
     const Vec3 at = fixed.position_m + normal * plane->offset_m;
-    const Quat turned = Quat::FromTwoVectors(Vec3::UnitZ(), normal);
+    const Quat turned = physics::turn_between(Vec3::UnitZ(), normal);
     return "<geom type=\"plane\" size=\"0 0 1\" pos=\"" + numbers(at) + "\" quat=\"" +
            numbers(turned) + "\"" + surface + "/>\n";
   }

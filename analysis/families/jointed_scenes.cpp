@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "analysis/families/family_scene.hpp"
+#include "physics/math/rigid_motion.hpp"
 
 namespace soda::analysis {
 namespace {
@@ -53,7 +54,7 @@ FamilyScene hanging_chain(const HangingChain& chain, int n) {
   const std::uint32_t link =
       add_shape(scene, physics::Box{Vec3(kLinkHalfWidth_m, kLinkHalfWidth_m, 0.5 * kLink_m)});
   const Vec3 along(std::sin(chain.angle_rad), 0.0, -std::cos(chain.angle_rad));
-  const Quat turned = Quat::FromTwoVectors(-Vec3::UnitZ(), along);
+  const Quat turned = physics::turn_between(-Vec3::UnitZ(), along);
   for (int i = 0; i < n; ++i) {
     const double last_kg = i + 1 == n ? chain.mass_ratio : 1.0;
     add_body(scene, link, (i + 0.5) * kLink_m * along,
@@ -168,7 +169,7 @@ FamilyScene grid(double angle_rad, int n) {
   const std::uint32_t plate =
       add_shape(scene, physics::Box{Vec3(0.5 * kLink_m, kLinkHalfWidth_m, 0.5 * kLink_m)});
   const Vec3 down(0.0, std::sin(angle_rad), -std::cos(angle_rad));
-  const Quat turned = Quat::FromTwoVectors(-Vec3::UnitZ(), down);
+  const Quat turned = physics::turn_between(-Vec3::UnitZ(), down);
   const auto place = [&](double column, double row) -> Vec3 {
     return kLink_m * (column * Vec3::UnitX() + row * down);
   };

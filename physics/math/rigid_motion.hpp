@@ -22,6 +22,11 @@ Quat rotation_by(const Vec3& angle_rad);
 // The orientation after a further rotation in the world frame; unchanged bits if it is zero.
 Quat turned(const Vec3& angle_rad, const Quat& orientation);
 
+// The shortest turn from one direction to another, of any lengths but zero. Of opposite ones, half
+// a turn about an axis across. Eigen's FromTwoVectors has these bits for others, and for opposite
+// ones a decomposition that takes six seconds to compile.
+Quat turn_between(const Vec3& from, const Vec3& to);
+
 // R I R^T, symmetric to the bit.
 Mat3 rotated_tensor(const Mat3& rotation, const Mat3& tensor_local);
 

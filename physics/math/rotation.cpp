@@ -64,6 +64,19 @@ inline Quat composed(const Quat& rotation, const Quat& orientation) {
 
 }  // namespace
 
+Quat turn_between(const Vec3& from, const Vec3& to) {
+  constexpr double kOpposite = -1.0 + 1e-12;  // beyond it, rounding is what is left of the axis
+  const Vec3 a = from.normalized(), b = to.normalized();
+  const double cosine = b.dot(a);
+  if (cosine < kOpposite) {
+    const Vec3 across = a.unitOrthogonal();
+    return turn_between(-a, b) * Quat(0.0, across.x(), across.y(), across.z());
+  }
+  const double twice_w = std::sqrt((1.0 + cosine) * 2.0);
+  const Vec3 axis = a.cross(b) * (1.0 / twice_w);
+  return {0.5 * twice_w, axis.x(), axis.y(), axis.z()};
+}
+
 Quat turned(const Vec3& angle_rad, const Quat& orientation) {
   if (angle_rad == Vec3::Zero()) return orientation;
   return composed(rotation_by(angle_rad), orientation);

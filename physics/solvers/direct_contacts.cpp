@@ -15,7 +15,6 @@ namespace soda::physics {
 namespace {
 
 constexpr double kMostMultiplications = 5e6;  // of one factorisation: 10 Mflop
-constexpr std::uint32_t kMostDirectBodies = 1000;
 // Newton's method needs many steps for what slides or falls. So what is not quasi-static must be
 // small, and have bodies for which iterations fail.
 constexpr double kSmall = 1e4;  // multiplications
@@ -217,8 +216,7 @@ std::vector<std::array<std::uint32_t, 2>> edges_of(std::span<const BodyId> ids,
 
 // Iterations converge: one body, or two of like masses where a trace may be left.
 bool is_easy(bool accurate, std::size_t bodies, double ratio) {
-  constexpr double kLike = 10.0;
-  return bodies == 1 || (!accurate && bodies == 2 && ratio <= kLike);
+  return bodies == 1 || (!accurate && bodies == 2 && ratio <= kMuchHeavier);
 }
 
 }  // namespace
@@ -250,7 +248,7 @@ std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, doub
                                              bool accurate, std::span<const BodyId> ids,
                                              std::span<const ContactManifold> manifolds,
                                              std::span<const BodyState> states) {
-  if (!scene.solver.direct || ids.size() > kMostDirectBodies) return std::nullopt;
+  if (!scene.solver.direct) return std::nullopt;
   // Its points have no torques of their own.
   if (has_rolling(scene, manifolds)) return std::nullopt;
   const double ratio = mass_ratio(scene, ids);

@@ -9,6 +9,7 @@
 #include "models/messages/schedule.hpp"
 #include "models/run/simulation.hpp"
 #include "models/user_input/input_feed.hpp"
+#include "physics/math/rigid_motion.hpp"
 #include "physics/measures/measures.hpp"
 #include "physics/step/step.hpp"
 #include "tests/kernel/rank_threads.hpp"
@@ -135,8 +136,8 @@ test::Scene with_a_motor(std::uint64_t seed) {
   joint.a = BodyId{2};
   joint.anchor_b_m = scene.states[2].position_m;
   joint.frame_a = scene.states[2].orientation.conjugate() *
-                  physics::Quat::FromTwoVectors(Vec3::UnitZ(), Vec3::UnitX());
-  joint.frame_b = physics::Quat::FromTwoVectors(Vec3::UnitZ(), Vec3::UnitX());
+                  physics::turn_between(Vec3::UnitZ(), Vec3::UnitX());
+  joint.frame_b = physics::turn_between(Vec3::UnitZ(), Vec3::UnitX());
   joint.motor = physics::JointMotor{1.0, 50.0 * scene.description.bodies[2].mass_kg};
   joint.reach_m = 10.0;
   scene.description.joints = {joint};

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <vector>
 
+#include "physics/math/rigid_motion.hpp"
 #include "tests/physics/scenes.hpp"
 
 namespace soda::physics {
@@ -138,7 +139,7 @@ World face_row(int n, double gap_m, double friction, bool boxes) {
   row.scene.statics = world.scene.statics;  // smooth
   for (int i = 0; i < n; ++i) {
     row.add_body(shape, world.states[i].position_m, 1000.0, material) = world.states[i];
-    if (!boxes) row.states[i].orientation = Quat::FromTwoVectors(Vec3::UnitZ(), Vec3::UnitY());
+    if (!boxes) row.states[i].orientation = turn_between(Vec3::UnitZ(), Vec3::UnitY());
   }
   return row;
 }

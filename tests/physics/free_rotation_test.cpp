@@ -183,6 +183,23 @@ TEST(FreeRotation, NeedlesAndPlatesKeepMomentumAndEnergy) {
   }
 }
 
+TEST(FreeRotation, ATurnBetweenDirectionsLeadsFromOneToTheOtherOppositeOnesToo) {
+  const Vec3 directions[] = {Vec3::UnitX(),        -Vec3::UnitX(),       Vec3::UnitZ(),
+                             -2.0 * Vec3::UnitZ(), Vec3(1.0, 2.0, -3.0), Vec3(-1.0, -2.0, 3.0),
+                             Vec3(1e-7, 0.0, -1.0)};
+  for (const Vec3& from : directions)
+    for (const Vec3& to : directions) {
+      const Quat turn = turn_between(from, to);
+      EXPECT_NEAR(turn.norm(), 1.0, 1e-12) << from.transpose() << " to " << to.transpose();
+      EXPECT_LT((turn * from.normalized() - to.normalized()).norm(), 1e-12)
+          << from.transpose() << " to " << to.transpose();
+      EXPECT_LT(std::abs(turn.vec().dot(from)) + std::abs(turn.vec().dot(to)), 1e-12);
+      if (from == to) {
+        EXPECT_NEAR(turn.w(), 1.0, 1e-15);
+      }
+    }
+}
+
 TEST(FreeRotation, AnAbsurdAngularVelocityEndsAndGainsNothing) {
   for (const double angular_speed : {1e4, 1e6, 1e9}) {
     SCOPED_TRACE(angular_speed);

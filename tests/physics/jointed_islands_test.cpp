@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "physics/math/rigid_motion.hpp"
 #include "tests/physics/joints.hpp"
 
 namespace soda::physics {
@@ -99,7 +100,7 @@ World slack_bridge(int planks, int rate) {
     const double length = along.norm();
     const std::uint32_t plank = world.add_shape(Box{{0.48 * length, 0.5, 0.05}});
     world.add_body(plank, 0.5 * (place(i) + place(i + 1)), 1.0 / (0.96 * length * 0.1))
-        .orientation = Quat::FromTwoVectors(Vec3::UnitX(), along);
+        .orientation = turn_between(Vec3::UnitX(), along);
   }
   for (int i = 0; i <= planks; ++i) {
     const bool end = i == 0 || i == planks;

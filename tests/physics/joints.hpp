@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "physics/math/rigid_motion.hpp"
 #include "physics/model/joint.hpp"
 #include "tests/physics/scenes.hpp"
 
@@ -17,7 +18,7 @@ inline Joint joint_at(JointKind kind, const World& world, std::uint32_t a,
   joint.label = static_cast<std::uint32_t>(world.scene.joints.size());
   joint.kind = kind;
   joint.a = BodyId{a};
-  const Quat frame = Quat::FromTwoVectors(Vec3::UnitZ(), axis);
+  const Quat frame = turn_between(Vec3::UnitZ(), axis);
   const auto local = [&](std::uint32_t body, Vec3& place, Quat& turned) {
     const Quat back = world.states[body].orientation.conjugate();
     place = back * (anchor - world.states[body].position_m);

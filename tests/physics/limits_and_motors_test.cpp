@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 
+#include "physics/math/rigid_motion.hpp"
 #include "physics/model/joint.hpp"
 #include "tests/physics/joints.hpp"
 #include "tests/physics/scenes.hpp"
@@ -75,7 +76,7 @@ TEST(Motors, DriveACartOnWheelsOverTheGround) {
   for (const double x : {-0.5, 0.5})
     for (const double y : {-0.4, 0.4}) {
       BodyState& state = world.add_body(wheel, Vec3(x, y, 0.25));
-      state.orientation = Quat::FromTwoVectors(Vec3::UnitZ(), Vec3::UnitY());
+      state.orientation = turn_between(Vec3::UnitZ(), Vec3::UnitY());
       const auto body = static_cast<std::uint32_t>(world.states.size() - 1);
       add(world, joint_at(JointKind::kHinge, world, 0, body, Vec3(x, y, 0.25), Vec3::UnitY()))
           .motor = JointMotor{4.0, 200.0};

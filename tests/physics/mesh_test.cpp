@@ -125,7 +125,9 @@ TEST(Meshes, TheWorkIsThatOfTheTrianglesNear) {
     const auto found = near_triangles({ball, {Mat3::Identity(), Vec3(0, 0, 0.5)}},
                                       {mesh, {Mat3::Identity(), Vec3::Zero()}}, 0.01);
     EXPECT_TRUE(std::is_sorted(found.begin(), found.end()));
-    if (near > 0) EXPECT_EQ(found.size(), near);
+    if (near > 0) {
+      EXPECT_EQ(found.size(), near);
+    }
     near = found.size();
   }
   EXPECT_GE(near, 8u);

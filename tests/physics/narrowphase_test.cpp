@@ -3,6 +3,7 @@
 #include <cmath>
 #include <random>
 
+#include "physics/math/rigid_motion.hpp"
 #include "tests/physics/scenes.hpp"
 
 namespace soda::physics {
@@ -14,10 +15,8 @@ constexpr BodyId kA{0}, kB{1};
 
 std::vector<Vec3> box_corners(const Vec3& half) {
   std::vector<Vec3> points;
-  for (int i = 0; i < 8; ++i) {
-    const Vec3 sign(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1);
-    points.push_back(sign.cwiseProduct(half));
-  }
+  for (int i = 0; i < 8; ++i)
+    points.push_back(half.cwiseProduct(Vec3(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1)));
   return points;
 }
 
@@ -241,7 +240,7 @@ TEST(Narrowphase, ACapsulesEndThatPassesAnEdgeIsAsFarAsItIs) {
       const Vec3 end(0.5 + 1e-3 * beyond_mm, 0.1, 0.5 + kRadius + kGap);
       World world;
       world.add_body(world.add_shape(Capsule{kRadius, kLength}), end + along * (0.5 * kLength))
-          .orientation = Quat::FromTwoVectors(Vec3::UnitZ(), along);
+          .orientation = turn_between(Vec3::UnitZ(), along);
       world.add_static(world.add_shape(Box{half}));
       double nearest = 1e300;
       for (int i = 0; i <= 100000; ++i) {

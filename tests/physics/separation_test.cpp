@@ -156,8 +156,9 @@ TEST(Separation, WhatComesRoundInAStepIsMet) {
     World world = turning_pair(shapes[i % 4], shapes[i / 4 % 4], 0.4, engine);
     for (const ContactManifold& m : contacts_of(world, BodyId{0}, BodyId{1})) {
       ++met;
-      if (m.points[0].feature == kDistanceToImpact)
+      if (m.points[0].feature == kDistanceToImpact) {
         EXPECT_GE(m.points[0].separation_m, 0.0) << "pair " << i << ", which is apart";
+      }
     }
     const Geometry geometry(world.scene);
     world.run(1, geometry);
