@@ -7,6 +7,8 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <functional>
+#include <tuple>
 #include <type_traits>
 
 #include "soda/errors.hpp"
@@ -87,10 +89,33 @@ class In {
     const double x = number(), y = number(), z = number();
     return {x, y, z};
   }
-  std::array<double, kMotionNumbers> numbers() {
+  double at_least_zero() {
+    const double value = number();
+    if (value < 0.0) refuse("it holds a negative size");
+    return value;
+  }
+  physics::Material material() {
+    constexpr double kMostRestitution = 1.0;
+    physics::Material m;
+    for (double* const value :
+         {&m.friction, &m.restitution, &m.rolling_friction_m, &m.torsional_friction_m})
+      *value = at_least_zero();
+    if (m.restitution > kMostRestitution) refuse("it holds a restitution above 1");
+    return m;
+  }
+  std::int64_t step() {
+    constexpr std::int64_t kMostSteps = std::int64_t{1} << 53;
+    const auto value = take<std::int64_t>();
+    if (value < 0 || value > kMostSteps) refuse("it holds a step that no run has");
+    return value;
+  }
+  void motion(physics::BodyState& state) {
+    constexpr double kUnit = 1e-6;
     std::array<double, kMotionNumbers> all;
     for (double& value : all) value = number();
-    return all;
+    set_motion(all, state);
+    if (!(std::abs(state.orientation.squaredNorm() - 1.0) <= kUnit))
+      refuse("it holds an orientation whose length is not 1");
   }
   // Of items of at least so many bytes.
   std::size_t count(std::size_t bytes) {
@@ -134,24 +159,22 @@ void put_input(const models::UserInput& input, Out& out) {
 models::UserInput take_input(const physics::SceneDescription& scene, In& in) {
   models::UserInput input;
   input.id = in.take<std::uint32_t>();
-  input.step = in.take<std::int64_t>();
+  input.step = in.step();
   input.kind = static_cast<models::InputKind>(in.below(models::kInputKinds));
   input.body = physics::BodyId{in.below(scene.bodies.size())};
-  set_motion(in.numbers(), input.state);
+  in.motion(input.state);
   input.sets_linear = in.take<std::uint8_t>() != 0;
   input.sets_angular = in.take<std::uint8_t>() != 0;
   input.impulse_newton_s = in.vector();
   input.point_local_m = in.vector();
-  for (double* const value :
-       {&input.material.friction, &input.material.restitution, &input.material.rolling_friction_m,
-        &input.material.torsional_friction_m})
-    *value = in.number();
+  input.material = in.material();
   input.joint = in.take<std::uint32_t>();
   const bool of_motor = input.kind == models::InputKind::kSetMotor;
   if (of_motor && (input.joint >= scene.joints.size() || !scene.joints[input.joint].motor))
     refuse("it names what the scene does not have");
   for (auto* const value : {&input.motor_speed, &input.motor_push, &input.motor_target})
     *value = in.optional();
+  if (input.motor_push.value_or(0.0) < 0.0) refuse("it holds a negative size");
   return input;
 }
 
@@ -173,8 +196,12 @@ bool is_in(const physics::SceneDescription& scene, physics::BodyId id) {
   return id == physics::kWorldBody || physics::static_index_of(id) < scene.statics.size();
 }
 
+auto place_of(const physics::ContactImpulse& impulse) {
+  return std::tuple(impulse.other, impulse.part, impulse.feature);
+}
+
 void take_state(const physics::SceneDescription& scene, In& in, physics::BodyState& state) {
-  set_motion(in.numbers(), state);
+  in.motion(state);
   state.impulses.resize(in.count(kImpulseBytes));
   state.broken_joints.resize(in.count(4));
   for (physics::ContactImpulse& impulse : state.impulses) {
@@ -186,6 +213,23 @@ void take_state(const physics::SceneDescription& scene, In& in, physics::BodySta
     impulse.friction_newton_s = in.vector();
   }
   for (std::uint32_t& joint : state.broken_joints) joint = in.take<std::uint32_t>();
+  const auto is_in_order = [](const auto& a, const auto& b) { return place_of(a) < place_of(b); };
+  if (std::ranges::adjacent_find(state.impulses, std::not_fn(is_in_order)) !=
+          state.impulses.end() ||
+      std::ranges::adjacent_find(state.broken_joints, std::greater_equal()) !=
+          state.broken_joints.end())
+    refuse("its contacts or broken joints are in no order");
+}
+
+// Bodies have only their own joints broken.
+void check_broken(const physics::SceneDescription& scene, physics::BodyId id,
+                  std::span<const std::uint32_t> broken) {
+  if (broken.empty()) return;
+  const auto known = std::ranges::count_if(scene.joints, [&](const physics::Joint& joint) {
+    return (joint.a == id || joint.b == id) && can_break(joint) &&
+           std::ranges::binary_search(broken, joint.label);
+  });
+  if (static_cast<std::size_t>(known) != broken.size()) refuse("it has what cannot break broken");
 }
 
 std::size_t size_of(const Moment& moment) {
@@ -202,18 +246,14 @@ void take_changes(const physics::SceneDescription& scene, In& in, models::SceneC
   changes = {};
   for (std::size_t n = in.count(kMaterialBytes); n > 0; --n) {
     const physics::BodyId body{in.below(scene.bodies.size())};
-    physics::Material material;
-    for (double* const value : {&material.friction, &material.restitution,
-                                &material.rolling_friction_m, &material.torsional_friction_m})
-      *value = in.number();
-    models::set_material(body, material, changes);
+    models::set_material(body, in.material(), changes);
   }
   for (std::size_t n = in.count(kMotorBytes); n > 0; --n) {
     const std::uint32_t joint = in.below(scene.joints.size());
     if (!scene.joints[joint].motor) refuse("it names what the scene does not have");
     physics::JointMotor motor;
     motor.speed = in.number();
-    motor.most_push = in.number();
+    motor.most_push = in.at_least_zero();
     motor.target = in.optional();
     models::set_motor(joint, motor, changes);
   }
@@ -255,8 +295,7 @@ void decode(std::span<const std::byte> bytes, const physics::SceneDescription& s
   if (in.take<std::uint64_t>() != fingerprint) refuse("it is of another scene");
   const auto checksum = in.take<std::uint64_t>();
   if (checksum != XXH3_64bits(bytes.data() + kHead, bytes.size() - kHead)) refuse("it is damaged");
-  moment.step = in.take<std::int64_t>();
-  if (moment.step < 0) refuse("its step is below 0");
+  moment.step = in.step();
   const std::size_t bodies = in.count(kStateBytes);
   moment.ids.resize(bodies);
   moment.states.resize(bodies);
@@ -264,6 +303,7 @@ void decode(std::span<const std::byte> bytes, const physics::SceneDescription& s
     moment.ids[i] = physics::BodyId{in.below(scene.bodies.size())};
     if (i > 0 && moment.ids[i] <= moment.ids[i - 1]) refuse("its bodies are in no order");
     take_state(scene, in, moment.states[i]);
+    check_broken(scene, moment.ids[i], moment.states[i].broken_joints);
   }
   take_changes(scene, in, moment.changes);
   moment.given.clear();

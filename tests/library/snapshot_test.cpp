@@ -1,5 +1,9 @@
 // Snapshots: going on bit for bit, and what cannot be restored.
 #include <gtest/gtest.h>
+#include <xxhash.h>
+
+#include <algorithm>
+#include <cstring>
 
 #include "library/arena.hpp"
 #include "soda/simulation.hpp"
@@ -93,6 +97,75 @@ TEST(LibrarySnapshot, DamagedOnesAreRefusedAndChangeNothing) {
   EXPECT_EQ(simulation.digest(), digest);
   simulation.restore(whole);
   simulation.step(60);
+}
+
+void set_checksum(Snapshot& forged) {
+  constexpr std::size_t kChecksum = 16, kHead = 24;
+  const std::uint64_t checksum =
+      XXH3_64bits(forged.bytes.data() + kHead, forged.bytes.size() - kHead);
+  std::memcpy(&forged.bytes[kChecksum], &checksum, sizeof checksum);
+}
+
+TEST(LibrarySnapshot, OnlyABodysOwnJointsCanBeBroken) {
+  SceneParts parts;
+  parts.name = "hangs";
+  parts.time_step_s = 1.0 / 60.0;
+  parts.steps = 60;
+  parts.materials = {{.name = "wood"}};
+  parts.bodies = {{.id = 1, .shape = Sphere{0.1}, .material = "wood", .mass_kg = 5.0}};
+  parts.joints = {{.id = 7,
+                   .kind = JointKind::kBall,
+                   .body = 1,
+                   .anchor_m = {0.0, 0.0, 1.0},
+                   .break_force_newton = 1.0}};
+  Simulation simulation(Scene::build(parts));
+  simulation.step(3);
+  ASSERT_EQ(simulation.broken_joints(), (std::vector<std::uint32_t>{7}));
+  Snapshot forged = simulation.snapshot();
+  const std::size_t label = 24 + 8 + 4 + 4 + 8 * 13 + 4 + 4;
+  ASSERT_EQ(forged.bytes[label], std::byte{7});
+  forged.bytes[label] = std::byte{8};
+  set_checksum(forged);
+  EXPECT_THROW(simulation.restore(forged), UsageError);
+}
+
+// As somebody writes them who knows the format: any number may be anything, the checksum is right.
+TEST(LibrarySnapshot, ForgedOnesAreRefusedOrGoOn) {
+  constexpr std::size_t kHead = 24, kNumber = 4;
+  Simulation simulation(arena());
+  simulation.apply({1, 90, Push{.body = kBall, .impulse_newton_s = {0.0, 2.0, 0.0}}});
+  simulation.step(60);
+  const Snapshot whole = simulation.snapshot();
+  const std::uint64_t digest = simulation.digest();
+  int refused = 0, gone_on = 0, failed = 0;
+  const auto try_with = [&](std::size_t at, const std::vector<std::uint32_t>& numbers) {
+    Snapshot forged = whole;
+    std::memcpy(&forged.bytes[at], numbers.data(),
+                std::min(kNumber * numbers.size(), forged.bytes.size() - at));
+    set_checksum(forged);
+    try {
+      simulation.restore(forged);
+      simulation.step(2);
+      ++gone_on;
+    } catch (const UsageError&) {
+      ++refused;
+    } catch (const NumericalError&) {
+      ++failed;
+    }
+  };
+  for (std::size_t at = kHead; at + kNumber <= whole.bytes.size(); at += kNumber)
+    for (const std::vector<std::uint32_t>& numbers : {std::vector<std::uint32_t>{0},
+                                                      {1},
+                                                      {0xffffffff},
+                                                      {0x7fffffff},
+                                                      {0, 0x7fe00000},
+                                                      {0, 0xbff00000},
+                                                      {0xffffffff, 0x7fffffff}})
+      try_with(at, numbers);
+  EXPECT_GT(refused, 1000);
+  EXPECT_GT(gone_on, 1000);
+  simulation.restore(whole);
+  EXPECT_EQ(simulation.digest(), digest);
 }
 
 }  // namespace
