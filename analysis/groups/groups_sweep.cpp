@@ -51,6 +51,11 @@ OneSeed groups_of_seed(const SweepPoint& point, std::uint64_t seed) {
   return one;
 }
 
+// In double throughout: with its long doubles Boost fails before main() where these are emulated by
+// shorter ones, as under Valgrind.
+using StudentsT = boost::math::students_t_distribution<
+    double, boost::math::policies::policy<boost::math::policies::promote_double<false>>>;
+
 template <class Value>
 MeanOfSeeds mean_of(const std::vector<OneSeed>& seeds, Value value) {
   const auto count = static_cast<double>(seeds.size());
@@ -59,8 +64,7 @@ MeanOfSeeds mean_of(const std::vector<OneSeed>& seeds, Value value) {
   const double mean = sum / count;
   for (const OneSeed& seed : seeds) squares += (value(seed) - mean) * (value(seed) - mean);
   if (seeds.size() < 2) return {mean, kNothingKnown};
-  const double quantile =
-      boost::math::quantile(boost::math::students_t_distribution<double>(count - 1.0), 0.975);
+  const double quantile = boost::math::quantile(StudentsT(count - 1.0), 0.975);
   return {mean, quantile * std::sqrt(squares / (count - 1.0) / count)};
 }
 
