@@ -37,17 +37,19 @@ bool is_from(const kernel::MessageView& message, WorldId world, MessageKind kind
 }  // namespace
 
 SplitSolve::SplitSolve(SplitIsland island, SplitPlan plan, WorldId self)
-    : island_(std::move(island)), plan_(std::move(plan)), self_(self), name_(name_of(island_)) {
+    : island_(std::move(island)),
+      plan_(std::move(plan)),
+      self_(self),
+      name_(name_of(island_)),
+      iterations_(
+          physics::BlockSolver::stages({*island_.scene, island_.scene->dt_s, island_.ids,
+                                        std::span<const physics::BodyState>(island_.states)})) {
   for (std::size_t i = 0; i < plan_.solvers.size(); ++i) {
     if (plan_.solvers[i].world != self_) continue;
     range_ = &plan_.solvers[i];
     before_ = i > 0 ? range_ - 1 : nullptr;
     behind_ = i + 1 < plan_.solvers.size() ? range_ + 1 : nullptr;
   }
-}
-
-std::uint32_t SplitSolve::iterations() const {
-  return physics::BlockSolver::stages(*island_.scene);
 }
 
 // What the solver beside this one sends of the border between them.
@@ -94,7 +96,7 @@ void SplitSolve::round(std::int64_t step, std::uint32_t round, Bag bag, SolveSha
     if (!known_) solve_stages(0, counters);
     return send_borders(letters);
   }
-  if (round > iterations()) {
+  if (round > iterations_) {
     const std::optional<physics::StepWork> work = receive_work(bag);
     gave_up_ = !work;
     if (work) conclude(step, physics::allowed_share(*work), memory, counters);
@@ -102,7 +104,7 @@ void SplitSolve::round(std::int64_t step, std::uint32_t round, Bag bag, SolveSha
   }
   receive_borders(round, bag, counters);
   if (gave_up_) return;
-  if (round < iterations()) return send_borders(letters);
+  if (round < iterations_) return send_borders(letters);
   send_work(letters);
 }
 
@@ -142,7 +144,7 @@ void SplitSolve::solve_stages(std::uint32_t stage, physics::StageCounters& count
       if (gave_up_) return;
       solver_->solve_borders(next - 1, counters);
     }
-    if (next < iterations()) solver_->solve_blocks(next, counters);
+    if (next < iterations_) solver_->solve_blocks(next, counters);
   }
 }
 
@@ -183,7 +185,7 @@ void SplitSolve::conclude(std::int64_t step, double share, SolveShare& memory,
     return;
   }
   known_ = nullptr;
-  if (!solver_) solve_stages(iterations(), counters);
+  if (!solver_) solve_stages(iterations_, counters);
   if (gave_up_) return;
   if (share != 1.0) solver_->take_share(share);
   auto solved = std::make_shared<SolvedBlocks>();
@@ -251,7 +253,7 @@ std::optional<SplitSolve::Received> SplitSolve::outcome(Bag bag) const {
   report.label = island_.ids.front();
   report.bodies = static_cast<std::uint32_t>(island_.ids.size());
   for (const physics::ContactManifold& m : island_.manifolds) report.contact_points += m.count;
-  report.iterations = iterations();
+  report.iterations = iterations_;
   for (auto& [first, news] : ranges) {
     std::move(news.bodies.begin(), news.bodies.end(), std::back_inserter(received.bodies));
     received.faults.insert(received.faults.end(), news.faults.begin(), news.faults.end());

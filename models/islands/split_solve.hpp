@@ -45,7 +45,7 @@ class SplitSolve {
   const IslandName& name() const { return name_; }
   const SplitPlan& plan() const { return plan_; }
   const SplitIsland& island() const { return island_; }
-  std::uint32_t iterations() const;
+  std::uint32_t iterations() const { return iterations_; }
   // Whether this world has blocks to solve and has received all that it needed so far.
   bool solves() const { return range_ != nullptr && !gave_up_; }
   bool is_done() const { return outcome_ != nullptr; }
@@ -93,6 +93,7 @@ class SplitSolve {
   const SplitPlan plan_;
   const WorldId self_;
   IslandName name_;
+  const std::uint32_t iterations_;
   const SolverRange* range_ = nullptr;   // of this world
   const SolverRange* before_ = nullptr;  // of the solvers beside it
   const SolverRange* behind_ = nullptr;

@@ -15,6 +15,9 @@ namespace soda::physics {
 namespace {
 
 constexpr double kMostMultiplications = 5e6;  // of one factorisation: 10 Mflop
+// What has no speed at all is found to stay so once, or to move on: a structure that was built at
+// rest. In substeps it would cost as much in each step for ever.
+constexpr double kMostAtRest = 1e8;
 // Newton's method needs many steps for what slides or falls. So what is not quasi-static must be
 // small, and have bodies for which iterations fail.
 constexpr double kSmall = 1e4;  // multiplications
@@ -23,14 +26,15 @@ constexpr double kMuchHeavier = 10.0;
 constexpr double kSmallImpact = 1e5;  // multiplications
 // With joints, in motion: what iterations take there costs as much as a factorisation.
 constexpr double kSmallWithJoints = 1e6;  // multiplications
-constexpr double kQuasiStatic = 0.1;      // of the speed that fields give in a step
+// Of the speed that fields give in a step.
+constexpr double kQuasiStatic = 0.1, kAtRest = 1e-3;
 // Overlap, of the smaller body. Iterations let what is high or heavy sink, ever deeper: an island
 // that has sunk so far is solved directly until it is up again.
 constexpr double kSunk = 5e-3;
 // Multiplications for each row: tens of factorisations are then no more than the most substeps.
 constexpr double kSunkOfRow = 80.0;
-// Multiplications of all factorisations of a solve.
-constexpr double kMostWork = 4e7;
+// Multiplications of all factorisations of a solve; at most, a second.
+constexpr double kMostWork = 4e7, kMostWorkAtRest = 4e9;
 // Factorisations after which what moves is solved well enough to move on. With joints, what comes
 // to rest slowly is met in each step.
 constexpr int kManyWithJoints = 10;
@@ -166,9 +170,9 @@ int most_factorisations(const DirectAim& aim, std::span<const SolverBody> bodies
   }
   if (aim.goes_on && most > kMuchHeavier * least)
     return plan.multiplications <= kSmall ? kOfUneven : kLeast;
-  constexpr int kLeastOfEven = 80;
-  return static_cast<int>(
-      std::clamp(kMostWork / plan.multiplications, double{kLeastOfEven}, kMost));
+  constexpr double kLeastOfEven = 80.0;
+  const double least_of_even = std::min(kLeastOfEven, kMostWorkAtRest / plan.multiplications);
+  return static_cast<int>(std::clamp(kMostWork / plan.multiplications, least_of_even, kMost));
 }
 
 // Of the points of one manifold, squared; `b` null for a static.
@@ -183,6 +187,18 @@ double squared_speed(const SceneDescription& scene, const ContactManifold& m, co
     squared = std::max(squared, (other - velocity_at(a, point)).squaredNorm());
   }
   return squared;
+}
+
+// Whether contacts move by no more than that share of the speed that fields give in a step.
+bool are_slower(double share, const SceneDescription& scene, double dt_s,
+                std::span<const BodyId> ids, std::span<const ContactManifold> manifolds,
+                std::span<const BodyState> states) {
+  const double most_m_s = share * strongest_field_m_s2(scene, ids) * dt_s;
+  return std::ranges::all_of(manifolds, [&](const ContactManifold& m) {
+    if (is_joint(m)) return true;
+    const BodyState* const b = is_static(m.b) ? nullptr : &states[place_of(ids, m.b)];
+    return squared_speed(scene, m, states[place_of(ids, m.a)], b) <= most_m_s * most_m_s;
+  });
 }
 
 bool has_sunk(const SceneDescription& scene, std::span<const ContactManifold> manifolds) {
@@ -235,13 +251,7 @@ double mass_ratio(const SceneDescription& scene, std::span<const BodyId> ids) {
 bool is_quasi_static(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                      std::span<const ContactManifold> manifolds,
                      std::span<const BodyState> states) {
-  const double quasi_static_m_s = kQuasiStatic * strongest_field_m_s2(scene, ids) * dt_s;
-  return std::ranges::all_of(manifolds, [&](const ContactManifold& m) {
-    if (is_joint(m)) return true;
-    const BodyState* const b = is_static(m.b) ? nullptr : &states[place_of(ids, m.b)];
-    return squared_speed(scene, m, states[place_of(ids, m.a)], b) <=
-           quasi_static_m_s * quasi_static_m_s;
-  });
+  return are_slower(kQuasiStatic, scene, dt_s, ids, manifolds, states);
 }
 
 std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, double dt_s,
@@ -261,11 +271,14 @@ std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, doub
       !any_turns_others(scene, ids, states) && is_quasi_static(scene, dt_s, ids, manifolds, states);
   const bool sunk = !jointed && has_sunk(scene, manifolds);
   if (!quasi_static && !is_uneven && !accurate && !sunk) return std::nullopt;
+  const bool at_rest =
+      !jointed && quasi_static && are_slower(kAtRest, scene, dt_s, ids, manifolds, states);
   return plan_elimination(static_cast<std::uint32_t>(ids.size()), edges_of(ids, manifolds),
-                          quasi_static || accurate ? kMostMultiplications
-                          : jointed                ? kSmallWithJoints
-                          : sunk                   ? kSunkOfRow * 3.0 * points_of(manifolds)
-                                                   : kSmall);
+                          at_rest                    ? kMostAtRest
+                          : quasi_static || accurate ? kMostMultiplications
+                          : jointed                  ? kSmallWithJoints
+                          : sunk                     ? kSunkOfRow * 3.0 * points_of(manifolds)
+                                                     : kSmall);
 }
 
 std::optional<Elimination> plan_impact_solve(const SceneDescription& scene,

@@ -24,6 +24,7 @@ BlockSolver::BlockSolver(const LargeIsland& island, std::uint32_t first, std::ui
       first_(first),
       last_(last),
       first_border_(first > 0 ? first - 1 : 0),
+      stages_(stages({island.scene, island.dt_s, island.ids, island.states})),
       fastest_correction_(fastest_correction(island.scene, island.ids)) {
   StageCounters built;
   for (std::uint32_t i = first_; i < last_; ++i) {
@@ -36,7 +37,7 @@ BlockSolver::BlockSolver(const LargeIsland& island, std::uint32_t first, std::ui
   const auto borders = static_cast<std::uint32_t>(island_.blocks.borders.size());
   for (std::uint32_t i = first_border_; i < std::min(last_, borders); ++i) add_border(i, built);
   const double dt_s = island_.dt_s;
-  const std::uint32_t count = substeps_of(island_.scene.solver);
+  const std::uint32_t count = stages_ / 2;
   for (Part& part : blocks_) begin_substeps(dt_s, count, part.states, part.problem, part.substeps);
   for (Border& border : borders_)
     begin_substeps(dt_s, count, {}, border.part.problem, border.part.substeps);
@@ -97,9 +98,7 @@ void BlockSolver::store(std::uint32_t index, const Border& border) {
     copy(border.part, border.upper.in_border, block(index + 1), border.upper.in_block);
 }
 
-std::uint32_t BlockSolver::stages(const SceneDescription& scene) {
-  return 2 * substeps_of(scene.solver);
-}
+std::uint32_t BlockSolver::stages(const SolveStep& step) { return 2 * substeps_under_load(step); }
 
 void BlockSolver::iterate(std::uint32_t stage, Part& part, StageCounters& counters) {
   if (stage % 2 == 0) {
@@ -127,7 +126,7 @@ void BlockSolver::solve_borders(std::uint32_t stage, StageCounters& counters) {
     iterate(stage, borders_[i].part, counters);
     store(first_border_ + i, borders_[i]);
   }
-  if (stage + 1 < stages(island_.scene)) return;
+  if (stage + 1 < stages_) return;
   for (Part& part : blocks_) end_substeps(part.problem, part.substeps);
   for (Border& border : borders_) end_substeps(border.part.problem, border.part.substeps);
 }
@@ -195,7 +194,7 @@ std::uint32_t BlockSolver::rebound(StageCounters& counters) {
     iterate_velocities(forward, problem);
     counters.block_row_sweeps += rows_of(problem);
   };
-  const std::uint32_t iterations = stages(island_.scene);
+  const std::uint32_t iterations = stages_;
   for (std::uint32_t i = 0; i < iterations; ++i) {
     for (Part& part : blocks_) iterate_rebounds(i % 2 == 0, part.problem);
     for (std::uint32_t k = 0; k < borders_.size(); ++k) {

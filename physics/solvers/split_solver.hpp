@@ -59,8 +59,7 @@ class BlockSolver {
   BlockSolver(const LargeIsland& island, std::uint32_t first, std::uint32_t last,
               StageCounters& counters);
 
-  // Of any island of the scene.
-  static std::uint32_t stages(const SceneDescription& scene);
+  static std::uint32_t stages(const SolveStep& step);  // of the whole island
   // stage 0, 1, ...
   void solve_blocks(std::uint32_t stage, StageCounters& counters);
   void solve_borders(std::uint32_t stage, StageCounters& counters);
@@ -132,6 +131,7 @@ class BlockSolver {
   const LargeIsland island_;
   const std::uint32_t first_, last_;
   const std::uint32_t first_border_;
+  const std::uint32_t stages_;
   const FastestCorrection fastest_correction_;
   std::vector<Part> blocks_;
   std::vector<Border> borders_;

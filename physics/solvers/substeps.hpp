@@ -23,6 +23,11 @@ namespace soda::physics {
 // Of a step: one for four of the settings' `iterations`, at least one. Each takes two iterations.
 std::uint32_t substeps_of(const SolverSettings& settings);
 
+// Of the step of one island, which bears what the impulses that its bodies begin with say: as many
+// more as keep the sag of its contacts under that small, at most eight times as many. A function of
+// the arguments' content.
+std::uint32_t substeps_under_load(const SolveStep& step);
+
 // Displacement of a body since the step's start.
 struct Displacement {
   Vec3 linear_m = Vec3::Zero(), angular_rad = Vec3::Zero();
