@@ -1,4 +1,9 @@
-// Contact rows solved by projected Gauss-Seidel.
+// Contact rows solved by projected Gauss-Seidel. A row of effective mass m and relative velocity u
+// is corrected by
+//   impulse <- max(0, impulse + m (target - u)),
+// and friction by what stops its point, projected into the disc that the normal impulse allows.
+// Source: E. Catto, "Iterative dynamics with temporal coherence", Game Developers Conference 2005:
+// these iterations on accumulated impulses, which start from those of the step before.
 #pragma once
 
 #include <vector>
