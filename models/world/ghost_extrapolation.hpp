@@ -12,7 +12,8 @@
 
 namespace soda::models {
 
-// The ghosts of the messages, and who has sent some.
+// The ghosts in the messages of a bag, and the worlds that sent these messages. A world that sent
+// an empty one is among them.
 ReceivedGhosts ghosts_in(Bag bag);
 
 // Extrapolates ghosts for the step in progress, and notes in view() what the next step needs to do
