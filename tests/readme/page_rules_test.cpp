@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <map>
 #include <stdexcept>
 
@@ -128,6 +129,23 @@ TEST(Pages, OfDecisionsHaveFourParts) {
           << page.path << ": " << part;
   }
   EXPECT_GE(decisions, 8u);
+}
+
+// Machines take different times for it, but reach the same states.
+TEST(Pages, OfResultsHaveTheGoldenDigestOfTheMainScenario) {
+  std::ifstream golden(fs::path(SODA_SOURCE_DIR) / "tests/golden/digests.txt");
+  std::string scene, steps, digest;
+  while (scene != "library/wrecking-balls" && golden >> scene >> steps >> digest)
+    golden.ignore(std::numeric_limits<std::streamsize>::max(), '\n');
+  ASSERT_EQ(digest.size(), 16u);
+  std::size_t results = 0;
+  for (const Page& page : repository().pages) {
+    if (!page.path.starts_with("docs/results/")) continue;
+    ++results;
+    EXPECT_NE(page.text.find("digest of the state after the last step  " + digest), page.text.npos)
+        << page.path << ": analysis/benchmarks/results.sh writes it anew";
+  }
+  EXPECT_GE(results, 1u);
 }
 
 TEST(Pages, TheArchitectureNamesEachRoom) {
