@@ -268,8 +268,8 @@ class Checks {
       const double most_m = dt * most_m_s + kRoundingOfPlaces * island.before[i].position_m.norm();
       if (!(way_m <= most_m))
         fail(island.ids[i], "way: moves " + format_number(way_m) +
-                                " m, though speeds and push-out allow " + format_number(most_m) +
-                                " m");
+                                " m, though speeds and position correction allow " +
+                                format_number(most_m) + " m");
     }
   }
 

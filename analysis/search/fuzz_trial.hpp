@@ -18,24 +18,29 @@ struct FuzzSums {
 
 void add(const FuzzSums& more, FuzzSums& sums);
 
-// Runs all steps of the scenario, which has neither drives, springs, moving surfaces nor inputs.
-// Throws CheckFailed with step and body, if
-// - a fault is recorded, or a number is none;
-// - energy: what an island or a free body has, kinetic and potential, rises in a step by more than
-//   the work that the island reports for displacements without velocity, as far as position
-//   correction at its greatest speed (displacement_bounds.hpp) explains that, and rounding: 1e-9 of
-//   its energies before and after and of what gravity moves in a step, and that of a speed no
-//   larger than rounding leaves of the fastest one, which grows with the island's contact points;
-// - escape: a body's centre sinks into a halfspace by more than its own radius (but what joints
-//   hold where something in its island has overlapped by as much: nothing says where out is), or a
-//   point of it gets faster than 100 times all that it could come from: the largest speed of any
-//   point at the start, what gravity adds in the run, what position correction may reach;
-// - way: where no impact was looked for within the step, a body without joints moves by more than
-//   twice the speed of the fastest of its island, before or after, gravity and position correction
-//   take it;
-// - momentum: an island's, without joints, changes by other than gravity and what statics are
-//   reported to give, by more than 1e-7 of its masses at the speed of the fastest point so far;
-// - work: an island takes more solver iterations or multiplications than its size explains.
+// Runs all steps of the scenario, which has no drives, moving surfaces or inputs. Throws
+// CheckFailed with step and body if a fault is recorded, a number is none, or a rule is broken:
+//
+// energy    In a step, the kinetic and potential energy of an island or a free body rises by no
+//           more than the work that its island reports and a rounding. Reported work is that of
+//           motors, and that of displacements without velocity. The latter counts no further than
+//           position correction at its greatest speed explains (displacement_bounds.hpp). The
+//           rounding is 1e-9 of the energies before and after and of what gravity moves in a step.
+//           It also has the energy of a small speed: the rounding of the fastest speed, times the
+//           island's contact points. With springs the rule is for all bodies together, from the
+//           start on: they have gained at most 1e-6 of the most energy that they had in a step.
+// escape    The centre of a body sinks into a halfspace by no more than the body's radius. Bodies
+//           with joints may, once an overlap of their island has been that deep: nothing says then
+//           where out is. And no point of a body exceeds 100 times the sum of three speeds: the
+//           largest of any point at the start, what gravity adds in the run, and the greatest of
+//           position correction.
+// way       A body moves in a step no farther than twice the fastest speed of its island, before
+//           or after, gravity and position correction take it. Not checked where joints are, or
+//           where impacts were looked for within the step.
+// momentum  The momentum of an island without joints changes by gravity and by what statics are
+//           reported to give. The rest is at most 1e-7 of its masses at the speed of the fastest
+//           point so far.
+// work      An island takes no more solver iterations and multiplications than its size explains.
 FuzzSums run_fuzz_trial(const scenarios::Scenario& scenario);
 
 }  // namespace soda::analysis

@@ -148,7 +148,7 @@ class RecordedRun {
       else
         sent_.emplace(name, std::move(message));
     }
-    effects_.stand_again.clear();
+    effects_.revalidated.clear();
   }
 
   void commit(std::size_t worker, VirtualTime gvt) {

@@ -151,7 +151,7 @@ void Worker::settle_receivers() {
   while (!touched_.empty()) {
     for (const std::uint32_t own : touched_) {
       processes_[own].settle(effects_);
-      effects_.stand_again.clear();
+      effects_.revalidated.clear();
       refresh(own);
       note_uncommitted(own);
     }

@@ -83,7 +83,7 @@ void Worker::execute_one(std::uint32_t own) {
   process.collect(gvt_, effects_);
   executing_ = own;
   process.execute(effects_);
-  effects_.stand_again.clear();
+  effects_.revalidated.clear();
   note_uncommitted(own);
   if (next) next->prefetch_history();
   route_outgoing();

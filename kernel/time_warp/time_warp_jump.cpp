@@ -83,7 +83,7 @@ void TimeWarpProcess::restore(const Executed& record, WorkerEffects& effects) {
   executed_.push_back(record);
   --effects.counters.rolled_back;
   if (effects.recorder != nullptr) effects.recorder->put_back(id_, record.time());
-  effects.stand_again.push_back(record.time());
+  effects.revalidated.push_back(record.time());
 }
 
 }  // namespace soda::kernel

@@ -153,7 +153,7 @@ bool TimeWarpProcess::absorb(VirtualTime time, WorkerEffects& effects) {
   if (is_executed) return true;
   executed_.insert(at, {time.t, time.round, 0, false});
   ++effects.counters.executed;
-  effects.stand_again.push_back(time);
+  effects.revalidated.push_back(time);
   return true;
 }
 

@@ -39,7 +39,7 @@ struct WorkerEffects {
   SlidingVector<MessageView> bag;     // scratch
   // Times that count as executed though they were not: bags absorbed, and what a jump put back in
   // force. The executor clears it.
-  std::vector<VirtualTime> stand_again;
+  std::vector<VirtualTime> revalidated;
 };
 
 // Driving: deliver() any number of messages, then settle(); execute() while next_time() is within

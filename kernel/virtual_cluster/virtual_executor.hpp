@@ -29,15 +29,16 @@ struct AwaitedMessage {
   }
 };
 
-// Who acts at points of the virtual wall clock: a renderer, say.
+// Acts at times of the virtual wall clock that it chooses: a renderer, say.
 class ClockUser {
  public:
   virtual ~ClockUser() = default;
-  // What happens next happens now.
+  // Before each action of the cluster: the clock shows `now_ns`, which never falls.
   virtual void set_now(std::int64_t now_ns) = 0;
-  // When it wants to act next, if at all; asked again after whatever happens.
+  // The time of its next act(), or none. It is asked again before each action of the cluster.
   virtual std::optional<std::int64_t> next_ns() = 0;
-  // It is that time, or later, and all else of it has happened.
+  // The clock shows next_ns(), or more if that had passed. The cluster has done all that it does at
+  // that time.
   virtual void act() = 0;
 };
 

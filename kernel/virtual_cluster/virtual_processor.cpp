@@ -58,15 +58,15 @@ void VirtualProcessor::take_in(std::vector<Message>& outgoing) {
 void VirtualProcessor::settle(std::uint32_t own) {
   const std::uint64_t before = effects_.counters.rolled_back;
   processes_[own].settle(effects_);
-  note_standing_again(own);
+  note_revalidated(own);
   drop_undone(own, effects_.counters.rolled_back - before);
   refresh(own);
 }
 
 // What was undone and is revalidated has been paid for before.
-void VirtualProcessor::note_standing_again(std::uint32_t own) {
+void VirtualProcessor::note_revalidated(std::uint32_t own) {
   SlidingVector<Spent>& spent = spent_[own];
-  for (const VirtualTime time : effects_.stand_again) {
+  for (const VirtualTime time : effects_.revalidated) {
     std::size_t at = spent.size();
     while (at > 0 && time < spent[at - 1].time) --at;
     const auto paid = undone_cost_[own].find(time);
@@ -76,7 +76,7 @@ void VirtualProcessor::note_standing_again(std::uint32_t own) {
     rolled_back_ns_ -= cost.sum_ns();
     if (is_known) undone_cost_[own].erase(paid);
   }
-  effects_.stand_again.clear();
+  effects_.revalidated.clear();
 }
 
 // The latest that stand; what was committed already is not among them.
@@ -185,7 +185,7 @@ VirtualProcessor::Done VirtualProcessor::execute(std::uint32_t own, VirtualTime 
     spent_[own].push_back({now, cost});
   else
     rolled_back_ns_ += cost_ns;
-  note_standing_again(own);
+  note_revalidated(own);
   refresh(own);
   return {now, cost_ns};
 }

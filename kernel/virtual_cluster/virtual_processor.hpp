@@ -96,7 +96,7 @@ class VirtualProcessor {
   bool commit_one(std::uint32_t own, VirtualTime limit, VirtualTime gvt, bool finished);
   void count_history(std::uint32_t own);
   void settle(std::uint32_t own);
-  void note_standing_again(std::uint32_t own);
+  void note_revalidated(std::uint32_t own);
   void drop_undone(std::uint32_t own, std::uint64_t undone);
   void route(std::vector<Message>& outgoing);
   void tell_sent();

@@ -26,9 +26,10 @@ class Loads {
   std::span<const std::uint32_t> islands_in(std::uint32_t cell) const;
   const LoadPicture& picture() const { return picture_; }
 
-  // By how much the sum of squared loads would fall if the cells went to `to`; nothing changes.
+  // By how much the sum of the processors' squared loads (ns^2) would fall if `cells`, all of one
+  // owner, went to the world `to`. Negative if it would rise. Loads stay as they are.
   double gain(std::span<const std::uint32_t> cells, WorldId to);
-  // Moves them if both territories stay in one piece.
+  // Gives `cells` of `from` to `to` if both territories stay in one piece; whether they do.
   bool move(std::span<const std::uint32_t> cells, WorldId from, WorldId to);
 
  private:

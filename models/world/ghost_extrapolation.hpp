@@ -12,17 +12,19 @@
 
 namespace soda::models {
 
-// The ghosts of the messages, and who has sent some.
+// The ghosts in the messages of a bag, and the worlds that sent these messages. A world that sent
+// an empty one is among them.
 ReceivedGhosts ghosts_in(Bag bag);
 
-// Of the step in progress, and what that leaves for the next one. Off, the world ignores what it
-// has not received, and the view that a step leaves is empty.
+// Extrapolates ghosts for the step in progress, and notes in view() what the next step needs to do
+// so. If it is off, the world ignores ghosts that it has not received, and view() stays empty.
 class GhostExtrapolation {
  public:
   explicit GhostExtrapolation(StepInProgress& step) : step_(step) {}
 
   bool is_on() const { return step_.around.ghosts != GhostMode::kReceivedOnly && step_.divided(); }
-  // `before`: what the step before has left. `audits`: counts what comes of extrapolated ghosts.
+  // Begins a step. `before`: the view() of the step before. `audits`: whether to count how many
+  // extrapolated ghosts come true.
   void start(const ForeignView& before, bool audits);
 
   // Worlds that get ghosts in this step, if only an empty message; ascending.

@@ -46,9 +46,10 @@ double fastest_surface_m_s(const SceneDescription& scene,
 
 std::string impossible_displacement(double displacement_m, double most_m) {
   char text[160];
-  std::snprintf(text, sizeof text,
-                "moves %.6g m in one step; the energy of its island and push-out allow %.6g m",
-                displacement_m, most_m);
+  std::snprintf(
+      text, sizeof text,
+      "moves %.6g m in one step; the energy of its island and position correction allow %.6g m",
+      displacement_m, most_m);
   return text;
 }
 
@@ -73,24 +74,24 @@ double weight_newton(const SceneDescription& scene, std::span<const BodyId> ids)
   return mass_kg * scene.gravity_m_s2.norm() + own_newton;
 }
 
-void limit_correction(const FastestCorrection& most, PositionCorrection& push) {
+void limit_correction(const FastestCorrection& most, PositionCorrection& correction) {
   const auto shorten = [](double longest, Vec3& v) {
     const double squared = v.squaredNorm();
     if (squared > longest * longest) v *= longest / std::sqrt(squared);
   };
-  shorten(most.m_s, push.linear);
-  shorten(most.rad_s, push.angular);
+  shorten(most.m_s, correction.linear);
+  shorten(most.rad_s, correction.angular);
 }
 
-void limit_correction(const FastestCorrection& most, std::span<PositionCorrection> push) {
+void limit_correction(const FastestCorrection& most, std::span<PositionCorrection> correction) {
   double share = 1.0;
-  for (const PositionCorrection& p : push) {
+  for (const PositionCorrection& p : correction) {
     const double linear = p.linear.norm(), angular = p.angular.norm();
     if (linear * share > most.m_s) share = most.m_s / linear;
     if (angular * share > most.rad_s) share = most.rad_s / angular;
   }
   if (share == 1.0) return;
-  for (PositionCorrection& p : push) {
+  for (PositionCorrection& p : correction) {
     p.linear *= share;
     p.angular *= share;
   }

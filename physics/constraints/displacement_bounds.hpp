@@ -27,8 +27,8 @@ double weight_newton(const SceneDescription& scene, std::span<const BodyId> ids)
 
 // Shortens what is faster. Direction stays; of an island, also the proportions in which bodies
 // part.
-void limit_correction(const FastestCorrection& most, PositionCorrection& push);
-void limit_correction(const FastestCorrection& most, std::span<PositionCorrection> push);
+void limit_correction(const FastestCorrection& most, PositionCorrection& correction);
+void limit_correction(const FastestCorrection& most, std::span<PositionCorrection> correction);
 
 // How far each body of an island can come in a step: at the speed that it would have with all
 // energy of its island, what forces and surfaces that slide along can add in the step included, and

@@ -48,7 +48,7 @@ Flyer fixed(const Geometry& geometry, const StaticGeometry& body, std::uint32_t 
   return flyer_of(geometry, {shape, {shape.shape, {body.pose.rotation, Vec3::Zero()}}}, part);
 }
 
-void turn(double time_s, Flyer& f) {
+void rotate_solid(double time_s, Flyer& f) {
   if (!f.turns()) return;
   rotate_freely(*f.params, time_s, f.turning);
   f.solid.placed.pose.rotation = f.turning.orientation.toRotationMatrix();
@@ -256,8 +256,8 @@ void FlyingSolids::bound_turning() {
 
 void FlyingSolids::go_to(double time_s) {
   if (time_s == time_s_) return;
-  turn(time_s - time_s_, a_);
-  turn(time_s - time_s_, b_);
+  rotate_solid(time_s - time_s_, a_);
+  rotate_solid(time_s - time_s_, b_);
   time_s_ = time_s;
   between_ = centre_ + velocity_ * time_s + field_ * (0.5 * time_s * time_s);
   a_.solid.placed.pose.position = a_.arm;

@@ -42,7 +42,7 @@ ContactImpactRun::ContactImpactRun(const ContactImpactIsland& island, bool apart
       since_s_(states.size(), 0.0),
       errors_(states.size(), 0.0),
       taken_(states.size(), 0),
-      struck_(states.size(), 0) {
+      in_impact_(states.size(), 0) {
   for (const ContactManifold& m : island.manifolds) {
     const bool fixed = is_static(m.b);
     const std::uint32_t pair =
@@ -259,13 +259,13 @@ void ContactImpactRun::redirect(std::uint32_t body, double now_s) {
 }
 
 // The bodies that something touches, and holds, from this pair on; ascending.
-ContactImpactRun::Bodies ContactImpactRun::struck_with(std::uint32_t pair, double now_s,
-                                                       std::vector<ContactManifold>& touching) {
-  Bodies struck{pairs_[pair].a};
+ContactImpactRun::Bodies ContactImpactRun::bodies_of_impact(
+    std::uint32_t pair, double now_s, std::vector<ContactManifold>& touching) {
+  Bodies hit{pairs_[pair].a};
   taken_pairs_.assign(pairs_.size(), 0);
-  struck_[struck.front()] = 1;
-  for (std::size_t i = 0; i < struck.size(); ++i) {
-    const std::uint32_t body = struck[i];
+  in_impact_[hit.front()] = 1;
+  for (std::size_t i = 0; i < hit.size(); ++i) {
+    const std::uint32_t body = hit[i];
     const std::vector<std::uint32_t> of(pairs_.of(body).begin(), pairs_.of(body).end());
     for (const std::uint32_t q : of) {
       const MeetingPair p = pairs_[q];
@@ -278,35 +278,35 @@ ContactImpactRun::Bodies ContactImpactRun::struck_with(std::uint32_t pair, doubl
       if (looks_[q].time_s != now_s) look(q, now_s);
       if (!append_touching(island_, looks_[q].found, states(), touching)) continue;
       taken_pairs_[q] = 1;
-      if (p.fixed || struck_[p.other(body)]) continue;
-      struck_[p.other(body)] = 1;
-      struck.push_back(p.other(body));
+      if (p.fixed || in_impact_[p.other(body)]) continue;
+      in_impact_[p.other(body)] = 1;
+      hit.push_back(p.other(body));
     }
   }
-  for (const std::uint32_t body : struck) struck_[body] = 0;
-  std::sort(struck.begin(), struck.end());
+  for (const std::uint32_t body : hit) in_impact_[body] = 0;
+  std::sort(hit.begin(), hit.end());
   std::sort(touching.begin(), touching.end(), canonical_before);
-  return struck;
+  return hit;
 }
 
 bool ContactImpactRun::resolve_impact_at(std::uint32_t pair, double now_s) {
   std::vector<ContactManifold> touching;
-  const Bodies struck = struck_with(pair, now_s, touching);
+  const Bodies hit = bodies_of_impact(pair, now_s, touching);
   std::vector<BodyId> ids;
   std::vector<BodyState> after;
-  for (const std::uint32_t body : struck) {
+  for (const std::uint32_t body : hit) {
     ids.push_back(island_.ids[body]);
     after.push_back(states_[body]);
   }
   if (!resolve_impact(island_.scene, ids, touching, after, report_, effects_.counters))
     return false;
   Bodies changed;
-  for (std::size_t i = 0; i < struck.size(); ++i) {
-    const BodyState& before = states_[struck[i]];
+  for (std::size_t i = 0; i < hit.size(); ++i) {
+    const BodyState& before = states_[hit[i]];
     if (before.linear_velocity_m_s != after[i].linear_velocity_m_s ||
         before.angular_velocity_rad_s != after[i].angular_velocity_rad_s)
-      changed.push_back(struck[i]);
-    states_[struck[i]] = std::move(after[i]);
+      changed.push_back(hit[i]);
+    states_[hit[i]] = std::move(after[i]);
   }
   for (const std::uint32_t body : changed) redirect(body, now_s);
   for (const std::uint32_t body : changed)

@@ -61,7 +61,7 @@ class ContactImpactRun {
   void look_after(const Bodies& set, std::span<const BodyState> before, double from_s,
                   double now_s);
   void redirect(std::uint32_t body, double now_s);
-  Bodies struck_with(std::uint32_t pair, double now_s, std::vector<ContactManifold>& touching);
+  Bodies bodies_of_impact(std::uint32_t pair, double now_s, std::vector<ContactManifold>& touching);
   bool resolve_impact_at(std::uint32_t pair, double now_s);
   void finish(double now_s);
 
@@ -74,7 +74,7 @@ class ContactImpactRun {
   NextPair next_;
   std::vector<Look> looks_;
   std::vector<double> since_s_, errors_;
-  std::vector<char> taken_, struck_, taken_pairs_;  // scratch
+  std::vector<char> taken_, in_impact_, taken_pairs_;  // scratch
   std::size_t events_ = 0;
 };
 

@@ -203,8 +203,8 @@ void look_at_first(Flyers& flyers, std::uint32_t number, StageCounters& counters
 }
 
 // The two are on other paths now, except what is kinematic; pairs with others begin anew.
-void redirect(Flyers& flyers, std::uint32_t struck, StageCounters& counters) {
-  const MeetingPair pair = flyers.pairs[struck];
+void redirect(Flyers& flyers, std::uint32_t hit, StageCounters& counters) {
+  const MeetingPair pair = flyers.pairs[hit];
   std::vector<std::uint32_t> bodies;
   if (!is_kinematic(flyers.scene, flyers.ids[pair.a])) bodies.push_back(pair.a);
   if (!pair.fixed && !is_kinematic(flyers.scene, flyers.ids[pair.b])) bodies.push_back(pair.b);
@@ -213,11 +213,11 @@ void redirect(Flyers& flyers, std::uint32_t struck, StageCounters& counters) {
                           (flyers.dt_s - flyers.since_s[body]) / flyers.scene.dt_s, counters);
   for (const std::uint32_t body : bodies)
     for (const std::uint32_t other : flyers.pairs.of(body))
-      if (other != struck) {
+      if (other != hit) {
         look_ahead(flyers, other, counters);
         flyers.slow[other] = false;
       }
-  if (!bodies.empty()) look_ahead(flyers, struck, counters);
+  if (!bodies.empty()) look_ahead(flyers, hit, counters);
 }
 
 // Through impacts until dt_s, or until something lasts.

@@ -276,9 +276,10 @@ ContactSolution solve_jointed(const JointedStep& step, JointSystem& joints,
     clamp_joint_gain(step.island.dt_s, step.states, step.free, joints, problem);
     limit_throws(step.states, step.free, joints, problem);
   }
-  PositionCorrectionProblem push;
-  solve_position_correction(step.island.scene.solver.iterations, step.island.dt_s, problem, push);
-  solution.push = std::move(push.bodies);
+  PositionCorrectionProblem correction;
+  solve_position_correction(step.island.scene.solver.iterations, step.island.dt_s, problem,
+                            correction);
+  solution.push = std::move(correction.bodies);
   limit_correction(fastest_correction(step.island.scene, step.island.ids), solution.push);
   return solution;
 }

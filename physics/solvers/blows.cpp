@@ -19,10 +19,10 @@ constexpr double kSlow = 0.03;       // of the speed that fields give in a step
 constexpr double kStill = 1e-11;     // of the width, in a step
 constexpr double kOfHardest = 1e-7;  // of the step's hardest blow: what solving it leaves
 // What Newton's method may take: factorisations of a blow, and for each body that its front may
-// have to pass (of a kick alone, which the iterations undo as well), and of all in a step;
-// multiplications of a step, for each of its pairs in touch; and how many factorisations these must
-// be enough for.
-constexpr int kOfBlow = 12, kOfBody = 2, kOfKick = 6, kFurther = 8, kOfStep = 128;
+// have to pass (fewer if the warm start is all that is wrong, which the iterations mend as well),
+// and of all in a step; multiplications of a step, for each of its pairs in touch; and how many
+// factorisations these must be enough for.
+constexpr int kOfBlow = 12, kOfBody = 2, kOfOverestimate = 6, kFurther = 8, kOfStep = 128;
 constexpr double kOfPair = 7000.0, kAnyway = 2e5, kWorthwhile = 4.0;
 constexpr double kOfPairInHaste = 1000.0, kAnywayInHaste = 1e4;
 
@@ -39,8 +39,8 @@ double most_closing_m_s(const ContactProblem& problem, const Substeps& substeps,
 
 // How much faster a point closes than it may, if to stop that takes more than what it bears; else
 // nothing.
-double struck_m_s(const ContactProblem& problem, const Substeps& substeps, std::size_t i,
-                  double closing_m_s) {
+double excess_closing_m_s(const ContactProblem& problem, const Substeps& substeps, std::size_t i,
+                          double closing_m_s) {
   if (!(closing_m_s > 0.0)) return 0.0;
   const NormalRow& row = problem.normals[i];
   const double excess = closing_m_s - most_closing_m_s(problem, substeps, i);
@@ -65,13 +65,13 @@ struct RowsOfBodies {
   }
 };
 
-// What touches from body to body, from struck rows on: bodies and rows, ascending.
+// What touches from body to body, from the rows `seeds` on: bodies and rows, ascending.
 struct Cluster {
   std::vector<std::uint32_t> bodies, rows;
 };
 
 // `reach_m_s`: rows whose gap is farther away than that are not part of it, unless they bear.
-Cluster cluster_of(const std::vector<std::uint32_t>& struck, double reach_m_s,
+Cluster cluster_of(const std::vector<std::uint32_t>& seeds, double reach_m_s,
                    const ContactProblem& problem, const Substeps& substeps) {
   const std::size_t bodies = substeps.at_start.size();
   const RowsOfBodies of(problem, bodies);
@@ -86,7 +86,7 @@ Cluster cluster_of(const std::vector<std::uint32_t>& struck, double reach_m_s,
       cluster.bodies.push_back(body);
     }
   };
-  for (const std::uint32_t i : struck)
+  for (const std::uint32_t i : seeds)
     if (!has_row[i]) take(i);
   for (std::size_t next = 0; next < cluster.bodies.size(); ++next) {  // NOLINT: take() adds some
     const std::uint32_t body = cluster.bodies[next];
@@ -151,11 +151,11 @@ bool nothing_closes(double length_s, const ContactProblem& problem) {
 
 int most_of_blow(std::size_t bodies) { return kOfBlow + kOfBody * static_cast<int>(bodies); }
 
-// Faces on each other open and close one after the other: then a kick's factorisations do not lead
-// through more bodies than there are of them.
-bool is_hopeless_kick(const Cluster& cluster) {
+// Faces on each other open and close one after the other: then the factorisations for an
+// overestimate do not lead through more bodies than there are of them.
+bool is_hopeless_overestimate(const Cluster& cluster) {
   constexpr std::size_t kPointsOfFaces = 2;  // a body, at least
-  return cluster.bodies.size() > static_cast<std::size_t>(kOfKick) &&
+  return cluster.bodies.size() > static_cast<std::size_t>(kOfOverestimate) &&
          cluster.rows.size() >= kPointsOfFaces * cluster.bodies.size();
 }
 
@@ -220,28 +220,28 @@ struct SharedBlow {
   ContactProblem part;
 };
 
-// From rows `struck` (kicked ones) and those that close by the bodies' velocities `twist`; nothing
-// where there are none, or where the blow is left to the iterations.
+// From rows `seeds` (overestimated ones) and those that close by the bodies' velocities `twist`;
+// nothing where there are none, or where the blow is left to the iterations.
 template <class TwistOf>
-std::optional<SharedBlow> share_out(const Blows& blows, std::vector<std::uint32_t> struck,
+std::optional<SharedBlow> share_out(const Blows& blows, std::vector<std::uint32_t> seeds,
                                     const TwistOf& twist, const ContactProblem& problem,
                                     Substeps& substeps, BlowWork& work) {
-  const std::size_t kicked = struck.size();
+  const std::size_t overestimated = seeds.size();
   double reach_m_s = 0.0;
-  for (const std::uint32_t i : blows.can_be_struck) {
+  for (const std::uint32_t i : blows.may_close) {
     const NormalRow& row = problem.normals[i];
     const double excess =
-        struck_m_s(problem, substeps, i, closing_m_s(row, twist(row.a), twist(row.b)));
+        excess_closing_m_s(problem, substeps, i, closing_m_s(row, twist(row.a), twist(row.b)));
     if (!(excess > kOfHardest * work.hardest_m_s)) continue;
-    struck.push_back(i);
+    seeds.push_back(i);
     reach_m_s = std::max(reach_m_s, 2.0 * excess);
   }
-  if (struck.empty()) return {};
+  if (seeds.empty()) return {};
   work.most_multiplications = blows.most_multiplications;
   work.hardest_m_s = std::max(work.hardest_m_s, 0.5 * reach_m_s);
   ++work.left;
   if (work.gave_up) return {};
-  SharedBlow blow{cluster_of(struck, reach_m_s, problem, substeps), {}};
+  SharedBlow blow{cluster_of(seeds, reach_m_s, problem, substeps), {}};
   blow.part = problem_of(blow.cluster, problem, substeps);
   const std::size_t moving = blow.cluster.bodies.size();
   for (std::size_t k = 0; k < moving; ++k) {
@@ -249,11 +249,11 @@ std::optional<SharedBlow> share_out(const Blows& blows, std::vector<std::uint32_
     blow.part.bodies[k].linear = begin.linear;
     blow.part.bodies[k].angular = begin.angular;
   }
-  const bool is_kick = struck.size() == kicked;
-  work.gave_up =
-      is_kick && is_hopeless_kick(blow.cluster) && !nothing_closes(substeps.length_s, blow.part);
+  const bool only_overestimated = seeds.size() == overestimated;
+  work.gave_up = only_overestimated && is_hopeless_overestimate(blow.cluster) &&
+                 !nothing_closes(substeps.length_s, blow.part);
   if (work.gave_up) return {};
-  const int most = is_kick ? kOfKick : most_of_blow(moving);
+  const int most = only_overestimated ? kOfOverestimate : most_of_blow(moving);
   if (!meet_laws(most, substeps.length_s, moving, blow.part, work)) return {};
   --work.left;
   ++work.shared;
@@ -304,10 +304,10 @@ Blows find_blows(const SolveStep& step, const ContactProblem& problem) {
     const bool bears = row.impulse_newton_s > 0.0;
     const double least = (bears ? slow : 0.0) + kStill * contact.size_m / dt_s;
     if (std::abs(closing_m_s(row, motion(row.a), motion(row.b))) > least || !bears)
-      blows.can_be_struck.push_back(i);
+      blows.may_close.push_back(i);
     const double borne =
         closing_m_s(row, twist_of(problem.bodies[row.a]), twist_of(problem.bodies[row.b]));
-    if (bears && borne < -least) blows.kicked.push_back(i);
+    if (bears && borne < -least) blows.overestimated.push_back(i);
   }
   return blows;
 }
@@ -320,7 +320,7 @@ void start_with_blow(const Blows& blows, std::span<const SolverBody> free, Conta
                             : twist_of(problem.bodies[i]);
   };
   std::optional<SharedBlow> blow =
-      share_out(blows, blows.kicked, at_start, problem, substeps, work);
+      share_out(blows, blows.overestimated, at_start, problem, substeps, work);
   if (!blow) return;
   auto& [cluster, part] = *blow;
   const std::size_t moving = cluster.bodies.size();

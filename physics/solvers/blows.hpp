@@ -19,9 +19,10 @@ Need blows_needed(const SceneDescription& scene);
 
 // Rows of one step, ascending.
 struct Blows {
-  std::vector<std::uint32_t> can_be_struck;  // that bore nothing in the step before, or move
-  // That open as soon as they bear what they bore in the step before: that was a blow.
-  std::vector<std::uint32_t> kicked;
+  std::vector<std::uint32_t> may_close;  // that bore nothing in the step before, or move
+  // By the warm start: they open as soon as they bear what they bore in the step before. That was a
+  // blow.
+  std::vector<std::uint32_t> overestimated;
   double most_multiplications = 0.0;  // that they are worth
 };
 
@@ -39,20 +40,22 @@ struct BlowWork {
 // `problem` as build_rows leaves it. None where rolling friction is, or no direct solver.
 Blows find_blows(const SolveStep& step, const ContactProblem& problem);
 
-// After begin_substeps(): what closes at the step's start is a blow, and what is kicked gets what
-// it bears in the first substep anew. `free`: velocities after external forces.
+// After begin_substeps(): what closes at the step's start is a blow, and rows that are
+// overestimated get anew what they bear in the first substep. `free`: velocities after external
+// forces.
 void start_with_blow(const Blows& blows, std::span<const SolverBody> free, ContactProblem& problem,
                      Substeps& substeps, BlowWork& work);
 
 // Before relax(): where a point closes in the substep that comes, and to stop it takes more than
 // what it bears, the velocities of all that touches, from body to body, become at once what
 // fulfils the contact laws: by Newton's method, to 1e-4 of the blow at least. Budget of work: 12
-// factorisations a blow and two for each of its bodies (6 for what is kicked alone, and none if
-// that is more than 6 bodies with faces on each other), 128 a step; 2e5 multiplications a step and
-// 7000 for each pair of the island in touch, 1e4 and 1000 if the scene is not to be refined; and
-// none where a factorisation costs far more than the iterations. Beyond it, and where Newton's
-// method does not converge, the blow is left to the iterations of the substeps. The impulses of a
-// blow are in the substeps' sums alone, so that the next substep does not expect them again.
+// factorisations a blow and two for each of its bodies (6 where rows are overestimated and nothing
+// closes, and none if those are more than 6 bodies with faces on each other), 128 a step; 2e5
+// multiplications a step and 7000 for each pair of the island in touch, 1e4 and 1000 if the scene
+// is not to be refined; and none where a factorisation costs far more than the iterations. Beyond
+// it, and where Newton's method does not converge, the blow is left to the iterations of the
+// substeps. The impulses of a blow are in the substeps' sums alone, so that the next substep does
+// not expect them again.
 void share_blow(const Blows& blows, ContactProblem& problem, Substeps& substeps, BlowWork& work);
 
 }  // namespace soda::physics

@@ -143,29 +143,30 @@ double correction_target_m_s(const RowContact& c, double dt_s) {
 }
 
 void set_correction_targets(double dt_s, const ContactProblem& problem,
-                            PositionCorrectionProblem& push) {
+                            PositionCorrectionProblem& correction) {
   const std::size_t count = problem.normals.size();
-  push.bodies.assign(problem.bodies.size(), {});
-  push.target_m_s.resize(count);
-  push.impulse_newton_s.assign(count, 0.0);
+  correction.bodies.assign(problem.bodies.size(), {});
+  correction.target_m_s.resize(count);
+  correction.impulse_newton_s.assign(count, 0.0);
   for (std::size_t i = 0; i < count; ++i) {
-    push.target_m_s[i] = correction_target_m_s(problem.contacts[i], dt_s);
+    correction.target_m_s[i] = correction_target_m_s(problem.contacts[i], dt_s);
   }
 }
 
 PositionCorrectionIteration iterate_position_correction(bool forward, const ContactProblem& problem,
-                                                        PositionCorrectionProblem& push) {
+                                                        PositionCorrectionProblem& correction) {
   PositionCorrectionIteration done;
   const std::size_t count = problem.normals.size();
   for (std::size_t k = 0; k < count; ++k) {
     const std::size_t i = forward ? k : count - 1 - k;
     const NormalRow& row = problem.normals[i];
-    PositionCorrection& a = push.bodies[row.a];
-    PositionCorrection& b = push.bodies[row.b];
-    double& impulse = push.impulse_newton_s[i];
+    PositionCorrection& a = correction.bodies[row.a];
+    PositionCorrection& b = correction.bodies[row.b];
+    double& impulse = correction.impulse_newton_s[i];
     const double velocity =
         row.normal.dot(b.linear - a.linear) + row.arm_b.dot(b.angular) - row.arm_a.dot(a.angular);
-    const double wanted = std::max(0.0, impulse + row.mass_kg * (push.target_m_s[i] - velocity));
+    const double wanted =
+        std::max(0.0, impulse + row.mass_kg * (correction.target_m_s[i] - velocity));
     const double step = wanted - impulse;
     impulse = wanted;
     a.linear -= row.normal * (problem.bodies[row.a].inverse_mass * step);
@@ -179,12 +180,13 @@ PositionCorrectionIteration iterate_position_correction(bool forward, const Cont
 }
 
 void solve_position_correction(int iterations, double dt_s, const ContactProblem& problem,
-                               PositionCorrectionProblem& push) {
-  push.bodies.clear();
+                               PositionCorrectionProblem& correction) {
+  correction.bodies.clear();
   if (!needs_position_correction(problem)) return;
-  set_correction_targets(dt_s, problem, push);
+  set_correction_targets(dt_s, problem, correction);
   for (int i = 0; i < iterations; ++i) {
-    const PositionCorrectionIteration done = iterate_position_correction(i % 2 == 0, problem, push);
+    const PositionCorrectionIteration done =
+        iterate_position_correction(i % 2 == 0, problem, correction);
     if (done.change_newton_s <= 1e-3 * done.largest_newton_s) return;  // the next step goes on
   }
 }

@@ -1,4 +1,9 @@
-// Contact rows solved by projected Gauss-Seidel.
+// Contact rows solved by projected Gauss-Seidel. A row of effective mass m and relative velocity u
+// is corrected by
+//   impulse <- max(0, impulse + m (target - u)),
+// and friction by what stops its point, projected into the disc that the normal impulse allows.
+// Source: E. Catto, "Iterative dynamics with temporal coherence", Game Developers Conference 2005:
+// these iterations on accumulated impulses, which start from those of the step before.
 #pragma once
 
 #include <vector>
@@ -38,17 +43,17 @@ double correction_target_m_s(const RowContact& contact, double dt_s);
 
 // Bodies and impulses at zero, and the targets.
 void set_correction_targets(double dt_s, const ContactProblem& problem,
-                            PositionCorrectionProblem& push);
+                            PositionCorrectionProblem& correction);
 
 struct PositionCorrectionIteration {
   double change_newton_s = 0.0, largest_newton_s = 0.0;  // over the rows' impulses
 };
 PositionCorrectionIteration iterate_position_correction(bool forward, const ContactProblem& problem,
-                                                        PositionCorrectionProblem& push);
+                                                        PositionCorrectionProblem& correction);
 
-// Iterates until it changes little. `push` is left without bodies if none is needed.
+// Iterates until it changes little. `correction` is left without bodies if none is needed.
 void solve_position_correction(int iterations, double dt_s, const ContactProblem& problem,
-                               PositionCorrectionProblem& push);
+                               PositionCorrectionProblem& correction);
 
 // Largest violation of a normal or friction constraint by the present velocities and impulses.
 double residual_m_s(const ContactProblem& problem);

@@ -22,12 +22,17 @@ double mass_ratio(const SceneDescription& scene, std::span<const BodyId> ids);
 bool is_quasi_static(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
                      std::span<const ContactManifold> manifolds, std::span<const BodyState> states);
 
-// The elimination by which an island is solved directly, or none if it is one for iterations:
-// because a factorisation would cost too much, or, where no joint holds it, because it has one
-// body, or, unless the scene asks for a tolerance, because it has two bodies of like masses, or its
-// contacts move against each other, have not sunk in, and it is not both small and of bodies of
-// which some are much heavier than others. What bounces in it is not looked at. `ids` ascending,
-// `states` at the step's start. A function of the island's content.
+// The elimination by which an island is solved directly, or none if it is left to iterations:
+// - where the scene has the direct solver off, or the island has rolling friction;
+// - where a factorisation would cost too much. An island whose contacts move against each other may
+//   cost less than one at rest;
+// - without joints, where one body moves;
+// - without joints and `accurate` (the scene asks for a tolerance), where two bodies of like masses
+//   move;
+// - without these two, where contacts move against each other, unless some bodies are much heavier
+//   than others or many contacts have sunk in.
+// What bounces in it is not looked at. `ids` ascending, `states` at the step's start. A function of
+// the island's content.
 std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, double dt_s,
                                              bool accurate, std::span<const BodyId> ids,
                                              std::span<const ContactManifold> manifolds,

@@ -49,12 +49,12 @@ Flights find_flights(const ContactProblem& problem) {
   // What nothing moves flies on, whatever it carries.
   const auto moves = [&](std::size_t body) { return problem.bodies[body].inverse_mass > 0.0; };
   Flights flights(problem.bodies.size());
-  ShortList<std::uint32_t, 4> struck_in;  // a manifold
-  if (problem.restitution_rows > 0) struck_in.assign(problem.bodies.size(), kNowhere);
-  const auto strike = [&](std::size_t body, std::uint32_t manifold) {
+  ShortList<std::uint32_t, 4> bounced_off;  // a manifold
+  if (problem.restitution_rows > 0) bounced_off.assign(problem.bodies.size(), kNowhere);
+  const auto note_bounce = [&](std::size_t body, std::uint32_t manifold) {
     if (!moves(body)) return;
-    if (struck_in[body] == kNowhere) struck_in[body] = manifold;
-    if (struck_in[body] != manifold) flights[body].supported = true;
+    if (bounced_off[body] == kNowhere) bounced_off[body] = manifold;
+    if (bounced_off[body] != manifold) flights[body].supported = true;
   };
   // Friction acts, too, where the normal impulse ended at zero: see report_contacts.
   for (std::size_t i = 0; i < problem.normals.size(); ++i) {
@@ -65,9 +65,9 @@ Flights find_flights(const ContactProblem& problem) {
       if (moves(row.a)) flights[row.a].supported = true;
       if (moves(row.b)) flights[row.b].supported = true;
     } else {
-      // Between two, it was struck again and again: the sums of the impulses have no time each.
-      strike(row.a, contact.manifold);
-      strike(row.b, contact.manifold);
+      // Between two, it bounced again and again: the sums of the impulses have no time each.
+      note_bounce(row.a, contact.manifold);
+      note_bounce(row.b, contact.manifold);
     }
   }
   if (problem.restitution_rows == 0) return flights;
@@ -87,7 +87,7 @@ Flights find_flights(const ContactProblem& problem) {
 namespace {
 
 BodyState moved(const BodyMove& move, const BodyState& state) {
-  const auto& [scene, dt_s, id, body, flight, push] = move;
+  const auto& [scene, dt_s, id, body, flight, correction] = move;
   BodyState next;
   next.position_m = state.position_m + body.linear * dt_s;
   if (!flight.supported) next.position_m -= flight_lag_m(scene, dt_s, id, state) + flight.not_yet_m;
@@ -95,9 +95,9 @@ BodyState moved(const BodyMove& move, const BodyState& state) {
   next.angular_velocity_rad_s = body.angular;
   next.orientation = state.orientation;
   rotate_freely(scene.bodies[index_of(id)], dt_s, next);
-  if (push != nullptr) {
-    next.position_m += push->linear * dt_s;
-    rotate_by(scene.bodies[index_of(id)], push->angular * dt_s, next);
+  if (correction != nullptr) {
+    next.position_m += correction->linear * dt_s;
+    rotate_by(scene.bodies[index_of(id)], correction->angular * dt_s, next);
   }
   return next;
 }
@@ -118,12 +118,13 @@ bool move_body(const BodyMove& move, BodyState& state, std::vector<AdvanceFault>
 }
 
 double push_out_work_joule(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
-                           std::span<const PositionCorrection> push) {
+                           std::span<const PositionCorrection> correction) {
   double work = 0.0;
-  if (push.empty()) return work;
+  if (correction.empty()) return work;
   for (std::size_t i = 0; i < ids.size(); ++i)
     if (falls(scene, ids[i]))
-      work -= scene.bodies[index_of(ids[i])].mass_kg * field_of(scene, ids[i]).dot(push[i].linear);
+      work -= scene.bodies[index_of(ids[i])].mass_kg *
+              field_of(scene, ids[i]).dot(correction[i].linear);
   return work * dt_s;
 }
 

@@ -52,16 +52,16 @@ struct BodyMove {
   BodyId id;
   const SolverBody& body;  // with its final velocities
   const Flight& flight;
-  const PositionCorrection* push;  // or null
+  const PositionCorrection* correction;  // or null
 };
 
 // Its impulses stay. False if the new state would be absurd: then it keeps its old one, and a fault
 // is appended.
 bool move_body(const BodyMove& move, BodyState& state, std::vector<AdvanceFault>& faults);
 
-// Potential energy that the position correction of these bodies gives; `push` may be empty.
+// Potential energy that the position correction of these bodies gives; `correction` may be empty.
 double push_out_work_joule(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,
-                           std::span<const PositionCorrection> push);
+                           std::span<const PositionCorrection> correction);
 
 // Adds penetration, and what statics gave. `states` are those before the bodies are moved.
 void report_contacts(const IndexedSpan<BodyState>& states, const ContactProblem& problem,

@@ -1,7 +1,13 @@
-// Solves the contacts of an island by Newton's method on the convex problem, and with it the exact
-// contact laws: the compliance is taken out again by starting from the impulses found (augmented
-// Lagrangian), the lift of sliding points by shifting their targets (de Saxce). Both are one
-// fixed-point iteration, which is accelerated (anderson.hpp).
+// Solves the contacts of an island by Newton's method on the convex problem (convex_contacts.hpp),
+// and with it the exact contact laws. Two corrections take out what the convex problem changes:
+//   the compliance:              start <- P(start + (target - u) / compliance)
+//   the lift of sliding points:  target_n <- target_n - friction |u_t|
+// Both are one fixed-point iteration, which is accelerated (anderson.hpp).
+// Sources: the first is the augmented Lagrangian of P. Alart, A. Curnier, "A mixed formulation for
+// frictional contact problems prone to Newton like solution methods", Comput. Methods Appl. Mech.
+// Eng. 92, 1991. The second is the shift of G. de Saxce, Z.-Q. Feng, "The bipotential method: a
+// constructive approach to design the complete contact law with friction", Math. Comput. Modelling
+// 28, 1998.
 #pragma once
 
 #include <vector>

@@ -3,7 +3,12 @@
 // A substep: velocities go on changing as they did in the one before (forces and impulses alike),
 // an iteration that also presses overlaps apart, bodies move, and an iteration that does not press.
 // So what parts bodies is not left in their velocities. Rows keep the directions of the step's
-// start; the gaps between bodies follow their displacements to first order.
+// start; the gaps between bodies follow their displacements to first order:
+//   gap = gap(start) + n . (displacement of b - displacement of a at the point)
+// Sources: M. Macklin and others, "Small steps in physics simulation", Symposium on Computer
+// Animation 2019: many substeps of one iteration each. Pressing by a damped spring is that of
+// E. Catto, "Soft constraints", Game Developers Conference 2011. Deviation: contacts are found once
+// a step.
 #pragma once
 
 #include <cstdint>

@@ -178,10 +178,10 @@ TEST(DisplacementBounds, APairBouncesAsTheBouncierOfTheTwo) {
 }
 
 TEST(DisplacementBounds, PositionCorrectionIsShortenedInItsDirection) {
-  PositionCorrection push{Vec3(3.0, 0.0, 4.0), Vec3(0.0, 8.0, 0.0)};
-  limit_correction({2.5, 4.0}, push);
-  EXPECT_NEAR((push.linear - Vec3(1.5, 0.0, 2.0)).norm(), 0.0, 1e-15);
-  EXPECT_NEAR((push.angular - Vec3(0.0, 4.0, 0.0)).norm(), 0.0, 1e-15);
+  PositionCorrection correction{Vec3(3.0, 0.0, 4.0), Vec3(0.0, 8.0, 0.0)};
+  limit_correction({2.5, 4.0}, correction);
+  EXPECT_NEAR((correction.linear - Vec3(1.5, 0.0, 2.0)).norm(), 0.0, 1e-15);
+  EXPECT_NEAR((correction.angular - Vec3(0.0, 4.0, 0.0)).norm(), 0.0, 1e-15);
   const PositionCorrection slow{Vec3(1.0, 0.0, 0.0), Vec3(0.0, 1.0, 0.0)};
   PositionCorrection same = slow;
   limit_correction({2.5, 4.0}, same);
@@ -212,8 +212,9 @@ TEST(DisplacementBounds, MoreThanEnergyAndPositionCorrectionAllowIsAFault) {
   EXPECT_EQ(moved(kMost_m * (1.0 + 1e-14)), 0u);  // rounding
   ASSERT_EQ(moved(kMost_m + 1e-6), 1u);
   EXPECT_EQ(faults[0].body, BodyId{1});
-  EXPECT_EQ(faults[0].what,
-            "moves 0.500001 m in one step; the energy of its island and push-out allow 0.5 m");
+  EXPECT_EQ(
+      faults[0].what,
+      "moves 0.500001 m in one step; the energy of its island and position correction allow 0.5 m");
 }
 
 }  // namespace

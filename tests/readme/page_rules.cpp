@@ -114,7 +114,8 @@ std::vector<Link> links_of(const std::string& text) {
 
 std::vector<Source> sources_of(const std::string& text) {
   static const std::regex pattern(
-      "`((?:kernel|physics|models|scenarios|analysis|tests)/[a-z0-9_/-]+\\.(?:hpp|cpp|js|sh))`");
+      "`((?:kernel|physics|models|scenarios|library|analysis|tests|docs|examples|cmake)"
+      "/[a-z0-9_./-]*[a-z0-9_])/?`");
   std::vector<Source> sources;
   const std::vector<Line> lines = classified(text);
   for (std::size_t i = 0; i < lines.size(); ++i) {

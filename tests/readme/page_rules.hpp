@@ -25,7 +25,8 @@ struct Source {
   std::string path;
 };
 
-// Sources and scripts that a page names from the root, as `kernel/api/message.hpp`: spans of code.
+// Files and folders of the repository that a page names from the root, as `kernel/api/message.hpp`
+// and `examples/queueing`: spans of code, all in small letters. A / at the end is left out.
 std::vector<Source> sources_of(const std::string& text);
 
 // What `#anchor` can name on a page: its headings as GitHub writes them, a repeated one with -1.
