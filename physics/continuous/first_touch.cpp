@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/narrowphase/seams.hpp"
+
 namespace soda::physics {
 namespace {
 
@@ -15,6 +17,22 @@ bool is_known_to_the_end(ShapeKind a, ShapeKind b) {
   const bool boxes = a == ShapeKind::kBox && b == ShapeKind::kBox;
   const bool round = (simple(a) || simple(b)) && a != ShapeKind::kHull && b != ShapeKind::kHull;
   return boxes || round || b == ShapeKind::kHalfSpace;
+}
+
+// Past the seam of a floor, say, at a moment when they touch. A flight has sunk by what their
+// support will bear.
+bool slide_past(const FlyingSolids& solids, const Vec3& normal, double time_s, double left_s) {
+  const Flyer &a = solids.a(), &b = solids.b();
+  const Vec3 pulled = solids.relative_field_m_s2() * time_s;
+  PairMotion motion;
+  motion.velocity_b = solids.velocity() - pulled;
+  motion.angular_velocity_a = a.turning.angular_velocity_rad_s;
+  motion.angular_velocity_b = b.turning.angular_velocity_rad_s;
+  motion.center_b = b.solid.placed.pose.position - b.arm;
+  motion.dt_s = left_s;
+  const Vec3 point = support_point(a.solid.placed, normal);
+  return slides_past(a.solid.placed, b.solid.placed, normal, point, motion,
+                     pulled * (0.5 * time_s));
 }
 
 }  // namespace
@@ -62,8 +80,10 @@ std::optional<Touch> first_touch(const TouchSearch& search, FlyingSolids& solids
     const bool touches = now.distance_m <= touching_m;
     const double rounding = 1e-14 * solids.velocity().norm(), left_s = most_s - time;
     const double approach = touches ? solids.approach_m_s(now.normal, touching_m) : 0.0;
-    if (approach > rounding && is_approach(approach * left_s, search.width_m))
+    if (approach > rounding && is_approach(approach * left_s, search.width_m)) {
+      if (slide_past(solids, now.normal, time, left_s)) return std::nullopt;
       return Touch{{time, false}, now.normal};
+    }
     const double presses = -now.normal.dot(solids.relative_field_m_s2());
     const bool pressed = is_approach(0.5 * presses * left_s * left_s, search.width_m);
     const double deeper =

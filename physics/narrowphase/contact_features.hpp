@@ -44,7 +44,8 @@ SupportFeature face_ahead(const PlacedShape& hull, const Vec3& direction);
 struct PairMotion {
   Vec3 velocity_a = Vec3::Zero(), angular_velocity_a = Vec3::Zero();
   Vec3 velocity_b = Vec3::Zero(), angular_velocity_b = Vec3::Zero();
-  Vec3 center_b = Vec3::Zero();  // a's is the origin
+  Vec3 pulled_m_s = Vec3::Zero();  // of velocity_a, what fields add within dt_s
+  Vec3 center_b = Vec3::Zero();    // a's is the origin
   // Of parts of compounds: from the centres of the bodies to those of the solids.
   Vec3 arm_a = Vec3::Zero(), arm_b = Vec3::Zero();
   double dt_s = 0.0;

@@ -9,6 +9,7 @@
 #include "physics/narrowphase/mesh_contacts.hpp"
 #include "physics/narrowphase/near_triangles.hpp"
 #include "physics/narrowphase/part_pairs.hpp"
+#include "physics/narrowphase/seams.hpp"
 #include "physics/narrowphase/separation.hpp"
 #include "physics/shapes/geometry.hpp"
 #include "physics/shapes/geometry_impl.hpp"
@@ -107,7 +108,8 @@ PairMotion motion_of(const PairStep& pair, const PlacedPair& placed) {
     turning += of_b;
     shows += shape_b.kind == ShapeKind::kSphere ? 0.0 : of_b;
   }
-  if (b == nullptr || pull_m_s2 != Vec3::Zero()) motion.velocity_a += pull_m_s2 * dt_s;
+  motion.pulled_m_s = pull_m_s2 * dt_s;
+  if (b == nullptr || pull_m_s2 != Vec3::Zero()) motion.velocity_a += motion.pulled_m_s;
   motion.margin_m = kContactMargin * extent;
   motion.rotation_m = shows * dt_s;
   const double speed = (motion.velocity_b - motion.velocity_a).norm() + turning;
@@ -150,6 +152,7 @@ void collide_solids(const PairStep& pair, const PlacedPair& placed, const PairMo
   if (closed_form && sphere) {
     const PointContact contact = sphere_contact(a.placed, b.placed, motion);
     if (!contact.found) return;
+    if (slides_past(a.placed, b.placed, contact.normal, contact.position, motion)) return;
     candidates.add(contact.position, contact.separation_m, 0);
     emit_manifold(pair, 0, contact.normal, origin, candidates, out);
     return;
@@ -162,6 +165,9 @@ void collide_solids(const PairStep& pair, const PlacedPair& placed, const PairMo
     add_feature_points(a, b, axis, range, normal, candidates);
   }
   keep_reached(motion, normal, candidates);
+  if (candidates.count > 0 &&
+      slides_past(a.placed, b.placed, normal, candidates.points[0].position_m, motion))
+    return;
   emit_manifold(pair, 0, normal, origin, candidates, out);
 }
 

@@ -1,0 +1,53 @@
+#include "physics/narrowphase/seams.hpp"
+
+#include <algorithm>
+
+namespace soda::physics {
+namespace {
+
+constexpr double kStep = 2e-3;     // of the smaller width
+constexpr double kNearer = 1e-11;  // of it: what comes nearer by less does not
+
+struct SeamTest {
+  const PlacedShape &a, &b;
+  const PairMotion& motion;
+  const Vec3& sunk_m;
+  double width_m;
+
+  // How much nearer they come along a direction, at a point, without fields.
+  double nearer_m(const Vec3& normal, const Vec3& point) const {
+    return -normal.dot(motion.relative_velocity(point) + motion.pulled_m_s) * motion.dt_s;
+  }
+
+  // `normal`: of a face of `of`, from a to b; `other` is the other solid.
+  bool keeps_apart(const PlacedShape& of, const PlacedShape& other, const Vec3& outward,
+                   const Vec3& normal) const {
+    const double most_m = kStep * width_m;
+    const double gap = separation_along(a, b, normal) - std::min(normal.dot(sunk_m), 0.0);
+    if (gap < -most_m) return false;
+    if (nearer_m(normal, support_point(other, -outward)) > most_m) return false;
+    const SupportFeature face = support_feature(of, outward);
+    if (face.count < 3) return false;
+    ContactCandidates over;
+    clip_to_reference(face, support_feature(other, -outward), over);
+    return over.count == 0;
+  }
+
+  bool any_of(const PlacedShape& of, const PlacedShape& other, double sign) const {
+    return std::ranges::any_of(of.shape.face_planes, [&](const FacePlane& face) {
+      const Vec3 outward = of.pose.rotation * face.normal;
+      return keeps_apart(of, other, outward, outward * sign);
+    });
+  }
+};
+
+}  // namespace
+
+bool slides_past(const PlacedShape& a, const PlacedShape& b, const Vec3& normal, const Vec3& point,
+                 const PairMotion& motion, const Vec3& sunk_m) {
+  const SeamTest test{a, b, motion, sunk_m, std::min(a.shape.min_extent_m, b.shape.min_extent_m)};
+  if (!(test.nearer_m(normal, point) > kNearer * test.width_m)) return false;
+  return test.any_of(a, b, 1.0) || test.any_of(b, a, -1.0);
+}
+
+}  // namespace soda::physics
