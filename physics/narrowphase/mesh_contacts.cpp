@@ -6,6 +6,7 @@
 #include "physics/model/contact_manifold.hpp"
 #include "physics/narrowphase/core_distance.hpp"
 #include "physics/narrowphase/part_pairs.hpp"
+#include "physics/narrowphase/seams.hpp"
 #include "physics/narrowphase/triangle_solid.hpp"
 
 namespace soda::physics {
@@ -227,6 +228,9 @@ void append_edge_contacts(const MeshPair& pair, std::span<const std::uint32_t> t
     ContactCandidates candidates;
     edge_points(solid, t, contact, candidates);
     keep_reached(pair.motion, contact.normal, candidates);
+    if (candidates.count > 0 && slides_past(solid, triangle.solid().placed, contact.normal,
+                                            candidates.points[0].position_m, pair.motion))
+      continue;
     emit_manifold(pair.step, kFirstEdgePart + 3 * index + static_cast<std::uint32_t>(contact.edge),
                   contact.normal, origin_m(pair), candidates, out);
   }
@@ -284,7 +288,10 @@ Vec3 face_contacts(const MeshPair& pair, std::span<const GroupedTriangle> group,
       // A sphere meets a group in one point: the nearest.
       ContactCandidates one;
       Vec3 towards = Vec3::Zero();
+      as_solid.set(compiled, pair.mesh.pose);
       if (sphere_triangle(solid, t, compiled, index - first, towards, one) &&
+          !slides_past(solid, as_solid.solid().placed, towards, one.points[0].position_m,
+                       pair.motion) &&
           (out.count == 0 || one.points[0].separation_m < out.points[0].separation_m)) {
         out = one;
         normal = towards;

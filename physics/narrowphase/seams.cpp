@@ -10,6 +10,7 @@ constexpr double kNearer = 1e-11;  // of it: what comes nearer by less does not
 
 struct SeamTest {
   const PlacedShape &a, &b;
+  const Vec3& towards;  // the direction from a to b in which they come nearer
   const PairMotion& motion;
   const Vec3& sunk_m;
   double width_m;
@@ -21,22 +22,32 @@ struct SeamTest {
 
   // `normal`: of a face of `of`, from a to b; `other` is the other solid.
   bool keeps_apart(const PlacedShape& of, const PlacedShape& other, const Vec3& outward,
-                   const Vec3& normal) const {
+                   double sign) const {
+    const Vec3 normal = outward * sign;
     const double most_m = kStep * width_m;
     const double gap = separation_along(a, b, normal) - std::min(normal.dot(sunk_m), 0.0);
     if (gap < -most_m) return false;
     if (nearer_m(normal, support_point(other, -outward)) > most_m) return false;
     const SupportFeature face = support_feature(of, outward);
     if (face.count < 3) return false;
+    return !is_over(face, support_feature(other, -outward), towards * sign);
+  }
+
+  // By more than touching: what has just come there is as far back as clipping is inexact.
+  bool is_over(const SupportFeature& face, SupportFeature other, const Vec3& back) const {
+    constexpr double kOfFace = 1e-6, kOfWidth = 1e-6;
+    const double size = (face.points[0] - face.points[face.count / 2]).norm();
+    for (int i = 0; i < other.count; ++i)
+      other.points[i] += back * (kOfFace * size + kOfWidth * width_m);
     ContactCandidates over;
-    clip_to_reference(face, support_feature(other, -outward), over);
-    return over.count == 0;
+    clip_to_reference(face, other, over);
+    return over.count > 0;
   }
 
   bool any_of(const PlacedShape& of, const PlacedShape& other, double sign) const {
     return std::ranges::any_of(of.shape.face_planes, [&](const FacePlane& face) {
       const Vec3 outward = of.pose.rotation * face.normal;
-      return keeps_apart(of, other, outward, outward * sign);
+      return keeps_apart(of, other, outward, sign);
     });
   }
 };
@@ -45,7 +56,10 @@ struct SeamTest {
 
 bool slides_past(const PlacedShape& a, const PlacedShape& b, const Vec3& normal, const Vec3& point,
                  const PairMotion& motion, const Vec3& sunk_m) {
-  const SeamTest test{a, b, motion, sunk_m, std::min(a.shape.min_extent_m, b.shape.min_extent_m)};
+  // Triangles of meshes have no width.
+  const double of_a = a.shape.min_extent_m, of_b = b.shape.min_extent_m;
+  const double width_m = of_b > 0.0 ? std::min(of_a, of_b) : of_a;
+  const SeamTest test{a, b, normal, motion, sunk_m, width_m};
   if (!(test.nearer_m(normal, point) > kNearer * test.width_m)) return false;
   return test.any_of(a, b, 1.0) || test.any_of(b, a, -1.0);
 }
