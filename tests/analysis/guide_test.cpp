@@ -33,7 +33,7 @@ TEST(Guides, BashCompletesCommandsOptionsAndValues) {
   EXPECT_EQ(completed("soda completion ''", 2), "bash zsh fish ");
   EXPECT_EQ(completed("soda accuracy free-f", 2), "free-fall ");
   EXPECT_EQ(completed("soda accuracy free-fall chain-s", 3), "chain-swing ");
-  EXPECT_EQ(completed("soda run scen", 2), "") << "files are completed by bash";
+  EXPECT_EQ(completed("soda run scen", 2), " ") << "files are completed by bash";
 }
 
 TEST(Guides, ExamplesNameScenesAndCommandsToTry) {
