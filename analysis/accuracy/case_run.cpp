@@ -78,14 +78,14 @@ struct Watchers {
   ContactWatch contacts;
 };
 
-struct Ending {
+struct WatchedRun {
   std::string fault;  // if any
   bool given_up = false;
 };
 
 // Runs forward, and back if that is asked for.
-Ending run_watched(Engine& engine, const Scenario& scenario, std::int64_t steps, double budget_s,
-                   Watchers& watchers) {
+WatchedRun run_watched(Engine& engine, const Scenario& scenario, std::int64_t steps,
+                       double budget_s, Watchers& watchers) {
   std::vector<physics::BodyState> states(scenario.initial), before;
   watchers.see(0, states);
   const std::int64_t all = reverses(scenario) ? 2 * steps : steps;
@@ -158,9 +158,9 @@ CaseRun run_case(const Scenario& scenario, const EngineKind& kind, const EngineS
   run.steps = steps_at(scenario, setting.dt_s);
   const std::unique_ptr<Engine> engine = kind.make(scenario.scene, scenario.initial, setting);
   Watchers watchers(scenario, setting.dt_s, run.steps);
-  const Ending ending = run_watched(*engine, scenario, run.steps, rule.budget_s, watchers);
-  run.fault = ending.fault;
-  run.given_up = ending.given_up;
+  const WatchedRun watched = run_watched(*engine, scenario, run.steps, rule.budget_s, watchers);
+  run.fault = watched.fault;
+  run.given_up = watched.given_up;
   run.contacts = watchers.contacts.quality();
   run.estimates = engine->estimates();
   if (!run.fault.empty() || run.given_up) return run;
