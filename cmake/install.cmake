@@ -34,3 +34,7 @@ foreach(component kernel physics simulation)  # each may be installed alone
     ${CMAKE_BINARY_DIR}/soda-config-version.cmake
     DESTINATION ${soda_package} COMPONENT ${component})
 endforeach()
+foreach(component kernel physics simulation program python)
+  install(FILES ${PROJECT_SOURCE_DIR}/LICENSE
+    DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT ${component})
+endforeach()

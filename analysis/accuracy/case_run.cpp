@@ -63,15 +63,31 @@ class ContactWatch {
   physics::ContactQuality quality_;
 };
 
-// Runs forward, and back if that is asked for. Returns the fault, if any.
-std::string run_judged(Engine& engine, const Scenario& scenario, double dt_s, std::int64_t steps,
-                       Judges& judges, ContactWatch& contacts, double budget_s, bool& given_up) {
-  std::vector<physics::BodyState> states(scenario.initial), before;
-  const auto show = [&](std::int64_t step) {
+// What looks at the states of a run, after so many steps of `dt_s`.
+struct Watchers {
+  Watchers(const Scenario& scenario, double dt_s_, std::int64_t steps)
+      : dt_s(dt_s_), judges(judges_of(scenario, dt_s, steps)), contacts(scenario, dt_s) {}
+
+  void see(std::int64_t step, std::span<const physics::BodyState> states) {
     for (const std::unique_ptr<Judge>& judge : judges)
       judge->see(dt_s * static_cast<double>(step), states);
-  };
-  show(0);
+  }
+
+  const double dt_s;
+  Judges judges;
+  ContactWatch contacts;
+};
+
+struct WatchedRun {
+  std::string fault;  // if any
+  bool given_up = false;
+};
+
+// Runs forward, and back if that is asked for.
+WatchedRun run_watched(Engine& engine, const Scenario& scenario, std::int64_t steps,
+                       double budget_s, Watchers& watchers) {
+  std::vector<physics::BodyState> states(scenario.initial), before;
+  watchers.see(0, states);
   const std::int64_t all = reverses(scenario) ? 2 * steps : steps;
   const double start_s = thread_cpu_s();
   for (std::int64_t step = 1; step <= all; ++step) {
@@ -81,13 +97,12 @@ std::string run_judged(Engine& engine, const Scenario& scenario, double dt_s, st
     }
     engine.step();
     if (const std::string fault = engine.fault(); !fault.empty())
-      return "step " + std::to_string(step) + ": " + fault;
+      return {"step " + std::to_string(step) + ": " + fault, false};
     before.swap(states);
     engine.read(states);
-    contacts.see(before, states);
-    show(step);
-    given_up = thread_cpu_s() - start_s > budget_s && step < all;
-    if (given_up) break;
+    watchers.contacts.see(before, states);
+    watchers.see(step, states);
+    if (thread_cpu_s() - start_s > budget_s && step < all) return {{}, true};
   }
   return {};
 }
@@ -141,12 +156,12 @@ CaseRun run_case(const Scenario& scenario, const EngineKind& kind, const EngineS
   run.engine = kind.name;
   run.setting = setting;
   run.steps = steps_at(scenario, setting.dt_s);
-  Judges judges = judges_of(scenario, setting.dt_s, run.steps);
   const std::unique_ptr<Engine> engine = kind.make(scenario.scene, scenario.initial, setting);
-  ContactWatch contacts(scenario, setting.dt_s);
-  run.fault = run_judged(*engine, scenario, setting.dt_s, run.steps, judges, contacts,
-                         rule.budget_s, run.given_up);
-  run.contacts = contacts.quality();
+  Watchers watchers(scenario, setting.dt_s, run.steps);
+  const WatchedRun watched = run_watched(*engine, scenario, run.steps, rule.budget_s, watchers);
+  run.fault = watched.fault;
+  run.given_up = watched.given_up;
+  run.contacts = watchers.contacts.quality();
   run.estimates = engine->estimates();
   if (!run.fault.empty() || run.given_up) return run;
 
@@ -154,8 +169,8 @@ CaseRun run_case(const Scenario& scenario, const EngineKind& kind, const EngineS
   const double steps = static_cast<double>(run.steps);
   run.cpu_per_simulated_s = cpu_s / (steps * setting.dt_s);
   run.step_ms = 1e3 * cpu_s / steps;
-  for (std::size_t i = 0; i < judges.size(); ++i) {
-    std::vector<Measured> errors = judges[i]->errors();
+  for (std::size_t i = 0; i < watchers.judges.size(); ++i) {
+    std::vector<Measured> errors = watchers.judges[i]->errors();
     if (rule.repeats > 0) errors.push_back({"step_ms", run.step_ms});
     const scenarios::Reference& reference = scenario.references[i];
     // Cost is a measure only where a bound is set on it.

@@ -10,9 +10,11 @@
 
 namespace soda::analysis {
 
+inline constexpr const char* kOwnCases = "scenarios/cases";
+
 struct AccuracyRequest {
   std::vector<std::string> cases;  // names or files; empty: all of the folder
-  std::string folder = "scenarios/cases";
+  std::string folder = kOwnCases;
   std::vector<std::string> steps_s;  // --dt: numbers or fractions, "1/60"; empty: the scene's
   // --tolerance: of soda's accuracy mode, at the scene's step. Steps are run beside them only if
   // they are asked for.
@@ -45,6 +47,9 @@ struct AccuracyReport {
 
   std::size_t missed() const;  // measures over their must, and runs with a fault, of soda
 };
+
+// In a folder, ascending. Throws FileError.
+std::vector<std::string> case_names(const std::string& folder);
 
 AccuracyReport measure_accuracy(const AccuracyRequest& request, std::ostream& progress);
 

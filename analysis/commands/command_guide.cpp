@@ -2,7 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <sstream>
-#include <vector>
+#include <utility>
 
 namespace soda::analysis {
 namespace {
@@ -41,19 +41,44 @@ std::vector<std::string> values_of(const CLI::Option& option) {
   return values;
 }
 
-std::string bash_script(const CLI::App& app) {
-  std::string commands, options, values;
+// What a command takes that is no option: of an argument that takes one of some words, these.
+std::vector<std::string> argument_words(const CLI::App& command, const ArgumentWords& arguments) {
+  std::vector<std::string> words;
+  if (const auto known = arguments.find(command.get_name()); known != arguments.end())
+    words = known->second;
+  for (const CLI::Option* option : command.get_options()) {
+    if (!names_of(*option).empty()) continue;
+    const std::vector<std::string> values = values_of(*option);
+    words.insert(words.end(), values.begin(), values.end());
+  }
+  return words;
+}
+
+std::string option_words(const CLI::App& command) {
+  std::vector<std::string> words;
+  for (const CLI::Option* option : named_options(command)) {
+    const std::vector<std::string> names = names_of(*option);
+    words.insert(words.end(), names.begin(), names.end());
+  }
+  return joined(words);
+}
+
+// A line of `case`.
+std::string bash_case(const std::string& pattern, const std::string& words) {
+  return "      " + pattern + ") words='" + words + "' ;;\n";
+}
+
+std::string bash_script(const CLI::App& app, const ArgumentWords& arguments) {
+  std::string commands, options, values, others;
   for (const CLI::App* command : app.get_subcommands({})) {
-    commands += (commands.empty() ? "" : " ") + command->get_name();
-    std::vector<std::string> words;
-    for (const CLI::Option* option : named_options(*command)) {
-      const std::vector<std::string> names = names_of(*option);
-      words.insert(words.end(), names.begin(), names.end());
+    const std::string name = command->get_name();
+    commands += (commands.empty() ? "" : " ") + name;
+    options += bash_case(name, option_words(*command));
+    for (const CLI::Option* option : named_options(*command))
       if (const std::vector<std::string> of = values_of(*option); !of.empty())
-        values += "    '" + command->get_name() + " " + names.back() + "') words='" + joined(of) +
-                  "' ;;\n";
-    }
-    options += "      " + command->get_name() + ") words='" + joined(words) + "' ;;\n";
+        values += bash_case("'" + name + " " + names_of(*option).back() + "'", joined(of));
+    if (const std::vector<std::string> words = argument_words(*command, arguments); !words.empty())
+      others += bash_case(name, joined(words));
   }
   return "_soda() {\n"
          "  local current=${COMP_WORDS[COMP_CWORD]} words=\n"
@@ -64,14 +89,31 @@ std::string bash_script(const CLI::App& app) {
          "    words='" +
          commands +
          "'\n"
+         "    [[ $current == -* ]] && words='" +
+         option_words(app) +
+         "'\n"
          "  elif [[ -z $words && $current == -* ]]; then\n"
          "    case ${COMP_WORDS[1]} in\n" +
          options +
+         "    esac\n"
+         "  elif [[ -z $words ]]; then\n"
+         "    case ${COMP_WORDS[1]} in\n" +
+         others +
          "    esac\n"
          "  fi\n"
          "  COMPREPLY=($(compgen -W \"$words\" -- \"$current\"))\n"
          "}\n"
          "complete -o default -F _soda soda\n";
+}
+
+// Zsh runs functions for bash. Where it loads the script itself, from a folder of functions, the
+// script is a function called _soda, which is to complete at once.
+std::string zsh_script(const CLI::App& app, const ArgumentWords& arguments) {
+  std::string script = bash_script(app, arguments);
+  for (std::size_t at = 0; (at = script.find("_soda", at)) != std::string::npos; at += 11)
+    script.replace(at, 5, "_soda_words");
+  return "#compdef soda\nautoload -U +X bashcompinit && bashcompinit\n" + script +
+         "[[ $funcstack[1] != _soda ]] || _bash_complete -o default -F _soda_words\n";
 }
 
 // A word for fish, in single quotes.
@@ -82,19 +124,31 @@ std::string fish_quoted(const std::string& text) {
   return quoted + "'";
 }
 
-std::string fish_script(const CLI::App& app) {
+// Its options.
+std::string fish_options(const CLI::App& command, const std::string& condition) {
   std::string text;
+  for (const CLI::Option* option : named_options(command)) {
+    text += "complete -c soda -n " + condition;
+    for (const std::string& name : option->get_snames()) text += " -s " + name;
+    for (const std::string& name : option->get_lnames()) text += " -l " + name;
+    if (const std::vector<std::string> values = values_of(*option); !values.empty())
+      text += " -x -a " + fish_quoted(joined(values));
+    text += " -d " + fish_quoted(option->get_description()) + "\n";
+  }
+  return text;
+}
+
+std::string fish_script(const CLI::App& app, const ArgumentWords& arguments) {
+  std::string text = fish_options(app, "__fish_use_subcommand");
   for (const CLI::App* command : app.get_subcommands({})) {
     text += "complete -c soda -n __fish_use_subcommand -f -a " + command->get_name() + " -d " +
             fish_quoted(command->get_description()) + "\n";
-    for (const CLI::Option* option : named_options(*command)) {
-      text += "complete -c soda -n '__fish_seen_subcommand_from " + command->get_name() + "'";
-      for (const std::string& name : option->get_snames()) text += " -s " + name;
-      for (const std::string& name : option->get_lnames()) text += " -l " + name;
-      if (const std::vector<std::string> values = values_of(*option); !values.empty())
-        text += " -x -a " + fish_quoted(joined(values));
-      text += " -d " + fish_quoted(option->get_description()) + "\n";
-    }
+    const std::string condition = "'__fish_seen_subcommand_from " + command->get_name() + "'";
+    if (const std::vector<std::string> words = argument_words(*command, arguments); !words.empty())
+      text += "complete -c soda -n " + condition +
+              (arguments.contains(command->get_name()) ? "" : " -f") + " -a " +
+              fish_quoted(joined(words)) + "\n";
+    text += fish_options(*command, condition);
   }
   return text;
 }
@@ -116,14 +170,36 @@ std::string roff(const std::string& text) {
   return result;
 }
 
+// What an option takes: its words, or a kind of value.
+std::string value_of(const CLI::Option& option) {
+  std::string text;
+  for (const std::string& word : values_of(option)) text += (text.empty() ? "" : "|") + word;
+  if (!text.empty()) return text;
+  const std::string type = option.get_type_name();
+  const std::string kind = type.substr(0, type.find(':'));
+  return kind == "INT" || kind == "UINT" || kind == "FLOAT" ? "NUMBER" : kind;
+}
+
+// Where its numbers lie, if not anywhere: "INT:INT in [1 - 64]", "FLOAT:POSITIVE".
+std::string range_of(const CLI::Option& option) {
+  const std::string type = option.get_type_name();
+  if (type.ends_with(":POSITIVE")) return " (above 0)";
+  if (type.ends_with(":NONNEGATIVE")) return " (at least 0)";
+  const std::size_t open = type.find('['), dash = type.find(" - "), close = type.find(']');
+  if (open == std::string::npos || dash == std::string::npos || close == std::string::npos)
+    return "";
+  return " (" + type.substr(open + 1, dash - open - 1) + " to " +
+         type.substr(dash + 3, close - dash - 3) + ")";
+}
+
 std::string roff_option(const CLI::Option& option) {
   std::string names;
   for (const std::string& name : names_of(option))
     names += (names.empty() ? "" : ", ") + ("\\fB" + roff(name) + "\\fR");
   if (names.empty()) names = "\\fI" + roff(option.get_name()) + "\\fR";
   if (option.get_items_expected_max() > 0 && !names_of(option).empty())
-    names += " \\fI" + roff(option.get_type_name()) + "\\fR";
-  return ".TP\n" + names + "\n" + roff(option.get_description()) + "\n";
+    names += " \\fI" + roff(value_of(option)) + "\\fR";
+  return ".TP\n" + names + "\n" + roff(option.get_description() + range_of(option)) + "\n";
 }
 
 std::string roff_command(const CLI::App& command) {
@@ -135,13 +211,29 @@ std::string roff_command(const CLI::App& command) {
   return text;
 }
 
+// As in docs/commands.md.
+std::string roff_exit_codes() {
+  constexpr std::pair<const char*, const char*> kCodes[] = {
+      {"0", "ok"},
+      {"1", "a check failed: runs differ, a log is damaged"},
+      {"2", "usage or scenario"},
+      {"3", "a file cannot be read or written, or is no log; memory does not suffice"},
+      {"4", "a numerical fault was committed"},
+      {"70", "a defect of soda"},
+      {"130, 143", "SIGINT or SIGTERM ended the run early"},
+  };
+  std::string text = ".SH EXIT STATUS\n";
+  for (const auto& [code, meaning] : kCodes)
+    text += std::string(".TP\n\\fB") + code + "\\fR\n" + meaning + "\n";
+  return text;
+}
+
 }  // namespace
 
-// Zsh reads scripts for bash.
-std::string completion_script(const CLI::App& app, const std::string& shell) {
-  if (shell == "fish") return fish_script(app);
-  const char* const begin = shell == "zsh" ? "autoload -U +X bashcompinit && bashcompinit\n" : "";
-  return begin + bash_script(app);
+std::string completion_script(const CLI::App& app, const std::string& shell,
+                              const ArgumentWords& arguments) {
+  if (shell == "fish") return fish_script(app, arguments);
+  return shell == "zsh" ? zsh_script(app, arguments) : bash_script(app, arguments);
 }
 
 std::string manual_page(const CLI::App& app, const std::string& version) {
@@ -152,7 +244,7 @@ std::string manual_page(const CLI::App& app, const std::string& version) {
       ".SH DESCRIPTION\n" +
       roff(app.get_description()) + "\n.SH COMMANDS\n";
   for (const CLI::App* command : app.get_subcommands({})) text += roff_command(*command);
-  return text + ".SH NOTES\n" + roff(app.get_footer()) + "\n";
+  return text + roff_exit_codes();
 }
 
 // Of a command's footer the lines that are set in.

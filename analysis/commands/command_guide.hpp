@@ -1,7 +1,9 @@
 // What the command line can do, for shells and for `man`: made from the options themselves.
 #pragma once
 
+#include <map>
 #include <string>
+#include <vector>
 
 namespace CLI {
 class App;
@@ -9,8 +11,13 @@ class App;
 
 namespace soda::analysis {
 
-// Each of `app`'s subcommands must have its options. `shell` is bash, zsh or fish.
-std::string completion_script(const CLI::App& app, const std::string& shell);
+// Words that a command takes, by its name.
+using ArgumentWords = std::map<std::string, std::vector<std::string>>;
+
+// Each of `app`'s subcommands must have its options. `shell` is bash, zsh or fish. `arguments` are
+// words beside those that the options themselves know.
+std::string completion_script(const CLI::App& app, const std::string& shell,
+                              const ArgumentWords& arguments);
 
 // In the language of man(7).
 std::string manual_page(const CLI::App& app, const std::string& version);

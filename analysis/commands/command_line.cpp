@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <filesystem>
 #include <string_view>
 
 #include "analysis/commands/command_guide.hpp"
@@ -9,6 +10,7 @@
 #include "analysis/commands/examples_command.hpp"
 #include "analysis/commands/measure_options.hpp"
 #include "analysis/commands/trace_options.hpp"
+#include "analysis/process/installed.hpp"
 #include "analysis/text/exit_codes.hpp"
 #include "analysis/text/nearest_name.hpp"
 #include "analysis/text/shell_words.hpp"
@@ -86,7 +88,10 @@ void define_completion(CLI::App& completion, Requests& requests, const Wanted&) 
 }
 
 int print_completion(const Requests& requests, std::ostream& out, std::ostream&) {
-  out << completion_script(*requests.all, requests.shell);
+  ArgumentWords arguments;
+  const std::string cases = installed(kOwnCases);
+  if (std::filesystem::is_directory(cases)) arguments["accuracy"] = case_names(cases);
+  out << completion_script(*requests.all, requests.shell, arguments);
   return kExitOk;
 }
 

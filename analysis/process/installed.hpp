@@ -9,7 +9,8 @@ namespace soda::analysis {
 std::string module_file(const std::string& name);
 
 // What stands in the installed data, e.g. scenarios/library/pyramid.json, under just that name: a
-// relative path that does not exist, but does among the installed data. Any other stays as it is.
+// relative path that does not exist, but does among the installed data; for a program in its build
+// tree, among the sources, too. Any other stays as it is.
 std::string installed(const std::string& path);
 
 }  // namespace soda::analysis

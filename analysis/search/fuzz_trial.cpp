@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <limits>
 
 #include "analysis/measures/error_measures.hpp"
+#include "analysis/search/energy_change.hpp"
 #include "analysis/text/exit_codes.hpp"
 #include "analysis/text/text_table.hpp"
 #include "physics/constraints/displacement_bounds.hpp"
@@ -18,66 +18,8 @@ namespace {
 
 using namespace physics;
 
-constexpr double kEnergyRounding = 1e-9;
 constexpr double kOfSprings = 1e-6;
 constexpr double kOfMomentum = 1e-7;  // limits of refined steps leave 2e-9
-
-struct EnergyChange {
-  double gain_joule = 0.0;
-  double scale_joule = 0.0;
-};
-
-double spin_energy(const BodyParams& params, const BodyState& state) {
-  const Vec3 spin = state.orientation.conjugate() * state.angular_velocity_rad_s;
-  return 0.5 * spin.dot(params.inertia_local_kg_m2 * spin);
-}
-
-// Of one body over a step. Positions count by their difference: far from the origin as near it.
-// Speeds below the rounding of the fastest that there was are no motion: impulses that took it away
-// are where the next step starts from. Each of `points` contacts adds its impulse to a velocity,
-// and each sum is off by half an epsilon in each component: sqrt(3) / 2 points epsilon of the
-// fastest.
-void add_change(const SceneDescription& scene, BodyId id, double fastest_m_s, std::size_t points,
-                const BodyState& before, const BodyState& after, EnergyChange& change) {
-  constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-  const BodyParams& params = scene.bodies[index_of(id)];
-  const double m = params.mass_kg, g = scene.gravity_m_s2.norm();
-  const Vec3 &v0 = before.linear_velocity_m_s, &v1 = after.linear_velocity_m_s;
-  const double lifted = -m * scene.gravity_m_s2.dot(after.position_m - before.position_m);
-  const double spin0 = spin_energy(params, before), spin1 = spin_energy(params, after);
-  change.gain_joule += 0.5 * m * (v1 - v0).dot(v1 + v0) + (spin1 - spin0) + lifted;
-  change.scale_joule += 0.5 * m * (v0.squaredNorm() + v1.squaredNorm()) + spin0 + spin1 +
-                        std::abs(lifted) + m * g * g * scene.dt_s * scene.dt_s;
-  change.scale_joule += m * g * before.position_m.norm() * (8.0 * kEpsilon / kEnergyRounding);
-  const double rounding_m_s = kEpsilon * fastest_m_s * static_cast<double>(1 + points);
-  change.scale_joule += m * rounding_m_s * rounding_m_s / kEnergyRounding;
-}
-
-// What springs of an island hold more after a step. Lengths are known to the rounding of places.
-void add_elastic(const SceneDescription& scene, std::span<const BodyState> before,
-                 std::span<const BodyState> after, BodyId id, EnergyChange& change) {
-  constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-  for (const Joint& joint : scene.joints) {
-    if (joint.kind != JointKind::kSpring || joint.a != id) continue;
-    double far_m = 0.0;
-    const auto stretch = [&](std::span<const BodyState> states) {
-      const auto end = [&](BodyId body, const Vec3& anchor) -> Vec3 {
-        if (body == kWorldBody) return anchor;
-        const BodyState& state = states[index_of(body)];
-        return state.position_m + state.orientation * anchor;
-      };
-      const Vec3 a = end(joint.a, joint.anchor_a_m), b = end(joint.b, joint.anchor_b_m);
-      far_m = std::max(far_m, a.norm() + b.norm());
-      return (b - a).norm() - joint.length_m;
-    };
-    const double from = stretch(before), to = stretch(after), k = joint.stiffness_newton_m;
-    change.gain_joule += 0.5 * k * (to - from) * (to + from);
-    change.scale_joule += 0.5 * k * (from * from + to * to);
-    const double rounding_m = 4.0 * kEpsilon * far_m;
-    change.scale_joule +=
-        k * rounding_m * (std::abs(from) + std::abs(to) + rounding_m) / kEnergyRounding;
-  }
-}
 
 std::string body_name(const SceneDescription& scene, BodyId id) {
   return "body " + std::to_string(scene.bodies[index_of(id)].label);
@@ -130,8 +72,8 @@ class Checks {
       EnergyChange change;
       for (std::uint32_t k = islands.body_begin[i]; k < islands.body_begin[i + 1]; ++k) {
         const std::uint32_t body = islands.bodies[k];
-        add_change(scene_, ids_[body], fastest_m_s_, island.contact_points, before[body],
-                   states[body], change);
+        add_change(scene_, ids_[body], speed_rounding_m_s(fastest_m_s_, island.contact_points),
+                   before[body], states[body], change);
         add_elastic(scene_, before, states, ids_[body], change);
         if (scene_.bodies[body].joints > 0 && island.max_penetration_m > radii_m_[body])
           may_sink_[body] = true;
@@ -144,7 +86,8 @@ class Checks {
     for (std::size_t i = 0; i < states.size(); ++i) check_place(i, before[i], states[i]);
     for (const std::uint32_t body : islands.free_bodies) {
       EnergyChange change;
-      add_change(scene_, ids_[body], fastest_m_s_, 0, before[body], states[body], change);
+      add_change(scene_, ids_[body], speed_rounding_m_s(fastest_m_s_, 0), before[body],
+                 states[body], change);
       check_gain(ids_[body], change, "a free body");
     }
     if (has_springs_ && !ids_.empty()) check_balance(ids_.front());

@@ -4,13 +4,13 @@
 // station or leave. The same run in sequence and over threads ends in the same states, and both
 // agree with the theory (J. R. Jackson, "Networks of waiting lines", 1957).
 //
-// queueing [THREADS]
+// queueing [THREADS [WINDOW]]
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
-#include <limits>
 #include <memory>
 #include <stdexcept>
 #include <vector>
@@ -29,73 +29,67 @@ constexpr std::int64_t kEnd = 4'000'000;  // ticks
 constexpr double kMeanService = 1000.0;   // ticks
 constexpr double kMeanBetweenArrivals = 4000.0;
 constexpr std::uint64_t kStayPercent = 50;  // go on to another station; the others leave
-constexpr std::uint32_t kRoom = 1000;       // customers; more are a fault of the model
-constexpr std::int64_t kNone = std::numeric_limits<std::int64_t>::max();
+constexpr double kMostWait = 1e6;           // ticks; more is a fault of the model
 
+// A customer brings along how long serving takes. So a station knows when it will be done with all
+// who are there, and who has come last leaves then.
 struct Arrival {
   static constexpr std::uint32_t kKind = 1;
-  std::uint32_t from;
+  double service_ticks;
 };
 
-// Saved and restored by the kernel, random numbers and all.
+// Saved and restored by the kernel, random numbers and all. Sums of doubles are the same in every
+// run, because a station sees its customers in the same order in every run.
 struct Station {
   Random random;
-  std::int64_t next_arrival = 0, next_departure = kNone;
-  std::int64_t last_change = 0;
-  std::uint64_t present = 0, served = 0;
-  std::uint64_t busy_ticks = 0, customer_ticks = 0;
+  std::int64_t next_arrival = 0;
+  double free_at = 0.0;  // ticks; when all who are there have been served
+  std::uint64_t served = 0;
+  double busy_ticks = 0.0, customer_ticks = 0.0;
 };
 
 class StationProcess final : public SmallProcess<Station> {
  public:
-  explicit StationProcess(std::uint32_t id) : id_(id) {
+  explicit StationProcess(std::uint32_t id) {
     state_.random = Random(7, id);
-    state_.next_arrival = ticks(kMeanBetweenArrivals);
+    state_.next_arrival = ticks_until_arrival();
   }
 
   const Station& station() const { return state_; }
 
-  VirtualTime next_time() const override {
-    return {std::min(state_.next_arrival, state_.next_departure), 0};
-  }
+  VirtualTime next_time() const override { return {state_.next_arrival, 0}; }
 
   void execute(VirtualTime now, std::span<const MessageView> bag, Outbox& outbox) override {
-    account(now.t);
     for (const MessageView& message : bag)
-      if (is<Arrival>(message)) arrive(now.t);
-    if (state_.next_departure == now.t) depart(now, outbox);
+      if (is<Arrival>(message)) serve(now, read<Arrival>(message), outbox);
     if (state_.next_arrival == now.t) {
-      arrive(now.t);
-      state_.next_arrival = now.t + ticks(kMeanBetweenArrivals);
+      serve(now, {service_ticks()}, outbox);
+      state_.next_arrival = now.t + ticks_until_arrival();
     }
     // Speculative: it ends the run only if this turns out to have happened.
-    if (state_.present > kRoom) throw std::overflow_error("a station is full");
+    if (state_.free_at > static_cast<double>(now.t) + kMostWait)
+      throw std::overflow_error("a station is full");
   }
 
   void commit(VirtualTime) override {}
 
  private:
-  std::int64_t ticks(double mean) {
-    return 1 + static_cast<std::int64_t>(mean * state_.random.exponential());
+  std::int64_t ticks_until_arrival() {
+    return 1 + static_cast<std::int64_t>(kMeanBetweenArrivals * state_.random.exponential());
   }
-  void account(std::int64_t now) {
-    const auto passed = static_cast<std::uint64_t>(now - state_.last_change);
-    state_.customer_ticks += passed * state_.present;
-    state_.busy_ticks += state_.present > 0 ? passed : 0;
-    state_.last_change = now;
-  }
-  void arrive(std::int64_t now) {
-    if (++state_.present == 1) state_.next_departure = now + ticks(kMeanService);
-  }
-  void depart(VirtualTime now, Outbox& outbox) {
+  double service_ticks() { return kMeanService * state_.random.exponential(); }
+
+  void serve(VirtualTime now, const Arrival& customer, Outbox& outbox) {
+    const auto since = static_cast<double>(now.t);
+    state_.free_at = std::max(state_.free_at, since) + customer.service_ticks;
+    state_.busy_ticks += customer.service_ticks;
+    state_.customer_ticks += state_.free_at - since;
     ++state_.served;
-    state_.next_departure = --state_.present > 0 ? now.t + ticks(kMeanService) : kNone;
     if (state_.random.below(100) >= kStayPercent) return;
     const auto next = static_cast<std::uint32_t>(state_.random.below(kStations));
-    send(outbox, LpId{next}, {now.t, now.round + 1}, Arrival{id_});
+    const auto when = static_cast<std::int64_t>(std::ceil(state_.free_at));
+    send(outbox, LpId{next}, {std::max(when, now.t + 1), 0}, Arrival{service_ticks()});
   }
-
-  const std::uint32_t id_;
 };
 
 std::vector<std::unique_ptr<LogicalProcess>> make_network() {
@@ -113,12 +107,13 @@ Sums sums_of(const std::vector<std::unique_ptr<LogicalProcess>>& lps) {
   Sums sums;
   for (const auto& lp : lps) {
     const Station& station = static_cast<const StationProcess&>(*lp).station();
-    const double time = static_cast<double>(station.last_change) * kStations;
-    sums.busy += static_cast<double>(station.busy_ticks) / time;
-    sums.present += static_cast<double>(station.customer_ticks) / time;
+    const double time = static_cast<double>(kEnd) * kStations;
+    sums.busy += station.busy_ticks / time;
+    sums.present += station.customer_ticks / time;
     sums.served += station.served;
-    for (const std::uint64_t word : {station.served, station.busy_ticks, station.customer_ticks})
-      sums.digest = append(sums.digest, word);
+    sums.digest = append(sums.digest, station.served);
+    for (const double sum : {station.busy_ticks, station.customer_ticks, station.free_at})
+      sums.digest = append(sums.digest, std::bit_cast<std::uint64_t>(sum));
   }
   return sums;
 }
@@ -127,9 +122,10 @@ Sums sums_of(const std::vector<std::unique_ptr<LogicalProcess>>& lps) {
 
 int main(int argc, char** argv) {
   const unsigned threads = argc > 1 ? static_cast<unsigned>(std::atoi(argv[1])) : 2;
+  const std::int64_t window = argc > 2 ? std::atoll(argv[2]) : kWindowByWork;
   const auto alone = make_network(), together = make_network();
   raise_failure(run_sequential(alone, {kEnd, 0}));
-  const RunResult run = run_threads(together, {kEnd, 0}, {.threads = threads, .window = 2000});
+  const RunResult run = run_threads(together, {kEnd, 0}, {.threads = threads, .window = window});
   raise_failure(run);
 
   const Sums sums = sums_of(alone), same = sums_of(together);

@@ -38,6 +38,9 @@ struct Counters {
   // Most that one LP held of what rollback needs: inputs, executed times and outputs. Looked at
   // when it commits, which is where it is largest. 0: no history was kept.
   std::uint64_t history_max = 0;
+
+  // Executions that stand and that GVT has not passed, as far as GVT has been followed.
+  std::uint64_t uncommitted() const { return executed - rolled_back - committed; }
 };
 
 Counters& operator+=(Counters& sum, const Counters& more);

@@ -1,6 +1,7 @@
 // Running a set of logical processes to an end time: what all executors share.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <functional>
@@ -81,11 +82,24 @@ enum class Synchronisation {
   kLockstep,    // no LP executes a time before all have executed what is earlier: the baseline
 };
 
+// A window that follows the work instead of virtual time, whatever a model's unit of t is: a worker
+// (or modelled processor) executes what is earliest until it has most_uncommitted() executions that
+// GVT has not passed, and then only what is at GVT.t. More do not pay: of few LPs they are rolled
+// back, of thousands they leave the cache (docs/decisions/kernel-default-window.md).
+inline constexpr std::int64_t kWindowByWork = 0;
+
+// Of a worker with so many LPs. What it holds beyond is what it executes between two looks at its
+// inbox, and what is at GVT.t.
+constexpr std::uint64_t most_uncommitted(std::uint64_t lps) {
+  return std::min<std::uint64_t>(16 * lps, 1024);
+}
+
 struct ThreadsOptions {
   unsigned threads = 1;  // >= 1, not more than LPs are used; LP i belongs to worker
                          // i * threads / number of LPs
-  // An LP may execute times with t < GVT.t + window (>= 1). Bounds memory: docs/tuning.md.
-  std::int64_t window = 1;
+  // An LP may execute times with t < GVT.t + window, if one is set (>= 1). Bounds memory, as the
+  // default does.
+  std::int64_t window = kWindowByWork;
   // 0: each worker takes its lowest time first. Otherwise the seed of a scheduler that picks
   // eligible LPs, message intake and GVT rounds at random, to exercise rollbacks.
   std::uint64_t scheduling_seed = 0;

@@ -13,19 +13,28 @@
 
 namespace soda::kernel {
 
+// A message id as its sender names it.
+struct OutputId {
+  VirtualTime time;
+  LpId destination{};
+  std::uint32_t kind = 0;
+  std::uint32_t slot = 0;
+
+  friend constexpr auto operator<=>(const OutputId&, const OutputId&) = default;
+};
+
 // A message has an id: (source, destination, time, kind, slot). Its newest version wins, in
 // whatever order they arrive; an anti-message is a newer, empty one. So channels need no order, and
 // an anti-message may overtake what it annihilates.
 struct alignas(64) Message {
   Message() = default;
-  Message(VirtualTime time_, LpId source_, LpId destination_, std::uint32_t kind_,
-          std::uint32_t slot_, std::uint64_t version_, bool anti_, Payload payload_,
+  Message(const OutputId& id, LpId source_, std::uint64_t version_, bool anti_, Payload payload_,
           bool first_ = false)
-      : time(time_),
+      : time(id.time),
         source(source_),
-        destination(destination_),
-        kind(kind_),
-        slot(slot_),
+        destination(id.destination),
+        kind(id.kind),
+        slot(id.slot),
         version(version_),
         anti(anti_),
         first(first_),
@@ -57,15 +66,5 @@ inline void move_all(std::vector<Message>& from, std::vector<Message>& to) {
 inline auto message_id(const Message& message) {
   return std::tuple(message.time, message.source, message.kind, message.slot);
 }
-
-// A message id as its sender names it.
-struct OutputId {
-  VirtualTime time;
-  LpId destination{};
-  std::uint32_t kind = 0;
-  std::uint32_t slot = 0;
-
-  friend constexpr auto operator<=>(const OutputId&, const OutputId&) = default;
-};
 
 }  // namespace soda::kernel

@@ -1,7 +1,9 @@
 // What a message carries: immutable bytes, inline when they are few, shared when they are many.
 #pragma once
 
+#include <array>
 #include <atomic>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -16,6 +18,27 @@
 namespace soda::kernel {
 
 using Bytes = std::vector<std::byte>;
+
+// Whether a T of these bytes has them all: bytes that are padding are lost where a constant is
+// computed, and a pointer has none there. The pattern is a value of every type, true for a bool.
+template <class T>
+constexpr bool keeps_every_byte() {
+  std::array<std::byte, sizeof(T)> bytes;
+  bytes.fill(std::byte{1});
+  return std::bit_cast<std::array<std::byte, sizeof(T)>>(std::bit_cast<T>(bytes)) == bytes;
+}
+
+// A type of which every bit belongs to a value, so that what is compared, hashed and sent as bytes
+// depends on nothing else. Numbers of any kind, floating-point ones, too, and structs and arrays of
+// these without gaps. Bits decide: 0.0 and -0.0 differ, and a NaN is equal to one of the same bits.
+// What is no plain struct needs a constexpr constructor, and no member of it may be a pointer
+// beside a floating-point number. long double always has gaps.
+template <class T>
+concept WithoutPadding = std::is_trivially_copyable_v<T> &&
+    (std::has_unique_object_representations_v<T> || requires {
+      requires std::bool_constant < keeps_every_byte<T>()
+      > ::value;
+    });
 
 // A value: copying one of up to kInlineBytes copies them, a larger one shares its bytes, so that
 // executors of one process hand over large payloads without copying. 24 bytes, for the sake of a
@@ -44,7 +67,7 @@ class Payload {
   // The bytes of `value`. Padding would make equal values unequal, so there must be none.
   template <class T>
   static Payload of(const T& value) {
-    static_assert(std::has_unique_object_representations_v<T>);
+    static_assert(WithoutPadding<T>);
     return Payload(std::as_bytes(std::span(&value, 1)));
   }
 

@@ -9,12 +9,11 @@
 
 namespace soda::kernel {
 
-// A struct that is a message: it may be copied byte by byte, has no padding, and says its kind,
-// which no other message of the model has:
-//   struct Arrival { static constexpr std::uint32_t kKind = 1; std::uint32_t customer; };
+// A struct that is a message: it may be copied byte by byte, has no padding (payload.hpp), and says
+// its kind, which no other message of the model has:
+//   struct Arrival { static constexpr std::uint32_t kKind = 1; double service_ticks; };
 template <class T>
-concept TypedMessage =
-    std::is_trivially_copyable_v<T> && std::has_unique_object_representations_v<T> && requires {
+concept TypedMessage = WithoutPadding<T> && requires {
   std::uint32_t{T::kKind};
 };
 

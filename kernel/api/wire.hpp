@@ -17,7 +17,7 @@ static_assert(std::endian::native == std::endian::little, "the wire format is li
 // A value whose bytes say all of it: no padding, no pointers.
 template <class T>
 void append_plain(Bytes& bytes, const T& value) {
-  static_assert(std::has_unique_object_representations_v<T>);
+  static_assert(WithoutPadding<T>);
   const std::size_t at = bytes.size();
   bytes.resize(at + sizeof value);
   std::memcpy(bytes.data() + at, &value, sizeof value);
@@ -25,7 +25,7 @@ void append_plain(Bytes& bytes, const T& value) {
 
 template <class T>
 T take_plain(std::span<const std::byte>& bytes) {
-  static_assert(std::has_unique_object_representations_v<T>);
+  static_assert(WithoutPadding<T>);
   SODA_ASSERT(bytes.size() >= sizeof(T), "a packet ends early");
   T value;
   std::memcpy(&value, bytes.data(), sizeof value);

@@ -78,8 +78,8 @@ class SequentialRun final : public Outbox {
                 " sends to LP ", index_of(destination), " of ", lps_.size());
     if (when >= end_) return;
     if (records_) [[unlikely]]
-      recorder_.sent({when, executing_, destination, kind, 0, result_.counters.messages, false, {}},
-                     now_);
+      recorder_.sent(
+          {{when, destination, kind, 0}, executing_, result_.counters.messages, false, {}}, now_);
     queue_.push({when.t, when.round, index_of(destination)}, result_.counters.messages++,
                 executing_, kind, std::move(payload));
   }

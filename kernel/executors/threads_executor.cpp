@@ -66,7 +66,7 @@ void raise_failure(const RunResult& result) {
 RunResult run_worker_group(WorkerGroup& group, std::span<const std::unique_ptr<LogicalProcess>> lps,
                            VirtualTime end, const ThreadsOptions& options,
                            const ProgressFn& progress) {
-  SODA_ASSERT(options.threads >= 1 && options.window >= 1, "threads ", options.threads, ", window ",
+  SODA_ASSERT(options.threads >= 1 && options.window >= 0, "threads ", options.threads, ", window ",
               options.window);
   std::deque<Worker> workers;
   for (std::size_t i = 0; i < group.inboxes.size(); ++i)

@@ -336,12 +336,16 @@ void Worker::wake_others() {
 
 // The window may be as large as time itself.
 VirtualTime Worker::end_of_window() const {
-  VirtualTime end{gvt_.t, gvt_.round + 1};
-  if (options_.synchronisation == Synchronisation::kOptimistic) {
-    const bool fits = gvt_.t <= kNever.t - options_.window || gvt_.t < 0;
-    end = fits ? VirtualTime{gvt_.t + options_.window, 0} : kNever;
+  if (options_.synchronisation != Synchronisation::kOptimistic)
+    return std::min(VirtualTime{gvt_.t, gvt_.round + 1}, end_);
+  std::int64_t window = options_.window;
+  if (follows_work()) {
+    const bool has_room =
+        knows_gvt() || effects_.counters.uncommitted() < most_uncommitted(processes_.size());
+    window = has_room ? kNever.t : 1;
   }
-  return std::min(end, end_);
+  const bool fits = gvt_.t <= kNever.t - window || gvt_.t < 0;
+  return std::min(fits ? VirtualTime{gvt_.t + window, 0} : kNever, end_);
 }
 
 }  // namespace soda::kernel

@@ -98,6 +98,7 @@ class Worker {
     return gvt_part_.awaits_outcome() && executed_since_report_ >= bags_per_round();
   }
   VirtualTime end_of_window() const;
+  bool follows_work() const { return options_.window == kWindowByWork; }
   bool can_execute() { return earliest() < open_until_ || reopen(); }
   bool shuffles() const { return options_.scheduling_seed != 0; }
   // Whether it is the one that speaks with the other ranks.

@@ -45,6 +45,7 @@ std::size_t Worker::bags_per_round() const {
 
 void Worker::execute_batch() {
   const auto start = std::chrono::steady_clock::now();
+  if (follows_work()) open_until_ = end_of_window();
   std::size_t executed = 0;
   while (executed < batch_size_ && can_execute()) {
     const std::size_t in_order = execute_arrived(batch_size_ - executed);

@@ -12,20 +12,19 @@ namespace soda::kernel {
                                                                   const OutputId& to,
                                                                   Payload&& payload,
                                                                   WorkerEffects& effects) {
-  const std::uint32_t slot = slots_.take(to, kept_);
+  const OutputId id{to.time, to.destination, to.kind, slots_.take(to, kept_)};
   const bool is_first = to.time > resent_until_;
   ++effects.counters.messages;
   journal_.append_output(payload);
   if (is_first && index_of(to.destination) - effects.first_own < effects.owns) {
     MessagePool& pool = inputs_.pool();
-    const std::uint32_t place = pool.emplace(to.time, id_, to.destination, to.kind, slot,
-                                             next_version_++, false, std::move(payload), true);
+    const std::uint32_t place =
+        pool.emplace(id, id_, next_version_++, false, std::move(payload), true);
     if (effects.recorder != nullptr) [[unlikely]]
       effects.recorder->sent(pool[place], now);
     effects.calendar->push(place);
   } else {
-    effects.outgoing.emplace_back(to.time, id_, to.destination, to.kind, slot, next_version_++,
-                                  false, std::move(payload), is_first);
+    effects.outgoing.emplace_back(id, id_, next_version_++, false, std::move(payload), is_first);
     if (effects.recorder != nullptr) [[unlikely]]
       effects.recorder->sent(effects.outgoing.back(), now);
   }

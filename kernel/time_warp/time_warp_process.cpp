@@ -19,8 +19,8 @@ namespace soda::kernel {
                 " at ", id.time, " (kind ", id.kind, ", slot ", id.slot,
                 "): its execute is not a pure function");
     ++effects.counters.messages;
-    effects.outgoing.emplace_back(id.time, id_, id.destination, id.kind, id.slot, next_version_++,
-                                  false, payload, id.time > resent_until_);
+    effects.outgoing.emplace_back(id, id_, next_version_++, false, payload,
+                                  id.time > resent_until_);
     if (effects.recorder != nullptr) effects.recorder->sent(effects.outgoing.back(), now);
   }
   outputs_.emplace_back(std::move(payload));
@@ -321,8 +321,7 @@ void TimeWarpProcess::flush_pending(WorkerEffects& effects) {
 void TimeWarpProcess::cancel(const OutputId& id, WorkerEffects& effects) {
   SODA_ASSERT(id.time > gvt_, "LP ", index_of(id_), " cancels at ", id.time, " behind GVT ", gvt_);
   ++effects.counters.anti_messages;
-  effects.outgoing.push_back(
-      {id.time, id_, id.destination, id.kind, id.slot, next_version_++, true, {}});
+  effects.outgoing.push_back({id, id_, next_version_++, true, {}});
   if (effects.recorder != nullptr) effects.recorder->sent(effects.outgoing.back(), kBeginning);
 }
 

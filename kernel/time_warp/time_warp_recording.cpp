@@ -22,7 +22,7 @@ bool TimeWarpProcess::deliver_recorded(Message&& message, WorkerEffects& effects
 
 void TimeWarpProcess::tell_adopted(const OutputId& id, VirtualTime now,
                                    EventRecorder& recorder) const {
-  recorder.adopted({id.time, id_, id.destination, id.kind, id.slot, 0, false, {}}, now);
+  recorder.adopted({id, id_, 0, false, {}}, now);
 }
 
 void TimeWarpProcess::tell_undone(std::size_t standing, VirtualTime restart, VirtualTime changed,

@@ -17,7 +17,7 @@ VirtualResult run_as_asked(std::span<const std::unique_ptr<LogicalProcess>> lps,
 
 VirtualResult run_virtual(std::span<const std::unique_ptr<LogicalProcess>> lps, VirtualTime end,
                           const VirtualOptions& options, const ProgressFn& progress) {
-  SODA_ASSERT(options.processors >= 1 && options.window >= 1 && options.latency_ns >= 0 &&
+  SODA_ASSERT(options.processors >= 1 && options.window >= 0 && options.latency_ns >= 0 &&
                   options.jitter_ns >= 0 && options.gvt_interval_ns >= 0 &&
                   options.gvt_delay_ns >= 0,
               "processors ", options.processors, ", window ", options.window, ", latency ",

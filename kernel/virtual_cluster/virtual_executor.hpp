@@ -46,7 +46,7 @@ class ClockUser {
 struct VirtualOptions {
   unsigned processors = 1;  // >= 1, not more than LPs are used; LP i belongs to processor
                             // i * processors / number of LPs
-  std::int64_t window = 1;  // as in ThreadsOptions
+  std::int64_t window = kWindowByWork;  // as in ThreadsOptions
   Synchronisation synchronisation = Synchronisation::kOptimistic;
   std::uint64_t seed = 0;  // of the jitter
   // Cost of the bag that an LP executed last; asked once after each execution. None: each costs

@@ -150,6 +150,8 @@ std::optional<std::uint32_t> VirtualProcessor::choose(VirtualTime gvt) {
 // Differences as unsigned numbers: the window may be as large as time itself.
 bool VirtualProcessor::within_window(VirtualTime time, VirtualTime gvt) const {
   if (time >= end_) return false;
+  if (options_.window == kWindowByWork)
+    return time.t <= gvt.t || effects_.counters.uncommitted() < most_uncommitted(processes_.size());
   const auto lead = static_cast<std::uint64_t>(time.t) - static_cast<std::uint64_t>(gvt.t);
   return lead < static_cast<std::uint64_t>(options_.window);
 }

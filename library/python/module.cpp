@@ -124,57 +124,93 @@ void define_scene(py::module_& module) {
             return Scene::parse(json_of(scene), name);
           },
           "scene"_a, "name"_a = "scene", "Of a dictionary in the scenario format, or its text.")
-      .def_property_readonly("name", &Scene::name)
-      .def_property_readonly("time_step_s", &Scene::time_step_s)
-      .def_property_readonly("steps", &Scene::steps)
-      .def_property_readonly("body_ids", [](const Scene& s) { return array_of(s.body_ids()); })
-      .def_property_readonly("static_names", &Scene::static_names)
-      .def_property_readonly("warnings", &Scene::warnings)
-      .def("mass_kg", &Scene::mass_kg, "body"_a);
+      .def_property_readonly("name", &Scene::name, "As it was loaded or built.")
+      .def_property_readonly("time_step_s", &Scene::time_step_s, "Length of a step.")
+      .def_property_readonly("steps", &Scene::steps, "How many the scene asks for.")
+      .def_property_readonly(
+          "body_ids", [](const Scene& s) { return array_of(s.body_ids()); },
+          "Ids of all bodies, ascending.")
+      .def_property_readonly("static_names", &Scene::static_names,
+                             "By the numbers that contacts and rays give.")
+      .def_property_readonly("warnings", &Scene::warnings,
+                             "What the scene may say but hardly means, a line each.")
+      .def("mass_kg", &Scene::mass_kg, "body"_a, "Mass of a body.");
+}
+
+// What can be asked of a simulation, and coming back to it.
+void define_questions(py::class_<Simulation>& type) {
+  type.def(
+          "contacts", [](const Simulation& s) { return contact_records(s.contacts()); },
+          "Contact points of the last step, as a structured array.")
+      .def("broken_joints", &Simulation::broken_joints, "Ids of the joints that have broken.")
+      .def("cast_ray", &ray_hit, "from_m"_a, "direction"_a, "length_m"_a,
+           "The first solid on the ray, as a dictionary, or None.")
+      .def(
+          "counters", [](const Simulation& s) { return dictionary_of(s.counters()); },
+          "What all steps have cost, in pairs, islands, iterations and impacts.")
+      .def(
+          "report", [](const Simulation& s) { return dictionary_of(s.report()); },
+          "Of the last step: penetration, residual, islands and contact points.")
+      .def("snapshot", &bytes_of, "All of the state, as bytes.")
+      .def("restore", &restore, "snapshot"_a,
+           "Goes back, or forward, to a snapshot of the same scene.");
+}
+
+// Of something with states: an array for each quantity.
+template <class T, class StatesOf>
+void define_arrays(py::class_<T>& type, StatesOf states_of) {
+  type.def(
+          "positions", [=](const T& t) { return positions(states_of(t)); },
+          "Centres in m, a row for each of body_ids.")
+      .def(
+          "orientations", [=](const T& t) { return orientations(states_of(t)); },
+          "Unit quaternions (w, x, y, z), a row for each of body_ids.")
+      .def(
+          "velocities", [=](const T& t) { return velocities(states_of(t)); },
+          "Of the centres in m/s, a row for each of body_ids.")
+      .def(
+          "angular_velocities", [=](const T& t) { return angular_velocities(states_of(t)); },
+          "In rad/s, a row for each of body_ids.");
 }
 
 void define_simulation(py::module_& module) {
-  py::class_<Simulation>(module, "Simulation", "A scene that is simulated step by step.")
-      .def(py::init<const Scene&>(), "scene"_a)
-      .def("step", &Simulation::step, "steps"_a = 1, py::call_guard<py::gil_scoped_release>())
-      .def_property_readonly("steps", &Simulation::steps)
-      .def_property_readonly("time_s", &Simulation::time_s)
-      .def_property_readonly("digest", &Simulation::digest)
-      .def_property_readonly("body_ids", [](const Simulation& s) { return array_of(s.body_ids()); })
-      .def("positions", [](const Simulation& s) { return positions(s.states()); })
-      .def("orientations", [](const Simulation& s) { return orientations(s.states()); })
-      .def("velocities", [](const Simulation& s) { return velocities(s.states()); })
-      .def("angular_velocities", [](const Simulation& s) { return angular_velocities(s.states()); })
-      .def("has", &Simulation::has, "body"_a)
+  py::class_<Simulation> type(module, "Simulation", "A scene that is simulated step by step.");
+  type.def(py::init<const Scene&>(), "scene"_a, "At the start of the scene.")
+      .def("step", &Simulation::step, "steps"_a = 1, py::call_guard<py::gil_scoped_release>(),
+           "Goes on by so many steps.")
+      .def_property_readonly("steps", &Simulation::steps, "How many have been made.")
+      .def_property_readonly("time_s", &Simulation::time_s, "Simulated time.")
+      .def_property_readonly("digest", &Simulation::digest,
+                             "Of all states, bit for bit: equal simulations have equal ones.")
+      .def_property_readonly(
+          "body_ids", [](const Simulation& s) { return array_of(s.body_ids()); },
+          "Ids of the bodies that are there, ascending.")
+      .def("has", &Simulation::has, "body"_a, "Whether the body is there.")
       .def(
           "state",
           [](const Simulation& s, std::uint32_t body) { return dictionary_of(s.state(body)); },
-          "body"_a)
-      .def("set_state", &set_state, "body"_a)
+          "body"_a, "position_m, orientation, velocity_m_s and angular_velocity_rad_s of a body.")
+      .def("set_state", &set_state, "body"_a,
+           "Sets what is given of a body's state, with the names of state().")
       .def(
           "apply", [](Simulation& s, const py::object& input) { s.apply(json_of(input)); },
-          "input"_a, "An input as in the scenario format; without step or time_s, at once.")
-      .def("contacts", [](const Simulation& s) { return contact_records(s.contacts()); })
-      .def("broken_joints", &Simulation::broken_joints)
-      .def("cast_ray", &ray_hit, "from_m"_a, "direction"_a, "length_m"_a)
-      .def("counters", [](const Simulation& s) { return dictionary_of(s.counters()); })
-      .def("report", [](const Simulation& s) { return dictionary_of(s.report()); })
-      .def("snapshot", &bytes_of)
-      .def("restore", &restore, "snapshot"_a);
+          "input"_a, "An input as in the scenario format; without step or time_s, at once.");
+  define_arrays(type, [](const Simulation& s) { return s.states(); });
+  define_questions(type);
 }
 
 void define_run(py::module_& module) {
-  py::class_<RunResult>(module, "RunResult")
-      .def_readonly("steps", &RunResult::steps)
-      .def_readonly("digest", &RunResult::digest)
-      .def_readonly("events_executed", &RunResult::events_executed)
-      .def_readonly("events_rolled_back", &RunResult::events_rolled_back)
-      .def_readonly("events_committed", &RunResult::events_committed)
-      .def_property_readonly("body_ids", [](const RunResult& r) { return array_of(r.body_ids); })
-      .def("positions", [](const RunResult& r) { return positions(r.states); })
-      .def("orientations", [](const RunResult& r) { return orientations(r.states); })
-      .def("velocities", [](const RunResult& r) { return velocities(r.states); })
-      .def("angular_velocities", [](const RunResult& r) { return angular_velocities(r.states); });
+  py::class_<RunResult> type(module, "RunResult", "What a run of the kernel ended with.");
+  type.def_readonly("steps", &RunResult::steps, "How many were committed.")
+      .def_readonly("digest", &RunResult::digest, "As of a simulation after as many steps.")
+      .def_readonly("events_executed", &RunResult::events_executed,
+                    "Also those that were rolled back.")
+      .def_readonly("events_rolled_back", &RunResult::events_rolled_back, "Executed in vain.")
+      .def_readonly("events_committed", &RunResult::events_committed, "Those that count.")
+      .def_property_readonly(
+          "body_ids", [](const RunResult& r) { return array_of(r.body_ids); },
+          "Ids of the bodies that are there, ascending.");
+  define_arrays(type, [](const RunResult& r) { return r.states; });
   module.def(
       "run",
       [](const Scene& scene, std::optional<std::int64_t> steps, std::optional<std::uint32_t> worlds,
@@ -193,6 +229,7 @@ void define_run(py::module_& module) {
 
 PYBIND11_MODULE(soda, module) {
   module.doc() = "Rigid bodies, simulated so that equal inputs give equal bits.";
+  module.attr("__version__") = SODA_VERSION;
   soda::python::register_records();
   soda::python::define_errors(module);
   soda::python::define_scene(module);

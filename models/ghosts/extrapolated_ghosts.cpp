@@ -108,9 +108,9 @@ std::vector<Ghost> foreign_ghosts(std::vector<Ghost> ghosts,
 }
 
 std::vector<Ghost> extrapolate_ghosts(GhostMode mode, const Rules& rules,
-                                      const physics::Geometry& geometry, WorldId self,
-                                      const ForeignView& before, std::span<const WorldId> received,
-                                      physics::StageCounters& counters) {
+                                      const physics::Geometry& geometry, const ToldWorld& told,
+                                      const ForeignView& before, physics::StageCounters& counters) {
+  const auto& [self, received] = told;
   std::vector<Ghost> extrapolated;
   const std::vector<WorldId> speakers = news_from(before);
   if (std::includes(received.begin(), received.end(), speakers.begin(), speakers.end()))

@@ -43,19 +43,23 @@ std::vector<WorldId> news_from(const ForeignView& view);
 // Where `worlds`, a sorted list, has not got `world`: puts it in.
 void add_world(WorldId world, std::vector<WorldId>& worlds);
 
-// What the worlds of news_from(before) that are not in `received` (ascending) will tell world
-// `self` in this step, as far as `before` tells. Ascending by (owner, id). `rules` are those of the
-// step.
+// A world, and who has told it of a step, ascending.
+struct ToldWorld {
+  WorldId self;
+  std::span<const WorldId> told_by;
+};
+
+// What the worlds of news_from(before) that have not told world `told.self` of this step will tell
+// it, as far as `before` tells. Ascending by (owner, id). `rules` are those of the step.
 //   kDeadReckoning: a body goes on with constant velocity and spin.
 //   kPredicted: it goes on as a body that touches nothing, by the very function that its owner
 //     calls; or, if it has stored contact impulses, something carries it: with constant velocity.
 //     Where nothing has touched it the extrapolation has the bits of what will come.
-// A body whose state is known is taken as it is: in kDeadReckoning only one that has left `self`.
+// A body whose state is known is taken as it is: in kDeadReckoning only one that has left it.
 // A function of the arguments; `mode` is not kReceivedOnly.
 std::vector<Ghost> extrapolate_ghosts(GhostMode mode, const Rules& rules,
-                                      const physics::Geometry& geometry, WorldId self,
-                                      const ForeignView& before, std::span<const WorldId> received,
-                                      physics::StageCounters& counters);
+                                      const physics::Geometry& geometry, const ToldWorld& told,
+                                      const ForeignView& before, physics::StageCounters& counters);
 
 // Ascending by id, for the use of a world with such own bodies. While a body is on its way between
 // owners it can be there twice, or be own already: the lowest owner's ghost stays, and no own body.

@@ -12,26 +12,19 @@ using physics::ContactManifold;
 
 // What is known of the islands that have one of the bodies.
 Records records_around(std::span<const BodyId> bodies, const physics::Islands& islands,
-                       const KnownBodies& known, std::span<const physics::BodyState> own_states,
-                       std::span<const ContactManifold> manifolds, const IslandMerge& merge) {
+                       const KnownGraph& known) {
   Records records;
   for (std::size_t i = 0; i < islands.count(); ++i) {
     const std::span<const std::uint32_t> members(&islands.bodies[islands.body_begin[i]],
                                                  islands.body_begin[i + 1] - islands.body_begin[i]);
     const bool concerned = std::any_of(members.begin(), members.end(), [&](std::uint32_t member) {
-      return known.place[member] >= 0 &&
-             std::binary_search(bodies.begin(), bodies.end(), known.ids[member]);
+      return known.bodies.place[member] >= 0 &&
+             std::binary_search(bodies.begin(), bodies.end(), known.bodies.ids[member]);
     });
     if (!concerned) continue;
-    for (const std::uint32_t member : members) {
-      const std::int32_t place = known.place[member];
-      records.nodes.push_back({known.ids[member], known.owners[member],
-                               place >= 0
-                                   ? own_states[static_cast<std::size_t>(place)]
-                                   : merge.nodes[static_cast<std::size_t>(-1 - place)].state});
-    }
+    for (const std::uint32_t member : members) records.nodes.push_back(known.node(member));
     for (std::uint32_t m = islands.manifold_begin[i]; m < islands.manifold_begin[i + 1]; ++m)
-      records.manifolds.push_back(manifolds[islands.manifolds[m]]);
+      records.manifolds.push_back(known.manifolds[islands.manifolds[m]]);
   }
   std::sort(records.nodes.begin(), records.nodes.end(),
             [](const Node& x, const Node& y) { return x.id < y.id; });
@@ -139,14 +132,12 @@ bool lacks(const Dependencies& dependencies, const Expected& expected, kernel::V
                      });
 }
 
-void add_group_fragments(std::span<const MixedGroup> groups, WorldId self, const KnownBodies& known,
-                         std::span<const physics::BodyState> own_states,
-                         std::span<const ContactManifold> manifolds, const IslandMerge& merge,
+void add_group_fragments(std::span<const MixedGroup> groups, WorldId self, const KnownGraph& known,
                          std::map<WorldId, Fragment>& fragments) {
   physics::Islands islands;
-  physics::build_islands(known.ids, manifolds, islands);
+  physics::build_islands(known.bodies.ids, known.manifolds, islands);
   for (const MixedGroup& group : groups) {
-    const Records records = records_around(group.own, islands, known, own_states, manifolds, merge);
+    const Records records = records_around(group.own, islands, known);
     for (const WorldId owner : group.owners) {
       if (owner == self) continue;
       Fragment& fragment = fragments[owner];
@@ -156,16 +147,17 @@ void add_group_fragments(std::span<const MixedGroup> groups, WorldId self, const
   }
 }
 
-void take_fragment(std::span<const BodyId> own_ids, WorldId self, WorldId from,
-                   const Fragment& fragment, std::span<const MixedGroup> groups, IslandMerge& merge,
+void take_fragment(std::span<const BodyId> own_ids, WorldId self, const ReceivedFragment& received,
+                   std::span<const MixedGroup> groups, IslandMerge& merge,
                    std::vector<ContactManifold>& manifolds) {
+  const auto& [from, fragment] = received;
   add_fragment(own_ids, from, fragment.records, merge, manifolds);
   for (const Fragment::OfGroup& part : fragment.groups) {
     add_records(own_ids, from, part.records, merge, manifolds);
     const MixedGroup* const group = find_group(groups, part.label);
     if (group == nullptr) continue;
     for (const WorldId owner : group->owners)
-      if (owner != self && owner != from) note_exchanged(part.records, owner, merge);
+      if (owner != self && owner != received.from) note_exchanged(part.records, owner, merge);
   }
 }
 

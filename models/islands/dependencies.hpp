@@ -71,15 +71,18 @@ void note_group(std::span<const physics::BodyId> ids, std::span<const WorldId> o
 // Adds to the fragments what partners get: for each group everything that this world knows of the
 // islands which its bodies in the group are in now. All owners of a group get the same. What
 // another owner of the group would get besides as a fragment of its own is taken out there.
-void add_group_fragments(std::span<const MixedGroup> groups, WorldId self, const KnownBodies& known,
-                         std::span<const physics::BodyState> own_states,
-                         std::span<const physics::ContactManifold> manifolds,
-                         const IslandMerge& merge, std::map<WorldId, Fragment>& fragments);
+void add_group_fragments(std::span<const MixedGroup> groups, WorldId self, const KnownGraph& known,
+                         std::map<WorldId, Fragment>& fragments);
 
-// Takes in a fragment from world `from`. What is in the part of a group has gone to all its owners:
+struct ReceivedFragment {
+  WorldId from;
+  const Fragment& fragment;
+};
+
+// Takes in a fragment. What is in the part of a group has gone to all its owners:
 // it is noted as exchanged with each.
-void take_fragment(std::span<const physics::BodyId> own_ids, WorldId self, WorldId from,
-                   const Fragment& fragment, std::span<const MixedGroup> groups, IslandMerge& merge,
-                   std::vector<physics::ContactManifold>& manifolds);
+void take_fragment(std::span<const physics::BodyId> own_ids, WorldId self,
+                   const ReceivedFragment& received, std::span<const MixedGroup> groups,
+                   IslandMerge& merge, std::vector<physics::ContactManifold>& manifolds);
 
 }  // namespace soda::models

@@ -92,24 +92,19 @@ class Lookup {
   std::vector<RecordKey>::const_iterator at_, end_;
 };
 
-Records missing_records(const KnownBodies& known, const IslandView& island, WorldId partner,
-                        std::span<const physics::BodyState> own_states,
-                        std::span<const ContactManifold> manifolds, const IslandMerge& merge,
+Records missing_records(const KnownGraph& known, const IslandView& island, WorldId partner,
                         RecordSet& exchanged) {
   Records records;
   std::vector<RecordKey> keys;
   Lookup had_bodies{exchanged}, had_pairs{exchanged};
   for (const std::uint32_t body : island.bodies) {
-    const BodyId id = known.ids[body];
-    if (known.owners[body] == partner || had_bodies.contains({id, id})) continue;
+    const BodyId id = known.bodies.ids[body];
+    if (known.bodies.owners[body] == partner || had_bodies.contains({id, id})) continue;
     keys.push_back({id, id});
-    const std::int32_t place = known.place[body];
-    records.nodes.push_back(
-        {id, known.owners[body],
-         place >= 0 ? own_states[place] : merge.nodes[static_cast<std::size_t>(-1 - place)].state});
+    records.nodes.push_back(known.node(body));
   }
   for (std::size_t i = 0; i < island.manifolds.size(); ++i) {
-    const ContactManifold& manifold = manifolds[island.manifolds[i]];
+    const ContactManifold& manifold = known.manifolds[island.manifolds[i]];
     if (island.sides[i][0] == partner || island.sides[i][1] == partner) continue;
     if (had_pairs.contains(key_of(manifold))) continue;
     keys.push_back(key_of(manifold));
@@ -237,6 +232,7 @@ std::map<WorldId, Records> outgoing_records(std::uint32_t round, WorldId self,
                                             std::span<const physics::BodyState> own_states,
                                             std::span<const ContactManifold> manifolds,
                                             IslandMerge& merge) {
+  const KnownGraph graph{known, own_states, merge.nodes, manifolds};
   physics::Islands islands;
   physics::build_islands(known.ids, manifolds, islands);
   std::map<WorldId, Records> outgoing;
@@ -250,9 +246,7 @@ std::map<WorldId, Records> outgoing_records(std::uint32_t round, WorldId self,
     if (round >= 1 && owners.size() <= round) continue;
     find_sides(known, manifolds, island);
     for (const WorldId partner : partners(island, self)) {
-      append(missing_records(known, island, partner, own_states, manifolds, merge,
-                             merge.exchanged[partner]),
-             outgoing[partner]);
+      append(missing_records(graph, island, partner, merge.exchanged[partner]), outgoing[partner]);
     }
   }
   std::erase_if(outgoing, [](const auto& item) {

@@ -47,6 +47,21 @@ struct KnownBodies {
   std::vector<std::int32_t> place;
 };
 
+// The bodies that a world knows, with their states, and the contacts between them.
+struct KnownGraph {
+  const KnownBodies& bodies;
+  std::span<const physics::BodyState> own_states;
+  std::span<const Node> nodes;                            // foreign ones
+  std::span<const physics::ContactManifold> manifolds{};  // in canonical order
+
+  Node node(std::uint32_t body) const {
+    const std::int32_t place = bodies.place[body];
+    return {bodies.ids[body], bodies.owners[body],
+            place >= 0 ? own_states[static_cast<std::size_t>(place)]
+                       : nodes[static_cast<std::size_t>(-1 - place)].state};
+  }
+};
+
 // Takes in records from world `from`: unknown nodes and unknown pairs are added (`manifolds` stays
 // in canonical order), known ones are left as they are, and all are noted as exchanged with `from`.
 // Contacts with a body that is neither own nor known are dropped: only speculation has them.

@@ -251,6 +251,15 @@ kernel::RunResult run(const Worlds& worlds, const Driver& driver, CommitForwardi
   return kernel::run_threads(worlds, end, threads_options(driver), driver.progress);
 }
 
+// Threads and ranks tell where their time goes.
+kernel::Recording recording_of(const RunOptions& options, kernel::TraceSink* trace) {
+  return {.kind_of = kind_of,
+          .trace = trace,
+          .describe = note_bodies,
+          .accounts =
+              options.executor == ExecutorKind::kThreads || options.executor == ExecutorKind::kMpi};
+}
+
 kernel::ProgressFn on_gvt(std::int64_t steps,
                           const std::function<void(const Progress&)>& progress) {
   if (!progress) return {};
@@ -285,6 +294,12 @@ SimulationResult run_committed(const physics::SceneDescription& scene,
   for (const CommittedInput& committed : failed.inputs)
     options.inputs.script.push_back(committed.input);
   return simulate(scene, initial, map, options);
+}
+
+void take_inputs(InputFeed* feed, SimulationResult& result) {
+  if (feed == nullptr) return;
+  result.inputs = feed->acted();
+  result.inputs_too_late = feed->too_late();
 }
 
 // Inputs come from outside, and committed steps tell which ones acted. Nothing without inputs.
@@ -357,11 +372,7 @@ SimulationResult simulate(const physics::SceneDescription& scene,
           {.options = options,
            .observer = observer,
            .external = options.external_sources.empty() ? nullptr : &external_sources,
-           .recording = {.kind_of = kind_of,
-                         .trace = observer.wants_trace ? trace : nullptr,
-                         .describe = note_bodies,
-                         .accounts = options.executor == ExecutorKind::kThreads ||
-                                     options.executor == ExecutorKind::kMpi},
+           .recording = recording_of(options, observer.wants_trace ? trace : nullptr),
            .progress = on_gvt(options.steps, progress)},
           forwarding, {commits, balancing.get(), trace, options.entries}, result.cluster);
   result.committed_steps = merge.committed_steps();
@@ -374,10 +385,7 @@ SimulationResult simulate(const physics::SceneDescription& scene,
   result.islands_committed = merge.islands();
   take_sums(outcome, result);
   collect(worlds, options, initial.size(), result);
-  if (feed) {
-    result.inputs = feed->acted();
-    result.inputs_too_late = feed->too_late();
-  }
+  take_inputs(feed.get(), result);
   if (!outcome.fault) return result;
   result.fault = fault_of(*outcome.fault, scene);
   if (is_root(options)) {

@@ -31,12 +31,13 @@ class SharedList {
   SharedList() = default;
   // `items` ascending by key; several may have one key.
   SharedList(SharedMemory& memory, std::span<const T> items, const SharedList& older);
-  // Of `size` items that are nowhere yet: `key_at(i)` ascends; `is_at(item, i)` says whether an
-  // item of an older list is the one to come at i; `make(first, last)` makes the chunk of items
-  // first to last, without last, in ascending order of chunks. `older` and `other` are looked into.
-  template <class KeyAt, class IsAt, class Make>
-  SharedList(SharedMemory& memory, std::size_t size, KeyAt key_at, IsAt is_at, Make make,
-             const SharedList& older, const SharedList& other);
+  // Of items that are nowhere yet, source.size() of them: source.key_at(i) ascends;
+  // source.is_at(item, i) says whether an item of an older list is the one to come at i;
+  // source.make(first, last) makes the chunk of items first to last, without last, in ascending
+  // order of chunks. `older` and `other` are looked into.
+  template <class Source>
+  SharedList(SharedMemory& memory, Source&& source, const SharedList& older,
+             const SharedList& other);
 
   // Adds up chunks.
   std::size_t size() const {
@@ -72,6 +73,19 @@ class SharedList {
  private:
   using Chunk = SharedArray<T>;
 
+  // Items that are there.
+  struct Items {
+    SharedMemory& memory;
+    std::span<const T> items;
+
+    std::size_t size() const { return items.size(); }
+    Key key_at(std::size_t i) const { return key_of(items[i]); }
+    bool is_at(const T& item, std::size_t i) const { return ListItem<T>::same(item, items[i]); }
+    Chunk make(std::size_t first, std::size_t last) const {
+      return Chunk(memory, items.subspan(first, last - first));
+    }
+  };
+
   static Key key_of(const T& item) { return ListItem<T>::key(item); }
   static bool begins_chunk(Key key) {
     return kernel::mix64(static_cast<std::uint64_t>(key) + 1) % 16 == 0;
@@ -90,18 +104,14 @@ class SharedList {
 
 template <class T>
 SharedList<T>::SharedList(SharedMemory& memory, std::span<const T> items, const SharedList& older)
-    : SharedList(
-          memory, items.size(), [items](std::size_t i) { return key_of(items[i]); },
-          [items](const T& item, std::size_t i) { return ListItem<T>::same(item, items[i]); },
-          [&memory, items](std::size_t first, std::size_t last) {
-            return Chunk(memory, items.subspan(first, last - first));
-          },
-          older, {}) {}
+    : SharedList(memory, Items{memory, items}, older, {}) {}
 
 template <class T>
-template <class KeyAt, class IsAt, class Make>
-SharedList<T>::SharedList(SharedMemory& memory, std::size_t size, KeyAt key_at, IsAt is_at,
-                          Make make, const SharedList& older, const SharedList& other) {
+template <class Source>
+SharedList<T>::SharedList(SharedMemory& memory, Source&& source, const SharedList& older,
+                          const SharedList& other) {
+  const std::size_t size = source.size();
+  const auto key_at = [&source](std::size_t i) { return source.key_at(i); };
   std::vector<Chunk> chunks;
   std::span<const Chunk> rest = older.table_.items(), other_rest = other.table_.items();
   for (std::size_t first = 0, last = 0; first < size; first = last) {
@@ -110,7 +120,8 @@ SharedList<T>::SharedList(SharedMemory& memory, std::size_t size, KeyAt key_at, 
     const auto is_here = [&](const Chunk* chunk) {
       if (chunk == nullptr || chunk->items().size() != last - first) return false;
       std::size_t i = first;
-      return std::ranges::all_of(chunk->items(), [&](const T& item) { return is_at(item, i++); });
+      return std::ranges::all_of(chunk->items(),
+                                 [&](const T& item) { return source.is_at(item, i++); });
     };
     const Chunk* const old = chunk_from(rest, key_at(first));
     const Chunk* const instead = chunk_from(other_rest, key_at(first));
@@ -119,7 +130,7 @@ SharedList<T>::SharedList(SharedMemory& memory, std::size_t size, KeyAt key_at, 
     else if (is_here(instead))
       chunks.push_back(*instead);
     else
-      chunks.push_back(make(first, last));
+      chunks.push_back(source.make(first, last));
   }
   for (const SharedList* list : {&older, &other})
     if (std::ranges::equal(chunks, list->table_.items())) table_ = list->table_;

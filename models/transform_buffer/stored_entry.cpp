@@ -57,6 +57,8 @@ class BodyChunks {
   StepMemo::Membership island(std::size_t i) const {
     return entry_.memo.valid ? entry_.memo.islands[i] : StepMemo::Membership{};
   }
+  std::size_t size() const { return entry_.ids.size(); }
+  BodyId key_at(std::size_t i) const { return entry_.ids[i]; }
   bool is_at(const StoredBody& body, std::size_t i) const {
     const StepMemo::Membership now = island(i);
     return body.id == entry_.ids[i] && body.island.label == now.label &&
@@ -96,14 +98,7 @@ class BodyChunks {
 
 SharedList<StoredBody> stored_bodies(SharedMemory& memory, const BufferEntry& entry,
                                      const StoredEntry& older, const StoredEntry& replaced) {
-  BodyChunks chunks(memory, entry, older, replaced);
-  return {memory,
-          entry.ids.size(),
-          [&](std::size_t i) { return entry.ids[i]; },
-          [&](const StoredBody& body, std::size_t i) { return chunks.is_at(body, i); },
-          [&](std::size_t first, std::size_t last) { return chunks.make(first, last); },
-          older.bodies,
-          replaced.bodies};
+  return {memory, BodyChunks(memory, entry, older, replaced), older.bodies, replaced.bodies};
 }
 
 SharedList<StoredGhost> stored_ghosts(SharedMemory& memory, std::span<const Ghost> ghosts,

@@ -11,17 +11,16 @@ using physics::BodyState;
 using physics::ContactManifold;
 
 // Own bodies and ghosts as one ascending list.
-struct Present {
+struct Everybody {
   std::vector<physics::BodyId> ids;
   std::vector<WorldId> owners;
   std::vector<const BodyState*> states;
   std::vector<physics::Aabb> boxes;
 };
 
-Present everybody(WorldId self, std::span<const physics::BodyId> ids,
-                  std::span<const BodyState> states, std::span<const physics::Aabb> boxes,
-                  std::span<const Ghost> ghosts) {
-  Present all;
+Everybody everybody(const PresentBodies& present) {
+  const auto& [self, ids, states, boxes, ghosts] = present;
+  Everybody all;
   all.ids.reserve(ids.size() + ghosts.size());
   all.owners.reserve(ids.size() + ghosts.size());
   all.states.reserve(ids.size() + ghosts.size());
@@ -43,7 +42,7 @@ Present everybody(WorldId self, std::span<const physics::BodyId> ids,
   return all;
 }
 
-bool tests(const TerritoryMap& map, WorldId self, const Present& all, physics::IndexPair pair) {
+bool tests(const TerritoryMap& map, WorldId self, const Everybody& all, physics::IndexPair pair) {
   const WorldId a = all.owners[pair.first], b = all.owners[pair.second];
   if (a == b) return a == self;
   const physics::Vec3 corner = all.boxes[pair.first].min.cwiseMax(all.boxes[pair.second].min);
@@ -51,7 +50,7 @@ bool tests(const TerritoryMap& map, WorldId self, const Present& all, physics::I
 }
 
 // The other owner receives the contact and the body that it does not own.
-void add_fragment(const Present& all, std::uint32_t body, WorldId target,
+void add_fragment(const Everybody& all, std::uint32_t body, WorldId target,
                   std::span<const ContactManifold> found, std::map<WorldId, Fragment>& fragments) {
   Records& records = fragments[target].records;
   records.nodes.push_back({all.ids[body], all.owners[body], *all.states[body]});
@@ -59,7 +58,7 @@ void add_fragment(const Present& all, std::uint32_t body, WorldId target,
 }
 
 // What was found of a pair of two owners, or of two ghosts.
-void add_crossing(const Present& all, physics::IndexPair pair, WorldId self,
+void add_crossing(const Everybody& all, physics::IndexPair pair, WorldId self,
                   std::span<const ContactManifold> found, BorderContacts& out) {
   const WorldId a = all.owners[pair.first], b = all.owners[pair.second];
   if (a == self || b == self) {
@@ -93,12 +92,10 @@ void sort_unique(std::vector<Node>& nodes) {
 
 BorderContacts find_border_contacts(const physics::SceneDescription& scene,
                                     const physics::Geometry& geometry, const TerritoryMap& map,
-                                    WorldId self, std::span<const physics::BodyId> ids,
-                                    std::span<const BodyState> states,
-                                    std::span<const physics::Aabb> boxes,
-                                    std::span<const Ghost> ghosts, const KnownContacts& known,
+                                    const PresentBodies& present, const KnownContacts& known,
                                     physics::StageCounters& counters) {
-  const Present all = everybody(self, ids, states, boxes, ghosts);
+  const auto& [self, ids, states, boxes, ghosts] = present;
+  const Everybody all = everybody(present);
   BorderContacts out;
   std::vector<physics::IndexPair> pairs, static_pairs;
   std::vector<ContactManifold> crossing;

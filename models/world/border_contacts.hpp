@@ -20,6 +20,16 @@ struct KnownContacts {
   const physics::SleepingIslands& resting;
 };
 
+// The bodies in a world at the start of a step: its own, ascending, with the boxes that they are in
+// during the step, and the ghosts of others, ascending by id.
+struct PresentBodies {
+  WorldId self;
+  std::span<const physics::BodyId> ids;
+  std::span<const physics::BodyState> states;
+  std::span<const physics::Aabb> boxes;
+  std::span<const Ghost> ghosts;
+};
+
 struct BorderContacts {
   // All contacts of own bodies that this world tests, in canonical order.
   std::vector<physics::ContactManifold> manifolds;
@@ -34,14 +44,10 @@ struct BorderContacts {
 // Pairs with one owner are tested by that owner; others by the world that owns the cell with the
 // min corner of the intersection of the two swept boxes. That point lies in both boxes, so this
 // world has both bodies and no other world tests them: every pair is tested exactly once.
-// `ids` ascending with their states and boxes; `ghosts` ascending by id, none of them own. What is
-// `known` is not tested again.
+// No ghost is own. What is `known` is not tested again.
 BorderContacts find_border_contacts(const physics::SceneDescription& scene,
                                     const physics::Geometry& geometry, const TerritoryMap& map,
-                                    WorldId self, std::span<const physics::BodyId> ids,
-                                    std::span<const physics::BodyState> states,
-                                    std::span<const physics::Aabb> boxes,
-                                    std::span<const Ghost> ghosts, const KnownContacts& known,
+                                    const PresentBodies& present, const KnownContacts& known,
                                     physics::StageCounters& counters);
 
 }  // namespace soda::models

@@ -11,8 +11,10 @@ void ContactExchange::send_fragments(std::int64_t step, std::map<WorldId, Fragme
   WorldCounters& counters = step_.work.worlds;
   for (const WorldId expecting : waits_.expected().fragments_to) fragments[expecting];
   if (!waits_.groups().empty())
-    add_group_fragments(waits_.groups(), step_.self, step_.known_bodies(), step_.states,
-                        step_.scratch.manifolds, step_.merge, fragments);
+    add_group_fragments(
+        waits_.groups(), step_.self,
+        {step_.known_bodies(), step_.states, step_.merge.nodes, step_.scratch.manifolds},
+        fragments);
   for (const auto& [target, fragment] : fragments) {
     note_exchanged(fragment.records, target, step_.merge);
     if (!fragment.records.manifolds.empty()) waits_.note_tested_for(target);
@@ -58,7 +60,7 @@ void ContactExchange::take_in(kernel::VirtualTime now, const kernel::MessageView
   if (message.kind == static_cast<std::uint32_t>(MessageKind::kFragments)) {
     const Fragment fragment = decode_fragment(message.payload);
     if (is_first_pass && !fragment.records.manifolds.empty()) waits_.note_tester(from);
-    return take_fragment(step_.ids, step_.self, from, fragment, waits_.groups(), step_.merge,
+    return take_fragment(step_.ids, step_.self, {from, fragment}, waits_.groups(), step_.merge,
                          step_.scratch.manifolds);
   }
   const Records records = decode_records(message.payload);

@@ -48,8 +48,8 @@ std::vector<Ghost> GhostExtrapolation::complete(std::int64_t step, Bag bag,
 ReceivedGhosts GhostExtrapolation::completed(const Rules& rules, const ForeignView& before,
                                              ReceivedGhosts received) {
   const std::vector<Ghost> extrapolated =
-      extrapolate_ghosts(step_.around.ghosts, rules, step_.around.geometry, step_.self, before,
-                         received.from, step_.work.stages);
+      extrapolate_ghosts(step_.around.ghosts, rules, step_.around.geometry,
+                         {step_.self, received.from}, before, step_.work.stages);
   step_.work.worlds.ghosts_guessed += extrapolated.size();
   received.ghosts.insert(received.ghosts.end(), extrapolated.begin(), extrapolated.end());
   std::sort(received.ghosts.begin(), received.ghosts.end(), [](const Ghost& a, const Ghost& b) {

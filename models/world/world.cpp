@@ -157,9 +157,10 @@ void World::find_contacts(std::int64_t step, Outgoing& out) {
   }
   step_.repetition.note_ghosts(step_.ghosts);
   scratch.resting.start(step_.ids, step_.states);
-  BorderContacts contacts = find_border_contacts(
-      scene, geometry, *step_.rules.map, step_.self, step_.ids, step_.states, scratch.boxes,
-      step_.ghosts, {step_.repetition, scratch.resting}, step_.work.stages);
+  BorderContacts contacts =
+      find_border_contacts(scene, geometry, *step_.rules.map,
+                           {step_.self, step_.ids, step_.states, scratch.boxes, step_.ghosts},
+                           {step_.repetition, scratch.resting}, step_.work.stages);
   scratch.manifolds = std::move(contacts.manifolds);
   step_.work.replicated.candidate_pairs += contacts.pairs_of_others;
   recorder_.remember_contacts(step, contacts.for_others);

@@ -58,22 +58,28 @@ struct LinkedPart {
   double relative_depth = 0.0;
 };
 
-LinkedPart advance_part(const LinkedIsland& island, double time_s,
-                        std::span<const ContactManifold> manifolds,
-                        std::span<const BodyState> before, std::span<BodyState> states) {
+// What a part begins with.
+struct PartStart {
+  std::span<const ContactManifold> manifolds;
+  std::span<const BodyState> states;
+};
+
+LinkedPart advance_part(const LinkedIsland& island, double time_s, const PartStart& start,
+                        std::span<BodyState> states) {
   LinkedPart part;
-  std::copy(before.begin(), before.end(), states.begin());
+  std::copy(start.states.begin(), start.states.end(), states.begin());
   const std::uint64_t sweeps = island.counters.joint_sweeps;
   const IslandEffects effects{island.scratch, island.counters, part.faults};
-  const IslandStep over = island.over(time_s, manifolds);
+  const IslandStep over = island.over(time_s, start.manifolds);
   if (time_s > 0.0)
     part.report = island.in_substeps ? advance_substep(over, states, effects)
                                      : advance_resting(over, states, effects);
   part.swept = island.counters.joint_sweeps > sweeps;
   for (std::size_t i = 0; i < states.size(); ++i)
     part.motions.push_back(motion_between(field_of(island.scene, island.ids[i]),
-                                          std::max(time_s, 1e-300), before[i], states[i]));
-  part.relative_depth = relative_depth(island, manifolds, before, states, part.motions, time_s);
+                                          std::max(time_s, 1e-300), start.states[i], states[i]));
+  part.relative_depth =
+      relative_depth(island, start.manifolds, start.states, states, part.motions, time_s);
   return part;
 }
 
@@ -179,6 +185,82 @@ Vec3 pushed_newton_s(const LinkedIsland& island, double time_s, std::span<const 
   return sum;
 }
 
+// A part that ends sooner, as often as it sank in and can be shorter. Returns how long it is; it
+// was to take `time_s`, and is not made shorter than `even_s` for a little.
+double shorten(const LinkedIsland& island, const PartStart& start, double time_s, double even_s,
+               std::span<BodyState> states, LinkedPart& part) {
+  const double whole_s = time_s;
+  while (const auto shorter = shorter_s(island, part, time_s, whole_s, even_s)) {
+    time_s = *shorter;
+    part = advance_part(island, time_s, start, states);
+  }
+  return time_s;
+}
+
+// What the parts of a step add up to.
+struct SumOfParts {
+  IslandReport report, bounces;
+  std::vector<AdvanceFault>& faults;
+  Vec3 pushed_newton_s = Vec3::Zero();
+};
+
+// Advances by the whole step, in parts that end where something touches or would sink in.
+void advance_in_parts(LinkedIsland& island, std::span<BodyState> states, SumOfParts& sum) {
+  constexpr int kMostPartsThatBounce = 5;
+  std::vector<ContactManifold> found;
+  std::span<const ContactManifold> met = island.manifolds;
+  std::vector<Touching> held;
+  const bool can_bounce = !island.wedged && bounce_in_time(island, states);
+  double left_s = island.dt_s;
+  int number = 0;
+  const auto look = [&](std::span<const BodyState> motions) {
+    met = found = contacts_now(island, reach_s(island, number, left_s), met, states,
+                               island.in_substeps ? std::span<const BodyState>{} : motions);
+  };
+  for (;; ++number) {
+    if (can_bounce && resolve_linked_impacts(island, met, states, sum.bounces, island.counters))
+      look({});
+    const BouncesInTime located = can_bounce && number < kMostPartsThatBounce
+                                      ? find_bounces_in_time(island, met, held, states)
+                                      : BouncesInTime{};
+    if (!located.pairs.empty()) met = located.others;
+    const std::vector<BodyState> before(states.begin(), states.end());
+    const double part_s = reach_s(island, number, left_s);
+    LinkedPart part = advance_part(island, part_s, {met, before}, states);
+    const std::optional<double> touch_s = first_bounce_s(
+        island, part_s, located, first_unseen_s(island, part_s, met, before, part.motions),
+        part.motions, held);
+    const std::vector<BodyState> motions = part.motions;
+    if (!island.in_substeps && part.swept && (touch_s || part.relative_depth > kVisible)) {
+      island.in_substeps = true;
+      std::copy(before.begin(), before.end(), states.begin());
+      if (!located.pairs.empty()) look(motions);
+      continue;
+    }
+    const bool is_cut = touch_s && can_be_cut(island, number, left_s);
+    const double whole_s = is_cut ? *touch_s : part_s;
+    if (touch_s && !is_cut) met = found = contacts_now(island, part_s, met, before, motions);
+    if (touch_s) part = advance_part(island, whole_s, {met, before}, states);
+    const double time_s =
+        shorten(island, {met, before}, whole_s, equal_s(number, left_s), states, part);
+    if (time_s < whole_s || !touch_s) island.longest_s = time_s * next_length(island, part);
+    if (have_missed_one(island, located.pairs, before, states)) {
+      held.insert(held.end(), located.pairs.begin(), located.pairs.end());
+      std::copy(before.begin(), before.end(), states.begin());
+      look(motions);
+      continue;
+    }
+    const bool sunk = take(island, before, states, part, sum.report);
+    sum.faults.insert(sum.faults.end(), part.faults.begin(), part.faults.end());
+    sum.pushed_newton_s += pushed_newton_s(island, time_s, before);
+    left_s -= time_s;
+    const bool waits = left_s > 0.0 && (sunk || number + 1 >= kMostPartsOfStep);
+    if (waits) wait_for(left_s, island, sum.report);
+    if (waits || !(left_s > 0.0)) return;
+    look(motions);
+  }
+}
+
 }  // namespace
 
 Need linked_impacts_needed(const SceneDescription& scene) {
@@ -196,74 +278,16 @@ bool is_linked(std::span<const ContactManifold> manifolds) {
 
 IslandReport advance_linked(const IslandStep& step, std::span<BodyState> states,
                             const IslandEffects& effects) {
-  constexpr int kMostPartsThatBounce = 5;
   if (step.ids.size() == 1 && step.scene.statics.empty())  // there is nothing to come to
     return advance_resting(step, states, effects);
   LinkedIsland island{step, effects.scratch, effects.counters};
   island.wedged = is_wedged(island);
   const Vec3 foreseen = pushed_newton_s(island, step.dt_s, states);
-  Vec3 pushed = Vec3::Zero();
-  IslandReport report = report_of(step.ids, {}), bounces;
-  std::vector<ContactManifold> found;
-  std::span<const ContactManifold> met = step.manifolds;
-  std::vector<Touching> held;
-  const bool can_bounce = !island.wedged && bounce_in_time(island, states);
-  double left_s = step.dt_s;
-  int number = 0;
-  const auto look = [&](std::span<const BodyState> motions) {
-    met = found = contacts_now(island, reach_s(island, number, left_s), met, states,
-                               island.in_substeps ? std::span<const BodyState>{} : motions);
-  };
-  for (;; ++number) {
-    if (can_bounce && resolve_linked_impacts(island, met, states, bounces, island.counters))
-      look({});
-    const BouncesInTime located = can_bounce && number < kMostPartsThatBounce
-                                      ? find_bounces_in_time(island, met, held, states)
-                                      : BouncesInTime{};
-    if (!located.pairs.empty()) met = located.others;
-    const std::vector<BodyState> before(states.begin(), states.end());
-    const double part_s = reach_s(island, number, left_s);
-    LinkedPart part = advance_part(island, part_s, met, before, states);
-    const std::optional<double> touch_s = first_bounce_s(
-        island, part_s, located, first_unseen_s(island, part_s, met, before, part.motions),
-        part.motions, held);
-    const std::vector<BodyState> motions = part.motions;
-    if (!island.in_substeps && part.swept && (touch_s || part.relative_depth > kVisible)) {
-      island.in_substeps = true;
-      std::copy(before.begin(), before.end(), states.begin());
-      if (!located.pairs.empty()) look(motions);
-      continue;
-    }
-    double time_s = part_s;
-    if (touch_s && can_be_cut(island, number, left_s))
-      time_s = *touch_s;
-    else if (touch_s)
-      met = found = contacts_now(island, part_s, met, before, motions);
-    if (touch_s) part = advance_part(island, time_s, met, before, states);
-    const double whole_s = time_s, even_s = equal_s(number, left_s);
-    while (const auto shorter = shorter_s(island, part, time_s, whole_s, even_s)) {
-      time_s = *shorter;
-      part = advance_part(island, time_s, met, before, states);
-    }
-    if (time_s < whole_s || !touch_s) island.longest_s = time_s * next_length(island, part);
-    if (have_missed_one(island, located.pairs, before, states)) {
-      held.insert(held.end(), located.pairs.begin(), located.pairs.end());
-      std::copy(before.begin(), before.end(), states.begin());
-      look(motions);
-      continue;
-    }
-    const bool sunk = take(island, before, states, part, report);
-    effects.faults.insert(effects.faults.end(), part.faults.begin(), part.faults.end());
-    pushed += pushed_newton_s(island, time_s, before);
-    left_s -= time_s;
-    const bool waits = left_s > 0.0 && (sunk || number + 1 >= kMostPartsOfStep);
-    if (waits) wait_for(left_s, island, report);
-    if (waits || !(left_s > 0.0)) break;
-    look(motions);
-  }
-  report.static_impulse_newton_s += pushed - foreseen;
-  add_bounces(bounces, report);
-  return report;
+  SumOfParts sum{report_of(step.ids, {}), {}, effects.faults};
+  advance_in_parts(island, states, sum);
+  sum.report.static_impulse_newton_s += sum.pushed_newton_s - foreseen;
+  add_bounces(sum.bounces, sum.report);
+  return std::move(sum.report);
 }
 
 }  // namespace soda::physics

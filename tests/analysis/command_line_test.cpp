@@ -120,6 +120,23 @@ TEST(CommandLine, WhatCannotBeReadOrWrittenExitsWith3) {
   EXPECT_EQ(run_scene({"--log", "/nonexistent-folder/run.sodalog"}).exit_code, 3);
 }
 
+// As the tutorial has it: the build tree is on the PATH, and the user somewhere else.
+TEST(CommandLine, InTheBuildTreeItFindsScenesAndCasesFromAnyFolder) {
+  const TemporaryFolder folder;
+  const auto run_there = [&folder](const std::string& arguments) {
+    return analysis_test::run_child(
+        {"/bin/sh", "-c",
+         "cd '" + folder.file(".") + "' && '" SODA_BINARY_DIR "/soda' " + arguments});
+  };
+  EXPECT_EQ(run_there("accuracy free-fall --repeat 0").exit_code, 0);
+  EXPECT_EQ(run_there("run scenarios/library/pyramid.json --steps 1 --quiet").exit_code, 0);
+  EXPECT_EQ(run_there("run scenarios/library/none.json --steps 1").exit_code, 3);
+  // A file of that name in the folder itself comes first.
+  std::filesystem::create_directories(folder.file("scenarios/library"));
+  write_file(folder.file("scenarios/library/pyramid.json"), "{}");
+  EXPECT_EQ(run_there("run scenarios/library/pyramid.json --steps 1").exit_code, 2);
+}
+
 TEST(CommandLine, JsonHasEveryDocumentedKey) {
   const ChildResult result = run_scene({"--worlds", "2", "--threads", "2", "--json"});
   ASSERT_EQ(result.exit_code, 0) << result.err;

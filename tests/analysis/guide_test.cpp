@@ -1,6 +1,8 @@
 // `soda completion`, `soda manual` and `soda examples`.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <fstream>
 #include <string>
 
 #include "analysis/child_process.hpp"
@@ -26,6 +28,12 @@ TEST(Guides, BashCompletesCommandsOptionsAndValues) {
   EXPECT_EQ(completed("soda run --exec", 2), "--executor --execution-seed ");
   EXPECT_EQ(completed("soda run --balancing p", 3), "paper ");
   EXPECT_EQ(completed("soda groups --preset paper-", 3), "paper-fig6 paper-fig7 ");
+  EXPECT_EQ(completed("soda --", 1), "--help --version ");
+  EXPECT_EQ(completed("soda --h", 1), "--help ");
+  EXPECT_EQ(completed("soda completion ''", 2), "bash zsh fish ");
+  EXPECT_EQ(completed("soda accuracy free-f", 2), "free-fall ");
+  EXPECT_EQ(completed("soda accuracy free-fall chain-s", 3), "chain-swing ");
+  EXPECT_EQ(completed("soda run scen", 2), " ") << "files are completed by bash";
 }
 
 TEST(Guides, ExamplesNameScenesAndCommandsToTry) {
@@ -54,8 +62,29 @@ TEST(Guides, EveryShellAndTheManualKnowEveryCommandAndOption) {
     EXPECT_TRUE(contains(manual, std::string(".SS soda ") + command + "\n")) << command;
   }
   EXPECT_TRUE(contains(fish, "__fish_seen_subcommand_from run' -l ghosts"));
-  EXPECT_TRUE(contains(manual, "\\fB\\-\\-ghosts\\fR"));
+  EXPECT_TRUE(contains(fish, "__fish_seen_subcommand_from completion' -f -a 'bash zsh fish'"));
+  EXPECT_TRUE(contains(fish, " free-fall "));
+  EXPECT_TRUE(contains(manual, "\\fB\\-\\-ghosts\\fR \\fIdead\\-reckoning|predicted|told\\fR\n"));
+  EXPECT_FALSE(contains(manual, "TEXT:")) << "types of the parser";
+  EXPECT_FALSE(contains(manual, "INT in"));
   EXPECT_EQ(run_soda({"completion", "csh"}).exit_code, 2);
+}
+
+TEST(Guides, TheManualHasTheExitCodesOfThePage) {
+  const std::string manual = run_soda({"manual"}).out;
+  const std::string of_manual =
+      manual.substr(std::min(manual.find(".SH EXIT STATUS"), manual.size()));
+  std::ifstream page(SODA_SOURCE_DIR "/docs/commands.md");
+  std::size_t codes = 0;
+  bool is_there = false;
+  for (std::string line; std::getline(page, line);) {
+    if (line.starts_with("#")) is_there = line == "### Exit codes";
+    if (!is_there || !line.starts_with("| ") || line[2] < '0' || line[2] > '9') continue;
+    const std::string code = line.substr(2, line.find(" |", 2) - 2);
+    EXPECT_TRUE(contains(of_manual, ".TP\n\\fB" + code + "\\fR\n")) << code;
+    ++codes;
+  }
+  EXPECT_EQ(codes, 7u);
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // Warnings of a scenario, as every command that reads one tells them.
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "analysis/child_process.hpp"
@@ -96,6 +97,15 @@ TEST_F(WarningsCommand, AreNoneOfAGoodSceneWhichStrictRuns) {
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(result.err, "");
   EXPECT_TRUE(nlohmann::json::parse(result.out).at("warnings").empty());
+}
+
+TEST_F(WarningsCommand, OfSodasOwnCasesAreInJsonAlone) {
+  const auto own = run_soda({"accuracy", "coincident", "--repeat", "0", "--json"});
+  EXPECT_FALSE(contains(own.err, "warning")) << own.err;
+  EXPECT_EQ(nlohmann::json::parse(own.out).at("warnings").size(), 3u);
+  const std::string copy = folder_.file("coincident.json");
+  std::filesystem::copy(SODA_SOURCE_DIR "/scenarios/cases/coincident.json", copy);
+  EXPECT_TRUE(contains(run_soda({"accuracy", copy, "--repeat", "0"}).err, "warning overlap"));
 }
 
 TEST_F(WarningsCommand, ThatTheyWereErrorsIsInTheLog) {

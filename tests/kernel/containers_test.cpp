@@ -125,7 +125,7 @@ TEST(CalendarQueue, TakesOutTheEarliestWhateverTheTimesAreLike) {
 TEST(MessagePool, WhatIsBeingReadStaysReadableWhileThePoolGrows) {
   MessagePool pool;
   const auto message = [](std::uint64_t value) {
-    return Message{{1, 0}, LpId{0}, LpId{1}, 0, 0, 1, false, Payload::of(value)};
+    return Message{{{1, 0}, LpId{1}, 0, 0}, LpId{0}, 1, false, Payload::of(value)};
   };
   const std::uint32_t place = pool.put(message(0x1234567890abcdef));
   const std::span<const std::byte> read = pool[place].payload.bytes();
@@ -153,7 +153,7 @@ TEST(MessageCalendar, TakesTheEarliestAndAmongEqualsTheLowestDestination) {
         const VirtualTime time{now + static_cast<std::int64_t>(random.below(spread)),
                                static_cast<std::uint32_t>(random.below(2))};
         const auto lp = static_cast<std::uint32_t>(random.below(50));
-        calendar.push(pool.emplace(time, LpId{1}, LpId{lp}, 0u, 0u, 1u, false, Payload()));
+        calendar.push(pool.emplace(OutputId{time, LpId{lp}, 0, 0}, LpId{1}, 1u, false, Payload()));
         plain.insert({time, lp});
       } else {
         ASSERT_EQ(calendar.top_time(), plain.begin()->first);

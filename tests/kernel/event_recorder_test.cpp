@@ -25,7 +25,7 @@ TEST(EventRecorder, WhatItWritesReadsBack) {
   EventRecorder recorder({by_round, &chunks, describe}, 77);
   recorder.set_clock(1'000'000'000'000);
   const VirtualTime far{std::numeric_limits<std::int64_t>::max(), 0xffff'ffffu};
-  const Message message({-5, 7}, LpId{3}, LpId{0xffff'fffeu}, 9, 2, 1ull << 61, true, {});
+  const Message message({{-5, 7}, LpId{0xffff'fffeu}, 9, 2}, LpId{3}, 1ull << 61, true, {});
   recorder.sent(message, far);
   recorder.set_clock(-12);
   recorder.late(message);
@@ -69,7 +69,7 @@ TEST(EventRecorder, WhatItWritesReadsBack) {
 TEST(EventRecorder, ADamagedChunkEnds) {
   Chunks chunks;
   EventRecorder recorder({by_round, &chunks, describe}, 1);
-  const Message message({5, 7}, LpId{3}, LpId{2}, 1, 0, 600, false, Payload(Bytes(9)));
+  const Message message({{5, 7}, LpId{2}, 1, 0}, LpId{3}, 600, false, Payload(Bytes(9)));
   for (int i = 0; i < 20; ++i) {
     recorder.sent(message, {4, 0});
     recorder.late(message);

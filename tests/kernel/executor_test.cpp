@@ -52,12 +52,13 @@ RunResult run(const Lps& lps, VirtualTime end, const Executor& executor,
 std::vector<Executor> all_executors() {
   std::vector<Executor> executors = {{}};
   for (const unsigned threads : {1u, 2u, 4u})
-    for (const std::int64_t window : {1, 4, 48})
+    for (const std::int64_t window :
+         {kWindowByWork, std::int64_t{1}, std::int64_t{4}, std::int64_t{48}})
       for (const std::uint64_t seed : {0, 1, 2, 3})
         executors.push_back({false, {threads, window, seed}});
   for (const std::uint32_t ranks : {1u, 2u, 4u})
     for (const unsigned threads : {1u, 2u})
-      for (const std::int64_t window : {1, 48})
+      for (const std::int64_t window : {kWindowByWork, std::int64_t{48}})
         for (const std::uint64_t seed : {0, 1})
           executors.push_back({false, {threads, window, seed}, ranks});
   return executors;

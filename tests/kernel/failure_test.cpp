@@ -203,8 +203,8 @@ TEST(Failures, ABagOfWhichNothingIsLeftIsNotCommitted) {
   EXPECT_EQ(bench.effects.counters.absorbed, 1u);
   bench.deliver_anti(at(5), 2);
   // The same in one go: nothing has changed.
-  bench.process.deliver({at(6), LpId{2}, kSelf, 7, 0, 3, false, number(1)}, bench.effects);
-  bench.process.deliver({at(6), LpId{2}, kSelf, 7, 0, 4, true, {}}, bench.effects);
+  bench.process.deliver({{at(6), kSelf, 7, 0}, LpId{2}, 3, false, number(1)}, bench.effects);
+  bench.process.deliver({{at(6), kSelf, 7, 0}, LpId{2}, 4, true, {}}, bench.effects);
   bench.process.settle(bench.effects);
   bench.execute_all();
   bench.advance_gvt(kEnd);

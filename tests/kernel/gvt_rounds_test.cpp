@@ -81,7 +81,7 @@ class RoundsWorker {
     if (random.below(3) == 0)
       times_.insert(next);
     else
-      staged_.emplace_back(at(next), LpId{0}, LpId{1}, 0, 0, 1, false, Payload{});
+      staged_.emplace_back(OutputId{at(next), LpId{1}, 0, 0}, LpId{0}, 1, false, Payload{});
   }
 
   GvtRounds& rounds_;

@@ -12,8 +12,8 @@ namespace soda::kernel {
 namespace {
 
 Message message_at(std::int64_t t, std::uint32_t source, std::uint64_t version, bool anti) {
-  return {{t, 0}, LpId{source}, LpId{0}, 1,
-          0,      version,      anti,    anti ? Payload() : Payload::of(version)};
+  const OutputId id{{t, 0}, LpId{0}, 1, 0};
+  return {id, LpId{source}, version, anti, anti ? Payload() : Payload::of(version)};
 }
 
 // More messages than are kept sorted near the front; executed, undone, annihilated, forgotten.

@@ -123,6 +123,43 @@ TEST(Memory, IsBoundedByTheWindowUnderEveryExecutorHoweverLongTheRun) {
   EXPECT_GT(rollbacks, 1000u);
 }
 
+// Lets GVT pass nothing for so many rounds, and counts what an LP has executed by then.
+class HeldBack final : public ExternalSource {
+ public:
+  HeldBack(const ScriptedProcess& lp, int rounds) : lp_(lp), rounds_(rounds) {}
+  VirtualTime floor() override {
+    if (rounds_ > 0 && --rounds_ == 0) executed_ = lp_.executions.size();
+    return rounds_ > 0 ? at(0) : kNever;
+  }
+  void take(VirtualTime, VirtualTime, std::vector<Message>&) override {}
+  std::size_t executed() const { return executed_; }
+
+ private:
+  const ScriptedProcess& lp_;
+  int rounds_;
+  std::size_t executed_ = 0;
+};
+
+// Times far apart: no window in units of them would fit.
+TEST(Memory, WithoutAWindowAWorkerStopsAfterSoManyExecutionsThatGvtHasNotPassed) {
+  constexpr std::size_t kTimes = 5000, kBatch = 64;
+  for (const std::uint32_t lp_count : {1u, 4u, 100u}) {
+    ScriptedProcess::Script script;
+    for (std::size_t i = 0; i < kTimes; ++i)
+      script.future_events.push_back(at(static_cast<std::int64_t>(i) * 1'000'000));
+    Lps lps;
+    lps.push_back(std::make_unique<ScriptedProcess>(script));
+    while (lps.size() < lp_count)
+      lps.push_back(std::make_unique<ScriptedProcess>(ScriptedProcess::Script{}));
+    const auto& busy = static_cast<const ScriptedProcess&>(*lps.front());
+    HeldBack external(busy, 100);
+    const RunResult run = run_threads(lps, at(kTimes * 1'000'000), {.external = &external});
+    EXPECT_EQ(run.counters.committed, kTimes);
+    EXPECT_GE(external.executed(), most_uncommitted(lp_count)) << lp_count << " LPs";
+    EXPECT_LT(external.executed(), most_uncommitted(lp_count) + kBatch) << lp_count << " LPs";
+  }
+}
+
 // Of what follows in order, nothing is collected before the next round of GVT.
 TEST(Memory, ACheckpointOfATimeThatIsExecutedNoMoreIsCollectedAtOnce) {
   Bench bench({});

@@ -25,11 +25,11 @@ struct BenchOf {
 
   void deliver(VirtualTime time, std::uint64_t value, std::uint64_t version,
                std::uint32_t slot = 0) {
-    process.deliver({time, LpId{2}, kSelf, 7, slot, version, false, number(value)}, effects);
+    process.deliver({{time, kSelf, 7, slot}, LpId{2}, version, false, number(value)}, effects);
     process.settle(effects);
   }
   void deliver_anti(VirtualTime time, std::uint64_t version, std::uint32_t slot = 0) {
-    process.deliver({time, LpId{2}, kSelf, 7, slot, version, true, {}}, effects);
+    process.deliver({{time, kSelf, 7, slot}, LpId{2}, version, true, {}}, effects);
     process.settle(effects);
   }
   void execute_all() {

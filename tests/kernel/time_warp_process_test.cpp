@@ -63,8 +63,11 @@ TEST(TimeWarp, BagsOfWhatWaitsAreInCanonicalOrderWhateverTheOrderOfArrival) {
     }});
     for (const std::size_t i : arrival) {
       const auto at_place = static_cast<std::uint32_t>(i);
-      bench.process.deliver({at(1), LpId{1 + at_place / 3}, kSelf, at_place % 3 / 2,
-                             at_place % 3 % 2, i + 1, false, number(i)},
+      bench.process.deliver({{at(1), kSelf, at_place % 3 / 2, at_place % 3 % 2},
+                             LpId{1 + at_place / 3},
+                             i + 1,
+                             false,
+                             number(i)},
                             bench.effects);
       bench.process.settle(bench.effects);
     }
@@ -263,7 +266,7 @@ TEST(TimeWarp, WhatIsExecutedAgainBehindGvtIsCommittedBeforeItIsCollected) {
 TEST(TimeWarp, MessageForAFreeTimeNeedsNoSettling) {
   Bench bench(constant_and_sum());
   const auto deliver = [&](VirtualTime time, std::uint64_t version) {
-    return bench.process.deliver({time, LpId{2}, kSelf, 7, 0, version, false, number(1)},
+    return bench.process.deliver({{time, kSelf, 7, 0}, LpId{2}, version, false, number(1)},
                                  bench.effects);
   };
   EXPECT_FALSE(deliver(at(5), 1));

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <set>
 
 #include "kernel/api/checkers.hpp"
@@ -140,6 +141,24 @@ TEST(VirtualExecutor, TheWindowBoundsHistory) {
   const std::uint64_t small = most_history(2, 400);
   EXPECT_LT(small, most_history(64, 400));
   EXPECT_LE(most_history(2, 1600), small + small / 2) << "history grows with the length of a run";
+}
+
+TEST(VirtualExecutor, WithoutAWindowTheExecutionsThatGvtHasNotPassedAreBounded) {
+  constexpr unsigned kProcessors = 4;
+  const std::uint64_t lps_of_each = rough_model(2).lps / kProcessors;
+  const auto find = [&](std::int64_t window) {
+    const Lps lps = make_phold(rough_model(2));
+    return run_virtual(
+        lps, {1600, 0},
+        {.processors = kProcessors, .window = window, .gvt_interval_ns = 10'000'000});
+  };
+  const VirtualResult unbounded = find(std::numeric_limits<std::int64_t>::max());
+  const VirtualResult bounded = find(VirtualOptions{}.window);
+  EXPECT_EQ(bounded.run.counters.committed, unbounded.run.counters.committed);
+  EXPECT_GT(bounded.run.counters.lead_max, 10u);
+  const std::uint64_t bound = kProcessors * (most_uncommitted(lps_of_each) + lps_of_each);
+  EXPECT_LE(bounded.report.most_history, bound);
+  EXPECT_GT(unbounded.report.most_history, bound) << "nothing had to be bounded";
 }
 
 TEST(VirtualExecutor, ARunThatFaultsEndsWithTheSequentialRunsFault) {

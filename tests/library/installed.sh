@@ -65,6 +65,7 @@ case $what in
       -DCMAKE_DISABLE_FIND_PACKAGE_{Eigen3,fcl,Boost,nlohmann_json,CLI11,Qhull,assimp,zstd,GTest}=ON
     "$CMAKE" --build alone
     "$CMAKE" --install alone --prefix "$empty/kernel" >/dev/null
+    [[ -e $empty/kernel/share/doc/soda/LICENSE ]]
     run_example queueing "$empty/kernel"
     ;;
   queueing) run_example queueing "$kernel_prefix" ;;
@@ -95,6 +96,13 @@ case $what in
   program)
     "$prefix/bin/soda" run scenarios/library/pyramid.json --steps 10 --quiet | sed -n 1,2p
     "$prefix/bin/soda" accuracy free-fall --repeat 0 | sed -n 1,5p
+    # Guides for man and for shells, of the installed cases, too.
+    grep -q 'EXIT STATUS' "$prefix/share/man/man1/soda.1"
+    for guide in bash-completion/completions/soda zsh/site-functions/_soda \
+      fish/vendor_completions.d/soda.fish; do
+      grep -q 'free-fall' "$prefix/share/$guide"
+    done
+    [[ -e $prefix/share/doc/soda/LICENSE ]]
     if [[ -e $prefix/lib/soda/soda_mpi.so ]]; then
       export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
       mpirun -n 2 --oversubscribe "$prefix/bin/soda" run scenarios/library/twelve-worlds.json \

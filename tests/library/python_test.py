@@ -28,6 +28,22 @@ def ball(**more):
 
 
 class Python(unittest.TestCase):
+    def test_it_says_what_it_is(self):
+        self.assertRegex(soda.__version__, r"^\d+\.\d+\.\d+$")
+        self.assertTrue(soda.__doc__)
+        described = 0
+        for kind in (soda.Scene, soda.Simulation, soda.RunResult):
+            for name, member in vars(kind).items():
+                if name.startswith("_"):
+                    continue
+                # Of a function, more than the signature that pybind11 writes.
+                text = member.__doc__ or ""
+                if not isinstance(member, property):
+                    text = text.partition("\n\n")[2]
+                self.assertTrue(text.strip(), f"{kind.__name__}.{name}")
+                described += 1
+        self.assertGreater(described, 30)
+
     def test_steps_have_the_bits_of_divided_runs(self):
         for name in ("border-stack", "user-input", "ragdolls"):
             scene = library(name)

@@ -92,9 +92,9 @@ TEST(BorderContacts, EveryTouchingPairIsTestedByExactlyOneWorldWithTheUndividedR
     const std::vector<Owned> worlds = distribute(scene, geometry, map);
     for (std::uint32_t w = 0; w < worlds.size(); ++w) {
       const Owned& world = worlds[w];
-      const BorderContacts contacts =
-          find_border_contacts(scene.description, geometry, map, WorldId{w}, world.ids,
-                               world.states, world.boxes, world.ghosts, {{}, {}}, counters);
+      const BorderContacts contacts = find_border_contacts(
+          scene.description, geometry, map,
+          {WorldId{w}, world.ids, world.states, world.boxes, world.ghosts}, {{}, {}}, counters);
       std::map<PairKey, std::vector<physics::ContactManifold>> found;
       for (const auto& manifold : contacts.manifolds)
         found[{manifold.a, manifold.b}].push_back(manifold);
@@ -141,9 +141,9 @@ TEST(BorderContacts, BothOwnersOfAPairHearOfItAndOfTheBodyThatTheyDoNotOwn) {
     std::set<PairKey> found;
     for (std::uint32_t w = 0; w < worlds.size(); ++w) {
       const Owned& world = worlds[w];
-      const BorderContacts contacts =
-          find_border_contacts(scene.description, geometry, map, WorldId{w}, world.ids,
-                               world.states, world.boxes, world.ghosts, {{}, {}}, counters);
+      const BorderContacts contacts = find_border_contacts(
+          scene.description, geometry, map,
+          {WorldId{w}, world.ids, world.states, world.boxes, world.ghosts}, {{}, {}}, counters);
       for (const auto& manifold : contacts.manifolds) {
         if (physics::is_static(manifold.b)) continue;
         found.insert({manifold.a, manifold.b});
@@ -178,9 +178,10 @@ TEST(BorderContacts, WithoutGhostsThereIsNothingToTell) {
   const TerritoryMap map = make_territory_map({Grid{}, 1, MapKind::kBlocks, 1}, {});
   const std::vector<Owned> worlds = distribute(scene, geometry, map);
   physics::StageCounters counters;
-  const BorderContacts contacts =
-      find_border_contacts(scene.description, geometry, map, WorldId{0}, worlds[0].ids,
-                           worlds[0].states, worlds[0].boxes, worlds[0].ghosts, {{}, {}}, counters);
+  const BorderContacts contacts = find_border_contacts(
+      scene.description, geometry, map,
+      {WorldId{0}, worlds[0].ids, worlds[0].states, worlds[0].boxes, worlds[0].ghosts}, {{}, {}},
+      counters);
   EXPECT_FALSE(contacts.manifolds.empty());
   EXPECT_TRUE(contacts.fragments.empty());
   EXPECT_TRUE(contacts.foreign.empty());

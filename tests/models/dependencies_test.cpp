@@ -75,8 +75,9 @@ TEST(DependencyWaits, AllOwnersOfAGroupGetTheSameAndNobodyGetsItTwice) {
                                                            contact(3, 4)};
   std::map<WorldId, Fragment> fragments;
   fragments[WorldId{2}].records = {{node(1, 1), node(3, 3)}, {contact(1, 2), contact(2, 3)}};
-  add_group_fragments(groups, WorldId{1}, known_bodies(own, WorldId{1}, merge), states, manifolds,
-                      merge, fragments);
+  add_group_fragments(groups, WorldId{1},
+                      {known_bodies(own, WorldId{1}, merge), states, merge.nodes, manifolds},
+                      fragments);
   ASSERT_EQ(fragments.size(), 2u);
   for (const std::uint32_t owner : {2u, 3u}) {
     const Fragment& fragment = fragments[WorldId{owner}];
@@ -96,7 +97,7 @@ TEST(DependencyWaits, AllOwnersOfAGroupGetTheSameAndNobodyGetsItTwice) {
   const std::vector<MixedGroup> groups_of_three = {
       {BodyId{1}, {WorldId{1}, WorldId{2}, WorldId{3}}, {BodyId{3}}}};
   const std::vector<BodyId> own_of_three = {BodyId{3}};
-  take_fragment(own_of_three, WorldId{3}, WorldId{1}, fragments[WorldId{3}], groups_of_three,
+  take_fragment(own_of_three, WorldId{3}, {WorldId{1}, fragments[WorldId{3}]}, groups_of_three,
                 at_three, known);
   EXPECT_EQ(known.size(), 3u);
   const std::vector<physics::BodyState> state_of_three(1);

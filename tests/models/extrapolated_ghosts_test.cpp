@@ -55,7 +55,7 @@ std::vector<Ghost> extrapolate(GhostMode mode, const test::Scene& scene, const F
                                std::vector<WorldId> told = {}) {
   const physics::Geometry geometry(scene.description);
   physics::StageCounters counters;
-  return extrapolate_ghosts(mode, rules_of(scene), geometry, kWest, before, told, counters);
+  return extrapolate_ghosts(mode, rules_of(scene), geometry, {kWest, told}, before, counters);
 }
 
 TEST(ExtrapolatedGhosts, AFreeBodyIsPredictedBitForBitOverManySteps) {

@@ -14,8 +14,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Longest function allowed: a ratchet, to be lowered when the code allows it, never raised.
-constexpr std::size_t kMaxFunctionLines = 70;
+// Longest function allowed, and most parameters of one: as CONTRIBUTING.md says.
+constexpr std::size_t kMaxFunctionLines = 60;
+constexpr std::size_t kMostParameters = 6;
 
 // Files that may be longer than 400 lines, each with its reason.
 const std::map<std::string, std::string> kLongFiles = {};
@@ -131,11 +132,8 @@ TEST(Tidy, FunctionsAreShort) {
 }
 
 TEST(Tidy, FunctionsTakeFewParameters) {
-  constexpr std::size_t kMostParameters = 6;
   EXPECT_EQ(check_all([](const SourceFile& file) -> std::vector<Finding> {
-              const bool checked =
-                  file.path.starts_with("physics/") || file.path.starts_with("scenarios/");
-              if (!is_code(file.path) || !checked) return {};
+              if (!is_code(file.path) || file.path.starts_with("tests/")) return {};
               return check_parameters(file, kMostParameters);
             }),
             "");
