@@ -1,15 +1,17 @@
-// step_times FILE...: processor time of each step of the plain loop, the least of three runs: the
-// median and the worst of the steps in which something was solved, and what the worst is over the
-// median. For scenes of which no step should hold up a clock.
+// step_times FILE...: processor time of each step of the plain loop with its inputs, the least of
+// three runs: the median and the worst of the steps in which something was solved, and what the
+// worst is over the median. For scenes of which no step should hold up a clock.
 #include <time.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <cstdio>
 #include <iostream>
 #include <string>
 #include <vector>
 
 #include "analysis/measures/error_measures.hpp"
+#include "models/user_input/user_input.hpp"
 #include "physics/step/step.hpp"
 #include "scenarios/read_scenario.hpp"
 
@@ -30,19 +32,32 @@ struct TimedStep {
   bool solved = false;
 };
 
+// With the scenario's inputs; what is at rest is not solved again, as in a run.
 void time_steps(const scenarios::Scenario& scenario, std::vector<TimedStep>& steps) {
   const physics::Geometry geometry(scenario.scene);
-  const std::vector<physics::BodyId> ids = analysis::all_ids(scenario.initial.size());
-  std::vector<physics::BodyState> states = scenario.initial;
+  physics::SceneDescription scene = scenario.scene;  // materials change
+  std::vector<models::UserInput> inputs = scenario.run.inputs.script;
+  std::sort(inputs.begin(), inputs.end(), models::acts_before);
+  models::Presence presence(scenario.run.inputs.absent);
+  std::vector<physics::BodyId> ids;
+  std::vector<physics::BodyState> states;
+  for (const physics::BodyId id : analysis::all_ids(scenario.initial.size())) {
+    if (!presence.has(id)) continue;
+    ids.push_back(id);
+    states.push_back(scenario.initial[physics::index_of(id)]);
+  }
   physics::StepScratch scratch;
   physics::StepReport report;
   physics::StageCounters counters;
-  for (TimedStep& step : steps) {
+  auto input = inputs.begin();
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    for (; input != inputs.end() && input->step <= static_cast<std::int64_t>(i); ++input)
+      if (presence.note(*input)) models::act_on_scene(*input, scene, ids, states);
     const std::uint64_t solved = counters.islands_solved;
     const double begin = now_ms();
-    physics::step(scenario.scene, geometry, ids, states, {scratch, report, counters});
-    step.time_ms = std::min(step.time_ms, now_ms() - begin);
-    step.solved = counters.islands_solved > solved;
+    physics::step(scene, geometry, ids, states, {scratch, report, counters});
+    steps[i].time_ms = std::min(steps[i].time_ms, now_ms() - begin);
+    steps[i].solved = counters.islands_solved > solved;
   }
 }
 

@@ -73,7 +73,10 @@ bool sphere_triangle(const PlacedShape& sphere, const Triangle& t, const MeshTri
 }
 
 // The farthest in that a solid is pushed out of a triangle along its face though it is less far in
-// along another normal: there the other face has it.
+// along another normal: there the other face has it, as on stairs what lies on a tread and reaches
+// over the riser's upper edge.
+constexpr double kFarthestIn = 0.01;  // of the width
+// Farther in than that no edge pushes.
 constexpr double kDeepest = 0.5;  // of the width
 
 // The solid's supporting feature over the triangle. A solid whose centre is behind the face is not
@@ -92,7 +95,7 @@ void solid_triangle(const PlacedShape& solid, const Triangle& t, const Solid& as
   double deepest = 0.0;
   for (int i = 0; i < clipped.count; ++i)
     deepest = std::min(deepest, clipped.points[i].separation_m);
-  double most = at_any_depth ? deepest : -kDeepest * solid.shape.min_extent_m;
+  double most = at_any_depth ? deepest : -kFarthestIn * solid.shape.min_extent_m;
   if (deepest < most && overlap_with_triangle(solid, as_solid).normal == -t.normal) most = deepest;
   for (int i = 0; i < clipped.count; ++i) {
     const ContactPoint& p = clipped.points[i];

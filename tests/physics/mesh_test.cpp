@@ -210,6 +210,45 @@ TEST(Meshes, ABoxStandsOnAsManyTrianglesAsThereAre) {
   }
 }
 
+TriangleMesh stairs(int steps) {
+  TriangleMesh mesh;
+  const auto add = [&mesh](double x, double z) {
+    mesh.vertices_m.push_back(Vec3(x, -2, z));
+    mesh.vertices_m.push_back(Vec3(x, 2, z));
+  };
+  add(-3, 0);
+  for (int i = 0; i < steps; ++i) {
+    add(0.3 * i, -0.2 * i);
+    add(0.3 * i, -0.2 * (i + 1));
+  }
+  for (std::uint32_t v = 0; v + 3 < mesh.vertices_m.size(); v += 2) {
+    mesh.triangles.push_back({v, v + 2, v + 1});
+    mesh.triangles.push_back({v + 1, v + 2, v + 3});
+  }
+  return mesh;
+}
+
+// What lies on a tread and reaches over the riser's upper edge is behind the riser, and not in it.
+TEST(Meshes, WhatIsThrownDownStairsIsNoDeeperInThanItIs) {
+  const Shape thrown[] = {Box{Vec3(0.15, 0.1, 0.125)}, Cylinder{0.12, 0.25}, Capsule{0.1, 0.2}};
+  for (int trial = 0; trial < 30; ++trial) {
+    Random random{std::mt19937_64(static_cast<std::uint64_t>(trial) + 1)};
+    World world = test::under_gravity();
+    world.add_static(world.add_shape(stairs(9)));
+    BodyState& s = world.add_body(world.add_shape(thrown[trial % 3]),
+                                  Vec3(-0.6, 0, random.between(0.25, 0.5)));
+    s.orientation = random.rotation();
+    s.linear_velocity_m_s = Vec3(random.between(1, 4), random.between(-0.5, 0.5), 0);
+    double deepest = 0.0;
+    for (int i = 0; i < 150; ++i) {
+      world.run(1);
+      for (const IslandReport& island : world.report.islands)
+        deepest = std::max(deepest, island.max_penetration_m);
+    }
+    EXPECT_LT(deepest, 0.01) << trial;
+  }
+}
+
 // Thin things at walls of 5 to 50 mm, spinning or not.
 TEST(Walls, NoCentrePasses) {
   const Shape things[] = {Cylinder{0.004, 0.3}, Capsule{0.004, 0.3}, Box{Vec3::Constant(0.02)}};
