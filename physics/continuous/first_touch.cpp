@@ -30,7 +30,9 @@ bool slide_past(const FlyingSolids& solids, const Vec3& normal, double time_s, d
   motion.angular_velocity_b = b.turning.angular_velocity_rad_s;
   motion.center_b = b.solid.placed.pose.position - b.arm;
   motion.dt_s = left_s;
-  const Vec3 point = support_point(a.solid.placed, normal);
+  const bool of_b = b.solid.placed.shape.radius_m > 0.0;  // what is round touches there
+  const Vec3 point =
+      of_b ? support_point(b.solid.placed, -normal) : support_point(a.solid.placed, normal);
   return slides_past(a.solid.placed, b.solid.placed, normal, point, motion,
                      pulled * (0.5 * time_s));
 }
