@@ -72,12 +72,11 @@ bool sphere_triangle(const PlacedShape& sphere, const Triangle& t, const MeshTri
   return true;
 }
 
-// The farthest in that a solid is pushed out of a triangle along its face though it is less far in
-// along another normal: there the other face has it, as on stairs what lies on a tread and reaches
-// over the riser's upper edge.
-constexpr double kFarthestIn = 0.01;  // of the width
-// Farther in than that no edge pushes.
-constexpr double kDeepest = 0.5;  // of the width
+// The farthest in that a solid is pushed out of a triangle along its face though it is far less far
+// in along another normal: there the other face has it, as on stairs what lies on a tread and
+// reaches over the riser's upper edge. And though it is less far in at all.
+constexpr double kFarthestIn = 0.01, kFarLess = 0.1;  // of the width; of that depth
+constexpr double kDeepest = 0.5;                      // of the width: no edge pushes, either
 
 // The solid's supporting feature over the triangle. A solid whose centre is behind the face is not
 // pushed by it: meshes are hollow.
@@ -95,8 +94,13 @@ void solid_triangle(const PlacedShape& solid, const Triangle& t, const Solid& as
   double deepest = 0.0;
   for (int i = 0; i < clipped.count; ++i)
     deepest = std::min(deepest, clipped.points[i].separation_m);
-  double most = at_any_depth ? deepest : -kFarthestIn * solid.shape.min_extent_m;
-  if (deepest < most && overlap_with_triangle(solid, as_solid).normal == -t.normal) most = deepest;
+  const double width = solid.shape.min_extent_m;
+  double most = at_any_depth ? deepest : -kFarthestIn * width;
+  if (deepest < most) {
+    const Separation least = overlap_with_triangle(solid, as_solid);
+    const bool far_less = least.distance_m > kFarLess * deepest;
+    if (least.normal == -t.normal || (!far_less && deepest > -kDeepest * width)) most = deepest;
+  }
   for (int i = 0; i < clipped.count; ++i) {
     const ContactPoint& p = clipped.points[i];
     if (p.separation_m >= most) out.add(p.position_m, p.separation_m, p.feature);

@@ -169,7 +169,7 @@ Sinking pouring(const Shape& shape, double width_m, int layers, double gravity) 
 }
 
 // Small ones come three and a half widths far in a step. Which hits come about changes with the
-// last digit of gravity: what counts is the mean of some runs.
+// last digit of gravity: what counts is the mean of some runs, of how deep the deepest is as well.
 TEST(EndContacts, WhatHitsThrowOntoOthersIsSolvedWithThem) {
   constexpr int kRuns = 6;
   const struct {
@@ -179,7 +179,7 @@ TEST(EndContacts, WhatHitsThrowOntoOthersIsSolvedWithThem) {
     int layers;
     double mean, most;
   } kinds[] = {{"balls", Sphere{0.1}, 0.2, 10, 0.015, 0.2},
-               {"small balls", Sphere{0.01}, 0.02, 10, 0.11, 0.9},
+               {"small balls", Sphere{0.01}, 0.02, 10, 0.11, 0.8},
                {"boxes", Box{Vec3(0.1, 0.1, 0.1)}, 0.2, 6, 0.02, 0.2},
                {"drums", Cylinder{0.1, 0.2}, 0.2, 6, 0.042, 0.3}};
   for (const auto& kind : kinds) {
@@ -187,7 +187,7 @@ TEST(EndContacts, WhatHitsThrowOntoOthersIsSolvedWithThem) {
     for (int run = 0; run < kRuns; ++run) {
       const Sinking found = pouring(kind.shape, kind.width_m, kind.layers, 1.0 + 0.003 * run);
       all.mean += found.mean / kRuns;
-      all.most = std::max(all.most, found.most);
+      all.most += found.most / kRuns;
     }
     EXPECT_LE(all.mean, kind.mean) << kind.name;
     EXPECT_LE(all.most, kind.most) << kind.name;

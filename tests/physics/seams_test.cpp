@@ -35,23 +35,24 @@ Shape hull_block() {
 
 struct Floor {
   const char* name;
+  double exact;  // share of the speed that may change
   std::function<void(World&, double x, int index)> add;
 };
 
 const Floor kFloors[] = {
-    {"boxes",
+    {"boxes", 1e-9,
      [](World& w, double x, int) { w.add_static(w.add_shape(block()), Vec3(x, 0, -0.2)); }},
-    {"hulls",
+    {"hulls", 1e-9,
      [](World& w, double x, int) { w.add_static(w.add_shape(hull_block()), Vec3(x, 0, -0.2)); }},
-    {"meshes",
+    {"meshes", 1e-9,
      [](World& w, double x, int) { w.add_static(w.add_shape(square_mesh()), Vec3(x, 0, 0)); }},
-    {"a box, a mesh, and so on",
+    {"a box, a mesh, and so on", 1e-9,
      [](World& w, double x, int i) {
        const bool mesh = i % 2 != 0;
        w.add_static(w.add_shape(mesh ? Shape(square_mesh()) : block()),
                     Vec3(x, 0, mesh ? 0 : -0.2));
      }},
-    {"heavy boxes that are held by nothing",
+    {"heavy boxes that are held by nothing", 1e-5,
      [](World& w, double x, int) { w.add_body(w.add_shape(block()), Vec3(x, 0, -0.2), 1e9); }}};
 
 struct Slider {
@@ -97,7 +98,7 @@ TEST(Seams, AreNoObstacleToWhatSlidesOverThem) {
         world.run(std::min(steps, 240));
         const std::string what = std::string(slider.name) + " over " + floor.name + ", " +
                                  std::to_string(speed) + " m/s";
-        EXPECT_NEAR(world.states[0].linear_velocity_m_s.x(), speed, 1e-9 * speed) << what;
+        EXPECT_NEAR(world.states[0].linear_velocity_m_s.x(), speed, floor.exact * speed) << what;
         EXPECT_NEAR(world.states[0].position_m.z(), slider.height_m, 1e-6) << what;
       }
 }
