@@ -30,9 +30,9 @@ namespace {
 constexpr Field kSolverFields[] = {
     field<SolverSpec, &SolverSpec::quality>(
         "quality", kOptional, kNone,
-        "fast: six substeps, one part a step for all but impacts, and blows left to the iterations "
-        "where to share them out takes long; balanced: eight, and more parts where they are cheap; "
-        "accurate: fifteen, and a tolerance of 1e-6 (accuracy)."),
+        "fast: six substeps (more under load), one part a step for all but impacts, and blows left "
+        "to the iterations where to share them out takes long; balanced: eight, and more parts "
+        "where they are cheap; accurate: fifteen, and a tolerance of 1e-6 (accuracy)."),
     field<SolverSpec, &SolverSpec::iterations>("iterations", kOptional, Limits{1.0, 1000.0},
                                                "Iterations over the contacts of an island, or four "
                                                "times its substeps; by default what quality "
