@@ -168,7 +168,8 @@ islands_row() { # scenario file, processors, latency
 
 islands() {
   sed 's/"rows": 20/"rows": 40/; s/-9\.5/-19.5/; s/\[-12.0, -2.0, 0.0\]/[-24.0, -2.0, 0.0]/
-    s/"cell_size_m": 2.0/"cell_size_m": 4.0/; s/\[12, 2, 11\]/[12, 1, 11]/' \
+    s/"cell_size_m": 2.0/"cell_size_m": 4.0/; s/\[12, 2, 11\]/[12, 1, 11]/
+    s/"steps":/"solver": {"direct": false}, "steps":/' \
     "$library/pyramid.json" > "$folder/pile.json"
   echo "| processors | latency, us | whole: makespan | row sweeps | split: makespan | row sweeps |" \
     "whole / split |"
