@@ -5,6 +5,7 @@
 
 #include "physics/constraints/carried_rows.hpp"
 #include "physics/constraints/displacement_bounds.hpp"
+#include "physics/model/kinematic.hpp"
 #include "physics/solvers/contact_solver.hpp"
 #include "physics/solvers/energy_clamp.hpp"
 #include "physics/solvers/softness.hpp"
@@ -111,18 +112,18 @@ double sag_under_load(const SolveStep& step, std::uint32_t count) {
   constexpr double kOthers = 0.1;
   std::vector<double> loads;  // of pairs: speed that the impulses give the lighter body, in sizes
   for (std::size_t i = 0; i < states.size(); ++i) {
-    const auto& a = scene.bodies[index_of(ids[i])];
     const std::vector<ContactImpulse>& impulses = states[i].impulses;
     for (std::size_t k = 0; k < impulses.size();) {
       const BodyId other = impulses[k].other;
       double sum_newton_s = 0.0;
       for (; k < impulses.size() && impulses[k].other == other; ++k)
         sum_newton_s += impulses[k].normal_newton_s;
-      double mass_kg = a.mass_kg, size_m = size_of(scene, a.shape);
-      if (!is_static(other)) {
-        const auto& b = scene.bodies[index_of(other)];
-        mass_kg = std::min(mass_kg, b.mass_kg);
-        size_m = std::min(size_m, size_of(scene, b.shape));
+      double mass_kg = 1e300, size_m = 1e300;  // of what is moved
+      for (const BodyId id : {ids[i], other}) {
+        if (!falls(scene, id)) continue;
+        const BodyParams& body = scene.bodies[index_of(id)];
+        mass_kg = std::min(mass_kg, body.mass_kg);
+        size_m = std::min(size_m, size_of(scene, body.shape));
       }
       loads.push_back(sum_newton_s / (mass_kg * size_m));
     }
