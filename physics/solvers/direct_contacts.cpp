@@ -26,8 +26,7 @@ constexpr double kMuchHeavier = 10.0;
 constexpr double kSmallImpact = 1e5;  // multiplications
 // With joints, in motion: what iterations take there costs as much as a factorisation.
 constexpr double kSmallWithJoints = 1e6;  // multiplications
-// Of the speed that fields give in a step.
-constexpr double kQuasiStatic = 0.1, kAtRest = 1e-3;
+constexpr double kQuasiStatic = 0.1;      // of the speed that fields give in a step
 // Overlap, of the smaller body. Iterations let what is high or heavy sink, ever deeper: an island
 // that has sunk so far is solved directly until it is up again.
 constexpr double kSunk = 5e-3;
@@ -272,7 +271,7 @@ std::optional<Elimination> plan_direct_solve(const SceneDescription& scene, doub
   const bool sunk = !jointed && has_sunk(scene, manifolds);
   if (!quasi_static && !is_uneven && !accurate && !sunk) return std::nullopt;
   const bool at_rest =
-      !jointed && quasi_static && are_slower(kAtRest, scene, dt_s, ids, manifolds, states);
+      !jointed && quasi_static && are_slower(0.0, scene, dt_s, ids, manifolds, states);
   return plan_elimination(static_cast<std::uint32_t>(ids.size()), edges_of(ids, manifolds),
                           at_rest                    ? kMostAtRest
                           : quasi_static || accurate ? kMostMultiplications
