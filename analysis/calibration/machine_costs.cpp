@@ -65,7 +65,7 @@ constexpr Field kCostsFields[] = {
                                          "A worker's part of a round."),
     field<CostsSpec, &CostsSpec::processors>("processors", true, Limits{1.0, 1e6},
                                              "That work at the same time."),
-    field<CostsSpec, &CostsSpec::slow_down>("slow_down", true, Limits{0.1, 100.0},
+    field<CostsSpec, &CostsSpec::slow_down>("slow_down", true, Limits{1.0, 1000.0},
                                             "Of work while all of them work."),
 };
 constexpr scenarios::ObjectTable kCostsTable =

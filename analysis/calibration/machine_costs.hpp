@@ -15,7 +15,7 @@ struct MachineCosts {
   CostFactors factors = usual_factors();
   double gvt_ns = 1000.0;       // a worker's part of a round, commits included
   std::int64_t processors = 1;  // that work at the same time in the next
-  double slow_down = 1.0;       // work takes so much longer then: caches, memory, clock
+  double slow_down = 1.0;       // >= 1: work takes so much longer then: caches, memory, clock
 };
 
 // The usual weights on this machine while so many processors work.
