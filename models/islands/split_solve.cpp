@@ -43,7 +43,8 @@ SplitSolve::SplitSolve(SplitIsland island, SplitPlan plan, WorldId self)
       name_(name_of(island_)),
       iterations_(
           physics::BlockSolver::stages({*island_.scene, island_.scene->dt_s, island_.ids,
-                                        std::span<const physics::BodyState>(island_.states)})) {
+                                        std::span<const physics::BodyState>(island_.states)},
+                                       island_.manifolds)) {
   for (std::size_t i = 0; i < plan_.solvers.size(); ++i) {
     if (plan_.solvers[i].world != self_) continue;
     range_ = &plan_.solvers[i];

@@ -21,7 +21,7 @@ bool is_known_to_the_end(ShapeKind a, ShapeKind b) {
 
 // Past the seam of a floor, say, at a moment when they touch. A flight has sunk by what their
 // support will bear.
-bool slide_past(const FlyingSolids& solids, const Vec3& normal, double time_s, double left_s) {
+bool pass_a_seam(const FlyingSolids& solids, const Vec3& normal, double time_s, double left_s) {
   const Flyer &a = solids.a(), &b = solids.b();
   const Vec3 pulled = solids.relative_field_m_s2() * time_s;
   PairMotion motion;
@@ -83,7 +83,7 @@ std::optional<Touch> first_touch(const TouchSearch& search, FlyingSolids& solids
     const double rounding = 1e-14 * solids.velocity().norm(), left_s = most_s - time;
     const double approach = touches ? solids.approach_m_s(now.normal, touching_m) : 0.0;
     if (approach > rounding && is_approach(approach * left_s, search.width_m)) {
-      if (slide_past(solids, now.normal, time, left_s)) return std::nullopt;
+      if (pass_a_seam(solids, now.normal, time, left_s)) return std::nullopt;
       return Touch{{time, false}, now.normal};
     }
     const double presses = -now.normal.dot(solids.relative_field_m_s2());

@@ -24,7 +24,7 @@ BlockSolver::BlockSolver(const LargeIsland& island, std::uint32_t first, std::ui
       first_(first),
       last_(last),
       first_border_(first > 0 ? first - 1 : 0),
-      stages_(stages({island.scene, island.dt_s, island.ids, island.states})),
+      stages_(stages({island.scene, island.dt_s, island.ids, island.states}, island.manifolds)),
       fastest_correction_(fastest_correction(island.scene, island.ids)) {
   StageCounters built;
   for (std::uint32_t i = first_; i < last_; ++i) {
@@ -98,7 +98,10 @@ void BlockSolver::store(std::uint32_t index, const Border& border) {
     copy(border.part, border.upper.in_border, block(index + 1), border.upper.in_block);
 }
 
-std::uint32_t BlockSolver::stages(const SolveStep& step) { return 2 * substeps_under_load(step); }
+std::uint32_t BlockSolver::stages(const SolveStep& step,
+                                  std::span<const ContactManifold> manifolds) {
+  return 2 * substeps_under_load(step, has_rolling(step.scene, manifolds));
+}
 
 void BlockSolver::iterate(std::uint32_t stage, Part& part, StageCounters& counters) {
   if (stage % 2 == 0) {

@@ -59,7 +59,8 @@ class BlockSolver {
   BlockSolver(const LargeIsland& island, std::uint32_t first, std::uint32_t last,
               StageCounters& counters);
 
-  static std::uint32_t stages(const SolveStep& step);  // of the whole island
+  // Of the whole island.
+  static std::uint32_t stages(const SolveStep& step, std::span<const ContactManifold> manifolds);
   // stage 0, 1, ...
   void solve_blocks(std::uint32_t stage, StageCounters& counters);
   void solve_borders(std::uint32_t stage, StageCounters& counters);

@@ -93,17 +93,6 @@ std::uint32_t substeps_of(const SolverSettings& settings) {
 
 namespace {
 
-bool any_rolls(const SolveStep& step) {
-  const auto resists = [](const Material& m) {
-    return m.rolling_friction_m > 0.0 || m.torsional_friction_m > 0.0;
-  };
-  return std::ranges::any_of(
-             step.ids,
-             [&](BodyId id) { return resists(step.scene.bodies[index_of(id)].material); }) ||
-         std::ranges::any_of(step.scene.statics,
-                             [&](const StaticBody& body) { return resists(body.material); });
-}
-
 // How far contacts give way under the impulses of the step before, in sizes of the smaller body:
 // the springs' deflection at rest, with that many substeps. Of nine pairs in ten; a few may have
 // hit each other.
@@ -125,7 +114,8 @@ double sag_under_load(const SolveStep& step, std::uint32_t count) {
         mass_kg = std::min(mass_kg, body.mass_kg);
         size_m = std::min(size_m, size_of(scene, body.shape));
       }
-      loads.push_back(sum_newton_s / (mass_kg * size_m));
+      const double load = sum_newton_s / (mass_kg * size_m);
+      if (std::isfinite(load)) loads.push_back(load);  // faults are told elsewhere
     }
   }
   if (loads.empty()) return 0.0;
@@ -136,12 +126,12 @@ double sag_under_load(const SolveStep& step, std::uint32_t count) {
 
 }  // namespace
 
-std::uint32_t substeps_under_load(const SolveStep& step) {
+std::uint32_t substeps_under_load(const SolveStep& step, bool rolls) {
   constexpr double kMostSag = 2e-3;  // of the smaller body
   std::uint32_t count = substeps_of(step.scene.solver);
   const std::uint32_t most = kMostTimesSubsteps * count;
   // Rows of rolling friction begin anew in each step, and more substeps do not bring them nearer.
-  if (any_rolls(step)) return count;
+  if (rolls) return count;
   // Twice as many give way by a quarter. Numbers between would change with every touch, and what
   // comes to rest would not.
   for (double sag = sag_under_load(step, count); sag > kMostSag && count < most; sag *= 0.25)
@@ -284,7 +274,7 @@ SubstepWork solve_in_substeps(const SolveStep& step, std::span<const SolverBody>
   const auto& [scene, dt_s, ids, states] = step;
   Substeps substeps;
   const std::uint32_t most = kMostTimesSubsteps * substeps_of(scene.solver);
-  std::uint32_t count = substeps_under_load(step);
+  std::uint32_t count = substeps_under_load(step, !problem.rollings.empty());
   const Blows blows = find_blows(step, problem);
   SubstepWork work;
   const ContactProblem start = problem;

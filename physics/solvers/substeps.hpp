@@ -28,10 +28,10 @@ namespace soda::physics {
 // Of a step: one for four of the settings' `iterations`, at least one. Each takes two iterations.
 std::uint32_t substeps_of(const SolverSettings& settings);
 
-// Of the step of one island, which bears what the impulses that its bodies begin with say: as many
-// more as keep the sag of its contacts under that small, at most eight times as many. A function of
-// the arguments' content.
-std::uint32_t substeps_under_load(const SolveStep& step);
+// Of the step of one island, which bears what the impulses that its bodies begin with say: twice,
+// four or eight times as many, where that keeps the sag of its contacts under that small. `rolls`:
+// it has rolling friction, and then as many as ever. A function of the arguments' content.
+std::uint32_t substeps_under_load(const SolveStep& step, bool rolls);
 
 // Displacement of a body since the step's start.
 struct Displacement {

@@ -160,7 +160,7 @@ void solve_together(const Island& island, const IslandBlocks& blocks, const Scen
   for (std::size_t i = 0; i + 1 < ends.size(); ++i)
     solvers.emplace_back(large, ends[i], ends[i + 1], counters);
   const std::uint32_t stages = BlockSolver::stages(
-      {scene, scene.dt_s, island.ids, std::span<const BodyState>(island.states)});
+      {scene, scene.dt_s, island.ids, std::span<const BodyState>(island.states)}, island.manifolds);
   for (std::uint32_t stage = 0; stage < stages; ++stage) {
     for (BlockSolver& solver : solvers) solver.solve_blocks(stage, counters);
     std::vector<std::vector<BorderBody>> lower, upper;
@@ -200,8 +200,8 @@ TEST(LargeIslands, AnyDivisionOfTheBlocksAmongSolversHasTheBitsOfOneSolver) {
   SolveScratch scratch;
   const Geometry geometry(world.scene);
   const IslandReport whole =
-      advance_once(whole_step(world.scene, geometry, island.ids, island.manifolds), false, alone,
-                   {scratch, world.counters, faults});
+      advance_once(whole_step(world.scene, geometry, island.ids, island.manifolds),
+                   Exactness::kOngoing, alone, {scratch, world.counters, faults});
   std::mt19937 random(7);
   for (int trial = 0; trial < 6; ++trial) {
     std::vector<std::uint32_t> ends{0, count};
@@ -270,7 +270,7 @@ TEST(LargeIslands, BlocksMoveByThePartOfTheStepThatIsLeft) {
     std::vector<BodyState> states = island.states;
     SolveScratch scratch;
     std::vector<AdvanceFault> faults;
-    advance_once({scene, geometry, dt_s, island.ids, island.manifolds}, false, states,
+    advance_once({scene, geometry, dt_s, island.ids, island.manifolds}, Exactness::kOngoing, states,
                  {scratch, world.counters, faults});
     EXPECT_TRUE(faults.empty());
     return states;

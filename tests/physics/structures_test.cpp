@@ -78,21 +78,56 @@ TEST(Structures, APebbleBringsNoWallDown) {
 }
 
 TEST(Structures, SubstepsGrowWithTheLoadOnWhatIsSmall) {
-  const auto substeps = [](int boxes, double half_m) {
+  const auto substeps = [](int boxes, double half_m, double mass_kg) {
     World world = test::under_gravity();
     world.scene.solver.direct = false;
     world.add_floor();
     const std::uint32_t box = world.add_shape(Box{Vec3::Constant(half_m)});
-    for (int i = 0; i < boxes; ++i) world.add_body(box, Vec3(0, 0, half_m * (2 * i + 1)));
+    const double density = mass_kg / std::pow(2.0 * half_m, 3);
+    for (int i = 0; i < boxes; ++i) world.add_body(box, Vec3(0, 0, half_m * (2 * i + 1)), density);
     world.run(60);
     return substeps_under_load(
-        {world.scene, world.scene.dt_s, world.ids, std::span<const BodyState>(world.states)});
+        {world.scene, world.scene.dt_s, world.ids, std::span<const BodyState>(world.states)},
+        false);
   };
-  EXPECT_EQ(substeps(1, 0.5), 8u);
-  EXPECT_EQ(substeps(8, 0.5), 8u);
-  EXPECT_GE(substeps(8, 0.02), 20u);
-  EXPECT_GE(substeps(20, 0.1), 16u);
-  EXPECT_LE(substeps(20, 0.001), 64u);
+  EXPECT_EQ(substeps(1, 0.5, 1.0), 8u);
+  EXPECT_EQ(substeps(8, 0.5, 1.0), 8u);
+  EXPECT_EQ(substeps(8, 0.5, 1e4), 8u) << "masses do not matter";
+  EXPECT_GT(substeps(8, 0.02, 1.0), 8u);
+  EXPECT_GT(substeps(20, 0.1, 1.0), 8u);
+  EXPECT_LE(substeps(20, 0.001, 1.0), 64u);
+}
+
+// The carrier's mass says nothing of what it carries.
+TEST(Structures, WhatIsCarriedTakesAsManySubstepsAsOnAFloor) {
+  World world = test::under_gravity();
+  const std::uint32_t plate = world.add_shape(Box{Vec3(3, 3, 0.1)});
+  world.add_body(plate, Vec3(0, 0, -0.1));
+  world.scene.bodies[0].kinematic = true;
+  world.scene.bodies[0].mass_kg = 1.0;
+  const std::uint32_t box = world.add_shape(Box{});
+  for (int i = 0; i < 3; ++i) world.add_body(box, Vec3(0, 0, 0.5 + i));
+  world.run(30);
+  EXPECT_EQ(substeps_under_load({world.scene, world.scene.dt_s, world.ids,
+                                 std::span<const BodyState>(world.states)},
+                                false),
+            8u);
+}
+
+// What resists rolling far away changes no bit of a stack.
+TEST(Structures, RollingFrictionElsewhereChangesNothing) {
+  const auto digest_of = [](double rolling_m) {
+    World world = test::under_gravity();
+    world.scene.solver.direct = false;
+    world.add_floor();
+    world.add_static(world.add_shape(Sphere{1.0}), Vec3(1000, 0, 0), Quat::Identity(),
+                     {.friction = 0.5, .rolling_friction_m = rolling_m});
+    const std::uint32_t box = world.add_shape(Box{Vec3::Constant(0.05)});
+    for (int i = 0; i < 8; ++i) world.add_body(box, Vec3(0, 0, 0.05 + 0.1 * i));
+    world.run(60);
+    return world.digest_of_states();
+  };
+  EXPECT_EQ(digest_of(0.0), digest_of(0.01));
 }
 
 }  // namespace
