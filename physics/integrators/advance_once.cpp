@@ -183,7 +183,7 @@ bool is_articulated(const IslandStep& island, JointSystem& joints, std::span<Bod
   return true;
 }
 
-IslandReport advance_with_joints(const IslandStep& island, bool accurate,
+IslandReport advance_with_joints(const IslandStep& island, Exactness how,
                                  const JointedChoice& choice, JointSystem& joints,
                                  std::span<BodyState> states, const IslandEffects& effects) {
   const auto& [scene, geometry, dt_s, ids, manifolds] = island;
@@ -200,7 +200,8 @@ IslandReport advance_with_joints(const IslandStep& island, bool accurate,
   const JointedStep step{island, start, scratch.free};
   std::optional<ContactSolution> direct;
   if (choice.elimination && !choice.swept)
-    direct = solve_jointed_directly(step, accurate, *choice.elimination, joints, problem);
+    direct = solve_jointed_directly(step, how != Exactness::kOngoing, *choice.elimination, joints,
+                                    problem);
   std::optional<std::uint32_t> iterations;
   if (!direct && choice.swept_else) {
     iterations = advance_swept(step, choice.substeps, {joints, problem}, states, report);
@@ -214,7 +215,8 @@ IslandReport advance_with_joints(const IslandStep& island, bool accurate,
   } else {
     solution = direct ? std::move(*direct) : solve_jointed(step, joints, problem);
     report_joints(start, joints, report);
-    move_jointed(step, {joints, problem, solution.push}, states, report, faults);
+    move_jointed(step, {joints, problem, solution.push, how == Exactness::kCompared}, states,
+                 report, faults);
   }
   report.constraint_residual_m_s = std::max(report.constraint_residual_m_s, residual_m_s(problem));
   report_contacts(before, problem, report);
@@ -312,13 +314,14 @@ IslandReport advance_contacts(const IslandStep& island, const ContactSolve& how,
 
 }  // namespace
 
-IslandReport advance_once(const IslandStep& island, bool accurate, std::span<BodyState> states,
+IslandReport advance_once(const IslandStep& island, Exactness how, std::span<BodyState> states,
                           const IslandEffects& effects) {
   const auto& [scene, geometry, dt_s, ids, manifolds] = island;
+  const bool accurate = how != Exactness::kOngoing;
   JointSystem joints = find_joints(scene, ids, manifolds);
   if (!joints.empty()) {
     const JointedChoice choice = choose_jointed_solve(island, accurate, states, joints);
-    return advance_with_joints(island, accurate, choice, joints, states, effects);
+    return advance_with_joints(island, how, choice, joints, states, effects);
   }
   const SolveChoice choice = choose_solve(scene, dt_s, accurate, ids, manifolds, states);
   if (!choice.blocks)
@@ -334,7 +337,7 @@ IslandReport advance_substep(const IslandStep& island, std::span<BodyState> stat
                              const IslandEffects& effects) {
   JointSystem joints = find_joints(island.scene, island.ids, island.manifolds);
   const JointedChoice swept{.elimination = {}, .swept = true, .swept_else = true, .substeps = 1};
-  return advance_with_joints(island, false, swept, joints, states, effects);
+  return advance_with_joints(island, Exactness::kOngoing, swept, joints, states, effects);
 }
 
 void advance_free_body(const SceneDescription& scene, double dt_s, BodyId id, BodyState& state,

@@ -1,6 +1,7 @@
 // One island over a time in one solve, and one body that touches nothing.
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -16,11 +17,16 @@ namespace soda::physics {
 struct ContactProblem;
 struct JointSystem;
 
+// How far contacts of several bodies are solved, and of which order a step is.
+enum class Exactness : std::uint8_t {
+  kOngoing,   // they may leave a trace to the next step
+  kAccurate,  // to rounding, where that can be afforded
+  kCompared   // so, and of first order in all: for what is extrapolated from steps of other lengths
+};
+
 // Advances the bodies of one island with each contact as the manifolds have it, to the end of its
-// time. The geometry is not looked at. `accurate`: contacts of several
-// bodies are solved to rounding where that can be afforded, as is needed for what is compared with
-// other steps; else they may leave a trace to the next step.
-IslandReport advance_once(const IslandStep& island, bool accurate, std::span<BodyState> states,
+// time. The geometry is not looked at.
+IslandReport advance_once(const IslandStep& island, Exactness how, std::span<BodyState> states,
                           const IslandEffects& effects);
 
 // The same of an island with joints, over no more than a substep: joints and contacts are swept.

@@ -9,6 +9,7 @@
 #include "physics/integrators/giving_way.hpp"
 #include "physics/integrators/joint_closing.hpp"
 #include "physics/integrators/joint_motion.hpp"
+#include "physics/integrators/joint_turning.hpp"
 #include "physics/math/rigid_motion.hpp"
 #include "physics/solvers/contact_solver.hpp"
 #include "physics/solvers/energy_clamp.hpp"
@@ -41,7 +42,7 @@ void push_apart(const JointedStep& step, const JointedSolution& solved, std::spa
                 IslandReport& report) {
   const auto& [island, before, free] = step;
   const auto& [scene, geometry, dt_s, ids, manifolds] = island;
-  const auto& [joints, problem, push] = solved;
+  const auto& [joints, problem, push, compared] = solved;
   const double moved = elastic_joule(scene, joints, states);
   for (std::size_t i = 0; i < ids.size(); ++i) {
     states[i].position_m += push[i].linear * dt_s;
@@ -93,7 +94,7 @@ void move_jointed(const JointedStep& step, const JointedSolution& solved,
   constexpr double kRoundings = 100.0;
   const auto& [island, before, free] = step;
   const auto& [scene, geometry, dt_s, ids, manifolds] = island;
-  const auto& [joints, problem, push] = solved;
+  const auto& [joints, problem, push, compared] = solved;
   report.motor_work_joule = motor_work_joule(joints, problem.bodies);
   const double pushed = report.motor_work_joule +
                         external_work_joule(scene, dt_s, ids, before, free, problem) +
@@ -129,6 +130,8 @@ void move_jointed(const JointedStep& step, const JointedSolution& solved,
     const double most_lift_m = share > 0.0 ? kRoundings * rounding_of(before, joints.reach_m)
                                            : std::numeric_limits<double>::infinity();
     if (rest > aside) add_untaken(rest - aside, most_lift_m, step, report);
+  } else if (share == 1.0 && !compared) {
+    give_back_turning(step, solved, -excess.gain_joule, states, report);
   }
   if (!push.empty()) push_apart(step, solved, states, report);
 }

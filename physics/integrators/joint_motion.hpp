@@ -44,6 +44,7 @@ struct JointedSolution {
   const JointSystem& joints;
   const ContactProblem& problem;
   std::span<const PositionCorrection> push;
+  bool compared = false;  // with steps of other lengths: no part of it may be of another order
 };
 
 // The same by Newton's method, of joints and contacts at once. Nothing, and the problem as it was,

@@ -133,7 +133,7 @@ IslandReport advance_refined(const IslandStep& step, std::span<BodyState> states
                        effects.counters,
                        sizes_of(scene, geometry, ids),
                        ErrorBudget(scene),
-                       scene.tolerance > 0.0,
+                       scene.tolerance > 0.0 ? Exactness::kCompared : Exactness::kOngoing,
                        find_explicit_springs(step, states)};
   island.limits = limits_of(scene, is_single_body(island), manifolds.size());
   std::vector<BodyState> now(states.begin(), states.end());
@@ -177,7 +177,8 @@ IslandReport advance_unrefined(const IslandStep& island, std::span<BodyState> st
                                     asked || dt_s < scene.dt_s ? states.end() : states.begin());
   const double share = dt_s / scene.dt_s;
   scale_impulses(share, states);
-  IslandReport report = advance_once(island, asked, states, effects);
+  IslandReport report =
+      advance_once(island, asked ? Exactness::kAccurate : Exactness::kOngoing, states, effects);
   scale_impulses(1.0 / share, states);
   if (dt_s < scene.dt_s) keep_loads(island, dt_s, from, states);
   if (!asked) return report;

@@ -95,7 +95,7 @@ IslandReport advance_with_springs(RefinedIsland& island, double dt_s,
     apply_explicit_springs(island.scene, dt_s, island.ids, island.springs, states, of_springs);
     island.counters.joint_rows += island.springs.joints.size();
   }
-  IslandReport report = advance_once(island.over(dt_s, contacts), island.accurate, states,
+  IslandReport report = advance_once(island.over(dt_s, contacts), island.how, states,
                                      {island.scratch, island.counters, faults});
   report.static_impulse_newton_s += of_springs.static_impulse_newton_s;
   report.static_angular_impulse_newton_m_s += of_springs.static_angular_impulse_newton_m_s;

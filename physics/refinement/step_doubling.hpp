@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "physics/constraints/joint_rows.hpp"
+#include "physics/integrators/advance_once.hpp"
 #include "physics/measures/refinement_error.hpp"
 #include "physics/model/contact_manifold.hpp"
 #include "physics/model/island_report.hpp"
@@ -31,8 +32,8 @@ struct RefinedIsland : IslandStep {
   StageCounters& counters;
   BodySizes sizes;
   ErrorBudget budget;
-  bool accurate = false;  // as of advance_once
-  JointSystem springs;    // explicit: before its contacts are solved; else none
+  Exactness how = Exactness::kOngoing;
+  JointSystem springs;  // explicit: before its contacts are solved; else none
   Limits limits = {};
   PastSubInterval past = {};
   int solves = 0;

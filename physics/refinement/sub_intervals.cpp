@@ -230,6 +230,17 @@ RefinedSubInterval refine_further(RefinedIsland& island, const StartedSubInterva
   }
 }
 
+// One step that is all: what joints turn need not be of first order.
+Trial uncompared(RefinedIsland& island, const StartedSubInterval& part, Trial one,
+                 const StepError& change) {
+  if (!(change.relative_error > 0.0) || std::ranges::none_of(island.manifolds, is_joint))
+    return one;
+  const Exactness how = std::exchange(island.how, Exactness::kAccurate);
+  Trial alone = try_steps(island, part.from, part.start, part.time_s, 1);
+  island.how = how;
+  return alone.failed ? one : alone;
+}
+
 // One and two steps over the part, and more if forces are not steady. No result if their limit is
 // not within the budget, and the part can be cut: at once if two steps of a single body show that
 // forces change abruptly.
@@ -243,7 +254,7 @@ RefinedSubInterval refine_sub_interval(RefinedIsland& island, const StartedSubIn
   const StepError change = change_of(island.sizes, part.from, one.states);
   // Explicit springs push to and fro: velocities may end as they began.
   if (island.springs.empty() && island.budget.allows(change.relative_error, part.time_s))
-    return {SubIntervalResult{std::move(one), change}};
+    return {SubIntervalResult{uncompared(island, part, std::move(one), change), change}};
   if (can_be_cut)
     if (const std::optional<Bisection> reversal = bisection_at_reversal(island, part, one))
       return {std::nullopt, *reversal};
@@ -285,7 +296,7 @@ SubIntervalResult advance_unasked(RefinedIsland& island, const StartedSubInterva
     return {std::move(plain), change};
   const bool smooth = can_be_smooth(island, part.time_s, part.from, plain.states);
   if (!smooth && comes_fast(island, part)) return {std::move(plain), change};
-  island.accurate = true;
+  island.how = Exactness::kCompared;
   Trial one = try_steps(island, part.from, part.start, part.time_s, 1);
   if (one.failed) return {std::move(plain), change};
   if (!smooth && !(apart_of(island.sizes, plain.states, one.states).relative_error > 0.0))

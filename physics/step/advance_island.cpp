@@ -129,7 +129,7 @@ IslandReport advance_island(const IslandStep& island, std::span<BodyState> state
   double flown_s = 0.0;
   if (!whole && is_one_solve(island, states)) {
     counters.islands_over_budget += gains_by_refinement(island, states);
-    report = advance_once(island, false, states, effects);
+    report = advance_once(island, Exactness::kOngoing, states, effects);
   } else {
     flown_s = fly_through_impacts(island, states, report, counters);
     if (flown_s < dt_s) advance_rest(island, flown_s, states, report, effects);

@@ -151,8 +151,8 @@ IslandReport take_one_plain_step(World& world) {
   find_contacts(world.scene, geometry, world.ids, world.states, scratch, world.counters);
   std::vector<AdvanceFault> faults;
   SolveScratch memory;
-  return advance_once(whole_step(world.scene, geometry, world.ids, scratch.manifolds), false,
-                      world.states, {memory, world.counters, faults});
+  return advance_once(whole_step(world.scene, geometry, world.ids, scratch.manifolds),
+                      Exactness::kOngoing, world.states, {memory, world.counters, faults});
 }
 
 TEST(DirectContacts, IterationsComeToTheSameImpulses) {

@@ -1,0 +1,25 @@
+// What an implicit solution of joints takes from what turns, given back.
+#pragma once
+
+#include <span>
+
+#include "physics/constraints/joint_rows.hpp"
+#include "physics/integrators/joint_motion.hpp"
+#include "physics/math/solver_body.hpp"
+#include "physics/model/body_state.hpp"
+#include "physics/model/island_report.hpp"
+
+namespace soda::physics {
+
+// An implicit solution pulls in the directions that joints have at the end of the step, and so
+// against what moves: a body on a tether loses (w dt)^2 of its speed a step. In the directions of
+// the start the same impulses take nothing. Places stay implicit, so that is stable however taut.
+// The more a pull turns the bodies within the step, the less is given back: what is stiff is
+// damped.
+//
+// `states` are those at the end. They get no more energy than joints have taken, nor more than
+// `most_joule`. The report gets what the world gives.
+void give_back_turning(const JointedStep& step, const JointedSolution& solved, double most_joule,
+                       std::span<BodyState> states, IslandReport& report);
+
+}  // namespace soda::physics
