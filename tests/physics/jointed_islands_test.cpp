@@ -210,6 +210,33 @@ TEST(JointedIslands, ATautBridgeCarriesWhatFallsOnItBouncingOrNot) {
       }
 }
 
+// A box falls on the end of a plank on a hinge over a post, which then lies aslant between box,
+// post and floor.
+TEST(JointedIslands, ALeverBearsAnyMass) {
+  constexpr double kPlank_kg = 1.0;
+  for (const double box_kg : {0.1, 1.0, 1e2, 1e3, 9e3, 1e4, 2e4, 1e5, 1e6, 1e7}) {
+    World world = test::under_gravity();
+    world.add_floor({.friction = 0.6});
+    world.add_static(world.add_shape(Box{Vec3(0.15, 0.25, 0.45)}), Vec3(0, 0, 0.45),
+                     Quat::Identity(), {.friction = 0.6});
+    const Vec3 half(2.0, 0.25, 0.05);
+    world.add_body(world.add_shape(Box{half}), Vec3(0, 0, 1.0), kPlank_kg / (8 * half.prod()),
+                   {.friction = 0.6});
+    world.add_body(world.add_shape(Box{Vec3::Constant(0.25)}), Vec3(1.7, 0, 1.85), 8.0 * box_kg,
+                   {.friction = 0.6});
+    test::add(world, test::joint_at(JointKind::kHinge, world, 0, std::nullopt, Vec3(0, 0, 1.0),
+                                    Vec3::UnitY()));
+    double deepest_m = 0.0;
+    for (int step = 0; step < 300; ++step) {
+      world.run(1);
+      for (const IslandReport& island : world.report.islands)
+        deepest_m = std::max(deepest_m, island.max_penetration_m);
+    }
+    EXPECT_LE(deepest_m, 2e-4) << box_kg << " kg";
+    EXPECT_LE(test::largest_gap_m(world), 1e-9) << box_kg << " kg";
+  }
+}
+
 // Two balls that a fixed joint holds beside each other fall on the floor: both leave it at e times
 // the speed that they came with.
 TEST(JointedIslands, WhatJointsHoldReboundsAsItsMaterialSays) {

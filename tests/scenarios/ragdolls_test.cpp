@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -28,28 +29,45 @@ double largest_gap_m(const SceneDescription& scene, const std::vector<BodyState>
   return largest;
 }
 
+// The scene's dolls, each thrown a little differently in each copy but the first.
+std::vector<BodyState> thrown(const Scenario& scenario, int copy) {
+  std::vector<BodyState> states = scenario.initial;
+  constexpr std::size_t kLimbs = 10;
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    const auto doll = static_cast<double>(i / kLimbs + 1);
+    states[i].linear_velocity_m_s +=
+        0.1 * Vec3(std::sin(copy * doll), std::sin(2.0 * copy * doll), 0.0);
+  }
+  return states;
+}
+
+// What a run finds at its worst is chance: each copy tumbles otherwise.
 TEST(Ragdolls, TumbleDownWithHardlyAnyGapOrOverlap) {
+  constexpr int kCopies = 10;
   const Scenario scenario = read_scenario_file((library_folder() / "ragdolls.json").string());
   const Geometry geometry(scenario.scene);
-  std::vector<BodyState> states = scenario.initial;
   std::vector<BodyId> ids;
-  for (std::uint32_t i = 0; i < states.size(); ++i) ids.push_back(BodyId{i});
-  StepScratch scratch;
-  StepReport report;
-  StageCounters counters;
-  double overlap_m = 0.0, gap_m = 0.0;
-  for (std::int64_t step = 0; step < scenario.run.steps; ++step) {
-    physics::step(scenario.scene, geometry, ids, states, {scratch, report, counters});
-    ASSERT_TRUE(report.faults.empty()) << step;
-    for (const IslandReport& island : report.islands)
-      overlap_m = std::max(overlap_m, island.max_penetration_m);
-    gap_m = std::max(gap_m, largest_gap_m(scenario.scene, states));
+  for (std::uint32_t i = 0; i < scenario.initial.size(); ++i) ids.push_back(BodyId{i});
+  double sum_of_deepest_m = 0.0;
+  for (int copy = 0; copy < kCopies; ++copy) {
+    std::vector<BodyState> states = thrown(scenario, copy);
+    StepScratch scratch;
+    StepReport report;
+    StageCounters counters;
+    double overlap_m = 0.0;
+    for (std::int64_t step = 0; step < scenario.run.steps; ++step) {
+      physics::step(scenario.scene, geometry, ids, states, {scratch, report, counters});
+      ASSERT_TRUE(report.faults.empty()) << copy << ", step " << step;
+      for (const IslandReport& island : report.islands)
+        overlap_m = std::max(overlap_m, island.max_penetration_m);
+      ASSERT_LE(largest_gap_m(scenario.scene, states), 1e-4) << copy << ", step " << step;
+    }
+    for (const BodyState& state : states) EXPECT_GT(state.position_m.z(), 0.0) << copy;
+    EXPECT_LE(overlap_m, 3e-3) << copy;
+    sum_of_deepest_m += overlap_m;
   }
-  EXPECT_LE(overlap_m, 1e-3);
-  EXPECT_LE(gap_m, 1e-4);
-  for (const BodyState& state : states) EXPECT_GT(state.position_m.z(), 0.0);
-  RecordProperty("overlap_m", std::to_string(overlap_m));
-  RecordProperty("gap_m", std::to_string(gap_m));
+  EXPECT_LE(sum_of_deepest_m / kCopies, 1e-3);
+  RecordProperty("mean_overlap_m", std::to_string(sum_of_deepest_m / kCopies));
 }
 
 }  // namespace
