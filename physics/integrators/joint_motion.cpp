@@ -59,9 +59,9 @@ namespace {
 // beyond it. Joints alone go on to rounding, which takes little.
 constexpr int kMostAims = 10;
 constexpr double kConverges = 0.1;
-// Of masses, for Newton's method and stiffness: between more unequal ones less than half of the
-// digits of a double are left to the light ones.
-constexpr double kMostRatio = 1e8;
+// Of masses, for Newton's method and stiffness: between more unequal ones too few digits are left
+// to the light ones, and they are thrown.
+constexpr double kMostRatio = 1e6;
 
 // What joints were off by at the step's start is not to be closed by velocities.
 void forgive(std::span<const JointRow> start, JointSystem& system) {
