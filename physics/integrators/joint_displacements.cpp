@@ -130,7 +130,7 @@ void move_jointed(const JointedStep& step, const JointedSolution& solved,
     const double most_lift_m = share > 0.0 ? kRoundings * rounding_of(before, joints.reach_m)
                                            : std::numeric_limits<double>::infinity();
     if (rest > aside) add_untaken(rest - aside, most_lift_m, step, report);
-  } else if (share == 1.0 && !compared) {
+  } else if (share == 1.0 && !compared && !excess.is_rounding(excess.moving_joule)) {
     give_back_turning(step, solved, -excess.gain_joule, states, report);
   }
   if (!push.empty()) push_apart(step, solved, states, report);

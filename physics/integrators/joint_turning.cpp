@@ -9,63 +9,33 @@
 namespace soda::physics {
 namespace {
 
-// What a row has more of at the start than at the end.
-JointRow turned_back(const JointRow& start, const JointRow& end) {
-  JointRow row = end;
-  row.linear = start.linear - end.linear;
-  row.angular_a = start.angular_a - end.angular_a;
-  row.angular_b = start.angular_b - end.angular_b;
-  return row;
-}
-
-// By how much the velocity of each body changes, what joints have taken, and what of the change the
-// world gives.
-struct Turning {
-  std::vector<SolverBody> given;
-  double taken_joule = 0.0;  // of springs, which take and give, by turning alone
-  Vec3 by_world_newton_s = Vec3::Zero(), by_world_newton_m_s = Vec3::Zero();
-};
-
-std::vector<SolverBody> at_rest(std::span<const SolverBody> bodies) {
-  std::vector<SolverBody> rest(bodies.begin(), bodies.end());
-  for (SolverBody& body : rest) body.linear = body.angular = Vec3::Zero();
-  return rest;
-}
-
-double energy_joule(const SolverBody& body) {
-  const Mat3 inertia = inverse_of_symmetric(body.inverse_inertia);
-  return 0.5 *
-         (body.linear.squaredNorm() / body.inverse_mass + body.angular.dot(inertia * body.angular));
-}
-
-// Of each body, how much of a change it takes: all, where that is little beside its velocity, and
-// where it is more than that, little. Next to each other are the square of its frequency times dt,
-// where it swings, and 1.
-std::vector<double> shares_of(std::span<const SolverBody> bodies,
-                              std::span<const SolverBody> changes) {
-  std::vector<double> shares(bodies.size(), 1.0);
-  for (std::size_t i = 0; i < bodies.size(); ++i) {
-    if (bodies[i].inverse_mass == 0.0) continue;  // kinematic, and the world
-    const double moving = energy_joule(bodies[i]), change = energy_joule(changes[i]);
-    if (change > 0.0) shares[i] = moving / (moving + change);
-  }
-  return shares;
-}
-
-// What the rows that are not bounded have more of at the start than at the end, with the impulses
-// that were found.
-std::vector<JointRow> turned_rows(const JointedStep& step, const JointedSolution& solved) {
+// Of rows that are not bounded: what they have more of at the start than at the end, with the
+// impulses that were found.
+std::vector<JointRow> turned_rows(std::span<const JointRow> start, std::span<const JointRow> end) {
   std::vector<JointRow> turned;
-  JointSystem start = solved.joints;
-  build_joint_rows(step.island.scene, step.island.dt_s, step.states, true, start);
-  for (std::size_t r = 0; r < start.rows.size(); ++r) {
-    const JointRow& row = solved.joints.rows[r];
-    if (!is_bounded(row) && row.impulse_newton_s != 0.0)
-      turned.push_back(turned_back(start.rows[r], row));
+  for (std::size_t r = 0; r < end.size(); ++r) {
+    if (is_bounded(end[r]) || end[r].impulse_newton_s == 0.0) continue;
+    JointRow& row = turned.emplace_back(end[r]);
+    row.linear = start[r].linear - end[r].linear;
+    row.angular_a = start[r].angular_a - end[r].angular_a;
+    row.angular_b = start[r].angular_b - end[r].angular_b;
   }
   return turned;
 }
 
+// Rows in the middle of the step that ask for no velocity. Limits and motors are idle.
+void move_to_middle(std::span<const JointRow> end, JointSystem& start) {
+  start.bounded = false;
+  for (std::size_t r = 0; r < end.size(); ++r) {
+    JointRow& row = start.rows[r];
+    row.linear = 0.5 * (row.linear + end[r].linear);
+    row.angular_a = 0.5 * (row.angular_a + end[r].angular_a);
+    row.angular_b = 0.5 * (row.angular_b + end[r].angular_b);
+    row.target_m_s = 0.0;
+  }
+}
+
+// By joints that hold; by springs, which take and give, by turning alone.
 double taken_joule(const JointedStep& step, const JointedSolution& solved,
                    std::span<const JointRow> turned) {
   const std::span<const SolverBody> bodies = solved.problem.bodies;
@@ -82,57 +52,93 @@ double taken_joule(const JointedStep& step, const JointedSolution& solved,
   return sum;
 }
 
-Turning turning_of(const JointedStep& step, const JointedSolution& solved) {
-  const std::span<const SolverBody> bodies = solved.problem.bodies;
-  const std::vector<JointRow> turned = turned_rows(step, solved);
-  Turning turning{at_rest(bodies), taken_joule(step, solved, turned)};
-  for (const JointRow& row : turned) apply_joint_impulse(row, row.impulse_newton_s, turning.given);
-  const std::vector<double> shares = shares_of(bodies, turning.given);
-  turning.given = at_rest(bodies);
-  for (const JointRow& row : turned) {
-    const double impulse = std::min(shares[row.a], shares[row.b]) * row.impulse_newton_s;
-    apply_joint_impulse(row, impulse, turning.given);
-    if (row.b != step.states.size()) continue;
-    turning.by_world_newton_s -= row.linear * impulse;
-    turning.by_world_newton_m_s -=
-        row.angular_a * impulse + step.states[row.a].position_m.cross(row.linear * impulse);
-  }
-  return turning;
+double energy_joule(const SolverBody& body) {
+  const Mat3 inertia = inverse_of_symmetric(body.inverse_inertia);
+  return 0.5 *
+         (body.linear.squaredNorm() / body.inverse_mass + body.angular.dot(inertia * body.angular));
 }
 
-void add(double share, std::span<const SolverBody> given, std::span<BodyState> states) {
+// How much of a change of velocities is no answer of what is stiff: all, where no body changes by
+// much of its velocity. Of what swings, the square of its frequency times dt stands beside 1. A
+// body that is slow beside the island counts as a tenth as fast as that, for what is held does not
+// swing.
+double smooth_share(std::span<const SolverBody> bodies, std::span<const SolverBody> changes) {
+  constexpr double kSlow = 0.01;  // of energy
+  double sum_joule = 0.0, sum_kg = 0.0;
+  for (const SolverBody& body : bodies) {
+    if (body.inverse_mass == 0.0) continue;  // kinematic, and the world
+    sum_joule += energy_joule(body);
+    sum_kg += 1.0 / body.inverse_mass;
+  }
+  double least = 1.0;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (bodies[i].inverse_mass == 0.0) continue;
+    const double slow_joule = kSlow * sum_joule / (sum_kg * bodies[i].inverse_mass);
+    const double moving = energy_joule(bodies[i]) + slow_joule, change = energy_joule(changes[i]);
+    if (change > 0.0) least = std::min(least, moving / (moving + change));
+  }
+  return least;
+}
+
+void add(double share, std::span<const SolverBody> changes, std::span<BodyState> states) {
   for (std::size_t i = 0; i < states.size(); ++i) {
-    if (given[i].inverse_mass == 0.0) continue;  // kinematic: it goes where it is told
-    states[i].linear_velocity_m_s += share * given[i].linear;
-    states[i].angular_velocity_rad_s += share * given[i].angular;
+    if (changes[i].inverse_mass == 0.0) continue;  // kinematic: it goes where it is told
+    states[i].linear_velocity_m_s += share * changes[i].linear;
+    states[i].angular_velocity_rad_s += share * changes[i].angular;
   }
 }
 
-// The largest share of a change at which it gives no more than `most` > 0: it gives b s + a s^2.
-double most_share(double half, double all, double most) {
+// The largest share, up to 1, of changes that gives no more than `most` > 0: b s + a s^2.
+double affordable_share(const JointedStep& step, std::span<const SolverBody> changes, double most,
+                        std::span<const BodyState> states) {
+  const auto& [scene, geometry, dt_s, ids, manifolds] = step.island;
+  const double none = kinetic_joule(scene, ids, states);
+  std::vector<BodyState> with(states.begin(), states.end());
+  add(0.5, changes, with);
+  const double half = kinetic_joule(scene, ids, with) - none;
+  add(0.5, changes, with);
+  const double all = kinetic_joule(scene, ids, with) - none;
   if (all <= most) return 1.0;
   const double a = 2.0 * all - 4.0 * half, b = all - a;
   return 2.0 * most / (b + std::sqrt(std::max(0.0, b * b + 4.0 * a * most)));
+}
+
+// What the world gives by a share of the impulses of rows.
+void report_by_world(double share, std::span<const JointRow> rows,
+                     std::span<const BodyState> states, IslandReport& report) {
+  for (const JointRow& row : rows) {
+    if (row.b != states.size()) continue;
+    const double impulse = share * row.impulse_newton_s;
+    report.static_impulse_newton_s -= row.linear * impulse;
+    report.static_angular_impulse_newton_m_s -=
+        row.angular_a * impulse + states[row.a].position_m.cross(row.linear * impulse);
+  }
 }
 
 }  // namespace
 
 void give_back_turning(const JointedStep& step, const JointedSolution& solved, double most_joule,
                        std::span<BodyState> states, IslandReport& report) {
-  const auto& [scene, geometry, dt_s, ids, manifolds] = step.island;
-  const Turning turning = turning_of(step, solved);
-  const double most = std::min(most_joule, turning.taken_joule);
+  if (!(most_joule > 0.0)) return;
+  const std::span<const SolverBody> bodies = solved.problem.bodies;
+  const std::span<const JointRow> end = solved.joints.rows;
+  JointSystem rows = solved.joints;
+  build_joint_rows(step.island.scene, step.island.dt_s, step.states, true, rows);
+  const std::vector<JointRow> turned = turned_rows(rows.rows, end);
+  const double most = std::min(most_joule, taken_joule(step, solved, turned));
   if (!(most > 0.0)) return;
-  const double none = kinetic_joule(scene, ids, states);
-  std::vector<BodyState> with(states.begin(), states.end());
-  add(0.5, turning.given, with);
-  const double half = kinetic_joule(scene, ids, with) - none;
-  add(0.5, turning.given, with);
-  const double share = most_share(half, kinetic_joule(scene, ids, with) - none, most);
-  if (!(share > 0.0 && share <= 1.0)) return;
-  add(share, turning.given, states);
-  report.static_impulse_newton_s += share * turning.by_world_newton_s;
-  report.static_angular_impulse_newton_m_s += share * turning.by_world_newton_m_s;
+  std::vector<SolverBody> changes(bodies.begin(), bodies.end());
+  for (SolverBody& body : changes) body.linear = body.angular = Vec3::Zero();
+  for (const JointRow& row : turned) apply_joint_impulse(row, row.impulse_newton_s, changes);
+  // A light body between others would have all that its pulls would give it.
+  move_to_middle(end, rows);
+  stop_joint_velocities(changes, rows);
+  const double share =
+      std::min(smooth_share(bodies, changes), affordable_share(step, changes, most, states));
+  if (!(share > 0.0)) return;
+  add(share, changes, states);
+  report_by_world(share, turned, step.states, report);
+  report_by_world(share, rows.rows, step.states, report);
 }
 
 }  // namespace soda::physics

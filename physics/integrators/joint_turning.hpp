@@ -14,8 +14,10 @@ namespace soda::physics {
 // An implicit solution pulls in the directions that joints have at the end of the step, and so
 // against what moves: a body on a tether loses (w dt)^2 of its speed a step. In the directions of
 // the start the same impulses take nothing. Places stay implicit, so that is stable however taut.
-// The more a pull turns the bodies within the step, the less is given back: what is stiff is
-// damped.
+// The bodies get a share of the difference, as far as the joints let it pass, half-way between
+// both directions: a light body between others is pulled by both. The share is one for the island,
+// E / (E + E') of the body that changes most, with its energy E, and E' that of the change: what is
+// stiff is damped.
 //
 // `states` are those at the end. They get no more energy than joints have taken, nor more than
 // `most_joule`. The report gets what the world gives.

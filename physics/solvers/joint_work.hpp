@@ -22,9 +22,9 @@ struct EnergyExcess {
   // Whether it is at most this part of the energy of motion.
   bool is_trace(double part) const { return gain_joule <= part * moving_joule; }
   // What hangs at rest moves by the rounding of its places alone: no part of that is a measure.
-  bool is_rounding() const {
+  bool is_rounding(double joule) const {
     constexpr double kOfFall = 1e-9;
-    return gain_joule <= kOfFall * falling_joule;
+    return joule <= kOfFall * falling_joule;
   }
 };
 EnergyExcess energy_excess(const SceneDescription& scene, double dt_s, std::span<const BodyId> ids,

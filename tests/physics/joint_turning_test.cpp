@@ -23,10 +23,12 @@ World on_ice(double dt_s) {
   return world;
 }
 
-std::uint32_t add_ball(World& world, const Vec3& place_m, const Vec3& velocity_m_s) {
+std::uint32_t add_ball(World& world, const Vec3& place_m, const Vec3& velocity_m_s,
+                       double mass_kg = 1.0) {
   const auto body = static_cast<std::uint32_t>(world.states.size());
-  world.add_body(world.add_shape(Sphere{kBall_m}), place_m, 1000.0, kIce).linear_velocity_m_s =
-      velocity_m_s;
+  const double volume = 4.0 / 3.0 * M_PI * kBall_m * kBall_m * kBall_m;
+  world.add_body(world.add_shape(Sphere{kBall_m}), place_m, mass_kg / volume, kIce)
+      .linear_velocity_m_s = velocity_m_s;
   return body;
 }
 
@@ -75,24 +77,61 @@ TEST(JointTurning, TwoBallsOnARodGoOnOverIceAsTheyTurn) {
   EXPECT_LE((centre - 6.0 * common - Vec3(0, 0, kBall_m)).norm(), 1e-12);
 }
 
-// Balls in a row on ball joints, which turn about its end like one body.
+// Balls of 1 kg in a row on ball joints, the last heavier, which turn about its end like one body.
+double kept_by_chain(int balls, double heavier, double dt_s, double turn_rad_s) {
+  constexpr double kSpacing = 0.3;
+  World world = on_ice(dt_s);
+  for (int i = 0; i < balls; ++i) {
+    const Vec3 place(kSpacing * (i + 0.5), 0, kBall_m), anchor(kSpacing * i, 0, kBall_m);
+    const std::uint32_t ball =
+        add_ball(world, place, Vec3(0, turn_rad_s * place.x(), 0), i + 1 == balls ? heavier : 1.0);
+    world.states[ball].angular_velocity_rad_s = Vec3(0, 0, turn_rad_s);
+    const std::optional<std::uint32_t> next = i > 0 ? std::optional(ball) : std::nullopt;
+    test::add(world,
+              test::joint_at(JointKind::kBall, world, i > 0 ? ball - 1 : ball, next, anchor));
+  }
+  const double part = kept(world, 3.0);
+  EXPECT_LE(part, 1.0 + 1e-12) << balls << ", " << heavier;
+  return part;
+}
+
 TEST(JointTurning, AChainOfAnyNumberKeepsItsSpeedOnIce) {
-  constexpr double kTurn_rad_s = 1.0, kSpacing = 0.3;
-  for (const int balls : {1, 2, 4, 9, 16, 30}) {
-    World world = on_ice(1.0 / 60.0);
-    for (int i = 0; i < balls; ++i) {
-      const Vec3 place(kSpacing * (i + 0.5), 0, kBall_m);
-      const std::uint32_t ball = add_ball(world, place, Vec3(0, kTurn_rad_s * place.x(), 0));
-      world.states[ball].angular_velocity_rad_s = Vec3(0, 0, kTurn_rad_s);
-      const Vec3 anchor(kSpacing * i, 0, kBall_m);
-      if (i == 0)
-        test::add(world, test::joint_at(JointKind::kBall, world, ball, std::nullopt, anchor));
-      else
-        test::add(world, test::joint_at(JointKind::kBall, world, ball - 1, ball, anchor));
-    }
+  for (const int balls : {1, 2, 4, 9, 16, 30})
+    EXPECT_GE(kept_by_chain(balls, 1.0, 1.0 / 60.0, 1.0), 0.995) << balls;
+}
+
+// However light it is, what lies between turns with it.
+TEST(JointTurning, SoDoesAHeavyBallOnAChain) {
+  for (const double heavier : {10.0, 100.0, 1e3, 1e5}) {
+    EXPECT_GE(kept_by_chain(2, heavier, 1.0 / 60.0, 1.0), 0.999) << heavier;
+    EXPECT_GE(kept_by_chain(2, heavier, 1.0 / 240.0, 4.0), 0.999) << heavier;
+  }
+  for (const double heavier : {10.0, 100.0, 1e3})
+    EXPECT_GE(kept_by_chain(6, heavier, 1.0 / 60.0, 1.0), 0.97) << heavier;
+}
+
+// What is much stiffer than the step is damped, and stays taut.
+TEST(JointTurning, LightBallsThatSwingFasterThanTheStepDoNotThrowTheirChain) {
+  EXPECT_GE(kept_by_chain(6, 1e4, 1.0 / 240.0, 4.0), 0.75);
+  EXPECT_GE(kept_by_chain(6, 1e4, 1.0 / 60.0, 1.0), 0.9);
+}
+
+// The box stands still, and its friction holds it.
+TEST(JointTurning, ABallOnATetherToAHeavyBoxKeepsItsSpeed) {
+  constexpr Material kRough{.friction = 0.6, .restitution = 0.0};
+  for (const double box_kg : {10.0, 1e3, 1e5}) {
+    World world = test::under_gravity();
+    world.add_floor(kRough);
+    world.add_body(world.add_shape(Box{Vec3::Constant(0.25)}), Vec3(0, 0, 0.25), 8.0 * box_kg,
+                   kRough);
+    const std::uint32_t ball = add_ball(world, Vec3(1.5, 0, kBall_m), Vec3(0, 1.5, 0));
+    Joint joint = test::joint_at(JointKind::kDistance, world, 0, ball, Vec3(0, 0, kBall_m));
+    joint.anchor_b_m = Vec3::Zero();
+    joint.length_m = 1.5;
+    test::add(world, joint);
     const double part = kept(world, 6.0);
-    EXPECT_GE(part, 0.985) << balls;
-    EXPECT_LE(part, 1.0 + 1e-12) << balls;
+    EXPECT_GE(part, 0.995) << box_kg;
+    EXPECT_LE(part, 1.0 + 1e-9) << box_kg;
   }
 }
 

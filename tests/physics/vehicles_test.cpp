@@ -76,17 +76,23 @@ TEST(Vehicles, WheelsSinkIntoNoHill) {
 
 // What stays as it was needs one factorisation, of five bodies: Newton's method starts from the
 // velocities and impulses of the step before, those of joints as well as those of contacts.
-TEST(Vehicles, AreHeldOnAHillByTheirMotorsWithOneFactorisationAStep) {
-  constexpr int kSteps = 100;
+// A wheel that hardly touches may need one more now and then.
+TEST(Vehicles, AreHeldOnAHillByTheirMotorsWithHardlyMoreThanOneFactorisationAStep) {
+  constexpr int kSteps = 100, kPlaces = 10;
   constexpr std::uint64_t kFactorisation = 1512;  // multiplications
   for (const int cars : {1, 2}) {
-    World world = cars_on_hills(0.1, cars, 0.0);
-    const Geometry geometry(world.scene);
-    world.run(200, geometry);
-    const std::uint64_t before = world.counters.factor_multiplications;
-    world.run(kSteps, geometry);
-    const std::uint64_t done = world.counters.factor_multiplications - before;
-    EXPECT_EQ(done, kSteps * cars * kFactorisation) << cars;
+    std::uint64_t done = 0;
+    for (int place = 0; place < kPlaces; ++place) {
+      World world = cars_on_hills(0.1, cars, 0.0);
+      for (BodyState& state : world.states) state.position_m.y() += 0.03 * place;
+      const Geometry geometry(world.scene);
+      world.run(400, geometry);
+      const std::uint64_t before = world.counters.factor_multiplications;
+      world.run(kSteps, geometry);
+      done += world.counters.factor_multiplications - before;
+    }
+    EXPECT_GE(done, kPlaces * kSteps * cars * kFactorisation) << cars;
+    EXPECT_LE(done, 1.1 * kPlaces * kSteps * cars * kFactorisation) << cars;
   }
 }
 
