@@ -130,7 +130,8 @@ PartsEnd advance_parts(const ArticulatedIsland& articulated, const Parts& parts,
       continue;
     }
     const EnergyExcess excess = energy_excess(scene, part_s, ids, from, states, work.motors_joule);
-    if (!excess.is_trace(kTrace) && !excess.is_rounding(excess.gain_joule)) return PartsEnd::kEnergy;
+    if (!excess.is_trace(kTrace) && !excess.is_rounding(excess.gain_joule))
+      return PartsEnd::kEnergy;
     const bool lost = excess.gain_joule < 0.0 && !work.loses;
     const bool little = -excess.gain_joule <= kTrace * excess.moving_joule;
     if (!fourth && lost && !little && parts.more) return PartsEnd::kEnergy;
